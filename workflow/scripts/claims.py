@@ -3,10 +3,11 @@ from trackdyn.sweeps.job import logged
 from pathlib import Path
 
 from replication.paper.cells import load_article
-from replication.paper.claims import headline, judge_all, load_claims, side_by_side
+from replication.paper.claims import judge_all, load_claims
 from replication.paper.contents import caption
 from replication.paper.evidence import collect
 from replication.paper.printed import RECORD_DURATION
+from replication.paper.scorecard import headline, side_by_side
 from replication.report.figures.scorecard import scorecard_figure
 from replication.report.tables import write_captioned_table
 from trackdyn.files import write_csv, write_text

@@ -20,15 +20,13 @@ from replication.paper.claims import (
     NOT_REPRODUCED,
     REPRODUCED,
     Claim,
-    counts,
     distance,
-    headline,
     judge,
     judge_all,
     load_claims,
-    side_by_side,
 )
 from replication.paper.evidence import Evidence
+from replication.paper.scorecard import counts, headline, side_by_side
 from trackdyn.errors import InputError
 from trackdyn.parameters.paper_tables import PaperTables
 from trackdyn.parameters.rig import load_rig

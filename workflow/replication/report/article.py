@@ -7,7 +7,8 @@ from typing import Any
 
 import pandas as pd
 
-from replication.paper.claims import JUDGED, claim_counts, open_claims, statements
+from replication.paper.claims import JUDGED
+from replication.paper.scorecard import claim_counts, open_claims, statements
 from replication.report.figures.trade import trade_sentence
 from replication.report.tables import table2_outcome
 from replication.study.extremes.stability_map import stable_steps

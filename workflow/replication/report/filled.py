@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from replication.paper.claims import claim_counts, open_claims
+from replication.paper.scorecard import claim_counts, open_claims
 from replication.report.figures.trade import trade_sentence
 from replication.report.tables import ladder_table
 from replication.study.extremes.resolved import short_runs_verdict

@@ -14,19 +14,9 @@ import pandas as pd
 from PIL import Image
 
 from replication.certify.provenance import check_sources, run_provenance
-from replication.paper.claims import (
-    IN_TREND,
-    JUDGED,
-    NOT_REPRODUCED,
-    ORIGIN_WORDS,
-    ORIGINS,
-    VERDICTS,
-    claim_counts,
-    counts,
-    headline,
-    statements,
-)  # fmt: skip
+from replication.paper.claims import IN_TREND, JUDGED, NOT_REPRODUCED, ORIGIN_WORDS, ORIGINS, VERDICTS
 from replication.paper.contents import OF_STUDIES, OWN, PAPER, missing_items
+from replication.paper.scorecard import claim_counts, counts, headline, statements
 from replication.report.page import data
 from replication.report.tables import cost_table
 from replication.studies import STUDIES
