@@ -70,7 +70,7 @@ def test_it_runs_with_a_closed_loop_and_a_closed_account(name, settled):
 
 
 def test_a_step_that_flips_is_refused_within_two_seconds():
-    """Near the limit of the step flipping sets in or not by rounding: some of three stiffnesses flip on every processor."""
+    """Near the limit of the step rounding decides whether it flips: of three stiffnesses some do on every processor."""
     waited = []
     for stiffness in (2.2e5, 2.6e5, 2.8e5):
         rig = load_rig("first_fit").changed(bushing__stiffness=stiffness)
