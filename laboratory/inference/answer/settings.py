@@ -56,16 +56,24 @@ class Question(Section):
     searches: Annotated[list[Searches], Field(min_length=1)]
 
 
+class Law(Section):
+    """A choice of the scene that differs from the question's, and unknowns that mean nothing with it."""
+
+    scene: Annotated[dict[str, str], Field(min_length=1, max_length=1)]
+    fixed: list[str] | None = None
+
+
 class Profiles(Section):
     """Assumptions that are held while all else is searched again from the best rig of a question.
 
-    ``values``: of each by the label of its unknown; ``evaluations``: that each value may take.
+    ``values``: of each by the label of its unknown; ``laws``; ``evaluations``: that each value or law may take.
     """
 
     question: str
     evaluations: Count
     radius: Positive
     values: dict[str, Annotated[list[float], Field(min_length=2)]]
+    laws: list[Law] = Field(default_factory=list)
 
 
 class Robustness(Section):
@@ -100,10 +108,19 @@ class AnswerConfig(Section):
     @model_validator(mode="after")
     def _known(self):
         labels = {one.label for one in self.unknowns}
-        for name in [one.label for one in self.typed] + [f for q in self.questions.values() for f in q.fixed]:
+        fixed = [name for one in (*self.questions.values(), *self.profiles.laws) for name in one.fixed or ()]
+        for name in [one.label for one in self.typed] + fixed:
             if name not in labels:
                 raise InputError(f"{name} is not among the unknowns")
         return self
+
+    def with_law(self, law: Law) -> "AnswerConfig":
+        """The question of the profiles alone, with another law."""
+        name = self.profiles.question
+        question = self.questions[name]
+        fixed = question.fixed if law.fixed is None else law.fixed
+        changed = question.model_copy(update={"scene": question.scene | law.scene, "fixed": fixed})
+        return self.model_copy(update={"questions": {name: changed}})
 
     def shortened(self) -> "AnswerConfig":
         """The short form."""

@@ -94,7 +94,7 @@ def _plain(config: AnswerConfig, question: str, unknowns: Unknowns, targets: lis
 
 
 def profiles(config: AnswerConfig, claims: list[Claim], end: pd.Series, jobs: int, store: Path | str) -> pd.DataFrame:
-    """Assumptions held at values (`Profiles`), all else searched again from a rig, a row of the ends of `answer`.
+    """Assumptions held at values and laws (`Profiles`), all else searched again from a row of the ends of `answer`.
 
     Returns
     -------
@@ -102,20 +102,23 @@ def profiles(config: AnswerConfig, claims: list[Claim], end: pd.Series, jobs: in
         ``assumption, value, evaluations, ended, first_cost, cost, shown, of, lost`` (claims that are not shown).
     """
     settings, name = config.profiles, config.profiles.question
-    targets, every = config.targets_of(name, claims), question_unknowns(config, name)
+    targets = config.targets_of(name, claims)
+    cases = [(label, value, config, {label: value}) for label, values in settings.values.items() for value in values]
+    cases += [(*one, config.with_law(law), {}) for law in settings.laws for one in law.scene.items()]
     requested, problems, lost = {}, {}, []
-    for label, values in settings.values.items():
-        free = [one for one in every.unknowns if one.label != label]
-        for value in values:
-            try:
-                held = every.changes({one: end[one] for one in every.labels} | {label: value})
-                unknowns = Unknowns(free, every.rig.changed(**held))
-                begin = Start(f"{label} {value:g}", start(unknowns, 0, 0.0), [True] * len(free))
-            except TrackdynError:
-                lost.append({"assumption": label, "value": value, "ended": "cannot be built"})
-                continue
-            requested[label, value] = _plain(config, name, unknowns, targets), begin
-            problems[label, value] = AnswerProblem(config, name, unknowns, targets)
+    for label, value, asked, held in cases:
+        every = question_unknowns(asked, name)
+        free = [one for one in every.unknowns if one.label not in held]
+        try:
+            # what a law adds begins at the value of the rig, the rest at the end
+            values = every.of_rig(every.rig) | end[end.index.intersection(every.labels)].dropna().to_dict() | held
+            unknowns = Unknowns(free, every.rig.changed(**every.changes(values)))
+            begin = Start(f"{label} {value}", start(unknowns, 0, 0.0), [True] * len(free))
+        except TrackdynError:
+            lost.append({"assumption": label, "value": value, "ended": "cannot be built"})
+            continue
+        requested[label, value] = _plain(asked, name, unknowns, targets), begin
+        problems[label, value] = AnswerProblem(asked, name, unknowns, targets)
     how = {"method": "dfols", "radius": settings.radius}
     ends = local_searches(answer_problem, requested, settings.evaluations, jobs, store, **how)
     rows = []

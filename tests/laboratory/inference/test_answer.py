@@ -1,12 +1,13 @@
 """A row of the answer beside long runs, and residuals beside verdicts."""
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from laboratory.inference.answer.problem import MISSING, AnswerProblem, residual, rows_of_answer
 from laboratory.inference.answer.revolution import _after_longest_pause, summary
 from laboratory.inference.answer.settings import load_answer, question_unknowns
-from laboratory.inference.answer.study import start
+from laboratory.inference.answer.study import profiles, start
 from replication.paper.claims import ONE_SIDED, REPRODUCED, _values, load_claims
 from trackdyn.measure.sensor import whole_samples
 from trackdyn.scene.scene import Scene
@@ -82,3 +83,16 @@ def test_starts_are_the_rig_itself_and_points_that_can_be_built(problem):
     own, other = (start(problem.unknowns, seed, 0.05) for seed in (0, 1))
     assert problem.unknowns.values(own) == pytest.approx(problem.unknowns.of_rig(problem.unknowns.rig))
     assert other != own and other == start(problem.unknowns, 1, 0.05)
+
+
+def test_a_profile_holds_a_value_or_a_law_and_names_what_is_lost(problem, tmp_path):
+    less = {"evaluations": 1, "values": {"sprocket.equal_pitch_radius": [0.3055, 0.308]}}
+    profiles_ = ANSWER.profiles.model_copy(update=less | {"laws": ANSWER.profiles.laws[:1]})
+    config = ANSWER.model_copy(update={"profiles": profiles_})
+    end = pd.Series(problem.unknowns.of_rig(problem.unknowns.rig) | {"question": "predicted"})
+    found = profiles(config, CLAIMS, end, 1, tmp_path).set_index(["assumption", "value"])
+    assert found.loc[("sprocket.equal_pitch_radius", 0.308), "ended"] == "cannot be built"
+    other, law = found.loc[("sprocket.equal_pitch_radius", 0.3055)], found.loc[("drag", "rolling")]
+    assert other["cost"] > 5 and law["cost"] != other["cost"]
+    for row in (other, law):
+        assert row["shown"] + len(row["lost"].split(", ")) == row["of"] == len(problem.claims)
