@@ -17,6 +17,7 @@ ROOT = Path(str(workflow.current_basedir))
 sys.path[:0] = [str(ROOT), str(ROOT / "workflow")]
 
 from replication.pipeline.config import check_layers, read_layer, ring_name
+from replication.paper import contents
 from replication.studies import STUDIES
 from replication.study.settings import SETTINGS, allowed_step, measured_scenes, parts_of, promised_scenes
 from trackdyn.errors import TrackdynError
@@ -45,6 +46,7 @@ except TrackdynError as error:
 R = CONFIG.results
 # scenes of the rigs that the scorecard judges beside the first
 OTHERS = {name: CONFIG.other_scenes(name, SCENES) for name in CONFIG.other_rigs}
+ITEMS = {item.key: item for item in (*contents.PAPER, *contents.OWN, *contents.OF_STUDIES)}
 SPEEDS = [f"{rpm:g}rpm" for rpm in CONFIG.records.speeds_rpm]
 
 

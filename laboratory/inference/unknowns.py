@@ -95,6 +95,11 @@ class Unknown(Section):
                 return float(begins[k] + np.clip(share, 0, 1) * (begins[k + 1] - begins[k]))
         return float("nan")
 
+    def inside(self, value: float) -> float:
+        """The value, or the end of the ranges that is nearest to it."""
+        ends = [end for interval in self.intervals for end in interval]
+        return min(ends, key=lambda end: abs(end - value)) if np.isnan(self.position(value)) else value
+
 
 class Unknowns:
     """Unknowns of a rig in a fixed order: d of them, so that a rig is a point of the d-dimensional unit cube.
@@ -159,6 +164,12 @@ class Unknowns:
     def to_rig(self, x) -> Rig:
         """The rig at a point of the unit cube."""
         return self.rig.changed(**self.changes(self.values(x)))
+
+    def near(self, values: Mapping[str, float], factors) -> Rig:
+        """The rig with every unknown of ``values`` by label times its factor, within its ranges."""
+        pairs = zip(self.unknowns, factors, strict=True)
+        moved = {unknown.label: unknown.inside(values[unknown.label] * factor) for unknown, factor in pairs}
+        return self.rig.changed(**self.changes(moved))
 
     def of_rig(self, rig: Rig) -> dict[str, float]:
         """Value of every unknown in a rig, by label."""

@@ -34,8 +34,15 @@ onstart:
 
 
 def figure(name, place=""):
-    """PNG and SVG of a figure; scripts name the first, the other is saved beside it."""
-    return [f"{R}/{place}figures/{name}.{ending}" for ending in ("png", "svg")]
+    """PNG and SVG of a figure; scripts name the first, the other is saved beside it. `snakemake --report` shows it."""
+    item = ITEMS.get(name) or ITEMS.get(name.split("_")[0])  # fig17_a
+    png, svg = (f"{R}/{place}figures/{name}.{ending}" for ending in ("png", "svg"))
+    return [png, report(svg, **in_report("Figures", item.label or name, item.title)) if item else svg]
+
+
+def in_report(category, name, title):
+    """How `snakemake --report` shows a result."""
+    return {"category": category, "labels": {"result": name, "shows": title}, "caption": "../caption.rst"}
 
 
 def figures(names, place="", key="figures"):

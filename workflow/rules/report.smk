@@ -34,7 +34,7 @@ rule animation:
     input:
         needs("animation.py"),
         ring=recording(f"animation/{CONFIG.ring_study.speeds_rpm[0]:g}rpm_{ring_name(CONFIG.records.ring_radius_m)}"),
-    output: f"{R}/figures/animation.gif"
+    output: report(f"{R}/figures/animation.gif", **in_report("Overview", "Moving picture", "The loop in motion"))
     log: f"{R}/logs/animation.log"
     message: "The loop in motion"
     script: "../scripts/animation.py"
@@ -104,7 +104,7 @@ rule article:
         figures=[f"{R}/figures/fig{name}.svg" for name in ("01", "19", "21", "23_a", "24")],
         studies=[f"{R}/short/figures/{name}.svg" for name in ("trade", "extremes_stability")],
     output:
-        pdf=f"{R}/article.pdf",
+        pdf=report(f"{R}/article.pdf", **in_report("Overview", "Article", "The replication on a few pages")),
         values=f"{R}/article.json",
     params: accuracy_pct=CONFIG.peers.accuracy_pct
     log: f"{R}/logs/article.log"

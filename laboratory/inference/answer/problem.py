@@ -34,13 +34,15 @@ SHARE_OF = {"right_share_pct": 0.5}  # % of a turn that count as a tolerance, el
 
 
 def rows_of_answer(memory: float) -> Callable[..., dict]:
-    """What computes all scenes of a rig as a row."""
+    """What computes all scenes of a rig and of its neighbours as a row."""
     return _row
 
 
-def _row(rig: dict, scenes: list[list], fields: dict, row: dict) -> dict:
-    made = Rig.model_validate(rig)
-    return first_that_runs(row["steps_s"], lambda step: _scenes(made, scenes, fields | {"step": step}, row))
+def _row(rigs: list[dict], scenes: list[list], fields: dict, row: dict) -> dict:
+    def found(rig: Rig) -> dict:
+        return first_that_runs(row["steps_s"], lambda step: _scenes(rig, scenes, fields | {"step": step}, row))
+
+    return {"rigs": [found(Rig.model_validate(rig)) for rig in rigs]}
 
 
 def _scenes(rig: Rig, scenes: list[list], fields: dict, row: dict) -> dict:
@@ -86,6 +88,7 @@ class AnswerProblem:
         self.config, self.question, self.unknowns = config, config.questions[question], unknowns
         self.claims = list(claims)
         self.rows, self.sources = rows_of_answer, module_hash(__name__)
+        self.factors = neighbours(self.question.neighbours, config.robustness.share, len(unknowns))
 
     def scenes(self) -> list[list]:
         """Speed, ring radius and whether sensors are read, of every scene of a row."""
@@ -95,14 +98,15 @@ class AnswerProblem:
 
     def task(self, x: np.ndarray) -> dict:
         """Arguments of the row of a point."""
-        return self.task_of(self.unknowns.to_rig(x))
+        values = self.unknowns.values(x)
+        return self.task_of(self.unknowns.to_rig(x), *(self.unknowns.near(values, one) for one in self.factors))
 
-    def task_of(self, rig: Rig) -> dict:
-        """Arguments of the row of a rig; an `InputError` if its loop does not close."""
-        if not can_close(rig):
+    def task_of(self, *rigs: Rig) -> dict:
+        """Arguments of the row of a rig and its neighbours; an `InputError` if a loop does not close."""
+        if not all(can_close(rig) for rig in rigs):
             raise InputError("the loop does not close within the travel of the tensioner")
-        row = self.config.row.model_dump()
-        return {"rig": rig.model_dump(), "scenes": self.scenes(), "fields": self.question.scene, "row": row}
+        plain, row = [rig.model_dump() for rig in rigs], self.config.row.model_dump()
+        return {"rigs": plain, "scenes": self.scenes(), "fields": self.question.scene, "row": row}
 
     def evidence(self, values: dict, rig: Rig) -> Evidence:
         """A row as what claims are judged by."""
@@ -122,8 +126,11 @@ class AnswerProblem:
             metrics += [{"run": run, **of} for run in runs]
         return Evidence(pd.DataFrame(metrics), pd.DataFrame(events), rig, c.speed_rpm, c.ring_radius_m)
 
-    def judged(self, values: dict) -> dict[str, tuple[str, np.ndarray]]:
-        """Verdict and signed residuals, in tolerances, of every claim."""
+    def judged(self, row: dict) -> dict[str, tuple[str, np.ndarray]]:
+        """Verdict and signed residuals, in tolerances, of every claim for the rig of a row."""
+        return self._judged(row["rigs"][0])
+
+    def _judged(self, values: dict) -> dict[str, tuple[str, np.ndarray]]:
         e = self.evidence(values, Rig.model_validate(values["rig"]))
         found = {}
         for claim in self.claims:
@@ -147,8 +154,14 @@ class AnswerProblem:
         return float("nan") if value is None else value / SHARE_OF.get(name, LEAST_SHARE)
 
     def residuals(self, values: dict) -> np.ndarray:
-        """Of all claims, large ones bent."""
-        return bent(np.concatenate([off for _, off in self.judged(values).values()]))
+        """Of all claims for the rig of a row and its neighbours, which count as much as it; large ones bent."""
+        every = [off for found in values["rigs"] for _, off in self._judged(found).values()]
+        return bent(np.concatenate(every)) / np.sqrt(len(values["rigs"]))
+
+
+def neighbours(count: int, share: float, unknowns: int) -> np.ndarray:
+    """(count, unknowns) factors of a rig's values, drawn once: each up to a share off."""
+    return 1 + share * np.random.default_rng(0).uniform(-1, 1, (count, unknowns))
 
 
 def residual(claim: Claim, value: Value, before: Value | None) -> float:

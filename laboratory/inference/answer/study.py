@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from laboratory.inference.answer.problem import AnswerProblem, answer_problem, rows_of_answer, shown
+from laboratory.inference.answer.problem import AnswerProblem, answer_problem, neighbours, rows_of_answer, shown
 from laboratory.inference.answer.settings import AnswerConfig, question_unknowns
 from laboratory.inference.search import Start, local_searches
-from laboratory.inference.unknowns import Unknown, Unknowns, buildable
+from laboratory.inference.unknowns import Unknowns, buildable
 from replication.paper.claims import REPRODUCED, Claim
 from trackdyn.errors import TrackdynError
 from trackdyn.sweeps.engine import refuse_failed, results
@@ -21,20 +21,13 @@ DRAWS = 100  # of a start, until one can be built
 def start(unknowns: Unknowns, seed: int, spread: float) -> list[float]:
     """The rig itself (seed 0), or a point around it that can be built; values outside a range come to its end."""
     values = unknowns.of_rig(unknowns.rig)
-    own = np.array([_within(one, values[one.label]) for one in unknowns.unknowns])
+    own = np.array([one.position(one.inside(values[one.label])) for one in unknowns.unknowns])
     random = np.random.default_rng(seed)
     for _ in range(DRAWS):
         x = np.clip(random.normal(own, spread if seed else 0.0), 0.0, 1.0)
         if buildable(unknowns, x):
             return x.tolist()
     raise TrackdynError(f"seed {seed}: of {DRAWS} points around the rig none can be built; take a smaller spread")
-
-
-def _within(unknown: Unknown, value: float) -> float:
-    """Position of a value, or of the end of the ranges that is nearest to it."""
-    ends = [end for interval in unknown.intervals for end in interval]
-    place = unknown.position(value)
-    return unknown.position(min(ends, key=lambda end: abs(end - value))) if np.isnan(place) else place
 
 
 def answer(
@@ -142,15 +135,13 @@ def robustness(config: AnswerConfig, claims: list[Claim], end: pd.Series, jobs: 
     judged_by = config.questions[name].model_copy(update={"scene": config.questions[end["question"]].scene})
     config = config.model_copy(update={"questions": {name: judged_by}})
     problem = AnswerProblem(config, name, unknowns, config.targets_of(name, claims))
-    random = np.random.default_rng(0)
+    factors = np.ones((1, len(unknowns))), neighbours(settings.rigs, settings.share, len(unknowns))
     tasks: dict[str, dict] = {}
     keys = []  # of the rig itself, then of its neighbours; empty for one that cannot be built
-    for k in range(settings.rigs + 1):
-        factors = 1 + settings.share * random.uniform(-1, 1, len(unknowns)) * (k > 0)
-        values = {label: end[label] * factor for label, factor in zip(unknowns.labels, factors, strict=True)}
+    for one in np.concatenate(factors):
         key = ""
         with suppress(TrackdynError):
-            task = problem.task_of(unknowns.rig.changed(**unknowns.changes(values)))
+            task = problem.task_of(unknowns.near(end, one))
             key = key_of(task, problem.sources)
             tasks[key] = task
         keys.append(key)

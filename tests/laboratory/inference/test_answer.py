@@ -1,5 +1,7 @@
 """A row of the answer beside long runs, and residuals beside verdicts."""
 
+from itertools import product
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -10,6 +12,7 @@ from laboratory.inference.answer.settings import load_answer, question_unknowns
 from laboratory.inference.answer.study import profiles, start
 from replication.paper.claims import ONE_SIDED, REPRODUCED, _values, load_claims
 from trackdyn.measure.sensor import whole_samples
+from trackdyn.parameters.rig import Rig
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.simulate import simulate
 from trackdyn.sweeps.row import run_values
@@ -60,6 +63,25 @@ def test_a_claim_is_reproduced_where_no_residual_is_beyond_one(problem, row):
         assert (verdict == REPRODUCED) == bool((np.abs(off) <= 1 + 1e-9).all()), name
 
 
+def test_neighbours_count_as_much_as_the_rig(problem, row):
+    own = problem.residuals(row)
+    assert problem.residuals({"rigs": row["rigs"] * 4}) @ np.ones(4 * len(own)) == pytest.approx(2 * own.sum())
+
+
+def test_neighbours_are_within_the_share_and_the_ranges(problem):
+    question = ANSWER.questions["predicted"].model_copy(update={"neighbours": 3})
+    config = ANSWER.model_copy(update={"questions": {"predicted": question}})
+    unknowns = problem.unknowns
+    task = AnswerProblem(config, "predicted", unknowns, problem.claims).task(np.array(start(unknowns, 0, 0.0)))
+    own, *others = (unknowns.of_rig(Rig.model_validate(rig)) for rig in task["rigs"])
+    assert len(others) == 3
+    for one, unknown in product(others, unknowns.unknowns):
+        value, near = own[unknown.label], one[unknown.label]
+        assert abs(near / value - 1) <= ANSWER.robustness.share + 1e-9
+        assert np.isfinite(unknown.position(near))
+    assert others[0]["groove.r3"] != others[1]["groove.r3"]
+
+
 @pytest.mark.parametrize("claim", [c for c in CLAIMS if c.rule in ONE_SIDED and c.scale], ids=lambda c: c.name)
 def test_a_bound_is_at_one_tolerance_and_calm_a_scale_within_it(claim):
     bad = -1 if claim.rule == "at_least" else 1
@@ -74,8 +96,9 @@ def test_a_bound_is_at_one_tolerance_and_calm_a_scale_within_it(claim):
 
 
 def test_what_never_happens_is_far_off_and_not_lost(problem, row):
-    lost = row | {"115 none": row["115 none"] | {"event left maximum, after the touch": float("nan")}}
-    _, off = problem.judged(lost)["C16b"]
+    found = row["rigs"][0]
+    lost = found | {"115 none": found["115 none"] | {"event left maximum, after the touch": float("nan")}}
+    _, off = problem.judged({"rigs": [lost]})["C16b"]
     assert off[1] == MISSING
 
 
@@ -86,12 +109,12 @@ def test_starts_are_the_rig_itself_and_points_that_can_be_built(problem):
 
 
 def test_a_profile_holds_a_value_or_a_law_and_names_what_is_lost(problem, tmp_path):
-    less = {"evaluations": 1, "values": {"sprocket.equal_pitch_radius": [0.3055, 0.308]}}
+    less = {"evaluations": 1, "values": {"sprocket.equal_pitch_radius": [0.3055, 0.33]}}
     profiles_ = ANSWER.profiles.model_copy(update=less | {"laws": ANSWER.profiles.laws[:1]})
     config = ANSWER.model_copy(update={"profiles": profiles_})
     end = pd.Series(problem.unknowns.of_rig(problem.unknowns.rig) | {"question": "predicted"})
     found = profiles(config, CLAIMS, end, 1, tmp_path).set_index(["assumption", "value"])
-    assert found.loc[("sprocket.equal_pitch_radius", 0.308), "ended"] == "cannot be built"
+    assert found.loc[("sprocket.equal_pitch_radius", 0.33), "ended"] == "cannot be built"
     other, law = found.loc[("sprocket.equal_pitch_radius", 0.3055)], found.loc[("drag", "rolling")]
     assert other["cost"] > 5 and law["cost"] != other["cost"]
     for row in (other, law):
