@@ -23,7 +23,7 @@ extensions = [
     "sphinx-mathjax-offline",
 ]
 root_doc = "index"
-exclude_patterns = ["README.md", "_site", "measured/*"]
+exclude_patterns = ["README.md", "_site", "measured/*", "_generated/thumbnails.md"]
 myst_enable_extensions = ["dollarmath", "amsmath"]
 myst_heading_anchors = 3
 # files of the repository that pages link to are no pages of the site
@@ -76,6 +76,13 @@ def gallery_page(path: Path, place: Path) -> str:
     return "\n\n".join(parts) + "\n"
 
 
+def thumbnails(place: Path) -> str:
+    """The last picture of every page of the gallery, linked to it."""
+    pictures = {path.stem.rpartition("_")[0]: path.name for path in sorted(place.glob("*.png"))}
+    one = "```{{image}} _generated/gallery/{1}\n:target: _generated/gallery/{0}.html\n:alt: {0}\n:width: 15rem\n```"
+    return "\n".join(one.format(page, name) for page, name in pictures.items())
+
+
 def write_pages(_) -> None:
     """Pages that the program writes about itself, and the notebooks of the gallery."""
     place = ROOT / "docs" / "_generated"
@@ -83,6 +90,7 @@ def write_pages(_) -> None:
     for path in sorted((ROOT / "docs" / "gallery").glob("*.ipynb")):
         page = gallery_page(path, place / "gallery")
         (place / "gallery" / f"{path.stem}.md").write_text(page, encoding="utf-8")
+    (place / "thumbnails.md").write_text(thumbnails(place / "gallery"), encoding="utf-8")
     for make in (commands, columns):
         (place / f"{make.__name__}.md").write_text(make(), encoding="utf-8")
 
