@@ -1,7 +1,7 @@
 """Figure 14 and Table 2: the selected link in both codes, and what each costs at equal accuracy."""
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -62,14 +62,17 @@ def run_ours(scene: Scene) -> tuple[Recording, float, float]:
     return recording, wall / seconds, cpu / seconds
 
 
-def run_peer(scene: Scene, step: float, arcs: int = 10) -> tuple[PeerRun, np.ndarray]:
-    """The other code from the same settled start, and the vertical displacement at the recording's samples, m."""
+def run_peer(scene: Scene, step: float, arcs: int = 10, watch: Callable | None = None) -> tuple[PeerRun, np.ndarray]:
+    """The other code from the same settled start, and the vertical displacement at the recording's samples, m.
+
+    ``watch`` as in `exudyn_loop.run_exudyn_loop`.
+    """
     loop = Loop(scene)
     model = loop.model
     free = free_wheels(scene, model)
     contacts = make_contacts(scene, loop.layout["tensioner_shift_m"], arcs)
     times = scene.ramp + scene.duration, step, 1.0 / scene.rig.sensor.rate
-    about = {"contacts": contacts, "wheels": free, "drive": model.drive}
+    about = {"contacts": contacts, "wheels": free, "drive": model.drive, "watch": watch}
     run = run_exudyn_loop(model.chain, start_of(loop.state), *times, **about)
     first = round(scene.ramp * scene.rig.sensor.rate) + 1
     return run, run.centre[first:, 2 * (scene.rig.sensor.pitch - 1), 1]
