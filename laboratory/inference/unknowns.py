@@ -166,10 +166,12 @@ class Unknowns:
         return self.rig.changed(**self.changes(self.values(x)))
 
     def near(self, values: Mapping[str, float], factors) -> Rig:
-        """The rig with every unknown of ``values`` by label times its factor, within its ranges."""
+        """The rig with every unknown of ``values`` by label times its factor, within its range; readings of a printed
+        number (``ranges``) stay.
+        """
         pairs = zip(self.unknowns, factors, strict=True)
-        moved = {unknown.label: unknown.inside(values[unknown.label] * factor) for unknown, factor in pairs}
-        return self.rig.changed(**self.changes(moved))
+        moved = {one.label: one.inside(values[one.label] * factor) for one, factor in pairs if not one.ranges}
+        return self.rig.changed(**self.changes({**values, **moved}))
 
     def of_rig(self, rig: Rig) -> dict[str, float]:
         """Value of every unknown in a rig, by label."""

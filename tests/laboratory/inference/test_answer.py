@@ -80,6 +80,7 @@ def test_neighbours_are_within_the_share_and_the_ranges(problem):
         assert abs(near / value - 1) <= ANSWER.robustness.share + 1e-9
         assert np.isfinite(unknown.position(near))
     assert others[0]["groove.r3"] != others[1]["groove.r3"]
+    assert others[0]["sprocket.equal_pitch_radius"] == own["sprocket.equal_pitch_radius"]  # printed
 
 
 @pytest.mark.parametrize("claim", [c for c in CLAIMS if c.rule in ONE_SIDED and c.scale], ids=lambda c: c.name)
