@@ -248,8 +248,7 @@ const FRAME = { index: 0, shown: [] }; // what else follows the picture
     }
     const tell = NAMES.map((name, i) => `${name} ${counts[i]}` + (counts[i] ? ` (largest ${most[i]} N)` : ""));
     $("readout").textContent = !G.force_bar ? "No contacts." : `Contacts at this instant: ${tell.join(", ")}. ` +
-      (G.force_most ? `The bar is ${G.force_bar} N in every run; arrows do not grow above ${G.force_most} N.`
-        : `The bar is ${G.force_bar} N in all views.`);
+      `The bar is ${G.force_bar} N throughout` + (G.force_most ? `; arrows do not grow above ${G.force_most} N.` : ".");
     // formatted here, and so are the forces above: the reader chooses the instant
     $("clock").textContent = (index * run.interval + (run.begin ?? 0)).toFixed(2) + " s";
   }

@@ -205,8 +205,9 @@ def geometry(recording: Recording, stretch: Stretch) -> dict:
     rig, model = Rig.model_validate(recording.meta["rig"]), stretch.loop.model
     tooth, shoes = model.tooth, model.shoes
     groove = rig.groove_profile
-    largest = max((np.hypot(of[:, 3], of[:, 4]).max() for of in stretch.contacts if len(of)), default=0.0)
-    bar = _round(max(largest, 1.0) / 1.2) if largest else 0.0  # the largest arrow is 1.2 to 3 bars long, none is cut
+    largest = [np.hypot(of[:, 3], of[:, 4]).max() for of in stretch.contacts if len(of)]
+    # the largest arrow of most pictures is 1.2 to 3 bars long; that of an impact is cut, not all others made small
+    bar = _round(max(float(np.median(largest)), 1.0) / 1.2) if largest else 0.0
     width = float(np.ptp(stretch.bodies[0, :, :2], axis=0).max())
     pitch = float(model.chain.length.sum()) / rig.chain.pitches
     arms, carriers = [], model.carriers
@@ -237,6 +238,7 @@ def geometry(recording: Recording, stretch: Stretch) -> dict:
         "bars": {name: BARS[name] * size for name, size in zip(BARS, (width, groove.addendum, pitch), strict=True)},
         "follow": 0.85 * pitch,
         "force_bar": bar,
+        "force_most": 3 * bar if max(largest, default=0.0) > 3 * bar else None,
         "margin": 2.4 * BARS["loop"] * width,
     }
 

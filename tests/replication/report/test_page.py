@@ -216,7 +216,7 @@ def test_the_loop_plays_pauses_and_scrubs(open_page):
     page.fill("#scrub", str(FRAMES // 2))
     assert page.inner_text("#clock") == f"{0.01 * (FRAMES // 2):.2f} s"
     assert re.search(r"left 1 \(largest \d+ N\), right 0, ring 1", page.inner_text("#readout"))
-    assert "The bar is 4000 N in every run" in page.inner_text("#readout")
+    assert "The bar is 4000 N throughout" in page.inner_text("#readout")
     page.select_option("#radius", "null")
     assert "ring 0" in page.inner_text("#readout")
     for view in ("loop", "follow", "sprocket"):
