@@ -23,13 +23,14 @@ function fill(select, pairs) {
   if (pairs.some(([value]) => String(value) === before)) select.value = before;
 }
 
-// one colour, one dash and one mark for each of several curves
+// one colour, one dash and one mark for each of several curves, in the order of the figures (`style.COLOURS`); their orange
+// is too light for a screen
 const LOOKS = [
   { color: "ink", dash: "solid", symbol: "circle" },
-  { color: "#c07f00", dash: "dash", symbol: "square" },
-  { color: "left", dash: "dashdot", symbol: "triangle-up" },
-  { color: "right", dash: "dot", symbol: "diamond" },
-  { color: "#d55e00", dash: "longdash", symbol: "triangle-down" },
+  { color: "blue", dash: "dash", symbol: "square" },
+  { color: "#d55e00", dash: "dashdot", symbol: "triangle-up" },
+  { color: "#c07f00", dash: "dot", symbol: "diamond" },
+  { color: "right", dash: "longdash", symbol: "triangle-down" },
   { color: "#009e73", dash: "longdashdot", symbol: "cross" },
   { color: "#56b4e9", dash: "solid", symbol: "x" },
 ];
