@@ -116,7 +116,11 @@ def profiles(config: AnswerConfig, claims: list[Claim], end: pd.Series, jobs: in
     ends = local_searches(answer_problem, requested, settings.evaluations, jobs, store, **how)
     rows = []
     for (label, value), found in ends.items():
-        judged = judged_at(problems[label, value], found["x"], store)
+        try:
+            judged = judged_at(problems[label, value], found["x"], store)
+        except TrackdynError:  # not even where it begins
+            lost.append({"assumption": label, "value": value, "ended": "does not run"})
+            continue
         missed = ", ".join(claim for claim, (verdict, _) in judged.items() if verdict != REPRODUCED)
         row = {key: found[key] for key in ("evaluations", "ended", "first_cost", "cost")}
         counts = {"shown": shown(judged), "of": len(targets), "lost": missed}
