@@ -28,7 +28,7 @@ SCENES = [
     (
         {"ring_radius": 1e300},
         "ring_radius = 1e+300",
-        f"between {Scene.ring_range(load_rig())[0]:.4f} m (touches no link) and 0.3400 m",
+        "between {:.4f} m (touches no link) and {:.4f} m".format(*Scene.ring_range(load_rig())),
     ),
     ({"ring_radius": -0.3}, "ring_radius = -0.3", "must be a radius in m, or null"),
     ({"duration": 1e-300}, "duration = 1e-300", "between 0.001 and"),

@@ -110,13 +110,13 @@ def test_starts_are_the_rig_itself_and_points_that_can_be_built(problem):
 
 
 def test_a_profile_holds_a_value_or_a_law_and_names_what_is_lost(problem, tmp_path):
-    less = {"evaluations": 1, "values": {"sprocket.equal_pitch_radius": [0.3055, 0.33]}}
+    less = {"evaluations": 1, "values": {"sprocket.equal_pitch_radius": [0.308, 0.33]}}
     profiles_ = ANSWER.profiles.model_copy(update=less | {"laws": ANSWER.profiles.laws[:1]})
     config = ANSWER.model_copy(update={"profiles": profiles_})
     end = pd.Series(problem.unknowns.of_rig(problem.unknowns.rig) | {"question": "predicted"})
     found = profiles(config, CLAIMS, end, 1, tmp_path).set_index(["assumption", "value"])
     assert found.loc[("sprocket.equal_pitch_radius", 0.33), "ended"] == "cannot be built"
-    other, law = found.loc[("sprocket.equal_pitch_radius", 0.3055)], found.loc[("drag", "rolling")]
+    other, law = found.loc[("sprocket.equal_pitch_radius", 0.308)], found.loc[("drag", "rolling")]
     assert other["cost"] > 5 and law["cost"] != other["cost"]
     for row in (other, law):
         assert row["shown"] + len(row["lost"].split(", ")) == row["of"] == len(problem.claims)
