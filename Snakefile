@@ -16,8 +16,8 @@ ROOT = Path(str(workflow.current_basedir))
 # The workflow runs from its own folder, with or without the packages installed elsewhere.
 sys.path[:0] = [str(ROOT), str(ROOT / "workflow")]
 
-from replication.pipeline.config import check_layers, read_layer, ring_name
 from replication.paper import contents
+from replication.pipeline.config import check_layers, read_layer, ring_name
 from replication.studies import STUDIES
 from replication.study.settings import SETTINGS, allowed_step, measured_scenes, parts_of, promised_scenes
 from trackdyn.errors import TrackdynError

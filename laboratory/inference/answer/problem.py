@@ -99,7 +99,7 @@ class AnswerProblem:
     def task(self, x: np.ndarray) -> dict:
         """Arguments of the row of a point."""
         values = self.unknowns.values(x)
-        return self.task_of(self.unknowns.to_rig(x), *(self.unknowns.near(values, one) for one in self.factors))
+        return self.task_of(*(self.unknowns.near(values, one) for one in self.factors))
 
     def task_of(self, *rigs: Rig) -> dict:
         """Arguments of the row of a rig and its neighbours; an `InputError` if a loop does not close."""
@@ -160,8 +160,9 @@ class AnswerProblem:
 
 
 def neighbours(count: int, share: float, unknowns: int) -> np.ndarray:
-    """(count, unknowns) factors of a rig's values, drawn once: each up to a share off."""
-    return 1 + share * np.random.default_rng(0).uniform(-1, 1, (count, unknowns))
+    """(1 + count, unknowns) factors of a rig's values: ones, then those of its neighbours, each up to a share off."""
+    moved = np.random.default_rng(0).uniform(-share, share, (count, unknowns))
+    return 1 + np.vstack([np.zeros(unknowns), moved])
 
 
 def residual(claim: Claim, value: Value, before: Value | None) -> float:

@@ -139,10 +139,9 @@ def robustness(config: AnswerConfig, claims: list[Claim], end: pd.Series, jobs: 
     judged_by = config.questions[name].model_copy(update={"scene": config.questions[end["question"]].scene})
     config = config.model_copy(update={"questions": {name: judged_by}})
     problem = AnswerProblem(config, name, unknowns, config.targets_of(name, claims))
-    factors = np.ones((1, len(unknowns))), neighbours(settings.rigs, settings.share, len(unknowns))
     tasks: dict[str, dict] = {}
     keys = []  # of the rig itself, then of its neighbours; empty for one that cannot be built
-    for one in np.concatenate(factors):
+    for one in neighbours(settings.rigs, settings.share, len(unknowns)):
         key = ""
         with suppress(TrackdynError):
             task = problem.task_of(unknowns.near(end, one))

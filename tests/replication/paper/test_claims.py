@@ -305,11 +305,11 @@ def test_claims_that_a_parameter_was_chosen_by_are_fitted():
     entries = [entry for section in rig.values() if isinstance(section, dict) for entry in section.values()]
     entries = [entry for entry in entries if isinstance(entry, dict)]
     sources = " ".join(entry["source"] for entry in entries if entry["kind"] == "fitted")
-    asked = yaml.safe_load((CONFIG / "answer.yaml").read_text(encoding="utf-8"))["questions"]["robust"]
-    assert asked["rig"] == "config/rig.yaml"
+    question = yaml.safe_load((CONFIG / "answer.yaml").read_text(encoding="utf-8"))["questions"]["robust"]
+    assert question["rig"] == "config/rig.yaml"
     assert "the question robust of config/answer.yaml" in sources
-    assert {CLAIMS[name].origin for name in asked["claims"]} <= {"fitted", "implied"}
-    named = {CLAIMS[name].id for name in asked["claims"]} | set(re.findall(r"C\d\d", sources))
+    assert {CLAIMS[name].origin for name in question["claims"]} <= {"fitted", "implied"}
+    named = {CLAIMS[name].id for name in question["claims"]} | set(re.findall(r"C\d\d", sources))
     assert named == {claim.id for claim in CLAIMS.values() if claim.origin == "fitted"}
 
 
