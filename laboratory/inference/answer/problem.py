@@ -159,10 +159,12 @@ class AnswerProblem:
         return bent(np.concatenate(every)) / np.sqrt(len(values["rigs"]))
 
 
-def neighbours(count: int, share: float, unknowns: int) -> np.ndarray:
-    """(1 + count, unknowns) factors of a rig's values: ones, then those of its neighbours, each up to a share off."""
-    moved = np.random.default_rng(0).uniform(-share, share, (count, unknowns))
-    return 1 + np.vstack([np.zeros(unknowns), moved])
+def neighbours(count: int, share: float, unknowns: int, searched: int = 0) -> np.ndarray:
+    """(1 + count, unknowns) factors of a rig's values: ones, then those of its neighbours, each up to a share off;
+    without the first ones, with which the rig was searched.
+    """
+    moved = np.random.default_rng(0).uniform(-share, share, (searched + count, unknowns))
+    return 1 + np.vstack([np.zeros(unknowns), moved[searched:]])
 
 
 def residual(claim: Claim, value: Value, before: Value | None) -> float:

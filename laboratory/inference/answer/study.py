@@ -132,16 +132,16 @@ def profiles(config: AnswerConfig, claims: list[Claim], end: pd.Series, jobs: in
 def robustness(config: AnswerConfig, claims: list[Claim], end: pd.Series, jobs: int, store: Path | str) -> dict:
     """How many claims of one question (`Robustness`) a rig shows, and its neighbours with every free value moved.
 
-    ``end`` is a row of the ends of `answer`. Neighbours that do not run show none.
+    ``end`` is a row of the ends of `answer`. Neighbours that do not run show none; none was part of the search.
     """
     settings, name = config.robustness, config.robustness.question
-    unknowns = question_unknowns(config, end["question"])
+    unknowns, searched = question_unknowns(config, end["question"]), config.questions[end["question"]].neighbours
     judged_by = config.questions[name].model_copy(update={"scene": config.questions[end["question"]].scene})
     config = config.model_copy(update={"questions": {name: judged_by}})
     problem = AnswerProblem(config, name, unknowns, config.targets_of(name, claims))
     tasks: dict[str, dict] = {}
     keys = []  # of the rig itself, then of its neighbours; empty for one that cannot be built
-    for one in neighbours(settings.rigs, settings.share, len(unknowns)):
+    for one in neighbours(settings.rigs, settings.share, len(unknowns), searched):
         key = ""
         with suppress(TrackdynError):
             task = problem.task_of(unknowns.near(end, one))

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from laboratory.inference.answer.problem import MISSING, AnswerProblem, residual, rows_of_answer
+from laboratory.inference.answer.problem import MISSING, AnswerProblem, neighbours, residual, rows_of_answer
 from laboratory.inference.answer.revolution import _after_longest_pause, summary
 from laboratory.inference.answer.settings import load_answer, question_unknowns
 from laboratory.inference.answer.study import profiles, start
@@ -81,6 +81,12 @@ def test_neighbours_are_within_the_share_and_the_ranges(problem):
         assert np.isfinite(unknown.position(near))
     assert others[0]["groove.r3"] != others[1]["groove.r3"]
     assert others[0]["sprocket.equal_pitch_radius"] == own["sprocket.equal_pitch_radius"]  # printed
+
+
+def test_neighbours_that_judge_a_rig_are_none_with_which_it_was_searched():
+    searched, others = neighbours(6, 0.01, 5), neighbours(20, 0.01, 5, searched=6)
+    assert (searched[0] == 1).all() and (others[0] == 1).all()
+    assert not {*map(tuple, searched[1:])} & {*map(tuple, others[1:])} and len(others) == 21
 
 
 @pytest.mark.parametrize("claim", [c for c in CLAIMS if c.rule in ONE_SIDED and c.scale], ids=lambda c: c.name)
