@@ -16,7 +16,6 @@ from trackdyn.chain.transfer_matrices import (
     multiply,
     skew,
     solve_boundaries,
-    usable_bodies,
 )
 from trackdyn.model.constants import Chain
 
@@ -24,6 +23,12 @@ from trackdyn.model.constants import Chain
 ROUNDING = 1e-12
 Z = np.array([0.0, 0.0, 1.0])
 SEEDS = range(5)
+
+
+def usable_bodies(chain: Chain) -> int:
+    """Number of bodies after which `growth` has used up double precision."""
+    digits = -np.log10(np.finfo(float).eps)
+    return int(2.0 * digits / np.log10(growth(chain).pitch))
 
 
 def random_rotation(rng):

@@ -9,9 +9,8 @@ import pytest
 import yaml
 
 from trackdyn.errors import InputError
-from trackdyn.parameters.groove import equal_pitch_radius
-from trackdyn.parameters.paper_tables import rig_cells
-from trackdyn.parameters.printed_rig import written_out
+from trackdyn.parameters.groove import Groove, equal_pitch_radius
+from trackdyn.parameters.paper_tables import AREAS, Area, rig_cells
 from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.table import parameter_table
 
@@ -20,6 +19,14 @@ SHIPPED = ROOT / "config" / "paper" / "tables.yaml"
 RIG = load_rig(ROOT / "config" / "rigs" / "first_fit.yaml")
 GROOVE = RIG.groove_profile
 PRINTED = {"O": "mm", "r": "mm", "theta": "deg"}
+
+
+def written_out(groove: Groove) -> dict[int, dict[str, float]]:
+    """A groove as the areas of Table 1 have it, in m and rad."""
+    columns = np.column_stack([groove.centre, groove.radius, groove.direction, groove.half_angle])
+    return {
+        area: dict(zip(Area.model_fields, row, strict=True)) for area, row in zip(AREAS, columns.tolist(), strict=True)
+    }
 
 
 @pytest.fixture

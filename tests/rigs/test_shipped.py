@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from replication.peers.comparison import require_exudyn
-from replication.peers.rigs import TOLERANCE, rig_in_both
+from replication.peers.comparison import require_exudyn, run_peer
+from replication.peers.rigs import fixed
+from replication.study.settings import PEER_LAWS
 from tests.rigs.conftest import NAMES, scene_of
 from trackdyn.errors import DivergenceError
 from trackdyn.integrate.carriers import along, push
@@ -20,6 +21,10 @@ from trackdyn.simulation.watch import PIECE
 
 GAP = 1.1e-10  # m: the paper's own, and what one projection a step leaves at these speeds
 ACCOUNT = 2e-2  # of the energy exchanged: the promise of the time loop
+STEP, PEER_STEP = 2e-5, 5e-4  # s, where the paper's rig agrees to 0.01 % of a link's way (Figure 14)
+# Largest distance of a body from itself, as a part of the chain's way: five times what the paper's rig shows there,
+# since other loops are longer and slacker.
+TOLERANCE = 5e-4
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -151,7 +156,7 @@ def test_a_free_loop_of_its_chain_keeps_its_momentum(name):
 @pytest.mark.peer
 @pytest.mark.parametrize("name", ["vehicle", "m113"])
 def test_exudyn_says_the_same(name):
-    """From rest over the ramp and 0.8 s, for which `peers.rigs.TOLERANCE` is: a shorter way is a smaller whole.
+    """From rest over the ramp and 0.8 s, for which `TOLERANCE` is: a shorter way is a smaller whole.
 
     Strands swing across by about a millimetre from the first step on, whatever the way.
     """
@@ -159,6 +164,15 @@ def test_exudyn_says_the_same(name):
         require_exudyn()
     except Exception as missing:
         pytest.skip(str(missing))
-    found = rig_in_both(load_rig(name), 60.0, 0.8)
-    assert found["share"] < TOLERANCE
-    assert found["way_m"] > 1.5
+    rig = fixed(load_rig(name))
+    times = {"ramp": 0.4, "lead_in": 0.0, "duration": 0.8}
+    scene = Scene(rig, 60.0 * rig.sprocket.transmission_ratio, step=STEP, spells=False, **times, **PEER_LAWS)
+    run, _ = run_peer(scene, PEER_STEP)
+    loop = Loop(scene)
+    places = [loop.mass_centres]
+    for _ in range(len(run.time) - 1):
+        loop.advance(1.0 / rig.sensor.rate)
+        places.append(loop.mass_centres)
+    apart = np.linalg.norm(np.array(places) - run.centre, axis=2).max()
+    way = abs(scene.sprocket_rate) * rig.pin_circle * (scene.ramp / 2 + scene.duration)
+    assert apart < TOLERANCE * way and way > 1.5

@@ -289,9 +289,3 @@ def _straight_pitch(chain):
             joint_matrix(bodies[1 - i], axis, axis, zero, 0.0, joint)
             product = joint @ bodies[i] @ product
     return product
-
-
-def usable_bodies(chain: Chain) -> int:
-    """Number of bodies after which `growth` has used up double precision."""
-    digits = -np.log10(np.finfo(float).eps)
-    return int(2.0 * digits / np.log10(growth(chain).pitch))

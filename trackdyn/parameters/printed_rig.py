@@ -10,13 +10,11 @@ from trackdyn.errors import InputError, shown
 from trackdyn.parameters.groove import Groove, connector_length, equal_pitch_radius
 from trackdyn.parameters.outline import TANGENT, flank_arcs, groove_of_arcs
 from trackdyn.parameters.paper_tables import (
-    AREAS,
     AXIAL,
     FACTORS,
     LENGTHS,
     OWN,
     SIGNS,
-    Area,
     PaperTables,
     groove_rows,
     half_unit,
@@ -223,11 +221,3 @@ def _design(groove: Groove, pin_circle: float, connector: float, arc_radius: flo
     seat = groove.centre[2, 1] - (r["r3"] - arc_radius)  # height of an arc's centre that rests on area 3
     depth = sqrt(pin_circle**2 - connector**2 / 4) - seat
     return {"seat_depth": depth, **{name: degrees(value) for name, value in slopes.items()}, **r}
-
-
-def written_out(groove: Groove) -> dict[int, dict[str, float]]:
-    """A groove as the areas of Table 1 have it, in m and rad."""
-    columns = np.column_stack([groove.centre, groove.radius, groove.direction, groove.half_angle])
-    return {
-        area: dict(zip(Area.model_fields, row, strict=True)) for area, row in zip(AREAS, columns.tolist(), strict=True)
-    }
