@@ -39,11 +39,7 @@ def same(found, kept):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
-def test_a_notebook_gives_the_outputs_that_it_keeps(path, tmp_path, monkeypatch):
-    matplotlib = pytest.importorskip("matplotlib", reason="matplotlib is not installed")
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
-
+def test_a_notebook_gives_the_outputs_that_it_keeps(path, tmp_path, monkeypatch, pyplot):
     monkeypatch.chdir(tmp_path)
     namespace = {"__name__": "notebook"}
     for number, cell in enumerate(cells(path)):

@@ -102,7 +102,7 @@ def run_console(text, where):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("path", RUN, ids=name_of)
-def test_page_does_what_it_shows(path, folder):
+def test_page_does_what_it_shows(path, folder, pyplot):
     namespace = {"__name__": "page"}
     for language, line, text in blocks(path, "python", "console"):
         where = f"{name_of(path)}:{line}"

@@ -1,0 +1,14 @@
+"""What a test that runs a page or a notebook begins and ends with: no open figure, whichever ran before it."""
+
+import pytest
+
+
+@pytest.fixture
+def pyplot():
+    """``matplotlib.pyplot`` without a window and without figures."""
+    matplotlib = pytest.importorskip("matplotlib", reason="matplotlib is not installed")
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+
+    yield pyplot
+    pyplot.close("all")
