@@ -16,6 +16,7 @@ COLUMNS = {
     "life_km": "life (km)", "right_begins_m": "right arc touches (mm)", "left_leaves_m": "left force leaves 15 % (mm)",
     "good_from_m": "window from (mm)", "good_to_m": "to (mm)", "good_km": "in it (km)",
 }  # fmt: skip
+SAME = 0.1  # relative difference of two lives below which the radius is called their state (judgement)
 
 
 def wear_text(lives: pd.DataFrame) -> str:
@@ -30,9 +31,10 @@ def wear_text(lives: pd.DataFrame) -> str:
         table[words] = [f"{scale * v:.{digits}f}" if pd.notna(v) else "–" for v in named[name]]
     lines = [table.to_markdown(index=False, disable_numparse=True), "", f"- {wear_answer(summary, seen)}"]
     if (same := _same_history(lives[~lives["rig"].str.startswith("drawn")])) is not None:
+        ring_alone = "the radius alone nearly determines the state" if same < SAME else "the worn grooves count, too"
         lines.append(
             "- The life of a smaller new ring and the rest of the life of a larger one, from there on, differ "
-            f"by at most {same:.1%} in kilometres: the radius alone nearly determines the state."
+            f"by at most {same:.1%} in kilometres: {ring_alone}."
         )
     if drawn.any():
         words = [next(kind for mark, kind in ENDS.items() if mark in end) for end in summary.loc[drawn, "end"]]
@@ -47,12 +49,11 @@ def wear_text(lives: pd.DataFrame) -> str:
     deepest = 1e3 * named[["left_depth_m", "right_depth_m"]].max().max()
     lost = 1e3 * (named["first_radius_m"] - named["last_radius_m"]).max()
     lines.append(f"- Deepest wear of a groove in these lives: {deepest:.2g} mm, while the ring loses {lost:.2g} mm.")
-    of_sensor = sensed(lives[lives["rig"] == lives["rig"].iloc[0]])
+    last = named["rig"].iloc[-1]
+    of_sensor = sensed(lives[lives["rig"] == last])
     best = of_sensor.groupby("measure")["detectable_mm"].median().sort_values()
     named_best = ", ".join(f"{value:.2f} mm by `{name}`" for name, value in best.items())
-    lines.append(
-        f"- Least change of the ring's radius that two records tell apart (median, default rig): {named_best}."
-    )
+    lines.append(f"- Least change of the ring's radius that two records tell apart (median, `{last}`): {named_best}.")
     return "\n".join(lines)
 
 
