@@ -1,6 +1,7 @@
 """What the searches for rigs found: a table, and cost against rows."""
 
 from itertools import product
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -9,7 +10,7 @@ from matplotlib.figure import Figure
 from replication.paper.claims import REPRODUCED
 from trackdyn.plots.style import COLOURS, DASHES, PAGE, new_figure, styled
 
-HEAD = ("question", "method", "seed", "evaluations", "ended", "first_cost", "cost", "first_shown", "shown", "of")
+HEAD = ("question", "rig", "method", "seed", "evaluations", "ended", "first_cost", "cost", "first_shown", "shown", "of")
 
 
 def answer_text(ends: pd.DataFrame, verdicts: pd.DataFrame, near: pd.DataFrame, profiles: pd.DataFrame) -> str:
@@ -24,7 +25,7 @@ def answer_text(ends: pd.DataFrame, verdicts: pd.DataFrame, near: pd.DataFrame, 
     for row in near.itertuples():
         moved = f"Of {row.rigs} rigs around it, with every free value moved by up to {100 * row.share_moved:g} %,"
         as_many = f"{100 * row.share_at_least:.0f} % show as many or more; median {row.median:g}, least {row.least:g}"
-        parts.append(f"*{row.question}* at all speeds: {row.shown} of {row.of}. {moved} {as_many}.")
+        parts.append(f"*{row.question}*, from {row.rig}, at all speeds: {row.shown} of {row.of}. {moved} {as_many}.")
     table = profiles.round({"first_cost": 1, "cost": 1}).convert_dtypes().astype(object).fillna("")
     parts.append(
         "Assumptions of the best rig of *predicted*, held while all else was searched again:\n\n"
@@ -40,10 +41,17 @@ def search_figure(costs: pd.DataFrame) -> Figure:
     figure = new_figure(2.6, PAGE)
     panels = figure.subplots(1, len(questions), squeeze=False)[0]
     for ax, question in zip(panels, questions, strict=True):
-        searches = costs[costs["question"] == question].groupby(["method", "seed"], sort=False)
-        for look, ((method, seed), rows) in zip(product(DASHES, COLOURS), searches, strict=False):
+        searches = costs[costs["question"] == question].groupby(["rig", "method", "seed"], sort=False)
+        for look, ((rig, method, seed), rows) in zip(product(DASHES, COLOURS), searches, strict=False):
             least = np.minimum.accumulate(rows["cost"])
-            ax.step(rows["row"], least, where="post", linestyle=look[0], color=look[1], label=f"{method}, seed {seed}")
+            ax.step(
+                rows["row"],
+                least,
+                where="post",
+                linestyle=look[0],
+                color=look[1],
+                label=f"{Path(rig).name}, {method} {seed}",
+            )
         ax.set(title=question, xlabel="rows", ylim=(0, None))
         ax.legend()
     panels[0].set_ylabel("least cost (half the sum of squares)")

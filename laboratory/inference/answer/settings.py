@@ -30,12 +30,13 @@ class Row(Section):
 
 class Searches(Section):
     """Searches by one method: evaluations that each may take, first trust region or standard deviation as a share of
-    the unit cube, and seeds, each of which draws a start."""
+    the unit cube, and seeds, each of which draws a start; ``rig``, if they do not begin at that of the question."""
 
     method: SearchMethod
     evaluations: Count
     radius: Positive
     seeds: list[int]
+    rig: str | None = None
 
 
 class Question(Section):
@@ -87,7 +88,7 @@ class Robustness(Section):
 
 
 class Short(Section):
-    """The short form: one question, the first seed of each method, and so many evaluations; its numbers say nothing."""
+    """The short form: one question, the first search of each method, so many evaluations; its numbers say nothing."""
 
     question: str
     evaluations: Count
@@ -116,6 +117,16 @@ class AnswerConfig(Section):
                 raise InputError(f"{name} is not among the unknowns")
         return self
 
+    def rigs(self) -> list[str]:
+        """Files of all rigs at which searches begin."""
+        return sorted({one.rig or asked.rig for asked in self.questions.values() for one in asked.searches})
+
+    def begun_at(self, name: str, rig: str | None) -> "AnswerConfig":
+        """The same, with another rig where the searches of a question begin."""
+        question = self.questions[name]
+        changed = question.model_copy(update={"rig": rig or question.rig})
+        return self.model_copy(update={"questions": self.questions | {name: changed}})
+
     def with_law(self, law: Law) -> "AnswerConfig":
         """The question of the profiles alone, with another law."""
         name = self.profiles.question
@@ -129,7 +140,7 @@ class AnswerConfig(Section):
         question = self.questions[self.short.question]
         less = [
             one.model_copy(update={"evaluations": self.short.evaluations, "seeds": one.seeds[:1]})
-            for one in question.searches
+            for one in {one.method: one for one in reversed(question.searches)}.values()
         ]
         short = {self.short.question: question.model_copy(update={"searches": less})}
         return self.model_copy(update={"questions": short})

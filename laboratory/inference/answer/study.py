@@ -38,19 +38,20 @@ def answer(
     Returns
     -------
     ends : DataFrame
-        A row a search, the least cost first: ``question, method, seed, evaluations, ended, first_cost, cost,
+        A row a search, the least cost first: ``question, rig, method, seed, evaluations, ended, first_cost, cost,
         first_shown, shown, of``, and the value of every unknown.
     costs : DataFrame
-        ``question, method, seed, row, cost``, a row a rig that ran.
+        ``question, rig, method, seed, row, cost``, a row a rig that ran.
     verdicts : DataFrame
         ``question, claim, verdict, distance`` of the best end.
     """
-    searched, unknowns = config.questions[question], question_unknowns(config, question)
-    targets = config.targets_of(question, claims)
-    plain = _plain(config, question, unknowns, targets)
-    problem = AnswerProblem(config, question, unknowns, targets)
+    searched, targets = config.questions[question], config.targets_of(question, claims)
     ends, costs = [], []
     for one in searched.searches:
+        asked = config.begun_at(question, one.rig)
+        unknowns = question_unknowns(asked, question)
+        plain = _plain(asked, question, unknowns, targets)
+        problem = AnswerProblem(asked, question, unknowns, targets)
         requested = {
             seed: (plain, Start(f"{one.method} {seed}", start(unknowns, seed, searched.spread), [True] * len(unknowns)))
             for seed in one.seeds
@@ -59,20 +60,19 @@ def answer(
             answer_problem, requested, one.evaluations, jobs, store, method=one.method, radius=one.radius
         )
         for seed, end in found.items():
-            key = {"question": question, "method": one.method, "seed": seed}
+            key = {"question": question, "rig": asked.questions[question].rig, "method": one.method, "seed": seed}
             costs += [key | {"row": k, "cost": cost} for k, cost in enumerate(end["costs"], 1)]
             points = {"first_shown": requested[seed][1].x, "shown": end["x"]}
             counts = {name: shown(judged_at(problem, x, store)) for name, x in points.items()}
             row = {name: end[name] for name in ("evaluations", "ended", "first_cost", "cost")}
-            ends.append(key | row | counts | {"of": len(targets), "x": end["x"]})
-    ends.sort(key=lambda end: end["cost"])
-    best = judged_at(problem, ends[0]["x"], store)
+            ends.append((key | row | counts | {"of": len(targets)} | unknowns.values(end["x"]), problem, end["x"]))
+    ends.sort(key=lambda end: end[0]["cost"])
+    best = judged_at(*ends[0][1:], store)
     verdicts = [
         {"question": question, "claim": name, "verdict": verdict, "distance": float(np.abs(off).max(initial=0.0))}
         for name, (verdict, off) in best.items()
     ]
-    table = [{k: v for k, v in end.items() if k != "x"} | unknowns.values(end["x"]) for end in ends]
-    return pd.DataFrame(table), pd.DataFrame(costs), pd.DataFrame(verdicts)
+    return pd.DataFrame([end[0] for end in ends]), pd.DataFrame(costs), pd.DataFrame(verdicts)
 
 
 def _plain(config: AnswerConfig, question: str, unknowns: Unknowns, targets: list[Claim]) -> dict:
@@ -95,6 +95,7 @@ def profiles(config: AnswerConfig, claims: list[Claim], end: pd.Series, jobs: in
         ``assumption, value, evaluations, ended, first_cost, cost, shown, of, lost`` (claims that are not shown).
     """
     settings, name = config.profiles, config.profiles.question
+    config = config.begun_at(name, end["rig"])
     targets = config.targets_of(name, claims)
     cases = [(label, value, config, {label: value}) for label, values in settings.values.items() for value in values]
     cases += [(*one, config.with_law(law), {}) for law in settings.laws for one in law.scene.items()]
@@ -135,6 +136,7 @@ def robustness(config: AnswerConfig, claims: list[Claim], end: pd.Series, jobs: 
     ``end`` is a row of the ends of `answer`. Neighbours that do not run show none; none was part of the search.
     """
     settings, name = config.robustness, config.robustness.question
+    config = config.begun_at(end["question"], end["rig"])
     unknowns, searched = question_unknowns(config, end["question"]), config.questions[end["question"]].neighbours
     judged_by = config.questions[name].model_copy(update={"scene": config.questions[end["question"]].scene})
     config = config.model_copy(update={"questions": {name: judged_by}})
@@ -153,7 +155,7 @@ def robustness(config: AnswerConfig, claims: list[Claim], end: pd.Series, jobs: 
     counts = {key: shown(problem.judged(row["values"])) for key, row in rows.items() if row["state"] == DONE}
     own, *others = (counts.get(key, 0) for key in keys)
     return {
-        "question": end["question"], "of": len(problem.claims), "shown": own, "rigs": len(others),
+        "question": end["question"], "rig": end["rig"], "of": len(problem.claims), "shown": own, "rigs": len(others),
         "share_moved": settings.share, "median": float(np.median(others)), "least": min(others),
         "share_at_least": float(np.mean(np.array(others) >= own)),
     }  # fmt: skip

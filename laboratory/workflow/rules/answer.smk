@@ -7,7 +7,7 @@ rule answer_table:
         lab_needs("answer.py"),
         config="config/answer.yaml",
         claims="config/claims.yaml",
-        rigs=[CONFIG.rig, *(other.rig for other in CONFIG.other_rigs.values())],
+        rigs=load_answer("config/answer.yaml").rigs(),
         kernels=[KERNELS, method_kernels("linearly_implicit")],
     output:
         **{name: f"{L}/{{short}}answer_{name}.csv" for name in ("ends", "costs", "verdicts")},

@@ -8,11 +8,11 @@ import pytest
 
 from laboratory.inference.answer.problem import MISSING, AnswerProblem, neighbours, residual, rows_of_answer
 from laboratory.inference.answer.revolution import _after_longest_pause, summary
-from laboratory.inference.answer.settings import load_answer, question_unknowns
-from laboratory.inference.answer.study import profiles, start
+from laboratory.inference.answer.settings import Searches, load_answer, question_unknowns
+from laboratory.inference.answer.study import answer, profiles, start
 from replication.paper.claims import ONE_SIDED, REPRODUCED, _values, load_claims
 from trackdyn.measure.sensor import whole_samples
-from trackdyn.parameters.rig import Rig
+from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.simulate import simulate
 from trackdyn.sweeps.row import run_values
@@ -119,10 +119,26 @@ def test_a_profile_holds_a_value_or_a_law_and_names_what_is_lost(problem, tmp_pa
     less = {"evaluations": 1, "values": {"sprocket.equal_pitch_radius": [0.308, 0.33]}}
     profiles_ = ANSWER.profiles.model_copy(update=less | {"laws": ANSWER.profiles.laws[:1]})
     config = ANSWER.model_copy(update={"profiles": profiles_})
-    end = pd.Series(problem.unknowns.of_rig(problem.unknowns.rig) | {"question": "predicted"})
+    end = pd.Series(problem.unknowns.of_rig(problem.unknowns.rig) | {"question": "predicted", "rig": "config/rig.yaml"})
     found = profiles(config, CLAIMS, end, 1, tmp_path).set_index(["assumption", "value"])
     assert found.loc[("sprocket.equal_pitch_radius", 0.33), "ended"] == "cannot be built"
     other, law = found.loc[("sprocket.equal_pitch_radius", 0.308)], found.loc[("drag", "rolling")]
     assert other["cost"] > 5 and law["cost"] != other["cost"]
     for row in (other, law):
         assert row["shown"] + len(row["lost"].split(", ")) == row["of"] == len(problem.claims)
+
+
+def test_searches_begin_at_their_own_rig_and_the_best_one_is_judged(tmp_path):
+    searches = [
+        Searches(method="dfols", evaluations=1, radius=0.05, seeds=[0], rig=rig)
+        for rig in ("config/rigs/first_fit.yaml", None)
+    ]
+    question = ANSWER.questions["predicted"].model_copy(update={"searches": searches})
+    config = ANSWER.model_copy(update={"questions": {"predicted": question}})
+    ends, costs, verdicts = answer(config, CLAIMS, "predicted", 1, tmp_path)
+    assert ends["rig"].tolist() == ["config/rig.yaml", "config/rigs/first_fit.yaml"]
+    best, worse = (load_rig(path).chain.link_mass for path in ends["rig"])
+    assert ends["chain.link_mass"].tolist() == pytest.approx([best, worse])
+    assert (ends["first_cost"] == ends["cost"]).all() and ends["cost"].is_monotonic_increasing
+    assert (verdicts["verdict"] == REPRODUCED).sum() == ends["shown"].iloc[0] == ends["of"].iloc[0]
+    assert set(costs["rig"]) == set(ends["rig"])
