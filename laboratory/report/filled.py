@@ -15,7 +15,7 @@ def departures(rows: pd.DataFrame) -> str:
     shown = ("rms_g", "high_frequency_g", "left_share_pct")
 
     def cell(group: pd.DataFrame) -> str:
-        if (why := group["failed"].fillna("").iloc[0]) != "":
+        if isinstance(why := group["failed"].iloc[0], str) and why:
             return "refused" if why.startswith("scene: ") else "fails"
         found = group.set_index("measure")["difference"]
         return ", ".join(f"{found[name]:+.1f}".replace("-0.0", "0").replace("+0.0", "0") for name in shown)

@@ -106,6 +106,7 @@ rule trade_form:
         limits_md=f"{R}/{{short}}tables/limits.md",
         summary=f"{R}/{{short}}tables/trade.md",
         trade=figure("trade", "{short}"),
+        trade_first=figure("trade_first", "{short}"),
         trade_planner=figure("trade_planner", "{short}"),
     log: f"{R}/logs/{{short}}trade.log"
     message: "Accuracy against cost"

@@ -2,6 +2,7 @@
 
 import base64
 import gzip
+import io
 import json
 import re
 import shutil
@@ -13,9 +14,10 @@ import numpy as np
 import pandas as pd
 import pytest
 from matplotlib.figure import Figure
+from PIL import Image
 
 from replication.paper.claims import VERDICTS
-from replication.report.page.builder import PageInputs, build_page, write_page
+from replication.report.page.builder import PageInputs, build_page, embedded_picture, write_page
 from trackdyn.errors import InputError
 from trackdyn.parameters.layout import assemble
 from trackdyn.parameters.rig import load_rig
@@ -107,6 +109,7 @@ def inputs(tmp_path_factory):
     ]
     pd.DataFrame(kinds).to_csv(results / "tables" / "parameters.csv", index=False)
     trade = {"scene": "ring", "fidelity": "planar", "integrator": "euler", "measure": "rms", "uncertainty": 1e-6}
+    trade |= {"start_cpu_s": 0.2, "record_s": 7.0}
     steps = [
         trade | {"step_s": s, "cpu_s_per_s": 1e-5 / s, "error": 100 * s, "failed": s > 5e-4} for s in (1e-4, 2e-4, 1e-3)
     ]
@@ -128,7 +131,7 @@ def inputs(tmp_path_factory):
     figure = Figure(figsize=(7, 3))
     figure.subplots().plot([0, 1])
     figure.savefig(results / "figures" / "fig15.png", dpi=150)
-    for name in ("fig05", "fig18_a", "fig24", "extremes_solvers"):
+    for name in ("fig05", "fig18_a", "fig24", "trade_first", "extremes_solvers"):
         (results / "figures" / f"{name}.png").write_bytes((results / "figures" / "fig15.png").read_bytes())
     return PageInputs(results=results, rig=RIG_FILE, sensors={"210rpm": results / "sensor.csv"})
 
@@ -167,6 +170,19 @@ def carried(text, name):
     """What a page carries compressed."""
     packed = re.search(rf'<script type="application/gzip" id="{name}">(.*?)</script>', text).group(1)
     return gzip.decompress(base64.b64decode(packed)).decode("utf-8")
+
+
+def test_a_picture_keeps_the_colour_of_a_few_marks(tmp_path):
+    figure = Figure(figsize=(5, 3))
+    axis = figure.subplots()
+    for k, colour in enumerate(("#00407A", "#D55E00", "#E69F00", "#4FBF8B")):
+        axis.plot(k, k, "o", color=colour, ms=4)
+        axis.set_title("text has many shades of grey", fontsize=12)
+    figure.savefig(tmp_path / "a.png", dpi=200)
+    uri = embedded_picture(tmp_path / "a.png")["uri"]
+    shown = Image.open(io.BytesIO(base64.b64decode(uri.partition(",")[2]))).convert("RGB").getcolors()
+    for wanted in ((0, 64, 122), (213, 94, 0), (230, 159, 0), (79, 191, 139)):
+        assert min(np.abs(np.subtract(colour, wanted)).max() for _, colour in shown) < 30
 
 
 def test_the_page_carries_everything_and_is_small(page_file):

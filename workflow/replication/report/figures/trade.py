@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import NullFormatter
+from matplotlib.ticker import LogLocator, NullFormatter
 
 from replication.peers.codes import OURS, PEER
 from replication.report.marks import handle
@@ -42,25 +42,28 @@ def trade_sentence(rows: pd.DataFrame) -> str:
     data, parts = answers(rows), []
     for measure, tolerance, words in (("rms", 0.01, "RMS"), ("left_peak", 0.02, "mean left-arc peak")):
         kept = data[(data["measure"] == measure) & (data["error"] <= tolerance)].groupby("scene")["cpu_s"].min()
-        parts.append(f"{words} to {100 * tolerance:g} %: {kept.min():.1g} to {kept.max():.1g} CPU s")
+        if len(kept):
+            parts.append(f"{words} to {100 * tolerance:g} %: {kept.min():.1g} to {kept.max():.1g} CPU s")
     scenes = "answers of all links at 115 and 210 rpm, with and without a ring, on the machine that measured"
     return f"{'; '.join(parts)}, {scenes}."
 
 
 @styled
-def trade_figure(rows: pd.DataFrame, peers: pd.DataFrame | None = None) -> Figure:
+def trade_figure(
+    rows: pd.DataFrame, peers: pd.DataFrame | None = None, measures=tuple(LABELS), width: float = 3.1, columns: int = 7
+) -> Figure:
     """Error of three measures against the CPU time of the whole answer, a panel a scene and measure.
 
     Every setting is a point with its step in ms, the Pareto front a line. Errors below ``LEAST_ERROR`` stand there.
     Coarser physics and motion in space have marks of their own, the paper's step a ring around it. ``peers`` are
-    answers of other codes (`peers.answers`).
+    answers of other codes (`peers.answers`). Panels have a width (inch), the legend so many columns.
     """
     data = answers(rows)
     measured = set(data.loc[data["measure"] == "rms", "scene"])
     scenes = [scene for scene in dict.fromkeys(data["scene"]) if scene in measured]
-    figure = new_figure(7.6, 3.1 * len(scenes))
-    axes = figure.subplots(len(LABELS), len(scenes), sharex=True, sharey="row", squeeze=False)
-    for line, (measure, label) in zip(axes, LABELS.items(), strict=True):
+    figure = new_figure(2.3 * len(measures) + 0.7, width * len(scenes))
+    axes = figure.subplots(len(measures), len(scenes), sharex=True, sharey="row", squeeze=False)
+    for line, measure in zip(axes, measures, strict=True):
         for axis, scene in zip(line, scenes, strict=True):
             here = data[(data["scene"] == scene) & (data["measure"] == measure)]
             _panel(axis, here.assign(error=here["error"].clip(lower=LEAST_ERROR)))
@@ -68,9 +71,9 @@ def trade_figure(rows: pd.DataFrame, peers: pd.DataFrame | None = None) -> Figur
                 _peers(axis, peers)
             if measure == "rms":
                 axis.set_title(scene)
-        line[0].set_ylabel(label)
+        line[0].set_ylabel(LABELS[measure])
     for axis in axes[-1]:
-        axis.set_xlabel("CPU time of the whole answer (s)")
+        axis.set_xlabel("CPU time of the answer (s)")
     handles = [handle(name, color=COLOURS[k], marker="o", lw=0) for k, name in enumerate(METHODS.values())]
     look = {"lw": 0, "markerfacecolor": "none"}
     handles += [handle(name.replace("_", " "), marker=mark, color="0.4", **look) for name, mark in PHYSICS.items()]
@@ -79,8 +82,15 @@ def trade_figure(rows: pd.DataFrame, peers: pd.DataFrame | None = None) -> Figur
     if peers is not None:
         names = zip(("Exudyn", "MuJoCo"), PEERS, strict=True)
         handles += [handle(name, marker=mark, ms=6, lw=0, color=GREEN) for name, mark in names]
-    figure.legend(handles=handles, loc="outside lower center", ncols=7)
+    figure.legend(handles=handles, loc="outside lower center", ncols=columns)
     return figure
+
+
+def first_figure(rows: pd.DataFrame, peers: pd.DataFrame | None = None) -> Figure:
+    """The same of the RMS in the first scenes with and without a ring, for a narrow column."""
+    bare = rows["scene"].str.startswith("no ring")
+    first = [rows.loc[kind, "scene"].iloc[0] for kind in (~bare, bare) if kind.any()]
+    return trade_figure(rows[rows["scene"].isin(first)], peers, ("rms",), 2.1, 3)
 
 
 def _panel(axis: Axes, here: pd.DataFrame) -> None:
@@ -97,6 +107,8 @@ def _panel(axis: Axes, here: pd.DataFrame) -> None:
                 axis.plot(row["cpu_s"], row["error"], "o", ms=11, color=BLACK, mfc="none", mew=0.8)
     front = pareto(here)
     axis.step(front["cpu_s"], front["error"], where="post", color="0.4", lw=0.9, zorder=0)
+    axis.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    axis.xaxis.set_major_formatter("{x:g}")
     axis.xaxis.set_minor_formatter(NullFormatter())
     axis.margins(0.12, 0.15)
     axis.grid(True, which="major", lw=0.3)

@@ -17,6 +17,7 @@ from replication.certify.provenance import check_sources, run_provenance
 from replication.paper.claims import IN_TREND, JUDGED, NOT_REPRODUCED, ORIGIN_WORDS, ORIGINS, VERDICTS
 from replication.paper.contents import OF_STUDIES, OWN, PAPER, missing_items
 from replication.paper.scorecard import claim_counts, counts, headline, statements
+from replication.report.figures.trade import trade_sentence
 from replication.report.page import data
 from replication.report.tables import cost_table
 from replication.studies import STUDIES
@@ -36,8 +37,8 @@ KINDS = {
 SYMBOLS = dict(zip(VERDICTS, ("●", "◐", "○", "◇", "–"), strict=True))
 SCRIPTS = ("shared", "page", "animation", "plots", "charts")  # one module, in this order
 FAILED = (NOT_REPRODUCED, IN_TREND)  # a claim with such a part is not reproduced
-COLOURS_OF_A_PICTURE = 13
-FRONT = "fig24"  # on the first screen
+COLOURS_OF_A_PICTURE = 16
+FRONT = ("fig24", "trade_first")  # on the first screen
 MODEL = tuple(f"fig{number:02d}" for number in range(1, 14))
 RESULTS = tuple(f"fig{number:02d}" for number in range(14, 25))
 ACCURACY = ("trade", "limits", "peer_answers")  # of the studies, beside the chart of cost and error
@@ -89,6 +90,7 @@ def build_page(inputs: PageInputs) -> str:
         embedded,
         Path(__file__).parent,
         card=_card(results),
+        answer_costs=trade_sentence(pd.read_csv(trade)) if (trade := _first(results, "trade.csv")) else "",
         symbols=SYMBOLS,
         synthetic=inputs.synthetic,
         parameters=_parameters(results),
@@ -100,10 +102,10 @@ def build_page(inputs: PageInputs) -> str:
         planner=data.promises(_rows(results, "planner.csv")),
         provenance=origin,
         # the scorecard stands on the page as a list
-        gallery=[one for one in shown if one["item"] not in OF_STUDIES and one["item"].key not in ("claims", FRONT)],
+        gallery=[one for one in shown if one["item"] not in OF_STUDIES and one["item"].key not in ("claims", *FRONT)],
         accuracy=[entry for entry in shown if entry["item"].key in ACCURACY],
         extremes=[entry for entry in shown if entry["item"].key.startswith("extremes")],
-        front=next((entry for entry in shown if entry["item"].key == FRONT), None),
+        front=[entry for entry in shown if entry["item"].key in FRONT and entry["pictures"]],
         origins=ORIGIN_WORDS,
         judged=JUDGED,
         groups=_groups(shown),
@@ -229,6 +231,7 @@ def _entry(inputs: PageInputs, said: Mapping[str, list[str]], item) -> dict:
     return {
         "item": item,
         "id": item.key if item.label else f"our-{item.key}",
+        "said": _caption_html(paragraph),
         "caption": _caption_html([*item.caption(inputs.synthetic), *paragraph]),
         "pictures": [] if item.table else [embedded_picture(file) for file in files],
         "rows": data.csv_rows(files[0]) if item.table and files else None,
@@ -243,8 +246,9 @@ def _caption_html(paragraphs: list[str]) -> str:
 
 def embedded_picture(path: Path) -> dict:
     """A picture as a data address with its size in pixels, with the few colours that line drawings need."""
+    rare = Image.Quantize.MAXCOVERAGE  # keeps the colour of a few marks; a median cut makes them grey
     with Image.open(path) as image:
-        few = image.convert("RGB").quantize(COLOURS_OF_A_PICTURE, dither=Image.Dither.NONE).convert("RGB")
+        few = image.convert("RGB").quantize(COLOURS_OF_A_PICTURE, rare, dither=Image.Dither.NONE).convert("RGB")
     buffer = io.BytesIO()
     few.save(buffer, format="WEBP", lossless=True, quality=75)
     uri = "data:image/webp;base64," + base64.b64encode(buffer.getvalue()).decode("ascii")
