@@ -32,7 +32,7 @@ COLUMNS = {  # of the article's tables, by the table of the results
         *(f"{name}_{what}" for name in ("rms_g", "sd_g", "left_rms_n") for what in (
             "ten_arcs", "three_surfaces", "difference_pct")),
     ),
-    "ends": ("question", "method", "seed", "evaluations", "ended", "first_cost", "cost", "shown", "of"),
+    "ends": ("question", "rig", "method", "seed", "evaluations", "ended", "first_cost", "cost", "shown", "of"),
     "profiles": ("assumption", "value", "ended", "cost", "shown", "of", "lost"),
 }  # fmt: skip
 
