@@ -26,7 +26,8 @@ def answer_text(ends: pd.DataFrame, verdicts: pd.DataFrame, near: pd.DataFrame, 
         moved = f"Of {row.rigs} rigs around it, with every free value moved by up to {100 * row.share_moved:g} %,"
         as_many = f"{100 * row.share_at_least:.0f} % show as many or more; median {row.median:g}, least {row.least:g}"
         parts.append(f"*{row.question}*, from {row.rig}, at all speeds: {row.shown} of {row.of}. {moved} {as_many}.")
-    table = profiles.round({"first_cost": 1, "cost": 1}).convert_dtypes().astype(object).fillna("")
+    held = profiles[["assumption", "value", "ended", "cost", "shown", "of", "lost"]]
+    table = held.round({"cost": 1}).convert_dtypes().astype(object).fillna("")
     parts.append(
         "Assumptions of the best rig of *predicted*, held while all else was searched again:\n\n"
         + table.to_markdown(index=False, disable_numparse=True)

@@ -20,17 +20,19 @@ SAME = 0.1  # relative difference of two lives below which the radius is called 
 
 
 def wear_text(lives: pd.DataFrame) -> str:
-    """Lives of the named rigs as a table; the best first radius, what came of drawn rigs, what a sensor sees."""
+    """Lives of the last rig with a name as a table; the best first radius, what came of drawn rigs, what a sensor sees."""
     seen = windows(lives)
     summary = summarize(lives, seen)
     drawn = summary["rig"].str.startswith("drawn")
     named = summary[~drawn]
+    last = named["rig"].iloc[-1]
+    named, own = named[named["rig"] == last], lives[lives["rig"] == last]
     table = named[OF_A_LIFE[:3]].assign(**{"first radius (mm)": named["first_radius_m"].map(lambda r: f"{1e3 * r:g}")})
     for name, words in COLUMNS.items():
         scale, digits = (1.0, 0) if name.endswith("_km") else (1e3, 2)
         table[words] = [f"{scale * v:.{digits}f}" if pd.notna(v) else "–" for v in named[name]]
     lines = [table.to_markdown(index=False, disable_numparse=True), "", f"- {wear_answer(summary, seen)}"]
-    if (same := _same_history(lives[~lives["rig"].str.startswith("drawn")])) is not None:
+    if (same := _same_history(own)) is not None:
         ring_alone = "the radius alone nearly determines the state" if same < SAME else "the worn grooves count, too"
         lines.append(
             "- The life of a smaller new ring and the rest of the life of a larger one, from there on, differ "
@@ -49,8 +51,7 @@ def wear_text(lives: pd.DataFrame) -> str:
     deepest = 1e3 * named[["left_depth_m", "right_depth_m"]].max().max()
     lost = 1e3 * (named["first_radius_m"] - named["last_radius_m"]).max()
     lines.append(f"- Deepest wear of a groove in these lives: {deepest:.2g} mm, while the ring loses {lost:.2g} mm.")
-    last = named["rig"].iloc[-1]
-    of_sensor = sensed(lives[lives["rig"] == last])
+    of_sensor = sensed(own)
     best = of_sensor.groupby("measure")["detectable_mm"].median().sort_values()
     named_best = ", ".join(f"{value:.2f} mm by `{name}`" for name, value in best.items())
     lines.append(f"- Least change of the ring's radius that two records tell apart (median, `{last}`): {named_best}.")
