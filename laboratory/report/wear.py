@@ -20,7 +20,7 @@ SAME = 0.1  # relative difference of two lives below which the radius is called 
 
 
 def wear_text(lives: pd.DataFrame) -> str:
-    """Lives of the last rig with a name as a table; the best first radius, what came of drawn rigs, what a sensor sees."""
+    """Lives of the last named rig as a table; the best first radius, what came of drawn rigs, what a sensor sees."""
     seen = windows(lives)
     summary = summarize(lives, seen)
     drawn = summary["rig"].str.startswith("drawn")
