@@ -8,9 +8,10 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from replication.paper.claims import REPRODUCED
-from trackdyn.plots.style import COLOURS, DASHES, PAGE, new_figure, styled
+from trackdyn.plots.style import COLOURS, DASHES, PAGE, SMALL, new_figure, styled
 
 HEAD = ("question", "rig", "method", "seed", "evaluations", "ended", "first_cost", "cost", "first_shown", "shown", "of")
+ACROSS = 3  # panels beside each other
 
 
 def answer_text(ends: pd.DataFrame, verdicts: pd.DataFrame, near: pd.DataFrame, profiles: pd.DataFrame) -> str:
@@ -37,11 +38,14 @@ def answer_text(ends: pd.DataFrame, verdicts: pd.DataFrame, near: pd.DataFrame, 
 
 @styled
 def search_figure(costs: pd.DataFrame) -> Figure:
-    """Least cost so far against rows, a line a search and a panel a question."""
+    """Least cost (half the sum of squares) so far against rows, a line a search and a panel a question."""
     questions = list(dict.fromkeys(costs["question"]))
-    figure = new_figure(2.6, PAGE)
-    panels = figure.subplots(1, len(questions), squeeze=False)[0]
-    for ax, question in zip(panels, questions, strict=True):
+    lines = -(-len(questions) // ACROSS)
+    figure = new_figure(2.3 * lines, PAGE)
+    panels = figure.subplots(lines, min(ACROSS, len(questions)), squeeze=False).ravel()
+    for ax in panels[len(questions) :]:
+        ax.set_axis_off()
+    for ax, question in zip(panels, questions, strict=False):
         searches = costs[costs["question"] == question].groupby(["rig", "method", "seed"], sort=False)
         for look, ((rig, method, seed), rows) in zip(product(DASHES, COLOURS), searches, strict=False):
             least = np.minimum.accumulate(rows["cost"])
@@ -54,6 +58,7 @@ def search_figure(costs: pd.DataFrame) -> Figure:
                 label=f"{Path(rig).name}, {method} {seed}",
             )
         ax.set(title=question, xlabel="rows", ylim=(0, None))
-        ax.legend()
-    panels[0].set_ylabel("least cost (half the sum of squares)")
+        ax.legend(fontsize=SMALL).set_in_layout(False)
+    for ax in panels[::ACROSS]:
+        ax.set_ylabel("least cost")
     return figure

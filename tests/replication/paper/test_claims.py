@@ -20,12 +20,13 @@ from replication.paper.claims import (
     NOT_REPRODUCED,
     REPRODUCED,
     Claim,
+    _text,
     distance,
     judge,
     judge_all,
     load_claims,
 )
-from replication.paper.evidence import Evidence
+from replication.paper.evidence import Evidence, Range
 from replication.paper.scorecard import counts, headline, side_by_side
 from trackdyn.errors import InputError
 from trackdyn.parameters.paper_tables import PaperTables
@@ -436,3 +437,9 @@ def test_a_scale_belongs_to_one_sided_rules():
     row = CLAIMS["C25a"].model_dump() | {"scale": 1.0}
     with pytest.raises(InputError, match=r"C25a: scale belongs to at_most, at_least, either_at_most; equal has none"):
         Claim.model_validate(row)
+
+
+def test_a_ratio_of_forces_that_never_act_is_no_number():
+    nan = float("nan")
+    assert _text([Range(nan, nan), Range(1.0, 2.0)]) == "no value; 1 to 2"
+    assert _text([nan, 3.0]) == "no value, 3"

@@ -261,6 +261,8 @@ def distance(claim: Claim, e: Evidence) -> float:
 def _text(value) -> str:
     if value is None:
         return ""
+    if isinstance(value, Range | float) and np.isnan(value).any():
+        return "no value"  # such as a ratio of forces that never act
     if isinstance(value, Range):
         return f"{_text(value.low)} to {_text(value.high)}"
     if isinstance(value, list | tuple):
