@@ -47,16 +47,9 @@ def search_figure(costs: pd.DataFrame) -> Figure:
         ax.set_axis_off()
     for ax, question in zip(panels, questions, strict=False):
         searches = costs[costs["question"] == question].groupby(["rig", "method", "seed"], sort=False)
-        for look, ((rig, method, seed), rows) in zip(product(DASHES, COLOURS), searches, strict=False):
-            least = np.minimum.accumulate(rows["cost"])
-            ax.step(
-                rows["row"],
-                least,
-                where="post",
-                linestyle=look[0],
-                color=look[1],
-                label=f"{Path(rig).name}, {method} {seed}",
-            )
+        for (dashes, colour), ((rig, method, seed), rows) in zip(product(DASHES, COLOURS), searches, strict=False):
+            least, label = np.minimum.accumulate(rows["cost"]), f"{Path(rig).name}, {method} {seed}"
+            ax.step(rows["row"], least, where="post", linestyle=dashes, color=colour, label=label)
         ax.set(title=question, xlabel="rows", ylim=(0, None))
         ax.legend(fontsize=SMALL).set_in_layout(False)
     for ax in panels[::ACROSS]:

@@ -16,7 +16,6 @@ COLUMNS = {
     "life_km": "life (km)", "right_begins_m": "right arc touches (mm)", "left_leaves_m": "left force leaves 15 % (mm)",
     "good_from_m": "window from (mm)", "good_to_m": "to (mm)", "good_km": "in it (km)",
 }  # fmt: skip
-SAME = 0.1  # relative difference of two lives below which the radius is called their state (judgement)
 
 
 def wear_text(lives: pd.DataFrame) -> str:
@@ -32,12 +31,6 @@ def wear_text(lives: pd.DataFrame) -> str:
         scale, digits = (1.0, 0) if name.endswith("_km") else (1e3, 2)
         table[words] = [f"{scale * v:.{digits}f}" if pd.notna(v) else "–" for v in named[name]]
     lines = [table.to_markdown(index=False, disable_numparse=True), "", f"- {wear_answer(summary, seen)}"]
-    if (same := _same_history(own)) is not None:
-        ring_alone = "the radius alone nearly determines the state" if same < SAME else "the worn grooves count, too"
-        lines.append(
-            "- The life of a smaller new ring and the rest of the life of a larger one, from there on, differ "
-            f"by at most {same:.1%} in kilometres: {ring_alone}."
-        )
     if drawn.any():
         words = [next(kind for mark, kind in ENDS.items() if mark in end) for end in summary.loc[drawn, "end"]]
         counts = pd.Series(words).value_counts()
@@ -56,17 +49,3 @@ def wear_text(lives: pd.DataFrame) -> str:
     named_best = ", ".join(f"{value:.2f} mm by `{name}`" for name, value in best.items())
     lines.append(f"- Least change of the ring's radius that two records tell apart (median, `{last}`): {named_best}.")
     return "\n".join(lines)
-
-
-def _same_history(lives: pd.DataFrame) -> float | None:
-    """Largest relative difference of a life from what is left, at its first radius, of the longest life of the rig."""
-    found = []
-    for _, cases in lives.dropna(subset=["ring_radius_m"]).groupby(OF_A_LIFE[:3]):
-        complete = cases[cases["first_radius_m"] == cases["first_radius_m"].max()].sort_values("ring_radius_m")
-        for first, one in cases.groupby("first_radius_m"):
-            same_end = np.isclose(one["ring_radius_m"].min(), complete["ring_radius_m"].min())
-            if first < complete["first_radius_m"].iloc[0] and same_end:
-                run = np.interp(first, complete["ring_radius_m"], complete["distance_km"])
-                left = complete["distance_km"].max() - run
-                found.append(abs(left / one["distance_km"].max() - 1))
-    return max(found, default=None)

@@ -107,7 +107,6 @@ rule trade_form:
         summary=f"{R}/{{short}}tables/trade.md",
         trade=figure("trade", "{short}"),
         trade_first=figure("trade_first", "{short}"),
-        trade_planner=figure("trade_planner", "{short}"),
     log: f"{R}/logs/{{short}}trade.log"
     message: "Accuracy against cost"
     script: "../scripts/trade.py"

@@ -3,7 +3,7 @@ from trackdyn.sweeps.job import logged
 import pandas as pd
 
 from replication.paper.contents import caption
-from replication.report.figures.trade import first_figure, planner_figure, trade_figure
+from replication.report.figures.trade import first_figure, trade_figure
 from replication.report.tables import headed, trade_summary, write_captioned_table
 from replication.study.accuracy.limit import presets_beside_limits
 from trackdyn.files import write_csv, write_text
@@ -20,4 +20,3 @@ with logged(snakemake):
     peers = pd.read_csv(given.peers[0]) if given.peers else None
     save(trade_figure(rows, peers), out.trade[0])
     save(first_figure(rows, peers), out.trade_first[0])
-    save(planner_figure(promises), out.trade_planner[0])

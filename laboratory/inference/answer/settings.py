@@ -30,7 +30,7 @@ class Row(Section):
 
 class Searches(Section):
     """Searches by one method: evaluations that each may take, first trust region or standard deviation as a share of
-    the unit cube, and seeds, each of which draws a start; ``rig``, if they do not begin at that of the question."""
+    the unit cube, and seeds, each of which draws a start; they start at ``rig``, or that of the question."""
 
     method: SearchMethod
     evaluations: Count
@@ -118,29 +118,28 @@ class AnswerConfig(Section):
         return self
 
     def rigs(self) -> list[str]:
-        """Files of all rigs at which searches begin."""
+        """Files of all rigs where searches start."""
         return sorted({one.rig or asked.rig for asked in self.questions.values() for one in asked.searches})
 
-    def begun_at(self, name: str, rig: str | None) -> "AnswerConfig":
-        """The same, with another rig where the searches of a question begin."""
-        question = self.questions[name]
-        changed = question.model_copy(update={"rig": rig or question.rig})
-        return self.model_copy(update={"questions": self.questions | {name: changed}})
+    def with_question(self, name: str, **changes) -> "AnswerConfig":
+        """The same, with other fields of a question."""
+        question = self.questions[name].model_copy(update=changes)
+        return self.model_copy(update={"questions": self.questions | {name: question}})
 
     def with_law(self, law: Law) -> "AnswerConfig":
-        """The question of the profiles alone, with another law."""
+        """The same, with another law in the question of the profiles."""
         name = self.profiles.question
         question = self.questions[name]
         fixed = question.fixed if law.fixed is None else law.fixed
-        changed = question.model_copy(update={"scene": question.scene | law.scene, "fixed": fixed})
-        return self.model_copy(update={"questions": {name: changed}})
+        return self.with_question(name, scene=question.scene | law.scene, fixed=fixed)
 
     def shortened(self) -> "AnswerConfig":
         """The short form."""
         question = self.questions[self.short.question]
+        first = {one.method: one for one in reversed(question.searches)}  # search of each method
         less = [
             one.model_copy(update={"evaluations": self.short.evaluations, "seeds": one.seeds[:1]})
-            for one in {one.method: one for one in reversed(question.searches)}.values()
+            for one in first.values()
         ]
         short = {self.short.question: question.model_copy(update={"searches": less})}
         return self.model_copy(update={"questions": short})

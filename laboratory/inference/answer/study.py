@@ -48,7 +48,7 @@ def answer(
     searched, targets = config.questions[question], config.targets_of(question, claims)
     ends, costs = [], []
     for one in searched.searches:
-        asked = config.begun_at(question, one.rig)
+        asked = config.with_question(question, rig=one.rig or searched.rig)
         unknowns = question_unknowns(asked, question)
         plain = _plain(asked, question, unknowns, targets)
         problem = AnswerProblem(asked, question, unknowns, targets)
@@ -60,7 +60,7 @@ def answer(
             answer_problem, requested, one.evaluations, jobs, store, method=one.method, radius=one.radius
         )
         for seed, end in found.items():
-            key = {"question": question, "rig": asked.questions[question].rig, "method": one.method, "seed": seed}
+            key = {"question": question, "rig": one.rig or searched.rig, "method": one.method, "seed": seed}
             costs += [key | {"row": k, "cost": cost} for k, cost in enumerate(end["costs"], 1)]
             points = {"first_shown": requested[seed][1].x, "shown": end["x"]}
             counts = {name: shown(judged_at(problem, x, store)) for name, x in points.items()}
@@ -95,7 +95,7 @@ def profiles(config: AnswerConfig, claims: list[Claim], end: pd.Series, jobs: in
         ``assumption, value, evaluations, ended, first_cost, cost, shown, of, lost`` (claims that are not shown).
     """
     settings, name = config.profiles, config.profiles.question
-    config = config.begun_at(name, end["rig"])
+    config = config.with_question(name, rig=end["rig"])
     targets = config.targets_of(name, claims)
     cases = [(label, value, config, {label: value}) for label, values in settings.values.items() for value in values]
     cases += [(*one, config.with_law(law), {}) for law in settings.laws for one in law.scene.items()]
@@ -136,14 +136,13 @@ def robustness(config: AnswerConfig, claims: list[Claim], end: pd.Series, jobs: 
     ``end`` is a row of the ends of `answer`. Neighbours that do not run show none; none was part of the search.
     """
     settings, name = config.robustness, config.robustness.question
-    config = config.begun_at(end["question"], end["rig"])
-    unknowns, searched = question_unknowns(config, end["question"]), config.questions[end["question"]].neighbours
-    judged_by = config.questions[name].model_copy(update={"scene": config.questions[end["question"]].scene})
-    config = config.model_copy(update={"questions": {name: judged_by}})
+    config = config.with_question(end["question"], rig=end["rig"])
+    unknowns, asked = question_unknowns(config, end["question"]), config.questions[end["question"]]
+    config = config.with_question(name, scene=asked.scene)
     problem = AnswerProblem(config, name, unknowns, config.targets_of(name, claims))
     tasks: dict[str, dict] = {}
     keys = []  # of the rig itself, then of its neighbours; empty for one that cannot be built
-    for one in neighbours(settings.rigs, settings.share, len(unknowns), searched):
+    for one in neighbours(settings.rigs, settings.share, len(unknowns), asked.neighbours):
         key = ""
         with suppress(TrackdynError):
             task = problem.task_of(unknowns.near(end, one))

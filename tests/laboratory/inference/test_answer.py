@@ -128,7 +128,7 @@ def test_a_profile_holds_a_value_or_a_law_and_names_what_is_lost(problem, tmp_pa
         assert row["shown"] + len(row["lost"].split(", ")) == row["of"] == len(problem.claims)
 
 
-def test_searches_begin_at_their_own_rig_and_the_best_one_is_judged(tmp_path):
+def test_searches_start_at_their_own_rig_and_the_best_one_is_judged(tmp_path):
     searches = [
         Searches(method="dfols", evaluations=1, radius=0.05, seeds=[0], rig=rig)
         for rig in ("config/rigs/first_fit.yaml", None)
@@ -140,5 +140,5 @@ def test_searches_begin_at_their_own_rig_and_the_best_one_is_judged(tmp_path):
     best, worse = (load_rig(path).chain.link_mass for path in ends["rig"])
     assert ends["chain.link_mass"].tolist() == pytest.approx([best, worse])
     assert (ends["first_cost"] == ends["cost"]).all() and ends["cost"].is_monotonic_increasing
-    assert (verdicts["verdict"] == REPRODUCED).sum() == ends["shown"].iloc[0] == ends["of"].iloc[0]
+    assert (verdicts["verdict"] == REPRODUCED).sum() == ends["shown"].iloc[0]
     assert set(costs["rig"]) == set(ends["rig"])

@@ -10,7 +10,7 @@ from replication.peers.codes import OURS, PEER
 from replication.report.marks import handle
 from replication.study.accuracy.statistics import LEAD_IN
 from replication.study.accuracy.trade import pareto
-from trackdyn.plots.style import BLACK, BLUE, COLOURS, GREEN, SMALL, VERMILION, new_figure, styled
+from trackdyn.plots.style import BLACK, COLOURS, GREEN, SMALL, new_figure, styled
 
 LABELS = {
     "rms": "relative error of the RMS",
@@ -124,33 +124,3 @@ def _peers(axis: Axes, peers: pd.DataFrame) -> None:
         look = {"textcoords": "offset points", "fontsize": SMALL, "color": GREEN}
         for _, row in pareto(rows).iterrows():
             axis.annotate(f"{1e3 * row['step_s']:g}", (row["cpu_s"], row["error"]), (4, -10 if other else 3), **look)
-
-
-@styled
-def planner_figure(table: pd.DataFrame) -> Figure:
-    """Achieved error against tolerance on scenes that nothing was chosen by; missed tolerances are labelled."""
-    figure = new_figure(4.2)
-    axis = figure.subplots()
-    known = table[table["achieved_error"].notna()]
-    error = known["achieved_error"].clip(lower=LEAST_ERROR)
-    met = known["met"].astype(bool)
-    for k, measure in enumerate(known["measure"].unique()):
-        look = {"marker": "osD^v<>"[k % 7], "ms": 4, "linestyle": "none"}
-        for kept, colour in ((True, BLUE), (False, VERMILION)):
-            here = (known["measure"] == measure) & (met == kept)
-            label = spoken(measure) if kept else None
-            axis.loglog(known["tolerance"][here], error[here], **look, color=colour, label=label)
-    for index, row in known[~met].iterrows():
-        text = f"missed: {spoken(row['measure'])}\n{row['achieved_error']:.2g} at {row['tolerance']:g}"
-        look = {"textcoords": "offset points", "ha": "left", "fontsize": SMALL, "color": VERMILION}
-        axis.annotate(text, (row["tolerance"], error[index]), (-4, 9), **look)
-    tolerances = sorted(known["tolerance"].unique())
-    ends = np.array([known["tolerance"].min() * 0.7, known["tolerance"].max() * 1.4])
-    axis.loglog(ends, ends, "k-", lw=1, label="tolerance")
-    axis.set_xticks(tolerances, [f"{t:g}" for t in tolerances])
-    axis.xaxis.set_minor_formatter(NullFormatter())
-    axis.set(xlabel="tolerance (relative; turns for contact durations)", ylabel="achieved error (same unit)")
-    axis.set_title(f"{int(met.sum())} of {len(known)} tolerances met")
-    figure.legend(loc="outside lower center", ncols=4)
-    axis.grid(True, lw=0.3)
-    return figure
