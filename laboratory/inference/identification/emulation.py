@@ -26,6 +26,7 @@ ROUNDING = 1e-8  # variance of every feature, over scale squared: two that are t
 FOLDS = 8  # of the cross-validation
 # standard deviation of what the logarithm of the errors' variance changes by from the middle to an end
 PRIOR_SLOPE = 0.5
+SLOPE_OVER = 0.02  # either way, of the range of an unknown
 LEAST_DEGREES, MOST_DEGREES = 2.0, 200.0  # of freedom: hardly a variance, hardly a tail
 
 
@@ -101,13 +102,28 @@ class FeatureEmulator:
             mean, promised = part(x[out])
             errors[out] = (y[out] - mean) / scale
             sd[out] = np.sqrt(promised**2 @ (part.axes @ axes.T) ** 2)
-        distance = np.empty(len(x))
+        covariances = np.empty((*y.shape, y.shape[1]))
         for one in range(FOLDS):  # covariances of so many features fit the errors that they were learnt from too well
             out = fold == one
-            of = Spread(errors[~out], sd[~out], axes).covariance(sd[out])
-            distance[out] = [row @ np.linalg.solve(known, row) for row, known in zip(errors[out], of, strict=True)]
-        self._log_variance, self.degrees = tails(distance, y.shape[1], _quadratic(x))
+            covariances[out] = Spread(errors[~out], sd[~out], axes).covariance(sd[out])
+        weighted = np.linalg.solve(covariances, errors[:, :, None])[:, :, 0]
+        self._log_variance, self.degrees = tails((errors * weighted).sum(axis=1), y.shape[1], _quadratic(x))
+        self._log_variance[0] += np.log(self._misplaced(x, weighted, covariances, scale))
         self._spread = Spread(errors, sd, axes)
+
+    def _misplaced(self, x: np.ndarray, weighted: np.ndarray, covariances: np.ndarray, scale: np.ndarray) -> float:
+        """Factor on the variance of errors that look like another value of an unknown, at least 1.
+
+        A resonance in the wrong place errs most where features are steep, in the one direction that moves a posterior.
+        Compared are medians of Student's distribution: a few points at the edge of a small design err far more.
+        """
+        local, squares = np.exp(_quadratic(x) @ self._log_variance), []
+        for moved in SLOPE_OVER * np.eye(x.shape[1]):
+            low, high = (self._components(np.clip(x + away, 0.0, 1.0))[0] for away in (-moved, moved))
+            slope = (high - low) / scale  # up to a factor, which cancels
+            known = (slope * np.linalg.solve(covariances, slope[:, :, None])[:, :, 0]).sum(axis=1)
+            squares.append((slope * weighted).sum(axis=1) ** 2 / known / local)
+        return max(float(np.median(squares) / stats.f.median(1, self.degrees)), 1.0)
 
     def __call__(self, points) -> Prediction:
         """Features at (m, d) points of the unit cube."""
@@ -130,7 +146,9 @@ class Spread:
         covariance = LedoitWolf().fit(standard).covariance_
         root = np.sqrt(np.diag(covariance))
         self._correlation, self._axes = covariance / np.outer(root, root), axes
-        self._rest = LedoitWolf().fit(errors - errors @ axes.T @ axes).covariance_
+        rest = errors - errors @ axes.T @ axes
+        size = np.sqrt((rest**2).mean(axis=0) + ROUNDING)  # each its own, or what hardly errs is shrunk to the others
+        self._rest = LedoitWolf().fit(rest / size).covariance_ * np.outer(size, size)
 
     def covariance(self, sd: np.ndarray) -> np.ndarray:
         """(m, p, p) of the errors where the components have (m, k) standard deviations."""
