@@ -25,8 +25,11 @@ def answer_text(ends: pd.DataFrame, verdicts: pd.DataFrame, near: pd.DataFrame, 
         parts.append(f"{best} Not shown, with the distance in tolerances: {words or 'none'}.")
     for row in near.itertuples():
         moved = f"Of {row.rigs} rigs around it, with every free value moved by up to {100 * row.share_moved:g} %,"
-        as_many = f"{100 * row.share_at_least:.0f} % show as many or more; median {row.median:g}, least {row.least:g}"
-        parts.append(f"*{row.question}*, from {row.rig}, at all speeds: {row.shown} of {row.of}. {moved} {as_many}.")
+        as_many = f"{100 * row.share_at_least:.0f} % show as many or more, 90 % show {row.shown_by_90_pct} or more"
+        least = f"median {row.median:g}, least {row.least:g}"
+        parts.append(
+            f"*{row.question}*, from {row.rig}, at all speeds: {row.shown} of {row.of}. {moved} {as_many}; {least}."
+        )
     held = profiles[["assumption", "value", "ended", "cost", "shown", "of", "lost"]]
     table = held.round({"cost": 1}).convert_dtypes().astype(object).fillna("")
     parts.append(

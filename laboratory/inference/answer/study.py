@@ -157,6 +157,7 @@ def robustness(config: AnswerConfig, claims: list[Claim], end: pd.Series, jobs: 
         "question": end["question"], "rig": end["rig"], "of": len(problem.claims), "shown": own, "rigs": len(others),
         "share_moved": settings.share, "median": float(np.median(others)), "least": min(others),
         "share_at_least": float(np.mean(np.array(others) >= own)),
+        "shown_by_90_pct": int(np.quantile(others, 0.1, method="lower")),
     }  # fmt: skip
 
 

@@ -26,8 +26,8 @@ with logged(snakemake):
     write_csv(snakemake.output.csv, lives, float_format="%.7g")
     write_csv(snakemake.output.sensed, sensed(lives))
     write_captioned_table(summary, snakemake.output.summary, message)
-    shown, rig = list(named.items())[-1]  # the one of parts that can exist: friction of the others wears no real ring
-    pictures = life_figure(lives, shown), profile_figure(rig, lives, flanks, shown), radius_figure(seen)
+    shown = "possible"  # friction of the others wears no real ring
+    pictures = life_figure(lives, shown), profile_figure(named[shown], lives, flanks, shown), radius_figure(seen)
     for picture, path in zip(pictures, snakemake.output.figures, strict=True):
         save(picture, path)
     print(message)
