@@ -26,11 +26,6 @@ PEERS = ("*", "P")  # marks of Exudyn and MuJoCo
 PEERS_SCENE = "ring 0.308 m 115 rpm"
 
 
-def spoken(measure: str) -> str:
-    """A measure in words."""
-    return {"rms": "RMS", "sd": "SD"}.get(measure, measure.replace("_", " "))
-
-
 def answers(rows: pd.DataFrame) -> pd.DataFrame:
     """Rows of the study with what the whole answer took, ``cpu_s``: settling, starting, lead-in and record."""
     run = rows["cpu_s_per_s"] * (STARTING + LEAD_IN + rows["record_s"])
