@@ -125,6 +125,7 @@ def plan(
     passages = PEAK_PASSAGES if any(name.endswith("_peak") for name in tolerances) else PASSAGES
     kept = list(settings(scene, tolerances, physics, method))
     tried: list[Tried] = []
+    best: Plan | None = None
     for count in (passages, GROWTH * passages):
         tried, full = [], []
         for setting in kept:
@@ -136,9 +137,13 @@ def plan(
             if len(full) > 1:
                 _judge([other for other in tried if not other.refused], full[-2], full[-1], tolerances)
                 plans = [_planned(other, tolerances, count, span, settled) for other in tried if other.error]
-                if plans := [found for found in plans if found and found.duration <= longest]:
-                    best = min(plans, key=lambda found: found.cpu_s)
-                    return best._replace(trial_cpu_s=time.process_time() - begin, tried=tuple(tried))
+                if short := [found for found in plans if found and found.duration <= longest]:
+                    cheapest = min((*short, best or short[0]), key=lambda found: found.cpu_s)
+                    best = cheapest if cheapest is best else cheapest._replace(tried=tuple(tried))
+                    break
+        spent = time.process_time() - begin
+        if best and (count > passages or best.cpu_s <= GROWTH * spent):  # a longer trial costs more than it may save
+            return best._replace(trial_cpu_s=spent)
         # what scatters more than it errs is told apart by longer trials, of the finer settings
         kept = [one.setting for one in full[-3:]]
     raise InputError(_refusal(tried, tolerances, longest))
