@@ -32,6 +32,7 @@ COARSE = 0.03
 IMPLICIT_STEPS, STEPS = (5e-4, 2.5e-4), (1e-4, 5e-5, 2.5e-5, 1.25e-5)  # s
 # passages of a trial after those at speed that no setting is judged by; peaks need arcs that have come round
 SETTLED, PASSAGES, PEAK_PASSAGES, GROWTH = 9, 12, 28, 4
+WORTH = 2.0  # longer trials that a planned run must cost before one is made
 BELT_TURNS = 2.1  # of the loop in the record of a belt
 
 
@@ -137,13 +138,12 @@ def plan(
             if len(full) > 1:
                 _judge([other for other in tried if not other.refused], full[-2], full[-1], tolerances)
                 plans = [_planned(other, tolerances, count, span, settled) for other in tried if other.error]
-                if short := [found for found in plans if found and found.duration <= longest]:
-                    cheapest = min((*short, best or short[0]), key=lambda found: found.cpu_s)
-                    best = cheapest if cheapest is best else cheapest._replace(tried=tuple(tried))
+                if keeping := [one._replace(tried=tuple(tried)) for one in plans if one and one.duration <= longest]:
+                    best = min([best, *keeping] if best else keeping, key=lambda found: found.cpu_s)
                     break
-        spent = time.process_time() - begin
-        if best and (count > passages or best.cpu_s <= GROWTH * spent):  # a longer trial costs more than it may save
-            return best._replace(trial_cpu_s=spent)
+        longer = GROWTH * count * span * sum(one.rate for one in full[-3:])
+        if best and (count > passages or best.cpu_s <= WORTH * longer):
+            return best._replace(trial_cpu_s=time.process_time() - begin)
         # what scatters more than it errs is told apart by longer trials, of the finer settings
         kept = [one.setting for one in full[-3:]]
     raise InputError(_refusal(tried, tolerances, longest))

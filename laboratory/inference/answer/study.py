@@ -48,10 +48,10 @@ def answer(
     searched, targets = config.questions[question], config.targets_of(question, claims)
     ends, costs = [], []
     for one in searched.searches:
-        asked = config.with_question(question, rig=one.rig or searched.rig)
-        unknowns = question_unknowns(asked, question)
-        plain = _plain(asked, question, unknowns, targets)
-        problem = AnswerProblem(asked, question, unknowns, targets)
+        changed = config.with_question(question, rig=one.rig or searched.rig)
+        unknowns = question_unknowns(changed, question)
+        plain = _plain(changed, question, unknowns, targets)
+        problem = AnswerProblem(changed, question, unknowns, targets)
         requested = {
             seed: (plain, Start(f"{one.method} {seed}", start(unknowns, seed, searched.spread), [True] * len(unknowns)))
             for seed in one.seeds
@@ -137,12 +137,12 @@ def robustness(config: AnswerConfig, claims: list[Claim], end: pd.Series, jobs: 
     """
     settings, name = config.robustness, config.robustness.question
     config = config.with_question(end["question"], rig=end["rig"])
-    unknowns, asked = question_unknowns(config, end["question"]), config.questions[end["question"]]
-    config = config.with_question(name, scene=asked.scene)
+    unknowns, searched = question_unknowns(config, end["question"]), config.questions[end["question"]]
+    config = config.with_question(name, scene=searched.scene)
     problem = AnswerProblem(config, name, unknowns, config.targets_of(name, claims))
     tasks: dict[str, dict] = {}
     keys = []  # of the rig itself, then of its neighbours; empty for one that cannot be built
-    for one in neighbours(settings.rigs, settings.share, len(unknowns), asked.neighbours):
+    for one in neighbours(settings.rigs, settings.share, len(unknowns), searched.neighbours):
         key = ""
         with suppress(TrackdynError):
             task = problem.task_of(unknowns.near(end, one))

@@ -26,7 +26,7 @@ ROUNDING = 1e-8  # variance of every feature, over scale squared: two that are t
 FOLDS = 8  # of the cross-validation
 # standard deviation of what the logarithm of the errors' variance changes by from the middle to an end
 PRIOR_SLOPE = 0.5
-SLOPE_OVER = 0.02  # either way, of the range of an unknown
+SLOPE_STEP = 0.02  # of the central difference, as a share of the range of an unknown
 LEAST_DEGREES, MOST_DEGREES = 2.0, 200.0  # of freedom: hardly a variance, hardly a tail
 
 
@@ -108,17 +108,17 @@ class FeatureEmulator:
             covariances[out] = Spread(errors[~out], sd[~out], axes).covariance(sd[out])
         weighted = np.linalg.solve(covariances, errors[:, :, None])[:, :, 0]
         self._log_variance, self.degrees = tails((errors * weighted).sum(axis=1), y.shape[1], _quadratic(x))
-        self._log_variance[0] += np.log(self._misplaced(x, weighted, covariances, scale))
+        self._log_variance[0] += np.log(self._slope_factor(x, weighted, covariances, scale))
         self._spread = Spread(errors, sd, axes)
 
-    def _misplaced(self, x: np.ndarray, weighted: np.ndarray, covariances: np.ndarray, scale: np.ndarray) -> float:
+    def _slope_factor(self, x: np.ndarray, weighted: np.ndarray, covariances: np.ndarray, scale: np.ndarray) -> float:
         """Factor on the variance of errors that look like another value of an unknown, at least 1.
 
-        A resonance in the wrong place errs most where features are steep, in the one direction that moves a posterior.
-        Compared are medians of Student's distribution: a few points at the edge of a small design err far more.
+        A resonance in the wrong place errs along the slope of the features, the direction that shifts a posterior. The
+        median is compared with that of Student's distribution, because few points at the edge of a design err far more.
         """
         local, squares = np.exp(_quadratic(x) @ self._log_variance), []
-        for moved in SLOPE_OVER * np.eye(x.shape[1]):
+        for moved in SLOPE_STEP * np.eye(x.shape[1]):
             low, high = (self._components(np.clip(x + away, 0.0, 1.0))[0] for away in (-moved, moved))
             slope = (high - low) / scale  # up to a factor, which cancels
             known = (slope * np.linalg.solve(covariances, slope[:, :, None])[:, :, 0]).sum(axis=1)
@@ -147,7 +147,9 @@ class Spread:
         root = np.sqrt(np.diag(covariance))
         self._correlation, self._axes = covariance / np.outer(root, root), axes
         rest = errors - errors @ axes.T @ axes
-        size = np.sqrt((rest**2).mean(axis=0) + ROUNDING)  # each its own, or what hardly errs is shrunk to the others
+        size = np.sqrt(
+            (rest**2).mean(axis=0) + ROUNDING
+        )  # scaled, because shrinking to one variance widens features with small errors
         self._rest = LedoitWolf().fit(rest / size).covariance_ * np.outer(size, size)
 
     def covariance(self, sd: np.ndarray) -> np.ndarray:
