@@ -104,7 +104,7 @@ def identify(
         second = _ran(experiment, unknowns, more, store, settings, "second wave")
         reasons = reasons + second.reasons
         x, y = np.vstack([x, more[second.ran]]), np.vstack([y, second.features(experiment)])
-        posterior = Posterior(learnt, FeatureEmulator(x, y[:, kept], scale), len(unknowns))
+        posterior = Posterior(learnt, FeatureEmulator(x, y[:, kept], scale, int(second.ran.sum())), len(unknowns))
         draws = sample(posterior, settings.steps, settings.seed, "posterior" if settings.progress else "")
     emulator, failed = posterior.emulator, [reason for reason in reasons if reason]
     held_out = None
