@@ -96,38 +96,53 @@ def profiles(config: AnswerConfig, claims: list[Claim], end: pd.Series, jobs: in
     """
     settings, name = config.profiles, config.profiles.question
     config = config.with_question(name, rig=end["rig"])
-    targets = config.targets_of(name, claims)
+    targets, at = config.targets_of(name, claims), end.dropna().to_dict()
     cases = [(label, value, config, {label: value}) for label, values in settings.values.items() for value in values]
     cases += [(*one, config.with_law(law), {}) for law in settings.laws for one in law.scene.items()]
-    requested, problems, lost = {}, {}, []
-    for label, value, asked, held in cases:
-        every = question_unknowns(asked, name)
-        free = [one for one in every.unknowns if one.label not in held]
+    problems, requested, rows = {}, {}, []
+    how = {"store": store, "method": "dfols", "radius": settings.radius}
+    for *key, asked, held in cases:
         try:
-            # what a law adds begins at the value of the rig, the rest at the end
-            values = every.of_rig(every.rig) | end[end.index.intersection(every.labels)].dropna().to_dict() | held
-            unknowns = Unknowns(free, every.rig.changed(**every.changes(values)))
-            begin = Start(f"{label} {value}", start(unknowns, 0, 0.0), [True] * len(free))
+            problems[tuple(key)] = problem = _with_held(asked, targets, held, at)
+            requested[tuple(key)] = _plain(asked, name, problem.unknowns, targets), _begin(problem, key)
         except TrackdynError:
-            lost.append({"assumption": label, "value": value, "ended": "cannot be built"})
-            continue
-        requested[label, value] = _plain(asked, name, unknowns, targets), begin
-        problems[label, value] = AnswerProblem(asked, name, unknowns, targets)
-    how = {"method": "dfols", "radius": settings.radius}
-    ends = local_searches(answer_problem, requested, settings.evaluations, jobs, store, **how)
-    rows = []
-    for (label, value), found in ends.items():
-        try:
-            judged = judged_at(problems[label, value], found["x"], store)
-        except TrackdynError:  # not even where it begins
-            lost.append({"assumption": label, "value": value, "ended": "does not run"})
-            continue
-        missed = ", ".join(claim for claim, (verdict, _) in judged.items() if verdict != REPRODUCED)
-        row = {key: found[key] for key in ("evaluations", "ended", "first_cost", "cost")}
-        counts = {"shown": shown(judged), "of": len(targets), "lost": missed}
-        rows.append({"assumption": label, "value": value} | row | counts)
+            rows.append({"assumption": key[0], "value": key[1], "ended": "cannot be built"})
+    for key, found in local_searches(answer_problem, requested, settings.evaluations, jobs, **how).items():
+        rows.append(_profile_row(key, found, problems[key], store))
+    for one in settings.continued:
+        problem = _with_held(config, targets, one.values, at)
+        key = tuple(", ".join(map(str, part)) for part in zip(*one.values.items(), strict=True))
+        request = {key: (_plain(config, name, problem.unknowns, targets), _begin(problem, key))}
+        found = local_searches(answer_problem, request, one.evaluations, 1, **how)[key]
+        rows.append(_profile_row(key, found, problem, store))
+        at = one.values | problem.unknowns.values(found["x"])
     columns = ["assumption", "value", "evaluations", "ended", "first_cost", "cost", "shown", "of", "lost"]
-    return pd.DataFrame(rows + lost, columns=columns)
+    return pd.DataFrame(rows, columns=columns)
+
+
+def _with_held(config: AnswerConfig, targets: list[Claim], held: dict, at: dict) -> AnswerProblem:
+    """The question of the profiles with unknowns held, around values ``at``; what a law adds is as in the rig."""
+    every = question_unknowns(config, config.profiles.question)
+    known = {label: value for label, value in at.items() if label in every.labels}
+    rig = every.rig.changed(**every.changes(every.of_rig(every.rig) | known | held))
+    free = [one for one in every.unknowns if one.label not in held]
+    return AnswerProblem(config, config.profiles.question, Unknowns(free, rig), targets)
+
+
+def _begin(problem: AnswerProblem, key) -> Start:
+    unknowns = problem.unknowns
+    return Start(" ".join(map(str, key)), start(unknowns, 0, 0.0), [True] * len(unknowns))
+
+
+def _profile_row(key: tuple, found: dict, problem: AnswerProblem, store: Path | str) -> dict:
+    row = {"assumption": key[0], "value": key[1]}
+    try:
+        judged = judged_at(problem, found["x"], store)
+    except TrackdynError:  # not even where it begins
+        return row | {"ended": "does not run"}
+    missed = ", ".join(claim for claim, (verdict, _) in judged.items() if verdict != REPRODUCED)
+    row |= {field: found[field] for field in ("evaluations", "ended", "first_cost", "cost")}
+    return row | {"shown": shown(judged), "of": len(judged), "lost": missed}
 
 
 def robustness(config: AnswerConfig, claims: list[Claim], end: pd.Series, jobs: int, store: Path | str) -> dict:

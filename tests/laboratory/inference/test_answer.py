@@ -8,8 +8,9 @@ import pytest
 
 from laboratory.inference.answer.problem import MISSING, AnswerProblem, neighbours, residual, rows_of_answer
 from laboratory.inference.answer.revolution import _after_longest_pause, summary
-from laboratory.inference.answer.settings import Searches, load_answer, question_unknowns
+from laboratory.inference.answer.settings import Held, Searches, load_answer, question_unknowns
 from laboratory.inference.answer.study import answer, profiles, start
+from laboratory.inference.unknowns import Unknowns
 from replication.paper.claims import ONE_SIDED, REPRODUCED, _values, load_claims
 from trackdyn.measure.sensor import whole_samples
 from trackdyn.parameters.rig import Rig, load_rig
@@ -117,11 +118,21 @@ def test_starts_are_the_rig_itself_and_points_that_can_be_built(problem):
 
 def test_a_profile_holds_a_value_or_a_law_and_names_what_is_lost(problem, tmp_path):
     less = {"evaluations": 1, "values": {"sprocket.equal_pitch_radius": [0.308, 0.33]}}
-    profiles_ = ANSWER.profiles.model_copy(update=less | {"laws": ANSWER.profiles.laws[:1]})
+    together = [
+        Held(values={"chain.link_mass": 14.0}, evaluations=1),
+        Held(values={"tension.pre_tension": 9000.0}, evaluations=1),
+    ]
+    less |= {"laws": ANSWER.profiles.laws[:1], "continued": together}
+    profiles_ = ANSWER.profiles.model_copy(update=less)
     config = ANSWER.model_copy(update={"profiles": profiles_})
     end = pd.Series(problem.unknowns.of_rig(problem.unknowns.rig) | {"question": "predicted", "rig": "config/rig.yaml"})
     found = profiles(config, CLAIMS, end, 1, tmp_path).set_index(["assumption", "value"])
     assert found.loc[("sprocket.equal_pitch_radius", 0.33), "ended"] == "cannot be built"
+    heavy = problem.unknowns.rig.changed(chain__link_mass=14.0, tension__pre_tension=9000.0)
+    of_both = AnswerProblem(config, "predicted", Unknowns(problem.unknowns.unknowns, heavy), problem.claims)
+    values = rows_of_answer(0)(**of_both.task(np.array(start(of_both.unknowns, 0, 0.0))))
+    cost = 0.5 * float((of_both.residuals(values) ** 2).sum())
+    assert found.loc[("tension.pre_tension", "9000.0"), "cost"] == pytest.approx(cost)  # the mass of the one before it
     other, law = found.loc[("sprocket.equal_pitch_radius", 0.308)], found.loc[("drag", "rolling")]
     assert other["cost"] > 5 and law["cost"] != other["cost"]
     for row in (other, law):
