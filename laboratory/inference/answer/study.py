@@ -16,6 +16,7 @@ from trackdyn.sweeps.engine import refuse_failed, results
 from trackdyn.sweeps.store import DONE, key_of
 
 DRAWS = 100  # of a start, until one can be built
+CANNOT = "cannot be built"
 
 
 def start(unknowns: Unknowns, seed: int, spread: float) -> list[float]:
@@ -106,13 +107,17 @@ def profiles(config: AnswerConfig, claims: list[Claim], end: pd.Series, jobs: in
             problems[tuple(key)] = problem = _with_held(asked, targets, held, at)
             requested[tuple(key)] = _plain(asked, name, problem.unknowns, targets), _begin(problem, key)
         except TrackdynError:
-            rows.append({"assumption": key[0], "value": key[1], "ended": "cannot be built"})
+            rows.append({"assumption": key[0], "value": key[1], "ended": CANNOT})
     for key, found in local_searches(answer_problem, requested, settings.evaluations, jobs, **how).items():
         rows.append(_profile_row(key, found, problems[key], store))
     for one in settings.continued:
-        problem = _with_held(config, targets, one.values, at)
         key = tuple(", ".join(map(str, part)) for part in zip(*one.values.items(), strict=True))
-        request = {key: (_plain(config, name, problem.unknowns, targets), _begin(problem, key))}
+        try:
+            problem = _with_held(config, targets, one.values, at)
+            request = {key: (_plain(config, name, problem.unknowns, targets), _begin(problem, key))}
+        except TrackdynError:
+            rows.append({"assumption": key[0], "value": key[1], "ended": CANNOT})
+            continue
         found = local_searches(answer_problem, request, one.evaluations, 1, **how)[key]
         rows.append(_profile_row(key, found, problem, store))
         at = one.values | problem.unknowns.values(found["x"])
@@ -121,7 +126,7 @@ def profiles(config: AnswerConfig, claims: list[Claim], end: pd.Series, jobs: in
 
 
 def _with_held(config: AnswerConfig, targets: list[Claim], held: dict, at: dict) -> AnswerProblem:
-    """The question of the profiles with unknowns held, around values ``at``; what a law adds is as in the rig."""
+    """The question of the profiles with unknowns held, around values ``at``; what only a law has is as in the rig."""
     every = question_unknowns(config, config.profiles.question)
     known = {label: value for label, value in at.items() if label in every.labels}
     rig = every.rig.changed(**every.changes(every.of_rig(every.rig) | known | held))

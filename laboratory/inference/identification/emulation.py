@@ -94,10 +94,9 @@ class FeatureEmulator:
         known = np.empty(slopes.shape[:2])
         for one in range(FOLDS):  # a covariance of so many features fits the errors that it was learnt from too well
             out = fold == one
-            if out.any():
-                inverse = np.linalg.inv(error_covariance(errors[~out], axes))
-                weighted[out] = errors[out] @ inverse
-                known[:, out] = np.einsum("dnp,pq,dnq->dn", slopes[:, out], inverse, slopes[:, out])
+            inverse = np.linalg.inv(error_covariance(errors[~out], axes))
+            weighted[out] = errors[out] @ inverse
+            known[:, out] = np.einsum("dnp,pq,dnq->dn", slopes[:, out], inverse, slopes[:, out])
         variance, self.degrees = tails((errors * weighted).sum(axis=1), y.shape[1])
         # A resonance in the wrong place errs along the slope of the features, the direction that shifts a posterior.
         # The median is compared with that of Student's distribution: few points at the edge of a design err far more.
@@ -182,17 +181,16 @@ class Components:
 class Processes:
     """Means of k outputs (k, n) over the same inputs (n, d).
 
-    Lengths and noise of each are found from some simulations, then all are used. Predicted together they take a tenth
-    of the time that scikit-learn takes for one after the other.
+    Lengths and noise of each are found from some simulations, then all are used. Predicted one after the other, by
+    scikit-learn, they take several times as long.
     """
 
     def __init__(self, x: np.ndarray, outputs: np.ndarray):
         self._scaler = StandardScaler().fit(x)
         inputs = self._scaler.transform(x)
         trends = [RidgeCV(alphas=np.logspace(-3, 3, 13)).fit(inputs, one) for one in outputs]
-        self._slope, self._offset = (
-            np.array([getattr(one, name) for one in trends]) for name in ("coef_", "intercept_")
-        )
+        self._slope = np.array([one.coef_ for one in trends])
+        self._offset = np.array([one.intercept_ for one in trends])
         rest = outputs - self._trend(inputs)
         self._size = np.maximum(rest.std(axis=1, keepdims=True), 1e-12 * (1.0 + np.abs(outputs).max()))
         self._lengths, self._weights = np.empty(self._slope.shape), np.empty(outputs.shape)

@@ -25,7 +25,7 @@ from trackdyn.sweeps.engine import refuse_failed, results
 from trackdyn.sweeps.store import DONE, key_of
 
 # s at constant speed: after 3 s, strands of little damping still move from the start, by up to a factor of four between
-# 3 and 6 Hz at 210 rpm; a turn after 12 s differs from one after 24 s as turns do
+# 3 and 6 Hz at 210 rpm; a turn after 12 s differs from one after 24 s as single turns do
 LEAD_IN = 12.0
 MARGIN = 0.5  # of the step limit, which is one of stability: hard rings on tight loops ring beyond what it resolves
 # of the step, where a run finds that its contacts are not resolved; where motion repeats, resolved runs agree to 1 % in
