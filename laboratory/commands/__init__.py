@@ -1,14 +1,7 @@
 """Commands that the laboratory adds to ``trackdyn``."""
 
-from laboratory.commands.benchmark import BENCHMARK
 from laboratory.commands.fmu import fmu
 from laboratory.commands.identify import identify
 from laboratory.commands.wear import wear
 
-COMMANDS = (
-    "Laboratory",
-    {
-        "": ("", (identify, wear, fmu)),
-        "benchmark": ("Problems for every multibody code: their files, score of an answer.", BENCHMARK),
-    },
-)
+COMMANDS = ("Laboratory", {"": ("", (identify, wear, fmu))})

@@ -1,1 +1,0 @@
-"""A benchmark for multibody codes: closed chains, rolling contact, impacts on teeth."""
