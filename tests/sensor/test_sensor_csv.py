@@ -1,5 +1,6 @@
 """Sensor files: what is written comes back, what can be read in one way only is read, every defect is named."""
 
+import gzip
 import os
 
 import numpy as np
@@ -45,7 +46,7 @@ DEFECTS = {
     "another unit of time": (changed(1, "t (min),ax_g,ay_g,az_g"), ("'t (min)'", "'min'", "--time none --rate HZ")),
     "no ay": (changed(1, "t_s,ax_g,channel2,az_g"), ("no column for ay", "'channel2'", "--axis ay=NAME")),
     "gravity taken out": (changed(1, "t_s,ax_g,Linear Acceleration y (g),az_g"), ("no column for ay", "Linear")),
-    "two of a name": (changed(1, "t_s,ax_g,ay_g,AY (g)"), ("'ay_g', 'AY (g)'", "--axis ay=")),
+    "two of a name": (changed(1, "t_s,ax_g,ay_g,AY (g)"), ("columns 3 ('ay_g') and 4 ('AY (g)')", "--axis ay=#3")),
     "no time": (changed(1, "n,ax_g,ay_g,az_g"), ("no column of time", "'n'", "--time none --rate HZ")),
     "truncated last line": (changed(7, "0.005,0.1"), ("line 7", "2 of 4 fields", "truncated", "ay_g")),
     "short line inside": (changed(4, "0.002,0.1,1.0"), ("line 4", "3 of 4 fields", "incomplete", "az_g")),
@@ -271,10 +272,81 @@ def test_columns_are_chosen_with_a_sign(tmp_path):
     np.testing.assert_array_equal(record.ay_g, [-1.0, -1.01, -1.02, -1.03, -1.04, -1.05])
     np.testing.assert_allclose(record.az_g, -0.2 / 9.81)
     assert record.ax_g is None
-    assert record.done["columns"] == "ay = -'ch2 (g)' in g, az = 'ch3 (m/s2)' in m/s2; not used: 'ch1'"
+    assert record.done["columns"] == (
+        "ay = -column 3 'ch2 (g)' in g, first value 1.0000; az = column 4 'ch3 (m/s2)' in m/s2, first value -0.2000; "
+        "not used: 'ch1'"
+    )
     refused(path, ["no column 'ch9' for ay", "'ch1'"], mapping=SensorMapping(axes={"ay": "ch9"}))
     refused(path, ["no column 'ch9' for ax", "'ch1'"], mapping=SensorMapping(axes={"ay": "ch2", "ax": "ch9"}))
     refused(path, ["'ch2 (g)' is in g", "--unit m/s2"], mapping=mapping.model_copy(update={"unit": "m/s2"}))
+
+
+BARE = "\n".join(rows()) + "\n"
+CLEAR = BARE.replace(",", ";").replace(".", ",")
+DATED = "".join(f"2024-05-01 10:00:00.{k:03d},0.1,{1 + 0.01 * k:.2f}\n" for k in range(6))
+AY = [1.0, 1.01, 1.02, 1.03, 1.04, 1.05]
+# (text, columns, their name if there is one): the right column is read, whichever rows hold the number itself
+BY_NUMBER = {
+    "rows": (BARE, "1 3", None),
+    "turned": (BARE, "1 -3", None),
+    "a row that holds the numbers": (BARE.replace("0.1000", "3", 4), "1 3", None),
+    "sequence numbers": ("".join(f"{k},{3 - k},{1 + 0.01 * k:.2f}\n" for k in range(6)), "1 3", None),
+    "exponents": ("".join(f"{k / 1000:.3E} -1E-1 {1 + 0.01 * k:.3E}\n" for k in range(6)), "1 3", None),
+    "tabs": (BARE.replace(",", "\t"), "1 3", None),
+    "semicolons and decimal commas": (CLEAR, "1 3", None),
+    "blanks and decimal commas": (CLEAR.replace(";", " "), "1 3", None),
+    "dates": (DATED, "1 3", None),
+    "dates that are not used": (DATED, "none 3", None),
+    "comments": ("# made by hand\n# a,b\n" + BARE, "1 3", None),
+    "a preamble of numbers": ("1000\n" + BARE, "1 3", None),
+    "names below a preamble of numbers": ("1000\n4 8\nt,x,y,z\n" + BARE, "1 3", "y"),
+    "a header with more names": (";Headers,t,x,y,z\n" + BARE, "1 3", None),
+    "names": ("t,x,y,z\n" + BARE, "1 3", "y"),
+    "a name and a number": ("a,b,c,d\nClock,x,y,z\n" + BARE, "clock 3", "y"),
+    "equal names": ("t,a,a,a\n" + BARE, "1 3", "a"),
+    "names that are numbers": ("t,1,2,3\n" + BARE, "#1 #3", "2"),
+    "names of a table of pandas": (",0,1,2\n" + BARE, "#1 #3", "1"),
+    "two sensors": ("".join(f"{row},9,{row}\n" for row in rows()), "6 8", None),
+    "remarks": ("".join(f"{row},{'shock' * (k == 2)}\n" for k, row in enumerate(rows())), "1 3", None),
+    "a defect in a column that is not used": (BARE.replace("-0.2000", "ERR", 1), "1 3", None),
+}
+
+
+@pytest.mark.parametrize("name", BY_NUMBER)
+def test_a_number_is_the_position_of_a_column(name, tmp_path):
+    text, columns, named = BY_NUMBER[name]
+    time, ay = columns.split()
+    mapping = SensorMapping(time=time, rate=1000, axes={"ay": ay}, unit="g")
+    record = read_sensor_csv(write(tmp_path / "record.csv", text), mapping)
+    sign, position = -1 if ay[0] == "-" else 1, ay.strip("-#")
+    np.testing.assert_allclose(record.ay_g, sign * np.array(AY), rtol=1e-15)
+    said = f"{'-' * (sign < 0)}column {position}{f' {named!r}' if named else ''} in g, first value 1"
+    assert f"ay = {said}" in record.done["columns"].replace("1,0", "1.0")
+
+
+@pytest.mark.parametrize(
+    ("text", "columns", "words"),
+    [
+        ("t,1,2,3\n" + BARE, "1 3", ("columns 3 ('2') and 4 ('3')", "--axis ay=#3")),
+        ("0,1,2,3\n" + BARE, "1 3", ("line 1 ('0,1,2,3')", "remove it")),
+        ("1,2,3,4\nt,x,y,z\n" + BARE, "1 3", ("field 3 in line 2 is 'y'", "remove the line")),
+        (BARE[:28] + "t_s,ax_g,ay_g,az_g\n" + BARE[28:], "t_s ay_g", ("line 1 holds numbers", "line 2")),
+        (BARE.replace("1.0000", "abc"), "1 3", ("field 3 in line 1 is 'abc'",)),
+        (BARE.replace("1.0100", ""), "1 3", ("field 3 in line 2 is empty",)),
+        ("Device;7\n" + "".join(f"{k};{1 + 0.01 * k}\n" for k in range(9)), "none 2", ("line 1 ('Device;7')", "text")),
+        (BARE, "1 9", ("no column 9", "4 fields")),
+        (BARE, "1 1", ("'1' is named for ay and time",)),
+        (BARE, "t_s 3", ("line 1 holds numbers", "all columns by number")),
+        ("".join(f"10:00:00.{k:03d},{k}\n" for k in range(6)), "1 2", ("column 1 and 2", "--time none --rate HZ")),
+        ("".join(f"2024-05-01T10:00:00.{k:03d},{k}\n" for k in range(6)), "2 1", ("field 1 in line 1", "not a number")),
+        ("t,y\n" + "".join(f"10:00:00.{k:03d},{k}\n" for k in range(6)), "t y", ("neither a number nor a date",)),
+        ("    -1\n    58\n" + BARE, "1 3", ("UFF 58",)),
+    ],
+)
+def test_a_column_by_number_is_refused(text, columns, words, tmp_path):
+    time, ay = columns.split()
+    mapping = SensorMapping(time=time, rate=1000, axes={"ay": ay}, unit="g")
+    refused(write(tmp_path / "record.csv", text), words, mapping=mapping)
 
 
 def stamped(path, t, decimals=None):
@@ -377,7 +449,9 @@ def test_dates_and_times_are_stamps(stamp, zone, separator, quote, tmp_path):
     path = write(tmp_path / "record.csv", "\n".join([header, *lines]))
     record = read_sensor_csv(path)
     assert record.rate_hz == pytest.approx(999.5, rel=1e-5)
-    assert record.done["time"].startswith("'Timestamp (UTC)' in s, to 0.001 s")
+    assert record.done["time"].startswith(
+        f"column 1 'Timestamp (UTC)' in s, first value {lines[0].split(separator)[0].strip(quote)}"
+    )
     lines[4] = lines[4].replace("2023-12", "2023-13")
     refused(write(path, "\n".join([header, *lines])), ["Timestamp (UTC) in line 6", "2023-13-31", "date and time"])
 
@@ -387,6 +461,8 @@ def test_what_is_no_text_is_refused_by_name(tmp_path):
     refused(tmp_path / "run.csv.npz", ["is a recording, not a sensor's file"])
     refused(write(tmp_path / "sheet.csv", b"PK\x03\x04" + bytes(100)), ["an archive or a spreadsheet"])
     refused(write(tmp_path / "raw.csv", np.arange(500, dtype="<i2").tobytes()), ["binary data"])
+    refused(write(tmp_path / "float.wav", b"RIFF" + np.sin(np.arange(500.0)).tobytes()), ["binary data"])
+    refused(write(tmp_path / "rows.csv.gz", gzip.compress(CLEAN.encode())), ["binary data"])
 
 
 @pytest.mark.parametrize("lost", [[5000], [2000, 2001], [700, 3100, 3200], [100, 2000, 4000, 6500]])

@@ -21,6 +21,10 @@ class Channels(NamedTuple):
     values: np.ndarray  # (c, N) their samples
     first_line: int = 1  # number of the first sample, from 1
 
+    def first(self, column: int) -> str:
+        """The first sample of a channel."""
+        return f"{self.values[column, 0]:g}"
+
     def table(self, columns: Sequence[int]) -> np.ndarray:
         """(N, c) numbers of some channels; `InputError` with the first sample that is not finite."""
         table = self.values[list(columns)].T

@@ -9,6 +9,7 @@ import io
 import re
 import warnings
 from collections.abc import Callable, Sequence
+from itertools import takewhile
 from pathlib import Path
 from typing import NamedTuple
 
@@ -38,6 +39,11 @@ class Layout(NamedTuple):
     first_line: int  # line of the first row of numbers, from 1
     body: str  # the rows, without what ends the file
 
+    def first(self, column: int) -> str:
+        """The field of a column in the first row; empty if there is none."""
+        fields = split_fields(self.body.partition("\n")[0], self.separator, len(self.names))
+        return fields[column] if len(fields) > column else ""
+
 
 def read_logger_text(path: Path) -> str:
     """A whole text file of at most ``MOST_BYTES``, with plain newlines.
@@ -57,7 +63,8 @@ def read_logger_text(path: Path) -> str:
     if data.startswith(b"PK"):
         kind = "a recording" if data[30:38] == b"meta.npy" else "an archive or a spreadsheet"
         raise InputError(f"{path}: this is {kind}, not a sensor's file; give a CSV file.")
-    if sum(byte < 9 for byte in data[:1000]) > 0.1 * len(data[:1000]) and not data.startswith(_WIDE):
+    control = sum(byte < 32 and byte not in b"\t\n\v\f\r\x1a" for byte in data[:1000])
+    if control > 0.02 * len(data[:1000]) and not data.startswith(_WIDE):
         raise InputError(f"{path}: this is binary data, not text; export it as CSV.")
     if len(data) > MOST_BYTES:
         raise InputError(f"{path}: the file holds more than {MOST_BYTES / 1e6:.0f} MB; give a part of it.")
@@ -65,7 +72,10 @@ def read_logger_text(path: Path) -> str:
         text = data.decode("utf-16" if data.startswith(_WIDE) else "utf-8-sig")
     except UnicodeDecodeError:
         text = data.decode("latin-1")
-    return text.replace("\r\n", "\n").replace("\r", "\n")
+    text = text.replace("\r\n", "\n").replace("\r", "\n")
+    if text[:200].split()[:2] == ["-1", "58"]:
+        raise InputError(f"{path}: this is a universal file (UFF 58), whose rows are no samples; export it as CSV.")
+    return text
 
 
 def split_fields(line: str, separator: str, count: int = 0) -> list[str]:
@@ -81,38 +91,70 @@ def split_fields(line: str, separator: str, count: int = 0) -> list[str]:
     return found
 
 
-def _is_number(field: str) -> bool:
-    return bool(_NUMBER.fullmatch(field.replace(",", ".", 1)) or _NOT_FINITE.fullmatch(field))
+def _is_value(field: str) -> bool:
+    """Whether a field is a number or a date and time: data, not a name."""
+    return bool(_NUMBER.fullmatch(field.replace(",", ".", 1)) or _NOT_FINITE.fullmatch(field) or _DATE.fullmatch(field))
 
 
-def find_layout(path: Path, text: str, recognised: Callable[[Sequence[str]], bool], sought: str) -> Layout:
+def _separators(line: str) -> list[str]:
+    return [separator for separator in _SEPARATORS if separator in line] or [" "]
+
+
+def _of_values(line: str) -> str | None:
+    """The separator with which a line holds values only; None if there is none."""
+    for separator in _separators(line):
+        if (fields := split_fields(line, separator)) and all(map(_is_value, fields)):
+            return separator
+    return None
+
+
+def find_layout(
+    path: Path,
+    text: str,
+    recognised: Callable[[Sequence[str]], bool],
+    sought: str,
+    numbers: Sequence[int] = (),
+    is_unit: Callable[[str], bool] = bool,
+) -> Layout:
     """Find header and rows.
 
     The header is the first line, perhaps behind a ``#``, whose names are ``recognised`` and are as many as the fields
-    of the row that follows. Where a file begins with numbers its columns are named "1", "2" and so on. ``sought`` says
-    in a refusal what was not found. Raises `InputError`: no line is such a header.
+    of the row that follows. If all columns are chosen by position (``numbers``, from 0), the rows are found by the
+    values in these columns, and the header, if there is one, is the line above; else columns are named "1", "2" and so
+    on. ``sought`` says in a refusal which column is missing, ``is_unit`` tells a row of units from one of names. Raises
+    `InputError`: no line is such a header, or no line is such a row.
     """
     head = text.split("\n", _HEAD)[:_HEAD]
     rows = [i for i, line in enumerate(head) if line.strip() and not line.lstrip().startswith("#")]
     if not rows:
         what = "holds comments only" if text.strip() else "is empty"
         raise InputError(f"{path}: the file {what}; it must hold a header such as 't_s,ax_g,ay_g,az_g', and rows.")
+    if numbers:
+        names, units, separator, first = _layout_by_position(path, head, rows, numbers, is_unit)
+        return Layout(path, names, units, separator, first + 1, _body(text, first))
     unequal = None
     for i, line in enumerate(head):
         line = line.strip(" ")
         if line.startswith("#"):
             line = line.lstrip("#").strip()
-        for separator in [one for one in _SEPARATORS if one in line] or [" "]:
+        for separator in _separators(line):
             names, below = split_fields(line, separator), [j for j in rows if j > i]
             if not recognised(names):
                 continue
             units = [""] * len(names)
             if len(below) > 1:
                 row = split_fields(head[below[0]], separator)
-                if len(row) == len(names) and not any(map(_is_number, row)):
+                if len(row) == len(names) and not any(map(_is_value, row)):
                     units = row
                     del below[0]
             if not below or len(split_fields(head[below[0]], separator, len(names))) == len(names):
+                for j in rows[: rows.index(below[0]) if below else None]:
+                    fields = split_fields(head[j], separator, len(names))
+                    if len(fields) == len(names) and all(map(_is_value, fields)):
+                        raise InputError(
+                            f"{path}: line {j + 1} holds numbers ({shown(head[j])}) above the names in line {i + 1}; "
+                            "remove it, or write the names above it."
+                        )
                 first = below[0] if below else len(head)
                 return Layout(path, names, units, separator, first + 1, _body(text, first))
             if i in rows:
@@ -120,39 +162,119 @@ def find_layout(path: Path, text: str, recognised: Callable[[Sequence[str]], boo
     if unequal:
         i, names, separator, first = unequal
         _refuse_fields(path, head[first], first + 1, names, separator, f"the header in line {i + 1}")
-    separator = next((one for one in _SEPARATORS if one in head[rows[0]]), " ")
-    found = split_fields(head[rows[0]], separator)
-    if all(map(_is_number, found)):
-        names = [str(k + 1) for k in range(len(found))]
-        if recognised(names):
-            return Layout(path, names, [""] * len(names), separator, rows[0] + 1, _body(text, rows[0]))
+    first = next((k for k, j in enumerate(rows) if _of_values(head[j])), 1)
+    if first == 0:
         raise InputError(
             f"{path}: line {rows[0] + 1} holds numbers ({shown(head[rows[0]])}) where the names of the columns must "
-            "be; write them above, or give columns by number, such as --time 1 --axis ay=3 --unit g."
+            "be; write them above, or give all columns by number, such as --time 1 --axis ay=3 --unit g."
         )
     # what looks most like a header is shown: the line above the first row of numbers
-    first = next((k for k, j in enumerate(rows) if k and all(map(_is_number, split_fields(head[j], separator)))), 1)
     above = rows[first - 1]
+    separator = (_of_values(head[rows[first]]) if first < len(rows) else None) or _separators(head[above])[0]
     raise InputError(
         f"{path}: no {sought} in line {above + 1} ({listed(split_fields(head[above], separator))}); say which it "
-        "is with --axis ay=NAME, or --axis ay=-NAME to turn its sign."
+        "is with --axis ay=NAME or its number, ay=2, with a minus to turn its sign, ay=-NAME."
     )
+
+
+def _layout_by_position(path, head, rows, numbers, is_unit) -> tuple[list[str], list[str], str, int]:
+    """Names, units, separator and first row (from 0) of a file whose columns are chosen by position."""
+    for at, line in enumerate(rows):
+        for separator in _separators(head[line]):
+            if found := _rows_from(path, head, rows, at, separator, numbers, is_unit):
+                return found
+    for i in rows:
+        of_values = _of_values(head[i])
+        if of_values and (width := len(split_fields(head[i], of_values))) <= max(numbers):
+            raise InputError(
+                f"{path}: no column {max(numbers) + 1}; line {i + 1} ({shown(head[i])}) has {width} fields."
+            )
+    wanted = " and ".join(str(k + 1) for k in sorted(numbers))
+    raise InputError(
+        f"{path}: no rows with numbers in column {wanted} within {len(head)} lines; give another column, or, if only "
+        "the stamps are neither numbers nor dates as 2024-05-01T12:00:00.001, --time none --rate HZ."
+    )
+
+
+def _rows_from(path, head, rows, at, separator, numbers, is_unit) -> tuple[list[str], list[str], str, int] | None:
+    """See `_layout_by_position`; None if the rows do not begin at ``rows[at]`` with this separator.
+
+    They begin with the first one that has values in these columns, as the next two have, and the same number of
+    fields. A line with text where the rows below have values is a header or a preamble.
+    """
+    count, first = max(len(split_fields(head[i], separator)) for i in rows[at : at + 3]), rows[at]
+
+    def fields(i):
+        return split_fields(head[i].strip(" ").lstrip("#").strip(" "), separator, count)
+
+    def chosen(i):
+        return len(fields(i)) == count > max(numbers) and all(_is_value(fields(i)[k]) for k in numbers)
+
+    def mostly_values(texts):
+        return 2 * sum(map(_is_value, texts)) > sum(map(bool, texts))
+
+    def text_above_values(i):
+        below = [fields(i) for i in rows[at + 1 : at + 11] if len(fields(i)) == count]
+        return any(
+            field and not _is_value(field) and mostly_values([row[k] or "empty" for row in below])
+            for k, field in enumerate(fields(i))
+        )
+
+    if not all(map(chosen, rows[at : at + 3])) or text_above_values(first):
+        return None
+    above = [i for i in range(first) if head[i].strip(" #")][-2:][::-1]
+    header = list(takewhile(lambda i: len(fields(i)) == count and _names(fields(i), numbers), above))
+    header = header[: 1 + (len(header) > 1 and any(map(is_unit, fields(header[0]))))]
+    # a row above is a row, too: what follows it is a defect
+    earlier = [i for i in rows[:at] if i not in header and (chosen(i) or mostly_values(fields(i)))]
+    earlier = [i for i in earlier if len(fields(i)) == count]
+    if earlier and not mostly_values(fields(earlier[0])) and text_above_values(earlier[0]):
+        raise InputError(
+            f"{path}: line {earlier[0] + 1} ({shown(head[earlier[0]])}) holds text where line {first + 1} holds "
+            "numbers; correct it if it is a row, else remove it."
+        )
+    if earlier:
+        first, header = earlier[0], []
+    elif not header and _are_indices(fields(first), [fields(i) for i in rows[at + 1 : at + 2]]):
+        raise InputError(
+            f"{path}: line {first + 1} ({shown(head[first])}) may hold the numbers of the columns or values; remove it."
+        )
+    if not header:
+        return [str(k + 1) for k in range(count)], [""] * count, separator, first
+    return fields(header[-1]), fields(header[0]) if len(header) > 1 else [""] * count, separator, first
+
+
+def _names(fields: Sequence[str], numbers: Sequence[int]) -> bool:
+    """Whether fields are names, at least in the columns ``numbers``; names may be numbers that count the columns."""
+    texts = [field for field in fields if field and not _is_value(field)]
+    return bool(texts or not fields[0]) and (not any(_is_value(fields[k]) for k in numbers) or _are_indices(fields))
+
+
+def _are_indices(fields: Sequence[str], below: Sequence[Sequence[str]] = ()) -> bool:
+    """Whether the values among fields count the columns, from 0 or 1, and not also the rows ``below``."""
+    values = [field for field in fields if _is_value(field)]
+    counted = len(values) > 1 - bool(set(fields) - set(values)) and any(
+        values == [str(k + start) for k in range(len(values))] for start in (0, 1)
+    )
+    return counted and not (below and fields[0] and below[0][0] == str(int(values[0]) + 1))
 
 
 def is_dated(layout: Layout, column: int) -> bool:
     """Whether the first row has a date and time (ISO 8601) in a column."""
-    fields = split_fields(layout.body.partition("\n")[0], layout.separator, len(layout.names))
-    return len(fields) > column and bool(_DATE.fullmatch(fields[column]))
+    return bool(_DATE.fullmatch(layout.first(column)))
 
 
-def parse(layout: Layout, columns: Sequence[int]) -> np.ndarray:
-    """(N, c) numbers of some columns, dates and times as s since the first row; `InputError` for the first defect."""
-    if dated := [column for column in columns if is_dated(layout, column)]:
-        rest = parse(layout, [column for column in columns if column not in dated])
-        return np.insert(rest, columns.index(dated[0]), _seconds(layout, dated[0]), axis=1)
+def parse(layout: Layout, columns: Sequence[int], time: int | None = None) -> np.ndarray:
+    """(N, c) numbers of some columns; `InputError` for the first defect.
+
+    The column ``time`` may hold dates and times: these are s since the first row.
+    """
+    if time is not None and is_dated(layout, time):
+        rest = parse(layout, [column for column in columns if column != time])
+        return np.insert(rest, columns.index(time), _seconds(layout, time), axis=1)
     decimal = _decimal_sign(layout, columns)
     table = _parse_fast(layout, list(columns), decimal)
-    return _parse_by_line(layout, columns, decimal) if table is None else table
+    return _parse_by_line(layout, columns, decimal, time) if table is None else table
 
 
 def _body(text: str, first: int) -> str:
@@ -221,7 +343,7 @@ def _parse_fast(layout: Layout, columns: list[int], decimal: str) -> np.ndarray 
     return table if len(table) == rows and np.all(np.isfinite(table)) else None
 
 
-def _parse_by_line(layout: Layout, columns: Sequence[int], decimal: str) -> np.ndarray:
+def _parse_by_line(layout: Layout, columns: Sequence[int], decimal: str, time: int | None) -> np.ndarray:
     """The numbers line by line, or the sentence for the first defect."""
     path, names, separator = layout.path, layout.names, layout.separator
     lines = layout.body.split("\n") if layout.body else []
@@ -236,10 +358,18 @@ def _parse_by_line(layout: Layout, columns: Sequence[int], decimal: str) -> np.n
             if not value:
                 raise InputError(f"{where} is empty ({shown(line)}); supply the number.")
             if _NOT_FINITE.fullmatch(value):
-                raise InputError(f"{where} is {shown(value)}, not a finite number; record the sample again.")
+                raise InputError(f"{where} is {shown(value)}, not a finite number; supply the number.")
             if not _NUMBER.fullmatch(value.replace(".", "?").replace(",", ".") if decimal == "," else value):
-                kind = "decimal comma, as the first rows have it" if decimal == "," else "decimal point"
-                raise InputError(f"{where} is {shown(value)}, not a number; write it with a {kind}.")
+                if index == time:
+                    raise InputError(
+                        f"{where} is {shown(value)}, neither a number nor a date and time as 2024-05-01T12:00:00.001; "
+                        "correct it or remove the line, or read no stamps, --time none --rate HZ."
+                    )
+                remedy = "correct it or remove the line"
+                if _NUMBER.fullmatch(value.replace(",", ".")):
+                    sign = "comma, as the first rows have it" if decimal == "," else "point"
+                    remedy = f"write it with a decimal {sign}"
+                raise InputError(f"{where} is {shown(value)}, not a number; {remedy}.")
             table[k, column] = float(value.replace(",", "."))
             if not np.isfinite(table[k, column]):
                 raise InputError(f"{where} is {shown(value)}, too large for a number; correct it.")
@@ -255,7 +385,9 @@ def _refuse_fields(path, line, number, names, separator, what, last=False):
         raise InputError(f"{where} is a comment among the rows; remove it.")
     found = len(split_fields(line, separator, len(names)))
     for other, name in _SEPARATORS.items():
-        if other not in (separator, " ") and other in line and len(split_fields(line, other)) == len(names):
+        if separator in line or other == " " or other not in line:
+            continue
+        if len(split_fields(line, other)) == len(names):
             raise InputError(
                 f"{where} has {name} where {what} has {_SEPARATORS[separator]}; write the same everywhere."
             )
@@ -264,11 +396,15 @@ def _refuse_fields(path, line, number, names, separator, what, last=False):
             f"{where} has {found} fields for {len(names)} names, these look like decimal commas; separate the fields "
             "by semicolons or write decimal points."
         )
+    by_number = "" if what == "the file" else ", or give all columns by number, such as --time 1 --axis ay=3"
     if found > len(names):
-        raise InputError(f"{where} has {found} fields for the {len(names)} names {listed(names)}; remove the rest.")
-    kind = "the last line is truncated" if last else "the line is incomplete"
+        raise InputError(
+            f"{where} has {found} fields for the {len(names)} names {listed(names)}; remove the rest{by_number}."
+        )
+    kind = "" if by_number else ", the last line is truncated" if last else ", the line is incomplete"
     raise InputError(
-        f"{where} has {found} of {len(names)} fields and ends before {names[found]}, {kind}; complete or remove it."
+        f"{where} has {found} of {len(names)} fields and ends before {names[found]}{kind}; complete or remove it"
+        f"{by_number}."
     )
 
 

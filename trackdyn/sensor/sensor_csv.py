@@ -7,6 +7,7 @@ everything derived from the record.
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,7 @@ from trackdyn.files import write_text
 from trackdyn.sensor import stamps
 from trackdyn.sensor.logger_binary import Channels, read_channels
 from trackdyn.sensor.logger_text import Layout, find_layout, is_dated, listed, parse, read_logger_text
-from trackdyn.sensor.sensor_mapping import AXES, SensorMapping, choose, time_unit_of, unit_of, with_time_units
+from trackdyn.sensor.sensor_mapping import AXES, SensorMapping, choose, is_unit, time_unit_of, unit_of, with_time_units
 
 BINARY = (".mf4", ".tdms")  # endings of files that are no text
 COLUMNS = ("t_s", "ax_g", "ay_g", "az_g")
@@ -97,20 +98,29 @@ def read_sensor_csv(
             raise InputError(f"{path}: {name} is {value!r}; give a number above zero.")
     sought = f"column {mapping.axes['ay']!r} for ay" if "ay" in mapping.axes else "column for ay"
 
-    def recognised(names):
-        return bool(choose(names, [""] * len(names), mapping).get("ay"))
+    numbers, named = mapping.numbers, set(mapping.named) - ({"time"} if mapping.time == "none" else set())
 
-    binary = path.suffix.lower() in BINARY
-    text = "" if binary else read_logger_text(path)
-    layout = read_channels(path, recognised, sought) if binary else find_layout(path, text, recognised, sought)
+    def recognised(names):
+        # a line of a preamble may have as many fields as a number asks for: what is named tells the header
+        found = choose(names, [""] * len(names), mapping)
+        return bool(found.get("ay")) and ("ay" not in numbers or all(found[key] for key in named))
+
+    layout: Layout | Channels
+    text = ""
+    if path.suffix.lower() in BINARY:
+        layout = read_channels(path, recognised, sought)
+    else:
+        text = read_logger_text(path)
+        places = list(numbers.values()) if "ay" in numbers and named == set(numbers) else []
+        layout = find_layout(path, text, recognised, sought, places, is_unit)
     comments = [line for line in text.split("\n", layout.first_line)[:-1] if line.lstrip().startswith("#")]
     chosen = choose(layout.names, layout.units, mapping)
     for key, found in chosen.items():
         option = "--time" if key == "time" else f"--axis {key}="
         if len(found) > 1:
             raise InputError(
-                f"{path}: {listed([column.name for column, _ in found])} may all be {key}; say which with {option}"
-                f"{' ' * (key == 'time')}NAME, by number if names repeat."
+                f"{path}: columns {' and '.join(f'{column.place + 1} ({shown(column.name)})' for column, _ in found)} "
+                f"may all be {key}; say which with {option}{' ' * (key == 'time')}#{found[0][0].place + 1}."
             )
         if not found and (key, mapping.time) != ("time", "none"):
             raise InputError(f"{path}: no column {mapping.named[key]!r} for {key}; there are {listed(layout.names)}.")
@@ -124,6 +134,9 @@ def read_sensor_csv(
             f"{path}: no column of time among {listed(layout.names)}; name it with --time NAME, or "
             "give --time none --rate HZ."
         )
+    for (key, (column, _)), (other, (same, _)) in combinations(columns.items(), 2):
+        if column.place == same.place:
+            raise InputError(f"{path}: column {shown(column.name)} is named for {key} and {other}; name two columns.")
     units = {}
     for axis in AXES:
         try:
@@ -136,7 +149,8 @@ def read_sensor_csv(
     if "time" in columns and isinstance(layout, Layout) and is_dated(layout, columns["time"][0].place):
         columns["time"] = columns["time"][0]._replace(unit="s"), 1
     places = [column.place for column, _ in columns.values()]
-    table = layout.table(places) if isinstance(layout, Channels) else parse(layout, places)
+    stamps_at = columns["time"][0].place if "time" in columns else None
+    table = layout.table(places) if isinstance(layout, Channels) else parse(layout, places, stamps_at)
     values = dict(zip(columns, table.T, strict=True))
     record = _record(layout, mapping, columns, units, values, float(range_g), gravity)
     return replace(record, synthetic="synthetic" in "".join(comments).casefold())
@@ -154,9 +168,13 @@ def _record(layout, mapping, columns, units, values, range_g, gravity) -> Sensor
     unused = [name for k, name in enumerate(layout.names) if k not in used and name]
     signs = {axis: "-" * (columns[axis][1] < 0) for axis in units}
     words = {unit: f"counts of 1/{counts:.6g} g" if unit == "counts" else unit for unit in scale}
-    message = [f"{axis} = {signs[axis]}{shown(names[axis])} in {words[unit]}" for axis, unit in units.items()]
+    message = [
+        f"{axis} = {signs[axis]}{columns[axis][0].described} in {words[unit]}, first value "
+        f"{layout.first(columns[axis][0].place)}"
+        for axis, unit in units.items()
+    ]
     done = {"rows": f"{count}, from line {layout.first_line} on"}
-    done["columns"] = ", ".join(message) + (f"; not used: {listed(unused)}" if unused else "")
+    done["columns"] = "; ".join(message) + (f"; not used: {listed(unused)}" if unused else "")
 
     seen = clock = None
     if "time" in columns:
@@ -168,7 +186,11 @@ def _record(layout, mapping, columns, units, values, range_g, gravity) -> Sensor
         seen = seen._replace(t=seen.t[part] - seen.t[part.start])
         clock = stamps.judge_stamps(path, seen, line, mapping.rate, mapping.resample)
         rate = clock.rate_hz
-        done["time"] = f"{shown(names['time'])} in {seen.unit}, to {seen.rounding:.2g} s; {clock.steps}"
+        column = columns["time"][0]
+        done["time"] = (
+            f"{column.described} in {seen.unit}, first value {layout.first(column.place)}, to {seen.rounding:.2g} s; "
+            f"{clock.steps}"
+        )
     done["rate"] = f"{rate:.7g} Hz, {'given' if mapping.rate else 'found'}"
     axes = {axis: columns[axis][1] * scale[unit] * values[axis][part] for axis, unit in units.items()}
     rows = axes["ay"].size

@@ -40,7 +40,8 @@ class SensorMapping(Section):
     unit : str, optional
         ``g``, ``m/s2`` or ``mg``, of columns whose header names none.
     axes : mapping
-        ``ax``, ``ay``, ``az`` to columns, a minus in front turns the sign. Others are found by their names.
+        ``ax``, ``ay``, ``az`` to columns, by name or by number from 1 (``#3`` where a name is a number, too), a minus
+        in front turns the sign. Others are found by their names.
     range : float, optional
         Range of the sensor, g; the rig's if not given.
     scale : float, optional
@@ -71,6 +72,13 @@ class SensorMapping(Section):
         """Columns that are named: of axes and of ``time``."""
         named: dict[str, str] = dict(self.axes.items())
         return named | {"time": self.time} if self.time else named
+
+    @property
+    def numbers(self) -> dict[str, int]:
+        """Columns that are chosen by position, from 0."""
+        return {
+            key: place for key, name in self.named.items() if (place := _position(name.removeprefix("-"))) is not None
+        }
 
     @model_validator(mode="after")
     def _consistent(self):
@@ -109,12 +117,18 @@ class Column(NamedTuple):
     base: str
     unit: str
 
+    @property
+    def described(self) -> str:
+        """Its number, and its name if that is another."""
+        number = str(self.place + 1)
+        return f"column {number}" if self.name == number else f"column {number} {shown(self.name)}"
+
 
 def _column(index: int, name: str, unit: str) -> Column:
     plain = _plain(name)
     found = _IN_BRACKETS.fullmatch(plain) or _AT_THE_END.fullmatch(plain.replace("^", "").replace("**", ""))
     base, own = (found[1], found[2]) if found else (plain, "")
-    unit = own or _plain(unit).strip("[]()")
+    unit = own or re.sub(r"[\[(](.*)[\])]", r"\1", _plain(unit))
     return Column(index, name, base, unit.replace("^", "").replace("**", "").replace(" ", ""))
 
 
@@ -122,9 +136,26 @@ def _plain(name: str) -> str:
     return " ".join(name.strip("'\" ").casefold().replace("\N{SUPERSCRIPT TWO}", "2").split())
 
 
+def _position(name: str) -> int | None:
+    """Position, from 0, of a column that is named by its number, ``3`` or ``#3``; None for any other name."""
+    number = re.fullmatch(r"#?([1-9]\d{0,3})", name, re.ASCII)
+    return int(number[1]) - 1 if number else None
+
+
 def _named(columns: Sequence[Column], name: str) -> list[Column]:
-    """Columns of a name, with its unit or else without it."""
-    return [c for c in columns if _plain(c.name) == _plain(name)] or [c for c in columns if c.base == _plain(name)]
+    """Columns of a name, with its unit or else without it, or of a number; ``#3`` is the third, whatever the names."""
+    position = _position(name)
+    counted = [] if position is None else list(columns[position : position + 1])
+    if name.startswith("#") and counted:
+        return counted
+    named = [c for c in columns if _plain(c.name) == _plain(name)] or [c for c in columns if c.base == _plain(name)]
+    return counted + [column for column in named if column not in counted]
+
+
+def is_unit(text: str) -> bool:
+    """Whether a field is the unit of an acceleration or of a time."""
+    unit = _column(0, "", text).unit
+    return unit in _ACCELERATION or unit in _TIME or unit in _COUNTS
 
 
 def choose(names: Sequence[str], units: Sequence[str], mapping: SensorMapping) -> dict[str, list[tuple[Column, int]]]:
