@@ -41,7 +41,7 @@ def rows_beyond(text):
 
 ROWS = rows_of(PAGE.read_text(encoding="utf-8"))
 BEYOND = rows_beyond(PAGE.read_text(encoding="utf-8"))
-FUNCTION, TEST = r"`(trackdyn[\w.]*:[\w.]+)`", r"`(tests/[\w/]+\.py::\w+)`"
+FUNCTION, TEST = r"`((?:trackdyn|replication)[\w.]*:[\w.]+)`", r"`(tests/[\w/]+\.py::\w+)`"
 FUNCTIONS = sorted({name for row in [*ROWS, *BEYOND] for cell in row[1:] for name in re.findall(FUNCTION, cell)})
 TESTS = sorted({name for row in [*ROWS, *BEYOND] for cell in row[1:] for name in re.findall(TEST, cell)})
 

@@ -71,7 +71,7 @@ def assert_close(seen, expected, scale=None):
 @pytest.mark.parametrize("step", [0.0, 1e-4, 5e-3])
 @pytest.mark.parametrize("percussion", [False, True])
 @pytest.mark.parametrize("n", SIZES)
-def test_sweep_agrees_with_the_multipliers(n, percussion, step):
+def test_sweep_agrees_with_the_reference(n, percussion, step):
     for seed in range(3):
         chain, state, loads = make_ring(n, seed, percussion)
         seen = sweep(chain, state, loads, step)
@@ -97,6 +97,41 @@ def test_closure_rows_are_satisfied(n, step):
     # and the torque of the cut joint is its bushing's, with the damping at the end of the step
     bending = alpha[0] - alpha[-1]
     assert_close(seen["load"][2], seen["torque"][-1] - step * chain.damping * bending, np.abs(seen["torque"]).max())
+
+
+@pytest.mark.parametrize("step", [0.0, 5e-3])
+@pytest.mark.parametrize("n", SIZES)
+def test_projection_closes_the_gap_with_the_least_change_of_energy(n, step):
+    """Unit gaps: what the time loop makes of columns 0 to 2 and ``inverse`` (`advance`)."""
+    chain, state, loads = make_ring(n, 1)
+    work = loaded(chain, state, loads)
+    accelerations(chain, state, work, step * chain.damping, 2)
+    alpha, base, end = (
+        array[:, :3] @ work.sweep.inverse[:, :2] for array in (work.sweep.response, work.sweep.base, work.sweep.end)
+    )
+    c, s = np.cos(state.angle), np.sin(state.angle)
+    side = chain.length * np.array([-s, c])
+    size = np.abs(alpha).max() * chain.length.max()
+    np.testing.assert_allclose(side @ alpha, np.eye(2), rtol=0, atol=AGREEMENT * size)
+    np.testing.assert_allclose(end[:2] - base, np.eye(2), rtol=0, atol=AGREEMENT * size)
+
+    # The change has no component, weighted by mass, along any motion that keeps the gap. As a matrix over
+    # pin and angles, mass is what the kinetic energy of the mass centres says; implicit damping adds to it.
+    centre = np.array([-(chain.com_x * s + chain.com_y * c), chain.com_x * c - chain.com_y * s])
+    mass = np.zeros((n + 2, n + 2))
+    for i in range(n):
+        rows = np.zeros((2, n + 2))
+        rows[:, :2] = np.eye(2)
+        rows[:, 2 : 2 + i] = side[:, :i]
+        rows[:, 2 + i] = centre[:, i]
+        mass += chain.mass[i] * rows.T @ rows
+        mass[2 + i, 2 + i] += chain.inertia[i]
+        joint = np.zeros(n + 2)
+        joint[2 + i], joint[2 + (i + 1) % n] = -1.0, 1.0
+        mass += step * chain.damping * np.outer(joint, joint)
+    kept = np.linalg.svd(np.hstack([np.zeros((2, 2)), side]))[2][2:]  # rows that span the motions of the closed chain
+    change = np.vstack([base, alpha])
+    np.testing.assert_allclose(kept @ mass @ change, 0.0, atol=AGREEMENT * (np.abs(mass) @ np.abs(change)).max())
 
 
 @pytest.mark.parametrize("probe", [0, 1, 8, 12])

@@ -52,7 +52,6 @@ def refusal(rig):
         (TOE, {"chain": "single_pin"}, "chain = 'single_pin'", "'double_pin' only"),
         ({}, {"space": "spatial", **FREE}, "loop = 'free'", "use space='planar' or space='auto'"),
         ({}, {"space": "spatial", "closure": "elastic_damping"}, "closure = 'elastic_damping'", "'rigid' only"),
-        ({}, {"space": "spatial", "solver": "multipliers"}, "solver = 'multipliers'", "'riccati' only"),
         (TOE, {"integrator": "rk4"}, "integrator = 'rk4'", "'semi_implicit' only"),
         # a path without contact
         ({}, {"chain": "belt", "spells": False}, "ring_radius = 0.308", "use None"),
@@ -60,18 +59,6 @@ def refusal(rig):
         ({}, BELT | {"pitches": (3,)}, "pitches = (3,)", "pitches=()"),
         ({}, BELT | {"loop": "free"}, "loop = 'free'", "use 'on_wheels'"),
         ({}, FREE | {"ring_radius": 0.308}, "ring_radius = 0.308", "use None"),
-        # solvers
-        ({}, {"solver": "transfer_product"}, "solver = 'transfer_product'", "use 'riccati'"),
-        ({}, {"solver": "transfer_product"}, "solver = 'transfer_product'", "70 bodies"),
-        ({}, {"solver": "transfer_product", "chain": "single_pin"}, "solver = 'transfer_product'", "35 bodies"),
-        ({}, {"solver": "multipliers", "closure": "elastic_damping"}, "closure = 'elastic_damping'", "use 'rigid'"),
-        ({}, {"solver": "multipliers", "integrator": "linearly_implicit"}, "integrator = ", "use solver='riccati'"),
-        # tolerance
-        ({}, {"integrator": "adaptive"}, "tolerance = None", "use 1e-6"),
-        ({}, {"tolerance": 1e-6}, "tolerance = 1e-06", "use None"),
-        ({}, {"integrator": "rk4", "tolerance": 1e-6}, "tolerance = 1e-06", "integrator='rk4' has a fixed step"),
-        ({}, {"integrator": "adaptive", "tolerance": 0.0}, "tolerance = 0.0", "between 1e-12 and 0.5"),
-        ({}, {"integrator": "adaptive", "tolerance": float("nan")}, "tolerance = nan", "must be a finite number"),
     ],
 )
 def test_nonsense_is_refused_by_name_with_what_to_use(refusal, changes, fields, field, remedy):
@@ -103,8 +90,6 @@ def test_an_entry_that_is_added_from_outside_is_a_setting(rig, refusal, monkeypa
         {"friction": "none"},
         {"closure": "elastic_damping"},
         {"closure": "elastic_damping", "integrator": "linearly_implicit", "step": 5e-4},
-        {"solver": "multipliers"},
-        {"integrator": "adaptive", "tolerance": 1e-6},
         {"space": "spatial", "friction": "isotropic"},
     ],
 )

@@ -307,7 +307,7 @@ def test_contacts_act_on_chain_and_wheels_alike(implicit_loop):
     model, state, work = loop.model, loop.state, loop.work
     chain, wheels = model.chain, model.wheels
     evaluate(model, state, work)
-    solve_chain(*shared(model, state, work), STEP, work.implicit, None)
+    solve_chain(*shared(model, state, work), STEP, work.implicit)
     alpha, pin = work.sweep.response @ work.sweep.load, work.sweep.base @ work.sweep.load
     spin = np.concatenate([[0.0], work.implicit.load[4:]])
 
@@ -353,13 +353,13 @@ def test_step_tends_to_the_semi_implicit_one(parts):
     """Accelerations of the chain and of the wheels, to first order in the step."""
     model, state, work, led = parts
     evaluate(model, state, work)
-    solve_chain(model, state, work, 0.0, None, None)
+    solve_chain(model, state, work, 0.0, None)
     explicit = work.sweep.response @ work.sweep.load
     wheel = (work.wheel_torque - model.wheels.drag * state.wheel_rate)[1:] / model.wheels.inertia[1:]
     error, lag = [], []
     for h in (2e-8, 1e-8):
         here, there = evaluate(model, state, led, h)
-        solve_chain(*shared(here, there, led), h, led.implicit, None)
+        solve_chain(*shared(here, there, led), h, led.implicit)
         error.append(np.abs(led.sweep.response @ led.sweep.load - explicit).max())
         lag.append(np.abs(led.implicit.load[4:] - wheel).max())
     assert error[1] < 1e-3 * np.abs(explicit).max()

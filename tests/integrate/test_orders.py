@@ -37,11 +37,11 @@ def make_loop(rig, law="viscous", **fields):
     return loop
 
 
-def march_on(loop, integrator, step, seconds=SECONDS, tolerance=0.0):
-    """The loop after ``seconds`` in steps that no scene need accept; with error control if there is a tolerance."""
+def march_on(loop, integrator, step, seconds=SECONDS):
+    """The loop after ``seconds`` in steps that no scene need accept."""
     after = loop.copy()
     after.model = after.model._replace(step=step)
-    after.work = equip(after.work, integrator, PITCHES, tolerance, 0 if (s := after.state.branch) is None else len(s))
+    after.work = equip(after.work, integrator, PITCHES, len(after.state.branch))
     after.step(round(seconds / step))
     return after
 
@@ -91,7 +91,7 @@ def observed_order(errors, lengths):
 
 @pytest.mark.parametrize("integrator", METHODS)
 def test_error_falls_with_the_declared_order(loop, integrator):
-    """Against the motion that another method finds; the tableau of the adaptive one at fixed steps (tolerance 0)."""
+    """Against the motion that another method finds."""
     start, exact = loop
     errors = [np.abs(packed(march_on(start, integrator, h)) - exact).max() for h in steps(integrator)]
     assert errors[1] > 1e-11  # above what the reference itself lacks
@@ -106,23 +106,6 @@ def test_closure_projected_at_every_step_leaves_no_gap(loop, integrator):
     side = after.model.chain.length * np.array([np.cos(after.angles), np.sin(after.angles)])
     # RK4 projects once a step of 1e-3 s: what one step opened, squared, is left
     assert np.hypot(*side.sum(axis=1)) < 1.1e-10
-
-
-def test_error_control_keeps_its_tolerance(loop):
-    """The error of the motion follows the tolerance of a step, and the steps that it costs its order."""
-    start, exact = loop
-    tolerances = np.array([1e-6, 1e-8, 1e-10])
-    errors, taken = [], []
-    for tolerance in tolerances:
-        # reports every 0.1 s: no step is shortened to meet one
-        after = march_on(start, "adaptive", 0.1, tolerance=tolerance)
-        errors.append(np.abs(packed(after) - exact).max())
-        taken.append(after.work.stages.counts[0])
-    # a few hundred steps add up or cancel: a decade to either side
-    assert (np.array(errors) < 10 * tolerances).all()
-    assert (np.array(errors) > 0.1 * tolerances).all()
-    # the control takes what a step of length h may lose, h^5: the error falls with the fifth power of their number
-    assert observed_order([errors[0], errors[2]], [1 / taken[0], 1 / taken[2]]) == pytest.approx(5, abs=0.4)
 
 
 def test_account_of_a_damped_loop_closes_with_rk4(loop):
@@ -171,7 +154,7 @@ def test_momentum_of_a_free_loop_is_kept_to_the_order_of_the_method(rig, integra
 def test_momentum_changes_by_gravity_alone(loop):
     """Gravity takes m g t from the vertical momentum and nothing from the horizontal one."""
     start, _ = loop
-    change = march_on(start, "adaptive", 0.1, tolerance=1e-10).momentum - start.copy().momentum
+    change = march_on(start, "rk4", 1e-4).momentum - start.copy().momentum
     impulse = start.model.chain.mass.sum() * start.model.chain.gravity * SECONDS
-    # the tolerance of the integration, relative to the momentum of 62.5 kg at 0.3 m/s and the spin
+    # the error of 2000 steps of order 4 is below rounding of the momentum of 62.5 kg at 0.3 m/s and the spin
     np.testing.assert_allclose(change[:2] / impulse, [0.0, -1.0], atol=1e-8)

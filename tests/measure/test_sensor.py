@@ -145,7 +145,7 @@ def test_reading_in_a_run_is_the_acceleration_of_the_point(driven_loop, pitch):
         point += expected.alpha[i] * np.array([-arm[1], arm[0]]) - rate[i] ** 2 * arm
     record = filled(loop, 1, 1)
     scale = np.abs(expected.alpha).max() * 0.1
-    # of the sweep against the multipliers
+    # of the sweep against the reference
     np.testing.assert_allclose(record.raw[0, :2], turn(angle[sensor.body], point), rtol=0, atol=1e-9 * scale)
 
 

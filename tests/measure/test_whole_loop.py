@@ -18,7 +18,7 @@ RATE, LINKS, TEETH = 1000.0, 35, 13
 
 @pytest.mark.parametrize(
     "fields",
-    [{}, {"ring_radius": None}, {"joint": "radial"}, {"space": "spatial", **LAWS}, {"integrator": "rk4", "step": 5e-5}],
+    [{}, {"ring_radius": None}, {"space": "spatial", **LAWS}, {"integrator": "rk4", "step": 5e-5}],
     ids=str,
 )
 def test_every_link_feels_what_a_sensor_there_would(make_scene, rig, fields):

@@ -35,7 +35,7 @@ def refusal(path):
 NOT_IN_A_MODEL = {"sensor.range", "tension.pre_tension"}
 SCENES = (
     {}, {"tension": "sprung", "drag": "rolling", "bushing_law": "hysteretic"}, {"drag": "coulomb"},
-    {"joint": "radial"}, {"closure": "elastic_damping"}, {"space": "spatial"},
+    {"closure": "elastic_damping"}, {"space": "spatial"},
 )  # fmt: skip
 
 

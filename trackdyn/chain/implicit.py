@@ -40,7 +40,7 @@ def accelerations(model: Model, state: State, work: Work, implicit: ImplicitWork
     n, wheels = state.rate.shape[0], inertia.shape[0]
     damping = step * chain.damping + step * step * chain.stiffness + step * added_damping(step, model.branches)
     compliance = cut.compliance
-    sweep(chain, state, work, damping, model.sensor.body, implicit, None)
+    sweep(chain, state, work, damping, model.sensor.body, implicit)
     matrix, load = implicit.matrix, implicit.load
     last = wheels + 2
     for k in range(4):

@@ -19,15 +19,7 @@ def orient(angle, cos, sin):
 
 @kernel
 def place(chain: Chain, state, work):
-    """Pins and velocities of the mass centres along the chain, gap of the cut joint and its rate.
-
-    Where pins part, that gap is how far those of the cut do: the last row of ``state.part``.
-    """
-    _place(chain, state, work, state.part)
-
-
-@kernel
-def _place(chain: Chain, state, work, part):
+    """Pins and velocities of the mass centres along the chain, gap of the cut joint and its rate."""
     x, y, vx, vy = state.pin[0], state.pin[1], state.pin[2], state.pin[3]
     for i in range(state.angle.shape[0]):
         c, s, w = work.cos[i], work.sin[i], state.rate[i]
@@ -43,20 +35,12 @@ def _place(chain: Chain, state, work, part):
         y += dy
         vx -= w * dy
         vy += w * dx
-        if part is not None and i < part.shape[0] - 1:
-            x += part[i, 0]
-            y += part[i, 1]
-            vx += part[i, 2]
-            vy += part[i, 3]
     work.pin_x[-1] = x
     work.pin_y[-1] = y
     work.cut[0] = x - state.pin[0]
     work.cut[1] = y - state.pin[1]
     work.cut[2] = vx - state.pin[2]
     work.cut[3] = vy - state.pin[3]
-    if part is not None:
-        for k in range(4):
-            part[-1, k] = -work.cut[k]
 
 
 @kernel

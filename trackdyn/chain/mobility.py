@@ -16,18 +16,16 @@ def mobility_across(chain: Chain, body: int, along: float) -> float:
     return float(place @ _mobility_of_pins(chain, body) @ place)
 
 
-def mobility_of_slip(
-    chain: Chain, body: int, along: float, arm: float, held: bool = True
-) -> tuple[float, float, float]:
+def mobility_of_slip(chain: Chain, body: int, along: float, arm: float) -> tuple[float, float, float]:
     """Acceleration of a sliding point per unit of friction in a straight chain: ``a, b, c``, 1/kg.
 
     The point is ``arm`` (m) from a place on the body (`mobility_across`), against the contact's normal. With the
     normal's component x along the chain it is ``a x^2 + b x + c``: the place moves across the chain, and the body turns
-    about it. The pins hold the neighbours if ``held``; alone the body moves more easily.
+    about it.
     """
     part, turn = along / chain.length[body], arm / chain.length[body]
     place, spin = np.array([1.0 - part, part]), np.array([turn, -turn])
-    pins = _mobility_of_pins(chain, body) if held else np.linalg.inv(_mass_matrix(chain, body))
+    pins = _mobility_of_pins(chain, body)
     return float(place @ pins @ place), float(2 * place @ pins @ spin), float(spin @ pins @ spin)
 
 

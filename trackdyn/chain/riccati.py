@@ -12,7 +12,6 @@ swept: symmetric positive definite, so the recursion cannot break down.
 import numpy as np
 
 from trackdyn.chain.closure import close
-from trackdyn.chain.radial import cross_joint, return_joint, span
 from trackdyn.jit import fused, kernel
 from trackdyn.model.constants import Chain
 from trackdyn.model.work import Work
@@ -22,18 +21,18 @@ from trackdyn.model.work import Work
 def accelerations(chain: Chain, state, work: Work, implicit_damping, probe_body):
     """Response of every acceleration to the cut load, and the load that holds the pins of the cut together.
 
-    Every solver of the chain has these parameters and this result. Of ``state``, ``rate`` is read; of ``work``,
+    Of ``state``, ``rate`` is read; of ``work``,
     ``cos``, ``sin``, the loads ``force_x``, ``force_y``, ``moment`` without gravity and the bushing ``torque`` at the
     start of the step; ``work.sweep`` is written. ``implicit_damping`` (N m s2/rad) is the step times the bushing
     damping: the torque is taken as ``torque - implicit_damping * phi''``, which removes the step limit of the damping.
     ``probe_body`` is the one whose input pin's acceleration is kept (the sensor's link).
     """
-    sweep(chain, state, work, implicit_damping, probe_body, None, None)
+    sweep(chain, state, work, implicit_damping, probe_body, None)
     close(work.torque[state.rate.shape[0] - 1], implicit_damping, work.sweep)
 
 
 @fused
-def sweep(chain: Chain, state, work: Work, implicit_damping, probe_body, implicit, radial):
+def sweep(chain: Chain, state, work: Work, implicit_damping, probe_body, implicit):
     """Response of every acceleration to the load of the cut joint.
 
     Parameters
@@ -43,18 +42,15 @@ def sweep(chain: Chain, state, work: Work, implicit_damping, probe_body, implici
     implicit : ImplicitWork or None
         Slopes of the contact forces of a linearly implicit step: they add to the inertia, and every
         wheel that turns freely gets a column beside the four.
-    radial : RadialWork or None
-        Joints whose pins part: the sweep then runs from one point where a load acts to the next (`chain.radial`),
-        and ``end`` and ``base`` are accelerations of such points.
 
     Notes
     -----
     A body hands on to the next one what only a chain of some twenty dependent operations gives, which is what a sweep
     costs. Two sweeps, from both ends of the chain to its middle, share no operand, and a processor works on both at
-    once. With ``implicit`` or ``radial`` one sweep takes all bodies.
+    once. With ``implicit`` one sweep takes all bodies.
     """
     n = state.rate.shape[0]
-    middle = (n + 1) // 2 if implicit is None and radial is None else n
+    middle = (n + 1) // 2 if implicit is None else n
     gain, torque = work.sweep.gain, work.torque
     # S = [[s11, s12, s13], [., s22, s23], [., ., s33]], symmetric; rows of E belong to q_x, q_y, m. Behind: the far
     # part of the chain, which the load of the cut pulls the other way.
@@ -64,45 +60,37 @@ def sweep(chain: Chain, state, work: Work, implicit_damping, probe_body, implici
     if implicit is not None:
         implicit.column[:, :] = 0.0
     for i in range(middle):
-        gx, gy, dx, dy = _arms(chain, state, work, i, radial)
+        gx, gy, dx, dy = _arms(chain, work, i)
         w2 = state.rate[i] * state.rate[i]
         s, e = _add_body(chain, work, i, (gx, gy, w2), s, e)
         if implicit is not None:
             s = _add_slopes(implicit, i, dx, dy, s)
         s, e = _shift(dx, dy, w2, s, e)
         if i < n - 1:
-            if radial is not None:
-                s, e = cross_joint(radial, i, s, e)
             if implicit is not None:
                 _hinge_columns(implicit, i, s, implicit_damping)
             s, e = _hinge(gain, i, torque[i], implicit_damping, s, e)
-        if implicit is None and radial is None:
+        if implicit is None:
             k = n - 1 - i
             if k >= middle:
-                gx, gy, dx, dy = _arms(chain, state, work, k, None)
+                gx, gy, dx, dy = _arms(chain, work, k)
                 w2 = state.rate[k] * state.rate[k]
                 behind_s, behind_e = _shift(-dx, -dy, w2, behind_s, behind_e)
                 behind_s, behind_e = _add_body(chain, work, k, (gx, gy, w2), behind_s, behind_e)
                 if k > middle:
                     behind_s, behind_e = _hinge(gain, k - 1, -torque[k - 1], implicit_damping, behind_s, behind_e)
     _meet(work, s, e, behind_s, behind_e, implicit)
-    _back_substitute(chain, state, work, middle, probe_body, implicit, radial)
+    _back_substitute(chain, state, work, middle, probe_body, implicit)
 
 
 @fused
-def _arms(chain: Chain, state, work: Work, i, radial):
-    """From a body's input pin to its mass centre and to its output pin, or to and from points where loads act, m."""
+def _arms(chain: Chain, work: Work, i):
+    """From a body's input pin to its mass centre and to its output pin, m."""
     c, s = work.cos[i], work.sin[i]
     gx = chain.com_x[i] * c - chain.com_y[i] * s
     gy = chain.com_x[i] * s + chain.com_y[i] * c
     dx = chain.length[i] * c
     dy = chain.length[i] * s
-    if radial is not None:
-        bx, by, fx, fy = span(state.part, i)
-        gx += bx
-        gy += by
-        dx += bx + fx
-        dy += by + fy
     return gx, gy, dx, dy
 
 
@@ -247,7 +235,7 @@ def _meet(work: Work, s, e, behind_s, behind_e, implicit):
 
 
 @fused
-def _back_substitute(chain: Chain, state, work: Work, middle, probe_body, implicit, radial):
+def _back_substitute(chain: Chain, state, work: Work, middle, probe_body, implicit):
     """Accelerations of every body from those in the middle, where the sweeps met, to both ends; four columns each."""
     rate, swept = state.rate, work.sweep
     n = rate.shape[0]
@@ -264,10 +252,8 @@ def _back_substitute(chain: Chain, state, work: Work, middle, probe_body, implic
         i = middle - 1 - j
         if i < n - 1:
             a = _beyond(gain, i, x, y, a)
-            if radial is not None:
-                x, y = return_joint(radial, i, x, y, a)
         response[i, 0], response[i, 1], response[i, 2], response[i, 3] = a
-        _, _, dx, dy = _arms(chain, state, work, i, radial)
+        _, _, dx, dy = _arms(chain, work, i)
         w2 = rate[i] * rate[i]
         x, y = _moved(dx, dy, w2, x, y, a)
         if implicit is not None:
@@ -276,14 +262,7 @@ def _back_substitute(chain: Chain, state, work: Work, middle, probe_body, implic
             for k in range(4):
                 swept.probe[0, k] = x[k]
                 swept.probe[1, k] = y[k]
-            if radial is not None:
-                bx, by, _, _ = span(state.part, i)
-                for k in range(4):
-                    swept.probe[0, k] -= response[i, k] * by
-                    swept.probe[1, k] += response[i, k] * bx
-                swept.probe[0, 3] -= w2 * bx
-                swept.probe[1, 3] -= w2 * by
-        if implicit is None and radial is None:
+        if implicit is None:
             i = middle + j
             if i < n:
                 if j > 0:
@@ -293,12 +272,12 @@ def _back_substitute(chain: Chain, state, work: Work, middle, probe_body, implic
                     for k in range(4):
                         swept.probe[0, k] = behind_x[k]
                         swept.probe[1, k] = behind_y[k]
-                _, _, dx, dy = _arms(chain, state, work, i, None)
+                _, _, dx, dy = _arms(chain, work, i)
                 behind_x, behind_y = _moved(-dx, -dy, rate[i] * rate[i], behind_x, behind_y, behind_a)
     for k in range(4):
         base[0, k] = x[k]
         base[1, k] = y[k]
-        if implicit is None and radial is None:
+        if implicit is None:
             end[0, k] = behind_x[k]
             end[1, k] = behind_y[k]
             end[2, k] = behind_a[k]

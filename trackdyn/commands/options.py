@@ -147,9 +147,7 @@ def chosen_fields(pairs: list[str]) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for pair in pairs:
         name, _, value = pair.partition("=")
-        if name == "tolerance":
-            found[name] = parse_number("--choose tolerance", value, "must be a number, such as 1e-6")
-        elif name not in CHOICES or not value:
+        if name not in CHOICES or not value:
             raise InputError(
                 f"--choose = {shown(pair)}: expected name=setting with one of the names {', '.join(CHOICES)}"
             )

@@ -1,8 +1,7 @@
 """Loads and accelerations of a state: what every integrator asks for."""
 
 from trackdyn.chain import implicit as linear
-from trackdyn.chain import multipliers, riccati, transfer_matrices
-from trackdyn.chain import radial as parting
+from trackdyn.chain import riccati
 from trackdyn.chain.closure import close, close_compliant
 from trackdyn.chain.kinematics import bushing_lead, bushing_torques
 from trackdyn.chain.maxwell import add_moments
@@ -12,10 +11,6 @@ from trackdyn.jit import kernel
 from trackdyn.model.constants import Model
 from trackdyn.model.state import P, Q, State
 from trackdyn.model.work import Work
-
-# solvers of the chain by name; in a model None stands for the first, the number for another
-SOLVERS = ("riccati", "transfer_product", "multipliers")
-MULTIPLIERS = SOLVERS.index("multipliers")
 
 
 @kernel
@@ -30,12 +25,11 @@ def evaluate_loads(model: Model, state: State, work: Work, space, implicit):
 
 
 @kernel
-def solve_chain(model: Model, state: State, work: Work, step, implicit, solver, radial=None):
+def solve_chain(model: Model, state: State, work: Work, step, implicit):
     """Accelerations of the chain under the loads in ``work``, the closure rigid or compliant.
 
     ``step`` (s) is the one over which bushing damping and a compliant cut are implicit, 0: explicit; ``implicit`` the
-    work of the linearly implicit system or None, ``solver`` that of the model. With ``radial`` all pins part, those of
-    the cut too; ``base`` and ``probe`` of the sweep are of the pins then as well.
+    work of the linearly implicit system or None.
     """
     chain, cut, closure, sweep = model.chain, work.cut, model.closure, work.sweep
     probe = model.sensor.body
@@ -51,19 +45,8 @@ def solve_chain(model: Model, state: State, work: Work, step, implicit, solver, 
     if implicit is not None:
         compliance = 1.0 / stiff if closure.compliant else 0.0
         linear.accelerations(model, state, work, implicit, linear.Cut(compliance, force_x, force_y))
-    elif solver is not None:
-        if solver == MULTIPLIERS:
-            multipliers.accelerations(chain, state, work, damping, probe)
-        else:
-            transfer_matrices.accelerations(chain, state, work, 0.0, probe)
-    elif radial is not None:
-        parting.lead_forces(model, state, work, step, radial)
-        riccati.sweep(chain, state, work, damping, probe, None, radial)
-        ahead = radial.ahead
-        close_compliant(ahead[-1, 0], ahead[-1, 1], radial.impedance[0], work.torque[-1], damping, sweep)
-        parting.part_pins(state, work, radial)
     else:
-        riccati.sweep(chain, state, work, damping, probe, None, None)
+        riccati.sweep(chain, state, work, damping, probe, None)
         if closure.compliant:
             close_compliant(force_x, force_y, stiff, work.torque[-1], damping, sweep)
         else:
@@ -94,7 +77,7 @@ def sense(model: Model, state: State, work: Work, space):
 
 
 @kernel
-def sense_links(model: Model, state: State, work: Work, space, radial):
+def sense_links(model: Model, state: State, work: Work, space):
     """What `sense` gives, for the sensor's place on every link, into ``work.links``: a walk along the pins."""
     chain, shoes, sweep, links = model.chain, model.shoes, work.sweep, work.links
     load, r, base = sweep.load, sweep.response, sweep.base
@@ -121,9 +104,6 @@ def sense_links(model: Model, state: State, work: Work, space, radial):
         dy = chain.length[i] * s
         ax -= alpha * dy + w2 * dx
         ay += alpha * dx - w2 * dy
-        if radial is not None:
-            ax += radial.apart[i, 0]
-            ay += radial.apart[i, 1]
 
 
 @kernel

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from trackdyn.chain import maxwell, radial
+from trackdyn.chain import maxwell
 from trackdyn.chain.bearings import bearing_drag
 from trackdyn.integrate.carriers import carrier_energy, mean_velocity
 from trackdyn.jit import kernel
@@ -108,7 +108,6 @@ def account(model: Model, state: State, work: Work, lead, space, sliding=None):
         after = state.rate[i + 1] - state.rate[i]
         loss += (before + lead * (after - before)) * (before + after)
     done[BUSHING_LOSS] += 0.5 * h * chain.damping * loss
-    radial.add_loss(model, state, done, BUSHING_LOSS, work.radial)
 
 
 @kernel
@@ -205,8 +204,6 @@ def energies(model: Model, state: State, work: Work, space, out):
     out[KINETIC] = kinetic + sliding
     out[GRAVITY] = gravity + lifted
     out[BUSHING_ELASTIC] = elastic + spring + maxwell.stored(state, model.branches)
-    # turned and radially parted, a bushing is one piece of rubber: one entry holds what both springs store
-    radial.add_energy(state, out, BUSHING_ELASTIC, model.radial)
     if space is not None:
         _add_plane(model, state, work, space, out)
 

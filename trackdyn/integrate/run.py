@@ -1,7 +1,7 @@
 """The time loop: samples of equal length, each of one or more steps, and what is kept of them.
 
 What a scene does without is None when a kernel is compiled and takes its code with it: an ordinary run carries
-nothing of motion in space, of the other integrators and solvers. Every such choice doubles what has to be compiled.
+nothing of motion in space and of the other integrators. Every such choice doubles what has to be compiled.
 What costs no time where there is none of it has arrays without entries, or zeros, instead.
 """
 
@@ -81,15 +81,15 @@ def _run(model: Model, state: State, work: Work, record: Record, rows, space, im
                 for wheel in range(space.axial.shape[0]):
                     space.axial[wheel] += space.wheel_load[wheel, 2] / model.stride
                 plane_dynamics(model, state, work, space)
-            solve_chain(model, state, work, model.step, implicit, model.solver, work.radial)
+            solve_chain(model, state, work, model.step, implicit)
             sense(model, state, work, space)
             if links > 0:
-                sense_links(model, state, work, space, work.radial)
+                sense_links(model, state, work, space)
             accumulate(work, 1.0, links)
             follow(work)
             if implicit is not None:
                 finish_forces(model, state, work, implicit)
-            bad = advance(model, state, work, implicit, work.radial)
+            bad = advance(model, state, work, implicit)
             if bad >= 0:
                 return bad
             _look(model, state, work)

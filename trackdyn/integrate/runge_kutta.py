@@ -1,12 +1,9 @@
-"""Explicit Runge-Kutta methods of the loop: RK4 with a fixed step, Dormand-Prince 5(4) with error control.
+"""Explicit Runge-Kutta methods of the loop, with a fixed step.
 
 The closure is solved in every stage and projected, positions and velocities, after every step. The
 memory of a contact (its initial impact velocity) belongs to the state at the start of the step: the
-stages do not change it. Forces jump where a contact begins or changes its area; there the order is
-lost and the error control takes steps as short as the jump demands.
+stages do not change it. Forces jump where a contact begins or changes its area; there the order is lost.
 """
-
-from math import isfinite
 
 from trackdyn.chain.bearings import bearing_drag
 from trackdyn.chain.kinematics import orient, place
@@ -20,9 +17,6 @@ from trackdyn.model.constants import SPROCKET, Model
 from trackdyn.model.record import BUSHING_LOSS, Record
 from trackdyn.model.state import State
 from trackdyn.model.work import Stages, Work
-
-# a step below this fraction of the sample's is taken whatever its error: only a jump can ask for it
-LEAST_FRACTION = 1e-7
 
 
 @kernel
@@ -108,7 +102,7 @@ def _sense(model: Model, state: State, work: Work, seen, links):
     """What sensor and ``links`` links feel, into ``work`` and a stage's rows, which begin with the sensor's."""
     sense(model, state, work, None)
     if links > 0:
-        sense_links(model, state, work, None, None)
+        sense_links(model, state, work, None)
     for k in range(3):
         seen[0, k] = work.sensed[k]
         for link in range(links):
@@ -116,14 +110,14 @@ def _sense(model: Model, state: State, work: Work, seen, links):
 
 
 @kernel
-def _accumulate(work: Work, stages: Stages, part, links):
-    """Add the mean over a step that is ``part`` of ``model.step``: stages with their weights, the first one last."""
+def _accumulate(work: Work, stages: Stages, links):
+    """Add the mean over a step: stages with their weights, the first one last."""
     for s in range(stages.b.shape[0] - 1, -1, -1):
         for k in range(3):
             work.sensed[k] = stages.seen[s, 0, k]
             for link in range(links):
                 work.links[link, k] = stages.seen[s, 1 + link, k]
-        accumulate(work, stages.b[s] * part, links)
+        accumulate(work, stages.b[s], links)
 
 
 @kernel
@@ -138,24 +132,9 @@ def _evaluate(model: Model, state: State, work: Work, stages: Stages, time, step
         place(model.chain, state, work)
         _copy_memory(stages.tooth_impact, stages.wheel_impact, state.tooth_impact, state.wheel_impact)
         evaluate_loads(model, state, work, None, None)
-        solve_chain(model, state, work, 0.0, None, model.solver)
+        solve_chain(model, state, work, 0.0, None)
         _sense(model, state, work, stages.seen[s], links)
         _derivative(model, state, work, time + offset * step, stages.slope[s])
-
-
-@kernel
-def _error(stages: Stages, step):
-    """Largest estimated error of the step over what the tolerance allows."""
-    worst = 0.0
-    for j in range(stages.start.shape[0]):
-        value = 0.0
-        for k in range(stages.b.shape[0]):
-            value += stages.error[k] * stages.slope[k, j]
-        value = abs(step * value) / (stages.tolerance * (stages.scale[j] + abs(stages.start[j])))
-        if not isfinite(value):
-            return 1e30
-        worst = max(worst, value)
-    return worst
 
 
 @kernel
@@ -183,49 +162,30 @@ def _project(model: Model, state: State, work: Work):
 
 @kernel
 def march(model: Model, state: State, work: Work, record: Record, stages: Stages):
-    """One step, in as many parts as the error control asks for; returns -1, or the body that left the range."""
-    full_step, spells, links = model.step, record.spells, record.link_mean.shape[1]
-    begin = state.steps[0] * full_step
-    done = 0.0
-    while done < full_step * (1.0 - 1e-12):
-        step = full_step - done
-        if stages.tolerance > 0.0 and stages.next_step[0] > 0.0:
-            # two equal parts rather than a long and a very short one
-            parts = max(1.0, -(-step // stages.next_step[0]))
-            step /= parts
-        _pack(state, stages.start, state.branch)
-        _copy_memory(state.tooth_impact, state.wheel_impact, stages.tooth_impact, stages.wheel_impact)
-        solve_chain(model, state, work, 0.0, None, model.solver)
-        _sense(model, state, work, stages.seen[0], links)
-        _derivative(model, state, work, begin + done, stages.slope[0])
-        while True:
-            _evaluate(model, state, work, stages, begin + done, step, links)
-            if stages.tolerance == 0.0:
-                break
-            error = _error(stages, step)
-            factor = min(4.0, max(0.2, 0.9 * error**-0.2 if error > 0.0 else 4.0))
-            if error <= 1.0 or step < LEAST_FRACTION * full_step:
-                stages.next_step[0] = min(factor * step, full_step)
-                break
-            stages.counts[1] += 1
-            step *= min(factor, 0.9)
-        stages.counts[0] += 1
-        _unpack(state, stages.start, stages.slope, stages.b, stages.b.shape[0], step, state.branch)
-        for i in range(state.rate.shape[0]):
-            if not abs(state.rate[i]) < RATE_LIMIT:
-                return i
-        orient(state.angle, work.cos, work.sin)
-        place(model.chain, state, work)
-        work.cut[4] = work.cut[0]
-        work.cut[5] = work.cut[1]
-        if not model.closure.compliant:
-            _project(model, state, work)
-        _accumulate(work, stages, step / full_step, links)
-        follow(work)
-        _copy_memory(stages.tooth_impact, stages.wheel_impact, state.tooth_impact, state.wheel_impact)
-        evaluate_loads(model, state, work, None, None)
-        done += step
-        if spells.enabled:
-            log_spells(spells, state, work, begin + done, step)
+    """Take one step; returns -1, or the body that left the range."""
+    step, spells, links = model.step, record.spells, record.link_mean.shape[1]
+    begin = state.steps[0] * step
+    _pack(state, stages.start, state.branch)
+    _copy_memory(state.tooth_impact, state.wheel_impact, stages.tooth_impact, stages.wheel_impact)
+    solve_chain(model, state, work, 0.0, None)
+    _sense(model, state, work, stages.seen[0], links)
+    _derivative(model, state, work, begin, stages.slope[0])
+    _evaluate(model, state, work, stages, begin, step, links)
+    _unpack(state, stages.start, stages.slope, stages.b, stages.b.shape[0], step, state.branch)
+    for i in range(state.rate.shape[0]):
+        if not abs(state.rate[i]) < RATE_LIMIT:
+            return i
+    orient(state.angle, work.cos, work.sin)
+    place(model.chain, state, work)
+    work.cut[4] = work.cut[0]
+    work.cut[5] = work.cut[1]
+    if not model.closure.compliant:
+        _project(model, state, work)
+    _accumulate(work, stages, links)
+    follow(work)
+    _copy_memory(stages.tooth_impact, stages.wheel_impact, state.tooth_impact, state.wheel_impact)
+    evaluate_loads(model, state, work, None, None)
+    if spells.enabled:
+        log_spells(spells, state, work, begin + step, step)
     state.steps[0] += 1
     return -1

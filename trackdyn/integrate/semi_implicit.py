@@ -101,11 +101,10 @@ def _rotate(angle, rate, step, cos, sin):
 
 
 @fused
-def advance(model: Model, state: State, work: Work, implicit, radial=None):
+def advance(model: Model, state: State, work: Work, implicit):
     """Velocities, then positions, then the projection of a rigid closure; -1, or the body whose rate left the range.
 
-    ``implicit`` is None, or the work of a linearly implicit sweep that has found the accelerations of the wheels too;
-    ``radial`` that of joints whose pins part, the cut among them: nothing is projected then.
+    ``implicit`` is None, or the work of a linearly implicit sweep that has found the accelerations of the wheels too.
     """
     chain, wheels, sweep, h = model.chain, model.wheels, work.sweep, model.step
     lx, ly, lm = sweep.load[0], sweep.load[1], sweep.load[2]
@@ -126,9 +125,6 @@ def advance(model: Model, state: State, work: Work, implicit, radial=None):
         work.com_dvy[i] = dvy + dw * (chain.com_x[i] * c - chain.com_y[i] * s)
         dvx -= dw * (chain.length[i] * s)
         dvy += dw * (chain.length[i] * c)
-        if radial is not None and i < n - 1:
-            dvx += h * radial.apart[i, 0]
-            dvy += h * radial.apart[i, 1]
     far = 0
     for i in range(n):
         rate[i] += turned[i]
@@ -139,20 +135,10 @@ def advance(model: Model, state: State, work: Work, implicit, radial=None):
     for i in range(n):
         gx += chain.length[i] * cos[i]
         gy += chain.length[i] * sin[i]
-        if radial is not None and i < n - 1:
-            part = state.part
-            for k in range(2):
-                part[i, 2 + k] += h * radial.apart[i, k]
-                part[i, k] += h * part[i, 2 + k]
-            gx += part[i, 0]
-            gy += part[i, 1]
-
     work.cut[4] = gx
     work.cut[5] = gy
     if model.closure.compliant:
         gx = gy = 0.0  # a gap is part of the model, not an error
-    if radial is not None:
-        gx = gy = 0.0
     # extra cut load that closes the gap: end - start moves by h^2 (closure matrix) d_lambda
     inv, added = sweep.inverse, work.added
     dx = -(inv[0, 0] * gx + inv[0, 1] * gy) / h

@@ -224,13 +224,6 @@ class Space(NamedTuple):
     friction: int
 
 
-class Radial(NamedTuple):
-    """Rubber of the pins: ``stiffness`` (N/m) and ``damping`` (N s/m) against their parting (`chain.radial`)."""
-
-    stiffness: float
-    damping: float
-
-
 class Branches(NamedTuple):
     """Maxwell branches of every bushing (`chain.maxwell`): stiffness (N m/rad) and relaxation time (s), (b,) arrays;
     b is 0 for bushings with a viscous damper.
@@ -246,9 +239,7 @@ NO_BRANCHES = Branches(np.empty(0), np.empty(0))
 class Model(NamedTuple):
     """A scene as kernels see it (`trackdyn.scene.build.build_model`).
 
-    ``step`` is in s, ``stride`` the number of steps in a sample. ``solver`` is None for the Riccati sweep or one of
-    `integrate.dynamics`' numbers, ``space`` None for a planar scene, ``radial`` None for joints whose pins do not part;
-    ``closure`` then says what the cut joint is, otherwise it is a joint like all others.
+    ``step`` is in s, ``stride`` the number of steps in a sample, ``space`` None for a planar scene.
     """
 
     chain: Chain
@@ -261,7 +252,5 @@ class Model(NamedTuple):
     step: float
     stride: int
     carriers: Carriers
-    solver: int | None = None
     space: Space | None = None
-    radial: Radial | None = None
     branches: Branches = NO_BRANCHES

@@ -40,9 +40,6 @@ class State(NamedTuple):
     slide: np.ndarray
     branch: np.ndarray  # (b, n) moment of every Maxwell branch of every bushing, N m
     plane: Plane | None = None  # the plane of the chain; None in planar motion
-    # (n, 4) input pin of body i + 1 less the output pin of body i, and its rate, m and m/s; the last row, of the cut
-    # joint, follows from all others (`chain.kinematics.place`). None where pins do not part
-    part: np.ndarray | None = None
 
 
 def make_state(n: int, pitches: int, wheels: int, carriers: int = 0, branches: int = 0) -> State:

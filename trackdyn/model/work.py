@@ -64,21 +64,14 @@ class Stages(NamedTuple):
     """An explicit Runge-Kutta method and the arrays of its stages."""
 
     a: np.ndarray  # (s, s) coefficients of the stages
-    # b, error: (s,) weights of the step; weights of the estimated error (all 0: fixed step)
-    b: np.ndarray
-    error: np.ndarray
-    tolerance: float  # relative and scaled absolute error a step may make; 0: fixed step
-    # start, scale: (m,) state at the start of a step, and the size of each entry below which the tolerance is absolute
-    start: np.ndarray
-    scale: np.ndarray
+    b: np.ndarray  # (s,) weights of the step
+    start: np.ndarray  # (m,) state at the start of a step
     slope: np.ndarray  # (s, m) derivative of the state at each stage
     seen: np.ndarray  # (s, 1 + p, 3) what the sensor, and its place on every link, feels at each stage
     # tooth_impact, wheel_impact: initial impact velocities at the start of the step: the stages do not change the
     # memory
     tooth_impact: np.ndarray
     wheel_impact: np.ndarray
-    next_step: np.ndarray  # (1,) step that the error control would take next, s
-    counts: np.ndarray  # (2,) integers: steps taken and rejected
 
 
 class SpaceWork(NamedTuple):
@@ -102,22 +95,6 @@ class SpaceWork(NamedTuple):
     change: np.ndarray
     wheel_load: np.ndarray
     axial: np.ndarray
-
-
-class RadialWork(NamedTuple):
-    """What the sweep writes of joints whose pins part (`chain.radial`), for ``n`` joints; the last one is the cut."""
-
-    impedance: np.ndarray  # (1,) ``Z = h^2 k + h c``, kg
-    # ahead, force: (n, 2) force on the outboard body at the end of the step without the accelerations, and with them, N
-    ahead: np.ndarray
-    force: np.ndarray
-    apart: np.ndarray  # (n, 2) acceleration of the displacement of the pins, m/s2; the last row is unused
-    # (n, 2) velocity with which the points where the force acts part, at the start of the step, m/s
-    parting: np.ndarray
-    # (n, 13) acceleration of these points from one another, less its sign, as a linear function: coefficients xx, xy,
-    # x-angle, yy, y-angle of the outboard acceleration, then x and y for ``[lambda_x, lambda_y, lambda_m, 1]``
-    gain: np.ndarray
-    response: np.ndarray  # (n, 8) the same for unit ``[lambda_x, lambda_y, lambda_m, 1]``: x, then y
 
 
 class Near(NamedTuple):
@@ -198,7 +175,6 @@ class Work(NamedTuple):
     implicit: ImplicitWork | None = None  # of a linearly implicit integrator
     stages: Stages | None = None  # of an explicit Runge-Kutta method
     space: SpaceWork | None = None  # of motion in space
-    radial: RadialWork | None = None  # of joints whose pins part
     # (a + w,) work of friction since the start, where a record asks for it: of the arcs by area of the groove, of the
     # links by wheel, J
     sliding: np.ndarray | None = None
@@ -234,18 +210,12 @@ def make_implicit(n: int, wheels: int) -> ImplicitWork:
     )
 
 
-def make_stages(a, b, error, tolerance: float, n: int, pitches: int, wheels: int, branches: int = 0) -> Stages:
+def make_stages(a, b, n: int, pitches: int, wheels: int, branches: int = 0) -> Stages:
     """Allocate the stages of an explicit Runge-Kutta method."""
-    work = 4 + 2 * n + 2 * wheels
-    size = work + 7 + branches * n
-    scale = np.ones(size)
-    scale[4 + n : 4 + 2 * n] = 10.0  # angular velocities are of the order of 10 rad/s
-    scale[4 + 2 * n + wheels : 4 + 2 * n + 2 * wheels] = 10.0
-    scale[work : work + 7] = np.inf  # the account of work does not steer the step
-    a, b, error = (np.array(part, dtype=float) for part in (a, b, error))
+    size = 11 + (2 + branches) * n + 2 * wheels
     return Stages(
-        a=a, b=b, error=error, tolerance=tolerance, scale=scale, counts=np.zeros(2, np.int64),
-        **zeros(start=size, slope=(len(b), size), seen=(len(b), 1 + pitches, 3), next_step=1),
+        a=np.array(a, dtype=float), b=np.array(b, dtype=float),
+        **zeros(start=size, slope=(len(b), size), seen=(len(b), 1 + pitches, 3)),
         **zeros(tooth_impact=2 * pitches, wheel_impact=(pitches, wheels)),
     )  # fmt: skip
 
@@ -257,9 +227,3 @@ def make_space_work(n: int, wheels: int) -> SpaceWork:
         **zeros(relative=(wheels, 3, 3), centre=(wheels, 3), gravity=3, force_z=n, moment_x=n, moment_y=n),
         **zeros(acceleration=3, change=3, wheel_load=(wheels, 6), axial=wheels),
     )
-
-
-def make_radial_work(n: int) -> RadialWork:
-    """Allocate the arrays of joints whose pins part."""
-    pairs = dict.fromkeys(("ahead", "force", "apart", "parting"), (n, 2))
-    return RadialWork(**zeros(impedance=1, gain=(n, 13), response=(n, 8), **pairs))

@@ -39,8 +39,6 @@ class Bushing(OmitsDefaults):
     stiffness: Annotated[float, Quantity("N m/rad", ge=0)]
     damping: Annotated[float, Quantity("N m s/rad", ge=0)]
     free_angle: Annotated[float, Quantity("rad", gt=-1.6, lt=1.6)]
-    radial_stiffness: Annotated[float, Quantity("N/m", gt=0)]
-    radial_damping: Annotated[float, Quantity("N s/m", ge=0)]
     loss_factor: Annotated[float, Quantity("1", ge=0, le=0.5)] = 0.0
     law: Annotated[BushingLaw, Quantity("name")] = "hysteretic"
 

@@ -5,7 +5,6 @@ from math import cos, pi, radians, sin, sqrt, tan
 import numpy as np
 
 from trackdyn.chain.mobility import mobility_across, mobility_of_slip
-from trackdyn.integrate.dynamics import SOLVERS
 from trackdyn.integrate.methods import METHODS
 from trackdyn.model.constants import (
     INDEPENDENT,
@@ -22,7 +21,6 @@ from trackdyn.model.constants import (
     Law,
     Model,
     Motor,
-    Radial,
     Ripple,
     Sensor,
     Shoes,
@@ -151,10 +149,10 @@ def build_wheels(scene) -> Wheels:
     )  # fmt: skip
 
 
-def with_mobility(chain: Chain, shoes: Shoes, tooth: Tooth, wheels: Wheels, held: bool) -> tuple[Tooth, Wheels]:
-    """Contacts of a staggered method, which know how easily the chain yields; ``held`` as of `mobility_of_slip`."""
+def with_mobility(chain: Chain, shoes: Shoes, tooth: Tooth, wheels: Wheels) -> tuple[Tooth, Wheels]:
+    """Contacts of a staggered method, which know how easily the chain yields."""
     body, along = shoes.arc_body, shoes.arc_x
-    slip = [mobility_of_slip(chain, body[side], along[side], tooth.arc_radius, held) for side in range(2)]
+    slip = [mobility_of_slip(chain, body[side], along[side], tooth.arc_radius) for side in range(2)]
     tooth = tooth._replace(mobility=mobility_across(chain, body[0], along[0]), slip=np.array(slip))
     return tooth, wheels._replace(slip=_slip_on_wheels(chain, wheels, int(shoes.link_body[0])))
 
@@ -266,7 +264,7 @@ def build_model(scene) -> Model:
     tooth = make_tooth(scene.groove, rig.chain.connector_radius, _law(rig, rig.tooth_contact, scene), toothed)
     wheels = build_wheels(scene)
     if METHODS[scene.integrator].staggered:
-        tooth, wheels = with_mobility(chain, shoes, tooth, wheels, held=scene.joint == "revolute")
+        tooth, wheels = with_mobility(chain, shoes, tooth, wheels)
     x, along, c = rig.sensor.x, shoes.link_start[rig.sensor.pitch - 1], rig.closure
     return Model(
         chain=chain, shoes=shoes, tooth=tooth, wheels=wheels, drive=build_drive(scene),
@@ -274,9 +272,8 @@ def build_model(scene) -> Model:
         closure=Closure(
             compliant=int(scene.closure == "elastic_damping"), stiffness=c.stiffness, damping=c.damping
         ),
-        step=float(scene.step), stride=scene.stride, solver=SOLVERS.index(scene.solver) or None,
+        step=float(scene.step), stride=scene.stride,
         space=build_space(scene, tooth, wheels) if scene.fidelity["space"].setting == "spatial" else None,
-        radial=Radial(rig.bushing.radial_stiffness, rig.bushing.radial_damping) if scene.joint == "radial" else None,
         branches=branches, carriers=carriers_of([], len(wheels.x)),
     )  # fmt: skip
 

@@ -9,12 +9,8 @@ from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Annotated, Literal, NamedTuple, get_args
 
-import numpy as np
-
-from trackdyn.chain.transfer_matrices import growth
 from trackdyn.errors import InputError, shown
 from trackdyn.integrate.methods import METHODS
-from trackdyn.model.constants import Chain
 from trackdyn.parameters.groove import PROFILES
 from trackdyn.parameters.normal_laws import NORMAL_LAWS
 from trackdyn.parameters.rubber import BushingLaw
@@ -31,22 +27,14 @@ class Choices(Section):
     tooth_contact: Annotated[Literal["none", "three_surfaces", "ten_arcs"], OneOf(PROFILES)] = "ten_arcs"
     normal_law: Annotated[Literal["elastic", "printed", "delivered"], OneOf(NORMAL_LAWS)] = "printed"
     friction: Annotated[Literal["auto", "none", "tangential", "independent", "isotropic"], OneOf()] = "auto"
-    joint: Annotated[Literal["revolute", "radial"], OneOf()] = "revolute"
     closure: Annotated[Literal["elastic_damping", "rigid"], OneOf()] = "rigid"
-    solver: Annotated[Literal["riccati", "transfer_product", "multipliers"], OneOf()] = "riccati"
-    integrator: Annotated[Literal["linearly_implicit", "semi_implicit", "rk4", "adaptive"], OneOf(METHODS)] = (
-        "semi_implicit"
-    )
+    integrator: Annotated[Literal["linearly_implicit", "semi_implicit", "rk4"], OneOf(METHODS)] = "semi_implicit"
     tension: Annotated[Literal["locked", "retensioned", "sprung", "forced"], OneOf()] = "locked"
     drag: Annotated[Drag, OneOf()] = "rolling"
     bushing_law: Annotated[BushingLaw, OneOf()] = "hysteretic"
 
 
 CHOICES = {name: get_args(field.annotation) for name, field in Choices.model_fields.items()}
-# bodies of this chain over which the literal product still keeps about half of its digits
-LITERAL_BODIES = 8
-# half of the digits of any other chain
-LITERAL_ERROR = 1e-8
 AXIAL_FRICTION = ("independent", "isotropic")
 OF_CONTACTS = ("tooth_contact", "normal_law", "friction", "tension", "drag")
 
@@ -77,12 +65,6 @@ def preset(name: str, ring: bool = True) -> dict:
     return PRESETS[name] | ({} if ring else WITHOUT_RING.get(name, {}))
 
 
-def literal_error(chain: Chain) -> float:
-    """Relative error that rounding is expected to grow to in the literal product over a chain (`growth`)."""
-    digits = np.log10(np.finfo(float).eps) + len(chain.length) / 2 * np.log10(growth(chain).pitch)
-    return float(10.0 ** min(digits, 300.0))
-
-
 def wheel_out_of_plane(rig) -> str | None:
     """Name, field and value of the first wheel that is not aligned with the plane of the chain, or None."""
     for name, wheel in {"sprocket": rig.sprocket, **rig.rollers}.items():
@@ -108,12 +90,9 @@ def decide(scene) -> dict[str, Decision]:
             found["friction"] = Decision("independent", "motion in space: tangential and axial friction as printed")
         else:
             found["friction"] = Decision("tangential", "planar: nothing moves along the axes")
-    if scene.joint == "radial":
-        found["joint"] = Decision("radial", "the scene asks for pins in rubber that part under load")
-        found["closure"] = Decision("radial", "as every other joint: no joint of the loop is rigid")
     if scene.chain == "belt":
         nothing = Decision("none", "a kinematic path has no forces and no equations to solve")
-        found |= dict.fromkeys((*OF_CONTACTS, "joint", "bushing_law", "closure", "solver", "integrator"), nothing)
+        found |= dict.fromkeys((*OF_CONTACTS, "bushing_law", "closure", "integrator"), nothing)
     elif scene.loop == "free":
         found |= dict.fromkeys(OF_CONTACTS, Decision("none", "a free loop touches nothing"))
     if on_wheels and scene.ring_radius is not None:
@@ -168,8 +147,6 @@ REFUSALS: tuple[Refusal, ...] = (
      "a free loop is mirror-symmetric; use space='planar' or space='auto'"),
     ("closure", lambda s: s.spatial and s.closure != "rigid",
      "motion in space is solved with 'rigid' only; use it, or space='planar'"),
-    ("solver", lambda s: s.spatial and s.solver != "riccati",
-     "motion in space is solved with 'riccati' only; use it, or space='planar'"),
     ("integrator", lambda s: s.spatial and s.integrator != "semi_implicit",
      "motion in space is solved with 'semi_implicit' only; use it, or space='planar'"),
     # tensioners, drives and wheels that move
@@ -192,34 +169,9 @@ REFUSALS: tuple[Refusal, ...] = (
      "wheel {armless} has a bearing_drag or bearing_torque and no rolling_arm; use 'viscous', or give it one"),
     ("tooth_contact", lambda s: s.tooth_contact == "three_surfaces" and s.rig.groove is None,
      "three surfaces are made of the ten-arc design, which this rig's profile is not; use 'ten_arcs'"),
-    # joints with rubber
-    ("joint", lambda s: s.radial and s.spatial, "pins part in the plane only; use 'revolute', or space='planar'"),
-    ("chain", lambda s: s.radial and s.chain != "double_pin",
-     "joint='radial' is modelled with 'double_pin' only; use it, or joint='revolute'"),
-    ("closure", lambda s: s.radial and s.closure != "rigid",
-     "joint='radial' is modelled with 'rigid' only, the cut is then a joint like all others; use it, or "
-     "joint='revolute'"),
-    ("solver", lambda s: s.radial and s.solver != "riccati",
-     "joint='radial' is modelled with 'riccati' only; use it, or joint='revolute'"),
-    ("integrator", lambda s: s.radial and s.integrator != "semi_implicit",
-     "joint='radial' is modelled with 'semi_implicit' only; use it, or joint='revolute'"),
     ("bushing_law",
      lambda s: s.bushing_law == "hysteretic" and s.rig.bushing.damping > 0 and s.rig.bushing.loss_factor == 0,
      "bushing.damping of the rig is {rig.bushing.damping:g} and its loss_factor is 0; use 'viscous', or give it one"),
-    ("frame_interval", lambda s: s.radial and s.frame_interval,
-     "configurations hold no parted pins; use 0, or joint='revolute'"),
-    # solvers and their steps
-    ("solver", lambda s: s.solver == "transfer_product" and s.bodies > LITERAL_BODIES,
-     "the literal product of transfer matrices (Eqs. 2 to 5) keeps no digit over {bodies} bodies, errors grow "
-     f"about eightfold a body; use 'riccati', or at most {LITERAL_BODIES} bodies"),
-    ("closure", lambda s: s.solver != "riccati" and s.closure != "rigid",
-     "solver={solver!r} closes the loop exactly; use 'rigid', or solver='riccati'"),
-    ("integrator", lambda s: s.solver != "riccati" and s.method.linearly_implicit,
-     "the linearly implicit step is part of the Riccati sweep; use solver='riccati'"),
-    ("tolerance", lambda s: s.method.adaptive and s.tolerance is None,
-     "the adaptive integrator needs one; use 1e-6, for example"),
-    ("tolerance", lambda s: not s.method.adaptive and s.tolerance is not None,
-     "integrator={integrator!r} has a fixed step; use None"),
 )  # fmt: skip
 
 
@@ -237,7 +189,7 @@ def _facts(scene) -> SimpleNamespace:
     ]
     return SimpleNamespace(
         **{name: getattr(scene, name) for name in type(scene).model_fields},
-        bodies=scene.bodies, belt=scene.chain == "belt", free=scene.loop == "free", radial=scene.joint == "radial",
+        bodies=scene.bodies, belt=scene.chain == "belt", free=scene.loop == "free",
         method=METHODS[integrator], tilted=wheel_out_of_plane(rig), spatial=spatial,
         stepped=integrator in ("semi_implicit", "linearly_implicit") and not spatial,
         how="motion in space" if spatial else f"integrator={integrator!r}",

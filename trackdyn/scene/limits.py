@@ -101,8 +101,6 @@ def step_limits(model, pre_tension: float, method: Method = METHODS["semi_implic
         )
         stiffness = _stiffness_at(tooth.law, load, narrow)
         limit = oscillation * sqrt(at_pin / stiffness)
-        if model.radial is not None:
-            limit, at_pin = _with_parting_pins(model.radial, ends, stiffness, oscillation, limit)
         limits["contact stiffness of the teeth (tooth_contact)"] = limit
         limits["friction of the teeth (tooth_contact)"] = friction(tooth.law, at_pin)
     surfaces = [("ring contact", wheels.ring_law, float(wheels.radius[0]), load)] if wheels.present[0] else []
@@ -139,21 +137,6 @@ def step_limits(model, pre_tension: float, method: Method = METHODS["semi_implic
 def largest_step(model, *tensions: float, method: Method = METHODS["semi_implicit"]) -> float:
     """Least of the limits of a step (`step_limits`) at some tensions (N), s; infinite if there is none."""
     return min((limit for tension in tensions for limit in step_limits(model, tension, method).values()), default=inf)
-
-
-def _with_parting_pins(radial, ends, stiffness, oscillation, limit) -> tuple[float, float]:
-    """Limit (s) and mass at the pin (kg) where a connector drags its link along through rubber.
-
-    Within a step of h rubber holds the two like a mass ``h^2 k + h c`` between them; the limit falls from that of pins
-    held together to where it agrees with the mass that it leads to.
-    """
-    link, connector = ends
-    mass = link + connector
-    for _ in range(60):
-        held = limit * (limit * radial.stiffness + radial.damping)
-        mass = connector + link * held / (link + held)
-        limit = oscillation * sqrt(mass / stiffness)
-    return limit, mass
 
 
 def turn_limit(rate: float) -> dict[str, float]:

@@ -14,7 +14,7 @@ from trackdyn.parameters.groove import PROFILES, Groove
 from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.validation import plain_number, sentence, shown
 from trackdyn.scene.build import build_model
-from trackdyn.scene.fidelity import LITERAL_ERROR, Choices, Decision, decide, literal_error, refuse_nonsense
+from trackdyn.scene.fidelity import Choices, Decision, decide, refuse_nonsense
 from trackdyn.scene.fidelity import preset as preset_fields
 from trackdyn.scene.limits import LEAST_STEP, advised_step, round_step, step_limits
 
@@ -22,7 +22,6 @@ Number = Annotated[float, BeforeValidator(plain_number)]
 # Longest recording, lead-in or ramp, s; shortest ramp, s.
 LONGEST_RUN, LEAST_RAMP = 36000.0, 1e-6
 FASTEST = 1e5  # rev/min; the tests run 10,000
-LEAST_TOLERANCE = 1e-12  # rounding hides what is less, and a step that must reach it never ends
 MOST_STEPS = 1e10  # a day of computing
 LEAST_CHOSEN = 0.01  # of the usual step: nobody waits for less without having asked for it
 WITHIN = 0.7  # of the bound at the pre-tension: with a larger ring the loop settles tighter
@@ -101,15 +100,10 @@ class Scene(Choices):
     friction : str
         ``none``, ``tangential``, in space also ``independent`` (tangential and axial as printed) or
         ``isotropic`` (one coefficient of the whole slip); ``auto``: what the space allows.
-    joint : str
-        ``revolute``, or ``radial``: the rubber of the pins lets them part against a spring and a damper.
     closure : str
-        ``rigid``, or ``elastic_damping``: a spring and damper at the cut joint. With radial joints the cut is one of
-        them.
-    solver : str
-        ``riccati``, ``transfer_product`` (the literal product of Eqs. 2 to 5) or ``multipliers``.
+        ``rigid``, or ``elastic_damping``: a spring and damper at the cut joint.
     integrator : str
-        ``semi_implicit``, ``linearly_implicit``, ``rk4`` or ``adaptive``.
+        ``semi_implicit``, ``linearly_implicit`` or ``rk4``.
     tension : str
         ``locked`` (the tensioning wheel stays where the reference ring put it), ``retensioned`` (the pre-tension is
         set again with the scene's ring), ``sprung`` (it slides on a spring and a damper while the chain runs) or
@@ -121,8 +115,6 @@ class Scene(Choices):
     bushing_law : str
         ``hysteretic`` (Maxwell branches: nearly the same share of its energy is lost in a cycle of any frequency from
         0.5 to 50 Hz) or ``viscous`` (a damper beside the spring of every bushing); the rig's own by default.
-    tolerance : float or None
-        Relative error a step of the adaptive integrator may make.
     """
 
     rig: Rig
@@ -137,7 +129,6 @@ class Scene(Choices):
     spells: Annotated[bool, BeforeValidator(_flag)] = True
     every_link: Annotated[bool, BeforeValidator(_flag)] = False
     sliding: Annotated[bool, BeforeValidator(_flag)] = False
-    tolerance: Number | None = None
 
     def __init__(
         self, rig: Rig, motor_rpm: float, ring_radius: Any = OF_THE_RIG, *, preset: str | None = None, **fields: Any
@@ -188,10 +179,9 @@ class Scene(Choices):
             ("duration", sample, LONGEST_RUN, "s"),
             ("lead_in", 0.0, LONGEST_RUN, "s"),
             ("ramp", LEAST_RAMP, LONGEST_RUN, "s"),
-            ("tolerance", LEAST_TOLERANCE, 0.5, "of a step's error"),
         ):
             value = getattr(self, field)
-            if value is not None and not least <= value <= most:
+            if not least <= value <= most:
                 self._refuse(field, f"must be between {least:g} and {most:g} {unit}")
         if not LEAST_STEP <= self.step <= sample * (1 + 1e-6) or abs(sample / self.step - self.stride) > 1e-6:
             self._refuse(
@@ -236,14 +226,6 @@ class Scene(Choices):
     def _refuse_step(self, chosen: bool) -> None:
         if self.chain == "belt":
             return  # a path without equations
-        if self.solver == "transfer_product":
-            error = literal_error(self.model.chain)
-            if error > LITERAL_ERROR:
-                self._refuse(
-                    "solver",
-                    f"with the masses and inertias of this chain rounding grows to {error:.1g} of a result over "
-                    f"{self.bodies} bodies, at worst where its pins are mutual centres of percussion; use 'riccati'",
-                )
         limits = step_limits(self.model, self.rig.tension.pre_tension, METHODS[self.integrator])
         name, limit = min(limits.items(), key=lambda item: item[1], default=("", np.inf))
         if LEAST_CHOSEN * self.step <= limit < self.step and chosen:

@@ -251,7 +251,7 @@ class Loop:
         """(n, 2) force of body i on body i + 1 through the joint between them at the last step taken, N.
 
         Newton's law along the chain, from the cut (the last entry) on, with the accelerations of that step and the
-        contacts of the present state, one step later. With radial compliance it is the force of the bushings.
+        contacts of the present state, one step later.
         """
         return joint_forces(*self._parts)
 
@@ -319,7 +319,7 @@ class Loop:
     def changed(self, **fields: Any) -> "Loop":
         """Return an independent loop in the same state, with some fields of its scene replaced.
 
-        Step, integrator, solver, motor speed, laws, masses and the like may change; bodies, joints and wheels may not.
+        Step, integrator, motor speed, laws, masses and the like may change; bodies, joints and wheels may not.
         The drive continues, or changes its speed from the present one (`drive`).
 
         Raises

@@ -10,7 +10,7 @@ from trackdyn.integrate.methods import METHODS, equip
 from trackdyn.model.constants import SPROCKET, Drive, Model
 from trackdyn.model.record import make_record
 from trackdyn.model.state import ALONG_X, SLIDE, SLIDE_RATE, Plane, State, make_state
-from trackdyn.model.work import Work, make_radial_work, make_space_work, make_work
+from trackdyn.model.work import Work, make_space_work, make_work
 from trackdyn.parameters.layout import Assembly, assemble, belt_around, free_loop, tensioner
 from trackdyn.scene.build import shift_wheel, start_plane
 from trackdyn.scene.carriers import CARRIED, make_carriers, preloads, refuse_stops
@@ -46,27 +46,18 @@ def allocate(scene: Scene) -> tuple[Model, State, Work]:
     if model.space is not None:
         state = state._replace(plane=Plane(np.zeros(4), np.zeros(4)))
         work = work._replace(space=make_space_work(n, wheels))
-    return model, *with_radial(model, state, with_sliding(scene, model, work))
+    return model, state, with_sliding(scene, model, work)
 
 
 def equipped(scene: Scene, work: Work) -> Work:
     """Work with the arrays of the scene's integrator."""
-    count = len(scene.model.branches.time)
-    return equip(work, scene.integrator, scene.rig.chain.pitches, scene.tolerance or 0.0, count)
+    return equip(work, scene.integrator, scene.rig.chain.pitches, len(scene.model.branches.time))
 
 
 def with_sliding(scene: Scene, model: Model, work: Work) -> Work:
     """Work with room for the account of sliding where the scene asks for it."""
     entries = len(model.tooth.radius) + len(model.wheels.x)
     return work._replace(sliding=np.zeros(entries)) if scene.sliding else work
-
-
-def with_radial(model: Model, state: State, work: Work) -> tuple[State, Work]:
-    """State and work with room for pins that part, where they do."""
-    if model.radial is None:
-        return state, work
-    n = len(state.angle)
-    return state._replace(part=np.zeros((n, 4))), work._replace(radial=make_radial_work(n))
 
 
 def start_state(assembly: Assembly, model: Model) -> State:
@@ -123,12 +114,11 @@ class Settling:
         # at rest rolling resistance would keep the strands' tensions apart for seconds
         model = model._replace(wheels=model.wheels._replace(rolling=np.zeros_like(model.wheels.rolling)))
         self.model = model._replace(
-            drive=Drive(0.0, scene.ramp), step=step, stride=max(round(CHUNK / step), 1), solver=None, space=None
+            drive=Drive(0.0, scene.ramp), step=step, stride=max(round(CHUNK / step), 1), space=None
         )
         shift_wheel(self.model, rig, self.wheel, self.shift)
         self.state = start_state(assembly, self.model)
         work = make_work(len(length), rig.chain.pitches, len(model.wheels.x))
-        self.state, work = with_radial(self.model, self.state, work)
         linearly = METHODS[scene.integrator].linearly_implicit
         self.work = equip(work, "linearly_implicit" if linearly else "semi_implicit", rig.chain.pitches)
         self.record = make_record(1, self.state)
@@ -144,8 +134,6 @@ class Settling:
         self.sag = weight**2 * float((spans**3).sum()) / 24
         # compliance of contacts and joints, m/N
         self.stretch = CONTACT_COMPLIANCE
-        if model.radial is not None:
-            self.stretch += len(length) / model.radial.stiffness
         d = rig.tension.direction * pi / 180
         self.lever = 0.0
         for k, wheel in enumerate(order):
@@ -342,8 +330,6 @@ def settle(scene: Scene, settling: Settling | None = None) -> tuple[Model, State
     state.steps[0] = 0
     state.rate[:] = 0.0
     state.pin[2:] = 0.0
-    if state.part is not None:
-        state.part[:, 2:] = 0.0
     state.wheel_rate[:] = 0.0
     state.work_done[:] = 0.0
     refuse_start_in_steel(scene, model, state, settling.work)
@@ -364,5 +350,4 @@ def _spinning_loop(scene: Scene) -> tuple[Model, State, Work, dict]:
     state.rate[:] = spin
     state.pin[2:] = [-spin * state.pin[1], spin * state.pin[0]]
     work = make_work(len(state.angle), scene.rig.chain.pitches, len(model.wheels.x))
-    state, work = with_radial(model, state, work)
     return model, state, equipped(scene, work), {}

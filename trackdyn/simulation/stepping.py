@@ -94,8 +94,6 @@ class Held:
 
 def joint_forces(model: Model, state: State, work: Work) -> np.ndarray:
     """(n, 2) force of body i on body i + 1 through the joint between them at the last step, N (`Loop.joint_forces`)."""
-    if work.radial is not None:
-        return work.radial.force.copy()
     chain, sweep = model.chain, work.sweep
     alpha, acceleration = sweep.response @ sweep.load, sweep.base @ sweep.load
     rate2 = state.rate**2

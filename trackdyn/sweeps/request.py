@@ -21,7 +21,6 @@ from trackdyn.sources import module_hash
 from trackdyn.sweeps.store import key_of
 
 FLAGS = ("spells", "every_link", "sliding")
-OPTIONAL = ("ring_radius", "tolerance")
 UNTIL = tuple(f"until.{measure}" for measure in RELATIVE + SHARES)
 # but for the longest turns: the row's duration says that
 KNOWN = tuple(f"known.{name}" for name in StopRule.model_fields if name != "longest_turns")
@@ -190,4 +189,4 @@ def _field(name: str, value: Any) -> Any:
         steps = value if isinstance(value, (list, tuple)) else text.replace(";", " ").split()
         if len(steps) > 1:
             return [within("step", _number(step), LEAST_STEP, LONGEST_RUN, " s") for step in steps]
-    return None if name in OPTIONAL and text == "none" else _number(value)
+    return None if name == "ring_radius" and text == "none" else _number(value)

@@ -35,7 +35,6 @@ SETTINGS = {
     "normal_law=delivered": {"normal_law": "delivered"},
     "normal_law=elastic": {"normal_law": "elastic"},
     "friction=none": {"friction": "none"},
-    "joint=radial": {"joint": "radial"},
     "closure=elastic_damping": {"closure": "elastic_damping"},
     "tension=sprung": {"tension": "sprung"},
     "drag=viscous": {"drag": "viscous"},

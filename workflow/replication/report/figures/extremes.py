@@ -11,8 +11,8 @@ from trackdyn.plots.style import BLACK, BLUE, GREEN, MARKERS, ORANGE, PRINTED, V
 from trackdyn.simulation.account import OPEN_SHARE
 
 LOOKS = {COMPLETED: (BLUE, ""), MARKED: (GREEN, ".."), REFUSED: (ORANGE, "//"), DEFECT: (VERMILION, "xx")}
-SOLVERS = {"riccati": BLUE, "multipliers": GREEN, "transfer_product": VERMILION}
-SOLVER_NAMES = {"riccati": "Riccati", "multipliers": "multipliers", "transfer_product": "literal product"}
+SOLVERS = {"riccati": BLUE, "transfer_product": VERMILION}
+SOLVER_NAMES = {"riccati": "Riccati", "transfer_product": "literal product"}
 KIND_LOOKS = {"link and connector": ("-", "o"), "uniform bars": ("--", "s"), "centres of percussion": (":", "^")}
 BOUND = {"color": BLACK, "linestyle": ":"}
 # above this every digit is lost: points beyond say no more
@@ -21,7 +21,7 @@ ALL_LOST = 1e6
 
 @styled
 def solvers_figure(rows: pd.DataFrame, chunks: pd.DataFrame) -> Figure:
-    """Every solver against the number of bodies: its error (a), the residual of what is too long for that (b)."""
+    """Sweep and literal product against the number of bodies: error (a), residual of longer chains (b)."""
     table = rows[(rows["family"] == "length of the chain") & (rows["group"] != "")]
     figure = new_figure(5.0)
     errors, residuals = figure.subplots(2, 1, height_ratios=(2.0, 1.0))
@@ -30,7 +30,7 @@ def solvers_figure(rows: pd.DataFrame, chunks: pd.DataFrame) -> Figure:
         dashes, marker = KIND_LOOKS[kind]
         part = part.astype({"at": float, "value": float, "expected": float}).sort_values("at")
         seen = part[np.isfinite(part["value"]) & (part["value"] < ALL_LOST)]
-        # measured points of the literal product stand by their prediction; the others have none
+        # measured points of the literal product stand by their prediction; the sweep has none
         look = {"color": SOLVERS[solver], "linestyle": "none" if solver == "transfer_product" else dashes}
         for ax, here in ((errors, seen["measure"] != "residual"), (residuals, seen["measure"] == "residual")):
             label = f"{SOLVER_NAMES[solver]}, {kind}" if ax is errors and here.any() else None
@@ -40,13 +40,12 @@ def solvers_figure(rows: pd.DataFrame, chunks: pd.DataFrame) -> Figure:
             look = {"color": BLACK, "linestyle": dashes, "linewidth": 1.2}
             errors.plot(predicted["at"], predicted["expected"], **look, label=f"predicted growth, {kind}")
     lengths = table["at"].astype(float)
-    errors.axvspan(9, 1.2 * lengths.max(), color="0.93", zorder=0)
     short = lengths[table["measure"] != "residual"]
     errors.set(xscale="log", yscale="log", xlim=(5, 1.2 * short.max()), ylim=(3e-17, ALL_LOST))
     residuals.set(xscale="log", yscale="log", xlabel="bodies of the chain")
     errors.set_ylabel("relative error")
     residuals.set_ylabel("relative residual")
-    errors.set_title("(a) error of the accelerations, median of three poses;\ngrey: rejected for the literal product")
+    errors.set_title("(a) error of the accelerations, median of three poses")
     residuals.set_title("(b) longer chains: residual of the equations of motion")
     figure.legend(loc="outside lower center", ncols=2)
     return figure

@@ -11,7 +11,7 @@ from trackdyn.simulation.account import energy_residual
 from trackdyn.simulation.recording import Recording
 
 NAN = float("nan")
-# of the ladder and of accuracy against cost: motion in space, rk4 and adaptive have no tensioner on its spring
+# of the ladder and of accuracy against cost: motion in space and rk4 have no tensioner on its spring
 TENSION = {"tension": "locked"}
 LEAD_IN = 3.0  # s at constant speed before what is compared begins, after a second of starting
 # compared as they are

@@ -31,7 +31,7 @@ IMPLICIT = ("linearly implicit", {"integrator": "linearly_implicit"})
 
 def step_limit(rig: Rig, rpm: float = 210.0, **fields) -> float:
     """Smallest of the predicted limits of the semi-implicit step, s."""
-    probe = Scene(rig, rpm, **(FAST | fields), integrator="adaptive", tolerance=0.5)
+    probe = Scene(rig, rpm, **(FAST | fields), integrator="linearly_implicit", step=1e-7)
     return largest_step(probe.model, rig.tension.pre_tension)
 
 

@@ -151,7 +151,7 @@ def wrong_blame(reason: str, fields: dict) -> str:
     if float(cited[1]) != fields["step"]:
         return "refuses a step that was not asked for"
     explicit = "too large" in reason and "turn of the sprocket" not in reason
-    if explicit and fields.get("integrator") in ("linearly_implicit", "adaptive"):
+    if explicit and fields.get("integrator") == "linearly_implicit":
         return "names a limit that the integrator does not have"
     return ""
 

@@ -87,7 +87,6 @@ def _strategy():
             "normal_law": st.sampled_from(["printed", "delivered", "elastic"]),
             "friction": st.sampled_from(["auto"] * 4 + ["none", "tangential", "independent"]),
             "closure": st.sampled_from(["rigid"] * 4 + ["elastic_damping"]),
-            "solver": st.sampled_from(["riccati"] * 16 + ["transfer_product"]),
             "drag": st.sampled_from(["rolling"] * 4 + ["viscous", "coulomb"]),
             "bushing_law": st.sampled_from(["hysteretic"] * 2 + ["viscous"]),
             "integrator": st.sampled_from(["semi_implicit"] * 4 + ["linearly_implicit", "rk4"]),

@@ -1,35 +1,29 @@
-"""Extremes of the chain: 3 to 5,000 pitches, light connectors, and the digits of every solver."""
+"""Extremes of the chain: 3 to 5,000 pitches, light connectors, digits of the sweep and of the literal product."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 
-from replication.study.extremes import reference
+from replication.study.extremes import reference, transfer_product
 from replication.study.extremes.cases import lighter
-from replication.study.extremes.judge import REFUSED, attempted, below, within_bounds
-from trackdyn.chain import multipliers, riccati, transfer_matrices
-from trackdyn.errors import InputError
+from replication.study.extremes.judge import COMPLETED, attempted, below, within_bounds
+from trackdyn.chain import riccati
 from trackdyn.model.constants import Chain
 from trackdyn.model.state import State, make_state
 from trackdyn.model.work import Work, make_work
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene.build import build_chain
-from trackdyn.scene.scene import Scene
 
 FAMILY = "length of the chain"
 LONGEST_REFERENCE = 70
-# the dense system for its cost; past the reference the residual cannot tell how wrong a lost product is
-LONGEST_CHAIN = {"multipliers": 200, "transfer_product": LONGEST_REFERENCE}
-SOLVERS = {"riccati": riccati, "multipliers": multipliers, "transfer_product": transfer_matrices}
+SOLVERS = ("riccati", "transfer_product")
 KINDS = ("link and connector", "uniform bars", "centres of percussion")
 SEEDS = 3
 EPS = float(np.finfo(float).eps)
 # Digits of a solver that keeps all of them: rounding adds up over the bodies, and the acceleration of a
 # body far away is found from all bodies between, so that the error may grow with their number squared.
 LEAST_ERROR = 1e-12
-# Half of the digits: what a literal product must keep where the scene allows it.
-HALF = 1e-8
 # Of the logarithm of the growth a body: a loop is not a straight line.
 GROWTH_TOLERANCE = 0.2
 
@@ -95,8 +89,11 @@ def solve(solver: str, chain: Chain, pose: Pose) -> tuple[np.ndarray, np.ndarray
     if solver == "reference":
         found = reference.reference_accelerations(chain, *pose[:5])
         return found.alpha, np.array([found.pin_ax, found.pin_ay])
+    if solver == "transfer_product":
+        alpha, start = transfer_product.accelerations(chain, *pose)
+        return alpha, start[:2]
     state, work = posed(pose)
-    SOLVERS[solver].accelerations(chain, state, work, 0.0, 0)
+    riccati.accelerations(chain, state, work, 0.0, 0)
     sweep = work.sweep
     return sweep.response @ sweep.load, sweep.base @ sweep.load
 
@@ -160,46 +157,30 @@ def solver_error(solver: str, chain: Chain) -> float:
 
 
 def predicted_error(chain: Chain) -> float:
-    """Rounding times the growth along the chain (`transfer_matrices.growth`)."""
+    """Rounding times the growth along the chain (`transfer_product.growth`)."""
     with np.errstate(over="ignore"):
-        return float(EPS * np.float64(transfer_matrices.growth(chain).pitch) ** (len(chain.length) / 2))
+        return float(EPS * np.float64(transfer_product.growth(chain).pitch) ** (len(chain.length) / 2))
 
 
 def digits(rig: Rig, bodies: list[int]) -> Iterator[dict]:
-    """Every solver on every kind of chain; the literal product as far as the scene allows it."""
+    """Sweep and literal product on every kind of chain; the product as far as the reference tells how wrong it is."""
     for kind in KINDS:
         for n in bodies:
             chain = make_chain(rig, kind, n)
-            for solver in ("riccati", "multipliers", "transfer_product"):
-                if n <= LONGEST_CHAIN.get(solver, n):
-                    yield attempted(FAMILY, f"{solver}, {n} bodies, {kind}", _digits, rig, solver, chain, kind)
+            for solver in SOLVERS:
+                if solver == "riccati" or n <= LONGEST_REFERENCE:
+                    yield attempted(FAMILY, f"{solver}, {n} bodies, {kind}", _digits, solver, chain, kind)
 
 
-def _digits(rig: Rig, solver: str, chain: Chain, kind: str) -> dict:
+def _digits(solver: str, chain: Chain, kind: str) -> dict:
     n = len(chain.length)
     marks = {"group": f"{solver}, {kind}", "at": n}
     if solver == "transfer_product":
-        return _product(rig, chain, kind, marks)
+        if kind != KINDS[2]:  # there the prediction is infinite but for rounding
+            marks |= {"expected": predicted_error(chain)}
+        return {"outcome": COMPLETED, "measure": "error", "value": solver_error(solver, chain)} | marks
     measure = "error" if n <= LONGEST_REFERENCE else "residual"
     return below(solver_error(solver, chain), max(LEAST_ERROR, EPS * n**2), measure, **marks)
-
-
-def _product(rig: Rig, chain: Chain, kind: str, marks: dict) -> dict:
-    """The literal product: its error, and whether a scene with such bodies would be refused."""
-    n = len(chain.length)
-    if kind != KINDS[2]:  # there the prediction is infinite but for rounding
-        marks = marks | {"expected": predicted_error(chain)}
-    error = solver_error("transfer_product", chain)
-    changes = {"chain__pitches": n // 2, "sensor__pitch": 1}
-    if kind != "link and connector":
-        changes |= {"chain__link_inertia": chain.inertia[0], "chain__connector_mass": chain.mass[1]}
-        changes |= {"chain__connector_inertia": chain.inertia[1]}
-    try:
-        Scene(rig.changed(**changes), 100.0, loop="free", ring_radius=None, solver="transfer_product", spells=False)
-    except InputError as refusal:
-        past = {"measure": "error past the refusal", "value": error}
-        return {"outcome": REFUSED, "reason": str(refusal), **past, **marks}
-    return below(error, HALF, "error", **marks)
 
 
 def growth_rates(rig: Rig) -> Iterator[dict]:
@@ -212,7 +193,7 @@ def _growth(rig: Rig, kind: str) -> dict:
     seen = {n: solver_error("transfer_product", make_chain(rig, kind, n)) for n in range(6, 30, 2)}
     kept = [n for n, error in seen.items() if error < 1e-2]
     rate = np.exp(np.polyfit(kept, np.log([seen[n] for n in kept]), 1)[0])
-    closed = transfer_matrices.growth(make_chain(rig, kind, 6)).pitch ** 0.5
+    closed = transfer_product.growth(make_chain(rig, kind, 6)).pitch ** 0.5
     value, expected = float(np.log10(rate)), float(np.log10(closed))
     return within_bounds(value, expected, GROWTH_TOLERANCE * expected, "digits lost a body")
 

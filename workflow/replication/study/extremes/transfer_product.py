@@ -1,0 +1,198 @@
+"""Forward dynamics of the closed chain by the product of all transfer matrices, as the paper prints it (Eqs. 1-5, 7).
+
+Every element, body or joint, maps ``z = [r'' (3), Omega' (3), m (3), q (3), 1]`` (Eq. 1) of its input to that of its
+output, ``z_O = U z_I``: acceleration of the junction, angular acceleration of the body, moment and force through the
+junction, in the inertial frame. (m, q) act at an input and (-m, -q) at an output, so that one element's output is the
+next one's input. Body 1 is element 1, the joint behind it element 2; element 2 n is the joint that is cut (70 in the
+paper). The product of elements 1 to 2 n - 1 relates both sides of the cut (Eqs. 2-5), boundary conditions and closure
+give the state at the input of body 1, and multiplication every other state. Its errors grow by about `growth` a body:
+it serves short chains and shows why longer ones need `trackdyn.chain.riccati`.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from trackdyn.model.constants import Chain
+
+STATES = 13
+AXIS = np.array([0.0, 0.0, 1.0])  # of the joints of a planar chain
+
+
+def skew(v: np.ndarray) -> np.ndarray:
+    """(3, 3) matrix of the cross product: ``skew(v) @ w = v x w``, for (3,) ``v``."""
+    return np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
+
+
+def body_matrix(mass, inertia, r_ic, r_io, omega, force, moment) -> np.ndarray:
+    """(13, 13) transfer matrix of a rigid body with one input and one output.
+
+    ``inertia`` (3, 3) is about the mass centre in the inertial frame, kg m2; ``r_ic`` and ``r_io`` lead from the input
+    to the mass centre and to the output, m; ``omega`` is the angular velocity, rad/s; ``force`` (N) and ``moment`` (N
+    m, about the mass centre) are resultants of the external loads with gravity.
+
+    Rows of ``r''`` and ``Omega'``: motion of a rigid body. Rows of ``q``: Newton's law. Rows of ``m``: Euler's law
+    about the mass centre, with ``q`` of the output replaced by the rows above it.
+    """
+    spin, centre_to_output = skew(omega), skew(r_io - r_ic)
+    centripetal = spin @ (spin @ r_ic)
+    out = np.eye(STATES)
+    out[0:3, 3:6] = -skew(r_io)
+    out[0:3, 12] = spin @ (spin @ r_io)
+    out[6:9, 0:3] = mass * centre_to_output
+    out[6:9, 3:6] = -inertia - mass * centre_to_output @ skew(r_ic)
+    out[6:9, 9:12] = -skew(r_io)
+    out[6:9, 12] = moment - spin @ (inertia @ omega) + centre_to_output @ (mass * centripetal - force)
+    out[9:12, 0:3] = -mass * np.eye(3)
+    out[9:12, 3:6] = mass * skew(r_ic)
+    out[9:12, 12] = force - mass * centripetal
+    return out
+
+
+def joint_matrix(next_body, axis, axis_next, zeta, torque_next) -> np.ndarray:
+    """(13, 13) transfer matrix of a smooth revolute joint whose bushing turns about the axis.
+
+    ``next_body`` is the `body_matrix` of the outboard body, between this joint and the next one, ``axis`` and
+    ``axis_next`` are their unit axes, ``zeta = Omega_I x axis * phi'`` (rad/s2) with the joint's rate ``phi'``, and
+    ``torque_next`` is that of the next joint on its outboard body along ``axis_next``, N m.
+
+    ``Omega'_O = Omega'_I + axis phi'' + zeta``; everything else passes unchanged. ``phi''`` follows from the torque
+    condition at the next joint, ``axis_next . m = torque_next`` behind the outboard body, and so is linear in the
+    state: ``phi'' = -(u [z + zeta] - torque_next) / D`` with ``u`` the row of that moment and ``D`` its coefficient of
+    ``phi''``. ``D`` is zero, and the matrix infinite, where the axes are parallel and each pin is the other's centre of
+    percussion. The condition of the first joint is used by no element: it belongs to the boundary conditions.
+    """
+    row, out = axis_next @ next_body[6:9], np.eye(STATES)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        d = row[3:6] @ axis
+        out[3:6] -= np.outer(axis, row / d)
+        out[3:6, 12] += zeta + axis * ((torque_next - row[3:6] @ zeta) / d)
+    return out
+
+
+def joint_acceleration(axis, state_in, state_out) -> float:
+    """Joint acceleration phi'' (rad/s2) from the (13,) states on both sides of a joint (Eq. 7).
+
+    The gyroscopic part of Eq. 7 has no component along the (3,) unit ``axis`` and is left out.
+    """
+    return float(axis @ (state_out[3:6] - state_in[3:6]))
+
+
+def elements_of(chain: Chain, angle, rate, force_x, force_y, moment, torque) -> list[np.ndarray]:
+    """Transfer matrices of elements 1 to 2 n - 1 of a planar chain in z = 0, cut at joint 2 n.
+
+    Loads as in `accelerations`. Nothing turns out of the plane: transverse moments of inertia cannot matter.
+    """
+    n, bodies = len(angle), []
+    for i in range(n):
+        along = np.array([np.cos(angle[i]), np.sin(angle[i]), 0.0])
+        r_ic = chain.com_x[i] * along + chain.com_y[i] * np.cross(AXIS, along)
+        force = np.array([force_x[i], force_y[i] - chain.mass[i] * chain.gravity, 0.0])
+        inertia = chain.inertia[i] * np.eye(3)
+        arms = r_ic, chain.length[i] * along
+        bodies.append(body_matrix(chain.mass[i], inertia, *arms, rate[i] * AXIS, force, moment[i] * AXIS))
+    elements = [bodies[0]]
+    for i in range(n - 1):
+        # the angular velocity is parallel to the axis, so that zeta vanishes in the plane
+        elements += [joint_matrix(bodies[i + 1], AXIS, AXIS, np.zeros(3), torque[i + 1]), bodies[i + 1]]
+    return elements
+
+
+def multiply(elements) -> np.ndarray:
+    """(13, 13) product ``U_{2n-1} ... U_2 U_1`` of the elements (Eq. 5)."""
+    product = np.eye(STATES)
+    for element in elements:
+        product = element @ product
+    return product
+
+
+def solve_boundaries(product, first_body, torque_first, torque_cut) -> np.ndarray:
+    """(13,) state at the input of body 1 that satisfies boundary conditions and closure (Eqs. 2-5).
+
+    ``product`` is that of `multiply`, ``first_body`` the matrix of body 1; bushing torques of the first joint and of
+    the cut one in N m. Raises `numpy.linalg.LinAlgError`: the product overflowed or the conditions are dependent.
+
+    Twelve unknowns, ``x = [r''_1, Omega'_1]`` and the load through the cut ``[m, q]``, which is the same on both sides.
+    Twelve rows: two of the three moments and the three forces at the output of the last body (its moment along the axis
+    was used by the last joint), the torque of the first joint, the torque of the cut, and its kinematics. Of these,
+    three are satisfied by any planar chain: position along z and the two alignments of the axes. Their loads are
+    indeterminate and set to zero; the motion does not depend on them.
+    """
+    matrix, right = np.zeros((12, 12)), np.zeros(12)
+    # z_O - z_I of the through-load m_x, m_y, q_x, q_y, q_z, and of the closure in the plane
+    for k, row in enumerate((6, 7, 9, 10, 11, 0, 1)):
+        matrix[k], right[k] = product[row, :12], -product[row, 12]
+        matrix[k, row] -= 1.0
+    matrix[7], right[7] = first_body[8, :12], torque_first - first_body[8, 12]  # torque of the first joint, along z
+    # the load through the cut: m_x = m_y = q_z = 0 and m_z = torque_cut
+    matrix[[8, 9, 10, 11], [6, 7, 11, 8]] = 1.0
+    right[11] = torque_cut
+    return np.append(np.linalg.solve(matrix, right), 1.0)
+
+
+def accelerations(chain: Chain, angle, rate, force_x, force_y, moment, torque) -> tuple[np.ndarray, np.ndarray]:
+    """Accelerations of the closed planar chain by the product of all transfer matrices.
+
+    Parameters
+    ----------
+    chain : Chain
+        Data of ``n`` bodies.
+    angle, rate : (n,) arrays
+        Angles (rad) and their rates (rad/s).
+    force_x, force_y, moment : (n,) arrays
+        Loads at the mass centres without gravity and bushings, N and N m.
+    torque : (n,) array
+        Bushing torque of the joint behind every body on the outboard one, N m.
+
+    Returns
+    -------
+    alpha : (n,) array
+        Angular accelerations, rad/s2.
+    start : (13,) array
+        State at the input of body 1: its acceleration, and ``[m, q]`` through the cut.
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError
+        The product overflowed, a body's pins are mutual centres of percussion, or the conditions are dependent.
+    """
+    elements = elements_of(chain, angle, rate, force_x, force_y, moment, torque)
+    start = state = solve_boundaries(multiply(elements), elements[0], torque[0], torque[-1])
+    alpha = [state[5]]
+    for body, joint in zip(elements[::2], elements[1::2], strict=False):
+        before = body @ state
+        state = joint @ before
+        alpha.append(alpha[-1] + joint_acceleration(AXIS, before, state))
+    return np.array(alpha), start
+
+
+class Growth(NamedTuple):
+    """Factors by which the product of transfer matrices enlarges an error."""
+
+    body: np.ndarray  # (n,) of each body alone
+    pitch: float  # of the first two bodies together, which is the period of an alternating chain
+
+
+def growth(chain: Chain) -> Growth:
+    """Growth of an error along a straight chain of two bodies or more; inf where pins are mutual centres of percussion.
+
+    Across a straight chain, one body from pin to pin maps transverse acceleration and force by a matrix of determinant
+    1, so that its eigenvalues are ``mu`` and ``1 / mu``. With the distances ``a`` and ``b`` of the mass centre from the
+    pins along the body, its offset ``e`` and the radius of gyration ``k``, ``|mu + 1 / mu| = (a^2 + b^2 + 2 (k^2 +
+    e^2)) / |a b - k^2 - e^2|``. For a mass centre half-way between the pins this is ``|mu| = (a + k) / |a - k|``.
+    Factors of different bodies do not simply multiply: that of a pitch is the largest eigenvalue of the product of its
+    four matrices, body and joint twice.
+    """
+    ahead = chain.length - chain.com_x
+    gyration = chain.inertia / chain.mass + chain.com_y**2
+    with np.errstate(divide="ignore"):
+        half_trace = 0.5 * (chain.com_x**2 + ahead**2 + 2.0 * gyration) / np.abs(chain.com_x * ahead - gyration)
+    # the square root of half_trace^2 - 1, without overflow
+    body = half_trace + np.sqrt(np.maximum(half_trace - 1.0, 0.0)) * np.sqrt(half_trace + 1.0)
+    # a straight pitch at rest, without loads, and the joint behind it
+    straight = chain._replace(**{name: getattr(chain, name)[[0, 1, 0]] for name in chain._fields[:5]}, gravity=0.0)
+    with np.errstate(invalid="ignore", over="ignore"):
+        pitch = multiply(elements_of(straight, *np.zeros((6, 3)))[:4])
+    if not np.isfinite(pitch).all():
+        return Growth(body, np.inf)
+    return Growth(body, float(np.abs(np.linalg.eigvals(pitch)).max()))
