@@ -155,8 +155,6 @@ class Settling:
         march(self.model, self.state, self.work, self.record, phase="settling")
         self.state.rate[:] *= damping
         self.state.pin[2:] *= damping
-        if self.state.part is not None:
-            self.state.part[:, 2:] *= damping
         self.state.wheel_rate[:] *= damping
         self.state.slide[:, SLIDE_RATE:ALONG_X] *= damping
 
