@@ -49,7 +49,6 @@ CORNERS = {  # a library, and the rooms that alone may import it
     "jinja2": {"trackdyn.plots", "replication.report", "laboratory.report"},
     "plotly": {"trackdyn.plots", "replication.report", "laboratory.report"},
     "exudyn": {"replication.peers"},
-    "mujoco": {"replication.peers"},
     "hypothesis": {"replication.study"},
     "rocrate": {"replication.certify"},
     "snakemake": set(),

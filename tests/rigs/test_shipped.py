@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from replication.peers.comparison import require_exudyn, run_peer
-from replication.peers.rigs import fixed
+from replication.peers.exudyn_loop import fixed
 from replication.study.settings import PEER_LAWS
 from tests.rigs.conftest import NAMES, scene_of
 from trackdyn.errors import DivergenceError

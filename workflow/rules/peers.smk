@@ -37,7 +37,7 @@ rule peer:
 
 
 rule peer_answers_runs:
-    """CPU seconds for an answer of equal error in every code. One that is missing has a row that says so."""
+    """CPU seconds for an answer of equal error in both codes. Without Exudyn its row says so."""
     input:
         needs("peer_answers_runs.py"),
         rig=CONFIG.rig,
@@ -45,7 +45,7 @@ rule peer_answers_runs:
     output: f"{R}/peers/answers.csv"
     params: requested=CONFIG.studies.peer_answers.model_dump()
     log: f"{R}/logs/peer_answers_runs.log"
-    message: "The same answer in every code"
+    message: "The same answer in both codes"
     script: "../scripts/peer_answers_runs.py"
 
 
@@ -56,5 +56,5 @@ rule peer_answers:
     output: **table("peer_answers")
     params: tolerance=CONFIG.studies.peer_answers.tolerance
     log: f"{R}/logs/peer_answers.log"
-    message: "The same answer in every code: the table"
+    message: "The same answer in both codes: the table"
     script: "../scripts/peer_answers.py"

@@ -9,8 +9,7 @@ import pytest
 from replication.peers.answers import _answers, compare_answers, measured_accelerations, ours, theirs
 from replication.peers.comparison import run_peer
 from replication.peers.contact import make_contacts, peer_contact_loads
-from replication.peers.exudyn_loop import drive_at, free_wheels
-from replication.peers.rigs import fixed
+from replication.peers.exudyn_loop import drive_at, fixed, free_wheels
 from replication.report.tables import answers_outcome
 from replication.study.settings import PEER_LAWS, PeerAnswers
 from trackdyn.errors import InputError
@@ -58,8 +57,8 @@ def test_the_cheapest_setting_that_keeps_the_tolerance_is_chosen():
         )
 
     asked = SimpleNamespace(tolerance=0.01, ramp_s=1.0, lead_in_s=0.5)
-    settings = [("made", 1e-5), ("made", 2e-5), ("made", 1e-4), ("made", 1e-3)]
-    rows = pd.DataFrame(_answers("ours", settings, "made", asked, 0.025, 1000.0, run)).set_index("step_s")
+    settings = [("semi_implicit", step) for step in (1e-5, 2e-5, 1e-4, 1e-3)]
+    rows = pd.DataFrame(_answers("ours", settings, "semi_implicit", asked, 0.025, 1000.0, run)).set_index("step_s")
     assert rows.loc[1e-4, "difference_pct"] == pytest.approx(0.4, abs=0.01) and rows.loc[1e-4, "chosen"] == "yes"
     assert rows.loc[1e-3, "difference_pct"] == pytest.approx(4.0, abs=0.1) and np.isnan(rows.loc[1e-3, "cpu_s"])
     assert rows["chosen"].eq("yes").sum() == 1
@@ -69,27 +68,23 @@ def test_the_cheapest_setting_that_keeps_the_tolerance_is_chosen():
     assert rows.loc[1e-4, "cpu_s"] == pytest.approx(0.1 + 1.0 * (1.5 + 0.025 * rows.loc[1e-4, "passages"]))
 
 
-def test_without_the_other_codes_our_side_stands_alone(rig, monkeypatch):
-    for module in ("exudyn", "mujoco"):
-        monkeypatch.setitem(__import__("sys").modules, module, None)
+def test_without_the_other_code_our_side_stands_alone(rig, monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "exudyn", None)
     asked = PeerAnswers(
         speed_rpm=210, ring_radius_m=0.308, tolerance=0.05, ramp_s=0.1, lead_in_s=0.05, passages=9,
         steps_s={"semi_implicit": [1e-4, 5e-5]}, exudyn_steps_s=[1e-3, 5e-4],
-        mujoco_steps_s={"euler": [1e-3, 5e-4]},
     )  # fmt: skip
     table = compare_answers(rig, asked)
-    assert list(table["code"]) == ["trackdyn", "trackdyn", "exudyn", "mujoco, contact of its own"]
-    assert list(table["note"].iloc[2:]) == [
-        f"not run: {code} is not installed; pip install 'trackdyn[peers]'" for code in ("exudyn", "mujoco")
-    ]
-    assert "contact of its own does not reach it with these settings or was not run" in answers_outcome(table, 0.05)
+    assert list(table["code"]) == ["trackdyn", "trackdyn", "exudyn"]
+    assert table["note"].iloc[2] == "not run: exudyn is not installed; pip install 'trackdyn[peers]'"
+    assert "exudyn does not reach it with these settings or was not run" in answers_outcome(table, 0.05)
     assert table["rms_m_s2"][0] == pytest.approx(table["rms_m_s2"][1], rel=0.02)
 
 
 def test_a_loop_that_the_other_code_has_not_is_refused_with_one_that_it_has(rig):
     """What the refusal advises exists."""
     with pytest.raises(
-        InputError, match=r"peers\.rigs\.fixed with chain = double_pin, tension = locked, .* bushing_law = viscous"
+        InputError, match=r"exudyn_loop\.fixed with chain = double_pin, tension = locked, .* bushing_law = viscous"
     ):
         run_peer(Scene(rig, 115.0, tension="sprung", duration=0.01, spells=False, **PEER_LAWS), 5e-4)
     scene = Scene(fixed(rig), 115.0, chain="double_pin", tension="locked", space="planar", **PEER_LAWS)
@@ -97,7 +92,7 @@ def test_a_loop_that_the_other_code_has_not_is_refused_with_one_that_it_has(rig)
 
 
 @pytest.mark.parametrize("other", [{"drag": "rolling"}, {"drag": "coulomb"}, {"bushing_law": "hysteretic"}])
-def test_a_law_that_the_other_codes_have_not_is_refused(rig, other):
+def test_a_law_that_the_other_code_has_not_is_refused(rig, other):
     """It was left out unsaid."""
     scene = Scene(rig, 115.0, **PEER_LAWS | other)
     with pytest.raises(InputError, match="viscous drag and bushings"):
@@ -118,7 +113,7 @@ def test_accelerations_of_all_links_are_those_of_the_other_code(rig, rpm, radius
         high = [high_frequency_rms(of_link, rate) for of_link in acceleration.T]
         return np.sqrt(np.mean(acceleration**2)), acceleration.std(), np.sqrt(np.mean(np.square(high)))
 
-    found = measured(theirs(scene, lambda one: run_peer(one, step)[0])[0])
+    found = measured(theirs(scene, step)[0])
     known = measured(ours(scene)[0])
     assert found[:2] == pytest.approx(known[:2], rel=5e-4)
     assert found[2] == pytest.approx(known[2], rel=1e-3)

@@ -1,1 +1,3 @@
-"""Independent multibody codes in the place of the commercial one that the paper compares itself with."""
+"""Exudyn, an independent multibody code in the place of the commercial one that the paper compares itself with."""
+
+OURS, PEER = "trackdyn", "exudyn"  # names of the codes, as tables have them

@@ -1,12 +1,12 @@
-"""What an answer of equal error costs in every code: one scene, one measure, each code against its own limit.
+"""What an answer of equal error costs in both codes: one scene, one measure, each code against its own limit.
 
-The measure is the RMS of the acceleration of all links' mass centres, from places a sample apart: what all codes give
-alike. All start from the same settled loop, leave the same time out and are measured over the same passages; the loop
-is driven on one thread. The record that a tolerance needs follows from error and scatter of each setting, as the
-planner's does. MuJoCo has contacts of its own (`peers.mujoco_contact`), so its limit is that of another model.
+The measure is the RMS of the acceleration of all links' mass centres, from positions a sample apart: what both codes
+give alike. Both start from the same settled loop, leave the same time out and are measured over the same passages; the
+loop is driven on one thread. The record that a tolerance needs follows from error and scatter of each setting, as the
+planner's does.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
 from itertools import pairwise
@@ -15,14 +15,12 @@ from time import process_time
 import numpy as np
 import pandas as pd
 
-from replication.peers.codes import OURS, OWN, PEER
+from replication.peers import OURS, PEER
 from replication.peers.comparison import run_peer
-from replication.peers.exudyn_loop import PeerRun, require_exudyn
-from replication.peers.mujoco_loop import run_mujoco
+from replication.peers.exudyn_loop import require_exudyn
 from replication.study.accuracy.limit import SURE, difference, limit_of
 from replication.study.settings import PEER_LAWS, PeerAnswers
 from trackdyn.errors import DivergenceError, InputError
-from trackdyn.extras import required
 from trackdyn.measure.sensor import whole_samples
 from trackdyn.measure.stopping import LEAST
 from trackdyn.measure.uncertainty import record_error
@@ -36,8 +34,9 @@ COLUMNS = [
     "passages", "cpu_s", "chosen", "note",
 ]  # fmt: skip
 METHOD = "generalized alpha"  # of Exudyn
-# as declared (`integrate.methods`; Chung and Hulbert, J. Appl. Mech. 60, 1993)
-ORDERS = {"semi_implicit": 1, METHOD: 2, "euler": 1, "implicitfast": 1}
+# of the methods over whose steps limits are extrapolated (`integrate.methods`; Chung and Hulbert, J. Appl. Mech. 60,
+# 1993)
+ORDERS = {"semi_implicit": 1, METHOD: 2}
 MOST = 3000  # passages
 
 
@@ -53,7 +52,7 @@ def measured_accelerations(centre: np.ndarray, rate: float, span: float) -> Seri
 
 
 def ours(scene: Scene) -> tuple[np.ndarray, float, float]:
-    """Mass centres of the links at every sample of a record; CPU seconds to settle, and of a simulated second."""
+    """Mass centres of the links at every sample of a record (s, p, 2), m; CPU s to settle and of a simulated second."""
     begin = process_time()
     loop = Loop(scene)
     settled = process_time()
@@ -68,19 +67,17 @@ def ours(scene: Scene) -> tuple[np.ndarray, float, float]:
     return (pins + arm)[:, ::2], settled - begin, spent / (scene.ramp + scene.lead_in + scene.duration)
 
 
-def theirs(scene: Scene, run: Callable[[Scene], PeerRun]) -> tuple[np.ndarray, float, float]:
-    """The same of another code; to settle the loop, which is this simulator's part, and to assemble the system is
-    counted as such.
-    """
+def theirs(scene: Scene, step: float) -> tuple[np.ndarray, float, float]:
+    """The same of Exudyn; to settle the loop with this simulator and to assemble the system count as settling."""
     begin = process_time()
-    found = run(scene.with_(duration=scene.lead_in + scene.duration, lead_in=0.0))
+    run, _ = run_peer(scene.with_(duration=scene.lead_in + scene.duration, lead_in=0.0), step)
     seconds = scene.ramp + scene.lead_in + scene.duration
     first = round((scene.ramp + scene.lead_in) * scene.rig.sensor.rate) + 1
-    return found.centre[first:, ::2], process_time() - begin - found.cpu, found.cpu / seconds
+    return run.centre[first:, ::2], process_time() - begin - run.cpu, run.cpu / seconds
 
 
 def compare_answers(rig: Rig, requested: PeerAnswers) -> pd.DataFrame:
-    """CPU seconds that every setting of every code takes for one tolerance.
+    """CPU seconds that every setting of both codes takes for one tolerance.
 
     Returns
     -------
@@ -96,38 +93,29 @@ def compare_answers(rig: Rig, requested: PeerAnswers) -> pd.DataFrame:
     about |= PEER_LAWS | {"tension": "locked", "spells": False}
     scene = Scene(rig, requested.speed_rpm, requested.ring_radius_m, ramp=requested.ramp_s, **about)
     brief = scene.with_(lead_in=0.0, duration=whole_samples(rig.sensor.rate, 0.01))
-    first = next(iter(requested.mujoco_steps_s))
 
-    def exudyn(scene: Scene, method: str, step: float):
-        return theirs(scene, lambda scene: run_peer(scene, step)[0])
-
-    def mujoco(scene: Scene, method: str, step: float):
-        return theirs(scene, lambda scene: run_mujoco(scene, method, step))
-
-    def trackdyn(scene: Scene, method: str, step: float):
-        return ours(scene.with_(integrator=method, step=step))
-
-    tables = []
-    for code, there, steps, extrapolated, run in (
-        (OURS, lambda: None, requested.steps_s, "semi_implicit", trackdyn),
-        (PEER, require_exudyn, {METHOD: requested.exudyn_steps_s}, METHOD, exudyn),
-        (OWN, partial(required, "mujoco"), requested.mujoco_steps_s, first, mujoco),
-    ):
-        try:
-            there()
-        except InputError as error:
-            tables.append([{"code": code, "note": f"not run: {error}"}])
-            continue
+    def rows(code: str, steps: dict[str, list[float]], extrapolated: str, run: Callable) -> list[dict]:
         for method, sizes in steps.items():  # what is compiled at the first run is there before anything is timed
             with suppress(DivergenceError, InputError):
                 run(brief, method, max(sizes))
         settings = [(method, step) for method, sizes in steps.items() for step in sizes]
-        tables.append(_answers(code, settings, extrapolated, requested, span, rig.sensor.rate, partial(run, scene)))
-    return pd.DataFrame([row for rows in tables for row in rows], columns=COLUMNS)
+        return _answers(code, settings, extrapolated, requested, span, rig.sensor.rate, partial(run, scene))
+
+    def trackdyn(scene: Scene, method: str, step: float):
+        return ours(scene.with_(integrator=method, step=step))
+
+    table = rows(OURS, requested.steps_s, "semi_implicit", trackdyn)
+    try:
+        require_exudyn()
+    except InputError as error:
+        table.append({"code": PEER, "note": f"not run: {error}"})
+    else:
+        table += rows(PEER, {METHOD: requested.exudyn_steps_s}, METHOD, lambda scene, _, step: theirs(scene, step))
+    return pd.DataFrame(table, columns=COLUMNS)
 
 
 def _answers(
-    code: str, settings: Sequence[tuple[str, float]], extrapolated: str, requested: PeerAnswers, span: float,
+    code: str, settings: list[tuple[str, float]], extrapolated: str, requested: PeerAnswers, span: float,
     rate: float, run: Callable,
 ) -> list[dict]:  # fmt: skip
     """Rows of a code."""
@@ -142,7 +130,7 @@ def _answers(
     fine = {step: series for (method, step), series in found.items() if method == extrapolated}
     if len(fine) < 2:
         raise InputError(f"peer_answers: fewer than two steps of {code} ran; add finer steps")
-    limit = limit_of(fine, ORDERS.get(extrapolated, 1))
+    limit = limit_of(fine, ORDERS[extrapolated])
     passages = np.arange(LEAST, MOST)
     for (method, step), series in found.items():
         estimate = series.estimate()

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import pandas as pd
 
-from replication.peers.codes import OURS, PEER
+from replication.peers import OURS, PEER
 from replication.peers.contact import make_contacts
 from replication.peers.exudyn_loop import PeerRun, free_wheels, require_exudyn, run_exudyn_loop, start_of
 from replication.study.settings import peer_scene

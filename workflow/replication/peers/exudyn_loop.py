@@ -19,6 +19,7 @@ from replication.study.settings import PEER_LAWS
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.extras import required
 from trackdyn.model.constants import NO_MOTOR, NO_RIPPLE, Chain, Drive, Model
+from trackdyn.parameters.rig import Rig
 from trackdyn.scene.scene import Scene
 
 # Newton's iteration ends when the residual has fallen by the first or below the second: Exudyn's own defaults.
@@ -83,16 +84,29 @@ class PeerRun:
 
 
 def free_wheels(scene: Scene, model: Model) -> PeerWheels:
-    """The wheels of a loop that the other codes have, as its model has them."""
+    """The wheels of a loop as its model has them; a loop that this code has not is refused."""
     plain = model.drive[4:] == (NO_RIPPLE, NO_MOTOR) and scene.chain == "double_pin"
     laws = {name: getattr(scene, name) for name in PEER_LAWS}
     if len(model.carriers.wheel) or model.space is not None or not plain or laws != PEER_LAWS:
         raise InputError(
-            "the loop in the other codes has fixed wheels, a prescribed speed, viscous drag and bushings, and double "
-            "pins in the plane; a rig from peers.rigs.fixed with chain = double_pin, tension = locked, "
-            "space = planar, drag = viscous, bushing_law = viscous is accepted"
+            "the loop in Exudyn has fixed wheels, a prescribed speed, viscous drag and bushings, and double pins in "
+            "the plane; a rig from exudyn_loop.fixed with chain = double_pin, tension = locked, space = planar, "
+            "drag = viscous, bushing_law = viscous is accepted"
         )
     return PeerWheels(tuple(map(float, model.wheels.inertia[1:])), tuple(map(float, model.wheels.drag[1:])))
+
+
+def fixed(rig: Rig) -> Rig:
+    """The rig as Exudyn has it: every wheel fixed where its file has it, and a prescribed speed without ripple."""
+    changes = {
+        f"{name}__{part}": None
+        for name, wheel in rig.rollers.items()
+        for part in ("arm", "slider")
+        if getattr(wheel, part)
+    }
+    if changes or rig.drive:
+        changes |= {"drive": None}
+    return rig.changed(**changes, tension__kept="locked")
 
 
 def drive_at(drive: Drive, t: float) -> tuple[float, float]:

@@ -9,7 +9,7 @@ import pandas as pd
 
 from replication.paper import printed
 from replication.paper.cells import value_difference
-from replication.peers.codes import OURS, OWN, PEER
+from replication.peers import OURS, PEER
 from replication.studies import BY_NAME
 from trackdyn.errors import InputError
 from trackdyn.files import replacing
@@ -286,8 +286,7 @@ def answers_outcome(table: pd.DataFrame, tolerance: float) -> str:
     text = f"At an error of at most {100 * tolerance:g} %: {'; '.join(parts)}."
     if {"rms_m_s2", "difference_pct"} <= set(table):
         limits = (table["rms_m_s2"] / (1 + table["difference_pct"] / 100)).groupby(table["code"]).mean()
-        for code in (PEER, OWN):
-            if np.isfinite(limits.get(code, np.nan)):
-                share = 100 * (limits[code] / limits[OURS] - 1)
-                text += f" The RMS of {code} in the limit is {share:+.2g} % from ours."
+        if np.isfinite(limits.get(PEER, np.nan)):
+            share = 100 * (limits[PEER] / limits[OURS] - 1)
+            text += f" The RMS of {PEER} in the limit is {share:+.2g} % from ours."
     return text

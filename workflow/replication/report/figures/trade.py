@@ -6,7 +6,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
-from replication.peers.codes import OURS, PEER
+from replication.peers import PEER
 from replication.report.marks import handle
 from replication.study.accuracy.statistics import LEAD_IN
 from replication.study.accuracy.trade import pareto
@@ -22,7 +22,6 @@ PHYSICS = {"spatial": "s", "three_surfaces": "D", "single_pin": "^", "belt": "v"
 PAPERS = 5e-5  # s, the step of the preset `paper`
 STARTING = 1.0  # s, the ramp of the scenes
 LEAST_ERROR = 1e-6  # what is smaller is drawn there
-PEERS = ("*", "P")  # marks of Exudyn and MuJoCo
 PEERS_SCENE = "ring 0.308 m 115 rpm"
 
 
@@ -50,8 +49,8 @@ def trade_figure(
     """Error of three measures against the CPU time of the whole answer, a panel a scene and measure.
 
     Every setting is a point with its step in ms, the Pareto front a line. Errors below ``LEAST_ERROR`` stand there.
-    Coarser physics and motion in space have marks of their own, the paper's step a ring around it. ``peers`` are
-    answers of other codes (`peers.answers`). Panels have a width (inch), the legend so many columns.
+    Coarser physics and motion in space have marks of their own, the paper's step a ring around it; from ``peers``
+    (`peers.answers`) come those of Exudyn. Panels have a width (inch), the legend so many columns.
     """
     data = answers(rows)
     measured = set(data.loc[data["measure"] == "rms", "scene"])
@@ -75,8 +74,7 @@ def trade_figure(
     handles.append(handle("the paper's step", marker="o", ms=11, color=BLACK, **look))
     handles.append(handle("Pareto front", color="0.4", lw=0.9))
     if peers is not None:
-        names = zip(("Exudyn", "MuJoCo"), PEERS, strict=True)
-        handles += [handle(name, marker=mark, ms=6, lw=0, color=GREEN) for name, mark in names]
+        handles.append(handle("Exudyn", marker="*", ms=6, lw=0, color=GREEN))
     figure.legend(handles=handles, loc="outside lower center", ncols=columns)
     return figure
 
@@ -110,12 +108,10 @@ def _panel(axis: Axes, here: pd.DataFrame) -> None:
 
 
 def _peers(axis: Axes, peers: pd.DataFrame) -> None:
-    """Answers of other codes; those on the Pareto front of a code have their step."""
-    known = peers[(peers["code"] != OURS) & peers["cpu_s"].notna()]
-    error = (known["difference_pct"].abs() / 100).clip(lower=LEAST_ERROR)
-    for code, rows in known.assign(error=error).groupby("code"):
-        other = code != PEER
-        axis.plot(rows["cpu_s"], rows["error"], PEERS[other], ms=6, color=GREEN)
-        look = {"textcoords": "offset points", "fontsize": SMALL, "color": GREEN}
-        for _, row in pareto(rows).iterrows():
-            axis.annotate(f"{1e3 * row['step_s']:g}", (row["cpu_s"], row["error"]), (4, -10 if other else 3), **look)
+    """Answers of Exudyn; those on its Pareto front have their step."""
+    known = peers[(peers["code"] == PEER) & peers["cpu_s"].notna()]
+    rows = known.assign(error=(known["difference_pct"].abs() / 100).clip(lower=LEAST_ERROR))
+    axis.plot(rows["cpu_s"], rows["error"], "*", ms=6, color=GREEN)
+    look = {"textcoords": "offset points", "fontsize": SMALL, "color": GREEN}
+    for _, row in pareto(rows).iterrows():
+        axis.annotate(f"{1e3 * row['step_s']:g}", (row["cpu_s"], row["error"]), (4, 3), **look)
