@@ -24,9 +24,13 @@ from trackdyn.errors import TrackdynError
 from trackdyn.parameters.paper_tables import rig_cells
 from trackdyn.parameters.rig_file import cells_path
 from trackdyn.sources import imported_files, source_hash
+from trackdyn.sweeps.job import drive
 
 if " " in sys.executable:  # Snakemake does not quote it
     raise WorkflowError(f"{sys.executable}: the path contains a space; put the environment elsewhere")
+if not Path("config", "config.yaml").exists():
+    raise WorkflowError(f"config/config.yaml: no such file in this folder; run in {ROOT}, or add --directory {ROOT}")
+drive(workflow)
 try:
     read_layer("config/config.yaml")  # before Snakemake's own loader, which would run templates
 except TrackdynError as error:

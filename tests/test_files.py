@@ -1,9 +1,12 @@
 """Every file that the project writes is written beside its place and renamed, so that no reader finds half of one."""
 
+import os
+from threading import Barrier, Thread
+
 import pytest
 
 from trackdyn.errors import InputError
-from trackdyn.files import replacing, write_csv, write_text
+from trackdyn.files import refuse_unwritable, replacing, write_csv, write_text
 
 
 @pytest.mark.parametrize("size", [10, 10**6])
@@ -29,3 +32,46 @@ def test_a_table_keeps_its_newlines(tmp_path):
     pd = pytest.importorskip("pandas")
     write_csv(tmp_path / "new" / "a.csv", pd.DataFrame({"a": [1.23456789], "b": ["ä"]}), float_format="%.3g")
     assert (tmp_path / "new" / "a.csv").read_bytes() == "a,b\n1.23,ä\n".encode()
+
+
+def test_the_target_of_a_link_is_written_and_the_mode_is_kept(tmp_path):
+    (tmp_path / "there").mkdir()
+    target, link = tmp_path / "there" / "big.txt", tmp_path / "a.txt"
+    link.symlink_to(target)
+    for text, mode in (("one", 0o600), ("two", 0o640)):  # the link leads nowhere first
+        write_text(link, text)
+        assert link.is_symlink() and target.read_text() == text
+        target.chmod(mode)
+    write_text(link, "three")
+    assert target.stat().st_mode & 0o777 == 0o640
+    assert [path.name for path in target.parent.iterdir()] == ["big.txt"]
+
+
+@pytest.mark.parametrize("write", [refuse_unwritable, lambda path: write_text(path, "x")])
+def test_a_pipe_and_a_device_are_refused(tmp_path, write):
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "link").symlink_to("/dev/null")
+    for path in (tmp_path / "pipe", tmp_path / "link", "/dev/null"):
+        with pytest.raises(InputError, match="is no plain file but a pipe or a device; give the name of a file"):
+            write(path)
+    assert (tmp_path / "pipe").is_fifo() and not os.path.isfile("/dev/null")
+
+
+def test_threads_that_write_one_file_do_not_disturb_each_other(tmp_path):
+    together, failed = Barrier(8), []
+
+    def write(text):
+        try:
+            together.wait()
+            for _ in range(20):
+                write_text(tmp_path / "a.txt", text * 1000)
+        except InputError as error:
+            failed.append(error)
+
+    threads = [Thread(target=write, args=(text,)) for text in "abcdefgh"]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert failed == [] and len(set((tmp_path / "a.txt").read_text())) == 1
+    assert [path.name for path in tmp_path.iterdir()] == ["a.txt"]

@@ -10,6 +10,7 @@ from errno import EISDIR
 from pathlib import Path
 from shutil import disk_usage
 from tempfile import TemporaryFile
+from threading import get_native_id
 from typing import TYPE_CHECKING
 
 from trackdyn.errors import InputError
@@ -21,25 +22,52 @@ _OPEN: set[Path] = set()  # what a process that is stopped must take along
 _KEPT: set[Path] = set()  # what it leaves, to go on from
 
 
+def _target(path: Path | str) -> tuple[Path, int | None]:
+    """The file that is written for ``path``, behind all links, and its mode if it exists; `InputError` for a device."""
+    path = Path(path)
+    target = Path(os.path.realpath(path))
+    try:
+        mode = os.stat(target).st_mode
+    except FileNotFoundError:
+        return target, None
+    if stat.S_ISDIR(mode):
+        raise OSError(EISDIR, os.strerror(EISDIR))
+    if not stat.S_ISREG(mode):
+        raise InputError(f"{path}: is no plain file but a pipe or a device; give the name of a file")
+    return target, stat.S_IMODE(mode)
+
+
+def _part(target: Path) -> Path:
+    """The name under which a file is written: one a process and thread."""
+    return target.with_name(f".{target.stem}.{os.getpid()}-{get_native_id()}.part{target.suffix}")
+
+
 @contextmanager
 def replacing(path: Path | str) -> Iterator[Path]:
-    """Another name to write to, which becomes ``path`` at the end; `InputError`, and ``path`` as it was, on failure."""
-    path = Path(path)
-    part = path.with_name(f".{path.stem}.{os.getpid()}.part{path.suffix}")
+    """Another name to write to, which becomes ``path`` at the end; `InputError`, and ``path`` as it was, on failure.
+
+    Where ``path`` is a link its target is written. A file that is replaced keeps its mode.
+    """
+    part = None
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+        target, mode = _target(path)
+        part = _part(target)
+        target.parent.mkdir(parents=True, exist_ok=True)
         _OPEN.add(part)
         yield part
         with part.open("rb+") as file:
             os.fsync(file.fileno())  # or a power cut could leave the name without what it names
-        os.replace(part, path)
+        if mode is not None:
+            part.chmod(mode)
+        os.replace(part, target)
     except OSError as error:
         reason = error.strerror or error
         raise InputError(f"{path}: cannot be written ({reason}); free disk space or choose another folder") from None
     finally:
-        with suppress(OSError):  # a place where nothing could be made holds nothing to remove
-            part.unlink(missing_ok=True)
-        _OPEN.discard(part)
+        if part is not None:
+            with suppress(OSError):  # a place where nothing could be made holds nothing to remove
+                part.unlink(missing_ok=True)
+            _OPEN.discard(part)
 
 
 def write_text(path: Path | str, text: str) -> None:
@@ -60,7 +88,7 @@ def keep(path: Path | str) -> None:
 
 def broken_off() -> str:
     """Remove what is being written, for a process that is about to end, and say what is kept."""
-    for part in _OPEN:
+    for part in list(_OPEN):
         with suppress(OSError):
             part.unlink(missing_ok=True)
     kept = [f"{path} is kept, and the same command goes on from it" for path in sorted(_KEPT) if path.exists()]
@@ -69,12 +97,10 @@ def broken_off() -> str:
 
 def refuse_unwritable(path: Path | str, size: float = 0.0) -> None:
     """Refuse a name that cannot be written (as `replacing` would), or a disk with less than ``size`` bytes free."""
-    path = Path(path)
-    made = next((folder for folder in path.parents if folder.exists()), path.parent)
     try:
-        if path.is_dir():
-            raise OSError(EISDIR, os.strerror(EISDIR))
-        path.with_name(f".{path.stem}.{os.getpid()}.part{path.suffix}").exists()  # a name too long
+        target, _ = _target(path)
+        made = next((folder for folder in target.parents if folder.exists()), target.parent)
+        _part(target).exists()  # a name too long
         TemporaryFile(dir=made).close()
         free = disk_usage(made).free
     except OSError as error:

@@ -1,70 +1,47 @@
-"""Snakemake in this folder, also after a run that was killed: its arguments are Snakemake's.
+"""Snakemake in this checkout, from any folder: its arguments are Snakemake's.
 
-A killed Snakemake leaves its lock behind, and cannot tell it from that of one that runs. Here a lock of the operating
-system, which dies with its holder, says whether somebody still runs; if nobody does, Snakemake's own is removed.
-Configurations are read here first: Snakemake's loader ends in tracebacks where they are no UTF-8, and may run what
-stands in them.
+Configurations are read here first: Snakemake's loader ends in tracebacks where they are no UTF-8, and runs what stands
+in them where they ask for it.
 """
 
-import fcntl
-import os
-import shutil
 import sys
-import time
-from argparse import ArgumentParser
+from contextlib import redirect_stderr, redirect_stdout, suppress
+from io import StringIO
 from pathlib import Path
 
-ROOT = Path(__file__).parents[1]
-# its own `__main__`, and no traceback of what it imports when it is stopped there
-SNAKEMAKE = """
-try:
-    from snakemake.cli import main
-except KeyboardInterrupt:
-    raise SystemExit("interrupted; nothing had begun") from None
-main()
-"""
+ROOT = Path(__file__).resolve().parents[1]
 
 
-def configurations(arguments: list[str]) -> list[str]:
-    """Files behind ``--configfile``, up to the next option."""
-    parser = ArgumentParser(add_help=False, allow_abbrev=False)
-    parser.add_argument("--configfile", "--configfiles", nargs="+", action="extend", default=[])
-    return parser.parse_known_args(arguments)[0].configfile
+def configurations(arguments: list[str]) -> list[Path]:
+    """Files of ``--configfile``, also those that a profile names."""
+    from snakemake.cli import parse_args
 
-
-def wait_for_jobs() -> None:
-    """Wait for jobs that a killed run left behind; what has not begun yet ends by itself
-    (`trackdyn.sweeps.job`).
-    """
-    jobs = os.open(ROOT / ".snakemake" / "jobs", os.O_RDWR | os.O_CREAT)
-    try:
-        fcntl.flock(jobs, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        print("jobs of another run still go on; waiting for their end", file=sys.stderr, flush=True)
-        fcntl.flock(jobs, fcntl.LOCK_EX)
-    os.close(jobs)
+    # what is wrong with the arguments, and their help, Snakemake says itself
+    with suppress(SystemExit), redirect_stdout(StringIO()), redirect_stderr(StringIO()):
+        return list(parse_args(arguments)[1].configfile or [])
+    return []
 
 
 def main(arguments: list[str]) -> None:
-    """Read the configurations, take the lock, become Snakemake."""
-    from replication.pipeline.config import read_layer
+    """Read the configurations, then run Snakemake."""
+    from platformdirs import user_cache_dir
+    from snakemake.cli import main as snakemake
 
+    from replication.pipeline.config import read_layer
+    from trackdyn.errors import InputError
+
+    try:
+        Path(user_cache_dir("snakemake")).mkdir(parents=True, exist_ok=True)
+    except OSError as error:  # in Snakemake a traceback
+        raise InputError(
+            f"{error.filename}: cannot be made ({error.strerror}), and Snakemake needs a cache there; set "
+            "XDG_CACHE_HOME to a folder that can be written"
+        ) from None
+    if Path.cwd() != ROOT:  # what is given stands behind, and counts
+        arguments = [f"--snakefile={ROOT / 'Snakefile'}", f"--directory={ROOT}", *arguments]
     for file in configurations(arguments):
         read_layer(file)
-    os.chdir(ROOT)
-    (ROOT / ".snakemake").mkdir(exist_ok=True)
-    lock = os.open(ROOT / ".snakemake" / "running", os.O_RDWR | os.O_CREAT)
-    try:
-        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        sys.exit("another run is going on in this folder; wait for its end")
-    os.ftruncate(lock, 0)
-    os.write(lock, (token := f"{os.getpid()} {time.time()}").encode())
-    os.environ["TRACKDYN_RUN"] = token
-    wait_for_jobs()
-    shutil.rmtree(ROOT / ".snakemake" / "locks", ignore_errors=True)
-    os.set_inheritable(lock, True)
-    os.execv(sys.executable, [sys.executable, "-c", SNAKEMAKE, *arguments])
+    snakemake(arguments)
 
 
 if __name__ == "__main__":
@@ -76,4 +53,4 @@ if __name__ == "__main__":
         except TrackdynError as error:
             sys.exit(str(error))
     except KeyboardInterrupt:
-        sys.exit("interrupted; nothing had begun")
+        sys.exit("interrupted; the same command goes on")

@@ -20,6 +20,9 @@ from snakemake.exceptions import WorkflowError
 from snakemake.io import get_wildcard_names
 
 from trackdyn.sources import imported_files
+from trackdyn.sweeps.job import drive
+
+drive(workflow)
 
 KNOWN = {
     "design": None, # a row a scene (.csv, .parquet)

@@ -6,11 +6,13 @@ from typing import Annotated
 import typer
 
 from trackdyn.commands.options import (
+    Overwrite,
     Preset,
     RigArgument,
     RingRadius,
     SpeedOption,
     StepOption,
+    check_output,
     file_option,
     number,
     ring_fields,
@@ -30,15 +32,15 @@ def fmu(
     tension: Annotated[
         str | None, typer.Option(help="locked, retensioned, sprung or forced; the rig's by default.")
     ] = None,
+    overwrite: Overwrite = False,
 ) -> None:
     """Write a track as a unit for co-simulation (FMI 3.0), which begins at the motor speed --rpm."""
     from laboratory.fmi.build import write_fmu
-    from trackdyn.files import refuse_unwritable
     from trackdyn.parameters.rig import load_rig
     from trackdyn.scene.fidelity import preset as preset_fields
     from trackdyn.scene.scene import Scene
 
-    refuse_unwritable(out)
+    check_output(out, overwrite, rig)
     requested = {name: value for name, value in {"step": step, "tension": tension}.items() if value is not None}
     loaded, ring = load_rig(rig), ring_fields(ring_radius)
     fields = preset_fields(preset, ring.get("ring_radius", loaded.ring_radius) is not None) | requested | ring

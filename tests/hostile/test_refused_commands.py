@@ -85,6 +85,30 @@ def test_a_command_ends_with_one_line_and_code_1(folder, monkeypatch, capsys, ro
     assert out == "" and sorted(folder.rglob("*")) == before
 
 
+@pytest.mark.parametrize(
+    ("line", "named", "reason"),
+    [
+        ("check paper", "paper.png", "exists; give another name, or --overwrite to replace it"),
+        ("check paper --out mine.png", "mine.svg", "exists; give another name"),
+        ("show short.npz", "short.html", "exists; give another name"),
+        ("show short.npz --out mine.html", "mine.html", "exists; give another name"),
+        ("fmu paper", "track.fmu", "exists; give another name"),
+        ("crate . --out mine.zip", "mine.zip", "exists; give another name"),
+        ("new mine.yaml", "mine.yaml", "exists; give another name"),
+        ("compare short.npz mine.csv --out mine.csv --overwrite", "mine.csv", "is an input of this command"),
+        ("compare short.npz mine.csv --out link.csv --overwrite", "link.csv", "is an input of this command"),
+        ("simulate mine.npz --checkpoint mine.npz", "mine.npz", "is an input of this command"),
+    ],
+)
+def test_no_command_replaces_a_file_unasked_nor_its_input(folder, monkeypatch, capsys, line, named, reason):
+    Path("link.csv").symlink_to("mine.csv")
+    for name in {named, "mine.csv"}:
+        Path(name).write_text("mine", encoding="utf-8")
+    assert run_command(monkeypatch, *line.split()) == 1
+    assert f"trackdyn: {named} {reason}" in capsys.readouterr().err
+    assert Path(named).read_text(encoding="utf-8") == "mine"
+
+
 def test_an_interruption_is_one_line(folder, monkeypatch, capsys):
     def stop(*_, **__):
         raise KeyboardInterrupt

@@ -9,7 +9,8 @@ from trackdyn.parameters.yaml_file import read_yaml
 
 SETTINGS = [
     ("results", "", "results = ''", "the name of a folder"),
-    ("results", "~/x", "results = '~/x'", "without spaces, braces or ~"),
+    ("results", "~/x", "results = '~/x'", "in letters, digits and"),
+    ("results", "r$(touch$IFS'x')", "results = ", "in letters, digits and"),
     ("results", "a b", "results = 'a b'"),
     ("results", "x{run}", "results = 'x{run}'"),
     ("results", "README.md", "README.md is a file"),

@@ -42,7 +42,11 @@ def test_a_new_file_is_the_rig_that_it_is_like(name, tmp_path, run):
     assert mine.rollers == its.rollers
     assert mine == its
     again = run("new", "mine.yaml", "--like", name, cwd=tmp_path)
-    assert again.returncode == 1 and "mine.yaml already exists" in again.stderr and "Traceback" not in again.stderr
+    assert (
+        again.returncode == 1
+        and "mine.yaml exists; give another name" in again.stderr
+        and "Traceback" not in again.stderr
+    )
 
 
 def test_simulate_needs_no_file(tmp_path, run):

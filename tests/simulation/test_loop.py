@@ -444,7 +444,12 @@ def test_an_interrupted_run_goes_on_and_gives_the_same_bytes(interrupted, tmp_pa
     simulate(scene).save(tmp_path / "whole.npz")
     # neither settled nor waited for again
     monkeypatch.setattr(simulation, "Loop", type("Loop", (Loop,), {"__init__": None}))
-    simulate(scene, checkpoint=checkpoint).save(tmp_path / "resumed.npz")
+    resumed = simulate(scene, checkpoint=checkpoint)
+    assert checkpoint.exists()  # until the recording is written
+    with pytest.raises(InputError, match="cannot be written"):
+        resumed.save("/proc/resumed.npz")
+    assert checkpoint.exists()
+    resumed.save(tmp_path / "resumed.npz")
     assert (tmp_path / "whole.npz").read_bytes() == (tmp_path / "resumed.npz").read_bytes()
     assert not checkpoint.exists()
 

@@ -1,10 +1,9 @@
-"""`workflow/run.py`: a second run waits its turn, a killed one is gone on from, configurations are read first."""
+"""`workflow/run.py` and the locks of a folder: one Snakemake at a time, and one that was killed is gone on from."""
 
-import fcntl
 import os
 import subprocess
 import sys
-import threading
+import time
 from pathlib import Path
 
 import pytest
@@ -13,96 +12,133 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "workflow"))
 
 import run
 from trackdyn.errors import InputError
-from trackdyn.sweeps import job
+
+ROOT = Path(__file__).parents[2]
+ENVIRONMENT = os.environ | {"PYTHONPATH": f"{ROOT}{os.pathsep}{ROOT / 'workflow'}"}
 
 
-@pytest.fixture
-def started(tmp_path, monkeypatch):
-    """A folder in the place of the project; what would be started in it, in order."""
-    calls = []
-    monkeypatch.setattr(run, "ROOT", tmp_path)
+def test_configurations_are_found_among_the_arguments(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("TRACKDYN_RUN", "")
-    monkeypatch.setattr(os, "set_inheritable", lambda lock, _: os.close(lock))  # as the end of the run would
-    monkeypatch.setattr(os, "execv", lambda program, command: calls.append(command[3:]))
-    return calls
+    (tmp_path / "p").mkdir()
+    (tmp_path / "p" / "config.yaml").write_text("configfile: c.yaml\n")
+    for arguments, files in (
+        ("-j2 --configfile a.yaml b.yaml -- x", ["a.yaml", "b.yaml"]),
+        ("x -np --configfile=a.yaml", ["a.yaml"]),
+        ("x --profile p", ["c.yaml"]),
+        ("x -j 2", []),
+        ("x --no-such-option", []),  # as Snakemake will say
+    ):
+        assert [str(file) for file in run.configurations(arguments.split())] == files
+    assert capsys.readouterr() == ("", "")
 
 
-def test_configurations_are_found_among_the_arguments():
-    assert run.configurations(["-j2", "--configfile", "a.yaml", "b.yaml", "--", "x"]) == ["a.yaml", "b.yaml"]
-    assert run.configurations(["--configfile=a.yaml", "x", "-n"]) == ["a.yaml"]
-    assert run.configurations(["x", "-j", "2"]) == []
+def test_a_configuration_that_would_be_run_is_refused_before_it_is(tmp_path, monkeypatch):
+    (tmp_path / "mine.yaml").write_text("__use_yte__: true\n", encoding="utf-8")
+    monkeypatch.setattr("snakemake.cli.main", lambda arguments: pytest.fail("was started"))
+    with pytest.raises(InputError, match="__use_yte__ is not a known parameter"):
+        run.main(["-j2", "--configfile", str(tmp_path / "mine.yaml")])
+    (tmp_path / "mine.yaml").write_text("", encoding="utf-8")
+    with pytest.raises(InputError, match=r"mine\.yaml: must hold sections"):
+        run.main(["-j2", "--configfile", str(tmp_path / "mine.yaml")])
 
 
-def test_a_killed_run_is_unlocked_and_another_one_is_not(started, tmp_path):
-    run.main(["-j2"])
-    assert started == [["-j2"]]
-    locks = tmp_path / ".snakemake" / "locks"
-    locks.mkdir()
-    (locks / "0.input.lock").touch()
-    with (tmp_path / ".snakemake" / "running").open() as held:
-        fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        with pytest.raises(SystemExit, match="another run is going on in this folder; wait for its end"):
-            run.main(["-j2"])
-        assert locks.exists()
-    run.main(["-j2"])
-    assert started[1:] == [["-j2"]] and not locks.exists()
-
-
-HOLDER = """
-import fcntl, os, sys, time
-fcntl.flock(os.open(sys.argv[1], os.O_RDWR | os.O_CREAT), fcntl.LOCK_SH)
-print("held", flush=True)
-sys.stdin.read()
+SNAKEFILE = """
+import sys
+from trackdyn.sweeps.job import drive
+drive(workflow)
+rule one:
+    output: "one.txt"
+    log: "logs/one.log"
+    script: "one.py"
+"""
+SCRIPT = """
+from trackdyn.sweeps.job import logged
+import os, time
+with logged(snakemake):
+    with open("begun.txt", "a") as begun:
+        print(os.getpid(), file=begun)
+    while not os.path.exists("go"):
+        time.sleep(0.05)
+    open(snakemake.output[0], "w").write(str(os.getpid()))
 """
 
 
-def test_jobs_of_a_killed_run_are_waited_for(started, tmp_path, capsys):
-    """They go on when only the driver was killed, and would write over what the next run makes."""
-    (tmp_path / ".snakemake").mkdir()
-    jobs = tmp_path / ".snakemake" / "jobs"
-    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
-    with subprocess.Popen([sys.executable, "-c", HOLDER, jobs], text=True, **pipes) as job:
-        assert job.stdout.readline() == "held\n"
-        running = threading.Thread(target=run.main, args=(["-j2"],))
-        running.start()
-        running.join(0.5)
-        assert running.is_alive() and started == []
-        job.stdin.close()
-        running.join(60)
-    assert started == [["-j2"]]
-    assert capsys.readouterr().err == "jobs of another run still go on; waiting for their end\n"
+@pytest.fixture
+def folder(tmp_path):
+    """A workflow of one job that waits for a file; its processes end with the test."""
+    (tmp_path / "Snakefile").write_text(SNAKEFILE)
+    (tmp_path / "one.py").write_text(SCRIPT)
+    yield tmp_path
+    (tmp_path / "go").touch()
 
 
-def test_a_job_that_begins_after_its_run_was_killed_ends_by_itself(started, tmp_path, monkeypatch):
-    monkeypatch.setattr(job.fcntl, "flock", lambda *_: None)  # these jobs live as long as the test
-    run.main(["-j2"])
-    first = os.environ["TRACKDYN_RUN"]
-    job._join()  # of this run
-    run.main(["-j2"])
-    assert first != os.environ["TRACKDYN_RUN"]
-    monkeypatch.setenv("TRACKDYN_RUN", first)
-    with pytest.raises(SystemExit, match="the run that began this job was killed, and another one goes on"):
-        job._join()
-    monkeypatch.delenv("TRACKDYN_RUN")
-    job._join()  # of a plain snakemake
+def snakemake(folder, *arguments):
+    """A plain Snakemake, in a session of its own."""
+    command = [sys.executable, "-m", "snakemake", "-j1", "--rerun-incomplete", *arguments]
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
+    return subprocess.Popen(command, cwd=folder, env=ENVIRONMENT, start_new_session=True, **pipes)
 
 
-def test_a_configuration_that_would_be_run_is_refused_before_it_is(started, tmp_path):
-    (tmp_path / "mine.yaml").write_text("__use_yte__: true\n", encoding="utf-8")
-    with pytest.raises(InputError, match="__use_yte__ is not a known parameter"):
-        run.main(["-j2", "--configfile", "mine.yaml"])
-    assert started == []
+def jobs(folder, count):
+    """Processes of the jobs that have begun, once there are ``count``."""
+    begun, end = folder / "begun.txt", time.monotonic() + 200
+    while time.monotonic() < end:
+        if begun.exists() and len(found := begun.read_text().split()) >= count:
+            return [int(job) for job in found]
+        time.sleep(0.05)
+    raise AssertionError("no job began")
 
 
-STOPPED = "interrupted; nothing had begun\n"
+def test_a_second_run_is_refused_and_a_dry_run_leaves_the_lock(folder):
+    first = snakemake(folder)
+    jobs(folder, 1)
+    locks = sorted((folder / ".snakemake" / "locks").iterdir())
+    assert locks
+    assert snakemake(folder, "-n").wait(200) == 0
+    second = snakemake(folder)
+    assert "LockException" in second.communicate(timeout=200)[0] and second.returncode == 1
+    assert sorted((folder / ".snakemake" / "locks").iterdir()) == locks
+    (folder / "go").touch()
+    assert first.wait(200) == 0 and len(jobs(folder, 1)) == 1
+
+
+def test_the_job_that_a_killed_driver_left_is_waited_for(folder):
+    """It goes on; the job of the next run waits for it, then replaces its result."""
+    first = snakemake(folder)
+    jobs(folder, 1)
+    first.kill()
+    first.wait()
+    assert snakemake(folder, "-n").wait(200) == 0
+    assert any((folder / ".snakemake" / "locks").iterdir())
+    second = snakemake(folder)
+    for line in second.stdout:
+        if "another process writes these results; waiting for its end" in line:
+            break
+    assert len(jobs(folder, 1)) == 1
+    (folder / "go").touch()
+    assert second.wait(200) == 0
+    assert int((folder / "one.txt").read_text()) == jobs(folder, 2)[1]
+
+
+def test_a_job_whose_run_was_killed_does_not_begin():
+    code = "from trackdyn.sweeps import job; job._join('logs/one.log')"
+    gone = subprocess.run([sys.executable, "-c", "import os; print(os.getpid())"], capture_output=True, text=True)
+    for driver, end in ((gone.stdout.strip(), "the run that began this job was killed\n"), (str(os.getpid()), "")):
+        done = subprocess.run(
+            [sys.executable, "-c", code], env=ENVIRONMENT | {"TRACKDYN_DRIVER": driver}, capture_output=True, text=True
+        )
+        assert (done.stderr, done.returncode) == (end, int(bool(end)))
 
 
 @pytest.mark.parametrize(
     ("code", "module", "exit_code", "said"),
     [
-        ("import runpy; runpy.run_path('workflow/run.py', run_name='__main__')", "trackdyn.errors", 1, STOPPED),
-        ("import run; exec(run.SNAKEMAKE)", "snakemake.cli", 1, STOPPED),
+        (
+            "import runpy; runpy.run_path('workflow/run.py', run_name='__main__')",
+            "trackdyn.errors",
+            1,
+            "interrupted; the same command goes on\n",
+        ),
         ("snakemake = 1; from trackdyn.sweeps.job import logged; import trackdyn.errors", "trackdyn.errors", 130, ""),
     ],
 )
@@ -118,7 +154,5 @@ class Struck:
             os.kill(os.getpid(), signal.SIGINT)
 sys.meta_path.insert(0, Struck())
 """
-    done = subprocess.run(
-        [sys.executable, "-c", find + code], cwd=Path(__file__).parents[2], capture_output=True, text=True
-    )
+    done = subprocess.run([sys.executable, "-c", find + code], cwd=ROOT, capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (exit_code, said)

@@ -11,10 +11,10 @@ from trackdyn.commands.options import (
     Overwrite,
     RecordingFile,
     UnitOption,
+    check_output,
     file_option,
     number,
     parse_axes,
-    refuse_existing,
 )
 
 
@@ -44,7 +44,7 @@ def compare(
 ) -> None:
     """Compare the simulated y acceleration with a sensor's: mean, RMS, SD and dominant peak."""
     axes = parse_axes(axis)
-    from trackdyn.files import refuse_unwritable, write_csv
+    from trackdyn.files import write_csv
     from trackdyn.measure.compare import compare_with_sensor
     from trackdyn.measure.orientation import doubtful_axes
     from trackdyn.sensor.sensor_csv import read_sensor_csv
@@ -55,8 +55,7 @@ def compare(
     requested |= {"scale": scale, "bits": bits}
     chosen = load_mapping(mapping, **requested | {"from": start, "to": to})
     for path in filter(None, (figure, out)):
-        refuse_existing(path, overwrite)
-        refuse_unwritable(path)
+        check_output(path, overwrite, recording, sensor, mapping)
     loaded = load_recording(recording)
     rig = loaded.meta["rig"]
     record = read_sensor_csv(sensor, chosen, range_g=rig["sensor"]["range"], gravity=rig["gravity"] or 9.81)

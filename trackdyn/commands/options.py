@@ -1,5 +1,6 @@
 """Options that several commands have: each is read, and what it cannot be is refused, before a command begins."""
 
+import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import isfinite
@@ -9,6 +10,7 @@ from typing import Annotated, Any
 import typer
 
 from trackdyn.errors import InputError, shown
+from trackdyn.files import refuse_unwritable
 
 DEFAULT_RIG = "paper"
 MEASURES = "rms, sd, line, left_peak, left_share, right_share or ring_share"
@@ -88,8 +90,15 @@ def file_option(name: str, help: str, *endings: str) -> Any:
     return typer.Option(name, parser=_parse_file(name, endings), metavar="FILE", help=f"{help} ({', '.join(endings)}).")
 
 
-def refuse_existing(path: Path, overwrite: bool) -> None:
-    """Refuse (`InputError`) to replace a file unless that is asked for."""
+def check_output(path: Path, overwrite: bool, *inputs: Path | str | None, size: float = 0.0) -> None:
+    """Refuse (`InputError`) what a command must not write: its input, an existing file unless asked to, no plain file.
+
+    ``size`` (bytes) must be free.
+    """
+    for file in inputs:
+        if file is not None and os.path.realpath(file) == os.path.realpath(path):
+            raise InputError(f"{path} is an input of this command; give the output another name")
+    refuse_unwritable(path, size)
     if path.exists() and not overwrite:
         raise InputError(f"{path} exists; give another name, or --overwrite to replace it")
 

@@ -5,8 +5,15 @@ from typing import Annotated
 
 import typer
 
-from trackdyn.commands.options import RigArgument, SpeedOption, file_argument, file_option
-from trackdyn.errors import InputError, TrackdynError
+from trackdyn.commands.options import (
+    Overwrite,
+    RigArgument,
+    SpeedOption,
+    check_output,
+    file_argument,
+    file_option,
+)
+from trackdyn.errors import TrackdynError
 
 
 def rigs() -> None:
@@ -20,15 +27,14 @@ def rigs() -> None:
 def new(
     out: Annotated[Path, file_argument("File to write", ".yaml", ".yml")],
     like: Annotated[str, typer.Option(help="Shipped rig that it begins with (trackdyn rigs).")] = "bench",
+    overwrite: Overwrite = False,
 ) -> None:
     """Write a rig file to edit: the wheels and the tension of a shipped rig, and all else as comments."""
-    from trackdyn.files import refuse_unwritable, write_text
+    from trackdyn.files import write_text
     from trackdyn.parameters.rig_template import rig_text
 
-    if out.exists():
-        raise InputError(f"{out} already exists; choose another name")
     text = rig_text(like)
-    refuse_unwritable(out)
+    check_output(out, overwrite)
     write_text(out, text)
     typer.echo(f"{out}: edit it, then  trackdyn check {out}  and  trackdyn simulate run.npz --rig {out}")
 
@@ -43,9 +49,9 @@ def check(
     settle: Annotated[
         bool, typer.Option("--settle/--no-settle", help="Tension the loop and let it come to rest.")
     ] = True,
+    overwrite: Overwrite = False,
 ) -> None:
     """Lay a rig's loop, draw it, and say how the chain wraps, which step it allows and what is unusual."""
-    from trackdyn.files import refuse_unwritable
     from trackdyn.parameters.rig import load_rig
     from trackdyn.plots.rig_layout import draw_rig
     from trackdyn.plots.style import save
@@ -53,7 +59,8 @@ def check(
 
     loaded = load_rig(rig)
     out = out or Path(f"{Path(rig).stem}.png")
-    refuse_unwritable(out)
+    for path in (out, out.with_suffix(".svg")):
+        check_output(path, overwrite, rig)
     if settle:
         typer.echo("settling; kernels that are not compiled yet take a minute or two more", err=True)
     try:

@@ -17,6 +17,7 @@ from trackdyn.commands.options import (
     SpeedOption,
     StepOption,
     Tolerance,
+    check_output,
     chosen_fields,
     file_argument,
     number,
@@ -66,7 +67,7 @@ def simulate(
     """
     from tqdm import tqdm
 
-    from trackdyn.files import keep, refuse_unwritable
+    from trackdyn.files import keep
     from trackdyn.jit import announce
     from trackdyn.parameters.rig import load_rig
     from trackdyn.scene.scene import Scene
@@ -102,8 +103,9 @@ def simulate(
         if not quiet:
             say(found)
     needed = cost(scene)
-    for path in filter(None, (out, checkpoint)):
-        refuse_unwritable(path, needed.file)
+    for path, other in ((out, checkpoint), (checkpoint, out)):
+        if path is not None:
+            check_output(path, True, rig, other, size=needed.file)
     if not quiet:
         _say_decisions(scene)
         if not tolerances:

@@ -11,9 +11,9 @@ from trackdyn.commands.options import (
     Overwrite,
     Quiet,
     RigName,
+    check_output,
     file_argument,
     file_option,
-    refuse_existing,
 )
 from trackdyn.errors import InputError, shown
 
@@ -91,5 +91,5 @@ def design(
         fixed[name] = value
     table = make_design(varied, method, rows, seed, fixed)
     refuse_columns(table, "design")
-    refuse_existing(out, overwrite)
+    check_output(out, overwrite)
     write_table(table, out)

@@ -94,6 +94,8 @@ class Recording:
         Scene, rig, derived layout, versions and source hash.
     wall : float
         Computing time of the recorded part, s; not written to the file, so that the same scene gives the same bytes.
+    checkpoint : Path or None
+        File from which the run could go on: `save` removes it once the recording is written.
     """
 
     time: np.ndarray
@@ -115,6 +117,7 @@ class Recording:
     frame_time: np.ndarray
     meta: dict
     wall: float = field(default=float("nan"), compare=False)
+    checkpoint: Path | None = field(default=None, compare=False)
     plane: np.ndarray = field(default_factory=_nothing)
     wheel_offset: np.ndarray = field(default_factory=_nothing)
     axial_force: np.ndarray = field(default_factory=_nothing)
@@ -243,6 +246,8 @@ class Recording:
         with replacing(path) as part, part.open("wb") as file:
             write = np.savez_compressed if compress else np.savez
             write(file, meta=meta, **{name: getattr(self, name) for name in self.ARRAYS})
+        if self.checkpoint is not None:
+            self.checkpoint.unlink(missing_ok=True)
 
 
 @cache

@@ -1,6 +1,7 @@
 """The one door: a scene in, a recording out."""
 
 import time
+from dataclasses import replace
 from pathlib import Path
 
 from tqdm import tqdm
@@ -32,7 +33,7 @@ def simulate(
         Show a progress bar with simulated time, speed and remaining time.
     checkpoint : path or None
         File that is written from time to time while the run is recorded. If it is there, the run goes on from it
-        and gives the bytes that it would have given; it is removed at the end.
+        and gives the bytes that it would have given; `Recording.save` removes it.
     starts : SettledLoops or None
         Loops that were settled before, for a series of scenes: the same bytes, sooner.
 
@@ -76,9 +77,7 @@ def simulate(
                 write_checkpoint(checkpoint, writer.describe())
                 saved = time.monotonic()
     recording = writer.recording()
-    if checkpoint is not None:
-        Path(checkpoint).unlink(missing_ok=True)
-    return recording
+    return recording if checkpoint is None else replace(recording, checkpoint=Path(checkpoint).resolve())
 
 
 def _writer(loop: Loop, origin: Loop | None = None) -> Recorder:

@@ -6,11 +6,13 @@ first in a script, and imports nothing that takes time.
 import fcntl
 import os
 import resource
+import shutil
 import signal
 import sys
 import time
 from contextlib import contextmanager, redirect_stdout, suppress
 from pathlib import Path
+from zlib import crc32
 
 # when this process began: loading what stands above took no longer than its processor time
 BEGAN = time.perf_counter() - time.process_time()
@@ -22,7 +24,7 @@ def logged(snakemake):
     from trackdyn.errors import TrackdynError
 
     leave_when_stopped()
-    _join()
+    _join(snakemake.log[0])
     with open(snakemake.log[0], "w", encoding="utf-8") as log, redirect_stdout(log):
         try:
             yield
@@ -48,18 +50,50 @@ def _spent(log):
     write_text(f"{before}benchmarks/{after}", f"s\tmax_rss\tcpu_time\n{seconds:.2f}\t{memory:.1f}\t{cpu:.2f}\n")
 
 
-def _join():
-    """Be seen by the next run (`workflow/run.py`) until this process ends, however that comes about.
+# one file a folder, in which a process locks a byte; the system releases it, however the process ends
+PROCESSES = Path(".snakemake", "processes")
+DRIVER = "TRACKDYN_DRIVER"  # process of the run to which a job belongs
 
-    A job outlives a run of which only the driver was killed, and could write over what a later run has made.
+
+def drive(workflow):
+    """Hold byte 0 as a Snakemake of this folder; a Snakefile calls it before Snakemake takes its own lock.
+
+    A killed Snakemake leaves that lock, and cannot tell it from that of one that runs. Where nobody else holds the
+    byte, every process that made a lock is gone, and the locks are removed; none can start in between. A dry run
+    removes none.
     """
+    os.environ[DRIVER] = str(os.getpid())
     with suppress(OSError):  # a file system without locks
-        fcntl.flock(os.open(".snakemake/jobs", os.O_RDWR | os.O_CREAT), fcntl.LOCK_SH)
-    token = os.environ.get("TRACKDYN_RUN")
-    # where there is no such file, as on a node that does not share the folder, nobody can write over anything
-    with suppress(FileNotFoundError), open(".snakemake/running", encoding="ascii") as file:
-        if token and file.read() != token:
-            sys.exit("the run that began this job was killed, and another one goes on")
+        PROCESSES.parent.mkdir(exist_ok=True)
+        file = os.open(PROCESSES, os.O_RDWR | os.O_CREAT, 0o666)
+        if not workflow.output_settings.dryrun:
+            with suppress(BlockingIOError, PermissionError):  # another one runs
+                fcntl.lockf(file, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, 0)
+                shutil.rmtree(PROCESSES.with_name("locks"), ignore_errors=True)
+        fcntl.lockf(file, fcntl.LOCK_SH, 1, 0)
+
+
+def _join(log):
+    """Wait for another process that writes the results of this log, such as the job of a run that was killed.
+
+    Of a run whose Snakemake alone was killed the jobs go on, and one that begins only now must not write over what a
+    later run has made.
+    """
+    with suppress(FileNotFoundError):  # no folder of a run
+        file = os.open(PROCESSES, os.O_RDWR)
+        byte = 1 + crc32(str(log).encode())
+        try:
+            fcntl.lockf(file, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, byte)
+        except (BlockingIOError, PermissionError):
+            print(f"{log}: another process writes these results; waiting for its end", file=sys.stderr, flush=True)
+            fcntl.lockf(file, fcntl.LOCK_EX, 1, byte)
+        except OSError:  # a file system without locks
+            pass
+    if driver := os.environ.get(DRIVER):
+        try:
+            os.kill(int(driver), 0)
+        except ProcessLookupError:
+            sys.exit("the run that began this job was killed")
 
 
 def _leave(number, _):

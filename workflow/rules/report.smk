@@ -182,4 +182,4 @@ rule pictures:
     log: f"{R}/logs/pictures.log"
     message: "Pictures and measured parts of the pages"
     shell:
-        "{sys.executable} -m replication.report.filled {input.tables} {input.trade} {input.pictures} > {log} 2>&1"
+        "{sys.executable:q} -m replication.report.filled {input.tables:q} {input.trade:q} {input.pictures:q} > {log:q} 2>&1"

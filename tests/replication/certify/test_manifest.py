@@ -1,9 +1,12 @@
 """What a manifest holds, and what `trackdyn verify` says of a run that is not the one of the manifest."""
 
 import json
+import shutil
 import sys
 
+import numpy as np
 import pytest
+from PIL import Image
 
 from replication.certify.comparison import (
     BYTES,
@@ -88,9 +91,9 @@ def test_a_change_is_judged_and_said(results, row):
 def test_what_is_missing_or_more_is_said(results):
     expected = describe(results)
     (results / "metrics.csv").rename(results / "other.csv")
-    (results / "runs" / "115rpm.npz").write_bytes(b"other")
+    (results / "tables" / "table3.md").write_text("other")
     found = {finding.name: finding.status for finding in compare_manifests(describe(results), expected)}
-    assert (found["metrics.csv"], found["other.csv"], found["runs/115rpm.npz"]) == (MISSING, EXTRA, BYTES)
+    assert (found["metrics.csv"], found["other.csv"], found["tables/table3.md"]) == (MISSING, EXTRA, BYTES)
     assert [finding.name for finding in failed(compare_manifests(describe(results), expected))] == ["metrics.csv"]
     assert len(failed(compare_manifests(describe(results), expected), exact=True)) == 2
     assert "1 missing" in findings_summary(compare_manifests(describe(results), expected))
@@ -110,10 +113,10 @@ def command(monkeypatch, capsys, *arguments):
 def test_the_command_names_the_figure_and_ends_with_1(results, monkeypatch, capsys):
     place = write_manifest(results)
     assert command(monkeypatch, capsys, results) == (0, "6 equal\n", "")
-    (results / "figures" / "fig24.png").write_bytes(b"other")
+    (results / "tables" / "table3.md").write_text("other")
     assert command(monkeypatch, capsys, results)[0] == 0
     code, out, err = command(monkeypatch, capsys, results, "--exact", "--against", place)
-    assert code == 1 and "bytes  figures/fig24.png  (Figure 24) bytes differ" in out
+    assert code == 1 and "bytes  tables/table3.md  (Table 3) bytes differ" in out
     assert err == f"trackdyn: {results}: 1 of 6 files are not those of {place}\n"
 
 
@@ -144,10 +147,49 @@ def test_a_damaged_entry_is_refused(results, key, value):
         load_manifest(place)
 
 
-def test_a_table_that_is_none_any_more_differs(results):
-    expected = describe(results)
-    (results / "metrics.csv").write_text('a,b\n"1,2\n', encoding="utf-8")
-    assert judged(results, expected, "metrics.csv").status == DIFFERS
+PICTURE = Image.effect_noise((90, 60), 9.0)
+
+
+def _write(path, kind, content):
+    if kind == "png":
+        content.save(path)
+    elif kind == "npz":
+        np.savez(path, a=content)
+    else:
+        path.write_text(content, encoding="utf-8")
+
+
+@pytest.mark.parametrize("against", ["manifest", "folder"])
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        ("figures/fig24.png", PICTURE),
+        ("figures/fig24.svg", "<svg>" + "<g/>" * 99 + "</svg>"),
+        ("runs/115rpm.npz", np.arange(999.0)),
+        ("sensor/210rpm.csv", "# synthetic\nt_s,ay_g\n" + "".join(f"{k / 1e3:.3f},{k % 7}\n" for k in range(30_000))),
+        ("metrics.csv", "a,b\n1,2\n3,4\n"),
+        ("report.html", "<p>6 s</p>"),
+    ],
+)
+def test_a_damaged_file_fails(results, tmp_path, name, content, against, monkeypatch, capsys):
+    path = results / name
+    path.parent.mkdir(exist_ok=True)
+    _write(path, name.rpartition(".")[2], content)
+    whole, place = path.read_bytes(), write_manifest(results)
+    if against == "folder":
+        place = shutil.copytree(results, tmp_path / "other")
+    assert command(monkeypatch, capsys, results, "--against", place)[0] == 0
+    cuts = [] if name == "report.html" else [len(whole) - 1, len(whole) * 97 // 100, len(whole) // 2]
+    noise = np.random.default_rng(1).bytes(len(whole))
+    flipped = whole[:-9] + b"\xff" + whole[-8:]
+    for damaged in (b"", noise, *[whole[:cut] for cut in cuts], *([flipped] if path.suffix == ".csv" else [])):
+        path.write_bytes(damaged)
+        code, out, err = command(monkeypatch, capsys, results, "--against", place)
+        assert code == 1 and f"differs  {name}" in out and "Traceback" not in err, len(damaged)
+    if name == "figures/fig24.png":  # whole pictures, of nothing and of noise
+        for other in (Image.new("L", (90, 60)), Image.effect_noise((90, 60), 99.0)):
+            other.save(path)
+            assert command(monkeypatch, capsys, results, "--against", place)[0] == 1
 
 
 def test_a_folder_without_a_run_is_refused(tmp_path):

@@ -47,6 +47,7 @@ class File(Section):
     bytes: int
     shows: str = ""
     times: list[str] = Field(default_factory=list)
+    rows: int = 0
     text: str = ""
 
 
@@ -102,8 +103,8 @@ def describe(results: Path | str, inputs: Iterable[Path | str] = (), complete: b
     -------
     dict
         ``made_with``, ``inputs`` with their hashes, ``files`` by name, each with ``bytes``, ``sha256`` and, as it has
-        them, ``shows`` (the figure or table), ``times`` (columns that were left out of the hash) and ``text`` (of a
-        table), and ``hold_times``, the files that are not compared.
+        them, ``shows`` (the figure or table), ``times`` (columns that were left out of the hash), ``rows`` and ``text``
+        (of a table), ``hold_times``, the files that are not compared, and ``folder``, where they are.
     """
     names = run_files(results)
     shows = _shows(Path(results))
@@ -116,13 +117,15 @@ def describe(results: Path | str, inputs: Iterable[Path | str] = (), complete: b
     made_with |= {"python": platform.python_version(), "machine": platform.machine(), "system": platform.system()}
     made_with |= {"versions": {name: package_version(name) for name in PACKAGES}}
     hashes = {Path(path).as_posix(): file_hash(path) for path in inputs}
-    return {"format": FORMAT, "made_with": made_with, "inputs": hashes, "files": files, "hold_times": timed}
+    made = {"format": FORMAT, "made_with": made_with, "inputs": hashes, "files": files, "hold_times": timed}
+    return made | {"folder": str(results)}
 
 
 def write_manifest(results: Path | str, inputs: Iterable[Path | str] = ()) -> Path:
     """Write ``manifest.json`` into a results folder; the same results give the same bytes."""
     place = Path(results, NAME)
-    write_text(place, json.dumps(describe(results, inputs), indent=1, ensure_ascii=False) + "\n")
+    manifest = {name: value for name, value in describe(results, inputs).items() if name != "folder"}
+    write_text(place, json.dumps(manifest, indent=1, ensure_ascii=False) + "\n")
     return place
 
 
@@ -159,13 +162,17 @@ def _shows(results: Path) -> dict[str, str]:
 def _entry(path: Path, complete: bool) -> dict[str, Any]:
     data = path.read_bytes()
     entry: dict[str, Any] = {"bytes": len(data)}
-    if path.suffix == ".csv" and not data.startswith(b"#"):
-        text = data.decode("utf-8")
+    if path.suffix == ".csv":
+        try:
+            text = re.sub("^(#.*\n)+", "", data.decode("utf-8"))
+        except UnicodeDecodeError:  # damaged
+            return {"sha256": hashlib.sha256(data).hexdigest(), **entry}
         times = [name for name in text.partition("\n")[0].split(",") if TIMED_COLUMN.fullmatch(name)]
         if times:
             text = read_cells(text).drop(columns=times).to_csv(index=False, lineterminator="\n")
             data = text.encode("utf-8")
             entry = {"bytes": len(data), "times": times}
+        entry["rows"] = max(text.count("\n") - 1, 0)
         if complete or len(data) <= LONGEST_TEXT:
             entry["text"] = text
     return {"sha256": hashlib.sha256(data).hexdigest(), **entry}

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from trackdyn.commands.options import file_option
+from trackdyn.commands.options import Overwrite, check_output, file_option
 from trackdyn.errors import InputError
 
 
@@ -42,8 +42,11 @@ def crate(
         bool, typer.Option("--recordings", help="With the recordings, which are most of a run.")
     ] = False,
     agent: Annotated[str | None, typer.Option(help="Who ran it, to be named in the crate.")] = None,
+    overwrite: Overwrite = False,
 ) -> None:
     """Pack a run with workflow and inputs into a provenance crate (Workflow Run RO-Crate)."""
-    from replication.certify.crate import write_crate
+    from replication.certify.crate import CRATE, write_crate
 
+    out = results / CRATE if out is None else out
+    check_output(out, overwrite)
     typer.echo(write_crate(results, out, recordings, agent))

@@ -132,8 +132,8 @@ class Config(Section):
         folder = Path(self.results)
         # what Snakemake or a shell would read as something else, and what no file system takes
         longest = len(max(folder.parts, key=len, default="").encode())
-        if not re.fullmatch(r"[^~{}\s\0][^{}\s\0]*", self.results) or longest > 200:
-            accepted = "the name of a folder without spaces, braces or ~, such as results/mine"
+        if not re.fullmatch(r"(?!-)[\w./+=@%,:-]+", self.results) or longest > 200:
+            accepted = "the name of a folder in letters, digits and ./+=@%,:_-, such as results/mine"
             raise InputError(f"results = {shown(self.results)}: must be {accepted}")
         for place in (folder, *folder.parents):
             if place.exists() and not place.is_dir():
