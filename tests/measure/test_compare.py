@@ -1,5 +1,6 @@
 """A record beside a sensor's whose loop turns faster, as the synthetic one of 210 rpm does."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -9,9 +10,10 @@ from typer.testing import CliRunner
 
 from trackdyn.commands.cli import app
 from trackdyn.errors import InputError
-from trackdyn.measure.compare import compare_with_sensor
-from trackdyn.measure.orientation import doubtful_axes
+from trackdyn.measure.compare import compare_with_sensor, other_speed
+from trackdyn.measure.orientation import doubtful_axes, require_axes
 from trackdyn.measure.sensor import loop_frequency, sense
+from trackdyn.parameters.rig import load_rig
 from trackdyn.plots.style import save_one
 from trackdyn.sensor.sensor_csv import SensorRecord, read_sensor_csv
 from trackdyn.simulation.simulate import simulate
@@ -86,6 +88,18 @@ def axes_of(record, **axes):
 def test_a_flipped_or_exchanged_axis_is_noticed(recording, synthetic, read, fits):
     said = doubtful_axes(recording, axes_of(synthetic, **read))
     assert said is None if not fits else fits in (said or ""), said
+    # without a run, a belt turns through gravity as the chain does
+    if fits:
+        with pytest.raises(InputError, match=re.escape(fits)):
+            require_axes(axes_of(synthetic, **read), load_rig(), 210)
+    else:
+        require_axes(axes_of(synthetic, **read), load_rig(), 210)
+
+
+def test_a_record_at_another_speed_is_noticed(recording, synthetic):
+    assert other_speed(recording, synthetic) is None
+    slower = read_sensor_csv("data/synthetic/150rpm.csv")
+    assert "compare with a run at 158.3 rpm" in (other_speed(recording, slower) or "")
 
 
 def test_the_command_draws_and_writes_the_comparison(recording, tmp_path, monkeypatch):

@@ -6,9 +6,13 @@ from itertools import permutations, product
 
 import numpy as np
 
-from trackdyn.measure.sensor import loop_frequency, own_loop_hz, sense
+from trackdyn.errors import InputError
+from trackdyn.measure.sensor import loop_frequency, own_loop_hz, sense, whole_samples
+from trackdyn.parameters.rig import Rig
+from trackdyn.scene.scene import Scene
 from trackdyn.sensor.sensor_csv import SensorRecord
 from trackdyn.sensor.signals import main_line
+from trackdyn.simulation.belt import belt_recording
 from trackdyn.simulation.recording import Recording
 
 HARMONICS = 3  # of the loop's frequency; in a loop of straight runs these hold nearly all of gravity
@@ -80,6 +84,29 @@ def doubtful_axes(recording: Recording, record: SensorRecord) -> str | None:
             f"of {size:.2g} g); check its column and sign (--axis ay=NAME, ay=-NAME), and its unit"
         )
     return None
+
+
+def require_axes(record: SensorRecord, rig: Rig, motor_rpm: float) -> None:
+    """Refuse a record with doubtful axes before anything is simulated: links on a belt turn through gravity, too.
+
+    Parameters
+    ----------
+    record : SensorRecord
+        Record of one turn of the loop at least.
+    rig : Rig
+        Rig that the record is compared with.
+    motor_rpm : float
+        Speed of its motor, rev/min.
+
+    Raises
+    ------
+    InputError
+        `doubtful_axes` doubts the axes.
+    """
+    scene = Scene(rig, motor_rpm, ring_radius=None, chain="belt", spells=False)
+    turn = whole_samples(rig.sensor.rate, 1 / scene.loop_frequency)
+    if doubt := doubtful_axes(belt_recording(scene.with_(duration=turn)), record):
+        raise InputError(f"{doubt}; in the pipeline, state axes in the file that sensor_mapping names")
 
 
 def _column(record: SensorRecord, sign: int, axis: str) -> str:

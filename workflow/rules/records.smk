@@ -45,6 +45,7 @@ rule sensor_records:
     """The sensor's records at the simulation's rate, and what reading them did."""
     input:
         needs("sensor_records.py"),
+        rig=CONFIG.rig,
         sensors=[CONFIG.sensor_path(rpm) for rpm in CONFIG.records.speeds_rpm],
         mapping=[CONFIG.sensor_mapping] if CONFIG.sensor_mapping else [],
     output:
@@ -52,10 +53,6 @@ rule sensor_records:
         **table("sensor_records"),
     params:
         speeds=CONFIG.records.speeds_rpm,
-        turns=[RIG.loop_period(rpm) for rpm in CONFIG.records.speeds_rpm],
-        rate=RIG.sensor.rate,
-        range_g=RIG.sensor.range,
-        gravity=RIG.gravity or 9.81,
         synthetic=CONFIG.sensor_is_synthetic,
     priority: 100 # what is wrong with a record is said before anything is simulated
     log: f"{R}/logs/sensor_records.log"

@@ -7,18 +7,21 @@ import pandas as pd
 from replication.paper.contents import caption
 from replication.report.tables import write_captioned_table
 from trackdyn.measure.compare import at_rate
+from trackdyn.measure.orientation import require_axes
 from trackdyn.measure.sensor import LEAST_LOOPS
+from trackdyn.parameters.rig import load_rig
 from trackdyn.sensor.sensor_csv import read_sensor_csv, write_sensor_csv
 from trackdyn.sensor.sensor_mapping import load_mapping
 
 with logged(snakemake):
     params, mapping, rows = snakemake.params, load_mapping(*snakemake.input.mapping), []
+    rig = load_rig(snakemake.input.rig)
     what = "synthetic, not measured" if params.synthetic else "as compared"
-    for rpm, turn, path, out in zip(
-        params.speeds, params.turns, snakemake.input.sensors, snakemake.output.records, strict=True
-    ):
-        record = at_rate(read_sensor_csv(path, mapping, params.range_g, params.gravity), params.rate)
-        record.require_turns(turn, LEAST_LOOPS)
+    for rpm, path, out in zip(params.speeds, snakemake.input.sensors, snakemake.output.records, strict=True):
+        record = read_sensor_csv(path, mapping, rig.sensor.range, rig.gravity or 9.81)
+        record.require_turns(rig.loop_period(rpm), LEAST_LOOPS)
+        require_axes(record, rig, rpm)
+        record = at_rate(record, rig.sensor.rate)
         rows.append({"speed_rpm": rpm, "file": path, **record.done})
         Path(out).parent.mkdir(parents=True, exist_ok=True)
         comments = [f"{path}: {what}", *(f"{name}: {text}" for name, text in record.done.items())]

@@ -13,6 +13,7 @@ from laboratory.inference.identification.features import LEAST_TURNS, covariance
 from laboratory.inference.identification.posterior import MeasuredRecords
 from trackdyn.errors import InputError
 from trackdyn.measure.compare import whole_ratio
+from trackdyn.measure.orientation import require_axes
 from trackdyn.parameters.rig import Rig
 from trackdyn.sensor.sensor_csv import SensorRecord, read_sensor_csv
 from trackdyn.sensor.sensor_mapping import SensorMapping
@@ -97,6 +98,7 @@ def _measured(record: SensorRecord, rig: Rig, rpm: float | None, ring_radius: fl
         text = str(error)
         raise (error if text.startswith(str(record.path)) else InputError(f"{record.path}: {text}")) from None
     record.require_turns(1 / loop_hz, LEAST_TURNS)
+    require_axes(record, rig, rpm or loop_hz * a_turn_at_1_rpm)
     try:
         faster, slower = whole_ratio(record, rig.sensor.rate)
         rate = rig.sensor.rate
