@@ -69,7 +69,6 @@ include: "workflow/rules/schematics.smk"
 include: "workflow/rules/peers.smk"
 include: "workflow/rules/studies.smk"
 include: "workflow/rules/extremes.smk"
-include: "workflow/rules/layouts.smk"
 include: "workflow/rules/report.smk"
 
 

@@ -25,7 +25,7 @@ SCRIPTS = sorted({*ROOT.glob("workflow/scripts/*.py"), *ROOT.glob("laboratory/wo
 # rules that simulate: what is measured or written of their runs is no matter of theirs
 SIMULATING = re.compile(
     r"simulate|simulate_other|ring_(?!figures).*|peer_runs|peer_answers_runs|stability_runs|trade_scene|trade_promises"
-    r"|extremes_part|animation_runs|warm_up.*|layouts_part|fidelity_setting"
+    r"|extremes_part|animation_runs|warm_up.*|fidelity_setting"
 )
 
 

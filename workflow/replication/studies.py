@@ -18,9 +18,8 @@ class Study(NamedTuple):
 STUDIES = {
     "trade": Study("accuracy against cost, and the planner", "planner.csv"),
     "fidelity": Study("what each setting of the model changes", "fidelity.csv", forms=False),
-    "peer_answers": Study("cost of an answer of equal error in every code", "tables/peer_answers.csv", forms=False),
+    "peer_answers": Study("cost of an answer of equal error in both codes", "tables/peer_answers.csv", forms=False),
     "extremes": Study("extremes of parameters, steps and states", "extremes.csv"),
-    "layouts": Study("random layouts", "layouts.csv"),
 }
 # rules that make nothing of a run: with the full studies they stand behind its costs
 BY_NAME = (*STUDIES, "pictures", "crate")

@@ -21,18 +21,16 @@ rule extremes_form:
     """The edges of every parameter: all parts together."""
     input:
         needs("extremes.py"),
-        rig=CONFIG.rig,
-        kernels=KERNELS,
         parts=lambda wildcards: [
             f"{R}/{wildcards.short}extremes/{part}.csv" for part in parts_of(form_of("extremes", wildcards))
         ],
     output:
         csv=f"{R}/{{short}}extremes.csv",
         chunks=f"{R}/{{short}}extremes_long_run.csv",
-        seeds=f"{R}/{{short}}extremes_seeds.json",
         md=f"{R}/{{short}}tables/extremes.md",
         summary=f"{R}/{{short}}tables/extremes.csv",
         short_runs=multiext(f"{R}/{{short}}tables/extremes_short_runs", ".csv", ".md"),
+        layouts=multiext(f"{R}/{{short}}tables/layouts", ".csv", ".md"),
         **figures([f"extremes_{name}" for name in EXTREMES], "{short}"),
     params: form=form("extremes")
     log: f"{R}/logs/{{short}}extremes.log"
@@ -41,5 +39,5 @@ rule extremes_form:
 
 
 rule extremes:
-    """An hour of simulated running and a thousand random scenes; by name."""
+    """An hour of simulated running, a thousand random scenes and a thousand random layouts; by name."""
     input: full(rules.extremes_form)

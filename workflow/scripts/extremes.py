@@ -1,6 +1,5 @@
 from trackdyn.sweeps.job import logged
 
-import json
 from pathlib import Path
 
 import pandas as pd
@@ -10,9 +9,9 @@ from replication.report.tables import write_captioned_table
 from replication.study.extremes.judge import extremes_summary
 from replication.study.extremes.resolved import by_kind, short_runs_verdict
 from replication.study.extremes.run import gathered
-from replication.study.settings import ExtremesForm, parts_of
-from trackdyn import load_rig
-from trackdyn.files import write_csv, write_text
+from replication.study.layouts import by_layout, layouts_verdict
+from replication.study.settings import LONG_RUN, ExtremesForm, parts_of
+from trackdyn.files import write_csv
 from trackdyn.plots.style import save
 
 WORDS = dict.fromkeys(("family", "case", "outcome", "reason", "measure", "group"), str)
@@ -21,11 +20,11 @@ with logged(snakemake):
     form = ExtremesForm(**snakemake.params.form)
     # words stay words, and one that is not there is empty
     read = [pd.read_csv(path, dtype=WORDS).fillna(dict.fromkeys(WORDS, "")) for path in snakemake.input.parts]
-    result = gathered(load_rig(snakemake.input.rig), form, dict(zip(parts_of(form), read, strict=True)))
-    for path, table in ((snakemake.output.csv, result.rows), (snakemake.output.chunks, result.chunks)):
-        write_csv(path, table)
-    write_text(snakemake.output.seeds, json.dumps(result.seeds, indent=1) + "\n")
-    counts = extremes_summary(result.rows)
+    tables = dict(zip(parts_of(form), read, strict=True))
+    rows, chunks = gathered(form, tables), tables[LONG_RUN]
+    write_csv(snakemake.output.csv, rows)
+    write_csv(snakemake.output.chunks, chunks)
+    counts = extremes_summary(rows)
     last = counts.iloc[-1]
     write_captioned_table(
         counts,
@@ -34,7 +33,10 @@ with logged(snakemake):
         f"{last['marked']} completed and say that they are not resolved, {last['refused']} were refused in one "
         f"sentence and {last['defects']} ended in none of these ways.",
     )
-    runs = by_kind(result.rows)
-    write_captioned_table(runs, snakemake.output.short_runs[0], short_runs_verdict(runs))
+    for table, verdict, path in (
+        (by_kind(rows), short_runs_verdict, snakemake.output.short_runs[0]),
+        (by_layout(rows), layouts_verdict, snakemake.output.layouts[0]),
+    ):
+        write_captioned_table(table, path, verdict(table))
     for draw, path in zip(FIGURES, snakemake.output.figures, strict=True):
-        save(draw(result.rows, result.chunks), path)
+        save(draw(rows, chunks), path)

@@ -83,7 +83,7 @@ def changed(path, place, value):
         ("config/quick.yaml", ("records", "duration_s"), -20, "$.records.duration_s"),
         ("config/quick.yaml", ("recrods",), {}, "$"),
         ("config/quick.yaml", ("studies",), {"trade": 1}, "$.studies"),
-        ("config/studies.yaml", ("layouts", "full"), None, "$.layouts"),
+        ("config/studies.yaml", ("trade", "full"), None, "$.trade"),
     ],
 )
 def test_a_mistake_is_seen(path, place, value, where):

@@ -138,7 +138,7 @@ def test_forced_runs_diverge_beyond_the_predicted_limit(rig):
 def test_random_scenes_are_the_same_with_the_same_seed(rig, monkeypatch):
     pytest.importorskip("hypothesis")
     monkeypatch.setattr(random_scenes, "run_random_scene", lambda rig, drawn: drawn)
-    first, again, other = (list(random_scenes.random_scenes(rig, 20, seed)) for seed in (1, 1, 2))
+    first, again, other = (list(random_scenes.random_scenes(rig, 20, range(20), seed)) for seed in (1, 1, 2))
     assert first == again and first != other and len(first) == 20
 
 
@@ -147,7 +147,7 @@ def test_random_scenes_complete_or_are_refused(rig, monkeypatch):
     pytest.importorskip("hypothesis")
     laws, run_drawn = {"drag": "rolling", "bushing_law": "hysteretic"}, random_scenes.run_random_scene
     monkeypatch.setattr(random_scenes, "run_random_scene", lambda rig, drawn: run_drawn(rig, drawn | laws))
-    for found in no_defects(random_scenes.random_scenes(rig, 8)):
+    for found in no_defects(random_scenes.random_scenes(rig, 8, range(8))):
         json.loads(found["case"])
 
 

@@ -5,15 +5,13 @@ sprockets are those of shipped rigs; everything around the sprocket is drawn.
 """
 
 import re
-from collections.abc import Iterator
 from math import cos, degrees, hypot, pi, sin, sqrt
 
 import numpy as np
 import pandas as pd
 from scipy.optimize import brentq
-from tqdm import tqdm
 
-from replication.study.extremes.judge import COMPLETED, DEFECT, OUTCOMES, REFUSED, attempted, invariants
+from replication.study.extremes.judge import COMPLETED, DEFECT, OUTCOMES, REFUSED, attempted, below, invariants
 from trackdyn.errors import InputError
 from trackdyn.parameters.layout import belt_path, run_order
 from trackdyn.parameters.rig import Rig, load_rig
@@ -22,6 +20,7 @@ from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.start_checks import arc_depths, explained_depth
 
+FAMILY = "layouts"
 SEED = 20261122
 CHAINS = ("first_fit", "m113", "robot")
 WHEELS, PITCHES = (2, 9), (20, 120)
@@ -29,6 +28,7 @@ WHEELS, PITCHES = (2, 9), (20, 120)
 # `extremes.judge` and starts with no arc deeper in a tooth than its load explains; the rest is refused for a reason.
 LEAST_COMPLETED = 0.99
 ATTEMPTS = 400  # draws of wheels for one layout; most sets of nine do not fit into a short loop
+OF_A_LAYOUT = ("chain", "teeth", "wheels")
 GAP = 1.05  # of two wheels, in sums of their radii
 # Steps tried, as parts of the limit at the pre-tension: a run that asks for a smaller one gets it.
 STEPS = (0.8, 0.4, 0.2)
@@ -148,12 +148,11 @@ def _arm(rng, x: float, y: float, radius: float, mass: float, tension: float) ->
 
 
 def run_layout(number: int, seconds: float = 1.0, seed: int = SEED) -> dict:
-    """Row of a layout: how it ended with the longest of `STEPS` that resolves its contacts, its invariants, and how
-    deep the deepest arc starts in a tooth.
+    """Row of a layout with the longest of `STEPS` that resolves its contacts: ``value`` is the depth (m) of the deepest
+    arc in a tooth at the start, ``at`` the step (s).
     """
     rig, words = random_rig(number, seed)
     rpm = float(np.random.default_rng([seed, number, 1]).uniform(10, 60)) * rig.sprocket.transmission_ratio
-    seen = {}
 
     def attempt(part):
         probe = Scene(rig, rpm, step=1e-6, spells=False)
@@ -164,43 +163,36 @@ def run_layout(number: int, seconds: float = 1.0, seed: int = SEED) -> dict:
         loop = Loop(scene)
         depth = float(arc_depths(scene, loop.model, loop.state, loop.work, float(loop.state.wheel_angle[0])).max())
         allowed = explained_depth(loop.model, rig.tension.pre_tension)
-        seen.update(depth_m=max(depth, 0.0), depth_allowed_m=allowed, step_s=step)
+        start = below(max(depth, 0.0), allowed, "depth of an arc at the start in m", at=step)
         loop.advance(scene.ramp)
         found = invariants(scene, loop.record(seconds, frame_interval=sample, spells=False))
-        if seen["depth_m"] > seen["depth_allowed_m"]:
-            found["reason"] = f"an arc starts {1e3 * depth:.3g} mm inside a tooth"
-        return found
+        return start | found | {"reason": start["reason"] or found["reason"]}
 
+    case = f"{number}: {words['pitches']} pitches, {words['arms']} arms, {words['kept']}, {rpm:.4g} rev/min"
     for part in STEPS:
-        row = attempted("layouts", str(number), attempt, part)
+        row = attempted(FAMILY, case, attempt, part)
         if row["outcome"] != REFUSED or not re.search(r"step.*must be at most|use a (smaller )?step", row["reason"]):
             break
-    kept = {name: row[name] for name in ("outcome", "reason", "loop_gap_max_m", "energy_residual")}
-    return words | {"sprocket_rpm": rpm / rig.sprocket.transmission_ratio} | kept | seen
+    return row | {"group": ", ".join(f"{words[name]}" for name in OF_A_LAYOUT)}
 
 
-def layouts(numbers: range, seconds: float = 1.0, progress: bool = True) -> Iterator[dict]:
-    """Rows of many layouts."""
-    for number in tqdm(numbers, disable=not progress, unit="layout"):
-        yield run_layout(number, seconds)
-
-
-def layouts_summary(table: pd.DataFrame) -> pd.DataFrame:
-    """Layouts, and what became of them, by chain and number of wheels."""
-    counts = table.groupby(["chain", "teeth", "wheels"])["outcome"].value_counts().unstack(fill_value=0)
+def by_layout(rows: pd.DataFrame) -> pd.DataFrame:
+    """Layouts, and their outcomes, by chain and number of wheels."""
+    rows = rows[rows["family"] == FAMILY]
+    kinds = rows["group"].str.split(", ", expand=True).reindex(columns=range(len(OF_A_LAYOUT)))
+    table = rows.assign(**dict(zip(OF_A_LAYOUT, kinds.to_numpy().T, strict=True))).astype({"teeth": int, "wheels": int})
+    counts = table.groupby(list(OF_A_LAYOUT))["outcome"].value_counts().unstack(fill_value=0)
     counts = counts.reindex(columns=list(OUTCOMES), fill_value=0)
     counts.insert(0, "layouts", counts.sum(axis=1))
     return counts.reset_index()
 
 
-def layouts_outcome(table: pd.DataFrame) -> str:
-    """What came out of layouts, in a sentence."""
-    share = (table["outcome"] == COMPLETED).mean()
-    defects = int((table["outcome"] == DEFECT).sum())
-    refused = int((table["outcome"] == REFUSED).sum())
-    verdict = "kept" if share >= LEAST_COMPLETED and not defects else "missed"
-    wheels, pitches = (f"{table[name].min()} to {table[name].max()} {name}" for name in ("wheels", "pitches"))
+def layouts_verdict(table: pd.DataFrame) -> str:
+    """What a table of layouts (`by_layout`) comes to, in a sentence."""
+    count, completed, defects, refused = (int(table[name].sum()) for name in ("layouts", COMPLETED, DEFECT, REFUSED))
+    verdict = "kept" if completed >= LEAST_COMPLETED * count and not defects else "missed"
     return (
-        f"{len(table)} layouts of {wheels} and {pitches}: {100 * share:.4g} % completed, {refused} refused, {defects} "
-        f"defects; the bound of {100 * LEAST_COMPLETED:g} % is {verdict}."
+        f"{count} layouts of {table['wheels'].min()} to {table['wheels'].max()} wheels: "
+        f"{100 * completed / count:.4g} % completed, {refused} refused, {defects} defects; the bound of "
+        f"{100 * LEAST_COMPLETED:g} % is {verdict}."
     )

@@ -45,8 +45,8 @@ SETTINGS = {
 }
 # The long run has a process of its own: growth of the memory is then its own, too.
 LONG_RUN = "long_run"
-RANDOM_SCENES = 250  # in a part, at most
-SHORT_RUNS = 50
+# families of random rows, each drawn from its number: part of the extremes -> field of the form, rows of a part at most
+RANDOM = {"random": ("random_scenes", 250), "layouts": ("layouts", 100), "short_runs": ("short_runs", 50)}
 # What the other codes' own elements have: a damper beside a spring in a joint, and one on an axle. Rolling resistance
 # would need the contacts' forces there, and rubber a state a joint.
 PEER_LAWS = {"drag": "viscous", "bushing_law": "viscous"}
@@ -133,6 +133,7 @@ class ExtremesForm(Section):
     long_run_turns: Count
     random_scenes: Count
     random_in_space: bool
+    layouts: Count
     short_runs: Count
     bodies: Annotated[list[Annotated[int, Field(ge=6, multiple_of=2)]], Field(min_length=1)]
     mass_ratios: Values
@@ -148,12 +149,6 @@ class ExtremesForm(Section):
     depths_m: Values
     map: dict[Literal["stiffness", "speed", "ring", "tension"], Values]
     map_steps_per_ms: Values
-
-
-class LayoutsForm(Section):
-    """How many random layouts."""
-
-    count: Count
 
 
 class PeerAnswers(Section):
@@ -191,7 +186,6 @@ class Studies(Section):
 
     trade: Forms[TradeForm]
     extremes: Forms[ExtremesForm]
-    layouts: Forms[LayoutsForm]
     peer_answers: PeerAnswers
 
 
@@ -226,13 +220,13 @@ def _file(name: str) -> str:
 
 def parts_of(form: ExtremesForm) -> list[str]:
     """Names of the parts of a form, in the order of their families."""
-    random, short = range(random_parts(form)), range(short_parts(form))
-    return [LONG_RUN, "chain", "motion", *(f"random_{k}" for k in random), *(f"short_runs_{k}" for k in short)]
+    random = [f"{part}_{k}" for part in RANDOM for k in range(len(random_parts(form, part)))]
+    return [LONG_RUN, "chain", "motion", *random]
 
 
-def random_parts(form: ExtremesForm) -> int:
-    return ceil(form.random_scenes / RANDOM_SCENES)
-
-
-def short_parts(form: ExtremesForm) -> int:
-    return ceil(form.short_runs / SHORT_RUNS)
+def random_parts(form: ExtremesForm, part: str) -> list[range]:
+    """Numbers of the random rows of a family, part by part."""
+    field, most = RANDOM[part]
+    count = getattr(form, field)
+    parts = ceil(count / most)
+    return [range(k, count, parts) for k in range(parts)]

@@ -1,19 +1,13 @@
-"""Random scenes within physical bounds and a bit outside; what fails is made small again."""
+"""Random scenes within physical bounds and a bit outside."""
 
 import json
-import signal
-import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable, Iterator
 
-from replication.study.extremes.judge import DEFECT, run_scene
+from replication.study.extremes.judge import run_scene
 from trackdyn.extras import required
 from trackdyn.parameters.rig import Rig
 
 SEED = 20230917
-# A scene that computes longer than this (s) counts as one that never ends; most take less than one, but the
-# first of an integrator may have to compile it.
-PATIENCE = 300.0
 
 
 def _strategy():
@@ -95,38 +89,18 @@ def _strategy():
     )
 
 
-@contextmanager
-def patience(seconds: float):
-    """Interrupt what does not end; without the signal of an alarm clock, wait."""
-    if not hasattr(signal, "SIGALRM") or threading.current_thread() is not threading.main_thread():
-        yield
-        return
-
-    def ring(*_):
-        raise TimeoutError(f"no end after {seconds:g} s")
-
-    before = signal.signal(signal.SIGALRM, ring)
-    signal.setitimer(signal.ITIMER_REAL, seconds)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, before)
-
-
 def run_random_scene(rig: Rig, drawn: dict) -> dict:
     """Row of a drawn scene; its case is the scene as JSON, enough to run it again."""
     fields = dict(drawn)
     if fields.get("loop") == "free" and fields.get("ring_radius") is not None and len(fields.get("changes", {})) % 2:
         fields["ring_radius"] = None  # half of the free loops would fail for that alone
-    with patience(PATIENCE):
-        return run_scene("random scenes", json.dumps(drawn, sort_keys=True), rig, **fields)
+    return run_scene("random scenes", json.dumps(drawn, sort_keys=True), rig, **fields)
 
 
 def random_scenes(
-    rig: Rig, count: int, seed: int = SEED, part: int = 0, parts: int = 1, in_space: bool = True
+    rig: Rig, count: int, numbers: Iterable[int], seed: int = SEED, in_space: bool = True
 ) -> Iterator[dict]:
-    """Rows of ``count`` scenes drawn with a seed, or of one of so many equal parts of them.
+    """Rows of the scenes of these numbers, of ``count`` that are drawn with a seed.
 
     Without ``in_space`` the same scenes run in the plane.
 
@@ -148,21 +122,6 @@ def random_scenes(
         scenes.append(drawn)
 
     draw()
-    first, last = (len(scenes) * (part + k) // parts for k in (0, 1))
-    for drawn in scenes[first:last]:
+    for number in numbers:
+        drawn = scenes[number]
         yield run_random_scene(rig, drawn if in_space else drawn | {"space": "planar"})
-
-
-def smallest(rig: Rig, drawn: dict) -> dict:
-    """The failing scene with every field left out that the failure does not need."""
-    small = dict(drawn)
-
-    def without(name, mapping):
-        return {key: value for key, value in mapping.items() if key != name}
-
-    tries = [lambda n=name: without(n, small) for name in drawn if name not in ("changes", "rpm")]
-    tries += [lambda n=name: small | {"changes": without(n, small["changes"])} for name in drawn.get("changes", {})]
-    for fewer in tries:
-        if run_random_scene(rig, found := fewer())["outcome"] == DEFECT:
-            small = found
-    return small

@@ -5,8 +5,6 @@ rigs with odd stiffnesses, weights and tensions, each at a speed, a length of 0.
 that its settled loop allows.
 """
 
-from collections.abc import Iterator
-
 import numpy as np
 import pandas as pd
 
@@ -124,12 +122,6 @@ def _run(loop: Loop, seconds: float, watched: bool):
     own.advance(RAMP)
     found, writer = short_run(own, seconds, watched, loop)
     return found, writer.watch.resolution()
-
-
-def short_runs(count: int, seed: int = SEED, part: int = 0, parts: int = 1) -> Iterator[dict]:
-    """Rows of every ``parts``-th of ``count`` scenes, from ``part`` on."""
-    for number in range(part, count, parts):
-        yield run_short(number, seed)
 
 
 def by_kind(rows: pd.DataFrame) -> pd.DataFrame:

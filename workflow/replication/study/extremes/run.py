@@ -1,28 +1,18 @@
 """Every family of the extremes in parts that run side by side, as far as a form asks for it."""
 
-import json
 from collections.abc import Callable, Iterator, Mapping
-from importlib.metadata import PackageNotFoundError, version
-from typing import NamedTuple
 
 import pandas as pd
 
 from replication.study.extremes import cases, solvers
 from replication.study.extremes.judge import DEFECT, as_table
 from replication.study.extremes.long_run import long_run, run_long
-from replication.study.extremes.random_scenes import SEED, random_scenes, smallest
-from replication.study.extremes.resolved import short_runs
+from replication.study.extremes.random_scenes import random_scenes
+from replication.study.extremes.resolved import run_short
 from replication.study.extremes.stability_map import stability_map
-from replication.study.settings import LONG_RUN, ExtremesForm, parts_of, random_parts, short_parts
+from replication.study.layouts import run_layout
+from replication.study.settings import LONG_RUN, ExtremesForm, parts_of, random_parts
 from trackdyn.parameters.rig import Rig
-
-
-class Extremes(NamedTuple):
-    """All rows, the chunks of the long run, and what the random scenes were drawn with."""
-
-    rows: pd.DataFrame
-    chunks: pd.DataFrame
-    seeds: dict
 
 
 def run_part(rig: Rig, form: ExtremesForm, part: str, say: Callable[[str], None] = print) -> pd.DataFrame:
@@ -40,15 +30,10 @@ def run_part(rig: Rig, form: ExtremesForm, part: str, say: Callable[[str], None]
     return as_table(rows)
 
 
-def gathered(rig: Rig, form: ExtremesForm, tables: Mapping[str, pd.DataFrame]) -> Extremes:
-    """The tables of all parts (`run_part`) in one; random scenes that failed are made small again."""
-    chunks = tables[LONG_RUN]
+def gathered(form: ExtremesForm, tables: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
+    """The tables of all parts (`run_part`) in one."""
     others = (tables[part] for part in parts_of(form) if part != LONG_RUN)
-    rows = pd.concat([as_table(long_run(chunks)), *others], ignore_index=True)
-    failed = rows[(rows["family"] == "random scenes") & (rows["outcome"] == DEFECT)]["case"]
-    seeds = {"seed": SEED, "scenes": form.random_scenes, "hypothesis": _version("hypothesis")}
-    seeds |= {"failures": [smallest(rig, json.loads(case)) for case in failed]}
-    return Extremes(rows, chunks, seeds)
+    return pd.concat([as_table(long_run(tables[LONG_RUN])), *others], ignore_index=True)
 
 
 def _families(rig: Rig, form: ExtremesForm, part: str) -> dict[str, tuple[Iterator[dict], ...]]:
@@ -72,17 +57,10 @@ def _families(rig: Rig, form: ExtremesForm, part: str) -> dict[str, tuple[Iterat
                 for quantity, values in form.map.items()
             },
         }
-    if part.startswith("short_runs_"):
-        number = int(part.removeprefix("short_runs_"))
-        return {"short runs": (short_runs(form.short_runs, part=number, parts=short_parts(form)),)}
-    number = int(part.removeprefix("random_"))
-    parts = random_parts(form)
-    scenes = random_scenes(rig, form.random_scenes, part=number, parts=parts, in_space=form.random_in_space)
-    return {"random scenes": (scenes,)}
-
-
-def _version(package: str) -> str:
-    try:
-        return version(package)
-    except PackageNotFoundError:
-        return ""
+    family, _, part_number = part.rpartition("_")
+    numbers = random_parts(form, family)[int(part_number)]
+    return {
+        "random": {"random scenes": (random_scenes(rig, form.random_scenes, numbers, in_space=form.random_in_space),)},
+        "layouts": {"layouts": (map(run_layout, numbers),)},
+        "short_runs": {"short runs": (map(run_short, numbers),)},
+    }[family]
