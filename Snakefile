@@ -19,7 +19,8 @@ sys.path[:0] = [str(ROOT), str(ROOT / "workflow")]
 from replication.paper import contents
 from replication.pipeline.config import check_layers, read_layer, ring_name
 from replication.studies import STUDIES
-from replication.study.settings import SETTINGS, allowed_step, measured_scenes, parts_of, promised_scenes
+from replication.study.settings import allowed_step, measured_scenes, parts_of, promised_scenes
+from replication.study.variants import SETTINGS
 from trackdyn.errors import TrackdynError
 from trackdyn.parameters.paper_tables import rig_cells
 from trackdyn.parameters.rig_file import cells_path

@@ -3,11 +3,10 @@
 from laboratory.inference.answer.settings import AnswerConfig
 from laboratory.inference.identification.calibration import CalibrationConfig
 from laboratory.settings import Laboratory
-from laboratory.studies.departures import Departures
 from replication.pipeline.schemas import write_schemas
 
 MODELS = {
-    "departures": Departures, "calibration": CalibrationConfig, "answer": AnswerConfig,
+    "calibration": CalibrationConfig, "answer": AnswerConfig,
     "laboratory": Laboratory,
 }  # fmt: skip
 

@@ -6,7 +6,6 @@ rule deviations:
     input:
         lab_needs("deviations.py"),
         rig=CONFIG.rig,
-        study="config/departures.yaml",
         kernels=KERNELS,
     output: f"{L}/deviations.csv"
     log: f"{L}/logs/deviations.log"

@@ -1,8 +1,8 @@
 from trackdyn.sweeps.job import logged
 
-from laboratory.studies.departures import compare_departures
+from replication.study.departures import compare_departures
+from trackdyn import load_rig
 from trackdyn.files import write_csv
 
 with logged(snakemake):
-    table = compare_departures(snakemake.input.rig, snakemake.input.study)
-    write_csv(snakemake.output[0], table)
+    write_csv(snakemake.output[0], compare_departures(load_rig(snakemake.input.rig)))

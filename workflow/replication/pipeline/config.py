@@ -13,7 +13,8 @@ from pydantic import Field, model_validator
 
 from replication.paper.cells import load_article
 from replication.studies import STUDIES
-from replication.study.settings import REFERENCE, SETTINGS, Allowed, StudiesFile, allowed_step, peer_scene, rising
+from replication.study.settings import Allowed, StudiesFile, allowed_step, peer_scene, rising
+from replication.study.variants import REFERENCE, SETTINGS
 from trackdyn.errors import InputError, TrackdynError
 from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.parameters.rig_file import cells_path

@@ -10,7 +10,6 @@ from trackdyn.errors import InputError
 from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.validation import NotNegative, Positive, Section, validated
 from trackdyn.parameters.yaml_file import read_yaml
-from trackdyn.scene.fidelity import PRESETS
 from trackdyn.scene.scene import Scene
 
 Values = Annotated[list[Positive], Field(min_length=1)]
@@ -22,27 +21,6 @@ Steps = dict[StudyMethod, Values]
 SceneKey = tuple[Positive, Positive | None]
 
 
-REFERENCE = "paper"
-# setting -> fields of the scene that differ from the reference, which is among them
-SETTINGS = {
-    f"preset={name}": PRESETS[name] for name in (REFERENCE, *(name for name in PRESETS if name != REFERENCE))
-} | {
-    "chain=belt": {"chain": "belt", "spells": False, "ring_radius": None},
-    "chain=single_pin": {"chain": "single_pin"},
-    "space=spatial": {"space": "spatial"},
-    "tooth_contact=three_surfaces": {"tooth_contact": "three_surfaces"},
-    "tooth_contact=none": {"tooth_contact": "none"},
-    "normal_law=delivered": {"normal_law": "delivered"},
-    "normal_law=elastic": {"normal_law": "elastic"},
-    "friction=none": {"friction": "none"},
-    "closure=elastic_damping": {"closure": "elastic_damping"},
-    "tension=sprung": {"tension": "sprung"},
-    "drag=viscous": {"drag": "viscous"},
-    "drag=coulomb": {"drag": "coulomb"},
-    "bushing_law=viscous": {"bushing_law": "viscous"},
-    "integrator=linearly_implicit": {"integrator": "linearly_implicit"},
-    "integrator=rk4": {"integrator": "rk4"},
-}
 # The long run has a process of its own: growth of the memory is then its own, too.
 LONG_RUN = "long_run"
 # families of random rows, each drawn from its number: part of the extremes -> field of the form, rows of a part at most

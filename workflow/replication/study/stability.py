@@ -2,6 +2,7 @@
 
 import pandas as pd
 
+from replication.study.variants import change
 from trackdyn.measure.meshing import meshing_summary
 from trackdyn.measure.stopping import run_steady
 from trackdyn.measure.whole_loop import whole_loop
@@ -59,9 +60,7 @@ def stability(scene: Scene, rule: StopRule) -> pd.DataFrame:
         changed = _measures(simulate(variant, starts=starts))
         for measure, tolerance in TOLERANCES.items():
             before, after = base[measure], changed[measure]
-            change = after - before
-            if before and not measure.endswith("_pct"):
-                change /= before
-            stable = bool(abs(change) <= tolerance)
-            rows.append([scene.motor_rpm, scene.ring_radius, name, measure, before, after, change, tolerance, stable])
+            moved = change(measure, before, after) if before else after
+            stable = bool(abs(moved) <= tolerance)
+            rows.append([scene.motor_rpm, scene.ring_radius, name, measure, before, after, moved, tolerance, stable])
     return pd.DataFrame(rows, columns=COLUMNS)

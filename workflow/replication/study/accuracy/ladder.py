@@ -6,7 +6,7 @@ from itertools import product
 import pandas as pd
 
 from replication.study.accuracy.statistics import MEASURES, NAN, RELATIVE, SHARES, TENSION, statistics_of
-from replication.study.settings import REFERENCE, SETTINGS
+from replication.study.variants import REFERENCE, SETTINGS, change
 from trackdyn.errors import TrackdynError
 from trackdyn.measure.meshing import meshing_summary
 from trackdyn.measure.stopping import run_steady
@@ -89,9 +89,8 @@ def compare_rungs(found: pd.DataFrame) -> pd.DataFrame:
     by_scene = found.iloc[pd.factorize(found["scene"])[0].argsort(kind="stable")]
     for _, row in by_scene.iterrows():
         value, expected = row["value"], reference[row["scene"], row["measure"]]
-        difference = value - expected if row["measure"] in SHARES else NAN
-        if row["measure"] in RELATIVE and expected:
-            difference = 100 * (value - expected) / expected
+        difference = change(row["measure"], expected, value) if row["measure"] in RELATIVE + SHARES else NAN
+        difference *= 100 if row["measure"] in RELATIVE else 1
         rows.append(
             [
                 row["scene"], row["setting"], REFERENCE, row["measure"], value, expected, difference,

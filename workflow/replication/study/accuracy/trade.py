@@ -21,6 +21,7 @@ from replication.study.accuracy.statistics import (
     study_scene,
 )
 from replication.study.settings import StatisticErrors, Steps, scene_name
+from replication.study.variants import PHYSICS
 from trackdyn.errors import InputError, TrackdynError
 from trackdyn.measure.planner import BELT_TURNS
 from trackdyn.measure.sensor import whole_samples
@@ -38,15 +39,7 @@ COLUMNS = [
     "value", "value_error", "error", "uncertainty", "scatter", "unused", "failed",
 ]  # fmt: skip
 AGREEMENT = ["scene", "measure", "difference", "uncertainty"]
-# fidelity -> fields; the first is the physics that errors of the others are taken against
-FIDELITIES: dict[str, dict[str, Any]] = {
-    "ten_arcs": {},
-    "spatial": {"space": "spatial"},
-    "three_surfaces": {"tooth_contact": "three_surfaces"},
-    "single_pin": {"chain": "single_pin"},
-    "belt": {"chain": "belt", "ring_radius": None, "spells": False, "every_link": False},
-}
-FULL_PHYSICS = next(iter(FIDELITIES))
+FULL_PHYSICS = next(iter(PHYSICS))  # that errors of the others are taken against
 # limits of statistics: over the steps of the first method, confirmed by the second's finest
 EXTRAPOLATED, SECOND = "semi_implicit", "rk4"
 
@@ -123,7 +116,7 @@ def statistic_trade(
     rows, agreement, limits, compiled = [], [], [], set()
     cases = [
         (fidelity, physics | method)
-        for fidelity, physics in FIDELITIES.items()
+        for fidelity, physics in PHYSICS.items()
         for method in _methods_of(fidelity, requested)
     ]
     for rpm, ring in requested.scenes:
