@@ -3,9 +3,11 @@
 from pathlib import Path
 
 import pytest
-from sentences import one_sentence, shown
+import yaml
+from sentences import ROOT, one_sentence, shown
+from snakemake.utils import update_config
 
-from replication.pipeline.config import read_layer
+from replication.pipeline.config import check_layers, read_layer
 from trackdyn.errors import InputError
 from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.yaml_file import read_yaml
@@ -26,9 +28,9 @@ FILES = [
     (b"a: {b: 1, b: 2}\n", "line 1 gives 'b' a second time"),
     (b"a: !!python/object/apply:os.system ['touch ran']\n", "is not valid YAML at line 1"),
     (b"a: !!python/name:os.system\n", "is not valid YAML"),
-    (b"a: 2024-99-99\n", "is not valid YAML"),
     (b"a: " + b"9" * 5000, "is not valid YAML"),
     (b"#" * 1_000_001, "is larger than 1 MB"),
+    (b"".join(b"key%d: 1\n" % k for k in range(60_000)), "line 10000 goes beyond 20000 keys and values"),
 ]
 
 
@@ -42,6 +44,38 @@ def test_a_yaml_file_is_refused(tmp_path, monkeypatch, row):
             read(Path("mine.yaml"))
         assert one_sentence(caught, *words).startswith("mine.yaml: ")
     assert [path.name for path in tmp_path.iterdir()] == ["mine.yaml"]
+
+
+# as YAML 1.2 has it: 1.1 makes 29, 8, 70, 10.5, 10 and truth values of the first ones, and text of 2e11
+NUMBERS = [
+    ("035", 35), ("-010", -10), ("1:10", "1:10"), ("1_0.5", "1_0.5"), ("0x0A", "0x0A"), ("0o17", "0o17"),
+    ("yes", "yes"), ("off", "off"), ("2024-01-01", "2024-01-01"), ("2e11", 2e11), ("1.0e9", 1e9), ("-.5e3", -500.0),
+    ("5.", 5.0), ("true", True), ("'7'", "7"), ("~", None),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "value"), NUMBERS)
+def test_a_number_is_read_as_it_stands(tmp_path, text, value):
+    path = tmp_path / "mine.yaml"
+    path.write_text(f"a: {text}\nb: [{text}]\n", encoding="utf-8")
+    found = read_yaml(path)
+    assert found == {"a": value, "b": [value]} and type(found["a"]) is type(value)
+
+
+def test_snakemake_s_reading_gives_way_to_ours(tmp_path, monkeypatch):
+    """A later file is on top of an earlier one, and the command line on top of both."""
+    monkeypatch.chdir(ROOT)
+    path = tmp_path / "mine.yaml"
+    path.write_text("records: {duration_s: 0100, lead_in_s: 2e1}\n", encoding="utf-8")
+    files = ["config/config.yaml", path]
+    data = {}
+    for file in files:
+        update_config(data, yaml.safe_load(Path(file).read_text(encoding="utf-8")))
+    assert data["records"]["duration_s"] == 64 and data["records"]["lead_in_s"] == "2e1"
+    data["records"]["ramp_s"] = 0.75
+    config, _, _ = check_layers(data, files, update_config)
+    assert (config.records.duration_s, config.records.lead_in_s, config.records.ramp_s) == (100, 20.0, 0.75)
+    assert data["records"]["duration_s"] == 100
 
 
 def test_a_template_is_refused_before_it_is_run(tmp_path):

@@ -5,7 +5,6 @@ converted silently. The kind says where the number comes from: ``printed`` in th
 the source names), ``derived`` from printed numbers, ``assumed``, or ``fitted`` (its source says to what).
 """
 
-import re
 from types import NoneType
 from typing import Annotated, Any, get_args, get_origin
 
@@ -16,7 +15,6 @@ from trackdyn.errors import shown
 from trackdyn.parameters.validation import plain_count, plain_number
 from trackdyn.parameters.yaml_file import ENTRY_KEYS, KINDS
 
-YAML_12_FLOAT = re.compile(r"[-+]?\d+(\.\d*)?[eE]\d+")
 RANGE_KEYS = {"low", "high"}  # what the part can be, for what is assumed or fitted
 WORDS = ("name",)  # units of what is a word
 FROM_FILE = "from a file"  # there every entry states its unit, in Python none does
@@ -27,9 +25,9 @@ LEAST = 1e-40  # of any value that is not 0, for the same reason
 
 
 def number_of(value: Any) -> float:
-    """A number or what YAML takes for text, such as 2e11; NaN for anything else."""
+    """A number as a float; NaN for anything else."""
     try:
-        return float(value)
+        return float("nan") if isinstance(value, (str, bool)) else float(value)
     except (TypeError, ValueError, OverflowError):  # an integer may have more digits than a number
         return float("nan")
 
@@ -75,6 +73,8 @@ def _value(entry: dict, unit: str) -> Any:
         )
     if RANGE_KEYS & entry.keys() and not number_of(entry.get("low")) <= number_of(entry.get("high")):
         raise ValueError("needs low and high as rising numbers, or neither")
+    if entry["unit"] == "name" and unit not in WORDS:  # a short form that is no number with a unit
+        raise ValueError(f"= {shown(entry['value'])}: must be a number in {unit}")
     if str(entry["unit"]) != unit:
         raise ValueError(f"has the unit {shown(entry['unit'])}; it must be given in {unit!r}")
     if entry["kind"] not in KINDS:
@@ -82,8 +82,6 @@ def _value(entry: dict, unit: str) -> Any:
     if not isinstance(entry["source"], str) or not entry["source"].strip():
         raise ValueError("has no source; say in words where the number comes from")
     value = entry["value"]
-    if isinstance(value, str) and YAML_12_FLOAT.fullmatch(value):  # PyYAML reads 2e11 as text
-        value = float(value)
     if isinstance(value, bool) or (isinstance(value, str) and unit not in WORDS):
         raise ValueError(f"= {shown(value)}: must be a number in {unit}")
     return value

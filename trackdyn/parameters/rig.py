@@ -64,7 +64,7 @@ class Rig(OmitsDefaults):
     guide: Guide
     impact: ImpactParameters
     sensor: SensorParameters
-    tried: tuple[Tried, ...] = ()
+    tried: Annotated[tuple[Tried, ...], Field(strict=False)] = ()
 
     def model_post_init(self, context: Any) -> None:
         """Check values that depend on each other."""

@@ -18,9 +18,12 @@ NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 
 
 class Section(BaseModel):
-    """A group of settings: unknown keys are refused, values cannot be changed afterwards."""
+    """A group of settings: unknown keys are refused, values cannot be changed afterwards.
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    A number is no truth value and no text, nor the other way round.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
 
     def __eq__(self, other: Any) -> bool:
         """Whether all fields are equal; what was worked out from them and kept, mostly arrays, is not asked."""

@@ -1,5 +1,8 @@
 """Reading YAML that means what it shows; every defect ends in one sentence."""
 
+import re
+from copy import deepcopy
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +12,7 @@ from yaml.composer import Composer
 from trackdyn.errors import InputError, shown
 from trackdyn.files import read_text
 
+MOST_KEYS = 20_000  # and values; the most that is shipped has 1,500, and points of an outline are some thousands
 LARGEST_YAML = 1_000_000  # bytes; the longest that is shipped has 24,000
 DEEPEST = 20
 # what every parameter states in the file of a rig (`parameters.quantities`)
@@ -19,9 +23,14 @@ _BASES = (Composer, yaml.CSafeLoader) if yaml.__with_libyaml__ else (yaml.SafeLo
 
 
 class _PlainLoader(*_BASES):  # type: ignore[misc]  # which bases there are depends on the yaml that is installed
-    """YAML that means what it shows: nothing run, no key twice, no aliases, no nesting without end."""
+    """YAML that means what it shows: nothing run, no key twice, no aliases, no nesting without end.
 
-    depth = 0
+    Plain words are numbers, truth values and nulls as in the core schema of YAML 1.2, without its 0o17 and 0x0F: to
+    YAML 1.1, which PyYAML reads, 010 is 8, 1:10 is 70, ``yes`` is true, and 2e11 is text.
+    """
+
+    depth = nodes = 0
+    yaml_implicit_resolvers: dict = {}  # noqa: RUF012 -- the name that PyYAML looks up
 
     def __init__(self, text: str):
         _BASES[-1].__init__(self, text)
@@ -32,7 +41,9 @@ class _PlainLoader(*_BASES):  # type: ignore[misc]  # which bases there are depe
             self._refuse(self.peek_event(), "holds an alias (*); write the value out")
         if self.depth == DEEPEST:
             self._refuse(self.peek_event(), f"is nested more than {DEEPEST} levels deep")
-        self.depth += 1
+        self.depth, self.nodes = self.depth + 1, self.nodes + 1
+        if self.nodes > MOST_KEYS:
+            self._refuse(self.peek_event(), f"goes beyond {MOST_KEYS} keys and values; give a shorter file")
         node = super().compose_node(parent, index)
         self.depth -= 1
         return node
@@ -50,15 +61,32 @@ class _PlainLoader(*_BASES):  # type: ignore[misc]  # which bases there are depe
         raise InputError(f"line {what.start_mark.line + 1} {sentence}")
 
 
+for _kind, _words, _begins in (
+    ("bool", r"true|True|TRUE|false|False|FALSE", "tTfF"),
+    ("null", r"~|null|Null|NULL|", ["~", "n", "N", ""]),
+    ("int", r"[-+]?[0-9]+", "-+0123456789"),
+    ("float", r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?", "-+.0123456789"),
+    ("float", r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)", "-+."),
+):
+    _PlainLoader.add_implicit_resolver(f"tag:yaml.org,2002:{_kind}", re.compile(rf"(?:{_words})$"), list(_begins))
+_PlainLoader.add_constructor("tag:yaml.org,2002:int", lambda loader, node: int(loader.construct_scalar(node)))
+
+
 def read_yaml(path: Path | str) -> Any:
     """Contents of a YAML file of at most `LARGEST_YAML` bytes, or one sentence about why it cannot be used."""
     text = read_text(path, "YAML file", LARGEST_YAML)
     try:
-        return yaml.load(text, _PlainLoader)
+        return deepcopy(_parse(text))
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
-    # a date or a number that is none is a ValueError of its own
+    # an integer of thousands of digits is a ValueError of its own
     except (yaml.YAMLError, ValueError) as error:
         mark = getattr(error, "problem_mark", None)
         line = f" at line {mark.line + 1}" if mark else ""
         raise InputError(f"{path}: is not valid YAML{line}; correct the syntax there") from None
+
+
+@lru_cache(8)
+def _parse(text: str) -> Any:
+    """Contents of a text; a rig is read several times by one process."""
+    return yaml.load(text, _PlainLoader)

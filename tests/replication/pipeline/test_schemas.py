@@ -10,7 +10,6 @@ import pytest
 
 from laboratory.schemas import MODELS as OF_THE_LABORATORY
 from replication.pipeline.schemas import FOLDER, MODELS, schema, write_schemas
-from trackdyn.parameters.quantities import YAML_12_FLOAT
 from trackdyn.parameters.yaml_file import read_yaml
 
 ROOT = Path(__file__).parents[3]
@@ -30,17 +29,7 @@ def named(path):
     return place.name.removesuffix(".schema.json")
 
 
-def as_editors_read(data):
-    """1.0e9 is a number in YAML 1.2 and a text in 1.1, as our loader has it."""
-    if isinstance(data, dict):
-        return {key: as_editors_read(value) for key, value in data.items()}
-    if isinstance(data, list):
-        return [as_editors_read(value) for value in data]
-    return float(data) if isinstance(data, str) and YAML_12_FLOAT.fullmatch(data) else data
-
-
 def errors(data, name):
-    data = as_editors_read(data)
     return [error.json_path for error in jsonschema.Draft202012Validator(schema(name, EVERY[name])).iter_errors(data)]
 
 

@@ -7,14 +7,13 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from replication.certify.comparison import compare_manifests, failed, findings_summary
 from replication.certify.manifest import NAME, describe, load_manifest
 from replication.certify.provenance import file_hash
 from trackdyn.errors import InputError
 from trackdyn.extras import required
 from trackdyn.files import replacing
+from trackdyn.parameters.yaml_file import read_yaml
 
 ROOT = Path(__file__).parents[3]
 CRATE = "crate.zip"
@@ -81,7 +80,7 @@ def _fill(crate: Any, results: Path, manifest: dict[str, Any], recordings: bool,
     def context(place: str, kind: str, **properties) -> Any:
         return crate.add(ContextEntity(crate, place, properties={"@type": kind, **properties}))
 
-    cited = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    cited = read_yaml(ROOT / "CITATION.cff")
     made = datetime.fromtimestamp((results / NAME).stat().st_mtime, UTC).isoformat(timespec="seconds")
     root = crate.root_dataset
     root["conformsTo"] = [

@@ -7,14 +7,13 @@ makes it and the function that draws it.
 from collections.abc import Iterable
 from pathlib import Path
 
-import yaml
-
 from replication.paper.item import Item
+from trackdyn.parameters.yaml_file import read_yaml
 
 
 def load_items(path: Path) -> dict[str, tuple[Item, ...]]:
     """Figures and tables of a list (YAML), by its groups."""
-    groups = yaml.safe_load(path.read_text(encoding="utf-8"))
+    groups = read_yaml(path)
     return {group: tuple(Item(key, **entry) for key, entry in items.items()) for group, items in groups.items()}
 
 

@@ -9,6 +9,7 @@ from operator import attrgetter
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
+import yaml
 from pydantic import Field, model_validator
 
 from replication.paper.cells import load_article
@@ -299,14 +300,31 @@ def read_layer(path: Path | str) -> dict:
     return data
 
 
+def _as_read(value: Any, theirs: Any, ours: Any) -> Any:
+    """``ours`` wherever a value is ``theirs``; others come from the command line."""
+    if isinstance(value, dict) and isinstance(theirs, dict) and isinstance(ours, dict):
+        return {
+            key: _as_read(one, theirs[key], ours[key]) if key in theirs and key in ours else one
+            for key, one in value.items()
+        }
+    return ours if value == theirs else value
+
+
 def check_layers(
     data: Any, files: Sequence[Path | str], update: Callable[[dict, dict], None]
 ) -> tuple[Config, Rig, dict[str, Scene]]:
     """Validate a configuration that was merged from files by ``update``, the later on top of the earlier.
 
-    What is refused names the first file with which it is, else the last one.
+    Snakemake reads files as YAML 1.1, in which 010 is 8: in ``data`` such values become those of `read_yaml`. What is
+    refused names the first file with which it is, else the last one.
     """
     layers = {Path(file).name: read_layer(file) for file in files}
+    ours: dict = {}
+    theirs: dict = {}
+    for file, layer in zip(files, layers.values(), strict=True):
+        update(ours, layer)
+        update(theirs, yaml.safe_load(Path(file).read_text(encoding="utf-8")))
+    data.update(_as_read(data, theirs, ours))
     try:
         return check_config(data, Path(files[-1]).name)
     except TrackdynError:

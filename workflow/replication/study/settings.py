@@ -18,7 +18,7 @@ Count = Annotated[int, Field(ge=1)]
 StudyMethod = Literal["semi_implicit", "linearly_implicit", "rk4"]
 Steps = dict[StudyMethod, Values]
 # motor speed, rev/min, and ring radius, m; None: no ring
-SceneKey = tuple[Positive, Positive | None]
+SceneKey = Annotated[tuple[Positive, Positive | None], Field(strict=False)]
 
 
 # The long run has a process of its own: growth of the memory is then its own, too.
@@ -30,7 +30,8 @@ RANDOM = {"random": ("random_scenes", 250), "layouts": ("layouts", 100), "short_
 PEER_LAWS = {"drag": "viscous", "bushing_law": "viscous"}
 # steps (s) with what they are allowed up to: the radius of a ring (m), or a motor speed (rev/min); the last holds
 # beyond
-Allowed = Annotated[list[tuple[Positive, Positive]], Field(min_length=1)]
+Pair = Annotated[tuple[Positive, Positive], Field(strict=False)]
+Allowed = Annotated[list[Pair], Field(min_length=1)]
 
 
 def rising(where: str, steps: Allowed) -> None:
