@@ -113,9 +113,20 @@ def test_residual_of_the_equations_sees_a_wrong_acceleration(rig):
 
 
 def test_parameters_at_their_ends(rig):
-    no_defects(cases.mass_ratio(rig, (1e6,)))
-    no_defects(cases.friction(rig, (0.0, 2.0), (1e-4,)))
-    no_defects(cases.bushing(rig, (0.0, 1e3), ("semi_implicit", "linearly_implicit")))
+    """As random scenes draw them, here each alone."""
+    surfaces = ("tooth_contact", "ring_contact", "wheel_contact")
+    ends = [(cases.lighter(rig, 1e6), {}), (cases.lighter(rig, 1e6), {"step": 1e-5})]
+    for mu in (0.0, 2.0):
+        rough = {f"{name}__{field}": mu for name in surfaces for field in ("friction_static", "friction_dynamic")}
+        ends.append((rough | {f"{name}__transition_velocity": 1e-4 for name in surfaces}, {}))
+    ends += [({"bushing__damping": damping}, {"bushing_law": "viscous"}) for damping in (0.0, 1e3)]
+    no_defects(
+        run_scene("ends", f"{number}, {integrator}", rig, changes=changes, integrator=integrator, **fields)
+        for number, (changes, fields) in enumerate(ends)
+        for integrator in ("semi_implicit", "linearly_implicit")
+    )
+    for values in (0.0, -1.0, 5e-324):
+        assert run_scene("ends", "mass", rig, changes={"chain__connector_mass": values})["outcome"] == REFUSED
 
 
 def test_one_impact_delivers_what_the_closed_form_says(rig):
@@ -124,7 +135,7 @@ def test_one_impact_delivers_what_the_closed_form_says(rig):
 
 
 def test_speeds_and_states_at_their_ends(rig):
-    no_defects(cases.speed(rig, (0.0,)))
+    no_defects(run_scene("ends", f"{rpm:g} rpm", rig, rpm, ramp=ramp) for rpm in (0.0, -5.0) for ramp in (1.0, 1e-3))
     no_defects(cases.states(rig, (1e-3, 1e-2)))
     no_defects(cases.laws(rig))
     no_defects(cases.momentum(rig, (3, 35)))

@@ -8,12 +8,11 @@ from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
 from trackdyn.errors import InputError
 from trackdyn.parameters.rig import Rig
-from trackdyn.parameters.validation import NotNegative, Positive, Section, validated
+from trackdyn.parameters.validation import Positive, Section, validated
 from trackdyn.parameters.yaml_file import read_yaml
 from trackdyn.scene.scene import Scene
 
 Values = Annotated[list[Positive], Field(min_length=1)]
-ValuesOrZero = Annotated[list[NotNegative], Field(min_length=1)]
 Count = Annotated[int, Field(ge=1)]
 StudyMethod = Literal["semi_implicit", "linearly_implicit", "rk4"]
 Steps = dict[StudyMethod, Values]
@@ -115,16 +114,6 @@ class ExtremesForm(Section):
     layouts: Count
     short_runs: Count
     bodies: Annotated[list[Annotated[int, Field(ge=6, multiple_of=2)]], Field(min_length=1)]
-    mass_ratios: Values
-    moduli_pa: Values
-    friction_coefficients: ValuesOrZero
-    transition_velocities_m_s: Values
-    bushing_dampings_nms: ValuesOrZero
-    bushing_integrators: Annotated[list[StudyMethod], Field(min_length=1)]
-    speeds_rpm: ValuesOrZero
-    ring_radii_m: Values
-    start_radii_m: Values
-    equal_pitch_radii_m: Values
     depths_m: Values
     map: dict[Literal["stiffness", "speed", "ring", "tension"], Values]
     map_steps_per_ms: Values

@@ -1,8 +1,7 @@
-"""Extremes of parameters, speeds, steps and initial states: a generator of rows for each family."""
+"""Extremes of restitution and of initial states: a generator of rows for each family."""
 
 from collections.abc import Iterator
 from itertools import product
-from math import ceil
 
 import numpy as np
 
@@ -11,34 +10,18 @@ from trackdyn.contact.laws import friction_coefficient, normal_force
 from trackdyn.contact.tooth import find_area
 from trackdyn.jit import kernel
 from trackdyn.model.constants import SPROCKET, Drive
-from trackdyn.parameters.layout import assemble
 from trackdyn.parameters.normal_laws import delivered_restitution
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene.build import make_law, make_tooth
-from trackdyn.scene.limits import largest_step
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.account import open_share, refuse_open_account
 from trackdyn.simulation.loop import Loop
-from trackdyn.simulation.start_checks import arc_depths, explained_depth
 
 # Change of momentum in turns a step: it is that of the path between two configurations.
 MOMENTUM = 10.0
 STEEL_AND_TOOTH = ("steel__youngs_modulus", "tooth_contact__youngs_modulus")
 SURFACES = ("tooth_contact", "ring_contact", "wheel_contact")
 STATES = "initial state"
-IMPLICIT = ("linearly implicit", {"integrator": "linearly_implicit"})
-
-
-def step_limit(rig: Rig, rpm: float = 210.0, **fields) -> float:
-    """Smallest of the predicted limits of the semi-implicit step, s."""
-    probe = Scene(rig, rpm, **(FAST | fields), integrator="linearly_implicit", step=1e-7)
-    return largest_step(probe.model, rig.tension.pre_tension)
-
-
-def accepted_step(rig: Rig, limit: float, at_most: float = 1e-4) -> float:
-    """Largest whole fraction of the sample interval within a limit, s."""
-    sample = 1.0 / rig.sensor.rate
-    return sample / ceil(sample / min(limit, at_most) * (1 - 1e-9))
 
 
 def restart(rig: Rig, rpm: float = 210.0, **fields) -> Loop:
@@ -66,36 +49,6 @@ def run_on(loop: Loop, seconds: float) -> dict:
 def lighter(rig: Rig, ratio: float) -> dict[str, float]:
     """Changes of a rig that make its links so many times as heavy as its connectors."""
     return {f"chain__connector_{what}": getattr(rig.chain, f"link_{what}") / ratio for what in ("mass", "inertia")}
-
-
-def mass_ratio(rig: Rig, ratios: list[float]) -> Iterator[dict]:
-    """A link from as heavy as a connector to a million times heavier; a massless connector."""
-    for ratio in ratios:
-        changes = lighter(rig, ratio)
-        for name, fields in (("step 1e-4 s", {}), ("step 1e-5 s", {"step": 1e-5}), IMPLICIT):
-            yield run_scene("mass ratio", f"link to connector {ratio:g}, {name}", rig, changes=changes, **fields)
-    for value in (0.0, -1.0, 5e-324):
-        yield run_scene("mass ratio", f"connector of {value:g} kg", rig, changes={"chain__connector_mass": value})
-
-
-def stiffness(rig: Rig, moduli: list[float]) -> Iterator[dict]:
-    """Teeth of rubber to ten times the modulus of steel, at the largest accepted and at a refused step."""
-    for modulus in moduli:
-        changes = dict.fromkeys(STEEL_AND_TOOTH, modulus)
-        for ring in (None, 0.308):
-            limit = step_limit(rig.changed(**changes), ring_radius=ring)
-            larger = 1e-3 / max(int(1e-3 / limit), 1)  # the next whole fraction above the limit
-            for name, fields in (
-                ("largest step", {"step": accepted_step(rig, limit, 1e-3)}),
-                ("next step", {"step": larger if larger > limit else 2e-3}),
-                IMPLICIT,
-            ):
-                case = f"E = {modulus:g} Pa, {'no ring' if ring is None else 'ring'}, {name}"
-                yield run_scene("stiffness", case, rig, changes=changes, ring_radius=ring, **fields)
-    for value in (0.0, -1.0, float("nan"), float("inf"), 1e30):
-        yield run_scene("stiffness", f"E = {value:g} Pa", rig, changes={STEEL_AND_TOOTH[1]: value})
-    for value in (0.0, 1e3, 1e4, 1e6):
-        yield run_scene("stiffness", f"bushing of {value:g} N m/rad", rig, changes={"bushing__stiffness": value})
 
 
 @kernel
@@ -136,94 +89,15 @@ def restitution(
         yield run_scene("restitution", f"loop, {law}, {value:g}", rig, changes=changes, normal_law=law)
 
 
-def friction(rig: Rig, coefficients: list[float], velocities: list[float]) -> Iterator[dict]:
-    """Coefficients of friction with transition velocities (m/s), on every surface."""
-    for mu in coefficients:
-        for velocity in velocities:
-            changes = {f"{name}__{field}": mu for name in SURFACES for field in ("friction_static", "friction_dynamic")}
-            changes |= {f"{name}__transition_velocity": velocity for name in SURFACES}
-            for name, fields in (("step 1e-4 s", {}), IMPLICIT):
-                case = f"mu {mu:g}, v_t {velocity:g} m/s, {name}"
-                yield run_scene("friction", case, rig, changes=changes, **fields)
-    for mu in (-0.1, 2.1):
-        yield run_scene("friction", f"mu {mu:g}", rig, changes={"tooth_contact__friction_static": mu})
-    yield run_scene("friction", "v_t 0", rig, changes={"tooth_contact__transition_velocity": 0.0})
-
-
-def bushing(rig: Rig, dampings: list[float], integrators: list[str]) -> Iterator[dict]:
-    """Viscous bushings without damping to such as never turn; critical damping is of the order of 2 N m s/rad."""
-    for damping, integrator in product(dampings, integrators):
-        case = f"damping {damping:g} N m s/rad, {integrator}"
-        fields = {"integrator": integrator, "bushing_law": "viscous"}
-        yield run_scene("bushing", case, rig, changes={"bushing__damping": damping}, **fields)
-
-
-def speed(rig: Rig, speeds: list[float]) -> Iterator[dict]:
-    """At rest to 48 times the fastest run, reversed, abrupt starts and a sudden stop."""
-    for rpm in speeds:
-        accepted = accepted_step(rig, step_limit(rig, rpm))
-        for ramp in (1.0, 0.001):
-            for name, step in {"1e-4": 1e-4, f"{accepted:.3g}": accepted}.items():
-                case = f"{rpm:g} rpm, ramp {ramp:g} s, step {name} s"
-                yield run_scene("speed", case, rig, rpm, ramp=ramp, step=step)
-    for rpm in (-5.0, float("nan"), float("inf"), 1e9):
-        yield run_scene("speed", f"{rpm:g} rpm", rig, rpm)
-    for rpm in (115.0, 210.0, 500.0):
-        yield attempted("speed", f"sudden stop from {rpm:g} rpm", _stopped, rig, rpm)
-
-
-def _stopped(rig: Rig, rpm: float) -> dict:
-    started = restart(rig, rpm)
-    run_on(started, 0.3)
-    started.model = started.model._replace(drive=Drive(0.0, started.model.step))
-    return run_on(started, 0.2)
-
-
-def loop(rig: Rig, radii: list[float]) -> Iterator[dict]:
-    """Rings, pre-tension from slack to 100 kN, loops that just close and just do not."""
-    for radius in (None, *radii):
-        yield run_scene("loop", f"ring {'none' if radius is None else f'{radius:g} m'}", rig, 115.0, ring_radius=radius)
-    for tension in (0.0, 1.0, 1e2, 1e3, 4540.0, 1e4, 2e4, 5e4, 1e5):
-        changes = {"tension__pre_tension": tension}
-        yield run_scene("loop", f"pre-tension {tension:g} N, step 1e-4 s", rig, changes=changes)
-        # the loop settles at a few per cent more than the pre-tension, and the step is judged there again
-        step = accepted_step(rig, 0.9 * step_limit(rig.changed(**changes)), 5e-5)
-        yield run_scene("loop", f"pre-tension {tension:g} N, step {step:.3g} s", rig, changes=changes, step=step)
-    for pitches in (3, 12, 33, 34, 35, 36, 37, 70):
-        yield run_scene("loop", f"{pitches} pitches", rig, changes={"chain__pitches": pitches})
-    shift = abs(assemble(rig).shift)
-    for share in (0.5, 0.999, 1.001, 2.0):
-        yield run_scene("loop", f"travel {share:g} of what closes", rig, changes={"tension__travel": share * shift})
-    for name, value in (("idler__x", 0.1), ("idler__x", -5.0), ("idler__radius", 1.5), ("tension__direction", 107.0)):
-        yield run_scene("loop", f"{name.replace('__', '.')} = {value:g}", rig, changes={name: value})
-
-
-def starts(rig: Rig, radii: list[float], equal_pitches: list[float]) -> Iterator[dict]:
-    """No loop starts with an arc deeper in a tooth than its load explains, whatever ring and connector it has."""
-    for equal_pitch in equal_pitches:
-        changed = rig.changed(sprocket__equal_pitch_radius=equal_pitch)
-        for radius in (None, *radii):
-            for tension in ("locked", "retensioned"):
-                ring = "no ring" if radius is None else f"ring {radius:g} m"
-                case = f"equal pitch {equal_pitch:g} m, {ring}, {tension}"
-                yield attempted("start", case, _started, changed, radius, tension)
-
-
-def _started(rig: Rig, radius: float | None, tension: str) -> dict:
-    loop = restart(rig, ring_radius=radius, tension=tension, step=5e-5)
-    angle = float(loop.state.wheel_angle[SPROCKET])
-    depth = float(arc_depths(loop.scene, loop.model, loop.state, loop.work, angle).max())
-    bound = explained_depth(loop.model, rig.tension.pre_tension)
-    return below(max(depth, 0.0), bound, "depth of an arc at the start in m")
-
-
 def states(rig: Rig, depths: list[float]) -> Iterator[dict]:
-    """Loops let go from where no run would start: deep in a tooth or a ring, on a tip, at almost no speed."""
+    """Loops let go from where no run would start: deep in a tooth or a ring, on a tip, stopped, at almost no speed."""
     for (name, wheel), depth in product((("sprocket", SPROCKET), ("idler", 1)), depths):
         yield attempted(STATES, f"{name} pushed {1e3 * depth:g} mm into the chain", _pushed, rig, wheel, depth)
     for share in (0.05, 0.25, 0.5):
         yield attempted(STATES, f"sprocket turned by {share:g} of a pitch under the chain", _turned, rig, share)
     yield attempted(STATES, "an arc exactly at a tooth tip", _on_tip, rig)
+    for rpm in (115.0, 210.0, 500.0):
+        yield attempted(STATES, f"sudden stop from {rpm:g} rpm", _stopped, rig, rpm)
     for name, value in (("zero", 0.0), ("denormal", 5e-324), ("1e-160", 1e-160), ("denormal, reversed", -5e-324)):
         yield attempted(STATES, f"all rates and stored impact velocities {name}", _crept, rig, value)
 
@@ -236,6 +110,13 @@ def _pushed(rig: Rig, wheel: int, depth: float) -> dict:
     wheels.x[wheel] += depth * away[0]
     wheels.y[wheel] += depth * away[1]
     return run_on(started, 0.1)
+
+
+def _stopped(rig: Rig, rpm: float) -> dict:
+    started = restart(rig, rpm)
+    run_on(started, 0.3)
+    started.model = started.model._replace(drive=Drive(0.0, started.model.step))
+    return run_on(started, 0.2)
 
 
 def _turned(rig: Rig, share: float) -> dict:

@@ -40,17 +40,11 @@ def _families(rig: Rig, form: ExtremesForm, part: str) -> dict[str, tuple[Iterat
     if part == "chain":
         return {
             "length of the chain": (solvers.digits(rig, form.bodies), solvers.growth_rates(rig)),
-            "mass ratio": (solvers.light_connectors(rig), cases.mass_ratio(rig, form.mass_ratios)),
-            "stiffness": (cases.stiffness(rig, form.moduli_pa),),
+            "mass ratio": (solvers.light_connectors(rig),),
             "restitution": (cases.restitution(rig),),
-            "friction": (cases.friction(rig, form.friction_coefficients, form.transition_velocities_m_s),),
-            "bushing": (cases.bushing(rig, form.bushing_dampings_nms, form.bushing_integrators),),
         }
     if part == "motion":
         return {
-            "speed": (cases.speed(rig, form.speeds_rpm),),
-            "loop": (cases.loop(rig, form.ring_radii_m),),
-            "start": (cases.starts(rig, form.start_radii_m, form.equal_pitch_radii_m),),
             "initial state": (cases.states(rig, form.depths_m), cases.laws(rig), cases.momentum(rig)),
             **{
                 f"step and {quantity}": (stability_map(rig, quantity, values, form.map_steps_per_ms),)
