@@ -26,12 +26,10 @@ def wear(
     """The life of a rig: what wears, and what that changes, from the new part to a radius or a distance."""
     from laboratory.wear.law import DEFAULT, load_coefficients
     from laboratory.wear.life import Worn, live
-    from trackdyn.files import refuse_unwritable
     from trackdyn.parameters.rig import load_rig
     from trackdyn.sweeps.table import write_table
 
-    options.refuse_existing(out, overwrite)
-    refuse_unwritable(out)
+    options.check_output(out, overwrite, rig, coefficients)
     loaded = load_rig(rig)
     if ring_radius is not None:
         new = (

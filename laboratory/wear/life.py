@@ -141,6 +141,8 @@ class Worn:
     def goal(self, radius: float | None, distance: float) -> tuple[int, float, str]:
         """Return the entry of the state that reaches a bound, its value there (m), and the bound in words."""
         if radius is None:
+            if not distance > 0:
+                raise InputError(f"until_distance = {distance:g} m: must be above 0")
             return self.depths.distance, distance, f"distance {distance:g} m"
         if self.rig.ring_radius is None:
             raise InputError(f"until_radius = {radius:g} m: the rig has no ring; give until_distance")

@@ -260,3 +260,5 @@ def test_a_rig_without_a_ring_has_no_radius_to_reach(rig):
 def test_a_bound_behind_the_new_rig_is_refused(known):
     with pytest.raises(InputError, match=r"must be below the new ring's, 0\.308 m"):
         live(known, 0.309)
+    with pytest.raises(InputError, match="until_distance = -1 m: must be above 0"):
+        live(known, until_distance=-1.0)
