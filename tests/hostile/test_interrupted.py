@@ -12,7 +12,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 RIG = str(ROOT / "config" / "rig.yaml")
-ENTRY = "from trackdyn_command import main; main()"
+ENTRY = "from trackdyn.__main__ import main; main()"
 BELT = ("--rig", RIG, "--choose", "chain=belt", "--frame-interval", "0", "--duration", "30", "--quiet")
 
 

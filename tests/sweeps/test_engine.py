@@ -22,6 +22,8 @@ def compute(number, ends="", flag=""):
     if ends == "killed" and not pathlib.Path(flag).exists():
         pathlib.Path(flag).touch()
         os.kill(os.getpid(), signal.SIGKILL)
+    if ends == "always killed":
+        os.kill(os.getpid(), signal.SIGKILL)
     if ends == "refused":
         raise InputError("no such rig")
     if ends == "diverged":
@@ -66,16 +68,29 @@ def test_what_comes_of_a_row_is_its_state(maker, tmp_path, jobs):
     refuse_failed([row for row in found.values() if row["state"] != "failed"], "try again")
 
 
-def test_a_killed_process_costs_one_row_and_the_next_run_that_row_only(maker, tmp_path, monkeypatch):
-    asked = tasks(*({"number": k, "ends": "killed" if k == 3 else "", "flag": str(tmp_path / "f")} for k in range(8)))
-    first = results(maker, asked, 2, tmp_path / "store")
+@pytest.mark.parametrize("within", [True, False])
+def test_a_row_that_kills_its_process_twice_fails_and_no_other(maker, tmp_path, monkeypatch, within):
+    """One that does so once is tried again; what had come stays. Also where a single row is left."""
+    ends = {3: "killed", 9: "always killed"}
+    asked = tasks(*({"number": k, "ends": ends.get(k, ""), "flag": str(tmp_path / "f")} for k in range(24)))
+    first = results(maker, asked, 2, tmp_path / "store" if within else None)
     (lost,) = [key for key, row in first.items() if row["state"] != "done"]
-    assert asked[lost]["number"] == 3 and first[lost]["state"] == "failed" and "SIGKILL" in first[lost]["reason"]
-    computed, outcome = [], engine.outcome
-    monkeypatch.setattr(engine, "outcome", lambda compute, *row: computed.append(row[0]) or outcome(compute, *row))
-    again = results(maker, asked, 2, tmp_path / "store")
-    assert computed == [lost]
+    assert asked[lost]["number"] == 9 and first[lost]["state"] == "failed" and (tmp_path / "f").exists()
+    assert first[lost]["reason"].startswith("its process ended twice (SIGKILL(-9)), perhaps out of memory")
+    del asked[lost]
     alone = results(maker, asked, 1)
-    assert json.dumps({key: again[key]["values"] for key in asked}) == json.dumps(
-        {key: alone[key]["values"] for key in asked}
-    )
+    assert json.dumps([first[key]["values"] for key in asked]) == json.dumps([alone[key]["values"] for key in asked])
+    if within:
+        assert sorted(path.stem for path in (tmp_path / "store").iterdir()) == sorted(asked)
+        monkeypatch.setattr(engine, "outcome", lambda *row: pytest.fail("was computed again"))
+        assert json.dumps(results(maker, asked, 2, tmp_path / "store")) == json.dumps(
+            {key: first[key] for key in asked}
+        )
+
+
+def test_processes_that_cannot_start_are_said(maker, tmp_path, monkeypatch):
+    import made_up_rows
+
+    (tmp_path / "made_up_rows.py").write_text("import os; os._exit(1)", encoding="utf-8")
+    with pytest.raises(TrackdynError, match=r"a process that is to compute rows ended at its start \(EXIT\(1\)"):
+        results(made_up_rows.maker, tasks({"number": 1}, {"number": 2}), 2)

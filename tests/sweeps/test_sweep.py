@@ -12,7 +12,6 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-import trackdyn
 from trackdyn.errors import InputError
 from trackdyn.measure.metrics import run_metrics
 from trackdyn.measure.stopping import run_steady
@@ -141,48 +140,43 @@ def test_other_sources_compute_again(tmp_path, rig_path, counted, monkeypatch, c
     assert len(counted) == 5
 
 
-def lines_of(store):
-    """The only file of a store, and its lines."""
-    (file,) = store.glob("*.jsonl")
-    return file, file.read_bytes().splitlines(keepends=True)
-
-
 def with_checksum(content):
-    return b'["%s", %s]\n' % (hashlib.sha256(content).hexdigest()[:16].encode(), content)
+    return b"%s\n%s\n" % (hashlib.sha256(content).hexdigest().encode(), content)
 
 
-def test_damaged_and_foreign_lines_of_a_store_are_counted_and_computed_again(tmp_path, rig_path, counted, capsys):
-    """A torn line, lines without a checksum, those of an earlier form, and sound checksums of what is no row."""
+def test_damaged_and_foreign_rows_of_a_store_are_counted_and_computed_again(tmp_path, rig_path, counted, capsys):
+    """A torn row, rows without a checksum, another row's, and sound checksums of what is no row."""
     out = tmp_path / "r.parquet"
     whole = sweep(design(3), out, rig_path, jobs=1)
-    file, lines = lines_of(tmp_path / "r.rows")
-    row = json.loads(lines[2])[1]
-    foreign = [b"\x00\x00[1]\n", b"null\n", b"{}\n", b"[" * 200_000 + b"\n", json.dumps(row).encode() + b"\n"]
+    file, other, _ = sorted((tmp_path / "r.rows").iterdir())
+    content = file.read_bytes()
+    row = json.loads(content.partition(b"\n")[2])
+    foreign = [b"", b"\x00\x00[1]\n", b"null\n", b"[" * 200_000, json.dumps(row).encode(), content[: len(content) // 2]]
+    foreign += [content[:-1], content[:80] + b"x" + content[81:], other.read_bytes()]
     wrong = [{"values": "x"}, {"values": [1, 2]}, {"values": None}, {"values": {}}, {"cost": None}, {"cost": "abc"},
-             {"cost": {"wall_s": -1}}, {"state": 7}, {"state": "failed"}, {"state": "refused"}, {"key": 1},
-             {"more": 1}]  # fmt: skip
+             {"cost": {"wall_s": -1}}, {"cost": {"wall_s": "1"}}, {"state": 7}, {"state": "failed"},
+             {"state": "refused"},
+             {"key": 1}, {"more": 1}]  # fmt: skip
     foreign += [with_checksum(json.dumps(row | fields).encode()) for fields in wrong]
-    foreign += [with_checksum(content) for content in (b"[" * 200_000, b"null", b"[]", b"{", b"\xff")]
-    file.write_bytes(lines[0] + b"".join(foreign) + lines[1] + lines[2][: len(lines[2]) // 2])
+    foreign += [with_checksum(text) for text in (b"[" * 200_000, b"null", b"[]", b"{", b"\xff")]
     capsys.readouterr()
+    for damaged in foreign:
+        file.write_bytes(damaged)
+        assert Store(file.parent).read([file.stem]) == {}, damaged[:200]
+        assert capsys.readouterr().err.endswith("1 damaged row was ignored; they are computed again\n")
     again = sweep(design(3), out, rig_path, jobs=1)
-    assert counted[3:] == [row["key"]]
+    assert counted[3:] == [file.stem]
     pd.testing.assert_frame_equal(whole, again)
-    assert capsys.readouterr().err == (
-        f"trackdyn: {file.parent}: {len(foreign) + 1} damaged lines were ignored; rows that are missing are computed "
-        "again\n"
-    )
 
 
 @pytest.mark.parametrize("value", [float("nan"), [1, 2], "much", None, float("inf"), -1.0])
 def test_a_row_that_no_scene_gives_is_computed_again_whatever_its_checksum(tmp_path, rig_path, value, capsys):
     whole = sweep(design(1), rig=rig_path, jobs=1, store=tmp_path / "rows")
-    (file,) = (tmp_path / "rows").glob("*.jsonl")
-    row = json.loads(file.read_bytes())[1]
-    content = json.dumps(row | {"values": row["values"] | {"rms_g": value}}).encode()
-    file.write_bytes(b'["%s", %s]\n' % (hashlib.sha256(content).hexdigest()[:16].encode(), content))
+    (file,) = (tmp_path / "rows").iterdir()
+    row = json.loads(file.read_bytes().partition(b"\n")[2])
+    file.write_bytes(with_checksum(json.dumps(row | {"values": row["values"] | {"rms_g": value}}).encode()))
     pd.testing.assert_frame_equal(sweep(design(1), rig=rig_path, jobs=1, store=tmp_path / "rows"), whole)
-    assert "1 damaged line was ignored" in capsys.readouterr().err
+    assert "1 damaged row was ignored" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -209,9 +203,10 @@ def test_a_store_that_cannot_be_written_is_refused(tmp_path, rig_path):
 
 def test_a_full_disk_ends_in_one_sentence(tmp_path, monkeypatch):
     store = Store(tmp_path / "rows")
-    monkeypatch.setattr(os, "write", lambda file, line: len(line) - 1)
-    with pytest.raises(InputError, match="No space left on device"):
+    monkeypatch.setattr(os, "fsync", lambda file: (_ for _ in ()).throw(OSError(28, os.strerror(28))))
+    with pytest.raises(InputError, match=r"rows: cannot be written .*No space left on device.* choose another --store"):
         store.keep({"key": "k", "state": "done", "reason": "", "values": {}, "cost": {}})
+    assert list(store.folder.iterdir()) == []
 
 
 def test_until_and_every_link_give_measures_with_errors(rig_path):
@@ -252,33 +247,9 @@ def test_a_row_ends_when_its_contacts_are_known(rig_path):
     assert found.left_rms_n[0] == run_metrics("", recording)["left_rms_n"]
 
 
-def test_a_killed_worker_costs_its_row_only(rig_path, monkeypatch):
-    """The process with the row in hand is killed as the kernel's out-of-memory killer would."""
-    ask = engine._Worker.ask
-    killed = []
-
-    def kill_one(self):
-        ask(self)
-        if self.row and self.row[1]["scene"]["motor_rpm"] == 120.0:
-            killed.append(self.row[0])
-            self.process.kill()
-
-    monkeypatch.setattr(engine, "PIECES", 1)  # so that others wait behind it
-    monkeypatch.setattr(engine._Worker, "ask", kill_one)
-    found = sweep(design(6), rig=rig_path, jobs=2)
-    assert killed and found.state.tolist() == ["done", "failed", "done", "done", "done", "done"]
-    assert "SIGKILL" in found.reason[1]
-
-
-def test_workers_that_cannot_start_are_said_to(rig_path, monkeypatch):
-    monkeypatch.setattr(sys, "executable", "/bin/false")
-    with pytest.raises(trackdyn.TrackdynError, match="ended at its start with exit code 1; what it printed, if any"):
-        sweep(design(4), rig=rig_path, jobs=2)
-
-
 def command(out, designed):
     """The command in a process of its own, its group included."""
-    run = "from trackdyn_command import main; main()"
+    run = "from trackdyn.__main__ import main; main()"
     words = "sweep", str(designed), "--out", str(out), "--rig", str(ROOT / "config/rig.yaml"), "-j2", "-q"
     return subprocess.Popen(
         [sys.executable, "-c", run, *words],
@@ -290,7 +261,7 @@ def command(out, designed):
 
 
 def kept(store):
-    return sum(path.read_bytes().count(b"\n") for path in store.glob("*.jsonl"))
+    return len(list(store.glob("*.json")))
 
 
 @pytest.fixture(scope="module")
@@ -309,11 +280,12 @@ def test_a_killed_sweep_goes_on_where_it_was(tmp_path, whole, end):
     while kept(store) < 5:
         assert process.poll() is None, process.stderr.read()
         time.sleep(0.02)
-    process.send_signal(end)
+    (os.killpg if end == signal.SIGINT else os.kill)(process.pid, end)  # Ctrl-C is for the whole group
     said = process.communicate()[1]
     assert not out.exists()
     if end == signal.SIGINT:
         assert process.returncode == 130 and said.lstrip().startswith(b"trackdyn: interrupted")
+    assert len(said.split(b"\n")) <= 3 and b"Traceback" not in said, said  # nor from the processes that it started
     assert kept(store) < len(expected)
     process = command(out, designed)
     assert process.wait() == 0, process.stderr.read()

@@ -1,36 +1,38 @@
 """The engine of rows: what is asked for by key is computed over the cores of one machine, and kept as it comes.
 
-Sweeps, identification and the fit hand their rows to it. A process a core is asked for one row at a time. A pool of a
-library gives up when one of its processes is killed. Here only the row that it had in hand is lost, and the row says
-so.
+Sweeps, identification and the fit hand their rows to it. Its pool is joblib's (loky), which ends whole when one of its
+processes is killed: rows that had come are in the store, and what was in hand is tried once more, each row alone.
 """
 
-import contextlib
-import json
 import os
-import selectors
+import re
 import signal
-import subprocess
 import sys
 import time
-from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import nullcontext
+from functools import lru_cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
+from threading import Thread
 
+from joblib.externals.loky import ProcessPoolExecutor, as_completed
+from joblib.externals.loky.process_executor import TerminatedWorkerError
 from psutil import virtual_memory
 from tqdm import tqdm
 
 from trackdyn.errors import DivergenceError, InputError, TrackdynError
+from trackdyn.files import broken_off
 from trackdyn.parameters.validation import shown
 from trackdyn.simulation.cost import compiled
-from trackdyn.sweeps.store import DIVERGED, DONE, FAILED, REFUSED, Store, without_values
+from trackdyn.sweeps.store import DIVERGED, DONE, FAILED, REFUSED, Store, plain, without_values
 
-# Pieces that a process takes one by one: long enough to share what settling gives, short enough to end together.
-PIECES = 8
-READY = "ready"
+# Rows that a process takes at once: some, to share what settling gives, and few, so that all processes end together.
+PIECES, LONGEST_PIECE = 8, 8
 # Makes the function that computes rows, of the bytes of memory that a row may take. It is looked up by its name in
 # other processes; what goes in by name and comes out is plain data.
 Maker = Callable[[float], Callable[..., dict]]
+Tasks = dict[str, dict]
 
 
 def results(
@@ -68,21 +70,20 @@ def results(
     dict of str to dict
         ``key``, ``state``, ``reason``, ``values`` by name, ``cost``.
     """
-    kept = Store(store, valid) if store else None
-    found = {key: _shared(row) for key, row in kept.read(tasks.keys()).items()} if kept else {}
-    if alone and kept and kept.others and not found:
-        print(
-            f"trackdyn: {kept.folder}: none of its {kept.others} rows is of this design by this version of the "
-            "program; they stay there, and all rows are computed",
-            file=sys.stderr,
-        )
-    due = [(key, task) for key, task in tasks.items() if key not in found]
-    with tqdm(total=len(due), disable=not progress, unit=unit, desc=progress, smoothing=0.05) as bar:
-        for row in _computed(maker, due, jobs, free_memory()):
-            if kept:
-                kept.keep(row)
-            found[row["key"]] = _shared(row)
-            bar.update()
+    with TemporaryDirectory() if store is None else nullcontext(store) as folder:
+        kept = Store(folder, valid)
+        found = {key: _shared(row) for key, row in kept.read(tasks.keys()).items()}
+        if alone and not found and (others := kept.count()):
+            print(
+                f"trackdyn: {kept.folder}: none of its {others} rows is of this design by this version of the "
+                "program; they stay there, and all rows are computed",
+                file=sys.stderr,
+            )
+        due = {key: task for key, task in tasks.items() if key not in found}
+        with tqdm(total=len(due), disable=not progress, unit=unit, desc=progress, smoothing=0.05) as bar:
+            for row in _computed(maker, due, jobs, free_memory(), kept):
+                found[row["key"]] = _shared(row)
+                bar.update()
     return found
 
 
@@ -113,8 +114,7 @@ def outcome(compute: Callable[..., dict], key: str, task: dict) -> dict:
     except Exception as error:  # a row never stops the others
         state, reason = FAILED, f"{type(error).__name__}: {shown(str(error))}"
     cost = {"wall_s": time.perf_counter() - wall, "cpu_s": time.process_time() - cpu}
-    row = {"key": key, "state": state, "reason": reason, "values": values, "cost": cost}
-    return json.loads(json.dumps(row, default=lambda number: number.item()))  # numpy's numbers become Python's
+    return plain({"key": key, "state": state, "reason": reason, "values": values, "cost": cost})
 
 
 def free_memory() -> float:
@@ -124,127 +124,102 @@ def free_memory() -> float:
     return min(free, float(given) * 2**20 / 2) if given.isdecimal() and int(given) else float(free)
 
 
-def _computed(maker: Maker, due: list[tuple[str, dict]], jobs: int, memory: float) -> Iterator[dict]:
+def _computed(maker: Maker, due: Tasks, jobs: int, memory: float, store: Store) -> Iterator[dict]:
     """Rows as they come, in any order."""
     if jobs == 1 or len(due) < 2:
         compute = maker(memory)
-        yield from (outcome(compute, key, task) for key, task in due)
+        for key, task in due.items():
+            store.keep(row := outcome(compute, key, task))
+            yield row
         return
+    waiting, share = dict(due), memory / jobs
     if not compiled():  # or every process would compile the same kernels
-        yield from _Workers(maker, due[:1], 1, memory).results()
-        due = due[1:]
-    yield from _Workers(maker, due, min(jobs, len(due)), memory).results()
-
-
-class _Worker:
-    """A process, the rows that it is to compute, and the one in hand."""
-
-    def __init__(self, maker: Maker, memory: float):
-        self.waiting: deque[tuple[str, dict]] = deque()
-        self.row: tuple[str, dict] | None = None
-        self.ready = False
-        root = str(Path(__file__).parents[2])
-        path = os.pathsep.join(filter(None, (root, os.environ.get("PYTHONPATH"))))
-        self.process = subprocess.Popen(
-            [sys.executable, "-P", "-m", "trackdyn.sweeps.worker", maker.__module__, maker.__qualname__, repr(memory)],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            text=True,
-            encoding="utf-8",
-            env=os.environ | {"PYTHONPATH": path},
-            process_group=0,  # a Ctrl-C is for the one who started it
-        )
-        assert self.process.stdin is not None and self.process.stdout is not None  # both are pipes
-        self.rows, self.answers = self.process.stdin, self.process.stdout
-
-    def ask(self) -> None:
-        """Hand over the next row.
-
-        There is one at a time, and none before it has come up: two lines that came at once would be read at once, and
-        nobody be told of the second.
-        """
-        self.row = self.waiting.popleft() if self.waiting else None
-        if self.row is not None:
-            with contextlib.suppress(BrokenPipeError):  # its end is seen where its answer is awaited
-                print(json.dumps(self.row), file=self.rows, flush=True)
-
-    def answer(self) -> dict | None:
-        """The result of the row in hand; None: it has only come up."""
-        line = self.answers.readline()
-        if not self.ready:
-            self.ready = line.strip() == READY
-            if not self.ready:
-                raise TrackdynError(f"a process that is to compute rows ended at its start {self._how()}")
-            return None
+        first = next(iter(waiting))
+        yield _alone(maker, first, waiting.pop(first), share, store)
+    while waiting:
+        ended = None
         try:
-            return json.loads(line)
-        except ValueError:  # it is dead, perhaps amid its answer
-            assert self.row is not None, "who has no row in hand is not listened to"
-            return without_values(self.row[0], FAILED, f"the process that computed it ended {self._how()}")
-
-    def _how(self) -> str:
-        code = self.process.wait()
-        if code >= 0:
-            return f"with exit code {code}; what it printed, if anything, stands above"
-        return f"({signal.Signals(-code).name}), perhaps out of memory; use fewer jobs or more memory"
-
-    @property
-    def alive(self) -> bool:
-        return self.process.poll() is None
-
-    def end(self) -> None:
-        """Kill it; it writes nothing."""
-        self.process.kill()
-        self.process.wait()
-        self.answers.close()
-        with contextlib.suppress(BrokenPipeError):
-            self.rows.close()
+            for row in _pooled(maker, waiting, min(jobs, len(waiting)), share, store.folder):
+                del waiting[row["key"]]
+                yield row
+        except TerminatedWorkerError as error:
+            ended = error
+        if ended is None:
+            return
+        for key, row in store.read(waiting.keys(), say=False).items():  # had come before
+            del waiting[key]
+            yield row
+        in_hand = [key for key in waiting if store.begun(key).exists()]
+        if not in_hand:
+            raise TrackdynError(f"a process that is to compute rows ended at its start ({_signal(ended)})")
+        for key in in_hand:
+            yield _alone(maker, key, waiting.pop(key), share, store, ended)
 
 
-class _Workers:
-    """Rows handed out piece by piece; who has none left takes half of what another still has."""
+def _alone(maker: Maker, key: str, task: dict, memory: float, store: Store, ended: Exception | None = None) -> dict:
+    """A row in a process of its own, tried again if that is killed; ``ended`` if the first try was."""
+    while True:
+        try:
+            (row,) = _pooled(maker, {key: task}, 1, memory, store.folder)
+            return row
+        except TerminatedWorkerError as error:
+            if ended is not None:
+                store.begun(key).unlink(missing_ok=True)
+                advice = "perhaps out of memory; use fewer jobs or more memory"
+                return without_values(key, FAILED, f"its process ended twice ({_signal(error)}), {advice}")
+            ended = error
 
-    def __init__(self, maker: Maker, rows: list[tuple[str, dict]], jobs: int, memory: float):
-        size = max(len(rows) // (PIECES * jobs), 1)
-        self.pieces = deque(rows[k : k + size] for k in range(0, len(rows), size))
-        self.maker, self.jobs, self.memory = maker, jobs, memory / jobs
-        self.workers: list[_Worker] = []
 
-    def results(self) -> Iterator[dict]:
-        with selectors.DefaultSelector() as selector:
-            try:
-                for _ in range(self.jobs):
-                    self._start(selector, deque())
-                while self.workers:
-                    for key, _ in selector.select():
-                        worker: _Worker = key.data
-                        result = worker.answer()
-                        if alive := worker.alive:
-                            self._feed(worker)
-                        if not alive or worker.row is None:
-                            selector.unregister(worker.answers)
-                            self.workers.remove(worker)
-                            worker.end()
-                        if not alive:
-                            self._start(selector, worker.waiting)
-                        if result is not None:
-                            yield result
-            finally:
-                for worker in self.workers:
-                    worker.end()
+def _signal(error: Exception) -> str:
+    return ", ".join(re.findall(r"(?:SIG|EXIT)\w*\(-?\d+\)", str(error))) or "without a word"
 
-    def _start(self, selector: selectors.BaseSelector, waiting: deque[tuple[str, dict]]) -> None:
-        worker = _Worker(self.maker, self.memory)
-        worker.waiting = waiting
-        self.workers.append(worker)
-        selector.register(worker.answers, selectors.EVENT_READ, worker)
 
-    def _feed(self, worker: _Worker) -> None:
-        if not worker.waiting:
-            if self.pieces:
-                worker.waiting.extend(self.pieces.popleft())
-            else:
-                richest = max(self.workers, key=lambda other: len(other.waiting))
-                for _ in range(len(richest.waiting) // 2):
-                    worker.waiting.appendleft(richest.waiting.pop())
-        worker.ask()
+def _pooled(maker: Maker, tasks: Tasks, jobs: int, memory: float, folder: Path) -> Iterator[dict]:
+    """Rows by a pool of processes. Raises `TerminatedWorkerError`: one of them was killed."""
+    size = min(max(len(tasks) // (PIECES * jobs), 1), LONGEST_PIECE)
+    keys = list(tasks)
+    pieces = [{key: tasks[key] for key in keys[k : k + size]} for k in range(0, len(keys), size)]
+    # what a killed sweep leaves is removed by trackers, each with a warning
+    os.environ.setdefault("PYTHONWARNINGS", "ignore:resource_tracker:UserWarning")
+    # A Ctrl-C is for the one who started them: processes and threads begin with the signals that their maker blocks.
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        pool = ProcessPoolExecutor(jobs, timeout=None, initializer=_begin, initargs=(os.getpid(),))
+        rows = [pool.submit(_piece, maker, memory, piece, folder) for piece in pieces]
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+    try:
+        for piece in as_completed(rows):
+            yield from piece.result()
+    finally:
+        pool.shutdown(wait=True, kill_workers=True)
+
+
+def _begin(parent: int) -> None:
+    """Make this process one of the pool, which ends with the one that started it."""
+    os.dup2(2, 1)  # standard output is that of the one who started it
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(0.2)
+        broken_off()
+        os._exit(1)
+
+    Thread(target=watch, daemon=True).start()
+
+
+@lru_cache(maxsize=1)
+def _computer(maker: Maker, memory: float) -> Callable[..., dict]:
+    """What computes rows in this process: rigs and settled loops are shared from piece to piece."""
+    return maker(memory)
+
+
+def _piece(maker: Maker, memory: float, tasks: Tasks, folder: Path) -> list[dict]:
+    """Some rows, each kept at once."""
+    store, rows = Store(folder), []
+    for key, task in tasks.items():
+        store.begun(key).touch()
+        store.keep(row := outcome(_computer(maker, memory), key, task))
+        store.begun(key).unlink(missing_ok=True)
+        rows.append(row)
+    return rows

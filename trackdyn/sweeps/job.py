@@ -63,6 +63,8 @@ def drive(workflow):
     removes none.
     """
     os.environ[DRIVER] = str(os.getpid())
+    if not workflow.is_main_process:  # of a job on another node
+        return
     with suppress(OSError):  # a file system without locks
         PROCESSES.parent.mkdir(exist_ok=True)
         file = os.open(PROCESSES, os.O_RDWR | os.O_CREAT, 0o666)

@@ -23,6 +23,7 @@ from trackdyn.sweeps.table import read_table, refuse_ending, refuse_header, writ
 # Bytes of a row with 82 values, from what it asks for to its line of the table. Measured on 30,000 rows: 7,000 where
 # they are computed, 9,000 where they are read from a store.
 ROW_MEMORY = 10_000
+COSTS = ["key", "wall_s", "cpu_s"]
 
 
 def cores() -> int:
@@ -90,8 +91,8 @@ def sweep(
     results = result_table(table, rows, found)
     if out is not None:
         # s of the clock and of a core: they differ from run to run, and stand apart for that
-        costs = [{"key": row.key, "wall_s": None, "cpu_s": None, **found[row.key]["cost"]} for row in rows]
-        write_table(pd.DataFrame(costs), costs_of(out))
+        costs = [{"key": row.key, **found[row.key]["cost"]} for row in rows]
+        write_table(pd.DataFrame(costs, columns=COSTS), costs_of(out))
         write_table(results, out)
     return results
 
@@ -139,10 +140,12 @@ def refuse_foreign(out: Path | str, store: Path | str | None = None) -> None:
     InputError
         The file is no result of a sweep, or the store does not hold a row that it was computed for.
     """
-    if not Path(out).exists():
-        return
     refuse_ending(out, "--out")
     remedy = "give another name, or --overwrite to replace it"
+    if (costs := costs_of(out)).exists() and list(read_table(costs).columns) != COSTS:
+        raise InputError(f"{costs} exists and is no result of a sweep; {remedy}")
+    if not Path(out).exists():
+        return
     folder = Path(store or store_of(out))
     try:
         table = read_table(out)

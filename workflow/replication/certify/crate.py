@@ -24,7 +24,7 @@ PROFILES = {
 }
 # what runs: the workflow and the program, as they stand beside each other in the repository
 PROGRAM = (
-    "workflow", "trackdyn", "trackdyn_command.py", "profiles", "pyproject.toml", "requirements.lock", "LICENSE",
+    "workflow", "trackdyn", "profiles", "pyproject.toml", "requirements.lock", "LICENSE",
     "CITATION.cff",
 )  # fmt: skip
 FORMATS = {
