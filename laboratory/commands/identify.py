@@ -44,9 +44,9 @@ def identify(
         int, typer.Option(help="Rigs of the first wave, a power of two; the second has half as many.")
     ] = 128,
     waves: Annotated[int, typer.Option(min=1, max=2, help="1: no rigs more where the first answer lies.")] = 2,
-    steps: Annotated[int, typer.Option(help="Steps of the walkers that draw from the posterior.")] = 3000,
+    steps: Annotated[int, typer.Option(max=10**6, help="Steps of the walkers that draw from the posterior.")] = 3000,
     jobs: Jobs = None,
-    seed: Annotated[int, typer.Option(help="The same seed gives the same draws.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, max=2**32 - 1, help="The same seed gives the same draws.")] = 0,
     resume: Annotated[
         bool, typer.Option("--resume", help="Go on in a folder that is there: what was simulated is kept.")
     ] = False,

@@ -160,3 +160,5 @@ def test_unknown_preset_is_refused_with_those_that_exist():
     sentence = "preset = 'fats': use 'fast', 'standard', 'paper' or 'reference'; did you mean 'fast'?"
     with pytest.raises(InputError, match=f"^{re.escape(sentence)}$"):
         preset("fats")
+    with pytest.raises(InputError, match=r"^preset = \['fast'\]: use 'fast'"):
+        preset(["fast"])

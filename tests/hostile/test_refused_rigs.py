@@ -85,6 +85,11 @@ RIGS = [
     ({"gravity": entry(9.81, source=5)}, "gravity has no source"),
     ({"gravity": entry(9.81, low=10, high=1)}, "gravity needs low and high as rising numbers"),
     ({"gravity": entry(9.81, **{"a\nb": 1})}, "unknown key 'a\\nb'"),
+    (
+        {"profile": {"arcs": entry([[0, 0, 1], [1, 1, 1]], "m, m, m, 1")}},
+        "profile.arcs = [[0, 0, 1], [1, 1, 1]]",
+        "4 numbers each",
+    ),
     ({"gravity": {}}, "gravity lacks kind, source, unit, value"),
     ({"chain": None}, "chain = None", "dictionary"),
     ({"a\nb": 1}, "'a\\nb' is not a known parameter"),

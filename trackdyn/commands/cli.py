@@ -48,7 +48,11 @@ for panel, commands in COMMANDS.items():
     for command in commands:
         app.command(cls=_Command, rich_help_panel=panel)(command)
 for others in entry_points(group="trackdyn.commands"):  # of packages that build on this one
-    panel, groups = others.load()
+    try:
+        panel, groups = others.load()
+    except Exception as error:  # whatever a broken package raises: its commands are missing, all others work
+        print(f"trackdyn: warning: commands of {others.value} cannot be loaded ({error!r})", file=sys.stderr)
+        continue
     for group, (text, commands) in groups.items():
         place = app
         if group:
@@ -101,7 +105,8 @@ def main() -> None:
     try:
         if app(standalone_mode=False, prog_name="trackdyn"):  # some versions of typer return an interruption
             raise KeyboardInterrupt
-        sys.stdout.flush()
+        if sys.stdout:  # None if it was closed from the start
+            sys.stdout.flush()
         return
     except (KeyboardInterrupt, typer.Abort):
         from trackdyn.files import broken_off
@@ -111,6 +116,8 @@ def main() -> None:
         sentence, code = str(error), 1
     except ModuleNotFoundError as error:
         sentence, code = str(missing(error)), 1
+    except UnicodeEncodeError as error:
+        sentence, code = f"{error.object[:100]!a}: cannot be written as {error.encoding}; rename the file", 1
     except MemoryError:
         sentence, code = "out of memory; use a shorter duration or fewer pitches", 1
     except OSError as error:

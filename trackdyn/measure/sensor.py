@@ -6,6 +6,7 @@ from math import ceil
 import numpy as np
 from numpy.typing import ArrayLike
 
+from trackdyn.parameters.validation import within
 from trackdyn.sensor.signals import main_line, main_line_binfree
 from trackdyn.simulation.recording import Recording
 
@@ -64,6 +65,7 @@ def sense(recording: Recording, every: int = 1) -> SensorSignal:
     SensorSignal
         ``S // every`` samples: times in s, accelerations in g.
     """
+    every = int(within("every", every, 1, max(len(recording.time), 1), " samples"))
     g = recording.meta["rig"]["gravity"] or 9.81
     limit = recording.meta["rig"]["sensor"]["range"]
     gravity = recording.meta["rig"]["gravity"]

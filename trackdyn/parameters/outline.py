@@ -220,7 +220,10 @@ def distance_to(groove: Groove, points: np.ndarray) -> np.ndarray:
 
 def read_outline(path: Path) -> list[list[float]]:
     """Points of a CSV file with columns ``x_m`` and ``y_m`` of numbers; else `InputError`."""
-    rows = list(csv.reader(io.StringIO(read_text(path, "CSV file of points", 40 * LONGEST_OUTLINE))))
+    try:
+        rows = list(csv.reader(io.StringIO(read_text(path, "CSV file of points", 40 * LONGEST_OUTLINE))))
+    except csv.Error as error:
+        raise InputError(f"{path}: is no CSV file of points ({error}); expected x_m,y_m, then points in m") from None
     if not rows or rows[0][:2] != ["x_m", "y_m"]:
         raise InputError(f"{path}: does not begin with the columns x_m,y_m; expected that header, then points in m")
     points = []

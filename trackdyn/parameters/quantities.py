@@ -34,7 +34,11 @@ def number_of(value: Any) -> float:
 
 def _rows(value: Any) -> tuple[tuple[float, ...], ...]:
     """A table of finite numbers, its rows of one length."""
-    if not isinstance(value, (list, tuple)) or not all(isinstance(row, (list, tuple)) and row for row in value):
+    if (
+        not isinstance(value, (list, tuple))
+        or not value
+        or not all(isinstance(row, (list, tuple)) and row for row in value)
+    ):
         raise ValueError(f"= {shown(value)}: must be a list of rows of numbers, such as [[0, 1], [2, 3]]")
     rows = tuple(tuple(plain_number(item) for item in row) for row in value)
     if len({len(row) for row in rows}) != 1:
@@ -56,6 +60,8 @@ def _unwrap(unit: str, kind: type, absent: bool = False):
         else:  # from Python, already in the right unit
             value = entry
         found = {float: plain_number, int: plain_count, tuple: _rows}.get(kind, lambda name: name)(value)
+        if kind is tuple and len(found[0]) != (columns := unit.count(",") + 1):
+            raise ValueError(f"= {shown(value)}: rows must have {columns} numbers each, in {unit}")
         if kind is float and 0.0 < abs(found) < LEAST:
             raise ValueError(f"= {shown(value)}: must be 0 or at least {LEAST:g} in size")
         return found

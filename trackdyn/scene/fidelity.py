@@ -60,7 +60,7 @@ class Decision(NamedTuple):
 
 def preset(name: str, ring: bool = True) -> dict:
     """Fields of a `Scene` that a preset sets (else `InputError`); ``standard`` halves its step without a ring."""
-    if name not in PRESETS:
+    if not isinstance(name, str) or name not in PRESETS:
         raise InputError(f"preset {not_one_of(name, PRESETS)}")
     return PRESETS[name] | ({} if ring else WITHOUT_RING.get(name, {}))
 

@@ -3,10 +3,10 @@
 from math import ceil
 from typing import Annotated
 
-from pydantic import Field
+from pydantic import BeforeValidator, Field
 
 from trackdyn.parameters.rig import Rig
-from trackdyn.parameters.validation import Positive, Section
+from trackdyn.parameters.validation import Positive, Section, plain_count
 
 
 class StopRule(Section):
@@ -16,8 +16,8 @@ class StopRule(Section):
 
     share_pct: Positive
     force: Positive
-    passages: Annotated[int, Field(ge=1)]
-    longest_turns: Annotated[float, Field(ge=1)]  # fewer would hold no whole passage
+    passages: Annotated[int, Field(ge=1), BeforeValidator(plain_count)]  # 13.0 in a table of rows
+    longest_turns: Annotated[float, Field(ge=1, le=1e6)]  # fewer would hold no whole passage
 
 
 def steady_fields(rig: Rig, rpm: float, rule: StopRule) -> dict[str, float]:

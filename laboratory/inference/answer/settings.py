@@ -10,7 +10,7 @@ from laboratory.inference.unknowns import Unknown, Unknowns, file_ranges
 from replication.paper.claims import Claim
 from trackdyn.errors import InputError
 from trackdyn.parameters.rig import load_rig
-from trackdyn.parameters.validation import Positive, Section, validated
+from trackdyn.parameters.validation import Positive, Section, not_one_of, validated
 from trackdyn.parameters.yaml_file import read_yaml
 
 Count = Annotated[int, Field(ge=1)]
@@ -124,6 +124,9 @@ class AnswerConfig(Section):
         for name in [one.label for one in self.typed] + fixed:
             if name not in labels:
                 raise InputError(f"{name} is not among the unknowns")
+        for where, name in (("short", self.short.question), ("profiles", self.profiles.question)):
+            if name not in self.questions:
+                raise InputError(f"{where}.question {not_one_of(name, self.questions)}")
         return self
 
     def rigs(self) -> list[str]:

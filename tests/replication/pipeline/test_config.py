@@ -104,7 +104,7 @@ def test_a_missing_key_is_refused(data, field):
         ("records.duration_s", "long", "valid number"),
         ("records.speeds_rpm", 115, "valid list"),
         ("records", [1, 2], "valid dictionary"),
-        ("known.passages", 1.5, "valid integer"),
+        ("known.passages", 1.5, "whole number"),
         ("ring_study.without_ring", "perhaps", "valid boolean"),
         ("rig", 5, "valid string"),
         ("records.duration_s", None, "valid number"),
