@@ -135,7 +135,7 @@ class Loop:
 
     def room(self, samples: int, **what: Any) -> Record:
         """An empty record of this loop (`model.record.make_record`)."""
-        return make_record(samples, self._parts.state, **what)
+        return make_record(int(within("samples", samples, 0, MOST_STEPS)), self._parts.state, **what)
 
     def record(
         self,

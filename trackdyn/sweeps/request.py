@@ -112,9 +112,7 @@ def _row(cells: dict[str, Any], rig: str, rigs: dict[str, tuple[dict, str] | Inp
             elif name in UNTIL:
                 until[name.removeprefix("until.")] = parse_tolerance(value)
             elif name in KNOWN:
-                number = _number(value)  # a count is a whole number, as a table may not say
-                whole = isinstance(number, float) and number.is_integer()
-                known[name.removeprefix("known.")] = int(number) if whole else number
+                known[name.removeprefix("known.")] = _number(value)
             elif name not in OWN:
                 changes[name.replace(".", "__")] = _number(value)
         if fields["motor_rpm"] == 0:
