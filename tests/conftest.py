@@ -19,6 +19,7 @@ from trackdyn import jit
 from trackdyn.parameters.rig import load_rig
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
+from trackdyn.simulation.recording import Recording, provenance
 
 CONFIG = Path(__file__).parents[1] / "config"
 RIG = CONFIG / "rig.yaml"
@@ -82,6 +83,19 @@ def scenes_of(rig):
 @pytest.fixture(scope="session")
 def make_scene(rig):
     return scenes_of(rig)
+
+
+def made_recording(scene, time, force, begin=0.0, **arrays):
+    """A recording with these arrays, of contacts above all; others are zero or empty."""
+    samples = len(time)
+    blank = {
+        name: np.zeros((samples, size)) for name, size in (("cut", 2), ("change", 2), ("place", 2), ("energy", 10))
+    }
+    blank |= {"raw": np.zeros((samples, 3)), "mean": np.zeros((samples, 3)), "gap": np.zeros(samples)}
+    blank |= {"area": np.zeros((*force.shape[:2], 2), np.int8), "spells": np.zeros((0, 11)), "frame_time": np.zeros(0)}
+    blank |= {"frame": np.zeros((0, scene.bodies + 3)), "pitches": np.arange(1, force.shape[1] + 1)} | arrays
+    groove = np.zeros_like(blank["area"])
+    return Recording(time=time, force=force, begin=begin, groove=groove, meta=provenance(scene, {}), **blank)
 
 
 @pytest.fixture(scope="session")

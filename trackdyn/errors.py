@@ -1,5 +1,7 @@
 """The two ways a run can end without a result, each said in one sentence."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 LONGEST_SHOWN = 120  # characters of a value in a sentence
@@ -21,6 +23,16 @@ class InputError(TrackdynError):
 
 class DivergenceError(TrackdynError):
     """The integration left the physical range: the sentence names the time and the body."""
+
+
+@contextmanager
+def naming(name: Any) -> Iterator[None]:
+    """Put the name of a file before the sentence of an `InputError`, unless it begins with it."""
+    try:
+        yield
+    except InputError as error:
+        text = str(error)
+        raise (error if text.startswith(str(name)) else InputError(f"{name}: {text}")) from None
 
 
 def shown(value: Any) -> str:

@@ -17,6 +17,7 @@ from trackdyn.files import write_text
 from trackdyn.parameters.rig import Rig
 from trackdyn.plots.rendering import environment
 from trackdyn.plots.style import save
+from trackdyn.scene.scene import Periods
 
 HERE = Path(__file__).parent
 COLUMNS = ["unknown", "verdict", "best", "q05", "q95", "low", "high", "present", "width"]
@@ -94,7 +95,7 @@ def _spectra(answer: Identification, rig: Rig) -> list[tuple[str, float, np.ndar
     found = []
     for one in answer.measured:
         rate = one.speed.rate / one.speed.every
-        simulated = turns_of(simulated_ay(rig, one.speed, 1), rate, rig.loop_period(one.speed.rpm))
+        simulated = turns_of(simulated_ay(rig, one.speed, 1), rate, Periods.at(rig, one.speed.rpm).loop)
         measured = turns_of(one.record.ay_g, rate, one.turn_s)
         found.append((f"{one.name}: {one.speed.rpm:.4g} rev/min", rate, measured, simulated))
     return found

@@ -2,7 +2,7 @@
 
 import pandas as pd
 
-from trackdyn.measure.meshing import TOUCHING
+from trackdyn.measure.contacts import TOUCHING
 
 LIFE = ["rig", "rpm", "tension", "first_radius_m"]
 BAND = 0.15  # of the RMS force of the left arc, as C24 has it

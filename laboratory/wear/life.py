@@ -17,7 +17,7 @@ import pandas as pd
 from laboratory.wear.contour import contours, worn_rig
 from laboratory.wear.law import Coefficients, Depths, distribute
 from trackdyn.errors import DivergenceError, InputError
-from trackdyn.measure.meshing import meshing_summary
+from trackdyn.measure.contacts import meshing_summary
 from trackdyn.measure.stopping import refuse_undriven, run_steady
 from trackdyn.measure.whole_loop import whole_loop
 from trackdyn.parameters.rig import Rig

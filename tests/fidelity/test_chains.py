@@ -146,12 +146,12 @@ def test_sensor_of_a_belt_feels_the_curvature_of_its_path(belt):
     scene, recording = belt
     rig = scene.rig
     path, _ = belt_around(rig)
-    speed = path.length * scene.loop_frequency
+    speed = path.length * scene.periods.loop_hz
     dx, dy = 0.07 - rig.chain.link_length / 2, rig.sensor.y
     seen = recording.raw[:, :2]
     straight = (seen == 0.0).all(axis=1)
     expected_share = sum(np.diff(path.start)[1::2]) / path.length
-    whole = round(1000 / scene.loop_frequency)
+    whole = round(1000 / scene.periods.loop_hz)
     assert straight[:whole].mean() == pytest.approx(expected_share, abs=6 / whole)  # three runs, two ends each
     # omega^2 times the vector from the sensor to the wheel's centre, which is R below the link's middle
     for radius in set(path.circles[:, 2]):
@@ -184,7 +184,7 @@ def test_sensor_of_a_belt_is_the_second_difference_of_its_place(belt):
 
 def test_a_belt_comes_round_with_the_frequency_of_the_loop(belt):
     scene, recording = belt
-    turned = np.interp(1 / scene.loop_frequency, recording.time - recording.time[0], np.unwrap(recording.raw[:, 2]))
+    turned = np.interp(1 / scene.periods.loop_hz, recording.time - recording.time[0], np.unwrap(recording.raw[:, 2]))
     # one clockwise turn; interpolated between samples that turn by 3e-3 rad
     assert turned - recording.raw[0, 2] == pytest.approx(-2 * np.pi, abs=1e-9)
     assert recording.gap.max() == 0.0 and len(recording.spells) == 0
@@ -200,7 +200,7 @@ def fundamental(recording, frequency):
 def test_belt_has_the_main_line_of_the_running_loop(rig):
     """Gravity and curvature along the path make the first harmonic of the sensor; the dynamic run adds little to it."""
     scene = Scene(rig, 150.0, chain="belt", ring_radius=None, spells=False, duration=6.5)
-    cheap = fundamental(simulate(scene), scene.loop_frequency)
+    cheap = fundamental(simulate(scene), scene.periods.loop_hz)
     assert cheap == pytest.approx(1.17, rel=0.02)
     dynamic = Scene(rig, 150.0, duration=6.5, lead_in=1.0, integrator="linearly_implicit", step=5e-4)
-    assert cheap == pytest.approx(fundamental(simulate(dynamic), scene.loop_frequency), rel=0.02)
+    assert cheap == pytest.approx(fundamental(simulate(dynamic), scene.periods.loop_hz), rel=0.02)

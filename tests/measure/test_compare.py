@@ -12,7 +12,7 @@ from trackdyn.commands.cli import app
 from trackdyn.errors import InputError
 from trackdyn.measure.compare import compare_with_sensor, other_speed
 from trackdyn.measure.orientation import doubtful_axes, require_axes
-from trackdyn.measure.sensor import loop_frequency, sense
+from trackdyn.measure.sensor import sense
 from trackdyn.parameters.rig import load_rig
 from trackdyn.plots.style import save_one
 from trackdyn.sensor.sensor_csv import SensorRecord, read_sensor_csv
@@ -49,7 +49,7 @@ def test_a_slower_sensor_is_what_the_simulation_would_have_recorded_at_its_rate(
 
 
 def test_a_record_shorter_than_a_turn_is_refused_by_name(recording):
-    turn = 1 / loop_frequency(recording)
+    turn = 1 / recording.periods.loop_hz
     with pytest.raises(InputError, match=rf"^sensor\.csv: the record of 3 s .* at least {turn:.4g} s"):
         compare_with_sensor(recording, record(seconds=3.0))
     short = replace(recording, **{name: getattr(recording, name)[:3000] for name in ("time", "mean", "raw")})

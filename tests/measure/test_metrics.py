@@ -7,7 +7,7 @@ import pytest
 
 from trackdyn.measure.columns import table_schema
 from trackdyn.measure.metrics import lines_by_start, run_metrics
-from trackdyn.measure.sensor import loop_frequency, sense, whole_revolutions
+from trackdyn.measure.sensor import sense, whole_revolutions
 from trackdyn.measure.sensor_metrics import sensor_metrics
 from trackdyn.scene.scene import Scene
 from trackdyn.sensor.signals import main_line
@@ -30,11 +30,11 @@ def belt(rig):
 def test_later_starts_are_windows_of_a_longer_record(belt):
     short, long = belt(SECONDS), sense(belt(1.5 * SECONDS)).ay
     table = lines_by_start(short, starts=6)
-    turn = 1 / loop_frequency(short)
+    turn = 1 / short.periods.loop_hz
     assert table["start_s"].to_numpy() == pytest.approx(np.arange(6) / 6 * turn, abs=1e-3)
     for row in table.itertuples():
         first = round(row.start_s * short.rate)
-        expected = main_line(long[first : first + len(short.time)], short.rate)
+        expected = main_line(long[first : first + len(short.time)], short.rate, 1 / turn)
         assert (row.line_hz, row.line_g) == pytest.approx(expected, abs=1e-4)
     assert np.ptp(table["line_g"]) > 0.01  # the start decides the height of a line between two bins
 

@@ -9,6 +9,7 @@ from trackdyn.measure.sliding import sliding_per_km
 from trackdyn.model.record import ENERGY_NAMES
 from trackdyn.model.work import AREA, BODY, FLANK, KIND, WHEEL
 from trackdyn.parameters.outline import ToothProfile
+from trackdyn.scene.scene import Periods
 from trackdyn.simulation.recording import load_recording
 from trackdyn.simulation.simulate import simulate
 
@@ -78,7 +79,7 @@ def test_a_kilometre_of_chain(recording, tmp_path):
     """Mean power of the teeth over the speed of the chain, within what one passage more or less changes."""
     found = sliding_per_km(recording)
     pitch = RIG.chain.link_length + RIG.connector_length
-    speed = pitch * recording.meta["rig"]["chain"]["pitches"] / RIG.loop_period(115)
+    speed = pitch * recording.scene.rig.chain.pitches / Periods.at(RIG, 115).loop
     work = (recording.sliding[-1] - recording.sliding[0])[:TOOTH_AREAS].sum()
     assert found["sliding_teeth_j_km"] == pytest.approx(1000 * work / (recording.time[-1] * speed), rel=0.1)
     assert found["sliding_teeth_j_km"] == pytest.approx(sum(found[f"sliding_area_{k}_j_km"] for k in range(1, 11)))

@@ -11,8 +11,9 @@ import pytest
 
 import trackdyn.measure.stopping as steady
 from trackdyn import Scene, simulate
-from trackdyn.measure.meshing import meshing_summary, passages
+from trackdyn.measure.contacts import meshing_summary, passages
 from trackdyn.measure.stopping import later, run_steady, steady_from
+from trackdyn.scene.scene import Periods
 from trackdyn.scene.stop_rule import StopRule, steady_fields
 from trackdyn.simulation.loop import Loop
 
@@ -62,8 +63,8 @@ def test_a_settled_loop_serves_every_speed(rig, scene, short):
 def test_a_record_without_its_beginning_has_the_same_later_passages(scene, short):
     cut = later(short, 1.0)
     assert cut.begin == pytest.approx(short.begin + 1.0)
-    assert cut.meta["scene"]["lead_in"] == pytest.approx(1.0)
-    assert len(cut.time) / cut.rate == pytest.approx(cut.meta["scene"]["duration"])
+    assert cut.scene.lead_in == pytest.approx(1.0)
+    assert len(cut.time) / cut.rate == pytest.approx(cut.scene.duration)
     assert cut.fault() is None
     samples, wheels = len(short.time), short.wheel_rate.shape[1]
     space = {"plane": np.zeros((samples, 8)), "wheel_offset": np.zeros((samples, wheels))}
@@ -91,8 +92,7 @@ def seen(monkeypatch, left, square=None):
         "passages",
         lambda recording: pd.DataFrame(rows, columns=["passage", "side", "start_s", "share_pct", "square_n2s"]),
     )
-    monkeypatch.setattr(steady, "timing", lambda recording: SimpleNamespace(turn=TURN))
-    return steady_from(None, RULE)
+    return steady_from(SimpleNamespace(periods=SimpleNamespace(turn=TURN)), RULE)
 
 
 def test_passages_that_are_alike_are_known_as_soon_as_there_are_enough(monkeypatch):
@@ -129,4 +129,4 @@ def test_what_is_not_known_ends_with_its_scene(rig):
     scene = Scene(rig, 210, 0.308, **steady_fields(rig, 210, known))
     recording, answered = run_steady(Loop(scene), known)
     assert not answered
-    assert recording.begin + recording.time[-1] == pytest.approx(scene.ramp + 1.2 * rig.loop_period(210), abs=2e-3)
+    assert recording.begin + recording.time[-1] == pytest.approx(scene.ramp + 1.2 * Periods.at(rig, 210).loop, abs=2e-3)

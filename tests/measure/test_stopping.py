@@ -14,7 +14,7 @@ def test_the_run_stops_when_every_asked_measure_has_converged(make_scene):
     seconds = len(answer.recording.time) / answer.recording.rate
     assert seconds < 10.0
     assert answer.transient <= seconds / 2
-    assert answer.recording.meta["scene"]["duration"] == pytest.approx(seconds)
+    assert answer.recording.scene.duration == pytest.approx(seconds)
     rms = answer.measures["rms"]
     assert rms.half_width <= 0.01 * rms.value
     longer = run_until(make_scene(210.0), {"rms": 1e-9}, longest=12.0)

@@ -1,18 +1,20 @@
 """Every link as a sensor: the walk along the pins, the stitched revolution, means with their errors."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from tests.conftest import LAWS
+from tests.conftest import LAWS, made_recording
 from trackdyn.errors import InputError
-from trackdyn.measure.meshing import spells
-from trackdyn.measure.whole_loop import every_ay, passage, stitch, whole_loop
+from trackdyn.measure.contacts import spells
+from trackdyn.measure.whole_loop import _free_way, every_ay, stitch, whole_loop
+from trackdyn.parameters.rig import load_rig
+from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.simulate import simulate
 
+RIG = load_rig("paper").changed(sensor__pitch=1)
 RATE, LINKS, TEETH = 1000.0, 35, 13
 
 
@@ -58,15 +60,8 @@ def made_up(signal, seconds=1.0, rpm=115.0, teeth_touching=4):
     mean[:, :, 1] = (felt - 1.0) * gravity
     force = np.zeros((len(time), LINKS, 3))
     force[:, :teeth_touching, 0] = 1.0
-    meta = {
-        "scene": {"motor_rpm": rpm},
-        "rig": {
-            "gravity": gravity, "sensor": {"pitch": 1, "range": 20.0, "rate": RATE},
-            "sprocket": {"transmission_ratio": ratio, "teeth": TEETH}, "chain": {"pitches": LINKS},
-        },
-    }  # fmt: skip
-    fake = SimpleNamespace(time=time, rate=RATE, link_mean=mean, force=force, meta=meta, spells=())
-    return fake, period
+    rates = np.full((len(time), 1), -2 * np.pi * rpm / ratio / 60)
+    return made_recording(Scene(RIG, rpm), time=time, link_mean=mean, force=force, wheel_rate=rates), period
 
 
 def test_a_signal_that_repeats_is_stitched_to_its_whole_period():
@@ -95,9 +90,15 @@ def test_a_jump_from_link_to_link_is_a_seam():
     assert stitch(fake).seam == pytest.approx(0.1, rel=0.02)
 
 
+def test_a_revolution_begins_in_the_middle_of_its_longest_pause():
+    assert _free_way(np.array([1, 1, 0, 1, 0, 0, 0, 1], bool)) == 5
+    assert _free_way(np.array([0, 0, 1, 1, 0, 1, 0, 0], bool)) == 0
+    assert _free_way(np.zeros(4, bool)) == 0
+
+
 def test_one_passage_has_a_value_and_no_error():
     fake, period = made_up(lambda t: np.sin(t), seconds=0.3)
-    assert passage(fake) == pytest.approx(period / LINKS)
+    assert fake.periods.passage == pytest.approx(period / LINKS)
     found = whole_loop(fake)
     assert np.isfinite(found["rms"].value)
     assert np.isnan(found["rms"].error)

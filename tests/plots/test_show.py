@@ -60,7 +60,7 @@ def test_what_moves_is_the_run(recording, stretch):
     assert stretch.apart[0] < 1e-9
     samples = np.rint(stretch.time * recording.rate).astype(int) - 1
     link = stretch.bodies[:, 0]
-    half = recording.meta["rig"]["chain"]["link_length"] / 2
+    half = recording.scene.rig.chain.link_length / 2
     middle = link[:, :2] + half * np.column_stack([np.cos(link[:, 2]), np.sin(link[:, 2])])
     assert np.abs(middle - recording.place[samples]).max() < 1e-9
     seen, touched = (
@@ -190,7 +190,7 @@ def test_a_long_history_keeps_its_extremes(recording):
     longer = replace(recording, mean=np.zeros((50_000, 3)), time=np.arange(50_000) / recording.rate)
     longer.mean[[1234, 40_321], 1] = 5.0, -7.0
     whole = signal(longer, None)["whole"]
-    g = recording.meta["rig"]["gravity"]
+    g = recording.scene.rig.gravity
     assert len(whole["low"]) == 2000 < len(ay)
     assert max(whole["high"]) == pytest.approx(1 + 5 / g, rel=1e-3) and min(whole["low"]) == pytest.approx(
         1 - 7 / g, rel=1e-3

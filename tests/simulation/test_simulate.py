@@ -35,7 +35,7 @@ def test_the_loop_stays_closed_at_every_instant(make_scene, rpm, ring, step):
     assert recording.gap.max() <= GAP
     assert recording.gap.min() >= 0
     # the gap in the record is that of the configuration
-    chain = recording.meta["rig"]["chain"]
+    chain = recording.scene.rig.chain
     assert recording.gap.shape == (500,) and chain["pitches"] == 35
 
 
@@ -76,7 +76,7 @@ def test_the_loop_advances_thirteen_pitches_a_turn(make_scene):
     # mean rate of all bodies: one turn a loop revolution
     turns = np.diff(recording.frame[:, 2:-1].mean(axis=1)) / (2 * np.pi) / 0.5
     # one tooth is taken or left within the window: 5 % of a turn, here spread over 0.5 s
-    assert np.mean(turns) == pytest.approx(-scene.loop_frequency, rel=0.02)
+    assert np.mean(turns) == pytest.approx(-scene.periods.loop_hz, rel=0.02)
 
 
 def test_two_runs_are_the_same_bit_by_bit(make_scene, tmp_path):
@@ -183,9 +183,8 @@ def test_kernels_give_the_same_without_the_jit(make_scene, tmp_path):
 def test_the_recorded_configuration_closes(make_scene):
     """Independent of the loop's own account: sum the bodies of a recorded configuration."""
     recording = simulate(make_scene(210.0, frame_interval=0.05))
-    from trackdyn.parameters.rig import Rig
 
-    rig = Rig.model_validate(recording.meta["rig"])
+    rig = recording.scene.rig
     length = np.tile([rig.chain.link_length, rig.connector_length], rig.chain.pitches)
     angle = recording.frame[:, 2:-1]
     gap = np.hypot((length * np.cos(angle)).sum(axis=1), (length * np.sin(angle)).sum(axis=1))

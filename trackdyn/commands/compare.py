@@ -57,8 +57,8 @@ def compare(
     for path in filter(None, (figure, out)):
         check_output(path, overwrite, recording, sensor, mapping)
     loaded = load_recording(recording)
-    rig = loaded.meta["rig"]
-    record = read_sensor_csv(sensor, chosen, range_g=rig["sensor"]["range"], gravity=rig["gravity"] or 9.81)
+    rig = loaded.scene.rig
+    record = read_sensor_csv(sensor, chosen, range_g=rig.sensor.range, gravity=rig.gravity or 9.81)
     for name, text in record.done.items():
         typer.echo(f"{name:>10}  {text}")
     table = compare_with_sensor(loaded, record, str(recording))

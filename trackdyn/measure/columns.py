@@ -16,7 +16,10 @@ REVOLUTIONS = "over revolutions of the loop"
 # neither
 COLUMNS: dict[str, tuple[str, str, str, str | None]] = {
     "run": ("string", "", "name of the run: a record, meshing/, ring/ or coarse/ and what it varies", SETTING),
-    "rpm": ("number", "rev/min", "speed of the motor", SETTING),
+    "rpm": ("number", "rev/min", "speed of the motor that is asked for", SETTING),
+    "rpm_made": ("number", "rev/min", "speed that the motor made, mean over the record", "a mean of all samples"),
+    "rpm_drift_pct": ("number", "%", "largest difference of the speeds made in the turns of the sprocket, % of their "
+                      "mean", CHECK),
     "ring_radius_m": ("number", "m", "radius of the rubber ring; empty: no ring", SETTING),
     "fidelity": ("string", "", "space, chain, tooth contact and integrator of the run", SETTING),
     "step_s": ("number", "s", "time step", SETTING),
@@ -45,7 +48,8 @@ COLUMNS: dict[str, tuple[str, str, str, str | None]] = {
         f"standard error of the bin-free frequency {REVOLUTIONS}; empty for fewer than three",
         None,
     ),
-    "high_frequency_g": ("number", "g", "root mean square of the content at and above 20 Hz", "high_frequency_error_g"),
+    "high_frequency_g": ("number", "g", "root mean square of the content at and above 20 Hz, over whole "
+                         "revolutions of the loop", "high_frequency_error_g"),
     "loop_gap_max_m": ("number", "m", "largest distance of the two ends of the loop after projection", CHECK),
     "gap_before_projection_m": ("number", "m", "largest distance of the two ends that a step opens", CHECK),
     "velocity_gap_m_s": ("number", "m/s", "largest velocity of the two ends relative to each other", CHECK),

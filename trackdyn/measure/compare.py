@@ -3,12 +3,12 @@
 import numpy as np
 import pandas as pd
 
-from trackdyn.errors import InputError
+from trackdyn.errors import InputError, naming
 from trackdyn.measure.columns import error_of
-from trackdyn.measure.sensor import LEAST_LOOPS, SensorSignal, loop_frequency, own_loop_hz, sense, whole_revolutions
+from trackdyn.measure.sensor import SensorSignal, own_loop_hz, sense, whole_revolutions
 from trackdyn.measure.sensor_metrics import sensor_metrics
 from trackdyn.sensor.sensor_csv import SensorRecord
-from trackdyn.sensor.signals import uncertainty
+from trackdyn.sensor.signals import holds_line, uncertainty
 from trackdyn.simulation.recording import Recording
 
 COMPARED = ("rms_g", "sd_g", "line_hz", "line_g", "line_hz_binfree", "line_g_binfree", "high_frequency_g")
@@ -79,20 +79,22 @@ def compare_with_sensor(recording: Recording, record: SensorRecord, name: str = 
     InputError
         The rates do not fit, or a record is shorter than one turn of the loop.
     """
-    loop_hz = loop_frequency(recording)
-    seconds = len(recording.time) / recording.rate
-    if seconds * loop_hz < 1:
+    loop_hz = recording.periods.loop_hz
+    if recording.seconds * loop_hz < 1:
         need = f"record at least {1 / loop_hz:.4g} s" if loop_hz else "the motor must run"
-        raise InputError(f"{name}: the record of {seconds:.4g} s is shorter than one turn of the loop; {need}")
+        held = f"the record of {recording.seconds:.4g} s"
+        raise InputError(f"{name}: {held} is shorter than one turn of the loop; {need}")
     record.require_turns(1 / loop_hz)
     signal, rate, record = at_one_rate(recording, record)
+    with naming(record.path):
+        own_hz = own_loop_hz(record.ay_g, record.rate_hz, loop_hz)
     both = []
     for ay, hz, at, clipped in (
         (signal.ay, loop_hz, rate, signal.clipped),
-        (record.ay_g, own_loop_hz(record.ay_g, record.rate_hz, loop_hz), record.rate_hz, record.clipped),
+        (record.ay_g, own_hz, record.rate_hz, record.clipped),
     ):
         mean = {MEAN: np.mean(ay[: whole_revolutions(len(ay), at, hz)])}
-        if len(ay) / at * hz >= LEAST_LOOPS:
+        if holds_line(len(ay), at, hz):
             mean["mean_error_g"] = uncertainty(ay, at, 1 / hz, np.mean)[1]
         both.append(sensor_metrics(ay, at, hz) | mean | {"rate_hz": at, "clipped": clipped})
     errors = {"rate_hz": "", "clipped": "", MEAN: "mean_error_g"} | {one: error_of(one) for one in COMPARED}
@@ -109,18 +111,20 @@ def compare_with_sensor(recording: Recording, record: SensorRecord, name: str = 
     )
     table["difference_pct"] = 100 * (table.simulation - table.sensor).abs() / table.sensor.abs().replace(0, np.nan)
     table.loc[:1, "difference_pct"] = np.nan  # no measures
-    short = min(seconds, record.seconds) * loop_hz < LEAST_LOOPS
-    return table[~(table.measure.str.startswith("line") & (short | table.sensor.isna()))].reset_index(drop=True)
+    lines = table.measure.str.startswith("line")
+    return table[~(lines & (table.simulation.isna() | table.sensor.isna()))].reset_index(drop=True)
 
 
-def other_speed(recording: Recording, record: SensorRecord) -> str | None:
-    """What seems wrong with the speed of a sensor's record of two turns at least: its loop turns at another rate."""
-    hz = loop_frequency(recording)
-    own = own_loop_hz(record.ay_g, record.rate_hz, hz)
-    if abs(own / hz - 1) < SAME_SPEED:
-        return None
-    rpm = recording.meta["scene"]["motor_rpm"]
+def other_speed(recording: Recording, record: SensorRecord) -> str:
+    """Sentence on a sensor whose loop turns at another speed than the simulated one, by its line; empty if not."""
+    hz = recording.periods.loop_hz
+    if not holds_line(len(record.ay_g), record.rate_hz, hz):
+        return ""
+    ratio = own_loop_hz(record.ay_g, record.rate_hz, hz) / hz
+    if abs(ratio - 1) <= SAME_SPEED:
+        return ""
+    made = recording.made_rpm
     return (
-        f"{record.path}: the main line is {own:.4g} Hz, the simulated loop turns {hz:.4g} times a second at {rpm:g} "
-        f"rpm; compare with a run at {rpm * own / hz:.4g} rpm"
+        f"{record.path}: its loop turns {ratio * hz:.4g} times a second, that of the run {hz:.4g} times; simulate with "
+        f"--rpm {ratio * made:.4g} in place of {made:.4g}, or compare the record of that speed"
     )

@@ -3,17 +3,17 @@
 import numpy as np
 import pandas as pd
 
-from trackdyn.measure.contact_log import LONGEST_CONTACT, PASSAGE, timing
-from trackdyn.measure.meshing import first_areas, meshing_summary
-from trackdyn.measure.sensor import LEAST_LOOPS, loop_frequency, sense
+from trackdyn.measure.contacts import LONGEST_CONTACT, PASSAGE, first_areas, meshing_summary
+from trackdyn.measure.sensor import sense
 from trackdyn.measure.sensor_metrics import sensor_metrics
 from trackdyn.scene.fidelity import label
-from trackdyn.sensor.signals import main_line
+from trackdyn.sensor.signals import LEAST_PERIODS, holds_line, main_line
 from trackdyn.simulation.account import energy_residual
 from trackdyn.simulation.recording import Recording
 
 NAN = float("nan")
 STARTS = 16  # of a record in a turn of the loop
+SAME_SPEED = 0.01  # of a speed: from here on a difference or a drift is said
 
 
 def lines_by_start(recording: Recording, starts: int = STARTS) -> pd.DataFrame:
@@ -23,34 +23,32 @@ def lines_by_start(recording: Recording, starts: int = STARTS) -> pd.DataFrame:
     like the one before. Windows of a longer run show the same amplitudes to 5e-6 g (115 rpm, 90 s). A table with
     ``start_s`` after the record's own start, ``line_hz``, ``line_g``; no rows for a record too short for a line.
     """
-    ay, loop_hz = sense(recording).ay, loop_frequency(recording)
-    if loop_hz <= 0 or len(ay) / recording.rate * loop_hz < LEAST_LOOPS:
+    ay, loop_hz = sense(recording).ay, recording.periods.loop_hz
+    if not holds_line(len(ay), recording.rate, loop_hz):
         return pd.DataFrame(columns=["start_s", "line_hz", "line_g"])
     turn = round(recording.rate / loop_hz)
     longer = np.concatenate([ay, ay[-turn:]])
     rows = []
     for first in np.rint(np.arange(starts) / starts * turn).astype(int):
-        line = main_line(longer[first : first + len(ay)], recording.rate)
+        line = main_line(longer[first : first + len(ay)], recording.rate, loop_hz)
         rows.append({"start_s": first / recording.rate, "line_hz": line[0], "line_g": line[1]})
     return pd.DataFrame(rows)
 
 
 def run_metrics(name: str, recording: Recording) -> dict:
     """The row of a run: what ran, what the sensor and the contacts show."""
-    scene = recording.meta["scene"]
-    signal = sense(recording)
-    radius = scene["ring_radius"]
-    seconds = len(recording.time) / recording.rate
-    cut = getattr(recording, "cut", np.zeros((0, 2)))
-    gaps = cut.max(axis=0) if len(cut) else (NAN, NAN)
+    scene, signal = recording.scene, sense(recording)
+    speeds, gaps = recording.speeds, recording.cut.max(axis=0)
     return {
         "run": name,
-        "rpm": scene["motor_rpm"],
-        "ring_radius_m": NAN if radius is None else radius,
+        "rpm": scene.motor_rpm,
+        "rpm_made": recording.made_rpm,
+        "rpm_drift_pct": 100 * float(np.ptp(speeds)) / recording.made_rpm if recording.made_rpm else 0.0,
+        "ring_radius_m": NAN if scene.ring_radius is None else scene.ring_radius,
         "fidelity": label(recording.meta["fidelity"]),
-        "step_s": scene["step"],
-        "simulated_s": seconds,
-        **sensor_metrics(signal.ay, recording.rate, loop_frequency(recording)),
+        "step_s": scene.step,
+        "simulated_s": recording.seconds,
+        **sensor_metrics(signal.ay, recording.rate, recording.periods.loop_hz),
         "loop_gap_max_m": float(recording.gap.max()),
         "gap_before_projection_m": float(gaps[0]),
         "velocity_gap_m_s": float(gaps[1]),
@@ -64,9 +62,22 @@ def run_metrics(name: str, recording: Recording) -> dict:
 
 def needed_lengths(recording: Recording) -> dict[str, float]:
     """What the recording is too short for, with the record (s) that holds it wherever it begins."""
-    period, scene = timing(recording), recording.meta["scene"]
-    passage = period.loop + (2 * LONGEST_CONTACT + PASSAGE) * period.turn
-    needed = {"dominant peak and standard errors": LEAST_LOOPS * period.loop}
-    if len(recording.spells) or scene["spells"]:
+    periods = recording.periods
+    needed = {"dominant peak and standard errors": LEAST_PERIODS * periods.loop}
+    if recording.scene.spells:
+        passage = periods.loop + (2 * LONGEST_CONTACT + PASSAGE) * periods.turn
         needed["contacts of the recorded pitches"] = passage
-    return {what: seconds for what, seconds in needed.items() if period.record < seconds}
+    return {what: seconds for what, seconds in needed.items() if recording.seconds < seconds}
+
+
+def speed_sentence(recording: Recording) -> str:
+    """Sentence on a speed that is not the one asked for or not steady, to a percent; empty where it is."""
+    asked, made, speeds = recording.scene.motor_rpm, recording.made_rpm, recording.speeds
+    drifts = np.ptp(speeds) > SAME_SPEED * made
+    if not drifts and abs(made - asked) <= SAME_SPEED * asked:
+        return ""
+    drift = f", from {speeds[0]:.4g} to {speeds[-1]:.4g} within the record" if drifts else ""
+    return (
+        f"the motor made {made:.4g} of {asked:.4g} rev/min{drift}; shares, phases and passages are those of the turns "
+        "that the sprocket made"
+    )

@@ -7,11 +7,11 @@ from itertools import permutations, product
 import numpy as np
 
 from trackdyn.errors import InputError
-from trackdyn.measure.sensor import loop_frequency, own_loop_hz, sense, whole_samples
+from trackdyn.measure.sensor import OTHER_SPEED, own_loop_hz, sense, whole_samples
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene.scene import Scene
 from trackdyn.sensor.sensor_csv import SensorRecord
-from trackdyn.sensor.signals import main_line
+from trackdyn.sensor.signals import highest_line
 from trackdyn.simulation.belt import belt_recording
 from trackdyn.simulation.recording import Recording
 
@@ -43,16 +43,17 @@ def doubtful_axes(recording: Recording, record: SensorRecord) -> str | None:
     has it: gravity crosses the axes in an order that a flipped or exchanged one reverses, and the mean of y points
     inwards. A loop that runs the other way round, as its mirror image does, is not doubted.
     """
-    if not recording.meta["rig"]["gravity"]:
+    if not recording.scene.rig.gravity:
         return None
     signal = sense(recording)
     measured = {name: getattr(record, f"{name}_g") for name in ("ax", "ay", "az")}
     measured = {name: values for name, values in measured.items() if values is not None}
     names = ("ay", "ax") if "ax" in measured else ("ay",)
-    hz = loop_frequency(recording)
+    hz = recording.periods.loop_hz
     simulated = turn_shape(np.array([signal.ay, signal.ax][: len(names)]), recording.rate, hz)
     mirrored = simulated.conj() * np.array([[1], [-1]])[: len(names)]
-    strongest = max(measured.values(), key=lambda one: main_line(one, record.rate_hz)[1])
+    band = hz / OTHER_SPEED, hz * OTHER_SPEED
+    strongest = max(measured.values(), key=lambda one: highest_line(one, record.rate_hz, *band)[1])
     hz = own_loop_hz(strongest, record.rate_hz, hz)
 
     def misfit(chosen: Sequence[tuple[int, str]]) -> float:
@@ -104,7 +105,7 @@ def require_axes(record: SensorRecord, rig: Rig, motor_rpm: float) -> None:
         `doubtful_axes` doubts the axes.
     """
     scene = Scene(rig, motor_rpm, ring_radius=None, chain="belt", spells=False)
-    turn = whole_samples(rig.sensor.rate, 1 / scene.loop_frequency)
+    turn = whole_samples(rig.sensor.rate, scene.periods.loop)
     if doubt := doubtful_axes(belt_recording(scene.with_(duration=turn)), record):
         raise InputError(f"{doubt}; in the pipeline, state axes in the file that sensor_mapping names")
 

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from trackdyn.errors import InputError, TrackdynError
-from trackdyn.measure.sensor import loop_frequency, sense, whole_revolutions, whole_samples
+from trackdyn.measure.sensor import sense, whole_revolutions, whole_samples
 from trackdyn.measure.stopping import LEAST, refuse_until
 from trackdyn.measure.uncertainty import batch_error
 from trackdyn.measure.whole_loop import SHARES, Series, series
@@ -117,7 +117,7 @@ def plan(
     """
     refuse_until(scene, tolerances, longest)
     begin = time.process_time()
-    span = 1.0 / (scene.loop_frequency * scene.rig.chain.pitches)
+    span = scene.periods.passage
     plain = {"lead_in": 0.0, "pitches": (), "frame_interval": 0.0, "spells": True, "every_link": True}
     scene = scene.with_(duration=whole_samples(scene.rig.sensor.rate, LEAST * span), **plain)
     base = Loop(scene)
@@ -155,9 +155,9 @@ def _try(base: Loop, setting: Setting, tolerances: Mapping[str, float], passages
     try:
         if setting.fields.get("chain") == "belt":
             scene = base.scene.with_(spells=False, every_link=False, **setting.fields)
-            scene = scene.with_(duration=whole_samples(scene.rig.sensor.rate, BELT_TURNS / scene.loop_frequency))
+            scene = scene.with_(duration=whole_samples(scene.rig.sensor.rate, BELT_TURNS / scene.periods.loop_hz))
             recording = simulate(scene)
-            ay, hz = sense(recording).ay, loop_frequency(recording)
+            ay, hz = sense(recording).ay, recording.periods.loop_hz
             ay = ay[: whole_revolutions(len(ay), recording.rate, hz)]
             line = main_line_binfree(ay, recording.rate, expected_hz=hz)[1]
             return Tried(

@@ -7,11 +7,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from trackdyn.parameters.validation import within
-from trackdyn.sensor.signals import main_line, main_line_binfree
+from trackdyn.sensor.signals import highest_line, holds_line, main_line_binfree
 from trackdyn.simulation.recording import Recording
 
-# The bin-free line needs the record to hold a few revolutions of the loop.
-LEAST_LOOPS = 2.0
+OTHER_SPEED = 4.0  # largest ratio of the speeds of a sensor's record and of a run beside it
 
 
 @dataclass(frozen=True)
@@ -66,9 +65,8 @@ def sense(recording: Recording, every: int = 1) -> SensorSignal:
         ``S // every`` samples: times in s, accelerations in g.
     """
     every = int(within("every", every, 1, max(len(recording.time), 1), " samples"))
-    g = recording.meta["rig"]["gravity"] or 9.81
-    limit = recording.meta["rig"]["sensor"]["range"]
-    gravity = recording.meta["rig"]["gravity"]
+    rig = recording.scene.rig
+    g, gravity, limit = rig.gravity or 9.81, rig.gravity, rig.sensor.range
     last = slice(every - 1, None, every)
     values = recording.mean[: len(recording.mean) // every * every].reshape(-1, every, 3).mean(axis=1)
     mean = specific_force(values[:, :2], values[:, 2], gravity) / g
@@ -77,13 +75,6 @@ def sense(recording: Recording, every: int = 1) -> SensorSignal:
     mean = np.clip(mean, -limit, limit)
     raw = np.clip(raw, -limit, limit)
     return SensorSignal(recording.time[last], mean[:, 0], mean[:, 1], raw[:, 0], raw[:, 1], clipped)
-
-
-def loop_frequency(recording: Recording) -> float:
-    """Revolutions of the loop per second that the motor speed asks for, Hz."""
-    rig = recording.meta["rig"]
-    sprocket = recording.meta["scene"]["motor_rpm"] / rig["sprocket"]["transmission_ratio"] / 60
-    return sprocket * rig["sprocket"]["teeth"] / rig["chain"]["pitches"]
 
 
 def whole_samples(rate: float, seconds: float) -> float:
@@ -97,12 +88,13 @@ def whole_revolutions(count: int, rate: float, loop_hz: float) -> int:
     return round(loops / loop_hz * rate) if loops else count
 
 
-def own_loop_hz(ay, rate: float, expected_hz: float | None = None) -> float:
+def own_loop_hz(ay, rate: float, expected_hz: float) -> float:
     """Turns of the loop a second (Hz) that the dominant peak of a record shows; bin-free, if it holds two turns.
 
-    ``expected_hz`` is the answer for a record of fewer than two of such turns, whose lines are too far apart.
+    The peak is looked for up to a factor of four from ``expected_hz`` (Hz), which is the answer for a record of fewer
+    than two of such turns: its lines are too far apart.
     """
-    if expected_hz is not None and len(ay) / rate * expected_hz < LEAST_LOOPS:
+    if not holds_line(len(ay), rate, expected_hz):
         return expected_hz
-    hz = main_line(ay, rate)[0]
-    return main_line_binfree(ay, rate, hz)[0] if len(ay) / rate * hz >= LEAST_LOOPS else hz
+    hz = highest_line(ay, rate, expected_hz / OTHER_SPEED, expected_hz * OTHER_SPEED)[0]
+    return main_line_binfree(ay, rate, hz)[0] if holds_line(len(ay), rate, hz) else hz

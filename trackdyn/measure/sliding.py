@@ -2,8 +2,6 @@
 
 import numpy as np
 
-from trackdyn.measure.contact_log import timing
-from trackdyn.parameters.rig import Rig
 from trackdyn.simulation.recording import Recording
 
 
@@ -15,17 +13,14 @@ def sliding_per_km(recording: Recording) -> dict[str, float]:
     ``sliding_teeth_j_km`` their sum, ``sliding_ring_j_km`` links on the sprocket's ring and ``sliding_wheels_j_km`` on
     the other wheels; nothing of a recording without an account of sliding, or shorter than a passage.
     """
-    rows, period = recording.sliding, timing(recording)
-    if not rows.size or not np.isfinite(period.loop):
-        return {}
-    passage = period.loop / period.pitches * recording.rate
-    count = int((len(rows) - 1) / passage)
+    rows, rig, passage = recording.sliding, recording.scene.rig, recording.periods.passage
+    last = len(rows) - 1
+    count = 0 if last < 0 or np.isnan(passage) else int(last / recording.rate / passage)
     if count < 1:
         return {}
-    rig = Rig.model_validate(recording.meta["rig"])
-    last = len(rows) - 1
-    work = rows[last] - rows[last - round(count * passage)]
-    single = recording.meta["scene"]["chain"] == "single_pin"
+    begin = recording.steady_time(np.array([recording.seconds])) - count * passage
+    work = rows[last] - rows[last - round((recording.seconds - recording.real_time(begin)[0]) * recording.rate)]
+    single = recording.scene.chain == "single_pin"
     pitch = rig.single_pin_pitch if single else rig.chain.link_length + rig.connector_length
     by_km = work * (1000.0 / (count * pitch))
     areas = rows.shape[1] - recording.wheel_rate.shape[1]

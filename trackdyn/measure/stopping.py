@@ -9,16 +9,14 @@ once, say as much as a long record does; where it scatters, their batch means sa
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from math import pi
 from typing import TypeVar
 
 import pandas as pd
 
 from trackdyn.errors import InputError
-from trackdyn.measure.contact_log import LONGEST_CONTACT, PASSAGE, SIDES, timing
-from trackdyn.measure.meshing import TOUCHING, passages
+from trackdyn.measure.contacts import LONGEST_CONTACT, PASSAGE, SIDES, TOUCHING, passages
 from trackdyn.measure.sensor import whole_samples
-from trackdyn.measure.whole_loop import RELATIVE, SHARES, Estimate, Series, passage, series
+from trackdyn.measure.whole_loop import RELATIVE, SHARES, Estimate, Series, series
 from trackdyn.model.record import SPELL_COLUMNS
 from trackdyn.scene.scene import LONGEST_RUN, Scene
 from trackdyn.scene.stop_rule import StopRule
@@ -59,7 +57,7 @@ def _record(
 
 
 def contact_series(table: pd.DataFrame) -> dict[str, Series]:
-    """Shares (%) and RMS forces (N) of the three sides passage by passage, of a table of `meshing.passages`.
+    """Shares (%) and RMS forces (N) of the three sides passage by passage, of a table of `contacts.passages`.
 
     The RMS is that over the time in which a passage is on its way, which scales with that over the whole run.
     """
@@ -84,15 +82,19 @@ def half_widths(found: dict[str, Series]) -> tuple[float, float]:
 
 
 def later(recording: Recording, seconds: float) -> Recording:
-    """The recording as if begun ``seconds`` later; frames may be gone, contacts that last then are not logged."""
-    first = int(seconds * recording.rate)
-    if not first:
+    """The recording as if begun ``seconds`` later; contacts that last then are not logged.
+
+    Where configurations are recorded it begins with one of them, the next one.
+    """
+    first, between = int(seconds * recording.rate), round(recording.scene.frame_interval * recording.rate)
+    frames = -(-first // between) if between and len(recording.frame) else 0
+    if frames:
+        first = frames * between
+    if not 0 < first < len(recording.time):
         return recording
     begin = recording.begin + first / recording.rate
     count = len(recording.time) - first
-    scene = recording.meta["scene"] | {
-        "duration": count / recording.rate, "lead_in": recording.meta["scene"]["lead_in"] + first / recording.rate,
-    }  # fmt: skip
+    scene = {"duration": count / recording.rate, "lead_in": recording.scene.lead_in + first / recording.rate}
     rows = (*SAMPLED, "plane", "wheel_offset", "axial_force")  # the latter of a run in space
     cut = {name: getattr(recording, name)[first:] for name in rows if len(getattr(recording, name))}
     return replace(
@@ -100,7 +102,9 @@ def later(recording: Recording, seconds: float) -> Recording:
         time=recording.time[:count],
         spells=recording.spells[recording.spells[:, START] > begin],
         begin=begin,
-        meta=recording.meta | {"scene": scene},
+        frame=recording.frame[frames:],
+        frame_time=recording.frame_time[frames:] - first / recording.rate,
+        meta=recording.meta | {"scene": recording.meta["scene"] | scene},
         **cut,
     )
 
@@ -119,7 +123,7 @@ def run_steady(loop: Loop, rule: StopRule) -> tuple[Recording, bool]:
         return later(recording, begin), converged
 
     turns = 2 * LONGEST_CONTACT + PASSAGE + rule.passages / loop.scene.rig.sprocket.teeth
-    return _record(loop, turns * 2 * pi / abs(loop.scene.sprocket_rate), judge)
+    return _record(loop, turns * loop.scene.periods.turn, judge)
 
 
 def steady_from(recording: Recording, rule: StopRule) -> tuple[float, bool]:
@@ -138,7 +142,7 @@ def steady_from(recording: Recording, rule: StopRule) -> tuple[float, bool]:
     if not first:
         return 0.0, converged
     begins = table.loc[table["passage"] == first, "start_s"].min()
-    return float(begins) - LONGEST_CONTACT * timing(recording).turn, converged
+    return float(begins) - LONGEST_CONTACT * recording.periods.turn, converged
 
 
 @dataclass(frozen=True)
@@ -204,7 +208,7 @@ def run_until(
 
 def _least(scene: Scene) -> float:
     """Seconds of the passages that an answer takes, the first one being cut."""
-    return (LEAST + 1) / (scene.loop_frequency * scene.rig.chain.pitches)
+    return (LEAST + 1) * scene.periods.passage
 
 
 def _judged(recording: Recording, tolerances: Mapping[str, float]) -> tuple[Answer, bool]:
@@ -219,7 +223,7 @@ def _judged(recording: Recording, tolerances: Mapping[str, float]) -> tuple[Answ
             continue
         scale = 100.0 if name in SHARES else abs(measure.value)
         reached[name] = bool(measure.half_width <= tolerance * scale)
-    answer = Answer(means, reached, first * passage(recording), recording)
+    answer = Answer(means, reached, first * recording.periods.passage, recording)
     return answer, answer.converged
 
 

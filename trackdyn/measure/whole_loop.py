@@ -7,18 +7,18 @@ so that the correlation between links does not matter, and the means of successi
 scatter gives the standard error of the whole mean (`uncertainty.batch_error`).
 """
 
+from dataclasses import replace
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-import pandas as pd
 
 from trackdyn.errors import InputError
-from trackdyn.measure.contact_log import SIDES, timing
-from trackdyn.measure.meshing import spells
-from trackdyn.measure.sensor import loop_frequency, specific_force
+from trackdyn.measure.contacts import SIDES, peaks
+from trackdyn.measure.sensor import specific_force
 from trackdyn.measure.uncertainty import batch_error
-from trackdyn.sensor.signals import high_frequency_rms, high_passed
+from trackdyn.model.record import SPELL_COLUMNS
+from trackdyn.sensor.signals import high_passed
 from trackdyn.simulation.recording import Recording
 
 # measures whose tolerances are a share of the value, and a share of a sprocket turn
@@ -45,28 +45,22 @@ class Revolution(NamedTuple):
     seam: float
 
 
-def passage(recording: Recording) -> float:
-    """Time in which the chain moves by one pitch, s."""
-    return 1.0 / (loop_frequency(recording) * recording.meta["rig"]["chain"]["pitches"])
-
-
 def every_ay(recording: Recording) -> np.ndarray:
     """(s, p) y acceleration that a sensor on each link reports (Eq. 40), in its range, g; `InputError` without."""
     if recording.link_mean.size == 0:
         raise InputError("recording: link_mean is empty; a scene with every_link=True fills it")
-    rig = recording.meta["rig"]
-    felt = specific_force(recording.link_mean[:, :, :2], recording.link_mean[:, :, 2], rig["gravity"])[:, :, 1]
-    return np.clip(felt / (rig["gravity"] or 9.81), -rig["sensor"]["range"], rig["sensor"]["range"])
+    rig = recording.scene.rig
+    felt = specific_force(recording.link_mean[:, :, :2], recording.link_mean[:, :, 2], rig.gravity)[:, :, 1]
+    return np.clip(felt / (rig.gravity or 9.81), -rig.sensor.range, rig.sensor.range)
 
 
 def passage_edges(recording: Recording) -> np.ndarray:
     """(m + 1,) edges of the m whole passages of a record, in samples."""
-    count = int(len(recording.time) / recording.rate / passage(recording) + 1e-6)
-    if count < 1:
-        raise InputError(
-            f"recording: {len(recording.time) / recording.rate:g} s hold no passage of {passage(recording):.4g} s"
-        )
-    return np.rint(np.arange(count + 1) * passage(recording) * recording.rate).astype(int)
+    passage = recording.periods.passage
+    if not recording.seconds + 1e-6 * passage >= passage:
+        raise InputError(f"recording: {recording.seconds:g} s hold no passage of {passage:.4g} s")
+    edges = np.arange(int(recording.seconds / passage + 1e-6) + 1) * passage
+    return np.rint(recording.real_time(edges) * recording.rate).astype(int)
 
 
 def places(recording: Recording, first: int, links: int) -> tuple[np.ndarray, ...]:
@@ -75,15 +69,14 @@ def places(recording: Recording, first: int, links: int) -> tuple[np.ndarray, ..
     Its times (k,), s; for each the row and the column of the recording, and how many passages are over. Raises
     `InputError` if the record is shorter than a passage and a sample from ``first`` on.
     """
-    rate, span = recording.rate, passage(recording)
+    rate, span = recording.rate, recording.periods.passage
     time = np.arange(int(links * span * rate + 1e-6)) / rate
     segment = np.minimum((time / span).astype(int), links - 1)
     rows = first + np.rint((time - segment * span) * rate).astype(int)
     if rows.max() + 1 >= len(recording.time):
-        held = len(recording.time) / rate
-        raise InputError(f"recording: {held:g} s are shorter than a passage of {span:.4g} s and a sample")
+        raise InputError(f"recording: {recording.seconds:g} s are shorter than a passage of {span:.4g} s and a sample")
     # links are numbered against the motion: one passage later a link does what the next one does now
-    columns = (int(recording.meta["rig"]["sensor"]["pitch"]) - 1 + segment) % links
+    columns = (recording.scene.rig.sensor.pitch - 1 + segment) % links
     return time, rows, columns, segment
 
 
@@ -100,6 +93,67 @@ def stitch(recording: Recording, first: int = 0, felt: np.ndarray | None = None)
     # what the link itself does next, beside what the one that goes on does
     steps = ay[last + 1] - felt[np.minimum(rows[last] + 1, len(felt) - 1), columns[last]]
     return Revolution(time, ay, float(np.sqrt(np.mean(steps**2))))
+
+
+def stitched_contacts(recording: Recording) -> Recording:
+    """Contacts of one connector and the link ahead over a revolution of the loop for each whole passage of a record.
+
+    Every pitch is recorded. The revolutions stand one after another, each from the middle of the connector's free way
+    on, with half a one before and after them. Other arrays than those of contacts are empty. The log is made from
+    samples: its times are whole ones, its peaks the largest sample.
+    """
+    links, rate, revolutions = len(recording.pitches), recording.rate, []
+    for first in passage_edges(recording)[:-1]:
+        _, rows, columns, _ = places(recording, first, links)
+        pair = np.column_stack([columns, (columns + 1) % links])
+        touching = (recording.force[rows[:, None], pair] > 0)[:, [0, 0, 1], [0, 1, 2]].any(axis=1)
+        revolutions.append((np.roll(rows, -(shift := _free_way(touching))), np.roll(pair, -shift, axis=0)))
+    half = len(revolutions[0][0]) // 2
+    (rows, pair), (last_rows, last_pair) = revolutions[0], revolutions[-1]
+    at = np.concatenate([last_rows[-half:], *(rows for rows, _ in revolutions), rows[:half]])
+    pairs = np.concatenate([last_pair[-half:], *(pair for _, pair in revolutions), pair[:half]])
+    force, area = recording.force[at[:, None], pairs], recording.area[at[:, None], pairs]
+    rate_made = -2 * np.pi / recording.periods.turn
+    empty = {name: getattr(recording, name)[:0] for name in ("raw", "mean", "gap", "cut", "change", "place", "energy")}
+    return replace(
+        recording,
+        time=np.arange(1, len(at) + 1) / rate,
+        wheel_rate=np.full((len(at), 1), rate_made),
+        force=force,
+        area=area,
+        groove=np.zeros_like(area),
+        pitches=np.array([1, 2]),
+        spells=np.concatenate([
+            _sampled_spells(force[:, pitch, side], area[:, pitch, min(side, 1)], (pitch, side), rate)
+            for pitch, side in ((0, 0), (0, 1), (1, 2))
+        ]),
+        begin=0.0,
+        **empty,
+    )  # fmt: skip
+
+
+def _free_way(touching: np.ndarray) -> int:
+    """Index of the middle of the longest pause of a circular series; 0 without a contact."""
+    at = np.flatnonzero(touching)
+    if not len(at):
+        return 0
+    pauses = np.diff(np.r_[at[-1] - len(touching), at])
+    longest = pauses.argmax()
+    return int(at[longest] - pauses[longest] // 2) % len(touching)
+
+
+def _sampled_spells(force: np.ndarray, area: np.ndarray, who: tuple[int, int], rate: float) -> np.ndarray:
+    """(k, 11) spells (`model.record.SPELL_COLUMNS`) of a pitch and side from samples of its force and area."""
+    edges = np.flatnonzero(np.diff(np.r_[0, force > 0, 0]))
+    begins, ends = edges[::2], edges[1::2]
+    rows = np.zeros((len(begins), len(SPELL_COLUMNS)))
+    rows[:, :2] = who
+    for row, begin, end in zip(rows, begins, ends, strict=True):
+        of = force[begin:end]
+        bits = np.bitwise_or.reduce(1 << (area[begin:end].astype(int) - 1)) if who[1] < 2 else 0
+        peak = begin + of.argmax()
+        row[3:10] = bits, begin / rate, end / rate, of.max(), (peak + 0.5) / rate, of.sum() / rate, of @ of / rate
+    return rows
 
 
 class Series(NamedTuple):
@@ -157,7 +211,7 @@ def series(recording: Recording) -> dict[str, Series]:
         turn); ``left_peak``, ``right_peak`` (N: the largest force of an arc on its way through the sprocket, if
         contacts are logged and that arc has some).
     """
-    felt, edges, rig = every_ay(recording), passage_edges(recording), recording.meta["rig"]
+    felt, edges, rig = every_ay(recording), passage_edges(recording), recording.scene.rig
     parts = [slice(a, b) for a, b in pairwise(edges)]
     number = np.arange(len(parts))
     mean = np.array([felt[part].mean() for part in parts])
@@ -168,32 +222,22 @@ def series(recording: Recording) -> dict[str, Series]:
     }
     above = high_passed(felt, recording.rate)
     found["high_frequency"] = Series(np.array([(above[part] ** 2).mean() for part in parts]), number, True)
-    room = len(felt) - int(np.ceil(passage(recording) * recording.rate)) - 1
+    room = len(felt) - int(np.ceil(recording.periods.passage * recording.rate)) - 1
     starts = [first for first in edges[:-1] if first < room]
     found["line"] = Series(
         np.array([_line(stitch(recording, first, felt).ay) for first in starts]), number[: len(starts)]
     )
     for k, side in enumerate(SIDES):
         # arcs that touch at an instant, over teeth, is the part of a sprocket turn that each of them touches
-        touching = (recording.force[:, :, k] > 0.0).sum(axis=1) * (100.0 / rig["sprocket"]["teeth"])
+        touching = (recording.force[:, :, k] > 0.0).sum(axis=1) * (100.0 / rig.sprocket.teeth)
         found[f"{side}_share"] = Series(np.array([touching[part].mean() for part in parts]), number)
     if len(recording.spells):
-        table = spells(recording)
         for side in ("left", "right"):
-            rows = table[table["side"] == side]
-            if len(rows):
-                found[f"{side}_peak"] = _peaks(rows, timing(recording).turn, edges / recording.rate)
+            visits = peaks(recording, side)
+            if len(visits):
+                of = np.searchsorted(edges / recording.rate, visits["end_s"]) - 1
+                found[f"{side}_peak"] = Series(visits["peak_n"].to_numpy(), of)
     return found
-
-
-def _peaks(rows: pd.DataFrame, turn: float, edges_s: np.ndarray) -> Series:
-    """Largest force of every arc of one side between two free ways around, in order of release."""
-    rows = rows.sort_values(["connector", "start_s"])
-    # an arc is on the sprocket for about half a turn, and off it for longer than that
-    visit = (rows["start_s"].diff().gt(0.7 * turn) | rows["connector"].diff().ne(0)).cumsum()
-    complete = rows.groupby(visit).agg(start_s=("start_s", "min"), end_s=("end_s", "max"), peak_n=("peak_n", "max"))
-    complete = complete[complete["start_s"] > 0.7 * turn].sort_values("end_s")
-    return Series(complete["peak_n"].to_numpy(), np.searchsorted(edges_s, complete["end_s"]) - 1)
 
 
 def whole_loop(recording: Recording) -> dict[str, Estimate]:
@@ -202,9 +246,8 @@ def whole_loop(recording: Recording) -> dict[str, Estimate]:
 
 
 def high_frequency_of_all(recording: Recording) -> float:
-    """Root mean square over all links of the content at and above 20 Hz (`signals.high_frequency_rms`), g."""
-    each = [high_frequency_rms(ay, recording.rate) for ay in every_ay(recording).T]
-    return float(np.sqrt(np.mean(np.square(each))))
+    """Root mean square over all links of the content at and above 20 Hz (`signals.high_passed`), g."""
+    return float(np.sqrt(np.mean(high_passed(every_ay(recording), recording.rate) ** 2)))
 
 
 def _line(revolution: np.ndarray) -> float:

@@ -197,10 +197,6 @@ class Rig(OmitsDefaults):
             **design,
         )
 
-    def loop_period(self, motor_rpm: float) -> float:
-        """Time of one revolution of the loop, s."""
-        return 60 * self.sprocket.transmission_ratio / motor_rpm * self.chain.pitches / self.sprocket.teeth
-
     def composite_modulus(self, surface: Surface) -> float:
         """E* of a surface against steel by Eq. (9), Pa."""
         steel = self.steel

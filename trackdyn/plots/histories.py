@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from trackdyn.measure.sensor import loop_frequency, own_loop_hz, sense
+from trackdyn.measure.sensor import own_loop_hz, sense
 from trackdyn.plots.style import BLACK, SENSOR, SIMULATION, new_figure, styled
 from trackdyn.sensor.sensor_csv import SensorRecord
 from trackdyn.simulation.recording import Recording
@@ -47,7 +47,7 @@ def history_figure(recording: Recording, record: SensorRecord, title="", sensor_
 
 def draw_histories(axes: Sequence[Axes], recording: Recording, record: SensorRecord, sensor_label: str) -> None:
     """The two panels of `history_figure`; axes of a figure share theirs."""
-    loop_hz = loop_frequency(recording)
+    loop_hz = recording.periods.loop_hz
     curves = (
         (sense(recording).ay, recording.rate, loop_hz, "simulation", SIMULATION),
         (record.ay_g, record.rate_hz, own_loop_hz(record.ay_g, record.rate_hz, loop_hz), sensor_label, SENSOR),

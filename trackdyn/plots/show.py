@@ -12,13 +12,13 @@ import pandas as pd
 
 from trackdyn.files import write_text
 from trackdyn.measure.columns import table_schema, words
-from trackdyn.measure.metrics import run_metrics
-from trackdyn.measure.sensor import LEAST_LOOPS, loop_frequency, sense
-from trackdyn.model.constants import Tooth
+from trackdyn.measure.contacts import sampled_shares
+from trackdyn.measure.metrics import run_metrics, speed_sentence
+from trackdyn.measure.sensor import sense
+from trackdyn.model.constants import SPROCKET, Tooth
 from trackdyn.model.record import ENERGY_NAMES
-from trackdyn.parameters.rig import Rig
 from trackdyn.plots.rendering import CONFIGURATION, differences, render, short
-from trackdyn.sensor.signals import LOW_RANGE_HZ, in_bands, main_line, main_line_binfree, spectrum
+from trackdyn.sensor.signals import LOW_RANGE_HZ, holds_line, in_bands, main_line, main_line_binfree, spectrum
 from trackdyn.simulation.account import LOSSES, STORED
 from trackdyn.simulation.recording import Recording, load_recording
 from trackdyn.simulation.replay import SIDES, Stretch, stretch_of
@@ -99,7 +99,7 @@ def show(
     if not isinstance(recording, Recording):
         title = Path(recording).stem if title is None else title
         recording = load_recording(recording)
-    belt = recording.meta["scene"]["chain"] == "belt"
+    belt = recording.scene.chain == "belt"
     stretch = None if belt else stretch_of(recording, seconds, progress)
     measures, work = measures_of(recording), work_of(recording)
     decisions = [
@@ -132,8 +132,9 @@ def show(
         resolution=CONFIGURATION,
         measures=measures,
         work=work,
-        seconds=len(recording.time) / recording.rate,
+        seconds=recording.seconds,
         decisions=decisions,
+        speed=speed_sentence(recording),
         asked=[{"field": words(name), "value": json.dumps(value)} for name, value in recording.meta["scene"].items()],
         present=source_hash(),
     )
@@ -188,9 +189,9 @@ def signal(recording: Recording, stretch: float | None) -> dict:
         low = freq <= LOW_RANGE_HZ
         shown["low"] = [short(freq[low]), short(amplitude[low])] if low.any() else None
         shown["band"] = [short(part) for part in in_bands(freq, amplitude)]
-        hz = loop_frequency(recording)
-        if hz > 0 and len(ay) / rate * hz >= LEAST_LOOPS and np.ptp(ay) > 0:
-            shown["line"] = [short(main_line(ay, rate)), short(main_line_binfree(ay, rate, expected_hz=hz)[:2])]
+        hz = recording.periods.loop_hz
+        if holds_line(len(ay), rate, hz) and np.ptp(ay) > 0:
+            shown["line"] = [short(main_line(ay, rate, hz)), short(main_line_binfree(ay, rate, expected_hz=hz)[:2])]
     return shown
 
 
@@ -202,7 +203,7 @@ def _round(value: float) -> float:
 
 def geometry(recording: Recording, stretch: Stretch) -> dict:
     """Lengths and outlines that the moving loop is drawn from (m), and the one scale of its forces."""
-    rig, model = Rig.model_validate(recording.meta["rig"]), stretch.loop.model
+    rig, model = recording.scene.rig, stretch.loop.model
     tooth, shoes = model.tooth, model.shoes
     groove = rig.groove_profile
     largest = [np.hypot(of[:, 3], of[:, 4]).max() for of in stretch.contacts if len(of)]
@@ -261,8 +262,8 @@ def picture(recording: Recording, stretch: Stretch) -> dict:
     low, high = np.percentile(stretch.tension, [1, 99])
     units = [1, CONFIGURATION, CONFIGURATION, 1, 1, 1, 1]  # of side, place (m), force (N), area, groove
     return {
-        "rpm": recording.meta["scene"]["motor_rpm"],
-        "radius": recording.meta["scene"]["ring_radius"],
+        "rpm": recording.scene.motor_rpm,
+        "radius": recording.scene.ring_radius,
         "frames": frames,
         "interval": stretch.interval,
         "begin": stretch.time[0] if stretch.apart is not None else 0.0,
@@ -306,7 +307,10 @@ def tension(stretch: Stretch) -> dict:
 
 def shares(stretch: Stretch) -> dict | None:
     """Time in contact by area and of the ring, % of a turn of the sprocket a passage."""
-    if not np.isfinite(stretch.shares[0, 0]):
+    record, rig = stretch.record, stretch.loop.scene.rig
+    if stretch.loop.scene.loop != "on_wheels" or not record.wheel_rate[:, SPROCKET].any():
         return None
-    left, right = stretch.shares[:-1].T
-    return {"names": list(SIDES), "left": short(left), "right": short(right), "ring": float(stretch.shares[-1, 0])}
+    touching = (*np.moveaxis(record.area, 2, 0), (record.force[:, :, 2] > 0).astype(int))
+    left, right, ring = (sampled_shares(of, record.wheel_rate, rig)[1:] for of in touching)
+    areas = len(stretch.loop.model.tooth.radius)
+    return {"names": list(SIDES), "left": short(left[:areas]), "right": short(right[:areas]), "ring": float(ring[0])}

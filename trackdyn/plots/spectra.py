@@ -9,7 +9,7 @@ import scipy  # its parts are loaded where they are used
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from trackdyn.measure.sensor import loop_frequency, sense
+from trackdyn.measure.sensor import own_loop_hz, sense
 from trackdyn.plots.histories import draw_histories
 from trackdyn.plots.style import BLACK, SENSOR, SIMULATION, new_figure, styled
 from trackdyn.sensor.sensor_csv import SensorRecord
@@ -36,18 +36,18 @@ class _Curve:
     label: str
     ay: np.ndarray
     rate: float
-    expected_hz: float | None
+    hz: float  # of its loop
     look: dict
     marker: str
     hollow_size: float  # of different sizes, so that one hollow mark may stand within the other
 
     @cached_property
     def line(self):
-        return main_line(self.ay, self.rate)
+        return main_line(self.ay, self.rate, self.hz)
 
     @cached_property
     def free(self):
-        return main_line_binfree(self.ay, self.rate, expected_hz=self.expected_hz)[:2]
+        return main_line_binfree(self.ay, self.rate, expected_hz=self.hz)[:2]
 
     @cached_property
     def spectrum(self):
@@ -66,7 +66,7 @@ def spectrum_figure(
     :func:`trackdyn.plots.histories.history_figure`; ``others`` are a dominant peak from elsewhere for
     either record, such as a printed one: label, frequency (Hz), amplitude (g), marker.
     """
-    loop_hz = loop_frequency(recording)
+    loop_hz = recording.periods.loop_hz
     simulated, measured = _curves(recording, record, sensor_label)
     figure = new_figure(6.4)
     main, low, complete = figure.subplots(3, 1, height_ratios=(1.3, 1.0, 1.0))
@@ -104,7 +104,7 @@ def comparison_figure(recording: Recording, record: SensorRecord, sensor_label="
     lower.sharex(upper)
     lower.sharey(upper)
     draw_histories((upper, lower), recording, record, sensor_label)
-    upper.set_title(f"{recording.meta['scene']['motor_rpm']:g} rpm")
+    upper.set_title(f"{recording.scene.motor_rpm:g} rpm")
     _draw_ranges(low, complete, _curves(recording, record, sensor_label))
     low.legend()
     figure.align_ylabels()
@@ -112,10 +112,11 @@ def comparison_figure(recording: Recording, record: SensorRecord, sensor_label="
 
 
 def _curves(recording: Recording, record: SensorRecord, sensor_label: str) -> tuple[_Curve, _Curve]:
-    loop_hz, dashed = loop_frequency(recording), SENSOR | {"linestyle": (0, (4, 1.2))}
+    loop_hz, dashed = recording.periods.loop_hz, SENSOR | {"linestyle": (0, (4, 1.2))}
+    own_hz = own_loop_hz(record.ay_g, record.rate_hz, loop_hz)
     return (
         _Curve("simulation", sense(recording).ay, recording.rate, loop_hz, SIMULATION, "o", 11),
-        _Curve(sensor_label, record.ay_g, record.rate_hz, None, dashed, "s", 7),
+        _Curve(sensor_label, record.ay_g, record.rate_hz, own_hz, dashed, "s", 7),
     )
 
 

@@ -1,8 +1,8 @@
 """A scene: the rig, what it is asked to do, and the model that this requires."""
 
 from functools import cached_property
-from math import ceil, floor, pi
-from typing import Annotated, Any, NoReturn
+from math import ceil, floor, nan, pi
+from typing import Annotated, Any, NamedTuple, NoReturn
 
 import numpy as np
 from pydantic import BeforeValidator, ValidationError
@@ -47,6 +47,24 @@ def _flag(value: Any) -> Any:
     if not isinstance(value, (bool, np.bool_)):
         raise ValueError(f"= {shown(value)}: must be True or False")
     return bool(value)
+
+
+class Periods(NamedTuple):
+    """Periods of a loop at a constant speed, s; NaN at rest."""
+
+    turn: float  # of the sprocket
+    loop: float  # revolution of the loop
+    passage: float  # in which the chain moves by one pitch
+    loop_hz: float  # revolutions of the loop a second, Hz; 0 at rest
+
+    @classmethod
+    def at(cls, rig: Rig, motor_rpm: float) -> "Periods":
+        """Periods of a rig at a motor speed, rev/min."""
+        ratio, teeth, pitches = rig.sprocket.transmission_ratio, rig.sprocket.teeth, rig.chain.pitches
+        if not motor_rpm:
+            return cls(nan, nan, nan, 0.0)
+        turn, loop_hz = 60 * ratio / motor_rpm, motor_rpm / ratio / 60 * teeth / pitches
+        return cls(turn, turn * pitches / teeth, 1.0 / (loop_hz * pitches), loop_hz)
 
 
 class Scene(Choices):
@@ -277,10 +295,9 @@ class Scene(Choices):
         return -self.motor_rpm / self.rig.sprocket.transmission_ratio * 2 * pi / 60
 
     @property
-    def loop_frequency(self) -> float:
-        """Revolutions of the loop per second: ``n / (60 ratio) m / N``."""
-        sprocket = self.motor_rpm / self.rig.sprocket.transmission_ratio / 60
-        return sprocket * self.rig.sprocket.teeth / self.rig.chain.pitches
+    def periods(self) -> Periods:
+        """Periods of sprocket, loop and pitch at the speed that is asked for; ``n / (60 ratio) m / N`` Hz."""
+        return Periods.at(self.rig, self.motor_rpm)
 
     @property
     def stride(self) -> int:

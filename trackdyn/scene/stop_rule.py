@@ -7,6 +7,7 @@ from pydantic import BeforeValidator, Field
 
 from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.validation import Positive, Section, plain_count
+from trackdyn.scene.scene import Periods
 
 
 class StopRule(Section):
@@ -24,5 +25,5 @@ def steady_fields(rig: Rig, rpm: float, rule: StopRule) -> dict[str, float]:
     """Fields of a scene that records from the end of its ramp on, for as long as ``rule`` allows."""
     return {
         "lead_in": 0.0,
-        "duration": ceil(rule.longest_turns * rig.loop_period(rpm) * rig.sensor.rate) / rig.sensor.rate,
+        "duration": ceil(rule.longest_turns * Periods.at(rig, rpm).loop * rig.sensor.rate) / rig.sensor.rate,
     }

@@ -24,7 +24,7 @@ def belt_motion(scene, travel0: float, samples: int):
     """
     rig = scene.rig
     path, _ = belt_around(rig)
-    speed = path.length * scene.loop_frequency
+    speed = path.length * scene.periods.loop_hz
     dx, dy = rig.sensor.x - rig.chain.link_length / 2, rig.sensor.y
     # pitch 1 starts in the middle of the strand that runs onto the sprocket, as in the dynamic loop
     start = 0.5 * (path.start[-2] + path.start[-1]) + path.length * (
@@ -44,7 +44,7 @@ def belt_recording(scene) -> Recording:
     rate, pitches = scene.rig.sensor.rate, scene.rig.chain.pitches
     samples = round(scene.duration * rate)
     begin = time.perf_counter()
-    raw, mean, at, length = belt_motion(scene, (scene.lead_in + scene.ramp / 2) * scene.loop_frequency, samples)
+    raw, mean, at, length = belt_motion(scene, (scene.lead_in + scene.ramp / 2) * scene.periods.loop_hz, samples)
     wall = time.perf_counter() - begin
     empty = make_record(samples, make_state(2 * pitches, pitches, 1 + len(scene.rig.rollers)))
     empty.wheel_rate[:, SPROCKET] = scene.sprocket_rate

@@ -7,7 +7,6 @@ import numpy as np
 
 from trackdyn.errors import DivergenceError
 from trackdyn.model.record import SPELL_COLUMNS, PlaneRecord, Record, Spells, make_record
-from trackdyn.scene.scene import Scene
 from trackdyn.simulation.account import refuse_open_account
 from trackdyn.simulation.checkpoint import filled, refuse_other_places
 from trackdyn.simulation.cost import refuse_too_large
@@ -110,8 +109,8 @@ class Recorder:
             raise ValueError(f"off = {off}")
         self.watch.found, self.watch.off = found, tuple(off)
         if done:
-            recording, scene = self._so_far()
-            if fault := recording.fault() or recording.fault_of_scene(scene):
+            recording = self._so_far()
+            if fault := recording.fault() or recording.fault_of_scene():
                 raise ValueError(fault)
 
     def recording(self) -> Recording:
@@ -119,10 +118,10 @@ class Recorder:
         refuse_open_account(
             self.record.energy[: self.done], self.loop.model, self.done / self.loop.scene.rig.sensor.rate
         )
-        return self._so_far()[0].checked()
+        return self._so_far().checked()
 
-    def _so_far(self) -> tuple[Recording, Scene]:
-        """What was recorded so far, and the scene that asks for just that."""
+    def _so_far(self) -> Recording:
+        """What was recorded so far, of a scene that asks for just that."""
         record, scene = self.record, self.loop.scene.with_(**self.requested)
         rate, stride = scene.rig.sensor.rate, record.frame_stride
         if self.done < self.samples:
@@ -135,7 +134,7 @@ class Recorder:
             own |= {"plane": plane.motion, "wheel_offset": plane.offset, "axial_force": plane.axial}
         found = self.watch.resolution()
         share = None if np.isnan(found.share) else found.share
-        return Recording(
+        recording = Recording(
             time=np.arange(1, self.done + 1) / rate,
             pitches=record.pitches + 1,
             spells=np.vstack(self.ended) if self.ended else np.zeros((0, len(SPELL_COLUMNS))),
@@ -144,7 +143,9 @@ class Recorder:
             meta=provenance(scene, self.loop.layout) | {"resolved": found._asdict() | {"share": share}},
             wall=self.wall,
             **own,
-        ), scene
+        )
+        vars(recording)["scene"] = scene  # not built from its description again
+        return recording
 
 
 def _rows(record: Record, count: int) -> Record:

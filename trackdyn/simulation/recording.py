@@ -3,8 +3,9 @@
 import json
 import platform
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, cached_property
 from importlib.metadata import version
+from math import pi
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -14,11 +15,12 @@ from psutil import virtual_memory
 
 from trackdyn.errors import DivergenceError, InputError, TrackdynError
 from trackdyn.files import read_npz, replacing
+from trackdyn.model.constants import SPROCKET
 from trackdyn.model.record import SPELL_COLUMNS
 from trackdyn.parameters.layout import wheel_names
 from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.validation import shown
-from trackdyn.scene.scene import Scene
+from trackdyn.scene.scene import Periods, Scene
 from trackdyn.simulation.resolution import NO, OPEN, YES
 from trackdyn.simulation.state_checks import LARGEST
 from trackdyn.sources import source_hash
@@ -135,10 +137,72 @@ class Recording:
     ARRAYS = tuple(SHAPES)
     OPTIONAL = ARRAYS[-6:]
 
+    @cached_property
+    def scene(self) -> Scene:
+        """The scene that was run."""
+        return Scene(Rig.model_validate(self.meta["rig"]), **self.meta["scene"])
+
     @property
     def rate(self) -> float:
         """Samples per second."""
-        return float(self.meta["rig"]["sensor"]["rate"])
+        return float(self.scene.rig.sensor.rate)
+
+    @cached_property
+    def turns(self) -> np.ndarray | None:
+        """(s + 1,) turns that the sprocket has made since the record began; None at the speed that is asked for.
+
+        From the wheel's own rate, which a motor, a wheel that coasts and a drive that is steered do not hold. Rolling
+        back undoes no turn.
+        """
+        asked, made, drive = -self.scene.sprocket_rate, -self.wheel_rate[:, SPROCKET], self.scene.rig.drive
+        ripple = drive.ripple if drive is not None else 0.0
+        if (drive is None or drive.kind == "speed") and (abs(made - asked) <= (ripple + 1e-6) * asked).all():
+            return None
+        between = 0.5 * (made + np.r_[made[0], made[:-1]]) / (2 * pi * self.rate)
+        return np.maximum.accumulate(np.r_[0.0, np.cumsum(between)])
+
+    def steady_time(self, time: np.ndarray) -> np.ndarray:
+        """When a sprocket at the record's mean speed would have turned as far as this one at ``time`` (s)."""
+        if self.turns is None or not self.turns[-1]:
+            return time
+        return np.interp(time, self._edges, self.turns) * self.periods.turn
+
+    def real_time(self, steady: np.ndarray) -> np.ndarray:
+        """Inverse of `steady_time`, s."""
+        if self.turns is None or not self.turns[-1]:
+            return steady
+        return np.interp(steady / self.periods.turn, self.turns, self._edges)
+
+    @property
+    def _edges(self) -> np.ndarray:
+        """(s + 1,) ends of the sample intervals since the beginning of the record, s."""
+        return np.arange(len(self.time) + 1) / self.rate
+
+    @property
+    def seconds(self) -> float:
+        """Length of the record, s."""
+        return len(self.time) / self.rate
+
+    @cached_property
+    def made_rpm(self) -> float:
+        """Motor speed over the record, rev/min: the one that is asked for, or the mean of what the sprocket made."""
+        if self.turns is None:
+            return self.scene.motor_rpm
+        return float(self.turns[-1] / self.seconds * 60 * self.scene.rig.sprocket.transmission_ratio)
+
+    @property
+    def periods(self) -> Periods:
+        """Periods of sprocket, loop and pitch at the speed that was made."""
+        return Periods.at(self.scene.rig, self.made_rpm)
+
+    @cached_property
+    def speeds(self) -> np.ndarray:
+        """(n,) motor speed over each turn of the sprocket, rev/min; over each half of what a shorter record turns."""
+        if self.turns is None or not self.turns[-1]:
+            return np.array([self.made_rpm])
+        edges = np.linspace(0.0, self.turns[-1], max(2, int(self.turns[-1])) + 1)
+        at = np.r_[0.0, np.interp(edges[1:-1], self.turns, self._edges), self.seconds]
+        return edges[1] / np.diff(at) * 60 * self.scene.rig.sprocket.transmission_ratio
 
     def fault(self) -> str | None:
         """What is wrong with the arrays: one whose shape does not fit the others', or a number that is not finite."""
@@ -165,8 +229,9 @@ class Recording:
                 return f"{name} holds a value beyond {LARGEST:g}"
         return None
 
-    def fault_of_scene(self, scene: Scene) -> str | None:
-        """What is in the arrays that a run of ``scene`` cannot give, their shapes being right."""
+    def fault_of_scene(self) -> str | None:
+        """What is in the arrays that a run of the scene cannot give, their shapes being right."""
+        scene = self.scene
         rate, count = scene.rig.sensor.rate, len(self.time)
         belt, pitches, teeth = scene.chain == "belt", scene.rig.chain.pitches, scene.rig.sprocket.teeth
         areas, wheels = len(scene.groove.radius), len(wheel_names(scene.rig))
@@ -214,6 +279,24 @@ class Recording:
             ),
         )  # fmt: skip
         return next((text for wrong, text in faults if wrong), None)
+
+    def fault_of_meta(self) -> str | None:
+        """What is wrong with the description of the run; `InputError` for its scene, `KeyError` for what is missing."""
+        meta = self.meta
+        settings = {name: chosen["setting"] for name, chosen in meta["fidelity"].items()}
+        if settings != {name: decision.setting for name, decision in self.scene.fidelity.items()}:
+            return "fidelity is not that of its scene"
+        if not all(isinstance(chosen["reason"], str) for chosen in meta["fidelity"].values()):
+            return "fidelity has a reason that is no text"
+        resolved = meta.get("resolved", {"state": OPEN, "reason": ""})
+        known = isinstance(resolved, dict) and resolved["state"] in (YES, NO, OPEN)
+        if not (known and isinstance(resolved["reason"], str)):
+            return f"resolved is {shown(resolved)}, not a state with its reason"
+        kinds = {"sources": str, "python": str, "versions": dict}
+        if not all(isinstance(meta[name], kind) for name, kind in kinds.items()):
+            return "sources, python or versions are not what they were"
+        finite = np.isfinite(list(meta["layout"].values())).all()
+        return None if finite else "layout holds a value that is not a finite number"
 
     def checked(self) -> "Recording":
         """Return this recording if all its numbers are finite.
@@ -295,32 +378,9 @@ def load_recording(path: Path | str) -> Recording:
     try:
         fields: dict[str, Any] = {name: arrays[name] for name in Recording.ARRAYS}
         recording = Recording(meta=meta, **fields)
-        fault = recording.fault() or _fault_of_meta(meta) or recording.fault_of_scene(scene_of(meta))
+        fault = recording.fault() or recording.fault_of_meta() or recording.fault_of_scene()
     except (KeyError, TypeError, ValueError, AttributeError, TrackdynError) as error:
         fault = " ".join(str(error).split())
     if fault:
         raise InputError(f"{path}: not a trackdyn recording, or damaged: {fault}")
     return recording
-
-
-def scene_of(meta: dict) -> Scene:
-    """The scene that a recording was made from."""
-    return Scene(Rig.model_validate(meta["rig"]), **meta["scene"])
-
-
-def _fault_of_meta(meta: dict) -> str | None:
-    """What is wrong with the description of a run; `InputError` for its scene, `KeyError` for a missing part."""
-    scene = scene_of(meta)
-    settings = {name: chosen["setting"] for name, chosen in meta["fidelity"].items()}
-    if settings != {name: decision.setting for name, decision in scene.fidelity.items()}:
-        return "fidelity is not that of its scene"
-    if not all(isinstance(chosen["reason"], str) for chosen in meta["fidelity"].values()):
-        return "fidelity has a reason that is no text"
-    resolved = meta.get("resolved", {"state": OPEN, "reason": ""})
-    known = isinstance(resolved, dict) and resolved["state"] in (YES, NO, OPEN)
-    if not (known and isinstance(resolved["reason"], str)):
-        return f"resolved is {shown(resolved)}, not a state with its reason"
-    if not all(isinstance(meta[name], kind) for name, kind in (("sources", str), ("python", str), ("versions", dict))):
-        return "sources, python or versions are not what they were"
-    finite = np.isfinite(list(meta["layout"].values())).all()
-    return None if finite else "layout holds a value that is not a finite number"

@@ -11,13 +11,13 @@ import numpy as np
 from tqdm import tqdm
 
 from trackdyn.model.constants import SPROCKET
+from trackdyn.model.record import Record
 from trackdyn.model.work import ARM_X, ARM_Y, BODY, FLANK, GUIDE, KIND, NORMAL_X, NORMAL_Y, RING, WHEEL
 from trackdyn.parameters.layout import wheel_names
 from trackdyn.parameters.validation import within
-from trackdyn.scene.scene import Scene
 from trackdyn.simulation.cost import BODY_STEP
 from trackdyn.simulation.loop import Loop
-from trackdyn.simulation.recording import Recording, scene_of
+from trackdyn.simulation.recording import Recording
 
 FRAMES, BODIES_IN_FRAMES = 360, 60_000  # pictures of a stretch, fewer of a chain of many bodies: the page stays small
 STANDING = 3.0  # length of the stretch where no sprocket turns, s
@@ -43,9 +43,7 @@ class Stretch:
     # (f, n) where this joint is on its way around the loop, in pitches since the first touch of the sprocket
     place: np.ndarray
     spans: np.ndarray  # (w, 2) where each wheel is touched on this way: begin and end, pitches; NaN without contact
-    # (a + 1, 2) time in contact of left and right arc with each area, and of the ring (last row, first column), % of a
-    # sprocket turn a passage; NaN where the sprocket does not turn
-    shares: np.ndarray
+    record: Record  # of all pitches over the stretch
     begins: float  # time since the start of the run at which the stretch begins, s
     # (2,) largest difference from the recording of the sensor's place (m) and its mean acceleration (m/s2); None where
     # the stretch is not a part of the record
@@ -55,12 +53,6 @@ class Stretch:
     def names(self) -> list[str]:
         """Names of the wheels, in words."""
         return [name.replace("_", " ") for name in wheel_names(self.loop.scene.rig)[: self.wheels.shape[1]]]
-
-
-def turn_period(scene: Scene) -> float:
-    """Time of a turn of the sprocket, s; infinite while the motor stands."""
-    rate = abs(scene.sprocket_rate)
-    return 2 * pi / rate if rate else float("inf")
 
 
 def stretch_of(recording: Recording, seconds: float | None = None, progress: bool = False) -> Stretch:
@@ -82,12 +74,11 @@ def stretch_of(recording: Recording, seconds: float | None = None, progress: boo
     DivergenceError
         The scene runs out of the physical range.
     """
-    scene = scene_of(recording.meta)
+    scene, turn = recording.scene, recording.periods.turn
     rate = scene.rig.sensor.rate
-    turn = turn_period(scene)
     if seconds is None:
         seconds = min(turn, LONGEST_STRETCH) if np.isfinite(turn) else STANDING
-        seconds = max(min(seconds, len(recording.time) / rate), 1 / rate)
+        seconds = max(min(seconds, recording.seconds), 1 / rate)
     else:
         seconds = within("seconds", seconds, 1 / rate, LONGEST_STRETCH, " s")
     frames = max(2, min(FRAMES, BODIES_IN_FRAMES // scene.bodies))
@@ -128,7 +119,7 @@ def _look(loop: Loop, recording: Recording, complete: bool, frames: int, stride:
     spans, origin = _spans(contacts, middles, moved, wheels, pitches)
     return Stretch(
         loop, np.arange(1, frames + 1) * stride / rate, stride / rate, bodies, around, turned, contacts, tension,
-        (joints[None, :] + moved[:, None] - origin) % pitches, spans, _shares(record, model, scene), begins,
+        (joints[None, :] + moved[:, None] - origin) % pitches, spans, record, begins,
         _apart(record, recording) if complete else None,
     )  # fmt: skip
 
@@ -178,20 +169,6 @@ def _spans(contacts, middles, moved, wheels: int, pitches: int) -> tuple[np.ndar
         origin = spans[SPROCKET, 0]
     begins = (spans[:, 0] - origin) % pitches
     return np.column_stack([begins, begins + np.diff(spans, axis=1)[:, 0]]), float(origin)
-
-
-def _shares(record, model, scene: Scene) -> np.ndarray:
-    """Time in contact by area, % of a sprocket turn a passage: every tooth that came by is a passage."""
-    areas, turn = len(model.tooth.radius), turn_period(scene)
-    shares = np.full((areas + 1, 2), np.nan)
-    if np.isfinite(turn) and scene.loop == "on_wheels":
-        samples = len(record.gap)
-        passages = samples / scene.rig.sensor.rate / turn * model.tooth.teeth
-        of_turn = 100.0 / scene.rig.sensor.rate / turn / passages
-        for area in range(1, areas + 1):
-            shares[area - 1] = of_turn * (record.area == area).sum(axis=(0, 1))
-        shares[-1, 0] = of_turn * (record.force[:, :, 2] > 0).sum()
-    return shares
 
 
 def _apart(record, recording: Recording) -> np.ndarray:

@@ -7,7 +7,7 @@ from psutil import virtual_memory
 
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.jit import target_hash
-from trackdyn.measure.meshing import area_shares, event_times
+from trackdyn.measure.contacts import area_shares, event_times
 from trackdyn.measure.metrics import run_metrics
 from trackdyn.measure.sliding import sliding_per_km
 from trackdyn.measure.stopping import refuse_undriven, refuse_until, run_steady, run_until
@@ -91,7 +91,7 @@ def run_values(recording: Recording) -> dict:
     values = {name: value for name, value in run_metrics("", recording).items() if name != "run"}
     sources, versions = made_with()
     made = {"python": recording.meta["python"]} | versions
-    if recording.meta["scene"]["pitches"]:  # where contacts are recorded pitch by pitch, more is known of them
+    if recording.scene.pitches:  # where contacts are recorded pitch by pitch, more is known of them
         values |= {f"event {name}": seconds for name, seconds in event_times(recording).items()}
         values |= area_shares(recording)
     return values | sliding_per_km(recording) | recording.meta["layout"] | {

@@ -142,7 +142,7 @@ def fit(speed: SyntheticSpeed, seed: int | None = None) -> SyntheticSpeed:
 
     def excess(loop_hz, fluctuation=LEAST_FLUCTUATION):
         trial = replace(speed, loop_hz=loop_hz, fluctuation=fluctuation)
-        return main_line(_record(trial, seed)[2], RATE_HZ)[1] - speed.printed_g
+        return main_line(_record(trial, seed)[2], RATE_HZ, speed.printed_hz)[1] - speed.printed_g
 
     line = round(speed.printed_hz * RECORD_S) / RECORD_S
     between = line + np.copysign(0.5 / RECORD_S, speed.printed_hz - line)
@@ -168,7 +168,8 @@ def closeness(records: Mapping[int, np.ndarray] | None = None) -> pd.DataFrame:
         records = {rpm: generate(rpm)[2] for rpm in SPEEDS}
     rows = []
     for rpm, ay in records.items():
-        speed, (hz, amplitude) = _speed(rpm), main_line(ay, RATE_HZ)
+        speed = _speed(rpm)
+        hz, amplitude = main_line(ay, RATE_HZ, speed.printed_hz)
         row = {"rpm": rpm, "printed_hz": speed.printed_hz, "achieved_hz": hz}
         row["difference_bins"] = (hz - speed.printed_hz) * len(ay) / RATE_HZ
         row |= {"printed_g": speed.printed_g, "achieved_g": amplitude}

@@ -5,7 +5,7 @@ import pandas as pd
 from trackdyn import load_recording
 from trackdyn.files import write_csv, write_text
 from trackdyn.measure.columns import schema_text
-from trackdyn.measure.meshing import mean_events, smoothed_maxima, spells
+from trackdyn.measure.contacts import mean_events, smoothed_maxima, spells
 
 with logged(snakemake):
     tables, contacts = [], []

@@ -1,9 +1,9 @@
 from trackdyn.sweeps.job import logged
 
 from replication.report.figures.loop import loop_figure
-from trackdyn import Rig, load_recording
+from trackdyn import load_recording
 from trackdyn.plots.style import save
 
 with logged(snakemake):
     recording = load_recording(snakemake.input.recording)
-    save(loop_figure(Rig.model_validate(recording.meta["rig"]), recording), snakemake.output[0])
+    save(loop_figure(recording.scene.rig, recording), snakemake.output[0])

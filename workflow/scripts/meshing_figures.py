@@ -2,7 +2,7 @@ from trackdyn.sweeps.job import logged
 
 from replication.report.figures.meshing import passage_figure
 from replication.report.figures.screenshots import screenshot_figure
-from trackdyn import Rig, load_recording
+from trackdyn import load_recording
 from trackdyn.plots.style import save
 
 with logged(snakemake):
@@ -13,4 +13,4 @@ with logged(snakemake):
     ):
         recording = load_recording(path)
         save(passage_figure(recording), passage[0])
-        save(screenshot_figure(Rig.model_validate(recording.meta["rig"]), recording), screenshots[0])
+        save(screenshot_figure(recording.scene.rig, recording), screenshots[0])

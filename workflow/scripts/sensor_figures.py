@@ -15,7 +15,7 @@ with logged(snakemake):
     files = zip(given.recordings, given.sensors, out.histories, out.spectra, strict=True)
     for path, sensor, history, spectrum in files:
         recording, record = load_recording(path), read_sensor_csv(sensor, range_g=inf)
-        rpm = recording.meta["scene"]["motor_rpm"]
+        rpm = recording.scene.motor_rpm
         title = lettered(f"{rpm:g} rpm", rpm)
         save(history_figure(recording, record, title, label), history)
         save(spectrum_figure(recording, record, title, label, peaks(rpm)), spectrum)

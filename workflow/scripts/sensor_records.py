@@ -8,10 +8,11 @@ from replication.paper.contents import caption
 from replication.report.tables import write_captioned_table
 from trackdyn.measure.compare import at_rate
 from trackdyn.measure.orientation import require_axes
-from trackdyn.measure.sensor import LEAST_LOOPS
 from trackdyn.parameters.rig import load_rig
+from trackdyn.scene.scene import Periods
 from trackdyn.sensor.sensor_csv import read_sensor_csv, write_sensor_csv
 from trackdyn.sensor.sensor_mapping import load_mapping
+from trackdyn.sensor.signals import LEAST_PERIODS
 
 with logged(snakemake):
     params, mapping, rows = snakemake.params, load_mapping(*snakemake.input.mapping), []
@@ -19,7 +20,7 @@ with logged(snakemake):
     what = "synthetic, not measured" if params.synthetic else "as compared"
     for rpm, path, out in zip(params.speeds, snakemake.input.sensors, snakemake.output.records, strict=True):
         record = read_sensor_csv(path, mapping, rig.sensor.range, rig.gravity or 9.81)
-        record.require_turns(rig.loop_period(rpm), LEAST_LOOPS)
+        record.require_turns(Periods.at(rig, rpm).loop, LEAST_PERIODS)
         require_axes(record, rig, rpm)
         record = at_rate(record, rig.sensor.rate)
         rows.append({"speed_rpm": rpm, "file": path, **record.done})

@@ -12,12 +12,12 @@ from laboratory.inference.unknowns import Unknown, Unknowns
 from replication.paper.claims import JUDGED, ONE_SIDED, REPRODUCED, Claim, Value, examine
 from replication.paper.evidence import Evidence
 from trackdyn.errors import InputError
-from trackdyn.measure.meshing import LEAST_SHARE
+from trackdyn.measure.contacts import LEAST_SHARE
 from trackdyn.measure.sensor import whole_samples
 from trackdyn.measure.whole_loop import stitch
 from trackdyn.parameters.layout import can_close
 from trackdyn.parameters.rig import Rig
-from trackdyn.scene.scene import Scene
+from trackdyn.scene.scene import Periods, Scene
 from trackdyn.sensor.signals import high_frequency_rms
 from trackdyn.simulation.recording import Recording
 from trackdyn.simulation.settled_loops import SettledLoops
@@ -54,7 +54,7 @@ def _scenes(rig: Rig, scenes: list[list], fields: dict, row: dict) -> dict:
         if ring is not None and ring < least and same in found:  # it touches nothing: no ring
             found[name_of(rpm, ring)] = found[same]
             continue
-        span = row["passages"] * rig.loop_period(rpm) / rig.chain.pitches
+        span = row["passages"] * Periods.at(rig, rpm).passage
         scene = Scene(
             rig, motor_rpm=rpm, ring_radius=ring, ramp=row["ramp_s"], lead_in=row["lead_in_s"], spells=False,
             duration=whole_samples(rig.sensor.rate, span) + 2 / rig.sensor.rate, integrator="linearly_implicit",

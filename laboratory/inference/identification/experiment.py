@@ -17,7 +17,7 @@ from trackdyn.measure.sensor import sense
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene.fidelity import preset
 from trackdyn.scene.limits import largest_step
-from trackdyn.scene.scene import Scene
+from trackdyn.scene.scene import Periods, Scene
 from trackdyn.simulation.settled_loops import SettledLoops
 from trackdyn.simulation.simulate import simulate
 from trackdyn.sources import module_hash
@@ -62,7 +62,7 @@ def simulated_ay(
     rig: Rig, speed: MeasuredSpeed, turns: int, starts: SettledLoops | None = None, begin: float = 0.0
 ) -> np.ndarray:
     """(samples,) y acceleration that a sensor reports over so many turns of the loop, g; from a part of a turn on."""
-    turn = rig.loop_period(speed.rpm)
+    turn = Periods.at(rig, speed.rpm).loop
     scene = scene_of_speed(rig, speed, turns * turn, begin * turn)
     for _ in range(HALVINGS):
         try:
@@ -100,7 +100,7 @@ def _statistics(rig: dict, changes: dict, speeds: list, turns: int, noise: float
     for k, speed in enumerate(MeasuredSpeed(*fields) for fields in speeds):
         ay = simulated_ay(changed, speed, turns, starts, begin)
         ay = ay + noise * rng.standard_normal(ay.shape)
-        period = changed.loop_period(speed.rpm)
+        period = Periods.at(changed, speed.rpm).loop
         values[str(k)] = turn_statistics(ay, speed.rate / speed.every, period, changed.chain.pitches).tolist()
     return values
 

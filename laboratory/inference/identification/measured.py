@@ -11,13 +11,14 @@ from scipy.linalg import block_diag
 from laboratory.inference.identification.experiment import MeasuredSpeed
 from laboratory.inference.identification.features import LEAST_TURNS, covariance, features, features_of, turn_statistics
 from laboratory.inference.identification.posterior import MeasuredRecords
-from trackdyn.errors import InputError
+from trackdyn.errors import InputError, naming
 from trackdyn.measure.compare import whole_ratio
 from trackdyn.measure.orientation import require_axes
 from trackdyn.parameters.rig import Rig
+from trackdyn.scene.scene import Periods
 from trackdyn.sensor.sensor_csv import SensorRecord, read_sensor_csv
 from trackdyn.sensor.sensor_mapping import SensorMapping
-from trackdyn.sensor.signals import HIGH_HZ, LOW_HZ, main_line, main_line_binfree
+from trackdyn.sensor.signals import LOOP_HZ, highest_line, main_line_binfree
 
 SAME_SPEED = 1e-3  # two records that are nearer have one speed
 
@@ -78,25 +79,22 @@ def read_records(
 
 
 def _measured(record: SensorRecord, rig: Rig, rpm: float | None, ring_radius: float | None, preset: str) -> Measured:
-    a_turn_at_1_rpm = rig.loop_period(1.0)
+    a_turn_at_1_rpm = Periods.at(rig, 1.0).loop
     expected = None
     if rpm is not None:
         if not (np.isfinite(rpm) and rpm > 0):
             raise InputError(f"--rpm {rpm:g}: must be a motor speed above 0 rev/min")
         expected = rpm / a_turn_at_1_rpm
         record.require_turns(1 / expected, LEAST_TURNS)
-    low, high = (LOW_HZ, HIGH_HZ) if expected is None else (0.9 * expected, 1.1 * expected)
+    low, high = LOOP_HZ if expected is None else (0.9 * expected, 1.1 * expected)
     if record.seconds < LEAST_TURNS / high:
         raise InputError(
             f"{record.path}: the record of {record.seconds:.4g} s is too short to tell {LEAST_TURNS} turns of the loop"
         )
-    try:
-        line = main_line(record.ay_g, record.rate_hz, low, high)[0]
+    with naming(record.path):
+        line = highest_line(record.ay_g, record.rate_hz, low, high)[0]
         record.require_turns(1 / line, LEAST_TURNS)
         loop_hz = main_line_binfree(record.ay_g, record.rate_hz, expected or line)[0]
-    except InputError as error:
-        text = str(error)
-        raise (error if text.startswith(str(record.path)) else InputError(f"{record.path}: {text}")) from None
     record.require_turns(1 / loop_hz, LEAST_TURNS)
     require_axes(record, rig, rpm or loop_hz * a_turn_at_1_rpm)
     try:

@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 
 from laboratory.inference.identification import experiment
+from trackdyn.scene.scene import Periods
 
 
 def closed_form_ay(rig, speed, turns, starts=None, begin=0.0):
     """ay in g: the turn of the loop, pitches whose first and second harmonic tell stiffness and tension, a ring that
     tells damping.
     """
-    turn = rig.loop_period(speed.rpm)
+    turn = Periods.at(rig, speed.rpm).loop
     rate = speed.rate / speed.every
     phase = 2 * np.pi * np.arange(int(turns * turn * rate) + 2) / rate / turn + 2 * np.pi * begin
     stiff, tight = np.log(rig.bushing.stiffness / 600), np.log(rig.tension.pre_tension / 5000)

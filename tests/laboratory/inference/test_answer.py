@@ -7,14 +7,14 @@ import pandas as pd
 import pytest
 
 from laboratory.inference.answer.problem import MISSING, AnswerProblem, neighbours, residual, rows_of_answer
-from laboratory.inference.answer.revolution import _after_longest_pause, summary
+from laboratory.inference.answer.revolution import summary
 from laboratory.inference.answer.settings import Held, Searches, load_answer, question_unknowns
 from laboratory.inference.answer.study import answer, profiles, start
 from laboratory.inference.unknowns import Unknowns
 from replication.paper.claims import ONE_SIDED, REPRODUCED, _values, load_claims
 from trackdyn.measure.sensor import whole_samples
 from trackdyn.parameters.rig import Rig, load_rig
-from trackdyn.scene.scene import Scene
+from trackdyn.scene.scene import Periods, Scene
 from trackdyn.simulation.simulate import simulate
 from trackdyn.sweeps.row import run_values
 
@@ -39,7 +39,7 @@ def test_two_passages_of_all_connectors_say_what_a_long_run_says(rig):
     """Within three samples of a turn, and 1 % of forces or 1 N, of the passages of a record of 6.4 s."""
     fields = {"rig": rig, "motor_rpm": 115, "ring_radius": 0.304, "step": 1e-4, "integrator": "linearly_implicit"}
     fields["pitches"] = list(range(1, rig.chain.pitches + 1))
-    passage = rig.loop_period(115) / rig.chain.pitches
+    passage = Periods.at(rig, 115).passage
     wait = {"ramp": ANSWER.row.ramp_s, "lead_in": ANSWER.row.lead_in_s}
     duration = whole_samples(1000, ANSWER.row.passages * passage) + 0.002
     found, times = summary(simulate(Scene(**fields, **wait, duration=duration, spells=False)))
@@ -51,12 +51,6 @@ def test_two_passages_of_all_connectors_say_what_a_long_run_says(rig):
     assert found["left_areas"] == known["left_areas"]
     for event in ("left touches", "ring left", "out"):
         assert times[event] == pytest.approx(known[f"event {event}"], abs=0.003)
-
-
-def test_a_revolution_begins_after_its_longest_pause():
-    assert _after_longest_pause(np.array([1, 1, 0, 1, 0, 0, 0, 1], bool)) == 7
-    assert _after_longest_pause(np.array([0, 0, 1, 1, 0, 1, 0, 0], bool)) == 2
-    assert _after_longest_pause(np.zeros(4, bool)) == 0
 
 
 def test_a_claim_is_reproduced_where_no_residual_is_beyond_one(problem, row):

@@ -7,6 +7,7 @@ from laboratory.inference.identification.experiment import MeasuredSpeed
 from laboratory.inference.identification.features import features_of
 from laboratory.inference.identification.measured import read_records
 from trackdyn.errors import InputError
+from trackdyn.scene.scene import Periods
 from trackdyn.sensor.sensor_csv import write_sensor_csv
 from trackdyn.sensor.sensor_mapping import SensorMapping
 
@@ -32,7 +33,7 @@ def test_a_speed_is_that_of_the_main_line(rig, written):
     (one,) = read(rig, written(rpm=187.0))
     # a noise of 2 mg on a line of 1.1 g over 6 turns: far below a ten-thousandth of its frequency
     assert one.speed.rpm == pytest.approx(187.0, rel=1e-4)
-    assert one.turn_s == pytest.approx(rig.loop_period(187.0), rel=1e-4)
+    assert one.turn_s == pytest.approx(Periods.at(rig, 187.0).loop, rel=1e-4)
     assert len(one.statistics) in (5, 6)  # the last turn may lack a sample
 
 

@@ -13,7 +13,7 @@ from replication.peers.exudyn_loop import drive_at, fixed, free_wheels
 from replication.report.tables import answers_outcome
 from replication.study.settings import PEER_LAWS, PeerAnswers
 from trackdyn.errors import InputError
-from trackdyn.measure.meshing import spells
+from trackdyn.measure.contacts import spells
 from trackdyn.scene.scene import Scene
 from trackdyn.sensor.signals import high_frequency_rms
 from trackdyn.simulation.loop import Loop

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from replication.study.accuracy.statistics import statistics_of
-from trackdyn.measure.meshing import meshing_summary
+from trackdyn.measure.contacts import meshing_summary
 from trackdyn.model.record import END, PEAK, SIDE, START
 from trackdyn.simulation.simulate import simulate
 

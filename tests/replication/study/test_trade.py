@@ -7,6 +7,7 @@ from replication.study.accuracy import trade
 from replication.study.settings import StatisticErrors
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.measure.whole_loop import Series
+from trackdyn.scene.scene import Periods
 
 ASKED = {
     "scenes": [[115.0, 0.308], [210.0, 0.308]], "loop_turns": 1, "loop_turns_without_ring": 1, "second_reference": True,
@@ -38,7 +39,7 @@ def study(rig, monkeypatch):
     """Rows, agreement and limits of made-up runs."""
 
     def answer(scene):
-        span = rig.loop_period(scene.motor_rpm) / rig.chain.pitches
+        span = Periods.at(rig, scene.motor_rpm).passage
         return trade.AnswerCost(made_up(scene, int(scene.duration / span + 1e-6)), 0.3, 6e-6 / scene.step)
 
     monkeypatch.setattr(trade, "simulate", lambda scene: made_up(scene, 1))

@@ -81,11 +81,11 @@ def collect(results: Path | str, rpm: float, radius: float, tables: PaperTables 
     starts = []
     for run in metrics["run"][metrics["run"].str.fullmatch(r"[\d.]+rpm")]:
         recording = load_recording(results / "runs" / f"{run}.npz")
-        starts.append(lines_by_start(recording).assign(rpm=recording.meta["scene"]["motor_rpm"]))
+        starts.append(lines_by_start(recording).assign(rpm=recording.scene.motor_rpm))
     return Evidence(
         metrics=metrics,
         events=pd.read_csv(results / "events.csv"),
-        rig=Rig.model_validate(recording.meta["rig"]),
+        rig=recording.scene.rig,
         rpm=rpm,
         radius=radius,
         starts=pd.concat(starts, ignore_index=True),

@@ -8,10 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from replication.paper.evidence import Evidence, NotThere, Range
-from trackdyn.measure.meshing import serving_radius
+from trackdyn.measure.contacts import serving_radius
 from trackdyn.parameters.groove import equal_pitch_radius
 
-# Two readings of a maximum, neither of which is the spike of a touch-down (`measure.meshing.smoothed_maxima`).
+# Two readings of a maximum, neither of which is the spike of a touch-down (`measure.contacts.smoothed_maxima`).
 READINGS = ("maximum, mean over 0.01 s", "maximum, after the touch")
 SAME = 1e-9  # radii are compared with printed ones, m
 

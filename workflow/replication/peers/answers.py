@@ -26,7 +26,7 @@ from trackdyn.measure.stopping import LEAST
 from trackdyn.measure.uncertainty import record_error
 from trackdyn.measure.whole_loop import Series
 from trackdyn.parameters.rig import Rig
-from trackdyn.scene.scene import Scene
+from trackdyn.scene.scene import Periods, Scene
 from trackdyn.simulation.loop import Loop
 
 COLUMNS = [
@@ -87,7 +87,7 @@ def compare_answers(rig: Rig, requested: PeerAnswers) -> pd.DataFrame:
         and ``cpu_s`` is what the whole answer takes then, both empty where the setting is too coarse. The cheapest of
         a code is ``chosen``.
     """
-    span = rig.loop_period(requested.speed_rpm) / rig.chain.pitches
+    span = Periods.at(rig, requested.speed_rpm).passage
     seconds = whole_samples(rig.sensor.rate, requested.passages * span + 0.01)
     about = {"duration": seconds, "lead_in": requested.lead_in_s}
     about |= PEER_LAWS | {"tension": "locked", "spells": False}

@@ -118,7 +118,7 @@ def compare_codes(
     for reading in readings:
         scene = peer_scene(rig, reading, speed_rpm, duration_s, step)
         if reading != readings[0]:
-            samples = round(rig.sensor.rate / scene.loop_frequency)
+            samples = round(rig.sensor.rate / scene.periods.loop_hz)
             scene = peer_scene(rig, reading, speed_rpm, samples / rig.sensor.rate, step)
         recording = ours[step][0] if reading == readings[0] else simulate(scene)
         if frame is None:

@@ -202,10 +202,10 @@ class Config(Section):
                 f"{rpm:g}rpm", "records", motor_rpm=rpm, ring_radius=r.ring_radius_m, duration=r.duration_s,
                 lead_in=r.lead_in_s, ramp=r.ramp_s, step=r.step_s, frame_interval=r.frame_interval_s,
             )  # fmt: skip
-            if r.duration_s * runs[f"{rpm:g}rpm"].loop_frequency < 2:
+            if r.duration_s * runs[f"{rpm:g}rpm"].periods.loop_hz < 2:
                 raise InputError(
                     f"records.duration_s = {r.duration_s:g} s: must be at least "
-                    f"{2 / runs[f'{rpm:g}rpm'].loop_frequency:.1f} s, two loop revolutions at {rpm:g} rpm"
+                    f"{2 / runs[f'{rpm:g}rpm'].periods.loop_hz:.1f} s, two loop revolutions at {rpm:g} rpm"
                 )
             runs[f"coarse/{rpm:g}rpm"] = runs[f"{rpm:g}rpm"].with_(tooth_contact="three_surfaces", frame_interval=0.0)
         for name, radius in (("meshing/no_ring", None), ("meshing/ring", m.ring_radius_m)):
@@ -215,10 +215,10 @@ class Config(Section):
                 name, "meshing", motor_rpm=m.speed_rpm, ring_radius=radius, duration=m.duration_s, step=m.step_s,
                 frame_interval=m.frame_interval_s, pitches=pitches,
             )  # fmt: skip
-            if m.duration_s * runs[name].loop_frequency < 2:
+            if m.duration_s * runs[name].periods.loop_hz < 2:
                 raise InputError(
                     f"meshing.duration_s = {m.duration_s:g} s: must be at least "
-                    f"{2 / runs[name].loop_frequency:.1f} s, two loop revolutions, to hold a whole passage"
+                    f"{2 / runs[name].periods.loop_hz:.1f} s, two loop revolutions, to hold a whole passage"
                 )
         for rpm in s.speeds_rpm:
             for radius in s.rings:

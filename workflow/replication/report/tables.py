@@ -154,7 +154,8 @@ def table3(
     """
     rows = []
     for rpm, record in sorted(sensors.items()):
-        run, sensor = _row_of(metrics, rpm), own_metrics(record.ay_g, record.rate_hz)
+        run = _row_of(metrics, rpm)
+        sensor = own_metrics(record.ay_g, record.rate_hz, run["line_hz_binfree"])
         row = {"speed_rpm": rpm, "sensor_record": label}
         for name, paper in (("rms", printed.RMS_DIFFERENCE), ("sd", printed.SD_DIFFERENCE)):
             simulated, error = float(run[f"{name}_g"]), float(run[f"{name}_error_g"])
@@ -189,7 +190,7 @@ def lines_table(
     names |= {f"line_binfree_{end}": f"line_{end}_binfree" for end in ("hz", "error_hz", "g", "error_g")}
     for rpm, record in sorted(sensors.items()):
         run = _row_of(metrics, rpm)
-        measured = own_metrics(record.ay_g, record.rate_hz)
+        measured = own_metrics(record.ay_g, record.rate_hz, run["line_hz_binfree"])
         for source, of_paper, line, paper_hz, paper_g in (
             ("simulation", "simulation", run, printed.SIMULATED_LINE_HZ, printed.SIMULATED_LINE_G),
             (label, "experiment", measured, printed.MEASURED_LINE_HZ, printed.MEASURED_LINE_G),

@@ -6,7 +6,7 @@ from replication.study.accuracy.statistics import statistics_of, study_scene
 from replication.study.settings import scene_name
 from replication.study.variants import DEPARTURES, REFERENCE, Variant, change
 from trackdyn.errors import TrackdynError
-from trackdyn.measure.meshing import meshing_summary
+from trackdyn.measure.contacts import meshing_summary
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene.fidelity import PRESETS
 from trackdyn.scene.scene import Scene

@@ -3,7 +3,7 @@
 import pandas as pd
 
 from replication.study.variants import change
-from trackdyn.measure.meshing import meshing_summary
+from trackdyn.measure.contacts import meshing_summary
 from trackdyn.measure.stopping import run_steady
 from trackdyn.measure.whole_loop import whole_loop
 from trackdyn.scene.scene import Scene
@@ -47,8 +47,8 @@ def stability(scene: Scene, rule: StopRule) -> pd.DataFrame:
     """
     starts = SettledLoops()
     recording, _ = run_steady(Loop(scene.with_(every_link=True), starts), rule)
-    used = scene.with_(**{name: recording.meta["scene"][name] for name in ("duration", "lead_in")}, every_link=True)
-    half_loop = round(0.5 / scene.loop_frequency * scene.rig.sensor.rate) / scene.rig.sensor.rate
+    used = scene.with_(duration=recording.scene.duration, lead_in=recording.scene.lead_in, every_link=True)
+    half_loop = round(0.5 / scene.periods.loop_hz * scene.rig.sensor.rate) / scene.rig.sensor.rate
     variants = {
         "half the step": used.with_(step=scene.step / 2),
         "twice the record": used.with_(duration=2 * used.duration),

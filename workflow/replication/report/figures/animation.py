@@ -36,7 +36,7 @@ NAMES = {"left": "left arc", "right": "right arc", "ring": "ring on link"}
 
 def _rig(recording: Recording) -> Rig:
     require_frames(recording)
-    rig = Rig.model_validate(recording.meta["rig"])
+    rig = recording.scene.rig
     if len(recording.pitches) < rig.chain.pitches:
         held = f"the recording holds the forces of {len(recording.pitches)} pitches"
         raise InputError(f"{held}: simulate with pitches 1 to {rig.chain.pitches}")
@@ -45,9 +45,9 @@ def _rig(recording: Recording) -> Rig:
 
 def draw_moment(ax: Axes, rig: Rig, recording: Recording, index: int, near: bool) -> None:
     """Wheels, chain and forces at one recorded configuration: ``near`` the sprocket, or the whole loop."""
-    frame, scene = recording.frame[index], recording.meta["scene"]
+    frame = recording.frame[index]
     shift = recording.meta["layout"]["tensioner_shift_m"]
-    draw_loop(ax, rig, frame, shift, scene["ring_radius"])
+    draw_loop(ax, rig, frame, shift, recording.scene.ring_radius)
     # a configuration and a sample are both taken at the end of their interval
     sample = int(np.clip(round(recording.frame_time[index] * recording.rate) - 1, 0, len(recording.time) - 1))
     bar, chain = BAR if near else BAR_IN_LOOP, chain_points(rig, frame)
@@ -77,8 +77,8 @@ def _canvas(recording: Recording) -> Figure:
     figure = Figure(figsize=(WIDTH, HEIGHT), layout="constrained")
     figure.set_layout_engine("none")
     FigureCanvasAgg(figure)
-    scene = recording.meta["scene"]
-    figure.suptitle(f"{scene['motor_rpm']:g} rpm, {ring_words(scene['ring_radius'])}", x=0.02, ha="left", fontsize=9)
+    scene = recording.scene
+    figure.suptitle(f"{scene.motor_rpm:g} rpm, {ring_words(scene.ring_radius)}", x=0.02, ha="left", fontsize=9)
     present = [side for i, side in enumerate(NAMES) if (recording.force[:, :, i] > 0).any()]
     handles = [Line2D([], [], **LOOKS[side] | {"linestyle": "-"}, markersize=4, label=NAMES[side]) for side in present]
     if handles:
@@ -94,12 +94,11 @@ def write_animation(recording: Recording, path: Path | str) -> int:
     After a turn every body stands where another of its kind stood, so the GIF repeats without a jump. The run takes
     a turn or more, with configurations and all pitches recorded.
     """
-    rig, scene = _rig(recording), recording.meta["scene"]
+    rig, between = _rig(recording), recording.scene.frame_interval
     Path(path).parent.mkdir(parents=True, exist_ok=True)
-    turn = 60 * rig.sprocket.transmission_ratio / scene["motor_rpm"]
-    stride = max(1, round(INTERVAL / scene["frame_interval"]))
-    step = stride * scene["frame_interval"]
-    indices = [i * stride for i in range(round(turn / step)) if i * stride < len(recording.frame)]
+    stride = max(1, round(INTERVAL / between))
+    step = stride * between
+    indices = [i * stride for i in range(round(recording.periods.turn / step)) if i * stride < len(recording.frame)]
     figure = _canvas(recording)
     near = figure.add_axes((0.0, 0.35, 1.0, 0.615))
     complete = figure.add_axes((0.0, 0.0, 1.0, 0.36))

@@ -25,7 +25,7 @@ def loop_figure(rig: Rig, recording: Recording, index: int = 0) -> Figure:
     drawing.require_frames(recording)
     frame = recording.frame[index]
     shift = recording.meta["layout"]["tensioner_shift_m"]
-    ring_radius = recording.meta["scene"]["ring_radius"]
+    ring_radius = recording.scene.ring_radius
     circles = wheel_circles(rig, shift, surface=True)
     sensor_body = 2 * (rig.sensor.pitch - 1)
     pins, angles, sprocket_angle = drawing.chain_points(rig, frame)
@@ -41,7 +41,7 @@ def loop_figure(rig: Rig, recording: Recording, index: int = 0) -> Figure:
 
     low, high = pins.min(axis=0) - 0.12, pins.max(axis=0) + 0.12
     complete.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
-    rpm, ring = recording.meta["scene"]["motor_rpm"], drawing.ring_words(ring_radius)
+    rpm, ring = recording.scene.motor_rpm, drawing.ring_words(ring_radius)
     complete.set_title(f"(a) the loop at {recording.frame_time[index]:.2f} s: {rpm:g} rpm, {ring}")
     box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1.5}
     for name, (x, y, radius) in zip(("sprocket", "idler", "road wheel"), circles, strict=True):

@@ -12,8 +12,7 @@ from matplotlib.lines import Line2D
 from replication.paper import printed
 from replication.report.marks import HALO
 from trackdyn.errors import InputError
-from trackdyn.measure.contact_log import timing
-from trackdyn.measure.meshing import mean_events, passages, smoothed_maxima, spells
+from trackdyn.measure.contacts import mean_events, passages, smoothed_maxima, spells
 from trackdyn.plots.drawing import ring_words
 from trackdyn.plots.style import BLACK, BLUE, GREEN, PRINTED, PURPLE, SMALL, new_figure, styled
 from trackdyn.simulation.recording import Recording
@@ -49,7 +48,7 @@ class Selected:
     first: float  # first contact, s since the beginning of the record
     last: float  # last contact, s since the beginning of the record
     turn: float  # time of a sprocket turn, s
-    sides: pd.DataFrame  # rows of :func:`trackdyn.measure.meshing.passages`, by side
+    sides: pd.DataFrame  # rows of :func:`trackdyn.measure.contacts.passages`, by side
     force: np.ndarray  # (s, 3) left arc, right arc, link ahead on the ring, N
     area: np.ndarray  # (s, 2) areas of the arcs, 0 without contact
     time: np.ndarray  # (s,) s since the first contact
@@ -57,9 +56,9 @@ class Selected:
 
 def select_passage(recording: Recording) -> Selected:
     """The complete passage nearest to the middle of the record whose contacts are all recorded."""
-    count = timing(recording).pitches
+    count = recording.scene.rig.chain.pitches
     columns = {int(pitch): i for i, pitch in enumerate(recording.pitches)}
-    ring = recording.meta["scene"]["ring_radius"] is not None
+    ring = recording.scene.ring_radius is not None
     connectors = [pitch for pitch in columns if not ring or pitch % count + 1 in columns]
     if not connectors:
         pitch = int(recording.pitches[0])
@@ -74,7 +73,7 @@ def select_passage(recording: Recording) -> Selected:
         raise InputError(f"{found}; simulate two loop revolutions or more")
     groups = table.groupby("passage")
     start, end = groups["start_s"].min(), groups["end_s"].max()
-    number = int((start + end - timing(recording).record).abs().idxmin())
+    number = int((start + end - recording.seconds).abs().idxmin())
     sides = groups.get_group(number).set_index("side")
     first, last, connector = float(start[number]), float(end[number]), int(sides["connector"].iloc[0])
     force = recording.force[:, columns[connector]].copy()
@@ -82,7 +81,7 @@ def select_passage(recording: Recording) -> Selected:
         force[:, 2] = recording.force[:, columns[connector % count + 1], 2]
     grooves = spells(recording).query("passage == @number and groove > 0")["groove"]
     groove = int(grooves.iloc[0]) if len(grooves) else 0
-    area, time, turn = recording.area[:, columns[connector]], recording.time - first, timing(recording).turn
+    area, time, turn = recording.area[:, columns[connector]], recording.time - first, recording.periods.turn
     return Selected(connector, groove, number, first, last, turn, sides, force, area, time)
 
 
@@ -103,10 +102,10 @@ def printed_and_measured_times(recording: Recording) -> pd.DataFrame:
         By printed event, in its order: ``printed, here, step``, s since the first contact, means over all passages.
         A maximum is that of the mean over 0.01 s, and of the largest single step in ``step``. NaN: none.
     """
-    ring = recording.meta["scene"]["ring_radius"] is not None
+    ring = recording.scene.ring_radius is not None
     found = pd.concat([mean_events(recording), smoothed_maxima(recording)]).set_index("event")["mean_s"]
     rows = {}
-    for event, time in printed_times(ring, timing(recording).turn).items():
+    for event, time in printed_times(ring, recording.periods.turn).items():
         name = "left touches" if ring and event == "first contact of the left arc" else MEASURED.get(event, event)
         smooth = next((other for other in found.index if other.startswith(f"{name}, mean")), name)
         step = found.get(name, np.nan) if smooth != name else np.nan
@@ -122,8 +121,8 @@ def passage_figure(recording: Recording) -> Figure:
     force of all time steps; one far above the curves is an arrow at the upper edge with its value.
     """
     shown = select_passage(recording)
-    scene = recording.meta["scene"]
-    ring = scene["ring_radius"] is not None
+    scene = recording.scene
+    ring = scene.ring_radius is not None
     low, high = -BEFORE * shown.turn, shown.last - shown.first + AFTER * shown.turn
     inside = (shown.time >= low) & (shown.time <= high)
     time = shown.time[inside]

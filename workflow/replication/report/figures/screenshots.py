@@ -13,8 +13,7 @@ from scipy.ndimage import uniform_filter1d
 
 from replication.report import marks
 from replication.report.figures.meshing import LOOKS, NAMES, Selected, printed_times, select_passage
-from trackdyn.measure.contact_log import SIDES
-from trackdyn.measure.meshing import events
+from trackdyn.measure.contacts import SIDES, events
 from trackdyn.parameters.rig import Rig
 from trackdyn.plots import drawing
 from trackdyn.plots.style import BLACK, PAGE, new_figure, styled
@@ -56,7 +55,7 @@ def moments(recording: Recording, shown: Selected) -> list[Moment]:
     A maximum is that of the force after a mean over 0.01 s, and its configuration the nearest one; of other
     events it is the first at or after it, so that a contact that begins is there and one that ends is gone.
     """
-    ring = recording.meta["scene"]["ring_radius"] is not None
+    ring = recording.scene.ring_radius is not None
     printed = printed_times(ring, shown.turn)
     # a configuration is of the end of its interval, as a sample is
     frames = recording.frame_time - shown.first
@@ -100,7 +99,7 @@ def screenshot_figure(rig: Rig, recording: Recording) -> Figure:
         _draw_panel(ax, rig, recording, shown, moment)
         text = f"({ax.get_label()}) {moment.title}\n{moment.time:.3f} s (printed {moment.printed:.2f} s)\n{moment.peak}"
         ax.set_title(text.replace("-", "\N{MINUS SIGN}"), fontsize=8)
-    ring, rpm = (recording.meta["scene"][name] for name in ("ring_radius", "motor_rpm"))
+    ring, rpm = recording.scene.ring_radius, recording.scene.motor_rpm
     late = max(abs(recording.frame_time[m.frame] - shown.first - m.time) for m in panels)
     text = (
         f"Connector {shown.connector}, {drawing.ring_words(ring)}, {rpm:g} rpm; times since the first contact. "
@@ -133,7 +132,7 @@ def _maximum(recording: Recording, shown: Selected, side: str) -> float:
 
 
 def _draw_panel(ax: Axes, rig: Rig, recording: Recording, shown: Selected, moment: Moment) -> None:
-    frame, ring = recording.frame[moment.frame], recording.meta["scene"]["ring_radius"]
+    frame, ring = recording.frame[moment.frame], recording.scene.ring_radius
     pins, _, sprocket_angle = chain = drawing.chain_points(rig, frame)
     connector, link = 2 * shown.connector - 1, 2 * shown.connector % (2 * rig.chain.pitches)
     bodies = [connector] if ring is None else [connector, link]

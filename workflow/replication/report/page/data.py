@@ -8,7 +8,7 @@ import pandas as pd
 from replication.paper import printed
 from replication.report.figures.meshing import AFTER, BEFORE, printed_times, select_passage
 from trackdyn.measure.columns import MEASURES, error_of, words
-from trackdyn.measure.sensor import loop_frequency, own_loop_hz, sense
+from trackdyn.measure.sensor import own_loop_hz, sense
 from trackdyn.parameters.layout import wheel_circles
 from trackdyn.parameters.rig import Rig
 from trackdyn.plots.cells import with_error
@@ -30,7 +30,7 @@ def _signal(ay, rate: float, hz: float, span: float) -> dict:
     freq, amplitude = (part[1:] for part in spectrum(ay, rate))
     low = freq <= LOW_RANGE_HZ
     band_hz, band_g = in_bands(freq, amplitude)
-    line, free = main_line(ay, rate), main_line_binfree(ay, rate, expected_hz=hz)[:2]
+    line, free = main_line(ay, rate, hz), main_line_binfree(ay, rate, expected_hz=hz)[:2]
     return {
         "rate": rate, "history": short(ay[start : start + round(span * rate) + 1]), "low_hz": short(freq[low]),
         "low_g": short(amplitude[low]), "band_hz": short(band_hz), "band_g": short(band_g),
@@ -43,14 +43,14 @@ def signals(recording: Recording, record: SensorRecord | None) -> dict:
 
     ``simulation`` and ``sensor`` are cut and aligned as in Figure 17 and analysed as in Figure 18.
     """
-    hz = loop_frequency(recording)
+    hz = recording.periods.loop_hz
     span = REVOLUTIONS / hz
     shown = {"simulation": _signal(sense(recording).ay, recording.rate, hz, span), "sensor": None, "printed": None}
-    rpm = recording.meta["scene"]["motor_rpm"]
+    rpm = recording.scene.motor_rpm
     if rpm in printed.SIMULATED_LINE_HZ.value:
         shown["printed"] = [printed.SIMULATED_LINE_HZ.value[rpm], printed.SIMULATED_LINE_G.value[rpm]]
     if record is not None:
-        shown["sensor"] = _signal(record.ay_g, record.rate_hz, own_loop_hz(record.ay_g, record.rate_hz), span)
+        shown["sensor"] = _signal(record.ay_g, record.rate_hz, own_loop_hz(record.ay_g, record.rate_hz, hz), span)
     return shown
 
 
@@ -61,13 +61,13 @@ def passage_data(recording: Recording) -> dict:
     inside = (shown.time >= margin[0]) & (shown.time <= shown.last - shown.first + margin[1])
     return {
         "connector": shown.connector,
-        "rpm": recording.meta["scene"]["motor_rpm"],
-        "radius": recording.meta["scene"]["ring_radius"],
-        "ring": radius_words(recording.meta["scene"]["ring_radius"]),
+        "rpm": recording.scene.motor_rpm,
+        "radius": recording.scene.ring_radius,
+        "ring": radius_words(recording.scene.ring_radius),
         "time": short(shown.time[inside], 6),
         "force": [short(column) for column in shown.force[inside].T],
         "area": shown.area[inside].T.tolist(),
-        "printed": printed_times(recording.meta["scene"]["ring_radius"] is not None, shown.turn),
+        "printed": printed_times(recording.scene.ring_radius is not None, shown.turn),
     }
 
 
@@ -120,14 +120,14 @@ def rig_geometry(rig: Rig) -> dict:
 
 def moving_picture(recording: Recording) -> dict:
     """Configurations of a run with the normal forces and areas of all pitches at these instants."""
-    rig = Rig.model_validate(recording.meta["rig"])
-    scene = recording.meta["scene"]
+    rig = recording.scene.rig
+    scene = recording.scene
     # a configuration is taken at the end of a sample interval, and so is the sample
     samples = np.clip(np.rint(recording.frame_time * recording.rate).astype(int) - 1, 0, len(recording.time) - 1)
     shift = recording.meta["layout"]["tensioner_shift_m"]
     return {
-        "rpm": scene["motor_rpm"], "radius": scene["ring_radius"], "ring": radius_words(scene["ring_radius"]),
-        "frames": len(recording.frame), "interval": scene["frame_interval"], "bodies": recording.frame.shape[1] - 3,
+        "rpm": scene.motor_rpm, "radius": scene.ring_radius, "ring": radius_words(scene.ring_radius),
+        "frames": len(recording.frame), "interval": scene.frame_interval, "bodies": recording.frame.shape[1] - 3,
         "wheels": wheel_circles(rig, shift, surface=True)[1:].tolist(), "unit": CONFIGURATION,
         **differences(recording.frame), "force": np.rint(recording.force[samples]).astype(int).ravel().tolist(),
         "area": recording.area[samples].astype(int).ravel().tolist(),

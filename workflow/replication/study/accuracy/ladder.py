@@ -8,7 +8,7 @@ import pandas as pd
 from replication.study.accuracy.statistics import MEASURES, NAN, RELATIVE, SHARES, TENSION, statistics_of
 from replication.study.variants import REFERENCE, SETTINGS, change
 from trackdyn.errors import TrackdynError
-from trackdyn.measure.meshing import meshing_summary
+from trackdyn.measure.contacts import meshing_summary
 from trackdyn.measure.stopping import run_steady
 from trackdyn.measure.whole_loop import whole_loop
 from trackdyn.parameters.rig import Rig
@@ -68,7 +68,7 @@ def _run(scene: Scene, rule: StopRule, starts: SettledLoops) -> tuple[dict[str, 
 
 def _belt(scene: Scene) -> tuple[dict[str, float], float]:
     """The same of a belt, whose cost is that of the whole record: it has no time loop."""
-    seconds = round(BELT_TURNS / scene.loop_frequency, 1)
+    seconds = round(BELT_TURNS / scene.periods.loop_hz, 1)
     begin = time.perf_counter()
     recording = simulate(scene.with_(duration=seconds))
     return statistics_of(recording), (time.perf_counter() - begin) / seconds

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from trackdyn.measure.meshing import meshing_summary
-from trackdyn.measure.sensor import loop_frequency, sense, whole_revolutions, whole_samples
+from trackdyn.measure.contacts import meshing_summary
+from trackdyn.measure.sensor import sense, whole_revolutions, whole_samples
 from trackdyn.measure.whole_loop import RELATIVE, SHARES, Series, series
-from trackdyn.scene.scene import Scene
+from trackdyn.scene.scene import Periods, Scene
 from trackdyn.sensor.signals import high_frequency_rms, main_line_binfree, rms, standard_deviation
 from trackdyn.simulation.account import energy_residual
 from trackdyn.simulation.recording import Recording
@@ -21,7 +21,7 @@ MEASURES = RELATIVE + SHARES + ABSOLUTE
 
 def study_scene(rig, rpm: float, ring: float | None, turns: int, **fields) -> Scene:
     """A record of whole revolutions of the loop after four seconds of running."""
-    duration = whole_samples(rig.sensor.rate, turns * rig.loop_period(rpm) + 0.01)
+    duration = whole_samples(rig.sensor.rate, turns * Periods.at(rig, rpm).loop + 0.01)
     return Scene(rig, rpm, ring, duration=duration, lead_in=LEAD_IN, **fields)
 
 
@@ -32,7 +32,7 @@ def statistics_of(recording: Recording) -> dict[str, float]:
     The RMS and SD are taken over whole revolutions of the loop, the peak is the mean over the passages of the largest
     force.
     """
-    loop_hz = loop_frequency(recording)
+    loop_hz = recording.periods.loop_hz
     ay = sense(recording).ay
     complete = ay[: whole_revolutions(len(ay), recording.rate, loop_hz)]
     meshing = meshing_summary(recording) if len(recording.spells) else {}

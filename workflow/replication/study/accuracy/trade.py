@@ -27,7 +27,7 @@ from trackdyn.measure.planner import BELT_TURNS
 from trackdyn.measure.sensor import whole_samples
 from trackdyn.measure.whole_loop import Series
 from trackdyn.parameters.rig import Rig
-from trackdyn.scene.scene import Scene
+from trackdyn.scene.scene import Periods, Scene
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recording import Recording
 from trackdyn.simulation.simulate import simulate
@@ -80,7 +80,7 @@ def run_answer(scene: Scene) -> AnswerCost:
     """Run a scene and measure all of its links, of which those of a belt do alike."""
     if scene.chain == "belt":
         begin = process_time()
-        scene = scene.with_(duration=whole_samples(scene.rig.sensor.rate, BELT_TURNS / scene.loop_frequency))
+        scene = scene.with_(duration=whole_samples(scene.rig.sensor.rate, BELT_TURNS / scene.periods.loop_hz))
         found = statistics_of(simulate(scene))
         names = ("rms", "sd", "line", "high_frequency")
         kept = {name: Series(np.array([found[name]]), np.array([0])) for name in names}
@@ -145,7 +145,7 @@ def statistic_trade(
             )
         known = limits_of(fine)
         for point, run in runs.items():
-            rows += _rows_of([name, *point], run, known, base.duration, rig.loop_period(rpm) / rig.chain.pitches)
+            rows += _rows_of([name, *point], run, known, base.duration, Periods.at(rig, rpm).passage)
         for measure, limit in known.items():
             if measure not in ABSOLUTE:
                 finest = fine[min(fine)].found[measure].estimate()

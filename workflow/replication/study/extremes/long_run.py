@@ -39,7 +39,7 @@ def run_long(rig: Rig, seconds: float, turns: int, rpm: float = 210.0) -> pd.Dat
     scene = Scene(rig, rpm, duration=1.0, step=1e-4, spells=False)
     loop, rate = Loop(scene), rig.sensor.rate
     loop.advance(scene.ramp + scene.lead_in)
-    record = loop.room(round(turns / scene.loop_frequency * rate))
+    record = loop.room(round(turns / scene.periods.loop_hz * rate))
     chunk = len(record.gap) / rate
     rows = []
     for _ in range(round(seconds / chunk)):

@@ -7,11 +7,11 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from tests.conftest import made_recording
 from trackdyn.errors import InputError
-from trackdyn.measure.contact_log import timing
-from trackdyn.measure.meshing import events, mean_events, meshing_summary, passages, smoothed_maxima, spells
+from trackdyn.measure.contacts import events, mean_events, meshing_summary, passages, smoothed_maxima, spells
 from trackdyn.parameters.rig import load_rig
-from trackdyn.simulation.recording import Recording
+from trackdyn.scene.scene import Scene
 
 RIG = load_rig("paper")
 PITCHES, TEETH = RIG.chain.pitches, RIG.sprocket.teeth
@@ -35,26 +35,11 @@ def spell(pitch, side, start, end, force=100.0, groove=3, area=2, peak=None, pea
 def recording(rows, seconds=20.0, ring_radius=0.308, rpm=RPM, area=None):
     samples = round(seconds * RIG.sensor.rate)
     area = np.zeros((samples, 1, 2), np.int8) if area is None else area
-    return Recording(
-        time=np.arange(samples) / RIG.sensor.rate,
-        raw=np.zeros((samples, 3)),
-        mean=np.zeros((samples, 3)),
-        gap=np.zeros(samples),
-        cut=np.zeros((samples, 2)),
-        change=np.zeros((samples, 2)),
-        place=np.zeros((samples, 2)),
-        wheel_rate=np.zeros((samples, 3)),
-        energy=np.zeros((samples, 10)),
-        force=np.zeros((samples, 1, 3)),
-        area=area,
-        groove=np.zeros_like(area),
-        pitches=np.array([1]),
-        spells=np.array(rows, dtype=float).reshape(-1, 11),
-        begin=BEGIN,
-        frame=np.zeros((0, 73)),
-        frame_time=np.zeros(0),
-        meta={"scene": {"motor_rpm": rpm, "ring_radius": ring_radius, "step": STEP}, "rig": RIG.model_dump()},
-    )
+    rates = np.full((samples, 3), -2 * np.pi * rpm / RPM / TURN)
+    log = np.array(rows, dtype=float).reshape(-1, 11)
+    time = np.arange(samples) / RIG.sensor.rate
+    made = {"time": time, "force": np.zeros((samples, 1, 3)), "wheel_rate": rates, "area": area, "spells": log}
+    return made_recording(Scene(RIG, rpm, ring_radius, step=STEP), **made, begin=BEGIN)
 
 
 def with_ring(start, connector=5, force=100.0):
@@ -74,9 +59,10 @@ def without_ring(start, connector=5):
 
 
 def test_periods_follow_from_the_motor_speed():
-    period = timing(recording([]))
-    assert (period.turn, period.loop, period.record) == pytest.approx((TURN, LOOP, 20.0))
-    assert np.isnan(timing(recording([], rpm=0.0)).turn)
+    periods = recording([]).periods
+    assert periods == pytest.approx((TURN, LOOP, TURN / TEETH, 1 / LOOP))
+    assert np.isnan(recording([], rpm=0.0).periods[:3]).all()
+    assert recording([], rpm=0.0).periods.loop_hz == 0.0
 
 
 def test_contacts_that_chatter_are_one_spell_but_the_pauses_do_not_count():

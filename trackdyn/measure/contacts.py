@@ -1,4 +1,4 @@
-"""Meshing of connectors and sprocket (Sect. 6): contact spells, passages, and what is measured on them.
+"""Contacts with the sprocket (Sect. 6): spells, passages, and what is measured on them.
 
 A *passage* is one way of a connector around the sprocket: every contact of its two arcs with the teeth, and of the
 adjacent link ahead of it with the ring. That link is pressed on the ring about half a pitch before the connector meets
@@ -6,7 +6,9 @@ its groove, and leaves it as much earlier, as the printed times have it (ring 4.
 the link behind would touch first and leave last. Phases count from the first contact of any kind of a passage, in turns
 of the sprocket. Statistics are taken over complete passages: a record of no whole number of loop revolutions would
 weigh contact and free running wrongly. A share is a mean over passages, a mean over a run the sum over passages divided
-by their number and by the time of a revolution, which the prescribed speed gives exactly.
+by their number and by the time of a revolution.
+
+Turns are those that the sprocket made (`Recording.steady_time`): a motor does not hold the speed that is asked for.
 """
 
 from typing import Any
@@ -16,10 +18,24 @@ import pandas as pd
 import scipy
 
 from trackdyn.errors import InputError
-from trackdyn.measure.contact_log import INTEGRALS, MERGE_GAP, NAN, SIDES, contacts, extreme, first_of_highest, timing
 from trackdyn.measure.uncertainty import batch_error, ratio_error
+from trackdyn.model.constants import SPROCKET
+from trackdyn.model.record import SPELL_COLUMNS
+from trackdyn.parameters.rig import Rig
 from trackdyn.simulation.recording import Recording
 
+SIDES = ("left", "right", "ring")
+MERGE_GAP = 0.004  # s
+# Turns of the sprocket. No contact of a passage, and no pause in it, lasts longer than this: the chain
+# leaves the sprocket after about half a turn. Passages nearer to an end of the record may lack a part.
+LONGEST_CONTACT = 2 / 3
+# turns of the sprocket from the first to the last contact of a passage
+PASSAGE = 0.6
+# turns of the sprocket: from the start of a visit of an arc to the next one at least, and how long before a touch an
+# arc that begins to touch was free
+VISIT, AWAY = 0.7, 0.3
+NAN = float("nan")
+INTEGRALS = ("impulse_ns", "square_n2s")
 # Areas that an arc visits for less than this share of a turn a passage do not count in the summary, %.
 LEAST_SHARE = 0.1
 # From this share of a turn on an arc counts as touching, %; a force that acts for less has no error of its own.
@@ -29,7 +45,8 @@ NEAR_LEAST = 2.0  # points of a turn: how near the least left share a ring that 
 EXTENT = (
     "start_s", "end_s", "touching_s", "share_pct", "phase_start", "phase_end", "ring_phase_start", "ring_phase_end",
 )  # fmt: skip
-PASSAGE = ["passage", "connector", "side", "areas", "count", *EXTENT, "peak_n", "peak_s", "peak_phase", *INTEGRALS]
+FORCES = ("peak_n", "peak_s", "peak_phase", *INTEGRALS)
+PASSAGE_COLUMNS = ["passage", "connector", "side", "areas", "count", *EXTENT, *FORCES]
 
 RESOLUTION = 0.01  # to which the paper prints the times of events, s
 AFTER_TOUCH = "after the touch"
@@ -49,6 +66,94 @@ EVENTS_WITH_RING = {
     "ring left": ("ring", "end_s"),
     "out": ("arcs", "end_s"),
 }
+
+
+def _contacts(recording: Recording, gap: float) -> dict[str, np.ndarray]:
+    """Columns of `spells` by connector and start; pitches from 0, sides by number, areas as bits.
+
+    ``start, end, touching`` are ``start_s, end_s, touching_s`` at the mean speed of the record
+    (`Recording.steady_time`).
+    """
+    rows = _merged(recording, gap)
+    ring, pitches = SIDES.index("ring"), recording.scene.rig.chain.pitches
+    rows["connector"] = np.where(rows["side"] == ring, (rows["pitch"] - 1) % pitches, rows["pitch"])
+    order = np.lexsort((rows["side"], rows["start_s"], rows["connector"]))
+    rows = {name: column[order] for name, column in rows.items()}
+    number, first = _number_passages(rows, recording)
+    on_ring = (rows["side"] == ring) & (number >= 0)
+    size = number.max(initial=-1) + 2  # the last one is nobody's: that of the number -1
+    begin = _extreme(np.fmin, rows["start"][on_ring], number[on_ring], size)[number]
+    length = _extreme(np.fmax, rows["end"][on_ring], number[on_ring], size)[number] - begin
+    for end in ("start", "end"):
+        rows[f"phase_{end}"] = (rows[end] - first) / recording.periods.turn
+        rows[f"ring_phase_{end}"] = (rows[end] - begin) / length
+    return rows | {"passage": number}
+
+
+def _extreme(which: np.ufunc, values: np.ndarray, place: np.ndarray, size: int) -> np.ndarray:
+    """Smallest (``np.fmin``) or largest (``np.fmax``) of the values of every place, NaN where there is none."""
+    found = np.full(size, NAN)
+    which.at(found, place, values)
+    return found
+
+
+def _first_of_highest(values: np.ndarray, group: np.ndarray) -> np.ndarray:
+    """Index of the largest value of every group, the first one of equals."""
+    order = np.lexsort((-values, group))
+    return order[np.flatnonzero(np.diff(group[order], prepend=-1))]
+
+
+def _merged(recording: Recording, gap: float) -> dict[str, np.ndarray]:
+    """Columns of the log without what the record cut, chatter merged, times since its beginning."""
+    # a contact that lasted already is logged from the first step of the record on
+    begin = recording.begin + 1.5 * recording.scene.step
+    begun = recording.spells[recording.spells[:, SPELL_COLUMNS.index("start_s")] > begin]
+    log = dict(zip(SPELL_COLUMNS, begun.T, strict=True))
+    order = np.lexsort([log[name] for name in ("start_s", "groove", "side", "pitch")])
+    log = {name: column[order] for name, column in log.items()}
+    integers = ("pitch", "side", "groove", "areas")
+    log |= {name: log[name].astype(int) for name in integers}
+    begins = np.ones(len(order), bool)
+    same = np.all([np.diff(log[name]) == 0 for name in integers[:3]], axis=0)
+    begins[1:] = ~(same & (log["start_s"][1:] - log["end_s"][:-1] < gap))
+    first = np.flatnonzero(begins)
+    rows = {name: log[name][first] for name in ("pitch", "side", "groove", "start_s")}
+    rows["areas"] = np.bitwise_or.reduceat(log["areas"], first)
+    rows["end_s"] = log["end_s"][np.roll(begins, -1)]
+    log["touching_s"] = log["end_s"] - log["start_s"]
+    rows |= {name: np.add.reduceat(log[name], first) for name in ("touching_s", *INTEGRALS)}
+    highest = _first_of_highest(log["peak_n"], np.cumsum(begins))
+    rows |= {name: log[name][highest] for name in ("peak_n", "peak_s")}
+    for name in ("start_s", "end_s", "peak_s"):
+        rows[name] = rows[name] - recording.begin
+    rows |= {name: recording.steady_time(rows[f"{name}_s"]) for name in ("start", "end")}
+    rows["touching"] = rows["touching_s"]
+    if recording.turns is not None:
+        begins_at, ends_at = (recording.steady_time(log[name] - recording.begin) for name in ("start_s", "end_s"))
+        rows["touching"] = np.add.reduceat(ends_at - begins_at, first)
+    return rows
+
+
+def _number_passages(rows: dict[str, np.ndarray], recording: Recording) -> tuple[np.ndarray, np.ndarray]:
+    """Number of the complete passage (or -1) and its first contact (or NaN) of every row.
+
+    Rows are sorted by connector and start; times are those at the record's mean speed. A pause of half of what a
+    connector runs free in a loop revolution parts two passages.
+    """
+    start, end, connector, period = rows["start"], rows["end"], rows["connector"], recording.periods
+    if not len(start):
+        return np.zeros(0, int), np.zeros(0)
+    pause = 0.5 * (period.loop - 0.5 * period.turn)
+    apart = connector * 2 * (end.max() + pause)  # so that the latest end so far is one of the same connector
+    begins = np.ones(len(start), bool)
+    begins[1:] = (start + apart)[1:] - np.maximum.accumulate(end + apart)[:-1] > pause
+    group, index = np.cumsum(begins) - 1, np.flatnonzero(begins)
+    first, last = np.minimum.reduceat(start, index), np.maximum.reduceat(end, index)
+    margin = LONGEST_CONTACT * period.turn
+    complete = np.flatnonzero((first >= margin) & (last <= recording.seconds - margin))
+    number = np.full(len(index), -1)
+    number[complete[np.argsort(first[complete], kind="stable")]] = np.arange(len(complete))
+    return number[group], np.where(number >= 0, first, NAN)[group]
 
 
 def spells(recording: Recording, merge_gap_s: float = MERGE_GAP) -> pd.DataFrame:
@@ -82,8 +187,8 @@ def spells(recording: Recording, merge_gap_s: float = MERGE_GAP) -> pd.DataFrame
         - ``passage``: number of the complete passage, in order of first contact; -1 and NaN phases for one
           that the record may cut
     """
-    rows: dict[str, Any] = contacts(recording, merge_gap_s)
-    rows["share_pct"] = 100 * rows["touching_s"] / timing(recording).turn
+    rows: dict[str, Any] = _contacts(recording, merge_gap_s)
+    rows["share_pct"] = 100 * rows["touching"] / recording.periods.turn
     rows["areas"] = [_area_names(bits) for bits in rows["areas"]]
     rows["side"] = [SIDES[side] for side in rows["side"]]
     for name in ("pitch", "connector"):
@@ -104,8 +209,8 @@ def passages(recording: Recording) -> pd.DataFrame:
         peak_s, peak_phase, impulse_ns, square_n2s``: of first start, last end, highest peak and sums over the spells,
         as in :func:`spells`. Without contact sums and ``peak_n`` are 0, times and phases NaN.
     """
-    period = timing(recording)
-    rows = contacts(recording, MERGE_GAP)
+    turn = recording.periods.turn
+    rows = _contacts(recording, MERGE_GAP)
     rows = {name: column[rows["passage"] >= 0] for name, column in rows.items()}
     number = rows["passage"]
     count = int(number.max(initial=-1)) + 1
@@ -113,25 +218,25 @@ def passages(recording: Recording) -> pd.DataFrame:
     size = len(SIDES) * count
     table: dict = {"passage": np.repeat(np.arange(count), len(SIDES)), "side": np.tile(SIDES, count)}
     for name in ("start_s", "phase_start", "ring_phase_start"):
-        table[name] = extreme(np.fmin, rows[name], place, size)
+        table[name] = _extreme(np.fmin, rows[name], place, size)
     for name in ("end_s", "phase_end", "ring_phase_end"):
-        table[name] = extreme(np.fmax, rows[name], place, size)
+        table[name] = _extreme(np.fmax, rows[name], place, size)
     for name in ("touching_s", *INTEGRALS):
         table[name] = np.bincount(place, rows[name], size)
-    table["share_pct"] = 100 * table["touching_s"] / period.turn
+    table["share_pct"] = 100 * np.bincount(place, rows["touching"], size) / turn
     table["count"] = np.bincount(place, minlength=size)
-    highest = first_of_highest(rows["peak_n"], place)
+    highest = _first_of_highest(rows["peak_n"], place)
     table |= {"peak_n": np.zeros(size), "peak_s": np.full(size, NAN)}
     for name in ("peak_n", "peak_s"):
         table[name][place[highest]] = rows[name][highest]
-    first = extreme(np.fmin, rows["start_s"], number, count)
-    table["peak_phase"] = (table["peak_s"] - np.repeat(first, len(SIDES))) / period.turn
+    first = np.repeat(_extreme(np.fmin, rows["start"], number, count), len(SIDES))
+    table["peak_phase"] = (recording.steady_time(table["peak_s"]) - first) / turn
     areas, connector = np.zeros(size, int), np.zeros(count, int)
     np.bitwise_or.at(areas, place, rows["areas"])
     table["areas"] = np.array([_area_names(bits) for bits in areas], dtype=object)
     connector[number] = rows["connector"] + 1
     table["connector"] = np.repeat(connector, len(SIDES))
-    return pd.DataFrame(table, columns=PASSAGE).astype({"side": str, "areas": str})
+    return pd.DataFrame(table, columns=PASSAGE_COLUMNS).astype({"side": str, "areas": str})
 
 
 def meshing_summary(recording: Recording) -> dict:
@@ -158,7 +263,7 @@ def meshing_summary(recording: Recording) -> dict:
         NaN and areas empty; without a contact of the kind shares and forces are 0 and phases NaN.
     """
     table = passages(recording)
-    loop = timing(recording).loop
+    loop = recording.periods.loop
     summary: dict = {"passages": table["passage"].nunique()}
     for side in SIDES:
         rows = table[table["side"] == side]
@@ -179,6 +284,21 @@ def meshing_summary(recording: Recording) -> dict:
     return summary
 
 
+def peaks(recording: Recording, side: str) -> pd.DataFrame:
+    """Largest force of every visit of an arc of one side to the sprocket, in order of release.
+
+    Visits that the beginning of the record may cut are left out. A table with ``end_s`` since the beginning of the
+    record and ``peak_n``.
+    """
+    rows = pd.DataFrame(_contacts(recording, MERGE_GAP))
+    rows = rows[rows["side"] == SIDES.index(side)].sort_values(["connector", "start"])
+    # an arc is on the sprocket for about half a turn, and off it for longer than that
+    free = VISIT * recording.periods.turn
+    visit = (rows["start"].diff().gt(free) | rows["connector"].diff().ne(0)).cumsum()
+    visits = rows.groupby(visit).agg(start=("start", "min"), end_s=("end_s", "max"), peak_n=("peak_n", "max"))
+    return visits[visits["start"] > free].sort_values("end_s")[["end_s", "peak_n"]]
+
+
 def events(recording: Recording, passage: int) -> dict[str, float]:
     """Named events of one complete passage (:func:`passages`), in the order of C16 (no ring) or C17 (ring).
 
@@ -197,12 +317,12 @@ def first_areas(recording: Recording) -> dict[str, int]:
 
     ``left_first_area, right_first_area``, from the recorded samples of the recorded connectors.
     """
-    away, found = max(round(0.3 * timing(recording).turn * recording.rate), 1), {}
+    found, at = {}, recording.steady_time(np.arange(len(recording.time)) / recording.rate)
     for k, side in enumerate(SIDES[:2]):
-        firsts = []
+        firsts: list[int] = []
         for area in recording.area[:, :, k].T:
             touching = np.flatnonzero(area)
-            begins = touching[np.diff(touching, prepend=-1) > away]
+            begins = touching[np.diff(at[touching], prepend=0.0) > AWAY * recording.periods.turn]
             firsts += area[begins].tolist()
         found[f"{side}_first_area"] = max(set(firsts), key=firsts.count, default=0)
     return found
@@ -235,7 +355,7 @@ def smoothed_maxima(recording: Recording, window_s: float = RESOLUTION) -> pd.Da
     maximum, mean over 0.01 s``, ``left maximum, after the touch``, ...), ``mean_s, sd_s`` after the first contact and
     ``passages``.
     """
-    count = timing(recording).pitches
+    count = recording.scene.rig.chain.pitches
     columns = {int(pitch): i for i, pitch in enumerate(recording.pitches)}
     window = max(round(window_s * recording.rate), 1)
     table = passages(recording)
@@ -264,23 +384,33 @@ def smoothed_maxima(recording: Recording, window_s: float = RESOLUTION) -> pd.Da
 
 def _visited(recording: Recording, side: str) -> str:
     """Areas that the recorded connectors visit for the least share of a turn a passage or more."""
-    period = timing(recording)
-    seen = recording.area[:, :, SIDES.index(side)]
-    connector_turns = seen.shape[1] * period.record / period.loop
-    least = max(LEAST_SHARE / 100 * period.turn * recording.rate * connector_turns, 1.0)
-    samples = np.bincount(seen.ravel(), minlength=11)
-    return ",".join(str(area) for area in range(1, 11) if samples[area] >= least) or "none"
+    shares = sampled_shares(recording.area[:, :, SIDES.index(side)], recording.wheel_rate, recording.scene.rig)
+    return ",".join(str(area) for area in range(1, 11) if shares[area] >= LEAST_SHARE) or "none"
+
+
+def sampled_shares(area: np.ndarray, wheel_rate: np.ndarray, rig: Rig) -> np.ndarray:
+    """(11,) time that pitches are in each area, % of a turn of the sprocket a passage; NaN where it does not turn.
+
+    Parameters
+    ----------
+    area : (s, p) integer array
+        Area by sample and pitch, 0 without contact.
+    wheel_rate : (s, w) array
+        Rates of the wheels, rad/s: a sample counts by what the sprocket turned in it.
+    rig : Rig
+    """
+    weight = abs(wheel_rate[:, SPROCKET])
+    counted = np.bincount(area.ravel(), np.repeat(weight, area.shape[1]), 11)
+    passed = weight.sum() * area.shape[1] * rig.sprocket.teeth / rig.chain.pitches
+    return 100 * counted / passed if passed else np.full(11, NAN)
 
 
 def area_shares(recording: Recording) -> dict[str, float]:
     """Time of an arc of a recorded connector in each area, % of a turn a passage: ``left_area_2_pct``."""
-    period = timing(recording)
-    # samples of a turn a passage
-    turns = len(recording.pitches) * period.record / period.loop * period.turn * recording.rate
     found: dict[str, float] = {}
     for k, side in enumerate(SIDES[:2]):
-        samples = np.bincount(recording.area[:, :, k].ravel(), minlength=11)
-        found |= {f"{side}_area_{area}_pct": float(100 * samples[area] / turns) for area in range(1, 11)}
+        shares = sampled_shares(recording.area[:, :, k], recording.wheel_rate, recording.scene.rig)
+        found |= {f"{side}_area_{area}_pct": float(shares[area]) for area in range(1, 11)}
     return found
 
 
@@ -307,7 +437,7 @@ def _contact_rms(rows: pd.DataFrame) -> dict[str, float]:
 
 
 def _event_places(recording: Recording) -> dict[str, tuple[str, str]]:
-    return EVENTS_WITHOUT_RING if recording.meta["scene"]["ring_radius"] is None else EVENTS_WITH_RING
+    return EVENTS_WITHOUT_RING if recording.scene.ring_radius is None else EVENTS_WITH_RING
 
 
 def _events(rows: pd.DataFrame, places: dict[str, tuple[str, str]]) -> dict[str, float]:
