@@ -12,7 +12,8 @@ from trackdyn.commands.cli import app
 from trackdyn.errors import InputError
 from trackdyn.measure.compare import compare_with_sensor, other_speed
 from trackdyn.measure.orientation import doubtful_axes, require_axes
-from trackdyn.measure.sensor import sense
+from trackdyn.measure.sensor import own_loop_hz, sense
+from trackdyn.measure.sensor_metrics import own_metrics
 from trackdyn.parameters.rig import load_rig
 from trackdyn.plots.style import save_one
 from trackdyn.sensor.sensor_csv import SensorRecord, read_sensor_csv
@@ -55,6 +56,30 @@ def test_a_record_shorter_than_a_turn_is_refused_by_name(recording):
     short = replace(recording, **{name: getattr(recording, name)[:3000] for name in ("time", "mean", "raw")})
     with pytest.raises(InputError, match=rf"^run\.npz: the record of 3 s .* at least {turn:.4g} s"):
         compare_with_sensor(short, record(), "run.npz")
+
+
+def test_a_record_of_two_turns_and_more_has_its_speed_whatever_its_length():
+    """Every length from 2 to 2.5 turns, and every sample around two: one question, asked once."""
+    hz, rate = 0.12781, 100.0
+    turn = rate / hz
+    t = np.arange(3 * round(turn)) / rate
+    ay = 1.2 * np.sin(2 * np.pi * hz * t) + 0.3 * np.sin(6 * np.pi * hz * t + 1)
+    for n in [*range(round(1.98 * turn), round(2.5 * turn), 3), *range(round(2 * turn) - 5, round(2 * turn) + 5)]:
+        found = own_metrics(ay[:n], rate, hz)
+        if n >= 2 * turn:
+            assert own_loop_hz(ay[:n], rate, hz) == pytest.approx(hz, rel=1e-4), n
+        assert np.isfinite(found["line_g_binfree"]) == (n >= 2 * turn - 1e-3), n
+
+
+def test_another_speed_is_said_and_a_record_that_tells_none_is_named(recording):
+    own = recording.periods.loop_hz
+    assert other_speed(recording, record(hz=1.005 * own)) == other_speed(recording, record(seconds=8.0)) == ""
+    slower = other_speed(recording, record(hz=own * 115 / 210))
+    assert (
+        slower.startswith("sensor.csv: its loop turns 0.1278 times a second") and "--rpm 115 in place of 210" in slower
+    )
+    with pytest.raises(InputError, match=r"^sensor\.csv: the signal is constant"):
+        compare_with_sensor(recording, record(amplitude=0.0))
 
 
 @pytest.fixture(scope="module")

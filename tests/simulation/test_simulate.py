@@ -12,8 +12,12 @@ from typer.testing import CliRunner
 import trackdyn.scene.scene
 import trackdyn.simulation.settling
 import trackdyn.simulation.start_checks
+from tests.conftest import LAWS
 from trackdyn.commands.cli import app
 from trackdyn.errors import DivergenceError, InputError
+from trackdyn.measure.metrics import run_metrics
+from trackdyn.measure.sensor import sense
+from trackdyn.measure.stopping import later
 from trackdyn.model.record import ENERGY_NAMES
 from trackdyn.simulation.account import energy_residual
 from trackdyn.simulation.loop import Loop
@@ -205,3 +209,48 @@ def test_stiffness_without_measure_diverges_too(make_scene, rig, monkeypatch, ri
 def test_negative_motor_speed_is_refused(make_scene):
     with pytest.raises(InputError, match="motor_rpm = -5"):
         make_scene(-5.0)
+
+
+FREE = {"loop": "free", "ring_radius": None, "spells": False, "step": 5e-5}
+BELT = {"chain": "belt", "ring_radius": None, "spells": False}
+
+
+def read_back(run, path):
+    """The recording as its file gives it: the same scene and arrays, and the same measures."""
+    run.save(path)
+    back = load_recording(path)
+    assert back.scene == run.scene
+    for name in Recording.ARRAYS:
+        np.testing.assert_array_equal(getattr(back, name), getattr(run, name), name)
+    np.testing.assert_equal(run_metrics("", back), run_metrics("", run))
+    return back
+
+
+@pytest.mark.parametrize(
+    "fields",
+    [
+        {"frame_interval": 0.1, "pitches": (1, 2)}, {"motor_rpm": 0.0, "frame_interval": 0.1}, {"every_link": True},
+        {"ring_radius": None}, FREE | {"frame_interval": 0.1}, FREE | {"motor_rpm": 0.0}, BELT,
+        BELT | {"motor_rpm": 0.0}, {"space": "spatial", **LAWS}, {"integrator": "linearly_implicit", "step": 2e-4},
+    ],
+    ids=str,
+)  # fmt: skip
+def test_what_a_scene_records_is_read_back(make_scene, tmp_path, fields):
+    run = simulate(make_scene(**fields))
+    read_back(run, tmp_path / "run.npz")
+    if fields.get("motor_rpm") == 0.0 and "loop" not in fields:  # gravity is what a sensor shows at rest
+        assert np.hypot(sense(run).ay, sense(run).ax) == pytest.approx(1.0, abs=1e-3)
+    for seconds in (0.13, 0.35, 0.45):
+        part = later(run, seconds)
+        if run.scene.chain != "belt":
+            assert read_back(part, tmp_path / "part.npz").seconds < run.seconds
+
+
+def test_a_loop_that_is_driven_to_rest_is_measured_and_read_back(make_scene, tmp_path):
+    loop = Loop(make_scene())
+    loop.advance(0.6)
+    loop.drive(0.0, 0.2)
+    run = loop.record(0.5, frame_interval=0.1)
+    assert 0.0 < run.made_rpm < 0.3 * 115 and run.speeds[-1] < run.speeds[0]
+    read_back(run, tmp_path / "run.npz")
+    read_back(loop.record(0.3), tmp_path / "still.npz")

@@ -125,10 +125,12 @@ def simulate(
         _for_its_duration(scene, out, checkpoint, quiet)
 
 
-def _warn_of_resolution(recording) -> None:
-    """Say on standard error what is not resolved, or could not be judged."""
-    if reason := recording.meta.get("resolved", {}).get("reason"):
-        typer.echo(f"trackdyn: warning: {reason}", err=True)
+def _warn(recording) -> None:
+    """Say on standard error what is not resolved, or could not be judged, and a speed that was not kept."""
+    from trackdyn.measure.metrics import speed_sentence
+
+    for text in filter(None, (recording.meta.get("resolved", {}).get("reason"), speed_sentence(recording))):
+        typer.echo(f"trackdyn: warning: {text}", err=True)
 
 
 def _say_decisions(scene) -> None:
@@ -150,15 +152,15 @@ def _for_its_duration(scene, out: Path, checkpoint: Path | None, quiet: bool) ->
     recording = run(scene, progress=not quiet, checkpoint=checkpoint)
     if quiet:
         recording.save(out)
-        _warn_of_resolution(recording)
+        _warn(recording)
         return
     from trackdyn.measure.metrics import needed_lengths, run_metrics
 
     measures = run_metrics(out.stem, recording)  # before it is written: what has no measures leaves no file
     recording.save(out)
-    _warn_of_resolution(recording)
+    _warn(recording)
     for name, value in measures.items():
-        if value == value:  # what a run cannot have is left out
+        if value == value and value != "":  # what a run cannot have is left out
             typer.echo(f"{name:>22}  {value:.6g}" if isinstance(value, float) else f"{name:>22}  {value}")
     for what, seconds in needed_lengths(recording).items():
         typer.echo(f"{'left out':>22}  {what} need a record of {seconds:.3g} s or more")
@@ -169,7 +171,7 @@ def _until_converged(scene, tolerances: dict[str, float], longest: float, out: P
 
     answer = run_until(scene, tolerances, longest, least=least)
     answer.recording.save(out)
-    _warn_of_resolution(answer.recording)
+    _warn(answer.recording)
     for name, found in answer.measures.items():
         message = "" if name not in answer.reached else "converged" if answer.reached[name] else "tolerance not reached"
         typer.echo(f"{name:>22}  {found.value:.6g} +- {found.half_width:.2g}  {message}")

@@ -72,7 +72,7 @@ def compare_with_sensor(recording: Recording, record: SensorRecord, name: str = 
     DataFrame
         ``measure, simulation, simulation_error, sensor, sensor_error, difference_pct`` with standard errors over
         revolutions of the loop (`sensor_metrics`) and the paper's value difference ``|simulation - sensor| / sensor``.
-        Rows of the line are left out where a record holds fewer than two turns of the loop.
+        Rows of the line are left out where a record holds fewer than two turns of the loop, as one at rest does.
 
     Raises
     ------
@@ -80,14 +80,14 @@ def compare_with_sensor(recording: Recording, record: SensorRecord, name: str = 
         The rates do not fit, or a record is shorter than one turn of the loop.
     """
     loop_hz = recording.periods.loop_hz
-    if recording.seconds * loop_hz < 1:
-        need = f"record at least {1 / loop_hz:.4g} s" if loop_hz else "the motor must run"
-        held = f"the record of {recording.seconds:.4g} s"
-        raise InputError(f"{name}: {held} is shorter than one turn of the loop; {need}")
-    record.require_turns(1 / loop_hz)
+    if loop_hz and recording.seconds * loop_hz < 1:
+        held = f"the record of {recording.seconds:.4g} s is shorter than one turn of the loop"
+        raise InputError(f"{name}: {held}; record at least {1 / loop_hz:.4g} s")
+    if loop_hz:
+        record.require_turns(1 / loop_hz)
     signal, rate, record = at_one_rate(recording, record)
     with naming(record.path):
-        own_hz = own_loop_hz(record.ay_g, record.rate_hz, loop_hz)
+        own_hz = own_loop_hz(record.ay_g, record.rate_hz, loop_hz) if loop_hz else 0.0
     both = []
     for ay, hz, at, clipped in (
         (signal.ay, loop_hz, rate, signal.clipped),

@@ -43,7 +43,7 @@ def doubtful_axes(recording: Recording, record: SensorRecord) -> str | None:
     has it: gravity crosses the axes in an order that a flipped or exchanged one reverses, and the mean of y points
     inwards. A loop that runs the other way round, as its mirror image does, is not doubted.
     """
-    if not recording.scene.rig.gravity:
+    if not (recording.scene.rig.gravity and recording.periods.loop_hz):
         return None
     signal = sense(recording)
     measured = {name: getattr(record, f"{name}_g") for name in ("ax", "ay", "az")}

@@ -45,7 +45,7 @@ def _record(
     """
     scene = loop.scene
     loop.advance(scene.ramp + scene.lead_in, tick)
-    writer = Recorder(loop, scene.duration, scene.pitches, scene.frame_interval, True, scene.every_link)
+    writer = Recorder(loop, scene.duration, scene.pitches, scene.frame_interval, True, scene.every_link, room=first)
     judged = first * scene.rig.sensor.rate
     while True:
         tick(writer.chunk())
@@ -84,17 +84,19 @@ def half_widths(found: dict[str, Series]) -> tuple[float, float]:
 def later(recording: Recording, seconds: float) -> Recording:
     """The recording as if begun ``seconds`` later; contacts that last then are not logged.
 
-    Where configurations are recorded it begins with one of them, the next one.
+    Where configurations are recorded it begins with the next one of them, or has none if it is too short for that.
     """
     first, between = int(seconds * recording.rate), round(recording.scene.frame_interval * recording.rate)
-    frames = -(-first // between) if between and len(recording.frame) else 0
-    if frames:
-        first = frames * between
-    if not 0 < first < len(recording.time):
+    if not first:
         return recording
-    begin = recording.begin + first / recording.rate
-    count = len(recording.time) - first
-    scene = {"duration": count / recording.rate, "lead_in": recording.scene.lead_in + first / recording.rate}
+    frames, interval = -(-first // between) if between else 0, recording.scene.frame_interval
+    if len(recording.time) - frames * between >= between:
+        first = max(first, frames * between)
+    else:
+        frames, interval = len(recording.frame), 0.0
+    begin, count = recording.begin + first / recording.rate, len(recording.time) - first
+    lead_in = recording.scene.lead_in + first / recording.rate
+    scene = {"duration": count / recording.rate, "lead_in": lead_in, "frame_interval": interval}
     rows = (*SAMPLED, "plane", "wheel_offset", "axial_force")  # the latter of a run in space
     cut = {name: getattr(recording, name)[first:] for name in rows if len(getattr(recording, name))}
     return replace(
@@ -229,7 +231,9 @@ def _judged(recording: Recording, tolerances: Mapping[str, float]) -> tuple[Answ
 
 def refuse_undriven(scene: Scene) -> None:
     """Refuse (`InputError`) a scene that has no chain driven on its wheels, and so no passages of pitches."""
-    if scene.chain == "belt" or scene.loop == "free" or scene.motor_rpm == 0:
+    if scene.motor_rpm == 0:
+        raise InputError("scene: motor_rpm = 0: a tolerance needs a loop that turns; give a speed above 0 rev/min")
+    if scene.chain == "belt" or scene.loop == "free":
         raise InputError("scene: a tolerance needs a chain that is driven on its wheels; use chain='double_pin'")
 
 

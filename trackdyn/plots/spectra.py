@@ -9,6 +9,7 @@ import scipy  # its parts are loaded where they are used
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from trackdyn.errors import InputError
 from trackdyn.measure.sensor import own_loop_hz, sense
 from trackdyn.plots.histories import draw_histories
 from trackdyn.plots.style import BLACK, SENSOR, SIMULATION, new_figure, styled
@@ -97,6 +98,10 @@ def comparison_figure(recording: Recording, record: SensorRecord, sensor_label="
 
     Parameters are those of :func:`trackdyn.plots.histories.history_figure`.
     """
+    if not recording.periods.loop_hz:
+        raise InputError(
+            "figure: the loop of the recording is at rest, and a figure shows two of its turns; leave it out"
+        )
     figure = new_figure(7.2)
     figure.set_layout_engine("none")  # triangles outside of the axes lead the constrained one astray
     margins = {"left": 0.12, "right": 0.97, "bottom": 0.06, "top": 0.96, "hspace": 0.55}

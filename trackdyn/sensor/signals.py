@@ -103,7 +103,7 @@ def main_line_binfree(a, rate_hz: float, expected_hz: float) -> tuple[float, flo
     rate_hz : float
         Sampling rate, Hz.
     expected_hz : float
-        Where to look, within one bin or 5 %.
+        Where to look, within one bin or 5 %, and within a third.
 
     Returns
     -------
@@ -126,7 +126,8 @@ def main_line_binfree(a, rate_hz: float, expected_hz: float) -> tuple[float, flo
         raise InputError(
             f"the record of {a.size / rate_hz:g} s holds fewer than two periods of {centre:g} Hz: give a longer record."
         )
-    half_width = max(bin_hz, 0.05 * centre)
+    # not down to half of the line: harmonics of that fit the signal as well
+    half_width = min(max(bin_hz, 0.05 * centre), centre / 3)
     highest = centre + half_width
     harmonics = min(_HARMONICS, int(np.ceil(0.5 * rate_hz / highest)) - 1)
     if harmonics < 1 or 2 * harmonics + 1 >= a.size:

@@ -1,7 +1,8 @@
 """A recording that grows chunk by chunk, so that it can be watched, checkpointed and resumed."""
 
 import time
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,26 +17,31 @@ from trackdyn.simulation.watch import Watch
 # Length of a chunk, s, and spells that may end within it.
 CHUNK = 0.25
 SPELLS_A_CHUNK = 40000
+GROWTH = 2  # of the room for a record
 JUDGED = 10.0  # s of a record between two judgements of its energy balance
 # arrays with a row a sample
 SAMPLED = tuple(name for name in Record._fields if name not in ("pitches", "frame", "frame_stride", "spells", "plane"))
 
 
 class Recorder:
-    """Records a loop as `Loop.record` has it; not ``watched`` it goes on unresolved; ``origin`` as in `Watch`."""
+    """Records a loop as `Loop.record` has it; not ``watched`` it goes on unresolved; ``origin`` as in `Watch`.
+
+    A record that may end sooner takes ``room`` (s) of memory at first, and grows.
+    """
 
     def __init__(
         self, loop, seconds: float, pitches: tuple[int, ...], frame_interval: float, spells: bool, every_link: bool,
-        watched: bool = True, origin=None,
+        watched: bool = True, origin=None, room: float | None = None,
     ):  # fmt: skip
         rate = loop.scene.rig.sensor.rate
-        refuse_too_large(loop.scene, seconds, pitches, frame_interval, every_link)
         self.loop = loop
         self.requested = {
             "duration": seconds, "pitches": pitches, "frame_interval": frame_interval, "spells": spells,
             "every_link": every_link,
         }  # fmt: skip
         self.samples = round(seconds * rate)
+        room = seconds if room is None else min(room + CHUNK, seconds)
+        self._refuse_too_large(room)
         self.done = 0
         self.begin = loop.time
         self.wall = 0.0
@@ -48,7 +54,7 @@ class Recorder:
         on_wheels = loop.scene.loop == "on_wheels"
         count = loop.scene.rig.chain.pitches
         self.record: Record = make_record(
-            self.samples,
+            round(room * rate),
             loop.state,
             pitches or (range(1, count + 1) if every_link else (loop.scene.rig.sensor.pitch,)),
             frames,
@@ -64,10 +70,25 @@ class Recorder:
         """Whether every sample is recorded."""
         return self.done >= self.samples
 
+    def _refuse_too_large(self, seconds: float) -> None:
+        fields = (self.requested[name] for name in ("pitches", "frame_interval", "every_link"))
+        refuse_too_large(self.loop.scene, seconds, *fields)
+
+    def _grow(self, least: int) -> None:
+        """Make room for so many samples: twice as many as there are, but not more than are asked for."""
+        count = min(max(GROWTH * len(self.record.gap), least), self.samples)
+        self._refuse_too_large(count / self.loop.scene.rig.sensor.rate)
+        rows = count - len(self.record.gap)
+        self.record = _mapped(
+            self.record, lambda array: np.concatenate([array, np.zeros_like(array, shape=(rows, *array.shape[1:]))])
+        )
+
     def chunk(self) -> float:
         """Record the next chunk; returns its length, s."""
         loop, rate = self.loop, self.loop.scene.rig.sensor.rate
         last = min(self.done + max(round(CHUNK * rate), 1), self.samples)
+        if last > len(self.record.gap):
+            self._grow(last)
         start = time.perf_counter()
         loop.fill(self.record, self.done, last)
         self.wall += time.perf_counter() - start
@@ -126,7 +147,7 @@ class Recorder:
         rate, stride = scene.rig.sensor.rate, record.frame_stride
         if self.done < self.samples:
             frames = -(-self.done // stride) if 0 < stride <= self.done else 0
-            record = _rows(record, self.done)._replace(frame=record.frame[:frames])
+            record = _mapped(record, lambda array: array[: self.done])._replace(frame=record.frame[:frames])
             scene = scene.with_(duration=self.done / rate, frame_interval=scene.frame_interval if frames else 0.0)
         plane = record.plane
         own = {name: getattr(record, name) for name in (*SAMPLED, "frame")}
@@ -148,10 +169,11 @@ class Recorder:
         return recording
 
 
-def _rows(record: Record, count: int) -> Record:
-    """The first ``count`` samples of a record; its frames are left."""
-    plane = record.plane and PlaneRecord._make(array[:count] for array in record.plane)
-    return record._replace(**{name: getattr(record, name)[:count] for name in SAMPLED}, plane=plane)
+def _mapped(record: Record, change: Callable[[np.ndarray], np.ndarray]) -> Record:
+    """A record whose arrays of samples are changed; its frames are left."""
+    plane = record.plane and PlaneRecord._make(map(change, record.plane))
+    changed: dict[str, Any] = {name: change(getattr(record, name)) for name in SAMPLED}
+    return record._replace(**changed, plane=plane)
 
 
 class Ended(NamedTuple):

@@ -234,7 +234,7 @@ class Recording:
         scene = self.scene
         rate, count = scene.rig.sensor.rate, len(self.time)
         belt, pitches, teeth = scene.chain == "belt", scene.rig.chain.pitches, scene.rig.sprocket.teeth
-        areas, wheels = len(scene.groove.radius), len(wheel_names(scene.rig))
+        areas, wheels = len(scene.groove.radius), len(wheel_names(scene.rig)) if scene.loop == "on_wheels" else 1
         stride = 0 if belt else round(scene.frame_interval * rate)
         recorded = scene.pitches or (range(1, pitches + 1) if scene.every_link else (scene.rig.sensor.pitch,))
         spells = dict(zip(SPELL_COLUMNS, self.spells.T, strict=True))

@@ -60,18 +60,22 @@ def passed_pitches(model: Model, seconds: float) -> float:
     return seconds * abs(model.drive.rate) / (2 * pi) * model.tooth.teeth
 
 
-def largest_forces(rows, pitches: int, step: float) -> tuple[np.ndarray, np.ndarray]:
+def largest_forces(ended, still, pitches: int, step: float, begin: float) -> tuple[np.ndarray, np.ndarray]:
     """Largest force of every pitch on each side (p, 3), N, and the ones among them that stand for one step (0 if not).
 
-    ``rows`` are contacts, ended or open (`model.record.SPELL_COLUMNS`): a peak whose neighbours are more than half of
-    it lies between two steps.
+    ``ended`` and ``still`` open contacts (`model.record.SPELL_COLUMNS`) were logged from the time ``begin`` (s) on. A
+    peak whose neighbours are more than half of it lies between two steps. One in the first step of the log, of a
+    contact that lasted then, or in the last step of one that lasts has a neighbour that was not logged.
     """
     largest, alone = np.zeros((2, pitches, SIDES))
-    for row in rows:
-        place = int(row[PITCH]), int(row[SIDE])
-        if row[PEAK] > largest[place]:
-            steps = row[PEAK_TIME] / step
-            largest[place], alone[place] = row[PEAK], row[PEAK] * (abs(steps - round(steps)) < 1e-5)
+    for rows, lasts in ((ended, False), (still, True)):
+        for row in rows:
+            place = int(row[PITCH]), int(row[SIDE])
+            if row[PEAK] > largest[place]:
+                steps = row[PEAK_TIME] / step
+                cut = row[PEAK_TIME] < begin + 1.5 * step or (lasts and row[PEAK_TIME] > row[END] - 1.5 * step)
+                single = abs(steps - round(steps)) < 1e-5 and not cut
+                largest[place], alone[place] = row[PEAK], row[PEAK] * single
     return largest, alone
 
 
@@ -100,8 +104,8 @@ def _carries(peaks):
     return (peaks > 0) & (peaks > peaks.max() / 3)
 
 
-def answer(record: Record, first: int, last: int, ended: list[np.ndarray], model: Model) -> Answer:
-    """Answer of samples ``first`` to ``last - 1``, of contacts that ended in them and of those that are open."""
+def answer(record: Record, rows: slice, ended: list[np.ndarray], model: Model, begin: float) -> Answer:
+    """Answer of some samples, of contacts that ended in them and of those that are open; ``begin`` of their log, s."""
     chain = model.chain
 
     def rms(mean):
@@ -109,11 +113,11 @@ def answer(record: Record, first: int, last: int, ended: list[np.ndarray], model
         return np.sqrt((felt**2).mean())
 
     still = record.spells.open[record.spells.open[:, END] > 0][:, : record.spells.rows.shape[1]]
-    largest, alone = largest_forces(np.vstack([*ended, still]), len(model.shoes.link_body), model.step)
+    largest, alone = largest_forces(np.vstack(ended), still, len(model.shoes.link_body), model.step, begin)
     peaks = largest.sum(axis=0)
     carries = _carries(peaks)
     return Answer(
-        np.array([rms(mean[first:last]) for mean in (record.mean, record.link_mean) if mean[first:last].size]),
+        np.array([rms(mean[rows]) for mean in (record.mean, record.link_mean) if mean[rows].size]),
         peaks,
         float((alone.sum(axis=0)[carries] / peaks[carries]).max(initial=0.0)),
     )

@@ -18,6 +18,7 @@ from trackdyn.simulation.settled_loops import SettledLoops
 
 # Time between two checkpoints, s of computing; writing one takes a small part of it.
 BETWEEN_CHECKPOINTS = 30.0
+STALLED = 0.01  # of the speed that is asked for: a motor that makes less stands
 
 
 def simulate(
@@ -77,7 +78,19 @@ def simulate(
                 write_checkpoint(checkpoint, writer.describe())
                 saved = time.monotonic()
     recording = writer.recording()
+    refuse_stalled(recording)
     return recording if checkpoint is None else replace(recording, checkpoint=Path(checkpoint).resolve())
+
+
+def refuse_stalled(recording: Recording) -> None:
+    """Refuse (`InputError`) a run whose motor cannot turn the loop."""
+    scene, made = recording.scene, recording.made_rpm
+    drive = scene.rig.drive
+    if drive is not None and drive.kind == "motor" and made < STALLED * scene.motor_rpm:
+        raise InputError(
+            f"drive: the motor made {made:.2g} of {scene.motor_rpm:g} rev/min, it cannot turn the loop; raise "
+            f"drive.torque = {drive.torque:g} N m or drive.slope = {drive.slope:g} N m s/rad, or lower the tension"
+        )
 
 
 def _writer(loop: Loop, origin: Loop | None = None) -> Recorder:

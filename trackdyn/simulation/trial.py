@@ -34,7 +34,7 @@ def short_run(loop: Loop, seconds: float, watched: bool, origin: Loop | None = N
     writer = Recorder(loop, seconds, (), 0.0, True, True, watched, origin)
     while not writer.finished:
         writer.chunk()
-    return answer(writer.record, 0, writer.done, writer.ended, loop.model), writer
+    return answer(writer.record, slice(writer.done), writer.ended, loop.model, writer.begin), writer
 
 
 def try_steps(settled: Loop, rpm: float) -> Trial:

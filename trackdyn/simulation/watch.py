@@ -64,7 +64,8 @@ class Watch:
     def _judge(self, seconds: float) -> None:
         recorder = self.recorder
         model, rows = recorder.loop.model, recorder.record.mean[self.first : recorder.done]
-        coarse = answer(recorder.record, self.first, recorder.done, recorder.ended[self.ended :], model)
+        piece = slice(self.first, recorder.done)
+        coarse = answer(recorder.record, piece, recorder.ended[self.ended :], model, recorder.begin)
         found = doubt(recorder.alternating - self.alternating, model, rows, seconds, coarse.alone)
         self.found = self.found or found  # also where no finer step can be tried
         found = found or self._brief()
@@ -117,7 +118,7 @@ class Watch:
         again.record.spells.open[:] = self.open
         while not again.finished:
             again.chunk()
-        return answer(again.record, 0, again.done, again.ended, finer.model)
+        return answer(again.record, slice(again.done), again.ended, finer.model, again.begin)
 
     def resolution(self) -> Resolution:
         """State of the resolution of the record so far."""
