@@ -71,13 +71,7 @@ def test_a_record_of_two_turns_and_more_has_its_speed_whatever_its_length():
         assert np.isfinite(found["line_g_binfree"]) == (n >= 2 * turn - 1e-3), n
 
 
-def test_another_speed_is_said_and_a_record_that_tells_none_is_named(recording):
-    own = recording.periods.loop_hz
-    assert other_speed(recording, record(hz=1.005 * own)) == other_speed(recording, record(seconds=8.0)) == ""
-    slower = other_speed(recording, record(hz=own * 115 / 210))
-    assert (
-        slower.startswith("sensor.csv: its loop turns 0.1278 times a second") and "--rpm 115 in place of 210" in slower
-    )
+def test_a_record_that_has_no_line_is_refused_by_name(recording):
     with pytest.raises(InputError, match=r"^sensor\.csv: the signal is constant"):
         compare_with_sensor(recording, record(amplitude=0.0))
 

@@ -115,16 +115,13 @@ def compare_with_sensor(recording: Recording, record: SensorRecord, name: str = 
     return table[~(lines & (table.simulation.isna() | table.sensor.isna()))].reset_index(drop=True)
 
 
-def other_speed(recording: Recording, record: SensorRecord) -> str:
-    """Sentence on a sensor whose loop turns at another speed than the simulated one, by its line; empty if not."""
-    hz = recording.periods.loop_hz
-    if not holds_line(len(record.ay_g), record.rate_hz, hz):
-        return ""
-    ratio = own_loop_hz(record.ay_g, record.rate_hz, hz) / hz
-    if abs(ratio - 1) <= SAME_SPEED:
-        return ""
-    made = recording.made_rpm
+def other_speed(recording: Recording, record: SensorRecord) -> str | None:
+    """What seems wrong with the speed of a sensor's record of two turns at least: its loop turns at another rate."""
+    hz, rpm = recording.periods.loop_hz, recording.made_rpm
+    own = own_loop_hz(record.ay_g, record.rate_hz, hz) if hz else hz
+    if abs(own - hz) <= SAME_SPEED * hz:
+        return None
     return (
-        f"{record.path}: its loop turns {ratio * hz:.4g} times a second, that of the run {hz:.4g} times; simulate with "
-        f"--rpm {ratio * made:.4g} in place of {made:.4g}, or compare the record of that speed"
+        f"{record.path}: the main line is {own:.4g} Hz, the simulated loop turns {hz:.4g} times a second at {rpm:g} "
+        f"rpm; compare with a run at {rpm * own / hz:.4g} rpm"
     )
