@@ -123,7 +123,7 @@ def test_single_pin_loop_settles_and_runs(rig, make_scene):
     loop = Loop(scene)
     assert len(loop.angles) == 35 and len(loop.model.shoes.arc_body) == 70
     # as with the double pins: the tensioner's loop is closed to a few per cent
-    assert loop.layout["tension_n"] == pytest.approx(rig.tension.pre_tension, rel=0.05)
+    assert loop.layout["tension_n"] == pytest.approx(rig.tension.pre_tension, rel=0.01)
     recording = simulate(scene)
     assert recording.gap.max() <= 1.1e-10
     assert recording.frame.shape[1] == 35 + 3

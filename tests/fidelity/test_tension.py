@@ -2,17 +2,23 @@
 resolved.
 """
 
+import re
+
 import numpy as np
 import pytest
 
+from replication.study.layouts import random_rig
 from trackdyn.errors import InputError
 from trackdyn.integrate.carriers import push
 from trackdyn.model.constants import SPROCKET
 from trackdyn.model.record import BEARING, ENERGY_NAMES
+from trackdyn.parameters.rig import load_rig
+from trackdyn.scene.limits import largest_step
+from trackdyn.scene.scene import Scene
 from trackdyn.simulation.account import open_share
 from trackdyn.simulation.loop import Loop
+from trackdyn.simulation.settling import arc_depths, explained_depth, refuse_start_in_steel, settle
 from trackdyn.simulation.simulate import simulate
-from trackdyn.simulation.start_checks import arc_depths, explained_depth, refuse_start_in_steel
 
 LARGE = 0.313
 
@@ -99,8 +105,80 @@ def test_no_loop_starts_in_the_steel(make_scene, rig, equal_pitch):
 
 def test_the_step_is_judged_at_the_tension_that_the_loop_settles_at(make_scene):
     scene = make_scene(115.0, ring_radius=LARGE, step=1e-3 / 6)  # the pre-tension allows it
-    with pytest.raises(InputError, match=r"step = 0.000166\d*: .* settles at a tension of 1\d{4} N"):
+    with pytest.raises(InputError, match=r"step = 0.000166\d*: .* at a tension of 1\.\d+e\+04 N"):
         Loop(scene)
+
+
+def test_a_step_that_nobody_chose_follows_the_tension():
+    """It is what the loop needs as it has settled, also at another speed, and never a refusal."""
+    rig = load_rig("possible")
+    scene = Scene(rig, 115.0, LARGE)
+    loop = Loop(scene)
+    tension = loop.layout["settled_tension_n"]
+    assert tension > 2 * rig.tension.pre_tension
+    assert loop.model.step == loop.scene.step <= largest_step(scene.model, tension) < scene.step
+    assert loop.changed(motor_rpm=150.0).scene.step == loop.scene.step
+    with pytest.raises(InputError, match=r"step = 0\.0001: too large"):
+        loop.changed(step=1e-4)
+
+
+# Steps of 5e-5 s throw bodies to and fro while the loop settles, at 1.5 rad/s and with strands of 22 to 55 kN.
+CHATTERING = {
+    "tension__pre_tension": 37e3, "chain__link_mass": 5.8, "chain__link_inertia": 0.0062, "chain__connector_mass": 7.8,
+    "bushing__stiffness": 57.0, "idler__inertia": 0.71, "road_wheel__bearing_drag": 26.0,
+    "wheel_contact__friction_static": 0.051, "wheel_contact__friction_dynamic": 0.046,
+    "ring_contact__restitution": 0.24, "impact__speed_floor": 0.032,
+}  # fmt: skip
+
+
+def test_a_loop_that_chatters_while_it_settles_is_settled_in_finer_steps(rig, monkeypatch):
+    stiff = rig.changed(**CHATTERING)
+    usual, fine = (settle(Scene(stiff, 0.0, None, **step)) for step in ({}, {"step": 1.25e-5}))
+    for name in ("tension_n", "settled_tension_n"):
+        assert usual.layout[name] == pytest.approx(fine.layout[name], rel=0.01)
+    assert usual.layout["tensioner_shift_m"] == pytest.approx(fine.layout["tensioner_shift_m"], abs=1e-4)
+    monkeypatch.setattr("trackdyn.simulation.settling.HALVINGS", 0)
+    with pytest.raises(InputError, match=r"does not come to rest: .* 5e-05 s a body still turns at 1\.\d rad/s"):
+        settle(Scene(stiff, 0.0, None))
+
+
+def test_one_least_tension_in_all_refusals_and_it_can_stand():
+    """A slack chain: no tensioner leaves its travel, and what is said to be possible is."""
+    bench, least = load_rig("bench"), set()
+    for tension in (0.0, 200.0, 1000.0):
+        with pytest.raises(InputError, match=r"idler shifted by -100 mm of tension\.travel = 100 mm") as refusal:
+            settle(Scene(bench.changed(tension__pre_tension=tension), 0.0))
+        least.add(float(re.search(r"must exceed (\S+) N", str(refusal.value))[1]))
+    assert len(least) == 1
+    tension = 1.02 * least.pop()
+    layout = settle(Scene(bench.changed(tension__pre_tension=tension), 0.0)).layout
+    assert layout["settled_tension_n"] == pytest.approx(tension, rel=0.01)
+    assert abs(layout["tensioner_shift_m"]) <= bench.tension.travel
+    with pytest.raises(InputError, match=r"cannot be reached; .* by 4 mm of tension\.travel = 4 mm"):
+        settle(Scene(bench.changed(tension__travel=0.004), 0.0))
+
+
+def test_a_rig_without_a_ring_is_tensioned_without_one(rig):
+    bare = rig.changed(sprocket__ring="none")
+    assert settle(Scene(bare, 0.0)).layout["settled_tension_n"] == pytest.approx(rig.tension.pre_tension, rel=0.01)
+    layout = settle(Scene(bare, 0.0, rig.sprocket.ring_radius)).layout
+    assert layout["tension_n"] == pytest.approx(rig.tension.pre_tension, rel=0.01)
+    assert layout["settled_tension_n"] > 1.2 * layout["tension_n"], "a ring that comes then tightens the loop"
+
+
+@pytest.mark.parametrize("number", range(6))
+def test_a_tension_is_set_to_a_hundredth_or_refused(number):
+    """Of 1 N to 100 kN on rigs and layouts drawn at random."""
+    rng = np.random.default_rng([52, number])
+    rig = random_rig(number)[0] if number % 2 else load_rig(("paper", "bench", "possible")[number // 2])
+    tension = 10.0 ** rng.uniform(0, 5)
+    try:
+        layout = settle(Scene(rig.changed(tension__pre_tension=tension), 100.0)).layout
+    except InputError as error:
+        assert re.search(r"pre_tension = .* N: (must exceed|cannot be reached)|does not come to rest", str(error))
+    else:
+        assert layout["tension_n"] == pytest.approx(tension, rel=0.01)
+        assert abs(layout["tensioner_shift_m"]) <= rig.tension.travel
 
 
 def test_friction_at_a_tension_far_beyond_that_of_its_limit_does_not_flip(make_scene):

@@ -12,7 +12,7 @@ import pytest
 
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recorder import Recorder
-from trackdyn.simulation.settled_loops import SettledLoops
+from trackdyn.simulation.settling import SettledLoops
 
 CYCLES, CALLS = 200, 2000
 

@@ -7,7 +7,9 @@ import pytest
 
 from tests.conftest import LAWS
 from trackdyn.errors import InputError
-from trackdyn.simulation.settled_loops import SettledLoops
+from trackdyn.parameters.rig import load_rig
+from trackdyn.scene.scene import Scene
+from trackdyn.simulation.settling import SettledLoops
 from trackdyn.simulation.simulate import simulate
 
 SHORT = {"duration": 0.05, "lead_in": 0.0, "ramp": 0.05, "integrator": "linearly_implicit", "step": 5e-4}
@@ -65,15 +67,12 @@ def test_only_so_many_are_kept(make_scene):
         assert len(starts._settled) == len(starts._tensioned) == 1
 
 
-def test_a_step_is_refused_with_a_shared_loop_as_alone(make_scene, monkeypatch):
-    """The limits of a step know the speed, which the loop that is shared does not."""
-    starts = SettledLoops()
-    scene = make_scene(115.0, **SHORT)
-    simulate(scene, starts=starts)
-
-    def refuse(scene, model, tension):
-        raise InputError(f"{scene.motor_rpm:g} {tension:.0f}")
-
-    monkeypatch.setattr("trackdyn.simulation.settled_loops.refuse_step", refuse)
-    with pytest.raises(InputError, match=r"^130 \d{3,}$"):
-        simulate(scene.with_(motor_rpm=130.0), starts=starts)
+def test_a_step_is_refused_with_a_shared_loop_as_alone():
+    """The limits of a step know the speed, which the loop that is shared does not; a step nobody chose follows."""
+    starts, rig = SettledLoops(), load_rig("possible")
+    large = {"ring_radius": 0.313, "duration": 0.05, "lead_in": 0.0, "ramp": 0.05}
+    slow = Scene(rig, 115.0, **large)
+    steps = [simulate(Scene(rig, rpm, **large), starts=starts).meta["scene"]["step"] for rpm in (115.0, 210.0)]
+    assert len(starts._settled) == 1 and max(steps) < slow.step
+    with pytest.raises(InputError, match=r"step = 0\.0001: too large .* at a tension of 2\.\d+e\+04 N"):
+        simulate(slow.with_(step=1e-4), starts=starts)

@@ -11,7 +11,6 @@ from typer.testing import CliRunner
 
 import trackdyn.scene.scene
 import trackdyn.simulation.settling
-import trackdyn.simulation.start_checks
 from tests.conftest import LAWS
 from trackdyn.commands.cli import app
 from trackdyn.errors import DivergenceError, InputError
@@ -101,8 +100,8 @@ def test_a_recording_comes_back_as_it_was(make_scene, tmp_path):
 
 def forget_limits(monkeypatch):
     """Neither the scene nor the settled loop refuses a step."""
-    for module in (trackdyn.scene.scene, trackdyn.simulation.settling, trackdyn.simulation.start_checks):
-        monkeypatch.setattr(module, "step_limits", lambda *_: {"none": 1.0})
+    monkeypatch.setattr(trackdyn.scene.scene, "step_limits", lambda *_: {"none": 1.0})
+    monkeypatch.setattr(trackdyn.simulation.settling, "largest_step", lambda *_: 1.0)
 
 
 def test_a_run_that_diverges_says_when_and_where(make_scene, monkeypatch):

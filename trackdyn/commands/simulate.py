@@ -146,18 +146,36 @@ def _say_decisions(scene) -> None:
     typer.echo(f"{'step':>22}  {scene.step:.7g} s")
 
 
+def _say_loop(scene, recording, quiet: bool) -> None:
+    """The tension at which the loop stands and a step that follows it; a warning where its own ring misses it."""
+    from trackdyn.simulation.settling import tension_words
+
+    layout, step = recording.meta["layout"], recording.meta["scene"]["step"]
+    if not layout.get("settled_tension_n"):
+        return
+    words = tension_words(scene, layout)
+    if ":" in words and scene.ring_radius == scene.rig.ring_radius:
+        typer.echo(f"trackdyn: warning: tension: {words}", err=True)
+    if not quiet:
+        typer.echo(f"{'tension':>22}  {words}")
+        if step != scene.step:
+            typer.echo(f"{'step':>22}  {step:.7g} s, which this tension needs")
+
+
 def _for_its_duration(scene, out: Path, checkpoint: Path | None, quiet: bool) -> None:
     from trackdyn.simulation.simulate import simulate as run
 
     recording = run(scene, progress=not quiet, checkpoint=checkpoint)
     if quiet:
         recording.save(out)
+        _say_loop(scene, recording, quiet)
         _warn(recording)
         return
     from trackdyn.measure.metrics import needed_lengths, run_metrics
 
     measures = run_metrics(out.stem, recording)  # before it is written: what has no measures leaves no file
     recording.save(out)
+    _say_loop(scene, recording, quiet)
     _warn(recording)
     for name, value in measures.items():
         if value == value and value != "":  # what a run cannot have is left out
@@ -171,6 +189,7 @@ def _until_converged(scene, tolerances: dict[str, float], longest: float, out: P
 
     answer = run_until(scene, tolerances, longest, least=least)
     answer.recording.save(out)
+    _say_loop(scene, answer.recording, False)
     _warn(answer.recording)
     for name, found in answer.measures.items():
         message = "" if name not in answer.reached else "converged" if answer.reached[name] else "tolerance not reached"

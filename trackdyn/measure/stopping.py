@@ -23,7 +23,7 @@ from trackdyn.scene.stop_rule import StopRule
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recorder import SAMPLED, Recorder
 from trackdyn.simulation.recording import Recording
-from trackdyn.simulation.settled_loops import SettledLoops
+from trackdyn.simulation.settling import SettledLoops
 
 # of a record from one judgement to the next
 GROWTH = 1.1

@@ -18,6 +18,8 @@ from trackdyn.parameters.roots import root
 
 # A wheel that the taut chain passes by may stand as far from it as a strand sags, or this much (m) at least.
 CLEAR = 0.02
+# A tensioner whose shift lengthens the path by less than this share of it cannot tension the chain.
+LEAST_LEVER = 0.05
 # Turn (rad) below which runs to two wheels count as one line.
 ONE_LINE = 1e-9
 
@@ -167,8 +169,7 @@ def run_order(circles: np.ndarray) -> list[int]:
 def belt_around(rig: Rig, shift: float = 0.0, body: float | None = None) -> tuple[BeltPath, list[int]]:
     """Path of the pins around the rig's wheels, and the index in `wheel_names` of each circle; or `InputError`."""
     circles, names = wheel_circles(rig, shift, body=body), wheel_names(rig)
-    solid = wheel_circles(rig, shift, surface=True)[:, 2]
-    _refuse_overlap(circles, solid, names)
+    refuse_overlap(rig, circles[:, :2])
     order = run_order(circles)
     if order[0] != 0:
         raise InputError(
@@ -186,21 +187,41 @@ def belt_around(rig: Rig, shift: float = 0.0, body: float | None = None) -> tupl
     return path, order
 
 
-def _refuse_overlap(circles: np.ndarray, solid: np.ndarray, names: tuple[str, ...]) -> None:
-    """Refuse wheels (with the belt's circles and their own radii, m) of which one reaches into another.
-
-    The sprocket stands in the plane of all others. Two of these may stand beside each other on their axles and overlap
-    in the view from the side, until one reaches the other's axle.
-    """
-    for i in range(len(circles)):
-        for k in range(i + 1, len(circles)):
-            distance = hypot(*(circles[i, :2] - circles[k, :2]))
-            needed = solid[i] + solid[k] if i == 0 else max(solid[i], solid[k])
-            if distance <= needed:
+def refuse_overlap(rig: Rig, centres: np.ndarray) -> None:
+    """Refuse (`InputError`) wheels with their centres (w, 2) (m) of which one reaches into another."""
+    solid, names = wheel_circles(rig, surface=True)[:, 2], wheel_names(rig)
+    for i in range(len(centres)):
+        for k in range(i + 1, len(centres)):
+            distance, needed = hypot(*(centres[i] - centres[k])), _needed(solid, i, k)
+            # the end of a travel (`travel_range`) is such a distance
+            if distance < needed * (1 - 1e-9):
                 raise InputError(
                     f"wheels {names[i]} (radius {solid[i]:.4g} m) and {names[k]} ({solid[k]:.4g} m) are {distance:.4g} "
                     f"m apart and overlap; the distance must exceed {needed:.4g} m"
                 )
+
+
+def _needed(solid: np.ndarray, i: int, k: int) -> float:
+    """Distance (m) of the centres of two wheels with their radii (m) at which one does not reach into the other.
+
+    The sprocket stands in the plane of all others. Two of these may stand beside each other on their axles and overlap
+    in the view from the side, until one reaches the other's axle.
+    """
+    return float(solid[i] + solid[k] if 0 in (i, k) else max(solid[i], solid[k]))
+
+
+def travel_range(rig: Rig, shift: float) -> tuple[float, float]:
+    """Ends of the tensioner's travel (m), cut where its wheel, on its way from ``shift``, would reach into another."""
+    low, high = -rig.tension.travel, rig.tension.travel
+    circles, moved, angle = wheel_circles(rig, surface=True), tensioner(rig), rig.tension.direction * pi / 180
+    for k in set(range(len(circles))) - {moved}:
+        dx, dy = circles[moved, :2] - circles[k, :2]
+        along, across = dx * cos(angle) + dy * sin(angle), dy * cos(angle) - dx * sin(angle)
+        needed = _needed(circles[:, 2], moved, k)
+        if abs(across) < needed:
+            half = sqrt(needed**2 - across**2)
+            low, high = (max(low, half - along), high) if shift > -along else (low, min(high, -half - along))
+    return low, high
 
 
 def _clearance(rig: Rig, path: BeltPath, circle: np.ndarray) -> tuple[float, float]:
@@ -248,6 +269,7 @@ class Assembly:
     angle: np.ndarray  # (n,) unwrapped orientation of the bodies, falling by 2 pi around the loop, rad
     sprocket_angle: float  # angle of the sprocket that puts a groove under the connector in the middle of the wrap, rad
     shift: float  # shift of the tensioning wheel that makes the rigid loop just close, m
+    lever: float = 0.0  # by how much its path then grows with that shift
 
 
 def body_lengths(rig: Rig, chain: str = "double_pin") -> np.ndarray:
@@ -262,6 +284,24 @@ def longest_strand(rig: Rig, path: BeltPath) -> tuple[float, float]:
     c = rig.chain
     weight = rig.gravity * (c.link_mass + c.connector_mass) / (c.link_length + rig.connector_length)
     return weight, float(np.diff(path.start)[1::2].max())
+
+
+def _lever(rig: Rig, path: BeltPath, order: list[int]) -> float:
+    """By how much the path grows with a shift of the tensioning wheel; `InputError` if the direction is at fault."""
+    growth, tension = np.zeros(2), rig.tension
+    for k, wheel in enumerate(order):
+        if wheel == tensioner(rig):
+            enter, leave = path.heading[k - 1], path.heading[k]
+            growth += [cos(enter) - cos(leave), sin(enter) - sin(leave)]
+    angle = tension.direction * pi / 180
+    lever = float(growth @ [cos(angle), sin(angle)])
+    if abs(lever) < LEAST_LEVER:
+        raise InputError(
+            f"tension.direction = {tension.direction:g} deg moves the {tension.wheel} along its chain and cannot "
+            f"tension it; choose a direction near {atan2(growth[1], growth[0]) * 180 / pi % 360:.0f} deg, the middle "
+            "of its wrap"
+        )
+    return lever
 
 
 def can_close(rig: Rig) -> bool:
@@ -286,7 +326,8 @@ def assemble(rig: Rig, lengths: np.ndarray | None = None) -> Assembly:
 
     ``lengths`` are the pin to pin lengths of the bodies, m; links and connectors in turn by default. If there is one
     body a pitch, grooves are put under its joints. Raises `InputError` if no shift within the tensioner's travel
-    closes the loop: the sentence says whether the loop is too short or too long and by how much.
+    closes the loop (the sentence says whether the loop is too short or too long and by how much), or if its direction
+    does not tension the chain.
     """
     lengths = body_lengths(rig) if lengths is None else lengths
     single = len(lengths) == rig.chain.pitches
@@ -300,14 +341,23 @@ def assemble(rig: Rig, lengths: np.ndarray | None = None) -> Assembly:
     if low * high > 0:
         nearest = min(low, high, key=abs)
         state = "long" if nearest > 0 else "short"
-        needed = round(rig.chain.pitches * belt_around(rig, 0.0, body)[0].length / float(lengths.sum()))
+        path, order = belt_around(rig, 0.0, body)
+        _lever(rig, path, order)
+        needed = round(rig.chain.pitches * path.length / float(lengths.sum()))
+        if needed == rig.chain.pitches:
+            raise InputError(
+                f"the loop of {needed} pitches (chain.pitches) is {abs(nearest):.4g} m too {state} for its wheels even "
+                f"at the end of tension.travel = {travel} m; turn tension.direction = {rig.tension.direction:g} deg, "
+                "move the wheels or enlarge the travel"
+            )
         raise InputError(
             f"the loop of {rig.chain.pitches} pitches (chain.pitches) is {abs(nearest):.4g} m too {state} for its "
             f"wheels even at the end of tension.travel = {travel} m; use about {needed} "
             "pitches, move the wheels or enlarge the travel"
         )
     shift = root(slack, -travel, travel, 1e-13)
-    path, _ = belt_around(rig, shift, body)
+    path, order = belt_around(rig, shift, body)
+    lever = _lever(rig, path, order)
     pins = path.along(_lay(path, lengths))[0]
     step = np.diff(pins, axis=0)
     angle = np.unwrap(np.arctan2(step[:, 1], step[:, 0]))
@@ -316,7 +366,7 @@ def assemble(rig: Rig, lengths: np.ndarray | None = None) -> Assembly:
     on_wheel = np.arctan2(middle[:, 1], middle[:, 0])
     away = np.hypot(*middle.T) > 1.2 * path.circles[0, 2]
     off = np.abs((on_wheel - direction + pi) % (2 * pi) - pi) + 10 * away
-    return Assembly(pins[:-1], angle, float(on_wheel[np.argmin(off)] - pi / rig.sprocket.teeth), float(shift))
+    return Assembly(pins[:-1], angle, float(on_wheel[np.argmin(off)] - pi / rig.sprocket.teeth), float(shift), lever)
 
 
 # An oblong loop: the joints turn by more at its ends than along its sides.

@@ -30,6 +30,8 @@ WITHIN = 0.7  # of the bound at the pre-tension: with a larger ring the loop set
 OF_THE_RIG = "of the rig"
 # Fields that follow the rig where a scene asks for none.
 FOLLOWS = ("ring_radius", "chain", "tension", "drag", "bushing_law", "step")
+# Fields that concern the record alone.
+OF_THE_RECORD = ("duration", "lead_in", "ramp", "pitches", "frame_interval", "spells", "every_link", "sliding")
 
 
 def _pitches(value: Any) -> Any:
@@ -93,7 +95,8 @@ class Scene(Choices):
         Start-up ramp of the sprocket speed, s.
     step : float
         Time step, s; the sample interval must be a multiple of it. By default that of the preset, or a smaller one that
-        was tried on the rig or that its contacts need.
+        was tried on the rig or that its contacts need at the pre-tension; a loop that settles at more tension takes a
+        smaller one (`at_tension`).
     pitches : tuple of int
         Pitches whose contacts are recorded (1-based); empty: the sensor's.
     frame_interval : float
@@ -123,7 +126,7 @@ class Scene(Choices):
     integrator : str
         ``semi_implicit``, ``linearly_implicit`` or ``rk4``.
     tension : str
-        ``locked`` (the tensioning wheel stays where the reference ring put it), ``retensioned`` (the pre-tension is
+        ``locked`` (the tensioning wheel stays where the rig's own ring put it), ``retensioned`` (the pre-tension is
         set again with the scene's ring), ``sprung`` (it slides on a spring and a damper while the chain runs) or
         ``forced`` (the rig's force pushes it); the rig's own by default.
     drag : str
@@ -179,13 +182,12 @@ class Scene(Choices):
 
     def model_post_init(self, context: Any) -> None:
         """Refuse what is not possible, in one sentence."""
-        chosen = "step" not in self.model_fields_set
-        if chosen:
+        if "step" not in self.model_fields_set:
             self.__dict__["step"] = self._usual_step()
         self._refuse_times()
         refuse_nonsense(self)
         self._refuse_loop()
-        self._refuse_step(chosen)
+        self._refuse_step()
 
     def _refuse(self, field: str, remedy: str) -> NoReturn:
         raise InputError(f"scene: {field} = {shown(getattr(self, field))}: {remedy}")
@@ -241,20 +243,49 @@ class Scene(Choices):
             step = min(step, tried.step)
         return round_step(step, 1.0 / self.rig.sensor.rate)
 
-    def _refuse_step(self, chosen: bool) -> None:
+    def _refuse_step(self) -> None:
         if self.chain == "belt":
             return  # a path without equations
-        limits = step_limits(self.model, self.rig.tension.pre_tension, METHODS[self.integrator])
-        name, limit = min(limits.items(), key=lambda item: item[1], default=("", np.inf))
-        if LEAST_CHOSEN * self.step <= limit < self.step and chosen:
-            self.__dict__["step"] = round_step(WITHIN * limit, 1.0 / self.rig.sensor.rate)
+        if (step := self.at_tension(self.rig.tension.pre_tension, WITHIN).step) != self.step:
+            self.__dict__["step"] = step
             del self.__dict__["model"]
-        if self.step > limit:
-            advice = advised_step(limit, 1.0 / self.rig.sensor.rate)
+
+    def at_tension(self, tension: float, within: float = 1.0) -> "Scene":
+        """Return the scene with a step that a loop of a tension (N) allows.
+
+        Parameters
+        ----------
+        tension : float
+            Of the loop at rest, N.
+        within : float
+            Share of the largest step that a step which nobody chose becomes where it is too large.
+
+        Raises
+        ------
+        InputError
+            The step was chosen, and is too large.
+        """
+        limits = step_limits(self.model, tension, METHODS[self.integrator])
+        name, limit = min(limits.items(), key=lambda item: item[1], default=("", np.inf))
+        if self.step <= limit:
+            return self
+        sample = 1.0 / self.rig.sensor.rate
+        if "step" in self.model_fields_set or limit < LEAST_CHOSEN * self.step:
             self._refuse(
                 "step",
-                f"too large for the {name}, a bound that was not tried on this rig (trackdyn check tries); {advice}",
+                f"too large for the {name} at a tension of {tension:.4g} N, a bound that was not tried on this rig "
+                f"(trackdyn check tries); {advised_step(limit, sample)}",
             )
+        return self.stepped(round_step(within * limit, sample))
+
+    def stepped(self, step: float) -> "Scene":
+        """Return the scene with a step (s) that nobody chose: `with_` finds it anew."""
+        if step == self.step:
+            return self
+        other = self.model_copy()
+        other.__dict__["step"] = step
+        other.__dict__.pop("model", None)
+        return other
 
     @property
     def bodies(self) -> int:
@@ -312,6 +343,8 @@ class Scene(Choices):
     def with_(self, **changes: Any) -> "Scene":
         """Return a scene with some fields replaced; what was never asked for (`FOLLOWS`) is found anew.
 
+        A step that nobody chose stays where only `OF_THE_RECORD` is replaced.
+
         Parameters
         ----------
         **changes
@@ -326,7 +359,8 @@ class Scene(Choices):
         InputError
             A field does not exist, is out of range, or contradicts another one.
         """
-        return Scene(**{name: getattr(self, name) for name in self.model_fields_set} | changes)
+        scene = Scene(**{name: getattr(self, name) for name in self.model_fields_set} | changes)
+        return scene if changes.keys() - set(OF_THE_RECORD) else scene.stepped(self.step)
 
     def sampled(self, rate: int) -> "Scene":
         """Return the scene recorded at another rate.
@@ -342,7 +376,8 @@ class Scene(Choices):
         """
         rig = self.rig.changed(sensor__rate=rate)
         frames = max(floor(self.frame_interval * rate + 1e-6), 1) / rate if self.frame_interval else 0.0
-        return self.with_(rig=rig, step=1.0 / rate / ceil(1.0 / rate / self.step - 1e-6), frame_interval=frames)
+        step = {"step": 1.0 / rate / ceil(1.0 / rate / self.step - 1e-6)} if "step" in self.model_fields_set else {}
+        return self.with_(rig=rig, frame_interval=frames, **step)
 
     def describe(self) -> dict:
         """Return the fields and the rig as plain data, for provenance."""

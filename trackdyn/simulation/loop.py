@@ -29,8 +29,7 @@ from trackdyn.simulation.checkpoint import (
 )
 from trackdyn.simulation.recorder import CHUNK, Recorder
 from trackdyn.simulation.recording import Recording
-from trackdyn.simulation.settled_loops import SettledLoops
-from trackdyn.simulation.settling import allocate, settle, with_sliding
+from trackdyn.simulation.settling import SettledLoops, allocate, settle, with_sliding
 from trackdyn.simulation.state_checks import Parts, refuse_other_record
 from trackdyn.simulation.stepping import Held, joint_forces
 
@@ -52,7 +51,8 @@ class Loop:
     Parameters
     ----------
     scene : Scene
-        What is asked for. The loop is laid, tensioned and settled; the sprocket rests until the first step.
+        What is asked for. The loop is laid, tensioned and settled; the sprocket rests until the first step. A step that
+        nobody chose follows the tension at which the loop settles.
     starts : SettledLoops or None
         Loops that were settled before, among which this one may be.
 
@@ -63,7 +63,7 @@ class Loop:
         Views of what kernels read and write (`trackdyn.model`). The numbers of the state may be changed in place
         between steps; another tuple that is assigned is copied.
     layout : dict
-        Shift of the tensioning wheel (m) and tension reached with the reference ring (N).
+        Shift of the tensioning wheel (m), tension as it was set with the rig's own ring, and as the loop settled (N).
 
     Raises
     ------
@@ -77,8 +77,7 @@ class Loop:
     def __init__(self, scene: Scene, starts: SettledLoops | None = None):
         if scene.chain == "belt":
             raise InputError("scene: chain = 'belt': a path has no state to step; use 'double_pin'")
-        self.scene = scene
-        model, state, work, self.layout = starts.settle(scene) if starts else settle(scene)
+        self.scene, model, state, work, self.layout = settle(scene, starts)
         self._adopt(model, state, with_sliding(scene, model, work))
 
     def _adopt(self, *parts: Any) -> None:
@@ -284,7 +283,7 @@ class Loop:
             New speed, rev/min, and the time in which it is reached, s.
         """
         now = sprocket_rate(self._parts.model.drive, self.time)
-        self.scene = self.scene.with_(motor_rpm=motor_rpm, ramp=ramp)
+        self.scene = self.scene.with_(motor_rpm=motor_rpm, ramp=ramp).stepped(self.scene.step)
         drive = self._parts.model.drive
         rate, ramp = float(self.scene.sprocket_rate), float(self.scene.ramp)
         self._held.steer(drive._replace(rate=rate, ramp=ramp, start=float(now), begin=self.time))
@@ -329,7 +328,8 @@ class Loop:
         """
         self._held.refuse_out_of_range()
         other = Loop.__new__(Loop)
-        other.scene, other.layout = self.scene.with_(**fields), dict(self.layout)
+        tension = self.layout.get("settled_tension_n", self.scene.rig.tension.pre_tension)
+        other.scene, other.layout = self.scene.with_(**fields).at_tension(tension), dict(self.layout)
         for name in ("loop", "chain", "ring_radius"):
             if (wanted := getattr(other.scene, name)) != getattr(self.scene, name):
                 raise InputError(f"scene: {name} = {wanted!r}: cannot change in a loop; make a new Loop")

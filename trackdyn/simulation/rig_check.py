@@ -11,6 +11,7 @@ from trackdyn.parameters.rig import Rig
 from trackdyn.scene.limits import largest_step, round_step
 from trackdyn.scene.scene import LEAST_STEP, Scene
 from trackdyn.simulation.loop import Loop
+from trackdyn.simulation.settling import tension_words
 from trackdyn.simulation.trial import try_steps
 
 SMALL_WRAP = 90.0  # deg of the sprocket below which few teeth share the load
@@ -51,10 +52,7 @@ def checked(rig: Rig, rpm: float, settle: bool = True) -> Checked:
             f"{rig.chain.kind.replace('_', '-')}, {rig.sprocket.teeth} teeth"
         ),
         **{f"wrap of {name}": f"{wrap:.4g} deg" for name, wrap in wraps.items()},
-        "tensioner": (
-            f"{rig.tension.wheel} shifted by {1e3 * laid.shift:.3g} mm of {1e3 * rig.tension.travel:.3g} "
-            f"mm, {rig.tension.kept}"
-        ),
+        "tensioner": _tensioner(rig, laid.shift) + " as the chain is laid",
         "laws": rig.laws + (f"; no effect: {', '.join(ignored)}" if (ignored := rig.without_effect) else ""),
         "step": f"--step {round_step(step, sample):.7g}: not tried; at most {step:.2g} s at {rpm:g} rev/min",
     }
@@ -67,7 +65,8 @@ def checked(rig: Rig, rpm: float, settle: bool = True) -> Checked:
         frame = np.concatenate([state.pin[:2], state.angle, state.wheel_angle[:1]])
         wheels[:, 0], wheels[:, 1] = model.wheels.x, model.wheels.y
         reached = loop.layout["settled_tension_n"]
-        values["settled tension"] = f"{reached:.4g} N in the strand onto the sprocket"
+        values["tensioner"] = _tensioner(rig, loop.layout["tensioner_shift_m"])
+        values["settled tension"] = tension_words(loop.scene, loop.layout)
         load = loop.wheel_forces.sum(axis=0)
         idle = [names[k] for k in range(1, len(names)) if load[k] == 0.0]
         if idle:
@@ -75,6 +74,11 @@ def checked(rig: Rig, rpm: float, settle: bool = True) -> Checked:
         limit = min(step, largest_step(model, reached))
         values["step"] = f"{try_steps(loop, rpm)}; at most {limit:.2g} s at {rpm:g} rev/min"
     return Checked(wheels, frame, values, unusual)
+
+
+def _tensioner(rig: Rig, shift: float) -> str:
+    travel = 1e3 * rig.tension.travel
+    return f"{rig.tension.wheel} shifted by {1e3 * shift:.3g} mm of {travel:.3g} mm, {rig.tension.kept}"
 
 
 def _unusual(rig: Rig, path, wraps: dict[str, float], step: float, names: tuple[str, ...]) -> list[str]:

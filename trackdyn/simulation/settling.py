@@ -1,22 +1,34 @@
-"""Where a run begins: the loop laid on its wheels, settled and tensioned, or a free loop that spins."""
+"""Where a run begins: the loop laid on its wheels, tensioned and at rest, or a free loop that spins."""
 
-from math import ceil, cos, pi, sin
+import copy
+import json
+from collections.abc import Callable
+from math import ceil, inf, pi
+from typing import NamedTuple, NoReturn
 
 import numpy as np
 
 from trackdyn.chain.kinematics import orient, place
-from trackdyn.errors import InputError
+from trackdyn.errors import DivergenceError, InputError
 from trackdyn.integrate.methods import METHODS, equip
 from trackdyn.model.constants import SPROCKET, Drive, Model
 from trackdyn.model.record import make_record
 from trackdyn.model.state import ALONG_X, SLIDE, SLIDE_RATE, Plane, State, make_state
 from trackdyn.model.work import Work, make_space_work, make_work
-from trackdyn.parameters.layout import Assembly, assemble, belt_around, free_loop, tensioner
+from trackdyn.parameters.groove import depths_on_sprocket
+from trackdyn.parameters.layout import (
+    Assembly,
+    assemble,
+    belt_around,
+    free_loop,
+    refuse_overlap,
+    tensioner,
+    travel_range,
+)
 from trackdyn.scene.build import shift_wheel, start_plane
 from trackdyn.scene.carriers import CARRIED, make_carriers, preloads, refuse_stops
-from trackdyn.scene.limits import step_limits
-from trackdyn.scene.scene import Scene
-from trackdyn.simulation.start_checks import arc_depths, refuse_start_in_steel, refuse_step
+from trackdyn.scene.limits import elastic_depth, largest_step
+from trackdyn.scene.scene import OF_THE_RECORD, Scene
 from trackdyn.simulation.stepping import march
 
 # Settling: a chunk of this many seconds, then every velocity is multiplied by the factor.
@@ -27,12 +39,107 @@ LEAST_STEP = 2e-6
 DAMPING = 0.985
 # The tensioner closes the gap to the wanted tension with this time constant, s: slower than the strands swing out.
 TENSIONER_TIME = 0.15
-# Of the wanted tension, by how much the mean may miss it when the wheel is locked; and further tries until then.
-REACHED, ROUNDS = 0.2, 12
-# In them the strands even out for so long, in s, at most.
-EVENED, LONGEST_REST = 0.2, 4.0
+# Of the wanted tension, by how much it may be missed at rest (1 % is promised), and secant steps to come there.
+REACHED, ROUNDS = 0.0075, 12
+# At rest, the mean tension of two periods (s) of `EVENED` differs by at most the share `EVEN`; the longest rest, s.
+EVENED, EVEN, LONGEST_REST = 0.1, 0.0025, 4.0
+# A body at rest turns by at most so much, rad/s (shipped rigs: 0.03), and is accelerated from one step to the next by
+# at most this share of the tension (shipped rigs: 0.0005; a loop that chatters: 1).
+SLOW, BALANCED = 0.1, 0.02
+# A loop that does not come to rest is settled anew with half the step, so many times.
+HALVINGS = 3
 # Compliance of the contacts of one loop on its wheels, m/N: bounds the stiffness of a taut loop.
 CONTACT_COMPLIANCE = 1e-6
+# Taut, a strand has this many times the weight that hangs below it; with less than the second number it is let out.
+TAUT, SLACK = 10.0, 1.5
+# A taut chain is let out until the tension has fallen by this share, at most an eighth of the travel at once.
+FALL = 0.15
+# The weight of the chain and so many times the tension on a single arc: more than any load at rest.
+MOST_LOAD = 4.0
+# What a scene asks for that a loop at rest does not know yet.
+LATER = ("motor_rpm", *OF_THE_RECORD)
+
+
+class Start(NamedTuple):
+    """A loop that is ready to run: the sprocket at rest, the energy balance at zero."""
+
+    scene: Scene  # with the step that the tension of the loop allows
+    model: Model
+    state: State
+    work: Work
+    # shift of the tensioning wheel (m), tension as it was set and as the loop stands (N); of a free loop nothing
+    layout: dict[str, float]
+
+
+def settle(scene: Scene, loops: "SettledLoops | None" = None) -> Start:
+    """Lay, tension and settle the loop of a scene.
+
+    The tension is set to 1 % at rest with the rig's own ring (or without one, if the rig has none), and the wheel then
+    locked. Every other ring starts from there, as the paper's wheels stay where they are.
+
+    Parameters
+    ----------
+    scene : Scene
+    loops : SettledLoops or None
+        Loops that were settled before: the same bytes, sooner.
+
+    Returns
+    -------
+    Start
+
+    Raises
+    ------
+    InputError
+        The tension cannot be set, the loop does not come to rest, or the step is too large for its tension.
+    """
+    if scene.loop == "free":
+        return _spinning_loop(scene)
+    return _start(scene, loops.at_rest(scene) if loops else _rested(scene, lambda finer: _tensioned(scene, finer)))
+
+
+def tension_words(scene: Scene, layout: dict[str, float]) -> str:
+    """Say at which tension (N) a loop stands, which was wanted, and what lies between: a ring, or a carrier."""
+    wanted, settled = scene.rig.tension.pre_tension, layout["settled_tension_n"]
+    words = f"{settled:.4g} N in the strand onto the sprocket, pre_tension {wanted:.4g} N"
+    if abs(settled - wanted) > 0.01 * wanted:
+        radius = scene.rig.ring_radius
+        ring = "without a ring" if radius is None else f"with the ring of {radius:.4g} m"
+        words += f": set to {layout['tension_n']:.4g} N {ring}, changed by "
+        words += "another ring" if scene.ring_radius != radius else f"the tensioner, which is {scene.tension}"
+    return words
+
+
+class SettledLoops:
+    """The last ``kept`` settled loops, for a series of scenes; every scene gets the bytes that it would get alone.
+
+    Settling takes most of the time of a short scene. The speed and all that concerns the record matter only
+    afterwards, and the ring only in the last quarter of it.
+    """
+
+    def __init__(self, kept: int = 8):
+        self.kept = kept
+        self._tensioned: dict[str, Settling] = {}
+        self._settled: dict[str, Settling] = {}
+
+    def at_rest(self, scene: Scene) -> "Settling":
+        """The loop of a scene at rest; it may be used up."""
+        # the step of the settling heeds the step limits, and they the speed and the ring
+        known = {name: value for name, value in scene.describe().items() if name not in LATER}
+        known["settling_step"] = settling_step(scene, scene.rig.tension.pre_tension)
+        ring = known.pop("ring_radius")
+        common = json.dumps(known, sort_keys=True)
+
+        def tensioned(finer: int) -> Settling:
+            return self._copy(self._tensioned, f"{finer} {common}", lambda: _tensioned(scene, finer))
+
+        return self._copy(self._settled, f"{ring!r} {common}", lambda: _rested(scene, tensioned))
+
+    def _copy(self, kept: dict[str, "Settling"], key: str, make: "Callable[[], Settling]") -> "Settling":
+        settling = kept.pop(key) if key in kept else make()
+        kept[key] = settling  # the last one used is the last to go
+        if len(kept) > self.kept:
+            del kept[next(iter(kept))]
+        return copy.deepcopy(settling)
 
 
 def allocate(scene: Scene) -> tuple[Model, State, Work]:
@@ -78,85 +185,79 @@ def own_wheels(model: Model) -> Model:
     return model._replace(wheels=wheels, space=space and space._replace(centre=space.centre.copy()))
 
 
-def settling_step(scene: Scene) -> float:
-    """Step of the settling, s: a whole fraction of the sample interval, no longer than the scene's or
-    ``SETTLING_STEP``.
+def settling_step(scene: Scene, tension: float, longest: float = inf) -> float:
+    """Step of the settling at a tension (N), s: a whole fraction of the sample interval, at most ``SETTLING_STEP``.
 
-    What limits the scene's own step must not be refused under another name here, so the step limit of an
-    explicit settling is kept too.
+    What limits the scene's own step must not be refused under another name here, so the step limit of an explicit
+    settling is kept too.
     """
     sample = 1.0 / scene.rig.sensor.rate
-    step = min(scene.step, SETTLING_STEP)
+    step = min(longest, SETTLING_STEP)
     if not METHODS[scene.integrator].linearly_implicit:
-        limits = step_limits(scene.model, scene.rig.tension.pre_tension)
-        step = min(step, max(min(limits.values(), default=step), LEAST_STEP))
+        step = min(step, max(largest_step(scene.model, tension), LEAST_STEP))
     return sample / ceil(sample / step * (1 - 1e-9))
 
 
 class Settling:
-    """Brings the assembled loop to rest at the wanted tension and ring radius, in chunks."""
+    """Brings the assembled loop to rest at the wanted tension and ring radius, in chunks.
 
-    def __init__(self, scene: Scene):
+    ``taut``: it is first tensioned by much more than the weight that hangs below the strand, whatever is wanted.
+    """
+
+    def __init__(self, scene: Scene, finer: int = 1, taut: bool = False):
         self.scene = scene
         rig = scene.rig
         length = scene.model.chain.length
         assembly = assemble(rig, length)
-        self.shift = assembly.shift
+        self.shift, self.lever = assembly.shift, assembly.lever
+        self.low, self.high = travel_range(rig, self.shift)
         self.wheel = tensioner(rig)
-        self.target = self.reached = rig.tension.pre_tension
+        # tension at rest (N), what the wheel moves for it over `_way` (shipped rigs), largest rate (rad/s)
+        self.reached, self.yields, self.swing = 0.0, 1.6, 0.0
         # of a slack strand the compliance says too much: no shift of a chunk is longer than a tenth of a body
         self.most = 0.1 * float(length.max())
+        path, _ = belt_around(rig, self.shift, float(length[0]))
+        chain = scene.model.chain
+        weight = chain.gravity * chain.mass.sum() / chain.length.sum()
+        # what the strand with the cut joint carries at least: from its middle down to the lowest point of the loop
+        self.hanging = weight * float(assembly.pins[0, 1] - assembly.pins[:, 1].min())
+        self.target = TAUT * self.hanging if taut else rig.tension.pre_tension
+        # a strand of span l and weight w a metre shortens its chord by w^2 l^3 / (24 T^2)
+        spans = np.diff(path.start)[1::2]
+        self.sag = weight**2 * float((spans**3).sum()) / 24
         # at rest in the plane, with the reference ring and the step of the settling
-        step = settling_step(scene)
+        step = settling_step(scene, self.target, inf if taut else scene.step) / finer
         model = own_wheels(scene.model)
         model.wheels.present[SPROCKET] = 1
         model.wheels.radius[SPROCKET] = rig.sprocket.ring_radius
         # at rest rolling resistance would keep the strands' tensions apart for seconds
         model = model._replace(wheels=model.wheels._replace(rolling=np.zeros_like(model.wheels.rolling)))
         self.model = model._replace(
-            drive=Drive(0.0, scene.ramp), step=step, stride=max(round(CHUNK / step), 1), space=None
-        )
+            drive=Drive(0.0, scene.ramp), step=step, stride=max(round(CHUNK / step), 1), space=None,
+            tooth=model.tooth._replace(present=0),
+        )  # fmt: skip
         shift_wheel(self.model, rig, self.wheel, self.shift)
         self.state = start_state(assembly, self.model)
         work = make_work(len(length), rig.chain.pitches, len(model.wheels.x))
         linearly = METHODS[scene.integrator].linearly_implicit
         self.work = equip(work, "linearly_implicit" if linearly else "semi_implicit", rig.chain.pitches)
         self.record = make_record(1, self.state)
-        # a strand of span l and weight w a metre shortens its chord by w^2 l^3 / (24 T^2)
-        path, order = belt_around(rig, self.shift, float(length[0]))
-        chain = self.model.chain
-        weight = chain.gravity * chain.mass.sum() / chain.length.sum()
-        orient(self.state.angle, self.work.cos, self.work.sin)
-        place(chain, self.state, self.work)
-        # what the strand with the cut joint carries at least: from its middle down to the lowest point of the loop
-        self.hanging = weight * float(self.work.pin_y[0] - self.work.pin_y.min())
-        spans = np.diff(path.start)[1::2]
-        self.sag = weight**2 * float((spans**3).sum()) / 24
-        # compliance of contacts and joints, m/N
-        self.stretch = CONTACT_COMPLIANCE
-        d = rig.tension.direction * pi / 180
-        self.lever = 0.0
-        for k, wheel in enumerate(order):
-            if wheel == self.wheel:
-                enter, leave = path.heading[k - 1], path.heading[k]
-                self.lever += cos(d) * (cos(enter) - cos(leave)) + sin(d) * (sin(enter) - sin(leave))
-        if abs(self.lever) < 0.05:
-            raise InputError(
-                f"tension.direction = {rig.tension.direction:g} deg moves the {rig.tension.wheel} "
-                "along its chain and cannot tension it; choose a direction near the middle of its wrap"
-            )
 
     def tension(self) -> float:
         """Tension of the chain at the cut joint, in the middle of the last strand, N."""
         return float(np.hypot(*self.work.sweep.load[:2]))
 
-    def chunk(self, damping: float = DAMPING) -> None:
-        """March one chunk, and scale the rates by ``damping`` at its end."""
+    def chunk(self) -> None:
+        """March one chunk, and damp the rates at its end."""
         march(self.model, self.state, self.work, self.record, phase="settling")
-        self.state.rate[:] *= damping
-        self.state.pin[2:] *= damping
-        self.state.wheel_rate[:] *= damping
-        self.state.slide[:, SLIDE_RATE:ALONG_X] *= damping
+        self._scale_rates(DAMPING)
+
+    def _scale_rates(self, by: float) -> None:
+        state = self.state
+        state.rate[:] *= by
+        state.pin[2:] *= by
+        state.wheel_rate[:] *= by
+        state.slide[:, SLIDE_RATE:ALONG_X] *= by
 
     def release(self) -> None:
         """Let wheels on carriers go, on springs that hold the chain as it lies unless the rig says how hard."""
@@ -166,53 +267,65 @@ class Settling:
         carriers = carriers._replace(force=carriers.force[:1].copy())  # as when the run starts, however long this takes
         self.model = self.model._replace(carriers=carriers._replace(preload=preloads(rig, carriers, self.work, rest)))
         self.state = self.state._replace(slide=np.zeros((len(rest), 5)))
+        self.rest(0.4)
 
-    def tighten(self, seconds: float) -> float:
-        """Move the tensioning wheel until the strand has the wanted tension; its late mean, N."""
+    def _way(self, tension: float) -> float:
+        """Shift of the wheel (m) that makes a tension (N), but for a constant."""
+        tension = max(tension, 0.1 * self.target, 0.1 * self.hanging, 1e-6)
+        return (CONTACT_COMPLIANCE * tension - self.sag / tension**2) / self.lever
+
+    def tighten(self, seconds: float) -> None:
+        """Move the tensioning wheel towards the wanted tension."""
         mean = self.tension() or self.target
         for _ in range(round(seconds / CHUNK)):
             mean += 0.1 * (self.tension() - mean)
             tension = max(mean, 0.1 * self.target, 50.0)
-            compliance = 2 * self.sag / tension**3 + self.stretch
-            by = (self.target - mean) * compliance / self.lever * CHUNK / TENSIONER_TIME
-            self._move(min(max(by, -self.most), self.most))
-        return mean
+            compliance = 2 * self.sag / tension**3 + CONTACT_COMPLIANCE
+            self._move((self.target - mean) * compliance / self.lever * CHUNK / TENSIONER_TIME)
 
-    def _move(self, by: float) -> None:
-        """Shift the tensioning wheel and take a chunk, m."""
-        self.shift += by
+    def _move(self, by: float) -> float:
+        """Shift the tensioning wheel within its travel (m), take a chunk, and return by how much it moved."""
+        before = self.shift
+        self.shift = min(max(before + min(max(by, -self.most), self.most), self.low), self.high)
         shift_wheel(self.model, self.scene.rig, self.wheel, self.shift)
         self.chunk()
+        return self.shift - before
 
-    def at_rest(self) -> float:
-        """Tension of strands that have evened out: a mean over `EVENED`, the one before to a hundredth, N."""
-        before, mean = np.inf, self.target
+    def moved(self, by: float) -> float:
+        """Shift the tensioning wheel in small steps, m; by how much it went."""
+        chunks = round(0.5 * EVENED / CHUNK)
+        return sum(self._move(by / chunks) for _ in range(chunks))
+
+    def evened(self) -> float:
+        """Mean tension of strands that have evened out, N."""
+        mean = inf
         for _ in range(round(LONGEST_REST / EVENED)):
             loads = []
             for _ in range(round(EVENED / CHUNK)):
                 self.chunk()
                 loads.append(self.tension())
             before, mean = mean, float(np.mean(loads))
-            if abs(mean - before) < 0.01 * self.target:
+            if abs(mean - before) <= EVEN * mean and np.abs(self.state.rate).max() <= SLOW:
                 break
         return mean
 
-    def tighten_on(self) -> float:
-        """Tension at rest after secant steps of the wheel, for strands that are slow or yield more than contacts, N."""
-        reached = self.at_rest()
-        compliance = 2 * self.sag / max(reached, 0.1 * self.target) ** 3 + self.stretch
-        for _ in range(ROUNDS):
-            if abs(reached - self.target) <= REACHED * self.target:
-                break
-            chunks = round(TENSIONER_TIME / CHUNK)
-            by = (self.target - reached) * compliance / self.lever / chunks
-            by = min(max(by, -self.most / 10), self.most / 10)
-            for _ in range(chunks):
-                self._move(by)
-            before, reached = reached, self.at_rest()
-            change = (reached - before) / (self.lever * by * chunks)
-            compliance = min(max(1 / change, compliance / 3), 3 * compliance) if change > 0 else 2 * compliance
-        return reached
+    def approach(self, tension: float, longest: float) -> bool:
+        """Secant step (at most ``longest`` m) towards a tension at rest (N); whether the wheel could move."""
+        way = self.yields * (self._way(tension) - self._way(self.reached))
+        by = self.moved(min(max(way, -longest), longest))
+        before, self.reached = self.reached, self.evened()
+        made = self._way(self.reached) - self._way(before)
+        self.yields *= min(max(by / made / self.yields, 0.25), 4.0) if by * made > 0 else 2.0
+        return by != 0.0
+
+    def trim(self) -> bool:
+        """Move the wheel until the strand has the wanted tension at rest; whether it has."""
+        self.reached, rounds = self.evened(), 0
+        while abs(self.reached - self.target) > REACHED * self.target:
+            rounds += 1
+            if not self.approach(self.target, self.most) or rounds > ROUNDS:
+                return False
+        return True
 
     def engage(self, seconds: float) -> None:
         """Turn the sprocket where no arc is deep in its teeth, then stiffen them slowly."""
@@ -232,11 +345,10 @@ class Settling:
             self.model = self.model._replace(tooth=tooth._replace(law=law))
             self.chunk()
 
-    def change_ring(self, seconds: float) -> None:
-        """Grow or shrink the ring to the scene's radius; a ring that is not there shrinks away."""
+    def change_ring(self, end: float | None, seconds: float = 0.3) -> None:
+        """Grow or shrink the ring to a radius (m); a ring that is not there shrinks away."""
         wheels = self.model.wheels
         start = float(wheels.radius[SPROCKET])
-        end = self.scene.ring_radius
         if end is None:
             end = Scene.ring_range(self.scene.rig)[0] - self.scene.rig.chain.link_thickness
         chunks = round(seconds / CHUNK)
@@ -249,97 +361,143 @@ class Settling:
         for _ in range(round(seconds / CHUNK)):
             self.chunk()
 
+    def tauten(self) -> None:
+        """Come near the wanted tension, first without teeth, and with the ring and the carriers of the rig."""
+        self.tighten(0.4)
+        if self.scene.model.tooth.present:
+            self.engage(0.2)
+        self.tighten(0.6)
+        if self.scene.rig.ring_radius is None:
+            self.change_ring(None)
+        if self.scene.tension not in CARRIED and any(wheel.carrier for wheel in self.scene.rig.rollers.values()):
+            self.release()
 
-def tensioned(scene: Scene) -> Settling:
-    """The first part of `settle`: the loop tensioned (or refused) on the rig's ring; the scene's has no part."""
-    settling = Settling(scene)
-    tooth = settling.model.tooth
-    settling.model = settling.model._replace(tooth=tooth._replace(present=0))
-    settling.tighten(0.6)
-    if tooth.present:
-        settling.engage(0.2)
-    reached = settling.tighten(0.6)
-    if abs(reached - settling.target) > REACHED * settling.target:
-        reached = settling.tighten_on()
-    if abs(reached - settling.target) <= REACHED * settling.target:
-        settling.reached = reached
-        return settling
-    if settling.target < settling.hanging <= reached:
+    def let_out(self) -> None:
+        """Let a taut chain out until the strand is below the rig's pre-tension; `InputError`: it never is."""
+        self.tauten()
+        self.reached, self.target = self.evened(), self.scene.rig.tension.pre_tension
+        least, further, moves = (inf, self.shift), 0, True
+        while self.reached > self.target:
+            further = 0 if self.reached < least[0] else further + 1
+            least = min(least, (self.reached, self.shift))
+            if not moves or further == 3:  # at the end of its travel, or what hangs deeper weighs more
+                _refuse_tension(self, least)
+            moves = self.approach((1 - FALL) * self.reached, (self.high - self.low) / 8)
+
+    def balanced(self) -> bool:
+        """Whether the loop rests: what turns it from one step to the next is small beside its tension."""
+        chain, rate = self.model.chain, self.state.rate.copy()
+        march(self.model._replace(stride=1), self.state, self.work, self.record, phase="settling")
+        force = chain.mass * chain.length * np.abs(self.state.rate - rate) / self.model.step
+        self.swing = float(np.abs(rate).max())
+        return self.swing <= SLOW and float(force.max()) <= BALANCED * max(self.tension(), self.hanging)
+
+
+def _refuse_tension(settling: Settling, least: tuple[float, float] | None = None) -> NoReturn:
+    """Refuse (`InputError`) a tension above what the strand reaches, or below the ``least`` (N) at a shift (m)."""
+    tension, travel = settling.scene.rig.tension, 1e3 * settling.scene.rig.tension.travel
+    reached, shift = least or (settling.reached, settling.shift)
+    low, high = 1e3 * settling.low, 1e3 * settling.high
+    where = f"with the {tension.wheel} shifted by {1e3 * shift:.4g} mm of tension.travel = {travel:.4g} mm"
+    if max(-low, high) < travel or min(-low, high) < travel:
+        where += f" ({low:.4g} to {high:.4g} mm until it overlaps another wheel)"
+    if least:
         raise InputError(
-            f"tension.pre_tension = {settling.target:g} N: must exceed {reached:.4g} N, which the strand that runs "
-            f"onto the sprocket holds when the chain is let out ({settling.hanging:.4g} N of chain hang below it)"
+            f"tension.pre_tension = {tension.pre_tension:g} N: must exceed {reached:.4g} N, the least that the "
+            f"strand onto the sprocket holds, {where}; {settling.hanging:.4g} N of chain hang below it"
         )
     raise InputError(
-        f"tension.pre_tension = {settling.target:g} N: cannot be reached; the strand holds {reached:.3g} N with the "
-        f"{scene.rig.tension.wheel} shifted by {settling.shift:.3g} m; change the pre-tension or move the wheels"
+        f"tension.pre_tension = {tension.pre_tension:g} N: cannot be reached; the strand holds {reached:.4g} N "
+        f"{where}; change the pre-tension, enlarge the travel or move the wheels"
     )
 
 
-def settle(scene: Scene, settling: Settling | None = None) -> tuple[Model, State, Work, dict]:
-    """The loop at rest on its wheels, tensioned, with the scene's ring.
+def _tensioned(scene: Scene, finer: int) -> Settling:
+    """The first part of settling: the loop tensioned on the rig's ring; the scene's has no part."""
+    settling = Settling(scene, finer)
+    if settling.target > SLACK * settling.hanging:
+        try:
+            settling.tauten()
+            if settling.trim():
+                return settling
+        except DivergenceError:
+            if settling.target > TAUT * settling.hanging:
+                raise
+        if settling.reached < settling.target:
+            _refuse_tension(settling)
+    settling = Settling(scene, finer, taut=True)
+    settling.let_out()
+    if not settling.trim():
+        _refuse_tension(settling)
+    return settling
 
-    The tension is set with the rig's own ring radius (``sprocket.ring_radius``) and the wheel then
-    locked; every other ring starts from there, as the paper's wheels stay where they are.
 
-    Parameters
-    ----------
-    scene : Scene
-    settling : Settling or None
-        What `tensioned` gave for this scene, or for one that differs in its ring; it is used up.
+def _rested(scene: Scene, tensioned: Callable[[int], Settling]) -> Settling:
+    """The loop at rest with the scene's ring; with half the step, or less, if it does not come to rest."""
+    for halving in range(HALVINGS + 1):
+        try:
+            settling = tensioned(2**halving)
+            settling.scene = scene
+            if settling.balanced():
+                _finish(settling)
+                if settling.balanced() or (settling.evened() and settling.balanced()):
+                    return settling
+        except DivergenceError:
+            if halving == HALVINGS:
+                raise
+    raise InputError(
+        f"the loop does not come to rest: settled in steps of {settling.model.step:.3g} s a body still turns at "
+        f"{settling.swing:.2g} rad/s or is thrown to and fro; use less tension, softer contacts or heavier bodies"
+    )
 
-    Returns
-    -------
-    model, state, work
-        Ready to run, the sprocket at rest and the energy balance at zero.
-    layout : dict
-        Derived values: the tensioning wheel's shift (m) and the tension (N) reached with the reference ring.
-    """
-    if scene.loop == "free":
-        return _spinning_loop(scene)
-    settling = settling or tensioned(scene)
-    settling.scene = scene
-    layout = {"tensioner_shift_m": float(settling.shift), "tension_n": settling.reached}
-    if scene.tension in CARRIED or any(wheel.carrier for wheel in scene.rig.rollers.values()):
-        settling.rest(0.2)
+
+def _finish(settling: Settling) -> None:
+    """Let a tensioner on its spring go, and bring the ring of the scene."""
+    scene = settling.scene
+    if scene.tension in CARRIED:
         settling.release()
-        if scene.tension != "sprung" or len(settling.state.slide) > 1:
-            settling.rest(0.4)
-    if scene.ring_radius != scene.rig.sprocket.ring_radius:
-        settling.change_ring(0.3)
-        if scene.tension == "retensioned":
-            settling.tighten(0.6)
-            layout |= {"tensioner_shift_m": float(settling.shift)}
-    settling.rest(0.2)
-    layout |= {"settled_tension_n": settling.tension()}
+    if scene.ring_radius != scene.rig.ring_radius:
+        settling.change_ring(scene.ring_radius)
+        if scene.tension != "retensioned":
+            settling.rest(0.2)
+        elif not settling.trim():
+            _refuse_tension(settling)
+
+
+def _start(scene: Scene, settling: Settling) -> Start:
+    """A settled loop as the scene runs it."""
+    rig, tension = scene.rig, settling.tension()
+    layout = {
+        "tensioner_shift_m": float(settling.shift), "tension_n": settling.reached, "settled_tension_n": tension,
+    }  # fmt: skip
+    scene = scene.at_tension(tension)
     model = own_wheels(scene.model)
-    shift_wheel(model, scene.rig, settling.wheel, settling.shift)
+    shift_wheel(model, rig, settling.wheel, settling.shift)
+    for name in ("x", "y"):
+        getattr(model.wheels, name)[:] = getattr(settling.model.wheels, name)
     carriers = settling.model.carriers
     if len(carriers.force):
-        carriers = carriers._replace(force=np.array(scene.rig.tension.force, dtype=float))
+        carriers = carriers._replace(force=np.array(rig.tension.force, dtype=float))
     model = model._replace(carriers=carriers)
     state = settling.state
     if len(state.slide):
-        refuse_stops(scene.rig, model.carriers, state.slide)
-        for name in ("x", "y"):
-            getattr(model.wheels, name)[:] = getattr(settling.model.wheels, name)
-        state.slide[:, SLIDE_RATE:] = 0.0
+        refuse_stops(rig, carriers, state.slide)
         if scene.tension in CARRIED:
             layout |= {"tensioner_slide_m": float(state.slide[carriers.tensioner, SLIDE])}
+        state.slide[:, SLIDE_RATE:] = 0.0
+    refuse_overlap(rig, np.column_stack([model.wheels.x, model.wheels.y]))
     state.steps[0] = 0
-    state.rate[:] = 0.0
-    state.pin[2:] = 0.0
-    state.wheel_rate[:] = 0.0
+    settling._scale_rates(0.0)
     state.work_done[:] = 0.0
     refuse_start_in_steel(scene, model, state, settling.work)
-    refuse_step(scene, model, layout["settled_tension_n"])
     work = equipped(scene, settling.work)
     if model.space is not None:
-        state = state._replace(plane=start_plane(scene.rig, model, state))
+        state = state._replace(plane=start_plane(rig, model, state))
         work = work._replace(space=make_space_work(len(state.angle), len(model.wheels.x)))
-    return model, state, work, layout
+    return Start(scene, model, state, work, layout)
 
 
-def _spinning_loop(scene: Scene) -> tuple[Model, State, Work, dict]:
+def _spinning_loop(scene: Scene) -> Start:
     """An oblong loop without wheels that spins with the rate of the sprocket and is otherwise at rest."""
     model = scene.model
     assembly = free_loop(model.chain.length)
@@ -348,4 +506,39 @@ def _spinning_loop(scene: Scene) -> tuple[Model, State, Work, dict]:
     state.rate[:] = spin
     state.pin[2:] = [-spin * state.pin[1], spin * state.pin[0]]
     work = make_work(len(state.angle), scene.rig.chain.pitches, len(model.wheels.x))
-    return model, state, equipped(scene, work), {}
+    return Start(scene, model, state, equipped(scene, work), {})
+
+
+def arc_depths(scene: Scene, model: Model, state: State, work: Work, angle: float) -> np.ndarray:
+    """(2 p,) true depths of the arcs in the ten-arc groove, the sprocket at ``angle`` (rad); -inf out of its reach, m.
+
+    Contact search (Eqs. 20 to 23) finds nothing deeper than r_C: an arc buried in a tooth would cost nothing.
+    """
+    orient(state.angle, work.cos, work.sin)
+    place(model.chain, state, work)
+    body, along, wheels = model.shoes.arc_body, model.shoes.arc_x, model.wheels
+    centres = np.column_stack([
+        work.pin_x[body] + along * work.cos[body] - wheels.x[SPROCKET],
+        work.pin_y[body] + along * work.sin[body] - wheels.y[SPROCKET],
+    ])  # fmt: skip
+    return depths_on_sprocket(scene.rig.groove_profile, scene.rig.chain.connector_radius, centres, angle)
+
+
+def explained_depth(model: Model, tension: float) -> float:
+    """Depth that elastic contact of a tooth can have at rest, m: that of ``MOST_LOAD`` times the tension on one arc."""
+    tooth = model.tooth
+    load = MOST_LOAD * (tension + model.chain.gravity * float(model.chain.mass.sum()))
+    widest = float(tooth.radius.max()) + tooth.arc_radius
+    return elastic_depth(tooth.law, load, widest)
+
+
+def refuse_start_in_steel(scene: Scene, model: Model, state: State, work: Work) -> None:
+    """Refuse (`InputError`) a loop that would start with an arc deeper in a tooth than its load explains."""
+    if not model.tooth.present:
+        return
+    depth = float(arc_depths(scene, model, state, work, float(state.wheel_angle[SPROCKET])).max())
+    if depth > explained_depth(model, scene.rig.tension.pre_tension):
+        raise InputError(
+            f"the chain does not mesh with the sprocket of this rig: at rest an arc lies {1e3 * depth:.3g} mm inside a "
+            "tooth; bring sprocket.equal_pitch_radius, groove.seat_depth and ring_radius nearer to each other"
+        )

@@ -14,7 +14,7 @@ from trackdyn.simulation.cost import refuse_too_large
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recorder import Recorder
 from trackdyn.simulation.recording import Recording
-from trackdyn.simulation.settled_loops import SettledLoops
+from trackdyn.simulation.settling import SettledLoops
 
 # Time between two checkpoints, s of computing; writing one takes a small part of it.
 BETWEEN_CHECKPOINTS = 30.0
@@ -104,6 +104,8 @@ def _resumed(path: Path | str, scene: Scene) -> Recorder:
     data = read_checkpoint(path)
     with refusing_damage(path):
         loop = Loop.restored(data)
+    if "settled_tension_n" in loop.layout:
+        scene = scene.at_tension(loop.layout["settled_tension_n"])
     if loop.scene != scene:
         raise InputError(f"{path}: is the checkpoint of another scene; remove it to start again")
     writer = _writer(loop)

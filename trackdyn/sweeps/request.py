@@ -16,7 +16,7 @@ from trackdyn.parameters.validation import parse_number, parse_tolerance, shown,
 from trackdyn.scene.fidelity import CHOICES, preset
 from trackdyn.scene.scene import FOLLOWS, LEAST_STEP, LONGEST_RUN, Scene
 from trackdyn.scene.stop_rule import StopRule
-from trackdyn.simulation.settled_loops import LATER
+from trackdyn.simulation.settling import LATER
 from trackdyn.sources import module_hash
 from trackdyn.sweeps.store import key_of
 

@@ -18,7 +18,7 @@ from trackdyn.scene.stop_rule import StopRule
 from trackdyn.simulation.cost import cost
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recording import Recording, made_with
-from trackdyn.simulation.settled_loops import SettledLoops
+from trackdyn.simulation.settling import SettledLoops
 from trackdyn.simulation.simulate import simulate
 from trackdyn.sources import module_hash
 

@@ -3,7 +3,7 @@ from trackdyn.sweeps.job import logged
 from trackdyn import Loop, Scene, load_rig
 from trackdyn.measure.stopping import run_steady
 from trackdyn.scene.stop_rule import StopRule
-from trackdyn.simulation.settled_loops import SettledLoops
+from trackdyn.simulation.settling import SettledLoops
 
 with logged(snakemake):
     rig, rule, starts = load_rig(snakemake.input.rig), StopRule(**snakemake.params.known), SettledLoops()

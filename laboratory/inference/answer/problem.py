@@ -20,7 +20,7 @@ from trackdyn.parameters.rig import Rig
 from trackdyn.scene.scene import Periods, Scene
 from trackdyn.sensor.signals import high_frequency_rms
 from trackdyn.simulation.recording import Recording
-from trackdyn.simulation.settled_loops import SettledLoops
+from trackdyn.simulation.settling import SettledLoops
 from trackdyn.simulation.simulate import simulate
 from trackdyn.sources import module_hash
 from trackdyn.sweeps.row import first_that_runs

@@ -18,7 +18,7 @@ from trackdyn.parameters.rig import Rig
 from trackdyn.scene.fidelity import preset
 from trackdyn.scene.limits import largest_step
 from trackdyn.scene.scene import Periods, Scene
-from trackdyn.simulation.settled_loops import SettledLoops
+from trackdyn.simulation.settling import SettledLoops
 from trackdyn.simulation.simulate import simulate
 from trackdyn.sources import module_hash
 from trackdyn.sweeps.engine import refuse_failed, results

@@ -10,7 +10,7 @@ from trackdyn.scene.scene import Scene
 from trackdyn.scene.stop_rule import StopRule
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recording import Recording
-from trackdyn.simulation.settled_loops import SettledLoops
+from trackdyn.simulation.settling import SettledLoops
 from trackdyn.simulation.simulate import simulate
 
 # Largest change that still counts as stable, fixed before the runs: a tenth of the narrowest tolerance

@@ -17,7 +17,7 @@ from trackdyn.scene.scene import Scene
 from trackdyn.scene.stop_rule import StopRule, steady_fields
 from trackdyn.simulation.account import energy_residual
 from trackdyn.simulation.loop import Loop
-from trackdyn.simulation.settled_loops import SettledLoops
+from trackdyn.simulation.settling import SettledLoops
 from trackdyn.simulation.simulate import simulate
 
 # At constant speed before a record, s: some settings have softer modes than the ring study, and their own transients.

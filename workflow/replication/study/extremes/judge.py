@@ -19,7 +19,7 @@ from trackdyn.model.record import ENERGY_NAMES
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.account import open_share, refuse_open_account
 from trackdyn.simulation.recording import Recording
-from trackdyn.simulation.settled_loops import SettledLoops
+from trackdyn.simulation.settling import SettledLoops
 from trackdyn.simulation.simulate import simulate
 
 COMPLETED, MARKED, REFUSED, DEFECT = "completed", "marked", "refused", "defect"
