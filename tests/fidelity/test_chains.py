@@ -11,8 +11,8 @@ from trackdyn.parameters.layout import Assembly, belt_around
 from trackdyn.scene.build import build_chain, build_shoes
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
-from trackdyn.simulation.settling import start_state
 from trackdyn.simulation.simulate import simulate
+from trackdyn.simulation.tensioning import start_state
 
 # --- single pin
 

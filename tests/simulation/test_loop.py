@@ -21,8 +21,8 @@ from trackdyn.simulation.belt import belt_recording
 from trackdyn.simulation.checkpoint import flat
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recording import Recording
-from trackdyn.simulation.settling import Settling
 from trackdyn.simulation.simulate import simulate
+from trackdyn.simulation.tensioning import Settling
 
 # What exact cosines at the start of a call, in place of those carried on by their series, change in half a second
 # with contacts: rounding of 1e-16 in angles, grown by stiff contacts.

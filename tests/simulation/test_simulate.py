@@ -10,7 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 import trackdyn.scene.scene
-import trackdyn.simulation.settling
+import trackdyn.simulation.tensioning
 from tests.conftest import LAWS
 from trackdyn.commands.cli import app
 from trackdyn.errors import DivergenceError, InputError
@@ -101,7 +101,7 @@ def test_a_recording_comes_back_as_it_was(make_scene, tmp_path):
 def forget_limits(monkeypatch):
     """Neither the scene nor the settled loop refuses a step."""
     monkeypatch.setattr(trackdyn.scene.scene, "step_limits", lambda *_: {"none": 1.0})
-    monkeypatch.setattr(trackdyn.simulation.settling, "largest_step", lambda *_: 1.0)
+    monkeypatch.setattr(trackdyn.simulation.tensioning, "largest_step", lambda *_: 1.0)
 
 
 def test_a_run_that_diverges_says_when_and_where(make_scene, monkeypatch):

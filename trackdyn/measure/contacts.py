@@ -18,24 +18,22 @@ import pandas as pd
 import scipy
 
 from trackdyn.errors import InputError
+from trackdyn.measure.contact_log import (
+    AWAY,
+    INTEGRALS,
+    MERGE_GAP,
+    NAN,
+    SIDES,
+    VISIT,
+    contacts,
+    extreme,
+    first_of_highest,
+)
 from trackdyn.measure.uncertainty import batch_error, ratio_error
 from trackdyn.model.constants import SPROCKET
-from trackdyn.model.record import SPELL_COLUMNS
 from trackdyn.parameters.rig import Rig
 from trackdyn.simulation.recording import Recording
 
-SIDES = ("left", "right", "ring")
-MERGE_GAP = 0.004  # s
-# Turns of the sprocket. No contact of a passage, and no pause in it, lasts longer than this: the chain
-# leaves the sprocket after about half a turn. Passages nearer to an end of the record may lack a part.
-LONGEST_CONTACT = 2 / 3
-# turns of the sprocket from the first to the last contact of a passage
-PASSAGE = 0.6
-# turns of the sprocket: from the start of a visit of an arc to the next one at least, and how long before a touch an
-# arc that begins to touch was free
-VISIT, AWAY = 0.7, 0.3
-NAN = float("nan")
-INTEGRALS = ("impulse_ns", "square_n2s")
 # Areas that an arc visits for less than this share of a turn a passage do not count in the summary, %.
 LEAST_SHARE = 0.1
 # From this share of a turn on an arc counts as touching, %; a force that acts for less has no error of its own.
@@ -66,94 +64,6 @@ EVENTS_WITH_RING = {
     "ring left": ("ring", "end_s"),
     "out": ("arcs", "end_s"),
 }
-
-
-def _contacts(recording: Recording, gap: float) -> dict[str, np.ndarray]:
-    """Columns of `spells` by connector and start; pitches from 0, sides by number, areas as bits.
-
-    ``start, end, touching`` are ``start_s, end_s, touching_s`` at the mean speed of the record
-    (`Recording.steady_time`).
-    """
-    rows = _merged(recording, gap)
-    ring, pitches = SIDES.index("ring"), recording.scene.rig.chain.pitches
-    rows["connector"] = np.where(rows["side"] == ring, (rows["pitch"] - 1) % pitches, rows["pitch"])
-    order = np.lexsort((rows["side"], rows["start_s"], rows["connector"]))
-    rows = {name: column[order] for name, column in rows.items()}
-    number, first = _number_passages(rows, recording)
-    on_ring = (rows["side"] == ring) & (number >= 0)
-    size = number.max(initial=-1) + 2  # the last one is nobody's: that of the number -1
-    begin = _extreme(np.fmin, rows["start"][on_ring], number[on_ring], size)[number]
-    length = _extreme(np.fmax, rows["end"][on_ring], number[on_ring], size)[number] - begin
-    for end in ("start", "end"):
-        rows[f"phase_{end}"] = (rows[end] - first) / recording.periods.turn
-        rows[f"ring_phase_{end}"] = (rows[end] - begin) / length
-    return rows | {"passage": number}
-
-
-def _extreme(which: np.ufunc, values: np.ndarray, place: np.ndarray, size: int) -> np.ndarray:
-    """Smallest (``np.fmin``) or largest (``np.fmax``) of the values of every place, NaN where there is none."""
-    found = np.full(size, NAN)
-    which.at(found, place, values)
-    return found
-
-
-def _first_of_highest(values: np.ndarray, group: np.ndarray) -> np.ndarray:
-    """Index of the largest value of every group, the first one of equals."""
-    order = np.lexsort((-values, group))
-    return order[np.flatnonzero(np.diff(group[order], prepend=-1))]
-
-
-def _merged(recording: Recording, gap: float) -> dict[str, np.ndarray]:
-    """Columns of the log without what the record cut, chatter merged, times since its beginning."""
-    # a contact that lasted already is logged from the first step of the record on
-    begin = recording.begin + 1.5 * recording.scene.step
-    begun = recording.spells[recording.spells[:, SPELL_COLUMNS.index("start_s")] > begin]
-    log = dict(zip(SPELL_COLUMNS, begun.T, strict=True))
-    order = np.lexsort([log[name] for name in ("start_s", "groove", "side", "pitch")])
-    log = {name: column[order] for name, column in log.items()}
-    integers = ("pitch", "side", "groove", "areas")
-    log |= {name: log[name].astype(int) for name in integers}
-    begins = np.ones(len(order), bool)
-    same = np.all([np.diff(log[name]) == 0 for name in integers[:3]], axis=0)
-    begins[1:] = ~(same & (log["start_s"][1:] - log["end_s"][:-1] < gap))
-    first = np.flatnonzero(begins)
-    rows = {name: log[name][first] for name in ("pitch", "side", "groove", "start_s")}
-    rows["areas"] = np.bitwise_or.reduceat(log["areas"], first)
-    rows["end_s"] = log["end_s"][np.roll(begins, -1)]
-    log["touching_s"] = log["end_s"] - log["start_s"]
-    rows |= {name: np.add.reduceat(log[name], first) for name in ("touching_s", *INTEGRALS)}
-    highest = _first_of_highest(log["peak_n"], np.cumsum(begins))
-    rows |= {name: log[name][highest] for name in ("peak_n", "peak_s")}
-    for name in ("start_s", "end_s", "peak_s"):
-        rows[name] = rows[name] - recording.begin
-    rows |= {name: recording.steady_time(rows[f"{name}_s"]) for name in ("start", "end")}
-    rows["touching"] = rows["touching_s"]
-    if recording.turns is not None:
-        begins_at, ends_at = (recording.steady_time(log[name] - recording.begin) for name in ("start_s", "end_s"))
-        rows["touching"] = np.add.reduceat(ends_at - begins_at, first)
-    return rows
-
-
-def _number_passages(rows: dict[str, np.ndarray], recording: Recording) -> tuple[np.ndarray, np.ndarray]:
-    """Number of the complete passage (or -1) and its first contact (or NaN) of every row.
-
-    Rows are sorted by connector and start; times are those at the record's mean speed. A pause of half of what a
-    connector runs free in a loop revolution parts two passages.
-    """
-    start, end, connector, period = rows["start"], rows["end"], rows["connector"], recording.periods
-    if not len(start):
-        return np.zeros(0, int), np.zeros(0)
-    pause = 0.5 * (period.loop - 0.5 * period.turn)
-    apart = connector * 2 * (end.max() + pause)  # so that the latest end so far is one of the same connector
-    begins = np.ones(len(start), bool)
-    begins[1:] = (start + apart)[1:] - np.maximum.accumulate(end + apart)[:-1] > pause
-    group, index = np.cumsum(begins) - 1, np.flatnonzero(begins)
-    first, last = np.minimum.reduceat(start, index), np.maximum.reduceat(end, index)
-    margin = LONGEST_CONTACT * period.turn
-    complete = np.flatnonzero((first >= margin) & (last <= recording.seconds - margin))
-    number = np.full(len(index), -1)
-    number[complete[np.argsort(first[complete], kind="stable")]] = np.arange(len(complete))
-    return number[group], np.where(number >= 0, first, NAN)[group]
 
 
 def spells(recording: Recording, merge_gap_s: float = MERGE_GAP) -> pd.DataFrame:
@@ -187,7 +97,7 @@ def spells(recording: Recording, merge_gap_s: float = MERGE_GAP) -> pd.DataFrame
         - ``passage``: number of the complete passage, in order of first contact; -1 and NaN phases for one
           that the record may cut
     """
-    rows: dict[str, Any] = _contacts(recording, merge_gap_s)
+    rows: dict[str, Any] = contacts(recording, merge_gap_s)
     rows["share_pct"] = 100 * rows["touching"] / recording.periods.turn
     rows["areas"] = [_area_names(bits) for bits in rows["areas"]]
     rows["side"] = [SIDES[side] for side in rows["side"]]
@@ -210,7 +120,7 @@ def passages(recording: Recording) -> pd.DataFrame:
         as in :func:`spells`. Without contact sums and ``peak_n`` are 0, times and phases NaN.
     """
     turn = recording.periods.turn
-    rows = _contacts(recording, MERGE_GAP)
+    rows = contacts(recording, MERGE_GAP)
     rows = {name: column[rows["passage"] >= 0] for name, column in rows.items()}
     number = rows["passage"]
     count = int(number.max(initial=-1)) + 1
@@ -218,18 +128,18 @@ def passages(recording: Recording) -> pd.DataFrame:
     size = len(SIDES) * count
     table: dict = {"passage": np.repeat(np.arange(count), len(SIDES)), "side": np.tile(SIDES, count)}
     for name in ("start_s", "phase_start", "ring_phase_start"):
-        table[name] = _extreme(np.fmin, rows[name], place, size)
+        table[name] = extreme(np.fmin, rows[name], place, size)
     for name in ("end_s", "phase_end", "ring_phase_end"):
-        table[name] = _extreme(np.fmax, rows[name], place, size)
+        table[name] = extreme(np.fmax, rows[name], place, size)
     for name in ("touching_s", *INTEGRALS):
         table[name] = np.bincount(place, rows[name], size)
     table["share_pct"] = 100 * np.bincount(place, rows["touching"], size) / turn
     table["count"] = np.bincount(place, minlength=size)
-    highest = _first_of_highest(rows["peak_n"], place)
+    highest = first_of_highest(rows["peak_n"], place)
     table |= {"peak_n": np.zeros(size), "peak_s": np.full(size, NAN)}
     for name in ("peak_n", "peak_s"):
         table[name][place[highest]] = rows[name][highest]
-    first = np.repeat(_extreme(np.fmin, rows["start"], number, count), len(SIDES))
+    first = np.repeat(extreme(np.fmin, rows["start"], number, count), len(SIDES))
     table["peak_phase"] = (recording.steady_time(table["peak_s"]) - first) / turn
     areas, connector = np.zeros(size, int), np.zeros(count, int)
     np.bitwise_or.at(areas, place, rows["areas"])
@@ -290,7 +200,7 @@ def peaks(recording: Recording, side: str) -> pd.DataFrame:
     Visits that the beginning of the record may cut are left out. A table with ``end_s`` since the beginning of the
     record and ``peak_n``.
     """
-    rows = pd.DataFrame(_contacts(recording, MERGE_GAP))
+    rows = pd.DataFrame(contacts(recording, MERGE_GAP))
     rows = rows[rows["side"] == SIDES.index(side)].sort_values(["connector", "start"])
     # an arc is on the sprocket for about half a turn, and off it for longer than that
     free = VISIT * recording.periods.turn

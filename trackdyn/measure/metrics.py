@@ -3,7 +3,8 @@
 import numpy as np
 import pandas as pd
 
-from trackdyn.measure.contacts import LONGEST_CONTACT, PASSAGE, first_areas, meshing_summary
+from trackdyn.measure.contact_log import LONGEST_CONTACT, PASSAGE
+from trackdyn.measure.contacts import first_areas, meshing_summary
 from trackdyn.measure.sensor import sense
 from trackdyn.measure.sensor_metrics import sensor_metrics
 from trackdyn.scene.fidelity import label

@@ -14,7 +14,8 @@ from typing import TypeVar
 import pandas as pd
 
 from trackdyn.errors import InputError
-from trackdyn.measure.contacts import LONGEST_CONTACT, PASSAGE, SIDES, TOUCHING, passages
+from trackdyn.measure.contact_log import LONGEST_CONTACT, PASSAGE, SIDES
+from trackdyn.measure.contacts import TOUCHING, passages
 from trackdyn.measure.sensor import whole_samples
 from trackdyn.measure.whole_loop import RELATIVE, SHARES, Estimate, Series, series
 from trackdyn.model.record import SPELL_COLUMNS

@@ -14,7 +14,8 @@ from typing import NamedTuple
 import numpy as np
 
 from trackdyn.errors import InputError
-from trackdyn.measure.contacts import SIDES, peaks
+from trackdyn.measure.contact_log import SIDES
+from trackdyn.measure.contacts import peaks
 from trackdyn.measure.sensor import specific_force
 from trackdyn.measure.uncertainty import batch_error
 from trackdyn.model.record import SPELL_COLUMNS

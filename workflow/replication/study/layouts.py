@@ -18,7 +18,8 @@ from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.scene.limits import largest_step
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
-from trackdyn.simulation.settling import arc_depths, explained_depth
+from trackdyn.simulation.settling import explained_depth
+from trackdyn.simulation.tensioning import arc_depths
 
 FAMILY = "layouts"
 SEED = 20261122
