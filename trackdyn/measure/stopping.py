@@ -9,6 +9,7 @@ once, say as much as a long record does; where it scatters, their batch means sa
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from numbers import Real
 from typing import TypeVar
 
 import pandas as pd
@@ -249,11 +250,11 @@ def refuse_until(scene: Scene, tolerances: Mapping[str, float], longest: float) 
     for name, value in tolerances.items():
         if name not in RELATIVE + SHARES:
             raise InputError(f"measure = {name!r}: choose {', '.join(RELATIVE + SHARES)}")
-        if not 0.0 < value < 1.0:
+        if not isinstance(value, Real) or not 0.0 < value < 1.0:
             raise InputError(f"tolerance = {value!r} of {name}: must be between 0 and 1, such as 0.01")
     refuse_undriven(scene)
     least = _least(scene)
-    if not least < longest <= LONGEST_RUN:
+    if not isinstance(longest, Real) or not least < longest <= LONGEST_RUN:
         raise InputError(
             f"longest = {longest!r} s: must be between {least:.3g} s (ten passages of a pitch) and 36000 s"
         )

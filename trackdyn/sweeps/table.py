@@ -18,7 +18,7 @@ ENDINGS = (".csv", ".parquet")
 
 def refuse_ending(path: Path | str, option: str) -> None:
     """Refuse (`InputError`) the name of a table that ends in neither .csv nor .parquet, or .parquet without pyarrow."""
-    if Path(path).suffix not in ENDINGS:
+    if not isinstance(path, Path | str) or Path(path).suffix not in ENDINGS:
         raise InputError(f"{option} = {shown(str(path))}: the name must end in {' or '.join(ENDINGS)}")
     if Path(path).suffix == ".parquet":
         required("pyarrow")
