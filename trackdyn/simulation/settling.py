@@ -18,6 +18,7 @@ from trackdyn.scene.carriers import CARRIED, make_carriers, refuse_stops
 from trackdyn.scene.limits import elastic_depth
 from trackdyn.scene.scene import OF_THE_RECORD, Scene
 from trackdyn.simulation.tensioning import (
+    LEAST_STEP,
     SLACK,
     TAUT,
     Restless,
@@ -166,6 +167,7 @@ def _tensioned(scene: Scene, finer: int) -> Settling:
 
 def _rested(scene: Scene, tensioned: Callable[[int], Settling]) -> Settling:
     """The loop at rest with the scene's ring; with half the step, or less, if it does not come to rest."""
+    step = settling_step(scene, scene.rig.tension.pre_tension, scene.step)
     for halving in range(HALVINGS + 1):
         try:
             settling = tensioned(2**halving)
@@ -173,7 +175,7 @@ def _rested(scene: Scene, tensioned: Callable[[int], Settling]) -> Settling:
             _finish(settling)
             return settling
         except (DivergenceError, Restless):
-            if halving == HALVINGS:
+            if halving == HALVINGS or step / 2 ** (halving + 1) < LEAST_STEP:
                 raise
     raise AssertionError
 
