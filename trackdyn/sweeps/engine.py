@@ -137,7 +137,7 @@ def _computed(maker: Maker, due: Tasks, jobs: int, memory: float, store: Store) 
         first = next(iter(waiting))
         yield _alone(maker, first, waiting.pop(first), share, store)
     while waiting:
-        ended = None
+        ended, before = None, len(waiting)
         try:
             for row in _pooled(maker, waiting, min(jobs, len(waiting)), share, store.folder):
                 del waiting[row["key"]]
@@ -146,14 +146,17 @@ def _computed(maker: Maker, due: Tasks, jobs: int, memory: float, store: Store) 
             ended = error
         if ended is None:
             return
+        in_hand = [key for key in waiting if store.begun(key).exists()]
+        for key in in_hand:
+            store.clear(key)
         for key, row in store.read(waiting.keys(), say=False).items():  # had come before
             del waiting[key]
             yield row
-        in_hand = [key for key in waiting if store.begun(key).exists()]
-        if not in_hand:
+        if len(waiting) == before and not in_hand:
             raise TrackdynError(f"a process that is to compute rows ended at its start ({_signal(ended)})")
         for key in in_hand:
-            yield _alone(maker, key, waiting.pop(key), share, store, ended)
+            if key in waiting:
+                yield _alone(maker, key, waiting.pop(key), share, store, ended)
 
 
 def _alone(maker: Maker, key: str, task: dict, memory: float, store: Store, ended: Exception | None = None) -> dict:
@@ -163,8 +166,8 @@ def _alone(maker: Maker, key: str, task: dict, memory: float, store: Store, ende
             (row,) = _pooled(maker, {key: task}, 1, memory, store.folder)
             return row
         except TerminatedWorkerError as error:
+            store.clear(key)
             if ended is not None:
-                store.begun(key).unlink(missing_ok=True)
                 advice = "perhaps out of memory; use fewer jobs or more memory"
                 return without_values(key, FAILED, f"its process ended twice ({_signal(error)}), {advice}")
             ended = error

@@ -62,6 +62,11 @@ class Store:
         """A file that is there while a process computes the row."""
         return self.folder / f".{key}.begun"
 
+    def clear(self, key: str) -> None:
+        """Remove what a killed process left of a row that it had begun."""
+        for path in (self.begun(key), *self.folder.glob(f".{key}.*.part.json")):
+            path.unlink(missing_ok=True)
+
     def count(self) -> int:
         """How many rows there are."""
         return sum(1 for _ in self.folder.glob("*.json"))
