@@ -15,7 +15,7 @@ def sliding_per_km(recording: Recording) -> dict[str, float]:
     """
     rows, rig, passage = recording.sliding, recording.scene.rig, recording.periods.passage
     last = len(rows) - 1
-    count = 0 if last < 0 or np.isnan(passage) else int(last / recording.rate / passage)
+    count = 0 if not rows.size or np.isnan(passage) else int(last / recording.rate / passage)
     if count < 1:
         return {}
     begin = recording.steady_time(np.array([recording.seconds])) - count * passage
