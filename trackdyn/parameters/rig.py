@@ -293,10 +293,9 @@ def load_rig(path: Path | str = DEFAULT) -> Rig:
         lies outside the range of the value that it replaces.
     """
     data, cells = read_rig(path), cells_path(path)
-    if (tried := read_yaml(rig_path(path)).get(TRIED)) is not None:
-        data[TRIED] = tried
+    tried = read_yaml(rig_path(path)).get(TRIED)
     name = f"{path} with the cells of {cells}" if cells is not None and rig_cells(cells) else str(path)
-    rig = _validated(data, name, FROM_FILE)
+    rig = _validated(data if tried is None else data | {TRIED: tried}, name, FROM_FILE)
     if cells is not None:
         for field, entry in entries_of(data).items():
             low, value, high = (number_of(entry.get(key)) for key in ("low", "value", "high"))
