@@ -239,6 +239,11 @@ def refuse_undriven(scene: Scene) -> None:
         raise InputError("scene: a tolerance needs a chain that is driven on its wheels; use chain='double_pin'")
 
 
+def _is_number(value: object) -> bool:
+    """Whether a value can be compared with a bound: a caller in Python may pass text."""
+    return isinstance(value, Real)
+
+
 def refuse_until(scene: Scene, tolerances: Mapping[str, float], longest: float) -> None:
     """Refuse what `run_until` cannot be asked for.
 
@@ -250,11 +255,11 @@ def refuse_until(scene: Scene, tolerances: Mapping[str, float], longest: float) 
     for name, value in tolerances.items():
         if name not in RELATIVE + SHARES:
             raise InputError(f"measure = {name!r}: choose {', '.join(RELATIVE + SHARES)}")
-        if not isinstance(value, Real) or not 0.0 < value < 1.0:
+        if not (_is_number(value) and 0.0 < value < 1.0):
             raise InputError(f"tolerance = {value!r} of {name}: must be between 0 and 1, such as 0.01")
     refuse_undriven(scene)
     least = _least(scene)
-    if not isinstance(longest, Real) or not least < longest <= LONGEST_RUN:
+    if not (_is_number(longest) and least < longest <= LONGEST_RUN):
         raise InputError(
             f"longest = {longest!r} s: must be between {least:.3g} s (ten passages of a pitch) and 36000 s"
         )
