@@ -39,7 +39,7 @@ def test_the_loop_stays_closed_at_every_instant(make_scene, rpm, ring, step):
     assert recording.gap.min() >= 0
     # the gap in the record is that of the configuration
     chain = recording.scene.rig.chain
-    assert recording.gap.shape == (500,) and chain["pitches"] == 35
+    assert recording.gap.shape == (500,) and chain.pitches == 35
 
 
 def test_work_is_accounted_for_and_better_with_a_smaller_step(make_scene):

@@ -39,7 +39,7 @@ def lines_by_start(recording: Recording, starts: int = STARTS) -> pd.DataFrame:
 def run_metrics(name: str, recording: Recording) -> dict:
     """The row of a run: what ran, what the sensor and the contacts show."""
     scene, signal = recording.scene, sense(recording)
-    speeds, gaps = recording.speeds, recording.cut.max(axis=0)
+    speeds, gaps = recording.speeds, recording.cut.max(axis=0) if len(recording.cut) else (NAN, NAN)
     return {
         "run": name,
         "rpm": scene.motor_rpm,

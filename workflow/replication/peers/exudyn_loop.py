@@ -229,6 +229,9 @@ def run_exudyn_loop(
             watch(t, places, rates, np.array(system.GetAECoordinates()), memory)
         if taken[0] < samples and t > taken[0] * sample - 1e-9:
             kept[taken[0]] = mbs.systemData.GetODE2Coordinates()[: 3 * n]
+            # where Newton's iteration fails Exudyn takes a shorter step, and later ones end beside the samples
+            if (beyond := t - taken[0] * sample) > 1e-9:
+                kept[taken[0]] -= beyond * np.array(mbs.systemData.GetODE2Coordinates_t()[: 3 * n])
             if wheels is not None:
                 kept_rate[taken[0]] = mbs.systemData.GetODE2Coordinates_t()[3 * n :]
             taken[0] += 1

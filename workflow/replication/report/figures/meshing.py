@@ -149,8 +149,8 @@ def passage_figure(recording: Recording) -> Figure:
             areas.plot(time[area > 0], area[area > 0], **look | {"linestyle": "none", "markersize": 2.5})
     times.set_xlim(low, high)
     _draw_events(times, printed_and_measured_times(recording), (forces, areas))
-    what = f"Connector {shown.connector} in groove {shown.groove}, {ring_words(scene['ring_radius'])}"
-    figure.suptitle(f"{what}, {scene['motor_rpm']:g} rpm; a sprocket turn takes {shown.turn:.3f} s", x=0.01, ha="left")
+    what = f"Connector {shown.connector} in groove {shown.groove}, {ring_words(scene.ring_radius)}"
+    figure.suptitle(f"{what}, {scene.motor_rpm:g} rpm; a sprocket turn takes {shown.turn:.3f} s", x=0.01, ha="left")
     for ax, title in ((forces, "(a) forces"), (areas, "(b) areas of the groove"), (times, EVENTS)):
         ax.set_title(title)
     forces.set(ylabel="normal force (N)", ylim=(-0.03 * highest, 1.45 * highest))

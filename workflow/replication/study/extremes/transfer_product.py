@@ -157,7 +157,9 @@ def accelerations(chain: Chain, angle, rate, force_x, force_y, moment, torque) -
         The product overflowed, a body's pins are mutual centres of percussion, or the conditions are dependent.
     """
     elements = elements_of(chain, angle, rate, force_x, force_y, moment, torque)
-    start = state = solve_boundaries(multiply(elements), elements[0], torque[0], torque[-1])
+    with np.errstate(invalid="ignore", over="ignore"):
+        product = multiply(elements)
+    start = state = solve_boundaries(product, elements[0], torque[0], torque[-1])
     alpha = [state[5]]
     for body, joint in zip(elements[::2], elements[1::2], strict=False):
         before = body @ state
