@@ -24,7 +24,7 @@ def arrows() -> dict[str, set[str]]:
     """Rooms and the rooms that they import."""
     found: dict[str, set[str]] = {}
     for package, folder in PACKAGES.items():
-        for file in (path for path in folder.rglob("*.py") if path.relative_to(folder).parts[0] != "workflow"):
+        for file in folder.rglob("*.py"):
             here = room_of(".".join((package, *file.relative_to(folder).with_suffix("").parts)))
             if here is None or here.endswith(("__init__", "__main__")):
                 continue

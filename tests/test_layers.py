@@ -30,7 +30,6 @@ ROOMS = {
     ),
     "laboratory": (
         "__init__", "settings", "fmi", "inference", "wear", "schemas", "report", "commands",
-        "workflow",
     ),
 }  # fmt: skip
 MODULES = {

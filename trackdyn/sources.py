@@ -54,7 +54,7 @@ def _imports(file: Path, package: Module) -> list[tuple[Module, str | None, str]
 
 
 def imported_files(script: Path, root: Path) -> list[Path]:
-    """Files that a script needs from its own folder, from below ``root`` and from its workflow, itself left out.
+    """Files that a script needs from below ``root`` and from its workflow, itself left out.
 
     A package's ``__init__`` is one of them, but what it imports in its turn counts only as far as it is asked
     for: ``from trackdyn import load_rig`` leads to the module that defines ``load_rig``. Python does run all of
@@ -62,7 +62,7 @@ def imported_files(script: Path, root: Path) -> list[Path]:
     ``__init__`` itself defines what is asked for, all that it imports counts. Files that are not Python's
     belong to whoever imports a module of their folder.
     """
-    places = script.parent, root, root / "workflow"
+    places = root, root / "workflow"
     found: set[Path] = set()
     seen = set()
 

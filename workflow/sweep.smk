@@ -62,10 +62,11 @@ wildcard_constraints:
 PACKAGE = Path(importlib.util.find_spec("trackdyn").submodule_search_locations[0])
 
 
-def sources(script):
-    """What a script of these rules imports of the package, so that an edit there makes its results due."""
-    files = imported_files(Path(str(workflow.current_basedir)) / "scripts" / script, PACKAGE.parent)
-    return [os.path.relpath(file) if file.is_relative_to(Path.cwd()) else str(file) for file in files]
+# what the jobs import of the package, so that an edit there makes their results due
+SOURCES = [
+    os.path.relpath(file) if file.is_relative_to(Path.cwd()) else str(file)
+    for file in imported_files(PACKAGE / "sweeps" / "jobs.py", PACKAGE.parent)
+]
 
 
 rule all:
@@ -77,13 +78,15 @@ rule split:
     """Rows that settle alike stand together, in batches of one size."""
     localrule: True
     input:
-        sources("sweep_split.py"),
+        SOURCES,
         design=SWEEP["design"],
     output: expand(f"{BESIDE}.batches/{{batch}}.parquet", batch=range(SWEEP["batches"]), allow_missing=True)
-    params: rig=SWEEP["rig"]
+    params:
+        task="split",
+        rig=SWEEP["rig"],
     log: f"{LOGS}split.log"
     message: "Splitting {input.design}"
-    script: "scripts/sweep_split.py"
+    script: "../trackdyn/sweeps/jobs.py"
 
 
 if not SWEEP["kernels"]:
@@ -91,22 +94,24 @@ if not SWEEP["kernels"]:
     rule warm_up:
         """Compile the kernels once, with a row of every kind: batches on a cold cache would each compile them."""
         input:
-            sources("sweep_warm_up.py"),
+            SOURCES,
             design=SWEEP["design"],
             rig=SWEEP["rig"],
             rigs=SWEEP["rigs"],
         output: f"{BESIDE}.batches/kernels.txt"
-        params: store=STORE
+        params:
+            task="warm_up",
+            store=STORE,
         resources: **GROWING
         log: f"{LOGS}warm_up.log"
         message: "Compiling the kernels"
-        script: "scripts/sweep_warm_up.py"
+        script: "../trackdyn/sweeps/jobs.py"
 
 
 rule batch:
     """Rows of one batch, kept as they come: a batch that is killed goes on where it was."""
     input:
-        sources("sweep_batch.py"),
+        SOURCES,
         kernels=SWEEP["kernels"] or rules.warm_up.output,
         design=f"{BESIDE}.batches/{{batch}}.parquet",
         rig=SWEEP["rig"],
@@ -114,6 +119,7 @@ rule batch:
     output: f"{BESIDE}.batches/{{batch}}.results.parquet"
     wildcard_constraints: batch=r"\d+"
     params:
+        task="batch",
         store=STORE,
         tries=SWEEP["tries"],
     threads: SWEEP["threads"]
@@ -122,7 +128,7 @@ rule batch:
         attempt=lambda wildcards, attempt: attempt,
     log: f"{LOGS}{{batch}}.log"
     message: "Batch {wildcards.batch}"
-    script: "scripts/sweep_batch.py"
+    script: "../trackdyn/sweeps/jobs.py"
 
 
 rule gather:
@@ -131,7 +137,7 @@ rule gather:
     What would be one batch is computed here.
     """
     input:
-        sources("sweep_gather.py"),
+        SOURCES,
         expand(f"{BESIDE}.batches/{{batch}}.results.parquet", batch=range(SWEEP["batches"]), allow_missing=True)
         if SWEEP["batches"] > 1
         else [],
@@ -142,9 +148,11 @@ rule gather:
     output:
         SWEEP["out"],
         f"{BESIDE}.costs.csv",
-    params: store=STORE
+    params:
+        task="gather",
+        store=STORE,
     threads: SWEEP["threads"]
     resources: **GROWING
     log: f"{LOGS}gather.log"
     message: "Gathering {output[0]}"
-    script: "scripts/sweep_gather.py"
+    script: "../trackdyn/sweeps/jobs.py"

@@ -1,5 +1,7 @@
 """What the searches for rigs found: a table, and cost against rows."""
 
+from trackdyn.sweeps.job import run_job
+
 from itertools import product
 from pathlib import Path
 
@@ -7,8 +9,11 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from replication.paper.claims import REPRODUCED
-from trackdyn.plots.style import COLOURS, DASHES, PAGE, SMALL, new_figure, styled
+from laboratory.inference.answer.settings import load_answer
+from laboratory.inference.answer.study import answer
+from replication.paper.claims import REPRODUCED, load_claims
+from trackdyn.plots.style import COLOURS, DASHES, PAGE, SMALL, new_figure, save, styled
+from trackdyn.sweeps.table import write_table
 
 HEAD = ("question", "rig", "method", "seed", "evaluations", "ended", "first_cost", "cost", "first_shown", "shown", "of")
 ACROSS = 3  # panels beside each other
@@ -58,3 +63,18 @@ def search_figure(costs: pd.DataFrame) -> Figure:
     for ax in panels[::ACROSS]:
         ax.set_ylabel("least cost")
     return figure
+
+
+def main(job) -> None:
+    """Rule `answer_table`."""
+    config, claims = load_answer(job.input.config), load_claims(job.input.claims)
+    config = config.shortened() if job.params.short else config
+    results = [answer(config, claims, name, job.threads, job.params.store) for name in config.questions]
+    tables = [pd.concat(parts, ignore_index=True) for parts in zip(*results, strict=True)]
+    for name, table in zip(("ends", "costs", "verdicts"), tables, strict=True):
+        write_table(table, job.output[name])
+    save(search_figure(tables[1]), job.output.figures[0])
+
+
+if __name__ == "__main__":
+    run_job(main)

@@ -1,23 +1,32 @@
 """The page of an identification, with its pictures."""
 
+from trackdyn.sweeps.job import run_job
+
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
-from laboratory.inference.identification.answer import discrepancies, features_table, tables
+from laboratory.inference.identification.answer import discrepancies, features_table, tables, write_answer
+from laboratory.inference.identification.calibration import CalibrationConfig
 from laboratory.inference.identification.experiment import simulated_ay
 from laboratory.inference.identification.features import turns_of
-from laboratory.inference.identification.identify import Identification
+from laboratory.inference.identification.identify import Identification, Settings, identify
+from laboratory.inference.identification.informative import unknown_of, unknowns_asked_for
+from laboratory.inference.identification.measured import read_records
 from laboratory.inference.identification.posterior import contradicted
 from laboratory.inference.verdict import IDENTIFIED, IN_DOUBT, ONE_SIDED
 from laboratory.report.figures.identification import features_figure, posterior_figure, spectra_figure
 from replication.report.page.builder import embedded_picture
 from trackdyn.files import write_text
-from trackdyn.parameters.rig import Rig
+from trackdyn.parameters.rig import Rig, load_rig
+from trackdyn.parameters.validation import validated
+from trackdyn.parameters.yaml_file import read_yaml
 from trackdyn.plots.rendering import environment
 from trackdyn.plots.style import save
 from trackdyn.scene.scene import Periods
+from trackdyn.sensor.sensor_mapping import load_mapping
 
 HERE = Path(__file__).parent
 COLUMNS = ["unknown", "verdict", "best", "q05", "q95", "low", "high", "present", "width"]
@@ -113,3 +122,22 @@ def _records(answer: Identification) -> pd.DataFrame:
 def _rows(table: pd.DataFrame) -> list[dict]:
     """Rows as plain data."""
     return table.astype(object).where(table.notna(), None).to_dict("records")
+
+
+def main(job) -> None:
+    """Rule `identify_synthetic`."""
+    given, out = job.input, Path(job.output.page).parent
+    config, rig = validated(CalibrationConfig, read_yaml(given.config), given.config), load_rig(given.rig)
+    unknowns = unknowns_asked_for(
+        [unknown_of(name) for unknown in config.unknowns for name in unknown.names], rig, given.rig
+    )
+    measured = read_records(given.records, rig, load_mapping(), config.speeds_rpm, config.ring_radius_m, "standard")
+    choices = tuple(config.choices.items())
+    measured = [replace(record, speed=record.speed._replace(choices=choices)) for record in measured]
+    settings = Settings(config.simulations, 1, 3000, job.threads, config.seed, False)
+    answer = identify(measured, unknowns, Path(job.params.store), settings, print)
+    write_identification_page(answer, write_answer(answer, given.rig, out), out, "synthetic")
+
+
+if __name__ == "__main__":
+    run_job(main)

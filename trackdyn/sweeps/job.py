@@ -1,4 +1,4 @@
-"""What every script shares: its output goes to the rule's log, a mistake ends in one sentence, a stop leaves no half
+"""Run a job of the workflow: its output goes to the rule's log, a mistake ends in one sentence, a stop leaves no half
 file. A job that is stopped ends at once and without a traceback, while it imports as while it runs: this module comes
 first in a script, and imports nothing that takes time.
 """
@@ -10,7 +10,7 @@ import shutil
 import signal
 import sys
 import time
-from contextlib import contextmanager, redirect_stdout, suppress
+from contextlib import redirect_stdout, suppress
 from pathlib import Path
 from zlib import crc32
 
@@ -18,21 +18,24 @@ from zlib import crc32
 BEGAN = time.perf_counter() - time.process_time()
 
 
-@contextmanager
-def logged(snakemake):
-    """Send standard output to the log; end with one sentence there and on the screen."""
+def run_job(task):
+    """Run the task of a rule, a function of its job: the ``snakemake`` of the script that runs.
+
+    Standard output goes to the log; a mistake ends in one sentence there and on the screen.
+    """
     from trackdyn.errors import TrackdynError
 
+    job = sys.modules["__main__"].snakemake
     leave_when_stopped()
-    _join(snakemake.log[0])
-    with open(snakemake.log[0], "w", encoding="utf-8") as log, redirect_stdout(log):
+    _join(job.log[0])
+    with open(job.log[0], "w", encoding="utf-8") as log, redirect_stdout(log):
         try:
-            yield
+            task(job)
         except TrackdynError as error:
             print(error)
-            print(f"{snakemake.rule}: {error}", file=sys.stderr)
+            print(f"{job.rule}: {error}", file=sys.stderr)
             sys.exit(1)
-    _spent(Path(snakemake.log[0]))
+    _spent(Path(job.log[0]))
 
 
 def _spent(log):

@@ -4,7 +4,7 @@
 rule claims:
     """Every claim of the paper: reproduced, in trend, not reproduced, not comparable."""
     input:
-        needs("claims.py"),
+        needs("report/figures/scorecard.py"),
         claims="config/claims.yaml",
         metrics=f"{R}/metrics.csv",
         events=f"{R}/events.csv",
@@ -27,4 +27,4 @@ rule claims:
         rigs={other: f"{R}/rigs/{other}" for other in OTHERS},
     log: f"{R}/logs/claims.log"
     message: "Judging the claims"
-    script: "../scripts/claims.py"
+    script: "../replication/report/figures/scorecard.py"

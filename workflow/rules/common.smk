@@ -1,7 +1,7 @@
-# What the rules share. Every rule with a script needs what that script imports, and says so: needs("metrics.py").
+# What the rules share. A rule's script is the module that computes or draws; what it imports stands among the inputs.
 
 
-def needs(script, folder="workflow/scripts"):
+def needs(script, folder="workflow/replication"):
     """Sources that a script imports: Snakemake sees an edit of the script, but not one of these."""
     files = [str(file.relative_to(ROOT)) for file in imported_files(ROOT / folder / script, ROOT)]
     return files + ([CELLS] if "trackdyn/parameters/rig_file.py" in files else [])
@@ -16,12 +16,12 @@ CELLS = f"{R}/cells/{sha256(repr(RIG_CELLS).encode()).hexdigest()[:16]}.csv"
 
 rule cells:
     """What a reader of the article filled in of the rig."""
-    input: needs("cells.py")
+    input: needs("paper/cells.py")
     output: CELLS
     params: cells=RIG_CELLS
     log: f"{R}/logs/cells.log"
     message: "What a reader filled in of the rig"
-    script: "../scripts/cells.py"
+    script: "../replication/paper/cells.py"
 
 
 onstart:
@@ -95,16 +95,16 @@ def recording(run, place=""):
 
 def plain_scene(scene):
     """A scene as plain data, without the rig."""
-    return {name: value for name, value in scene.describe().items() if name != "rig"}
+    return {name: getattr(scene, name) for name in scene.describe() if name != "rig"}
 
 
 # Named by the hash of the kernels' sources: other sources, another file, and everything that needs it runs.
-KERNELS = f"{R}/kernels/{source_hash()}.txt"
+KERNELS = f"{R}/kernels/{source_hash()}.npz"
 
 
 def method_kernels(integrator):
     """The same of a method that several studies run side by side: one of them would compile it, and so would the next."""
-    return KERNELS.replace(".txt", f"_{integrator}.txt")
+    return KERNELS.replace(".npz", f"_{integrator}.npz")
 
 
 SEVERAL_METHODS = [KERNELS, method_kernels("linearly_implicit"), method_kernels("rk4")]

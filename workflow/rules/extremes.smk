@@ -6,7 +6,7 @@ EXTREMES = ("solvers", "stability", "restitution", "outcomes", "long_run")
 rule extremes_part:
     """Some families of the extremes."""
     input:
-        needs("extremes_part.py"),
+        needs("study/extremes/run.py"),
         rig=CONFIG.rig,
         kernels=SEVERAL_METHODS,
     output: f"{R}/{{short}}extremes/{{part}}.csv"
@@ -14,13 +14,13 @@ rule extremes_part:
     priority: 30
     log: f"{R}/logs/{{short}}extremes/{{part}}.log"
     message: "Extremes: {wildcards.short}{wildcards.part}"
-    script: "../scripts/extremes_part.py"
+    script: "../replication/study/extremes/run.py"
 
 
 rule extremes_form:
     """The edges of every parameter: all parts together."""
     input:
-        needs("extremes.py"),
+        needs("report/figures/extremes.py"),
         parts=lambda wildcards: [
             f"{R}/{wildcards.short}extremes/{part}.csv" for part in parts_of(form_of("extremes", wildcards))
         ],
@@ -35,7 +35,7 @@ rule extremes_form:
     params: form=form("extremes")
     log: f"{R}/logs/{{short}}extremes.log"
     message: "Extremes: every case completes within bounds or is refused"
-    script: "../scripts/extremes.py"
+    script: "../replication/report/figures/extremes.py"
 
 
 rule extremes:

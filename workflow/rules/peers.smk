@@ -5,7 +5,7 @@
 rule peer_runs:
     """The same loop in Exudyn. Without Exudyn, our side alone."""
     input:
-        needs("peer_runs.py"),
+        needs("peers/comparison.py"),
         rig=CONFIG.rig,
         kernels=KERNELS,
     output:
@@ -17,13 +17,13 @@ rule peer_runs:
     priority: 50 # the longest job: it begins early
     log: f"{R}/logs/peer_runs.log"
     message: "The same loop in an independent code"
-    script: "../scripts/peer_runs.py"
+    script: "../replication/peers/comparison.py"
 
 
 rule peer:
     """Vertical displacement and computing time of both codes."""
     input:
-        needs("peer.py"),
+        needs("report/figures/peer.py"),
         rig=CONFIG.rig,
         **rules.peer_runs.output,
     output:
@@ -33,28 +33,28 @@ rule peer:
     params: accuracy_pct=CONFIG.peers.accuracy_pct
     log: f"{R}/logs/peer.log"
     message: "Figures 13 and 14 and Table 2"
-    script: "../scripts/peer.py"
+    script: "../replication/report/figures/peer.py"
 
 
 rule peer_answers_runs:
     """CPU seconds for an answer of equal error in both codes. Without Exudyn its row says so."""
     input:
-        needs("peer_answers_runs.py"),
+        needs("peers/answers.py"),
         rig=CONFIG.rig,
         kernels=KERNELS,
     output: f"{R}/peers/answers.csv"
     params: requested=CONFIG.studies.peer_answers.model_dump()
     log: f"{R}/logs/peer_answers_runs.log"
     message: "The same answer in both codes"
-    script: "../scripts/peer_answers_runs.py"
+    script: "../replication/peers/answers.py"
 
 
 rule peer_answers:
     input:
-        needs("peer_answers.py"),
-        rules.peer_answers_runs.output,
+        needs("report/answers.py"),
+        runs=rules.peer_answers_runs.output[0],
     output: **table("peer_answers")
     params: tolerance=CONFIG.studies.peer_answers.tolerance
     log: f"{R}/logs/peer_answers.log"
     message: "The same answer in both codes: the table"
-    script: "../scripts/peer_answers.py"
+    script: "../replication/report/answers.py"

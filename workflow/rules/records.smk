@@ -3,27 +3,30 @@
 LETTERS = dict(zip("abcdefgh", CONFIG.records.speeds_rpm))
 
 
+def measured(folder=""):
+    """Files of what is measured of the runs of a rig."""
+    names = {"csv": "metrics.csv", "schema": "metrics.schema.json", "events": "events.csv"}
+    names |= {"events_schema": "events.schema.json", "spells": "spells.csv"}
+    return {key: f"{R}/{folder}{name}" for key, name in names.items()}
+
+
 rule metrics:
-    """One row a run: the numbers that tables, figures and claims are made of."""
+    """The numbers that tables, figures and claims are made of: a row a run, and the events of the meshing process."""
     input:
-        needs("metrics.py"),
+        needs("pipeline/metrics.py"),
         recordings=recordings(SCENES),
-    output:
-        csv=f"{R}/metrics.csv",
-        schema=f"{R}/metrics.schema.json",
+    output: **measured()
     params: runs=list(SCENES)
     log: f"{R}/logs/metrics.log"
     message: "Measuring {output.csv}"
-    script: "../scripts/metrics.py"
+    script: "../replication/pipeline/metrics.py"
 
 
 use rule metrics as metrics_other with:
     input:
-        needs("metrics.py"),
+        needs("pipeline/metrics.py"),
         recordings=lambda wildcards: recordings(OTHERS[wildcards.other], f"rigs/{wildcards.other}/"),
-    output:
-        csv=f"{R}/rigs/{{other}}/metrics.csv",
-        schema=f"{R}/rigs/{{other}}/metrics.schema.json",
+    output: **measured("rigs/{other}/")
     params: runs=lambda wildcards: list(OTHERS[wildcards.other])
     log: f"{R}/logs/rigs/{{other}}/metrics.log"
 
@@ -31,20 +34,20 @@ use rule metrics as metrics_other with:
 rule parameters:
     """Every parameter with its kind: what is printed, derived, assumed and fitted."""
     input:
-        needs("parameters.py"),
+        needs("report/parameters.py"),
         rig=CONFIG.rig,
     output:
         **table("parameters"),
         **table("table1", "groove"),
     log: f"{R}/logs/parameters.log"
     message: "Table 1 and the list of parameters"
-    script: "../scripts/parameters.py"
+    script: "../replication/report/parameters.py"
 
 
 rule sensor_records:
     """The sensor's records at the simulation's rate, and what reading them did."""
     input:
-        needs("sensor_records.py"),
+        needs("report/sensor_records.py"),
         rig=CONFIG.rig,
         sensors=[CONFIG.sensor_path(rpm) for rpm in CONFIG.records.speeds_rpm],
         mapping=[CONFIG.sensor_mapping] if CONFIG.sensor_mapping else [],
@@ -57,43 +60,44 @@ rule sensor_records:
     priority: 100 # what is wrong with a record is said before anything is simulated
     log: f"{R}/logs/sensor_records.log"
     message: "Reading the sensor's records"
-    script: "../scripts/sensor_records.py"
+    script: "../replication/report/sensor_records.py"
 
 
 rule statistics:
-    """Table 3 and the dominant peaks, beside the sensor's."""
+    """Table 3 and the dominant peaks, beside the sensor's; Table 4, what the coarser tooth contact changes."""
     input:
-        needs("sensor_tables.py"),
+        needs("report/statistics.py"),
         metrics=f"{R}/metrics.csv",
         sensors=RECORDS,
     output:
         **table("table3"),
         **table("lines", "lines"),
+        **table("table4", "coarse"),
     params:
         runs=SPEEDS,
         speeds=CONFIG.records.speeds_rpm,
         synthetic=CONFIG.sensor_is_synthetic,
     log: f"{R}/logs/statistics.log"
-    message: "Table 3"
-    script: "../scripts/sensor_tables.py"
+    message: "Tables 3 and 4"
+    script: "../replication/report/statistics.py"
 
 
 rule closure:
     """Figure 15: the closure error."""
     input:
-        needs("closure.py"),
+        needs("report/figures/closure.py"),
         recordings=[recording(run) for run in SPEEDS],
     output: figure("fig15")
     params: speeds=CONFIG.records.speeds_rpm
     log: f"{R}/logs/fig15.log"
     message: "Figure 15"
-    script: "../scripts/closure.py"
+    script: "../replication/report/figures/closure.py"
 
 
 rule sensor_figures:
     """Figures 17 and 18: time histories and spectra of every speed beside the sensor's."""
     input:
-        needs("sensor_figures.py"),
+        needs("report/figures/records.py"),
         recordings=[recording(run) for run in SPEEDS],
         sensors=RECORDS,
     output:
@@ -102,18 +106,18 @@ rule sensor_figures:
     params: synthetic=CONFIG.sensor_is_synthetic
     log: f"{R}/logs/fig17_18.log"
     message: "Figures 17 and 18"
-    script: "../scripts/sensor_figures.py"
+    script: "../replication/report/figures/records.py"
 
 
 rule loop_figure:
     """The loop on its wheels."""
     input:
-        needs("loop_figure.py"),
+        needs("report/figures/loop.py"),
         recording=recording(SPEEDS[0]),
     output: figure("loop")
     log: f"{R}/logs/loop.log"
     message: "A picture of the loop"
-    script: "../scripts/loop_figure.py"
+    script: "../replication/report/figures/loop.py"
 
 
 rule records:

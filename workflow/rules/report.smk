@@ -3,13 +3,17 @@
 # no ring, the smallest, the paper's and the largest one, at every speed of the ring study
 STUDIED = CONFIG.ring_study.radii_m
 ANIMATION_RADII = [None] + sorted({STUDIED[0], CONFIG.records.ring_radius_m, STUDIED[-1]})
+INTERVAL = 0.01  # s, of the configurations
 ANIMATION_SCENES = {
     f"animation/{rpm:g}rpm_{ring_name(radius)}": {
         "motor_rpm": rpm,
         "ring_radius": radius,
         "lead_in": 2.0,
         "step": allowed_step(CONFIG.ring_study.steps_s, radius),
-        "frame_interval": 0.01,
+        "frame_interval": INTERVAL,
+        # one turn of the sprocket, and the sample that closes it
+        "duration": (int(60 * RIG.sprocket.transmission_ratio / rpm / INTERVAL) + 1) * INTERVAL,
+        "pitches": tuple(range(1, RIG.chain.pitches + 1)),
     }
     for rpm in CONFIG.ring_study.speeds_rpm
     for radius in ANIMATION_RADII
@@ -19,25 +23,25 @@ ANIMATION_SCENES = {
 rule animation_runs:
     """Short runs in steady motion with every pitch recorded."""
     input:
-        needs("animation_runs.py"),
+        needs("pipeline/runs.py"),
         rig=CONFIG.rig,
         kernels=KERNELS,
     output: [recording(run) for run in ANIMATION_SCENES]
     params: scenes=list(ANIMATION_SCENES.values())
     log: f"{R}/logs/animation_runs.log"
     message: "Runs for the moving picture"
-    script: "../scripts/animation_runs.py"
+    script: "../replication/pipeline/runs.py"
 
 
 rule animation:
     """One turn of the sprocket as a GIF."""
     input:
-        needs("animation.py"),
+        needs("report/figures/animation.py"),
         ring=recording(f"animation/{CONFIG.ring_study.speeds_rpm[0]:g}rpm_{ring_name(CONFIG.records.ring_radius_m)}"),
     output: report(f"{R}/figures/animation.gif", **in_report("Overview", "Moving picture", "The loop in motion"))
     log: f"{R}/logs/animation.log"
     message: "The loop in motion"
-    script: "../scripts/animation.py"
+    script: "../replication/report/figures/animation.py"
 
 
 # The page waits for the studies that every run has (`short_studies`), and for all if the target `studies` asks for them. Others
@@ -51,7 +55,7 @@ OF_STUDIES = {
 rule page:
     """One page with what came out, charts, the moving loop, all figures and tables, and where they come from."""
     input:
-        needs("page.py"),
+        needs("report/page/builder.py"),
         rules.records.input,
         rules.ring.input,
         rules.claims.output,
@@ -73,7 +77,7 @@ rule page:
         layers=[str(path).removeprefix(f"{ROOT}/") for path in workflow.configfiles[:-1]],
     log: f"{R}/logs/page.log"
     message: "The page"
-    script: "../scripts/page.py"
+    script: "../replication/report/page/builder.py"
 
 
 rule report_page:
@@ -90,7 +94,7 @@ SEARCHED = {name: f"docs/measured/answer_{name}.csv" for name in ("ends", "profi
 rule article:
     """The article: values in one file, PDF from them."""
     input:
-        needs("article.py"),
+        needs("report/article.py"),
         template="workflow/article/article.typ",
         references="workflow/article/references.bib",
         claims=f"{R}/claims.csv",
@@ -109,7 +113,7 @@ rule article:
     params: accuracy_pct=CONFIG.peers.accuracy_pct
     log: f"{R}/logs/article.log"
     message: "The article"
-    script: "../scripts/article.py"
+    script: "../replication/report/article.py"
 
 
 def article_of_run(wildcards):
@@ -119,13 +123,13 @@ def article_of_run(wildcards):
 rule costs:
     """What each rule cost, from what each job wrote: all others, and the long studies if they were run before."""
     input:
-        needs("costs.py"),
+        needs("report/costs.py"),
         rules.report_page.input,
     output: **table("costs")
     params: folder=f"{R}/benchmarks"
     log: f"{R}/logs/costs.log"
     message: "Costs"
-    script: "../scripts/costs.py"
+    script: "../replication/report/costs.py"
 
 
 # all that the results are made from, but for the program
@@ -143,7 +147,7 @@ RUN_INPUTS = [
 rule manifest:
     """Hashes of all that was made, and the numbers of the tables: what another run is verified against."""
     input:
-        needs("manifest.py"),
+        needs("certify/manifest.py"),
         rules.report_page.input,
         article_of_run,
         rules.costs.output,
@@ -151,7 +155,7 @@ rule manifest:
     params: inputs=RUN_INPUTS
     log: f"{R}/logs/manifest.log"
     message: "The manifest"
-    script: "../scripts/manifest.py"
+    script: "../replication/certify/manifest.py"
 
 
 rule studies:
@@ -164,12 +168,12 @@ rule studies:
 rule crate:
     """A provenance crate of the run, asked for by name: results without recordings, workflow, program and inputs."""
     input:
-        needs("crate.py"),
+        needs("certify/crate.py"),
         manifest=f"{R}/manifest.json",
     output: f"{R}/crate.zip"
     log: f"{R}/logs/crate.log"
     message: "The provenance crate"
-    script: "../scripts/crate.py"
+    script: "../replication/certify/crate.py"
 
 
 rule pictures:

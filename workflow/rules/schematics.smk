@@ -4,9 +4,9 @@
 rule schematics:
     """Every schematic figure, drawn from the rig in seconds."""
     input:
-        needs("schematics.py"),
+        needs("report/figures/schematics.py"),
         rig=CONFIG.rig,
     output: [figure(f"fig{number:02d}") for number in (*range(1, 13), 16)]
     log: f"{R}/logs/schematics.log"
     message: "Figures 1 to 12 and 16"
-    script: "../scripts/schematics.py"
+    script: "../replication/report/figures/schematics.py"

@@ -1,26 +1,31 @@
 # The runs, after the kernels are compiled.
 
 
+def compiling(integrator):
+    """A short run of a method, as plain data: any step compiles the same kernels, a longer one may be refused."""
+    free = {"tension": "locked"} if integrator == "rk4" else {}  # which has no tensioner on its spring
+    return {"motor_rpm": 115.0, "duration": 0.01, "lead_in": 0.0, "ramp": 0.01, "step": 1e-5, "integrator": integrator} | free
+
+
 rule warm_up:
     """Compile the kernels once: parallel jobs on a cold cache would each compile them."""
-    input: needs("warm_up.py")
-    output: KERNELS
-    params:
+    input:
+        needs("pipeline/runs.py"),
         rig=CONFIG.rig,
-        integrator="semi_implicit",
+    output: KERNELS
+    params: scenes=[compiling("semi_implicit")]
     log: f"{R}/logs/warm_up.log"
     message: "Compiling the kernels"
-    script: "../scripts/warm_up.py"
+    script: "../replication/pipeline/runs.py"
 
 
 use rule warm_up as warm_up_method with:
     input:
-        needs("warm_up.py"),
+        needs("pipeline/runs.py"),
         KERNELS,
-    output: method_kernels("{integrator}")
-    params:
         rig=CONFIG.rig,
-        integrator=lambda wildcards: wildcards.integrator,
+    output: method_kernels("{integrator}")
+    params: scenes=lambda wildcards: [compiling(wildcards.integrator)]
     wildcard_constraints: integrator="linearly_implicit|rk4"
     log: f"{R}/logs/warm_up/{{integrator}}.log"
     message: "Compiling the kernels of {wildcards.integrator}"
@@ -39,25 +44,25 @@ def recordings(scenes, place=""):
 rule simulate:
     """One run: settle, start, record."""
     input:
-        needs("simulate.py"),
+        needs("pipeline/runs.py"),
         rig=CONFIG.rig,
         kernels=KERNELS,
     output: recording("{run}")
     params:
         # what the run is asked to do: a change in the configuration reruns only the runs it touches
-        scene=lambda wildcards: plain_scene(SCENES[wildcards.run]),
+        scenes=lambda wildcards: [plain_scene(SCENES[wildcards.run])],
     log: f"{R}/logs/simulate/{{run}}.log"
     message: "Simulating {wildcards.run}"
-    script: "../scripts/simulate.py"
+    script: "../replication/pipeline/runs.py"
 
 
 use rule simulate as simulate_other with:
     input:
-        needs("simulate.py"),
+        needs("pipeline/runs.py"),
         rig=lambda wildcards: CONFIG.other_rigs[wildcards.other].rig,
         kernels=KERNELS,
     output: recording("{run}", "rigs/{other}/")
-    params: scene=lambda wildcards: plain_scene(OTHERS[wildcards.other][wildcards.run])
+    params: scenes=lambda wildcards: [plain_scene(OTHERS[wildcards.other][wildcards.run])]
     log: f"{R}/logs/rigs/{{other}}/simulate/{{run}}.log"
     message: "Simulating {wildcards.run} on {wildcards.other}"
 
@@ -77,13 +82,13 @@ for place, (rig_file, scenes, known) in RING_STUDIES.items():
         rule:
             name: f"ring_{name}".replace(".", "_")
             input:
-                needs("ring.py"),
+                needs("pipeline/steady_runs.py"),
                 rig=rig_file,
                 kernels=KERNELS,
             output: recordings(part, place)
             params:
-                scenes={run: plain_scene(scene) for run, scene in part.items()},
+                scenes=[plain_scene(scene) for scene in part.values()],
                 known=known.model_dump(),
             log: f"{R}/logs/ring/{name}.log"
             message: f"The ring study: {', '.join(part)}"
-            script: "../scripts/ring.py"
+            script: "../replication/pipeline/steady_runs.py"

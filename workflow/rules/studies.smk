@@ -12,7 +12,7 @@ LADDER_KERNELS = {
 rule fidelity_setting:
     """One setting of the ladder at every speed, with and without the ring."""
     input:
-        needs("fidelity_setting.py"),
+        needs("study/accuracy/ladder.py"),
         rig=CONFIG.rig,
         kernels=lambda wildcards: LADDER_KERNELS.get(wildcards.setting, KERNELS),
     output: f"{R}/fidelity/{{setting}}.csv"
@@ -24,13 +24,13 @@ rule fidelity_setting:
     priority: 40
     log: f"{R}/logs/fidelity/{{setting}}.log"
     message: "The ladder of fidelities: {wildcards.setting}"
-    script: "../scripts/fidelity_setting.py"
+    script: "../replication/study/accuracy/ladder.py"
 
 
 rule fidelity:
     """Every setting of the ladder against the paper's fidelity: difference and cost."""
     input:
-        needs("fidelity.py"),
+        needs("report/fidelity.py"),
         settings=[f"{R}/fidelity/{setting}.csv" for setting in CONFIG.ladder_settings],
     output:
         csv=f"{R}/fidelity.csv",
@@ -38,7 +38,7 @@ rule fidelity:
         wide=f"{R}/tables/fidelity.csv",
     log: f"{R}/logs/fidelity.log"
     message: "The ladder of fidelities"
-    script: "../scripts/fidelity.py"
+    script: "../replication/report/fidelity.py"
 
 
 # names of what is measured, and their files
@@ -48,7 +48,7 @@ TRADE_DATA = {"trade": "trade", "agreement": "trade_references", "limits": "trad
 rule trade_scene:
     """Work-precision data of one scene."""
     input:
-        needs("trade_scene.py"),
+        needs("study/accuracy/trade.py"),
         rig=CONFIG.rig,
         kernels=SEVERAL_METHODS,
     output: **{name: f"{R}/{{short}}trade/{name}_{{part}}.csv" for name in TRADE_DATA}
@@ -56,7 +56,7 @@ rule trade_scene:
     priority: 40 # data, promises and the study wait for it
     log: f"{R}/logs/{{short}}trade/{{part}}.log"
     message: "Accuracy against cost: {wildcards.short}{wildcards.part}"
-    script: "../scripts/trade_scene.py"
+    script: "../replication/study/accuracy/trade.py"
 
 
 def trade_parts(name):
@@ -66,21 +66,10 @@ def trade_parts(name):
     ]
 
 
-rule trade_data:
-    """Work-precision data of all scenes."""
-    input:
-        needs("trade_data.py"),
-        **{name: trade_parts(name) for name in TRADE_DATA},
-    output: **{name: f"{R}/{{short}}{file}.csv" for name, file in TRADE_DATA.items()}
-    log: f"{R}/logs/{{short}}trade/data.log"
-    message: "Accuracy against cost: the data"
-    script: "../scripts/trade_data.py"
-
-
 rule trade_promises:
     """The planner on one scene kept apart."""
     input:
-        needs("trade_promises.py"),
+        needs("study/accuracy/promises.py"),
         rig=CONFIG.rig,
         kernels=SEVERAL_METHODS,
     output: f"{R}/{{short}}trade/promises_{{part}}.csv"
@@ -88,28 +77,28 @@ rule trade_promises:
     priority: 40
     log: f"{R}/logs/{{short}}trade/promises_{{part}}.log"
     message: "The planner: {wildcards.short}{wildcards.part}"
-    script: "../scripts/trade_promises.py"
+    script: "../replication/study/accuracy/promises.py"
 
 
 rule trade_form:
     """Data, limits over steps, the planner on scenes kept apart. Costs are CPU time: others may run beside."""
     input:
-        needs("trade.py"),
-        **{name: f"{R}/{{short}}{file}.csv" for name, file in TRADE_DATA.items()},
+        needs("report/figures/trade.py"),
+        **{name: trade_parts(name) for name in TRADE_DATA},
         promises=lambda wildcards: [
             f"{R}/{wildcards.short}trade/promises_{name}.csv" for name in promised_scenes(form_of("trade", wildcards))
         ],
         peers=lambda wildcards: rules.peer_answers_runs.output if "peer_answers" in in_this_run(wildcards) else [],
     output:
+        **{name: f"{R}/{{short}}{file}.csv" for name, file in TRADE_DATA.items()},
+        **table("limits", "table", "{short}"),
         planner=f"{R}/{{short}}planner.csv",
-        limits=f"{R}/{{short}}tables/limits.csv",
-        limits_md=f"{R}/{{short}}tables/limits.md",
         summary=f"{R}/{{short}}tables/trade.md",
-        trade=figure("trade", "{short}"),
-        trade_first=figure("trade_first", "{short}"),
+        figure=figure("trade", "{short}"),
+        first=figure("trade_first", "{short}"),
     log: f"{R}/logs/{{short}}trade.log"
     message: "Accuracy against cost"
-    script: "../scripts/trade.py"
+    script: "../replication/report/figures/trade.py"
 
 
 rule trade:

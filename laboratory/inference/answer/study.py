@@ -1,5 +1,7 @@
 """Searches of a question, each from its start to its end, and what their best rigs show."""
 
+from trackdyn.sweeps.job import run_job
+
 from contextlib import suppress
 from pathlib import Path
 
@@ -7,13 +9,14 @@ import numpy as np
 import pandas as pd
 
 from laboratory.inference.answer.problem import AnswerProblem, answer_problem, neighbours, rows_of_answer, shown
-from laboratory.inference.answer.settings import AnswerConfig, question_unknowns
+from laboratory.inference.answer.settings import AnswerConfig, load_answer, question_unknowns
 from laboratory.inference.search import Start, local_searches
 from laboratory.inference.unknowns import Unknowns, buildable
-from replication.paper.claims import REPRODUCED, Claim
+from replication.paper.claims import REPRODUCED, Claim, load_claims
 from trackdyn.errors import TrackdynError
 from trackdyn.sweeps.engine import refuse_failed, results
 from trackdyn.sweeps.store import DONE, key_of
+from trackdyn.sweeps.table import write_table
 
 DRAWS = 100  # of a start, until one can be built
 CANNOT = "cannot be built"
@@ -189,3 +192,18 @@ def judged_at(problem: AnswerProblem, x, store: Path | str) -> dict[str, tuple[s
     if row["state"] != DONE:
         raise TrackdynError(f"the end of a search does not run: {row['reason']}")
     return problem.judged(row["values"])
+
+
+def main(job) -> None:
+    """Rule `answer_near`."""
+    config, claims = load_answer(job.input.config), load_claims(job.input.claims)
+    ends, how = pd.read_csv(job.input.ends), (job.threads, job.params.store)
+    best = ends.groupby("question", sort=False).head(1)
+    near = [robustness(config, claims, end, *how) for _, end in best.iterrows()]
+    write_table(pd.DataFrame(near), job.output.robustness)
+    of = best[best["question"] == config.profiles.question].iloc[0]
+    write_table(profiles(config, claims, of, *how), job.output.profiles)
+
+
+if __name__ == "__main__":
+    run_job(main)

@@ -1,5 +1,7 @@
 """Pictures of an identification: the posterior of the unknowns, and records beside what is predicted of them."""
 
+from trackdyn.sweeps.job import run_job
+
 from collections.abc import Sequence
 
 import numpy as np
@@ -7,8 +9,19 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from laboratory.inference.identification.calibration import histogram, rank_band
+from laboratory.inference.identification.calibration import (
+    PRIOR,
+    CalibrationConfig,
+    calibrate,
+    histogram,
+    rank_band,
+    repeated,
+)
 from laboratory.inference.unknowns import Unknown
+from replication.report.tables import write_captioned_table
+from trackdyn.files import write_csv
+from trackdyn.parameters.validation import validated
+from trackdyn.parameters.yaml_file import read_yaml
 from trackdyn.plots.style import (
     BLACK,
     BLUE,
@@ -21,6 +34,7 @@ from trackdyn.plots.style import (
     VERMILION,
     WIDTH,
     new_figure,
+    save,
     styled,
     thin,
 )
@@ -189,3 +203,23 @@ def calibration_figure(ranks: pd.DataFrame, discrepancy: str) -> Figure:
         ax.fill_between(level, level - 1.96 * sd, level + 1.96 * sd, color=ORANGE, alpha=0.3, linewidth=0)
         ax.plot(level, level, color=BLACK, linewidth=0.6, linestyle="-")
     return figure
+
+
+def main(job) -> None:
+    """Rule `calibration`."""
+    config, out = validated(CalibrationConfig, read_yaml(job.input.config), job.input.config), job.output
+    result = calibrate(config, job.params.store, job.threads)
+    write_csv(out.csv, result.covered)
+    write_csv(out.ranks, result.ranks)
+    write_captioned_table(result.summary, out.summary, "How often intervals of `trackdyn identify` hold the truth.")
+    write_captioned_table(
+        repeated(config, job.params.store, job.threads),
+        out.repeated,
+        "Variances of features among repeated records over those of the bootstrap.",
+    )
+    save(calibration_figure(result.ranks, PRIOR), out.figures[0])
+    save(rank_figure(result.ranks, PRIOR), out.rank_figures[0])
+
+
+if __name__ == "__main__":
+    run_job(main)

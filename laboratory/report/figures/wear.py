@@ -1,8 +1,15 @@
 """Lives of worn rigs: what changes over the kilometres and over the fraction of the life."""
 
-import numpy as np
+from trackdyn.sweeps.job import run_job
 
-from trackdyn.plots.style import BLUE, ORANGE, SMALL, new_figure, styled
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from laboratory.report.wear import LIFE, wear_text
+from trackdyn.files import write_csv
+from trackdyn.plots.style import BLUE, ORANGE, SMALL, new_figure, save, styled
 
 DOWN = (
     ("ring radius (mm)", ("ring_radius_m",), 1e3),
@@ -35,3 +42,21 @@ def life_figure(lives, name: str, radius: float = 0.308):
         panel.set_xlabel(words)
     figure.suptitle(f"rig {name}, first radius {radius:g} m", fontsize=8)
     return figure
+
+
+def main(job) -> None:
+    """Rule `wear_form`."""
+    tables = []
+    for path in job.input.lives:
+        rig, rpm, tension, radius = Path(path).stem.rsplit("_", 3)
+        life = dict(zip(LIFE, (rig, float(rpm), tension, float(radius)), strict=True))
+        tables.append(pd.read_parquet(path).drop(columns="depths").assign(**life))
+    lives = pd.concat(tables, ignore_index=True)
+    write_csv(job.output.csv, lives, float_format="%.7g")
+    # friction of the others wears no real ring
+    save(life_figure(lives, "possible"), job.output.figures[0])
+    print(wear_text(lives))
+
+
+if __name__ == "__main__":
+    run_job(main)

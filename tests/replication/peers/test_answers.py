@@ -10,7 +10,7 @@ from replication.peers.answers import _answers, compare_answers, measured_accele
 from replication.peers.comparison import run_peer
 from replication.peers.contact import make_contacts, peer_contact_loads
 from replication.peers.exudyn_loop import drive_at, fixed, free_wheels
-from replication.report.tables import answers_outcome
+from replication.report.answers import answers_outcome
 from replication.study.settings import PEER_LAWS, PeerAnswers
 from trackdyn.errors import InputError
 from trackdyn.measure.contacts import spells

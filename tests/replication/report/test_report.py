@@ -15,7 +15,8 @@ from replication.report.figures.closure import closure_figure
 from replication.report.figures.loop import loop_figure
 from replication.report.figures.ring_study import duration_figure, force_figure, quiet_from
 from replication.report.figures.scorecard import HEADS, LOOKS, scorecard_figure
-from replication.report.tables import table1, table3
+from replication.report.parameters import table1
+from replication.report.statistics import table3
 from trackdyn.errors import InputError
 from trackdyn.parameters.layout import assemble
 from trackdyn.parameters.rig import load_rig

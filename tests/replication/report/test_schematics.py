@@ -1,13 +1,12 @@
 """Schematics follow the geometry and the program: groove, sectors, elements, flow of the search, contact cases."""
 
 from pathlib import Path
-from pkgutil import resolve_name
 
 import numpy as np
 import pytest
 from matplotlib.patches import Wedge
 
-from replication.paper.contents import PAPER
+from replication.report.figures.schematics import FIGURES
 from trackdyn.contact.tooth import find_area
 from trackdyn.parameters.rig import load_rig
 from trackdyn.plots.style import save
@@ -17,7 +16,6 @@ ROOT = Path(__file__).parents[3]
 RIG = load_rig(ROOT / "config" / "rig.yaml")
 # another groove: wider flanks, higher bumps, a smaller arc on the connector
 OTHER = RIG.changed(groove__r2=0.047, groove__r4=0.026, chain__connector_radius=0.028)
-FIGURES = {int(item.key[3:]): resolve_name(item.draw) for item in PAPER if item.rule == "schematics"}
 DRAWN = {}
 
 

@@ -4,7 +4,7 @@ import shutil
 
 import pytest
 
-from replication.report.tables import cost_table
+from replication.report.costs import cost_table
 from trackdyn.errors import InputError
 from trackdyn.measure.columns import table_schema
 

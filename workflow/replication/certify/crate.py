@@ -3,6 +3,8 @@
 After the profile Workflow Run Crate 0.5 of RO-Crate 1.1, so that others can read who made what from what.
 """
 
+from trackdyn.sweeps.job import run_job
+
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -141,3 +143,12 @@ def _fill(crate: Any, results: Path, manifest: dict[str, Any], recordings: bool,
 def _file(crate: Any, path: Path, dest: str, digest: str | None, name: str) -> Any:
     properties = {"name": name, "encodingFormat": FORMATS[path.suffix], "contentSize": str(path.stat().st_size)}
     return crate.add_file(path, dest, properties=properties | ({"sha256": digest} if digest else {}))
+
+
+def main(job) -> None:
+    """Rule `crate`."""
+    print(write_crate(Path(job.input.manifest).parent, job.output[0]))
+
+
+if __name__ == "__main__":
+    run_job(main)

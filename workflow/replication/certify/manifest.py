@@ -1,5 +1,7 @@
 """The manifest of a results folder: a hash of every file that a run makes, and the numbers of its tables."""
 
+from trackdyn.sweeps.job import run_job
+
 import hashlib
 import io
 import json
@@ -176,3 +178,12 @@ def _entry(path: Path, complete: bool) -> dict[str, Any]:
         if complete or len(data) <= LONGEST_TEXT:
             entry["text"] = text
     return {"sha256": hashlib.sha256(data).hexdigest(), **entry}
+
+
+def main(job) -> None:
+    """Rule `manifest`."""
+    print(write_manifest(Path(job.output[0]).parent, job.params.inputs))
+
+
+if __name__ == "__main__":
+    run_job(main)

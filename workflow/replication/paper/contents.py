@@ -1,7 +1,6 @@
 """What belongs to a complete replication: the 24 figures and 4 tables of the paper, and those of our own.
 
-`contents.yaml` beside this file is the one list: from the number of a figure to its title, its caption, the rule that
-makes it and the function that draws it.
+`contents.yaml` beside this file is the one list: from the number of a figure to its title, its caption and its rule.
 """
 
 from collections.abc import Iterable

@@ -11,7 +11,6 @@ class Item:
     key: str  # ``fig01`` to ``fig24``, ``table1`` to ``table4``, or the name of one of our own
     title: str  # what it shows, in our words
     rule: str  # the rule of the workflow that makes it
-    draw: str  # ``module:function`` that draws or computes it, as text: listing the contents imports no plots
     text: str  # its caption as it is written here; read it with :meth:`caption`
     if_synthetic: str = ""  # one paragraph more where the sensor's records are synthetic
     table: bool = False  # whether it is a table

@@ -6,6 +6,8 @@ loop is driven on one thread. The record that a tolerance needs follows from err
 planner's does.
 """
 
+from trackdyn.sweeps.job import run_job
+
 from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
@@ -21,11 +23,12 @@ from replication.peers.exudyn_loop import require_exudyn
 from replication.study.accuracy.limit import SURE, difference, limit_of
 from replication.study.settings import PEER_LAWS, PeerAnswers
 from trackdyn.errors import DivergenceError, InputError
+from trackdyn.files import write_csv
 from trackdyn.measure.sensor import whole_samples
 from trackdyn.measure.stopping import LEAST
 from trackdyn.measure.uncertainty import record_error
 from trackdyn.measure.whole_loop import Series
-from trackdyn.parameters.rig import Rig
+from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.scene.scene import Periods, Scene
 from trackdyn.simulation.loop import Loop
 
@@ -149,3 +152,12 @@ def _answers(
     if reached:
         min(reached, key=lambda row: row["cpu_s"])["chosen"] = "yes"
     return rows
+
+
+def main(job) -> None:
+    """Rule `peer_answers_runs`."""
+    write_csv(job.output[0], compare_answers(load_rig(job.input.rig), PeerAnswers(**job.params.requested)))
+
+
+if __name__ == "__main__":
+    run_job(main)

@@ -1,5 +1,8 @@
 """Figure 14 and Table 2: the selected link in both codes, and what each costs at equal accuracy."""
 
+from trackdyn.sweeps.job import run_job
+
+import json
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -12,7 +15,8 @@ from replication.peers.contact import make_contacts
 from replication.peers.exudyn_loop import PeerRun, free_wheels, require_exudyn, run_exudyn_loop, start_of
 from replication.study.settings import peer_scene
 from trackdyn.errors import DivergenceError, InputError
-from trackdyn.parameters.rig import Rig
+from trackdyn.files import write_csv, write_text
+from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recording import Recording
@@ -170,3 +174,17 @@ def _frame(scene: Scene, run: PeerRun, sprocket_angle: float) -> np.ndarray:
     arm = 0.5 * scene.rig.chain.link_length
     pin = run.centre[k, 0] - arm * np.array([np.cos(angle[0]), np.sin(angle[0])])
     return np.concatenate([pin, angle, [sprocket_angle]])
+
+
+def main(job) -> None:
+    """Rule `peer_runs`."""
+    out, result = job.output, compare_codes(load_rig(job.input.rig), **job.params.options)
+    for path, table in ((out.curves, result.curves), (out.summary, result.summary), (out.costs, result.costs)):
+        write_csv(path, table)
+    model = {"frame": result.frame.tolist(), "shift": result.shift, "missing": result.missing}
+    write_text(out.model, json.dumps(model))
+    print(result.summary.to_string(index=False))
+
+
+if __name__ == "__main__":
+    run_job(main)

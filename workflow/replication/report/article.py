@@ -1,5 +1,7 @@
 """The article: its values from results, and its PDF from them by a template of Typst."""
 
+from trackdyn.sweeps.job import run_job
+
 import json
 from collections.abc import Mapping
 from pathlib import Path
@@ -9,8 +11,8 @@ import pandas as pd
 
 from replication.paper.claims import JUDGED
 from replication.paper.scorecard import claim_counts, open_claims, statements
+from replication.report.figures.peer import table2_outcome
 from replication.report.figures.trade import trade_sentence
-from replication.report.tables import table2_outcome
 from replication.study.extremes.stability_map import stable_steps
 from trackdyn.errors import TrackdynError
 from trackdyn.extras import required
@@ -112,3 +114,16 @@ def write_article(values: dict[str, Any], values_path: Path, template: Path, fig
         raise TrackdynError(f"{template}: {error}") from None
     with replacing(pdf_path) as part:
         part.write_bytes(made)
+
+
+def main(job) -> None:
+    """Rule `article`."""
+    given = job.input
+    tables = {name: pd.read_csv(path) for name, path in given.items() if str(path).endswith(".csv")}
+    missing = json.loads(Path(given.model).read_text(encoding="utf-8"))["missing"]
+    values, pdf = article_values(tables, missing, job.params.accuracy_pct), Path(job.output.pdf)
+    write_article(values, Path(job.output.values), Path(given.template), pdf.parent, pdf)
+
+
+if __name__ == "__main__":
+    run_job(main)

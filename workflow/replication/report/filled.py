@@ -7,8 +7,8 @@ from pathlib import Path
 import pandas as pd
 
 from replication.paper.scorecard import claim_counts, open_claims
+from replication.report.fidelity import ladder_table
 from replication.report.figures.trade import trade_sentence
-from replication.report.tables import ladder_table
 from replication.study.extremes.resolved import short_runs_verdict
 from trackdyn.errors import InputError
 from trackdyn.files import replacing, write_text

@@ -1,13 +1,16 @@
 """What a departure from the paper changes: the statistics of a few scenes with one thing different, none refitted."""
 
+from trackdyn.sweeps.job import run_job
+
 import pandas as pd
 
 from replication.study.accuracy.statistics import statistics_of, study_scene
 from replication.study.settings import scene_name
 from replication.study.variants import DEPARTURES, REFERENCE, Variant, change
 from trackdyn.errors import TrackdynError
+from trackdyn.files import write_csv
 from trackdyn.measure.contacts import meshing_summary
-from trackdyn.parameters.rig import Rig
+from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.scene.fidelity import PRESETS
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.simulate import simulate
@@ -59,3 +62,12 @@ def compare_departures(rig: Rig) -> pd.DataFrame:
                 rows.append([name, key, measure, base, value, difference, values.get("failed", "")])
         print(name, flush=True)
     return pd.DataFrame(rows, columns=COLUMNS)
+
+
+def main(job) -> None:
+    """Rule `deviations`."""
+    write_csv(job.output[0], compare_departures(load_rig(job.input.rig)))
+
+
+if __name__ == "__main__":
+    run_job(main)

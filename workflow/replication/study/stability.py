@@ -1,11 +1,15 @@
 """Are the statistics stable? Half the step, twice the record, a later start: what changes."""
 
+from trackdyn.sweeps.job import run_job
+
 import pandas as pd
 
 from replication.study.variants import change
+from trackdyn.files import write_csv
 from trackdyn.measure.contacts import meshing_summary
 from trackdyn.measure.stopping import run_steady
 from trackdyn.measure.whole_loop import whole_loop
+from trackdyn.parameters.rig import load_rig
 from trackdyn.scene.scene import Scene
 from trackdyn.scene.stop_rule import StopRule
 from trackdyn.simulation.loop import Loop
@@ -64,3 +68,14 @@ def stability(scene: Scene, rule: StopRule) -> pd.DataFrame:
             stable = bool(abs(moved) <= tolerance)
             rows.append([scene.motor_rpm, scene.ring_radius, name, measure, before, after, moved, tolerance, stable])
     return pd.DataFrame(rows, columns=COLUMNS)
+
+
+def main(job) -> None:
+    """Rule `stability_runs`."""
+    rig, rule = load_rig(job.input.rig), StopRule(**job.params.known)
+    tables = [stability(Scene(rig, **fields), rule) for fields in job.params.scenes]
+    write_csv(job.output[0], pd.concat(tables, ignore_index=True))
+
+
+if __name__ == "__main__":
+    run_job(main)

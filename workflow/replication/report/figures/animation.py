@@ -1,5 +1,7 @@
 """The loop in motion as a small GIF, with the normal forces on every pitch."""
 
+from trackdyn.sweeps.job import run_job
+
 from pathlib import Path
 
 import numpy as np
@@ -25,7 +27,7 @@ from trackdyn.plots.drawing import (
     view,
 )
 from trackdyn.plots.style import styled
-from trackdyn.simulation.recording import Recording
+from trackdyn.simulation.recording import Recording, load_recording
 
 WIDTH, HEIGHT, DPI = 4.8, 6.4, 100  # of the GIF, inch and dots an inch: fits a phone held upright
 INTERVAL = 0.04  # between pictures, s of the run
@@ -110,3 +112,12 @@ def write_animation(recording: Recording, path: Path | str) -> int:
                 draw_moment(ax, rig, recording, index, near=ax is near)
             writer.grab_frame()
     return len(indices)
+
+
+def main(job) -> None:
+    """Rule `animation`."""
+    print(write_animation(load_recording(job.input.ring), job.output[0]), "pictures")
+
+
+if __name__ == "__main__":
+    run_job(main)

@@ -1,13 +1,15 @@
 """Figure 15: how far the closed loop gapes."""
 
+from trackdyn.sweeps.job import run_job
+
 from collections.abc import Mapping
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from replication.paper import printed
-from trackdyn.plots.style import COLOURS, DASHES, PRINTED, new_figure, power_of_ten, styled, upper_edge
-from trackdyn.simulation.recording import Recording
+from trackdyn.plots.style import COLOURS, DASHES, PRINTED, new_figure, power_of_ten, save, styled, upper_edge
+from trackdyn.simulation.recording import Recording, load_recording
 
 # A gap of exactly nothing has no place on a logarithmic axis; below the spacing of doubles near 1 m.
 LEAST_GAP = 1e-17
@@ -39,3 +41,14 @@ def closure_figure(recordings: Mapping[int, Recording]) -> Figure:
     ax.set_xlim(0, max(len(recording.gap) / recording.rate for recording in recordings.values()))
     figure.legend(loc="outside lower center", ncols=1)
     return figure
+
+
+def main(job) -> None:
+    """Rule `closure`."""
+    speeds = map(round, job.params.speeds)
+    recordings = dict(zip(speeds, map(load_recording, job.input.recordings), strict=True))
+    save(closure_figure(recordings), job.output[0])
+
+
+if __name__ == "__main__":
+    run_job(main)

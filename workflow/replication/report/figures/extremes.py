@@ -1,13 +1,21 @@
 """Extremes: how every case ended, and the curves behind the families that measure something."""
 
+from trackdyn.sweeps.job import run_job
+
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
+from replication.report.tables import write_captioned_table
 from replication.study.extremes.judge import COMPLETED, DEFECT, GAP, MARKED, OUTCOMES, REFUSED, extremes_summary
+from replication.study.extremes.resolved import by_kind, short_runs_verdict
+from replication.study.extremes.run import gathered
 from replication.study.extremes.stability_map import QUANTITIES, stable_steps
-from trackdyn.plots.style import BLACK, BLUE, GREEN, MARKERS, ORANGE, PRINTED, VERMILION, new_figure, styled
+from replication.study.layouts import by_layout, layouts_verdict
+from replication.study.settings import LONG_RUN, ExtremesForm, parts_of
+from trackdyn.files import write_csv
+from trackdyn.plots.style import BLACK, BLUE, GREEN, MARKERS, ORANGE, PRINTED, VERMILION, new_figure, save, styled
 from trackdyn.simulation.account import OPEN_SHARE
 
 LOOKS = {COMPLETED: (BLUE, ""), MARKED: (GREEN, ".."), REFUSED: (ORANGE, "//"), DEFECT: (VERMILION, "xx")}
@@ -156,3 +164,37 @@ def long_run_figure(rows: pd.DataFrame, chunks: pd.DataFrame) -> Figure:
 
 # in the order of the rule's outputs
 FIGURES = (solvers_figure, stability_figure, restitution_figure, outcomes_figure, long_run_figure)
+
+
+WORDS = dict.fromkeys(("family", "case", "outcome", "reason", "measure", "group"), str)
+
+
+def main(job) -> None:
+    """Rule `extremes_form`."""
+    form, out = ExtremesForm(**job.params.form), job.output
+    # words stay words, and one that is not there is empty
+    read = [pd.read_csv(path, dtype=WORDS).fillna(dict.fromkeys(WORDS, "")) for path in job.input.parts]
+    tables = dict(zip(parts_of(form), read, strict=True))
+    rows, chunks = gathered(form, tables), tables[LONG_RUN]
+    write_csv(out.csv, rows)
+    write_csv(out.chunks, chunks)
+    counts = extremes_summary(rows)
+    last = counts.iloc[-1]
+    write_captioned_table(
+        counts,
+        out.summary,
+        f"Extremes: {last['rows']} cases, of which {last['completed']} completed with every invariant in bounds, "
+        f"{last['marked']} completed and say that they are not resolved, {last['refused']} were refused in one "
+        f"sentence and {last['defects']} ended in none of these ways.",
+    )
+    for table, verdict, path in (
+        (by_kind(rows), short_runs_verdict, out.short_runs[0]),
+        (by_layout(rows), layouts_verdict, out.layouts[0]),
+    ):
+        write_captioned_table(table, path, verdict(table))
+    for draw, path in zip(FIGURES, out.figures, strict=True):
+        save(draw(rows, chunks), path)
+
+
+if __name__ == "__main__":
+    run_job(main)

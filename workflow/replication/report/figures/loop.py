@@ -1,5 +1,7 @@
 """The loop on its wheels, from a recorded configuration."""
 
+from trackdyn.sweeps.job import run_job
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -10,8 +12,8 @@ from matplotlib.ticker import MaxNLocator
 from trackdyn.parameters.layout import wheel_circles
 from trackdyn.parameters.rig import Rig
 from trackdyn.plots import drawing
-from trackdyn.plots.style import BLACK, new_figure, styled
-from trackdyn.simulation.recording import Recording
+from trackdyn.plots.style import BLACK, new_figure, save, styled
+from trackdyn.simulation.recording import Recording, load_recording
 
 SENSOR_PLACE = {"linestyle": "none", "marker": "D", "markersize": 5, "color": BLACK, "markeredgecolor": "white"}
 
@@ -92,3 +94,13 @@ def _mark_motion(ax: Axes, circle: np.ndarray, pins: np.ndarray, sense: int) -> 
     along = step / np.hypot(*step)
     start = pins[top] + 0.07 * np.array([-along[1], along[0]])
     ax.add_patch(FancyArrowPatch(start, start - 0.25 * sense * along, **look))
+
+
+def main(job) -> None:
+    """Rule `loop_figure`."""
+    recording = load_recording(job.input.recording)
+    save(loop_figure(recording.scene.rig, recording), job.output[0])
+
+
+if __name__ == "__main__":
+    run_job(main)

@@ -1,16 +1,23 @@
 """Figures 13 and 14: the independent code's model, and the selected link's vertical displacement in both codes."""
 
+from trackdyn.sweeps.job import run_job
+
+import json
 import textwrap
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from replication import peers
 from replication.paper import printed
-from trackdyn.parameters.rig import Rig
+from replication.paper.contents import caption
+from replication.report.tables import write_captioned_table
+from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.plots import drawing
-from trackdyn.plots.style import BLACK, BLUE, GREEN, ORANGE, VERMILION, new_figure, styled, thin, upper_edge
+from trackdyn.plots.style import BLACK, BLUE, GREEN, ORANGE, VERMILION, new_figure, save, styled, thin, upper_edge
 
 LEAST_DIFFERENCE = 1e-6  # of the logarithmic axis, percent
 OURS = {"color": BLUE, "linestyle": "-", "linewidth": 2.2, "alpha": 0.6}
@@ -124,3 +131,32 @@ def _draw_reading(above: Axes, below: Axes, curve: pd.DataFrame, row: dict, miss
     below.set_yscale("log")
     below.set_ylim(top=50)
     below.set_title(f"largest difference: {', '.join(largest_of)}")
+
+
+def cost_ratio(table: pd.DataFrame) -> float:
+    """CPU time of the other code over ours, both with the chosen step; not a number where it did not run."""
+    chosen = table[table["chosen"] == "yes"].set_index("code")["cpu_s_per_s"]
+    return float(chosen[peers.PEER] / chosen[peers.OURS]) if peers.PEER in chosen else float("nan")
+
+
+def table2_outcome(costs: pd.DataFrame, missing: str, accuracy_pct: float) -> str:
+    """What came out, in a sentence below the caption of Table 2."""
+    if missing:
+        return f"Exudyn: {missing}."
+    return f"At an error below {accuracy_pct:g} % Exudyn takes {cost_ratio(costs):.3g} times the CPU time."
+
+
+def main(job) -> None:
+    """Rule `peer`."""
+    given, out = job.input, job.output
+    curves, summary, costs = map(pd.read_csv, (given.curves, given.summary, given.costs))
+    model = json.loads(Path(given.model).read_text(encoding="utf-8"))
+    outcome = table2_outcome(costs, model["missing"], job.params.accuracy_pct)
+    write_captioned_table(costs, out.table, f"{caption('table2')}\n\n{outcome}")
+    frame = np.array(model["frame"])
+    save(model_figure(load_rig(given.rig), frame, model["shift"], model["missing"]), out.figure13[0])
+    save(displacement_figure(curves, summary, model["missing"]), out.figure14[0])
+
+
+if __name__ == "__main__":
+    run_job(main)

@@ -1,5 +1,7 @@
 """Figures 23 and 24: contact forces and durations against the radius of the ring."""
 
+from trackdyn.sweeps.job import run_job
+
 import matplotlib as mpl
 import numpy as np
 import pandas as pd
@@ -7,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from replication.paper import printed
-from trackdyn.plots.style import COLOURS, DASHES, MARKERS, PRINTED, SMALL, new_figure, styled
+from trackdyn.plots.style import COLOURS, DASHES, MARKERS, PRINTED, SMALL, new_figure, save, styled
 
 SIDES = {"left": "left arc", "right": "right arc", "ring": "ring"}
 # printed radii: the right arc lets go, the recommended one
@@ -99,3 +101,16 @@ def _panels(study, columns, unit: str, title: str) -> tuple[Figure, list[Axes], 
     axes[-1].set_xticks(ticks, names)
     axes[-1].set_xlabel("radius of the ring (m)")
     return figure, axes, radii
+
+
+def main(job) -> None:
+    """Rule `ring_figures`."""
+    metrics = pd.read_csv(job.input.metrics)
+    study = metrics[metrics["run"].str.startswith("ring/")]
+    save(force_figure(study, "rms"), job.output.rms[0])
+    save(force_figure(study, "sd"), job.output.sd[0])
+    save(duration_figure(study), job.output.duration[0])
+
+
+if __name__ == "__main__":
+    run_job(main)

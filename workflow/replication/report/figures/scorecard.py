@@ -1,13 +1,24 @@
 """The scorecard of the claims as one picture."""
 
+from trackdyn.sweeps.job import run_job
+
 import textwrap
+from pathlib import Path
 
 import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from replication.paper.claims import ORIGINS
-from trackdyn.plots.style import PAGE, new_figure, styled
+from replication.paper.cells import load_article
+from replication.paper.claims import ORIGINS, judge_all, load_claims
+from replication.paper.contents import caption
+from replication.paper.evidence import collect
+from replication.paper.printed import RECORD_DURATION
+from replication.paper.scorecard import headline, side_by_side
+from replication.report.tables import write_captioned_table
+from trackdyn.files import write_csv, write_text
+from trackdyn.measure.columns import schema_text
+from trackdyn.plots.style import PAGE, new_figure, save, styled
 
 # verdict: colour, hatch (readable in grey)
 LOOKS = {
@@ -67,3 +78,30 @@ def scorecard_figure(card: pd.DataFrame) -> Figure:
         looks, [f"{SYMBOLS[name]} {name}".strip() for name in LOOKS], loc="outside lower center", ncols=len(LOOKS)
     )
     return figure
+
+
+def main(job) -> None:
+    """Rule `claims`."""
+    of, out = job.params, job.output
+    # folder of the results of each rig; further rigs stand beside the first
+    folders = {"shipped": Path(job.input.metrics).parent} | dict(of.rigs)
+    tables = load_article(job.input.tables[0]) if job.input.tables else None
+    rigs = {name: collect(folder, of.rpm, of.radius, tables) for name, folder in folders.items()}
+    card, values = judge_all(load_claims(job.input.claims), rigs)
+    message = [f"{name}: {headline(card, name)}" if len(rigs) > 1 else headline(card, name) for name in rigs]
+    if of.seconds < RECORD_DURATION.value:
+        message.append(
+            f"These records last {of.seconds:g} s where the paper's last {RECORD_DURATION.value:g}: bins are wider, so "
+            "C07 and C08 cannot come out, and records hold no whole number of revolutions (C06)."
+        )
+    text = "\n\n".join([*message, caption("claims")])
+    write_captioned_table(card, out.csv, text, shown=side_by_side(card))
+    write_csv(out.values, values, float_format="%.9g")
+    write_text(out.schema, schema_text(card.columns, "claims"))
+    write_text(out.values_schema, schema_text(values.columns, "claims_values"))
+    save(scorecard_figure(card), out.figure[0])
+    print(text)
+
+
+if __name__ == "__main__":
+    run_job(main)

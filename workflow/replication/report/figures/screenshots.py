@@ -1,5 +1,7 @@
 """Figures 20 and 22: drawings of a connector and its link ahead at the events of one passage."""
 
+from trackdyn.sweeps.job import run_job
+
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -12,13 +14,13 @@ from matplotlib.patheffects import withStroke
 from scipy.ndimage import uniform_filter1d
 
 from replication.report import marks
-from replication.report.figures.meshing import LOOKS, NAMES, Selected, printed_times, select_passage
+from replication.report.figures.meshing import LOOKS, NAMES, Selected, passage_figure, printed_times, select_passage
 from trackdyn.measure.contact_log import SIDES
 from trackdyn.measure.contacts import events
 from trackdyn.parameters.rig import Rig
 from trackdyn.plots import drawing
-from trackdyn.plots.style import BLACK, PAGE, new_figure, styled
-from trackdyn.simulation.recording import Recording
+from trackdyn.plots.style import BLACK, PAGE, new_figure, save, styled
+from trackdyn.simulation.recording import Recording, load_recording
 
 HALF = 0.13  # of the side of a panel, m
 BAR = 0.085  # scale bar of the forces, m
@@ -206,3 +208,16 @@ def draw_force(ax: Axes, side: str, point, end, linewidth=1.6, head=7.0, halo=3.
     marks.arrow(ax, point, end, **look, path_effects=effects)
     edge = {"markersize": mark, "markeredgecolor": "white", "markeredgewidth": 0.5}
     ax.plot(*point, marker=LOOKS[side]["marker"], color=colour, zorder=drawing.Z_MARK + 1.2, **edge)
+
+
+def main(job) -> None:
+    """Rule `meshing_figures`."""
+    given, out = job.input, job.output
+    for path, passage, screenshots in ((given.no_ring, out.fig19, out.fig20), (given.ring, out.fig21, out.fig22)):
+        recording = load_recording(path)
+        save(passage_figure(recording), passage[0])
+        save(screenshot_figure(recording.scene.rig, recording), screenshots[0])
+
+
+if __name__ == "__main__":
+    run_job(main)

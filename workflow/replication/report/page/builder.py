@@ -1,5 +1,7 @@
 """Put the page together from what lies in the results folder; what is missing is named, not left blank."""
 
+from trackdyn.sweeps.job import run_job
+
 import base64
 import html
 import io
@@ -17,9 +19,9 @@ from replication.certify.provenance import check_sources, run_provenance
 from replication.paper.claims import IN_TREND, JUDGED, NOT_REPRODUCED, ORIGIN_WORDS, ORIGINS, VERDICTS
 from replication.paper.contents import OF_STUDIES, OWN, PAPER, missing_items
 from replication.paper.scorecard import claim_counts, counts, headline, statements
+from replication.report.costs import cost_table
 from replication.report.figures.trade import trade_sentence
 from replication.report.page import data
-from replication.report.tables import cost_table
 from replication.studies import STUDIES
 from trackdyn.files import write_text
 from trackdyn.parameters.paper_tables import filled_cells, load_paper_tables
@@ -255,3 +257,24 @@ def embedded_picture(path: Path) -> dict:
     letter = path.stem.rpartition("_")[2]
     part = f", part {letter}" if len(letter) == 1 else ""
     return {"uri": uri, "width": few.width, "height": few.height, "part": part}
+
+
+def main(job) -> None:
+    """Rule `page`."""
+    of, given = job.params, job.input
+    inputs = PageInputs(
+        results=Path(of.results),
+        rig=Path(given.rig),
+        sensors=dict(zip(of.runs, map(Path, given.sensors), strict=True)),
+        synthetic=of.synthetic,
+        studies=tuple(of.studies),
+        layers=tuple(of.layers),
+        files=tuple(map(Path, [*given.config, given.settings, *given.article])),
+    )
+    write_page(inputs, job.output[0])
+    for item in missing_items(of.results):
+        print(f"missing: {item.label}, {item.title} (rule {item.rule})")
+
+
+if __name__ == "__main__":
+    run_job(main)

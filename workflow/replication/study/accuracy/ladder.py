@@ -1,5 +1,7 @@
 """Every rung of the ladder of fidelities against the paper's: what it changes and what it costs."""
 
+from trackdyn.sweeps.job import run_job
+
 import time
 from itertools import product
 
@@ -8,10 +10,11 @@ import pandas as pd
 from replication.study.accuracy.statistics import MEASURES, NAN, RELATIVE, SHARES, TENSION, statistics_of
 from replication.study.variants import REFERENCE, SETTINGS, change
 from trackdyn.errors import TrackdynError
+from trackdyn.files import write_csv
 from trackdyn.measure.contacts import meshing_summary
 from trackdyn.measure.stopping import run_steady
 from trackdyn.measure.whole_loop import whole_loop
-from trackdyn.parameters.rig import Rig
+from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.scene.fidelity import PRESETS, WITHOUT_RING
 from trackdyn.scene.scene import Scene
 from trackdyn.scene.stop_rule import StopRule, steady_fields
@@ -98,3 +101,13 @@ def compare_rungs(found: pd.DataFrame) -> pd.DataFrame:
             ]
         )  # fmt: skip
     return pd.DataFrame(rows, columns=COLUMNS)
+
+
+def main(job) -> None:
+    """Rule `fidelity_setting`."""
+    rig, of, rule = load_rig(job.input.rig), job.params, StopRule(**job.params.known)
+    write_csv(job.output[0], measure_setting(rig, job.wildcards.setting, of.speeds, of.radii, rule))
+
+
+if __name__ == "__main__":
+    run_job(main)

@@ -1,5 +1,7 @@
 """Does what the planner promises come out? Plans for scenes, run as they say, beside limits over steps."""
 
+from trackdyn.sweeps.job import run_job
+
 from collections.abc import Sequence
 from time import process_time
 
@@ -8,12 +10,13 @@ import pandas as pd
 
 from replication.study.accuracy.statistics import scale_of, statistic_error, study_scene
 from replication.study.accuracy.trade import limits_of, run_answer
-from replication.study.settings import scene_name
+from replication.study.settings import TradeForm, promised_scenes, scene_name
 from trackdyn.errors import InputError
+from trackdyn.files import write_csv
 from trackdyn.measure.planner import plan
 from trackdyn.measure.stopping import run_until
 from trackdyn.measure.whole_loop import RELATIVE, SHARES
-from trackdyn.parameters.rig import Rig
+from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.scene.scene import Scene
 
 # with a ring, right arcs touch in few scenes or none: too little to promise their peaks by
@@ -62,3 +65,16 @@ def judge_promises(
                 row["reason"] = str(error)
             rows.append(row)
     return pd.DataFrame(rows, columns=PROMISES)
+
+
+def main(job) -> None:
+    """Rule `trade_promises`."""
+    form = TradeForm(**job.params.form)
+    scene = promised_scenes(form)[job.wildcards.part]
+    turns = form.statistics.loop_turns
+    table = judge_promises(load_rig(job.input.rig), *scene, turns, form.limit_steps_s, form.promised)
+    write_csv(job.output[0], table)
+
+
+if __name__ == "__main__":
+    run_job(main)

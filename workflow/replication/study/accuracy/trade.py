@@ -5,6 +5,8 @@ Statistics are taken over all links and have standard errors, so that what the s
 is refused or diverges is a point too. Cost is the CPU time of the process: other jobs may run beside.
 """
 
+from trackdyn.sweeps.job import run_job
+
 from time import process_time
 from typing import Any, NamedTuple
 
@@ -20,13 +22,14 @@ from replication.study.accuracy.statistics import (
     statistics_of,
     study_scene,
 )
-from replication.study.settings import StatisticErrors, Steps, scene_name
+from replication.study.settings import StatisticErrors, Steps, TradeForm, measured_scenes, scene_name
 from replication.study.variants import PHYSICS
 from trackdyn.errors import InputError, TrackdynError
+from trackdyn.files import write_csv
 from trackdyn.measure.planner import BELT_TURNS
 from trackdyn.measure.sensor import whole_samples
 from trackdyn.measure.whole_loop import Series
-from trackdyn.parameters.rig import Rig
+from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.scene.scene import Periods, Scene
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recording import Recording
@@ -182,3 +185,14 @@ def pareto(rows: pd.DataFrame) -> pd.DataFrame:
     """The rows that no other row beats in both cost (``cpu_s``) and error."""
     ordered = rows.sort_values(["cpu_s", "error"])
     return ordered[ordered["error"] < ordered["error"].cummin().shift(fill_value=np.inf)]
+
+
+def main(job) -> None:
+    """Rule `trade_scene`."""
+    requested = measured_scenes(TradeForm(**job.params.form))[job.wildcards.part]
+    for table, path in zip(statistic_trade(load_rig(job.input.rig), requested), job.output, strict=True):
+        write_csv(path, table)
+
+
+if __name__ == "__main__":
+    run_job(main)

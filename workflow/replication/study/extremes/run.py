@@ -1,5 +1,7 @@
 """Every family of the extremes in parts that run side by side, as far as a form asks for it."""
 
+from trackdyn.sweeps.job import run_job
+
 from collections.abc import Callable, Iterator, Mapping
 
 import pandas as pd
@@ -12,7 +14,8 @@ from replication.study.extremes.resolved import run_short
 from replication.study.extremes.stability_map import stability_map
 from replication.study.layouts import run_layout
 from replication.study.settings import LONG_RUN, ExtremesForm, parts_of, random_parts
-from trackdyn.parameters.rig import Rig
+from trackdyn.files import write_csv
+from trackdyn.parameters.rig import Rig, load_rig
 
 
 def run_part(rig: Rig, form: ExtremesForm, part: str, say: Callable[[str], None] = print) -> pd.DataFrame:
@@ -58,3 +61,14 @@ def _families(rig: Rig, form: ExtremesForm, part: str) -> dict[str, tuple[Iterat
         "layouts": {"layouts": (map(run_layout, numbers),)},
         "short_runs": {"short runs": (map(run_short, numbers),)},
     }[family]
+
+
+def main(job) -> None:
+    """Rule `extremes_part`."""
+    form = ExtremesForm(**job.params.form)
+    table = run_part(load_rig(job.input.rig), form, job.wildcards.part, lambda text: print(text, flush=True))
+    write_csv(job.output[0], table)
+
+
+if __name__ == "__main__":
+    run_job(main)

@@ -1,0 +1,42 @@
+# How sure `trackdyn identify` is of what it says: both are asked for by name.
+
+# whose values the parts can have: the ranges begin there
+POSSIBLE = CONFIG.other_rigs["possible"].rig
+
+rule calibration:
+    """Truths drawn from the prior, and how often the intervals hold them. What was simulated is kept in between."""
+    input:
+        lab_needs("report/figures/identification.py"),
+        POSSIBLE,
+        config="config/calibration.yaml",
+        kernels=KERNELS,
+    output:
+        csv=f"{L}/identify/calibration.csv",
+        ranks=f"{L}/identify/ranks.csv",
+        figures=[f"{L}/identify/calibration.{ending}" for ending in ("png", "svg")],
+        rank_figures=[f"{L}/identify/ranks.{ending}" for ending in ("png", "svg")],
+        **table("calibration", "summary", LAB),
+        **table("repeated_records", "repeated", LAB),
+    params: store=f"{L}/identify/calibration_rows"
+    threads: 64 # that is, all there are
+    log: f"{L}/logs/calibration.log"
+    message: "Calibration of the identification: truths from the prior"
+    script: "../report/figures/identification.py"
+
+
+rule identify_synthetic:
+    """The synthetic records, which no rig made: what an identification says of them."""
+    input:
+        lab_needs("report/identification.py"),
+        rig=POSSIBLE,
+        config="config/calibration.yaml",
+        kernels=KERNELS,
+        records=[f"data/synthetic/{rpm}rpm.csv" for rpm in (115, 210)], # the speeds of the calibration
+    output:
+        page=f"{L}/identify/synthetic/index.html",
+        short=f"{L}/identify/synthetic/in_short.csv",
+    params: store=f"{L}/identify/calibration_rows" # whose simulations serve here, too
+    threads: 64 # that is, all there are
+    log: f"{L}/logs/identify_synthetic.log"
+    message: "Identification from the synthetic records"
+    script: "../report/identification.py"

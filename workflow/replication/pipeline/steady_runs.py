@@ -1,0 +1,23 @@
+"""Simulate scenes until their contacts are known, and write their recordings."""
+
+from trackdyn.sweeps.job import run_job
+
+from trackdyn.measure.stopping import run_steady
+from trackdyn.parameters.rig import load_rig
+from trackdyn.scene.scene import Scene
+from trackdyn.scene.stop_rule import StopRule
+from trackdyn.simulation.loop import Loop
+from trackdyn.simulation.settling import SettledLoops
+
+
+def main(job) -> None:
+    """Rules of the ring study; scenes of a ring share its settled loop."""
+    rig, rule, starts = load_rig(job.input.rig), StopRule(**job.params.known), SettledLoops()
+    for fields, path in zip(job.params.scenes, job.output, strict=True):
+        recording, converged = run_steady(Loop(Scene(rig, **fields), starts), rule)
+        recording.save(path, compress=True)
+        print(path, "converged" if converged else "ended by its longest duration", flush=True)
+
+
+if __name__ == "__main__":
+    run_job(main)

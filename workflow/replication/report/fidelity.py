@@ -1,0 +1,32 @@
+"""The table of the ladder of fidelities."""
+
+from trackdyn.sweeps.job import run_job
+
+import pandas as pd
+
+from replication.paper.contents import caption
+from replication.report.tables import headed, write_captioned_table
+from replication.study.accuracy.ladder import compare_rungs
+from trackdyn.files import write_csv
+
+
+def ladder_table(rows: pd.DataFrame) -> pd.DataFrame:
+    """One row a scene and setting of the ladder's long table, in its order."""
+    key = ["scene", "setting"]
+    columns = ["rms", "sd", "line", "left_share", "right_share", "ring_share", "left_peak"]
+    wide = rows.pivot(index=key, columns="measure", values="difference_pct")[columns]
+    gap = rows[rows["measure"] == "loop_gap"].set_index(key)["value"]
+    cost = rows.groupby(key, sort=False)["wall_s_per_s"].first()
+    return wide.join(gap.rename("loop_gap_m")).join(cost).loc[cost.index].reset_index()
+
+
+def main(job) -> None:
+    """Rule `fidelity`."""
+    rows = compare_rungs(pd.concat(map(pd.read_csv, job.input.settings), ignore_index=True))
+    write_csv(job.output.csv, rows)
+    table = ladder_table(rows)
+    write_captioned_table(table, job.output.wide, caption("fidelity"), shown=headed(table, "fidelity"))
+
+
+if __name__ == "__main__":
+    run_job(main)

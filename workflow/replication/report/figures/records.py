@@ -1,0 +1,30 @@
+"""Figures 17 and 18: time histories and spectra of every speed beside the sensor's."""
+
+from trackdyn.sweeps.job import run_job
+
+from math import inf
+
+from replication.paper.printed import lettered, peaks
+from trackdyn.plots.histories import history_figure
+from trackdyn.plots.spectra import spectrum_figure
+from trackdyn.plots.style import save
+from trackdyn.sensor.sensor_csv import read_sensor_csv
+from trackdyn.simulation.recording import load_recording
+
+
+def main(job) -> None:
+    """Rule `sensor_figures`."""
+    given, out = job.input, job.output
+    label = "synthetic sensor" if job.params.synthetic else "sensor"
+    for path, sensor, history, spectrum in zip(
+        given.recordings, given.sensors, out.histories, out.spectra, strict=True
+    ):
+        recording, record = load_recording(path), read_sensor_csv(sensor, range_g=inf)
+        rpm = recording.scene.motor_rpm
+        title = lettered(f"{rpm:g} rpm", rpm)
+        save(history_figure(recording, record, title, label), history)
+        save(spectrum_figure(recording, record, title, label, peaks(rpm)), spectrum)
+
+
+if __name__ == "__main__":
+    run_job(main)

@@ -1,0 +1,33 @@
+"""Figures 1 to 12 and 16: the geometry and the structure that the simulator uses, drawn from a rig."""
+
+from trackdyn.sweeps.job import run_job
+
+from pathlib import Path
+
+from replication.report.figures.chain_piece import piece_figure
+from replication.report.figures.contact_cases import concave_figure, convex_figure, link_figure
+from replication.report.figures.engagement import engagement_figure, sector_figure
+from replication.report.figures.flow import flow_figure
+from replication.report.figures.groove import detection_figure, section_figure
+from replication.report.figures.locations import locations_figure
+from replication.report.figures.system import setup_figure, system_figure
+from replication.report.figures.topology import topology_figure
+from trackdyn.parameters.rig import load_rig
+from trackdyn.plots.style import save
+
+FIGURES = {
+    1: system_figure, 2: piece_figure, 3: topology_figure, 4: locations_figure, 5: section_figure,
+    6: engagement_figure, 7: sector_figure, 8: detection_figure, 9: convex_figure, 10: concave_figure,
+    11: flow_figure, 12: link_figure, 16: setup_figure,
+}  # fmt: skip
+
+
+def main(job) -> None:
+    """Rule `schematics`."""
+    rig, folder = load_rig(job.input.rig), Path(job.output[0]).parent
+    for number, draw in FIGURES.items():
+        save(draw(rig), folder / f"fig{number:02d}.png")
+
+
+if __name__ == "__main__":
+    run_job(main)

@@ -1,0 +1,34 @@
+"""Table 1 and the list of parameters."""
+
+from trackdyn.sweeps.job import run_job
+
+import numpy as np
+import pandas as pd
+
+from replication.paper.contents import caption
+from replication.report.tables import write_captioned_table
+from trackdyn.parameters.groove import Groove
+from trackdyn.parameters.rig import load_rig
+from trackdyn.parameters.table import parameter_table
+
+
+def table1(groove: Groove) -> pd.DataFrame:
+    """Geometry of the ten areas: ``area, type, O_x_mm, O_y_mm, r_mm, u_x, u_y, theta_deg``."""
+    table = pd.DataFrame({"area": np.arange(1, 11), "type": np.where(groove.convex, "convex", "concave")})
+    table[["O_x_mm", "O_y_mm"]] = 1e3 * groove.centre + 0.0  # no -0
+    table["r_mm"] = 1e3 * groove.radius
+    table[["u_x", "u_y"]] = groove.direction
+    table["theta_deg"] = np.degrees(groove.half_angle)
+    return table
+
+
+def main(job) -> None:
+    """Rule `parameters`."""
+    table, groove = parameter_table(job.input.rig), load_rig(job.input.rig).groove_profile
+    write_captioned_table(table, job.output.csv, caption("parameters"), digits=9)  # as they were given
+    write_captioned_table(table1(groove), job.output.groove, caption("table1"), digits=4)
+    print(table["kind"].value_counts())
+
+
+if __name__ == "__main__":
+    run_job(main)

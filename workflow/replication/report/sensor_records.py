@@ -1,0 +1,38 @@
+"""The sensor's records as they are compared, and what reading them did."""
+
+from trackdyn.sweeps.job import run_job
+
+from pathlib import Path
+
+import pandas as pd
+
+from replication.paper.contents import caption
+from replication.report.tables import write_captioned_table
+from trackdyn.measure.compare import at_rate
+from trackdyn.measure.orientation import require_axes
+from trackdyn.parameters.rig import load_rig
+from trackdyn.scene.scene import Periods
+from trackdyn.sensor.sensor_csv import read_sensor_csv, write_sensor_csv
+from trackdyn.sensor.sensor_mapping import load_mapping
+from trackdyn.sensor.signals import LEAST_PERIODS
+
+
+def main(job) -> None:
+    """Rule `sensor_records`."""
+    of, mapping, rows = job.params, load_mapping(*job.input.mapping), []
+    rig = load_rig(job.input.rig)
+    what = "synthetic, not measured" if of.synthetic else "as compared"
+    for rpm, path, out in zip(of.speeds, job.input.sensors, job.output.records, strict=True):
+        record = read_sensor_csv(path, mapping, rig.sensor.range, rig.gravity or 9.81)
+        record.require_turns(Periods.at(rig, rpm).loop, LEAST_PERIODS)
+        require_axes(record, rig, rpm)
+        record = at_rate(record, rig.sensor.rate)
+        rows.append({"speed_rpm": rpm, "file": path, **record.done})
+        Path(out).parent.mkdir(parents=True, exist_ok=True)
+        comments = [f"{path}: {what}", *(f"{name}: {text}" for name, text in record.done.items())]
+        write_sensor_csv(out, record.t_s, record.ax_g, record.ay_g, record.az_g, comments)
+    write_captioned_table(pd.DataFrame(rows), job.output.csv, caption("sensor_records"))
+
+
+if __name__ == "__main__":
+    run_job(main)

@@ -1,0 +1,122 @@
+"""Tables 3 and 4, and the dominant peaks: metrics of the long records beside the sensor's and the printed values."""
+
+from trackdyn.sweeps.job import run_job
+
+from collections.abc import Iterable, Mapping
+from math import inf
+
+import numpy as np
+import pandas as pd
+
+from replication.paper import printed
+from replication.paper.cells import value_difference
+from replication.paper.contents import caption
+from replication.report.tables import headed, write_captioned_table
+from trackdyn.errors import InputError
+from trackdyn.measure.columns import error_of
+from trackdyn.measure.sensor_metrics import own_metrics
+from trackdyn.sensor.sensor_csv import SensorRecord, read_sensor_csv
+
+
+def _row_of(metrics: pd.DataFrame, rpm: float) -> pd.Series:
+    rows = metrics[np.isclose(metrics["rpm"].astype(float), rpm)]
+    if len(rows) != 1:
+        problem = f"metrics: {len(rows)} rows stand for {rpm:g} rpm"
+        raise InputError(f"{problem}; give the one run that belongs to its sensor record")
+    return rows.iloc[0]
+
+
+def table3(
+    metrics: pd.DataFrame, sensors: Mapping[float, SensorRecord], label: str = "synthetic sensor"
+) -> pd.DataFrame:
+    """RMS and SD of simulation and sensor, g; printed differences (%) are the paper's, against its own measured data.
+
+    ``metrics`` has a row for each speed (rev/min) of ``sensors``; ``label``, what the record is, stands in every row.
+    """
+    rows = []
+    for rpm, record in sorted(sensors.items()):
+        run = _row_of(metrics, rpm)
+        sensor = own_metrics(record.ay_g, record.rate_hz, run["line_hz_binfree"])
+        row = {"speed_rpm": rpm, "sensor_record": label}
+        for name, paper in (("rms", printed.RMS_DIFFERENCE), ("sd", printed.SD_DIFFERENCE)):
+            simulated, error = float(run[f"{name}_g"]), float(run[f"{name}_error_g"])
+            measured, off = sensor[f"{name}_g"], sensor[f"{name}_error_g"]
+            row |= {
+                f"{name}_simulation_g": simulated, f"{name}_standard_error_g": error,
+                f"{name}_sensor_g": measured, f"{name}_sensor_error_g": off,
+                f"{name}_difference_pct": value_difference(simulated, measured),
+                f"{name}_difference_error_pct": 100 * ratio_of_runs(simulated, error, measured, off)[1],
+                f"{name}_difference_printed_against_papers_own_data_pct": paper.value.get(rpm, float("nan")),
+            }  # fmt: skip
+        rows.append(row)
+    return pd.DataFrame(rows)
+
+
+def ratio_of_runs(value: float, error: float, base: float, base_error: float) -> tuple[float, float]:
+    """Ratio of two independent results and its standard error, to first order (JCGM 100:2008, 5.1.2); NaN over zero."""
+    ratio = value / base if base else float("nan")
+    return ratio, float(np.hypot(error, ratio * base_error) / abs(base)) if base else float("nan")
+
+
+def lines_table(
+    metrics: pd.DataFrame, sensors: Mapping[float, SensorRecord], label: str = "synthetic sensor"
+) -> pd.DataFrame:
+    """Dominant peaks of the spectra, two rows a speed: simulation and sensor, each beside its printed value.
+
+    Parameters are those of :func:`table3`.
+    """
+    rows = []
+    # as they are called here: as in `sensor_metrics`
+    names = {name: name for name in ("line_hz", "line_error_hz", "line_g", "line_error_g")}
+    names |= {f"line_binfree_{end}": f"line_{end}_binfree" for end in ("hz", "error_hz", "g", "error_g")}
+    for rpm, record in sorted(sensors.items()):
+        run = _row_of(metrics, rpm)
+        measured = own_metrics(record.ay_g, record.rate_hz, run["line_hz_binfree"])
+        for source, of_paper, line, paper_hz, paper_g in (
+            ("simulation", "simulation", run, printed.SIMULATED_LINE_HZ, printed.SIMULATED_LINE_G),
+            (label, "experiment", measured, printed.MEASURED_LINE_HZ, printed.MEASURED_LINE_G),
+        ):
+            row = {"speed_rpm": rpm, "source": source} | {name: float(line[column]) for name, column in names.items()}
+            row |= {"printed_of_papers": of_paper, "line_printed_hz": paper_hz.value.get(rpm, float("nan"))}
+            rows.append(row | {"line_printed_g": paper_g.value.get(rpm, float("nan"))})
+    return pd.DataFrame(rows)
+
+
+def table4(metrics: pd.DataFrame, speeds: Iterable[float]) -> pd.DataFrame:
+    """RMS and SD with three tooth surfaces beside the ten arcs, each with its standard error: Table 4 without the lost
+    comparison.
+
+    ``metrics`` holds the runs ``115rpm`` and ``coarse/115rpm`` of every speed (rev/min).
+    """
+    rows = []
+    table = metrics.set_index("run")
+    for rpm in speeds:
+        fine, coarse = table.loc[f"{rpm:g}rpm"], table.loc[f"coarse/{rpm:g}rpm"]
+        row = {"rpm": rpm}
+        for name in ("rms_g", "sd_g", "left_rms_n"):
+            error = error_of(name)
+            row |= {f"{name}_ten_arcs": fine[name], f"{name}_ten_arcs_error": fine[error]}
+            row |= {f"{name}_three_surfaces": coarse[name], f"{name}_three_surfaces_error": coarse[error]}
+            ratio, off = ratio_of_runs(coarse[name], coarse[error], fine[name], fine[error])
+            row |= {f"{name}_difference_pct": 100 * (ratio - 1), f"{name}_difference_error_pct": 100 * off}
+        rows.append(row)
+    return pd.DataFrame(rows)
+
+
+def main(job) -> None:
+    """Rule `statistics`."""
+    of, out = job.params, job.output
+    label, metrics = "synthetic sensor" if of.synthetic else "sensor", pd.read_csv(job.input.metrics)
+    records = metrics.set_index("run").loc[of.runs].reset_index()
+    paths = zip(of.speeds, job.input.sensors, strict=True)
+    sensors = {rpm: read_sensor_csv(path, range_g=inf) for rpm, path in paths}
+    for key, table, path, digits in (
+        ("table3", table3(records, sensors, label), out.csv, 3),
+        ("lines", lines_table(records, sensors, label), out.lines, 4),
+        ("table4", table4(metrics, of.speeds), out.coarse, 3),
+    ):
+        write_captioned_table(table, path, caption(key, of.synthetic), digits, headed(table, key))
+
+
+if __name__ == "__main__":
+    run_job(main)
