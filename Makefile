@@ -13,7 +13,7 @@ ifneq ($(word 2,$(abspath $(VENV))),)
 $(error the environment in "$(CURDIR)" would have a blank in its name, which Snakemake does not survive; put it elsewhere: make VENV=/a/place)
 endif
 
-.PHONY: replicate quick test check lint docs gallery benchmark synthetic lock cluster kills clean
+.PHONY: replicate quick test check lint docs gallery schemas benchmark synthetic lock cluster kills clean
 
 replicate: $(READY)
 	$(BIN)/python workflow/run.py -j$(JOBS)
@@ -34,6 +34,9 @@ lint: $(READY)
 
 docs: $(READY)
 	$(BIN)/python -m sphinx -q -W --keep-going -b html docs docs/_site
+
+schemas: $(READY)
+	$(BIN)/python -m laboratory.schemas
 
 gallery: $(READY)
 	$(BIN)/jupyter execute --inplace --NotebookClient.record_timing=False docs/gallery/*.ipynb

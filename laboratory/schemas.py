@@ -1,14 +1,24 @@
-"""JSON schemas of the laboratory's YAML files: ``python -m laboratory.schemas`` writes them into ``config/schemas``."""
+"""JSON schemas of all YAML files, for editors: ``python -m laboratory.schemas`` writes them into ``config/schemas``.
+
+What is checked when a file is read is more: values that must fit each other, tolerances, names of files.
+"""
+
+import json
+from pathlib import Path
 
 from laboratory.inference.answer.settings import AnswerConfig
 from laboratory.inference.identification.calibration import CalibrationConfig
 from laboratory.settings import Laboratory
-from replication.pipeline.schemas import write_schemas
+from replication.pipeline.schemas import MODELS, schema
+from trackdyn.files import write_text
 
-MODELS = {
-    "calibration": CalibrationConfig, "answer": AnswerConfig,
-    "laboratory": Laboratory,
+FOLDER = Path(__file__).parents[1] / "config" / "schemas"
+EVERY = MODELS | {
+    "calibration": CalibrationConfig, "answer": AnswerConfig, "laboratory": Laboratory,
 }  # fmt: skip
 
+
 if __name__ == "__main__":
-    write_schemas(MODELS)
+    for name, model in EVERY.items():
+        text = json.dumps(schema(name, model), indent=1, ensure_ascii=False)
+        write_text(FOLDER / f"{name}.schema.json", f"{text}\n")
