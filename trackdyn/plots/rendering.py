@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
-from plotly.offline import get_plotlyjs
 
 from trackdyn.plots.cells import FILTERS
 
@@ -51,8 +50,7 @@ def render(template: str, scripts: tuple[str, ...], data: dict, folder: Path = H
         .get_template(template)
         .render(
             script="\n".join(file.read_text(encoding="utf-8") for file in files),
-            plotly=_packed(get_plotlyjs()),
-            embedded=_packed(json.dumps(data, allow_nan=False, separators=(",", ":"))),
+            embedded=packed(json.dumps(data, allow_nan=False, separators=(",", ":"))),
             data=data,
             files=data["files"],
             **shown,
@@ -60,6 +58,6 @@ def render(template: str, scripts: tuple[str, ...], data: dict, folder: Path = H
     )
 
 
-def _packed(text: str) -> str:
+def packed(text: str) -> str:
     """Base64 of a text, compressed; the same text gives the same."""
     return base64.b64encode(gzip.compress(text.encode("utf-8"), mtime=0)).decode("ascii")

@@ -23,23 +23,6 @@ function fill(select, pairs) {
   if (pairs.some(([value]) => String(value) === before)) select.value = before;
 }
 
-// one colour, one dash and one mark for each of several curves, in the order of the figures (`style.COLOURS`); their orange
-// is too light for a screen
-const LOOKS = [
-  { color: "ink", dash: "solid", symbol: "circle" },
-  { color: "blue", dash: "dash", symbol: "square" },
-  { color: "#d55e00", dash: "dashdot", symbol: "triangle-up" },
-  { color: "#c07f00", dash: "dot", symbol: "diamond" },
-  { color: "right", dash: "longdash", symbol: "triangle-down" },
-  { color: "#009e73", dash: "longdashdot", symbol: "cross" },
-  { color: "#56b4e9", dash: "solid", symbol: "x" },
-];
-function look(i) {
-  const one = LOOKS[i % LOOKS.length], round = Math.floor(i / LOOKS.length);
-  return { color: one.color[0] === "#" ? one.color : colour(one.color), dash: LOOKS[(i + round) % LOOKS.length].dash,
-           symbol: one.symbol + (round % 2 ? "-open" : "") };
-}
-
 function redraw() { for (const draw of REDRAWS) draw(); }
 $("theme").addEventListener("input", () => { root.style.colorScheme = $("theme").value; redraw(); });
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);

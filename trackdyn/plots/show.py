@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from plotly.offline import get_plotlyjs
 
 from trackdyn.files import write_text
 from trackdyn.measure.columns import table_schema, words
@@ -17,7 +18,7 @@ from trackdyn.measure.metrics import run_metrics, speed_sentence
 from trackdyn.measure.sensor import sense
 from trackdyn.model.constants import SPROCKET, Tooth
 from trackdyn.model.record import ENERGY_NAMES
-from trackdyn.plots.rendering import CONFIGURATION, differences, render, short
+from trackdyn.plots.rendering import CONFIGURATION, differences, packed, render, short
 from trackdyn.sensor.signals import LOW_RANGE_HZ, holds_line, in_bands, main_line, main_line_binfree, spectrum
 from trackdyn.simulation.account import LOSSES, STORED
 from trackdyn.simulation.recording import Recording, load_recording
@@ -137,6 +138,7 @@ def show(
         speed=speed_sentence(recording),
         asked=[{"field": words(name), "value": json.dumps(value)} for name, value in recording.meta["scene"].items()],
         present=source_hash(),
+        plotly=packed(get_plotlyjs()),
     )
     shown = Shown(text, stretch)
     if path is not None:

@@ -28,7 +28,6 @@ from trackdyn.parameters.paper_tables import filled_cells, load_paper_tables
 from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.rig_file import cells_path
 from trackdyn.plots.rendering import render
-from trackdyn.sensor.sensor_csv import read_sensor_csv
 from trackdyn.simulation.recording import load_recording
 
 # what is uncertain comes first
@@ -37,7 +36,7 @@ KINDS = {
     "derived": "follows from printed numbers", "printed": "stands in the paper",
 }  # fmt: skip
 SYMBOLS = dict(zip(VERDICTS, ("●", "◐", "○", "◇", "–"), strict=True))
-SCRIPTS = ("shared", "page", "animation", "plots", "charts")  # one module, in this order
+SCRIPTS = ("shared", "animation", "page")  # one module, in this order
 FAILED = (NOT_REPRODUCED, IN_TREND)  # a claim with such a part is not reproduced
 COLOURS_OF_A_PICTURE = 16
 FRONT = ("fig24", "trade_first")  # on the first screen
@@ -77,11 +76,8 @@ def build_page(inputs: PageInputs) -> str:
     files |= {"tables/costs.csv": costs.to_csv(index=False)}
     files |= {f"{name}.csv": pd.DataFrame(origin[name]).to_csv(index=False) for name in ("versions", "hashes")}
     embedded = {
-        "geometry": data.rig_geometry(load_rig(inputs.rig)), "signals": _signals(inputs),
-        "sensor_label": "synthetic sensor" if inputs.synthetic else "sensor",
-        "passages": _recordings(results, "meshing", data.passage_data),
-        "pictures": _recordings(results, "animation", data.moving_picture), "ring": _ring(results),
-        "trade": data.trade(_rows(results, "trade.csv")), "files": files,
+        "geometry": data.rig_geometry(load_rig(inputs.rig)), "pictures": _pictures(results), "ring": _ring(results),
+        "files": files,
     }  # fmt: skip
     items = (*PAPER, *(own for own in OWN if not own.table), *OF_STUDIES)
     with ThreadPoolExecutor() as pool:  # most of the time is the packing of pictures, without the interpreter
@@ -121,17 +117,6 @@ def build_page(inputs: PageInputs) -> str:
 def write_page(inputs: PageInputs, path: Path | str) -> None:
     """Write the page, whole or not at all."""
     write_text(path, build_page(inputs))
-
-
-def _signals(inputs: PageInputs) -> dict:
-    shown = {}
-    for run, path in inputs.sensors.items():
-        file = Path(inputs.results) / "runs" / f"{run}.npz"
-        if file.is_file():
-            recording = load_recording(file)
-            record = read_sensor_csv(path, range_g=float("inf")) if Path(path).is_file() else None
-            shown[run] = data.signals(recording, record)
-    return shown
 
 
 def _card(results: Path) -> dict | None:
@@ -174,8 +159,9 @@ def _failed(part: dict) -> bool:
     return any(one["verdict"] in FAILED for one in part["rigs"])
 
 
-def _recordings(results: Path, folder: str, make) -> list[dict]:
-    shown = [make(load_recording(path)) for path in sorted((results / "runs" / folder).glob("*.npz"))]
+def _pictures(results: Path) -> list[dict]:
+    paths = sorted((results / "runs" / "animation").glob("*.npz"))
+    shown = [data.moving_picture(load_recording(path)) for path in paths]
     return sorted(shown, key=lambda one: (one["rpm"], one["radius"] or 0.0))
 
 

@@ -40,7 +40,7 @@ if ($("ladder-scene")) {
     ["ring_share_pct", "contact duration, ring (% of a turn)"], ["left_rms_n", "RMS force, left arc (N)"],
     ["right_rms_n", "RMS force, right arc (N)"], ["ring_rms_n", "RMS force, ring (N)"],
     ["left_phase_start", "first touch, left arc (turns)"],
-  ].filter(([name]) => name in ring.values);
+  ].filter(([name]) => name in ring.texts);
   function row(cells, tag) {
     const line = document.createElement("tr");
     cells.forEach((text, i) => {
@@ -85,3 +85,6 @@ for (const head of document.querySelectorAll(".sortable thead tr:last-child th")
     body.append(...[...body.rows].sort((a, b) => (up ? 1 : -1) * compare(value(a), value(b))));
   });
 }
+
+land();
+root.dataset.drawn = Math.round(performance.now()); // every control works, ms
