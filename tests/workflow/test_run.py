@@ -52,14 +52,15 @@ rule one:
     script: "one.py"
 """
 SCRIPT = """
-from trackdyn.sweeps.job import logged
+from trackdyn.sweeps.job import run_job
 import os, time
-with logged(snakemake):
+def main(job):
     with open("begun.txt", "a") as begun:
         print(os.getpid(), file=begun)
     while not os.path.exists("go"):
         time.sleep(0.05)
-    open(snakemake.output[0], "w").write(str(os.getpid()))
+    open(job.output[0], "w").write(str(os.getpid()))
+run_job(main)
 """
 
 
@@ -139,7 +140,7 @@ def test_a_job_whose_run_was_killed_does_not_begin():
             1,
             "interrupted; the same command goes on\n",
         ),
-        ("snakemake = 1; from trackdyn.sweeps.job import logged; import trackdyn.errors", "trackdyn.errors", 130, ""),
+        ("snakemake = 1; from trackdyn.sweeps.job import run_job; import trackdyn.errors", "trackdyn.errors", 130, ""),
     ],
 )
 def test_an_interruption_of_imports_leaves_no_traceback(code, module, exit_code, said):
