@@ -96,9 +96,11 @@ def test_a_broken_configuration_ends_in_one_sentence(tmp_path):
 
 def test_a_rule_needs_what_its_script_imports_and_every_task_has_a_rule():
     for path in RULE_FILES:
-        folder = ROOT / "laboratory" if "laboratory" in path.parts else ROOT / "workflow/replication"
         for _, name, body in RULE.findall(path.read_text(encoding="utf-8")):
-            needed = [folder / file for file in re.findall(r'needs\("(\S+\.py)"\)', body)]
+            needed = [
+                ROOT / ("laboratory" if lab else "workflow/replication") / file
+                for lab, file in re.findall(r'(lab_)?needs\("(\S+\.py)"\)', body)
+            ]
             for script in SCRIPT.findall(body):
                 assert needed == [(path.parent / script).resolve()], f"{path.name}: {name}"
     modules = [file for name in ("trackdyn", "workflow", "laboratory") for file in (ROOT / name).rglob("*.py")]
