@@ -16,12 +16,12 @@ CELLS = f"{R}/cells/{sha256(repr(RIG_CELLS).encode()).hexdigest()[:16]}.csv"
 
 rule cells:
     """What a reader of the article filled in of the rig."""
-    input: needs("paper/cells.py")
+    input: needs("pipeline/cells.py")
     output: CELLS
     params: cells=RIG_CELLS
     log: f"{R}/logs/cells.log"
     message: "What a reader filled in of the rig"
-    script: "../replication/paper/cells.py"
+    script: "../replication/pipeline/cells.py"
 
 
 onstart:

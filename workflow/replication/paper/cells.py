@@ -1,15 +1,11 @@
 """The article in somebody's hand: cells that a reader filled in."""
 
-from trackdyn.sweeps.job import run_job
-
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 
 from replication.paper import printed
 from trackdyn.errors import InputError
-from trackdyn.files import write_csv
 from trackdyn.parameters.paper_tables import PaperTables, load_paper_tables
 
 # points by which printed cells may miss a printed difference: two cells near 1 g with two decimals, 0.005 g off each
@@ -35,12 +31,3 @@ def load_article(path: Path | str) -> PaperTables:
 def value_difference(simulated, measured):
     """The paper's value difference ``|simulation - sensor| / sensor``, %."""
     return 100 * np.abs(np.asarray(simulated) - measured) / measured
-
-
-def main(job) -> None:
-    """Rule `cells`."""
-    write_csv(job.output[0], pd.DataFrame(job.params.cells))
-
-
-if __name__ == "__main__":
-    run_job(main)
