@@ -50,7 +50,7 @@ rule stability_runs:
 rule stability:
     input:
         needs("report/stability.py"),
-        runs=rules.stability_runs.output,
+        runs=rules.stability_runs.output[0],
     output: **table("stability")
     log: f"{R}/logs/stability.log"
     message: "Stability of the statistics: the table"
