@@ -44,6 +44,7 @@ CHECKPOINTS = {
     "short": {"state.rate": lambda a: a[:-1]},
     "groove": {"work.near.groove": lambda a: a + 99},
     "area": {"work.tooth_area": lambda a: a + 99},
+    "more": {"model.tooth.addendum": lambda a: np.array([a, a])},
 }
 
 
@@ -54,6 +55,11 @@ def test_a_forged_checkpoint_is_refused(files, tmp_path, name):
         return Loop.load(path).step()
     with pytest.raises(InputError, match="not a checkpoint, or damaged; remove it to start again"):
         Loop.load(path)
+
+
+def test_a_recording_is_no_checkpoint(files):
+    with pytest.raises(InputError, match="is a recording, not a checkpoint; name another file"):
+        Loop.load(files / "run.npz")
 
 
 RECORDINGS = {

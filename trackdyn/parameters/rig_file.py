@@ -147,8 +147,10 @@ def _read(path: Path | str, depth: int, read: Callable[[Path | str], Any]) -> di
         raise InputError(f"{path}: {error}") from None
     if like is None:
         return _filled_in(data, cells)
-    if not isinstance(like, str) or not 0 < len(like) < 256 or depth == 0:
+    if not isinstance(like, str) or not 0 < len(like) < 256:
         raise InputError(f"{path}: like = {shown(like)}: must be the name of a shipped rig or of a file")
+    if depth == 0:
+        raise InputError(f"{path}: like = {shown(like)}: leads from file to file without an end; name a complete rig")
     sibling = path.parent / like
     base = _read(sibling if isfile(sibling) else rig_path(like), depth - 1, read)
     if own_wheels:

@@ -56,6 +56,8 @@ def refuse_other_model(room: Any, data: dict[str, np.ndarray]) -> None:
     own = CARRIED if len(room.carriers.wheel) else STEERED
     for name, array in flat(room).items():
         found = data[name]
+        if found.shape != array.shape:
+            raise ValueError(f"{name} has the shape {found.shape}, not {array.shape}")
         same = np.isclose(found, array, SAME, SAME**2)
         if not (same | np.isfinite(found) if own.fullmatch(name) else same).all():
             raise ValueError(f"{name} is not that of the scene")
@@ -96,6 +98,8 @@ def read_checkpoint(path: Path | str) -> dict[str, Any]:
     """Parts of a checkpoint of these sources (else `InputError`): plain data as it was, tuples as `filled` reads."""
     meta, arrays = read_npz(path, "checkpoint", virtual_memory().available / 2)
     parts: Any = meta.get("parts")
+    if "format" in meta:  # not to be removed
+        raise InputError(f"{path}: is a recording, not a checkpoint; name another file")
     sources = meta.get("sources")
     if sources != source_hash():
         raise InputError(
