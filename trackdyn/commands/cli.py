@@ -13,6 +13,7 @@ from typer.core import TyperCommand, TyperGroup
 from trackdyn.commands.compare import compare
 from trackdyn.commands.plan import plan
 from trackdyn.commands.rig import check, new, rigs
+from trackdyn.commands.ring import ring
 from trackdyn.commands.show import show
 from trackdyn.commands.simulate import simulate
 from trackdyn.commands.sweep import design, sweep
@@ -20,7 +21,7 @@ from trackdyn.errors import TrackdynError
 from trackdyn.extras import missing
 from trackdyn.version import __version__
 
-COMMANDS = {"Runs": (simulate, plan, compare, show), "Rigs": (check, new, rigs), "Many runs": (sweep, design)}
+COMMANDS = {"Runs": (simulate, plan, compare, show), "Rigs": (check, new, rigs), "Many runs": (ring, sweep, design)}
 OF_TYPER = ("help", "install_completion", "show_completion")  # flags that it adds itself
 
 

@@ -38,7 +38,6 @@ from trackdyn.simulation.recording import Recording
 LEAST_SHARE = 0.1
 # From this share of a turn on an arc counts as touching, %; a force that acts for less has no error of its own.
 TOUCHING = 0.5
-NEAR_LEAST = 2.0  # points of a turn: how near the least left share a ring that serves must come (C26)
 # columns that both tables have
 EXTENT = (
     "start_s", "end_s", "touching_s", "share_pct", "phase_start", "phase_end", "ring_phase_start", "ring_phase_end",
@@ -361,11 +360,3 @@ def _events(rows: pd.DataFrame, places: dict[str, tuple[str, str]]) -> dict[str,
 def _area_names(bits: int) -> str:
     """``2,3`` for the bits of areas 2 and 3."""
     return ",".join(str(area) for area in range(1, 11) if bits >> (area - 1) & 1)
-
-
-def serving_radius(left: pd.Series, right: pd.Series) -> float:
-    """Smallest ring radius without right contact whose left share is within 2 points of the least (the rule of C26).
-
-    ``left`` and ``right`` are the shares of arc contact, % of a turn, by radius, m; NaN if none serves.
-    """
-    return float(left.index[(right < TOUCHING) & (left <= left.min() + NEAR_LEAST)].min())

@@ -13,7 +13,7 @@ from pydantic import Field
 from trackdyn.errors import InputError
 from trackdyn.parameters.drives import DriveParameters
 from trackdyn.parameters.fields import NAME, FieldValue, entries_of, fields_of, keys_of, may_have, no_field
-from trackdyn.parameters.groove import Groove, build_groove, connector_length
+from trackdyn.parameters.groove import Groove, build_groove, connector_length, equal_pitch_radius
 from trackdyn.parameters.outline import ToothProfile, profile_groove
 from trackdyn.parameters.paper_tables import rig_cells
 from trackdyn.parameters.quantities import FROM_FILE, Quantity, number_of
@@ -181,6 +181,14 @@ class Rig(OmitsDefaults):
         """Pin to pin length of a single-pin body, m: the pins stand where the links' lines meet at equal pitch."""
         middle = self.sprocket.equal_pitch_radius + self.chain.link_thickness / 2
         return 2 * middle * tan(pi / self.sprocket.teeth)
+
+    @cached_property
+    def equal_pitch_radii(self) -> dict[str, float]:
+        """Ring radii of equal pitch (m) by their readings (`groove.equal_pitch_radius`)."""
+        bodies = (self.chain.link_length, self.connector_length)
+        if self.chain.kind == "single_pin":
+            bodies = (self.single_pin_pitch, 0.0)
+        return equal_pitch_radius(self.sprocket.teeth, *bodies, self.chain.link_thickness)
 
     @cached_property
     def groove_profile(self) -> Groove:

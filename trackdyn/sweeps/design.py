@@ -39,17 +39,17 @@ class Span:
         return np.linspace(self.low, self.high, self.count).tolist()
 
 
-def parse_levels(pair: str) -> tuple[str, Span | list[str]]:
+def parse_levels(pair: str, option: str = "--vary") -> tuple[str, Span | list[str]]:
     """Name and levels of ``motor_rpm=115:210``, ``motor_rpm=115:210:5`` or ``friction=a,b``; or `InputError`."""
     name, _, text = pair.partition("=")
     name, text = name.strip(), text.strip()
     if not name or not text:
-        raise InputError(f"--vary = {shown(pair)}: expected name=low:high, name=low:high:count or name=a,b")
+        raise InputError(f"{option} = {shown(pair)}: expected name=low:high, name=low:high:count or name=a,b")
     if match := _RANGE.fullmatch(text):
         try:
             low, high = (plain_number(parse_number(part)) for part in match.groups()[:2])
         except ValueError:
-            raise InputError(f"--vary = {shown(pair)}: expected two finite numbers, such as 115:210") from None
+            raise InputError(f"{option} = {shown(pair)}: expected two finite numbers, such as 115:210") from None
         return name, Span(low, high, int(match[3]) if match[3] else None)
     return name, [part.strip() for part in text.split(",")]
 

@@ -23,10 +23,7 @@ rule ring_figures:
     input:
         needs("report/figures/ring_study.py"),
         metrics=f"{R}/metrics.csv",
-    output:
-        rms=figure("fig23_a"),
-        sd=figure("fig23_b"),
-        duration=figure("fig24"),
+    output: **{name: figure(name) for name in ("fig23_a", "fig23_b", "fig24")}
     log: f"{R}/logs/ring_figures.log"
     message: "Figures 23 and 24"
     script: "../replication/report/figures/ring_study.py"

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from replication.paper.claims import ORIGINS
 from replication.report.figures.closure import closure_figure
 from replication.report.figures.loop import loop_figure
-from replication.report.figures.ring_study import duration_figure, force_figure, quiet_from
+from replication.report.figures.ring_study import MARKS, STEADY
 from replication.report.figures.scorecard import HEADS, LOOKS, scorecard_figure
 from replication.report.parameters import table1
 from replication.report.statistics import table3
@@ -25,6 +25,7 @@ from trackdyn.plots.drawing import (
     groove_points,
 )
 from trackdyn.plots.histories import first_crest, history_figure
+from trackdyn.plots.ring_study import duration_figure, force_figure, quiet_from
 from trackdyn.plots.spectra import spectrum_figure
 from trackdyn.plots.style import new_figure, save, thin
 from trackdyn.sensor.sensor_csv import SensorRecord
@@ -247,8 +248,8 @@ def test_where_contact_ends_is_computed():
     assert quiet_from(study(), "right_share_pct") == 0.305
     assert quiet_from(study(right=(5.0, 0.0, 1.0, 0.0)), "right_share_pct") == 0.306
     assert quiet_from(study(), "left_share_pct") is None
-    assert "no contact from 0.305 m on" in texts(force_figure(study(), "rms"))
-    assert "no contact" not in texts(duration_figure(study(right=(1.0, 1.0, 1.0, 1.0))))
+    assert "no contact from 0.305 m on" in texts(force_figure(study(), "rms", MARKS))
+    assert "no contact" not in texts(duration_figure(study(right=(1.0, 1.0, 1.0, 1.0)), MARKS, STEADY))
 
 
 def scorecard(rig="shipped"):

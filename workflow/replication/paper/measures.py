@@ -8,8 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from replication.paper.evidence import Evidence, NotThere, Range
-from trackdyn.measure.contacts import serving_radius
-from trackdyn.parameters.groove import equal_pitch_radius
+from trackdyn.measure.ring_rule import RULE, parse_rule
 
 # Two readings of a maximum, neither of which is the spike of a touch-down (`measure.contacts.smoothed_maxima`).
 READINGS = ("maximum, mean over 0.01 s", "maximum, after the touch")
@@ -315,8 +314,7 @@ def left_shares_from_0307(evidence, speeds):
 
 
 def _serving(evidence: Evidence, speeds) -> list[float]:
-    studies = (evidence.study(rpm) for rpm in speeds)
-    return [serving_radius(study["left_share_pct"], study["right_share_pct"]) for study in studies]
+    return [parse_rule(RULE).radius(evidence.study(rpm).reset_index()) for rpm in speeds]
 
 
 @measure("study", by_speed=True)
@@ -328,8 +326,5 @@ def radius_to_choose(evidence, speeds):
 @measure("study", by_speed=True)
 def excess_over_equal_pitch(evidence, speeds):
     """Smallest radius of the first reading less the nearest reading of the rig's equal-pitch radius, m, by speed."""
-    chain = evidence.rig.chain
-    readings = equal_pitch_radius(
-        evidence.rig.sprocket.teeth, chain.link_length, evidence.rig.connector_length, chain.link_thickness
-    ).values()
+    readings = evidence.rig.equal_pitch_radii.values()
     return [min((radius - reading for reading in readings), key=abs) for radius in _serving(evidence, speeds)]

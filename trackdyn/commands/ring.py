@@ -1,0 +1,137 @@
+"""The command ``trackdyn ring``."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from trackdyn.commands.options import Jobs, Overwrite, Quiet, RigArgument, check_output, parse_number
+from trackdyn.errors import InputError
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+SIDES = ("left", "right", "ring")
+
+
+def ring(
+    rig: RigArgument,
+    rpm: Annotated[str, typer.Option("--rpm", help="Motor speeds, rev/min, such as 115,210.")],
+    out: Annotated[Path, typer.Option("--out", help="Folder of what is written.")] = Path("ring"),
+    radii: Annotated[
+        str | None,
+        typer.Option(help="Radii of the ring, m: low:high:count or a,b,c; eleven that the rig allows by default."),
+    ] = None,
+    rule: Annotated[
+        str | None,
+        typer.Option(
+            help="Bounds of columns, then smallest, largest or least COLUMN; the rule of the docs by default."
+        ),
+    ] = None,
+    step: Annotated[
+        str | None,
+        typer.Option("--step", help="Time step, s; of several, such as 1e-4,5e-5, the first that runs counts."),
+    ] = None,
+    jobs: Jobs = None,
+    overwrite: Overwrite = False,
+    quiet: Quiet = False,
+) -> None:
+    """Run every ring, and none, at every speed; say which radius to choose, and draw Figures 23 and 24 of the rig.
+
+    A killed study goes on by the same command. Into the folder go ring.csv, fig23_a, fig23_b and fig24 (.png, .svg),
+    ring.html and the rows as they come.
+    """
+    from trackdyn.files import write_csv
+    from trackdyn.measure.ring_rule import RULE, advice, parse_rule
+    from trackdyn.parameters.rig import load_rig
+    from trackdyn.plots.ring_study import figures, write_page
+    from trackdyn.plots.style import save
+    from trackdyn.sweeps.ring import ring_study
+    from trackdyn.sweeps.store import DONE
+    from trackdyn.sweeps.sweep import refuse_foreign
+
+    judge, table, rows, loaded = parse_rule(rule or RULE), out / "ring.csv", out / "rows", load_rig(rig)
+    speeds, steps = _numbers(rpm, "--rpm"), _numbers(step, "--step") if step else []
+    pictures = [out / f"{name}.png" for name in ("fig23_a", "fig23_b", "fig24")]
+    written = [table, *pictures, *(picture.with_suffix(".svg") for picture in pictures), out / "ring.html"]
+    if not overwrite and table.exists():
+        refuse_foreign(table, rows)
+    for path in written:
+        check_output(path, overwrite or table.exists(), rig)
+    study = ring_study(rig, speeds, _numbers(radii, "--radii") if radii else None, jobs, rows, not quiet, steps)
+    lost = study[study["state"] != DONE]
+    if len(lost) == len(study):
+        raise InputError(f"no scene completed; the reason of the first one: {lost['reason'].iloc[0]}")
+    write_csv(table, study, float_format="%.9g")
+    said = advice(study, judge)
+    marks = {f"equal pitch, {name}": radius for name, radius in loaded.equal_pitch_radii.items()}
+    if (chosen := judge.radius(study)) == chosen:
+        marks["to choose"] = chosen
+    for picture, figure in zip(pictures, figures(study, marks).values(), strict=True):
+        save(figure, picture)
+    notes, shown = _notes(study, loaded, lost), _shown(study)
+    write_page(
+        out / "ring.html", [picture.with_suffix(".svg") for picture in pictures], title=Path(rig).stem, advice=said,
+        notes=notes, rows=shown, csv=table.name, names=["Figure 23 a", "Figure 23 b", "Figure 24"],
+        origin=f"Rig {rig}; rule: {judge}; {', '.join(f'{name} {radius:.5g} m' for name, radius in marks.items())}.",
+    )  # fmt: skip
+    if not quiet:
+        _say_table(study)
+        typer.echo("\n".join([*(f"note: {note}" for note in notes), *said, f"look at {out / 'ring.html'}"]))
+
+
+def _numbers(text: str, option: str) -> list[float]:
+    from trackdyn.sweeps.design import Span, parse_levels
+
+    _, takes = parse_levels(f"{option.strip('-')}={text}", option)
+    parts = takes.levels(option) if isinstance(takes, Span) else takes
+    return [parse_number(option, part, "must be finite numbers, such as 115,210 or 0.303:0.313:11") for part in parts]
+
+
+def _notes(study: "pd.DataFrame", rig, lost: "pd.DataFrame") -> list[str]:
+    """What is not known, and what is known less well."""
+    notes = (
+        [f"{len(lost)} of {len(study)} scenes are not known, the first: {lost['reason'].iloc[0]}"] if len(lost) else []
+    )
+    if short := int((~study["contacts_known"].fillna(True).astype(bool)).sum()):
+        notes.append(f"{short} scenes ended before contacts were known to 0.2 points of a turn and forces to 0.6 %")
+    if rough := int((study["resolved"] == "no").sum()):
+        finer = f"ask for a smaller one, such as --step {study['step_s'].min() / 2:.3g}"
+        notes.append(f"the step does not resolve the contacts of {rough} scenes; {finer}")
+    if rig.ring_radius is None:
+        notes.append("this rig has no ring: one is assumed, with the stiffness and friction of ring_contact")
+    return notes
+
+
+def _shown(study: "pd.DataFrame") -> list[dict]:
+    """Rows of the page: speed, radius, tension, durations and forces with their errors, as text."""
+    from trackdyn.plots.cells import cell, with_error
+
+    rows = []
+    for of in study.sort_values(["rpm", "ring_radius_m"], na_position="first").to_dict("records"):
+        row = {"rpm": cell(of["rpm"]), "ring_radius_m": _radius(of)}
+        row["settled_tension_n"] = cell(of["settled_tension_n"])
+        for name, error in (("share_pct", "share_error_pct"), ("rms_n", "rms_error_n")):
+            values = {f"{side}_{name}": (of[f"{side}_{name}"], of[f"{side}_{error}"]) for side in SIDES}
+            row |= {key: with_error(value if value == value else None, off) for key, (value, off) in values.items()}
+        rows.append(row)
+    return rows
+
+
+def _say_table(study: "pd.DataFrame") -> None:
+    """The table of a terminal, a block a speed."""
+    columns = [f"{side}_{name}" for name in ("share_pct", "rms_n") for side in SIDES]
+    for rpm, rows in study.groupby("rpm"):
+        share, force = (
+            rows[[f"{side}_{name}" for side in SIDES]].max(axis=None) for name in ("share_error_pct", "rms_error_n")
+        )
+        typer.echo(f"{f'{rpm:g} rpm':>10}   contact, % of a turn +- {share:.2g}   RMS force, N +- {force:.2g}")
+        typer.echo(f"{'ring, m':>10}" + "".join(f"{side:>9}" for side in SIDES * 2))
+        for of in rows.to_dict("records"):
+            cells = [f"{of[name]:9.2f}" if name.endswith("pct") else f"{of[name]:9.0f}" for name in columns]
+            typer.echo(f"{_radius(of):>10}" + "".join(cells))
+        typer.echo("")
+
+
+def _radius(row: dict) -> str:
+    return "none" if (radius := row["ring_radius_m"]) != radius else f"{radius:.5g}"

@@ -1,0 +1,126 @@
+"""Figures 23 and 24 of a rig, contact forces and durations against the radius of the ring, and the page of a study."""
+
+import base64
+from collections.abc import Mapping
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from trackdyn.files import write_text
+from trackdyn.plots.rendering import environment
+from trackdyn.plots.style import COLOURS, DASHES, MARKERS, PRINTED, SMALL, new_figure, styled
+
+SIDES = {"left": "left arc", "right": "right arc", "ring": "ring"}
+WHITE = {"facecolor": "white", "edgecolor": "none", "pad": 1.0}
+STATISTICS = {"rms": "RMS", "sd": "SD"}
+
+
+@styled
+def force_figure(study: pd.DataFrame, statistic: str, marks: Mapping[str, float]) -> Figure:
+    """RMS (Figure 23 a) or SD (23 b), ``rms`` or ``sd``, of the normal forces on an appointed connector and link.
+
+    ``study`` holds rows of ``metrics.csv``: every radius at every speed; no radius stands for no ring. ``marks`` are
+    radii (m) by what they are.
+    """
+    columns = {side: (f"{side}_{statistic}_n", f"{side}_{statistic}_error_n") for side in SIDES}
+    letter = "ab"[list(STATISTICS).index(statistic)]
+    title = f"({letter}) {STATISTICS[statistic]} of the normal force over the run"
+    return _panels(study, columns, f"{STATISTICS[statistic]} of the normal force (N)", title, marks)[0]
+
+
+@styled
+def duration_figure(
+    study: pd.DataFrame, marks: Mapping[str, float], steady: tuple[float, float] | None = None
+) -> Figure:
+    """Time in contact, in percent of a sprocket turn (Figure 24); parameters as in :func:`force_figure`.
+
+    ``steady`` is a printed left-arc duration (%) and the radius (m) that it holds from.
+    """
+    columns = {side: (f"{side}_share_pct", f"{side}_share_error_pct") for side in SIDES}
+    figure, axes, radii = _panels(study, columns, "contact duration (% of a turn)", "Contact duration", marks)
+    large = [radius for radius in radii if steady and radius >= steady[1] - 1e-9]
+    if steady and large:
+        axes[0].plot([large[0], large[-1]], [steady[0]] * 2, **PRINTED, marker="", linewidth=1.4)
+        above = {"xytext": (0, 5), "textcoords": "offset points", "ha": "right"}
+        axes[0].annotate(f"printed: near {steady[0]:g} %", (large[-1], steady[0]), **above)
+    return figure
+
+
+def quiet_from(study: pd.DataFrame, value: str) -> float | None:
+    """Smallest radius (m) from which on a value is zero at every speed; None if the largest one shows some."""
+    largest = study.dropna(subset="ring_radius_m").groupby("ring_radius_m")[value].max().sort_index()
+    quiet = (largest[::-1] <= 0).cumprod()[::-1].astype(bool)
+    return float(largest.index[quiet].min()) if quiet.any() else None
+
+
+def _panels(
+    study, columns, unit: str, title: str, marks: Mapping[str, float]
+) -> tuple[Figure, list[Axes], list[float]]:
+    """A panel for each side with a curve for each speed; and the radii on the x axis."""
+    radii = sorted(study["ring_radius_m"].dropna().unique())
+    gaps, digits = np.diff(radii), 3 if np.allclose(radii, np.round(radii, 3), atol=1e-9) else 4
+    gap = gaps.min() if len(gaps) else 0.001
+    none = (radii[0] if radii else 0.0) - 1.5 * gap
+    with_none = bool(study["ring_radius_m"].isna().any())
+    speeds = sorted(study["rpm"].unique())
+    # errors of neighbouring speeds shall not hide each other
+    spread = 0.06 * gap * (np.arange(len(speeds)) - 0.5 * (len(speeds) - 1))
+    figure = new_figure(6.0)
+    axes = list(figure.subplots(3, 1, sharex=True))
+    hidden = True  # whether every error bar is smaller than its mark
+    for ax, (side, (value, error)) in zip(axes, columns.items(), strict=True):
+        for i, rpm in enumerate(speeds):
+            rows = study[study["rpm"] == rpm].sort_values("ring_radius_m", na_position="first")
+            place = rows["ring_radius_m"].fillna(none) + spread[i]
+            look = {"color": COLOURS[i % len(COLOURS)], "marker": MARKERS[i % len(MARKERS)], "capsize": 2}
+            bare = rows["ring_radius_m"].isna()
+            for part, dashes, label in ((bare, "none", None), (~bare, DASHES[i % len(DASHES)], f"{rpm:g} rpm")):
+                errors = rows.loc[part, error].fillna(0.0)
+                ax.errorbar(place[part], rows.loc[part, value], errors, **look, linestyle=dashes, label=label)
+        for radius in marks.values():
+            ax.axvline(radius, **PRINTED, linewidth=0.6, zorder=1)
+        if with_none and radii:
+            ax.axvline(0.5 * (none + radii[0]) - 0.25 * (radii[0] - none), color="0.6", linewidth=0.8)
+        ax.set_ylabel(SIDES[side])
+        top = max(ax.get_ylim()[1], 1e-9)
+        ax.set_ylim(bottom=-0.05 * top)
+        inch = 0.25 * figure.get_figheight() / (1.05 * top)  # of a unit of the axis; panels are higher than that
+        hidden &= bool(study[error].fillna(0.0).max() * inch * 72 * 1.3 < 0.5 * mpl.rcParams["lines.markersize"])
+        quiet = quiet_from(study, value)
+        if quiet is not None and quiet < radii[-1]:
+            text = f"no contact from {quiet:.{digits}f} m on, at any speed"
+            ax.text(0.5 * (quiet + radii[-1]), 0.3 * top, text, ha="center", bbox=WHITE)
+    largest = study[[error for _, error in columns.values()]].max(axis=None)
+    size = f", {largest:.2g} {unit.rpartition('(')[2].rstrip(')')} at most" if largest > 0 else ""
+    note = ("standard errors are smaller than the marks" if hidden else "bars: standard errors") + size
+    note += "\nbroken lines: " + "; ".join(f"{radius:.4g} m, {what}" for what, radius in marks.items())
+    handles, labels = axes[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=4, title=note, title_fontsize=SMALL)
+    axes[0].set_title(title)
+    figure.supylabel(unit, fontsize=8)
+    figure.align_ylabels()
+    ticks = ([none] if with_none else []) + radii
+    every = 1 + len(radii) // 8  # of the radii is numbered
+    names = (["none"] if with_none else []) + [f"{r:.{digits}f}" if i % every == 0 else "" for i, r in enumerate(radii)]
+    axes[-1].set_xticks(ticks, names)
+    axes[-1].set_xlabel("radius of the ring (m)")
+    return figure, axes, radii
+
+
+def figures(study: pd.DataFrame, marks: Mapping[str, float], steady: tuple[float, float] | None = None) -> dict:
+    """Figures 23 a, 23 b and 24 of a study by their names."""
+    return {
+        "fig23_a": force_figure(study, "rms", marks),
+        "fig23_b": force_figure(study, "sd", marks),
+        "fig24": duration_figure(study, marks, steady),
+    }
+
+
+def write_page(path: Path, pictures: list[Path], **shown) -> None:
+    """Write the page of a study (``ring.html.j2``), with pictures (SVG) in it."""
+    embedded = [base64.b64encode(picture.read_bytes()).decode("ascii") for picture in pictures]
+    write_text(path, environment().get_template("ring.html.j2").render(pictures=embedded, **shown))

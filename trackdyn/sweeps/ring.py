@@ -1,0 +1,78 @@
+"""The ring study (Sect. 6.2) of any rig: every ring and none at every speed, each until its contacts are known."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import pandas as pd
+
+from trackdyn.measure.columns import COLUMNS
+from trackdyn.measure.ring_rule import COLUMNS as MEASURES
+from trackdyn.measure.stopping import refuse_undriven
+from trackdyn.parameters.rig import Rig, load_rig
+from trackdyn.scene.rings import study_radii
+from trackdyn.scene.scene import Scene
+from trackdyn.scene.stop_rule import StopRule, steady_fields
+from trackdyn.sweeps.sweep import sweep
+
+ASKED, ENDED = ["rpm", "ring_radius_m"], ["state", "reason", "contacts_known"]
+
+
+def known_contacts(rig: Rig) -> StopRule:
+    """When contacts are known: shares to 0.2 points of a turn, forces to 0.6 %, and every groove was visited."""
+    return StopRule(share_pct=0.2, force=0.006, passages=rig.sprocket.teeth, longest_turns=4)
+
+
+def ring_study(
+    rig: Path | str,
+    speeds: Sequence[float],
+    radii: Sequence[float] | None = None,
+    jobs: int | None = None,
+    store: Path | str | None = None,
+    progress: bool = False,
+    step: Sequence[float] = (),
+) -> pd.DataFrame:
+    """Run every ring, and none, at every speed.
+
+    Parameters
+    ----------
+    rig : path or str
+        A file, or the name of a shipped rig.
+    speeds : sequence of float
+        Motor speeds, rev/min.
+    radii : sequence of float or None
+        Radii of the ring, m; those of `trackdyn.scene.rings.study_radii` by default.
+    jobs, store, progress
+        As of `trackdyn.sweeps.sweep.sweep`: a killed study goes on from its store.
+    step : sequence of float
+        Time steps, s: the first counts that is neither refused nor diverges. By default the rig's own.
+
+    Returns
+    -------
+    DataFrame
+        A row a scene, no ring first: ``rpm``, ``ring_radius_m`` (empty: no ring), ``state``, ``reason``,
+        ``contacts_known``, the columns of ``metrics.csv``, ``settled_tension_n`` and ``key``.
+
+    Raises
+    ------
+    InputError
+        The rig, a speed or a radius cannot be used. What is wrong with one scene is its ``reason``.
+    """
+    loaded = load_rig(rig)
+    rings = [None, *(study_radii(loaded) if radii is None else sorted(set(radii)))]
+    for ring in rings:  # before anything runs
+        for rpm in speeds:
+            refuse_undriven(Scene(loaded, rpm, ring))
+    rule = known_contacts(loaded)
+    known = {f"known.{name}": getattr(rule, name) for name in ("share_pct", "force", "passages")}
+    rows = [
+        {"motor_rpm": rpm, "ring_radius": "none" if ring is None else ring} | steady_fields(loaded, rpm, rule) | known
+        for ring in rings
+        for rpm in sorted(set(speeds))
+    ]
+    design = pd.DataFrame(rows).assign(**({"step": " ".join(map(str, step))} if step else {}))
+    found = sweep(design, rig=rig, jobs=jobs, store=store, progress=progress)
+    found["rpm"], found["ring_radius_m"] = design["motor_rpm"], pd.to_numeric(design["ring_radius"], errors="coerce")
+    metrics = [name for name in found if name in COLUMNS or name.partition("_")[0] in ("left", "right", "ring")]
+    metrics = [name for name in metrics if name not in (*ASKED, "ring_radius", "run") and "_area_" not in name]
+    columns = [*ASKED, *ENDED, *dict.fromkeys((*metrics, *MEASURES)), "settled_tension_n", "key"]
+    return found.reindex(columns=columns).sort_values(ASKED[::-1], na_position="first", ignore_index=True)
