@@ -1,7 +1,10 @@
 """A command that is refused ends with one line and code 1, and writes nothing."""
 
+import os
 import resource
+import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -60,7 +63,22 @@ COMMANDS = [
     ("plan --tolerance much", "tolerance = 'much': must be between 0 and 1"),
     ("plan --tolerance 2% --measure speed", "measure = 'speed':"),
     ("plan --tolerance 2% --rpm nan", "--rpm = 'nan'"),
+    ("plan --tolerance 2% --rpm 0", "motor_rpm = 0: a tolerance needs a loop that turns"),
+    ("identify plain --seed -1", "'--seed'", "greater than or equal to 0"),
+    (f"identify plain --steps {'9' * 300}", "'--steps'", "less than or equal to 1000000"),
+    ("wear paper --out worn.parquet --rpm 1e-320", "turns of the loop take inf s, a record at most 36000 s"),
+    ("wear paper --out worn.parquet --rpm 1e-3", "use a higher speed"),
+    ("check long.yaml", "long.csv: is no CSV file of points", "expected x_m,y_m"),
+    ("check arcs.yaml", "profile.arcs", "it must be given in 'm, m, m, 1'"),
+    ("check three.yaml", "profile.arcs"),
 ]
+# of files that a command reads; the last has a row of three numbers, the sign forgotten
+WRITTEN = {
+    "long.csv": f"x_m,y_m\n{'1' * 140_000},2\n3,4\n",
+    "long.yaml": "like: paper\nprofile: {outline: {value: long.csv, unit: 'm, m', kind: derived, source: x}}\n",
+    "arcs.yaml": "like: paper\nprofile: {arcs: {value: [[0.1, 0, 0.05]], unit: m, kind: derived, source: x}}\n",
+    "three.yaml": "like: paper\nprofile: {arcs: {value: [[1, 0, 1]], unit: 'm, m, m, 1', kind: derived, source: x}}\n",
+}
 
 
 def run_command(monkeypatch, *arguments):
@@ -76,10 +94,12 @@ def run_command(monkeypatch, *arguments):
 @pytest.mark.parametrize("row", COMMANDS, ids=lambda row: row[0][:60])
 def test_a_command_ends_with_one_line_and_code_1(folder, monkeypatch, capsys, row):
     line, *words = row
+    for name in {word for word in line.split() if word in WRITTEN} | {"long.csv"}:
+        Path(name).write_text(WRITTEN[name], encoding="utf-8")
     before = sorted(folder.rglob("*"))
     assert run_command(monkeypatch, *line.split()) == 1
     out, err = capsys.readouterr()
-    assert err.startswith("trackdyn: ") and len(err.splitlines()) == 1, err
+    assert err.startswith("trackdyn: ") and len(err.splitlines()) == 1, err[:2000]
     for word in words:
         assert word in err
     assert out == "" and sorted(folder.rglob("*")) == before
@@ -109,13 +129,49 @@ def test_no_command_replaces_a_file_unasked_nor_its_input(folder, monkeypatch, c
     assert Path(named).read_text(encoding="utf-8") == "mine"
 
 
-def test_an_interruption_is_one_line(folder, monkeypatch, capsys):
-    def stop(*_, **__):
+PROCESSES = [
+    ("rigs", 0, "paper", ""),
+    ("rigs >&-", 0, "", ""),
+    ("show \udcff.npz", 1, "", "trackdyn: \\udcff.npz: no such file"),
+    ("show \udcff.npz >&-", 1, "", "trackdyn: \\udcff.npz: no such file"),
+]
+
+
+@pytest.mark.parametrize(("line", "code", "said", "refused"), PROCESSES, ids=lambda row: ascii(row))
+def test_a_closed_output_a_name_of_no_letters_and_a_broken_plug_in(tmp_path, line, code, said, refused):
+    """A plug-in that cannot be imported is named; its commands are missing, all others work."""
+    place = tmp_path / "broken-1.dist-info"
+    place.mkdir()
+    (place / "METADATA").write_text("Metadata-Version: 2.1\nName: broken\nVersion: 1\n", encoding="utf-8")
+    (place / "entry_points.txt").write_text(
+        "[trackdyn.commands]\nbroken = broken_commands:COMMANDS\n", encoding="utf-8"
+    )
+    (tmp_path / "broken_commands.py").write_text("1 / 0\n", encoding="utf-8")
+    run = subprocess.run(
+        ["sh", "-c", f"exec {sys.executable} -m trackdyn {line}"],
+        env=os.environ | {"PYTHONPATH": str(tmp_path)}, capture_output=True, text=True, timeout=100,
+    )  # fmt: skip
+    assert run.returncode == code and said in run.stdout and bool(run.stdout) == bool(said), run.stderr
+    warning, *rest = run.stderr.splitlines()
+    assert warning.startswith("trackdyn: warning: commands of broken_commands:COMMANDS cannot be loaded (ZeroDivision")
+    assert "".join(rest).startswith(refused) and len(rest) == bool(refused), run.stderr
+
+
+@pytest.mark.parametrize(("rate", "interval"), [(1000, 0.05), (30, 1 / 30), (1, 1.0)])
+def test_an_interruption_is_one_line(folder, monkeypatch, capsys, rate, interval):
+    """Also where the interval of frames that nobody asked for is no whole number of samples."""
+    scenes = []
+
+    def stop(scene, *_, **__):
+        scenes.append(scene)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(sys.modules["trackdyn.simulation.simulate"], "simulate", stop)
-    assert run_command(monkeypatch, "simulate", "run.npz", "-q") == 130
+    monkeypatch.setattr(import_module("trackdyn.simulation.simulate"), "simulate", stop)
+    slow = f"like: paper\nsensor: {{rate: {{value: {rate}, unit: Hz, kind: derived, source: x}}}}\n"
+    Path("slow.yaml").write_text(slow, encoding="utf-8")
+    assert run_command(monkeypatch, *["simulate", "run.npz", "-q", "--duration", "3", "--rig", "slow.yaml"]) == 130
     assert capsys.readouterr().err.strip() == "trackdyn: interrupted; no file is left half-written"
+    assert scenes[0].frame_interval == pytest.approx(interval)
 
 
 def test_a_full_disk_names_the_file_and_leaves_what_was_there(folder, belt_file, monkeypatch):

@@ -59,6 +59,8 @@ DAMAGES = [
     ("rig as list", described(lambda meta: meta.update(rig=[1])), "or damaged"),
     ("no scene", described(lambda meta: meta.pop("scene")), "scene"),
     ("a field of the scene", described(lambda meta: meta["scene"].update(speed=1)), "speed is not a known parameter"),
+    ("no step", described(lambda meta: meta["scene"].pop("step")), "scene lacks step"),
+    ("no ramp", described(lambda meta: meta["scene"].pop("ramp")), "scene lacks ramp"),
     ("speed as text", described(lambda meta: meta["scene"].update(motor_rpm="fast")), "motor_rpm = 'fast'"),
     ("another fidelity", described(lambda meta: meta["fidelity"].update(chain={"setting": "rope"})), "fidelity"),
     ("layout as text", described(lambda meta: meta.update(layout={"path_m": "far"})), "or damaged"),

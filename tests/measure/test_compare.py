@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 from trackdyn.commands.cli import app
 from trackdyn.errors import InputError
-from trackdyn.measure.compare import compare_with_sensor, other_speed
+from trackdyn.measure.compare import compare_with_sensor, in_words, loop_speed, other_speed
 from trackdyn.measure.orientation import doubtful_axes, require_axes
 from trackdyn.measure.sensor import own_loop_hz, sense
 from trackdyn.measure.sensor_metrics import own_metrics
@@ -115,10 +115,37 @@ def test_a_flipped_or_exchanged_axis_is_noticed(recording, synthetic, read, fits
         require_axes(axes_of(synthetic, **read), load_rig(), 210)
 
 
-def test_a_record_at_another_speed_is_noticed(recording, synthetic):
-    assert other_speed(recording, synthetic) is None
-    slower = read_sensor_csv("data/synthetic/150rpm.csv")
-    assert "compare with a run at 158.3 rpm" in (other_speed(recording, slower) or "")
+@pytest.mark.parametrize(("seconds", "faster", "said"), [(30.0, 0.9, True), (12.0, 1.03, True), (30.0, 1.005, False)])
+def test_a_record_at_another_speed_is_noticed(recording, seconds, faster, said):
+    hz = faster * recording.periods.loop_hz
+    found = other_speed(recording, record(hz=hz, seconds=seconds))
+    assert (f"compare with a run at {210 * faster:.4g} rpm" in (found or "")) == said, found
+
+
+def test_a_speed_that_wanders_has_its_standard_error(recording):
+    """A phase that jumps by 0.5 rad a turn, up and down: half of that over the root of the turns."""
+    hz = recording.periods.loop_hz
+    ay = 1.2 * np.cos(2 * np.pi * hz * np.arange(40_000) / 1000)
+    assert loop_speed(ay, 1000.0, hz) == pytest.approx((hz, 0.0), rel=1e-4, abs=1e-4)
+    turn = round(1000 / hz)
+    jumps = np.repeat(np.random.default_rng(1).normal(scale=0.5, size=10), turn)[:40_000].cumsum() / turn
+    own, error = loop_speed(1.2 * np.cos(2 * np.pi * hz * np.arange(40_000) / 1000 + jumps), 1000.0, hz)
+    assert 0.01 * hz < error < 0.08 * hz and abs(own - hz) < 4 * error
+
+
+def test_differences_have_a_sign_and_their_standard_errors(recording, synthetic):
+    table = compare_with_sensor(recording, synthetic).set_index("measure")
+    off = table.simulation.rms_g - table.sensor.rms_g
+    errors = np.hypot(table.simulation_error.rms_g, table.sensor_error.rms_g)
+    assert table.difference_pct.rms_g == pytest.approx(100 * off / table.sensor.rms_g)
+    assert table.standard_errors.rms_g == pytest.approx(off / errors) and np.isnan(table.standard_errors.clipped)
+    # 10 s beside 90 s: bins of other widths
+    assert "line_hz" not in table.index and np.isfinite(table.difference_pct.line_g_binfree)
+    words = in_words(table.reset_index())
+    assert f"RMS of the simulation {abs(table.difference_pct.rms_g):.3g} % {'above' if off > 0 else 'below'}" in words
+    assert f"differs by {abs(table.standard_errors.rms_g):.2g} standard errors" in words
+    swapped = table.assign(difference_pct=-table.difference_pct, standard_errors=0.5).reset_index()
+    assert f"% {'below' if off > 0 else 'above'} the sensor's, within 2 standard errors" in in_words(swapped)
 
 
 def test_the_command_draws_and_writes_the_comparison(recording, tmp_path, monkeypatch):
@@ -130,7 +157,8 @@ def test_the_command_draws_and_writes_the_comparison(recording, tmp_path, monkey
     line = ["compare", str(tmp_path / "run.npz"), "data/synthetic/210rpm.csv"]
     for name in ("both.png", "both.svg"):
         run = CliRunner().invoke(app, [*line, "--figure", str(tmp_path / name), "--out", str(tmp_path / f"{name}.csv")])
-        assert run.exit_code == 0 and "warning" not in run.output, run.output
+        assert run.exit_code == 0 and run.output.count("warning") == 1, run.output
+        assert "% slower; compare with a run at 229.8 rpm" in run.output and "standard errors" in run.output
     assert (tmp_path / "both.png").read_bytes().startswith(b"\x89PNG")
     assert b"<svg" in (tmp_path / "both.svg").read_bytes()
     table = pd.read_csv(tmp_path / "both.png.csv").set_index("measure")

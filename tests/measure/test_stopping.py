@@ -48,7 +48,7 @@ def test_a_measure_that_a_scene_cannot_have_is_not_reached(make_scene):
 @pytest.mark.parametrize(
     ("tolerances", "longest", "words"),
     [
-        ({}, 20.0, "tolerances is empty"), ({"speed": 0.1}, 20.0, "measure = 'speed':"),
+        ({}, 20.0, "tolerances = {}: name measures"), ({"speed": 0.1}, 20.0, "measure = 'speed':"),
         ({"rms": 0.0}, 20.0, "tolerance = 0.0 of rms:"), ({"rms": float("nan")}, 20.0, "tolerance = nan of rms"),
         ({"rms": 0.01}, 0.5, "longest = 0.5 s:"), ({"rms": 0.01}, float("nan"), "longest = nan s:"),
         ({"rms": "2%"}, 20.0, "tolerance = '2%' of rms:"), ({"rms": 0.01}, "x", "longest = 'x' s:"),

@@ -204,7 +204,7 @@ def test_a_store_that_cannot_be_written_is_refused(tmp_path, rig_path):
 def test_a_full_disk_ends_in_one_sentence(tmp_path, monkeypatch):
     store = Store(tmp_path / "rows")
     monkeypatch.setattr(os, "fsync", lambda file: (_ for _ in ()).throw(OSError(28, os.strerror(28))))
-    with pytest.raises(InputError, match=r"rows: cannot be written .*No space left on device.* choose another --store"):
+    with pytest.raises(InputError, match=r"rows: cannot be written .*No space left on device.* choose another folder"):
         store.keep({"key": "k", "state": "done", "reason": "", "values": {}, "cost": {}})
     assert list(store.folder.iterdir()) == []
 

@@ -45,7 +45,7 @@ def compare(
     """Compare the simulated y acceleration with a sensor's: mean, RMS, SD and dominant peak."""
     axes = parse_axes(axis)
     from trackdyn.files import write_csv
-    from trackdyn.measure.compare import compare_with_sensor, other_speed
+    from trackdyn.measure.compare import compare_with_sensor, in_words, other_speed
     from trackdyn.measure.orientation import doubtful_axes
     from trackdyn.sensor.sensor_csv import read_sensor_csv
     from trackdyn.sensor.sensor_mapping import load_mapping
@@ -63,9 +63,10 @@ def compare(
         typer.echo(f"{name:>10}  {text}")
     table = compare_with_sensor(loaded, record, str(recording))
     typer.echo("\n" + table.to_string(index=False, float_format=lambda v: f"{v:.4g}", na_rep="-"))
+    typer.echo("\n" + in_words(table))
     for doubt in filter(None, (doubtful_axes(loaded, record), other_speed(loaded, record))):
         typer.echo(f"trackdyn: warning: {doubt}", err=True)
-    if "line_hz" not in set(table.measure):
+    if "line_hz_binfree" not in set(table.measure):
         typer.echo("trackdyn: warning: no line, for which both records must hold two turns of the loop", err=True)
     if out is not None:
         write_csv(out, table)

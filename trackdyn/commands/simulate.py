@@ -81,8 +81,10 @@ def simulate(
         )
     loaded, ring = load_rig(rig), ring_fields(ring_radius)
     fields = ring | ({} if step is None else {"step": step}) | chosen_fields(choose or [])
-    if frame_interval is None:  # a run that is shorter records none
-        frame_interval = FRAMES if duration >= FRAMES else 0.0
+    if frame_interval is None:  # whole samples; a run that is shorter records none
+        sample = 1.0 / loaded.sensor.rate
+        frame_interval = max(int(FRAMES / sample + 1e-6), 1) * sample
+        frame_interval = frame_interval if duration >= frame_interval else 0.0
     scene = Scene(
         loaded,
         motor_rpm=rpm,

@@ -5,6 +5,7 @@ import pandas as pd
 
 from trackdyn.errors import InputError, naming
 from trackdyn.measure.columns import error_of
+from trackdyn.measure.metrics import SAME_SPEED
 from trackdyn.measure.sensor import SensorSignal, own_loop_hz, sense, whole_revolutions
 from trackdyn.measure.sensor_metrics import sensor_metrics
 from trackdyn.sensor.sensor_csv import SensorRecord
@@ -13,7 +14,7 @@ from trackdyn.simulation.recording import Recording
 
 COMPARED = ("rms_g", "sd_g", "line_hz", "line_g", "line_hz_binfree", "line_g_binfree", "high_frequency_g")
 MEAN = "mean_whole_g"
-SAME_SPEED = 0.12  # the published lines lie up to 9.4 % above the speeds that the article states
+CLEAR = 2.0  # standard errors, from which on a difference is more than scatter
 SAME_RATE = 0.01  # changes what the mean over a sample leaves of 300 Hz by 0.3 %
 
 
@@ -70,9 +71,11 @@ def compare_with_sensor(recording: Recording, record: SensorRecord, name: str = 
     Returns
     -------
     DataFrame
-        ``measure, simulation, simulation_error, sensor, sensor_error, difference_pct`` with standard errors over
-        revolutions of the loop (`sensor_metrics`) and the paper's value difference ``|simulation - sensor| / sensor``.
-        Rows of the line are left out where a record holds fewer than two turns of the loop, as one at rest does.
+        ``measure, simulation, simulation_error, sensor, sensor_error, difference_pct, standard_errors``: standard
+        errors over revolutions of the loop (`sensor_metrics`); what the simulation is above the sensor, in percent of
+        the sensor's value and in standard errors of the difference. Rows of the line are left out where a record holds
+        fewer than two turns of the loop, as one at rest does, and those of its bin where the records differ in length,
+        and so in their bins.
 
     Raises
     ------
@@ -109,19 +112,59 @@ def compare_with_sensor(recording: Recording, record: SensorRecord, name: str = 
             for one, error in errors.items()
         ]
     )
-    table["difference_pct"] = 100 * (table.simulation - table.sensor).abs() / table.sensor.abs().replace(0, np.nan)
-    table.loc[:1, "difference_pct"] = np.nan  # no measures
+    off = (table.simulation - table.sensor).where(table.index > 1)  # rate and clipped samples are no measures
+    scatter = np.hypot(table.simulation_error, table.sensor_error)
+    table["difference_pct"] = 100 * off / table.sensor.abs().replace(0, np.nan)
+    table["standard_errors"] = off / scatter.replace(0, np.nan)
+    binned = table.measure.isin(["line_hz", "line_g"]) & (len(signal.ay) != len(record.ay_g))
     lines = table.measure.str.startswith("line")
-    return table[~(lines & (table.simulation.isna() | table.sensor.isna()))].reset_index(drop=True)
+    return table[~(binned | lines & (table.simulation.isna() | table.sensor.isna()))].reset_index(drop=True)
+
+
+def in_words(table: pd.DataFrame) -> str:
+    """What a table of `compare_with_sensor` comes to: RMS and SD, by how much and how many standard errors."""
+    parts = []
+    rows = table.set_index("measure")
+    for measure, name in (("rms_g", "RMS"), ("sd_g", "SD")):
+        off, errors = rows.difference_pct[measure], rows.standard_errors[measure]
+        by = f"{abs(off):.3g} % {'above' if off > 0 else 'below'} the sensor's"
+        if not np.isfinite(off):
+            continue
+        if not np.isfinite(errors):
+            by += " (no standard error: a record holds fewer than two turns of the loop)"
+        elif abs(errors) < CLEAR:
+            by += f", within {CLEAR:g} standard errors: no difference that these records tell"
+        else:
+            by += f": differs by {abs(errors):.2g} standard errors"
+        parts.append(f"{name} of the simulation {by}")
+    return "; ".join(parts)
+
+
+def loop_speed(ay: np.ndarray, rate: float, expected_hz: float) -> tuple[float, float]:
+    """Turns of the loop a second that a record shows (`own_loop_hz`), and their standard error, Hz.
+
+    The error is that of the mean over turns, from the phase of the line in each of them; 0 for fewer than three.
+    """
+    hz = own_loop_hz(ay, rate, expected_hz)
+    turn = int(rate / hz)
+    wave = ay * np.exp(-2j * np.pi * hz / rate * np.arange(len(ay)))
+    phase = np.unwrap(np.angle(wave[: len(ay) // turn * turn].reshape(-1, turn).mean(axis=1)))
+    steps = np.diff(phase) * hz / (2 * np.pi)
+    return hz, float(np.std(steps, ddof=1) / np.sqrt(steps.size)) if steps.size > 1 else 0.0
 
 
 def other_speed(recording: Recording, record: SensorRecord) -> str | None:
-    """What seems wrong with the speed of a sensor's record of two turns at least: its loop turns at another rate."""
+    """What a sensor's record of two turns at least shows of its speed, if the simulated loop turns at another.
+
+    Another is one that differs by more than two standard errors and by more than 1 %: over 2.5 turns the line of a
+    noisy record is that of the whole record to 0.9 %.
+    """
     hz, rpm = recording.periods.loop_hz, recording.made_rpm
-    own = own_loop_hz(record.ay_g, record.rate_hz, hz) if hz else hz
-    if abs(own - hz) <= SAME_SPEED * hz:
+    own, error = loop_speed(record.ay_g, record.rate_hz, hz) if hz else (hz, 0.0)
+    if abs(own - hz) <= max(SAME_SPEED * hz, CLEAR * error):
         return None
     return (
-        f"{record.path}: the main line is {own:.4g} Hz, the simulated loop turns {hz:.4g} times a second at {rpm:g} "
-        f"rpm; compare with a run at {rpm * own / hz:.4g} rpm"
+        f"{record.path}: its loop turns {own:.4g} times a second{f' (+- {error:.2g})' if error else ''}, the simulated "
+        f"one {hz:.4g} times at {rpm:g} rpm, {abs(hz / own - 1):.1%} {'slower' if hz < own else 'faster'}; compare "
+        f"with a run at {rpm * own / hz:.4g} rpm"
     )

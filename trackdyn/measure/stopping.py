@@ -250,8 +250,8 @@ def refuse_until(scene: Scene, tolerances: Mapping[str, float], longest: float) 
     Raises `InputError`: a measure or tolerance is invalid, or ``longest`` holds too few passages or is beyond ten
     hours.
     """
-    if not tolerances:
-        raise InputError("tolerances is empty; name a measure and a tolerance, such as rms and 0.01")
+    if not isinstance(tolerances, Mapping) or not tolerances:
+        raise InputError(f"tolerances = {tolerances!r}: name measures with a tolerance each, such as {{'rms': 0.01}}")
     for name, value in tolerances.items():
         if name not in RELATIVE + SHARES:
             raise InputError(f"measure = {name!r}: choose {', '.join(RELATIVE + SHARES)}")

@@ -283,6 +283,8 @@ class Recording:
     def fault_of_meta(self) -> str | None:
         """What is wrong with the description of the run; `InputError` for its scene, `KeyError` for what is missing."""
         meta = self.meta
+        if absent := self.scene.describe().keys() - meta["scene"].keys() - {"rig"}:
+            return f"scene lacks {min(absent)}"
         settings = {name: chosen["setting"] for name, chosen in meta["fidelity"].items()}
         if settings != {name: decision.setting for name, decision in self.scene.fidelity.items()}:
             return "fidelity is not that of its scene"

@@ -100,7 +100,7 @@ class Store:
             raise self._refusal(str(error)) from None
 
     def _refusal(self, reason: str) -> InputError:
-        return InputError(f"{self.folder}: cannot be written ({reason}); free disk space or choose another --store")
+        return InputError(f"{self.folder}: cannot be written ({reason}); free disk space or choose another folder")
 
 
 def _checksum(content: bytes) -> bytes:

@@ -5,6 +5,7 @@ from itertools import product
 import numpy as np
 import pandas as pd
 import pytest
+import yaml
 
 from laboratory.inference.answer.problem import MISSING, AnswerProblem, neighbours, residual, rows_of_answer
 from laboratory.inference.answer.revolution import summary
@@ -12,8 +13,10 @@ from laboratory.inference.answer.settings import Held, Searches, load_answer, qu
 from laboratory.inference.answer.study import answer, profiles, start
 from laboratory.inference.unknowns import Unknowns
 from replication.paper.claims import ONE_SIDED, REPRODUCED, _values, load_claims
+from trackdyn.errors import InputError
 from trackdyn.measure.sensor import whole_samples
 from trackdyn.parameters.rig import Rig, load_rig
+from trackdyn.parameters.yaml_file import read_yaml
 from trackdyn.scene.scene import Periods, Scene
 from trackdyn.simulation.simulate import simulate
 from trackdyn.sweeps.row import run_values
@@ -147,3 +150,13 @@ def test_searches_start_at_their_own_rig_and_the_best_one_is_judged(tmp_path):
     assert (ends["first_cost"] == ends["cost"]).all() and ends["cost"].is_monotonic_increasing
     assert (verdicts["verdict"] == REPRODUCED).sum() == ends["shown"].iloc[0]
     assert set(costs["rig"]) == set(ends["rig"])
+
+
+@pytest.mark.parametrize("section", ["short", "profiles"])
+def test_a_question_that_is_none_of_the_file_is_refused(tmp_path, section):
+    data = read_yaml("config/answer.yaml")
+    data[section]["question"] = "forecast"
+    path = tmp_path / "answer.yaml"
+    path.write_text(yaml.safe_dump(data), encoding="utf-8")
+    with pytest.raises(InputError, match=rf"{section}\.question .*forecast.*predicted"):
+        load_answer(path)
