@@ -2,10 +2,13 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 from base64 import b64decode
 from pathlib import Path
+
+import pandas as pd
 
 from trackdyn import __version__
 from trackdyn.commands.cli import app
@@ -23,7 +26,7 @@ extensions = [
     "sphinx-mathjax-offline",
 ]
 root_doc = "index"
-exclude_patterns = ["README.md", "_site", "measured/*", "_generated/thumbnails.md"]
+exclude_patterns = ["_site", "measured/*", "_generated/thumbnails.md", "_generated/results.md"]
 myst_enable_extensions = ["dollarmath", "amsmath"]
 myst_heading_anchors = 3
 # files of the repository that pages link to are no pages of the site
@@ -31,6 +34,8 @@ suppress_warnings = ["myst.xref_missing"]
 html_theme = "pydata_sphinx_theme"
 html_title = "trackdyn"
 html_theme_options = {"show_nav_level": 2, "secondary_sidebar_items": ["page-toc"], "use_edit_page_button": False}
+html_static_path = ["site/site.css"]
+html_css_files = ["site.css"]
 html_copy_source = False
 napoleon_google_docstring = False
 autodoc_typehints = "none"
@@ -77,10 +82,37 @@ def gallery_page(path: Path, place: Path) -> str:
 
 
 def thumbnails(place: Path) -> str:
-    """The last picture of every page of the gallery, linked to it."""
-    pictures = {path.stem.rpartition("_")[0]: path.name for path in sorted(place.glob("*.png"))}
-    one = "```{{image}} _generated/gallery/{1}\n:target: _generated/gallery/{0}.html\n:alt: {0}\n:width: 15rem\n```"
-    return "\n".join(one.format(page, name) for page, name in pictures.items())
+    """The last picture of every page of the gallery with its name, linked to it, in the order of its table."""
+    table = (ROOT / "docs" / "gallery.md").read_text(encoding="utf-8")
+    listed = re.findall(r"^\| ([^|]+) \| \[`(\w+)\.ipynb`\]", table, re.MULTILINE)
+    lines = ['<div class="thumbnails">']
+    for words, page in listed:
+        picture = max(place.glob(f"{page}_*.png"), key=lambda path: int(path.stem.rpartition("_")[2]))
+        address = f"_generated/gallery/{page}.html"
+        shown = f'<img src="_images/{picture.name}" alt="">'
+        lines.append(f'<a href="{address}">{shown}<br>{words}</a>')
+    return "\n".join([*lines, "</div>"])
+
+
+RIGS = {"shipped": "default rig", "at_once": "fitted at all speeds", "possible": "values of real parts"}
+MARKS = {"reproduced": "✓", "in trend": "≈", "not reproduced": "✗"}
+
+
+def results() -> str:
+    """What the paper says and what the rigs show, a row a part of a claim that can be judged."""
+    card = pd.read_csv(ROOT / "docs" / "measured" / "claims.csv", keep_default_na=False)
+    judged = card[card["verdict"].isin(MARKS)]
+    rigs = list(dict.fromkeys(judged["rig"]))
+    rows = []
+    for (name, part), group in judged.groupby(["id", "part"], sort=False):
+        first, of = group.iloc[0], group.set_index("rig")
+        unit = "" if first["unit"] == "1" else f" {first['unit']}"
+        shown = [f"{MARKS[of['verdict'][rig]]} {of['measured'][rig]}" if rig in of.index else "–" for rig in rigs]
+        rows.append([f"{name}{part}", first["place"], first["claim"], f"{first['printed']}{unit}", *shown])
+    heads = ["claim", "place", "what the paper says", "paper", *(RIGS.get(rig, rig) for rig in rigs)]
+    lines = [f"| {' | '.join(row)} |" for row in [heads, ["---"] * len(heads), *rows]]
+    words = ", ".join(f"{mark} {verdict}" for verdict, mark in MARKS.items())
+    return "\n".join([f"{words}; numbers of several speeds stand in their order.", "", *lines, ""])
 
 
 def write_pages(_) -> None:
@@ -91,7 +123,7 @@ def write_pages(_) -> None:
         page = gallery_page(path, place / "gallery")
         (place / "gallery" / f"{path.stem}.md").write_text(page, encoding="utf-8")
     (place / "thumbnails.md").write_text(thumbnails(place / "gallery"), encoding="utf-8")
-    for make in (commands, columns):
+    for make in (commands, columns, results):
         (place / f"{make.__name__}.md").write_text(make(), encoding="utf-8")
 
 

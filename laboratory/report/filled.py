@@ -24,32 +24,30 @@ def departures(rows: pd.DataFrame) -> str:
     return cells.unstack(sort=False).reset_index().to_markdown(index=False, disable_numparse=True)
 
 
-def calibration(rows: pd.DataFrame) -> str:
-    """Coverage of the 50 and 90 % intervals with their own 95 % intervals, and how even ranks are."""
-    shown = rows[["discrepancy", "parameter", "truths", "identified"]].copy()
+def identify_text(calibration: pd.DataFrame, synthetic: pd.DataFrame) -> str:
+    """Coverage of the 50 and 90 % intervals of the unknowns; then what records came to that no rig explains."""
+    of_unknowns = calibration[~calibration["parameter"].str.startswith("discrepancy.")]
+    shown = of_unknowns[["discrepancy", "parameter", "truths", "identified"]].copy()
     for level in ("50", "90"):
-        spans = zip(*(rows[f"{name}_{level}"] for name in ("covered", "low", "high")), strict=True)
-        cells = [f"{100 * at:.1f} % ({100 * low:.0f} to {100 * high:.0f})" for at, low, high in spans]
-        shown[f"in {level} % intervals"] = cells
-    known = 100 * rows["covered_90_identified"]
-    shown["of those identified"] = ["–" if pd.isna(one) else f"{one:.1f} %" for one in known]
-    shown["p_uniform"] = ["–" if pd.isna(one) else f"{one:.2g}" for one in rows["p_uniform"]]
-    shown["bins outside"] = ["–" if pd.isna(one) else f"{one:.0f}" for one in rows["bins_outside"]]
-    return shown.to_markdown(index=False, disable_numparse=True)
-
-
-def identified(rows: pd.DataFrame) -> str:
-    """What an identification came to, in short."""
-    cells = rows.map(lambda value: value if isinstance(value, str) else "–" if pd.isna(value) else f"{value:.3g}")
-    return cells.to_markdown(index=False, disable_numparse=True)
+        spans = zip(*(of_unknowns[f"{name}_{level}"] for name in ("covered", "low", "high")), strict=True)
+        cells = [f"{100 * at:.0f} ({100 * low:.0f} to {100 * high:.0f})" for at, low, high in spans]
+        shown[f"in {level} % intervals, %"] = cells
+    found = synthetic.set_index(["of", "name"])["verdict"]
+    verdicts = "; ".join(f"`{name}` {verdict}" for name, verdict in found["unknown"].items())
+    wider = [name for name, verdict in found["discrepancy"].items() if verdict == "wider"]
+    apart = "; ".join(f"{name} {verdict}" for name, verdict in found["held out"].items())
+    return (
+        f"{shown.to_markdown(index=False, disable_numparse=True)}\n\nSynthetic records: {verdicts}. Discrepancies "
+        f"above their prior: {', '.join(wider) or 'none'}. Each record predicted from the other: {apart}."
+    )
 
 
 ANSWER = ("ends", "verdicts", "robustness", "profiles")
 PAGES = (
-    ("docs/deviations.md", ("deviations.csv",), departures), ("docs/identify.md", ("calibration.csv",), calibration),
-    ("docs/identify-synthetic.md", ("identify_synthetic.csv",), identified),
+    ("docs/deviations.md", ("deviations.csv",), departures),
+    ("docs/identify.md", ("calibration.csv", "identify_synthetic.csv"), identify_text),
     ("docs/answer.md", tuple(f"answer_{name}.csv" for name in ANSWER), answer_text),
-    ("docs/wear.md", ("wear_lives.csv",), wear_text),
+    ("docs/wear.md", ("wear_lives.csv",), lambda lives: wear_text(lives[lives["rig"] == "possible"])),
 )  # fmt: skip
 
 if __name__ == "__main__":

@@ -2,7 +2,7 @@
 
 A scene states its choices, or leaves those that its physics can decide to ``auto``. `decide` settles
 them and says why; `refuse_nonsense` names the combinations that make no sense and what to use
-instead. The presets are bundles of choices with a step, measured in ``docs/choosing-a-fidelity.md``.
+instead. The presets are bundles of choices with a step, measured in ``docs/speed-and-accuracy.md``.
 """
 
 from collections.abc import Callable

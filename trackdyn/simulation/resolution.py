@@ -16,7 +16,7 @@ from trackdyn.model.record import END, PEAK, PEAK_TIME, PITCH, SIDE, Record
 
 # Most that RMS and mean peak may differ with a finer step; half of it counts as resolved.
 RMS, PEAKS = 0.02, 0.05
-# What alternates, as a share of the mean square that the sensor reads. Set on a pilot (docs/resolution.md) in
+# What alternates, as a share of the mean square that the sensor reads. Set on a pilot (docs/speed-and-accuracy.md) in
 # which no run below it was 2 % off in RMS.
 NOTICED = 0.01
 # The same in what single steps read (``Recording.raw``), whose mean square it adds to: ``RMS`` of theirs.

@@ -7,7 +7,7 @@ def needs(script, folder="workflow/replication"):
     return files + ([CELLS] if "trackdyn/parameters/rig_file.py" in files else [])
 
 
-# The article's cells that a reader filled in (docs/article-in-hand.md). Those that a rig is made from are named by their
+# The article's cells that a reader filled in (docs/running.md). Those that a rig is made from are named by their
 # hash: other cells, another file, and whatever reads a rig runs. Tables 2 to 4 concern the scorecard and the page.
 ARTICLE = [str(path) for path in [cells_path(CONFIG.rig)] if path]
 RIG_CELLS = [cell._asdict() for path in ARTICLE for cell in rig_cells(path)]

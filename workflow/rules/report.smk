@@ -179,8 +179,8 @@ rule crate:
 rule pictures:
     """Pictures and measured parts of the pages from the present results. Asked for by name: they stand in version control."""
     input:
-        tables=[f"{R}/{name}.csv" for name in ("claims", "fidelity", "tables/parameters")],
-        trade=[f"{R}/short/trade.csv", f"{R}/short/tables/limits.csv"],
+        tables=[f"{R}/{name}.csv" for name in ("claims", "tables/parameters")],
+        trade=f"{R}/short/trade.csv",
         manifest=f"{R}/manifest.json",
         pictures=[f"{R}/figures/animation.gif", f"{R}/figures/fig24.png", f"{R}/short/figures/trade.png"],
     log: f"{R}/logs/pictures.log"

@@ -1,7 +1,7 @@
 """Two runs side by side: which figure or table differs, and by how much.
 
 On one kind of machine equal runs are equal byte for byte. Between kinds of processor the last digits differ
-(docs/certify.md has what was measured), so that the numbers of tables are compared.
+(docs/running.md has what was measured), so that the numbers of tables are compared.
 """
 
 import csv

@@ -7,46 +7,36 @@ from pathlib import Path
 import pandas as pd
 
 from replication.paper.scorecard import claim_counts, open_claims
-from replication.report.fidelity import ladder_table
-from replication.report.figures.trade import trade_sentence
+from replication.report.figures.trade import METHODS, answers, trade_sentence
 from replication.study.extremes.resolved import short_runs_verdict
 from trackdyn.errors import InputError
 from trackdyn.files import replacing, write_text
+from trackdyn.plots.cells import significant
 
 IN_WORDS = 3  # open claims of each outcome that the README names
 BEGIN, END = "<!-- measured -->", "<!-- end -->"
 
 
-def ladder_text(rows: pd.DataFrame) -> str:
-    """Markdown tables, one a scene, of the ladder's long table."""
-    wide = ladder_table(rows)
-    parts = []
-    for scene, group in wide.groupby("scene", sort=False):
-        standard = group.loc[group["setting"] == "preset=standard", "wall_s_per_s"].iloc[0]
-        table = group.drop(columns=["scene", "wall_s_per_s", "loop_gap_m"])
-        table = table.map(lambda v: v if isinstance(v, str) else (f"{v:+.2f}" if pd.notna(v) else "–"))
-        table["closure error (m)"] = [f"{v:.1e}" if pd.notna(v) else "–" for v in group["loop_gap_m"]]
-        ratio = group["wall_s_per_s"] / standard
-        table["cost"] = [f"{v:.2g}" if pd.notna(v) else "–" for v in ratio]
-        parts.append(f"**{scene}**\n\n{table.to_markdown(index=False, disable_numparse=True)}\n")
-    return "\n".join(parts)
+# measure of the study `trade`, heading of its column
+ERRORS = (("rms", "RMS, %"), ("left_peak", "left peak, %"), ("left_share", "left contact, points"))
+PHYSICS = {"three_surfaces": "three surfaces", "single_pin": "one body a pitch"}
 
 
-def limits(rows: pd.DataFrame) -> str:
-    """Presets beside the limits of `presets_beside_limits`, each difference with its standard error."""
-    presets = [name.removesuffix("_pct") for name in rows if name.endswith("_pct") and not name.endswith("_error_pct")]
-
-    def cell(row: pd.Series, name: str) -> str:
-        off, error = row[f"{name}_pct"], row[f"{name}_error_pct"]
-        return "–" if pd.isna(off) else f"{off:+.3f} ± {error:.3f}"
-
-    shown = rows[["scene", "measure"]].copy()
-    pairs = zip(rows["limit"], rows["limit_error"], strict=True)
-    shown["limit"] = [f"{value:.6g} ± {error:.1g}" for value, error in pairs]
-    for name in presets:
-        shown[name] = [cell(row, name) for _, row in rows.iterrows()]
-    shown["standard within 2 %"] = rows["standard_within_bound"].fillna("–")
-    return shown.to_markdown(index=False, disable_numparse=True)
+def settings_text(rows: pd.DataFrame, short_runs: pd.DataFrame) -> str:
+    """CPU time of an answer with every setting of `trade`, mean over scenes, its largest errors; then short runs."""
+    rows = answers(rows)
+    rows["where"] = rows["scene"].str.startswith("ring").map({True: "", False: " no ring"})
+    lines = []
+    for (physics, method, step), group in rows.groupby(["fidelity", "integrator", "step_s"], sort=False, dropna=False):
+        named = PHYSICS.get(physics, physics) if physics != "ten_arcs" else METHODS[method]
+        setting = named if pd.isna(step) else f"{named}, {1e3 * step:g} ms"
+        worst = 100 * group.groupby(["measure", "where"])["error"].max()
+        cells = {f"{words}{where}": worst.get((name, where)) for name, words in ERRORS for where in ("", " no ring")}
+        shown = {name: "–" if pd.isna(value) else significant(value, 2) for name, value in cells.items()}
+        lines.append({"setting": setting, "CPU s": group["cpu_s"].mean()} | shown)
+    table = pd.DataFrame(lines).sort_values("CPU s", kind="stable")
+    table["CPU s"] = table["CPU s"].map("{:.2g}".format)
+    return f"{table.to_markdown(index=False, disable_numparse=True)}\n\n{short_runs_verdict(short_runs)}"
 
 
 def claims_text(card: pd.DataFrame) -> str:
@@ -80,15 +70,6 @@ def layouts_text(rows: pd.DataFrame) -> str:
     return table.to_markdown(index=False, disable_numparse=True)
 
 
-def short_runs_text(rows: pd.DataFrame) -> str:
-    """Short runs by kind of scene (`study.extremes.resolved.by_kind`), and what they come to."""
-    shown = rows.rename(columns=lambda name: name.replace("_pct", ", %").replace("_", " ")).astype({"beyond": object})
-    for name in ("rms off, %", "peak off, %"):
-        shown[name] = ["–" if pd.isna(value) else f"{value:.2g}" for value in shown[name]]
-    shown["beyond"] = shown["beyond"].fillna("–")
-    return f"{shown.to_markdown(index=False, disable_numparse=True)}\n\n{short_runs_verdict(rows)}"
-
-
 def fill(page: Path, sources: Sequence[Path], write: Callable[..., str]) -> None:
     """Replace the measured part of a page by what ``write`` makes of one or more tables."""
     for source in sources:
@@ -112,9 +93,7 @@ def write_pages(files: Iterable[str], pages: Iterable[tuple[str, tuple[str, ...]
 
 
 PAGES = (
-    ("docs/choosing-a-fidelity.md", ("fidelity.csv",), ladder_text),
-    ("docs/what-an-answer-costs.md", ("limits.csv",), limits),
-    ("docs/resolution.md", ("extremes_short_runs.csv",), short_runs_text),
+    ("docs/speed-and-accuracy.md", ("trade.csv", "extremes_short_runs.csv"), settings_text),
     ("docs/your-own-rig.md", ("layouts.csv",), layouts_text),
     ("README.md", ("claims.csv", "parameters.csv", "trade.csv"), readme_text),
 )
