@@ -26,7 +26,7 @@ extensions = [
     "sphinx-mathjax-offline",
 ]
 root_doc = "index"
-exclude_patterns = ["_site", "measured/*", "_generated/thumbnails.md", "_generated/results.md"]
+exclude_patterns = ["_site", "measured/*", "_generated/parts/*"]
 myst_enable_extensions = ["dollarmath", "amsmath"]
 myst_heading_anchors = 3
 # files of the repository that pages link to are no pages of the site
@@ -115,16 +115,27 @@ def results() -> str:
     return "\n".join([f"{words}; numbers of several speeds stand in their order.", "", *lines, ""])
 
 
+def equations() -> str:
+    """The table of the equations, names of functions and tests as code."""
+    table = pd.read_csv(ROOT / "docs" / "equations.csv", keep_default_na=False)
+    for name in ("functions", "tests"):
+        table[name] = [" ".join(f"`{one}`" for one in cell.split()) for cell in table[name]]
+    table["what"], table["status"] = (table[name].str.replace("|", "\\|") for name in ("what", "status"))
+    rows = [table.columns, ["---"] * len(table.columns), *table.to_numpy()]
+    return "\n".join(f"| {' | '.join(row)} |" for row in rows)
+
+
 def write_pages(_) -> None:
     """Pages that the program writes about itself, and the notebooks of the gallery."""
     place = ROOT / "docs" / "_generated"
-    (place / "gallery").mkdir(parents=True, exist_ok=True)
+    for folder in ("gallery", "parts"):
+        (place / folder).mkdir(parents=True, exist_ok=True)
     for path in sorted((ROOT / "docs" / "gallery").glob("*.ipynb")):
         page = gallery_page(path, place / "gallery")
         (place / "gallery" / f"{path.stem}.md").write_text(page, encoding="utf-8")
-    (place / "thumbnails.md").write_text(thumbnails(place / "gallery"), encoding="utf-8")
-    for make in (commands, columns, results):
-        (place / f"{make.__name__}.md").write_text(make(), encoding="utf-8")
+    (place / "parts" / "thumbnails.md").write_text(thumbnails(place / "gallery"), encoding="utf-8")
+    for make, folder in ((commands, place), (columns, place), (results, place / "parts"), (equations, place / "parts")):
+        (folder / f"{make.__name__}.md").write_text(make(), encoding="utf-8")
 
 
 def setup(app) -> None:

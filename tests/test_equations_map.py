@@ -1,4 +1,4 @@
-"""docs/equations.md is complete: every equation has a row, every function and every test in it exists."""
+"""docs/equations.csv is complete: every equation has a row, every function and every test in it exists."""
 
 import ast
 import importlib
@@ -7,6 +7,7 @@ from functools import reduce
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from trackdyn.contact.laws import elastic_force
@@ -16,49 +17,20 @@ from trackdyn.measure.sensor import specific_force
 from trackdyn.model.constants import SPROCKET
 
 ROOT = Path(__file__).parents[1]
-PAGE = ROOT / "docs" / "equations.md"
-STATUS = ("printed", "reconstructed", "corrected", "replaced", "not used")
-NOTHING = "–"
-
-
-def rows_of(text):
-    """Cells of the table whose first column is a number or a range of numbers."""
-    rows = []
-    for line in text.splitlines():
-        cells = [cell.strip() for cell in line.strip().strip("|").split("|")]
-        if line.startswith("|") and (found := re.fullmatch(r"(\d+)(?:-(\d+))?", cells[0])):
-            first, last = int(found[1]), int(found[2] or found[1])
-            rows.append((range(first, last + 1), *cells[1:]))
-    return rows
-
-
-def rows_beyond(text):
-    """Cells of the table of what is not a numbered equation: what, function, test, note."""
-    section = text.partition("\n## Beyond the numbered equations\n")[2]
-    lines = [line for line in section.splitlines() if line.startswith("|")]
-    return [[cell.strip() for cell in re.split(r"(?<!\\)\|", line.strip("|"))] for line in lines[2:]]
-
-
-ROWS = rows_of(PAGE.read_text(encoding="utf-8"))
-BEYOND = rows_beyond(PAGE.read_text(encoding="utf-8"))
-FUNCTION, TEST = r"`((?:trackdyn|replication)[\w.]*:[\w.]+)`", r"`(tests/[\w/]+\.py::\w+)`"
-FUNCTIONS = sorted({name for row in [*ROWS, *BEYOND] for cell in row[1:] for name in re.findall(FUNCTION, cell)})
-TESTS = sorted({name for row in [*ROWS, *BEYOND] for cell in row[1:] for name in re.findall(TEST, cell)})
+TABLE = pd.read_csv(ROOT / "docs" / "equations.csv", keep_default_na=False)
+STATUS = ("printed", "reconstructed", "corrected", "replaced")
+FUNCTIONS, TESTS = (sorted(set(" ".join(TABLE[column]).split())) for column in ("functions", "tests"))
 
 
 def test_every_equation_of_the_paper_has_exactly_one_row():
-    numbers = [number for row in ROWS for number in row[0]]
-    assert numbers == list(range(1, 41))
+    spans = [tuple(map(int, cell.split("-"))) for cell in TABLE["equation"] if cell]
+    assert [number for span in spans for number in range(span[0], span[-1] + 1)] == list(range(1, 41))
 
 
 def test_every_row_names_functions_and_tests_that_exist():
-    for _, what, function, test, status in ROWS:
-        assert what and status.startswith(STATUS) and (status.startswith("printed") or re.search(r"[:;,] \S", status))
-        if status.startswith("not used"):
-            assert function == test == NOTHING
-        else:
-            assert re.search(FUNCTION, function) and re.search(TEST, test), what
-    assert all(len(row) == 4 and re.search(FUNCTION, row[1]) and re.search(TEST, row[2]) for row in BEYOND)
+    assert (TABLE[["what", "functions", "tests", "status"]] != "").all(axis=None)
+    for status in TABLE.loc[TABLE["equation"] != "", "status"]:
+        assert status.startswith(STATUS) and (status.startswith("printed") or re.search(r"[:;,] \S", status)), status
     for name in FUNCTIONS:
         module, _, path = name.partition(":")
         assert callable(reduce(getattr, path.split("."), importlib.import_module(module))), name
