@@ -17,9 +17,11 @@ endif
 
 replicate: $(READY)
 	$(BIN)/python workflow/run.py -j$(JOBS)
+	@echo "open results/report.html in a browser; the article is results/article.pdf"
 
 quick: $(READY)
 	$(BIN)/python workflow/run.py -j$(JOBS) --configfile config/quick.yaml
+	@echo "open results/quick/report.html in a browser"
 
 test: $(READY)
 	$(BIN)/python -m pytest -n $(JOBS) --dist loadfile $(PYTEST)

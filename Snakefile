@@ -3,6 +3,7 @@
 The laboratory stands on top of it: `snakemake -s laboratory/Snakefile -j2 wear`.
 """
 
+import re
 import signal
 import sys
 import time
@@ -19,7 +20,7 @@ sys.path[:0] = [str(ROOT), str(ROOT / "workflow")]
 from replication.paper import contents
 from replication.pipeline.config import check_layers, read_layer, ring_name
 from replication.studies import STUDIES
-from replication.study.settings import allowed_step, measured_scenes, parts_of, promised_scenes
+from replication.study.settings import measured_scenes, parts_of, promised_scenes, step_field
 from replication.study.variants import SETTINGS
 from trackdyn.errors import TrackdynError
 from trackdyn.parameters.paper_tables import rig_cells
@@ -57,7 +58,8 @@ SPEEDS = [f"{rpm:g}rpm" for rpm in CONFIG.records.speeds_rpm]
 
 wildcard_constraints:
     run=r"\d[\w.]*rpm|(meshing|coarse)/[\w.]+",
-    other="[a-z][a-z0-9_]*",
+    radius=r"none|[\d.]+",
+    place="(rigs/[a-z][a-z0-9_]*/)?",
     short="(short/)?",
 
 

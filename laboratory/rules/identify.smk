@@ -1,7 +1,7 @@
 # How sure `trackdyn identify` is of what it says: both are asked for by name.
 
 # whose values the parts can have: the ranges begin there
-POSSIBLE = CONFIG.other_rigs["possible"].rig
+POSSIBLE = CONFIG.other_rigs["possible"].rig if "possible" in CONFIG.other_rigs else CONFIG.rig
 
 rule calibration:
     """Truths drawn from the prior, and how often the intervals hold them. What was simulated is kept in between."""

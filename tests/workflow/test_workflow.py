@@ -31,7 +31,7 @@ SCRIPTS = sorted(
 )
 # rules that simulate: what is measured or written of their runs is no matter of theirs
 SIMULATING = re.compile(
-    r"simulate|simulate_other|ring_(?!figures).*|peer_runs|peer_answers_runs|stability_runs|trade_scene|trade_promises"
+    r"simulate|ring_runs|peer_runs|peer_answers_runs|stability_runs|trade_scene|trade_promises"
     r"|extremes_part|animation_runs|warm_up.*|fidelity_setting"
 )
 
@@ -68,12 +68,26 @@ def quick_config(tmp_path, change=lambda data: None):
 
 def test_a_quick_run_with_its_studies_is_planned_from_nothing(tmp_path):
     planned = planned_jobs(tmp_path, "studies", "--configfile", quick_config(tmp_path))
-    # 4 records and again with the coarse tooth, 2 of meshing; 4 rings of one rig and 3 of each other, three a job
-    assert (planned["simulate"], planned["warm_up"]) == (2 * 4 + 2, 1)
-    assert sum(count for name, count in planned.items() if re.match(r"ring_(?!figures)", name)) == 4
+    # 4 records, 2 of meshing, and the first with the coarse tooth; 3 rings a rig, and none on the first
+    rigs = 1 + len(yaml.safe_load((ROOT / "config/config.yaml").read_text(encoding="utf-8"))["other_rigs"])
+    assert (planned["simulate"], planned["warm_up"]) == (rigs * (4 + 2) + 4, 1)
+    assert (planned["ring_runs"], planned["metrics"], planned["measure"]) == (rigs * 3 + 1, rigs, 2 * rigs)
     assert {f"{name}_form" if study.forms else name for name, study in STUDIES.items()} <= planned.keys()
     assert {"metrics", "claims", "page", "manifest"} <= planned.keys()
     assert not (tmp_path / "results").exists()
+
+
+def test_a_figure_of_the_ring_study_takes_the_ring_study_alone_and_a_rig_alone_will_do(tmp_path):
+    def own(data):
+        data.clear()
+        data |= {"rig": "bench", "results": str(tmp_path / "results")}
+
+    config = ("--configfile", quick_config(tmp_path, own))
+    planned = planned_jobs(tmp_path, str(tmp_path / "results/figures/fig24.png"), *config)
+    assert planned.keys() == {"cells", "warm_up", "ring_runs", "measure", "ring_figures", "total"}
+    assert planned["ring_runs"] == 12
+    planned = planned_jobs(tmp_path, *config)
+    assert {"page", "manifest", "claims"} <= planned.keys() and not {"sensor_records", "article"} & planned.keys()
 
 
 def test_the_short_forms_of_the_laboratory_are_planned(tmp_path):
@@ -162,8 +176,9 @@ class Pretended:
         assert code == 0, said
 
     def due(self):
-        """Rules that would run again."""
-        return planned_jobs(self.folder, *self.targets, root=self.root).keys() - {"all", "studies", "total"}
+        """Rules that would run again, with how many jobs."""
+        planned = planned_jobs(self.folder, *self.targets, root=self.root)
+        return {rule: count for rule, count in planned.items() if rule not in ("all", "studies", "total")}
 
     @contextmanager
     def edited(self, edits):
@@ -197,7 +212,7 @@ METRIC = {
     ),
 }
 EDITS = {
-    "a metric": (METRIC, {"metrics", "metrics_other", "claims", "page"}),
+    "a metric": (METRIC, {"measure", "metrics", "claims", "page"}),
     "a caption": ({"workflow/replication/paper/contents.yaml": in_place_of("title: ", "title: Here, ")}, {"page"}),
     "a claim": ({"config/claims.yaml": in_place_of("tolerance: ", "tolerance: 1")}, {"claims", "page"}),
 }
@@ -206,10 +221,10 @@ EDITS = {
 @pytest.mark.parametrize("name", EDITS)
 def test_what_is_measured_or_said_of_runs_reruns_none(pretended, name):
     edits, due = EDITS[name]
-    assert pretended.due() == set()
+    assert pretended.due() == {}
     with pretended.edited(edits):
         found = pretended.due()
-    assert due <= found and not [rule for rule in found if SIMULATING.fullmatch(rule)], found
+    assert due <= found.keys() and not [rule for rule in found if SIMULATING.fullmatch(rule)], found
 
 
 @pytest.mark.parametrize(
@@ -221,13 +236,14 @@ def test_a_cell_of_the_article_makes_due_what_it_concerns(pretended, cell, rerun
     """The invented cell of a rig reruns what reads a rig; one of Table 3 the scorecard and the page."""
     with pretended.edited({"config/paper/tables.yaml": in_place_of(cell, cell.replace("null", "11.0"))}):
         due = pretended.due()
-    assert {"claims", "page", "manifest"} <= due
+    assert {"claims", "page", "manifest"} <= due.keys()
     reading = {"cells", "warm_up", "simulate", "parameters", "schematics", "peer_runs"}
-    assert reading <= due if rerun else not reading & due, due
+    assert reading <= due.keys() if rerun else not reading & due.keys(), due
 
 
 def test_one_more_radius_costs_its_own_runs(pretended):
     with pretended.edited({"config/config.yaml": in_place_of("0.312, 0.313]", "0.312, 0.313, 0.3135]")}):
         due = pretended.due()
-    assert {"metrics", "ring_figures", "claims"} <= due
-    assert not {"simulate", "meshing_figures", "closure", "sensor_figures", "warm_up"} & due
+    assert {"measure", "metrics", "ring_figures", "claims"} <= due.keys()
+    assert not {"simulate", "meshing_figures", "closure", "sensor_figures", "warm_up"} & due.keys()
+    assert due["ring_runs"] == due["measure"] == due["metrics"]  # one radius a rig

@@ -28,30 +28,34 @@ def first_crest(ay, rate: float, hz: float) -> int:
 
 
 @styled
-def history_figure(recording: Recording, record: SensorRecord, title="", sensor_label="synthetic sensor") -> Figure:
+def history_figure(
+    recording: Recording, record: SensorRecord | None, title="", sensor_label="synthetic sensor"
+) -> Figure:
     """The y acceleration of simulation (above) and sensor (below) of one motor speed over about two revolutions.
 
     Both curves begin where the fundamental of their own first has its crest, and both run for two revolutions of the
     simulated loop. The loops turn at slightly different rates, so they agree in phase at the start and part slowly. The
     view holds all of the simulation and nearly all samples of the sensor; triangles stand where its curve is cut off,
-    and its extremes are written. ``sensor_label`` says what the record is, and must say so if it is synthetic.
+    and its extremes are written. ``sensor_label`` says what the record is, and must say so if it is synthetic; without
+    a record the panel of the simulation has it in place of the other one.
     """
     figure = new_figure(4.0)
     figure.set_layout_engine("none")  # margins that do not depend on the numbers at the ticks: panels are alike
     margins = {"left": 0.11, "right": 0.97, "bottom": 0.11, "top": 0.93, "hspace": 0.22}
-    axes = figure.subplots(2, 1, sharex=True, sharey=True, gridspec_kw=margins)
+    axes = figure.subplots(2 if record else 1, 1, sharex=True, sharey=True, squeeze=False, gridspec_kw=margins)[:, 0]
     draw_histories(axes, recording, record, sensor_label)
     axes[0].set_title(title)
     return figure
 
 
-def draw_histories(axes: Sequence[Axes], recording: Recording, record: SensorRecord, sensor_label: str) -> None:
-    """The two panels of `history_figure`; axes of a figure share theirs."""
+def draw_histories(axes: Sequence[Axes], recording: Recording, record: SensorRecord | None, sensor_label: str) -> None:
+    """The panels of `history_figure`; axes of a figure share theirs."""
     loop_hz = recording.periods.loop_hz
-    curves = (
-        (sense(recording).ay, recording.rate, loop_hz, "simulation", SIMULATION),
-        (record.ay_g, record.rate_hz, own_loop_hz(record.ay_g, record.rate_hz, loop_hz), sensor_label, SENSOR),
-    )
+    name = "simulation" if record else f"simulation; {sensor_label}"
+    curves = [(sense(recording).ay, recording.rate, loop_hz, name, SIMULATION)]
+    if record:
+        own_hz = own_loop_hz(record.ay_g, record.rate_hz, loop_hz)
+        curves.append((record.ay_g, record.rate_hz, own_hz, sensor_label, SENSOR))
     span = REVOLUTIONS / loop_hz
     shown = []
     for ax, (ay, rate, hz, label, look) in zip(axes, curves, strict=True):
@@ -61,12 +65,13 @@ def draw_histories(axes: Sequence[Axes], recording: Recording, record: SensorRec
         ax.set_ylabel("y acceleration (g)")
         ax.set_title(label, loc="right")
     tail = (1 - CENTRAL) / 2
-    low = min(shown[0].min(), np.quantile(shown[1], tail))
-    high = max(shown[0].max(), np.quantile(shown[1], 1 - tail))
+    low = min(shown[0].min(), np.quantile(shown[-1], tail))
+    high = max(shown[0].max(), np.quantile(shown[-1], 1 - tail))
     axes[0].set_xlim(0, span)
     axes[0].set_ylim(low - 0.08 * (high - low), high + 0.08 * (high - low))
-    _mark_cut(axes[1], np.arange(len(shown[1])) / record.rate_hz, shown[1])
-    axes[1].set_xlabel("time since a crest of each curve's own fundamental (s)")
+    if record:
+        _mark_cut(axes[1], np.arange(len(shown[1])) / record.rate_hz, shown[1])
+    axes[-1].set_xlabel("time since a crest of each curve's own fundamental (s)")
 
 
 def _mark_cut(ax: Axes, time: np.ndarray, ay: np.ndarray) -> None:

@@ -57,7 +57,7 @@ class _Curve:
 
 @styled
 def spectrum_figure(
-    recording: Recording, record: SensorRecord, title="", sensor_label="synthetic sensor", others=()
+    recording: Recording, record: SensorRecord | None, title="", sensor_label="synthetic sensor", others=()
 ) -> Figure:
     """Single-sided amplitude spectra of the whole records.
 
@@ -68,7 +68,8 @@ def spectrum_figure(
     either record, such as a printed one: label, frequency (Hz), amplitude (g), marker.
     """
     loop_hz = recording.periods.loop_hz
-    simulated, measured = _curves(recording, record, sensor_label)
+    curves = _curves(recording, record, sensor_label)
+    simulated = curves[0]
     figure = new_figure(6.4)
     main, low, complete = figure.subplots(3, 1, height_ratios=(1.3, 1.0, 1.0))
     position, factor = picket_fence(loop_hz, recording.rate, len(simulated.ay))
@@ -76,15 +77,16 @@ def spectrum_figure(
     main.set_title(f"{title}. {fence} {100 * factor:.0f} % of its amplitude")
     main.axvline(loop_hz, color=BLACK, linestyle=(0, (1, 1)), linewidth=0.8)
     bin_hz = recording.rate / len(simulated.ay)
-    frequencies = (loop_hz, simulated.free[0], measured.free[0])
+    frequencies = (loop_hz, *(curve.free[0] for curve in curves))
     near = max(min(frequencies) - BINS * bin_hz, 0.1 * bin_hz), max(frequencies) + BINS * bin_hz
     look = {"linestyle": "none", "color": BLACK, "markerfacecolor": "none", "markersize": 6, "zorder": 5}
-    for curve, other in zip_longest((simulated, measured), others):
-        _draw_main(main, curve, near)
+    for curve, other in zip_longest(curves, others):
+        if curve:
+            _draw_main(main, curve, near)
         if other:
             what, hz, g, mark = other
             main.plot(hz, g, **look, marker=mark, label=f"{what}: {hz:.4g} Hz, {g:.4g} g")
-    _draw_ranges(low, complete, (simulated, measured))
+    _draw_ranges(low, complete, curves)
     main.set(xlim=near, ymargin=0.13, xlabel="frequency (Hz)", ylabel="amplitude (g)")
     main.set_ylim(bottom=0)
     figure.legend(*main.get_legend_handles_labels(), loc="outside lower center", ncols=2)
@@ -116,17 +118,19 @@ def comparison_figure(recording: Recording, record: SensorRecord, sensor_label="
     return figure
 
 
-def _curves(recording: Recording, record: SensorRecord, sensor_label: str) -> tuple[_Curve, _Curve]:
+def _curves(recording: Recording, record: SensorRecord | None, sensor_label: str) -> list[_Curve]:
+    """The simulation, and the sensor where there is a record."""
     loop_hz, dashed = recording.periods.loop_hz, SENSOR | {"linestyle": (0, (4, 1.2))}
-    own_hz = own_loop_hz(record.ay_g, record.rate_hz, loop_hz)
-    return (
-        _Curve("simulation", sense(recording).ay, recording.rate, loop_hz, SIMULATION, "o", 11),
-        _Curve(sensor_label, record.ay_g, record.rate_hz, own_hz, dashed, "s", 7),
-    )
+    name = "simulation" if record else f"simulation; {sensor_label}"
+    curves = [_Curve(name, sense(recording).ay, recording.rate, loop_hz, SIMULATION, "o", 11)]
+    if record:
+        own_hz = own_loop_hz(record.ay_g, record.rate_hz, loop_hz)
+        curves.append(_Curve(sensor_label, record.ay_g, record.rate_hz, own_hz, dashed, "s", 7))
+    return curves
 
 
-def _draw_ranges(low: Axes, complete: Axes, curves: tuple[_Curve, _Curve]) -> None:
-    """Spectra of two curves up to 2 Hz, and in bands over the whole range of the first one."""
+def _draw_ranges(low: Axes, complete: Axes, curves: list[_Curve]) -> None:
+    """Spectra of the curves up to 2 Hz, and in bands over the whole range of the first one."""
     for curve in curves:
         freq, amplitude = curve.spectrum
         inside = (freq > 0) & (freq <= 1.05 * LOW_RANGE_HZ)

@@ -94,8 +94,9 @@ def recording(run, place=""):
 
 
 def plain_scene(scene):
-    """A scene as plain data, without the rig."""
-    return {name: getattr(scene, name) for name in scene.describe() if name != "rig"}
+    """A scene as plain data, without the rig, and without a step that nobody chose: a taut loop needs a smaller one."""
+    left_out = {"rig"} | {"step"} - scene.model_fields_set
+    return {name: getattr(scene, name) for name in scene.describe() if name not in left_out}
 
 
 # Named by the hash of the kernels' sources: other sources, another file, and everything that needs it runs.
@@ -108,5 +109,5 @@ def method_kernels(integrator):
 
 
 SEVERAL_METHODS = [KERNELS, method_kernels("linearly_implicit"), method_kernels("rk4")]
-# the sensor's records of all speeds, as they are compared
-RECORDS = [f"{R}/sensor/{rpm:g}rpm.csv" for rpm in CONFIG.records.speeds_rpm]
+# the sensor's records of all speeds, as they are compared, where there are any
+RECORDS = [f"{R}/sensor/{rpm}.csv" for rpm in SPEEDS] if CONFIG.sensor_csv else []

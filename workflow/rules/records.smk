@@ -3,32 +3,49 @@
 LETTERS = dict(zip("abcdefgh", CONFIG.records.speeds_rpm))
 
 
-def measured(folder=""):
-    """Files of what is measured of the runs of a rig."""
-    names = {"csv": "metrics.csv", "schema": "metrics.schema.json", "events": "events.csv"}
-    names |= {"events_schema": "events.schema.json", "spells": "spells.csv"}
-    return {key: f"{R}/{folder}{name}" for key, name in names.items()}
+# What is measured of a rig's runs: the records with their coarse tooth, the ring study, each as soon as it is there; the
+# meshing process where all are gathered.
+PARTS = {"records": r"[\d.]+rpm|coarse/.*", "ring": "ring/.*", "meshing": "meshing/.*"}
 
 
-rule metrics:
-    """The numbers that tables, figures and claims are made of: a row a run, and the events of the meshing process."""
+def part_of(part):
+    """Runs of a part."""
+    return lambda wildcards: [run for run in RIGS[wildcards.place][1] if re.fullmatch(PARTS[part or wildcards.part], run)]
+
+
+def recordings_of(part=""):
+    return lambda wildcards: [recording(run, wildcards.place) for run in part_of(part)(wildcards)]
+
+
+rule measure:
+    """The numbers of some runs, a row a run."""
     input:
         needs("pipeline/metrics.py"),
-        recordings=recordings(SCENES),
-    output: **measured()
-    params: runs=list(SCENES)
-    log: f"{R}/logs/metrics.log"
+        recordings=recordings_of(),
+    output: csv=f"{R}/{{place}}measured/{{part}}.csv"
+    params: runs=part_of("")
+    wildcard_constraints: part="records|ring"
+    log: f"{R}/logs/{{place}}measure/{{part}}.log"
     message: "Measuring {output.csv}"
     script: "../replication/pipeline/metrics.py"
 
 
-use rule metrics as metrics_other with:
+rule metrics:
+    """All numbers that claims and the page are made of, and the events of the meshing process."""
     input:
         needs("pipeline/metrics.py"),
-        recordings=lambda wildcards: recordings(OTHERS[wildcards.other], f"rigs/{wildcards.other}/"),
-    output: **measured("rigs/{other}/")
-    params: runs=lambda wildcards: list(OTHERS[wildcards.other])
-    log: f"{R}/logs/rigs/{{other}}/metrics.log"
+        parts=[f"{R}/{{place}}measured/{part}.csv" for part in ("records", "ring")],
+        recordings=recordings_of("meshing"),
+    output:
+        csv=f"{R}/{{place}}metrics.csv",
+        schema=f"{R}/{{place}}metrics.schema.json",
+        events=f"{R}/{{place}}events.csv",
+        events_schema=f"{R}/{{place}}events.schema.json",
+        spells=f"{R}/{{place}}spells.csv",
+    params: runs=part_of("meshing")
+    log: f"{R}/logs/{{place}}metrics.log"
+    message: "Measuring {output.csv}"
+    script: "../replication/pipeline/metrics.py"
 
 
 rule parameters:
@@ -49,14 +66,14 @@ rule sensor_records:
     input:
         needs("report/sensor_records.py"),
         rig=CONFIG.rig,
-        sensors=[CONFIG.sensor_path(rpm) for rpm in CONFIG.records.speeds_rpm],
+        sensors=CONFIG.sensor_files,
         mapping=[CONFIG.sensor_mapping] if CONFIG.sensor_mapping else [],
     output:
         records=RECORDS,
         **table("sensor_records"),
     params:
         speeds=CONFIG.records.speeds_rpm,
-        synthetic=CONFIG.sensor_is_synthetic,
+        synthetic=CONFIG.synthetic,
     priority: 100 # what is wrong with a record is said before anything is simulated
     log: f"{R}/logs/sensor_records.log"
     message: "Reading the sensor's records"
@@ -67,7 +84,7 @@ rule statistics:
     """Table 3 and the dominant peaks, beside the sensor's; Table 4, what the coarser tooth contact changes."""
     input:
         needs("report/statistics.py"),
-        metrics=f"{R}/metrics.csv",
+        metrics=f"{R}/measured/records.csv",
         sensors=RECORDS,
     output:
         **table("table3"),
@@ -76,7 +93,7 @@ rule statistics:
     params:
         runs=SPEEDS,
         speeds=CONFIG.records.speeds_rpm,
-        synthetic=CONFIG.sensor_is_synthetic,
+        synthetic=CONFIG.synthetic,
     log: f"{R}/logs/statistics.log"
     message: "Tables 3 and 4"
     script: "../replication/report/statistics.py"
@@ -103,7 +120,7 @@ rule sensor_figures:
     output:
         **figures([f"fig17_{letter}" for letter in LETTERS], key="histories"),
         **figures([f"fig18_{letter}" for letter in LETTERS], key="spectra"),
-    params: synthetic=CONFIG.sensor_is_synthetic
+    params: synthetic=CONFIG.synthetic
     log: f"{R}/logs/fig17_18.log"
     message: "Figures 17 and 18"
     script: "../replication/report/figures/records.py"

@@ -2,14 +2,14 @@
 
 # no ring, the smallest, the paper's and the largest one, at every speed of the ring study
 STUDIED = CONFIG.ring_study.radii_m
-ANIMATION_RADII = [None] + sorted({STUDIED[0], CONFIG.records.ring_radius_m, STUDIED[-1]})
+ANIMATION_RADII = [None] + sorted({STUDIED[0], CONFIG.records.ring_radius_m, STUDIED[-1]} - {None})
 INTERVAL = 0.01  # s, of the configurations
 ANIMATION_SCENES = {
     f"animation/{rpm:g}rpm_{ring_name(radius)}": {
         "motor_rpm": rpm,
         "ring_radius": radius,
         "lead_in": 2.0,
-        "step": allowed_step(CONFIG.ring_study.steps_s, radius),
+        **step_field(CONFIG.ring_study.steps_s, radius),
         "frame_interval": INTERVAL,
         # one turn of the sprocket, and the sample that closes it
         "duration": (int(60 * RIG.sprocket.transmission_ratio / rpm / INTERVAL) + 1) * INTERVAL,
@@ -72,7 +72,7 @@ rule page:
     params:
         results=R,
         runs=SPEEDS,
-        synthetic=CONFIG.sensor_is_synthetic,
+        synthetic=CONFIG.synthetic,
         studies=in_this_run,
         layers=[str(path).removeprefix(f"{ROOT}/") for path in workflow.configfiles[:-1]],
     log: f"{R}/logs/page.log"
@@ -139,7 +139,7 @@ RUN_INPUTS = [
     *ARTICLE,
     *SEARCHED.values(),
     *(other.rig for other in CONFIG.other_rigs.values()),
-    *(CONFIG.sensor_path(rpm) for rpm in CONFIG.records.speeds_rpm),
+    *CONFIG.sensor_files,
     *([CONFIG.sensor_mapping] if CONFIG.sensor_mapping else []),
 ]
 

@@ -3,7 +3,7 @@
 # slowest speed without a ring and with the paper's, fastest speed with the paper's
 SLOWEST, FASTEST = (f"ring/{CONFIG.ring_study.speeds_rpm[end]:g}rpm" for end in (0, -1))
 PAPERS_RING = ring_name(CONFIG.records.ring_radius_m)
-STABILITY_RUNS = [f"{SLOWEST}_none", f"{SLOWEST}_{PAPERS_RING}", f"{FASTEST}_{PAPERS_RING}"]
+STABILITY_RUNS = dict.fromkeys([f"{SLOWEST}_none", f"{SLOWEST}_{PAPERS_RING}", f"{FASTEST}_{PAPERS_RING}"])
 
 
 rule meshing_figures:
@@ -22,7 +22,7 @@ rule ring_figures:
     """Figures 23 and 24: force and duration against the radius."""
     input:
         needs("report/figures/ring_study.py"),
-        metrics=f"{R}/metrics.csv",
+        metrics=f"{R}/measured/ring.csv",
     output: **{name: figure(name) for name in ("fig23_a", "fig23_b", "fig24")}
     log: f"{R}/logs/ring_figures.log"
     message: "Figures 23 and 24"

@@ -31,64 +31,48 @@ use rule warm_up as warm_up_method with:
     message: "Compiling the kernels of {wildcards.integrator}"
 
 
-def is_ring(run):
-    """Whether a run belongs to the ring study: it ends when its contacts are known, and shares a job with others."""
-    return run.startswith("ring/")
+# By the folder of a rig's results: its file, its scenes, and when contacts are known. That of the first rig is the folder of
+# all; one rule makes the runs of every rig, and the wildcard `place` tells them apart.
+RIGS = {"": (CONFIG.rig, SCENES, CONFIG.known)}
+RIGS |= {f"rigs/{name}/": (other.rig, OTHERS[name], CONFIG.known_of(name)) for name, other in CONFIG.other_rigs.items()}
 
 
-def recordings(scenes, place=""):
-    """Recordings of scenes, those of another rig in a place of their own."""
-    return [recording(run, place) for run in scenes]
+def rig_of(wildcards):
+    return RIGS[wildcards.place][0]
+
+
+def scenes_of(runs):
+    """Runs by the wildcards of a job, as plain data for the parameters of a rule."""
+    return lambda wildcards: [plain_scene(RIGS[wildcards.place][1][run.format(**wildcards)]) for run in runs]
 
 
 rule simulate:
     """One run: settle, start, record."""
     input:
         needs("pipeline/runs.py"),
-        rig=CONFIG.rig,
+        rig=rig_of,
         kernels=KERNELS,
-    output: recording("{run}")
-    params:
-        # what the run is asked to do: a change in the configuration reruns only the runs it touches
-        scenes=lambda wildcards: [plain_scene(SCENES[wildcards.run])],
-    log: f"{R}/logs/simulate/{{run}}.log"
-    message: "Simulating {wildcards.run}"
+    output: recording("{run}", "{place}")
+    # what the run is asked to do: a change in the configuration reruns only the runs it touches
+    params: scenes=scenes_of(["{run}"])
+    log: f"{R}/logs/{{place}}simulate/{{run}}.log"
+    message: "Simulating {wildcards.place}{wildcards.run}"
     script: "../replication/pipeline/runs.py"
 
 
-use rule simulate as simulate_other with:
+OF_A_RING = [f"ring/{rpm:g}rpm_{{radius}}" for rpm in CONFIG.ring_study.speeds_rpm]
+
+
+rule ring_runs:
+    """A ring of the study at every speed, settled once for all of them."""
     input:
-        needs("pipeline/runs.py"),
-        rig=lambda wildcards: CONFIG.other_rigs[wildcards.other].rig,
+        needs("pipeline/steady_runs.py"),
+        rig=rig_of,
         kernels=KERNELS,
-    output: recording("{run}", "rigs/{other}/")
-    params: scenes=lambda wildcards: [plain_scene(OTHERS[wildcards.other][wildcards.run])]
-    log: f"{R}/logs/rigs/{{other}}/simulate/{{run}}.log"
-    message: "Simulating {wildcards.run} on {wildcards.other}"
-
-
-# The ring study: a rig's rings in turn, each settled once for all speeds and three to a job, since to start a job costs as
-# much as a run.
-RING_STUDIES = {"": (CONFIG.rig, SCENES, CONFIG.known)}
-RING_STUDIES |= {f"rigs/{name}/": (other.rig, OTHERS[name], CONFIG.known_of(name)) for name, other in CONFIG.other_rigs.items()}
-
-for place, (rig_file, scenes, known) in RING_STUDIES.items():
-    of_ring = {run: scene for run, scene in scenes.items() if is_ring(run)}
-    rings = list(dict.fromkeys(scene.ring_radius for scene in of_ring.values()))
-    for first in range(0, len(rings), 3):
-        part = {run: scene for run, scene in of_ring.items() if scene.ring_radius in rings[first : first + 3]}
-        name = f"{place.removeprefix('rigs/').replace('/', '_')}{ring_name(rings[first])}"
-
-        rule:
-            name: f"ring_{name}".replace(".", "_")
-            input:
-                needs("pipeline/steady_runs.py"),
-                rig=rig_file,
-                kernels=KERNELS,
-            output: recordings(part, place)
-            params:
-                scenes=[plain_scene(scene) for scene in part.values()],
-                known=known.model_dump(),
-            log: f"{R}/logs/ring/{name}.log"
-            message: f"The ring study: {', '.join(part)}"
-            script: "../replication/pipeline/steady_runs.py"
+    output: [recording(run, "{place}") for run in OF_A_RING]
+    params:
+        scenes=scenes_of(OF_A_RING),
+        known=lambda wildcards: RIGS[wildcards.place][2].model_dump(),
+    log: f"{R}/logs/{{place}}ring/{{radius}}.log"
+    message: "The ring study: {wildcards.place}{wildcards.radius}"
+    script: "../replication/pipeline/steady_runs.py"

@@ -10,6 +10,7 @@ from replication.pipeline.config import check_config, check_layers
 from trackdyn.errors import InputError
 from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.yaml_file import read_yaml
+from trackdyn.scene.rings import study_radii
 
 ROOT = Path(__file__).parents[3]
 BASE, QUICK = SHIPPED = ("config/config.yaml", "config/quick.yaml")
@@ -225,9 +226,31 @@ def test_a_ring_takes_the_longest_step_that_is_allowed_up_to_its_radius(data):
     assert "ring_study.steps_s = [[0.309, 5e-05], [0.305, 0.0001]]: 0.305 comes after 0.309" in refusal(data)
 
 
-def test_the_rig_at_which_studies_of_ranges_begin_must_be_there(data):
-    data["other_rigs"] = {}
-    assert "other_rigs.possible is missing" in refusal(data)
+@pytest.mark.parametrize("rig", ["bench", "robot", "m113", "vehicle"])
+def test_a_rig_alone_is_a_configuration(tmp_path, rig):
+    """Nothing that the base states for its own rig is asked of another one, unless the file states it, too."""
+    mine = tmp_path / "mine.yaml"
+    mine.write_text(f"rig: {rig}\n", encoding="utf-8")
+    config, loaded, scenes = check_layers(merged(BASE, mine), [BASE, mine], update_config)
+    assert (config.other_rigs, config.sensor_files, config.synthetic, config.short_studies) == ({}, [], None, [])
+    assert config.ring_study.radii_m == study_radii(loaded) and config.records.ring_radius_m == loaded.ring_radius
+    assert all(scene.rig is loaded and "step" not in scene.model_fields_set for scene in scenes.values())
+    radius = config.ring_study.radii_m[3]
+    mine.write_text(f"rig: {rig}\nring_study: {{radii_m: [{radius}]}}\nshort_studies: [trade]\n", encoding="utf-8")
+    for files, data in (
+        ([BASE, mine], merged(BASE, mine)),
+        ([BASE], merged(BASE) | {"rig": rig, "ring_study": {**merged(BASE)["ring_study"], "radii_m": [radius]}}),
+    ):
+        config = check_layers(data, files, update_config)[0]
+        assert (config.ring_study.radii_m, config.other_rigs, data["sensor_csv"]) == ([radius], {}, None)
+
+
+def test_other_rigs_replace_those_of_the_base(tmp_path):
+    mine = tmp_path / "mine.yaml"
+    for text, names in (("other_rigs: {}", []), ("other_rigs: {mine: {rig: bench}}", ["mine"])):
+        mine.write_text(text, encoding="utf-8")
+        config = check_layers(merged(BASE, mine), [BASE, mine], update_config)[0]
+        assert list(config.other_rigs) == names and len(config.sensor_files) == 4
 
 
 def test_a_step_that_does_not_divide_the_sample_interval_is_refused(data):

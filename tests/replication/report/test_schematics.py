@@ -64,3 +64,10 @@ def test_drawn_sectors_hold_exactly_the_points_that_the_search_gives_to_their_ar
     searched = [find_area(tooth, float(x), float(y))[0] for x, y in points]
     np.testing.assert_array_equal(drawn_area, searched)
     assert set(searched) >= {0, 1, 2, 4, 5, 6, 7, 9, 10}
+
+
+@pytest.mark.parametrize("name", ["bench", "robot", "m113"])
+def test_rigs_with_other_wheels_are_drawn(name):
+    """The figures that name the wheels: one, two on arms, six beside the sprocket, without a ring."""
+    for number in (1, 4, 16):
+        FIGURES[number](load_rig(name))

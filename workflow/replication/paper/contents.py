@@ -25,7 +25,7 @@ def missing_items(results: Path | str) -> list[Item]:
     return [item for item in PAPER if not item.files(results)]
 
 
-def caption(key: str, synthetic: bool = True, items: Iterable[Item] = (*PAPER, *OWN, *OF_STUDIES)) -> str:
+def caption(key: str, synthetic: bool | None = True, items: Iterable[Item] = (*PAPER, *OWN, *OF_STUDIES)) -> str:
     """Caption of a figure or table after its label: what stands above a written table."""
     (item,) = (item for item in items if item.key == key)
     return (f"{item.label}. " if item.label else "") + "\n\n".join(item.caption(synthetic))

@@ -3,6 +3,10 @@
 from dataclasses import dataclass
 from pathlib import Path
 
+# what a sensor's record is called: synthetic, measured, or none there
+SENSORS = {True: "synthetic sensor", False: "sensor", None: "no sensor record"}
+WITHOUT_SENSOR = "There is no sensor record (`sensor_csv`): the simulation stands alone."
+
 
 @dataclass(frozen=True)
 class Item:
@@ -12,7 +16,7 @@ class Item:
     title: str  # what it shows, in our words
     rule: str  # the rule of the workflow that makes it
     text: str  # its caption as it is written here; read it with :meth:`caption`
-    if_synthetic: str = ""  # one paragraph more where the sensor's records are synthetic
+    if_synthetic: str = ""  # one paragraph more where the sensor's records, which it shows, are synthetic
     table: bool = False  # whether it is a table
 
     @property
@@ -24,9 +28,10 @@ class Item:
                 return f"{name} {int(number)}"
         return ""
 
-    def caption(self, synthetic: bool) -> list[str]:
-        """Paragraphs of the caption: plain text, names of files and columns in backquotes."""
-        texts = [*self.text.split("\n\n"), *([self.if_synthetic] if synthetic and self.if_synthetic else [])]
+    def caption(self, synthetic: bool | None) -> list[str]:
+        """Paragraphs of the caption, plain text, names of files and columns in backquotes; ``synthetic``: `SENSORS`."""
+        of_sensor = {True: self.if_synthetic, False: "", None: self.if_synthetic and WITHOUT_SENSOR}[synthetic]
+        texts = [*self.text.split("\n\n"), *([of_sensor] if of_sensor else [])]
         return [" ".join(text.split()) for text in texts]
 
     def files(self, results: Path | str) -> list[Path]:

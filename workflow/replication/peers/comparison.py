@@ -20,6 +20,7 @@ from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recording import Recording
+from trackdyn.simulation.settling import allocate
 from trackdyn.simulation.simulate import simulate
 
 READINGS = ("sprocket", "motor")  # whose speed the paper's 180 r/min may be
@@ -98,11 +99,12 @@ def compare_codes(
     ``accuracy_pct`` of the range.
     """
     missing = ""
+    first = peer_scene(rig, readings[0], speed_rpm, duration_s, steps_s[0])
     try:
         require_exudyn()
-    except InputError as error:
+        free_wheels(first, allocate(first)[0])
+    except InputError as error:  # it is not installed, or has no such loop
         missing = f"not run: {error}"
-    first = peer_scene(rig, readings[0], speed_rpm, duration_s, steps_s[0])
     simulate(first.with_(duration=0.01, frame_interval=0.0))  # compile before the clock runs
 
     ours = {step: run_ours(first.with_(step=step)) for step in steps_s}

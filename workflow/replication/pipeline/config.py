@@ -2,9 +2,10 @@
 
 import os
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import pairwise, product
+from math import ceil
 from operator import attrgetter
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -14,15 +15,16 @@ from pydantic import Field, model_validator
 
 from replication.paper.cells import load_article
 from replication.studies import STUDIES
-from replication.study.settings import Allowed, StudiesFile, allowed_step, peer_scene, rising
+from replication.study.settings import Allowed, StudiesFile, peer_scene, rising, step_field
 from replication.study.variants import REFERENCE, SETTINGS
 from trackdyn.errors import InputError, TrackdynError
 from trackdyn.parameters.rig import Rig, load_rig
-from trackdyn.parameters.rig_file import cells_path
+from trackdyn.parameters.rig_file import cells_path, rig_path
 from trackdyn.parameters.validation import NotNegative, Positive, Section, shown, validated
 from trackdyn.parameters.yaml_file import read_yaml
 from trackdyn.scene.fidelity import PRESETS
-from trackdyn.scene.scene import Scene
+from trackdyn.scene.rings import study_radii
+from trackdyn.scene.scene import Periods, Scene
 from trackdyn.scene.stop_rule import StopRule, steady_fields
 from trackdyn.sensor.sensor_mapping import load_mapping
 
@@ -32,11 +34,11 @@ class Records(Section):
 
     # a figure letter, a to h, for every speed
     speeds_rpm: Annotated[list[Annotated[float, Field(ge=1, lt=1e5)]], Field(min_length=1, max_length=8)]
-    ring_radius_m: Positive
+    ring_radius_m: Positive | None  # None: the rig's own
     duration_s: Positive
     lead_in_s: NotNegative
     ramp_s: Positive
-    step_s: Positive
+    step_s: Positive | None
     frame_interval_s: NotNegative
 
 
@@ -44,9 +46,9 @@ class Meshing(Section):
     """The meshing process of Sect. 6.1: one speed, with and without the ring, finely recorded."""
 
     speed_rpm: Positive
-    ring_radius_m: Positive
-    duration_s: Positive
-    step_s: Positive
+    ring_radius_m: Positive | None  # None: the rig's own, or that of equal pitch
+    duration_s: Positive | None  # None: two turns of the loop
+    step_s: Positive | None
     frame_interval_s: Positive
 
 
@@ -54,14 +56,14 @@ class RingStudy(Section):
     """The ring study of Sect. 6.2: every radius and no ring at every speed, each until its contacts are known."""
 
     speeds_rpm: Annotated[list[Annotated[float, Field(ge=1, lt=1e5)]], Field(min_length=1)]
-    radii_m: Annotated[list[Positive], Field(min_length=1)]
+    radii_m: Annotated[list[Positive], Field(min_length=1)] | None  # None: `trackdyn.scene.rings.study_radii`
     without_ring: bool
-    steps_s: Allowed
+    steps_s: Allowed | None
 
     @property
     def rings(self) -> list[float | None]:
         """Radii, m, after None if there are runs without a ring."""
-        return ([None] if self.without_ring else []) + list(self.radii_m)
+        return ([None] if self.without_ring else []) + list(self.radii_m or ())
 
 
 def ring_name(radius: float | None) -> str:
@@ -101,22 +103,23 @@ class OtherRig(Section):
     """
 
     rig: str
-    steps_s: Allowed
+    steps_s: Allowed | None = None
     known: StopRule | None = None
 
 
 class Config(Section):
     """Everything in ``config/config.yaml``.
 
-    ``sensor_csv`` names the measured record of a speed; ``{rpm}`` stands for the motor speed. ``sensor_mapping`` names
-    the file that says how these are read (:class:`trackdyn.sensor.sensor_mapping.SensorMapping`). ``known`` ends the
+    ``sensor_csv`` names the measured record of a speed, None: there is none; ``{rpm}`` stands for the motor speed.
+    Rings and steps that are None are those of the rig (`of_rig`). ``sensor_mapping`` names the file that says how the
+    records are read (:class:`trackdyn.sensor.sensor_mapping.SensorMapping`). ``known`` ends the
     runs of ring study, stability and ladder. ``short_studies`` are the studies that belong to every
     run; the target ``studies`` runs all of them.
     """
 
     rig: str
     results: str
-    sensor_csv: str
+    sensor_csv: str | None
     sensor_is_synthetic: bool
     sensor_mapping: str | None = None
     other_rigs: dict[Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$")], OtherRig] = Field(default_factory=dict)
@@ -144,18 +147,18 @@ class Config(Section):
         if not os.access(above, os.W_OK):
             raise InputError(f"results = {shown(self.results)}: {above} is not writable; choose another folder")
         for where in ("records.speeds_rpm", "ring_study.speeds_rpm", "ring_study.radii_m", "fidelity.speeds_rpm"):
-            values = attrgetter(where)(self)
+            values = attrgetter(where)(self) or ()
             for before, after in pairwise(values):
                 if after <= before:
                     problem = "occurs twice" if after == before else f"comes after {before:g}"
                     raise InputError(f"{where} = {values}: {after:g} {problem}; give rising values")
-        rising("ring_study.steps_s", self.ring_study.steps_s)
-        if "possible" not in self.other_rigs:
-            raise InputError("other_rigs.possible is missing; the studies of what parts can be begin at it")
+        rising("ring_study.steps_s", self.ring_study.steps_s or ())
         for name, other in self.other_rigs.items():
-            rising(f"other_rigs.{name}.steps_s", other.steps_s)
+            rising(f"other_rigs.{name}.steps_s", other.steps_s or ())
+        if self.sensor_csv is None:
+            return self
         try:
-            self.sensor_path(1.0)
+            self.sensor_csv.format(rpm="1")
         except (KeyError, IndexError, ValueError, AttributeError):
             raise InputError(f"sensor_csv = {self.sensor_csv!r}: the only field in braces is {{rpm}}") from None
         if "{rpm}" not in self.sensor_csv and len(self.records.speeds_rpm) > 1:
@@ -166,7 +169,7 @@ class Config(Section):
     @property
     def ladder_radii(self) -> list[float | None]:
         """Radii of the ladder's rings, m."""
-        return ([None] if self.fidelity.without_ring else []) + [self.records.ring_radius_m]
+        return list(dict.fromkeys([*([None] if self.fidelity.without_ring else []), self.records.ring_radius_m]))
 
     @property
     def ladder_settings(self) -> list[str]:
@@ -174,15 +177,47 @@ class Config(Section):
         requested = self.fidelity.settings
         return [name for name in SETTINGS if not requested or name in requested or name == f"preset={REFERENCE}"]
 
-    def sensor_path(self, rpm: float) -> str:
-        """File of the sensor's record at a motor speed."""
-        return self.sensor_csv.format(rpm=f"{rpm:g}")
+    @property
+    def sensor_files(self) -> list[str]:
+        """Files of the sensor's records, one a motor speed; empty: there are none."""
+        name = self.sensor_csv
+        return [] if name is None else [name.format(rpm=f"{rpm:g}") for rpm in self.records.speeds_rpm]
+
+    @property
+    def synthetic(self) -> bool | None:
+        """Whether these records are synthetic; None: there are none."""
+        return self.sensor_is_synthetic if self.sensor_csv else None
+
+    def of_rig(self, rig: Rig) -> "Config":
+        """The configuration with the rings of a rig, and two turns of its loop, where it states none; and with files in
+        place of the names of shipped rigs.
+        """
+        study, records, meshing = self.ring_study, self.records, self.meshing
+        radii = study.radii_m or study_radii(rig)
+        equal = min(radii, key=lambda radius: abs(radius - rig.sprocket.equal_pitch_radius))
+        ring = rig.ring_radius if records.ring_radius_m is None else records.ring_radius_m
+        of_meshing = {
+            "ring_radius_m": meshing.ring_radius_m or rig.ring_radius or equal,
+            "duration_s": meshing.duration_s or ceil(2.1 * Periods.at(rig, meshing.speed_rpm).loop),
+        }
+        return self.model_copy(
+            update={
+                "rig": str(rig_path(self.rig)),
+                "other_rigs": {
+                    name: other.model_copy(update={"rig": str(rig_path(other.rig))})
+                    for name, other in self.other_rigs.items()
+                },
+                "ring_study": study.model_copy(update={"radii_m": radii}),
+                "records": records.model_copy(update={"ring_radius_m": ring}),
+                "meshing": meshing.model_copy(update=of_meshing),
+            }
+        )
 
     def check_sensor_files(self) -> None:
         """Refuse sensor files that are not there, and a mapping that cannot be used."""
         load_mapping(self.sensor_mapping)
-        for rpm in self.records.speeds_rpm:
-            if not Path(path := self.sensor_path(rpm)).is_file():
+        for path in self.sensor_files:
+            if not Path(path).is_file():
                 needed = "every speed of records.speeds_rpm needs its file"
                 raise InputError(f"sensor_csv = {self.sensor_csv!r}: {path} does not exist; {needed}")
 
@@ -200,7 +235,7 @@ class Config(Section):
         for rpm in r.speeds_rpm:
             add(
                 f"{rpm:g}rpm", "records", motor_rpm=rpm, ring_radius=r.ring_radius_m, duration=r.duration_s,
-                lead_in=r.lead_in_s, ramp=r.ramp_s, step=r.step_s, frame_interval=r.frame_interval_s,
+                lead_in=r.lead_in_s, ramp=r.ramp_s, frame_interval=r.frame_interval_s, **_step(r.step_s),
             )  # fmt: skip
             if r.duration_s * runs[f"{rpm:g}rpm"].periods.loop_hz < 2:
                 raise InputError(
@@ -212,8 +247,8 @@ class Config(Section):
             # the sensor's pitch and the one whose link runs ahead of its connector
             pitches = (rig.sensor.pitch, rig.sensor.pitch % rig.chain.pitches + 1)
             add(
-                name, "meshing", motor_rpm=m.speed_rpm, ring_radius=radius, duration=m.duration_s, step=m.step_s,
-                frame_interval=m.frame_interval_s, pitches=pitches,
+                name, "meshing", motor_rpm=m.speed_rpm, ring_radius=radius, duration=m.duration_s,
+                frame_interval=m.frame_interval_s, pitches=pitches, **_step(m.step_s),
             )  # fmt: skip
             if m.duration_s * runs[name].periods.loop_hz < 2:
                 raise InputError(
@@ -222,7 +257,7 @@ class Config(Section):
                 )
         for rpm in s.speeds_rpm:
             for radius in s.rings:
-                requested = steady_fields(rig, rpm, self.known) | {"step": allowed_step(s.steps_s, radius)}
+                requested = steady_fields(rig, rpm, self.known) | step_field(s.steps_s, radius)
                 name = f"ring/{rpm:g}rpm_{ring_name(radius)}"
                 add(name, "ring_study", motor_rpm=rpm, ring_radius=radius, **requested)
         return runs
@@ -254,7 +289,8 @@ class Config(Section):
 
         def on_it(run: str, scene: Scene) -> Scene:
             steady = steady_fields(rig, scene.motor_rpm, self.known_of(name)) if run.startswith("ring/") else {}
-            return scene.with_(rig=rig, step=min(scene.step, allowed_step(other.steps_s, scene.motor_rpm)), **steady)
+            allowed = step_field(other.steps_s, scene.motor_rpm).values()
+            return scene.with_(rig=rig, **_step(min((scene.step, *allowed)) if allowed else None), **steady)
 
         with _section(f"other_rigs.{name}"):
             return {
@@ -262,6 +298,11 @@ class Config(Section):
                 for run, scene in scenes.items()
                 if not run.startswith("coarse/") and not (run.startswith("ring/") and scene.ring_radius is None)
             }
+
+
+def _step(seconds: float | None) -> dict[str, float]:
+    """Field of a scene; none: its own step."""
+    return {} if seconds is None else {"step": seconds}
 
 
 @contextmanager
@@ -277,6 +318,7 @@ def check_config(data: Any, name: str) -> tuple[Config, Rig, dict[str, Scene]]:
     """Validate a configuration with the rig and all scenes that it leads to."""
     config = validated(Config, data, name)
     rig = load_rig(config.rig)
+    config = config.of_rig(rig)
     with _section(name):
         config.check_sensor_files()
         if cells := cells_path(config.rig):
@@ -300,14 +342,41 @@ def read_layer(path: Path | str) -> dict:
     return data
 
 
+# What a configuration states for its own rig, and what stands there where a later one names another rig and no more: no
+# other rigs, no sensor, no studies, and rings and steps as the rig has them.
+OF_ITS_RIG: dict[str, Any] = {
+    "other_rigs": {},
+    "sensor_csv": None,
+    "short_studies": [],
+    "records": {"ring_radius_m": None, "step_s": None},
+    "meshing": {"ring_radius_m": None, "duration_s": None, "step_s": None},
+    "ring_study": {"radii_m": None, "steps_s": None},
+}
+
+
+def _merged(layers: Iterable[dict], update: Callable[[dict, dict], None]) -> dict:
+    """Configurations, the later on top of the earlier; ``other_rigs`` replaces, and another rig `OF_ITS_RIG`."""
+    merged: dict = {}
+    for layer in layers:
+        if merged and layer.get("rig", merged.get("rig")) != merged.get("rig"):
+            merged["other_rigs"] = {}
+            update(merged, OF_ITS_RIG)
+        if "other_rigs" in layer:
+            merged["other_rigs"] = {}
+        update(merged, layer)
+    return merged
+
+
 def _as_read(value: Any, theirs: Any, ours: Any) -> Any:
     """``ours`` wherever a value is ``theirs``; others come from the command line."""
+    if value == theirs:
+        return ours
     if isinstance(value, dict) and isinstance(theirs, dict) and isinstance(ours, dict):
         return {
             key: _as_read(one, theirs[key], ours[key]) if key in theirs and key in ours else one
             for key, one in value.items()
         }
-    return ours if value == theirs else value
+    return value
 
 
 def check_layers(
@@ -319,17 +388,14 @@ def check_layers(
     refused names the first file with which it is, else the last one.
     """
     layers = {Path(file).name: read_layer(file) for file in files}
-    ours: dict = {}
     theirs: dict = {}
-    for file, layer in zip(files, layers.values(), strict=True):
-        update(ours, layer)
+    for file in files:
         update(theirs, yaml.safe_load(Path(file).read_text(encoding="utf-8")))
-    data.update(_as_read(data, theirs, ours))
+    stated = [{"rig": data["rig"]}] if data.get("rig") != theirs.get("rig") else []  # on the command line
+    data.update(_as_read(data, theirs, _merged([*layers.values(), *stated], update)))
     try:
         return check_config(data, Path(files[-1]).name)
     except TrackdynError:
-        merged: dict = {}
-        for name, layer in layers.items():
-            update(merged, layer)
-            check_config(merged, name)
+        for k, name in enumerate(layers, 1):
+            check_config(_merged(list(layers.values())[:k], update), name)
         raise

@@ -2,6 +2,8 @@
 
 from trackdyn.sweeps.job import run_job
 
+from pathlib import Path
+
 import pandas as pd
 
 from trackdyn.files import write_csv, write_text
@@ -10,23 +12,24 @@ from trackdyn.measure.contacts import mean_events, smoothed_maxima, spells
 from trackdyn.measure.metrics import run_metrics
 from trackdyn.simulation.recording import load_recording
 
+EVENTS = mean_events, smoothed_maxima
+
 
 def main(job) -> None:
-    """Rule `metrics`."""
-    runs, events, contacts = [], [], []
-    for run, path in zip(job.params.runs, job.input.recordings, strict=True):
-        recording = load_recording(path)
-        runs.append(run_metrics(run, recording))
-        if run.startswith("meshing/"):
-            contacts.append(spells(recording).assign(run=run))
-            events += [mean_events(recording).assign(run=run), smoothed_maxima(recording).assign(run=run)]
-    out, table = job.output, pd.DataFrame(runs)
-    write_csv(out.csv, table, float_format="%.9g")  # errors reach the seventh digit
-    write_text(out.schema, schema_text(table.columns))
-    table = pd.concat(events)
-    write_csv(out.events, table)
+    """Rules `measure`, and `metrics`, which gathers what that has measured beside the meshing process."""
+    recordings = {run: load_recording(path) for run, path in zip(job.params.runs, job.input.recordings, strict=True)}
+    runs = pd.DataFrame([run_metrics(run, recording) for run, recording in recordings.items()])
+    out, parts = job.output, [Path(path).read_text(encoding="utf-8") for path in job.input.get("parts", ())]
+    head, _, own = runs.to_csv(index=False, lineterminator="\n", float_format="%.9g").partition("\n")
+    # errors reach the seventh digit; a part has the same head
+    write_text(out.csv, f"{head}\n{own}" + "".join(part.partition("\n")[2] for part in parts))
+    if not parts:
+        return
+    write_text(out.schema, schema_text(runs.columns))
+    events = [one(recording).assign(run=run) for run, recording in recordings.items() for one in EVENTS]
+    write_csv(out.events, table := pd.concat(events))
     write_text(out.events_schema, schema_text(table.columns, "events"))
-    write_csv(out.spells, pd.concat(contacts))
+    write_csv(out.spells, pd.concat([spells(recording).assign(run=run) for run, recording in recordings.items()]))
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ from trackdyn.simulation.settling import SettledLoops
 
 
 def main(job) -> None:
-    """Rules of the ring study; scenes of a ring share its settled loop."""
+    """Rule `ring_runs`: the scenes of a ring share its settled loop."""
     rig, rule, starts = load_rig(job.input.rig), StopRule(**job.params.known), SettledLoops()
     for fields, path in zip(job.params.scenes, job.output, strict=True):
         recording, converged = run_steady(Loop(Scene(rig, **fields), starts), rule)

@@ -2,8 +2,10 @@
 
 from trackdyn.sweeps.job import run_job
 
+from collections import defaultdict
 from collections.abc import Iterable, Mapping
-from math import inf
+from itertools import zip_longest
+from math import inf, nan
 
 import numpy as np
 import pandas as pd
@@ -11,6 +13,7 @@ import pandas as pd
 from replication.paper import printed
 from replication.paper.cells import value_difference
 from replication.paper.contents import caption
+from replication.paper.item import SENSORS
 from replication.report.tables import headed, write_captioned_table
 from trackdyn.errors import InputError
 from trackdyn.measure.columns import error_of
@@ -27,16 +30,19 @@ def _row_of(metrics: pd.DataFrame, rpm: float) -> pd.Series:
 
 
 def table3(
-    metrics: pd.DataFrame, sensors: Mapping[float, SensorRecord], label: str = "synthetic sensor"
+    metrics: pd.DataFrame, sensors: Mapping[float, SensorRecord | None], label: str = "synthetic sensor"
 ) -> pd.DataFrame:
     """RMS and SD of simulation and sensor, g; printed differences (%) are the paper's, against its own measured data.
 
-    ``metrics`` has a row for each speed (rev/min) of ``sensors``; ``label``, what the record is, stands in every row.
+    ``metrics`` has a row for each speed (rev/min) of ``sensors``, None where there is no record; ``label``, what the
+    record is, stands in every row.
     """
     rows = []
     for rpm, record in sorted(sensors.items()):
         run = _row_of(metrics, rpm)
-        sensor = own_metrics(record.ay_g, record.rate_hz, run["line_hz_binfree"])
+        sensor = (
+            own_metrics(record.ay_g, record.rate_hz, run["line_hz_binfree"]) if record else defaultdict(lambda: nan)
+        )
         row = {"speed_rpm": rpm, "sensor_record": label}
         for name, paper in (("rms", printed.RMS_DIFFERENCE), ("sd", printed.SD_DIFFERENCE)):
             simulated, error = float(run[f"{name}_g"]), float(run[f"{name}_error_g"])
@@ -59,7 +65,7 @@ def ratio_of_runs(value: float, error: float, base: float, base_error: float) ->
 
 
 def lines_table(
-    metrics: pd.DataFrame, sensors: Mapping[float, SensorRecord], label: str = "synthetic sensor"
+    metrics: pd.DataFrame, sensors: Mapping[float, SensorRecord | None], label: str = "synthetic sensor"
 ) -> pd.DataFrame:
     """Dominant peaks of the spectra, two rows a speed: simulation and sensor, each beside its printed value.
 
@@ -71,11 +77,13 @@ def lines_table(
     names |= {f"line_binfree_{end}": f"line_{end}_binfree" for end in ("hz", "error_hz", "g", "error_g")}
     for rpm, record in sorted(sensors.items()):
         run = _row_of(metrics, rpm)
-        measured = own_metrics(record.ay_g, record.rate_hz, run["line_hz_binfree"])
+        measured = own_metrics(record.ay_g, record.rate_hz, run["line_hz_binfree"]) if record else None
         for source, of_paper, line, paper_hz, paper_g in (
             ("simulation", "simulation", run, printed.SIMULATED_LINE_HZ, printed.SIMULATED_LINE_G),
             (label, "experiment", measured, printed.MEASURED_LINE_HZ, printed.MEASURED_LINE_G),
         ):
+            if line is None:
+                continue
             row = {"speed_rpm": rpm, "source": source} | {name: float(line[column]) for name, column in names.items()}
             row |= {"printed_of_papers": of_paper, "line_printed_hz": paper_hz.value.get(rpm, float("nan"))}
             rows.append(row | {"line_printed_g": paper_g.value.get(rpm, float("nan"))})
@@ -106,10 +114,10 @@ def table4(metrics: pd.DataFrame, speeds: Iterable[float]) -> pd.DataFrame:
 def main(job) -> None:
     """Rule `statistics`."""
     of, out = job.params, job.output
-    label, metrics = "synthetic sensor" if of.synthetic else "sensor", pd.read_csv(job.input.metrics)
+    label, metrics = SENSORS[of.synthetic], pd.read_csv(job.input.metrics)
     records = metrics.set_index("run").loc[of.runs].reset_index()
-    paths = zip(of.speeds, job.input.sensors, strict=True)
-    sensors = {rpm: read_sensor_csv(path, range_g=inf) for rpm, path in paths}
+    paths = zip_longest(of.speeds, job.input.get("sensors", ()))
+    sensors = {rpm: read_sensor_csv(path, range_g=inf) if path else None for rpm, path in paths}
     for key, table, path, digits in (
         ("table3", table3(records, sensors, label), out.csv, 3),
         ("lines", lines_table(records, sensors, label), out.lines, 4),

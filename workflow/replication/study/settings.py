@@ -41,9 +41,11 @@ def rising(where: str, steps: Allowed) -> None:
             raise InputError(f"{where} = {given}: {after:g} comes after {before:g}; give rising values")
 
 
-def allowed_step(steps: Allowed, value: float | None) -> float:
-    """Step up to a value, s; the first one for None, which is no ring."""
-    return next((step for most, step in steps if value is None or value <= most * (1 + 1e-9)), steps[-1][1])
+def step_field(steps: Allowed | None, value: float | None) -> dict[str, float]:
+    """Field of a scene: the step up to a value, s, and the first one for None, which is no ring; none without steps."""
+    if steps is None:
+        return {}
+    return {"step": next((step for most, step in steps if value is None or value <= most * (1 + 1e-9)), steps[-1][1])}
 
 
 def peer_scene(rig: Rig, reading: str, speed_rpm: float, duration: float, step: float) -> Scene:

@@ -10,7 +10,8 @@ from matplotlib.patches import Circle
 from replication.report import marks
 from replication.report.figures.engagement import seated_pins
 from replication.report.figures.system import touching_links
-from trackdyn.parameters.layout import wheel_circles
+from trackdyn.measure.columns import words
+from trackdyn.parameters.layout import wheel_circles, wheel_names
 from trackdyn.parameters.rig import Rig
 from trackdyn.plots import drawing
 from trackdyn.plots.style import BLACK, BLUE, VERMILION, new_figure, styled
@@ -21,16 +22,19 @@ ON_WHEEL = {"color": VERMILION, "linestyle": (0, (3, 1)), "linewidth": 2.4}
 
 @styled
 def locations_figure(rig: Rig) -> Figure:
-    """Figure 4: surfaces that touch: connector and groove (a), link and ring (b), idler (c), road wheel (d)."""
+    """Figure 4: surfaces that touch: connector and groove (a), link and ring (b), and the next two wheels (c, d)."""
     frame, shift = drawing.laid_frame(rig)
     figure = new_figure(3.6)
     axes = figure.subplots(2, 2).ravel()
     _draw_seat(axes[0], rig)
     axes[0].set_title("(a) connector and groove")
-    titles = ("(b) link and rubber ring", "(c) link and idler", "(d) link and road wheel")
-    for wheel, (ax, title) in enumerate(zip(axes[1:], titles, strict=True)):
-        _draw_link_on(ax, rig, frame, shift, wheel)
-        ax.set_title(title)
+    wheels = {wheel for _, wheel, _ in touching_links(rig, frame, shift)}
+    for wheel, (ax, name, letter) in enumerate(zip(axes[1:], wheel_names(rig), "bcd", strict=False)):
+        if wheel in wheels:
+            _draw_link_on(ax, rig, frame, shift, wheel)
+        ax.set_title(f"({letter}) link and {words(name) if wheel else 'rubber ring'}")
+    for ax in axes[1 + len(wheel_names(rig)) :]:
+        ax.set_axis_off()
     handles = [marks.handle("surface of the chain", **ON_CHAIN), marks.handle("surface that it touches", **ON_WHEEL)]
     figure.legend(handles=handles, loc="outside lower center", ncols=2)
     return figure
@@ -82,7 +86,7 @@ def _draw_link_on(ax: Axes, rig: Rig, frame, shift: float, wheel: int) -> None:
     middle = 0.5 * (pins[body] + pins[body + 1])
     _close_view(ax, middle - [0.0, 0.5 * rig.chain.link_thickness])
     marks.write_mark(ax, middle, "link")
-    marks.write_mark(ax, centre + [-0.03, r - 0.042], ("sprocket", "idler", "road wheel")[wheel])
+    marks.write_mark(ax, centre + [-0.03, r - 0.042], words(wheel_names(rig)[wheel]))
     if wheel == 0:
         marks.leader(ax, centre + (r - 0.009) * marks.polar(pi / 2 - 0.15), "ring", centre + [0.06, r - 0.042])
 

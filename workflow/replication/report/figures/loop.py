@@ -9,7 +9,8 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import FancyArrowPatch, Patch
 from matplotlib.ticker import MaxNLocator
 
-from trackdyn.parameters.layout import wheel_circles
+from trackdyn.measure.columns import words
+from trackdyn.parameters.layout import wheel_circles, wheel_names
 from trackdyn.parameters.rig import Rig
 from trackdyn.plots import drawing
 from trackdyn.plots.style import BLACK, new_figure, save, styled
@@ -46,9 +47,9 @@ def loop_figure(rig: Rig, recording: Recording, index: int = 0) -> Figure:
     rpm, ring = recording.scene.motor_rpm, drawing.ring_words(ring_radius)
     complete.set_title(f"(a) the loop at {recording.frame_time[index]:.2f} s: {rpm:g} rpm, {ring}")
     box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1.5}
-    for name, (x, y, radius) in zip(("sprocket", "idler", "road wheel"), circles, strict=True):
+    for name, (x, y, radius) in zip(wheel_names(rig), circles, strict=True):
         look = {"ha": "center", "va": "center", "fontsize": 8, "bbox": box, "zorder": drawing.Z_MARK, "clip_on": True}
-        complete.text(x, y - 0.45 * radius, name, **look)
+        complete.text(x, y - 0.45 * radius, words(name), **look)
     kinds = {
         "link": {"facecolor": drawing.LINK, "edgecolor": BLACK},
         "connector": {"facecolor": drawing.CONNECTOR, "edgecolor": BLACK},

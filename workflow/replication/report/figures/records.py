@@ -2,8 +2,10 @@
 
 from trackdyn.sweeps.job import run_job
 
+from itertools import zip_longest
 from math import inf
 
+from replication.paper.item import SENSORS
 from replication.paper.printed import lettered, peaks
 from trackdyn.plots.histories import history_figure
 from trackdyn.plots.spectra import spectrum_figure
@@ -15,11 +17,9 @@ from trackdyn.simulation.recording import load_recording
 def main(job) -> None:
     """Rule `sensor_figures`."""
     given, out = job.input, job.output
-    label = "synthetic sensor" if job.params.synthetic else "sensor"
-    for path, sensor, history, spectrum in zip(
-        given.recordings, given.sensors, out.histories, out.spectra, strict=True
-    ):
-        recording, record = load_recording(path), read_sensor_csv(sensor, range_g=inf)
+    label, sensors = SENSORS[job.params.synthetic], given.get("sensors", ())
+    for path, sensor, history, spectrum in zip_longest(given.recordings, sensors, out.histories, out.spectra):
+        recording, record = load_recording(path), read_sensor_csv(sensor, range_g=inf) if sensor else None
         rpm = recording.scene.motor_rpm
         title = lettered(f"{rpm:g} rpm", rpm)
         save(history_figure(recording, record, title, label), history)

@@ -17,8 +17,7 @@ STEADY = printed.STEADY_LEFT_SHARE.value, printed.RADIUS_OF_STEADY_LEFT_SHARE.va
 
 def main(job) -> None:
     """Rule `ring_figures`."""
-    metrics = pd.read_csv(job.input.metrics)
-    for name, figure in figures(metrics[metrics["run"].str.startswith("ring/")], MARKS, STEADY).items():
+    for name, figure in figures(pd.read_csv(job.input.metrics), MARKS, STEADY).items():
         save(figure, job.output[name][0])
 
 

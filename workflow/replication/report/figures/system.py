@@ -10,6 +10,7 @@ from matplotlib.path import Path
 
 from replication.report import marks
 from trackdyn.contact.wheel import foot
+from trackdyn.measure.columns import words
 from trackdyn.parameters.layout import wheel_circles, wheel_names
 from trackdyn.parameters.rig import Rig
 from trackdyn.plots import drawing
@@ -30,9 +31,9 @@ def system_figure(rig: Rig) -> Figure:
     figure = new_figure(6.9)
     system, model = figure.subplots(2, 1, sharex=True, sharey=True)
     _draw_system(system, rig, frame, shift)
-    names = {"sprocket": "sprocket\nwith ring", "idler": "idler", "road_wheel": "road wheel"}
+    ring = "\nwith ring" if rig.ring_radius else ""
     for name, (x, y, _) in zip(wheel_names(rig), wheel_circles(rig, shift, surface=True), strict=True):
-        marks.write_mark(system, (x, y + 0.13), names[name], bbox=BOX)
+        marks.write_mark(system, (x, y + 0.13), f"{words(name)}{ring * (name == 'sprocket')}", bbox=BOX)
     pins, _, _ = drawing.chain_points(rig, frame)
     low = pins[:, 1].min() - GROUND
     side = _side(rig)
@@ -192,7 +193,7 @@ def setup_figure(rig: Rig) -> Figure:
     marks.write_mark(ax, (x, motor - half[1] - 0.12), f"transmission\n{rig.sprocket.transmission_ratio:g} : 1")
     low = pins[:, 1].min() - GROUND
     for name, (wx, wy, _) in zip(wheel_names(rig), wheel_circles(rig, shift, surface=True), strict=True):
-        marks.write_mark(ax, (wx, wy + 0.12), name.replace("_", " "), bbox=BOX)
+        marks.write_mark(ax, (wx, wy + 0.12), words(name), bbox=BOX)
     left, right = sorted((ends[side < 0] - 0.1 * side, x + side * (half[0] + 0.08)))
     ax.set(xlim=(left, right), ylim=(low - 0.08, sensor[1] + 0.5))
     marks.bare(ax)

@@ -58,7 +58,7 @@ class PageInputs:
     results: Path  # folder that the workflow wrote
     rig: Path  # the rig's file, for the list of parameters and the geometry of the moving picture
     sensors: Mapping[str, Path] = field(default_factory=dict)  # run such as ``115rpm`` to the sensor's record
-    synthetic: bool = True  # whether these records are synthetic
+    synthetic: bool | None = True  # whether these records are synthetic; None: there are none
     files: tuple[Path, ...] = ()  # configuration and data whose hashes are listed
     layers: tuple[str, ...] = ()  # configurations on top of the base, which commands on the page must name
     sources: str | None = None  # hash that every recording must carry; that of the present program if not given
@@ -251,7 +251,7 @@ def main(job) -> None:
     inputs = PageInputs(
         results=Path(of.results),
         rig=Path(given.rig),
-        sensors=dict(zip(of.runs, map(Path, given.sensors), strict=True)),
+        sensors=dict(zip(of.runs, map(Path, given.get("sensors", ())), strict=bool(given.get("sensors")))),
         synthetic=of.synthetic,
         studies=tuple(of.studies),
         layers=tuple(of.layers),
