@@ -26,7 +26,10 @@ def departures(rows: pd.DataFrame) -> str:
 
 def identify_text(calibration: pd.DataFrame, synthetic: pd.DataFrame) -> str:
     """Coverage of the 50 and 90 % intervals of the unknowns; then what records came to that no rig explains."""
-    of_unknowns = calibration[~calibration["parameter"].str.startswith("discrepancy.")]
+    every = calibration["parameter"] == "all unknowns"
+    of_unknowns = calibration[
+        every | ~calibration["parameter"].str.startswith("discrepancy.") & (calibration["discrepancy"] != "none")
+    ]
     shown = of_unknowns[["discrepancy", "parameter", "truths", "identified"]].copy()
     for level in ("50", "90"):
         spans = zip(*(of_unknowns[f"{name}_{level}"] for name in ("covered", "low", "high")), strict=True)
