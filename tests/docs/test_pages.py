@@ -27,7 +27,7 @@ DOCUMENTS = [*PAGES, ROOT / "README.md", ROOT / "CONTRIBUTING.md"]
 RUN = [*PAGES, ROOT / "README.md"]
 BLOCK = re.compile(r"^```([^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 # what the user brings or makes: not in the repository
-YOURS = ("/scratch/kernels", "PATH/Snakefile", "logger.yaml", "my_rig.yaml", "config/schemas")
+YOURS = ("logger.yaml", "my_rig.yaml", "config/schemas")
 ENDING = re.compile(r"\.\w{1,5}$")
 
 
