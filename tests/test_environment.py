@@ -91,5 +91,7 @@ def test_the_simulator_needs_no_extra(run):
 def test_a_command_whose_extra_is_missing_names_it(run, command, extra):
     ended = without_extras(*command.format(run).split())
     assert ended.returncode == 1
-    assert ended.stderr.startswith("trackdyn: ") and f"pip install 'trackdyn[{extra}]'" in ended.stderr, ended.stderr
+    assert ended.stderr.startswith("trackdyn: ") and f"in the clone: pip install -e '.[{extra}]'" in ended.stderr, (
+        ended.stderr
+    )
     assert ended.stderr.count("\n") == 1

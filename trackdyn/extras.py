@@ -25,11 +25,11 @@ def missing(error: ModuleNotFoundError) -> InputError:
     if module in ("", "trackdyn"):
         raise error
     package = PACKAGES.get(module, module)
-    return InputError(f"{package} is not installed; pip install '{_place(package)}'")
+    return InputError(f"{package} is not installed; {_place(package)}")
 
 
 def _place(package: str) -> str:
-    """The extra that brings a package, or else the package itself."""
+    """The command that brings a package: by its extra, from the clone, since no index has trackdyn."""
     try:
         found = requires("trackdyn") or []
     except PackageNotFoundError:  # a copy that was never installed
@@ -40,4 +40,5 @@ def _place(package: str) -> str:
         if name and extra:
             extras.setdefault(extra[1], []).append(name[0].lower())
     having = [extra for extra, names in extras.items() if package.lower() in names]
-    return f"trackdyn[{min(having, key=lambda extra: len(extras[extra]))}]" if having else package
+    extra = min(having, key=lambda extra: len(extras[extra]), default="")
+    return f"in the clone: pip install -e '.[{extra}]'" if extra else f"pip install {package}"

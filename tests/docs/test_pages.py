@@ -7,6 +7,7 @@ its language behind the fence, such as ``python not run``, is shown only.
 """
 
 import contextlib
+import importlib.metadata
 import io
 import os
 import re
@@ -14,6 +15,7 @@ import shlex
 import shutil
 import subprocess
 import sys
+import sysconfig
 from pathlib import Path
 
 import pytest
@@ -113,8 +115,95 @@ def test_page_does_what_it_shows(path, folder, pyplot):
             exec(compile("\n" * line + text, where, "exec"), namespace)
 
 
-# s: what runs longer than that has begun well; later commands need what is simulated
-BOUND, LONG_BOUND = 15, 120
+def readme_script():
+    """The README's commands in their order: shell blocks, Python blocks, commands of ours in its text and tables."""
+    text = text_of(ROOT / "README.md")
+    found = re.compile(rf"{BLOCK.pattern}|`((?:trackdyn|snakemake|make) [^`\n]+)`", re.MULTILINE | re.DOTALL)
+    lines = []
+    for language, block, command in found.findall(text):
+        if language == "python":
+            lines.append(f"python - <<'END'\n{block}END")
+        elif command or language in ("", "sh", "bash", "shell"):
+            lines.append(command or block)
+    return "\n".join(lines)
+
+
+# The address of the clone is the reader's. What takes minutes is planned, and an identification that runs has begun well.
+# Nothing is loaded from an index: packages are those of this environment that the extras named in the README bring.
+AROUND = """
+set -e
+git() {{ cp -r '{tree}' "${{@: -1}}"; }}
+python3.11() {{ '{python}' "$@"; }}
+pip() {{
+  rm -rf .venv/lib/python3*/site-packages/setuptools*  # too old for the clone, in a new environment
+  cp '{site}'/*.p* .venv/lib/python3*/site-packages
+  command pip "$@" --quiet --no-deps --no-build-isolation --disable-pip-version-check
+}}
+trackdyn() {{
+  if [ "$1" = identify ]; then timeout --signal INT 20 trackdyn "$@" || [ $? = 124 ]; else command trackdyn "$@"; fi
+}}
+make() {{ command make --dry-run "$@"; }}
+snakemake() {{ command snakemake --dry-run --quiet all "$@"; }}
+"""
+# of an environment that has only some of ours
+ONLY = """
+import sys
+
+class Missing:
+    def find_spec(self, name, path=None, target=None):
+        if name in {names!r}:
+            raise ModuleNotFoundError(f"No module named {{name!r}}", name=name)
+
+sys.meta_path.insert(0, Missing())
+"""
+
+
+def brought(extras):
+    """Names of the distributions that trackdyn with some extras needs."""
+    from packaging.requirements import Requirement
+
+    found, due = set(), [Requirement(f"trackdyn[{extras}]")]
+    while due:
+        asked = due.pop()
+        for extra in ("", *asked.extras):
+            key = asked.name.lower().replace("_", "-"), extra
+            if key not in found:
+                found.add(key)
+                with contextlib.suppress(importlib.metadata.PackageNotFoundError):
+                    needs = map(Requirement, importlib.metadata.requires(asked.name) or ())
+                    due += [of for of in needs if of.marker is None or of.marker.evaluate({"extra": extra})]
+    return {name for name, _ in found}
+
+
+@pytest.mark.slow
+def test_the_readme_is_a_script_that_runs_in_a_fresh_folder(tmp_path):
+    script, tree, site = readme_script(), tmp_path / "tree", tmp_path / "site"
+    assert {"git clone", "activate", "trackdyn simulate", "trackdyn compare"} <= {
+        words for words in ("git clone", "activate", "trackdyn simulate", "trackdyn compare") if words in script
+    }
+    site.mkdir()
+    listed = ["git", "ls-files", "-co", "--exclude-standard", "-z"]
+    for name in filter(None, subprocess.run(listed, cwd=ROOT, capture_output=True, check=True).stdout.split(b"\0")):
+        if (source := ROOT / name.decode()).is_file():
+            (tree / name.decode()).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(source, tree / name.decode())
+    needed = {"pip", "setuptools", "wheel", *brought(re.search(r"\.\[([\w,]+)\]", script)[1])}
+    modules = importlib.metadata.packages_distributions()
+    names = {name for name, of in modules.items() if not {one.lower().replace("_", "-") for one in of} & needed}
+    (site / "only.py").write_text(ONLY.format(names=names))
+    (site / "a.pth").write_text(f"{sysconfig.get_path('purelib')}\nimport only\n")
+    around = AROUND.format(tree=tree, site=site, python=getattr(sys, "_base_executable", sys.executable))
+    outside = [part for part in os.environ["PATH"].split(os.pathsep) if not part.startswith(sys.prefix)]
+    environment = {name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "VIRTUAL_ENV"))}
+    done = subprocess.run(
+        ["bash", "-c", around + script],
+        cwd=tmp_path,
+        env=environment | {"PATH": os.pathsep.join(outside)},
+        capture_output=True,
+        text=True,
+        timeout=1500,
+    )
+    assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
 
 
 @pytest.mark.parametrize("path", DOCUMENTS, ids=name_of)

@@ -58,3 +58,16 @@ def test_simulate_needs_no_file(tmp_path, run):
     assert meta["scene"]["ring_radius"] == load_rig("paper").sprocket.ring_radius
     done = run("simulate", "other.npz", "--rig", "nowhere", cwd=tmp_path)
     assert done.returncode == 1 and "trackdyn rigs" in done.stderr
+
+
+def test_a_groove_that_another_tooth_left_behind_is_reported(tmp_path, run):
+    """One that comes by ``like`` from a sprocket of another tooth, through a file between; and none if it fits."""
+    (tmp_path / "first.yaml").write_text(
+        "like: bench\nsprocket: {source: x, teeth: 15, equal_pitch_radius: 0.354 m, ring_radius: 0.354 m}\n"
+    )
+    (tmp_path / "second.yaml").write_text("like: first.yaml\n")
+    (tmp_path / "fits.yaml").write_text("like: bench\n")
+    for name, reported in (("first", True), ("second", True), ("fits", False)):
+        done = run("check", f"{name}.yaml", "--no-settle", cwd=tmp_path)
+        assert done.returncode == 0, done.stderr
+        assert ("the groove is that of " in done.stdout and "this rig has 15 teeth" in done.stdout) == reported

@@ -162,3 +162,47 @@ def test_a_wheel_far_within_is_refused_and_one_under_a_sagging_strand_is_not():
         belt_around(rig.changed(road_1__x=-0.3))
     with pytest.raises(InputError, match="too short"):
         assemble(rig.changed(carrier__y=2.0))
+
+
+PINS = """like: robot
+chain: {source: "singlePin.json", kind: single_pin, pitch: 0.17 m, link_length: 0.1145 m, link_thickness: 0.06 m}
+sprocket: {source: "its own", teeth: 12}
+groove: {source: "wide enough", seat_depth: 0.001 m, slope_bottom: 30.0 deg, slope_low: 0.0 deg, slope_seat: 5.0 deg,
+  slope_tip: 60.0 deg, r2: 0.05 m, r3: 0.02 m, r4: 0.02 m, r5: 0.04 m}
+"""
+
+
+def test_the_pitch_of_a_single_pin_chain_gives_the_equal_pitch_radius(tmp_path):
+    """The polygon of twelve pins 0.17 m apart has an apothem of 0.31722 m, half a thickness above the ring."""
+    rig = load_rig(written(tmp_path, PINS))
+    assert rig.sprocket.equal_pitch_radius == rig.sprocket.ring_radius == pytest.approx(0.28722, abs=5e-6)
+    assert rig.single_pin_pitch == pytest.approx(0.17, rel=1e-12)
+    assert rig.equal_pitch_radii["polygonal"] == pytest.approx(rig.sprocket.equal_pitch_radius, rel=1e-9)
+    assert (
+        parameter_table(tmp_path / "mine.yaml").set_index("name").at["sprocket.equal_pitch_radius", "kind"] == "derived"
+    )
+    (tmp_path / "other.yaml").write_text("like: mine.yaml\nsprocket: {source: x, teeth: 13}\n", encoding="utf-8")
+    assert load_rig(tmp_path / "other.yaml").single_pin_pitch == pytest.approx(0.17, rel=1e-12)
+    (tmp_path / "other.yaml").write_text(
+        "like: mine.yaml\nsprocket: {source: x, equal_pitch_radius: 0.29 m, ring_radius: 0.291 m}\n", encoding="utf-8"
+    )
+    assert load_rig(tmp_path / "other.yaml").sprocket.equal_pitch_radius == 0.29
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        ("kind: single_pin", "kind: double_pin", "chain.pitch is that of a single-pin chain; with two pins"),
+        ("teeth: 12", "teeth: 12, equal_pitch_radius: 0.29 m", "chain.pitch gives sprocket.equal_pitch_radius; leave"),
+        ("pitch: 0.17 m", "pitch: 0.01 m", "chain.pitch = 0.01: must be a length in m, such as 0.17 m"),
+        ("pitch: 0.17 m", "pitch: 170 mm", "chain.pitch = 170: must be a length in m"),
+        ("pitch: 0.17 m", "pitch: [1]", "chain.pitch = "),
+    ],
+)
+def test_a_pitch_that_gives_no_sprocket_is_refused(tmp_path, old, new, says):
+    assert says in refusal(written(tmp_path, PINS.replace(old, new)))
+
+
+def test_more_teeth_name_the_radius_that_must_grow(tmp_path):
+    said = refusal(written(tmp_path, "like: bench\nsprocket: {source: x, teeth: 15}\n"))
+    assert "15 teeth leave 0.0367 m for a connector between links: enlarge sprocket.equal_pitch_radius" in said

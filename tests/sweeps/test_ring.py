@@ -41,7 +41,7 @@ def test_the_smallest_ring_that_keeps_every_bound_at_every_speed_is_chosen():
     assert misses[0.305] == [(210.0, "right_share_pct"), (115.0, "left_share_pct")] and not misses[0.306]
     said = advice(study(), rule)
     assert said[0].startswith("choose 0.306 m, by the rule right_share_pct < 0.5")
-    assert "at 210 rpm is 0.6 ± 0.1, must be < 0.5; " in said[1] and "serves, too" in said[2]
+    assert "at 210 rpm is 0.6 +- 0.1, must be < 0.5; " in said[1] and "serves, too" in said[2]
     assert said[-1] == "at one speed alone: 115 rpm 0.306 m, 210 rpm 0.306 m"
 
 

@@ -53,9 +53,10 @@ def check(
 ) -> None:
     """Lay a rig's loop, draw it, and say how the chain wraps, which step it allows and what is unusual."""
     from trackdyn.parameters.rig import load_rig
+    from trackdyn.parameters.rig_file import groove_origin
     from trackdyn.plots.rig_layout import draw_rig
     from trackdyn.plots.style import save
-    from trackdyn.simulation.rig_check import checked
+    from trackdyn.simulation.rig_check import OTHER_TOOTH, checked, pitch_of
 
     loaded = load_rig(rig)
     out = out or Path(f"{Path(rig).stem}.png")
@@ -67,6 +68,15 @@ def check(
         found = checked(loaded, rpm, settle)
     except TrackdynError as error:
         raise type(error)(f"{rig}: {error}") from None
+    if origin := groove_origin(rig):
+        other = load_rig(origin)
+        both = [(of.sprocket.teeth, pitch_of(of), of.chain.connector_radius) for of in (other, loaded)]
+        if any(abs(here / there - 1) > OTHER_TOOTH for there, here in zip(*both, strict=True)):
+            theirs, ours = ("{} teeth, pitch {:.4g} m, arcs of {:.3g} m".format(*of) for of in both)
+            name = Path(origin).stem
+            found.unusual.append(
+                f"the groove is that of {name} ({theirs}), this rig has {ours}: state groove or profile"
+            )
     save(draw_rig(loaded, found.frame, found.wheels), out)
     for text in found.lines():
         typer.echo(text)

@@ -25,6 +25,7 @@ from trackdyn.commands.options import (
 )
 from trackdyn.errors import InputError
 
+ROUNDING = 1e-9  # of a value: a smaller standard error says nothing
 FRAMES = 0.05  # s between recorded configurations
 
 
@@ -57,6 +58,7 @@ def simulate(
     checkpoint: Annotated[
         Path | None, typer.Option(help="File kept while a long run records; the same command goes on from it.")
     ] = None,
+    all_measures: Annotated[bool, typer.Option("--all", help="Print every measure by its column.")] = False,
     quiet: Quiet = False,
 ) -> None:
     """Run one scene and write its recording; a file of that name is replaced when the run is done.
@@ -124,7 +126,7 @@ def simulate(
     if tolerances and scene.chain != "belt":
         _until_converged(scene, tolerances, longest, out, found.duration)
     else:
-        _for_its_duration(scene, out, checkpoint, quiet)
+        _for_its_duration(scene, out, checkpoint, quiet, all_measures)
 
 
 def _warn(recording) -> None:
@@ -164,7 +166,7 @@ def _say_loop(scene, recording, quiet: bool) -> None:
             typer.echo(f"{'step':>22}  {step:.7g} s, which this tension needs")
 
 
-def _for_its_duration(scene, out: Path, checkpoint: Path | None, quiet: bool) -> None:
+def _for_its_duration(scene, out: Path, checkpoint: Path | None, quiet: bool, all_measures: bool) -> None:
     from trackdyn.simulation.simulate import simulate as run
 
     recording = run(scene, progress=not quiet, checkpoint=checkpoint)
@@ -173,15 +175,23 @@ def _for_its_duration(scene, out: Path, checkpoint: Path | None, quiet: bool) ->
         _say_loop(scene, recording, quiet)
         _warn(recording)
         return
-    from trackdyn.measure.metrics import needed_lengths, run_metrics
+    from trackdyn.measure.metrics import needed_lengths, run_metrics, shown_measures
+    from trackdyn.plots.cells import with_error
 
     measures = run_metrics(out.stem, recording)  # before it is written: what has no measures leaves no file
     recording.save(out)
     _say_loop(scene, recording, quiet)
     _warn(recording)
-    for name, value in measures.items():
-        if value == value and value != "":  # what a run cannot have is left out
-            typer.echo(f"{name:>22}  {value:.6g}" if isinstance(value, float) else f"{name:>22}  {value}")
+    if all_measures:
+        for name, value in measures.items():
+            if value == value and value != "":  # what a run cannot have is left out
+                typer.echo(f"{name:>22}  {value:.6g}" if isinstance(value, float) else f"{name:>22}  {value}")
+    else:
+        for of in shown_measures(measures):
+            error = of["standard_error"] or 0.0
+            number = with_error(of["value"], error if error > ROUNDING * abs(of["value"]) else None)
+            number = number.replace("\N{MINUS SIGN}", "-").replace("\N{PLUS-MINUS SIGN}", "+-")  # of every terminal
+            typer.echo(f"{number + ' ' + of['unit']:>22}  {of['measure']}")
     for what, seconds in needed_lengths(recording).items():
         typer.echo(f"{'left out':>22}  {what} need a record of {seconds:.3g} s or more")
 

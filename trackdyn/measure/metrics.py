@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 
+from trackdyn.measure.columns import table_schema
 from trackdyn.measure.contact_log import LONGEST_CONTACT, PASSAGE
 from trackdyn.measure.contacts import first_areas, meshing_summary
 from trackdyn.measure.sensor import sense
@@ -13,6 +14,11 @@ from trackdyn.simulation.account import energy_residual
 from trackdyn.simulation.recording import Recording
 
 NAN = float("nan")
+SHOWN = (
+    "rms_g", "sd_g", "line_hz_binfree", "line_g_binfree", "high_frequency_g", "left_share_pct", "right_share_pct",
+    "ring_share_pct", "left_peak_n", "right_peak_n", "ring_peak_n", "passages", "clipped_samples", "loop_gap_max_m",
+    "energy_residual",
+)  # fmt: skip
 STARTS = 16  # of a record in a turn of the loop
 SAME_SPEED = 0.01  # of a speed: from here on a difference or a drift is said
 
@@ -59,6 +65,21 @@ def run_metrics(name: str, recording: Recording) -> dict:
         **meshing_summary(recording),
         **first_areas(recording),
     }
+
+
+def shown_measures(row: dict) -> list[dict]:
+    """What a person asks of a run (`run_metrics`): ``measure``, ``value``, ``standard_error`` or None, ``unit``.
+
+    What the run cannot have is left out.
+    """
+    rows = []
+    for field in table_schema(SHOWN)["fields"]:
+        value, error = row[field["name"]], row.get(field.get("standardError"), NAN)
+        if value == value:
+            unit = "" if field["unit"] == "1" else field["unit"]
+            error = None if error != error else error
+            rows.append({"measure": field["description"], "value": value, "standard_error": error, "unit": unit})
+    return rows
 
 
 def needed_lengths(recording: Recording) -> dict[str, float]:

@@ -49,7 +49,7 @@ class Miss(NamedTuple):
     def __str__(self) -> str:
         if self.value != self.value:
             return f"{heading(self.bound.column)} at {self.rpm:g} rpm is not known"
-        error = f" ± {self.error:.2g}" if self.error == self.error and self.error else ""
+        error = f" +- {self.error:.2g}" if self.error == self.error and self.error else ""
         return (
             f"{heading(self.bound.column)} at {self.rpm:g} rpm is {self.value:.4g}{error}, "
             f"must be {self.bound.sign} {self.limit:.4g}"

@@ -24,7 +24,7 @@ def connector_length(teeth: int, link_length: float, pin_circle: float) -> float
     if link_length >= 2 * pin_circle or (rest := pi / teeth - asin(link_length / (2 * pin_circle))) <= 0:
         raise InputError(
             f"chain.link_length = {link_length} m leaves no room for a connector on a pin circle of radius "
-            f"{pin_circle:.5g} m with {teeth} teeth; shorten the link or enlarge the equal-pitch radius"
+            f"{pin_circle:.5g} m with {teeth} teeth; shorten the link or enlarge sprocket.equal_pitch_radius"
         )
     return 2 * pin_circle * sin(rest)
 
@@ -125,7 +125,9 @@ def build_groove(
     t = tan(half_tooth)
     r1 = (o2[0] + o2[1] * t) / (sin(slope_tip) + cos(slope_tip) * t) - r2
     if r1 <= 0:
-        refuse("slope_tip", slope_tip, f"the tip radius would be {r1:.4g} m; a smaller r2 or slope would leave a tip")
+        left = f"{teeth} teeth leave {connector_length:.3g} m for a connector between links"
+        remedy = f"the tip radius would be {r1:.4g} m; {left}: enlarge sprocket.equal_pitch_radius, or take a smaller "
+        refuse("slope_tip", slope_tip, remedy + "r2 or slope")
     o1 = o2 - (r1 + r2) * nu(slope_tip)
     addendum = hypot(*o1) + r1
 

@@ -9,17 +9,20 @@ unit, kind and source of every parameter.
 import re
 from collections.abc import Callable
 from functools import cache
+from math import nan, pi, tan
 from os.path import exists, isfile
 from pathlib import Path
 from typing import Any
 
 from trackdyn.errors import InputError, shown
+from trackdyn.parameters.quantities import number_of
 from trackdyn.parameters.yaml_file import ENTRY_KEYS, KINDS, read_yaml
 
 SHIPPED = Path(__file__).parents[1] / "rigs"
 DEFAULT = "paper"
 TRIED = "tried"  # steps that were tried on this rig, not on those that are like it
 MOST_LIKE = 5  # files that take from one another
+OUTLINE = "profile.outline"
 CELLS = "paper_tables"  # names the file of the article's cells
 WHEELS_OF_OLD = ("idler", "road_wheel")  # sections that are wheels of their own
 NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s+(\S.*?)\s*")
@@ -108,7 +111,41 @@ def _cells_path(path: Path | str, data: Any) -> Path | None:
 
 def read_rig(name: Path | str) -> dict[str, Any]:
     """Contents of a rig file with all that it takes from others, every entry written out; or `InputError`."""
-    return _read(rig_path(name), MOST_LIKE, read_yaml)
+    return _with_pitch(_read(rig_path(name), MOST_LIKE, read_yaml), name)
+
+
+def groove_origin(name: Path | str) -> Path | str | None:
+    """The file that a rig takes its groove or profile from; None: it states its own, or takes from none."""
+    path, data = rig_path(name), read_yaml(rig_path(name))
+    while not data.keys() & {"groove", "profile"} and "like" in data:
+        sibling = Path(path).parent / data["like"]
+        path = sibling if isfile(sibling) else rig_path(data["like"])
+        data = read_yaml(path)
+    return None if path == rig_path(name) else path
+
+
+def _with_pitch(data: dict, name: Path | str) -> dict:
+    """A single-pin chain's ``pitch`` as the equal-pitch radius of its sprocket, on which its pins make a polygon."""
+    chain, sprocket = data.get("chain"), data.get("sprocket")
+    if not isinstance(chain, dict) or "pitch" not in chain or not isinstance(sprocket, dict):
+        return data
+    entry, kind, *others = (
+        of if isinstance(of := part.get(key), dict) else {}
+        for part, key in ((chain, "pitch"), (chain, "kind"), (chain, "link_thickness"), (sprocket, "teeth"))
+    )
+    if kind.get("value") != "single_pin":
+        raise InputError(
+            f"{name}: chain.pitch is that of a single-pin chain; with two pins the pitch follows from "
+            "chain.link_length and sprocket.equal_pitch_radius: state these, or kind: single_pin"
+        )
+    pitch, thickness, teeth = (number_of(of.get("value")) for of in (entry, *others))
+    radius = pitch / (2 * tan(pi / teeth)) - thickness / 2 if teeth > 2 else nan
+    if entry.get("unit") != "m" or not radius > 0:
+        raise InputError(f"{name}: chain.pitch = {shown(entry.get('value'))}: must be a length in m, such as 0.17 m")
+    source = f"{entry['source']}: {teeth:g} bodies of {pitch:g} m make the polygon of pins"
+    follows = {"value": radius, "unit": "m", "kind": "derived", "source": source}
+    sprocket = {"ring_radius": follows} | sprocket | {"equal_pitch_radius": follows}
+    return data | {"chain": {key: of for key, of in chain.items() if key != "pitch"}, "sprocket": sprocket}
 
 
 def stated_in(name: Path | str) -> set[str]:
@@ -158,6 +195,12 @@ def _read(path: Path | str, depth: int, read: Callable[[Path | str], Any]) -> di
     for one, other in (("groove", "profile"), ("profile", "groove")):
         if one in data:
             base.pop(other, None)
+    own = {key: set(part) if isinstance(part := data.get(key), dict) else set() for key in ("chain", "sprocket")}
+    for given, section, other in (("pitch", "sprocket", "ring_radius"), ("equal_pitch_radius", "chain", "pitch")):
+        if given in own["chain"] | own["sprocket"] and isinstance(base.get(section), dict):
+            base[section] = {key: part for key, part in base[section].items() if key != other}
+    if {"pitch", "equal_pitch_radius"} <= own["chain"] | own["sprocket"]:
+        raise InputError(f"{path}: chain.pitch gives sprocket.equal_pitch_radius; leave one of them out")
     merged = base | {
         key: base[key] | part
         if isinstance(part, dict) and isinstance(base.get(key), dict) and key != "wheels" and "value" not in part
@@ -170,7 +213,8 @@ def _read(path: Path | str, depth: int, read: Callable[[Path | str], Any]) -> di
 def _written_out(part: Any, name: str, about: dict, folder: Path) -> Any:
     """A section, or an entry, with the entries of its short form written out."""
     if isinstance(part, str):
-        return _entry(part, name, about)
+        part = _entry(part, name, about)
+        return _with_points(part, name, folder)
     if isinstance(part, (int, float)) and not isinstance(part, bool) and about.get("source"):
         return {"value": part, "unit": "1", "kind": about.get("kind", "assumed"), "source": about["source"]}
     if not isinstance(part, dict) or part.keys() & {"value", "unit"}:
@@ -199,7 +243,7 @@ def _entry(text: str, name: str, about: dict) -> Any:
         raise InputError(
             f"{name} = {shown(text)} has no source; write source: in its section, or value, unit, kind and source"
         )
-    value, unit = (float(found[1]), found[2]) if found else (text, "name")
+    value, unit = (float(found[1]), found[2]) if found else (text, "m, m" if name == OUTLINE else "name")
     if found and float(value).is_integer() and "." not in found[1] and "e" not in found[1].lower():
         value = int(found[1])
     return {"value": value, "unit": unit, "kind": about.get("kind", "assumed"), "source": about["source"]}
@@ -208,7 +252,7 @@ def _entry(text: str, name: str, about: dict) -> Any:
 def _with_points(part: Any, name: str, folder: Path) -> Any:
     """An entry whose value is the name of a CSV file of points gets the points: a rig holds all that it is made of."""
     entry = isinstance(part, dict) and part.keys() >= ENTRY_KEYS
-    if not (entry and name == "profile.outline" and isinstance(part["value"], str)):
+    if not (entry and name == OUTLINE and isinstance(part["value"], str)):
         return part
     from trackdyn.parameters.outline import read_outline
 

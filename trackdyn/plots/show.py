@@ -12,9 +12,9 @@ import pandas as pd
 from plotly.offline import get_plotlyjs
 
 from trackdyn.files import write_text
-from trackdyn.measure.columns import table_schema, words
+from trackdyn.measure.columns import words
 from trackdyn.measure.contacts import sampled_shares
-from trackdyn.measure.metrics import run_metrics, speed_sentence
+from trackdyn.measure.metrics import run_metrics, shown_measures, speed_sentence
 from trackdyn.measure.sensor import sense
 from trackdyn.model.constants import SPROCKET, Tooth
 from trackdyn.model.record import ENERGY_NAMES
@@ -28,11 +28,6 @@ from trackdyn.sources import source_hash
 SCRIPTS = ("shared", "animation", "plots", "show")  # one module, in this order
 LONG_HISTORY, INTERVALS = 20_000, 2_000  # samples of a history that is drawn whole; else its extremes in so many parts
 LEAST_SPECTRUM = 16  # samples
-SHOWN = (
-    "rms_g", "sd_g", "line_hz_binfree", "line_g_binfree", "high_frequency_g", "left_share_pct", "right_share_pct",
-    "ring_share_pct", "left_peak_n", "right_peak_n", "ring_peak_n", "passages", "clipped_samples", "loop_gap_max_m",
-    "energy_residual",
-)  # fmt: skip
 # scale bar over the width of the loop, the teeth's reach, a pitch
 BARS = {"loop": 0.06, "sprocket": 0.25, "follow": 0.35}
 
@@ -102,7 +97,7 @@ def show(
         recording = load_recording(recording)
     belt = recording.scene.chain == "belt"
     stretch = None if belt else stretch_of(recording, seconds, progress)
-    measures, work = measures_of(recording), work_of(recording)
+    measures, work = shown_measures(run_metrics("", recording)), work_of(recording)
     decisions = [
         {
             "choice": words(name),
@@ -144,18 +139,6 @@ def show(
     if path is not None:
         shown.save(path)
     return shown
-
-
-def measures_of(recording: Recording) -> list[dict]:
-    """What the run measured, with standard errors; what it cannot have is left out."""
-    row, rows = run_metrics("", recording), []
-    for field in table_schema(SHOWN)["fields"]:
-        value, error = row[field["name"]], row.get(field.get("standardError"), math.nan)
-        if value == value:
-            unit = "" if field["unit"] == "1" else field["unit"]
-            error = None if error != error else error
-            rows.append({"measure": field["description"], "value": value, "standard_error": error, "unit": unit})
-    return rows
 
 
 def work_of(recording: Recording) -> list[dict]:

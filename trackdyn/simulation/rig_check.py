@@ -18,6 +18,7 @@ SMALL_WRAP = 90.0  # deg of the sprocket below which few teeth share the load
 DEEP_SAG = 0.1  # of a span
 SHORT_STEP = 2e-5  # s
 ROUGH_OUTLINE = 2e-4  # m, RMS
+OTHER_TOOTH = 0.01  # share by which pitch or arc differs from those that a groove was made for
 
 
 @dataclass(frozen=True)
@@ -42,7 +43,7 @@ def checked(rig: Rig, rpm: float, settle: bool = True) -> Checked:
     path, order = belt_around(rig, laid.shift, float(lengths[0]))
     names = wheel_names(rig)
     wraps = {names[wheel]: degrees(float(path.wrap[k])) for k, wheel in enumerate(order)}
-    pitch = float(lengths.sum() / rig.chain.pitches)
+    pitch = pitch_of(rig)
     sample = 1.0 / rig.sensor.rate
     finest = Scene(rig, rpm, step=sample / min(np.floor(sample / LEAST_STEP), 1000))
     step = largest_step(finest.model, rig.tension.pre_tension)
@@ -74,6 +75,11 @@ def checked(rig: Rig, rpm: float, settle: bool = True) -> Checked:
         limit = min(step, largest_step(model, reached))
         values["step"] = f"{try_steps(loop, rpm)}; at most {limit:.2g} s at {rpm:g} rev/min"
     return Checked(wheels, frame, values, unusual)
+
+
+def pitch_of(rig: Rig) -> float:
+    """Length of a pitch, m."""
+    return float(body_lengths(rig, rig.chain.kind).sum() / rig.chain.pitches)
 
 
 def _tensioner(rig: Rig, shift: float) -> str:

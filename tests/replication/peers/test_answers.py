@@ -76,7 +76,7 @@ def test_without_the_other_code_our_side_stands_alone(rig, monkeypatch):
     )  # fmt: skip
     table = compare_answers(rig, asked)
     assert list(table["code"]) == ["trackdyn", "trackdyn", "exudyn"]
-    assert table["note"].iloc[2] == "not run: exudyn is not installed; pip install 'trackdyn[peers]'"
+    assert table["note"].iloc[2] == "not run: exudyn is not installed; in the clone: pip install -e '.[peers]'"
     assert "exudyn does not reach it with these settings or was not run" in answers_outcome(table, 0.05)
     assert table["rms_m_s2"][0] == pytest.approx(table["rms_m_s2"][1], rel=0.02)
 

@@ -217,7 +217,7 @@ def without_exudyn(monkeypatch):
 def test_missing_extra_is_named(without_exudyn):
     with pytest.raises(InputError) as caught:
         require_exudyn()
-    assert str(caught.value) == "exudyn is not installed; pip install 'trackdyn[peers]'"
+    assert str(caught.value) == "exudyn is not installed; in the clone: pip install -e '.[peers]'"
 
 
 def test_a_tooth_of_eight_arcs_with_edges_for_its_tips_keeps_the_chain():
