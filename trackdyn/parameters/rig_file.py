@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import Any
 
 from trackdyn.errors import InputError, shown
-from trackdyn.parameters.quantities import number_of
 from trackdyn.parameters.yaml_file import ENTRY_KEYS, KINDS, read_yaml
 
 SHIPPED = Path(__file__).parents[1] / "rigs"
@@ -129,6 +128,8 @@ def _with_pitch(data: dict, name: Path | str) -> dict:
     chain, sprocket = data.get("chain"), data.get("sprocket")
     if not isinstance(chain, dict) or "pitch" not in chain or not isinstance(sprocket, dict):
         return data
+    from trackdyn.parameters.quantities import number_of
+
     entry, kind, *others = (
         of if isinstance(of := part.get(key), dict) else {}
         for part, key in ((chain, "pitch"), (chain, "kind"), (chain, "link_thickness"), (sprocket, "teeth"))
