@@ -73,7 +73,7 @@ def imported_times(scene, wanted) -> np.ndarray:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--out", type=Path, default=Path("results/benchmarks/exchange.json"), help="file to write")
-    parser.add_argument("--rig", type=Path, default=Path("config/rig.yaml"))
+    parser.add_argument("--rig", type=Path, default=Path("config/rigs/paper.yaml"))
     parser.add_argument("--exchanges", type=int, default=5000)
     given = parser.parse_args()
     from trackdyn import Scene, load_rig

@@ -72,7 +72,7 @@ def difference(reference, other):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--rig", type=Path, default=ROOT / "config" / "rig.yaml")
+    parser.add_argument("--rig", type=Path, default=ROOT / "config" / "rigs" / "paper.yaml")
     rig = parser.parse_args().rig
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "run.npz"

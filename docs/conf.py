@@ -94,8 +94,8 @@ def thumbnails(place: Path) -> str:
     return "\n".join([*lines, "</div>"])
 
 
-RIGS = {"shipped": "default rig", "at_once": "fitted at all speeds", "possible": "values of real parts"}
-MARKS = {"reproduced": "✓", "in trend": "≈", "not reproduced": "✗"}
+RIGS = {"paper": "default rig", "parts": "values of real parts"}
+MARKS = {"shown": "●", "not shown": "○"}
 
 
 def results() -> str:

@@ -22,7 +22,7 @@ from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recording import Recording, provenance
 
 CONFIG = Path(__file__).parents[1] / "config"
-RIG = CONFIG / "rig.yaml"
+RIG = CONFIG / "rigs" / "paper.yaml"
 # long enough for a steady drive of the sprocket, short enough for a test
 SHORT = {"duration": 0.5, "lead_in": 0.2, "ramp": 0.4}
 # what costs minutes is compiling: tests of spatial runs, of sprung tensioners and of other integrators share these laws

@@ -27,7 +27,7 @@ drive(workflow)
 KNOWN = {
     "design": None, # a row a scene (.csv, .parquet)
     "out": None, # a row a result (.csv, .parquet); its folders lie beside it
-    "rig": "config/rig.yaml", # of rows that name no other
+    "rig": "config/rigs/paper.yaml", # of rows that name no other
     "rigs": [], # files that rows name themselves
     "kernels": [], # files that are there when the kernels are compiled; none: they are compiled here
     "store": "", # folder of rows as they come; that beside `out`

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from laboratory.inference.answer.settings import load_answer
 from laboratory.inference.answer.study import answer
-from replication.paper.claims import REPRODUCED, load_claims
+from replication.paper.claims import SHOWN, load_claims
 from trackdyn.plots.style import COLOURS, DASHES, PAGE, SMALL, new_figure, save, styled
 from trackdyn.sweeps.table import write_table
 
@@ -23,7 +23,7 @@ def answer_text(ends: pd.DataFrame, verdicts: pd.DataFrame, near: pd.DataFrame, 
     """Where every search ended, what the best rig of each question and its neighbours do not show, and profiles."""
     parts = [ends[list(HEAD)].round({"first_cost": 1, "cost": 1}).to_markdown(index=False, disable_numparse=True)]
     for question, rows in verdicts.groupby("question", sort=False):
-        missed = rows[rows["verdict"] != REPRODUCED]
+        missed = rows[rows["verdict"] != SHOWN]
         words = ", ".join(f"{name} ({off:.3g})" for name, off in zip(missed["claim"], missed["distance"], strict=True))
         shown = len(rows) - len(missed)
         best = f"The best rig of *{question}* shows {shown} of {len(rows)}."
@@ -38,7 +38,7 @@ def answer_text(ends: pd.DataFrame, verdicts: pd.DataFrame, near: pd.DataFrame, 
     held = profiles[["assumption", "value", "ended", "cost", "shown", "of", "lost"]]
     table = held.round({"cost": 1}).convert_dtypes().astype(object).fillna("")
     parts.append(
-        "Assumptions of the best rig of *predicted*, held while all else was searched again:\n\n"
+        "One assumption of the rig `paper` changed at a time, nothing searched again:\n\n"
         + table.to_markdown(index=False, disable_numparse=True)
     )
     return "\n\n".join(parts) + "\n"

@@ -1,6 +1,6 @@
 # How the ring wears (docs/wear.md): a job a life, by the command that a user has.
 
-WEAR_RIGS = {"shipped": CONFIG.rig, **{name: other.rig for name, other in CONFIG.other_rigs.items()}}
+WEAR_RIGS = {Path(CONFIG.rig).stem: CONFIG.rig, **{name: other.rig for name, other in CONFIG.other_rigs.items()}}
 WEAR_LIFE = f"{L}/{{short}}wear/{{rig}}_{{rpm}}_{{tension}}_{{radius}}.parquet"
 
 

@@ -112,7 +112,7 @@ def test_the_step_is_judged_at_the_tension_that_the_loop_settles_at(make_scene):
 
 def test_a_step_that_nobody_chose_follows_the_tension():
     """It is what the loop needs as it has settled, also at another speed, and never a refusal."""
-    rig = load_rig("possible")
+    rig = load_rig("parts")
     scene = Scene(rig, 115.0, LARGE)
     loop = Loop(scene)
     tension = loop.layout["settled_tension_n"]
@@ -171,7 +171,7 @@ def test_a_rig_without_a_ring_is_tensioned_without_one(rig):
 def test_a_tension_is_set_to_a_hundredth_or_refused(number):
     """Of 1 N to 100 kN on rigs and layouts drawn at random."""
     rng = np.random.default_rng([52, number])
-    rig = random_rig(number)[0] if number % 2 else load_rig(("paper", "bench", "possible")[number // 2])
+    rig = random_rig(number)[0] if number % 2 else load_rig(("paper", "bench", "parts")[number // 2])
     tension = 10.0 ** rng.uniform(0, 5)
     try:
         layout = settle(Scene(rig.changed(tension__pre_tension=tension), 100.0)).layout

@@ -25,7 +25,7 @@ from trackdyn.simulation.belt import belt_recording
 from trackdyn.simulation.recording import load_recording
 
 ROOT = Path(__file__).parents[2]
-RIG, CONFIG = ROOT / "config" / "rig.yaml", ROOT / "config" / "config.yaml"
+RIG, CONFIG = ROOT / "config" / "rigs" / "paper.yaml", ROOT / "config" / "config.yaml"
 BELT = {"chain": "belt", "ring_radius": None, "spells": False}
 
 anything = st.one_of(
@@ -180,8 +180,8 @@ def test_recordings(place, seed, changes):
 WORDS = (
     "simulate", "compare", "plan", "--rpm", "--step", "--choose", "chain=belt", "chain=rope", "tolerance=1",
     "--tolerance", "2%", "--measure", "left_peak", "--ring-radius", "none", "0.308", "--duration", "1e999", "-1",
-    "-q", "--quiet", "--rig", "config/rig.yaml", "belt.npz", "x.csv", "--preset", "fast", "--help", "--checkpoint",
-    ".", "--measure", "rms", "--frame-interval", "0",
+    "-q", "--quiet", "--rig", "config/rigs/paper.yaml", "belt.npz", "x.csv", "--preset", "fast", "--help",
+    "--checkpoint", ".", "--measure", "rms", "--frame-interval", "0",
 )  # fmt: skip
 words = st.one_of(
     st.sampled_from(WORDS),

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-RIG = str(ROOT / "config" / "rig.yaml")
+RIG = str(ROOT / "config" / "rigs" / "paper.yaml")
 ENTRY = "from trackdyn.__main__ import main; main()"
 BELT = ("--rig", RIG, "--choose", "chain=belt", "--frame-interval", "0", "--duration", "30", "--quiet")
 

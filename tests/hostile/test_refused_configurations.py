@@ -47,7 +47,7 @@ SETTINGS = [
     ("rig", "/dev/zero", "no plain file"),
     ("rig", "absent.yaml", "absent.yaml: no such file"),
     ("studies", "absent.yaml", "absent.yaml: no such file"),
-    ("other_rigs", {"../x": {"rig": "config/rig.yaml", "steps_s": [[210, 1e-4]]}}, "other_rigs", "pattern"),
+    ("other_rigs", {"../x": {"rig": "config/rigs/paper.yaml", "steps_s": [[210, 1e-4]]}}, "other_rigs", "pattern"),
 ]
 
 

@@ -15,7 +15,7 @@ from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.table import parameter_table
 
 ROOT = Path(__file__).parents[2]
-SHIPPED = ROOT / "config" / "paper" / "tables.yaml"
+SHIPPED = ROOT / "config" / "rigs" / "paper" / "tables.yaml"
 RIG = load_rig(ROOT / "config" / "rigs" / "first_fit.yaml")
 GROOVE = RIG.groove_profile
 PRINTED = {"O": "mm", "r": "mm", "theta": "deg"}

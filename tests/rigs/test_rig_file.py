@@ -87,7 +87,7 @@ def test_a_wheel_is_a_section_by_its_name():
     ("text", "fragments"),
     [
         (f"like: bench\nwheels:\n  idler: {WHEEL}\n", ["wheels.idler.x = '-1.05 m'", "has no source"]),
-        ("like: nowhere\n", ["rig = 'nowhere'", "no such file", "bench, first_fit, m113, paper"]),
+        ("like: nowhere\n", ["rig = 'nowhere'", "no such file", "bench, first_fit, m113, paper, parts"]),
         ("like: mine.yaml\n", ["like = 'mine.yaml'", "without an end"]),
         ("like: bench\nwheels: {source: s, idler: {x: 1 mm}}\n", ["idler.x", "must be given in 'm'"]),
         ("like: bench\nwheels: {source: s, Big Wheel: " + WHEEL + "}\n", ["wheels", "Big Wheel", "lower-case letters"]),

@@ -192,7 +192,7 @@ def test_a_row_that_no_scene_gives_is_computed_again_whatever_its_checksum(tmp_p
 )
 def test_what_makes_no_sweep_is_refused(given, said):
     with pytest.raises(InputError, match=said):
-        sweep(**{"design": design(1), "rig": ROOT / "config/rig.yaml"} | given)
+        sweep(**{"design": design(1), "rig": ROOT / "config/rigs/paper.yaml"} | given)
 
 
 def test_a_store_that_cannot_be_written_is_refused(tmp_path, rig_path):
@@ -250,7 +250,7 @@ def test_a_row_ends_when_its_contacts_are_known(rig_path):
 def command(out, designed):
     """The command in a process of its own, its group included."""
     run = "from trackdyn.__main__ import main; main()"
-    words = "sweep", str(designed), "--out", str(out), "--rig", str(ROOT / "config/rig.yaml"), "-j2", "-q"
+    words = "sweep", str(designed), "--out", str(out), "--rig", str(ROOT / "config/rigs/paper.yaml"), "-j2", "-q"
     return subprocess.Popen(
         [sys.executable, "-c", run, *words],
         cwd=ROOT,
@@ -297,4 +297,4 @@ def test_a_killed_sweep_goes_on_where_it_was(tmp_path, whole, end):
 def test_rows_that_ask_for_what_their_rig_has_anyway_are_not_those_of_another_law():
     """A row that says nothing of the tensioner has its rig's, and another key than one that asks for it locked."""
     table = pd.DataFrame({"motor_rpm": [115.0] * 3, "tension": [None, "locked", None], "step": [None, None, 1e-4]})
-    assert len({one.key for one in requested_rows(table, "possible")}) == 3
+    assert len({one.key for one in requested_rows(table, "parts")}) == 3

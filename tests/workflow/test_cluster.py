@@ -15,7 +15,7 @@ SCENE = {"preset": "fast", "duration": 0.05, "lead_in": 0.0, "ramp": 0.05}
 MODULE = """
 module sweep:
     snakefile: "{root}/workflow/sweep.smk"
-    config: {{"design": "d.csv", "out": "r/s.parquet", "batches": 2, "rig": "{root}/config/rig.yaml"}}
+    config: {{"design": "d.csv", "out": "r/s.parquet", "batches": 2, "rig": "{root}/config/rigs/paper.yaml"}}
 
 use rule * from sweep as sweep_*
 

@@ -234,7 +234,7 @@ def test_what_is_measured_or_said_of_runs_reruns_none(pretended, name):
 )
 def test_a_cell_of_the_article_makes_due_what_it_concerns(pretended, cell, rerun):
     """The invented cell of a rig reruns what reads a rig; one of Table 3 the scorecard and the page."""
-    with pretended.edited({"config/paper/tables.yaml": in_place_of(cell, cell.replace("null", "11.0"))}):
+    with pretended.edited({"config/rigs/paper/tables.yaml": in_place_of(cell, cell.replace("null", "11.0"))}):
         due = pretended.due()
     assert {"claims", "page", "manifest"} <= due.keys()
     reading = {"cells", "warm_up", "simulate", "parameters", "schematics", "peer_runs"}

@@ -61,15 +61,6 @@ COLUMNS: dict[str, tuple[str, str, str, str | None]] = {
     "passages": ("integer", "1", "complete passages of connectors over the sprocket", "a count in this record"),
 }  # fmt: skip
 COLUMNS |= {
-    f"{side}_first_area": (
-        "integer",
-        "1",
-        f"area of the groove in which the {side} arc begins to touch, 0: none",
-        CHECK,
-    )
-    for side in ("left", "right")
-}
-COLUMNS |= {
     error: ("number", unit, f"standard error {REVOLUTIONS}: {text}", None)
     for _, unit, text, error in COLUMNS.values()
     if error and " " not in error and error not in COLUMNS
@@ -97,27 +88,25 @@ OF_A_SIDE |= {
 # other published tables: the columns that identify a row, then type, unit and description of every column
 TABLES: dict[str, tuple[tuple[str, ...], dict[str, tuple[str, str, str]]]] = {
     "claims": (("rig", "id", "part"), {
-        "rig": ("string", "", "parameter set that is judged: shipped, or the name of another one"),
+        "rig": ("string", "", "name of the rig that is judged"),
         "id": ("string", "", "claim of the paper, C01 to C28"),
-        "part": ("string", "", "part of the claim, a to d; empty: the claim has no parts"),
+        "part": ("string", "", "part of the claim, a to f; empty: the claim has no parts"),
         "place": ("string", "", "figure, table or text of the paper that states it"),
         "claim": ("string", "", "what the paper states"),
         "printed": ("string", "", "value in the paper, by speed; ours: our bound for words without a number"),
         "measured": ("string", "", "value of the runs as text; claims_values.csv has its numbers one per row"),
         "unit": ("string", "", "unit of printed, measured and tolerance; 1: none"),
-        "tolerance": ("number", "", "largest difference from printed that is reproduced, in unit; empty: no such rule"),
-        "verdict": ("string", "", "reproduced, in trend, not reproduced, no test, or not comparable"),
-        "origin": ("string", "", "predicted, transfer, follows or fitted; empty: not comparable"),
-        "counts_as": ("string", "", "claim that this one is counted with, because both are judged by the same data"),
+        "tolerance": ("number", "", "largest difference from printed that is shown, in unit; empty: no such rule"),
+        "verdict": ("string", "", "shown, not shown, no test, or not comparable"),
         "speeds": ("string", "rev/min", "motor speeds at which it is judged"),
         "by_speed": ("boolean", "", "whether measured has one value per speed"),
         "fails_if": ("string", "", "result that would contradict the claim"),
         "reason": ("string", "", "reason of tolerance, verdict or missing data"),
     }),
     "claims_values": (("rig", "id", "part", "rpm", "reading"), {
-        "rig": ("string", "", "parameter set that is judged: shipped, or the name of another one"),
+        "rig": ("string", "", "name of the rig that is judged"),
         "id": ("string", "", "claim of the paper, C01 to C28"),
-        "part": ("string", "", "part of the claim, a to d; empty: the claim has no parts"),
+        "part": ("string", "", "part of the claim, a to f; empty: the claim has no parts"),
         "rpm": ("number", "rev/min", "motor speed of the value; empty: the value belongs to several speeds"),
         "reading": ("string", "", "which of several values at a speed: how the paper's words are read, least, largest, "
                                   "or a number from 1 in the order of claims.csv; empty: the only one"),
@@ -127,9 +116,8 @@ TABLES: dict[str, tuple[tuple[str, ...], dict[str, tuple[str, str, str]]]] = {
         "unit": ("string", "", "unit of value, standard_error, printed and tolerance; 1: none"),
         "printed": ("number", "", "value or bound that it is compared with, in unit; empty: a trend"),
         "rule": ("string", "", "equal: within the tolerance; at_most, at_least: a bound; rising: larger than the value "
-                               "at the speed before; every_start: within the tolerance for every start of the record; "
-                               "readings: within it by every reading; no_test: shown only"),
-        "tolerance": ("number", "", "largest difference from printed that is reproduced, in unit; empty: no such rule"),
+                               "at the speed before; no_test: listed only"),
+        "tolerance": ("number", "", "largest difference from printed that is shown, in unit; empty: no such rule"),
         "distance": ("number", "1", "difference from printed in tolerances, at most 1 where met; for a bound 1 on the "
                                     "bound, 0 well inside; inf: never happens; empty: no distance"),
         "met": ("boolean", "", "whether this value is as claimed; empty: nothing is tested"),
@@ -140,6 +128,7 @@ TABLES: dict[str, tuple[tuple[str, ...], dict[str, tuple[str, str, str]]]] = {
         "mean_s": ("number", "s", "time after the first contact of the passage, mean over passages; empty: never"),
         "sd_s": ("number", "s", "standard deviation of that time over passages; empty: in fewer than two"),
         "passages": ("integer", "1", "complete passages in which the event happens"),
+        "area": ("number", "1", "area of the groove that is touched at a maximum, 1 to 10, the most frequent one"),
         "run": ("string", "", "name of the run: meshing/no_ring or meshing/ring"),
     }),
 }  # fmt: skip

@@ -18,17 +18,7 @@ import pandas as pd
 import scipy
 
 from trackdyn.errors import InputError
-from trackdyn.measure.contact_log import (
-    AWAY,
-    INTEGRALS,
-    MERGE_GAP,
-    NAN,
-    SIDES,
-    VISIT,
-    contacts,
-    extreme,
-    first_of_highest,
-)
+from trackdyn.measure.contact_log import INTEGRALS, NAN, SIDES, VISIT, contacts, extreme, first_of_highest
 from trackdyn.measure.uncertainty import batch_error, ratio_error
 from trackdyn.model.constants import SPROCKET
 from trackdyn.parameters.rig import Rig
@@ -65,7 +55,7 @@ EVENTS_WITH_RING = {
 }
 
 
-def spells(recording: Recording, merge_gap_s: float = MERGE_GAP) -> pd.DataFrame:
+def spells(recording: Recording, merge_gap_s: float | None = None) -> pd.DataFrame:
     """Uninterrupted contacts with the sprocket that began and ended within the record.
 
     Contacts of the same pitch, side and groove less than ``merge_gap_s`` apart count as one (chatter).
@@ -75,8 +65,8 @@ def spells(recording: Recording, merge_gap_s: float = MERGE_GAP) -> pd.DataFrame
     ----------
     recording : Recording
         Run with logged spells.
-    merge_gap_s : float
-        s; 0 merges nothing.
+    merge_gap_s : float, optional
+        s; 0 merges nothing. The default is 0.01 s at 115 rpm (`contact_log.SHORT`).
 
     Returns
     -------
@@ -115,30 +105,31 @@ def passages(recording: Recording) -> pd.DataFrame:
     DataFrame
         ``passage`` (in order of first contact), ``connector``, ``side``, ``areas`` visited, ``count`` of spells;
         ``start_s, end_s, touching_s, share_pct, phase_start, phase_end, ring_phase_start, ring_phase_end, peak_n,
-        peak_s, peak_phase, impulse_ns, square_n2s``: of first start, last end, highest peak and sums over the spells,
-        as in :func:`spells`. Without contact sums and ``peak_n`` are 0, times and phases NaN.
+        peak_s, peak_phase, impulse_ns, square_n2s``: first start, last end and highest peak of the contacts that are
+        not short (`contact_log.SHORT`), sums over all. Without contact sums and ``peak_n`` are 0, times and phases NaN.
     """
     turn = recording.periods.turn
-    rows = contacts(recording, MERGE_GAP)
+    rows = contacts(recording)
     rows = {name: column[rows["passage"] >= 0] for name, column in rows.items()}
     number = rows["passage"]
     count = int(number.max(initial=-1)) + 1
     place = len(SIDES) * number + rows["side"]
     size = len(SIDES) * count
     table: dict = {"passage": np.repeat(np.arange(count), len(SIDES)), "side": np.tile(SIDES, count)}
+    lasting = rows["lasting"]
     for name in ("start_s", "phase_start", "ring_phase_start"):
-        table[name] = extreme(np.fmin, rows[name], place, size)
+        table[name] = extreme(np.fmin, rows[name][lasting], place[lasting], size)
     for name in ("end_s", "phase_end", "ring_phase_end"):
-        table[name] = extreme(np.fmax, rows[name], place, size)
+        table[name] = extreme(np.fmax, rows[name][lasting], place[lasting], size)
     for name in ("touching_s", *INTEGRALS):
         table[name] = np.bincount(place, rows[name], size)
     table["share_pct"] = 100 * np.bincount(place, rows["touching"], size) / turn
     table["count"] = np.bincount(place, minlength=size)
-    highest = first_of_highest(rows["peak_n"], place)
+    highest = np.flatnonzero(lasting)[first_of_highest(rows["peak_n"][lasting], place[lasting])]
     table |= {"peak_n": np.zeros(size), "peak_s": np.full(size, NAN)}
     for name in ("peak_n", "peak_s"):
         table[name][place[highest]] = rows[name][highest]
-    first = np.repeat(extreme(np.fmin, rows["start"], number, count), len(SIDES))
+    first = np.repeat(extreme(np.fmin, rows["start"][lasting], number[lasting], count), len(SIDES))
     table["peak_phase"] = (recording.steady_time(table["peak_s"]) - first) / turn
     areas, connector = np.zeros(size, int), np.zeros(count, int)
     np.bitwise_or.at(areas, place, rows["areas"])
@@ -199,8 +190,8 @@ def peaks(recording: Recording, side: str) -> pd.DataFrame:
     Visits that the beginning of the record may cut are left out. A table with ``end_s`` since the beginning of the
     record and ``peak_n``.
     """
-    rows = pd.DataFrame(contacts(recording, MERGE_GAP))
-    rows = rows[rows["side"] == SIDES.index(side)].sort_values(["connector", "start"])
+    rows = pd.DataFrame(contacts(recording))
+    rows = rows[rows["lasting"] & (rows["side"] == SIDES.index(side))].sort_values(["connector", "start"])
     # an arc is on the sprocket for about half a turn, and off it for longer than that
     free = VISIT * recording.periods.turn
     visit = (rows["start"].diff().gt(free) | rows["connector"].diff().ne(0)).cumsum()
@@ -219,22 +210,6 @@ def events(recording: Recording, passage: int) -> dict[str, float]:
     if passage not in set(table["passage"]):
         raise InputError(f"passage {passage} is not among the {count} complete passages of the record")
     return _events(table[table["passage"] == passage], _event_places(recording))
-
-
-def first_areas(recording: Recording) -> dict[str, int]:
-    """Area in which each arc begins to touch on its way through the sprocket, the most frequent one; 0: it never does.
-
-    ``left_first_area, right_first_area``, from the recorded samples of the recorded connectors.
-    """
-    found, at = {}, recording.steady_time(np.arange(len(recording.time)) / recording.rate)
-    for k, side in enumerate(SIDES[:2]):
-        firsts: list[int] = []
-        for area in recording.area[:, :, k].T:
-            touching = np.flatnonzero(area)
-            begins = touching[np.diff(at[touching], prepend=0.0) > AWAY * recording.periods.turn]
-            firsts += area[begins].tolist()
-        found[f"{side}_first_area"] = max(set(firsts), key=firsts.count, default=0)
-    return found
 
 
 def mean_events(recording: Recording) -> pd.DataFrame:
@@ -261,8 +236,8 @@ def smoothed_maxima(recording: Recording, window_s: float = RESOLUTION) -> pd.Da
     The largest force of all steps may be that spike, which lasts less than a millisecond. The paper prints times to
     0.01 s and draws its forces every millisecond: a mean over ``window_s`` shows the maximum of what carries load, and
     so do the samples of the record from ``window_s`` after the touch of that side on. A table with ``event`` (``left
-    maximum, mean over 0.01 s``, ``left maximum, after the touch``, ...), ``mean_s, sd_s`` after the first contact and
-    ``passages``.
+    maximum, mean over 0.01 s``, ``left maximum, after the touch``, ...), ``mean_s, sd_s`` after the first contact,
+    ``passages`` and ``area`` of the groove, the most frequent one (1 to 10; 0 on the ring).
     """
     count = recording.scene.rig.chain.pitches
     columns = {int(pitch): i for i, pitch in enumerate(recording.pitches)}
@@ -270,25 +245,29 @@ def smoothed_maxima(recording: Recording, window_s: float = RESOLUTION) -> pd.Da
     table = passages(recording)
     table = table[table["connector"].isin(columns)]
     times: dict[str, list[float]] = {}
+    areas: dict[str, list[int]] = {}
     for _, rows in table.groupby("passage"):
         first, last = rows["start_s"].min(), rows["end_s"].max()
         connector, of_side = int(rows["connector"].iloc[0]), rows.set_index("side")
         for i, side in enumerate(SIDES):
             column = columns.get(connector % count + 1 if side == "ring" else connector)
-            if column is None or not of_side.loc[side, "touching_s"]:
+            if column is None or np.isnan(of_side.loc[side, "start_s"]):
                 continue
             force = recording.force[:, column, i]
             smooth = scipy.ndimage.uniform_filter1d(force, window)
             touch = of_side.loc[side, "start_s"] + window_s
             for name, values, begin in ((f"mean over {window_s:g} s", smooth, first), (AFTER_TOUCH, force, touch)):
-                inside = (recording.time >= begin) & (recording.time <= last)
-                if inside.any():
-                    at = recording.time[inside][np.argmax(values[inside])] - first
-                    times.setdefault(f"{side} maximum, {name}", []).append(float(at))
+                inside = np.flatnonzero((recording.time >= begin) & (recording.time <= last))
+                if len(inside):
+                    highest = inside[np.argmax(values[inside])]
+                    event = f"{side} maximum, {name}"
+                    times.setdefault(event, []).append(float(recording.time[highest] - first))
+                    areas.setdefault(event, []).append(0 if side == "ring" else int(recording.area[highest, column, i]))
     return pd.DataFrame(
-        [{"event": event, "mean_s": np.mean(t), "sd_s": np.std(t), "passages": len(t)} for event, t in times.items()],
-        columns=["event", "mean_s", "sd_s", "passages"],
-    )
+        [{"event": event, "mean_s": np.mean(t), "sd_s": np.std(t), "passages": len(t),
+          "area": np.bincount(areas[event]).argmax()} for event, t in times.items()],
+        columns=["event", "mean_s", "sd_s", "passages", "area"],
+    )  # fmt: skip
 
 
 def _visited(recording: Recording, side: str) -> str:

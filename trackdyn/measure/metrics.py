@@ -5,7 +5,7 @@ import pandas as pd
 
 from trackdyn.measure.columns import table_schema
 from trackdyn.measure.contact_log import LONGEST_CONTACT, PASSAGE
-from trackdyn.measure.contacts import first_areas, meshing_summary
+from trackdyn.measure.contacts import meshing_summary
 from trackdyn.measure.sensor import sense
 from trackdyn.measure.sensor_metrics import sensor_metrics
 from trackdyn.scene.fidelity import label
@@ -63,7 +63,6 @@ def run_metrics(name: str, recording: Recording) -> dict:
         "resolved": recording.meta.get("resolved", {}).get("state", "not judged"),
         "clipped_samples": signal.clipped,
         **meshing_summary(recording),
-        **first_areas(recording),
     }
 
 

@@ -1,4 +1,4 @@
-"""The cells of the article that our text of it lacks (``config/paper/tables.yaml``), as a reader fills them in.
+"""The cells of the article that our text of it lacks (``config/rigs/paper/tables.yaml``), as a reader fills them in.
 
 Every cell may be null. What is filled in replaces what was assumed or fitted: a parameter by itself, Table 1 as the
 groove, the lengths of link and connector as the equal pitch.
@@ -118,7 +118,7 @@ class Parameter(Section):
 
 
 class PaperTables(Section):
-    """``config/paper/tables.yaml``: the cells of Tables 1 to 4, and parameters."""
+    """``config/rigs/paper/tables.yaml``: the cells of Tables 1 to 4, and parameters."""
 
     table1: Table1
     table2: Table2

@@ -27,18 +27,9 @@ WHEELS_OF_OLD = ("idler", "road_wheel")  # sections that are wheels of their own
 NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s+(\S.*?)\s*")
 # the paper's rigs are the pipeline's files, which say in their own words what they are
 ABOUT = {
-    "paper": (
-        "the rig of the paper: wheel centres fixed as printed, viscous drag and bushings; five of its properties no "
-        "part can have: stiffness and damping of the bushing, an arc of the groove, friction of the ring, tyres"
-    ),
-    "at_once": ("the same, fitted to all claims at all speeds at once; five of its properties no part can have"),
-    "possible": (
-        "the same with values that the parts can have: rolling resistance, rubber with a loss factor, fixed centres"
-    ),
-    "first_fit": (
-        "a first fit, with viscous drag and bushings; six of its properties no part can have: equal pitch, "
-        "slope of the seat, stiffness and damping of the bushing, friction and transition velocity of the ring"
-    ),
+    "paper": "the rig of the paper, fitted to all its statements at once: fixed wheel centres, viscous losses",
+    "parts": "the same with values that parts can have: rolling resistance, rubber with a loss factor, fixed centres",
+    "first_fit": "an earlier fit, from which bench, m113, robot and vehicle take their chain",
 }
 PLAIN_WORD = re.compile(r"[A-Za-z0-9_]{1,40}")
 # what a wheel has if its file does not say so: aligned, and a bearing without loss

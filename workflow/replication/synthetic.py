@@ -41,11 +41,11 @@ DESCRIPTION = """
 SYNTHETIC, not measured. The paper's measured records are not published; these stand in for them, and agreement of a
 simulation with them is no validation. Made without simulated dynamics: a link on an ideal belt around three wheels
 (assumed layout: that of the rig first_fit, config/rigs/first_fit.yaml, on the other side of the sprocket; not that of
-config/rig.yaml), a slowly fluctuating speed, half-sine impacts at every pitch that runs on or off a wheel, a sensor
-that rings on its glue, noise, 16 bit and a range of +-20 g. Fitted to the paper's printed main frequency and amplitude
-is the mean loop frequency, at 210 rpm the size of the fluctuation instead; everything else is assumed, RMS, SD and
-impacts included. 'achieved' is taken as in the paper: the highest line of a rectangular-window spectrum of 90,000
-points at 1000 Hz.
+config/rigs/paper.yaml), a slowly fluctuating speed, half-sine impacts at every pitch that runs on or off a wheel, a
+sensor that rings on its glue, noise, 16 bit and a range of +-20 g. Fitted to the paper's printed main frequency and
+amplitude is the mean loop frequency, at 210 rpm the size of the fluctuation instead; everything else is assumed, RMS,
+SD and impacts included. 'achieved' is taken as in the paper: the highest line of a rectangular-window spectrum of
+90,000 points at 1000 Hz.
 """
 AXES = ("along the link, in the direction of travel", "along the outward normal of the link", "lateral")
 

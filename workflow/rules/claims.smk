@@ -2,7 +2,7 @@
 
 
 rule claims:
-    """Every claim of the paper: reproduced, in trend, not reproduced, not comparable."""
+    """Every statement of the paper: shown, not shown, not comparable."""
     input:
         needs("report/figures/scorecard.py"),
         claims="config/claims.yaml",
@@ -24,6 +24,7 @@ rule claims:
         rpm=CONFIG.meshing.speed_rpm,
         radius=CONFIG.meshing.ring_radius_m,
         seconds=CONFIG.records.duration_s,
+        rig=Path(CONFIG.rig).stem,
         rigs={other: f"{R}/rigs/{other}" for other in OTHERS},
     log: f"{R}/logs/claims.log"
     message: "Judging the claims"

@@ -182,7 +182,10 @@ rule pictures:
         tables=[f"{R}/{name}.csv" for name in ("claims", "tables/parameters")],
         trade=f"{R}/short/trade.csv",
         manifest=f"{R}/manifest.json",
-        pictures=[f"{R}/figures/animation.gif", f"{R}/figures/fig24.png", f"{R}/short/figures/trade.png"],
+        pictures=[
+            *(f"{R}/figures/{name}" for name in ("animation.gif", "fig19.png", "fig24.png")),
+            *(f"{R}/short/figures/{name}.png" for name in ("trade", "trade_first")),
+        ],
     log: f"{R}/logs/pictures.log"
     message: "Pictures and measured parts of the pages"
     shell:

@@ -8,8 +8,8 @@ import pandas as pd
 from laboratory.inference.answer.revolution import summary
 from laboratory.inference.answer.settings import AnswerConfig
 from laboratory.inference.search import bent
-from laboratory.inference.unknowns import Unknown, Unknowns
-from replication.paper.claims import JUDGED, ONE_SIDED, REPRODUCED, Claim, Value, examine
+from laboratory.inference.unknowns import Unknown, Unknowns, file_ranges
+from replication.paper.claims import JUDGED, ONE_SIDED, SHOWN, Claim, Value, examine
 from replication.paper.evidence import Evidence
 from trackdyn.errors import InputError
 from trackdyn.measure.contacts import LEAST_SHARE
@@ -27,22 +27,29 @@ from trackdyn.sweeps.row import first_that_runs
 
 # residual, in tolerances, of a number that does not exist: a contact that never occurs, a ratio to zero
 MISSING = 6.0
+LEAST = 1e-6  # a value of zero, in a logarithm
 TREND = 0.05  # a trend that falls by so much more than it may is a tolerance further off
-# Claims whose printed value is text, areas of contact: contact outside them, or before they are reached
-AREAS = {"C15": ("left_late_2_pct", "right_late_7_pct"), "C18": ("left_outside_2_pct", "right_share_pct")}
-SHARE_OF = {"right_share_pct": 0.5}  # % of a turn that count as a tolerance, else `LEAST_SHARE`
+# Smooth forms (`revolution.summary`) of claims whose own measure is text or jumps, in place of its residuals or
+# `BESIDE` them: with a ring or without, column, value that is wanted, tolerance
+FORMS: dict[str, tuple[tuple[bool, str, float, float], ...]] = {
+    "C15": ((False, "left_outside_2_pct", 0.0, LEAST_SHARE), (False, "right_outside_7_pct", 0.0, LEAST_SHARE)),
+    "C16b": ((False, "left_at_printed", 1.0, 0.1),),
+    "C16c": ((False, "right_at_printed", 1.0, 0.1),),
+    "C17a": ((True, "left_early_pct", 0.0, 0.5),),
+    "C18": ((True, "left_outside_2_pct", 0.0, LEAST_SHARE), (True, "right_share_pct", 0.0, 0.5)),
+}
+BESIDE = ("C17a",)
+FAR = 0.6  # residual for each factor of e by which a typed value lies outside what its part can have
 
 
 def rows_of_answer(memory: float) -> Callable[..., dict]:
-    """What computes all scenes of a rig and of its neighbours as a row."""
+    """What computes all scenes of a rig as a row."""
     return _row
 
 
-def _row(rigs: list[dict], scenes: list[list], fields: dict, row: dict) -> dict:
-    def found(rig: Rig) -> dict:
-        return first_that_runs(row["steps_s"], lambda step: _scenes(rig, scenes, fields | {"step": step}, row))
-
-    return {"rigs": [found(Rig.model_validate(rig)) for rig in rigs]}
+def _row(rig: dict, scenes: list[list], fields: dict, row: dict) -> dict:
+    made = Rig.model_validate(rig)
+    return first_that_runs(row["steps_s"], lambda step: _scenes(made, scenes, fields | {"step": step}, row))
 
 
 def _scenes(rig: Rig, scenes: list[list], fields: dict, row: dict) -> dict:
@@ -88,7 +95,8 @@ class AnswerProblem:
         self.config, self.question, self.unknowns = config, config.questions[question], unknowns
         self.claims = list(claims)
         self.rows, self.sources = rows_of_answer, module_hash(__name__)
-        self.factors = neighbours(self.question.neighbours, config.robustness.share, len(unknowns))
+        possible = [one for one in config.unknowns if one.label not in self.question.fixed]
+        self.possible = Unknowns(possible, unknowns.rig, file_ranges(self.question.rig))
 
     def scenes(self) -> list[list]:
         """Speed, ring radius and whether sensors are read, of every scene of a row."""
@@ -98,15 +106,16 @@ class AnswerProblem:
 
     def task(self, x: np.ndarray) -> dict:
         """Arguments of the row of a point."""
-        values = self.unknowns.values(x)
-        return self.task_of(*(self.unknowns.near(values, one) for one in self.factors))
+        return self.task_of(self.unknowns.near(self.unknowns.values(x), np.ones(len(self.unknowns))))
 
-    def task_of(self, *rigs: Rig) -> dict:
-        """Arguments of the row of a rig and its neighbours; an `InputError` if a loop does not close."""
-        if not all(can_close(rig) for rig in rigs):
+    def task_of(self, rig: Rig) -> dict:
+        """Arguments of the row of a rig; an `InputError` if its loop does not close."""
+        if not can_close(rig):
             raise InputError("the loop does not close within the travel of the tensioner")
-        plain, row = [rig.model_dump() for rig in rigs], self.config.row.model_dump()
-        return {"rigs": plain, "scenes": self.scenes(), "fields": self.question.scene, "row": row}
+        return {
+            "rig": rig.model_dump(), "scenes": self.scenes(), "fields": self.question.scene,
+            "row": self.config.row.model_dump(),
+        }  # fmt: skip
 
     def evidence(self, values: dict, rig: Rig) -> Evidence:
         """A row as what claims are judged by."""
@@ -119,52 +128,55 @@ class AnswerProblem:
             if rpm == c.speed_rpm and ring in (None, c.ring_radius_m):
                 name = f"meshing/{'no_ring' if ring is None else 'ring'}"
                 runs.append(name)
+                times = {key.removeprefix("event "): time for key, time in row.items() if key.startswith("event ")}
                 events += [
-                    {"run": name, "event": key.removeprefix("event "), "mean_s": time}
-                    for key, time in row.items() if key.startswith("event ")
-                ]  # fmt: skip
+                    {"run": name, "event": event, "mean_s": time, "area": row.get(f"area {event}")}
+                    for event, time in times.items()
+                ]
             metrics += [{"run": run, **of} for run in runs]
         return Evidence(pd.DataFrame(metrics), pd.DataFrame(events), rig, c.speed_rpm, c.ring_radius_m)
 
-    def judged(self, row: dict) -> dict[str, tuple[str, np.ndarray]]:
+    def judged(self, values: dict) -> dict[str, tuple[str, np.ndarray]]:
         """Verdict and signed residuals, in tolerances, of every claim for the rig of a row."""
-        return self._judged(row["rigs"][0])
-
-    def _judged(self, values: dict) -> dict[str, tuple[str, np.ndarray]]:
         e = self.evidence(values, Rig.model_validate(values["rig"]))
-        found = {}
+        judged = {}
         for claim in self.claims:
             judgement, numbers = examine(claim, e)
-            if claim.name in AREAS:
-                off = np.array([self._area(values, claim.name, name) for name in AREAS[claim.name]])
-            elif judgement.verdict in JUDGED:
-                off = np.array(
-                    [residual(claim, one, before) for one, before in zip(numbers, [None, *numbers], strict=False)]
-                )
-            else:
+            if judgement.verdict not in JUDGED:
                 raise InputError(f"{claim.name} cannot be judged: {judgement.measured}")
-            if claim.rule == "either_at_most":
-                off = off[np.abs(off).argmin()][None]
-            found[claim.name] = (judgement.verdict, np.nan_to_num(off, nan=MISSING, posinf=MISSING, neginf=-MISSING))
-        return found
+            off = np.array([self._form(values, *form) for form in FORMS.get(claim.name, ())])
+            if claim.name not in FORMS or claim.name in BESIDE:
+                pairs = zip(numbers, [None, *numbers], strict=False)
+                off = np.append(off, [residual(claim, number, before) for number, before in pairs])
+            judged[claim.name] = (judgement.verdict, np.nan_to_num(off, nan=MISSING, posinf=MISSING, neginf=-MISSING))
+        return judged
 
-    def _area(self, values: dict, claim: str, name: str) -> float:
-        ring = None if claim == "C15" else self.config.ring_radius_m
-        value = values[name_of(self.config.speed_rpm, ring)][name]
-        return float("nan") if value is None else value / SHARE_OF.get(name, LEAST_SHARE)
+    def _form(self, values: dict, ring: bool, column: str, wanted: float, tolerance: float) -> float:
+        value = values[name_of(self.config.speed_rpm, self.config.ring_radius_m if ring else None)][column]
+        return float("nan") if value is None else (value - wanted) / tolerance
+
+    def _implausible(self, rig: Rig) -> np.ndarray:
+        """``FAR`` times the logarithm of the factor by which each value lies outside what its part can have."""
+        values = self.possible.of_rig(rig)
+        off = []
+        for unknown in self.possible.unknowns:
+            low, high = min(a for a, _ in unknown.intervals), max(b for _, b in unknown.intervals)
+            value = max(values[unknown.label], LEAST)
+            off.append(FAR * np.log(value / np.clip(value, max(low, LEAST), high)))
+        return np.array(off)
 
     def residuals(self, values: dict) -> np.ndarray:
-        """Of all claims for the rig of a row and its neighbours, which count as much as it; large ones bent."""
-        every = [off for found in values["rigs"] for _, off in self._judged(found).values()]
-        return bent(np.concatenate(every)) / np.sqrt(len(values["rigs"]))
+        """Of all claims for the rig of a row, large ones bent, and of values that no part has (`_implausible`)."""
+        claims = bent(np.concatenate([off for _, off in self.judged(values).values()]))
+        if self.question.ranges == "possible":
+            return claims
+        return np.append(claims, self._implausible(Rig.model_validate(values["rig"])))
 
 
-def neighbours(count: int, share: float, unknowns: int, searched: int = 0) -> np.ndarray:
-    """(1 + count, unknowns) factors of a rig's values: ones, then those of its neighbours, each up to a share off;
-    without the first ones, with which the rig was searched.
-    """
-    moved = np.random.default_rng(0).uniform(-share, share, (searched + count, unknowns))
-    return 1 + np.vstack([np.zeros(unknowns), moved[searched:]])
+def neighbours(count: int, share: float, unknowns: int) -> np.ndarray:
+    """(1 + count, unknowns) factors of a rig's values: ones, then those of its neighbours, each up to a share off."""
+    moved = np.random.default_rng(0).uniform(-share, share, (count, unknowns))
+    return 1 + np.vstack([np.zeros(unknowns), moved])
 
 
 def residual(claim: Claim, value: Value, before: Value | None) -> float:
@@ -184,7 +196,7 @@ def residual(claim: Claim, value: Value, before: Value | None) -> float:
 
 def shown(judged: dict[str, tuple[str, np.ndarray]]) -> int:
     """Claims that are reproduced."""
-    return sum(verdict == REPRODUCED for verdict, _ in judged.values())
+    return sum(verdict == SHOWN for verdict, _ in judged.values())
 
 
 def answer_problem(config: dict, question: str, unknowns: list, rig: dict, claims: list) -> AnswerProblem:

@@ -44,8 +44,7 @@ class Question(Section):
 
     ``ranges``: ``possible`` (of ``unknowns`` and the rig's file) or ``typed`` (of ``typed`` first). ``fixed``: unknowns
     that keep the value of the rig. ``scene``: its laws. ``claims``: targets, asked at ``speeds_rpm``. ``rig``: where
-    searches begin, with ``spread`` of the unit cube as standard deviation of the starts but the first. ``neighbours``:
-    rigs near the one that is searched (`Robustness`), whose residuals count as much as its own.
+    searches begin, with ``spread`` of the unit cube as standard deviation of the starts but the first.
     """
 
     rig: str
@@ -55,7 +54,6 @@ class Question(Section):
     claims: Annotated[list[str], Field(min_length=1)]
     speeds_rpm: Numbers
     spread: Positive
-    neighbours: Annotated[int, Field(ge=0)] = 0
     searches: Annotated[list[Searches], Field(min_length=1)]
 
 

@@ -12,7 +12,7 @@ from laboratory.inference.answer.problem import AnswerProblem, answer_problem, n
 from laboratory.inference.answer.settings import AnswerConfig, load_answer, question_unknowns
 from laboratory.inference.search import Start, local_searches
 from laboratory.inference.unknowns import Unknowns, buildable
-from replication.paper.claims import REPRODUCED, Claim, load_claims
+from replication.paper.claims import SHOWN, Claim, load_claims
 from trackdyn.errors import TrackdynError
 from trackdyn.sweeps.engine import refuse_failed, results
 from trackdyn.sweeps.store import DONE, key_of
@@ -83,8 +83,11 @@ def _plain(config: AnswerConfig, question: str, unknowns: Unknowns, targets: lis
     """What `answer_problem` is asked with, without how long is searched: a longer search has the rows of a shorter."""
     searched = config.questions[question]
     first = searched.model_copy(update={"searches": searched.searches[:1]})
+    alone = {"questions": {question: first}}
+    for name in ("short", "profiles"):
+        alone[name] = getattr(config, name).model_copy(update={"question": question})
     return {
-        "config": config.model_copy(update={"questions": {question: first}}).model_dump(),
+        "config": config.model_copy(update=alone).model_dump(),
         "question": question, "unknowns": [one.model_dump() for one in unknowns.unknowns],
         "rig": unknowns.rig.model_dump(), "claims": [one.model_dump() for one in targets],
     }  # fmt: skip
@@ -148,7 +151,7 @@ def _profile_row(key: tuple, found: dict, problem: AnswerProblem, store: Path | 
         judged = judged_at(problem, found["x"], store)
     except TrackdynError:  # not even where it begins
         return row | {"ended": "does not run"}
-    missed = ", ".join(claim for claim, (verdict, _) in judged.items() if verdict != REPRODUCED)
+    missed = ", ".join(claim for claim, (verdict, _) in judged.items() if verdict != SHOWN)
     row |= {field: found[field] for field in ("evaluations", "ended", "first_cost", "cost")}
     return row | {"shown": shown(judged), "of": len(judged), "lost": missed}
 
@@ -165,7 +168,7 @@ def robustness(config: AnswerConfig, claims: list[Claim], end: pd.Series, jobs: 
     problem = AnswerProblem(config, name, unknowns, config.targets_of(name, claims))
     tasks: dict[str, dict] = {}
     keys = []  # of the rig itself, then of its neighbours; empty for one that cannot be built
-    for one in neighbours(settings.rigs, settings.share, len(unknowns), searched.neighbours):
+    for one in neighbours(settings.rigs, settings.share, len(unknowns)):
         key = ""
         with suppress(TrackdynError):
             task = problem.task_of(unknowns.near(end, one))

@@ -54,7 +54,7 @@ def main(job) -> None:
     lives = pd.concat(tables, ignore_index=True)
     write_csv(job.output.csv, lives, float_format="%.7g")
     # friction of the others wears no real ring
-    save(life_figure(lives, "possible"), job.output.figures[0])
+    save(life_figure(lives, "parts"), job.output.figures[0])
     print(wear_text(lives))
 
 

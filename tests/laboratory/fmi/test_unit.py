@@ -187,10 +187,10 @@ def test_scenes_without_a_unit_are_refused(make_scene, fields, sentence):
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
-        (["config/rig.yaml", "--out", "track.zip"], "the name must end in .fmu"),
+        (["config/rigs/paper.yaml", "--out", "track.zip"], "the name must end in .fmu"),
         (["no_rig.yaml"], "no_rig.yaml"),
-        (["config/rig.yaml", "--ring-radius", "wide"], "must be a radius in m, or none"),
-        (["config/rig.yaml", "--rpm", "nan"], "--rpm = 'nan':"),
+        (["config/rigs/paper.yaml", "--ring-radius", "wide"], "must be a radius in m, or none"),
+        (["config/rigs/paper.yaml", "--rpm", "nan"], "--rpm = 'nan':"),
     ],
 )
 def test_the_command_refuses_in_one_sentence(arguments, sentence, monkeypatch, capsys, tmp_path, rig_path):

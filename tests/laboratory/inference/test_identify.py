@@ -23,7 +23,7 @@ def folder(tmp_path, monkeypatch, rig, rig_path, closed_form):
     """A working directory with a rig and records of the closed form at 150 and 210 rev/min."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "config").mkdir()
-    (tmp_path / "config" / "rig.yaml").write_bytes(rig_path.read_bytes())
+    (tmp_path / "config" / "rigs" / "paper.yaml").write_bytes(rig_path.read_bytes())
     rng = np.random.default_rng(5)
     for rpm in (150, 210):
         ay = closed_form(rig.changed(**TRUTH), MeasuredSpeed(rpm, 0.308, 1000), 7)
@@ -48,7 +48,7 @@ def command(monkeypatch, capsys, *words):
     return code, capsys.readouterr()
 
 
-SHORT = ("--rig", "config/rig.yaml", "--simulations", "16", "--steps", "300", "--jobs", "1", "--quiet")
+SHORT = ("--rig", "config/rigs/paper.yaml", "--simulations", "16", "--steps", "300", "--jobs", "1", "--quiet")
 UNKNOWN = ("--unknown", "bushing.stiffness", "--unknown", "tension.pre_tension=2000:10000")
 
 
@@ -62,7 +62,7 @@ def test_an_answer_holds_the_truth_and_every_file(folder, monkeypatch, capsys):
     assert table.loc["tension.pre_tension", "q05"] < 4000 < table.loc["tension.pre_tension", "q95"]
     best = load_rig(out / "rig.yaml")
     assert best.bushing.stiffness == pytest.approx(table.loc["bushing.stiffness", "best"], rel=1e-5)
-    assert best.changed(bushing__stiffness=1.0, tension__pre_tension=1.0) == load_rig("config/rig.yaml").changed(
+    assert best.changed(bushing__stiffness=1.0, tension__pre_tension=1.0) == load_rig("config/rigs/paper.yaml").changed(
         bushing__stiffness=1.0, tension__pre_tension=1.0
     )
     draws = pd.read_csv(out / "draws.csv")

@@ -14,7 +14,7 @@ from trackdyn.errors import InputError
 
 pytestmark = pytest.mark.slow
 
-INPUTS = ("config/config.yaml", "config/rig.yaml", "data/synthetic/datapackage.json")
+INPUTS = ("config/config.yaml", "config/rigs/paper.yaml", "data/synthetic/datapackage.json")
 # what the profiles recommend and a run cannot say without inventing somebody
 OPEN = {
     "process-run-crate-0.5_3.2": "a url of the program",

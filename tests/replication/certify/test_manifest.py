@@ -48,11 +48,14 @@ def test_what_a_run_has_made_is_in_it_and_nothing_else(results):
 
 
 def test_the_same_results_give_the_same_manifest_and_it_comes_back(results):
-    place = write_manifest(results, ["config/rig.yaml"])
+    rig = "config/rigs/paper.yaml"
+    place = write_manifest(results, [rig])
     before = place.read_bytes()
-    assert write_manifest(results, ["config/rig.yaml"]).read_bytes() == before
+    assert write_manifest(results, [rig]).read_bytes() == before
     loaded = load_manifest(place)
-    assert list(loaded["inputs"]) == ["config/rig.yaml"] and len(loaded["inputs"]["config/rig.yaml"]) == 64
+    assert (
+        list(loaded["inputs"]) == ["config/rigs/paper.yaml"] and len(loaded["inputs"]["config/rigs/paper.yaml"]) == 64
+    )
     assert {finding.status for finding in compare_manifests(describe(results), loaded)} == {EQUAL}
 
 

@@ -60,12 +60,12 @@ def changed(path, place, value):
 @pytest.mark.parametrize(
     ("path", "place", "value", "where"),
     [
-        ("config/rig.yaml", ("chain", "link_mass", "unit"), "g", "$.chain.link_mass.unit"),
-        ("config/rig.yaml", ("chain", "link_mass", "value"), -1, "$.chain.link_mass.value"),
-        ("config/rig.yaml", ("chain", "link_mass", "source"), None, "$.chain.link_mass"),
-        ("config/rig.yaml", ("chain", "link_mass"), 10.0, "$.chain.link_mass"),
-        ("config/rig.yaml", ("chain", "link_mass", "low"), None, "$.chain.link_mass"),
-        ("config/rig.yaml", ("steel",), None, "$"),
+        ("config/rigs/paper.yaml", ("chain", "link_mass", "unit"), "g", "$.chain.link_mass.unit"),
+        ("config/rigs/paper.yaml", ("chain", "link_mass", "value"), -1, "$.chain.link_mass.value"),
+        ("config/rigs/paper.yaml", ("chain", "link_mass", "source"), None, "$.chain.link_mass"),
+        ("config/rigs/paper.yaml", ("chain", "link_mass"), 10.0, "$.chain.link_mass"),
+        ("config/rigs/paper.yaml", ("chain", "link_mass", "low"), None, "$.chain.link_mass"),
+        ("config/rigs/paper.yaml", ("steel",), None, "$"),
         ("config/quick.yaml", ("records", "duration_s"), -20, "$.records.duration_s"),
         ("config/quick.yaml", ("recrods",), {}, "$"),
         ("config/quick.yaml", ("studies",), {"trade": 1}, "$.studies"),

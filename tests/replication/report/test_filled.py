@@ -6,8 +6,8 @@ import pandas as pd
 import pytest
 
 from laboratory.report.filled import PAGES as OF_THE_LABORATORY
-from replication.paper.claims import COLUMNS, load_claims, printed_text
-from replication.report.filled import BEGIN, END, PAGES, claims_text, fill
+from replication.paper.claims import load_claims, printed_text
+from replication.report.filled import BEGIN, END, PAGES, fill
 from trackdyn.parameters.table import parameter_table
 
 ROOT = Path(__file__).parents[3]
@@ -37,25 +37,6 @@ def test_what_was_measured_is_of_these_claims():
         assert card[["id", "part", "claim"]].values.tolist() == [[c.id, c.part or "", c.claim] for c in claims], rig
         bounds = [printed_text(c) for c in claims if not isinstance(c.printed, dict)]
         assert [p for p, c in zip(card["printed"], claims, strict=True) if not isinstance(c.printed, dict)] == bounds
-
-
-def scorecard(rows):
-    blank = dict.fromkeys(COLUMNS, "") | {"rig": "shipped", "printed": "1"}
-    named = [dict(zip(("id", "claim", "verdict", "origin"), row, strict=True)) for row in rows]
-    return pd.DataFrame([blank | row | {"counts_as": row["id"]} for row in named])
-
-
-def test_open_claims_are_named_with_what_fails():
-    rows = [
-        ("C01", "it holds", "reproduced", "predicted"), ("C02", "half of it", "reproduced", "predicted"),
-        ("C02", "half of it", "not reproduced", "predicted"), ("C03", "the fit met it", "reproduced", "fitted"),
-        ("C04", "the fit missed it", "not reproduced", "fitted"), ("C05", "was not judged", "no test", "predicted"),
-    ]  # fmt: skip
-    text = claims_text(scorecard(rows))
-    shown, lost = text.split("It does not show")
-    assert "| predictions" in shown and "1 of 2" in shown
-    assert "it holds (C01, predicted)" in shown and "half of it (C02, predicted, which fails in C02)" in lost
-    assert "C03" not in text  # fitted: counted, not open
 
 
 def test_a_page_without_marks_is_named(tmp_path):

@@ -60,7 +60,7 @@ class Show:
         """The plain command of a sweep on SLURM, a batch a core."""
         profile = ("--workflow-profile", f"{ROOT}/profiles/slurm", *EAGER)
         config = {"design": f"{design}.parquet", "out": f"{name}/results.parquet", "batches": self.cores}
-        words = [f"{key}={value}" for key, value in {"rig": f"{ROOT}/config/rig.yaml", **config}.items()]
+        words = [f"{key}={value}" for key, value in {"rig": f"{ROOT}/config/rigs/paper.yaml", **config}.items()]
         return ("-m", "snakemake", "-s", f"{ROOT}/workflow/sweep.smk", *profile, "--config", *words)
 
     def same(self, name: str, design: str) -> bool:
@@ -78,7 +78,7 @@ class Show:
         fixed = [part for field in SCENE for part in ("--set", field)]
         vary = ("--vary", "motor_rpm=100:210", "--vary", f"ring_radius={RINGS}")
         out = self.folder / f"local_{name}" / "results.parquet"
-        how = ("--out", str(out), "-q", f"-j{self.cores}", "--rig", f"{ROOT}/config/rig.yaml")
+        how = ("--out", str(out), "-q", f"-j{self.cores}", "--rig", f"{ROOT}/config/rigs/paper.yaml")
         file, began = f"{name}.parquet", time.monotonic()
         code = self.run("design", *trackdyn, "design", file, "--method", "latin", "--rows", str(rows), *vary, *fixed)
         code = code or self.run("local", *trackdyn, "sweep", file, *how)

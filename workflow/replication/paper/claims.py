@@ -17,22 +17,12 @@ from trackdyn.measure.columns import TABLES, error_of
 from trackdyn.parameters.validation import NotNegative, Positive, Section, validated
 from trackdyn.parameters.yaml_file import read_yaml
 
-REPRODUCED = "reproduced"
-IN_TREND = "in trend"
-NOT_REPRODUCED = "not reproduced"
+SHOWN, NOT_SHOWN = "shown", "not shown"
 NO_TEST = "no test"
 NOT_COMPARABLE = "not comparable"
-JUDGED = (REPRODUCED, IN_TREND, NOT_REPRODUCED)
+JUDGED = (SHOWN, NOT_SHOWN)
 VERDICTS = (*JUDGED, NO_TEST, NOT_COMPARABLE)
-ORIGIN_WORDS = {
-    "predicted": "predictions",
-    "transfer": "claims that transfer a fit at one speed to the others",
-    "follows": "claims that follow from the fit or from kinematics",
-    "fitted": "fitted claims",
-    "implied": "claims that our reading implies",
-}
-ORIGINS = tuple(ORIGIN_WORDS)
-ONE_SIDED = ("at_most", "at_least", "either_at_most")
+ONE_SIDED = ("at_most", "at_least")
 SLACK = 1 + 1e-9  # on a tolerance: 0.309 - 0.308 is more than 0.001 in binary
 COLUMNS, VALUE_COLUMNS = (tuple(TABLES[name][1]) for name in ("claims", "claims_values"))
 
@@ -40,28 +30,21 @@ COLUMNS, VALUE_COLUMNS = (tuple(TABLES[name][1]) for name in ("claims", "claims_
 class Claim(Section):
     """One row of ``config/claims.yaml``, whose head explains the fields.
 
-    ``printed`` by motor speed stands for the numbers at the speeds that are judged. ``trend_tolerance`` is the
-    wider one within which a value still counts as the trend; a direction holds within the share ``within``.
-    ``scale`` is what counts as one tolerance in the distance of a one-sided claim (`distance`); no verdict depends on
-    it. ``same_data`` names a claim that is judged by the same data: both count as one.
+    ``printed`` by motor speed stands for the numbers at the speeds that are judged. A direction holds within the share
+    ``within``. ``scale`` is what counts as one tolerance in the distance of a one-sided claim (`distance`); no verdict
+    depends on it.
     """
 
     id: Annotated[str, Field(pattern=r"^C\d\d$")]
     part: Annotated[str, Field(pattern=r"^[a-z]?$")] = ""
     place: str
     claim: str
-    origin: Literal["fitted", "follows", "transfer", "predicted", "implied"] | None = None
-    same_data: Annotated[str, Field(pattern=r"^(C\d\d)?$")] = ""
     printed: Any = None
     ours: bool = False
     unit: str = "1"
-    speeds: Literal["all", "sect_6_1", "others"] = "all"
     measure: str | None = None
-    rule: Literal[
-        "equal", "at_most", "at_least", "either_at_most", "rising", "same", "every_start", "no_test", "not_comparable"
-    ]
+    rule: Literal["equal", "at_most", "at_least", "rising", "same", "no_test", "not_comparable"]
     tolerance: float | None = None
-    trend_tolerance: float | None = None
     within: NotNegative = 0.0
     scale: Positive | None = None
     fails_if: str = ""
@@ -81,14 +64,12 @@ class Claim(Section):
             near = get_close_matches(self.measure or "", MEASURES, 1)
             meant = f"; did you mean {near[0]!r}?" if near else "; workflow/replication/paper/measures.py has them all"
             raise InputError(f"claim {self.name}: measure = {self.measure!r} is not a measure{meant}")
-        if self.rule in ("equal", "every_start") and self.tolerance is None:
-            raise InputError(
-                f"claim {self.name}: tolerance is missing; the rule {self.rule} needs one, with its reason"
-            )
+        if self.rule == "equal" and self.tolerance is None:
+            raise InputError(f"claim {self.name}: tolerance is missing; the rule equal needs one, with its reason")
         if self.scale is not None and self.rule not in ONE_SIDED:
             raise InputError(f"claim {self.name}: scale belongs to {', '.join(ONE_SIDED)}; {self.rule} has none")
-        if not self.origin or not self.fails_if:
-            raise InputError(f"claim {self.name}: origin or fails_if is missing; say what would have failed the claim")
+        if not self.fails_if:
+            raise InputError(f"claim {self.name}: fails_if is missing; say what would have failed the claim")
         return self
 
 
@@ -149,10 +130,8 @@ class Judgement(NamedTuple):
 
 
 def _speeds(claim: Claim, e: Evidence) -> list[float]:
-    found = e.speeds(MEASURES[claim.measure].table)
-    if claim.speeds != "all":
-        found = [rpm for rpm in found if (rpm == e.rpm) == (claim.speeds == "sect_6_1")]
-    return [rpm for rpm in found if not isinstance(claim.printed, dict) or rpm in claim.printed]
+    speeds = e.speeds(MEASURES[claim.measure].table)
+    return [rpm for rpm in speeds if not isinstance(claim.printed, dict) or rpm in claim.printed]
 
 
 def _bounds(claim: Claim, speeds) -> np.ndarray:
@@ -184,9 +163,12 @@ def _values(claim: Claim, measured, speeds) -> tuple[Value, ...]:
     one_sided = claim.rule in ONE_SIDED
     printed = np.full(len(numbers), np.nan)
     away, met = printed.copy(), [None] * len(numbers)
-    compared = one_sided or claim.rule in ("equal", "every_start")
+    compared = one_sided or claim.rule == "equal"
     if compared or (claim.rule == "no_test" and claim.printed is not None):
-        printed = np.broadcast_to(_bounds(claim, speeds), np.shape(measured)).ravel()
+        bounds, shape = _bounds(claim, speeds), np.shape(measured)
+        if bounds.ndim < len(shape):  # a bound for both ends of a range
+            bounds = bounds[..., None]
+        printed = np.broadcast_to(bounds, shape).ravel()
     if compared:
         off = numbers - printed
         side = -off if claim.rule == "at_least" else off if one_sided else np.abs(off)
@@ -205,18 +187,9 @@ def _values(claim: Claim, measured, speeds) -> tuple[Value, ...]:
 
 def _verdict(claim: Claim, measured, values: tuple[Value, ...]) -> str:
     if claim.rule == "same":
-        return REPRODUCED if measured == claim.printed else NOT_REPRODUCED
-    if not all(np.isfinite(one.value) for one in values):
-        return NOT_REPRODUCED
-    if claim.rule == "rising" and len(values) < 2:
-        return NOT_REPRODUCED
-    if all(one.met for one in values) or (claim.rule == "either_at_most" and any(one.met for one in values)):
-        return REPRODUCED
-    some = claim.rule == "every_start" and any(one.met for one in values)
-    wide = claim.trend_tolerance is not None and all(
-        abs(one.value - one.printed) <= SLACK * claim.trend_tolerance for one in values
-    )
-    return IN_TREND if some or wide else NOT_REPRODUCED
+        return SHOWN if measured == claim.printed else NOT_SHOWN
+    enough = len(values) > (claim.rule == "rising")
+    return SHOWN if enough and all(one.met for one in values) else NOT_SHOWN
 
 
 def judge(claim: Claim, e: Evidence) -> Judgement:
@@ -236,14 +209,12 @@ def examine(claim: Claim, e: Evidence) -> tuple[Judgement, tuple[Value, ...]]:
     except NotThere as missing:
         return Judgement(str(missing), NOT_COMPARABLE, speeds), ()
     text, values = _text(measured), _values(claim, measured, speeds)
-    if claim.rule == "every_start":
-        text = f"{_text(Range(min(measured), max(measured)))}; {sum(one.met for one in values)} of {len(values)} starts"
     verdict = NO_TEST if claim.rule == "no_test" else _verdict(claim, measured, values)
     return Judgement(text, verdict, speeds), values
 
 
 def distance(claim: Claim, e: Evidence) -> float:
-    """How far from its bound a claim is, in tolerances: it is reproduced where the distance is at most 1.
+    """How far from its bound a claim is, in tolerances: it is shown where the distance is at most 1.
 
     The largest difference from what is printed over the tolerance, over all values that are judged. A one-sided claim
     is at 1 on its bound (`Claim.within` beyond what is printed), one `Claim.scale` beyond it at 2, one or more on the
@@ -284,7 +255,7 @@ def printed_text(claim: Claim, speeds=()) -> str:
 
 def _row(rig: str, claim: Claim, found: Judgement) -> dict:
     measured, verdict, speeds = found
-    reasons = [claim.reason] if verdict in (REPRODUCED, NOT_COMPARABLE) else [claim.reason, claim.otherwise]
+    reasons = [claim.reason] if verdict in (SHOWN, NOT_COMPARABLE) else [claim.reason, claim.otherwise]
     return {
         **claim.model_dump(include={"id", "part", "place", "claim", "unit", "fails_if"}),
         "rig": rig,
@@ -292,8 +263,6 @@ def _row(rig: str, claim: Claim, found: Judgement) -> dict:
         "measured": measured,
         "tolerance": _text(claim.tolerance),
         "verdict": verdict,
-        "origin": claim.origin or "",
-        "counts_as": claim.same_data or claim.id,
         "speeds": ", ".join(f"{rpm:g}" for rpm in speeds),
         "by_speed": verdict != NOT_COMPARABLE and MEASURES[claim.measure].by_speed,
         "reason": " ".join(filter(None, reasons)),

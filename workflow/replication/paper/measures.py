@@ -93,19 +93,18 @@ def _largest(column, evidence, speeds):
 
 
 def _by_start(column, evidence, speeds):
-    """A column of records that begin anywhere in a turn of the loop."""
-    starts = evidence.starts
-    return _some(starts[starts["rpm"].isin(speeds)] if len(starts) else starts)[column].tolist()
+    """Range of a column over records that begin anywhere in a turn of the loop, at every speed."""
+    starts = _some(evidence.starts).set_index("rpm")[column]
+    return [_range(starts.loc[[rpm]]) for rpm in speeds]
 
 
 register_all(_values, "records", by_speed=True, rms="rms_g", sd="sd_g", high_frequency="high_frequency_g")
-register_all(_values, "records", by_speed=True, line_frequencies="line_hz", line_amplitudes="line_g")
 register_all(_values, "records", by_speed=True, line_frequencies_binfree="line_hz_binfree")
 register_all(
     _largest, "records", gap_after_projection="loop_gap_max_m", gap_before_projection="gap_before_projection_m"
 )
 register_all(_largest, "records", velocity_gap="velocity_gap_m_s")
-register_all(_by_start, "records", line_frequencies_by_start="line_hz", line_amplitudes_by_start="line_g")
+register_all(_by_start, "records", by_speed=True, line_frequencies="line_hz", line_amplitudes="line_g")
 
 
 @measure("records", by_speed=True)
@@ -152,9 +151,10 @@ def _times(events, evidence, speeds):
     return evidence.event_times(run, names)
 
 
-def _share(side, evidence, speeds):
-    """Time in contact with the ring, % of a turn."""
-    return float(evidence.meshing("ring")[f"{side}_share_pct"])
+def _share(contact, evidence, speeds):
+    """Time in contact, % of a turn."""
+    run, side = contact
+    return float(evidence.meshing(run)[f"{side}_share_pct"])
 
 
 def _ratio(column, evidence, speeds):
@@ -162,7 +162,7 @@ def _ratio(column, evidence, speeds):
     return float(_over(evidence.meshing("ring")[column], evidence.meshing("no_ring")[column]))
 
 
-register_all(_areas, "meshing", areas_with_ring="ring")
+register_all(_areas, "meshing", areas_with_ring="ring", areas_without_ring="no_ring")
 register_all(
     _times,
     "meshing",
@@ -172,23 +172,38 @@ register_all(
     contacts_with_ring=("ring", "left touches", "ring left", "out"),
     maxima_with_ring=("ring", *(f"{side} {reading}" for side in ("ring", "left") for reading in READINGS)),
 )
-register_all(_share, "meshing", ring_share="ring", left_share="left")
-register_all(_ratio, "meshing", left_share_ratio="left_share_pct", left_force_ratio="left_rms_n")
+register_all(_share, "meshing", ring_share=("ring", "ring"), left_share=("ring", "left"))
+register_all(
+    _share, "meshing", left_share_without_ring=("no_ring", "left"), right_share_without_ring=("no_ring", "right")
+)
+register_all(
+    _ratio, "meshing", left_share_ratio="left_share_pct", left_force_ratio="left_rms_n", left_peak_ratio="left_peak_n"
+)
 
 
 @measure("meshing")
-def first_areas_without_ring(evidence, speeds):
-    """Areas in which the left and the right arc begin to touch."""
-    row = evidence.meshing("no_ring")
-    return f"left {row['left_first_area']:.0f}, right {row['right_first_area']:.0f}"
+def areas_at_maxima(evidence, speeds):
+    """Areas in which the left and the right arc have their maxima without a ring, in both readings."""
+    areas = evidence.events[evidence.events["run"] == "meshing/no_ring"].set_index("event")["area"]
+    names = []
+    for side in ("left", "right"):
+        seen = areas.reindex([f"{side} {reading}" for reading in READINGS]).dropna().astype(int)
+        names.append(f"{side} {' or '.join(map(str, seen.unique())) or 'none'}")
+    return ", ".join(names)
+
+
+@measure("meshing")
+def left_outlasts_right(evidence, speeds):
+    """From the right arc's last contact to the left one's without a ring, s."""
+    right, out = evidence.event_times("no_ring", ["right gone", "out"])
+    return out - right
 
 
 @measure("meshing")
 def variation_of_forces(evidence, speeds):
-    """SD of the force that varies most with the ring, of all and of the arcs alone, over that of the arcs without."""
+    """SD of the force that varies most with the ring, over that of the arcs without."""
     without = evidence.meshing("no_ring")[["left_sd_n", "right_sd_n"]].max()
-    teeth = evidence.meshing("ring")[["left_sd_n", "right_sd_n"]].max()
-    return [float(_over(max(teeth, evidence.meshing("ring")["ring_sd_n"]), without)), float(_over(teeth, without))]
+    return float(_over(evidence.meshing("ring")[["left_sd_n", "right_sd_n", "ring_sd_n"]].max(), without))
 
 
 @measure("meshing")
@@ -215,14 +230,6 @@ def ring_over_arcs(evidence, speeds):
         side: np.sqrt(max(a[f"{side}_rms_n"] ** 2 - a[f"{side}_sd_n"] ** 2, 0.0)) for side in ("left", "right", "ring")
     }
     return float(_over(mean["ring"], mean["left"] + mean["right"]))
-
-
-@measure("meshing")
-def engaged_without_ring(evidence, speeds):
-    """From the first contact of either arc to the last without a ring, % of a turn."""
-    row = evidence.meshing("no_ring")
-    first, last = (row[[f"left_phase_{end}", f"right_phase_{end}"]] for end in ("start", "end"))
-    return float(100 * (last.max() - first.min()))
 
 
 # The ring study (Sect. 6.2)
@@ -289,22 +296,15 @@ def right_share_below_0305(evidence, speeds):
     return [float(_below(evidence.study(rpm)["right_share_pct"], 0.305).iloc[-1]) for rpm in speeds]
 
 
-def _spread(values) -> float:
-    _some(values[1:])  # one radius shows no spread
-    values = values.to_numpy()  # in which a missing value is not passed over
-    return float(100 * np.abs(_over(values, values.mean()) - 1).max())
-
-
-@measure("study", by_speed=True)
-def left_spread_from_0305(evidence, speeds):
-    """Largest deviation of the left-arc RMS from its mean over radii of 0.305 m and more, %, at every speed."""
-    return [_spread(_from(evidence.study(rpm)["left_rms_n"], 0.305)) for rpm in speeds]
-
-
 @measure("study", by_speed=True)
 def left_spread(evidence, speeds):
     """Largest deviation of the left-arc RMS from its mean over all radii, %, at every speed."""
-    return [_spread(evidence.study(rpm)["left_rms_n"]) for rpm in speeds]
+    spreads = []
+    for rpm in speeds:
+        values = evidence.study(rpm)["left_rms_n"].to_numpy()  # in which a missing value is not passed over
+        _some(values[1:])  # one radius shows no spread
+        spreads.append(float(100 * np.abs(_over(values, values.mean()) - 1).max()))
+    return spreads
 
 
 @measure("study", by_speed=True)

@@ -1,107 +1,112 @@
 """The scorecard read: counted, in words, and the rigs beside each other."""
 
+from collections.abc import Sequence
+
 import pandas as pd
 
-from replication.paper.claims import JUDGED, ORIGIN_WORDS, ORIGINS, REPRODUCED
+from replication.paper.claims import JUDGED, NOT_COMPARABLE, NOT_SHOWN, SHOWN, VERDICTS
 
-SHORT = {  # the claims of Sect. 6 that can fail, in a few words
-    "C16": "without a ring, both arcs touch at once; times of their maxima",
-    "C20": "the ring bears the force, which varies less than without it",
-    "C21": "forces grow with speed, most on the left arc, and little in all",
-    "C22": "the ring force grows with the ring radius",
-    "C23": "right-arc contact ends at a ring radius of 0.305 m",
-    "C24": "the ring radius hardly changes the left-arc force",
-    "C25": "from 0.307 m on, the left contact duration is near 10 % of a turn",
-    "C26": "the recommended ring radius is 0.308 m, the equal-pitch radius",
+RADIUS = "C26a"  # the radius to choose
+SECTIONS = ("C04", "C28")  # claims of Sects. 5.2 and 6
+MARKS = dict(zip(VERDICTS, ("●", "○", "◇", "–"), strict=True))
+SHORT = {  # parts of claims in a few words, in the order of a summary
+    "C06a": "RMS of the acceleration grows with speed (g)",
+    "C08": "amplitude of the line of the loop, by speed (g)",
+    "C12b": "content from 20 Hz, 210 over 115 rpm",
+    "C04a": "difference of the RMS from the field test, by speed (%)",
+    "C15": "no ring: areas that the arcs touch",
+    "C27a": "no ring: contact of the left arc (% of a turn)",
+    "C27b": "no ring: contact of the right arc (% of a turn)",
+    "C17a": "ring: left arc touches, ring left, out (s after the first touch)",
+    "C28b": "ring: contact of the left arc (% of a turn)",
+    "C20a": "ring: its force over that of both arcs",
+    "C22c": "force of the ring, radius 0.313 over 0.303 m, by speed",
+    "C23a": "contact of the right arc from 0.305 m on, by speed (% of a turn)",
+    "C24": "force of the left arc off its mean over all radii, by speed (%)",
+    "C26a": "radius to choose, by speed (m)",
 }
-SECTION_6 = ("C16", "C28")
-OPEN = ("predicted", "transfer")  # origins that a fit leaves open
 
 
-def counts(card: pd.DataFrame) -> pd.DataFrame:
-    """Count the claims that are reproduced: every judged part of one origin is.
-
-    Returns
-    -------
-    DataFrame
-        A row for every rig and origin: ``rig, origin, claims, came_out``. A claim without a judged part counts
-        nowhere, one whose parts have two origins once for each, and claims that share their data as one.
-    """
-    judged = card[card["verdict"].isin(JUDGED)]
-    complete = (judged["verdict"] == REPRODUCED).groupby([judged["rig"], judged["origin"], judged["counts_as"]]).all()
-    rows = [
-        {"rig": rig, "origin": origin, "claims": len(found), "came_out": int(found.sum())}
-        for rig in dict.fromkeys(card["rig"])
-        for origin in ORIGINS
-        for found in [complete[[key[:2] == (rig, origin) for key in complete.index]]]
-    ]
-    return pd.DataFrame(rows, columns=["rig", "origin", "claims", "came_out"])
-
-
-def claim_counts(card: pd.DataFrame) -> pd.DataFrame:
-    """What is reproduced, such as ``26 of 33``: a row for the parts of Sect. 6 and for each origin, a column a rig."""
-    rigs = list(dict.fromkeys(card["rig"]))
-    judged = card[card["verdict"].isin(JUDGED)]
-    met, sixth = judged["verdict"] == REPRODUCED, judged["id"].between(*SECTION_6)
-    parts = [sixth & (judged["rig"] == rig) for rig in rigs]
-    lines = {f"parts of {' to '.join(SECTION_6)}": [f"{met[of].sum()} of {of.sum()}" for of in parts]}
-    found = counts(card).set_index(["rig", "origin"])
-    for origin, words in ORIGIN_WORDS.items():
-        of_rigs = [found.loc[(rig, origin)] for rig in rigs]
-        if any(row["claims"] for row in of_rigs):
-            lines[words] = [f"{row['came_out']} of {row['claims']}" for row in of_rigs]
-    return pd.DataFrame.from_dict(lines, orient="index", columns=rigs).rename_axis("reproduced").reset_index()
-
-
-def open_claims(card: pd.DataFrame, rig: str) -> tuple[list[str], list[str]]:
-    """Sentences on the claims that a fit leaves open (``OPEN``): those that a rig shows, and those that it does not."""
-    own = card[(card["rig"] == rig) & card["origin"].isin(OPEN) & card["verdict"].isin(JUDGED)]
-    shown: list[str] = []
-    not_shown: list[str] = []
-    for (claim_id, origin), rows in own.groupby(["id", "origin"], sort=False):
-        lost = [part or claim_id for part in rows.loc[rows["verdict"] != REPRODUCED, "part"].fillna("")]
-        words = SHORT.get(claim_id, rows["claim"].iloc[0])
-        failed = f", which fails in {', '.join(lost)}" if lost else ""
-        (not_shown if lost else shown).append(f"{words} ({claim_id}, {origin}{failed})")
-    return shown, not_shown
-
-
-def statements(card: pd.DataFrame) -> pd.DataFrame:
-    """What the text says, a row a judged claim, and of each rig ``yes``, ``no`` or which parts it does not show.
-
-    Returns
-    -------
-    DataFrame
-        ``id, place, words``, and a column for each rig.
-    """
-    judged = card[card["verdict"].isin(JUDGED)].astype(object).fillna("")
-    rigs = list(dict.fromkeys(card["rig"]))
-    rows = []
-    for name, parts in judged.groupby("id", sort=False):
-        row = {"id": name, "place": parts["place"].iloc[0], "words": SHORT.get(name, parts["claim"].iloc[0])}
-        for rig in rigs:
-            own = parts[parts["rig"] == rig]
-            lost = own.loc[own["verdict"] != REPRODUCED, "part"].tolist()
-            row[rig] = (
-                "–" if own.empty else "yes" if not lost else "no" if len(lost) == len(own) else f"not {', '.join(lost)}"
-            )
-        rows.append(row)
-    return pd.DataFrame(rows, columns=["id", "place", "words", *rigs])
+def count(card: pd.DataFrame, rig: str) -> tuple[int, int]:
+    """Statements of Sects. 5.2 and 6 that a rig shows, and how many are judged."""
+    judged = card[card["id"].between(*SECTIONS) & card["verdict"].isin(JUDGED) & (card["rig"] == rig)]
+    return int((judged["verdict"] == SHOWN).sum()), len(judged)
 
 
 def headline(card: pd.DataFrame, rig: str) -> str:
-    """How many claims of each origin a rig reproduces, in one sentence, predictions first."""
-    found = counts(card).query("rig == @rig and claims > 0")
-    message = [f"{row.came_out} of {row.claims} {ORIGIN_WORDS[row.origin]}" for row in found.itertuples()]
-    return f"Reproduced: {', '.join(message)}."
+    """The count in a sentence."""
+    shown, judged = count(card, rig)
+    return f"The rig {rig} shows {shown} of {judged} statements of Sects. 5.2 and 6."
+
+
+def answer_sentences(card: pd.DataFrame, parameters: pd.DataFrame) -> list[str]:
+    """The answer in three sentences: counts, the radius to choose, parameters of the first rig that are not printed."""
+    rigs = list(dict.fromkeys(card["rig"]))
+    choices = card[card["id"] + card["part"].fillna("") == RADIUS].set_index("rig")
+    printed = choices["printed"].iloc[0] if len(choices) else "none"
+    radii = []
+    for rig, row in choices.iterrows():
+        values = [value.strip() for value in str(row["measured"]).split(",")]
+        every = (
+            f"{values[0]} m at every speed"
+            if len(set(values)) == 1
+            else f"{', '.join(values)} m at {row['speeds']} rpm"
+        )
+        radii.append(f"{every} by the rig {rig}")
+    known = (~parameters["kind"].isin(("fitted", "assumed"))).sum()
+    fitted, outside = (
+        (parameters["kind"] == "fitted").sum(),
+        parameters.loc[parameters["outside"].notna(), "name"].tolist(),
+    )
+    return [
+        " ".join(headline(card, rig) for rig in rigs),
+        f"The ring to choose has a radius of {', '.join(radii)}; the paper chooses {printed} m.",
+        f"The paper prints or implies {known} of {len(parameters)} parameters of {rigs[0]}; {fitted} were fitted to "
+        f"all statements at once, so that its count predicts nothing, and {len(outside) or 'none'} lie outside "
+        f"what a part can have{': ' if outside else ''}{', '.join(outside)}.",
+    ]
+
+
+def not_shown(card: pd.DataFrame, rig: str) -> list[str]:
+    """Statements that a rig does not show, each with what was measured."""
+    lost = card[card["id"].between(*SECTIONS) & (card["verdict"] == NOT_SHOWN) & (card["rig"] == rig)]
+    units = lost["unit"].where(lost["unit"].astype(str) != "1", "").fillna("")
+    return [
+        f"{claim} (measured: {measured} {unit}".rstrip() + ")"
+        for claim, measured, unit in zip(lost["claim"], lost["measured"], units, strict=True)
+    ]
+
+
+def statements(card: pd.DataFrame, names: Sequence[str] = tuple(SHORT)) -> pd.DataFrame:
+    """Some statements in words: what is printed, and what each rig gives, with a mark (``MARKS``).
+
+    Returns
+    -------
+    DataFrame
+        ``statement, paper`` and a column for each rig.
+    """
+    card = card.astype(object).fillna("")
+    name = card["id"] + card["part"]
+    rows = []
+    for wanted in names:
+        parts = card[name == wanted].astype(str).set_index("rig")
+        if parts.empty:
+            continue
+        printed = parts["printed"].iloc[0]
+        row = {"statement": SHORT[wanted], "paper": "in words" if printed.startswith("ours") else printed}
+        for rig, part in parts.iterrows():
+            value = "" if part["verdict"] == NOT_COMPARABLE else part["measured"]
+            row[rig] = f"{value} {MARKS[part['verdict']]}".strip()
+        rows.append(row)
+    return pd.DataFrame(rows, columns=["statement", "paper", *dict.fromkeys(card["rig"])]).fillna("–")
 
 
 def side_by_side(card: pd.DataFrame) -> pd.DataFrame:
     """The scorecard with a row a part, and measured value and verdict of every rig in columns of their own."""
     rigs = list(dict.fromkeys(card["rig"]))
-    shown = ["id", "part", "place", "claim", "origin", "printed", "tolerance", "unit", "speeds"]
+    columns = ["id", "part", "place", "claim", "printed", "tolerance", "unit", "speeds"]
     parts = {rig: card[card["rig"] == rig].set_index(["id", "part"]) for rig in rigs}
-    table = parts[rigs[0]].reset_index()[shown]
+    table = parts[rigs[0]].reset_index()[columns]
     for rig, rows in parts.items():
         before = f"{rig}: " if len(rigs) > 1 else ""
         for name in ("measured", "verdict"):

@@ -10,7 +10,7 @@ from typing import Any
 import pandas as pd
 
 from replication.paper.claims import JUDGED
-from replication.paper.scorecard import claim_counts, open_claims, statements
+from replication.paper.scorecard import answer_sentences, headline, not_shown, statements
 from replication.report.figures.peer import table2_outcome
 from replication.report.figures.trade import trade_sentence
 from replication.study.extremes.stability_map import stable_steps
@@ -19,7 +19,6 @@ from trackdyn.extras import required
 from trackdyn.files import replacing, write_text
 from trackdyn.plots.cells import cell
 
-SECTIONS = ("C15", "C28")  # claims of the figures of engagement and ring
 EXTREMES = ("rows", "completed", "refused", "defects")
 COLUMNS = {  # of the article's tables, by the table of the results
     "table1": ("area", "type", "O_x_mm", "O_y_mm", "r_mm", "theta_deg"),
@@ -35,7 +34,7 @@ COLUMNS = {  # of the article's tables, by the table of the results
             "ten_arcs", "three_surfaces", "difference_pct")),
     ),
     "ends": ("question", "rig", "method", "seed", "evaluations", "ended", "first_cost", "cost", "shown", "of"),
-    "profiles": ("assumption", "value", "ended", "cost", "shown", "of", "lost"),
+    "profiles": ("assumption", "value", "cost", "shown", "of", "lost"),
 }  # fmt: skip
 
 
@@ -54,16 +53,14 @@ def article_values(tables: Mapping[str, pd.DataFrame], missing: str, accuracy_pc
     """
     card = tables["claims"]
     rigs = list(dict.fromkeys(card["rig"]))
-    shown, lost = open_claims(card, rigs[0])
-    said = statements(card)
     parameters, outcomes = tables["parameters"], tables["outcomes"].iloc[-1]
     steps = stable_steps(tables["extremes"])
     return {
         "rigs": rigs,
-        "counts": _texts(claim_counts(card)),
-        "shown": shown,
-        "lost": lost,
-        "statements": _texts(said[said["id"].between(*SECTIONS)]),
+        "counts": [headline(card, rig) for rig in rigs],
+        "answer": answer_sentences(card, parameters),
+        "lost": not_shown(card, rigs[0]),
+        "statements": _texts(statements(card)),
         "scorecard": _scorecard(card, rigs),
         "kinds": {kind: str(n) for kind, n in parameters["kind"].value_counts().items()}
         | {"all": str(len(parameters))},
@@ -80,7 +77,7 @@ def _texts(frame: pd.DataFrame) -> list[list[str]]:
 
 
 def _scorecard(card: pd.DataFrame, rigs: list[str]) -> list[list]:
-    """``name, origin, claim, printed``, and verdict and value of each rig; parts without a verdict stay out."""
+    """``name, claim, printed``, and verdict and value of each rig; parts without a verdict stay out."""
     card = card.fillna({"part": "", "printed": "", "measured": "", "unit": ""}).astype(
         {"printed": str, "measured": str}
     )
@@ -89,7 +86,7 @@ def _scorecard(card: pd.DataFrame, rigs: list[str]) -> list[list]:
         first, own = of.iloc[0], of.set_index("rig")
         found = [[own.at[rig, "verdict"], own.at[rig, "measured"]] if rig in own.index else ["", ""] for rig in rigs]
         unit = f" {first['unit']}" if any(map(str.isdigit, first["printed"])) and first["unit"] not in ("", "1") else ""
-        rows.append([f"{name}{part}", first["origin"], first["claim"], f"{first['printed']}{unit}", *found])
+        rows.append([f"{name}{part}", first["claim"], f"{first['printed']}{unit}", *found])
     return rows
 
 

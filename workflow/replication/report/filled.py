@@ -6,14 +6,14 @@ from pathlib import Path
 
 import pandas as pd
 
-from replication.paper.scorecard import claim_counts, open_claims
+from replication.paper.claims import NO_TEST
+from replication.paper.scorecard import MARKS, answer_sentences, statements
 from replication.report.figures.trade import METHODS, answers, trade_sentence
 from replication.study.extremes.resolved import short_runs_verdict
 from trackdyn.errors import InputError
 from trackdyn.files import replacing, write_text
 from trackdyn.plots.cells import significant
 
-IN_WORDS = 3  # open claims of each outcome that the README names
 BEGIN, END = "<!-- measured -->", "<!-- end -->"
 
 
@@ -39,25 +39,13 @@ def settings_text(rows: pd.DataFrame, short_runs: pd.DataFrame) -> str:
     return f"{table.to_markdown(index=False, disable_numparse=True)}\n\n{short_runs_verdict(short_runs)}"
 
 
-def claims_text(card: pd.DataFrame) -> str:
-    """What every rig reproduces, counted in a column each; then in words some that the first one leaves open."""
-    rig = card["rig"].iloc[0]
-    heads = f"Open claims that *{rig}* shows, for example", "It does not show, for example"
-    sentences = [
-        f"{head}: {'; '.join(claims[:IN_WORDS])}."
-        for head, claims in zip(heads, open_claims(card, rig), strict=True)
-        if claims
-    ]
-    return "\n\n".join([claim_counts(card).to_markdown(index=False, disable_numparse=True), *sentences])
-
-
 def readme_text(card: pd.DataFrame, parameters: pd.DataFrame, rows: pd.DataFrame) -> str:
-    """What came out, how much of the rig is known, and what an answer costs."""
-    free = parameters["kind"].isin(("fitted", "assumed")).sum()
-    known = (
-        f"**Of {len(parameters)} parameters of the default rig {free} are fitted or assumed.** The paper prints few."
+    """The answer, its table, and what an answer costs."""
+    table = statements(card).to_markdown(index=False, disable_numparse=True)
+    marks = ", ".join(f"{mark} {verdict}" for verdict, mark in MARKS.items() if verdict != NO_TEST)
+    return "\n\n".join(
+        [*answer_sentences(card, parameters), table, f"{marks}. What an answer costs: {trade_sentence(rows)}"]
     )
-    return f"{claims_text(card)}\n\n{known}\n\n**What an answer costs**: {trade_sentence(rows)}"
 
 
 def layouts_text(rows: pd.DataFrame) -> str:

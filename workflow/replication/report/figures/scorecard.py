@@ -10,31 +10,19 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from replication.paper.cells import load_article
-from replication.paper.claims import ORIGINS, judge_all, load_claims
+from replication.paper.claims import judge_all, load_claims
 from replication.paper.contents import caption
 from replication.paper.evidence import collect
 from replication.paper.printed import RECORD_DURATION
-from replication.paper.scorecard import headline, side_by_side
+from replication.paper.scorecard import MARKS, headline, side_by_side
 from replication.report.tables import write_captioned_table
 from trackdyn.files import write_csv, write_text
 from trackdyn.measure.columns import schema_text
 from trackdyn.plots.style import PAGE, new_figure, save, styled
 
 # verdict: colour, hatch (readable in grey)
-LOOKS = {
-    "reproduced": ("#009E73", ""),
-    "in trend": ("#56B4E9", "//"),
-    "not reproduced": ("#D55E00", "xx"),
-    "no test": ("#efefef", ""),
-    "not comparable": ("#d9d9d9", ".."),
-}
-HEADS = {
-    "predicted": "Predicted: open tests", "transfer": "Transfer: fitted at one speed, judged at the others",
-    "follows": "Follows from the fit or from kinematics",
-    "fitted": "Fitted: targets, or a parameter was chosen by them",
-    "implied": "Implied by our reading of the text", "": "Nothing to compare with",
-}  # fmt: skip
-SYMBOLS = {"reproduced": "●", "in trend": "◐", "not reproduced": "○", "no test": "", "not comparable": ""}
+LOOKS = {"shown": ("#009E73", ""), "not shown": ("#D55E00", "xx")}
+LOOKS |= {"no test": ("#efefef", ""), "not comparable": ("#d9d9d9", "..")}
 LINE, SIZE, HALVES = 0.15, 7, 2  # height of a row, inch; points; columns of rows
 CELL, LETTERS = 0.42, 40  # width of a rig's cell, inch; letters of a claim
 
@@ -43,16 +31,13 @@ CELL, LETTERS = 0.42, 40  # width of a rig's cell, inch; letters of a claim
 def scorecard_figure(card: pd.DataFrame) -> Figure:
     """The verdict on every part of a claim (``paper.claims.judge_all``), a row a part and a cell a rig.
 
-    Parts are grouped by origin. What was measured stands in the table of the claims.
+    What was measured is in the table of the claims.
     """
     rigs = list(dict.fromkeys(card["rig"]))
-    rows: list[tuple] = []
-    for origin in (*ORIGINS, ""):
-        parts = card[card["origin"].fillna("") == origin].fillna({"part": ""})
-        if len(parts):
-            rows.append((HEADS[origin], None, None))
-            for (name, part), of in parts.groupby(["id", "part"], sort=False):
-                rows.append((f"{name}{part}", of["claim"].iloc[0], dict(zip(of["rig"], of["verdict"], strict=True))))
+    rows = [
+        (f"{name}{part}", of["claim"].iloc[0], dict(zip(of["rig"], of["verdict"], strict=True)))
+        for (name, part), of in card.fillna({"part": ""}).groupby(["id", "part"], sort=False)
+    ]
     length = -(-len(rows) // HALVES)
     figure = new_figure(LINE * length + 1.0, PAGE)
     width = PAGE / HALVES
@@ -64,18 +49,15 @@ def scorecard_figure(card: pd.DataFrame) -> Figure:
         for k, rig in enumerate(rigs):
             ax.text(left + (k + 0.5) * CELL, -1.1, rig, ha="center", va="center", fontsize=SIZE - 1.5)
         for y, (name, claim, verdicts) in enumerate(rows[half * length : (half + 1) * length]):
-            if claim is None:
-                ax.text(left, y, name, va="center", fontsize=SIZE, weight="bold")
-                continue
             for k, rig in enumerate(rigs):
                 colour, hatch = LOOKS[verdicts[rig]]
                 ax.barh(y, CELL - 0.04, left=left + k * CELL, height=0.85, color=colour, hatch=hatch, edgecolor="white")
-                ax.text(left + (k + 0.5) * CELL, y, SYMBOLS[verdicts[rig]], ha="center", va="center", fontsize=SIZE)
+                ax.text(left + (k + 0.5) * CELL, y, MARKS[verdicts[rig]], ha="center", va="center", fontsize=SIZE)
             text = textwrap.shorten(claim, LETTERS, placeholder=" …")
             ax.text(left + len(rigs) * CELL + 0.05, y, f"{name}  {text}", va="center", fontsize=SIZE - 1.5)
     looks = [Patch(facecolor=colour, hatch=hatch, edgecolor="white") for colour, hatch in LOOKS.values()]
     figure.legend(
-        looks, [f"{SYMBOLS[name]} {name}".strip() for name in LOOKS], loc="outside lower center", ncols=len(LOOKS)
+        looks, [f"{MARKS[name]} {name}".strip() for name in LOOKS], loc="outside lower center", ncols=len(LOOKS)
     )
     return figure
 
@@ -84,11 +66,11 @@ def main(job) -> None:
     """Rule `claims`."""
     of, out = job.params, job.output
     # folder of the results of each rig; further rigs stand beside the first
-    folders = {"shipped": Path(job.input.metrics).parent} | dict(of.rigs)
+    folders = {of.rig: Path(job.input.metrics).parent} | dict(of.rigs)
     tables = load_article(job.input.tables[0]) if job.input.tables else None
     rigs = {name: collect(folder, of.rpm, of.radius, tables) for name, folder in folders.items()}
     card, values = judge_all(load_claims(job.input.claims), rigs)
-    message = [f"{name}: {headline(card, name)}" if len(rigs) > 1 else headline(card, name) for name in rigs]
+    message = [headline(card, name) for name in rigs]
     if of.seconds < RECORD_DURATION.value:
         message.append(
             f"These records last {of.seconds:g} s where the paper's last {RECORD_DURATION.value:g}: bins are wider, so "

@@ -16,9 +16,9 @@ import pandas as pd
 from PIL import Image
 
 from replication.certify.provenance import check_sources, run_provenance
-from replication.paper.claims import IN_TREND, JUDGED, NOT_REPRODUCED, ORIGIN_WORDS, ORIGINS, VERDICTS
+from replication.paper.claims import JUDGED, VERDICTS
 from replication.paper.contents import OF_STUDIES, OWN, PAPER, missing_items
-from replication.paper.scorecard import claim_counts, counts, headline, statements
+from replication.paper.scorecard import MARKS, answer_sentences, headline, statements
 from replication.report.costs import cost_table
 from replication.report.figures.trade import trade_sentence
 from replication.report.page import data
@@ -35,9 +35,7 @@ KINDS = {
     "fitted": "chosen so that the model shows a printed result", "assumed": "not in the paper, taken to be plausible",
     "derived": "follows from printed numbers", "printed": "stands in the paper",
 }  # fmt: skip
-SYMBOLS = dict(zip(VERDICTS, ("●", "◐", "○", "◇", "–"), strict=True))
 SCRIPTS = ("shared", "animation", "page")  # one module, in this order
-FAILED = (NOT_REPRODUCED, IN_TREND)  # a claim with such a part is not reproduced
 COLOURS_OF_A_PICTURE = 16
 FRONT = ("fig24", "trade_first")  # on the first screen
 MODEL = tuple(f"fig{number:02d}" for number in range(1, 14))
@@ -89,7 +87,7 @@ def build_page(inputs: PageInputs) -> str:
         Path(__file__).parent,
         card=_card(results),
         answer_costs=trade_sentence(pd.read_csv(trade)) if (trade := _first(results, "trade.csv")) else "",
-        symbols=SYMBOLS,
+        symbols=MARKS,
         synthetic=inputs.synthetic,
         parameters=_parameters(results),
         cells=_cells(inputs.rig),
@@ -104,7 +102,6 @@ def build_page(inputs: PageInputs) -> str:
         accuracy=[entry for entry in shown if entry["item"].key in ACCURACY],
         extremes=[entry for entry in shown if entry["item"].key.startswith("extremes")],
         front=[entry for entry in shown if entry["item"].key in FRONT and entry["pictures"]],
-        origins=ORIGIN_WORDS,
         judged=JUDGED,
         groups=_groups(shown),
         missing=missing_items(results),
@@ -120,26 +117,25 @@ def write_page(inputs: PageInputs, path: Path | str) -> None:
 
 
 def _card(results: Path) -> dict | None:
-    """The scorecard: results for every rig, the predictions that failed, and all parts with these first."""
+    """The scorecard: results for every rig, and all parts, those that are judged first."""
     path = results / "claims.csv"
     if not path.is_file():
         return None
-    card = pd.read_csv(path, dtype=str, keep_default_na=False)
+    card, parameters = pd.read_csv(path, dtype=str, keep_default_na=False), results / "tables" / "parameters.csv"
     rigs = list(dict.fromkeys(card["rig"]))
     parts = [
         rows.iloc[0].to_dict() | {"rigs": rows[["rig", "measured", "verdict", "reason"]].to_dict("records")}
         for _, rows in card.groupby(["id", "part"], sort=False)
     ]
-    parts.sort(key=lambda part: ((*ORIGINS, "").index(part["origin"]), not _failed(part)))
+    parts.sort(key=lambda part: all(row["verdict"] not in JUDGED for row in part["rigs"]))
     found = card.groupby(["verdict", "rig"]).size()
     return {
         "rigs": rigs,
-        "sixth": dict(list(claim_counts(card).iloc[0].items())[1:]),
-        "open": counts(card).query("origin == 'predicted'").to_dict("records"),
+        "statements": statements(card).to_dict("records"),
+        "answer": answer_sentences(card, pd.read_csv(parameters)) if parameters.is_file() else [],
         "headlines": {rig: headline(card, rig) for rig in rigs},
         "counts": {one: " / ".join(str(found.get((one, rig), 0)) for rig in rigs) for one in VERDICTS},
         "parts": parts,
-        "strip": [part for part in parts if any(one["verdict"] in JUDGED for one in part["rigs"])],
     }
 
 
@@ -153,10 +149,6 @@ def _groups(shown: list[dict]) -> dict[tuple[str, ...], str]:
         tables: "Tables",
         tuple(key for key in others if key not in tables): "Figures that the paper does not have",
     }
-
-
-def _failed(part: dict) -> bool:
-    return any(one["verdict"] in FAILED for one in part["rigs"])
 
 
 def _pictures(results: Path) -> list[dict]:
@@ -200,17 +192,15 @@ def _cells(rig: Path) -> list[dict]:
 def _said(results: Path) -> dict[str, list[str]]:
     """What the paper's text says of a figure or table, by its label, and whether the first rig shows it."""
     path = results / "claims.csv"
-    found: dict[str, list[str]] = {}
+    sentences: dict[str, list[str]] = {}
     if path.is_file():
-        table = statements(pd.read_csv(path))
-        for _, row in table.iterrows():
-            answer = row.iloc[3]
-            outcome = {"yes": "shown", "no": "not shown"}.get(answer, answer.replace("not ", "not shown in "))
+        card = pd.read_csv(path)
+        for _, row in card[(card["rig"] == card["rig"].iloc[0]) & card["verdict"].isin(JUDGED)].iterrows():
             for kind, numbers in re.findall(r"(Fig|Table)s?\.? ([\d, ]+)", row["place"]):
                 for number in re.findall(r"\d+", numbers):
                     label = f"{'Figure' if kind == 'Fig' else kind} {number}"
-                    found.setdefault(label, []).append(f"{row['words']} ({row['id']}, {outcome})")
-    return found
+                    sentences.setdefault(label, []).append(f"{row['claim']} ({row['verdict']})")
+    return sentences
 
 
 def _entry(inputs: PageInputs, said: Mapping[str, list[str]], item) -> dict:
