@@ -105,7 +105,7 @@ rule article:
         extremes=f"{R}/short/extremes.csv",
         outcomes=f"{R}/short/tables/extremes.csv",
         **SEARCHED,
-        figures=[f"{R}/figures/fig{name}.svg" for name in ("01", "19", "21", "23_a", "24")],
+        figures=[f"{R}/figures/fig{name}.svg" for name in ("01", "17_a", "18_a", "19", "21", "23_a", "24")],
         studies=[f"{R}/short/figures/{name}.svg" for name in ("trade", "extremes_stability")],
     output:
         pdf=report(f"{R}/article.pdf", **in_report("Overview", "Article", "The replication on a few pages")),

@@ -36,7 +36,7 @@ def article(tmp_path):
     """Text of the article that is made of values."""
     for place in ("figures", "short/figures"):
         (tmp_path / place).mkdir(parents=True)
-    for name in ("fig01", "fig19", "fig21", "fig23_a", "fig24"):
+    for name in ("fig01", "fig17_a", "fig18_a", "fig19", "fig21", "fig23_a", "fig24"):
         (tmp_path / "figures" / f"{name}.svg").write_text(BLANK, encoding="utf-8")
     for name in ("trade", "extremes_stability"):
         (tmp_path / "short" / "figures" / f"{name}.svg").write_text(BLANK, encoding="utf-8")

@@ -83,7 +83,7 @@ def statements(card: pd.DataFrame, names: Sequence[str] = tuple(SHORT)) -> pd.Da
     Returns
     -------
     DataFrame
-        ``statement, paper`` and a column for each rig.
+        ``statement, printed`` and a column for each rig.
     """
     card = card.astype(object).fillna("")
     name = card["id"] + card["part"]
@@ -93,12 +93,12 @@ def statements(card: pd.DataFrame, names: Sequence[str] = tuple(SHORT)) -> pd.Da
         if parts.empty:
             continue
         printed = parts["printed"].iloc[0]
-        row = {"statement": SHORT[wanted], "paper": "in words" if printed.startswith("ours") else printed}
+        row = {"statement": SHORT[wanted], "printed": "in words" if printed.startswith("ours") else printed}
         for rig, part in parts.iterrows():
             value = "" if part["verdict"] == NOT_COMPARABLE else part["measured"]
             row[rig] = f"{value} {MARKS[part['verdict']]}".strip()
         rows.append(row)
-    return pd.DataFrame(rows, columns=["statement", "paper", *dict.fromkeys(card["rig"])]).fillna("–")
+    return pd.DataFrame(rows, columns=["statement", "printed", *dict.fromkeys(card["rig"])]).fillna("–")
 
 
 def side_by_side(card: pd.DataFrame) -> pd.DataFrame:
