@@ -22,7 +22,7 @@ TRUTH = {"bushing__stiffness": 700.0, "tension__pre_tension": 4000.0, "bushing__
 def folder(tmp_path, monkeypatch, rig, rig_path, closed_form):
     """A working directory with a rig and records of the closed form at 150 and 210 rev/min."""
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "config").mkdir()
+    (tmp_path / "config" / "rigs").mkdir(parents=True)
     (tmp_path / "config" / "rigs" / "paper.yaml").write_bytes(rig_path.read_bytes())
     rng = np.random.default_rng(5)
     for rpm in (150, 210):
