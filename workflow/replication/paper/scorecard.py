@@ -12,7 +12,6 @@ MARKS = dict(zip(VERDICTS, ("●", "○", "◇", "–"), strict=True))
 SHORT = {  # parts of claims in a few words, in the order of a summary
     "C06a": "RMS of the acceleration grows with speed (g)",
     "C08": "amplitude of the line of the loop, by speed (g)",
-    "C12b": "content from 20 Hz, 210 over 115 rpm",
     "C04a": "difference of the RMS from the field test, by speed (%)",
     "C15": "no ring: areas that the arcs touch",
     "C27a": "no ring: contact of the left arc (% of a turn)",
@@ -20,7 +19,6 @@ SHORT = {  # parts of claims in a few words, in the order of a summary
     "C17a": "ring: left arc touches, ring left, out (s after the first touch)",
     "C28b": "ring: contact of the left arc (% of a turn)",
     "C20a": "ring: its force over that of both arcs",
-    "C22c": "force of the ring, radius 0.313 over 0.303 m, by speed",
     "C23a": "contact of the right arc from 0.305 m on, by speed (% of a turn)",
     "C24": "force of the left arc off its mean over all radii, by speed (%)",
     "C26a": "radius to choose, by speed (m)",

@@ -43,9 +43,8 @@ def readme_text(card: pd.DataFrame, parameters: pd.DataFrame, rows: pd.DataFrame
     """The answer, its table, and what an answer costs."""
     table = statements(card).to_markdown(index=False, disable_numparse=True)
     marks = ", ".join(f"{mark} {verdict}" for verdict, mark in MARKS.items() if verdict != NO_TEST)
-    return "\n\n".join(
-        [*answer_sentences(card, parameters), table, f"{marks}. What an answer costs: {trade_sentence(rows)}"]
-    )
+    answer = " ".join(answer_sentences(card, parameters))
+    return f"{answer}\n\n{table}\n\n{marks}. What an answer costs: {trade_sentence(rows)}"
 
 
 def layouts_text(rows: pd.DataFrame) -> str:
