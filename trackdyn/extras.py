@@ -8,7 +8,14 @@ from types import ModuleType
 from trackdyn.errors import InputError
 
 # modules whose package has another name
-PACKAGES = {"PIL": "pillow", "sklearn": "scikit-learn", "dfols": "DFO-LS", "cma": "cma", "nptdms": "npTDMS"}
+PACKAGES = {
+    "PIL": "pillow",
+    "sklearn": "scikit-learn",
+    "dfols": "DFO-LS",
+    "cma": "cma",
+    "nptdms": "npTDMS",
+    "lvm_read": "lvm-read",
+}
 
 
 def required(name: str) -> ModuleType:

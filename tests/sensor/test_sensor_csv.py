@@ -1,13 +1,12 @@
 """Sensor files: what is written comes back, what can be read in one way only is read, every defect is named."""
 
-import gzip
 import os
 
 import numpy as np
 import pytest
 
 from trackdyn.errors import InputError
-from trackdyn.sensor import logger_text
+from trackdyn.sensor import logger_files
 from trackdyn.sensor.sensor_csv import read_sensor_csv, write_sensor_csv
 from trackdyn.sensor.sensor_mapping import SensorMapping, load_mapping
 
@@ -38,6 +37,7 @@ DEFECTS = {
     "comments only": ("# made by hand\n", ("comments only", HEADER)),
     "no rows": (HEADER + "\n", ("0 data rows", "at least 2")),
     "one row": (HEADER + "\n0.000,0,1,0\n", ("1 data rows", "at least 2")),
+    "another header": (changed(5, HEADER), ("t_s in line 5", "the line repeats the header; remove it")),
     "no header": ("\n".join(rows()) + "\n", ("line 1", "numbers", "--axis ay=3")),
     "one name too few": (CLEAN.replace(",az_g", ""), ("line 2", "4 fields", "3 names", "'ay_g'")),
     "one name too many": (changed(1, HEADER + ",temp_c"), ("line 2", "4 of 5 fields", "temp_c")),
@@ -261,7 +261,7 @@ def test_a_folder_that_cannot_be_is_refused_on_writing(tmp_path):
 
 def test_a_device_and_a_large_file_are_refused_at_once(tmp_path, monkeypatch):
     refused(os.devnull.replace("null", "zero"), ["device"])
-    monkeypatch.setattr(logger_text, "MOST_BYTES", 100)
+    monkeypatch.setattr(logger_files, "MOST_BYTES", 100)
     refused(write(tmp_path / "record.csv", CLEAN), ["more than 0 MB"])
 
 
@@ -278,7 +278,14 @@ def test_columns_are_chosen_with_a_sign(tmp_path):
     )
     refused(path, ["no column 'ch9' for ay", "'ch1'"], mapping=SensorMapping(axes={"ay": "ch9"}))
     refused(path, ["no column 'ch9' for ax", "'ch1'"], mapping=SensorMapping(axes={"ay": "ch2", "ax": "ch9"}))
-    refused(path, ["'ch2 (g)' is in g", "--unit m/s2"], mapping=mapping.model_copy(update={"unit": "m/s2"}))
+    # what is stated wins over the header, and that is said
+    record = read_sensor_csv(path, mapping.model_copy(update={"unit": "m/s2"}))
+    np.testing.assert_allclose(record.ay_g[:2] * 9.81, [-1.0, -1.01])
+    assert "ay = -column 3 'ch2 (g)' in m/s2 as stated, not in g as the file says" in record.done["columns"]
+    record = read_sensor_csv(write(path, CLEAN.replace("ay_g", "ay (mV)")), SensorMapping(scale=100))
+    np.testing.assert_allclose(record.ay_g[:2], [0.01, 0.0101])
+    np.testing.assert_array_equal(record.az_g, -0.2)  # its header says g, and nobody said otherwise of az
+    assert "in counts of 1/100 g as stated, not in mv as the file says" in record.done["columns"]
 
 
 BARE = "\n".join(rows()) + "\n"
@@ -297,6 +304,7 @@ BY_NUMBER = {
     "blanks and decimal commas": (CLEAR.replace(";", " "), "1 3", None),
     "dates": (DATED, "1 3", None),
     "dates that are not used": (DATED, "none 3", None),
+    "times of day": (DATED.replace("2024-05-01 ", ""), "1 3", None),
     "comments": ("# made by hand\n# a,b\n" + BARE, "1 3", None),
     "a preamble of numbers": ("1000\n" + BARE, "1 3", None),
     "names below a preamble of numbers": ("1000\n4 8\nt,x,y,z\n" + BARE, "1 3", "y"),
@@ -337,10 +345,9 @@ def test_a_number_is_the_position_of_a_column(name, tmp_path):
         (BARE, "1 9", ("no column 9", "4 fields")),
         (BARE, "1 1", ("'1' is named for ay and time",)),
         (BARE, "t_s 3", ("line 1 holds numbers", "all columns by number")),
-        ("".join(f"10:00:00.{k:03d},{k}\n" for k in range(6)), "1 2", ("column 1 and 2", "--time none --rate HZ")),
+        ("".join(f"noon {k},{k}\n" for k in range(6)), "1 2", ("column 1 and 2", "--time none --rate HZ")),
         ("".join(f"2024-05-01T10:00:00.{k:03d},{k}\n" for k in range(6)), "2 1", ("field 1 in line 1", "not a number")),
-        ("t,y\n" + "".join(f"10:00:00.{k:03d},{k}\n" for k in range(6)), "t y", ("neither a number nor a date",)),
-        ("    -1\n    58\n" + BARE, "1 3", ("UFF 58",)),
+        ("t,y\n" + "".join(f"noon {k},{k}\n" for k in range(6)), "t y", ("neither a number nor a date",)),
     ],
 )
 def test_a_column_by_number_is_refused(text, columns, words, tmp_path):
@@ -418,8 +425,6 @@ def test_raw_counts_are_read(header, options, tmp_path):
 def test_raw_counts_without_a_scale_are_refused(tmp_path):
     path = write(tmp_path / "raw.csv", raw("t_s,ax,ay (counts),az", [1, 2, 3]))
     refused(path, ["'ay (counts)' holds counts", "--scale", "--range and --bits"])
-    path = write(tmp_path / "g.csv", raw("t_s,ax,ay (g),az", [1, 2, 3]))
-    refused(path, ["'ay (g)' is in g", "--scale or --bits"], mapping=SensorMapping(scale=2048))
     path = write(tmp_path / "beyond.csv", raw("t_s,ax,ay,az", [1, 65535, 3]))
     refused(path, ["31.9995 g", "counts of 1/2048 g", "--scale"], mapping=SensorMapping(range=16, bits=16))
     for options, word in (
@@ -461,8 +466,125 @@ def test_what_is_no_text_is_refused_by_name(tmp_path):
     refused(tmp_path / "run.csv.npz", ["is a recording, not a sensor's file"])
     refused(write(tmp_path / "sheet.csv", b"PK\x03\x04" + bytes(100)), ["an archive or a spreadsheet"])
     refused(write(tmp_path / "raw.csv", np.arange(500, dtype="<i2").tobytes()), ["binary data"])
-    refused(write(tmp_path / "float.wav", b"RIFF" + np.sin(np.arange(500.0)).tobytes()), ["binary data"])
-    refused(write(tmp_path / "rows.csv.gz", gzip.compress(CLEAN.encode())), ["binary data"])
+    for content, kind in ((b"SQLite format 3\0", "an SQLite database"), (b"\xd0\xcf\x11\xe0\0", "a spreadsheet (XLS)")):
+        refused(write(tmp_path / "record.csv", content), [f"this is {kind}, which is not read", "MDF 4", "Parquet"])
+
+
+STAMPS = {
+    "American": ("%m/%d/%Y %H:%M:%S.%f", "2024-05-01T10:00:00"),
+    "American, short": ("%-m/%-d/%Y %H:%M:%S.%f", "2024-05-01T10:00:00"),
+    "half a day": ("%m/%d/%Y %I:%M:%S.%f %p", "2024-05-01T11:59:57"),
+    "German": ("%d.%m.%Y %H:%M:%S.%f", "2024-05-01T10:00:00"),
+    "two digits": ("%d.%m.%y %H:%M:%S.%f", "2024-05-30T10:00:00"),
+    "over the end of a month": ("%d/%m/%Y %H:%M:%S.%f", "2024-05-31T23:59:57"),
+    "month by name": ("%d-%b-%Y %H:%M:%S.%f", "2024-04-30T23:59:57"),
+    "slashes, year first": ("%Y/%m/%d %H:%M:%S.%f", "2024-04-30T23:59:57"),
+    "time of day": ("%H:%M:%S.%f", "2024-05-01T10:00:00"),
+    "over midnight": ("%H:%M:%S.%f", "2024-05-01T23:59:57"),
+    "half a day without date": ("%I:%M:%S.%f %p", "2024-05-01T11:59:57"),
+    "minutes": ("%M:%S.%f", "2024-05-01T10:20:00"),
+}
+
+
+@pytest.mark.parametrize("name", STAMPS)
+def test_dates_of_any_form_are_stamps(name, tmp_path):
+    form, begin = STAMPS[name]
+    t = np.datetime64(begin) + np.arange(6000).astype("m8[ms]")
+    texts = [one.item().strftime(form) for one in t]
+    texts = [text.replace("000 ", " ") if " " in form[-4:] else text[:-3] for text in texts]
+    path = write(tmp_path / "record.csv", "Time;ay (g)\n" + "".join(f"{x};{k % 7}\n" for k, x in enumerate(texts)))
+    record = read_sensor_csv(path)
+    assert record.rate_hz == pytest.approx(1000.0, rel=1e-9) and record.ay_g.size == 6000
+
+
+def test_dates_whose_order_matters_are_asked_for(tmp_path):
+    """The 5th of January or the 1st of May, and the day after."""
+    t = np.datetime64("2024-01-04T23:59:59.5") + np.arange(1000).astype("m8[ms]")
+    lines = [f"{one.item():%d.%m.%Y %H:%M:%S.%f};{k % 7}" for k, one in enumerate(t)]
+    path = write(tmp_path / "record.csv", "\n".join(["Time;ay (g)", *lines]))
+    refused(path, ["('04.01.2024", "--dates day-first or --dates month-first"])
+    record = read_sensor_csv(path, SensorMapping(dates="day-first"))
+    assert record.rate_hz == pytest.approx(1000.0) and record.done["time"].endswith("dates are day-first")
+    refused(path, ["gap"], mapping=SensorMapping(dates="month-first"))
+    lines[7] = "04.13.2024 23:59:59.507;1"
+    path = write(path, "\n".join(["Time;ay (g)", *lines]))
+    refused(path, ["Time in line 9 is '04.13.2024", "date and time"], mapping=SensorMapping(dates="day-first"))
+
+
+def holed(n=2000, missing=(), kept=True):
+    """Rows of a slow wave at 1 kHz, of which some are missing, or there with NaN."""
+    values = [f"{1 + 0.5 * np.sin(0.02 * k):.5f}" for k in range(n)]
+    lines = [f"{k / 1000:.4f},{'NaN' if k in missing else values[k]}" for k in range(n) if kept or k not in missing]
+    return "t_s,ay_g\n" + "\n".join(lines) + "\n"
+
+
+@pytest.mark.parametrize("kept", [True, False])
+@pytest.mark.parametrize("missing", [[700], [3, 4, 5, 900], list(range(1500, 1510))])
+def test_a_gap_is_bridged_or_the_longest_part_taken(missing, kept, tmp_path):
+    path = write(tmp_path / "record.csv", holed(missing=missing, kept=kept))
+    refused(path, ["--gaps longest" if kept else "--"])
+    record = read_sensor_csv(path, SensorMapping(gaps="bridge"))
+    np.testing.assert_allclose(record.ay_g, 1 + 0.5 * np.sin(0.02 * np.arange(2000)), atol=1e-3)
+    groups = 1 + np.count_nonzero(np.diff(missing) > 1)
+    assert record.done["gaps"].startswith(f"{len(missing)} samples in {groups} gaps interpolated")
+    assert record.rate_hz == pytest.approx(1000.0, rel=1e-9)
+    record = read_sensor_csv(path, SensorMapping(gaps="longest"))
+    edges = np.array([-1, *missing, 2000])
+    at = int(np.argmax(np.diff(edges)))
+    expected = 1 + 0.5 * np.sin(0.02 * np.arange(edges[at] + 1, edges[at + 1]))
+    np.testing.assert_allclose(record.ay_g, expected, atol=1e-5)
+    assert record.t_s[0] == 0.0 and "the longest part without a gap" in record.done["gaps"]
+
+
+@pytest.mark.parametrize("missing", [range(1500, 1511), range(0, 2000, 60)])
+def test_too_much_is_not_bridged(missing, tmp_path):
+    path = write(tmp_path / "record.csv", holed(missing=missing))
+    refused(path, ["at most 10 in a row and 1% are bridged", "--gaps longest"], mapping=SensorMapping(gaps="bridge"))
+    assert read_sensor_csv(path, SensorMapping(gaps="longest")).ay_g.size >= 59
+
+
+Y = CLEAN.replace("ay_g", "y-axis (g)")
+OFFERS = {
+    "a letter": (Y, "perhaps --axis 'ay=y-axis (g)';"),
+    "time and axis": (Y.replace("t_s", "Zeit"), "perhaps --time Zeit --axis 'ay=y-axis (g)';"),
+    "without unit": (CLEAN.replace("ay_g", "chanY"), "--axis ay=chanY --unit g (or --scale"),
+    "acceleration first": (CLEAN.replace("ax_g", "gyroY").replace("ay_g", "Accel_LN_Y (g)"), "'ay=Accel_LN_Y (g)'"),
+    "time alone": (CLEAN.replace("t_s", "Temps (s)"), "--time 'Temps (s)'"),
+    "no letter": (
+        CLEAN.replace("ay_g", "channel 2").replace("t_s", "clock"),
+        "ay=-NAME, and the time with --time clock",
+    ),
+    "units below": (
+        CLEAN.replace(HEADER, "Stamp_CAL,X_CAL,Y_CAL,Z_CAL\ns,m/(s^2),m/(s^2),m/(s^2)"),
+        "in line 1 ('Stamp_CAL', 'X_CAL', 'Y_CAL', 'Z_CAL'); perhaps --time Stamp_CAL --axis ay=Y_CAL;",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", OFFERS)
+def test_a_refusal_offers_the_closest_names(name, tmp_path):
+    text, words = OFFERS[name]
+    refused(write(tmp_path / "record.csv", text), [words])
+
+
+READ = {
+    "footer": (CLEAN + "End of file\n", {}),
+    "footer below a blank line": (CLEAN + "\n\nSamples recorded: six; device off\n", {}),
+    "comments behind semicolons": (CLEAN.replace(HEADER, ";A logger\n;Headers, t_s,ax_g,ay_g,az_g"), {}),
+    "comments behind percent signs": (CLEAN.replace(HEADER, "% A logger, 6\n% t_s,ax_g,ay_g,az_g"), {}),
+    "units in another form": (CLEAN.replace("ay_g", "ay [m/(s^2)]"), {"gravity": 1.0}),
+    "Japanese": ("\u6642\u9593(s),X(g),\u52a0\u901f\u5ea6Y(g),Z(g)\n" + BARE, {"time": "#1", "axes": {"ay": "#3"}}),
+}
+
+
+@pytest.mark.parametrize("name", READ)
+def test_what_loggers_write_around_the_rows_is_read(name, tmp_path):
+    text, options = READ[name]
+    gravity = {"gravity": options.pop("gravity")} if "gravity" in options else {}
+    path = write(tmp_path / "record.csv", text.encode("cp932"))
+    record = read_sensor_csv(path, SensorMapping(**options), **gravity)
+    np.testing.assert_allclose(record.ay_g, AY, rtol=1e-15)
+    assert ("left out" in record.done["rows"]) == ("footer" in name)
 
 
 @pytest.mark.parametrize("lost", [[5000], [2000, 2001], [700, 3100, 3200], [100, 2000, 4000, 6500]])

@@ -20,7 +20,12 @@ from trackdyn.commands.options import (
 
 def compare(
     recording: RecordingFile,
-    sensor: Annotated[Path, typer.Argument(help="CSV of the sensor: columns of time, ax, ay and az by name.")],
+    sensor: Annotated[
+        Path,
+        typer.Argument(
+            help="Sensor's file: CSV with columns by name, or MDF, TDMS, LVM, UFF 58, MAT, HDF5, WAV, NPY, Parquet."
+        ),
+    ],
     mapping: Mapping = None,
     time: Annotated[str | None, typer.Option(help="Column of the time stamps, or none (with --rate).")] = None,
     rate: Annotated[float | None, number("--rate", "Samples a second, Hz; found from the stamps by default.")] = None,
@@ -34,6 +39,10 @@ def compare(
     resample: Annotated[
         bool, typer.Option("--resample", help="Put samples whose stamps jitter onto even instants.")
     ] = False,
+    gaps: Annotated[
+        str | None, typer.Option(help="bridge: interpolate over few lost samples; longest: keep the longest part.")
+    ] = None,
+    dates: Annotated[str | None, typer.Option(help="day-first or month-first, where both are possible.")] = None,
     start: Annotated[float | None, number("--from", "First instant to keep, s since the first row.")] = None,
     to: Annotated[float | None, number("--to", "Last instant to keep, s since the first row.")] = None,
     figure: Annotated[
@@ -52,7 +61,7 @@ def compare(
     from trackdyn.simulation.recording import load_recording
 
     requested = {"time": time, "rate": rate, "unit": unit, "axes": axes, "range": sensor_range, "resample": resample}
-    requested |= {"scale": scale, "bits": bits}
+    requested |= {"scale": scale, "bits": bits, "gaps": gaps, "dates": dates}
     chosen = load_mapping(mapping, **requested | {"from": start, "to": to})
     for path in filter(None, (figure, out)):
         check_output(path, overwrite, recording, sensor, mapping)

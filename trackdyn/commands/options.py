@@ -137,7 +137,9 @@ Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar and 
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace a file that exists.")]
 RecordingFile = Annotated[Path, typer.Argument(help="Recording made by `trackdyn simulate` (.npz).")]
 Mapping = Annotated[Path | None, typer.Option("--mapping", help="YAML file that says how to read the sensor's file.")]
-UnitOption = Annotated[str | None, typer.Option("--unit", help="g, m/s2 or mg, where the header says none.")]
+UnitOption = Annotated[
+    str | None, typer.Option("--unit", help="Unit of the axes, g, mg, m/s2, cm/s2 or mm/s2; the header's by default.")
+]
 AxisOption = Annotated[
     list[str] | None,
     typer.Option("--axis", help="Which column an axis is, such as ay=channel3 or ay=-channel3; repeatable."),

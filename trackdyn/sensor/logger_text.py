@@ -17,14 +17,15 @@ import numpy as np
 import pandas as pd
 
 from trackdyn.errors import InputError, shown
+from trackdyn.sensor.sensor_mapping import suggested
+from trackdyn.sensor.stamps import DATE, seconds_of
 
-MOST_BYTES = 128_000_000  # an hour of three axes at 1 kHz; the text and its numbers take some ten times that
-_WIDE = (b"\xff\xfe", b"\xfe\xff")  # marks of UTF-16
 _HEAD = 200  # lines in which the header is looked for
 _SEPARATORS = {"\t": "tabs", ";": "semicolons", ",": "commas", "|": "vertical bars", " ": "blanks"}
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity)", re.IGNORECASE)
-_DATE = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d(:\d\d([.,]\d{1,9})?)?(Z|[+-]\d\d(:?\d\d)?)?", re.ASCII)  # ISO 8601
+_MISSING = ("", "nan", "na", "n/a", "null", "none", "-", "#n/a")
+_SUPPLY = "supply the number, or give --gaps bridge or --gaps longest"
 _GROUPED = re.compile(r"[+-]?[1-9]\d{0,2}(,\d{3})+", re.ASCII)
 
 
@@ -38,44 +39,13 @@ class Layout(NamedTuple):
     separator: str  # between the fields
     first_line: int  # line of the first row of numbers, from 1
     body: str  # the rows, without what ends the file
+    left_out: tuple[str, ...] = ()  # lines of text below the rows
+    rate: float | None = None  # samples a second that the file states beside its rows, Hz
 
     def first(self, column: int) -> str:
         """The field of a column in the first row; empty if there is none."""
         fields = split_fields(self.body.partition("\n")[0], self.separator, len(self.names))
         return fields[column] if len(fields) > column else ""
-
-
-def read_logger_text(path: Path) -> str:
-    """A whole text file of at most ``MOST_BYTES``, with plain newlines.
-
-    UTF-8, UTF-16 with its mark, or Latin-1: numbers are the same in all of them, units may hold other letters.
-    """
-    try:
-        if path.exists() and not path.is_file():
-            raise InputError(f"{path}: this is a folder or a device, not a file; give one CSV file.")
-        with path.open("rb") as file:
-            data = file.read(MOST_BYTES + 1)
-    except FileNotFoundError:
-        raise InputError(f"{path}: the file does not exist; check the path.") from None
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or "no usable name"
-        raise InputError(f"{path}: the file cannot be read ({reason}); check its name and permissions.") from None
-    if data.startswith(b"PK"):
-        kind = "a recording" if data[30:38] == b"meta.npy" else "an archive or a spreadsheet"
-        raise InputError(f"{path}: this is {kind}, not a sensor's file; give a CSV file.")
-    control = sum(byte < 32 and byte not in b"\t\n\v\f\r\x1a" for byte in data[:1000])
-    if control > 0.02 * len(data[:1000]) and not data.startswith(_WIDE):
-        raise InputError(f"{path}: this is binary data, not text; export it as CSV.")
-    if len(data) > MOST_BYTES:
-        raise InputError(f"{path}: the file holds more than {MOST_BYTES / 1e6:.0f} MB; give a part of it.")
-    try:
-        text = data.decode("utf-16" if data.startswith(_WIDE) else "utf-8-sig")
-    except UnicodeDecodeError:
-        text = data.decode("latin-1")
-    text = text.replace("\r\n", "\n").replace("\r", "\n")
-    if text[:200].split()[:2] == ["-1", "58"]:
-        raise InputError(f"{path}: this is a universal file (UFF 58), whose rows are no samples; export it as CSV.")
-    return text
 
 
 def split_fields(line: str, separator: str, count: int = 0) -> list[str]:
@@ -93,7 +63,7 @@ def split_fields(line: str, separator: str, count: int = 0) -> list[str]:
 
 def _is_value(field: str) -> bool:
     """Whether a field is a number or a date and time: data, not a name."""
-    return bool(_NUMBER.fullmatch(field.replace(",", ".", 1)) or _NOT_FINITE.fullmatch(field) or _DATE.fullmatch(field))
+    return bool(_NUMBER.fullmatch(field.replace(",", ".", 1)) or _NOT_FINITE.fullmatch(field) or DATE.fullmatch(field))
 
 
 def _separators(line: str) -> list[str]:
@@ -131,14 +101,16 @@ def find_layout(
         raise InputError(f"{path}: the file {what}; it must hold a header such as 't_s,ax_g,ay_g,az_g', and rows.")
     if numbers:
         names, units, separator, first = _layout_by_position(path, head, rows, numbers, is_unit)
-        return Layout(path, names, units, separator, first + 1, _body(text, first))
+        return Layout(path, names, units, separator, first + 1, *_body(text, first, separator))
     unequal = None
     for i, line in enumerate(head):
         line = line.strip(" ")
-        if line.startswith("#"):
-            line = line.lstrip("#").strip()
+        commented = line.startswith("#")
+        line = line.lstrip("#").strip() if commented else line
         for separator in _separators(line):
             names, below = split_fields(line, separator), [j for j in rows if j > i]
+            if commented and below and len(names) == len(split_fields(head[below[0]], separator)) + 1:
+                names = names[1:]  # a label of the line, such as Headers
             if not recognised(names):
                 continue
             units = [""] * len(names)
@@ -156,7 +128,7 @@ def find_layout(
                             "remove it, or write the names above it."
                         )
                 first = below[0] if below else len(head)
-                return Layout(path, names, units, separator, first + 1, _body(text, first))
+                return Layout(path, names, units, separator, first + 1, *_body(text, first, separator))
             if i in rows:
                 unequal = unequal or (i, names, separator, below[0])
     if unequal:
@@ -168,12 +140,14 @@ def find_layout(
             f"{path}: line {rows[0] + 1} holds numbers ({shown(head[rows[0]])}) where the names of the columns must "
             "be; write them above, or give all columns by number, such as --time 1 --axis ay=3 --unit g."
         )
-    # what looks most like a header is shown: the line above the first row of numbers
-    above = rows[first - 1]
-    separator = (_of_values(head[rows[first]]) if first < len(rows) else None) or _separators(head[above])[0]
+    # what looks most like a header is shown: the line above the first row of numbers, or above its units
+    separator = (_of_values(head[rows[first]]) if first < len(rows) else None) or _separators(head[rows[first - 1]])[0]
+    above = [split_fields(head[j], separator) for j in rows[max(first - 2, 0) : first]]
+    units = above.pop() if len(above) > 1 and len(above[0]) == len(above[1]) and any(map(is_unit, above[1])) else []
+    names = above[-1]
     raise InputError(
-        f"{path}: no {sought} in line {above + 1} ({listed(split_fields(head[above], separator))}); say which it "
-        "is with --axis ay=NAME or its number, ay=2, with a minus to turn its sign, ay=-NAME."
+        f"{path}: no {sought} in line {rows[first - 1] + (not units)} ({listed(names)}); "
+        f"{suggested(names, units or [''] * len(names))}."
     )
 
 
@@ -260,47 +234,53 @@ def _are_indices(fields: Sequence[str], below: Sequence[Sequence[str]] = ()) -> 
 
 
 def is_dated(layout: Layout, column: int) -> bool:
-    """Whether the first row has a date and time (ISO 8601) in a column."""
-    return bool(_DATE.fullmatch(layout.first(column)))
+    """Whether the first row has a date or a time of day in a column."""
+    first = layout.first(column)
+    return bool(DATE.fullmatch(first) and not _NUMBER.fullmatch(first))
 
 
-def parse(layout: Layout, columns: Sequence[int], time: int | None = None) -> np.ndarray:
+def parse(
+    layout: Layout, columns: Sequence[int], time: int | None = None, gaps: bool = False, day_first: bool | None = None
+) -> np.ndarray:
     """(N, c) numbers of some columns; `InputError` for the first defect.
 
-    The column ``time`` may hold dates and times: these are s since the first row.
+    The column ``time`` may hold dates and times: these are s since the first row (`stamps.seconds_of`). With ``gaps``
+    empty fields and NaN of other columns are NaN.
     """
     if time is not None and is_dated(layout, time):
-        rest = parse(layout, [column for column in columns if column != time])
-        return np.insert(rest, columns.index(time), _seconds(layout, time), axis=1)
+        rest = parse(layout, [column for column in columns if column != time], gaps=gaps)
+        return np.insert(rest, columns.index(time), _seconds(layout, time, day_first), axis=1)
     decimal = _decimal_sign(layout, columns)
-    table = _parse_fast(layout, list(columns), decimal)
-    return _parse_by_line(layout, columns, decimal, time) if table is None else table
+    table = _parse_fast(layout, list(columns), decimal, time, gaps)
+    return _parse_by_line(layout, columns, decimal, time, gaps) if table is None else table
 
 
-def _body(text: str, first: int) -> str:
-    """Text from line ``first`` (from 0) on, without blank and comment lines and old editors' marks at its end."""
+def _body(text: str, first: int, separator: str) -> tuple[str, tuple[str, ...]]:
+    """Text from line ``first`` (from 0) on, and lines of words below it.
+
+    Blank and comment lines and old editors' marks at its end are left out.
+    """
     position = 0
     for _ in range(first):
         position = text.find("\n", position) + 1 or len(text)
-    body = text[position:].rstrip(" \n\x1a")
-    while body[(cut := body.rfind("\n") + 1) :].lstrip().startswith("#"):
+    body, below = text[position:].rstrip(" \n\x1a"), []
+    while body:
+        line = body[(cut := body.rfind("\n") + 1) :].strip()
+        comment = line.startswith("#")
+        words = re.search(r"[^\W\d_]{2}", line) and not any(map(_is_value, split_fields(line, separator)))
+        if not (comment or words):
+            break
+        below += [] if comment else [line]
         body = body[:cut].rstrip(" \n\x1a")
-    return body
+    return body, tuple(below[::-1])
 
 
-def _seconds(layout: Layout, column: int) -> np.ndarray:
-    """Seconds since the first row of a column of dates and times."""
+def _seconds(layout: Layout, column: int, day_first: bool | None) -> np.ndarray:
+    """`stamps.seconds_of` a column."""
     lines, separator = layout.body.split("\n"), layout.separator
     split = split_fields if '"' in layout.body or separator == " " else str.split
-    texts = [split(line, separator)[column].strip(" \t'").replace(",", ".") for line in lines]
-    found = pd.to_datetime(texts, format="ISO8601", utc=True, errors="coerce")
-    if found.hasnans or not all(map(_DATE.fullmatch, texts)):
-        k = next(k for k, text in enumerate(texts) if not _DATE.fullmatch(text) or found[k] is pd.NaT)
-        raise InputError(
-            f"{layout.path}: field {layout.names[column]} in line {layout.first_line + k} is {shown(texts[k])}, not a "
-            "date and time as 2024-05-01T12:00:00.001; correct it."
-        )
-    return (found - found[0]).to_numpy() / np.timedelta64(1, "s")
+    texts = [split(line, separator)[column].strip(" \t'") for line in lines]
+    return seconds_of(layout.path, layout.names[column], texts, layout.first_line, day_first)
 
 
 def _decimal_sign(layout: Layout, columns: Sequence[int]) -> str:
@@ -314,7 +294,7 @@ def _decimal_sign(layout: Layout, columns: Sequence[int]) -> str:
     return "," if commas else "."
 
 
-def _parse_fast(layout: Layout, columns: list[int], decimal: str) -> np.ndarray | None:
+def _parse_fast(layout: Layout, columns: list[int], decimal: str, time: int | None, gaps: bool) -> np.ndarray | None:
     """The numbers of a clean body; None for whatever needs a closer look."""
     body, separator, width = layout.body, layout.separator, len(layout.names)
     if body.partition("\n")[0].endswith(separator):
@@ -340,10 +320,12 @@ def _parse_fast(layout: Layout, columns: list[int], decimal: str) -> np.ndarray 
             )[columns].to_numpy()
     except (ValueError, pd.errors.ParserError, pd.errors.ParserWarning):
         return None
-    return table if len(table) == rows and np.all(np.isfinite(table)) else None
+    may_miss = [gaps and column != time for column in columns]
+    whole = np.isfinite(table) | (np.isnan(table) & may_miss)
+    return table if len(table) == rows and whole.all() else None
 
 
-def _parse_by_line(layout: Layout, columns: Sequence[int], decimal: str, time: int | None) -> np.ndarray:
+def _parse_by_line(layout: Layout, columns: Sequence[int], decimal: str, time: int | None, gaps: bool) -> np.ndarray:
     """The numbers line by line, or the sentence for the first defect."""
     path, names, separator = layout.path, layout.names, layout.separator
     lines = layout.body.split("\n") if layout.body else []
@@ -355,11 +337,16 @@ def _parse_by_line(layout: Layout, columns: Sequence[int], decimal: str, time: i
             _refuse_fields(path, line, number, names, separator, "the file", last=k == len(lines) - 1)
         for column, index in enumerate(columns):
             where, value = f"{path}: field {names[index]} in line {number}", fields[index]
+            if gaps and index != time and value.casefold() in _MISSING:
+                table[k, column] = np.nan
+                continue
             if not value:
-                raise InputError(f"{where} is empty ({shown(line)}); supply the number.")
+                raise InputError(f"{where} is empty ({shown(line)}); {_SUPPLY}.")
             if _NOT_FINITE.fullmatch(value):
-                raise InputError(f"{where} is {shown(value)}, not a finite number; supply the number.")
+                raise InputError(f"{where} is {shown(value)}, not a finite number; {_SUPPLY}.")
             if not _NUMBER.fullmatch(value.replace(".", "?").replace(",", ".") if decimal == "," else value):
+                if value == names[index]:
+                    raise InputError(f"{where} is {shown(value)}: the line repeats the header; remove it.")
                 if index == time:
                     raise InputError(
                         f"{where} is {shown(value)}, neither a number nor a date and time as 2024-05-01T12:00:00.001; "

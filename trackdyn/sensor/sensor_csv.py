@@ -16,11 +16,19 @@ import scipy  # its parts are loaded where they are used
 from trackdyn.errors import InputError, shown
 from trackdyn.files import write_text
 from trackdyn.sensor import stamps
-from trackdyn.sensor.logger_binary import Channels, read_channels
-from trackdyn.sensor.logger_text import Layout, find_layout, is_dated, listed, parse, read_logger_text
-from trackdyn.sensor.sensor_mapping import AXES, SensorMapping, choose, is_unit, time_unit_of, unit_of, with_time_units
+from trackdyn.sensor.logger_files import Channels, format_of, read_channels, read_logger_text
+from trackdyn.sensor.logger_text import Layout, find_layout, is_dated, listed, parse
+from trackdyn.sensor.sensor_mapping import (
+    AXES,
+    SensorMapping,
+    choose,
+    is_unit,
+    said_otherwise,
+    time_like,
+    time_unit_of,
+    unit_of,
+)
 
-BINARY = (".mf4", ".tdms")  # endings of files that are no text
 COLUMNS = ("t_s", "ax_g", "ay_g", "az_g")
 _CLIPPED = 0.5  # share of clipped rows from which on nothing is left of the motion
 
@@ -78,7 +86,8 @@ def read_sensor_csv(
     Parameters
     ----------
     path : path-like
-        CSV file: a header, one row a sample; or MDF 4 (.mf4) and TDMS (.tdms) files, by the extra ``loggers``.
+        CSV file: a header, one row a sample; or a format of its own (`trackdyn.sensor.logger_files`), for most of which
+        the extra ``loggers`` is needed.
     mapping : SensorMapping, optional
         What the file does not say itself.
     range_g : float
@@ -107,33 +116,35 @@ def read_sensor_csv(
 
     layout: Layout | Channels
     text = ""
-    if path.suffix.lower() in BINARY:
-        layout = read_channels(path, recognised, sought)
+    if kind := format_of(path):
+        layout = read_channels(path, kind, recognised, sought)
     else:
         text = read_logger_text(path)
         places = list(numbers.values()) if "ay" in numbers and named == set(numbers) else []
         layout = find_layout(path, text, recognised, sought, places, is_unit)
     comments = [line for line in text.split("\n", layout.first_line)[:-1] if line.lstrip().startswith("#")]
     chosen = choose(layout.names, layout.units, mapping)
-    for key, found in chosen.items():
+    for key, meant in chosen.items():
         option = "--time" if key == "time" else f"--axis {key}="
-        if len(found) > 1:
+        if len(meant) > 1:
             raise InputError(
-                f"{path}: columns {' and '.join(f'{column.place + 1} ({shown(column.name)})' for column, _ in found)} "
-                f"may all be {key}; say which with {option}{' ' * (key == 'time')}#{found[0][0].place + 1}."
+                f"{path}: columns {' and '.join(f'{column.place + 1} ({shown(column.name)})' for column, _ in meant)} "
+                f"may all be {key}; say which with {option}{' ' * (key == 'time')}#{meant[0][0].place + 1}."
             )
-        if not found and (key, mapping.time) != ("time", "none"):
+        if not meant and (key, mapping.time) != ("time", "none"):
             raise InputError(f"{path}: no column {mapping.named[key]!r} for {key}; there are {listed(layout.names)}.")
     columns = {key: found[0] for key, found in chosen.items() if found}
-    if "time" not in columns and mapping.time != "none" and (timed := with_time_units(layout.names, layout.units)):
-        raise InputError(
-            f"{path}: {listed(timed)} may be the time; say so with --time NAME, or that it is not with --time none."
-        )
-    if "time" not in columns and mapping.rate is None:
-        raise InputError(
-            f"{path}: no column of time among {listed(layout.names)}; name it with --time NAME, or "
-            "give --time none --rate HZ."
-        )
+    if "time" not in columns and mapping.time != "none" and layout.rate is None:
+        if found := time_like(layout.names, layout.units):
+            raise InputError(
+                f"{path}: the time may be in {', '.join(found)}; say so with --time {found[0]}, or that it is not with "
+                "--time none --rate HZ."
+            )
+        if mapping.rate is None:
+            raise InputError(
+                f"{path}: no column of time among {listed(layout.names)}; name it with --time NAME, or "
+                "give --time none --rate HZ."
+            )
     for (key, (column, _)), (other, (same, _)) in combinations(columns.items(), 2):
         if column.place == same.place:
             raise InputError(f"{path}: column {shown(column.name)} is named for {key} and {other}; name two columns.")
@@ -141,7 +152,8 @@ def read_sensor_csv(
     for axis in AXES:
         try:
             if axis in columns:
-                units[axis] = unit_of(path, columns[axis][0], mapping)
+                stated = axis in mapping.axes or columns[axis][0].unit == columns["ay"][0].unit
+                units[axis] = unit_of(path, columns[axis][0], mapping, stated)
         except InputError:
             if axis == "ay" or axis in mapping.axes:
                 raise
@@ -150,7 +162,11 @@ def read_sensor_csv(
         columns["time"] = columns["time"][0]._replace(unit="s"), 1
     places = [column.place for column, _ in columns.values()]
     stamps_at = columns["time"][0].place if "time" in columns else None
-    table = layout.table(places) if isinstance(layout, Channels) else parse(layout, places, stamps_at)
+    gaps, day_first = mapping.gaps is not None, mapping.dates and mapping.dates == "day-first"
+    if isinstance(layout, Channels):
+        table = layout.table(places, gaps)
+    else:
+        table = parse(layout, places, stamps_at, gaps, day_first)
     values = dict(zip(columns, table.T, strict=True))
     record = _record(layout, mapping, columns, units, values, float(range_g), gravity)
     return replace(record, synthetic="synthetic" in "".join(comments).casefold())
@@ -162,28 +178,38 @@ def _record(layout, mapping, columns, units, values, range_g, gravity) -> Sensor
     if count < 2:
         raise InputError(f"{path}: the file holds {count} data rows; give at least 2.")
     counts = mapping.counts_per_g or np.inf
-    scale = {"g": 1.0, "mg": 1e-3, "m/s2": 1.0 / gravity, "counts": 1.0 / counts}
+    scale = {"g": 1.0, "mg": 1e-3, "counts": 1.0 / counts}
+    scale |= {f"{length}/s2": factor / gravity for length, factor in (("m", 1.0), ("cm", 1e-2), ("mm", 1e-3))}
     largest = range_g - (1.0 / counts if mapping.bits else 0.0)  # the highest count is one less than the lowest
     used = {column.place for column, _ in columns.values()}
     unused = [name for k, name in enumerate(layout.names) if k not in used and name]
     signs = {axis: "-" * (columns[axis][1] < 0) for axis in units}
     words = {unit: f"counts of 1/{counts:.6g} g" if unit == "counts" else unit for unit in scale}
     message = [
-        f"{axis} = {signs[axis]}{columns[axis][0].described} in {words[unit]}, first value "
-        f"{layout.first(columns[axis][0].place)}"
+        f"{axis} = {signs[axis]}{columns[axis][0].described} in {words[unit]}"
+        f"{said_otherwise(columns[axis][0], unit)}, first value {layout.first(columns[axis][0].place)}"
         for axis, unit in units.items()
     ]
-    done = {"rows": f"{count}, from line {layout.first_line} on"}
+    below = f"; below them, left out: {listed(layout.left_out)}" if layout.left_out else ""
+    done = {"rows": f"{count}, from line {layout.first_line} on{below}"}
     done["columns"] = "; ".join(message) + (f"; not used: {listed(unused)}" if unused else "")
 
     seen = clock = None
     if "time" in columns:
         seen = stamps.in_seconds(path, names["time"], values["time"], time_unit_of(path, columns["time"][0]))
-    part = _part(path, np.arange(count) / mapping.rate if seen is None else seen.t, mapping)
+    rate = mapping.rate or layout.rate
+    part = _part(path, np.arange(count) / rate if seen is None else seen.t, mapping)
+    axes = {axis: columns[axis][1] * scale[unit] * values[axis][part] for axis, unit in units.items()}
+    rows = axes["ay"].size
+    done["dropped"] = f"{count - rows} rows outside of --from and --to"
     line = layout.first_line + part.start
-    rate, done["time"] = mapping.rate, "rows counted, no stamps"
     if seen is not None:
         seen = seen._replace(t=seen.t[part] - seen.t[part.start])
+    if mapping.gaps:
+        seen, axes, skipped, done["gaps"] = _mended(path, seen, axes, mapping)
+        line, rows = line + skipped, axes["ay"].size
+    done["time"] = "rows counted, no stamps"
+    if seen is not None:
         clock = stamps.judge_stamps(path, seen, line, mapping.rate, mapping.resample)
         rate = clock.rate_hz
         column = columns["time"][0]
@@ -191,10 +217,12 @@ def _record(layout, mapping, columns, units, values, range_g, gravity) -> Sensor
             f"{column.described} in {seen.unit}, first value {layout.first(column.place)}, to {seen.rounding:.2g} s; "
             f"{clock.steps}"
         )
-    done["rate"] = f"{rate:.7g} Hz, {'given' if mapping.rate else 'found'}"
-    axes = {axis: columns[axis][1] * scale[unit] * values[axis][part] for axis, unit in units.items()}
-    rows = axes["ay"].size
-    done["dropped"] = f"{count - rows} rows outside of --from and --to"
+        if mapping.dates:
+            done["time"] += f"; dates are {mapping.dates}"
+    source = "given" if mapping.rate else "found" if seen is not None else "as the file states"
+    if mapping.rate and layout.rate and abs(mapping.rate / layout.rate - 1) > 1e-6:
+        source += f", not {layout.rate:.7g} Hz as the file states"
+    done["rate"] = f"{rate:.7g} Hz, {source}"
 
     size = np.abs(list(axes.values()))
     if size.max() > range_g * 1.0001:
@@ -225,6 +253,34 @@ def _record(layout, mapping, columns, units, values, range_g, gravity) -> Sensor
     time = np.arange(axes["ay"].size) / rate
     named = {axis: f"{sign}{names[axis]}" for axis, sign in signs.items()}
     return SensorRecord(path, time, axes.get("ax"), axes["ay"], axes.get("az"), float(rate), clipped, done, named)
+
+
+def _mended(path, seen, axes, mapping) -> tuple:
+    """Stamps and axes without gaps as ``mapping.gaps`` has it, the rows left out before them, and what was done."""
+    names, values = list(axes), np.array(list(axes.values()))
+    count = values.shape[1]
+    lost = np.zeros(count - 1) if seen is None else stamps.lost_rows(seen, mapping.rate, mapping.resample)
+    if mapping.gaps == "longest":
+        part = stamps.longest_part(lost, np.isnan(values).any(axis=0))
+        if part.stop - part.start < 2:
+            raise InputError(f"{path}: no two rows without a gap between them; record the sample again.")
+        seen = seen and seen._replace(t=seen.t[part] - seen.t[part.start])
+        done = f"rows {part.start + 1} to {part.stop} of {count} kept, the longest part without a gap"
+        return seen, dict(zip(names, values[:, part], strict=True)), part.start, done
+    t = np.arange(count) if seen is None else seen.t
+    rows, gap, longest = stamps.bridged(lost, np.vstack([t, values]))
+    if longest > stamps.BRIDGED or np.count_nonzero(gap) > stamps.BRIDGED_SHARE * count or rows.shape[1] < 2:
+        raise InputError(
+            f"{path}: {np.count_nonzero(gap) or count - rows.shape[1]} samples are missing, up to {longest} in a row; "
+            f"at most {stamps.BRIDGED} in a row and {stamps.BRIDGED_SHARE:.0%} are bridged; keep the longest part with "
+            "--gaps longest, or cut the record with --from and --to."
+        )
+    seen = seen and seen._replace(t=rows[0] - rows[0, 0])
+    done = (
+        f"{np.count_nonzero(gap)} samples in {np.count_nonzero(np.diff(gap.astype(int)) > 0)} gaps interpolated, at "
+        f"most {longest} in a row"
+    )
+    return seen, dict(zip(names, rows[1:], strict=True)), 0, done
 
 
 def _part(path: Path, t: np.ndarray, mapping: SensorMapping) -> slice:

@@ -1,6 +1,7 @@
 """What the columns of a sensor's file mean: by their names, and by what the user says of them."""
 
 import re
+import shlex
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple, get_args
@@ -14,12 +15,13 @@ from trackdyn.sensor.stamps import RATES, UNITS
 
 Axis = Literal["ax", "ay", "az"]
 AXES: tuple[str, ...] = get_args(Axis)
-_ACCELERATION = {"g": "g", "gn": "g", "mg": "mg"} | dict.fromkeys(
-    ("m/s2", "m/s/s", "m_s2", "ms-2", "m.s-2", "ms2", "mps2"), "m/s2"
-)
+_PER_S2 = ("{}/s2", "{}/s/s", "{}_s2", "{}s-2", "{}.s-2", "{}s2", "{}ps2", "{}/sec2")
+_ACCELERATION = {"g": "g", "gn": "g", "mg": "mg", "gal": "cm/s2"} | {
+    form.format(length): f"{length}/s2" for length in ("m", "cm", "mm") for form in _PER_S2
+}
 _TIME = {unit: unit for unit in UNITS} | {"sec": "s", "seconds": "s", "msec": "ms", "\N{GREEK SMALL LETTER MU}s": "us"}
 _UNIT = "|".join(map(re.escape, sorted(_ACCELERATION | _TIME, key=len, reverse=True)))
-_IN_BRACKETS = re.compile(r"(.*?)\s*[\[(]([^\])]*)[\])]")
+_IN_BRACKETS = re.compile(r"(.*?)\s*[\[(]((?:[^\[\]()]|\([^()]*\))*)[\])]")
 _AT_THE_END = re.compile(rf"(.+?)[\s_/,:]+({_UNIT})")
 _AXIS_NAME = re.compile(r"(?:a|acc|accel|acceleration|accelerometer)[\s_.-]*([xyz])")
 _COUNTS = ("counts", "count", "raw", "lsb", "digits")
@@ -38,18 +40,22 @@ class SensorMapping(Section):
     rate : float, optional
         Samples a second, Hz; without it the stamps tell.
     unit : str, optional
-        ``g``, ``m/s2`` or ``mg``, of columns whose header names none.
+        ``g``, ``mg``, ``m/s2``, ``cm/s2`` or ``mm/s2`` of ay and of columns of its unit, whatever the header says.
     axes : mapping
         ``ax``, ``ay``, ``az`` to columns, by name or by number from 1 (``#3`` where a name is a number, too), a minus
         in front turns the sign. Others are found by their names.
     range : float, optional
         Range of the sensor, g; the rig's if not given.
     scale : float, optional
-        Counts per g, of columns that hold raw counts.
+        Units of the file per g, such as counts or mV, of ay and of columns of its unit, whatever the header says.
     bits : int, optional
         Bits of a raw count whose full scale is ``range``, in place of ``scale``.
     resample : bool
         Put samples whose stamps jitter onto even instants.
+    gaps : str, optional
+        ``bridge`` interpolates over few missing samples, ``longest`` keeps the longest part without any.
+    dates : str, optional
+        ``day-first`` or ``month-first``, where both readings of the dates are possible and differ.
     from, to : float, optional
         Part to keep, s since the first row; ``start`` and ``to`` in Python.
     """
@@ -58,12 +64,14 @@ class SensorMapping(Section):
 
     time: Name | None = None
     rate: Annotated[float, Field(ge=RATES[0], le=RATES[1])] | None = None
-    unit: Literal["g", "m/s2", "mg"] | None = None
+    unit: Literal["g", "mg", "m/s2", "cm/s2", "mm/s2"] | None = None
     axes: dict[Axis, Name] = Field(default_factory=dict)
     range: Positive | None = None
     scale: Positive | None = None
     bits: Annotated[int, Field(ge=8, le=32)] | None = None
     resample: bool = False
+    gaps: Literal["bridge", "longest"] | None = None
+    dates: Literal["day-first", "month-first"] | None = None
     start: NotNegative = Field(default=0.0, alias="from")
     to: Positive | None = None
 
@@ -128,8 +136,7 @@ def _column(index: int, name: str, unit: str) -> Column:
     plain = _plain(name)
     found = _IN_BRACKETS.fullmatch(plain) or _AT_THE_END.fullmatch(plain.replace("^", "").replace("**", ""))
     base, own = (found[1], found[2]) if found else (plain, "")
-    unit = own or re.sub(r"[\[(](.*)[\])]", r"\1", _plain(unit))
-    return Column(index, name, base, unit.replace("^", "").replace("**", "").replace(" ", ""))
+    return Column(index, name, base, re.sub(r"[\s()\[\]^]|\*\*", "", own or _plain(unit)))
 
 
 def _plain(name: str) -> str:
@@ -175,35 +182,77 @@ def choose(names: Sequence[str], units: Sequence[str], mapping: SensorMapping) -
     return chosen
 
 
-def unit_of(path: Path, column: Column, mapping: SensorMapping) -> str:
-    """Unit of an axis, from its header or as given: g, mg, m/s2 or counts."""
+def unit_of(path: Path, column: Column, mapping: SensorMapping, stated: bool = True) -> str:
+    """Unit of an axis: the one that the user states (``stated``: for this column), or else that of its header.
+
+    g, mg, m/s2, cm/s2, mm/s2 or counts.
+    """
     own = "counts" if column.unit in _COUNTS else _ACCELERATION.get(column.unit)
     given = "counts" if mapping.counts_per_g else mapping.unit
+    if given and (stated or not column.unit or own == given):
+        return given
+    remedy = "give --scale, the units of the file per g, or --unit, what they are"
     if column.unit and own is None:
         raise InputError(
-            f"{path}: column {shown(column.name)} has the unit {shown(column.unit)}; g, m/s2, mg and counts are read, "
-            "choose another column with --axis."
+            f"{path}: column {shown(column.name)} has the unit {shown(column.unit)}; {remedy} "
+            f"({', '.join(dict.fromkeys(_ACCELERATION.values()))}), or choose another column with --axis."
         )
-    if own and given and own != given:
-        option = "--scale or --bits" if given == "counts" else f"--unit {given}"
-        raise InputError(
-            f"{path}: column {shown(column.name)} is in {own} by its name, which contradicts {option}; leave it out."
-        )
-    if own == "counts" and not given:
+    if own == "counts":
         raise InputError(
             f"{path}: column {shown(column.name)} holds counts; give --scale, the counts per g, or --range and --bits."
         )
-    if not (unit := own or given):
+    if own is None:
         raise InputError(
             f"{path}: column {shown(column.name)} does not say its unit; give --unit g, --unit m/s2 or --unit mg, or "
             "for raw counts --scale, the counts per g."
         )
-    return unit
+    return own
 
 
-def with_time_units(names: list[str], units: list[str]) -> list[str]:
-    """Names of the columns whose unit is one of time."""
-    return [name for k, name in enumerate(names) if _column(k, name, units[k]).unit in _TIME]
+def said_otherwise(column: Column, unit: str) -> str:
+    """A remark on a unit that is not the one of the column's header; empty if it is, or the header has none."""
+    own = "counts" if column.unit in _COUNTS else _ACCELERATION.get(column.unit, column.unit)
+    return f" as stated, not in {column.unit} as the file says" if own and own != unit else ""
+
+
+_OF_TIME = re.compile(
+    "time|stamp|zeit|temps|tiempo|tempo|tijd|tid|clock|date|datum|seconds|x_value|\N{CJK UNIFIED IDEOGRAPH-6642}"
+)
+
+
+def suggested(names: Sequence[str], units: Sequence[str], timed: bool = False) -> str:
+    """Options that name the column of ay, and of the time unless the file is ``timed``: the closest names, if any."""
+    columns = [_column(k, *both) for k, both in enumerate(zip(names, units, strict=True))]
+    timed = timed or any(_TIME_NAME.fullmatch(column.base) for column in columns)
+    stamps = [] if timed else [f"--time {name}" for name in time_like(names, units)[:1]]
+    lettered = [column for column in columns if "y" in re.split(r"[^a-z]+", _apart(column.name))]
+    if not lettered:
+        time = (
+            "" if timed else f", and the time with {stamps[0] if stamps else '--time NAME, or --time none --rate HZ'}"
+        )
+        return f"say which it is with --axis ay=NAME or its number, ay=2, with a minus to turn its sign, ay=-NAME{time}"
+    chosen = min(lettered, key=lambda column: "acc" not in column.base)
+    options = [*stamps, f"--axis {_typed(chosen, 'ay=')}"]
+    options += [] if chosen.unit in _ACCELERATION else ["--unit g (or --scale, units per g)"]
+    return f"perhaps {' '.join(options)}; else name it with --axis ay=NAME or its number, ay=2"
+
+
+def time_like(names: Sequence[str], units: Sequence[str]) -> list[str]:
+    """Columns that may be the time by their names or units, as a shell takes them."""
+    columns = [_column(k, *both) for k, both in enumerate(zip(names, units, strict=True))]
+    named = [column for column in columns if _OF_TIME.search(_apart(column.name))]
+    return [_typed(c) for c in named + [c for c in columns if c.unit in _TIME and c not in named]]
+
+
+def _apart(name: str) -> str:
+    """A name whose words are apart, in small letters: ``accelerationY`` is acceleration y."""
+    return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name).casefold()
+
+
+def _typed(column: Column, before: str = "") -> str:
+    """A column as a shell takes it, by its number if a keyboard may lack its name."""
+    name = f"#{column.place + 1}" if not (column.name.isascii() and column.name.isprintable()) else column.name
+    return shlex.quote(f"{before}{name}")
 
 
 def time_unit_of(path: Path, column: Column) -> str | None:

@@ -1,0 +1,373 @@
+"""Records of loggers in formats of their own, each turned into one table by the library of its format.
+
+A format is recognised by how its files begin, or else by their ending. Formats that are known and not read are named.
+What has no format of its own is text (`trackdyn.sensor.logger_text`).
+"""
+
+import gc
+import gzip
+import re
+import sys
+import zlib
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from itertools import chain
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pandas as pd
+import scipy  # its parts are loaded where they are used
+
+from trackdyn.errors import InputError, shown
+from trackdyn.extras import required
+from trackdyn.files import plain_file
+from trackdyn.sensor.sensor_mapping import suggested
+
+MOST_BYTES = 128_000_000  # an hour of three axes at 1 kHz; the text and its numbers take some ten times that
+_WIDE = (b"\xff\xfe", b"\xfe\xff")  # marks of UTF-16
+_HEAD = 600  # bytes by which a format is recognised
+# names of a number that is the samples a second, or the time between two of them
+_RATE = re.compile(r"(.*[._ ])?(fs|(sampl(e|ing)[_ ]?)?rate|sampl(e|ing)[_ ]?freq(uency)?)(_?hz)?", re.IGNORECASE)
+_INTERVAL = re.compile(
+    r"(.*[._ ])?(dt|delta_?[tx]|sampl(e|ing)[_ ]?(interval|time)|(wf_)?increment)(_?s)?", re.IGNORECASE
+)
+_UNITS = ("unit", "units", "unit_string", "NI_UnitDescription")
+_NAMES = ("names", "columns", "column_names", "channels", "channel_names", "labels")
+_NUMBERS = "iufb"
+Item = tuple[str, str, Any]  # name, unit and samples of a channel, or of several as a table
+
+
+class Channels(NamedTuple):
+    """Channels of one group, which share their samples."""
+
+    path: Path  # the file
+    # names, units: of the channels, in their order in the file; stamps that stand apart come last, as ``time``
+    names: list[str]
+    units: list[str]
+    values: np.ndarray  # (c, N) their samples
+    rate: float | None = None  # samples a second that the file states beside its samples, Hz
+    first_line: int = 1  # number of the first sample, from 1
+    left_out: tuple[str, ...] = ()  # as in `logger_text.Layout`
+
+    def first(self, column: int) -> str:
+        """The first sample of a channel."""
+        return f"{self.values[column, 0]:g}"
+
+    def table(self, columns: Sequence[int], gaps: bool = False) -> np.ndarray:
+        """(N, c) numbers of some channels; `InputError` names the first that is not finite (``gaps``: is infinite)."""
+        table = self.values[list(columns)].T
+        wrong = np.isinf(table) if gaps else ~np.isfinite(table)
+        if wrong.any():
+            row, place = np.argwhere(wrong)[0]
+            name = self.names[columns[place]]
+            raise InputError(
+                f"{self.path}: channel {name!r} is {table[row, place]} in sample {row + 1}; give a record without "
+                "gaps, or --gaps bridge or --gaps longest."
+            )
+        return table
+
+
+class Format(NamedTuple):
+    """A format of files: what it is called, what reads it, and how its files begin and end."""
+
+    name: str
+    package: str
+    read: Callable[[Path], Iterable[Channels]]
+    begins: re.Pattern[bytes]
+    endings: tuple[str, ...]
+
+
+def format_of(path: Path) -> Format | None:
+    """The format of a file; None for text, and for what is no file. `InputError` names a known one that is not read."""
+    try:
+        with open(path, "rb") as file:
+            head = file.read(_HEAD) if path.is_file() else b""
+    except (OSError, ValueError):
+        head = b""
+    for begins, name in NOT_READ.items():
+        if head.startswith(begins):
+            raise InputError(
+                f"{path}: this is {name}, which is not read; unpack or convert it: CSV, "
+                f"{', '.join(one.name for one in FORMATS)} are read."
+            )
+    found = [one for one in FORMATS if one.begins.match(head)]
+    text = head and not re.search(rb"[\0-\x08\x0e-\x19\x1b-\x1f]", head)
+    ending = path.suffix.lower()
+    return next(iter(found), None) or next((one for one in FORMATS if ending in one.endings and not text), None)
+
+
+def read_logger_text(path: Path) -> str:
+    """A whole text file of at most ``MOST_BYTES``, with plain newlines.
+
+    UTF-8, UTF-16 with its mark, Shift-JIS or Latin-1: numbers are the same in all of them, names and units may not be.
+    A file packed by gzip is unpacked; comments stand behind ``#``, whatever the file has.
+    """
+    try:
+        if path.exists() and not path.is_file():
+            raise InputError(f"{path}: this is a folder or a device, not a file; give one CSV file.")
+        with path.open("rb") as file, gzip.GzipFile(fileobj=file) as unpacked:
+            packed = file.read(2) == b"\x1f\x8b"
+            file.seek(0)
+            data = (unpacked if packed else file).read(MOST_BYTES + 1)
+    except FileNotFoundError:
+        raise InputError(f"{path}: the file does not exist; check the path.") from None
+    except (gzip.BadGzipFile, EOFError, zlib.error) as error:
+        raise InputError(f"{path}: the gzip file is damaged ({error}); pack it again.") from None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or "no usable name"
+        raise InputError(f"{path}: the file cannot be read ({reason}); check its name and permissions.") from None
+    if data.startswith(b"PK"):
+        kind = "a recording" if data[30:38] == b"meta.npy" else "an archive or a spreadsheet"
+        raise InputError(f"{path}: this is {kind}, not a sensor's file; give a CSV file.")
+    control = sum(byte < 32 and byte not in b"\t\n\v\f\r\x1a" for byte in data[:1000])
+    if control > 0.02 * len(data[:1000]) and not data.startswith(_WIDE):
+        raise InputError(f"{path}: this is binary data, not text; export it as CSV.")
+    if len(data) > MOST_BYTES:
+        raise InputError(f"{path}: the file holds more than {MOST_BYTES / 1e6:.0f} MB; give a part of it.")
+    text = decoded(data)
+    # rows of files that have their comments behind another sign do not hold it
+    mark = next((m for m in (";", "%", "//") if text.startswith(m) and _comments_only(text, m)), None)
+    return re.sub(rf"^[ \t]*{mark}", "#", text, flags=re.MULTILINE) if mark else text
+
+
+def _comments_only(text: str, mark: str) -> bool:
+    """Whether a sign stands at the beginning of lines only."""
+    head = text.split("\n", 200)[:200]
+    return all(mark not in line for line in head if not line.lstrip().startswith(mark))
+
+
+def decoded(data: bytes) -> str:
+    """Text of a file with plain newlines."""
+    try:
+        text = data.decode("utf-16" if data.startswith(_WIDE) else "utf-8-sig")
+    except UnicodeDecodeError:
+        text = data.decode("latin-1")
+        if re.search("[\x80-\x9f]", text[:10_000]):  # no letters of Latin-1, but halves of Japanese ones
+            with suppress(UnicodeDecodeError):
+                text = data.decode("cp932")
+    return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def read_channels(path: Path, kind: Format, recognised: Callable[[Sequence[str]], bool], sought: str) -> Channels:
+    """Read the one group of a file whose channels are ``recognised`` by their names.
+
+    ``sought`` says in a refusal what was not found. Raises `InputError`: no file of this format or a damaged one, no
+    such group or several, or a package is not installed.
+    """
+    plain_file(path, "record")
+    required(kind.package)
+    groups, failure = [], ""
+    hook, sys.unraisablehook = sys.unraisablehook, lambda _: None  # half-made objects complain when they are collected
+    try:
+        groups = list(kind.read(path))
+    except (InputError, MemoryError):
+        raise
+    except Exception as error:  # a library raises whatever a damaged file brings about
+        failure = type(error).__name__
+    finally:
+        if failure:
+            gc.collect()
+        sys.unraisablehook = hook
+    if failure:
+        raise InputError(f"{path}: is no {kind.name} file or a damaged one ({failure}); export the record again.")
+    found = [group for group in groups if recognised(group.names)]
+    names = [name for group in groups for name in group.names]
+    if not found:
+        listed = ", ".join(map(shown, names[:20]))
+        raise InputError(
+            f"{path}: no {sought}; there are {listed or 'no channels'}"
+            + (
+                f"; {suggested(groups[0].names, groups[0].units, groups[0].rate is not None)}."
+                if names
+                else "; export the record as CSV."
+            )
+        )
+    if len(found) > 1:
+        raise InputError(
+            f"{path}: {len(found)} groups of channels have a {sought}; name a channel that only one of them has, such "
+            f"as --axis ay={found[0].names[0]!r}, or export one of them."
+        )
+    return found[0]
+
+
+def _groups(path: Path, items: Iterable[Item], rate: float | None = None) -> Iterator[Channels]:
+    """Channels of the same number of samples; a table, (N, c) or (c, N), has a channel a column, ``name 1`` and so on.
+
+    A single number that is called a rate or an interval is the ``rate``, if there is but one.
+    """
+    groups: dict[int, list[Item]] = {}
+    rates = [] if rate is None else [rate]
+    for name, unit, values in chain.from_iterable(map(_plain, items)):
+        if values.ndim == 0:
+            number = float(values)
+            if number > 0 and _RATE.fullmatch(name):
+                rates.append(number)
+            elif number > 0 and _INTERVAL.fullmatch(name):
+                rates.append(1 / number)
+            continue
+        table = values.T if values.ndim == 2 and values.shape[0] > values.shape[1] else values
+        for k, column in enumerate(np.atleast_2d(table)):
+            one = name if values.ndim == 1 else f"{name} {k + 1}".strip()
+            groups.setdefault(column.size, []).append((one, unit, column))
+    for count, channels in groups.items():
+        if count > 1:
+            names, units = [one[0] for one in channels], [one[1] for one in channels]
+            table = np.array([one[2] for one in channels], dtype=float)
+            yield Channels(path, names, units, table, rates[0] if len(set(rates)) == 1 else None)
+
+
+def _plain(item: Item) -> Iterator[Item]:
+    """The numbers of an item, without axes of one place; fields of records apart, instants as s since the first."""
+    name, unit, samples = item
+    values = np.squeeze(np.asarray(samples))
+    if values.dtype.names:
+        for field in values.dtype.names:
+            yield from _plain((f"{name} {field}".strip(), unit, values[field]))
+    elif values.dtype.kind == "M" and values.ndim == 1 and values.size:
+        yield name, "s", (values - values[0]) / np.timedelta64(1, "s")
+    elif values.dtype.kind in _NUMBERS and values.ndim <= 2 and values.size:
+        yield name, unit, values
+
+
+def _mdf(path: Path) -> Iterator[Channels]:
+    with required("asammdf").MDF(path) as file:
+        for index in range(len(file.groups)):
+            signals = file.select([(None, index, k) for k in range(len(file.groups[index].channels))])
+            master = file.get_master(index)
+            items = [
+                (one.name, one.unit or "", one.samples) for one in signals if one.name.lower() not in ("time", "t")
+            ]
+            items = [one for one in items if one[2].ndim == 1 and one[2].size == master.size]
+            yield from _groups(path, [*items, ("time", "s", master)])
+
+
+def _tdms(path: Path) -> Iterator[Channels]:
+    for group in required("nptdms").TdmsFile.read(path).groups():
+        items, interval = [], None
+        for one in group.channels():
+            interval = interval or one.properties.get("wf_increment")
+            items.append((one.name, _unit(one.properties), one[:]))
+        yield from _groups(path, items, 1 / interval if interval else None)
+
+
+def _lvm(path: Path) -> Iterator[Channels]:
+    # its `read` would open a pickle beside the file
+    data = required("lvm_read").read_str(decoded(path.read_bytes()))
+    for k in range(data["Segments"]):
+        part = data[k]
+        names = part["Channel names"][: part["data"].shape[1]]
+        labels = ["s"] * (names[0] == "X_Value") + list(part.get("Y_Unit_Label", []))
+        items = [
+            (name, labels[at] if at < len(labels) else "", part["data"][:, at])
+            for at, name in enumerate(names)
+            if name != "Comment"
+        ]
+        timed = (part.get("X_Dimension") or ["Time"])[0] == "Time" and part.get("Delta_X", [0])[0] > 0
+        yield from _groups(path, items, 1 / part["Delta_X"][0] if timed else None)
+
+
+def _uff(path: Path) -> Iterator[Channels]:
+    file = required("pyuff").UFF(str(path))
+    sets = [file.read_sets(k) for k, kind in enumerate(file.get_set_types()) if str(kind).startswith("58")]
+    # time responses, or of an unknown kind over time
+    sets = [one for one in sets if one["func_type"] in (0, 1) and not np.iscomplexobj(one["data"])]
+    names = [str(one["id1"]).strip() for one in sets]
+    if len(set(names)) < len(names):
+        names = [f"node {one['rsp_node']} {_direction(one['rsp_dir'])}" for one in sets]
+    if len(set(names)) < len(names):
+        names = [f"{name} {k + 1}" for k, name in enumerate(names)]
+    by_rate: dict[float, list[Item]] = {}
+    for one, name in zip(sets, names, strict=True):
+        label = str(one.get("ordinate_axis_units_lab", "")).strip()
+        x = np.asarray(one["x"])
+        step = float(one.get("abscissa_inc") or 0.0) or (x[-1] - x[0]) / (x.size - 1)
+        by_rate.setdefault(step, []).append((name, "" if label.upper() == "NONE" else label, one["data"]))
+    for step, items in by_rate.items():
+        yield from _groups(path, items, 1 / step if step > 0 else None)
+
+
+def _direction(number: float) -> str:
+    letter = "XYZ"[(abs(int(number)) - 1) % 3] if number else ""
+    return f"{'-' if number < 0 else '+'}{letter}" if letter else "scalar"
+
+
+def _mat(path: Path) -> Iterator[Channels]:
+    content = scipy.io.loadmat(path, simplify_cells=True)
+    yield from _groups(path, _nested({name: one for name, one in content.items() if not name.startswith("__")}))
+
+
+def _nested(content: Mapping, above: str = "") -> Iterator[Item]:
+    for name, one in content.items():
+        yield from _nested(one, f"{above}{name}.") if isinstance(one, Mapping) else [(f"{above}{name}", "", one)]
+
+
+def _hdf5(path: Path) -> Iterator[Channels]:
+    library = required("h5py")
+    items: list[Item] = []
+    with library.File(path, "r") as file:
+        items += [(name, "", one) for name, one in file.attrs.items() if np.ndim(one) == 0]
+
+        def visit(name, one):
+            items.extend((key, "", value) for key, value in one.attrs.items() if np.ndim(value) == 0)
+            if not isinstance(one, library.Dataset) or one.dtype.kind not in _NUMBERS + "V":
+                return
+            names = next((list(one.attrs[key]) for key in _NAMES if key in one.attrs), [])
+            names = [text.decode() if isinstance(text, bytes) else str(text) for text in names]
+            values = one[()]
+            if values.ndim == 2 and len(names) == min(values.shape):
+                columns = values.T if values.shape[0] > values.shape[1] else values
+                items.extend((text, _unit(one.attrs), column) for text, column in zip(names, columns, strict=True))
+            else:
+                items.append((name, _unit(one.attrs), values))
+
+        file.visititems(visit)
+    yield from _groups(path, items)
+
+
+def _unit(properties: Mapping) -> str:
+    found = next((properties[key] for key in _UNITS if key in properties), "")
+    return found.decode() if isinstance(found, bytes) else found if isinstance(found, str) else ""
+
+
+def _wav(path: Path) -> Iterator[Channels]:
+    rate, values = required("scipy.io.wavfile").read(path)
+    yield from _groups(path, [("", "", values.reshape(len(values), -1))], float(rate))
+
+
+def _npy(path: Path) -> Iterator[Channels]:
+    yield from _groups(path, [("", "", np.load(path, allow_pickle=False))])
+
+
+def _parquet(path: Path) -> Iterator[Channels]:
+    table = pd.read_parquet(path)
+    table = table if isinstance(table.index, pd.RangeIndex) else table.reset_index(names=table.index.name or "time")
+    numbers = {name: column for name, column in table.items() if column.dtype.kind in _NUMBERS + "M"}
+    missing = {"dtype": float, "na_value": np.nan}
+    yield from _groups(
+        path,
+        [
+            (str(name), "", one.dt.tz_localize(None).to_numpy() if one.dtype.kind == "M" else one.to_numpy(**missing))
+            for name, one in numbers.items()
+        ],
+    )
+
+
+FORMATS = (
+    Format("MDF 4", "asammdf", _mdf, re.compile(rb"MDF     4\."), (".mf4",)),
+    Format("TDMS", "nptdms", _tdms, re.compile(rb"TDSm"), (".tdms",)),
+    Format("LVM", "lvm_read", _lvm, re.compile(rb"(\xef\xbb\xbf)?LabVIEW Measurement"), ()),
+    Format("UFF 58", "pyuff", _uff, re.compile(rb"\s*    -1\s*\r?\n\s*\d{1,4}b?\s"), (".uff", ".unv", ".uf")),
+    Format("HDF5", "h5py", _hdf5, re.compile(rb"\x89HDF\r\n\x1a\n|MATLAB 7\.3"), (".h5", ".hdf5", ".hdf")),
+    Format("MAT", "scipy.io", _mat, re.compile(rb"MATLAB 5"), (".mat",)),
+    Format("WAV", "scipy.io.wavfile", _wav, re.compile(rb"RIFF|RIFX|RF64"), (".wav",)),
+    Format("NPY", "numpy", _npy, re.compile(rb"\x93NUMPY"), (".npy",)),
+    Format("Parquet", "pyarrow", _parquet, re.compile(rb"PAR1"), (".parquet", ".pq")),
+)
+NOT_READ = {
+    b"MDF     3.": "an MDF 3 file", b"MDF     2.": "an MDF 2 file", b"SQLite format 3": "an SQLite database",
+    b"%PDF": "a PDF document", b"fLaC": "a FLAC file", b"OggS": "an Ogg file", b"BZh": "compressed by bzip2",
+    b"\xd0\xcf\x11\xe0": "a spreadsheet (XLS)", b"\xfd7zXZ": "compressed by xz", b"\x89PNG": "a picture",
+    b"\x28\xb5\x2f\xfd": "compressed by zstd", b"7z\xbc\xaf": "a 7z archive", b"Rar!": "a RAR archive",
+    b"\x80\x04\x95": "a Python pickle",
+}  # fmt: skip
