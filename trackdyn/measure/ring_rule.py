@@ -121,7 +121,7 @@ def advice(study: pd.DataFrame, rule: RingRule) -> list[str]:
             if not 0 <= k < len(radii):
                 found.append(f"{words}: none was run; beyond the end of the radii the rule may choose another one")
             else:
-                missed = "; ".join(map(str, misses[radii[k]])) or f"serves, too: {_changes(study, chosen, radii[k])}"
+                missed = _worst(misses[radii[k]]) or f"serves, too: {_changes(study, chosen, radii[k])}"
                 found.append(f"{words}, {radii[k]:g} m: {missed}")
     for bound in rule.bounds:
         keep = [f"{radius:g}" for radius, missed in misses.items() if all(miss.bound != bound for miss in missed)]
@@ -131,6 +131,17 @@ def advice(study: pd.DataFrame, rule: RingRule) -> list[str]:
         each = (f"{rpm:g} rpm {f'{of:g} m' if of == of else 'none'}" for rpm, of in alone.items())
         found.append(f"at one speed alone: {', '.join(each)}")
     return found
+
+
+def _worst(missed: list[Miss]) -> str:
+    """Of every bound that is missed the speed at which it is missed by most, and at how many others it is, too."""
+    found = []
+    for bound in dict.fromkeys(miss.bound for miss in missed):
+        speeds = [miss for miss in missed if miss.bound == bound]
+        worst = max(speeds, key=lambda miss: abs(miss.value - miss.limit))
+        others = f", and at {len(speeds) - 1} more of the speeds" if len(speeds) > 1 else ""
+        found.append(f"{worst}{others}")
+    return "; ".join(found)
 
 
 def _changes(study: pd.DataFrame, chosen: float, other: float) -> str:

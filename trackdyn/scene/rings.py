@@ -1,6 +1,6 @@
 """Which rings can be asked for on a rig: from the least that bears load to the largest that its tensioner allows."""
 
-from math import pi, sin
+from math import ceil, floor, pi, sin
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from trackdyn.scene.scene import Scene
 
 # The tensioner stays where the rig's own ring put it: a larger ring tightens the loop, by this factor at most.
 TIGHTER = 5.0
+FINEST = 1e-5  # m, of the radii of a study
 
 
 def usual_rings(rig: Rig) -> tuple[float, float]:
@@ -30,7 +31,12 @@ def usual_rings(rig: Rig) -> tuple[float, float]:
 
 def study_radii(rig: Rig, count: int = 11) -> list[float]:
     """Radii of a ring study from the least to the largest of `usual_rings`, m, to a hundredth of a millimetre."""
-    return np.unique(np.round(np.linspace(*usual_rings(rig), count), 5)).tolist()
+    least, largest = usual_rings(rig)
+    return (
+        np.unique(np.round(np.linspace(ceil(least / FINEST), floor(largest / FINEST), count)) * FINEST)
+        .round(5)
+        .tolist()
+    )
 
 
 def _seat_depth(rig: Rig) -> float:

@@ -10,12 +10,14 @@ import pandas as pd
 import pytest
 from matplotlib.figure import Figure
 
+from replication.paper.contents import PAPER
+from replication.paper.item import SENSORS
 from replication.report.figures.closure import closure_figure
 from replication.report.figures.loop import loop_figure
 from replication.report.figures.ring_study import MARKS, STEADY
 from replication.report.figures.scorecard import LOOKS, scorecard_figure
 from replication.report.parameters import table1
-from replication.report.statistics import table3
+from replication.report.statistics import lines_table, table3
 from trackdyn.errors import InputError
 from trackdyn.parameters.layout import assemble
 from trackdyn.parameters.rig import load_rig
@@ -134,6 +136,18 @@ def test_picket_fence_of_the_printed_record_at_115_rpm():
     shown = texts(spectrum_figure(Recording(**arrays, meta=run.meta), sensor(0.13)))
     assert "bin 11.50" in shown
     assert "64 %" in shown
+
+
+def test_without_a_sensor_record_the_simulation_stands_alone_and_says_so():
+    for draw in (history_figure, spectrum_figure):
+        shown = draw(recording(), None, "(d) 210 rpm", SENSORS[None])
+        assert "simulation; no sensor record" in texts(shown)
+    table = table3(metrics(), {210.0: None}, SENSORS[None]).iloc[0]
+    assert table["sensor_record"] == "no sensor record" and table["rms_simulation_g"] > 0
+    assert np.isnan(table["rms_sensor_g"]) and np.isnan(table["rms_difference_pct"])
+    assert list(lines_table(metrics(), {210.0: None}, SENSORS[None])["source"]) == ["simulation"]
+    captions = {item.key: item.caption(None) for item in PAPER}
+    assert "There is no sensor record" in captions["fig17"][-1] and "no sensor" not in " ".join(captions["fig01"])
 
 
 @pytest.mark.parametrize("phase", [-3.0, -0.5, 0.0, 0.4, 2.9])
