@@ -207,7 +207,7 @@ def test_events_with_a_ring():
 def test_a_short_contact_begins_ends_and_peaks_nothing():
     """A tap of 1.25 ms at 7 kN before and after the contact of an arc counts in the sums alone."""
     whole = with_ring(3.0)
-    taps = [spell(1, LEFT, at, at + 0.00125, force=7000.0, groove=groove) for at, groove in ((2.97, 4), (4.3, 5))]
+    taps = [spell(5, LEFT, at, at + 0.00125, force=7000.0, groove=groove) for at, groove in ((2.97, 4), (4.13, 5))]
     plain, tapped = recording(whole), recording(whole + taps)
     assert events(tapped, 0) == events(plain, 0)
     names = ["start_s", "end_s", "phase_start", "phase_end", "peak_n", "peak_s"]
