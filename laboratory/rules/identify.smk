@@ -1,13 +1,13 @@
 # How sure `trackdyn identify` is of what it says: both are asked for by name.
 
 # whose values the parts can have: the ranges begin there
-PARTS = CONFIG.other_rigs["parts"].rig if "parts" in CONFIG.other_rigs else CONFIG.rig
+PARTS_RIG = CONFIG.other_rigs["parts"].rig if "parts" in CONFIG.other_rigs else CONFIG.rig
 
 rule calibration:
     """Truths drawn from the prior, and how often the intervals hold them. What was simulated is kept in between."""
     input:
         lab_needs("report/figures/identification.py"),
-        PARTS,
+        PARTS_RIG,
         config="config/calibration.yaml",
         kernels=KERNELS,
     output:
@@ -28,7 +28,7 @@ rule identify_synthetic:
     """The synthetic records, which no rig made: what an identification says of them."""
     input:
         lab_needs("report/identification.py"),
-        rig=PARTS,
+        rig=PARTS_RIG,
         config="config/calibration.yaml",
         kernels=KERNELS,
         records=[f"data/synthetic/{rpm}rpm.csv" for rpm in (115, 210)], # the speeds of the calibration
