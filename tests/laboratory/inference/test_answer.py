@@ -21,12 +21,15 @@ from trackdyn.sweeps.row import run_values
 
 CLAIMS = load_claims("config/claims.yaml")
 ANSWER = load_answer("config/answer.yaml")
+# the scenes of Figs. 19 and 21, without the ring study
+MESHING = ["C15", "C16a", "C16b", "C16c", "C16d", "C16e", "C16f", "C17a", "C17b", "C18", "C19a", "C19b", "C19c", "C20a", "C20b"]
+SMALL = ANSWER.with_question("predicted", claims=MESHING).model_copy(update={"radii_m": [0.308]})
 
 
 @pytest.fixture(scope="module")
 def problem():
     return AnswerProblem(
-        ANSWER, "predicted", question_unknowns(ANSWER, "predicted"), ANSWER.targets_of("predicted", CLAIMS)
+        SMALL, "predicted", question_unknowns(SMALL, "predicted"), SMALL.targets_of("predicted", CLAIMS)
     )
 
 
@@ -112,7 +115,7 @@ def test_a_profile_holds_a_value_or_a_law_and_names_what_is_lost(problem, tmp_pa
     ]
     less |= {"laws": ANSWER.profiles.laws[:1], "continued": together}
     profiles_ = ANSWER.profiles.model_copy(update=less | {"question": "predicted"})
-    config = ANSWER.model_copy(update={"profiles": profiles_})
+    config = SMALL.model_copy(update={"profiles": profiles_})
     end = pd.Series(
         problem.unknowns.of_rig(problem.unknowns.rig) | {"question": "predicted", "rig": "config/rigs/paper.yaml"}
     )
@@ -134,8 +137,8 @@ def test_searches_start_at_their_own_rig_and_the_best_one_is_judged(tmp_path):
         Searches(method="dfols", evaluations=1, radius=0.05, seeds=[0], rig=rig)
         for rig in ("config/rigs/first_fit.yaml", None)
     ]
-    question = ANSWER.questions["predicted"].model_copy(update={"searches": searches})
-    config = ANSWER.model_copy(update={"questions": {"predicted": question}})
+    question = SMALL.questions["predicted"].model_copy(update={"searches": searches})
+    config = SMALL.model_copy(update={"questions": {"predicted": question}})
     ends, costs, verdicts = answer(config, CLAIMS, "predicted", 1, tmp_path)
     assert ends["rig"].tolist() == ["config/rigs/paper.yaml", "config/rigs/first_fit.yaml"]
     best, worse = (load_rig(path).chain.link_mass for path in ends["rig"])

@@ -99,7 +99,7 @@ def test_a_law_that_the_other_code_has_not_is_refused(rig, other):
         free_wheels(scene, scene.model)
 
 
-@pytest.mark.parametrize(("rpm", "radius", "step"), [(115, None, 5e-5), (180, 0.312, 1e-4), (210, 0.308, 1e-4)])
+@pytest.mark.parametrize(("rpm", "radius", "step"), [(115, None, 5e-5), (210, 0.308, 1e-4)])
 @pytest.mark.peer
 def test_accelerations_of_all_links_are_those_of_the_other_code(rig, rpm, radius, step):
     """RMS and SD within 0.05 %, content from 20 Hz on within 0.1 %: both steps leave out less than half of that."""
@@ -119,14 +119,13 @@ def test_accelerations_of_all_links_are_those_of_the_other_code(rig, rpm, radius
     assert found[2] == pytest.approx(known[2], rel=1e-3)
 
 
-@pytest.mark.parametrize(("rpm", "radius"), [(115, 0.312), (210, 0.308)])
 @pytest.mark.peer
-def test_peaks_of_tooth_forces_are_those_of_the_other_code(rig, rpm, radius):
+def test_peaks_of_tooth_forces_are_those_of_the_other_code(rig):
     """Normal force of the left arc, of every connector that passes the sprocket, within 0.5 %: half a step moves
     them by at most 0.2 %.
     """
     pytest.importorskip("exudyn")
-    scene = Scene(rig, rpm, radius, step=2e-5, ramp=0.5, lead_in=0.0, duration=0.9, **PEER_LAWS)
+    scene = Scene(rig, 210, 0.308, step=2e-5, ramp=0.5, lead_in=0.0, duration=0.9, **PEER_LAWS)
     loop = Loop(scene)
     contacts, drive, chain = make_contacts(scene, loop.layout["tensioner_shift_m"]), loop.model.drive, loop.model.chain
     smooth = contacts.law.copy()
