@@ -22,7 +22,7 @@ from trackdyn.sweeps.row import run_values
 CLAIMS = load_claims("config/claims.yaml")
 ANSWER = load_answer("config/answer.yaml")
 # the scenes of Figs. 19 and 21, without the ring study
-MESHING = ["C15", "C16a", "C16b", "C16c", "C16d", "C16e", "C16f", "C17a", "C17b", "C18", "C19a", "C19b", "C19c", "C20a", "C20b"]
+MESHING = [name for name in ANSWER.questions["predicted"].claims if "C15" <= name < "C21"]
 SMALL = ANSWER.with_question("predicted", claims=MESHING).model_copy(update={"radii_m": [0.308]})
 
 

@@ -28,7 +28,7 @@ def test_a_configuration_names_the_file_and_holds_what_stands_there(data):
 @pytest.mark.parametrize(
     ("form", "field", "value", "says"),
     [
-        ("trade", "kept_apart", [[210, 0.308]], "kept_apart = [210.0, 0.308]: statistics.scenes holds"),
+        ("trade", "kept_apart", [[115, 0.308]], "kept_apart = [115.0, 0.308]: statistics.scenes holds"),
         (
             "trade",
             "statistics",
