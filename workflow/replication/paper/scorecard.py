@@ -38,30 +38,30 @@ def headline(card: pd.DataFrame, rig: str) -> str:
 
 
 def answer_sentences(card: pd.DataFrame, parameters: pd.DataFrame) -> list[str]:
-    """The answer in three sentences: counts, the radius to choose, parameters of the first rig that are not printed."""
+    """The answer in three sentences: counts, the radius to choose, what is known of the parameters of the first rig."""
     rigs = list(dict.fromkeys(card["rig"]))
     choices = card[card["id"] + card["part"].fillna("") == RADIUS].set_index("rig")
-    printed = choices["printed"].iloc[0] if len(choices) else "none"
     radii = []
     for rig, row in choices.iterrows():
         values = [value.strip() for value in str(row["measured"]).split(",")]
-        every = (
-            f"{values[0]} m at every speed"
-            if len(set(values)) == 1
-            else f"{', '.join(values)} m at {row['speeds']} rpm"
-        )
-        radii.append(f"{every} by the rig {rig}")
-    known = (~parameters["kind"].isin(("fitted", "assumed"))).sum()
-    fitted, outside = (
-        (parameters["kind"] == "fitted").sum(),
-        parameters.loc[parameters["outside"].notna(), "name"].tolist(),
-    )
+        same = len(set(values)) == 1
+        where = "at every speed" if same else f"at {row['speeds']} rpm"
+        radii.append(f"{values[0] if same else ', '.join(values)} m {where} (rig {rig})")
+    kinds = parameters["kind"].value_counts()
+    fitted = kinds.get("fitted", 0)
+    known = len(parameters) - fitted - kinds.get("assumed", 0)
+    outside = parameters.loc[parameters["outside"].notna(), "name"].str.replace("[._]", " ", regex=True)
+    sources = f"The paper prints or implies {known} of {len(parameters)} parameters of {rigs[0]}"
+    if fitted:
+        sources += f"; {fitted} are fitted to all statements at once: the count says what the model can show"
+    if len(outside):
+        sources += f". No real part has its values of {', '.join(outside)}"
     return [
         " ".join(headline(card, rig) for rig in rigs),
-        f"The ring to choose has a radius of {', '.join(radii)}; the paper chooses {printed} m.",
-        f"The paper prints or implies {known} of {len(parameters)} parameters of {rigs[0]}; {fitted} were fitted to "
-        f"all statements at once, so that its count predicts nothing, and {len(outside) or 'none'} lie outside "
-        f"what a part can have{': ' if outside else ''}{', '.join(outside)}.",
+        f"The ring to choose has a radius of {'; '.join(radii)}; the paper chooses {choices['printed'].iloc[0]} m."
+        if radii
+        else "Without a ring study no radius is chosen.",
+        f"{sources}.",
     ]
 
 
