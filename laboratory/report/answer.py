@@ -15,33 +15,37 @@ from replication.paper.claims import SHOWN, load_claims
 from trackdyn.plots.style import COLOURS, DASHES, PAGE, SMALL, new_figure, save, styled
 from trackdyn.sweeps.table import write_table
 
-HEAD = ("question", "rig", "method", "seed", "evaluations", "ended", "first_cost", "cost", "first_shown", "shown", "of")
 ACROSS = 3  # panels beside each other
 
 
 def answer_text(ends: pd.DataFrame, verdicts: pd.DataFrame, near: pd.DataFrame, profiles: pd.DataFrame) -> str:
-    """Where every search ended, what the best rig of each question and its neighbours do not show, and profiles."""
-    parts = [ends[list(HEAD)].round({"first_cost": 1, "cost": 1}).to_markdown(index=False, disable_numparse=True)]
+    """The best end of each question with the statements that it does not show, its neighbours, and profiles."""
+    texts = {claim.name: claim.claim for claim in load_claims("config/claims.yaml")}
+    paragraphs = []
     for question, rows in verdicts.groupby("question", sort=False):
+        searches = ends[ends["question"] == question]
+        best = searches.iloc[0]
         missed = rows[rows["verdict"] != SHOWN]
-        words = ", ".join(f"{name} ({off:.3g})" for name, off in zip(missed["claim"], missed["distance"], strict=True))
-        shown = len(rows) - len(missed)
-        best = f"The best rig of *{question}* shows {shown} of {len(rows)}."
-        parts.append(f"{best} Not shown, with the distance in tolerances: {words or 'none'}.")
-    for row in near.itertuples():
-        moved = f"Of {row.rigs} rigs around it, with every free value moved by up to {100 * row.share_moved:g} %,"
-        as_many = f"{100 * row.share_at_least:.0f} % show as many or more, 90 % show {row.shown_by_90_pct} or more"
-        least = f"median {row.median:g}, least {row.least:g}"
-        parts.append(
-            f"*{row.question}*, from {row.rig}, at all speeds: {row.shown} of {row.of}. {moved} {as_many}; {least}."
+        paragraphs.append(
+            f"The rig `{question}` shows {len(rows) - len(missed)} of the {len(rows)} statements that a search judges "
+            f"({best['evaluations']:g} rows of {best['method']}; searches: {len(searches)}). Not shown, with the "
+            "distance in tolerances:"
         )
-    held = profiles[["assumption", "value", "ended", "cost", "shown", "of", "lost"]]
-    table = held.round({"cost": 1}).convert_dtypes().astype(object).fillna("")
-    parts.append(
-        "One assumption of the rig `paper` changed at a time, nothing searched again:\n\n"
-        + table.to_markdown(index=False, disable_numparse=True)
+        lines = zip(missed["claim"], missed["distance"], strict=True)
+        paragraphs.append("\n".join(f"- {texts[name]} ({off:.1f})" for name, off in lines))
+    for row in near.itertuples():
+        paragraphs.append(
+            f"All free values of `{row.question}` were moved at random by up to {100 * row.share_moved:g} %. Of "
+            f"{row.rigs} such rigs 90 % show at least {row.shown_by_90_pct} of {row.of} statements; the median is "
+            f"{row.median:g}, the least {row.least:g}."
+        )
+    table = profiles[["assumption", "value", "evaluations", "cost", "shown", "of"]].round({"cost": 1})
+    table = table.convert_dtypes().astype(object).fillna("")
+    paragraphs.append(
+        "One assumption of the rig `paper` changed at a time, all other unknowns searched again in so many evaluations "
+        "(1: none):\n\n" + table.to_markdown(index=False, disable_numparse=True)
     )
-    return "\n\n".join(parts) + "\n"
+    return "\n\n".join(paragraphs) + "\n"
 
 
 @styled
