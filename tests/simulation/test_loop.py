@@ -485,11 +485,13 @@ def test_a_belt_needs_no_checkpoint(rig, tmp_path):
 
 
 def test_the_account_is_judged_while_a_run_goes_on(make_scene, monkeypatch):
-    """Every ten seconds of a record, not only at its end, also if the chunks do not end there."""
+    """Every ten seconds of a record, not only at its end, also if the chunks do not end there; by the turns made."""
     seen = []
-    monkeypatch.setattr(
-        writer, "refuse_open_account", lambda energy, model, seconds: seen.append((len(energy), seconds))
-    )
+    monkeypatch.setattr(writer, "refuse_open_account", lambda energy, model, driven: seen.append((len(energy), driven)))
     monkeypatch.setattr(writer, "CHUNK", 3.0)
-    Loop(make_scene(0.0, step=2e-4, integrator="linearly_implicit")).record(22.0)
-    assert seen == [(12000, 12.0), (21000, 21.0), (22000, 22.0)]
+    loop = Loop(make_scene(0.0, step=2e-4, integrator="linearly_implicit"))
+    loop.drive(2.0, ramp=22.0)
+    loop.record(22.0)
+    share = np.array([12.0, 21.0, 22.0]) / 22.0
+    assert [samples for samples, _ in seen] == [12000, 21000, 22000]
+    np.testing.assert_allclose([driven for _, driven in seen], 22.0 * (share**3 - share**4 / 2), rtol=1e-3)

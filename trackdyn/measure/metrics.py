@@ -99,6 +99,6 @@ def speed_sentence(recording: Recording) -> str:
         return ""
     drift = f", from {speeds[0]:.4g} to {speeds[-1]:.4g} within the record" if drifts else ""
     return (
-        f"the motor made {made:.4g} of {asked:.4g} rev/min{drift}; shares, phases and passages are those of the turns "
-        "that the sprocket made"
+        f"the motor speed was {made:.4g} of {asked:.4g} rev/min{drift}; shares, phases and passages are those of the "
+        "turns that the sprocket made"
     )

@@ -48,6 +48,10 @@ PRESETS = {
 # without a ring every tooth strikes: what the mean peaks need to stay within 2 % of their limit (tables/limits.csv)
 WITHOUT_RING: dict[str, dict] = {"standard": {"step": 5e-5}}
 
+DRIVES = {
+    "speed": "the sprocket's speed is prescribed", "motor": "a motor drives the sprocket",
+    "free": "the sprocket's speed is prescribed until it is released",
+}  # fmt: skip
 ASKED = "as the scene asks"  # reason of a choice that the scene did not leave open
 
 
@@ -102,7 +106,7 @@ def decide(scene) -> dict[str, Decision]:
     if on_wheels:
         names = [name.replace("_", " ") for name in scene.rig.rollers]
         listed = " and ".join(names) if len(names) < 3 else f"{len(names)} wheels"
-        drive = f"the drive is a {scene.rig.drive.kind}" if scene.rig.drive else "the sprocket's speed is prescribed"
+        drive = DRIVES[scene.rig.drive.kind if scene.rig.drive else "speed"]
         found["wheels"] = Decision("turning", f"{listed} turn{'s' * (len(names) == 1)} freely; {drive}")
     else:
         found["wheels"] = Decision("none", "no wheel is touched")

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from trackdyn.errors import DivergenceError
+from trackdyn.model.constants import SPROCKET
 from trackdyn.model.record import SPELL_COLUMNS, PlaneRecord, Record, Spells, make_record
 from trackdyn.simulation.account import refuse_open_account
 from trackdyn.simulation.checkpoint import filled, refuse_other_places
@@ -97,10 +98,19 @@ class Recorder:
         loop.work.alternating[:] = 0.0
         first, self.done = self.done, last
         if last // (JUDGED * rate) > first // (JUDGED * rate):  # not only after hours
-            refuse_open_account(self.record.energy[:last], loop.model, last / rate)
+            self._refuse_open_account()
         if self.watched:
             self.watch.look()
         return (last - first) / rate
+
+    def driven(self, first: int = 0) -> float:
+        """Seconds in which the speed that is asked for turns the sprocket as far as it turned since a sample."""
+        rate, asked = self.loop.scene.rig.sensor.rate, abs(self.loop.model.drive.rate)
+        made = np.abs(self.record.wheel_rate[first : self.done, SPROCKET])
+        return round(float(made.sum() / asked if asked else len(made)) / rate, 9)
+
+    def _refuse_open_account(self) -> None:
+        refuse_open_account(self.record.energy[: self.done], self.loop.model, self.driven())
 
     def describe(self) -> dict:
         """What a checkpoint holds of it, the loop included."""
@@ -136,9 +146,7 @@ class Recorder:
 
     def recording(self) -> Recording:
         """What was recorded so far, if it is finite and its energy balance closed (`refuse_open_account`)."""
-        refuse_open_account(
-            self.record.energy[: self.done], self.loop.model, self.done / self.loop.scene.rig.sensor.rate
-        )
+        self._refuse_open_account()
         return self._so_far().checked()
 
     def _so_far(self) -> Recording:

@@ -56,7 +56,7 @@ def alternating_share(alternating, model: Model, mean) -> float:
 
 
 def passed_pitches(model: Model, seconds: float) -> float:
-    """Pitches that come onto the sprocket in so many seconds at the speed that is driven."""
+    """Pitches that come onto the sprocket in so many seconds at the speed that is asked for."""
     return seconds * abs(model.drive.rate) / (2 * pi) * model.tooth.teeth
 
 

@@ -66,7 +66,7 @@ class Watch:
         model, rows = recorder.loop.model, recorder.record.mean[self.first : recorder.done]
         piece = slice(self.first, recorder.done)
         coarse = answer(recorder.record, piece, recorder.ended[self.ended :], model, recorder.begin)
-        found = doubt(recorder.alternating - self.alternating, model, rows, seconds, coarse.alone)
+        found = doubt(recorder.alternating - self.alternating, model, rows, recorder.driven(self.first), coarse.alone)
         self.found = self.found or found  # also where no finer step can be tried
         found = found or self._brief()
         # where somebody steered in between, another run would be another motion
@@ -123,7 +123,6 @@ class Watch:
     def resolution(self) -> Resolution:
         """State of the resolution of the record so far."""
         recorder = self.recorder
-        seconds = recorder.done / recorder.loop.scene.rig.sensor.rate
-        mean = recorder.record.mean[: recorder.done]
-        found = self.found or doubt(recorder.alternating, recorder.loop.model, mean, seconds, 0.0)
-        return resolution(recorder.alternating, recorder.loop.model, mean, seconds, found, self.off)
+        mean, model, driven = recorder.record.mean[: recorder.done], recorder.loop.model, recorder.driven()
+        found = self.found or doubt(recorder.alternating, model, mean, driven, 0.0)
+        return resolution(recorder.alternating, model, mean, driven, found, self.off)
