@@ -71,6 +71,7 @@ RIGS = [
         ({"gravity": value}, f"gravity = {value!r} has no unit", "unit: m/s2")
         for value in (9.81, "9.81", True, None, [1])
     ],
+    ({"profile": {"arcs": [[0, 0, 1]]}}, 'unit: "m, m, m, 1", kind'),
     ({"gravity": entry(True)}, "gravity = True", "a number in m/s2"),
     ({"gravity": entry("fast")}, "gravity = 'fast'", "a number in m/s2"),
     ({"gravity": entry(None)}, "gravity = None", NUMBER),

@@ -54,8 +54,9 @@ def _unwrap(unit: str, kind: type, absent: bool = False):
             value = _value(entry, unit)
         elif info.context is FROM_FILE:
             raise ValueError(
-                f"= {shown(entry)} has no unit; write {{value: {shown(entry)}, unit: {unit}, kind: "
-                f"assumed, source: ...}}"
+                f"= {shown(entry)} has no unit; write {{value: {shown(entry)}, unit: "
+                + (f'"{unit}"' if "," in unit else unit)  # YAML would end the value at the comma
+                + ", kind: assumed, source: ...}"
             )
         else:  # from Python, already in the right unit
             value = entry
@@ -80,7 +81,7 @@ def _value(entry: dict, unit: str) -> Any:
     if RANGE_KEYS & entry.keys() and not number_of(entry.get("low")) <= number_of(entry.get("high")):
         raise ValueError("needs low and high as rising numbers, or neither")
     if entry["unit"] == "name" and unit not in WORDS:  # a short form that is no number with a unit
-        raise ValueError(f"= {shown(entry['value'])}: must be a number in {unit}")
+        raise ValueError(f"= {shown(entry['value'])}: must be a number{_in(unit)}")
     if str(entry["unit"]) != unit:
         raise ValueError(f"has the unit {shown(entry['unit'])}; it must be given in {unit!r}")
     if entry["kind"] not in KINDS:
@@ -89,8 +90,12 @@ def _value(entry: dict, unit: str) -> Any:
         raise ValueError("has no source; say in words where the number comes from")
     value = entry["value"]
     if isinstance(value, bool) or (isinstance(value, str) and unit not in WORDS):
-        raise ValueError(f"= {shown(value)}: must be a number in {unit}")
+        raise ValueError(f"= {shown(value)}: must be a number{_in(unit)}")
     return value
+
+
+def _in(unit: str) -> str:
+    return "" if unit == "1" else f" in {unit}"
 
 
 class Entry:
