@@ -88,7 +88,11 @@ rule trade_form:
         promises=lambda wildcards: [
             f"{R}/{wildcards.short}trade/promises_{name}.csv" for name in promised_scenes(form_of("trade", wildcards))
         ],
-        peers=lambda wildcards: rules.peer_answers_runs.output if "peer_answers" in in_this_run(wildcards) else [],
+        peers=lambda wildcards: (
+            rules.peer_answers_runs.output
+            if "peer_answers" in in_this_run(wildcards) or "pictures" in workflow.dag_settings.targets
+            else []
+        ),
     output:
         **{name: f"{R}/{{short}}{file}.csv" for name, file in TRADE_DATA.items()},
         **table("limits", "table", "{short}"),

@@ -1,8 +1,14 @@
 """The study of accuracy against cost on made-up runs whose limits, errors and scatter are known."""
 
-import numpy as np
-import pytest
+from itertools import combinations
+from pathlib import Path
 
+import numpy as np
+import pandas as pd
+import pytest
+from matplotlib.text import Text
+
+from replication.report.figures.trade import first_figure
 from replication.study.accuracy import trade
 from replication.study.settings import StatisticErrors
 from trackdyn.errors import DivergenceError, InputError
@@ -86,3 +92,19 @@ def test_what_fails_is_a_row_and_a_scene_without_a_limit_is_refused(study, rig):
     ):
         patch.setattr(trade, "run_answer", refuses)
         trade.statistic_trade(rig, asked)
+
+
+def test_names_in_the_picture_of_the_readme_cover_no_point_and_no_other_name():
+    rows = pd.read_csv(Path(__file__).parents[3] / "docs" / "measured" / "trade.csv")
+    planned = {"measure": "rms", "tolerance": 0.01, "achieved_error": 2e-3, "cpu_s": 0.7, "trial_cpu_s": 0.9}
+    peers = {"code": "exudyn", "chosen": "yes", "cpu_s": 23.0, "step_s": 5e-4, "difference_pct": -0.16}
+    figure = first_figure(rows, pd.DataFrame([planned]), pd.DataFrame([peers]))
+    (axis,) = figure.axes
+    figure.draw_without_rendering()
+    names = {text.get_text(): text for text in axis.texts if text.get_visible()}
+    assert {"belt", "the paper's step, 0.05 ms", "--tolerance 1%, its trial included"} <= names.keys()
+    assert len(names) == len(axis.lines) == 10 and axis.get_xlim()[0] == 0.1
+    boxes = [Text.get_window_extent(text, figure.canvas.get_renderer()) for text in names.values()]
+    points = axis.transData.transform([line.get_xydata()[0] for line in axis.lines])
+    assert not any(one.overlaps(other) for one, other in combinations(boxes, 2))
+    assert not any(box.contains(*point) for box in boxes for point in points)

@@ -2,11 +2,16 @@
 
 from trackdyn.sweeps.job import run_job
 
+from collections.abc import Sequence
+
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, NullFormatter
+from matplotlib.path import Path
+from matplotlib.text import Text
+from matplotlib.ticker import FixedLocator, LogLocator, NullFormatter, NullLocator
+from matplotlib.transforms import Bbox
 
 from replication.paper.contents import caption
 from replication.peers import PEER
@@ -17,7 +22,7 @@ from replication.study.accuracy.statistics import LEAD_IN
 from replication.study.accuracy.trade import pareto
 from trackdyn.files import write_csv, write_text
 from trackdyn.plots.cells import significant
-from trackdyn.plots.style import BLACK, COLOURS, GREEN, SMALL, new_figure, save, styled
+from trackdyn.plots.style import BLACK, COLOURS, GREEN, PURPLE, SMALL, new_figure, save, styled
 
 LABELS = {
     "rms": "relative error of the RMS",
@@ -26,8 +31,11 @@ LABELS = {
 }
 METHODS = {"semi_implicit": "semi-implicit Euler", "linearly_implicit": "linearly implicit", "rk4": "RK4"}
 PHYSICS = {"spatial": "s", "three_surfaces": "D", "single_pin": "^", "belt": "v"}
+FIRST = {"spatial": "in space", "single_pin": "one body a pitch", "belt": "belt"}  # in the picture of the README
 PAPERS = 5e-5  # s, the step of the preset `paper`
 STARTING = 1.0  # s, the ramp of the scenes
+# of a name from its point, in points: beside it, then further and further off
+PLACES = ((8, 0), (-8, 0), *((side, lift) for by in range(14, 80, 14) for lift in (by, -by) for side in (6, -6)))
 LEAST_ERROR = 1e-6  # what is smaller is drawn there
 PEERS_SCENE = "ring 0.308 m 115 rpm"
 
@@ -50,21 +58,19 @@ def trade_sentence(rows: pd.DataFrame) -> str:
 
 
 @styled
-def trade_figure(
-    rows: pd.DataFrame, peers: pd.DataFrame | None = None, measures=tuple(LABELS), width: float = 3.1, columns: int = 7
-) -> Figure:
+def trade_figure(rows: pd.DataFrame, peers: pd.DataFrame | None = None) -> Figure:
     """Error of three measures against the CPU time of the whole answer, a panel a scene and measure.
 
     Every setting is a point with its step in ms, the Pareto front a line. Errors below ``LEAST_ERROR`` stand there.
     Coarser physics and motion in space have marks of their own, the paper's step a ring around it; from ``peers``
-    (`peers.answers`) come those of Exudyn. Panels have a width (inch), the legend so many columns.
+    (`peers.answers`) come those of Exudyn.
     """
     data = answers(rows)
     measured = set(data.loc[data["measure"] == "rms", "scene"])
     scenes = [scene for scene in dict.fromkeys(data["scene"]) if scene in measured]
-    figure = new_figure(2.3 * len(measures) + 0.7, width * len(scenes))
-    axes = figure.subplots(len(measures), len(scenes), sharex=True, sharey="row", squeeze=False)
-    for line, measure in zip(axes, measures, strict=True):
+    figure = new_figure(2.3 * len(LABELS) + 0.7, 3.1 * len(scenes))
+    axes = figure.subplots(len(LABELS), len(scenes), sharex=True, sharey="row", squeeze=False)
+    for line, measure in zip(axes, LABELS, strict=True):
         for axis, scene in zip(line, scenes, strict=True):
             here = data[(data["scene"] == scene) & (data["measure"] == measure)]
             _panel(axis, here.assign(error=here["error"].clip(lower=LEAST_ERROR)))
@@ -82,15 +88,82 @@ def trade_figure(
     handles.append(handle("Pareto front", color="0.4", lw=0.9))
     if peers is not None:
         handles.append(handle("Exudyn", marker="*", ms=6, lw=0, color=GREEN))
-    figure.legend(handles=handles, loc="outside lower center", ncols=columns)
+    figure.legend(handles=handles, loc="outside lower center", ncols=7)
     return figure
 
 
-def first_figure(rows: pd.DataFrame, peers: pd.DataFrame | None = None) -> Figure:
-    """The same of the RMS in the first scenes with and without a ring, for a narrow column."""
-    bare = rows["scene"].str.startswith("no ring")
-    first = [rows.loc[kind, "scene"].iloc[0] for kind in (~bare, bare) if kind.any()]
-    return trade_figure(rows[rows["scene"].isin(first)], peers, ("rms",), 2.1, 3)
+@styled
+def first_figure(rows: pd.DataFrame, promises: pd.DataFrame, peers: pd.DataFrame | None = None) -> Figure:
+    """Error of the RMS against the CPU time of the answer in one scene with a ring, every point with its name.
+
+    Of the planner's ``promises`` (`promises.py`) those of the RMS are drawn with their trials, of ``peers``
+    (`peers.answers`) the setting of Exudyn that is cheapest for 1 %.
+    """
+    data = answers(rows)
+    here = data[(data["scene"] == PEERS_SCENE) & (data["measure"] == "rms")]
+    points = []
+    for _, row in here.iterrows():
+        full, step = row["fidelity"] == "ten_arcs", row["step_s"]
+        if full and row["integrator"] == "semi_implicit" and step < PAPERS * (1 - 1e-9):
+            continue  # as RK4 shows, a finer step gains nothing here
+        name = METHODS[row["integrator"]] if full else FIRST.get(row["fidelity"])
+        if name:
+            words = name if np.isnan(step) else f"{name}, {1e3 * step:g} ms"
+            if full and row["integrator"] == "semi_implicit" and np.isclose(step, PAPERS):
+                words = f"the paper's step, {1e3 * step:g} ms"
+            colour = COLOURS[list(METHODS).index(row["integrator"])] if full else "0.35"
+            points.append((row["cpu_s"], row["error"], words, colour, "o" if full else PHYSICS[row["fidelity"]]))
+    planned = promises[(promises["measure"] == "rms") & promises["achieved_error"].notna()]
+    for _, row in planned.sort_values("tolerance").head(1).iterrows():
+        words = f"--tolerance {100 * row['tolerance']:g}%, its trial included"
+        points.append((row["cpu_s"] + row["trial_cpu_s"], row["achieved_error"], words, PURPLE, "P"))
+    if peers is not None:
+        for _, row in peers[(peers["code"] == PEER) & (peers["chosen"] == "yes")].iterrows():
+            words = f"Exudyn at its best, {1e3 * row['step_s']:g} ms"
+            points.append((row["cpu_s"], abs(row["difference_pct"]) / 100, words, GREEN, "*"))
+    figure = new_figure(3.2)
+    axis = figure.subplots()
+    points = sorted((x, max(error, LEAST_ERROR), *look) for x, error, *look in points)
+    for x, error, _, colour, mark in points:
+        axis.loglog(x, error, mark, color=colour, ms=6, mfc=colour if mark in "oP*" else "none")
+    ends = axis.get_xlim()
+    axis.set_xlim(min(0.1, ends[0]), max(20.0, ends[1]))
+    axis.xaxis.set_major_locator(FixedLocator([0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50]))
+    axis.xaxis.set_major_formatter("{x:g}")
+    axis.xaxis.set_minor_locator(NullLocator())
+    axis.margins(y=0.15)
+    axis.set_xlabel("CPU time of the answer (s)")
+    axis.set_ylabel("relative error of the RMS")
+    axis.set_title(PEERS_SCENE)
+    _name_points(axis, points)
+    return figure
+
+
+def _name_points(axis: Axes, points: Sequence[tuple]) -> None:
+    """Write the name of every point (x, y, words, colour, mark) where it covers no other name and no point."""
+    figure = axis.figure
+    figure.draw_without_rendering()
+    space, renderer = axis.get_window_extent(), figure.canvas.get_renderer()
+    size, places = 5.0 * figure.dpi / 72, axis.transData.transform([point[:2] for point in points])
+    marks = [Bbox.from_bounds(x - size, y - size, 2 * size, 2 * size) for x, y in places]
+    names: list[Bbox] = []
+    for (x, y, words, colour, _), place, own in zip(points, places, marks, strict=True):
+        for dx, dy in PLACES:
+            text = axis.annotate(
+                words, (x, y), (dx, dy), textcoords="offset points", fontsize=SMALL, color=colour, va="center",
+                ha="left" if dx > 0 else "right", in_layout=False,
+                arrowprops={"arrowstyle": "-", "lw": 0.5, "color": colour, "shrinkB": 3} if dy else None,
+            )  # fmt: skip
+            text.update_positions(renderer)
+            box = Text.get_window_extent(text, renderer)  # without the line to its point
+            line = Path([place, box.get_points().mean(axis=0)])
+            crossed = any(line.intersects_bbox(mark) for mark in marks if mark is not own)
+            inside = space.x0 < box.x0 < box.x1 < space.x1 and space.y0 < box.y0 < box.y1 < space.y1
+            if inside and not crossed and not box.count_overlaps(names + marks):
+                break
+            text.set_visible(False)
+        text.set_visible(True)
+        names.append(box)
 
 
 def _panel(axis: Axes, here: pd.DataFrame) -> None:
@@ -172,7 +245,7 @@ def main(job) -> None:
     write_captioned_table(comparison, out.table, caption("limits"), digits=5, shown=headed(comparison, "limits"))
     peers = pd.read_csv(given.peers[0]) if given.peers else None
     save(trade_figure(data["trade"], peers), out.figure[0])
-    save(first_figure(data["trade"], peers), out.first[0])
+    save(first_figure(data["trade"], promises, peers), out.first[0])
 
 
 if __name__ == "__main__":
