@@ -18,7 +18,8 @@ def departures(rows: pd.DataFrame) -> str:
         if isinstance(why := group["failed"].iloc[0], str) and why:
             return "refused" if why.startswith("scene: ") else "fails"
         found = group.set_index("measure")["difference"]
-        return ", ".join(f"{found[name]:+.1f}".replace("-0.0", "0").replace("+0.0", "0") for name in shown)
+        parts = [f"{found[name]:+.1f}".replace("-0.0", "0").replace("+0.0", "0") for name in shown]
+        return ", ".join(parts) if set(parts) != {"0"} else "0"
 
     cells = rows.groupby(["departure", "scene"], sort=False)[["measure", "difference", "failed"]].apply(cell)
     return cells.unstack(sort=False).reset_index().to_markdown(index=False, disable_numparse=True)

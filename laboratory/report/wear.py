@@ -10,17 +10,16 @@ BAND = 0.15  # of the RMS force of the left arc, as C24 has it
 
 def wear_text(lives: pd.DataFrame) -> str:
     """Lives as a table: kilometres, the largest radii at which the right arc touches and at which the RMS force of the
-    left arc is out of its band about that of the new ring, deepest wear of a groove, and why the life ended.
+    left arc is out of its band about that of the new ring.
     """
     rows = []
     for life, table in lives.groupby(LIFE, sort=False):
         leaves = (table["left_rms_n"] / table["left_rms_n"].iloc[0] - 1.0).abs() > BAND
-        row = dict(zip(LIFE[:3], life, strict=False)) | {"first radius (mm)": f"{1e3 * life[3]:g}"}
+        row = dict(zip(LIFE[1:3], life[1:3], strict=True)) | {"first radius (mm)": f"{1e3 * life[3]:g}"}
         row |= {"life (km)": f"{table['distance_km'].iloc[-1]:.0f}"}
         for words, there in (
             ("right arc touches", table["right_share_pct"] >= TOUCHING), ("left force leaves 15 %", leaves),
         ):  # fmt: skip
             row[f"{words} (mm)"] = f"{1e3 * table.loc[there, 'ring_radius_m'].max():.2f}".replace("nan", "–")
-        deepest = table[["left_depth_m", "right_depth_m"]].max().max()
-        rows.append(row | {"groove worn by (mm)": f"{1e3 * deepest:.2g}", "end": table["end"].iloc[-1]})
+        rows.append(row)
     return pd.DataFrame(rows).to_markdown(index=False, disable_numparse=True)
