@@ -10,9 +10,9 @@ RADIUS = "C26a"  # the radius to choose
 SECTIONS = ("C04", "C28")  # claims of Sects. 5.2 and 6
 MARKS = dict(zip(VERDICTS, ("●", "○", "◇", "–"), strict=True))
 SHORT = {  # parts of claims in a few words, in the order of a summary
+    "C26a": "radius to choose, by speed (m)",
     "C06a": "RMS of the acceleration grows with speed (g)",
     "C08": "amplitude of the line of the loop, by speed (g)",
-    "C04a": "difference of the RMS from the field test, by speed (%)",
     "C15": "no ring: areas that the arcs touch",
     "C27a": "no ring: contact of the left arc (% of a turn)",
     "C27b": "no ring: contact of the right arc (% of a turn)",
@@ -21,7 +21,7 @@ SHORT = {  # parts of claims in a few words, in the order of a summary
     "C20a": "ring: its force over that of both arcs",
     "C23a": "contact of the right arc from 0.305 m on, by speed (% of a turn)",
     "C24": "force of the left arc off its mean over all radii, by speed (%)",
-    "C26a": "radius to choose, by speed (m)",
+    "C04a": "difference of the RMS from the field test, by speed (%)",
 }
 
 
@@ -81,7 +81,7 @@ def statements(card: pd.DataFrame, names: Sequence[str] = tuple(SHORT)) -> pd.Da
     Returns
     -------
     DataFrame
-        ``statement, printed`` and a column for each rig.
+        ``statement, printed`` and ``rig <name>`` for each rig.
     """
     card = card.astype(object).fillna("")
     name = card["id"] + card["part"]
@@ -94,9 +94,11 @@ def statements(card: pd.DataFrame, names: Sequence[str] = tuple(SHORT)) -> pd.Da
         row = {"statement": SHORT[wanted], "printed": "in words" if printed.startswith("ours") else printed}
         for rig, part in parts.iterrows():
             value = "" if part["verdict"] == NOT_COMPARABLE else part["measured"]
-            row[rig] = f"{value} {MARKS[part['verdict']]}".strip()
+            row[f"rig {rig}"] = f"{value} {MARKS[part['verdict']]}".strip()
         rows.append(row)
-    return pd.DataFrame(rows, columns=["statement", "printed", *dict.fromkeys(card["rig"])]).fillna("–")
+    return pd.DataFrame(
+        rows, columns=["statement", "printed", *(f"rig {rig}" for rig in dict.fromkeys(card["rig"]))]
+    ).fillna("–")
 
 
 def side_by_side(card: pd.DataFrame) -> pd.DataFrame:

@@ -168,9 +168,11 @@ def _first(results: Path, name: str) -> Path | None:
 
 
 def _form(results: Path, name: str) -> str:
-    """Form of the study that a file is of: full, short or not here."""
+    """Form of the study that a file is of: full, short or none."""
     path = _first(results, name)
-    return "not here" if path is None else "short" if path.is_relative_to(results / "short") else "full"
+    return (
+        "not asked for in this run" if path is None else "short" if path.is_relative_to(results / "short") else "full"
+    )
 
 
 def _rows(results: Path, name: str) -> list[dict] | None:
