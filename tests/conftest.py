@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 
 from trackdyn import jit
+from trackdyn.model.record import SPELL
 from trackdyn.parameters.rig import load_rig
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
@@ -92,7 +93,7 @@ def made_recording(scene, time, force, begin=0.0, **arrays):
         name: np.zeros((samples, size)) for name, size in (("cut", 2), ("change", 2), ("place", 2), ("energy", 10))
     }
     blank |= {"raw": np.zeros((samples, 3)), "mean": np.zeros((samples, 3)), "gap": np.zeros(samples)}
-    blank |= {"area": np.zeros((*force.shape[:2], 2), np.int8), "spells": np.zeros((0, 11)), "frame_time": np.zeros(0)}
+    blank |= {"area": np.zeros((*force.shape[:2], 2), np.int8), "spells": np.zeros(0, SPELL), "frame_time": np.zeros(0)}
     blank |= {"frame": np.zeros((0, scene.bodies + 3)), "pitches": np.arange(1, force.shape[1] + 1)} | arrays
     groove = np.zeros_like(blank["area"])
     return Recording(time=time, force=force, begin=begin, groove=groove, meta=provenance(scene, {}), **blank)

@@ -27,14 +27,14 @@ def inner(x):
     return {factor} * x
 """
 OUTER = """
-from trackdyn.jit import allocating, kernel
+from trackdyn.jit import kernel
 from trackdyn.inner import inner
 
 @kernel
 def outer(x):
     return inner(x) + 1.0
 
-@allocating
+@kernel
 def both(x):
     return outer(x), x
 """

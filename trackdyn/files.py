@@ -1,5 +1,6 @@
 """Files: read whole within a bound, and written whole or not at all. Nothing that is read is ever run."""
 
+import hashlib
 import json
 import os
 import stat
@@ -149,12 +150,33 @@ def read_text(path: Path | str, what: str, limit: int) -> str:
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
+def _checksum(meta: str, arrays: "dict[str, np.ndarray]") -> str:
+    """SHA-256 of a description and of arrays: names, types, shapes, bytes."""
+    digest = hashlib.sha256(meta.encode())
+    for name in sorted(arrays):
+        digest.update(f"{name} {arrays[name].dtype.descr} {arrays[name].shape}".encode())
+        digest.update(arrays[name].tobytes())
+    return digest.hexdigest()
+
+
+def write_npz(path: Path | str, meta: dict, arrays: "dict[str, np.ndarray]", compress: bool = False) -> None:
+    """Write a description and arrays with their checksum, beside the place and rename."""
+    import numpy as np
+
+    text = json.dumps(meta, sort_keys=True)
+    arrays = {name: np.asarray(array) for name, array in arrays.items()}
+    with replacing(path) as part, part.open("wb") as file:
+        write = np.savez_compressed if compress else np.savez
+        write(file, meta=np.array(text), checksum=np.array(_checksum(text, arrays)), **arrays)
+
+
 def read_npz(path: Path | str, what: str, limit: float, arrays: bool = True) -> "tuple[dict, dict[str, np.ndarray]]":
     """Description (``meta``, JSON) and arrays of an npz file, whatever they are packed into; nothing is unpickled.
 
-    Without ``arrays`` they are not read. The arrays may take ``limit`` bytes in memory, the description `LARGEST_META`.
+    Without ``arrays`` they are not read, and the checksum of `write_npz` is not compared. The arrays may take
+    ``limit`` bytes in memory, the description `LARGEST_META`.
     Raises `InputError`: the file is missing, larger, or holds anything but a description and arrays of numbers and
-    text.
+    text, or others than were written.
     """
     import numpy as np  # by those alone who read arrays: what lists the rigs reads text
 
@@ -166,12 +188,14 @@ def read_npz(path: Path | str, what: str, limit: float, arrays: bool = True) -> 
                 raise ValueError
         if size <= limit:
             with np.load(path, allow_pickle=False) as data:
-                meta = json.loads(str(data["meta"]))
-                if not isinstance(meta, dict):
+                meta, found = json.loads(text := str(data["meta"])), {}
+                if arrays:
+                    found = {name: data[name] for name in data.files if name not in ("meta", "checksum")}
+                if not isinstance(meta, dict) or (arrays and str(data["checksum"]) != _checksum(text, found)):
                     raise ValueError
-                return meta, {name: data[name] for name in data.files if arrays and name != "meta"}
+                return meta, found
     except Exception:  # whatever a damaged file makes of zip, of JSON, of the header of an array or its size
-        raise InputError(f"{path}: not a {what}, or damaged") from None
+        raise InputError(f"{path}: not a {what}, or damaged; remove it to make it anew") from None
     raise InputError(
         f"{path}: takes {size / 1e6:.0f} MB of memory, more than the {limit / 1e6:.0f} MB available "
         f"for a {what}; use a shorter one"

@@ -29,6 +29,23 @@ from platformdirs import user_cache_dir
 
 from trackdyn.sources import source_hash
 
+
+def _without_blas() -> None:
+    """Load numba's functions of arrays without scipy's linear algebra, which no kernel calls.
+
+    numba imports it only to know whether it is there, which takes as long as to load all kernels.
+    """
+    with suppress(ImportError, AttributeError):  # names of numba's own
+        from numba.np import linalg
+
+        ensure_blas, linalg.ensure_blas = linalg.ensure_blas, lambda: None
+        try:
+            import numba.np.arraymath  # noqa: F401
+        finally:
+            linalg.ensure_blas = ensure_blas
+
+
+_without_blas()
 # No fastmath: results must be the same bit for bit from run to run and NaN must stay visible.
 OPTIONS = {"error_model": "numpy", "boundscheck": False, "no_cfunc_wrapper": True}
 # what else of numba's settings changes the code it makes
@@ -236,14 +253,6 @@ def fused(function):
 def summed(function):
     """Compile a `fused` kernel whose sums may also be taken in another order: several at once, lane by lane."""
     return _made(function, forceinline=True, _nrt=False, fastmath={"contract", "reassoc", "nsz"})
-
-
-def allocating(function):
-    """Compile a function that may allocate: the dense solvers.
-
-    That is said in so many words, or numba would hand on the setting of a kernel that calls it.
-    """
-    return _made(function, _nrt=True)
 
 
 class _Once(event.Listener):

@@ -11,7 +11,7 @@ from trackdyn.measure.sensor import specific_force
 from trackdyn.model.constants import SPROCKET
 from trackdyn.parameters.layout import belt_around, belt_path, wheel_circles, wheel_names
 from trackdyn.parameters.validation import within
-from trackdyn.scene.carriers import CARRIED
+from trackdyn.scene.build import CARRIED
 from trackdyn.scene.scene import LEAST_RAMP, LONGEST_RUN, Scene
 from trackdyn.simulation.loop import Loop
 

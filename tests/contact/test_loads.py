@@ -7,24 +7,10 @@ import pytest
 
 from trackdyn.chain.riccati import accelerations
 from trackdyn.contact.laws import elastic_force, friction_coefficient
-from trackdyn.contact.wheel import foot
+from trackdyn.contact.loads import foot
 from trackdyn.integrate.run import refresh
 from trackdyn.model.constants import SPROCKET
-from trackdyn.model.work import (
-    ARM_X,
-    ARM_Y,
-    BODY,
-    FLANK,
-    FRICTION_X,
-    FRICTION_Y,
-    KIND,
-    NORMAL_X,
-    NORMAL_Y,
-    TURN_X,
-    TURN_Y,
-    WHEEL,
-    make_work,
-)
+from trackdyn.model.work import FLANK, components, make_work
 from trackdyn.simulation.simulate import simulate
 
 RINGS = [None, 0.303, 0.308]
@@ -37,12 +23,12 @@ class Listed:
     """
 
     def __init__(self, work, wheel=None):
-        rows, whose = work.contact[: work.count[0]], work.contact_body[: work.count[0]]
+        rows = work.contact[: work.count[0]]
         if wheel is not None:
-            rows, whose = (part[whose[:, WHEEL] == wheel] for part in (rows, whose))
-        self.body, self.wheel, self.kind = whose[:, [BODY, WHEEL, KIND]].T
+            rows = rows[rows["wheel"] == wheel]
+        self.body, self.wheel, self.kind = rows["body"], rows["wheel"], rows["kind"]
         self.normal, self.friction, self.arm, self.surface = (
-            rows[:, pair] for pair in ([NORMAL_X, NORMAL_Y], [FRICTION_X, FRICTION_Y], [ARM_X, ARM_Y], [TURN_X, TURN_Y])
+            components(rows, name) for name in ("normal", "friction", "arm", "turn")
         )
         self.spoke = self.surface[:, ::-1] * [1, -1]
         self.force = np.hypot(*self.normal.T)
@@ -374,15 +360,14 @@ def test_friction_takes_from_its_slip_only_what_it_changes_by(loop):
     slips = 0.1
     work.friction[:] = 0.0
     assert not rubbed(0.0, 0.0).any()  # it is kept where it is needed
-    force = work.contact[: work.count[0], [FRICTION_X, FRICTION_Y]].copy()
+    force = components(work.contact[: work.count[0]], "friction")
     begun = led = rubbed(0.0, slips)
     assert begun.any()
     for _ in range(200):  # until it is that of the step before
         led = rubbed(led, slips)
-    wheel = work.contact_body[: work.count[0], KIND] != FLANK
-    np.testing.assert_allclose(
-        work.contact[: work.count[0]][wheel][:, [FRICTION_X, FRICTION_Y]], force[wheel], rtol=1e-9
-    )
+    rows = work.contact[: work.count[0]]
+    wheel = rows["kind"] != FLANK
+    np.testing.assert_allclose(components(rows[wheel], "friction"), force[wheel], rtol=1e-9)
     touched = led != 0
     assert (np.abs(begun[touched]) < np.abs(led[touched])).all() and (begun * led >= 0).all()
 

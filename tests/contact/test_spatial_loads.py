@@ -9,30 +9,7 @@ from trackdyn.contact.axial import axial_friction, overlap
 from trackdyn.contact.laws import friction_coefficient
 from trackdyn.integrate.run import refresh
 from trackdyn.model.constants import INDEPENDENT, ISOTROPIC, SPROCKET, TANGENTIAL
-from trackdyn.model.work import (
-    BODY,
-    FLANK,
-    FRICTION_X,
-    FRICTION_Y,
-    FRICTION_Z,
-    GUIDE,
-    KIND,
-    NORMAL_X,
-    NORMAL_Y,
-    NORMAL_Z,
-    RATE,
-    RING,
-    SPEED_X,
-    SPEED_Y,
-    SPEED_Z,
-    SURFACE,
-    TURN_X,
-    TURN_Y,
-    TURN_Z,
-    WHEEL,
-    make_space_work,
-    make_work,
-)
+from trackdyn.model.work import FLANK, GUIDE, RING, SURFACE, components, make_space_work, make_work
 from trackdyn.scene.build import build_space, start_plane
 
 FRICTION = {"tangential": TANGENTIAL, "independent": INDEPENDENT, "isotropic": ISOTROPIC}
@@ -56,15 +33,12 @@ class Listed:
     """The contacts on the list, a row each, with three components; of some kinds on one wheel if they are given."""
 
     def __init__(self, work, wheel=None, kinds=(SURFACE, FLANK, RING, GUIDE)):
-        rows, whose = work.contact[: work.count[0]], work.contact_body[: work.count[0]]
-        mine = np.isin(whose[:, KIND], kinds) & (True if wheel is None else whose[:, WHEEL] == wheel)
-        rows, whose = rows[mine], whose[mine]
-        self.body, self.wheel, self.kind = whose[:, [BODY, WHEEL, KIND]].T
-        self.normal = rows[:, [NORMAL_X, NORMAL_Y, NORMAL_Z]]
-        self.friction = rows[:, [FRICTION_X, FRICTION_Y, FRICTION_Z]]
+        rows = work.contact[: work.count[0]]
+        rows = rows[np.isin(rows["kind"], kinds) & (True if wheel is None else rows["wheel"] == wheel)]
+        self.body, self.wheel, self.kind = rows["body"], rows["wheel"], rows["kind"]
+        self.normal, self.friction = (components(rows, name, "xyz") for name in ("normal", "friction"))
         # velocity of the body's point against the wheel's
-        surface = rows[:, [RATE]] * rows[:, [TURN_X, TURN_Y, TURN_Z]]
-        self.slip = rows[:, [SPEED_X, SPEED_Y, SPEED_Z]] - surface
+        self.slip = components(rows, "speed", "xyz") - rows["rate"][:, None] * components(rows, "turn", "xyz")
 
 
 @pytest.fixture

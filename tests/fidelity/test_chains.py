@@ -5,7 +5,6 @@ import pytest
 
 from trackdyn.chain.kinematics import bushing_torques
 from trackdyn.measure.sensor import sense
-from trackdyn.model.record import SPELL_COLUMNS
 from trackdyn.model.work import make_work
 from trackdyn.parameters.layout import Assembly, belt_around
 from trackdyn.scene.build import build_chain, build_shoes
@@ -128,7 +127,7 @@ def test_single_pin_loop_settles_and_runs(rig, make_scene):
     assert recording.gap.max() <= 1.1e-10
     assert recording.frame.shape[1] == 35 + 3
     # the arcs that drive, and the ring
-    assert {0, 2} <= set(recording.spells[:, SPELL_COLUMNS.index("side")].astype(int))
+    assert {0, 2} <= set(recording.spells["side"])
 
 
 # --- belt

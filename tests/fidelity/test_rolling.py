@@ -5,7 +5,7 @@ import pytest
 
 from tests.contact.test_loads import close_velocities, mirrored, rounding
 from tests.rigs.conftest import scene_of
-from trackdyn.chain.bearings import SLOW, bearing_drag
+from trackdyn.chain.kinematics import SLOW, bearing_drag
 from trackdyn.errors import InputError
 from trackdyn.integrate.run import refresh, shared
 from trackdyn.integrate.semi_implicit import advance

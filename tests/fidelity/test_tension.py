@@ -45,9 +45,9 @@ def test_the_spring_carries_the_wheel_where_it_settles(settled):
     held = loop.model.carriers
     loop.energy  # noqa: B018 -- forces of the state as it is
     way = np.array([held.along_x[0], held.along_y[0]])
-    rest = way @ push(loop.work, held.wheel[0]) + held.preload[0] - held.stiffness[0] * loop.state.slide[0, 0]
+    rest = way @ push(loop.work, held.wheel[0]) + held.preload[0] - held.stiffness[0] * loop.state.slide["q"][0]
     assert abs(rest) < 0.02 * held.preload[0]
-    assert loop.state.slide[0, 0] < -1e-4, "a larger ring pulls the wheel in"
+    assert loop.state.slide["q"][0] < -1e-4, "a larger ring pulls the wheel in"
 
 
 def test_the_account_closes_with_a_sliding_wheel(make_scene):
@@ -73,10 +73,10 @@ def test_a_sprung_tensioner_is_where_either_integrator_puts_it(make_scene):
     found = {}
     for integrator, step in (("semi_implicit", 5e-5), ("linearly_implicit", 1e-4)):
         loop = Loop(make_scene(150.0, tension="sprung", integrator=integrator, step=step, ramp=1.0))
-        begin = float(loop.state.slide[0, 0])
+        begin = float(loop.state.slide["q"][0])
         loop.advance(2.0)
         recording = loop.record(1.0)
-        found[integrator] = np.array([loop.state.slide[0, 0] - begin, recording.mean[:, 1].std()])
+        found[integrator] = np.array([loop.state.slide["q"][0] - begin, recording.mean[:, 1].std()])
         assert abs(open_share(recording.energy, loop.model, 1.0)[0]) < 1e-3
     assert abs(found["semi_implicit"][0]) > 1e-4
     # both of first order: the place at one moment to some of a hundred, what is felt in a second to some of a thousand

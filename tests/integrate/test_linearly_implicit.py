@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from trackdyn.chain import implicit
-from trackdyn.chain.bearings import SLOW
+from trackdyn.chain.kinematics import SLOW
 from trackdyn.contact.loads import AHEAD
 from trackdyn.errors import InputError
 from trackdyn.integrate.dynamics import solve_chain
@@ -12,22 +12,7 @@ from trackdyn.integrate.run import refresh, shared
 from trackdyn.measure.sensor import sense
 from trackdyn.model.constants import Chain
 from trackdyn.model.state import make_state
-from trackdyn.model.work import (
-    ARM_X,
-    ARM_Y,
-    BODY,
-    FRICTION_SLOPE,
-    FRICTION_X,
-    FRICTION_Y,
-    NORMAL_SLOPE,
-    NORMAL_X,
-    NORMAL_Y,
-    TURN_X,
-    TURN_Y,
-    WHEEL,
-    make_implicit,
-    make_work,
-)
+from trackdyn.model.work import components, make_implicit, make_work
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.simulate import simulate
 
@@ -263,7 +248,7 @@ def elastic(model):
 
 
 def normal_forces(work):
-    return np.hypot(*work.contact[: work.count[0], [NORMAL_X, NORMAL_Y]].T)
+    return np.hypot(*components(work.contact[: work.count[0]], "normal").T)
 
 
 def test_forces_are_led_along_the_path_of_the_step(parts):
@@ -328,17 +313,17 @@ def test_contacts_act_on_chain_and_wheels_alike(implicit_loop):
 
     # forces: what the contact list holds, and what the accelerations of the step take off
     rows = work.contact[: work.count[0]]
-    body, wheel = work.contact_body[: work.count[0], [BODY, WHEEL]].T
+    body, wheel = rows["body"], rows["wheel"]
     assert set(wheel) == {0, 1, 2}
-    push, rub = rows[:, [NORMAL_X, NORMAL_Y]], rows[:, [FRICTION_X, FRICTION_Y]]
+    push, rub = components(rows, "normal"), components(rows, "friction")
     normal = push / np.hypot(*push.T)[:, None]
     across = np.column_stack([-normal[:, 1], normal[:, 0]])
-    arm = rows[:, [ARM_X, ARM_Y]] + centre[:, body].T
+    arm = components(rows, "arm") + centre[:, body].T
     point = pins[:, body].T + alpha[body, None] * np.column_stack([-arm[:, 1], arm[:, 0]])
-    spoke = rows[:, [TURN_Y, TURN_X]] * [1, -1]
+    spoke = components(rows, "turn", "yx") * [1, -1]
     slip = (across * point).sum(axis=1) - spin[wheel] * (spoke[:, 0] * across[:, 1] - spoke[:, 1] * across[:, 0])
-    force = push + rub - (rows[:, NORMAL_SLOPE] * (normal * point).sum(axis=1))[:, None] * normal
-    force -= (rows[:, FRICTION_SLOPE] * slip)[:, None] * across
+    force = push + rub - (rows["normal_slope"] * (normal * point).sum(axis=1))[:, None] * normal
+    force -= (rows["friction_slope"] * slip)[:, None] * across
 
     scale = np.abs(force).sum()  # N; closure and sweep lose 1e-10 of it
     weight = np.array([0.0, -chain.mass.sum() * chain.gravity])

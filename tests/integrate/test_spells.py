@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from trackdyn.integrate.spells import log_spells
-from trackdyn.model.record import END, IMPULSE, PEAK, PEAK_TIME, START
 from trackdyn.simulation.loop import Loop
 
 STEP = 1e-4
@@ -40,11 +39,10 @@ def test_a_peak_between_two_steps_is_found(logged):
         forces = 800.0 * np.sin(omega * times[omega * times < np.pi])
         spell = logged(forces)
         missed.append(1 - forces.max() / 800.0)
-        assert spell[PEAK] == pytest.approx(800.0, rel=0.007) and spell[PEAK] >= forces.max()
-        assert spell[PEAK_TIME] == pytest.approx(2.0 + 2.25 * STEP - phase * STEP, abs=0.03 * STEP)
-        assert spell[IMPULSE] == pytest.approx(forces.sum() * STEP) and spell[END] - spell[START] == pytest.approx(
-            len(forces) * STEP
-        )
+        assert spell["peak_n"] == pytest.approx(800.0, rel=0.007) and spell["peak_n"] >= forces.max()
+        assert spell["peak_s"] == pytest.approx(2.0 + 2.25 * STEP - phase * STEP, abs=0.03 * STEP)
+        assert spell["impulse_ns"] == pytest.approx(forces.sum() * STEP)
+        assert spell["end_s"] - spell["start_s"] == pytest.approx(len(forces) * STEP)
     assert max(missed) > 0.05 and np.mean(missed) == pytest.approx((omega * STEP) ** 2 / 24, rel=0.1)
 
 
@@ -53,4 +51,4 @@ def test_a_peak_between_two_steps_is_found(logged):
 )
 def test_a_peak_that_the_steps_do_not_resolve_is_the_largest_step(logged, forces):
     spell = logged(forces)
-    assert spell[PEAK] == max(forces) and spell[PEAK_TIME] == 2.0 + forces.index(max(forces)) * STEP
+    assert spell["peak_n"] == max(forces) and spell["peak_s"] == 2.0 + forces.index(max(forces)) * STEP

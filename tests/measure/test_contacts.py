@@ -20,6 +20,7 @@ from trackdyn.measure.contacts import (
     spells,
 )
 from trackdyn.measure.metrics import needed_lengths, run_metrics, speed_sentence
+from trackdyn.model.record import SPELL
 from trackdyn.parameters.rig import load_rig
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.simulate import refuse_stalled
@@ -47,7 +48,7 @@ def recording(rows, seconds=20.0, ring_radius=0.308, rpm=RPM, area=None):
     samples = round(seconds * RIG.sensor.rate)
     area = np.zeros((samples, 1, 2), np.int8) if area is None else area
     rates = np.full((samples, 3), -2 * np.pi * rpm / RPM / TURN)
-    log = np.array(rows, dtype=float).reshape(-1, 11)
+    log = np.array([tuple(row) for row in rows], SPELL)
     time = np.arange(samples) / RIG.sensor.rate
     made = {"time": time, "force": np.zeros((samples, 1, 3)), "wheel_rate": rates, "area": area, "spells": log}
     return made_recording(Scene(RIG, rpm, ring_radius, step=STEP), **made, begin=BEGIN)
@@ -243,9 +244,9 @@ def test_any_log_is_conserved_by_merging(contacts):
     run = recording(rows)
     table = spells(run)
     log = run.spells
-    assert table["impulse_ns"].sum() == pytest.approx(log[:, 8].sum())
-    assert table["touching_s"].sum() == pytest.approx((log[:, 5] - log[:, 4]).sum())
-    assert table["peak_n"].max() == log[:, 6].max() if len(log) else table.empty
+    assert table["impulse_ns"].sum() == pytest.approx(log["impulse_ns"].sum())
+    assert table["touching_s"].sum() == pytest.approx((log["end_s"] - log["start_s"]).sum())
+    assert table["peak_n"].max() == log["peak_n"].max() if len(log) else table.empty
     lasting = table["end_s"] - table["start_s"] >= SHORT * TURN
     whole = table[lasting & (table["passage"] >= 0)]
     assert (whole["phase_start"] >= 0).all()
@@ -316,7 +317,7 @@ def driven(kind, seconds, rates):
                 area[on, pitch, side] = 2
             if turns[0] < begin and end < turns[-1]:
                 rows.append(spell(pitch + 1, side, *np.interp((begin, end), turns, time)))
-    log = np.array(rows, float).reshape(-1, 11)
+    log = np.array([tuple(row) for row in rows], SPELL)
     wheel_rate = np.column_stack([-rate, rate, rate])
     made = {"time": time, "force": force, "area": area, "spells": log, "wheel_rate": wheel_rate}
     return made_recording(Scene(rig, RPM, 0.308, step=STEP), **made, begin=BEGIN), turns

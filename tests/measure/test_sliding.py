@@ -7,7 +7,7 @@ from trackdyn import Loop, Scene, load_rig
 from trackdyn.errors import InputError
 from trackdyn.measure.sliding import sliding_per_km
 from trackdyn.model.record import ENERGY_NAMES
-from trackdyn.model.work import AREA, BODY, FLANK, KIND, WHEEL
+from trackdyn.model.work import FLANK, components
 from trackdyn.parameters.outline import ToothProfile
 from trackdyn.scene.scene import Periods
 from trackdyn.simulation.recording import load_recording
@@ -57,21 +57,22 @@ def test_it_is_normal_force_times_friction_times_slip():
     laws = {True: loop.model.tooth.law}
     steps = 1500
     for k in range(steps + 1):
-        row, whose = loop.work.contact[: loop.work.count[0]], loop.work.contact_body[: loop.work.count[0]]
-        normal = np.hypot(row[:, 0], row[:, 1])
-        nx, ny = row[:, 0] / np.maximum(normal, 1e-12), row[:, 1] / np.maximum(normal, 1e-12)
-        slip = -ny * (row[:, 6] - row[:, 10] * row[:, 8]) + nx * (row[:, 7] - row[:, 10] * row[:, 9])
+        row = loop.work.contact[: loop.work.count[0]]
+        normal = np.hypot(row["normal_x"], row["normal_y"])
+        nx, ny = (row[name] / np.maximum(normal, 1e-12) for name in ("normal_x", "normal_y"))
+        speed = components(row, "speed") - row["rate"][:, None] * components(row, "turn")
+        slip = -ny * speed[:, 0] + nx * speed[:, 1]
         for i in range(len(row)):
-            on_teeth = whose[i, KIND] == FLANK
-            ring = loop.model.wheels.ring_law if whose[i, WHEEL] == 0 else loop.model.wheels.wheel_law
+            on_teeth = row["kind"][i] == FLANK
+            ring = loop.model.wheels.ring_law if row["wheel"][i] == 0 else loop.model.wheels.wheel_law
             law = laws.get(on_teeth, ring)
-            place = whose[i, AREA] - 1 if on_teeth else TOOTH_AREAS + whose[i, WHEEL]
+            place = row["area"][i] - 1 if on_teeth else TOOTH_AREAS + row["wheel"][i]
             weight = 0.5 if k in (0, steps) else 1.0
             power[place] += weight * normal[i] * abs(float(coulomb(law, slip[i])) * slip[i])
         if k < steps:
             loop.step()
     work = loop.work.sliding - before
-    assert work[1] > 0 and whose[:, BODY].max() < loop.scene.bodies
+    assert work[1] > 0 and row["body"].max() < loop.scene.bodies
     np.testing.assert_allclose(work, 1e-5 * power, rtol=0.01, atol=1e-3 * work.max())
 
 

@@ -28,7 +28,7 @@ def test_a_running_loop_has_the_tension_of_a_belt():
             middle, force = loop.mass_centres, loop.joint_forces
             free = (middle[:, 0] > -0.75) & (middle[:, 0] < -0.3)
             upper, lower = (np.abs(force[free & side, 0]).mean() for side in (middle[:, 1] > 0, middle[:, 1] < 0))
-            rows.append(upper + lower - (carriers.preload[0] - carriers.stiffness[0] * loop.state.slide[0, 0]))
+            rows.append(upper + lower - (carriers.preload[0] - carriers.stiffness[0] * loop.state.slide["q"][0]))
         missing[rpm] = np.mean(rows)
     chain = loop.model.chain
     speed = 150.0 / 60 * rig.sprocket.teeth * float(chain.length.sum()) / rig.chain.pitches
@@ -52,7 +52,7 @@ def test_a_strand_at_rest_hangs_as_a_catenary():
     loop.step(1)
     loop.energy  # noqa: B018
     work, chain = loop.work, loop.model.chain
-    touched = np.unique(work.contact_body[: work.count[0], 0])
+    touched = np.unique(work.contact["body"][: work.count[0]])
     pins = loop.pins
     middles = 0.5 * (pins[:-1] + pins[1:])
     free = [

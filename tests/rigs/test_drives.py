@@ -12,9 +12,8 @@ from trackdyn.integrate.run import shared
 from trackdyn.integrate.semi_implicit import driven_rate, rippled
 from trackdyn.model.constants import NO_MOTOR, NO_RIPPLE, SPROCKET, Drive, Motor, Ripple
 from trackdyn.model.record import SPROCKET_WORK
-from trackdyn.model.state import SLIDE, SLIDE_RATE
 from trackdyn.parameters.rig import load_rig
-from trackdyn.scene.carriers import make_carriers
+from trackdyn.scene.build import make_carriers
 from trackdyn.simulation.account import open_share
 from trackdyn.simulation.loop import Loop
 
@@ -78,20 +77,20 @@ def test_a_wheel_on_an_arm_swings_as_its_spring_says(settled):
     weight = arm.mass * loop.scene.rig.gravity
     carriers = carriers._replace(damping=0 * carriers.damping, preload=carriers.weight * carriers.along_y)
     state.slide[:] = 0.0
-    state.slide[k, SLIDE] = 1e-3
+    state.slide["q"][k] = 1e-3
     crossings, before = [], 1e-3
     for step in range(40_000):
         slide(model, state, work, carriers)
-        if before < 0 <= state.slide[k, SLIDE]:
+        if before < 0 <= state.slide["q"][k]:
             crossings.append(step)
-        before = state.slide[k, SLIDE]
+        before = state.slide["q"][k]
     period = np.diff(crossings).mean() * model.step
     # the weight's lever arm changes with the turn: a stiffness of its own, -W y of the arm
     stiffness = arm.stiffness - weight * dy
     expected = 2 * pi * np.sqrt(arm.mass * (dx**2 + dy**2) / stiffness)
     assert period == pytest.approx(expected, rel=1e-3)
     assert abs(weight * dy / arm.stiffness) > 2e-3, "else the test says nothing of the weight"
-    assert state.slide[k, SLIDE_RATE] != 0.0
+    assert state.slide["rate"][k] != 0.0
 
 
 def test_a_given_force_is_straight_between_its_rows(settled):

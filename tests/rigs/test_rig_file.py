@@ -12,7 +12,7 @@ from trackdyn.parameters.layout import assemble, belt_around, run_order, wheel_n
 from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.rig_file import shipped_rigs
 from trackdyn.parameters.table import parameter_table
-from trackdyn.scene.carriers import make_carriers
+from trackdyn.scene.build import make_carriers
 from trackdyn.scene.scene import Scene
 
 WHEEL = "{x: -1.05 m, y: 0.0 m, radius: 0.28 m, inertia: 3.0 kg m2}"

@@ -10,9 +10,8 @@ from tests.rigs.conftest import NAMES, scene_of
 from trackdyn.errors import DivergenceError
 from trackdyn.integrate.carriers import along, push
 from trackdyn.model.constants import SPROCKET
-from trackdyn.model.state import SLIDE
 from trackdyn.parameters.rig import load_rig
-from trackdyn.scene.carriers import refuse_stops
+from trackdyn.scene.build import refuse_stops
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.account import open_share
 from trackdyn.simulation.loop import Loop
@@ -99,7 +98,7 @@ def test_springs_of_arms_hold_what_lies_on_them(settled):
     assert len(carriers.wheel) == 5
     for k, wheel in enumerate(carriers.wheel):
         arm = rig.rollers[f"road_{k + 1}"].arm
-        q = loop.state.slide[k, SLIDE]
+        q = loop.state.slide["q"][k]
         lever = np.array([loop.model.wheels.x[wheel] - arm.x, loop.model.wheels.y[wheel] - arm.y])
         fx, fy = push(loop.work, wheel)
         moment = lever[0] * (fy - arm.mass * rig.gravity) - lever[1] * fx

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from trackdyn.model.record import END, PEAK, PEAK_TIME, PITCH
+from trackdyn.model.record import SPELL
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.resolution import (
     FLIPS,
@@ -58,15 +58,17 @@ def test_a_finer_step_decides_what_is_doubtful(running, off, state):
 
 def test_answers_are_compared_over_the_same_pitches():
     """A pitch that is only just touched with the finer step moves the mean of those that touch by a ninth."""
-    rows = np.zeros((4, 11))
-    rows[:, PITCH], rows[:, PEAK], rows[:, PEAK_TIME] = [0, 0, 1, 2], [50.0, 100.0, 80.0, 1.0], [0.1, 0.2, 0.30005, 0.4]
+    rows = np.zeros(4, SPELL)
+    rows["pitch"], rows["peak_n"] = [0, 0, 1, 2], [50.0, 100.0, 80.0, 1.0]
+    rows["peak_s"] = [0.1, 0.2, 0.30005, 0.4]
     largest, alone = largest_forces(rows, [], 5, 1e-4, 0.0)
     assert largest[:, 0].tolist() == [100.0, 80.0, 1.0, 0.0, 0.0]
     assert alone[:, 0].tolist() == [100.0, 0.0, 1.0, 0.0, 0.0]  # the second lies between two steps
 
     # cut by the begin of the log, or by its end: what came before or comes after was not logged
-    cut = np.zeros((3, 11))
-    cut[:, PITCH], cut[:, PEAK], cut[:, PEAK_TIME], cut[:, END] = [0, 1, 2], 100.0, [0.1, 0.3, 0.4], [0.2, 0.3001, 0.5]
+    cut = np.zeros(3, SPELL)
+    cut["pitch"], cut["peak_n"] = [0, 1, 2], 100.0
+    cut["peak_s"], cut["end_s"] = [0.1, 0.3, 0.4], [0.2, 0.3001, 0.5]
     assert largest_forces(cut[:1], cut[1:], 3, 1e-4, 0.0999)[1][:, 0].tolist() == [0.0, 0.0, 100.0]
     assert largest_forces(cut, [], 3, 1e-4, 0.0)[1][:, 0].tolist() == [100.0, 100.0, 100.0]
 

@@ -8,10 +8,9 @@ column (`chain.riccati.sweep`). The cut load and the wheels' accelerations then 
 
 from typing import NamedTuple
 
-from trackdyn.chain.bearings import bearing_drag
-from trackdyn.chain.closure import invert_closure
+from trackdyn.chain.kinematics import bearing_drag
 from trackdyn.chain.maxwell import added_damping
-from trackdyn.chain.riccati import sweep
+from trackdyn.chain.riccati import invert_closure, sweep
 from trackdyn.jit import kernel
 from trackdyn.model.constants import Model
 from trackdyn.model.state import State

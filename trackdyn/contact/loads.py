@@ -6,6 +6,7 @@ that is touched, which in the plane is the inertial one.
 
 from math import cos as cosine
 from math import sin as sine
+from math import sqrt
 from typing import NamedTuple
 
 from trackdyn.contact import neighbours
@@ -22,41 +23,10 @@ from trackdyn.contact.axial import (
 )
 from trackdyn.contact.laws import elastic_force, impeded_speed, normal_force, normal_slopes, stored_impact_speed
 from trackdyn.contact.tooth import find_area, groove_index, in_groove
-from trackdyn.contact.wheel import carry, foot, unload, wheel_law, wheel_velocity
 from trackdyn.jit import kernel
-from trackdyn.model.constants import SPROCKET, Law, Model
+from trackdyn.model.constants import SPROCKET, Law, Model, Wheels
 from trackdyn.model.state import OFFSET, P, Q, State
-from trackdyn.model.work import (
-    AREA,
-    ARM_X,
-    ARM_Y,
-    ARM_Z,
-    BODY,
-    FLANK,
-    FRICTION_SLOPE,
-    FRICTION_X,
-    FRICTION_Y,
-    FRICTION_Z,
-    GUIDE,
-    KIND,
-    NORMAL_SLOPE,
-    NORMAL_X,
-    NORMAL_Y,
-    NORMAL_Z,
-    PIN_X,
-    PIN_Y,
-    RATE,
-    RING,
-    SPEED_X,
-    SPEED_Y,
-    SPEED_Z,
-    SURFACE,
-    TURN_X,
-    TURN_Y,
-    TURN_Z,
-    WHEEL,
-    Work,
-)
+from trackdyn.model.work import FLANK, GUIDE, RING, SURFACE, Work
 
 # Part of a linearly implicit step at which contact depths are taken: half way is stable for any
 # stiffness and loses half the energy that the end of the step would.
@@ -152,7 +122,7 @@ def apply(model: Model, state: State, work: Work, touch: Touch, space, implicit)
     fn = touch.share * normal_force(law, touch.depth, touch.speed, touch.impact, touch.radius)
     mu, axial_mu = friction_coefficients(model, space, law, slip, sz)
     present = fn
-    row, k = work.contact, work.count[0]
+    row = work.contact[work.count[0]]
     if implicit is not None:
         # the normal force is led ahead by its slopes, friction to the end of the step by its secant;
         # the rest, proportional to the accelerations of the step, goes into the sweep
@@ -180,8 +150,8 @@ def apply(model: Model, state: State, work: Work, touch: Touch, space, implicit)
             implicit.couple[body, wheel, 1] += arm * nx
             implicit.couple[body, wheel, 2] += arm * m2
             implicit.wheel_inertia[wheel] += arm * (ox * nx + oy * ny)
-        row[k, NORMAL_SLOPE] = normal
-        row[k, FRICTION_SLOPE] = across
+        row["normal_slope"] = normal
+        row["friction_slope"] = across
     ft = -fn * mu
     if touch.given > 0.0:
         # of its own force the slip has until then that of the step before: by the secant of Eq. 10
@@ -198,14 +168,14 @@ def apply(model: Model, state: State, work: Work, touch: Touch, space, implicit)
     work.force_y[body] += fy
     work.moment[body] += ax * fy - ay * fx
     work.wheel_torque[wheel] -= turn
-    row[k, NORMAL_X], row[k, NORMAL_Y], normal_z = to_plane_frame(space, wheel, fn * nx, fn * ny, touch.axial)
-    row[k, FRICTION_X], row[k, FRICTION_Y], friction_z = to_plane_frame(space, wheel, -ft * ny, ft * nx, across_force)
-    row[k, TURN_X], row[k, TURN_Y], turn_z = to_plane_frame(space, wheel, -oy, ox, 0.0)
-    row[k, ARM_X] = ax
-    row[k, ARM_Y] = ay
-    row[k, SPEED_X] = vx
-    row[k, SPEED_Y] = vy
-    row[k, RATE] = ww
+    row["normal_x"], row["normal_y"], normal_z = to_plane_frame(space, wheel, fn * nx, fn * ny, touch.axial)
+    row["friction_x"], row["friction_y"], friction_z = to_plane_frame(space, wheel, -ft * ny, ft * nx, across_force)
+    row["turn_x"], row["turn_y"], turn_z = to_plane_frame(space, wheel, -oy, ox, 0.0)
+    row["arm_x"] = ax
+    row["arm_y"] = ay
+    row["speed_x"] = vx
+    row["speed_y"] = vy
+    row["rate"] = ww
     if space is not None:
         az = z - state.plane.motion[OFFSET]
         space.force_z[body] += fz
@@ -219,17 +189,17 @@ def apply(model: Model, state: State, work: Work, touch: Touch, space, implicit)
         load[wheel, 3] -= oy * wz - oz * wy
         load[wheel, 4] -= oz * wx - ox * wz
         load[wheel, 5] -= turn
-        row[k, NORMAL_Z] = normal_z
-        row[k, FRICTION_Z] = friction_z
-        row[k, TURN_Z] = turn_z
-        row[k, ARM_Z] = az
-        row[k, SPEED_Z] = vz
-        row[k, PIN_X] = x - state.pin[0]
-        row[k, PIN_Y] = y - state.pin[1]
-    work.contact_body[k, BODY] = body
-    work.contact_body[k, WHEEL] = wheel
-    work.contact_body[k, KIND] = touch.kind
-    work.count[0] = k + 1
+        row["normal_z"] = normal_z
+        row["friction_z"] = friction_z
+        row["turn_z"] = turn_z
+        row["arm_z"] = az
+        row["speed_z"] = vz
+        row["pin_x"] = x - state.pin[0]
+        row["pin_y"] = y - state.pin[1]
+    row["body"] = body
+    row["wheel"] = wheel
+    row["kind"] = touch.kind
+    work.count[0] += 1
     return present
 
 
@@ -303,7 +273,7 @@ def tooth_loads(model: Model, state: State, work: Work, space, implicit):
             nx, ny, depth, speed, impact, radius, share, 0.0, lead, half * slides, arc, tooth.law,
         )  # fmt: skip
         work.tooth_force[arc] = apply(model, state, work, touch, space, implicit)
-        work.contact_body[work.count[0] - 1, AREA] = area
+        work.contact[work.count[0] - 1]["area"] = area
 
 
 @kernel
@@ -353,7 +323,7 @@ def wheel_loads(model: Model, state: State, work: Work, space, implicit):
             lead, lead * model.step * wheels.slip[wheel], item_of(work, link, wheel), law,
         )  # fmt: skip
         work.wheel_force[link, wheel] = apply(model, state, work, touch, space, implicit)
-        carry(work.carried, wheel, work.wheel_force[link, wheel])
+        work.carried[wheel] += work.wheel_force[link, wheel]
 
 
 @kernel
@@ -397,7 +367,7 @@ def contact_loads(model: Model, state: State, work: Work, space=None, implicit=N
     work.force_y[:] = 0.0
     work.moment[:] = 0.0
     work.wheel_torque[:] = 0.0
-    unload(work.carried)
+    work.carried[:] = 0.0
     work.count[0] = 0
     if implicit is not None:
         implicit.inertia[:] = 0.0
@@ -414,3 +384,40 @@ def contact_loads(model: Model, state: State, work: Work, space=None, implicit=N
     wheel_loads(model, state, work, space, implicit)
     if space is not None:
         guide_loads(model, state, work, space, implicit)
+
+
+@kernel
+def foot(ax, ay, bx, by, cx, cy):
+    """Point of the segment AB nearest to the wheel's centre C: vertical, left-end or right-end case.
+
+    Returned are the foot parameter before it is limited (0 to 1 vertical, below 0 end A, above 1 end B), the contact
+    point Q on AB and its distance from C, m.
+    """
+    ux = bx - ax
+    uy = by - ay
+    s = ((cx - ax) * ux + (cy - ay) * uy) / (ux * ux + uy * uy)
+    limited = min(max(s, 0.0), 1.0)
+    qx = ax + limited * ux
+    qy = ay + limited * uy
+    dx = qx - cx
+    dy = qy - cy
+    return s, qx, qy, sqrt(dx * dx + dy * dy)
+
+
+@kernel
+def wheel_law(wheels: Wheels, wheel, own):
+    """Law of the links on a wheel; ``own`` is ``wheels.own_law``, without rows where two laws serve all."""
+    if own.shape[0] == 0:
+        return wheels.ring_law if wheel == SPROCKET else wheels.wheel_law
+    return Law(own[wheel, 0], own[wheel, 1], own[wheel, 2], own[wheel, 3], own[wheel, 4], own[wheel, 5], own[wheel, 6])
+
+
+@kernel
+def wheel_velocity(state: State, carriers, wheel):
+    """Velocity of a wheel's centre, m/s: 0 but for one on a carrier."""
+    k = carriers.of_wheel[wheel]
+    if k < 0:
+        return 0.0, 0.0
+    # the direction is that of the step before: a turn of an arm in one step is lost in rounding of the velocity
+    moved = state.slide[k]
+    return moved["rate"] * moved["along_x"], moved["rate"] * moved["along_y"]

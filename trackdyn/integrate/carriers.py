@@ -9,8 +9,8 @@ from math import cos, sin
 from trackdyn.jit import kernel
 from trackdyn.model.constants import Carriers, Model
 from trackdyn.model.record import BEARING
-from trackdyn.model.state import ALONG_X, ALONG_Y, BEFORE, SLIDE, SLIDE_RATE, State
-from trackdyn.model.work import FRICTION_X, FRICTION_Y, NORMAL_X, NORMAL_Y, WHEEL, Work
+from trackdyn.model.state import State
+from trackdyn.model.work import Work
 
 
 @kernel
@@ -38,11 +38,12 @@ def put(model: Model, carriers: Carriers, k, q):
 @kernel
 def push(work: Work, wheel):
     """Force of the chain on a wheel, x and y, N."""
-    fx, fy, row = 0.0, 0.0, work.contact
+    fx = fy = 0.0
     for k in range(work.count[0]):
-        if work.contact_body[k, WHEEL] == wheel:
-            fx -= row[k, NORMAL_X] + row[k, FRICTION_X]
-            fy -= row[k, NORMAL_Y] + row[k, FRICTION_Y]
+        row = work.contact[k]
+        if row["wheel"] == wheel:
+            fx -= row["normal_x"] + row["friction_x"]
+            fy -= row["normal_y"] + row["friction_y"]
     return fx, fy
 
 
@@ -71,30 +72,30 @@ def slide(model: Model, state: State, work: Work, carriers):
     h = model.step
     for k in range(carriers.wheel.shape[0]):
         moved, mass = state.slide[k], carriers.mass[k]
-        tx, ty = along(carriers, k, moved[SLIDE])
+        tx, ty = along(carriers, k, moved["q"])
         fx, fy = push(work, carriers.wheel[k])
-        force = tx * fx + ty * fy + carriers.preload[k] - carriers.stiffness[k] * moved[SLIDE]
+        force = tx * fx + ty * fy + carriers.preload[k] - carriers.stiffness[k] * moved["q"]
         force -= carriers.weight[k] * ty
         given = given_force(carriers, k, state.steps[0] * h, carriers.force)
         force += given
-        old = moved[SLIDE_RATE]
+        old = moved["rate"]
         rate = (mass * old + h * force) / (mass + h * carriers.damping[k])
         free = rate
-        place = moved[SLIDE] + h * rate
+        place = moved["q"] + h * rate
         low, high = carriers.low[k], carriers.high[k]
         if place < low or place > high:
             place = min(max(place, low), high)
-            rate = (place - moved[SLIDE]) / h
+            rate = (place - moved["q"]) / h
             if (place == low and rate < 0.0) or (place == high and rate > 0.0):
                 rate = 0.0
         mean = 0.5 * (old + free)
         lost = h * carriers.damping[k] * free * mean + 0.5 * mass * (free * free - rate * rate)
         state.work_done[BEARING] += lost - h * given * mean
-        moved[SLIDE] = place
-        moved[SLIDE_RATE] = rate
-        moved[BEFORE] = old
-        moved[ALONG_X] = tx
-        moved[ALONG_Y] = ty
+        moved["q"] = place
+        moved["rate"] = rate
+        moved["rate_before"] = old
+        moved["along_x"] = tx
+        moved["along_y"] = ty
         put(model, carriers, k, place)
 
 
@@ -104,8 +105,8 @@ def mean_velocity(state: State, carriers, wheel):
     k = carriers.of_wheel[wheel]
     if k < 0:
         return 0.0, 0.0
-    mean = 0.5 * (state.slide[k, SLIDE_RATE] + state.slide[k, BEFORE])
-    return mean * state.slide[k, ALONG_X], mean * state.slide[k, ALONG_Y]
+    mean = 0.5 * (state.slide[k]["rate"] + state.slide[k]["rate_before"])
+    return mean * state.slide[k]["along_x"], mean * state.slide[k]["along_y"]
 
 
 @kernel
@@ -113,7 +114,7 @@ def carrier_energy(model: Model, state: State, carriers):
     """Kinetic energy of the carriers, energy of their springs, and of their weight, J."""
     kinetic = spring = lifted = 0.0
     for k in range(carriers.wheel.shape[0]):
-        q, rate = state.slide[k, SLIDE], state.slide[k, SLIDE_RATE]
+        q, rate = state.slide[k]["q"], state.slide[k]["rate"]
         kinetic += 0.5 * carriers.mass[k] * rate * rate
         spring += (0.5 * carriers.stiffness[k] * q - carriers.preload[k]) * q
         lifted += carriers.weight[k] * model.wheels.y[carriers.wheel[k]]

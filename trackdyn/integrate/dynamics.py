@@ -2,10 +2,10 @@
 
 from trackdyn.chain import implicit as linear
 from trackdyn.chain import riccati
-from trackdyn.chain.closure import close, close_compliant
 from trackdyn.chain.kinematics import bushing_lead, bushing_torques
 from trackdyn.chain.maxwell import add_moments
 from trackdyn.chain.plane import aim
+from trackdyn.chain.riccati import close, close_compliant
 from trackdyn.contact.loads import contact_loads
 from trackdyn.jit import kernel
 from trackdyn.model.constants import Model

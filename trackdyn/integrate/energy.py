@@ -3,7 +3,7 @@
 import numpy as np
 
 from trackdyn.chain import maxwell
-from trackdyn.chain.bearings import bearing_drag
+from trackdyn.chain.kinematics import bearing_drag
 from trackdyn.integrate.carriers import carrier_energy, mean_velocity
 from trackdyn.jit import kernel
 from trackdyn.model.constants import SPROCKET, Model
@@ -20,35 +20,7 @@ from trackdyn.model.record import (
     WHEEL_NORMAL,
 )
 from trackdyn.model.state import OFFSET, SPEED, P, Q, State
-from trackdyn.model.work import (
-    AREA,
-    ARM_X,
-    ARM_Y,
-    ARM_Z,
-    BODY,
-    FLANK,
-    FRICTION_SLOPE,
-    FRICTION_X,
-    FRICTION_Y,
-    FRICTION_Z,
-    KIND,
-    NORMAL_SLOPE,
-    NORMAL_X,
-    NORMAL_Y,
-    NORMAL_Z,
-    PIN_X,
-    PIN_Y,
-    RATE,
-    SPEED_X,
-    SPEED_Y,
-    SPEED_Z,
-    TURN_X,
-    TURN_Y,
-    TURN_Z,
-    WHEEL,
-    ImplicitWork,
-    Work,
-)
+from trackdyn.model.work import FLANK, ImplicitWork, Work
 
 
 @kernel
@@ -63,37 +35,37 @@ def account(model: Model, state: State, work: Work, lead, space, sliding=None):
     ``work.sliding``: the same friction once more, by area of the teeth and by wheel.
     """
     chain, h, done = model.chain, model.step, state.work_done
-    row = work.contact
     for k in range(work.count[0]):
-        body = work.contact_body[k, BODY]
-        wheel = work.contact_body[k, WHEEL]
+        row = work.contact[k]
+        body = row["body"]
+        wheel = row["wheel"]
         dw = work.turned[body]
-        vx = row[k, SPEED_X] + 0.5 * (work.com_dvx[body] - dw * row[k, ARM_Y])
-        vy = row[k, SPEED_Y] + 0.5 * (work.com_dvy[body] + dw * row[k, ARM_X])
-        ww = 0.5 * (row[k, RATE] + state.wheel_rate[wheel])
+        vx = row["speed_x"] + 0.5 * (work.com_dvx[body] - dw * row["arm_y"])
+        vy = row["speed_y"] + 0.5 * (work.com_dvy[body] + dw * row["arm_x"])
+        ww = 0.5 * (row["rate"] + state.wheel_rate[wheel])
         tx, ty = mean_velocity(state, model.carriers, wheel)
-        sx = ww * row[k, TURN_X] + tx
-        sy = ww * row[k, TURN_Y] + ty
-        drive = (row[k, NORMAL_X] + row[k, FRICTION_X]) * sx + (row[k, NORMAL_Y] + row[k, FRICTION_Y]) * sy
+        sx = ww * row["turn_x"] + tx
+        sy = ww * row["turn_y"] + ty
+        drive = (row["normal_x"] + row["friction_x"]) * sx + (row["normal_y"] + row["friction_y"]) * sy
         across_normal = across_friction = 0.0
         if space is not None:
             dvz, dp, dq = space.change[0], space.change[1], space.change[2]
-            vx += 0.5 * dq * row[k, ARM_Z]
-            vy -= 0.5 * dp * row[k, ARM_Z]
-            vz = row[k, SPEED_Z] + 0.5 * (dvz + dp * row[k, PIN_Y] - dq * row[k, PIN_X])
-            sz = ww * row[k, TURN_Z]
-            drive += (row[k, NORMAL_Z] + row[k, FRICTION_Z]) * sz
-            across_normal = row[k, NORMAL_Z] * (vz - sz)
-            across_friction = row[k, FRICTION_Z] * (vz - sz)
+            vx += 0.5 * dq * row["arm_z"]
+            vy -= 0.5 * dp * row["arm_z"]
+            vz = row["speed_z"] + 0.5 * (dvz + dp * row["pin_y"] - dq * row["pin_x"])
+            sz = ww * row["turn_z"]
+            drive += (row["normal_z"] + row["friction_z"]) * sz
+            across_normal = row["normal_z"] * (vz - sz)
+            across_friction = row["friction_z"] * (vz - sz)
         if wheel == SPROCKET:
             done[SPROCKET_WORK] += h * drive
-        normal = -h * (row[k, NORMAL_X] * (vx - sx) + row[k, NORMAL_Y] * (vy - sy) + across_normal)
-        friction = -h * (row[k, FRICTION_X] * (vx - sx) + row[k, FRICTION_Y] * (vy - sy) + across_friction)
-        if work.contact_body[k, KIND] == FLANK:
+        normal = -h * (row["normal_x"] * (vx - sx) + row["normal_y"] * (vy - sy) + across_normal)
+        friction = -h * (row["friction_x"] * (vx - sx) + row["friction_y"] * (vy - sy) + across_friction)
+        if row["kind"] == FLANK:
             done[TOOTH_NORMAL] += normal
             done[TOOTH_FRICTION] += friction
             if sliding is not None:
-                sliding[work.contact_body[k, AREA] - 1] += friction
+                sliding[row["area"] - 1] += friction
         else:
             done[WHEEL_NORMAL] += normal
             done[WHEEL_FRICTION] += friction
@@ -117,7 +89,7 @@ def finish_forces(model: Model, state: State, work: Work, implicit: ImplicitWork
     The rows of the contact list hold the forces led ahead without it. Called between the sweep and the
     step; overwrites ``com_dvx, com_dvy, turned``, which the step fills afterwards.
     """
-    chain, sweep, row = model.chain, work.sweep, work.contact
+    chain, sweep = model.chain, work.sweep
     base, response, load = sweep.base, sweep.response, sweep.load
     ax = base[0, 0] * load[0] + base[0, 1] * load[1] + base[0, 2] * load[2] + base[0, 3]
     ay = base[1, 0] * load[0] + base[1, 1] * load[1] + base[1, 2] * load[2] + base[1, 3]
@@ -132,24 +104,25 @@ def finish_forces(model: Model, state: State, work: Work, implicit: ImplicitWork
         ax -= alpha * dy + w2 * dx
         ay += alpha * dx - w2 * dy
     for k in range(work.count[0]):
-        fn = np.sqrt(row[k, NORMAL_X] * row[k, NORMAL_X] + row[k, NORMAL_Y] * row[k, NORMAL_Y])
+        row = work.contact[k]
+        fn = np.sqrt(row["normal_x"] * row["normal_x"] + row["normal_y"] * row["normal_y"])
         if fn == 0.0:
             continue
-        body, wheel = work.contact_body[k, BODY], work.contact_body[k, WHEEL]
-        nx = row[k, NORMAL_X] / fn
-        ny = row[k, NORMAL_Y] / fn
+        body, wheel = row["body"], row["wheel"]
+        nx = row["normal_x"] / fn
+        ny = row["normal_y"] / fn
         c, s = work.cos[body], work.sin[body]
-        rx = row[k, ARM_X] + chain.com_x[body] * c - chain.com_y[body] * s
-        ry = row[k, ARM_Y] + chain.com_x[body] * s + chain.com_y[body] * c
+        rx = row["arm_x"] + chain.com_x[body] * c - chain.com_y[body] * s
+        ry = row["arm_y"] + chain.com_x[body] * s + chain.com_y[body] * c
         px = work.com_dvx[body] - work.turned[body] * ry
         py = work.com_dvy[body] + work.turned[body] * rx
-        turn = 0.0 if wheel == SPROCKET else implicit.load[3 + wheel] * (row[k, TURN_Y] * nx - row[k, TURN_X] * ny)
-        normal = -row[k, NORMAL_SLOPE] * (nx * px + ny * py)
-        across = -row[k, FRICTION_SLOPE] * (nx * py - ny * px - turn)
-        row[k, NORMAL_X] += normal * nx
-        row[k, NORMAL_Y] += normal * ny
-        row[k, FRICTION_X] -= across * ny
-        row[k, FRICTION_Y] += across * nx
+        turn = 0.0 if wheel == SPROCKET else implicit.load[3 + wheel] * (row["turn_y"] * nx - row["turn_x"] * ny)
+        normal = -row["normal_slope"] * (nx * px + ny * py)
+        across = -row["friction_slope"] * (nx * py - ny * px - turn)
+        row["normal_x"] += normal * nx
+        row["normal_y"] += normal * ny
+        row["friction_x"] -= across * ny
+        row["friction_y"] += across * nx
 
 
 @kernel
@@ -157,19 +130,19 @@ def powers(model: Model, state: State, work: Work, out, first):
     """Power of every force at the present state into ``out[first]`` and the six entries behind it, W."""
     for k in range(7):
         out[first + k] = 0.0
-    row = work.contact
     for k in range(work.count[0]):
-        wheel = work.contact_body[k, WHEEL]
-        ww = row[k, RATE]
-        sx = ww * row[k, TURN_X]
-        sy = ww * row[k, TURN_Y]
+        row = work.contact[k]
+        wheel = row["wheel"]
+        ww = row["rate"]
+        sx = ww * row["turn_x"]
+        sy = ww * row["turn_y"]
         if wheel == SPROCKET:
-            out[first + SPROCKET_WORK] += (row[k, NORMAL_X] + row[k, FRICTION_X]) * sx + (
-                row[k, NORMAL_Y] + row[k, FRICTION_Y]
+            out[first + SPROCKET_WORK] += (row["normal_x"] + row["friction_x"]) * sx + (
+                row["normal_y"] + row["friction_y"]
             ) * sy
-        normal = -(row[k, NORMAL_X] * (row[k, SPEED_X] - sx) + row[k, NORMAL_Y] * (row[k, SPEED_Y] - sy))
-        friction = -(row[k, FRICTION_X] * (row[k, SPEED_X] - sx) + row[k, FRICTION_Y] * (row[k, SPEED_Y] - sy))
-        if work.contact_body[k, KIND] == FLANK:
+        normal = -(row["normal_x"] * (row["speed_x"] - sx) + row["normal_y"] * (row["speed_y"] - sy))
+        friction = -(row["friction_x"] * (row["speed_x"] - sx) + row["friction_y"] * (row["speed_y"] - sy))
+        if row["kind"] == FLANK:
             out[first + TOOTH_NORMAL] += normal
             out[first + TOOTH_FRICTION] += friction
         else:

@@ -5,8 +5,7 @@ memory of a contact (its initial impact velocity) belongs to the state at the st
 stages do not change it. Forces jump where a contact begins or changes its area; there the order is lost.
 """
 
-from trackdyn.chain.bearings import bearing_drag
-from trackdyn.chain.kinematics import orient, place
+from trackdyn.chain.kinematics import bearing_drag, orient, place
 from trackdyn.chain.maxwell import add_rates
 from trackdyn.integrate.dynamics import accumulate, evaluate_loads, follow, sense, sense_links, solve_chain
 from trackdyn.integrate.energy import powers

@@ -11,8 +11,7 @@ adds in this one (`contact.laws.impeded_speed`). Without that, forces that last 
 
 from math import sin
 
-from trackdyn.chain.bearings import bearing_drag
-from trackdyn.chain.kinematics import orient
+from trackdyn.chain.kinematics import bearing_drag, orient
 from trackdyn.jit import fused, kernel
 from trackdyn.model.constants import SPROCKET, Drive, Model
 from trackdyn.model.record import BEARING

@@ -2,22 +2,7 @@
 
 from trackdyn.jit import kernel
 from trackdyn.model.constants import SPROCKET
-from trackdyn.model.record import (
-    ANGLE,
-    AREAS,
-    BEFORE,
-    END,
-    GROOVE,
-    IMPULSE,
-    LAST,
-    PEAK,
-    PEAK_TIME,
-    PITCH,
-    SIDE,
-    SQUARE,
-    START,
-    Spells,
-)
+from trackdyn.model.record import Spells
 from trackdyn.model.state import State
 from trackdyn.model.work import Work
 
@@ -48,59 +33,59 @@ def log_spells(spells: Spells, state: State, work: Work, time, step):
 def _log(spells: Spells, state: State, work: Work, pitch, side, when):
     """The spell of one side of a pitch: 0 left arc, 1 right arc, 2 ring. ``when`` is the time and the step, s."""
     time, step = when
-    entries, i = spells.open, 3 * pitch + side
+    i = 3 * pitch + side
+    entry, last = spells.open[i], spells.last[i]
     force = work.wheel_force[pitch, SPROCKET] if side == 2 else work.tooth_force[2 * pitch + side]
-    begun = entries[i, END] > 0.0  # END is 0 while nothing is open
+    begun = entry["end_s"] > 0.0
     if force <= 0.0 and not begun:
         return
     groove = 0 if side == 2 else work.tooth_groove[2 * pitch + side]
-    if begun and (force <= 0.0 or groove != entries[i, GROOVE]):
+    if begun and (force <= 0.0 or groove != entry["groove"]):
         k = spells.count[0]
         if k < spells.rows.shape[0]:
-            for column in range(spells.rows.shape[1]):
-                spells.rows[k, column] = entries[i, column]
+            spells.rows[k] = entry
         spells.count[0] = k + 1
-        entries[i, END] = 0.0
+        entry["end_s"] = 0.0
         begun = False
     if force <= 0.0:
         return
     if not begun:
-        entries[i, PITCH] = pitch
-        entries[i, SIDE] = side
-        entries[i, GROOVE] = groove
-        entries[i, AREAS] = 0.0
-        entries[i, START] = time
-        entries[i, PEAK] = 0.0
-        entries[i, IMPULSE] = 0.0
-        entries[i, SQUARE] = 0.0
-        entries[i, ANGLE] = state.wheel_angle[SPROCKET]
-        entries[i, LAST] = 0.0
-        entries[i, BEFORE] = 0.0
-    entries[i, END] = time + step
-    if force > entries[i, PEAK]:
-        entries[i, PEAK] = force
-        entries[i, PEAK_TIME] = time
-    _peak_between(entries, i, force, when)
-    entries[i, BEFORE] = entries[i, LAST]
-    entries[i, LAST] = force
-    entries[i, IMPULSE] += force * step
-    entries[i, SQUARE] += force * force * step
+        entry["pitch"] = pitch
+        entry["side"] = side
+        entry["groove"] = groove
+        entry["areas"] = 0.0
+        entry["start_s"] = time
+        entry["peak_n"] = 0.0
+        entry["impulse_ns"] = 0.0
+        entry["square_n2s"] = 0.0
+        entry["sprocket_rad"] = state.wheel_angle[SPROCKET]
+        last[0] = 0.0
+        last[1] = 0.0
+    entry["end_s"] = time + step
+    if force > entry["peak_n"]:
+        entry["peak_n"] = force
+        entry["peak_s"] = time
+    _peak_between(entry, last, force, when)
+    last[1] = last[0]
+    last[0] = force
+    entry["impulse_ns"] += force * step
+    entry["square_n2s"] += force * force * step
     if side < 2:
-        entries[i, AREAS] = int(entries[i, AREAS]) | (1 << (work.tooth_area[2 * pitch + side] - 1))
+        entry["areas"] = int(entry["areas"]) | (1 << (work.tooth_area[2 * pitch + side] - 1))
 
 
 @kernel
-def _peak_between(entries, i, force, when):
+def _peak_between(entry, last, force, when):
     """The top of the parabola through the last three forces, if the one in the middle is their largest.
 
     A peak passes between two steps: of a sine whose period is nine steps the largest step misses 2 % on average. Where
     a neighbour is less than half of the middle one the steps do not resolve the peak, and the largest step stands.
     """
     time, step = when
-    before, middle = entries[i, BEFORE], entries[i, LAST]
+    before, middle = last[1], last[0]
     if middle > before and middle >= force and before >= 0.5 * middle and force >= 0.5 * middle:
         bend = before - 2.0 * middle + force
         top = middle - (force - before) ** 2 / (8.0 * bend)
-        if top > entries[i, PEAK]:
-            entries[i, PEAK] = top
-            entries[i, PEAK_TIME] = time - step + 0.5 * step * (before - force) / bend
+        if top > entry["peak_n"]:
+            entry["peak_n"] = top
+            entry["peak_s"] = time - step + 0.5 * step * (before - force) / bend

@@ -4,7 +4,6 @@ belongs to.
 
 import numpy as np
 
-from trackdyn.model.record import SPELL_COLUMNS
 from trackdyn.simulation.recording import Recording
 
 SIDES = ("left", "right", "ring")
@@ -63,10 +62,9 @@ def _merged(recording: Recording, gap: float) -> dict[str, np.ndarray]:
     """Columns of the log without what the record cut, chatter merged, times since its beginning."""
     # a contact that lasted already is logged from the first step of the record on
     begin = recording.begin + 1.5 * recording.scene.step
-    begun = recording.spells[recording.spells[:, SPELL_COLUMNS.index("start_s")] > begin]
-    log = dict(zip(SPELL_COLUMNS, begun.T, strict=True))
-    order = np.lexsort([log[name] for name in ("start_s", "groove", "side", "pitch")])
-    log = {name: column[order] for name, column in log.items()}
+    begun = recording.spells[recording.spells["start_s"] > begin]
+    order = np.lexsort([begun[name] for name in ("start_s", "groove", "side", "pitch")])
+    log = {name: begun[name][order] for name in begun.dtype.names}
     integers = ("pitch", "side", "groove", "areas")
     log |= {name: log[name].astype(int) for name in integers}
     begins = np.ones(len(order), bool)

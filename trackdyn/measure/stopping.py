@@ -19,7 +19,6 @@ from trackdyn.measure.contact_log import LONGEST_CONTACT, PASSAGE, SIDES
 from trackdyn.measure.contacts import TOUCHING, passages
 from trackdyn.measure.sensor import whole_samples
 from trackdyn.measure.whole_loop import RELATIVE, SHARES, Estimate, Series, series
-from trackdyn.model.record import SPELL_COLUMNS
 from trackdyn.scene.scene import LONGEST_RUN, Scene
 from trackdyn.scene.stop_rule import StopRule
 from trackdyn.simulation.loop import Loop
@@ -31,7 +30,6 @@ from trackdyn.simulation.settling import SettledLoops
 GROWTH = 1.1
 # Passages that must be left after the transient: fewer batches than three say little about their own scatter.
 LEAST = 9
-START = SPELL_COLUMNS.index("start_s")
 Judged = TypeVar("Judged")
 
 
@@ -104,7 +102,7 @@ def later(recording: Recording, seconds: float) -> Recording:
     return replace(
         recording,
         time=recording.time[:count],
-        spells=recording.spells[recording.spells[:, START] > begin],
+        spells=recording.spells[recording.spells["start_s"] > begin],
         begin=begin,
         frame=recording.frame[frames:],
         frame_time=recording.frame_time[frames:] - first / recording.rate,

@@ -18,7 +18,7 @@ from trackdyn.measure.contact_log import SIDES
 from trackdyn.measure.contacts import peaks
 from trackdyn.measure.sensor import specific_force
 from trackdyn.measure.uncertainty import batch_error
-from trackdyn.model.record import SPELL_COLUMNS
+from trackdyn.model.record import SPELL
 from trackdyn.sensor.signals import high_passed
 from trackdyn.simulation.recording import Recording
 
@@ -144,17 +144,16 @@ def _free_way(touching: np.ndarray) -> int:
 
 
 def _sampled_spells(force: np.ndarray, area: np.ndarray, who: tuple[int, int], rate: float) -> np.ndarray:
-    """(k, 11) spells (`model.record.SPELL_COLUMNS`) of a pitch and side from samples of its force and area."""
+    """(k,) spells (`model.record.SPELL`) of a pitch and side from samples of its force and area."""
     edges = np.flatnonzero(np.diff(np.r_[0, force > 0, 0]))
     begins, ends = edges[::2], edges[1::2]
-    rows = np.zeros((len(begins), len(SPELL_COLUMNS)))
-    rows[:, :2] = who
-    for row, begin, end in zip(rows, begins, ends, strict=True):
+    rows = []
+    for begin, end in zip(begins, ends, strict=True):
         of = force[begin:end]
         bits = np.bitwise_or.reduce(1 << (area[begin:end].astype(int) - 1)) if who[1] < 2 else 0
-        peak = begin + of.argmax()
-        row[3:10] = bits, begin / rate, end / rate, of.max(), (peak + 0.5) / rate, of.sum() / rate, of @ of / rate
-    return rows
+        peak = of.max(), (begin + of.argmax() + 0.5) / rate
+        rows.append((*who, 0, bits, begin / rate, end / rate, *peak, of.sum() / rate, of @ of / rate, 0))
+    return np.array(rows, SPELL)
 
 
 class Series(NamedTuple):

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from trackdyn.model.arrays import zeros
+from trackdyn.model.constants import zeros
 
 # rows of the account of work, all in J and counted from the start of the run
 SPROCKET_WORK, TOOTH_NORMAL, TOOTH_FRICTION, WHEEL_NORMAL, WHEEL_FRICTION, BEARING, BUSHING_LOSS = range(7)
@@ -21,32 +21,34 @@ ENERGY_NAMES = (
     "gravity",
     "bushing_elastic",
 )
-# columns of a spell: one uninterrupted contact of an arc or a link with the sprocket; an open one has its last two
-# forces, too
-PITCH, SIDE, GROOVE, AREAS, START, END, PEAK, PEAK_TIME, IMPULSE, SQUARE, ANGLE, LAST, BEFORE = range(13)
-SPELL_COLUMNS = (
-    "pitch",  # 0-based
-    "side",  # 0 left arc, 1 right arc, 2 ring
-    "groove",
-    "areas",  # bit j - 1 set: area j was visited
-    "start_s",
-    "end_s",
-    "peak_n",  # between the steps, too
-    "peak_s",
-    "impulse_ns",
-    "square_n2s",  # integral of the squared force
-    "sprocket_rad",  # angle of the sprocket at the start
-)
+# one uninterrupted contact of an arc or a link with the sprocket
+SPELL = np.dtype({
+    "names": (
+        "pitch",  # 0-based
+        "side",  # 0 left arc, 1 right arc, 2 ring
+        "groove",
+        "areas",  # bit j - 1 set: area j was visited
+        "start_s",
+        "end_s",  # 0 while nothing is open
+        "peak_n",  # between the steps, too
+        "peak_s",
+        "impulse_ns",
+        "square_n2s",  # integral of the squared force
+        "sprocket_rad",  # angle of the sprocket at the start
+    ),
+    "formats": [float] * 11,
+})  # fmt: skip
 
 
 class Spells(NamedTuple):
-    """Log of the contacts with the sprocket (columns: ``SPELL_COLUMNS``)."""
+    """Log of the contacts with the sprocket, a `SPELL` each."""
 
     enabled: int  # 0: not logged
-    # (3 p, 13) spells that have begun and not ended: left arc, right arc and ring of each pitch; then their last two
-    # forces
+    # open, last: (3 p,) spells that have begun and not ended, of left arc, right arc and ring of each pitch; (3 p, 2)
+    # forces of their last step and of the one before, N
     open: np.ndarray
-    rows: np.ndarray  # (m, 11) ended spells
+    last: np.ndarray
+    rows: np.ndarray  # (m,) ended spells
     count: np.ndarray  # (1,) integers: number of ended spells; more than ``m`` if some found no room
 
 
@@ -103,7 +105,7 @@ def make_record(
     """
     p, n, (loop, wheels) = len(pitches), len(state.angle), state.wheel_impact.shape
     s, pair, axes, sides = samples, (samples, 2), (samples, links, 3), (samples, p, 2)
-    room = zeros(open=(3 * loop, BEFORE + 1), rows=(spells, len(SPELL_COLUMNS)))
+    room = {"last": np.zeros((3 * loop, 2)), **zeros(SPELL, open=3 * loop, rows=spells)}
     plane = PlaneRecord(**zeros(motion=(s, 8), offset=(s, wheels), axial=(s, wheels)))
     return Record(
         **zeros(raw=(s, 3), mean=(s, 3), gap=s, cut=pair, change=pair, place=pair, wheel_rate=(s, wheels)),

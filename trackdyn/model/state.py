@@ -4,10 +4,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from trackdyn.model.arrays import zeros
+from trackdyn.model.constants import zeros
 
 OFFSET, SPEED, P, Q = range(4)  # entries of the plane's motion
-SLIDE, SLIDE_RATE, BEFORE, ALONG_X, ALONG_Y = range(5)  # columns of a carrier's motion
+# motion of a carrier: way or turn q from its place at rest (m or rad), its rate and that before the last step, and the
+# direction in which the wheel moved in that step (`integrate.carriers.along`)
+SLIDE = np.dtype([(name, float) for name in ("q", "rate", "rate_before", "along_x", "along_y")])
 
 
 class Plane(NamedTuple):
@@ -35,9 +37,7 @@ class State(NamedTuple):
     tooth_impact: np.ndarray
     wheel_impact: np.ndarray  # (p, w) the same for link and wheel
     work_done: np.ndarray  # (7,) work by entry of the energy balance (`model.record`), J
-    # (k, 5) of every carrier of a wheel: way or turn from its place at rest (m or rad), its rate and that before the
-    # last step, and the direction in which the wheel moved in that step (`integrate.carriers.along`)
-    slide: np.ndarray
+    slide: np.ndarray  # (k,) a `SLIDE` of every carrier of a wheel
     branch: np.ndarray  # (b, n) moment of every Maxwell branch of every bushing, N m
     plane: Plane | None = None  # the plane of the chain; None in planar motion
 
@@ -47,5 +47,6 @@ def make_state(n: int, pitches: int, wheels: int, carriers: int = 0, branches: i
     return State(
         steps=np.zeros(1, np.int64),
         **zeros(pin=4, angle=n, rate=n, wheel_angle=wheels, wheel_rate=wheels, work_done=7),
-        **zeros(tooth_impact=2 * pitches, wheel_impact=(pitches, wheels), slide=(carriers, 5), branch=(branches, n)),
+        **zeros(tooth_impact=2 * pitches, wheel_impact=(pitches, wheels), branch=(branches, n)),
+        slide=np.zeros(carriers, SLIDE),
     )

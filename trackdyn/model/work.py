@@ -1,23 +1,27 @@
-"""Arrays that a step overwrites, and the columns of the contact list."""
+"""Arrays that a step overwrites, and the fields of the contact list."""
 
 from typing import NamedTuple
 
 import numpy as np
 
-from trackdyn.model.arrays import zeros
+from trackdyn.model.constants import zeros
 
-# Columns of a row of the contact list: force normal and friction (N), arm from the body's mass centre (m),
-# velocity of the body's point (m/s), velocity of the wheel's point at unit rate (m), rate of the wheel (rad/s).
-NORMAL_X, NORMAL_Y, FRICTION_X, FRICTION_Y, ARM_X, ARM_Y, SPEED_X, SPEED_Y, TURN_X, TURN_Y, RATE = range(11)
-# Slopes of the normal and the friction force that a linearly implicit step takes, kg.
-NORMAL_SLOPE, FRICTION_SLOPE = 11, 12
-# The components across the plane of the chain, and the point's x and y from the pin of body 1; only in space.
-NORMAL_Z, FRICTION_Z, ARM_Z, SPEED_Z, TURN_Z, PIN_X, PIN_Y = range(13, 20)
-CONTACT_COLUMNS = 20
-# Columns of ``contact_body``, and the kinds of contact: a link on a wheel, an arc in a groove, a link on the
-# ring, a guide between flanges. The area is that of an arc in a groove.
-BODY, WHEEL, KIND, AREA = range(4)
+# kinds of contact: a link on a wheel, an arc in a groove, a link on the ring, a guide between flanges
 SURFACE, FLANK, RING, GUIDE = range(4)
+# A row of the contact list. Normal and friction: force on the body, N; arm: from the body's mass centre to the point,
+# m; speed: velocity of the body's point, m/s; turn: velocity of the wheel's point at unit rate, m; rate: that of the
+# wheel, rad/s; slopes: of the forces that a linearly implicit step takes, kg. The z components, across the plane of
+# the chain, and pin, the point's x and y from the pin of body 1, in space alone. area: of an arc in a groove.
+CONTACT = np.dtype(
+    [(f"{name}_{axis}", float) for name in ("normal", "friction", "arm", "speed", "turn") for axis in "xyz"]
+    + [(name, float) for name in ("pin_x", "pin_y", "rate", "normal_slope", "friction_slope")]
+    + [(name, np.int64) for name in ("body", "wheel", "kind", "area")]
+)
+
+
+def components(rows: np.ndarray, name: str, axes: str = "xy") -> np.ndarray:
+    """(k, 2) components of a vector in ``k`` rows of the contact list, or (k, 3)."""
+    return np.stack([rows[f"{name}_{axis}"] for axis in axes], axis=-1)
 
 
 class SweepWork(NamedTuple):
@@ -152,8 +156,7 @@ class Work(NamedTuple):
     carried: np.ndarray  # (w,) sum of the normal forces of the links on every wheel, N
     # (2, 2 p + p w) friction on every arc, then on every link by wheel, and the same one step ago, N
     friction: np.ndarray
-    contact: np.ndarray  # (c, 20) a row a contact; columns ``NORMAL_X`` to ``PIN_Y``
-    contact_body: np.ndarray  # (c, 4) integers: its ``BODY``, ``WHEEL``, ``KIND`` and ``AREA``
+    contact: np.ndarray  # (c,) a `CONTACT` each
     count: np.ndarray  # (1,) integers: contacts at present
     # (6,) gap of the cut joint (output pin of the last body less input pin of the first) and its rate, and the gap that
     # the last step had before the projection; m, m/s
@@ -187,9 +190,10 @@ def make_work(n: int, pitches: int, wheels: int) -> Work:
         **zeros(cos=n, sin=n, pin_x=n + 1, pin_y=n + 1, com_vx=n, com_vy=n, com_dvx=n, com_dvy=n, turned=n, added=n),
         **zeros(force_x=n, force_y=n, moment=n, torque=n, joint_rate=n, joint_loss=n, wheel_torque=wheels),
         **zeros(tooth_force=arcs, tooth_before=arcs, wheel_force=(pitches, wheels), carried=wheels),
-        **zeros(friction=(2, arcs + pitches * wheels), contact=(contacts, CONTACT_COLUMNS), links=(pitches, 6)),
+        **zeros(friction=(2, arcs + pitches * wheels), links=(pitches, 6)),
         **zeros(cut=6, worst=3, sensed=6, change=4, lately=(2, 2, n), alternating=2),
-        **zeros(np.int64, tooth_area=arcs, tooth_groove=arcs, contact_body=(contacts, 4), count=1),
+        **zeros(np.int64, tooth_area=arcs, tooth_groove=arcs, count=1),
+        contact=np.zeros(contacts, CONTACT),
         sweep=SweepWork(
             **zeros(gain=(n, 8), response=(n, 4), end=(3, 4), base=(2, 4), probe=(2, 4), inverse=(3, 3), load=4)
         ),

@@ -15,18 +15,9 @@ from trackdyn.model.record import ENERGY_NAMES, Record, make_record
 from trackdyn.parameters.layout import tensioner
 from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.validation import within
-from trackdyn.scene.build import shift_wheel
-from trackdyn.scene.carriers import CARRIED
+from trackdyn.scene.build import CARRIED, shift_wheel
 from trackdyn.scene.scene import LONGEST_RUN, MOST_STEPS, Scene
-from trackdyn.simulation.checkpoint import (
-    filled,
-    flat,
-    mapped,
-    read_checkpoint,
-    refuse_other_model,
-    refusing_damage,
-    write_checkpoint,
-)
+from trackdyn.simulation.checkpoint import filled, flat, mapped, read_checkpoint, write_checkpoint
 from trackdyn.simulation.recorder import CHUNK, Recorder
 from trackdyn.simulation.recording import Recording
 from trackdyn.simulation.settling import SettledLoops, allocate, settle, with_sliding
@@ -363,9 +354,7 @@ class Loop:
         InputError
             There is no such checkpoint, or other sources wrote it.
         """
-        data = read_checkpoint(path)
-        with refusing_damage(path):
-            return cls.restored(data)
+        return cls.restored(read_checkpoint(path))
 
     def describe(self) -> dict:
         """Everything that a checkpoint holds: the scene, where the wheels stand, all arrays."""
@@ -378,12 +367,9 @@ class Loop:
         fields = data["scene"]
         loop.scene = Scene(**fields | {"rig": Rig.model_validate(fields["rig"])})
         loop.layout = data["layout"]
-        if not np.isfinite(list(loop.layout.values())).all():
-            raise ValueError("layout holds a value that is not a finite number")
         room = allocate(loop.scene)
         if "tensioner_shift_m" in loop.layout:
             shift_wheel(room[0], loop.scene.rig, tensioner(loop.scene.rig), loop.layout["tensioner_shift_m"])
-        refuse_other_model(room[0], data["model"])
         loop._adopt(*(filled(part, data[name]) for part, name in zip(room, Parts._fields, strict=True)))
         return loop
 

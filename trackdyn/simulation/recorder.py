@@ -8,9 +8,9 @@ import numpy as np
 
 from trackdyn.errors import DivergenceError
 from trackdyn.model.constants import SPROCKET
-from trackdyn.model.record import SPELL_COLUMNS, PlaneRecord, Record, Spells, make_record
+from trackdyn.model.record import SPELL, PlaneRecord, Record, Spells, make_record
 from trackdyn.simulation.account import refuse_open_account
-from trackdyn.simulation.checkpoint import filled, refuse_other_places
+from trackdyn.simulation.checkpoint import filled
 from trackdyn.simulation.cost import refuse_too_large
 from trackdyn.simulation.recording import Recording, provenance
 from trackdyn.simulation.watch import Watch
@@ -118,39 +118,22 @@ class Recorder:
             "done": self.done, "begin": self.begin, "wall": self.wall, "alternating": self.alternating.tolist(),
             "found": self.watch.found, "off": self.watch.off,
         }  # fmt: skip
-        parts = {"progress": progress, "record": self.record, "ended": Ended(np.vstack(self.ended))}
+        parts = {"progress": progress, "record": self.record, "ended": Ended(np.concatenate(self.ended))}
         return self.loop.describe() | parts
 
     def restore(self, data: dict) -> None:
         """Go on from a checkpoint's data, the loop being its loop."""
-        refuse_other_places(self.record, data["record"], ("area", "groove", "spells"))
         self.record = filled(self.record, data["record"])
         self.ended = [data["ended"]["rows"]]
-        done, begin, self.wall = (data["progress"][name] for name in ("done", "begin", "wall"))
-        self.alternating = np.array(data["progress"]["alternating"], float).reshape(2)
-        if not (isinstance(done, int) and 0 <= done <= self.samples):
-            raise ValueError(f"done = {done}")
-        rate = self.loop.scene.rig.sensor.rate
-        if not (abs(begin + done / rate - self.loop.time) < 0.5 / rate and self.wall >= 0.0):
-            raise ValueError(f"begin = {begin}")
-        self.done, self.begin = done, begin
+        progress = data["progress"]
+        self.done, self.begin, self.wall = (progress[name] for name in ("done", "begin", "wall"))
+        self.alternating = np.array(progress["alternating"])
         self.watch = Watch(self)
-        found, off = (data["progress"][name] for name in ("found", "off"))
-        if not (isinstance(found, str) and len(off) == 2 and all(isinstance(part, float) for part in off)):
-            raise ValueError(f"off = {off}")
-        self.watch.found, self.watch.off = found, tuple(off)
-        if done:
-            recording = self._so_far()
-            if fault := recording.fault() or recording.fault_of_scene():
-                raise ValueError(fault)
+        self.watch.found, self.watch.off = progress["found"], tuple(progress["off"])
 
     def recording(self) -> Recording:
         """What was recorded so far, if it is finite and its energy balance closed (`refuse_open_account`)."""
         self._refuse_open_account()
-        return self._so_far().checked()
-
-    def _so_far(self) -> Recording:
-        """What was recorded so far, of a scene that asks for just that."""
         record, scene = self.record, self.loop.scene.with_(**self.requested)
         rate, stride = scene.rig.sensor.rate, record.frame_stride
         if self.done < self.samples:
@@ -166,7 +149,7 @@ class Recorder:
         recording = Recording(
             time=np.arange(1, self.done + 1) / rate,
             pitches=record.pitches + 1,
-            spells=np.vstack(self.ended) if self.ended else np.zeros((0, len(SPELL_COLUMNS))),
+            spells=np.concatenate(self.ended or [np.zeros(0, SPELL)]),
             begin=float(self.begin),
             frame_time=(np.arange(len(record.frame)) * stride + 1) / rate,
             meta=provenance(scene, self.loop.layout) | {"resolved": found._asdict() | {"share": share}},
@@ -174,7 +157,7 @@ class Recorder:
             **own,
         )
         vars(recording)["scene"] = scene  # not built from its description again
-        return recording
+        return recording.checked()
 
 
 def _mapped(record: Record, change: Callable[[np.ndarray], np.ndarray]) -> Record:

@@ -12,7 +12,7 @@ from tqdm import tqdm
 
 from trackdyn.model.constants import SPROCKET
 from trackdyn.model.record import Record
-from trackdyn.model.work import ARM_X, ARM_Y, BODY, FLANK, GUIDE, KIND, NORMAL_X, NORMAL_Y, RING, WHEEL
+from trackdyn.model.work import FLANK, GUIDE, RING, components
 from trackdyn.parameters.layout import wheel_names
 from trackdyn.parameters.validation import within
 from trackdyn.simulation.cost import BODY_STEP
@@ -127,24 +127,22 @@ def _look(loop: Loop, recording: Recording, complete: bool, frames: int, stride:
 def _contacts(loop: Loop) -> np.ndarray:
     """(k, 9) contacts of the present state; see `Stretch`."""
     chain, shoes, tooth, work = loop.model.chain, loop.model.shoes, loop.model.tooth, loop.work
-    count = int(work.count[0])
-    rows, places = work.contact[:count], work.contact_body[:count]
-    keep = (places[:, KIND] != GUIDE) & (np.hypot(rows[:, NORMAL_X], rows[:, NORMAL_Y]) > 0)
-    rows, places = rows[keep], places[keep]
-    body = places[:, BODY]
+    rows = work.contact[: work.count[0]]
+    rows = rows[(rows["kind"] != GUIDE) & components(rows, "normal").any(axis=1)]
+    body = rows["body"]
     c, s = work.cos[body], work.sin[body]
-    x = work.pin_x[body] + chain.com_x[body] * c - chain.com_y[body] * s + rows[:, ARM_X]
-    y = work.pin_y[body] + chain.com_x[body] * s + chain.com_y[body] * c + rows[:, ARM_Y]
+    x = work.pin_x[body] + chain.com_x[body] * c - chain.com_y[body] * s + rows["arm_x"]
+    y = work.pin_y[body] + chain.com_x[body] * s + chain.com_y[body] * c + rows["arm_y"]
     found = np.zeros((len(rows), 9))
-    found[:, 0] = np.where(places[:, KIND] == RING, 2, 2 + places[:, WHEEL])
-    found[:, 1:5] = np.column_stack([x, y, rows[:, NORMAL_X], rows[:, NORMAL_Y]])
-    found[:, 7], found[:, 8] = body, places[:, WHEEL]
+    found[:, 0] = np.where(rows["kind"] == RING, 2, 2 + rows["wheel"])
+    found[:, 1:5] = np.column_stack([x, y, rows["normal_x"], rows["normal_y"]])
+    found[:, 7], found[:, 8] = body, rows["wheel"]
     touching = np.flatnonzero(work.tooth_area)
     centre = np.column_stack([
         work.pin_x[shoes.arc_body] + shoes.arc_x * work.cos[shoes.arc_body],
         work.pin_y[shoes.arc_body] + shoes.arc_x * work.sin[shoes.arc_body],
     ])  # fmt: skip
-    for k in np.flatnonzero(places[:, KIND] == FLANK):
+    for k in np.flatnonzero(rows["kind"] == FLANK):
         # of the arcs of this body that touch, the one around whose middle the point lies
         arcs = touching[shoes.arc_body[touching] == body[k]]
         arc = arcs[np.argmin(np.abs(np.hypot(*(centre[arcs] - found[k, 1:3]).T) - tooth.arc_radius))]

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from trackdyn.model.constants import Model
-from trackdyn.model.record import END, PEAK, PEAK_TIME, PITCH, SIDE, Record
+from trackdyn.model.record import Record
 
 # Most that RMS and mean peak may differ with a finer step; half of it counts as resolved.
 RMS, PEAKS = 0.02, 0.05
@@ -63,19 +63,19 @@ def passed_pitches(model: Model, seconds: float) -> float:
 def largest_forces(ended, still, pitches: int, step: float, begin: float) -> tuple[np.ndarray, np.ndarray]:
     """Largest force of every pitch on each side (p, 3), N, and the ones among them that stand for one step (0 if not).
 
-    ``ended`` and ``still`` open contacts (`model.record.SPELL_COLUMNS`) were logged from the time ``begin`` (s) on. A
+    ``ended`` and ``still`` open contacts (`model.record.SPELL`) were logged from the time ``begin`` (s) on. A
     peak whose neighbours are more than half of it lies between two steps. One in the first step of the log, of a
     contact that lasted then, or in the last step of one that lasts has a neighbour that was not logged.
     """
     largest, alone = np.zeros((2, pitches, SIDES))
     for rows, lasts in ((ended, False), (still, True)):
         for row in rows:
-            place = int(row[PITCH]), int(row[SIDE])
-            if row[PEAK] > largest[place]:
-                steps = row[PEAK_TIME] / step
-                cut = row[PEAK_TIME] < begin + 1.5 * step or (lasts and row[PEAK_TIME] > row[END] - 1.5 * step)
+            place, peak, time = (int(row["pitch"]), int(row["side"])), row["peak_n"], row["peak_s"]
+            if peak > largest[place]:
+                steps = time / step
+                cut = time < begin + 1.5 * step or (lasts and time > row["end_s"] - 1.5 * step)
                 single = abs(steps - round(steps)) < 1e-5 and not cut
-                largest[place], alone[place] = row[PEAK], row[PEAK] * single
+                largest[place], alone[place] = peak, peak * single
     return largest, alone
 
 
@@ -112,8 +112,8 @@ def answer(record: Record, rows: slice, ended: list[np.ndarray], model: Model, b
         felt = mean[..., 1] + chain.gravity * np.cos(mean[..., 2])
         return np.sqrt((felt**2).mean())
 
-    still = record.spells.open[record.spells.open[:, END] > 0][:, : record.spells.rows.shape[1]]
-    largest, alone = largest_forces(np.vstack(ended), still, len(model.shoes.link_body), model.step, begin)
+    still = record.spells.open[record.spells.open["end_s"] > 0]
+    largest, alone = largest_forces(np.concatenate(ended), still, len(model.shoes.link_body), model.step, begin)
     peaks = largest.sum(axis=0)
     carries = _carries(peaks)
     return Answer(

@@ -10,11 +10,10 @@ import numpy as np
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.integrate.methods import equip
 from trackdyn.model.constants import SPROCKET, Model
-from trackdyn.model.state import SLIDE, SLIDE_RATE, Plane, State, make_state
+from trackdyn.model.state import Plane, State, make_state
 from trackdyn.model.work import Work, make_space_work, make_work
 from trackdyn.parameters.layout import free_loop, refuse_overlap
-from trackdyn.scene.build import shift_wheel, start_plane
-from trackdyn.scene.carriers import CARRIED, make_carriers, refuse_stops
+from trackdyn.scene.build import CARRIED, make_carriers, refuse_stops, shift_wheel, start_plane
 from trackdyn.scene.limits import elastic_depth
 from trackdyn.scene.scene import OF_THE_RECORD, Scene
 from trackdyn.simulation.tensioning import (
@@ -213,8 +212,9 @@ def _start(scene: Scene, settling: Settling) -> Start:
     if len(state.slide):
         refuse_stops(rig, carriers, state.slide)
         if scene.tension in CARRIED:
-            layout |= {"tensioner_slide_m": float(state.slide[carriers.tensioner, SLIDE])}
-        state.slide[:, SLIDE_RATE:] = 0.0
+            layout |= {"tensioner_slide_m": float(state.slide["q"][carriers.tensioner])}
+        for name in ("rate", "rate_before", "along_x", "along_y"):
+            state.slide[name] = 0.0
     refuse_overlap(rig, np.column_stack([model.wheels.x, model.wheels.y]))
     state.steps[0] = 0
     settling.scale_rates(0.0)

@@ -9,7 +9,7 @@ from tqdm import tqdm
 from trackdyn.errors import InputError
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.belt import belt_recording
-from trackdyn.simulation.checkpoint import read_checkpoint, refusing_damage, write_checkpoint
+from trackdyn.simulation.checkpoint import read_checkpoint, write_checkpoint
 from trackdyn.simulation.cost import refuse_too_large
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recorder import Recorder
@@ -102,13 +102,11 @@ def _writer(loop: Loop, origin: Loop | None = None) -> Recorder:
 
 def _resumed(path: Path | str, scene: Scene) -> Recorder:
     data = read_checkpoint(path)
-    with refusing_damage(path):
-        loop = Loop.restored(data)
+    loop = Loop.restored(data)
     if "settled_tension_n" in loop.layout:
         scene = scene.at_tension(loop.layout["settled_tension_n"])
     if loop.scene != scene:
         raise InputError(f"{path}: is the checkpoint of another scene; remove it to start again")
     writer = _writer(loop)
-    with refusing_damage(path):
-        writer.restore(data)
+    writer.restore(data)
     return writer

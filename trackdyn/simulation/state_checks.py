@@ -72,6 +72,11 @@ def _fault_of_method(state: State, work: Work) -> str | None:
     return "loop.work.stages: must be what integrate.methods.equip makes for an integrator"
 
 
+def numbers(array: np.ndarray) -> np.ndarray:
+    """The numbers of an array, of one with fields, too."""
+    return array.view(float) if array.dtype.names else array
+
+
 def limits_of(parts: Parts) -> dict[str, tuple]:
     """Least and largest value by dotted name: of numbers of the state, and of integers by which kernels look up places,
     which in a model must be what they are.
@@ -80,7 +85,7 @@ def limits_of(parts: Parts) -> dict[str, tuple]:
     for name, array in flat(parts).items():
         field = name.rpartition(".")[2]
         if name.startswith("state."):
-            most = np.full(array.shape, FARTHEST if field == "pin" else LARGEST)
+            most = np.full(numbers(array).shape, FARTHEST if field == "pin" else LARGEST)
             found[name] = -most, most
         elif name.startswith("model.") and array.dtype.kind in "iu" and field not in CHOICES:
             found[name] = array.copy(), array.copy()
@@ -99,7 +104,7 @@ def limits_of(parts: Parts) -> dict[str, tuple]:
 def fault_of_range(parts: Parts, limits: dict[str, tuple]) -> str | None:
     """Which number is none or out of its `limits_of`, as a sentence; None if all are in range."""
     for name, (low, high) in limits.items():
-        value = np.asarray(attrgetter(name)(parts))
+        value = numbers(np.asarray(attrgetter(name)(parts)))
         wrong = ~((low <= value) & (value <= high))
         if wrong.any():
             fixed, found = (low == high).all(), f"loop.{name} {'holds' if value.ndim else '='} {value[wrong][0]:g}"
@@ -122,12 +127,12 @@ def copied(parts: Parts, limits: dict[str, tuple]) -> tuple[Parts, tuple[np.ndar
     """
     arrays, joined = {name: np.array(array) for name, array in flat(parts).items()}, []
     for kind in "fi":
-        names = [name for name in limits if arrays[name].ndim and arrays[name].dtype.kind == kind]
-        columns = [arrays[name] for name in names], *([limits[name][k] for name in names] for k in range(2))
+        names = [name for name in limits if arrays[name].ndim and numbers(arrays[name]).dtype.kind == kind]
+        columns = [numbers(arrays[name]) for name in names], *([limits[name][k] for name in names] for k in range(2))
         joined += [np.concatenate([array.ravel() for array in column]) for column in columns]
-        ends = np.cumsum([arrays[name].size for name in names])[:-1]
+        ends = np.cumsum([array.size for array in columns[0]])[:-1]
         for name, part in zip(names, np.split(joined[-3], ends), strict=True):
-            arrays[name] = part.reshape(arrays[name].shape)
+            arrays[name] = part.view(arrays[name].dtype).reshape(arrays[name].shape)
 
     def own(name: str, leaf: Any) -> Any:
         if name.startswith("model.drive.") and name != "model.drive.motor.prescribed":

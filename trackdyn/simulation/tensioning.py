@@ -10,12 +10,11 @@ from trackdyn.errors import InputError
 from trackdyn.integrate.methods import METHODS, equip
 from trackdyn.model.constants import SPROCKET, Drive, Model
 from trackdyn.model.record import make_record
-from trackdyn.model.state import ALONG_X, SLIDE_RATE, State, make_state
+from trackdyn.model.state import SLIDE, State, make_state
 from trackdyn.model.work import Work, make_work
 from trackdyn.parameters.groove import depths_on_sprocket
 from trackdyn.parameters.layout import Assembly, assemble, belt_around, tensioner, travel_range
-from trackdyn.scene.build import shift_wheel
-from trackdyn.scene.carriers import CARRIED, make_carriers, preloads
+from trackdyn.scene.build import CARRIED, make_carriers, preloads, shift_wheel
 from trackdyn.scene.limits import largest_step
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.stepping import march
@@ -138,7 +137,8 @@ class Settling:
         state.rate[:] *= by
         state.pin[2:] *= by
         state.wheel_rate[:] *= by
-        state.slide[:, SLIDE_RATE:ALONG_X] *= by
+        for name in ("rate", "rate_before"):
+            state.slide[name] *= by
 
     def release(self) -> None:
         """Let wheels on carriers go, on springs that hold the chain as it lies unless the rig says how hard."""
@@ -147,7 +147,7 @@ class Settling:
         rest = np.zeros(len(carriers.wheel))
         carriers = carriers._replace(force=carriers.force[:1].copy())  # as when the run starts, however long this takes
         self.model = self.model._replace(carriers=carriers._replace(preload=preloads(rig, carriers, self.work, rest)))
-        self.state = self.state._replace(slide=np.zeros((len(rest), 5)))
+        self.state = self.state._replace(slide=np.zeros(len(rest), SLIDE))
         self.rest(0.4)
 
     def _way(self, tension: float) -> float:

@@ -45,7 +45,8 @@ class Watch:
         recorder = self.recorder
         self.origin, self.first_of_run = recorder.loop.copy(), False
         self.first, self.ended, self.alternating = recorder.done, len(recorder.ended), recorder.alternating.copy()
-        self.open, self.time = recorder.record.spells.open.copy(), recorder.loop.time
+        spells, self.time = recorder.record.spells, recorder.loop.time
+        self.open = spells.open.copy(), spells.last.copy()
 
     def look(self) -> None:
         """Judge a piece when it is over.
@@ -115,7 +116,7 @@ class Watch:
         finer = loop.__class__(loop.scene.with_(step=step)) if settled else loop.changed(step=step)
         finer.advance(self.time - loop.time)
         again = self.recorder.__class__(finer, seconds, (), 0.0, requested["spells"], requested["every_link"], False)
-        again.record.spells.open[:] = self.open
+        again.record.spells.open[:], again.record.spells.last[:] = self.open
         while not again.finished:
             again.chunk()
         return answer(again.record, slice(again.done), again.ended, finer.model, again.begin)

@@ -18,6 +18,7 @@ from PIL import Image
 from replication.paper.claims import VERDICTS
 from replication.report.page.builder import PageInputs, build_page, embedded_picture, write_page
 from trackdyn.errors import InputError
+from trackdyn.model.record import SPELL
 from trackdyn.parameters.layout import assemble
 from trackdyn.parameters.rig import load_rig
 from trackdyn.scene.scene import Scene
@@ -51,7 +52,7 @@ def turning(rpm, ring_radius, seconds, pitches=(1,), interval=0.01, sources=None
         time=time, raw=mean, mean=mean, gap=np.zeros(samples),
         **dict.fromkeys(("cut", "change", "place"), np.zeros((samples, 2))),
         wheel_rate=np.full((samples, 3), rate), energy=np.zeros((samples, 10)), force=force, area=area,
-        groove=(area > 0).astype(np.int8), pitches=np.array(pitches), spells=np.zeros((0, 11)), begin=1.0,
+        groove=(area > 0).astype(np.int8), pitches=np.array(pitches), spells=np.zeros(0, SPELL), begin=1.0,
         frame=frame, frame_time=frame_time,
         meta=provenance(scene, {"tensioner_shift_m": laid.shift})
         | {"sources": sources or source_hash(), "versions": {"numpy": np.__version__}},

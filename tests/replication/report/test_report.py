@@ -19,6 +19,7 @@ from replication.report.figures.scorecard import LOOKS, scorecard_figure
 from replication.report.parameters import table1
 from replication.report.statistics import lines_table, table3
 from trackdyn.errors import InputError
+from trackdyn.model.record import SPELL
 from trackdyn.parameters.layout import assemble
 from trackdyn.parameters.rig import load_rig
 from trackdyn.plots.drawing import (
@@ -69,7 +70,7 @@ def recording(ring_radius=0.308, rpm=RPM, frames=1):
         area=np.zeros((s, 1, 2), int),
         groove=np.zeros((s, 1, 2), int),
         pitches=np.array([1]),
-        spells=np.zeros((0, 11)),
+        spells=np.zeros(0, SPELL),
         begin=6.0,
         frame=np.tile(FRAME, (frames, 1)),
         frame_time=np.arange(frames) * 0.01,
