@@ -93,13 +93,6 @@ def with_plane(state, space, x, y, z, vx, vy):
 
 
 @kernel
-def item_of(work, link, wheel):
-    """Place of a link on a wheel in ``work.friction``."""
-    links, wheels = work.wheel_force.shape
-    return 2 * links + link * wheels + wheel
-
-
-@kernel
 def apply(model: Model, state: State, work: Work, touch: Touch, space, implicit):
     """Forces of a contact into the loads and onto the contact list; returns the normal force at this state, N."""
     law, body, wheel, nx, ny = touch.law, touch.body, touch.wheel, touch.normal_x, touch.normal_y
@@ -282,9 +275,10 @@ def wheel_loads(model: Model, state: State, work: Work, space, implicit):
     shoes, wheels, thick = model.shoes, model.wheels, model.wheels.half_thickness
     lead = 0.5 if implicit is None else 0.0
     z = height(state, space)
-    near = work.near
-    for item in range(near.count[1]):
-        link, wheel = near.link[item, 0], near.link[item, 1]
+    near, (links, count) = work.near, work.wheel_force.shape
+    for k in range(near.count[1]):
+        link, wheel = near.link[k, 0], near.link[k, 1]
+        item = 2 * links + link * count + wheel  # place in ``work.friction``
         body = shoes.link_body[link]
         c, s = work.cos[body], work.sin[body]
         start, end = shoes.link_start[link], shoes.link_end[link]
@@ -299,7 +293,7 @@ def wheel_loads(model: Model, state: State, work: Work, space, implicit):
             qz = az + min(max(fraction, 0.0), 1.0) * (bz - az)
             share = share_left(model, space, kind, qz - cz)
         if share <= 0.0:
-            work.wheel_force[link, wheel] = work.friction[0, item_of(work, link, wheel)] = 0.0
+            work.wheel_force[link, wheel] = work.friction[0, item] = 0.0
             state.wheel_impact[link, wheel] = 0.0
             continue
         inverse = 1.0 / distance
@@ -320,7 +314,7 @@ def wheel_loads(model: Model, state: State, work: Work, space, implicit):
         touch = Touch(
             body, wheel, kind, qx - thick * nx, qy - thick * ny, qz,
             nx, ny, depth, speed, impact, wheels.radius[wheel], share, 0.0,
-            lead, lead * model.step * wheels.slip[wheel], item_of(work, link, wheel), law,
+            lead, lead * model.step * wheels.slip[wheel], item, law,
         )  # fmt: skip
         work.wheel_force[link, wheel] = apply(model, state, work, touch, space, implicit)
         work.carried[wheel] += work.wheel_force[link, wheel]
