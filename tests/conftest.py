@@ -106,7 +106,7 @@ def unled():
     """
 
     def make(model, work):
-        for change in (work.com_dvx, work.com_dvy, work.turned):
+        for change in (work.com_dvx, work.com_dvy, work.delta_omega):
             change[:] = 0.0
         wheels = model.wheels._replace(slip=np.zeros_like(model.wheels.slip))
         return model._replace(tooth=model.tooth._replace(mobility=0.0), wheels=wheels)

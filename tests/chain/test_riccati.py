@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from replication.study.extremes import reference
-from trackdyn.chain.kinematics import bushing_lead, bushing_torques, orient, place
+from trackdyn.chain.kinematics import bushing_torques, damping_weight, orient, place
 from trackdyn.chain.riccati import accelerations
 from trackdyn.model.constants import Chain
 from trackdyn.model.state import make_state
@@ -205,7 +205,7 @@ def test_damping_of_the_bushings_is_taken_half_way_and_never_overshoots(decay):
     # equal bodies, mass centres at rest: both turn by half of the joint's rate, each against two bushings
     mobility = 2 * 2 / 0.01
     chain = Chain(length, np.ones(2), inertia, length / 2, np.zeros(2), 0.0, decay / mobility / 1e-4, 0.0, 9.81)
-    lead = bushing_lead(chain, 1e-4)
+    lead = damping_weight(chain, 1e-4)
     left = (1 - (1 - lead) * decay) / (1 + lead * decay)
     assert -1e-15 <= left <= 1.0
     if decay < 2.0:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from trackdyn.chain.kinematics import bushing_torques, orient, place
-from trackdyn.chain.plane import aim, plane_dynamics, turn_plane
+from trackdyn.chain.plane import plane_dynamics, turn_plane, update_frame
 from trackdyn.chain.riccati import accelerations
 from trackdyn.model.constants import Chain, Space
 from trackdyn.model.state import Plane, make_state
@@ -75,7 +75,7 @@ class Polygon:
         place(self.chain, self.state, work)
         work.force_x[:], work.force_y[:], room.force_z[:] = self.force.T
         room.moment_x[:], room.moment_y[:], work.moment[:] = self.moment.T
-        aim(self.model, self.state, room)
+        update_frame(self.model, self.state, room)
         plane_dynamics(self.model, self.state, work, room)
         return work, room
 

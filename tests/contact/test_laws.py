@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from trackdyn.contact.laws import elastic_force, friction_coefficient, impeded_speed, normal_force, stored_impact_speed
+from trackdyn.contact.laws import elastic_force, friction_coefficient, implicit_speed, normal_force, stored_impact_speed
 from trackdyn.scene.build import make_law
 
 STEEL, RUBBER = 1.154e11, 4.33e7
@@ -128,13 +128,13 @@ def test_contact_never_pulls_and_its_factor_is_limited():
 
 
 @pytest.mark.parametrize("given", [1e-8, 1e-5, 1e-2])
-def test_impeded_speed_is_that_under_its_own_force(given):
+def test_implicit_speed_is_that_under_its_own_force(given):
     contact = law(limit=1.4)
     clipped = set()
     for depth in (1e-7, 1e-5, 1e-3):
         elastic = elastic_force(contact.stiffness, depth, 0.05)
         for speed in np.linspace(-3.0, 3.0, 61):
-            found = impeded_speed(contact, elastic, speed, 0.3, given)
+            found = implicit_speed(contact, elastic, speed, 0.3, given)
             force = normal_force(contact, depth, found, 0.3, 0.05)
             # the sum of two numbers of the size of ``given * elastic`` and of the speed
             assert found + given * force == pytest.approx(speed, rel=1e-12, abs=1e-12 * (1 + given * elastic))
@@ -158,7 +158,7 @@ def impact_by_steps(contact, steps, impeded, mass=5.0, speed=0.35, radius=8e-4):
                 now = velocity + 0.5 * change
                 if impeded:
                     elastic = elastic_force(contact.stiffness, depth, radius)
-                    now = impeded_speed(contact, elastic, now + given * forces[-1], speed, given)
+                    now = implicit_speed(contact, elastic, now + given * forces[-1], speed, given)
                 force = normal_force(contact, depth, now, speed, radius)
             change = -h * force / mass
             velocity += change
@@ -170,7 +170,7 @@ def impact_by_steps(contact, steps, impeded, mass=5.0, speed=0.35, radius=8e-4):
 
 
 @pytest.mark.parametrize("restitution", [0.2, 0.5, 0.8])
-def test_impeded_speed_keeps_restitution_and_peak_of_an_impact_of_eight_steps(restitution):
+def test_implicit_speed_keeps_restitution_and_peak_of_an_impact_of_eight_steps(restitution):
     """As many as `standard` has where an arc meets a tooth. Led by the last step alone the mass would lose too much."""
     contact = law(restitution)
     peak, rebound = impact_by_steps(contact, 2000, True)

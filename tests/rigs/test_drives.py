@@ -7,7 +7,7 @@ import pytest
 
 from tests.rigs.conftest import scene_of
 from trackdyn.errors import InputError
-from trackdyn.integrate.carriers import given_force, slide
+from trackdyn.integrate.carriers import advance_carriers, given_force
 from trackdyn.integrate.run import shared
 from trackdyn.integrate.semi_implicit import driven_rate, rippled
 from trackdyn.model.constants import NO_MOTOR, NO_RIPPLE, SPROCKET, Drive, Motor, Ripple
@@ -80,7 +80,7 @@ def test_a_wheel_on_an_arm_swings_as_its_spring_says(settled):
     state.slide["q"][k] = 1e-3
     crossings, before = [], 1e-3
     for step in range(40_000):
-        slide(model, state, work, carriers)
+        advance_carriers(model, state, work, carriers)
         if before < 0 <= state.slide["q"][k]:
             crossings.append(step)
         before = state.slide["q"][k]

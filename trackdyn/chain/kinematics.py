@@ -45,7 +45,7 @@ def place(chain: Chain, state, work):
 
 
 @kernel
-def bushing_lead(chain: Chain, step):
+def damping_weight(chain: Chain, step):
     """Part of a step at which the damping torque of the bushings is taken: half, for its error is of second order
     there.
 

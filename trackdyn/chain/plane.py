@@ -33,7 +33,7 @@ from trackdyn.model.work import SpaceWork, Work
 
 
 @kernel
-def aim(model: Model, state: State, space: SpaceWork):
+def update_frame(model: Model, state: State, space: SpaceWork):
     """Rotation matrices, wheel centres and gravity as seen from the plane."""
     e, a = state.plane.attitude, space.attitude
     e0, e1, e2, e3 = e[0], e[1], e[2], e[3]

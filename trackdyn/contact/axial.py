@@ -69,7 +69,7 @@ def height(state, space):
 
 
 @kernel
-def lift(state, space, x, y):
+def normal_velocity(state, space, x, y):
     """Velocity of the chain's plane along its normal at a point, m/s."""
     if space is None:
         return 0.0
@@ -78,7 +78,7 @@ def lift(state, space, x, y):
 
 
 @kernel
-def share_left(model, space, kind, offset):
+def overlap_ratio(model, space, kind, offset):
     """`overlap` in space, 1 in the plane."""
     if space is None:
         return 1.0

@@ -24,19 +24,19 @@ def normal_force(law: Law, depth, speed, impact_speed, radius):
 
 
 @kernel
-def impeded_speed(law: Law, elastic, speed, impact_speed, given):
-    """Penetration velocity (m/s) under the force of Eq. 8 that it makes itself: v with ``v + given F(v) = speed``.
+def implicit_speed(law: Law, elastic, speed, impact_speed, compliance):
+    """Penetration velocity (m/s) under the force of Eq. 8 that it makes itself: v with ``v + compliance F(v) = speed``.
 
-    ``elastic`` is the force's elastic part (N), ``given`` what a unit of the force takes from the velocity, m/s/N. F
-    grows with v, piece by piece in proportion: there is one v.
+    ``elastic`` is the force's elastic part (N), ``compliance`` what a unit of the force takes from the velocity, m/s/N.
+    F grows with v, piece by piece in proportion: there is one v.
     """
     slope = law.loss / impact_speed
-    v = (speed - given * elastic) / (1.0 + given * elastic * slope)
+    v = (speed - compliance * elastic) / (1.0 + compliance * elastic * slope)
     factor = 1.0 + slope * v
     if factor < 0.0:
         return speed
     if factor > law.factor_limit:
-        return speed - given * elastic * law.factor_limit
+        return speed - compliance * elastic * law.factor_limit
     return v
 
 

@@ -15,13 +15,13 @@ from trackdyn.contact.axial import (
     friction_coefficients,
     guide_force,
     height,
-    lift,
+    normal_velocity,
+    overlap_ratio,
     own_centre,
-    share_left,
     to_plane_frame,
     to_wheel_frame,
 )
-from trackdyn.contact.laws import elastic_force, impeded_speed, normal_force, normal_slopes, stored_impact_speed
+from trackdyn.contact.laws import elastic_force, implicit_speed, normal_force, normal_slopes, stored_impact_speed
 from trackdyn.contact.tooth import find_area, groove_index, in_groove
 from trackdyn.jit import kernel
 from trackdyn.model.constants import SPROCKET, Law, Model, Wheels
@@ -33,13 +33,14 @@ from trackdyn.model.work import FLANK, GUIDE, RING, SURFACE, Work
 AHEAD = 0.5
 
 
-class Touch(NamedTuple):
+class ContactPoint(NamedTuple):
     """One contact: the body at a point of its wheel's frame, with the normal of the force on the body.
 
     ``depth`` (m), ``speed`` (m/s, positive while the depth grows), ``impact`` (its initial value) and ``radius``
     (m) are those of Eq. 8, ``share`` the part of the contact length that overlaps, ``axial`` the force of a
-    guide along the wheel's axis (N). Velocities are led by ``lead`` of what the last step changed; ``given`` is what
-    a unit of friction takes from the slip until then (m/s/N), ``item`` the contact's place in ``work.friction``.
+    guide along the wheel's axis (N). ``extrapolation`` is the share of the last step's change that is added to
+    velocities, ``slip_compliance`` what a unit of friction takes from the slip until then (m/s/N), ``item`` the
+    contact's place in ``work.friction``.
     """
 
     body: int
@@ -56,8 +57,8 @@ class Touch(NamedTuple):
     radius: float
     share: float
     axial: float
-    lead: float
-    given: float
+    extrapolation: float
+    slip_compliance: float
     item: int
     law: Law
 
@@ -73,14 +74,14 @@ def body_motion(model, state, work, body, x, y):
 
 
 @kernel
-def approach(work, body, vx, vy, ax, ay, lead):
+def extrapolated_velocity(work, body, vx, vy, ax, ay, extrapolation):
     """Velocity (m/s) of a body's point led ahead by a part of the last step's change.
 
     Damping forces would otherwise lag half a step behind the places that they are taken at. ``ax, ay`` is the arm
     from the mass centre, m.
     """
-    turn = lead * work.turned[body]
-    return vx + lead * work.com_dvx[body] - turn * ay, vy + lead * work.com_dvy[body] + turn * ax
+    turn = extrapolation * work.delta_omega[body]
+    return vx + extrapolation * work.com_dvx[body] - turn * ay, vy + extrapolation * work.com_dvy[body] + turn * ax
 
 
 @kernel
@@ -89,21 +90,21 @@ def with_plane(state, space, x, y, z, vx, vy):
     if space is None:
         return vx, vy, 0.0
     az, motion = z - state.plane.motion[OFFSET], state.plane.motion
-    return vx + motion[Q] * az, vy - motion[P] * az, lift(state, space, x, y)
+    return vx + motion[Q] * az, vy - motion[P] * az, normal_velocity(state, space, x, y)
 
 
 @kernel
-def apply(model: Model, state: State, work: Work, touch: Touch, space, implicit):
+def apply(model: Model, state: State, work: Work, point: ContactPoint, space, implicit):
     """Forces of a contact into the loads and onto the contact list; returns the normal force at this state, N."""
-    law, body, wheel, nx, ny = touch.law, touch.body, touch.wheel, touch.normal_x, touch.normal_y
-    x, y, z = to_plane_frame(space, wheel, touch.x, touch.y, touch.z)
+    law, body, wheel, nx, ny = point.law, point.body, point.wheel, point.normal_x, point.normal_y
+    x, y, z = to_plane_frame(space, wheel, point.x, point.y, point.z)
     ax, ay, vx, vy = body_motion(model, state, work, body, x, y)
-    px, py = approach(work, body, vx, vy, ax, ay, touch.lead)
+    px, py = extrapolated_velocity(work, body, vx, vy, ax, ay, point.extrapolation)
     vx, vy, vz = with_plane(state, space, x, y, z, vx, vy)
     px, py, _ = with_plane(state, space, x, y, z, px, py)
     cx, cy, cz = own_centre(model, space, wheel)
-    ox = touch.x - cx
-    oy = touch.y - cy
+    ox = point.x - cx
+    oy = point.y - cy
     ww = state.wheel_rate[wheel]
     # slip of the two material points: along tau = z x n (Eqs. 31, 38 with the links' own rotation) and along
     # the axis (Eqs. 32, 39)
@@ -112,7 +113,7 @@ def apply(model: Model, state: State, work: Work, touch: Touch, space, implicit)
     sx -= tx
     sy -= ty
     slip = -ny * (sx + ww * oy) + nx * (sy - ww * ox)
-    fn = touch.share * normal_force(law, touch.depth, touch.speed, touch.impact, touch.radius)
+    fn = point.share * normal_force(law, point.depth, point.speed, point.impact, point.radius)
     mu, axial_mu = friction_coefficients(model, space, law, slip, sz)
     present = fn
     row = work.contact[work.count[0]]
@@ -120,8 +121,8 @@ def apply(model: Model, state: State, work: Work, touch: Touch, space, implicit)
         # the normal force is led ahead by its slopes, friction to the end of the step by its secant;
         # the rest, proportional to the accelerations of the step, goes into the sweep
         step = model.step
-        stiffness, damping = normal_slopes(law, touch.depth, touch.speed, touch.impact, touch.radius)
-        fn += AHEAD * step * stiffness * touch.speed
+        stiffness, damping = normal_slopes(law, point.depth, point.speed, point.impact, point.radius)
+        fn += AHEAD * step * stiffness * point.speed
         normal = step * (damping + AHEAD * step * stiffness)
         if fn <= 0.0:
             fn = normal = 0.0
@@ -146,22 +147,22 @@ def apply(model: Model, state: State, work: Work, touch: Touch, space, implicit)
         row["normal_slope"] = normal
         row["friction_slope"] = across
     ft = -fn * mu
-    if touch.given > 0.0:
+    if point.slip_compliance > 0.0:
         # of its own force the slip has until then that of the step before: by the secant of Eq. 10
-        resisted = touch.given * fn * abs(mu) / max(abs(slip), 1e-9)
-        ft = (ft + resisted * work.friction[1, touch.item]) / (1.0 + resisted)
-        work.friction[0, touch.item] = ft
+        resisted = point.slip_compliance * fn * abs(mu) / max(abs(slip), 1e-9)
+        ft = (ft + resisted * work.friction[1, point.item]) / (1.0 + resisted)
+        work.friction[0, point.item] = ft
     across_force = -fn * axial_mu
     wx = fn * nx - ft * ny
     wy = fn * ny + ft * nx
-    wz = across_force + touch.axial
+    wz = across_force + point.axial
     fx, fy, fz = to_plane_frame(space, wheel, wx, wy, wz)
     turn = ox * wy - oy * wx
     work.force_x[body] += fx
     work.force_y[body] += fy
     work.moment[body] += ax * fy - ay * fx
     work.wheel_torque[wheel] -= turn
-    row["normal_x"], row["normal_y"], normal_z = to_plane_frame(space, wheel, fn * nx, fn * ny, touch.axial)
+    row["normal_x"], row["normal_y"], normal_z = to_plane_frame(space, wheel, fn * nx, fn * ny, point.axial)
     row["friction_x"], row["friction_y"], friction_z = to_plane_frame(space, wheel, -ft * ny, ft * nx, across_force)
     row["turn_x"], row["turn_y"], turn_z = to_plane_frame(space, wheel, -oy, ox, 0.0)
     row["arm_x"] = ax
@@ -174,7 +175,7 @@ def apply(model: Model, state: State, work: Work, touch: Touch, space, implicit)
         space.force_z[body] += fz
         space.moment_x[body] += ay * fz - az * fy
         space.moment_y[body] += az * fx - ax * fz
-        oz = touch.z - cz
+        oz = point.z - cz
         load = space.wheel_load
         load[wheel, 0] -= wx
         load[wheel, 1] -= wy
@@ -191,7 +192,7 @@ def apply(model: Model, state: State, work: Work, touch: Touch, space, implicit)
         row["pin_y"] = y - state.pin[1]
     row["body"] = body
     row["wheel"] = wheel
-    row["kind"] = touch.kind
+    row["kind"] = point.kind
     work.count[0] += 1
     return present
 
@@ -210,9 +211,9 @@ def tooth_loads(model: Model, state: State, work: Work, space, implicit):
     cx, cy, cz = own_centre(model, space, SPROCKET)
     mx, my, mz = centre_in_plane(model, space, SPROCKET)
     dz = height(state, space) - mz
-    lead = 0.5 if implicit is None else 0.0
-    given = lead * model.step * tooth.mobility
-    half = lead * model.step if given > 0.0 else 0.0
+    extrapolation = 0.5 if implicit is None else 0.0
+    compliance = extrapolation * model.step * tooth.mobility
+    half = extrapolation * model.step if compliance > 0.0 else 0.0
     reach = tooth.addendum + tooth.arc_radius  # Eq. 18
     rc = tooth.arc_radius
     near = work.near
@@ -228,7 +229,7 @@ def tooth_loads(model: Model, state: State, work: Work, space, implicit):
         k = near.groove[arc]
         depth = nkx = nky = radius = ck = sk = share = 0.0
         if lx * lx + ly * ly <= reach * reach:
-            share = share_left(model, space, FLANK, lz)
+            share = overlap_ratio(model, space, FLANK, lz)
         if share > 0.0:
             # each arc searches the groove that its own centre is in: tips are shared by neighbours
             ck, sk, x_k, y_k = in_groove(tooth, k, cs, ss, lx, ly)
@@ -249,23 +250,25 @@ def tooth_loads(model: Model, state: State, work: Work, space, implicit):
         w = state.rate[body]
         gx = (chain.com_x[body] - along) * c - chain.com_y[body] * s
         gy = (chain.com_x[body] - along) * s + chain.com_y[body] * c
-        vx, vy = approach(work, body, work.com_vx[body] + w * gy, work.com_vy[body] - w * gx, -gx, -gy, lead)
-        vx, vy, _ = to_wheel_frame(space, SPROCKET, vx, vy, lift(state, space, x, y))
+        vx, vy = extrapolated_velocity(
+            work, body, work.com_vx[body] + w * gy, work.com_vy[body] - w * gx, -gx, -gy, extrapolation
+        )
+        vx, vy, _ = to_wheel_frame(space, SPROCKET, vx, vy, normal_velocity(state, space, x, y))
         vx += ws * ly
         vy -= ws * lx
         speed = -(nx * vx + ny * vy)
         impact = stored_impact_speed(state.tooth_impact[arc], speed, tooth.law.speed_floor)
         state.tooth_impact[arc] = impact
-        if given > 0.0:
+        if compliance > 0.0:
             elastic = share * elastic_force(tooth.law.stiffness, depth, radius)
-            speed = impeded_speed(tooth.law, elastic, speed + given * work.tooth_before[arc], impact, given)
+            speed = implicit_speed(tooth.law, elastic, speed + compliance * work.tooth_before[arc], impact, compliance)
         ex = nx * c + ny * s
         slides = (tooth.slip[arc % 2, 0] * ex + tooth.slip[arc % 2, 1]) * ex + tooth.slip[arc % 2, 2]
-        touch = Touch(
+        point = ContactPoint(
             body, SPROCKET, FLANK, cx + lx - rc * nx, cy + ly - rc * ny, cz + lz,
-            nx, ny, depth, speed, impact, radius, share, 0.0, lead, half * slides, arc, tooth.law,
+            nx, ny, depth, speed, impact, radius, share, 0.0, extrapolation, half * slides, arc, tooth.law,
         )  # fmt: skip
-        work.tooth_force[arc] = apply(model, state, work, touch, space, implicit)
+        work.tooth_force[arc] = apply(model, state, work, point, space, implicit)
         work.contact[work.count[0] - 1]["area"] = area
 
 
@@ -273,7 +276,7 @@ def tooth_loads(model: Model, state: State, work: Work, space, implicit):
 def wheel_loads(model: Model, state: State, work: Work, space, implicit):
     """Contact of every link near a wheel with it (Fig. 12)."""
     shoes, wheels, thick = model.shoes, model.wheels, model.wheels.half_thickness
-    lead = 0.5 if implicit is None else 0.0
+    extrapolation = 0.5 if implicit is None else 0.0
     z = height(state, space)
     near, (links, count) = work.near, work.wheel_force.shape
     for k in range(near.count[1]):
@@ -291,7 +294,7 @@ def wheel_loads(model: Model, state: State, work: Work, space, implicit):
         share = qz = 0.0
         if depth > 0.0:
             qz = az + min(max(fraction, 0.0), 1.0) * (bz - az)
-            share = share_left(model, space, kind, qz - cz)
+            share = overlap_ratio(model, space, kind, qz - cz)
         if share <= 0.0:
             work.wheel_force[link, wheel] = work.friction[0, item] = 0.0
             state.wheel_impact[link, wheel] = 0.0
@@ -301,7 +304,7 @@ def wheel_loads(model: Model, state: State, work: Work, space, implicit):
         ny = (qy - cy) * inverse
         x, y, height_there = to_plane_frame(space, wheel, qx, qy, qz)
         gx, gy, vx, vy = body_motion(model, state, work, body, x, y)
-        vx, vy = approach(work, body, vx, vy, gx, gy, lead)
+        vx, vy = extrapolated_velocity(work, body, vx, vy, gx, gy, extrapolation)
         vx, vy, vz = with_plane(state, space, x, y, height_there, vx, vy)
         vx, vy, _ = to_wheel_frame(space, wheel, vx, vy, vz)
         tx, ty = wheel_velocity(state, model.carriers, wheel)
@@ -311,12 +314,12 @@ def wheel_loads(model: Model, state: State, work: Work, space, implicit):
         law = wheel_law(wheels, wheel, wheels.own_law)
         impact = stored_impact_speed(state.wheel_impact[link, wheel], speed, law.speed_floor)
         state.wheel_impact[link, wheel] = impact
-        touch = Touch(
+        point = ContactPoint(
             body, wheel, kind, qx - thick * nx, qy - thick * ny, qz,
             nx, ny, depth, speed, impact, wheels.radius[wheel], share, 0.0,
-            lead, lead * model.step * wheels.slip[wheel], item, law,
+            extrapolation, extrapolation * model.step * wheels.slip[wheel], item, law,
         )  # fmt: skip
-        work.wheel_force[link, wheel] = apply(model, state, work, touch, space, implicit)
+        work.wheel_force[link, wheel] = apply(model, state, work, point, space, implicit)
         work.carried[wheel] += work.wheel_force[link, wheel]
 
 
@@ -343,19 +346,19 @@ def guide_loads(model: Model, state: State, work: Work, space, implicit):
             vx, vy, vz = with_plane(state, space, x, y, z, vx, vy)
             _, _, speed = to_wheel_frame(space, wheel, vx, vy, vz)
             # neither depth nor normal: only the axial force is left of the contact
-            touch = Touch(
+            point = ContactPoint(
                 body, wheel, GUIDE, cx + lx, cy + ly, cz + lz, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0,
                 guide_force(model.space, lz, speed), 0.0, 0.0, 0, model.tooth.law,
             )  # fmt: skip
-            apply(model, state, work, touch, space, implicit)
+            apply(model, state, work, point, space, implicit)
 
 
 @kernel
 def contact_loads(model: Model, state: State, work: Work, space=None, implicit=None):
     """Contact loads on bodies and wheels at the present state.
 
-    ``space`` is ``work.space``, its wheels seen from the plane as it is (`chain.plane.aim`); with ``implicit`` the
-    forces are led to the end of the step and their slopes added up for the linearly implicit sweep.
+    ``space`` is ``work.space``, its wheels seen from the plane as it is (`chain.plane.update_frame`); with ``implicit``
+    the forces are led to the end of the step and their slopes added up for the linearly implicit sweep.
     """
     work.force_x[:] = 0.0
     work.force_y[:] = 0.0

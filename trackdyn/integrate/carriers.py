@@ -23,7 +23,7 @@ def along(carriers: Carriers, k, q):
 
 
 @kernel
-def put(model: Model, carriers: Carriers, k, q):
+def place_wheel(model: Model, carriers: Carriers, k, q):
     """Put the wheel of carrier ``k`` where its coordinate says."""
     wheel = carriers.wheel[k]
     tx, ty = along(carriers, k, q)
@@ -63,7 +63,7 @@ def given_force(carriers: Carriers, k, time, force):
 
 
 @kernel
-def slide(model: Model, state: State, work: Work, carriers):
+def advance_carriers(model: Model, state: State, work: Work, carriers):
     """Advance the carriers by semi-implicit Euler, their dampers taken at the end of the step.
 
     At a stop a carrier stays where it is and loses its velocity; that and the damper's work count as bearing losses,
@@ -96,7 +96,7 @@ def slide(model: Model, state: State, work: Work, carriers):
         moved["rate_before"] = old
         moved["along_x"] = tx
         moved["along_y"] = ty
-        put(model, carriers, k, place)
+        place_wheel(model, carriers, k, place)
 
 
 @kernel

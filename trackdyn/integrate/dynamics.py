@@ -2,9 +2,9 @@
 
 from trackdyn.chain import implicit as linear
 from trackdyn.chain import riccati
-from trackdyn.chain.kinematics import bushing_lead, bushing_torques
+from trackdyn.chain.kinematics import bushing_torques, damping_weight
 from trackdyn.chain.maxwell import add_moments
-from trackdyn.chain.plane import aim
+from trackdyn.chain.plane import update_frame
 from trackdyn.chain.riccati import close, close_compliant
 from trackdyn.contact.loads import contact_loads
 from trackdyn.jit import kernel
@@ -17,7 +17,7 @@ from trackdyn.model.work import Work
 def evaluate_loads(model: Model, state: State, work: Work, space, implicit):
     """Contacts and bushings at the present state, led to the end of the step by a linearly implicit integrator."""
     if space is not None:
-        aim(model, state, space)
+        update_frame(model, state, space)
     contact_loads(model, state, work, space, implicit)
     ahead = 0.0 if implicit is None else model.step
     bushing_torques(model.chain, state, work, ahead)
@@ -33,7 +33,7 @@ def solve_chain(model: Model, state: State, work: Work, step, implicit):
     """
     chain, cut, closure, sweep = model.chain, work.cut, model.closure, work.sweep
     probe = model.sensor.body
-    damping = bushing_lead(chain, step) * step * chain.damping
+    damping = damping_weight(chain, step) * step * chain.damping
     stiff = force_x = force_y = 0.0
     if closure.compliant:
         stiff = step * (step * closure.stiffness + closure.damping)
@@ -116,7 +116,7 @@ def accumulate(work: Work, weight, links):
 
 
 @kernel
-def follow(work: Work):
+def accumulate_jumps(work: Work):
     """Add what the sensed y acceleration changed since the step before to the sums of the sample."""
     seen = work.change
     change = work.sensed[1] - seen[0]

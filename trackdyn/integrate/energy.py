@@ -39,7 +39,7 @@ def account(model: Model, state: State, work: Work, lead, space, sliding=None):
         row = work.contact[k]
         body = row["body"]
         wheel = row["wheel"]
-        dw = work.turned[body]
+        dw = work.delta_omega[body]
         vx = row["speed_x"] + 0.5 * (work.com_dvx[body] - dw * row["arm_y"])
         vy = row["speed_y"] + 0.5 * (work.com_dvy[body] + dw * row["arm_x"])
         ww = 0.5 * (row["rate"] + state.wheel_rate[wheel])
@@ -87,7 +87,7 @@ def finish_forces(model: Model, state: State, work: Work, implicit: ImplicitWork
     """Contact forces of a linearly implicit step with the part that its accelerations add.
 
     The rows of the contact list hold the forces led ahead without it. Called between the sweep and the
-    step; overwrites ``com_dvx, com_dvy, turned``, which the step fills afterwards.
+    step; overwrites ``com_dvx, com_dvy, delta_omega``, which the step fills afterwards.
     """
     chain, sweep = model.chain, work.sweep
     base, response, load = sweep.base, sweep.response, sweep.load
@@ -97,7 +97,7 @@ def finish_forces(model: Model, state: State, work: Work, implicit: ImplicitWork
         alpha = response[i, 0] * load[0] + response[i, 1] * load[1] + response[i, 2] * load[2] + response[i, 3]
         work.com_dvx[i] = ax  # of the input pin
         work.com_dvy[i] = ay
-        work.turned[i] = alpha
+        work.delta_omega[i] = alpha
         dx = chain.length[i] * work.cos[i]
         dy = chain.length[i] * work.sin[i]
         w2 = state.rate[i] * state.rate[i]
@@ -114,8 +114,8 @@ def finish_forces(model: Model, state: State, work: Work, implicit: ImplicitWork
         c, s = work.cos[body], work.sin[body]
         rx = row["arm_x"] + chain.com_x[body] * c - chain.com_y[body] * s
         ry = row["arm_y"] + chain.com_x[body] * s + chain.com_y[body] * c
-        px = work.com_dvx[body] - work.turned[body] * ry
-        py = work.com_dvy[body] + work.turned[body] * rx
+        px = work.com_dvx[body] - work.delta_omega[body] * ry
+        py = work.com_dvy[body] + work.delta_omega[body] * rx
         turn = 0.0 if wheel == SPROCKET else implicit.load[3 + wheel] * (row["turn_y"] * nx - row["turn_x"] * ny)
         normal = -row["normal_slope"] * (nx * px + ny * py)
         across = -row["friction_slope"] * (nx * py - ny * px - turn)

@@ -7,13 +7,13 @@ What costs no time where there is none of it has arrays without entries, or zero
 
 from math import sqrt
 
-from trackdyn.chain.kinematics import bushing_lead, orient, place
+from trackdyn.chain.kinematics import damping_weight, orient, place
 from trackdyn.chain.maxwell import relax
 from trackdyn.chain.plane import plane_dynamics, turn_plane
-from trackdyn.integrate.carriers import slide
-from trackdyn.integrate.dynamics import accumulate, evaluate_loads, follow, sense, sense_links, solve_chain
+from trackdyn.integrate.carriers import advance_carriers
+from trackdyn.integrate.dynamics import accumulate, accumulate_jumps, evaluate_loads, sense, sense_links, solve_chain
 from trackdyn.integrate.energy import account, energies, finish_forces
-from trackdyn.integrate.runge_kutta import march
+from trackdyn.integrate.runge_kutta import rk_step
 from trackdyn.integrate.semi_implicit import RATE_LIMIT, advance
 from trackdyn.integrate.spells import log_spells
 from trackdyn.jit import kernel
@@ -70,7 +70,7 @@ def _refresh(model: Model, state: State, work: Work, space, implicit):
 def _run(model: Model, state: State, work: Work, record: Record, rows, space, implicit, sliding):
     """Steps of order 1: the chain solved, velocities, places, then the loads of the next step."""
     links = record.link_mean.shape[1]
-    lead = bushing_lead(model.chain, model.step) if implicit is None else 1.0
+    lead = damping_weight(model.chain, model.step) if implicit is None else 1.0
     _refresh(model, state, work, space, implicit)
     for sample in range(rows[0], rows[1]):
         _begin(state, work)
@@ -86,18 +86,18 @@ def _run(model: Model, state: State, work: Work, record: Record, rows, space, im
             if links > 0:
                 sense_links(model, state, work, space)
             accumulate(work, 1.0, links)
-            follow(work)
+            accumulate_jumps(work)
             if implicit is not None:
                 finish_forces(model, state, work, implicit)
             bad = advance(model, state, work, implicit)
             if bad >= 0:
                 return bad
-            _look(model, state, work)
+            _detect_chatter(model, state, work)
             if space is not None:
                 turn_plane(model, state, space)
                 if not abs(state.plane.motion[P]) + abs(state.plane.motion[Q]) < RATE_LIMIT:
                     return 0
-            slide(model, state, work, model.carriers)
+            advance_carriers(model, state, work, model.carriers)
             place(model.chain, state, work)
             account(model, state, work, lead, space, sliding)
             relax(model, state, work, BUSHING_LOSS, model.branches)
@@ -110,7 +110,7 @@ def _run(model: Model, state: State, work: Work, record: Record, rows, space, im
             if record.spells.enabled:
                 log_spells(record.spells, state, work, state.steps[0] * model.step, model.step)
             _watch(work)
-        _keep(model, state, work, record, sample, space)
+        _write_sample(model, state, work, record, sample, space)
         if sliding is not None:
             for k in range(record.sliding.shape[1]):
                 record.sliding[sample, k] = sliding[k]
@@ -124,11 +124,11 @@ def _march(model: Model, state: State, work: Work, record: Record, rows, stages)
     for sample in range(rows[0], rows[1]):
         _begin(state, work)
         for _ in range(model.stride):
-            bad = march(model, state, work, record, stages)
+            bad = rk_step(model, state, work, record, stages)
             if bad >= 0:
                 return bad
             _watch(work)
-        _keep(model, state, work, record, sample, None)
+        _write_sample(model, state, work, record, sample, None)
     return -1
 
 
@@ -165,7 +165,7 @@ def _watch(work: Work):
 
 
 @kernel
-def _look(model: Model, state: State, work: Work):
+def _detect_chatter(model: Model, state: State, work: Work):
     """What alternates in the motion of all bodies from step to step, a sixteenth of the time.
 
     The second difference of three steps in a row is four times the amplitude of what flips from one to the next, and
@@ -174,17 +174,17 @@ def _look(model: Model, state: State, work: Work):
     phase = state.steps[0] % BETWEEN_LOOKS
     if phase > 2:
         return
-    dvx, dvy, lately = work.com_dvx, work.com_dvy, work.lately
+    dvx, dvy, velocity_history = work.com_dvx, work.com_dvy, work.velocity_history
     if phase < 2:
         for i in range(dvx.shape[0]):
-            lately[phase, 0, i] = dvx[i]
-            lately[phase, 1, i] = dvy[i]
+            velocity_history[phase, 0, i] = dvx[i]
+            velocity_history[phase, 1, i] = dvy[i]
         return
     mass = model.chain.mass
     total = found = 0.0
     for i in range(dvx.shape[0]):
-        x = lately[0, 0, i] - 2.0 * lately[1, 0, i] + dvx[i]
-        y = lately[0, 1, i] - 2.0 * lately[1, 1, i] + dvy[i]
+        x = velocity_history[0, 0, i] - 2.0 * velocity_history[1, 0, i] + dvx[i]
+        y = velocity_history[0, 1, i] - 2.0 * velocity_history[1, 1, i] + dvy[i]
         found += mass[i] * (x * x + y * y)
         total += mass[i]
     work.alternating[0] += found / (16.0 * total)
@@ -192,7 +192,7 @@ def _look(model: Model, state: State, work: Work):
 
 
 @kernel
-def _keep(model: Model, state: State, work: Work, record: Record, sample, space):
+def _write_sample(model: Model, state: State, work: Work, record: Record, sample, space):
     """Fill the rows of one sample."""
     n = state.angle.shape[0]
     for k in range(3):

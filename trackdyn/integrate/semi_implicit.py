@@ -4,9 +4,10 @@ Velocities are advanced with the accelerations at the start of the step, positio
 of the gap of the cut joint, of second order in the step, is taken from positions and velocities alike (the SHAKE form)
 by a load through the cut: the sweep knows the chain's response to it, at two multiply-adds a body. A free loop without
 damping gains about 7e-4 of its energy in 20 s, steadily. Velocities belong to the middle of a step, and there damping
-is taken: that of the bushings by the sweep (`chain.kinematics.bushing_lead`), that of contacts with velocities led
-ahead by half of what the last step changed them (`contact.loads.approach`), on the teeth also by what the force itself
-adds in this one (`contact.laws.impeded_speed`). Without that, forces that last a few steps come out a tenth too high.
+is taken: that of the bushings by the sweep (`chain.kinematics.damping_weight`), that of contacts with velocities led
+ahead by half of what the last step changed them (`contact.loads.extrapolated_velocity`), on the teeth also by what the
+force itself adds in this one (`contact.laws.implicit_speed`). Without that, forces that last a few steps come out a
+tenth too high.
 """
 
 from math import sin
@@ -115,18 +116,18 @@ def advance(model: Model, state: State, work: Work, implicit):
     state.pin[2] += dvx
     state.pin[3] += dvy
     # A processor works on several bodies at once where a loop has neither a branch nor a sum from body to body.
-    response, turned, rate, cos, sin = sweep.response, work.turned, state.rate, work.cos, work.sin
+    response, delta_omega, rate, cos, sin = sweep.response, work.delta_omega, state.rate, work.cos, work.sin
     for i in range(n):
-        turned[i] = h * (response[i, 0] * lx + response[i, 1] * ly + response[i, 2] * lm + response[i, 3])
+        delta_omega[i] = h * (response[i, 0] * lx + response[i, 1] * ly + response[i, 2] * lm + response[i, 3])
     for i in range(n):
-        dw, c, s = turned[i], cos[i], sin[i]
+        dw, c, s = delta_omega[i], cos[i], sin[i]
         work.com_dvx[i] = dvx - dw * (chain.com_x[i] * s + chain.com_y[i] * c)
         work.com_dvy[i] = dvy + dw * (chain.com_x[i] * c - chain.com_y[i] * s)
         dvx -= dw * (chain.length[i] * s)
         dvy += dw * (chain.length[i] * c)
     far = 0
     for i in range(n):
-        rate[i] += turned[i]
+        rate[i] += delta_omega[i]
         far += not abs(rate[i]) < RATE_LIMIT
     bad = _first_beyond(rate) if far > 0 else -1
     _rotate(state.angle, rate, h, cos, sin)
@@ -139,17 +140,17 @@ def advance(model: Model, state: State, work: Work, implicit):
     if model.closure.compliant:
         gx = gy = 0.0  # a gap is part of the model, not an error
     # extra cut load that closes the gap: end - start moves by h^2 (closure matrix) d_lambda
-    inv, added = sweep.inverse, work.added
+    inv, projection_delta = sweep.inverse, work.projection_delta
     dx = -(inv[0, 0] * gx + inv[0, 1] * gy) / h
     dy = -(inv[1, 0] * gx + inv[1, 1] * gy) / h
     dm = -(inv[2, 0] * gx + inv[2, 1] * gy) / h
     for i in range(n):
-        added[i] = response[i, 0] * dx + response[i, 1] * dy + response[i, 2] * dm
+        projection_delta[i] = response[i, 0] * dx + response[i, 1] * dy + response[i, 2] * dm
     for i in range(n):
-        rate[i] += added[i]
-        turned[i] += added[i]
+        rate[i] += projection_delta[i]
+        delta_omega[i] += projection_delta[i]
     for i in range(n):
-        d = h * added[i]
+        d = h * projection_delta[i]
         state.angle[i] += d
         # d is of third order in the step: two terms of the rotation leave nothing in double precision
         c, s = cos[i], sin[i]

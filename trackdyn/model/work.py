@@ -130,12 +130,12 @@ class Work(NamedTuple):
     # com_vx, com_vy: (n,) velocities of the mass centres, m/s
     com_vx: np.ndarray
     com_vy: np.ndarray
-    # com_dvx, com_dvy, turned: (n,) what the last step of semi-implicit Euler added to them (m/s) and to the angular
-    # velocities (rad/s)
+    # com_dvx, com_dvy, delta_omega: (n,) what the last step of semi-implicit Euler added to them (m/s) and to the
+    # angular velocities (rad/s)
     com_dvx: np.ndarray
     com_dvy: np.ndarray
-    turned: np.ndarray
-    added: np.ndarray  # (n,) what its projection added to the angular velocities, rad/s
+    delta_omega: np.ndarray
+    projection_delta: np.ndarray  # (n,) what its projection added to the angular velocities, rad/s
     # force_x, force_y, moment: (n,) loads of the contacts on the bodies about their mass centres, N and N m
     force_x: np.ndarray
     force_y: np.ndarray
@@ -168,7 +168,7 @@ class Work(NamedTuple):
     # change and of the product of two changes in a row
     change: np.ndarray
     # (2, 2, n) ``com_dvx, com_dvy`` of the last two steps that were looked at, the older first (`integrate.run`), m/s
-    lately: np.ndarray
+    velocity_history: np.ndarray
     # (2,) sum over the looks so far of the mean square of what alternates in the bodies' changes of velocity, weighted
     # with their masses (m2/s2), and the number of looks
     alternating: np.ndarray
@@ -187,11 +187,22 @@ def make_work(n: int, pitches: int, wheels: int) -> Work:
     """Allocate the arrays of a planar step of semi-implicit Euler."""
     arcs, contacts = 2 * pitches, pitches * (2 + 2 * wheels)  # both arcs, a link and a guide on every wheel
     return Work(
-        **zeros(cos=n, sin=n, pin_x=n + 1, pin_y=n + 1, com_vx=n, com_vy=n, com_dvx=n, com_dvy=n, turned=n, added=n),
+        **zeros(
+            cos=n,
+            sin=n,
+            pin_x=n + 1,
+            pin_y=n + 1,
+            com_vx=n,
+            com_vy=n,
+            com_dvx=n,
+            com_dvy=n,
+            delta_omega=n,
+            projection_delta=n,
+        ),
         **zeros(force_x=n, force_y=n, moment=n, torque=n, joint_rate=n, joint_loss=n, wheel_torque=wheels),
         **zeros(tooth_force=arcs, tooth_before=arcs, wheel_force=(pitches, wheels), carried=wheels),
         **zeros(friction=(2, arcs + pitches * wheels), links=(pitches, 6)),
-        **zeros(cut=6, worst=3, sensed=6, change=4, lately=(2, 2, n), alternating=2),
+        **zeros(cut=6, worst=3, sensed=6, change=4, velocity_history=(2, 2, n), alternating=2),
         **zeros(np.int64, tooth_area=arcs, tooth_groove=arcs, count=1),
         contact=np.zeros(contacts, CONTACT),
         sweep=SweepWork(
