@@ -147,9 +147,13 @@ def test_a_damaged_checkpoint_is_refused(checkpoint):
 
 def test_a_checkpoint_of_other_sources_or_of_another_scene_says_so(checkpoint, monkeypatch):
     path, _ = checkpoint
-    with pytest.raises(InputError, match="is the checkpoint of another scene; remove it to start again"):
-        simulate(Scene(load_rig(RIG), 115.0), checkpoint=path)
+    free = Scene(load_rig(RIG), 0.0, loop="free", ring_radius=None)
+    for other in (Scene(load_rig(RIG), 115.0), free.with_(duration=2.0), free.with_(rig=free.rig.changed(gravity=9.8))):
+        with pytest.raises(InputError, match="is the checkpoint of another scene; remove it to start again"):
+            simulate(other, checkpoint=path)
     monkeypatch.setattr("trackdyn.simulation.checkpoint.source_hash", lambda: "other")
-    with pytest.raises(InputError) as caught:
-        Loop.load(path)
-    one_sentence(caught, "was written by another version", "remove it to start again")
+    for read in (Loop.load, lambda name: simulate(free, checkpoint=name)):
+        with pytest.raises(InputError) as caught:
+            read(path)
+        one_sentence(caught, "was written by another version", "remove it to start again")
+    assert path.exists()
