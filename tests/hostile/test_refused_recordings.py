@@ -157,3 +157,8 @@ def test_a_checkpoint_of_other_sources_or_of_another_scene_says_so(checkpoint, m
             read(path)
         one_sentence(caught, "was written by another version", "remove it to start again")
     assert path.exists()
+
+
+def test_a_recording_is_no_checkpoint(belt_file):
+    with pytest.raises(InputError, match="is a recording, not a checkpoint; name another file"):
+        Loop.load(belt_file)

@@ -4,6 +4,7 @@ belongs to.
 
 import numpy as np
 
+from trackdyn.model.record import SPELL
 from trackdyn.simulation.recording import Recording
 
 SIDES = ("left", "right", "ring")
@@ -64,7 +65,7 @@ def _merged(recording: Recording, gap: float) -> dict[str, np.ndarray]:
     begin = recording.begin + 1.5 * recording.scene.step
     begun = recording.spells[recording.spells["start_s"] > begin]
     order = np.lexsort([begun[name] for name in ("start_s", "groove", "side", "pitch")])
-    log = {name: begun[name][order] for name in begun.dtype.names}
+    log = {name: begun[name][order] for name in SPELL.names or ()}
     integers = ("pitch", "side", "groove", "areas")
     log |= {name: log[name].astype(int) for name in integers}
     begins = np.ones(len(order), bool)
