@@ -40,13 +40,13 @@ def _limit(unit: "Unit", torque: float, exchange: float) -> None:
     if not 0.0 <= torque < inf:
         raise InputError(f"torque_limit = {torque:g} N m: must be finite and at least 0")
     drive = unit.loop.model.drive
-    unit.loop._held.steer(drive._replace(motor=drive.motor._replace(torque=float(torque))))
+    unit.loop._arrays.steer(drive._replace(motor=drive.motor._replace(torque=float(torque))))
 
 
 def _push(unit: "Unit", force: float, exchange: float) -> None:
     if not isfinite(force):
         raise InputError(f"tensioner_force = {force:g} N: must be finite")
-    unit.loop.model.carriers.force[:, 1] = force
+    unit.loop._parts.model.carriers.force[:, 1] = force
 
 
 def _drive(unit: "Unit", motor_rpm: float, exchange: float) -> None:

@@ -94,7 +94,7 @@ def mirrored(model, state, work):
 def loop(request, driven_loop, unled):
     """Model, state and work of a running loop, loads evaluated; mass centres off the line of the pins."""
     loop = driven_loop(request.param)
-    model, state, work = loop.model, loop.state, loop.work
+    model, state, work = loop._parts
     chain = model.chain
     model = model._replace(chain=chain._replace(com_x=0.45 * chain.length, com_y=np.full(len(chain.length), 0.004)))
     close_velocities(model.chain, state)
@@ -281,7 +281,7 @@ def test_tooth_contact_points_lie_on_the_arc_of_the_connector(loop):
 
 def test_scene_without_ring_or_teeth_has_none_of_their_forces(driven_loop):
     loop = driven_loop(None)
-    model, state, work = loop.model, loop.state, loop.work
+    model, state, work = loop._parts
     refresh(model, state, work)
     assert (work.wheel_force[:, SPROCKET] == 0).all()
     toothless = model._replace(tooth=model.tooth._replace(present=0))

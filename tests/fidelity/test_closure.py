@@ -46,10 +46,10 @@ def open_loop(rig, integrator, **changes):
     loop = Loop(scene)
     # open by some millimetres, the ends moving past each other: the couple is then not zero
     rng = np.random.default_rng(1)
-    loop.state.angle[:] += rng.normal(0.0, 0.15, len(loop.angles))
-    loop.state.rate[:] += rng.normal(0.0, 10.0, len(loop.angles))
+    loop._parts.state.angle[:] += rng.normal(0.0, 0.15, len(loop.angles))
+    loop._parts.state.rate[:] += rng.normal(0.0, 10.0, len(loop.angles))
     assert loop.gap > 5e-3
-    gap = loop.work.cut
+    gap = loop._parts.work.cut
     assert abs(gap[0] * gap[3] - gap[1] * gap[2]) > 1e-3  # its rate turns it
     return loop
 

@@ -44,7 +44,7 @@ def test_drag_of_a_load_is_odd_bounded_and_steepest_at_rest(bench):
 def test_a_wheel_rolled_by_hand_slows_down_as_its_closed_form(bench):
     """``J w' = -a N tanh(w / s)``: ``sinh(w / s)`` decays exponentially, far from rest w falls by ``a N t / J``."""
     loop = Loop(scene_of(bench, **LAWS))
-    model, state, work = shared(loop.model, loop.state, loop.work)
+    model, state, work = shared(*loop._parts)
     for array in work.sweep:
         array[...] = 0.0
     state.rate[:] = 0.0
@@ -136,9 +136,9 @@ def test_a_mirrored_loop_has_the_mirrored_resistance(make_scene, unled):
     """Loads are the same and torques the opposite."""
     loop = Loop(make_scene(115.0, **LAWS))
     loop.advance(0.5)
-    state, work = loop.state, loop.work
-    close_velocities(loop.model.chain, state)
-    model = unled(loop.model, work)
+    state, work = loop._parts.state, loop._parts.work
+    close_velocities(loop._parts.model.chain, state)
+    model = unled(loop._parts.model, work)
     refresh(model, state, work)
     image, image_state, _, _ = mirrored(model, state, work)
     seen = make_work(len(state.angle), len(state.wheel_impact), 3)

@@ -113,13 +113,13 @@ def test_axial_forces_are_in_balance(misaligned):
     exactly: rounding of forces of some 1e4 N, two decades for sums over the bodies.
     """
     loop, record = misaligned[0].copy(), misaligned[1]
-    model, work = loop.model, loop.work
+    model, work = loop._parts.model, loop._parts.work
     chain, room = model.chain, work.space
     total_mass = chain.mass.sum()
     worst, size = 0.0, 0.0
     for _ in range(50):
         # bring the loads of the present state up, then take one step from the same state
-        old = copy.deepcopy(loop.state)
+        old = copy.deepcopy(loop._parts.state)
         assert loop.gap < 1e-10
         a_p = room.attitude.copy()
         on_wheels = sum(frame @ load[:3] for frame, load in zip(model.space.frame, room.wheel_load, strict=True))
@@ -169,17 +169,17 @@ def test_tumbling_loop_keeps_its_momentum(aligned):
     drift, fastest = [], 0.0
     for step in (1e-4, 5e-5):
         loop = aligned.copy()
-        loop.model = without_wheels(loop.model, gravity=0.0)._replace(step=step)
-        loop.state.rate[:] = -3.0
-        loop.state.pin[2:] = 0.4, -0.2
-        plane = loop.state.plane
+        loop._parts = loop._parts._replace(model=without_wheels(loop._parts.model, gravity=0.0)._replace(step=step))
+        loop._parts.state.rate[:] = -3.0
+        loop._parts.state.pin[2:] = 0.4, -0.2
+        plane = loop._parts.state.plane
         plane.motion[:] = 0.1, 0.3, 1.5, -1.0
-        start = momenta(loop.model, loop.state)
+        start = momenta(loop._parts.model, loop._parts.state)
         for _ in range(20):
             loop.step(round(0.01 / step))
             assert np.linalg.norm(plane.attitude) == pytest.approx(1.0, abs=1e-15)
             fastest = max(fastest, np.abs(loop.rates).max())
-        end = momenta(loop.model, loop.state)
+        end = momenta(loop._parts.model, loop._parts.state)
         drift.append([(b - a) / np.linalg.norm(a) for a, b in zip(start, end, strict=True)])
     bound = 1e-4 * (fastest**2 + (plane.motion[2:] ** 2).sum()) * 0.2
     for kind in range(2):
@@ -192,9 +192,9 @@ def test_tumbling_loop_keeps_its_momentum(aligned):
 def test_energy_of_a_tumbling_loop(aligned):
     """Only the bushings take energy: kinetic, elastic and lost energy add up to what was there."""
     loop = aligned.copy()
-    loop.model = without_wheels(loop.model)
-    loop.state.rate[:] = -3.0
-    loop.state.plane.motion[:] = 0.1, 0.3, 1.5, -1.0
+    loop._parts = loop._parts._replace(model=without_wheels(loop._parts.model))
+    loop._parts.state.rate[:] = -3.0
+    loop._parts.state.plane.motion[:] = 0.1, 0.3, 1.5, -1.0
     record = filled(loop, 200)
     total = record.energy[:, 6:].sum(axis=1)  # bushing loss, kinetic, gravity, bushing elastic
     kinetic = record.energy[:, 7]

@@ -45,7 +45,7 @@ def test_the_spring_carries_the_wheel_where_it_settles(settled):
     held = loop.model.carriers
     loop.energy  # noqa: B018 -- forces of the state as it is
     way = np.array([held.along_x[0], held.along_y[0]])
-    rest = way @ push(loop.work, held.wheel[0]) + held.preload[0] - held.stiffness[0] * loop.state.slide["q"][0]
+    rest = way @ push(loop._parts.work, held.wheel[0]) + held.preload[0] - held.stiffness[0] * loop.state.slide["q"][0]
     assert abs(rest) < 0.02 * held.preload[0]
     assert loop.state.slide["q"][0] < -1e-4, "a larger ring pulls the wheel in"
 
@@ -97,11 +97,11 @@ def test_no_loop_starts_in_the_steel(make_scene, rig, equal_pitch):
     loop = Loop(make_scene(0.0, rig=changed, ring_radius=0.303, tension="retensioned"))
     angle = loop.state.wheel_angle[SPROCKET]
     bound = explained_depth(loop.model, rig.tension.pre_tension)
-    assert arc_depths(loop.scene, loop.model, loop.state, loop.work, angle).max() < bound < 1e-3
+    assert arc_depths(loop.scene, *loop._parts, angle).max() < bound < 1e-3
     # turned by a quarter of a pitch, arcs are buried, and that is refused
-    loop.state.wheel_angle[SPROCKET] += 0.25 * 2 * np.pi / rig.sprocket.teeth
+    loop._parts.state.wheel_angle[SPROCKET] += 0.25 * 2 * np.pi / rig.sprocket.teeth
     with pytest.raises(InputError, match="mm inside a tooth"):
-        refuse_start_in_steel(loop.scene, loop.model, loop.state, loop.work)
+        refuse_start_in_steel(loop.scene, *loop._parts)
 
 
 def test_the_step_is_judged_at_the_tension_that_the_loop_settles_at(make_scene):

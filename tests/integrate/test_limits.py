@@ -62,8 +62,8 @@ def grows(start, step, steps=120):
     loop = start.copy()
     rows = loop.model.chain.length * np.array([-np.sin(loop.angles), np.cos(loop.angles)])
     extra = np.random.default_rng(0).normal(0.0, 1e-3, len(loop.angles))
-    loop.state.rate[:] = extra - rows.T @ np.linalg.solve(rows @ rows.T, rows @ extra)
-    loop.model = loop.model._replace(step=step)  # no scene would have it
+    loop._parts.state.rate[:] = extra - rows.T @ np.linalg.solve(rows @ rows.T, rows @ extra)
+    loop._parts = loop._parts._replace(model=loop._parts.model._replace(step=step))  # no scene would have it
     try:
         loop.step(steps)
     except DivergenceError:

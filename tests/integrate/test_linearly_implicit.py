@@ -187,8 +187,13 @@ def evaluate(model, state, work, step=STEP):
 def parts(driven_loop, unled):
     """Model and state of the running loop, its work without and with the terms of a linearly implicit step."""
     loop = driven_loop()
-    work = loop.work
-    return unled(loop.model, work), loop.state, work, work._replace(implicit=make_implicit(len(loop.angles), WHEELS))
+    work = loop._parts.work
+    return (
+        unled(loop._parts.model, work),
+        loop._parts.state,
+        work,
+        work._replace(implicit=make_implicit(len(loop.angles), WHEELS)),
+    )
 
 
 def wrenches(model, work):
@@ -291,7 +296,7 @@ def test_contacts_act_on_chain_and_wheels_alike(implicit_loop):
     loop = implicit_loop.copy()
     loop.drive(150.0, ramp=0.2)  # in steady motion the wheels hardly change their speed
     loop.advance(0.1)
-    model, state, work = loop.model, loop.state, loop.work
+    model, state, work = loop._parts
     chain, wheels = model.chain, model.wheels
     evaluate(model, state, work)
     solve_chain(*shared(model, state, work), STEP, work.implicit)

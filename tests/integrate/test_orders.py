@@ -32,8 +32,8 @@ def make_loop(rig, law="viscous", **fields):
     rng = np.random.default_rng(3)
     rows = loop.model.chain.length * np.array([-np.sin(loop.angles), np.cos(loop.angles)])
     extra = rng.normal(0.0, 3.0, len(loop.angles))
-    loop.state.rate[:] += extra - rows.T @ np.linalg.solve(rows @ rows.T, rows @ extra)
-    loop.state.pin[2:] += [0.3, 0.8]
+    loop._parts.state.rate[:] += extra - rows.T @ np.linalg.solve(rows @ rows.T, rows @ extra)
+    loop._parts.state.pin[2:] += [0.3, 0.8]
     return loop
 
 
@@ -47,7 +47,7 @@ def march_on(loop, integrator, step, seconds=SECONDS):
 
 
 def packed(loop):
-    return np.concatenate([loop.state.pin, loop.angles, loop.rates / 10.0, loop.state.branch.ravel()])
+    return np.concatenate([loop._parts.state.pin, loop.angles, loop.rates / 10.0, loop._parts.state.branch.ravel()])
 
 
 def derivative(model):
@@ -75,7 +75,9 @@ def derivative(model):
 def loop(rig, request):
     """The loop with either law of the bushings, and its motion to twelve digits."""
     loop = make_loop(rig, request.param)
-    exact = solve_ivp(derivative(loop.model), (0.0, SECONDS), packed(loop), method="DOP853", rtol=1e-13, atol=1e-13)
+    exact = solve_ivp(
+        derivative(loop._parts.model), (0.0, SECONDS), packed(loop), method="DOP853", rtol=1e-13, atol=1e-13
+    )
     assert exact.success
     return loop, exact.y[:, -1]
 
@@ -129,11 +131,11 @@ def test_no_acceleration_changes_the_momentum_of_a_free_loop(rig):
     """Differences of the momentum along the exact derivative: bushings and closure are inner forces."""
     loop = make_loop(rig, gravity=0.0)
     start, n, eps = packed(loop), len(loop.angles), 1e-5
-    slope, scale = derivative(loop.model)(0.0, start), np.abs(loop.momentum).max()
+    slope, scale = derivative(loop._parts.model)(0.0, start), np.abs(loop.momentum).max()
     ends = []
     for sign in (-1, 1):
         y = start + sign * eps * slope
-        loop.state.pin[:], loop.state.angle[:], loop.state.rate[:] = y[:4], y[4 : 4 + n], 10.0 * y[4 + n :]
+        loop.set_state(pin=y[:4], angle=y[4 : 4 + n], rate=10.0 * y[4 + n :])
         ends.append(loop.momentum)
     # the difference is of second order: eps^2 times third derivatives, up to 1e6 of the momentum
     np.testing.assert_allclose((ends[1] - ends[0]) / (2 * eps), 0.0, atol=1e-4 * scale)

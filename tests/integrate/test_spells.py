@@ -12,16 +12,16 @@ STEP = 1e-4
 @pytest.fixture(scope="module")
 def logged(make_scene):
     loop = Loop(make_scene(115.0, ring_radius=None))
-    loop.work.near.count[2] = 1  # every arc is looked at
-    loop.work.tooth_force[:] = 0.0
-    loop.work.wheel_force[:] = 0.0
+    loop._parts.work.near.count[2] = 1  # every arc is looked at
+    loop._parts.work.tooth_force[:] = 0.0
+    loop._parts.work.wheel_force[:] = 0.0
 
     def log(forces):
         """The spell of an arc on which these forces act step by step."""
         spells = loop.room(1, spells=4).spells
         for k, force in enumerate([*forces, 0.0]):
-            loop.work.tooth_force[4] = force
-            log_spells(spells, loop.state, loop.work, 2.0 + k * STEP, STEP)
+            loop._parts.work.tooth_force[4] = force
+            log_spells(spells, loop._parts.state, loop._parts.work, 2.0 + k * STEP, STEP)
         assert spells.count[0] == 1
         return spells.rows[0]
 

@@ -49,7 +49,7 @@ def test_the_settled_loop_reads_the_projection_of_gravity(make_scene):
 def test_a_loop_that_falls_freely_accelerates_with_gravity(make_scene):
     """No contact, bushings without torque: every pin falls with g and nothing turns."""
     loop = Loop(make_scene())
-    chain, state = loop.model.chain._replace(stiffness=0.0, damping=0.0), loop.state
+    chain, state = loop._parts.model.chain._replace(stiffness=0.0, damping=0.0), loop._parts.state
     work = make_work(70, 35, 3)
     state.rate[:] = 0.0
     orient(state.angle, work.cos, work.sin)
@@ -74,7 +74,7 @@ def test_clipped_samples_are_counted(make_scene):
 
 def filled(loop, samples, stride):
     """Record of samples of ``stride`` steps each."""
-    loop.model = loop.model._replace(stride=stride)
+    loop._parts = loop._parts._replace(model=loop._parts.model._replace(stride=stride))
     record = loop.room(samples)
     loop.fill(record)
     return record
@@ -97,9 +97,9 @@ def polygon(rig):
         c, s = np.cos(turn), np.sin(turn)
         arm = apothem * np.array([-s, c]) - side / 2 * np.array([c, s])
         loop = start.copy()
-        loop.model = loop.model._replace(chain=chain, sensor=sensor)
-        loop.state.pin[:] = *arm, -rate * arm[1], rate * arm[0]
-        loop.state.angle[:], loop.state.rate[:] = turn - 2 * np.pi * np.arange(n) / n, rate
+        loop._parts = loop._parts._replace(model=loop._parts.model._replace(chain=chain, sensor=sensor))
+        loop._parts.state.pin[:] = *arm, -rate * arm[1], rate * arm[0]
+        loop._parts.state.angle[:], loop._parts.state.rate[:] = turn - 2 * np.pi * np.arange(n) / n, rate
         return loop, apothem
 
     return make
@@ -130,8 +130,8 @@ def test_reading_in_a_run_is_the_acceleration_of_the_point(driven_loop, pitch):
     """Pin, angular and centripetal part, against the other formulation of the chain."""
     loop = driven_loop(0.308, 210.0)
     sensor = Sensor(2 * (pitch - 1), 0.031, 0.017)
-    loop.model = loop.model._replace(sensor=sensor)
-    model, state, work = loop.model, loop.state, loop.work
+    loop._parts = loop._parts._replace(model=loop._parts.model._replace(sensor=sensor))
+    model, state, work = loop._parts
     refresh(model, state, work)
     angle, rate = state.angle.copy(), state.rate.copy()
     expected = reference.reference_accelerations(

@@ -50,8 +50,8 @@ def free_start(rig):
     loop = Loop(Scene(small, 300.0, ring_radius=None, spells=False, loop="free", step=1e-4))
     rows = loop.model.chain.length * np.array([-np.sin(loop.angles), np.cos(loop.angles)])
     extra = np.random.default_rng(1).normal(0.0, 3.0, len(loop.angles))
-    loop.state.rate[:] += extra - rows.T @ np.linalg.solve(rows @ rows.T, rows @ extra)
-    loop.state.pin[2:] += 0.3, 0.8
+    loop._parts.state.rate[:] += extra - rows.T @ np.linalg.solve(rows @ rows.T, rows @ extra)
+    loop._parts.state.pin[2:] += 0.3, 0.8
     return loop
 
 
@@ -127,7 +127,7 @@ def test_joint_forces_are_those_of_the_multipliers(free_start):
     errors = []
     for step in (1e-6, 1e-7):
         loop = free_start.copy()
-        loop.model = loop.model._replace(step=step)
+        loop._parts = loop._parts._replace(model=loop._parts.model._replace(step=step))
         angle, rate = loop.angles.copy(), loop.rates.copy()
         expected = reference.reference_accelerations(
             chain, angle, rate, none, none, none, implicit_step=0.5 * step
@@ -171,12 +171,12 @@ def test_energy_account_of_a_running_loop_closes(loop):
     loop.advance(1.0)
     rows.append(list(loop.energy.values()))
     assert tuple(loop.energy) == ENERGY_NAMES
-    assert abs(open_share(np.array(rows), loop.model, 1.0)[0]) < 1e-3
+    assert abs(open_share(np.array(rows), loop._parts.model, 1.0)[0]) < 1e-3
     assert rows[1][0] - rows[0][0] > 10.0  # J: the sprocket does work
 
 
 def test_places_close_the_loop(loop):
-    pins, chain = loop.pins, loop.model.chain
+    pins, chain = loop.pins, loop._parts.model.chain
     assert np.hypot(*(pins[-1] - pins[0])) == pytest.approx(loop.gap, abs=1e-14) and loop.gap < 1.1e-10
     np.testing.assert_allclose(np.hypot(*np.diff(pins, axis=0).T), chain.length, rtol=1e-12)
     np.testing.assert_allclose(loop.mass_centres, 0.5 * (pins[1:] + pins[:-1]), rtol=0, atol=1e-12)

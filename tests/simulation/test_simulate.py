@@ -153,7 +153,7 @@ from trackdyn.chain.riccati import accelerations
 import numba
 loop = Loop.load(sys.argv[1])
 loop.pins  # places, contacts and bushings of the state
-model, state, work = loop.model, loop.state, loop.work
+model, state, work = loop._parts
 accelerations(model.chain, state, work, model.step * model.chain.damping, 0)
 alpha = work.sweep.response @ work.sweep.load
 force = work.tooth_force.tolist() + work.wheel_force.ravel().tolist()

@@ -133,18 +133,6 @@ def _march(model: Model, state: State, work: Work, record: Record, rows, stages)
 
 
 @kernel
-def in_range(numbers, least, most, integers, low, high):
-    """Whether numbers and integers are within their bounds; NaN is not."""
-    for k in range(numbers.shape[0]):
-        if not least[k] <= numbers[k] <= most[k]:
-            return False
-    for k in range(integers.shape[0]):  # noqa: SIM110
-        if not low[k] <= integers[k] <= high[k]:
-            return False
-    return True
-
-
-@kernel
 def _begin(state: State, work: Work):
     """Empty the sums of a sample; exact cosines and sines."""
     for k in range(3):

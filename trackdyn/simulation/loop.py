@@ -11,29 +11,20 @@ from trackdyn.errors import InputError
 from trackdyn.integrate.energy import energies
 from trackdyn.integrate.run import refresh, shared
 from trackdyn.integrate.semi_implicit import sprocket_rate
+from trackdyn.model.constants import Model
 from trackdyn.model.record import ENERGY_NAMES, Record, make_record
+from trackdyn.model.state import State
+from trackdyn.model.work import Work
 from trackdyn.parameters.layout import tensioner
 from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.validation import within
 from trackdyn.scene.build import CARRIED, shift_wheel
 from trackdyn.scene.scene import LONGEST_RUN, MOST_STEPS, Scene
-from trackdyn.simulation.checkpoint import filled, flat, mapped, read_checkpoint, write_checkpoint
+from trackdyn.simulation.checkpoint import filled, flat, read_checkpoint, write_checkpoint
 from trackdyn.simulation.recorder import CHUNK, Recorder
 from trackdyn.simulation.recording import Recording
 from trackdyn.simulation.settling import SettledLoops, allocate, settle, with_sliding
-from trackdyn.simulation.state_checks import Parts, refuse_other_record
-from trackdyn.simulation.stepping import Held, joint_forces
-
-
-def _part(name: str) -> Any:
-    """A part of what kernels read and write: views of its arrays; what is assigned is checked and copied."""
-
-    def view(_: str, leaf: Any) -> Any:
-        return leaf.view() if isinstance(leaf, np.ndarray) else leaf
-
-    return property(
-        lambda loop: mapped(view, getattr(loop._parts, name)), lambda loop, part: loop._held.take(**{name: part})
-    )
+from trackdyn.simulation.stepping import LoopArrays, Parts, check_record, joint_forces, set_arrays
 
 
 class Loop:
@@ -51,8 +42,7 @@ class Loop:
     ----------
     scene : Scene
     model, state, work
-        Views of what kernels read and write (`trackdyn.model`). The numbers of the state may be changed in place
-        between steps; another tuple that is assigned is copied.
+        Read-only views of what kernels read and write (`trackdyn.model`); `set_state` changes the state.
     layout : dict
         Shift of the tensioning wheel (m), tension as it was set with the rig's own ring, and as the loop settled (N).
 
@@ -61,8 +51,7 @@ class Loop:
     DivergenceError
         A body leaves the physical range, also in every method that takes steps.
     InputError
-        A part was assigned that the kernels cannot take; in every method that takes steps: a number was written into
-        one that they cannot take, or another thread steps this loop.
+        Another thread steps this loop, in every method that takes steps.
     """
 
     def __init__(self, scene: Scene, starts: SettledLoops | None = None):
@@ -72,14 +61,29 @@ class Loop:
         self._adopt(model, state, with_sliding(scene, model, work))
 
     def _adopt(self, *parts: Any) -> None:
-        """Take the parts that later ones must resemble."""
-        self._scratch, self._held = make_record(1, parts[1]), Held(*parts)
-
-    model, state, work = _part("model"), _part("state"), _part("work")
+        """Take model, state and work."""
+        self._scratch, self._arrays = make_record(1, parts[1]), LoopArrays(*parts)
 
     @property
     def _parts(self) -> Parts:
-        return self._held.parts
+        """What the kernels write; assigned unchecked, for who tries a kernel: they look up places without bounds."""
+        return self._arrays.parts
+
+    @_parts.setter
+    def _parts(self, parts: Parts) -> None:
+        self._arrays.replace(parts)
+
+    @property
+    def model(self) -> Model:  # noqa: D102
+        return self._arrays.views.model
+
+    @property
+    def state(self) -> State:  # noqa: D102
+        return self._arrays.views.state
+
+    @property
+    def work(self) -> Work:  # noqa: D102
+        return self._arrays.views.work
 
     # -- stepping ------------------------------------------------------------------------------------------------------
 
@@ -92,8 +96,8 @@ class Loop:
             Number of steps of ``scene.step`` s.
         """
         count = int(within("count", count, 1, MOST_STEPS))
-        with self._held.exclusive():
-            self._held.march(self._scratch, 0, 1, count)
+        with self._arrays.exclusive():
+            self._arrays.march(self._scratch, 0, 1, count)
 
     def advance(self, seconds: float, tick: Callable[[float], object] = lambda seconds: None) -> None:
         """Integrate for a time, rounded to whole steps.
@@ -106,7 +110,7 @@ class Loop:
             Called with the seconds that every chunk adds.
         """
         seconds = within("seconds", seconds, 0.0, LONGEST_RUN)
-        with self._held.exclusive():
+        with self._arrays.exclusive():
             left = round(seconds / self._parts.model.step)
             while left:
                 count = min(left, max(round(CHUNK / self._parts.model.step), 1))
@@ -119,9 +123,9 @@ class Loop:
         if last is None:
             last = len(record.gap) if isinstance(record, Record) else 0
         first, last = (int(within(name, row, 0, MOST_STEPS)) for name, row in (("first", first), ("last", last)))
-        with self._held.exclusive():
-            refuse_other_record(record, self._parts.state, self._parts.work, first, last)
-            self._held.march(record, first, last, self._parts.model.stride)
+        with self._arrays.exclusive():
+            check_record(record, self._parts.state, self._parts.work, first, last)
+            self._arrays.march(record, first, last, self._parts.model.stride)
 
     def room(self, samples: int, **what: Any) -> Record:
         """An empty record of this loop (`model.record.make_record`)."""
@@ -161,7 +165,7 @@ class Loop:
         requested = self.scene.with_(
             duration=seconds, pitches=pitches, frame_interval=frame_interval, spells=spells, every_link=every_link
         )
-        with self._held.exclusive():
+        with self._arrays.exclusive():
             names = ("duration", "pitches", "frame_interval", "spells", "every_link")
             writer = Recorder(self, *(getattr(requested, name) for name in names))
             while not writer.finished:
@@ -199,27 +203,27 @@ class Loop:
     @property
     def angles(self) -> np.ndarray:
         """(n,) orientations of the bodies, rad; read-only view."""
-        return _view(self._parts.state.angle)
+        return self.state.angle
 
     @property
     def rates(self) -> np.ndarray:
         """(n,) angular velocities of the bodies, rad/s; read-only view."""
-        return _view(self._parts.state.rate)
+        return self.state.rate
 
     @property
     def wheel_rates(self) -> np.ndarray:
         """(w,) angular velocities of the sprocket and the other wheels, rad/s; read-only view."""
-        return _view(self._parts.state.wheel_rate)
+        return self.state.wheel_rate
 
     @property
     def tooth_forces(self) -> np.ndarray:
         """(p, 2) normal forces on the left and right arc of every connector, N; read-only view."""
-        return _view(self._parts.work.tooth_force).reshape(-1, 2)
+        return self.work.tooth_force.reshape(-1, 2)
 
     @property
     def wheel_forces(self) -> np.ndarray:
         """(p, w) normal forces of the ring and the other wheels on every link, N; read-only view."""
-        return _view(self._parts.work.wheel_force)
+        return self.work.wheel_force
 
     @property
     def felt(self) -> np.ndarray:
@@ -260,10 +264,26 @@ class Loop:
         return float(np.hypot(*self._parts.work.cut[:2]))
 
     def _refresh(self) -> None:
-        self._held.refuse_out_of_range()
         refresh(*self._parts)
 
     # -- steering ------------------------------------------------------------------------------------------------------
+
+    def set_state(self, **values: Any) -> None:
+        """Change the state between steps.
+
+        Parameters
+        ----------
+        **values : array_like
+            Arrays of `model.state.State` by name, such as ``rate``; two underscores stand for a dot, as in
+            ``plane__motion``.
+
+        Raises
+        ------
+        InputError
+            There is no such array, it has another shape, or a number is not finite or too large. Nothing is changed.
+        """
+        with self._arrays.exclusive():
+            set_arrays(self._parts.state, {name.replace("__", "."): value for name, value in values.items()})
 
     def drive(self, motor_rpm: float, ramp: float = 1e-3) -> None:
         """Change the motor speed on a ramp that is smooth at both ends.
@@ -277,7 +297,7 @@ class Loop:
         self.scene = self.scene.with_(motor_rpm=motor_rpm, ramp=ramp).stepped(self.scene.step)
         drive = self._parts.model.drive
         rate, ramp = float(self.scene.sprocket_rate), float(self.scene.ramp)
-        self._held.steer(drive._replace(rate=rate, ramp=ramp, start=float(now), begin=self.time))
+        self._arrays.steer(drive._replace(rate=rate, ramp=ramp, start=float(now), begin=self.time))
 
     def shift_tensioner(self, shift: float) -> None:
         """Move a locked tensioning wheel along its line.
@@ -317,7 +337,6 @@ class Loop:
         InputError
             Another chain, ring, joints or plane of motion would need another state.
         """
-        self._held.refuse_out_of_range()
         other = Loop.__new__(Loop)
         tension = self.layout.get("settled_tension_n", self.scene.rig.tension.pre_tension)
         other.scene, other.layout = self.scene.with_(**fields).at_tension(tension), dict(self.layout)
@@ -330,19 +349,18 @@ class Loop:
             raise InputError(
                 "scene: rig, space or joints differ: a loop keeps bodies, plane and joints; make a new Loop"
             )
-        held = self._parts.model
+        before = self._parts.model
         for name in ("x", "y", "radius"):
-            getattr(model.wheels, name)[:] = getattr(held.wheels, name)
+            getattr(model.wheels, name)[:] = getattr(before.wheels, name)
         filled(state, own)
         state.steps[0] = round(self.time / model.step)
-        other._adopt(model._replace(drive=held.drive, carriers=held.carriers), state, work)
+        other._adopt(model._replace(drive=before.drive, carriers=before.carriers), state, work)
         if fields.keys() & {"motor_rpm", "ramp"}:
             other.drive(other.scene.motor_rpm, other.scene.ramp)
         return other
 
     def save(self, path: Path | str) -> None:
         """Write a checkpoint from which `Loop.load` continues bit for bit."""
-        self._held.refuse_out_of_range()
         write_checkpoint(path, self.describe())
 
     @classmethod
@@ -372,9 +390,3 @@ class Loop:
             shift_wheel(room[0], loop.scene.rig, tensioner(loop.scene.rig), loop.layout["tensioner_shift_m"])
         loop._adopt(*(filled(part, data[name]) for part, name in zip(room, Parts._fields, strict=True)))
         return loop
-
-
-def _view(array: np.ndarray) -> np.ndarray:
-    view = array.view()
-    view.flags.writeable = False
-    return view

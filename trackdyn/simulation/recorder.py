@@ -49,7 +49,7 @@ class Recorder:
         self.ended: list[np.ndarray] = []
         self.watched = watched
         self.alternating = np.zeros(2)
-        loop.work.alternating[:] = 0.0
+        loop._parts.work.alternating[:] = 0.0
         stride = round(frame_interval * rate)
         frames = -(-self.samples // stride) if stride else 0
         on_wheels = loop.scene.loop == "on_wheels"
@@ -95,7 +95,7 @@ class Recorder:
         self.wall += time.perf_counter() - start
         self.ended.append(_take(self.record.spells))
         self.alternating += loop.work.alternating
-        loop.work.alternating[:] = 0.0
+        loop._parts.work.alternating[:] = 0.0
         first, self.done = self.done, last
         if last // (JUDGED * rate) > first // (JUDGED * rate):  # not only after hours
             self._refuse_open_account()

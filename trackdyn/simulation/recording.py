@@ -19,7 +19,7 @@ from trackdyn.model.record import SPELL
 from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.validation import shown
 from trackdyn.scene.scene import Periods, Scene
-from trackdyn.simulation.state_checks import LARGEST
+from trackdyn.simulation.stepping import LARGEST
 from trackdyn.sources import source_hash
 
 FORMAT = 6

@@ -3,18 +3,31 @@
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from threading import RLock
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from trackdyn.errors import DivergenceError, InputError
-from trackdyn.integrate.run import in_range, prepared, run
+from trackdyn.integrate.run import prepared, run
 from trackdyn.jit import direct
 from trackdyn.model.constants import Drive, Model
-from trackdyn.model.record import Record
+from trackdyn.model.record import Record, make_record
 from trackdyn.model.state import State
 from trackdyn.model.work import Work
-from trackdyn.simulation.state_checks import Parts, copied, fault_of_range, limits_of, refuse_other
+from trackdyn.parameters.validation import shown
+from trackdyn.simulation.checkpoint import flat, mapped
+
+# Largest value of a state in SI units, and how far from the origin a chain may be (m) or how fast (m/s): further out
+# rounding is no longer small beside the depth of a contact.
+LARGEST, FARTHEST = 1e12, 1e6
+
+
+class Parts(NamedTuple):
+    """What kernels read and write."""
+
+    model: Model
+    state: State
+    work: Work
 
 
 def march(model: Model, state: State, work: Work, record: Record, first=0, last=1, phase="the run") -> None:
@@ -34,19 +47,32 @@ def refuse_divergence(body: int, model: Model, state: State, phase: str = "the r
         )
 
 
-class Held:
-    """Model, state and work of a loop: copies that kernels alone have, others only views of them."""
+class LoopArrays:
+    """Model, state and work of a loop: copies that its kernels alone write, and read-only views for all others."""
 
-    def __init__(self, model: Model, state: State, work: Work):
-        parts = Parts(model, state, work)
-        self.__setstate__({"parts": parts, "limits": limits_of(parts)})
+    def __init__(self, *parts: Any):
+        self.replace(Parts(*parts))
 
     def __getstate__(self) -> dict:
-        return {"parts": self.parts, "limits": self.limits}
+        return {"parts": self.parts}
 
-    def __setstate__(self, kept: dict) -> None:
-        self.parts, self.limits, self.lock = kept["parts"], kept["limits"], RLock()
-        self.take()
+    def __setstate__(self, state: dict) -> None:
+        self.replace(state["parts"])
+
+    def replace(self, parts: Parts) -> None:
+        """Take copies of other parts, as they are: kernels look up places unchecked."""
+        self.parts = mapped(lambda _, leaf: leaf.copy() if isinstance(leaf, np.ndarray) else leaf, parts)
+        self.lock = RLock()
+        self.entry: Callable | None = None
+        self._show()
+
+    def steer(self, drive: Drive) -> None:
+        """Take a drive with other numbers."""
+        self.parts = self.parts._replace(model=self.parts.model._replace(drive=drive))
+        self._show()
+
+    def _show(self) -> None:
+        self.views, self.prepared = mapped(_view, self.parts), prepared(*self.parts)
 
     @contextmanager
     def exclusive(self) -> Iterator[None]:
@@ -58,38 +84,70 @@ class Held:
         finally:
             self.lock.release()
 
-    def take(self, **parts: Any) -> None:
-        """Copy parts that are given, if kernels can take them."""
-        given = self.parts._replace(**parts)
-        refuse_other(given, self.parts, self.limits)
-        self.parts, self.bounded = copied(given, self.limits)
-        self.prepared: tuple | None = None
-        self.entry: Callable | None = None
-
-    def steer(self, drive: Drive) -> None:
-        """Take a drive with other numbers."""
-        self.parts, self.prepared = self.parts._replace(model=self.parts.model._replace(drive=drive)), None
-
-    def refuse_out_of_range(self) -> None:
-        """Refuse numbers that kernels cannot take, which may have been written in place."""
-        if not in_range(*self.bounded):
-            refuse_other(self.parts, self.parts, self.limits)
-
     def march(self, record: Record, first: int, last: int, stride: int) -> None:
         """Fill rows of a record with samples of ``stride`` steps."""
-        self.refuse_out_of_range()
-        if self.prepared is None:
-            self.prepared = prepared(*self.parts)
         kernel, (model, state, work), after = self.prepared
         arguments = model._replace(stride=stride), state, work, record, (first, last), *after
         if self.entry is None:
             self.entry = direct(kernel, *arguments)
         refuse_divergence(self.entry(*arguments), model, state)
-        if not in_range(*self.bounded) and (fault := fault_of_range(self.parts, self.limits)):
-            raise DivergenceError(
-                f"the run left the physical range before t = {state.steps[0] * model.step:.6g} s: "
-                f"{fault.removeprefix('loop.').partition(':')[0]}; use a smaller step or a milder rig"
-            )
+
+
+def _view(name: str, leaf: Any) -> Any:
+    """A read-only view of an array; a number as it is."""
+    if isinstance(leaf, np.ndarray):
+        leaf = leaf.view()
+        leaf.flags.writeable = False
+    return leaf
+
+
+def set_arrays(state: State, values: dict[str, Any]) -> None:
+    """Write values into arrays of a state by their dotted names; all, or none if one of them is refused (`InputError`).
+
+    A value must be finite, at most ``LARGEST``, and ``FARTHEST`` for the place and velocity of the pin.
+    """
+    arrays, checked = flat(state), {}
+    for name, value in values.items():
+        if name not in arrays:
+            raise InputError(f"state: {shown(name)} is none of its arrays, {', '.join(arrays)}")
+        array, most = arrays[name], FARTHEST if name == "pin" else LARGEST
+        try:
+            wanted = np.asarray(value).astype(array.dtype, casting="same_kind")
+        except (TypeError, ValueError):
+            wanted = np.asarray(None)
+        if wanted.shape != array.shape or wanted.dtype != array.dtype:
+            raise InputError(f"state.{name} = {shown(value)}: must be {array.dtype} of the shape {array.shape}")
+        numbers = wanted.view(float) if array.dtype.names else wanted
+        low = 0 if name == "steps" else -most
+        if (wrong := ~((low <= numbers) & (numbers <= most))).any():
+            raise InputError(f"state.{name} holds {numbers[wrong][0]:g}: must be between {low:g} and {most:g}")
+        checked[name] = wanted
+    for name, wanted in checked.items():
+        arrays[name][...] = wanted
+
+
+def check_record(record: Any, state: State, work: Work, first: int, last: int) -> None:
+    """Refuse (`InputError`) a record that is not one of this loop's, or rows that it does not have."""
+    loop, sliding = len(state.wheel_impact), 0 if work.sliding is None else len(work.sliding)
+    try:
+        pitches, links, entries = record.pitches, record.link_mean.shape[1], record.sliding.shape[1]
+        rows, frames, stride = len(record.gap), len(record.frame), int(record.frame_stride)
+        like = make_record(rows, state, pitches + 1, frames, stride, len(record.spells.rows), links, entries)
+        alike = _forms(record) == _forms(like) and links in (0, loop) and entries in (0, sliding)
+        alike = alike and bool(((pitches >= 0) & (pitches < loop)).all())
+    except (AttributeError, IndexError, TypeError, ValueError):
+        alike = False
+    if not alike:
+        raise InputError("record: must be one that `room` of this loop makes")
+    if not 0 <= first <= last <= rows:
+        raise InputError(f"record: rows {first} to {last}: must be rising and between 0 and {rows}")
+    if stride and -(-last // stride) > frames:
+        raise InputError(f"record: frame has {frames} rows: must have one every {stride} samples")
+
+
+def _forms(record: Any) -> dict[str, tuple]:
+    """What a kernel that takes a record relies on: names, shapes, types and layout of its arrays."""
+    return {name: (array.shape, array.dtype, array.flags.carray) for name, array in flat(record).items()}
 
 
 def joint_forces(model: Model, state: State, work: Work) -> np.ndarray:

@@ -107,7 +107,7 @@ def test_running_on_plain_wheels_agrees(rig, unled):
     rig = rig.changed(ring_contact__friction_static=0.3, ring_contact__friction_dynamic=0.3)
     scene = Scene(rig, 115.0, ramp=0.4, **PEER_LAWS)
     loop = Loop(scene)
-    model, state, work = loop.model, loop.state, loop.work
+    model, state, work = loop._parts
     model = unled(model._replace(tooth=model.tooth._replace(present=0)), work)
     chain, n, wheels = model.chain, len(state.angle), model.wheels
     start = start_of(state)
@@ -146,7 +146,7 @@ def both_contacts(rig, driven_loop, unled):
 
     def make(ring_radius):
         loop = driven_loop(ring_radius)
-        model, state, work = loop.model, loop.state, loop.work
+        model, state, work = loop._parts
         model = unled(model, work)
         w = model.wheels
         contacts = make_contacts(Scene(rig, 115.0, ring_radius=ring_radius), 0.0)

@@ -162,7 +162,7 @@ def run_layout(number: int, seconds: float = 1.0, seed: int = SEED) -> dict:
         step = float(sample / np.ceil(sample / (part * min(limit, 1.25e-4))))
         scene = Scene(rig, rpm, duration=seconds, lead_in=0.0, ramp=0.3, step=step, spells=False, frame_interval=sample)
         loop = Loop(scene)
-        depth = float(arc_depths(scene, loop.model, loop.state, loop.work, float(loop.state.wheel_angle[0])).max())
+        depth = float(arc_depths(scene, *loop._parts, float(loop.state.wheel_angle[0])).max())
         allowed = explained_depth(loop.model, rig.tension.pre_tension)
         start = below(max(depth, 0.0), allowed, "depth of an arc at the start in m", at=step)
         loop.advance(scene.ramp)

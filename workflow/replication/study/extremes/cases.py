@@ -31,7 +31,7 @@ def restart(rig: Rig, rpm: float = 210.0, **fields) -> Loop:
 
 def run_on(loop: Loop, seconds: float) -> dict:
     """Run on from a state, step by step; columns of the row, with the first bound that is missed in ``reason``."""
-    loop.model = loop.model._replace(stride=1)
+    loop._parts = loop._parts._replace(model=loop._parts.model._replace(stride=1))
     record = loop.room(max(round(seconds / loop.model.step), 1))
     turn = 0.0
     for step in range(len(record.gap)):
