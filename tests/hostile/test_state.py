@@ -31,7 +31,7 @@ def test_arrays_of_a_loop_are_read_only(loop):
 
 
 STATES = {
-    "one more": ({"rate": lambda a: np.append(a, 0.0)}, "state.rate = [", "must be float64 of the shape (70,)"),
+    "one more": ({"rate": lambda a: np.append(a, 0.0)}, "state.rate = array([", "must be float64 of the shape (70,)"),
     "cut": ({"wheel_rate": lambda a: a[:1]}, "of the shape (3,)"),
     "2-D": ({"rate": lambda a: a[None]}, "of the shape (70,)"),
     "a number": ({"rate": lambda a: 0.0}, "state.rate = 0.0"),
