@@ -147,7 +147,14 @@ def check_record(record: Any, state: State, work: Work, first: int, last: int) -
 
 def _forms(record: Any) -> dict[str, tuple]:
     """What a kernel that takes a record relies on: names, shapes, types and layout of its arrays."""
-    return {name: (array.shape, array.dtype, array.flags.carray) for name, array in flat(record).items()}
+    found: dict[str, tuple] = {}
+
+    def note(name: str, leaf: Any) -> None:
+        array = np.asarray(leaf)
+        found[name] = type(leaf), array.shape, array.dtype, array.flags.carray
+
+    mapped(note, record)
+    return found
 
 
 def joint_forces(model: Model, state: State, work: Work) -> np.ndarray:
