@@ -7,7 +7,6 @@ import re
 import signal
 import sys
 import time
-from hashlib import sha256
 from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
@@ -23,8 +22,6 @@ from replication.studies import STUDIES
 from replication.study.settings import measured_scenes, parts_of, promised_scenes, step_field
 from replication.study.variants import SETTINGS
 from trackdyn.errors import TrackdynError
-from trackdyn.parameters.paper_tables import rig_cells
-from trackdyn.parameters.rig_file import cells_path
 from trackdyn.sources import imported_files, source_hash
 from trackdyn.sweeps.job import drive
 

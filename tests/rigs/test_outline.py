@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from trackdyn.errors import InputError
-from trackdyn.parameters.outline import distance_to, fit_outline, groove_of_arcs
+from trackdyn.parameters.outline import ToothProfile, distance_to, fit_outline, groove_of_arcs
 from trackdyn.parameters.rig import load_rig
 
 NOISE = 2e-5  # m, of a coordinate measuring machine in a workshop
@@ -24,6 +24,25 @@ def test_the_arcs_of_the_design_give_the_design_back(rig):
         np.testing.assert_allclose(getattr(again, name), getattr(groove, name), rtol=0, atol=1e-12, err_msg=name)
     assert (again.convex == groove.convex).all()
     assert again.addendum == pytest.approx(groove.addendum, abs=1e-12)
+
+
+@pytest.mark.parametrize(("decimals", "off"), [(7, 0.0), (6, 2e-6), (5, 2e-5), (4, 2e-4)])
+def test_arcs_as_print_rounds_them_are_joined(rig, decimals, off):
+    """Radii stay as they are printed; the contour is off by at most four times what the cells are."""
+    groove = rig.groove_profile
+    rounded = np.round(arcs_of(groove), decimals)
+    profile = ToothProfile(arcs=rounded.tolist())
+    found = rig.changed(groove=None, profile=profile).groove_profile
+    assert np.abs(found.profile() - groove.profile()).max() <= max(off, 1e-6)
+    if decimals < 6:
+        assert (found.radius[1:5] == rounded[1:, 2]).all()
+        assert np.abs([found.arc(j, 2)[-1] - found.arc(j + 1, 2)[0] for j in range(1, 10)]).max() < 1e-14
+
+
+def test_arcs_of_three_decimals_are_not_joined(rig):
+    profile = ToothProfile(arcs=np.round(arcs_of(rig.groove_profile), 3).tolist())
+    with pytest.raises(InputError, match=r"profile\.arcs: arcs . and . miss each other by 0"):
+        rig.changed(groove=None, profile=profile)
 
 
 def test_measured_points_are_followed_to_their_noise():

@@ -41,6 +41,11 @@ class Groove:
     addendum: float  # radius r_a of the addendum circle, m
     teeth: int  # number of grooves
 
+    @property
+    def as_table_1(self) -> bool:
+        """Whether its areas are convex and concave as those of Table 1."""
+        return [area for area, convex in enumerate(self.convex, 1) if convex] == [*CONVEX] and len(self.convex) == 10
+
     def joints(self) -> np.ndarray:
         """(k - 1, 2) points where neighbouring areas meet, area 1|2 first, m."""
         return np.array([self.arc(area, 2)[-1] for area in range(1, len(self.radius))])

@@ -6,8 +6,9 @@ mirrors them. A sign is +1 for a convex arc and -1 for a concave one.
 
 import csv
 import io
+from decimal import Decimal
 from functools import cached_property
-from math import atan2, cos, hypot, pi, sin, tan
+from math import atan2, cos, hypot, pi, sin, sqrt, tan
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -21,6 +22,7 @@ from trackdyn.parameters.quantities import Quantity, Table
 from trackdyn.parameters.wheels import OmitsDefaults
 
 TANGENT = 1e-6  # m by which neighbouring arcs may miss each other: less than machining and more than rounding of a file
+COARSEST = 1e-4  # m, the last decimal of arcs that print has rounded
 LONGEST_OUTLINE = 20_000  # points
 LEAST_ARC = 1e-3  # m, a radius that a fit does not go below
 MOST_ARCS = 15  # of a flank: areas are kept as bits
@@ -29,7 +31,7 @@ MOST_ARCS = 15  # of a flank: areas are kept as bits
 class ToothProfile(OmitsDefaults):
     """A groove that is not the design of `groove`: a list of arcs, or a measured outline."""
 
-    # rows ``centre x, centre y, radius`` (m) and sign of the left flank's arcs, tip first
+    # rows ``centre x, centre y, radius`` (m) and sign of the left flank's arcs, tip first; rounded ones are joined
     arcs: Annotated[Table | None, Quantity("m, m, m, 1")] = None
     # the same of the right flank, mirrored to the left, where it is not the left one's mirror image
     right: Annotated[Table | None, Quantity("m, m, m, 1")] = None
@@ -57,8 +59,8 @@ class ToothProfile(OmitsDefaults):
         """The groove and the distances (m) of the measured points from it; none for a list of arcs."""
         if teeth not in self._fits:
             if self.arcs is not None:
-                right = None if self.right is None else np.array(self.right)
-                self._fits[teeth] = groove_of_arcs(np.array(self.arcs), teeth, right), np.zeros(0)
+                right = None if self.right is None else joined(np.array(self.right), teeth)
+                self._fits[teeth] = groove_of_arcs(joined(np.array(self.arcs), teeth), teeth, right), np.zeros(0)
             else:
                 self._fits[teeth] = fit_outline(np.array(self.outline), self.pattern, teeth)
         return self._fits[teeth]
@@ -140,6 +142,34 @@ def _flank(arcs: np.ndarray, teeth: int) -> tuple[np.ndarray, np.ndarray, np.nda
     middle = (begin + end) / 2
     direction = sign[:, None] * np.column_stack([np.sin(middle), np.cos(middle)])
     return centre, direction, radius, turn / 2, sign > 0, float(hypot(*centre[0]) + sign[0] * radius[0])
+
+
+def half_unit(values: Any) -> float:
+    """Half a unit of the last decimal that any of some numbers is written with."""
+    last = [int(Decimal(repr(float(value))).as_tuple().exponent) for value in values]
+    return 0.5 * 10.0 ** min(last)
+
+
+def rounding(arcs: np.ndarray) -> float:
+    """By how much arcs (k, 4) may miss each other because print has rounded centres and radii, m."""
+    centre, radius = (min(half_unit(np.ravel(column)), COARSEST / 2) for column in (arcs[:, :2], arcs[:, 2]))
+    return TANGENT + 2 * sqrt(2) * centre + 2 * radius
+
+
+def joined(arcs: np.ndarray, teeth: int) -> np.ndarray:
+    """Arcs (k, 4) of a flank that miss each other by no more than their last decimal, with common tangents.
+
+    Kept are all radii but the tip's, the directions in which the centres lie from each other, and the height of the
+    last one. Arcs that are tangent, and those that miss by more, are returned as they are.
+    """
+    between, reach = np.diff(arcs[:, :2], axis=0), -np.diff(arcs[:, 3] * arcs[:, 2])
+    half = pi / teeth
+    ends = arcs[0, 0] * cos(half) + arcs[0, 1] * sin(half), arcs[-1, 0]
+    worst = np.abs([*(np.hypot(*between.T) - np.abs(reach)), *ends]).max()
+    if worst <= TANGENT or worst > rounding(arcs) or not reach.all():
+        return arcs
+    slopes = np.arctan2(between[:, 0] / reach, between[:, 1] / reach)
+    return flank_arcs(arcs[:, 3], arcs[1:, 2], slopes, float(arcs[-1, 1]), teeth)
 
 
 def flank_arcs(signs: np.ndarray, radii: np.ndarray, slopes: np.ndarray, bottom: float, teeth: int) -> np.ndarray:

@@ -12,12 +12,11 @@ from pydantic import Field
 
 from trackdyn.errors import InputError
 from trackdyn.parameters.drives import DriveParameters
-from trackdyn.parameters.fields import NAME, FieldValue, entries_of, fields_of, keys_of, may_have, no_field
+from trackdyn.parameters.fields import NAME, FieldValue, fields_of, keys_of, may_have, no_field
 from trackdyn.parameters.groove import Groove, build_groove, connector_length, equal_pitch_radius
 from trackdyn.parameters.outline import ToothProfile, profile_groove
-from trackdyn.parameters.paper_tables import rig_cells
-from trackdyn.parameters.quantities import FROM_FILE, Quantity, number_of
-from trackdyn.parameters.rig_file import DEFAULT, TRIED, cells_path, read_rig, rig_path, stated_in
+from trackdyn.parameters.quantities import FROM_FILE, Quantity
+from trackdyn.parameters.rig_file import DEFAULT, TRIED, read_rig, rig_path, stated_in
 from trackdyn.parameters.sections import (
     Bushing,
     ChainParameters,
@@ -297,22 +296,11 @@ def load_rig(path: Path | str = DEFAULT) -> Rig:
     Warns
     -----
     UserWarning
-        A file that takes its values from another one states some that its laws do not read, or a cell of the article
-        lies outside the range of the value that it replaces.
+        A file that takes its values from another one states some that its laws do not read.
     """
-    data, cells = read_rig(path), cells_path(path)
+    data = read_rig(path)
     tried = read_yaml(rig_path(path)).get(TRIED)
-    name = f"{path} with the cells of {cells}" if cells is not None and rig_cells(cells) else str(path)
-    rig = _validated(data if tried is None else data | {TRIED: tried}, name, FROM_FILE)
-    if cells is not None:
-        for field, entry in entries_of(data).items():
-            low, value, high = (number_of(entry.get(key)) for key in ("low", "value", "high"))
-            if f"of {cells}" in str(entry["source"]) and (value < low or value > high):
-                warn(
-                    f"{cells}: {field} = {value:g} {entry['unit']} is not within {low:g} to {high:g}, what the part "
-                    "can be; is the cell in this unit?",
-                    stacklevel=2,
-                )
+    rig = _validated(data if tried is None else data | {TRIED: tried}, str(path), FROM_FILE)
     if ignored := sorted(set(rig.without_effect) & stated_in(path)):
         warn(
             f"{path}: {', '.join(ignored)} {'has' if len(ignored) == 1 else 'have'} no effect: {rig.laws}", stacklevel=2

@@ -22,7 +22,6 @@ DEFAULT = "paper"
 TRIED = "tried"  # steps that were tried on this rig, not on those that are like it
 MOST_LIKE = 5  # files that take from one another
 OUTLINE = "profile.outline"
-CELLS = "paper_tables"  # names the file of the article's cells
 WHEELS_OF_OLD = ("idler", "road_wheel")  # sections that are wheels of their own
 NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s+(\S.*?)\s*")
 # the paper's rigs are the pipeline's files, which say in their own words what they are
@@ -50,11 +49,7 @@ def shipped_summaries() -> dict[str, tuple[str, str]]:
     """What each shipped rig is, by name: its counts, and what its file says about it. Its values are not judged."""
     found = {}
 
-    @cache  # most are like the first one
-    def read(path):
-        data = read_yaml(path)
-        data.pop(CELLS, None)  # no count is a reader's, and what reads them takes long to load
-        return data
+    read = cache(read_yaml)  # most are like the first one
 
     for name, path in shipped_rigs().items():
         rig = _read(path, MOST_LIKE, read)
@@ -78,25 +73,6 @@ def rig_path(name: Path | str) -> Path | str:
             f"ones are {', '.join(shipped)}, see trackdyn rigs"
         )
     return shipped[name]
-
-
-def cells_path(name: Path | str) -> Path | None:
-    """The file of the article's cells that a rig file names, None if it names none; `InputError` if that is no file."""
-    path = rig_path(name)
-    return _cells_path(path, read_yaml(path))
-
-
-def _cells_path(path: Path | str, data: Any) -> Path | None:
-    named = data.get(CELLS) if isinstance(data, dict) else None
-    if named is None:
-        return None
-    word = isinstance(named, str) and 0 < len(named) < 256
-    # a copy of a shipped rig finds the shipped file
-    found = [file for folder in (Path(path).resolve().parent, SHIPPED) if word and isfile(file := folder / named)]
-    if not found:
-        raise InputError(f"{path}: {CELLS} = {shown(named)}: must be the name of a file in the same folder")
-    file, here = found[0].resolve(), Path.cwd()
-    return file.relative_to(here) if file.is_relative_to(here) else file
 
 
 def read_rig(name: Path | str) -> dict[str, Any]:
@@ -158,12 +134,12 @@ def _read(path: Path | str, depth: int, read: Callable[[Path | str], Any]) -> di
     path = Path(path)
     if not isinstance(data, dict):
         raise InputError(f"{path}: must hold sections, a mapping of names to values")
-    like, cells = data.get("like"), _cells_path(path, data)
+    like = data.get("like")
     try:
         data = {
             key: _written_out(part, str(key), {}, path.parent)
             for key, part in data.items()
-            if key not in ("like", "about", TRIED, CELLS)  # words of this file alone
+            if key not in ("like", "about", TRIED)  # words of this file alone
         }
         own_wheels = isinstance(data.get("wheels"), dict)
         if own_wheels:
@@ -175,7 +151,7 @@ def _read(path: Path | str, depth: int, read: Callable[[Path | str], Any]) -> di
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
     if like is None:
-        return _filled_in(data, cells)
+        return data
     if not isinstance(like, str) or not 0 < len(like) < 256:
         raise InputError(f"{path}: like = {shown(like)}: must be the name of a shipped rig or of a file")
     if depth == 0:
@@ -193,13 +169,12 @@ def _read(path: Path | str, depth: int, read: Callable[[Path | str], Any]) -> di
             base[section] = {key: part for key, part in base[section].items() if key != other}
     if {"pitch", "equal_pitch_radius"} <= own["chain"] | own["sprocket"]:
         raise InputError(f"{path}: chain.pitch gives sprocket.equal_pitch_radius; leave one of them out")
-    merged = base | {
+    return base | {
         key: base[key] | part
         if isinstance(part, dict) and isinstance(base.get(key), dict) and key != "wheels" and "value" not in part
         else part
         for key, part in data.items()
     }
-    return _filled_in(merged, cells)
 
 
 def _written_out(part: Any, name: str, about: dict, folder: Path) -> Any:
@@ -250,13 +225,3 @@ def _with_points(part: Any, name: str, folder: Path) -> Any:
 
     path = folder / part["value"]
     return part | {"value": read_outline(path), "source": f"{part['source']} ({path.name})"}
-
-
-def _filled_in(data: dict, cells: Path | None) -> dict:
-    """The data with the cells that a reader filled in; a list of rigs needs none of what reads them."""
-    if cells is None:
-        return data
-    from trackdyn.parameters.paper_tables import load_paper_tables
-    from trackdyn.parameters.printed_rig import with_cells
-
-    return with_cells(data, load_paper_tables(cells), str(cells))

@@ -3,25 +3,10 @@
 
 def needs(script, folder="workflow/replication"):
     """Sources that a script imports: Snakemake sees an edit of the script, but not one of these."""
-    files = [str(file.relative_to(ROOT)) for file in imported_files(ROOT / folder / script, ROOT)]
-    return files + ([CELLS] if "trackdyn/parameters/rig_file.py" in files else [])
+    return [str(file.relative_to(ROOT)) for file in imported_files(ROOT / folder / script, ROOT)]
 
 
-# The article's cells that a reader filled in (docs/running.md). Those that a rig is made from are named by their
-# hash: other cells, another file, and whatever reads a rig runs. Tables 2 to 4 concern the scorecard and the page.
-ARTICLE = [str(path) for path in [cells_path(CONFIG.rig)] if path]
-RIG_CELLS = [cell._asdict() for path in ARTICLE for cell in rig_cells(path)]
-CELLS = f"{R}/cells/{sha256(repr(RIG_CELLS).encode()).hexdigest()[:16]}.csv"
-
-
-rule cells:
-    """What a reader of the article filled in of the rig."""
-    input: needs("pipeline/cells.py")
-    output: CELLS
-    params: cells=RIG_CELLS
-    log: f"{R}/logs/cells.log"
-    message: "What a reader filled in of the rig"
-    script: "../replication/pipeline/cells.py"
+ARTICLE = [CONFIG.article] if CONFIG.article else []  # cells of the article that a reader filled in
 
 
 onstart:

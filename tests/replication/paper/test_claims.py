@@ -9,7 +9,6 @@ import pandas as pd
 import pytest
 import yaml
 
-from replication.paper.cells import load_article
 from replication.paper.claims import (
     COLUMNS,
     JUDGED,
@@ -25,9 +24,9 @@ from replication.paper.claims import (
     load_claims,
 )
 from replication.paper.evidence import Evidence, Range
+from replication.paper.paper_tables import PaperTables, load_article
 from replication.paper.scorecard import SHORT, count, headline, not_shown, side_by_side, statements
 from trackdyn.errors import InputError
-from trackdyn.parameters.paper_tables import PaperTables
 from trackdyn.parameters.rig import load_rig
 
 CONFIG = Path(__file__).parents[3] / "config"

@@ -1,5 +1,5 @@
 """Commands that the replication adds to ``trackdyn``."""
 
-from replication.commands.results import crate, verify
+from replication.commands.results import article, crate, verify
 
-COMMANDS = "Replication", {"": ("", (verify, crate))}
+COMMANDS = "Replication", {"": ("", (verify, crate, article))}

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from replication.paper.cells import value_difference
 from replication.paper.evidence import Evidence, NotThere
 from replication.paper.measures import coarse_rms_difference, measure, register_all
+from replication.paper.paper_tables import value_difference
 
 
 def _cells(e: Evidence, name: str, speeds) -> np.ndarray:

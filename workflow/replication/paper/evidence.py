@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
+from replication.paper.paper_tables import PaperTables
 from trackdyn.measure.metrics import lines_by_start
-from trackdyn.parameters.paper_tables import PaperTables
 from trackdyn.parameters.rig import Rig
 from trackdyn.simulation.recording import load_recording
 

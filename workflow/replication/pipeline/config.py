@@ -13,13 +13,13 @@ from typing import Annotated, Any, Literal
 import yaml
 from pydantic import Field, model_validator
 
-from replication.paper.cells import load_article
+from replication.paper.paper_tables import load_article
 from replication.studies import STUDIES
 from replication.study.settings import Allowed, StudiesFile, peer_scene, rising, step_field
 from replication.study.variants import REFERENCE, SETTINGS
 from trackdyn.errors import InputError, TrackdynError
 from trackdyn.parameters.rig import Rig, load_rig
-from trackdyn.parameters.rig_file import cells_path, rig_path
+from trackdyn.parameters.rig_file import rig_path
 from trackdyn.parameters.validation import NotNegative, Positive, Section, shown, validated
 from trackdyn.parameters.yaml_file import read_yaml
 from trackdyn.scene.fidelity import PRESETS
@@ -110,6 +110,7 @@ class OtherRig(Section):
 class Config(Section):
     """Everything in ``config/config.yaml``.
 
+    ``article`` names the cells of the article that a reader filled in, with which claims compare.
     ``sensor_csv`` names the measured record of a speed, None: there is none; ``{rpm}`` stands for the motor speed.
     Rings and steps that are None are those of the rig (`of_rig`). ``sensor_mapping`` names the file that says how the
     records are read (:class:`trackdyn.sensor.sensor_mapping.SensorMapping`). ``known`` ends the
@@ -118,6 +119,7 @@ class Config(Section):
     """
 
     rig: str
+    article: str | None = None
     results: str
     sensor_csv: str | None
     sensor_is_synthetic: bool
@@ -321,8 +323,8 @@ def check_config(data: Any, name: str) -> tuple[Config, Rig, dict[str, Scene]]:
     config = config.of_rig(rig)
     with _section(name):
         config.check_sensor_files()
-        if cells := cells_path(config.rig):
-            load_article(cells)
+        if config.article is not None:
+            load_article(config.article)
         scenes = config.scenes(rig)
         config.refuse_studies(rig)
         for other in config.other_rigs:

@@ -5,11 +5,10 @@ from typing import Any
 from pydantic import BaseModel
 
 from replication.paper.claims import Claims
+from replication.paper.paper_tables import PaperTables
 from replication.pipeline.config import Config
 from replication.study.settings import Studies
-from trackdyn.parameters.paper_tables import PaperTables
 from trackdyn.parameters.rig import Rig
-from trackdyn.parameters.rig_file import CELLS
 from trackdyn.sensor.sensor_mapping import SensorMapping
 
 MODELS: dict[str, type[BaseModel]] = {
@@ -21,8 +20,6 @@ MODELS: dict[str, type[BaseModel]] = {
 def schema(name: str, model: type[BaseModel]) -> dict[str, Any]:
     """The schema of a kind of file; a configuration states only what differs from ``config/config.yaml``."""
     found = model.model_json_schema()
-    if name == "rig":
-        found["properties"][CELLS] = {"description": "The file of the article's cells.", "type": "string"}
     if name == "config":
         found = _without_required(found)
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **found}

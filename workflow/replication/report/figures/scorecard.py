@@ -9,10 +9,10 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from replication.paper.cells import load_article
 from replication.paper.claims import judge_all, load_claims
 from replication.paper.contents import caption
 from replication.paper.evidence import collect
+from replication.paper.paper_tables import load_article
 from replication.paper.printed import RECORD_DURATION
 from replication.paper.scorecard import MARKS, headline, side_by_side
 from replication.report.tables import write_captioned_table

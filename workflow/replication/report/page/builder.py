@@ -18,15 +18,14 @@ from PIL import Image
 from replication.certify.provenance import check_sources, run_provenance
 from replication.paper.claims import JUDGED, VERDICTS
 from replication.paper.contents import OF_STUDIES, OWN, PAPER, missing_items
+from replication.paper.paper_tables import filled_cells, load_article
 from replication.paper.scorecard import MARKS, answer_sentences, headline, statements
 from replication.report.costs import cost_table
 from replication.report.figures.trade import trade_sentence
 from replication.report.page import data
 from replication.studies import STUDIES
 from trackdyn.files import write_text
-from trackdyn.parameters.paper_tables import filled_cells, load_paper_tables
 from trackdyn.parameters.rig import load_rig
-from trackdyn.parameters.rig_file import cells_path
 from trackdyn.plots.rendering import render
 from trackdyn.simulation.recording import load_recording
 
@@ -56,6 +55,7 @@ class PageInputs:
     results: Path  # folder that the workflow wrote
     rig: Path  # the rig's file, for the list of parameters and the geometry of the moving picture
     sensors: Mapping[str, Path] = field(default_factory=dict)  # run such as ``115rpm`` to the sensor's record
+    article: Path | None = None  # the cells of the article that a reader filled in
     synthetic: bool | None = True  # whether these records are synthetic; None: there are none
     files: tuple[Path, ...] = ()  # configuration and data whose hashes are listed
     layers: tuple[str, ...] = ()  # configurations on top of the base, which commands on the page must name
@@ -90,7 +90,7 @@ def build_page(inputs: PageInputs) -> str:
         symbols=MARKS,
         synthetic=inputs.synthetic,
         parameters=_parameters(results),
-        cells=_cells(inputs.rig),
+        cells=[cell._asdict() for cell in filled_cells(load_article(inputs.article))] if inputs.article else [],
         kinds=KINDS,
         # counted here: the table of the costs is written after the page, whose own cost it holds
         costs=costs.astype(object).where(costs.notna(), None).to_dict("records"),
@@ -185,12 +185,6 @@ def _parameters(results: Path) -> dict[str, list[dict]] | None:
     return None if rows is None else {kind: [row for row in rows if row["kind"] == kind] for kind in KINDS}
 
 
-def _cells(rig: Path) -> list[dict]:
-    """The article's cells that a reader filled in."""
-    path = cells_path(rig)
-    return [] if path is None else [cell._asdict() for cell in filled_cells(load_paper_tables(path))]
-
-
 def _said(results: Path) -> dict[str, list[str]]:
     """What the paper's text says of a figure or table, by its label, and whether the first rig shows it."""
     path = results / "claims.csv"
@@ -243,6 +237,7 @@ def main(job) -> None:
     inputs = PageInputs(
         results=Path(of.results),
         rig=Path(given.rig),
+        article=Path(given.article[0]) if given.article else None,
         sensors=dict(zip(of.runs, map(Path, given.get("sensors", ())), strict=bool(given.get("sensors")))),
         synthetic=of.synthetic,
         studies=tuple(of.studies),

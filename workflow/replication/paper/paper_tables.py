@@ -1,24 +1,26 @@
 """The cells of the article that our text of it lacks (``config/rigs/paper/tables.yaml``), as a reader fills them in.
 
-Every cell may be null. What is filled in replaces what was assumed or fitted: a parameter by itself, Table 1 as the
-groove, the lengths of link and connector as the equal pitch.
+Every cell may be null. Tables 2 to 4 concern claims; what the others say of a rig becomes one (`printed_rig`).
 """
 
 from collections.abc import Iterator
 from decimal import Decimal
-from math import pi, sqrt
+from math import pi
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
 from pydantic import BeforeValidator, Field
 
+from replication.paper import printed
 from trackdyn.errors import InputError
 from trackdyn.parameters.groove import CONVEX
-from trackdyn.parameters.outline import TANGENT
+from trackdyn.parameters.outline import rounding
 from trackdyn.parameters.validation import Section, plain_number, shown, validated
 from trackdyn.parameters.yaml_file import read_yaml
 
+# points by which printed cells may miss a printed difference: two cells near 1 g with two decimals, 0.005 g off each
+ROUNDED_DIFFERENCE = 1.1
 AREAS = range(1, 11)
 SIGNS = np.array([1.0 if area in CONVEX else -1.0 for area in range(1, 6)])
 FACTORS = {"m": 1.0, "mm": 1e-3, "rad": 1.0, "deg": pi / 180}
@@ -144,11 +146,34 @@ class Cell(NamedTuple):
     used_for: str
 
 
-def load_paper_tables(path: Path | str) -> PaperTables:
-    """Read the cells; `InputError` in one sentence for what is half filled or contradicts itself."""
+def load_article(path: Path | str) -> PaperTables:
+    """Read the cells, compared with the differences that the text prints.
+
+    Raises `InputError`: what is half filled, contradicts itself or the text, in one sentence.
+    """
+    tables = _load(path)
+    for name, text in (("rms", printed.RMS_DIFFERENCE), ("sd", printed.SD_DIFFERENCE)):
+        simulated, measured = (tables.statistics(f"{name}_{source}") for source in ("simulation", "experiment"))
+        for rpm in sorted(simulated.keys() & measured.keys() & text.value.keys()):
+            found = value_difference(simulated[rpm], measured[rpm])
+            if abs(found - text.value[rpm]) > ROUNDED_DIFFERENCE:
+                raise InputError(
+                    f"{path}: table3.speeds.{rpm}.{name}_simulation = {simulated[rpm]:.6g} g and {name}_experiment = "
+                    f"{measured[rpm]:.6g} g differ by {found:.3g} % where the text prints {text.value[rpm]:g} %; cells "
+                    "that differ as printed are accepted"
+                )
+    return tables
+
+
+def value_difference(simulated, measured):
+    """The paper's value difference ``|simulation - sensor| / sensor``, %."""
+    return 100 * np.abs(np.asarray(simulated) - measured) / measured
+
+
+def _load(path: Path | str) -> PaperTables:
     tables = validated(PaperTables, read_yaml(path), str(path), "leave the cell at null if the article has none")
     try:
-        groove_rows(tables.table1)
+        table1_arcs(tables.table1)
         _refuse_halves(tables)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
@@ -184,64 +209,46 @@ def _cells(tables: PaperTables) -> Iterator[Cell]:
             yield Cell("parameters", name, entry.value, entry.unit, uses.get(name, name))
 
 
-def rig_cells(path: Path | str) -> list[Cell]:
-    """The filled cells of a file that a rig is made from."""
-    return [cell for cell in _cells(load_paper_tables(path)) if cell.table in ("Table 1", "parameters")]
-
-
 LONGEST_M = 1000.0  # m, as of every length of a rig
 
 
-def half_unit(values: Any) -> float:
-    """Half a unit of the last decimal that any of some numbers is written with."""
-    last = [int(Decimal(repr(float(value))).as_tuple().exponent) for value in values]
-    return 0.5 * 10.0 ** min(last)
-
-
-class _Rows(NamedTuple):
-    """Centres (5, 2) and radii (5,) of the left flank, m, and by how much rounding may have moved each of them."""
-
-    centre: np.ndarray
-    radius: np.ndarray
-    off: float
-
-
-def groove_rows(table: Table1) -> _Rows | None:
-    """Areas 1 to 5 of Table 1 in m, or None if the table is empty; the right flank mirrors the left one."""
+def table1_arcs(table: Table1) -> list[list[float]] | None:
+    """Rows of `profile.arcs` (m) that Table 1 gives, or None if it is empty; the right flank mirrors the left one."""
     rows = {area: table.areas.get(area, Area()) for area in AREAS}
     if not any(row.model_dump(exclude_none=True) for row in rows.values()):
         return None
     flanks = {}
+    units = table.units
+    columns = {"O_x": units.O, "O_y": units.O, "r": units.r}
     for name, areas in (("1 to 5", range(1, 6)), ("10 to 6", range(10, 5, -1))):
-        lacking = {(area, key) for area in areas for key in ("O_x", "O_y", "r") if getattr(rows[area], key) is None}
+        lacking = {(area, key) for area in areas for key in columns if getattr(rows[area], key) is None}
         if not lacking:
-            flanks[name] = np.array([(rows[area].O_x, rows[area].O_y, rows[area].r) for area in areas])
+            flanks[name] = np.array(
+                [[_in_metres(getattr(rows[area], key), unit) for key, unit in columns.items()] for area in areas]
+            )
         elif (name == "10 to 6" and not flanks) or len(lacking) < 15:
             area, key = min(lacking)
             raise InputError(
                 f"table1.areas.{area}.{key} = null beside cells that are filled in: give O_x, O_y and r of "
                 "areas 1 to 5, of areas 6 to 10 or of all; u_x, u_y and theta may stay null"
             )
-    scale = np.array([FACTORS[table.units.O]] * 2 + [FACTORS[table.units.r]])
-    written = np.concatenate([*flanks.values()])
-    off_centre, off_radius = (
-        scale[i] * half_unit(column) for i, column in ((0, written[:, :2].ravel()), (2, written[:, 2]))
-    )
-    off = 2 * sqrt(2) * off_centre + 2 * off_radius + TANGENT
-    sides = {name: part * scale for name, part in flanks.items()}
-    if "10 to 6" in sides:
-        sides["10 to 6"][:, 0] *= -1
-    if len(sides) == 2:
-        apart = np.abs(sides["1 to 5"] - sides["10 to 6"])
-        if apart.max() > off:
+    if "10 to 6" in flanks:
+        flanks["10 to 6"][:, 0] *= -1
+    if len(flanks) == 2:
+        apart = np.abs(flanks["1 to 5"] - flanks["10 to 6"])
+        if apart.max() > rounding(np.concatenate([*flanks.values()])):
             j, k = np.unravel_index(apart.argmax(), apart.shape)
             raise InputError(
                 f"table1.areas.{10 - j}.{('O_x', 'O_y', 'r')[k]} = {rows[10 - j].model_dump()[('O_x', 'O_y', 'r')[k]]}"
                 f" is not the mirror image of that of area {1 + j}, by {1e3 * apart.max():.3g} mm; areas 10 to 6 "
                 "mirror areas 1 to 5"
             )
-    flank = next(iter(sides.values()))
-    return _Rows(flank[:, :2], flank[:, 2], off)
+    return np.column_stack([next(iter(flanks.values())), SIGNS]).tolist()
+
+
+def _in_metres(value: float, unit: str) -> float:
+    """A length in m with the decimals that it is printed with."""
+    return float(Decimal(repr(float(value))).scaleb({"m": 0, "mm": -3}[unit]))
 
 
 def _refuse_halves(tables: PaperTables) -> None:
@@ -254,7 +261,7 @@ def _refuse_halves(tables: PaperTables) -> None:
             raise InputError(
                 f"parameters.{other} = null but {name} is given: give both lengths, whose mean is L of Eq. 19, or none"
             )
-    if value_of(tables, "r_a") is not None and groove_rows(tables.table1) is None:
+    if value_of(tables, "r_a") is not None and table1_arcs(tables.table1) is None:
         raise InputError(
             "parameters.r_a is given without Table 1: the groove follows from Table 1, whose tips it is "
             "compared with; fill in Table 1, or use null"
