@@ -53,7 +53,7 @@ def processor_seconds(command: list[str], checkout: Path, folder: Path, cache: P
     """User and system seconds of a process and its children; it must succeed."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     subprocess.run(
-        [part.replace("{folder}", str(folder)) for part in command],
+        [word.replace("{folder}", str(folder)) for word in command],
         cwd=checkout,
         env=os.environ | {"PYTHONPATH": str(checkout), "TRACKDYN_CACHE": str(cache), "OPENBLAS_NUM_THREADS": "1"},
         check=True,
@@ -99,14 +99,14 @@ def main() -> None:
     if "show" in asked and "simulate 20 s" not in asked:
         parser.error("show needs the run that 'simulate 20 s' leaves: --only 'simulate 20 s,show'")
     slow = ["pipeline", "quick"] * given.pipeline + ["tests"] * given.tests
-    with tempfile.TemporaryDirectory() as place:
-        there = Path(place, "there")
+    with tempfile.TemporaryDirectory() as folder:
+        there = Path(folder, "there")
         subprocess.run(["git", "clone", "--quiet", str(ROOT), str(there)], check=True)
         subprocess.run(["git", "checkout", "--quiet", given.commit], cwd=there, check=True)
         rows = []
         for name in (*asked, *slow):
             turns = 1 if name in slow else min(given.turns, 2) if name == "first run" else given.turns
-            rows.append(compare(name, (ROWS | SLOW)[name], (ROOT, there), Path(place), turns))
+            rows.append(compare(name, (ROWS | SLOW)[name], (ROOT, there), Path(folder), turns))
             print(pd.DataFrame(rows[-1:]).round(3).to_string(index=False, header=len(rows) == 1), flush=True)
     write_csv(given.out, pd.DataFrame(rows))
 

@@ -149,7 +149,7 @@ PATIENCE = 300_000  # of the browser on a busy machine, ms
 @pytest.fixture(scope="session")
 def browser():
     api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed: no test in a browser")
-    path = next((found for name in BROWSERS if (found := shutil.which(name))), None)
+    path = next((executable for name in BROWSERS if (executable := shutil.which(name))), None)
     if path is None:
         pytest.skip(f"no browser found (looked for {', '.join(BROWSERS)}): the page is not tested in one")
     with api.sync_playwright() as playwright:
@@ -165,8 +165,8 @@ def broken_rules():
 
     def broken(page):
         page.eval_on_selector_all("details", "all => all.forEach(e => { e.open = true; })")
-        found = axe.Axe().run(page).response["violations"]
-        return [(rule["id"], node["html"][:100]) for rule in found for node in rule["nodes"]]
+        violations = axe.Axe().run(page).response["violations"]
+        return [(rule["id"], node["html"][:100]) for rule in violations for node in rule["nodes"]]
 
     return broken
 

@@ -18,25 +18,25 @@ LOCKED = re.compile(r"([\w.-]+)==(\S+)(?: ; [^\\]+)?((?: --hash=sha256:[0-9a-f]{
 
 def asked(*extras):
     """All that the project asks for with some extras and with those that they name."""
-    found = [Requirement(text) for text in PROJECT["dependencies"]]
+    requirements = [Requirement(text) for text in PROJECT["dependencies"]]
     for extra in extras:
         for requirement in map(Requirement, PROJECT["optional-dependencies"][extra]):
-            found += asked(*requirement.extras) if requirement.name == "trackdyn" else [requirement]
-    return list({str(requirement): requirement for requirement in found}.values())
+            requirements += asked(*requirement.extras) if requirement.name == "trackdyn" else [requirement]
+    return list({str(requirement): requirement for requirement in requirements}.values())
 
 
 @pytest.fixture(scope="module")
 def locked():
     """Versions in the lock by name; every line is a package with its hashes, or a comment."""
-    found = {}
+    versions = {}
     text = re.sub(r" \\\n +", " ", (ROOT / "requirements.lock").read_text(encoding="utf-8"))
     for line in text.splitlines():
         if not line.startswith("#"):
             match = LOCKED.fullmatch(line)
             assert match, line
-            assert canonicalize_name(match[1]) not in found, line
-            found[canonicalize_name(match[1])] = Version(match[2])
-    return found
+            assert canonicalize_name(match[1]) not in versions, line
+            versions[canonicalize_name(match[1])] = Version(match[2])
+    return versions
 
 
 def test_the_lock_keeps_to_the_project(locked):

@@ -1,4 +1,4 @@
-"""Every file that the project writes is written beside its place and renamed, so that no reader finds half of one."""
+"""The project writes every file to a temporary file and renames it, so that no reader finds half of one."""
 
 import os
 from threading import Barrier, Thread
@@ -11,12 +11,12 @@ from trackdyn.files import refuse_unwritable, replacing, write_csv, write_text
 
 @pytest.mark.parametrize("size", [10, 10**6])
 def test_what_breaks_off_leaves_what_was_there(tmp_path, size):
-    place = tmp_path / "a.txt"
-    write_text(place, "whole")
-    with pytest.raises(ZeroDivisionError), replacing(place) as part:
-        part.write_text("x" * size)
+    target = tmp_path / "a.txt"
+    write_text(target, "whole")
+    with pytest.raises(ZeroDivisionError), replacing(target) as temporary:
+        temporary.write_text("x" * size)
         1 / 0  # noqa: B018
-    assert place.read_text() == "whole"
+    assert target.read_text() == "whole"
     assert [path.name for path in tmp_path.iterdir()] == ["a.txt"]
 
 

@@ -114,22 +114,22 @@ def test_a_second_process_finds_the_code_of_the_first(copy):
 
 def test_of_processes_that_begin_at_once_one_compiles(copy):
     processes = [copy.start("--together") for _ in range(3)]
-    found = [copy(process=process)[:2] for process in processes]
-    assert sorted(found) == [(3.0, 0), (3.0, 1), (3.0, 1)]
+    outputs = [copy(process=process)[:2] for process in processes]
+    assert sorted(outputs) == [(3.0, 0), (3.0, 1), (3.0, 1)]
 
 
-@pytest.mark.parametrize("place", ["a plain file", "below a plain file", "subfolder is a file"])
-def test_without_a_folder_nothing_is_kept_and_edits_are_seen(copy, tmp_path, place):
+@pytest.mark.parametrize("obstacle", ["a plain file", "below a plain file", "subfolder is a file"])
+def test_without_a_folder_nothing_is_kept_and_edits_are_seen(copy, tmp_path, obstacle):
     """numba's own choice would be ``__pycache__``, where the caller keeps the old code of what it calls."""
     cache = tmp_path / "cache"
-    if place == "subfolder is a file":
+    if obstacle == "subfolder is a file":
         folder = copy()[2]
         for path in folder.iterdir():
             shutil.rmtree(path)
             path.touch()
     else:
         cache.touch()
-    if place == "below a plain file":
+    if obstacle == "below a plain file":
         cache = cache / "deeper"
     for factor in (2.0, 5.0):
         (copy.root / "inner.py").write_text(INNER.format(factor=factor))

@@ -100,8 +100,8 @@ def test_no_module_imports_itself_by_a_detour():
     """Imports that run with the module: a circle works only as long as nobody changes the order."""
     graph = {}
     for name, path in MODULES.items():
-        found = {next((n for n in (i, i.rpartition(".")[0]) if n in MODULES), "") for i in imports_of(path, False)}
-        graph[name] = found - {name, "", *FOLDERS}  # a package's own file gathers what it shows
+        imported = {next((n for n in (i, i.rpartition(".")[0]) if n in MODULES), "") for i in imports_of(path, False)}
+        graph[name] = imported - {name, "", *FOLDERS}  # a package's own file gathers what it shows
     while leaves := {name for name, needs in graph.items() if not needs}:
         graph = {name: needs - leaves for name, needs in graph.items() if name not in leaves}
     assert not graph, f"in circles, or above one: {sorted(graph)}"

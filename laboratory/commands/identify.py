@@ -100,9 +100,9 @@ def identify(
 
     for one in measured:
         say(f"{one.record.path}: {len(one.statistics)} turns of the loop at {one.speed.rpm:.5g} rev/min")
-    found = None
+    predicted_widths = None
     if not unknowns.unknowns:
-        chosen, found = tellable(measured, base, rig, store, settings.jobs, settings.progress)
+        chosen, predicted_widths = tellable(measured, base, rig, store, settings.jobs, settings.progress)
         unknowns = unknowns_asked_for(chosen, base, rig)
     for one in unknowns.unknowns:
         say(
@@ -111,9 +111,9 @@ def identify(
         )
     answer = run(measured, unknowns, store, settings, say)
     best = write_answer(answer, rig, out)
-    if found is not None:
-        write_csv(out / "tellable.csv", found)
-    page = write_identification_page(answer, best, out, synthetic, found)
+    if predicted_widths is not None:
+        write_csv(out / "tellable.csv", predicted_widths)
+    page = write_identification_page(answer, best, out, synthetic, predicted_widths)
     say(answer.table.drop(columns=["scale"]).to_string(index=False, float_format=lambda value: f"{value:.4g}"))
     say(identification_headline(answer))
     say(f"written: {page}")

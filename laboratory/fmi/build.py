@@ -41,9 +41,9 @@ def write_fmu(scene: Scene, path: Path | str) -> Unit:
         "sources": source_hash(),
         "scene": scene.describe(),
     }
-    with replacing(path) as part, TemporaryDirectory() as folder:
+    with replacing(path) as temporary, TemporaryDirectory() as folder:
         resource = Path(folder, "scene.json")
         resource.write_text(json.dumps(described, sort_keys=True), encoding="utf-8")
         built = FmuBuilder.build_FMU(SCRIPT, folder, [resource], canGetAndSetFMUState=True)
-        shutil.copyfile(built, part)
+        shutil.copyfile(built, temporary)
     return unit

@@ -276,9 +276,9 @@ class Strands:
         are (n, 2) joints, m, ``forces`` the (n, 2) force in each, N.
         """
         size, n = np.hypot(*np.transpose(forces)), len(pins)
-        found = np.empty(len(self.middle))
+        tensions = np.empty(len(self.middle))
         for k, (middle, along) in enumerate(zip(self.middle, self.along, strict=True)):
             away = pins - middle
             near = (np.argmin(np.hypot(*away.T)) + np.arange(-1, 2)) % n
-            found[k] = np.interp(0.0, away[near] @ along, size[near])  # joints are numbered along the run
-        return found
+            tensions[k] = np.interp(0.0, away[near] @ along, size[near])  # joints are numbered along the run
+        return tensions

@@ -66,27 +66,27 @@ class _Evaluated:
     def __init__(self, problem: Problem, store: str | None, budget: int):
         self.problem, self.store, self.budget = problem, store, budget
         self.points: list[np.ndarray] = []  # that came out
-        self.found: list[np.ndarray] = []
+        self.residuals: list[np.ndarray] = []
         self.count = 0
         self.refusal = ""
 
     def __call__(self, x: np.ndarray) -> np.ndarray:
         x = np.clip(np.round(np.asarray(x, dtype=float), 12), 0.0, 1.0)
-        for known, found in zip(self.points, self.found, strict=True):
+        for known, residuals in zip(self.points, self.residuals, strict=True):
             if np.array_equal(known, x):
-                return found
+                return residuals
         if self.count >= self.budget:
             raise _SpentError
         self.count += 1
         values = self._values(x)
         if values is not None:
             self.points.append(x)
-            self.found.append(np.asarray(self.problem.residuals(values), dtype=float))
-            return self.found[-1]
+            self.residuals.append(np.asarray(self.problem.residuals(values), dtype=float))
+            return self.residuals[-1]
         if not self.points:
             raise _SpentError
         far = np.linalg.norm(np.array(self.points) - x, axis=1)
-        near = self.found[int(far.argmin())]
+        near = self.residuals[int(far.argmin())]
         return near + np.where(near < 0, -1.0, 1.0) * (REFUSED + SLOPE * far.min())
 
     def _values(self, x: np.ndarray) -> dict | None:
@@ -124,8 +124,8 @@ def _cma(evaluate: Callable, x: np.ndarray, radius: float) -> None:
     cma = required("cma")
     options = {"bounds": [0.0, 1.0], "seed": 1, "tolx": LEAST_RADIUS * radius, "maxfevals": ENDLESS, "verbose": -9}
     evaluate(np.clip(x, 0.0, 1.0))  # the method itself begins with points around the start
-    found = cma.CMAEvolutionStrategy(np.clip(x, 0.0, 1.0), radius, options)
-    found.optimize(lambda at: 0.5 * float(np.sum(evaluate(at) ** 2)))
+    strategy = cma.CMAEvolutionStrategy(np.clip(x, 0.0, 1.0), radius, options)
+    strategy.optimize(lambda at: 0.5 * float(np.sum(evaluate(at) ** 2)))
 
 
 METHODS = {"dfols": _dfols, "cma": _cma}
@@ -175,9 +175,9 @@ def minimise(
     complete = np.array(start.x, dtype=float)
     evaluated = _Evaluated(problem, None if store is None else str(store), evaluations)
 
-    def at(part: np.ndarray) -> np.ndarray:
+    def at(free_values: np.ndarray) -> np.ndarray:
         x = complete.copy()
-        x[free] = part
+        x[free] = free_values
         return evaluated(x)
 
     ended = "converged"
@@ -188,11 +188,11 @@ def minimise(
     if not evaluated.points:
         lost = {"x": complete.tolist(), "cost": None, "first_cost": None, "residuals": [], "costs": []}
         return lost | {"evaluations": evaluated.count, "ended": f"the start does not run: {evaluated.refusal}"}
-    costs = [0.5 * float(found @ found) for found in evaluated.found]
+    costs = [0.5 * float(residuals @ residuals) for residuals in evaluated.residuals]
     best = int(np.argmin(costs))
     return {
         "x": evaluated.points[best].tolist(), "cost": costs[best], "first_cost": costs[0],
-        "evaluations": evaluated.count, "ended": ended, "residuals": evaluated.found[best].tolist(), "costs": costs,
+        "evaluations": evaluated.count, "ended": ended, "residuals": evaluated.residuals[best].tolist(), "costs": costs,
     }  # fmt: skip
 
 
@@ -247,11 +247,11 @@ def local_searches(
         tasks[keys[of]] = task | {"store": None if store is None else str(Path(store) / key_of(list(start.x)))}
     rows = results(rows_of_searches, tasks, jobs, None if store is None else Path(store) / "searches")
     refuse_failed(rows.values(), "the same command goes on from there")
-    found = {}
+    ends = {}
     for of, (_, start) in requested.items():
         row = rows[keys[of]]
         if row["state"] != DONE:
             raise TrackdynError(f"start {start.name}: {row['reason']}")
         lost = {cost: float("inf") for cost in ("cost", "first_cost") if row["values"][cost] is None}
-        found[of] = row["values"] | lost
-    return found
+        ends[of] = row["values"] | lost
+    return ends

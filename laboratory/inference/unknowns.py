@@ -31,7 +31,7 @@ class Unknown(Section):
     low, high : float or None
         Its range; the one in the rig's file where it is not given.
     ranges : list of pairs
-        Several ranges in place of one, such as the readings of a printed number; each is as likely as it is wide.
+        Several ranges instead of one, such as the readings of a printed number; each is as likely as it is wide.
     scale : str
         ``linear`` or ``log``: in what the unknown is evenly spread.
     of : str or None
@@ -146,7 +146,10 @@ class Unknowns:
         x = np.asarray(x, dtype=float)
         if x.shape != (len(self),) or not ((x >= 0) & (x <= 1)).all():
             raise InputError(f"x = {shown(x.tolist())}: must be {len(self)} numbers between 0 and 1")
-        return {unknown.label: unknown.value(float(part)) for unknown, part in zip(self.unknowns, x, strict=True)}
+        return {
+            unknown.label: unknown.value(float(coordinate))
+            for unknown, coordinate in zip(self.unknowns, x, strict=True)
+        }
 
     def position(self, values: Mapping[str, float]) -> np.ndarray:
         """(d,) point of the unit cube for values by label; NaN where one lies outside its range."""
@@ -175,11 +178,11 @@ class Unknowns:
 
     def of_rig(self, rig: Rig) -> dict[str, float]:
         """Value of every unknown in a rig, by label."""
-        found = {}
+        values = {}
         for unknown in self.unknowns:
             value = _number(rig, unknown.names[0], unknown.label)
-            found[unknown.label] = value / _number(rig, unknown.of, unknown.label) if unknown.of else value
-        return found
+            values[unknown.label] = value / _number(rig, unknown.of, unknown.label) if unknown.of else value
+        return values
 
 
 def buildable(unknowns: Unknowns, x) -> bool:

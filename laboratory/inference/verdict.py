@@ -12,7 +12,7 @@ one-sided
 not identified
     Neither.
 in doubt
-    In place of the first two, where the records contradict the model: of some group of features the discrepancy's 90 %
+    Instead of the first two, where the records contradict the model: of some group of features the discrepancy's 90 %
     interval lies wholly above that of the prior. The interval is then one of a model that does not explain the
     records. This part of the rule came last: without it, records that no rig had made were told a stiffness and a
     tension.

@@ -17,8 +17,8 @@ def departures(rows: pd.DataFrame) -> str:
     def cell(group: pd.DataFrame) -> str:
         if isinstance(why := group["failed"].iloc[0], str) and why:
             return "refused" if why.startswith("scene: ") else "fails"
-        found = group.set_index("measure")["difference"]
-        parts = [f"{found[name]:+.1f}".replace("-0.0", "0").replace("+0.0", "0") for name in shown]
+        differences = group.set_index("measure")["difference"]
+        parts = [f"{differences[name]:+.1f}".replace("-0.0", "0").replace("+0.0", "0") for name in shown]
         return ", ".join(parts) if set(parts) != {"0"} else "0"
 
     cells = rows.groupby(["departure", "scene"], sort=False)[["measure", "difference", "failed"]].apply(cell)
@@ -36,10 +36,10 @@ def identify_text(calibration: pd.DataFrame, synthetic: pd.DataFrame) -> str:
         spans = zip(*(of_unknowns[f"{name}_{level}"] for name in ("covered", "low", "high")), strict=True)
         cells = [f"{100 * at:.0f} ({100 * low:.0f} to {100 * high:.0f})" for at, low, high in spans]
         shown[f"in {level} % intervals, %"] = cells
-    found = synthetic.set_index(["of", "name"])["verdict"]
-    verdicts = "; ".join(f"`{name}` {verdict}" for name, verdict in found["unknown"].items())
-    wider = [name for name, verdict in found["discrepancy"].items() if verdict == "wider"]
-    apart = "; ".join(f"{name} {verdict}" for name, verdict in found["held out"].items())
+    verdict_of = synthetic.set_index(["of", "name"])["verdict"]
+    verdicts = "; ".join(f"`{name}` {verdict}" for name, verdict in verdict_of["unknown"].items())
+    wider = [name for name, verdict in verdict_of["discrepancy"].items() if verdict == "wider"]
+    apart = "; ".join(f"{name} {verdict}" for name, verdict in verdict_of["held out"].items())
     return (
         f"{shown.to_markdown(index=False, disable_numparse=True)}\n\nSynthetic records: {verdicts}. Discrepancies "
         f"above their prior: {', '.join(wider) or 'none'}. Each record predicted from the other: {apart}."

@@ -54,7 +54,7 @@ def write_identification_page(
     for name, figure in figures.items():
         save(figure, out / f"{name}.png")
     sizes = discrepancies(answer)
-    found = tables(answer)
+    answer_tables = tables(answer)
     held = answer.held_out
     text = (
         environment(HERE)
@@ -63,7 +63,7 @@ def write_identification_page(
             headline=identification_headline(answer),
             synthetic=synthetic,
             unknowns=_rows(answer.table[COLUMNS]),
-            correlations=_rows(found["correlations"]),
+            correlations=_rows(answer_tables["correlations"]),
             discrepancies=_rows(sizes),
             wider=", ".join(contradicted(answer.posterior, answer.draws.points)),
             held=None if held is None else {"inside": int(held["inside"].sum()), "count": len(held)},
@@ -101,13 +101,13 @@ def identification_headline(answer: Identification) -> str:
 
 def _spectra(answer: Identification, rig: Rig) -> list[tuple[str, float, np.ndarray, np.ndarray]]:
     """Whole turns of every record and of the best rig."""
-    found = []
+    spectra = []
     for one in answer.measured:
         rate = one.speed.rate / one.speed.every
         simulated = turns_of(simulated_ay(rig, one.speed, 1), rate, Periods.at(rig, one.speed.rpm).loop)
         measured = turns_of(one.record.ay_g, rate, one.turn_s)
-        found.append((f"{one.name}: {one.speed.rpm:.4g} rev/min", rate, measured, simulated))
-    return found
+        spectra.append((f"{one.name}: {one.speed.rpm:.4g} rev/min", rate, measured, simulated))
+    return spectra
 
 
 def _records(answer: Identification) -> pd.DataFrame:

@@ -35,8 +35,8 @@ class Contour:
 
     def spread(self, deviation: float) -> np.ndarray:
         """(n, n) matrix that spreads what each node gets over a normal distribution of places (m) along the flank."""
-        place = np.cumsum(self.length) - self.length / 2
-        weight = np.exp(-0.5 * ((place[:, None] - place) / max(deviation, SPACING / 10)) ** 2) * self.length[:, None]
+        along = np.cumsum(self.length) - self.length / 2
+        weight = np.exp(-0.5 * ((along[:, None] - along) / max(deviation, SPACING / 10)) ** 2) * self.length[:, None]
         return weight / weight.sum(axis=0)
 
 
@@ -57,7 +57,9 @@ def _contour(groove: Groove, areas: list[int], side: float) -> Contour:
     dense, normal = np.vstack(points), np.vstack(normals)
     along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(dense, axis=0).T))])
     at = np.linspace(0.0, along[-1], max(int(along[-1] / SPACING), 8) + 1)
-    nodes, normal = (np.column_stack([np.interp(at, along, part[:, k]) for k in (0, 1)]) for part in (dense, normal))
+    nodes, normal = (
+        np.column_stack([np.interp(at, along, values[:, k]) for k in (0, 1)]) for values in (dense, normal)
+    )
     length = np.full(len(at), at[1])
     length[[0, -1]] /= 2
     signs = np.where(groove.convex[areas], 1.0, -1.0)
@@ -97,11 +99,11 @@ def fit_flank(flank: Contour, depth: np.ndarray, teeth: int, arc_radius: float) 
             return np.full(len(points), OFF)
 
     start = np.concatenate([np.log(np.maximum(arcs[1:, 2] - least, CLEAR)), slopes])
-    found = least_squares(misses, start, x_scale="jac", max_nfev=200, xtol=1e-12, ftol=1e-12)
-    missed = float(np.sqrt(((found.fun / weight) ** 2 @ depth) / depth.sum()))
+    fit = least_squares(misses, start, x_scale="jac", max_nfev=200, xtol=1e-12, ftol=1e-12)
+    missed = float(np.sqrt(((fit.fun / weight) ** 2 @ depth) / depth.sum()))
     if not missed < OFF:
         raise InputError("no tangent arcs follow the worn flank")
-    return arcs_of(found.x), missed
+    return arcs_of(fit.x), missed
 
 
 def worn_rig(rig: Rig, of: tuple[Contour, Contour], flanks, arcs: np.ndarray, bushing: float) -> tuple[Rig, float]:

@@ -75,7 +75,7 @@ def test_a_step_is_exact_however_long(hysteretic):
         hysteretic._parts.model._replace(branches=Branches(np.array([30.0, 200.0]), np.array([1e-4, 0.3]))),
         None,
     )
-    found = []
+    states = []
     for h, count in ((1e-3, 10), (1e-2, 1)):
         loop = hysteretic.copy()
         state, work = (
@@ -92,8 +92,8 @@ def test_a_step_is_exact_however_long(hysteretic):
             ahead = work.torque.copy()
         for _ in range(count):
             relax(model._replace(step=h), state, work, BUSHING_LOSS, model.branches)
-        found.append([*state.branch.ravel(), state.work_done[BUSHING_LOSS], stored(state, model.branches) - held])
-    np.testing.assert_allclose(found[0], found[1], rtol=1e-9)
+        states.append([*state.branch.ravel(), state.work_done[BUSHING_LOSS], stored(state, model.branches) - held])
+    np.testing.assert_allclose(states[0], states[1], rtol=1e-9)
     np.testing.assert_allclose(ahead, -state.branch.sum(axis=0), rtol=1e-12)
     work.torque[:] = 0.0
     add_moments(state, work, 0.0, model.branches)
@@ -120,7 +120,7 @@ def test_the_account_of_a_loop_closes_and_a_checkpoint_goes_on_bit_for_bit(make_
 
 def test_methods_agree_on_what_a_free_loop_loses(make_scene):
     """A chain that hangs together and falls: its bushings take the same by every method."""
-    found = []
+    losses = []
     for integrator, step in (("semi_implicit", 2e-5), ("linearly_implicit", 2e-5), ("rk4", 1e-4)):
         scene = make_scene(
             115.0, loop="free", ring_radius=None, spells=False, bushing_law="hysteretic", integrator=integrator,
@@ -128,9 +128,9 @@ def test_methods_agree_on_what_a_free_loop_loses(make_scene):
         )  # fmt: skip
         loop = Loop(scene)
         loop.advance(0.3)
-        found.append(loop.energy["bushing_loss"])
-    assert found[0] > 0.0
-    assert found == pytest.approx([found[2]] * 3, rel=0.01)
+        losses.append(loop.energy["bushing_loss"])
+    assert losses[0] > 0.0
+    assert losses == pytest.approx([losses[2]] * 3, rel=0.01)
 
 
 def test_stiff_branches_limit_the_step_and_what_lacks_is_refused(make_scene, rig):

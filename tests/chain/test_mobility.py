@@ -45,23 +45,23 @@ def test_a_body_alone_has_its_mass_and_inertia():
     )
 
 
-@pytest.mark.parametrize("part", [0.0, 0.4, 1.0])
-def test_mobility_is_that_of_the_mass_matrix(part):
+@pytest.mark.parametrize("fraction", [0.0, 0.4, 1.0])
+def test_mobility_is_that_of_the_mass_matrix(fraction):
     # as long on either side as the loop is: what is beyond ten bodies weighs less than rounding
     chain, middle = uneven(41), 20
     ends = Chain(*(np.roll(values, -middle) for values in chain[:5]), *chain[5:])
-    assert mobility_across(ends, 0, part * chain.length[middle]) == pytest.approx(
-        by_mass_matrix(chain, middle, part * chain.length[middle]), rel=1e-9
+    assert mobility_across(ends, 0, fraction * chain.length[middle]) == pytest.approx(
+        by_mass_matrix(chain, middle, fraction * chain.length[middle]), rel=1e-9
     )
 
 
-@pytest.mark.parametrize("part", [0.0, 0.4, 1.0])
+@pytest.mark.parametrize("fraction", [0.0, 0.4, 1.0])
 @pytest.mark.parametrize("x", [-0.8, 0.0, 0.5, 1.0])
-def test_mobility_of_a_sliding_point_is_that_of_the_mass_matrix(part, x):
+def test_mobility_of_a_sliding_point_is_that_of_the_mass_matrix(fraction, x):
     """Its slip: the place's way across the chain times the normal's component along it, less the arm times the turn."""
     chain, middle, arm = uneven(41), 20, 0.03
     ends = Chain(*(np.roll(values, -middle) for values in chain[:5]), *chain[5:])
-    along = part * chain.length[middle]
+    along = fraction * chain.length[middle]
     a, b, c = mobility_of_slip(ends, 0, along, arm)
     assert (a * x + b) * x + c == pytest.approx(by_mass_matrix(chain, middle, along, arm, x), rel=1e-9)
 

@@ -134,8 +134,8 @@ class Polygon:
         free = np.linalg.solve(mass, right)
         inverse = np.linalg.solve(mass, rows.T)
         multiplier = np.linalg.lstsq(rows @ inverse, known - rows @ free, rcond=1e-12)[0]
-        found = (free + inverse @ multiplier).reshape(n, 6)
-        return found[:, :3], found[:, 3:]
+        accelerations = (free + inverse @ multiplier).reshape(n, 6)
+        return accelerations[:, :3], accelerations[:, 3:]
 
     def spread(self, pin, plane, alpha):
         """Accelerations of mass centres and angular accelerations from what `solve` found, body by body."""

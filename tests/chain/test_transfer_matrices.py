@@ -39,11 +39,11 @@ def random_rotation(rng):
 def random_body(rng):
     """Seven particles, joined rigidly: mass, places from the input, r_ic, r_io, inertia about the centre."""
     mass = rng.uniform(0.3, 2.0, 7)
-    place = rng.normal(0.0, 0.1, (7, 3))
-    centre = mass @ place / mass.sum()
-    arm = place - centre
+    points = rng.normal(0.0, 0.1, (7, 3))
+    centre = mass @ points / mass.sum()
+    arm = points - centre
     inertia = sum(m * (a @ a * np.eye(3) - np.outer(a, a)) for m, a in zip(mass, arm, strict=True))
-    return mass, place, centre, rng.normal(0.0, 0.1, 3), inertia
+    return mass, points, centre, rng.normal(0.0, 0.1, 3), inertia
 
 
 def random_matrix(rng, omega=None):
@@ -74,7 +74,7 @@ def test_skew_is_the_cross_product(seed):
 def test_body_balances_the_momentum_of_its_particles(seed):
     """Sum over particles of m a and r x m a about a fixed point equals what acts at input, output and centre."""
     rng = np.random.default_rng(seed)
-    mass, place, r_ic, r_io, inertia = random_body(rng)
+    mass, points, r_ic, r_io, inertia = random_body(rng)
     omega, force, moment = rng.normal(0.0, 3.0, 3), rng.normal(0.0, 20.0, 3), rng.normal(0.0, 2.0, 3)
     matrix = body_matrix(mass.sum(), inertia, r_ic, r_io, omega, force, moment)
     state = random_input(rng)
@@ -87,13 +87,13 @@ def test_body_balances_the_momentum_of_its_particles(seed):
     np.testing.assert_allclose(acc_out, moved(r_io), rtol=0, atol=ROUNDING * 100)
     assert (spin_out == spin).all()
     pin = rng.normal(0.0, 1.0, 3)  # the input in space
-    rate = np.array([m * moved(r) for m, r in zip(mass, place, strict=True)])
+    rate = np.array([m * moved(r) for m, r in zip(mass, points, strict=True)])
     np.testing.assert_allclose(rate.sum(axis=0), q_in - q_out + force, rtol=0, atol=ROUNDING * 100)
     expected = (
         m_in - m_out + moment
         + np.cross(pin, q_in) - np.cross(pin + r_io, q_out) + np.cross(pin + r_ic, force)
     )  # fmt: skip
-    np.testing.assert_allclose(np.cross(pin + place, rate).sum(axis=0), expected, rtol=0, atol=ROUNDING * 100)
+    np.testing.assert_allclose(np.cross(pin + points, rate).sum(axis=0), expected, rtol=0, atol=ROUNDING * 100)
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -152,7 +152,7 @@ def test_body_cut_in_two_is_the_product_of_its_parts(seed):
     whole = mass @ centre / mass.sum()
     arm = centre - whole
     inertia = sum(
-        part[4] + m * (a @ a * np.eye(3) - np.outer(a, a)) for part, m, a in zip(parts, mass, arm, strict=True)
+        half[4] + m * (a @ a * np.eye(3) - np.outer(a, a)) for half, m, a in zip(parts, mass, arm, strict=True)
     )
     total = moment.sum(axis=0) + np.cross(arm, force).sum(axis=0)
     one = body_matrix(mass.sum(), inertia, whole, first[3] + second[3], omega, force.sum(axis=0), total)

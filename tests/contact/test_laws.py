@@ -109,7 +109,7 @@ def test_impact_delivers_the_exact_restitution_of_its_factor(restitution, length
     ("nominal", "delivered"), [(0.05, 0.664), (0.3, 0.684), (0.5, 0.725), (0.7, 0.796), (0.9, 0.913)]
 )
 def test_printed_factor_never_delivers_less_than_two_thirds(nominal, delivered):
-    """What 3 (1 - c^2) / 4 gives in place of c: a property of the law of the paper."""
+    """What 3 (1 - c^2) / 4 gives instead of c: a property of the law of the paper."""
     assert exact_restitution(0.75 * (1 - nominal**2)) == pytest.approx(delivered, abs=5e-4)
     assert law(nominal).loss == pytest.approx(0.75 * (1 - nominal**2), rel=1e-15)
 
@@ -134,10 +134,10 @@ def test_implicit_speed_is_that_under_its_own_force(given):
     for depth in (1e-7, 1e-5, 1e-3):
         elastic = elastic_force(contact.stiffness, depth, 0.05)
         for speed in np.linspace(-3.0, 3.0, 61):
-            found = implicit_speed(contact, elastic, speed, 0.3, given)
-            force = normal_force(contact, depth, found, 0.3, 0.05)
+            implicit = implicit_speed(contact, elastic, speed, 0.3, given)
+            force = normal_force(contact, depth, implicit, 0.3, 0.05)
             # the sum of two numbers of the size of ``given * elastic`` and of the speed
-            assert found + given * force == pytest.approx(speed, rel=1e-12, abs=1e-12 * (1 + given * elastic))
+            assert implicit + given * force == pytest.approx(speed, rel=1e-12, abs=1e-12 * (1 + given * elastic))
             clipped.add((force == 0.0, force == pytest.approx(1.4 * elastic, rel=1e-12)))
     assert clipped == {(False, False), (True, False), (False, True)}
 
@@ -148,7 +148,7 @@ def impact_by_steps(contact, steps, impeded, mass=5.0, speed=0.35, radius=8e-4):
     """
     deepest = (1.25 * mass * speed**2 * sqrt(radius) / contact.stiffness) ** 0.4
     h = 3.2 * deepest / speed / steps
-    given, found = 0.5 * h / mass, []
+    given, rebounds = 0.5 * h / mass, []
     for begin in (np.arange(10) + 0.5) / 10:  # how far into a step the mass touches
         depth, velocity, change, forces = -begin * h * speed, speed, 0.0, [0.0]
         for _ in range(2 * steps):
@@ -165,8 +165,8 @@ def impact_by_steps(contact, steps, impeded, mass=5.0, speed=0.35, radius=8e-4):
             forces.append(force)
         k = int(np.argmax(forces))
         before, middle, after = forces[k - 1 : k + 2]
-        found.append((middle - (after - before) ** 2 / (8 * (before - 2 * middle + after)), -velocity / speed))
-    return np.mean(found, axis=0)
+        rebounds.append((middle - (after - before) ** 2 / (8 * (before - 2 * middle + after)), -velocity / speed))
+    return np.mean(rebounds, axis=0)
 
 
 @pytest.mark.parametrize("restitution", [0.2, 0.5, 0.8])

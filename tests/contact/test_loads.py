@@ -376,12 +376,12 @@ def test_friction_takes_from_its_slip_only_what_it_changes_by(loop):
 def test_forces_of_the_teeth_at_the_default_step_are_those_of_a_method_of_order_four(make_scene, rpm, radius, step):
     """Steps of the ring study. With the slip half a step late the history missed 2 to 6 %."""
     common = {"ring_radius": radius, "duration": 0.6, "lead_in": 0.2}
-    found, limit = (
+    forces, limit = (
         simulate(make_scene(rpm, **common, integrator=integrator, step=step)).force[:, 0]
         for integrator, step in (("semi_implicit", step), ("rk4", 2e-5))
     )
     carries = (limit**2).sum(axis=0) > 0
-    off = ((found - limit) ** 2).sum(axis=0)[carries] / (limit**2).sum(axis=0)[carries]
+    off = ((forces - limit) ** 2).sum(axis=0)[carries] / (limit**2).sum(axis=0)[carries]
     assert carries.any() and np.sqrt(off).max() < 0.015
 
 

@@ -89,9 +89,9 @@ def test_less_overlap_gives_less_force(make_spatial):
     model = model._replace(space=model.space._replace(guide_reach=np.zeros_like(model.space.guide_reach)), tooth=tooth)
     full = evaluate(model, copy.deepcopy(state))
     state.plane.motion[0] = 0.02
-    part = evaluate(model, copy.deepcopy(state))
-    np.testing.assert_allclose(part.tooth_force, 0.7 * full.tooth_force, rtol=1e-14)
-    np.testing.assert_allclose(part.wheel_force, 0.96 * full.wheel_force, rtol=1e-14)
+    partial = evaluate(model, copy.deepcopy(state))
+    np.testing.assert_allclose(partial.tooth_force, 0.7 * full.tooth_force, rtol=1e-14)
+    np.testing.assert_allclose(partial.wheel_force, 0.96 * full.wheel_force, rtol=1e-14)
     state.plane.motion[0] = -0.06
     none = evaluate(model, state)
     assert not none.tooth_force.any() and not none.tooth_area.any() and not state.tooth_impact.any()

@@ -58,15 +58,15 @@ def test_penetrating_arcs_are_found_with_area_depth_and_normal(groove, tooth):
     points, area, normal, share = points_over_the_profile(groove, lambda rng, k: -rng.uniform(0, DEEPEST, k), 1)
     true_depth = RADIUS - distance_to_arcs(groove, points).min(axis=1)
     for i, (x, y) in enumerate(points):
-        found, depth, nx, ny, radius = find_area(tooth, x, y)
-        assert found > 0
+        touched, depth, nx, ny, radius = find_area(tooth, x, y)
+        assert touched > 0
         assert depth == pytest.approx(true_depth[i], abs=EXACT)
         # the normal: an error of 1e-16 m over the least distance to a centre, 2.7 mm
         assert (nx, ny) == pytest.approx(tuple(normal[i]), abs=1e-12)
         if share[i] < 1 - 1e-9:  # neighbours share a boundary, with the same depth and normal
-            assert found == area[i]
-            sign = 1 if groove.convex[found - 1] else -1
-            assert radius == pytest.approx(groove.radius[found - 1] + sign * RADIUS, abs=1e-15)
+            assert touched == area[i]
+            sign = 1 if groove.convex[touched - 1] else -1
+            assert radius == pytest.approx(groove.radius[touched - 1] + sign * RADIUS, abs=1e-15)
 
 
 def test_arcs_that_do_not_touch_are_not_found(groove, tooth):
@@ -89,10 +89,10 @@ def test_random_places_over_the_groove_touch_where_the_profile_is_near(groove, t
     below = points[:, 1] < np.interp(points[:, 0], *groove.profile(200).T)  # in the steel
     touching = 0
     for (x, y), d in zip(points[~below], distance[~below], strict=True):
-        found, depth, *_ = find_area(tooth, x, y)
-        assert (found > 0) == (d < RADIUS)
+        area, depth, *_ = find_area(tooth, x, y)
+        assert (area > 0) == (d < RADIUS)
         assert depth == pytest.approx(max(RADIUS - d, 0.0), abs=EXACT)
-        touching += found > 0
+        touching += area > 0
     assert touching > 100
 
 

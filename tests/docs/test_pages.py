@@ -45,9 +45,9 @@ def blocks(path, *languages):
     """Language, first line and text of the fenced blocks in some languages."""
     text = text_of(path)
     return [
-        (found[1], text.count("\n", 0, found.start()) + 1, found[2])
-        for found in BLOCK.finditer(text)
-        if found[1] in languages
+        (match[1], text.count("\n", 0, match.start()) + 1, match[2])
+        for match in BLOCK.finditer(text)
+        if match[1] in languages
     ]
 
 
@@ -91,8 +91,8 @@ def run_command(line):
 
 def run_console(text, where):
     """Run the commands of a console block and compare with what stands below them."""
-    for part in re.split(r"^\$ ", text, flags=re.MULTILINE)[1:]:
-        line, _, expected = part.partition("\n")
+    for command in re.split(r"^\$ ", text, flags=re.MULTILINE)[1:]:
+        line, _, expected = command.partition("\n")
         if not line.startswith("trackdyn "):
             continue
         printed, code = run_command(line)
@@ -118,9 +118,9 @@ def test_page_does_what_it_shows(path, folder, pyplot):
 def readme_script():
     """The README's commands in their order: shell blocks, Python blocks, commands of ours in its text and tables."""
     text = text_of(ROOT / "README.md")
-    found = re.compile(rf"{BLOCK.pattern}|`((?:trackdyn|snakemake|make) [^`\n]+)`", re.MULTILINE | re.DOTALL)
+    pattern = re.compile(rf"{BLOCK.pattern}|`((?:trackdyn|snakemake|make) [^`\n]+)`", re.MULTILINE | re.DOTALL)
     lines = []
-    for language, block, command in found.findall(text):
+    for language, block, command in pattern.findall(text):
         if language == "python":
             lines.append(f"python - <<'END'\n{block}END")
         elif command or language in ("", "sh", "bash", "shell"):
@@ -162,17 +162,17 @@ def brought(extras):
     """Names of the distributions that trackdyn with some extras needs."""
     from packaging.requirements import Requirement
 
-    found, due = set(), [Requirement(f"trackdyn[{extras}]")]
+    names, due = set(), [Requirement(f"trackdyn[{extras}]")]
     while due:
         asked = due.pop()
         for extra in ("", *asked.extras):
             key = asked.name.lower().replace("_", "-"), extra
-            if key not in found:
-                found.add(key)
+            if key not in names:
+                names.add(key)
                 with contextlib.suppress(importlib.metadata.PackageNotFoundError):
                     needs = map(Requirement, importlib.metadata.requires(asked.name) or ())
                     due += [of for of in needs if of.marker is None or of.marker.evaluate({"extra": extra})]
-    return {name for name, _ in found}
+    return {name for name, _ in names}
 
 
 @pytest.mark.slow
@@ -194,7 +194,7 @@ def test_the_readme_is_a_script_that_runs_in_a_fresh_folder(tmp_path):
     (site / "only.py").write_text(ONLY.format(names=names))
     (site / "a.pth").write_text(f"{sysconfig.get_path('purelib')}\nimport only\n")
     around = AROUND.format(tree=tree, site=site, python=getattr(sys, "_base_executable", sys.executable))
-    outside = [part for part in os.environ["PATH"].split(os.pathsep) if not part.startswith(sys.prefix)]
+    outside = [folder for folder in os.environ["PATH"].split(os.pathsep) if not folder.startswith(sys.prefix)]
     environment = {name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "VIRTUAL_ENV"))}
     done = subprocess.run(
         ["bash", "-c", around + script],

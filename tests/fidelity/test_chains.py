@@ -93,10 +93,10 @@ def test_a_body_is_a_link_with_half_a_connector_at_each_end(rig):
     points = point_masses(c.link_mass, c.link_inertia, 0.0)
     for side in (-1, 1):
         points += point_masses(c.connector_mass / 2, half_inertia, side * (pitch / 2 - b / 4))
-    mass, place = np.array(points).T
+    mass, position = np.array(points).T
     assert single.mass[0] == pytest.approx(mass.sum(), rel=1e-14)
-    assert mass @ place == pytest.approx(0.0, abs=1e-14)
-    assert single.inertia[0] == pytest.approx(mass @ place**2, rel=1e-13)
+    assert mass @ position == pytest.approx(0.0, abs=1e-14)
+    assert single.inertia[0] == pytest.approx(mass @ position**2, rel=1e-13)
 
 
 def test_its_bushings_are_two_in_series(rig):
@@ -170,8 +170,8 @@ def test_sensor_of_a_belt_is_the_second_difference_of_its_place(belt):
     angle = np.unwrap(recording.raw[:, 2])
     dx, dy = 0.07 - rig.chain.link_length / 2, rig.sensor.y
     c, s = np.cos(angle), np.sin(angle)
-    place = recording.place + np.column_stack([c * dx - s * dy, s * dx + c * dy])
-    second = (place[2:] - 2 * place[1:-1] + place[:-2]) * rig.sensor.rate**2
+    position = recording.place + np.column_stack([c * dx - s * dy, s * dx + c * dy])
+    second = (position[2:] - 2 * position[1:-1] + position[:-2]) * rig.sensor.rate**2
     c, s = c[1:-1], s[1:-1]
     local = np.column_stack([c * second[:, 0] + s * second[:, 1], c * second[:, 1] - s * second[:, 0]])
     raw = recording.raw[:, :2]

@@ -84,15 +84,15 @@ def tensions(loop, steps):
 
 def test_a_belt_over_a_wheel_pulls_harder_by_the_arm_times_the_load_over_the_radius(bench):
     """At constant speed ``(T_1 - T_2) v = a N w``: what the lever arm adds to the difference that friction makes."""
-    found = {}
+    pulls = {}
     pitch = bench.chain.link_length + bench.connector_length
     passing = 60 / (30.0 * bench.sprocket.teeth)  # of a pitch, s: the sprocket turns at 30 rev/min
     for arm in (1e-9, ARM):
         loop = Loop(scene_of(bench.changed(idler__rolling_arm=arm), **LAWS))
         loop.advance(1.5)
-        found[arm] = tensions(loop, round(6 * passing / loop.model.step / 5))
-    upper, lower, load, rate = found[ARM]
-    added = (upper - lower) - (found[1e-9][0] - found[1e-9][1])
+        pulls[arm] = tensions(loop, round(6 * passing / loop.model.step / 5))
+    upper, lower, load, rate = pulls[ARM]
+    added = (upper - lower) - (pulls[1e-9][0] - pulls[1e-9][1])
     assert added > 400.0
     # strands swing by some newtons between the pitches that the mean is taken over, and other losses change with T
     assert added == pytest.approx(ARM * load * rate * passing / pitch, rel=0.01)
@@ -124,12 +124,12 @@ def test_the_account_has_the_work_of_every_arm(make_scene, rig, integrator, step
 
 
 def test_methods_agree_on_the_speed_of_the_wheels(make_scene):
-    found = []
+    rates = []
     for integrator, step in (("semi_implicit", 5e-5), ("linearly_implicit", 1e-4)):
         loop = Loop(make_scene(150.0, **LAWS, integrator=integrator, step=step))
         loop.advance(0.8)
-        found.append(loop.record(0.5).wheel_rate[:, 1:].mean(axis=0))
-    np.testing.assert_allclose(found[0], found[1], rtol=1e-3)  # of a whole motion of order 1
+        rates.append(loop.record(0.5).wheel_rate[:, 1:].mean(axis=0))
+    np.testing.assert_allclose(rates[0], rates[1], rtol=1e-3)  # of a whole motion of order 1
 
 
 def test_a_mirrored_loop_has_the_mirrored_resistance(make_scene, unled):

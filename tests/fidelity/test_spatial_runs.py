@@ -200,7 +200,7 @@ def test_energy_of_a_tumbling_loop(aligned):
     kinetic = record.energy[:, 7]
     # of first order: the step times the rates of 3.5 rad/s and of the bushings' swinging
     assert np.abs(total - total[0]).max() < 1e-3 * kinetic.max()
-    assert np.ptp(record.energy[:, 8]) > 0.1 * kinetic.max()  # it falls: gravity takes part
+    assert np.ptp(record.energy[:, 8]) > 0.1 * kinetic.max()  # it falls: gravity acts
 
 
 def test_runs_repeat_bit_for_bit_and_mirror(rig, make_scene):

@@ -70,17 +70,19 @@ def test_coulomb_drag_takes_its_torque_at_any_speed(make_scene, rig):
 
 def test_a_sprung_tensioner_is_where_either_integrator_puts_it(make_scene):
     """The same place and the same felt, and the energy balance closes; the wheel has moved in between."""
-    found = {}
+    motions = {}
     for integrator, step in (("semi_implicit", 5e-5), ("linearly_implicit", 1e-4)):
         loop = Loop(make_scene(150.0, tension="sprung", integrator=integrator, step=step, ramp=1.0))
         begin = float(loop.state.slide["q"][0])
         loop.advance(2.0)
         recording = loop.record(1.0)
-        found[integrator] = np.array([loop.state.slide["q"][0] - begin, recording.mean[:, 1].std()])
+        motions[integrator] = np.array([loop.state.slide["q"][0] - begin, recording.mean[:, 1].std()])
         assert abs(open_share(recording.energy, loop.model, 1.0)[0]) < 1e-3
-    assert abs(found["semi_implicit"][0]) > 1e-4
+    assert abs(motions["semi_implicit"][0]) > 1e-4
     # both of first order: the place at one moment to some of a hundred, what is felt in a second to some of a thousand
-    for value, expected, bound in zip(found["linearly_implicit"], found["semi_implicit"], (2e-2, 3e-3), strict=True):
+    for value, expected, bound in zip(
+        motions["linearly_implicit"], motions["semi_implicit"], (2e-2, 3e-3), strict=True
+    ):
         assert value == pytest.approx(expected, rel=bound)
 
 
@@ -184,5 +186,5 @@ def test_a_tension_is_set_to_a_hundredth_or_refused(number):
 
 def test_friction_at_a_tension_far_beyond_that_of_its_limit_does_not_flip(make_scene):
     """Explicit friction on the teeth diverged at 1e-4 s at the 13 kN of the large ring."""
-    found = simulate(make_scene(115.0, ring_radius=LARGE, step=1e-4, duration=2.0, lead_in=1.0)).meta["resolved"]
-    assert found["share"] < 1e-3 and found["state"] == "yes"
+    resolved = simulate(make_scene(115.0, ring_radius=LARGE, step=1e-4, duration=2.0, lead_in=1.0)).meta["resolved"]
+    assert resolved["share"] < 1e-3 and resolved["state"] == "yes"

@@ -36,11 +36,13 @@ def fuzz(**drawn):
     """A test whose parameters named here are drawn by Hypothesis, batch after batch; the others are fixtures."""
 
     def decorate(test):
-        fixtures = [part for part in inspect.signature(test).parameters.values() if part.name not in drawn]
+        fixtures = [
+            parameter for parameter in inspect.signature(test).parameters.values() if parameter.name not in drawn
+        ]
 
-        def repeated(**found):
+        def repeated(**drawn_values):
             def once(**values):
-                test(**found, **values)
+                test(**drawn_values, **values)
 
             for seed in batches():
                 hypothesis.seed(seed)(BATCH(given(**drawn)(once)))()

@@ -57,20 +57,20 @@ def damaged(draw, data):
     """A nested dictionary with some of its values replaced, taken out or added to."""
     data = copy.deepcopy(data)
     for _ in range(draw(st.integers(1, 3))):
-        part = data
+        section = data
         while True:
-            key = draw(st.sampled_from(sorted(part, key=str)))
-            deeper = isinstance(part[key], dict) and part[key]
+            key = draw(st.sampled_from(sorted(section, key=str)))
+            deeper = isinstance(section[key], dict) and section[key]
             if not deeper or draw(st.integers(0, 3)) == 0:
                 break
-            part = part[key]
+            section = section[key]
         action = draw(st.sampled_from(["replace", "replace", "replace", "remove", "add"]))
         if action == "replace":
-            part[key] = draw(anything)
-        elif action == "remove" and len(part) > 1:
-            del part[key]
+            section[key] = draw(anything)
+        elif action == "remove" and len(section) > 1:
+            del section[key]
         else:
-            part[draw(st.one_of(st.text(max_size=5), st.integers()))] = draw(anything)
+            section[draw(st.one_of(st.text(max_size=5), st.integers()))] = draw(anything)
     return data
 
 
@@ -101,7 +101,7 @@ def mangled(draw, content):
 
 
 @pytest.fixture(scope="module")
-def place(tmp_path_factory):
+def folder(tmp_path_factory):
     """A folder with a copy of the configuration, a short recording and measured data."""
     folder = tmp_path_factory.mktemp("fuzz")
     shutil.copytree(ROOT / "config", folder / "config")
@@ -122,8 +122,8 @@ def test_rigs_from_python(rig, data):
 
 
 @fuzz(data=damaged(yaml.safe_load(RIG.read_text(encoding="utf-8"))))
-def test_rigs_from_files(place, data):
-    path = place / "mine.yaml"
+def test_rigs_from_files(folder, data):
+    path = folder / "mine.yaml"
     try:
         text = yaml.safe_dump(data, allow_unicode=True)
     except (yaml.YAMLError, TypeError):  # a key that cannot be sorted
@@ -133,8 +133,8 @@ def test_rigs_from_files(place, data):
 
 
 @fuzz(content=mangled(RIG.read_bytes()[:4000]))
-def test_bytes_of_yaml(place, content):
-    path = place / "mine.yaml"
+def test_bytes_of_yaml(folder, content):
+    path = folder / "mine.yaml"
     path.write_bytes(content)
     ends_well(load_rig, path)
     ends_well(read_layer, path)
@@ -151,18 +151,18 @@ SENSOR = "# made up\nt_s,ax_g,ay_g,az_g\n" + "".join(f"{k / 1000:.3f},0.0,{k % 7
 
 
 @fuzz(sensor=mangled(SENSOR.encode()))
-def test_tables(place, sensor):
-    (place / "sensor.csv").write_bytes(sensor)
-    ends_well(read_sensor_csv, place / "sensor.csv")
+def test_tables(folder, sensor):
+    (folder / "sensor.csv").write_bytes(sensor)
+    ends_well(read_sensor_csv, folder / "sensor.csv")
 
 
 @fuzz(seed=st.integers(0, 10**6), changes=st.data())
-def test_recordings(place, seed, changes):
+def test_recordings(folder, seed, changes):
     """Bytes of the file, then its arrays and description: whole again, but other than they were."""
-    content, path = (place / "belt.npz").read_bytes(), place / "mine.npz"
+    content, path = (folder / "belt.npz").read_bytes(), folder / "mine.npz"
     path.write_bytes(changes.draw(mangled(content)))
     ends_well(load_recording, path)
-    with np.load(place / "belt.npz") as data:
+    with np.load(folder / "belt.npz") as data:
         arrays = dict(data)
     meta = json.loads(str(arrays["meta"]))
     name = changes.draw(st.sampled_from(sorted(set(arrays) - {"meta"})))
@@ -190,14 +190,14 @@ words = st.one_of(
 
 
 @fuzz(arguments=st.lists(words, max_size=8))
-def test_commands(place, arguments):
+def test_commands(folder, arguments):
     """Nothing is simulated: what would run stops there."""
 
     def accepted(*_, **__):
         raise TrackdynError("accepted")
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.chdir(place)
+        patch.chdir(folder)
         patch.setattr(sys, "argv", ["trackdyn", *arguments])
         patch.setattr(importlib.import_module("trackdyn.simulation.simulate"), "simulate", accepted)
         try:
@@ -206,10 +206,10 @@ def test_commands(place, arguments):
             assert end.code in (0, 1)
 
 
-def test_the_files_that_are_damaged_are_sound(place):
+def test_the_files_that_are_damaged_are_sound(folder):
     """Else the tests above would only see them refused for something else."""
     assert load_rig(RIG) == Scene(load_rig(RIG), 115.0).rig
-    (place / "sensor.csv").write_text(SENSOR, encoding="utf-8")
-    assert len(read_sensor_csv(place / "sensor.csv").t_s) == 200
-    assert load_recording(place / "belt.npz").fault() is None
+    (folder / "sensor.csv").write_text(SENSOR, encoding="utf-8")
+    assert len(read_sensor_csv(folder / "sensor.csv").t_s) == 200
+    assert load_recording(folder / "belt.npz").fault() is None
     assert "records" in read_yaml(CONFIG)

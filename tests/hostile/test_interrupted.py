@@ -42,16 +42,16 @@ def ended(process):
     ("number", "code", "word"), [(signal.SIGINT, 130, "interrupted"), (signal.SIGTERM, 143, "stopped")]
 )
 def test_the_first_compilation_is_said_and_can_be_stopped(tmp_path, number, code, word):
-    place = tmp_path / "out"
+    folder = tmp_path / "out"
     process = start(
-        tmp_path, "simulate", place / "run.npz", "--rig", RIG, environment={"TRACKDYN_CACHE": str(tmp_path / "k")}
+        tmp_path, "simulate", folder / "run.npz", "--rig", RIG, environment={"TRACKDYN_CACHE": str(tmp_path / "k")}
     )
     said = next(line for line in process.stderr if "compiling" in line)
     assert said.endswith("trackdyn: compiling kernels, about half a minute; the next run finds them\n")
     process.send_signal(number)
     ends, err = ended(process)
     assert (ends, err.splitlines()[-1]) == (code, f"trackdyn: {word}; no file is left half-written")
-    assert "compiling" not in err and not place.exists()
+    assert "compiling" not in err and not folder.exists()
 
 
 def test_a_checkpoint_that_is_kept_is_named(tmp_path):
@@ -100,7 +100,7 @@ def test_a_file_that_is_replaced_is_said_and_kept_until_then(tmp_path):
 
 
 def test_a_disk_that_fills_up_leaves_what_was_there(tmp_path):
-    """A bound of the size of files in place of a full disk."""
+    """A bound of the size of files instead of a full disk."""
     (tmp_path / "run.npz").write_bytes(b"mine")
     limited = start(
         tmp_path,
@@ -122,10 +122,10 @@ def test_names_with_accents_and_blanks_and_no_home(tmp_path):
     environment = {
         name: value for name, value in os.environ.items() if name not in ("HOME", "TRACKDYN_CACHE", "XDG_CACHE_HOME")
     }
-    place = tmp_path / "un été à Zürich" / "línk 1.npz"
-    command = [sys.executable, "-c", ENTRY, "simulate", str(place), *BELT]
+    path = tmp_path / "un été à Zürich" / "línk 1.npz"
+    command = [sys.executable, "-c", ENTRY, "simulate", str(path), *BELT]
     done = subprocess.run(
         command, cwd=tmp_path, env=environment | {"PYTHONPATH": str(ROOT)}, capture_output=True, text=True, timeout=240
     )
     assert (done.returncode, done.stderr) == (0, "")
-    assert place.stat().st_size > 10_000
+    assert path.stat().st_size > 10_000

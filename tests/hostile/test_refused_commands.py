@@ -140,10 +140,10 @@ PROCESSES = [
 @pytest.mark.parametrize(("line", "code", "said", "refused"), PROCESSES, ids=lambda row: ascii(row))
 def test_a_closed_output_a_name_of_no_letters_and_a_broken_plug_in(tmp_path, line, code, said, refused):
     """A plug-in that cannot be imported is named; its commands are missing, all others work."""
-    place = tmp_path / "broken-1.dist-info"
-    place.mkdir()
-    (place / "METADATA").write_text("Metadata-Version: 2.1\nName: broken\nVersion: 1\n", encoding="utf-8")
-    (place / "entry_points.txt").write_text(
+    folder = tmp_path / "broken-1.dist-info"
+    folder.mkdir()
+    (folder / "METADATA").write_text("Metadata-Version: 2.1\nName: broken\nVersion: 1\n", encoding="utf-8")
+    (folder / "entry_points.txt").write_text(
         "[trackdyn.commands]\nbroken = broken_commands:COMMANDS\n", encoding="utf-8"
     )
     (tmp_path / "broken_commands.py").write_text("1 / 0\n", encoding="utf-8")
@@ -188,6 +188,6 @@ def test_a_full_disk_names_the_file_and_leaves_what_was_there(folder, belt_file,
         resource.setrlimit(resource.RLIMIT_FSIZE, limits)
     one_sentence(caught, "short.npz: cannot be written (File too large)", "free disk space")
     assert Path("short.npz").read_bytes() == old and sorted(folder.rglob("*")) == before
-    monkeypatch.setattr("trackdyn.files.disk_usage", lambda place: type("Usage", (), {"free": 1000}))
+    monkeypatch.setattr("trackdyn.files.disk_usage", lambda path: type("Usage", (), {"free": 1000}))
     assert run_command(monkeypatch, "simulate", "run.npz") == 1
     assert sorted(folder.rglob("*")) == before

@@ -53,14 +53,14 @@ SETTINGS = [
 
 @pytest.mark.parametrize("row", SETTINGS, ids=lambda row: f"{row[0]}={shown(row[1])}")
 def test_a_configuration_is_refused_before_anything_runs(monkeypatch, row):
-    place, value, *words = row
+    key, value, *words = row
     monkeypatch.chdir(ROOT)
     data = read_yaml("config/config.yaml")
-    *sections, field = place.split(".")
-    part = data
+    *sections, field = key.split(".")
+    section = data
     for name in sections:
-        part = part[name]
-    part[field] = value
+        section = section[name]
+    section[field] = value
     with pytest.raises(InputError) as caught:
         check_config(data, "mine.yaml")
     one_sentence(caught, *words)
@@ -70,7 +70,7 @@ def test_a_folder_that_cannot_be_written_is_refused_before_anything_runs(monkeyp
     monkeypatch.chdir(ROOT)
     data = read_yaml("config/config.yaml") | {"results": "mine/new"}
     monkeypatch.setattr(
-        "replication.pipeline.config.os.access", lambda place, mode: False
+        "replication.pipeline.config.os.access", lambda path, mode: False
     )  # root may write anywhere else
     with pytest.raises(InputError) as caught:
         check_config(data, "mine.yaml")

@@ -58,8 +58,8 @@ NUMBERS = [
 def test_a_number_is_read_as_it_stands(tmp_path, text, value):
     path = tmp_path / "mine.yaml"
     path.write_text(f"a: {text}\nb: [{text}]\n", encoding="utf-8")
-    found = read_yaml(path)
-    assert found == {"a": value, "b": [value]} and type(found["a"]) is type(value)
+    data = read_yaml(path)
+    assert data == {"a": value, "b": [value]} and type(data["a"]) is type(value)
 
 
 def test_snakemake_s_reading_gives_way_to_ours(tmp_path, monkeypatch):
@@ -96,8 +96,8 @@ PLACES = [
 @pytest.mark.parametrize("reader", [load_rig, load_recording, Loop.load, read_yaml])
 @pytest.mark.parametrize("row", PLACES, ids=lambda row: shown(row[0]))
 def test_a_place_that_holds_no_file_is_refused(tmp_path, monkeypatch, reader, row):
-    place, *words = row
+    path, *words = row
     monkeypatch.chdir(tmp_path)
     with pytest.raises(InputError) as caught:
-        reader(place)
+        reader(path)
     one_sentence(caught, *words)

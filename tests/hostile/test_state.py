@@ -98,13 +98,13 @@ def test_a_record_that_is_not_of_the_loop_is_refused(loop, name):
 
 
 def test_a_second_thread_is_refused_and_the_first_one_has_its_record(loop):
-    alone, found, inside, go_on = loop.copy().record(0.6), [], threading.Event(), threading.Event()
+    alone, records, inside, go_on = loop.copy().record(0.6), [], threading.Event(), threading.Event()
 
     def tick(seconds):
         inside.set()
         assert go_on.wait(60)
 
-    first = threading.Thread(target=lambda: found.append(loop.record(0.6, tick=tick)))
+    first = threading.Thread(target=lambda: records.append(loop.record(0.6, tick=tick)))
     first.start()
     assert inside.wait(60)
     calls = loop.step, lambda: loop.advance(0.1), lambda: loop.record(0.1), lambda: loop.set_state(steps=[0])
@@ -113,12 +113,12 @@ def test_a_second_thread_is_refused_and_the_first_one_has_its_record(loop):
             call()
     go_on.set()
     first.join(60)
-    np.testing.assert_array_equal(found[0].mean, alone.mean)
+    np.testing.assert_array_equal(records[0].mean, alone.mean)
     loop.step()  # free again
 
 
 def spoiled(random, array):
-    """Something else in the place of an array."""
+    """Something else instead of an array."""
     odd = [np.nan, np.inf, -np.inf, 1e300, -1e300, 1e18, -1.0, 0.0, 5e-324, 2.0**63]
     if random.random() < 0.5:
         array = array.copy()

@@ -36,7 +36,7 @@ def test_limits_of_rk4_are_larger_by_its_reach(make_scene, ring):
     scene = make_scene(ring_radius=ring)
     euler, rk4 = limits(scene, "semi_implicit"), limits(scene, "rk4")
     # of accuracy, where a method has one
-    euler, rk4 = ({name: h for name, h in found.items() if "turn" not in name} for found in (euler, rk4))
+    euler, rk4 = ({name: h for name, h in bounds.items() if "turn" not in name} for bounds in (euler, rk4))
     assert len(euler) == (7 if ring else 5)
     for name, limit in euler.items():
         # semi-implicit Euler takes friction with the slip that it leaves
@@ -85,9 +85,9 @@ def measured(scene, guess):
 def test_bushing_damping_limits_rk4_where_predicted(rig, pitches, chain):
     """The zigzag of a straight strand decays fastest; in a small round loop it is slower by a seventh."""
     scene = free_loop(rig, pitches, chain=chain, bushing__stiffness=0.0, bushing__damping=12.4)
-    found = limits(scene, "rk4")
-    assert list(found) == ["damping of the bushing"]
-    predicted = found["damping of the bushing"]
+    bounds = limits(scene, "rk4")
+    assert list(bounds) == ["damping of the bushing"]
+    predicted = bounds["damping of the bushing"]
     ratio = measured(scene, predicted) / predicted
     assert 0.95 < ratio < 1.4
 
@@ -101,9 +101,9 @@ def test_compliant_cut_limits_rk4_where_predicted(rig, stiffness, damping, cause
         rig, 5, closure="elastic_damping", bushing__stiffness=0.0, bushing__damping=0.1,
         closure__stiffness=stiffness, closure__damping=damping,
     )  # fmt: skip
-    found = limits(scene, "rk4")
-    assert min(found, key=found.get) == cause
-    ratio = measured(scene, found[cause]) / found[cause]
+    bounds = limits(scene, "rk4")
+    assert min(bounds, key=bounds.get) == cause
+    ratio = measured(scene, bounds[cause]) / bounds[cause]
     # the bodies beyond the two at the cut make it a little slower
     assert 0.9 < ratio < 1.4
 

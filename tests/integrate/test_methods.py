@@ -42,10 +42,10 @@ def test_an_entry_from_outside_is_an_integrator():
         [sys.executable, "-c", source + WITH_ANOTHER], cwd=ROOT, capture_output=True, text=True, check=True,
         env=os.environ | {"NUMBA_DISABLE_JIT": "1", "PYTHONPATH": str(ROOT)},
     )  # fmt: skip
-    found = json.loads(result.stdout)
-    assert found["reason"] == "rk3" and found["stages"] == 3
-    assert found["time"] == pytest.approx(4e-4) and found["gap"] < 1.1e-10
-    own, rk4 = found["limits"]
+    output = json.loads(result.stdout)
+    assert output["reason"] == "rk3" and output["stages"] == 3
+    assert output["time"] == pytest.approx(4e-4) and output["gap"] < 1.1e-10
+    own, rk4 = output["limits"]
     for cause, limit in own.items():
         reach = 2.51 / METHODS["rk4"].decay if "damping" in cause else 1.73 / METHODS["rk4"].oscillation
         assert limit / rk4[cause] == pytest.approx(reach, rel=1e-12)

@@ -20,9 +20,9 @@ FIELDS = {"integrator": "linearly_implicit", "step": 5e-4}
 
 def walked(walk, y, end, length=None):
     """The state after a distance ``end``."""
-    x, found = 0.0, walk.rates(y)
+    x, rates = 0.0, walk.rates(y)
     while x < end * (1 - 1e-12):
-        taken, y, found, _ = walk.step(y, found, min(length or walk.longest(found), end - x))
+        taken, y, rates, _ = walk.step(y, rates, min(length or walk.longest(rates), end - x))
         x += taken
     return y
 
@@ -56,10 +56,10 @@ def test_a_load_history_that_is_known():
         return Rates(np.array([depth(200.0 * (1.0 + 0.8 * np.sin(y[1] / period)), energy, area), 1.0]), NOTHING)
 
     end = 3.3e4
-    found = walked(Walk(rate, np.array([1e-6, 1e3]), NOTHING), np.zeros(2), end)
+    end_state = walked(Walk(rate, np.array([1e-6, 1e3]), NOTHING), np.zeros(2), end)
     expected = depth(200.0 * (end + 0.8 * period * (1.0 - np.cos(end / period))), energy, area)
-    assert found[1] == pytest.approx(end)
-    assert found[0] == pytest.approx(expected, rel=1e-3)
+    assert end_state[1] == pytest.approx(end)
+    assert end_state[0] == pytest.approx(expected, rel=1e-3)
 
 
 def test_the_order_of_the_wear_step_is_two():
@@ -90,9 +90,9 @@ def test_a_flank_that_arcs_can_follow_is_found_again(rig):
     for _ in range(20):  # along the normal of the new flank
         depths += distance_to(wanted, of.worn(depths))
     assert depths.min() > -1e-7 and depths.max() > 4e-5  # the other design lies within the steel of the new one
-    found, missed = fit_flank(of, np.maximum(depths, 0.0), teeth, rig.chain.connector_radius)
+    fitted, missed = fit_flank(of, np.maximum(depths, 0.0), teeth, rig.chain.connector_radius)
     assert missed < 1e-6
-    np.testing.assert_allclose(found[1:4, 2], other[1:4, 2], rtol=1e-2)
+    np.testing.assert_allclose(fitted[1:4, 2], other[1:4, 2], rtol=1e-2)
 
 
 def test_worn_pins_lengthen_links_and_leave_connectors(rig):
@@ -108,8 +108,8 @@ def test_worn_pins_lengthen_links_and_leave_connectors(rig):
 
 def test_flanks_wear_apart_and_meet_at_the_bottom(rig):
     of = contours(rig.groove_profile)
-    place = np.linspace(0, 1, len(of[0].points))
-    scar = 1e-4 * np.exp(-0.5 * ((place - 0.3) / 0.1) ** 2)
+    position = np.linspace(0, 1, len(of[0].points))
+    scar = 1e-4 * np.exp(-0.5 * ((position - 0.3) / 0.1) ** 2)
     worn, _ = worn_rig(rig, of, [scar, 0 * scar], np.zeros(2 * ARC_NODES), 0.0)
     new, old = worn.groove_profile, rig.groove_profile
     assert not np.allclose(new.radius[:5], old.radius[:5], rtol=1e-4)
@@ -166,16 +166,16 @@ def test_what_is_removed_is_the_integral_of_the_work(rig, worked):
         "arc": gone[depths.arcs].sum() * turn * rig.chain.connector_radius * width * rig.chain.pitches,
         "tooth": sum(gone[f] @ c.length for f, c in zip(depths.flanks, of, strict=True)) * width * rig.sprocket.teeth,
     }
-    for part, work in (("ring", worked.ring), ("arc", worked.areas.sum()), ("tooth", worked.areas.sum())):
-        assert removed[part] * getattr(COEFFICIENTS, part) == pytest.approx(work, rel=1e-6), part
+    for body, work in (("ring", worked.ring), ("arc", worked.areas.sum()), ("tooth", worked.areas.sum())):
+        assert removed[body] * getattr(COEFFICIENTS, body) == pytest.approx(work, rel=1e-6), body
 
 
 def test_a_rig_without_friction_does_not_wear(rig):
     worn = Worn(rig, 150.0, COEFFICIENTS, FIELDS | {"friction": "none"}, QUICK)
-    found = worn(np.zeros(worn.depths.size))
-    assert found.known["left_share_pct"] + found.known["ring_share_pct"] > 10.0  # it touches
-    assert found.rate[worn.depths.bushing] > 0  # lost within the rubber, not by friction
-    assert not np.delete(found.rate, [worn.depths.bushing, worn.depths.distance]).any()
+    state = worn(np.zeros(worn.depths.size))
+    assert state.known["left_share_pct"] + state.known["ring_share_pct"] > 10.0  # it touches
+    assert state.rate[worn.depths.bushing] > 0  # lost within the rubber, not by friction
+    assert not np.delete(state.rate, [worn.depths.bushing, worn.depths.distance]).any()
 
 
 # -- a life --------------------------------------------------------------------------------------------------------

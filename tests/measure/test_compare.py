@@ -65,10 +65,10 @@ def test_a_record_of_two_turns_and_more_has_its_speed_whatever_its_length():
     t = np.arange(3 * round(turn)) / rate
     ay = 1.2 * np.sin(2 * np.pi * hz * t) + 0.3 * np.sin(6 * np.pi * hz * t + 1)
     for n in [*range(round(1.98 * turn), round(2.5 * turn), 3), *range(round(2 * turn) - 5, round(2 * turn) + 5)]:
-        found = own_metrics(ay[:n], rate, hz)
+        metrics = own_metrics(ay[:n], rate, hz)
         if n >= 2 * turn:
             assert own_loop_hz(ay[:n], rate, hz) == pytest.approx(hz, rel=1e-4), n
-        assert np.isfinite(found["line_g_binfree"]) == (n >= 2 * turn - 1e-3), n
+        assert np.isfinite(metrics["line_g_binfree"]) == (n >= 2 * turn - 1e-3), n
 
 
 def test_a_record_that_has_no_line_is_refused_by_name(recording):
@@ -83,10 +83,10 @@ def synthetic():
 
 def axes_of(record, **axes):
     """The record as a mapping of its columns would have read it: ``ay="-ax"``."""
-    found = {f"{axis}_g": None for axis in ("ax", "ay", "az")}
+    compared = {f"{axis}_g": None for axis in ("ax", "ay", "az")}
     for axis, name in axes.items():
-        found[f"{axis}_g"] = getattr(record, f"{name.strip('-')}_g") * (-1 if name.startswith("-") else 1)
-    return replace(record, **found, columns={axis: f"{name}_g" for axis, name in axes.items()})
+        compared[f"{axis}_g"] = getattr(record, f"{name.strip('-')}_g") * (-1 if name.startswith("-") else 1)
+    return replace(record, **compared, columns={axis: f"{name}_g" for axis, name in axes.items()})
 
 
 @pytest.mark.parametrize(
@@ -118,8 +118,8 @@ def test_a_flipped_or_exchanged_axis_is_noticed(recording, synthetic, read, fits
 @pytest.mark.parametrize(("seconds", "faster", "said"), [(30.0, 0.9, True), (12.0, 1.03, True), (30.0, 1.005, False)])
 def test_a_record_at_another_speed_is_noticed(recording, seconds, faster, said):
     hz = faster * recording.periods.loop_hz
-    found = other_speed(recording, record(hz=hz, seconds=seconds))
-    assert (f"compare with a run at {210 * faster:.4g} rpm" in (found or "")) == said, found
+    warning = other_speed(recording, record(hz=hz, seconds=seconds))
+    assert (f"compare with a run at {210 * faster:.4g} rpm" in (warning or "")) == said, warning
 
 
 def test_a_speed_that_wanders_has_its_standard_error(recording):

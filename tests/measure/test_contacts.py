@@ -200,9 +200,9 @@ def test_events_with_a_ring():
         "ring touched": 0.0, "ring maximum": 0.25, "left touches": 0.9, "left maximum": 1.0, "ring left": 1.0,
         "out": 1.1,
     }  # fmt: skip
-    found = events(recording(with_ring(3.0)), 0)
-    assert list(found) == list(expected)
-    assert found == pytest.approx(expected)
+    times = events(recording(with_ring(3.0)), 0)
+    assert list(times) == list(expected)
+    assert times == pytest.approx(expected)
 
 
 def test_a_short_contact_begins_ends_and_peaks_nothing():
@@ -337,14 +337,14 @@ def test_shares_and_phases_are_those_of_the_turns_that_were_made(kind, rates):
     run, turns = driven(kind, 20.0, rates)
     assert run.made_rpm == pytest.approx(turns[-1] / 20 * TURN * RPM, rel=2e-3)
     slack = 100 * max(rates) / 2 / np.pi / RIG.sensor.rate * 2  # of two samples
-    found = meshing_summary(run)
+    summary = meshing_summary(run)
     whole = max(0, int((turns[-1] - 2 * 2 / 3 - 0.45) * TEETH))
-    assert abs(found["passages"] - whole) <= 2
-    if found["passages"]:
+    assert abs(summary["passages"] - whole) <= 2
+    if summary["passages"]:
         for side, share, end in (("left", 15.0, 0.20), ("ring", 45.0, 0.45)):
-            assert found[f"{side}_share_pct"] == pytest.approx(share, abs=slack)
-            assert found[f"{side}_phase_end"] == pytest.approx(end, abs=slack / 100)
-        assert found["left_phase_start"] == pytest.approx(0.05, abs=slack / 100)
+            assert summary[f"{side}_share_pct"] == pytest.approx(share, abs=slack)
+            assert summary[f"{side}_phase_end"] == pytest.approx(end, abs=slack / 100)
+        assert summary["left_phase_start"] == pytest.approx(0.05, abs=slack / 100)
         table = passages(run)
         assert table["share_pct"].between(0.0, 100.0).all()
     if turns[-1] > 0.5:  # samples say the same: over all pitches, weighted by the turn of the sprocket

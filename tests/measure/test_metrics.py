@@ -64,6 +64,6 @@ def test_the_cut_is_measured_where_it_was_recorded(make_scene):
         known = copy.copy(recording)
         object.__setattr__(known, "cut", cut)  # a frozen recording, which may not have this array
         row = run_metrics("some", known)
-        found = row["gap_before_projection_m"], row["velocity_gap_m_s"]
-        np.testing.assert_equal(found, expected)
+        gaps = row["gap_before_projection_m"], row["velocity_gap_m_s"]
+        np.testing.assert_equal(gaps, expected)
         assert [field["name"] for field in table_schema(row)["fields"]] == list(row)

@@ -31,7 +31,10 @@ def test_errors_of_a_method_of_order_one_are_found():
 def test_scatter_that_runs_share_is_no_error_and_their_own_is():
     noise = np.random.default_rng(7).normal(size=(2, 12))
     shared = [tried(step, 2.0 + 3.0 * step, scatter=noise[0]) for step in (1e-2, 5e-3)]
-    own = [tried(step, 2.0 + 3.0 * step, scatter=part) for step, part in zip((1e-2, 5e-3), noise, strict=True)]
+    own = [
+        tried(step, 2.0 + 3.0 * step, scatter=noise_of_run)
+        for step, noise_of_run in zip((1e-2, 5e-3), noise, strict=True)
+    ]
     for runs in (shared, own):
         _judge(runs, *runs, {"rms": 0.1})
     assert shared[1].error["rms"] == pytest.approx(0.0075, rel=0.3)
@@ -57,13 +60,13 @@ def test_what_is_stated_stays(rig):
 @pytest.mark.parametrize(("measure", "tolerance"), [("rms", 0.01), ("left_peak", 0.05)])
 def test_a_promise_is_kept(rig, measure, tolerance):
     scene = Scene(rig, 210, 0.308)
-    found = plan(scene, {measure: tolerance})
-    answer = run_until(found.scene, found.left, least=found.duration)
+    promise = plan(scene, {measure: tolerance})
+    answer = run_until(promise.scene, promise.left, least=promise.duration)
     fine = scene.with_(step=2.5e-5, duration=2.0, lead_in=2.0, pitches=(), frame_interval=0.0, every_link=True)
     limit = whole_loop(simulate(fine))[measure].value
     assert answer.converged
     assert abs(answer.measures[measure].value / limit - 1) < tolerance
-    assert 1.0 <= len(answer.recording.time) / answer.recording.rate / found.duration < 2.0
+    assert 1.0 <= len(answer.recording.time) / answer.recording.rate / promise.duration < 2.0
 
 
 def test_scatter_is_not_fought_with_a_smaller_step(rig):

@@ -66,9 +66,9 @@ def test_it_is_normal_force_times_friction_times_slip():
             on_teeth = row["kind"][i] == FLANK
             ring = loop.model.wheels.ring_law if row["wheel"][i] == 0 else loop.model.wheels.wheel_law
             law = laws.get(on_teeth, ring)
-            place = row["area"][i] - 1 if on_teeth else TOOTH_AREAS + row["wheel"][i]
+            entry = row["area"][i] - 1 if on_teeth else TOOTH_AREAS + row["wheel"][i]
             weight = 0.5 if k in (0, steps) else 1.0
-            power[place] += weight * normal[i] * abs(float(coulomb(law, slip[i])) * slip[i])
+            power[entry] += weight * normal[i] * abs(float(coulomb(law, slip[i])) * slip[i])
         if k < steps:
             loop.step()
     work = loop.work.sliding - before
@@ -78,12 +78,14 @@ def test_it_is_normal_force_times_friction_times_slip():
 
 def test_a_kilometre_of_chain(recording, tmp_path):
     """Mean power of the teeth over the speed of the chain, within what one passage more or less changes."""
-    found = sliding_per_km(recording)
+    work_per_km = sliding_per_km(recording)
     pitch = RIG.chain.link_length + RIG.connector_length
     speed = pitch * recording.scene.rig.chain.pitches / Periods.at(RIG, 115).loop
     work = (recording.sliding[-1] - recording.sliding[0])[:TOOTH_AREAS].sum()
-    assert found["sliding_teeth_j_km"] == pytest.approx(1000 * work / (recording.time[-1] * speed), rel=0.1)
-    assert found["sliding_teeth_j_km"] == pytest.approx(sum(found[f"sliding_area_{k}_j_km"] for k in range(1, 11)))
+    assert work_per_km["sliding_teeth_j_km"] == pytest.approx(1000 * work / (recording.time[-1] * speed), rel=0.1)
+    assert work_per_km["sliding_teeth_j_km"] == pytest.approx(
+        sum(work_per_km[f"sliding_area_{k}_j_km"] for k in range(1, 11))
+    )
     recording.save(tmp_path / "run.npz")
     np.testing.assert_array_equal(load_recording(tmp_path / "run.npz").sliding, recording.sliding)
 
@@ -131,16 +133,16 @@ def test_a_groove_of_more_arcs_has_an_entry_for_each(tmp_path):
     """
     fields = {"ring_radius": None, "lead_in": 0.5, "duration": 0.6, "ramp": 0.4, "sliding": True}
     split, plain = (simulate(Scene(rig, 115, **fields)) for rig in (more_arcs(), RIG))
-    found, expected = (run.sliding[-1] - run.sliding[0] for run in (split, plain))
+    work, expected = (run.sliding[-1] - run.sliding[0] for run in (split, plain))
     areas = len(DESIGN)
-    assert len(found) == areas + plain.wheel_rate.shape[1]
-    assert found[TOOTH_AREAS:areas].sum() > 1.0, "areas are touched that a groove of ten arcs has not"
+    assert len(work) == areas + plain.wheel_rate.shape[1]
+    assert work[TOOTH_AREAS:areas].sum() > 1.0, "areas are touched that a groove of ten arcs has not"
     close = {"rtol": 1e-3, "atol": 1e-4 * expected.max()}
-    np.testing.assert_allclose(np.bincount(DESIGN, found[:areas]), expected[:TOOTH_AREAS], **close)
-    np.testing.assert_allclose(found[areas:], expected[TOOTH_AREAS:], **close)
+    np.testing.assert_allclose(np.bincount(DESIGN, work[:areas]), expected[:TOOTH_AREAS], **close)
+    np.testing.assert_allclose(work[areas:], expected[TOOTH_AREAS:], **close)
     split.save(tmp_path / "run.npz")
     row = sliding_per_km(load_recording(tmp_path / "run.npz"))
     assert row["sliding_teeth_j_km"] == pytest.approx(sum(row[f"sliding_area_{k}_j_km"] for k in range(1, areas + 1)))
     other = sliding_per_km(plain)
-    for place in ("teeth", "ring", "wheels"):
-        assert row[f"sliding_{place}_j_km"] == pytest.approx(other[f"sliding_{place}_j_km"], rel=1e-3, abs=1e-6)
+    for body in ("teeth", "ring", "wheels"):
+        assert row[f"sliding_{body}_j_km"] == pytest.approx(other[f"sliding_{body}_j_km"], rel=1e-3, abs=1e-6)

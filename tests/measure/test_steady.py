@@ -36,13 +36,13 @@ def short(scene):
 def test_a_short_answer_is_that_of_a_long_record(scene, short):
     """Three revolutions of the loop, begun after five seconds, at half the step."""
     long = meshing_summary(simulate(scene.with_(lead_in=5.0, duration=13.0, step=scene.step / 2)))
-    found = meshing_summary(short)
+    summary = meshing_summary(short)
     assert len(short.time) / short.rate < 0.5 * 13.0
-    assert 13 <= found["passages"] < 0.25 * long["passages"]
+    assert 13 <= summary["passages"] < 0.25 * long["passages"]
     for name in ("left_share_pct", "right_share_pct", "ring_share_pct"):
-        assert found[name] == pytest.approx(long[name], abs=RULE.share_pct), name
+        assert summary[name] == pytest.approx(long[name], abs=RULE.share_pct), name
     for name in ("left_rms_n", "ring_rms_n", "left_sd_n", "ring_sd_n"):
-        assert found[name] == pytest.approx(long[name], rel=RULE.force), name
+        assert summary[name] == pytest.approx(long[name], rel=RULE.force), name
 
 
 def test_a_settled_loop_serves_every_speed(rig, scene, short):
@@ -54,10 +54,10 @@ def test_a_settled_loop_serves_every_speed(rig, scene, short):
     share = short.meta["resolved"]["share"]
     assert recording.meta["resolved"]["share"] == pytest.approx(share, rel=1e-6)  # the first step is in it
     assert recording.meta | {"resolved": recording.meta["resolved"] | {"share": share}} == short.meta
-    found, own = meshing_summary(recording), meshing_summary(short)
+    shared, own = meshing_summary(recording), meshing_summary(short)
     for name in own:
         if not name.endswith(("_areas", "_error_pct", "_error_n")):
-            assert found[name] == pytest.approx(own[name], rel=1e-5, nan_ok=True), name
+            assert shared[name] == pytest.approx(own[name], rel=1e-5, nan_ok=True), name
 
 
 def test_a_record_without_its_beginning_has_the_same_later_passages(scene, short):

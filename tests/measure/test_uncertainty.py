@@ -98,9 +98,9 @@ def test_a_bin_of_a_harmonic_has_the_error_of_that_harmonic():
     size = 1 + 0.05 * rng.standard_normal(TURNS + 1)
     each = size[(time * LOOP_HZ).astype(int)]
     a = 0.1 * np.cos(2 * np.pi * LOOP_HZ * time) + each * np.cos(4 * np.pi * LOOP_HZ * time)
-    found = line_error(a, RATE, 2 * LOOP_HZ, LOOP_HZ)
-    assert found.bin_amplitude == pytest.approx(size[:TURNS].std(ddof=1) / np.sqrt(TURNS), rel=0.02)
-    assert found.amplitude < 0.1 * found.bin_amplitude
+    error = line_error(a, RATE, 2 * LOOP_HZ, LOOP_HZ)
+    assert error.bin_amplitude == pytest.approx(size[:TURNS].std(ddof=1) / np.sqrt(TURNS), rel=0.02)
+    assert error.amplitude < 0.1 * error.bin_amplitude
 
 
 def test_too_few_revolutions_have_no_error():

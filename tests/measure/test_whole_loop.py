@@ -76,11 +76,11 @@ def test_a_signal_that_repeats_is_stitched_to_its_whole_period():
     slope = turn * (1.2 + 1.2)
     assert np.abs(revolution.ay - expected).max() <= 0.5 / RATE * slope
     assert revolution.seam <= 1.0 / RATE * slope
-    found = whole_loop(fake)
-    assert found["line"].value == pytest.approx(1.2, rel=1e-3)
-    assert found["rms"].value == pytest.approx(np.sqrt((1.2**2 + 0.1**2) / 2), rel=1e-3)
-    assert found["left_share"].value == pytest.approx(100 * 4 / TEETH)
-    assert found["left_share"].error == 0.0
+    measures = whole_loop(fake)
+    assert measures["line"].value == pytest.approx(1.2, rel=1e-3)
+    assert measures["rms"].value == pytest.approx(np.sqrt((1.2**2 + 0.1**2) / 2), rel=1e-3)
+    assert measures["left_share"].value == pytest.approx(100 * 4 / TEETH)
+    assert measures["left_share"].error == 0.0
 
 
 def test_a_jump_from_link_to_link_is_a_seam():
@@ -99,9 +99,9 @@ def test_a_revolution_begins_in_the_middle_of_its_longest_pause():
 def test_one_passage_has_a_value_and_no_error():
     fake, period = made_up(lambda t: np.sin(t), seconds=0.3)
     assert fake.periods.passage == pytest.approx(period / LINKS)
-    found = whole_loop(fake)
-    assert np.isfinite(found["rms"].value)
-    assert np.isnan(found["rms"].error)
+    measures = whole_loop(fake)
+    assert np.isfinite(measures["rms"].value)
+    assert np.isnan(measures["rms"].error)
 
 
 def test_what_cannot_be_measured_is_refused(make_scene):
@@ -121,8 +121,8 @@ def test_the_content_above_a_corner_and_the_peaks_of_each_side(make_scene):
     # whole periods in the record: no line of 3 Hz leaks above 20 Hz
     assert whole_loop(fake)["high_frequency"].value == pytest.approx(0.5 / np.sqrt(2), rel=1e-3)
     recording = Loop(make_scene(motor_rpm=210.0, ring_radius=None, step=5e-5)).record(3.0, spells=True, every_link=True)
-    found, table = whole_loop(recording), spells(recording)
+    measures, table = whole_loop(recording), spells(recording)
     for side in ("left", "right"):
         peaks = table.loc[table["side"] == side, "peak_n"]
-        assert peaks.min() < found[f"{side}_peak"].value < peaks.max()
-    assert found["left_peak"].value != found["right_peak"].value
+        assert peaks.min() < measures[f"{side}_peak"].value < peaks.max()
+    assert measures["left_peak"].value != measures["right_peak"].value

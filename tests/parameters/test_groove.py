@@ -105,8 +105,8 @@ def test_coarse_groove_keeps_the_ends_of_the_flanks_and_their_symmetry(groove, r
     joints = groove.joints()
     np.testing.assert_allclose(coarse.centre[0], joints[0], rtol=0, atol=EXACT)
     np.testing.assert_allclose(coarse.arc(2)[0], joints[0], rtol=0, atol=EXACT)
-    for place in (joints[0], groove.arc(2, 3)[1], joints[2]):
-        assert np.hypot(*(place - coarse.centre[1])) == pytest.approx(coarse.radius[1], abs=EXACT)
+    for point in (joints[0], groove.arc(2, 3)[1], joints[2]):
+        assert np.hypot(*(point - coarse.centre[1])) == pytest.approx(coarse.radius[1], abs=EXACT)
     np.testing.assert_allclose(coarse.arc(4)[::-1], coarse.arc(2) * [-1, 1], rtol=0, atol=EXACT)
     np.testing.assert_allclose(coarse.centre[2], 0.0, rtol=0, atol=EXACT)
     # one circle touches the ends of both sectors at once

@@ -35,10 +35,10 @@ def test_a_motor_runs_up_along_its_line():
     """``J w' = k (w_0 - w) + M``: an exponential to ``w_0 + M / k``."""
     inertia, slope, load, wanted = 2.0, 8.0, 4.0, -10.0
     drive = Drive(wanted, 1e-9, ripple=NO_RIPPLE, motor=Motor(inertia, slope, 1e9, np.inf, 0))
-    found, time = turned(drive, load, 1.0), STEP * np.arange(1, 10001)
+    speed, time = turned(drive, load, 1.0), STEP * np.arange(1, 10001)
     expected = (wanted + load / slope) * (1 - np.exp(-slope / inertia * time))
     # of order 1: half a step of the steepest slope
-    assert np.abs(found - expected).max() < STEP * abs(wanted) * slope / inertia
+    assert np.abs(speed - expected).max() < STEP * abs(wanted) * slope / inertia
 
 
 def test_a_motor_gives_no_more_than_its_torque():

@@ -48,17 +48,17 @@ def test_a_drawn_layout_is_laid_exactly(number):
 
 @pytest.mark.parametrize("number", [3, 7, 8])
 def test_a_drawn_layout_settles_and_runs(number):
-    found = run_layout(number, 0.2)
-    assert found["outcome"] == COMPLETED, found["reason"]
-    assert found["value"] <= found["bound"]
-    assert found["loop_gap_max_m"] < 1.1e-10
+    row = run_layout(number, 0.2)
+    assert row["outcome"] == COMPLETED, row["reason"]
+    assert row["value"] <= row["bound"]
+    assert row["loop_gap_max_m"] < 1.1e-10
 
 
-def at_an_allowed_step(rig, part=0.75) -> Scene:
+def at_an_allowed_step(rig, fraction=0.75) -> Scene:
     """A scene of a rig with a part of the step that it allows."""
     scene = Scene(rig, 100.0, step=1e-6, spells=False)
     limit = largest_step(scene.model, 1.3 * rig.tension.pre_tension)
-    return scene.with_(step=1.0 / rig.sensor.rate / np.ceil(1.0 / rig.sensor.rate / (part * min(limit, 1.25e-4))))
+    return scene.with_(step=1.0 / rig.sensor.rate / np.ceil(1.0 / rig.sensor.rate / (fraction * min(limit, 1.25e-4))))
 
 
 @pytest.mark.parametrize("number", [137, 464, 710])

@@ -32,11 +32,11 @@ def test_arcs_as_print_rounds_them_are_joined(rig, decimals, off):
     groove = rig.groove_profile
     rounded = np.round(arcs_of(groove), decimals)
     profile = ToothProfile(arcs=rounded.tolist())
-    found = rig.changed(groove=None, profile=profile).groove_profile
-    assert np.abs(found.profile() - groove.profile()).max() <= max(off, 1e-6)
+    joined = rig.changed(groove=None, profile=profile).groove_profile
+    assert np.abs(joined.profile() - groove.profile()).max() <= max(off, 1e-6)
     if decimals < 6:
-        assert (found.radius[1:5] == rounded[1:, 2]).all()
-        assert np.abs([found.arc(j, 2)[-1] - found.arc(j + 1, 2)[0] for j in range(1, 10)]).max() < 1e-14
+        assert (joined.radius[1:5] == rounded[1:, 2]).all()
+        assert np.abs([joined.arc(j, 2)[-1] - joined.arc(j + 1, 2)[0] for j in range(1, 10)]).max() < 1e-14
 
 
 def test_arcs_of_three_decimals_are_not_joined(rig):

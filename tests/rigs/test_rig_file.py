@@ -41,14 +41,14 @@ SCENES = (
 
 def arrays_of(rig):
     """All numbers that a simulation of a rig is made of, of several scenes."""
-    found = []
+    models = []
     for fields in SCENES:
         scene = Scene(rig, 115.0, step=1e-6, **fields)
         model = scene.model
         if scene.tension == "sprung":
             model = model._replace(carriers=make_carriers(rig, model, "sprung", 0.0))
-        found.append(pickle.dumps(model))
-    return found
+        models.append(pickle.dumps(model))
+    return models
 
 
 def test_every_parameter_of_a_rig_is_read_by_something():
@@ -137,10 +137,10 @@ def test_the_order_of_the_wheels_is_that_of_a_rubber_band():
         n = int(rng.integers(2, 9))
         circles = np.column_stack([rng.uniform(-2, 2, (n, 2)), rng.uniform(0.05, 0.5, n)])
         order = run_order(circles)
-        found = set(hull_points(circles).tolist())
+        hull = set(hull_points(circles).tolist())
         # a wheel whose arc is shorter than the points are apart may be missing there
-        assert found <= set(order)
-        extra = set(order) - found
+        assert hull <= set(order)
+        extra = set(order) - hull
         assert len(extra) <= 1, "points as dense as these miss no more"
         if 0 in order:
             assert order[0] == 0

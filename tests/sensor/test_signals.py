@@ -62,8 +62,8 @@ def test_sine_half_way_between_bins_falls_to_two_over_pi_and_is_recovered():
     bin_hz, bin_amplitude = signals.main_line(a, RATE, 0.8 * hz)
     assert round(bin_hz * RECORD / RATE) in (11, 12)
     assert bin_amplitude / 1.2 == pytest.approx(2.0 / np.pi, abs=0.03)
-    found = signals.main_line_binfree(a, RATE, 1.03 * hz)
-    assert found == pytest.approx((hz, 1.2, 0.4), rel=1e-6)
+    line = signals.main_line_binfree(a, RATE, 1.03 * hz)
+    assert line == pytest.approx((hz, 1.2, 0.4), rel=1e-6)
 
 
 @pytest.mark.parametrize("bins", [5.0, 5.5, 11.25, 11.5, 15.004, 21.5])
@@ -92,8 +92,8 @@ def test_bin_free_estimate_survives_the_local_minima_of_strong_harmonics():
         for h in range(2, 9):
             a += sine(h * hz, n=n, amplitude=6.0, phase=rng.uniform(-3.0, 3.0))
         expected = hz + rng.uniform(-0.9, 0.9) * bin_hz
-        found = signals.main_line_binfree(a, RATE, expected_hz=expected)
-        assert found == pytest.approx((hz, 1.1, 0.7), rel=1e-5), seed
+        line = signals.main_line_binfree(a, RATE, expected_hz=expected)
+        assert line == pytest.approx((hz, 1.1, 0.7), rel=1e-5), seed
 
 
 def test_long_records_take_the_chirp_transform_to_the_same_line(monkeypatch):
@@ -104,13 +104,13 @@ def test_long_records_take_the_chirp_transform_to_the_same_line(monkeypatch):
     grid = np.linspace(0.12, 0.135, 7)
     turns = np.exp(-2j * np.pi * np.arange(len(a)) / RATE * grid[:, None, None] * np.arange(1, 4)[:, None])
     defined = (a * turns).sum(-1)
-    found = {}
+    lines = {}
     for most in (0, 10**12):
         monkeypatch.setattr(signals, "MOST_TERMS", most)
         assert signals._grid_sums(a, grid, RATE, 3) == pytest.approx(defined, rel=0, abs=1e-9 * np.abs(a).sum())
-        found[most] = signals.main_line_binfree(a, RATE, 0.1275)
+        lines[most] = signals.main_line_binfree(a, RATE, 0.1275)
     # the search begins at the same point of the grid
-    assert found[0] == found[10**12]
+    assert lines[0] == lines[10**12]
 
 
 def test_expected_frequency_leads_past_a_higher_harmonic():

@@ -24,7 +24,7 @@ from trackdyn.simulation.recording import Recording
 from trackdyn.simulation.simulate import simulate
 from trackdyn.simulation.tensioning import Settling
 
-# What exact cosines at the start of a call, in place of those carried on by their series, change in half a second
+# What exact cosines at the start of a call, instead of those carried on by their series, change in half a second
 # with contacts: rounding of 1e-16 in angles, grown by stiff contacts.
 ROUNDING = 1e-9
 simulation = import_module("trackdyn.simulation.simulate")  # the package shows the function of that name
@@ -303,7 +303,7 @@ def test_scenes_of_one_method_share_their_kernels(make_scene, rig):
         make_scene(0.0, rig=rig.changed(surfaces={"soft": soft}, idler__surface="soft")),
     ]
     kinds = {
-        tuple(numba.typeof(part) for part in shared(made.model, made.state, made.work))
+        tuple(numba.typeof(leaf) for leaf in shared(made.model, made.state, made.work))
         for scene in scenes
         for made in (Settling(scene), Loop(scene)._parts)
     }

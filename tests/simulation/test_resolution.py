@@ -41,17 +41,17 @@ def level(samples):
 @pytest.mark.parametrize("alone", [0.0, 1.1 * ONE_STEP])
 @pytest.mark.parametrize("seconds", [0.7, 5.0])
 def test_what_alternates_and_peaks_of_one_step_are_doubted_at_every_length(running, share, alone, seconds):
-    found = doubt(sums(running.model, share), running.model, level(1000), seconds, alone)
-    assert bool(found) == (share > NOTICED or alone > ONE_STEP)
+    reason = doubt(sums(running.model, share), running.model, level(1000), seconds, alone)
+    assert bool(reason) == (share > NOTICED or alone > ONE_STEP)
 
 
 @pytest.mark.parametrize(
     ("off", "state"), [((np.nan, np.nan), NO), ((0.0, 0.0), YES), ((0.6 * RMS, 0.0), NO), ((0.0, 0.6 * PEAKS), NO)]
 )
 def test_a_finer_step_decides_what_is_doubtful(running, off, state):
-    found = resolution(sums(running.model, 0.9 * FLIPS), running.model, level(1000), 1.0, "it flips", off)
-    assert found.state == state and found.share == pytest.approx(0.9 * FLIPS)
-    assert bool(found.reason) == (state != YES)
+    resolved = resolution(sums(running.model, 0.9 * FLIPS), running.model, level(1000), 1.0, "it flips", off)
+    assert resolved.state == state and resolved.share == pytest.approx(0.9 * FLIPS)
+    assert bool(resolved.reason) == (state != YES)
     # steps that flip are never called resolved: their samples are not
     assert resolution(sums(running.model, 1.1 * FLIPS), running.model, level(1000), 1.0, "it flips", off).state == NO
 
@@ -72,21 +72,21 @@ def test_answers_are_compared_over_the_same_pitches():
     assert largest_forces(cut[:1], cut[1:], 3, 1e-4, 0.0999)[1][:, 0].tolist() == [0.0, 0.0, 100.0]
     assert largest_forces(cut, [], 3, 1e-4, 0.0)[1][:, 0].tolist() == [100.0, 100.0, 100.0]
 
-    def found(rms, peaks):
+    def statistics(rms, peaks):
         return Answer(np.array(rms), np.array(peaks), 0.0)
 
-    fine = found([2.0, 1.0], [100.0, 20.0, 90.0])
-    assert found([2.0, 1.0], [101.0, 99.0, 90.0]).differs(fine) == (0.0, pytest.approx(0.01))  # little lies there
-    assert found([2.0, 1.1], [100.0, 20.0, 45.0]).differs(fine) == (pytest.approx(0.1), 0.5)
-    assert found([0.0], [0.0] * 3).differs(found([0.0], [0.0] * 3)) == (0.0, 0.0)
+    fine = statistics([2.0, 1.0], [100.0, 20.0, 90.0])
+    assert statistics([2.0, 1.0], [101.0, 99.0, 90.0]).differs(fine) == (0.0, pytest.approx(0.01))  # little lies there
+    assert statistics([2.0, 1.1], [100.0, 20.0, 45.0]).differs(fine) == (pytest.approx(0.1), 0.5)
+    assert statistics([0.0], [0.0] * 3).differs(statistics([0.0], [0.0] * 3)) == (0.0, 0.0)
 
 
 def test_a_record_that_flips_and_holds_with_a_finer_step_completes_and_says_so(make_scene, monkeypatch):
     """Doubt that a finer run does not share is said, not refused."""
     monkeypatch.setattr("trackdyn.simulation.watch.doubt", lambda *_: "it flips")
     monkeypatch.setattr("trackdyn.simulation.resolution.FLIPS", -1.0)
-    found = simulate(make_scene(150.0, lead_in=0.1)).meta["resolved"]
-    assert found["state"] == NO and "it flips, and with a finer step RMS differs by " in found["reason"]
+    resolved = simulate(make_scene(150.0, lead_in=0.1)).meta["resolved"]
+    assert resolved["state"] == NO and "it flips, and with a finer step RMS differs by " in resolved["reason"]
 
 
 def test_watching_a_run_changes_nothing(make_scene):
@@ -100,9 +100,9 @@ def test_watching_a_run_changes_nothing(make_scene):
 
 
 def test_a_trial_halves_until_the_answer_holds(running):
-    found = try_steps(running, 115.0)
-    assert found.step == found.tried[-2] and found.tried[0] == 1e-4
-    assert "tried" in str(found) and "no step" in str(Trial(None, (1e-4,)))
+    trial = try_steps(running, 115.0)
+    assert trial.step == trial.tried[-2] and trial.tried[0] == 1e-4
+    assert "tried" in str(trial) and "no step" in str(Trial(None, (1e-4,)))
     assert running.time == 0.0
 
 

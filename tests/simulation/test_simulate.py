@@ -121,7 +121,7 @@ def test_a_run_that_diverges_leaves_no_file(rig_path, tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("fields", "parts"),
+    ("fields", "sentence"),
     [
         ({"step": 5e-4}, ["step = 0.0005", "too large for the ", "at most"]),
         ({"step": 3e-5}, ["step = 3e-05", "sample interval"]),
@@ -137,13 +137,13 @@ def test_a_run_that_diverges_leaves_no_file(rig_path, tmp_path, monkeypatch):
         ({"tooth_contact": "square"}, ["tooth_contact = 'square'", "'three_surfaces'", "'ten_arcs'"]),
     ],
 )
-def test_bad_scenes_are_refused_in_one_sentence(make_scene, fields, parts):
+def test_bad_scenes_are_refused_in_one_sentence(make_scene, fields, sentence):
     with pytest.raises(InputError) as caught:
         make_scene(**fields)
     text = str(caught.value)
     assert "\n" not in text
-    for part in parts:
-        assert part in text
+    for words in sentence:
+        assert words in text
 
 
 STEPS_WITHOUT_JIT = """
@@ -241,9 +241,9 @@ def test_what_a_scene_records_is_read_back(make_scene, tmp_path, fields):
     if fields.get("motor_rpm") == 0.0 and "loop" not in fields:  # gravity is what a sensor shows at rest
         assert np.hypot(sense(run).ay, sense(run).ax) == pytest.approx(1.0, abs=1e-3)
     for seconds in (0.13, 0.35, 0.45):
-        part = later(run, seconds)
+        shorter = later(run, seconds)
         if run.scene.chain != "belt":
-            assert read_back(part, tmp_path / "part.npz").seconds < run.seconds
+            assert read_back(shorter, tmp_path / "part.npz").seconds < run.seconds
 
 
 def test_a_loop_that_is_driven_to_rest_is_measured_and_read_back(make_scene, tmp_path):

@@ -49,23 +49,23 @@ def tasks(*asked):
     return {key_of(task, "sources"): task for task in asked}
 
 
-def states(found):
-    return [(row["state"], row["reason"], sorted(row["values"])) for row in found]
+def states(rows):
+    return [(row["state"], row["reason"], sorted(row["values"])) for row in rows]
 
 
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_what_comes_of_a_row_is_its_state(maker, tmp_path, jobs):
     asked = tasks(*({"number": 1, "ends": ends} for ends in ("", "refused", "diverged", "failed")))
-    found = results(maker, asked, jobs, tmp_path / "store")
-    assert states(found[key] for key in asked) == [
+    rows = results(maker, asked, jobs, tmp_path / "store")
+    assert states(rows[key] for key in asked) == [
         ("done", "", ["missing", "third"]),
         ("refused", "no such rig", []),
         ("diverged", "it flew apart", []),
         ("failed", "KeyError: \"'another'\"", []),
     ]
     with pytest.raises(TrackdynError, match=r"may pass \(KeyError: .*\); try again"):
-        refuse_failed(found.values(), "try again")
-    refuse_failed([row for row in found.values() if row["state"] != "failed"], "try again")
+        refuse_failed(rows.values(), "try again")
+    refuse_failed([row for row in rows.values() if row["state"] != "failed"], "try again")
 
 
 @pytest.mark.parametrize("within", [True, False])

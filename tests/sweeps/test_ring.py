@@ -37,7 +37,7 @@ def test_the_smallest_ring_that_keeps_every_bound_at_every_speed_is_chosen():
     """At 210 rpm alone 0.305 m misses the right arc's bound, at 115 rpm also that of the left one (least 8.5 %)."""
     rule = parse_rule(RULE)
     assert rule.radius(study()) == 0.306 and parse_rule(str(rule)) == rule
-    misses = {radius: [(m.rpm, m.bound.column) for m in found] for radius, found in rule.misses(study()).items()}
+    misses = {radius: [(m.rpm, m.bound.column) for m in missed] for radius, missed in rule.misses(study()).items()}
     assert misses[0.305] == [(210.0, "right_share_pct"), (115.0, "left_share_pct")] and not misses[0.306]
     said = advice(study(), rule)
     assert said[0].startswith("choose 0.306 m, by the rule right_share_pct < 0.5")
@@ -107,9 +107,9 @@ def test_the_command_writes_its_files_and_goes_on_with_the_same_numbers(tmp_path
     rig = load_rig("bench")
     rule = known_contacts(rig)
     recording, known = run_steady(Loop(Scene(rig, 210.0, 0.307, **steady_fields(rig, 210.0, rule))), rule)
-    found, row = meshing_summary(recording), table.iloc[2]
+    summary, row = meshing_summary(recording), table.iloc[2]
     for name in ("left_share_pct", "left_share_error_pct", "ring_rms_n", "right_share_pct"):
-        assert row[name] == pytest.approx(found[name], rel=1e-8), name
+        assert row[name] == pytest.approx(summary[name], rel=1e-8), name
     assert row["contacts_known"] == known
     names = {f"{name}.{end}" for name in ("fig23_a", "fig23_b", "fig24") for end in ("png", "svg")}
     assert names | {"ring.csv", "ring.html", "rows"} == {path.name for path in (tmp_path / "mine").iterdir()}

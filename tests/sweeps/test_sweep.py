@@ -79,8 +79,8 @@ def test_broken_rows_say_why_and_stop_nobody(tmp_path, rig_path):
     ]).fillna("")  # fmt: skip
     for name, value in SHORT.items():
         table[name] = [cell or str(value) for cell in table.get(name, [""] * len(table))]
-    found = sweep(table, tmp_path / "r.csv", rig_path, jobs=2)
-    assert found.state.tolist() == ["done"] + ["refused"] * 7 + ["done"]
+    swept = sweep(table, tmp_path / "r.csv", rig_path, jobs=2)
+    assert swept.state.tolist() == ["done"] + ["refused"] * 7 + ["done"]
     for k, said in enumerate(
         (
             "",
@@ -94,18 +94,18 @@ def test_broken_rows_say_why_and_stop_nobody(tmp_path, rig_path):
             "",
         )
     ):
-        assert said in found.reason[k] and (k in (0, 8)) == (found.reason[k] == ""), (k, found.reason[k])
-        assert "\n" not in found.reason[k]
+        assert said in swept.reason[k] and (k in (0, 8)) == (swept.reason[k] == ""), (k, swept.reason[k])
+        assert "\n" not in swept.reason[k]
     pd.testing.assert_series_equal(
-        pd.read_csv(tmp_path / "r.csv", keep_default_na=False).reason, found.reason, check_dtype=False
+        pd.read_csv(tmp_path / "r.csv", keep_default_na=False).reason, swept.reason, check_dtype=False
     )
 
 
 def test_a_row_beyond_the_memory_fails_for_now(tmp_path, rig_path, monkeypatch):
     with monkeypatch.context() as little:
         little.setattr("trackdyn.sweeps.engine.free_memory", lambda: 1000.0)
-        found = sweep(design(1), rig=rig_path, jobs=1, store=tmp_path)
-    assert found.state[0] == "failed" and "the row may take 0 MB" in found.reason[0]
+        swept = sweep(design(1), rig=rig_path, jobs=1, store=tmp_path)
+    assert swept.state[0] == "failed" and "the row may take 0 MB" in swept.reason[0]
     assert sweep(design(1), rig=rig_path, jobs=1, store=tmp_path).state[0] == "done"
 
 
@@ -214,21 +214,21 @@ def test_until_and_every_link_give_measures_with_errors(rig_path):
         {"motor_rpm": 210.0, "preset": "fast", "ramp": 0.05, "until.rms": "50%", "until.longest": 4},
         {"motor_rpm": 210.0, "preset": "fast", "ramp": 0.05, "lead_in": 0.0, "duration": 1.0, "every_link": True},
     ])  # fmt: skip
-    found = sweep(table, rig=rig_path, jobs=1)
-    assert found.state.tolist() == ["done", "done"], found.reason.tolist()
-    assert found.until_known[0] in (True, 1.0) and pd.isna(found.until_known[1])
-    assert found.simulated_s[0] < 4 and found.simulated_s[1] == 1.0
-    assert (found.whole_rms > 0).all() and (found.whole_rms_error > 0).all()
+    swept = sweep(table, rig=rig_path, jobs=1)
+    assert swept.state.tolist() == ["done", "done"], swept.reason.tolist()
+    assert swept.until_known[0] in (True, 1.0) and pd.isna(swept.until_known[1])
+    assert swept.simulated_s[0] < 4 and swept.simulated_s[1] == 1.0
+    assert (swept.whole_rms > 0).all() and (swept.whole_rms_error > 0).all()
 
 
 def test_a_row_takes_the_first_of_its_steps_that_comes_out(rig_path):
     """1e-3 s is beyond what the contacts allow, and 2e-3 s beyond any step."""
     table = design(3).assign(preset=None, step=["0.001 0.0001", "0.0001", "0.002; 0.001"])
-    found = sweep(table, rig=rig_path, jobs=1)
-    assert found.state.tolist() == ["done", "done", "refused"], found.reason.tolist()
+    swept = sweep(table, rig=rig_path, jobs=1)
+    assert swept.state.tolist() == ["done", "done", "refused"], swept.reason.tolist()
     alone = sweep(design(1).assign(preset=None, step=1e-4), rig=rig_path, jobs=1)
-    assert found.step_s[0] == 1e-4 and found.rms_g[0] == alone.rms_g[0]
-    assert found.reason[2] == sweep(design(3).assign(preset=None, step=1e-3), rig=rig_path, jobs=1).reason[2]
+    assert swept.step_s[0] == 1e-4 and swept.rms_g[0] == alone.rms_g[0]
+    assert swept.reason[2] == sweep(design(3).assign(preset=None, step=1e-3), rig=rig_path, jobs=1).reason[2]
 
 
 def test_a_row_ends_when_its_contacts_are_known(rig_path):
@@ -236,15 +236,15 @@ def test_a_row_ends_when_its_contacts_are_known(rig_path):
     known = {"share_pct": 0.4, "force": 0.05, "passages": 13}
     fields = {"motor_rpm": 210.0, "ring_radius": 0.308, "duration": 20.0, "lead_in": 0.0, "step": 1e-4}
     row = fields | {f"known.{name}": value for name, value in known.items()}
-    found = sweep(
+    swept = sweep(
         pd.DataFrame([row, row | {"chain": "belt", "ring_radius": "none", "spells": False}]), rig=rig_path, jobs=1
     )
     assert (
-        found.state.tolist() == ["done", "refused"] and "a tolerance needs a chain that is driven" in found.reason[1]
-    ), found.reason
+        swept.state.tolist() == ["done", "refused"] and "a tolerance needs a chain that is driven" in swept.reason[1]
+    ), swept.reason
     recording, answered = run_steady(Loop(Scene(load_rig(rig_path), **fields)), StopRule(**known, longest_turns=1))
-    assert answered and found.contacts_known[0] in (True, 1.0) and found.simulated_s[0] < 5
-    assert found.left_rms_n[0] == run_metrics("", recording)["left_rms_n"]
+    assert answered and swept.contacts_known[0] in (True, 1.0) and swept.simulated_s[0] < 5
+    assert swept.left_rms_n[0] == run_metrics("", recording)["left_rms_n"]
 
 
 def command(out, designed):

@@ -37,7 +37,7 @@ class Copy:
 
     def __init__(self, folder, config=TINY, targets=TARGETS):
         self.root, self.config, self.targets = Path(folder), config, targets
-        self.place = self.root / yaml.safe_load((ROOT / config).read_text(encoding="utf-8"))["results"]
+        self.folder = self.root / yaml.safe_load((ROOT / config).read_text(encoding="utf-8"))["results"]
         for name in ("config", "data", "profiles", "trackdyn", "workflow"):
             shutil.copytree(ROOT / name, self.root / name, ignore=shutil.ignore_patterns("__pycache__"))
         for name in ("Snakefile", TINY):
@@ -69,9 +69,9 @@ class Copy:
         """Contents of every file that holds no times, by name; what a killed job left half written has a dot
         in front.
         """
-        place = self.root / "results"
-        files = [path for path in place.rglob("*") if path.is_file() and not path.name.startswith(".")]
-        names = {path.relative_to(place).as_posix(): path for path in files}
+        folder = self.root / "results"
+        files = [path for path in folder.rglob("*") if path.is_file() and not path.name.startswith(".")]
+        names = {path.relative_to(folder).as_posix(): path for path in files}
         return {name: path.read_bytes() for name, path in sorted(names.items()) if not holds_times(name)}
 
 
@@ -80,13 +80,13 @@ def holds_times(name):
     return name.startswith(("benchmarks/", "logs/", "quick/benchmarks/", "quick/logs/")) or name.endswith(".cost.json")
 
 
-def differences(found, whole):
+def differences(copy, whole):
     """What two copies' results differ in, a line a file, as `trackdyn verify --exact` sees it: columns of times left
     out.
 
     Of a page that shows times its table decides.
     """
-    findings = compare_manifests(describe(found.place, complete=True), describe(whole.place, complete=True))
+    findings = compare_manifests(describe(copy.folder, complete=True), describe(whole.folder, complete=True))
     shown = {one.name.replace(".csv", ".md") for one in findings if one.status == EQUAL}
     differ = [one for one in findings if one.status != EQUAL and not (one.status == BYTES and one.name in shown)]
     return [f"{finding.status}: {finding.name} {finding.text}" for finding in differ]
@@ -137,7 +137,7 @@ def main():
     parser.add_argument("--longest", type=float, default=30.0, help="latest moment of a kill, s")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--config", type=Path, default=TINY)
-    parser.add_argument("--all", action="store_true", help="the whole graph in place of a few files")
+    parser.add_argument("--all", action="store_true", help="the whole graph instead of a few files")
     given = parser.parse_args()
     targets = () if given.all else TARGETS
     with tempfile.TemporaryDirectory() as folder:

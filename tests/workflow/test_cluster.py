@@ -72,7 +72,7 @@ def test_batches_hold_every_row_once_and_neighbours_alike(rig_path):
         [{"motor_rpm": 115.0 + k, "ring_radius": (0.308, 0.31)[k % 2], **SCENE} for k in range(8)] * 2
     )
     parts = batches(design, rig_path, 2)
-    assert [len(part) for part in parts] == [4, 4]
+    assert [len(rows) for rows in parts] == [4, 4]
     assert sorted(pd.concat(parts).motor_rpm) == [115.0 + k for k in range(8)]
-    assert [part.ring_radius.nunique() for part in parts] == [1, 1]
-    assert [len(part) for part in batches(design, rig_path, 9)] == [1] * 8 + [0]
+    assert [rows.ring_radius.nunique() for rows in parts] == [1, 1]
+    assert [len(rows) for rows in batches(design, rig_path, 9)] == [1] * 8 + [0]

@@ -23,10 +23,12 @@ def copies(tmp_path_factory):
 def test_a_killed_run_goes_on_and_ends_in_the_same_bytes(copies):
     whole, copy = copies
     done = killing.disturb(copy, rounds=4, longest=12.0, seed=3)
-    found, expected = copy.complete(), whole.results()
-    assert sorted(name for name in expected.keys() | found.keys() if expected.get(name) != found.get(name)) == [], done
+    results, expected = copy.complete(), whole.results()
+    assert sorted(name for name in expected.keys() | results.keys() if expected.get(name) != results.get(name)) == [], (
+        done
+    )
     assert killing.differences(copy, whole) == []
-    table = copy.place / "events.csv"
+    table = copy.folder / "events.csv"
     table.write_text(table.read_text(encoding="utf-8").replace("1", "2", 1), encoding="utf-8")
-    (copy.place / "figures" / "fig21.svg").unlink()
+    (copy.folder / "figures" / "fig21.svg").unlink()
     assert [line.split()[1] for line in killing.differences(copy, whole)] == ["events.csv", "figures/fig21.svg"]

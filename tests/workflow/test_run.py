@@ -84,8 +84,8 @@ def jobs(folder, count):
     """Processes of the jobs that have begun, once there are ``count``."""
     begun, end = folder / "begun.txt", time.monotonic() + 200
     while time.monotonic() < end:
-        if begun.exists() and len(found := begun.read_text().split()) >= count:
-            return [int(job) for job in found]
+        if begun.exists() and len(processes := begun.read_text().split()) >= count:
+            return [int(job) for job in processes]
         time.sleep(0.05)
     raise AssertionError("no job began")
 

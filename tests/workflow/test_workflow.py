@@ -155,7 +155,7 @@ def test_scripts_load_no_file_of_ours_that_their_rules_do_not_need():
 
 
 class Pretended:
-    """A copy of the project with an empty file in place of every result of a default run and its studies, and
+    """A copy of the project with an empty file instead of every result of a default run and its studies, and
     Snakemake's records of them.
     """
 
@@ -223,8 +223,8 @@ def test_what_is_measured_or_said_of_runs_reruns_none(pretended, name):
     edits, due = EDITS[name]
     assert pretended.due() == {}
     with pretended.edited(edits):
-        found = pretended.due()
-    assert due <= found.keys() and not [rule for rule in found if SIMULATING.fullmatch(rule)], found
+        reruns = pretended.due()
+    assert due <= reruns.keys() and not [rule for rule in reruns if SIMULATING.fullmatch(rule)], reruns
 
 
 def test_a_cell_of_the_article_makes_due_what_it_concerns(pretended):

@@ -29,7 +29,7 @@ from trackdyn.sweeps.row import first_that_runs
 MISSING = 6.0
 LEAST = 1e-6  # a value of zero, in a logarithm
 TREND = 0.05  # a trend that falls by so much more than it may is a tolerance further off
-# Smooth forms (`revolution.summary`) of claims whose own measure is text or jumps, in place of its residuals or
+# Smooth forms (`revolution.summary`) of claims whose own measure is text or jumps, instead of its residuals or
 # `BESIDE` them: with a ring or without, column, value that is wanted, tolerance
 FORMS: dict[str, tuple[tuple[bool, str, float, float], ...]] = {
     "C15": ((False, "left_outside_2_pct", 0.0, LEAST_SHARE), (False, "right_outside_7_pct", 0.0, LEAST_SHARE)),
@@ -55,11 +55,11 @@ def _row(rig: dict, scenes: list[list], fields: dict, row: dict) -> dict:
 def _scenes(rig: Rig, scenes: list[list], fields: dict, row: dict) -> dict:
     starts = SettledLoops(kept=len(scenes))
     least = Scene.ring_range(rig)[0]
-    found: dict = {"rig": rig.model_dump()}
+    settings: dict = {"rig": rig.model_dump()}
     for rpm, ring, sensed in scenes:
         same = name_of(rpm, None)
-        if ring is not None and ring < least and same in found:  # it touches nothing: no ring
-            found[name_of(rpm, ring)] = found[same]
+        if ring is not None and ring < least and same in settings:  # it touches nothing: no ring
+            settings[name_of(rpm, ring)] = settings[same]
             continue
         span = row["passages"] * Periods.at(rig, rpm).passage
         scene = Scene(
@@ -70,8 +70,8 @@ def _scenes(rig: Rig, scenes: list[list], fields: dict, row: dict) -> dict:
         recording = simulate(scene, starts=starts)
         values, times = summary(recording)
         values |= {f"event {name}": seconds for name, seconds in times.items()}
-        found[name_of(rpm, ring)] = values | (_sensed(recording) if sensed else {})
-    return found
+        settings[name_of(rpm, ring)] = values | (_sensed(recording) if sensed else {})
+    return settings
 
 
 def name_of(rpm: float, ring: float | None) -> str:
@@ -83,9 +83,9 @@ def _sensed(recording: Recording) -> dict[str, float]:
     """RMS, SD, content from 20 Hz on and amplitude of the loop's line, of a revolution of one link, g."""
     ay = stitch(recording).ay
     line = 2 * abs(np.fft.rfft(ay)[1]) / len(ay)
-    found = {"rms_g": np.sqrt(np.mean(ay**2)), "sd_g": ay.std(), "line_g": line}
-    found["high_frequency_g"] = high_frequency_rms(ay, recording.rate)
-    return {name: float(value) for name, value in found.items()}
+    measures = {"rms_g": np.sqrt(np.mean(ay**2)), "sd_g": ay.std(), "line_g": line}
+    measures["high_frequency_g"] = high_frequency_rms(ay, recording.rate)
+    return {name: float(value) for name, value in measures.items()}
 
 
 class AnswerProblem:

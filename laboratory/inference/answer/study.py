@@ -60,10 +60,10 @@ def answer(
             seed: (plain, Start(f"{one.method} {seed}", start(unknowns, seed, searched.spread), [True] * len(unknowns)))
             for seed in one.seeds
         }
-        found = local_searches(
+        searches = local_searches(
             answer_problem, requested, one.evaluations, jobs, store, method=one.method, radius=one.radius
         )
-        for seed, end in found.items():
+        for seed, end in searches.items():
             key = {"question": question, "rig": one.rig or searched.rig, "method": one.method, "seed": seed}
             costs += [key | {"row": k, "cost": cost} for k, cost in enumerate(end["costs"], 1)]
             points = {"first_shown": requested[seed][1].x, "shown": end["x"]}
@@ -114,19 +114,19 @@ def profiles(config: AnswerConfig, claims: list[Claim], end: pd.Series, jobs: in
             requested[tuple(key)] = _plain(asked, name, problem.unknowns, targets), _begin(problem, key)
         except TrackdynError:
             rows.append({"assumption": key[0], "value": key[1], "ended": CANNOT})
-    for key, found in local_searches(answer_problem, requested, settings.evaluations, jobs, **how).items():
-        rows.append(_profile_row(key, found, problems[key], store))
+    for key, end_of_search in local_searches(answer_problem, requested, settings.evaluations, jobs, **how).items():
+        rows.append(_profile_row(key, end_of_search, problems[key], store))
     for one in settings.continued:
-        key = tuple(", ".join(map(str, part)) for part in zip(*one.values.items(), strict=True))
+        key = tuple(", ".join(map(str, words)) for words in zip(*one.values.items(), strict=True))
         try:
             problem = _with_held(config, targets, one.values, at)
             request = {key: (_plain(config, name, problem.unknowns, targets), _begin(problem, key))}
         except TrackdynError:
             rows.append({"assumption": key[0], "value": key[1], "ended": CANNOT})
             continue
-        found = local_searches(answer_problem, request, one.evaluations, 1, **how)[key]
-        rows.append(_profile_row(key, found, problem, store))
-        at = one.values | problem.unknowns.values(found["x"])
+        end_of_search = local_searches(answer_problem, request, one.evaluations, 1, **how)[key]
+        rows.append(_profile_row(key, end_of_search, problem, store))
+        at = one.values | problem.unknowns.values(end_of_search["x"])
     columns = ["assumption", "value", "evaluations", "ended", "first_cost", "cost", "shown", "of", "lost"]
     return pd.DataFrame(rows, columns=columns)
 
@@ -145,14 +145,14 @@ def _begin(problem: AnswerProblem, key) -> Start:
     return Start(" ".join(map(str, key)), start(unknowns, 0, 0.0), [True] * len(unknowns))
 
 
-def _profile_row(key: tuple, found: dict, problem: AnswerProblem, store: Path | str) -> dict:
+def _profile_row(key: tuple, minimum: dict, problem: AnswerProblem, store: Path | str) -> dict:
     row = {"assumption": key[0], "value": key[1]}
     try:
-        judged = judged_at(problem, found["x"], store)
+        judged = judged_at(problem, minimum["x"], store)
     except TrackdynError:  # not even where it begins
         return row | {"ended": "does not run"}
     missed = ", ".join(claim for claim, (verdict, _) in judged.items() if verdict != SHOWN)
-    row |= {field: found[field] for field in ("evaluations", "ended", "first_cost", "cost")}
+    row |= {field: minimum[field] for field in ("evaluations", "ended", "first_cost", "cost")}
     return row | {"shown": shown(judged), "of": len(judged), "lost": missed}
 
 

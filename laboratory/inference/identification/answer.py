@@ -38,9 +38,9 @@ def best_rig_text(answer: Identification, rig_path: Path | str, files: list[str]
     return "\n".join([f"# {rig_path} with values identified by `trackdyn identify`.", *_lines(data)]) + "\n"
 
 
-def _lines(part: dict, indent: str = "") -> Iterator[str]:
+def _lines(section: dict, indent: str = "") -> Iterator[str]:
     """Sections below each other, an entry on a line of its own, as rig files have it."""
-    for name, item in part.items():
+    for name, item in section.items():
         if not indent:
             yield ""
         if "value" in item:
@@ -74,8 +74,8 @@ def features_table(answer: Identification) -> pd.DataFrame:
     table["measured"] = np.exp(records.values)
     table["scatter"] = np.sqrt(np.diag(records.covariance))
     table["best"] = np.exp(answer.best_features)
-    for prefix, found in (("sim_", answer.simulated), ("", answer.predicted)):
-        for name, level in zip(("q05", "median", "q95"), np.quantile(found, INTERVAL, axis=0), strict=True):
+    for prefix, draws in (("sim_", answer.simulated), ("", answer.predicted)):
+        for name, level in zip(("q05", "median", "q95"), np.quantile(draws, INTERVAL, axis=0), strict=True):
             table[prefix + name] = np.exp(level)
     return table.assign(inside=(table["q05"] <= table["measured"]) & (table["measured"] <= table["q95"]))
 
@@ -115,27 +115,27 @@ def in_short(answer: Identification) -> pd.DataFrame:
         head = {"of": "discrepancy", "name": row["group"], "before": f"{row['prior_median']:.4g}"}
         rows.append(head | sizes | {"verdict": word})
     if answer.held_out is not None:
-        for name, part in answer.held_out.groupby("record", sort=False):
-            found = f"{part['inside'].sum()} of {len(part)} features inside"
-            rows.append({"of": "held out", "name": name, "verdict": found})
+        for name, features_of_record in answer.held_out.groupby("record", sort=False):
+            verdict = f"{features_of_record['inside'].sum()} of {len(features_of_record)} features inside"
+            rows.append({"of": "held out", "name": name, "verdict": verdict})
     return pd.DataFrame(rows)
 
 
 def tables(answer: Identification) -> dict[str, pd.DataFrame]:
     """Every table by the name of its file."""
-    found = {
+    by_name = {
         "unknowns": answer.table, "correlations": correlations(answer), "features": features_table(answer),
         "discrepancies": discrepancies(answer), "draws": draws_table(answer), "in_short": in_short(answer),
     }  # fmt: skip
-    return found | ({} if answer.held_out is None else {"held_out": answer.held_out})
+    return by_name | ({} if answer.held_out is None else {"held_out": answer.held_out})
 
 
 def write_answer(answer: Identification, rig_path: Path | str, out: Path) -> Rig:
     """Write ``rig.yaml`` and the tables into a folder; returns the rig as it is read back."""
     text = best_rig_text(answer, rig_path, [one.record.path.name for one in answer.measured])
-    with replacing(out / "rig.yaml") as part:
-        write_text(part, text)
-        rig = load_rig(part)  # what is not a rig does not become one
+    with replacing(out / "rig.yaml") as temporary:
+        write_text(temporary, text)
+        rig = load_rig(temporary)  # what is not a rig does not become one
     for name, table in tables(answer).items():
         write_csv(out / f"{name}.csv", table)
     return rig

@@ -118,9 +118,9 @@ def simulate_all(config: CalibrationConfig, store, jobs: int = 1, progress: bool
         )
     rates = [speed.rate / speed.every for speed in design.speeds]
     scatter = [
-        block_diag(*(covariance(one, rate) for one, rate in zip(found, rates, strict=True)))
-        for found in played.statistics
-        if found is not None
+        block_diag(*(covariance(one, rate) for one, rate in zip(statistics, rates, strict=True)))
+        for statistics in played.statistics
+        if statistics is not None
     ]
     values = (points[trained.ran], trained.features(design), truths[played.ran], played.features(design))
     return Data(unknowns, design.speeds, *values, scatter, failed)
@@ -152,14 +152,14 @@ def calibrate(config: CalibrationConfig, store, jobs: int = 1, progress: bool = 
     due += [(truth, NONE) for truth in range(min(config.plain, len(data.truths)))]
 
     def one(truth: int, discrepancy: str) -> dict:
-        measured = MeasuredRecords(names, record, data.values[truth], data.scatter[truth]).part(kept)
+        measured = MeasuredRecords(names, record, data.values[truth], data.scatter[truth]).subset(kept)
         return {"rows": _identified(config, data, emulator, measured, truth, discrepancy)}
 
     content = [config.model_dump(exclude={"plain", "repeats", "places"}), module_hash(__name__)]
     tasks = {key_of(*content, *each): dict(zip(("truth", "discrepancy"), each, strict=True)) for each in due}
-    found = results(lambda memory: one, tasks, 1, store, "calibration" if progress else "", "record")
-    refuse_failed(found.values(), "the same command goes on from there")
-    ranks = pd.DataFrame([row for key in tasks for row in found[key]["values"]["rows"]])
+    rows_by_key = results(lambda memory: one, tasks, 1, store, "calibration" if progress else "", "record")
+    refuse_failed(rows_by_key.values(), "the same command goes on from there")
+    ranks = pd.DataFrame([row for key in tasks for row in rows_by_key[key]["values"]["rows"]])
     identified = ranks[(ranks["discrepancy"] == PRIOR) & (ranks["verdict"] != "")]
     covered = [
         {name: row[name] for name in ("truth", "parameter")}
@@ -224,10 +224,10 @@ def bins_of(count: int) -> int:
     return max(min(BINS, count // 5), 2)
 
 
-def histogram(part: pd.DataFrame) -> np.ndarray:
+def histogram(rows: pd.DataFrame) -> np.ndarray:
     """(bins,) truths by their ranks among the draws."""
-    bins = bins_of(len(part))
-    return np.bincount(((part["rank"] + 0.5) / (part["of"] + 1) * bins).astype(int), minlength=bins)
+    bins = bins_of(len(rows))
+    return np.bincount(((rows["rank"] + 0.5) / (rows["of"] + 1) * bins).astype(int), minlength=bins)
 
 
 def summarised(ranks: pd.DataFrame) -> pd.DataFrame:
@@ -241,19 +241,21 @@ def summarised(ranks: pd.DataFrame) -> pd.DataFrame:
     """
     rows = []
     for discrepancy, of in ranks.groupby("discrepancy", sort=False):
-        for parameter, part in [*of.groupby("parameter", sort=False), (ALL, of[of["verdict"] != ""])]:
-            identified = (part["verdict"] == IDENTIFIED).to_numpy()
-            truths = part["truth"].nunique() if parameter == ALL else len(part)
+        for parameter, of_parameter in [*of.groupby("parameter", sort=False), (ALL, of[of["verdict"] != ""])]:
+            identified = (of_parameter["verdict"] == IDENTIFIED).to_numpy()
+            truths = of_parameter["truth"].nunique() if parameter == ALL else len(of_parameter)
             row = {"discrepancy": discrepancy, "parameter": parameter, "truths": truths, "identified": identified.sum()}
             for level, name in ((0.5, "50"), (0.9, "90")):
-                inside = np.array([held(rank, of, level) for rank, of in zip(part["rank"], part["of"], strict=True)])
-                shares = _between(inside, part["truth"]) if parameter == ALL else _exact(inside)
+                inside = np.array(
+                    [held(rank, of, level) for rank, of in zip(of_parameter["rank"], of_parameter["of"], strict=True)]
+                )
+                shares = _between(inside, of_parameter["truth"]) if parameter == ALL else _exact(inside)
                 row |= dict(zip((f"covered_{name}", f"low_{name}", f"high_{name}"), shares, strict=True))
             row |= {"covered_90_identified": inside[identified].mean() if identified.any() else np.nan}
             row |= {"p_uniform": np.nan, "bins_outside": np.nan}
             if parameter != ALL:
-                counts = histogram(part)
-                low, high = rank_band(len(part), len(counts))
+                counts = histogram(of_parameter)
+                low, high = rank_band(len(of_parameter), len(counts))
                 row |= {"p_uniform": chisquare(counts).pvalue, "bins_outside": ((counts < low) | (counts > high)).sum()}
             rows.append(row)
     return pd.DataFrame(rows)
@@ -301,9 +303,9 @@ def repeated(config: CalibrationConfig, store, jobs: int = 1, progress: bool = T
     freedom = (config.repeats - 1) * len(ran), config.repeats * (config.turns - 1) * len(ran)
     for k, speed in enumerate(design.speeds):
         rate = speed.rate / speed.every
-        turns = [[one.statistics[place][k] for one in repeats] for place in ran]  # type: ignore[index]  # all of these ran
-        values = np.array([[features(one, rate) for one in place] for place in turns])
-        variances = np.array([[np.diag(covariance(one, rate)) for one in place] for place in turns])
+        turns = [[one.statistics[of_record][k] for one in repeats] for of_record in ran]  # type: ignore[index]  # all of these ran
+        values = np.array([[features(one, rate) for one in of_record] for of_record in turns])
+        variances = np.array([[np.diag(covariance(one, rate)) for one in of_record] for of_record in turns])
         sample_variance, given = values.var(axis=1, ddof=1), variances.mean(axis=1) / widened
         others = (values.sum(axis=1, keepdims=True) - values) / (config.repeats - 1)
         off = np.abs(values - others) / np.sqrt(variances * (1 + 1 / (config.repeats - 1)))

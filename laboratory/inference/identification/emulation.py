@@ -209,8 +209,8 @@ class Processes:
 
         def search(objective, start, bounds):
             options = {"maxiter": ITERATIONS}
-            found = minimize(objective, start, jac=True, bounds=bounds, method="L-BFGS-B", options=options)
-            return found.x, found.fun
+            optimum = minimize(objective, start, jac=True, bounds=bounds, method="L-BFGS-B", options=options)
+            return optimum.x, optimum.fun
 
         lengths = np.full(inputs.shape[1], 2.0 * np.sqrt(inputs.shape[1]))
         kernel = ConstantKernel(1.0, (1e-3, 1e3)) * Matern(lengths, LENGTHS, nu=2.5) + WhiteKernel(0.1, NOISE)

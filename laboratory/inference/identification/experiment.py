@@ -41,7 +41,7 @@ class MeasuredSpeed(NamedTuple):
     rate: int  # samples a second of the simulation, Hz
     every: int = 1  # samples of the simulation that make one of the sensor
     preset: str = "standard"  # bundle of choices of fidelity
-    choices: tuple[tuple[str, str], ...] = ()  # choices in place of the preset's, such as ``("drag", "rolling")``
+    choices: tuple[tuple[str, str], ...] = ()  # choices instead of the preset's, such as ``("drag", "rolling")``
 
 
 def scene_of_speed(rig: Rig, speed: MeasuredSpeed, seconds: float, later: float = 0.0) -> Scene:
@@ -115,12 +115,12 @@ class Simulated(NamedTuple):
     @property
     def ran(self) -> np.ndarray:
         """Which rigs ran."""
-        return np.array([found is not None for found in self.statistics])
+        return np.array([statistics is not None for statistics in self.statistics])
 
     def features(self, experiment: Experiment) -> np.ndarray:
         """(rigs that ran, features of all speeds)."""
         rates = [speed.rate / speed.every for speed in experiment.speeds]
-        ran = [zip(found, rates, strict=True) for found in self.statistics if found is not None]
+        ran = [zip(statistics, rates, strict=True) for statistics in self.statistics if statistics is not None]
         return np.array([np.concatenate([features(one, rate) for one, rate in pairs]) for pairs in ran])
 
 
@@ -129,9 +129,9 @@ def run_experiment(
 ) -> Simulated:
     """Simulate rigs, those that the store does not know; ``progress`` is what the bar is called, none if empty."""
     tasks = experiment.tasks(changes)
-    found = results(rows_of_rigs, dict(tasks), jobs, store, progress, "rig")
-    refuse_failed(found.values(), "--resume goes on from there")
-    rows = [found[key] for key, _ in tasks]
+    rows_by_key = results(rows_of_rigs, dict(tasks), jobs, store, progress, "rig")
+    refuse_failed(rows_by_key.values(), "--resume goes on from there")
+    rows = [rows_by_key[key] for key, _ in tasks]
     statistics = [
         [np.array(row["values"][str(k)]) for k in range(len(experiment.speeds))] if row["state"] == DONE else None
         for row in rows

@@ -35,11 +35,11 @@ class Feature(NamedTuple):
 def features_of(rate: float) -> list[Feature]:
     """The features of a record sampled at ``rate``, Hz: bands end at 0.4 of it."""
     bands = [(low, high) for low, high in pairwise(BANDS_HZ) if high <= 0.4 * rate]
-    found = [Feature(f"line_{k}", "lines") for k in range(1, LINES + 1)]
-    found += [Feature("sd", "lines")]
-    found += [Feature(f"passing_{k}", "passing") for k in range(1, PASSING + 1)]
-    found += [Feature(f"band_{low:g}_{high:g}_hz", "high" if low >= HIGH_HZ else "low") for low, high in bands]
-    return found + [Feature(name, "crest") for name in ("tail_low", "tail_high", "peak")]
+    features = [Feature(f"line_{k}", "lines") for k in range(1, LINES + 1)]
+    features += [Feature("sd", "lines")]
+    features += [Feature(f"passing_{k}", "passing") for k in range(1, PASSING + 1)]
+    features += [Feature(f"band_{low:g}_{high:g}_hz", "high" if low >= HIGH_HZ else "low") for low, high in bands]
+    return features + [Feature(name, "crest") for name in ("tail_low", "tail_high", "peak")]
 
 
 def turns_of(ay, rate: float, turn_s: float) -> np.ndarray:
@@ -109,8 +109,8 @@ def covariance(statistics: np.ndarray, rate: float, seed: int = 0) -> np.ndarray
         raise InputError(f"the record holds {turns} whole turns of the loop; at least {LEAST_TURNS} are needed")
     rng = np.random.default_rng(seed)
     resampled = features(statistics, rate, rng.multinomial(turns, np.full(turns, 1.0 / turns), size=RESAMPLED))
-    found = np.cov(resampled.T) * turns / (turns - 1)
+    sample_covariance = np.cov(resampled.T) * turns / (turns - 1)
     spread = np.std(statistics, axis=0)
     weight = LedoitWolf().fit((statistics - statistics.mean(axis=0)) / np.where(spread > 0, spread, 1.0)).shrinkage_
-    shrunk = (1 - weight) * found + weight * np.diag(np.diag(found))
+    shrunk = (1 - weight) * sample_covariance + weight * np.diag(np.diag(sample_covariance))
     return shrunk * (turns - 1) / (turns - 3)

@@ -93,7 +93,7 @@ def identify(
         raise InputError(
             f"{', '.join(unknowns.labels)}: no feature of a record depends on the unknown; choose another one"
         )
-    learnt = records.part(kept)
+    learnt = records.subset(kept)
     scale = medians(learnt.features)
     posterior = Posterior(learnt, FeatureEmulator(x, y[:, kept], scale), len(unknowns))
     draws = sample(posterior, settings.steps, settings.seed, "first posterior" if settings.progress else "")
@@ -113,7 +113,7 @@ def identify(
         parts = [_held_out(*about, number, one.name) for number, one in enumerate(measured)]
         held_out = pd.concat(parts, ignore_index=True)
     thinned = draws.points[np.linspace(0, len(draws.points) - 1, min(DRAWS, len(draws.points))).astype(int)]
-    mean, covariance = (np.concatenate(part) for part in zip(*map(posterior.model, in_parts(thinned)), strict=True))
+    mean, covariance = (np.concatenate(pieces) for pieces in zip(*map(posterior.model, in_parts(thinned)), strict=True))
     rng = np.random.default_rng(settings.seed)
     lower = np.linalg.cholesky(covariance)
     predicted = mean + (lower @ rng.standard_normal((*mean.shape, 1)))[:, :, 0]
@@ -151,12 +151,12 @@ def posterior_summary(
     present = unknowns.of_rig(unknowns.rig)
     rows = []
     for k, unknown in enumerate(unknowns.unknowns):
-        found, quantiles = verdict(points[:, k]), np.quantile(points[:, k], INTERVAL)
+        judged, quantiles = verdict(points[:, k]), np.quantile(points[:, k], INTERVAL)
         low, median, high = (unknown.value(q) for q in quantiles)
         values = {"best": best[unknown.label], "q05": low, "median": median, "q95": high}
         ends = {"low": unknown.low, "high": unknown.high, "scale": unknown.scale, "present": present[unknown.label]}
-        word = IN_DOUBT if doubt and found.word != NOT_IDENTIFIED else found.word
-        about = {"unknown": unknown.label, "verdict": word, "excluded": found.excluded}
+        word = IN_DOUBT if doubt and judged.word != NOT_IDENTIFIED else judged.word
+        about = {"unknown": unknown.label, "verdict": word, "excluded": judged.excluded}
         rows.append(about | values | ends | {"width": (quantiles[2] - quantiles[0]) / 0.9})
     return pd.DataFrame(rows)
 
@@ -177,16 +177,16 @@ def spread_out(points: np.ndarray, count: int, rng: np.random.Generator) -> np.n
 
 def _ran(experiment, unknowns, points, store, settings, name) -> Simulated:
     """Simulations at points, most of which must be possible."""
-    found = run_experiment(
+    simulated = run_experiment(
         experiment, changes_at(unknowns, points), store, settings.jobs, name if settings.progress else ""
     )
-    failed = int((~found.ran).sum())
+    failed = int((~simulated.ran).sum())
     if failed > MOST_FAILED * len(points):
         raise InputError(
             f"{failed} of {len(points)} rigs within the ranges cannot run; the reason of the first one: "
-            f"{next(filter(None, found.reasons))}; use narrower ranges (--unknown NAME=LOW:HIGH)"
+            f"{next(filter(None, simulated.reasons))}; use narrower ranges (--unknown NAME=LOW:HIGH)"
         )
-    return found
+    return simulated
 
 
 def _refuse_nothing_told(unknowns: Unknowns, draws: Draws) -> None:
@@ -203,12 +203,12 @@ def _refuse_nothing_told(unknowns: Unknowns, draws: Draws) -> None:
 def _held_out(records: MeasuredRecords, emulator, unknowns: int, settings: Settings, number: int, name: str):
     """One record beside what the others predict of it: `answer.features_table` without simulations."""
     held = records.record == number
-    known, order = records.part(~held), np.concatenate([np.flatnonzero(~held), np.flatnonzero(held)])
+    known, order = records.subset(~held), np.concatenate([np.flatnonzero(~held), np.flatnonzero(held)])
     posterior = Posterior(known, Part(emulator, np.flatnonzero(~held)), unknowns)
     progress = f"without {name}" if settings.progress else ""
     draws = sample(posterior, settings.steps // 2, settings.seed, progress, rounds=2).points
     draws = draws[np.linspace(0, len(draws) - 1, min(DRAWS // 2, len(draws))).astype(int)]
-    requested = records.part(held)
+    requested = records.subset(held)
     low, median, high = np.quantile(predict(posterior, requested, Part(emulator, order), draws), INTERVAL, axis=0)
     return pd.DataFrame(
         {

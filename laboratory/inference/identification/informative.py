@@ -85,14 +85,14 @@ def tellable(
     chosen_records = [measured[k] for k in ends] if len(measured) > 1 else list(measured)
     experiment = Experiment(rig, tuple(one.speed for one in chosen_records))
     changes = [changed(Unknowns([one], rig), {one.label: one.value(x)}) for one in candidates.unknowns for x in BETWEEN]
-    found = run_experiment(experiment, changes, store, jobs, "what the records can tell" if progress else "")
+    simulated = run_experiment(experiment, changes, store, jobs, "what the records can tell" if progress else "")
     records = joined(chosen_records)
     sizes = np.array([MEDIANS[group] for group in groups_of(records.features)])
     shares = evidence_shares(records.features, records.record)
     covariance = records.covariance + np.einsum("g,gpq->pq", sizes**2, shares)
     slopes = np.zeros((len(candidates), len(records.values)))
-    values = iter(found.features(experiment))
-    moved = [next(values) if ran else None for ran in found.ran]
+    values = iter(simulated.features(experiment))
+    moved = [next(values) if ran else None for ran in simulated.ran]
     for k in range(len(candidates)):
         low, high = moved[2 * k : 2 * k + 2]
         if low is not None and high is not None:
@@ -120,9 +120,9 @@ def tellable(
 
 def _widths(information: np.ndarray, chosen: list[int]) -> np.ndarray:
     """Width of every candidate's 90 % interval beside the chosen ones, as a share of the prior's."""
-    found = np.empty(len(information))
+    widths = np.empty(len(information))
     for k in range(len(information)):
         which = [*[one for one in chosen if one != k], k]
         precision = information[np.ix_(which, which)] + 12.0 * np.eye(len(which))  # an even prior of width 1
-        found[k] = min(2 * 1.645 * np.sqrt(np.linalg.inv(precision)[-1, -1]) / 0.9, 1.0)
-    return found
+        widths[k] = min(2 * 1.645 * np.sqrt(np.linalg.inv(precision)[-1, -1]) / 0.9, 1.0)
+    return widths

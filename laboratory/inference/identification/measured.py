@@ -60,14 +60,14 @@ def read_records(
         raise InputError(
             f"--rpm is given {len(rpm)} times for {len(paths)} records; give it once per record, or not at all"
         )
-    found = [
+    records = [
         _measured(
             read_sensor_csv(path, mapping, rig.sensor.range, rig.gravity or 9.81), rig, given, ring_radius, preset
         )
         for path, given in zip(paths, rpm or [None] * len(paths), strict=True)
     ]
-    for k, one in enumerate(found):
-        for other in found[:k]:
+    for k, one in enumerate(records):
+        for other in records[:k]:
             if one.name == other.name:
                 raise InputError(f"{one.record.path}: has the same name as {other.record.path}; rename it")
             if abs(one.speed.rpm / other.speed.rpm - 1) < SAME_SPEED:
@@ -75,7 +75,7 @@ def read_records(
                     f"{one.record.path}: has the same speed as {other.record.path}, {one.speed.rpm:.5g} "
                     "rev/min; leave one out, or join them in one file"
                 )
-    return found
+    return records
 
 
 def _measured(record: SensorRecord, rig: Rig, rpm: float | None, ring_radius: float | None, preset: str) -> Measured:

@@ -42,7 +42,7 @@ class MeasuredRecords(NamedTuple):
     values: np.ndarray  # (p,) measured
     covariance: np.ndarray  # (p, p) of the records' own scatter (`features.covariance`); none between records
 
-    def part(self, keep: np.ndarray) -> "MeasuredRecords":
+    def subset(self, keep: np.ndarray) -> "MeasuredRecords":
         """Some of the features."""
         kept = tuple(one for one, requested in zip(self.features, keep, strict=True) if requested)
         return MeasuredRecords(kept, self.record[keep], self.values[keep], self.covariance[np.ix_(keep, keep)])
@@ -124,7 +124,7 @@ class Posterior:
     def density(self, points: np.ndarray) -> np.ndarray:
         """(m,) logarithm of the posterior at (m, dimension) points; minus infinity outside the unit cube."""
         points = np.atleast_2d(points)
-        found = np.full(len(points), -np.inf)
+        log_density = np.full(len(points), -np.inf)
         position, sizes = points[:, : self.unknowns], self.sizes(points)
         inside = ((position >= 0) & (position <= 1)).all(axis=1)
         inside &= (np.abs(sizes - self.prior_middle) < 8 * SPREAD).all(axis=1)
@@ -139,8 +139,8 @@ class Posterior:
             if self.degrees is not None:  # the logarithm of an inverse gamma variate
                 factor = points[inside, -1]
                 prior = prior + 0.5 * self.degrees * (factor + np.exp(-factor))
-            found[inside] = -0.5 * (off**2).sum(axis=1) - determinant - prior
-        return found
+            log_density[inside] = -0.5 * (off**2).sum(axis=1) - determinant - prior
+        return log_density
 
     def draw_prior(self, count: int, rng: np.random.Generator) -> np.ndarray:
         """(count, dimension) points of the prior."""
@@ -179,7 +179,7 @@ def sample(
 def _sample(posterior: Posterior, steps: int, seed: int, progress: str, walkers: int, rounds: int) -> Draws:
     rng = np.random.default_rng(seed)
     many = posterior.draw_prior(64 * posterior.dimension, rng)
-    density = np.concatenate([posterior.density(part) for part in in_parts(many)])
+    density = np.concatenate([posterior.density(points_at_once) for points_at_once in in_parts(many)])
     if np.isfinite(density).sum() < walkers:
         raise TrackdynError("no point of the ranges explains the records at all: the density is nowhere a number")
     # chances in proportion to a flattened density: several modes keep their walkers
@@ -245,12 +245,12 @@ def predict(
     sizes = dict(zip(posterior.groups, posterior.sizes(draws).T, strict=True))
     extra = [sizes.get(name, np.log(MEDIANS[name]) + SPREAD * rng.standard_normal(len(draws))) for name in names]
     factor = [] if posterior.degrees is None else [draws[:, -1]]
-    found = []
-    for part in in_parts(np.column_stack([draws[:, : posterior.unknowns], *extra, *factor])):
-        mean, covariance = joint.model(part)
+    predictions = []
+    for draws_at_once in in_parts(np.column_stack([draws[:, : posterior.unknowns], *extra, *factor])):
+        mean, covariance = joint.model(draws_at_once)
         gain = np.linalg.solve(covariance[:, :count, :count], covariance[:, :count, count:]).transpose(0, 2, 1)
         middle = mean[:, count:] + (gain @ (known.values - mean[:, :count])[:, :, None])[:, :, 0]
         left = covariance[:, count:, count:] - gain @ covariance[:, :count, count:]
         lower = np.linalg.cholesky(0.5 * (left + left.transpose(0, 2, 1)))
-        found.append(middle + (lower @ rng.standard_normal((*middle.shape, 1)))[:, :, 0])
-    return np.concatenate(found)
+        predictions.append(middle + (lower @ rng.standard_normal((*middle.shape, 1)))[:, :, 0])
+    return np.concatenate(predictions)

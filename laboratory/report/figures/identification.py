@@ -109,23 +109,23 @@ def features_figure(table: pd.DataFrame, sensor: str) -> Figure:
     figure = new_figure(0.7 + 1.75 * len(records), PAGE)
     axes = figure.subplots(len(records), 1, squeeze=False, sharex=False)[:, 0]
     for ax, name in zip(axes, records, strict=True):
-        part = table[table["record"] == name]
-        place, middle = np.arange(len(part)), part["median"]
+        features = table[table["record"] == name]
+        columns, middle = np.arange(len(features)), features["median"]
         look = {"alpha": 0.35, "linewidth": 6, "label": "90 % predicted"}
-        ax.vlines(place, part["q05"] / middle, part["q95"] / middle, color=BLUE, **look)
-        if "sim_q05" in part:
-            sims = part["sim_q05"] / middle, part["sim_q95"] / middle
-            ax.vlines(place, *sims, color=BLUE, linewidth=2, label="90 % of simulations of the posterior")
-        inside, seen = part["inside"].to_numpy(), (part["measured"] / middle).to_numpy()
-        ax.plot(place[inside], seen[inside], "o", color=BLACK, markersize=3.5, label=sensor)
-        ax.plot(place[~inside], seen[~inside], "X", color=VERMILION, markersize=6, label=f"{sensor}, outside")
+        ax.vlines(columns, features["q05"] / middle, features["q95"] / middle, color=BLUE, **look)
+        if "sim_q05" in features:
+            sims = features["sim_q05"] / middle, features["sim_q95"] / middle
+            ax.vlines(columns, *sims, color=BLUE, linewidth=2, label="90 % of simulations of the posterior")
+        inside, seen = features["inside"].to_numpy(), (features["measured"] / middle).to_numpy()
+        ax.plot(columns[inside], seen[inside], "o", color=BLACK, markersize=3.5, label=sensor)
+        ax.plot(columns[~inside], seen[~inside], "X", color=VERMILION, markersize=6, label=f"{sensor}, outside")
         ax.set_yscale("log")
         ax.yaxis.set_major_formatter("{x:g}")
         ax.yaxis.set_minor_formatter("{x:g}" if np.ptp(np.log10(ax.get_ylim())) < 0.7 else "")
         ax.set_ylabel("ratio to the\npredicted median")
-        ax.set_title(f"{name}: {inside.sum()} of {len(part)} inside")
-        words = [one.replace("_", " ") for one in part["feature"]] if name == records[-1] else []
-        ax.set_xticks(place, words, rotation=60, ha="right")
+        ax.set_title(f"{name}: {inside.sum()} of {len(features)} inside")
+        words = [one.replace("_", " ") for one in features["feature"]] if name == records[-1] else []
+        ax.set_xticks(columns, words, rotation=60, ha="right")
     figure.legend(*axes[0].get_legend_handles_labels(), ncols=4, loc="outside upper center")
     return figure
 

@@ -110,17 +110,17 @@ def exchange(unit, start, count=1):
 
 def test_the_unit_is_the_loop(imported, native):
     unit, numbers = imported
-    found = []
+    outputs = []
     for k in range(round(UNTIL / EXCHANGE)):
         if (wanted := CHANGES.get(round(k * EXCHANGE, 9))) is not None:
             unit.setFloat64([numbers["motor_rpm"], numbers["tensioner_shift"]], wanted)
         exchange(unit, k * EXCHANGE)
-        found.append(unit.getFloat64([numbers[name] for name in NAMES]))
-    found, scale = np.array(found), np.abs(native).max(axis=0)
-    assert (np.abs(found - native).max(axis=0)[:-1] <= SAME * scale[:-1]).all()
-    assert found[:, -1].max() < 1e-10  # both gaps are rounding
+        outputs.append(unit.getFloat64([numbers[name] for name in NAMES]))
+    outputs, scale = np.array(outputs), np.abs(native).max(axis=0)
+    assert (np.abs(outputs - native).max(axis=0)[:-1] <= SAME * scale[:-1]).all()
+    assert outputs[:, -1].max() < 1e-10  # both gaps are rounding
     assert scale[0] > 1 and scale[5] > 10  # something turned, and took work
-    assert np.abs(found[310:, 0]).min() > np.abs(found[:300, 0]).max()  # the input was heard
+    assert np.abs(outputs[310:, 0]).min() > np.abs(outputs[:300, 0]).max()  # the input was heard
 
 
 def test_a_state_can_be_returned_to(imported):

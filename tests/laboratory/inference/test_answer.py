@@ -46,13 +46,13 @@ def test_two_passages_of_all_connectors_say_what_a_long_run_says(rig):
     passage = Periods.at(rig, 115).passage
     wait = {"ramp": ANSWER.row.ramp_s, "lead_in": ANSWER.row.lead_in_s}
     duration = whole_samples(1000, ANSWER.row.passages * passage) + 0.002
-    found, times = summary(simulate(Scene(**fields, **wait, duration=duration, spells=False)))
+    short, times = summary(simulate(Scene(**fields, **wait, duration=duration, spells=False)))
     known = run_values(simulate(Scene(**fields, **wait, duration=6.4)))
     for side in ("left", "right", "ring"):
-        assert found[f"{side}_share_pct"] == pytest.approx(known[f"{side}_share_pct"], abs=0.1)
-        assert found[f"{side}_rms_n"] == pytest.approx(known[f"{side}_rms_n"], rel=0.01, abs=1.0)
+        assert short[f"{side}_share_pct"] == pytest.approx(known[f"{side}_share_pct"], abs=0.1)
+        assert short[f"{side}_rms_n"] == pytest.approx(known[f"{side}_rms_n"], rel=0.01, abs=1.0)
     assert known["left_share_pct"] > 1
-    assert found["left_areas"] == known["left_areas"]
+    assert short["left_areas"] == known["left_areas"]
     for event in ("left touches", "ring left", "out"):
         assert times[event] == pytest.approx(known[f"event {event}"], abs=0.003)
 
@@ -119,14 +119,14 @@ def test_a_profile_holds_a_value_or_a_law_and_names_what_is_lost(problem, tmp_pa
     end = pd.Series(
         problem.unknowns.of_rig(problem.unknowns.rig) | {"question": "predicted", "rig": "config/rigs/paper.yaml"}
     )
-    found = profiles(config, CLAIMS, end, 1, tmp_path).set_index(["assumption", "value"])
-    assert found.loc[("sprocket.equal_pitch_radius", 0.33), "ended"] == "cannot be built"
+    table = profiles(config, CLAIMS, end, 1, tmp_path).set_index(["assumption", "value"])
+    assert table.loc[("sprocket.equal_pitch_radius", 0.33), "ended"] == "cannot be built"
     heavy = problem.unknowns.rig.changed(chain__link_mass=14.0, tension__pre_tension=9000.0)
     of_both = AnswerProblem(config, "predicted", Unknowns(problem.unknowns.unknowns, heavy), problem.claims)
     values = rows_of_answer(0)(**of_both.task(np.array(start(of_both.unknowns, 0, 0.0))))
     cost = 0.5 * float((of_both.residuals(values) ** 2).sum())
-    assert found.loc[("tension.pre_tension", "9000.0"), "cost"] == pytest.approx(cost)  # the mass of the one before it
-    other, law = found.loc[("sprocket.equal_pitch_radius", 0.308)], found.loc[("tension", "sprung")]
+    assert table.loc[("tension.pre_tension", "9000.0"), "cost"] == pytest.approx(cost)  # the mass of the one before it
+    other, law = table.loc[("sprocket.equal_pitch_radius", 0.308)], table.loc[("tension", "sprung")]
     assert other["cost"] > 5 and law["cost"] != other["cost"]
     for row in (other, law):
         assert row["shown"] + len(row["lost"].split(", ")) == row["of"] == len(problem.claims)

@@ -28,8 +28,8 @@ def config(rig_path):
 
 def test_calibrated_intervals_hold_the_truth_as_often_as_they_say(config, closed_form, tmp_path):
     """64 truths: an exact procedure covers 90 % of them with a standard error of 3.75 %; four of them are allowed."""
-    found = calibrate(config, tmp_path, progress=False)
-    prior = found.summary[found.summary["discrepancy"] == "prior"].set_index("parameter")
+    calibration = calibrate(config, tmp_path, progress=False)
+    prior = calibration.summary[calibration.summary["discrepancy"] == "prior"].set_index("parameter")
     assert prior.loc["all unknowns", "low_90"] < prior.loc["all unknowns", "covered_90"] > 0.85
     prior = prior.drop("all unknowns")
     assert {"bushing.stiffness", "tension.pre_tension", "discrepancy.lines"} <= set(prior.index)
@@ -37,10 +37,10 @@ def test_calibrated_intervals_hold_the_truth_as_often_as_they_say(config, closed
     assert (prior["p_uniform"] > 1e-4).all()
     assert (prior.loc[["bushing.stiffness", "tension.pre_tension"], "identified"] > 20).all()
     assert (prior["bins_outside"] <= 1).all()
-    assert list(found.covered) == ["truth", "parameter", "level", "covered"]
-    assert len(found.covered) == 64 * 2 * len(LEVELS)
+    assert list(calibration.covered) == ["truth", "parameter", "level", "covered"]
+    assert len(calibration.covered) == 64 * 2 * len(LEVELS)
     # without any discrepancy the intervals are too wide, not too narrow
-    none = found.summary[found.summary["discrepancy"] == "none"].set_index("parameter")
+    none = calibration.summary[calibration.summary["discrepancy"] == "none"].set_index("parameter")
     assert (none["covered_90"] >= 0.9).all()
 
 
@@ -53,10 +53,10 @@ def test_an_emulator_that_promises_too_much_is_found_out(config, closed_form, tm
 
     whole = FeatureEmulator.__call__
     monkeypatch.setattr(FeatureEmulator, "__call__", off)
-    found = calibrate(
+    summary = calibrate(
         config.model_copy(update={"simulations": 32, "truths": 32, "plain": 0}), tmp_path, progress=False
     ).summary.set_index("parameter")
-    assert found.loc["bushing.stiffness", "covered_90"] < 0.8 or found.loc["bushing.stiffness", "p_uniform"] < 1e-3
+    assert summary.loc["bushing.stiffness", "covered_90"] < 0.8 or summary.loc["bushing.stiffness", "p_uniform"] < 1e-3
 
 
 @pytest.mark.parametrize(("count", "bins"), [(200, 20), (64, 12)])

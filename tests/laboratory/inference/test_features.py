@@ -24,12 +24,12 @@ def played(turns=6, shift=0.0, noise=0.0, seed=0):
     return ay + noise * np.random.default_rng(seed).standard_normal(ay.size)
 
 
-def found(ay):
+def features_from(ay):
     return dict(zip(NAMES, features(turn_statistics(ay, RATE, TURN, PITCHES), RATE), strict=True))
 
 
 def test_lines_and_passing_of_pitches_are_their_amplitudes():
-    seen = found(played())
+    seen = features_from(played())
     floor = FLOOR_G**2
     assert seen["line_1"] == pytest.approx(0.5 * np.log(1 + floor), abs=1e-6)
     assert seen["line_2"] == pytest.approx(0.5 * np.log(0.09 + floor), abs=1e-6)
@@ -41,7 +41,7 @@ def test_lines_and_passing_of_pitches_are_their_amplitudes():
 
 
 def test_when_a_record_begins_does_not_matter():
-    one, other = found(played()), found(played(shift=0.377))
+    one, other = features_from(played()), features_from(played(shift=0.377))
     for name in NAMES:  # the largest of discrete samples and their quantiles move with the samples' places
         assert one[name] == pytest.approx(other[name], abs=2e-3 if name.startswith(("peak", "tail")) else 1e-6), name
 

@@ -66,14 +66,14 @@ def test_the_factor_on_the_emulators_errors_makes_them_students():
     """
     factors = np.linspace(-8, 8, 4001)
     points = np.column_stack([np.full(4001, 0.5), np.full((4001, 2), np.log(1e-4)), factors])
-    found, expected = [], []
+    densities, expected = [], []
     for values in ([1.0, -0.5], [3.0, 1.0], [-5.0, 4.0]):
         still = MeasuredRecords(FEATURES, np.zeros(2, dtype=int), np.array(values), np.zeros((2, 2)))
         posterior = Posterior(still, Doubtful(), 1)
         assert posterior.dimension == 4 and posterior.sizes(points).shape == (4001, 2)
-        found.append(np.exp(posterior.density(points)).sum())
+        densities.append(np.exp(posterior.density(points)).sum())
         expected.append(multivariate_t(SLOPES * 0.5, np.eye(2), df=4).pdf(values))
-    assert np.array(found) / found[0] == pytest.approx(np.array(expected) / expected[0], rel=1e-5)
+    assert np.array(densities) / densities[0] == pytest.approx(np.array(expected) / expected[0], rel=1e-5)
     drawn = np.exp(
         -posterior.draw_prior(20000, np.random.default_rng(1))[:, -1]
     )  # gamma with mean 1 and variance 2 / degrees
@@ -85,7 +85,7 @@ def test_draws_have_the_quantiles_of_the_density():
     posterior = Posterior(records([1.0, -0.5], 1), linear(1), 1)
     axes = [np.linspace(0, 1, 201), *(np.linspace(middle - 5, middle + 5, 81) for middle in posterior.prior_middle)]
     grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
-    density = np.concatenate([posterior.density(part) for part in np.array_split(grid, 200)])
+    density = np.concatenate([posterior.density(cells) for cells in np.array_split(grid, 200)])
     weight = np.exp(density - density.max()).reshape([len(axis) for axis in axes]).sum(axis=(1, 2))
     cumulative = (np.cumsum(weight) - weight / 2) / weight.sum()  # at the middle of each cell
     points = sample(posterior, 1500, seed=1).points[:, 0]
@@ -102,7 +102,7 @@ def test_more_speeds_do_not_average_a_shared_discrepancy_away():
     for count in (1, 16):
         posterior = Posterior(records([1.0, -0.5] * count, count), linear(count), 1)
         grid = np.column_stack([np.linspace(0, 1, 400), np.full(400, size), np.full(400, size)])
-        weight = np.exp((found := posterior.density(grid)) - found.max())
+        weight = np.exp((log_density := posterior.density(grid)) - log_density.max())
         mean = (grid[:, 0] * weight).sum() / weight.sum()
         widths.append(np.sqrt(((grid[:, 0] - mean) ** 2 * weight).sum() / weight.sum()))
     expected = np.sqrt((SHARED + (1 - SHARED) / 16) / 1)

@@ -63,19 +63,19 @@ def no_calls():
 @pytest.mark.parametrize("method", ["dfols", "cma"])
 def test_both_methods_end_where_the_valley_does(method):
     pytest.importorskip(method)
-    found = minimise(Invented(), free("a", 0.2, 0.6), 1500, method)
-    assert found["ended"] == "converged"
-    assert found["x"] == pytest.approx([0.75, 0.75], abs=0.02)
-    assert found["cost"] < 1e-3 < found["first_cost"]
-    assert found["evaluations"] == len(found["costs"])
+    minimum = minimise(Invented(), free("a", 0.2, 0.6), 1500, method)
+    assert minimum["ended"] == "converged"
+    assert minimum["x"] == pytest.approx([0.75, 0.75], abs=0.02)
+    assert minimum["cost"] < 1e-3 < minimum["first_cost"]
+    assert minimum["evaluations"] == len(minimum["costs"])
 
 
 @pytest.mark.parametrize("method", ["dfols", "cma"])
 def test_what_cannot_run_points_back(method):
     """With a wall before the valley's end the best point lies at the wall."""
     pytest.importorskip(method)
-    found = minimise(Invented(wall=0.65), free("a", 0.3, 0.6), 1500, method)
-    assert 0.6 < found["x"][0] <= 0.65
+    minimum = minimise(Invented(wall=0.65), free("a", 0.3, 0.6), 1500, method)
+    assert 0.6 < minimum["x"][0] <= 0.65
     beyond = searches._Evaluated(Invented(wall=0.65), None, 10)
     costs = [float((r := beyond(np.array([x, 0.5]))) @ r) for x in (0.65, 0.66, 0.7, 0.8)]
     assert np.all(np.diff(costs) > 0)

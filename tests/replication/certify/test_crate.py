@@ -32,14 +32,14 @@ def crate(results):
     return write_crate(results)
 
 
-def entities(place):
-    with zipfile.ZipFile(place) as archive:
+def entities(path):
+    with zipfile.ZipFile(path) as archive:
         metadata = json.loads(archive.read("ro-crate-metadata.json"))
         assert archive.testzip() is None
         return {entity["@id"]: entity for entity in metadata["@graph"]}, set(archive.namelist())
 
 
-def validated(place, monkeypatch):
+def validated(path, monkeypatch):
     """What the validator finds in the profile, and below it in all that it rests on."""
     models = pytest.importorskip("rocrate_validator.models")
     from requests import Response
@@ -63,7 +63,7 @@ def validated(place, monkeypatch):
 
     monkeypatch.setattr(HttpRequester, "get", get, raising=False)
     settings = models.ValidationSettings(
-        rocrate_uri=str(place), profile_identifier="workflow-run-crate", offline=True, cache_path=place.parent / "http",
+        rocrate_uri=str(path), profile_identifier="workflow-run-crate", offline=True, cache_path=path.parent / "http",
         requirement_severity=models.Severity.RECOMMENDED,
     )  # fmt: skip
     return [
@@ -81,13 +81,13 @@ def test_the_crate_conforms_to_its_profile(crate, monkeypatch):
 def test_inputs_that_are_not_those_of_the_manifest_are_not_packed(results, tmp_path):
     """Whatever a manifest names, nothing is packed whose hash it does not know, nor what it calls a file of times."""
     (tmp_path / "rig.yaml").write_text("mine")
-    place = write_manifest(results, [tmp_path / "rig.yaml"])
+    manifest = write_manifest(results, [tmp_path / "rig.yaml"])
     (tmp_path / "rig.yaml").write_text("changed")
     with pytest.raises(InputError, match=r"rig\.yaml: is an input of the run and no longer what it was"):
         write_crate(results)
     (tmp_path / "rig.yaml").write_text("mine")
-    data = json.loads(place.read_text(encoding="utf-8"))
-    place.write_text(json.dumps(data | {"hold_times": [*data["hold_times"], "../rig.yaml"]}))
+    data = json.loads(manifest.read_text(encoding="utf-8"))
+    manifest.write_text(json.dumps(data | {"hold_times": [*data["hold_times"], "../rig.yaml"]}))
     _, names = entities(write_crate(results))
     assert [name for name in names if "rig.yaml" in name] == ["inputs/rig.yaml"]
 

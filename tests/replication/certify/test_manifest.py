@@ -36,23 +36,23 @@ def judged(results, expected, name):
 
 
 def test_what_a_run_has_made_is_in_it_and_nothing_else(results):
-    found = describe(results)
-    assert list(found["files"]) == [
+    manifest = describe(results)
+    assert list(manifest["files"]) == [
         "figures/fig24.png", "figures/fig24.svg", "metrics.csv", "runs/115rpm.npz", "tables/table3.csv",
         "tables/table3.md",
     ]  # fmt: skip
-    assert found["hold_times"] == ["report.html", "runs/115rpm.cost.json", "tables/costs.csv"]
-    assert {entry["shows"] for name, entry in found["files"].items() if "fig24" in name} == {"Figure 24"}
-    assert found["files"]["tables/table3.csv"]["times"] == ["wall_s"]
-    assert "wall_s" not in found["files"]["tables/table3.csv"]["text"]
+    assert manifest["hold_times"] == ["report.html", "runs/115rpm.cost.json", "tables/costs.csv"]
+    assert {entry["shows"] for name, entry in manifest["files"].items() if "fig24" in name} == {"Figure 24"}
+    assert manifest["files"]["tables/table3.csv"]["times"] == ["wall_s"]
+    assert "wall_s" not in manifest["files"]["tables/table3.csv"]["text"]
 
 
 def test_the_same_results_give_the_same_manifest_and_it_comes_back(results):
     rig = "config/rigs/paper.yaml"
-    place = write_manifest(results, [rig])
-    before = place.read_bytes()
+    path = write_manifest(results, [rig])
+    before = path.read_bytes()
     assert write_manifest(results, [rig]).read_bytes() == before
-    loaded = load_manifest(place)
+    loaded = load_manifest(path)
     assert (
         list(loaded["inputs"]) == ["config/rigs/paper.yaml"] and len(loaded["inputs"]["config/rigs/paper.yaml"]) == 64
     )
@@ -95,8 +95,8 @@ def test_what_is_missing_or_more_is_said(results):
     expected = describe(results)
     (results / "metrics.csv").rename(results / "other.csv")
     (results / "tables" / "table3.md").write_text("other")
-    found = {finding.name: finding.status for finding in compare_manifests(describe(results), expected)}
-    assert (found["metrics.csv"], found["other.csv"], found["tables/table3.md"]) == (MISSING, EXTRA, BYTES)
+    status = {finding.name: finding.status for finding in compare_manifests(describe(results), expected)}
+    assert (status["metrics.csv"], status["other.csv"], status["tables/table3.md"]) == (MISSING, EXTRA, BYTES)
     assert [finding.name for finding in failed(compare_manifests(describe(results), expected))] == ["metrics.csv"]
     assert len(failed(compare_manifests(describe(results), expected), exact=True)) == 2
     assert "1 missing" in findings_summary(compare_manifests(describe(results), expected))
@@ -114,13 +114,13 @@ def command(monkeypatch, capsys, *arguments):
 
 
 def test_the_command_names_the_figure_and_ends_with_1(results, monkeypatch, capsys):
-    place = write_manifest(results)
+    manifest = write_manifest(results)
     assert command(monkeypatch, capsys, results) == (0, "6 equal\n", "")
     (results / "tables" / "table3.md").write_text("other")
     assert command(monkeypatch, capsys, results)[0] == 0
-    code, out, err = command(monkeypatch, capsys, results, "--exact", "--against", place)
+    code, out, err = command(monkeypatch, capsys, results, "--exact", "--against", manifest)
     assert code == 1 and "bytes  tables/table3.md  (Table 3) bytes differ" in out
-    assert err == f"trackdyn: {results}: 1 of 6 files are not those of {place}\n"
+    assert err == f"trackdyn: {results}: 1 of 6 files are not those of {manifest}\n"
 
 
 @pytest.mark.parametrize(
@@ -142,12 +142,12 @@ def test_a_file_that_is_no_manifest_is_refused(tmp_path, text, said):
     ("key", "value"), [("sha256", 1), ("sha256", "x"), ("bytes", "many"), ("text", 5), ("more", 1)]
 )
 def test_a_damaged_entry_is_refused(results, key, value):
-    place = write_manifest(results)
-    data = json.loads(place.read_text(encoding="utf-8"))
+    manifest = write_manifest(results)
+    data = json.loads(manifest.read_text(encoding="utf-8"))
     data["files"]["metrics.csv"][key] = value
-    place.write_text(json.dumps(data))
+    manifest.write_text(json.dumps(data))
     with pytest.raises(InputError, match=rf"manifest\.json: files\.'metrics\.csv'\.{key}"):
-        load_manifest(place)
+        load_manifest(manifest)
 
 
 PICTURE = Image.effect_noise((90, 60), 9.0)
@@ -178,24 +178,24 @@ def test_a_damaged_file_fails(results, tmp_path, name, content, against, monkeyp
     path = results / name
     path.parent.mkdir(exist_ok=True)
     _write(path, name.rpartition(".")[2], content)
-    whole, place = path.read_bytes(), write_manifest(results)
+    whole, reference = path.read_bytes(), write_manifest(results)
     if against == "folder":
-        place = shutil.copytree(results, tmp_path / "other")
-    assert command(monkeypatch, capsys, results, "--against", place)[0] == 0
+        reference = shutil.copytree(results, tmp_path / "other")
+    assert command(monkeypatch, capsys, results, "--against", reference)[0] == 0
     cuts = [] if name == "report.html" else [len(whole) - 1, len(whole) * 97 // 100, len(whole) // 2]
     noise = np.random.default_rng(1).bytes(len(whole))
     flipped = whole[:-9] + b"\xff" + whole[-8:]
     for damaged in (b"", noise, *[whole[:cut] for cut in cuts], *([flipped] if path.suffix == ".csv" else [])):
         path.write_bytes(damaged)
-        code, out, err = command(monkeypatch, capsys, results, "--against", place)
+        code, out, err = command(monkeypatch, capsys, results, "--against", reference)
         assert code == 1 and f"differs  {name}" in out and "Traceback" not in err, len(damaged)
     if name == "figures/fig24.png":  # whole pictures, of nothing and of noise
         for other in (Image.new("L", (90, 60)), Image.effect_noise((90, 60), 99.0)):
             other.save(path)
-            assert command(monkeypatch, capsys, results, "--against", place)[0] == 1
+            assert command(monkeypatch, capsys, results, "--against", reference)[0] == 1
 
 
 def test_a_folder_without_a_run_is_refused(tmp_path):
-    for place, said in ((tmp_path, "holds no figure, table or recording"), (tmp_path / "absent", "no such folder")):
+    for folder, said in ((tmp_path, "holds no figure, table or recording"), (tmp_path / "absent", "no such folder")):
         with pytest.raises(InputError, match=said):
-            describe(place)
+            describe(folder)

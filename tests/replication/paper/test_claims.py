@@ -95,7 +95,7 @@ def good() -> Evidence:
         "meshing/ring": {"ring maximum": 0.22, "left touches": 1.25, "left maximum": 1.42, "ring left": 1.43,
                          "out": 1.51},
     }  # fmt: skip
-    events = [(run, event, at) for run, found in times.items() for event, at in found.items()]
+    events = [(run, event, at) for run, at_events in times.items() for event, at in at_events.items()]
     events += [
         (run, event + how, at) for run, event, at in events if event.endswith("maximum") for how in (MEAN, AFTER)
     ]
@@ -212,9 +212,9 @@ def test_all_28_claims_are_there_in_order_and_every_part_says_what_would_have_fa
 def test_one_cell_that_lacks_is_named():
     data = invented()
     data["table3"]["speeds"][150]["rms_experiment"] = None
-    found = judge(CLAIMS["C04a"], replace(good(), tables=article(data)))
-    assert found.verdict == NOT_COMPARABLE
-    assert found.measured == "Table 3 is not filled in: rms_experiment at 150 rpm"
+    judgement = judge(CLAIMS["C04a"], replace(good(), tables=article(data)))
+    assert judgement.verdict == NOT_COMPARABLE
+    assert judgement.measured == "Table 3 is not filled in: rms_experiment at 150 rpm"
 
 
 def test_cells_that_contradict_the_text_are_refused_in_one_sentence(tmp_path):
@@ -226,8 +226,8 @@ def test_cells_that_contradict_the_text_are_refused_in_one_sentence(tmp_path):
     with pytest.raises(InputError) as caught:
         load_article(path)
     said = str(caught.value)
-    for part in (str(path), "table3.speeds.180.sd_simulation", "the text prints 12.09 %", "accepted"):
-        assert part in said and "\n" not in said
+    for words in (str(path), "table3.speeds.180.sd_simulation", "the text prints 12.09 %", "accepted"):
+        assert words in said and "\n" not in said
 
 
 @pytest.mark.parametrize("name", TESTS)
@@ -312,8 +312,8 @@ def claim(**fields):
 @pytest.mark.parametrize(("share", "verdict"), [(8.0, SHOWN), (7.9, NOT_SHOWN)])
 def test_equal_within_the_tolerance_at_every_speed_or_not_shown(share, verdict):
     e = changed(good(), "left_share_pct", share, "ring/.*", [210.0], [0.313])
-    measured, found, speeds = judge(claim(), e)
-    assert (found, speeds) == (verdict, SPEEDS)
+    measured, judged, speeds = judge(claim(), e)
+    assert (judged, speeds) == (verdict, SPEEDS)
     assert measured.endswith(f"{share:.4g} to 11.9")
 
 
@@ -353,7 +353,7 @@ def test_the_summary_has_the_cells_of_the_scorecard_with_their_marks():
 
 
 @pytest.mark.parametrize(
-    ("change", "parts"),
+    ("change", "sentence"),
     [
         ({"measure": "no_such"}, ["C01a", "measure = 'no_such' is not a measure", "measures.py has them all"]),
         ({"measure": "gap_after_projektion"}, ["C01a", "did you mean 'gap_after_projection'?"]),
@@ -367,7 +367,7 @@ def test_the_summary_has_the_cells_of_the_scorecard_with_their_marks():
         ({"part": "b"}, ["C01b occurs twice"]),
     ],
 )
-def test_bad_claims_are_refused_in_one_sentence(tmp_path, change, parts):
+def test_bad_claims_are_refused_in_one_sentence(tmp_path, change, sentence):
     data = yaml.safe_load((CONFIG / "claims.yaml").read_text(encoding="utf-8"))
     first = copy.deepcopy(data["claims"][0])
     for key, value in change.items():
@@ -382,8 +382,8 @@ def test_bad_claims_are_refused_in_one_sentence(tmp_path, change, parts):
         load_claims(path)
     text = str(caught.value)
     assert text.startswith(str(path)) and "\n" not in text
-    for part in parts:
-        assert part in text
+    for words in sentence:
+        assert words in text
 
 
 @pytest.mark.parametrize(

@@ -39,12 +39,12 @@ def fill(tmp_path):
         if areas is not None:
             data["table1"]["areas"] = areas
         data["table1"]["units"] |= units or {}
-        for place, value in (cells or {}).items():
-            part = data
-            *sections, last = place
+        for key_path, value in (cells or {}).items():
+            section = data
+            *sections, last = key_path
             for key in sections:
-                part = part.setdefault(key, {}) if key in part or len(sections) > 2 else part[key]
-            part[last] = value
+                section = section.setdefault(key, {}) if key in section or len(sections) > 2 else section[key]
+            section[last] = value
         (tmp_path / "paper").mkdir(exist_ok=True)
         (tmp_path / "paper" / "tables.yaml").write_text(yaml.safe_dump(data), encoding="utf-8")
         rig = tmp_path / "rig.yaml"
@@ -83,10 +83,10 @@ def short(areas, keep, columns=("O_x", "O_y", "r")):
 def test_our_groove_written_out_as_table_1_is_read_back_as_the_same_contour(fill, keep):
     areas = written_out(GROOVE)
     areas = areas if len(keep) == 10 else short(areas, keep)
-    found = load_rig(printed(fill(areas=areas))).groove_profile
-    assert np.abs(found.profile() - GROOVE.profile()).max() < 1e-12
-    assert np.abs(found.half_angle - GROOVE.half_angle).max() < 1e-12
-    assert abs(found.addendum - GROOVE.addendum) < 1e-12
+    groove = load_rig(printed(fill(areas=areas))).groove_profile
+    assert np.abs(groove.profile() - GROOVE.profile()).max() < 1e-12
+    assert np.abs(groove.half_angle - GROOVE.half_angle).max() < 1e-12
+    assert abs(groove.addendum - GROOVE.addendum) < 1e-12
 
 
 def test_another_groove_of_table_1_becomes_the_groove_whatever_the_rig_had(fill):
@@ -95,10 +95,10 @@ def test_another_groove_of_table_1_becomes_the_groove_whatever_the_rig_had(fill)
     cells = (
         parameter("chain.connector_radius", 0.025) | parameter("L_C", 0.0599) | parameter("r_a", float(other.addendum))
     )
-    found = load_rig(printed(fill(cells, areas=written_out(other))))
-    assert found.chain.connector_radius == 0.025
-    assert np.abs(found.groove_profile.profile() - other.profile()).max() < 1e-12
-    assert np.abs(found.groove_profile.profile() - GROOVE.profile()).max() > 1e-3
+    rig = load_rig(printed(fill(cells, areas=written_out(other))))
+    assert rig.chain.connector_radius == 0.025
+    assert np.abs(rig.groove_profile.profile() - other.profile()).max() < 1e-12
+    assert np.abs(rig.groove_profile.profile() - GROOVE.profile()).max() > 1e-3
     kinds = parameter_table(printed(fill(cells, areas=written_out(other)))).set_index("name")
     assert kinds.loc["profile.arcs", "kind"] == "printed" and "groove.r2" not in kinds.index
     assert "Table 1" in kinds.loc["profile.arcs", "source"] and "tables.yaml" in kinds.loc["profile.arcs", "source"]
@@ -106,11 +106,11 @@ def test_another_groove_of_table_1_becomes_the_groove_whatever_the_rig_had(fill)
 
 def test_a_table_that_is_printed_with_two_decimals_joins_exactly(fill):
     areas = rounded(written_out(GROOVE))
-    found = load_rig(printed(fill(areas=areas, units=PRINTED))).groove_profile
-    gap = np.abs([found.arc(j, 2)[-1] - found.arc(j + 1, 2)[0] for j in range(1, 10)]).max()
+    groove = load_rig(printed(fill(areas=areas, units=PRINTED))).groove_profile
+    gap = np.abs([groove.arc(j, 2)[-1] - groove.arc(j + 1, 2)[0] for j in range(1, 10)]).max()
     assert gap < 1e-15
-    assert 1e-9 < np.abs(found.centre - GROOVE.centre).max() < 2e-5  # of cells that are rounded to 1e-5 m
-    assert np.abs(found.radius[1:9] - GROOVE.radius[1:9]).max() <= 5.0001e-6
+    assert 1e-9 < np.abs(groove.centre - GROOVE.centre).max() < 2e-5  # of cells that are rounded to 1e-5 m
+    assert np.abs(groove.radius[1:9] - GROOVE.radius[1:9]).max() <= 5.0001e-6
 
 
 @pytest.mark.parametrize(
@@ -229,8 +229,8 @@ def test_tables_that_cannot_be_used_end_in_one_sentence(fill, case):
     assert not (path.parent / "printed.yaml").exists()
     said = str(caught.value)
     assert str(path.parent / "paper" / "tables.yaml") in said and "\n" not in said
-    for part in parts:
-        assert part in said, said
+    for words in parts:
+        assert words in said, said
 
 
 @pytest.mark.parametrize(

@@ -26,9 +26,9 @@ def test_accelerations_of_a_known_motion_are_averaged_by_passage():
     """
     time, phases = np.arange(1001) / 1000, np.linspace(0, 6, 35)
     angle = 2 * time[:, None] + phases
-    found = measured_accelerations(np.stack([np.cos(angle), np.sin(angle)], axis=2), 1000.0, 0.2)
-    assert list(found.passage) == [0, 1, 2, 3]
-    assert found.estimate().value == pytest.approx(4.0, rel=1e-6)
+    measured = measured_accelerations(np.stack([np.cos(angle), np.sin(angle)], axis=2), 1000.0, 0.2)
+    assert list(measured.passage) == [0, 1, 2, 3]
+    assert measured.estimate().value == pytest.approx(4.0, rel=1e-6)
 
 
 def test_our_links_move_as_the_loop_says(rig):
@@ -113,10 +113,10 @@ def test_accelerations_of_all_links_are_those_of_the_other_code(rig, rpm, radius
         high = [high_frequency_rms(of_link, rate) for of_link in acceleration.T]
         return np.sqrt(np.mean(acceleration**2)), acceleration.std(), np.sqrt(np.mean(np.square(high)))
 
-    found = measured(theirs(scene, step)[0])
+    peer = measured(theirs(scene, step)[0])
     known = measured(ours(scene)[0])
-    assert found[:2] == pytest.approx(known[:2], rel=5e-4)
-    assert found[2] == pytest.approx(known[2], rel=1e-3)
+    assert peer[:2] == pytest.approx(known[:2], rel=5e-4)
+    assert peer[2] == pytest.approx(known[2], rel=1e-3)
 
 
 @pytest.mark.peer
@@ -141,8 +141,8 @@ def test_peaks_of_tooth_forces_are_those_of_the_other_code(rig):
             np.maximum(most, np.hypot(load[1::2, 0], load[1::2, 1]), out=most)
 
     run_peer(scene, 1e-4, watch=watch)
-    found = spells(simulate(scene))
-    assert "right" not in set(found["side"])  # or the force of a connector is that of both arcs
-    known = found[found["side"] == "left"].groupby("connector")["peak_n"].max()
+    contact_table = spells(simulate(scene))
+    assert "right" not in set(contact_table["side"])  # or the force of a connector is that of both arcs
+    known = contact_table[contact_table["side"] == "left"].groupby("connector")["peak_n"].max()
     assert len(known) >= 3
     assert most[known.index - 1] == pytest.approx(known.to_numpy(), rel=5e-3)

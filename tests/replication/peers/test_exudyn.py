@@ -153,8 +153,8 @@ def both_contacts(rig, driven_loop, unled):
         radius = w.radius * w.present
         contacts = contacts._replace(circle=np.column_stack([w.x, w.y, radius]))
         q, v = (
-            np.concatenate([part.ravel(), np.zeros(2)])
-            for part in exudyn_loop.coordinates(model.chain, start_of(state))
+            np.concatenate([coordinate.ravel(), np.zeros(2)])
+            for coordinate in exudyn_loop.coordinates(model.chain, start_of(state))
         )
         v[-2:] = state.wheel_rate[1:]
         return model, state, work, contacts, q, v, Memory(state.tooth_impact.copy(), state.wheel_impact.copy())

@@ -200,7 +200,9 @@ def test_too_large_a_step_is_refused_with_one_that_would_do(data, field):
     sentence = refusal(data)
     assert field.split(".")[0] in sentence
     assert "step = 0.001: too large for the " in sentence
-    limit, such = (float(part) for part in sentence.rpartition("at most ")[2].removesuffix(" s").split(" s, such as "))
+    limit, such = (
+        float(number) for number in sentence.rpartition("at most ")[2].removesuffix(" s").split(" s, such as ")
+    )
     assert 2e-5 < such <= 1.01 * limit < 1e-3
     ask(such)
     check_config(data, "mine.yaml")
@@ -209,11 +211,11 @@ def test_too_large_a_step_is_refused_with_one_that_would_do(data, field):
 def test_a_ring_takes_the_longest_step_that_is_allowed_up_to_its_radius(data):
     put(data, "ring_study.steps_s", [[0.305, 1e-4], [0.309, 5e-5], [0.31, 4e-5]])
     _, _, scenes = check_config(data, "mine.yaml")
-    found = {
+    steps = {
         name: scenes[f"ring/115rpm_{name}"].step
         for name in ("none", "0.303", "0.305", "0.306", "0.309", "0.31", "0.313")
     }
-    assert found == {
+    assert steps == {
         "none": 1e-4,
         "0.303": 1e-4,
         "0.305": 1e-4,

@@ -22,11 +22,11 @@ LINE = re.compile(r"# yaml-language-server: \$schema=(\S+)")
 
 def named(path):
     """Name of the schema in the first line of a file."""
-    found = LINE.match(path.read_text(encoding="utf-8"))
-    assert found, f"{path.name}: begin it with # yaml-language-server: $schema=..."
-    place = Path(os.path.normpath(path.parent / found[1]))
-    assert place.parent == FOLDER
-    return place.name.removesuffix(".schema.json")
+    header = LINE.match(path.read_text(encoding="utf-8"))
+    assert header, f"{path.name}: begin it with # yaml-language-server: $schema=..."
+    schema_path = Path(os.path.normpath(path.parent / header[1]))
+    assert schema_path.parent == FOLDER
+    return schema_path.name.removesuffix(".schema.json")
 
 
 def errors(data, name):
@@ -45,20 +45,20 @@ def test_a_shipped_file_keeps_to_its_schema(path):
     assert errors(read_yaml(path), named(path)) == []
 
 
-def changed(path, place, value):
+def changed(path, keys, value):
     data = deepcopy(read_yaml(ROOT / path))
-    part = data
-    for key in place[:-1]:
-        part = part[key]
+    section = data
+    for key in keys[:-1]:
+        section = section[key]
     if value is None:
-        del part[place[-1]]
+        del section[keys[-1]]
     else:
-        part[place[-1]] = value
+        section[keys[-1]] = value
     return data
 
 
 @pytest.mark.parametrize(
-    ("path", "place", "value", "where"),
+    ("path", "keys", "value", "where"),
     [
         ("config/rigs/paper.yaml", ("chain", "link_mass", "unit"), "g", "$.chain.link_mass.unit"),
         ("config/rigs/paper.yaml", ("chain", "link_mass", "value"), -1, "$.chain.link_mass.value"),
@@ -72,8 +72,8 @@ def changed(path, place, value):
         ("config/studies.yaml", ("trade", "full"), None, "$.trade"),
     ],
 )
-def test_a_mistake_is_seen(path, place, value, where):
-    assert errors(changed(path, place, value), named(ROOT / path)) == [where]
+def test_a_mistake_is_seen(path, keys, value, where):
+    assert errors(changed(path, keys, value), named(ROOT / path)) == [where]
 
 
 def test_a_mapping_of_a_sensor_is_covered():

@@ -34,8 +34,8 @@ def values():
 @pytest.fixture
 def article(tmp_path):
     """Text of the article that is made of values."""
-    for place in ("figures", "short/figures"):
-        (tmp_path / place).mkdir(parents=True)
+    for folder in ("figures", "short/figures"):
+        (tmp_path / folder).mkdir(parents=True)
     for name in ("fig01", "fig17_a", "fig18_a", "fig19", "fig21", "fig23_a", "fig24"):
         (tmp_path / "figures" / f"{name}.svg").write_text(BLANK, encoding="utf-8")
     for name in ("trade", "extremes_stability"):
@@ -58,10 +58,10 @@ def test_a_value_stands_in_the_text_and_makes_the_bytes(values, article):
         and f"No step below {values['unstable_from']} times" in text
         and float(values["unstable_from"]) == 3.0
     )
-    for name, found in (("lost", ["a sentence of a test"]), ("table3", [["98765", *values["table3"][0][1:]]])):
-        assert (found[0] if name == "lost" else "98765") not in text
-        _, other = article(values | {name: found})
-        assert (found[0] if name == "lost" else "98765") in other
+    for name, cells in (("lost", ["a sentence of a test"]), ("table3", [["98765", *values["table3"][0][1:]]])):
+        assert (cells[0] if name == "lost" else "98765") not in text
+        _, other = article(values | {name: cells})
+        assert (cells[0] if name == "lost" else "98765") in other
 
 
 def test_sentences_follow_the_results(values, article):

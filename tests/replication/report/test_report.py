@@ -249,9 +249,9 @@ def study(error=0.01, right=(5.0, 1.0, 0.0, 0.0)):
     for rpm in (115.0, 210.0):
         for radius, value in zip((0.303, 0.304, 0.305, 0.306), right, strict=True):
             row = {"rpm": rpm, "ring_radius_m": radius}
-            for side, found in (("left", 9.0), ("right", value if rpm > 200 else 0.0), ("ring", 50.0)):
+            for side, number in (("left", 9.0), ("right", value if rpm > 200 else 0.0), ("ring", 50.0)):
                 for name in ("share_pct", "rms_n", "sd_n"):
-                    row[f"{side}_{name}"] = found
+                    row[f"{side}_{name}"] = number
                 for name in ("share_error_pct", "rms_error_n", "sd_error_n"):
                     row[f"{side}_{name}"] = error
             rows.append(row)

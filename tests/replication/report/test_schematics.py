@@ -50,7 +50,7 @@ def test_the_same_rig_gives_the_same_bytes(number, tmp_path):
 def test_drawn_sectors_hold_exactly_the_points_that_the_search_gives_to_their_area(rig):
     figure, tooth = drawn(7, rig), tooth_of(rig)
     sectors = [labelled(figure, f"sector {area}", Wedge) for area in range(1, 11)]
-    assert all(len(found) == 1 for found in sectors)
+    assert all(len(points_of_area) == 1 for points_of_area in sectors)
     points = np.random.default_rng(7).uniform([-0.1, 0.28], [0.1, 0.37], (6000, 2))
     inside = np.zeros((10, len(points)), bool)
     for held, (sector,) in zip(inside, sectors, strict=True):

@@ -66,9 +66,9 @@ def fail(error):
     ],
 )
 def test_an_attempt_ends_in_one_of_three_ways(attempt, outcome):
-    found = attempted("family", "case", attempt)
-    assert found["outcome"] == outcome and set(found) == set(COLUMNS)
-    assert bool(found["reason"]) == (outcome != COMPLETED)
+    row = attempted("family", "case", attempt)
+    assert row["outcome"] == outcome and set(row) == set(COLUMNS)
+    assert bool(row["reason"]) == (outcome != COMPLETED)
 
 
 def test_the_bound_of_the_gap_is_the_printed_one_at_ordinary_turns():
@@ -98,8 +98,8 @@ def test_sweep_keeps_its_digits_and_the_literal_product_loses_them(rig):
 def test_the_literal_product_loses_the_predicted_digits(rig, monkeypatch):
     # Of three poses the slope scatters by 6 % with the processor's rounding, about 4 % above the closed form.
     monkeypatch.setattr(solvers, "SEEDS", 27)
-    for found in no_defects(solvers.growth_rates(rig)):
-        assert found["value"] == pytest.approx(found["expected"], rel=0.2)
+    for row in no_defects(solvers.growth_rates(rig)):
+        assert row["value"] == pytest.approx(row["expected"], rel=0.2)
 
 
 def test_residual_of_the_equations_sees_a_wrong_acceleration(rig):
@@ -158,8 +158,8 @@ def test_random_scenes_complete_or_are_refused(rig, monkeypatch):
     pytest.importorskip("hypothesis")
     laws, run_drawn = {"drag": "rolling", "bushing_law": "hysteretic"}, random_scenes.run_random_scene
     monkeypatch.setattr(random_scenes, "run_random_scene", lambda rig, drawn: run_drawn(rig, drawn | laws))
-    for found in no_defects(random_scenes.random_scenes(rig, 8, range(8))):
-        json.loads(found["case"])
+    for row in no_defects(random_scenes.random_scenes(rig, 8, range(8))):
+        json.loads(row["case"])
 
 
 # Found by the cases above, and cured
@@ -233,5 +233,5 @@ def test_settling_does_not_refuse_what_the_scene_allows(rig, changes, fields):
 @pytest.mark.parametrize(("rpm", "changes", "fields", "outcome"), FOUND)
 def test_scenes_that_once_ended_in_a_third_way(rpm, changes, fields, outcome):
     # on the rig that they were found on
-    found = run_scene("found", "case", load_rig("first_fit"), rpm, changes, **fields)
-    assert found["outcome"] == outcome, found["reason"]
+    row = run_scene("found", "case", load_rig("first_fit"), rpm, changes, **fields)
+    assert row["outcome"] == outcome, row["reason"]

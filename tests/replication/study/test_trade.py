@@ -64,9 +64,9 @@ def test_errors_are_those_of_the_step_though_runs_scatter_more(study):
     # one passage scatters by 1 %, 35 of them would hide what two steps differ in; paired they do not
     standard = peaks.loc[("ten_arcs", "semi_implicit", 1e-4)]
     assert 0.003 < standard["scatter"] < 0.03 and standard["uncertainty"] < 0.05 * standard["scatter"]
-    found = limits.set_index(["scene", "measure"]).loc[("ring 0.308 m 115 rpm", "left_peak")]
-    assert found["limit"] == pytest.approx(1000, abs=3 * found["limit_error"]) and 0 < found["limit_error"] < 10
-    assert found["finest_step_s"] == 1e-5
+    row = limits.set_index(["scene", "measure"]).loc[("ring 0.308 m 115 rpm", "left_peak")]
+    assert row["limit"] == pytest.approx(1000, abs=3 * row["limit_error"]) and 0 < row["limit_error"] < 10
+    assert row["finest_step_s"] == 1e-5
     assert set(agreement["measure"]) == {"rms", "left_peak", "ring_share", "right_share"}
     assert agreement["difference"].max() < 1e-6
     assert rows.loc[rows["measure"] == "loop_gap", "error"].eq(1e-14).all()

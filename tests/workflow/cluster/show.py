@@ -75,7 +75,7 @@ class Show:
     def design(self, name: str, rows: int) -> None:
         """A design of short scenes, and what this machine makes of it."""
         trackdyn = ("-c", "from trackdyn.__main__ import main; main()")
-        fixed = [part for field in SCENE for part in ("--set", field)]
+        fixed = [word for field in SCENE for word in ("--set", field)]
         vary = ("--vary", "motor_rpm=100:210", "--vary", f"ring_radius={RINGS}")
         out = self.folder / f"local_{name}" / "results.parquet"
         how = ("--out", str(out), "-q", f"-j{self.cores}", "--rig", f"{ROOT}/config/rigs/paper.yaml")
@@ -125,14 +125,14 @@ class Show:
 
     def batch(self, name: str) -> str:
         """A batch that is running and has rows; its id."""
-        found: list[str] = []
+        batches: list[str] = []
 
         def running() -> bool:
-            found[:] = [line.split()[0] for line in self.slurm.jobs("%i %k", "RUNNING") if "rule_batch" in line]
-            return bool(found) and self.kept(name) > 2
+            batches[:] = [line.split()[0] for line in self.slurm.jobs("%i %k", "RUNNING") if "rule_batch" in line]
+            return bool(batches) and self.kept(name) > 2
 
         wait_until(running, 240, "a batch that runs")
-        return found[0]
+        return batches[0]
 
     # -- faults --------------------------------------------------------------------------------------------------------
 
