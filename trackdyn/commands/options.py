@@ -54,7 +54,7 @@ def _parse_ring(text: str | Ring) -> Ring:
 
 
 def _parse_measure(name: str) -> str:
-    from trackdyn.measure.whole_loop import RELATIVE, SHARES
+    from trackdyn.measure.convergence import RELATIVE, SHARES
 
     if name not in RELATIVE + SHARES:
         raise InputError(f"--measure = {shown(name)}: choose {', '.join(RELATIVE + SHARES)}")

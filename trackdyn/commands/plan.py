@@ -30,7 +30,7 @@ def plan(
     choose: Choose = None,
     longest: LongestRun = 60.0,
 ) -> None:
-    """What `simulate --tolerance` will run: the cheapest physics, method and step that keep it, found by short runs."""
+    """What `simulate --tolerance` will run: the cheapest method and step that keep it, found while it records."""
     from trackdyn.parameters.rig import load_rig
     from trackdyn.scene.scene import Scene
 
@@ -43,20 +43,19 @@ def planned(scene, tolerances: dict[str, float], longest: float, preset: str | N
     """The plan for a scene; what its options state stays as it is."""
     from trackdyn.measure.planner import plan as choose_setting
 
-    method = preset is None and not {"step", "integrator"} & fields.keys()
-    return choose_setting(scene, tolerances, longest, not fields.keys() - {"ring_radius"} and method, method)
+    return choose_setting(scene, tolerances, longest, preset is None and not {"step", "integrator"} & fields.keys())
 
 
 def say(plan) -> None:
     """What runs, what it is expected to cost, and what else was tried."""
     for one in plan.tried:
-        mark = "chosen" if one.setting is plan.chosen.setting else "tried"
+        mark = "chosen" if one is plan.chosen else "tried"
         message = f"rejected: {one.refused}"
         if not one.refused:
-            errors = ", ".join(f"{name} {error:.2g}" for name, error in one.error.items())
-            message = f"error of {errors}; {one.rate:.2g} CPU s a second"
-        left_out = f"; leaves out {one.setting.left_out}" if one.setting.left_out else ""
-        typer.echo(f"{mark:>22}  {one.setting.name}: {message}{left_out}")
+            errors = ", ".join(f"{name} {one.bias[name] + one.doubt[name]:.2g}" for name in one.bias)
+            message = f"error of {errors}; {one.cpu_s / one.seconds:.2g} CPU s a second"
+        typer.echo(f"{mark:>22}  {one.setting.name}: {message}")
     ends = ", ".join(f"{name} to {tolerance:.2g}" for name, tolerance in plan.left.items())
     typer.echo(f"{'stops':>22}  when the 95 % intervals keep {ends}; expected after {plan.duration:.3g} s at speed")
-    typer.echo(f"{'expected cost':>22}  {plan.cpu_s:.2g} CPU s, after {plan.trial_cpu_s:.2g} of the trials")
+    more = f"{plan.cpu_s:.2g} CPU s more" if plan.cpu_s else "no more: the record is long enough"
+    typer.echo(f"{'expected cost':>22}  {plan.trial_cpu_s:.2g} CPU s so far, {more}")

@@ -63,14 +63,15 @@ def simulate(
 ) -> None:
     """Run one scene and write its recording; a file of that name is replaced when the run is done.
 
-    With --tolerance the run takes the cheapest physics, method and step that keep it (see `plan`), but for what is
-    stated, and ends when every --measure has an error of at most that share, whatever --duration: of its own value, or
-    of a sprocket turn for shares.
+    With --tolerance the run takes the cheapest method and step that keep it (see `plan`), unless they are stated, and
+    ends when every --measure has an error of at most that share, whatever --duration: of its own value, or of a
+    sprocket turn for shares.
     """
     from tqdm import tqdm
 
     from trackdyn.files import keep
     from trackdyn.jit import announce
+    from trackdyn.measure.sensor import whole_samples
     from trackdyn.parameters.rig import load_rig
     from trackdyn.scene.scene import Scene
     from trackdyn.simulation.cost import cost
@@ -99,11 +100,15 @@ def simulate(
     if rate is not None:
         scene = scene.sampled(rate)
     tolerances = {} if tolerance is None else dict.fromkeys(measure or ["rms"], tolerance)
+    if not quiet:
+        announce(lambda text: tqdm.write(f"trackdyn: {text}", file=sys.stderr))  # above a bar
+    found = None
     if tolerances:
         from trackdyn.commands.plan import planned, say
 
+        check_output(out, True, rig)
         found = planned(scene, tolerances, longest, preset, fields)
-        scene, tolerances = found.scene, found.left
+        scene = found.scene.with_(duration=whole_samples(found.scene.rig.sensor.rate, found.duration))
         if not quiet:
             say(found)
     needed = cost(scene)
@@ -121,10 +126,8 @@ def simulate(
             f"trackdyn: warning: {out} exists and is replaced when the run is done; until then Ctrl-C keeps it",
             err=True,
         )
-    if not quiet:
-        announce(lambda text: tqdm.write(f"trackdyn: {text}", file=sys.stderr))  # above a bar
-    if tolerances and scene.chain != "belt":
-        _until_converged(scene, tolerances, longest, out, found.duration)
+    if found:
+        _until_converged(found, tolerances, longest, out)
     else:
         _for_its_duration(scene, out, checkpoint, quiet, all_measures)
 
@@ -196,20 +199,19 @@ def _for_its_duration(scene, out: Path, checkpoint: Path | None, quiet: bool, al
         typer.echo(f"{'left out':>22}  {what} need a record of {seconds:.3g} s or more")
 
 
-def _until_converged(scene, tolerances: dict[str, float], longest: float, out: Path, least: float) -> None:
-    from trackdyn.measure.stopping import run_until
+def _until_converged(plan, tolerances: dict[str, float], longest: float, out: Path) -> None:
+    from trackdyn.measure.metrics import speed_sentence
 
-    answer = run_until(scene, tolerances, longest, least=least)
+    answer = plan.run()
     answer.recording.save(out)
-    _say_loop(scene, answer.recording, False)
-    _warn(answer.recording)
+    _say_loop(plan.scene, answer.recording, False)
+    if text := speed_sentence(answer.recording):
+        typer.echo(f"trackdyn: warning: {text}", err=True)
     for name, found in answer.measures.items():
-        message = "" if name not in answer.reached else "converged" if answer.reached[name] else "tolerance not reached"
+        message = "converged" if answer.reached[name] else "tolerance not reached"
         typer.echo(f"{name:>22}  {found.value:.6g} +- {found.half_width:.2g}  {message}")
-    typer.echo(
-        f"{'left out, recorded (s)':>22}  {answer.transient:.3g}, "
-        f"{len(answer.recording.time) / answer.recording.rate:.4g}"
-    )
+    recorded = len(answer.recording.time) / answer.recording.rate
+    typer.echo(f"{'left out, recorded (s)':>22}  {answer.transient:.3g}, {recorded:.4g}")
     if not answer.converged:
         raise InputError(
             f"--longest = {longest:g} s is too short for --tolerance {max(tolerances.values()):g}; what was reached is "

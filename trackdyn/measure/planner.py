@@ -1,102 +1,146 @@
-"""The planner: the cheapest physics, method and step that keep a tolerance, found by short runs of the scene itself.
+"""The planner: the cheapest method and step that keep a tolerance, found while the answer is recorded.
 
-Settings are tried from cheap to dear. All start from one state of the loop at speed and run over the same passages, so
-that two of them differ by their errors alone. A setting is accepted if its error takes at most `OF_SETTING` of the
-tolerance. The rest is left to the scatter of the record, which ends when its 95 % interval keeps it
-(`stopping.run_until`).
+Settings are tried from cheap to dear. All start from one state of the loop at speed and record the same passages, so
+that two of them differ by their errors alone. A linearly implicit step is judged by a semi-implicit one, since two of
+its own may agree and be wrong alike; a semi-implicit step is judged by half of it. What was recorded for the judgement
+is the beginning of the answer: as a rule all of it.
 """
 
 import time
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
-from math import inf
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import partial
+from math import inf, sqrt
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from trackdyn.errors import InputError, TrackdynError
-from trackdyn.measure.sensor import sense, whole_revolutions, whole_samples
-from trackdyn.measure.stopping import LEAST, refuse_until
-from trackdyn.measure.uncertainty import batch_error
-from trackdyn.measure.whole_loop import SHARES, Series, series
-from trackdyn.scene.limits import round_step
+from trackdyn.measure.convergence import LEAST, SURE, Series, difference, scale_of
+from trackdyn.measure.stopping import Answer, answer_scene, judged, record_until, refuse_until
+from trackdyn.measure.whole_loop import series
+from trackdyn.scene.limits import round_step, turn_limit
 from trackdyn.scene.scene import Scene
-from trackdyn.sensor.signals import main_line_binfree
 from trackdyn.simulation.loop import Loop
-from trackdyn.simulation.simulate import simulate
+from trackdyn.simulation.recorder import Recorder
+from trackdyn.simulation.recording import Recording
+from trackdyn.simulation.resolution import ONE_STEP, OPEN, Resolution
+from trackdyn.simulation.trial import recorded_answer
 
-OF_SETTING = 0.8  # of the tolerance: what the setting may take, so that something is left for the record
-SURE = 2.0  # standard errors of a difference
-# A tolerance from which on coarser physics is tried: it misses the RMS by some percent.
-COARSE = 0.03
-IMPLICIT_STEPS, STEPS = (5e-4, 2.5e-4), (1e-4, 5e-5, 2.5e-5, 1.25e-5)  # s
-# passages of a trial after those at speed that no setting is judged by; peaks need arcs that have come round
-SETTLED, PASSAGES, PEAK_PASSAGES, GROWTH = 9, 12, 28, 4
-WORTH = 2.0  # longer trials that a planned run must cost before one is made
-BELT_TURNS = 2.1  # of the loop in the record of a belt
+OF_SETTING = 0.8  # of the tolerance, which the difference of two settings may take; the rest is for scatter
+IMPLICIT_STEP, LARGEST_STEP, HALVINGS = 5e-4, 1e-4, 3  # s
+# Cost of a step over that of a semi-implicit one. Plans go by steps and not by the clock, which compilation and other
+# processes hold up: the same question has the same answer.
+WORK = {"linearly_implicit": 2.0}
+LEAD = 2  # passages in which a setting follows its own way before it is recorded
+LONGER, GROWTH = 1.1, 2.0  # of trials from one judgement to the next, at least and at most
+JUDGED = 1.3  # times as long a record is judged again
+PEAK_TURNS = 3  # of the sprocket: until then an arc has had its peaks, or has none
 
 
 class Setting(NamedTuple):
-    """What may be run: its name in words, the fields of a `Scene` that it sets, and the physics that it neglects."""
+    """A method and a step: the name in words, and the fields of a `Scene`."""
 
     name: str
     fields: dict[str, Any]
-    left_out: str = ""
 
 
 @dataclass
 class Tried:
-    """A setting and what came of it."""
+    """A setting and what is known of it; errors as tolerances are given."""
 
-    setting: Setting  # what was tried
-    scene: Scene | None = None  # the scene with it; None if it was refused
-    # largest error of each measure that is its own, as tolerances are given; empty as long as no finer one ran
-    error: dict[str, float] = field(default_factory=dict)
-    # half of the 95 % interval of each measure over the trial, as tolerances are given
-    half_width: dict[str, float] = field(default_factory=dict)
-    rate: float = 0.0  # CPU seconds of a simulated one
-    refused: str = ""  # why it did not run, or nothing
+    setting: Setting
+    writer: Recorder | None = None  # the record so far; None if the setting was refused
+    work: float = 0.0  # of a second, in semi-implicit steps
+    cpu_s: float = 0.0  # CPU seconds of the record so far
+    refused: str = ""  # why it does not run, or nothing
     found: dict[str, Series] = field(default_factory=dict, repr=False)
+    # error of each measure by the difference of settings, and two standard errors of it; empty until a finer one ran
+    bias: dict[str, float] = field(default_factory=dict)
+    doubt: dict[str, float] = field(default_factory=dict)
+    half_width: dict[str, float] = field(default_factory=dict)  # half of the 95 % interval over the record
+    scatter: dict[str, float] = field(default_factory=dict)  # two standard errors: the same, had it many batches
+
+    @property
+    def seconds(self) -> float:
+        """Length of the record, s."""
+        return self.writer.done / self.writer.loop.scene.rig.sensor.rate if self.writer else 0.0
+
+    def left(self, name: str, tolerance: float) -> float:
+        """What a tolerance leaves for the interval of the record; 0 if nothing."""
+        rest = tolerance - self.bias[name]
+        return sqrt(rest**2 - self.doubt[name] ** 2) if rest > self.doubt[name] else 0.0
+
+    def error(self, name: str) -> float:
+        """Difference of settings and scatter, all in all."""
+        return self.bias[name] + sqrt(self.doubt[name] ** 2 + self.half_width[name] ** 2)
+
+    def growth(self, tolerances: Mapping[str, float]) -> float:
+        """Times that the record must be as long as it is, above 1 if it must; infinite if the setting errs too much."""
+        growth = 0.0
+        for name, tolerance in tolerances.items():
+            left = self.left(name, tolerance)
+            if self.bias[name] > OF_SETTING * tolerance or not left:
+                return inf
+            growth = max(growth, _times(self.half_width[name], self.scatter[name], left))
+        return growth
 
 
 class Plan(NamedTuple):
-    """What to run for tolerances."""
+    """What to run for tolerances, and how far it has come."""
 
-    chosen: Tried  # the setting
+    chosen: Tried
     left: dict[str, float]  # tolerances of the record: what the setting leaves of those that were asked for
-    duration: float  # s at constant speed that its record is expected to take
-    cpu_s: float  # CPU seconds that the run is expected to take
-    trial_cpu_s: float  # CPU seconds that the trials took
+    duration: float  # s at constant speed that the record is expected to take
+    cpu_s: float  # CPU seconds that are expected beyond those of the trials
+    trial_cpu_s: float  # CPU seconds that settling and trials took
     tried: tuple[Tried, ...]  # all settings that were tried, from cheap to dear
 
     @property
     def scene(self) -> Scene:
-        """What runs: by `stopping.run_until` with ``left`` and, at least, ``duration``; a belt by `simulate`."""
-        assert self.chosen.scene is not None
-        return self.chosen.scene
+        """The scene with the setting; its duration is the longest one."""
+        assert self.chosen.writer is not None
+        return self.chosen.writer.loop.scene
+
+    def run(self, tick: Callable[[float], object] = lambda seconds: None) -> Answer:
+        """Go on with the record until its intervals are within ``left``.
+
+        Half widths of the answer's measures, the asked ones alone, hold the error of the setting, too.
+        """
+        assert self.chosen.writer is not None
+        # scatter may fall faster than it is expected to, where passages make up for each other
+        first = min(self.duration, GROWTH * self.chosen.seconds)
+        judge = partial(judged, tolerances=self.left, names=self.left)
+        answer, _ = record_until(self.chosen.writer, first, judge, tick, JUDGED)
+        measures = {}
+        for name, mean in answer.measures.items():
+            scale = scale_of(name, mean.value)
+            half_width = self.chosen.bias[name] + sqrt(self.chosen.doubt[name] ** 2 + (mean.half_width / scale) ** 2)
+            measures[name] = mean._replace(half_width=half_width * scale)
+        return replace(answer, measures=measures, recording=self._recording(answer.recording))
+
+    def _recording(self, recording: Recording) -> Recording:
+        """The recording, which says what its step was chosen for."""
+        share = recording.meta["resolved"]["share"]
+        reason = f"the step was chosen for {', '.join(self.left)}; other measures may be less accurate"
+        return replace(recording, meta=recording.meta | {"resolved": Resolution(OPEN, share, reason)._asdict()})
 
 
-def settings(scene: Scene, tolerances: Mapping[str, float], physics: bool, method: bool) -> Iterator[Setting]:
-    """Settings of a scene from cheap to dear, as in `plan`; where nothing is open, its own and half its step."""
+def settings(scene: Scene, method: bool) -> list[Setting]:
+    """Settings of a scene from cheap to dear; where method and step are not open, its own and half its step."""
     sample = 1.0 / scene.rig.sensor.rate
     if not method:
-        yield Setting("as the scene asks", {})
-        yield Setting("half its step", {"step": round_step(scene.step / 2, sample)})
-        return
-    if physics and set(tolerances) == {"line"}:
-        yield Setting("belt", {"chain": "belt", "ring_radius": None}, "contacts, forces and inertia")
-    if physics and min(tolerances.values()) >= COARSE:
-        one = {"chain": "single_pin", "integrator": "linearly_implicit", "step": round_step(2.5e-4, sample)}
-        yield Setting("one body a pitch", one, "the second pin of a pitch")
-    explicit = STEPS if scene.step >= STEPS[-1] else (scene.step, scene.step / 2)
-    for integrator, steps in (("linearly_implicit", IMPLICIT_STEPS), ("semi_implicit", explicit)):
-        for step in dict.fromkeys(round_step(step, sample) for step in steps):
-            yield Setting(f"{integrator}, {step:.3g} s", {"integrator": integrator, "step": step})
+        return [
+            Setting("as the scene asks", {}),
+            Setting("half its step", {"step": round_step(scene.step / 2, sample)}),
+        ]
+    coarsest = min(IMPLICIT_STEP, *turn_limit(scene.sprocket_rate).values())
+    # one step coarser than the usual one, where that is small
+    steps = [("linearly_implicit", coarsest)]
+    steps += [("semi_implicit", min(LARGEST_STEP, 2 * scene.step) / 2**k) for k in range(HALVINGS + 1)]
+    rounded = ((integrator, round_step(step, sample)) for integrator, step in steps)
+    return [Setting(f"{of}, {step:.3g} s", {"integrator": of, "step": step}) for of, step in rounded]
 
 
-def plan(
-    scene: Scene, tolerances: Mapping[str, float], longest: float = 60.0, physics: bool = True, method: bool = True
-) -> Plan:
+def plan(scene: Scene, tolerances: Mapping[str, float], longest: float = 60.0, method: bool = True) -> Plan:
     """The cheapest setting that keeps tolerances on a scene.
 
     Parameters
@@ -107,8 +151,8 @@ def plan(
         As in `stopping.run_until`.
     longest : float
         s at constant speed of the longest record.
-    physics, method : bool
-        Whether coarser physics, and method and step, may be chosen in place of the scene's own.
+    method : bool
+        Whether method and step may be chosen in place of the scene's own.
 
     Raises
     ------
@@ -117,120 +161,157 @@ def plan(
     """
     refuse_until(scene, tolerances, longest)
     begin = time.process_time()
-    span = scene.periods.passage
-    plain = {"lead_in": 0.0, "pitches": (), "frame_interval": 0.0, "spells": True, "every_link": True}
-    scene = scene.with_(duration=whole_samples(scene.rig.sensor.rate, LEAST * span), **plain)
-    base = Loop(scene)
-    settled = time.process_time() - begin
-    base.advance(scene.ramp + whole_samples(scene.rig.sensor.rate, SETTLED * span))
-    passages = PEAK_PASSAGES if any(name.endswith("_peak") for name in tolerances) else PASSAGES
-    kept = list(settings(scene, tolerances, physics, method))
+    settled = Loop(answer_scene(scene, longest))
+    pending = settings(settled.scene, method)
+    base = _at_speed(settled, pending)
+    span, teeth = scene.periods.passage, scene.rig.sprocket.teeth
+    count, most = float(LEAST + 1), float(LEAST + PEAK_TURNS * teeth)
     tried: list[Tried] = []
-    best: Plan | None = None
-    for count in (passages, GROWTH * passages):
-        tried, full = [], []
-        for setting in kept:
-            one = _try(base, setting, tolerances, count, span)
-            tried.append(one)
-            if one.refused or one.setting.left_out:
+    while True:
+        running = [one for one in tried if not one.refused]
+        # the two finest judge; of the others go on those that may be chosen
+        running = [one for one in running if one in running[-2:] or one.growth(tolerances) < inf]
+        for one in running:
+            _record(one, tolerances, count * span)
+        running = [one for one in running if not one.refused]
+        if lacking := [name for name in tolerances for one in running if name not in one.found]:
+            if count < most:
+                count = min(1.5 * count, most)
                 continue
-            full.append(one)
-            if len(full) > 1:
-                _judge([other for other in tried if not other.refused], full[-2], full[-1], tolerances)
-                plans = [_planned(other, tolerances, count, span, settled) for other in tried if other.error]
-                if keeping := [one._replace(tried=tuple(tried)) for one in plans if one and one.duration <= longest]:
-                    best = min([best, *keeping] if best else keeping, key=lambda found: found.cpu_s)
-                    break
-        longer = GROWTH * count * span * sum(one.rate for one in full[-3:])
-        if best and (count > passages or best.cpu_s <= WORTH * longer):
-            return best._replace(trial_cpu_s=time.process_time() - begin)
-        # what scatters more than it errs is told apart by longer trials, of the finer settings
-        kept = [one.setting for one in full[-3:]]
-    raise InputError(_refusal(tried, tolerances, longest))
+            raise InputError(f"tolerance: {lacking[0]} has fewer than {LEAST} values in {count:.0f} passages")
+        if len(running) > 1:
+            _judge(running, tolerances)
+            chosen, longer = _next(running, tolerances, pending, longest / span / count)
+            if chosen is not None:
+                left = {name: chosen.left(name, tolerance) for name, tolerance in tolerances.items()}
+                duration = min(max(chosen.growth(tolerances), 1.0) * chosen.seconds, longest)
+                cpu_s = chosen.cpu_s * (duration / chosen.seconds - 1.0)
+                return Plan(chosen, left, duration, cpu_s, time.process_time() - begin, tuple(tried))
+            if longer:
+                count *= longer
+                continue
+        if not pending:
+            raise InputError(_refusal(tried, tolerances, longest))
+        tried.append(_start(base, pending.pop(0), span))
 
 
-def _try(base: Loop, setting: Setting, tolerances: Mapping[str, float], passages: int, span: float) -> Tried:
-    """Run a setting from the state of a loop at speed, or a coarser chain from its own start."""
-    seconds = whole_samples(base.scene.rig.sensor.rate, (passages + 1) * span)
+def _at_speed(settled: Loop, choices: list[Setting]) -> Loop:
+    """The loop at constant speed, a few passages before records begin, by the cheapest setting that comes there."""
+    scene = settled.scene
+    for setting in choices:
+        try:
+            loop = settled.changed(**setting.fields)
+            loop.advance(scene.ramp + max(scene.lead_in - LEAD * scene.periods.passage, 0.0))
+            return loop
+        except TrackdynError as error:
+            reason = error
+    raise reason
+
+
+def _start(base: Loop, setting: Setting, span: float) -> Tried:
+    """A setting whose record is about to begin."""
     try:
-        if setting.fields.get("chain") == "belt":
-            scene = base.scene.with_(spells=False, every_link=False, **setting.fields)
-            scene = scene.with_(duration=whole_samples(scene.rig.sensor.rate, BELT_TURNS / scene.periods.loop_hz))
-            recording = simulate(scene)
-            ay, hz = sense(recording).ay, recording.periods.loop_hz
-            ay = ay[: whole_revolutions(len(ay), recording.rate, hz)]
-            line = main_line_binfree(ay, recording.rate, expected_hz=hz)[1]
-            return Tried(
-                setting, scene, found={"line": Series(np.array([line]), np.array([0]))}, half_width={"line": 0.0}
-            )
-        if "chain" in setting.fields:
-            loop = Loop(base.scene.with_(**setting.fields))
-            loop.advance(base.time)
-        else:
-            loop = base.changed(**setting.fields)
-        begin = time.process_time()
-        recording = loop.record(seconds, every_link=True)
-        rate = (time.process_time() - begin) / seconds
-        found = series(recording)
+        loop = base.changed(**setting.fields)
+        scene = loop.scene
+        loop.advance(LEAD * span)
+        writer = Recorder(
+            loop, scene.duration, (), 0.0, True, True, watched=False, room=PEAK_TURNS * scene.periods.turn
+        )
     except TrackdynError as error:
         return Tried(setting, refused=str(error))
-    if missing := [name for name in tolerances if name not in found or len(found[name].values) < LEAST]:
-        return Tried(setting, refused=f"{missing[0]} has fewer than {LEAST} values in {passages} passages")
-    width = {name: found[name].estimate().half_width / _scale(name, found[name]) for name in tolerances}
-    return Tried(setting, loop.scene, half_width=width, rate=rate, found=found)
+    return Tried(setting, writer, WORK.get(scene.integrator, 1.0) / scene.step)
 
 
-def _scale(name: str, found: Series) -> float:
-    """What a tolerance is a part of: a turn of the sprocket, in percent, or the value."""
-    return 100.0 if name in SHARES else abs(found.estimate().value) or inf
+def _record(one: Tried, tolerances: Mapping[str, float], seconds: float) -> None:
+    """Go on with the record of a setting to a length, and take its measures."""
+    assert one.writer is not None
+    begin = time.process_time()
+    try:
+        recording, _ = record_until(one.writer, seconds, lambda of: (of, True))
+        found = series(recording, tolerances)
+    except TrackdynError as error:
+        one.refused = str(error)
+        return
+    one.cpu_s += time.process_time() - begin
+    if any(name.endswith("_peak") for name in tolerances) and recorded_answer(one.writer).alone > ONE_STEP:
+        one.refused = "peaks stand for one step: the true ones may be twice as large"
+        return
+    one.found = {name: of for name, of in found.items() if len(of.values) >= LEAST}
+    means = {name: of.estimate() for name, of in one.found.items()}
+    one.half_width = {name: of.half_width / scale_of(name, of.value) for name, of in means.items()}
+    one.scatter = {name: SURE * of.error / scale_of(name, of.value) for name, of in means.items()}
 
 
-def _judge(tried: list[Tried], coarser: Tried, finest: Tried, tolerances: Mapping[str, float]) -> None:
-    """Errors of all settings from the two finest ones.
+def _judge(running: list[Tried], tolerances: Mapping[str, float]) -> None:
+    """Errors of settings from the two finest ones.
 
     That of the finest is what a step further would change: as much as the last one did, less by the ratio of the steps
     where the method, of order 1, is the same. Those of the others are their differences from it beyond that.
     """
-    steps = [one.scene.step for one in (coarser, finest) if one.scene]
+    coarser, finest = running[-2:]
+    steps = [one.writer.loop.scene.step for one in (coarser, finest) if one.writer]
     same = len({one.setting.fields.get("integrator") for one in (coarser, finest)}) == 1
     ratio = steps[1] / (steps[0] - steps[1]) if same else 1.0
     for name in tolerances:
-        scale = _scale(name, finest.found[name])
-        rest = ratio * _apart(coarser.found[name], finest.found[name]) / scale
-        for one in tried:
-            own = 0.0 if one is finest else _apart(one.found[name], finest.found[name]) / scale
-            one.error[name] = own + rest
+        scale = scale_of(name, finest.found[name].estimate().value)
+        last, error = (ratio * abs(of) / scale for of in difference(coarser.found[name], finest.found[name]))
+        for one in running:
+            off, scatter = (0.0, 0.0) if one is finest else difference(one.found[name], finest.found[name])
+            one.bias[name], one.doubt[name] = abs(off) / scale + last, SURE * (scatter / scale + error)
 
 
-def _apart(one: Series, other: Series) -> float:
-    """Difference of two means over the same passages, two standard errors larger than it is found."""
-    if len(one.values) == 1:  # a belt does not scatter
-        return abs(one.estimate().value - other.estimate().value) + SURE * other.estimate().error
-    count = min(len(one.values), len(other.values))
-    pairs = one.linear()[-count:] - other.linear()[-count:]
-    return float(abs(pairs.mean()) + SURE * batch_error(pairs)[0])
+def _next(
+    running: list[Tried], tolerances: Mapping[str, float], pending: list[Setting], most: float
+) -> tuple[Tried | None, float]:
+    """What is expected to cost least: the setting to go on with; or times that trials must be longer; or neither.
+
+    Neither is a finer setting. Records may become ``most`` times as long. Of settings whose records are long enough the
+    finest is chosen.
+    """
+    coarser, finest = running[-2:]
+    ways: list[tuple[float, Tried | None, float]] = []
+    for one in reversed(running):
+        if (growth := one.growth(tolerances)) <= 1.0 or (growth < inf and most > 1.0):
+            ways.append((one.work * max(growth - 1.0, 0.0), one, 0.0))
+    # trials tell settings apart and are the beginning of the answer, so that both scatters fall
+    if (growth := _growth(finest, tolerances, 1.0)) < inf and most > 1.0:
+        ways.append((sum(one.work for one in running) * (growth - 1.0), None, min(growth, GROWTH, most)))
+    if pending:
+        same = coarser.setting.fields.get("integrator") == finest.setting.fields.get("integrator")
+        growth = _growth(finest, tolerances, 1 / 2 if same else 1 / 8, 1.0)
+        ways.append((2 * finest.work * growth + finest.work * (growth - 1.0), None, 0.0))
+    return min(ways, key=lambda way: way[0], default=(inf, None, 0.0))[1:]
 
 
-def _planned(one: Tried, tolerances: Mapping[str, float], passages: int, span: float, settled: float) -> Plan | None:
-    """What a setting promises, and what its record is expected to take; None if it takes too much of a tolerance."""
-    if any(one.error[name] > OF_SETTING * tolerance for name, tolerance in tolerances.items()):
-        return None
-    left = {name: tolerance - one.error[name] for name, tolerance in tolerances.items()}
-    # an interval falls as one over the root of the passages
-    growth = max((one.half_width[name] / rest) ** 2 for name, rest in left.items())
-    duration = 0.0 if one.scene and one.scene.chain == "belt" else (SETTLED + max(LEAST + 1, passages * growth)) * span
-    ramp = one.scene.ramp if one.scene else 0.0
-    return Plan(one, left, duration, settled + one.rate * (ramp + duration), 0.0, ())
+def _growth(one: Tried, tolerances: Mapping[str, float], falls: float, most: float = OF_SETTING) -> float:
+    """Times that trials must be as long, at least 1, for a setting whose difference falls so; infinite if it errs."""
+    growth = 1.0
+    for name, tolerance in tolerances.items():
+        bias = falls * one.bias[name]
+        if bias > most * tolerance:
+            return inf
+        doubt, rest = one.doubt[name], tolerance - min(bias, OF_SETTING * tolerance)
+        times = _times(sqrt(doubt**2 + one.half_width[name] ** 2), sqrt(doubt**2 + one.scatter[name] ** 2), rest)
+        growth = max(growth, times)
+    return growth
+
+
+def _times(half_width: float, scatter: float, room: float) -> float:
+    """Times that a record must be as long for an interval to have room; it falls as one over the root of the length.
+
+    Few batches widen an interval, which more of them do not.
+    """
+    return (half_width / room) ** 2 if half_width <= room else max((scatter / room) ** 2, LONGER)
 
 
 def _refusal(tried: list[Tried], tolerances: Mapping[str, float], longest: float) -> str:
     """Why no setting keeps the tolerances."""
-    judged = [one for one in tried if one.error]
-    if not judged:
+    known = [one for one in tried if one.bias]
+    if not known:
         reason = next((one.refused for one in reversed(tried) if one.refused), "no setting runs")
         return f"tolerance: {reason}"
-    name = max(tolerances, key=lambda name: min(one.error[name] for one in judged) / tolerances[name])
-    least = min(one.error[name] for one in judged)
+    name = max(tolerances, key=lambda name: min(one.bias[name] for one in known) / tolerances[name])
+    least = min(one.bias[name] for one in known)
     if least > OF_SETTING * tolerances[name]:
         return (
             f"tolerance = {tolerances[name]:g} of {name}: what was tried leaves an error of {least:.2g}; "

@@ -7,6 +7,7 @@ so that the correlation between links does not matter, and the means of successi
 scatter gives the standard error of the whole mean (`uncertainty.batch_error`).
 """
 
+from collections.abc import Collection
 from dataclasses import replace
 from itertools import pairwise
 from typing import NamedTuple
@@ -16,24 +17,11 @@ import numpy as np
 from trackdyn.errors import InputError
 from trackdyn.measure.contact_log import SIDES
 from trackdyn.measure.contacts import peaks
+from trackdyn.measure.convergence import RELATIVE, SHARES, Estimate, Series
 from trackdyn.measure.sensor import specific_force
-from trackdyn.measure.uncertainty import batch_error
 from trackdyn.model.record import SPELL
 from trackdyn.sensor.signals import high_passed
 from trackdyn.simulation.recording import Recording
-
-# measures whose tolerances are a share of the value, and a share of a sprocket turn
-RELATIVE = ("rms", "sd", "line", "high_frequency", "left_peak", "right_peak")
-SHARES = ("left_share", "right_share", "ring_share")
-NAN = float("nan")
-
-
-class Estimate(NamedTuple):
-    """A value with its standard error and the half width of its 95 % interval; NaN where one passage gives none."""
-
-    value: float
-    error: float
-    half_width: float
 
 
 class Revolution(NamedTuple):
@@ -156,87 +144,45 @@ def _sampled_spells(force: np.ndarray, area: np.ndarray, who: tuple[int, int], r
     return np.array(rows, SPELL)
 
 
-class Series(NamedTuple):
-    """A measure passage by passage."""
+def series(recording: Recording, names: Collection[str] = RELATIVE + SHARES) -> dict[str, Series]:
+    """Measures of a record with every link, passage by passage.
 
-    values: np.ndarray  # (m,) what is averaged: a mean square for RMS and SD, the measure itself for the others
-    passage: np.ndarray  # (m,) integers: passage of the record that each belongs to
-    root: bool = False  # the measure is the root of the mean
-
-    def since(self, first: int) -> "Series":
-        """Without the passages before ``first``."""
-        return self._replace(values=self.values[self.passage >= first], passage=self.passage[self.passage >= first])
-
-    def until(self, last: int) -> "Series":
-        """Without the passages from ``last`` on."""
-        return self._replace(values=self.values[self.passage < last], passage=self.passage[self.passage < last])
-
-    def linear(self) -> np.ndarray:
-        """(m,) values whose mean is the measure, and whose scatter is its own to first order."""
-        if not self.root or not len(self.values):
-            return self.values
-        mean = float(self.values.mean())
-        value = float(np.sqrt(max(mean, 0.0)))
-        return value + (self.values - mean) * (0.5 / value if value else 1.0)
-
-    def estimate(self) -> Estimate:
-        """Mean, and its standard error by batch means."""
-        values = self.linear()
-        return Estimate(float(values.mean()), *batch_error(values)) if len(values) else Estimate(NAN, NAN, NAN)
-
-    def transient(self) -> int:
-        """Passages to leave out at the beginning, by the marginal standard error rule.
-
-        MSER (White, Simulation 69, 1997, 323-334): the beginning is cut where the standard error of what is left would
-        be least. More than half of the values is never cut.
-        """
-        values, count = self.values, len(self.values)
-        if count < 2:
-            return 0
-        left = np.arange(count, 0, -1)
-        total = np.cumsum(values[::-1])[::-1]
-        square = np.cumsum((values[::-1]) ** 2)[::-1]
-        marginal = (square - total**2 / left) / left**2
-        return int(self.passage[np.argmin(marginal[: count // 2 + 1])])
-
-
-def series(recording: Recording) -> dict[str, Series]:
-    """Every measure of a record with every link, passage by passage.
-
-    Returns
-    -------
-    dict of str to Series
+    Parameters
+    ----------
+    recording : Recording
+        Run with ``every_link``.
+    names : collection of str
         ``rms``, ``sd`` (g); ``line`` (amplitude at the loop's frequency of the stitched revolution, g);
         ``high_frequency`` (RMS at and above 20 Hz, g); ``left_share``, ``right_share``, ``ring_share`` (% of a sprocket
         turn); ``left_peak``, ``right_peak`` (N: the largest force of an arc on its way through the sprocket, if
-        contacts are logged and that arc has some).
+        contacts are logged and that arc has some). All of them by default.
     """
-    felt, edges, rig = every_ay(recording), passage_edges(recording), recording.scene.rig
-    parts = [slice(a, b) for a, b in pairwise(edges)]
-    number = np.arange(len(parts))
-    mean = np.array([felt[part].mean() for part in parts])
-    square = np.array([(felt[part] ** 2).mean() for part in parts])
-    found = {
-        "rms": Series(square, number, True),
-        "sd": Series((square - 2 * mean.mean() * mean) + mean.mean() ** 2, number, True),
-    }
-    above = high_passed(felt, recording.rate)
-    found["high_frequency"] = Series(np.array([(above[part] ** 2).mean() for part in parts]), number, True)
-    room = len(felt) - int(np.ceil(recording.periods.passage * recording.rate)) - 1
-    starts = [first for first in edges[:-1] if first < room]
-    found["line"] = Series(
-        np.array([_line(stitch(recording, first, felt).ay) for first in starts]), number[: len(starts)]
-    )
+    felt, edges, teeth = every_ay(recording), passage_edges(recording), recording.scene.rig.sprocket.teeth
+    number = np.arange(len(edges) - 1)
+
+    def means(values: np.ndarray) -> np.ndarray:
+        """Means of the passages."""
+        return np.array([values[a:b].mean() for a, b in pairwise(edges)])
+
+    found = {}
+    if "rms" in names:
+        found["rms"] = Series(means(felt**2), number, True)
+    if "sd" in names:
+        mean = means(felt)
+        found["sd"] = Series((means(felt**2) - 2 * mean.mean() * mean) + mean.mean() ** 2, number, True)
+    if "high_frequency" in names:
+        found["high_frequency"] = Series(means(high_passed(felt, recording.rate) ** 2), number, True)
+    if "line" in names:
+        room = len(felt) - int(np.ceil(recording.periods.passage * recording.rate)) - 1
+        lines = [_line(stitch(recording, first, felt).ay) for first in edges[:-1] if first < room]
+        found["line"] = Series(np.array(lines), number[: len(lines)])
     for k, side in enumerate(SIDES):
-        # arcs that touch at an instant, over teeth, is the part of a sprocket turn that each of them touches
-        touching = (recording.force[:, :, k] > 0.0).sum(axis=1) * (100.0 / rig.sprocket.teeth)
-        found[f"{side}_share"] = Series(np.array([touching[part].mean() for part in parts]), number)
-    if len(recording.spells):
-        for side in ("left", "right"):
-            visits = peaks(recording, side)
-            if len(visits):
-                of = np.searchsorted(edges / recording.rate, visits["end_s"]) - 1
-                found[f"{side}_peak"] = Series(visits["peak_n"].to_numpy(), of)
+        if (name := f"{side}_share") in names:
+            # arcs that touch at an instant, over teeth, is the part of a sprocket turn that each of them touches
+            found[name] = Series(means((recording.force[:, :, k] > 0.0).sum(axis=1) * (100.0 / teeth)), number)
+        if (name := f"{side}_peak") in names and len(recording.spells) and len(visits := peaks(recording, side)):
+            of = np.searchsorted(edges / recording.rate, visits["end_s"]) - 1
+            found[name] = Series(visits["peak_n"].to_numpy(), of)
     return found
 
 

@@ -34,7 +34,12 @@ def short_run(loop: Loop, seconds: float, watched: bool, origin: Loop | None = N
     writer = Recorder(loop, seconds, (), 0.0, True, True, watched, origin)
     while not writer.finished:
         writer.chunk()
-    return answer(writer.record, slice(writer.done), writer.ended, loop.model, writer.begin), writer
+    return recorded_answer(writer), writer
+
+
+def recorded_answer(writer: Recorder) -> Answer:
+    """What is compared of all that a recorder has recorded so far."""
+    return answer(writer.record, slice(writer.done), writer.ended, writer.loop.model, writer.begin)
 
 
 def try_steps(settled: Loop, rpm: float) -> Trial:

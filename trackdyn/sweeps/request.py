@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from trackdyn.errors import InputError
-from trackdyn.measure.whole_loop import RELATIVE, SHARES
+from trackdyn.measure.convergence import RELATIVE, SHARES
 from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.parameters.rig_file import DEFAULT
 from trackdyn.parameters.validation import parse_number, parse_tolerance, shown, validated, within

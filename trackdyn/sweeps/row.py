@@ -8,10 +8,11 @@ from psutil import virtual_memory
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.jit import target_hash
 from trackdyn.measure.contacts import area_shares, event_times
+from trackdyn.measure.convergence import Estimate
 from trackdyn.measure.metrics import run_metrics
 from trackdyn.measure.sliding import sliding_per_km
 from trackdyn.measure.stopping import refuse_undriven, refuse_until, run_steady, run_until
-from trackdyn.measure.whole_loop import Estimate, high_frequency_of_all, whole_loop
+from trackdyn.measure.whole_loop import high_frequency_of_all, whole_loop
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene.scene import Scene
 from trackdyn.scene.stop_rule import StopRule

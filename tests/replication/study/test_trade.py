@@ -12,7 +12,7 @@ from replication.report.figures.trade import first_figure
 from replication.study.accuracy import trade
 from replication.study.settings import StatisticErrors
 from trackdyn.errors import DivergenceError, InputError
-from trackdyn.measure.whole_loop import Series
+from trackdyn.measure.convergence import Series
 from trackdyn.scene.scene import Periods
 
 ASKED = {

@@ -7,7 +7,7 @@ from itertools import product
 
 import pandas as pd
 
-from replication.study.accuracy.statistics import MEASURES, NAN, RELATIVE, SHARES, TENSION, statistics_of
+from replication.study.accuracy.statistics import BELT_TURNS, MEASURES, NAN, RELATIVE, SHARES, TENSION, statistics_of
 from replication.study.variants import REFERENCE, SETTINGS, change
 from trackdyn.errors import TrackdynError
 from trackdyn.files import write_csv
@@ -25,7 +25,6 @@ from trackdyn.simulation.simulate import simulate
 
 # At constant speed before a record, s: some settings have softer modes than the ring study, and their own transients.
 LEAD_IN = 2.0
-BELT_TURNS = 3  # of the loop in the record of a belt, which has no transient and no contact
 FOUND = ["scene", "setting", "measure", "value", "wall_s_per_s", "note"]
 COLUMNS = [
     "scene", "setting", "reference", "measure", "value", "reference_value", "difference_pct", "wall_s_per_s", "note",

@@ -7,14 +7,13 @@ import numpy as np
 import pandas as pd
 
 from replication.study.accuracy.statistics import scale_of
+from trackdyn.measure.convergence import RELATIVE, SHARES, SURE, Series, paired
 from trackdyn.measure.uncertainty import batch_error
-from trackdyn.measure.whole_loop import RELATIVE, SHARES, Series
 from trackdyn.scene.fidelity import PRESETS, preset
 
 LIMITS = ["scene", "measure", "limit", "limit_error", "finest", "finest_error", "finest_step_s"]
 # what the preset `standard` shall keep in every measure: relative, or in turns of the sprocket
 BOUND = 0.02
-SURE = 2.0  # standard errors: the 95 % of a normal distribution
 
 
 class Limit(NamedTuple):
@@ -43,20 +42,13 @@ def limit_of(runs: Mapping[float, Series], order: int = 1) -> Limit:
 def _extrapolated(runs: Mapping[float, Series], fine: float, coarse: float, order: int) -> np.ndarray:
     """The line through two steps, over their power, at a step of zero, passage by passage."""
     lean = fine**order / (coarse**order - fine**order)
-    near, far = _paired(runs[fine].linear(), runs[coarse].linear())
+    near, far = paired(runs[fine].linear(), runs[coarse].linear())
     return near + lean * (near - far)
-
-
-def _paired(one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Two series of the same passages, the last ones: runs that start alike scatter alike, and their difference less
-    (common random numbers: Law, Simulation Modeling and Analysis, 5th edition, 2015, ch. 11.2)."""
-    count = min(len(one), len(other))
-    return one[len(one) - count :], other[len(other) - count :]
 
 
 def difference(found: Series, limit: Limit) -> tuple[float, float]:
     """A measure less its limit, and the standard error of this difference."""
-    one, other = _paired(found.linear(), limit.values)
+    one, other = paired(found.linear(), limit.values)
     return float(found.estimate().value - limit.value), float(np.hypot(batch_error(one - other)[0], limit.doubt))
 
 

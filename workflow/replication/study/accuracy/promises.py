@@ -1,4 +1,4 @@
-"""Does what the planner promises come out? Plans for scenes, run as they say, beside limits over steps."""
+"""Does what the planner promises come out? Plans for scenes, run to their end, beside limits over steps."""
 
 from trackdyn.sweeps.job import run_job
 
@@ -8,14 +8,13 @@ from time import process_time
 import numpy as np
 import pandas as pd
 
-from replication.study.accuracy.statistics import scale_of, statistic_error, study_scene
+from replication.study.accuracy.statistics import scale_of, study_scene
 from replication.study.accuracy.trade import limits_of, run_answer
 from replication.study.settings import TradeForm, promised_scenes, scene_name
 from trackdyn.errors import InputError
 from trackdyn.files import write_csv
+from trackdyn.measure.convergence import RELATIVE, SHARES
 from trackdyn.measure.planner import plan
-from trackdyn.measure.stopping import run_until
-from trackdyn.measure.whole_loop import RELATIVE, SHARES
 from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.scene.scene import Scene
 
@@ -51,15 +50,12 @@ def judge_promises(
             try:
                 chosen = plan(Scene(rig, rpm, ring), {measure: tolerance}, LONGEST_RECORD)
                 begin = process_time()
-                if chosen.scene.chain == "belt":
-                    value, seconds = float(chosen.chosen.found[measure].values[0]), 0.0
-                else:
-                    answer = run_until(chosen.scene, chosen.left, LONGEST_RECORD, least=chosen.duration)
-                    value, seconds = answer.measures[measure].value, len(answer.recording.time) / rig.sensor.rate
-                error = statistic_error(measure, value, limit.value)
+                answer = chosen.run()
+                value, seconds = answer.measures[measure].value, len(answer.recording.time) / rig.sensor.rate
+                error = abs(value - limit.value) / scale_of(measure, limit.value)
                 row |= {"cpu_s": process_time() - begin, "duration_s": seconds, "achieved_error": error}
                 row |= {"met": bool(np.isfinite(error) and error <= tolerance), "step_s": chosen.scene.step}
-                row |= {"setting": chosen.chosen.setting.name, "expected_error": chosen.chosen.error[measure]}
+                row |= {"setting": chosen.chosen.setting.name, "expected_error": chosen.chosen.bias[measure]}
                 row |= {"expected_cpu_s": chosen.cpu_s, "trial_cpu_s": chosen.trial_cpu_s}
             except InputError as error:
                 row["reason"] = str(error)

@@ -2,9 +2,11 @@
 
 import numpy as np
 
+from trackdyn.measure import convergence
 from trackdyn.measure.contacts import meshing_summary
+from trackdyn.measure.convergence import RELATIVE, SHARES, Series
 from trackdyn.measure.sensor import sense, whole_revolutions, whole_samples
-from trackdyn.measure.whole_loop import RELATIVE, SHARES, Series, series
+from trackdyn.measure.whole_loop import series
 from trackdyn.scene.scene import Periods, Scene
 from trackdyn.sensor.signals import high_frequency_rms, main_line_binfree, rms, standard_deviation
 from trackdyn.simulation.account import energy_residual
@@ -13,6 +15,7 @@ from trackdyn.simulation.recording import Recording
 NAN = float("nan")
 # of the ladder and of accuracy against cost: motion in space and rk4 have no tensioner on its spring
 TENSION = {"tension": "locked"}
+BELT_TURNS = 3  # of the loop in the record of a belt, which has no transient and no contact
 LEAD_IN = 3.0  # s at constant speed before what is compared begins, after a second of starting
 # compared as they are
 ABSOLUTE = ("loop_gap", "energy_residual")
@@ -62,18 +65,5 @@ def answers_of(recording: Recording, passages: int | None = None) -> dict[str, S
 
 
 def scale_of(measure: str, reference: float) -> float:
-    """What an error is a part of: the reference, a turn of the sprocket (shares are in %), or nothing; NaN for no
-    reference.
-    """
-    if measure in RELATIVE:
-        return abs(reference) or NAN
-    return 100.0 if measure in SHARES else 1.0
-
-
-def statistic_error(measure: str, value: float, reference: float) -> float:
-    """Error of a statistic: relative, in turns of the sprocket for shares, in its own unit for gap and residual."""
-    if measure in ABSOLUTE:
-        return abs(value)
-    if measure in SHARES:
-        return abs(value - reference) / 100
-    return abs(value - reference) / abs(reference) if reference else (0.0 if value == 0 else NAN)
+    """What an error is a part of, as a tolerance is (`measure.convergence.scale_of`); 1 for gap and residual."""
+    return 1.0 if measure in ABSOLUTE else convergence.scale_of(measure, reference)

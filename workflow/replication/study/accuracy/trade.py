@@ -16,6 +16,7 @@ import pandas as pd
 from replication.study.accuracy.limit import LIMITS, Limit, difference, limit_of
 from replication.study.accuracy.statistics import (
     ABSOLUTE,
+    BELT_TURNS,
     TENSION,
     answers_of,
     scale_of,
@@ -26,9 +27,8 @@ from replication.study.settings import StatisticErrors, Steps, TradeForm, measur
 from replication.study.variants import PHYSICS
 from trackdyn.errors import InputError, TrackdynError
 from trackdyn.files import write_csv
-from trackdyn.measure.planner import BELT_TURNS
+from trackdyn.measure.convergence import Series
 from trackdyn.measure.sensor import whole_samples
-from trackdyn.measure.whole_loop import Series
 from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.scene.scene import Periods, Scene
 from trackdyn.simulation.loop import Loop
