@@ -106,7 +106,7 @@ rule article:
         outcomes=f"{R}/short/tables/extremes.csv",
         **SEARCHED,
         figures=[f"{R}/figures/fig{name}.svg" for name in ("01", "17_a", "18_a", "19", "21", "23_a", "24")],
-        studies=[f"{R}/short/figures/{name}.svg" for name in ("trade", "extremes_stability")],
+        studies=[f"{R}/short/figures/{name}.svg" for name in ("trade_first", "extremes_stability")],
     output:
         pdf=report(f"{R}/article.pdf", **in_report("Overview", "Article", "The replication on a few pages")),
         values=f"{R}/article.json",

@@ -38,13 +38,15 @@ def article(tmp_path):
         (tmp_path / folder).mkdir(parents=True)
     for name in ("fig01", "fig17_a", "fig18_a", "fig19", "fig21", "fig23_a", "fig24"):
         (tmp_path / "figures" / f"{name}.svg").write_text(BLANK, encoding="utf-8")
-    for name in ("trade", "extremes_stability"):
+    for name in ("trade_first", "extremes_stability"):
         (tmp_path / "short" / "figures" / f"{name}.svg").write_text(BLANK, encoding="utf-8")
 
     def made(values):
         pdf = tmp_path / "article.pdf"
         write_article(values, tmp_path / "article.json", TEMPLATE, tmp_path, pdf)
-        text = " ".join(page.extract_text() for page in PdfReader(pdf).pages)
+        pages = PdfReader(pdf).pages
+        assert len(pages) <= 8
+        text = " ".join(page.extract_text() for page in pages)
         return pdf.read_bytes(), " ".join(text.split())
 
     return made
