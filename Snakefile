@@ -56,7 +56,7 @@ SPEEDS = [f"{rpm:g}rpm" for rpm in CONFIG.records.speeds_rpm]
 wildcard_constraints:
     run=r"\d[\w.]*rpm|(meshing|coarse)/[\w.]+",
     radius=r"none|[\d.]+",
-    place="(rigs/[a-z][a-z0-9_]*/)?",
+    folder="(rigs/[a-z][a-z0-9_]*/)?",
     short="(short/)?",
 
 

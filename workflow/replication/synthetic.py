@@ -247,10 +247,10 @@ def _belt_acceleration(path: BeltPath, s, v, vdot):
     """Specific force x, y (2, n) in g in the middle of a link, a chord whose pins run on the belt (Eq. 40)."""
 
     def pin(s):
-        place, heading, curvature = path.along(s)
+        position, heading, curvature = path.along(s)
         tangent = np.array([np.cos(heading), np.sin(heading)])
         # the belt runs clockwise: the centre of an arc lies to the right of the tangent
-        return place.T, vdot * tangent + v**2 * curvature * np.array([tangent[1], -tangent[0]])
+        return position.T, vdot * tangent + v**2 * curvature * np.array([tangent[1], -tangent[0]])
 
     (rear, of_rear), (front, of_front) = pin(s - LINK_LENGTH / 2), pin(s + LINK_LENGTH / 2)
     along = (front - rear) / np.hypot(*(front - rear))
@@ -267,10 +267,10 @@ def _impacts(t, s, path, speed, rng):
     mean_speed = speed.loop_hz * path.length
     longest = int(np.ceil(IMPACT_S[1] * rate)) + 1
     out = np.zeros((3, t.size + longest))
-    for i, place in enumerate(path.start[:-1]):
+    for i, begin in enumerate(path.start[:-1]):
         running_on = i % 2 == 0  # arcs begin at even places; the number of pitches tells how far away the impact is
-        number = np.arange(np.ceil((s[0] - place) / pitch), np.floor((s[-1] - place) / pitch) + 1)
-        time = np.interp(place + number * pitch, s, t)
+        number = np.arange(np.ceil((s[0] - begin) / pitch), np.floor((s[-1] - begin) / pitch) + 1)
+        time = np.interp(begin + number * pitch, s, t)
         links = np.minimum(number % PITCHES, -number % PITCHES)
         share = np.where(links == 0, 1.0, FAR * np.exp(-(links - 1) * pitch / REACH))
         peak = IMPACT_G * mean_speed * (1.0 if running_on else LEAVING) * share

@@ -13,15 +13,15 @@ onstart:
     # Snakemake's own handler waits for a lock that the loop which it interrupts may hold, and then hangs
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     # what a killed job was writing: no write takes an hour
-    for part in Path(R).rglob(".*.part*"):
-        if part.stat().st_mtime < time.time() - 3600:
-            part.unlink(missing_ok=True)
+    for temporary in Path(R).rglob(".*.part*"):
+        if temporary.stat().st_mtime < time.time() - 3600:
+            temporary.unlink(missing_ok=True)
 
 
-def figure(name, place=""):
+def figure(name, folder=""):
     """PNG and SVG of a figure; scripts name the first, the other is saved beside it. `snakemake --report` shows it."""
     item = ITEMS.get(name) or ITEMS.get(name.split("_")[0])  # fig17_a
-    png, svg = (f"{R}/{place}figures/{name}.{ending}" for ending in ("png", "svg"))
+    png, svg = (f"{R}/{folder}figures/{name}.{ending}" for ending in ("png", "svg"))
     return [png, report(svg, **in_report("Figures", item.label or name, item.title)) if item else svg]
 
 
@@ -30,15 +30,15 @@ def in_report(category, name, title):
     return {"category": category, "labels": {"result": name, "shows": title}, "caption": "../caption.rst"}
 
 
-def figures(names, place="", key="figures"):
+def figures(names, folder="", key="figures"):
     """The same of several: scripts name those of the key, and the vectors are saved beside them."""
-    png, svg = zip(*(figure(name, place) for name in names))
+    png, svg = zip(*(figure(name, folder) for name in names))
     return {key: list(png), f"{key}_vectors": list(svg)}
 
 
-def table(name, key="csv", place=""):
+def table(name, key="csv", folder=""):
     """CSV of a table by its key, and the same in Markdown, which is written beside it."""
-    path = f"{R}/{place}tables/{name}"
+    path = f"{R}/{folder}tables/{name}"
     return {key: f"{path}.csv", "md" if key == "csv" else f"{key}_md": f"{path}.md"}
 
 
@@ -74,8 +74,8 @@ def short(rule):
     return expand(rule.output, short="short/")
 
 
-def recording(run, place=""):
-    return f"{R}/{place}runs/{run}.npz"
+def recording(run, folder=""):
+    return f"{R}/{folder}runs/{run}.npz"
 
 
 def plain_scene(scene):

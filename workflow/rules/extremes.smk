@@ -9,11 +9,11 @@ rule extremes_part:
         needs("study/extremes/run.py"),
         rig=CONFIG.rig,
         kernels=SEVERAL_METHODS,
-    output: f"{R}/{{short}}extremes/{{part}}.csv"
+    output: f"{R}/{{short}}extremes/{{family}}.csv"
     params: form=form("extremes")
     priority: 30
-    log: f"{R}/logs/{{short}}extremes/{{part}}.log"
-    message: "Extremes: {wildcards.short}{wildcards.part}"
+    log: f"{R}/logs/{{short}}extremes/{{family}}.log"
+    message: "Extremes: {wildcards.short}{wildcards.family}"
     script: "../replication/study/extremes/run.py"
 
 
@@ -22,7 +22,7 @@ rule extremes_form:
     input:
         needs("report/figures/extremes.py"),
         parts=lambda wildcards: [
-            f"{R}/{wildcards.short}extremes/{part}.csv" for part in parts_of(form_of("extremes", wildcards))
+            f"{R}/{wildcards.short}extremes/{family}.csv" for family in parts_of(form_of("extremes", wildcards))
         ],
     output:
         csv=f"{R}/{{short}}extremes.csv",

@@ -1,4 +1,4 @@
-# The independent multibody code in the place of the paper's commercial one: Figures 13, 14, Table 2. What runs knows no
+# The independent multibody code instead of the paper's commercial one: Figures 13, 14, Table 2. What runs knows no
 # figure and no caption: a change of these runs nothing again.
 
 

@@ -8,13 +8,13 @@ LETTERS = dict(zip("abcdefgh", CONFIG.records.speeds_rpm))
 PARTS = {"records": r"[\d.]+rpm|coarse/.*", "ring": "ring/.*", "meshing": "meshing/.*"}
 
 
-def part_of(part):
-    """Runs of a part."""
-    return lambda wildcards: [run for run in RIGS[wildcards.place][1] if re.fullmatch(PARTS[part or wildcards.part], run)]
+def runs_of(kind):
+    """Runs of a kind: records, ring study or meshing process."""
+    return lambda wildcards: [run for run in RIGS[wildcards.folder][1] if re.fullmatch(PARTS[kind or wildcards.kind], run)]
 
 
-def recordings_of(part=""):
-    return lambda wildcards: [recording(run, wildcards.place) for run in part_of(part)(wildcards)]
+def recordings_of(kind=""):
+    return lambda wildcards: [recording(run, wildcards.folder) for run in runs_of(kind)(wildcards)]
 
 
 rule measure:
@@ -22,10 +22,10 @@ rule measure:
     input:
         needs("pipeline/metrics.py"),
         recordings=recordings_of(),
-    output: csv=f"{R}/{{place}}measured/{{part}}.csv"
-    params: runs=part_of("")
-    wildcard_constraints: part="records|ring"
-    log: f"{R}/logs/{{place}}measure/{{part}}.log"
+    output: csv=f"{R}/{{folder}}measured/{{kind}}.csv"
+    params: runs=runs_of("")
+    wildcard_constraints: kind="records|ring"
+    log: f"{R}/logs/{{folder}}measure/{{kind}}.log"
     message: "Measuring {output.csv}"
     script: "../replication/pipeline/metrics.py"
 
@@ -34,16 +34,16 @@ rule metrics:
     """All numbers that claims and the page are made of, and the events of the meshing process."""
     input:
         needs("pipeline/metrics.py"),
-        parts=[f"{R}/{{place}}measured/{part}.csv" for part in ("records", "ring")],
+        parts=[f"{R}/{{folder}}measured/{kind}.csv" for kind in ("records", "ring")],
         recordings=recordings_of("meshing"),
     output:
-        csv=f"{R}/{{place}}metrics.csv",
-        schema=f"{R}/{{place}}metrics.schema.json",
-        events=f"{R}/{{place}}events.csv",
-        events_schema=f"{R}/{{place}}events.schema.json",
-        spells=f"{R}/{{place}}spells.csv",
-    params: runs=part_of("meshing")
-    log: f"{R}/logs/{{place}}metrics.log"
+        csv=f"{R}/{{folder}}metrics.csv",
+        schema=f"{R}/{{folder}}metrics.schema.json",
+        events=f"{R}/{{folder}}events.csv",
+        events_schema=f"{R}/{{folder}}events.schema.json",
+        spells=f"{R}/{{folder}}spells.csv",
+    params: runs=runs_of("meshing")
+    log: f"{R}/logs/{{folder}}metrics.log"
     message: "Measuring {output.csv}"
     script: "../replication/pipeline/metrics.py"
 

@@ -32,18 +32,18 @@ use rule warm_up as warm_up_method with:
 
 
 # By the folder of a rig's results: its file, its scenes, and when contacts are known. That of the first rig is the folder of
-# all; one rule makes the runs of every rig, and the wildcard `place` tells them apart.
+# all; one rule makes the runs of every rig, and the wildcard `folder` tells them apart.
 RIGS = {"": (CONFIG.rig, SCENES, CONFIG.known)}
 RIGS |= {f"rigs/{name}/": (other.rig, OTHERS[name], CONFIG.known_of(name)) for name, other in CONFIG.other_rigs.items()}
 
 
 def rig_of(wildcards):
-    return RIGS[wildcards.place][0]
+    return RIGS[wildcards.folder][0]
 
 
 def scenes_of(runs):
     """Runs by the wildcards of a job, as plain data for the parameters of a rule."""
-    return lambda wildcards: [plain_scene(RIGS[wildcards.place][1][run.format(**wildcards)]) for run in runs]
+    return lambda wildcards: [plain_scene(RIGS[wildcards.folder][1][run.format(**wildcards)]) for run in runs]
 
 
 rule simulate:
@@ -52,11 +52,11 @@ rule simulate:
         needs("pipeline/runs.py"),
         rig=rig_of,
         kernels=KERNELS,
-    output: recording("{run}", "{place}")
+    output: recording("{run}", "{folder}")
     # what the run is asked to do: a change in the configuration reruns only the runs it touches
     params: scenes=scenes_of(["{run}"])
-    log: f"{R}/logs/{{place}}simulate/{{run}}.log"
-    message: "Simulating {wildcards.place}{wildcards.run}"
+    log: f"{R}/logs/{{folder}}simulate/{{run}}.log"
+    message: "Simulating {wildcards.folder}{wildcards.run}"
     script: "../replication/pipeline/runs.py"
 
 
@@ -69,10 +69,10 @@ rule ring_runs:
         needs("pipeline/steady_runs.py"),
         rig=rig_of,
         kernels=KERNELS,
-    output: [recording(run, "{place}") for run in OF_A_RING]
+    output: [recording(run, "{folder}") for run in OF_A_RING]
     params:
         scenes=scenes_of(OF_A_RING),
-        known=lambda wildcards: RIGS[wildcards.place][2].model_dump(),
-    log: f"{R}/logs/{{place}}ring/{{radius}}.log"
-    message: "The ring study: {wildcards.place}{wildcards.radius}"
+        known=lambda wildcards: RIGS[wildcards.folder][2].model_dump(),
+    log: f"{R}/logs/{{folder}}ring/{{radius}}.log"
+    message: "The ring study: {wildcards.folder}{wildcards.radius}"
     script: "../replication/pipeline/steady_runs.py"

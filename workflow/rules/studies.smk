@@ -51,18 +51,18 @@ rule trade_scene:
         needs("study/accuracy/trade.py"),
         rig=CONFIG.rig,
         kernels=SEVERAL_METHODS,
-    output: **{name: f"{R}/{{short}}trade/{name}_{{part}}.csv" for name in TRADE_DATA}
+    output: **{name: f"{R}/{{short}}trade/{name}_{{scenes}}.csv" for name in TRADE_DATA}
     params: form=form("trade")
     priority: 40 # data, promises and the study wait for it
-    log: f"{R}/logs/{{short}}trade/{{part}}.log"
-    message: "Accuracy against cost: {wildcards.short}{wildcards.part}"
+    log: f"{R}/logs/{{short}}trade/{{scenes}}.log"
+    message: "Accuracy against cost: {wildcards.short}{wildcards.scenes}"
     script: "../replication/study/accuracy/trade.py"
 
 
 def trade_parts(name):
     """Data of one name, a file a scene."""
     return lambda wildcards: [
-        f"{R}/{wildcards.short}trade/{name}_{part}.csv" for part in measured_scenes(form_of("trade", wildcards))
+        f"{R}/{wildcards.short}trade/{name}_{scenes}.csv" for scenes in measured_scenes(form_of("trade", wildcards))
     ]
 
 
@@ -72,11 +72,11 @@ rule trade_promises:
         needs("study/accuracy/promises.py"),
         rig=CONFIG.rig,
         kernels=SEVERAL_METHODS,
-    output: f"{R}/{{short}}trade/promises_{{part}}.csv"
+    output: f"{R}/{{short}}trade/promises_{{scenes}}.csv"
     params: form=form("trade")
     priority: 40
-    log: f"{R}/logs/{{short}}trade/promises_{{part}}.log"
-    message: "The planner: {wildcards.short}{wildcards.part}"
+    log: f"{R}/logs/{{short}}trade/promises_{{scenes}}.log"
+    message: "The planner: {wildcards.short}{wildcards.scenes}"
     script: "../replication/study/accuracy/promises.py"
 
 

@@ -48,20 +48,20 @@ class Finding:
     text: str = ""  # by how much, and where
 
 
-def compare_manifests(found: dict[str, Any], expected: dict[str, Any]) -> list[Finding]:
+def compare_manifests(manifest: dict[str, Any], expected: dict[str, Any]) -> list[Finding]:
     """Compare the files of two manifests.
 
     There is one finding a file of either, by name; of files that hold times those alone that are damaged.
     """
-    ours, theirs = found["files"], expected["files"]
-    timed = {*found["hold_times"], *expected["hold_times"]}
+    ours, theirs = manifest["files"], expected["files"]
+    timed = {*manifest["hold_times"], *expected["hold_times"]}
     findings = []
     for name in sorted({*ours, *theirs} - timed):
         status, text = _judge(name, ours.get(name), theirs.get(name))
-        if status in (WITHIN, BYTES) and (fault := _damage(Path(found["folder"], name))):
+        if status in (WITHIN, BYTES) and (fault := _damage(Path(manifest["folder"], name))):
             status, text = DIFFERS, fault
         findings.append(Finding(name, (ours.get(name) or theirs[name]).get("shows", ""), status, text))
-    faults = {name: _damage(Path(found["folder"], name)) for name in found["hold_times"]}
+    faults = {name: _damage(Path(manifest["folder"], name)) for name in manifest["hold_times"]}
     return findings + [Finding(name, "", DIFFERS, fault) for name, fault in faults.items() if fault]
 
 

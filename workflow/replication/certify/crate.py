@@ -69,25 +69,25 @@ def write_crate(
         )
     crate = ROCrate(version="1.1")
     _fill(crate, results, manifest | {"hold_times": present["hold_times"]}, recordings, agent)
-    place = results / CRATE if out is None else Path(out)
-    with replacing(place) as part:
-        crate.write_zip(part)
-    return place
+    path = results / CRATE if out is None else Path(out)
+    with replacing(path) as temporary:
+        crate.write_zip(temporary)
+    return path
 
 
 def _fill(crate: Any, results: Path, manifest: dict[str, Any], recordings: bool, agent: str | None) -> None:
     """Entities of a crate: the workflow, the program, inputs, results, and the run that joins them."""
     from rocrate.model import ContextEntity
 
-    def context(place: str, kind: str, **properties) -> Any:
-        return crate.add(ContextEntity(crate, place, properties={"@type": kind, **properties}))
+    def context(identifier: str, kind: str, **properties) -> Any:
+        return crate.add(ContextEntity(crate, identifier, properties={"@type": kind, **properties}))
 
     cited = read_yaml(ROOT / "CITATION.cff")
     made = datetime.fromtimestamp((results / NAME).stat().st_mtime, UTC).isoformat(timespec="seconds")
     root = crate.root_dataset
     root["conformsTo"] = [
-        context(place, "CreativeWork", name=title, version=place.rpartition("/")[2])
-        for place, title in PROFILES.items()
+        context(identifier, "CreativeWork", name=title, version=identifier.rpartition("/")[2])
+        for identifier, title in PROFILES.items()
     ]
     paper, what = cited["references"][0], "Figures, tables and claims of one run, with the workflow and its inputs."
     root["name"], root["description"] = "A run of trackdyn", f"{cited['abstract']} {what}"
@@ -104,8 +104,8 @@ def _fill(crate: Any, results: Path, manifest: dict[str, Any], recordings: bool,
         ROOT / "Snakefile", "Snakefile", main=True, lang="snakemake",
         lang_version=made_with["versions"]["snakemake"], properties=about,
     )  # fmt: skip
-    for place in PROGRAM:
-        for path in [ROOT / place] if (ROOT / place).is_file() else sorted((ROOT / place).rglob("*")):
+    for identifier in PROGRAM:
+        for path in [ROOT / identifier] if (ROOT / identifier).is_file() else sorted((ROOT / identifier).rglob("*")):
             if path.is_file() and path.suffix in FORMATS:
                 _file(crate, path, path.relative_to(ROOT).as_posix(), None, path.name)
     _file(crate, ROOT / "README.md", "README.md", None, "README.md")["about"] = root

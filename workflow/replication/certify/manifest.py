@@ -83,17 +83,17 @@ def run_files(results: Path | str) -> list[str]:
         raise InputError(f"{results}: no such folder; give the results of a run, such as results")
     # a folder with kernels of its own, such as results/quick, is another run
     others = [path.parent for path in results.rglob("kernels") if path.parent != results]
-    found = []
+    names = []
     for path in sorted(results.rglob("*")):
-        place = path.relative_to(results)
-        comparison = place.parts[0] in ("logs", "benchmarks", "kernels", NAME, "ro-crate-metadata.json")
-        hidden = any(part.startswith(".") for part in place.parts)
+        relative = path.relative_to(results)
+        comparison = relative.parts[0] in ("logs", "benchmarks", "kernels", NAME, "ro-crate-metadata.json")
+        hidden = any(component.startswith(".") for component in relative.parts)
         foreign = any(path.is_relative_to(other) for other in others)
         if path.suffix in KINDS and path.is_file() and not (comparison or hidden or foreign):
-            found.append(place.as_posix())
-    if not found:
+            names.append(relative.as_posix())
+    if not names:
         raise InputError(f"{results}: holds no figure, table or recording; make them with `snakemake -j2`")
-    return found
+    return names
 
 
 def describe(results: Path | str, inputs: Iterable[Path | str] = (), complete: bool = False) -> dict[str, Any]:
@@ -125,10 +125,10 @@ def describe(results: Path | str, inputs: Iterable[Path | str] = (), complete: b
 
 def write_manifest(results: Path | str, inputs: Iterable[Path | str] = ()) -> Path:
     """Write ``manifest.json`` into a results folder; the same results give the same bytes."""
-    place = Path(results, NAME)
+    path = Path(results, NAME)
     manifest = {name: value for name, value in describe(results, inputs).items() if name != "folder"}
-    write_text(place, json.dumps(manifest, indent=1, ensure_ascii=False) + "\n")
-    return place
+    write_text(path, json.dumps(manifest, indent=1, ensure_ascii=False) + "\n")
+    return path
 
 
 def load_manifest(path: Path | str) -> dict[str, Any]:
@@ -152,13 +152,13 @@ def read_cells(text: str) -> pd.DataFrame:
 
 def _shows(results: Path) -> dict[str, str]:
     """File names to labels such as ``Figure 24``, or the title of one of our own."""
-    found = {}
+    shown = {}
     for item in (*PAPER, *OWN, *OF_STUDIES):
         for folder in (results, results / "short"):
             for path in item.files(folder):
                 for twin in (path, path.with_suffix(".svg"), path.with_suffix(".md")):
-                    found[twin.relative_to(results).as_posix()] = item.label or item.title
-    return found
+                    shown[twin.relative_to(results).as_posix()] = item.label or item.title
+    return shown
 
 
 def _entry(path: Path, complete: bool) -> dict[str, Any]:

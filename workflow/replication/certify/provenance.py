@@ -21,7 +21,7 @@ def check_sources(recordings: Iterable[Path], expected: str | None = None) -> di
     The first that another version made is refused.
     """
     expected = expected or source_hash()
-    found = {}
+    records = {}
     for path in recordings:
         meta, _ = read_npz(path, "trackdyn recording", float("inf"), arrays=False)
         if meta.get("sources") != expected:
@@ -29,8 +29,8 @@ def check_sources(recordings: Iterable[Path], expected: str | None = None) -> di
                 f"{path}: was made by another version of the program (sources {meta.get('sources')}, present "
                 f"{expected}); run `snakemake -j2` again, or remove the file if no run of the configuration makes it"
             )
-        found[str(path)] = meta
-    return found
+        records[str(path)] = meta
+    return records
 
 
 def file_hash(path: Path | str) -> str:

@@ -20,9 +20,9 @@ def verify(
     from replication.certify.comparison import EQUAL, compare_manifests, failed, findings_summary
     from replication.certify.manifest import NAME, describe, load_manifest
 
-    place = results / NAME if against is None else against
-    expected = describe(place, complete=True) if place.is_dir() else load_manifest(place)
-    findings = compare_manifests(describe(results, complete=place.is_dir()), expected)
+    reference = results / NAME if against is None else against
+    expected = describe(reference, complete=True) if reference.is_dir() else load_manifest(reference)
+    findings = compare_manifests(describe(results, complete=reference.is_dir()), expected)
     for finding in findings:
         if finding.status != EQUAL:
             typer.echo(
@@ -30,7 +30,7 @@ def verify(
             )
     typer.echo(findings_summary(findings))
     if bad := failed(findings, exact):
-        raise InputError(f"{results}: {len(bad)} of {len(findings)} files are not those of {place}")
+        raise InputError(f"{results}: {len(bad)} of {len(findings)} files are not those of {reference}")
 
 
 def crate(

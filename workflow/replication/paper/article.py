@@ -8,11 +8,11 @@ from replication.paper.paper_tables import value_difference
 
 
 def _cells(e: Evidence, name: str, speeds) -> np.ndarray:
-    found = {} if e.tables is None else e.tables.statistics(name)
+    statistics = {} if e.tables is None else e.tables.statistics(name)
     table, column = ("Table 4", "rms") if name == "coarse_rms" else ("Table 3", name)
-    if missing := [f"{rpm:g}" for rpm in speeds if rpm not in found]:
+    if missing := [f"{rpm:g}" for rpm in speeds if rpm not in statistics]:
         raise NotThere(f"{table} is not filled in: {column} at {', '.join(missing)} rpm")
-    return np.array([found[rpm] for rpm in speeds])
+    return np.array([statistics[rpm] for rpm in speeds])
 
 
 def _against(what, e, speeds):

@@ -146,20 +146,20 @@ def _named(claim: Claim, measured, speeds) -> list[tuple[float, str, float]]:
     many = isinstance(measured, list | tuple) and not isinstance(measured, Range)
     items = list(measured) if many else [measured]
     by_speed = MEASURES[claim.measure].by_speed and len(items) == len(speeds)
-    found = []
+    numbers = []
     for i, item in enumerate(items):
         rpm = speeds[i] if by_speed else speeds[0] if len(speeds) == 1 else float("nan")
         count = "" if by_speed or len(items) == 1 else str(i + 1)
         parts = (("least", item.low), ("largest", item.high)) if isinstance(item, Range) else (("", item),)
-        found += [(rpm, " ".join(filter(None, (count, name))), float(one)) for name, one in parts]
-    return found
+        numbers += [(rpm, " ".join(filter(None, (count, name))), float(one)) for name, one in parts]
+    return numbers
 
 
 def _values(claim: Claim, measured, speeds) -> tuple[Value, ...]:
     """The numbers of a measure, each with its own distance and test."""
-    if not (found := _named(claim, measured, speeds)):
+    if not (named := _named(claim, measured, speeds)):
         return ()
-    numbers = np.array([one for _, _, one in found])
+    numbers = np.array([one for _, _, one in named])
     one_sided = claim.rule in ONE_SIDED
     printed = np.full(len(numbers), np.nan)
     away, met = printed.copy(), [None] * len(numbers)
@@ -179,7 +179,7 @@ def _values(claim: Claim, measured, speeds) -> tuple[Value, ...]:
             away = np.where(np.isfinite(off), away, np.inf)
     elif claim.rule == "rising":
         met = list(np.isfinite(numbers) & np.r_[True, numbers[1:] > (1 - claim.within) * numbers[:-1]])
-    rows = zip(found, printed, away, met, strict=True)
+    rows = zip(named, printed, away, met, strict=True)
     return tuple(
         Value(*name, float(bound), float(far), None if good is None else bool(good)) for name, bound, far, good in rows
     )
@@ -253,8 +253,8 @@ def printed_text(claim: Claim, speeds=()) -> str:
     return f"ours: {claim.rule.replace('_', ' ')} {text}" if claim.ours else text
 
 
-def _row(rig: str, claim: Claim, found: Judgement) -> dict:
-    measured, verdict, speeds = found
+def _row(rig: str, claim: Claim, judgement: Judgement) -> dict:
+    measured, verdict, speeds = judgement
     reasons = [claim.reason] if verdict in (SHOWN, NOT_COMPARABLE) else [claim.reason, claim.otherwise]
     return {
         **claim.model_dump(include={"id", "part", "place", "claim", "unit", "fails_if"}),
@@ -278,11 +278,11 @@ def _standard_error(claim: Claim, e: Evidence, rpm: float) -> float:
     return float(row.get(error_of(column), np.nan))
 
 
-def _value_rows(rig: str, claim: Claim, e: Evidence, found: Judgement, values: tuple[Value, ...]) -> list[dict]:
+def _value_rows(rig: str, claim: Claim, e: Evidence, judgement: Judgement, values: tuple[Value, ...]) -> list[dict]:
     of_claim = claim.model_dump(include={"id", "part", "unit", "rule", "tolerance"})
     return [
         {"rig": rig, **of_claim, **one._asdict(), "standard_error": _standard_error(claim, e, one.rpm),
-         "verdict": found.verdict}
+         "verdict": judgement.verdict}
         for one in values
     ]  # fmt: skip
 
@@ -298,6 +298,6 @@ def judge_all(claims: list[Claim], rigs: Mapping[str, Evidence]) -> tuple[pd.Dat
         A row for every number that a verdict is made from, columns ``VALUE_COLUMNS``.
     """
     judged = [(rig, claim, e, *examine(claim, e)) for rig, e in rigs.items() for claim in claims]
-    card = [_row(rig, claim, found) for rig, claim, _, found, _ in judged]
+    card = [_row(rig, claim, judgement) for rig, claim, _, judgement, _ in judged]
     values = [row for one in judged for row in _value_rows(*one)]
     return pd.DataFrame(card, columns=list(COLUMNS)), pd.DataFrame(values, columns=list(VALUE_COLUMNS))

@@ -250,14 +250,14 @@ def _growths(side, evidence, speeds):
 
 def _steps(column, evidence, speeds):
     """Least ratio of a force at neighbouring radii, larger over smaller, at every speed."""
-    found = []
+    ratios = []
     for rpm in speeds:
         values = evidence.study(rpm)[column].to_numpy()
         before, after = values[:-1], _some(values[1:])
         # a ring that nothing touches bears no force at one radius, and any at the next
         none = np.where(after > 0, np.inf, 1.0)
-        found.append(float(np.divide(after, before, out=none, where=before != 0).min()))
-    return found
+        ratios.append(float(np.divide(after, before, out=none, where=before != 0).min()))
+    return ratios
 
 
 register_all(_growths, "study", left_growth_with_speed="left", ring_growth_with_speed="ring")

@@ -155,12 +155,12 @@ def load_article(path: Path | str) -> PaperTables:
     for name, text in (("rms", printed.RMS_DIFFERENCE), ("sd", printed.SD_DIFFERENCE)):
         simulated, measured = (tables.statistics(f"{name}_{source}") for source in ("simulation", "experiment"))
         for rpm in sorted(simulated.keys() & measured.keys() & text.value.keys()):
-            found = value_difference(simulated[rpm], measured[rpm])
-            if abs(found - text.value[rpm]) > ROUNDED_DIFFERENCE:
+            difference = value_difference(simulated[rpm], measured[rpm])
+            if abs(difference - text.value[rpm]) > ROUNDED_DIFFERENCE:
                 raise InputError(
                     f"{path}: table3.speeds.{rpm}.{name}_simulation = {simulated[rpm]:.6g} g and {name}_experiment = "
-                    f"{measured[rpm]:.6g} g differ by {found:.3g} % where the text prints {text.value[rpm]:g} %; cells "
-                    "that differ as printed are accepted"
+                    f"{measured[rpm]:.6g} g differ by {difference:.3g} % where the text prints {text.value[rpm]:g} %; "
+                    "cells that differ as printed are accepted"
                 )
     return tables
 

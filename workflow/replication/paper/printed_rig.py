@@ -51,16 +51,16 @@ def write_printed_rig(out: Path, tables: Path | str, rig: Path | str) -> list[st
     """
     cells = load_article(tables)
     load_rig(rig)
-    part = out
+    written = out
     try:
         changes = printed_changes(read_rig(rig), cells, str(tables))
         like = str(rig) if str(rig) in shipped_rigs() else os.path.relpath(rig_path(rig), out.resolve().parent)
         text = yaml.safe_dump({"like": Path(like).as_posix()} | changes, sort_keys=False, width=120, allow_unicode=True)
-        with replacing(out) as part:
-            part.write_text(f"# made by trackdyn article from {tables}\n{text}", encoding="utf-8")
-            load_rig(part)
+        with replacing(out) as written:
+            written.write_text(f"# made by trackdyn article from {tables}\n{text}", encoding="utf-8")
+            load_rig(written)
     except InputError as error:
-        raise InputError(f"{tables}: {str(error).removeprefix(f'{part}: ')}") from None
+        raise InputError(f"{tables}: {str(error).removeprefix(f'{written}: ')}") from None
     outside = []
     for section, fields in changes.items():
         for field, entry in fields.items() if "value" not in fields else [("", fields)]:
@@ -99,17 +99,17 @@ def _table1_groove(tables: PaperTables, teeth: int) -> list[list[float]] | None:
 def _refuse_angles(tables: PaperTables, groove: Groove, off: float) -> None:
     """Refuse directions and spread angles that are not those of the arcs; ``off`` (rad) is what rounding may do."""
     table = tables.table1
-    for name, found, scale in (
+    for name, angles, scale in (
         ("u_x", groove.direction[:, 0], 1.0),
         ("u_y", groove.direction[:, 1], 1.0),
         ("theta", groove.half_angle, FACTORS[table.units.theta]),
     ):
         cells = {area: value for area, row in table.areas.items() if (value := getattr(row, name)) is not None}
         for area, value in cells.items():
-            if abs(scale * value - found[area - 1]) > off + scale * half_unit(cells.values()):
+            if abs(scale * value - angles[area - 1]) > off + scale * half_unit(cells.values()):
                 raise InputError(
                     f"table1.areas.{area}.{name} = {value:g} is not what centres and radii give, "
-                    f"{found[area - 1] / scale:.5g}; cells that agree, or null, are accepted"
+                    f"{angles[area - 1] / scale:.5g}; cells that agree, or null, are accepted"
                 )
 
 
@@ -130,7 +130,7 @@ def printed_changes(data: dict, tables: PaperTables, file: str) -> dict[str, Any
         else:
             changes[section] = entry
 
-    known = [f"{key}.{field}" for key, part in data.items() if isinstance(part, dict) for field in part]
+    known = [f"{key}.{field}" for key, entries in data.items() if isinstance(entries, dict) for field in entries]
     for name, entry in tables.parameters.items():
         if name in OWN or entry.value is None:
             continue  # the rig may be another one, without that parameter

@@ -92,9 +92,9 @@ def statements(card: pd.DataFrame, names: Sequence[str] = tuple(SHORT)) -> pd.Da
             continue
         printed = parts["printed"].iloc[0]
         row = {"statement": SHORT[wanted], "printed": "in words" if printed.startswith("ours") else printed}
-        for rig, part in parts.iterrows():
-            value = "" if part["verdict"] == NOT_COMPARABLE else part["measured"]
-            row[f"rig {rig}"] = f"{value} {MARKS[part['verdict']]}".strip()
+        for rig, judged in parts.iterrows():
+            value = "" if judged["verdict"] == NOT_COMPARABLE else judged["measured"]
+            row[f"rig {rig}"] = f"{value} {MARKS[judged['verdict']]}".strip()
         rows.append(row)
     return pd.DataFrame(
         rows, columns=["statement", "printed", *(f"rig {rig}" for rig in dict.fromkeys(card["rig"]))]

@@ -1,3 +1,3 @@
-"""Exudyn, an independent multibody code in the place of the commercial one that the paper compares itself with."""
+"""Exudyn, an independent multibody code instead of the commercial one that the paper compares itself with."""
 
 OURS, PEER = "trackdyn", "exudyn"  # names of the codes, as tables have them

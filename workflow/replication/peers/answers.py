@@ -122,20 +122,20 @@ def _answers(
     rate: float, run: Callable,
 ) -> list[dict]:  # fmt: skip
     """Rows of a code."""
-    found, spent, rows = {}, {}, []
+    measured, spent, rows = {}, {}, []
     for setting in settings:
         try:
             centre, *spent[setting] = run(*setting)
-            found[setting] = measured_accelerations(centre, rate, span)
+            measured[setting] = measured_accelerations(centre, rate, span)
         except (DivergenceError, InputError) as error:
             rows.append({"code": code, "method": setting[0], "step_s": setting[1], "note": str(error)})
         print(f"{code}, {setting[0]}, {setting[1]:g} s", flush=True)
-    fine = {step: series for (method, step), series in found.items() if method == extrapolated}
+    fine = {step: series for (method, step), series in measured.items() if method == extrapolated}
     if len(fine) < 2:
         raise InputError(f"peer_answers: fewer than two steps of {code} ran; add finer steps")
     limit = limit_of(fine, ORDERS[extrapolated])
     passages = np.arange(LEAST, MOST)
-    for (method, step), series in found.items():
+    for (method, step), series in measured.items():
         estimate = series.estimate()
         off, noise = (value / limit.value for value in difference(series, limit))
         scatter = estimate.error / limit.value * len(series.values) ** 0.5

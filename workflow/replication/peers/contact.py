@@ -49,7 +49,7 @@ class Memory(NamedTuple):
 def make_contacts(scene: Scene, shift: float, arcs: int = 10) -> Contacts:
     """Constants for a scene whose tensioning wheel is shifted by ``shift`` (m).
 
-    ``arcs`` of a groove: 10 as in the scene, 8 with edges in place of the two tip arcs, 0 for a plain sprocket with
+    ``arcs`` of a groove: 10 as in the scene, 8 with edges instead of the two tip arcs, 0 for a plain sprocket with
     its ring.
     """
     rig, groove = scene.rig, scene.rig.groove_profile

@@ -99,10 +99,10 @@ def free_wheels(scene: Scene, model: Model) -> PeerWheels:
 def fixed(rig: Rig) -> Rig:
     """The rig as Exudyn has it: every wheel fixed where its file has it, and a prescribed speed without ripple."""
     changes = {
-        f"{name}__{part}": None
+        f"{name}__{carrier}": None
         for name, wheel in rig.rollers.items()
-        for part in ("arm", "slider")
-        if getattr(wheel, part)
+        for carrier in ("arm", "slider")
+        if getattr(wheel, carrier)
     }
     if changes or rig.drive:
         changes |= {"drive": None}
@@ -187,8 +187,8 @@ def run_exudyn_loop(
         turns.append(marker(items.MarkerNodeCoordinate(nodeNumber=nodes[-1], coordinate=2)))
 
     def pin(i, side):
-        place = [side * chain.length[i] - chain.com_x[i], -chain.com_y[i], 0.0]
-        return marker(items.MarkerBodyPosition(bodyNumber=bodies[i], localPosition=place))
+        position = [side * chain.length[i] - chain.com_x[i], -chain.com_y[i], 0.0]
+        return marker(items.MarkerBodyPosition(bodyNumber=bodies[i], localPosition=position))
 
     for i in range(n):
         k = (i + 1) % n

@@ -142,10 +142,10 @@ class Config(Section):
         if not re.fullmatch(r"(?!-)[\w./+=@%,:-]+", self.results) or longest > 200:
             accepted = "the name of a folder in letters, digits and ./+=@%,:_-, such as results/mine"
             raise InputError(f"results = {shown(self.results)}: must be {accepted}")
-        for place in (folder, *folder.parents):
-            if place.exists() and not place.is_dir():
-                raise InputError(f"results = {shown(self.results)}: {place} is a file; choose another name")
-        above = next(place for place in (folder, *folder.parents) if place.exists())
+        for ancestor in (folder, *folder.parents):
+            if ancestor.exists() and not ancestor.is_dir():
+                raise InputError(f"results = {shown(self.results)}: {ancestor} is a file; choose another name")
+        above = next(ancestor for ancestor in (folder, *folder.parents) if ancestor.exists())
         if not os.access(above, os.W_OK):
             raise InputError(f"results = {shown(self.results)}: {above} is not writable; choose another folder")
         for where in ("records.speeds_rpm", "ring_study.speeds_rpm", "ring_study.radii_m", "fidelity.speeds_rpm"):

@@ -22,7 +22,7 @@ def main(job) -> None:
     out, parts = job.output, [Path(path).read_text(encoding="utf-8") for path in job.input.get("parts", ())]
     head, _, own = runs.to_csv(index=False, lineterminator="\n", float_format="%.9g").partition("\n")
     # errors reach the seventh digit; a part has the same head
-    write_text(out.csv, f"{head}\n{own}" + "".join(part.partition("\n")[2] for part in parts))
+    write_text(out.csv, f"{head}\n{own}" + "".join(text.partition("\n")[2] for text in parts))
     if not parts:
         return
     write_text(out.schema, schema_text(runs.columns))

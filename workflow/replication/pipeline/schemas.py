@@ -19,18 +19,18 @@ MODELS: dict[str, type[BaseModel]] = {
 
 def schema(name: str, model: type[BaseModel]) -> dict[str, Any]:
     """The schema of a kind of file; a configuration states only what differs from ``config/config.yaml``."""
-    found = model.model_json_schema()
+    content = model.model_json_schema()
     if name == "config":
-        found = _without_required(found)
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **found}
+        content = _without_required(content)
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **content}
 
 
-def _without_required(part: Any) -> Any:
+def _without_required(content: Any) -> Any:
     """A schema in which nothing must be there."""
-    if isinstance(part, dict):
+    if isinstance(content, dict):
         return {
             key: _without_required(value)
-            for key, value in part.items()
+            for key, value in content.items()
             if key != "required" or not isinstance(value, list)
         }
-    return [_without_required(value) for value in part] if isinstance(part, list) else part
+    return [_without_required(value) for value in content] if isinstance(content, list) else content

@@ -82,11 +82,11 @@ def _scorecard(card: pd.DataFrame, rigs: list[str]) -> list[list]:
         {"printed": str, "measured": str}
     )
     rows = []
-    for (name, part), of in card[card["verdict"].isin(JUDGED)].groupby(["id", "part"], sort=False):
+    for (name, letter), of in card[card["verdict"].isin(JUDGED)].groupby(["id", "part"], sort=False):
         first, own = of.iloc[0], of.set_index("rig")
-        found = [[own.at[rig, "verdict"], own.at[rig, "measured"]] if rig in own.index else ["", ""] for rig in rigs]
+        verdicts = [[own.at[rig, "verdict"], own.at[rig, "measured"]] if rig in own.index else ["", ""] for rig in rigs]
         unit = f" {first['unit']}" if any(map(str.isdigit, first["printed"])) and first["unit"] not in ("", "1") else ""
-        rows.append([f"{name}{part}", first["claim"], f"{first['printed']}{unit}", *found])
+        rows.append([f"{name}{letter}", first["claim"], f"{first['printed']}{unit}", *verdicts])
     return rows
 
 
@@ -109,8 +109,8 @@ def write_article(values: dict[str, Any], values_path: Path, template: Path, fig
         )
     except typst.TypstError as error:
         raise TrackdynError(f"{template}: {error}") from None
-    with replacing(pdf_path) as part:
-        part.write_bytes(made)
+    with replacing(pdf_path) as temporary:
+        temporary.write_bytes(made)
 
 
 def main(job) -> None:

@@ -73,8 +73,10 @@ def fill(page: Path, sources: Sequence[Path], write: Callable[..., str]) -> None
 def write_pages(files: Iterable[str], pages: Iterable[tuple[str, tuple[str, ...], Callable[..., str]]]) -> None:
     """Keep results in ``docs``, pictures and tables, and write the measured parts of pages anew."""
     for file in map(Path, files):
-        with replacing(Path("docs", "pictures" if file.suffix in (".gif", ".png") else "measured", file.name)) as part:
-            part.write_bytes(file.read_bytes())
+        with replacing(
+            Path("docs", "pictures" if file.suffix in (".gif", ".png") else "measured", file.name)
+        ) as temporary:
+            temporary.write_bytes(file.read_bytes())
     for page, sources, write in pages:
         fill(Path(page), [Path("docs", "measured", source) for source in sources], write)
 

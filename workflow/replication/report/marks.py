@@ -40,10 +40,10 @@ def bare(ax: Axes) -> None:
     ax.set_axis_off()
 
 
-def write_mark(ax: Axes, place, text: str, **look) -> None:
+def write_mark(ax: Axes, position, text: str, **look) -> None:
     """Text with a white rim, centred at a place."""
     look = {"ha": "center", "va": "center", "fontsize": 8, "zorder": Z_MARK + 3, "clip_on": True} | look
-    ax.text(*place, text, path_effects=HALO, **look)
+    ax.text(*position, text, path_effects=HALO, **look)
 
 
 def handle(label: str, **look) -> Line2D:
@@ -62,22 +62,22 @@ def arrow(ax: Axes, start, end, style: str = "-|>", **look) -> None:
     ax.add_patch(FancyArrowPatch(tuple(start), tuple(end), arrowstyle=style, shrinkA=0, shrinkB=0, **look))
 
 
-def point(ax: Axes, place, name: str = "", side: str = "right", gap: float = 5.0, **look) -> None:
+def point(ax: Axes, position, name: str = "", side: str = "right", gap: float = 5.0, **look) -> None:
     """A dot and its name, ``gap`` points beside it (left, right, above, below, or two of them)."""
     colour = look.pop("color", BLACK)
-    ax.plot(*place, linestyle="none", marker="o", markersize=3.5, color=colour, zorder=Z_MARK + 2)
-    steps = [STEPS[part] for part in side.split()]
+    ax.plot(*position, linestyle="none", marker="o", markersize=3.5, color=colour, zorder=Z_MARK + 2)
+    steps = [STEPS[direction] for direction in side.split()]
     dx, dy = np.sum(steps, axis=0)
     across, up = ("right", "center", "left")[int(dx) + 1], ("top", "center", "bottom")[int(dy) + 1]
     look = {"fontsize": 8.5, "ha": across, "va": up, "annotation_clip": True, "textcoords": "offset points"} | look
-    ax.annotate(name, tuple(place), (gap * dx, gap * dy), color=colour, path_effects=HALO, zorder=Z_MARK + 3, **look)
+    ax.annotate(name, tuple(position), (gap * dx, gap * dy), color=colour, path_effects=HALO, zorder=Z_MARK + 3, **look)
 
 
-def leader(ax: Axes, place, text: str, label_at, **look) -> None:
+def leader(ax: Axes, position, text: str, label_at, **look) -> None:
     """Text at ``label_at`` with a thin line to a place."""
     look = {"ha": "center", "va": "center", "fontsize": 8, "path_effects": HALO, "zorder": Z_MARK + 3} | look
     line = {"arrowstyle": "-", "linewidth": 0.6, "color": BLACK, "shrinkA": 1, "shrinkB": 0}
-    ax.annotate(text, tuple(place), tuple(label_at), arrowprops=line, **look)
+    ax.annotate(text, tuple(position), tuple(label_at), arrowprops=line, **look)
 
 
 def place_beside(ax: Axes, start, end, text: str, at: float = 0.5, side: int = 1, turned: bool = False, **look) -> None:
@@ -93,9 +93,9 @@ def place_beside(ax: Axes, start, end, text: str, at: float = 0.5, side: int = 1
         turn = (degrees(atan2(along[1], along[0])) + 90.0) % 180.0 - 90.0
         left = side * np.array([-sin(radians(turn)), cos(radians(turn))])
         look |= {"rotation": turn}
-    place = start + at * (end - start)
+    position = start + at * (end - start)
     gap = 0.95 * look["fontsize"] * left
-    ax.annotate(text, tuple(place), tuple(gap), textcoords="offset points", path_effects=HALO, **look)
+    ax.annotate(text, tuple(position), tuple(gap), textcoords="offset points", path_effects=HALO, **look)
 
 
 def vector(ax: Axes, start, end, text: str, at: float = 0.5, side: int = 1, **look) -> None:

@@ -112,7 +112,7 @@ def random_rig(number: int, seed: int = SEED) -> tuple[Rig, dict]:
     names = [f"wheel_{i}" for i in range(1, len(placed))]
     wheels, carried = {}, 0
     for i, name in enumerate(names, 1):
-        x, y, radius = (float(part) for part in placed[i])
+        x, y, radius = (float(coordinate) for coordinate in placed[i])
         wheels[name] = {
             "x": x, "y": y, "radius": radius, "inertia": 0.5 * 4 * c.link_mass * radius**2, "axial_offset": 0.0,
             "toe": 0.0, "camber": 0.0, "bearing_drag": float(base.rollers["idler"].bearing_drag), "bearing_torque": 0.0,
@@ -155,23 +155,23 @@ def run_layout(number: int, seconds: float = 1.0, seed: int = SEED) -> dict:
     rig, words = random_rig(number, seed)
     rpm = float(np.random.default_rng([seed, number, 1]).uniform(10, 60)) * rig.sprocket.transmission_ratio
 
-    def attempt(part):
+    def attempt(fraction):
         probe = Scene(rig, rpm, step=1e-6, spells=False)
         limit = largest_step(probe.model, 1.3 * rig.tension.pre_tension)
         sample = 1.0 / rig.sensor.rate
-        step = float(sample / np.ceil(sample / (part * min(limit, 1.25e-4))))
+        step = float(sample / np.ceil(sample / (fraction * min(limit, 1.25e-4))))
         scene = Scene(rig, rpm, duration=seconds, lead_in=0.0, ramp=0.3, step=step, spells=False, frame_interval=sample)
         loop = Loop(scene)
         depth = float(arc_depths(scene, *loop._parts, float(loop.state.wheel_angle[0])).max())
         allowed = explained_depth(loop.model, rig.tension.pre_tension)
         start = below(max(depth, 0.0), allowed, "depth of an arc at the start in m", at=step)
         loop.advance(scene.ramp)
-        found = invariants(scene, loop.record(seconds, frame_interval=sample, spells=False))
-        return start | found | {"reason": start["reason"] or found["reason"]}
+        values = invariants(scene, loop.record(seconds, frame_interval=sample, spells=False))
+        return start | values | {"reason": start["reason"] or values["reason"]}
 
     case = f"{number}: {words['pitches']} pitches, {words['arms']} arms, {words['kept']}, {rpm:.4g} rev/min"
-    for part in STEPS:
-        row = attempted(FAMILY, case, attempt, part)
+    for fraction in STEPS:
+        row = attempted(FAMILY, case, attempt, fraction)
         if row["outcome"] != REFUSED or not re.search(r"step.*must be at most|use a (smaller )?step", row["reason"]):
             break
     return row | {"group": ", ".join(f"{words[name]}" for name in OF_A_LAYOUT)}

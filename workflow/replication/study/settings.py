@@ -190,13 +190,13 @@ def _file(name: str) -> str:
 
 def parts_of(form: ExtremesForm) -> list[str]:
     """Names of the parts of a form, in the order of their families."""
-    random = [f"{part}_{k}" for part in RANDOM for k in range(len(random_parts(form, part)))]
+    random = [f"{family}_{k}" for family in RANDOM for k in range(len(random_parts(form, family)))]
     return [LONG_RUN, "chain", "motion", *random]
 
 
-def random_parts(form: ExtremesForm, part: str) -> list[range]:
+def random_parts(form: ExtremesForm, family: str) -> list[range]:
     """Numbers of the random rows of a family, part by part."""
-    field, most = RANDOM[part]
+    field, most = RANDOM[family]
     count = getattr(form, field)
     parts = ceil(count / most)
     return [range(k, count, parts) for k in range(parts)]

@@ -105,7 +105,7 @@ def write_animation(recording: Recording, path: Path | str) -> int:
     near = figure.add_axes((0.0, 0.35, 1.0, 0.615))
     complete = figure.add_axes((0.0, 0.0, 1.0, 0.36))
     writer = PillowWriter(fps=round(1 / (step * PACE)))
-    with replacing(path) as part, writer.saving(figure, part, dpi=DPI):
+    with replacing(path) as temporary, writer.saving(figure, temporary, dpi=DPI):
         for index in indices:
             for ax in (near, complete):
                 ax.clear()

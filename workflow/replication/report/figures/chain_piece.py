@@ -38,13 +38,13 @@ def piece_figure(rig: Rig) -> Figure:
     chain = rig.chain
     link = f"track link\n{chain.link_mass:.3g} kg\n{chain.link_inertia:.3g} kg m²"
     connector = f"connector\n{chain.connector_mass:.3g} kg\n{chain.connector_inertia:.3g} kg m²"
-    for place, name, up in (
+    for point, name, up in (
         (0.5 * (pins[2] + pins[3]) - [0.012, 0.0], link, 0.05),
         (0.5 * (pins[3] + pins[4]) + [0.012, 0.0], connector, 0.05),
         (pins[5] + [0.0, HOLE * half * 0.85], "bushing", 0.045),
         (pins[0] + [0, 0.15 * half], "pin", 0.045),
     ):
-        marks.leader(stretched, place, name, (place[0] + 0.003, high + up))
+        marks.leader(stretched, point, name, (point[0] + 0.003, high + up))
     for body in (2, 3):
         stretched.plot(*(0.5 * (pins[body] + pins[body + 1])), marker="+", color=BLACK, zorder=drawing.Z_MARK)
     stretched.set_ylim(low - 0.064, high + 0.075)
@@ -58,8 +58,8 @@ def piece_figure(rig: Rig) -> Figure:
     marks.angle(free, joint, reach, 2 * phi, 3 * phi, "")
     angle = rig.bushing.free_angle
     text = rf"$\varphi_0$ = {angle:g} rad ({np.degrees(angle):.1f}°), drawn {ENLARGED} times larger"
-    place = joint + reach * marks.polar(2.5 * phi)
-    marks.leader(free, place, text.replace("-", "\N{MINUS SIGN}"), (0.5 * pins[-1, 0] + 0.1, high + 0.035))
+    point = joint + reach * marks.polar(2.5 * phi)
+    marks.leader(free, point, text.replace("-", "\N{MINUS SIGN}"), (0.5 * pins[-1, 0] + 0.1, high + 0.035))
     free.set_ylim(pins[:, 1].min() - 0.035, high + 0.05)
     free.set_title("(b) the same piece with its bushings unloaded")
     for ax in (stretched, free):

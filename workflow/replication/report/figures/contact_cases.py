@@ -60,29 +60,29 @@ def concave_figure(rig: Rig) -> Figure:
 def _arc_figure(rig: Rig, area: int) -> Figure:
     groove, rc = rig.groove_profile, rig.chain.connector_radius
     convex = bool(groove.convex[area - 1])
-    place, centre, r = touching_centre(rig, area), groove.centre[area - 1], groove.radius[area - 1]
+    point, centre, r = touching_centre(rig, area), groove.centre[area - 1], groove.radius[area - 1]
     tooth = make_tooth(groove, rc, 0)
-    found, depth, nx, ny, effective = find_area(tooth, float(place[0]), float(place[1]))
+    touched, depth, nx, ny, effective = find_area(tooth, float(point[0]), float(point[1]))
     n, tau = np.array([nx, ny]), np.array([-ny, nx])
-    deepest = place - rc * n
+    deepest = point - rc * n
     surface = deepest + depth * n
 
     figure = new_figure(3.8)
     ax, words = figure.subplots(1, 2, width_ratios=(1.0, 0.56))
-    draw_groove(ax, rig, 0.03, emphasized=(found,))
+    draw_groove(ax, rig, 0.03, emphasized=(touched,))
     face = {"facecolor": drawing.CONNECTOR, "alpha": 0.65, "edgecolor": "none", "zorder": drawing.Z_SPROCKET + 0.2}
-    ax.add_patch(Circle(place, rc, **face))
+    ax.add_patch(Circle(point, rc, **face))
     z = drawing.Z_CONNECTOR
-    ax.add_patch(Circle(place, rc, fill=False, edgecolor=BLACK, linewidth=1.3, zorder=z + 0.1, label="arc"))
+    ax.add_patch(Circle(point, rc, fill=False, edgecolor=BLACK, linewidth=1.3, zorder=z + 0.1, label="arc"))
     dashed = {"edgecolor": "0.35", "linestyle": (0, (5, 2)), "linewidth": 0.8}
     ax.add_patch(Circle(centre, r, fill=False, **dashed, zorder=z + 0.2))
     # e and the radii lie on one line: the radii are drawn beside it
-    along = (place - centre) / np.hypot(*(place - centre))
+    along = (point - centre) / np.hypot(*(point - centre))
     across = 0.16 * rc * np.array([-along[1], along[0]])
-    marks.vector(ax, centre, place, f"$e_{area}$", 0.75 if convex else 0.5, side=-1, linewidth=1.2)
-    marks.radius(ax, place + across, deepest + across, "$r_C$", 0.4 if convex else 0.5)
+    marks.vector(ax, centre, point, f"$e_{area}$", 0.75 if convex else 0.5, side=-1, linewidth=1.2)
+    marks.radius(ax, point + across, deepest + across, "$r_C$", 0.4 if convex else 0.5)
     marks.radius(ax, centre - 2 * across, surface - 2 * across, f"$r_{area}$", 0.5, side=-1)
-    for end, away in ((place, across), (deepest, across), (centre, -2 * across), (surface, -2 * across)):
+    for end, away in ((point, across), (deepest, across), (centre, -2 * across), (surface, -2 * across)):
         marks.line(ax, end, end + 1.15 * away, color="0.45", linewidth=0.6)
     ends, offset = ((deepest, surface), 0.55) if convex else ((surface, deepest), 0.75)
     marks.dimension(ax, *ends, r"$\delta$", offset=offset * rc, turned=False, fontsize=9)
@@ -90,13 +90,13 @@ def _arc_figure(rig: Rig, area: int) -> Figure:
         end = surface + 0.45 * rc * direction
         marks.arrow(ax, surface, end, color=PURPLE, linewidth=2.2)
         marks.place_beside(ax, surface, end, name, 0.8, side, color=PURPLE, fontsize=10)
-    marks.point(ax, place, "$C$", "right" if convex else "left", gap=5)
+    marks.point(ax, point, "$C$", "right" if convex else "left", gap=5)
     marks.point(ax, centre, f"$O_{area}$", "right below" if convex else "right", gap=4)
-    points = np.array([place + rc, place - rc, centre - 2 * across, deepest - 0.4 * rc])
+    points = np.array([point + rc, point - rc, centre - 2 * across, deepest - 0.4 * rc])
     low, high = points.min(axis=0) - 0.1 * rc, points.max(axis=0) + 0.1 * rc
     ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
     marks.frame_axes(ax, "k")
-    ax.set_title(f"the left arc in area {found}")
+    ax.set_title(f"the left arc in area {touched}")
     # what the search returns for the state that is drawn, with the equations
     length, rj = f"|e_{area}|", f"r_{area}"
     law, normal, radius = rf"r_C + {rj} - {length}$   (Eq. 29)", "n = e", f"r_C + {rj}"
@@ -104,7 +104,7 @@ def _arc_figure(rig: Rig, area: int) -> Figure:
         law, normal, radius = rf"{length} + r_C - {rj}$   (Eq. 33)", "n = -e", f"{rj} - r_C"
     components = f"({n[0]:.3f}, {n[1]:.3f})".replace("-", "\N{MINUS SIGN}")
     rows = [
-        f"${length}$ = {marks.millimetres(np.hypot(*(place - centre)))}",
+        f"${length}$ = {marks.millimetres(np.hypot(*(point - centre)))}",
         rf"$\delta = {law}" + f"\n   = {marks.millimetres(depth)}, enlarged",
         f"${normal}_{area} / {length}$\n   = {components}",
         f"$R = {radius}$\n   = {marks.millimetres(effective)}",
@@ -156,9 +156,9 @@ def _draw_link_case(ax: Axes, rig: Rig, start, end) -> float:
     marks.line(ax, q * low / q[1], q, linewidth=0.9)
     marks.arrow(ax, q * (low + 0.012) / q[1], q * low / q[1], linewidth=0.9)
     marks.write_mark(ax, q * (low + 0.006) / q[1] + [0.004, 0.0], "to $O_S$", ha="left")
-    for place, name in ((start, "$A$"), (end, "$B$")):
-        if 0 < s < 1 or not np.allclose(place, q):
-            marks.point(ax, place, name, "above", gap=4)
+    for point, name in ((start, "$A$"), (end, "$B$")):
+        if 0 < s < 1 or not np.allclose(point, q):
+            marks.point(ax, point, name, "above", gap=4)
     marks.point(ax, q, "$Q$" if 0 < s < 1 else ("$Q = A$" if s <= 0 else "$Q = B$"), "above", gap=4)
     marks.point(ax, p, "$P$", "left below", gap=4)
     near = q - half * q / distance

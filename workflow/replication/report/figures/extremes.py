@@ -33,17 +33,17 @@ def solvers_figure(rows: pd.DataFrame, chunks: pd.DataFrame) -> Figure:
     table = rows[(rows["family"] == "length of the chain") & (rows["group"] != "")]
     figure = new_figure(5.0)
     errors, residuals = figure.subplots(2, 1, height_ratios=(2.0, 1.0))
-    for group, part in table.groupby("group", sort=False):
+    for group, group_rows in table.groupby("group", sort=False):
         solver, kind = group.split(", ")
         dashes, marker = KIND_LOOKS[kind]
-        part = part.astype({"at": float, "value": float, "expected": float}).sort_values("at")
-        seen = part[np.isfinite(part["value"]) & (part["value"] < ALL_LOST)]
+        group_rows = group_rows.astype({"at": float, "value": float, "expected": float}).sort_values("at")
+        seen = group_rows[np.isfinite(group_rows["value"]) & (group_rows["value"] < ALL_LOST)]
         # measured points of the literal product stand by their prediction; the sweep has none
         look = {"color": SOLVERS[solver], "linestyle": "none" if solver == "transfer_product" else dashes}
         for ax, here in ((errors, seen["measure"] != "residual"), (residuals, seen["measure"] == "residual")):
             label = f"{SOLVER_NAMES[solver]}, {kind}" if ax is errors and here.any() else None
             ax.plot(seen["at"][here], seen["value"][here], **look, marker=marker, label=label)
-        predicted = part[part["expected"].notna() & (part["expected"] < ALL_LOST)]
+        predicted = group_rows[group_rows["expected"].notna() & (group_rows["expected"] < ALL_LOST)]
         if len(predicted) > 1:
             look = {"color": BLACK, "linestyle": dashes, "linewidth": 1.2}
             errors.plot(predicted["at"], predicted["expected"], **look, label=f"predicted growth, {kind}")
@@ -96,12 +96,19 @@ def restitution_figure(rows: pd.DataFrame, chunks: pd.DataFrame) -> Figure:
     figure = new_figure(3.6)
     ax = figure.subplots()
     ax.plot([0, 1], [0, 1], **PRINTED, zorder=3, label="nominal")
-    for i, (law, part) in enumerate(table.groupby("group", sort=False)):
+    for i, (law, group_rows) in enumerate(table.groupby("group", sort=False)):
         colour = (BLUE, ORANGE)[i % 2]
-        part = part.sort_values("at")
-        ax.plot(part["at"], part["expected"], color=colour, linestyle="-")
+        group_rows = group_rows.sort_values("at")
+        ax.plot(group_rows["at"], group_rows["expected"], color=colour, linestyle="-")
         names = {"printed": "Eq. 8 as printed", "delivered": "factor that delivers it"}
-        ax.plot(part["at"], part["value"], color=colour, linestyle="none", marker=MARKERS[i], label=names.get(law, law))
+        ax.plot(
+            group_rows["at"],
+            group_rows["value"],
+            color=colour,
+            linestyle="none",
+            marker=MARKERS[i],
+            label=names.get(law, law),
+        )
     ax.set(xlabel="nominal coefficient of restitution", ylabel="delivered")
     ax.set_title("One impact integrated (points) and the closed form (lines)")
     ax.legend(loc="lower right")
@@ -114,20 +121,20 @@ def outcomes_figure(rows: pd.DataFrame, chunks: pd.DataFrame) -> Figure:
     table = extremes_summary(rows).iloc[:-1].rename(columns={"defects": DEFECT})
     figure = new_figure(0.32 * len(table) + 1.4)
     ax = figure.subplots()
-    place = np.arange(len(table))[::-1]
+    height = np.arange(len(table))[::-1]
     left = np.zeros(len(table))
     share = table[list(OUTCOMES)].div(table["rows"], axis=0) * 100
     for outcome in OUTCOMES:
         colour, hatch = LOOKS[outcome]
         width = share[outcome].to_numpy()
         total = int(table[outcome].sum())
-        ax.barh(place, width, left=left, color=colour, hatch=hatch, edgecolor="white", label=f"{outcome} ({total})")
-        for y, x, w, number in zip(place, left, width, table[outcome], strict=True):
+        ax.barh(height, width, left=left, color=colour, hatch=hatch, edgecolor="white", label=f"{outcome} ({total})")
+        for y, x, w, number in zip(height, left, width, table[outcome], strict=True):
             if number and w > 3:
                 box = {"facecolor": "white", "edgecolor": "none", "pad": 1.0, "alpha": 0.85}
                 ax.text(x + w / 2, y, str(number), ha="center", va="center", bbox=box)
         left = left + width
-    ax.set_yticks(place, [f"{name} ({n})" for name, n in zip(table["family"], table["rows"], strict=True)])
+    ax.set_yticks(height, [f"{name} ({n})" for name, n in zip(table["family"], table["rows"], strict=True)])
     ax.set(xlim=(0, 100), xlabel="cases (%)")
     ax.grid(False)
     ax.legend(loc="lower center", bbox_to_anchor=(0.45, 1.0), ncols=3, frameon=False)

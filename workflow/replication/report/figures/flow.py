@@ -30,17 +30,17 @@ def search_order(rig: Rig, left: bool) -> list[int]:
     """
     groove = rig.groove_profile
     tooth = make_tooth(groove, rig.chain.connector_radius, 0)
-    place = np.array([-1e-3 if left else 1e-3, float(groove.addendum)])
+    point = np.array([-1e-3 if left else 1e-3, float(groove.addendum)])
     width = 0.5 * tooth.arc_radius
     tooth = tooth._replace(
         # the point lies straight above every centre, in the middle between inner and outer radius
-        centre_x=np.full(10, place[0]),
-        centre_y=place[1] - groove.radius - np.where(groove.convex, width, -width),
+        centre_x=np.full(10, point[0]),
+        centre_y=point[1] - groove.radius - np.where(groove.convex, width, -width),
         direction_x=np.zeros(10),
         direction_y=np.ones(10),
     )
     order = []
-    while area := find_area(tooth, *map(float, place))[0]:
+    while area := find_area(tooth, *map(float, point))[0]:
         order.append(area)
         tooth.cos_half_angle[area - 1] = 2.0  # no angle has this cosine
     return order
@@ -51,7 +51,7 @@ class FlowStep:
     """A box of the flow chart."""
 
     text: str  # what is done or asked
-    place: tuple[float, float]  # (2,) middle of the box
+    centre: tuple[float, float]  # (2,) middle of the box
     function: str = ""  # function that does it, ``module:name`` within ``trackdyn.contact``; empty: a mere end
     equations: tuple[int, ...] = ()  # of the paper
     question: bool = False  # drawn as a decision
@@ -115,33 +115,33 @@ def _half(step: FlowStep) -> np.ndarray:
     """Half width and half height of a box."""
     if step.question:
         return np.array([2.5, 0.62])
-    return np.array([2.3 if step.place[0] == MIDDLE else 1.72, 0.36])
+    return np.array([2.3 if step.centre[0] == MIDDLE else 1.72, 0.36])
 
 
 def _draw_step(ax: Axes, step: FlowStep) -> None:
-    place, half = np.array(step.place), _half(step)
+    centre, half = np.array(step.centre), _half(step)
     look = {"edgecolor": BLACK, "linewidth": 0.9, "zorder": Z_MARK}
     if step.question:
-        corners = place + half * np.array([[-1, 0], [0, 1], [1, 0], [0, -1]])
+        corners = centre + half * np.array([[-1, 0], [0, 1], [1, 0], [0, -1]])
         ax.add_patch(Polygon(corners, facecolor=CONNECTOR, **look))
     else:
         rounding = "round,pad=0,rounding_size=0.3" if step.text[:4] in ("next", "load") else "square,pad=0"
-        ax.add_patch(FancyBboxPatch(place - half, *(2 * half), boxstyle=rounding, facecolor=ACTION, **look))
+        ax.add_patch(FancyBboxPatch(centre - half, *(2 * half), boxstyle=rounding, facecolor=ACTION, **look))
     name = step.function.partition(":")[2]
     if step.equations:
         name += f"  ({', '.join(map(str, step.equations))})"
     look = {"ha": "center", "va": "center", "zorder": Z_MARK + 1}
-    ax.text(*(place + [0, 0.13]), step.text, fontsize=SMALL, **look)
-    ax.text(*(place - [0, 0.19]), name, fontsize=SMALL, family="DejaVu Sans Mono", **look)
+    ax.text(*(centre + [0, 0.13]), step.text, fontsize=SMALL, **look)
+    ax.text(*(centre - [0, 0.19]), name, fontsize=SMALL, family="DejaVu Sans Mono", **look)
 
 
 def _draw_way(ax: Axes, start: FlowStep, end: FlowStep, text: str, corners) -> None:
-    points = np.array([start.place, *corners, end.place], dtype=float)
+    points = np.array([start.centre, *corners, end.centre], dtype=float)
     for at, neighbour, step in ((0, 1, start), (-1, -2, end)):
         points[at] += np.sign(points[neighbour] - points[at]) * _half(step)
     ax.plot(*points[:-1].T, "-", color=BLACK, linewidth=0.9, zorder=Z_MARK - 1)
     marks.arrow(ax, points[-2], points[-1], linewidth=0.9)
     if text:
         step = np.sign(points[1] - points[0])
-        place = points[0] + step * 0.16 + (np.array([0.0, 0.16]) if step[0] else np.array([0.1, -0.04]))
-        ax.text(*place, text, ha="right" if step[0] < 0 else "left", va="center", fontsize=SMALL, zorder=Z_MARK + 1)
+        position = points[0] + step * 0.16 + (np.array([0.0, 0.16]) if step[0] else np.array([0.1, -0.04]))
+        ax.text(*position, text, ha="right" if step[0] < 0 else "left", va="center", fontsize=SMALL, zorder=Z_MARK + 1)

@@ -109,11 +109,11 @@ def section_figure(rig: Rig) -> Figure:
     groove = rig.groove_profile
     draw_groove(section, rig, 0.034)
     _number_areas(section, groove, 0.0055)
-    for area, (comparison, part) in {
+    for area, (comparison, points) in {
         1: ("below", 2), 2: ("above left", 4), 3: ("right", 1), 4: ("below", 7), 5: ("right", 4),
     }.items():  # fmt: skip
         # radii of arcs from nearly the same centre end apart from each other
-        centre, end = groove.centre[area - 1], groove.arc(area, 9)[part]
+        centre, end = groove.centre[area - 1], groove.arc(area, 9)[points]
         text = f"$r_{area}$ = {1e3 * groove.radius[area - 1]:.1f}"
         marks.point(section, centre, "$O_5, O_6$" if area == 5 else f"$O_{area}$", comparison, gap=4)
         if area in (1, 4):  # too short for their texts
@@ -169,21 +169,21 @@ def detection_figure(rig: Rig) -> Figure:
         draw_groove(ax, rig, 0.02, emphasized=(area,))
         ax.add_patch(sector_patch(rig, area))
         middle, size = atan2(u[1], u[0]), 1.12 * outer
-        place = centre + (inner + 0.7 * (outer - inner)) * marks.polar(middle + 0.55 * theta)
+        point = centre + (inner + 0.7 * (outer - inner)) * marks.polar(middle + 0.55 * theta)
         for sign in (-1, 1):
             edge = centre + 1.2 * outer * marks.polar(middle + sign * theta)
             marks.line(ax, centre, edge, color="0.35", linewidth=0.7)
             marks.angle(ax, centre, size, middle, middle + sign * theta, rf"$\theta_{area}$", spread=1.1)
         marks.arrow(ax, centre, centre + 1.3 * outer * u, linestyle=(0, (5, 1.5)), linewidth=1.3)
         marks.write_mark(ax, centre + 1.38 * outer * u, f"$u_{area}$", fontsize=9)
-        marks.vector(ax, centre, place, f"$e_{area}$", linewidth=1.6)
+        marks.vector(ax, centre, point, f"$e_{area}$", linewidth=1.6)
         box = np.array([centre - 0.3 * outer, centre + 0.3 * outer, centre + 1.45 * outer * u])
         half = 0.5 * max(np.ptp(box, axis=0).max(), 2.8 * outer * np.sin(theta))
         low = 0.5 * (box.min(axis=0) + box.max(axis=0)) - half
-        for end, name in ((centre, f"$l_{{O_{area}}}$"), (place, "$l_C$")):
+        for end, name in ((centre, f"$l_{{O_{area}}}$"), (point, "$l_C$")):
             start = end * low[1] / end[1]  # on its way from O_S, at the edge of the picture
             marks.vector(ax, start, end, name, at=0.2, side=-1, color="0.25", linestyle=(0, (5, 2)), linewidth=0.9)
-        marks.point(ax, place, "$C$", "above" if convex else "left")
+        marks.point(ax, point, "$C$", "above" if convex else "left")
         marks.point(ax, centre, f"$O_{area}$", "below left" if convex else "right")
         ax.set(xlim=(low[0], low[0] + 2 * half), ylim=(low[1], low[1] + 2 * half))
         marks.frame_axes(ax, "k")

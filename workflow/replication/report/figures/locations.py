@@ -81,7 +81,7 @@ def _draw_link_on(ax: Axes, rig: Rig, frame, shift: float, wheel: int) -> None:
     pins, angles, _ = drawing.chain_points(rig, view)
     lower = drawing.placed(drawing.link_outline(rig)[:2], pins[body], angles[body])
     marks.line(ax, *lower, **ON_CHAIN, zorder=drawing.Z_MARK + 1)
-    ends = (pi / 2 + part * rig.chain.link_length / r for part in (0.75, -0.75))
+    ends = (pi / 2 + fraction * rig.chain.link_length / r for fraction in (0.75, -0.75))
     marks.line(ax, *drawing.circle_points(centre, r, *ends, 80), **ON_WHEEL)
     middle = 0.5 * (pins[body] + pins[body + 1])
     _close_view(ax, middle - [0.0, 0.5 * rig.chain.link_thickness])

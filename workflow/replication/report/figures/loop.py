@@ -36,7 +36,7 @@ def loop_figure(rig: Rig, recording: Recording, index: int = 0) -> Figure:
 
     figure = new_figure(5.4)
     grid = figure.add_gridspec(2, 2, height_ratios=(1.15, 1.0))
-    complete, sprocket, close = (figure.add_subplot(place) for place in (grid[0, :], grid[1, 0], grid[1, 1]))
+    complete, sprocket, close = (figure.add_subplot(cell) for cell in (grid[0, :], grid[1, 0], grid[1, 1]))
     for ax in (complete, sprocket, close):
         look = {"highlight": (sensor_body,), "opacity": 0.6 if ax is close else 1.0}
         drawing.draw_loop(ax, rig, frame, shift, ring_radius, groove if ax is close else None, **look)

@@ -69,8 +69,8 @@ def select_passage(recording: Recording) -> Selected:
     table = passages(recording)
     table = table[table["connector"].isin(connectors)]
     if table.empty:
-        found = "the record holds no complete passage over the sprocket"
-        raise InputError(f"{found}; simulate two loop revolutions or more")
+        reason = "the record holds no complete passage over the sprocket"
+        raise InputError(f"{reason}; simulate two loop revolutions or more")
     groups = table.groupby("passage")
     start, end = groups["start_s"].min(), groups["end_s"].max()
     number = int((start + end - recording.seconds).abs().idxmin())
@@ -103,13 +103,13 @@ def printed_and_measured_times(recording: Recording) -> pd.DataFrame:
         A maximum is that of the mean over 0.01 s, and of the largest single step in ``step``. NaN: none.
     """
     ring = recording.scene.ring_radius is not None
-    found = pd.concat([mean_events(recording), smoothed_maxima(recording)]).set_index("event")["mean_s"]
+    times = pd.concat([mean_events(recording), smoothed_maxima(recording)]).set_index("event")["mean_s"]
     rows = {}
     for event, time in printed_times(ring, recording.periods.turn).items():
         name = "left touches" if ring and event == "first contact of the left arc" else MEASURED.get(event, event)
-        smooth = next((other for other in found.index if other.startswith(f"{name}, mean")), name)
-        step = found.get(name, np.nan) if smooth != name else np.nan
-        rows[event] = {"printed": time, "here": found.get(smooth, np.nan), "step": step}
+        smooth = next((other for other in times.index if other.startswith(f"{name}, mean")), name)
+        step = times.get(name, np.nan) if smooth != name else np.nan
+        rows[event] = {"printed": time, "here": times.get(smooth, np.nan), "step": step}
     return pd.DataFrame(rows).T
 
 
@@ -187,9 +187,9 @@ def _draw_events(ax: Axes, times: pd.DataFrame, others) -> None:
         places = np.array([ax.get_xlim()[0], *sorted(known), ax.get_xlim()[1]])
         widest = int(np.argmax(np.diff(places)))
         end = {0: (places[1], -7, "right"), len(known): (places[-2], 7, "left")}
-        place, gap, across = end.get(widest, (places[widest : widest + 2].mean(), 0, "center"))
+        position, gap, across = end.get(widest, (places[widest : widest + 2].mean(), 0, "center"))
         look = {"textcoords": "offset points", "va": "center", "ha": across, "fontsize": SMALL, "bbox": BARE_BOX}
-        ax.annotate(text.replace("-", "\N{MINUS SIGN}"), (place, y), (gap, 0), **look)
+        ax.annotate(text.replace("-", "\N{MINUS SIGN}"), (position, y), (gap, 0), **look)
     names = [event.replace("first contact of the", "first contact,") for event in times.index]
     ax.set_yticks(range(len(times)), names)
     ax.set_ylim(len(times) - 0.4, -0.6)

@@ -91,9 +91,9 @@ def displacement_figure(curves: pd.DataFrame, summary: pd.DataFrame, missing: st
         below.sharex(above)
         above.tick_params(labelbottom=False)
     axes[-1].set_xlabel("time since the start of the sprocket (s)")
-    found = dict(zip(*reversed(axes[0].get_legend_handles_labels()), strict=True))
-    found |= dict(zip(*reversed(axes[1].get_legend_handles_labels()), strict=True))
-    figure.legend(found.values(), found.keys(), loc="outside lower center", ncols=2)
+    entries = dict(zip(*reversed(axes[0].get_legend_handles_labels()), strict=True))
+    entries |= dict(zip(*reversed(axes[1].get_legend_handles_labels()), strict=True))
+    figure.legend(entries.values(), entries.keys(), loc="outside lower center", ncols=2)
     figure.align_ylabels()
     return figure
 

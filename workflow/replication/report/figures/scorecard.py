@@ -35,8 +35,8 @@ def scorecard_figure(card: pd.DataFrame) -> Figure:
     """
     rigs = list(dict.fromkeys(card["rig"]))
     rows = [
-        (f"{name}{part}", of["claim"].iloc[0], dict(zip(of["rig"], of["verdict"], strict=True)))
-        for (name, part), of in card.fillna({"part": ""}).groupby(["id", "part"], sort=False)
+        (f"{name}{letter}", of["claim"].iloc[0], dict(zip(of["rig"], of["verdict"], strict=True)))
+        for (name, letter), of in card.fillna({"part": ""}).groupby(["id", "part"], sort=False)
     ]
     length = -(-len(rows) // HALVES)
     figure = new_figure(LINE * length + 1.0, PAGE)

@@ -64,8 +64,8 @@ def moments(recording: Recording, shown: Selected) -> list[Moment]:
     frames = recording.frame_time - shown.first
     measured = events(recording, shown.number)
     own = {ENGAGE: printed.get(ENGAGE), BOTH: max(measured.get("first left", 0.0), measured.get("first right", 0.0))}
-    found = []
-    for title, event, place in WITH_RING if ring else WITHOUT_RING:
+    chosen = []
+    for title, event, index in WITH_RING if ring else WITHOUT_RING:
         side, _, what = title.partition(" ")
         maximum = what == "maximum" and side in SIDES
         if maximum and not shown.sides.loc[side, "count"]:
@@ -78,8 +78,8 @@ def moments(recording: Recording, shown: Selected) -> list[Moment]:
             row, frame = shown.sides.loc[side], int(np.argmin(np.abs(frames - time)))
             peak = f"largest {row['peak_n']:.0f} N at {row['peak_s'] - shown.first:.3f} s"
         sample = round(recording.frame_time[frame] * recording.rate) - 1
-        found.append(Moment(title, time, printed[place], frame, sample, peak))
-    return sorted(found, key=lambda moment: moment.time)
+        chosen.append(Moment(title, time, printed[index], frame, sample, peak))
+    return sorted(chosen, key=lambda moment: moment.time)
 
 
 @styled
@@ -160,11 +160,11 @@ def _draw_panel(ax: Axes, rig: Rig, recording: Recording, shown: Selected, momen
         draw_force(ax, side, point, end)
         box = {"boxstyle": "square,pad=0.15", "facecolor": "white", "edgecolor": LOOKS[side]["color"], "linewidth": 0.8}
         beyond = end + (np.abs(normal) @ LABEL + 0.004) * normal
-        place = np.clip(beyond, middle - HALF + LABEL, middle + HALF - LABEL)
+        position = np.clip(beyond, middle - HALF + LABEL, middle + HALF - LABEL)
         look = {
             "fontsize": 7, "ha": "center", "va": "center", "bbox": box, "zorder": drawing.Z_MARK + 1.5, "clip_on": True,
         }  # fmt: skip
-        ax.text(*place, f"{force:.0f} N", **look)
+        ax.text(*position, f"{force:.0f} N", **look)
     drawing.view(inset, drawing.sprocket_centre(rig), 1.35 * rig.groove_profile.addendum)
     inset.add_patch(Circle(middle, 0.09, fill=False, edgecolor=BLACK, linewidth=1.2, zorder=drawing.Z_MARK))
 

@@ -37,8 +37,8 @@ def system_figure(rig: Rig) -> Figure:
     pins, _, _ = drawing.chain_points(rig, frame)
     low = pins[:, 1].min() - GROUND
     side = _side(rig)
-    for first, part, name, offset in ((0, 0.6, "track link", -0.12), (1, 0.25, "connector", 0.14)):
-        body = _above(rig, pins, first, part)
+    for first, fraction, name, offset in ((0, 0.6, "track link", -0.12), (1, 0.25, "connector", 0.14)):
+        body = _above(rig, pins, first, fraction)
         middle = 0.5 * (pins[body] + pins[body + 1])
         marks.leader(system, middle, name, middle + [side * offset, 0.14])
     marks.write_mark(system, (pins[:, 0].mean(), low - 0.1), "base")
@@ -58,11 +58,11 @@ def _side(rig: Rig) -> int:
     return 1 if rig.sprocket.x > np.mean([wheel.x for wheel in rig.rollers.values()]) else -1
 
 
-def _above(rig: Rig, pins, first: int, part: float) -> int:
+def _above(rig: Rig, pins, first: int, fraction: float) -> int:
     """The link (``first`` 0) or connector (1) of the upper strand at a part of the way to the next wheel."""
     middles = 0.5 * (pins[:-1] + pins[1:])
     nearest = min((wheel.x for wheel in rig.rollers.values()), key=lambda x: abs(x - rig.sprocket.x))
-    away = np.abs(middles[:, 0] - rig.sprocket.x - part * (nearest - rig.sprocket.x))
+    away = np.abs(middles[:, 0] - rig.sprocket.x - fraction * (nearest - rig.sprocket.x))
     away[middles[:, 1] < rig.sprocket.y] = np.inf
     return 2 * int(np.argmin(away[first::2])) + first
 
@@ -90,15 +90,15 @@ def touching_links(rig: Rig, frame, shift: float) -> list[tuple[int, int, np.nda
     Of a wheel that none touches before the loop has settled it is the nearest one.
     """
     pins, _, _ = drawing.chain_points(rig, frame)
-    found = []
+    touching = []
     for wheel, (x, y, r) in enumerate(wheel_circles(rig, shift, surface=True)):
         near = []
         for body in range(0, len(pins) - 1, 2):
             _, qx, qy, distance = foot(*map(float, (*pins[body], *pins[body + 1], x, y)))
             near.append((distance - r - rig.chain.link_thickness / 2, body, np.array([qx, qy])))
         gap = max(TOUCH, min(gap for gap, *_ in near))
-        found += [(body, wheel, q) for distance, body, q in near if distance <= gap]
-    return found
+        touching += [(body, wheel, q) for distance, body, q in near if distance <= gap]
+    return touching
 
 
 def reaching_pins(rig: Rig, frame) -> list[int]:

@@ -36,10 +36,10 @@ def elements(kinds: list[str]) -> list[Element]:
 
     The last joint is cut: it leads back to the input of the first body.
     """
-    count, found = 2 * len(kinds), []
+    count, chain = 2 * len(kinds), []
     for joint, kind in zip(range(2, count + 1, 2), kinds, strict=True):
-        found += [Element(joint - 1, kind, joint), Element(joint, "joint", joint % count + 1, joint == count)]
-    return found
+        chain += [Element(joint - 1, kind, joint), Element(joint, "joint", joint % count + 1, joint == count)]
+    return chain
 
 
 def body_kinds(rig: Rig, chain: Chain) -> list[str]:
@@ -56,10 +56,10 @@ def topology_figure(rig: Rig) -> Figure:
     printed = elements(body_kinds(rig, build_chain(rig, "single_pin")))
     figure = new_figure(6.0)
     chains = (("(a) links and connectors", physical), ("(b) one body a pitch", printed))
-    for ax, (what, found) in zip(figure.subplots(2, 1), chains, strict=True):
-        _draw_loop(ax, found)
-        bodies = len(found) // 2
-        ax.set_title(f"{what}: {bodies} bodies, {bodies - 1} joints in the tree, joint {found[-1].number} cut")
+    for ax, (what, chain) in zip(figure.subplots(2, 1), chains, strict=True):
+        _draw_loop(ax, chain)
+        bodies = len(chain) // 2
+        ax.set_title(f"{what}: {bodies} bodies, {bodies - 1} joints in the tree, joint {chain[-1].number} cut")
     return figure
 
 
@@ -70,36 +70,36 @@ def _stadium(parts: int, straight: float, r: float) -> np.ndarray:
     return path.along(np.arange(parts) * path.length / parts - straight / 2)[0]
 
 
-def _draw_loop(ax: Axes, found: list[Element]) -> None:
+def _draw_loop(ax: Axes, chain: list[Element]) -> None:
     """Bodies as circles and squares, joints as arrows in the transfer direction, the cut joint crossed out."""
     straight, r = 3.4, 1.5
-    places = _stadium(len(found), straight, r)
+    places = _stadium(len(chain), straight, r)
     spacing = np.hypot(*(places[2] - places[0]))
     half, roomy = 0.34 * spacing, spacing > 0.3
     square = 0.9 * half * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
-    for element, place in zip(found, places, strict=True):
+    for element, position in zip(chain, places, strict=True):
         if element.kind != "joint":
             look = {"facecolor": FACES[element.kind], "edgecolor": EDGE, "linewidth": 0.7, "zorder": Z_MARK}
             look["label"] = f"{element.kind} {element.number}"
-            corners = place + square
-            ax.add_patch(Polygon(corners, **look) if element.kind == "connector" else Circle(place, half, **look))
+            corners = position + square
+            ax.add_patch(Polygon(corners, **look) if element.kind == "connector" else Circle(position, half, **look))
             if roomy:
-                ax.text(*place, str(element.number), ha="center", va="center", fontsize=SMALL, zorder=Z_MARK + 2)
+                ax.text(*position, str(element.number), ha="center", va="center", fontsize=SMALL, zorder=Z_MARK + 2)
             elif element.number % EVERY == 1:
-                comparison = places[element.number % len(found)] - places[element.number - 2]
+                comparison = places[element.number % len(chain)] - places[element.number - 2]
                 outward = np.array([-comparison[1], comparison[0]]) / np.hypot(*comparison)
-                marks.write_mark(ax, place + 0.28 * outward, str(element.number), fontsize=SMALL)
+                marks.write_mark(ax, position + 0.28 * outward, str(element.number), fontsize=SMALL)
             continue
         inboard, outboard = places[element.number - 2], places[element.outboard - 1]
         step = (outboard - inboard) / np.hypot(*(outboard - inboard))
         inward = np.array([step[1], -step[0]])
         marks.arrow(ax, inboard + half * step, outboard - half * step, linewidth=0.8, mutation_scale=6)
         if element.cut:
-            ends = [place - 0.45 * spacing * inward, place + 0.45 * spacing * inward]
+            ends = [position - 0.45 * spacing * inward, position + 0.45 * spacing * inward]
             marks.line(ax, *ends, color=VERMILION, linewidth=2.2, zorder=Z_MARK + 1, label="cut")
-            marks.leader(ax, ends[1], f"joint {element.number}, cut", place + 0.42 * inward)
+            marks.leader(ax, ends[1], f"joint {element.number}, cut", position + 0.42 * inward)
     handles = []
-    for kind in dict.fromkeys(element.kind for element in found if element.kind != "joint"):
+    for kind in dict.fromkeys(element.kind for element in chain if element.kind != "joint"):
         look = {"marker": "s" if kind == "connector" else "o", "markersize": 8, "markerfacecolor": FACES[kind]}
         handles.append(marks.handle(KINDS[kind], linestyle="none", markeredgecolor=EDGE, **look))
     look = {"color": BLACK, "marker": ">", "markersize": 4, "linewidth": 0.8}

@@ -144,10 +144,10 @@ def _name_points(axis: Axes, points: Sequence[tuple]) -> None:
     figure = axis.figure
     figure.draw_without_rendering()
     space, renderer = axis.get_window_extent(), figure.canvas.get_renderer()
-    size, places = 5.0 * figure.dpi / 72, axis.transData.transform([point[:2] for point in points])
-    marks = [Bbox.from_bounds(x - size, y - size, 2 * size, 2 * size) for x, y in places]
+    size, points_px = 5.0 * figure.dpi / 72, axis.transData.transform([point[:2] for point in points])
+    marks = [Bbox.from_bounds(x - size, y - size, 2 * size, 2 * size) for x, y in points_px]
     names: list[Bbox] = []
-    for (x, y, words, colour, _), place, own in zip(points, places, marks, strict=True):
+    for (x, y, words, colour, _), point, own in zip(points, points_px, marks, strict=True):
         for dx, dy in PLACES:
             text = axis.annotate(
                 words, (x, y), (dx, dy), textcoords="offset points", fontsize=SMALL, color=colour, va="center",
@@ -156,7 +156,7 @@ def _name_points(axis: Axes, points: Sequence[tuple]) -> None:
             )  # fmt: skip
             text.update_positions(renderer)
             box = Text.get_window_extent(text, renderer)  # without the line to its point
-            line = Path([place, box.get_points().mean(axis=0)])
+            line = Path([point, box.get_points().mean(axis=0)])
             crossed = any(line.intersects_bbox(mark) for mark in marks if mark is not own)
             inside = space.x0 < box.x0 < box.x1 < space.x1 and space.y0 < box.y0 < box.y1 < space.y1
             if inside and not crossed and not box.count_overlaps(names + marks):

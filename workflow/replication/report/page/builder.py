@@ -127,14 +127,14 @@ def _card(results: Path) -> dict | None:
         rows.iloc[0].to_dict() | {"rigs": rows[["rig", "measured", "verdict", "reason"]].to_dict("records")}
         for _, rows in card.groupby(["id", "part"], sort=False)
     ]
-    parts.sort(key=lambda part: all(row["verdict"] not in JUDGED for row in part["rigs"]))
-    found = card.groupby(["verdict", "rig"]).size()
+    parts.sort(key=lambda statement: all(row["verdict"] not in JUDGED for row in statement["rigs"]))
+    sizes = card.groupby(["verdict", "rig"]).size()
     return {
         "rigs": rigs,
         "statements": statements(card).to_dict("records"),
         "answer": answer_sentences(card, pd.read_csv(parameters)) if parameters.is_file() else [],
         "headlines": {rig: headline(card, rig) for rig in rigs},
-        "counts": {one: " / ".join(str(found.get((one, rig), 0)) for rig in rigs) for one in VERDICTS},
+        "counts": {one: " / ".join(str(sizes.get((one, rig), 0)) for rig in rigs) for one in VERDICTS},
         "parts": parts,
     }
 
@@ -227,8 +227,8 @@ def embedded_picture(path: Path) -> dict:
     few.save(buffer, format="WEBP", lossless=True, quality=75)
     uri = "data:image/webp;base64," + base64.b64encode(buffer.getvalue()).decode("ascii")
     letter = path.stem.rpartition("_")[2]
-    part = f", part {letter}" if len(letter) == 1 else ""
-    return {"uri": uri, "width": few.width, "height": few.height, "part": part}
+    label = f", part {letter}" if len(letter) == 1 else ""
+    return {"uri": uri, "width": few.width, "height": few.height, "part": label}
 
 
 def main(job) -> None:

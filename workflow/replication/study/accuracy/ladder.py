@@ -48,10 +48,10 @@ def measure_setting(
             fields = PRESETS[REFERENCE] | TENSION | {"ring_radius": radius} | SETTINGS[setting]
             fields |= WITHOUT_RING.get(setting.removeprefix("preset="), {}) if radius is None else {}
             scene = Scene(rig, rpm, **steady_fields(rig, rpm, rule) | {"lead_in": LEAD_IN} | fields)
-            found, wall, note = *(_belt(scene) if scene.chain == "belt" else _run(scene, rule, starts)), ""
+            measures, wall, note = *(_belt(scene) if scene.chain == "belt" else _run(scene, rule, starts)), ""
         except TrackdynError as error:
-            found, wall, note = {}, NAN, str(error)
-        rows += [[name, setting, measure, found.get(measure, NAN), wall, note] for measure in MEASURES]
+            measures, wall, note = {}, NAN, str(error)
+        rows += [[name, setting, measure, measures.get(measure, NAN), wall, note] for measure in MEASURES]
         print(f"{name}: {setting}", flush=True)
     return pd.DataFrame(rows, columns=FOUND)
 
@@ -61,11 +61,11 @@ def _run(scene: Scene, rule: StopRule, starts: SettledLoops) -> tuple[dict[str, 
     simulate(scene.with_(duration=0.01, lead_in=0.0), starts=starts)  # compiled before anything is timed
     recording, _ = run_steady(Loop(scene.with_(every_link=True), starts), rule)
     loop, contacts = whole_loop(recording), meshing_summary(recording)
-    found = {name: loop[name].value for name in ("rms", "sd", "line", "high_frequency")}
-    found |= {name: contacts[f"{name}_pct"] for name in SHARES}
-    found |= {f"{side}_peak": contacts[f"{side}_peak_n"] for side in ("left", "right")}
-    found |= {"loop_gap": float(recording.gap.max()), "energy_residual": abs(energy_residual(recording))}
-    return found, recording.wall / (len(recording.time) / recording.rate)
+    measures = {name: loop[name].value for name in ("rms", "sd", "line", "high_frequency")}
+    measures |= {name: contacts[f"{name}_pct"] for name in SHARES}
+    measures |= {f"{side}_peak": contacts[f"{side}_peak_n"] for side in ("left", "right")}
+    measures |= {"loop_gap": float(recording.gap.max()), "energy_residual": abs(energy_residual(recording))}
+    return measures, recording.wall / (len(recording.time) / recording.rate)
 
 
 def _belt(scene: Scene) -> tuple[dict[str, float], float]:
@@ -76,7 +76,7 @@ def _belt(scene: Scene) -> tuple[dict[str, float], float]:
     return statistics_of(recording), (time.perf_counter() - begin) / seconds
 
 
-def compare_rungs(found: pd.DataFrame) -> pd.DataFrame:
+def compare_rungs(rungs: pd.DataFrame) -> pd.DataFrame:
     """Every setting (`measure_setting`) beside the reference.
 
     Returns
@@ -86,9 +86,9 @@ def compare_rungs(found: pd.DataFrame) -> pd.DataFrame:
         in points of a sprocket turn for shares, and empty for closure error and energy residual.
     """
     key = ["scene", "measure"]
-    reference = found.loc[found["setting"] == f"preset={REFERENCE}"].set_index(key)["value"]
+    reference = rungs.loc[rungs["setting"] == f"preset={REFERENCE}"].set_index(key)["value"]
     rows = []
-    by_scene = found.iloc[pd.factorize(found["scene"])[0].argsort(kind="stable")]
+    by_scene = rungs.iloc[pd.factorize(rungs["scene"])[0].argsort(kind="stable")]
     for _, row in by_scene.iterrows():
         value, expected = row["value"], reference[row["scene"], row["measure"]]
         difference = change(row["measure"], expected, value) if row["measure"] in RELATIVE + SHARES else NAN

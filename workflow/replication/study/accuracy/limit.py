@@ -46,10 +46,10 @@ def _extrapolated(runs: Mapping[float, Series], fine: float, coarse: float, orde
     return near + lean * (near - far)
 
 
-def difference(found: Series, limit: Limit) -> tuple[float, float]:
+def difference(series: Series, limit: Limit) -> tuple[float, float]:
     """A measure less its limit, and the standard error of this difference."""
-    one, other = paired(found.linear(), limit.values)
-    return float(found.estimate().value - limit.value), float(np.hypot(batch_error(one - other)[0], limit.doubt))
+    one, other = paired(series.linear(), limit.values)
+    return float(series.estimate().value - limit.value), float(np.hypot(batch_error(one - other)[0], limit.doubt))
 
 
 def presets_beside_limits(rows: pd.DataFrame, limits: pd.DataFrame) -> pd.DataFrame:
@@ -63,7 +63,7 @@ def presets_beside_limits(rows: pd.DataFrame, limits: pd.DataFrame) -> pd.DataFr
         no if two standard errors do not change the answer, undecided otherwise.
     """
     full = rows[(rows["fidelity"] == "ten_arcs") & ~rows["failed"].astype(bool)]
-    found = []
+    lines = []
     for _, row in limits[limits["measure"].isin(RELATIVE + SHARES)].iterrows():
         scale = scale_of(row["measure"], row["limit"]) / 100
         line = {name: row[name] for name in ("scene", "measure", "limit", "limit_error")}
@@ -79,8 +79,8 @@ def presets_beside_limits(rows: pd.DataFrame, limits: pd.DataFrame) -> pd.DataFr
             line |= {f"{name}_pct": off, f"{name}_error_pct": error}
         margin = SURE * line["standard_error_pct"]
         line["standard_within_bound"] = _verdict(abs(line["standard_pct"]), margin, 100 * BOUND)
-        found.append(line)
-    return pd.DataFrame(found)
+        lines.append(line)
+    return pd.DataFrame(lines)
 
 
 def _verdict(size: float, margin: float, bound: float) -> str:

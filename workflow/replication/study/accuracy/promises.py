@@ -66,7 +66,7 @@ def judge_promises(
 def main(job) -> None:
     """Rule `trade_promises`."""
     form = TradeForm(**job.params.form)
-    scene = promised_scenes(form)[job.wildcards.part]
+    scene = promised_scenes(form)[job.wildcards.scenes]
     turns = form.statistics.loop_turns
     table = judge_promises(load_rig(job.input.rig), *scene, turns, form.limit_steps_s, form.promised)
     write_csv(job.output[0], table)

@@ -57,11 +57,11 @@ def answers_of(recording: Recording, passages: int | None = None) -> dict[str, S
     As `statistics_of`, but with what standard errors are made of (`measure.whole_loop`). Only the first ``passages``
     of the record count, if that is given. Closure error and energy residual belong to the whole record and have none.
     """
-    found = series(recording)
+    measures = series(recording)
     if passages is not None:
-        found = {name: each.until(passages) for name, each in found.items()}
+        measures = {name: each.until(passages) for name, each in measures.items()}
     exact = {"loop_gap": float(recording.gap.max()), "energy_residual": abs(energy_residual(recording))}
-    return found | {name: Series(np.array([value]), np.array([0])) for name, value in exact.items()}
+    return measures | {name: Series(np.array([value]), np.array([0])) for name, value in exact.items()}
 
 
 def scale_of(measure: str, reference: float) -> float:

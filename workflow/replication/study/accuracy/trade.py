@@ -84,9 +84,9 @@ def run_answer(scene: Scene) -> AnswerCost:
     if scene.chain == "belt":
         begin = process_time()
         scene = scene.with_(duration=whole_samples(scene.rig.sensor.rate, BELT_TURNS / scene.periods.loop_hz))
-        found = statistics_of(simulate(scene))
+        statistics = statistics_of(simulate(scene))
         names = ("rms", "sd", "line", "high_frequency")
-        kept = {name: Series(np.array([found[name]]), np.array([0])) for name in names}
+        kept = {name: Series(np.array([statistics[name]]), np.array([0])) for name in names}
         return AnswerCost(kept, process_time() - begin, 0.0)
     recording, *spent = timed_run(scene)
     return AnswerCost(answers_of(recording), *spent)
@@ -95,8 +95,8 @@ def run_answer(scene: Scene) -> AnswerCost:
 def limits_of(runs: dict[float, AnswerCost]) -> dict[str, Limit]:
     """Limit of every measure from runs of the full physics, by step."""
     finest = dict(sorted(runs.items())[:3])
-    found = [run.found for run in finest.values()]
-    names = [name for name in found[0] if all(name in one and len(one[name].values) for one in found)]
+    measures = [run.found for run in finest.values()]
+    names = [name for name in measures[0] if all(name in one and len(one[name].values) for one in measures)]
     return {name: limit_of({step: run.found[name] for step, run in finest.items()}) for name in names}
 
 
@@ -166,17 +166,17 @@ def _rows_of(point: list, run: AnswerCost | None, limits: dict[str, Limit], seco
     if run is None:
         return [[*point, *[np.nan] * 4, "all", *[np.nan] * 6, True]]
     rows = []
-    for measure, found in run.found.items():
+    for measure, measured in run.found.items():
         scale = scale_of(measure, limits[measure].value) if measure in limits else np.nan
-        if not len(found.values) or not np.isfinite(scale):
+        if not len(measured.values) or not np.isfinite(scale):
             continue
-        value, error, _ = found.estimate()
-        off, noise = difference(found, limits[measure])
+        value, error, _ = measured.estimate()
+        off, noise = difference(measured, limits[measure])
         if measure in ABSOLUTE:  # of the very record, and compared with nothing
             about = [value, 0.0, abs(value), 0.0, 0.0, 0]
         else:
-            unused = int(seconds / span + 1e-6) - len(found.values)
-            about = [value, error, abs(off) / scale, noise / scale, error * len(found.values) ** 0.5 / scale, unused]
+            unused = int(seconds / span + 1e-6) - len(measured.values)
+            about = [value, error, abs(off) / scale, noise / scale, error * len(measured.values) ** 0.5 / scale, unused]
         rows.append([*point, run.start_cpu_s, run.cpu_s_per_s, seconds, span, measure, *about, False])
     return rows
 
@@ -189,7 +189,7 @@ def pareto(rows: pd.DataFrame) -> pd.DataFrame:
 
 def main(job) -> None:
     """Rule `trade_scene`."""
-    requested = measured_scenes(TradeForm(**job.params.form))[job.wildcards.part]
+    requested = measured_scenes(TradeForm(**job.params.form))[job.wildcards.scenes]
     for table, path in zip(statistic_trade(load_rig(job.input.rig), requested), job.output, strict=True):
         write_csv(path, table)
 

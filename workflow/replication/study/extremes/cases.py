@@ -37,8 +37,8 @@ def run_on(loop: Loop, seconds: float) -> dict:
     for step in range(len(record.gap)):
         loop.fill(record, step, step + 1)
         turn = max(turn, float(np.abs(loop.state.rate).max()) * loop.model.step)
-    arrays = (record.energy, record.gap, record.raw, *(part for part in loop.state if isinstance(part, np.ndarray)))
-    if not all(np.isfinite(part).all() for part in arrays):
+    arrays = (record.energy, record.gap, record.raw, *(array for array in loop.state if isinstance(array, np.ndarray)))
+    if not all(np.isfinite(array).all() for array in arrays):
         return {"reason": "numbers that are not finite"}
     gap = float(record.gap.max())
     refuse_open_account(record.energy, loop.model, seconds)
@@ -74,8 +74,8 @@ def _impact(rig: Rig, law_name: str, value: float) -> dict:
         law_name,
     )  # fmt: skip
     expected = delivered_restitution(law.loss) if law_name == "printed" else value
-    found = _rebound(law, rig.chain.link_mass, 0.5, 0.08, 4000)
-    return within_bounds(found, expected, 2e-3, "restitution", group=law_name, at=value)
+    restitution = _rebound(law, rig.chain.link_mass, 0.5, 0.08, 4000)
+    return within_bounds(restitution, expected, 2e-3, "restitution", group=law_name, at=value)
 
 
 def restitution(
@@ -138,10 +138,10 @@ def _on_tip(rig: Rig) -> dict:
 def _crept(rig: Rig, value: float) -> dict:
     started = restart(rig, 0.0)
     state = started.state
-    for part in (state.rate, state.wheel_rate):
-        part[...] = value
-    for part in (state.tooth_impact, state.wheel_impact):
-        part[...] = abs(value)
+    for array in (state.rate, state.wheel_rate):
+        array[...] = value
+    for array in (state.tooth_impact, state.wheel_impact):
+        array[...] = abs(value)
     state.pin[2:] = value
     return run_on(started, 0.05)
 
@@ -177,7 +177,7 @@ def _continuous(groove, tooth, joint: int) -> dict:
     along = np.array([normal[1], -normal[0]])
     centre = on + (tooth.arc_radius - depth) * normal
     seen = [find_area(tooth, *(centre + side * along))[:2] for side in (-1e-10, 0.0, 1e-10)]
-    worst = max(abs(found - depth) for _, found in seen)
+    worst = max(abs(computed - depth) for _, computed in seen)
     return below(worst, tolerance, "jump of the depth in m", at=joint)
 
 
@@ -207,8 +207,8 @@ def _free(rig: Rig, count: int, damping: float) -> dict:
     begin = started.momentum
     # linear momentum is zero: its scale is that of the bodies' own
     own = float(started.model.chain.mass @ np.hypot(started.work.com_vx, started.work.com_vy))
-    found = run_on(started, 0.2)
+    outcome = run_on(started, 0.2)
     end = started.momentum
     change = max(abs(end[2] / begin[2] - 1), np.hypot(*(end[:2] - begin[:2])) / own)
-    bound = MOMENTUM * max(found["turn"], 1e-4)
-    return found | below(float(change), bound, "change of momentum", at=count)
+    bound = MOMENTUM * max(outcome["turn"], 1e-4)
+    return outcome | below(float(change), bound, "change of momentum", at=count)

@@ -60,15 +60,15 @@ def attempted(family: str, case: str, attempt: Callable[..., dict], *given) -> d
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error", RuntimeWarning)
-            found = attempt(*given)
+            values = attempt(*given)
     except (InputError, DivergenceError) as error:
         if "\n" in str(error):
             return row(family, case, DEFECT, f"more than one sentence: {str(error).splitlines()[0]}")
         return row(family, case, REFUSED, str(error))
     except Exception as error:  # whatever it is, it is a finding
         return row(family, case, DEFECT, f"{type(error).__name__}: {''.join(str(error).splitlines()[:1])}")
-    outcome = found.pop("outcome", DEFECT if found.get("reason") else COMPLETED)
-    return row(family, case, outcome, **{name: value for name, value in found.items() if name in COLUMNS})
+    outcome = values.pop("outcome", DEFECT if values.get("reason") else COMPLETED)
+    return row(family, case, outcome, **{name: value for name, value in values.items() if name in COLUMNS})
 
 
 def within_bounds(value: float, expected: float, bound: float, measure: str, **more) -> dict:
@@ -105,19 +105,19 @@ def invariants(scene: Scene, recording: Recording) -> dict:
     gap = float(recording.gap.max())
     model, seconds = scene.model, scene.duration
     share, exchanged = open_share(recording.energy, model, seconds)
-    found = {"loop_gap_max_m": gap, "energy_residual": share}
+    values = {"loop_gap_max_m": gap, "energy_residual": share}
     turns = np.abs(np.diff(recording.frame[:, 2:-1], axis=0)) / scene.stride
     allowed = gap_bound(float(turns.max()) if len(turns) else 0.0)
     if scene.closure == "elastic_damping":
         # twice what the spring yields to the strand at the start, and all the energy there is in the spring
         energy = exchanged + float(recording.energy[:, ENERGY_NAMES.index("kinetic")].max())
         allowed = 2 * float(recording.gap[0]) + (2 * energy / scene.rig.closure.stiffness) ** 0.5
-    found["reason"] = gap_missed(gap, allowed)
+    values["reason"] = gap_missed(gap, allowed)
     try:
         refuse_open_account(recording.energy, model, seconds)
     except DivergenceError as missed:  # the run should have said so itself
-        found["reason"] = str(missed)
-    return found
+        values["reason"] = str(missed)
+    return values
 
 
 def samples_a_sample(rig, step: float) -> int:
@@ -138,10 +138,10 @@ def run_scene(family: str, case: str, rig, rpm: float = 210.0, changes: dict | N
         scene = Scene(changed.changed(sensor__rate=rate), rpm, **settings, frame_interval=1.0 / rate)
         return invariants(scene, simulate(scene, starts=STARTS))
 
-    found = attempted(family, case, attempt)
-    if found["outcome"] == REFUSED and (blame := wrong_blame(found["reason"], settings)):
-        found |= {"outcome": DEFECT, "reason": f"{blame}: {found['reason']}"}
-    return found
+    row = attempted(family, case, attempt)
+    if row["outcome"] == REFUSED and (blame := wrong_blame(row["reason"], settings)):
+        row |= {"outcome": DEFECT, "reason": f"{blame}: {row['reason']}"}
+    return row
 
 
 def wrong_blame(reason: str, fields: dict) -> str:

@@ -57,7 +57,7 @@ def long_run(chunks: pd.DataFrame) -> Iterator[dict]:
     quarter = max(len(chunks) // 4, 1)
     first, last = chunks["rms_g"].iloc[:quarter], chunks["rms_g"].iloc[-quarter:]
     gap, share = float(chunks["loop_gap_max_m"].max()), float(chunks["energy_residual"].abs().max())
-    error = np.hypot(*(part.std(ddof=1) / np.sqrt(quarter) for part in (first, last)))
+    error = np.hypot(*(quarter_of_run.std(ddof=1) / np.sqrt(quarter) for quarter_of_run in (first, last)))
     drift = max(float(STANDARD_ERRORS * error), TOLERANCES["rms_g"] * first.mean())
     grown = float(chunks["resident_mb"].iloc[-1] - chunks["resident_mb"].iloc[0])
     change = float(abs(last.mean() - first.mean()))

@@ -70,7 +70,7 @@ def drawn(number: int, seed: int = SEED) -> tuple[str, Rig, dict]:
         rig = base.changed(**changes)
         rpm = float(rng.uniform(10, 60)) * rig.sprocket.transmission_ratio
         case += "".join(f", {name.replace('__', '.')} {value:.3g}" for name, value in changes.items())
-    seconds, part = round(between(*SECONDS), 2), between(*PARTS)
+    seconds, fraction = round(between(*SECONDS), 2), between(*PARTS)
     laws = {
         name: str(rng.choice(["viscous", other])) if possible else "viscous"
         for name, other, possible in (
@@ -79,7 +79,11 @@ def drawn(number: int, seed: int = SEED) -> tuple[str, Rig, dict]:
         )
     }
     case += "".join(f", {law}" for law in laws.values() if law != "viscous")
-    return f"{kind}: {case}", rig, {"rpm": rpm, "ring_radius": ring, "seconds": seconds, "part": part, "laws": laws}
+    return (
+        f"{kind}: {case}",
+        rig,
+        {"rpm": rpm, "ring_radius": ring, "seconds": seconds, "share": fraction, "laws": laws},
+    )
 
 
 def run_short(number: int, seed: int = SEED) -> dict:
@@ -97,23 +101,23 @@ def run_short(number: int, seed: int = SEED) -> dict:
         limit = min(largest_step(probe.model, rig.tension.pre_tension), LARGEST)
         loop = Loop(probe.with_(step=float(sample / np.ceil(sample / (0.5 * limit)))))
         limit = min(limit, largest_step(loop.model, loop.layout["settled_tension_n"]))
-        step = float(sample / np.ceil(sample / (of["part"] * limit)))
+        step = float(sample / np.ceil(sample / (of["share"] * limit)))
         loop = Loop(probe.with_(step=step))
         fine, _ = _run(Loop(probe.with_(step=step / FINER)), of["seconds"], False)
     except (InputError, DivergenceError) as error:
         return row(FAMILY, name, REFUSED, str(error), measure="no loop, or no limit")
     more = {"measure": "error of RMS, of mean peak", "bound": RMS, "at": step / limit}
     try:
-        found, resolution = _run(loop, of["seconds"], True)
+        statistics, resolution = _run(loop, of["seconds"], True)
     except DivergenceError as error:
         try:
-            found, _ = _run(loop, of["seconds"], False)
+            statistics, _ = _run(loop, of["seconds"], False)
         except DivergenceError:
             return row(FAMILY, name, REFUSED, str(error), group="diverged", **more)
-        off = found.differs(fine)
+        off = statistics.differs(fine)
         good = "good: " if off[0] <= RMS and off[1] <= PEAKS else ""
         return row(FAMILY, name, REFUSED, good + str(error), group="refused", value=off[0], expected=off[1], **more)
-    off = found.differs(fine)
+    off = statistics.differs(fine)
     missed = off[0] > RMS or off[1] > PEAKS
     reason = f"RMS is {100 * off[0]:.2g} % off, the mean peak {100 * off[1]:.2g} %" if missed else ""
     wrong = MARKED if resolution.state != YES else DEFECT
@@ -124,8 +128,8 @@ def run_short(number: int, seed: int = SEED) -> dict:
 def _run(loop: Loop, seconds: float, watched: bool):
     own = loop.copy()
     own.advance(RAMP)
-    found, writer = short_run(own, seconds, watched, loop)
-    return found, writer.watch.resolution()
+    statistics, writer = short_run(own, seconds, watched, loop)
+    return statistics, writer.watch.resolution()
 
 
 def by_kind(rows: pd.DataFrame) -> pd.DataFrame:

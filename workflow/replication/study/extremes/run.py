@@ -18,12 +18,12 @@ from trackdyn.files import write_csv
 from trackdyn.parameters.rig import Rig, load_rig
 
 
-def run_part(rig: Rig, form: ExtremesForm, part: str, say: Callable[[str], None] = print) -> pd.DataFrame:
+def run_part(rig: Rig, form: ExtremesForm, family: str, say: Callable[[str], None] = print) -> pd.DataFrame:
     """Rows of a part, or the chunks of the long run; ``say`` hears of every family and every defect."""
-    if part == LONG_RUN:
+    if family == LONG_RUN:
         return run_long(rig, form.long_run_s, form.long_run_turns)
     rows = []
-    for name, generators in _families(rig, form, part).items():  # nothing has run so far
+    for name, generators in _families(rig, form, family).items():  # nothing has run so far
         for generator in generators:
             for row in generator:
                 rows.append(row)
@@ -35,18 +35,18 @@ def run_part(rig: Rig, form: ExtremesForm, part: str, say: Callable[[str], None]
 
 def gathered(form: ExtremesForm, tables: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
     """The tables of all parts (`run_part`) in one."""
-    others = (tables[part] for part in parts_of(form) if part != LONG_RUN)
+    others = (tables[family] for family in parts_of(form) if family != LONG_RUN)
     return pd.concat([as_table(long_run(tables[LONG_RUN])), *others], ignore_index=True)
 
 
-def _families(rig: Rig, form: ExtremesForm, part: str) -> dict[str, tuple[Iterator[dict], ...]]:
-    if part == "chain":
+def _families(rig: Rig, form: ExtremesForm, family_name: str) -> dict[str, tuple[Iterator[dict], ...]]:
+    if family_name == "chain":
         return {
             "length of the chain": (solvers.digits(rig, form.bodies), solvers.growth_rates(rig)),
             "mass ratio": (solvers.light_connectors(rig),),
             "restitution": (cases.restitution(rig),),
         }
-    if part == "motion":
+    if family_name == "motion":
         return {
             "initial state": (cases.states(rig, form.depths_m), cases.laws(rig), cases.momentum(rig)),
             **{
@@ -54,7 +54,7 @@ def _families(rig: Rig, form: ExtremesForm, part: str) -> dict[str, tuple[Iterat
                 for quantity, values in form.map.items()
             },
         }
-    family, _, part_number = part.rpartition("_")
+    family, _, part_number = family_name.rpartition("_")
     numbers = random_parts(form, family)[int(part_number)]
     return {
         "random": {"random scenes": (random_scenes(rig, form.random_scenes, numbers, in_space=form.random_in_space),)},
@@ -66,7 +66,7 @@ def _families(rig: Rig, form: ExtremesForm, part: str) -> dict[str, tuple[Iterat
 def main(job) -> None:
     """Rule `extremes_part`."""
     form = ExtremesForm(**job.params.form)
-    table = run_part(load_rig(job.input.rig), form, job.wildcards.part, lambda text: print(text, flush=True))
+    table = run_part(load_rig(job.input.rig), form, job.wildcards.family, lambda text: print(text, flush=True))
     write_csv(job.output[0], table)
 
 

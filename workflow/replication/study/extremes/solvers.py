@@ -87,8 +87,8 @@ def posed(pose: Pose) -> tuple[State, Work]:
 def solve(solver: str, chain: Chain, pose: Pose) -> tuple[np.ndarray, np.ndarray]:
     """Angular accelerations (rad/s2) and the acceleration of the first pin (m/s2)."""
     if solver == "reference":
-        found = reference.reference_accelerations(chain, *pose[:5])
-        return found.alpha, np.array([found.pin_ax, found.pin_ay])
+        solution = reference.reference_accelerations(chain, *pose[:5])
+        return solution.alpha, np.array([solution.pin_ax, solution.pin_ay])
     if solver == "transfer_product":
         alpha, start = transfer_product.accelerations(chain, *pose)
         return alpha, start[:2]

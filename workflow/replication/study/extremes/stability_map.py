@@ -100,8 +100,8 @@ def stable_steps(rows: pd.DataFrame) -> pd.DataFrame:
     for name in QUANTITIES:
         table = rows[rows["family"] == f"step and {name}"].astype(numbers)
         stable = table["value"] <= table["bound"]
-        found = {"limit": table.groupby("group")["expected"].first()}
-        found["stable"] = table[stable].groupby("group")["at"].max()
-        found["unstable"] = table[~stable].groupby("group")["at"].min()
-        parts.append(pd.DataFrame(found).rename_axis("value").reset_index().assign(quantity=name))
+        steps = {"limit": table.groupby("group")["expected"].first()}
+        steps["stable"] = table[stable].groupby("group")["at"].max()
+        steps["unstable"] = table[~stable].groupby("group")["at"].min()
+        parts.append(pd.DataFrame(steps).rename_axis("value").reset_index().assign(quantity=name))
     return pd.concat(parts, ignore_index=True)
