@@ -1,5 +1,6 @@
 """Writes the measured parts of the README and of pages in docs/ from the results of a full run."""
 
+import re
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
@@ -14,6 +15,7 @@ from trackdyn.errors import InputError
 from trackdyn.files import replacing, write_text
 from trackdyn.plots.cells import significant
 
+DECISIVE = 3  # assumptions in the README
 BEGIN, END = "<!-- measured -->", "<!-- end -->"
 
 
@@ -39,11 +41,22 @@ def settings_text(rows: pd.DataFrame, short_runs: pd.DataFrame) -> str:
     return f"{table.to_markdown(index=False, disable_numparse=True)}\n\n{short_runs_verdict(short_runs)}"
 
 
-def readme_text(card: pd.DataFrame, parameters: pd.DataFrame, rows: pd.DataFrame) -> str:
+def assumptions_sentence(profiles: pd.DataFrame) -> str:
+    """The assumptions that cost the first rig most statements, each at its worst value."""
+    worst = profiles.loc[profiles.groupby("assumption", sort=False)["shown"].idxmin()].nsmallest(DECISIVE, "shown")
+    cells = [
+        f"{row.shown:g} of {row.of:g} with {re.sub('[._]', ' ', row.assumption)} {row.value}"
+        for row in worst.itertuples()
+    ]
+    return f"With one value changed and no other fitted again, fewer statements remain: {', '.join(cells)}."
+
+
+def readme_text(card: pd.DataFrame, parameters: pd.DataFrame, profiles: pd.DataFrame, rows: pd.DataFrame) -> str:
     """The answer, its table, and what an answer costs."""
     table = statements(card).to_markdown(index=False, disable_numparse=True)
     marks = ", ".join(f"{mark} {verdict}" for verdict, mark in MARKS.items() if verdict != NO_TEST)
-    answer = " ".join(answer_sentences(card, parameters))
+    sentences = [*answer_sentences(card, parameters), assumptions_sentence(profiles)]
+    answer = "\n".join(f"- {sentence}" for sentence in sentences)
     return f"{answer}\n\n{table}\n\n{marks}. What an answer costs: {trade_sentence(rows)}"
 
 
@@ -84,7 +97,7 @@ def write_pages(files: Iterable[str], pages: Iterable[tuple[str, tuple[str, ...]
 PAGES = (
     ("docs/speed-and-accuracy.md", ("trade.csv", "extremes_short_runs.csv"), settings_text),
     ("docs/your-own-rig.md", ("layouts.csv",), layouts_text),
-    ("README.md", ("claims.csv", "parameters.csv", "trade.csv"), readme_text),
+    ("README.md", ("claims.csv", "parameters.csv", "answer_profiles.csv", "trade.csv"), readme_text),
 )
 
 if __name__ == "__main__":
