@@ -77,8 +77,8 @@ def test_the_radii_of_a_study_lie_where_a_scene_allows_them(name):
     rig = load_rig(name)
     radii = study_radii(rig)
     assert len(radii) == 11 and radii == sorted(radii)
-    assert usual_rings(rig)[0] <= rig.sprocket.equal_pitch_radius < radii[-1] or rig.ring_radius is None
-    for radius in (radii[0], radii[-1]):
+    assert usual_rings(rig)[0] <= rig.sprocket.equal_pitch_radius < radii[-1]
+    for radius in (radii[0], radii[-1], *rig.equal_pitch_radii.values()):
         Scene(rig, 115.0, radius)
 
 

@@ -6,6 +6,7 @@ of two runs that start alike, which scatters less than either (common random num
 Analysis, 5th edition, 2015, ch. 11.2).
 """
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -88,3 +89,27 @@ def difference(one: Series, other: Series) -> tuple[float, float]:
     """A measure of one run less that of another over the passages that both have, and its standard error."""
     pairs = np.subtract(*paired(one.linear(), other.linear()))
     return float(pairs.mean()), batch_error(pairs)[0]
+
+
+def settled(
+    found: Mapping[str, Series], tolerances: Mapping[str, float], least: int = LEAST
+) -> tuple[int, dict[str, Estimate], dict[str, bool]]:
+    """The beginning to leave out, in passages, the measures of the rest, and whether they keep their tolerances.
+
+    Passages that are alike within the tolerances need no cut: all of them count. Else the longest transient of the
+    measures with a tolerance is left out. A tolerance is kept if half of the 95 % interval, by batch means, is within
+    it and at least so many passages count.
+    """
+    cut = max((found[name].transient() for name in tolerances if name in found), default=0)
+    for first in dict.fromkeys((0, cut)):
+        rest = {name: measure.since(first) for name, measure in found.items()}
+        means = {name: measure.estimate() for name, measure in rest.items()}
+        kept = {
+            name: name in rest
+            and len(rest[name].values) >= least
+            and bool(means[name].half_width <= tolerance * scale_of(name, means[name].value))
+            for name, tolerance in tolerances.items()
+        }
+        if all(kept.values()):
+            break
+    return first, means, kept

@@ -23,7 +23,6 @@ from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recorder import Recorder
 from trackdyn.simulation.recording import Recording
 from trackdyn.simulation.resolution import ONE_STEP, OPEN, Resolution
-from trackdyn.simulation.trial import recorded_answer
 
 OF_SETTING = 0.8  # of the tolerance, which the difference of two settings may take; the rest is for scatter
 IMPLICIT_STEP, LARGEST_STEP, HALVINGS = 5e-4, 1e-4, 3  # s
@@ -233,7 +232,7 @@ def _record(one: Tried, tolerances: Mapping[str, float], seconds: float) -> None
         one.refused = str(error)
         return
     one.cpu_s += time.process_time() - begin
-    if any(name.endswith("_peak") for name in tolerances) and recorded_answer(one.writer).alone > ONE_STEP:
+    if any(name.endswith("_peak") for name in tolerances) and one.writer.answer().alone > ONE_STEP:
         one.refused = "peaks stand for one step: the true ones may be twice as large"
         return
     one.found = {name: of for name, of in found.items() if len(of.values) >= LEAST}

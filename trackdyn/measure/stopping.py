@@ -17,7 +17,7 @@ import pandas as pd
 from trackdyn.errors import InputError
 from trackdyn.measure.contact_log import LONGEST_CONTACT, PASSAGE, SIDES
 from trackdyn.measure.contacts import TOUCHING, passages
-from trackdyn.measure.convergence import LEAST, RELATIVE, SHARES, Estimate, Series, scale_of
+from trackdyn.measure.convergence import LEAST, RELATIVE, SHARES, Estimate, Series, settled
 from trackdyn.measure.sensor import whole_samples
 from trackdyn.measure.whole_loop import series
 from trackdyn.scene.scene import LONGEST_RUN, Scene
@@ -79,17 +79,6 @@ def contact_series(table: pd.DataFrame) -> dict[str, Series]:
     return found
 
 
-def half_widths(found: dict[str, Series]) -> tuple[float, float]:
-    """Largest half of a 95 % interval of a share (%), and of an RMS force that lasts (relative); NaN if none."""
-    means = {name: measure.estimate() for name, measure in found.items()}
-    forces = [
-        means[f"{side}_force"].half_width / means[f"{side}_force"].value
-        for side in SIDES
-        if means[f"{side}_share"].value >= TOUCHING
-    ]
-    return max(means[f"{side}_share"].half_width for side in SIDES), max(forces, default=0.0)
-
-
 def later(recording: Recording, seconds: float) -> Recording:
     """The recording as if begun ``seconds`` later; contacts that last then are not logged.
 
@@ -144,13 +133,12 @@ def steady_from(recording: Recording, rule: StopRule) -> tuple[float, bool]:
     if table.empty:  # nothing has touched the sprocket so far
         return 0.0, False
     found = contact_series(table)
-    cut = max(measure.transient() for measure in found.values())
-    for first in (0, cut):
-        share, force = half_widths({name: measure.since(first) for name, measure in found.items()})
-        enough = table["passage"].nunique() - first >= rule.passages
-        converged = bool(enough and share <= rule.share_pct and force <= rule.force)
-        if converged:
-            break
+    tolerances = {name: rule.force if name.endswith("_force") else rule.share_pct / 100 for name in found}
+    for side in SIDES:  # a force that hardly touches is not judged
+        if found[f"{side}_share"].estimate().value < TOUCHING:
+            del tolerances[f"{side}_force"]
+    first, _, kept = settled(found, tolerances, rule.passages)
+    converged = all(kept.values())
     if not first:
         return 0.0, converged
     begins = table.loc[table["passage"] == first, "start_s"].min()
@@ -231,17 +219,7 @@ def judged(
 ) -> tuple[Answer, bool]:
     """The measures ``names`` of a record so far, and whether the intervals of those of ``tolerances`` are within."""
     found = series(recording, names)
-    cut = max((found[name].transient() for name in tolerances if name in found), default=0)
-    for first in dict.fromkeys((0, cut)):
-        means = {name: measure.since(first).estimate() for name, measure in found.items()}
-        reached = {
-            name: name in found
-            and len(found[name].since(first).values) >= LEAST
-            and bool(means[name].half_width <= tolerance * scale_of(name, means[name].value))
-            for name, tolerance in tolerances.items()
-        }
-        if all(reached.values()):
-            break
+    first, means, reached = settled(found, tolerances)
     left_out = recording.scene.lead_in + first * recording.periods.passage
     answer = Answer(means, reached, left_out, recording)
     return answer, answer.converged

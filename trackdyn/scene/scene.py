@@ -306,7 +306,8 @@ class Scene(Choices):
     def ring_range(rig: Rig) -> tuple[float, float]:
         """Smallest and largest ring radius of a rig, m.
 
-        Below the smallest one the links are on the teeth alone. Above the largest one the wrap needs more length than
+        Below the smallest one the links are on the teeth alone: arcs of connectors end at the bottom of the groove, and
+        a link that is thicker than they are lies as much lower. Above the largest one the wrap needs more length than
         the tensioner's travel gives.
 
         Parameters
@@ -317,8 +318,9 @@ class Scene(Choices):
         -------
         least, greatest : float
         """
-        groove = rig.groove_profile
-        return float(groove.joints()[:, 1].min()), rig.sprocket.ring_radius + 0.4 * rig.tension.travel
+        lower = max(rig.chain.link_thickness / 2 - rig.chain.connector_radius, 0.0)
+        bottom = float(rig.groove_profile.joints()[:, 1].min())
+        return bottom - lower, rig.sprocket.ring_radius + 0.4 * rig.tension.travel
 
     @property
     def sprocket_rate(self) -> float:

@@ -168,9 +168,7 @@ class Loop:
         with self._arrays.exclusive():
             names = ("duration", "pitches", "frame_interval", "spells", "every_link")
             writer = Recorder(self, *(getattr(requested, name) for name in names))
-            while not writer.finished:
-                tick(writer.chunk())
-            return writer.recording()
+            return writer.finish(tick).recording()
 
     # -- looking -------------------------------------------------------------------------------------------------------
 

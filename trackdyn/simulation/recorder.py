@@ -13,6 +13,7 @@ from trackdyn.simulation.account import refuse_open_account
 from trackdyn.simulation.checkpoint import filled
 from trackdyn.simulation.cost import refuse_too_large
 from trackdyn.simulation.recording import Recording, provenance
+from trackdyn.simulation.resolution import Answer, answer
 from trackdyn.simulation.watch import Watch
 
 # Length of a chunk, s, and spells that may end within it.
@@ -111,6 +112,16 @@ class Recorder:
 
     def _refuse_open_account(self) -> None:
         refuse_open_account(self.record.energy[: self.done], self.loop.model, self.driven())
+
+    def finish(self, tick: Callable[[float], object] = lambda seconds: None) -> "Recorder":
+        """Record to the end; ``tick`` is called with the seconds that every chunk adds."""
+        while not self.finished:
+            tick(self.chunk())
+        return self
+
+    def answer(self, first: int = 0, ended: int = 0) -> Answer:
+        """What is compared with a finer step, of samples from ``first`` on and contacts from the chunk ``ended`` on."""
+        return answer(self.record, slice(first, self.done), self.ended[ended:], self.loop.model, self.begin)
 
     def describe(self) -> dict:
         """What a checkpoint holds of it, the loop included."""

@@ -6,7 +6,7 @@ from trackdyn.errors import DivergenceError
 from trackdyn.scene.limits import largest_step, round_step, turn_limit
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recorder import Recorder
-from trackdyn.simulation.resolution import NO, Answer, answer
+from trackdyn.simulation.resolution import NO
 
 HOLDS = 0.01  # of RMS and mean peak, from a step to half of it
 SECONDS, RAMP = 1.0, 0.3  # s at speed, and until then
@@ -29,19 +29,6 @@ class Trial(NamedTuple):
         return f"--step {self.step:.7g}: tried, RMS and mean peak hold to {HOLDS:.0%} with half of it"
 
 
-def short_run(loop: Loop, seconds: float, watched: bool, origin: Loop | None = None) -> tuple[Answer, Recorder]:
-    """What is compared of a record of all links from here on; ``watched`` and ``origin`` as in `Recorder`."""
-    writer = Recorder(loop, seconds, (), 0.0, True, True, watched, origin)
-    while not writer.finished:
-        writer.chunk()
-    return recorded_answer(writer), writer
-
-
-def recorded_answer(writer: Recorder) -> Answer:
-    """What is compared of all that a recorder has recorded so far."""
-    return answer(writer.record, slice(writer.done), writer.ended, writer.loop.model, writer.begin)
-
-
 def try_steps(settled: Loop, rpm: float) -> Trial:
     """Halve the step of a second's run at ``rpm`` (rev/min) from rest until RMS and mean peak hold to a hundredth."""
     sample = 1.0 / settled.scene.rig.sensor.rate
@@ -55,7 +42,8 @@ def try_steps(settled: Loop, rpm: float) -> Trial:
         try:
             loop = settled.changed(step=step, **scene)
             loop.advance(RAMP)
-            found, writer = short_run(loop, SECONDS, False)
+            writer = Recorder(loop, SECONDS, (), 0.0, True, True, False).finish()
+            found = writer.answer()
             tried.append(step)
             if before is not None and max(before[0].differs(found)) <= HOLDS and before[1] != NO:
                 return Trial(tried[-2], tuple(tried))

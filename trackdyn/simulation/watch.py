@@ -13,7 +13,6 @@ from trackdyn.simulation.resolution import (
     Answer,
     Resolution,
     alternating_share,
-    answer,
     doubt,
     passed_pitches,
     resolution,
@@ -65,8 +64,7 @@ class Watch:
     def _judge(self, seconds: float) -> None:
         recorder = self.recorder
         model, rows = recorder.loop.model, recorder.record.mean[self.first : recorder.done]
-        piece = slice(self.first, recorder.done)
-        coarse = answer(recorder.record, piece, recorder.ended[self.ended :], model, recorder.begin)
+        coarse = recorder.answer(self.first, self.ended)
         found = doubt(recorder.alternating - self.alternating, model, rows, recorder.driven(self.first), coarse.alone)
         self.found = self.found or found  # also where no finer step can be tried
         found = found or self._brief()
@@ -117,9 +115,7 @@ class Watch:
         finer.advance(self.time - loop.time)
         again = self.recorder.__class__(finer, seconds, (), 0.0, requested["spells"], requested["every_link"], False)
         again.record.spells.open[:], again.record.spells.last[:] = self.open
-        while not again.finished:
-            again.chunk()
-        return answer(again.record, slice(again.done), again.ended, finer.model, again.begin)
+        return again.finish().answer()
 
     def resolution(self) -> Resolution:
         """State of the resolution of the record so far."""

@@ -16,8 +16,8 @@ from trackdyn.parameters.rig_file import shipped_rigs
 from trackdyn.scene.limits import largest_step
 from trackdyn.scene.scene import OF_THE_RIG, Scene
 from trackdyn.simulation.loop import Loop
+from trackdyn.simulation.recorder import Recorder
 from trackdyn.simulation.resolution import NO, OPEN, PEAKS, RMS, YES
-from trackdyn.simulation.trial import short_run
 from trackdyn.simulation.watch import FINER
 
 FAMILY = "short runs"
@@ -128,8 +128,8 @@ def run_short(number: int, seed: int = SEED) -> dict:
 def _run(loop: Loop, seconds: float, watched: bool):
     own = loop.copy()
     own.advance(RAMP)
-    statistics, writer = short_run(own, seconds, watched, loop)
-    return statistics, writer.watch.resolution()
+    writer = Recorder(own, seconds, (), 0.0, True, True, watched, loop).finish()
+    return writer.answer(), writer.watch.resolution()
 
 
 def by_kind(rows: pd.DataFrame) -> pd.DataFrame:
