@@ -76,7 +76,7 @@ def ring(
         origin=f"Rig {rig}; rule: {judge}; {', '.join(f'{name} {radius:.5g} m' for name, radius in marks.items())}.",
     )  # fmt: skip
     if not quiet:
-        _say_table(study)
+        _say_table(shown)
         typer.echo("\n".join([*(f"note: {note}" for note in notes), *said, f"look at {out / 'ring.html'}"]))
 
 
@@ -118,19 +118,14 @@ def _shown(study: "pd.DataFrame") -> list[dict]:
     return rows
 
 
-def _say_table(study: "pd.DataFrame") -> None:
+def _say_table(shown: list[dict]) -> None:
     """The table of a terminal, a block a speed."""
-    columns = [f"{side}_{name}" for name in ("share_pct", "rms_n") for side in SIDES]
-    for rpm, rows in study.groupby("rpm"):
-        share, force = (
-            rows[[f"{side}_{name}" for side in SIDES]].max(axis=None) for name in ("share_error_pct", "rms_error_n")
-        )
-        typer.echo(f"{f'{rpm:g} rpm':>10}   contact, % of a turn +- {share:.2g}   RMS force, N +- {force:.2g}")
-        typer.echo(f"{'ring, m':>10}" + "".join(f"{side:>9}" for side in SIDES * 2))
-        for of in rows.to_dict("records"):
-            cells = [f"{of[name]:9.2f}" if name.endswith("pct") else f"{of[name]:9.0f}" for name in columns]
-            typer.echo(f"{_radius(of):>10}" + "".join(cells))
-        typer.echo("")
+    import pandas as pd
+
+    for rpm, rows in pd.DataFrame(shown).groupby("rpm", sort=False):
+        table = rows.drop(columns=["rpm", "settled_tension_n"]).set_axis(["ring, m", *SIDES, *SIDES], axis=1)
+        text = table.to_string(index=False).replace("\N{MINUS SIGN}", "-").replace("\N{PLUS-MINUS SIGN}", "+-")
+        typer.echo(f"{rpm} rpm: contact, % of a turn; RMS force, N\n{text}\n")
 
 
 def _radius(row: dict) -> str:

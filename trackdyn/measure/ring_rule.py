@@ -1,5 +1,6 @@
 """Which ring serves: bounds of contact measures at every speed, and the choice among the radii that keep them."""
 
+import operator
 import re
 from typing import NamedTuple
 
@@ -17,6 +18,9 @@ _KNOWN = f"rms_g, sd_g, or left_, right_ or ring_ with {', '.join(name for name,
 _BOUND = re.compile(r"(\w+)\s*(<=?|>=?)\s*(?:(least)\s*\+\s*)?(-?\d+\.?\d*(?:e-?\d+)?)")
 
 
+KEEPS = {"<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge}
+
+
 class Bound(NamedTuple):
     """What a measure must keep at every speed."""
 
@@ -28,31 +32,22 @@ class Bound(NamedTuple):
     def __str__(self) -> str:
         return f"{self.column} {self.sign} {'least + ' * self.over_least}{self.number:g}"
 
-    def limit(self, values: pd.Series) -> float:
-        """The bound at a speed of which ``values`` are those of all rings."""
-        return self.number + (float(values.min()) if self.over_least else 0.0)
+    def missed(self, rings: pd.DataFrame) -> pd.DataFrame:
+        """Rows of rings that do not keep the bound, or of which it is not known (NaN), with their ``limit``."""
+        values = rings[self.column]
+        limit = self.number + (values.groupby(rings["rpm"]).transform("min") if self.over_least else 0.0)
+        return rings.assign(limit=limit)[~KEEPS[self.sign](values, limit)]
 
-    def kept(self, value: float, limit: float) -> bool:
-        """Whether a value keeps the bound; one that is not known (NaN) does not."""
-        return {"<": value < limit, "<=": value <= limit, ">": value > limit, ">=": value >= limit}[self.sign]
-
-
-class Miss(NamedTuple):
-    """A bound that a ring does not keep at a speed (rev/min)."""
-
-    bound: Bound
-    rpm: float
-    value: float
-    error: float
-    limit: float
-
-    def __str__(self) -> str:
-        if self.value != self.value:
-            return f"{heading(self.bound.column)} at {self.rpm:g} rpm is not known"
-        error = f" +- {self.error:.2g}" if self.error == self.error and self.error else ""
+    def worst(self, missed: pd.DataFrame) -> str:
+        """The speed at which rows miss the bound by most, and at how many others they do."""
+        row = missed.loc[(missed[self.column] - missed["limit"]).abs().fillna(float("inf")).idxmax()]
+        others = f", and at {len(missed) - 1} more of the speeds" if len(missed) > 1 else ""
+        value, error = row[self.column], row.get(error_of(self.column) or "", 0.0)
+        if value != value:
+            return f"{heading(self.column)} at {row['rpm']:g} rpm is not known{others}"
         return (
-            f"{heading(self.bound.column)} at {self.rpm:g} rpm is {self.value:.4g}{error}, "
-            f"must be {self.bound.sign} {self.limit:.4g}"
+            f"{heading(self.column)} at {row['rpm']:g} rpm is {value:.4g}{f' +- {error:.2g}' if error > 0 else ''}, "
+            f"must be {self.sign} {row['limit']:.4g}{others}"
         )
 
 
@@ -68,26 +63,14 @@ class RingRule(NamedTuple):
         choice = self.choice if self.choice in ("smallest", "largest") else f"least {self.choice}"
         return ", ".join((*map(str, self.bounds), choice))
 
-    def misses(self, study: pd.DataFrame) -> dict[float, list[Miss]]:
-        """What every radius (m) of a study misses; an empty list: it serves."""
-        rings = study.dropna(subset="ring_radius_m").sort_values(["ring_radius_m", "rpm"])
-        found: dict[float, list[Miss]] = {float(radius): [] for radius in rings["ring_radius_m"].unique()}
-        for bound in self.bounds:
-            for rpm, rows in rings.groupby("rpm"):
-                limit, error = bound.limit(rows[bound.column]), error_of(bound.column) or ""
-                for row in rows.to_dict("records"):
-                    if not bound.kept(value := row[bound.column], limit):
-                        miss = Miss(bound, float(rpm), value, row.get(error, float("nan")), limit)
-                        found[row["ring_radius_m"]].append(miss)
-        return found
-
     def radius(self, study: pd.DataFrame) -> float:
         """The radius to choose, m; NaN if none serves. ``study`` has a row a radius and speed, columns of metrics."""
-        serving = [radius for radius, missed in self.misses(study).items() if not missed]
-        if not serving or self.choice in ("smallest", "largest"):
-            return {"smallest": min, "largest": max}.get(self.choice, min)(serving, default=float("nan"))
-        rows = study[study["ring_radius_m"].isin(serving)]
-        return float(rows.groupby("ring_radius_m")[self.choice].max().idxmin())
+        rings = study.dropna(subset="ring_radius_m")
+        missed = set().union(*(bound.missed(rings)["ring_radius_m"] for bound in self.bounds))
+        rings = rings[~rings["ring_radius_m"].isin(missed)]
+        if rings.empty or self.choice in ("smallest", "largest"):
+            return float(rings["ring_radius_m"].max() if self.choice == "largest" else rings["ring_radius_m"].min())
+        return float(rings.groupby("ring_radius_m")[self.choice].max().idxmin())
 
 
 def parse_rule(text: str) -> RingRule:
@@ -113,35 +96,25 @@ def advice(study: pd.DataFrame, rule: RingRule) -> list[str]:
 
     Then what every bound is kept by, and what would be chosen at one speed alone.
     """
-    misses, chosen = rule.misses(study), rule.radius(study)
-    radii, found = list(misses), ["no radius of these serves at every speed"]
+    rings, chosen = study.dropna(subset="ring_radius_m"), rule.radius(study)
+    radii, found = sorted(rings["ring_radius_m"].unique()), ["no radius of these serves at every speed"]
+    misses = {bound: dict(list(bound.missed(rings).groupby("ring_radius_m"))) for bound in rule.bounds}
     if chosen == chosen:
         found, place = [f"choose {chosen:g} m, by the rule {rule}"], radii.index(chosen)
         for words, k in (("next smaller", place - 1), ("next larger", place + 1)):
             if not 0 <= k < len(radii):
                 found.append(f"{words}: none was run; beyond the end of the radii the rule may choose another one")
-            else:
-                missed = _worst(misses[radii[k]]) or f"serves, too: {_changes(study, chosen, radii[k])}"
-                found.append(f"{words}, {radii[k]:g} m: {missed}")
-    for bound in rule.bounds:
-        keep = [f"{radius:g}" for radius, missed in misses.items() if all(miss.bound != bound for miss in missed)]
+                continue
+            missed = "; ".join(bound.worst(of[radii[k]]) for bound, of in misses.items() if radii[k] in of)
+            found.append(f"{words}, {radii[k]:g} m: {missed or f'serves, too: {_changes(study, chosen, radii[k])}'}")
+    for bound, of in misses.items():
+        keep = [f"{radius:g}" for radius in radii if radius not in of]
         found.append(f"{bound} at every speed: {', '.join(keep) + ' m' if keep else 'no radius'}")
     if study["rpm"].nunique() > 1:
         alone = {rpm: rule.radius(rows) for rpm, rows in study.groupby("rpm")}
         each = (f"{rpm:g} rpm {f'{of:g} m' if of == of else 'none'}" for rpm, of in alone.items())
         found.append(f"at one speed alone: {', '.join(each)}")
     return found
-
-
-def _worst(missed: list[Miss]) -> str:
-    """Of every bound that is missed the speed at which it is missed by most, and at how many others it is, too."""
-    found = []
-    for bound in dict.fromkeys(miss.bound for miss in missed):
-        speeds = [miss for miss in missed if miss.bound == bound]
-        worst = max(speeds, key=lambda miss: abs(miss.value - miss.limit))
-        others = f", and at {len(speeds) - 1} more of the speeds" if len(speeds) > 1 else ""
-        found.append(f"{worst}{others}")
-    return "; ".join(found)
 
 
 def _changes(study: pd.DataFrame, chosen: float, other: float) -> str:
