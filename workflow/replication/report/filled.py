@@ -41,21 +41,25 @@ def settings_text(rows: pd.DataFrame, short_runs: pd.DataFrame) -> str:
     return f"{table.to_markdown(index=False, disable_numparse=True)}\n\n{short_runs_verdict(short_runs)}"
 
 
-def assumptions_sentence(profiles: pd.DataFrame) -> str:
-    """The assumptions that cost the first rig most statements, each at its worst value."""
+def assumptions_sentence(near: pd.DataFrame, profiles: pd.DataFrame) -> str:
+    """What neighbours of the first rig show, and the assumptions that cost it most statements."""
     worst = profiles.loc[profiles.groupby("assumption", sort=False)["shown"].idxmin()].nsmallest(DECISIVE, "shown")
-    cells = [
-        f"{row.shown:g} of {row.of:g} with {re.sub('[._]', ' ', row.assumption)} {row.value}"
-        for row in worst.itertuples()
-    ]
-    return f"With one value changed and no other fitted again, fewer statements remain: {', '.join(cells)}."
+    cells = [f"{row.shown:g} with {re.sub('[._]', ' ', row.assumption)} {row.value}" for row in worst.itertuples()]
+    around = near.iloc[0]
+    return (
+        f"With all fitted values changed by up to {100 * around['share_moved']:g} %, nine of ten rigs show at least "
+        f"{around['shown_by_90_pct']:g} of the {around['of']:g} statements that were fitted. With one value changed "
+        f"and no other fitted again, it shows {', '.join(cells)}."
+    )
 
 
-def readme_text(card: pd.DataFrame, parameters: pd.DataFrame, profiles: pd.DataFrame, rows: pd.DataFrame) -> str:
+def readme_text(
+    card: pd.DataFrame, parameters: pd.DataFrame, near: pd.DataFrame, profiles: pd.DataFrame, rows: pd.DataFrame
+) -> str:
     """The answer, its table, and what an answer costs."""
     table = statements(card).to_markdown(index=False, disable_numparse=True)
     marks = ", ".join(f"{mark} {verdict}" for verdict, mark in MARKS.items() if verdict != NO_TEST)
-    sentences = [*answer_sentences(card, parameters), assumptions_sentence(profiles)]
+    sentences = [*answer_sentences(card, parameters), assumptions_sentence(near, profiles)]
     answer = "\n".join(f"- {sentence}" for sentence in sentences)
     return f"{answer}\n\n{table}\n\n{marks}. What an answer costs: {trade_sentence(rows)}"
 
@@ -94,10 +98,11 @@ def write_pages(files: Iterable[str], pages: Iterable[tuple[str, tuple[str, ...]
         fill(Path(page), [Path("docs", "measured", source) for source in sources], write)
 
 
+README = ("claims.csv", "parameters.csv", "answer_robustness.csv", "answer_profiles.csv")
 PAGES = (
     ("docs/speed-and-accuracy.md", ("trade.csv", "extremes_short_runs.csv"), settings_text),
     ("docs/your-own-rig.md", ("layouts.csv",), layouts_text),
-    ("README.md", ("claims.csv", "parameters.csv", "answer_profiles.csv", "trade.csv"), readme_text),
+    ("README.md", (*README, "trade.csv"), readme_text),
 )
 
 if __name__ == "__main__":
