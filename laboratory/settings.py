@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from replication.study.settings import Forms, Values
+from replication.study.settings import StudySizes, Values
 from trackdyn.parameters.validation import Positive, Section, validated
 from trackdyn.parameters.yaml_file import read_yaml
 
@@ -23,7 +23,7 @@ class WearForm(Section):
 class Laboratory(Section):
     """Everything in ``config/laboratory.yaml``."""
 
-    wear: Forms[WearForm]
+    wear: StudySizes[WearForm]
 
 
 def load_laboratory(path: Path | str) -> Laboratory:

@@ -151,7 +151,7 @@ def browser():
     api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed: no test in a browser")
     path = next((executable for name in BROWSERS if (executable := shutil.which(name))), None)
     if path is None:
-        pytest.skip(f"no browser found (looked for {', '.join(BROWSERS)}): the page is not tested in one")
+        pytest.skip(f"no browser (looked for {', '.join(BROWSERS)}): the page is not tested in one")
     with api.sync_playwright() as playwright:
         started = playwright.chromium.launch(executable_path=path, args=BROWSER_ARGUMENTS)
         yield started

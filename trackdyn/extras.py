@@ -38,11 +38,11 @@ def missing(error: ModuleNotFoundError) -> InputError:
 def _place(package: str) -> str:
     """The command that brings a package: by its extra, from the clone, since no index has trackdyn."""
     try:
-        found = requires("trackdyn") or []
+        requirements = requires("trackdyn") or []
     except PackageNotFoundError:  # a copy that was never installed
-        found = []
+        requirements = []
     extras: dict[str, list[str]] = {}
-    for text in found:
+    for text in requirements:
         name, extra = re.match(r"[\w.-]+", text), re.search(r"extra == ['\"](\w+)['\"]", text)
         if name and extra:
             extras.setdefault(extra[1], []).append(name[0].lower())

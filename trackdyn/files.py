@@ -49,32 +49,32 @@ def replacing(path: Path | str) -> Iterator[Path]:
 
     Where ``path`` is a link its target is written. A file that is replaced keeps its mode.
     """
-    part = None
+    temporary = None
     try:
         target, mode = _target(path)
-        part = _part(target)
+        temporary = _part(target)
         target.parent.mkdir(parents=True, exist_ok=True)
-        _OPEN.add(part)
-        yield part
-        with part.open("rb+") as file:
+        _OPEN.add(temporary)
+        yield temporary
+        with temporary.open("rb+") as file:
             os.fsync(file.fileno())  # or a power cut could leave the name without what it names
         if mode is not None:
-            part.chmod(mode)
-        os.replace(part, target)
+            temporary.chmod(mode)
+        os.replace(temporary, target)
     except OSError as error:
         reason = error.strerror or error
         raise InputError(f"{path}: cannot be written ({reason}); free disk space or choose another folder") from None
     finally:
-        if part is not None:
-            with suppress(OSError):  # a place where nothing could be made holds nothing to remove
-                part.unlink(missing_ok=True)
-            _OPEN.discard(part)
+        if temporary is not None:
+            with suppress(OSError):  # where nothing could be made, there is nothing to remove
+                temporary.unlink(missing_ok=True)
+            _OPEN.discard(temporary)
 
 
 def write_text(path: Path | str, text: str) -> None:
     """Write a text as UTF-8, its newlines as they are, whole or not at all. Raises `InputError`: as `replacing`."""
-    with replacing(path) as part:
-        part.write_text(text, encoding="utf-8", newline="")
+    with replacing(path) as temporary:
+        temporary.write_text(text, encoding="utf-8", newline="")
 
 
 def write_csv(path: Path | str, table, **options) -> None:
@@ -89,9 +89,9 @@ def keep(path: Path | str) -> None:
 
 def broken_off() -> str:
     """Remove what is being written, for a process that is about to end, and say what is kept."""
-    for part in list(_OPEN):
+    for temporary in list(_OPEN):
         with suppress(OSError):
-            part.unlink(missing_ok=True)
+            temporary.unlink(missing_ok=True)
     kept = [f"{path} is kept, and the same command goes on from it" for path in sorted(_KEPT) if path.exists()]
     return "; ".join(["no file is left half-written", *kept])
 
@@ -160,12 +160,12 @@ def _checksum(meta: str, arrays: "dict[str, np.ndarray]") -> str:
 
 
 def write_npz(path: Path | str, meta: dict, arrays: "dict[str, np.ndarray]", compress: bool = False) -> None:
-    """Write a description and arrays with their checksum, beside the place and rename."""
+    """Write a description and arrays with their checksum, to a temporary file and rename."""
     import numpy as np
 
     text = json.dumps(meta, sort_keys=True)
     arrays = {name: np.asarray(array) for name, array in arrays.items()}
-    with replacing(path) as part, part.open("wb") as file:
+    with replacing(path) as temporary, temporary.open("wb") as file:
         write = np.savez_compressed if compress else np.savez
         write(file, meta=np.array(text), checksum=np.array(_checksum(text, arrays)), **arrays)
 
@@ -188,12 +188,12 @@ def read_npz(path: Path | str, what: str, limit: float, arrays: bool = True) -> 
                 raise ValueError
         if size <= limit:
             with np.load(path, allow_pickle=False) as data:
-                meta, found = json.loads(text := str(data["meta"])), {}
+                meta, loaded = json.loads(text := str(data["meta"])), {}
                 if arrays:
-                    found = {name: data[name] for name in data.files if name not in ("meta", "checksum")}
-                if not isinstance(meta, dict) or (arrays and str(data["checksum"]) != _checksum(text, found)):
+                    loaded = {name: data[name] for name in data.files if name not in ("meta", "checksum")}
+                if not isinstance(meta, dict) or (arrays and str(data["checksum"]) != _checksum(text, loaded)):
                     raise ValueError
-                return meta, found
+                return meta, loaded
     except Exception:  # whatever a damaged file makes of zip, of JSON, of the header of an array or its size
         raise InputError(f"{path}: not a {what}, or damaged; remove it to make it anew") from None
     raise InputError(

@@ -119,11 +119,11 @@ class _CheckedFile:
             _warn(FOLDER, error.strerror or error)
 
     def load(self, key):
-        found = self._read(key)
-        if found is None and fcntl is not None:
+        compiled = self._read(key)
+        if compiled is None and fcntl is not None:
             self._lock(key)
-            found = self._read(key)
-        return found
+            compiled = self._read(key)
+        return compiled
 
     def _lock(self, key):
         """Wait until no other process compiles what this key names, at most `PATIENCE`."""
@@ -153,7 +153,7 @@ class _CheckedFile:
                 return None
             stored, data = pickle.loads(content)
             return data if stored == key else None
-        except Exception:  # whatever a damaged file makes of unpickling; nothing found is a TypeError
+        except Exception:  # whatever a damaged file makes of unpickling; no entry is a TypeError
             return None
 
     def flush(self):
@@ -163,11 +163,11 @@ class _CheckedFile:
 FOLDER = None if numba.config.DISABLE_JIT else _writable(cache_folder())
 
 
-def _compiled(function, part, **options):
+def _compiled(function, package, **options):
     """Dispatcher of a function, with its code kept in a folder in ``FOLDER`` or nowhere."""
     if FOLDER is None:
         return numba.njit(**OPTIONS, **options)(function)
-    folder = FOLDER / part
+    folder = FOLDER / package
     # numba's own setting falls back to folders without a hash, and is read anew when the environment changes
     before, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(folder)
     try:
@@ -244,7 +244,7 @@ def kernel(function):
 def fused(function):
     """Compile a `kernel` in which a product and a sum may become one operation, rounded once.
 
-    Which ones depends on the processor and on what stands around: only for what the time loop calls in one place, so
+    Which ones depends on the processor and on what stands around: only for what the time loop calls once, so
     that a run that is resumed repeats it bit for bit.
     """
     return _made(function, forceinline=True, _nrt=False, fastmath={"contract"})

@@ -20,8 +20,8 @@ KERNEL_SOURCES = ("jit.py", "model", "contact", "chain", "integrate")
 @cache
 def _locate(module: Module, places: tuple[Path, ...]) -> Path | None:
     """File of a module or package; None if it is none of ours."""
-    for place in places:
-        path = place.joinpath(*module)
+    for folder in places:
+        path = folder.joinpath(*module)
         for file in (path / "__init__.py", path.parent / f"{path.name}.py"):
             if module and file.is_file():
                 return file
@@ -39,18 +39,18 @@ def _statements(node: ast.AST) -> Iterator[ast.AST]:
 @cache
 def _imports(file: Path, package: Module) -> list[tuple[Module, str | None, str]]:
     """Module, name (None: all of it) and what it is called here, of every import in a file, also in its functions."""
-    found = []
+    imports = []
     for node in _statements(ast.parse(file.read_bytes())):
         if isinstance(node, ast.Import):
             for alias in node.names:
                 parts = tuple(alias.name.split("."))
                 # the packages on the way are bound as well: whatever they offer may be used
-                found += [(parts[:n], None, alias.asname or parts[0]) for n in range(1, len(parts) + 1)]
+                imports += [(parts[:n], None, alias.asname or parts[0]) for n in range(1, len(parts) + 1)]
         elif isinstance(node, ast.ImportFrom):
             above = package[: len(package) - node.level + 1] if node.level else ()
             module = (*above, *(node.module.split(".") if node.module else ()))
-            found += [(module, None if a.name == "*" else a.name, a.asname or a.name) for a in node.names]
-    return found
+            imports += [(module, None if a.name == "*" else a.name, a.asname or a.name) for a in node.names]
+    return imports
 
 
 def imported_files(script: Path, root: Path) -> list[Path]:
@@ -63,7 +63,7 @@ def imported_files(script: Path, root: Path) -> list[Path]:
     belong to whoever imports a module of their folder.
     """
     places = root, root / "workflow"
-    found: set[Path] = set()
+    files: set[Path] = set()
     seen = set()
 
     def need(module: Module, name: str | None) -> None:
@@ -71,7 +71,7 @@ def imported_files(script: Path, root: Path) -> list[Path]:
         if file is None or (module, name) in seen:
             return
         seen.add((module, name))
-        found.update(filter(None, (_locate(module[:n], places) for n in range(1, len(module) + 1))))
+        files.update(filter(None, (_locate(module[:n], places) for n in range(1, len(module) + 1))))
         is_package = file.name == "__init__.py"
         imports = _imports(file, module if is_package else module[:-1])
         if is_package and name:
@@ -85,24 +85,24 @@ def imported_files(script: Path, root: Path) -> list[Path]:
 
     for source, what, _ in _imports(script, ()):
         need(source, what)
-    packages = {file.parent for file in found if file.name == "__init__.py"}
+    packages = {file.parent for file in files if file.name == "__init__.py"}
     beside = {
         path
         for folder in packages
         for path in folder.iterdir()
         if path.is_file() and path.suffix not in (".py", ".typed")
     }
-    return sorted(found | beside)
+    return sorted(files | beside)
 
 
 def digest(files: Iterable[Path], root: Path) -> str:
     """Hash of files by their places below ``root`` and of the compiler's versions (16 hexadecimal digits)."""
-    found = hashlib.sha256(f"numba {version('numba')}, llvmlite {version('llvmlite')}".encode())
+    content_hash = hashlib.sha256(f"numba {version('numba')}, llvmlite {version('llvmlite')}".encode())
     for path in files:
         content = path.read_bytes()
-        found.update(f"\n{path.relative_to(root).as_posix()} {len(content)}\n".encode())
-        found.update(content)
-    return found.hexdigest()[:16]
+        content_hash.update(f"\n{path.relative_to(root).as_posix()} {len(content)}\n".encode())
+        content_hash.update(content)
+    return content_hash.hexdigest()[:16]
 
 
 @cache
@@ -114,7 +114,7 @@ def source_hash() -> str:
     root = Path(__file__).parent
     places = [root / name for name in KERNEL_SOURCES]
     return digest(
-        [file for place in places for file in ([place] if place.is_file() else sorted(place.rglob("*.py")))], root
+        [file for path in places for file in ([path] if path.is_file() else sorted(path.rglob("*.py")))], root
     )
 
 

@@ -31,7 +31,7 @@ KNOWN = {
     "rigs": [], # files that rows name themselves
     "kernels": [], # files that are there when the kernels are compiled; none: they are compiled here
     "store": "", # folder of rows as they come; that beside `out`
-    "logs": "", # where names of logs begin, in a folder logs; what jobs took goes into a folder benchmarks at its place
+    "logs": "", # where names of logs begin, in a folder logs; what jobs took goes into a folder benchmarks beside
     "batches": 10, # jobs; a minute or more of rows in each makes their start cheap
     "threads": 1, # of a job
     "mem_mb": 700, # of a job, and so much more with every try; measured: what a job took stands beside its log

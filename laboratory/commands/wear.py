@@ -23,7 +23,7 @@ def wear(
     overwrite: Overwrite = False,
     quiet: Quiet = False,
 ) -> None:
-    """The life of a rig: what wears, and what that changes, from the new part to a radius or a distance."""
+    """The life of a rig: what wears, and what that changes, from the new ring to a radius or a distance."""
     from laboratory.wear.law import DEFAULT, load_coefficients
     from laboratory.wear.life import Worn, live
     from trackdyn.parameters.rig import load_rig

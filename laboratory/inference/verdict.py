@@ -14,7 +14,7 @@ not identified
 in doubt
     Instead of the first two, where the records contradict the model: of some group of features the discrepancy's 90 %
     interval lies wholly above that of the prior. The interval is then one of a model that does not explain the
-    records. This part of the rule came last: without it, records that no rig had made were told a stiffness and a
+    records. This clause came last: without it, records that no rig had made were told a stiffness and a
     tension.
 """
 

@@ -1,4 +1,4 @@
-"""What the searches for rigs found: a table, and cost against rows."""
+"""Results of the searches for rigs: a table, and cost against rows."""
 
 from trackdyn.sweeps.job import run_job
 

@@ -37,7 +37,7 @@ def write_identification_page(
 ) -> Path:
     """Draw the figures and write ``index.html``.
 
-    ``synthetic`` is what records are called that were not measured, ``tellable`` what `informative.tellable` found.
+    ``synthetic`` is what records are called that were not measured, ``tellable`` the result of `informative.tellable`.
     """
     count, called = len(answer.unknowns), f"{synthetic} record" if synthetic else "record"
     draws, features = answer.draws, features_table(answer)

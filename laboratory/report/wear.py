@@ -1,4 +1,4 @@
-"""The measured part of the page on wear, from the lives alone."""
+"""The measured block of the page on wear, from the lives alone."""
 
 import pandas as pd
 

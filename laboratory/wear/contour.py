@@ -70,7 +70,7 @@ def _contour(groove: Groove, areas: list[int], side: float) -> Contour:
 def fit_flank(flank: Contour, depth: np.ndarray, teeth: int, arc_radius: float) -> tuple[np.ndarray, float]:
     """Tangent arcs that follow a worn flank, and how far they miss it where it is worn, m.
 
-    Squared distances are weighted with the depth and a tenth of the greatest one: a scar is narrow, and the place that
+    Squared distances are weighted with the depth and a tenth of the greatest one: a scar is narrow, and the point that
     touches is what counts. The second number is the root of their mean, weighted with the depth alone. The fit starts
     from the arcs of the new flank. The bottom stays where it is, so that both flanks meet there.
 
@@ -119,7 +119,7 @@ def worn_rig(rig: Rig, of: tuple[Contour, Contour], flanks, arcs: np.ndarray, bu
         Depths over left and right flank, m.
     arcs : array
         Depths over the connector's arcs, m. Their mean, weighted with themselves, is taken off the radius of both: the
-        model has one radius, and it is that of the place that touches.
+        model has one radius, and it is that of the point that touches.
     bushing : float
         Depth of every bore, m: a link grows by twice as much, the connector keeps its length.
 

@@ -33,7 +33,7 @@ EnergyDensity = Annotated[float, Quantity("J/m3", gt=0)]
 
 class Coefficients(Section):
     """Energy densities of the parts that wear (J/m3), the area of a bushing that does (m2), and the standard deviation
-    of the place on a groove at which connectors touch (m): the model's connectors are alike, those of a chain are not.
+    of the point on a groove at which connectors touch (m): the model's connectors are alike, those of a chain are not.
     """
 
     tooth: EnergyDensity

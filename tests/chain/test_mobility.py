@@ -11,7 +11,7 @@ from trackdyn.scene.build import build_chain
 def by_mass_matrix(chain, body, along, arm=0.0, x=1.0):
     """Of a chain that lies straight with both ends free: across itself it has one way and ``n`` angles.
 
-    With ``arm`` and ``x`` of a sliding point: the place's way times x, less the arm times the turn.
+    With ``arm`` and ``x`` of a sliding point: the point's way times x, less the arm times the turn.
     """
     n = len(chain.mass)
 
@@ -58,7 +58,7 @@ def test_mobility_is_that_of_the_mass_matrix(fraction):
 @pytest.mark.parametrize("fraction", [0.0, 0.4, 1.0])
 @pytest.mark.parametrize("x", [-0.8, 0.0, 0.5, 1.0])
 def test_mobility_of_a_sliding_point_is_that_of_the_mass_matrix(fraction, x):
-    """Its slip: the place's way across the chain times the normal's component along it, less the arm times the turn."""
+    """Its slip: the point's way across the chain times the normal's component along it, less the arm times the turn."""
     chain, middle, arm = uneven(41), 20, 0.03
     ends = Chain(*(np.roll(values, -middle) for values in chain[:5]), *chain[5:])
     along = fraction * chain.length[middle]

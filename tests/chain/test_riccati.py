@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from replication.study.extremes import reference
-from trackdyn.chain.kinematics import bushing_torques, damping_weight, orient, place
+from trackdyn.chain.kinematics import bushing_torques, damping_weight, forward_kinematics, orient
 from trackdyn.chain.riccati import accelerations
 from trackdyn.model.constants import Chain
 from trackdyn.model.state import make_state
@@ -178,7 +178,7 @@ def test_pins_and_velocities_along_the_chain():
     chain, state, _ = make_ring(10, 8)
     work = make_work(10, 5, 3)
     orient(state.angle, work.cos, work.sin)
-    place(chain, state, work)
+    forward_kinematics(chain, state, work)
     assert (work.pin_x[-1], work.pin_y[-1]) == pytest.approx((work.pin_x[0], work.pin_y[0]), abs=1e-13)
     # velocities by differences of the places: of second order in the step, 1e-6^2, and rounding over it
     eps = 1e-6
@@ -188,7 +188,7 @@ def test_pins_and_velocities_along_the_chain():
         moved.pin[:2] += sign * eps * state.pin[2:]
         other = make_work(10, 5, 3)
         orient(moved.angle, other.cos, other.sin)
-        place(chain, moved, other)
+        forward_kinematics(chain, moved, other)
         places.append(np.array([
             other.pin_x[:-1] + chain.com_x * other.cos - chain.com_y * other.sin,
             other.pin_y[:-1] + chain.com_x * other.sin + chain.com_y * other.cos,

@@ -5,7 +5,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from trackdyn.chain.kinematics import bushing_torques, orient, place
+from trackdyn.chain.kinematics import bushing_torques, forward_kinematics, orient
 from trackdyn.chain.plane import plane_dynamics, turn_plane, update_frame
 from trackdyn.chain.riccati import accelerations
 from trackdyn.model.constants import Chain, Space
@@ -69,10 +69,10 @@ class Polygon:
         self.force, self.moment = rng.normal(0.0, 300.0, (n, 3)), rng.normal(0.0, 30.0, (n, 3))
 
     def loaded(self):
-        """Work and its part in space under the given loads and those of the moving plane."""
+        """Work and its spatial arrays under the given loads and those of the moving plane."""
         work, room = make_work(self.n, self.n // 2, 1), make_space_work(self.n, 0)
         orient(self.state.angle, work.cos, work.sin)
-        place(self.chain, self.state, work)
+        forward_kinematics(self.chain, self.state, work)
         work.force_x[:], work.force_y[:], room.force_z[:] = self.force.T
         room.moment_x[:], room.moment_y[:], work.moment[:] = self.moment.T
         update_frame(self.model, self.state, room)
@@ -138,7 +138,7 @@ class Polygon:
         return accelerations[:, :3], accelerations[:, 3:]
 
     def spread(self, pin, plane, alpha):
-        """Accelerations of mass centres and angular accelerations from what `solve` found, body by body."""
+        """Accelerations of mass centres and angular accelerations from the result of `solve`, body by body."""
         a_p, _, omega, centre, end = self.bodies()
         p, q = self.plane.motion[2:]
         acceleration = a_p @ [*pin, plane[0]]

@@ -294,7 +294,7 @@ def test_boundaries_hold_on_both_sides_of_the_cut(com):
     size = np.abs(product) @ np.abs(start)
     gap = end - start
     np.testing.assert_allclose(gap[6:12], 0.0, atol=1e-13 * size[6:12].max(), err_msg="one load through the cut")
-    np.testing.assert_allclose(gap[:3], 0.0, atol=1e-13 * size[:3].max(), err_msg="the pins of the cut part")
+    np.testing.assert_allclose(gap[:3], 0.0, atol=1e-13 * size[:3].max(), err_msg="the pins of the cut separate")
     np.testing.assert_allclose(start[[2, 3, 4, 6, 7, 11]], 0.0, atol=1e-12, err_msg="nothing leaves the plane")
     # every bushing of the chain has its torque, the first one included
     state = start

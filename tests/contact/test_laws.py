@@ -185,7 +185,7 @@ def test_initial_impact_velocity_is_kept_and_has_a_floor():
     assert stored_impact_speed(0.7, 0.2, 0.1) == 0.7
     assert stored_impact_speed(0.0, 0.2, 0.1) == 0.2
     assert stored_impact_speed(0.0, 0.02, 0.1) == 0.1
-    # found inside while already leaving: the magnitude
+    # inside while already leaving: the magnitude
     assert stored_impact_speed(0.0, -0.3, 0.1) == 0.3
 
 
@@ -200,5 +200,5 @@ def test_composite_modulus_is_equation_9(rig):
 
 
 def test_perfectly_elastic_impact_loses_nothing():
-    # first-order place of the exit: the velocity is stationary there
+    # first-order estimate of the exit: the velocity is stationary there
     assert rebound(law(restitution=1.0), 2.0, 0.4, 0.05) == pytest.approx(1.0, abs=1e-6)

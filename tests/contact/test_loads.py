@@ -19,7 +19,7 @@ RINGS = [None, 0.303, 0.308]
 class Listed:
     """The contacts on the list, a row each; those of one wheel if it is given.
 
-    ``surface`` is the velocity of the wheel's point at unit rate, ``spoke`` its place from the wheel's centre.
+    ``surface`` is the velocity of the wheel's point at unit rate, ``spoke`` its position from the wheel's centre.
     """
 
     def __init__(self, work, wheel=None):
@@ -53,7 +53,7 @@ def close_velocities(chain, state):
     """Take the least change of the rates that makes both pins of the cut joint move alike.
 
     The step closes positions; the pins' velocities after it differ by an error of its order, so that the
-    velocity of a body would depend on the place of the cut.
+    velocity of a body would depend on where the cut is.
     """
     rows = chain.length * np.array([-np.sin(state.angle), np.cos(state.angle)])
     gap = rows @ state.rate

@@ -20,7 +20,7 @@ def law(normal_law, restitution=0.5, limit=3.0):
 
 @pytest.mark.parametrize("restitution", RESTITUTIONS)
 def test_the_delivering_factor_is_the_inverse_of_what_a_factor_delivers(restitution):
-    # the root is found to 2e-12; near 1 the equation keeps 1e-16 / (1 - c_r)^2 of its digits, a series takes over
+    # the root is exact to 2e-12; near 1 the equation keeps 1e-16 / (1 - c_r)^2 of its digits, a series takes over
     assert delivered_restitution(delivering_loss(restitution)) == pytest.approx(restitution, abs=1e-11)
 
 

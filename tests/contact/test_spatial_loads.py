@@ -162,7 +162,7 @@ def test_action_and_reaction(make_spatial, friction):
     total_force, total_moment = force.sum(axis=0), (moment + np.cross(at, force)).sum(axis=0)
     size = np.abs(force).sum()
     assert (Listed(work).kind == GUIDE).any() and (work.tooth_force > 0).any()
-    assert np.abs(total_force[2]) > 100.0  # the axial part is not trivial
+    assert np.abs(total_force[2]) > 100.0  # the axial force is not trivial
     for wheel in range(3):
         frame = space.frame[wheel]
         centre = np.array([model.wheels.x[wheel], model.wheels.y[wheel], 0.003 if wheel == 1 else 0.0])

@@ -1,4 +1,4 @@
-"""Search of the groove's areas against the distance to its arcs, found in another way."""
+"""Search of the groove's areas against the distance to its arcs, computed in another way."""
 
 from math import nextafter, pi
 
@@ -39,7 +39,7 @@ def distance_to_arcs(groove, points):
 
 
 def points_over_the_profile(groove, gap, seed, count=5000):
-    """Centres of arcs at a distance ``RADIUS + gap`` from a random place of the profile.
+    """Centres of arcs at a distance ``RADIUS + gap`` from a random point of the profile.
 
     Returns the centres, the areas below them and the free-side normals.
     """
@@ -129,7 +129,7 @@ def test_the_depth_in_a_coarse_tooth_is_continuous(name):
         touched.add(area)
         angle = rng.uniform(0, 2 * pi)
         _, there, *_ = find_area(tooth, x + move * np.cos(angle), y + move * np.sin(angle))
-        # a corner is left at a depth that differs by a part of the depth
+        # a corner is left at a depth that differs by a fraction of the depth
         assert abs(there - depth) <= move + 0.05 * depth, (area, x, y, depth, there)
     assert touched == {1, 2, 3}
 

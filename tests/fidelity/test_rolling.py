@@ -18,7 +18,7 @@ from trackdyn.simulation.account import open_share
 from trackdyn.simulation.loop import Loop
 
 ARM, IDLER = 0.01, 1
-# Bushings take no part in what is asserted here; with these the kernels are those of `tests/chain/test_maxwell.py`.
+# Bushings do not matter here; with these the kernels are those of `tests/chain/test_maxwell.py`.
 LAWS = {"drag": "rolling", "bushing_law": "hysteretic"}
 
 

@@ -142,7 +142,7 @@ def test_axial_forces_are_in_balance(misaligned):
             if i == model.sensor.body:  # what the sensor in the link feels
                 arm = np.array([c * model.sensor.x - s * model.sensor.y, s * model.sensor.x + c * model.sensor.y, 0.0])
                 felt = acceleration + np.cross(own, arm) + np.cross(omega, np.cross(omega, arm))
-                # accelerations of up to some 1e3 m/s2; the plane's own part is of the order of 1e-5 m/s2
+                # accelerations of up to some 1e3 m/s2; the plane's contribution is of the order of 1e-5 m/s2
                 np.testing.assert_allclose(
                     work.sensed[:2], [c * felt[0] + s * felt[1], c * felt[1] - s * felt[0]], atol=1e-9
                 )

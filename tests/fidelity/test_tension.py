@@ -69,7 +69,7 @@ def test_coulomb_drag_takes_its_torque_at_any_speed(make_scene, rig):
 
 
 def test_a_sprung_tensioner_is_where_either_integrator_puts_it(make_scene):
-    """The same place and the same felt, and the energy balance closes; the wheel has moved in between."""
+    """The same position and the same felt, and the energy balance closes; the wheel has moved in between."""
     motions = {}
     for integrator, step in (("semi_implicit", 5e-5), ("linearly_implicit", 1e-4)):
         loop = Loop(make_scene(150.0, tension="sprung", integrator=integrator, step=step, ramp=1.0))
@@ -79,7 +79,7 @@ def test_a_sprung_tensioner_is_where_either_integrator_puts_it(make_scene):
         motions[integrator] = np.array([loop.state.slide["q"][0] - begin, recording.mean[:, 1].std()])
         assert abs(open_share(recording.energy, loop.model, 1.0)[0]) < 1e-3
     assert abs(motions["semi_implicit"][0]) > 1e-4
-    # both of first order: the place at one moment to some of a hundred, what is felt in a second to some of a thousand
+    # both of first order: the position at one moment to some percent, what is felt in a second to some per mille
     for value, expected, bound in zip(
         motions["linearly_implicit"], motions["semi_implicit"], (2e-2, 3e-3), strict=True
     ):

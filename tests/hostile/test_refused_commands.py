@@ -175,7 +175,7 @@ def test_an_interruption_is_one_line(folder, monkeypatch, capsys, rate, interval
 
 
 def test_a_full_disk_names_the_file_and_leaves_what_was_there(folder, belt_file, monkeypatch):
-    """Whether that is found before the run or while the file is written."""
+    """Whether that is noticed before the run or while the file is written."""
     recording = load_recording(belt_file)
     old = Path("short.npz").read_bytes()
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)

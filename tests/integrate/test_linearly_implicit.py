@@ -23,7 +23,7 @@ WHEELS = 3
 
 
 def make_case(n, seed):
-    """A ring of ``n`` irregular bodies at a random place with random contacts: all that the kernel reads."""
+    """A ring of ``n`` irregular bodies at a random position with random contacts: all that the kernel reads."""
     rng = np.random.default_rng(seed)
     turn = -2 * np.pi * (np.arange(n) + rng.uniform(-0.2, 0.2, n)) / n
     corner = 0.08 * n / np.pi * np.column_stack([np.cos(turn), 0.5 * np.sin(turn)])
@@ -257,7 +257,7 @@ def normal_forces(work):
 
 
 def test_forces_are_led_along_the_path_of_the_step(parts):
-    """An elastic normal force led over part of a step is that of the place which the present velocities reach then."""
+    """An elastic normal force led over a fraction of a step is that of the position reached by then."""
     model, state, work, implicit_work = parts
     model = elastic(model)
     h = 1e-6  # central: what is left is of third order

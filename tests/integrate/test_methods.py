@@ -13,7 +13,7 @@ import pytest
 from trackdyn.integrate.methods import METHODS
 
 ROOT = Path(__file__).parents[2]
-# as plain Python: what is asked is what is found, not how fast it is
+# as plain Python: the result matters, not how fast it is
 WITH_ANOTHER = """
 import json
 from trackdyn import Loop, Scene, load_rig

@@ -298,7 +298,7 @@ def test_passages_without_a_contact_count_as_zero_in_shares_but_not_in_phases():
 def driven(kind, seconds, rates):
     """Recording of a drive whose sprocket turns with these rates (rad/s, of evenly spaced instants), arcs by its angle.
 
-    Connector k is on the left arc from 0.10 to 0.25 of a turn after the sprocket brought it to its place, and its link
+    Connector k is on the left arc from 0.10 to 0.25 of a turn after the sprocket took it up, and its link
     ahead on the ring from 0.05 to 0.50; contacts are logged and sampled.
     """
     rig = RIG.changed(drive=DRIVES[kind])

@@ -127,7 +127,7 @@ def test_falling_ring_reads_nothing_while_time_runs(polygon):
 
 @pytest.mark.parametrize("pitch", [1, 7, 35])
 def test_reading_in_a_run_is_the_acceleration_of_the_point(driven_loop, pitch):
-    """Pin, angular and centripetal part, against the other formulation of the chain."""
+    """Pin, angular and centripetal terms, against the other formulation of the chain."""
     loop = driven_loop(0.308, 210.0)
     sensor = Sensor(2 * (pitch - 1), 0.031, 0.017)
     loop._parts = loop._parts._replace(model=loop._parts.model._replace(sensor=sensor))

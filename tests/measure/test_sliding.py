@@ -23,7 +23,7 @@ def recording():
 
 
 def test_it_adds_up_to_the_friction_in_the_account_of_work(recording):
-    """Teeth over areas, links over wheels, to 1e-6 of the work; a term booked twice or nowhere would be a part
+    """Teeth over areas, links over wheels, to 1e-6 of the work; a term booked twice or nowhere would be a share
     of it.
     """
     change = dict(zip(ENERGY_NAMES, recording.energy[-1] - recording.energy[0], strict=True))

@@ -81,7 +81,7 @@ def test_seat_holds_the_connector_at_its_depth(rig):
 
 
 def test_groove_worked_out_in_another_order_is_reproduced():
-    """A groove that was found from its addendum circle and its pins; lengths rounded to 1e-6 m."""
+    """A groove that was designed from its addendum circle and its pins; lengths rounded to 1e-6 m."""
     alpha5 = asin(35.519 / 90)
     groove = build_groove(
         teeth=13, connector_length=0.060, connector_radius=0.022, pin_circle=0.336164,

@@ -39,7 +39,7 @@ def test_wraps_are_one_turn_and_the_path_is_smooth(rig, circles):
     assert path.wrap.sum() == pytest.approx(2 * pi, abs=1e-12)
     step = 1e-7
     for s in [*path.start[:-1], *np.linspace(0.01, path.length, 37)]:
-        for alone, of_many in zip(path.at(s), path.along([s]), strict=True):  # one statement for a place, one for many
+        for alone, of_many in zip(path.at(s), path.along([s]), strict=True):  # one statement for a point, one for many
             np.testing.assert_allclose(alone, of_many[0], rtol=0, atol=1e-14)
         before, after = path.at(s - step), path.at(s + step)
         turn = (after[1] - before[1] + pi) % (2 * pi) - pi

@@ -143,7 +143,7 @@ def test_the_loop_plays_pauses_and_scrubs_and_the_tension_follows(open_page, str
     assert page.inner_text("#clock") == stopped
     page.fill("#scrub", "30")
     assert page.inner_text("#clock") == f"{stretch.time[30]:.2f} s"
-    order = np.argsort(stretch.place[30])
+    order = np.argsort(stretch.along[30])
     assert (
         page.evaluate(joints) == pytest.approx(stretch.tension[30][order], abs=0.51) and page.evaluate(joints) != forces
     )

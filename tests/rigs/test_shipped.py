@@ -22,7 +22,7 @@ from trackdyn.simulation.watch import PIECE
 GAP = 1.1e-10  # m: the paper's own, and what one projection a step leaves at these speeds
 ACCOUNT = 2e-2  # of the energy exchanged: the promise of the time loop
 STEP, PEER_STEP = 2e-5, 5e-4  # s, where the paper's rig agrees to 0.01 % of a link's way (Figure 14)
-# Largest distance of a body from itself, as a part of the chain's way: five times what the paper's rig shows there,
+# Largest distance of a body from itself, relative to the chain's way: five times what the paper's rig shows there,
 # since other loops are longer and slacker.
 TOLERANCE = 5e-4
 
@@ -133,7 +133,7 @@ def test_its_mirror_image_bears_on_the_wheels_alike(name):
         loop.energy  # noqa: B018
         sides.append(np.array([push(loop._parts.work, wheel) for wheel in range(len(loop.model.wheels.x))]))
     turned = sides[1] * [-1.0, 1.0]
-    # pins stand elsewhere on the wheels: polygons of the chain differ by a part of a pitch; and what swings on
+    # pins stand elsewhere on the wheels: polygons of the chain differ by a fraction of a pitch; and what swings on
     assert np.abs(turned - sides[0]).max() < 0.06 * rig.tension.pre_tension
     assert np.abs(sides[0]).max() > rig.tension.pre_tension
 

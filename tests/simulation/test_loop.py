@@ -205,7 +205,7 @@ def test_simulate_is_a_loop_that_waits_and_records(make_scene):
     seen = loop.record(scene.duration, frame_interval=0.1)
     for name in Recording.ARRAYS:
         np.testing.assert_array_equal(getattr(seen, name), getattr(expected, name), err_msg=name)
-    # a run shorter than a turn of the loop is tried with a finer step, a part of a run is not
+    # a run shorter than a turn of the loop is tried with a finer step, a piece of a run is not
     assert seen.meta["resolved"]["share"] == expected.meta["resolved"]["share"]
     assert seen.meta | {"resolved": None} == expected.meta | {"resolved": None}
 

@@ -47,7 +47,7 @@ class Copy:
     def start(self):
         """The command of a user, in a session of its own."""
         command = [sys.executable, "workflow/run.py", "-j2", *self.targets, "--configfile", str(self.config)]
-        # jobs load the package from one place: the cache of kernels has a folder for each
+        # jobs load one package: the cache of kernels has a folder for each
         environment = os.environ | {"PYTHONPATH": str(ROOT), "PYTHONDONTWRITEBYTECODE": "1"}
         with (self.root / "log.txt").open("ab") as log:
             return subprocess.Popen(

@@ -1,6 +1,6 @@
 """Linearly implicit steps: slopes of contacts and bushings ride along in the Riccati sweep.
 
-A force that depends on place and velocity is led to the end of the step by its slopes, ``f + h df/dq q' - (h C + h^2 K)
+A force of position and velocity is led to the end of the step by its slopes, ``f + h df/dq q' - (h C + h^2 K)
 q''``. Contacts act on one body each, so ``h C + h^2 K`` of a body adds to its inertia and the sweep keeps its form;
 friction on a wheel that turns freely couples the bodies on it to the wheel's acceleration, which is carried as one more
 column (`chain.riccati.sweep`). The cut load and the wheels' accelerations then follow from one small system.

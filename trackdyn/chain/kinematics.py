@@ -19,7 +19,7 @@ def orient(angle, cos, sin):
 
 
 @kernel
-def place(chain: Chain, state, work):
+def forward_kinematics(chain: Chain, state, work):
     """Pins and velocities of the mass centres along the chain, gap of the cut joint and its rate."""
     x, y, vx, vy = state.pin[0], state.pin[1], state.pin[2], state.pin[3]
     for i in range(state.angle.shape[0]):
@@ -82,7 +82,7 @@ SLOW = 0.1
 def bearing_drag(wheels: Wheels, wheel, rate, carried):
     """Torque against a wheel's rotation over its rate (rad/s), N m s/rad.
 
-    A viscous part, and the secant of a torque that fades below ``SLOW``: a constant one, and that of rolling
+    A viscous term, and the secant of a torque that fades below ``SLOW``: a constant one, and that of rolling
     resistance, ``rolling`` times the sum of the links' normal forces (``carried``, (w,), N).
     """
     drag, torque = wheels.drag[wheel], wheels.torque[wheel] + wheels.rolling[wheel] * carried[wheel]

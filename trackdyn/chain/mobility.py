@@ -11,22 +11,22 @@ def mobility_across(chain: Chain, body: int, along: float) -> float:
     Pins turn freely: within a few steps a bushing adds nothing. Each half of the chain is reduced to the mass that it
     shows at the pin of the body, from its far end on, as the sweep of Eqs. 2 to 5 reduces it.
     """
-    part = along / chain.length[body]
-    place = np.array([1.0 - part, part])
-    return float(place @ _mobility_of_pins(chain, body) @ place)
+    fraction = along / chain.length[body]
+    weights = np.array([1.0 - fraction, fraction])
+    return float(weights @ _mobility_of_pins(chain, body) @ weights)
 
 
 def mobility_of_slip(chain: Chain, body: int, along: float, arm: float) -> tuple[float, float, float]:
     """Acceleration of a sliding point per unit of friction in a straight chain: ``a, b, c``, 1/kg.
 
-    The point is ``arm`` (m) from a place on the body (`mobility_across`), against the contact's normal. With the
-    normal's component x along the chain it is ``a x^2 + b x + c``: the place moves across the chain, and the body turns
+    The point is ``arm`` (m) from a point on the body (`mobility_across`), against the contact's normal. With the
+    normal's component x along the chain it is ``a x^2 + b x + c``: the point moves across the chain, and the body turns
     about it.
     """
-    part, turn = along / chain.length[body], arm / chain.length[body]
-    place, spin = np.array([1.0 - part, part]), np.array([turn, -turn])
+    fraction, turn = along / chain.length[body], arm / chain.length[body]
+    weights, spin = np.array([1.0 - fraction, fraction]), np.array([turn, -turn])
     pins = _mobility_of_pins(chain, body)
-    return float(place @ pins @ place), float(2 * place @ pins @ spin), float(spin @ pins @ spin)
+    return float(weights @ pins @ weights), float(2 * weights @ pins @ spin), float(spin @ pins @ spin)
 
 
 def _mobility_of_pins(chain: Chain, body: int) -> np.ndarray:

@@ -1,7 +1,7 @@
 """The loop in space: all its pins are parallel, so it moves in a plane of its own, and the plane moves too.
 
 The plane is described by a frame P: origin in the input pin of body 1, z axis normal to the plane, attitude ``A_P`` (P
-to inertial) by Euler parameters, and an angular velocity ``(p, q, 0)`` in P components, which has no part about the
+to inertial) by Euler parameters, and an angular velocity ``(p, q, 0)`` in P components, which does not turn about the
 normal. What lies in the plane is then described exactly as in planar motion; body i has the angular velocity ``(p, q,
 w_i)`` in P components. Seventy-three degrees of freedom: those of the planar chain and three of the plane (B.1).
 
@@ -133,10 +133,10 @@ def plane_dynamics(model: Model, state: State, work: Work, space: SpaceWork):
 
 @kernel
 def turn_plane(model: Model, state: State, space: SpaceWork):
-    """Advance the plane by semi-implicit Euler, the pin's place and velocity in the plane being advanced.
+    """Advance the plane by semi-implicit Euler, the pin's position and velocity in the plane being advanced.
 
     Velocities first, then the offset and the attitude by the exact rotation ``exp(h (p, q, 0))``; the
-    components of the pin's place and velocity are turned back by it.
+    components of the pin's position and velocity are turned back by it.
     """
     motion, e, step = state.plane.motion, state.plane.attitude, model.step
     for k in range(3):
@@ -150,7 +150,7 @@ def turn_plane(model: Model, state: State, space: SpaceWork):
     half = sine(0.5 * step * omega)
     first = sine(step * omega) / omega
     second = 2.0 * half * half / (omega * omega)
-    for k in range(2):  # place, velocity: v - first (Omega x v) + second (Omega x (Omega x v))
+    for k in range(2):  # position, velocity: v - first (Omega x v) + second (Omega x (Omega x v))
         x, y, z = state.pin[2 * k], state.pin[2 * k + 1], motion[k]
         u = p * y - q * x
         state.pin[2 * k] = x - first * q * z + second * q * u

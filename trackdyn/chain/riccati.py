@@ -52,7 +52,7 @@ def sweep(chain: Chain, state, work: Work, implicit_damping, probe_body, implici
     middle = (n + 1) // 2 if implicit is None else n
     gain, torque = work.sweep.gain, work.torque
     # S = [[s11, s12, s13], [., s22, s23], [., ., s33]], symmetric; rows of E belong to q_x, q_y, m. Behind: the far
-    # part of the chain, which the load of the cut pulls the other way.
+    # piece of the chain, which the load of the cut pulls the other way.
     s = behind_s = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     e = ((1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0))
     behind_e = ((-1.0, 0.0, 0.0, 0.0), (0.0, -1.0, 0.0, 0.0), (0.0, 0.0, -1.0, 0.0))
@@ -117,7 +117,7 @@ def _add_body(chain: Chain, work: Work, i, turning, s, e):
 def _shift(dx, dy, w2, s, e):
     """The relation at a point of a body from that at another, ``(dx, dy)`` before it: ``T' S T`` and ``T' E``.
 
-    The first point's acceleration is ``T z_b + w^2 d``, its second part centripetal.
+    The first point's acceleration is ``T z_b + w^2 d``, its second term centripetal.
     """
     s11, s12, s13, s22, s23, s33 = s
     ex, ey, em = e

@@ -55,12 +55,12 @@ for others in entry_points(group="trackdyn.commands"):  # of packages that build
         print(f"trackdyn: warning: commands of {others.value} cannot be loaded ({error!r})", file=sys.stderr)
         continue
     for group, (text, commands) in groups.items():
-        place = app
+        parent = app
         if group:
-            place = typer.Typer(cls=_Group, help=text)
-            app.add_typer(place, name=group, rich_help_panel=panel, no_args_is_help=True)
+            parent = typer.Typer(cls=_Group, help=text)
+            app.add_typer(parent, name=group, rich_help_panel=panel, no_args_is_help=True)
         for command in commands:
-            place.command(cls=_Command, rich_help_panel=panel)(command)
+            parent.command(cls=_Command, rich_help_panel=panel)(command)
 
 
 def _say_version(requested: bool) -> None:
@@ -79,15 +79,15 @@ def trackdyn(
 
 
 def _sentence(error) -> str:
-    """What typer found wrong with a command line; for an option that does not exist, the one that may be meant."""
+    """Typer's objection to a command line; for an option that does not exist, the one that may be meant."""
     context = getattr(error, "ctx", None)
     # typer prints the help of a group without a command, and says no more
     words = "Missing command" if type(error).__name__ == "NoArgsIsHelpError" else error.format_message()
     if context is not None and getattr(error, "option_name", "") and hasattr(error, "possibilities"):
         meant = _meant(error.option_name.lstrip("-"), context.command.params)
         words = f"{error.message}{meant and f', {meant} may be meant'}"
-    place = "trackdyn" if context is None else context.command_path
-    return f"{' '.join(words.split()).rstrip('.')}; see {place} --help"
+    command = "trackdyn" if context is None else context.command_path
+    return f"{' '.join(words.split()).rstrip('.')}; see {command} --help"
 
 
 def _meant(name: str, params: list) -> str:
@@ -96,8 +96,8 @@ def _meant(name: str, params: list) -> str:
     if near := get_close_matches(name, [option.lstrip("-") for option in helps], 1):
         return f"--{near[0]}"
     places = {option: text.lower().find(name.lower()) for option, text in helps.items()}
-    found = {option: place for option, place in places.items() if place >= 0 and len(name) > 2}
-    return min(found, key=found.get, default="")
+    close = {option: index for option, index in places.items() if index >= 0 and len(name) > 2}
+    return min(close, key=close.get, default="")
 
 
 def main() -> None:
@@ -124,8 +124,8 @@ def main() -> None:
     except OSError as error:
         if error.filename is None:  # standard output is closed or full: nothing more goes there
             os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
-        place = error.filename or "standard output"
-        sentence, code = f"{place}: {error.strerror}; give a path that can be written", 1
+        path = error.filename or "standard output"
+        sentence, code = f"{path}: {error.strerror}; give a path that can be written", 1
     except Exception as error:
         if not hasattr(error, "format_message"):  # typer's own, whichever module it stands in
             raise

@@ -28,13 +28,13 @@ def compare(
     ],
     mapping: Mapping = None,
     time: Annotated[str | None, typer.Option(help="Column of the time stamps, or none (with --rate).")] = None,
-    rate: Annotated[float | None, number("--rate", "Samples a second, Hz; found from the stamps by default.")] = None,
+    rate: Annotated[float | None, number("--rate", "Samples a second, Hz; from the stamps by default.")] = None,
     unit: UnitOption = None,
     axis: AxisOption = None,
     sensor_range: Annotated[float | None, number("--range", "Range of the sensor, g; the rig's by default.")] = None,
     scale: Annotated[float | None, number("--scale", "Counts per g, where the columns hold raw counts.")] = None,
     bits: Annotated[
-        int | None, typer.Option(help="Bits of raw counts whose full scale is --range, in place of --scale.")
+        int | None, typer.Option(help="Bits of raw counts whose full scale is --range, instead of --scale.")
     ] = None,
     resample: Annotated[
         bool, typer.Option("--resample", help="Put samples whose stamps jitter onto even instants.")

@@ -155,7 +155,7 @@ def chosen_fields(pairs: list[str]) -> dict[str, Any]:
     """Fields of a scene that choices of fidelity set. Raises `InputError`: one is no choice."""
     from trackdyn.scene.fidelity import CHOICES
 
-    found: dict[str, Any] = {}
+    fields: dict[str, Any] = {}
     for pair in pairs:
         name, _, value = pair.partition("=")
         if name not in CHOICES or not value:
@@ -163,7 +163,7 @@ def chosen_fields(pairs: list[str]) -> dict[str, Any]:
                 f"--choose = {shown(pair)}: expected name=setting with one of the names {', '.join(CHOICES)}"
             )
         else:
-            found[name] = value
+            fields[name] = value
         if (name, value) in (("chain", "belt"), ("loop", "free")):
-            found |= {"ring_radius": None, "spells": False}
-    return found
+            fields |= {"ring_radius": None, "spells": False}
+    return fields

@@ -65,7 +65,7 @@ def check(
     if settle:
         typer.echo("settling; kernels that are not compiled yet take a minute or two more", err=True)
     try:
-        found = checked(loaded, rpm, settle)
+        checks = checked(loaded, rpm, settle)
     except TrackdynError as error:
         raise type(error)(f"{rig}: {error}") from None
     if origin := groove_origin(rig):
@@ -74,10 +74,10 @@ def check(
         if any(abs(here / there - 1) > OTHER_TOOTH for there, here in zip(*both, strict=True)):
             theirs, ours = ("{} teeth, pitch {:.4g} m, arcs of {:.3g} m".format(*of) for of in both)
             name = Path(origin).stem
-            found.unusual.append(
+            checks.unusual.append(
                 f"the groove is that of {name} ({theirs}), this rig has {ours}: state groove or profile"
             )
-    save(draw_rig(loaded, found.frame, found.wheels), out)
-    for text in found.lines():
+    save(draw_rig(loaded, checks.frame, checks.wheels), out)
+    for text in checks.lines():
         typer.echo(text)
     typer.echo(f"{'picture':>22}  {out}")

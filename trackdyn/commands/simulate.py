@@ -102,15 +102,15 @@ def simulate(
     tolerances = {} if tolerance is None else dict.fromkeys(measure or ["rms"], tolerance)
     if not quiet:
         announce(lambda text: tqdm.write(f"trackdyn: {text}", file=sys.stderr))  # above a bar
-    found = None
+    settings = None
     if tolerances:
         from trackdyn.commands.plan import planned, say
 
         check_output(out, True, rig)
-        found = planned(scene, tolerances, longest, preset, fields)
-        scene = found.scene.with_(duration=whole_samples(found.scene.rig.sensor.rate, found.duration))
+        settings = planned(scene, tolerances, longest, preset, fields)
+        scene = settings.scene.with_(duration=whole_samples(settings.scene.rig.sensor.rate, settings.duration))
         if not quiet:
-            say(found)
+            say(settings)
     needed = cost(scene)
     for path, other in ((out, checkpoint), (checkpoint, out)):
         if path is not None:
@@ -126,8 +126,8 @@ def simulate(
             f"trackdyn: warning: {out} exists and is replaced when the run is done; until then Ctrl-C keeps it",
             err=True,
         )
-    if found:
-        _until_converged(found, tolerances, longest, out)
+    if settings:
+        _until_converged(settings, tolerances, longest, out)
     else:
         _for_its_duration(scene, out, checkpoint, quiet, all_measures)
 
@@ -147,7 +147,7 @@ def _say_decisions(scene) -> None:
     for name, decision in scene.fidelity.items():
         if decision.reason != ASKED:
             typer.echo(f"{name:>22}  {decision.setting}: {decision.reason}")
-    requested = [f"{name} {found.setting}" for name, found in scene.fidelity.items() if found.reason == ASKED]
+    requested = [f"{name} {choice.setting}" for name, choice in scene.fidelity.items() if choice.reason == ASKED]
     if requested:
         typer.echo(f"{ASKED:>22}  {', '.join(requested)}")
     typer.echo(f"{'step':>22}  {scene.step:.7g} s")
@@ -207,9 +207,9 @@ def _until_converged(plan, tolerances: dict[str, float], longest: float, out: Pa
     _say_loop(plan.scene, answer.recording, False)
     if text := speed_sentence(answer.recording):
         typer.echo(f"trackdyn: warning: {text}", err=True)
-    for name, found in answer.measures.items():
+    for name, estimate in answer.measures.items():
         message = "converged" if answer.reached[name] else "tolerance not reached"
-        typer.echo(f"{name:>22}  {found.value:.6g} +- {found.half_width:.2g}  {message}")
+        typer.echo(f"{name:>22}  {estimate.value:.6g} +- {estimate.half_width:.2g}  {message}")
     recorded = len(answer.recording.time) / answer.recording.rate
     typer.echo(f"{'left out, recorded (s)':>22}  {answer.transient:.3g}, {recorded:.4g}")
     if not answer.converged:

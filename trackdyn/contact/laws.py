@@ -8,7 +8,7 @@ from trackdyn.model.constants import Law
 
 @kernel
 def elastic_force(stiffness, depth, radius):
-    """Elastic part of Eq. 8: ``(pi/2) L E* d sqrt(d / (2 (R + d)))``, N.
+    """Elastic term of Eq. 8: ``(pi/2) L E* d sqrt(d / (2 (R + d)))``, N.
 
     ``radius`` is ``|R1 - R2|`` for internal and ``R1 + R2`` for external contact, m.
     """
@@ -27,7 +27,7 @@ def normal_force(law: Law, depth, speed, impact_speed, radius):
 def implicit_speed(law: Law, elastic, speed, impact_speed, compliance):
     """Penetration velocity (m/s) under the force of Eq. 8 that it makes itself: v with ``v + compliance F(v) = speed``.
 
-    ``elastic`` is the force's elastic part (N), ``compliance`` what a unit of the force takes from the velocity, m/s/N.
+    ``elastic`` is the elastic force (N), ``compliance`` what a unit of the force takes from the velocity, m/s/N.
     F grows with v, piece by piece in proportion: there is one v.
     """
     slope = law.loss / impact_speed

@@ -37,10 +37,10 @@ class ContactPoint(NamedTuple):
     """One contact: the body at a point of its wheel's frame, with the normal of the force on the body.
 
     ``depth`` (m), ``speed`` (m/s, positive while the depth grows), ``impact`` (its initial value) and ``radius``
-    (m) are those of Eq. 8, ``share`` the part of the contact length that overlaps, ``axial`` the force of a
+    (m) are those of Eq. 8, ``share`` the fraction of the contact length that overlaps, ``axial`` the force of a
     guide along the wheel's axis (N). ``extrapolation`` is the share of the last step's change that is added to
     velocities, ``slip_compliance`` what a unit of friction takes from the slip until then (m/s/N), ``item`` the
-    contact's place in ``work.friction``.
+    contact's position in ``work.friction``.
     """
 
     body: int
@@ -75,7 +75,7 @@ def body_motion(model, state, work, body, x, y):
 
 @kernel
 def extrapolated_velocity(work, body, vx, vy, ax, ay, extrapolation):
-    """Velocity (m/s) of a body's point led ahead by a part of the last step's change.
+    """Velocity (m/s) of a body's point led ahead by a fraction of the last step's change.
 
     Damping forces would otherwise lag half a step behind the places that they are taken at. ``ax, ay`` is the arm
     from the mass centre, m.
@@ -281,7 +281,7 @@ def wheel_loads(model: Model, state: State, work: Work, space, implicit):
     near, (links, count) = work.near, work.wheel_force.shape
     for k in range(near.count[1]):
         link, wheel = near.link[k, 0], near.link[k, 1]
-        item = 2 * links + link * count + wheel  # place in ``work.friction``
+        item = 2 * links + link * count + wheel  # index in ``work.friction``
         body = shoes.link_body[link]
         c, s = work.cos[body], work.sin[body]
         start, end = shoes.link_start[link], shoes.link_end[link]

@@ -1,7 +1,7 @@
 """Wheels on springs: sliders and trailing arms that move under the contact forces of the chain.
 
-A carrier has one coordinate q from its place at rest: the way of a slider (m) or the turn of an arm (rad). The place of
-its wheel is ``P(q)``, and ``T = dP/dq`` takes forces to the coordinate.
+A carrier has one coordinate q from its rest position: the way of a slider (m) or the turn of an arm (rad). Its wheel's
+position is ``P(q)``, and ``T = dP/dq`` takes forces to the coordinate.
 """
 
 from math import cos, sin
@@ -81,22 +81,22 @@ def advance_carriers(model: Model, state: State, work: Work, carriers):
         old = moved["rate"]
         rate = (mass * old + h * force) / (mass + h * carriers.damping[k])
         free = rate
-        place = moved["q"] + h * rate
+        position = moved["q"] + h * rate
         low, high = carriers.low[k], carriers.high[k]
-        if place < low or place > high:
-            place = min(max(place, low), high)
-            rate = (place - moved["q"]) / h
-            if (place == low and rate < 0.0) or (place == high and rate > 0.0):
+        if position < low or position > high:
+            position = min(max(position, low), high)
+            rate = (position - moved["q"]) / h
+            if (position == low and rate < 0.0) or (position == high and rate > 0.0):
                 rate = 0.0
         mean = 0.5 * (old + free)
         lost = h * carriers.damping[k] * free * mean + 0.5 * mass * (free * free - rate * rate)
         state.work_done[BEARING] += lost - h * given * mean
-        moved["q"] = place
+        moved["q"] = position
         moved["rate"] = rate
         moved["rate_before"] = old
         moved["along_x"] = tx
         moved["along_y"] = ty
-        place_wheel(model, carriers, k, place)
+        place_wheel(model, carriers, k, position)
 
 
 @kernel

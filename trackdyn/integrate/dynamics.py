@@ -78,7 +78,7 @@ def sense(model: Model, state: State, work: Work, space):
 
 @kernel
 def sense_links(model: Model, state: State, work: Work, space):
-    """What `sense` gives, for the sensor's place on every link, into ``work.links``: a walk along the pins."""
+    """What `sense` gives, for the sensor's position on every link, into ``work.links``: a walk along the pins."""
     chain, shoes, sweep, links = model.chain, model.shoes, work.sweep, work.links
     load, r, base = sweep.load, sweep.response, sweep.base
     ax = base[0, 0] * load[0] + base[0, 1] * load[1] + base[0, 2] * load[2] + base[0, 3]

@@ -25,12 +25,12 @@ from trackdyn.model.work import FLANK, ImplicitWork, Work
 
 @kernel
 def account(model: Model, state: State, work: Work, lead, space, sliding=None):
-    """Work of every force over the last step: its place at the start, the mean of the velocities.
+    """Work of every force over the last step: positions at the start, the mean of the velocities.
 
     The velocities after the step are taken in the configuration before it. Then joint forces do no
     work, as they should, and the work of all other forces is the change of kinetic energy of the
     discrete motion: what remains of the balance shows errors of the equations and of the path, not
-    of the quadrature. The damping of the bushings acts with the velocities at the part ``lead`` of the step. Axial
+    of the quadrature. The damping of the bushings acts with the velocities at the fraction ``lead`` of the step. Axial
     friction counts as friction of its surface, guides as normal forces of the wheels. ``sliding`` is None or
     ``work.sliding``: the same friction once more, by area of the teeth and by wheel.
     """
@@ -84,7 +84,7 @@ def account(model: Model, state: State, work: Work, lead, space, sliding=None):
 
 @kernel
 def finish_forces(model: Model, state: State, work: Work, implicit: ImplicitWork):
-    """Contact forces of a linearly implicit step with the part that its accelerations add.
+    """Contact forces of a linearly implicit step with the terms that its accelerations add.
 
     The rows of the contact list hold the forces led ahead without it. Called between the sweep and the
     step; overwrites ``com_dvx, com_dvy, delta_omega``, which the step fills afterwards.

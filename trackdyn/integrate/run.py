@@ -7,7 +7,7 @@ What costs no time where there is none of it has arrays without entries, or zero
 
 from math import sqrt
 
-from trackdyn.chain.kinematics import damping_weight, orient, place
+from trackdyn.chain.kinematics import damping_weight, forward_kinematics, orient
 from trackdyn.chain.maxwell import relax
 from trackdyn.chain.plane import plane_dynamics, turn_plane
 from trackdyn.integrate.carriers import advance_carriers
@@ -61,7 +61,7 @@ def shared(model: Model, state: State, work: Work) -> tuple[Model, State, Work]:
 @kernel
 def _refresh(model: Model, state: State, work: Work, space, implicit):
     orient(state.angle, work.cos, work.sin)
-    place(model.chain, state, work)
+    forward_kinematics(model.chain, state, work)
     work.near.count[0] = -1  # lists of another model would not hold
     evaluate_loads(model, state, work, space, implicit)
 
@@ -98,7 +98,7 @@ def _run(model: Model, state: State, work: Work, record: Record, rows, space, im
                 if not abs(state.plane.motion[P]) + abs(state.plane.motion[Q]) < RATE_LIMIT:
                     return 0
             advance_carriers(model, state, work, model.carriers)
-            place(model.chain, state, work)
+            forward_kinematics(model.chain, state, work)
             account(model, state, work, lead, space, sliding)
             relax(model, state, work, BUSHING_LOSS, model.branches)
             if implicit is None:
@@ -169,13 +169,13 @@ def _detect_chatter(model: Model, state: State, work: Work):
             velocity_history[phase, 1, i] = dvy[i]
         return
     mass = model.chain.mass
-    total = found = 0.0
+    total = change = 0.0
     for i in range(dvx.shape[0]):
         x = velocity_history[0, 0, i] - 2.0 * velocity_history[1, 0, i] + dvx[i]
         y = velocity_history[0, 1, i] - 2.0 * velocity_history[1, 1, i] + dvy[i]
-        found += mass[i] * (x * x + y * y)
+        change += mass[i] * (x * x + y * y)
         total += mass[i]
-    work.alternating[0] += found / (16.0 * total)
+    work.alternating[0] += change / (16.0 * total)
     work.alternating[1] += 1.0
 
 

@@ -5,7 +5,7 @@ memory of a contact (its initial impact velocity) belongs to the state at the st
 stages do not change it. Forces jump where a contact begins or changes its area; there the order is lost.
 """
 
-from trackdyn.chain.kinematics import bearing_drag, orient, place
+from trackdyn.chain.kinematics import bearing_drag, forward_kinematics, orient
 from trackdyn.chain.maxwell import add_rates
 from trackdyn.integrate.dynamics import accumulate, accumulate_jumps, evaluate_loads, sense, sense_links, solve_chain
 from trackdyn.integrate.energy import powers
@@ -128,7 +128,7 @@ def _evaluate(model: Model, state: State, work: Work, stages: Stages, time, step
             offset += stages.a[s, k]
         _unpack(state, stages.start, stages.slope, stages.a[s], s, step, state.branch)
         orient(state.angle, work.cos, work.sin)
-        place(model.chain, state, work)
+        forward_kinematics(model.chain, state, work)
         _copy_memory(stages.tooth_impact, stages.wheel_impact, state.tooth_impact, state.wheel_impact)
         evaluate_loads(model, state, work, None, None)
         solve_chain(model, state, work, 0.0, None)
@@ -142,7 +142,7 @@ def _project(model: Model, state: State, work: Work):
     sweep, cut = work.sweep, work.cut
     inv, base, response = sweep.inverse, sweep.base, sweep.response
     for level in range(2):
-        place(model.chain, state, work)
+        forward_kinematics(model.chain, state, work)
         gx, gy = cut[2 * level], cut[2 * level + 1]
         dx = -(inv[0, 0] * gx + inv[0, 1] * gy)
         dy = -(inv[1, 0] * gx + inv[1, 1] * gy)
@@ -156,7 +156,7 @@ def _project(model: Model, state: State, work: Work):
             else:
                 state.rate[i] += d
         orient(state.angle, work.cos, work.sin)
-    place(model.chain, state, work)
+    forward_kinematics(model.chain, state, work)
 
 
 @kernel
@@ -175,7 +175,7 @@ def rk_step(model: Model, state: State, work: Work, record: Record, stages: Stag
         if not abs(state.rate[i]) < RATE_LIMIT:
             return i
     orient(state.angle, work.cos, work.sin)
-    place(model.chain, state, work)
+    forward_kinematics(model.chain, state, work)
     work.cut[4] = work.cut[0]
     work.cut[5] = work.cut[1]
     if not model.closure.compliant:

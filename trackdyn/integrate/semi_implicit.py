@@ -104,7 +104,7 @@ def _rotate(angle, rate, step, cos, sin):
 def advance(model: Model, state: State, work: Work, implicit):
     """Velocities, then positions, then the projection of a rigid closure; -1, or the body whose rate left the range.
 
-    ``implicit`` is None, or the work of a linearly implicit sweep that has found the accelerations of the wheels too.
+    ``implicit`` is None, or the work of a linearly implicit sweep that has solved for the wheels too.
     """
     chain, wheels, sweep, h = model.chain, model.wheels, work.sweep, model.step
     lx, ly, lm = sweep.load[0], sweep.load[1], sweep.load[2]
@@ -138,7 +138,7 @@ def advance(model: Model, state: State, work: Work, implicit):
     work.cut[4] = gx
     work.cut[5] = gy
     if model.closure.compliant:
-        gx = gy = 0.0  # a gap is part of the model, not an error
+        gx = gy = 0.0  # a gap belongs to the model, it is no error
     # extra cut load that closes the gap: end - start moves by h^2 (closure matrix) d_lambda
     inv, projection_delta = sweep.inverse, work.projection_delta
     dx = -(inv[0, 0] * gx + inv[0, 1] * gy) / h

@@ -39,7 +39,7 @@ COLUMNS: dict[str, tuple[str, str, str, str | None]] = {
         "number",
         "g",
         f"standard error of the amplitude of the highest line {REVOLUTIONS}, for a record that begins "
-        "at the same place of a revolution",
+        "at the same phase of a revolution",
         None,
     ),
     "line_error_hz_binfree": (
@@ -90,7 +90,7 @@ TABLES: dict[str, tuple[tuple[str, ...], dict[str, tuple[str, str, str]]]] = {
     "claims": (("rig", "id", "part"), {
         "rig": ("string", "", "name of the rig that is judged"),
         "id": ("string", "", "claim of the paper, C01 to C28"),
-        "part": ("string", "", "part of the claim, a to f; empty: the claim has no parts"),
+        "part": ("string", "", "letter of a claim in several statements, a to f; else empty"),
         "place": ("string", "", "figure, table or text of the paper that states it"),
         "claim": ("string", "", "what the paper states"),
         "printed": ("string", "", "value in the paper, by speed; ours: our bound for words without a number"),
@@ -106,7 +106,7 @@ TABLES: dict[str, tuple[tuple[str, ...], dict[str, tuple[str, str, str]]]] = {
     "claims_values": (("rig", "id", "part", "rpm", "reading"), {
         "rig": ("string", "", "name of the rig that is judged"),
         "id": ("string", "", "claim of the paper, C01 to C28"),
-        "part": ("string", "", "part of the claim, a to f; empty: the claim has no parts"),
+        "part": ("string", "", "letter of a claim in several statements, a to f; else empty"),
         "rpm": ("number", "rev/min", "motor speed of the value; empty: the value belongs to several speeds"),
         "reading": ("string", "", "which of several values at a speed: how the paper's words are read, least, largest, "
                                   "or a number from 1 in the order of claims.csv; empty: the only one"),
@@ -121,7 +121,7 @@ TABLES: dict[str, tuple[tuple[str, ...], dict[str, tuple[str, str, str]]]] = {
         "distance": ("number", "1", "difference from printed in tolerances, at most 1 where met; for a bound 1 on the "
                                     "bound, 0 well inside; inf: never happens; empty: no distance"),
         "met": ("boolean", "", "whether this value is as claimed; empty: nothing is tested"),
-        "verdict": ("string", "", "verdict of the part of the claim, from all of its values"),
+        "verdict": ("string", "", "verdict of the statement, from all of its values"),
     }),
     "events": (("run", "event"), {
         "event": ("string", "", "event of a passage: first or last touch of a side, or its largest force by a reading"),
@@ -247,7 +247,7 @@ def schema_text(columns: Iterable[str], table: str = "metrics") -> str:
 
 def words(name: str) -> str:
     """A name of the program in words: ``ten_arcs`` becomes ``ten arcs``."""
-    return WORDS.get(name) or re.sub(r"\w+", lambda part: WORDS.get(part[0], part[0]), name.replace("_", " "))
+    return WORDS.get(name) or re.sub(r"\w+", lambda match: WORDS.get(match[0], match[0]), name.replace("_", " "))
 
 
 def heading(column: str, change: bool = False) -> str:
@@ -261,10 +261,10 @@ def heading(column: str, change: bool = False) -> str:
         unit = "% of a turn" if column.endswith("share") else "%"
         return MEASURES[column][0] + (f" ({unit})" if change else "")
     for ending, unit in UNITS.items():
-        before, found, after = f"_{column}_".partition(f"_{ending}_")
-        if found:
+        before, separator, after = f"_{column}_".partition(f"_{ending}_")
+        if separator:
             parts = (
-                re.sub(rf"(^|_)({'|'.join(UNITS)})(?=_|$)", "", part.strip("_")).strip("_") for part in (before, after)
+                re.sub(rf"(^|_)({'|'.join(UNITS)})(?=_|$)", "", text.strip("_")).strip("_") for text in (before, after)
             )
             return f"{words(', '.join(filter(None, parts)))} ({unit})".lstrip()
     return words(column)
@@ -272,11 +272,11 @@ def heading(column: str, change: bool = False) -> str:
 
 def groups(columns) -> list[tuple[str, int]]:
     """Head of a table in two lines: first words that three or more neighbours share (else ""), and how many do."""
-    found: list[tuple[str, int]] = []
+    runs: list[tuple[str, int]] = []
     for column in columns:
         first = column.partition("_")[0]
-        if found and found[-1][0] == first:
-            found[-1] = (first, found[-1][1] + 1)
+        if runs and runs[-1][0] == first:
+            runs[-1] = (first, runs[-1][1] + 1)
         else:
-            found.append((first, 1))
-    return [part for first, n in found for part in ([(first, n)] if n > 2 else [("", 1)] * n)]
+            runs.append((first, 1))
+    return [group for first, n in runs for group in ([(first, n)] if n > 2 else [("", 1)] * n)]

@@ -9,10 +9,10 @@ from trackdyn.simulation.recording import Recording
 
 SIDES = ("left", "right", "ring")
 # Turns of the sprocket: 0.01 s, to which the paper prints times, of the 2.906 s that a turn takes at 115 rpm. A shorter
-# gap does not part two contacts; a shorter contact begins, ends and peaks nothing.
+# gap does not separate two contacts; a shorter contact begins, ends and peaks nothing.
 SHORT = 0.01 / 2.906
 # Turns of the sprocket. No contact of a passage, and no pause in it, lasts longer than this: the chain
-# leaves the sprocket after about half a turn. Passages nearer to an end of the record may lack a part.
+# leaves the sprocket after about half a turn. Passages nearer to an end of the record may be incomplete.
 LONGEST_CONTACT = 2 / 3
 # turns of the sprocket from the first to the last contact of a passage
 PASSAGE = 0.6
@@ -46,11 +46,11 @@ def contacts(recording: Recording, gap: float | None = None) -> dict[str, np.nda
     return rows | {"passage": number}
 
 
-def extreme(which: np.ufunc, values: np.ndarray, place: np.ndarray, size: int) -> np.ndarray:
-    """Smallest (``np.fmin``) or largest (``np.fmax``) of the values of every place, NaN where there is none."""
-    found = np.full(size, NAN)
-    which.at(found, place, values)
-    return found
+def extreme(which: np.ufunc, values: np.ndarray, index: np.ndarray, size: int) -> np.ndarray:
+    """Smallest (``np.fmin``) or largest (``np.fmax``) of the values of every index, NaN where there is none."""
+    extremes = np.full(size, NAN)
+    which.at(extremes, index, values)
+    return extremes
 
 
 def first_of_highest(values: np.ndarray, group: np.ndarray) -> np.ndarray:

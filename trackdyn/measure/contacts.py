@@ -113,26 +113,26 @@ def passages(recording: Recording) -> pd.DataFrame:
     rows = {name: column[rows["passage"] >= 0] for name, column in rows.items()}
     number = rows["passage"]
     count = int(number.max(initial=-1)) + 1
-    place = len(SIDES) * number + rows["side"]
+    entry = len(SIDES) * number + rows["side"]
     size = len(SIDES) * count
     table: dict = {"passage": np.repeat(np.arange(count), len(SIDES)), "side": np.tile(SIDES, count)}
     lasting = rows["lasting"]
     for name in ("start_s", "phase_start", "ring_phase_start"):
-        table[name] = extreme(np.fmin, rows[name][lasting], place[lasting], size)
+        table[name] = extreme(np.fmin, rows[name][lasting], entry[lasting], size)
     for name in ("end_s", "phase_end", "ring_phase_end"):
-        table[name] = extreme(np.fmax, rows[name][lasting], place[lasting], size)
+        table[name] = extreme(np.fmax, rows[name][lasting], entry[lasting], size)
     for name in ("touching_s", *INTEGRALS):
-        table[name] = np.bincount(place, rows[name], size)
-    table["share_pct"] = 100 * np.bincount(place, rows["touching"], size) / turn
-    table["count"] = np.bincount(place, minlength=size)
-    highest = np.flatnonzero(lasting)[first_of_highest(rows["peak_n"][lasting], place[lasting])]
+        table[name] = np.bincount(entry, rows[name], size)
+    table["share_pct"] = 100 * np.bincount(entry, rows["touching"], size) / turn
+    table["count"] = np.bincount(entry, minlength=size)
+    highest = np.flatnonzero(lasting)[first_of_highest(rows["peak_n"][lasting], entry[lasting])]
     table |= {"peak_n": np.zeros(size), "peak_s": np.full(size, NAN)}
     for name in ("peak_n", "peak_s"):
-        table[name][place[highest]] = rows[name][highest]
+        table[name][entry[highest]] = rows[name][highest]
     first = np.repeat(extreme(np.fmin, rows["start"][lasting], number[lasting], count), len(SIDES))
     table["peak_phase"] = (recording.steady_time(table["peak_s"]) - first) / turn
     areas, connector = np.zeros(size, int), np.zeros(count, int)
-    np.bitwise_or.at(areas, place, rows["areas"])
+    np.bitwise_or.at(areas, entry, rows["areas"])
     table["areas"] = np.array([_area_names(bits) for bits in areas], dtype=object)
     connector[number] = rows["connector"] + 1
     table["connector"] = np.repeat(connector, len(SIDES))
@@ -218,8 +218,8 @@ def mean_events(recording: Recording) -> pd.DataFrame:
     A table with ``event, mean_s, sd_s`` and the ``passages`` in which it happens; NaN where none or only one does.
     """
     table, places = passages(recording), _event_places(recording)
-    found = [_events(rows, places) for _, rows in table.groupby("passage")]
-    times = pd.DataFrame(found, columns=list(places), dtype=float)
+    events_of_passages = [_events(rows, places) for _, rows in table.groupby("passage")]
+    times = pd.DataFrame(events_of_passages, columns=list(places), dtype=float)
     columns = {"mean_s": times.mean(), "sd_s": times.std(), "passages": times.count()}
     return pd.DataFrame(columns).rename_axis("event").reset_index()
 
@@ -295,11 +295,11 @@ def sampled_shares(area: np.ndarray, wheel_rate: np.ndarray, rig: Rig) -> np.nda
 
 def area_shares(recording: Recording) -> dict[str, float]:
     """Time of an arc of a recorded connector in each area, % of a turn a passage: ``left_area_2_pct``."""
-    found: dict[str, float] = {}
+    measures: dict[str, float] = {}
     for k, side in enumerate(SIDES[:2]):
         shares = sampled_shares(recording.area[:, :, k], recording.wheel_rate, recording.scene.rig)
-        found |= {f"{side}_area_{area}_pct": float(shares[area]) for area in range(1, 11)}
-    return found
+        measures |= {f"{side}_area_{area}_pct": float(shares[area]) for area in range(1, 11)}
+    return measures
 
 
 def _run_statistics(mean: pd.Series, square: pd.Series) -> dict[str, float]:

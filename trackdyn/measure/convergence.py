@@ -75,7 +75,7 @@ class Series(NamedTuple):
 
 
 def scale_of(measure: str, value: float) -> float:
-    """What a tolerance is a part of: a turn of the sprocket (shares are in %), or the size of a value; NaN for 0."""
+    """What a tolerance is relative to: a turn of the sprocket (shares are in %), or the size of a value; NaN for 0."""
     return 100.0 if measure in SHARES else abs(value) or NAN
 
 

@@ -31,9 +31,9 @@ def turn_shape(axes: np.ndarray, rate: float, hz: float) -> np.ndarray:
     starts = (np.arange(max(int((axes.shape[1] - length) / rate * hz + 1e-6) + 1, 1)) * rate / hz).astype(int)
     order = np.arange(HARMONICS + 1)
     waves = np.exp(-2j * np.pi / length * np.outer(order, np.arange(length))) / length
-    found = np.array([axes[:, start : start + length] @ waves.T for start in starts])
-    crest = np.exp(1j * np.angle(found[:, :1, 1:2]))
-    return (found * crest.conj() ** order).mean(axis=0) * np.where(order, 2**0.5, 1)
+    amplitudes = np.array([axes[:, start : start + length] @ waves.T for start in starts])
+    crest = np.exp(1j * np.angle(amplitudes[:, :1, 1:2]))
+    return (amplitudes * crest.conj() ** order).mean(axis=0) * np.where(order, 2**0.5, 1)
 
 
 def doubtful_axes(recording: Recording, record: SensorRecord) -> str | None:
@@ -60,15 +60,15 @@ def doubtful_axes(recording: Recording, record: SensorRecord) -> str | None:
         shape = turn_shape(np.array([sign * measured[name] for sign, name in chosen]), record.rate_hz, hz)
         return float(min(np.linalg.norm(shape - wanted[: len(shape)]) for wanted in (simulated, mirrored)))
 
-    found = {
+    scores = {
         one: misfit(one)
         for chosen in permutations(measured, len(names))
         for signs in product((1, -1), repeat=len(names))
         for one in [tuple(zip(signs, chosen, strict=True))]
     }
-    read = found[tuple((1, name) for name in names)]
-    best = min(found, key=found.__getitem__)
-    if read > CLEARLY * found[best] and read - found[best] > LEAST_G:
+    read = scores[tuple((1, name) for name in names)]
+    best = min(scores, key=scores.__getitem__)
+    if read > CLEARLY * scores[best] and read - scores[best] > LEAST_G:
         options = " ".join(
             f"--axis {shlex.quote(f'{axis}={_column(record, sign, name)}')}"
             for axis, (sign, name) in zip(names, best, strict=True)
@@ -76,7 +76,7 @@ def doubtful_axes(recording: Recording, record: SensorRecord) -> str | None:
         )
         return (
             f"{record.path}: its axes do not turn through gravity as the simulated ones do, but with {options} they "
-            f"would (misfit {found[best]:.2g} g, as read {read:.2g} g)"
+            f"would (misfit {scores[best]:.2g} g, as read {read:.2g} g)"
         )
     size = np.linalg.norm(simulated[0])
     if CLEARLY * (alone := misfit([(1, "ay")])) > size:

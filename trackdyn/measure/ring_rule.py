@@ -75,7 +75,7 @@ class RingRule(NamedTuple):
 
 def parse_rule(text: str) -> RingRule:
     """A rule such as `RULE`: bounds, then the choice, with commas between. Raises `InputError`: it cannot be read."""
-    *terms, last = [part.strip() for part in text.split(",")]
+    *terms, last = [words.strip() for words in text.split(",")]
     bounds, choice = [], last.removeprefix("least ").strip()
     for term in terms:
         match = _BOUND.fullmatch(term)
@@ -97,24 +97,26 @@ def advice(study: pd.DataFrame, rule: RingRule) -> list[str]:
     Then what every bound is kept by, and what would be chosen at one speed alone.
     """
     rings, chosen = study.dropna(subset="ring_radius_m"), rule.radius(study)
-    radii, found = sorted(rings["ring_radius_m"].unique()), ["no radius of these serves at every speed"]
+    radii, sentences = sorted(rings["ring_radius_m"].unique()), ["no radius of these serves at every speed"]
     misses = {bound: dict(list(bound.missed(rings).groupby("ring_radius_m"))) for bound in rule.bounds}
     if chosen == chosen:
-        found, place = [f"choose {chosen:g} m, by the rule {rule}"], radii.index(chosen)
-        for words, k in (("next smaller", place - 1), ("next larger", place + 1)):
+        sentences, index = [f"choose {chosen:g} m, by the rule {rule}"], radii.index(chosen)
+        for words, k in (("next smaller", index - 1), ("next larger", index + 1)):
             if not 0 <= k < len(radii):
-                found.append(f"{words}: none was run; beyond the end of the radii the rule may choose another one")
+                sentences.append(f"{words}: none was run; beyond the end of the radii the rule may choose another one")
                 continue
             missed = "; ".join(bound.worst(of[radii[k]]) for bound, of in misses.items() if radii[k] in of)
-            found.append(f"{words}, {radii[k]:g} m: {missed or f'serves, too: {_changes(study, chosen, radii[k])}'}")
+            sentences.append(
+                f"{words}, {radii[k]:g} m: {missed or f'serves, too: {_changes(study, chosen, radii[k])}'}"
+            )
     for bound, of in misses.items():
         keep = [f"{radius:g}" for radius in radii if radius not in of]
-        found.append(f"{bound} at every speed: {', '.join(keep) + ' m' if keep else 'no radius'}")
+        sentences.append(f"{bound} at every speed: {', '.join(keep) + ' m' if keep else 'no radius'}")
     if study["rpm"].nunique() > 1:
         alone = {rpm: rule.radius(rows) for rpm, rows in study.groupby("rpm")}
         each = (f"{rpm:g} rpm {f'{of:g} m' if of == of else 'none'}" for rpm, of in alone.items())
-        found.append(f"at one speed alone: {', '.join(each)}")
-    return found
+        sentences.append(f"at one speed alone: {', '.join(each)}")
+    return sentences
 
 
 def _changes(study: pd.DataFrame, chosen: float, other: float) -> str:

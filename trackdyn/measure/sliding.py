@@ -24,8 +24,8 @@ def sliding_per_km(recording: Recording) -> dict[str, float]:
     pitch = rig.single_pin_pitch if single else rig.chain.link_length + rig.connector_length
     by_km = work * (1000.0 / (count * pitch))
     areas = rows.shape[1] - recording.wheel_rate.shape[1]
-    found = {f"sliding_area_{area}_j_km": float(by_km[area - 1]) for area in range(1, areas + 1)}
-    found["sliding_teeth_j_km"] = float(by_km[:areas].sum())
-    found["sliding_ring_j_km"] = float(by_km[areas])
-    found["sliding_wheels_j_km"] = float(by_km[areas + 1 :].sum())
-    return found
+    columns = {f"sliding_area_{area}_j_km": float(by_km[area - 1]) for area in range(1, areas + 1)}
+    columns["sliding_teeth_j_km"] = float(by_km[:areas].sum())
+    columns["sliding_ring_j_km"] = float(by_km[areas])
+    columns["sliding_wheels_j_km"] = float(by_km[areas + 1 :].sum())
+    return columns

@@ -164,31 +164,31 @@ def series(recording: Recording, names: Collection[str] = RELATIVE + SHARES) -> 
         """Means of the passages."""
         return np.array([values[a:b].mean() for a, b in pairwise(edges)])
 
-    found = {}
+    measures = {}
     if "rms" in names:
-        found["rms"] = Series(means(felt**2), number, True)
+        measures["rms"] = Series(means(felt**2), number, True)
     if "sd" in names:
         mean = means(felt)
-        found["sd"] = Series((means(felt**2) - 2 * mean.mean() * mean) + mean.mean() ** 2, number, True)
+        measures["sd"] = Series((means(felt**2) - 2 * mean.mean() * mean) + mean.mean() ** 2, number, True)
     if "high_frequency" in names:
-        found["high_frequency"] = Series(means(high_passed(felt, recording.rate) ** 2), number, True)
+        measures["high_frequency"] = Series(means(high_passed(felt, recording.rate) ** 2), number, True)
     if "line" in names:
         room = len(felt) - int(np.ceil(recording.periods.passage * recording.rate)) - 1
         lines = [_line(stitch(recording, first, felt).ay) for first in edges[:-1] if first < room]
-        found["line"] = Series(np.array(lines), number[: len(lines)])
+        measures["line"] = Series(np.array(lines), number[: len(lines)])
     for k, side in enumerate(SIDES):
         if (name := f"{side}_share") in names:
-            # arcs that touch at an instant, over teeth, is the part of a sprocket turn that each of them touches
-            found[name] = Series(means((recording.force[:, :, k] > 0.0).sum(axis=1) * (100.0 / teeth)), number)
+            # arcs that touch at an instant, over teeth, is the fraction of a sprocket turn that each of them touches
+            measures[name] = Series(means((recording.force[:, :, k] > 0.0).sum(axis=1) * (100.0 / teeth)), number)
         if (name := f"{side}_peak") in names and len(recording.spells) and len(visits := peaks(recording, side)):
             of = np.searchsorted(edges / recording.rate, visits["end_s"]) - 1
-            found[name] = Series(visits["peak_n"].to_numpy(), of)
-    return found
+            measures[name] = Series(visits["peak_n"].to_numpy(), of)
+    return measures
 
 
 def whole_loop(recording: Recording) -> dict[str, Estimate]:
     """Measures (`series`) over all links and the whole passages of a record in steady running."""
-    return {name: found.estimate() for name, found in series(recording).items()}
+    return {name: measure.estimate() for name, measure in series(recording).items()}
 
 
 def high_frequency_of_all(recording: Recording) -> float:

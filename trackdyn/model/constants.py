@@ -130,7 +130,7 @@ class Carriers(NamedTuple):
     wheel: np.ndarray  # (k,) integers: which one each carries
     of_wheel: np.ndarray  # (w,) integers: the carrier of every wheel, -1 for none
     arm: np.ndarray  # (k,) integers: 1: a trailing arm, its coordinate in rad; 0: a slider, in m
-    # x, y: (k,) place at rest of a slider's wheel, pivot of an arm, m
+    # x, y: (k,) rest position of a slider's wheel, pivot of an arm, m
     x: np.ndarray
     y: np.ndarray
     # along_x, along_y: (k,) direction in which a slider moves; of an arm its length (m) turned by a right angle, at
@@ -191,7 +191,7 @@ class Drive(NamedTuple):
 
 
 class Sensor(NamedTuple):
-    """Body that carries the sensor and the sensor's place in the body frame, m."""
+    """Body that carries the sensor and the sensor's position in the body frame, m."""
 
     body: int
     x: float

@@ -49,11 +49,11 @@ class Spells(NamedTuple):
     open: np.ndarray
     last: np.ndarray
     rows: np.ndarray  # (m,) ended spells
-    count: np.ndarray  # (1,) integers: number of ended spells; more than ``m`` if some found no room
+    count: np.ndarray  # (1,) integers: number of ended spells; more than ``m`` if some had no room
 
 
 class PlaneRecord(NamedTuple):
-    """Out-of-plane part of a record, one row a sample."""
+    """Out-of-plane samples of a record, one row a sample."""
 
     motion: np.ndarray  # (s, 8) offset (m), speed (m/s), p, q (rad/s) and the Euler parameters of the plane
     offset: np.ndarray  # (s, w) where the plane of the chain crosses the axis of every wheel, from its middle, m
@@ -79,7 +79,7 @@ class Record(NamedTuple):
     frame: np.ndarray  # (f, n + 3) configuration every ``frame_stride`` samples: pin x, y, angles, sprocket angle
     frame_stride: int  # samples between frames
     spells: Spells  # log of the contacts with the sprocket
-    # link_raw, link_mean: (s, l, 3) ``raw`` and ``mean`` of the sensor's place on every link; none (l = 0) unless asked
+    # link_raw, link_mean: (s, l, 3) ``raw`` and ``mean`` of the sensor's point on every link; none (l = 0) unless asked
     # for
     link_raw: np.ndarray
     link_mean: np.ndarray

@@ -7,7 +7,7 @@ import numpy as np
 from trackdyn.model.constants import zeros
 
 OFFSET, SPEED, P, Q = range(4)  # entries of the plane's motion
-# motion of a carrier: way or turn q from its place at rest (m or rad), its rate and that before the last step, and the
+# motion of a carrier: way or turn q from its rest position (m or rad), its rate and that before the last step, and the
 # direction in which the wheel moved in that step (`integrate.carriers.along`)
 SLIDE = np.dtype([(name, float) for name in ("q", "rate", "rate_before", "along_x", "along_y")])
 

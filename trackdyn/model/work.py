@@ -50,7 +50,7 @@ class ImplicitWork(NamedTuple):
     couple: np.ndarray
     wheel_inertia: np.ndarray  # (w,) ``h C`` of the friction on each wheel, kg m2
     column: np.ndarray  # (w, 3) each wheel's column of E, and of z_b on the way back
-    gain: np.ndarray  # (n, w) its part of the acceleration across each joint
+    gain: np.ndarray  # (n, w) its contribution to the acceleration across each joint
     response: np.ndarray  # (n, w) angular acceleration of each body for a unit acceleration of a wheel
     # base, probe, end: (w, 2), (w, 2), (w, 3) the same for the input pin of body 1, that of the probe's body, and the
     # output of the last body
@@ -71,7 +71,7 @@ class Stages(NamedTuple):
     b: np.ndarray  # (s,) weights of the step
     start: np.ndarray  # (m,) state at the start of a step
     slope: np.ndarray  # (s, m) derivative of the state at each stage
-    seen: np.ndarray  # (s, 1 + p, 3) what the sensor, and its place on every link, feels at each stage
+    seen: np.ndarray  # (s, 1 + p, 3) what the sensor, and its point on every link, feels at each stage
     # tooth_impact, wheel_impact: initial impact velocities at the start of the step: the stages do not change the
     # memory
     tooth_impact: np.ndarray
@@ -109,7 +109,7 @@ class Near(NamedTuple):
     count: np.ndarray
     arc: np.ndarray  # (2 p,) integers: these arcs, in rising order
     link: np.ndarray  # (p w, 2) integers: link and wheel of these pairs, in rising order
-    groove: np.ndarray  # (2 p,) integers: the groove that each arc was last found in, 0 before
+    groove: np.ndarray  # (2 p,) integers: the groove that each arc touched last, 0 before
     # pin_x, pin_y: (n + 1,), wheel : (w, 2), plane : (4, 3) where pins and wheels were when the lists were made, and
     # attitude and offset of the plane of the chain
     pin_x: np.ndarray

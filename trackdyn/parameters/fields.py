@@ -26,7 +26,7 @@ class FieldValue(NamedTuple):
 
 def _unit(info: FieldInfo) -> str | None:
     """Unit of a field; None for a section."""
-    return next((part.unit for part in info.metadata if isinstance(part, Quantity)), None)
+    return next((item.unit for item in info.metadata if isinstance(item, Quantity)), None)
 
 
 def fields_of(section: Section, prefix: str = "") -> Iterator[tuple[str, FieldValue]]:
@@ -34,8 +34,8 @@ def fields_of(section: Section, prefix: str = "") -> Iterator[tuple[str, FieldVa
     for name, info in type(section).model_fields.items():
         value = getattr(section, name)
         if isinstance(value, dict):
-            for key, part in value.items():
-                yield from fields_of(part, f"{key}.")
+            for key, entry in value.items():
+                yield from fields_of(entry, f"{key}.")
         elif isinstance(value, Section):
             yield from fields_of(value, f"{prefix}{name}.")
         elif unit := _unit(info):
@@ -64,12 +64,12 @@ def keys_of(section: Section, name: str) -> list[str]:
     keys, own = name.split("."), type(section).model_fields
     groups = [key for key in own if isinstance(getattr(section, key), dict)]
     keys[:0] = [key for key in groups if keys[0] not in own and keys[0] in getattr(section, key)]
-    part: Any = section
+    inner: Any = section
     for key in keys:
-        if isinstance(part, dict) and key in part:
-            part = part[key]
-        elif isinstance(part, Section) and key in type(part).model_fields:
-            part = getattr(part, key)
+        if isinstance(inner, dict) and key in inner:
+            inner = inner[key]
+        elif isinstance(inner, Section) and key in type(inner).model_fields:
+            inner = getattr(inner, key)
         else:
             raise no_field(section, name)
     return keys
@@ -84,10 +84,10 @@ def no_field(section: Section, name: str) -> InputError:
 
 def entries_of(data: dict, prefix: str = "") -> dict[str, dict]:
     """Entries of a rig file (`rig_file.read_rig`) by the names of their fields."""
-    found = {}
-    for key, part in data.items():
-        if "value" in part:
-            found[prefix + key] = part
+    entries = {}
+    for key, section in data.items():
+        if "value" in section:
+            entries[prefix + key] = section
         else:
-            found |= entries_of(part, prefix if key in ("wheels", "surfaces") else f"{prefix}{key}.")
-    return found
+            entries |= entries_of(section, prefix if key in ("wheels", "surfaces") else f"{prefix}{key}.")
+    return entries

@@ -1,7 +1,7 @@
 """The tooth groove as ten tangent circular arcs (Table 1, Figs. 5 and 7).
 
 Arcs are numbered as in the paper: 1 and 10 at the tooth tips, 5 and 6 at the bottom; 1, 4, 7, 10 are convex, the others
-concave. Everything is in the groove frame {O_S, x_k, y_k}: y_k points from the sprocket's centre to the lowest part of
+concave. Everything is in the groove frame {O_S, x_k, y_k}: y_k points from the sprocket's centre to the lowest point of
 the groove, x_k clockwise from it, so areas 1 to 5 (the left flank) have x <= 0.
 """
 
@@ -156,7 +156,7 @@ EDGE = 1e-9  # radius of an edge, m
 
 
 def coarse_groove(groove: Groove, arc_radius: float) -> Groove:
-    """Left, seating and right surface in place of ten arcs: a coarser tooth of the kind in Ref. [2].
+    """Left, seating and right surface instead of ten arcs: a coarser tooth of the kind in Ref. [2].
 
     Each flank is one concave arc through the tip-side end and the middle of area 2 and the
     bottom-side end of area 3; the seating surface is the root cylinder, about the sprocket's centre
@@ -172,8 +172,12 @@ def coarse_groove(groove: Groove, arc_radius: float) -> Groove:
     seat = np.zeros(2), root, *_sector(both, both * [-1.0, 1.0])
     edge = edge_at(joints[0], centre)
     mirror = np.array([-1.0, 1.0])
-    right = [(place * mirror, size, middle * mirror, half) for place, size, middle, half in (left, edge)]
-    centres, radii, directions, half_angles = (np.array(part) for part in zip(edge, left, seat, *right, strict=True))
+    right = [
+        (centre_of_arc * mirror, size, middle * mirror, half) for centre_of_arc, size, middle, half in (left, edge)
+    ]
+    centres, radii, directions, half_angles = (
+        np.array(values) for values in zip(edge, left, seat, *right, strict=True)
+    )
     convex = np.array([True, False, True, False, True])
     return Groove(centres, radii, directions, half_angles, convex, groove.addendum, groove.teeth)
 
@@ -183,7 +187,7 @@ def true_depth(groove: Groove, arc_radius: float, points: np.ndarray) -> np.ndar
 
     The (n, 2) ``points`` are their centres in the frame of the groove whose sector of half angle pi / m they are in, m.
     The ten arcs are needed; the coarse profile has corners. Eqs. 20 to 23 search a band of width r_C along each arc: a
-    centre deeper than that is found in no area and would cost nothing. Here the depth is ``r_C - s`` with ``s`` the
+    centre deeper than that lies in no area and would cost nothing. Here the depth is ``r_C - s`` with ``s`` the
     signed distance of the centre to the profile, positive in the open groove and negative in steel, so a centre in
     steel is deeper than r_C however far in it lies.
 
@@ -218,12 +222,12 @@ def depths_on_sprocket(groove: Groove, arc_radius: float, centres: np.ndarray, a
     return np.where(distance <= groove.addendum + arc_radius, depth, -np.inf)
 
 
-def edge_at(place: np.ndarray, centre: np.ndarray) -> tuple[np.ndarray, float, np.ndarray, float]:
+def edge_at(point: np.ndarray, centre: np.ndarray) -> tuple[np.ndarray, float, np.ndarray, float]:
     """Centre, radius, direction and half angle of the edge in which a concave arc about ``centre`` ends at a tip.
 
     A circle touches it where it lies between that arc's normal and the sprocket's radius through the edge.
     """
-    return place, EDGE, *_sector(place, centre - place)
+    return point, EDGE, *_sector(point, centre - point)
 
 
 def _circle_through(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> tuple[np.ndarray, float]:
@@ -239,8 +243,8 @@ def _sector(first: np.ndarray, last: np.ndarray) -> tuple[np.ndarray, float]:
     return middle, acos(min(1.0, float(first @ middle) / hypot(*first)))
 
 
-def _nearest_crossing(centre: np.ndarray, radius: float, about_origin: float, place: np.ndarray) -> np.ndarray:
-    """Where a circle crosses one about the origin, of two points that nearer to a place, m; `InputError` if nowhere."""
+def _nearest_crossing(centre: np.ndarray, radius: float, about_origin: float, target: np.ndarray) -> np.ndarray:
+    """Where a circle crosses one about the origin, the point nearer to ``target``, m; `InputError` if nowhere."""
     distance = hypot(*centre)
     along = (distance**2 + about_origin**2 - radius**2) / (2 * distance)
     across = about_origin**2 - along**2
@@ -251,7 +255,7 @@ def _nearest_crossing(centre: np.ndarray, radius: float, about_origin: float, pl
         )
     unit = centre / distance
     points = along * unit + np.outer([1.0, -1.0], sqrt(across) * np.array([-unit[1], unit[0]]))
-    return min(points, key=lambda point: hypot(*(point - place)))
+    return min(points, key=lambda point: hypot(*(point - target)))
 
 
 def equal_pitch_radius(teeth: int, link_length: float, connector_length: float, thickness: float) -> dict[str, float]:

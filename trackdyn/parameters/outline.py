@@ -226,9 +226,9 @@ def fit_outline(points: np.ndarray, pattern: str, teeth: int) -> tuple[Groove, n
             start = _start(flank, signs, scale * size, rise, pi / teeth)
             if misses(start)[0] == size:
                 continue
-            found = scipy.optimize.least_squares(misses, start, x_scale="jac", max_nfev=400)
-            if best is None or found.cost < best.cost:
-                best = found
+            fit = scipy.optimize.least_squares(misses, start, x_scale="jac", max_nfev=400)
+            if best is None or fit.cost < best.cost:
+                best = fit
     if best is None:
         raise InputError(f"profile.outline cannot be followed by the arcs {pattern}; try another pattern of signs")
     return groove(best.x), misses(best.x)

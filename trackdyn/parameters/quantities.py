@@ -15,7 +15,7 @@ from trackdyn.errors import shown
 from trackdyn.parameters.validation import plain_count, plain_number
 from trackdyn.parameters.yaml_file import ENTRY_KEYS, KINDS
 
-RANGE_KEYS = {"low", "high"}  # what the part can be, for what is assumed or fitted
+RANGE_KEYS = {"low", "high"}  # what a real component can have, for what is assumed or fitted
 WORDS = ("name",)  # units of what is a word
 FROM_FILE = "from a file"  # there every entry states its unit, in Python none does
 # what pydantic puts into a schema behind a validator of our own, and how JSON Schema says it
@@ -60,12 +60,12 @@ def _unwrap(unit: str, kind: type, absent: bool = False):
             )
         else:  # from Python, already in the right unit
             value = entry
-        found = {float: plain_number, int: plain_count, tuple: _rows}.get(kind, lambda name: name)(value)
-        if kind is tuple and len(found[0]) != (columns := unit.count(",") + 1):
+        plain = {float: plain_number, int: plain_count, tuple: _rows}.get(kind, lambda name: name)(value)
+        if kind is tuple and len(plain[0]) != (columns := unit.count(",") + 1):
             raise ValueError(f"= {shown(value)}: rows must have {columns} numbers each, in {unit}")
-        if kind is float and 0.0 < abs(found) < LEAST:
+        if kind is float and 0.0 < abs(plain) < LEAST:
             raise ValueError(f"= {shown(value)}: must be 0 or at least {LEAST:g} in size")
-        return found
+        return plain
 
     return BeforeValidator(unwrap)
 
@@ -106,7 +106,7 @@ class Entry:
 
     def __get_pydantic_json_schema__(self, core_schema: Any, handler: Any) -> dict:
         word, number = {"type": "string", "pattern": r"\S"}, {"type": "number"}
-        value = {BOUNDS.get(key, key): part for key, part in handler(core_schema).items()}
+        value = {BOUNDS.get(key, key): bound for key, bound in handler(core_schema).items()}
         entry = {"value": value, "unit": {"const": self.unit}, "kind": {"enum": list(KINDS)}, "source": word}
         together = {"low": ["high"], "high": ["low"]}
         return {
@@ -130,7 +130,7 @@ class Quantity:
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         absent = NoneType in get_args(source)
-        kind = next(part for part in get_args(source) if part is not NoneType) if absent else source
+        kind = next(variant for variant in get_args(source) if variant is not NoneType) if absent else source
         unwrap, entry = _unwrap(self.unit, get_origin(kind) or kind, absent), Entry(self.unit)
         bounds: dict[str, Any] = {"le": LARGEST, "ge": -LARGEST} if kind in (float, int) else {}
         field = Field(**bounds | self.bounds)

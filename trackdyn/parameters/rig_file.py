@@ -47,7 +47,7 @@ def shipped_rigs() -> dict[str, Path]:
 
 def shipped_summaries() -> dict[str, tuple[str, str]]:
     """What each shipped rig is, by name: its counts, and what its file says about it. Its values are not judged."""
-    found = {}
+    summaries = {}
 
     read = cache(read_yaml)  # most are like the first one
 
@@ -58,8 +58,8 @@ def shipped_summaries() -> dict[str, tuple[str, str]]:
         wheels = 1 + len(rig.get("wheels", {})) + sum(old in rig for old in WHEELS_OF_OLD)
         teeth = rig["sprocket"]["teeth"]["value"]
         counts = f"{chain['pitches']} pitches ({kind}), {teeth} teeth, {wheels} wheels"
-        found[name] = counts, read(path).get("about", ABOUT.get(name, ""))
-    return found
+        summaries[name] = counts, read(path).get("about", ABOUT.get(name, ""))
+    return summaries
 
 
 def rig_path(name: Path | str) -> Path | str:
@@ -98,8 +98,8 @@ def _with_pitch(data: dict, name: Path | str) -> dict:
     from trackdyn.parameters.quantities import number_of
 
     entry, kind, *others = (
-        of if isinstance(of := part.get(key), dict) else {}
-        for part, key in ((chain, "pitch"), (chain, "kind"), (chain, "link_thickness"), (sprocket, "teeth"))
+        of if isinstance(of := section.get(key), dict) else {}
+        for section, key in ((chain, "pitch"), (chain, "kind"), (chain, "link_thickness"), (sprocket, "teeth"))
     )
     if kind.get("value") != "single_pin":
         raise InputError(
@@ -126,7 +126,7 @@ def stated_in(name: Path | str) -> set[str]:
         return set()
     wheels = data.get("wheels")
     sections = data | (wheels if isinstance(wheels, dict) else {})
-    return {f"{key}.{field}" for key, part in sections.items() if isinstance(part, dict) for field in part}
+    return {f"{key}.{field}" for key, section in sections.items() if isinstance(section, dict) for field in section}
 
 
 def _read(path: Path | str, depth: int, read: Callable[[Path | str], Any]) -> dict[str, Any]:
@@ -137,8 +137,8 @@ def _read(path: Path | str, depth: int, read: Callable[[Path | str], Any]) -> di
     like = data.get("like")
     try:
         data = {
-            key: _written_out(part, str(key), {}, path.parent)
-            for key, part in data.items()
+            key: _written_out(content, str(key), {}, path.parent)
+            for key, content in data.items()
             if key not in ("like", "about", TRIED)  # words of this file alone
         }
         own_wheels = isinstance(data.get("wheels"), dict)
@@ -159,69 +159,71 @@ def _read(path: Path | str, depth: int, read: Callable[[Path | str], Any]) -> di
     sibling = path.parent / like
     base = _read(sibling if isfile(sibling) else rig_path(like), depth - 1, read)
     if own_wheels:
-        base = {key: part for key, part in base.items() if key not in ("wheels", *WHEELS_OF_OLD)}
+        base = {key: content for key, content in base.items() if key not in ("wheels", *WHEELS_OF_OLD)}
     for one, other in (("groove", "profile"), ("profile", "groove")):
         if one in data:
             base.pop(other, None)
-    own = {key: set(part) if isinstance(part := data.get(key), dict) else set() for key in ("chain", "sprocket")}
+    own = {key: set(content) if isinstance(content := data.get(key), dict) else set() for key in ("chain", "sprocket")}
     for given, section, other in (("pitch", "sprocket", "ring_radius"), ("equal_pitch_radius", "chain", "pitch")):
         if given in own["chain"] | own["sprocket"] and isinstance(base.get(section), dict):
-            base[section] = {key: part for key, part in base[section].items() if key != other}
+            base[section] = {key: content for key, content in base[section].items() if key != other}
     if {"pitch", "equal_pitch_radius"} <= own["chain"] | own["sprocket"]:
         raise InputError(f"{path}: chain.pitch gives sprocket.equal_pitch_radius; leave one of them out")
     return base | {
-        key: base[key] | part
-        if isinstance(part, dict) and isinstance(base.get(key), dict) and key != "wheels" and "value" not in part
-        else part
-        for key, part in data.items()
+        key: base[key] | content
+        if isinstance(content, dict) and isinstance(base.get(key), dict) and key != "wheels" and "value" not in content
+        else content
+        for key, content in data.items()
     }
 
 
-def _written_out(part: Any, name: str, about: dict, folder: Path) -> Any:
+def _written_out(content: Any, name: str, about: dict, folder: Path) -> Any:
     """A section, or an entry, with the entries of its short form written out."""
-    if isinstance(part, str):
-        part = _entry(part, name, about)
-        return _with_points(part, name, folder)
-    if isinstance(part, (int, float)) and not isinstance(part, bool) and about.get("source"):
-        return {"value": part, "unit": "1", "kind": about.get("kind", "assumed"), "source": about["source"]}
-    if not isinstance(part, dict) or part.keys() & {"value", "unit"}:
-        return _with_points(part, name, folder)
+    if isinstance(content, str):
+        content = _entry(content, name, about)
+        return _with_points(content, name, folder)
+    if isinstance(content, (int, float)) and not isinstance(content, bool) and about.get("source"):
+        return {"value": content, "unit": "1", "kind": about.get("kind", "assumed"), "source": about["source"]}
+    if not isinstance(content, dict) or content.keys() & {"value", "unit"}:
+        return _with_points(content, name, folder)
     about = about | {
-        key: part[key] for key in ("kind", "source") if isinstance(part.get(key), str) and _says(key, part, about)
+        key: content[key]
+        for key in ("kind", "source")
+        if isinstance(content.get(key), str) and _says(key, content, about)
     }
     return {
         key: _written_out(value, f"{name}.{key}", about, folder)
-        for key, value in part.items()
-        if not (key in ("kind", "source") and about.get(key) is part[key])
+        for key, value in content.items()
+        if not (key in ("kind", "source") and about.get(key) is content[key])
     }
 
 
-def _says(key: str, part: dict, about: dict) -> bool:
+def _says(key: str, section: dict, about: dict) -> bool:
     """Whether ``kind`` or ``source`` of a section speaks of its values, and is none of them (`drive.kind`)."""
-    return key == "source" or part["kind"] in KINDS
+    return key == "source" or section["kind"] in KINDS
 
 
 def _entry(text: str, name: str, about: dict) -> Any:
     """An entry written as a number with its unit, or as a word, with kind and source of its section."""
-    found = NUMBER.fullmatch(text)
+    match = NUMBER.fullmatch(text)
     if not about.get("source"):
-        if found is None:
+        if match is None:
             return text  # nothing of the short form: refused where the entry is read
         raise InputError(
             f"{name} = {shown(text)} has no source; write source: in its section, or value, unit, kind and source"
         )
-    value, unit = (float(found[1]), found[2]) if found else (text, "m, m" if name == OUTLINE else "name")
-    if found and float(value).is_integer() and "." not in found[1] and "e" not in found[1].lower():
-        value = int(found[1])
+    value, unit = (float(match[1]), match[2]) if match else (text, "m, m" if name == OUTLINE else "name")
+    if match and float(value).is_integer() and "." not in match[1] and "e" not in match[1].lower():
+        value = int(match[1])
     return {"value": value, "unit": unit, "kind": about.get("kind", "assumed"), "source": about["source"]}
 
 
-def _with_points(part: Any, name: str, folder: Path) -> Any:
+def _with_points(content: Any, name: str, folder: Path) -> Any:
     """An entry whose value is the name of a CSV file of points gets the points: a rig holds all that it is made of."""
-    entry = isinstance(part, dict) and part.keys() >= ENTRY_KEYS
-    if not (entry and name == OUTLINE and isinstance(part["value"], str)):
-        return part
+    entry = isinstance(content, dict) and content.keys() >= ENTRY_KEYS
+    if not (entry and name == OUTLINE and isinstance(content["value"], str)):
+        return content
     from trackdyn.parameters.outline import read_outline
 
-    path = folder / part["value"]
-    return part | {"value": read_outline(path), "source": f"{part['source']} ({path.name})"}
+    path = folder / content["value"]
+    return content | {"value": read_outline(path), "source": f"{content['source']} ({path.name})"}

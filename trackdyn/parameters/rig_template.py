@@ -21,16 +21,16 @@ def rig_text(like: str) -> str:
             return f"{value}"
         return f"{float(value)!r} {unit}"
 
-    def flow(part: dict, wheel: str = "") -> str:
+    def flow(section: dict, wheel: str = "") -> str:
         unread = [name.partition(".")[2] for name in ignored if wheel and name.startswith(f"{wheel}.")]
-        items = ((key, item) for key, item in part.items() if item not in plain and key not in unread)
+        items = ((key, item) for key, item in section.items() if item not in plain and key not in unread)
         return (
             "{" + ", ".join(f"{key}: {flow(item) if 'value' not in item else short(item)}" for key, item in items) + "}"
         )
 
-    def comments(name: str, part: dict) -> list[str]:
+    def comments(name: str, section: dict) -> list[str]:
         rows = [f"# {name}:", "#   source: ..."]
-        for key, item in part.items():
+        for key, item in section.items():
             source = textwrap.shorten(str(item["source"]).removeprefix(f"{item['kind']}: "), 90, placeholder=" ...")
             rows.append(f"#   {key}: {short(item)}  # {item['kind']}: {source}")
         return rows
@@ -49,7 +49,7 @@ def rig_text(like: str) -> str:
         "  # A vehicle with such a track drives towards +x: with the other wheels at x < 0 the "
         "sprocket is in front, at x > 0 behind",
         '  source: "assumed"',
-        *(f"  {name}: {flow(part, name)}" for name, part in wheels.items()),
+        *(f"  {name}: {flow(section, name)}" for name, section in wheels.items()),
         "  # a wheel may stand on a trailing arm or a slider with a spring, held where it stands "
         "once the loop is tensioned:",
         "  #   arm: {x: 0.3 m, y: 0.1 m, mass: 50.0 kg, stiffness: 2.0e4 N m/rad, damping: 500.0 N m "
@@ -66,15 +66,17 @@ def rig_text(like: str) -> str:
             for key, item in entries["tension"].items()
             if not isinstance(item["value"], (list, tuple)) and f"tension.{key}" not in ignored
         ),
-        "# drive: a motor's line in place of a speed that is kept exactly, as the sprocket sees it",
+        "# drive: a motor's line instead of a speed that is kept exactly, as the sprocket sees it",
         "# drive: {source: assumed, kind: motor, inertia: 5.0 kg m2, slope: 500.0 N m s/rad, torque: 2000.0 N m}",
         "",
     ]
-    for name, part in entries.items():
-        if name in ("wheels", "tension", "surfaces", *rig.rollers) or "value" in part:
+    for name, section in entries.items():
+        if name in ("wheels", "tension", "surfaces", *rig.rollers) or "value" in section:
             continue
         rows += [
-            *comments(name, {key: item for key, item in part.items() if not isinstance(item["value"], (list, tuple))}),
+            *comments(
+                name, {key: item for key, item in section.items() if not isinstance(item["value"], (list, tuple))}
+            ),
             "",
         ]
     return "\n".join(rows)

@@ -52,9 +52,9 @@ def nonnegative_least_squares(matrix: np.ndarray, wanted: np.ndarray) -> np.ndar
     best, least = np.zeros(matrix.shape[1]), float(wanted @ wanted)
     for count in range(1, len(best) + 1):
         for free in map(list, combinations(range(len(best)), count)):
-            found = np.linalg.lstsq(matrix[:, free], wanted, rcond=None)[0]
-            rest = float(np.sum((matrix[:, free] @ found - wanted) ** 2))
-            if (found >= 0.0).all() and rest < least:
+            solution = np.linalg.lstsq(matrix[:, free], wanted, rcond=None)[0]
+            rest = float(np.sum((matrix[:, free] @ solution - wanted) ** 2))
+            if (solution >= 0.0).all() and rest < least:
                 best, least = np.zeros(len(best)), rest
-                best[free] = found
+                best[free] = solution
     return best

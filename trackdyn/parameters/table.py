@@ -13,7 +13,7 @@ from trackdyn.parameters.rig_file import read_rig
 def parameter_table(path: Path | str) -> pd.DataFrame:
     """Every parameter of a rig file: ``name, value, unit, kind, low, high, outside, source``, and the derived ones.
 
-    ``outside`` says on which side a value leaves what the part can be.
+    ``outside`` says on which side a value leaves its range.
     """
     rig = load_rig(path)
     rows = [{"name": name, **entry} for name, entry in entries_of(read_rig(path)).items()]

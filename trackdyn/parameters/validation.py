@@ -130,9 +130,9 @@ def _first(errors: Sequence[Mapping[str, Any]]) -> Mapping[str, Any]:
 
 
 def sentence(name: str, error: Mapping[str, Any], missing: str) -> str:
-    """What pydantic found, as one sentence with the file, the field, the value and what would be accepted."""
-    parts = [str(part) for part in error["loc"]]
-    where = ".".join(part if re.fullmatch(r"\w{1,60}", part) else shown(part) for part in parts) or "the file"
+    """Pydantic's finding as one sentence with the file, the field, the value and what would be accepted."""
+    parts = [str(key) for key in error["loc"]]
+    where = ".".join(key if re.fullmatch(r"\w{1,60}", key) else shown(key) for key in parts) or "the file"
     if error["type"] == "extra_forbidden":
         meant = f" ({error['meant'][0]}?)" if error.get("meant") else ""
         return f"{name}: {where} is not a known parameter; remove it or correct its spelling{meant}"

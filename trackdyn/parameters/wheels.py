@@ -28,7 +28,7 @@ class Arm(OmitsDefaults):
     """A trailing arm with torsion spring and damper; the wheel is at its free end.
 
     ``mass`` is that of wheel and arm as if it were at the wheel's axle, ``travel`` the turn to either side. Without
-    ``preload`` (torque on the arm at the wheel's place in the file, counter-clockwise positive) the spring holds what
+    ``preload`` (torque on the arm at the wheel's position as filed, counter-clockwise positive) the spring holds what
     lies on it when the loop has been tensioned.
     """
 

@@ -54,10 +54,10 @@ def change(value: float | None) -> str:
 def number_span(text: str) -> str:
     """The numbers of a text, three digits each: one, two, or the least and the largest of more."""
     text = re.sub(r" at \d+(?: rpm)?", "", text)  # the speeds that the numbers are of
-    found = sorted({float(number) for number in re.findall(r"-?\d+\.?\d*(?:e[+-]?\d+)?", text)})
-    if not found:
+    numbers = sorted({float(number) for number in re.findall(r"-?\d+\.?\d*(?:e[+-]?\d+)?", text)})
+    if not numbers:
         return text
-    ends = found if len(found) < 3 else [found[0], found[-1]]
+    ends = numbers if len(numbers) < 3 else [numbers[0], numbers[-1]]
     return " to ".join(dict.fromkeys(cell(value) for value in ends))
 
 

@@ -31,7 +31,7 @@ FORCE_BAR = 4000.0  # of the scale bar, N; arrows of forces have one scale in al
 FORCE_MOST = 2.0  # no arrow is longer than so many bars
 HUB = 0.03  # radius of the hubs, for the eye only, m
 POINTS_AN_ARC = 12
-# numbers of the areas: so far below the bottom of the groove (m), over this part of the pitch
+# numbers of the areas: so far below the bottom of the groove (m), over this fraction of the pitch
 NUMBERS_BELOW, NUMBERS_SPREAD = 0.022, 0.98
 # stacking: wheels and ring, sprocket, connectors, links, what is written on them
 Z_RING, Z_SPROCKET, Z_CONNECTOR, Z_LINK, Z_MARK = 1.0, 2.0, 3.0, 4.0, 6.0
@@ -187,7 +187,7 @@ def draw_sprocket(ax: Axes, rig: Rig, angle: float, ring: float | None, number_a
         _draw_disc(ax, *centre, ring, RUBBER, BLACK)
     # artists, not patches: the limits of the axes are given, and a patch would have them worked out from its outline
     ax.add_artist(Polygon(outline, facecolor=STEEL, edgecolor=STEEL_EDGE, linewidth=0.9, zorder=Z_SPROCKET))
-    if ring is not None:  # the part of its edge that teeth hide
+    if ring is not None:  # the stretch of its edge that teeth hide
         look = {"fill": False, "edgecolor": RUBBER, "linestyle": (0, (4, 2)), "linewidth": 0.7}
         ax.add_artist(Circle(centre, ring, **look, zorder=Z_SPROCKET + 0.1))
     _draw_hub(ax, *centre, Z_SPROCKET, rig.groove_profile.addendum)
@@ -207,11 +207,11 @@ def _number_areas(ax: Axes, rig: Rig, sprocket_angle: float, groove: int) -> Non
     halo = [withStroke(linewidth=1.5, foreground="white")]
     for area, turn in zip(range(1, 11), np.linspace(-spread / 2, spread / 2, 10), strict=True):
         # areas run from the tip at negative x of the groove's frame to that at positive x
-        place = groove_points(rig, sprocket_angle, groove, [[below * sin(turn), below * cos(turn)]])[0]
+        point = groove_points(rig, sprocket_angle, groove, [[below * sin(turn), below * cos(turn)]])[0]
         here = groove_points(rig, sprocket_angle, groove, [shape.arc(area, 3)[1]])[0]
-        end = here + 0.8 * (place - here)
+        end = here + 0.8 * (point - here)
         ax.plot(*np.transpose([here, end]), color=STEEL_EDGE, linestyle="-", linewidth=0.5, zorder=Z_MARK - 0.1)
-        text = ax.text(*place, str(area), ha="center", va="center", fontsize=SMALL, clip_on=True, zorder=Z_MARK)
+        text = ax.text(*point, str(area), ha="center", va="center", fontsize=SMALL, clip_on=True, zorder=Z_MARK)
         text.set_path_effects(halo)
     joints = groove_points(rig, sprocket_angle, groove, shape.joints())
     ax.plot(*joints.T, **JOINT, markeredgewidth=0.7, zorder=Z_MARK)
@@ -233,7 +233,7 @@ def draw_loop(ax: Axes, rig: Rig, frame, shift: float, ring: float | None, groov
 
 
 def view(ax: Axes, middle, half) -> None:
-    """Limits of the axes: ``half`` of a width (m) around a place, or half of a width and of a height."""
+    """Limits of the axes: ``half`` of a width (m) around a point, or half of a width and of a height."""
     (x, y), (dx, dy) = middle, np.broadcast_to(half, 2)
     ax.set(xlim=(x - dx, x + dx), ylim=(y - dy, y + dy))
 
@@ -244,13 +244,13 @@ def force_arrow(force: float, bar: float) -> float:
 
 
 def draw_force_bar(ax: Axes, bar: float, begin: float = 0.03) -> None:
-    """The scale bar of the forces, ``bar`` (m) long, at the foot of the view from a part of its width on."""
+    """The scale bar of the forces, ``bar`` (m) long, at the foot of the view from a fraction of its width on."""
     (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
     x, y = left + begin * (right - left), low + 0.03 * (high - low)
     look = {"color": BLACK, "zorder": Z_MARK + 3, "path_effects": [withStroke(linewidth=3, foreground="white")]}
     ax.plot([x, x + bar], [y, y], linestyle="-", marker="|", markersize=6, linewidth=1.4, **look)
-    place = {"xytext": (0, 3), "textcoords": "offset points", "ha": "center", "va": "bottom"}
-    ax.annotate(f"{FORCE_BAR / 1000:g} kN", (x + 0.5 * bar, y), fontsize=7, **place, **look)
+    position = {"xytext": (0, 3), "textcoords": "offset points", "ha": "center", "va": "bottom"}
+    ax.annotate(f"{FORCE_BAR / 1000:g} kN", (x + 0.5 * bar, y), fontsize=7, **position, **look)
 
 
 def _draw_hub(ax: Axes, x: float, y: float, zorder: float, radius: float = 1.0) -> None:

@@ -12,7 +12,7 @@ from trackdyn.sensor.sensor_csv import SensorRecord
 from trackdyn.simulation.recording import Recording
 
 REVOLUTIONS = 2.0
-CENTRAL = 0.999  # part of a sensor's samples that is always in view; the rest may be cut off
+CENTRAL = 0.999  # fraction of a sensor's samples that is always in view; the rest may be cut off
 
 
 def first_crest(ay, rate: float, hz: float) -> int:
@@ -21,9 +21,9 @@ def first_crest(ay, rate: float, hz: float) -> int:
     Its phase is taken from the first two of its periods, mean removed, not from the whole record: the
     speed of a real track drifts.
     """
-    part = np.asarray(ay)[: round(REVOLUTIONS * rate / hz)]
-    turn = 2 * np.pi * hz / rate * np.arange(len(part))
-    phase = np.angle(np.sum((part - part.mean()) * np.exp(-1j * turn)))
+    begin = np.asarray(ay)[: round(REVOLUTIONS * rate / hz)]
+    turn = 2 * np.pi * hz / rate * np.arange(len(begin))
+    phase = np.angle(np.sum((begin - begin.mean()) * np.exp(-1j * turn)))
     return round((-phase % (2 * np.pi)) / (2 * np.pi) * rate / hz)
 
 
@@ -34,10 +34,10 @@ def history_figure(
     """The y acceleration of simulation (above) and sensor (below) of one motor speed over about two revolutions.
 
     Both curves begin where the fundamental of their own first has its crest, and both run for two revolutions of the
-    simulated loop. The loops turn at slightly different rates, so they agree in phase at the start and part slowly. The
+    simulated loop. The loops turn at slightly different rates, so they agree in phase at the start and drift apart. The
     view holds all of the simulation and nearly all samples of the sensor; triangles stand where its curve is cut off,
     and its extremes are written. ``sensor_label`` says what the record is, and must say so if it is synthetic; without
-    a record the panel of the simulation has it in place of the other one.
+    a record the panel of the simulation has it instead of the other one.
     """
     figure = new_figure(4.0)
     figure.set_layout_engine("none")  # margins that do not depend on the numbers at the ticks: panels are alike

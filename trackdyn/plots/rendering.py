@@ -30,16 +30,16 @@ def differences(columns: np.ndarray) -> dict:
 
 def environment(folder: Path = HERE) -> Environment:
     """Templates of a folder and, behind them, of this one; the style of every page is its global ``style``."""
-    found = Environment(
+    templates = Environment(
         loader=FileSystemLoader([folder, HERE]),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    found.filters |= FILTERS
-    found.globals["style"] = (HERE / "page.css").read_text(encoding="utf-8")
-    return found
+    templates.filters |= FILTERS
+    templates.globals["style"] = (HERE / "page.css").read_text(encoding="utf-8")
+    return templates
 
 
 def render(template: str, scripts: tuple[str, ...], data: dict, folder: Path = HERE, **shown) -> str:

@@ -75,12 +75,14 @@ def _panels(
     for ax, (side, (value, error)) in zip(axes, columns.items(), strict=True):
         for i, rpm in enumerate(speeds):
             rows = study[study["rpm"] == rpm].sort_values("ring_radius_m", na_position="first")
-            place = rows["ring_radius_m"].fillna(none) + spread[i]
+            position = rows["ring_radius_m"].fillna(none) + spread[i]
             look = {"color": COLOURS[i % len(COLOURS)], "marker": MARKERS[i % len(MARKERS)], "capsize": 2}
             bare = rows["ring_radius_m"].isna()
-            for part, dashes, label in ((bare, "none", None), (~bare, DASHES[i % len(DASHES)], f"{rpm:g} rpm")):
-                errors = rows.loc[part, error].fillna(0.0)
-                ax.errorbar(place[part], rows.loc[part, value], errors, **look, linestyle=dashes, label=label)
+            for rows_drawn, dashes, label in ((bare, "none", None), (~bare, DASHES[i % len(DASHES)], f"{rpm:g} rpm")):
+                errors = rows.loc[rows_drawn, error].fillna(0.0)
+                ax.errorbar(
+                    position[rows_drawn], rows.loc[rows_drawn, value], errors, **look, linestyle=dashes, label=label
+                )
         for radius in marks.values():
             ax.axvline(radius, **PRINTED, linewidth=0.6, zorder=1)
         if with_none and radii:

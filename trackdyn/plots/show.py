@@ -22,7 +22,7 @@ from trackdyn.plots.rendering import CONFIGURATION, differences, packed, render,
 from trackdyn.sensor.signals import LOW_RANGE_HZ, holds_line, in_bands, main_line, main_line_binfree, spectrum
 from trackdyn.simulation.account import LOSSES, STORED
 from trackdyn.simulation.recording import Recording, load_recording
-from trackdyn.simulation.replay import SIDES, Stretch, stretch_of
+from trackdyn.simulation.replay import SIDES, Replay, stretch_of
 from trackdyn.sources import source_hash
 
 SCRIPTS = ("shared", "animation", "plots", "show")  # one module, in this order
@@ -37,7 +37,7 @@ class Shown:
     """A page that shows a run; a notebook displays it."""
 
     text: str  # the page, HTML
-    stretch: Stretch | None  # what moves on it
+    stretch: Replay | None  # what moves on it
 
     def save(self, path: Path | str) -> None:
         """Write the page, whole or not at all. Raises `InputError`: it cannot be written."""
@@ -51,7 +51,7 @@ class Shown:
         moves = f"{self.stretch.time[-1]:.3g} s move, simulated again"
         if self.stretch.apart is None:
             return f"{moves}; not the record, which begins later"
-        return f"{moves}; the sensor's place differs from the record's by {self.stretch.apart[0]:.2g} m at most"
+        return f"{moves}; the sensor's position differs from the record's by {self.stretch.apart[0]:.2g} m at most"
 
     def _repr_html_(self) -> str:
         frame = 'width="100%" height="900" style="border: 0" title="A run of the track"'
@@ -170,10 +170,10 @@ def signal(recording: Recording, stretch: float | None) -> dict:
             "high": short(np.maximum.reduceat(ay, edges)),
         }
     if len(ay) >= LEAST_SPECTRUM:
-        freq, amplitude = (part[1:] for part in spectrum(ay, rate))
+        freq, amplitude = (values[1:] for values in spectrum(ay, rate))
         low = freq <= LOW_RANGE_HZ
         shown["low"] = [short(freq[low]), short(amplitude[low])] if low.any() else None
-        shown["band"] = [short(part) for part in in_bands(freq, amplitude)]
+        shown["band"] = [short(values) for values in in_bands(freq, amplitude)]
         hz = recording.periods.loop_hz
         if holds_line(len(ay), rate, hz) and np.ptp(ay) > 0:
             shown["line"] = [short(main_line(ay, rate, hz)), short(main_line_binfree(ay, rate, expected_hz=hz)[:2])]
@@ -186,7 +186,7 @@ def _round(value: float) -> float:
     return power * max(step for step in (1, 2, 5) if step * power <= value * (1 + 1e-9))
 
 
-def geometry(recording: Recording, stretch: Stretch) -> dict:
+def geometry(recording: Recording, stretch: Replay) -> dict:
     """Lengths and outlines that the moving loop is drawn from (m), and the one scale of its forces."""
     rig, model = recording.scene.rig, stretch.loop.model
     tooth, shoes = model.tooth, model.shoes
@@ -238,14 +238,14 @@ def _arcs(tooth: Tooth) -> np.ndarray:
     return centre[:, None, :] + radius * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
 
 
-def picture(recording: Recording, stretch: Stretch) -> dict:
+def picture(recording: Recording, stretch: Replay) -> dict:
     """The stretch as the page moves it: whole numbers of small units."""
     frames, bodies = stretch.bodies.shape[:2]
     wheels = stretch.wheels[:, 1:]
     places = wheels[:, :, :2].reshape(frames, -1)
     columns = np.column_stack([*stretch.bodies.transpose(2, 0, 1), places, stretch.turned])
     low, high = np.percentile(stretch.tension, [1, 99])
-    units = [1, CONFIGURATION, CONFIGURATION, 1, 1, 1, 1]  # of side, place (m), force (N), area, groove
+    units = [1, CONFIGURATION, CONFIGURATION, 1, 1, 1, 1]  # of side, position (m), force (N), area, groove
     return {
         "rpm": recording.scene.motor_rpm,
         "radius": recording.scene.ring_radius,
@@ -269,10 +269,10 @@ def _felt(contacts: np.ndarray) -> np.ndarray:
     return contacts[np.hypot(contacts[:, 3], contacts[:, 4]) >= 1.0]
 
 
-def tension(stretch: Stretch) -> dict:
-    """Least and largest tension by place around the loop, and where the wheels are."""
+def tension(stretch: Replay) -> dict:
+    """Least and largest tension by position around the loop, and where the wheels are."""
     pitches = stretch.loop.scene.rig.chain.pitches
-    bins = np.minimum((2 * stretch.place).astype(int), 2 * pitches - 1).ravel()
+    bins = np.minimum((2 * stretch.along).astype(int), 2 * pitches - 1).ravel()
     values = stretch.tension.ravel()
     low, high = np.full(2 * pitches, np.inf), np.full(2 * pitches, -np.inf)
     np.minimum.at(low, bins, values)
@@ -284,13 +284,13 @@ def tension(stretch: Stretch) -> dict:
         "low": short(low[seen]),
         "high": short(high[seen]),
         "pitches": pitches,
-        "first": short(stretch.place[0], 6),
-        "moved": short((stretch.place[:, 0] - stretch.place[0, 0]) % pitches, 6),
+        "first": short(stretch.along[0], 6),
+        "moved": short((stretch.along[:, 0] - stretch.along[0, 0]) % pitches, 6),
         "spans": [[name, *short(span)] for name, span in spans if span[0] == span[0]],
     }
 
 
-def shares(stretch: Stretch) -> dict | None:
+def shares(stretch: Replay) -> dict | None:
     """Time in contact by area and of the ring, % of a turn of the sprocket a passage."""
     record, rig = stretch.record, stretch.loop.scene.rig
     if stretch.loop.scene.loop != "on_wheels" or not record.wheel_rate[:, SPROCKET].any():

@@ -160,7 +160,7 @@ def _draw_main(ax: Axes, curve: _Curve, near: tuple[float, float]) -> None:
 
 
 def _draw_whole(ax: Axes, curve: _Curve) -> None:
-    middle, smooth = in_bands(*(part[1:] for part in curve.spectrum))
+    middle, smooth = in_bands(*(values[1:] for values in curve.spectrum))
     every = max(1, round(MARK_EVERY_HZ / BAND_HZ))
     begin = 0 if curve.marker == "o" else every // 2  # marks of the two curves stand beside each other
     mark = {"marker": curve.marker, "markersize": 4, "markeredgecolor": BLACK, "markeredgewidth": 0.5}

@@ -107,8 +107,8 @@ def save_one(figure: Figure, path: Path) -> None:
     """Write a PNG or an SVG, by the ending of its name."""
     kind = path.suffix[1:]
     _lay_out(figure)
-    with replacing(path) as part:
-        figure.savefig(part, format=kind, metadata=PLAIN[kind])
+    with replacing(path) as temporary:
+        figure.savefig(temporary, format=kind, metadata=PLAIN[kind])
 
 
 def power_of_ten(value: float, digits: int) -> str:

@@ -1,4 +1,4 @@
-"""Rig and scene to arrays: the one place where names become numbers."""
+"""Rig and scene to arrays: here names become numbers."""
 
 from math import cos, pi, radians, sin, sqrt, tan
 
@@ -198,7 +198,7 @@ def wheel_frame(toe: float, camber: float) -> np.ndarray:
 def wheel_centres(rig: Rig, wheels: Wheels) -> np.ndarray:
     """(w, 3) inertial places of the wheels' middles, m."""
     parts: list[Sprocket | Wheel] = [rig.sprocket, *rig.rollers.values()]
-    return np.array([[x, y, part.axial_offset] for x, y, part in zip(wheels.x, wheels.y, parts, strict=False)])
+    return np.array([[x, y, wheel.axial_offset] for x, y, wheel in zip(wheels.x, wheels.y, parts, strict=False)])
 
 
 def build_space(scene, tooth: Tooth, wheels: Wheels) -> Space:
@@ -210,7 +210,7 @@ def build_space(scene, tooth: Tooth, wheels: Wheels) -> Space:
     """
     rig = scene.rig
     parts = (rig.sprocket, *rig.rollers.values())[: len(wheels.x)]
-    frame = np.array([wheel_frame(radians(part.toe), radians(part.camber)) for part in parts])
+    frame = np.array([wheel_frame(radians(wheel.toe), radians(wheel.camber)) for wheel in parts])
     reach = np.where(wheels.present, wheels.radius + 2 * wheels.half_thickness, 0.0)
     if tooth.present:
         reach[SPROCKET] = tooth.addendum + tooth.arc_radius
@@ -233,12 +233,12 @@ def start_plane(rig: Rig, model: Model, state: State) -> Plane:
     Without axial offsets that is the plane of the planar model, exactly. The least turn takes one
     plane to the other, and the loop is shifted in it so that it stays where it was on the sprocket.
     """
-    place = wheel_centres(rig, model.wheels)
+    centres = wheel_centres(rig, model.wheels)
     motion, attitude = np.zeros(4), np.array([1.0, 0.0, 0.0, 0.0])
-    if not place[:, 2].any():
+    if not centres[:, 2].any():
         return Plane(motion, attitude)
-    sides = np.column_stack([np.ones(len(place)), model.wheels.x, model.wheels.y])
-    z0, slope_x, slope_y = np.linalg.lstsq(sides, place[:, 2], rcond=None)[0]
+    sides = np.column_stack([np.ones(len(centres)), model.wheels.x, model.wheels.y])
+    z0, slope_x, slope_y = np.linalg.lstsq(sides, centres[:, 2], rcond=None)[0]
     normal = np.array([-slope_x, -slope_y, 1.0]) / np.sqrt(1.0 + slope_x**2 + slope_y**2)
     # from e_z to the normal: Euler parameters (1 + e_z . n, e_z x n), normalised
     attitude[:] = np.array([1.0 + normal[2], -normal[1], normal[0], 0.0]) / np.sqrt(2.0 * (1.0 + normal[2]))
@@ -247,13 +247,13 @@ def start_plane(rig: Rig, model: Model, state: State) -> Plane:
     h, k = normal, 1.0 / (1.0 + normal[2])
     x_axis = np.array([1.0 - k * h[0] ** 2, -k * h[0] * h[1], -h[0]])
     y_axis = np.array([-k * h[0] * h[1], 1.0 - k * h[1] ** 2, -h[1]])
-    state.pin[0] += x_axis @ place[SPROCKET] - model.wheels.x[SPROCKET]
-    state.pin[1] += y_axis @ place[SPROCKET] - model.wheels.y[SPROCKET]
+    state.pin[0] += x_axis @ centres[SPROCKET] - model.wheels.x[SPROCKET]
+    state.pin[1] += y_axis @ centres[SPROCKET] - model.wheels.y[SPROCKET]
     return Plane(motion, attitude)
 
 
 def build_model(scene) -> Model:
-    """The model that a scene requires, the tensioning wheel at its nominal place; see ``Scene.model``."""
+    """The model that a scene requires, the tensioning wheel at its nominal position; see ``Scene.model``."""
     rig = scene.rig
     toothed = scene.tooth_contact != "none" and scene.loop == "on_wheels"
     shoes = build_shoes(rig, scene.chain)
@@ -336,7 +336,7 @@ def carriers_of(rows: list[dict], wheels: int, tensions: int = SPROCKET, force: 
 
 def preloads(rig: Rig, carriers: Carriers, work: Work, q: np.ndarray) -> np.ndarray:
     """(k,) preloads that hold the chain with the carriers at ``q``, or the rig's; `InputError` beyond their travel."""
-    names, found = wheel_names(rig), np.zeros(len(carriers.wheel))
+    names, forces = wheel_names(rig), np.zeros(len(carriers.wheel))
     for k, wheel in enumerate(carriers.wheel):
         if len(carriers.force) and k == carriers.tensioner:  # its force is prescribed
             continue
@@ -344,11 +344,11 @@ def preloads(rig: Rig, carriers: Carriers, work: Work, q: np.ndarray) -> np.ndar
         tx, ty = along(carriers, k, float(q[k]))
         fx, fy = push(work, wheel)
         if carrier is None or carrier.preload is None:
-            found[k] = carriers.stiffness[k] * q[k] - (tx * fx + ty * fy) + carriers.weight[k] * ty
+            forces[k] = carriers.stiffness[k] * q[k] - (tx * fx + ty * fy) + carriers.weight[k] * ty
         else:
             slid = 0.0 if isinstance(carrier, Arm) else carrier.mass * rig.gravity * ty
-            found[k] = carrier.preload - slid
-    return found
+            forces[k] = carrier.preload - slid
+    return forces
 
 
 def refuse_stops(rig: Rig, carriers: Carriers, slide: np.ndarray) -> None:

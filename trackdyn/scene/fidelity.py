@@ -80,37 +80,39 @@ def wheel_out_of_plane(rig) -> str | None:
 
 def decide(scene) -> dict[str, Decision]:
     """Setting and reason of every choice of a scene, the sprocket's ring and the wheels included."""
-    found = {name: Decision(getattr(scene, name), ASKED) for name in CHOICES}
+    decisions = {name: Decision(getattr(scene, name), ASKED) for name in CHOICES}
     tilted = wheel_out_of_plane(scene.rig)
     on_wheels = scene.loop == "on_wheels" and scene.chain != "belt"
     if scene.space == "auto":
         if tilted and on_wheels:
-            found["space"] = Decision("spatial", f"{tilted} breaks the mirror symmetry across the plane of the chain")
+            decisions["space"] = Decision(
+                "spatial", f"{tilted} breaks the mirror symmetry across the plane of the chain"
+            )
         else:
             reason = "mirror-symmetric across the plane, no axial load" if on_wheels else "nothing acts along the axes"
-            found["space"] = Decision("planar", reason)
+            decisions["space"] = Decision("planar", reason)
     if scene.friction == "auto":
-        if found["space"].setting == "spatial":
-            found["friction"] = Decision("independent", "motion in space: tangential and axial friction as printed")
+        if decisions["space"].setting == "spatial":
+            decisions["friction"] = Decision("independent", "motion in space: tangential and axial friction as printed")
         else:
-            found["friction"] = Decision("tangential", "planar: nothing moves along the axes")
+            decisions["friction"] = Decision("tangential", "planar: nothing moves along the axes")
     if scene.chain == "belt":
         nothing = Decision("none", "a kinematic path has no forces and no equations to solve")
-        found |= dict.fromkeys((*OF_CONTACTS, "bushing_law", "closure", "integrator"), nothing)
+        decisions |= dict.fromkeys((*OF_CONTACTS, "bushing_law", "closure", "integrator"), nothing)
     elif scene.loop == "free":
-        found |= dict.fromkeys(OF_CONTACTS, Decision("none", "a free loop touches nothing"))
+        decisions |= dict.fromkeys(OF_CONTACTS, Decision("none", "a free loop touches nothing"))
     if on_wheels and scene.ring_radius is not None:
-        found["ring"] = Decision("present", f"ring_radius = {scene.ring_radius:g} m")
+        decisions["ring"] = Decision("present", f"ring_radius = {scene.ring_radius:g} m")
     else:
-        found["ring"] = Decision("none", "the scene has no ring: no link is tested against one")
+        decisions["ring"] = Decision("none", "the scene has no ring: no link is tested against one")
     if on_wheels:
         names = [name.replace("_", " ") for name in scene.rig.rollers]
         listed = " and ".join(names) if len(names) < 3 else f"{len(names)} wheels"
         drive = DRIVES[scene.rig.drive.kind if scene.rig.drive else "speed"]
-        found["wheels"] = Decision("turning", f"{listed} turn{'s' * (len(names) == 1)} freely; {drive}")
+        decisions["wheels"] = Decision("turning", f"{listed} turn{'s' * (len(names) == 1)} freely; {drive}")
     else:
-        found["wheels"] = Decision("none", "no wheel is touched")
-    return found
+        decisions["wheels"] = Decision("none", "no wheel is touched")
+    return decisions
 
 
 def label(decisions: dict) -> str:

@@ -35,7 +35,7 @@ def advised_step(limit: float, sample: float) -> str:
 
 
 def elastic_depth(law, load, radius):
-    """Depth d (m) at which the elastic part of Eq. 8 carries a load (N): the root d > 0 of d^3 = c^2 (d + radius)."""
+    """Depth d (m) at which the elastic term of Eq. 8 carries a load (N): the root d > 0 of d^3 = c^2 (d + radius)."""
     c = load / law.stiffness
     # d in units of c / sqrt(3): a soft contact, whose powers would overflow, is one like any other
     share = 1.5 * sqrt(3.0) * radius / c
@@ -63,7 +63,7 @@ def step_limits(model, pre_tension: float, method: Method = METHODS["semi_implic
     """Step limits of an integrator by cause, s; empty if it has none.
 
     A contact of stiffness k on a mass m oscillates stably for ``h < 2 sqrt(m / k)``; friction with
-    the slope c of Eq. 10 decays for ``h < 2 m / c`` (for RK4 2.82 and 2.78 in place of 2). Both are
+    the slope c of Eq. 10 decays for ``h < 2 m / c`` (for RK4 2.82 and 2.78 instead of 2). Both are
     taken at the load of one pitch on a wheel, ``2 T sin(pi / m)`` with T the pre-tension plus the weight of a metre of
     chain, times ``DYNAMIC_FACTOR``, and more on a wheel around which a pitch turns by more than on the sprocket.
     Bushing damping and a compliant cut are implicit in the sweep of semi-implicit Euler and set no limit there; for
@@ -121,7 +121,7 @@ def step_limits(model, pre_tension: float, method: Method = METHODS["semi_implic
         limits["stiffness of the bushing"] = oscillation * sqrt(inertia / (4 * stiffness))
     if chain.damping and not method.implicit_damping:
         # links and connectors in zigzag, their mass centres at rest: both share the way of the pin between them
-        (a, b), (own, other) = (tuple(float(v) for v in part[:2]) for part in (chain.length, chain.inertia))
+        (a, b), (own, other) = (tuple(float(v) for v in pair[:2]) for pair in (chain.length, chain.inertia))
         mobility = 2 * (a + b) ** 2 / (own * b**2 + other * a**2)
         limits["damping of the bushing"] = decay / (chain.damping * mobility)
     closure = model.closure

@@ -104,7 +104,7 @@ class Scene(Choices):
     spells : bool
         Log every contact with the sprocket.
     every_link : bool
-        Record the acceleration of the sensor's place on every link, and the contacts of every pitch.
+        Record the acceleration of the sensor's position on every link, and the contacts of every pitch.
     sliding : bool
         Keep account of the work of friction by area of the teeth and by wheel.
     loop : str
@@ -343,7 +343,7 @@ class Scene(Choices):
         return build_model(self)
 
     def with_(self, **changes: Any) -> "Scene":
-        """Return a scene with some fields replaced; what was never asked for (`FOLLOWS`) is found anew.
+        """Return a scene with some fields replaced; what was never asked for (`FOLLOWS`) is decided anew.
 
         A step that nobody chose stays where only `OF_THE_RECORD` is replaced.
 

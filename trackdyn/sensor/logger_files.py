@@ -59,10 +59,10 @@ class Channels(NamedTuple):
         table = self.values[list(columns)].T
         wrong = np.isinf(table) if gaps else ~np.isfinite(table)
         if wrong.any():
-            row, place = np.argwhere(wrong)[0]
-            name = self.names[columns[place]]
+            row, index = np.argwhere(wrong)[0]
+            name = self.names[columns[index]]
             raise InputError(
-                f"{self.path}: channel {name!r} is {table[row, place]} in sample {row + 1}; give a record without "
+                f"{self.path}: channel {name!r} is {table[row, index]} in sample {row + 1}; give a record without "
                 "gaps, or --gaps bridge or --gaps longest."
             )
         return table
@@ -91,10 +91,10 @@ def format_of(path: Path) -> Format | None:
                 f"{path}: this is {name}, which is not read; unpack or convert it: CSV, "
                 f"{', '.join(one.name for one in FORMATS)} are read."
             )
-    found = [one for one in FORMATS if one.begins.match(head)]
+    matching = [one for one in FORMATS if one.begins.match(head)]
     text = head and not re.search(rb"[\0-\x08\x0e-\x19\x1b-\x1f]", head)
     ending = path.suffix.lower()
-    return next(iter(found), None) or next((one for one in FORMATS if ending in one.endings and not text), None)
+    return next(iter(matching), None) or next((one for one in FORMATS if ending in one.endings and not text), None)
 
 
 def read_logger_text(path: Path) -> str:
@@ -152,7 +152,7 @@ def decoded(data: bytes) -> str:
 def read_channels(path: Path, kind: Format, recognised: Callable[[Sequence[str]], bool], sought: str) -> Channels:
     """Read the one group of a file whose channels are ``recognised`` by their names.
 
-    ``sought`` says in a refusal what was not found. Raises `InputError`: no file of this format or a damaged one, no
+    ``sought`` names in a refusal what is missing. Raises `InputError`: no file of this format or a damaged one, no
     such group or several, or a package is not installed.
     """
     plain_file(path, "record")
@@ -171,9 +171,9 @@ def read_channels(path: Path, kind: Format, recognised: Callable[[Sequence[str]]
         sys.unraisablehook = hook
     if failure:
         raise InputError(f"{path}: is no {kind.name} file or a damaged one ({failure}); export the record again.")
-    found = [group for group in groups if recognised(group.names)]
+    usable = [group for group in groups if recognised(group.names)]
     names = [name for group in groups for name in group.names]
-    if not found:
+    if not usable:
         listed = ", ".join(map(shown, names[:20]))
         raise InputError(
             f"{path}: no {sought}; there are {listed or 'no channels'}"
@@ -183,12 +183,12 @@ def read_channels(path: Path, kind: Format, recognised: Callable[[Sequence[str]]
                 else "; export the record as CSV."
             )
         )
-    if len(found) > 1:
+    if len(usable) > 1:
         raise InputError(
-            f"{path}: {len(found)} groups of channels have a {sought}; name a channel that only one of them has, such "
-            f"as --axis ay={found[0].names[0]!r}, or export one of them."
+            f"{path}: {len(usable)} groups of channels have a {sought}; name a channel that only one of them has, such "
+            f"as --axis ay={usable[0].names[0]!r}, or export one of them."
         )
-    return found[0]
+    return usable[0]
 
 
 def _groups(path: Path, items: Iterable[Item], rate: float | None = None) -> Iterator[Channels]:
@@ -218,7 +218,7 @@ def _groups(path: Path, items: Iterable[Item], rate: float | None = None) -> Ite
 
 
 def _plain(item: Item) -> Iterator[Item]:
-    """The numbers of an item, without axes of one place; fields of records apart, instants as s since the first."""
+    """The numbers of an item, without axes of length one; fields of records apart, instants as s since the first."""
     name, unit, samples = item
     values = np.squeeze(np.asarray(samples))
     if values.dtype.names:
@@ -255,16 +255,16 @@ def _lvm(path: Path) -> Iterator[Channels]:
     # its `read` would open a pickle beside the file
     data = required("lvm_read").read_str(decoded(path.read_bytes()))
     for k in range(data["Segments"]):
-        part = data[k]
-        names = part["Channel names"][: part["data"].shape[1]]
-        labels = ["s"] * (names[0] == "X_Value") + list(part.get("Y_Unit_Label", []))
+        segment = data[k]
+        names = segment["Channel names"][: segment["data"].shape[1]]
+        labels = ["s"] * (names[0] == "X_Value") + list(segment.get("Y_Unit_Label", []))
         items = [
-            (name, labels[at] if at < len(labels) else "", part["data"][:, at])
+            (name, labels[at] if at < len(labels) else "", segment["data"][:, at])
             for at, name in enumerate(names)
             if name != "Comment"
         ]
-        timed = (part.get("X_Dimension") or ["Time"])[0] == "Time" and part.get("Delta_X", [0])[0] > 0
-        yield from _groups(path, items, 1 / part["Delta_X"][0] if timed else None)
+        timed = (segment.get("X_Dimension") or ["Time"])[0] == "Time" and segment.get("Delta_X", [0])[0] > 0
+        yield from _groups(path, items, 1 / segment["Delta_X"][0] if timed else None)
 
 
 def _uff(path: Path) -> Iterator[Channels]:
@@ -326,8 +326,8 @@ def _hdf5(path: Path) -> Iterator[Channels]:
 
 
 def _unit(properties: Mapping) -> str:
-    found = next((properties[key] for key in _UNITS if key in properties), "")
-    return found.decode() if isinstance(found, bytes) else found if isinstance(found, str) else ""
+    unit = next((properties[key] for key in _UNITS if key in properties), "")
+    return unit.decode() if isinstance(unit, bytes) else unit if isinstance(unit, str) else ""
 
 
 def _wav(path: Path) -> Iterator[Channels]:

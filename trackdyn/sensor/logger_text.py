@@ -51,14 +51,14 @@ class Layout(NamedTuple):
 def split_fields(line: str, separator: str, count: int = 0) -> list[str]:
     """Fields of a line without quotes and blanks around them; empty ones at the end beyond ``count`` are dropped."""
     try:
-        found = [
+        fields = [
             f.strip(" \t'") for f in next(csv.reader([line.strip(" ")], delimiter=separator, skipinitialspace=True), [])
         ]
     except csv.Error:
-        found = [line]
-    while len(found) > count and not found[-1]:
-        found.pop()
-    return found
+        fields = [line]
+    while len(fields) > count and not fields[-1]:
+        fields.pop()
+    return fields
 
 
 def _is_value(field: str) -> bool:
@@ -89,7 +89,7 @@ def find_layout(
     """Find header and rows.
 
     The header is the first line, perhaps behind a ``#``, whose names are ``recognised`` and are as many as the fields
-    of the row that follows. If all columns are chosen by position (``numbers``, from 0), the rows are found by the
+    of the row that follows. If all columns are chosen by position (``numbers``, from 0), the rows are located by the
     values in these columns, and the header, if there is one, is the line above; else columns are named "1", "2" and so
     on. ``sought`` says in a refusal which column is missing, ``is_unit`` tells a row of units from one of names. Raises
     `InputError`: no line is such a header, or no line is such a row.
@@ -155,8 +155,8 @@ def _layout_by_position(path, head, rows, numbers, is_unit) -> tuple[list[str], 
     """Names, units, separator and first row (from 0) of a file whose columns are chosen by position."""
     for at, line in enumerate(rows):
         for separator in _separators(head[line]):
-            if found := _rows_from(path, head, rows, at, separator, numbers, is_unit):
-                return found
+            if layout := _rows_from(path, head, rows, at, separator, numbers, is_unit):
+                return layout
     for i in rows:
         of_values = _of_values(head[i])
         if of_values and (width := len(split_fields(head[i], of_values))) <= max(numbers):
@@ -370,7 +370,7 @@ def _refuse_fields(path, line, number, names, separator, what, last=False):
         raise InputError(f"{where} is empty where a row must be; remove the line.")
     if line.lstrip().startswith("#"):
         raise InputError(f"{where} is a comment among the rows; remove it.")
-    found = len(split_fields(line, separator, len(names)))
+    fields = len(split_fields(line, separator, len(names)))
     for other, name in _SEPARATORS.items():
         if separator in line or other == " " or other not in line:
             continue
@@ -378,19 +378,19 @@ def _refuse_fields(path, line, number, names, separator, what, last=False):
             raise InputError(
                 f"{where} has {name} where {what} has {_SEPARATORS[separator]}; write the same everywhere."
             )
-    if separator == "," and found == 2 * len(names):
+    if separator == "," and fields == 2 * len(names):
         raise InputError(
-            f"{where} has {found} fields for {len(names)} names, these look like decimal commas; separate the fields "
+            f"{where} has {fields} fields for {len(names)} names, these look like decimal commas; separate the fields "
             "by semicolons or write decimal points."
         )
     by_number = "" if what == "the file" else ", or give all columns by number, such as --time 1 --axis ay=3"
-    if found > len(names):
+    if fields > len(names):
         raise InputError(
-            f"{where} has {found} fields for the {len(names)} names {listed(names)}; remove the rest{by_number}."
+            f"{where} has {fields} fields for the {len(names)} names {listed(names)}; remove the rest{by_number}."
         )
     kind = "" if by_number else ", the last line is truncated" if last else ", the line is incomplete"
     raise InputError(
-        f"{where} has {found} of {len(names)} fields and ends before {names[found]}{kind}; complete or remove it"
+        f"{where} has {fields} of {len(names)} fields and ends before {names[fields]}{kind}; complete or remove it"
         f"{by_number}."
     )
 

@@ -111,8 +111,8 @@ def read_sensor_csv(
 
     def recognised(names):
         # a line of a preamble may have as many fields as a number asks for: what is named tells the header
-        found = choose(names, [""] * len(names), mapping)
-        return bool(found.get("ay")) and ("ay" not in numbers or all(found[key] for key in named))
+        candidates = choose(names, [""] * len(names), mapping)
+        return bool(candidates.get("ay")) and ("ay" not in numbers or all(candidates[key] for key in named))
 
     layout: Layout | Channels
     text = ""
@@ -127,18 +127,19 @@ def read_sensor_csv(
     for key, meant in chosen.items():
         option = "--time" if key == "time" else f"--axis {key}="
         if len(meant) > 1:
+            said = " and ".join(f"{column.position + 1} ({shown(column.name)})" for column, _ in meant)
             raise InputError(
-                f"{path}: columns {' and '.join(f'{column.place + 1} ({shown(column.name)})' for column, _ in meant)} "
-                f"may all be {key}; say which with {option}{' ' * (key == 'time')}#{meant[0][0].place + 1}."
+                f"{path}: columns {said} may all be {key}; say which with "
+                f"{option}{' ' * (key == 'time')}#{meant[0][0].position + 1}."
             )
         if not meant and (key, mapping.time) != ("time", "none"):
             raise InputError(f"{path}: no column {mapping.named[key]!r} for {key}; there are {listed(layout.names)}.")
-    columns = {key: found[0] for key, found in chosen.items() if found}
+    columns = {key: candidates[0] for key, candidates in chosen.items() if candidates}
     if "time" not in columns and mapping.time != "none" and layout.rate is None:
-        if found := time_like(layout.names, layout.units):
+        if candidates := time_like(layout.names, layout.units):
             raise InputError(
-                f"{path}: the time may be in {', '.join(found)}; say so with --time {found[0]}, or that it is not with "
-                "--time none --rate HZ."
+                f"{path}: the time may be in {', '.join(candidates)}; say so with --time {candidates[0]}, or that it "
+                "is not with --time none --rate HZ."
             )
         if mapping.rate is None:
             raise InputError(
@@ -146,7 +147,7 @@ def read_sensor_csv(
                 "give --time none --rate HZ."
             )
     for (key, (column, _)), (other, (same, _)) in combinations(columns.items(), 2):
-        if column.place == same.place:
+        if column.position == same.position:
             raise InputError(f"{path}: column {shown(column.name)} is named for {key} and {other}; name two columns.")
     units = {}
     for axis in AXES:
@@ -158,10 +159,10 @@ def read_sensor_csv(
             if axis == "ay" or axis in mapping.axes:
                 raise
             del columns[axis]  # nobody asked for it
-    if "time" in columns and isinstance(layout, Layout) and is_dated(layout, columns["time"][0].place):
+    if "time" in columns and isinstance(layout, Layout) and is_dated(layout, columns["time"][0].position):
         columns["time"] = columns["time"][0]._replace(unit="s"), 1
-    places = [column.place for column, _ in columns.values()]
-    stamps_at = columns["time"][0].place if "time" in columns else None
+    places = [column.position for column, _ in columns.values()]
+    stamps_at = columns["time"][0].position if "time" in columns else None
     gaps, day_first = mapping.gaps is not None, mapping.dates and mapping.dates == "day-first"
     if isinstance(layout, Channels):
         table = layout.table(places, gaps)
@@ -181,13 +182,13 @@ def _record(layout, mapping, columns, units, values, range_g, gravity) -> Sensor
     scale = {"g": 1.0, "mg": 1e-3, "counts": 1.0 / counts}
     scale |= {f"{length}/s2": factor / gravity for length, factor in (("m", 1.0), ("cm", 1e-2), ("mm", 1e-3))}
     largest = range_g - (1.0 / counts if mapping.bits else 0.0)  # the highest count is one less than the lowest
-    used = {column.place for column, _ in columns.values()}
+    used = {column.position for column, _ in columns.values()}
     unused = [name for k, name in enumerate(layout.names) if k not in used and name]
     signs = {axis: "-" * (columns[axis][1] < 0) for axis in units}
     words = {unit: f"counts of 1/{counts:.6g} g" if unit == "counts" else unit for unit in scale}
     message = [
         f"{axis} = {signs[axis]}{columns[axis][0].described} in {words[unit]}"
-        f"{said_otherwise(columns[axis][0], unit)}, first value {layout.first(columns[axis][0].place)}"
+        f"{said_otherwise(columns[axis][0], unit)}, first value {layout.first(columns[axis][0].position)}"
         for axis, unit in units.items()
     ]
     below = f"; below them, left out: {listed(layout.left_out)}" if layout.left_out else ""
@@ -198,13 +199,13 @@ def _record(layout, mapping, columns, units, values, range_g, gravity) -> Sensor
     if "time" in columns:
         seen = stamps.in_seconds(path, names["time"], values["time"], time_unit_of(path, columns["time"][0]))
     rate = mapping.rate or layout.rate
-    part = _part(path, np.arange(count) / rate if seen is None else seen.t, mapping)
-    axes = {axis: columns[axis][1] * scale[unit] * values[axis][part] for axis, unit in units.items()}
+    window = _part(path, np.arange(count) / rate if seen is None else seen.t, mapping)
+    axes = {axis: columns[axis][1] * scale[unit] * values[axis][window] for axis, unit in units.items()}
     rows = axes["ay"].size
     done["dropped"] = f"{count - rows} rows outside of --from and --to"
-    line = layout.first_line + part.start
+    line = layout.first_line + window.start
     if seen is not None:
-        seen = seen._replace(t=seen.t[part] - seen.t[part.start])
+        seen = seen._replace(t=seen.t[window] - seen.t[window.start])
     if mapping.gaps:
         seen, axes, skipped, done["gaps"] = _mended(path, seen, axes, mapping)
         line, rows = line + skipped, axes["ay"].size
@@ -214,8 +215,8 @@ def _record(layout, mapping, columns, units, values, range_g, gravity) -> Sensor
         rate = clock.rate_hz
         column = columns["time"][0]
         done["time"] = (
-            f"{column.described} in {seen.unit}, first value {layout.first(column.place)}, to {seen.rounding:.2g} s; "
-            f"{clock.steps}"
+            f"{column.described} in {seen.unit}, first value {layout.first(column.position)}, to {seen.rounding:.2g} s"
+            f"; {clock.steps}"
         )
         if mapping.dates:
             done["time"] += f"; dates are {mapping.dates}"
@@ -242,7 +243,7 @@ def _record(layout, mapping, columns, units, values, range_g, gravity) -> Sensor
         )
     if np.ptp(axes["ay"]) <= 1e-9 * max(1.0, np.abs(axes["ay"]).max()):
         raise InputError(
-            f"{path}: column {shown(names['ay'])} is {values['ay'][part.start]:.6g} in every row; choose another one "
+            f"{path}: column {shown(names['ay'])} is {values['ay'][window.start]:.6g} in every row; choose another one "
             "for ay with --axis ay=NAME, or record the moving track."
         )
     if seen is not None and clock is not None and not clock.even:
@@ -261,12 +262,12 @@ def _mended(path, seen, axes, mapping) -> tuple:
     count = values.shape[1]
     lost = np.zeros(count - 1) if seen is None else stamps.lost_rows(seen, mapping.rate, mapping.resample)
     if mapping.gaps == "longest":
-        part = stamps.longest_part(lost, np.isnan(values).any(axis=0))
-        if part.stop - part.start < 2:
+        window = stamps.longest_part(lost, np.isnan(values).any(axis=0))
+        if window.stop - window.start < 2:
             raise InputError(f"{path}: no two rows without a gap between them; record the sample again.")
-        seen = seen and seen._replace(t=seen.t[part] - seen.t[part.start])
-        done = f"rows {part.start + 1} to {part.stop} of {count} kept, the longest part without a gap"
-        return seen, dict(zip(names, values[:, part], strict=True)), part.start, done
+        seen = seen and seen._replace(t=seen.t[window] - seen.t[window.start])
+        done = f"rows {window.start + 1} to {window.stop} of {count} kept, the longest part without a gap"
+        return seen, dict(zip(names, values[:, window], strict=True)), window.start, done
     t = np.arange(count) if seen is None else seen.t
     rows, gap, longest = stamps.bridged(lost, np.vstack([t, values]))
     if longest > stamps.BRIDGED or np.count_nonzero(gap) > stamps.BRIDGED_SHARE * count or rows.shape[1] < 2:

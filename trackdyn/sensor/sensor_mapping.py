@@ -43,13 +43,13 @@ class SensorMapping(Section):
         ``g``, ``mg``, ``m/s2``, ``cm/s2`` or ``mm/s2`` of ay and of columns of its unit, whatever the header says.
     axes : mapping
         ``ax``, ``ay``, ``az`` to columns, by name or by number from 1 (``#3`` where a name is a number, too), a minus
-        in front turns the sign. Others are found by their names.
+        in front turns the sign. Others are recognised by their names.
     range : float, optional
         Range of the sensor, g; the rig's if not given.
     scale : float, optional
         Units of the file per g, such as counts or mV, of ay and of columns of its unit, whatever the header says.
     bits : int, optional
-        Bits of a raw count whose full scale is ``range``, in place of ``scale``.
+        Bits of a raw count whose full scale is ``range``, instead of ``scale``.
     resample : bool
         Put samples whose stamps jitter onto even instants.
     gaps : str, optional
@@ -85,7 +85,7 @@ class SensorMapping(Section):
     def numbers(self) -> dict[str, int]:
         """Columns that are chosen by position, from 0."""
         return {
-            key: place for key, name in self.named.items() if (place := _position(name.removeprefix("-"))) is not None
+            key: index for key, name in self.named.items() if (index := _position(name.removeprefix("-"))) is not None
         }
 
     @model_validator(mode="after")
@@ -118,9 +118,9 @@ def load_mapping(path: Path | str | None = None, **options: Any) -> SensorMappin
 
 
 class Column(NamedTuple):
-    """A column of the file: its place, its name as it stands there, the same without unit, its unit."""
+    """A column of the file: its position, its name as it stands there, the same without unit, its unit."""
 
-    place: int
+    position: int
     name: str
     base: str
     unit: str
@@ -128,14 +128,14 @@ class Column(NamedTuple):
     @property
     def described(self) -> str:
         """Its number, and its name if that is another."""
-        number = str(self.place + 1)
+        number = str(self.position + 1)
         return f"column {number}" if self.name == number else f"column {number} {shown(self.name)}"
 
 
 def _column(index: int, name: str, unit: str) -> Column:
     plain = _plain(name)
-    found = _IN_BRACKETS.fullmatch(plain) or _AT_THE_END.fullmatch(plain.replace("^", "").replace("**", ""))
-    base, own = (found[1], found[2]) if found else (plain, "")
+    match = _IN_BRACKETS.fullmatch(plain) or _AT_THE_END.fullmatch(plain.replace("^", "").replace("**", ""))
+    base, own = (match[1], match[2]) if match else (plain, "")
     return Column(index, name, base, re.sub(r"[\s()\[\]^]|\*\*", "", own or _plain(unit)))
 
 
@@ -172,9 +172,9 @@ def choose(names: Sequence[str], units: Sequence[str], mapping: SensorMapping) -
     for axis, name in mapping.named.items():
         turned = name.startswith("-") and not _named(columns, name)
         chosen[axis] = [(column, -1 if turned else 1) for column in _named(columns, name[1:] if turned else name)]
-    taken = {column.place for found in chosen.values() for column, _ in found}
+    taken = {column.position for columns_of_key in chosen.values() for column, _ in columns_of_key}
     for column in columns:
-        if column.place not in taken:
+        if column.position not in taken:
             letter = _AXIS_NAME.fullmatch(column.base)
             key = f"a{letter[1]}" if letter else "time" if _TIME_NAME.fullmatch(column.base) else None
             if key and key not in mapping.named:
@@ -251,7 +251,7 @@ def _apart(name: str) -> str:
 
 def _typed(column: Column, before: str = "") -> str:
     """A column as a shell takes it, by its number if a keyboard may lack its name."""
-    name = f"#{column.place + 1}" if not (column.name.isascii() and column.name.isprintable()) else column.name
+    name = f"#{column.position + 1}" if not (column.name.isascii() and column.name.isprintable()) else column.name
     return shlex.quote(f"{before}{name}")
 
 

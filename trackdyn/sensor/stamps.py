@@ -68,23 +68,23 @@ def seconds_of(path: Path, name: str, texts: list[str], first_line: int, day_fir
         texts = [f"00:{text}" for text in texts]  # minutes and seconds
     readings = {}
     for reading in (True, False) if day_first is None else (day_first,):
-        found = _instants([f"2000-01-01 {text}" for text in texts] if clock else texts, reading)
-        wrong = [k for k, text in enumerate(texts) if not DATE.fullmatch(text) or found[k] is pd.NaT]
-        readings[reading] = wrong, (found - found[0]).to_numpy() / np.timedelta64(1, "s")
+        instants = _instants([f"2000-01-01 {text}" for text in texts] if clock else texts, reading)
+        wrong = [k for k, text in enumerate(texts) if not DATE.fullmatch(text) or instants[k] is pd.NaT]
+        readings[reading] = wrong, (instants - instants[0]).to_numpy() / np.timedelta64(1, "s")
     least = min((wrong for wrong, _ in readings.values()), key=lambda wrong: -wrong[0] if wrong else -np.inf)
     if least:
         raise InputError(
             f"{path}: field {name} in line {first_line + least[0]} is {shown(texts[least[0]])}, not a date and time as "
             "2024-05-01T12:00:00.001; correct it, or read no stamps, --time none --rate HZ."
         )
-    found = [seconds for wrong, seconds in readings.values() if not wrong]
-    if len(found) > 1 and not np.array_equal(*found):
+    instants = [seconds for wrong, seconds in readings.values() if not wrong]
+    if len(instants) > 1 and not np.array_equal(*instants):
         raise InputError(
             f"{path}: the dates of column {name} ({shown(texts[0])} to {shown(texts[-1])}) may begin with the day or "
             "the month; say so with --dates day-first or --dates month-first."
         )
-    step = np.diff(found[0], prepend=0.0)
-    return found[0] + 86_400.0 * np.cumsum(clock & (step < -43_200.0))
+    step = np.diff(instants[0], prepend=0.0)
+    return instants[0] + 86_400.0 * np.cumsum(clock & (step < -43_200.0))
 
 
 def _instants(texts: list[str], day_first: bool) -> pd.DatetimeIndex:
@@ -97,12 +97,12 @@ def _instants(texts: list[str], day_first: bool) -> pd.DatetimeIndex:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)
         form = guess_datetime_format(texts[0], dayfirst=day_first and not re.match(r"\d{4}", texts[0]))
-    found = pd.to_datetime(texts, format=form or "NaT", utc=True, errors="coerce")
-    if form and found.hasnans:
+    instants = pd.to_datetime(texts, format=form or "NaT", utc=True, errors="coerce")
+    if form and instants.hasnans:
         other = form.replace(".%f", "") if ".%f" in form else form.replace("%S", "%S.%f")
         rest = pd.to_datetime(texts, format=other, utc=True, errors="coerce")
-        found = found.where(found.notna(), rest)
-    return found
+        instants = instants.where(instants.notna(), rest)
+    return instants
 
 
 def in_seconds(path: Path, name: str, values: np.ndarray, unit: str | None) -> Stamps:
@@ -112,7 +112,7 @@ def in_seconds(path: Path, name: str, values: np.ndarray, unit: str | None) -> S
     """
     step = np.median(np.diff(values)) or np.mean(np.diff(values))
     rates = {u: 1.0 / (step * s) if step > 0 else np.inf for u, s in UNITS.items()}
-    # a rate at the end of the range may be found a little beyond it
+    # a rate at the end of the range may come out a little beyond it
     fits = [u for u, hz in rates.items() if RATES[0] / 1.01 <= hz <= RATES[1] * 1.01 and u == (unit or u)]
     if not fits:
         raise InputError(
@@ -127,7 +127,7 @@ def _rounding(values: np.ndarray) -> float:
     """What stamps are rounded to: a power of ten, or the spacing of single precision."""
     noise = 4 * np.spacing(np.abs(values).max())
     decimals = next((d for d in range(10) if np.abs(values - np.round(values, d)).max() <= noise), None)
-    found = noise if decimals is None else 10.0**-decimals
+    rounding = noise if decimals is None else 10.0**-decimals
     seen = values[:: max(values.size // 2000, 1)]
     some = seen.astype(np.float32)
     # written in full, as short as single precision allows, or with so many decimals
@@ -137,8 +137,8 @@ def _rounding(values: np.ndarray) -> float:
         np.round(some.astype(float), 9 if decimals is None else decimals),
     )
     if any(np.abs(one - seen).max() <= noise for one in kept):
-        found = max(found, float(np.spacing(np.abs(some).max())))
-    return float(found)
+        rounding = max(rounding, float(np.spacing(np.abs(some).max())))
+    return float(rounding)
 
 
 def lost_rows(stamps: Stamps, rate: float | None, resample: bool) -> np.ndarray:
@@ -173,18 +173,18 @@ def bridged(lost: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarra
         All rows from the first whole one to the last, by monotone cubics; which of them were no rows; the longest gap.
         Nothing is interpolated if it is more than ``BRIDGED``.
     """
-    place = np.concatenate([[0], np.cumsum(1 + lost)]).astype(int)
+    index = np.concatenate([[0], np.cumsum(1 + lost)]).astype(int)
     whole = np.isfinite(values).all(axis=0)
-    place, values = place[whole] - place[whole][0] if whole.any() else place[whole], values[:, whole]
-    longest = int(np.diff(place).max(initial=1)) - 1
-    if longest > BRIDGED or not place.size:
+    index, values = index[whole] - index[whole][0] if whole.any() else index[whole], values[:, whole]
+    longest = int(np.diff(index).max(initial=1)) - 1
+    if longest > BRIDGED or not index.size:
         return values, np.zeros(values.shape[1], dtype=bool), longest
-    gap = np.ones(place[-1] + 1, dtype=bool)
-    gap[place] = False
+    gap = np.ones(index[-1] + 1, dtype=bool)
+    gap[index] = False
     rows = np.empty((len(values), gap.size))
     rows[:, ~gap] = values
     if gap.any():
-        rows[:, gap] = scipy.interpolate.PchipInterpolator(place, values, axis=1)(np.flatnonzero(gap))
+        rows[:, gap] = scipy.interpolate.PchipInterpolator(index, values, axis=1)(np.flatnonzero(gap))
     return rows, gap, longest
 
 
@@ -209,14 +209,14 @@ def judge_stamps(path: Path, stamps: Stamps, first_line: int, rate: float | None
             f"{first_line + k + 1}, {np.median(step):.6g} s is usual; {_REMEDY}."
         )
     row = np.arange(n)
-    found = 1.0 / np.polyfit(row, t, 1)[0] if n > 2 else 1.0 / t[1]
-    found = float(round(found)) if abs(found / round(found) - 1.0) < 1e-6 else float(found)
-    if rate is not None and abs(found / rate - 1.0) > (10 if resample else 1) * _SAME_RATE + q / t[-1]:
+    fitted = 1.0 / np.polyfit(row, t, 1)[0] if n > 2 else 1.0 / t[1]
+    fitted = float(round(fitted)) if abs(fitted / round(fitted) - 1.0) < 1e-6 else float(fitted)
+    if rate is not None and abs(fitted / rate - 1.0) > (10 if resample else 1) * _SAME_RATE + q / t[-1]:
         raise InputError(
-            f"{path}: the stamps run at {found:.6g} Hz, not at --rate {rate:g}; leave it out, or give --time none if "
+            f"{path}: the stamps run at {fitted:.6g} Hz, not at --rate {rate:g}; leave it out, or give --time none if "
             "the stamps are wrong."
         )
-    hz = rate or found
+    hz = rate or fitted
     odd = np.abs(step * hz - 1.0)
     low, high, scatter = 1e3 * step.min(), 1e3 * step.max(), 1e3 * np.std(step)
     line = f"steps {low:.4g} to {high:.4g} ms, {scatter:.2g} ms rms about their mean"

@@ -15,9 +15,9 @@ from trackdyn.sources import source_hash
 
 def flat(value: Any, name: str = "") -> dict[str, np.ndarray]:
     """Arrays and numbers of nested named tuples by dotted name; None has no entry."""
-    found: dict[str, np.ndarray] = {}
-    mapped(lambda name, leaf: found.update({name: np.asarray(leaf)}), value, name)
-    return found
+    leaves: dict[str, np.ndarray] = {}
+    mapped(lambda name, leaf: leaves.update({name: np.asarray(leaf)}), value, name)
+    return leaves
 
 
 def filled(room: Any, data: dict[str, np.ndarray]) -> Any:
@@ -35,7 +35,7 @@ def filled(room: Any, data: dict[str, np.ndarray]) -> Any:
 
 
 def mapped(function: Callable[[str, Any], Any], value: Any, name: str = "") -> Any:
-    """Nested named tuples with ``function(name, leaf)`` in the place of every array and number; see `flat`."""
+    """Nested named tuples with ``function(name, leaf)`` instead of every array and number; see `flat`."""
     if hasattr(value, "_fields"):
         prefix = f"{name}." if name else ""
         return value._make(mapped(function, getattr(value, field), prefix + field) for field in value._fields)
@@ -43,12 +43,12 @@ def mapped(function: Callable[[str, Any], Any], value: Any, name: str = "") -> A
 
 
 def write_checkpoint(path: Path | str, parts: dict[str, Any]) -> None:
-    """Write named parts, tuples of arrays and plain data, beside the place and rename."""
+    """Write named parts, tuples of arrays and plain data, to a temporary file and rename."""
     arrays: dict[str, Any] = {}
-    for name, part in parts.items():
-        if isinstance(part, tuple):
-            arrays |= flat(part, name)
-    plain = {name: part for name, part in parts.items() if not isinstance(part, tuple)}
+    for name, content in parts.items():
+        if isinstance(content, tuple):
+            arrays |= flat(content, name)
+    plain = {name: content for name, content in parts.items() if not isinstance(content, tuple)}
     write_npz(path, {"sources": source_hash(), "parts": plain}, arrays)
 
 
@@ -64,6 +64,6 @@ def read_checkpoint(path: Path | str) -> dict[str, Any]:
             "remove it to start again"
         )
     for key, array in arrays.items():
-        part, _, name = key.partition(".")
-        parts.setdefault(part, {})[name] = array
+        section, _, name = key.partition(".")
+        parts.setdefault(section, {})[name] = array
     return parts

@@ -97,7 +97,7 @@ class Loop:
         """
         count = int(within("count", count, 1, MOST_STEPS))
         with self._arrays.exclusive():
-            self._arrays.march(self._scratch, 0, 1, count)
+            self._arrays.integrate_samples(self._scratch, 0, 1, count)
 
     def advance(self, seconds: float, tick: Callable[[float], object] = lambda seconds: None) -> None:
         """Integrate for a time, rounded to whole steps.
@@ -125,7 +125,7 @@ class Loop:
         first, last = (int(within(name, row, 0, MOST_STEPS)) for name, row in (("first", first), ("last", last)))
         with self._arrays.exclusive():
             check_record(record, self._parts.state, self._parts.work, first, last)
-            self._arrays.march(record, first, last, self._parts.model.stride)
+            self._arrays.integrate_samples(record, first, last, self._parts.model.stride)
 
     def room(self, samples: int, **what: Any) -> Record:
         """An empty record of this loop (`model.record.make_record`)."""
@@ -153,7 +153,7 @@ class Loop:
         spells : bool
             Log every contact with the sprocket.
         every_link : bool
-            Record the sensor's place on every link, and the contacts of every pitch.
+            Record the sensor's position on every link, and the contacts of every pitch.
         tick : function
             Called with the seconds that every chunk adds.
 
@@ -225,7 +225,7 @@ class Loop:
 
     @property
     def felt(self) -> np.ndarray:
-        """(3,) acceleration of the sensor's place in the link frame, x and y (m/s2), and the link's angle (rad).
+        """(3,) acceleration of the sensor's position in the link frame, x and y (m/s2), and the link's angle (rad).
 
         Means over the last `step`, or over the last sample interval of `advance`; at rest before the first.
         """
@@ -343,7 +343,7 @@ class Loop:
                 raise InputError(f"scene: {name} = {wanted!r}: cannot change in a loop; make a new Loop")
         model, state, work = allocate(other.scene)
         own = flat(self._parts.state)
-        if [part.shape for part in flat(state).values()] != [part.shape for part in own.values()]:
+        if [leaf.shape for leaf in flat(state).values()] != [leaf.shape for leaf in own.values()]:
             raise InputError(
                 "scene: rig, space or joints differ: a loop keeps bodies, plane and joints; make a new Loop"
             )
@@ -386,5 +386,5 @@ class Loop:
         room = allocate(loop.scene)
         if "tensioner_shift_m" in loop.layout:
             shift_wheel(room[0], loop.scene.rig, tensioner(loop.scene.rig), loop.layout["tensioner_shift_m"])
-        loop._adopt(*(filled(part, data[name]) for part, name in zip(room, Parts._fields, strict=True)))
+        loop._adopt(*(filled(template, data[name]) for template, name in zip(room, Parts._fields, strict=True)))
         return loop

@@ -155,15 +155,15 @@ class Recorder:
         own = {name: getattr(record, name) for name in (*SAMPLED, "frame")}
         if plane is not None:
             own |= {"plane": plane.motion, "wheel_offset": plane.offset, "axial_force": plane.axial}
-        found = self.watch.resolution()
-        share = None if np.isnan(found.share) else found.share
+        resolution = self.watch.resolution()
+        share = None if np.isnan(resolution.share) else resolution.share
         recording = Recording(
             time=np.arange(1, self.done + 1) / rate,
             pitches=record.pitches + 1,
             spells=np.concatenate(self.ended or [np.zeros(0, SPELL)]),
             begin=float(self.begin),
             frame_time=(np.arange(len(record.frame)) * stride + 1) / rate,
-            meta=provenance(scene, self.loop.layout) | {"resolved": found._asdict() | {"share": share}},
+            meta=provenance(scene, self.loop.layout) | {"resolved": resolution._asdict() | {"share": share}},
             wall=self.wall,
             **own,
         )

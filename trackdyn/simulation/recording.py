@@ -43,7 +43,7 @@ class Recording:
     gap : (s,) array
         Largest distance of the two pins of the cut joint within the interval, m.
     cut : (s, 2) array
-        What the gap was before the projection of a step (m), and the velocity with which the two pins part
+        What the gap was before the projection of a step (m), and the velocity at which the two pins separate
         (m/s): largest values within the interval.
     change : (s, 2) array
         Mean square of the change of the sensor's y acceleration from step to step, and mean product of two such
@@ -70,20 +70,20 @@ class Recording:
         Their times, s.
     plane : (s, 8) array
         Motion in space: offset (m) and speed (m/s) of the chain's plane along its normal, its angular
-        velocity p, q (rad/s) and its Euler parameters. Every other place and velocity of a recording is
+        velocity p, q (rad/s) and its Euler parameters. Every other position and velocity of a recording is
         given in the frame of that plane. Empty for a planar run.
     wheel_offset, axial_force : (s, w) arrays
         Where the chain's plane crosses the axis of each wheel, from the wheel's middle, m; force of the
         chain on each wheel along its axis, mean over the sample interval, N. Empty for a planar run.
     link_raw, link_mean : (s, l, 3) arrays
-        ``raw`` and ``mean`` of the sensor's place on every link, if the scene asks for them (``every_link``).
+        ``raw`` and ``mean`` of the sensor's position on every link, if the scene asks for them (``every_link``).
     sliding : (s, a + w) array
         Work of friction since the start of the run, if the scene asks for it (``sliding``): of connectors on teeth by
         area, then of links on each wheel, the sprocket's ring first, J.
     meta : dict
         Scene, rig, derived layout, versions and source hash.
     wall : float
-        Computing time of the recorded part, s; not written to the file, so that the same scene gives the same bytes.
+        Computing time of the record, s; not written to the file, so that the same scene gives the same bytes.
     checkpoint : Path or None
         File from which the run could go on: `save` removes it once the recording is written.
     """
@@ -201,8 +201,8 @@ class Recording:
                 continue
             parts = shape.split()
             wanted = tuple(
-                int(part) if part.isdigit() else sizes.setdefault(part, size)
-                for part, size in zip(parts, array.shape, strict=False)
+                int(axis) if axis.isdigit() else sizes.setdefault(axis, size)
+                for axis, size in zip(parts, array.shape, strict=False)
             )
             kinds = "iu" if name in ("area", "groove", "pitches") else "iuf"
             fits = array.dtype == SPELL if name == "spells" else array.dtype.kind in kinds

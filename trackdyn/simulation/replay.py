@@ -1,7 +1,7 @@
 """A short stretch of a run, simulated again so that it can be looked at: every body, every contact, every joint.
 
 A recording keeps what measures need, the sensor's link before all. Where every body was, which forces it felt and what
-its joints carried is found by running the recording's own scene again; where both hold a number, they are compared.
+its joints carried comes from running the recording's own scene again; where both hold a number, they are compared.
 """
 
 from dataclasses import dataclass
@@ -28,7 +28,7 @@ SIDES = ("left arc", "right arc", "ring")  # of a contact; then the wheels in th
 
 
 @dataclass(frozen=True)
-class Stretch:
+class Replay:
     """What is seen of a loop; ``f`` pictures, ``n`` bodies, ``w`` wheels, ``s`` samples, ``p`` pitches, ``a`` areas."""
 
     loop: Loop  # at the end of the stretch
@@ -37,16 +37,16 @@ class Stretch:
     bodies: np.ndarray  # (f, n, 3) input pin x, y (m) and angle (rad)
     wheels: np.ndarray  # (f, w, 3) centre x, y and radius of the sprocket's ring and the other wheels, m
     turned: np.ndarray  # (f,) angle of the sprocket, rad
-    # list of f (k, 9) side, place x, y (m), normal force x, y (N), area and groove (0 without), body, wheel
+    # list of f (k, 9) side, position x, y (m), normal force x, y (N), area and groove (0 without), body, wheel
     contacts: list[np.ndarray]
     tension: np.ndarray  # (f, n) magnitude of the force in the joint behind each body, N
     # (f, n) where this joint is on its way around the loop, in pitches since the first touch of the sprocket
-    place: np.ndarray
+    along: np.ndarray
     spans: np.ndarray  # (w, 2) where each wheel is touched on this way: begin and end, pitches; NaN without contact
     record: Record  # of all pitches over the stretch
     begins: float  # time since the start of the run at which the stretch begins, s
-    # (2,) largest difference from the recording of the sensor's place (m) and its mean acceleration (m/s2); None where
-    # the stretch is not a part of the record
+    # (2,) largest difference from the recording of the sensor's position (m) and its mean acceleration (m/s2); None if
+    # the record does not hold the stretch
     apart: np.ndarray | None
 
     @property
@@ -55,7 +55,7 @@ class Stretch:
         return [name.replace("_", " ") for name in wheel_names(self.loop.scene.rig)[: self.wheels.shape[1]]]
 
 
-def stretch_of(recording: Recording, seconds: float | None = None, progress: bool = False) -> Stretch:
+def stretch_of(recording: Recording, seconds: float | None = None, progress: bool = False) -> Replay:
     """Run the scene of a recording again and look at its first ``seconds``; by default a turn of the sprocket.
 
     Parameters
@@ -95,7 +95,7 @@ def stretch_of(recording: Recording, seconds: float | None = None, progress: boo
         return _look(loop, recording, complete, frames, stride, shown.update)
 
 
-def _look(loop: Loop, recording: Recording, complete: bool, frames: int, stride: int, tick) -> Stretch:
+def _look(loop: Loop, recording: Recording, complete: bool, frames: int, stride: int, tick) -> Replay:
     scene, model, state = loop.scene, loop.model, loop.state
     n, wheels, pitches = len(state.angle), len(model.wheels.x), scene.rig.chain.pitches
     rate, begins = scene.rig.sensor.rate, loop.time
@@ -117,7 +117,7 @@ def _look(loop: Loop, recording: Recording, complete: bool, frames: int, stride:
     joints = length / length[-1] * pitches
     middles = (length - model.chain.length / 2) / length[-1] * pitches
     spans, origin = _spans(contacts, middles, moved, wheels, pitches)
-    return Stretch(
+    return Replay(
         loop, np.arange(1, frames + 1) * stride / rate, stride / rate, bodies, around, turned, contacts, tension,
         (joints[None, :] + moved[:, None] - origin) % pitches, spans, record, begins,
         _apart(record, recording) if complete else None,
@@ -125,7 +125,7 @@ def _look(loop: Loop, recording: Recording, complete: bool, frames: int, stride:
 
 
 def _contacts(loop: Loop) -> np.ndarray:
-    """(k, 9) contacts of the present state; see `Stretch`."""
+    """(k, 9) contacts of the present state; see `Replay`."""
     chain, shoes, tooth, work = loop.model.chain, loop.model.shoes, loop.model.tooth, loop.work
     rows = work.contact[: work.count[0]]
     rows = rows[(rows["kind"] != GUIDE) & components(rows, "normal").any(axis=1)]
@@ -133,10 +133,10 @@ def _contacts(loop: Loop) -> np.ndarray:
     c, s = work.cos[body], work.sin[body]
     x = work.pin_x[body] + chain.com_x[body] * c - chain.com_y[body] * s + rows["arm_x"]
     y = work.pin_y[body] + chain.com_x[body] * s + chain.com_y[body] * c + rows["arm_y"]
-    found = np.zeros((len(rows), 9))
-    found[:, 0] = np.where(rows["kind"] == RING, 2, 2 + rows["wheel"])
-    found[:, 1:5] = np.column_stack([x, y, rows["normal_x"], rows["normal_y"]])
-    found[:, 7], found[:, 8] = body, rows["wheel"]
+    contacts = np.zeros((len(rows), 9))
+    contacts[:, 0] = np.where(rows["kind"] == RING, 2, 2 + rows["wheel"])
+    contacts[:, 1:5] = np.column_stack([x, y, rows["normal_x"], rows["normal_y"]])
+    contacts[:, 7], contacts[:, 8] = body, rows["wheel"]
     touching = np.flatnonzero(work.tooth_area)
     centre = np.column_stack([
         work.pin_x[shoes.arc_body] + shoes.arc_x * work.cos[shoes.arc_body],
@@ -145,9 +145,9 @@ def _contacts(loop: Loop) -> np.ndarray:
     for k in np.flatnonzero(rows["kind"] == FLANK):
         # of the arcs of this body that touch, the one around whose middle the point lies
         arcs = touching[shoes.arc_body[touching] == body[k]]
-        arc = arcs[np.argmin(np.abs(np.hypot(*(centre[arcs] - found[k, 1:3]).T) - tooth.arc_radius))]
-        found[k, [0, 5, 6]] = arc % 2, work.tooth_area[arc], work.tooth_groove[arc]
-    return found
+        arc = arcs[np.argmin(np.abs(np.hypot(*(centre[arcs] - contacts[k, 1:3]).T) - tooth.arc_radius))]
+        contacts[k, [0, 5, 6]] = arc % 2, work.tooth_area[arc], work.tooth_groove[arc]
+    return contacts
 
 
 def _spans(contacts, middles, moved, wheels: int, pitches: int) -> tuple[np.ndarray, float]:
@@ -171,5 +171,5 @@ def _spans(contacts, middles, moved, wheels: int, pitches: int) -> tuple[np.ndar
 
 def _apart(record, recording: Recording) -> np.ndarray:
     both = min(len(record.gap), len(recording.time))
-    place = np.abs(record.place[:both] - recording.place[:both]).max()
-    return np.array([place, np.abs(record.mean[:both, :2] - recording.mean[:both, :2]).max()])
+    distance = np.abs(record.place[:both] - recording.place[:both]).max()
+    return np.array([distance, np.abs(record.mean[:both, :2] - recording.mean[:both, :2]).max()])

@@ -88,27 +88,27 @@ def _tensioner(rig: Rig, shift: float) -> str:
 
 
 def _unusual(rig: Rig, path, wraps: dict[str, float], step: float, names: tuple[str, ...]) -> list[str]:
-    found = []
+    remarks = []
     if wraps["sprocket"] < SMALL_WRAP:
-        found.append(f"the sprocket is wrapped by {wraps['sprocket']:.3g} deg only: few teeth share the load")
+        remarks.append(f"the sprocket is wrapped by {wraps['sprocket']:.3g} deg only: few teeth share the load")
     for name in names:
         if name not in wraps:
-            found.append(f"the taut chain passes {name} by: only a sagging strand can lie on it")
+            remarks.append(f"the taut chain passes {name} by: only a sagging strand can lie on it")
     circles = wheel_circles(rig, surface=True)
     for i in range(1, len(names)):
         for k in range(i + 1, len(names)):
             if hypot(*(circles[i, :2] - circles[k, :2])) < circles[i, 2] + circles[k, 2]:
                 both = f"{names[i]} and {names[k]}"
-                found.append(f"{both} overlap in the view from the side: they must stand beside each other")
+                remarks.append(f"{both} overlap in the view from the side: they must stand beside each other")
     common = gcd(rig.chain.pitches, rig.sprocket.teeth)
     if common > 1:
-        found.append(f"pitches and teeth have the factor {common} in common: a tooth always meets the same pitches")
+        remarks.append(f"pitches and teeth have the factor {common} in common: a tooth always meets the same pitches")
     weight, span = longest_strand(rig, path)
     sag = weight * span / (8 * rig.tension.pre_tension) if rig.tension.pre_tension else np.inf
     if sag > DEEP_SAG and rig.gravity:
-        found.append(f"the longest strand, {span:.3g} m, sags by {100 * sag:.3g} % of its span")
+        remarks.append(f"the longest strand, {span:.3g} m, sags by {100 * sag:.3g} % of its span")
     if step < SHORT_STEP:
-        found.append(f"the step must be {step:.2g} s or less: stiff surfaces, light bodies or much tension")
+        remarks.append(f"the step must be {step:.2g} s or less: stiff surfaces, light bodies or much tension")
     if rig.profile is not None and rig.profile.outline is not None:
         _, misses = rig.profile.fitted(rig.sprocket.teeth)
         rms, worst = 1e3 * np.sqrt((misses**2).mean()), 1e3 * np.abs(misses).max()
@@ -116,11 +116,11 @@ def _unusual(rig: Rig, path, wraps: dict[str, float], step: float, names: tuple[
             f"the measured outline of the tooth is followed to {rms:.3g} mm RMS, {worst:.3g} mm at most, "
             f"by {len(rig.groove_profile.radius)} arcs"
         )
-        found.append(text if rms > 1e3 * ROUGH_OUTLINE else text + ", which is fine")
+        remarks.append(text if rms > 1e3 * ROUGH_OUTLINE else text + ", which is fine")
     equal = rig.sprocket.equal_pitch_radius
     if rig.sprocket.ring == "present" and abs(rig.sprocket.ring_radius - equal) > 0.05 * equal:
         raise InputError(
             "sprocket.ring_radius is more than 5 % off sprocket.equal_pitch_radius; links and "
             "grooves would not have one pitch"
         )
-    return found
+    return remarks

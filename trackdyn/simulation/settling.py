@@ -145,7 +145,7 @@ def with_sliding(scene: Scene, model: Model, work: Work) -> Work:
 
 
 def _tensioned(scene: Scene, finer: int) -> Settling:
-    """The first part of settling: the loop tensioned on the rig's ring; the scene's has no part."""
+    """First stage of settling: the loop tensioned on the rig's ring, whatever that of the scene."""
     settling = Settling(scene, finer)
     if settling.target > SLACK * settling.hanging:
         try:

@@ -16,7 +16,7 @@ from trackdyn.simulation.recorder import Recorder
 from trackdyn.simulation.recording import Recording
 from trackdyn.simulation.settling import SettledLoops
 
-# Time between two checkpoints, s of computing; writing one takes a small part of it.
+# Time between two checkpoints, s of computing; writing one takes little of it.
 BETWEEN_CHECKPOINTS = 30.0
 STALLED = 0.01  # of the speed that is asked for: a motor that makes less stands
 

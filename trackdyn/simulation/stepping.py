@@ -30,7 +30,7 @@ class Parts(NamedTuple):
     work: Work
 
 
-def march(model: Model, state: State, work: Work, record: Record, first=0, last=1, phase="the run") -> None:
+def integrate_samples(model: Model, state: State, work: Work, record: Record, first=0, last=1, phase="the run") -> None:
     """Integrate samples ``first`` to ``last - 1`` of ``model.stride`` steps each and fill their rows."""
     refuse_divergence(run(model, state, work, record, first, last), model, state, phase)
 
@@ -84,7 +84,7 @@ class LoopArrays:
         finally:
             self.lock.release()
 
-    def march(self, record: Record, first: int, last: int, stride: int) -> None:
+    def integrate_samples(self, record: Record, first: int, last: int, stride: int) -> None:
         """Fill rows of a record with samples of ``stride`` steps."""
         kernel, (model, state, work), after = self.prepared
         arguments = model._replace(stride=stride), state, work, record, (first, last), *after
@@ -104,7 +104,7 @@ def _view(name: str, leaf: Any) -> Any:
 def set_arrays(state: State, values: dict[str, Any]) -> None:
     """Write values into arrays of a state by their dotted names; all, or none if one of them is refused (`InputError`).
 
-    A value must be finite, at most ``LARGEST``, and ``FARTHEST`` for the place and velocity of the pin.
+    A value must be finite, at most ``LARGEST``, and ``FARTHEST`` for the position and velocity of the pin.
     """
     arrays, checked = flat(state), {}
     for name, value in values.items():
@@ -147,14 +147,14 @@ def check_record(record: Any, state: State, work: Work, first: int, last: int) -
 
 def _forms(record: Any) -> dict[str, tuple]:
     """What a kernel that takes a record relies on: names, shapes, types and layout of its arrays."""
-    found: dict[str, tuple] = {}
+    forms: dict[str, tuple] = {}
 
     def note(name: str, leaf: Any) -> None:
         array = np.asarray(leaf)
-        found[name] = type(leaf), array.shape, array.dtype, array.flags.carray
+        forms[name] = type(leaf), array.shape, array.dtype, array.flags.carray
 
     mapped(note, record)
-    return found
+    return forms
 
 
 def joint_forces(model: Model, state: State, work: Work) -> np.ndarray:

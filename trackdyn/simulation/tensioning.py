@@ -5,7 +5,7 @@ from typing import NoReturn
 
 import numpy as np
 
-from trackdyn.chain.kinematics import orient, place
+from trackdyn.chain.kinematics import forward_kinematics, orient
 from trackdyn.errors import InputError
 from trackdyn.integrate.methods import METHODS, equip
 from trackdyn.model.constants import SPROCKET, Drive, Model
@@ -17,7 +17,7 @@ from trackdyn.parameters.layout import Assembly, assemble, belt_around, tensione
 from trackdyn.scene.build import CARRIED, make_carriers, preloads, shift_wheel
 from trackdyn.scene.limits import largest_step
 from trackdyn.scene.scene import Scene
-from trackdyn.simulation.stepping import march
+from trackdyn.simulation.stepping import integrate_samples
 
 # Settling: a chunk of this many seconds, then every velocity is multiplied by the factor.
 CHUNK = 1e-3
@@ -128,7 +128,7 @@ class Settling:
 
     def chunk(self) -> None:
         """March one chunk, and damp the rates at its end."""
-        march(self.model, self.state, self.work, self.record, phase="settling")
+        integrate_samples(self.model, self.state, self.work, self.record, phase="settling")
         self.scale_rates(DAMPING)
 
     def scale_rates(self, by: float) -> None:
@@ -275,7 +275,7 @@ class Settling:
     def balanced(self) -> bool:
         """Whether the loop rests: what turns it from one step to the next is small beside its tension."""
         chain, rate = self.model.chain, self.state.rate.copy()
-        march(self.model._replace(stride=1), self.state, self.work, self.record, phase="settling")
+        integrate_samples(self.model._replace(stride=1), self.state, self.work, self.record, phase="settling")
         force = chain.mass * chain.length * np.abs(self.state.rate - rate) / self.model.step
         self.swing = float(np.abs(rate).max())
         return self.swing <= SLOW and float(force.max()) <= BALANCED * max(self.tension(), self.hanging)
@@ -323,7 +323,7 @@ def arc_depths(scene: Scene, model: Model, state: State, work: Work, angle: floa
     Contact search (Eqs. 20 to 23) finds nothing deeper than r_C: an arc buried in a tooth would cost nothing.
     """
     orient(state.angle, work.cos, work.sin)
-    place(model.chain, state, work)
+    forward_kinematics(model.chain, state, work)
     body, along, wheels = model.shoes.arc_body, model.shoes.arc_x, model.wheels
     centres = np.column_stack([
         work.pin_x[body] + along * work.cos[body] - wheels.x[SPROCKET],

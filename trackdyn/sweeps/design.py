@@ -47,11 +47,11 @@ def parse_levels(pair: str, option: str = "--vary") -> tuple[str, Span | list[st
         raise InputError(f"{option} = {shown(pair)}: expected name=low:high, name=low:high:count or name=a,b")
     if match := _RANGE.fullmatch(text):
         try:
-            low, high = (plain_number(parse_number(part)) for part in match.groups()[:2])
+            low, high = (plain_number(parse_number(text_of_level)) for text_of_level in match.groups()[:2])
         except ValueError:
             raise InputError(f"{option} = {shown(pair)}: expected two finite numbers, such as 115:210") from None
         return name, Span(low, high, int(match[3]) if match[3] else None)
-    return name, [part.strip() for part in text.split(",")]
+    return name, [text_of_level.strip() for text_of_level in text.split(",")]
 
 
 def make_design(

@@ -61,7 +61,7 @@ def results(
         What the bar is called and counts; none if empty.
     alone : bool
         The store is for these rows alone: standard error says so where it has others and none of these, as after a
-        change of the program, whose sources are part of every key.
+        change of the program, whose sources enter every key.
     valid : function
         As of `sweeps.store.Store`.
 
@@ -72,19 +72,19 @@ def results(
     """
     with TemporaryDirectory() if store is None else nullcontext(store) as folder:
         kept = Store(folder, valid)
-        found = {key: _shared(row) for key, row in kept.read(tasks.keys()).items()}
-        if alone and not found and (others := kept.count()):
+        rows = {key: _shared(row) for key, row in kept.read(tasks.keys()).items()}
+        if alone and not rows and (others := kept.count()):
             print(
                 f"trackdyn: {kept.folder}: none of its {others} rows is of this design by this version of the "
                 "program; they stay there, and all rows are computed",
                 file=sys.stderr,
             )
-        due = {key: task for key, task in tasks.items() if key not in found}
+        due = {key: task for key, task in tasks.items() if key not in rows}
         with tqdm(total=len(due), disable=not progress, unit=unit, desc=progress, smoothing=0.05) as bar:
             for row in _computed(maker, due, jobs, free_memory(), kept):
-                found[row["key"]] = _shared(row)
+                rows[row["key"]] = _shared(row)
                 bar.update()
-    return found
+    return rows
 
 
 def _shared(row: dict) -> dict:

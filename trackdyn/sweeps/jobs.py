@@ -13,9 +13,9 @@ from trackdyn.sweeps.table import read_table, write_table
 def split(job) -> None:
     """Write the rows of every batch."""
     parts = batches(job.input.design, job.params.rig, len(job.output))
-    for path, part in zip(job.output, parts, strict=True):
-        write_table(part, path)
-        print(path, len(part))
+    for path, rows in zip(job.output, parts, strict=True):
+        write_table(rows, path)
+        print(path, len(rows))
 
 
 def warm_up(job) -> None:

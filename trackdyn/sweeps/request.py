@@ -36,7 +36,7 @@ DEFAULTS = {
 OWN = ("name", "preset", "rig", "until.longest")
 
 
-class Asked(NamedTuple):
+class SweepRow(NamedTuple):
     """A row, ready to be computed."""
 
     key: str  # hash of rig, scene, what ends the run, and the sources of all that computes a row
@@ -76,7 +76,7 @@ def refuse_columns(table: pd.DataFrame, where: str) -> None:
         raise InputError(f"{where}: has no rows; a row a scene is needed")
 
 
-def requested_rows(table: pd.DataFrame, rig: str = DEFAULT) -> list[Asked]:
+def requested_rows(table: pd.DataFrame, rig: str = DEFAULT) -> list[SweepRow]:
     """What every row of a design asks for; a value that cannot be read is the row's ``reason``.
 
     ``rig`` is the file of the rig, or the name of a shipped one, where a row names no other. Raises `InputError` if all
@@ -89,7 +89,7 @@ def requested_rows(table: pd.DataFrame, rig: str = DEFAULT) -> list[Asked]:
     return [_row({name: values[k] for name, values in named}, rig, rigs) for k in range(len(table))]
 
 
-def _row(cells: dict[str, Any], rig: str, rigs: dict[str, tuple[dict, str] | InputError]) -> Asked:
+def _row(cells: dict[str, Any], rig: str, rigs: dict[str, tuple[dict, str] | InputError]) -> SweepRow:
     given = {name: value for name, cell in cells.items() if (value := _plain(cell)) is not None}
     base: dict = {}
     fields: dict = {}
@@ -130,7 +130,7 @@ def _row(cells: dict[str, Any], rig: str, rigs: dict[str, tuple[dict, str] | Inp
     asks = [rig_is, scene, end, module_hash("trackdyn.sweeps.row"), given if reason else None]
     settles = {name: value for name, value in scene.items() if name not in (*LATER, "ring_radius")}
     same_start = f"{key_of(rig_is, settles)} {fields.get('ring_radius', '')}"
-    return Asked(key_of(*asks), same_start, base, changes, fields, until, known, longest, reason)
+    return SweepRow(key_of(*asks), same_start, base, changes, fields, until, known, longest, reason)
 
 
 def _refuse_known(known: dict, until: dict) -> None:
@@ -161,10 +161,10 @@ def _rig(path: str, rigs: dict[str, tuple[dict, str] | InputError]) -> tuple[dic
             rigs[path] = values, key_of(values)
         except InputError as error:
             rigs[path] = error
-    found = rigs[path]
-    if isinstance(found, InputError):
-        raise found
-    return found
+    rig = rigs[path]
+    if isinstance(rig, InputError):
+        raise rig
+    return rig
 
 
 def _number(value: Any) -> Any:
@@ -184,7 +184,7 @@ def _field(name: str, value: Any) -> Any:
         return TRUTH.get(text, value)
     if name == "pitches":
         parts = text.replace(";", " ").split() if text else [""]
-        return [int(part) for part in parts] if all(re.fullmatch("[0-9]+", part) for part in parts) else value
+        return [int(word) for word in parts] if all(re.fullmatch("[0-9]+", word) for word in parts) else value
     if name == "step":
         steps = value if isinstance(value, (list, tuple)) else text.replace(";", " ").split()
         if len(steps) > 1:

@@ -70,9 +70,9 @@ def ring_study(
         for rpm in sorted(set(speeds))
     ]
     design = pd.DataFrame(rows).assign(**({"step": " ".join(map(str, step))} if step else {}))
-    found = sweep(design, rig=rig, jobs=jobs, store=store, progress=progress)
-    found["rpm"], found["ring_radius_m"] = design["motor_rpm"], pd.to_numeric(design["ring_radius"], errors="coerce")
-    metrics = [name for name in found if name in COLUMNS or name.partition("_")[0] in ("left", "right", "ring")]
+    table = sweep(design, rig=rig, jobs=jobs, store=store, progress=progress)
+    table["rpm"], table["ring_radius_m"] = design["motor_rpm"], pd.to_numeric(design["ring_radius"], errors="coerce")
+    metrics = [name for name in table if name in COLUMNS or name.partition("_")[0] in ("left", "right", "ring")]
     metrics = [name for name in metrics if name not in (*ASKED, "ring_radius", "run") and "_area_" not in name]
     columns = [*ASKED, *ENDED, *dict.fromkeys((*metrics, *MEASURES)), "settled_tension_n", "key"]
-    return found.reindex(columns=columns).sort_values(ASKED[::-1], na_position="first", ignore_index=True)
+    return table.reindex(columns=columns).sort_values(ASKED[::-1], na_position="first", ignore_index=True)

@@ -42,7 +42,7 @@ class Rows:
         self._rig: tuple[dict, Rig] | None = None
 
     def __call__(self, rig: dict, changes: dict, scene: dict, until: dict, known: dict, longest: float) -> dict:
-        """Values of a row (`request.Asked`) with the first of its steps that runs."""
+        """Values of a row (`request.SweepRow`) with the first of its steps that runs."""
 
         def run(**step) -> dict:
             return self._values(Scene(self._rig_of(rig, changes), **scene | step), until, known, longest)
@@ -54,22 +54,22 @@ class Rows:
         if until:
             refuse_until(requested, until, longest)
         self._refuse_memory(requested, longest if until else requested.duration, bool(until))
-        found: dict = {}
+        values: dict = {}
         measures: dict = {}
         if until:
             answer = run_until(requested, until, longest, starts=self._starts)
             recording, measures = answer.recording, answer.measures
-            found |= {"until_known": answer.converged, "until_transient_s": answer.transient}
+            values |= {"until_known": answer.converged, "until_transient_s": answer.transient}
         elif known:
             refuse_undriven(requested)
             recording, converged = run_steady(Loop(requested, self._starts), StopRule(**known, longest_turns=1))
-            found |= {"contacts_known": converged}
+            values |= {"contacts_known": converged}
         else:
             recording = simulate(requested, starts=self._starts)
             measures = whole_loop(recording) if requested.every_link else {}
         if recording.link_mean.size:
-            found["whole_high_frequency"] = high_frequency_of_all(recording)
-        return run_values(recording) | found | _flat(measures)
+            values["whole_high_frequency"] = high_frequency_of_all(recording)
+        return run_values(recording) | values | _flat(measures)
 
     def _rig_of(self, rig: dict, changes: dict) -> Rig:
         """The rig of a row, kept for the next one."""
@@ -104,7 +104,7 @@ def run_values(recording: Recording) -> dict:
 def _flat(measures: dict[str, Estimate]) -> dict[str, float]:
     """Measures over all links, each with its error."""
     return {
-        f"whole_{name}{part}": value
+        f"whole_{name}{suffix}": value
         for name, estimate in measures.items()
-        for part, value in zip(("", "_error", "_half_width"), estimate, strict=True)
+        for suffix, value in zip(("", "_error", "_half_width"), estimate, strict=True)
     }

@@ -73,7 +73,7 @@ class Store:
 
     def read(self, keys: Iterable[str], say: bool = True) -> dict[str, dict]:
         """Results of these keys; damaged files are left out, and counted on standard error if ``say``."""
-        found, damaged = {}, 0
+        rows, damaged = {}, 0
         for key in keys:
             path = self.folder / f"{key}.json"
             if not path.exists():
@@ -82,11 +82,11 @@ class Store:
             if row is None or row["key"] != key or (row["values"] and not self.valid(row["values"])):
                 damaged += 1
             else:
-                found[key] = row
+                rows[key] = row
         if damaged and say:
             what = "1 damaged row was" if damaged == 1 else f"{damaged} damaged rows were"
             print(f"trackdyn: {self.folder}: {what} ignored; they are computed again", file=sys.stderr)
-        return found
+        return rows
 
     def keep(self, row: dict) -> None:
         """Write a result (or `InputError`: a full disk); what failed for a passing reason is not kept."""
@@ -94,8 +94,8 @@ class Store:
             return
         content = json.dumps(row).encode()
         try:
-            with replacing(self.folder / f"{row['key']}.json") as part:
-                part.write_bytes(_checksum(content) + b"\n" + content + b"\n")
+            with replacing(self.folder / f"{row['key']}.json") as temporary:
+                temporary.write_bytes(_checksum(content) + b"\n" + content + b"\n")
         except InputError as error:
             raise self._refusal(str(error)) from None
 

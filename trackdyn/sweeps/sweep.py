@@ -15,7 +15,7 @@ from trackdyn.parameters.validation import shown
 from trackdyn.scene.fidelity import CHOICES
 from trackdyn.sweeps.engine import free_memory
 from trackdyn.sweeps.engine import results as computed
-from trackdyn.sweeps.request import Asked, refuse_columns, requested_rows
+from trackdyn.sweeps.request import SweepRow, refuse_columns, requested_rows
 from trackdyn.sweeps.row import Rows
 from trackdyn.sweeps.store import DIVERGED, DONE, REFUSED, Store, without_values
 from trackdyn.sweeps.table import read_table, refuse_ending, refuse_header, write_table
@@ -85,13 +85,13 @@ def sweep(
     table = read_design(design)
     refuse_too_many(len(table))
     rows = requested_rows(table, str(rig))
-    found = {row.key: without_values(row.key, REFUSED, row.reason) for row in rows if row.reason}
+    results_by_key = {row.key: without_values(row.key, REFUSED, row.reason) for row in rows if row.reason}
     due = {row.key: row.task for row in sorted(rows, key=lambda row: row.same_start) if not row.reason}
-    found |= computed(Rows, due, jobs or cores(), store, "sweep" if progress else "", alone=alone, valid=valid)
-    results = result_table(table, rows, found)
+    results_by_key |= computed(Rows, due, jobs or cores(), store, "sweep" if progress else "", alone=alone, valid=valid)
+    results = result_table(table, rows, results_by_key)
     if out is not None:
         # s of the clock and of a core: they differ from run to run, and stand apart for that
-        costs = [{"key": row.key, **found[row.key]["cost"]} for row in rows]
+        costs = [{"key": row.key, **results_by_key[row.key]["cost"]} for row in rows]
         write_table(pd.DataFrame(costs, columns=COSTS), costs_of(out))
         write_table(results, out)
     return results
@@ -172,7 +172,7 @@ def batches(design: pd.DataFrame | Path | str, rig: Path | str, count: int) -> l
     rows = requested_rows(table, str(rig))
     first = {row.key: k for k, row in reversed(list(enumerate(rows)))}
     order = sorted(first.values(), key=lambda k: rows[k].same_start)
-    return [table.iloc[sorted(part)] for part in np.array_split(np.array(order, dtype=int), count)]
+    return [table.iloc[sorted(positions)] for positions in np.array_split(np.array(order, dtype=int), count)]
 
 
 def one_of_each_kind(design: pd.DataFrame | Path | str) -> pd.DataFrame:
@@ -186,9 +186,9 @@ def one_of_each_kind(design: pd.DataFrame | Path | str) -> pd.DataFrame:
     return table.drop_duplicates(kinds) if kinds else table.head(1)
 
 
-def result_table(design: pd.DataFrame, rows: list[Asked], found: dict[str, dict]) -> pd.DataFrame:
+def result_table(design: pd.DataFrame, rows: list[SweepRow], rows_by_key: dict[str, dict]) -> pd.DataFrame:
     """The design with the results of its rows, in its order."""
-    results = [found[row.key] for row in rows]
+    results = [rows_by_key[row.key] for row in rows]
     message = pd.DataFrame({name: [result[name] for result in results] for name in ("key", "state", "reason")})
     values = pd.DataFrame([result["values"] for result in results])
     given = design.reset_index(drop=True).apply(_storable)

@@ -87,8 +87,8 @@ def refuse_header(names: list, where: str) -> None:
 def write_table(table: pd.DataFrame, path: Path | str) -> None:
     """Write CSV or Parquet, by the ending; whole or not at all. Raises `InputError`: it cannot be written."""
     refuse_ending(path, "table")
-    with replacing(path) as part:
+    with replacing(path) as temporary:
         if Path(path).suffix == ".csv":
-            table.to_csv(part, index=False)
+            table.to_csv(temporary, index=False)
         else:
-            table.to_parquet(part, index=False, engine="pyarrow")
+            table.to_parquet(temporary, index=False, engine="pyarrow")

@@ -86,7 +86,7 @@ rule report_page:
         rules.animation.output,
 
 
-# Studies whose short forms the article shows: a run without them makes none. Searches for rigs are too long to be part of it.
+# Studies whose short forms the article shows: a run without them makes none. Searches for rigs are too long to belong to it.
 IN_ARTICLE = ("trade", "extremes")
 SEARCHED = {name: f"docs/measured/answer_{name}.csv" for name in ("ends", "profiles")}
 

@@ -39,7 +39,7 @@ FORMS: dict[str, tuple[tuple[bool, str, float, float], ...]] = {
     "C18": ((True, "left_outside_2_pct", 0.0, LEAST_SHARE), (True, "right_share_pct", 0.0, 0.5)),
 }
 BESIDE = ("C17a",)
-FAR = 0.6  # residual for each factor of e by which a typed value lies outside what its part can have
+FAR = 0.6  # residual for each factor of e by which a typed value lies outside its range
 
 
 def rows_of_answer(memory: float) -> Callable[..., dict]:
@@ -156,7 +156,7 @@ class AnswerProblem:
         return float("nan") if value is None else (value - wanted) / tolerance
 
     def _implausible(self, rig: Rig) -> np.ndarray:
-        """``FAR`` times the logarithm of the factor by which each value lies outside what its part can have."""
+        """``FAR`` times the logarithm of the factor by which each value lies outside its range."""
         values = self.possible.of_rig(rig)
         off = []
         for unknown in self.possible.unknowns:
@@ -166,7 +166,7 @@ class AnswerProblem:
         return np.array(off)
 
     def residuals(self, values: dict) -> np.ndarray:
-        """Of all claims for the rig of a row, large ones bent, and of values that no part has (`_implausible`)."""
+        """Of all claims for the rig of a row, large ones bent, and of implausible values (`_implausible`)."""
         claims = bent(np.concatenate([off for _, off in self.judged(values).values()]))
         if self.question.ranges == "possible":
             return claims

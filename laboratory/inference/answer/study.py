@@ -159,7 +159,7 @@ def _profile_row(key: tuple, minimum: dict, problem: AnswerProblem, store: Path 
 def robustness(config: AnswerConfig, claims: list[Claim], end: pd.Series, jobs: int, store: Path | str) -> dict:
     """How many claims of one question (`Robustness`) a rig shows, and its neighbours with every free value moved.
 
-    ``end`` is a row of the ends of `answer`. Neighbours that do not run show none; none was part of the search.
+    ``end`` is a row of the ends of `answer`. Neighbours that do not run show none; none belongs to the search.
     """
     settings, name = config.robustness, config.robustness.question
     config = config.with_question(end["question"], rig=end["rig"])

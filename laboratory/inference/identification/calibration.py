@@ -127,7 +127,7 @@ def simulate_all(config: CalibrationConfig, store, jobs: int = 1, progress: bool
 
 
 class Calibration(NamedTuple):
-    """What a calibration found."""
+    """Result of a calibration."""
 
     # ``truth, parameter, level, covered``: whether the central interval of a level holds the truth; a discrepancy is
     # drawn
@@ -286,7 +286,7 @@ def repeated(config: CalibrationConfig, store, jobs: int = 1, progress: bool = T
         place, root mean square over places; a relative one, since features are logarithms. ``ratio`` is their variance
         over the mean of the bootstrap's before it is widened for few turns, averaged over places, with its 95 %
         interval (the F distribution, as of normal features). ``inside_90`` is the share of records whose widened 90 %
-        interval holds the mean of the others at their place.
+        interval holds the mean of the others at their point.
     """
     unknowns, design = requested_unknowns(config)
     places = np.random.default_rng(_seeds(config)[2]).uniform(size=(config.places, len(unknowns)))

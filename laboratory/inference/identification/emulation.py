@@ -2,11 +2,11 @@
 
 Features move together, and so do an emulator's errors in them: principal components are emulated (Higdon et al., J. Am.
 Stat. Assoc. 103, 2008), each by a linear trend and a Gaussian process of what it leaves (scikit-learn). How far they
-err is learnt by cross-validation: all is fitted again without a part of the simulations, and compared with these.
+err is learnt by cross-validation: all is fitted again without some simulations, and compared with these.
 
 The covariance of the errors is the same at every point. One that follows the variance of the processes, or the size of
-the errors from place to place, draws a posterior of some 40 features to the points where it is small: intervals of 90 %
-then held 82 % of the truths, and damping was found too large.
+the errors from point to point, draws a posterior of some 40 features to the points where it is small: intervals of 90 %
+then held 82 % of the truths, and damping came out too large.
 """
 
 import warnings
@@ -26,7 +26,7 @@ from threadpoolctl import threadpool_limits
 
 from trackdyn.errors import InputError
 
-KEPT = 0.995  # part of the variance, in discrepancies squared, that the components keep
+KEPT = 0.995  # fraction of the variance, in discrepancies squared, that the components keep
 MOST = 14  # components
 ITERATIONS = 40  # of the search for lengths and noise
 SEARCHED = 160  # simulations that it looks at: each evaluation costs their number cubed
@@ -98,7 +98,7 @@ class FeatureEmulator:
             weighted[out] = errors[out] @ inverse
             known[:, out] = np.einsum("dnp,pq,dnq->dn", slopes[:, out], inverse, slopes[:, out])
         variance, self.degrees = tails((errors * weighted).sum(axis=1), y.shape[1])
-        # A resonance in the wrong place errs along the slope of the features, the direction that shifts a posterior.
+        # A resonance at the wrong frequency errs along the slope of the features, which shifts a posterior.
         # The median is compared with that of Student's distribution: few points at the edge of a design err far more.
         along = (slopes * weighted).sum(axis=2) ** 2 / known / variance
         widened = max(float(np.median(along) / stats.f.median(1, self.degrees)), 1.0)
@@ -181,7 +181,7 @@ class Components:
 class Processes:
     """Means of k outputs (k, n) over the same inputs (n, d).
 
-    Lengths and noise of each are found from some simulations, then all are used. Predicted one after the other, by
+    Lengths and noise of each are fitted to some simulations, then all are used. Predicted one after the other, by
     scikit-learn, they take several times as long.
     """
 

@@ -61,7 +61,7 @@ def scene_of_speed(rig: Rig, speed: MeasuredSpeed, seconds: float, later: float 
 def simulated_ay(
     rig: Rig, speed: MeasuredSpeed, turns: int, starts: SettledLoops | None = None, begin: float = 0.0
 ) -> np.ndarray:
-    """(samples,) y acceleration that a sensor reports over so many turns of the loop, g; from a part of a turn on."""
+    """(samples,) y acceleration that a sensor reports over so many turns of the loop, g; begins later by a fraction."""
     turn = Periods.at(rig, speed.rpm).loop
     scene = scene_of_speed(rig, speed, turns * turn, begin * turn)
     for _ in range(HALVINGS):
@@ -79,7 +79,7 @@ class Experiment(NamedTuple):
     speeds: tuple[MeasuredSpeed, ...]  # at which records are simulated
     turns: int = 1  # of the loop in each; where motion repeats, one says it all
     noise: float = 0.0  # white noise that is added to the records, g: for records that play a sensor's
-    begin: float = 0.0  # part of a turn by which the records begin later
+    begin: float = 0.0  # fraction of a turn by which the records begin later
 
     def tasks(self, changes: Sequence[dict]) -> list[tuple[str, dict]]:
         """Keys and arguments of rows (`sweeps.engine.results`), one a rig (``section__field`` changes)."""

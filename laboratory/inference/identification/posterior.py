@@ -2,7 +2,7 @@
 
 ``features of a record = simulation at the unknowns + discrepancy + scatter of the record``. The discrepancy stands for
 what a model of rigid links with smooth contact cannot have: glue that rings, bending, a speed that fluctuates, wear.
-It is normal, independent from feature to feature, of one size for each group of features, and a part `SHARED` of its
+It is normal, independent between features, of one size for each group of features, and a fraction `SHARED` of its
 variance is the same at every speed: more speeds do not average it away.
 """
 
@@ -26,7 +26,7 @@ from trackdyn.errors import TrackdynError
 MEDIANS = {"lines": 0.03, "passing": 0.15, "low": 0.15, "high": 0.4, "crest": 0.2}
 # standard deviation of the logarithm: a twentieth of the prior lies above 5 medians, another below a fifth
 SPREAD = 1.0
-SHARED = 0.5  # part of a discrepancy's variance that is the same at every speed
+SHARED = 0.5  # fraction of a discrepancy's variance that is the same at every speed
 WALKERS, STEPS, BURN = 32, 3000, 0.4
 LARGEST_FACTOR = 10.0  # logarithm of the factor on the emulator's errors, either way
 CHAIN_LENGTHS = 20  # autocorrelation times that the kept steps must hold

@@ -19,7 +19,7 @@ pytestmark = pytest.mark.slow  # an importer turns what a unit raises into a sta
 EXCHANGE = 1e-3
 CHANGES = {0.0: (115.0, 0.0), 0.3: (140.0, 0.0), 0.45: (140.0, -1e-3)}  # time (s): motor (rev/min), shift (m)
 UNTIL = 0.6
-# what travels through the unit is the same double: only the place of a step on the clock could differ
+# what travels through the unit is the same double: only the time of a step could differ
 SAME = 1e-9
 
 

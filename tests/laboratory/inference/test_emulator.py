@@ -43,7 +43,7 @@ def test_errors_count_where_the_last_simulations_are():
 
 
 def test_errors_that_look_like_another_value_of_an_unknown_are_promised():
-    """A line whose place jitters by 0.02 from simulation to simulation: estimates of its place from the error alone.
+    """A line whose frequency jitters by 0.02 from simulation to simulation: estimates of it from the error alone.
 
     The covariance of errors in all places, without regard to the slope, promises a third of them: 90 % intervals then
     hold 33 to 44 %.

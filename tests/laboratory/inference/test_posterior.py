@@ -97,7 +97,7 @@ def test_draws_have_the_quantiles_of_the_density():
 
 
 def test_more_speeds_do_not_average_a_shared_discrepancy_away():
-    """With sizes fixed, the variance of the unknown from many records tends to that of the shared part alone."""
+    """With sizes fixed, the variance of the unknown from many records tends to that of the shared discrepancy alone."""
     size, widths = np.log(0.2), []
     for count in (1, 16):
         posterior = Posterior(records([1.0, -0.5] * count, count), linear(count), 1)

@@ -66,7 +66,7 @@ def test_times_do_not_count(results):
     assert failed(compare_manifests(describe(results), expected), exact=True) == []
 
 
-# file, text, what stands in its place, status, part of what is said
+# file, text, its replacement, status, words of what is said
 EDITS = [
     ("metrics.csv", "0.924182", "0.924190", WITHIN, "within the tolerance"),
     ("metrics.csv", "0.924182", "0.924282", DIFFERS, "rms_g in row 1 is 0.924282, expected 0.924182"),

@@ -32,7 +32,7 @@ def written_out(groove: Groove) -> dict[int, dict[str, float]]:
 
 @pytest.fixture
 def fill(tmp_path):
-    """Write a rig beside a table with invented cells by their dotted place; returns the rig's file."""
+    """Write a rig beside a table with invented cells by their dotted name; returns the rig's file."""
 
     def write(cells=None, areas=None, units=None):
         data = yaml.safe_load(SHIPPED.read_text(encoding="utf-8"))

@@ -34,7 +34,7 @@ from trackdyn.simulation.simulate import simulate
 pytestmark = pytest.mark.peer
 # m, on paths of about a metre: with these steps the extrapolated result of the other code is good to 3e-7, the
 # reference made of this package's accelerations to 1e-8. A mass, inertia, stiffness, damping or gravity that is
-# one part in a thousand off breaks it: it makes 4e-6 to 2e-3 in the free swing, 1.2e-6 to 1e-4 on the wheels.
+# one thousandth off breaks it: it makes 4e-6 to 2e-3 in the free swing, 1.2e-6 to 1e-4 on the wheels.
 TOLERANCE = 1e-6
 STEPS = 1e-3, 5e-4  # s
 

@@ -15,7 +15,7 @@ ROOT = Path(__file__).parents[3]
 
 @pytest.mark.parametrize(("page", "sources", "write"), (*PAGES, *OF_THE_LABORATORY))
 def test_pages_say_what_was_measured(page, sources, write, tmp_path):
-    """Nobody has typed into a measured part, and none is older than its data."""
+    """Nobody has typed into a measured block, and none is older than its data."""
     copy = tmp_path / "page.md"
     copy.write_text((ROOT / page).read_text(encoding="utf-8"), encoding="utf-8")
     fill(copy, [ROOT / "docs" / "measured" / source for source in sources], write)

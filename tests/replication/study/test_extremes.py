@@ -1,4 +1,4 @@
-"""Extremes: a fast part of every family, the way a case is judged, and failures that were found."""
+"""Extremes: fast cases of every family, the way a case is judged, and failures of the past."""
 
 import json
 from itertools import islice
@@ -84,7 +84,7 @@ def test_a_refusal_must_blame_the_step_that_was_asked_for():
     assert wrong_blame("scene: motor_rpm = -5.0:", {"step": 1e-4}) == ""
 
 
-# A fast part of every family
+# Fast cases of every family
 
 
 def test_sweep_keeps_its_digits_and_the_literal_product_loses_them(rig):
@@ -227,11 +227,11 @@ def test_normal_contact_gives_back_what_it_stored_until_the_loop_has_turned(rig)
     ],
 )
 def test_settling_does_not_refuse_what_the_scene_allows(rig, changes, fields):
-    assert run_scene("found", "case", rig, 115.0, changes, **fields)["outcome"] == COMPLETED
+    assert run_scene("once failed", "case", rig, 115.0, changes, **fields)["outcome"] == COMPLETED
 
 
 @pytest.mark.parametrize(("rpm", "changes", "fields", "outcome"), FOUND)
 def test_scenes_that_once_ended_in_a_third_way(rpm, changes, fields, outcome):
-    # on the rig that they were found on
-    row = run_scene("found", "case", load_rig("first_fit"), rpm, changes, **fields)
+    # on the rig on which they failed
+    row = run_scene("once failed", "case", load_rig("first_fit"), rpm, changes, **fields)
     assert row["outcome"] == outcome, row["reason"]

@@ -81,7 +81,9 @@ class Claims(Section):
         seen = [claim.name for claim in self.claims]
         for name in seen:
             if seen.count(name) > 1:
-                raise InputError(f"claim {name} occurs twice; give every claim its own id, every part its own letter")
+                raise InputError(
+                    f"claim {name} occurs twice; give every claim its own id, every statement its own letter"
+                )
         return self
 
 
@@ -293,7 +295,7 @@ def judge_all(claims: list[Claim], rigs: Mapping[str, Evidence]) -> tuple[pd.Dat
     Returns
     -------
     card : DataFrame
-        A row for every rig and part of a claim, columns ``COLUMNS``.
+        A row for every rig and statement, columns ``COLUMNS``.
     values : DataFrame
         A row for every number that a verdict is made from, columns ``VALUE_COLUMNS``.
     """

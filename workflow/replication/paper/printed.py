@@ -1,4 +1,4 @@
-"""The printed numbers that figures and tables draw or set beside their own, each with its place.
+"""The printed numbers that figures and tables draw or set beside their own, each with its source.
 
 Lengths in m, times in s, frequencies in Hz; accelerations in g, the unit of the sensor; differences and
 shares in percent, as printed. The cells of Tables 1 to 4 and all curves are not among them: no number
@@ -17,7 +17,7 @@ class Printed:
 
     value: Any  # the number, or numbers by motor speed (rev/min) or event
     unit: str
-    place: str  # where it stands
+    place: str  # where it stands in the paper
 
 
 def _by_speed(*values: float) -> dict[int, float]:

@@ -68,7 +68,7 @@ def write_printed_rig(out: Path, tables: Path | str, rig: Path | str) -> list[st
             if value < low or value > high:
                 outside.append(
                     f"{'.'.join(filter(None, (section, field)))} = {value:g} {entry['unit']} is not within {low:g} to "
-                    f"{high:g}, what the part can be; is the cell in this unit?"
+                    f"{high:g}, its range; is the cell in this unit?"
                 )
     return outside
 

@@ -55,7 +55,7 @@ def answer_sentences(card: pd.DataFrame, parameters: pd.DataFrame) -> list[str]:
     if fitted:
         sources += f"; {fitted} are fitted to all statements at once: the count says what the model can show"
     if len(outside):
-        sources += f". No real part has its values of {', '.join(outside)}"
+        sources += f". No real rig has its values of {', '.join(outside)}"
     return [
         " ".join(headline(card, rig) for rig in rigs),
         f"The ring to choose has a radius of {'; '.join(radii)}; the paper chooses {choices['printed'].iloc[0]} m."
@@ -102,7 +102,7 @@ def statements(card: pd.DataFrame, names: Sequence[str] = tuple(SHORT)) -> pd.Da
 
 
 def side_by_side(card: pd.DataFrame) -> pd.DataFrame:
-    """The scorecard with a row a part, and measured value and verdict of every rig in columns of their own."""
+    """The scorecard with a row a statement, and measured value and verdict of every rig in columns of their own."""
     rigs = list(dict.fromkeys(card["rig"]))
     columns = ["id", "part", "place", "claim", "printed", "tolerance", "unit", "speeds"]
     parts = {rig: card[card["rig"] == rig].set_index(["id", "part"]) for rig in rigs}

@@ -21,7 +21,7 @@ def main(job) -> None:
     runs = pd.DataFrame([run_metrics(run, recording) for run, recording in recordings.items()])
     out, parts = job.output, [Path(path).read_text(encoding="utf-8") for path in job.input.get("parts", ())]
     head, _, own = runs.to_csv(index=False, lineterminator="\n", float_format="%.9g").partition("\n")
-    # errors reach the seventh digit; a part has the same head
+    # errors reach the seventh digit; all tables have the same head
     write_text(out.csv, f"{head}\n{own}" + "".join(text.partition("\n")[2] for text in parts))
     if not parts:
         return

@@ -75,7 +75,7 @@ def layouts_text(rows: pd.DataFrame) -> str:
 
 
 def fill(page: Path, sources: Sequence[Path], write: Callable[..., str]) -> None:
-    """Replace the measured part of a page by what ``write`` makes of one or more tables."""
+    """Replace the measured block of a page by what ``write`` makes of one or more tables."""
     for source in sources:
         if not source.exists():
             raise InputError(f"{source}: no measured data; make them with `snakemake -j2`")

@@ -41,7 +41,7 @@ def bare(ax: Axes) -> None:
 
 
 def write_mark(ax: Axes, position, text: str, **look) -> None:
-    """Text with a white rim, centred at a place."""
+    """Text with a white rim, centred at a point."""
     look = {"ha": "center", "va": "center", "fontsize": 8, "zorder": Z_MARK + 3, "clip_on": True} | look
     ax.text(*position, text, path_effects=HALO, **look)
 
@@ -74,14 +74,14 @@ def point(ax: Axes, position, name: str = "", side: str = "right", gap: float = 
 
 
 def leader(ax: Axes, position, text: str, label_at, **look) -> None:
-    """Text at ``label_at`` with a thin line to a place."""
+    """Text at ``label_at`` with a thin line to a point."""
     look = {"ha": "center", "va": "center", "fontsize": 8, "path_effects": HALO, "zorder": Z_MARK + 3} | look
     line = {"arrowstyle": "-", "linewidth": 0.6, "color": BLACK, "shrinkA": 1, "shrinkB": 0}
     ax.annotate(text, tuple(position), tuple(label_at), arrowprops=line, **look)
 
 
 def place_beside(ax: Axes, start, end, text: str, at: float = 0.5, side: int = 1, turned: bool = False, **look) -> None:
-    """Text beside a line, at the part ``at`` of its way; ``side`` 1 is left of its direction, -1 right.
+    """Text beside a line, at the fraction ``at`` of its way; ``side`` 1 is left of its direction, -1 right.
 
     ``turned`` text runs along the line and stands above it (``side`` 1) or below it, read from below or from the right.
     """

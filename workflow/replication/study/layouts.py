@@ -25,7 +25,7 @@ FAMILY = "layouts"
 SEED = 20261122
 CHAINS = ("first_fit", "m113", "robot")
 WHEELS, PITCHES = (2, 9), (20, 120)
-# The bound, set before the first run: of layouts that are drawn, this part is completed within the invariants of
+# The bound, set before the first run: of layouts that are drawn, this fraction is completed within the invariants of
 # `extremes.judge` and starts with no arc deeper in a tooth than its load explains; the rest is refused for a reason.
 LEAST_COMPLETED = 0.99
 ATTEMPTS = 400  # draws of wheels for one layout; most sets of nine do not fit into a short loop

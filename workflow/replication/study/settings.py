@@ -22,7 +22,7 @@ SceneKey = Annotated[tuple[Positive, Positive | None], Field(strict=False)]
 
 # The long run has a process of its own: growth of the memory is then its own, too.
 LONG_RUN = "long_run"
-# families of random rows, each drawn from its number: part of the extremes -> field of the form, rows of a part at most
+# families of random rows, each drawn from its number: family -> field of the form, rows of a family at most
 RANDOM = {"random": ("random_scenes", 250), "layouts": ("layouts", 100), "short_runs": ("short_runs", 50)}
 # What the other codes' own elements have: a damper beside a spring in a joint, and one on an axle. Rolling resistance
 # would need the contacts' forces there, and rubber a state a joint.
@@ -144,7 +144,7 @@ class PeerAnswers(Section):
 Form = TypeVar("Form", bound=Section)
 
 
-class Forms(Section, Generic[Form]):
+class StudySizes(Section, Generic[Form]):
     """Both forms of a study."""
 
     short: Form
@@ -154,8 +154,8 @@ class Forms(Section, Generic[Form]):
 class Studies(Section):
     """Everything in ``config/studies.yaml``."""
 
-    trade: Forms[TradeForm]
-    extremes: Forms[ExtremesForm]
+    trade: StudySizes[TradeForm]
+    extremes: StudySizes[ExtremesForm]
     peer_answers: PeerAnswers
 
 
@@ -195,7 +195,7 @@ def parts_of(form: ExtremesForm) -> list[str]:
 
 
 def random_parts(form: ExtremesForm, family: str) -> list[range]:
-    """Numbers of the random rows of a family, part by part."""
+    """Numbers of the random rows of a family, chunk by chunk."""
     field, most = RANDOM[family]
     count = getattr(form, field)
     parts = ceil(count / most)

@@ -11,7 +11,7 @@ from replication.paper import printed
 from trackdyn.plots.style import COLOURS, DASHES, PRINTED, new_figure, power_of_ten, save, styled, upper_edge
 from trackdyn.simulation.recording import Recording, load_recording
 
-# A gap of exactly nothing has no place on a logarithmic axis; below the spacing of doubles near 1 m.
+# A gap of exactly nothing cannot stand on a logarithmic axis; below the spacing of doubles near 1 m.
 LEAST_GAP = 1e-17
 STRETCHES = 180  # of a record; the curve shows the largest gap in each
 

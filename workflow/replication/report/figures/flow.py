@@ -1,6 +1,6 @@
 """Figure 11: the flow of the contact search.
 
-The order of the areas is found by asking the search itself; the functions that the chart names are
+The order of the areas comes from the search itself; the functions that the chart names are
 those that do the steps.
 """
 
@@ -23,7 +23,7 @@ MIDDLE = 5  # where the boxes of the main way stand
 
 
 def search_order(rig: Rig, left: bool) -> list[int]:
-    """Areas in the order in which the contact search visits them, found by asking it.
+    """Areas in the order in which the contact search visits them, by asking it.
 
     Every sector is made to hold the same point, so that the search returns the first area it
     visits; with that sector emptied it returns the second one, and so on.

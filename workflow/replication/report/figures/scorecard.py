@@ -29,7 +29,7 @@ CELL, LETTERS = 0.42, 40  # width of a rig's cell, inch; letters of a claim
 
 @styled
 def scorecard_figure(card: pd.DataFrame) -> Figure:
-    """The verdict on every part of a claim (``paper.claims.judge_all``), a row a part and a cell a rig.
+    """The verdict on every statement (``paper.claims.judge_all``), a row a statement and a cell a rig.
 
     What was measured is in the table of the claims.
     """

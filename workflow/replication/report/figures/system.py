@@ -59,7 +59,7 @@ def _side(rig: Rig) -> int:
 
 
 def _above(rig: Rig, pins, first: int, fraction: float) -> int:
-    """The link (``first`` 0) or connector (1) of the upper strand at a part of the way to the next wheel."""
+    """The link (``first`` 0) or connector (1) of the upper strand at a fraction of the way to the next wheel."""
     middles = 0.5 * (pins[:-1] + pins[1:])
     nearest = min((wheel.x for wheel in rig.rollers.values()), key=lambda x: abs(x - rig.sprocket.x))
     away = np.abs(middles[:, 0] - rig.sprocket.x - fraction * (nearest - rig.sprocket.x))

@@ -198,7 +198,7 @@ def _peers(axis: Axes, peers: pd.DataFrame) -> None:
 
 
 def trade_summary(rows: pd.DataFrame, agreement: pd.DataFrame, promises: pd.DataFrame) -> str:
-    """What the study of cost and accuracy found, in a page of Markdown."""
+    """Results of the study of cost and accuracy, a page of Markdown."""
     rows = rows.reset_index(drop=True)
     tried = rows.drop_duplicates(["scene", "fidelity", "integrator", "step_s"])
     kept = promises[promises["achieved_error"].notna()]

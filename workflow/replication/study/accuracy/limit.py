@@ -21,7 +21,7 @@ class Limit(NamedTuple):
 
     value: float  # the limit
     error: float  # its standard error, all in all
-    doubt: float  # the part of the error that is convergence, not scatter
+    doubt: float  # the share of the error that is convergence, not scatter
     values: np.ndarray  # (m,) what the limit is the mean of, passage by passage
 
 

@@ -3,7 +3,7 @@
 A case is a row of `COLUMNS`. The outcome is ``completed`` (all invariants in bounds), ``refused`` (an `InputError` when
 the scene is built or a `DivergenceError` while it runs, each one sentence), ``marked`` (completed, and says itself that
 it is not resolved) or ``defect``: everything else, with the cause in ``reason``. Where a family measures something,
-``measure`` names it, ``value`` and ``expected`` are what was found and predicted, ``group`` and ``at`` say on which
+``measure`` names it, ``value`` and ``expected`` are computed and predicted, ``group`` and ``at`` say on which
 curve and where on its axis the row stands.
 """
 

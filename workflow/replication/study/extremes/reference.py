@@ -133,7 +133,7 @@ def _pin_arms(chain, angle):
 
 
 def _pin_jacobian(arm):
-    """(2, 3) map from a body's (x'', y'', alpha) to the tangential part of a pin's acceleration."""
+    """(2, 3) map from a body's (x'', y'', alpha) to the tangential acceleration of a pin."""
     return np.array([[1.0, 0.0, -arm[1]], [0.0, 1.0, arm[0]]], dtype=np.longdouble)
 
 

@@ -1,8 +1,8 @@
 """Short runs against a step four times smaller: is what completes right, and is only what is wrong refused?
 
 A scene is drawn from a seed and its number alone: shipped rigs, random layouts, the scenes of the accuracy study, and
-rigs with odd stiffnesses, weights, frictions and tensions (`ODD`), each at a speed, a length of 0.3 to 2 s and a part
-of the largest step that its settled loop allows.
+rigs with odd stiffnesses, weights, frictions and tensions (`ODD`), each at a speed, a length of 0.3 to 2 s and a
+fraction of the largest step that its settled loop allows.
 """
 
 import numpy as np
@@ -22,7 +22,7 @@ from trackdyn.simulation.watch import FINER
 
 FAMILY = "short runs"
 SEED = 20261215
-# Of good runs at most this part may be refused; what completes is within `resolution.RMS` and `resolution.PEAKS`.
+# Of good runs at most this fraction may be refused; what completes is within `resolution.RMS` and `resolution.PEAKS`.
 REFUSED_GOOD = 0.03
 SECONDS, PARTS, RAMP = (0.3, 2.0), (0.2, 1.0), 0.3  # lengths, and parts of the largest step, both drawn by logarithm
 LARGEST = 2e-4  # s, where the loop would allow more
@@ -41,7 +41,7 @@ KINDS = ("shipped", "layout", "trade", "odd", "shipped", "layout")
 
 
 def drawn(number: int, seed: int = SEED) -> tuple[str, Rig, dict]:
-    """What a scene is called, its rig, and motor speed, ring, seconds and part of the largest step."""
+    """What a scene is called, its rig, and motor speed, ring, seconds and fraction of the largest step."""
     rng = np.random.default_rng([seed, number])
     kind, ring = KINDS[number % len(KINDS)], OF_THE_RIG
 

@@ -19,7 +19,7 @@ from trackdyn.parameters.rig import Rig, load_rig
 
 
 def run_part(rig: Rig, form: ExtremesForm, family: str, say: Callable[[str], None] = print) -> pd.DataFrame:
-    """Rows of a part, or the chunks of the long run; ``say`` hears of every family and every defect."""
+    """Rows of a family, or the chunks of the long run; ``say`` hears of every family and every defect."""
     if family == LONG_RUN:
         return run_long(rig, form.long_run_s, form.long_run_turns)
     rows = []

@@ -22,7 +22,7 @@ KINDS = ("link and connector", "uniform bars", "centres of percussion")
 SEEDS = 3
 EPS = float(np.finfo(float).eps)
 # Digits of a solver that keeps all of them: rounding adds up over the bodies, and the acceleration of a
-# body far away is found from all bodies between, so that the error may grow with their number squared.
+# body far away depends on all bodies between, so that the error may grow with their number squared.
 LEAST_ERROR = 1e-12
 # Of the logarithm of the growth a body: a loop is not a straight line.
 GROWTH_TOLERANCE = 0.2

@@ -73,7 +73,7 @@ def joint_matrix(next_body, axis, axis_next, zeta, torque_next) -> np.ndarray:
 def joint_acceleration(axis, state_in, state_out) -> float:
     """Joint acceleration phi'' (rad/s2) from the (13,) states on both sides of a joint (Eq. 7).
 
-    The gyroscopic part of Eq. 7 has no component along the (3,) unit ``axis`` and is left out.
+    The gyroscopic term of Eq. 7 has no component along the (3,) unit ``axis`` and is left out.
     """
     return float(axis @ (state_out[3:6] - state_in[3:6]))
 
