@@ -75,17 +75,17 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("results/benchmarks/exchange.json"), help="file to write")
     parser.add_argument("--rig", type=Path, default=Path("config/rigs/paper.yaml"))
     parser.add_argument("--exchanges", type=int, default=5000)
-    given = parser.parse_args()
+    options = parser.parse_args()
     from trackdyn import Scene, load_rig
     from trackdyn.files import refuse_unwritable, write_text
     from trackdyn.scene.fidelity import preset as preset_fields
 
-    refuse_unwritable(given.out)
-    rig, rows = load_rig(given.rig), []
+    refuse_unwritable(options.out)
+    rig, rows = load_rig(options.rig), []
     for preset, changes, native in tqdm(CASES, unit="case"):
         # at rest at time 0: from the start-up ramp on
         scene = Scene(rig, 115.0, lead_in=0.0, **preset_fields(preset))
-        wanted = speeds(WARM + given.exchanges, changes)
+        wanted = speeds(WARM + options.exchanges, changes)
         times = (native_times if native else imported_times)(scene, wanted)[WARM:]
         median, high = np.percentile(times, [50, 99.9])
         rows.append(
@@ -100,11 +100,11 @@ def main() -> None:
         )
     result = {
         "exchange_s": EXCHANGE,
-        "exchanges": given.exchanges,
+        "exchanges": options.exchanges,
         "processor": platform.processor() or platform.machine(),
         "rows": rows,
     }
-    write_text(given.out, json.dumps(result, indent=2) + "\n")
+    write_text(options.out, json.dumps(result, indent=2) + "\n")
     for row in rows:
         tqdm.write(", ".join(f"{name} {value}" for name, value in row.items()))
 

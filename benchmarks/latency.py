@@ -65,15 +65,15 @@ def processor_seconds(command: list[str], checkout: Path, folder: Path, cache: P
 
 def compare(name: str, command: list[str], checkouts: tuple[Path, Path], folder: Path, turns: int) -> dict:
     """A row: both checkouts in turn, after one run of each that is not counted."""
-    own = tuple(folder / f"{k}" for k in range(2))  # neither reads what the other has recorded
-    for one in own:
+    folders = tuple(folder / f"{k}" for k in range(2))  # neither reads what the other has recorded
+    for one in folders:
         one.mkdir(exist_ok=True)
     taken: list[list[float]] = [[], []]
     for turn in range(-1 if command in ROWS.values() and name != "first run" else 0, turns):
         for k, checkout in enumerate(checkouts):
             with tempfile.TemporaryDirectory(dir=folder) as empty:
-                cache = Path(empty) if name == "first run" else own[k] / "cache"
-                seconds = processor_seconds(command, checkout, own[k], cache)
+                cache = Path(empty) if name == "first run" else folders[k] / "cache"
+                seconds = processor_seconds(command, checkout, folders[k], cache)
             if turn >= 0:
                 taken[k].append(seconds)
     ratios = [here / there for here, there in zip(*taken, strict=True)]
@@ -94,21 +94,21 @@ def main() -> None:
     parser.add_argument("--only", default="", help=f"some of {', '.join(ROWS)}, with commas between them")
     parser.add_argument("--pipeline", action="store_true", help="also the default and the quick run of the pipeline")
     parser.add_argument("--tests", action="store_true", help="also the tests")
-    given = parser.parse_args()
-    asked = [name for name in ROWS if not given.only or name in given.only.split(",")]
+    options = parser.parse_args()
+    asked = [name for name in ROWS if not options.only or name in options.only.split(",")]
     if "show" in asked and "simulate 20 s" not in asked:
         parser.error("show needs the run that 'simulate 20 s' leaves: --only 'simulate 20 s,show'")
-    slow = ["pipeline", "quick"] * given.pipeline + ["tests"] * given.tests
+    slow = ["pipeline", "quick"] * options.pipeline + ["tests"] * options.tests
     with tempfile.TemporaryDirectory() as folder:
         there = Path(folder, "there")
         subprocess.run(["git", "clone", "--quiet", str(ROOT), str(there)], check=True)
-        subprocess.run(["git", "checkout", "--quiet", given.commit], cwd=there, check=True)
+        subprocess.run(["git", "checkout", "--quiet", options.commit], cwd=there, check=True)
         rows = []
         for name in (*asked, *slow):
-            turns = 1 if name in slow else min(given.turns, 2) if name == "first run" else given.turns
+            turns = 1 if name in slow else min(options.turns, 2) if name == "first run" else options.turns
             rows.append(compare(name, (ROWS | SLOW)[name], (ROOT, there), Path(folder), turns))
             print(pd.DataFrame(rows[-1:]).round(3).to_string(index=False, header=len(rows) == 1), flush=True)
-    write_csv(given.out, pd.DataFrame(rows))
+    write_csv(options.out, pd.DataFrame(rows))
 
 
 if __name__ == "__main__":

@@ -236,12 +236,12 @@ class Unit:
             "origin": None if self.now is None else self._origin,
         }  # fmt: skip
 
-    def back(self, kept: dict) -> None:
+    def back(self, saved: dict) -> None:
         """Return to a state that `keep` gave; it may be returned to again."""
-        self.loop, self.wanted, self._applied = kept["loop"].copy(), dict(kept["wanted"]), dict(kept["applied"])
-        self.speed_ramp, self.now, self._origin = (kept[name] for name in ("speed_ramp", "now", "origin"))
+        self.loop, self.wanted, self._applied = saved["loop"].copy(), dict(saved["wanted"]), dict(saved["applied"])
+        self.speed_ramp, self.now, self._origin = (saved[name] for name in ("speed_ramp", "now", "origin"))
         self.place_strands()
-        self._account(kept["torque"])
+        self._account(saved["torque"])
 
 
 class Strands:

@@ -240,8 +240,8 @@ def local_searches(
     sources = module_hash(problem.__module__)
     name = f"{problem.__module__}:{problem.__qualname__}"
     tasks, keys = {}, {}
-    for of, (given, start) in requested.items():
-        task = {"problem": name, "requested": given, "start": [start.name, list(start.x), list(start.free)]}
+    for of, (settings, start) in requested.items():
+        task = {"problem": name, "requested": settings, "start": [start.name, list(start.x), list(start.free)]}
         task |= {"evaluations": evaluations} | how
         keys[of] = key_of(task, sources)
         tasks[keys[of]] = task | {"store": None if store is None else str(Path(store) / key_of(list(start.x)))}

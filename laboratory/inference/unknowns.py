@@ -196,12 +196,12 @@ def buildable(unknowns: Unknowns, x) -> bool:
 def prior_points(unknowns: Unknowns, count: int, seed: int = 0) -> np.ndarray:
     """(count, d) points of a Latin hypercube that can be built."""
     drawn = qmc.LatinHypercube(len(unknowns), seed=seed).random(DRAWN * count)
-    kept = list(islice((x for x in drawn if buildable(unknowns, x)), count))
-    if len(kept) < count:
+    points = list(islice((x for x in drawn if buildable(unknowns, x)), count))
+    if len(points) < count:
         raise TrackdynError(
-            f"of {len(drawn)} points of the unknowns' ranges only {len(kept)} give a groove; change the ranges"
+            f"of {len(drawn)} points of the unknowns' ranges only {len(points)} give a groove; change the ranges"
         )
-    return np.array(kept)
+    return np.array(points)
 
 
 def file_ranges(path: Path | str) -> dict[str, tuple[float, float, str]]:
@@ -219,8 +219,8 @@ def _ranged(unknown: Unknown, ranges: Mapping[str, tuple[float, float, str]]) ->
     if unknown.of or unknown.names[0] not in ranges:
         raise InputError(f"unknown {unknown.label}: has no range; give low and high, here or in the rig's file")
     low, high, source = ranges[unknown.names[0]]
-    given = unknown.model_dump() | {"low": low, "high": high, "source": unknown.source or source}
-    return Unknown(**given)
+    fields = unknown.model_dump() | {"low": low, "high": high, "source": unknown.source or source}
+    return Unknown(**fields)
 
 
 def _number(rig: Rig, name: str, label: str) -> float:

@@ -55,7 +55,7 @@ def write_identification_page(
         save(figure, out / f"{name}.png")
     sizes = discrepancies(answer)
     answer_tables = tables(answer)
-    held = answer.held_out
+    left_out = answer.held_out
     text = (
         environment(HERE)
         .get_template("identification.html.j2")
@@ -66,7 +66,7 @@ def write_identification_page(
             correlations=_rows(answer_tables["correlations"]),
             discrepancies=_rows(sizes),
             wider=", ".join(contradicted(answer.posterior, answer.draws.points)),
-            held=None if held is None else {"inside": int(held["inside"].sum()), "count": len(held)},
+            held=None if left_out is None else {"inside": int(left_out["inside"].sum()), "count": len(left_out)},
             records=_rows(_records(answer)),
             tellable=None if tellable is None else _rows(tellable),
             simulated=(
@@ -75,7 +75,7 @@ def write_identification_page(
                 f"The chain of {len(draws.points)} draws moved in {100 * draws.acceptance:.0f} % of its steps."
             ),
             pictures={name: embedded_picture(out / f"{name}.png") for name in figures}
-            | ({"held_out": None} if held is None else {}),
+            | ({"held_out": None} if left_out is None else {}),
         )
     )
     write_text(out / "index.html", text)
@@ -126,17 +126,17 @@ def _rows(table: pd.DataFrame) -> list[dict]:
 
 def main(job) -> None:
     """Rule `identify_synthetic`."""
-    given, out = job.input, Path(job.output.page).parent
-    config, rig = validated(CalibrationConfig, read_yaml(given.config), given.config), load_rig(given.rig)
+    inputs, out = job.input, Path(job.output.page).parent
+    config, rig = validated(CalibrationConfig, read_yaml(inputs.config), inputs.config), load_rig(inputs.rig)
     unknowns = unknowns_asked_for(
-        [unknown_of(name) for unknown in config.unknowns for name in unknown.names], rig, given.rig
+        [unknown_of(name) for unknown in config.unknowns for name in unknown.names], rig, inputs.rig
     )
-    measured = read_records(given.records, rig, load_mapping(), config.speeds_rpm, config.ring_radius_m, "standard")
+    measured = read_records(inputs.records, rig, load_mapping(), config.speeds_rpm, config.ring_radius_m, "standard")
     choices = tuple(config.choices.items())
     measured = [replace(record, speed=record.speed._replace(choices=choices)) for record in measured]
     settings = Settings(config.simulations, 1, 3000, job.threads, config.seed, False)
     answer = identify(measured, unknowns, Path(job.params.store), settings, print)
-    write_identification_page(answer, write_answer(answer, given.rig, out), out, "synthetic")
+    write_identification_page(answer, write_answer(answer, inputs.rig, out), out, "synthetic")
 
 
 if __name__ == "__main__":

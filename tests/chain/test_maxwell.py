@@ -83,7 +83,7 @@ def test_a_step_is_exact_however_long(hysteretic):
             loop._parts.work,
         )
         state.rate[::2] = 0.7
-        held = stored(state, model.branches)
+        before = stored(state, model.branches)
         ahead = np.zeros(len(loop.angles))
         if count == 1:
             work.torque[:] = 0.0
@@ -92,7 +92,7 @@ def test_a_step_is_exact_however_long(hysteretic):
             ahead = work.torque.copy()
         for _ in range(count):
             relax(model._replace(step=h), state, work, BUSHING_LOSS, model.branches)
-        states.append([*state.branch.ravel(), state.work_done[BUSHING_LOSS], stored(state, model.branches) - held])
+        states.append([*state.branch.ravel(), state.work_done[BUSHING_LOSS], stored(state, model.branches) - before])
     np.testing.assert_allclose(states[0], states[1], rtol=1e-9)
     np.testing.assert_allclose(ahead, -state.branch.sum(axis=0), rtol=1e-12)
     work.torque[:] = 0.0

@@ -129,9 +129,11 @@ def test_projection_closes_the_gap_with_the_least_change_of_energy(n, step):
         joint = np.zeros(n + 2)
         joint[2 + i], joint[2 + (i + 1) % n] = -1.0, 1.0
         mass += step * chain.damping * np.outer(joint, joint)
-    kept = np.linalg.svd(np.hstack([np.zeros((2, 2)), side]))[2][2:]  # rows that span the motions of the closed chain
+    motions = np.linalg.svd(np.hstack([np.zeros((2, 2)), side]))[2][
+        2:
+    ]  # rows that span the motions of the closed chain
     change = np.vstack([base, alpha])
-    np.testing.assert_allclose(kept @ mass @ change, 0.0, atol=AGREEMENT * (np.abs(mass) @ np.abs(change)).max())
+    np.testing.assert_allclose(motions @ mass @ change, 0.0, atol=AGREEMENT * (np.abs(mass) @ np.abs(change)).max())
 
 
 @pytest.mark.parametrize("probe", [0, 1, 8, 12])

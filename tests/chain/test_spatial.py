@@ -145,13 +145,13 @@ class Polygon:
         centres, angular = [], []
         for i in range(self.n):
             # d/dt of (p, q, w_i) in P, which turns with (p, q, 0)
-            own = a_p @ (np.array([plane[1], plane[2], alpha[i]]) + np.cross([p, q, 0.0], [p, q, self.state.rate[i]]))
+            spin = a_p @ (np.array([plane[1], plane[2], alpha[i]]) + np.cross([p, q, 0.0], [p, q, self.state.rate[i]]))
             for arm, keep in ((centre[i], centres), (end[i], None)):
-                moved = acceleration + np.cross(own, arm) + np.cross(omega[i], np.cross(omega[i], arm))
+                moved = acceleration + np.cross(spin, arm) + np.cross(omega[i], np.cross(omega[i], arm))
                 if keep is not None:
                     keep.append(moved)
             acceleration = moved
-            angular.append(own)
+            angular.append(spin)
         return np.array(centres), np.array(angular)
 
 
@@ -181,12 +181,12 @@ def test_plane_at_rest_under_planar_loads_is_the_planar_chain(polygon):
     work, room = loop.loaded()
     before = loop.state.pin.copy()
     turn_plane(loop.model, loop.state, room)
-    for seen, given in (
+    for seen, planar in (
         (work.force_x, loop.force[:, 0]),
         (work.force_y, loop.force[:, 1]),
         (work.moment, loop.moment[:, 2]),
     ):
-        assert np.array_equal(seen, given)
+        assert np.array_equal(seen, planar)
     assert not room.acceleration.any() and not loop.plane.motion.any()
     assert np.array_equal(loop.state.pin, before)
     assert np.array_equal(loop.plane.attitude, [1.0, 0.0, 0.0, 0.0])

@@ -127,17 +127,19 @@ def test_contact_never_pulls_and_its_factor_is_limited():
     assert normal_force(contact, depth, -0.05, impact, radius) == pytest.approx((1 - 0.5625 / 2) * elastic, rel=1e-14)
 
 
-@pytest.mark.parametrize("given", [1e-8, 1e-5, 1e-2])
-def test_implicit_speed_is_that_under_its_own_force(given):
+@pytest.mark.parametrize("compliance", [1e-8, 1e-5, 1e-2])
+def test_implicit_speed_is_that_under_its_own_force(compliance):
     contact = law(limit=1.4)
     clipped = set()
     for depth in (1e-7, 1e-5, 1e-3):
         elastic = elastic_force(contact.stiffness, depth, 0.05)
         for speed in np.linspace(-3.0, 3.0, 61):
-            implicit = implicit_speed(contact, elastic, speed, 0.3, given)
+            implicit = implicit_speed(contact, elastic, speed, 0.3, compliance)
             force = normal_force(contact, depth, implicit, 0.3, 0.05)
             # the sum of two numbers of the size of ``given * elastic`` and of the speed
-            assert implicit + given * force == pytest.approx(speed, rel=1e-12, abs=1e-12 * (1 + given * elastic))
+            assert implicit + compliance * force == pytest.approx(
+                speed, rel=1e-12, abs=1e-12 * (1 + compliance * elastic)
+            )
             clipped.add((force == 0.0, force == pytest.approx(1.4 * elastic, rel=1e-12)))
     assert clipped == {(False, False), (True, False), (False, True)}
 
@@ -148,7 +150,7 @@ def impact_by_steps(contact, steps, impeded, mass=5.0, speed=0.35, radius=8e-4):
     """
     deepest = (1.25 * mass * speed**2 * sqrt(radius) / contact.stiffness) ** 0.4
     h = 3.2 * deepest / speed / steps
-    given, rebounds = 0.5 * h / mass, []
+    compliance, rebounds = 0.5 * h / mass, []
     for begin in (np.arange(10) + 0.5) / 10:  # how far into a step the mass touches
         depth, velocity, change, forces = -begin * h * speed, speed, 0.0, [0.0]
         for _ in range(2 * steps):
@@ -158,7 +160,7 @@ def impact_by_steps(contact, steps, impeded, mass=5.0, speed=0.35, radius=8e-4):
                 now = velocity + 0.5 * change
                 if impeded:
                     elastic = elastic_force(contact.stiffness, depth, radius)
-                    now = implicit_speed(contact, elastic, now + given * forces[-1], speed, given)
+                    now = implicit_speed(contact, elastic, now + compliance * forces[-1], speed, compliance)
                 force = normal_force(contact, depth, now, speed, radius)
             change = -h * force / mass
             velocity += change

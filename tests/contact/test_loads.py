@@ -236,12 +236,12 @@ def test_every_wheel_feels_the_opposite_of_what_it_does(loop):
     touched = Listed(work)
     for k, (body, wheel) in enumerate(zip(touched.body, touched.wheel, strict=True)):
         fx, fy = touched.normal[k] + touched.friction[k]
-        own = touched.arm[k]
-        arm = centre[body] + own - [model.wheels.x[wheel], model.wheels.y[wheel]]
+        lever = touched.arm[k]
+        arm = centre[body] + lever - [model.wheels.x[wheel], model.wheels.y[wheel]]
         np.testing.assert_allclose(arm, touched.spoke[k], rtol=0, atol=1e-12)  # one contact point, seen from both
         force_x[body] += fx
         force_y[body] += fy
-        moment[body] += own[0] * fy - own[1] * fx
+        moment[body] += lever[0] * fy - lever[1] * fx
         torque[wheel] -= arm[0] * fy - arm[1] * fx
     size = np.abs(force_x).max() + np.abs(force_y).max()
     for seen, expected in (

@@ -28,11 +28,11 @@ def pictures(outputs):
     return sum("image/png" in output.get("data", {}) for output in outputs)
 
 
-def same(output, kept):
+def same(output, stored):
     """Whether two texts have the same words, and numbers as near as different processors give them."""
-    if NUMBER.sub("#", output).split() != NUMBER.sub("#", kept).split():
+    if NUMBER.sub("#", output).split() != NUMBER.sub("#", stored).split():
         return False
-    pairs = zip(*(map(float, NUMBER.findall(text)) for text in (output, kept)), strict=True)
+    pairs = zip(*(map(float, NUMBER.findall(text)) for text in (output, stored)), strict=True)
     near = (math.isclose(*pair, rel_tol=SCATTER, abs_tol=ROUNDING) or all(map(math.isnan, pair)) for pair in pairs)
     return all(near)
 

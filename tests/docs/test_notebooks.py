@@ -18,8 +18,8 @@ def test_a_notebook_runs_and_is_kept_without_outputs(path, tmp_path, monkeypatch
     shutil.copytree(ROOT / "config", tmp_path / "config")
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH")])))
     notebook = nbformat.read(path, as_version=4)
-    kept = [cell for cell in notebook.cells if cell.cell_type == "code"]
-    assert kept and not any(cell.outputs or cell.execution_count for cell in kept)
+    cells = [cell for cell in notebook.cells if cell.cell_type == "code"]
+    assert cells and not any(cell.outputs or cell.execution_count for cell in cells)
     nbclient.NotebookClient(notebook, timeout=600, resources={"metadata": {"path": str(tmp_path)}}).execute()
     outputs = [output for cell in notebook.cells if cell.cell_type == "code" for output in cell.outputs]
     assert not [output for output in outputs if output.output_type == "error"]

@@ -132,16 +132,16 @@ def test_axial_forces_are_in_balance(misaligned):
         push, acceleration = np.zeros(3), pin
         for i in range(70):
             c, s, w = np.cos(old.angle[i]), np.sin(old.angle[i]), old.rate[i]
-            own = np.array([dp + q * w, dq - p * w, alpha[i]])
+            spin = np.array([dp + q * w, dq - p * w, alpha[i]])
             omega = np.array([p, q, w])
             for x, y, share in ((chain.com_x[i], chain.com_y[i], True), (chain.length[i], 0.0, False)):
                 arm = np.array([c * x - s * y, s * x + c * y, 0.0])
-                moved = acceleration + np.cross(own, arm) + np.cross(omega, np.cross(omega, arm))
+                moved = acceleration + np.cross(spin, arm) + np.cross(omega, np.cross(omega, arm))
                 if share:
                     push += chain.mass[i] * moved
             if i == model.sensor.body:  # what the sensor in the link feels
                 arm = np.array([c * model.sensor.x - s * model.sensor.y, s * model.sensor.x + c * model.sensor.y, 0.0])
-                felt = acceleration + np.cross(own, arm) + np.cross(omega, np.cross(omega, arm))
+                felt = acceleration + np.cross(spin, arm) + np.cross(omega, np.cross(omega, arm))
                 # accelerations of up to some 1e3 m/s2; the plane's contribution is of the order of 1e-5 m/s2
                 np.testing.assert_allclose(
                     work.sensed[:2], [c * felt[0] + s * felt[1], c * felt[1] - s * felt[0]], atol=1e-9

@@ -42,11 +42,15 @@ def test_a_large_ring_tightens_a_locked_loop_and_no_other(settled, rig):
 
 def test_the_spring_carries_the_wheel_where_it_settles(settled):
     loop = settled["sprung"]
-    held = loop.model.carriers
+    carriers = loop.model.carriers
     loop.energy  # noqa: B018 -- forces of the state as it is
-    way = np.array([held.along_x[0], held.along_y[0]])
-    rest = way @ push(loop._parts.work, held.wheel[0]) + held.preload[0] - held.stiffness[0] * loop.state.slide["q"][0]
-    assert abs(rest) < 0.02 * held.preload[0]
+    way = np.array([carriers.along_x[0], carriers.along_y[0]])
+    rest = (
+        way @ push(loop._parts.work, carriers.wheel[0])
+        + carriers.preload[0]
+        - carriers.stiffness[0] * loop.state.slide["q"][0]
+    )
+    assert abs(rest) < 0.02 * carriers.preload[0]
     assert loop.state.slide["q"][0] < -1e-4, "a larger ring pulls the wheel in"
 
 

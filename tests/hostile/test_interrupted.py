@@ -66,8 +66,8 @@ def test_a_checkpoint_that_is_kept_is_named(tmp_path):
     process.send_signal(signal.SIGINT)
     code, err = ended(process)
     assert code == 130
-    kept = "run.checkpoint is kept, and the same command goes on from it"
-    assert err.splitlines()[-1] == f"trackdyn: interrupted; no file is left half-written; {kept}"
+    sentence = "run.checkpoint is kept, and the same command goes on from it"
+    assert err.splitlines()[-1] == f"trackdyn: interrupted; no file is left half-written; {sentence}"
     assert [path.name for path in tmp_path.iterdir()] == ["run.checkpoint"]
 
 

@@ -45,8 +45,8 @@ def test_an_entry_from_outside_is_an_integrator():
     output = json.loads(result.stdout)
     assert output["reason"] == "rk3" and output["stages"] == 3
     assert output["time"] == pytest.approx(4e-4) and output["gap"] < 1.1e-10
-    own, rk4 = output["limits"]
-    for cause, limit in own.items():
+    rk3, rk4 = output["limits"]
+    for cause, limit in rk3.items():
         reach = 2.51 / METHODS["rk4"].decay if "damping" in cause else 1.73 / METHODS["rk4"].oscillation
         assert limit / rk4[cause] == pytest.approx(reach, rel=1e-12)
 

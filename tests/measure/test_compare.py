@@ -129,8 +129,8 @@ def test_a_speed_that_wanders_has_its_standard_error(recording):
     assert loop_speed(ay, 1000.0, hz) == pytest.approx((hz, 0.0), rel=1e-4, abs=1e-4)
     turn = round(1000 / hz)
     jumps = np.repeat(np.random.default_rng(1).normal(scale=0.5, size=10), turn)[:40_000].cumsum() / turn
-    own, error = loop_speed(1.2 * np.cos(2 * np.pi * hz * np.arange(40_000) / 1000 + jumps), 1000.0, hz)
-    assert 0.01 * hz < error < 0.08 * hz and abs(own - hz) < 4 * error
+    measured, error = loop_speed(1.2 * np.cos(2 * np.pi * hz * np.arange(40_000) / 1000 + jumps), 1000.0, hz)
+    assert 0.01 * hz < error < 0.08 * hz and abs(measured - hz) < 4 * error
 
 
 def test_differences_have_a_sign_and_their_standard_errors(recording, synthetic):

@@ -54,10 +54,10 @@ def test_a_settled_loop_serves_every_speed(rig, scene, short):
     share = short.meta["resolved"]["share"]
     assert recording.meta["resolved"]["share"] == pytest.approx(share, rel=1e-6)  # the first step is in it
     assert recording.meta | {"resolved": recording.meta["resolved"] | {"share": share}} == short.meta
-    shared, own = meshing_summary(recording), meshing_summary(short)
-    for name in own:
+    shared, alone = meshing_summary(recording), meshing_summary(short)
+    for name in alone:
         if not name.endswith(("_areas", "_error_pct", "_error_n")):
-            assert shared[name] == pytest.approx(own[name], rel=1e-5, nan_ok=True), name
+            assert shared[name] == pytest.approx(alone[name], rel=1e-5, nan_ok=True), name
 
 
 def test_a_record_without_its_beginning_has_the_same_later_passages(scene, short):

@@ -25,25 +25,25 @@ def memory(rng, count, share):
 
 
 def test_errors_cover_the_truth_of_correlated_passages():
-    rng, held, naive = np.random.default_rng(5), 0, 0
+    rng, covered, naive = np.random.default_rng(5), 0, 0
     for _ in range(REPLICAS):
         values = memory(rng, 400, 0.5)
-        held += abs(values.mean()) <= batch_error(values)[1]
+        covered += abs(values.mean()) <= batch_error(values)[1]
         naive += abs(values.mean()) <= 1.96 * values.std(ddof=1) / np.sqrt(len(values))
-    assert 0.85 <= held / REPLICAS <= 0.99
+    assert 0.85 <= covered / REPLICAS <= 0.99
     assert naive / REPLICAS < 0.8  # what leaving out the memory would hold
 
 
 def test_errors_of_a_ratio_cover_the_truth():
     """Squares over times that grow together, as a longer contact does: their ratio is 3."""
-    rng, held, apart = np.random.default_rng(6), 0, 0
+    rng, covered, apart = np.random.default_rng(6), 0, 0
     for _ in range(REPLICAS):
         times = 1 + 0.2 * memory(rng, 400, 0.3)
         squares = 3 * times + 0.1 * memory(rng, 400, 0.3)
         error = ratio_error(squares, times)
-        held += abs(squares.sum() / times.sum() - 3) <= student.ppf(0.975, 19) * error
+        covered += abs(squares.sum() / times.sum() - 3) <= student.ppf(0.975, 19) * error
         apart += error < 0.5 * batch_error(squares)[0]
-    assert 0.85 <= held / REPLICAS <= 0.99
+    assert 0.85 <= covered / REPLICAS <= 0.99
     assert apart > 0.95 * REPLICAS  # what both have in common does not count
 
 
@@ -76,8 +76,8 @@ def test_intervals_of_the_sensors_measures_hold_the_truth(replicas, name, error)
     """The truth is the mean of all replicas, twenty times closer to it than one of them."""
     values, errors = (np.array([row[column] for row in replicas]) for column in (name, error))
     degrees = TURNS - (2 if "hz" in name else 1)
-    held = np.abs(values - values.mean()) <= student.ppf(0.975, degrees) * errors
-    assert 0.90 <= held.mean() <= 0.98
+    covered = np.abs(values - values.mean()) <= student.ppf(0.975, degrees) * errors
+    assert 0.90 <= covered.mean() <= 0.98
 
 
 def test_the_line_of_a_record_that_repeats_has_next_to_no_error():

@@ -72,9 +72,9 @@ def test_what_moves_is_the_run(recording, stretch):
             seen[k, int(body) // 2, int(side)] = np.hypot(u, v)
             if side < 2:
                 touched[k, int(body) // 2, int(side)] = area, groove
-    kept = recording.force[samples]
+    recorded = recording.force[samples]
     assert (seen > 0).sum(axis=(0, 1))[[0, 2]].min() > 100
-    assert seen == pytest.approx(kept, abs=1e-6 * kept.max())
+    assert seen == pytest.approx(recorded, abs=1e-6 * recorded.max())
     arcs = seen[:, :, :2] > 0  # an arc may touch without a force
     assert np.array_equal(touched[arcs], np.stack([recording.area[samples], recording.groove[samples]], axis=-1)[arcs])
 

@@ -26,11 +26,11 @@ def scene_of(rig, sprocket_rpm=SPROCKET_RPM, **fields):
 @pytest.fixture(scope="session")
 def settled():
     """Function that gives a shipped rig's loop at rest, as an own copy."""
-    kept = {}
+    loops = {}
 
     def make(name):
-        if name not in kept:
-            kept[name] = Loop(scene_of(load_rig(name)))
-        return kept[name].copy()
+        if name not in loops:
+            loops[name] = Loop(scene_of(load_rig(name)))
+        return loops[name].copy()
 
     return make

@@ -120,9 +120,9 @@ def test_all_of_them_in_one_loop_keep_the_account():
     before, work = loop.wheel_rates[SPROCKET], loop.state.work_done[SPROCKET_WORK]
     recording = loop.record(0.4, spells=False)
     after = loop.wheel_rates[SPROCKET]
-    given = 0.5 * free["inertia"] * (before**2 - after**2)
+    released = 0.5 * free["inertia"] * (before**2 - after**2)
     # what the sprocket loses the chain gets; both by quadratures of order 1
-    assert loop.state.work_done[SPROCKET_WORK] - work == pytest.approx(given, rel=0.02)
+    assert loop.state.work_done[SPROCKET_WORK] - work == pytest.approx(released, rel=0.02)
     assert abs(after) < 0.99 * abs(before)
     assert recording.gap.max() < 1.1e-10
     assert abs(open_share(recording.energy, loop.model, 0.4)[0]) < 2e-2

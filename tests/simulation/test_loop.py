@@ -94,12 +94,12 @@ def test_a_copy_goes_its_own_way(loop):
     other.shift_tensioner(loop.layout["tensioner_shift_m"] + 1e-4)
     other.drive(210.0)
     other.advance(0.01)
-    kept = loop.copy()
+    copied = loop.copy()
     assert loop.time == 1.0 and loop.model.drive.rate == pytest.approx(-115 / 5.57 * np.pi / 30)
     assert loop.layout["tensioner_shift_m"] == other.layout["tensioner_shift_m"] - 1e-4
     loop.advance(0.01)
-    kept.advance(0.01)
-    assert_same(loop, kept)
+    copied.advance(0.01)
+    assert_same(loop, copied)
     assert np.abs(loop.angles - other.angles).max() > 1e-6
 
 

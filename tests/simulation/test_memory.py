@@ -14,7 +14,7 @@ from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recorder import Recorder
 from trackdyn.simulation.settling import SettledLoops
 
-CYCLES, CALLS = 200, 2000
+CYCLES, CALLS = 100, 2000
 
 
 @pytest.fixture(scope="module")

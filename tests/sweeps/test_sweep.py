@@ -180,7 +180,7 @@ def test_a_row_that_no_scene_gives_is_computed_again_whatever_its_checksum(tmp_p
 
 
 @pytest.mark.parametrize(
-    ("given", "said"),
+    ("arguments", "said"),
     [
         ({"design": [1, 2]}, "design = \\[1, 2\\]:"),
         ({"design": pd.DataFrame({0: [1]})}, "a column without a name"),
@@ -190,9 +190,9 @@ def test_a_row_that_no_scene_gives_is_computed_again_whatever_its_checksum(tmp_p
         ({"rig": "no.yaml"}, "no.yaml: no such file"),
     ],
 )
-def test_what_makes_no_sweep_is_refused(given, said):
+def test_what_makes_no_sweep_is_refused(arguments, said):
     with pytest.raises(InputError, match=said):
-        sweep(**{"design": design(1), "rig": ROOT / "config/rigs/paper.yaml"} | given)
+        sweep(**{"design": design(1), "rig": ROOT / "config/rigs/paper.yaml"} | arguments)
 
 
 def test_a_store_that_cannot_be_written_is_refused(tmp_path, rig_path):
@@ -272,21 +272,19 @@ def whole(tmp_path_factory, rig_path):
     return designed, sweep(pd.read_csv(designed), rig=rig_path, jobs=1)
 
 
-@pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGINT])
-def test_a_killed_sweep_goes_on_where_it_was(tmp_path, whole, end):
-    (designed, expected), out = whole, tmp_path / "r.parquet"
-    process = command(out, designed)
-    store = tmp_path / "r.rows"
-    while kept(store) < 5:
-        assert process.poll() is None, process.stderr.read()
-        time.sleep(0.02)
-    (os.killpg if end == signal.SIGINT else os.kill)(process.pid, end)  # Ctrl-C is for the whole group
-    said = process.communicate()[1]
-    assert not out.exists()
-    if end == signal.SIGINT:
-        assert process.returncode == 130 and said.lstrip().startswith(b"trackdyn: interrupted")
-    assert len(said.split(b"\n")) <= 3 and b"Traceback" not in said, said  # nor from the processes that it started
-    assert kept(store) < len(expected)
+def test_a_killed_sweep_goes_on_where_it_was(tmp_path, whole):
+    """Killed, then interrupted by Ctrl-C, which is for the whole group."""
+    (designed, expected), out, store = whole, tmp_path / "r.parquet", tmp_path / "r.rows"
+    for rows, end in ((5, signal.SIGKILL), (12, signal.SIGINT)):
+        process = command(out, designed)
+        while kept(store) < rows:
+            assert process.poll() is None, process.stderr.read()
+            time.sleep(0.02)
+        (os.killpg if end == signal.SIGINT else os.kill)(process.pid, end)
+        said = process.communicate()[1]
+        assert not out.exists() and kept(store) < len(expected)
+        assert len(said.split(b"\n")) <= 3 and b"Traceback" not in said, said  # nor from the processes that it started
+    assert process.returncode == 130 and said.lstrip().startswith(b"trackdyn: interrupted")
     process = command(out, designed)
     assert process.wait() == 0, process.stderr.read()
     process.stderr.close()

@@ -138,14 +138,14 @@ def main():
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--config", type=Path, default=TINY)
     parser.add_argument("--all", action="store_true", help="the whole graph instead of a few files")
-    given = parser.parse_args()
-    targets = () if given.all else TARGETS
+    options = parser.parse_args()
+    targets = () if options.all else TARGETS
     with tempfile.TemporaryDirectory() as folder:
         begin = time.monotonic()
-        whole, killed = (Copy(Path(folder, name), given.config, targets) for name in ("whole", "killed"))
+        whole, killed = (Copy(Path(folder, name), options.config, targets) for name in ("whole", "killed"))
         files = whole.complete()
         print(f"undisturbed: {len(files)} files in {time.monotonic() - begin:.0f} s", flush=True)
-        for line in disturb(killed, given.rounds, given.longest, given.seed):
+        for line in disturb(killed, options.rounds, options.longest, options.seed):
             print(line, flush=True)
         killed.complete()
         different = differences(killed, whole)

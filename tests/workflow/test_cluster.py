@@ -53,16 +53,16 @@ def test_a_module_gives_the_bytes_of_one_sweep(tmp_path, rig_path):
 
 
 @pytest.mark.parametrize(
-    ("given", "said"),
+    ("settings", "said"),
     [
         (["out=r.parquet"], "sweep: design is missing"),
         (["design=d.csv", "out=r.parquet", "batches=some"], "sweep: batches = 'some':"),
         (["design=d.csv", "out=r.parquet", "threads=0"], "sweep: threads = 0:"),
     ],
 )
-def test_a_module_without_its_config_says_what_is_missing(tmp_path, given, said):
+def test_a_module_without_its_config_says_what_is_missing(tmp_path, settings, said):
     (tmp_path / "d.csv").write_text("motor_rpm\n115\n", encoding="utf-8")
-    result = snakemake(tmp_path, "-s", f"{ROOT}/workflow/sweep.smk", "-n", "--config", *given)
+    result = snakemake(tmp_path, "-s", f"{ROOT}/workflow/sweep.smk", "-n", "--config", *settings)
     printed = result.stdout + result.stderr
     assert result.returncode == 1 and said in printed and "Traceback" not in printed
 

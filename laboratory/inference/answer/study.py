@@ -25,10 +25,10 @@ CANNOT = "cannot be built"
 def start(unknowns: Unknowns, seed: int, spread: float) -> list[float]:
     """The rig itself (seed 0), or a point around it that can be built; values outside a range come to its end."""
     values = unknowns.of_rig(unknowns.rig)
-    own = np.array([one.position(one.inside(values[one.label])) for one in unknowns.unknowns])
+    origin = np.array([one.position(one.inside(values[one.label])) for one in unknowns.unknowns])
     random = np.random.default_rng(seed)
     for _ in range(DRAWS):
-        x = np.clip(random.normal(own, spread if seed else 0.0), 0.0, 1.0)
+        x = np.clip(random.normal(origin, spread if seed else 0.0), 0.0, 1.0)
         if buildable(unknowns, x):
             return x.tolist()
     raise TrackdynError(f"seed {seed}: of {DRAWS} points around the rig none can be built; take a smaller spread")
@@ -108,9 +108,9 @@ def profiles(config: AnswerConfig, claims: list[Claim], end: pd.Series, jobs: in
     cases += [(*one, config.with_law(law), {}) for law in settings.laws for one in law.scene.items()]
     problems, requested, rows = {}, {}, []
     how = {"store": store, "method": "dfols", "radius": settings.radius}
-    for *key, asked, held in cases:
+    for *key, asked, fixed in cases:
         try:
-            problems[tuple(key)] = problem = _with_held(asked, targets, held, at)
+            problems[tuple(key)] = problem = _with_held(asked, targets, fixed, at)
             requested[tuple(key)] = _plain(asked, name, problem.unknowns, targets), _begin(problem, key)
         except TrackdynError:
             rows.append({"assumption": key[0], "value": key[1], "ended": CANNOT})
@@ -131,12 +131,12 @@ def profiles(config: AnswerConfig, claims: list[Claim], end: pd.Series, jobs: in
     return pd.DataFrame(rows, columns=columns)
 
 
-def _with_held(config: AnswerConfig, targets: list[Claim], held: dict, at: dict) -> AnswerProblem:
+def _with_held(config: AnswerConfig, targets: list[Claim], fixed: dict, at: dict) -> AnswerProblem:
     """The question of the profiles with unknowns held, around values ``at``; what only a law has is as in the rig."""
     every = question_unknowns(config, config.profiles.question)
     known = {label: value for label, value in at.items() if label in every.labels}
-    rig = every.rig.changed(**every.changes(every.of_rig(every.rig) | known | held))
-    free = [one for one in every.unknowns if one.label not in held]
+    rig = every.rig.changed(**every.changes(every.of_rig(every.rig) | known | fixed))
+    free = [one for one in every.unknowns if one.label not in fixed]
     return AnswerProblem(config, config.profiles.question, Unknowns(free, rig), targets)
 
 
@@ -178,11 +178,11 @@ def robustness(config: AnswerConfig, claims: list[Claim], end: pd.Series, jobs: 
     rows = results(rows_of_answer, tasks, jobs, store)
     refuse_failed(rows.values(), "the same command goes on from there")
     counts = {key: shown(problem.judged(row["values"])) for key, row in rows.items() if row["state"] == DONE}
-    own, *others = (counts.get(key, 0) for key in keys)
+    at_rig, *others = (counts.get(key, 0) for key in keys)
     return {
-        "question": end["question"], "rig": end["rig"], "of": len(problem.claims), "shown": own, "rigs": len(others),
+        "question": end["question"], "rig": end["rig"], "of": len(problem.claims), "shown": at_rig, "rigs": len(others),
         "share_moved": settings.share, "median": float(np.median(others)), "least": min(others),
-        "share_at_least": float(np.mean(np.array(others) >= own)),
+        "share_at_least": float(np.mean(np.array(others) >= at_rig)),
         "shown_by_90_pct": int(np.quantile(others, 0.1, method="lower")),
     }  # fmt: skip
 

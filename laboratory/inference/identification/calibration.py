@@ -146,13 +146,13 @@ def calibrate(config: CalibrationConfig, store, jobs: int = 1, progress: bool = 
     listed = [features_of(speed.rate / speed.every) for speed in data.speeds]
     record = np.repeat(np.arange(len(listed)), [len(names) for names in listed])
     names: tuple[Feature, ...] = tuple(chain.from_iterable(listed))
-    kept = np.ptp(data.simulated, axis=0) > LEAST_SPREAD
-    emulator = FeatureEmulator(data.points, data.simulated[:, kept], medians(names)[kept])
+    varying = np.ptp(data.simulated, axis=0) > LEAST_SPREAD
+    emulator = FeatureEmulator(data.points, data.simulated[:, varying], medians(names)[varying])
     due = [(truth, PRIOR) for truth in range(len(data.truths))]
     due += [(truth, NONE) for truth in range(min(config.plain, len(data.truths)))]
 
     def one(truth: int, discrepancy: str) -> dict:
-        measured = MeasuredRecords(names, record, data.values[truth], data.scatter[truth]).subset(kept)
+        measured = MeasuredRecords(names, record, data.values[truth], data.scatter[truth]).subset(varying)
         return {"rows": _identified(config, data, emulator, measured, truth, discrepancy)}
 
     content = [config.model_dump(exclude={"plain", "repeats", "places"}), module_hash(__name__)]
@@ -306,12 +306,12 @@ def repeated(config: CalibrationConfig, store, jobs: int = 1, progress: bool = T
         turns = [[one.statistics[of_record][k] for one in repeats] for of_record in ran]  # type: ignore[index]  # all of these ran
         values = np.array([[features(one, rate) for one in of_record] for of_record in turns])
         variances = np.array([[np.diag(covariance(one, rate)) for one in of_record] for of_record in turns])
-        sample_variance, given = values.var(axis=1, ddof=1), variances.mean(axis=1) / widened
+        sample_variance, estimated = values.var(axis=1, ddof=1), variances.mean(axis=1) / widened
         others = (values.sum(axis=1, keepdims=True) - values) / (config.repeats - 1)
         off = np.abs(values - others) / np.sqrt(variances * (1 + 1 / (config.repeats - 1)))
         for f, feature in enumerate(features_of(rate)):
-            known = given[:, f] > 0
-            ratio = float((sample_variance[known, f] / given[known, f]).mean()) if known.any() else np.nan
+            known = estimated[:, f] > 0
+            ratio = float((sample_variance[known, f] / estimated[known, f]).mean()) if known.any() else np.nan
             low, high = (ratio / fisher.ppf(at, *freedom) for at in (0.975, 0.025))
             row = {"speed_rpm": speed.rpm, "feature": feature.name, "sd": float(np.sqrt(sample_variance[:, f].mean()))}
             row |= {"ratio": ratio, "low": low, "high": high}

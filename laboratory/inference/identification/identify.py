@@ -88,14 +88,14 @@ def identify(
     points = qmc.Sobol(len(unknowns), seed=np.random.default_rng(seeds[0])).random(settings.simulations)
     first = _ran(experiment, unknowns, points, store, settings, "first wave")
     x, y = points[first.ran], first.features(experiment)
-    kept = np.ptp(y, axis=0) > LEAST_SPREAD
-    if not kept.any():
+    varying = np.ptp(y, axis=0) > LEAST_SPREAD
+    if not varying.any():
         raise InputError(
             f"{', '.join(unknowns.labels)}: no feature of a record depends on the unknown; choose another one"
         )
-    learnt = records.subset(kept)
+    learnt = records.subset(varying)
     scale = medians(learnt.features)
-    posterior = Posterior(learnt, FeatureEmulator(x, y[:, kept], scale), len(unknowns))
+    posterior = Posterior(learnt, FeatureEmulator(x, y[:, varying], scale), len(unknowns))
     draws = sample(posterior, settings.steps, settings.seed, "first posterior" if settings.progress else "")
     _refuse_nothing_told(unknowns, draws)
     reasons = first.reasons
@@ -104,7 +104,7 @@ def identify(
         second = _ran(experiment, unknowns, more, store, settings, "second wave")
         reasons = reasons + second.reasons
         x, y = np.vstack([x, more[second.ran]]), np.vstack([y, second.features(experiment)])
-        posterior = Posterior(learnt, FeatureEmulator(x, y[:, kept], scale, int(second.ran.sum())), len(unknowns))
+        posterior = Posterior(learnt, FeatureEmulator(x, y[:, varying], scale, int(second.ran.sum())), len(unknowns))
         draws = sample(posterior, settings.steps, settings.seed, "posterior" if settings.progress else "")
     emulator, failed = posterior.emulator, [reason for reason in reasons if reason]
     held_out = None
@@ -130,8 +130,8 @@ def identify(
         )
     table, best_features = posterior_summary(unknowns, draws.points, best, bool(beyond)), of_best.features(experiment)
     return Identification(
-        unknowns, list(measured), learnt, kept, table, best, draws, thinned, posterior, predicted, mean, held_out,
-        best_features[0, kept], emulator, failed,
+        unknowns, list(measured), learnt, varying, table, best, draws, thinned, posterior, predicted, mean, held_out,
+        best_features[0, varying], emulator, failed,
     )  # fmt: skip
 
 
@@ -202,13 +202,13 @@ def _refuse_nothing_told(unknowns: Unknowns, draws: Draws) -> None:
 
 def _held_out(records: MeasuredRecords, emulator, unknowns: int, settings: Settings, number: int, name: str):
     """One record beside what the others predict of it: `answer.features_table` without simulations."""
-    held = records.record == number
-    known, order = records.subset(~held), np.concatenate([np.flatnonzero(~held), np.flatnonzero(held)])
-    posterior = Posterior(known, Part(emulator, np.flatnonzero(~held)), unknowns)
+    left_out = records.record == number
+    known, order = records.subset(~left_out), np.concatenate([np.flatnonzero(~left_out), np.flatnonzero(left_out)])
+    posterior = Posterior(known, Part(emulator, np.flatnonzero(~left_out)), unknowns)
     progress = f"without {name}" if settings.progress else ""
     draws = sample(posterior, settings.steps // 2, settings.seed, progress, rounds=2).points
     draws = draws[np.linspace(0, len(draws) - 1, min(DRAWS // 2, len(draws))).astype(int)]
-    requested = records.subset(held)
+    requested = records.subset(left_out)
     low, median, high = np.quantile(predict(posterior, requested, Part(emulator, order), draws), INTERVAL, axis=0)
     return pd.DataFrame(
         {

@@ -32,8 +32,8 @@ BETWEEN = (0.25, 0.75)  # of the range: a change over half of it
 
 def unknown_of(text: str) -> Unknown:
     """An unknown as it stands in an option: ``section.field`` or ``section.field=LOW:HIGH``."""
-    name, given, bounds = text.partition("=")
-    if not given:
+    name, equals, bounds = text.partition("=")
+    if not equals:
         return Unknown(names=[name])
     try:
         low, high = map(float, bounds.split(":"))

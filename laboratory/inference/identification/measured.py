@@ -62,9 +62,9 @@ def read_records(
         )
     records = [
         _measured(
-            read_sensor_csv(path, mapping, rig.sensor.range, rig.gravity or 9.81), rig, given, ring_radius, preset
+            read_sensor_csv(path, mapping, rig.sensor.range, rig.gravity or 9.81), rig, speed, ring_radius, preset
         )
-        for path, given in zip(paths, rpm or [None] * len(paths), strict=True)
+        for path, speed in zip(paths, rpm or [None] * len(paths), strict=True)
     ]
     for k, one in enumerate(records):
         for other in records[:k]:

@@ -44,8 +44,8 @@ class MeasuredRecords(NamedTuple):
 
     def subset(self, keep: np.ndarray) -> "MeasuredRecords":
         """Some of the features."""
-        kept = tuple(one for one, requested in zip(self.features, keep, strict=True) if requested)
-        return MeasuredRecords(kept, self.record[keep], self.values[keep], self.covariance[np.ix_(keep, keep)])
+        chosen = tuple(one for one, requested in zip(self.features, keep, strict=True) if requested)
+        return MeasuredRecords(chosen, self.record[keep], self.values[keep], self.covariance[np.ix_(keep, keep)])
 
 
 def in_parts(points: np.ndarray) -> list[np.ndarray]:
@@ -218,7 +218,7 @@ def contradicted(posterior: Posterior, points: np.ndarray) -> list[str]:
 
 
 def predict(
-    posterior: Posterior, held: MeasuredRecords, emulator: Emulates, draws: np.ndarray, seed: int = 0
+    posterior: Posterior, left_out: MeasuredRecords, emulator: Emulates, draws: np.ndarray, seed: int = 0
 ) -> np.ndarray:
     """(draws, q) features of further records, given those of the posterior.
 
@@ -226,7 +226,7 @@ def predict(
     ----------
     posterior : Posterior
         Of the records that are known.
-    held : Records
+    left_out : Records
         The others, q features; their values are not looked at, their scatter is.
     emulator : callable
         Of the known records' features followed by those of the others.
@@ -235,10 +235,10 @@ def predict(
     """
     known, rng = posterior.records, np.random.default_rng(seed)
     both = MeasuredRecords(
-        known.features + held.features,
-        np.concatenate([known.record, held.record]),
-        np.concatenate([known.values, np.zeros_like(held.values)]),
-        block_diag(known.covariance, held.covariance),
+        known.features + left_out.features,
+        np.concatenate([known.record, left_out.record]),
+        np.concatenate([known.values, np.zeros_like(left_out.values)]),
+        block_diag(known.covariance, left_out.covariance),
     )
     count, names = len(known.values), groups_of(both.features)
     joint = Posterior(both, emulator, posterior.unknowns)

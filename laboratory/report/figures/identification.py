@@ -177,12 +177,12 @@ def rank_figure(ranks: pd.DataFrame, discrepancy: str) -> Figure:
     ``ranks`` as `identification.calibration.Calibration.ranks`; one panel an unknown or size of a discrepancy.
     """
     figure, panels = _panels(ranks, discrepancy, "rank of the true value", "cases")
-    for ax, own in panels:
-        counts = histogram(own)
-        low, high = rank_band(len(own), len(counts))
+    for ax, rows in panels:
+        counts = histogram(rows)
+        low, high = rank_band(len(rows), len(counts))
         edges = np.linspace(0, 1, len(counts) + 1)
         ax.fill_between([0, 1], low, high, color=ORANGE, alpha=0.3, linewidth=0)
-        ax.axhline(len(own) / len(counts), color=BLACK, linewidth=0.6, linestyle="-")
+        ax.axhline(len(rows) / len(counts), color=BLACK, linewidth=0.6, linestyle="-")
         ax.stairs(counts, edges, color=BLUE)
         ax.set_ylim(bottom=0)
     return figure
@@ -196,10 +196,10 @@ def calibration_figure(ranks: pd.DataFrame, discrepancy: str) -> Figure:
     """
     figure, panels = _panels(ranks, discrepancy, "level of the interval", "coverage")
     level = np.linspace(0, 1, 101)
-    for ax, own in panels:
-        away = 2 * np.abs((own["rank"] + 0.5) / (own["of"] + 1) - 0.5)
+    for ax, rows in panels:
+        away = 2 * np.abs((rows["rank"] + 0.5) / (rows["of"] + 1) - 0.5)
         ax.plot(level, [(away <= one).mean() for one in level], color=BLUE)
-        sd = np.sqrt(level * (1 - level) / len(own))
+        sd = np.sqrt(level * (1 - level) / len(rows))
         ax.fill_between(level, level - 1.96 * sd, level + 1.96 * sd, color=ORANGE, alpha=0.3, linewidth=0)
         ax.plot(level, level, color=BLACK, linewidth=0.6, linestyle="-")
     return figure

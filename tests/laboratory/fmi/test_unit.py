@@ -132,14 +132,14 @@ def test_a_state_can_be_returned_to(imported):
         return unit.getFloat64(outputs)
 
     go_on(0.0, 100)
-    kept = unit.getFMUState()
+    saved = unit.getFMUState()
     first = go_on(0.1, 50)
     unit.setFloat64([numbers["motor_rpm"]], [200.0])
     assert go_on(0.15, 20) != first
-    unit.setFMUState(kept)
+    unit.setFMUState(saved)
     assert unit.getFloat64([numbers["motor_rpm"]]) == [115.0]
     assert go_on(0.1, 50) == first
-    unit.freeFMUState(kept)
+    unit.freeFMUState(saved)
 
 
 def test_a_refused_input_ends_in_one_sentence(unit_file):

@@ -65,8 +65,8 @@ def test_a_claim_is_shown_where_no_residual_is_beyond_one(problem, row):
 
 
 def test_neighbours_are_within_the_share_of_the_rig():
-    own, *others = neighbours(20, 0.01, 5)
-    assert (own == 1).all() and len(others) == 20
+    at_rig, *others = neighbours(20, 0.01, 5)
+    assert (at_rig == 1).all() and len(others) == 20
     assert all(0 < abs(factors - 1).max() <= 0.01 for factors in others)
 
 
@@ -102,9 +102,9 @@ def test_what_never_happens_is_far_off_and_not_lost(problem, row):
 
 
 def test_starts_are_the_rig_itself_and_points_that_can_be_built(problem):
-    own, other = (start(problem.unknowns, seed, 0.05) for seed in (0, 1))
-    assert problem.unknowns.values(own) == pytest.approx(problem.unknowns.of_rig(problem.unknowns.rig))
-    assert other != own and other == start(problem.unknowns, 1, 0.05)
+    at_rig, other = (start(problem.unknowns, seed, 0.05) for seed in (0, 1))
+    assert problem.unknowns.values(at_rig) == pytest.approx(problem.unknowns.of_rig(problem.unknowns.rig))
+    assert other != at_rig and other == start(problem.unknowns, 1, 0.05)
 
 
 def test_a_profile_holds_a_value_or_a_law_and_names_what_is_lost(problem, tmp_path):

@@ -54,14 +54,14 @@ def test_covariance_is_the_scatter_of_records():
     all_of = np.array(
         [features(turn_statistics(played(turns, 0, noise, seed), RATE, TURN, PITCHES), RATE) for seed in range(300)]
     )
-    own = np.mean(
+    estimated = np.mean(
         [
             np.diag(covariance(turn_statistics(played(turns, 0, noise, seed), RATE, TURN, PITCHES), RATE))
             for seed in range(8)
         ],
         axis=0,
     )
-    ratio = own / all_of.var(axis=0)
+    ratio = estimated / all_of.var(axis=0)
     # 8 records of 24 turns each know a variance to 1/sqrt(96) = 10 %, 300 records theirs to 8 %; Student's factor is
     # 1.095
     assert (ratio > 1.095 * 0.6).all() and (ratio < 1.095 * 1.6).all(), dict(zip(NAMES, ratio.round(2), strict=True))

@@ -69,8 +69,8 @@ def test_an_answer_holds_the_truth_and_every_file(folder, monkeypatch, capsys):
     assert draws["tension.pre_tension"].between(2000, 10000).all() and len(draws) > 200
     features = pd.read_csv(out / "features.csv")
     assert set(features["record"].astype(str)) == {"150", "210"} and features["inside"].mean() > 0.8
-    held = pd.read_csv(out / "held_out.csv")
-    assert len(held) == len(features) and held["inside"].mean() > 0.7
+    left_out = pd.read_csv(out / "held_out.csv")
+    assert len(left_out) == len(features) and left_out["inside"].mean() > 0.7
     page = (out / "index.html").read_text(encoding="utf-8")
     assert "The records are constructed, not measured" in page and "bushing.stiffness is " in page
     assert {path.name for path in out.glob("*.png")} == {"posterior.png", "features.png", "spectra.png", "held_out.png"}

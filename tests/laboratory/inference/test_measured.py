@@ -38,13 +38,13 @@ def test_a_speed_is_that_of_the_main_line(rig, written):
 
 
 @pytest.mark.parametrize(
-    ("rate", "simulated", "every", "kept"), [(2000, 1000, 1, 1000), (500, 1000, 2, 500), (1024, 1024, 1, 1024)]
+    ("rate", "simulated", "every", "rate_hz"), [(2000, 1000, 1, 1000), (500, 1000, 2, 500), (1024, 1024, 1, 1024)]
 )
-def test_rates_that_do_not_fit_are_simulated(rig, written, rate, simulated, every, kept):
+def test_rates_that_do_not_fit_are_simulated(rig, written, rate, simulated, every, rate_hz):
     (one,) = read(rig, written(rate=rate))
     assert (one.speed.rate, one.speed.every) == (simulated, every)
-    assert one.record.rate_hz == pytest.approx(kept)
-    assert one.statistics.shape[1] == len(features_of(kept))
+    assert one.record.rate_hz == pytest.approx(rate_hz)
+    assert one.statistics.shape[1] == len(features_of(rate_hz))
 
 
 @pytest.mark.parametrize("rpm", [0.0, -5.0, float("nan")])

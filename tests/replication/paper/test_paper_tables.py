@@ -222,8 +222,8 @@ WRONG = {
 
 @pytest.mark.parametrize("case", WRONG)
 def test_tables_that_cannot_be_used_end_in_one_sentence(fill, case):
-    given, parts = WRONG[case]
-    path = fill(**given)
+    cells, parts = WRONG[case]
+    path = fill(**cells)
     with pytest.raises(InputError) as caught:
         printed(path)
     assert not (path.parent / "printed.yaml").exists()

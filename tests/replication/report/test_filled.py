@@ -23,17 +23,17 @@ def test_pages_say_what_was_measured(page, sources, write, tmp_path):
 
 
 def test_what_was_measured_is_of_this_rig(rig_path):
-    kept = pd.read_csv(ROOT / "docs" / "measured" / "parameters.csv").set_index("name")["value"]
+    stored = pd.read_csv(ROOT / "docs" / "measured" / "parameters.csv").set_index("name")["value"]
     now = parameter_table(rig_path).set_index("name")["value"]
-    assert list(kept.index) == list(now.index)
+    assert list(stored.index) == list(now.index)
     for name in now.index:
-        assert kept[name] == str(now[name]) or float(kept[name]) == pytest.approx(float(now[name]), rel=1e-5), name
+        assert stored[name] == str(now[name]) or float(stored[name]) == pytest.approx(float(now[name]), rel=1e-5), name
 
 
 def test_what_was_measured_is_of_these_claims():
-    kept = pd.read_csv(ROOT / "docs" / "measured" / "claims.csv", keep_default_na=False)
+    stored = pd.read_csv(ROOT / "docs" / "measured" / "claims.csv", keep_default_na=False)
     claims = load_claims(ROOT / "config" / "claims.yaml")
-    for rig, card in kept.groupby("rig", sort=False):
+    for rig, card in stored.groupby("rig", sort=False):
         assert card[["id", "part", "claim"]].values.tolist() == [[c.id, c.part or "", c.claim] for c in claims], rig
         bounds = [printed_text(c) for c in claims if not isinstance(c.printed, dict)]
         assert [p for p, c in zip(card["printed"], claims, strict=True) if not isinstance(c.printed, dict)] == bounds

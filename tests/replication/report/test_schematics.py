@@ -53,12 +53,12 @@ def test_drawn_sectors_hold_exactly_the_points_that_the_search_gives_to_their_ar
     assert all(len(points_of_area) == 1 for points_of_area in sectors)
     points = np.random.default_rng(7).uniform([-0.1, 0.28], [0.1, 0.37], (6000, 2))
     inside = np.zeros((10, len(points)), bool)
-    for held, (sector,) in zip(inside, sectors, strict=True):
+    for within, (sector,) in zip(inside, sectors, strict=True):
         e = points - sector.center
         distance = np.hypot(*e.T)
         turn = (np.degrees(np.arctan2(e[:, 1], e[:, 0])) - sector.theta1) % 360
-        held[:] = (distance >= sector.r - sector.width) & (distance <= sector.r)
-        held &= turn <= (sector.theta2 - sector.theta1) % 360
+        within[:] = (distance >= sector.r - sector.width) & (distance <= sector.r)
+        within &= turn <= (sector.theta2 - sector.theta1) % 360
     assert inside.sum(axis=0).max() == 1, "sectors do not overlap"
     drawn_area = np.where(inside.any(axis=0), inside.argmax(axis=0) + 1, 0)
     searched = [find_area(tooth, float(x), float(y))[0] for x, y in points]

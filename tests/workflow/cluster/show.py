@@ -110,7 +110,7 @@ class Show:
         process = self.start(name, *command, *more)
         try:
             strike(name, process)
-            kept = self.kept(name)
+            rows = self.kept(name)
             ended = process.wait(PATIENCE)
         except (RuntimeError, subprocess.TimeoutExpired) as error:
             self.say(f"{name}: {' '.join(str(error).split())[:300]}", False)
@@ -118,7 +118,7 @@ class Show:
         finally:
             process.kill()
             process.wait()
-        self.say(f"{name}: {kept} rows kept; the driver ended with {ended}", ended == code)
+        self.say(f"{name}: {rows} rows kept; the driver ended with {ended}", ended == code)
         ended = self.run(name, *command)
         took = f"{time.monotonic() - began:.0f} s in all"
         self.say(f"{name}: the plain command again, byte for byte; {took}", ended == 0 and self.same(name, "short"))

@@ -216,8 +216,8 @@ def run_exudyn_loop(
         after_step, memory = _add_contacts(exu, items, mbs, nodes, chain, start, contacts, drive)
 
     samples = round(duration / sample) + 1
-    kept, kept_rate = np.zeros((samples, 3 * n)), np.zeros((samples, len(nodes) - n))
-    kept[0] = q.ravel()
+    positions, kept_rate = np.zeros((samples, 3 * n)), np.zeros((samples, len(nodes) - n))
+    positions[0] = q.ravel()
     taken = [1]
 
     def at_end_of_step(mbs, t):
@@ -228,10 +228,10 @@ def run_exudyn_loop(
             places, rates = np.array(system.GetODE2Coordinates()), np.array(system.GetODE2Coordinates_t())
             watch(t, places, rates, np.array(system.GetAECoordinates()), memory)
         if taken[0] < samples and t > taken[0] * sample - 1e-9:
-            kept[taken[0]] = mbs.systemData.GetODE2Coordinates()[: 3 * n]
+            positions[taken[0]] = mbs.systemData.GetODE2Coordinates()[: 3 * n]
             # where Newton's iteration fails Exudyn takes a shorter step, and later ones end beside the samples
             if (beyond := t - taken[0] * sample) > 1e-9:
-                kept[taken[0]] -= beyond * np.array(mbs.systemData.GetODE2Coordinates_t()[: 3 * n])
+                positions[taken[0]] -= beyond * np.array(mbs.systemData.GetODE2Coordinates_t()[: 3 * n])
             if wheels is not None:
                 kept_rate[taken[0]] = mbs.systemData.GetODE2Coordinates_t()[3 * n :]
             taken[0] += 1
@@ -258,9 +258,9 @@ def run_exudyn_loop(
     wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
     if reached is False:
         raise DivergenceError(f"exudyn: its solver gave up with a step of {step:g} s")
-    kept = kept.reshape(samples, n, 3)
-    times, centre, angle = np.arange(samples) * sample, kept[:, :, :2].copy(), kept[:, :, 2].copy()
-    return PeerRun(times, centre, angle, kept_rate, _gaps(chain, kept), wall, cpu)
+    positions = positions.reshape(samples, n, 3)
+    times, centre, angle = np.arange(samples) * sample, positions[:, :, :2].copy(), positions[:, :, 2].copy()
+    return PeerRun(times, centre, angle, kept_rate, _gaps(chain, positions), wall, cpu)
 
 
 def _gaps(chain: Chain, q: np.ndarray) -> np.ndarray:

@@ -20,9 +20,9 @@ def main(job) -> None:
     recordings = {run: load_recording(path) for run, path in zip(job.params.runs, job.input.recordings, strict=True)}
     runs = pd.DataFrame([run_metrics(run, recording) for run, recording in recordings.items()])
     out, parts = job.output, [Path(path).read_text(encoding="utf-8") for path in job.input.get("parts", ())]
-    head, _, own = runs.to_csv(index=False, lineterminator="\n", float_format="%.9g").partition("\n")
+    head, _, rows = runs.to_csv(index=False, lineterminator="\n", float_format="%.9g").partition("\n")
     # errors reach the seventh digit; all tables have the same head
-    write_text(out.csv, f"{head}\n{own}" + "".join(text.partition("\n")[2] for text in parts))
+    write_text(out.csv, f"{head}\n{rows}" + "".join(text.partition("\n")[2] for text in parts))
     if not parts:
         return
     write_text(out.schema, schema_text(runs.columns))

@@ -83,8 +83,10 @@ def _scorecard(card: pd.DataFrame, rigs: list[str]) -> list[list]:
     )
     rows = []
     for (name, letter), of in card[card["verdict"].isin(JUDGED)].groupby(["id", "part"], sort=False):
-        first, own = of.iloc[0], of.set_index("rig")
-        verdicts = [[own.at[rig, "verdict"], own.at[rig, "measured"]] if rig in own.index else ["", ""] for rig in rigs]
+        first, by_rig = of.iloc[0], of.set_index("rig")
+        verdicts = [
+            [by_rig.at[rig, "verdict"], by_rig.at[rig, "measured"]] if rig in by_rig.index else ["", ""] for rig in rigs
+        ]
         unit = f" {first['unit']}" if any(map(str.isdigit, first["printed"])) and first["unit"] not in ("", "1") else ""
         rows.append([f"{name}{letter}", first["claim"], f"{first['printed']}{unit}", *verdicts])
     return rows
@@ -115,11 +117,11 @@ def write_article(values: dict[str, Any], values_path: Path, template: Path, fig
 
 def main(job) -> None:
     """Rule `article`."""
-    given = job.input
-    tables = {name: pd.read_csv(path) for name, path in given.items() if str(path).endswith(".csv")}
-    missing = json.loads(Path(given.model).read_text(encoding="utf-8"))["missing"]
+    inputs = job.input
+    tables = {name: pd.read_csv(path) for name, path in inputs.items() if str(path).endswith(".csv")}
+    missing = json.loads(Path(inputs.model).read_text(encoding="utf-8"))["missing"]
     values, pdf = article_values(tables, missing, job.params.accuracy_pct), Path(job.output.pdf)
-    write_article(values, Path(job.output.values), Path(given.template), pdf.parent, pdf)
+    write_article(values, Path(job.output.values), Path(inputs.template), pdf.parent, pdf)
 
 
 if __name__ == "__main__":

@@ -30,10 +30,10 @@ def cost_table(folder: Path | str) -> pd.DataFrame:
     sums = {"jobs": ("wall_s", "size"), "wall_s": ("wall_s", "sum"), "cpu_s": ("cpu_s", "sum")}
     table = table.agg(**sums, largest_memory_mb=("memory_mb", "max")).sort_values("wall_s", ascending=False)
     named = table["rule"].str.partition("/")[0].isin(BY_NAME)
-    run, own = table[~named], table[named]
+    run, by_name = table[~named], table[named]
     total = run.agg({"jobs": "sum", "wall_s": "sum", "cpu_s": "sum", "largest_memory_mb": "max"})
     total = pd.DataFrame([{"rule": "all of a run"} | total.to_dict()]).astype({"jobs": int})
-    return pd.concat([run, total, own.assign(rule=own["rule"] + ", by name")], ignore_index=True)
+    return pd.concat([run, total, by_name.assign(rule=by_name["rule"] + ", by name")], ignore_index=True)
 
 
 def main(job) -> None:

@@ -121,19 +121,19 @@ def random_rig(number: int, seed: int = SEED) -> tuple[Rig, dict]:
         if i != order[k] and rng.random() < 0.15:
             wheels[name]["arm"] = _arm(rng, x, y, radius, 4 * c.link_mass, tension)
             carried += 1
-    kept = str(rng.choice(["locked", "locked", "locked", "sprung"]))
+    mode = str(rng.choice(["locked", "locked", "locked", "sprung"]))
     mass = 4 * c.link_mass
     stiffness = tension / (0.1 * placed[order[k], 2])
     changes = {
         "wheels": wheels, "idler": None, "road_wheel": None, "chain__pitches": pitches,
         "tension__wheel": names[order[k] - 1], "tension__direction": direction, "tension__travel": 0.7 * drawn.pitch,
-        "tension__pre_tension": tension, "tension__kept": kept, "tension__mass": mass, "tension__stiffness": stiffness,
+        "tension__pre_tension": tension, "tension__kept": mode, "tension__mass": mass, "tension__stiffness": stiffness,
         "tension__damping": 0.2 * sqrt(stiffness * mass),
     }  # fmt: skip
     rig = base.changed(**changes)
     words = {
         "number": number, "chain": c.kind, "teeth": base.sprocket.teeth, "pitches": pitches, "wheels": len(placed),
-        "arms": carried, "kept": kept,
+        "arms": carried, "kept": mode,
     }  # fmt: skip
     return rig, words
 

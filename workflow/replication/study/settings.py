@@ -37,8 +37,8 @@ def rising(where: str, steps: Allowed) -> None:
     """Refuse upper bounds that do not rise."""
     for (before, _), (after, _) in pairwise(steps):
         if after <= before:
-            given = [list(pair) for pair in steps]
-            raise InputError(f"{where} = {given}: {after:g} comes after {before:g}; give rising values")
+            pairs = [list(pair) for pair in steps]
+            raise InputError(f"{where} = {pairs}: {after:g} comes after {before:g}; give rising values")
 
 
 def step_field(steps: Allowed | None, value: float | None) -> dict[str, float]:

@@ -40,8 +40,8 @@ def _rig(recording: Recording) -> Rig:
     require_frames(recording)
     rig = recording.scene.rig
     if len(recording.pitches) < rig.chain.pitches:
-        held = f"the recording holds the forces of {len(recording.pitches)} pitches"
-        raise InputError(f"{held}: simulate with pitches 1 to {rig.chain.pitches}")
+        reason = f"the recording holds the forces of {len(recording.pitches)} pitches"
+        raise InputError(f"{reason}: simulate with pitches 1 to {rig.chain.pitches}")
     return rig
 
 

@@ -148,13 +148,13 @@ def table2_outcome(costs: pd.DataFrame, missing: str, accuracy_pct: float) -> st
 
 def main(job) -> None:
     """Rule `peer`."""
-    given, out = job.input, job.output
-    curves, summary, costs = map(pd.read_csv, (given.curves, given.summary, given.costs))
-    model = json.loads(Path(given.model).read_text(encoding="utf-8"))
+    inputs, out = job.input, job.output
+    curves, summary, costs = map(pd.read_csv, (inputs.curves, inputs.summary, inputs.costs))
+    model = json.loads(Path(inputs.model).read_text(encoding="utf-8"))
     outcome = table2_outcome(costs, model["missing"], job.params.accuracy_pct)
     write_captioned_table(costs, out.table, f"{caption('table2')}\n\n{outcome}")
     frame = np.array(model["frame"])
-    save(model_figure(load_rig(given.rig), frame, model["shift"], model["missing"]), out.figure13[0])
+    save(model_figure(load_rig(inputs.rig), frame, model["shift"], model["missing"]), out.figure13[0])
     save(displacement_figure(curves, summary, model["missing"]), out.figure14[0])
 
 

@@ -16,9 +16,9 @@ from trackdyn.simulation.recording import load_recording
 
 def main(job) -> None:
     """Rule `sensor_figures`."""
-    given, out = job.input, job.output
-    label, sensors = SENSORS[job.params.synthetic], given.get("sensors", ())
-    for path, sensor, history, spectrum in zip_longest(given.recordings, sensors, out.histories, out.spectra):
+    inputs, out = job.input, job.output
+    label, sensors = SENSORS[job.params.synthetic], inputs.get("sensors", ())
+    for path, sensor, history, spectrum in zip_longest(inputs.recordings, sensors, out.histories, out.spectra):
         recording, record = load_recording(path), read_sensor_csv(sensor, range_g=inf) if sensor else None
         rpm = recording.scene.motor_rpm
         title = lettered(f"{rpm:g} rpm", rpm)

@@ -63,14 +63,17 @@ def moments(recording: Recording, shown: Selected) -> list[Moment]:
     # a configuration is of the end of its interval, as a sample is
     frames = recording.frame_time - shown.first
     measured = events(recording, shown.number)
-    own = {ENGAGE: printed.get(ENGAGE), BOTH: max(measured.get("first left", 0.0), measured.get("first right", 0.0))}
+    special = {
+        ENGAGE: printed.get(ENGAGE),
+        BOTH: max(measured.get("first left", 0.0), measured.get("first right", 0.0)),
+    }
     chosen = []
     for title, event, index in WITH_RING if ring else WITHOUT_RING:
         side, _, what = title.partition(" ")
         maximum = what == "maximum" and side in SIDES
         if maximum and not shown.sides.loc[side, "count"]:
             continue
-        time = _maximum(recording, shown, side) if maximum else own[title] if event is None else measured[event]
+        time = _maximum(recording, shown, side) if maximum else special[title] if event is None else measured[event]
         if not np.isfinite(time):
             continue
         peak, frame = "", min(int(np.searchsorted(frames, time - 1e-9)), len(frames) - 1)
@@ -212,8 +215,8 @@ def draw_force(ax: Axes, side: str, point, end, linewidth=1.6, head=7.0, halo=3.
 
 def main(job) -> None:
     """Rule `meshing_figures`."""
-    given, out = job.input, job.output
-    for path, passage, screenshots in ((given.no_ring, out.fig19, out.fig20), (given.ring, out.fig21, out.fig22)):
+    inputs, out = job.input, job.output
+    for path, passage, screenshots in ((inputs.no_ring, out.fig19, out.fig20), (inputs.ring, out.fig21, out.fig22)):
         recording = load_recording(path)
         save(passage_figure(recording), passage[0])
         save(screenshot_figure(recording.scene.rig, recording), screenshots[0])

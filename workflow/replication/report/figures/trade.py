@@ -50,9 +50,9 @@ def trade_sentence(rows: pd.DataFrame) -> str:
     """CPU seconds of the cheapest settings that keep the RMS to 1 % and the mean left peak to 2 %, over the scenes."""
     data, parts = answers(rows), []
     for measure, tolerance, words in (("rms", 0.01, "RMS"), ("left_peak", 0.02, "mean left-arc peak")):
-        kept = data[(data["measure"] == measure) & (data["error"] <= tolerance)].groupby("scene")["cpu_s"].min()
-        if len(kept):
-            parts.append(f"{words} to {100 * tolerance:g} %: {kept.min():.1g} to {kept.max():.1g} CPU s")
+        within = data[(data["measure"] == measure) & (data["error"] <= tolerance)].groupby("scene")["cpu_s"].min()
+        if len(within):
+            parts.append(f"{words} to {100 * tolerance:g} %: {within.min():.1g} to {within.max():.1g} CPU s")
     scenes = "answers of all links at 115 and 210 rpm, with and without a ring, on the machine that measured"
     return f"{'; '.join(parts)}, {scenes}."
 
@@ -147,7 +147,7 @@ def _name_points(axis: Axes, points: Sequence[tuple]) -> None:
     size, points_px = 5.0 * figure.dpi / 72, axis.transData.transform([point[:2] for point in points])
     marks = [Bbox.from_bounds(x - size, y - size, 2 * size, 2 * size) for x, y in points_px]
     names: list[Bbox] = []
-    for (x, y, words, colour, _), point, own in zip(points, points_px, marks, strict=True):
+    for (x, y, words, colour, _), point, own_mark in zip(points, points_px, marks, strict=True):
         for dx, dy in PLACES:
             text = axis.annotate(
                 words, (x, y), (dx, dy), textcoords="offset points", fontsize=SMALL, color=colour, va="center",
@@ -157,7 +157,7 @@ def _name_points(axis: Axes, points: Sequence[tuple]) -> None:
             text.update_positions(renderer)
             box = Text.get_window_extent(text, renderer)  # without the line to its point
             line = Path([point, box.get_points().mean(axis=0)])
-            crossed = any(line.intersects_bbox(mark) for mark in marks if mark is not own)
+            crossed = any(line.intersects_bbox(mark) for mark in marks if mark is not own_mark)
             inside = space.x0 < box.x0 < box.x1 < space.x1 and space.y0 < box.y0 < box.y1 < space.y1
             if inside and not crossed and not box.count_overlaps(names + marks):
                 break
@@ -201,9 +201,9 @@ def trade_summary(rows: pd.DataFrame, agreement: pd.DataFrame, promises: pd.Data
     """Results of the study of cost and accuracy, a page of Markdown."""
     rows = rows.reset_index(drop=True)
     tried = rows.drop_duplicates(["scene", "fidelity", "integrator", "step_s"])
-    kept = promises[promises["achieved_error"].notna()]
-    met = int(kept["met"].astype(bool).sum())
-    share = f" ({100 * met / len(kept):.1f} %)" if len(kept) else ""
+    judged = promises[promises["achieved_error"].notna()]
+    met = int(judged["met"].astype(bool).sum())
+    share = f" ({100 * met / len(judged):.1f} %)" if len(judged) else ""
     base = rows[(rows["fidelity"] == "ten_arcs") & (rows["integrator"] == "semi_implicit")]
     standard = base.loc[np.isclose(base["step_s"], 1e-4), "cpu_s_per_s"].median()
     costs = rows[(rows["measure"] == "rms") & (rows["fidelity"] != "belt")]
@@ -214,7 +214,7 @@ def trade_summary(rows: pd.DataFrame, agreement: pd.DataFrame, promises: pd.Data
     reasons = open_ones.groupby(["measure", "reason"]).size().rename("tolerances").reset_index()
     return f"""\
 {len(tried)} settings tried, {int(tried["failed"].astype(bool).sum())} of them refused or diverged.
-Planner on scenes kept apart: {met} of {len(kept)} promises kept{share}; \
+Planner on scenes kept apart: {met} of {len(judged)} promises kept{share}; \
 {len(open_ones)} tolerances were not promised.
 Cost is CPU time per simulated second over that of the standard run (ten arcs, semi-implicit Euler, 1e-4 s).
 
@@ -232,18 +232,18 @@ Two methods differ by (relative, turns for shares, m), with the standard error o
 
 def main(job) -> None:
     """Rule `trade_form`."""
-    given, out, data = job.input, job.output, {}
+    inputs, out, data = job.input, job.output, {}
     for name in ("trade", "agreement", "limits"):
-        tables = [pd.read_csv(path) for path in given[name]]
+        tables = [pd.read_csv(path) for path in inputs[name]]
         full = [table for table in tables if len(table)]  # those without rows have no types
         data[name] = pd.concat(full, ignore_index=True) if full else tables[0]
         write_csv(out[name], data[name])
-    promises = pd.concat(map(pd.read_csv, given.promises), ignore_index=True)
+    promises = pd.concat(map(pd.read_csv, inputs.promises), ignore_index=True)
     write_csv(out.planner, promises)
     write_text(out.summary, trade_summary(data["trade"], data["agreement"], promises))
     comparison = presets_beside_limits(data["trade"], data["limits"])
     write_captioned_table(comparison, out.table, caption("limits"), digits=5, shown=headed(comparison, "limits"))
-    peers = pd.read_csv(given.peers[0]) if given.peers else None
+    peers = pd.read_csv(inputs.peers[0]) if inputs.peers else None
     save(trade_figure(data["trade"], peers), out.figure[0])
     save(first_figure(data["trade"], promises, peers), out.first[0])
 

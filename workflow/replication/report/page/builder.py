@@ -77,7 +77,7 @@ def build_page(inputs: PageInputs) -> str:
         "geometry": data.rig_geometry(load_rig(inputs.rig)), "pictures": _pictures(results), "ring": _ring(results),
         "files": files,
     }  # fmt: skip
-    items = (*PAPER, *(own for own in OWN if not own.table), *OF_STUDIES)
+    items = (*PAPER, *(item for item in OWN if not item.table), *OF_STUDIES)
     with ThreadPoolExecutor() as pool:  # most of the time is the packing of pictures, without the interpreter
         shown = list(pool.map(partial(_entry, inputs, _said(results)), items))
     return render(

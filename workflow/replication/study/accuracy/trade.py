@@ -86,8 +86,8 @@ def run_answer(scene: Scene) -> AnswerCost:
         scene = scene.with_(duration=whole_samples(scene.rig.sensor.rate, BELT_TURNS / scene.periods.loop_hz))
         statistics = statistics_of(simulate(scene))
         names = ("rms", "sd", "line", "high_frequency")
-        kept = {name: Series(np.array([statistics[name]]), np.array([0])) for name in names}
-        return AnswerCost(kept, process_time() - begin, 0.0)
+        series = {name: Series(np.array([statistics[name]]), np.array([0])) for name in names}
+        return AnswerCost(series, process_time() - begin, 0.0)
     recording, *spent = timed_run(scene)
     return AnswerCost(answers_of(recording), *spent)
 

@@ -206,9 +206,9 @@ def _free(rig: Rig, count: int, damping: float) -> dict:
     started = restart(free, 210.0, loop="free", ring_radius=None, bushing_law="viscous")
     begin = started.momentum
     # linear momentum is zero: its scale is that of the bodies' own
-    own = float(started.model.chain.mass @ np.hypot(started.work.com_vx, started.work.com_vy))
+    momentum_scale = float(started.model.chain.mass @ np.hypot(started.work.com_vx, started.work.com_vy))
     outcome = run_on(started, 0.2)
     end = started.momentum
-    change = max(abs(end[2] / begin[2] - 1), np.hypot(*(end[:2] - begin[:2])) / own)
+    change = max(abs(end[2] / begin[2] - 1), np.hypot(*(end[:2] - begin[:2])) / momentum_scale)
     bound = MOMENTUM * max(outcome["turn"], 1e-4)
     return outcome | below(float(change), bound, "change of momentum", at=count)

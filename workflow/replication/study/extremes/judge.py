@@ -52,7 +52,7 @@ def row(family: str, case: str, outcome: str, reason: str = "", **more) -> dict:
     }  # fmt: skip
 
 
-def attempted(family: str, case: str, attempt: Callable[..., dict], *given) -> dict:
+def attempted(family: str, case: str, attempt: Callable[..., dict], *arguments) -> dict:
     """The row of an attempt: ``attempt(*given)`` returns the columns it fills, ``reason`` if a bound is missed.
 
     Warnings about numbers count as defects, as does every error that is not one of ours in one sentence.
@@ -60,7 +60,7 @@ def attempted(family: str, case: str, attempt: Callable[..., dict], *given) -> d
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error", RuntimeWarning)
-            values = attempt(*given)
+            values = attempt(*arguments)
     except (InputError, DivergenceError) as error:
         if "\n" in str(error):
             return row(family, case, DEFECT, f"more than one sentence: {str(error).splitlines()[0]}")

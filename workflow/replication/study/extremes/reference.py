@@ -80,14 +80,14 @@ def reference_accelerations(
     (where the platform has it), so that the refinements leave only the final rounding.
     """
     n = len(chain.length)
-    given = [np.asarray(v, dtype=np.longdouble) for v in (angle, rate, force_x, force_y, moment)]
-    if any(v.shape != (n,) for v in given):
-        shapes = ", ".join(str(v.shape) for v in given)
+    inputs = [np.asarray(v, dtype=np.longdouble) for v in (angle, rate, force_x, force_y, moment)]
+    if any(v.shape != (n,) for v in inputs):
+        shapes = ", ".join(str(v.shape) for v in inputs)
         problem = f"angle, rate, force_x, force_y and moment have the shapes {shapes}"
         raise InputError(f"{problem}: give each one value for every one of the {n} bodies of the chain.")
     if closed and n < 3:
         raise InputError(f"a closed chain of {n} bodies cannot move: give at least 3 bodies or an open chain.")
-    angle, rate, force_x, force_y, moment = given
+    angle, rate, force_x, force_y, moment = inputs
 
     to_input, to_output = _pin_arms(chain, angle)
     inboard = np.arange(n if closed else n - 1)

@@ -126,9 +126,9 @@ def run_short(number: int, seed: int = SEED) -> dict:
 
 
 def _run(loop: Loop, seconds: float, watched: bool):
-    own = loop.copy()
-    own.advance(RAMP)
-    writer = Recorder(own, seconds, (), 0.0, True, True, watched, loop).finish()
+    loop_copy = loop.copy()
+    loop_copy.advance(RAMP)
+    writer = Recorder(loop_copy, seconds, (), 0.0, True, True, watched, loop).finish()
     return writer.answer(), writer.watch.resolution()
 
 
@@ -170,10 +170,10 @@ def short_runs_verdict(table: pd.DataFrame) -> str:
     """What a table of short runs (`by_kind`) comes to, in a sentence."""
     last = table.iloc[-1]
     silent = str(last["beyond"] or "").count(f"({YES})") if pd.notna(last["beyond"]) else 0
-    held = not silent and last["refused_good"] <= REFUSED_GOOD * last["good"]
+    met = not silent and last["refused_good"] <= REFUSED_GOOD * last["good"]
     return (
         f"Of {last['scenes']} short runs {last['resolved']} completed as resolved: at most {last['rms_off_pct']:.2g} % "
         f"off in RMS and {last['peak_off_pct']:.2g} % in mean peak, of {100 * RMS:g} and {100 * PEAKS:g} %; "
         f"{last['refused_good']} of {last['good']} good ones were refused, of {100 * REFUSED_GOOD:g} %. "
-        f"The bounds {'hold' if held else 'do not hold'}."
+        f"The bounds {'hold' if met else 'do not hold'}."
     )

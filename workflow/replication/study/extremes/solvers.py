@@ -191,8 +191,8 @@ def growth_rates(rig: Rig) -> Iterator[dict]:
 
 def _growth(rig: Rig, kind: str) -> dict:
     seen = {n: solver_error("transfer_product", make_chain(rig, kind, n)) for n in range(6, 30, 2)}
-    kept = [n for n, error in seen.items() if error < 1e-2]
-    rate = np.exp(np.polyfit(kept, np.log([seen[n] for n in kept]), 1)[0])
+    sizes = [n for n, error in seen.items() if error < 1e-2]
+    rate = np.exp(np.polyfit(sizes, np.log([seen[n] for n in sizes]), 1)[0])
     closed = transfer_product.growth(make_chain(rig, kind, 6)).pitch ** 0.5
     value, expected = float(np.log10(rate)), float(np.log10(closed))
     return within_bounds(value, expected, GROWTH_TOLERANCE * expected, "digits lost a body")
