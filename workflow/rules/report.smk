@@ -181,6 +181,7 @@ rule pictures:
     input:
         tables=[f"{R}/{name}.csv" for name in ("claims", "tables/parameters")],
         trade=f"{R}/short/trade.csv",
+        default_step=f"{R}/default_step.csv",
         manifest=f"{R}/manifest.json",
         pictures=[
             *(f"{R}/figures/{name}" for name in ("animation.gif", "fig19.png", "fig24.png")),
@@ -189,4 +190,5 @@ rule pictures:
     log: f"{R}/logs/pictures.log"
     message: "Pictures and measured parts of the pages"
     shell:
-        "{sys.executable:q} -m replication.report.filled {input.tables:q} {input.trade:q} {input.pictures:q} > {log:q} 2>&1"
+        "{sys.executable:q} -m replication.report.filled {input.tables:q} {input.trade:q} {input.default_step:q} {input.pictures:q}"
+        " > {log:q} 2>&1"

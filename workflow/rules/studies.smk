@@ -105,6 +105,18 @@ rule trade_form:
     script: "../replication/report/figures/trade.py"
 
 
+rule default_step:
+    """Every included rig at its default step against its limits, by name: some minutes."""
+    input:
+        needs("study/accuracy/default_step.py"),
+        rigs=sorted(str(path.relative_to(ROOT)) for path in (ROOT / "trackdyn" / "rigs").glob("*.yaml")),
+        kernels=KERNELS,
+    output: f"{R}/default_step.csv"
+    log: f"{R}/logs/default_step.log"
+    message: "The default step of every included rig"
+    script: "../replication/study/accuracy/default_step.py"
+
+
 rule trade:
     """The full form, by name: some minutes."""
     input: full(rules.trade_form)

@@ -55,7 +55,7 @@ def answer_sentences(card: pd.DataFrame, parameters: pd.DataFrame) -> list[str]:
     if fitted:
         sources += f"; {fitted} are fitted to all statements at once: the count says what the model can show"
     if len(outside):
-        sources += f". No real rig has its values of {', '.join(outside)}"
+        sources += f". No real part has its values of {', '.join(outside)}"
     return [
         " ".join(headline(card, rig) for rig in rigs),
         f"The ring to choose has a radius of {'; '.join(radii)}; the paper chooses {choices['printed'].iloc[0]} m."

@@ -10,6 +10,7 @@ import pandas as pd
 from replication.paper.claims import NO_TEST
 from replication.paper.scorecard import MARKS, answer_sentences, statements
 from replication.report.figures.trade import METHODS, answers, trade_sentence
+from replication.study.accuracy.default_step import default_step_text
 from replication.study.extremes.resolved import short_runs_verdict
 from trackdyn.errors import InputError
 from trackdyn.files import replacing, write_text
@@ -24,8 +25,8 @@ ERRORS = (("rms", "RMS, %"), ("left_peak", "left peak, %"), ("left_share", "left
 PHYSICS = {"three_surfaces": "three surfaces", "single_pin": "one body a pitch"}
 
 
-def settings_text(rows: pd.DataFrame, short_runs: pd.DataFrame) -> str:
-    """CPU time of an answer with every setting of `trade`, mean over scenes, its largest errors; then short runs."""
+def settings_text(rows: pd.DataFrame, default_step: pd.DataFrame, short_runs: pd.DataFrame) -> str:
+    """CPU time of an answer with every setting of `trade`, mean over scenes, its largest errors; then other scenes."""
     rows = answers(rows)
     rows["where"] = rows["scene"].str.startswith("ring").map({True: "", False: " no ring"})
     lines = []
@@ -38,7 +39,8 @@ def settings_text(rows: pd.DataFrame, short_runs: pd.DataFrame) -> str:
         lines.append({"setting": setting, "CPU s": group["cpu_s"].mean()} | shown)
     table = pd.DataFrame(lines).sort_values("CPU s", kind="stable")
     table["CPU s"] = table["CPU s"].map("{:.2g}".format)
-    return f"{table.to_markdown(index=False, disable_numparse=True)}\n\n{short_runs_verdict(short_runs)}"
+    others = f"{default_step_text(default_step)}\n{short_runs_verdict(short_runs)}"
+    return f"{table.to_markdown(index=False, disable_numparse=True)}\n\n{others}"
 
 
 def assumptions_sentence(near: pd.DataFrame, profiles: pd.DataFrame) -> str:
@@ -100,7 +102,7 @@ def write_pages(files: Iterable[str], pages: Iterable[tuple[str, tuple[str, ...]
 
 README = ("claims.csv", "parameters.csv", "answer_robustness.csv", "answer_profiles.csv")
 PAGES = (
-    ("docs/speed-and-accuracy.md", ("trade.csv", "extremes_short_runs.csv"), settings_text),
+    ("docs/speed-and-accuracy.md", ("trade.csv", "default_step.csv", "extremes_short_runs.csv"), settings_text),
     ("docs/your-own-rig.md", ("layouts.csv",), layouts_text),
     ("README.md", (*README, "trade.csv"), readme_text),
 )

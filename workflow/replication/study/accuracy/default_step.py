@@ -1,0 +1,70 @@
+"""How far every included rig is off its limits at the step that a scene takes by default."""
+
+from trackdyn.sweeps.job import run_job
+
+from collections.abc import Iterable
+
+import numpy as np
+import pandas as pd
+
+from replication.study.accuracy.limit import difference
+from replication.study.accuracy.statistics import LEAD_IN, scale_of
+from replication.study.accuracy.trade import limits_of, run_answer
+from trackdyn.files import write_csv
+from trackdyn.measure.convergence import RELATIVE, SHARES
+from trackdyn.measure.sensor import whole_samples
+from trackdyn.parameters.rig import load_rig
+from trackdyn.parameters.rig_file import shipped_rigs
+from trackdyn.scene.scene import Periods, Scene
+
+COLUMNS = ["rig", "rpm", "step_s", "measure", "limit", "error", "uncertainty"]
+SPEEDS = (150.0, 210.0)  # motor, rev/min
+TURNS = 2.5  # of the sprocket in a record of all links: some whole passages
+FINER = (1, 2, 4)  # times: the steps over which a limit is extrapolated
+
+
+def default_step_errors(rigs: Iterable[str], speeds: Iterable[float] = SPEEDS) -> pd.DataFrame:
+    """Error and its standard error of every measure of a rig with its own ring: relative, shares in turns.
+
+    Returns
+    -------
+    DataFrame
+        ``COLUMNS``; the limits are those of all links over the default step, its half and its quarter.
+    """
+    rows = []
+    for name in rigs:
+        rig = load_rig(name)
+        for rpm in speeds:
+            seconds = whole_samples(rig.sensor.rate, TURNS * Periods.at(rig, rpm).turn + 0.01)
+            scene = Scene(rig, rpm, duration=seconds, lead_in=LEAD_IN, every_link=True)
+            runs = {scene.step / by: run_answer(scene.with_(step=scene.step / by)) for by in FINER}
+            for measure, limit in limits_of(runs).items():
+                if measure in RELATIVE + SHARES and limit.value:
+                    off = np.array(difference(runs[scene.step].found[measure], limit)) / scale_of(measure, limit.value)
+                    rows.append([name, rpm, scene.step, measure, limit.value, *off])
+            print(f"{name}, {rpm:g} rpm, {scene.step:g} s", flush=True)
+    return pd.DataFrame(rows, columns=COLUMNS)
+
+
+def default_step_text(rows: pd.DataFrame) -> str:
+    """The largest errors of RMS and mean left peak over rigs and speeds, in a sentence."""
+    worst = rows.loc[rows["measure"].isin(["rms", "left_peak"])].assign(error=rows["error"].abs())
+    worst = worst.loc[worst.groupby("measure")["error"].idxmax()].set_index("measure")
+    parts = [
+        f"{words} {100 * row['error']:.2g} +- {100 * row['uncertainty']:.2g} % ({row['rig']}, {row['rpm']:g} rpm)"
+        for words, row in (("RMS", worst.loc["rms"]), ("mean left peak", worst.loc["left_peak"]))
+    ]
+    speeds = ", ".join(f"{rpm:g}" for rpm in sorted(rows["rpm"].unique()))
+    return (
+        f"Each of the {rows['rig'].nunique()} included rigs at its default step, with its ring if it has one, at {speeds} rpm: "
+        f"largest errors {', '.join(parts)}."
+    )
+
+
+def main(job) -> None:
+    """Rule `default_step`."""
+    write_csv(job.output[0], default_step_errors(shipped_rigs()))
+
+
+if __name__ == "__main__":
+    run_job(main)
