@@ -76,7 +76,8 @@ def compare(
     for doubt in filter(None, (doubtful_axes(loaded, record), other_speed(loaded, record))):
         typer.echo(f"trackdyn: warning: {doubt}", err=True)
     if "line_hz_binfree" not in set(table.measure):
-        typer.echo("trackdyn: warning: no line, for which both records must hold two turns of the loop", err=True)
+        why = "for which both records must hold two turns of the loop" if loaded.periods.loop_hz else "the loop rests"
+        typer.echo(f"trackdyn: warning: no line, {why}", err=True)
     if out is not None:
         write_csv(out, table)
     if figure is not None:

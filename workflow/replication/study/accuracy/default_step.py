@@ -56,7 +56,7 @@ def default_step_text(rows: pd.DataFrame) -> str:
     ]
     speeds = ", ".join(f"{rpm:g}" for rpm in sorted(rows["rpm"].unique()))
     return (
-        f"Each of the {rows['rig'].nunique()} included rigs at its default step, with its ring if it has one, at {speeds} rpm: "
+        f"The {rows['rig'].nunique()} included rigs at their default steps, with their rings, at {speeds} rpm: "
         f"largest errors {', '.join(parts)}."
     )
 
