@@ -92,8 +92,8 @@ def broken_off() -> str:
     for temporary in list(_OPEN):
         with suppress(OSError):
             temporary.unlink(missing_ok=True)
-    kept = [f"{path} is kept, and the same command goes on from it" for path in sorted(_KEPT) if path.exists()]
-    return "; ".join(["no file is left half-written", *kept])
+    sentences = [f"{path} is kept, and the same command goes on from it" for path in sorted(_KEPT) if path.exists()]
+    return "; ".join(["no file is left half-written", *sentences])
 
 
 def refuse_unwritable(path: Path | str, size: float = 0.0) -> None:

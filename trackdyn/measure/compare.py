@@ -84,8 +84,8 @@ def compare_with_sensor(recording: Recording, record: SensorRecord, name: str = 
     """
     loop_hz = recording.periods.loop_hz
     if loop_hz and recording.seconds * loop_hz < 1:
-        held = f"the record of {recording.seconds:.4g} s is shorter than one turn of the loop"
-        raise InputError(f"{name}: {held}; record at least {1 / loop_hz:.4g} s")
+        reason = f"the record of {recording.seconds:.4g} s is shorter than one turn of the loop"
+        raise InputError(f"{name}: {reason}; record at least {1 / loop_hz:.4g} s")
     if loop_hz:
         record.require_turns(1 / loop_hz)
     signal, rate, record = at_one_rate(recording, record)
@@ -160,11 +160,11 @@ def other_speed(recording: Recording, record: SensorRecord) -> str | None:
     noisy record is that of the whole record to 0.9 %.
     """
     hz, rpm = recording.periods.loop_hz, recording.made_rpm
-    own, error = loop_speed(record.ay_g, record.rate_hz, hz) if hz else (hz, 0.0)
-    if abs(own - hz) <= max(SAME_SPEED * hz, CLEAR * error):
+    seen, error = loop_speed(record.ay_g, record.rate_hz, hz) if hz else (hz, 0.0)
+    if abs(seen - hz) <= max(SAME_SPEED * hz, CLEAR * error):
         return None
     return (
-        f"{record.path}: its loop turns {own:.4g} times a second{f' (+- {error:.2g})' if error else ''}, the simulated "
-        f"one {hz:.4g} times at {rpm:g} rpm, {abs(hz / own - 1):.1%} {'slower' if hz < own else 'faster'}; compare "
-        f"with a run at {rpm * own / hz:.4g} rpm"
+        f"{record.path}: its loop turns {seen:.4g} times a second{f' (+- {error:.2g})' if error else ''}, the "
+        f"simulated one {hz:.4g} times at {rpm:g} rpm, {abs(hz / seen - 1):.1%} {'slower' if hz < seen else 'faster'}; compare "
+        f"with a run at {rpm * seen / hz:.4g} rpm"
     )

@@ -61,9 +61,9 @@ def _inside(info: FieldInfo, name: str) -> bool:
 
 def keys_of(section: Section, name: str) -> list[str]:
     """Keys that lead to a field, or to a section, in the data of a section (`model_dump`); `InputError` if none."""
-    keys, own = name.split("."), type(section).model_fields
-    groups = [key for key in own if isinstance(getattr(section, key), dict)]
-    keys[:0] = [key for key in groups if keys[0] not in own and keys[0] in getattr(section, key)]
+    keys, fields = name.split("."), type(section).model_fields
+    groups = [key for key in fields if isinstance(getattr(section, key), dict)]
+    keys[:0] = [key for key in groups if keys[0] not in fields and keys[0] in getattr(section, key)]
     inner: Any = section
     for key in keys:
         if isinstance(inner, dict) and key in inner:

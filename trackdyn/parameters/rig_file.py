@@ -163,11 +163,13 @@ def _read(path: Path | str, depth: int, read: Callable[[Path | str], Any]) -> di
     for one, other in (("groove", "profile"), ("profile", "groove")):
         if one in data:
             base.pop(other, None)
-    own = {key: set(content) if isinstance(content := data.get(key), dict) else set() for key in ("chain", "sprocket")}
-    for given, section, other in (("pitch", "sprocket", "ring_radius"), ("equal_pitch_radius", "chain", "pitch")):
-        if given in own["chain"] | own["sprocket"] and isinstance(base.get(section), dict):
+    stated = {
+        key: set(content) if isinstance(content := data.get(key), dict) else set() for key in ("chain", "sprocket")
+    }
+    for field, section, other in (("pitch", "sprocket", "ring_radius"), ("equal_pitch_radius", "chain", "pitch")):
+        if field in stated["chain"] | stated["sprocket"] and isinstance(base.get(section), dict):
             base[section] = {key: content for key, content in base[section].items() if key != other}
-    if {"pitch", "equal_pitch_radius"} <= own["chain"] | own["sprocket"]:
+    if {"pitch", "equal_pitch_radius"} <= stated["chain"] | stated["sprocket"]:
         raise InputError(f"{path}: chain.pitch gives sprocket.equal_pitch_radius; leave one of them out")
     return base | {
         key: base[key] | content

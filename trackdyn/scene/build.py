@@ -82,8 +82,8 @@ def build_chain(rig: Rig, chain: str = "double_pin", viscous: bool = True) -> Ch
     if chain == "single_pin":
         # half a connector is fixed to each end of the link, its middle a quarter of a connector from the joint
         pitch, half = rig.single_pin_pitch, c.connector_mass / 2
-        own = c.connector_inertia / 2 - half * (rig.connector_length / 4) ** 2
-        pitch_inertia = c.link_inertia + 2 * (own + half * (pitch / 2 - rig.connector_length / 4) ** 2)
+        connector = c.connector_inertia / 2 - half * (rig.connector_length / 4) ** 2
+        pitch_inertia = c.link_inertia + 2 * (connector + half * (pitch / 2 - rig.connector_length / 4) ** 2)
         mass, inertia = np.full(n, c.link_mass + c.connector_mass), np.full(n, pitch_inertia)
         in_series = 2  # two bushings behind one another
     else:
@@ -135,20 +135,20 @@ def build_wheels(scene) -> Wheels:
     rollers = list(rig.rollers.values()) if scene.loop == "on_wheels" else []
     count = 1 + len(rollers)
     ring, wheel = _law(rig, rig.ring_contact, scene), _law(rig, rig.wheel_contact, scene)
-    own, rolling = np.empty((0, len(Law._fields))), np.zeros(count)
+    laws, rolling = np.empty((0, len(Law._fields))), np.zeros(count)
     drag = [roller.bearing_drag * (scene.drag == "viscous") for roller in rollers]
     if scene.drag == "rolling" and rollers:
         drag = [roller.seal_drag for roller in rollers]
         rolling = np.array([0.0, *(roller.rolling_arm for roller in rollers)])
     if any(roller.surface != "wheel_contact" for roller in rollers):
-        own = np.array([ring, *(_law(rig, rig.contact_surfaces[roller.surface], scene) for roller in rollers)])
+        laws = np.array([ring, *(_law(rig, rig.contact_surfaces[roller.surface], scene) for roller in rollers)])
     x, y, radius = np.ascontiguousarray(circles[:count].T)
     torque = [roller.bearing_torque * (scene.drag == "coulomb") for roller in rollers]
     return Wheels(
         present=np.array([int(scene.ring_radius is not None)] + [1] * len(rollers)), x=x, y=y, radius=radius,
         inertia=np.array([0.0, *(roller.inertia for roller in rollers)]), drag=np.array([0.0, *drag]),
         torque=np.array([0.0, *torque]), half_thickness=rig.chain.link_thickness / 2, slip=np.zeros(count),
-        ring_law=ring, wheel_law=wheel, own_law=own, rolling=rolling,
+        ring_law=ring, wheel_law=wheel, own_law=laws, rolling=rolling,
     )  # fmt: skip
 
 
@@ -165,9 +165,9 @@ def _slip_on_wheels(chain: Chain, wheels: Wheels, link: int) -> np.ndarray:
     *_, turning = mobility_of_slip(chain, link, 0.0, wheels.half_thickness)
     radius = wheels.radius + wheels.half_thickness
     shared = pi * radius / (chain.length.sum() / len(chain.length)) / 2  # links on half of a wheel, every other body
-    own = np.divide(shared * radius**2, wheels.inertia, out=np.zeros(len(radius)), where=wheels.inertia > 0)
-    own[SPROCKET] = 0.0  # which its drive turns
-    return 1.0 / chain.mass[link] + turning + own
+    ratio = np.divide(shared * radius**2, wheels.inertia, out=np.zeros(len(radius)), where=wheels.inertia > 0)
+    ratio[SPROCKET] = 0.0  # which its drive turns
+    return 1.0 / chain.mass[link] + turning + ratio
 
 
 def build_drive(scene) -> Drive:
@@ -294,15 +294,15 @@ INTEGER, NO_FORCE = {"wheel": int, "arm": int}, np.empty((0, 2))
 CARRIED = ("sprung", "forced")  # how a tensioner that moves while the chain runs is kept
 
 
-def make_carriers(rig: Rig, model: Model, kept: str, shift: float) -> Carriers:
+def make_carriers(rig: Rig, model: Model, tension: str, shift: float) -> Carriers:
     """Carriers at rest where the model's wheels stand, their springs without preload.
 
-    ``kept`` is the scene's tension: with `CARRIED` the tensioning wheel, shifted by ``shift`` (m), is one of them.
+    ``tension`` is the scene's tension: with `CARRIED` the tensioning wheel, shifted by ``shift`` (m), is one of them.
     """
     rows, force = [], NO_FORCE
     for k, name in enumerate(wheel_names(rig)):
         x, y = float(model.wheels.x[k]), float(model.wheels.y[k])
-        tensions = k == tensioner(rig) and kept in CARRIED
+        tensions = k == tensioner(rig) and tension in CARRIED
         carrier = rig.tension if tensions else rig.rollers[name].carrier if k else None
         if carrier is None:
             continue
@@ -318,7 +318,7 @@ def make_carriers(rig: Rig, model: Model, kept: str, shift: float) -> Carriers:
             row |= {"along_x": cos(direction), "along_y": sin(direction)}
         if tensions:
             row |= {"low": -carrier.travel - shift, "high": carrier.travel - shift}
-            if kept == "forced" and isinstance(carrier, Tension):
+            if tension == "forced" and isinstance(carrier, Tension):
                 row["stiffness"], force = 0.0, np.array(carrier.force, dtype=float)
         rows.append(row)
     return carriers_of(rows, len(model.wheels.x), tensioner(rig), force)

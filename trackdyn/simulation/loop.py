@@ -342,15 +342,15 @@ class Loop:
             if (wanted := getattr(other.scene, name)) != getattr(self.scene, name):
                 raise InputError(f"scene: {name} = {wanted!r}: cannot change in a loop; make a new Loop")
         model, state, work = allocate(other.scene)
-        own = flat(self._parts.state)
-        if [leaf.shape for leaf in flat(state).values()] != [leaf.shape for leaf in own.values()]:
+        leaves = flat(self._parts.state)
+        if [leaf.shape for leaf in flat(state).values()] != [leaf.shape for leaf in leaves.values()]:
             raise InputError(
                 "scene: rig, space or joints differ: a loop keeps bodies, plane and joints; make a new Loop"
             )
         before = self._parts.model
         for name in ("x", "y", "radius"):
             getattr(model.wheels, name)[:] = getattr(before.wheels, name)
-        filled(state, own)
+        filled(state, leaves)
         state.steps[0] = round(self.time / model.step)
         other._adopt(model._replace(drive=before.drive, carriers=before.carriers), state, work)
         if fields.keys() & {"motor_rpm", "ramp"}:

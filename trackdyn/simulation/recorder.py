@@ -152,9 +152,9 @@ class Recorder:
             record = _mapped(record, lambda array: array[: self.done])._replace(frame=record.frame[:frames])
             scene = scene.with_(duration=self.done / rate, frame_interval=scene.frame_interval if frames else 0.0)
         plane = record.plane
-        own = {name: getattr(record, name) for name in (*SAMPLED, "frame")}
+        arrays = {name: getattr(record, name) for name in (*SAMPLED, "frame")}
         if plane is not None:
-            own |= {"plane": plane.motion, "wheel_offset": plane.offset, "axial_force": plane.axial}
+            arrays |= {"plane": plane.motion, "wheel_offset": plane.offset, "axial_force": plane.axial}
         resolution = self.watch.resolution()
         share = None if np.isnan(resolution.share) else resolution.share
         recording = Recording(
@@ -165,7 +165,7 @@ class Recorder:
             frame_time=(np.arange(len(record.frame)) * stride + 1) / rate,
             meta=provenance(scene, self.loop.layout) | {"resolved": resolution._asdict() | {"share": share}},
             wall=self.wall,
-            **own,
+            **arrays,
         )
         vars(recording)["scene"] = scene  # not built from its description again
         return recording.checked()

@@ -111,11 +111,11 @@ class SettledLoops:
 
         return self._copy(self._settled, f"{ring!r} {common}", lambda: _rested(scene, tensioned))
 
-    def _copy(self, kept: dict[str, "Settling"], key: str, make: "Callable[[], Settling]") -> "Settling":
-        settling = kept.pop(key) if key in kept else make()
-        kept[key] = settling  # the last one used is the last to go
-        if len(kept) > self.kept:
-            del kept[next(iter(kept))]
+    def _copy(self, stored: dict[str, "Settling"], key: str, make: "Callable[[], Settling]") -> "Settling":
+        settling = stored.pop(key) if key in stored else make()
+        stored[key] = settling  # the last one used is the last to go
+        if len(stored) > self.kept:
+            del stored[next(iter(stored))]
         return copy.deepcopy(settling)
 
 

@@ -71,17 +71,17 @@ def results(
         ``key``, ``state``, ``reason``, ``values`` by name, ``cost``.
     """
     with TemporaryDirectory() if store is None else nullcontext(store) as folder:
-        kept = Store(folder, valid)
-        rows = {key: _shared(row) for key, row in kept.read(tasks.keys()).items()}
-        if alone and not rows and (others := kept.count()):
+        rows_store = Store(folder, valid)
+        rows = {key: _shared(row) for key, row in rows_store.read(tasks.keys()).items()}
+        if alone and not rows and (others := rows_store.count()):
             print(
-                f"trackdyn: {kept.folder}: none of its {others} rows is of this design by this version of the "
+                f"trackdyn: {rows_store.folder}: none of its {others} rows is of this design by this version of the "
                 "program; they stay there, and all rows are computed",
                 file=sys.stderr,
             )
         due = {key: task for key, task in tasks.items() if key not in rows}
         with tqdm(total=len(due), disable=not progress, unit=unit, desc=progress, smoothing=0.05) as bar:
-            for row in _computed(maker, due, jobs, free_memory(), kept):
+            for row in _computed(maker, due, jobs, free_memory(), rows_store):
                 rows[row["key"]] = _shared(row)
                 bar.update()
     return rows
@@ -119,9 +119,9 @@ def outcome(compute: Callable[..., dict], key: str, task: dict) -> dict:
 
 def free_memory() -> float:
     """Bytes that rows may take: what is free, or half of what SLURM gave the job, since the program is there, too."""
-    given = os.environ.get("SLURM_MEM_PER_NODE", "")
+    limit = os.environ.get("SLURM_MEM_PER_NODE", "")
     free = virtual_memory().available
-    return min(free, float(given) * 2**20 / 2) if given.isdecimal() and int(given) else float(free)
+    return min(free, float(limit) * 2**20 / 2) if limit.isdecimal() and int(limit) else float(free)
 
 
 def _computed(maker: Maker, due: Tasks, jobs: int, memory: float, store: Store) -> Iterator[dict]:

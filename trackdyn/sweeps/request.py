@@ -90,7 +90,7 @@ def requested_rows(table: pd.DataFrame, rig: str = DEFAULT) -> list[SweepRow]:
 
 
 def _row(cells: dict[str, Any], rig: str, rigs: dict[str, tuple[dict, str] | InputError]) -> SweepRow:
-    given = {name: value for name, cell in cells.items() if (value := _plain(cell)) is not None}
+    values = {name: value for name, cell in cells.items() if (value := _plain(cell)) is not None}
     base: dict = {}
     fields: dict = {}
     changes: dict = {}
@@ -98,15 +98,15 @@ def _row(cells: dict[str, Any], rig: str, rigs: dict[str, tuple[dict, str] | Inp
     known: dict = {}
     content, longest, reason = "", LONGEST_USUAL, ""
     try:
-        if "ring_radius" in cells and "ring_radius" not in given:
+        if "ring_radius" in cells and "ring_radius" not in values:
             raise InputError("ring_radius is empty; expected a radius in m, or none")
-        if "motor_rpm" not in given:
+        if "motor_rpm" not in values:
             raise InputError("motor_rpm is empty; a speed in rev/min is needed")
-        base, content = _rig(str(given.get("rig", rig)), rigs)
-        if "preset" in given:
-            preset(str(given["preset"]))  # refused here, not by the row when it runs
-            fields["preset"] = str(given["preset"])
-        for name, value in given.items():
+        base, content = _rig(str(values.get("rig", rig)), rigs)
+        if "preset" in values:
+            preset(str(values["preset"]))  # refused here, not by the row when it runs
+            fields["preset"] = str(values["preset"])
+        for name, value in values.items():
             if name in Scene.model_fields and name != "rig":
                 fields[name] = _field(name, value)
             elif name in UNTIL:
@@ -117,8 +117,8 @@ def _row(cells: dict[str, Any], rig: str, rigs: dict[str, tuple[dict, str] | Inp
                 changes[name.replace(".", "__")] = _number(value)
         if fields["motor_rpm"] == 0:
             raise InputError("motor_rpm = 0: must be above 0, for a row records a running track")
-        if "until.longest" in given:
-            longest = within("until.longest", _number(given["until.longest"]), 0.0, LONGEST_RUN, " s")
+        if "until.longest" in values:
+            longest = within("until.longest", _number(values["until.longest"]), 0.0, LONGEST_RUN, " s")
         if known:
             _refuse_known(known, until)
     except InputError as error:
@@ -127,7 +127,7 @@ def _row(cells: dict[str, Any], rig: str, rigs: dict[str, tuple[dict, str] | Inp
     scene = DEFAULTS | fields
     end = [until, known, longest if until else None]
     rig_is = [content, changes]
-    asks = [rig_is, scene, end, module_hash("trackdyn.sweeps.row"), given if reason else None]
+    asks = [rig_is, scene, end, module_hash("trackdyn.sweeps.row"), values if reason else None]
     settles = {name: value for name, value in scene.items() if name not in (*LATER, "ring_radius")}
     same_start = f"{key_of(rig_is, settles)} {fields.get('ring_radius', '')}"
     return SweepRow(key_of(*asks), same_start, base, changes, fields, until, known, longest, reason)

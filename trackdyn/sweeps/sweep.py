@@ -191,8 +191,8 @@ def result_table(design: pd.DataFrame, rows: list[SweepRow], rows_by_key: dict[s
     results = [rows_by_key[row.key] for row in rows]
     message = pd.DataFrame({name: [result[name] for result in results] for name in ("key", "state", "reason")})
     values = pd.DataFrame([result["values"] for result in results])
-    given = design.reset_index(drop=True).apply(_storable)
-    return pd.concat([given, message, values], axis=1)
+    inputs = design.reset_index(drop=True).apply(_storable)
+    return pd.concat([inputs, message, values], axis=1)
 
 
 def _storable(column: pd.Series) -> pd.Series:
