@@ -165,6 +165,6 @@ def other_speed(recording: Recording, record: SensorRecord) -> str | None:
         return None
     return (
         f"{record.path}: its loop turns {seen:.4g} times a second{f' (+- {error:.2g})' if error else ''}, the "
-        f"simulated one {hz:.4g} times at {rpm:g} rpm, {abs(hz / seen - 1):.1%} {'slower' if hz < seen else 'faster'}; compare "
-        f"with a run at {rpm * seen / hz:.4g} rpm"
+        f"simulated one {hz:.4g} times at {rpm:g} rpm, {abs(hz / seen - 1):.1%} {'slower' if hz < seen else 'faster'}; "
+        f"compare with a run at {rpm * seen / hz:.4g} rpm"
     )
