@@ -15,12 +15,12 @@ from trackdyn.measure.whole_loop import whole_loop
 from trackdyn.simulation.simulate import simulate
 
 
-def tried(step, value, integrator="semi_implicit", scatter=None, half_width=0.0):
+def tried(step, value, integrator="semi_implicit", scatter=None):
     """A setting whose measure has one value in all of twelve passages, or one that scatters."""
     values = np.full(12, value) + (0.0 if scatter is None else scatter)
     writer = SimpleNamespace(loop=SimpleNamespace(scene=SimpleNamespace(step=step)))
     one = Tried(Setting("made up", {"integrator": integrator, "step": step}), writer, 1.0 / step)
-    one.found["rms"], one.half_width["rms"], one.scatter["rms"] = Series(values, np.arange(12)), half_width, half_width
+    one.found["rms"] = Series(values, np.arange(12))
     return one
 
 
@@ -29,7 +29,7 @@ def test_errors_of_a_method_of_order_one_are_found():
     runs = [tried(step, 2.0 + 3.0 * step) for step in (1e-2, 5e-3, 2.5e-3)]
     _judge(runs, {"rms": 0.1})
     for one in runs:
-        assert one.bias["rms"] == pytest.approx(1.5 * one.setting.fields["step"], rel=0.01)
+        assert one.error["rms"].bias == pytest.approx(1.5 * one.setting.fields["step"], rel=0.01)
 
 
 def test_scatter_that_runs_share_is_no_error_and_their_own_is():
@@ -38,23 +38,26 @@ def test_scatter_that_runs_share_is_no_error_and_their_own_is():
     own = [tried(step, 2.0 + 3.0 * step, scatter=part) for step, part in zip((1e-2, 5e-3), noise, strict=True)]
     for runs in (shared, own):
         _judge(runs, {"rms": 0.1})
-    assert shared[1].error("rms") == pytest.approx(0.0075, rel=0.3)
-    assert own[1].error("rms") > 10 * shared[1].error("rms")
+    few, many = (runs[1].error["rms"] for runs in (shared, own))
+    assert few.bias + few.doubt == pytest.approx(0.0075, rel=0.3)
+    assert many.bias + many.doubt > 10 * (few.bias + few.doubt)
 
 
 def test_another_method_is_no_half_step():
     """From a linearly implicit to a semi-implicit step nothing is extrapolated: the whole difference is in doubt."""
     runs = [tried(2e-4, 2.2, "linearly_implicit"), tried(1e-4, 2.0)]
     _judge(runs, {"rms": 0.1})
-    assert runs[1].bias["rms"] == pytest.approx(0.1)
+    assert runs[1].error["rms"].bias == pytest.approx(0.1)
 
 
 def test_a_plan_goes_the_cheapest_way():
     """Records that are long enough end it, those that scatter go on, and a difference asks for a finer step."""
 
     def way(difference, half_width, most=20.0):
-        runs = [tried(2e-4, 1.0 + difference, half_width=half_width), tried(1e-4, 1.0, half_width=half_width)]
+        runs = [tried(2e-4, 1.0 + difference), tried(1e-4, 1.0)]
         _judge(runs, tolerances := {"rms": 0.01})
+        for one in runs:
+            one.error["rms"] = one.error["rms"]._replace(half_width=half_width, scatter=half_width)
         chosen, longer = _next(runs, tolerances, [Setting("finer", {})], most)
         return chosen and runs.index(chosen), longer
 

@@ -18,8 +18,8 @@ from trackdyn.simulation.resolution import (
     largest_forces,
     resolution,
 )
+from trackdyn.simulation.rig_check import Trial, try_steps
 from trackdyn.simulation.simulate import simulate
-from trackdyn.simulation.trial import Trial, try_steps
 from trackdyn.simulation.watch import FINER
 
 

@@ -52,7 +52,7 @@ def say(plan) -> None:
         mark = "chosen" if one is plan.chosen else "tried"
         message = f"rejected: {one.refused}"
         if not one.refused:
-            errors = ", ".join(f"{name} {one.bias[name] + one.doubt[name]:.2g}" for name in one.bias)
+            errors = ", ".join(f"{name} {of.bias + of.doubt:.2g}" for name, of in one.error.items())
             message = f"error of {errors}; {one.cpu_s / one.seconds:.2g} CPU s a second"
         typer.echo(f"{mark:>22}  {one.setting.name}: {message}")
     ends = ", ".join(f"{name} to {tolerance:.2g}" for name, tolerance in plan.left.items())

@@ -41,10 +41,6 @@ class Series(NamedTuple):
         """Without the passages before ``first``."""
         return self._replace(values=self.values[self.passage >= first], passage=self.passage[self.passage >= first])
 
-    def until(self, last: int) -> "Series":
-        """Without the passages from ``last`` on."""
-        return self._replace(values=self.values[self.passage < last], passage=self.passage[self.passage < last])
-
     def linear(self) -> np.ndarray:
         """(m,) values whose mean is the measure, and whose scatter is its own to first order."""
         if not self.root or not len(self.values):

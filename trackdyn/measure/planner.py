@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
-from math import inf, sqrt
+from math import hypot, inf, sqrt
 from typing import Any, NamedTuple
 
 from trackdyn.errors import InputError, TrackdynError
@@ -42,9 +42,38 @@ class Setting(NamedTuple):
     fields: dict[str, Any]
 
 
+class Error(NamedTuple):
+    """Errors of a measure of a record, as tolerances are given."""
+
+    bias: float  # by the difference of settings
+    doubt: float  # two standard errors of it
+    half_width: float  # half of the 95 % interval of the record
+    scatter: float  # two standard errors: the half width, had it many batches
+
+    def total(self) -> float:
+        """Difference of settings and both scatters."""
+        return self.bias + hypot(self.doubt, self.half_width)
+
+    def left(self, tolerance: float) -> float:
+        """What a tolerance leaves for the interval of the record; 0 if nothing."""
+        rest = tolerance - self.bias
+        return sqrt(rest**2 - self.doubt**2) if rest > self.doubt else 0.0
+
+    def alone(self, tolerance: float) -> float:
+        """Times that the record must be as long, above 1 if it must; infinite if the setting errs too much."""
+        room = self.left(tolerance) if self.bias <= OF_SETTING * tolerance else 0.0
+        return _times(self.half_width, self.scatter, room)
+
+    def together(self, tolerance: float, falls: float = 1.0, most: float = OF_SETTING) -> float:
+        """The same if the trials go on, whose scatters fall both, and the difference of settings falls so."""
+        bias = falls * self.bias
+        room = tolerance - min(bias, OF_SETTING * tolerance) if bias <= most * tolerance else 0.0
+        return _times(hypot(self.doubt, self.half_width), hypot(self.doubt, self.scatter), room)
+
+
 @dataclass
 class Tried:
-    """A setting and what is known of it; errors as tolerances are given."""
+    """A setting and what is known of it."""
 
     setting: Setting
     writer: Recorder | None = None  # the record so far; None if the setting was refused
@@ -52,35 +81,20 @@ class Tried:
     cpu_s: float = 0.0  # CPU seconds of the record so far
     refused: str = ""  # why it does not run, or nothing
     found: dict[str, Series] = field(default_factory=dict, repr=False)
-    # error of each measure by the difference of settings, and two standard errors of it; empty until a finer one ran
-    bias: dict[str, float] = field(default_factory=dict)
-    doubt: dict[str, float] = field(default_factory=dict)
-    half_width: dict[str, float] = field(default_factory=dict)  # half of the 95 % interval over the record
-    scatter: dict[str, float] = field(default_factory=dict)  # two standard errors: the same, had it many batches
+    error: dict[str, Error] = field(default_factory=dict)  # of each measure; empty until a finer setting ran
 
     @property
     def seconds(self) -> float:
         """Length of the record, s."""
         return self.writer.done / self.writer.loop.scene.rig.sensor.rate if self.writer else 0.0
 
-    def left(self, name: str, tolerance: float) -> float:
-        """What a tolerance leaves for the interval of the record; 0 if nothing."""
-        rest = tolerance - self.bias[name]
-        return sqrt(rest**2 - self.doubt[name] ** 2) if rest > self.doubt[name] else 0.0
-
-    def error(self, name: str) -> float:
-        """Difference of settings and scatter, all in all."""
-        return self.bias[name] + sqrt(self.doubt[name] ** 2 + self.half_width[name] ** 2)
-
     def growth(self, tolerances: Mapping[str, float]) -> float:
-        """Times that the record must be as long as it is, above 1 if it must; infinite if the setting errs too much."""
-        growth = 0.0
-        for name, tolerance in tolerances.items():
-            left = self.left(name, tolerance)
-            if self.bias[name] > OF_SETTING * tolerance or not left:
-                return inf
-            growth = max(growth, _times(self.half_width[name], self.scatter[name], left))
-        return growth
+        """Times that the record must be as long for all tolerances (`Error.alone`)."""
+        return max(self.error[name].alone(tolerance) for name, tolerance in tolerances.items())
+
+    def trials(self, tolerances: Mapping[str, float], *falls: float) -> float:
+        """Times, at least 1, that trials must be as long for all of them (`Error.together`)."""
+        return max(1.0, *(self.error[name].together(tolerance, *falls) for name, tolerance in tolerances.items()))
 
 
 class Plan(NamedTuple):
@@ -112,8 +126,8 @@ class Plan(NamedTuple):
         measures = {}
         for name, mean in answer.measures.items():
             scale = scale_of(name, mean.value)
-            half_width = self.chosen.bias[name] + sqrt(self.chosen.doubt[name] ** 2 + (mean.half_width / scale) ** 2)
-            measures[name] = mean._replace(half_width=half_width * scale)
+            error = self.chosen.error[name]._replace(half_width=mean.half_width / scale).total()
+            measures[name] = mean._replace(half_width=error * scale)
         return replace(answer, measures=measures, recording=self._recording(answer.recording))
 
     def _recording(self, recording: Recording) -> Recording:
@@ -127,10 +141,8 @@ def settings(scene: Scene, method: bool) -> list[Setting]:
     """Settings of a scene from cheap to dear; where method and step are not open, its own and half its step."""
     sample = 1.0 / scene.rig.sensor.rate
     if not method:
-        return [
-            Setting("as the scene asks", {}),
-            Setting("half its step", {"step": round_step(scene.step / 2, sample)}),
-        ]
+        half = Setting("half its step", {"step": round_step(scene.step / 2, sample)})
+        return [Setting("as the scene asks", {}), half]
     coarsest = min(IMPLICIT_STEP, *turn_limit(scene.sprocket_rate).values())
     # one step coarser than the usual one, where that is small
     steps = [("linearly_implicit", coarsest)]
@@ -182,7 +194,7 @@ def plan(scene: Scene, tolerances: Mapping[str, float], longest: float = 60.0, m
             _judge(running, tolerances)
             chosen, longer = _next(running, tolerances, pending, longest / span / count)
             if chosen is not None:
-                left = {name: chosen.left(name, tolerance) for name, tolerance in tolerances.items()}
+                left = {name: chosen.error[name].left(tolerance) for name, tolerance in tolerances.items()}
                 duration = min(max(chosen.growth(tolerances), 1.0) * chosen.seconds, longest)
                 cpu_s = chosen.cpu_s * (duration / chosen.seconds - 1.0)
                 return Plan(chosen, left, duration, cpu_s, time.process_time() - begin, tuple(tried))
@@ -203,8 +215,8 @@ def _at_speed(settled: Loop, choices: list[Setting]) -> Loop:
             loop.advance(scene.ramp + max(scene.lead_in - LEAD * scene.periods.passage, 0.0))
             return loop
         except TrackdynError as error:
-            reason = error
-    raise reason
+            reason = str(error)
+    raise InputError(f"tolerance: {reason}")
 
 
 def _start(base: Loop, setting: Setting, span: float) -> Tried:
@@ -236,9 +248,6 @@ def _record(one: Tried, tolerances: Mapping[str, float], seconds: float) -> None
         one.refused = "peaks stand for one step: the true ones may be twice as large"
         return
     one.found = {name: of for name, of in found.items() if len(of.values) >= LEAST}
-    means = {name: of.estimate() for name, of in one.found.items()}
-    one.half_width = {name: of.half_width / scale_of(name, of.value) for name, of in means.items()}
-    one.scatter = {name: SURE * of.error / scale_of(name, of.value) for name, of in means.items()}
 
 
 def _judge(running: list[Tried], tolerances: Mapping[str, float]) -> None:
@@ -253,10 +262,12 @@ def _judge(running: list[Tried], tolerances: Mapping[str, float]) -> None:
     ratio = steps[1] / (steps[0] - steps[1]) if same else 1.0
     for name in tolerances:
         scale = scale_of(name, finest.found[name].estimate().value)
-        last, error = (ratio * abs(of) / scale for of in difference(coarser.found[name], finest.found[name]))
+        last, sure = (ratio * abs(of) for of in difference(coarser.found[name], finest.found[name]))
         for one in running:
             off, scatter = (0.0, 0.0) if one is finest else difference(one.found[name], finest.found[name])
-            one.bias[name], one.doubt[name] = abs(off) / scale + last, SURE * (scatter / scale + error)
+            _, error, half_width = one.found[name].estimate()
+            errors = abs(off) + last, SURE * (scatter + sure), half_width, SURE * error
+            one.error[name] = Error(*(of / scale for of in errors))
 
 
 def _next(
@@ -273,26 +284,13 @@ def _next(
         if (growth := one.growth(tolerances)) <= 1.0 or (growth < inf and most > 1.0):
             ways.append((one.work * max(growth - 1.0, 0.0), one, 0.0))
     # trials tell settings apart and are the beginning of the answer, so that both scatters fall
-    if (growth := _growth(finest, tolerances, 1.0)) < inf and most > 1.0:
+    if (growth := finest.trials(tolerances)) < inf and most > 1.0:
         ways.append((sum(one.work for one in running) * (growth - 1.0), None, min(growth, GROWTH, most)))
     if pending:
         same = coarser.setting.fields.get("integrator") == finest.setting.fields.get("integrator")
-        growth = _growth(finest, tolerances, 1 / 2 if same else 1 / 8, 1.0)
+        growth = finest.trials(tolerances, 1 / 2 if same else 1 / 8, 1.0)
         ways.append((2 * finest.work * growth + finest.work * (growth - 1.0), None, 0.0))
     return min(ways, key=lambda way: way[0], default=(inf, None, 0.0))[1:]
-
-
-def _growth(one: Tried, tolerances: Mapping[str, float], falls: float, most: float = OF_SETTING) -> float:
-    """Times that trials must be as long, at least 1, for a setting whose difference falls so; infinite if it errs."""
-    growth = 1.0
-    for name, tolerance in tolerances.items():
-        bias = falls * one.bias[name]
-        if bias > most * tolerance:
-            return inf
-        doubt, rest = one.doubt[name], tolerance - min(bias, OF_SETTING * tolerance)
-        times = _times(sqrt(doubt**2 + one.half_width[name] ** 2), sqrt(doubt**2 + one.scatter[name] ** 2), rest)
-        growth = max(growth, times)
-    return growth
 
 
 def _times(half_width: float, scatter: float, room: float) -> float:
@@ -300,23 +298,20 @@ def _times(half_width: float, scatter: float, room: float) -> float:
 
     Few batches widen an interval, which more of them do not.
     """
+    if not room:
+        return inf
     return (half_width / room) ** 2 if half_width <= room else max((scatter / room) ** 2, LONGER)
 
 
 def _refusal(tried: list[Tried], tolerances: Mapping[str, float], longest: float) -> str:
     """Why no setting keeps the tolerances."""
-    known = [one for one in tried if one.bias]
+    known = [one.error for one in tried if one.error]
     if not known:
         reason = next((one.refused for one in reversed(tried) if one.refused), "no setting runs")
         return f"tolerance: {reason}"
-    name = max(tolerances, key=lambda name: min(one.bias[name] for one in known) / tolerances[name])
-    least = min(one.bias[name] for one in known)
-    if least > OF_SETTING * tolerances[name]:
-        return (
-            f"tolerance = {tolerances[name]:g} of {name}: what was tried leaves an error of {least:.2g}; "
-            f"use at least {least / OF_SETTING:.2g}"
-        )
-    return (
-        f"tolerance = {tolerances[name]:g} of {name}: records of {longest:g} s scatter by more than that; use a larger "
-        "one, or --longest"
-    )
+    least = {name: min(error[name].bias for error in known) for name in tolerances}
+    name = max(tolerances, key=lambda name: least[name] / tolerances[name])
+    reason = f"records of {longest:g} s scatter by more than that; use a larger one, or --longest"
+    if least[name] > OF_SETTING * tolerances[name]:
+        reason = f"what was tried leaves an error of {least[name]:.2g}; use at least {least[name] / OF_SETTING:.2g}"
+    return f"tolerance = {tolerances[name]:g} of {name}: {reason}"

@@ -191,11 +191,6 @@ def whole_loop(recording: Recording) -> dict[str, Estimate]:
     return {name: measure.estimate() for name, measure in series(recording).items()}
 
 
-def high_frequency_of_all(recording: Recording) -> float:
-    """Root mean square over all links of the content at and above 20 Hz (`signals.high_passed`), g."""
-    return float(np.sqrt(np.mean(high_passed(every_ay(recording), recording.rate) ** 2)))
-
-
 def _line(revolution: np.ndarray) -> float:
     """Amplitude of one period a revolution."""
     phase = np.exp(-2j * np.pi * np.arange(len(revolution)) / len(revolution))

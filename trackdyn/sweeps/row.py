@@ -12,7 +12,7 @@ from trackdyn.measure.convergence import Estimate
 from trackdyn.measure.metrics import run_metrics
 from trackdyn.measure.sliding import sliding_per_km
 from trackdyn.measure.stopping import refuse_undriven, refuse_until, run_steady, run_until
-from trackdyn.measure.whole_loop import high_frequency_of_all, whole_loop
+from trackdyn.measure.whole_loop import whole_loop
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene.scene import Scene
 from trackdyn.scene.stop_rule import StopRule
@@ -67,8 +67,6 @@ class Rows:
         else:
             recording = simulate(requested, starts=self._starts)
             measures = whole_loop(recording) if requested.every_link else {}
-        if recording.link_mean.size:
-            values["whole_high_frequency"] = high_frequency_of_all(recording)
         return run_values(recording) | values | _flat(measures)
 
     def _rig_of(self, rig: dict, changes: dict) -> Rig:

@@ -51,17 +51,14 @@ def statistics_of(recording: Recording) -> dict[str, float]:
     }
 
 
-def answers_of(recording: Recording, passages: int | None = None) -> dict[str, Series]:
+def answers_of(recording: Recording) -> dict[str, Series]:
     """Measures over all links of a recording made with ``every_link``, passage by passage.
 
-    As `statistics_of`, but with what standard errors are made of (`measure.whole_loop`). Only the first ``passages``
-    of the record count, if that is given. Closure error and energy residual belong to the whole record and have none.
+    As `statistics_of`, but with what standard errors are made of (`measure.whole_loop`). Closure error and energy
+    residual belong to the whole record and have none.
     """
-    measures = series(recording)
-    if passages is not None:
-        measures = {name: each.until(passages) for name, each in measures.items()}
     exact = {"loop_gap": float(recording.gap.max()), "energy_residual": abs(energy_residual(recording))}
-    return measures | {name: Series(np.array([value]), np.array([0])) for name, value in exact.items()}
+    return series(recording) | {name: Series(np.array([value]), np.array([0])) for name, value in exact.items()}
 
 
 def scale_of(measure: str, reference: float) -> float:
