@@ -126,6 +126,12 @@ def test_one_impact_delivers_what_the_closed_form_says(rig):
     assert min(r["value"] for r in rows if r["group"] == "printed") == pytest.approx(0.663, abs=1e-3)
 
 
+def test_states_and_laws_at_their_ends(rig):
+    no_defects(cases.states(rig, (1e-3,)))
+    no_defects(cases.laws(rig))
+    no_defects(cases.momentum(rig, (3,)))
+
+
 def test_forced_runs_diverge_beyond_the_predicted_limit(rig):
     rows = no_defects(stability_map(rig, "stiffness", (2.1e11,), (20, 10, 2)))
     assert [r["value"] <= r["bound"] for r in rows] == [True, True, False]

@@ -38,7 +38,7 @@ def run_on(loop: Loop, seconds: float) -> dict:
         loop.fill(record, step, step + 1)
         turn = max(turn, float(np.abs(loop.state.rate).max()) * loop.model.step)
     arrays = (record.energy, record.gap, record.raw, *(array for array in loop.state if isinstance(array, np.ndarray)))
-    if not all(np.isfinite(array).all() for array in arrays):
+    if not all(np.isfinite(array.view(float) if array.dtype.names else array).all() for array in arrays):
         return {"reason": "numbers that are not finite"}
     gap = float(record.gap.max())
     refuse_open_account(record.energy, loop.model, seconds)
@@ -104,7 +104,7 @@ def states(rig: Rig, depths: list[float]) -> Iterator[dict]:
 
 def _pushed(rig: Rig, wheel: int, depth: float) -> dict:
     started = restart(rig, 0.0)
-    wheels = started.model.wheels
+    wheels = started._parts.model.wheels
     away = np.array([wheels.x[wheel] + 0.55, wheels.y[wheel] + 0.2])
     away /= np.hypot(*away)
     wheels.x[wheel] += depth * away[0]
@@ -115,29 +115,30 @@ def _pushed(rig: Rig, wheel: int, depth: float) -> dict:
 def _stopped(rig: Rig, rpm: float) -> dict:
     started = restart(rig, rpm)
     run_on(started, 0.3)
-    started.model = started.model._replace(drive=Drive(0.0, started.model.step))
+    model = started.model
+    started._parts = started._parts._replace(model=model._replace(drive=Drive(0.0, model.step)))
     return run_on(started, 0.2)
 
 
 def _turned(rig: Rig, share: float) -> dict:
     started = restart(rig, 0.0)
-    started.state.wheel_angle[SPROCKET] += share * 2 * np.pi / started.model.tooth.teeth
+    started._parts.state.wheel_angle[SPROCKET] += share * 2 * np.pi / started.model.tooth.teeth
     return run_on(started, 0.1)
 
 
 def _on_tip(rig: Rig) -> dict:
     started = restart(rig, 0.0)
-    wheels = started.model.wheels
+    wheels = started._parts.model.wheels
     to_pins = started.pins[:-1] - [wheels.x[SPROCKET], wheels.y[SPROCKET]]
     x, y = to_pins[np.argmin((to_pins**2).sum(axis=1))]
     # the line between two grooves through the centre of an arc
-    started.state.wheel_angle[SPROCKET] = np.arctan2(y, x)
+    started._parts.state.wheel_angle[SPROCKET] = np.arctan2(y, x)
     return run_on(started, 0.1)
 
 
 def _crept(rig: Rig, value: float) -> dict:
     started = restart(rig, 0.0)
-    state = started.state
+    state = started._parts.state
     for array in (state.rate, state.wheel_rate):
         array[...] = value
     for array in (state.tooth_impact, state.wheel_impact):

@@ -99,9 +99,8 @@ def invariants(scene: Scene, recording: Recording) -> dict:
 
     The turn of the bodies a step is taken from the recorded configurations, a sample apart.
     """
-    for name in Recording.ARRAYS:
-        if not np.isfinite(getattr(recording, name)).all():
-            return {"reason": f"{name} holds numbers that are not finite"}
+    if fault := recording.fault():
+        return {"reason": fault}
     gap = float(recording.gap.max())
     model, seconds = scene.model, scene.duration
     share, exchanged = open_share(recording.energy, model, seconds)
