@@ -47,6 +47,7 @@ def answer_sentences(card: pd.DataFrame, parameters: pd.DataFrame) -> list[str]:
         same = len(set(values)) == 1
         where = "at every speed" if same else f"at {row['speeds']} rpm"
         radii.append(f"{values[0] if same else ', '.join(values)} m {where} (rig {rig})")
+    counts = [f"{shown} of {judged} (rig {rig})" for rig in rigs for shown, judged in [count(card, rig)]]
     kinds = parameters["kind"].value_counts()
     fitted = kinds.get("fitted", 0)
     known = len(parameters) - fitted - kinds.get("assumed", 0)
@@ -57,7 +58,7 @@ def answer_sentences(card: pd.DataFrame, parameters: pd.DataFrame) -> list[str]:
     if len(outside):
         sources += f". No real part has its values of {', '.join(outside)}"
     return [
-        " ".join(headline(card, rig) for rig in rigs),
+        f"Statements of Sects. 5.2 and 6 that come out: {', '.join(counts)}.",
         f"The ring to choose has a radius of {'; '.join(radii)}; the paper chooses {choices['printed'].iloc[0]} m."
         if radii
         else "Without a ring study no radius is chosen.",

@@ -157,7 +157,7 @@ def _name_points(axis: Axes, points: Sequence[tuple]) -> None:
             text.update_positions(renderer)
             box = Text.get_window_extent(text, renderer)  # without the line to its point
             line = Path([point, box.get_points().mean(axis=0)])
-            crossed = any(line.intersects_bbox(mark) for mark in marks if mark is not own_mark)
+            crossed = any(line.intersects_bbox(mark) for mark in marks if not mark.overlaps(own_mark))
             inside = space.x0 < box.x0 < box.x1 < space.x1 and space.y0 < box.y0 < box.y1 < space.y1
             if inside and not crossed and not box.count_overlaps(names + marks):
                 break
