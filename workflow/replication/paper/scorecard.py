@@ -1,10 +1,12 @@
 """The scorecard read: counted, in words, and the rigs beside each other."""
 
+import re
 from collections.abc import Sequence
 
 import pandas as pd
 
 from replication.paper.claims import JUDGED, NOT_COMPARABLE, NOT_SHOWN, SHOWN, VERDICTS
+from trackdyn.plots.cells import significant
 
 RADIUS = "C26a"  # the radius to choose
 SECTIONS = ("C04", "C28")  # claims of Sects. 5.2 and 6
@@ -94,12 +96,18 @@ def statements(card: pd.DataFrame, names: Sequence[str] = tuple(SHORT)) -> pd.Da
         printed = parts["printed"].iloc[0]
         row = {"statement": SHORT[wanted], "printed": "in words" if printed.startswith("ours") else printed}
         for rig, judged in parts.iterrows():
-            value = "" if judged["verdict"] == NOT_COMPARABLE else judged["measured"]
+            value = "" if judged["verdict"] == NOT_COMPARABLE else _rounded(judged["measured"])
             row[f"rig {rig}"] = f"{value} {MARKS[judged['verdict']]}".strip()
         rows.append(row)
     return pd.DataFrame(
         rows, columns=["statement", "printed", *(f"rig {rig}" for rig in dict.fromkeys(card["rig"]))]
     ).fillna("–")
+
+
+def _rounded(text: str) -> str:
+    """Text with three significant digits in its numbers; a fit says no more. A range without width is one number."""
+    rounded = re.sub(r"\d+\.\d+", lambda number: significant(float(number[0])), text)
+    return re.sub(r"\b(\S+) to \1(?![\d.])", r"\1", rounded)
 
 
 def side_by_side(card: pd.DataFrame) -> pd.DataFrame:
