@@ -188,7 +188,7 @@ def test_a_rig_without_friction_does_not_wear(rig):
         ({"fields": {"step": 3e-4}}, "step"),
         ({"fields": {"space": "spatial"}}, "wear needs wheels in the plane"),
         ({"fields": {"chain": "belt"}}, "belt"),
-        ({"fields": {"tooth_contact": "three_surfaces"}}, "ten-arc design"),
+        ({"fields": {"tooth_contact": "three_surfaces"}}, "wear needs ten arcs"),
     ],
 )
 def test_what_cannot_wear_is_refused(rig, changes, words):
