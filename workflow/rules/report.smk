@@ -101,7 +101,7 @@ rule article:
         parameters=f"{R}/tables/parameters.csv",
         **{f"table{k}": f"{R}/tables/table{k}.csv" for k in range(1, 5)},
         model=f"{R}/peers/model.json",
-        trade=f"{R}/short/trade.csv",
+        planner=f"{R}/short/planner.csv",
         extremes=f"{R}/short/extremes.csv",
         outcomes=f"{R}/short/tables/extremes.csv",
         **SEARCHED,
@@ -180,7 +180,7 @@ rule pictures:
     """Pictures and measured parts of the pages from the present results. Asked for by name: they stand in version control."""
     input:
         tables=[f"{R}/{name}.csv" for name in ("claims", "tables/parameters")],
-        trade=f"{R}/short/trade.csv",
+        trade=[f"{R}/short/{name}.csv" for name in ("trade", "planner")],
         default_step=f"{R}/default_step.csv",
         manifest=f"{R}/manifest.json",
         pictures=[

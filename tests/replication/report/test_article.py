@@ -18,7 +18,7 @@ BLANK = '<svg xmlns="http://www.w3.org/2000/svg" width="90" height="60"><rect wi
 
 @pytest.fixture(scope="module")
 def values():
-    read = {name: pd.read_csv(MEASURED / f"{name}.csv") for name in ("claims", "parameters", "trade")}
+    read = {name: pd.read_csv(MEASURED / f"{name}.csv") for name in ("claims", "parameters", "planner")}
     read |= {name: pd.read_csv(MEASURED / f"answer_{name}.csv") for name in ("ends", "profiles")}
     for name in ("table1", "table2", "table3", "table4"):
         read[name] = pd.DataFrame([dict.fromkeys(COLUMNS[name], 0.25)])

@@ -44,7 +44,7 @@ def article_values(tables: Mapping[str, pd.DataFrame], missing: str, accuracy_pc
     Parameters
     ----------
     tables : mapping
-        Of the results: ``claims``, ``parameters``, ``table1`` to ``table4``, ``trade``, ``extremes`` (all cases) and
+        Of the results: ``claims``, ``parameters``, ``table1`` to ``table4``, ``planner``, ``extremes`` (all cases) and
         ``outcomes`` (their counts); of the searches (docs/measured): ``ends``, ``profiles``.
     missing : str
         Why the independent code did not run; empty if it did.
@@ -68,7 +68,7 @@ def article_values(tables: Mapping[str, pd.DataFrame], missing: str, accuracy_pc
         "outcomes": {name: str(outcomes[name]) for name in EXTREMES},
         "unstable_from": cell(float((steps["unstable"] / steps["limit"]).min()), 2),
         "codes": table2_outcome(tables["table2"], missing, accuracy_pct),
-        "trade": trade_sentence(tables["trade"]),
+        "trade": trade_sentence(tables["planner"]),
     } | {name: _texts(tables[name][list(columns)]) for name, columns in COLUMNS.items()}
 
 

@@ -56,14 +56,14 @@ def assumptions_sentence(near: pd.DataFrame, profiles: pd.DataFrame) -> str:
 
 
 def readme_text(
-    card: pd.DataFrame, parameters: pd.DataFrame, near: pd.DataFrame, profiles: pd.DataFrame, rows: pd.DataFrame
+    card: pd.DataFrame, parameters: pd.DataFrame, near: pd.DataFrame, profiles: pd.DataFrame, promises: pd.DataFrame
 ) -> str:
     """The answer, its table, and what an answer costs."""
     table = statements(card).to_markdown(index=False, disable_numparse=True)
     marks = ", ".join(f"{mark} {verdict}" for verdict, mark in MARKS.items() if verdict != NO_TEST)
     sentences = [*answer_sentences(card, parameters), assumptions_sentence(near, profiles)]
     answer = "\n".join(f"- {sentence}" for sentence in sentences)
-    return f"{answer}\n\n{table}\n\n{marks}. What an answer costs: {trade_sentence(rows)}"
+    return f"{answer}\n\n{table}\n\n{marks}. What an answer costs: {trade_sentence(promises)}"
 
 
 def layouts_text(rows: pd.DataFrame) -> str:
@@ -104,7 +104,7 @@ README = ("claims.csv", "parameters.csv", "answer_robustness.csv", "answer_profi
 PAGES = (
     ("docs/speed-and-accuracy.md", ("trade.csv", "default_step.csv", "extremes_short_runs.csv"), settings_text),
     ("docs/your-own-rig.md", ("layouts.csv",), layouts_text),
-    ("README.md", (*README, "trade.csv"), readme_text),
+    ("README.md", (*README, "planner.csv"), readme_text),
 )
 
 if __name__ == "__main__":

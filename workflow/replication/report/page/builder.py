@@ -86,7 +86,7 @@ def build_page(inputs: PageInputs) -> str:
         embedded,
         Path(__file__).parent,
         card=_card(results),
-        answer_costs=trade_sentence(pd.read_csv(trade)) if (trade := _first(results, "trade.csv")) else "",
+        answer_costs=trade_sentence(pd.read_csv(planner)) if (planner := _first(results, "planner.csv")) else "",
         symbols=MARKS,
         synthetic=inputs.synthetic,
         parameters=_parameters(results),
