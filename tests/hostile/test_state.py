@@ -127,7 +127,8 @@ def spoiled(random, array):
         return array
     return [
         lambda: np.append(array, np.zeros(1, array.dtype)), lambda: array[: len(array) // 2], lambda: array[..., None],
-        lambda: array.T[::-1], lambda: array.astype(random.choice(["f4", "i8", "f8", "U5", "O", "c16", "?"])),
+        lambda: array.T[::-1],
+        lambda: 1 if array.dtype.names else array.astype(random.choice(["f4", "i8", "f8", "U5", "O", "c16", "?"])),
         lambda: array.tolist(), lambda: memoryview(array), lambda: np.broadcast_to(0.0, array.shape), lambda: "x",
         lambda: {}, lambda: np.ma.masked_array(array),
     ][random.integers(11)]()  # fmt: skip

@@ -40,8 +40,9 @@ def make_loop(rig, law="viscous", **fields):
 def march_on(loop, integrator, step, seconds=SECONDS):
     """The loop after ``seconds`` in steps that no scene need accept."""
     after = loop.copy()
-    after.model = after.model._replace(step=step)
-    after.work = equip(after.work, integrator, PITCHES, len(after.state.branch))
+    parts = after._parts
+    work = equip(parts.work, integrator, PITCHES, len(parts.state.branch))
+    after._parts = parts._replace(model=parts.model._replace(step=step), work=work)
     after.step(round(seconds / step))
     return after
 

@@ -84,7 +84,7 @@ def test_a_figure_of_the_ring_study_takes_the_ring_study_alone_and_a_rig_alone_w
 
     config = ("--configfile", quick_config(tmp_path, own))
     planned = planned_jobs(tmp_path, str(tmp_path / "results/figures/fig24.png"), *config)
-    assert planned.keys() == {"cells", "warm_up", "ring_runs", "measure", "ring_figures", "total"}
+    assert planned.keys() == {"warm_up", "ring_runs", "measure", "ring_figures", "total"}
     assert planned["ring_runs"] == 12
     planned = planned_jobs(tmp_path, *config)
     assert {"page", "manifest", "claims"} <= planned.keys() and not {"sensor_records", "article"} & planned.keys()
