@@ -95,8 +95,8 @@ def main() -> None:
     parser.add_argument("--pipeline", action="store_true", help="also the default and the quick run of the pipeline")
     parser.add_argument("--tests", action="store_true", help="also the tests")
     options = parser.parse_args()
-    asked = [name for name in ROWS if not options.only or name in options.only.split(",")]
-    if "show" in asked and "simulate 20 s" not in asked:
+    measured = [name for name in ROWS if not options.only or name in options.only.split(",")]
+    if "show" in measured and "simulate 20 s" not in measured:
         parser.error("show needs the run that 'simulate 20 s' leaves: --only 'simulate 20 s,show'")
     slow = ["pipeline", "quick"] * options.pipeline + ["tests"] * options.tests
     with tempfile.TemporaryDirectory() as folder:
@@ -104,7 +104,7 @@ def main() -> None:
         subprocess.run(["git", "clone", "--quiet", str(ROOT), str(there)], check=True)
         subprocess.run(["git", "checkout", "--quiet", options.commit], cwd=there, check=True)
         rows = []
-        for name in (*asked, *slow):
+        for name in (*measured, *slow):
             turns = 1 if name in slow else min(options.turns, 2) if name == "first run" else options.turns
             rows.append(compare(name, (ROWS | SLOW)[name], (ROOT, there), Path(folder), turns))
             print(pd.DataFrame(rows[-1:]).round(3).to_string(index=False, header=len(rows) == 1), flush=True)

@@ -48,7 +48,7 @@ def test_errors_of_a_ratio_cover_the_truth():
 
 
 def record(rng, partial=0.4):
-    """Twelve revolutions and a fraction: a line, a harmonic at 25 Hz, and what differs from one to the next.
+    """Twelve revolutions and a fraction: a line and a harmonic at 25 Hz.
 
     The line's amplitude and phase and the content at 25 Hz scatter from revolution to revolution; noise is added.
     """

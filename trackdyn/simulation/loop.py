@@ -278,7 +278,7 @@ class Loop:
         Raises
         ------
         InputError
-            There is no such array, it has another shape, or a number is not finite or too large. Nothing is changed.
+            The name is unknown, the shape differs, or a number is not finite or too large. The state stays.
         """
         with self._arrays.exclusive():
             set_arrays(self._parts.state, {name.replace("__", "."): value for name, value in values.items()})

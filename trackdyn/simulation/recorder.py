@@ -106,9 +106,9 @@ class Recorder:
 
     def driven(self, first: int = 0) -> float:
         """Seconds in which the speed that is asked for turns the sprocket as far as it turned since a sample."""
-        rate, asked = self.loop.scene.rig.sensor.rate, abs(self.loop.model.drive.rate)
+        rate, drive_rate = self.loop.scene.rig.sensor.rate, abs(self.loop.model.drive.rate)
         made = np.abs(self.record.wheel_rate[first : self.done, SPROCKET])
-        return round(float(made.sum() / asked if asked else len(made)) / rate, 9)
+        return round(float(made.sum() / drive_rate if drive_rate else len(made)) / rate, 9)
 
     def _refuse_open_account(self) -> None:
         refuse_open_account(self.record.energy[: self.done], self.loop.model, self.driven())

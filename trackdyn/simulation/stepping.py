@@ -133,11 +133,11 @@ def check_record(record: Any, state: State, work: Work, first: int, last: int) -
         pitches, links, entries = record.pitches, record.link_mean.shape[1], record.sliding.shape[1]
         rows, frames, stride = len(record.gap), len(record.frame), int(record.frame_stride)
         like = make_record(rows, state, pitches + 1, frames, stride, len(record.spells.rows), links, entries)
-        alike = _forms(record) == _forms(like) and links in (0, loop) and entries in (0, sliding)
-        alike = alike and bool(((pitches >= 0) & (pitches < loop)).all())
+        same_form = _forms(record) == _forms(like) and links in (0, loop) and entries in (0, sliding)
+        same_form = same_form and bool(((pitches >= 0) & (pitches < loop)).all())
     except (AttributeError, IndexError, TypeError, ValueError):
-        alike = False
-    if not alike:
+        same_form = False
+    if not same_form:
         raise InputError("record: must be one that `room` of this loop makes")
     if not 0 <= first <= last <= rows:
         raise InputError(f"record: rows {first} to {last}: must be rising and between 0 and {rows}")

@@ -6,7 +6,7 @@ err is learnt by cross-validation: all is fitted again without some simulations,
 
 The covariance of the errors is the same at every point. One that follows the variance of the processes, or the size of
 the errors from point to point, draws a posterior of some 40 features to the points where it is small: intervals of 90 %
-then held 82 % of the truths, and damping came out too large.
+then held 82 % of the truths, and damping was overestimated.
 """
 
 import warnings
