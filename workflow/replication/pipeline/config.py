@@ -114,7 +114,7 @@ class Config(Section):
     ``sensor_csv`` names the measured record of a speed, None: there is none; ``{rpm}`` stands for the motor speed.
     Rings and steps that are None are those of the rig (`of_rig`). ``sensor_mapping`` names the file that says how the
     records are read (:class:`trackdyn.sensor.sensor_mapping.SensorMapping`). ``known`` ends the
-    runs of ring study, stability and ladder. ``short_studies`` are the studies that belong to every
+    runs of the ring study and the ladder. ``short_studies`` are the studies that belong to every
     run; the target ``studies`` runs all of them.
     """
 
