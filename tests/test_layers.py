@@ -49,7 +49,6 @@ CORNERS = {  # a library, and the rooms that alone may import it
     "plotly": {"trackdyn.plots", "replication.report", "laboratory.report"},
     "exudyn": {"replication.peers"},
     "hypothesis": {"replication.study"},
-    "rocrate": {"replication.certify"},
     "snakemake": set(),
 }
 

@@ -113,7 +113,6 @@ def test_a_command_ends_with_one_line_and_code_1(folder, monkeypatch, capsys, ro
         ("show short.npz", "short.html", "exists; give another name"),
         ("show short.npz --out mine.html", "mine.html", "exists; give another name"),
         ("fmu paper", "track.fmu", "exists; give another name"),
-        ("crate . --out mine.zip", "mine.zip", "exists; give another name"),
         ("new mine.yaml", "mine.yaml", "exists; give another name"),
         ("compare short.npz mine.csv --out mine.csv --overwrite", "mine.csv", "is an input of this command"),
         ("compare short.npz mine.csv --out link.csv --overwrite", "link.csv", "is an input of this command"),

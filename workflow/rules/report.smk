@@ -165,17 +165,6 @@ rule studies:
         rules.manifest.output,
 
 
-rule crate:
-    """A provenance crate of the run, asked for by name: results without recordings, workflow, program and inputs."""
-    input:
-        needs("certify/crate.py"),
-        manifest=f"{R}/manifest.json",
-    output: f"{R}/crate.zip"
-    log: f"{R}/logs/crate.log"
-    message: "The provenance crate"
-    script: "../replication/certify/crate.py"
-
-
 rule pictures:
     """Pictures and measured parts of the pages from the present results. Asked for by name: they stand in version control."""
     input:

@@ -86,7 +86,7 @@ def run_files(results: Path | str) -> list[str]:
     names = []
     for path in sorted(results.rglob("*")):
         relative = path.relative_to(results)
-        comparison = relative.parts[0] in ("logs", "benchmarks", "kernels", NAME, "ro-crate-metadata.json")
+        comparison = relative.parts[0] in ("logs", "benchmarks", "kernels", NAME)
         hidden = any(component.startswith(".") for component in relative.parts)
         foreign = any(path.is_relative_to(other) for other in others)
         if path.suffix in KINDS and path.is_file() and not (comparison or hidden or foreign):

@@ -1,5 +1,5 @@
 """Commands that the replication adds to ``trackdyn``."""
 
-from replication.commands.results import article, crate, verify
+from replication.commands.results import article, verify
 
-COMMANDS = "Replication", {"": ("", (verify, crate, article))}
+COMMANDS = "Replication", {"": ("", (verify, article))}

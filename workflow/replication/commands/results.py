@@ -1,11 +1,11 @@
-"""The commands of the replication: ``trackdyn verify``, ``trackdyn crate`` and ``trackdyn article``."""
+"""The commands of the replication: ``trackdyn verify`` and ``trackdyn article``."""
 
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from trackdyn.commands.options import Overwrite, check_output, file_argument, file_option
+from trackdyn.commands.options import Overwrite, check_output, file_argument
 from trackdyn.errors import InputError
 
 
@@ -31,25 +31,6 @@ def verify(
     typer.echo(findings_summary(findings))
     if bad := failed(findings, exact):
         raise InputError(f"{results}: {len(bad)} of {len(findings)} files are not those of {reference}")
-
-
-def crate(
-    results: Annotated[Path, typer.Argument(help="Results of a run, with their manifest.json.")],
-    out: Annotated[
-        Path | None, file_option("--out", "File to write; crate.zip among the results by default", ".zip")
-    ] = None,
-    recordings: Annotated[
-        bool, typer.Option("--recordings", help="With the recordings, which are most of a run.")
-    ] = False,
-    agent: Annotated[str | None, typer.Option(help="Who ran it, to be named in the crate.")] = None,
-    overwrite: Overwrite = False,
-) -> None:
-    """Pack a run with workflow and inputs into a provenance crate (Workflow Run RO-Crate)."""
-    from replication.certify.crate import CRATE, write_crate
-
-    out = results / CRATE if out is None else out
-    check_output(out, overwrite)
-    typer.echo(write_crate(results, out, recordings, agent))
 
 
 def article(
