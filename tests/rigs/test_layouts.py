@@ -1,13 +1,11 @@
-"""Random layouts in short; the rule `extremes` has a thousand."""
+"""Random layouts: drawn again from their numbers, laid exactly, settled."""
 
 from math import hypot
 
 import numpy as np
-import pandas as pd
 import pytest
 
-from replication.study.extremes.judge import COMPLETED, DEFECT, REFUSED, as_table, row
-from replication.study.layouts import FAMILY, PITCHES, WHEELS, by_layout, layouts_verdict, random_rig
+from replication.study.layouts import PITCHES, WHEELS, random_rig
 from trackdyn.errors import InputError
 from trackdyn.parameters.layout import assemble, belt_around, wheel_circles
 from trackdyn.scene.limits import largest_step
@@ -71,20 +69,3 @@ def test_a_tension_that_the_hanging_chain_exceeds_is_refused():
     rig, _ = random_rig(122)
     with pytest.raises(InputError, match=r"pre_tension = 1100 N: must exceed .*3\d+ N of chain hang below"):
         settle(at_an_allowed_step(rig.changed(tension__pre_tension=1100.0), 0.4))
-
-
-def test_outcomes_of_layouts_are_counted_by_chain_and_wheels():
-    """Rows of the study without a run: what they count as."""
-    rows = as_table(
-        row(FAMILY, f"{k}", outcome, group=group)
-        for k, (outcome, group) in enumerate(
-            [(COMPLETED, "double_pin, 13, 2"), (REFUSED, "double_pin, 13, 2"), (COMPLETED, "double_pin, 10, 9")]
-        )
-    )
-    table = by_layout(pd.concat([rows, as_table([row("speed", "0", DEFECT)])], ignore_index=True))
-    assert table[["teeth", "wheels", "layouts", COMPLETED, REFUSED, DEFECT]].to_numpy().tolist() == [
-        [10, 9, 1, 1, 0, 0], [13, 2, 2, 1, 1, 0],
-    ]  # fmt: skip
-    assert layouts_verdict(table) == (
-        "3 layouts of 2 to 9 wheels: 66.67 % completed, 1 refused, 0 defects; the bound of 99 % is missed."
-    )

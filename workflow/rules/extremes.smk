@@ -30,7 +30,6 @@ rule extremes_form:
         md=f"{R}/{{short}}tables/extremes.md",
         summary=f"{R}/{{short}}tables/extremes.csv",
         short_runs=multiext(f"{R}/{{short}}tables/extremes_short_runs", ".csv", ".md"),
-        layouts=multiext(f"{R}/{{short}}tables/layouts", ".csv", ".md"),
         **figures([f"extremes_{name}" for name in EXTREMES], "{short}"),
     params: form=form("extremes")
     log: f"{R}/logs/{{short}}extremes.log"
@@ -39,5 +38,5 @@ rule extremes_form:
 
 
 rule extremes:
-    """An hour of simulated running, a thousand random scenes and a thousand random layouts; by name."""
+    """An hour of simulated running, a thousand random scenes and short runs; by name."""
     input: full(rules.extremes_form)

@@ -1,11 +1,11 @@
-"""Extremes: fast cases of every family, the way a case is judged, and failures of the past."""
+"""Extremes: fast runs of every family, the way a case is judged, and failures of the past."""
 
 from itertools import islice
 
 import numpy as np
 import pytest
 
-from replication.study.extremes import cases, random_scenes, solvers
+from replication.study.extremes import random_scenes, restitution, solvers
 from replication.study.extremes.judge import (
     COLUMNS,
     COMPLETED,
@@ -107,7 +107,7 @@ def test_residual_of_the_equations_sees_a_wrong_acceleration(rig):
 def test_parameters_at_their_ends(rig):
     """As random scenes draw them, here each alone."""
     surfaces = ("tooth_contact", "ring_contact", "wheel_contact")
-    ends = [(cases.lighter(rig, 1e6), {}), (cases.lighter(rig, 1e6), {"step": 1e-5})]
+    ends = [(restitution.lighter(rig, 1e6), {}), (restitution.lighter(rig, 1e6), {"step": 1e-5})]
     for mu in (0.0, 2.0):
         rough = {f"{name}__{field}": mu for name in surfaces for field in ("friction_static", "friction_dynamic")}
         ends.append((rough | {f"{name}__transition_velocity": 1e-4 for name in surfaces}, {}))
@@ -122,14 +122,8 @@ def test_parameters_at_their_ends(rig):
 
 
 def test_one_impact_delivers_what_the_closed_form_says(rig):
-    rows = no_defects(islice(cases.restitution(rig, (0.01, 0.5, 1.0)), 6))
+    rows = no_defects(islice(restitution.restitution(rig, (0.01, 0.5, 1.0)), 6))
     assert min(r["value"] for r in rows if r["group"] == "printed") == pytest.approx(0.663, abs=1e-3)
-
-
-def test_states_and_laws_at_their_ends(rig):
-    no_defects(cases.states(rig, (1e-3,)))
-    no_defects(cases.laws(rig))
-    no_defects(cases.momentum(rig, (3,)))
 
 
 def test_forced_runs_diverge_beyond_the_predicted_limit(rig):
@@ -144,7 +138,7 @@ def test_random_scenes_are_the_same_with_the_same_seed(rig, monkeypatch):
     assert first == again and first != other and len(first) == 20
 
 
-# Found by the cases above, and cured
+# Failures of the past
 
 
 @pytest.mark.parametrize("integrator", ["semi_implicit", "linearly_implicit"])

@@ -66,16 +66,6 @@ def readme_text(
     return f"{answer}\n\n{table}\n\n{marks}. What an answer costs: {trade_sentence(promises)}"
 
 
-def layouts_text(rows: pd.DataFrame) -> str:
-    """Outcomes of random layouts, one line per chain, and of all."""
-    counted = ["layouts", "completed", "refused", "defect"]
-    table = rows.groupby(["chain", "teeth"], sort=False)[counted].sum().reset_index()
-    complete = pd.DataFrame([{"chain": "all", "teeth": "", **rows[counted].sum()}])
-    table = pd.concat([table.astype({"teeth": str}), complete], ignore_index=True)
-    table["completed, %"] = (100 * table["completed"] / table["layouts"]).map("{:.1f}".format)
-    return table.to_markdown(index=False, disable_numparse=True)
-
-
 def fill(page: Path, sources: Sequence[Path], write: Callable[..., str]) -> None:
     """Replace the measured block of a page by what ``write`` makes of one or more tables."""
     for source in sources:
@@ -103,7 +93,6 @@ def write_pages(files: Iterable[str], pages: Iterable[tuple[str, tuple[str, ...]
 README = ("claims.csv", "parameters.csv", "answer_robustness.csv", "answer_profiles.csv")
 PAGES = (
     ("docs/speed-and-accuracy.md", ("trade.csv", "default_step.csv", "extremes_short_runs.csv"), settings_text),
-    ("docs/your-own-rig.md", ("layouts.csv",), layouts_text),
     ("README.md", (*README, "planner.csv"), readme_text),
 )
 

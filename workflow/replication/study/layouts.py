@@ -1,38 +1,23 @@
-"""Random layouts: wheels, arms and chains of any number, each assembled, settled and run for a second, or refused.
+"""Random layouts: wheels, arms and chains of any number, drawn around the sprocket of a shipped rig.
 
 A layout is drawn from a seed and its number alone, so that any of them can be made again (`random_rig`). Chains and
 sprockets are those of shipped rigs; everything around the sprocket is drawn.
 """
 
-import re
 from math import cos, degrees, hypot, pi, sin, sqrt
 
 import numpy as np
-import pandas as pd
 from scipy.optimize import brentq
 
-from replication.study.extremes.judge import COMPLETED, DEFECT, OUTCOMES, REFUSED, attempted, below, invariants
 from trackdyn.errors import InputError
 from trackdyn.parameters.layout import belt_path, run_order
 from trackdyn.parameters.rig import Rig, load_rig
-from trackdyn.scene.limits import largest_step
-from trackdyn.scene.scene import Scene
-from trackdyn.simulation.loop import Loop
-from trackdyn.simulation.settling import explained_depth
-from trackdyn.simulation.tensioning import arc_depths
 
-FAMILY = "layouts"
 SEED = 20261122
 CHAINS = ("first_fit", "m113", "robot")
 WHEELS, PITCHES = (2, 9), (20, 120)
-# The bound, set before the first run: of layouts that are drawn, this fraction is completed within the invariants of
-# `extremes.judge` and starts with no arc deeper in a tooth than its load explains; the rest is refused for a reason.
-LEAST_COMPLETED = 0.99
 ATTEMPTS = 400  # draws of wheels for one layout; most sets of nine do not fit into a short loop
-OF_A_LAYOUT = ("chain", "teeth", "wheels")
 GAP = 1.05  # of two wheels, in sums of their radii
-# Steps tried, as parts of the limit at the pre-tension: a run that asks for a smaller one gets it.
-STEPS = (0.8, 0.4, 0.2)
 
 
 class Drawn:
@@ -146,54 +131,3 @@ def _arm(rng, x: float, y: float, radius: float, mass: float, tension: float) ->
         "x": x + radius * cos(turn), "y": y + radius * sin(turn), "mass": mass, "stiffness": stiffness,
         "damping": 0.2 * radius * sqrt(stiffness * mass), "travel": 25.0, "preload": None,
     }  # fmt: skip
-
-
-def run_layout(number: int, seconds: float = 1.0, seed: int = SEED) -> dict:
-    """Row of a layout with the longest of `STEPS` that resolves its contacts: ``value`` is the depth (m) of the deepest
-    arc in a tooth at the start, ``at`` the step (s).
-    """
-    rig, words = random_rig(number, seed)
-    rpm = float(np.random.default_rng([seed, number, 1]).uniform(10, 60)) * rig.sprocket.transmission_ratio
-
-    def attempt(fraction):
-        probe = Scene(rig, rpm, step=1e-6, spells=False)
-        limit = largest_step(probe.model, 1.3 * rig.tension.pre_tension)
-        sample = 1.0 / rig.sensor.rate
-        step = float(sample / np.ceil(sample / (fraction * min(limit, 1.25e-4))))
-        scene = Scene(rig, rpm, duration=seconds, lead_in=0.0, ramp=0.3, step=step, spells=False, frame_interval=sample)
-        loop = Loop(scene)
-        depth = float(arc_depths(scene, *loop._parts, float(loop.state.wheel_angle[0])).max())
-        allowed = explained_depth(loop.model, rig.tension.pre_tension)
-        start = below(max(depth, 0.0), allowed, "depth of an arc at the start in m", at=step)
-        loop.advance(scene.ramp)
-        values = invariants(scene, loop.record(seconds, frame_interval=sample, spells=False))
-        return start | values | {"reason": start["reason"] or values["reason"]}
-
-    case = f"{number}: {words['pitches']} pitches, {words['arms']} arms, {words['kept']}, {rpm:.4g} rev/min"
-    for fraction in STEPS:
-        row = attempted(FAMILY, case, attempt, fraction)
-        if row["outcome"] != REFUSED or not re.search(r"step.*must be at most|use a (smaller )?step", row["reason"]):
-            break
-    return row | {"group": ", ".join(f"{words[name]}" for name in OF_A_LAYOUT)}
-
-
-def by_layout(rows: pd.DataFrame) -> pd.DataFrame:
-    """Layouts, and their outcomes, by chain and number of wheels."""
-    rows = rows[rows["family"] == FAMILY]
-    kinds = rows["group"].str.split(", ", expand=True).reindex(columns=range(len(OF_A_LAYOUT)))
-    table = rows.assign(**dict(zip(OF_A_LAYOUT, kinds.to_numpy().T, strict=True))).astype({"teeth": int, "wheels": int})
-    counts = table.groupby(list(OF_A_LAYOUT))["outcome"].value_counts().unstack(fill_value=0)
-    counts = counts.reindex(columns=list(OUTCOMES), fill_value=0)
-    counts.insert(0, "layouts", counts.sum(axis=1))
-    return counts.reset_index()
-
-
-def layouts_verdict(table: pd.DataFrame) -> str:
-    """What a table of layouts (`by_layout`) comes to, in a sentence."""
-    count, completed, defects, refused = (int(table[name].sum()) for name in ("layouts", COMPLETED, DEFECT, REFUSED))
-    verdict = "kept" if completed >= LEAST_COMPLETED * count and not defects else "missed"
-    return (
-        f"{count} layouts of {table['wheels'].min()} to {table['wheels'].max()} wheels: "
-        f"{100 * completed / count:.4g} % completed, {refused} refused, {defects} defects; the bound of "
-        f"{100 * LEAST_COMPLETED:g} % is {verdict}."
-    )

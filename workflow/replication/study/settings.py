@@ -23,7 +23,7 @@ SceneKey = Annotated[tuple[Positive, Positive | None], Field(strict=False)]
 # The long run has a process of its own: growth of the memory is then its own, too.
 LONG_RUN = "long_run"
 # families of random rows, each drawn from its number: family -> field of the form, rows of a family at most
-RANDOM = {"random": ("random_scenes", 250), "layouts": ("layouts", 100), "short_runs": ("short_runs", 50)}
+RANDOM = {"random": ("random_scenes", 250), "short_runs": ("short_runs", 50)}
 # What the other codes' own elements have: a damper beside a spring in a joint, and one on an axle. Rolling resistance
 # would need the contacts' forces there, and rubber a state a joint.
 PEER_LAWS = {"drag": "viscous", "bushing_law": "viscous"}
@@ -113,10 +113,8 @@ class ExtremesForm(Section):
     long_run_turns: Count
     random_scenes: Count
     random_in_space: bool
-    layouts: Count
     short_runs: Count
     bodies: Annotated[list[Annotated[int, Field(ge=6, multiple_of=2)]], Field(min_length=1)]
-    depths_m: Values
     map: dict[Literal["stiffness", "speed", "ring", "tension"], Values]
     map_steps_per_ms: Values
 
@@ -191,7 +189,7 @@ def _file(name: str) -> str:
 def parts_of(form: ExtremesForm) -> list[str]:
     """Names of the parts of a form, in the order of their families."""
     random = [f"{family}_{k}" for family in RANDOM for k in range(len(random_parts(form, family)))]
-    return [LONG_RUN, "chain", "motion", *random]
+    return [LONG_RUN, "chain", "steps", *random]
 
 
 def random_parts(form: ExtremesForm, family: str) -> list[range]:

@@ -12,7 +12,6 @@ from replication.study.extremes.judge import COMPLETED, DEFECT, GAP, MARKED, OUT
 from replication.study.extremes.resolved import by_kind, short_runs_verdict
 from replication.study.extremes.run import gathered
 from replication.study.extremes.stability_map import QUANTITIES, stable_steps
-from replication.study.layouts import by_layout, layouts_verdict
 from replication.study.settings import LONG_RUN, ExtremesForm, parts_of
 from trackdyn.files import write_csv
 from trackdyn.plots.style import BLACK, BLUE, GREEN, MARKERS, ORANGE, PRINTED, VERMILION, new_figure, save, styled
@@ -194,11 +193,8 @@ def main(job) -> None:
         f"{last['marked']} completed and say that they are not resolved, {last['refused']} were refused in one "
         f"sentence and {last['defects']} ended in none of these ways.",
     )
-    for table, verdict, path in (
-        (by_kind(rows), short_runs_verdict, out.short_runs[0]),
-        (by_layout(rows), layouts_verdict, out.layouts[0]),
-    ):
-        write_captioned_table(table, path, verdict(table))
+    short_runs = by_kind(rows)
+    write_captioned_table(short_runs, out.short_runs[0], short_runs_verdict(short_runs))
     for draw, path in zip(FIGURES, out.figures, strict=True):
         save(draw(rows, chunks), path)
 

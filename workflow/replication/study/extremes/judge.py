@@ -89,11 +89,6 @@ def gap_bound(turn: float) -> float:
     return GAP if turn <= TURN else GAP * (2 * turn / TURN) ** 3
 
 
-def gap_missed(gap: float, allowed: float) -> str:
-    """What is said of a closure error (m) that is more than allowed; nothing else."""
-    return "" if gap <= allowed else f"the closure error is {gap:.3g} m, more than {allowed:.2g} m"
-
-
 def invariants(scene: Scene, recording: Recording) -> dict:
     """Closure error and energy residual of a recording, and the last bound that it misses.
 
@@ -111,7 +106,7 @@ def invariants(scene: Scene, recording: Recording) -> dict:
         # twice what the spring yields to the strand at the start, and all the energy there is in the spring
         energy = exchanged + float(recording.energy[:, ENERGY_NAMES.index("kinetic")].max())
         allowed = 2 * float(recording.gap[0]) + (2 * energy / scene.rig.closure.stiffness) ** 0.5
-    values["reason"] = gap_missed(gap, allowed)
+    values["reason"] = "" if gap <= allowed else f"the closure error is {gap:.3g} m, more than {allowed:.2g} m"
     try:
         refuse_open_account(recording.energy, model, seconds)
     except DivergenceError as missed:  # the run should have said so itself

@@ -6,13 +6,12 @@ from collections.abc import Callable, Iterator, Mapping
 
 import pandas as pd
 
-from replication.study.extremes import cases, solvers
+from replication.study.extremes import restitution, solvers
 from replication.study.extremes.judge import DEFECT, as_table
 from replication.study.extremes.long_run import long_run, run_long
 from replication.study.extremes.random_scenes import random_scenes
 from replication.study.extremes.resolved import run_short
 from replication.study.extremes.stability_map import stability_map
-from replication.study.layouts import run_layout
 from replication.study.settings import LONG_RUN, ExtremesForm, parts_of, random_parts
 from trackdyn.files import write_csv
 from trackdyn.parameters.rig import Rig, load_rig
@@ -44,21 +43,17 @@ def _families(rig: Rig, form: ExtremesForm, family_name: str) -> dict[str, tuple
         return {
             "length of the chain": (solvers.digits(rig, form.bodies), solvers.growth_rates(rig)),
             "mass ratio": (solvers.light_connectors(rig),),
-            "restitution": (cases.restitution(rig),),
+            "restitution": (restitution.restitution(rig),),
         }
-    if family_name == "motion":
+    if family_name == "steps":
         return {
-            "initial state": (cases.states(rig, form.depths_m), cases.laws(rig), cases.momentum(rig)),
-            **{
-                f"step and {quantity}": (stability_map(rig, quantity, values, form.map_steps_per_ms),)
-                for quantity, values in form.map.items()
-            },
+            f"step and {quantity}": (stability_map(rig, quantity, values, form.map_steps_per_ms),)
+            for quantity, values in form.map.items()
         }
     family, _, part_number = family_name.rpartition("_")
     numbers = random_parts(form, family)[int(part_number)]
     return {
         "random": {"random scenes": (random_scenes(rig, form.random_scenes, numbers, in_space=form.random_in_space),)},
-        "layouts": {"layouts": (map(run_layout, numbers),)},
         "short_runs": {"short runs": (map(run_short, numbers),)},
     }[family]
 

@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from replication.study.extremes import reference, transfer_product
-from replication.study.extremes.cases import lighter
 from replication.study.extremes.judge import COMPLETED, attempted, below, within_bounds
+from replication.study.extremes.restitution import lighter
 from trackdyn.chain import riccati
 from trackdyn.model.constants import Chain
 from trackdyn.model.state import State, make_state

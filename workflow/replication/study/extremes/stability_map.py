@@ -5,8 +5,8 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 import pandas as pd
 
-from replication.study.extremes.cases import STEEL_AND_TOOTH
 from replication.study.extremes.judge import COMPLETED, FAST, REFUSED, attempted
+from replication.study.extremes.restitution import STEEL_AND_TOOTH
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.model.record import ENERGY_NAMES
 from trackdyn.parameters.rig import Rig

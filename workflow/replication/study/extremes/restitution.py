@@ -1,0 +1,59 @@
+"""Extremes of restitution: what an impact gives back, alone and in a running loop."""
+
+from collections.abc import Iterator
+from itertools import product
+
+import numpy as np
+
+from replication.study.extremes.judge import attempted, run_scene, within_bounds
+from trackdyn.contact.laws import normal_force
+from trackdyn.jit import kernel
+from trackdyn.parameters.normal_laws import delivered_restitution
+from trackdyn.parameters.rig import Rig
+from trackdyn.scene.build import make_law
+
+STEEL_AND_TOOTH = ("steel__youngs_modulus", "tooth_contact__youngs_modulus")
+SURFACES = ("tooth_contact", "ring_contact", "wheel_contact")
+
+
+def lighter(rig: Rig, ratio: float) -> dict[str, float]:
+    """Changes of a rig that make its links so many times as heavy as its connectors."""
+    return {f"chain__connector_{what}": getattr(rig.chain, f"link_{what}") / ratio for what in ("mass", "inertia")}
+
+
+@kernel
+def _rebound(law, mass, speed, radius, steps):
+    """Speed after over speed before an impact on one surface, by leapfrog steps of a ``steps``-th of a half period."""
+    x, v = 0.0, speed
+    h = np.sqrt(mass * radius**0.5 / (law.stiffness * (speed + 1e-9) ** 0.5)) / steps
+    for _ in range(1000 * steps):
+        x += 0.5 * h * v
+        if x <= 0.0:
+            break
+        v -= h * normal_force(law, x, v, speed, radius) / mass
+        x += 0.5 * h * v
+        if x <= 0.0:
+            break
+    return -v / speed
+
+
+def _impact(rig: Rig, law_name: str, value: float) -> dict:
+    surface = rig.tooth_contact
+    law = make_law(
+        surface.contact_length, rig.composite_modulus(surface), value, 0.0, 0.0, 1.0, 1e-9, rig.impact.factor_limit,
+        law_name,
+    )  # fmt: skip
+    expected = delivered_restitution(law.loss) if law_name == "printed" else value
+    restitution = _rebound(law, rig.chain.link_mass, 0.5, 0.08, 4000)
+    return within_bounds(restitution, expected, 2e-3, "restitution", group=law_name, at=value)
+
+
+def restitution(
+    rig: Rig, nominal=(0.01, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 1.0)
+) -> Iterator[dict]:
+    """What an impact gives back against what it should, for both normal laws; the same in a running loop."""
+    for law, value in product(("printed", "delivered"), nominal):
+        yield attempted("restitution", f"one impact, {law}, {value:g}", _impact, rig, law, value)
+    for law, value in product(("printed", "delivered", "elastic"), (0.0, 5e-324, 1e-300, 0.01, 0.1, 0.5, 1.0, 1.01)):
+        changes = {f"{name}__restitution": value for name in SURFACES}
+        yield run_scene("restitution", f"loop, {law}, {value:g}", rig, changes=changes, normal_law=law)
