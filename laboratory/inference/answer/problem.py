@@ -39,6 +39,9 @@ FORMS: dict[str, tuple[tuple[bool, str, float, float], ...]] = {
     "C18": ((True, "left_outside_2_pct", 0.0, LEAST_SHARE), (True, "right_share_pct", 0.0, 0.5)),
 }
 BESIDE = ("C17a",)
+# A residual below MET tolerances counts by this fraction, and grows faster beyond: a search gives up no statement for
+# others that are well within their tolerances.
+MET, LEAN, STEEP = 0.7, 0.25, 1.5
 FAR = 0.6  # residual for each factor of e by which a typed value lies outside its range
 
 
@@ -166,11 +169,17 @@ class AnswerProblem:
         return np.array(off)
 
     def residuals(self, values: dict) -> np.ndarray:
-        """Of all claims for the rig of a row, large ones bent, and of implausible values (`_implausible`)."""
-        claims = bent(np.concatenate([off for _, off in self.judged(values).values()]))
+        """Of all claims for the rig of a row, `hinged`, large ones bent, and of implausible values (`_implausible`)."""
+        claims = bent(hinged(np.concatenate([off for _, off in self.judged(values).values()])))
         if self.question.ranges == "possible":
             return claims
         return np.append(claims, self._implausible(Rig.model_validate(values["rig"])))
+
+
+def hinged(off: np.ndarray) -> np.ndarray:
+    """Signed residuals (tolerances) that are small below `MET` and grow faster beyond."""
+    size = np.abs(off)
+    return np.sign(off) * np.where(size < MET, LEAN * size, LEAN * MET + STEEP * (size - MET))
 
 
 def neighbours(count: int, share: float, unknowns: int) -> np.ndarray:

@@ -64,18 +64,10 @@ class Law(Section):
     fixed: list[str] | None = None
 
 
-class Held(Section):
-    """Unknowns held at values together, and how many evaluations that may take."""
-
-    values: Annotated[dict[str, float], Field(min_length=1)]
-    evaluations: Count
-
-
 class Profiles(Section):
     """Assumptions that are held while all else is searched again from the best rig of a question.
 
-    ``values``: of each by the label of its unknown; ``laws``; ``evaluations``: that each value or law may take;
-    ``continued``: searches of which each starts where the one before it ended, the first at the best rig.
+    ``values``: of each by the label of its unknown; ``laws``; ``evaluations``: that each value or law may take.
     """
 
     question: str
@@ -83,7 +75,6 @@ class Profiles(Section):
     radius: Positive
     values: dict[str, Annotated[list[float], Field(min_length=2)]]
     laws: list[Law] = Field(default_factory=list)
-    continued: list[Held] = Field(default_factory=list)
 
 
 class Robustness(Section):

@@ -116,17 +116,6 @@ def profiles(config: AnswerConfig, claims: list[Claim], end: pd.Series, jobs: in
             rows.append({"assumption": key[0], "value": key[1], "ended": CANNOT})
     for key, end_of_search in local_searches(answer_problem, requested, settings.evaluations, jobs, **how).items():
         rows.append(_profile_row(key, end_of_search, problems[key], store))
-    for one in settings.continued:
-        key = tuple(", ".join(map(str, words)) for words in zip(*one.values.items(), strict=True))
-        try:
-            problem = _with_held(config, targets, one.values, at)
-            request = {key: (_plain(config, name, problem.unknowns, targets), _begin(problem, key))}
-        except TrackdynError:
-            rows.append({"assumption": key[0], "value": key[1], "ended": CANNOT})
-            continue
-        end_of_search = local_searches(answer_problem, request, one.evaluations, 1, **how)[key]
-        rows.append(_profile_row(key, end_of_search, problem, store))
-        at = one.values | problem.unknowns.values(end_of_search["x"])
     columns = ["assumption", "value", "evaluations", "ended", "first_cost", "cost", "shown", "of", "lost"]
     return pd.DataFrame(rows, columns=columns)
 
