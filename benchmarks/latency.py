@@ -66,8 +66,8 @@ def processor_seconds(command: list[str], checkout: Path, folder: Path, cache: P
 def compare(name: str, command: list[str], checkouts: tuple[Path, Path], folder: Path, turns: int) -> dict:
     """A row: both checkouts in turn, after one run of each that is not counted."""
     folders = tuple(folder / f"{k}" for k in range(2))  # neither reads what the other has recorded
-    for one in folders:
-        one.mkdir(exist_ok=True)
+    for folder in folders:
+        folder.mkdir(exist_ok=True)
     taken: list[list[float]] = [[], []]
     for turn in range(-1 if command in ROWS.values() and name != "first run" else 0, turns):
         for k, checkout in enumerate(checkouts):

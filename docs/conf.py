@@ -119,7 +119,7 @@ def equations() -> str:
     """The table of the equations, names of functions and tests as code."""
     table = pd.read_csv(ROOT / "docs" / "equations.csv", keep_default_na=False)
     for name in ("functions", "tests"):
-        table[name] = [" ".join(f"`{one}`" for one in cell.split()) for cell in table[name]]
+        table[name] = [" ".join(f"`{word}`" for word in cell.split()) for cell in table[name]]
     table["what"], table["status"] = (table[name].str.replace("|", "\\|") for name in ("what", "status"))
     rows = [table.columns, ["---"] * len(table.columns), *table.to_numpy()]
     return "\n".join(f"| {' | '.join(row)} |" for row in rows)

@@ -40,10 +40,10 @@ def reached(found: dict[str, set[str]], room: str) -> set[str]:
     below: set[str] = set()
     rest = list(found.get(room, ()))
     while rest:
-        one = rest.pop()
-        if one not in below:
-            below.add(one)
-            rest += found.get(one, ())
+        room_below = rest.pop()
+        if room_below not in below:
+            below.add(room_below)
+            rest += found.get(room_below, ())
     return below
 
 
@@ -56,8 +56,10 @@ def picture() -> str:
         lines += [f"    {room}[{room.partition('.')[2]}]" for room in sorted(found) if room.startswith(f"{package}.")]
         lines.append("  end")
     for room in sorted(found):
-        direct = {one for one in found[room] if not any(one in reached(found, other) for other in found[room] - {one})}
-        lines += [f"  {one} --> {room}" for one in sorted(direct)]
+        direct = {
+            below for below in found[room] if not any(below in reached(found, other) for other in found[room] - {below})
+        }
+        lines += [f"  {below} --> {room}" for below in sorted(direct)]
     return "\n".join([*lines, "```"])
 
 

@@ -83,8 +83,10 @@ def identify(
     base = load_rig(rig)
     radius = base.ring_radius if ring_radius is None else ring_radius.radius
     measured = read_records(records, base, load_mapping(mapping, unit=unit, axes=axes), rpm or [], radius, preset)
-    for one in measured:
-        scene_of_speed(base, one.speed, one.turn_s)  # what cannot be simulated is refused before all else
+    for measurement in measured:
+        scene_of_speed(
+            base, measurement.speed, measurement.turn_s
+        )  # what cannot be simulated is refused before all else
     unknowns = unknowns_asked_for([unknown_of(text) for text in unknown or []], base, rig)
     refuse_unwritable(out / "index.html")
     if out.exists() and any(out.iterdir()) and not resume:
@@ -98,16 +100,19 @@ def identify(
         if not quiet:
             typer.echo(text)
 
-    for one in measured:
-        say(f"{one.record.path}: {len(one.statistics)} turns of the loop at {one.speed.rpm:.5g} rev/min")
+    for measurement in measured:
+        say(
+            f"{measurement.record.path}: {len(measurement.statistics)} turns of the loop at "
+            f"{measurement.speed.rpm:.5g} rev/min"
+        )
     predicted_widths = None
     if not unknowns.unknowns:
         chosen, predicted_widths = tellable(measured, base, rig, store, settings.jobs, settings.progress)
         unknowns = unknowns_asked_for(chosen, base, rig)
-    for one in unknowns.unknowns:
+    for item in unknowns.unknowns:
         say(
-            f"unknown: {one.label} within {one.low:g} to {one.high:g}, even in "
-            f"{'its logarithm' if one.scale == 'log' else 'itself'}"
+            f"unknown: {item.label} within {item.low:g} to {item.high:g}, even in "
+            f"{'its logarithm' if item.scale == 'log' else 'itself'}"
         )
     answer = run(measured, unknowns, store, settings, say)
     best = write_answer(answer, rig, out)

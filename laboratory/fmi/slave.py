@@ -34,8 +34,8 @@ def _hold(instance) -> None:
     With every exception PythonFMU3 gives back its references to instance, class and log, and goes on using them: the
     next call would find freed memory.
     """
-    for one in (type(instance), instance, instance.log_queue):
-        ctypes.pythonapi.Py_IncRef(ctypes.py_object(one))
+    for logger in (type(instance), instance, instance.log_queue):
+        ctypes.pythonapi.Py_IncRef(ctypes.py_object(logger))
 
 
 def _sentence(error: Exception) -> str:

@@ -135,8 +135,8 @@ class Unit:
         self.scene = scene
         self.names = wheel_names(scene.rig)
         self.order = belt_around(scene.rig)[1]
-        self.steerings = [one for one in STEERINGS if one.present(scene)]
-        self.inputs = [one.signal(scene) for one in self.steerings]
+        self.steerings = [steering for steering in STEERINGS if steering.present(scene)]
+        self.inputs = [steering.signal(scene) for steering in self.steerings]
         self.wanted = {signal.name: signal.start for signal in self.inputs}
         self.speed_ramp = 0.0
         self.now: float | None = None

@@ -173,7 +173,11 @@ class Unknowns:
         number (``ranges``) stay.
         """
         pairs = zip(self.unknowns, factors, strict=True)
-        moved = {one.label: one.inside(values[one.label] * factor) for one, factor in pairs if not one.ranges}
+        moved = {
+            unknown.label: unknown.inside(values[unknown.label] * factor)
+            for unknown, factor in pairs
+            if not unknown.ranges
+        }
         return self.rig.changed(**self.changes({**values, **moved}))
 
     def of_rig(self, rig: Rig) -> dict[str, float]:

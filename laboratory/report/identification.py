@@ -102,20 +102,24 @@ def identification_headline(answer: Identification) -> str:
 def _spectra(answer: Identification, rig: Rig) -> list[tuple[str, float, np.ndarray, np.ndarray]]:
     """Whole turns of every record and of the best rig."""
     spectra = []
-    for one in answer.measured:
-        rate = one.speed.rate / one.speed.every
-        simulated = turns_of(simulated_ay(rig, one.speed, 1), rate, Periods.at(rig, one.speed.rpm).loop)
-        measured = turns_of(one.record.ay_g, rate, one.turn_s)
-        spectra.append((f"{one.name}: {one.speed.rpm:.4g} rev/min", rate, measured, simulated))
+    for measurement in answer.measured:
+        rate = measurement.speed.rate / measurement.speed.every
+        simulated = turns_of(simulated_ay(rig, measurement.speed, 1), rate, Periods.at(rig, measurement.speed.rpm).loop)
+        measured = turns_of(measurement.record.ay_g, rate, measurement.turn_s)
+        spectra.append((f"{measurement.name}: {measurement.speed.rpm:.4g} rev/min", rate, measured, simulated))
     return spectra
 
 
 def _records(answer: Identification) -> pd.DataFrame:
     rows = []
-    for one in answer.measured:
-        about = {"record": one.record.path.name, "speed_rpm": one.speed.rpm, "turn_s": one.turn_s}
-        of_record = {name: getattr(one.record, name) for name in ("rate_hz", "seconds", "clipped")}
-        rows.append(about | {"turns": len(one.statistics)} | of_record)
+    for measurement in answer.measured:
+        about = {
+            "record": measurement.record.path.name,
+            "speed_rpm": measurement.speed.rpm,
+            "turn_s": measurement.turn_s,
+        }
+        of_record = {name: getattr(measurement.record, name) for name in ("rate_hz", "seconds", "clipped")}
+        rows.append(about | {"turns": len(measurement.statistics)} | of_record)
     return pd.DataFrame(rows)
 
 

@@ -98,7 +98,7 @@ class AnswerProblem:
         self.config, self.question, self.unknowns = config, config.questions[question], unknowns
         self.claims = list(claims)
         self.rows, self.sources = rows_of_answer, module_hash(__name__)
-        possible = [one for one in config.unknowns if one.label not in self.question.fixed]
+        possible = [unknown for unknown in config.unknowns if unknown.label not in self.question.fixed]
         self.possible = Unknowns(possible, unknowns.rig, file_ranges(self.question.rig))
 
     def scenes(self) -> list[list]:
@@ -210,7 +210,7 @@ def shown(judged: dict[str, tuple[str, np.ndarray]]) -> int:
 
 def answer_problem(config: dict, question: str, unknowns: list, rig: dict, claims: list) -> AnswerProblem:
     """A problem from plain data."""
-    made = Unknowns([Unknown.model_validate(one) for one in unknowns], Rig.model_validate(rig))
+    made = Unknowns([Unknown.model_validate(unknown) for unknown in unknowns], Rig.model_validate(rig))
     return AnswerProblem(
-        AnswerConfig.model_validate(config), question, made, [Claim.model_validate(one) for one in claims]
+        AnswerConfig.model_validate(config), question, made, [Claim.model_validate(claim) for claim in claims]
     )

@@ -108,9 +108,9 @@ class AnswerConfig(Section):
 
     @model_validator(mode="after")
     def _known(self):
-        labels = {one.label for one in self.unknowns}
-        fixed = [name for one in (*self.questions.values(), *self.profiles.laws) for name in one.fixed or ()]
-        for name in [one.label for one in self.typed] + fixed:
+        labels = {unknown.label for unknown in self.unknowns}
+        fixed = [name for source in (*self.questions.values(), *self.profiles.laws) for name in source.fixed or ()]
+        for name in [unknown.label for unknown in self.typed] + fixed:
             if name not in labels:
                 raise InputError(f"{name} is not among the unknowns")
         for where, name in (("short", self.short.question), ("profiles", self.profiles.question)):
@@ -120,7 +120,7 @@ class AnswerConfig(Section):
 
     def rigs(self) -> list[str]:
         """Files of all rigs where searches start."""
-        return sorted({one.rig or asked.rig for asked in self.questions.values() for one in asked.searches})
+        return sorted({search.rig or asked.rig for asked in self.questions.values() for search in asked.searches})
 
     def with_question(self, name: str, **changes) -> "AnswerConfig":
         """The same, with other fields of a question."""
@@ -137,10 +137,10 @@ class AnswerConfig(Section):
     def shortened(self) -> "AnswerConfig":
         """The short form."""
         question = self.questions[self.short.question]
-        first = {one.method: one for one in reversed(question.searches)}  # search of each method
+        first = {search.method: search for search in reversed(question.searches)}  # search of each method
         less = [
-            one.model_copy(update={"evaluations": self.short.evaluations, "seeds": one.seeds[:1]})
-            for one in first.values()
+            search.model_copy(update={"evaluations": self.short.evaluations, "seeds": search.seeds[:1]})
+            for search in first.values()
         ]
         short = {self.short.question: question.model_copy(update={"searches": less})}
         return self.model_copy(update={"questions": short})
@@ -161,6 +161,6 @@ def load_answer(path: Path | str) -> AnswerConfig:
 def question_unknowns(config: AnswerConfig, name: str) -> Unknowns:
     """Unknowns of a question, around the rig at which its searches begin."""
     question = config.questions[name]
-    typed = {one.label: one for one in config.typed} if question.ranges == "typed" else {}
-    free = [typed.get(one.label, one) for one in config.unknowns if one.label not in question.fixed]
+    typed = {unknown.label: unknown for unknown in config.typed} if question.ranges == "typed" else {}
+    free = [typed.get(unknown.label, unknown) for unknown in config.unknowns if unknown.label not in question.fixed]
     return Unknowns(free, load_rig(question.rig), file_ranges(question.rig))

@@ -25,7 +25,7 @@ CANNOT = "cannot be built"
 def start(unknowns: Unknowns, seed: int, spread: float) -> list[float]:
     """The rig itself (seed 0), or a point around it that can be built; values outside a range come to its end."""
     values = unknowns.of_rig(unknowns.rig)
-    origin = np.array([one.position(one.inside(values[one.label])) for one in unknowns.unknowns])
+    origin = np.array([unknown.position(unknown.inside(values[unknown.label])) for unknown in unknowns.unknowns])
     random = np.random.default_rng(seed)
     for _ in range(DRAWS):
         x = np.clip(random.normal(origin, spread if seed else 0.0), 0.0, 1.0)
@@ -51,20 +51,23 @@ def answer(
     """
     searched, targets = config.questions[question], config.targets_of(question, claims)
     ends, costs = [], []
-    for one in searched.searches:
-        changed = config.with_question(question, rig=one.rig or searched.rig)
+    for search in searched.searches:
+        changed = config.with_question(question, rig=search.rig or searched.rig)
         unknowns = question_unknowns(changed, question)
         plain = _plain(changed, question, unknowns, targets)
         problem = AnswerProblem(changed, question, unknowns, targets)
         requested = {
-            seed: (plain, Start(f"{one.method} {seed}", start(unknowns, seed, searched.spread), [True] * len(unknowns)))
-            for seed in one.seeds
+            seed: (
+                plain,
+                Start(f"{search.method} {seed}", start(unknowns, seed, searched.spread), [True] * len(unknowns)),
+            )
+            for seed in search.seeds
         }
         searches = local_searches(
-            answer_problem, requested, one.evaluations, jobs, store, method=one.method, radius=one.radius
+            answer_problem, requested, search.evaluations, jobs, store, method=search.method, radius=search.radius
         )
         for seed, end in searches.items():
-            key = {"question": question, "rig": one.rig or searched.rig, "method": one.method, "seed": seed}
+            key = {"question": question, "rig": search.rig or searched.rig, "method": search.method, "seed": seed}
             costs += [key | {"row": k, "cost": cost} for k, cost in enumerate(end["costs"], 1)]
             points = {"first_shown": requested[seed][1].x, "shown": end["x"]}
             counts = {name: shown(judged_at(problem, x, store)) for name, x in points.items()}
@@ -88,8 +91,8 @@ def _plain(config: AnswerConfig, question: str, unknowns: Unknowns, targets: lis
         alone[name] = getattr(config, name).model_copy(update={"question": question})
     return {
         "config": config.model_copy(update=alone).model_dump(),
-        "question": question, "unknowns": [one.model_dump() for one in unknowns.unknowns],
-        "rig": unknowns.rig.model_dump(), "claims": [one.model_dump() for one in targets],
+        "question": question, "unknowns": [unknown.model_dump() for unknown in unknowns.unknowns],
+        "rig": unknowns.rig.model_dump(), "claims": [claim.model_dump() for claim in targets],
     }  # fmt: skip
 
 
@@ -105,7 +108,7 @@ def profiles(config: AnswerConfig, claims: list[Claim], end: pd.Series, jobs: in
     config = config.with_question(name, rig=end["rig"])
     targets, at = config.targets_of(name, claims), end.dropna().to_dict()
     cases = [(label, value, config, {label: value}) for label, values in settings.values.items() for value in values]
-    cases += [(*one, config.with_law(law), {}) for law in settings.laws for one in law.scene.items()]
+    cases += [(*choice, config.with_law(law), {}) for law in settings.laws for choice in law.scene.items()]
     problems, requested, rows = {}, {}, []
     how = {"store": store, "method": "dfols", "radius": settings.radius}
     for *key, asked, fixed in cases:
@@ -125,7 +128,7 @@ def _with_held(config: AnswerConfig, targets: list[Claim], fixed: dict, at: dict
     every = question_unknowns(config, config.profiles.question)
     known = {label: value for label, value in at.items() if label in every.labels}
     rig = every.rig.changed(**every.changes(every.of_rig(every.rig) | known | fixed))
-    free = [one for one in every.unknowns if one.label not in fixed]
+    free = [unknown for unknown in every.unknowns if unknown.label not in fixed]
     return AnswerProblem(config, config.profiles.question, Unknowns(free, rig), targets)
 
 
@@ -157,10 +160,10 @@ def robustness(config: AnswerConfig, claims: list[Claim], end: pd.Series, jobs: 
     problem = AnswerProblem(config, name, unknowns, config.targets_of(name, claims))
     tasks: dict[str, dict] = {}
     keys = []  # of the rig itself, then of its neighbours; empty for one that cannot be built
-    for one in neighbours(settings.rigs, settings.share, len(unknowns)):
+    for factors in neighbours(settings.rigs, settings.share, len(unknowns)):
         key = ""
         with suppress(TrackdynError):
-            task = problem.task_of(unknowns.near(end, one))
+            task = problem.task_of(unknowns.near(end, factors))
             key = key_of(task, problem.sources)
             tasks[key] = task
         keys.append(key)

@@ -22,7 +22,7 @@ def best_rig_text(answer: Identification, rig_path: Path | str, files: list[str]
     data = read_rig(rig_path)
     entries, rig = entries_of(data), answer.unknowns.rig
     rows = zip(answer.table.to_dict("records"), answer.unknowns.unknowns, strict=True)
-    of = {name: row for row, one in rows for name in one.names}
+    of = {name: row for row, unknown in rows for name in unknown.names}
     for name, value in answer.unknowns.changes(answer.best).items():
         if name not in entries:  # its default
             *sections, field = keys_of(rig, name)
@@ -69,8 +69,8 @@ def features_table(answer: Identification) -> pd.DataFrame:
     """
     records = answer.records
     table = pd.DataFrame({"record": [answer.measured[k].name for k in records.record]})
-    table["feature"] = [one.name for one in records.features]
-    table["group"] = [one.group for one in records.features]
+    table["feature"] = [feature.name for feature in records.features]
+    table["group"] = [feature.group for feature in records.features]
     table["measured"] = np.exp(records.values)
     table["scatter"] = np.sqrt(np.diag(records.covariance))
     table["best"] = np.exp(answer.best_features)
@@ -132,7 +132,7 @@ def tables(answer: Identification) -> dict[str, pd.DataFrame]:
 
 def write_answer(answer: Identification, rig_path: Path | str, out: Path) -> Rig:
     """Write ``rig.yaml`` and the tables into a folder; returns the rig as it is read back."""
-    text = best_rig_text(answer, rig_path, [one.record.path.name for one in answer.measured])
+    text = best_rig_text(answer, rig_path, [measurement.record.path.name for measurement in answer.measured])
     with replacing(out / "rig.yaml") as temporary:
         write_text(temporary, text)
         rig = load_rig(temporary)  # what is not a rig does not become one

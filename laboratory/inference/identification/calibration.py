@@ -118,7 +118,7 @@ def simulate_all(config: CalibrationConfig, store, jobs: int = 1, progress: bool
         )
     rates = [speed.rate / speed.every for speed in design.speeds]
     scatter = [
-        block_diag(*(covariance(one, rate) for one, rate in zip(statistics, rates, strict=True)))
+        block_diag(*(covariance(values, rate) for values, rate in zip(statistics, rates, strict=True)))
         for statistics in played.statistics
         if statistics is not None
     ]
@@ -296,16 +296,16 @@ def repeated(config: CalibrationConfig, store, jobs: int = 1, progress: bool = T
     for k in range(config.repeats):
         later = long._replace(begin=k / config.repeats)
         repeats.append(run_experiment(later, changes, store, jobs, f"repeat {k + 1}" if progress else ""))
-    ran = np.flatnonzero(np.all([one.ran for one in repeats], axis=0))
+    ran = np.flatnonzero(np.all([repeat.ran for repeat in repeats], axis=0))
     if not len(ran):
         raise InputError("no rig of the repeated records can run; other ranges of the unknowns are accepted")
     widened = (config.turns - 1) / (config.turns - 3)
     freedom = (config.repeats - 1) * len(ran), config.repeats * (config.turns - 1) * len(ran)
     for k, speed in enumerate(design.speeds):
         rate = speed.rate / speed.every
-        turns = [[one.statistics[of_record][k] for one in repeats] for of_record in ran]  # type: ignore[index]  # all of these ran
-        values = np.array([[features(one, rate) for one in of_record] for of_record in turns])
-        variances = np.array([[np.diag(covariance(one, rate)) for one in of_record] for of_record in turns])
+        turns = [[repeat.statistics[of_record][k] for repeat in repeats] for of_record in ran]  # type: ignore[index]  # all of these ran
+        values = np.array([[features(statistic, rate) for statistic in of_record] for of_record in turns])
+        variances = np.array([[np.diag(covariance(statistic, rate)) for statistic in of_record] for of_record in turns])
         sample_variance, estimated = values.var(axis=1, ddof=1), variances.mean(axis=1) / widened
         others = (values.sum(axis=1, keepdims=True) - values) / (config.repeats - 1)
         off = np.abs(values - others) / np.sqrt(variances * (1 + 1 / (config.repeats - 1)))

@@ -85,15 +85,17 @@ class FeatureEmulator:
     def _learnt(self, y: np.ndarray, scale: np.ndarray, judged: int) -> np.ndarray:
         """Covariance (p, p) of the errors."""
         fold, errors = np.arange(len(self.x)) % FOLDS, np.empty_like(y)
-        for one in range(FOLDS):
-            out = fold == one
+        for left_out in range(FOLDS):
+            out = fold == left_out
             errors[out] = (y[out] - Components(self.x[~out], y[~out], scale)(self.x[out])) / scale
         points, errors, fold = self.x[-judged:], errors[-judged:], fold[-judged:]
         axes = self._components.axes
         weighted, slopes = np.empty_like(errors), self._slopes(points) / scale
         known = np.empty(slopes.shape[:2])
-        for one in range(FOLDS):  # a covariance of so many features fits the errors that it was learnt from too well
-            out = fold == one
+        for left_out in range(
+            FOLDS
+        ):  # a covariance of so many features fits the errors that it was learnt from too well
+            out = fold == left_out
             inverse = np.linalg.inv(error_covariance(errors[~out], axes))
             weighted[out] = errors[out] @ inverse
             known[:, out] = np.einsum("dnp,pq,dnq->dn", slopes[:, out], inverse, slopes[:, out])
@@ -107,7 +109,9 @@ class FeatureEmulator:
     def _slopes(self, points: np.ndarray) -> np.ndarray:
         """(d, m, p) differences of the features along each input, up to a factor."""
         moved = SLOPE_STEP * np.eye(points.shape[1])
-        low, high = ([self._components(np.clip(points + sign * one, 0.0, 1.0)) for one in moved] for sign in (-1, 1))
+        low, high = (
+            [self._components(np.clip(points + sign * change, 0.0, 1.0)) for change in moved] for sign in (-1, 1)
+        )
         return np.array(high) - np.array(low)
 
     def __call__(self, points) -> Prediction:
@@ -188,18 +192,18 @@ class Processes:
     def __init__(self, x: np.ndarray, outputs: np.ndarray):
         self._scaler = StandardScaler().fit(x)
         inputs = self._scaler.transform(x)
-        trends = [RidgeCV(alphas=np.logspace(-3, 3, 13)).fit(inputs, one) for one in outputs]
-        self._slope = np.array([one.coef_ for one in trends])
-        self._offset = np.array([one.intercept_ for one in trends])
+        trends = [RidgeCV(alphas=np.logspace(-3, 3, 13)).fit(inputs, output) for output in outputs]
+        self._slope = np.array([trend.coef_ for trend in trends])
+        self._offset = np.array([trend.intercept_ for trend in trends])
         rest = outputs - self._trend(inputs)
         self._size = np.maximum(rest.std(axis=1, keepdims=True), 1e-12 * (1.0 + np.abs(outputs).max()))
         self._lengths, self._weights = np.empty(self._slope.shape), np.empty(outputs.shape)
-        for k, one in enumerate(rest / self._size):
-            kernel = self._searched(inputs[:SEARCHED], one[:SEARCHED])
+        for k, errors in enumerate(rest / self._size):
+            kernel = self._searched(inputs[:SEARCHED], errors[:SEARCHED])
             smooth = kernel.k1
             self._lengths[k] = smooth.k2.length_scale
             noise = kernel.k2.noise_level
-            solved = cho_solve(cho_factor(smooth(inputs) + noise * np.eye(len(x)), lower=True), one)
+            solved = cho_solve(cho_factor(smooth(inputs) + noise * np.eye(len(x)), lower=True), errors)
             self._weights[k] = smooth.k1.constant_value * solved
         self._trained = inputs / self._lengths[:, None, :]
 

@@ -121,7 +121,7 @@ class Simulated(NamedTuple):
         """(rigs that ran, features of all speeds)."""
         rates = [speed.rate / speed.every for speed in experiment.speeds]
         ran = [zip(statistics, rates, strict=True) for statistics in self.statistics if statistics is not None]
-        return np.array([np.concatenate([features(one, rate) for one, rate in pairs]) for pairs in ran])
+        return np.array([np.concatenate([features(statistic, rate) for statistic, rate in pairs]) for pairs in ran])
 
 
 def run_experiment(

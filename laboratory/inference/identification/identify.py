@@ -82,7 +82,7 @@ def identify(
     InputError
         Too many rigs cannot run, no feature depends on an unknown, or the records determine none of them.
     """
-    experiment = Experiment(unknowns.rig, tuple(one.speed for one in measured))
+    experiment = Experiment(unknowns.rig, tuple(measurement.speed for measurement in measured))
     records = joined(measured)
     seeds = np.random.SeedSequence(settings.seed).spawn(2)
     points = qmc.Sobol(len(unknowns), seed=np.random.default_rng(seeds[0])).random(settings.simulations)
@@ -110,7 +110,7 @@ def identify(
     held_out = None
     if len(measured) > 1:
         about = learnt, emulator, len(unknowns), settings
-        parts = [_held_out(*about, number, one.name) for number, one in enumerate(measured)]
+        parts = [_held_out(*about, number, measurement.name) for number, measurement in enumerate(measured)]
         held_out = pd.concat(parts, ignore_index=True)
     thinned = draws.points[np.linspace(0, len(draws.points) - 1, min(DRAWS, len(draws.points))).astype(int)]
     mean, covariance = (np.concatenate(pieces) for pieces in zip(*map(posterior.model, in_parts(thinned)), strict=True))
@@ -212,8 +212,8 @@ def _held_out(records: MeasuredRecords, emulator, unknowns: int, settings: Setti
     low, median, high = np.quantile(predict(posterior, requested, Part(emulator, order), draws), INTERVAL, axis=0)
     return pd.DataFrame(
         {
-            "record": name, "feature": [one.name for one in requested.features],
-            "group": [one.group for one in requested.features], "measured": np.exp(requested.values),
+            "record": name, "feature": [feature.name for feature in requested.features],
+            "group": [feature.group for feature in requested.features], "measured": np.exp(requested.values),
             "q05": np.exp(low), "median": np.exp(median), "q95": np.exp(high),
             "inside": (low <= requested.values) & (requested.values <= high),
         }

@@ -47,7 +47,7 @@ def unknown_of(text: str) -> Unknown:
 def unknowns_asked_for(unknowns: Sequence[Unknown], rig: Rig, path: Path | str) -> Unknowns:
     """Unknowns with the ranges of the rig's file where none is given, each spread in the scale that suits its range."""
     complete = Unknowns(unknowns, rig, file_ranges(path)).unknowns
-    return Unknowns([one.model_copy(update={"scale": _scale(one)}) for one in complete], rig)
+    return Unknowns([unknown.model_copy(update={"scale": _scale(unknown)}) for unknown in complete], rig)
 
 
 def _scale(unknown: Unknown) -> str:
@@ -83,8 +83,12 @@ def tellable(
     # the slowest and the fastest record say what changes with speed
     ends = sorted({0, len(measured) - 1}, key=lambda k: measured[k].speed.rpm)
     chosen_records = [measured[k] for k in ends] if len(measured) > 1 else list(measured)
-    experiment = Experiment(rig, tuple(one.speed for one in chosen_records))
-    changes = [changed(Unknowns([one], rig), {one.label: one.value(x)}) for one in candidates.unknowns for x in BETWEEN]
+    experiment = Experiment(rig, tuple(measurement.speed for measurement in chosen_records))
+    changes = [
+        changed(Unknowns([unknown], rig), {unknown.label: unknown.value(x)})
+        for unknown in candidates.unknowns
+        for x in BETWEEN
+    ]
     simulated = run_experiment(experiment, changes, store, jobs, "what the records can tell" if progress else "")
     records = joined(chosen_records)
     sizes = np.array([MEDIANS[group] for group in groups_of(records.features)])
@@ -122,7 +126,7 @@ def _widths(information: np.ndarray, chosen: list[int]) -> np.ndarray:
     """Width of every candidate's 90 % interval beside the chosen ones, as a share of the prior's."""
     widths = np.empty(len(information))
     for k in range(len(information)):
-        which = [*[one for one in chosen if one != k], k]
+        which = [*[index for index in chosen if index != k], k]
         precision = information[np.ix_(which, which)] + 12.0 * np.eye(len(which))  # an even prior of width 1
         widths[k] = min(2 * 1.645 * np.sqrt(np.linalg.inv(precision)[-1, -1]) / 0.9, 1.0)
     return widths

@@ -66,14 +66,14 @@ def read_records(
         )
         for path, speed in zip(paths, rpm or [None] * len(paths), strict=True)
     ]
-    for k, one in enumerate(records):
+    for k, measurement in enumerate(records):
         for other in records[:k]:
-            if one.name == other.name:
-                raise InputError(f"{one.record.path}: has the same name as {other.record.path}; rename it")
-            if abs(one.speed.rpm / other.speed.rpm - 1) < SAME_SPEED:
+            if measurement.name == other.name:
+                raise InputError(f"{measurement.record.path}: has the same name as {other.record.path}; rename it")
+            if abs(measurement.speed.rpm / other.speed.rpm - 1) < SAME_SPEED:
                 raise InputError(
-                    f"{one.record.path}: has the same speed as {other.record.path}, {one.speed.rpm:.5g} "
-                    "rev/min; leave one out, or join them in one file"
+                    f"{measurement.record.path}: has the same speed as {other.record.path}, "
+                    f"{measurement.speed.rpm:.5g} rev/min; leave one out, or join them in one file"
                 )
     return records
 
@@ -110,9 +110,11 @@ def _measured(record: SensorRecord, rig: Rig, rpm: float | None, ring_radius: fl
 
 def joined(measured: Sequence[Measured]) -> MeasuredRecords:
     """The features of several records in a row."""
-    rates = [one.speed.rate / one.speed.every for one in measured]
+    rates = [measurement.speed.rate / measurement.speed.every for measurement in measured]
     listed = [features_of(rate) for rate in rates]
-    values = [features(one.statistics, rate) for one, rate in zip(measured, rates, strict=True)]
-    scatter = block_diag(*(covariance(one.statistics, rate) for one, rate in zip(measured, rates, strict=True)))
+    values = [features(measurement.statistics, rate) for measurement, rate in zip(measured, rates, strict=True)]
+    scatter = block_diag(
+        *(covariance(measurement.statistics, rate) for measurement, rate in zip(measured, rates, strict=True))
+    )
     record = np.repeat(np.arange(len(measured)), [len(names) for names in listed])
     return MeasuredRecords(tuple(chain.from_iterable(listed)), record, np.concatenate(values), scatter)

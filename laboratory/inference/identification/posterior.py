@@ -44,7 +44,7 @@ class MeasuredRecords(NamedTuple):
 
     def subset(self, keep: np.ndarray) -> "MeasuredRecords":
         """Some of the features."""
-        chosen = tuple(one for one, requested in zip(self.features, keep, strict=True) if requested)
+        chosen = tuple(feature for feature, requested in zip(self.features, keep, strict=True) if requested)
         return MeasuredRecords(chosen, self.record[keep], self.values[keep], self.covariance[np.ix_(keep, keep)])
 
 

@@ -79,7 +79,7 @@ def posterior_figure(
 def _ticks(axis, unknown: Unknown, labelled: bool) -> None:
     places = [0.1, 0.5, 0.9]
     values = [unknown.value(x) for x in places]
-    words = [f"{one:.0f}" if 100 <= abs(one) < 1e5 else f"{one:.2g}" for one in values]
+    words = [f"{value:.0f}" if 100 <= abs(value) < 1e5 else f"{value:.2g}" for value in values]
     axis.set_ticks(places, words if labelled else [""] * 3)
 
 
@@ -124,7 +124,7 @@ def features_figure(table: pd.DataFrame, sensor: str) -> Figure:
         ax.yaxis.set_minor_formatter("{x:g}" if np.ptp(np.log10(ax.get_ylim())) < 0.7 else "")
         ax.set_ylabel("ratio to the\npredicted median")
         ax.set_title(f"{name}: {inside.sum()} of {len(features)} inside")
-        words = [one.replace("_", " ") for one in features["feature"]] if name == records[-1] else []
+        words = [feature_name.replace("_", " ") for feature_name in features["feature"]] if name == records[-1] else []
         ax.set_xticks(columns, words, rotation=60, ha="right")
     figure.legend(*axes[0].get_legend_handles_labels(), ncols=4, loc="outside upper center")
     return figure
@@ -198,7 +198,7 @@ def calibration_figure(ranks: pd.DataFrame, discrepancy: str) -> Figure:
     level = np.linspace(0, 1, 101)
     for ax, rows in panels:
         away = 2 * np.abs((rows["rank"] + 0.5) / (rows["of"] + 1) - 0.5)
-        ax.plot(level, [(away <= one).mean() for one in level], color=BLUE)
+        ax.plot(level, [(away <= limit).mean() for limit in level], color=BLUE)
         sd = np.sqrt(level * (1 - level) / len(rows))
         ax.fill_between(level, level - 1.96 * sd, level + 1.96 * sd, color=ORANGE, alpha=0.3, linewidth=0)
         ax.plot(level, level, color=BLACK, linewidth=0.6, linestyle="-")

@@ -153,7 +153,7 @@ def _named(claim: Claim, measured, speeds) -> list[tuple[float, str, float]]:
         rpm = speeds[i] if by_speed else speeds[0] if len(speeds) == 1 else float("nan")
         count = "" if by_speed or len(items) == 1 else str(i + 1)
         parts = (("least", item.low), ("largest", item.high)) if isinstance(item, Range) else (("", item),)
-        numbers += [(rpm, " ".join(filter(None, (count, name))), float(one)) for name, one in parts]
+        numbers += [(rpm, " ".join(filter(None, (count, name))), float(number)) for name, number in parts]
     return numbers
 
 
@@ -161,7 +161,7 @@ def _values(claim: Claim, measured, speeds) -> tuple[Value, ...]:
     """The numbers of a measure, each with its own distance and test."""
     if not (named := _named(claim, measured, speeds)):
         return ()
-    numbers = np.array([one for _, _, one in named])
+    numbers = np.array([number for _, _, number in named])
     one_sided = claim.rule in ONE_SIDED
     printed = np.full(len(numbers), np.nan)
     away, met = printed.copy(), [None] * len(numbers)
@@ -191,7 +191,7 @@ def _verdict(claim: Claim, measured, values: tuple[Value, ...]) -> str:
     if claim.rule == "same":
         return SHOWN if measured == claim.printed else NOT_SHOWN
     enough = len(values) > (claim.rule == "rising")
-    return SHOWN if enough and all(one.met for one in values) else NOT_SHOWN
+    return SHOWN if enough and all(value.met for value in values) else NOT_SHOWN
 
 
 def judge(claim: Claim, e: Evidence) -> Judgement:
@@ -228,7 +228,7 @@ def distance(claim: Claim, e: Evidence) -> float:
         Infinite where something that is asked for never happens; NaN where there is no distance: text, a trend, a
         one-sided claim without a scale, what is no test or was not run.
     """
-    return max((one.distance for one in examine(claim, e)[1]), default=float("nan"))
+    return max((value.distance for value in examine(claim, e)[1]), default=float("nan"))
 
 
 def _text(value) -> str:
@@ -283,9 +283,9 @@ def _standard_error(claim: Claim, e: Evidence, rpm: float) -> float:
 def _value_rows(rig: str, claim: Claim, e: Evidence, judgement: Judgement, values: tuple[Value, ...]) -> list[dict]:
     of_claim = claim.model_dump(include={"id", "part", "unit", "rule", "tolerance"})
     return [
-        {"rig": rig, **of_claim, **one._asdict(), "standard_error": _standard_error(claim, e, one.rpm),
+        {"rig": rig, **of_claim, **value._asdict(), "standard_error": _standard_error(claim, e, value.rpm),
          "verdict": judgement.verdict}
-        for one in values
+        for value in values
     ]  # fmt: skip
 
 
@@ -301,5 +301,5 @@ def judge_all(claims: list[Claim], rigs: Mapping[str, Evidence]) -> tuple[pd.Dat
     """
     judged = [(rig, claim, e, *examine(claim, e)) for rig, e in rigs.items() for claim in claims]
     card = [_row(rig, claim, judgement) for rig, claim, _, judgement, _ in judged]
-    values = [row for one in judged for row in _value_rows(*one)]
+    values = [row for claim in judged for row in _value_rows(*claim)]
     return pd.DataFrame(card, columns=list(COLUMNS)), pd.DataFrame(values, columns=list(VALUE_COLUMNS))

@@ -375,8 +375,8 @@ def _as_read(value: Any, theirs: Any, ours: Any) -> Any:
         return ours
     if isinstance(value, dict) and isinstance(theirs, dict) and isinstance(ours, dict):
         return {
-            key: _as_read(one, theirs[key], ours[key]) if key in theirs and key in ours else one
-            for key, one in value.items()
+            key: _as_read(item, theirs[key], ours[key]) if key in theirs and key in ours else item
+            for key, item in value.items()
         }
     return value
 

@@ -26,7 +26,7 @@ def main(job) -> None:
     if not parts:
         return
     write_text(out.schema, schema_text(runs.columns))
-    events = [one(recording).assign(run=run) for run, recording in recordings.items() for one in EVENTS]
+    events = [table(recording).assign(run=run) for run, recording in recordings.items() for table in EVENTS]
     write_csv(out.events, table := pd.concat(events))
     write_text(out.events_schema, schema_text(table.columns, "events"))
     write_csv(out.spells, pd.concat([spells(recording).assign(run=run) for run, recording in recordings.items()]))

@@ -106,7 +106,9 @@ def engagement_figure(rig: Rig) -> Figure:
     heights = turns.pins[0, :, 1]
     close.set(xlim=(-0.095, 0.095), ylim=(heights.min() - 0.065, heights.max() + 0.045))
     marks.frame_axes(close, "k")
-    handles = [one for one in close.get_legend_handles_labels()[0] if one.get_label() not in ("steel", "profile")]
+    handles = [
+        handle for handle in close.get_legend_handles_labels()[0] if handle.get_label() not in ("steel", "profile")
+    ]
     figure.legend(handles=handles, loc="outside lower center", ncols=2)
     close.set_title("(b) a connector enters its groove")
     return figure

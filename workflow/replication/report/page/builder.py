@@ -98,14 +98,18 @@ def build_page(inputs: PageInputs) -> str:
         planner=data.promises(_rows(results, "planner.csv")),
         provenance=origin,
         # the scorecard stands on the page as a list
-        gallery=[one for one in shown if one["item"] not in OF_STUDIES and one["item"].key not in ("claims", *FRONT)],
+        gallery=[
+            entry for entry in shown if entry["item"] not in OF_STUDIES and entry["item"].key not in ("claims", *FRONT)
+        ],
         accuracy=[entry for entry in shown if entry["item"].key in ACCURACY],
         extremes=[entry for entry in shown if entry["item"].key.startswith("extremes")],
         front=[entry for entry in shown if entry["item"].key in FRONT and entry["pictures"]],
         judged=JUDGED,
         groups=_groups(shown),
         missing=missing_items(results),
-        studies=[(name, one.title, _form(results, one.file), name in inputs.studies) for name, one in STUDIES.items()],
+        studies=[
+            (name, study.title, _form(results, study.file), name in inputs.studies) for name, study in STUDIES.items()
+        ],
         layers=" ".join(["", "--configfile", *inputs.layers]) if inputs.layers else "",
         paper_items=len(PAPER),
     )
@@ -134,7 +138,7 @@ def _card(results: Path) -> dict | None:
         "statements": statements(card).to_dict("records"),
         "answer": answer_sentences(card, pd.read_csv(parameters)) if parameters.is_file() else [],
         "headlines": {rig: headline(card, rig) for rig in rigs},
-        "counts": {one: " / ".join(str(sizes.get((one, rig), 0)) for rig in rigs) for one in VERDICTS},
+        "counts": {verdict: " / ".join(str(sizes.get((verdict, rig), 0)) for rig in rigs) for verdict in VERDICTS},
         "parts": parts,
     }
 

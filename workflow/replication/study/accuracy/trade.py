@@ -96,7 +96,7 @@ def limits_of(runs: dict[float, AnswerCost]) -> dict[str, Limit]:
     """Limit of every measure from runs of the full physics, by step."""
     finest = dict(sorted(runs.items())[:3])
     measures = [run.found for run in finest.values()]
-    names = [name for name in measures[0] if all(name in one and len(one[name].values) for one in measures)]
+    names = [name for name in measures[0] if all(name in series and len(series[name].values) for series in measures)]
     return {name: limit_of({step: run.found[name] for step, run in finest.items()}) for name in names}
 
 
