@@ -10,6 +10,7 @@ import pytest
 
 from trackdyn.commands import cli
 from trackdyn.errors import InputError
+from trackdyn.plots.cells import with_error
 from trackdyn.plots.show import geometry, show, signal, work_of
 from trackdyn.simulation import replay as stretches
 from trackdyn.simulation.loop import Loop
@@ -202,3 +203,11 @@ def test_a_stretch_out_of_range_is_refused(recording, seconds, tmp_path):
     with pytest.raises(InputError, match=r"^seconds "):
         show(recording, tmp_path / "run.html", seconds=seconds)
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("error", "text"),
+    [(0.0013, "44.2511 ± 0.0013"), (0.0, "44.3"), (None, "44.3"), (float("nan"), "44.3"), (1.1e-14, "44.3")],
+)
+def test_a_value_is_shown_as_far_as_its_error_reaches_and_no_error_of_rounding(error, text):
+    assert with_error(44.25108, error) == text

@@ -25,7 +25,6 @@ from trackdyn.commands.options import (
 )
 from trackdyn.errors import InputError
 
-ROUNDING = 1e-9  # of a value: a smaller standard error says nothing
 FRAMES = 0.05  # s between recorded configurations
 
 
@@ -191,8 +190,7 @@ def _for_its_duration(scene, out: Path, checkpoint: Path | None, quiet: bool, al
                 typer.echo(f"{name:>22}  {value:.6g}" if isinstance(value, float) else f"{name:>22}  {value}")
     else:
         for of in shown_measures(measures):
-            error = of["standard_error"] or 0.0
-            number = with_error(of["value"], error if error > ROUNDING * abs(of["value"]) else None)
+            number = with_error(of["value"], of["standard_error"])
             number = number.replace("\N{MINUS SIGN}", "-").replace("\N{PLUS-MINUS SIGN}", "+-")  # of every terminal
             typer.echo(f"{number + ' ' + of['unit']:>22}  {of['measure']}")
     for what, seconds in needed_lengths(recording).items():

@@ -9,6 +9,7 @@ import pandas as pd
 from trackdyn.errors import InputError, shown
 from trackdyn.measure.columns import OF_A_SIDE, PLACES, error_of, heading
 from trackdyn.measure.contacts import TOUCHING
+from trackdyn.measure.uncertainty import ROUNDING
 
 NEAR_LEAST = 2.0  # points of a turn: how near the least left contact a ring that serves must come (claim C26)
 # ours; the paper states none
@@ -45,8 +46,9 @@ class Bound(NamedTuple):
         value, error = row[self.column], row.get(error_of(self.column) or "", 0.0)
         if value != value:
             return f"{heading(self.column)} at {row['rpm']:g} rpm is not known{others}"
+        scatter = f" +- {error:.2g}" if error > ROUNDING * value else ""
         return (
-            f"{heading(self.column)} at {row['rpm']:g} rpm is {value:.4g}{f' +- {error:.2g}' if error > 0 else ''}, "
+            f"{heading(self.column)} at {row['rpm']:g} rpm is {value:.4g}{scatter}, "
             f"must be {self.sign} {row['limit']:.4g}{others}"
         )
 

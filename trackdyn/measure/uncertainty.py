@@ -12,6 +12,7 @@ import numpy as np
 import scipy  # loads its parts when they are used
 
 CONFIDENCE = 0.95
+ROUNDING = 1e-9  # of a value: a smaller standard error is rounding, and is not shown
 NAN = float("nan")
 
 

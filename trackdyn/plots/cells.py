@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 
 from trackdyn.measure.columns import groups, heading, words
+from trackdyn.measure.uncertainty import ROUNDING
 
 
 def significant(value, digits: int = 3) -> str:
@@ -37,7 +38,7 @@ def cell(value, digits: int = 3) -> str:
 
 def with_error(value: float | None, error: float | None) -> str:
     """A value as far as its standard error reaches, which has two digits, up to eight decimals: 44.2511 ± 0.0013."""
-    if value is None or not error:
+    if value is None or not (error or 0.0) > ROUNDING * abs(value):
         return cell(value)
     decimals = min(8, max(0, 1 - floor(log10(error))))
     return f"{value:.{decimals}f} ± {error:.{decimals}f}".replace("-", "\N{MINUS SIGN}")
