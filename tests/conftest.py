@@ -6,16 +6,20 @@ import os
 # and spin in between. That cost more than a hundred times the CPU time of one thread.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
+import contextlib
+import io
 import multiprocessing.process
 import shutil
 import subprocess
-from collections import Counter
+import sys
+from collections import Counter, namedtuple
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from trackdyn import jit
+from trackdyn.commands import cli
 from trackdyn.model.record import SPELL
 from trackdyn.parameters.rig import load_rig
 from trackdyn.scene.scene import Scene
@@ -46,6 +50,8 @@ def _no_kernels(pytestconfig):
 
 
 def pytest_collection_modifyitems(config, items):
+    # what starts processes and waits for them comes first, so that workers end together
+    items.sort(key=lambda item: item.path.parent.name not in ("docs", "workflow"))
     for item in items:
         if "browser" in item.fixturenames:
             item.add_marker("browser")
@@ -86,7 +92,30 @@ def make_scene(rig):
     return scenes_of(rig)
 
 
-def made_recording(scene, time, force, begin=0.0, **arrays):
+Ended = namedtuple("Ended", "code out err")
+
+
+def run_command(*words):
+    """Exit code, output and errors of a command, run within this process."""
+    out, err, code = io.StringIO(), io.StringIO(), 0
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sys, "argv", ["trackdyn", *map(str, words)])
+        try:
+            with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+                cli.main()
+        except SystemExit as end:
+            code = end.code or 0
+    return Ended(code, out.getvalue(), err.getvalue())
+
+
+def recorded(scene, **options):
+    """Record of a scene by its loop alone: no piece of it is run again with a finer step."""
+    loop = Loop(scene)
+    loop.advance(scene.ramp + scene.lead_in)
+    return loop.record(scene.duration, **options)
+
+
+def made_recording(scene, time, force, begin=0.0, layout=None, **arrays):
     """A recording with these arrays, of contacts above all; others are zero or empty."""
     samples = len(time)
     blank = {
@@ -95,8 +124,8 @@ def made_recording(scene, time, force, begin=0.0, **arrays):
     blank |= {"raw": np.zeros((samples, 3)), "mean": np.zeros((samples, 3)), "gap": np.zeros(samples)}
     blank |= {"area": np.zeros((*force.shape[:2], 2), np.int8), "spells": np.zeros(0, SPELL), "frame_time": np.zeros(0)}
     blank |= {"frame": np.zeros((0, scene.bodies + 3)), "pitches": np.arange(1, force.shape[1] + 1)} | arrays
-    groove = np.zeros_like(blank["area"])
-    return Recording(time=time, force=force, begin=begin, groove=groove, meta=provenance(scene, {}), **blank)
+    blank = {"groove": np.zeros_like(blank["area"])} | blank
+    return Recording(time=time, force=force, begin=begin, meta=provenance(scene, layout or {}), **blank)
 
 
 @pytest.fixture(scope="session")
@@ -112,6 +141,20 @@ def unled():
         return model._replace(tooth=model.tooth._replace(mobility=0.0), wheels=wheels)
 
     return make
+
+
+def closing(length, angle, rate):
+    """The rates of the bodies of a loop, with the least change that keeps it closed."""
+    rows = length * np.array([-np.sin(angle), np.cos(angle)])
+    return rate - rows.T @ np.linalg.solve(rows @ rows.T, rows @ rate)
+
+
+def irregular_ring(n, rng, size=(0.08, 0.04)):
+    """Lengths, angles and first corner of a convex clockwise ring that closes exactly; ``size`` (m) a body over pi."""
+    turn = -2 * np.pi * (np.arange(n) + rng.uniform(-0.2, 0.2, n)) / n
+    corner = n / np.pi * np.column_stack([size[0] * np.cos(turn), size[1] * np.sin(turn)])
+    side = np.roll(corner, -1, axis=0) - corner
+    return np.hypot(*side.T), np.unwrap(np.arctan2(side[:, 1], side[:, 0])), corner[0]
 
 
 def driven(make_scene):

@@ -118,21 +118,6 @@ def test_the_account_of_a_loop_closes_and_a_checkpoint_goes_on_bit_for_bit(make_
         np.testing.assert_array_equal(again.state.branch, loop.state.branch)
 
 
-def test_methods_agree_on_what_a_free_loop_loses(make_scene):
-    """A chain that hangs together and falls: its bushings take the same by every method."""
-    losses = []
-    for integrator, step in (("semi_implicit", 2e-5), ("linearly_implicit", 2e-5), ("rk4", 1e-4)):
-        scene = make_scene(
-            115.0, loop="free", ring_radius=None, spells=False, bushing_law="hysteretic", integrator=integrator,
-            step=step,
-        )  # fmt: skip
-        loop = Loop(scene)
-        loop.advance(0.3)
-        losses.append(loop.energy["bushing_loss"])
-    assert losses[0] > 0.0
-    assert losses == pytest.approx([losses[2]] * 3, rel=0.01)
-
-
 def test_stiff_branches_limit_the_step_and_what_lacks_is_refused(make_scene, rig):
     soft = rig.changed(bushing__stiffness=2000.0)
     limits = [

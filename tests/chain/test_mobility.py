@@ -37,14 +37,6 @@ def uneven(n, seed=4):
     )
 
 
-def test_a_body_alone_has_its_mass_and_inertia():
-    chain = uneven(1)
-    arm = 0.9 * chain.length[0] - chain.com_x[0]
-    assert mobility_across(chain, 0, 0.9 * chain.length[0]) == pytest.approx(
-        1 / chain.mass[0] + arm**2 / chain.inertia[0], rel=1e-12
-    )
-
-
 @pytest.mark.parametrize("fraction", [0.0, 0.4, 1.0])
 def test_mobility_is_that_of_the_mass_matrix(fraction):
     # as long on either side as the loop is: what is beyond ten bodies weighs less than rounding

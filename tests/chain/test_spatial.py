@@ -5,6 +5,7 @@ from functools import partial
 import numpy as np
 import pytest
 
+from tests.conftest import closing, irregular_ring
 from trackdyn.chain.kinematics import bushing_torques, forward_kinematics, orient
 from trackdyn.chain.plane import plane_dynamics, turn_plane, update_frame
 from trackdyn.chain.riccati import accelerations
@@ -42,11 +43,7 @@ class Polygon:
 
     def __init__(self, model, n, seed):
         rng = np.random.default_rng(seed)
-        turned = -2 * np.pi * (np.arange(n) + rng.uniform(-0.2, 0.2, n)) / n
-        corner = np.column_stack([0.3 * np.cos(turned), 0.2 * np.sin(turned)])
-        side = np.roll(corner, -1, axis=0) - corner
-        angle = np.unwrap(np.arctan2(side[:, 1], side[:, 0]))
-        length = np.hypot(*side.T)
+        length, angle, _ = irregular_ring(n, rng, (0.3 * np.pi / n, 0.2 * np.pi / n))
         heavy = np.arange(n) % 2 == 0
         self.n = n
         self.chain = Chain(
@@ -58,9 +55,7 @@ class Polygon:
             np.ones(3), np.ones(3), np.zeros(0), 0.005, 1e6, 1e3, 0,
         )  # fmt: skip
         self.model = model._replace(chain=self.chain, space=self.space)
-        rate = rng.normal(0.0, 5.0, n)
-        rows = length * np.array([-np.sin(angle), np.cos(angle)])
-        rate -= rows.T @ np.linalg.solve(rows @ rows.T, rows @ rate)
+        rate = closing(length, angle, rng.normal(0.0, 5.0, n))
         e = rng.normal(0.0, 1.0, 4)
         self.plane = Plane(rng.normal(0.0, 2.0, 4), e / np.linalg.norm(e))
         self.state = make_state(n, n // 2, 1)._replace(
@@ -170,26 +165,6 @@ def test_accelerations_are_those_of_the_general_formulation(polygon, n, seed):
     assert np.abs(plane).min() > 1e-2  # nothing is zero by chance
     np.testing.assert_allclose(centres, expected, rtol=0, atol=RELATIVE * np.abs(expected).max())
     np.testing.assert_allclose(angular, expected_angular, rtol=0, atol=RELATIVE * np.abs(expected_angular).max())
-
-
-def test_plane_at_rest_under_planar_loads_is_the_planar_chain(polygon):
-    """Upright and still: the loads on the planar chain are untouched bit for bit, and the plane stays."""
-    loop = polygon(8, 5)
-    loop.plane.motion[:] = 0.0
-    loop.plane.attitude[:] = [1.0, 0.0, 0.0, 0.0]
-    loop.force[:, 2] = loop.moment[:, :2] = 0.0
-    work, room = loop.loaded()
-    before = loop.state.pin.copy()
-    turn_plane(loop.model, loop.state, room)
-    for seen, planar in (
-        (work.force_x, loop.force[:, 0]),
-        (work.force_y, loop.force[:, 1]),
-        (work.moment, loop.moment[:, 2]),
-    ):
-        assert np.array_equal(seen, planar)
-    assert not room.acceleration.any() and not loop.plane.motion.any()
-    assert np.array_equal(loop.state.pin, before)
-    assert np.array_equal(loop.plane.attitude, [1.0, 0.0, 0.0, 0.0])
 
 
 def test_turning_the_plane_keeps_what_the_pin_does_in_space(polygon):

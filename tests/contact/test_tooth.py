@@ -69,13 +69,6 @@ def test_penetrating_arcs_are_found_with_area_depth_and_normal(groove, tooth):
             assert radius == pytest.approx(groove.radius[touched - 1] + sign * RADIUS, abs=1e-15)
 
 
-def test_arcs_that_do_not_touch_are_not_found(groove, tooth):
-    points, *_ = points_over_the_profile(groove, lambda rng, k: rng.uniform(1e-12, DEEPEST, k), 2)
-    assert distance_to_arcs(groove, points).min() > RADIUS  # nothing else is nearer
-    for x, y in points:
-        assert find_area(tooth, x, y) == (0, 0.0, 0.0, 0.0, 0.0)
-
-
 def test_random_places_over_the_groove_touch_where_the_profile_is_near(groove, tooth):
     rng = np.random.default_rng(3)
     half = pi / groove.teeth
@@ -112,7 +105,7 @@ def test_mirrored_arc_touches_the_mirrored_area(groove, coarse):
     assert seen >= set(range(1, areas + 1))
 
 
-@pytest.mark.parametrize("name", ["paper", "parts", "first_fit"])
+@pytest.mark.parametrize("name", ["paper", "first_fit"])
 def test_the_depth_in_a_coarse_tooth_is_continuous(name):
     """A jump from one surface to the next, or where the tip ends, would make energy with every engagement."""
     rig = load_rig(name)
@@ -120,7 +113,7 @@ def test_the_depth_in_a_coarse_tooth_is_continuous(name):
     tooth = make_tooth(profile, radius, make_law(0.05, 1e11, 0.5, 0.1, 0.1, 0.05, 0.1, 3.0))
     rng, joints, move = np.random.default_rng(5), profile.joints(), 1e-6
     low, high = np.sort(joints[:, 1])[[0, -1]]
-    points = np.column_stack([rng.uniform(1.2 * joints[0, 0], 0, 200_000), rng.uniform(low, high + radius, 200_000)])
+    points = np.column_stack([rng.uniform(1.2 * joints[0, 0], 0, 50_000), rng.uniform(low, high + radius, 50_000)])
     touched = set()
     for x, y in points:
         area, depth, *_ = find_area(tooth, x, y)

@@ -3,18 +3,15 @@
 import numpy as np
 import pytest
 
-from tests.contact.test_loads import close_velocities, mirrored, rounding
 from tests.rigs.conftest import scene_of
 from trackdyn.chain.kinematics import SLOW, bearing_drag
 from trackdyn.errors import InputError
-from trackdyn.integrate.run import refresh, shared
+from trackdyn.integrate.run import shared
 from trackdyn.integrate.semi_implicit import advance
 from trackdyn.model.constants import SPROCKET
 from trackdyn.model.record import BEARING
-from trackdyn.model.work import make_work
 from trackdyn.parameters.rig import load_rig
 from trackdyn.scene.scene import Scene
-from trackdyn.simulation.account import open_share
 from trackdyn.simulation.loop import Loop
 
 ARM, IDLER = 0.01, 1
@@ -99,59 +96,6 @@ def test_a_belt_over_a_wheel_pulls_harder_by_the_arm_times_the_load_over_the_rad
     # the radius at which the middle of the links runs, of a polygon around the wheel
     radius = bench.rollers["idler"].radius + bench.chain.link_thickness / 2
     assert added == pytest.approx(ARM * load / radius, rel=0.02)
-
-
-@pytest.mark.parametrize(("integrator", "step"), [("semi_implicit", 1e-4), ("linearly_implicit", 5e-5), ("rk4", 1e-4)])
-def test_the_account_has_the_work_of_every_arm(make_scene, rig, integrator, step):
-    """On the way to speed and behind: the arms times loads and turns, and nothing stays open."""
-    loop = Loop(make_scene(150.0, **LAWS, integrator=integrator, step=step))
-    arms = np.array([0.0, rig.idler.rolling_arm, rig.road_wheel.rolling_arm])
-    np.testing.assert_array_equal(loop.model.wheels.rolling, arms)
-    assert not loop.model.wheels.drag.any()
-    taken = np.zeros(3)
-    loop.advance(0.3)
-    before = loop.state.work_done.copy()
-    for _ in range(round(0.3 / step)):
-        carried, rate = loop.work.carried.copy(), np.abs(loop.wheel_rates)
-        loop.step()
-        rate = (rate + np.abs(loop.wheel_rates)) / 2
-        taken += step * arms * carried * np.tanh(rate / SLOW) * rate
-    done = loop.state.work_done - before
-    # order 1: loads are of the start of a step
-    assert done[BEARING] == pytest.approx(taken.sum(), rel=1e-3)
-    recording = loop.record(0.3)
-    assert abs(open_share(recording.energy, loop.model, 0.3)[0]) < 1e-3
-
-
-def test_methods_agree_on_the_speed_of_the_wheels(make_scene):
-    rates = []
-    for integrator, step in (("semi_implicit", 5e-5), ("linearly_implicit", 1e-4)):
-        loop = Loop(make_scene(150.0, **LAWS, integrator=integrator, step=step))
-        loop.advance(0.8)
-        rates.append(loop.record(0.5).wheel_rate[:, 1:].mean(axis=0))
-    np.testing.assert_allclose(rates[0], rates[1], rtol=1e-3)  # of a whole motion of order 1
-
-
-def test_a_mirrored_loop_has_the_mirrored_resistance(make_scene, unled):
-    """Loads are the same and torques the opposite."""
-    loop = Loop(make_scene(115.0, **LAWS))
-    loop.advance(0.5)
-    state, work = loop._parts.state, loop._parts.work
-    close_velocities(loop._parts.model.chain, state)
-    model = unled(loop._parts.model, work)
-    refresh(model, state, work)
-    image, image_state, _, _ = mirrored(model, state, work)
-    seen = make_work(len(state.angle), len(state.wheel_impact), 3)
-    refresh(image, image_state, seen)
-    assert (work.carried > 1e3).all()
-    np.testing.assert_allclose(work.carried, work.wheel_force.sum(axis=0), rtol=1e-12)
-    np.testing.assert_allclose(seen.carried, work.carried, rtol=0, atol=10 * rounding(model))
-    for wheel in range(3):
-        one, other = (
-            w * bearing_drag(model.wheels, wheel, w, c.carried)
-            for w, c in ((state.wheel_rate[wheel], work), (image_state.wheel_rate[wheel], seen))
-        )
-        assert one == pytest.approx(-other, rel=1e-6) and (wheel == SPROCKET or one != 0.0)
 
 
 def test_a_rig_of_before_says_what_it_lacks_or_which_law_it_has(rig, tmp_path):

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from tests.conftest import closing, irregular_ring, recorded
 from trackdyn.chain import implicit
 from trackdyn.chain.kinematics import SLOW
 from trackdyn.contact.loads import AHEAD
@@ -14,7 +15,6 @@ from trackdyn.model.constants import Chain
 from trackdyn.model.state import make_state
 from trackdyn.model.work import components, make_implicit, make_work
 from trackdyn.simulation.loop import Loop
-from trackdyn.simulation.simulate import simulate
 
 # as for the plain sweep: the end and closure matrices have condition numbers up to 1e5
 AGREEMENT = 1e-10
@@ -25,18 +25,13 @@ WHEELS = 3
 def make_case(n, seed):
     """A ring of ``n`` irregular bodies at a random position with random contacts: all that the kernel reads."""
     rng = np.random.default_rng(seed)
-    turn = -2 * np.pi * (np.arange(n) + rng.uniform(-0.2, 0.2, n)) / n
-    corner = 0.08 * n / np.pi * np.column_stack([np.cos(turn), 0.5 * np.sin(turn)])
-    side = np.roll(corner, -1, axis=0) - corner
-    angle = np.unwrap(np.arctan2(side[:, 1], side[:, 0]))
-    length, mass = np.hypot(*side.T), rng.uniform(1.0, 15.0, n)
+    length, angle, _ = irregular_ring(n, rng)
+    mass = rng.uniform(1.0, 15.0, n)
     chain = Chain(
         length, mass, mass * (length * rng.uniform(0.2, 0.5, n)) ** 2, length * rng.uniform(0.2, 0.8, n),
         rng.uniform(-0.02, 0.02, n), 99.0, 12.4, -0.036, 9.81,
     )  # fmt: skip
-    rows = length * np.array([-np.sin(angle), np.cos(angle)])
-    rate = rng.normal(0, 4, n)
-    rate -= rows.T @ np.linalg.solve(rows @ rows.T, rows @ rate)
+    rate = closing(length, angle, rng.normal(0, 4, n))
     loads = rng.normal(0, 2000, n), rng.normal(0, 2000, n), rng.normal(0, 60, n)
     # contacts: body, wheel, arm from the input pin, normal, arm from the wheel's centre, h^2 K + h C along
     # the normal and h C across it (kg): those of a tooth of 1e8 N/m at this step reach 25 kg
@@ -196,52 +191,12 @@ def parts(driven_loop, unled):
     )
 
 
-def wrenches(model, work):
-    """Contact wrench on every body about its input pin, (n, 3)."""
-    chain = model.chain
-    gx, gy = chain.com_x * work.cos - chain.com_y * work.sin, chain.com_x * work.sin + chain.com_y * work.cos
-    moment = work.moment + gx * work.force_y - gy * work.force_x
-    return np.column_stack([work.force_x, work.force_y, moment])
-
-
 def without_friction(model):
     def smooth(law):
         return law._replace(friction_static=0.0, friction_dynamic=0.0)
 
     wheels = model.wheels._replace(ring_law=smooth(model.wheels.ring_law), wheel_law=smooth(model.wheels.wheel_law))
     return model._replace(tooth=model.tooth._replace(law=smooth(model.tooth.law)), wheels=wheels)
-
-
-def moved(state, motion, by):
-    """A state whose velocities are changed by those of a rigid motion (x, y, about the origin) times ``by``."""
-    x, y, spin = motion
-    pin = state.pin.copy()
-    pin[2:] += by * np.array([x - spin * pin[1], y + spin * pin[0]])
-    return state._replace(pin=pin, rate=state.rate + by * spin)
-
-
-@pytest.mark.parametrize("motion", [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)])
-def test_contact_inertia_is_the_damping_of_the_contacts(parts, motion):
-    """For a vanishing step h C / h is minus the slope of the forces with the velocities (no friction)."""
-    model, state, work, led = parts
-    model = without_friction(model)
-    n, h, eps = len(state.angle), 1e-9, 1e-6
-    evaluate(model, state, led, h)
-    xx, xy, yy, xa, ya, aa = led.implicit.inertia.T / h
-    pins = np.column_stack([work.pin_x[:-1], work.pin_y[:-1]])
-    seen = np.zeros((2, n, 3))
-    for side, sign in enumerate((-1, 1)):
-        evaluate(model, moved(state, motion, sign * eps), work)
-        seen[side] = wrenches(model, work)
-    slope = (seen[1] - seen[0]) / (2 * eps)
-    x, y, spin = motion
-    vx, vy = x - spin * pins[:, 1], y + spin * pins[:, 0]
-    expected = -np.column_stack(
-        [xx * vx + xy * vy + xa * spin, xy * vx + yy * vy + ya * spin, xa * vx + ya * vy + aa * spin]
-    )
-    assert np.abs(expected).max() > 1e3  # N s/m: teeth touch
-    # h K of 2e8 N/m at 1e-9 s is 0.2 N s/m, forces of 5 kN are differenced over 2e-6 m/s: 1e-6 N s/m
-    np.testing.assert_allclose(slope, expected, rtol=0, atol=1e-4 * np.abs(expected).max())
 
 
 def elastic(model):
@@ -365,25 +320,18 @@ def test_step_tends_to_the_semi_implicit_one(parts):
 # --- beyond the explicit limit
 
 
-@pytest.fixture(scope="module")
-def long_and_short(make_scene):
-    """Three seconds on the ring: linearly implicit at a step that the explicit method refuses, and explicit."""
+def test_long_steps_stay_stable_and_give_the_sensor_of_short_ones(make_scene):
+    """Three seconds on the ring at a step that the explicit method refuses: averaged over its interval, the sensor sees
+    the same motion, RMS within 2 % in both directions.
+    """
     long = make_scene(150.0, duration=3.0, lead_in=1.0, integrator="linearly_implicit", step=STEP)
     with pytest.raises(InputError, match=r"step = 0\.0005: too large"):
         long.with_(integrator="semi_implicit")
-    return simulate(long), simulate(make_scene(150.0, duration=3.0, lead_in=1.0))
-
-
-def test_long_steps_stay_stable_and_closed(long_and_short):
-    recording, _ = long_and_short
-    assert np.isfinite(recording.raw).all()
-    assert recording.gap.max() <= 1.1e-10  # printed in the paper for its own runs
-
-
-def test_long_steps_give_the_sensor_of_short_ones(long_and_short):
-    """Averaged over its interval, the sensor sees the same motion: RMS within 2 %, both directions."""
     rms = []
-    for recording in long_and_short:
+    for scene in (long, make_scene(150.0, duration=3.0, lead_in=1.0)):
+        recording = recorded(scene)
+        # the gap that the paper prints for its own runs
+        assert np.isfinite(recording.raw).all() and recording.gap.max() <= 1.1e-10
         signal = sense(recording)
         rms.append(np.sqrt(np.mean(np.square([signal.ax, signal.ay]), axis=1)))
     np.testing.assert_allclose(rms[0], rms[1], rtol=0.02)

@@ -123,11 +123,6 @@ def test_a_passage_near_an_end_of_the_record_does_not_count(start):
     assert cut[["phase_start", "ring_phase_end"]].isna().all(axis=None)
 
 
-def test_a_passage_with_a_part_before_the_record_does_not_count():
-    rows = [spell(6, RING, STEP, 0.9), *with_ring(-0.1)[1:], *with_ring(-0.1 + LOOP)]
-    assert passages(recording(rows))["passage"].nunique() == 1
-
-
 def test_summary_of_one_passage():
     area = np.zeros((20000, 1, 2), np.int8)
     area[3900:4100, 0, 0] = 2
@@ -148,15 +143,6 @@ def test_summary_of_one_passage():
         assert summary[f"right_{name}"] == 0
     assert np.isnan(summary["right_phase_start"])
     assert np.isnan(summary["left_share_error_pct"])
-
-
-def test_rms_and_sd_are_those_of_the_sampled_force_over_whole_revolutions():
-    rows = with_ring(3.0) + with_ring(3.0 + LOOP)
-    summary = meshing_summary(recording(rows))
-    time = np.arange(0, LOOP, 1e-5)
-    force = np.where((time >= 0.9) & (time < 0.91) | (time >= 0.912) & (time < 1.1), 100.0, 0.0)
-    assert summary["left_rms_n"] == pytest.approx(np.sqrt(np.mean(force**2)), rel=1e-4)
-    assert summary["left_sd_n"] == pytest.approx(np.std(force), rel=1e-4)
 
 
 def test_standard_errors_over_passages():
@@ -262,14 +248,6 @@ def test_the_link_ahead_belongs_to_the_passage_also_around_the_end_of_the_loop()
     table = spells(recording(closing))
     assert table["connector"].tolist() == [PITCHES, PITCHES]
     assert table["passage"].tolist() == [0, 0]
-
-
-def test_a_broken_revolution_does_not_bias_the_means():
-    """Free running before, between and after the passages does not thin out the force."""
-    rows = with_ring(3.0)
-    expected, longer = (meshing_summary(recording(rows, seconds)) for seconds in (7.0, 11.0))
-    for key in ("left_rms_n", "ring_rms_n", "ring_sd_n", "left_share_pct"):
-        assert longer[key] == pytest.approx(expected[key])
 
 
 def test_mean_events_and_their_scatter():

@@ -9,7 +9,6 @@ from trackdyn.measure.sliding import sliding_per_km
 from trackdyn.model.record import ENERGY_NAMES
 from trackdyn.model.work import FLANK, components
 from trackdyn.parameters.outline import ToothProfile
-from trackdyn.scene.scene import Periods
 from trackdyn.simulation.recording import load_recording
 from trackdyn.simulation.simulate import simulate
 
@@ -31,13 +30,6 @@ def test_it_adds_up_to_the_friction_in_the_account_of_work(recording):
     assert change["tooth_friction"] > 1.0 and change["wheel_friction"] > 1.0
     assert slid[:TOOTH_AREAS].sum() == pytest.approx(change["tooth_friction"], rel=1e-6)
     assert slid[TOOTH_AREAS:].sum() == pytest.approx(change["wheel_friction"], rel=1e-6)
-
-
-def test_only_areas_that_are_touched_slide(recording):
-    """At 0.305 m the left arc works in area 2 (C15, C18) and the right one in none."""
-    slid = recording.sliding[-1] - recording.sliding[0]
-    assert slid[1] > 0.9 * slid[:TOOTH_AREAS].sum() > 0
-    assert not slid[5:TOOTH_AREAS].any()
 
 
 def coulomb(law, slip):
@@ -74,20 +66,6 @@ def test_it_is_normal_force_times_friction_times_slip():
     work = loop.work.sliding - before
     assert work[1] > 0 and row["body"].max() < loop.scene.bodies
     np.testing.assert_allclose(work, 1e-5 * power, rtol=0.01, atol=1e-3 * work.max())
-
-
-def test_a_kilometre_of_chain(recording, tmp_path):
-    """Mean power of the teeth over the speed of the chain, within what one passage more or less changes."""
-    work_per_km = sliding_per_km(recording)
-    pitch = RIG.chain.link_length + RIG.connector_length
-    speed = pitch * recording.scene.rig.chain.pitches / Periods.at(RIG, 115).loop
-    work = (recording.sliding[-1] - recording.sliding[0])[:TOOTH_AREAS].sum()
-    assert work_per_km["sliding_teeth_j_km"] == pytest.approx(1000 * work / (recording.time[-1] * speed), rel=0.1)
-    assert work_per_km["sliding_teeth_j_km"] == pytest.approx(
-        sum(work_per_km[f"sliding_area_{k}_j_km"] for k in range(1, 11))
-    )
-    recording.save(tmp_path / "run.npz")
-    np.testing.assert_array_equal(load_recording(tmp_path / "run.npz").sliding, recording.sliding)
 
 
 def test_it_is_kept_only_where_it_is_asked_for_and_changes_nothing(recording):

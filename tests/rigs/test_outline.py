@@ -16,16 +16,6 @@ def arcs_of(groove):
     return np.column_stack([groove.centre, groove.radius, sign])[:half]
 
 
-def test_the_arcs_of_the_design_give_the_design_back(rig):
-    """The list says nothing of slopes: joints and half angles follow from centres and radii alone."""
-    groove = rig.groove_profile
-    again = groove_of_arcs(arcs_of(groove), groove.teeth)
-    for name in ("centre", "radius", "direction", "half_angle"):
-        np.testing.assert_allclose(getattr(again, name), getattr(groove, name), rtol=0, atol=1e-12, err_msg=name)
-    assert (again.convex == groove.convex).all()
-    assert again.addendum == pytest.approx(groove.addendum, abs=1e-12)
-
-
 @pytest.mark.parametrize(("decimals", "off"), [(7, 0.0), (6, 2e-6), (5, 2e-5), (4, 2e-4)])
 def test_arcs_as_print_rounds_them_are_joined(rig, decimals, off):
     """Radii stay as they are printed; the contour is off by at most four times what the cells are."""

@@ -24,7 +24,7 @@ def same(one, other):
 
 def test_a_series_of_scenes_is_what_each_would_be_alone(make_scene):
     starts = SettledLoops()
-    for rpm, ring in product((115.0, 210.0), (0.308, 0.311, None)):
+    for rpm, ring in product((115.0, 210.0), (0.308, None)):
         scene = make_scene(rpm, ring_radius=ring, **SHORT)
         assert same(simulate(scene), simulate(scene, starts=starts)), (rpm, ring)
 

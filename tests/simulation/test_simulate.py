@@ -11,9 +11,9 @@ from typer.testing import CliRunner
 
 import trackdyn.scene.scene
 import trackdyn.simulation.tensioning
-from tests.conftest import LAWS
+from tests.conftest import LAWS, recorded
 from trackdyn.commands.cli import app
-from trackdyn.errors import DivergenceError, InputError
+from trackdyn.errors import DivergenceError
 from trackdyn.measure.metrics import run_metrics
 from trackdyn.measure.sensor import sense
 from trackdyn.measure.stopping import later
@@ -27,14 +27,10 @@ from trackdyn.simulation.simulate import simulate
 GAP = 1.1e-10
 
 
-@pytest.mark.parametrize(
-    ("rpm", "ring", "step"), [(115.0, 0.308, 1e-4), (210.0, 0.308, 1e-4), (210.0, None, 1e-4), (210.0, 0.313, 5e-5)]
-)
+@pytest.mark.parametrize(("rpm", "ring", "step"), [(210.0, None, 1e-4), (210.0, 0.313, 5e-5)])
 def test_the_loop_stays_closed_at_every_instant(make_scene, rpm, ring, step):
     scene = make_scene(rpm, ring_radius=ring, step=step)
-    loop = Loop(scene)  # `simulate` refuses half a second without ring at this step: RMS is 3 % off
-    loop.advance(scene.ramp + scene.lead_in)
-    recording = loop.record(scene.duration)
+    recording = recorded(scene)  # `simulate` refuses half a second without ring at this step: RMS is 3 % off
     assert recording.gap.max() <= GAP
     assert recording.gap.min() >= 0
     # the gap in the record is that of the configuration
@@ -42,60 +38,31 @@ def test_the_loop_stays_closed_at_every_instant(make_scene, rpm, ring, step):
     assert recording.gap.shape == (500,) and chain.pitches == 35
 
 
-def test_work_is_accounted_for_and_better_with_a_smaller_step(make_scene):
-    """The residual is of first order, like the method; 0.1 % of the sprocket's work is asked for."""
-    residual = {
-        step: energy_residual(simulate(make_scene(210.0, duration=4.0, lead_in=1.0, step=step)))
-        for step in (1e-4, 5e-5)
-    }
-    assert abs(residual[1e-4]) < 1e-3
-    assert 1.5 < residual[1e-4] / residual[5e-5] < 3.0
-
-
 @pytest.mark.parametrize("ring", [None, 0.308])
 def test_open_work_halves_with_the_step(make_scene, ring):
-    """The work of the discrete motion is counted exactly: only the error of its path is left, of order 1."""
+    """The work of the discrete motion is counted exactly: only the error of its path is left, of order 1; 0.1 % of the
+    sprocket's work is asked for.
+    """
     open_work = []
     for step in (1e-4, 5e-5):
-        change = np.diff(
-            simulate(make_scene(210.0, ring_radius=ring, duration=3.0, step=step)).energy[[0, -1]], axis=0
-        )[0]
+        recording = recorded(make_scene(210.0, ring_radius=ring, duration=3.0, step=step))
+        change = np.diff(recording.energy[[0, -1]], axis=0)[0]
+        taken = dict(zip(ENERGY_NAMES, change, strict=True))
+        assert min(taken[name] for name in ("tooth_friction", "wheel_friction", "bearing", "bushing_loss")) > 0
+        assert abs(energy_residual(recording)) < 1e-3
         open_work.append(change[0] - change[1:].sum())
     # the next order: the step, 1e-4 s, times the rate at which teeth mesh, 8 1/s, is 8e-4
     assert open_work[0] / open_work[1] == pytest.approx(2.0, rel=2e-3)
 
 
-def test_every_dissipation_is_positive(make_scene):
-    recording = simulate(make_scene(115.0, duration=2.0))
-    change = dict(zip(ENERGY_NAMES, recording.energy[-1] - recording.energy[0], strict=True))
-    for name in ("sprocket_work", "tooth_friction", "wheel_friction", "bearing", "bushing_loss"):
-        assert change[name] > 0, name
-
-
 def test_the_loop_advances_thirteen_pitches_a_turn(make_scene):
     """Kinematics: the link's speed along the belt is 13 pitches times the sprocket's frequency."""
-    scene = make_scene(150.0, duration=3.0, lead_in=2.0, frame_interval=0.5)
-    recording = simulate(scene)
+    scene = make_scene(150.0, duration=3.0, lead_in=2.0)
+    recording = recorded(scene, frame_interval=0.5)
     # mean rate of all bodies: one turn a loop revolution
     turns = np.diff(recording.frame[:, 2:-1].mean(axis=1)) / (2 * np.pi) / 0.5
     # one tooth is taken or left within the window: 5 % of a turn, here spread over 0.5 s
     assert np.mean(turns) == pytest.approx(-scene.periods.loop_hz, rel=0.02)
-
-
-def test_two_runs_are_the_same_bit_by_bit(make_scene, tmp_path):
-    scene = make_scene(180.0, frame_interval=0.01)
-    for name in ("a", "b"):
-        simulate(scene).save(tmp_path / f"{name}.npz")
-    assert (tmp_path / "a.npz").read_bytes() == (tmp_path / "b.npz").read_bytes()
-
-
-def test_a_recording_comes_back_as_it_was(make_scene, tmp_path):
-    recording = simulate(make_scene(duration=0.05))
-    recording.save(tmp_path / "run.npz")
-    loaded = load_recording(tmp_path / "run.npz")
-    for name in Recording.ARRAYS:
-        np.testing.assert_array_equal(getattr(loaded, name), getattr(recording, name))
-    assert list(tmp_path.iterdir()) == [tmp_path / "run.npz"]
 
 
 def forget_limits(monkeypatch):
@@ -118,32 +85,6 @@ def test_a_run_that_diverges_leaves_no_file(rig_path, tmp_path, monkeypatch):
     assert isinstance(result.exception, DivergenceError)
     assert "\n" not in str(result.exception)
     assert list(tmp_path.rglob("*.npz*")) == []
-
-
-@pytest.mark.parametrize(
-    ("fields", "sentence"),
-    [
-        ({"step": 5e-4}, ["step = 0.0005", "too large for the ", "at most"]),
-        ({"step": 3e-5}, ["step = 3e-05", "sample interval"]),
-        ({"step": 0.0}, ["step = 0.0"]),
-        ({"duration": 0.0}, ["duration = 0.0"]),
-        ({"duration": 1e9}, ["duration", "36000"]),
-        ({"duration": float("nan")}, ["duration = nan"]),
-        ({"ring_radius": 0.5}, ["ring_radius = 0.5", "overlaps the chain"]),
-        ({"ring_radius": -0.3}, ["ring_radius = -0.3"]),
-        ({"pitches": (99,)}, ["pitches = 99", "1 and 35"]),
-        ({"ramp": 0.0}, ["ramp = 0.0"]),
-        ({"frame_interval": 0.0015}, ["frame_interval = 0.0015"]),
-        ({"tooth_contact": "square"}, ["tooth_contact = 'square'", "'three_surfaces'", "'ten_arcs'"]),
-    ],
-)
-def test_bad_scenes_are_refused_in_one_sentence(make_scene, fields, sentence):
-    with pytest.raises(InputError) as caught:
-        make_scene(**fields)
-    text = str(caught.value)
-    assert "\n" not in text
-    for words in sentence:
-        assert words in text
 
 
 STEPS_WITHOUT_JIT = """
@@ -185,7 +126,7 @@ def test_kernels_give_the_same_without_the_jit(make_scene, tmp_path):
 
 def test_the_recorded_configuration_closes(make_scene):
     """Independent of the loop's own account: sum the bodies of a recorded configuration."""
-    recording = simulate(make_scene(210.0, frame_interval=0.05))
+    recording = recorded(make_scene(210.0), frame_interval=0.05)
 
     rig = recording.scene.rig
     length = np.tile([rig.chain.link_length, rig.connector_length], rig.chain.pitches)
@@ -195,19 +136,13 @@ def test_the_recorded_configuration_closes(make_scene):
     assert gap.max() <= GAP
 
 
-@pytest.mark.parametrize("ring", [None, 0.308])
-def test_stiffness_without_measure_diverges_too(make_scene, rig, monkeypatch, ring):
+def test_stiffness_without_measure_diverges_too(make_scene, rig, monkeypatch):
     """Not the step but the rig is absurd: still no result, and nothing that is not a number comes back."""
     forget_limits(monkeypatch)
     absurd = rig.changed(steel__youngs_modulus=1e19, tooth_contact__youngs_modulus=1e19)
     # without loss: steel that damps itself at the instant of its force would hold the bodies together
     with pytest.raises(DivergenceError, match=r"at t = [\d.e-]+ s of .*, first at (link|connector) \d+"):
-        simulate(make_scene(210.0, rig=absurd, ring_radius=ring, normal_law="elastic"))
-
-
-def test_negative_motor_speed_is_refused(make_scene):
-    with pytest.raises(InputError, match="motor_rpm = -5"):
-        make_scene(-5.0)
+        simulate(make_scene(210.0, rig=absurd, normal_law="elastic"))
 
 
 FREE = {"loop": "free", "ring_radius": None, "spells": False, "step": 5e-5}

@@ -104,23 +104,6 @@ def test_residual_of_the_equations_sees_a_wrong_acceleration(rig):
     assert solvers.newton_euler_residual(chain, pose, wrong, base) > 1e-9
 
 
-def test_parameters_at_their_ends(rig):
-    """As random scenes draw them, here each alone."""
-    surfaces = ("tooth_contact", "ring_contact", "wheel_contact")
-    ends = [(restitution.lighter(rig, 1e6), {}), (restitution.lighter(rig, 1e6), {"step": 1e-5})]
-    for mu in (0.0, 2.0):
-        rough = {f"{name}__{field}": mu for name in surfaces for field in ("friction_static", "friction_dynamic")}
-        ends.append((rough | {f"{name}__transition_velocity": 1e-4 for name in surfaces}, {}))
-    ends += [({"bushing__damping": damping}, {"bushing_law": "viscous"}) for damping in (0.0, 1e3)]
-    no_defects(
-        run_scene("ends", f"{number}, {integrator}", rig, changes=changes, integrator=integrator, **fields)
-        for number, (changes, fields) in enumerate(ends)
-        for integrator in ("semi_implicit", "linearly_implicit")
-    )
-    for values in (0.0, -1.0, 5e-324):
-        assert run_scene("ends", "mass", rig, changes={"chain__connector_mass": values})["outcome"] == REFUSED
-
-
 def test_one_impact_delivers_what_the_closed_form_says(rig):
     rows = no_defects(islice(restitution.restitution(rig, (0.01, 0.5, 1.0)), 6))
     assert min(r["value"] for r in rows if r["group"] == "printed") == pytest.approx(0.663, abs=1e-3)
@@ -149,17 +132,6 @@ def test_a_step_in_which_the_sprocket_turns_far_is_refused(rig, integrator):
     assert Scene(rig, 10000.0, integrator=integrator).step < 1e-4
     assert turn_limit(0.0) == {}
     Scene(rig, 1000.0, integrator=integrator)
-
-
-def test_the_largest_ring_that_a_refusal_names_is_accepted(rig):
-    low, high = Scene.ring_range(rig)
-    for radius in (0.34, low, high):
-        Scene(rig, 115.0, ring_radius=radius, step=1e-5)
-
-
-def test_a_restitution_without_measure_is_refused(rig):
-    with pytest.raises(InputError, match="restitution"):
-        rig.changed(tooth_contact__restitution=5e-324)
 
 
 def test_an_account_that_stays_open_is_refused(rig):
