@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from sentences import one_sentence
 
-from trackdyn.commands import cli
+from tests.conftest import run_command
 from trackdyn.errors import InputError
 from trackdyn.simulation.recording import load_recording
 
@@ -22,21 +22,13 @@ COMMANDS = [
     ("simulate run.npz more.npz", "unexpected extra argument"),
     ("simulate run.npz --rpm", "--rpm"),
     ("simulate run.npz --rpm fast", "--rpm = 'fast': must be a finite number"),
-    ("simulate run.npz --rpm nan", "--rpm = 'nan':"),
-    ("simulate run.npz --rpm 1e999", "--rpm = '1e999':"),
     ("simulate run.npz --duration 1e9", "between 0.001 and 36000 s"),
-    ("simulate run.npz --lead-in 1e9", "lead_in = 1000000000.0"),
-    ("simulate run.npz --step 1e-300", "step = 1e-300"),
-    ("simulate run.npz --step x", "--step = 'x':"),
-    ("simulate run.npz --frame-interval 1e308", "frame_interval = 1e+308"),
     ("simulate run.npz --ring-radius big", "--ring-radius = 'big': must be a radius in m, or none"),
     ("simulate run.npz --ring-radius inf", "--ring-radius = 'inf':"),
     ("simulate run.npz --preset best", "preset = 'best'", "standard"),
     ("simulate run.npz --choose chain", "--choose = 'chain': expected name=setting"),
     ("simulate run.npz --choose chain=rope", "chain = 'rope'", "double_pin"),
-    ("simulate run.npz --step 1e6 -q", "step = 1000000.0"),
     ("simulate run.npz --choose solver=multipliers", "--choose = 'solver=multipliers': expected", "integrator"),
-    ("simulate run.npz --choose chain=belt --rpm 1e300", "motor_rpm = 1e+300"),
     ("simulate run.npz --tolerance much", "--tolerance = 'much': must be"),
     ("simulate run.npz --tolerance 1% --measure speed", "--measure = 'speed': choose rms, sd"),
     ("simulate run.npz --tolerance 1% --longest 1e-3", "longest = 0.001 s:"),
@@ -58,11 +50,13 @@ COMMANDS = [
     ("compare short.npz short.npz", "short.npz: this is a recording, not a sensor's file"),
     ("show .", ".: is a folder"),
     ("show /", "/: is a folder"),
+    ("show none.npz", "none.npz: no such file"),
+    ("show short.npz --out run.pdf", "the name must end in .html"),
+    ("fmu paper --out track.zip", "the name must end in .fmu"),
+    ("fmu paper --ring-radius wide", "must be a radius in m, or none"),
     ("plan", "Missing option"),
     ("plan --tolerance 2", "tolerance = '2': must be between 0 and 1"),
-    ("plan --tolerance much", "tolerance = 'much': must be between 0 and 1"),
     ("plan --tolerance 2% --measure speed", "measure = 'speed':"),
-    ("plan --tolerance 2% --rpm nan", "--rpm = 'nan'"),
     ("plan --tolerance 2% --rpm 0", "motor_rpm = 0: a tolerance needs a loop that turns"),
     ("identify plain --seed -1", "'--seed'", "greater than or equal to 0"),
     (f"identify plain --steps {'9' * 300}", "'--steps'", "less than or equal to 1000000"),
@@ -81,28 +75,17 @@ WRITTEN = {
 }
 
 
-def run_command(monkeypatch, *arguments):
-    """Exit code of the command, run within this process."""
-    monkeypatch.setattr(sys, "argv", ["trackdyn", *arguments])
-    try:
-        cli.main()
-    except SystemExit as end:
-        return end.code
-    return 0
-
-
 @pytest.mark.parametrize("row", COMMANDS, ids=lambda row: row[0][:60])
-def test_a_command_ends_with_one_line_and_code_1(folder, monkeypatch, capsys, row):
+def test_a_command_ends_with_one_line_and_code_1(folder, row):
     line, *words = row
     for name in {word for word in line.split() if word in WRITTEN} | {"long.csv"}:
         Path(name).write_text(WRITTEN[name], encoding="utf-8")
     before = sorted(folder.rglob("*"))
-    assert run_command(monkeypatch, *line.split()) == 1
-    out, err = capsys.readouterr()
-    assert err.startswith("trackdyn: ") and len(err.splitlines()) == 1, err[:2000]
+    done = run_command(*line.split())
+    assert done.code == 1 and done.err.startswith("trackdyn: ") and len(done.err.splitlines()) == 1, done.err[:2000]
     for word in words:
-        assert word in err
-    assert out == "" and sorted(folder.rglob("*")) == before
+        assert word in done.err
+    assert done.out == "" and sorted(folder.rglob("*")) == before
 
 
 @pytest.mark.parametrize(
@@ -119,12 +102,12 @@ def test_a_command_ends_with_one_line_and_code_1(folder, monkeypatch, capsys, ro
         ("simulate mine.npz --checkpoint mine.npz", "mine.npz", "is an input of this command"),
     ],
 )
-def test_no_command_replaces_a_file_unasked_nor_its_input(folder, monkeypatch, capsys, line, named, reason):
+def test_no_command_replaces_a_file_unasked_nor_its_input(folder, line, named, reason):
     Path("link.csv").symlink_to("mine.csv")
     for name in {named, "mine.csv"}:
         Path(name).write_text("mine", encoding="utf-8")
-    assert run_command(monkeypatch, *line.split()) == 1
-    assert f"trackdyn: {named} {reason}" in capsys.readouterr().err
+    done = run_command(*line.split())
+    assert done.code == 1 and f"trackdyn: {named} {reason}" in done.err
     assert Path(named).read_text(encoding="utf-8") == "mine"
 
 
@@ -157,7 +140,7 @@ def test_a_closed_output_a_name_of_no_letters_and_a_broken_plug_in(tmp_path, lin
 
 
 @pytest.mark.parametrize(("rate", "interval"), [(1000, 0.05), (30, 1 / 30), (1, 1.0)])
-def test_an_interruption_is_one_line(folder, monkeypatch, capsys, rate, interval):
+def test_an_interruption_is_one_line(folder, monkeypatch, rate, interval):
     """Also where the interval of frames that nobody asked for is no whole number of samples."""
     scenes = []
 
@@ -168,8 +151,8 @@ def test_an_interruption_is_one_line(folder, monkeypatch, capsys, rate, interval
     monkeypatch.setattr(import_module("trackdyn.simulation.simulate"), "simulate", stop)
     slow = f"like: paper\nsensor: {{rate: {{value: {rate}, unit: Hz, kind: derived, source: x}}}}\n"
     Path("slow.yaml").write_text(slow, encoding="utf-8")
-    assert run_command(monkeypatch, *["simulate", "run.npz", "-q", "--duration", "3", "--rig", "slow.yaml"]) == 130
-    assert capsys.readouterr().err.strip() == "trackdyn: interrupted; no file is left half-written"
+    done = run_command(*["simulate", "run.npz", "-q", "--duration", "3", "--rig", "slow.yaml"])
+    assert done.code == 130 and done.err.strip() == "trackdyn: interrupted; no file is left half-written"
     assert scenes[0].frame_interval == pytest.approx(interval)
 
 
@@ -188,5 +171,5 @@ def test_a_full_disk_names_the_file_and_leaves_what_was_there(folder, belt_file,
     one_sentence(caught, "short.npz: cannot be written (File too large)", "free disk space")
     assert Path("short.npz").read_bytes() == old and sorted(folder.rglob("*")) == before
     monkeypatch.setattr("trackdyn.files.disk_usage", lambda path: type("Usage", (), {"free": 1000}))
-    assert run_command(monkeypatch, "simulate", "run.npz") == 1
+    assert run_command("simulate", "run.npz").code == 1
     assert sorted(folder.rglob("*")) == before

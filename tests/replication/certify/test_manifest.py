@@ -2,7 +2,6 @@
 
 import json
 import shutil
-import sys
 
 import numpy as np
 import pytest
@@ -20,7 +19,7 @@ from replication.certify.comparison import (
     findings_summary,
 )
 from replication.certify.manifest import FORMAT, describe, load_manifest, write_manifest
-from trackdyn.commands import cli
+from tests.conftest import run_command
 from trackdyn.errors import InputError
 
 
@@ -102,23 +101,12 @@ def test_what_is_missing_or_more_is_said(results):
     assert "1 missing" in findings_summary(compare_manifests(describe(results), expected))
 
 
-def command(monkeypatch, capsys, *arguments):
-    """Exit code, output and error of `trackdyn verify`."""
-    monkeypatch.setattr(sys, "argv", ["trackdyn", "verify", *map(str, arguments)])
-    code = 0
-    try:
-        cli.main()
-    except SystemExit as end:
-        code = end.code
-    return code, *capsys.readouterr()
-
-
-def test_the_command_names_the_figure_and_ends_with_1(results, monkeypatch, capsys):
+def test_the_command_names_the_figure_and_ends_with_1(results):
     manifest = write_manifest(results)
-    assert command(monkeypatch, capsys, results) == (0, "6 equal\n", "")
+    assert run_command("verify", results) == (0, "6 equal\n", "")
     (results / "tables" / "table3.md").write_text("other")
-    assert command(monkeypatch, capsys, results)[0] == 0
-    code, out, err = command(monkeypatch, capsys, results, "--exact", "--against", manifest)
+    assert run_command("verify", results).code == 0
+    code, out, err = run_command("verify", results, "--exact", "--against", manifest)
     assert code == 1 and "bytes  tables/table3.md  (Table 3) bytes differ" in out
     assert err == f"trackdyn: {results}: 1 of 6 files are not those of {manifest}\n"
 
@@ -174,25 +162,25 @@ def _write(path, kind, content):
         ("report.html", "<p>6 s</p>"),
     ],
 )
-def test_a_damaged_file_fails(results, tmp_path, name, content, against, monkeypatch, capsys):
+def test_a_damaged_file_fails(results, tmp_path, name, content, against):
     path = results / name
     path.parent.mkdir(exist_ok=True)
     _write(path, name.rpartition(".")[2], content)
     whole, reference = path.read_bytes(), write_manifest(results)
     if against == "folder":
         reference = shutil.copytree(results, tmp_path / "other")
-    assert command(monkeypatch, capsys, results, "--against", reference)[0] == 0
+    assert run_command("verify", results, "--against", reference).code == 0
     cuts = [] if name == "report.html" else [len(whole) - 1, len(whole) * 97 // 100, len(whole) // 2]
     noise = np.random.default_rng(1).bytes(len(whole))
     flipped = whole[:-9] + b"\xff" + whole[-8:]
     for damaged in (b"", noise, *[whole[:cut] for cut in cuts], *([flipped] if path.suffix == ".csv" else [])):
         path.write_bytes(damaged)
-        code, out, err = command(monkeypatch, capsys, results, "--against", reference)
+        code, out, err = run_command("verify", results, "--against", reference)
         assert code == 1 and f"differs  {name}" in out and "Traceback" not in err, len(damaged)
     if name == "figures/fig24.png":  # whole pictures, of nothing and of noise
         for other in (Image.new("L", (90, 60)), Image.effect_noise((90, 60), 99.0)):
             other.save(path)
-            assert command(monkeypatch, capsys, results, "--against", reference)[0] == 1
+            assert run_command("verify", results, "--against", reference).code == 1
 
 
 def test_a_folder_without_a_run_is_refused(tmp_path):

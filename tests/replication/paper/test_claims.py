@@ -201,6 +201,7 @@ SPOILT = {
 
 
 def test_all_28_claims_are_there_in_order_and_every_part_says_what_would_have_failed_it():
+    assert set(SPOILT) == set(TESTS)
     assert list(dict.fromkeys(claim.id for claim in CLAIMS.values())) == [f"C{i:02d}" for i in range(1, 29)]
     for claim in CLAIMS.values():
         parts = [other.part for other in CLAIMS.values() if other.id == claim.id]
@@ -236,16 +237,6 @@ def test_every_claim_comes_out_by_good_evidence_and_fails_by_bad(name):
     assert judge(CLAIMS[name], SPOILT[name](good())).verdict == NOT_SHOWN
 
 
-@pytest.mark.slow
-def test_what_fails_a_claim_fails_no_other_part_that_is_not_about_it():
-    """The evidence of each failure is small: most of the scorecard stays as it was."""
-    assert set(SPOILT) == set(TESTS)
-    for name, spoil in SPOILT.items():
-        e = spoil(good())
-        failed = [other for other in TESTS if judge(CLAIMS[other], e).verdict != SHOWN]
-        assert name in failed and len({CLAIMS[other].id for other in failed}) <= 4, (name, failed)
-
-
 @pytest.mark.parametrize("name", TESTS)
 def test_a_nan_is_never_a_success(name):
     e = good()
@@ -266,10 +257,6 @@ def test_one_value_that_is_no_number_fails_what_needs_it(name):
     numbers = [f"{side}_{what}" for side in ("left", "right", "ring") for what in ("rms_n", "sd_n", "share_pct")]
     e = changed(good(), [n for n in numbers if n in good().metrics], np.nan, "ring/.*", None, [0.308, 0.313])
     assert judge(CLAIMS[name], e).verdict == NOT_SHOWN
-
-
-def test_growth_from_nothing_is_no_growth():
-    assert judge(CLAIMS["C21a"], changed(good(), "left_rms_n", 0.0, "ring/.*", [115.0])).verdict == NOT_SHOWN
 
 
 def test_what_no_run_can_fail_is_no_test():
@@ -315,14 +302,6 @@ def test_equal_within_the_tolerance_at_every_speed_or_not_shown(share, verdict):
     measured, judged, speeds = judge(claim(), e)
     assert (judged, speeds) == (verdict, SPEEDS)
     assert measured.endswith(f"{share:.4g} to 11.9")
-
-
-@pytest.mark.parametrize(("rule", "bound", "verdict"), [
-    ("at_most", 0.5, SHOWN), ("at_most", -1, NOT_SHOWN), ("at_least", 0.0, SHOWN),
-    ("at_least", 1.0, NOT_SHOWN),
-])  # fmt: skip
-def test_bounds(rule, bound, verdict):
-    assert judge(claim(measure="right_share_from_0305", rule=rule, printed=bound), good()).verdict == verdict
 
 
 def test_two_rigs_stand_side_by_side_and_are_counted_apart():
