@@ -40,7 +40,7 @@ def default_step_errors(rigs: Iterable[str], speeds: Iterable[float] = SPEEDS) -
             runs = {scene.step / by: run_answer(scene.with_(step=scene.step / by)) for by in FINER}
             for measure, limit in limits_of(runs).items():
                 if measure in RELATIVE + SHARES and limit.value:
-                    off = np.array(difference(runs[scene.step].found[measure], limit)) / scale_of(measure, limit.value)
+                    off = np.array(difference(runs[scene.step].series[measure], limit)) / scale_of(measure, limit.value)
                     rows.append([name, rpm, scene.step, measure, limit.value, *off])
             print(f"{name}, {rpm:g} rpm, {scene.step:g} s", flush=True)
     return pd.DataFrame(rows, columns=COLUMNS)

@@ -59,7 +59,7 @@ class AnswerCost(NamedTuple):
     simulated one.
     """
 
-    found: dict[str, Series]
+    series: dict[str, Series]
     start_cpu_s: float
     cpu_s_per_s: float
 
@@ -95,9 +95,9 @@ def run_answer(scene: Scene) -> AnswerCost:
 def limits_of(runs: dict[float, AnswerCost]) -> dict[str, Limit]:
     """Limit of every measure from runs of the full physics, by step."""
     finest = dict(sorted(runs.items())[:3])
-    measures = [run.found for run in finest.values()]
+    measures = [run.series for run in finest.values()]
     names = [name for name in measures[0] if all(name in series and len(series[name].values) for series in measures)]
-    return {name: limit_of({step: run.found[name] for step, run in finest.items()}) for name in names}
+    return {name: limit_of({step: run.series[name] for step, run in finest.items()}) for name in names}
 
 
 def statistic_trade(
@@ -151,10 +151,10 @@ def statistic_trade(
             rows += _rows_of([name, *point], run, known, base.duration, Periods.at(rig, rpm).passage)
         for measure, limit in known.items():
             if measure not in ABSOLUTE:
-                finest = fine[min(fine)].found[measure].estimate()
+                finest = fine[min(fine)].series[measure].estimate()
                 limits.append([name, measure, limit.value, limit.error, *finest[:2], min(fine)])
-                if requested.second_reference and second and measure in second[min(second)].found:
-                    off, noise = difference(second[min(second)].found[measure], limit)
+                if requested.second_reference and second and measure in second[min(second)].series:
+                    off, noise = difference(second[min(second)].series[measure], limit)
                     scale = scale_of(measure, limit.value)
                     agreement.append([name, measure, abs(off) / scale, noise / scale])
     tables = ((rows, COLUMNS), (agreement, AGREEMENT), (limits, LIMITS))
@@ -166,7 +166,7 @@ def _rows_of(point: list, run: AnswerCost | None, limits: dict[str, Limit], seco
     if run is None:
         return [[*point, *[np.nan] * 4, "all", *[np.nan] * 6, True]]
     rows = []
-    for measure, measured in run.found.items():
+    for measure, measured in run.series.items():
         scale = scale_of(measure, limits[measure].value) if measure in limits else np.nan
         if not len(measured.values) or not np.isfinite(scale):
             continue
