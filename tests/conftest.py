@@ -118,9 +118,7 @@ def recorded(scene, **options):
 def made_recording(scene, time, force, begin=0.0, layout=None, **arrays):
     """A recording with these arrays, of contacts above all; others are zero or empty."""
     samples = len(time)
-    blank = {
-        name: np.zeros((samples, size)) for name, size in (("cut", 2), ("change", 2), ("place", 2), ("energy", 10))
-    }
+    blank = {name: np.zeros((samples, size)) for name, size in (("cut", 2), ("place", 2), ("energy", 10))}
     blank |= {"raw": np.zeros((samples, 3)), "mean": np.zeros((samples, 3)), "gap": np.zeros(samples)}
     blank |= {"area": np.zeros((*force.shape[:2], 2), np.int8), "spells": np.zeros(0, SPELL), "frame_time": np.zeros(0)}
     blank |= {"frame": np.zeros((0, scene.bodies + 3)), "pitches": np.arange(1, force.shape[1] + 1)} | arrays

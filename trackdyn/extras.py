@@ -32,11 +32,6 @@ def missing(error: ModuleNotFoundError) -> InputError:
     if module in ("", "trackdyn"):
         raise error
     package = PACKAGES.get(module, module)
-    return InputError(f"{package} is not installed; {_place(package)}")
-
-
-def _place(package: str) -> str:
-    """The command that brings a package: by its extra, from the clone, since no index has trackdyn."""
     try:
         requirements = requires("trackdyn") or []
     except PackageNotFoundError:  # a copy that was never installed
@@ -48,4 +43,6 @@ def _place(package: str) -> str:
             extras.setdefault(extra[1], []).append(name[0].lower())
     having = [extra for extra, names in extras.items() if package.lower() in names]
     extra = min(having, key=lambda extra: len(extras[extra]), default="")
-    return f"in the clone: pip install -e '.[{extra}]'" if extra else f"pip install {package}"
+    # from the clone, since no index has trackdyn
+    remedy = f"in the clone: pip install -e '.[{extra}]'" if extra else f"pip install {package}"
+    return InputError(f"{package} is not installed; {remedy}")

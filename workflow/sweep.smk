@@ -147,7 +147,6 @@ rule gather:
         rigs=SWEEP["rigs"],
     output:
         SWEEP["out"],
-        f"{BESIDE}.costs.csv",
     params:
         task="gather",
         store=STORE,

@@ -15,7 +15,7 @@ from trackdyn.commands.options import (
     check_output,
     file_option,
     number,
-    ring_fields,
+    scene_fields,
 )
 
 
@@ -42,7 +42,7 @@ def fmu(
 
     check_output(out, overwrite, rig)
     requested = {name: value for name, value in {"step": step, "tension": tension}.items() if value is not None}
-    loaded, ring = load_rig(rig), ring_fields(ring_radius)
+    loaded, ring = load_rig(rig), scene_fields(ring_radius)
     fields = preset_fields(preset, ring.get("ring_radius", loaded.ring_radius) is not None) | requested | ring
     scene = Scene(loaded, rpm, lead_in=lead_in, **fields)
     unit = write_fmu(scene, out)

@@ -40,7 +40,7 @@ def _limit(unit: "Unit", torque: float, exchange: float) -> None:
     if not 0.0 <= torque < inf:
         raise InputError(f"torque_limit = {torque:g} N m: must be finite and at least 0")
     drive = unit.loop.model.drive
-    unit.loop._arrays.steer(drive._replace(motor=drive.motor._replace(torque=float(torque))))
+    unit.loop._steer(drive._replace(motor=drive.motor._replace(torque=float(torque))))
 
 
 def _push(unit: "Unit", force: float, exchange: float) -> None:

@@ -21,8 +21,7 @@ from trackdyn.measure.contacts import meshing_summary
 from trackdyn.measure.stopping import refuse_undriven, run_steady
 from trackdyn.measure.whole_loop import whole_loop
 from trackdyn.parameters.rig import Rig
-from trackdyn.scene.scene import Scene
-from trackdyn.scene.stop_rule import StopRule, steady_fields
+from trackdyn.scene.scene import Scene, StopRule, steady_fields
 from trackdyn.simulation.loop import Loop
 
 # one turn of the sprocket; rates and forces of worn rigs scatter by some per cent, and a step of the wear spans several

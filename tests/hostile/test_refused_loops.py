@@ -52,5 +52,5 @@ def test_a_recording_that_does_not_fit_into_the_memory_is_refused_before_it_star
         one_sentence(caught, *words)
     loop = type("Loop", (), {"scene": Scene(rig, 115.0)})
     with pytest.raises(InputError) as caught:
-        Recorder(loop, 90.0, (), 0.0, True, False)
+        Recorder(loop, loop.scene.with_(duration=90.0))
     one_sentence(caught, *words)

@@ -8,8 +8,7 @@ from laboratory.wear.law import Depths, depth, distribute, load_coefficients
 from laboratory.wear.life import SHARES, Rates, Walk, Worn, live
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.parameters.outline import distance_to, flank_arcs, groove_of_arcs
-from trackdyn.scene.scene import Scene
-from trackdyn.scene.stop_rule import StopRule
+from trackdyn.scene.scene import Scene, StopRule
 from trackdyn.simulation.loop import Loop
 
 COEFFICIENTS = load_coefficients()

@@ -12,10 +12,9 @@ from trackdyn.commands.cli import app
 from trackdyn.errors import InputError
 from trackdyn.measure.compare import compare_with_sensor, in_words, loop_speed, other_speed
 from trackdyn.measure.orientation import doubtful_axes, require_axes
-from trackdyn.measure.sensor import own_loop_hz, sense
-from trackdyn.measure.sensor_metrics import own_metrics
+from trackdyn.measure.sensor import own_loop_hz, own_metrics, sense
 from trackdyn.parameters.rig import load_rig
-from trackdyn.plots.style import save_one
+from trackdyn.plots.style import save
 from trackdyn.sensor.sensor_csv import SensorRecord, read_sensor_csv
 from trackdyn.simulation.simulate import simulate
 
@@ -152,7 +151,7 @@ def test_the_command_draws_and_writes_the_comparison(recording, tmp_path, monkey
     recording.save(tmp_path / "run.npz")
     drawn = []
     monkeypatch.setattr(
-        "trackdyn.plots.style.save_one", lambda figure, path: drawn.append(figure) or save_one(figure, path)
+        "trackdyn.plots.style.save", lambda figure, *where: drawn.append(figure) or save(figure, *where)
     )
     line = ["compare", str(tmp_path / "run.npz"), "data/synthetic/210rpm.csv"]
     for name in ("both.png", "both.svg"):

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from tests.conftest import made_recording
 from trackdyn.errors import InputError
-from trackdyn.measure.contact_log import SHORT
 from trackdyn.measure.contacts import (
+    SHORT,
     area_shares,
     events,
     mean_events,
@@ -41,7 +41,7 @@ def spell(pitch, side, start, end, force=100.0, groove=3, area=2, peak=None, pea
     groove, bits = (0, 0) if side == RING else (groove, 1 << (area - 1))
     times = np.array([start, end]) + BEGIN
     length = end - start
-    return [pitch - 1, side, groove, bits, *times, peak, peak_at + BEGIN, force * length, force**2 * length, 0.0]
+    return [pitch - 1, side, groove, bits, *times, peak, peak_at + BEGIN, force * length, force**2 * length]
 
 
 def recording(rows, seconds=20.0, ring_radius=0.308, rpm=RPM, area=None):
@@ -101,17 +101,14 @@ def test_contacts_cut_by_the_beginning_are_dropped():
     assert spells(recording(rows))["pitch"].tolist() == [7]
 
 
-def test_phases_count_from_the_first_contact_and_within_the_ring_contact():
+def test_phases_count_from_the_first_contact():
     table = spells(recording(with_ring(3.0)))
     ring, left = table.iloc[0], table.iloc[1]
     assert (ring["phase_start"], ring["phase_end"]) == pytest.approx((0.0, 0.5))
-    assert (ring["ring_phase_start"], ring["ring_phase_end"]) == pytest.approx((0.0, 1.0))
     assert (left["phase_start"], left["phase_end"]) == pytest.approx((0.45, 0.55))
-    assert (left["ring_phase_start"], left["ring_phase_end"]) == pytest.approx((0.9, 1.1))
     bare = spells(recording(without_ring(3.0), ring_radius=None)).set_index("side")
     assert bare.loc["right", "phase_start"] == 0
     assert bare.loc["left", "phase_start"] == pytest.approx(0.05)
-    assert bare["ring_phase_start"].isna().all()
 
 
 @pytest.mark.parametrize("start", [1.0, 20.0 - 1.1 - 1.0])
@@ -120,7 +117,7 @@ def test_a_passage_near_an_end_of_the_record_does_not_count(start):
     assert passages(run)["connector"].unique().tolist() == [9]
     cut = spells(run).query("connector == 5")
     assert (cut["passage"] == -1).all()
-    assert cut[["phase_start", "ring_phase_end"]].isna().all(axis=None)
+    assert cut[["phase_start", "phase_end"]].isna().all(axis=None)
 
 
 def test_summary_of_one_passage():

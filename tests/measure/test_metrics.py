@@ -7,8 +7,7 @@ import pytest
 
 from trackdyn.measure.columns import table_schema
 from trackdyn.measure.metrics import lines_by_start, run_metrics
-from trackdyn.measure.sensor import sense, whole_revolutions
-from trackdyn.measure.sensor_metrics import sensor_metrics
+from trackdyn.measure.sensor import sense, sensor_metrics, whole_revolutions
 from trackdyn.scene.scene import Scene
 from trackdyn.sensor.signals import main_line
 from trackdyn.simulation.simulate import simulate

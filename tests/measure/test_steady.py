@@ -13,8 +13,7 @@ from tests.conftest import recorded
 from trackdyn import Scene
 from trackdyn.measure.contacts import meshing_summary
 from trackdyn.measure.stopping import run_steady, steady_from
-from trackdyn.scene.scene import Periods
-from trackdyn.scene.stop_rule import StopRule, steady_fields
+from trackdyn.scene.scene import Periods, StopRule, steady_fields
 from trackdyn.simulation.loop import Loop
 
 RULE = StopRule(share_pct=0.2, force=0.006, passages=13, longest_turns=4)

@@ -15,9 +15,9 @@ from trackdyn.scene.build import refuse_stops
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.account import open_share
 from trackdyn.simulation.loop import Loop
+from trackdyn.simulation.resolution import PIECE
 from trackdyn.simulation.settling import explained_depth
 from trackdyn.simulation.tensioning import arc_depths
-from trackdyn.simulation.watch import PIECE
 
 GAP = 1.1e-10  # m: the paper's own, and what one projection a step leaves at these speeds
 ACCOUNT = 2e-2  # of the energy exchanged: the promise of the time loop

@@ -37,7 +37,7 @@ DEFECTS = {
     "comments only": ("# made by hand\n", ("comments only", HEADER)),
     "no rows": (HEADER + "\n", ("0 data rows", "at least 2")),
     "one row": (HEADER + "\n0.000,0,1,0\n", ("1 data rows", "at least 2")),
-    "another header": (changed(5, HEADER), ("t_s in line 5", "the line repeats the header; remove it")),
+    "another header": (changed(5, HEADER), ("t_s in line 5", "remove the line")),
     "no header": ("\n".join(rows()) + "\n", ("line 1", "numbers", "--axis ay=3")),
     "one name too few": (CLEAN.replace(",az_g", ""), ("line 2", "4 fields", "3 names", "'ay_g'")),
     "one name too many": (changed(1, HEADER + ",temp_c"), ("line 2", "4 of 5 fields", "temp_c")),
@@ -57,7 +57,7 @@ DEFECTS = {
     "long line": (changed(4, "0.002,0.1,1.0,0.0,7"), ("line 4", "5 fields")),
     "long line of quotes": (changed(4, '"0.002",0.1,1.0,0.0,7'), ("line 4", "5 fields")),
     "empty line": (changed(4, ""), ("line 4", "empty")),
-    "empty field": (changed(4, "0.002,,1.0,0.0"), ("ax_g", "line 4", "empty")),
+    "empty field": (changed(4, "0.002,,1.0,0.0"), ("ax_g", "line 4", "''", "finite")),
     "text": (changed(5, "0.003,0.1,abc,0.0"), ("ay_g", "line 5", "'abc'", "not a number")),
     "two points": (changed(5, "0.003,0.1.2,1.0,0.0"), ("ax_g", "line 5", "'0.1.2'")),
     "exponent without digits": (changed(5, "0.003,1e,1.0,0.0"), ("ax_g", "line 5", "'1e'")),
@@ -68,7 +68,7 @@ DEFECTS = {
     "not available": (changed(5, "0.003,0.1,NA,0.0"), ("ay_g", "line 5", "'NA'")),
     "nan": (changed(5, "0.003,0.1,1.0,NaN"), ("az_g", "line 5", "'NaN'", "finite")),
     "inf": (changed(5, "0.003,-inf,1.0,0.0"), ("ax_g", "line 5", "'-inf'", "finite")),
-    "overflow": (changed(5, "0.003,1e999,1.0,0.0"), ("ax_g", "line 5", "'1e999'", "too large")),
+    "overflow": (changed(5, "0.003,1e999,1.0,0.0"), ("ax_g", "line 5", "'1e999'", "finite")),
     "semicolons below a good header": (changed(2, "0.000;0.1;1.0;0.0"), ("line 2", "semicolons", "commas")),
     "semicolons in one row": (changed(4, "0.002;0.1;1.0;0.0"), ("line 4", "semicolons", "commas")),
     "decimal commas between commas": (
@@ -230,8 +230,11 @@ def test_round_trip_is_exact_and_deterministic(tmp_path):
     [
         (([0.0, 0.001], [0.0], [1.0, 1.0], [0.0, 0.0]), "ax_g"),
         (([0.0], [0.0], [1.0], [0.0]), "t_s"),
-        (([0.0, 0.001], [0.0, 0.0], [1.0, np.nan], [0.0, 0.0]), "ay_g is nan in sample 1"),
-        (([0.0, 0.0], [0.0, 0.0], [1.0, 1.0], [0.0, 0.0]), "t_s does not increase in sample 1"),
+        (
+            ([0.0, 0.001], [0.0, 0.0], [1.0, np.nan], [0.0, 0.0]),
+            "ay_g = array\\(\\[ 1., nan\\]\\): must be an array of finite numbers",
+        ),
+        (([0.0, 0.0], [0.0, 0.0], [1.0, 1.0], [0.0, 0.0]), "t_s = array\\(\\[0., 0.\\]\\): must increase"),
     ],
 )
 def test_unusable_arrays_are_not_written(columns, word, tmp_path):
@@ -321,7 +324,7 @@ def test_a_number_is_the_position_of_a_column(name, tmp_path):
         ("1,2,3,4\nt,x,y,z\n" + BARE, "1 3", ("field 3 in line 2 is 'y'", "remove the line")),
         (BARE[:28] + "t_s,ax_g,ay_g,az_g\n" + BARE[28:], "t_s ay_g", ("line 1 holds numbers", "line 2")),
         (BARE.replace("1.0000", "abc"), "1 3", ("field 3 in line 1 is 'abc'",)),
-        (BARE.replace("1.0100", ""), "1 3", ("field 3 in line 2 is empty",)),
+        (BARE.replace("1.0100", ""), "1 3", ("field 3 in line 2 is ''",)),
         ("Device;7\n" + "".join(f"{k};{1 + 0.01 * k}\n" for k in range(9)), "none 2", ("line 1 ('Device;7')", "text")),
         (BARE, "1 9", ("no column 9", "4 fields")),
         (BARE, "1 1", ("'1' is named for ay and time",)),

@@ -59,7 +59,7 @@ def test_a_record_goes_with_its_last_reference(scene):
     gc.collect()
     gc.disable()
     try:
-        writer = Recorder(Loop(scene), 0.05, (), 0.0, True, True)
+        writer = Recorder(Loop(scene), scene.with_(duration=0.05, every_link=True))
         while not writer.finished:
             writer.chunk()
         seen = weakref.ref(writer)

@@ -6,6 +6,7 @@ import pytest
 from trackdyn.model.record import SPELL
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.resolution import (
+    FINER,
     FLIPS,
     NO,
     NOTICED,
@@ -20,7 +21,6 @@ from trackdyn.simulation.resolution import (
 )
 from trackdyn.simulation.rig_check import Trial, try_steps
 from trackdyn.simulation.simulate import simulate
-from trackdyn.simulation.watch import FINER
 
 
 @pytest.fixture(scope="module")
@@ -83,7 +83,7 @@ def test_answers_are_compared_over_the_same_pitches():
 
 def test_a_record_that_flips_and_holds_with_a_finer_step_completes_and_says_so(make_scene, monkeypatch):
     """Doubt that a finer run does not share is said, not refused."""
-    monkeypatch.setattr("trackdyn.simulation.watch.doubt", lambda *_: "it flips")
+    monkeypatch.setattr("trackdyn.simulation.resolution.doubt", lambda *_: "it flips")
     monkeypatch.setattr("trackdyn.simulation.resolution.FLIPS", -1.0)
     resolved = simulate(make_scene(150.0, lead_in=0.1)).meta["resolved"]
     assert resolved["state"] == NO and "it flips, and with a finer step RMS differs by " in resolved["reason"]

@@ -96,7 +96,7 @@ def test_a_damaged_parquet_file_is_refused(tmp_path):
 
 
 def test_columns_are_known_or_refused():
-    assert {"motor_rpm", "every_link", "until.rms", "preset", "name"} <= set(columns())
+    assert {"motor_rpm", "every_link", "known.force", "preset", "name"} <= set(columns())
     of_rigs = ("sprocket.ring_radius", "gravity", "drive.kind", "road_1.bearing_drag", "road_1.arm.stiffness")
     refuse_columns(pd.DataFrame({name: [1] for name in ("motor_rpm", *of_rigs)}), "d.csv")
     for table, said in (
@@ -126,8 +126,6 @@ def test_cells_mean_what_they_say(rig_path):
             "ramp": "",
             "tension.wheel": "idler",
             "gravity": "9.8",
-            "until.rms": "1%",
-            "until.longest": "20",
             "preset": "fast",
             "name": "a",
         },
@@ -143,7 +141,6 @@ def test_cells_mean_what_they_say(rig_path):
         "friction": "none",
     }
     assert row.changes == {"tension__wheel": "idler", "gravity": 9.8}
-    assert (row.until, row.longest) == ({"rms": 0.01}, 20.0)
 
 
 @pytest.mark.parametrize("rpm", [0, "0", "0.0"])
@@ -162,7 +159,6 @@ def test_a_key_is_what_is_asked_and_not_how_it_is_said(rig_path, monkeypatch):
     for other in (
         {"motor_rpm": 116, "duration": 2},
         {"motor_rpm": 115, "duration": 2, "gravity": 9.0},
-        {"motor_rpm": 115, "duration": 2, "until.rms": 0.1},
         {"motor_rpm": 115, "duration": 2, "every_link": "true"},
     ):
         assert only(other, rig_path).key != one
@@ -179,19 +175,12 @@ def test_a_key_is_what_is_asked_and_not_how_it_is_said(rig_path, monkeypatch):
         ({"motor_rpm": "115", "step": "abc 1e-4"}, "step = 'abc': must be a finite number"),
         ({"motor_rpm": "115", "step": "-1e-4; 1e-4"}, "step = -0.0001: must be between"),
         ({"motor_rpm": "115", "step": [1e-4, "1_0"]}, "step = '1_0': must be a finite number"),
-        ({"motor_rpm": "115", "until.rms": "1%", "until.longest": "1e9"}, "until.longest = 1e+09:"),
         ({"motor_rpm": "115", "preset": "quick"}, "preset = 'quick':"),
         ({"motor_rpm": "115", "rig": "no.yaml"}, "no.yaml: no such file"),
-        ({"motor_rpm": "115", "until.rms": "2"}, "tolerance = '2':"),
-        ({"motor_rpm": "115", "until.rms": "1%", "until.longest": "long"}, "until.longest = 'long':"),
-        ({"motor_rpm": "115", "known.force": "0.01"}, "known.share_pct"),
+        ({"motor_rpm": "115", "known.force": "0.01"}, "known: share_pct"),
         (
             {"motor_rpm": "115", "known.share_pct": 1, "known.force": "x", "known.passages": 13},
-            "known.force = 'x':",
-        ),
-        (
-            {"motor_rpm": "115", "known.share_pct": 1, "known.force": 1, "known.passages": 13, "until.rms": "1%"},
-            "known and until",
+            "known: force = 'x':",
         ),
     ],
 )

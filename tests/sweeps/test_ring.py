@@ -11,8 +11,7 @@ from trackdyn.measure.stopping import run_steady
 from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.rig_file import shipped_summaries
 from trackdyn.scene.rings import study_radii, usual_rings
-from trackdyn.scene.scene import Scene
-from trackdyn.scene.stop_rule import steady_fields
+from trackdyn.scene.scene import Scene, steady_fields
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.settling import SettledLoops
 from trackdyn.sweeps.ring import known_contacts

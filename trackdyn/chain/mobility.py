@@ -39,7 +39,8 @@ def _mobility_of_pins(chain: Chain, body: int) -> np.ndarray:
         ahead = first[k] - both[k] ** 2 / (last[k] + ahead)
         k = (body - i) % n
         behind = last[k] - both[k] ** 2 / (first[k] + behind)
-    return np.linalg.inv(_mass_matrix(chain, body) + np.diag([behind, ahead]))
+    own = np.array([[first[body], both[body]], [both[body], last[body]]])
+    return np.linalg.inv(own + np.diag([behind, ahead]))
 
 
 def _masses_of_ends(chain: Chain) -> tuple[list[float], list[float], list[float]]:
@@ -48,8 +49,3 @@ def _masses_of_ends(chain: Chain) -> tuple[list[float], list[float], list[float]
     ahead = 1.0 - k
     entries = chain.mass * (ahead * ahead) + spin, chain.mass * (ahead * k) - spin, chain.mass * (k * k) + spin
     return entries[0].tolist(), entries[1].tolist(), entries[2].tolist()
-
-
-def _mass_matrix(chain: Chain, i: int) -> np.ndarray:
-    first, both, last = _masses_of_ends(chain)
-    return np.array([[first[i], both[i]], [both[i], last[i]]])

@@ -8,46 +8,22 @@ from importlib.metadata import entry_points
 from typing import Annotated
 
 import typer
-from typer.core import TyperCommand, TyperGroup
 
 from trackdyn.commands.compare import compare
-from trackdyn.commands.plan import plan
 from trackdyn.commands.rig import check, new, rigs
 from trackdyn.commands.ring import ring
 from trackdyn.commands.show import show
-from trackdyn.commands.simulate import simulate
+from trackdyn.commands.simulate import plan, simulate
 from trackdyn.commands.sweep import design, sweep
 from trackdyn.errors import TrackdynError
 from trackdyn.extras import missing
 from trackdyn.version import __version__
 
 COMMANDS = {"Runs": (simulate, plan, compare, show), "Rigs": (check, new, rigs), "Many runs": (ring, sweep, design)}
-OF_TYPER = ("help", "install_completion", "show_completion")  # flags that it adds itself
-
-
-class _OffByDefault:
-    """typer's own flags are off if not given: to turn their default, None, into a boolean it would import pydantic."""
-
-    def get_params(self, ctx):
-        params = super().get_params(ctx)
-        for param in params:
-            if param.name in OF_TYPER and param.default is None:
-                param.default = False
-        return params
-
-
-class _Command(_OffByDefault, TyperCommand):
-    pass
-
-
-class _Group(_OffByDefault, TyperGroup):
-    pass
-
-
-app = typer.Typer(cls=_Group, pretty_exceptions_enable=False, context_settings={"help_option_names": ["-h", "--help"]})
+app = typer.Typer(pretty_exceptions_enable=False, context_settings={"help_option_names": ["-h", "--help"]})
 for panel, commands in COMMANDS.items():
     for command in commands:
-        app.command(cls=_Command, rich_help_panel=panel)(command)
+        app.command(rich_help_panel=panel)(command)
 for others in entry_points(group="trackdyn.commands"):  # of packages that build on this one
     try:
         panel, groups = others.load()
@@ -57,10 +33,10 @@ for others in entry_points(group="trackdyn.commands"):  # of packages that build
     for group, (text, commands) in groups.items():
         parent = app
         if group:
-            parent = typer.Typer(cls=_Group, help=text)
+            parent = typer.Typer(help=text)
             app.add_typer(parent, name=group, rich_help_panel=panel, no_args_is_help=True)
         for command in commands:
-            parent.command(cls=_Command, rich_help_panel=panel)(command)
+            parent.command(rich_help_panel=panel)(command)
 
 
 def _say_version(requested: bool) -> None:
@@ -101,34 +77,29 @@ def _meant(name: str, params: list) -> str:
 
 
 def main() -> None:
-    """Entry point: a user's mistake ends in one sentence and exit code 1, an interruption in one line and 130."""
+    """Entry point: a user's mistake ends in one sentence and exit code 1."""
     warnings.showwarning = lambda message, *_: print(f"trackdyn: warning: {message}", file=sys.stderr)
     try:
-        if app(standalone_mode=False, prog_name="trackdyn"):  # some versions of typer return an interruption
-            raise KeyboardInterrupt
+        app(standalone_mode=False, prog_name="trackdyn")
         if sys.stdout:  # None if it was closed from the start
             sys.stdout.flush()
         return
-    except (KeyboardInterrupt, typer.Abort):
-        from trackdyn.files import broken_off
-
-        sentence, code = f"interrupted; {broken_off()}", 130
     except TrackdynError as error:
-        sentence, code = str(error), 1
+        sentence = str(error)
     except ModuleNotFoundError as error:
-        sentence, code = str(missing(error)), 1
+        sentence = str(missing(error))
     except UnicodeEncodeError as error:
-        sentence, code = f"{error.object[:100]!a}: cannot be written as {error.encoding}; rename the file", 1
+        sentence = f"{error.object[:100]!a}: cannot be written as {error.encoding}; rename the file"
     except MemoryError:
-        sentence, code = "out of memory; use a shorter duration or fewer pitches", 1
+        sentence = "out of memory; use a shorter duration or fewer pitches"
     except OSError as error:
         if error.filename is None:  # standard output is closed or full: nothing more goes there
             os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
         path = error.filename or "standard output"
-        sentence, code = f"{path}: {error.strerror}; give a path that can be written", 1
+        sentence = f"{path}: {error.strerror}; give a path that can be written"
     except Exception as error:
         if not hasattr(error, "format_message"):  # typer's own, whichever module it stands in
             raise
-        sentence, code = _sentence(error), 1
+        sentence = _sentence(error)
     print(f"trackdyn: {sentence}", file=sys.stderr)
-    sys.exit(code)
+    sys.exit(1)

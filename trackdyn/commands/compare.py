@@ -5,34 +5,28 @@ from typing import Annotated
 
 import typer
 
-from trackdyn.commands.options import (
-    AxisOption,
-    Mapping,
-    Overwrite,
-    RecordingFile,
-    UnitOption,
-    check_output,
-    file_option,
-    number,
-    parse_axes,
-)
+from trackdyn.commands import options
 
 
 def compare(
-    recording: RecordingFile,
+    recording: options.RecordingFile,
     sensor: Annotated[
         Path,
         typer.Argument(
             help="Sensor's file: CSV with columns by name, or MDF, TDMS, LVM, UFF 58, MAT, HDF5, WAV, NPY, Parquet."
         ),
     ],
-    mapping: Mapping = None,
+    mapping: options.Mapping = None,
     time: Annotated[str | None, typer.Option(help="Column of the time stamps, or none (with --rate).")] = None,
-    rate: Annotated[float | None, number("--rate", "Samples a second, Hz; from the stamps by default.")] = None,
-    unit: UnitOption = None,
-    axis: AxisOption = None,
-    sensor_range: Annotated[float | None, number("--range", "Range of the sensor, g; the rig's by default.")] = None,
-    scale: Annotated[float | None, number("--scale", "Counts per g, where the columns hold raw counts.")] = None,
+    rate: Annotated[float | None, options.number("--rate", "Samples a second, Hz; from the stamps by default.")] = None,
+    unit: options.UnitOption = None,
+    axis: options.AxisOption = None,
+    sensor_range: Annotated[
+        float | None, options.number("--range", "Range of the sensor, g; the rig's by default.")
+    ] = None,
+    scale: Annotated[
+        float | None, options.number("--scale", "Counts per g, where the columns hold raw counts.")
+    ] = None,
     bits: Annotated[
         int | None, typer.Option(help="Bits of raw counts whose full scale is --range, instead of --scale.")
     ] = None,
@@ -43,16 +37,16 @@ def compare(
         str | None, typer.Option(help="bridge: interpolate over few lost samples; longest: keep the longest part.")
     ] = None,
     dates: Annotated[str | None, typer.Option(help="day-first or month-first, where both are possible.")] = None,
-    start: Annotated[float | None, number("--from", "First instant to keep, s since the first row.")] = None,
-    to: Annotated[float | None, number("--to", "Last instant to keep, s since the first row.")] = None,
+    start: Annotated[float | None, options.number("--from", "First instant to keep, s since the first row.")] = None,
+    to: Annotated[float | None, options.number("--to", "Last instant to keep, s since the first row.")] = None,
     figure: Annotated[
-        Path | None, file_option("--figure", "Picture to write: two turns of the loop, spectra", ".png", ".svg")
+        Path | None, options.file_option("--figure", "Picture to write: two turns of the loop, spectra", ".png", ".svg")
     ] = None,
-    out: Annotated[Path | None, file_option("--out", "Table to write", ".csv")] = None,
-    overwrite: Overwrite = False,
+    out: Annotated[Path | None, options.file_option("--out", "Table to write", ".csv")] = None,
+    overwrite: options.Overwrite = False,
 ) -> None:
     """Compare the simulated y acceleration with a sensor's: mean, RMS, SD and dominant peak."""
-    axes = parse_axes(axis)
+    axes = options.parse_axes(axis)
     from trackdyn.files import write_csv
     from trackdyn.measure.compare import compare_with_sensor, in_words, other_speed
     from trackdyn.measure.orientation import doubtful_axes
@@ -64,7 +58,7 @@ def compare(
     requested |= {"scale": scale, "bits": bits, "gaps": gaps, "dates": dates}
     chosen = load_mapping(mapping, **requested | {"from": start, "to": to})
     for path in filter(None, (figure, out)):
-        check_output(path, overwrite, recording, sensor, mapping)
+        options.check_output(path, overwrite, recording, sensor, mapping)
     loaded = load_recording(recording)
     rig = loaded.scene.rig
     record = read_sensor_csv(sensor, chosen, range_g=rig.sensor.range, gravity=rig.gravity or 9.81)
@@ -82,6 +76,7 @@ def compare(
         write_csv(out, table)
     if figure is not None:
         from trackdyn.plots.spectra import comparison_figure
-        from trackdyn.plots.style import save_one
+        from trackdyn.plots.style import save
 
-        save_one(comparison_figure(loaded, record, "synthetic sensor" if record.synthetic else "sensor"), figure)
+        label = "synthetic sensor" if record.synthetic else "sensor"
+        save(comparison_figure(loaded, record, label), figure, figure.suffix[1:])

@@ -26,11 +26,6 @@ class Ring:
         return "none" if self.radius is None else f"{self.radius:g}"
 
 
-def ring_fields(ring: Ring | None) -> dict[str, float | None]:
-    """Field of a scene; none where the option is not given, and the ring is the rig's."""
-    return {} if ring is None else {"ring_radius": ring.radius}
-
-
 def parse_number(name: str, text: str | float, accepted: str = "must be a finite number") -> float:
     """A finite number. Raises `InputError`: the text is none; ``name`` is the option."""
     try:
@@ -51,14 +46,6 @@ def _parse_ring(text: str | Ring) -> Ring:
         return text
     accepted = "must be a radius in m, or none"
     return Ring(None if text == "none" else parse_number("--ring-radius", text, accepted))
-
-
-def _parse_measure(name: str) -> str:
-    from trackdyn.measure.convergence import RELATIVE, SHARES
-
-    if name not in RELATIVE + SHARES:
-        raise InputError(f"--measure = {shown(name)}: choose {', '.join(RELATIVE + SHARES)}")
-    return name
 
 
 def _parse_tolerance(text: str | float) -> float:
@@ -131,7 +118,7 @@ Tolerance = Annotated[
         "--tolerance", parser=_parse_tolerance, metavar="SHARE", help="Error of a measure, such as 2% or 0.02."
     ),
 ]
-MEASURE = typer.Option("--measure", parser=_parse_measure, metavar="NAME", help=f"{MEASURES}.")
+MEASURE = typer.Option("--measure", metavar="NAME", help=f"{MEASURES}.")
 Jobs = Annotated[int | None, typer.Option("--jobs", "-j", min=1, max=1024, help="Processes; all cores by default.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar and no summary.")]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace a file that exists.")]
@@ -151,19 +138,20 @@ Choose = Annotated[
 LongestRun = Annotated[float, number("--longest", "Bound of a run with a --tolerance, s.")]
 
 
-def chosen_fields(pairs: list[str]) -> dict[str, Any]:
-    """Fields of a scene that choices of fidelity set. Raises `InputError`: one is no choice."""
+def scene_fields(ring: Ring | None, step: float | None = None, choose: list[str] | None = None) -> dict[str, Any]:
+    """Fields of a scene that options state. Raises `InputError`: a choice of fidelity is none."""
     from trackdyn.scene.fidelity import CHOICES
 
-    fields: dict[str, Any] = {}
-    for pair in pairs:
+    fields: dict[str, Any] = {} if ring is None else {"ring_radius": ring.radius}
+    if step is not None:
+        fields["step"] = step
+    for pair in choose or []:
         name, _, value = pair.partition("=")
         if name not in CHOICES or not value:
             raise InputError(
                 f"--choose = {shown(pair)}: expected name=setting with one of the names {', '.join(CHOICES)}"
             )
-        else:
-            fields[name] = value
+        fields[name] = value
         if (name, value) in (("chain", "belt"), ("loop", "free")):
             fields |= {"ring_radius": None, "spells": False}
     return fields

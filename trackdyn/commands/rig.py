@@ -5,14 +5,7 @@ from typing import Annotated
 
 import typer
 
-from trackdyn.commands.options import (
-    Overwrite,
-    RigArgument,
-    SpeedOption,
-    check_output,
-    file_argument,
-    file_option,
-)
+from trackdyn.commands import options
 from trackdyn.errors import TrackdynError
 
 
@@ -25,43 +18,43 @@ def rigs() -> None:
 
 
 def new(
-    out: Annotated[Path, file_argument("File to write", ".yaml", ".yml")],
+    out: Annotated[Path, options.file_argument("File to write", ".yaml", ".yml")],
     like: Annotated[str, typer.Option(help="Shipped rig that it begins with (trackdyn rigs).")] = "bench",
-    overwrite: Overwrite = False,
+    overwrite: options.Overwrite = False,
 ) -> None:
     """Write a rig file to edit: the wheels and the tension of a shipped rig, and all else as comments."""
     from trackdyn.files import write_text
     from trackdyn.parameters.rig_template import rig_text
 
     text = rig_text(like)
-    check_output(out, overwrite)
+    options.check_output(out, overwrite)
     write_text(out, text)
     typer.echo(f"{out}: edit it, then  trackdyn check {out}  and  trackdyn simulate run.npz --rig {out}")
 
 
 def check(
-    rig: RigArgument,
+    rig: options.RigArgument,
     out: Annotated[
         Path | None,
-        file_option("--out", "Picture to write, with an .svg beside it; by default named like the rig", ".png"),
+        options.file_option("--out", "Picture to write, with an .svg beside it; by default named like the rig", ".png"),
     ] = None,
-    rpm: SpeedOption = 115.0,
+    rpm: options.SpeedOption = 115.0,
     settle: Annotated[
         bool, typer.Option("--settle/--no-settle", help="Tension the loop and let it come to rest.")
     ] = True,
-    overwrite: Overwrite = False,
+    overwrite: options.Overwrite = False,
 ) -> None:
     """Lay a rig's loop, draw it, and say how the chain wraps, which step it allows and what is unusual."""
     from trackdyn.parameters.rig import load_rig
     from trackdyn.parameters.rig_file import groove_origin
-    from trackdyn.plots.rig_layout import draw_rig
+    from trackdyn.plots.drawing import draw_rig
     from trackdyn.plots.style import save
     from trackdyn.simulation.rig_check import OTHER_TOOTH, checked, pitch_of
 
     loaded = load_rig(rig)
     out = out or Path(f"{Path(rig).stem}.png")
     for path in (out, out.with_suffix(".svg")):
-        check_output(path, overwrite, rig)
+        options.check_output(path, overwrite, rig)
     if settle:
         typer.echo("settling; kernels that are not compiled yet take a minute or two more", err=True)
     try:

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from trackdyn.commands.options import Jobs, Overwrite, Quiet, RigArgument, check_output, parse_number
+from trackdyn.commands import options
 from trackdyn.errors import InputError
 
 if TYPE_CHECKING:
@@ -15,7 +15,7 @@ SIDES = ("left", "right", "ring")
 
 
 def ring(
-    rig: RigArgument,
+    rig: options.RigArgument,
     rpm: Annotated[str, typer.Option("--rpm", help="Motor speeds, rev/min, such as 115,210.")],
     out: Annotated[Path, typer.Option("--out", help="Folder of what is written.")] = Path("ring"),
     radii: Annotated[
@@ -32,9 +32,9 @@ def ring(
         str | None,
         typer.Option("--step", help="Time step, s; of several, such as 1e-4,5e-5, the first that runs counts."),
     ] = None,
-    jobs: Jobs = None,
-    overwrite: Overwrite = False,
-    quiet: Quiet = False,
+    jobs: options.Jobs = None,
+    overwrite: options.Overwrite = False,
+    quiet: options.Quiet = False,
 ) -> None:
     """Run every ring, and none, at every speed; say which radius to choose, and draw Figures 23 and 24 of the rig.
 
@@ -57,7 +57,7 @@ def ring(
     if not overwrite and table.exists():
         refuse_foreign(table, rows)
     for path in written:
-        check_output(path, overwrite or table.exists(), rig)
+        options.check_output(path, overwrite or table.exists(), rig)
     study = ring_study(rig, speeds, _numbers(radii, "--radii") if radii else None, jobs, rows, not quiet, steps)
     lost = study[study["state"] != DONE]
     if len(lost) == len(study):
@@ -85,7 +85,10 @@ def _numbers(text: str, option: str) -> list[float]:
 
     _, takes = parse_levels(f"{option.strip('-')}={text}", option)
     parts = takes.levels(option) if isinstance(takes, Span) else takes
-    return [parse_number(option, part, "must be finite numbers, such as 115,210 or 0.303:0.313:11") for part in parts]
+    return [
+        options.parse_number(option, part, "must be finite numbers, such as 115,210 or 0.303:0.313:11")
+        for part in parts
+    ]
 
 
 def _notes(study: "pd.DataFrame", rig, lost: "pd.DataFrame") -> list[str]:
@@ -109,7 +112,10 @@ def _shown(study: "pd.DataFrame") -> list[dict]:
 
     rows = []
     for of in study.sort_values(["rpm", "ring_radius_m"], na_position="first").to_dict("records"):
-        row = {"rpm": cell(of["rpm"]), "ring_radius_m": _radius(of)}
+        row = {
+            "rpm": cell(of["rpm"]),
+            "ring_radius_m": "none" if of["ring_radius_m"] != of["ring_radius_m"] else f"{of['ring_radius_m']:.5g}",
+        }
         row["settled_tension_n"] = cell(of["settled_tension_n"])
         for name, error in (("share_pct", "share_error_pct"), ("rms_n", "rms_error_n")):
             values = {f"{side}_{name}": (of[f"{side}_{name}"], of[f"{side}_{error}"]) for side in SIDES}
@@ -126,7 +132,3 @@ def _say_table(shown: list[dict]) -> None:
         table = rows.drop(columns=["rpm", "settled_tension_n"]).set_axis(["ring, m", *SIDES, *SIDES], axis=1)
         text = table.to_string(index=False).replace("\N{MINUS SIGN}", "-").replace("\N{PLUS-MINUS SIGN}", "+-")
         typer.echo(f"{rpm} rpm: contact, % of a turn; RMS force, N\n{text}\n")
-
-
-def _radius(row: dict) -> str:
-    return "none" if (radius := row["ring_radius_m"]) != radius else f"{radius:.5g}"

@@ -5,17 +5,19 @@ from typing import Annotated
 
 import typer
 
-from trackdyn.commands.options import Overwrite, Quiet, RecordingFile, check_output, file_option, number
+from trackdyn.commands import options
 
 
 def show(
-    recording: RecordingFile,
-    out: Annotated[Path | None, file_option("--out", "Page to write; the recording's name by default", ".html")] = None,
-    seconds: Annotated[
-        float | None, number("--seconds", "Length of what moves, s; a turn of the sprocket by default.")
+    recording: options.RecordingFile,
+    out: Annotated[
+        Path | None, options.file_option("--out", "Page to write; the recording's name by default", ".html")
     ] = None,
-    overwrite: Overwrite = False,
-    quiet: Quiet = False,
+    seconds: Annotated[
+        float | None, options.number("--seconds", "Length of what moves, s; a turn of the sprocket by default.")
+    ] = None,
+    overwrite: options.Overwrite = False,
+    quiet: options.Quiet = False,
 ) -> None:
     """Show a run on one page: the loop moving, tension, sensor, contacts, work, decisions.
 
@@ -26,7 +28,7 @@ def show(
 
     loaded = load_recording(recording)
     out = recording.with_suffix(".html") if out is None else out
-    check_output(out, overwrite, recording)
+    options.check_output(out, overwrite, recording)
     page = make(loaded, out, seconds, recording.stem, progress=not quiet)
     if not quiet:
         typer.echo(f"{out}: {len(page.text.encode()) / 1e6:.1f} MB, {page.summary}")

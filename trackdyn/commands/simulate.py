@@ -1,4 +1,4 @@
-"""The command ``trackdyn simulate``."""
+"""The commands ``trackdyn simulate`` and ``trackdyn plan``."""
 
 import sys
 from pathlib import Path
@@ -6,35 +6,19 @@ from typing import Annotated
 
 import typer
 
-from trackdyn.commands.options import (
-    DEFAULT_RIG,
-    MEASURE,
-    Choose,
-    LongestRun,
-    Quiet,
-    RigName,
-    RingRadius,
-    SpeedOption,
-    StepOption,
-    Tolerance,
-    check_output,
-    chosen_fields,
-    file_argument,
-    number,
-    ring_fields,
-)
+from trackdyn.commands import options
 from trackdyn.errors import InputError
 
 FRAMES = 0.05  # s between recorded configurations
 
 
 def simulate(
-    out: Annotated[Path, file_argument("Recording to write", ".npz")],
-    rig: RigName = DEFAULT_RIG,
-    rpm: SpeedOption = 115.0,
-    ring_radius: RingRadius = None,
-    duration: Annotated[float, number("--duration", "Recorded time, s.")] = 20.0,
-    lead_in: Annotated[float, number("--lead-in", "Time at constant speed before the record, s.")] = 5.0,
+    out: Annotated[Path, options.file_argument("Recording to write", ".npz")],
+    rig: options.RigName = options.DEFAULT_RIG,
+    rpm: options.SpeedOption = 115.0,
+    ring_radius: options.RingRadius = None,
+    duration: Annotated[float, options.number("--duration", "Recorded time, s.")] = 20.0,
+    lead_in: Annotated[float, options.number("--lead-in", "Time at constant speed before the record, s.")] = 5.0,
     preset: Annotated[
         str | None,
         typer.Option(
@@ -42,23 +26,24 @@ def simulate(
             help="Bundle of choices: fast, standard, paper or reference; standard, or what a --tolerance needs.",
         ),
     ] = None,
-    step: StepOption = None,
-    choose: Choose = None,
+    step: options.StepOption = None,
+    choose: options.Choose = None,
     frame_interval: Annotated[
-        float | None, number("--frame-interval", "Time between recorded configurations, s; 0: none; 0.05 by default.")
+        float | None,
+        options.number("--frame-interval", "Time between recorded configurations, s; 0: none; 0.05 by default."),
     ] = None,
-    tolerance: Tolerance = None,
-    measure: Annotated[list[str] | None, MEASURE] = None,
-    longest: LongestRun = 60.0,
+    tolerance: options.Tolerance = None,
+    measure: Annotated[list[str] | None, options.MEASURE] = None,
+    longest: options.LongestRun = 60.0,
     rate: Annotated[
         float | None,
-        number("--rate", "Samples a second, Hz, such as your sensor's; the rig's by default. The step adapts."),
+        options.number("--rate", "Samples a second, Hz, such as your sensor's; the rig's by default. The step adapts."),
     ] = None,
     checkpoint: Annotated[
         Path | None, typer.Option(help="File kept while a long run records; the same command goes on from it.")
     ] = None,
     all_measures: Annotated[bool, typer.Option("--all", help="Print every measure by its column.")] = False,
-    quiet: Quiet = False,
+    quiet: options.Quiet = False,
 ) -> None:
     """Run one scene and write its recording; a file of that name is replaced when the run is done.
 
@@ -81,8 +66,7 @@ def simulate(
         raise InputError(
             "--checkpoint cannot be combined with --tolerance, whose runs end by themselves; leave one of them out"
         )
-    loaded, ring = load_rig(rig), ring_fields(ring_radius)
-    fields = ring | ({} if step is None else {"step": step}) | chosen_fields(choose or [])
+    loaded, fields = load_rig(rig), options.scene_fields(ring_radius, step, choose)
     if frame_interval is None:  # whole samples; a run that is shorter records none
         sample = 1.0 / loaded.sensor.rate
         frame_interval = max(int(FRAMES / sample + 1e-6), 1) * sample
@@ -103,9 +87,7 @@ def simulate(
         announce(lambda text: tqdm.write(f"trackdyn: {text}", file=sys.stderr))  # above a bar
     settings = None
     if tolerances:
-        from trackdyn.commands.plan import planned, say
-
-        check_output(out, True, rig)
+        options.check_output(out, True, rig)
         settings = planned(scene, tolerances, longest, preset, fields)
         scene = settings.scene.with_(duration=whole_samples(settings.scene.rig.sensor.rate, settings.duration))
         if not quiet:
@@ -113,7 +95,7 @@ def simulate(
     needed = cost(scene)
     for path, other in ((out, checkpoint), (checkpoint, out)):
         if path is not None:
-            check_output(path, True, rig, other, size=needed.file)
+            options.check_output(path, True, rig, other, size=needed.file)
     if not quiet:
         _say_decisions(scene)
         if not tolerances:
@@ -172,18 +154,16 @@ def _for_its_duration(scene, out: Path, checkpoint: Path | None, quiet: bool, al
     from trackdyn.simulation.simulate import simulate as run
 
     recording = run(scene, progress=not quiet, checkpoint=checkpoint)
-    if quiet:
-        recording.save(out)
-        _say_loop(scene, recording, quiet)
-        _warn(recording)
-        return
-    from trackdyn.measure.metrics import needed_lengths, run_metrics, shown_measures
-    from trackdyn.plots.cells import with_error
+    if not quiet:
+        from trackdyn.measure.metrics import needed_lengths, run_metrics, shown_measures
+        from trackdyn.plots.cells import with_error
 
-    measures = run_metrics(out.stem, recording)  # before it is written: what has no measures leaves no file
+        measures = run_metrics(out.stem, recording)  # before it is written: what has no measures leaves no file
     recording.save(out)
     _say_loop(scene, recording, quiet)
     _warn(recording)
+    if quiet:
+        return
     if all_measures:
         for name, value in measures.items():
             if value == value and value != "":  # what a run cannot have is left out
@@ -215,3 +195,45 @@ def _until_converged(plan, tolerances: dict[str, float], longest: float, out: Pa
             f"--longest = {longest:g} s is too short for --tolerance {max(tolerances.values()):g}; what was reached is "
             f"written to {out}"
         )
+
+
+def plan(
+    tolerance: options.Tolerance,
+    measure: Annotated[list[str] | None, options.MEASURE] = None,
+    rig: options.RigName = options.DEFAULT_RIG,
+    rpm: options.SpeedOption = 115.0,
+    ring_radius: options.RingRadius = None,
+    preset: Annotated[str | None, typer.Option("--preset", help="Keep the method and step of a preset.")] = None,
+    step: options.StepOption = None,
+    choose: options.Choose = None,
+    longest: options.LongestRun = 60.0,
+) -> None:
+    """What `simulate --tolerance` will run: the cheapest method and step that keep it, found while it records."""
+    from trackdyn.parameters.rig import load_rig
+    from trackdyn.scene.scene import Scene
+
+    fields = options.scene_fields(ring_radius, step, choose)
+    scene = Scene(load_rig(rig), motor_rpm=rpm, preset=preset, **fields)
+    say(planned(scene, dict.fromkeys(measure or ["rms"], tolerance), longest, preset, fields))
+
+
+def planned(scene, tolerances: dict[str, float], longest: float, preset: str | None, fields: dict):
+    """The plan for a scene; what its options state stays as it is."""
+    from trackdyn.measure.planner import plan as choose_setting
+
+    return choose_setting(scene, tolerances, longest, preset is None and not {"step", "integrator"} & fields.keys())
+
+
+def say(plan) -> None:
+    """What runs, what it is expected to cost, and what else was tried."""
+    for one in plan.tried:
+        mark = "chosen" if one is plan.chosen else "tried"
+        message = f"rejected: {one.refused}"
+        if not one.refused:
+            errors = ", ".join(f"{name} {of.bias + of.doubt:.2g}" for name, of in one.error.items())
+            message = f"error of {errors}; {one.cpu_s / one.seconds:.2g} CPU s a second"
+        typer.echo(f"{mark:>22}  {one.setting.name}: {message}")
+    ends = ", ".join(f"{name} to {tolerance:.2g}" for name, tolerance in plan.left.items())
+    typer.echo(f"{'stops':>22}  when the 95 % intervals keep {ends}; expected after {plan.duration:.3g} s at speed")
+    more = f"{plan.cpu_s:.2g} CPU s more" if plan.cpu_s else "no more: the record is long enough"
+    typer.echo(f"{'expected cost':>22}  {plan.trial_cpu_s:.2g} CPU s so far, {more}")

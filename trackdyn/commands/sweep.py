@@ -5,30 +5,21 @@ from typing import Annotated
 
 import typer
 
-from trackdyn.commands.options import (
-    DEFAULT_RIG,
-    Jobs,
-    Overwrite,
-    Quiet,
-    RigName,
-    check_output,
-    file_argument,
-    file_option,
-)
+from trackdyn.commands import options
 from trackdyn.errors import InputError, shown
 
 
 def sweep(
     design: Annotated[Path, typer.Argument(help="Design: a row a scene (.csv, .parquet).")],
-    out: Annotated[Path, file_option("--out", "Results to write: a row a result", ".csv", ".parquet")],
-    rig: RigName = DEFAULT_RIG,
-    jobs: Jobs = None,
+    out: Annotated[Path, options.file_option("--out", "Results to write: a row a result", ".csv", ".parquet")],
+    rig: options.RigName = options.DEFAULT_RIG,
+    jobs: options.Jobs = None,
     store: Annotated[
         Path | None,
         typer.Option(help="Folder in which rows are kept as they come; the results' name with .rows by default."),
     ] = None,
-    overwrite: Overwrite = False,
-    quiet: Quiet = False,
+    overwrite: options.Overwrite = False,
+    quiet: options.Quiet = False,
 ) -> None:
     """Run a design of many scenes; what a killed run had computed is not computed again.
 
@@ -58,7 +49,7 @@ def sweep(
 
 
 def design(
-    out: Annotated[Path, file_argument("Design to write", ".csv", ".parquet")],
+    out: Annotated[Path, options.file_argument("Design to write", ".csv", ".parquet")],
     vary: Annotated[
         list[str],
         typer.Option(
@@ -71,7 +62,7 @@ def design(
     fix: Annotated[
         list[str] | None, typer.Option("--set", help="Column with one value, such as duration=20. Repeatable.")
     ] = None,
-    overwrite: Overwrite = False,
+    overwrite: options.Overwrite = False,
 ) -> None:
     """Make a design: a grid, a Sobol sequence or a Latin hypercube over columns of a sweep."""
     from trackdyn.sweeps.design import make_design, parse_levels
@@ -91,5 +82,5 @@ def design(
         fixed[name] = value
     table = make_design(varied, method, rows, seed, fixed)
     refuse_columns(table, "design")
-    check_output(out, overwrite)
+    options.check_output(out, overwrite)
     write_table(table, out)

@@ -113,14 +113,3 @@ def accumulate(work: Work, weight, links):
         work.sensed[3 + k] += weight * work.sensed[k]
         for link in range(links):
             work.links[link, 3 + k] += weight * work.links[link, k]
-
-
-@kernel
-def accumulate_jumps(work: Work):
-    """Add what the sensed y acceleration changed since the step before to the sums of the sample."""
-    seen = work.change
-    change = work.sensed[1] - seen[0]
-    seen[2] += change * change
-    seen[3] += change * seen[1]
-    seen[0] = work.sensed[1]
-    seen[1] = change

@@ -11,7 +11,7 @@ from trackdyn.chain.kinematics import damping_weight, forward_kinematics, orient
 from trackdyn.chain.maxwell import relax
 from trackdyn.chain.plane import plane_dynamics, turn_plane
 from trackdyn.integrate.carriers import advance_carriers
-from trackdyn.integrate.dynamics import accumulate, accumulate_jumps, evaluate_loads, sense, sense_links, solve_chain
+from trackdyn.integrate.dynamics import accumulate, evaluate_loads, sense, sense_links, solve_chain
 from trackdyn.integrate.energy import account, energies, finish_forces
 from trackdyn.integrate.runge_kutta import rk_step
 from trackdyn.integrate.semi_implicit import RATE_LIMIT, advance
@@ -86,7 +86,6 @@ def _run(model: Model, state: State, work: Work, record: Record, rows, space, im
             if links > 0:
                 sense_links(model, state, work, space)
             accumulate(work, 1.0, links)
-            accumulate_jumps(work)
             if implicit is not None:
                 finish_forces(model, state, work, implicit)
             bad = advance(model, state, work, implicit)
@@ -140,7 +139,6 @@ def _begin(state: State, work: Work):
         for link in range(work.links.shape[0]):
             work.links[link, 3 + k] = 0.0
         work.worst[k] = 0.0
-    work.change[2] = work.change[3] = 0.0
     orient(state.angle, work.cos, work.sin)
 
 
@@ -187,13 +185,10 @@ def _write_sample(model: Model, state: State, work: Work, record: Record, sample
         record.raw[sample, k] = work.sensed[k]
         record.mean[sample, k] = work.sensed[3 + k] / model.stride
         for link in range(record.link_mean.shape[1]):
-            record.link_raw[sample, link, k] = work.links[link, k]
             record.link_mean[sample, link, k] = work.links[link, 3 + k] / model.stride
     record.gap[sample] = sqrt(work.worst[0])
     record.cut[sample, 0] = sqrt(work.worst[2])
     record.cut[sample, 1] = sqrt(work.worst[1])
-    for k in range(2):
-        record.change[sample, k] = work.change[2 + k] / model.stride
     body = model.sensor.body
     middle = 0.5 * model.chain.length[body]
     record.place[sample, 0] = work.pin_x[body] + middle * work.cos[body]

@@ -7,7 +7,7 @@ stages do not change it. Forces jump where a contact begins or changes its area;
 
 from trackdyn.chain.kinematics import bearing_drag, forward_kinematics, orient
 from trackdyn.chain.maxwell import add_rates
-from trackdyn.integrate.dynamics import accumulate, accumulate_jumps, evaluate_loads, sense, sense_links, solve_chain
+from trackdyn.integrate.dynamics import accumulate, evaluate_loads, sense, sense_links, solve_chain
 from trackdyn.integrate.energy import powers
 from trackdyn.integrate.semi_implicit import RATE_LIMIT, sprocket_acceleration
 from trackdyn.integrate.spells import log_spells
@@ -181,7 +181,6 @@ def rk_step(model: Model, state: State, work: Work, record: Record, stages: Stag
     if not model.closure.compliant:
         _project(model, state, work)
     _accumulate(work, stages, links)
-    accumulate_jumps(work)
     _copy_memory(stages.tooth_impact, stages.wheel_impact, state.tooth_impact, state.wheel_impact)
     evaluate_loads(model, state, work, None, None)
     if spells.enabled:

@@ -58,7 +58,6 @@ def _log(spells: Spells, state: State, work: Work, pitch, side, when):
         entry["peak_n"] = 0.0
         entry["impulse_ns"] = 0.0
         entry["square_n2s"] = 0.0
-        entry["sprocket_rad"] = state.wheel_angle[SPROCKET]
         last[0] = 0.0
         last[1] = 0.0
     entry["end_s"] = time + step

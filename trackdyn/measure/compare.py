@@ -6,8 +6,7 @@ import pandas as pd
 from trackdyn.errors import InputError, naming
 from trackdyn.measure.columns import error_of
 from trackdyn.measure.metrics import SAME_SPEED
-from trackdyn.measure.sensor import SensorSignal, own_loop_hz, sense, whole_revolutions
-from trackdyn.measure.sensor_metrics import sensor_metrics
+from trackdyn.measure.sensor import SensorSignal, own_loop_hz, sense, sensor_metrics, whole_revolutions
 from trackdyn.sensor.sensor_csv import SensorRecord
 from trackdyn.sensor.signals import holds_line, uncertainty
 from trackdyn.simulation.recording import Recording

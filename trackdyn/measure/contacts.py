@@ -18,20 +18,117 @@ import pandas as pd
 import scipy
 
 from trackdyn.errors import InputError
-from trackdyn.measure.contact_log import INTEGRALS, NAN, SIDES, VISIT, contacts, extreme, first_of_highest
-from trackdyn.measure.uncertainty import batch_error, ratio_error
+from trackdyn.measure.uncertainty import NAN, batch_error, ratio_error
 from trackdyn.model.constants import SPROCKET
+from trackdyn.model.record import SPELL
 from trackdyn.parameters.rig import Rig
 from trackdyn.simulation.recording import Recording
+
+SIDES = ("left", "right", "ring")
+# Turns of the sprocket: 0.01 s, to which the paper prints times, of the 2.906 s that a turn takes at 115 rpm. A shorter
+# gap does not separate two contacts; a shorter contact begins, ends and peaks nothing.
+SHORT = 0.01 / 2.906
+# Turns of the sprocket. No contact of a passage, and no pause in it, lasts longer than this: the chain
+# leaves the sprocket after about half a turn. Passages nearer to an end of the record may be incomplete.
+LONGEST_CONTACT = 2 / 3
+# turns of the sprocket from the first to the last contact of a passage
+PASSAGE = 0.6
+# turns of the sprocket from the start of a visit of an arc to the next one at least
+VISIT = 0.7
+INTEGRALS = ("impulse_ns", "square_n2s")
+
+
+def contacts(recording: Recording) -> dict[str, np.ndarray]:
+    """Columns of `spells` by connector and start; pitches from 0, sides by number, areas as bits.
+
+    ``start, end, touching`` are ``start_s, end_s, touching_s`` at the mean speed of the record
+    (`Recording.steady_time`); ``lasting`` tells which contacts are not short (``SHORT``).
+    """
+    short = SHORT * recording.periods.turn
+    rows = _merged(recording, short)
+    rows["lasting"] = rows["end"] - rows["start"] >= short
+    ring, pitches = SIDES.index("ring"), recording.scene.rig.chain.pitches
+    rows["connector"] = np.where(rows["side"] == ring, (rows["pitch"] - 1) % pitches, rows["pitch"])
+    order = np.lexsort((rows["side"], rows["start_s"], rows["connector"]))
+    rows = {name: column[order] for name, column in rows.items()}
+    number, first = _number_passages(rows, recording)
+    for end in ("start", "end"):
+        rows[f"phase_{end}"] = (rows[end] - first) / recording.periods.turn
+    return rows | {"passage": number}
+
+
+def extreme(which: np.ufunc, values: np.ndarray, index: np.ndarray, size: int) -> np.ndarray:
+    """Smallest (``np.fmin``) or largest (``np.fmax``) of the values of every index, NaN where there is none."""
+    extremes = np.full(size, NAN)
+    which.at(extremes, index, values)
+    return extremes
+
+
+def first_of_highest(values: np.ndarray, group: np.ndarray) -> np.ndarray:
+    """Index of the largest value of every group, the first one of equals."""
+    order = np.lexsort((-values, group))
+    return order[np.flatnonzero(np.diff(group[order], prepend=-1))]
+
+
+def _merged(recording: Recording, gap: float) -> dict[str, np.ndarray]:
+    """Columns of the log without what the record cut, chatter merged, times since its beginning."""
+    # a contact that lasted already is logged from the first step of the record on
+    begin = recording.begin + 1.5 * recording.scene.step
+    begun = recording.spells[recording.spells["start_s"] > begin]
+    order = np.lexsort([begun[name] for name in ("start_s", "groove", "side", "pitch")])
+    log = {name: begun[name][order] for name in SPELL.names or ()}
+    integers = ("pitch", "side", "groove", "areas")
+    log |= {name: log[name].astype(int) for name in integers}
+    begins = np.ones(len(order), bool)
+    same = np.all([np.diff(log[name]) == 0 for name in integers[:3]], axis=0)
+    begins[1:] = ~(same & (log["start_s"][1:] - log["end_s"][:-1] < gap))
+    first = np.flatnonzero(begins)
+    rows = {name: log[name][first] for name in ("pitch", "side", "groove", "start_s")}
+    rows["areas"] = np.bitwise_or.reduceat(log["areas"], first)
+    rows["end_s"] = log["end_s"][np.roll(begins, -1)]
+    log["touching_s"] = log["end_s"] - log["start_s"]
+    rows |= {name: np.add.reduceat(log[name], first) for name in ("touching_s", *INTEGRALS)}
+    highest = first_of_highest(log["peak_n"], np.cumsum(begins))
+    rows |= {name: log[name][highest] for name in ("peak_n", "peak_s")}
+    for name in ("start_s", "end_s", "peak_s"):
+        rows[name] = rows[name] - recording.begin
+    rows |= {name: recording.steady_time(rows[f"{name}_s"]) for name in ("start", "end")}
+    rows["touching"] = rows["touching_s"]
+    if recording.turns is not None:
+        begins_at, ends_at = (recording.steady_time(log[name] - recording.begin) for name in ("start_s", "end_s"))
+        rows["touching"] = np.add.reduceat(ends_at - begins_at, first)
+    return rows
+
+
+def _number_passages(rows: dict[str, np.ndarray], recording: Recording) -> tuple[np.ndarray, np.ndarray]:
+    """Number of the complete passage (or -1) and its first lasting contact (or NaN) of every row.
+
+    Rows are sorted by connector and start; times are those at the record's mean speed. A pause of half of what a
+    connector runs free in a loop revolution parts two passages.
+    """
+    start, end, connector, period = rows["start"], rows["end"], rows["connector"], recording.periods
+    if not len(start):
+        return np.zeros(0, int), np.zeros(0)
+    pause = 0.5 * (period.loop - 0.5 * period.turn)
+    apart = connector * 2 * (end.max() + pause)  # so that the latest end so far is one of the same connector
+    begins = np.ones(len(start), bool)
+    begins[1:] = (start + apart)[1:] - np.maximum.accumulate(end + apart)[:-1] > pause
+    group, index = np.cumsum(begins) - 1, np.flatnonzero(begins)
+    first, last = np.minimum.reduceat(start, index), np.maximum.reduceat(end, index)
+    margin = LONGEST_CONTACT * period.turn
+    complete = np.flatnonzero((first >= margin) & (last <= recording.seconds - margin))
+    number = np.full(len(index), -1)
+    number[complete[np.argsort(first[complete], kind="stable")]] = np.arange(len(complete))
+    began = extreme(np.fmin, start[lasting := rows["lasting"]], group[lasting], len(index))
+    return number[group], np.where(number >= 0, began, NAN)[group]
+
 
 # Areas that an arc visits for less than this share of a turn a passage do not count in the summary, %.
 LEAST_SHARE = 0.1
 # From this share of a turn on an arc counts as touching, %; a force that acts for less has no error of its own.
 TOUCHING = 0.5
 # columns that both tables have
-EXTENT = (
-    "start_s", "end_s", "touching_s", "share_pct", "phase_start", "phase_end", "ring_phase_start", "ring_phase_end",
-)  # fmt: skip
+EXTENT = ("start_s", "end_s", "touching_s", "share_pct", "phase_start", "phase_end")
 FORCES = ("peak_n", "peak_s", "peak_phase", *INTEGRALS)
 PASSAGE_COLUMNS = ["passage", "connector", "side", "areas", "count", *EXTENT, *FORCES]
 
@@ -55,18 +152,16 @@ EVENTS_WITH_RING = {
 }
 
 
-def spells(recording: Recording, merge_gap_s: float | None = None) -> pd.DataFrame:
+def spells(recording: Recording) -> pd.DataFrame:
     """Uninterrupted contacts with the sprocket that began and ended within the record.
 
-    Contacts of the same pitch, side and groove less than ``merge_gap_s`` apart count as one (chatter).
+    Contacts of the same pitch, side and groove less than `SHORT` apart count as one (chatter).
     Those that the beginning of the record cuts are dropped; those still open at its end are not logged.
 
     Parameters
     ----------
     recording : Recording
         Run with logged spells.
-    merge_gap_s : float, optional
-        s; 0 merges nothing. The default is 0.01 s at 115 rpm (`contact_log.SHORT`).
 
     Returns
     -------
@@ -79,14 +174,12 @@ def spells(recording: Recording, merge_gap_s: float | None = None) -> pd.DataFra
         - ``start_s, end_s``; ``touching_s``: time in contact, without the merged gaps; ``share_pct``: the
           same in percent of a sprocket turn
         - ``phase_start, phase_end``: turns since the first contact of the passage
-        - ``ring_phase_start, ring_phase_end``: the same in units of the ring contact of the passage, from
-          its beginning; NaN without one
         - ``peak_n, peak_s``: largest force and when; ``impulse_ns, square_n2s``: integrals of the force and
           of its square
         - ``passage``: number of the complete passage, in order of first contact; -1 and NaN phases for one
           that the record may cut
     """
-    rows: dict[str, Any] = contacts(recording, merge_gap_s)
+    rows: dict[str, Any] = contacts(recording)
     rows["share_pct"] = 100 * rows["touching"] / recording.periods.turn
     rows["areas"] = [_area_names(bits) for bits in rows["areas"]]
     rows["side"] = [SIDES[side] for side in rows["side"]]
@@ -104,9 +197,9 @@ def passages(recording: Recording) -> pd.DataFrame:
     -------
     DataFrame
         ``passage`` (in order of first contact), ``connector``, ``side``, ``areas`` visited, ``count`` of spells;
-        ``start_s, end_s, touching_s, share_pct, phase_start, phase_end, ring_phase_start, ring_phase_end, peak_n,
-        peak_s, peak_phase, impulse_ns, square_n2s``: first start, last end and highest peak of the contacts that are
-        not short (`contact_log.SHORT`), sums over all. Without contact sums and ``peak_n`` are 0, times and phases NaN.
+        ``start_s, end_s, touching_s, share_pct, phase_start, phase_end, peak_n, peak_s, peak_phase, impulse_ns,
+        square_n2s``: first start, last end and highest peak of the contacts that are not short (`SHORT`),
+        sums over all. Without contact sums and ``peak_n`` are 0, times and phases NaN.
     """
     turn = recording.periods.turn
     rows = contacts(recording)
@@ -117,9 +210,9 @@ def passages(recording: Recording) -> pd.DataFrame:
     size = len(SIDES) * count
     table: dict = {"passage": np.repeat(np.arange(count), len(SIDES)), "side": np.tile(SIDES, count)}
     lasting = rows["lasting"]
-    for name in ("start_s", "phase_start", "ring_phase_start"):
+    for name in ("start_s", "phase_start"):
         table[name] = extreme(np.fmin, rows[name][lasting], entry[lasting], size)
-    for name in ("end_s", "phase_end", "ring_phase_end"):
+    for name in ("end_s", "phase_end"):
         table[name] = extreme(np.fmax, rows[name][lasting], entry[lasting], size)
     for name in ("touching_s", *INTEGRALS):
         table[name] = np.bincount(entry, rows[name], size)
@@ -172,14 +265,19 @@ def meshing_summary(recording: Recording) -> dict:
         share = rows["share_pct"]
         values: dict[str, float | str] = {"share_pct": float(share.mean()), "share_error_pct": batch_error(share)[0]}
         values |= _run_statistics(rows["impulse_ns"] / loop, rows["square_n2s"] / loop)
-        values |= _contact_rms(rows) if touching else {"rms_contact_n": quiet, "rms_contact_error_n": quiet}
+        rms = float((rows["square_n2s"].sum() / touching) ** 0.5) if touching else quiet
+        # to first order
+        off = ratio_error(rows["square_n2s"], rows["touching_s"]) / (2 * rms) if touching else quiet
+        values |= {"rms_contact_n": rms, "rms_contact_error_n": off}
         values |= {"peak_n": float(rows["peak_n"].mean()), "peak_error_n": batch_error(rows["peak_n"])[0]}
         values["peak_largest_n"] = float(rows["peak_n"].max())
         for name in ("phase_start", "phase_end"):
             known = rows[name].dropna()
             values |= {name: float(known.mean()), f"{name}_error": batch_error(known)[0]}
         if side != "ring":
-            values["areas"] = _visited(recording, side) if len(rows) else ""
+            shares = sampled_shares(recording.area[:, :, SIDES.index(side)], recording.wheel_rate, recording.scene.rig)
+            visited = ",".join(str(area) for area in range(1, 11) if shares[area] >= LEAST_SHARE)
+            values["areas"] = (visited or "none") if len(rows) else ""
         summary |= {f"{side}_{name}": value for name, value in values.items()}
     return summary
 
@@ -209,7 +307,7 @@ def events(recording: Recording, passage: int) -> dict[str, float]:
     count = table["passage"].nunique()
     if passage not in set(table["passage"]):
         raise InputError(f"passage {passage} is not among the {count} complete passages of the record")
-    return _events(table[table["passage"] == passage], _event_places(recording))
+    return _events(recording, table[table["passage"] == passage]).iloc[0].to_dict()
 
 
 def mean_events(recording: Recording) -> pd.DataFrame:
@@ -217,9 +315,7 @@ def mean_events(recording: Recording) -> pd.DataFrame:
 
     A table with ``event, mean_s, sd_s`` and the ``passages`` in which it happens; NaN where none or only one does.
     """
-    table, places = passages(recording), _event_places(recording)
-    events_of_passages = [_events(rows, places) for _, rows in table.groupby("passage")]
-    times = pd.DataFrame(events_of_passages, columns=list(places), dtype=float)
+    times = _events(recording, passages(recording))
     columns = {"mean_s": times.mean(), "sd_s": times.std(), "passages": times.count()}
     return pd.DataFrame(columns).rename_axis("event").reset_index()
 
@@ -230,18 +326,18 @@ def event_times(recording: Recording) -> dict[str, float]:
     return {row["event"]: float(row["mean_s"]) for table in tables for _, row in table.iterrows()}
 
 
-def smoothed_maxima(recording: Recording, window_s: float = RESOLUTION) -> pd.DataFrame:
+def smoothed_maxima(recording: Recording) -> pd.DataFrame:
     """Times of the largest force in two readings that leave out the spike of a touch-down, of the recorded connectors.
 
     The largest force of all steps may be that spike, which lasts less than a millisecond. The paper prints times to
-    0.01 s and draws its forces every millisecond: a mean over ``window_s`` shows the maximum of what carries load, and
-    so do the samples of the record from ``window_s`` after the touch of that side on. A table with ``event`` (``left
+    0.01 s and draws its forces every millisecond: a mean over `RESOLUTION` shows the maximum of what carries load, and
+    so do the samples of the record from so long after the touch of that side on. A table with ``event`` (``left
     maximum, mean over 0.01 s``, ``left maximum, after the touch``, ...), ``mean_s, sd_s`` after the first contact,
     ``passages`` and ``area`` of the groove, the most frequent one (1 to 10; 0 on the ring).
     """
     count = recording.scene.rig.chain.pitches
     columns = {int(pitch): i for i, pitch in enumerate(recording.pitches)}
-    window = max(round(window_s * recording.rate), 1)
+    window = max(round(RESOLUTION * recording.rate), 1)
     table = passages(recording)
     table = table[table["connector"].isin(columns)]
     times: dict[str, list[float]] = {}
@@ -255,8 +351,8 @@ def smoothed_maxima(recording: Recording, window_s: float = RESOLUTION) -> pd.Da
                 continue
             force = recording.force[:, column, i]
             smooth = scipy.ndimage.uniform_filter1d(force, window)
-            touch = of_side.loc[side, "start_s"] + window_s
-            for name, values, begin in ((f"mean over {window_s:g} s", smooth, first), (AFTER_TOUCH, force, touch)):
+            touch = of_side.loc[side, "start_s"] + RESOLUTION
+            for name, values, begin in ((f"mean over {RESOLUTION:g} s", smooth, first), (AFTER_TOUCH, force, touch)):
                 inside = np.flatnonzero((recording.time >= begin) & (recording.time <= last))
                 if len(inside):
                     highest = inside[np.argmax(values[inside])]
@@ -268,12 +364,6 @@ def smoothed_maxima(recording: Recording, window_s: float = RESOLUTION) -> pd.Da
           "area": np.bincount(areas[event]).argmax()} for event, t in times.items()],
         columns=["event", "mean_s", "sd_s", "passages", "area"],
     )  # fmt: skip
-
-
-def _visited(recording: Recording, side: str) -> str:
-    """Areas that the recorded connectors visit for the least share of a turn a passage or more."""
-    shares = sampled_shares(recording.area[:, :, SIDES.index(side)], recording.wheel_rate, recording.scene.rig)
-    return ",".join(str(area) for area in range(1, 11) if shares[area] >= LEAST_SHARE) or "none"
 
 
 def sampled_shares(area: np.ndarray, wheel_rate: np.ndarray, rig: Rig) -> np.ndarray:
@@ -315,25 +405,14 @@ def _run_statistics(mean: pd.Series, square: pd.Series) -> dict[str, float]:
     return {"rms_n": rms, "rms_error_n": rms_error, "sd_n": sd, "sd_error_n": sd_error}
 
 
-def _contact_rms(rows: pd.DataFrame) -> dict[str, float]:
-    """RMS of a force over the time in contact, and its standard error to first order."""
-    rms = float((rows["square_n2s"].sum() / rows["touching_s"].sum()) ** 0.5)
-    return {
-        "rms_contact_n": rms,
-        "rms_contact_error_n": ratio_error(rows["square_n2s"], rows["touching_s"]) / (2 * rms),
-    }
-
-
-def _event_places(recording: Recording) -> dict[str, tuple[str, str]]:
-    return EVENTS_WITHOUT_RING if recording.scene.ring_radius is None else EVENTS_WITH_RING
-
-
-def _events(rows: pd.DataFrame, places: dict[str, tuple[str, str]]) -> dict[str, float]:
-    """Events from the three rows of a passage."""
-    rows = rows.set_index("side")
-    first = rows["start_s"].min()
-    sides = {side: rows.loc[side] for side in SIDES} | {"arcs": rows.loc[["left", "right"]].max(numeric_only=True)}
-    return {event: float(sides[side][column] - first) for event, (side, column) in places.items()}
+def _events(recording: Recording, table: pd.DataFrame) -> pd.DataFrame:
+    """Times of events (columns) of passages from their three rows, s."""
+    places, times = EVENTS_WITHOUT_RING if recording.scene.ring_radius is None else EVENTS_WITH_RING, []
+    for _, of_passage in table.groupby("passage"):
+        rows, first = of_passage.set_index("side"), of_passage["start_s"].min()
+        sides = {side: rows.loc[side] for side in SIDES} | {"arcs": rows.loc[["left", "right"]].max(numeric_only=True)}
+        times.append({event: float(sides[side][column] - first) for event, (side, column) in places.items()})
+    return pd.DataFrame(times, columns=list(places), dtype=float)
 
 
 def _area_names(bits: int) -> str:

@@ -10,28 +10,16 @@ scatter gives the standard error of the whole mean (`uncertainty.batch_error`).
 from collections.abc import Collection
 from dataclasses import replace
 from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
 
 from trackdyn.errors import InputError
-from trackdyn.measure.contact_log import SIDES
-from trackdyn.measure.contacts import peaks
+from trackdyn.measure.contacts import SIDES, peaks
 from trackdyn.measure.convergence import RELATIVE, SHARES, Estimate, Series
 from trackdyn.measure.sensor import specific_force
 from trackdyn.model.record import SPELL
 from trackdyn.sensor.signals import high_passed
 from trackdyn.simulation.recording import Recording
-
-
-class Revolution(NamedTuple):
-    """A revolution of one link, stitched."""
-
-    time: np.ndarray  # (k,) since the start of the revolution, s
-    ay: np.ndarray  # (k,) y acceleration of Eq. 40, g
-    # root mean square difference, where one link's record ends and the next one's begins, of what the two feel at that
-    # instant of their ways, g: 0 if the motion repeats from pitch to pitch
-    seam: float
 
 
 def every_ay(recording: Recording) -> np.ndarray:
@@ -52,11 +40,11 @@ def passage_edges(recording: Recording) -> np.ndarray:
     return np.rint(recording.real_time(edges) * recording.rate).astype(int)
 
 
-def places(recording: Recording, first: int, links: int) -> tuple[np.ndarray, ...]:
-    """Where a revolution of one of ``links`` links lies in the records of all within the passage from sample ``first``.
+def revolution_samples(recording: Recording, first: int, links: int) -> tuple[np.ndarray, np.ndarray]:
+    """Rows and columns (k,) of the samples that make a revolution of one of ``links`` links.
 
-    Its times (k,), s; for each the row and the column of the recording, and how many passages are over. Raises
-    `InputError` if the record is shorter than a passage and a sample from ``first`` on.
+    They lie within the passage from sample ``first`` on. Raises `InputError` if the record is shorter than a passage
+    and a sample from there on.
     """
     rate, span = recording.rate, recording.periods.passage
     time = np.arange(int(links * span * rate + 1e-6)) / rate
@@ -65,23 +53,17 @@ def places(recording: Recording, first: int, links: int) -> tuple[np.ndarray, ..
     if rows.max() + 1 >= len(recording.time):
         raise InputError(f"recording: {recording.seconds:g} s are shorter than a passage of {span:.4g} s and a sample")
     # links are numbered against the motion: one passage later a link does what the next one does now
-    columns = (recording.scene.rig.sensor.pitch - 1 + segment) % links
-    return time, rows, columns, segment
+    return rows, (recording.scene.rig.sensor.pitch - 1 + segment) % links
 
 
-def stitch(recording: Recording, first: int = 0, felt: np.ndarray | None = None) -> Revolution:
-    """A revolution of one link out of the records of all links within the passage that begins at sample ``first``.
+def stitch(recording: Recording, first: int = 0, felt: np.ndarray | None = None) -> np.ndarray:
+    """(k,) y acceleration (g) of one link over a revolution, out of the records of all links within a passage.
 
-    The scene has ``every_link``; ``felt`` is `every_ay` of the recording, if it is at hand. Raises `InputError` if the
-    record is shorter than a passage and a sample from ``first`` on.
+    The passage begins at sample ``first``. The scene has ``every_link``; ``felt`` is `every_ay` of the recording, if it
+    is at hand. Raises `InputError` as `revolution_samples`.
     """
     felt = every_ay(recording) if felt is None else felt
-    time, rows, columns, segment = places(recording, first, felt.shape[1])
-    ay = felt[rows, columns]
-    last = np.flatnonzero(np.diff(segment))
-    # what the link itself does next, beside what the one that goes on does
-    steps = ay[last + 1] - felt[np.minimum(rows[last] + 1, len(felt) - 1), columns[last]]
-    return Revolution(time, ay, float(np.sqrt(np.mean(steps**2))))
+    return felt[revolution_samples(recording, first, felt.shape[1])]
 
 
 def stitched_contacts(recording: Recording) -> Recording:
@@ -93,7 +75,7 @@ def stitched_contacts(recording: Recording) -> Recording:
     """
     links, rate, revolutions = len(recording.pitches), recording.rate, []
     for first in passage_edges(recording)[:-1]:
-        _, rows, columns, _ = places(recording, first, links)
+        rows, columns = revolution_samples(recording, first, links)
         pair = np.column_stack([columns, (columns + 1) % links])
         touching = (recording.force[rows[:, None], pair] > 0)[:, [0, 0, 1], [0, 1, 2]].any(axis=1)
         revolutions.append((np.roll(rows, -(shift := _free_way(touching))), np.roll(pair, -shift, axis=0)))
@@ -103,7 +85,7 @@ def stitched_contacts(recording: Recording) -> Recording:
     pairs = np.concatenate([last_pair[-half:], *(pair for _, pair in revolutions), pair[:half]])
     force, area = recording.force[at[:, None], pairs], recording.area[at[:, None], pairs]
     rate_made = -2 * np.pi / recording.periods.turn
-    empty = {name: getattr(recording, name)[:0] for name in ("raw", "mean", "gap", "cut", "change", "place", "energy")}
+    empty = {name: getattr(recording, name)[:0] for name in ("raw", "mean", "gap", "cut", "place", "energy")}
     return replace(
         recording,
         time=np.arange(1, len(at) + 1) / rate,
@@ -140,7 +122,7 @@ def _sampled_spells(force: np.ndarray, area: np.ndarray, who: tuple[int, int], r
         of = force[begin:end]
         bits = np.bitwise_or.reduce(1 << (area[begin:end].astype(int) - 1)) if who[1] < 2 else 0
         peak = of.max(), (begin + of.argmax() + 0.5) / rate
-        rows.append((*who, 0, bits, begin / rate, end / rate, *peak, of.sum() / rate, of @ of / rate, 0))
+        rows.append((*who, 0, bits, begin / rate, end / rate, *peak, of.sum() / rate, of @ of / rate))
     return np.array(rows, SPELL)
 
 
@@ -174,7 +156,9 @@ def series(recording: Recording, names: Collection[str] = RELATIVE + SHARES) -> 
         measures["high_frequency"] = Series(means(high_passed(felt, recording.rate) ** 2), number, True)
     if "line" in names:
         room = len(felt) - int(np.ceil(recording.periods.passage * recording.rate)) - 1
-        lines = [_line(stitch(recording, first, felt).ay) for first in edges[:-1] if first < room]
+        ways = [stitch(recording, first, felt) for first in edges[:-1] if first < room]
+        # amplitude of one period a revolution
+        lines = [2 * abs((ay * np.exp(-2j * np.pi * np.arange(len(ay)) / len(ay))).mean()) for ay in ways]
         measures["line"] = Series(np.array(lines), number[: len(lines)])
     for k, side in enumerate(SIDES):
         if (name := f"{side}_share") in names:
@@ -189,9 +173,3 @@ def series(recording: Recording, names: Collection[str] = RELATIVE + SHARES) -> 
 def whole_loop(recording: Recording) -> dict[str, Estimate]:
     """Measures (`series`) over all links and the whole passages of a record in steady running."""
     return {name: measure.estimate() for name, measure in series(recording).items()}
-
-
-def _line(revolution: np.ndarray) -> float:
-    """Amplitude of one period a revolution."""
-    phase = np.exp(-2j * np.pi * np.arange(len(revolution)) / len(revolution))
-    return float(2 * abs((revolution * phase).mean()))

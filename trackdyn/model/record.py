@@ -34,9 +34,8 @@ SPELL = np.dtype({
         "peak_s",
         "impulse_ns",
         "square_n2s",  # integral of the squared force
-        "sprocket_rad",  # angle of the sprocket at the start
     ),
-    "formats": [float] * 11,
+    "formats": [float] * 10,
 })  # fmt: skip
 
 
@@ -63,12 +62,11 @@ class PlaneRecord(NamedTuple):
 class Record(NamedTuple):
     """One row a sample of what `recording.Recording` describes."""
 
-    # raw, mean, gap, cut, change, place, wheel_rate, energy, force, area, groove: as in `recording.Recording`
+    # raw, mean, gap, cut, place, wheel_rate, energy, force, area, groove: as in `recording.Recording`
     raw: np.ndarray
     mean: np.ndarray
     gap: np.ndarray
     cut: np.ndarray
-    change: np.ndarray
     place: np.ndarray
     wheel_rate: np.ndarray
     energy: np.ndarray
@@ -79,9 +77,7 @@ class Record(NamedTuple):
     frame: np.ndarray  # (f, n + 3) configuration every ``frame_stride`` samples: pin x, y, angles, sprocket angle
     frame_stride: int  # samples between frames
     spells: Spells  # log of the contacts with the sprocket
-    # link_raw, link_mean: (s, l, 3) ``raw`` and ``mean`` of the sensor's point on every link; none (l = 0) unless asked
-    # for
-    link_raw: np.ndarray
+    # (s, l, 3) ``mean`` of the sensor's point on every link; none (l = 0) unless asked for
     link_mean: np.ndarray
     sliding: np.ndarray  # (s, k) as in `recording.Recording`; none (k = 0) unless asked for
     plane: PlaneRecord | None = None  # motion of the chain's plane; None in planar motion
@@ -104,12 +100,12 @@ def make_record(
     account (0: not kept).
     """
     p, n, (loop, wheels) = len(pitches), len(state.angle), state.wheel_impact.shape
-    s, pair, axes, sides = samples, (samples, 2), (samples, links, 3), (samples, p, 2)
+    s, pair, sides = samples, (samples, 2), (samples, p, 2)
     room = {"last": np.zeros((3 * loop, 2)), **zeros(SPELL, open=3 * loop, rows=spells)}
     plane = PlaneRecord(**zeros(motion=(s, 8), offset=(s, wheels), axial=(s, wheels)))
     return Record(
-        **zeros(raw=(s, 3), mean=(s, 3), gap=s, cut=pair, change=pair, place=pair, wheel_rate=(s, wheels)),
-        **zeros(energy=(s, 10), force=(s, p, 3), frame=(frames, n + 3), link_raw=axes, link_mean=axes),
+        **zeros(raw=(s, 3), mean=(s, 3), gap=s, cut=pair, place=pair, wheel_rate=(s, wheels)),
+        **zeros(energy=(s, 10), force=(s, p, 3), frame=(frames, n + 3), link_mean=(s, links, 3)),
         **zeros(np.int8, area=sides, groove=sides),
         sliding=np.zeros((s, sliding)),
         pitches=np.array([i - 1 for i in pitches], np.int64),

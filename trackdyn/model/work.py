@@ -164,9 +164,6 @@ class Work(NamedTuple):
     worst: np.ndarray  # (3,) largest squares of the gap, of its rate and of the gap before the projection in the sample
     # (6,) acceleration (m/s2) and angle (rad) of the sensor at the last evaluation, and their sums over the sample
     sensed: np.ndarray
-    # (4,) y acceleration of the sensor one step ago and its change in that step; sums over the sample of the squared
-    # change and of the product of two changes in a row
-    change: np.ndarray
     # (2, 2, n) ``com_dvx, com_dvy`` of the last two steps that were looked at, the older first (`integrate.run`), m/s
     velocity_history: np.ndarray
     # (2,) sum over the looks so far of the mean square of what alternates in the bodies' changes of velocity, weighted
@@ -202,7 +199,7 @@ def make_work(n: int, pitches: int, wheels: int) -> Work:
         **zeros(force_x=n, force_y=n, moment=n, torque=n, joint_rate=n, joint_loss=n, wheel_torque=wheels),
         **zeros(tooth_force=arcs, tooth_before=arcs, wheel_force=(pitches, wheels), carried=wheels),
         **zeros(friction=(2, arcs + pitches * wheels), links=(pitches, 6)),
-        **zeros(cut=6, worst=3, sensed=6, change=4, velocity_history=(2, 2, n), alternating=2),
+        **zeros(cut=6, worst=3, sensed=6, velocity_history=(2, 2, n), alternating=2),
         **zeros(np.int64, tooth_area=arcs, tooth_groove=arcs, count=1),
         contact=np.zeros(contacts, CONTACT),
         sweep=SweepWork(

@@ -165,7 +165,10 @@ def coarse_groove(groove: Groove, arc_radius: float) -> Groove:
     edges of the tips are arcs of no radius, areas 1 and 5. Elsewhere the depth would jump, and the jump make energy.
     """
     joints = groove.joints()
-    centre, radius = _circle_through(joints[0], groove.arc(2, 3)[1], joints[2])
+    # the circle through three points
+    a, b, c = joints[0], groove.arc(2, 3)[1], joints[2]
+    centre = np.linalg.solve(2 * np.array([b - a, c - a]), [b @ b - a @ a, c @ c - a @ a])
+    radius = hypot(*(a - centre))
     root = hypot(*joints[2])
     both = _nearest_crossing(centre, radius - arc_radius, root + arc_radius, joints[2])
     left = (centre, radius, *_sector(joints[0] - centre, both - centre))
@@ -228,12 +231,6 @@ def edge_at(point: np.ndarray, centre: np.ndarray) -> tuple[np.ndarray, float, n
     A circle touches it where it lies between that arc's normal and the sprocket's radius through the edge.
     """
     return point, EDGE, *_sector(point, centre - point)
-
-
-def _circle_through(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> tuple[np.ndarray, float]:
-    """Centre and radius of the circle through three points."""
-    centre = np.linalg.solve(2 * np.array([b - a, c - a]), [b @ b - a @ a, c @ c - a @ a])
-    return centre, hypot(*(a - centre))
 
 
 def _sector(first: np.ndarray, last: np.ndarray) -> tuple[np.ndarray, float]:

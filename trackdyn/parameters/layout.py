@@ -344,16 +344,12 @@ def assemble(rig: Rig, lengths: np.ndarray | None = None) -> Assembly:
         path, order = belt_around(rig, 0.0, body)
         _lever(rig, path, order)
         needed = round(rig.chain.pitches * path.length / float(lengths.sum()))
-        if needed == rig.chain.pitches:
-            raise InputError(
-                f"the loop of {needed} pitches (chain.pitches) is {abs(nearest):.4g} m too {state} for its wheels even "
-                f"at the end of tension.travel = {travel} m; turn tension.direction = {rig.tension.direction:g} deg, "
-                "move the wheels or enlarge the travel"
-            )
+        remedy = f"turn tension.direction = {rig.tension.direction:g} deg"
+        if needed != rig.chain.pitches:
+            remedy = f"use about {needed} pitches"
         raise InputError(
             f"the loop of {rig.chain.pitches} pitches (chain.pitches) is {abs(nearest):.4g} m too {state} for its "
-            f"wheels even at the end of tension.travel = {travel} m; use about {needed} "
-            "pitches, move the wheels or enlarge the travel"
+            f"wheels even at the end of tension.travel = {travel} m; {remedy}, move the wheels or enlarge the travel"
         )
     shift = root(slack, -travel, travel, 1e-13)
     path, order = belt_around(rig, shift, body)

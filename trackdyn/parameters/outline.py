@@ -4,8 +4,6 @@ Arcs are those of the left flank from the tip to the bottom, in the groove frame
 mirrors them. A sign is +1 for a convex arc and -1 for a concave one.
 """
 
-import csv
-import io
 from decimal import Decimal
 from functools import cached_property
 from math import atan2, cos, hypot, pi, sin, sqrt, tan
@@ -19,7 +17,7 @@ from trackdyn.errors import InputError
 from trackdyn.files import read_text
 from trackdyn.parameters.groove import Groove, true_depth
 from trackdyn.parameters.quantities import Quantity, Table
-from trackdyn.parameters.wheels import OmitsDefaults
+from trackdyn.parameters.sections import OmitsDefaults
 
 TANGENT = 1e-6  # m by which neighbouring arcs may miss each other: less than machining and more than rounding of a file
 COARSEST = 1e-4  # m, the last decimal of arcs that print has rounded
@@ -250,18 +248,13 @@ def distance_to(groove: Groove, points: np.ndarray) -> np.ndarray:
 
 def read_outline(path: Path) -> list[list[float]]:
     """Points of a CSV file with columns ``x_m`` and ``y_m`` of numbers; else `InputError`."""
-    try:
-        rows = list(csv.reader(io.StringIO(read_text(path, "CSV file of points", 40 * LONGEST_OUTLINE))))
-    except csv.Error as error:
-        raise InputError(f"{path}: is no CSV file of points ({error}); expected x_m,y_m, then points in m") from None
-    if not rows or rows[0][:2] != ["x_m", "y_m"]:
+    header, _, rows = read_text(path, "CSV file of points", 40 * LONGEST_OUTLINE).partition("\n")
+    if header.split(",")[:2] != ["x_m", "y_m"] or not rows.strip():
         raise InputError(f"{path}: does not begin with the columns x_m,y_m; expected that header, then points in m")
-    points = []
-    for number, row in enumerate(rows[1:], 2):
-        try:
-            points.append([float(item) for item in row[:2]])
-            if len(row) < 2 or not np.isfinite(points[-1]).all():
-                raise ValueError
-        except ValueError:
-            raise InputError(f"{path}: line {number} must hold two numbers, x and y in m") from None
-    return points
+    try:
+        points = np.loadtxt(rows.splitlines(), delimiter=",", usecols=(0, 1), ndmin=2, quotechar='"')
+        if not np.isfinite(points).all():
+            raise ValueError("a number is not finite")
+    except ValueError as error:
+        raise InputError(f"{path}: is no CSV file of points ({error}); expected x_m,y_m, then points in m") from None
+    return points.tolist()

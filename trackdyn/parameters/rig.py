@@ -6,33 +6,36 @@ from math import pi, radians, tan
 from operator import getitem
 from pathlib import Path
 from typing import Annotated, Any
-from warnings import warn
 
 from pydantic import Field
 
 from trackdyn.errors import InputError
-from trackdyn.parameters.drives import DriveParameters
 from trackdyn.parameters.fields import NAME, FieldValue, fields_of, keys_of, may_have, no_field
 from trackdyn.parameters.groove import Groove, build_groove, connector_length, equal_pitch_radius
 from trackdyn.parameters.outline import ToothProfile, profile_groove
 from trackdyn.parameters.quantities import FROM_FILE, Quantity
-from trackdyn.parameters.rig_file import DEFAULT, TRIED, read_rig, rig_path, stated_in
+from trackdyn.parameters.rig_file import DEFAULT, TRIED, read_rig, rig_path
 from trackdyn.parameters.sections import (
+    CONTACTS,
+    OF_DRAG,
     Bushing,
     ChainParameters,
     ClosureParameters,
+    Drag,
+    DriveParameters,
     GrooveParameters,
     Guide,
     ImpactParameters,
+    OmitsDefaults,
     SensorParameters,
     Sprocket,
     Steel,
     Surface,
     Tension,
     Tried,
+    Wheel,
 )
 from trackdyn.parameters.validation import shown, validated
-from trackdyn.parameters.wheels import CONTACTS, OF_DRAG, Drag, OmitsDefaults, Wheel
 from trackdyn.parameters.yaml_file import read_yaml
 
 
@@ -131,11 +134,6 @@ class Rig(OmitsDefaults):
     def contact_surfaces(self) -> dict[str, Surface]:
         """All contact surfaces by name."""
         return {name: getattr(self, name) for name in CONTACTS} | self.surfaces
-
-    @property
-    def laws(self) -> str:
-        """Its laws in words."""
-        return f"drag is {self.drag}, bushing.law {self.bushing.law}, tension.kept {self.tension.kept}"
 
     @property
     def ring_radius(self) -> float | None:
@@ -292,17 +290,7 @@ def load_rig(path: Path | str = DEFAULT) -> Rig:
     ------
     InputError
         One sentence with file, field, value and what is accepted.
-
-    Warns
-    -----
-    UserWarning
-        A file that takes its values from another one states some that its laws do not read.
     """
     data = read_rig(path)
     tried = read_yaml(rig_path(path)).get(TRIED)
-    rig = _validated(data if tried is None else data | {TRIED: tried}, str(path), FROM_FILE)
-    if ignored := sorted(set(rig.without_effect) & stated_in(path)):
-        warn(
-            f"{path}: {', '.join(ignored)} {'has' if len(ignored) == 1 else 'have'} no effect: {rig.laws}", stacklevel=2
-        )
-    return rig
+    return _validated(data if tried is None else data | {TRIED: tried}, str(path), FROM_FILE)

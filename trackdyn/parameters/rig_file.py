@@ -116,19 +116,6 @@ def _with_pitch(data: dict, name: Path | str) -> dict:
     return data | {"chain": {key: of for key, of in chain.items() if key != "pitch"}, "sprocket": sprocket}
 
 
-def stated_in(name: Path | str) -> set[str]:
-    """Dotted names of what a file states though it need not; none for a shipped rig, or a file that takes from none."""
-    path = Path(rig_path(name))
-    if path.resolve() in {shipped.resolve() for shipped in shipped_rigs().values()}:
-        return set()
-    data = read_yaml(path)
-    if "like" not in data:
-        return set()
-    wheels = data.get("wheels")
-    sections = data | (wheels if isinstance(wheels, dict) else {})
-    return {f"{key}.{field}" for key, section in sections.items() if isinstance(section, dict) for field in section}
-
-
 def _read(path: Path | str, depth: int, read: Callable[[Path | str], Any]) -> dict[str, Any]:
     data = read(path)
     path = Path(path)
@@ -191,18 +178,14 @@ def _written_out(content: Any, name: str, about: dict, folder: Path) -> Any:
     about = about | {
         key: content[key]
         for key in ("kind", "source")
-        if isinstance(content.get(key), str) and _says(key, content, about)
+        # kind may be one of the section's values (`drive.kind`)
+        if isinstance(content.get(key), str) and (key == "source" or content["kind"] in KINDS)
     }
     return {
         key: _written_out(value, f"{name}.{key}", about, folder)
         for key, value in content.items()
         if not (key in ("kind", "source") and about.get(key) is content[key])
     }
-
-
-def _says(key: str, section: dict, about: dict) -> bool:
-    """Whether ``kind`` or ``source`` of a section speaks of its values, and is none of them (`drive.kind`)."""
-    return key == "source" or section["kind"] in KINDS
 
 
 def _entry(text: str, name: str, about: dict) -> Any:

@@ -1,11 +1,102 @@
-"""Sections of a rig: its parameters with their units and bounds; wheels are in `wheels`."""
+"""Sections of a rig: its parameters with their units and bounds."""
 
 from typing import Annotated, Any, Literal
 
-from trackdyn.parameters.quantities import Friction, Inertia, Length, Mass, Position, Quantity, Slope, Table, Tilt
+from pydantic import model_serializer
+
+from trackdyn.errors import InputError
+from trackdyn.parameters.quantities import (
+    Friction,
+    Inertia,
+    Length,
+    Mass,
+    Position,
+    Quantity,
+    RollingArm,
+    Slope,
+    Table,
+    Tilt,
+)
 from trackdyn.parameters.rubber import BushingLaw
 from trackdyn.parameters.validation import Positive, Section
-from trackdyn.parameters.wheels import Kept, OmitsDefaults
+
+# contact surfaces that every rig has, by the name under which a wheel may ask for one
+CONTACTS = ("wheel_contact", "ring_contact", "tooth_contact")
+
+
+class OmitsDefaults(Section):
+    """A section whose optional fields are left out of its data while they have their defaults."""
+
+    @model_serializer(mode="wrap")
+    def _without_defaults(self, handler: Any) -> dict:
+        fields = type(self).model_fields
+        return {
+            name: value
+            for name, value in handler(self).items()
+            if fields[name].is_required() or getattr(self, name) != fields[name].get_default(call_default_factory=True)
+        }
+
+
+class Arm(OmitsDefaults):
+    """A trailing arm with torsion spring and damper; the wheel is at its free end.
+
+    ``mass`` is that of wheel and arm as if it were at the wheel's axle, ``travel`` the turn to either side. Without
+    ``preload`` (torque on the arm at the wheel's position as filed, counter-clockwise positive) the spring holds what
+    lies on it when the loop has been tensioned.
+    """
+
+    x: Position
+    y: Position
+    mass: Mass
+    stiffness: Annotated[float, Quantity("N m/rad", gt=0)]
+    damping: Annotated[float, Quantity("N m s/rad", ge=0)]
+    travel: Annotated[float, Quantity("deg", gt=0, le=80)]
+    preload: Annotated[float | None, Quantity("N m")] = None
+
+
+class Slider(OmitsDefaults):
+    """A straight guide with spring and damper along ``direction``; ``preload`` as of `Arm`, positive along it."""
+
+    direction: Annotated[float, Quantity("deg")]
+    mass: Mass
+    stiffness: Annotated[float, Quantity("N/m", gt=0)]
+    damping: Annotated[float, Quantity("N s/m", ge=0)]
+    travel: Length
+    preload: Annotated[float | None, Quantity("N")] = None
+
+
+class Wheel(OmitsDefaults):
+    """A wheel that turns freely: where it stands, what it is, which surface links touch, and what it stands on.
+
+    A rig or a scene takes one of three laws of its drag: ``rolling_arm`` times the links' normal forces beside
+    ``seal_drag`` of seals and bearings, ``bearing_drag`` alone, or ``bearing_torque`` alone.
+    """
+
+    x: Position
+    y: Position
+    axial_offset: Position
+    toe: Tilt
+    camber: Tilt
+    radius: Length
+    inertia: Inertia
+    bearing_drag: Annotated[float, Quantity("N m s/rad", ge=0)]
+    bearing_torque: Annotated[float, Quantity("N m", ge=0)]
+    rolling_arm: RollingArm = 0.0
+    seal_drag: Annotated[float, Quantity("N m s/rad", ge=0)] = 0.0
+    surface: Annotated[str, Quantity("name")] = "wheel_contact"
+    arm: Arm | None = None
+    slider: Slider | None = None
+
+    @property
+    def carrier(self) -> Arm | Slider | None:
+        """What the wheel stands on, None where it is fixed."""
+        return self.arm or self.slider
+
+
+Kept = Literal["locked", "retensioned", "sprung", "forced"]
+Drag = Literal["viscous", "coulomb", "rolling"]
+# fields of a wheel that a law of drag reads
+OF_DRAG = {"viscous": ("bearing_drag",), "coulomb": ("bearing_torque",), "rolling": ("rolling_arm", "seal_drag")}
 
 
 class ChainParameters(OmitsDefaults):
@@ -137,3 +228,30 @@ class Tried(Section):
 
     rpm: Positive
     step: Positive
+
+
+class DriveParameters(OmitsDefaults):
+    """The drive of the sprocket; everything is as the sprocket sees it, behind the gear."""
+
+    # ``speed``: the scene's speed is prescribed. ``motor``: a torque that falls along a line from that speed, which is
+    # the motor's without load: ``slope`` times what the sprocket lacks of it, at most ``torque``. ``free``: prescribed
+    # until ``release``, then nothing drives it
+    kind: Annotated[Literal["speed", "motor", "free"], Quantity("name")] = "speed"
+    # ripple, ripple_order: amplitude of a speed that is prescribed, as a share of it, and its periods in a turn of the
+    # sprocket
+    ripple: Annotated[float, Quantity("1", ge=0, lt=1)] = 0.0
+    ripple_order: Annotated[float, Quantity("1", gt=0, le=1000)] = 1.0
+    # inertia, slope, torque: of sprocket, gear and rotor (kg m2); of the line (N m s/rad); the largest torque (N m)
+    inertia: Annotated[float | None, Quantity("kg m2", gt=0)] = None
+    slope: Annotated[float | None, Quantity("N m s/rad", gt=0)] = None
+    torque: Annotated[float | None, Quantity("N m", gt=0)] = None
+    release: Annotated[float | None, Quantity("s", ge=0)] = None  # s after the start
+
+    def model_post_init(self, context: Any) -> None:
+        """Check values that depend on each other."""
+        needed = {"speed": (), "motor": ("inertia", "slope", "torque"), "free": ("inertia", "release")}[self.kind]
+        for name in needed:
+            if getattr(self, name) is None:
+                raise InputError(f"drive.{name} is missing; a drive of kind {self.kind!r} needs {', '.join(needed)}")
+        if self.ripple and self.kind == "motor":
+            raise InputError("drive.ripple must be 0 with kind 'motor', whose speed is not prescribed")

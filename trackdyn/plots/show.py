@@ -180,12 +180,6 @@ def signal(recording: Recording, stretch: float | None) -> dict:
     return shown
 
 
-def _round(value: float) -> float:
-    """The next smaller of 1, 2 and 5 times a power of ten."""
-    power = 10.0 ** math.floor(math.log10(value))
-    return power * max(step for step in (1, 2, 5) if step * power <= value * (1 + 1e-9))
-
-
 def geometry(recording: Recording, stretch: Replay) -> dict:
     """Lengths and outlines that the moving loop is drawn from (m), and the one scale of its forces."""
     rig, model = recording.scene.rig, stretch.loop.model
@@ -193,7 +187,10 @@ def geometry(recording: Recording, stretch: Replay) -> dict:
     groove = rig.groove_profile
     largest = [np.hypot(of[:, 3], of[:, 4]).max() for of in stretch.contacts if len(of)]
     # the largest arrow of most pictures is 1.2 to 3 bars long; that of an impact is cut, not all others made small
-    bar = _round(max(float(np.median(largest)), 1.0) / 1.2) if largest else 0.0
+    wanted = max(float(np.median(largest)), 1.0) / 1.2 if largest else 0.0
+    # the next smaller of 1, 2 and 5 times a power of ten
+    power = 10.0 ** math.floor(math.log10(wanted)) if largest else 0.0
+    bar = power * max(step for step in (1, 2, 5) if step * power <= wanted * (1 + 1e-9))
     width = float(np.ptp(stretch.bodies[0, :, :2], axis=0).max())
     pitch = float(model.chain.length.sum()) / rig.chain.pitches
     arms, carriers = [], model.carriers
@@ -245,6 +242,8 @@ def picture(recording: Recording, stretch: Replay) -> dict:
     places = wheels[:, :, :2].reshape(frames, -1)
     columns = np.column_stack([*stretch.bodies.transpose(2, 0, 1), places, stretch.turned])
     low, high = np.percentile(stretch.tension, [1, 99])
+    # contacts of half a newton or more: the others would be drawn as none
+    felt = [of[np.hypot(of[:, 3], of[:, 4]) >= 1.0] for of in stretch.contacts]
     units = [1, CONFIGURATION, CONFIGURATION, 1, 1, 1, 1]  # of side, position (m), force (N), area, groove
     return {
         "rpm": recording.scene.motor_rpm,
@@ -256,17 +255,12 @@ def picture(recording: Recording, stretch: Replay) -> dict:
         "wheels": [[float(radius)] for radius in wheels[0, :, 2]],
         "unit": CONFIGURATION,
         **differences(columns),
-        "contacts": [np.rint(of[:, :7] / units).astype(int).ravel().tolist() for of in map(_felt, stretch.contacts)],
+        "contacts": [np.rint(of[:, :7] / units).astype(int).ravel().tolist() for of in felt],
         "tension": np.rint(stretch.tension).astype(int).ravel().tolist(),
         "low": float(low),
         "high": float(high),
         "ends": [f"{low:.0f}", f"{high:.0f}"],
     }
-
-
-def _felt(contacts: np.ndarray) -> np.ndarray:
-    """Contacts whose force is half a newton or more: the others would be drawn as none."""
-    return contacts[np.hypot(contacts[:, 3], contacts[:, 4]) >= 1.0]
 
 
 def tension(stretch: Replay) -> dict:

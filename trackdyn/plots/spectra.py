@@ -1,5 +1,6 @@
-"""Amplitude spectra of the link's y acceleration, simulation and sensor."""
+"""The link's y acceleration over two revolutions of the loop and its amplitude spectra, simulation and sensor."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import zip_longest
@@ -11,7 +12,6 @@ from matplotlib.figure import Figure
 
 from trackdyn.errors import InputError
 from trackdyn.measure.sensor import own_loop_hz, sense
-from trackdyn.plots.histories import draw_histories
 from trackdyn.plots.style import BLACK, SENSOR, SIMULATION, new_figure, styled
 from trackdyn.sensor.sensor_csv import SensorRecord
 from trackdyn.sensor.signals import (
@@ -24,6 +24,80 @@ from trackdyn.sensor.signals import (
     spectrum,
 )
 from trackdyn.simulation.recording import Recording
+
+REVOLUTIONS = 2.0
+CENTRAL = 0.999  # fraction of a sensor's samples that is always in view; the rest may be cut off
+
+
+def first_crest(ay, rate: float, hz: float) -> int:
+    """Sample at which the oscillation of frequency ``hz`` first has its crest.
+
+    Its phase is taken from the first two of its periods, mean removed, not from the whole record: the
+    speed of a real track drifts.
+    """
+    begin = np.asarray(ay)[: round(REVOLUTIONS * rate / hz)]
+    turn = 2 * np.pi * hz / rate * np.arange(len(begin))
+    phase = np.angle(np.sum((begin - begin.mean()) * np.exp(-1j * turn)))
+    return round((-phase % (2 * np.pi)) / (2 * np.pi) * rate / hz)
+
+
+@styled
+def history_figure(
+    recording: Recording, record: SensorRecord | None, title="", sensor_label="synthetic sensor"
+) -> Figure:
+    """The y acceleration of simulation (above) and sensor (below) of one motor speed over about two revolutions.
+
+    Both curves begin where the fundamental of their own first has its crest, and both run for two revolutions of the
+    simulated loop. The loops turn at slightly different rates, so they agree in phase at the start and drift apart. The
+    view holds all of the simulation and nearly all samples of the sensor; triangles stand where its curve is cut off,
+    and its extremes are written. ``sensor_label`` says what the record is, and must say so if it is synthetic; without
+    a record the panel of the simulation has it instead of the other one.
+    """
+    figure = new_figure(4.0)
+    figure.set_layout_engine("none")  # margins that do not depend on the numbers at the ticks: panels are alike
+    margins = {"left": 0.11, "right": 0.97, "bottom": 0.11, "top": 0.93, "hspace": 0.22}
+    axes = figure.subplots(2 if record else 1, 1, sharex=True, sharey=True, squeeze=False, gridspec_kw=margins)[:, 0]
+    draw_histories(axes, recording, record, sensor_label)
+    axes[0].set_title(title)
+    return figure
+
+
+def draw_histories(axes: Sequence[Axes], recording: Recording, record: SensorRecord | None, sensor_label: str) -> None:
+    """The panels of `history_figure`; axes of a figure share theirs."""
+    loop_hz = recording.periods.loop_hz
+    name = "simulation" if record else f"simulation; {sensor_label}"
+    curves = [(sense(recording).ay, recording.rate, loop_hz, name, SIMULATION)]
+    if record:
+        own_hz = own_loop_hz(record.ay_g, record.rate_hz, loop_hz)
+        curves.append((record.ay_g, record.rate_hz, own_hz, sensor_label, SENSOR))
+    span = REVOLUTIONS / loop_hz
+    shown = []
+    for ax, (ay, rate, hz, label, look) in zip(axes, curves, strict=True):
+        start = first_crest(ay, rate, hz)
+        shown.append(ay[start : start + round(span * rate) + 1])
+        ax.plot(np.arange(len(shown[-1])) / rate, shown[-1], linewidth=0.6, **look)
+        ax.set_ylabel("y acceleration (g)")
+        ax.set_title(label, loc="right")
+    tail = (1 - CENTRAL) / 2
+    low = min(shown[0].min(), np.quantile(shown[-1], tail))
+    high = max(shown[0].max(), np.quantile(shown[-1], 1 - tail))
+    axes[0].set_xlim(0, span)
+    axes[0].set_ylim(low - 0.08 * (high - low), high + 0.08 * (high - low))
+    if record:
+        _mark_cut(axes[1], np.arange(len(shown[1])) / record.rate_hz, shown[1])
+    axes[-1].set_xlabel("time since a crest of each curve's own fundamental (s)")
+
+
+def _mark_cut(ax: Axes, time: np.ndarray, ay: np.ndarray) -> None:
+    """Triangles where a curve leaves the view, and its extremes in words."""
+    low, high = ax.get_ylim()
+    look = {"linestyle": "none", "color": BLACK, "markersize": 3.5, "clip_on": False, "zorder": 4}
+    for beyond, edge, marker in ((ay > high, high, "^"), (ay < low, low, "v")):
+        ax.plot(time[beyond], np.full(beyond.sum(), edge), **look, marker=marker)
+    if ay.max() > high or ay.min() < low:
+        text = f"{ax.get_title('right')}; cut off at the triangles: extremes {ay.max():+.1f} and {ay.min():+.1f} g"
+        ax.set_title(text.replace("-", "\N{MINUS SIGN}"), loc="right")
+
 
 BINS = 4.5  # of the FFT, to both sides of the dominant peaks
 DENSE = 500  # points of the continuous spectrum
@@ -64,7 +138,7 @@ def spectrum_figure(
     Above: lines around the loop frequency on the curve that they sample, with the dominant peak as the paper takes it
     (highest line of the FFT, filled mark), its value free of scalloping loss (hollow) and others. Middle: 0
     to 2 Hz. Below: root mean square of the lines in bands of 2 Hz over the whole range. Parameters are those of
-    :func:`trackdyn.plots.histories.history_figure`; ``others`` are a dominant peak from elsewhere for
+    :func:`trackdyn.plots.spectra.history_figure`; ``others`` are a dominant peak from elsewhere for
     either record, such as a printed one: label, frequency (Hz), amplitude (g), marker.
     """
     loop_hz = recording.periods.loop_hz
@@ -98,7 +172,7 @@ def spectrum_figure(
 def comparison_figure(recording: Recording, record: SensorRecord, sensor_label="sensor") -> Figure:
     """A record beside the simulation: histories of two revolutions, spectra up to 2 Hz and over the whole range.
 
-    Parameters are those of :func:`trackdyn.plots.histories.history_figure`.
+    Parameters are those of :func:`trackdyn.plots.spectra.history_figure`.
     """
     if not recording.periods.loop_hz:
         raise InputError(
@@ -135,7 +209,12 @@ def _draw_ranges(low: Axes, complete: Axes, curves: list[_Curve]) -> None:
         freq, amplitude = curve.spectrum
         inside = (freq > 0) & (freq <= 1.05 * LOW_RANGE_HZ)
         low.plot(freq[inside], amplitude[inside], linewidth=0.9, label=curve.label, **curve.look)
-        _draw_whole(complete, curve)
+        middle, smooth = in_bands(*(values[1:] for values in curve.spectrum))
+        every = max(1, round(MARK_EVERY_HZ / BAND_HZ))
+        begin = 0 if curve.marker == "o" else every // 2  # marks of the two curves stand beside each other
+        mark = {"marker": curve.marker, "markersize": 4, "markeredgecolor": BLACK, "markeredgewidth": 0.5}
+        look = curve.look | mark | {"linewidth": 1.1, "zorder": 3, "label": curve.label}
+        complete.plot(middle, smooth, **look, markevery=(begin, every))
     low.set(xlim=(0, LOW_RANGE_HZ), xlabel="frequency (Hz)", ylabel="amplitude (g)")
     low.set_ylim(bottom=0)
     complete.set(yscale="log", xlim=(0, 0.5 * curves[0].rate), xlabel="frequency (Hz)", ylabel="amplitude (g)")
@@ -157,12 +236,3 @@ def _draw_main(ax: Axes, curve: _Curve, near: tuple[float, float]) -> None:
     common = {"linestyle": "none", "marker": curve.marker, "color": colour, "zorder": 4}
     for name, (hz, g), look in (("FFT", curve.line, filled), ("bin-free", curve.free, hollow)):
         ax.plot(hz, g, **common, **look, label=f"{name}: {hz:.4f} Hz, {g:.3f} g")
-
-
-def _draw_whole(ax: Axes, curve: _Curve) -> None:
-    middle, smooth = in_bands(*(values[1:] for values in curve.spectrum))
-    every = max(1, round(MARK_EVERY_HZ / BAND_HZ))
-    begin = 0 if curve.marker == "o" else every // 2  # marks of the two curves stand beside each other
-    mark = {"marker": curve.marker, "markersize": 4, "markeredgecolor": BLACK, "markeredgewidth": 0.5}
-    look = curve.look | mark | {"linewidth": 1.1, "zorder": 3, "label": curve.label}
-    ax.plot(middle, smooth, **look, markevery=(begin, every))

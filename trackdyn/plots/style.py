@@ -1,6 +1,7 @@
 """One look for all figures, and writing them so that the same data give the same bytes."""
 
 from collections.abc import Callable
+from contextlib import ExitStack
 from functools import wraps
 from itertools import pairwise
 from pathlib import Path
@@ -92,23 +93,13 @@ def _lay_out(figure: Figure) -> None:
 
 
 @styled
-def save(figure: Figure, png_path: Path | str) -> None:
-    """Write a PNG and an SVG of the same name beside it, both or none."""
-    png_path = Path(png_path)
-    png_path.parent.mkdir(parents=True, exist_ok=True)
+def save(figure: Figure, path: Path | str, *kinds: str) -> None:
+    """Write a figure under a name with the ending of every kind, ``png`` and ``svg`` by default: all or none."""
     _lay_out(figure)
-    with replacing(png_path) as png, replacing(png_path.with_suffix(".svg")) as svg:
-        figure.savefig(png, format="png", metadata=PLAIN["png"])
-        figure.savefig(svg, format="svg", metadata=PLAIN["svg"])
-
-
-@styled
-def save_one(figure: Figure, path: Path) -> None:
-    """Write a PNG or an SVG, by the ending of its name."""
-    kind = path.suffix[1:]
-    _lay_out(figure)
-    with replacing(path) as temporary:
-        figure.savefig(temporary, format=kind, metadata=PLAIN[kind])
+    with ExitStack() as files:
+        for kind in kinds or PLAIN:
+            file = files.enter_context(replacing(Path(path).with_suffix(f".{kind}")))
+            figure.savefig(file, format=kind, metadata=PLAIN[kind])
 
 
 def power_of_ten(value: float, digits: int) -> str:

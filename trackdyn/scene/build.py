@@ -37,8 +37,7 @@ from trackdyn.parameters.layout import body_lengths, tensioner, wheel_circles, w
 from trackdyn.parameters.normal_laws import NORMAL_LAWS
 from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.rubber import loss_branches
-from trackdyn.parameters.sections import Sprocket, Surface, Tension
-from trackdyn.parameters.wheels import Arm, Wheel
+from trackdyn.parameters.sections import Arm, Sprocket, Surface, Tension, Wheel
 
 FRICTION = {"none": TANGENTIAL, "tangential": TANGENTIAL, "independent": INDEPENDENT, "isotropic": ISOTROPIC}
 
@@ -152,14 +151,6 @@ def build_wheels(scene) -> Wheels:
     )  # fmt: skip
 
 
-def with_mobility(chain: Chain, shoes: Shoes, tooth: Tooth, wheels: Wheels) -> tuple[Tooth, Wheels]:
-    """Contacts of a staggered method, which know how easily the chain yields."""
-    body, along = shoes.arc_body, shoes.arc_x
-    slip = [mobility_of_slip(chain, body[side], along[side], tooth.arc_radius) for side in range(2)]
-    tooth = tooth._replace(mobility=mobility_across(chain, body[0], along[0]), slip=np.array(slip))
-    return tooth, wheels._replace(slip=_slip_on_wheels(chain, wheels, int(shoes.link_body[0])))
-
-
 def _slip_on_wheels(chain: Chain, wheels: Wheels, link: int) -> np.ndarray:
     """Mobility of a sliding link on every wheel, 1/kg: the link's own, and the wheel's, which all links on it turn."""
     *_, turning = mobility_of_slip(chain, link, 0.0, wheels.half_thickness)
@@ -267,7 +258,10 @@ def build_model(scene) -> Model:
     tooth = make_tooth(scene.groove, rig.chain.connector_radius, _law(rig, rig.tooth_contact, scene), toothed)
     wheels = build_wheels(scene)
     if METHODS[scene.integrator].staggered:
-        tooth, wheels = with_mobility(chain, shoes, tooth, wheels)
+        arc, at = shoes.arc_body, shoes.arc_x
+        slip = [mobility_of_slip(chain, arc[side], at[side], tooth.arc_radius) for side in range(2)]
+        tooth = tooth._replace(mobility=mobility_across(chain, arc[0], at[0]), slip=np.array(slip))
+        wheels = wheels._replace(slip=_slip_on_wheels(chain, wheels, int(shoes.link_body[0])))
     x, along, c = rig.sensor.x, shoes.link_start[rig.sensor.pitch - 1], rig.closure
     return Model(
         chain=chain, shoes=shoes, tooth=tooth, wheels=wheels, drive=build_drive(scene),

@@ -14,8 +14,8 @@ from trackdyn.integrate.methods import METHODS
 from trackdyn.parameters.groove import PROFILES
 from trackdyn.parameters.normal_laws import NORMAL_LAWS
 from trackdyn.parameters.rubber import BushingLaw
+from trackdyn.parameters.sections import Drag
 from trackdyn.parameters.validation import OneOf, Section, not_one_of
-from trackdyn.parameters.wheels import Drag
 
 
 class Choices(Section):

@@ -5,14 +5,14 @@ from math import ceil, floor, nan, pi
 from typing import Annotated, Any, NamedTuple, NoReturn
 
 import numpy as np
-from pydantic import BeforeValidator, ValidationError
+from pydantic import BeforeValidator, Field, ValidationError
 
 from trackdyn.errors import InputError
 from trackdyn.integrate.methods import METHODS
 from trackdyn.model.constants import Model
 from trackdyn.parameters.groove import PROFILES, Groove
 from trackdyn.parameters.rig import Rig
-from trackdyn.parameters.validation import plain_number, sentence, shown
+from trackdyn.parameters.validation import Positive, Section, plain_count, plain_number, sentence, shown
 from trackdyn.scene.build import build_model
 from trackdyn.scene.fidelity import Choices, Decision, decide, refuse_nonsense
 from trackdyn.scene.fidelity import preset as preset_fields
@@ -157,7 +157,10 @@ class Scene(Choices):
         requested: dict[str, Any] = {"rig": rig, "motor_rpm": motor_rpm} | fields
         if ring_radius is not OF_THE_RIG:
             requested["ring_radius"] = ring_radius
-        given = self._of_the_rig(rig) | requested if isinstance(rig, Rig) else requested
+        given = requested
+        if isinstance(rig, Rig):
+            of_the_rig = {"ring_radius": rig.ring_radius, "chain": rig.chain.kind, "tension": rig.tension.kept}
+            given = of_the_rig | {"drag": rig.drag, "bushing_law": rig.bushing.law} | requested
         if preset is not None:
             bundle = preset_fields(preset)
             if preset == "standard":
@@ -170,16 +173,6 @@ class Scene(Choices):
         # what else is there follows the rig, should it be another one (`with_`)
         self.model_fields_set.intersection_update(requested)
 
-    @staticmethod
-    def _of_the_rig(rig: Rig) -> dict[str, Any]:
-        return {
-            "ring_radius": rig.ring_radius,
-            "chain": rig.chain.kind,
-            "tension": rig.tension.kept,
-            "drag": rig.drag,
-            "bushing_law": rig.bushing.law,
-        }
-
     def model_post_init(self, context: Any) -> None:
         """Refuse what is not possible, in one sentence."""
         if "step" not in self.model_fields_set:
@@ -187,7 +180,11 @@ class Scene(Choices):
         self._refuse_times()
         refuse_nonsense(self)
         self._refuse_loop()
-        self._refuse_step()
+        if self.chain != "belt":  # a path without equations
+            step = self.at_tension(self.rig.tension.pre_tension, WITHIN).step
+            if step != self.step:
+                self.__dict__["step"] = step
+                del self.__dict__["model"]
 
     def _refuse(self, field: str, remedy: str) -> NoReturn:
         raise InputError(f"scene: {field} = {shown(getattr(self, field))}: {remedy}")
@@ -242,13 +239,6 @@ class Scene(Choices):
         if tried is not None and self.integrator == "semi_implicit":
             step = min(step, tried.step)
         return round_step(step, 1.0 / self.rig.sensor.rate)
-
-    def _refuse_step(self) -> None:
-        if self.chain == "belt":
-            return  # a path without equations
-        if (step := self.at_tension(self.rig.tension.pre_tension, WITHIN).step) != self.step:
-            self.__dict__["step"] = step
-            del self.__dict__["model"]
 
     def at_tension(self, tension: float, within: float = 1.0) -> "Scene":
         """Return the scene with a step that a loop of a tension (N) allows.
@@ -384,3 +374,28 @@ class Scene(Choices):
     def describe(self) -> dict:
         """Return the fields and the rig as plain data, for provenance."""
         return self.model_dump(mode="json")
+
+
+class StopRule(Section):
+    """Tolerances of contacts: half of the 95 % intervals of shares (points of a turn) and of RMS forces (relative),
+    passages at least, and the revolutions of the loop after which a record ends in any case.
+    """
+
+    share_pct: Positive
+    force: Positive
+    passages: Annotated[int, Field(ge=1), BeforeValidator(plain_count)]  # 13.0 in a table of rows
+    longest_turns: Annotated[float, Field(ge=1, le=1e6)]  # fewer would hold no whole passage
+
+
+def steady_fields(rig: Rig, rpm: float, rule: StopRule) -> dict[str, float]:
+    """Fields of a scene that records from the end of its ramp on, for as long as ``rule`` allows.
+
+    Raises `InputError`: so many turns take longer than a record may.
+    """
+    seconds = rule.longest_turns * Periods.at(rig, rpm).loop
+    if not seconds <= LONGEST_RUN:
+        raise InputError(
+            f"motor_rpm = {rpm:g}: {rule.longest_turns:g} turns of the loop take {seconds:.3g} s, a record at most "
+            f"{LONGEST_RUN:g} s; use a higher speed"
+        )
+    return {"lead_in": 0.0, "duration": ceil(seconds * rig.sensor.rate) / rig.sensor.rate}

@@ -127,14 +127,11 @@ def read_logger_text(path: Path) -> str:
         raise InputError(f"{path}: the file holds more than {MOST_BYTES / 1e6:.0f} MB; give a part of it.")
     text = decoded(data)
     # rows of files that have their comments behind another sign do not hold it
-    mark = next((m for m in (";", "%", "//") if text.startswith(m) and _comments_only(text, m)), None)
-    return re.sub(rf"^[ \t]*{mark}", "#", text, flags=re.MULTILINE) if mark else text
-
-
-def _comments_only(text: str, mark: str) -> bool:
-    """Whether a sign stands at the beginning of lines only."""
+    mark = next((mark for mark in (";", "%", "//") if text.startswith(mark)), None)
     head = text.split("\n", 200)[:200]
-    return all(mark not in line for line in head if not line.lstrip().startswith(mark))
+    if mark is None or any(mark in line for line in head if not line.lstrip().startswith(mark)):
+        return text
+    return re.sub(rf"^[ \t]*{mark}", "#", text, flags=re.MULTILINE)
 
 
 def decoded(data: bytes) -> str:

@@ -340,13 +340,12 @@ def _parse_by_line(layout: Layout, columns: Sequence[int], decimal: str, time: i
             if gaps and index != time and value.casefold() in _MISSING:
                 table[k, column] = np.nan
                 continue
-            if not value:
-                raise InputError(f"{where} is empty ({shown(line)}); {_SUPPLY}.")
-            if _NOT_FINITE.fullmatch(value):
+            number_like = _NUMBER.fullmatch(value.replace(".", "?").replace(",", ".") if decimal == "," else value)
+            if number_like:
+                table[k, column] = float(value.replace(",", "."))
+            if not value or _NOT_FINITE.fullmatch(value) or (number_like and np.isinf(table[k, column])):
                 raise InputError(f"{where} is {shown(value)}, not a finite number; {_SUPPLY}.")
-            if not _NUMBER.fullmatch(value.replace(".", "?").replace(",", ".") if decimal == "," else value):
-                if value == names[index]:
-                    raise InputError(f"{where} is {shown(value)}: the line repeats the header; remove it.")
+            if not number_like:
                 if index == time:
                     raise InputError(
                         f"{where} is {shown(value)}, neither a number nor a date and time as 2024-05-01T12:00:00.001; "
@@ -357,19 +356,14 @@ def _parse_by_line(layout: Layout, columns: Sequence[int], decimal: str, time: i
                     sign = "comma, as the first rows have it" if decimal == "," else "point"
                     remedy = f"write it with a decimal {sign}"
                 raise InputError(f"{where} is {shown(value)}, not a number; {remedy}.")
-            table[k, column] = float(value.replace(",", "."))
-            if not np.isfinite(table[k, column]):
-                raise InputError(f"{where} is {shown(value)}, too large for a number; correct it.")
     return table
 
 
 def _refuse_fields(path, line, number, names, separator, what, last=False):
     """Say why a row has not as many fields as the header has names."""
     where = f"{path}: line {number} ({shown(line)})"
-    if not line.strip():
-        raise InputError(f"{where} is empty where a row must be; remove the line.")
-    if line.lstrip().startswith("#"):
-        raise InputError(f"{where} is a comment among the rows; remove it.")
+    if not line.strip() or line.lstrip().startswith("#"):
+        raise InputError(f"{where} is {'a comment' if line.strip() else 'empty'} among the rows; remove the line.")
     fields = len(split_fields(line, separator, len(names)))
     for other, name in _SEPARATORS.items():
         if separator in line or other == " " or other not in line:

@@ -324,17 +324,13 @@ def write_sensor_csv(path, t_s, ax, ay, az, comments: Iterable[str] = ()) -> Non
     given = {name: one for name, one in zip(COLUMNS, (t_s, ax, ay, az), strict=True) if one is not None}
     columns = [np.asarray(values, dtype=float) for values in given.values()]
     for name, values in zip(given, columns, strict=True):
-        if values.ndim != 1 or values.size != columns[0].size or values.size < 2:
+        if values.ndim != 1 or values.size != columns[0].size or values.size < 2 or not np.isfinite(values).all():
             raise InputError(
-                f"{path}: {name} has the shape {values.shape}; give one-dimensional arrays of the "
-                "same length with at least 2 samples."
+                f"{path}: {name} = {shown(values)}: must be an array of finite numbers, as many as t_s has and at "
+                "least 2."
             )
-        if not np.all(np.isfinite(values)):
-            k = int(np.flatnonzero(~np.isfinite(values))[0])
-            raise InputError(f"{path}: {name} is {values[k]} in sample {k}; give finite values only.")
     if np.any(np.diff(columns[0]) <= 0.0):
-        k = int(np.flatnonzero(np.diff(columns[0]) <= 0.0)[0]) + 1
-        raise InputError(f"{path}: t_s does not increase in sample {k}; sort the samples by time.")
+        raise InputError(f"{path}: t_s = {shown(columns[0])}: must increase from sample to sample; sort them by time.")
 
     lines = [f"# {line}".rstrip() for comment in comments for line in str(comment).splitlines() or [""]]
     lines.append(",".join(given))

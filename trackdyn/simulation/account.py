@@ -71,7 +71,5 @@ def energy_residual(recording: Recording) -> float:
     Work of the sprocket minus every dissipation minus the change of kinetic, gravitational and bushing energy. The work
     absorbed by normal contact counts as one term: what Eq. 8 stores comes back through it.
     """
-    change = dict(zip(ENERGY_NAMES, recording.energy[-1] - recording.energy[0], strict=True))
-    work = change["sprocket_work"]
-    rest = work - sum(change[name] for name in LOSSES) - sum(change[name] for name in STORED)
-    return rest / work if work else float("nan")
+    work, *others = recording.energy[-1] - recording.energy[0]
+    return float(1.0 - sum(others) / work) if work else float("nan")

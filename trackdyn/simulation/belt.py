@@ -48,7 +48,7 @@ def belt_recording(scene) -> Recording:
     wall = time.perf_counter() - begin
     empty = make_record(samples, make_state(2 * pitches, pitches, 1 + len(scene.rig.rollers)))
     empty.wheel_rate[:, SPROCKET] = scene.sprocket_rate
-    same = ("gap", "cut", "change", "wheel_rate", "energy", "force", "area", "groove", "pitches", "frame")
+    same = ("gap", "cut", "wheel_rate", "energy", "force", "area", "groove", "pitches", "frame")
     return Recording(
         time=np.arange(1, samples + 1) / rate,
         raw=raw,

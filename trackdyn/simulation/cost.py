@@ -31,40 +31,34 @@ class Cost(NamedTuple):
         return f"about {self.memory / 1e6:.0f} MB of memory, {self.file / 1e6:.0f} MB on disk and {self.seconds:.0f} s"
 
 
-def cost(
-    scene, duration: float | None = None, pitches=None, frame_interval: float | None = None, every_link=None
-) -> Cost:
-    """What a scene needs, or another recording of its loop."""
-    duration = scene.duration if duration is None else duration
-    pitches = scene.pitches if pitches is None else pitches
-    frame_interval = scene.frame_interval if frame_interval is None else frame_interval
-    links = scene.rig.chain.pitches if (scene.every_link if every_link is None else every_link) else 0
-    samples = duration * scene.rig.sensor.rate
+def cost(scene) -> Cost:
+    """What a scene needs."""
+    links = scene.rig.chain.pitches if scene.every_link else 0
+    samples = scene.duration * scene.rig.sensor.rate
     wheels = 1 + len(scene.rig.rollers) if scene.loop == "on_wheels" else 1
     state = make_state(scene.bodies, 1, wheels)
     if scene.fidelity["space"].setting == "spatial":
         state = state._replace(plane=Plane(np.zeros(4), np.zeros(4)))
-    rooms = (make_record(count, state, pitches or range(links or 1), links=links) for count in (1, 2))
+    rooms = (make_record(count, state, scene.pitches or range(links or 1), links=links) for count in (1, 2))
     one, two = (sum(array.nbytes for array in flat(room).values()) for room in rooms)
     file = samples * (two - one + 8)
-    if frame_interval:
-        file += duration / frame_interval * (scene.bodies + 4) * 8
+    if scene.frame_interval:
+        file += scene.duration / scene.frame_interval * (scene.bodies + 4) * 8
     if scene.chain == "belt":
         return Cost(COPIES * file + 8 * BELT_FLOATS * samples, file, 1e-5 * samples)
     tableau = METHODS[scene.integrator].tableau
-    steps = (SETTLING + scene.lead_in + scene.ramp + duration) / scene.step * (len(tableau.b) if tableau else 1)
+    steps = (SETTLING + scene.lead_in + scene.ramp + scene.duration) / scene.step * (len(tableau.b) if tableau else 1)
     return Cost(COPIES * file, file, steps * scene.bodies * BODY_STEP)
 
 
-def refuse_too_large(scene, *recording) -> None:
-    """Refuse (`InputError`) a recording that does not fit into the memory that is free; parameters as of `cost`."""
-    memory, free = cost(scene, *recording).memory, virtual_memory().available
+def refuse_too_large(scene) -> None:
+    """Refuse (`InputError`) a scene whose recording does not fit into the memory that is free."""
+    memory, free = cost(scene).memory, virtual_memory().available
     if memory > free:
-        duration = recording[0] if recording else scene.duration
         raise InputError(
-            f"scene: duration = {duration:g} s: its recording needs about "
+            f"scene: duration = {scene.duration:g} s: its recording needs about "
             f"{memory / 1e6:.0f} MB of memory and {free / 1e6:.0f} MB are free; use at most "
-            f"{0.9 * duration * free / memory:.3g} s, fewer pitches or a longer frame_interval"
+            f"{0.9 * scene.duration * free / memory:.3g} s, fewer pitches or a longer frame_interval"
         )
 
 

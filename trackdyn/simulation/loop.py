@@ -1,17 +1,20 @@
 """Loop: one chain, settled and ready to run, that can be stepped, looked at, recorded, steered, saved and resumed."""
 
 import copy
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from threading import RLock
 from typing import Any
 
 import numpy as np
 
 from trackdyn.errors import InputError
 from trackdyn.integrate.energy import energies
-from trackdyn.integrate.run import refresh, shared
+from trackdyn.integrate.run import prepared, refresh, shared
 from trackdyn.integrate.semi_implicit import sprocket_rate
-from trackdyn.model.constants import Model
+from trackdyn.jit import direct
+from trackdyn.model.constants import Drive, Model
 from trackdyn.model.record import ENERGY_NAMES, Record, make_record
 from trackdyn.model.state import State
 from trackdyn.model.work import Work
@@ -20,11 +23,12 @@ from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.validation import within
 from trackdyn.scene.build import CARRIED, shift_wheel
 from trackdyn.scene.scene import LONGEST_RUN, MOST_STEPS, Scene
+from trackdyn.simulation import stepping
 from trackdyn.simulation.checkpoint import filled, flat, read_checkpoint, write_checkpoint
 from trackdyn.simulation.recorder import CHUNK, Recorder
 from trackdyn.simulation.recording import Recording
 from trackdyn.simulation.settling import SettledLoops, allocate, settle, with_sliding
-from trackdyn.simulation.stepping import LoopArrays, Parts, check_record, joint_forces, set_arrays
+from trackdyn.simulation.stepping import Parts
 
 
 class Loop:
@@ -58,32 +62,59 @@ class Loop:
         if scene.chain == "belt":
             raise InputError("scene: chain = 'belt': a path has no state to step; use 'double_pin'")
         self.scene, model, state, work, self.layout = settle(scene, starts)
-        self._adopt(model, state, with_sliding(scene, model, work))
-
-    def _adopt(self, *parts: Any) -> None:
-        """Take model, state and work."""
-        self._scratch, self._arrays = make_record(1, parts[1]), LoopArrays(*parts)
+        self._parts = Parts(model, state, with_sliding(scene, model, work))
 
     @property
     def _parts(self) -> Parts:
         """What the kernels write; assigned unchecked, for who tries a kernel: they look up places without bounds."""
-        return self._arrays.parts
+        return self._written
 
     @_parts.setter
     def _parts(self, parts: Parts) -> None:
-        self._arrays.replace(parts)
+        self._scratch, self._lock = make_record(1, parts.state), RLock()
+        self._entry: Callable | None = None
+        self._show(stepping.copied(parts))
+
+    def _show(self, parts: Parts) -> None:
+        """Take arrays as they are, and show them to all others."""
+        self._written, self._views, self._prepared = parts, stepping.read_only(parts), prepared(*parts)
+
+    def __getstate__(self) -> dict:
+        return {name: getattr(self, name) for name in ("scene", "layout", "_parts", "_scratch")}
+
+    def __setstate__(self, state: dict) -> None:
+        for name, value in state.items():
+            setattr(self, name, value)
 
     @property
     def model(self) -> Model:  # noqa: D102
-        return self._arrays.views.model
+        return self._views.model
 
     @property
     def state(self) -> State:  # noqa: D102
-        return self._arrays.views.state
+        return self._views.state
 
     @property
     def work(self) -> Work:  # noqa: D102
-        return self._arrays.views.work
+        return self._views.work
+
+    @contextmanager
+    def _exclusive(self) -> Iterator[None]:
+        """Keep other threads from the arrays until the end of a call."""
+        if not self._lock.acquire(blocking=False):
+            raise InputError("another thread steps this loop; give each thread a copy")
+        try:
+            yield
+        finally:
+            self._lock.release()
+
+    def _integrate_samples(self, record: Record, first: int, last: int, stride: int) -> None:
+        """Fill rows of a record with samples of ``stride`` steps."""
+        kernel, (model, state, work), after = self._prepared
+        arguments = model._replace(stride=stride), state, work, record, (first, last), *after
+        if self._entry is None:
+            self._entry = direct(kernel, *arguments)
+        stepping.refuse_divergence(self._entry(*arguments), model, state)
 
     # -- stepping ------------------------------------------------------------------------------------------------------
 
@@ -96,8 +127,8 @@ class Loop:
             Number of steps of ``scene.step`` s.
         """
         count = int(within("count", count, 1, MOST_STEPS))
-        with self._arrays.exclusive():
-            self._arrays.integrate_samples(self._scratch, 0, 1, count)
+        with self._exclusive():
+            self._integrate_samples(self._scratch, 0, 1, count)
 
     def advance(self, seconds: float, tick: Callable[[float], object] = lambda seconds: None) -> None:
         """Integrate for a time, rounded to whole steps.
@@ -110,7 +141,7 @@ class Loop:
             Called with the seconds that every chunk adds.
         """
         seconds = within("seconds", seconds, 0.0, LONGEST_RUN)
-        with self._arrays.exclusive():
+        with self._exclusive():
             left = round(seconds / self._parts.model.step)
             while left:
                 count = min(left, max(round(CHUNK / self._parts.model.step), 1))
@@ -123,9 +154,9 @@ class Loop:
         if last is None:
             last = len(record.gap) if isinstance(record, Record) else 0
         first, last = (int(within(name, row, 0, MOST_STEPS)) for name, row in (("first", first), ("last", last)))
-        with self._arrays.exclusive():
-            check_record(record, self._parts.state, self._parts.work, first, last)
-            self._arrays.integrate_samples(record, first, last, self._parts.model.stride)
+        with self._exclusive():
+            stepping.check_record(record, self._parts.state, self._parts.work, first, last)
+            self._integrate_samples(record, first, last, self._parts.model.stride)
 
     def room(self, samples: int, **what: Any) -> Record:
         """An empty record of this loop (`model.record.make_record`)."""
@@ -138,7 +169,6 @@ class Loop:
         frame_interval: float = 0.0,
         spells: bool = True,
         every_link: bool = False,
-        tick: Callable[[float], object] = lambda seconds: None,
     ) -> Recording:
         """Integrate for a time and record.
 
@@ -154,8 +184,6 @@ class Loop:
             Log every contact with the sprocket.
         every_link : bool
             Record the sensor's position on every link, and the contacts of every pitch.
-        tick : function
-            Called with the seconds that every chunk adds.
 
         Raises
         ------
@@ -165,10 +193,8 @@ class Loop:
         requested = self.scene.with_(
             duration=seconds, pitches=pitches, frame_interval=frame_interval, spells=spells, every_link=every_link
         )
-        with self._arrays.exclusive():
-            names = ("duration", "pitches", "frame_interval", "spells", "every_link")
-            writer = Recorder(self, *(getattr(requested, name) for name in names))
-            return writer.finish(tick).recording()
+        with self._exclusive():
+            return Recorder(self, requested).finish().recording()
 
     # -- looking -------------------------------------------------------------------------------------------------------
 
@@ -245,7 +271,7 @@ class Loop:
         Newton's law along the chain, from the cut (the last entry) on, with the accelerations of that step and the
         contacts of the present state, one step later.
         """
-        return joint_forces(*self._parts)
+        return stepping.joint_forces(*self._parts)
 
     @property
     def energy(self) -> dict[str, float]:
@@ -280,8 +306,8 @@ class Loop:
         InputError
             The name is unknown, the shape differs, or a number is not finite or too large. The state stays.
         """
-        with self._arrays.exclusive():
-            set_arrays(self._parts.state, {name.replace("__", "."): value for name, value in values.items()})
+        with self._exclusive():
+            stepping.set_arrays(self._parts.state, {name.replace("__", "."): value for name, value in values.items()})
 
     def drive(self, motor_rpm: float, ramp: float = 1e-3) -> None:
         """Change the motor speed on a ramp that is smooth at both ends.
@@ -293,9 +319,12 @@ class Loop:
         """
         now = sprocket_rate(self._parts.model.drive, self.time)
         self.scene = self.scene.with_(motor_rpm=motor_rpm, ramp=ramp).stepped(self.scene.step)
-        drive = self._parts.model.drive
         rate, ramp = float(self.scene.sprocket_rate), float(self.scene.ramp)
-        self._arrays.steer(drive._replace(rate=rate, ramp=ramp, start=float(now), begin=self.time))
+        self._steer(self._parts.model.drive._replace(rate=rate, ramp=ramp, start=float(now), begin=self.time))
+
+    def _steer(self, drive: Drive) -> None:
+        """Take a drive with other numbers."""
+        self._show(self._parts._replace(model=self._parts.model._replace(drive=drive)))
 
     def shift_tensioner(self, shift: float) -> None:
         """Move a locked tensioning wheel along its line.
@@ -352,7 +381,7 @@ class Loop:
             getattr(model.wheels, name)[:] = getattr(before.wheels, name)
         filled(state, leaves)
         state.steps[0] = round(self.time / model.step)
-        other._adopt(model._replace(drive=before.drive, carriers=before.carriers), state, work)
+        other._parts = Parts(model._replace(drive=before.drive, carriers=before.carriers), state, work)
         if fields.keys() & {"motor_rpm", "ramp"}:
             other.drive(other.scene.motor_rpm, other.scene.ramp)
         return other
@@ -386,5 +415,5 @@ class Loop:
         room = allocate(loop.scene)
         if "tensioner_shift_m" in loop.layout:
             shift_wheel(room[0], loop.scene.rig, tensioner(loop.scene.rig), loop.layout["tensioner_shift_m"])
-        loop._adopt(*(filled(template, data[name]) for template, name in zip(room, Parts._fields, strict=True)))
+        loop._parts = Parts._make(filled(*of) for of in zip(room, (data[name] for name in Parts._fields), strict=True))
         return loop

@@ -8,13 +8,12 @@ import numpy as np
 
 from trackdyn.errors import DivergenceError
 from trackdyn.model.constants import SPROCKET
-from trackdyn.model.record import SPELL, PlaneRecord, Record, Spells, make_record
+from trackdyn.model.record import SPELL, PlaneRecord, Record, make_record
 from trackdyn.simulation.account import refuse_open_account
 from trackdyn.simulation.checkpoint import filled
 from trackdyn.simulation.cost import refuse_too_large
 from trackdyn.simulation.recording import Recording, provenance
-from trackdyn.simulation.resolution import Answer, answer
-from trackdyn.simulation.watch import Watch
+from trackdyn.simulation.resolution import Answer, Watch, answer
 
 # Length of a chunk, s, and spells that may end within it.
 CHUNK = 0.25
@@ -26,23 +25,18 @@ SAMPLED = tuple(name for name in Record._fields if name not in ("pitches", "fram
 
 
 class Recorder:
-    """Records a loop as `Loop.record` has it; not ``watched`` it goes on unresolved; ``origin`` as in `Watch`.
+    """Records a loop as a ``scene``, its own by default, has it.
+
+    Not ``watched`` it goes on unresolved; ``origin`` is as in `Watch`.
 
     A record that may end sooner takes ``room`` (s) of memory at first, and grows.
     """
 
-    def __init__(
-        self, loop, seconds: float, pitches: tuple[int, ...], frame_interval: float, spells: bool, every_link: bool,
-        watched: bool = True, origin=None, room: float | None = None,
-    ):  # fmt: skip
-        rate = loop.scene.rig.sensor.rate
-        self.loop = loop
-        self.requested = {
-            "duration": seconds, "pitches": pitches, "frame_interval": frame_interval, "spells": spells,
-            "every_link": every_link,
-        }  # fmt: skip
-        self.samples = round(seconds * rate)
-        room = seconds if room is None else min(room + CHUNK, seconds)
+    def __init__(self, loop, scene=None, watched: bool = True, origin=None, room: float | None = None):
+        self.loop, self.scene = loop, scene or loop.scene
+        scene, rate = self.scene, self.scene.rig.sensor.rate
+        self.samples = round(scene.duration * rate)
+        room = scene.duration if room is None else min(room + CHUNK, scene.duration)
         self._refuse_too_large(room)
         self.done = 0
         self.begin = loop.time
@@ -51,18 +45,17 @@ class Recorder:
         self.watched = watched
         self.alternating = np.zeros(2)
         loop._parts.work.alternating[:] = 0.0
-        stride = round(frame_interval * rate)
+        stride = round(scene.frame_interval * rate)
         frames = -(-self.samples // stride) if stride else 0
-        on_wheels = loop.scene.loop == "on_wheels"
-        count = loop.scene.rig.chain.pitches
+        count = scene.rig.chain.pitches
         self.record: Record = make_record(
             round(room * rate),
             loop.state,
-            pitches or (range(1, count + 1) if every_link else (loop.scene.rig.sensor.pitch,)),
+            scene.pitches or (range(1, count + 1) if scene.every_link else (scene.rig.sensor.pitch,)),
             frames,
             stride,
-            SPELLS_A_CHUNK if spells and on_wheels else 0,
-            count if every_link else 0,
+            SPELLS_A_CHUNK if scene.spells and scene.loop == "on_wheels" else 0,
+            count if scene.every_link else 0,
             0 if loop.work.sliding is None else len(loop.work.sliding),
         )
         self.watch = Watch(self, origin)
@@ -73,13 +66,12 @@ class Recorder:
         return self.done >= self.samples
 
     def _refuse_too_large(self, seconds: float) -> None:
-        fields = (self.requested[name] for name in ("pitches", "frame_interval", "every_link"))
-        refuse_too_large(self.loop.scene, seconds, *fields)
+        refuse_too_large(self.scene.model_copy(update={"duration": seconds}))
 
     def _grow(self, least: int) -> None:
         """Make room for so many samples: twice as many as there are, but not more than are asked for."""
         count = min(max(GROWTH * len(self.record.gap), least), self.samples)
-        self._refuse_too_large(count / self.loop.scene.rig.sensor.rate)
+        self._refuse_too_large(count / self.scene.rig.sensor.rate)
         rows = count - len(self.record.gap)
         self.record = _mapped(
             self.record, lambda array: np.concatenate([array, np.zeros_like(array, shape=(rows, *array.shape[1:]))])
@@ -87,14 +79,22 @@ class Recorder:
 
     def chunk(self) -> float:
         """Record the next chunk; returns its length, s."""
-        loop, rate = self.loop, self.loop.scene.rig.sensor.rate
+        loop, rate = self.loop, self.scene.rig.sensor.rate
         last = min(self.done + max(round(CHUNK * rate), 1), self.samples)
         if last > len(self.record.gap):
             self._grow(last)
         start = time.perf_counter()
         loop.fill(self.record, self.done, last)
         self.wall += time.perf_counter() - start
-        self.ended.append(_take(self.record.spells))
+        spells = self.record.spells
+        count, room = int(spells.count[0]), len(spells.rows)
+        if count > room:
+            raise DivergenceError(
+                f"{count} contacts ended within one chunk of {CHUNK} s, more than {room}: the contact chatters from "
+                "step to step; use a smaller step"
+            )
+        self.ended.append(spells.rows[:count].copy())
+        spells.count[0] = 0
         self.alternating += loop.work.alternating
         loop._parts.work.alternating[:] = 0.0
         first, self.done = self.done, last
@@ -106,17 +106,17 @@ class Recorder:
 
     def driven(self, first: int = 0) -> float:
         """Seconds in which the speed that is asked for turns the sprocket as far as it turned since a sample."""
-        rate, drive_rate = self.loop.scene.rig.sensor.rate, abs(self.loop.model.drive.rate)
+        rate, drive_rate = self.scene.rig.sensor.rate, abs(self.loop.model.drive.rate)
         made = np.abs(self.record.wheel_rate[first : self.done, SPROCKET])
         return round(float(made.sum() / drive_rate if drive_rate else len(made)) / rate, 9)
 
     def _refuse_open_account(self) -> None:
         refuse_open_account(self.record.energy[: self.done], self.loop.model, self.driven())
 
-    def finish(self, tick: Callable[[float], object] = lambda seconds: None) -> "Recorder":
-        """Record to the end; ``tick`` is called with the seconds that every chunk adds."""
+    def finish(self) -> "Recorder":
+        """Record to the end."""
         while not self.finished:
-            tick(self.chunk())
+            self.chunk()
         return self
 
     def answer(self, first: int = 0, ended: int = 0) -> Answer:
@@ -145,7 +145,7 @@ class Recorder:
     def recording(self) -> Recording:
         """What was recorded so far, if it is finite and its energy balance closed (`refuse_open_account`)."""
         self._refuse_open_account()
-        record, scene = self.record, self.loop.scene.with_(**self.requested)
+        record, scene = self.record, self.scene
         rate, stride = scene.rig.sensor.rate, record.frame_stride
         if self.done < self.samples:
             frames = -(-self.done // stride) if 0 < stride <= self.done else 0
@@ -182,15 +182,3 @@ class Ended(NamedTuple):
     """Spells that ended so far."""
 
     rows: np.ndarray
-
-
-def _take(spells: Spells) -> np.ndarray:
-    """Rows that ended in the last chunk; the log is empty afterwards."""
-    count = int(spells.count[0])
-    if count > len(spells.rows):
-        raise DivergenceError(
-            f"{count} contacts ended within one chunk of {CHUNK} s, more than {len(spells.rows)}: the "
-            "contact chatters from step to step; use a smaller step"
-        )
-    spells.count[0] = 0
-    return spells.rows[:count].copy()

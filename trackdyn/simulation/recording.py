@@ -1,13 +1,12 @@
 """What a run gives: arrays, units and provenance, kept in one npz file."""
 
 import platform
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import cache, cached_property
 from importlib.metadata import version
 from math import pi
 from pathlib import Path
-from types import MappingProxyType
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from psutil import virtual_memory
@@ -15,14 +14,13 @@ from psutil import virtual_memory
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.files import read_npz, write_npz
 from trackdyn.model.constants import SPROCKET
-from trackdyn.model.record import SPELL
 from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.validation import shown
 from trackdyn.scene.scene import Periods, Scene
 from trackdyn.simulation.stepping import LARGEST
 from trackdyn.sources import source_hash
 
-FORMAT = 6
+FORMAT = 7
 
 
 def _nothing() -> np.ndarray:
@@ -45,9 +43,6 @@ class Recording:
     cut : (s, 2) array
         What the gap was before the projection of a step (m), and the velocity at which the two pins separate
         (m/s): largest values within the interval.
-    change : (s, 2) array
-        Mean square of the change of the sensor's y acceleration from step to step, and mean product of two such
-        changes in a row: where that is as large and negative, contact is not resolved (m2/s4).
     place : (s, 2) array
         Middle of the sensor's link, m.
     wheel_rate : (s, w) array
@@ -75,8 +70,8 @@ class Recording:
     wheel_offset, axial_force : (s, w) arrays
         Where the chain's plane crosses the axis of each wheel, from the wheel's middle, m; force of the
         chain on each wheel along its axis, mean over the sample interval, N. Empty for a planar run.
-    link_raw, link_mean : (s, l, 3) arrays
-        ``raw`` and ``mean`` of the sensor's position on every link, if the scene asks for them (``every_link``).
+    link_mean : (s, l, 3) array
+        ``mean`` of the sensor's position on every link, if the scene asks for it (``every_link``).
     sliding : (s, a + w) array
         Work of friction since the start of the run, if the scene asks for it (``sliding``): of connectors on teeth by
         area, then of links on each wheel, the sprocket's ring first, J.
@@ -93,7 +88,6 @@ class Recording:
     mean: np.ndarray
     gap: np.ndarray
     cut: np.ndarray
-    change: np.ndarray
     place: np.ndarray
     wheel_rate: np.ndarray
     energy: np.ndarray
@@ -111,19 +105,10 @@ class Recording:
     plane: np.ndarray = field(default_factory=_nothing)
     wheel_offset: np.ndarray = field(default_factory=_nothing)
     axial_force: np.ndarray = field(default_factory=_nothing)
-    link_raw: np.ndarray = field(default_factory=_nothing)
     link_mean: np.ndarray = field(default_factory=_nothing)
     sliding: np.ndarray = field(default_factory=_nothing)
 
-    # names of sizes that agree, and numbers; what is only there in space, or if it is asked for, may be empty
-    SHAPES = MappingProxyType({
-        "time": "s", "raw": "s 3", "mean": "s 3", "gap": "s", "cut": "s 2", "change": "s 2", "place": "s 2",
-        "wheel_rate": "s w", "energy": "s 10", "force": "s p 3", "area": "s p 2", "groove": "s p 2", "pitches": "p",
-        "spells": "k", "begin": "", "frame": "f c", "frame_time": "f", "plane": "s 8", "wheel_offset": "s w",
-        "axial_force": "s w", "link_raw": "s l 3", "link_mean": "s l 3", "sliding": "s v",
-    })  # fmt: skip
-    ARRAYS = tuple(SHAPES)
-    OPTIONAL = ARRAYS[-6:]
+    ARRAYS: ClassVar[tuple[str, ...]]  # names of what the file holds beside ``meta``
 
     @cached_property
     def scene(self) -> Scene:
@@ -193,27 +178,10 @@ class Recording:
         return edges[1] / np.diff(at) * 60 * self.scene.rig.sprocket.transmission_ratio
 
     def fault(self) -> str | None:
-        """What is wrong with the arrays: one whose shape does not fit the others', or a number that is not finite."""
-        sizes: dict[str, int] = {}
-        for name, shape in self.SHAPES.items():
-            array = np.asarray(getattr(self, name))
-            if name in self.OPTIONAL and not array.size:
-                continue
-            parts = shape.split()
-            wanted = tuple(
-                int(axis) if axis.isdigit() else sizes.setdefault(axis, size)
-                for axis, size in zip(parts, array.shape, strict=False)
-            )
-            kinds = "iu" if name in ("area", "groove", "pitches") else "iuf"
-            fits = array.dtype == SPELL if name == "spells" else array.dtype.kind in kinds
-            if not fits or array.ndim != len(parts) or array.shape != wanted:
-                whole = "whole numbers of " if kinds == "iu" else ""
-                return (
-                    f"{name} has {array.dtype} of the shape {array.shape}, which does not fit "
-                    f"{whole}({', '.join(parts)})"
-                )
-            if name == "spells":
-                array = array.view(float)
+        """What is wrong with the arrays: a number that is not finite, or beyond all that a run may give."""
+        for name in self.ARRAYS:
+            values = getattr(self, name)
+            array = np.asarray(values.view(float) if name == "spells" else values)
             if not np.isfinite(array).all():
                 return f"{name} holds a value that is not a finite number"
             if array.size and not np.abs(array).max() <= LARGEST:
@@ -251,6 +219,9 @@ class Recording:
         write_npz(path, self.meta | {"format": FORMAT}, arrays, compress)
         if self.checkpoint is not None:
             self.checkpoint.unlink(missing_ok=True)
+
+
+Recording.ARRAYS = tuple(of.name for of in fields(Recording) if of.name not in ("meta", "wall", "checkpoint"))
 
 
 @cache
@@ -296,5 +267,5 @@ def load_recording(path: Path | str) -> Recording:
             f"{path}: has recording format {shown(meta.get('format'))}, this version reads {FORMAT}; run it again"
         )
     meta, arrays = read_npz(path, "trackdyn recording", virtual_memory().available / 2)
-    fields: dict[str, Any] = {**arrays}
-    return Recording(meta=meta, **fields)
+    content: dict[str, Any] = {**arrays}
+    return Recording(meta=meta, **content)

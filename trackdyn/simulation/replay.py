@@ -126,16 +126,14 @@ def _look(loop: Loop, recording: Recording, complete: bool, frames: int, stride:
 
 def _contacts(loop: Loop) -> np.ndarray:
     """(k, 9) contacts of the present state; see `Replay`."""
-    chain, shoes, tooth, work = loop.model.chain, loop.model.shoes, loop.model.tooth, loop.work
+    shoes, tooth, work = loop.model.shoes, loop.model.tooth, loop.work
     rows = work.contact[: work.count[0]]
     rows = rows[(rows["kind"] != GUIDE) & components(rows, "normal").any(axis=1)]
     body = rows["body"]
-    c, s = work.cos[body], work.sin[body]
-    x = work.pin_x[body] + chain.com_x[body] * c - chain.com_y[body] * s + rows["arm_x"]
-    y = work.pin_y[body] + chain.com_x[body] * s + chain.com_y[body] * c + rows["arm_y"]
+    points = loop.mass_centres[body] + components(rows, "arm")
     contacts = np.zeros((len(rows), 9))
     contacts[:, 0] = np.where(rows["kind"] == RING, 2, 2 + rows["wheel"])
-    contacts[:, 1:5] = np.column_stack([x, y, rows["normal_x"], rows["normal_y"]])
+    contacts[:, 1:5] = np.column_stack([points, components(rows, "normal")])
     contacts[:, 7], contacts[:, 8] = body, rows["wheel"]
     touching = np.flatnonzero(work.tooth_area)
     centre = np.column_stack([

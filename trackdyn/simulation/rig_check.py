@@ -60,7 +60,8 @@ def checked(rig: Rig, rpm: float, settle: bool = True) -> Checked:
         ),
         **{f"wrap of {name}": f"{wrap:.4g} deg" for name, wrap in wraps.items()},
         "tensioner": _tensioner(rig, laid.shift) + " as the chain is laid",
-        "laws": rig.laws + (f"; no effect: {', '.join(ignored)}" if (ignored := rig.without_effect) else ""),
+        "laws": f"drag is {rig.drag}, bushing.law {rig.bushing.law}, tension.kept {rig.tension.kept}"
+        + (f"; no effect: {', '.join(ignored)}" if (ignored := rig.without_effect) else ""),
         "step": f"--step {round_step(step, sample):.7g}: not tried; at most {step:.2g} s at {rpm:g} rev/min",
     }
     frame = np.concatenate([laid.pins[0], laid.angle, [laid.sprocket_angle]])
@@ -112,7 +113,7 @@ def try_steps(settled: Loop, rpm: float) -> Trial:
         try:
             loop = settled.changed(step=step, **scene)
             loop.advance(RAMP)
-            writer = Recorder(loop, SECONDS, (), 0.0, True, True, False).finish()
+            writer = Recorder(loop, watched=False).finish()
             found = writer.answer()
             tried.append(step)
             if before is not None and max(before[0].differs(found)) <= HOLDS and before[1] != NO:

@@ -171,26 +171,20 @@ def _rested(scene: Scene, tensioned: Callable[[int], Settling]) -> Settling:
         try:
             settling = tensioned(2**halving)
             settling.scene = scene
-            _finish(settling)
+            if scene.tension in CARRIED:
+                settling.release()
+            if scene.ring_radius != settling.reference:
+                settling.change_ring(scene.ring_radius)
+                if scene.tension != "retensioned":
+                    settling.rest(0.2)
+                elif not settling.trim():
+                    refuse_tension(settling)
+            settling.come_to_rest()
             return settling
         except (DivergenceError, Restless):
             if halving == HALVINGS or step / 2 ** (halving + 1) < LEAST_STEP:
                 raise
     raise AssertionError
-
-
-def _finish(settling: Settling) -> None:
-    """Let a tensioner on its spring go, and bring the ring of the scene."""
-    scene = settling.scene
-    if scene.tension in CARRIED:
-        settling.release()
-    if scene.ring_radius != settling.reference:
-        settling.change_ring(scene.ring_radius)
-        if scene.tension != "retensioned":
-            settling.rest(0.2)
-        elif not settling.trim():
-            refuse_tension(settling)
-    settling.come_to_rest()
 
 
 def _start(scene: Scene, settling: Settling) -> Start:

@@ -70,7 +70,7 @@ def simulate(
             loop.copy().advance(1.0 / scene.rig.sensor.rate)  # settling and compilation are over
             bar.unpause()
             loop.advance(lead, bar.update)
-            writer = _writer(loop, origin)
+            writer = Recorder(loop, origin=origin)
         saved = time.monotonic()
         while not writer.finished:
             bar.update(writer.chunk())
@@ -93,13 +93,6 @@ def refuse_stalled(recording: Recording) -> None:
         )
 
 
-def _writer(loop: Loop, origin: Loop | None = None) -> Recorder:
-    scene = loop.scene
-    return Recorder(
-        loop, scene.duration, scene.pitches, scene.frame_interval, scene.spells, scene.every_link, origin=origin
-    )
-
-
 def _resumed(path: Path | str, scene: Scene) -> Recorder:
     data = read_checkpoint(path)
     loop = Loop.restored(data)
@@ -107,6 +100,6 @@ def _resumed(path: Path | str, scene: Scene) -> Recorder:
         scene = scene.at_tension(loop.layout["settled_tension_n"])
     if loop.scene != scene:
         raise InputError(f"{path}: is the checkpoint of another scene; remove it to start again")
-    writer = _writer(loop)
+    writer = Recorder(loop)
     writer.restore(data)
     return writer

@@ -1,17 +1,12 @@
-"""One call of the time loop, its message when a run leaves the physical range, and the forces in the joints."""
+"""What kernels read and write, what a user may set of it, and the forces in the joints."""
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from threading import RLock
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from trackdyn.errors import DivergenceError, InputError
-from trackdyn.integrate.run import prepared, run
-from trackdyn.jit import direct
-from trackdyn.model.constants import Drive, Model
-from trackdyn.model.record import Record, make_record
+from trackdyn.model.constants import Model
+from trackdyn.model.record import make_record
 from trackdyn.model.state import State
 from trackdyn.model.work import Work
 from trackdyn.parameters.validation import shown
@@ -30,11 +25,6 @@ class Parts(NamedTuple):
     work: Work
 
 
-def integrate_samples(model: Model, state: State, work: Work, record: Record, first=0, last=1, phase="the run") -> None:
-    """Integrate samples ``first`` to ``last - 1`` of ``model.stride`` steps each and fill their rows."""
-    refuse_divergence(run(model, state, work, record, first, last), model, state, phase)
-
-
 def refuse_divergence(body: int, model: Model, state: State, phase: str = "the run") -> None:
     """Refuse (`DivergenceError`) a run that ended at a body (-1: none): when, in which phase, which body."""
     if body >= 0:
@@ -47,58 +37,21 @@ def refuse_divergence(body: int, model: Model, state: State, phase: str = "the r
         )
 
 
-class LoopArrays:
-    """Model, state and work of a loop: copies that its kernels alone write, and read-only views for all others."""
-
-    def __init__(self, *parts: Any):
-        self.replace(Parts(*parts))
-
-    def __getstate__(self) -> dict:
-        return {"parts": self.parts}
-
-    def __setstate__(self, state: dict) -> None:
-        self.replace(state["parts"])
-
-    def replace(self, parts: Parts) -> None:
-        """Take copies of other parts, as they are: kernels look up places unchecked."""
-        self.parts = mapped(lambda _, leaf: leaf.copy() if isinstance(leaf, np.ndarray) else leaf, parts)
-        self.lock = RLock()
-        self.entry: Callable | None = None
-        self._show()
-
-    def steer(self, drive: Drive) -> None:
-        """Take a drive with other numbers."""
-        self.parts = self.parts._replace(model=self.parts.model._replace(drive=drive))
-        self._show()
-
-    def _show(self) -> None:
-        self.views, self.prepared = mapped(_view, self.parts), prepared(*self.parts)
-
-    @contextmanager
-    def exclusive(self) -> Iterator[None]:
-        """Hold the parts for this thread until the end of a call."""
-        if not self.lock.acquire(blocking=False):
-            raise InputError("another thread steps this loop; give each thread a copy")
-        try:
-            yield
-        finally:
-            self.lock.release()
-
-    def integrate_samples(self, record: Record, first: int, last: int, stride: int) -> None:
-        """Fill rows of a record with samples of ``stride`` steps."""
-        kernel, (model, state, work), after = self.prepared
-        arguments = model._replace(stride=stride), state, work, record, (first, last), *after
-        if self.entry is None:
-            self.entry = direct(kernel, *arguments)
-        refuse_divergence(self.entry(*arguments), model, state)
+def copied(parts: Parts) -> Parts:
+    """The same with copies of all arrays."""
+    return mapped(lambda _, leaf: leaf.copy() if isinstance(leaf, np.ndarray) else leaf, parts)
 
 
-def _view(name: str, leaf: Any) -> Any:
-    """A read-only view of an array; a number as it is."""
-    if isinstance(leaf, np.ndarray):
-        leaf = leaf.view()
-        leaf.flags.writeable = False
-    return leaf
+def read_only(parts: Parts) -> Parts:
+    """The same with read-only views of all arrays."""
+
+    def view(_: str, leaf: Any) -> Any:
+        if isinstance(leaf, np.ndarray):
+            leaf = leaf.view()
+            leaf.flags.writeable = False
+        return leaf
+
+    return mapped(view, parts)
 
 
 def set_arrays(state: State, values: dict[str, Any]) -> None:
@@ -129,11 +82,16 @@ def set_arrays(state: State, values: dict[str, Any]) -> None:
 def check_record(record: Any, state: State, work: Work, first: int, last: int) -> None:
     """Refuse (`InputError`) a record that is not one of this loop's, or rows that it does not have."""
     loop, sliding = len(state.wheel_impact), 0 if work.sliding is None else len(work.sliding)
+
+    def form(_: str, leaf: Any) -> tuple:
+        array = np.asarray(leaf)
+        return type(leaf), array.shape, array.dtype, array.flags.carray
+
     try:
         pitches, links, entries = record.pitches, record.link_mean.shape[1], record.sliding.shape[1]
         rows, frames, stride = len(record.gap), len(record.frame), int(record.frame_stride)
         like = make_record(rows, state, pitches + 1, frames, stride, len(record.spells.rows), links, entries)
-        same_form = _forms(record) == _forms(like) and links in (0, loop) and entries in (0, sliding)
+        same_form = mapped(form, record) == mapped(form, like) and links in (0, loop) and entries in (0, sliding)
         same_form = same_form and bool(((pitches >= 0) & (pitches < loop)).all())
     except (AttributeError, IndexError, TypeError, ValueError):
         same_form = False
@@ -143,18 +101,6 @@ def check_record(record: Any, state: State, work: Work, first: int, last: int) -
         raise InputError(f"record: rows {first} to {last}: must be rising and between 0 and {rows}")
     if stride and -(-last // stride) > frames:
         raise InputError(f"record: frame has {frames} rows: must have one every {stride} samples")
-
-
-def _forms(record: Any) -> dict[str, tuple]:
-    """What a kernel that takes a record relies on: names, shapes, types and layout of its arrays."""
-    forms: dict[str, tuple] = {}
-
-    def note(name: str, leaf: Any) -> None:
-        array = np.asarray(leaf)
-        forms[name] = type(leaf), array.shape, array.dtype, array.flags.carray
-
-    mapped(note, record)
-    return forms
 
 
 def joint_forces(model: Model, state: State, work: Work) -> np.ndarray:

@@ -8,6 +8,7 @@ import numpy as np
 from trackdyn.chain.kinematics import forward_kinematics, orient
 from trackdyn.errors import InputError
 from trackdyn.integrate.methods import METHODS, equip
+from trackdyn.integrate.run import run
 from trackdyn.model.constants import SPROCKET, Drive, Model
 from trackdyn.model.record import make_record
 from trackdyn.model.state import SLIDE, State, make_state
@@ -17,7 +18,7 @@ from trackdyn.parameters.layout import Assembly, assemble, belt_around, tensione
 from trackdyn.scene.build import CARRIED, make_carriers, preloads, shift_wheel
 from trackdyn.scene.limits import largest_step
 from trackdyn.scene.scene import Scene
-from trackdyn.simulation.stepping import integrate_samples
+from trackdyn.simulation.stepping import refuse_divergence
 
 # Settling: a chunk of this many seconds, then every velocity is multiplied by the factor.
 CHUNK = 1e-3
@@ -128,8 +129,11 @@ class Settling:
 
     def chunk(self) -> None:
         """March one chunk, and damp the rates at its end."""
-        integrate_samples(self.model, self.state, self.work, self.record, phase="settling")
+        self._march(self.model)
         self.scale_rates(DAMPING)
+
+    def _march(self, model: Model) -> None:
+        refuse_divergence(run(model, self.state, self.work, self.record, 0, 1), model, self.state, "settling")
 
     def scale_rates(self, by: float) -> None:
         """Multiply every rate by a factor."""
@@ -232,13 +236,13 @@ class Settling:
             self.model = self.model._replace(tooth=tooth._replace(law=law))
             self.chunk()
 
-    def change_ring(self, end: float | None, seconds: float = 0.3) -> None:
+    def change_ring(self, end: float | None) -> None:
         """Grow or shrink the ring to a radius (m); a ring that is not there shrinks away."""
         wheels = self.model.wheels
         start = float(wheels.radius[SPROCKET])
         if end is None:
             end = Scene.ring_range(self.scene.rig)[0] - self.scene.rig.chain.link_thickness
-        chunks = round(seconds / CHUNK)
+        chunks = round(0.3 / CHUNK)
         for i in range(chunks):
             wheels.radius[SPROCKET] = start + (end - start) * (i + 1) / chunks
             self.chunk()
@@ -275,7 +279,7 @@ class Settling:
     def balanced(self) -> bool:
         """Whether the loop rests: what turns it from one step to the next is small beside its tension."""
         chain, rate = self.model.chain, self.state.rate.copy()
-        integrate_samples(self.model._replace(stride=1), self.state, self.work, self.record, phase="settling")
+        self._march(self.model._replace(stride=1))
         force = chain.mass * chain.length * np.abs(self.state.rate - rate) / self.model.step
         self.swing = float(np.abs(rate).max())
         return self.swing <= SLOW and float(force.max()) <= BALANCED * max(self.tension(), self.hanging)

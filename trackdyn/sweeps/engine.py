@@ -43,7 +43,6 @@ def results(
     progress: str = "",
     unit: str = "row",
     alone: bool = False,
-    valid: Callable[[dict], bool] = lambda values: True,
 ) -> dict[str, dict]:
     """Rows by their keys, those that the store does not have computed.
 
@@ -62,16 +61,14 @@ def results(
     alone : bool
         The store is for these rows alone: standard error says so where it has others and none of these, as after a
         change of the program, whose sources enter every key.
-    valid : function
-        As of `sweeps.store.Store`.
 
     Returns
     -------
     dict of str to dict
-        ``key``, ``state``, ``reason``, ``values`` by name, ``cost``.
+        ``key``, ``state``, ``reason``, ``values`` by name.
     """
     with TemporaryDirectory() if store is None else nullcontext(store) as folder:
-        rows_store = Store(folder, valid)
+        rows_store = Store(folder)
         rows = {key: _shared(row) for key, row in rows_store.read(tasks.keys()).items()}
         if alone and not rows and (others := rows_store.count()):
             print(
@@ -101,7 +98,6 @@ def refuse_failed(rows: Iterable[dict], advice: str) -> None:
 
 def outcome(compute: Callable[..., dict], key: str, task: dict) -> dict:
     """The row of one key: its values, or why there are none."""
-    wall, cpu = time.perf_counter(), time.process_time()
     state, reason, values = DONE, "", {}
     try:
         values = compute(**task)
@@ -113,8 +109,7 @@ def outcome(compute: Callable[..., dict], key: str, task: dict) -> dict:
         state, reason = FAILED, str(error) or "the memory that is free does not suffice"
     except Exception as error:  # a row never stops the others
         state, reason = FAILED, f"{type(error).__name__}: {shown(str(error))}"
-    cost = {"wall_s": time.perf_counter() - wall, "cpu_s": time.process_time() - cpu}
-    return plain({"key": key, "state": state, "reason": reason, "values": values, "cost": cost})
+    return plain({"key": key, "state": state, "reason": reason, "values": values})
 
 
 def free_memory() -> float:

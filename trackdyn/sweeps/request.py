@@ -9,22 +9,18 @@ import numpy as np
 import pandas as pd
 
 from trackdyn.errors import InputError
-from trackdyn.measure.convergence import RELATIVE, SHARES
 from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.parameters.rig_file import DEFAULT
-from trackdyn.parameters.validation import parse_number, parse_tolerance, shown, validated, within
+from trackdyn.parameters.validation import parse_number, shown, validated, within
 from trackdyn.scene.fidelity import CHOICES, preset
-from trackdyn.scene.scene import FOLLOWS, LEAST_STEP, LONGEST_RUN, Scene
-from trackdyn.scene.stop_rule import StopRule
+from trackdyn.scene.scene import FOLLOWS, LEAST_STEP, LONGEST_RUN, Scene, StopRule
 from trackdyn.simulation.settling import LATER
 from trackdyn.sources import module_hash
 from trackdyn.sweeps.store import key_of
 
 FLAGS = ("spells", "every_link", "sliding")
-UNTIL = tuple(f"until.{measure}" for measure in RELATIVE + SHARES)
 # but for the longest turns: the row's duration says that
 KNOWN = tuple(f"known.{name}" for name in StopRule.model_fields if name != "longest_turns")
-LONGEST_USUAL = 60.0  # s of a row that stops by itself
 TRUTH = {"true": True, "false": False}
 # what a row has where it says nothing, but for what it then takes from its rig
 DEFAULTS = {
@@ -33,7 +29,7 @@ DEFAULTS = {
     if not field.is_required()
 }
 # of the columns that say nothing of the scene: the row's name; and what stands for several fields
-OWN = ("name", "preset", "rig", "until.longest")
+OWN = ("name", "preset", "rig")
 
 
 class SweepRow(NamedTuple):
@@ -44,22 +40,20 @@ class SweepRow(NamedTuple):
     rig: dict  # values of the rig's file
     changes: dict  # those that the row replaces (``section__field``)
     scene: dict  # fields of the scene; ``step`` may be several, of which the first counts that comes out
-    until: dict  # measure and tolerance; empty: the row's duration is recorded
     # when contacts have converged (`trackdyn.measure.stopping.StopRule`); empty: they do not end the run
     known: dict
-    longest: float  # bound of a run that is to reach a tolerance, s
     reason: str  # why the row is refused already, or nothing
 
     @property
     def task(self) -> dict:
         """What `sweeps.row.Rows` takes."""
-        return {name: getattr(self, name) for name in ("rig", "changes", "scene", "until", "known", "longest")}
+        return {name: getattr(self, name) for name in ("rig", "changes", "scene", "known")}
 
 
 @cache
 def columns() -> tuple[str, ...]:
     """Every column that a design may have beside the fields of a rig."""
-    return (*OWN, *(name for name in Scene.model_fields if name != "rig"), *UNTIL, *KNOWN)
+    return (*OWN, *(name for name in Scene.model_fields if name != "rig"), *KNOWN)
 
 
 def refuse_columns(table: pd.DataFrame, where: str) -> None:
@@ -68,7 +62,7 @@ def refuse_columns(table: pd.DataFrame, where: str) -> None:
         if name not in columns() and not Rig.may_have(name):
             raise InputError(
                 f"{where}: {shown(name)} is not a column of a design; expected a field of the scene such as "
-                "motor_rpm, one of the rig such as sprocket.ring_radius, name, preset, rig or until.rms"
+                "motor_rpm, one of the rig such as sprocket.ring_radius, name, preset or rig"
             )
     if "motor_rpm" not in table.columns:
         raise InputError(f"{where}: has no column motor_rpm; add it")
@@ -94,9 +88,8 @@ def _row(cells: dict[str, Any], rig: str, rigs: dict[str, tuple[dict, str] | Inp
     base: dict = {}
     fields: dict = {}
     changes: dict = {}
-    until: dict = {}
     known: dict = {}
-    content, longest, reason = "", LONGEST_USUAL, ""
+    content, reason = "", ""
     try:
         if "ring_radius" in cells and "ring_radius" not in values:
             raise InputError("ring_radius is empty; expected a radius in m, or none")
@@ -109,37 +102,23 @@ def _row(cells: dict[str, Any], rig: str, rigs: dict[str, tuple[dict, str] | Inp
         for name, value in values.items():
             if name in Scene.model_fields and name != "rig":
                 fields[name] = _field(name, value)
-            elif name in UNTIL:
-                until[name.removeprefix("until.")] = parse_tolerance(value)
             elif name in KNOWN:
                 known[name.removeprefix("known.")] = _number(value)
             elif name not in OWN:
                 changes[name.replace(".", "__")] = _number(value)
         if fields["motor_rpm"] == 0:
             raise InputError("motor_rpm = 0: must be above 0, for a row records a running track")
-        if "until.longest" in values:
-            longest = within("until.longest", _number(values["until.longest"]), 0.0, LONGEST_RUN, " s")
         if known:
-            _refuse_known(known, until)
+            validated(StopRule, known | {"longest_turns": 1}, "known")
     except InputError as error:
         reason = str(error)
     # what the row asks for, whether it says so or leaves it to the defaults
     scene = DEFAULTS | fields
-    end = [until, known, longest if until else None]
     rig_is = [content, changes]
-    asks = [rig_is, scene, end, module_hash("trackdyn.sweeps.row"), values if reason else None]
+    asks = [rig_is, scene, known, module_hash("trackdyn.sweeps.row"), values if reason else None]
     settles = {name: value for name, value in scene.items() if name not in (*LATER, "ring_radius")}
     same_start = f"{key_of(rig_is, settles)} {fields.get('ring_radius', '')}"
-    return SweepRow(key_of(*asks), same_start, base, changes, fields, until, known, longest, reason)
-
-
-def _refuse_known(known: dict, until: dict) -> None:
-    if until:
-        raise InputError("known and until exclude each other; give one of them")
-    try:
-        validated(StopRule, known | {"longest_turns": 1}, "known")
-    except InputError as error:
-        raise InputError(str(error).replace("known: ", "known.", 1)) from None
+    return SweepRow(key_of(*asks), same_start, base, changes, fields, known, reason)
 
 
 def _plain(cell: Any) -> Any:

@@ -10,8 +10,7 @@ from trackdyn.measure.ring_rule import COLUMNS as MEASURES
 from trackdyn.measure.stopping import refuse_undriven
 from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.scene.rings import study_radii
-from trackdyn.scene.scene import Scene
-from trackdyn.scene.stop_rule import StopRule, steady_fields
+from trackdyn.scene.scene import Scene, StopRule, steady_fields
 from trackdyn.sweeps.sweep import sweep
 
 ASKED, ENDED = ["rpm", "ring_radius_m"], ["state", "reason", "contacts_known"]

@@ -8,14 +8,11 @@ from psutil import virtual_memory
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.jit import target_hash
 from trackdyn.measure.contacts import area_shares, event_times
-from trackdyn.measure.convergence import Estimate
-from trackdyn.measure.metrics import run_metrics
-from trackdyn.measure.sliding import sliding_per_km
-from trackdyn.measure.stopping import refuse_undriven, refuse_until, run_steady, run_until
+from trackdyn.measure.metrics import run_metrics, sliding_per_km
+from trackdyn.measure.stopping import refuse_undriven, run_steady
 from trackdyn.measure.whole_loop import whole_loop
 from trackdyn.parameters.rig import Rig
-from trackdyn.scene.scene import Scene
-from trackdyn.scene.stop_rule import StopRule
+from trackdyn.scene.scene import Scene, StopRule
 from trackdyn.simulation.cost import cost
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recording import Recording, made_with
@@ -41,33 +38,29 @@ class Rows:
         self._starts = SettledLoops()
         self._rig: tuple[dict, Rig] | None = None
 
-    def __call__(self, rig: dict, changes: dict, scene: dict, until: dict, known: dict, longest: float) -> dict:
+    def __call__(self, rig: dict, changes: dict, scene: dict, known: dict) -> dict:
         """Values of a row (`request.SweepRow`) with the first of its steps that runs."""
 
         def run(**step) -> dict:
-            return self._values(Scene(self._rig_of(rig, changes), **scene | step), until, known, longest)
+            return self._values(Scene(self._rig_of(rig, changes), **scene | step), known)
 
         steps = scene.get("step")
         return first_that_runs(steps, lambda step: run(step=step)) if isinstance(steps, list) else run()
 
-    def _values(self, requested: Scene, until: dict, known: dict, longest: float) -> dict:
-        if until:
-            refuse_until(requested, until, longest)
-        self._refuse_memory(requested, longest if until else requested.duration, bool(until))
-        values: dict = {}
-        measures: dict = {}
-        if until:
-            answer = run_until(requested, until, longest, starts=self._starts)
-            recording, measures = answer.recording, answer.measures
-            values |= {"until_known": answer.converged, "until_transient_s": answer.transient}
-        elif known:
+    def _values(self, requested: Scene, known: dict) -> dict:
+        self._refuse_memory(requested)
+        if known:
             refuse_undriven(requested)
             recording, converged = run_steady(Loop(requested, self._starts), StopRule(**known, longest_turns=1))
-            values |= {"contacts_known": converged}
-        else:
-            recording = simulate(requested, starts=self._starts)
-            measures = whole_loop(recording) if requested.every_link else {}
-        return run_values(recording) | values | _flat(measures)
+            return run_values(recording) | {"contacts_known": converged}
+        recording = simulate(requested, starts=self._starts)
+        measures = whole_loop(recording) if requested.every_link else {}
+        # over all links, each with its error
+        return run_values(recording) | {
+            f"whole_{name}{suffix}": value
+            for name, estimate in measures.items()
+            for suffix, value in zip(("", "_error", "_half_width"), estimate, strict=True)
+        }
 
     def _rig_of(self, rig: dict, changes: dict) -> Rig:
         """The rig of a row, kept for the next one."""
@@ -75,12 +68,12 @@ class Rows:
             self._rig = rig, Rig.model_validate(rig)
         return self._rig[1].changed(**changes) if changes else self._rig[1]
 
-    def _refuse_memory(self, scene: Scene, duration: float, every_link: bool) -> None:
+    def _refuse_memory(self, scene: Scene) -> None:
         """That a row does not fit may be otherwise with other neighbours or on another machine: no refusal for good."""
-        needed = cost(scene, duration, every_link=every_link or scene.every_link).memory
+        needed = cost(scene).memory
         if needed > (allowed := min(self.memory, virtual_memory().available)):
             raise MemoryError(
-                f"a recording of {duration:g} s needs about {needed / 1e6:.0f} MB of memory and the row may take "
+                f"a recording of {scene.duration:g} s needs about {needed / 1e6:.0f} MB of memory and the row may take "
                 f"{allowed / 1e6:.0f} MB; use fewer jobs, more memory or a shorter duration"
             )
 
@@ -97,12 +90,3 @@ def run_values(recording: Recording) -> dict:
         "kernel_sources": sources, "row_sources": module_hash(__name__), "processor": target_hash(),
         "versions": ", ".join(f"{name} {of}" for name, of in made.items()),
     }  # fmt: skip
-
-
-def _flat(measures: dict[str, Estimate]) -> dict[str, float]:
-    """Measures over all links, each with its error."""
-    return {
-        f"whole_{name}{suffix}": value
-        for name, estimate in measures.items()
-        for suffix, value in zip(("", "_error", "_half_width"), estimate, strict=True)
-    }

@@ -1,7 +1,6 @@
 """A sweep: a row a scene goes in, a row a result comes out, and what is known is not computed again."""
 
 import os
-from math import inf
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +8,6 @@ import pandas as pd
 
 from trackdyn.errors import InputError
 from trackdyn.files import refuse_unwritable
-from trackdyn.measure.columns import COLUMNS
 from trackdyn.parameters.rig_file import DEFAULT
 from trackdyn.parameters.validation import shown
 from trackdyn.scene.fidelity import CHOICES
@@ -23,7 +21,6 @@ from trackdyn.sweeps.table import read_table, refuse_ending, refuse_header, writ
 # Bytes of a row with 82 values, from what it asks for to its line of the table. Measured on 30,000 rows: 7,000 where
 # they are computed, 9,000 where they are read from a store.
 ROW_MEMORY = 10_000
-COSTS = ["key", "wall_s", "cpu_s"]
 
 
 def cores() -> int:
@@ -45,12 +42,11 @@ def sweep(
     ----------
     design : DataFrame or path
         A row a scene: fields of `Scene`, parameters of the rig as ``section.field``, a ``preset``, a ``rig`` file, a
-        ``name``; ``until.rms`` and its like are tolerances that end the run when reached, or after ``until.longest`` s;
-        ``known.share_pct``, ``known.force`` and ``known.passages`` end it when its contacts have converged
+        ``name``; ``known.share_pct``, ``known.force`` and ``known.passages`` end it when its contacts have converged
         (`measure.stopping.StopRule`). ``step`` may be several: the first counts that is neither refused nor diverges.
         An empty cell leaves the field to its default.
     out : path or None
-        Table to write (.csv, .parquet), with the cost of every row beside it (``.costs.csv``).
+        Table to write (.csv, .parquet).
     rig : path or str
         The rig of every row that names no other: a file, or the name of a shipped one.
     jobs : int or None
@@ -79,20 +75,17 @@ def sweep(
     if out is not None:
         refuse_ending(out, "--out")
         refuse_unwritable(out)
-        if isinstance(design, (Path, str)):
-            _refuse_itself(design, out)
+        if isinstance(design, (Path, str)) and Path(out).resolve() == Path(design).resolve():
+            raise InputError(f"--out = {shown(str(out))}: is the design itself; give another name")
         store = store or store_of(out)
     table = read_design(design)
     refuse_too_many(len(table))
     rows = requested_rows(table, str(rig))
     results_by_key = {row.key: without_values(row.key, REFUSED, row.reason) for row in rows if row.reason}
     due = {row.key: row.task for row in sorted(rows, key=lambda row: row.same_start) if not row.reason}
-    results_by_key |= computed(Rows, due, jobs or cores(), store, "sweep" if progress else "", alone=alone, valid=valid)
+    results_by_key |= computed(Rows, due, jobs or cores(), store, "sweep" if progress else "", alone=alone)
     results = result_table(table, rows, results_by_key)
     if out is not None:
-        # s of the clock and of a core: they differ from run to run, and stand apart for that
-        costs = [{"key": row.key, **results_by_key[row.key]["cost"]} for row in rows]
-        write_table(pd.DataFrame(costs, columns=COSTS), costs_of(out))
         write_table(results, out)
     return results
 
@@ -109,18 +102,6 @@ def refuse_too_many(rows: int) -> None:
 def store_of(out: Path | str) -> Path:
     """The folder in which a sweep keeps its rows if no other is named."""
     return Path(out).with_suffix(".rows")
-
-
-def costs_of(out: Path | str) -> Path:
-    """The table of costs beside the results."""
-    return Path(out).with_suffix(".costs.csv")
-
-
-def _refuse_itself(design: Path | str, out: Path | str) -> None:
-    """Refuse to write the results, or their costs, over the design that they are of."""
-    for path in (Path(out), costs_of(out)):
-        if path.resolve() == Path(design).resolve():
-            raise InputError(f"--out = {shown(str(out))}: {path} is the design itself; give another name")
 
 
 def refuse_foreign(out: Path | str, store: Path | str | None = None) -> None:
@@ -142,8 +123,6 @@ def refuse_foreign(out: Path | str, store: Path | str | None = None) -> None:
     """
     refuse_ending(out, "--out")
     remedy = "give another name, or --overwrite to replace it"
-    if (costs := costs_of(out)).exists() and list(read_table(costs).columns) != COSTS:
-        raise InputError(f"{costs} exists and is no result of a sweep; {remedy}")
     if not Path(out).exists():
         return
     folder = Path(store or store_of(out))
@@ -181,7 +160,7 @@ def one_of_each_kind(design: pd.DataFrame | Path | str) -> pd.DataFrame:
     kinds = [
         name
         for name in table.columns
-        if name in (*CHOICES, "preset", "every_link", "sliding") or name.startswith(("until.", "known."))
+        if name in (*CHOICES, "preset", "every_link", "sliding") or name.startswith("known.")
     ]
     return table.drop_duplicates(kinds) if kinds else table.head(1)
 
@@ -212,11 +191,3 @@ def states_summary(results: pd.DataFrame) -> str:
     return ", ".join(
         f"{counts[state]} {state}" for state in sorted(counts.index, key=lambda state: (state != DONE, state))
     )
-
-
-def valid(values: dict) -> bool:
-    """Whether values can be those of a row: numbers where the dictionary of columns says so, and an RMS among them."""
-    kinds = {"number": (int, float, type(None)), "integer": (int, float, type(None)), "string": (str, type(None))}
-    plain = (str, int, float, type(None))
-    right = all(isinstance(value, kinds.get(COLUMNS.get(name, ("",))[0], plain)) for name, value in values.items())
-    return right and isinstance(rms := values.get("rms_g"), float) and 0.0 <= rms < inf

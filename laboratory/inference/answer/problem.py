@@ -84,7 +84,7 @@ def name_of(rpm: float, ring: float | None) -> str:
 
 def _sensed(recording: Recording) -> dict[str, float]:
     """RMS, SD, content from 20 Hz on and amplitude of the loop's line, of a revolution of one link, g."""
-    ay = stitch(recording).ay
+    ay = stitch(recording)
     line = 2 * abs(np.fft.rfft(ay)[1]) / len(ay)
     measures = {"rms_g": np.sqrt(np.mean(ay**2)), "sd_g": ay.std(), "line_g": line}
     measures["high_frequency_g"] = high_frequency_rms(ay, recording.rate)

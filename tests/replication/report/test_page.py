@@ -50,7 +50,7 @@ def turning(rpm, ring_radius, seconds, pitches=(1,), interval=0.01, sources=None
     scene = Scene(RIG, rpm, ring_radius, duration=seconds, pitches=pitches, frame_interval=interval)
     return Recording(
         time=time, raw=mean, mean=mean, gap=np.zeros(samples),
-        **dict.fromkeys(("cut", "change", "place"), np.zeros((samples, 2))),
+        **dict.fromkeys(("cut", "place"), np.zeros((samples, 2))),
         wheel_rate=np.full((samples, 3), rate), energy=np.zeros((samples, 10)), force=force, area=area,
         groove=(area > 0).astype(np.int8), pitches=np.array(pitches), spells=np.zeros(0, SPELL), begin=1.0,
         frame=frame, frame_time=frame_time,

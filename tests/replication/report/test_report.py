@@ -26,9 +26,8 @@ from trackdyn.plots.drawing import (
     chain_points,
     groove_points,
 )
-from trackdyn.plots.histories import first_crest, history_figure
 from trackdyn.plots.ring_study import duration_figure, force_figure, quiet_from
-from trackdyn.plots.spectra import spectrum_figure
+from trackdyn.plots.spectra import first_crest, history_figure, spectrum_figure
 from trackdyn.plots.style import new_figure, save, thin
 from trackdyn.sensor.sensor_csv import SensorRecord
 from trackdyn.simulation.recording import Recording
@@ -62,7 +61,6 @@ def recording(ring_radius=0.308, rpm=RPM, frames=1):
         mean=mean,
         gap=gap,
         cut=np.zeros((s, 2)),
-        change=np.zeros((s, 2)),
         place=np.zeros((s, 2)),
         wheel_rate=rates,
         energy=np.zeros((s, 10)),

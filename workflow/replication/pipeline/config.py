@@ -24,8 +24,7 @@ from trackdyn.parameters.validation import NotNegative, Positive, Section, shown
 from trackdyn.parameters.yaml_file import read_yaml
 from trackdyn.scene.fidelity import PRESETS
 from trackdyn.scene.rings import study_radii
-from trackdyn.scene.scene import Periods, Scene
-from trackdyn.scene.stop_rule import StopRule, steady_fields
+from trackdyn.scene.scene import Periods, Scene, StopRule, steady_fields
 from trackdyn.sensor.sensor_mapping import load_mapping
 
 

@@ -4,8 +4,7 @@ from trackdyn.sweeps.job import run_job
 
 from trackdyn.measure.stopping import run_steady
 from trackdyn.parameters.rig import load_rig
-from trackdyn.scene.scene import Scene
-from trackdyn.scene.stop_rule import StopRule
+from trackdyn.scene.scene import Scene, StopRule
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.settling import SettledLoops
 

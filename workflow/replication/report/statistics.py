@@ -17,7 +17,7 @@ from replication.paper.paper_tables import value_difference
 from replication.report.tables import headed, write_captioned_table
 from trackdyn.errors import InputError
 from trackdyn.measure.columns import error_of
-from trackdyn.measure.sensor_metrics import own_metrics
+from trackdyn.measure.sensor import own_metrics
 from trackdyn.sensor.sensor_csv import SensorRecord, read_sensor_csv
 
 

@@ -7,8 +7,7 @@ from math import inf
 
 from replication.paper.item import SENSORS
 from replication.paper.printed import lettered, peaks
-from trackdyn.plots.histories import history_figure
-from trackdyn.plots.spectra import spectrum_figure
+from trackdyn.plots.spectra import history_figure, spectrum_figure
 from trackdyn.plots.style import save
 from trackdyn.sensor.sensor_csv import read_sensor_csv
 from trackdyn.simulation.recording import load_recording

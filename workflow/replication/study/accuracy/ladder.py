@@ -16,8 +16,7 @@ from trackdyn.measure.stopping import run_steady
 from trackdyn.measure.whole_loop import whole_loop
 from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.scene.fidelity import PRESETS, WITHOUT_RING
-from trackdyn.scene.scene import Scene
-from trackdyn.scene.stop_rule import StopRule, steady_fields
+from trackdyn.scene.scene import Scene, StopRule, steady_fields
 from trackdyn.simulation.account import energy_residual
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.settling import SettledLoops

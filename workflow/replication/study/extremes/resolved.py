@@ -17,8 +17,7 @@ from trackdyn.scene.limits import largest_step
 from trackdyn.scene.scene import OF_THE_RIG, Scene
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recorder import Recorder
-from trackdyn.simulation.resolution import NO, OPEN, PEAKS, RMS, YES
-from trackdyn.simulation.watch import FINER
+from trackdyn.simulation.resolution import FINER, NO, OPEN, PEAKS, RMS, YES
 
 FAMILY = "short runs"
 SEED = 20261215
@@ -128,7 +127,7 @@ def run_short(number: int, seed: int = SEED) -> dict:
 def _run(loop: Loop, seconds: float, watched: bool):
     loop_copy = loop.copy()
     loop_copy.advance(RAMP)
-    writer = Recorder(loop_copy, seconds, (), 0.0, True, True, watched, loop).finish()
+    writer = Recorder(loop_copy, loop.scene.with_(duration=seconds, every_link=True), watched, loop).finish()
     return writer.answer(), writer.watch.resolution()
 
 
