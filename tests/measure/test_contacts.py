@@ -9,16 +9,8 @@ from hypothesis import strategies as st
 
 from tests.conftest import made_recording
 from trackdyn.errors import InputError
-from trackdyn.measure.contacts import (
-    SHORT,
-    area_shares,
-    events,
-    mean_events,
-    meshing_summary,
-    passages,
-    smoothed_maxima,
-    spells,
-)
+from trackdyn.measure.contacts import SHORT, area_shares, meshing_summary, passages, spells
+from trackdyn.measure.events import events, mean_events, smoothed_maxima
 from trackdyn.measure.metrics import needed_lengths, run_metrics, speed_sentence
 from trackdyn.model.record import SPELL
 from trackdyn.parameters.rig import load_rig

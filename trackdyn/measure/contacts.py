@@ -11,18 +11,18 @@ by their number and by the time of a revolution.
 Turns are those that the sprocket made (`Recording.steady_time`): a motor does not hold the speed that is asked for.
 """
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pandas as pd
-import scipy
 
-from trackdyn.errors import InputError
 from trackdyn.measure.uncertainty import NAN, batch_error, ratio_error
 from trackdyn.model.constants import SPROCKET
 from trackdyn.model.record import SPELL
 from trackdyn.parameters.rig import Rig
 from trackdyn.simulation.recording import Recording
+
+if TYPE_CHECKING:
+    import pandas as pd  # what makes tables imports it: it takes longer than to load all kernels
 
 SIDES = ("left", "right", "ring")
 # Turns of the sprocket: 0.01 s, to which the paper prints times, of the 2.906 s that a turn takes at 115 rpm. A shorter
@@ -132,27 +132,8 @@ EXTENT = ("start_s", "end_s", "touching_s", "share_pct", "phase_start", "phase_e
 FORCES = ("peak_n", "peak_s", "peak_phase", *INTEGRALS)
 PASSAGE_COLUMNS = ["passage", "connector", "side", "areas", "count", *EXTENT, *FORCES]
 
-RESOLUTION = 0.01  # to which the paper prints the times of events, s
-AFTER_TOUCH = "after the touch"
-EVENTS_WITHOUT_RING = {
-    "first left": ("left", "start_s"),
-    "first right": ("right", "start_s"),
-    "left maximum": ("left", "peak_s"),
-    "right maximum": ("right", "peak_s"),
-    "right gone": ("right", "end_s"),
-    "out": ("arcs", "end_s"),
-}
-EVENTS_WITH_RING = {
-    "ring touched": ("ring", "start_s"),
-    "ring maximum": ("ring", "peak_s"),
-    "left touches": ("left", "start_s"),
-    "left maximum": ("left", "peak_s"),
-    "ring left": ("ring", "end_s"),
-    "out": ("arcs", "end_s"),
-}
 
-
-def spells(recording: Recording) -> pd.DataFrame:
+def spells(recording: Recording) -> "pd.DataFrame":
     """Uninterrupted contacts with the sprocket that began and ended within the record.
 
     Contacts of the same pitch, side and groove less than `SHORT` apart count as one (chatter).
@@ -179,6 +160,8 @@ def spells(recording: Recording) -> pd.DataFrame:
         - ``passage``: number of the complete passage, in order of first contact; -1 and NaN phases for one
           that the record may cut
     """
+    import pandas as pd
+
     rows: dict[str, Any] = contacts(recording)
     rows["share_pct"] = 100 * rows["touching"] / recording.periods.turn
     rows["areas"] = [_area_names(bits) for bits in rows["areas"]]
@@ -190,7 +173,7 @@ def spells(recording: Recording) -> pd.DataFrame:
     return pd.DataFrame({name: pd.Series(rows[name], dtype=texts.get(name)) for name in columns})
 
 
-def passages(recording: Recording) -> pd.DataFrame:
+def passages(recording: Recording) -> "pd.DataFrame":
     """Complete passages: one row for each and side, with or without contact.
 
     Returns
@@ -201,6 +184,13 @@ def passages(recording: Recording) -> pd.DataFrame:
         square_n2s``: first start, last end and highest peak of the contacts that are not short (`SHORT`),
         sums over all. Without contact sums and ``peak_n`` are 0, times and phases NaN.
     """
+    import pandas as pd
+
+    return pd.DataFrame(passage_arrays(recording), columns=PASSAGE_COLUMNS).astype({"side": str, "areas": str})
+
+
+def passage_arrays(recording: Recording) -> dict[str, np.ndarray]:
+    """Columns of `passages`, the sides of a passage behind each other as in `SIDES`."""
     turn = recording.periods.turn
     rows = contacts(recording)
     rows = {name: column[rows["passage"] >= 0] for name, column in rows.items()}
@@ -229,7 +219,7 @@ def passages(recording: Recording) -> pd.DataFrame:
     table["areas"] = np.array([_area_names(bits) for bits in areas], dtype=object)
     connector[number] = rows["connector"] + 1
     table["connector"] = np.repeat(connector, len(SIDES))
-    return pd.DataFrame(table, columns=PASSAGE_COLUMNS).astype({"side": str, "areas": str})
+    return table
 
 
 def meshing_summary(recording: Recording) -> dict:
@@ -255,115 +245,32 @@ def meshing_summary(recording: Recording) -> dict:
         standard errors by batch means over passages (`uncertainty`). Without a complete passage all other numbers are
         NaN and areas empty; without a contact of the kind shares and forces are 0 and phases NaN.
     """
-    table = passages(recording)
+    table = passage_arrays(recording)
     loop = recording.periods.loop
-    summary: dict = {"passages": table["passage"].nunique()}
-    for side in SIDES:
-        rows = table[table["side"] == side]
+    count = len(table["passage"]) // len(SIDES)
+    summary: dict = {"passages": count}
+    for k, side in enumerate(SIDES):
+        rows = {name: column[k :: len(SIDES)] for name, column in table.items()}
         touching = rows["touching_s"].sum()
-        quiet = 0.0 if len(rows) else NAN
+        quiet = 0.0 if count else NAN
         share = rows["share_pct"]
-        values: dict[str, float | str] = {"share_pct": float(share.mean()), "share_error_pct": batch_error(share)[0]}
+        values: dict[str, float | str] = {"share_pct": _mean(share), "share_error_pct": batch_error(share)[0]}
         values |= _run_statistics(rows["impulse_ns"] / loop, rows["square_n2s"] / loop)
         rms = float((rows["square_n2s"].sum() / touching) ** 0.5) if touching else quiet
         # to first order
         off = ratio_error(rows["square_n2s"], rows["touching_s"]) / (2 * rms) if touching else quiet
         values |= {"rms_contact_n": rms, "rms_contact_error_n": off}
-        values |= {"peak_n": float(rows["peak_n"].mean()), "peak_error_n": batch_error(rows["peak_n"])[0]}
-        values["peak_largest_n"] = float(rows["peak_n"].max())
+        values |= {"peak_n": _mean(rows["peak_n"]), "peak_error_n": batch_error(rows["peak_n"])[0]}
+        values["peak_largest_n"] = float(rows["peak_n"].max()) if count else NAN
         for name in ("phase_start", "phase_end"):
-            known = rows[name].dropna()
-            values |= {name: float(known.mean()), f"{name}_error": batch_error(known)[0]}
+            known = rows[name][~np.isnan(rows[name])]
+            values |= {name: _mean(known), f"{name}_error": batch_error(known)[0]}
         if side != "ring":
-            shares = sampled_shares(recording.area[:, :, SIDES.index(side)], recording.wheel_rate, recording.scene.rig)
+            shares = sampled_shares(recording.area[:, :, k], recording.wheel_rate, recording.scene.rig)
             visited = ",".join(str(area) for area in range(1, 11) if shares[area] >= LEAST_SHARE)
-            values["areas"] = (visited or "none") if len(rows) else ""
+            values["areas"] = (visited or "none") if count else ""
         summary |= {f"{side}_{name}": value for name, value in values.items()}
     return summary
-
-
-def peaks(recording: Recording, side: str) -> pd.DataFrame:
-    """Largest force of every visit of an arc of one side to the sprocket, in order of release.
-
-    Visits that the beginning of the record may cut are left out. A table with ``end_s`` since the beginning of the
-    record and ``peak_n``.
-    """
-    rows = pd.DataFrame(contacts(recording))
-    rows = rows[rows["lasting"] & (rows["side"] == SIDES.index(side))].sort_values(["connector", "start"])
-    # an arc is on the sprocket for about half a turn, and off it for longer than that
-    free = VISIT * recording.periods.turn
-    visit = (rows["start"].diff().gt(free) | rows["connector"].diff().ne(0)).cumsum()
-    visits = rows.groupby(visit).agg(start=("start", "min"), end_s=("end_s", "max"), peak_n=("peak_n", "max"))
-    return visits[visits["start"] > free].sort_values("end_s")[["end_s", "peak_n"]]
-
-
-def events(recording: Recording, passage: int) -> dict[str, float]:
-    """Named events of one complete passage (:func:`passages`), in the order of C16 (no ring) or C17 (ring).
-
-    Times are in s since the first contact of the passage, NaN for what does not happen. ``out`` is the last contact of
-    either arc. Raises `InputError` if the record holds no complete passage of this number.
-    """
-    table = passages(recording)
-    count = table["passage"].nunique()
-    if passage not in set(table["passage"]):
-        raise InputError(f"passage {passage} is not among the {count} complete passages of the record")
-    return _events(recording, table[table["passage"] == passage]).iloc[0].to_dict()
-
-
-def mean_events(recording: Recording) -> pd.DataFrame:
-    """Mean and standard deviation (1/(n-1)) of :func:`events` over the complete passages.
-
-    A table with ``event, mean_s, sd_s`` and the ``passages`` in which it happens; NaN where none or only one does.
-    """
-    times = _events(recording, passages(recording))
-    columns = {"mean_s": times.mean(), "sd_s": times.std(), "passages": times.count()}
-    return pd.DataFrame(columns).rename_axis("event").reset_index()
-
-
-def event_times(recording: Recording) -> dict[str, float]:
-    """Mean time of every event of `mean_events` and `smoothed_maxima` after the first contact, s; NaN if never."""
-    tables = (mean_events(recording), smoothed_maxima(recording))
-    return {row["event"]: float(row["mean_s"]) for table in tables for _, row in table.iterrows()}
-
-
-def smoothed_maxima(recording: Recording) -> pd.DataFrame:
-    """Times of the largest force in two readings that leave out the spike of a touch-down, of the recorded connectors.
-
-    The largest force of all steps may be that spike, which lasts less than a millisecond. The paper prints times to
-    0.01 s and draws its forces every millisecond: a mean over `RESOLUTION` shows the maximum of what carries load, and
-    so do the samples of the record from so long after the touch of that side on. A table with ``event`` (``left
-    maximum, mean over 0.01 s``, ``left maximum, after the touch``, ...), ``mean_s, sd_s`` after the first contact,
-    ``passages`` and ``area`` of the groove, the most frequent one (1 to 10; 0 on the ring).
-    """
-    count = recording.scene.rig.chain.pitches
-    columns = {int(pitch): i for i, pitch in enumerate(recording.pitches)}
-    window = max(round(RESOLUTION * recording.rate), 1)
-    table = passages(recording)
-    table = table[table["connector"].isin(columns)]
-    times: dict[str, list[float]] = {}
-    areas: dict[str, list[int]] = {}
-    for _, rows in table.groupby("passage"):
-        first, last = rows["start_s"].min(), rows["end_s"].max()
-        connector, of_side = int(rows["connector"].iloc[0]), rows.set_index("side")
-        for i, side in enumerate(SIDES):
-            column = columns.get(connector % count + 1 if side == "ring" else connector)
-            if column is None or np.isnan(of_side.loc[side, "start_s"]):
-                continue
-            force = recording.force[:, column, i]
-            smooth = scipy.ndimage.uniform_filter1d(force, window)
-            touch = of_side.loc[side, "start_s"] + RESOLUTION
-            for name, values, begin in ((f"mean over {RESOLUTION:g} s", smooth, first), (AFTER_TOUCH, force, touch)):
-                inside = np.flatnonzero((recording.time >= begin) & (recording.time <= last))
-                if len(inside):
-                    highest = inside[np.argmax(values[inside])]
-                    event = f"{side} maximum, {name}"
-                    times.setdefault(event, []).append(float(recording.time[highest] - first))
-                    areas.setdefault(event, []).append(0 if side == "ring" else int(recording.area[highest, column, i]))
-    return pd.DataFrame(
-        [{"event": event, "mean_s": np.mean(t), "sd_s": np.std(t), "passages": len(t),
-          "area": np.bincount(areas[event]).argmax()} for event, t in times.items()],
-        columns=["event", "mean_s", "sd_s", "passages", "area"],
-    )  # fmt: skip
 
 
 def sampled_shares(area: np.ndarray, wheel_rate: np.ndarray, rig: Rig) -> np.ndarray:
@@ -392,27 +299,21 @@ def area_shares(recording: Recording) -> dict[str, float]:
     return measures
 
 
-def _run_statistics(mean: pd.Series, square: pd.Series) -> dict[str, float]:
+def _mean(values: np.ndarray) -> float:
+    return float(values.mean()) if len(values) else NAN
+
+
+def _run_statistics(mean: np.ndarray, square: np.ndarray) -> dict[str, float]:
     """RMS and SD of a force over the run, from each passage's share of its mean and mean square.
 
     Their standard errors follow from those of the means to first order.
     """
-    mean_force, mean_square = float(mean.mean()), float(square.mean())
+    mean_force, mean_square = _mean(mean), _mean(square)
     rms = mean_square**0.5
     sd = max(mean_square - mean_force**2, 0.0) ** 0.5 if len(mean) else NAN
     rms_error = batch_error(square)[0] / (2 * rms) if rms else rms
     sd_error = batch_error(square - 2 * mean_force * mean)[0] / (2 * sd) if sd else sd
     return {"rms_n": rms, "rms_error_n": rms_error, "sd_n": sd, "sd_error_n": sd_error}
-
-
-def _events(recording: Recording, table: pd.DataFrame) -> pd.DataFrame:
-    """Times of events (columns) of passages from their three rows, s."""
-    places, times = EVENTS_WITHOUT_RING if recording.scene.ring_radius is None else EVENTS_WITH_RING, []
-    for _, of_passage in table.groupby("passage"):
-        rows, first = of_passage.set_index("side"), of_passage["start_s"].min()
-        sides = {side: rows.loc[side] for side in SIDES} | {"arcs": rows.loc[["left", "right"]].max(numeric_only=True)}
-        times.append({event: float(sides[side][column] - first) for event, (side, column) in places.items()})
-    return pd.DataFrame(times, columns=list(places), dtype=float)
 
 
 def _area_names(bits: int) -> str:

@@ -1,7 +1,8 @@
 """One row of numbers a run: the columns of ``metrics.csv``. A new metric is added here; no simulation depends on it."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-import pandas as pd
 
 from trackdyn.measure.columns import table_schema
 from trackdyn.measure.contacts import LONGEST_CONTACT, PASSAGE, meshing_summary
@@ -10,6 +11,9 @@ from trackdyn.scene.fidelity import label
 from trackdyn.sensor.signals import LEAST_PERIODS, holds_line, main_line
 from trackdyn.simulation.account import energy_residual
 from trackdyn.simulation.recording import Recording
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 NAN = float("nan")
 SHOWN = (
@@ -21,13 +25,15 @@ STARTS = 16  # of a record in a turn of the loop
 SAME_SPEED = 0.01  # of a speed: from here on a difference or a drift is said
 
 
-def lines_by_start(recording: Recording, starts: int = STARTS) -> pd.DataFrame:
+def lines_by_start(recording: Recording, starts: int = STARTS) -> "pd.DataFrame":
     """Dominant peak of the FFT, had the record begun elsewhere in a turn of the loop.
 
     What a later start needs beyond the end of the record is taken one turn earlier: in steady running every turn is
     like the one before. Windows of a longer run show the same amplitudes to 5e-6 g (115 rpm, 90 s). A table with
     ``start_s`` after the record's own start, ``line_hz``, ``line_g``; no rows for a record too short for a line.
     """
+    import pandas as pd
+
     ay, loop_hz = sense(recording).ay, recording.periods.loop_hz
     if not holds_line(len(ay), recording.rate, loop_hz):
         return pd.DataFrame(columns=["start_s", "line_hz", "line_g"])

@@ -14,8 +14,9 @@ from itertools import pairwise
 import numpy as np
 
 from trackdyn.errors import InputError
-from trackdyn.measure.contacts import SIDES, peaks
+from trackdyn.measure.contacts import SIDES
 from trackdyn.measure.convergence import RELATIVE, SHARES, Estimate, Series
+from trackdyn.measure.events import peaks
 from trackdyn.measure.sensor import specific_force
 from trackdyn.model.record import SPELL
 from trackdyn.sensor.signals import high_passed

@@ -4,7 +4,6 @@ import re
 from math import floor, log10
 
 import numpy as np
-import pandas as pd
 
 from trackdyn.measure.columns import groups, heading, words
 from trackdyn.measure.uncertainty import ROUNDING
@@ -17,7 +16,7 @@ def significant(value, digits: int = 3) -> str:
     """
     if isinstance(value, bool | np.bool_):
         return "yes" if value else "no"
-    if pd.isna(value) or value == "":
+    if value is None or value != value or value == "":
         return "–"
     if not isinstance(value, float) or not np.isfinite(value):
         return str(value)

@@ -41,11 +41,11 @@ def spectrum(a, rate_hz: float) -> tuple[np.ndarray, np.ndarray]:
     """
     a = _signal(a)
     rate_hz = _positive(rate_hz, "rate_hz", "Hz")
-    amplitude = np.abs(scipy.fft.rfft(a)) * (2.0 / a.size)
+    amplitude = np.abs(np.fft.rfft(a)) * (2.0 / a.size)
     amplitude[0] *= 0.5
     if a.size % 2 == 0:
         amplitude[-1] *= 0.5
-    return scipy.fft.rfftfreq(a.size, 1.0 / rate_hz), amplitude
+    return np.fft.rfftfreq(a.size, 1.0 / rate_hz), amplitude
 
 
 def in_bands(freq: np.ndarray, amplitude: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -167,9 +167,9 @@ def high_passed(a, rate_hz: float) -> np.ndarray:
     n, ramp = len(a), np.expand_dims(np.hanning(2 * len(a) + 1)[: len(a) - 1], tuple(range(1, a.ndim)))
     before, after = (2 * a[:1] - a[:0:-1]) * ramp, (2 * a[-1:] - a[-2::-1]) * ramp[::-1]
     extended = np.concatenate([before, a, after])
-    lines = scipy.fft.rfft(extended, axis=0)
-    lines[scipy.fft.rfftfreq(len(extended), 1.0 / rate_hz) < HIGH_HZ] = 0.0
-    return scipy.fft.irfft(lines, len(extended), axis=0)[n - 1 : 2 * n - 1]
+    lines = np.fft.rfft(extended, axis=0)
+    lines[np.fft.rfftfreq(len(extended), 1.0 / rate_hz) < HIGH_HZ] = 0.0
+    return np.fft.irfft(lines, len(extended), axis=0)[n - 1 : 2 * n - 1]
 
 
 def high_frequency_rms(a, rate_hz: float, above_hz: float = HIGH_HZ) -> float:

@@ -7,7 +7,8 @@ from psutil import virtual_memory
 
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.jit import target_hash
-from trackdyn.measure.contacts import area_shares, event_times
+from trackdyn.measure.contacts import area_shares
+from trackdyn.measure.events import event_times
 from trackdyn.measure.metrics import run_metrics, sliding_per_km
 from trackdyn.measure.stopping import refuse_undriven, run_steady
 from trackdyn.measure.whole_loop import whole_loop

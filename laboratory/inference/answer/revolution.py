@@ -7,7 +7,8 @@ What is taken from whole passages of a long record comes here from samples of a 
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from trackdyn.measure.contacts import RESOLUTION, event_times, meshing_summary, smoothed_maxima
+from trackdyn.measure.contacts import meshing_summary
+from trackdyn.measure.events import RESOLUTION, event_times, smoothed_maxima
 from trackdyn.measure.whole_loop import stitched_contacts
 from trackdyn.simulation.recording import Recording
 

@@ -10,7 +10,7 @@ import numpy as np
 from replication.paper.evidence import Evidence, NotThere, Range
 from trackdyn.measure.ring_rule import RULE, parse_rule
 
-# Two readings of a maximum, neither of which is the spike of a touch-down (`measure.contacts.smoothed_maxima`).
+# Two readings of a maximum, neither of which is the spike of a touch-down (`measure.events.smoothed_maxima`).
 READINGS = ("maximum, mean over 0.01 s", "maximum, after the touch")
 SAME = 1e-9  # radii are compared with printed ones, m
 

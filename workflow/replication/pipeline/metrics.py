@@ -8,7 +8,8 @@ import pandas as pd
 
 from trackdyn.files import write_csv, write_text
 from trackdyn.measure.columns import schema_text
-from trackdyn.measure.contacts import mean_events, smoothed_maxima, spells
+from trackdyn.measure.contacts import spells
+from trackdyn.measure.events import mean_events, smoothed_maxima
 from trackdyn.measure.metrics import run_metrics
 from trackdyn.simulation.recording import load_recording
 

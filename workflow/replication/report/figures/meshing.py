@@ -12,7 +12,8 @@ from matplotlib.lines import Line2D
 from replication.paper import printed
 from replication.report.marks import HALO
 from trackdyn.errors import InputError
-from trackdyn.measure.contacts import mean_events, passages, smoothed_maxima, spells
+from trackdyn.measure.contacts import passages, spells
+from trackdyn.measure.events import mean_events, smoothed_maxima
 from trackdyn.plots.drawing import ring_words
 from trackdyn.plots.style import BLACK, BLUE, GREEN, PRINTED, PURPLE, SMALL, new_figure, styled
 from trackdyn.simulation.recording import Recording

@@ -15,7 +15,8 @@ from scipy.ndimage import uniform_filter1d
 
 from replication.report import marks
 from replication.report.figures.meshing import LOOKS, NAMES, Selected, passage_figure, printed_times, select_passage
-from trackdyn.measure.contacts import SIDES, events
+from trackdyn.measure.contacts import SIDES
+from trackdyn.measure.events import events
 from trackdyn.parameters.rig import Rig
 from trackdyn.plots import drawing
 from trackdyn.plots.style import BLACK, PAGE, new_figure, save, styled

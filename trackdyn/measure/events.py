@@ -1,0 +1,122 @@
+"""Events of a passage (Sect. 6.1) and the largest force of every visit: when arcs and ring touch, peak and let go."""
+
+import numpy as np
+import pandas as pd
+import scipy
+
+from trackdyn.errors import InputError
+from trackdyn.measure.contacts import SIDES, VISIT, contacts, passages
+from trackdyn.simulation.recording import Recording
+
+RESOLUTION = 0.01  # to which the paper prints the times of events, s
+AFTER_TOUCH = "after the touch"
+EVENTS_WITHOUT_RING = {
+    "first left": ("left", "start_s"),
+    "first right": ("right", "start_s"),
+    "left maximum": ("left", "peak_s"),
+    "right maximum": ("right", "peak_s"),
+    "right gone": ("right", "end_s"),
+    "out": ("arcs", "end_s"),
+}
+EVENTS_WITH_RING = {
+    "ring touched": ("ring", "start_s"),
+    "ring maximum": ("ring", "peak_s"),
+    "left touches": ("left", "start_s"),
+    "left maximum": ("left", "peak_s"),
+    "ring left": ("ring", "end_s"),
+    "out": ("arcs", "end_s"),
+}
+
+
+def peaks(recording: Recording, side: str) -> pd.DataFrame:
+    """Largest force of every visit of an arc of one side to the sprocket, in order of release.
+
+    Visits that the beginning of the record may cut are left out. A table with ``end_s`` since the beginning of the
+    record and ``peak_n``.
+    """
+    rows = pd.DataFrame(contacts(recording))
+    rows = rows[rows["lasting"] & (rows["side"] == SIDES.index(side))].sort_values(["connector", "start"])
+    # an arc is on the sprocket for about half a turn, and off it for longer than that
+    free = VISIT * recording.periods.turn
+    visit = (rows["start"].diff().gt(free) | rows["connector"].diff().ne(0)).cumsum()
+    visits = rows.groupby(visit).agg(start=("start", "min"), end_s=("end_s", "max"), peak_n=("peak_n", "max"))
+    return visits[visits["start"] > free].sort_values("end_s")[["end_s", "peak_n"]]
+
+
+def events(recording: Recording, passage: int) -> dict[str, float]:
+    """Named events of one complete passage (:func:`passages`), in the order of C16 (no ring) or C17 (ring).
+
+    Times are in s since the first contact of the passage, NaN for what does not happen. ``out`` is the last contact of
+    either arc. Raises `InputError` if the record holds no complete passage of this number.
+    """
+    table = passages(recording)
+    count = table["passage"].nunique()
+    if passage not in set(table["passage"]):
+        raise InputError(f"passage {passage} is not among the {count} complete passages of the record")
+    return _events(recording, table[table["passage"] == passage]).iloc[0].to_dict()
+
+
+def mean_events(recording: Recording) -> pd.DataFrame:
+    """Mean and standard deviation (1/(n-1)) of :func:`events` over the complete passages.
+
+    A table with ``event, mean_s, sd_s`` and the ``passages`` in which it happens; NaN where none or only one does.
+    """
+    times = _events(recording, passages(recording))
+    table = times.mean().rename("mean_s").rename_axis("event").reset_index()
+    return table.assign(sd_s=times.std().to_numpy(), passages=times.count().to_numpy())
+
+
+def event_times(recording: Recording) -> dict[str, float]:
+    """Mean time of every event of `mean_events` and `smoothed_maxima` after the first contact, s; NaN if never."""
+    tables = (mean_events(recording), smoothed_maxima(recording))
+    return {row["event"]: float(row["mean_s"]) for table in tables for _, row in table.iterrows()}
+
+
+def smoothed_maxima(recording: Recording) -> pd.DataFrame:
+    """Times of the largest force in two readings that leave out the spike of a touch-down, of the recorded connectors.
+
+    The largest force of all steps may be that spike, which lasts less than a millisecond. The paper prints times to
+    0.01 s and draws its forces every millisecond: a mean over `RESOLUTION` shows the maximum of what carries load, and
+    so do the samples of the record from so long after the touch of that side on. A table with ``event`` (``left
+    maximum, mean over 0.01 s``, ``left maximum, after the touch``, ...), ``mean_s, sd_s`` after the first contact,
+    ``passages`` and ``area`` of the groove, the most frequent one (1 to 10; 0 on the ring).
+    """
+    count = recording.scene.rig.chain.pitches
+    columns = {int(pitch): i for i, pitch in enumerate(recording.pitches)}
+    window = max(round(RESOLUTION * recording.rate), 1)
+    table = passages(recording)
+    table = table[table["connector"].isin(columns)]
+    times: dict[str, list[float]] = {}
+    areas: dict[str, list[int]] = {}
+    for _, rows in table.groupby("passage"):
+        first, last = rows["start_s"].min(), rows["end_s"].max()
+        connector, of_side = int(rows["connector"].iloc[0]), rows.set_index("side")
+        for i, side in enumerate(SIDES):
+            column = columns.get(connector % count + 1 if side == "ring" else connector)
+            if column is None or np.isnan(of_side.loc[side, "start_s"]):
+                continue
+            force = recording.force[:, column, i]
+            smooth = scipy.ndimage.uniform_filter1d(force, window)
+            touch = of_side.loc[side, "start_s"] + RESOLUTION
+            for name, values, begin in ((f"mean over {RESOLUTION:g} s", smooth, first), (AFTER_TOUCH, force, touch)):
+                inside = np.flatnonzero((recording.time >= begin) & (recording.time <= last))
+                if len(inside):
+                    highest = inside[np.argmax(values[inside])]
+                    event = f"{side} maximum, {name}"
+                    times.setdefault(event, []).append(float(recording.time[highest] - first))
+                    areas.setdefault(event, []).append(0 if side == "ring" else int(recording.area[highest, column, i]))
+    return pd.DataFrame(
+        [{"event": event, "mean_s": np.mean(t), "sd_s": np.std(t), "passages": len(t),
+          "area": np.bincount(areas[event]).argmax()} for event, t in times.items()],
+        columns=["event", "mean_s", "sd_s", "passages", "area"],
+    )  # fmt: skip
+
+
+def _events(recording: Recording, table: pd.DataFrame) -> pd.DataFrame:
+    """Times of events (columns) of passages from their three rows, s."""
+    places, times = EVENTS_WITHOUT_RING if recording.scene.ring_radius is None else EVENTS_WITH_RING, []
+    for _, of_passage in table.groupby("passage"):
+        rows, first = of_passage.set_index("side"), of_passage["start_s"].min()
+        sides = {side: rows.loc[side] for side in SIDES} | {"arcs": rows.loc[["left", "right"]].max(numeric_only=True)}
+        times.append({event: float(sides[side][column] - first) for event, (side, column) in places.items()})
+    return pd.DataFrame(times, columns=list(places), dtype=float)
