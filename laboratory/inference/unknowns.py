@@ -1,13 +1,11 @@
 """Unknown parameters of a rig: what each can be, the source of that range, and the way from the unit cube to rigs."""
 
 from collections.abc import Mapping
-from itertools import islice
 from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
-from scipy.stats import qmc
 
 from trackdyn.errors import InputError, TrackdynError
 from trackdyn.parameters.layout import can_close
@@ -17,8 +15,6 @@ from trackdyn.parameters.validation import Section, plain_number, shown
 
 # how far from its bounds a value may be rounded, as a share of the range
 EDGE = 1e-9
-# points that are drawn for one that is kept: half of all grooves cannot be cut, a third of all loops not closed
-DRAWN = 8
 
 
 class Unknown(Section):
@@ -195,17 +191,6 @@ def buildable(unknowns: Unknowns, x) -> bool:
         return can_close(unknowns.to_rig(x))
     except TrackdynError:
         return False
-
-
-def prior_points(unknowns: Unknowns, count: int, seed: int = 0) -> np.ndarray:
-    """(count, d) points of a Latin hypercube that can be built."""
-    drawn = qmc.LatinHypercube(len(unknowns), seed=seed).random(DRAWN * count)
-    points = list(islice((x for x in drawn if buildable(unknowns, x)), count))
-    if len(points) < count:
-        raise TrackdynError(
-            f"of {len(drawn)} points of the unknowns' ranges only {len(points)} give a groove; change the ranges"
-        )
-    return np.array(points)
 
 
 def file_ranges(path: Path | str) -> dict[str, tuple[float, float, str]]:
