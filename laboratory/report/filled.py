@@ -10,21 +10,6 @@ from replication.report.filled import write_pages
 from trackdyn.errors import InputError
 
 
-def departures(rows: pd.DataFrame) -> str:
-    """A line a departure, a column a scene: changes of RMS, high frequency and left share."""
-    shown = ("rms_g", "high_frequency_g", "left_share_pct")
-
-    def cell(group: pd.DataFrame) -> str:
-        if isinstance(why := group["failed"].iloc[0], str) and why:
-            return "refused" if why.startswith("scene: ") else "fails"
-        differences = group.set_index("measure")["difference"]
-        parts = [f"{differences[name]:+.1f}".replace("-0.0", "0").replace("+0.0", "0") for name in shown]
-        return ", ".join(parts) if set(parts) != {"0"} else "0"
-
-    cells = rows.groupby(["departure", "scene"], sort=False)[["measure", "difference", "failed"]].apply(cell)
-    return cells.unstack(sort=False).reset_index().to_markdown(index=False, disable_numparse=True)
-
-
 def identify_text(calibration: pd.DataFrame, synthetic: pd.DataFrame) -> str:
     """Coverage of the 50 and 90 % intervals of the unknowns; then what records came to that no rig explains."""
     every = calibration["parameter"] == "all unknowns"
@@ -48,7 +33,6 @@ def identify_text(calibration: pd.DataFrame, synthetic: pd.DataFrame) -> str:
 
 ANSWER = ("ends", "verdicts", "robustness", "profiles")
 PAGES = (
-    ("docs/deviations.md", ("deviations.csv",), departures),
     ("docs/identify.md", ("calibration.csv", "identify_synthetic.csv"), identify_text),
     ("docs/answer.md", tuple(f"answer_{name}.csv" for name in ANSWER), answer_text),
     ("docs/wear.md", ("wear_lives.csv",), lambda lives: wear_text(lives[lives["rig"] == "possible"])),

@@ -170,7 +170,7 @@ rule pictures:
     input:
         tables=[f"{R}/{name}.csv" for name in ("claims", "tables/parameters")],
         trade=[f"{R}/short/{name}.csv" for name in ("trade", "planner")],
-        default_step=f"{R}/default_step.csv",
+        by_name=[f"{R}/{name}.csv" for name in ("default_step", "tables/fidelity")],
         manifest=f"{R}/manifest.json",
         pictures=[
             *(f"{R}/figures/{name}" for name in ("animation.gif", "fig19.png", "fig24.png")),
@@ -179,5 +179,5 @@ rule pictures:
     log: f"{R}/logs/pictures.log"
     message: "Pictures and measured parts of the pages"
     shell:
-        "{sys.executable:q} -m replication.report.filled {input.tables:q} {input.trade:q} {input.default_step:q} {input.pictures:q}"
+        "{sys.executable:q} -m replication.report.filled {input.tables:q} {input.trade:q} {input.by_name:q} {input.pictures:q}"
         " > {log:q} 2>&1"

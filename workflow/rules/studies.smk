@@ -3,9 +3,9 @@
 
 # settings of the ladder whose method is not the standard one
 LADDER_KERNELS = {
-    setting: method_kernels(fields["integrator"])
-    for setting, fields in SETTINGS.items()
-    if fields.get("integrator", "semi_implicit") != "semi_implicit"
+    setting: method_kernels(variant.scene["integrator"])
+    for setting, variant in SETTINGS.items()
+    if variant.scene.get("integrator", "semi_implicit") != "semi_implicit"
 }
 
 
@@ -20,7 +20,7 @@ rule fidelity_setting:
         speeds=CONFIG.fidelity.speeds_rpm,
         radii=CONFIG.ladder_radii,
         known=CONFIG.known.model_dump(),
-    wildcard_constraints: setting=r"\w+=\w+"
+    wildcard_constraints: setting=r"[\w.]+=[\w.-]+"
     priority: 40
     log: f"{R}/logs/fidelity/{{setting}}.log"
     message: "The ladder of fidelities: {wildcards.setting}"

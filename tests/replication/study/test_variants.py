@@ -1,24 +1,35 @@
 """The variants of a scene: each can be built on the shipped rig, and changes what it says."""
 
+import pandas as pd
 import pytest
 
-from replication.study.departures import variant_scenes
-from replication.study.variants import DEPARTURES, PHYSICS, SETTINGS, VARIANTS, change
+from replication.report.fidelity import ladder_table
+from replication.report.filled import departures_text
+from replication.study.accuracy.ladder import FOUND, compare_rungs
+from replication.study.accuracy.statistics import MEASURES
+from replication.study.variants import PHYSICS, REFERENCE, SETTINGS, VARIANTS, change
+from trackdyn.scene.fidelity import PRESETS
+from trackdyn.scene.scene import Scene
 
 
-def test_every_departure_has_its_scenes(rig):
-    """All of them are accepted on the shipped rig, one a speed and ring, and differ from it."""
-    shipped = variant_scenes(rig)
-    for name, variant in DEPARTURES.items():
-        scenes = variant_scenes(rig, variant)
-        assert scenes.keys() == shipped.keys() and len(scenes) == 4, name
-        assert any(scenes[key] != same for key, same in shipped.items()), name
+def test_every_variant_is_a_scene_of_the_shipped_rig_and_differs_from_the_reference(rig):
+    laws = {"drag": rig.drag, "bushing_law": rig.bushing.law}  # the variant of a law that the rig has is the reference
+    same = [f"preset={REFERENCE}", *(f"{name}={law}" for name, law in laws.items())]
+    for ring in (None, 0.308):
+        reference = PRESETS[REFERENCE] | {"tension": "locked", "ring_radius": ring}
+        for variant in VARIANTS:
+            scene = Scene(rig.changed(**variant.rig), 115.0, **reference | variant.scene)
+            assert (scene == Scene(rig, 115.0, **reference)) == (variant.name in same), variant.name
+    assert len(SETTINGS) == len(VARIANTS) and len(PHYSICS) == sum(bool(variant.physics) for variant in VARIANTS)
 
 
-def test_rows_have_a_name_in_one_output_at_least_and_none_has_it_twice():
-    for column, rows in (("setting", SETTINGS), ("departure", DEPARTURES), ("physics", PHYSICS)):
-        assert len(rows) == sum(bool(getattr(variant, column)) for variant in VARIANTS) > 0
-    assert all(any(variant[:3]) for variant in VARIANTS)
+def test_a_departure_has_a_line_of_changes_and_says_what_is_not_possible():
+    settings = {f"preset={REFERENCE}": 1.0, "drag=coulomb": 1.02, "tension=sprung": float("nan"), "chain=belt": 2.0}
+    rungs = [["a scene", name, measure, value, 0.1, ""] for name, value in settings.items() for measure in MEASURES]
+    table = ladder_table(compare_rungs(pd.DataFrame(rungs, columns=FOUND)))
+    lines = departures_text(table).splitlines()[2:]
+    cells = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines]
+    assert cells == [["tension=sprung", "not possible"], ["drag=coulomb", "+2.0, +2.0, 0"]]
 
 
 def test_shares_change_by_points_and_all_else_by_a_fraction():

@@ -13,7 +13,7 @@ from trackdyn.files import write_csv
 def ladder_table(rows: pd.DataFrame) -> pd.DataFrame:
     """One row a scene and setting of the ladder's long table, in its order."""
     key = ["scene", "setting"]
-    columns = ["rms", "sd", "line", "left_share", "right_share", "ring_share", "left_peak"]
+    columns = ["rms", "sd", "line", "high_frequency", "left_share", "right_share", "ring_share", "left_peak"]
     wide = rows.pivot(index=key, columns="measure", values="difference_pct")[columns]
     gap = rows[rows["measure"] == "loop_gap"].set_index(key)["value"]
     cost = rows.groupby(key, sort=False)["wall_s_per_s"].first()

@@ -12,6 +12,7 @@ from replication.paper.scorecard import MARKS, answer_sentences, statements
 from replication.report.figures.trade import METHODS, answers, trade_sentence
 from replication.study.accuracy.default_step import default_step_text
 from replication.study.extremes.resolved import short_runs_verdict
+from replication.study.variants import VARIANTS
 from trackdyn.errors import InputError
 from trackdyn.files import replacing, write_text
 from trackdyn.plots.cells import significant
@@ -66,6 +67,22 @@ def readme_text(
     return f"{answer}\n\n{table}\n\n{marks}. What an answer costs: {trade_sentence(promises)}"
 
 
+def departures_text(rows: pd.DataFrame) -> str:
+    """A line a departure, a column a scene: changes of RMS, high frequency and left share."""
+    names = [variant.name for variant in VARIANTS if variant.departure]
+
+    def cell(row: pd.Series) -> str:
+        if row[["rms", "high_frequency", "left_share"]].isna().all():
+            return "not possible"
+        parts = [f"{row[name]:+.1f}" for name in ("rms", "high_frequency", "left_share")]
+        parts = ["0" if float(part) == 0 else part for part in parts]
+        return ", ".join(parts) if set(parts) != {"0"} else "0"
+
+    cells = rows.assign(cell=rows.apply(cell, axis=1)).pivot(index="setting", columns="scene", values="cell")
+    table = cells.loc[[name for name in names if name in cells.index], list(dict.fromkeys(rows["scene"]))]
+    return table.reset_index().to_markdown(index=False, disable_numparse=True)
+
+
 def fill(page: Path, sources: Sequence[Path], write: Callable[..., str]) -> None:
     """Replace the measured block of a page by what ``write`` makes of one or more tables."""
     for source in sources:
@@ -93,6 +110,7 @@ def write_pages(files: Iterable[str], pages: Iterable[tuple[str, tuple[str, ...]
 README = ("claims.csv", "parameters.csv", "answer_robustness.csv", "answer_profiles.csv")
 PAGES = (
     ("docs/speed-and-accuracy.md", ("trade.csv", "default_step.csv", "extremes_short_runs.csv"), settings_text),
+    ("docs/deviations.md", ("fidelity.csv",), departures_text),
     ("README.md", (*README, "planner.csv"), readme_text),
 )
 

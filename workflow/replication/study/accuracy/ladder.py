@@ -44,9 +44,11 @@ def measure_setting(
     for rpm, radius in product(speeds, radii):
         name = f"{rpm:g} rpm, {'no ring' if radius is None else f'ring {radius:g} m'}"
         try:
-            fields = PRESETS[REFERENCE] | TENSION | {"ring_radius": radius} | SETTINGS[setting]
+            variant = SETTINGS[setting]
+            fields = PRESETS[REFERENCE] | TENSION | {"ring_radius": radius} | variant.scene
             fields |= WITHOUT_RING.get(setting.removeprefix("preset="), {}) if radius is None else {}
-            scene = Scene(rig, rpm, **steady_fields(rig, rpm, rule) | {"lead_in": LEAD_IN} | fields)
+            fields = steady_fields(rig, rpm, rule) | {"lead_in": LEAD_IN} | fields
+            scene = Scene(rig.changed(**variant.rig), rpm, **fields)
             measures, wall, note = *(_belt(scene) if scene.chain == "belt" else _run(scene, rule, starts)), ""
         except TrackdynError as error:
             measures, wall, note = {}, NAN, str(error)
