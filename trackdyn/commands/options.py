@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from math import isfinite
 from pathlib import Path
@@ -49,12 +50,12 @@ def _parse_ring(text: str | Ring) -> Ring:
 
 
 def _parse_tolerance(text: str | float) -> float:
-    from trackdyn.parameters.validation import parse_tolerance
-
-    try:
-        return parse_tolerance(text)
-    except InputError as error:
-        raise InputError(f"--{error}") from None
+    """``2%``, ``0.02`` or 0.02 as a share. Raises `InputError`: it is not a number between 0 and 1."""
+    with suppress(ValueError):
+        share = float(str(text).strip().removesuffix("%")) / (100 if str(text).strip().endswith("%") else 1)
+        if 0 < share < 1:
+            return share
+    raise InputError(f"--tolerance = {shown(text)}: must be between 0 and 1, such as 2% or 0.02")
 
 
 def _parse_file(name: str, endings: tuple[str, ...]) -> Callable[[str | Path], Path]:

@@ -10,8 +10,6 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import TypeVar
 
-import pandas as pd
-
 from trackdyn.errors import InputError
 from trackdyn.measure.contacts import LONGEST_CONTACT, PASSAGE, SIDES, TOUCHING, passages
 from trackdyn.measure.convergence import Series, settled
@@ -44,36 +42,14 @@ def record_until(
         judged = growth * writer.done
 
 
-def contact_series(table: pd.DataFrame) -> dict[str, Series]:
-    """Shares (%) and RMS forces (N) of the three sides passage by passage, of a table of `contacts.passages`.
-
-    The RMS is that over the time in which a passage is on its way, which scales with that over the whole run.
-    """
-    found = {}
-    for side in SIDES:
-        rows = table[table["side"] == side]
-        number = rows["passage"].to_numpy()
-        found[f"{side}_share"] = Series(rows["share_pct"].to_numpy(), number)
-        found[f"{side}_force"] = Series(rows["square_n2s"].to_numpy(), number, root=True)
-    return found
-
-
 def later(recording: Recording, seconds: float) -> Recording:
-    """The recording as if begun ``seconds`` later; contacts that last then are not logged.
-
-    Where configurations are recorded it begins with the next one of them, or has none if it is too short for that.
-    """
-    first, between = int(seconds * recording.rate), round(recording.scene.frame_interval * recording.rate)
+    """The recording as if begun ``seconds`` later, without configurations; contacts that last then are not logged."""
+    first = int(seconds * recording.rate)
     if not first:
         return recording
-    frames, interval = -(-first // between) if between else 0, recording.scene.frame_interval
-    if len(recording.time) - frames * between >= between:
-        first = max(first, frames * between)
-    else:
-        frames, interval = len(recording.frame), 0.0
     begin, count = recording.begin + first / recording.rate, len(recording.time) - first
     lead_in = recording.scene.lead_in + first / recording.rate
-    scene = {"duration": count / recording.rate, "lead_in": lead_in, "frame_interval": interval}
+    scene = {"duration": count / recording.rate, "lead_in": lead_in, "frame_interval": 0.0}
     rows = (*SAMPLED, "plane", "wheel_offset", "axial_force")  # the latter of a run in space
     cut = {name: getattr(recording, name)[first:] for name in rows if len(getattr(recording, name))}
     return replace(
@@ -81,8 +57,8 @@ def later(recording: Recording, seconds: float) -> Recording:
         time=recording.time[:count],
         spells=recording.spells[recording.spells["start_s"] > begin],
         begin=begin,
-        frame=recording.frame[frames:],
-        frame_time=recording.frame_time[frames:] - first / recording.rate,
+        frame=recording.frame[:0],
+        frame_time=recording.frame_time[:0],
         meta=recording.meta | {"scene": recording.meta["scene"] | scene},
         **cut,
     )
@@ -113,11 +89,17 @@ def steady_from(recording: Recording, rule: StopRule) -> tuple[float, bool]:
     table = passages(recording)
     if table.empty:  # nothing has touched the sprocket so far
         return 0.0, False
-    found = contact_series(table)
-    tolerances = {name: rule.force if name.endswith("_force") else rule.share_pct / 100 for name in found}
-    for side in SIDES:  # a force that hardly touches is not judged
-        if found[f"{side}_share"].estimate().value < TOUCHING:
-            del tolerances[f"{side}_force"]
+    # shares (%) and RMS forces (N) passage by passage: over the time in which a passage is on its way the RMS scales
+    # with that over the whole run
+    found, tolerances = {}, {}
+    for side in SIDES:
+        rows = table[table["side"] == side]
+        number = rows["passage"].to_numpy()
+        found[f"{side}_share"] = share = Series(rows["share_pct"].to_numpy(), number)
+        found[f"{side}_force"] = Series(rows["square_n2s"].to_numpy(), number, root=True)
+        tolerances[f"{side}_share"] = rule.share_pct / 100
+        if share.estimate().value >= TOUCHING:  # a force that hardly touches is not judged
+            tolerances[f"{side}_force"] = rule.force
     first, _, kept = settled(found, tolerances, rule.passages)
     converged = all(kept.values())
     if not first:

@@ -64,18 +64,6 @@ class ToothProfile(OmitsDefaults):
         return self._fits[teeth]
 
 
-def profile_groove(profile: ToothProfile, teeth: int, arc_radius: float) -> Groove:
-    """Groove of a profile, refused where a concave area is narrower than the connector's arc (m)."""
-    groove, _ = profile.fitted(teeth)
-    narrow = groove.radius[~groove.convex].min()
-    if narrow <= arc_radius:
-        raise InputError(
-            f"profile gives a concave area of radius {narrow:.6g} m; it must be wider than "
-            f"chain.connector_radius = {arc_radius:g} m"
-        )
-    return groove
-
-
 def _nu(alpha):
     return np.array([sin(alpha), cos(alpha)])
 

@@ -12,7 +12,7 @@ from pydantic import Field
 from trackdyn.errors import InputError
 from trackdyn.parameters.fields import NAME, FieldValue, fields_of, keys_of, may_have, no_field
 from trackdyn.parameters.groove import Groove, build_groove, connector_length, equal_pitch_radius
-from trackdyn.parameters.outline import ToothProfile, profile_groove
+from trackdyn.parameters.outline import ToothProfile
 from trackdyn.parameters.quantities import FROM_FILE, Quantity
 from trackdyn.parameters.rig_file import DEFAULT, TRIED, read_rig, rig_path
 from trackdyn.parameters.sections import (
@@ -192,7 +192,14 @@ class Rig(OmitsDefaults):
         """The arcs: the ten of the design, or those of a profile."""
         if self.groove is None:
             assert self.profile is not None, "a tooth has groove or profile"
-            return profile_groove(self.profile, self.sprocket.teeth, self.chain.connector_radius)
+            groove, _ = self.profile.fitted(self.sprocket.teeth)
+            narrow, arc = groove.radius[~groove.convex].min(), self.chain.connector_radius
+            if narrow <= arc:
+                raise InputError(
+                    f"profile gives a concave area of radius {narrow:.6g} m; it must be wider than "
+                    f"chain.connector_radius = {arc:g} m"
+                )
+            return groove
         design = {name: radians(v) if name.startswith("slope") else v for name, v in self.groove.model_dump().items()}
         return build_groove(
             teeth=self.sprocket.teeth,

@@ -107,18 +107,6 @@ def parse_number(text: str | float) -> float:
     return float(text)
 
 
-def parse_tolerance(text: str | float) -> float:
-    """``2%``, ``0.02`` or 0.02 as a share. Raises `InputError`: it is not a number between 0 and 1."""
-    match = re.fullmatch(r"\s*([0-9.eE+-]+)\s*(%?)\s*", str(text))
-    try:
-        value = float(match[1]) / (100 if match[2] else 1) if match else float("nan")
-    except ValueError:
-        value = float("nan")
-    if not 0 < value < 1:
-        raise InputError(f"tolerance = {shown(text)}: must be between 0 and 1, such as 2% or 0.02")
-    return value
-
-
 def _first(errors: Sequence[Mapping[str, Any]]) -> Mapping[str, Any]:
     """What to say first: of a missing field and an unknown one beside it, the latter, and what it may be meant for."""
     lacking = [error for error in errors if error["type"] == "missing"]

@@ -12,7 +12,6 @@ from yaml.composer import Composer
 from trackdyn.errors import InputError, shown
 from trackdyn.files import read_text
 
-MOST_KEYS = 20_000  # and values; the most that is shipped has 1,500, and points of an outline are some thousands
 LARGEST_YAML = 1_000_000  # bytes; the longest that is shipped has 24,000
 DEEPEST = 20
 # what every parameter states in the file of a rig (`parameters.quantities`)
@@ -29,7 +28,7 @@ class _PlainLoader(*_BASES):  # type: ignore[misc]  # which bases there are depe
     YAML 1.1, which PyYAML reads, 010 is 8, 1:10 is 70, ``yes`` is true, and 2e11 is text.
     """
 
-    depth = nodes = 0
+    depth = 0
     yaml_implicit_resolvers: dict = {}  # noqa: RUF012 -- the name that PyYAML looks up
 
     def __init__(self, text: str):
@@ -41,9 +40,7 @@ class _PlainLoader(*_BASES):  # type: ignore[misc]  # which bases there are depe
             self._refuse(self.peek_event(), "holds an alias (*); write the value out")
         if self.depth == DEEPEST:
             self._refuse(self.peek_event(), f"is nested more than {DEEPEST} levels deep")
-        self.depth, self.nodes = self.depth + 1, self.nodes + 1
-        if self.nodes > MOST_KEYS:
-            self._refuse(self.peek_event(), f"goes beyond {MOST_KEYS} keys and values; give a shorter file")
+        self.depth += 1
         node = super().compose_node(parent, index)
         self.depth -= 1
         return node

@@ -13,7 +13,7 @@ from trackdyn.parameters.validation import shown
 from trackdyn.scene.fidelity import CHOICES
 from trackdyn.sweeps.engine import free_memory
 from trackdyn.sweeps.engine import results as computed
-from trackdyn.sweeps.request import SweepRow, refuse_columns, requested_rows
+from trackdyn.sweeps.request import refuse_columns, requested_rows
 from trackdyn.sweeps.row import Rows
 from trackdyn.sweeps.store import DIVERGED, DONE, REFUSED, Store, without_values
 from trackdyn.sweeps.table import read_table, refuse_ending, refuse_header, write_table
@@ -79,24 +79,22 @@ def sweep(
             raise InputError(f"--out = {shown(str(out))}: is the design itself; give another name")
         store = store or store_of(out)
     table = read_design(design)
-    refuse_too_many(len(table))
+    if (needed := len(table) * ROW_MEMORY) > (free := free_memory()):  # before anything is computed
+        raise InputError(
+            f"design: {len(table)} rows take about {needed / 1e9:.2g} GB of memory and {free / 1e9:.2g} GB are free; "
+            f"split it into parts of at most {int(free / ROW_MEMORY)} rows"
+        )
     rows = requested_rows(table, str(rig))
     results_by_key = {row.key: without_values(row.key, REFUSED, row.reason) for row in rows if row.reason}
     due = {row.key: row.task for row in sorted(rows, key=lambda row: row.same_start) if not row.reason}
     results_by_key |= computed(Rows, due, jobs or cores(), store, "sweep" if progress else "", alone=alone)
-    results = result_table(table, rows, results_by_key)
+    by_row = [results_by_key[row.key] for row in rows]
+    message = pd.DataFrame({name: [result[name] for result in by_row] for name in ("key", "state", "reason")})
+    values = pd.DataFrame([result["values"] for result in by_row])
+    results = pd.concat([table.reset_index(drop=True).apply(_storable), message, values], axis=1)
     if out is not None:
         write_table(results, out)
     return results
-
-
-def refuse_too_many(rows: int) -> None:
-    """Refuse (`InputError`) a design whose results would not fit into free memory, before anything is computed."""
-    if rows * ROW_MEMORY > (free := free_memory()):
-        raise InputError(
-            f"design: {rows} rows take about {rows * ROW_MEMORY / 1e9:.2g} GB of memory and {free / 1e9:.2g} GB are "
-            f"free; split it into parts of at most {int(free / ROW_MEMORY)} rows"
-        )
 
 
 def store_of(out: Path | str) -> Path:
@@ -163,15 +161,6 @@ def one_of_each_kind(design: pd.DataFrame | Path | str) -> pd.DataFrame:
         if name in (*CHOICES, "preset", "every_link", "sliding") or name.startswith("known.")
     ]
     return table.drop_duplicates(kinds) if kinds else table.head(1)
-
-
-def result_table(design: pd.DataFrame, rows: list[SweepRow], rows_by_key: dict[str, dict]) -> pd.DataFrame:
-    """The design with the results of its rows, in its order."""
-    results = [rows_by_key[row.key] for row in rows]
-    message = pd.DataFrame({name: [result[name] for result in results] for name in ("key", "state", "reason")})
-    values = pd.DataFrame([result["values"] for result in results])
-    inputs = design.reset_index(drop=True).apply(_storable)
-    return pd.concat([inputs, message, values], axis=1)
 
 
 def _storable(column: pd.Series) -> pd.Series:
