@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from trackdyn.measure.uncertainty import NAN, batch_error, ratio_error
+from trackdyn.measure.convergence import NAN, batch_error, ratio_error
 from trackdyn.model.constants import SPROCKET
 from trackdyn.model.record import SPELL
 from trackdyn.parameters.rig import Rig
@@ -242,7 +242,7 @@ def meshing_summary(recording: Recording) -> dict:
 
         and ``left_areas, right_areas``: visited by the recorded connectors for 0.1 % of a turn or more a
         passage, such as ``2,3`` or ``none``; ``passages``: number of complete passages. Errors are
-        standard errors by batch means over passages (`uncertainty`). Without a complete passage all other numbers are
+        standard errors by batch means over passages (`convergence`). Without a complete passage all other numbers are
         NaN and areas empty; without a contact of the kind shares and forces are 0 and phases NaN.
     """
     table = passage_arrays(recording)

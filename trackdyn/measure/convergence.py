@@ -10,8 +10,118 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
+import scipy  # loads its parts when they are used
 
-from trackdyn.measure.uncertainty import batch_error
+CONFIDENCE = 0.95
+ROUNDING = 1e-9  # of a value: a smaller standard error is rounding, and is not shown
+NAN = float("nan")
+
+
+def batch_error(values) -> tuple[float, float]:
+    """Standard error of the mean of (m,) successive values, and the half width of its 95 % interval.
+
+    Consistent batch means: batches of about the root of the number of values, so that what a value has in common with
+    its neighbours stays within a batch (Flegal and Jones, Annals of Statistics 38, 2010, 1034-1070); the interval is
+    Student's with one degree of freedom less than batches. NaN for fewer than two batches.
+    """
+    values = np.asarray(values, dtype=float)
+    size = max(1, int(np.sqrt(len(values))))
+    batches = len(values) // size
+    if batches < 2:
+        return NAN, NAN
+    means = values[len(values) - batches * size :].reshape(batches, size).mean(axis=1)
+    error = float(means.std(ddof=1) / np.sqrt(batches))
+    return error, float(scipy.special.stdtrit(batches - 1, 0.5 + CONFIDENCE / 2)) * error
+
+
+def record_error(scatter: float, passages) -> np.ndarray:
+    """Half of the 95 % interval of a mean of so many passages (integers), by batch means (`batch_error`).
+
+    ``scatter`` is the standard error of a single passage.
+    """
+    passages = np.asarray(passages)
+    batches = passages // np.sqrt(passages).astype(int)
+    return scipy.special.stdtrit(batches - 1, 0.5 + CONFIDENCE / 2) * scatter / np.sqrt(passages)
+
+
+def ratio_error(numerator, denominator) -> float:
+    """Standard error of ``sum(numerator) / sum(denominator)``, both over passages in order of time.
+
+    To first order that of the mean of what the numerator is off its share of the denominator (Cochran, Sampling
+    Techniques, 3rd edition, 1977, Eq. 6.13), by batch means.
+    """
+    numerator, denominator = np.asarray(numerator, dtype=float), np.asarray(denominator, dtype=float)
+    ratio = numerator.sum() / denominator.sum()
+    return batch_error(numerator - ratio * denominator)[0] / float(denominator.mean())
+
+
+class LineError(NamedTuple):
+    """Standard errors of the highest bin's frequency and amplitude, and of those of the bin-free line."""
+
+    bin_hz: float
+    bin_amplitude: float
+    hz: float
+    amplitude: float
+
+
+def line_error(a, rate_hz: float, bin_hz: float, loop_hz: float) -> LineError:
+    """Standard errors of the dominant peak of a record, from the line in each whole revolution of the loop.
+
+    The complex amplitude of the line is taken revolution by revolution (complex demodulation: Bloomfield, Fourier
+    Analysis of Time Series, 2nd edition, 2000, ch. 7). The scatter of its length gives the error of the amplitude, the
+    scatter of its phase about a straight line that of the frequency. The amplitude of a bin is the mean of the same
+    numbers, each turned by as much as the bin is off the line. The frequency of a bin is known to its width: as of an
+    even distribution, its standard uncertainty is the width over the root of 12 (JCGM 100:2008, 4.3.7).
+
+    Parameters
+    ----------
+    a : (N,) array
+        Signal.
+    rate_hz : float
+        Sampling rate, Hz.
+    bin_hz : float
+        Frequency of the highest bin (`signals.main_line`).
+    loop_hz : float
+        Frequency of the line (`signals.main_line_binfree`), Hz.
+
+    Returns
+    -------
+    LineError
+        Hz and the unit of the signal. Of fewer than two whole revolutions amplitudes have no error, of fewer than three
+        the frequency has none: NaN.
+    """
+    a = np.asarray(a, dtype=float) - np.mean(a)
+    width = rate_hz / a.size
+    samples = rate_hz / loop_hz
+    count = int(a.size / samples + 1e-9)
+    resolution = float(width / np.sqrt(12.0))
+    if count < 2:
+        return LineError(resolution, NAN, NAN, NAN)
+    edges = np.rint(np.arange(count + 1) * samples).astype(int)
+    times = 0.5 * (edges[:-1] + edges[1:] - 1) / rate_hz
+    first = _demodulated(a, rate_hz, edges, loop_hz)
+    mean = first.mean()
+    turned = first * np.conj(mean) / abs(mean)
+    amplitude = float(turned.real.std(ddof=1) / np.sqrt(count))
+    hz = NAN
+    if count > 2:
+        phase, since = turned.imag / abs(mean), times - times.mean()
+        rest = phase - phase.mean() - since * (since @ phase) / (since @ since)
+        hz = float(np.sqrt(rest @ rest / (count - 2) / (since @ since)) / (2 * np.pi))
+    # the harmonic of the loop that the bin belongs to
+    harmonic = max(1, round(bin_hz / loop_hz))
+    lines = first if harmonic == 1 else _demodulated(a, rate_hz, edges, harmonic * loop_hz)
+    off = np.exp(-2j * np.pi * (bin_hz - harmonic * loop_hz) * times)
+    complete = (lines * off).mean()
+    scatter = ((lines - lines.mean()) * off * np.conj(complete) / abs(complete)).real
+    return LineError(resolution, float(np.sqrt(scatter @ scatter / (count - 1) / count)), hz, amplitude)
+
+
+def _demodulated(a: np.ndarray, rate_hz: float, edges: np.ndarray, hz: float) -> np.ndarray:
+    """(n,) complex amplitude of a frequency in each of n parts of a signal, its phase from the signal's start."""
+    products = a * np.exp(-2j * np.pi * hz / rate_hz * np.arange(a.size))
+    return 2.0 * np.add.reduceat(products[: edges[-1]], edges[:-1]) / np.diff(edges)
+
 
 # measures whose tolerances are a share of the value, and a share of a sprocket turn
 RELATIVE = ("rms", "sd", "line", "high_frequency", "left_peak", "right_peak")

@@ -9,7 +9,7 @@ import pandas as pd
 from trackdyn.errors import InputError, shown
 from trackdyn.measure.columns import OF_A_SIDE, PLACES, error_of, heading
 from trackdyn.measure.contacts import TOUCHING
-from trackdyn.measure.uncertainty import ROUNDING
+from trackdyn.measure.convergence import ROUNDING
 
 NEAR_LEAST = 2.0  # points of a turn: how near the least left contact a ring that serves must come (claim C26)
 # ours; the paper states none

@@ -7,7 +7,7 @@ from math import ceil
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trackdyn.measure.uncertainty import LineError, line_error
+from trackdyn.measure.convergence import LineError, line_error
 from trackdyn.parameters.validation import within
 from trackdyn.sensor.signals import (
     high_frequency_rms,
@@ -119,7 +119,7 @@ def sensor_metrics(ay, rate: float, loop_hz: float) -> dict:
     """RMS and SD, of the record and of its whole loop revolutions, dominant peak and high-frequency content of ay in g.
 
     Each stands before its standard error over revolutions of the loop (`signals.uncertainty`,
-    `uncertainty.line_error`). The whole revolutions are those that the errors of the record are taken from, too, and
+    `convergence.line_error`). The whole revolutions are those that the errors of the record are taken from, too, and
     the content from 20 Hz on: some parts of a turn have more of it than others. Lines and errors are NaN where the
     record holds fewer than two revolutions.
     """

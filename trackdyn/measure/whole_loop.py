@@ -4,7 +4,7 @@ In steady motion each link does what the link ahead of it did one pitch passage 
 of one link over a revolution of the loop would be the records of all links over one passage, end to end (`stitch`).
 Where motion does not repeat, links and passages are samples: means over all links within a passage are formed first,
 so that the correlation between links does not matter, and the means of successive passages are joined in batches whose
-scatter gives the standard error of the whole mean (`uncertainty.batch_error`).
+scatter gives the standard error of the whole mean (`convergence.batch_error`).
 """
 
 from collections.abc import Collection

@@ -142,14 +142,11 @@ def build_groove(
     convex = np.isin(np.arange(1, 11), CONVEX)
     sign = np.where(convex[:5], 1.0, -1.0)
     direction = np.column_stack([sign * np.sin((low + high) / 2), sign * np.cos((low + high) / 2)])
-    centre, direction = (_mirrored(flank) for flank in (np.array([o1, o2, o3, o4, o5]), direction))
+    mirror = [-1.0, 1.0]  # points of the left flank, and those of the right one in falling order
+    flanks = np.array([o1, o2, o3, o4, o5]), direction
+    centre, direction = (np.vstack([flank, flank[::-1] * mirror]) for flank in flanks)
     radii, half_angle = (np.append(flank, flank[::-1]) for flank in (np.array([r1, r2, r3, r4, r5]), (high - low) / 2))
     return Groove(centre, radii, direction, half_angle, convex, addendum, teeth)
-
-
-def _mirrored(flank: np.ndarray) -> np.ndarray:
-    """Points of the left flank, and those of the right one in falling order."""
-    return np.vstack([flank, flank[::-1] * [-1.0, 1.0]])
 
 
 EDGE = 1e-9  # radius of an edge, m

@@ -249,7 +249,11 @@ def parse(
     """
     if time is not None and is_dated(layout, time):
         rest = parse(layout, [column for column in columns if column != time], gaps=gaps)
-        return np.insert(rest, columns.index(time), _seconds(layout, time, day_first), axis=1)
+        lines, separator = layout.body.split("\n"), layout.separator
+        split = split_fields if '"' in layout.body or separator == " " else str.split
+        texts = [split(line, separator)[time].strip(" \t'") for line in lines]
+        seconds = seconds_of(layout.path, layout.names[time], texts, layout.first_line, day_first)
+        return np.insert(rest, columns.index(time), seconds, axis=1)
     decimal = _decimal_sign(layout, columns)
     table = _parse_fast(layout, list(columns), decimal, time, gaps)
     return _parse_by_line(layout, columns, decimal, time, gaps) if table is None else table
@@ -273,14 +277,6 @@ def _body(text: str, first: int, separator: str) -> tuple[str, tuple[str, ...]]:
         below += [] if comment else [line]
         body = body[:cut].rstrip(" \n\x1a")
     return body, tuple(below[::-1])
-
-
-def _seconds(layout: Layout, column: int, day_first: bool | None) -> np.ndarray:
-    """`stamps.seconds_of` a column."""
-    lines, separator = layout.body.split("\n"), layout.separator
-    split = split_fields if '"' in layout.body or separator == " " else str.split
-    texts = [split(line, separator)[column].strip(" \t'") for line in lines]
-    return seconds_of(layout.path, layout.names[column], texts, layout.first_line, day_first)
 
 
 def _decimal_sign(layout: Layout, columns: Sequence[int]) -> str:

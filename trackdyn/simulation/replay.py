@@ -117,10 +117,13 @@ def _look(loop: Loop, recording: Recording, complete: bool, frames: int, stride:
     joints = length / length[-1] * pitches
     middles = (length - model.chain.length / 2) / length[-1] * pitches
     spans, origin = _spans(contacts, middles, moved, wheels, pitches)
+    both = min(len(record.gap), len(recording.time))
+    distance = np.abs(record.place[:both] - recording.place[:both]).max()
+    apart = np.array([distance, np.abs(record.mean[:both, :2] - recording.mean[:both, :2]).max()])
     return Replay(
         loop, np.arange(1, frames + 1) * stride / rate, stride / rate, bodies, around, turned, contacts, tension,
         (joints[None, :] + moved[:, None] - origin) % pitches, spans, record, begins,
-        _apart(record, recording) if complete else None,
+        apart if complete else None,
     )  # fmt: skip
 
 
@@ -165,9 +168,3 @@ def _spans(contacts, middles, moved, wheels: int, pitches: int) -> tuple[np.ndar
         origin = spans[SPROCKET, 0]
     begins = (spans[:, 0] - origin) % pitches
     return np.column_stack([begins, begins + np.diff(spans, axis=1)[:, 0]]), float(origin)
-
-
-def _apart(record, recording: Recording) -> np.ndarray:
-    both = min(len(record.gap), len(recording.time))
-    distance = np.abs(record.place[:both] - recording.place[:both]).max()
-    return np.array([distance, np.abs(record.mean[:both, :2] - recording.mean[:both, :2]).max()])

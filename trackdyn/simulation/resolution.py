@@ -211,8 +211,8 @@ class Watch:
     def _judge(self, seconds: float) -> None:
         recorder = self.recorder
         model, rows = recorder.loop.model, recorder.record.mean[self.first : recorder.done]
-        coarse = recorder.answer(self.first, self.ended)
-        found = doubt(recorder.alternating - self.alternating, model, rows, recorder.driven(self.first), coarse.alone)
+        coarse, alternating = recorder.answer(self.first, self.ended), recorder.alternating - self.alternating
+        found = doubt(alternating, model, rows, recorder.driven(self.first), coarse.alone)
         self.found = self.found or found  # also where no finer step can be tried
         found = found or self._brief()
         # where somebody steered in between, another run would be another motion
@@ -227,7 +227,7 @@ class Watch:
         # An implicit step is coarse on purpose, and single impacts need steps that nothing else needs: what is missed
         # is said, and refused only where contacts flip.
         missed = off[0] > RMS and recorder.loop.work.implicit is None
-        if missed or ((off[0] > RMS or off[1] > PEAKS) and self._share(rows) > 1.0):
+        if missed or ((off[0] > RMS or off[1] > PEAKS) and alternating_share(alternating, model, rows) > 1.0):
             raise DivergenceError(
                 f"contacts are not resolved: {found}, and with a step {FINER} times smaller RMS over {seconds:.3g} s "
                 f"differs by {off[0]:.2g} and the mean peak by {off[1]:.2g} of it, more than {RMS:g} and {PEAKS:g}; "
@@ -248,10 +248,6 @@ class Watch:
         if pitches < 1.0 or round(pitches) >= scene.rig.chain.pitches:
             return ""
         return "the run is shorter than a turn of the loop"
-
-    def _share(self, rows) -> float:
-        """What alternates in the piece."""
-        return alternating_share(self.recorder.alternating - self.alternating, self.recorder.loop.model, rows)
 
     def _finer(self, seconds: float) -> Answer:
         """The piece with a finer step; the loop from which a run begins is settled with it, too."""

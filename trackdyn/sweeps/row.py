@@ -41,9 +41,12 @@ class Rows:
 
     def __call__(self, rig: dict, changes: dict, scene: dict, known: dict) -> dict:
         """Values of a row (`request.SweepRow`) with the first of its steps that runs."""
+        if self._rig is None or self._rig[0] != rig:  # kept for the next row
+            self._rig = rig, Rig.model_validate(rig)
+        loaded = self._rig[1]
 
         def run(**step) -> dict:
-            return self._values(Scene(self._rig_of(rig, changes), **scene | step), known)
+            return self._values(Scene(loaded.changed(**changes) if changes else loaded, **scene | step), known)
 
         steps = scene.get("step")
         return first_that_runs(steps, lambda step: run(step=step)) if isinstance(steps, list) else run()
@@ -62,12 +65,6 @@ class Rows:
             for name, estimate in measures.items()
             for suffix, value in zip(("", "_error", "_half_width"), estimate, strict=True)
         }
-
-    def _rig_of(self, rig: dict, changes: dict) -> Rig:
-        """The rig of a row, kept for the next one."""
-        if self._rig is None or self._rig[0] != rig:
-            self._rig = rig, Rig.model_validate(rig)
-        return self._rig[1].changed(**changes) if changes else self._rig[1]
 
     def _refuse_memory(self, scene: Scene) -> None:
         """That a row does not fit may be otherwise with other neighbours or on another machine: no refusal for good."""

@@ -24,9 +24,8 @@ from replication.study.accuracy.limit import SURE, difference, limit_of
 from replication.study.settings import PEER_LAWS, PeerAnswers
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.files import write_csv
-from trackdyn.measure.convergence import LEAST, Series
+from trackdyn.measure.convergence import LEAST, Series, record_error
 from trackdyn.measure.sensor import whole_samples
-from trackdyn.measure.uncertainty import record_error
 from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.scene.scene import Periods, Scene
 from trackdyn.simulation.loop import Loop

@@ -7,8 +7,7 @@ import numpy as np
 import pandas as pd
 
 from replication.study.accuracy.statistics import scale_of
-from trackdyn.measure.convergence import RELATIVE, SHARES, SURE, Series, paired
-from trackdyn.measure.uncertainty import batch_error
+from trackdyn.measure.convergence import RELATIVE, SHARES, SURE, Series, batch_error, paired
 from trackdyn.scene.fidelity import PRESETS, preset
 
 LIMITS = ["scene", "measure", "limit", "limit_error", "finest", "finest_error", "finest_step_s"]
