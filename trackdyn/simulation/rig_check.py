@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 from math import degrees, gcd, hypot
-from typing import NamedTuple
 
 import numpy as np
 
@@ -80,35 +79,29 @@ def checked(rig: Rig, rpm: float, settle: bool = True) -> Checked:
         if idle:
             unusual.append(f"at rest nothing lies on {', '.join(idle)}")
         limit = min(step, largest_step(model, reached))
-        values["step"] = f"{try_steps(loop, rpm)}; at most {limit:.2g} s at {rpm:g} rev/min"
+        holds, tried = try_steps(loop, rpm)
+        words = (
+            f"no step tried holds RMS and mean peak to {HOLDS:.0%} over {SECONDS:g} s: the motion scatters, "
+            f"the smallest was {min(tried, default=float('nan')):.3g} s"
+        )
+        if holds is not None:
+            words = f"--step {holds:.7g}: tried, RMS and mean peak hold to {HOLDS:.0%} with half of it"
+        values["step"] = f"{words}; at most {limit:.2g} s at {rpm:g} rev/min"
     return Checked(wheels, frame, values, unusual)
 
 
-class Trial(NamedTuple):
-    """What came of trying steps on a rig at a speed."""
+def try_steps(settled: Loop, rpm: float) -> tuple[float | None, list[float]]:
+    """Halve the step of a second's run at ``rpm`` (rev/min) from rest until RMS and mean peak hold to a hundredth.
 
-    # the largest step tried whose RMS and mean peak stay within a hundredth with half of it, s; None if none did
-    step: float | None
-    tried: tuple[float, ...]  # steps that ran, s
-
-    def __str__(self) -> str:
-        if self.step is None:
-            return (
-                f"no step tried holds RMS and mean peak to {HOLDS:.0%} over {SECONDS:g} s: the motion scatters, "
-                f"the smallest was {min(self.tried, default=float('nan')):.3g} s"
-            )
-        return f"--step {self.step:.7g}: tried, RMS and mean peak hold to {HOLDS:.0%} with half of it"
-
-
-def try_steps(settled: Loop, rpm: float) -> Trial:
-    """Halve the step of a second's run at ``rpm`` (rev/min) from rest until RMS and mean peak hold to a hundredth."""
+    Returned are the largest step that holds with half of it, s, None if none does, and the steps that ran.
+    """
     sample = 1.0 / settled.scene.rig.sensor.rate
     scene = {"motor_rpm": rpm, "ramp": RAMP, "every_link": True, "duration": SECONDS}
     # a scene is judged at the pre-tension, a loop at the tension that it settles at
     tensions = settled.layout["settled_tension_n"], settled.scene.rig.tension.pre_tension
     turn = turn_limit(settled.scene.with_(motor_rpm=rpm).sprocket_rate).values()
     step = round_step(min(LARGEST, largest_step(settled.model, *tensions), *turn), sample)
-    before, tried = None, []
+    before, tried = None, list[float]()
     for _ in range(HALVINGS + 1):
         try:
             loop = settled.changed(step=step, **scene)
@@ -117,12 +110,12 @@ def try_steps(settled: Loop, rpm: float) -> Trial:
             found = writer.answer()
             tried.append(step)
             if before is not None and max(before[0].differs(found)) <= HOLDS and before[1] != NO:
-                return Trial(tried[-2], tuple(tried))
+                return tried[-2], tried
             before = found, writer.watch.resolution().state
         except DivergenceError:
             before = None
         step = round_step(step / 2, sample)
-    return Trial(None, tuple(tried))
+    return None, tried
 
 
 def pitch_of(rig: Rig) -> float:
