@@ -12,7 +12,6 @@ PACKAGES = {
     "PIL": "pillow",
     "sklearn": "scikit-learn",
     "dfols": "DFO-LS",
-    "cma": "cma",
     "nptdms": "npTDMS",
     "lvm_read": "lvm-read",
 }

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Mapping, Sequence
 from itertools import product
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -25,10 +26,6 @@ class Span:
             raise InputError(f"range {low:g}:{high:g}: the second number must be the larger one")
         if count is not None and not 2 <= count <= MOST_ROWS:
             raise InputError(f"range {low:g}:{high:g}:{count}: the count must be between 2 and {MOST_ROWS}")
-
-    def at(self, share: np.ndarray) -> np.ndarray:
-        """Values at shares of the range."""
-        return self.low + (self.high - self.low) * share
 
     def levels(self, name: str) -> list[float]:
         """The values of a grid."""
@@ -101,13 +98,11 @@ def make_design(
         _refuse_rows(int(np.prod([len(one) for one in levels], dtype=float)))
         table = pd.DataFrame(list(product(*levels)), columns=list(spans), dtype=object)
     elif method in METHODS:
-        if rows is None:
-            raise InputError(f"rows is missing; a {method} design needs a number of rows, such as 64")
         _refuse_rows(rows)
         shares = _shares(method, len(spans), rows, seed)
         table = pd.DataFrame(
             {
-                name: takes.at(share)
+                name: takes.low + (takes.high - takes.low) * share
                 if isinstance(takes, Span)
                 else np.array(takes, dtype=object)[(share * len(takes)).astype(int)]
                 for (name, takes), share in zip(spans.items(), shares.T, strict=True)
@@ -118,12 +113,12 @@ def make_design(
     return table.assign(**fixed)
 
 
-def _refuse_rows(rows: int) -> None:
+def _refuse_rows(rows: int | None) -> None:
     if isinstance(rows, bool) or not isinstance(rows, (int, np.integer)) or not 1 <= rows <= MOST_ROWS:
-        raise InputError(f"rows = {shown(rows)}: must be a whole number between 1 and {MOST_ROWS}")
+        raise InputError(f"rows = {shown(rows)}: a design needs a number of rows from 1 to {MOST_ROWS}, such as 64")
 
 
-def _shares(method: str, columns: int, rows: int, seed: int) -> np.ndarray:
+def _shares(method: str, columns: int, rows: Any, seed: int) -> np.ndarray:
     """(rows, columns) points of the unit cube."""
     from scipy.stats import qmc  # takes half a second
 
