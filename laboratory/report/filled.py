@@ -35,7 +35,7 @@ ANSWER = ("ends", "verdicts", "robustness", "profiles")
 PAGES = (
     ("docs/identify.md", ("calibration.csv", "identify_synthetic.csv"), identify_text),
     ("docs/answer.md", tuple(f"answer_{name}.csv" for name in ANSWER), answer_text),
-    ("docs/wear.md", ("wear_lives.csv",), lambda lives: wear_text(lives[lives["rig"] == "possible"])),
+    ("docs/wear.md", ("wear_lives.csv",), lambda lives: wear_text(lives[lives["rig"] == "parts"])),
 )  # fmt: skip
 
 if __name__ == "__main__":
