@@ -24,7 +24,7 @@ quick: $(READY)
 	@echo "open results/quick/report.html in a browser"
 
 test: $(READY)
-	$(BIN)/python -m pytest -n $(JOBS) --dist loadfile $(PYTEST)
+	$(BIN)/python -m pytest -n $(JOBS) --dist loadfile --no-loadscope-reorder $(PYTEST)
 
 check: lint
 	$(BIN)/python -m pytest -n auto --dist loadfile --no-kernels -m "not slow"
@@ -56,7 +56,7 @@ lock: $(READY)
 	    --custom-compile-command 'make lock' $(addprefix --upgrade-package ,$(NEW)) --output-file requirements.lock
 
 cluster: $(READY)
-	$(BIN)/python tests/workflow/cluster/show.py $(SIZE)
+	$(BIN)/python tests/workflow/cluster/show.py
 
 kills: $(READY)
 	$(BIN)/python tests/workflow/killing.py --config $(CONFIG) --rounds $(ROUNDS) --longest $(LONGEST) --all
@@ -65,7 +65,7 @@ $(READY): requirements.lock pyproject.toml
 	$(PYTHON) -c 'import sys; assert sys.version_info >= (3, 11), "CPython 3.11 or newer is needed; set PYTHON="'
 	$(PYTHON) -m venv $(VENV)
 	if $(BIN)/python -c 'import platform as p, sys; sys.exit(p.python_implementation() != "CPython" or sys.version_info >= (3, 14) or sys.platform not in ("linux", "darwin"))'; then \
-	    $(BIN)/python -m pip install --quiet --require-hashes --requirement requirements.lock && \
+	    $(BIN)/python -m pip install --quiet --no-deps --no-compile --require-hashes --requirement requirements.lock && \
 	    $(BIN)/python -m pip install --quiet --no-deps --editable .; \
 	else \
 	    echo "requirements.lock is for CPython 3.11 to 3.13 on Linux and macOS; here its versions are taken, unverified" && \

@@ -1,7 +1,7 @@
 """A sweep on a real SLURM of one node, against the same on this machine, and what faults do to it.
 
-`python tests/workflow/cluster/show.py` takes about half an hour on two cores, with ``--small`` some minutes. Everything
-lies in a folder of its own, which is removed at the end unless something went wrong.
+`python tests/workflow/cluster/show.py` takes some minutes on two cores. Everything lies in a folder of its own, which
+is removed at the end unless something went wrong.
 """
 
 import filecmp
@@ -19,7 +19,7 @@ import pandas as pd
 from slurm import Slurm, missing, wait_until
 
 ROOT = Path(__file__).parents[3]
-FULL, SMALL = (10_000, 400), (120, 60)  # rows of the sweep, and of one with a fault
+ROWS = 60  # of the sweep
 SCENE = ("preset=fast", "ramp=0.1", "lead_in=0", "duration=1")
 # without one, or with smaller ones, so quick a start is too much for this step
 RINGS = "0.308,0.309,0.31,0.311,0.312,0.313"
@@ -56,58 +56,49 @@ class Show:
             process.kill()
             process.wait()
 
-    def driver(self, name: str, design: str) -> tuple[str, ...]:
+    def driver(self, name: str) -> tuple[str, ...]:
         """The plain command of a sweep on SLURM, a batch a core."""
         profile = ("--workflow-profile", f"{ROOT}/profiles/slurm", *EAGER)
-        config = {"design": f"{design}.parquet", "out": f"{name}/results.parquet", "batches": self.cores}
+        config = {"design": "design.parquet", "out": f"{name}/results.parquet", "batches": self.cores}
         words = [f"{key}={value}" for key, value in {"rig": f"{ROOT}/config/rigs/paper.yaml", **config}.items()]
         return ("-m", "snakemake", "-s", f"{ROOT}/workflow/sweep.smk", *profile, "--config", *words)
 
-    def same(self, name: str, design: str) -> bool:
+    def same(self, name: str) -> bool:
         """Whether a sweep on SLURM gave the bytes that this machine gives."""
-        files = [self.folder / path / "results.parquet" for path in (name, f"local_{design}")]
+        files = [self.folder / path / "results.parquet" for path in (name, "local")]
         return all(file.exists() for file in files) and filecmp.cmp(*files, shallow=False)
 
     def kept(self, name: str) -> int:
         """Rows that are computed so far."""
         return len(list((self.folder / name / "results.rows").glob("*.json")))
 
-    def design(self, name: str, rows: int) -> None:
+    def design(self) -> None:
         """A design of short scenes, and what this machine makes of it."""
         trackdyn = ("-c", "from trackdyn.__main__ import main; main()")
         fixed = [word for field in SCENE for word in ("--set", field)]
         vary = ("--vary", "motor_rpm=100:210", "--vary", f"ring_radius={RINGS}")
-        out = self.folder / f"local_{name}" / "results.parquet"
+        out = self.folder / "local" / "results.parquet"
         how = ("--out", str(out), "-q", f"-j{self.cores}", "--rig", f"{ROOT}/config/rigs/paper.yaml")
-        file, began = f"{name}.parquet", time.monotonic()
-        code = self.run("design", *trackdyn, "design", file, "--method", "latin", "--rows", str(rows), *vary, *fixed)
+        file, began = "design.parquet", time.monotonic()
+        code = self.run("design", *trackdyn, "design", file, "--method", "latin", "--rows", str(ROWS), *vary, *fixed)
         code = code or self.run("local", *trackdyn, "sweep", file, *how)
         states = pd.read_parquet(out).state.value_counts().to_dict() if out.exists() else {}
-        good = code == 0 and sum(states.values()) == rows
-        self.say(f"{name}: {rows} rows here in {time.monotonic() - began:.0f} s: {states}", good)
+        good = code == 0 and sum(states.values()) == ROWS
+        self.say(f"{ROWS} rows here in {time.monotonic() - began:.0f} s: {states}", good)
 
-    def sweep(self) -> None:
-        """The same on SLURM."""
-        began = time.monotonic()
-        code = self.run("sweep", *self.driver("sweep", "long"))
-        took = f"{time.monotonic() - began:.0f} s and {len(self.slurm.jobs('%i'))} jobs"
-        self.say(f"sweep on SLURM in {took}, byte for byte", code == 0 and self.same("sweep", "long"))
-
-    def fault(self, strike: Callable[[str, subprocess.Popen], None], *more: str, code: int = 0) -> None:
+    def fault(self, strike: Callable[[str, subprocess.Popen], None], code: int = 0) -> None:
         """A driver that meets a fault, then the plain command again.
 
         Parameters
         ----------
         strike : function
             Called with the name of the sweep and its running driver; does the harm.
-        more : str
-            Added to the first command only.
         code : int
             With which the first driver ends.
         """
         name = strike.__name__
-        command, began = self.driver(name, "short"), time.monotonic()
-        process = self.start(name, *command, *more)
+        command, began = self.driver(name), time.monotonic()
+        process = self.start(name, *command)
         try:
             strike(name, process)
             rows = self.kept(name)
@@ -121,7 +112,7 @@ class Show:
         self.say(f"{name}: {rows} rows kept; the driver ended with {ended}", ended == code)
         ended = self.run(name, *command)
         took = f"{time.monotonic() - began:.0f} s in all"
-        self.say(f"{name}: the plain command again, byte for byte; {took}", ended == 0 and self.same(name, "short"))
+        self.say(f"{name}: the plain command again, byte for byte; {took}", ended == 0 and self.same(name))
 
     def batch(self, name: str) -> str:
         """A batch that is running and has rows; its id."""
@@ -145,31 +136,9 @@ class Show:
         self.batch(name)
         process.kill()
 
-    def overtime(self, name: str, process: subprocess.Popen) -> None:
-        """A batch runs out of time, stopped until the limits, which are looked at twice a minute, have been."""
-        job = self.batch(name)
-        self.slurm.out("scancel", "--signal=STOP", job)
-        self.slurm.out("scontrol", "update", f"JobId={job}", "EndTime=now")
-        wait_until(lambda: f"{job} TIMEOUT" in self.slurm.jobs("%i %T"), 120, "a batch over its time")
 
-    def overmemory(self, name: str, process: subprocess.Popen) -> None:
-        """Jobs take more memory than they asked for."""
-        process.wait(PATIENCE)
-        logs = (self.folder / ".snakemake" / "slurm_logs").rglob("*.log")
-        if not any("exceeded memory limit" in path.read_text(errors="replace") for path in logs):
-            raise RuntimeError("no job was killed for its memory")
-
-    def node_killed(self, name: str, process: subprocess.Popen) -> None:
-        """The daemon of the node is killed and comes back."""
-        self.batch(name)
-        self.slurm.stop("slurmd", signal.SIGKILL)
-        time.sleep(2)
-        self.slurm.start("slurmd", lambda: True, "-D")
-
-
-def main(small: bool) -> int:
+def main() -> int:
     """Everything, and how many parts of it failed."""
-    rows, few = SMALL if small else FULL
     cores = len(os.sched_getaffinity(0))
     folder = Path(tempfile.mkdtemp(prefix="trackdyn-cluster-"))
     began, failed = time.monotonic(), 1
@@ -177,15 +146,9 @@ def main(small: bool) -> int:
         with Slurm(folder / "slurm", cores, 4000 * cores) as slurm:
             show = Show(folder, slurm, cores)
             show.say(f"SLURM is up with {cores} cores; load of the machine {os.getloadavg()[0]:.2f}; {folder}")
-            show.design("long", rows)
-            show.sweep()
-            show.design("short", few)
+            show.design()
             show.fault(show.scancel)
             show.fault(show.driver_killed, code=-signal.SIGKILL)
-            if not small:
-                show.fault(show.overtime)
-                show.fault(show.overmemory, "mem_mb=300")
-                show.fault(show.node_killed)
             failed = show.failed
     finally:
         outcome = f"{failed} parts failed, see {folder}" if failed else "all as it should be"
@@ -199,4 +162,4 @@ if __name__ == "__main__":
     if lacking := missing():
         sys.exit(f"no SLURM can be brought up: {lacking}")
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # the daemons end with it
-    sys.exit(bool(main("--small" in sys.argv[1:])))
+    sys.exit(bool(main()))
