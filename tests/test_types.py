@@ -33,7 +33,7 @@ def test_a_users_script_is_checked_against_the_package(tmp_path, monkeypatch):
     monkeypatch.setenv("MYPYPATH", str(ROOT))
     script = tmp_path / "script.py"
     script.write_text(SCRIPT + "\n".join(WRONG) + "\n", encoding="utf-8")
-    options = ["--config-file", str(ROOT / "pyproject.toml"), "--cache-dir", str(tmp_path / "cache"), "--no-pretty"]
+    options = ["--config-file", str(ROOT / "pyproject.toml"), "--cache-dir", str(ROOT / ".mypy_cache"), "--no-pretty"]
     said, failure, _ = api.run([*options, str(script)])
     assert not failure, failure
     first = 1 + SCRIPT.count("\n")

@@ -47,20 +47,6 @@ def test_a_block_on_a_rotating_disc_wears_by_the_closed_form():
     assert y[:-1].sum() * (x[1] - x[0]) * width == pytest.approx(width * chord**3 / (12 * radius), rel=0.01)
 
 
-def test_a_load_history_that_is_known():
-    """Under a load that swings over the distance, the depth is the integral of the load."""
-    area, energy, period = 1e-3, 1e12, 1e4
-
-    def rate(y):
-        return Rates(np.array([depth(200.0 * (1.0 + 0.8 * np.sin(y[1] / period)), energy, area), 1.0]), NOTHING)
-
-    end = 3.3e4
-    end_state = walked(Walk(rate, np.array([1e-6, 1e3]), NOTHING), np.zeros(2), end)
-    expected = depth(200.0 * (end + 0.8 * period * (1.0 - np.cos(end / period))), energy, area)
-    assert end_state[1] == pytest.approx(end)
-    assert end_state[0] == pytest.approx(expected, rel=1e-3)
-
-
 def test_the_order_of_the_wear_step_is_two():
     def rate(y):
         return Rates(1e-3 * (1.0 - y) * (1.0 + y), NOTHING)
@@ -248,12 +234,6 @@ def test_work_over_the_contour_is_that_of_the_account(worked):
     assert left.sum() == pytest.approx(worked.areas[:5].sum(), rel=1e-6)
     assert right.sum() == pytest.approx(worked.areas[5:].sum(), rel=1e-6)
     assert worked.arcs.sum() == pytest.approx(worked.areas.sum(), rel=1e-6)
-
-
-def test_a_rig_without_a_ring_has_no_radius_to_reach(rig):
-    worn = Worn(rig.changed(sprocket__ring="none"), 150.0, COEFFICIENTS, FIELDS)
-    with pytest.raises(InputError, match="the rig has no ring"):
-        worn.goal(0.303, np.inf)
 
 
 def test_a_bound_behind_the_new_rig_is_refused(known):

@@ -8,21 +8,16 @@ import numpy as np
 import pytest
 
 from replication.synthetic import (
-    CIRCLES,
-    GRAVITY,
-    LINK_LENGTH,
     RANGE_G,
     RATE_HZ,
     RECORD_S,
     SPEEDS,
-    _belt_acceleration,
     closeness,
     generate,
     write_dataset,
     write_record,
 )
 from trackdyn.errors import InputError
-from trackdyn.parameters.layout import belt_path
 from trackdyn.sensor.sensor_csv import read_sensor_csv
 
 ROOT = Path(__file__).parents[2]
@@ -78,24 +73,6 @@ def test_seed_decides_and_a_short_record_repeats():
     assert all(np.array_equal(a, b) for a, b in zip(first, again, strict=True))
     assert not np.array_equal(first[2], other[2])
     assert all(a.shape == (2000,) for a in first)
-
-
-def test_belt_stands_still_at_one_g():
-    path = belt_path(CIRCLES)
-    s = np.linspace(0.0, path.length, 101)
-    rest = _belt_acceleration(path, s, np.zeros_like(s), np.zeros_like(s))
-    assert np.hypot(*rest) == pytest.approx(np.ones_like(s))
-
-
-def test_link_on_a_wheel_is_accelerated_towards_its_centre():
-    path = belt_path(CIRCLES)
-    s = np.array([path.wrap[0] * CIRCLES[0][2] / 2])  # middle of the sprocket's arc
-    still = _belt_acceleration(path, s, np.zeros(1), np.zeros(1))
-    moving = _belt_acceleration(path, s, np.full(1, 1.5), np.zeros(1))
-    # each pin is pulled to the centre, half a link's angle away from the normal of the link
-    radius = CIRCLES[0][2]
-    inward = 1.5**2 / radius * np.cos(LINK_LENGTH / 2 / radius) / GRAVITY
-    assert moving - still == pytest.approx(np.array([[0.0], [-inward]]), abs=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -79,7 +79,7 @@ def test_a_wheel_on_an_arm_swings_as_its_spring_says(settled):
     state.slide[:] = 0.0
     state.slide["q"][k] = 1e-3
     crossings, before = [], 1e-3
-    for step in range(40_000):
+    for step in range(20_000):
         advance_carriers(model, state, work, carriers)
         if before < 0 <= state.slide["q"][k]:
             crossings.append(step)

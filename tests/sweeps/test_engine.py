@@ -68,24 +68,20 @@ def test_what_comes_of_a_row_is_its_state(maker, tmp_path, jobs):
     refuse_failed([row for row in rows.values() if row["state"] != "failed"], "try again")
 
 
-@pytest.mark.parametrize("within", [True, False])
-def test_a_row_that_kills_its_process_twice_fails_and_no_other(maker, tmp_path, monkeypatch, within):
+def test_a_row_that_kills_its_process_twice_fails_and_no_other(maker, tmp_path, monkeypatch):
     """One that does so once is tried again; what had come stays. Also where a single row is left."""
     ends = {3: "killed", 9: "always killed"}
     asked = tasks(*({"number": k, "ends": ends.get(k, ""), "flag": str(tmp_path / "f")} for k in range(24)))
-    first = results(maker, asked, 2, tmp_path / "store" if within else None)
+    first = results(maker, asked, 2, tmp_path / "store")
     (lost,) = [key for key, row in first.items() if row["state"] != "done"]
     assert asked[lost]["number"] == 9 and first[lost]["state"] == "failed" and (tmp_path / "f").exists()
     assert first[lost]["reason"].startswith("its process ended twice (SIGKILL(-9)), perhaps out of memory")
     del asked[lost]
     alone = results(maker, asked, 1)
     assert json.dumps([first[key]["values"] for key in asked]) == json.dumps([alone[key]["values"] for key in asked])
-    if within:
-        assert sorted(path.stem for path in (tmp_path / "store").iterdir()) == sorted(asked)
-        monkeypatch.setattr(engine, "outcome", lambda *row: pytest.fail("was computed again"))
-        assert json.dumps(results(maker, asked, 2, tmp_path / "store")) == json.dumps(
-            {key: first[key] for key in asked}
-        )
+    assert sorted(path.stem for path in (tmp_path / "store").iterdir()) == sorted(asked)
+    monkeypatch.setattr(engine, "outcome", lambda *row: pytest.fail("was computed again"))
+    assert json.dumps(results(maker, asked, 2, tmp_path / "store")) == json.dumps({key: first[key] for key in asked})
 
 
 def test_processes_that_cannot_start_are_said(maker, tmp_path, monkeypatch):

@@ -22,7 +22,7 @@ def copies(tmp_path_factory):
 
 def test_a_killed_run_goes_on_and_ends_in_the_same_bytes(copies):
     whole, copy = copies
-    done = killing.disturb(copy, rounds=4, longest=12.0, seed=3)
+    done = killing.disturb(copy, rounds=4, longest=8.0, seed=3)
     results, expected = copy.complete(), whole.results()
     assert sorted(name for name in expected.keys() | results.keys() if expected.get(name) != results.get(name)) == [], (
         done

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.stats import qmc
 
-from laboratory.inference.identification.emulation import FeatureEmulator, Processes
+from laboratory.inference.identification.emulation import FeatureEmulator
 
 
 def points(count, d, seed=1):
@@ -12,15 +12,6 @@ def points(count, d, seed=1):
 
 def bent(x):
     return 3.0 * x[:, 0] + np.sin(4.0 * x[:, 1])
-
-
-def test_a_smooth_function_is_known_between_the_points():
-    x, new = points(60, 4), points(50, 4, seed=2)
-    assert np.abs(Processes(x, bent(x)[None])(new) - bent(new)).max() < 0.05
-
-
-def test_an_output_that_never_changes_is_predicted_as_it_is():
-    assert np.allclose(Processes(points(30, 2), np.full((1, 30), 2.5))(points(5, 2, seed=2)), 2.5)
 
 
 def test_errors_are_as_large_as_the_noise_of_simulations():

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scipy.stats import multivariate_normal, multivariate_t, norm
+from scipy.stats import multivariate_normal, norm
 
 from laboratory.inference.identification.emulation import Prediction
 from laboratory.inference.identification.features import Feature
@@ -47,37 +47,6 @@ def test_density_is_that_of_the_normal_distribution():
         expected += (norm(middle, SPREAD).logpdf(point[1:]) + np.log(SPREAD * np.sqrt(2 * np.pi))).sum()
         assert posterior.density(np.array([point]))[0] == pytest.approx(expected, rel=1e-9)
     assert posterior.density(np.array([[1.01, -3, -2], [-0.01, -3, -2]])).tolist() == [-np.inf, -np.inf]
-
-
-class Doubtful:
-    """An emulator that errs by Student's distribution, with four degrees of freedom and a unit of relative
-    amplitude.
-    """
-
-    degrees = 4.0
-
-    def __call__(self, points):
-        return Prediction(np.tile(points @ SLOPES[None, :], 1), np.broadcast_to(np.eye(2), (len(points), 2, 2)))
-
-
-def test_the_factor_on_the_emulators_errors_makes_them_students():
-    """Summed over the factor, the density of two features is that of Student's distribution; discrepancies of 1e-6 add
-    nothing.
-    """
-    factors = np.linspace(-8, 8, 4001)
-    points = np.column_stack([np.full(4001, 0.5), np.full((4001, 2), np.log(1e-4)), factors])
-    densities, expected = [], []
-    for values in ([1.0, -0.5], [3.0, 1.0], [-5.0, 4.0]):
-        still = MeasuredRecords(FEATURES, np.zeros(2, dtype=int), np.array(values), np.zeros((2, 2)))
-        posterior = Posterior(still, Doubtful(), 1)
-        assert posterior.dimension == 4 and posterior.sizes(points).shape == (4001, 2)
-        densities.append(np.exp(posterior.density(points)).sum())
-        expected.append(multivariate_t(SLOPES * 0.5, np.eye(2), df=4).pdf(values))
-    assert np.array(densities) / densities[0] == pytest.approx(np.array(expected) / expected[0], rel=1e-5)
-    drawn = np.exp(
-        -posterior.draw_prior(20000, np.random.default_rng(1))[:, -1]
-    )  # gamma with mean 1 and variance 2 / degrees
-    assert drawn.mean() == pytest.approx(1.0, abs=0.03) and drawn.var() == pytest.approx(0.5, rel=0.1)
 
 
 def test_draws_have_the_quantiles_of_the_density():

@@ -52,8 +52,3 @@ def test_what_makes_no_unknown_is_refused_in_a_sentence(entries, said):
     with pytest.raises(InputError, match=said) as refusal:
         Unknowns([Unknown(**entry) for entry in entries], RIG, RANGES)
     assert "\n" not in str(refusal.value)
-
-
-def test_a_point_outside_the_cube_is_refused():
-    with pytest.raises(InputError, match="1 numbers between 0 and 1"):
-        Unknowns([STIFFNESS], RIG, RANGES).to_rig([1.2])

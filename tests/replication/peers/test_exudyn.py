@@ -9,27 +9,21 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from replication.peers import exudyn_loop
-from replication.peers.comparison import run_peer
 from replication.peers.contact import Memory, force_vector, jacobian_triplets, make_contacts, peer_contact_loads
 from replication.peers.exudyn_loop import (
     Hanger,
     PeerStart,
-    PeerWheels,
     drive_at,
     require_exudyn,
     run_exudyn_loop,
     start_of,
 )
 from replication.study.extremes.solvers import Pose, posed
-from replication.study.settings import PEER_LAWS, peer_scene
 from trackdyn.chain.riccati import accelerations
 from trackdyn.errors import InputError
 from trackdyn.integrate.run import refresh
-from trackdyn.parameters.rig import load_rig
 from trackdyn.scene.build import build_chain
 from trackdyn.scene.scene import Scene
-from trackdyn.simulation.loop import Loop
-from trackdyn.simulation.simulate import simulate
 
 pytestmark = pytest.mark.peer
 # m, on paths of about a metre: with these steps the extrapolated result of the other code is good to 3e-7, the
@@ -96,47 +90,6 @@ def test_free_swing_agrees(rig):
     start = PeerStart(np.zeros(4), angle, np.zeros(n))
     theirs = extrapolated(lambda h: run_exudyn_loop(chain, start, duration, h, duration / (samples - 1), hanger=hook))
     assert np.abs(ours[-1] - ours[0]).max() > 0.3  # it does swing
-    assert np.abs(theirs - ours).max() < TOLERANCE
-
-
-def test_running_on_plain_wheels_agrees(rig, unled):
-    pytest.importorskip("exudyn")
-    # Restitution 1: contacts then have no memory of their impact velocity, which would be a jump that no
-    # high-order method resolves. Bushings are less damped for the reference's sake, which is explicit.
-    rig = rig.changed(bushing__damping=1.0, ring_contact__restitution=1.0, wheel_contact__restitution=1.0)
-    rig = rig.changed(ring_contact__friction_static=0.3, ring_contact__friction_dynamic=0.3)
-    scene = Scene(rig, 115.0, ramp=0.4, **PEER_LAWS)
-    loop = Loop(scene)
-    model, state, work = loop._parts
-    model = unled(model._replace(tooth=model.tooth._replace(present=0)), work)
-    chain, n, wheels = model.chain, len(state.angle), model.wheels
-    start = start_of(state)
-    duration, samples = 1.0, 21
-
-    def slope(t, y):
-        turned, state.wheel_rate[0] = drive_at(model.drive, t)
-        state.wheel_angle[0] = start.sprocket_angle + turned
-        half = n + 4
-        state.pin[:] = *y[:2], *y[half : half + 2]
-        state.angle[:], state.rate[:] = y[2 : n + 2], y[half + 2 : half + 2 + n]
-        state.wheel_rate[1:] = y[-2:]
-        refresh(model, state, work)
-        spin = (work.wheel_torque[1:] - wheels.drag[1:] * y[-2:]) / wheels.inertia[1:]
-        return np.concatenate([y[half:], *chain_accelerations(chain, state, work), spin])
-
-    times = np.linspace(0, duration, samples)
-    begin = np.concatenate([start.pin[:2], start.angle, np.zeros(2), start.pin[2:], start.rate, np.zeros(2)])
-    solution = solve_ivp(slope, (0, duration), begin, method="DOP853", rtol=1e-7, atol=1e-8, t_eval=times)
-    ours = np.array([centres(chain, y[:2], y[2 : n + 2]) for y in solution.y.T])
-
-    free = PeerWheels(tuple(wheels.inertia[1:]), tuple(wheels.drag[1:]))
-    contacts = make_contacts(scene, loop.layout["tensioner_shift_m"], arcs=0)
-    theirs = extrapolated(
-        lambda h: run_exudyn_loop(
-            chain, start, duration, h, duration / (samples - 1), contacts=contacts, wheels=free, drive=model.drive
-        )
-    )
-    assert np.abs(ours[-1] - ours[0]).max() > 0.3  # it does run
     assert np.abs(theirs - ours).max() < TOLERANCE
 
 
@@ -218,12 +171,3 @@ def test_missing_extra_is_named(without_exudyn):
     with pytest.raises(InputError) as caught:
         require_exudyn()
     assert str(caught.value) == "exudyn is not installed; in the clone: pip install -e '.[peers]'"
-
-
-def test_a_tooth_of_eight_arcs_with_edges_for_its_tips_keeps_the_chain():
-    """Without the edges contacts began at a depth, and the chain left the teeth."""
-    pytest.importorskip("exudyn")
-    scene = peer_scene(load_rig("paper"), "sprocket", 180.0, 0.3, 1e-4)
-    ours = simulate(scene).place[:, 1]
-    _, theirs = run_peer(scene, 5e-4, arcs=8)
-    assert np.ptp(ours) > 0.3 and np.abs(theirs - ours).max() < 5e-3 * np.ptp(ours)

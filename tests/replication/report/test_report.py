@@ -1,5 +1,6 @@
 """Figures and tables from small made-up recordings: files, bytes, labels, numbers."""
 
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from types import SimpleNamespace
@@ -18,8 +19,8 @@ from replication.report.figures.ring_study import MARKS, STEADY
 from replication.report.figures.scorecard import LOOKS, scorecard_figure
 from replication.report.parameters import table1
 from replication.report.statistics import lines_table, table3
+from tests.conftest import made_recording
 from trackdyn.errors import InputError
-from trackdyn.model.record import SPELL
 from trackdyn.parameters.layout import assemble
 from trackdyn.parameters.rig import load_rig
 from trackdyn.plots.drawing import (
@@ -29,8 +30,8 @@ from trackdyn.plots.drawing import (
 from trackdyn.plots.ring_study import duration_figure, force_figure, quiet_from
 from trackdyn.plots.spectra import first_crest, history_figure, spectrum_figure
 from trackdyn.plots.style import new_figure, save, thin
+from trackdyn.scene.scene import Scene
 from trackdyn.sensor.sensor_csv import SensorRecord
-from trackdyn.simulation.recording import Recording
 
 pytestmark = pytest.mark.slow
 
@@ -53,32 +54,10 @@ def recording(ring_radius=0.308, rpm=RPM, frames=1):
     s = len(time)
     # a level link: Eq. 40 adds 1 g
     mean = np.column_stack([np.zeros(s), (ay - 1) * RIG.gravity, np.zeros(s)])
-    gap = 1e-13 * (1.5 + np.sin(time)) * (time > 0.01)
-    rates = np.full((s, 3), -2 * np.pi * rpm / 5.57 / 60)
-    return Recording(
-        time=time,
-        raw=mean,
-        mean=mean,
-        gap=gap,
-        cut=np.zeros((s, 2)),
-        place=np.zeros((s, 2)),
-        wheel_rate=rates,
-        energy=np.zeros((s, 10)),
-        force=np.zeros((s, 1, 3)),
-        area=np.zeros((s, 1, 2), int),
-        groove=np.zeros((s, 1, 2), int),
-        pitches=np.array([1]),
-        spells=np.zeros(0, SPELL),
-        begin=6.0,
-        frame=np.tile(FRAME, (frames, 1)),
-        frame_time=np.arange(frames) * 0.01,
-        **dict.fromkeys(("plane", "wheel_offset", "axial_force"), np.zeros((s, 0))),  # of motion in space
-        meta={
-            "scene": {"motor_rpm": rpm, "ring_radius": ring_radius},
-            "rig": RIG.model_dump(),
-            "layout": {"tensioner_shift_m": ASSEMBLY.shift},
-        },
-    )
+    gap, rate = 1e-13 * (1.5 + np.sin(time)) * (time > 0.01), np.full((s, 3), -2 * np.pi * rpm / 5.57 / 60)
+    made = {"raw": mean, "mean": mean, "gap": gap, "wheel_rate": rate, "frame": np.tile(FRAME, (frames, 1))}
+    made |= {"frame_time": np.arange(frames) * 0.01, "layout": {"tensioner_shift_m": ASSEMBLY.shift}}
+    return made_recording(Scene(RIG, rpm, ring_radius), time, np.zeros((s, 1, 3)), 6.0, **made)
 
 
 def sensor(hz=1.05 * LOOP_HZ, amplitude=0.9):
@@ -127,12 +106,7 @@ def test_picket_fence_of_the_printed_record_at_115_rpm():
     run = recording(rpm=115.0)
     time, ay = wave(LOOP_HZ * 115 / 210, seconds=90.0)
     mean = np.column_stack([0 * ay, (ay - 1) * RIG.gravity, 0 * ay])
-    arrays = {name: getattr(run, name) for name in Recording.ARRAYS} | {
-        "time": time,
-        "mean": mean,
-        "raw": mean,
-    }
-    shown = texts(spectrum_figure(Recording(**arrays, meta=run.meta), sensor(0.13)))
+    shown = texts(spectrum_figure(replace(run, time=time, mean=mean, raw=mean), sensor(0.13)))
     assert "bin 11.50" in shown
     assert "64 %" in shown
 
