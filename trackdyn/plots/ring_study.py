@@ -16,30 +16,23 @@ from trackdyn.plots.style import COLOURS, DASHES, MARKERS, PRINTED, SMALL, new_f
 
 SIDES = {"left": "left arc", "right": "right arc", "ring": "ring"}
 WHITE = {"facecolor": "white", "edgecolor": "none", "pad": 1.0}
-STATISTICS = {"rms": "RMS", "sd": "SD"}
 
 
 @styled
-def force_figure(study: pd.DataFrame, statistic: str, marks: Mapping[str, float]) -> Figure:
-    """RMS (Figure 23 a) or SD (23 b), ``rms`` or ``sd``, of the normal forces on an appointed connector and link.
-
-    ``study`` holds rows of ``metrics.csv``: every radius at every speed; no radius stands for no ring. ``marks`` are
-    radii (m) by what they are.
-    """
-    columns = {side: (f"{side}_{statistic}_n", f"{side}_{statistic}_error_n") for side in SIDES}
-    letter = "ab"[list(STATISTICS).index(statistic)]
-    title = f"({letter}) {STATISTICS[statistic]} of the normal force over the run"
-    return _panels(study, columns, f"{STATISTICS[statistic]} of the normal force (N)", title, marks)[0]
-
-
-@styled
-def duration_figure(
+def figures(
     study: pd.DataFrame, marks: Mapping[str, float], steady: tuple[float, float] | None = None
-) -> Figure:
-    """Time in contact, in percent of a sprocket turn (Figure 24); parameters as in :func:`force_figure`.
+) -> dict[str, Figure]:
+    """Figures 23 a, 23 b and 24 of a study by their names.
 
-    ``steady`` is a printed left-arc duration (%) and the radius (m) that it holds from.
+    RMS and SD of the normal forces on an appointed connector and link, and time in contact in percent of a sprocket
+    turn. ``study`` holds rows of ``metrics.csv``: every radius at every speed; no radius stands for no ring. ``marks``
+    are radii (m) by what they are, ``steady`` is a printed left-arc duration (%) and the radius (m) that it holds from.
     """
+    drawn = {}
+    for letter, statistic, words in (("a", "rms", "RMS"), ("b", "sd", "SD")):
+        columns = {side: (f"{side}_{statistic}_n", f"{side}_{statistic}_error_n") for side in SIDES}
+        title = f"({letter}) {words} of the normal force over the run"
+        drawn[f"fig23_{letter}"] = _panels(study, columns, f"{words} of the normal force (N)", title, marks)[0]
     columns = {side: (f"{side}_share_pct", f"{side}_share_error_pct") for side in SIDES}
     figure, axes, radii = _panels(study, columns, "contact duration (% of a turn)", "Contact duration", marks)
     large = [radius for radius in radii if steady and radius >= steady[1] - 1e-9]
@@ -47,7 +40,7 @@ def duration_figure(
         axes[0].plot([large[0], large[-1]], [steady[0]] * 2, **PRINTED, marker="", linewidth=1.4)
         above = {"xytext": (0, 5), "textcoords": "offset points", "ha": "right"}
         axes[0].annotate(f"printed: near {steady[0]:g} %", (large[-1], steady[0]), **above)
-    return figure
+    return drawn | {"fig24": figure}
 
 
 def quiet_from(study: pd.DataFrame, value: str) -> float | None:
@@ -111,15 +104,6 @@ def _panels(
     axes[-1].set_xticks(ticks, names)
     axes[-1].set_xlabel("radius of the ring (m)")
     return figure, axes, radii
-
-
-def figures(study: pd.DataFrame, marks: Mapping[str, float], steady: tuple[float, float] | None = None) -> dict:
-    """Figures 23 a, 23 b and 24 of a study by their names."""
-    return {
-        "fig23_a": force_figure(study, "rms", marks),
-        "fig23_b": force_figure(study, "sd", marks),
-        "fig24": duration_figure(study, marks, steady),
-    }
 
 
 def write_page(path: Path, pictures: list[Path], **shown) -> None:

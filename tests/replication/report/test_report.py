@@ -27,7 +27,7 @@ from trackdyn.plots.drawing import (
     chain_points,
     groove_points,
 )
-from trackdyn.plots.ring_study import duration_figure, force_figure, quiet_from
+from trackdyn.plots.ring_study import figures, quiet_from
 from trackdyn.plots.spectra import first_crest, history_figure, spectrum_figure
 from trackdyn.plots.style import new_figure, save, thin
 from trackdyn.scene.scene import Scene
@@ -234,8 +234,8 @@ def test_where_contact_ends_is_computed():
     assert quiet_from(study(), "right_share_pct") == 0.305
     assert quiet_from(study(right=(5.0, 0.0, 1.0, 0.0)), "right_share_pct") == 0.306
     assert quiet_from(study(), "left_share_pct") is None
-    assert "no contact from 0.305 m on" in texts(force_figure(study(), "rms", MARKS))
-    assert "no contact" not in texts(duration_figure(study(right=(1.0, 1.0, 1.0, 1.0)), MARKS, STEADY))
+    assert "no contact from 0.305 m on" in texts(figures(study(), MARKS)["fig23_a"])
+    assert "no contact" not in texts(figures(study(right=(1.0, 1.0, 1.0, 1.0)), MARKS, STEADY)["fig24"])
 
 
 def scorecard(rig="paper"):
