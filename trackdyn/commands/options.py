@@ -23,9 +23,6 @@ class Ring:
 
     radius: float | None
 
-    def __str__(self) -> str:
-        return "none" if self.radius is None else f"{self.radius:g}"
-
 
 def parse_number(name: str, text: str | float, accepted: str = "must be a finite number") -> float:
     """A finite number. Raises `InputError`: the text is none; ``name`` is the option."""
@@ -42,9 +39,7 @@ def number(name: str, help: str) -> Any:
     return typer.Option(name, parser=lambda text: parse_number(name, text), metavar="NUMBER", help=help)
 
 
-def _parse_ring(text: str | Ring) -> Ring:
-    if isinstance(text, Ring):
-        return text
+def _parse_ring(text: str) -> Ring:
     accepted = "must be a radius in m, or none"
     return Ring(None if text == "none" else parse_number("--ring-radius", text, accepted))
 
