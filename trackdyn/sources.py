@@ -76,7 +76,7 @@ def imported_files(script: Path, root: Path) -> list[Path]:
         imports = _imports(file, module if is_package else module[:-1])
         if is_package and name:
             # a name may be both: a module of the package, and what its __init__ took from there
-            asked = [one for one in imports if one[2] == name]
+            asked = [entry for entry in imports if entry[2] == name]
             if _locate((*module, name), places):
                 asked.append(((*module, name), None, name))
             imports = asked or imports

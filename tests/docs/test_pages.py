@@ -171,7 +171,7 @@ def test_the_readme_is_a_script_that_runs_in_a_fresh_folder(tmp_path):
             shutil.copy(source, tree / name.decode())
     needed = {"pip", "setuptools", "wheel", *brought(re.search(r"\.\[([\w,]+)\]", script)[1])}
     modules = importlib.metadata.packages_distributions()
-    names = {name for name, of in modules.items() if not {one.lower().replace("_", "-") for one in of} & needed}
+    names = {name for name, of in modules.items() if not {package.lower().replace("_", "-") for package in of} & needed}
     names = {name for name in names if not name.startswith("snakemake_")}  # it loads whichever plugin it finds
     (site / "only.py").write_text(ONLY.format(names=names))
     (site / "a.pth").write_text(f"{sysconfig.get_path('purelib')}\nimport only\n")

@@ -19,17 +19,17 @@ def tried(step, value, integrator="semi_implicit", scatter=None):
     """A setting whose measure has one value in all of twelve passages, or one that scatters."""
     values = np.full(12, value) + (0.0 if scatter is None else scatter)
     writer = SimpleNamespace(loop=SimpleNamespace(scene=SimpleNamespace(step=step)))
-    one = Tried(Setting("made up", {"integrator": integrator, "step": step}), writer, 1.0 / step)
-    one.found["rms"] = Series(values, np.arange(12))
-    return one
+    trial = Tried(Setting("made up", {"integrator": integrator, "step": step}), writer, 1.0 / step)
+    trial.measures["rms"] = Series(values, np.arange(12))
+    return trial
 
 
 def test_errors_of_a_method_of_order_one_are_found():
     """The limit is 2 and a step h adds 3 h: relative errors are 1.5 h, over the value of the finest."""
     runs = [tried(step, 2.0 + 3.0 * step) for step in (1e-2, 5e-3, 2.5e-3)]
     _judge(runs, {"rms": 0.1})
-    for one in runs:
-        assert one.error["rms"].bias == pytest.approx(1.5 * one.setting.fields["step"], rel=0.01)
+    for run in runs:
+        assert run.error["rms"].bias == pytest.approx(1.5 * run.setting.fields["step"], rel=0.01)
 
 
 def test_scatter_that_runs_share_is_no_error_and_their_own_is():
@@ -56,8 +56,8 @@ def test_a_plan_goes_the_cheapest_way():
     def way(difference, half_width, most=20.0):
         runs = [tried(2e-4, 1.0 + difference), tried(1e-4, 1.0)]
         _judge(runs, tolerances := {"rms": 0.01})
-        for one in runs:
-            one.error["rms"] = one.error["rms"]._replace(half_width=half_width, scatter=half_width)
+        for run in runs:
+            run.error["rms"] = run.error["rms"]._replace(half_width=half_width, scatter=half_width)
         chosen, longer = _next(runs, tolerances, [Setting("finer", {})], most)
         return chosen and runs.index(chosen), longer
 
@@ -69,10 +69,10 @@ def test_a_plan_goes_the_cheapest_way():
 
 def test_what_is_stated_stays_and_no_two_implicit_steps_judge_each_other(rig):
     scene = Scene(rig, 115)
-    ladder = [(one.fields["integrator"], one.fields["step"]) for one in settings(scene, True)]
+    ladder = [(setting.fields["integrator"], setting.fields["step"]) for setting in settings(scene, True)]
     explicit = [("semi_implicit", pytest.approx(1e-4 / 2**k)) for k in range(4)]
     assert ladder == [("linearly_implicit", 5e-4), *explicit]
-    assert [one.fields for one in settings(scene, False)] == [{}, {"step": scene.step / 2}]
+    assert [setting.fields for setting in settings(scene, False)] == [{}, {"step": scene.step / 2}]
 
 
 @pytest.fixture(scope="module")
@@ -85,8 +85,8 @@ def limit(rig):
 @pytest.mark.parametrize(("measure", "tolerance"), [("rms", 0.01), ("left_peak", 0.05)])
 def test_a_promise_is_kept(rig, limit, measure, tolerance):
     scene = Scene(rig, 210, 0.308)
-    found = plan(scene, {measure: tolerance})
-    answer = found.run()
+    planned = plan(scene, {measure: tolerance})
+    answer = planned.run()
     said = answer.measures[measure]
     assert answer.converged and list(answer.measures) == [measure]
     assert abs(said.value - limit[measure].value) <= said.half_width <= tolerance * said.value
@@ -98,12 +98,12 @@ def test_a_promise_is_kept(rig, limit, measure, tolerance):
 def test_scatter_is_not_fought_with_a_smaller_step_and_the_clock_chooses_nothing(rig, monkeypatch):
     """Over a few passages this content scatters more than steps change it. Compilation takes CPU time, too."""
     scene, tolerances = Scene(rig, 200, 0.3065), {"high_frequency": 0.02}
-    found = plan(scene, tolerances)
-    assert found.scene.step > 2e-5
+    planned = plan(scene, tolerances)
+    assert planned.scene.step > 2e-5
     clock = itertools.accumulate(itertools.cycle([0.0, 1000.0, 1.0, 0.01]))
     monkeypatch.setattr(planner.time, "process_time", lambda: next(clock))
     again = plan(scene, tolerances)
-    assert again.chosen.setting == found.chosen.setting and again.duration == found.duration
+    assert again.chosen.setting == planned.chosen.setting and again.duration == planned.duration
 
 
 def test_a_tolerance_that_nothing_keeps_is_refused(rig):

@@ -62,4 +62,4 @@ def test_the_head_of_a_rig_lists_the_values_that_no_part_can_have(name):
     named = set(outside.index[outside != ""])
     head = path.read_text(encoding="utf-8").partition("gravity:")[0]
     # the dynamic friction of the ring goes with the static one
-    assert len(named) > 2 and all(one in head for one in named - {"ring_contact.friction_dynamic"})
+    assert len(named) > 2 and all(name in head for name in named - {"ring_contact.friction_dynamic"})

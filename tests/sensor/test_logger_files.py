@@ -53,7 +53,7 @@ def write_tdms(path, unit="g", scale=1.0, ay=AY, timed=True):
 
 def write_lvm(path, unit="g", scale=1.0, ay=AY, decimal=",", separator="\t", x_columns="One"):
     def row(*fields):
-        return separator.join(str(one).replace(".", decimal) for one in fields)
+        return separator.join(str(value).replace(".", decimal) for value in fields)
 
     words = {"\t": "Tab", ";": "Semicolon"}[separator]
     begin = [f"Separator{separator}{words}", f"Decimal_Separator{separator}{decimal}"]
@@ -288,4 +288,4 @@ def test_no_file_beside_a_record_is_opened(tmp_path):
     beside = Path(f"{path}.pkl")
     beside.write_bytes(b"cos\nsystem\n(S'touch ran'\ntR.")
     read_sensor_csv(path)
-    assert sorted(one.name for one in tmp_path.iterdir()) == ["record.lvm", "record.lvm.pkl"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["record.lvm", "record.lvm.pkl"]

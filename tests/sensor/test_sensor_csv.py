@@ -474,7 +474,7 @@ STAMPS = {
 def test_dates_of_any_form_are_stamps(name, tmp_path):
     form, begin = STAMPS[name]
     t = np.datetime64(begin) + np.arange(6000).astype("m8[ms]")
-    texts = [one.item().strftime(form) for one in t]
+    texts = [stamp.item().strftime(form) for stamp in t]
     texts = [text.replace("000 ", " ") if " " in form[-4:] else text[:-3] for text in texts]
     path = write(tmp_path / "record.csv", "Time;ay (g)\n" + "".join(f"{x};{k % 7}\n" for k, x in enumerate(texts)))
     record = read_sensor_csv(path)
@@ -484,7 +484,7 @@ def test_dates_of_any_form_are_stamps(name, tmp_path):
 def test_dates_whose_order_matters_are_asked_for(tmp_path):
     """The 5th of January or the 1st of May, and the day after."""
     t = np.datetime64("2024-01-04T23:59:59.5") + np.arange(1000).astype("m8[ms]")
-    lines = [f"{one.item():%d.%m.%Y %H:%M:%S.%f};{k % 7}" for k, one in enumerate(t)]
+    lines = [f"{stamp.item():%d.%m.%Y %H:%M:%S.%f};{k % 7}" for k, stamp in enumerate(t)]
     path = write(tmp_path / "record.csv", "\n".join(["Time;ay (g)", *lines]))
     refused(path, ["('04.01.2024", "--dates day-first or --dates month-first"])
     record = read_sensor_csv(path, SensorMapping(dates="day-first"))

@@ -238,4 +238,4 @@ def test_a_killed_sweep_goes_on_where_it_was(tmp_path, whole):
 def test_rows_that_ask_for_what_their_rig_has_anyway_are_not_those_of_another_law():
     """A row that says nothing of the tensioner has its rig's, and another key than one that asks for it locked."""
     table = pd.DataFrame({"motor_rpm": [115.0] * 3, "tension": [None, "locked", None], "step": [None, None, 1e-4]})
-    assert len({one.key for one in requested_rows(table, "parts")}) == 3
+    assert len({row.key for row in requested_rows(table, "parts")}) == 3

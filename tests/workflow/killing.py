@@ -87,8 +87,12 @@ def differences(copy, whole):
     Of a page that shows times its table decides.
     """
     findings = compare_manifests(describe(copy.folder, complete=True), describe(whole.folder, complete=True))
-    shown = {one.name.replace(".csv", ".md") for one in findings if one.status == EQUAL}
-    differ = [one for one in findings if one.status != EQUAL and not (one.status == BYTES and one.name in shown)]
+    shown = {finding.name.replace(".csv", ".md") for finding in findings if finding.status == EQUAL}
+    differ = [
+        finding
+        for finding in findings
+        if finding.status != EQUAL and not (finding.status == BYTES and finding.name in shown)
+    ]
     return [f"{finding.status}: {finding.name} {finding.text}" for finding in differ]
 
 

@@ -226,13 +226,13 @@ def planned(scene, tolerances: dict[str, float], longest: float, preset: str | N
 
 def say(plan) -> None:
     """What runs, what it is expected to cost, and what else was tried."""
-    for one in plan.tried:
-        mark = "chosen" if one is plan.chosen else "tried"
-        message = f"rejected: {one.refused}"
-        if not one.refused:
-            errors = ", ".join(f"{name} {of.bias + of.doubt:.2g}" for name, of in one.error.items())
-            message = f"error of {errors}; {one.cpu_s / one.seconds:.2g} CPU s a second"
-        typer.echo(f"{mark:>22}  {one.setting.name}: {message}")
+    for trial in plan.tried:
+        mark = "chosen" if trial is plan.chosen else "tried"
+        message = f"rejected: {trial.refused}"
+        if not trial.refused:
+            errors = ", ".join(f"{name} {of.bias + of.doubt:.2g}" for name, of in trial.error.items())
+            message = f"error of {errors}; {trial.cpu_s / trial.seconds:.2g} CPU s a second"
+        typer.echo(f"{mark:>22}  {trial.setting.name}: {message}")
     ends = ", ".join(f"{name} to {tolerance:.2g}" for name, tolerance in plan.left.items())
     typer.echo(f"{'stops':>22}  when the 95 % intervals keep {ends}; expected after {plan.duration:.3g} s at speed")
     more = f"{plan.cpu_s:.2g} CPU s more" if plan.cpu_s else "no more: the record is long enough"

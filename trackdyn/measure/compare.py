@@ -99,7 +99,7 @@ def compare_with_sensor(recording: Recording, record: SensorRecord, name: str = 
         if holds_line(len(ay), at, hz):
             mean["mean_error_g"] = uncertainty(ay, at, 1 / hz, np.mean)[1]
         both.append(sensor_metrics(ay, at, hz) | mean | {"rate_hz": at, "clipped": clipped})
-    errors = {"rate_hz": "", "clipped": "", MEAN: "mean_error_g"} | {one: error_of(one) for one in COMPARED}
+    errors = {"rate_hz": "", "clipped": "", MEAN: "mean_error_g"} | {name: error_of(name) for name in COMPARED}
     table = pd.DataFrame(
         [
             {"measure": one}

@@ -198,7 +198,7 @@ def difference(one: Series, other: Series) -> tuple[float, float]:
 
 
 def settled(
-    found: Mapping[str, Series], tolerances: Mapping[str, float], least: int = LEAST
+    measures: Mapping[str, Series], tolerances: Mapping[str, float], least: int = LEAST
 ) -> tuple[int, dict[str, Estimate], dict[str, bool]]:
     """The beginning to leave out, in passages, the measures of the rest, and whether they keep their tolerances.
 
@@ -206,9 +206,9 @@ def settled(
     measures with a tolerance is left out. A tolerance is kept if half of the 95 % interval, by batch means, is within
     it and at least so many passages count.
     """
-    cut = max((found[name].transient() for name in tolerances if name in found), default=0)
+    cut = max((measures[name].transient() for name in tolerances if name in measures), default=0)
     for first in dict.fromkeys((0, cut)):
-        rest = {name: measure.since(first) for name, measure in found.items()}
+        rest = {name: measure.since(first) for name, measure in measures.items()}
         means = {name: measure.estimate() for name, measure in rest.items()}
         kept = {
             name: name in rest

@@ -61,10 +61,10 @@ def doubtful_axes(recording: Recording, record: SensorRecord) -> str | None:
         return float(min(np.linalg.norm(shape - wanted[: len(shape)]) for wanted in (simulated, mirrored)))
 
     scores = {
-        one: misfit(one)
+        turn_of: misfit(turn_of)
         for chosen in permutations(measured, len(names))
         for signs in product((1, -1), repeat=len(names))
-        for one in [tuple(zip(signs, chosen, strict=True))]
+        for turn_of in [tuple(zip(signs, chosen, strict=True))]
     }
     read = scores[tuple((1, name) for name in names)]
     best = min(scores, key=scores.__getitem__)

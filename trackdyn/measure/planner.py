@@ -99,7 +99,7 @@ class Tried:
     work: float = 0.0  # of a second, in semi-implicit steps
     cpu_s: float = 0.0  # CPU seconds of the record so far
     refused: str = ""  # why it does not run, or nothing
-    found: dict[str, Series] = field(default_factory=dict, repr=False)
+    measures: dict[str, Series] = field(default_factory=dict, repr=False)
     error: dict[str, Error] = field(default_factory=dict)  # of each measure; empty until a finer setting ran
 
     @property
@@ -204,13 +204,13 @@ def plan(scene: Scene, tolerances: Mapping[str, float], longest: float = 60.0, m
     count, most = float(LEAST + 1), float(LEAST + PEAK_TURNS * teeth)
     tried: list[Tried] = []
     while True:
-        running = [one for one in tried if not one.refused]
+        running = [trial for trial in tried if not trial.refused]
         # the two finest judge; of the others go on those that may be chosen
-        running = [one for one in running if one in running[-2:] or one.growth(tolerances) < inf]
-        for one in running:
-            _record(one, tolerances, count * span)
-        running = [one for one in running if not one.refused]
-        if lacking := [name for name in tolerances for one in running if name not in one.found]:
+        running = [trial for trial in running if trial in running[-2:] or trial.growth(tolerances) < inf]
+        for trial in running:
+            _record(trial, tolerances, count * span)
+        running = [trial for trial in running if not trial.refused]
+        if lacking := [name for name in tolerances for trial in running if name not in trial.measures]:
             if count < most:
                 count = min(1.5 * count, most)
                 continue
@@ -256,21 +256,21 @@ def _start(base: Loop, setting: Setting, span: float) -> Tried:
     return Tried(setting, writer, WORK.get(scene.integrator, 1.0) / scene.step)
 
 
-def _record(one: Tried, tolerances: Mapping[str, float], seconds: float) -> None:
+def _record(trial: Tried, tolerances: Mapping[str, float], seconds: float) -> None:
     """Go on with the record of a setting to a length, and take its measures."""
-    assert one.writer is not None
+    assert trial.writer is not None
     begin = time.process_time()
     try:
-        recording, _ = record_until(one.writer, seconds, lambda of: (of, True))
-        found = series(recording, tolerances)
+        recording, _ = record_until(trial.writer, seconds, lambda of: (of, True))
+        measures = series(recording, tolerances)
     except TrackdynError as error:
-        one.refused = str(error)
+        trial.refused = str(error)
         return
-    one.cpu_s += time.process_time() - begin
-    if any(name.endswith("_peak") for name in tolerances) and one.writer.answer().alone > ONE_STEP:
-        one.refused = "peaks stand for one step: the true ones may be twice as large"
+    trial.cpu_s += time.process_time() - begin
+    if any(name.endswith("_peak") for name in tolerances) and trial.writer.answer().alone > ONE_STEP:
+        trial.refused = "peaks stand for one step: the true ones may be twice as large"
         return
-    one.found = {name: of for name, of in found.items() if len(of.values) >= LEAST}
+    trial.measures = {name: of for name, of in measures.items() if len(of.values) >= LEAST}
 
 
 def _judge(running: list[Tried], tolerances: Mapping[str, float]) -> None:
@@ -280,17 +280,17 @@ def _judge(running: list[Tried], tolerances: Mapping[str, float]) -> None:
     where the method, of order 1, is the same. Those of the others are their differences from it beyond that.
     """
     coarser, finest = running[-2:]
-    steps = [one.writer.loop.scene.step for one in (coarser, finest) if one.writer]
-    same = len({one.setting.fields.get("integrator") for one in (coarser, finest)}) == 1
+    steps = [trial.writer.loop.scene.step for trial in (coarser, finest) if trial.writer]
+    same = len({trial.setting.fields.get("integrator") for trial in (coarser, finest)}) == 1
     ratio = steps[1] / (steps[0] - steps[1]) if same else 1.0
     for name in tolerances:
-        scale = scale_of(name, finest.found[name].estimate().value)
-        last, sure = (ratio * abs(of) for of in difference(coarser.found[name], finest.found[name]))
-        for one in running:
-            off, scatter = (0.0, 0.0) if one is finest else difference(one.found[name], finest.found[name])
-            _, error, half_width = one.found[name].estimate()
+        scale = scale_of(name, finest.measures[name].estimate().value)
+        last, sure = (ratio * abs(of) for of in difference(coarser.measures[name], finest.measures[name]))
+        for trial in running:
+            off, scatter = (0.0, 0.0) if trial is finest else difference(trial.measures[name], finest.measures[name])
+            _, error, half_width = trial.measures[name].estimate()
             errors = abs(off) + last, SURE * (scatter + sure), half_width, SURE * error
-            one.error[name] = Error(*(of / scale for of in errors))
+            trial.error[name] = Error(*(of / scale for of in errors))
 
 
 def _next(
@@ -303,12 +303,12 @@ def _next(
     """
     coarser, finest = running[-2:]
     ways: list[tuple[float, Tried | None, float]] = []
-    for one in reversed(running):
-        if (growth := one.growth(tolerances)) <= 1.0 or (growth < inf and most > 1.0):
-            ways.append((one.work * max(growth - 1.0, 0.0), one, 0.0))
+    for trial in reversed(running):
+        if (growth := trial.growth(tolerances)) <= 1.0 or (growth < inf and most > 1.0):
+            ways.append((trial.work * max(growth - 1.0, 0.0), trial, 0.0))
     # trials tell settings apart and are the beginning of the answer, so that both scatters fall
     if (growth := finest.trials(tolerances)) < inf and most > 1.0:
-        ways.append((sum(one.work for one in running) * (growth - 1.0), None, min(growth, GROWTH, most)))
+        ways.append((sum(trial.work for trial in running) * (growth - 1.0), None, min(growth, GROWTH, most)))
     if pending:
         same = coarser.setting.fields.get("integrator") == finest.setting.fields.get("integrator")
         growth = finest.trials(tolerances, 1 / 2 if same else 1 / 8, 1.0)
@@ -328,9 +328,9 @@ def _times(half_width: float, scatter: float, room: float) -> float:
 
 def _refusal(tried: list[Tried], tolerances: Mapping[str, float], longest: float) -> str:
     """Why no setting keeps the tolerances."""
-    known = [one.error for one in tried if one.error]
+    known = [trial.error for trial in tried if trial.error]
     if not known:
-        reason = next((one.refused for one in reversed(tried) if one.refused), "no setting runs")
+        reason = next((trial.refused for trial in reversed(tried) if trial.refused), "no setting runs")
         return f"tolerance: {reason}"
     least = {name: min(error[name].bias for error in known) for name in tolerances}
     name = max(tolerances, key=lambda name: least[name] / tolerances[name])

@@ -91,16 +91,16 @@ def steady_from(recording: Recording, rule: StopRule) -> tuple[float, bool]:
         return 0.0, False
     # shares (%) and RMS forces (N) passage by passage: over the time in which a passage is on its way the RMS scales
     # with that over the whole run
-    found, tolerances = {}, {}
+    measures, tolerances = {}, {}
     for side in SIDES:
         rows = table[table["side"] == side]
         number = rows["passage"].to_numpy()
-        found[f"{side}_share"] = share = Series(rows["share_pct"].to_numpy(), number)
-        found[f"{side}_force"] = Series(rows["square_n2s"].to_numpy(), number, root=True)
+        measures[f"{side}_share"] = share = Series(rows["share_pct"].to_numpy(), number)
+        measures[f"{side}_force"] = Series(rows["square_n2s"].to_numpy(), number, root=True)
         tolerances[f"{side}_share"] = rule.share_pct / 100
         if share.estimate().value >= TOUCHING:  # a force that hardly touches is not judged
             tolerances[f"{side}_force"] = rule.force
-    first, _, kept = settled(found, tolerances, rule.passages)
+    first, _, kept = settled(measures, tolerances, rule.passages)
     converged = all(kept.values())
     if not first:
         return 0.0, converged

@@ -143,7 +143,7 @@ class Rig(OmitsDefaults):
     def tried_step(self, motor_rpm: float) -> Tried | None:
         """The step tried at the next motor speed at or above ``motor_rpm`` (rev/min), or at the fastest one."""
         steps = sorted(self.tried, key=lambda one: one.rpm)
-        return next((one for one in steps if one.rpm >= motor_rpm), steps[-1] if steps else None)
+        return next((entry for entry in steps if entry.rpm >= motor_rpm), steps[-1] if steps else None)
 
     @property
     def without_effect(self) -> list[str]:

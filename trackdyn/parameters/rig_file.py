@@ -147,8 +147,8 @@ def _read(path: Path | str, depth: int, read: Callable[[Path | str], Any]) -> di
     base = _read(sibling if isfile(sibling) else rig_path(like), depth - 1, read)
     if own_wheels:
         base = {key: content for key, content in base.items() if key not in ("wheels", *WHEELS_OF_OLD)}
-    for one, other in (("groove", "profile"), ("profile", "groove")):
-        if one in data:
+    for section, other in (("groove", "profile"), ("profile", "groove")):
+        if section in data:
             base.pop(other, None)
     stated = {
         key: set(content) if isinstance(content := data.get(key), dict) else set() for key in ("chain", "sprocket")

@@ -89,12 +89,12 @@ def format_of(path: Path) -> Format | None:
         if head.startswith(begins):
             raise InputError(
                 f"{path}: this is {name}, which is not read; unpack or convert it: CSV, "
-                f"{', '.join(one.name for one in FORMATS)} are read."
+                f"{', '.join(form.name for form in FORMATS)} are read."
             )
-    matching = [one for one in FORMATS if one.begins.match(head)]
+    matching = [form for form in FORMATS if form.begins.match(head)]
     text = head and not re.search(rb"[\0-\x08\x0e-\x19\x1b-\x1f]", head)
     ending = path.suffix.lower()
-    return next(iter(matching), None) or next((one for one in FORMATS if ending in one.endings and not text), None)
+    return next(iter(matching), None) or next((form for form in FORMATS if ending in form.endings and not text), None)
 
 
 def read_logger_text(path: Path) -> str:
@@ -209,8 +209,8 @@ def _groups(path: Path, items: Iterable[Item], rate: float | None = None) -> Ite
             groups.setdefault(column.size, []).append((one, unit, column))
     for count, channels in groups.items():
         if count > 1:
-            names, units = [one[0] for one in channels], [one[1] for one in channels]
-            table = np.array([one[2] for one in channels], dtype=float)
+            names, units = [channel[0] for channel in channels], [channel[1] for channel in channels]
+            table = np.array([channel[2] for channel in channels], dtype=float)
             yield Channels(path, names, units, table, rates[0] if len(set(rates)) == 1 else None)
 
 
@@ -233,18 +233,20 @@ def _mdf(path: Path) -> Iterator[Channels]:
             signals = file.select([(None, index, k) for k in range(len(file.groups[index].channels))])
             master = file.get_master(index)
             items = [
-                (one.name, one.unit or "", one.samples) for one in signals if one.name.lower() not in ("time", "t")
+                (signal.name, signal.unit or "", signal.samples)
+                for signal in signals
+                if signal.name.lower() not in ("time", "t")
             ]
-            items = [one for one in items if one[2].ndim == 1 and one[2].size == master.size]
+            items = [item for item in items if item[2].ndim == 1 and item[2].size == master.size]
             yield from _groups(path, [*items, ("time", "s", master)])
 
 
 def _tdms(path: Path) -> Iterator[Channels]:
     for group in required("nptdms").TdmsFile.read(path).groups():
         items, interval = [], None
-        for one in group.channels():
-            interval = interval or one.properties.get("wf_increment")
-            items.append((one.name, _unit(one.properties), one[:]))
+        for channel in group.channels():
+            interval = interval or channel.properties.get("wf_increment")
+            items.append((channel.name, _unit(channel.properties), channel[:]))
         yield from _groups(path, items, 1 / interval if interval else None)
 
 
@@ -268,18 +270,18 @@ def _uff(path: Path) -> Iterator[Channels]:
     file = required("pyuff").UFF(str(path))
     sets = [file.read_sets(k) for k, kind in enumerate(file.get_set_types()) if str(kind).startswith("58")]
     # time responses, or of an unknown kind over time
-    sets = [one for one in sets if one["func_type"] in (0, 1) and not np.iscomplexobj(one["data"])]
-    names = [str(one["id1"]).strip() for one in sets]
+    sets = [dataset for dataset in sets if dataset["func_type"] in (0, 1) and not np.iscomplexobj(dataset["data"])]
+    names = [str(dataset["id1"]).strip() for dataset in sets]
     if len(set(names)) < len(names):
-        names = [f"node {one['rsp_node']} {_direction(one['rsp_dir'])}" for one in sets]
+        names = [f"node {dataset['rsp_node']} {_direction(dataset['rsp_dir'])}" for dataset in sets]
     if len(set(names)) < len(names):
         names = [f"{name} {k + 1}" for k, name in enumerate(names)]
     by_rate: dict[float, list[Item]] = {}
-    for one, name in zip(sets, names, strict=True):
-        label = str(one.get("ordinate_axis_units_lab", "")).strip()
-        x = np.asarray(one["x"])
-        step = float(one.get("abscissa_inc") or 0.0) or (x[-1] - x[0]) / (x.size - 1)
-        by_rate.setdefault(step, []).append((name, "" if label.upper() == "NONE" else label, one["data"]))
+    for dataset, name in zip(sets, names, strict=True):
+        label = str(dataset.get("ordinate_axis_units_lab", "")).strip()
+        x = np.asarray(dataset["x"])
+        step = float(dataset.get("abscissa_inc") or 0.0) or (x[-1] - x[0]) / (x.size - 1)
+        by_rate.setdefault(step, []).append((name, "" if label.upper() == "NONE" else label, dataset["data"]))
     for step, items in by_rate.items():
         yield from _groups(path, items, 1 / step if step > 0 else None)
 
@@ -291,19 +293,19 @@ def _direction(number: float) -> str:
 
 def _mat(path: Path) -> Iterator[Channels]:
     content = scipy.io.loadmat(path, simplify_cells=True)
-    yield from _groups(path, _nested({name: one for name, one in content.items() if not name.startswith("__")}))
+    yield from _groups(path, _nested({name: item for name, item in content.items() if not name.startswith("__")}))
 
 
 def _nested(content: Mapping, above: str = "") -> Iterator[Item]:
-    for name, one in content.items():
-        yield from _nested(one, f"{above}{name}.") if isinstance(one, Mapping) else [(f"{above}{name}", "", one)]
+    for name, item in content.items():
+        yield from _nested(item, f"{above}{name}.") if isinstance(item, Mapping) else [(f"{above}{name}", "", item)]
 
 
 def _hdf5(path: Path) -> Iterator[Channels]:
     library = required("h5py")
     items: list[Item] = []
     with library.File(path, "r") as file:
-        items += [(name, "", one) for name, one in file.attrs.items() if np.ndim(one) == 0]
+        items += [(name, "", attribute) for name, attribute in file.attrs.items() if np.ndim(attribute) == 0]
 
         def visit(name, one):
             items.extend((key, "", value) for key, value in one.attrs.items() if np.ndim(value) == 0)
@@ -344,8 +346,12 @@ def _parquet(path: Path) -> Iterator[Channels]:
     yield from _groups(
         path,
         [
-            (str(name), "", one.dt.tz_localize(None).to_numpy() if one.dtype.kind == "M" else one.to_numpy(**missing))
-            for name, one in numbers.items()
+            (
+                str(name),
+                "",
+                column.dt.tz_localize(None).to_numpy() if column.dtype.kind == "M" else column.to_numpy(**missing),
+            )
+            for name, column in numbers.items()
         ],
     )
 

@@ -248,7 +248,7 @@ def _record(layout, mapping, columns, units, values, range_g, gravity) -> Sensor
         )
     if seen is not None and clock is not None and not clock.even:
         even = np.arange(int(seen.t[-1] * rate * (1 + 1e-12)) + 1) / rate
-        splines = {axis: scipy.interpolate.CubicSpline(seen.t, one) for axis, one in axes.items()}
+        splines = {axis: scipy.interpolate.CubicSpline(seen.t, samples) for axis, samples in axes.items()}
         axes = {axis: np.clip(spline(even), -range_g, range_g) for axis, spline in splines.items()}
         done["resampled"] = f"{rows} rows onto {even.size} even instants, by cubic splines"
     time = np.arange(axes["ay"].size) / rate
@@ -321,7 +321,7 @@ def write_sensor_csv(path, t_s, ax, ay, az, comments: Iterable[str] = ()) -> Non
         Arrays of unequal length, fewer than 2 samples, values that are not finite, or a folder that cannot be written.
     """
     path = Path(path)
-    given = {name: one for name, one in zip(COLUMNS, (t_s, ax, ay, az), strict=True) if one is not None}
+    given = {name: column for name, column in zip(COLUMNS, (t_s, ax, ay, az), strict=True) if column is not None}
     columns = [np.asarray(values, dtype=float) for values in given.values()]
     for name, values in zip(given, columns, strict=True):
         if values.ndim != 1 or values.size != columns[0].size or values.size < 2 or not np.isfinite(values).all():

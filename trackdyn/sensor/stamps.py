@@ -136,7 +136,7 @@ def _rounding(values: np.ndarray) -> float:
         some.astype(str).astype(float),
         np.round(some.astype(float), 9 if decimals is None else decimals),
     )
-    if any(np.abs(one - seen).max() <= noise for one in kept):
+    if any(np.abs(earlier - seen).max() <= noise for earlier in kept):
         rounding = max(rounding, float(np.spacing(np.abs(some).max())))
     return float(rounding)
 

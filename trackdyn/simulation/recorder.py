@@ -127,7 +127,7 @@ class Recorder:
         """What a checkpoint holds of it, the loop included."""
         progress = {
             "done": self.done, "begin": self.begin, "wall": self.wall, "alternating": self.alternating.tolist(),
-            "found": self.watch.found, "off": self.watch.off,
+            "found": self.watch.doubts, "off": self.watch.off,
         }  # fmt: skip
         parts = {"progress": progress, "record": self.record, "ended": Ended(np.concatenate(self.ended))}
         return self.loop.describe() | parts
@@ -140,7 +140,7 @@ class Recorder:
         self.done, self.begin, self.wall = (progress[name] for name in ("done", "begin", "wall"))
         self.alternating = np.array(progress["alternating"])
         self.watch = Watch(self)
-        self.watch.found, self.watch.off = progress["found"], tuple(progress["off"])
+        self.watch.doubts, self.watch.off = progress["found"], tuple(progress["off"])
 
     def recording(self) -> Recording:
         """What was recorded so far, if it is finite and its energy balance closed (`refuse_open_account`)."""

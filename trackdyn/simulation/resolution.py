@@ -49,13 +49,13 @@ def alternating_share(alternating, model: Model, mean) -> float:
 
     ``alternating`` holds the (2,) sums over a record (`model.work.Work`), ``mean`` (s, 3) is that of the record.
     """
-    found, looks = alternating
+    alternations, looks = alternating
     if not looks or not len(mean):
         return float("nan")
     gravity = float(model.chain.gravity)
     read = float(((mean[:, 1] + gravity * np.cos(mean[:, 2])) ** 2).mean())
     # without gravity and motion there is rounding alone
-    return float(found / looks / model.step**2 / max(read, 1e-6))
+    return float(alternations / looks / model.step**2 / max(read, 1e-6))
 
 
 def passed_pitches(model: Model, seconds: float) -> float:
@@ -137,8 +137,8 @@ def doubt(alternating, model: Model, mean, seconds: float, alone: float) -> str:
     return ""
 
 
-def resolution(alternating, model: Model, mean, seconds: float, found: str, off: tuple[float, float]) -> Resolution:
-    """State of the resolution of a record of so many seconds, with the doubts ``found`` about it.
+def resolution(alternating, model: Model, mean, seconds: float, doubts: str, off: tuple[float, float]) -> Resolution:
+    """State of the resolution of a record of so many seconds; ``doubts`` is what speaks against it, or nothing.
 
     ``off`` holds the largest differences with a finer step, NaN where none was tried; the first three as in
     `alternating_share`.
@@ -148,12 +148,12 @@ def resolution(alternating, model: Model, mean, seconds: float, found: str, off:
         return Resolution(OPEN, share, "steps of this integrator are not watched")
     if len(model.wheels.x) < 2:
         return Resolution(YES, share, "")  # a free loop touches nothing
-    if found and not (off[0] <= RMS / 2 and off[1] <= PEAKS / 2 and share <= FLIPS):
+    if doubts and not (off[0] <= RMS / 2 and off[1] <= PEAKS / 2 and share <= FLIPS):
         if not np.isnan(off[0]):
-            found += f", and with a finer step RMS differs by {off[0]:.2g} and the mean peak by {off[1]:.2g} of it"
-        reason = f"contacts are hardly resolved: {found}; compare with a step smaller than {model.step:g} s"
+            doubts += f", and with a finer step RMS differs by {off[0]:.2g} and the mean peak by {off[1]:.2g} of it"
+        reason = f"contacts are hardly resolved: {doubts}; compare with a step smaller than {model.step:g} s"
         return Resolution(NO, share, reason)
-    if found:
+    if doubts:
         return Resolution(YES, share, "")
     pitches = passed_pitches(model, seconds)
     if pitches < LEAST_PITCHES or alternating[1] < LEAST_LOOKS:
@@ -174,13 +174,13 @@ class Watch:
     """Watches a recorder (`Recorder`): the first two seconds of a record, and two in every twenty from there on.
 
     ``origin`` is the loop before it came to where the record begins, so that the way there is run again, too: what a
-    step that is too large has done until then is part of its record. ``found`` holds the doubts about the record so
+    step that is too large has done until then is part of its record. ``doubts`` holds what speaks against the record so
     far, ``off`` the largest differences of RMS and mean peak in the pieces that were run again; NaN if none was.
     """
 
     def __init__(self, recorder, origin=None):
         # weak: in a cycle, records wait for the garbage collector, which comes by objects and not by bytes
-        self.recorder, self.found, self.off = proxy(recorder), "", (nan, nan)
+        self.recorder, self.doubts, self.off = proxy(recorder), "", (nan, nan)
         self.begin()
         self.first_of_run = origin is not None
         if origin is not None and recorder.begin - origin.time <= LEAD:
@@ -212,24 +212,24 @@ class Watch:
         recorder = self.recorder
         model, rows = recorder.loop.model, recorder.record.mean[self.first : recorder.done]
         coarse, alternating = recorder.answer(self.first, self.ended), recorder.alternating - self.alternating
-        found = doubt(alternating, model, rows, recorder.driven(self.first), coarse.alone)
-        self.found = self.found or found  # also where no finer step can be tried
-        found = found or self._brief()
+        doubts = doubt(alternating, model, rows, recorder.driven(self.first), coarse.alone)
+        self.doubts = self.doubts or doubts  # also where no finer step can be tried
+        doubts = doubts or self._brief()
         # where somebody steered in between, another run would be another motion
-        if not found or model.drive != self.origin.model.drive:
+        if not doubts or model.drive != self.origin.model.drive:
             return
         try:
             off = coarse.differs(self._finer(seconds))
         except InputError:  # no finer step is allowed
             return
-        self.found = self.found or found
+        self.doubts = self.doubts or doubts
         self.off = tuple(float(np.fmax(*pair)) for pair in zip(self.off, off, strict=True))
         # An implicit step is coarse on purpose, and single impacts need steps that nothing else needs: what is missed
         # is said, and refused only where contacts flip.
         missed = off[0] > RMS and recorder.loop.work.implicit is None
         if missed or ((off[0] > RMS or off[1] > PEAKS) and alternating_share(alternating, model, rows) > 1.0):
             raise DivergenceError(
-                f"contacts are not resolved: {found}, and with a step {FINER} times smaller RMS over {seconds:.3g} s "
+                f"contacts are not resolved: {doubts}, and with a step {FINER} times smaller RMS over {seconds:.3g} s "
                 f"differs by {off[0]:.2g} and the mean peak by {off[1]:.2g} of it, more than {RMS:g} and {PEAKS:g}; "
                 f"use a step smaller than {model.step:g} s (trackdyn check finds one)"
             )
@@ -266,5 +266,5 @@ class Watch:
         """State of the resolution of the record so far."""
         recorder = self.recorder
         mean, model, driven = recorder.record.mean[: recorder.done], recorder.loop.model, recorder.driven()
-        found = self.found or doubt(recorder.alternating, model, mean, driven, 0.0)
-        return resolution(recorder.alternating, model, mean, driven, found, self.off)
+        doubts = self.doubts or doubt(recorder.alternating, model, mean, driven, 0.0)
+        return resolution(recorder.alternating, model, mean, driven, doubts, self.off)

@@ -107,11 +107,11 @@ def try_steps(settled: Loop, rpm: float) -> tuple[float | None, list[float]]:
             loop = settled.changed(step=step, **scene)
             loop.advance(RAMP)
             writer = Recorder(loop, watched=False).finish()
-            found = writer.answer()
+            statistics = writer.answer()
             tried.append(step)
-            if before is not None and max(before[0].differs(found)) <= HOLDS and before[1] != NO:
+            if before is not None and max(before[0].differs(statistics)) <= HOLDS and before[1] != NO:
                 return tried[-2], tried
-            before = found, writer.watch.resolution().state
+            before = statistics, writer.watch.resolution().state
         except DivergenceError:
             before = None
         step = round_step(step / 2, sample)

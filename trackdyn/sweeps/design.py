@@ -95,7 +95,7 @@ def make_design(
                 f"rows = {rows}: the levels of a grid give its rows; leave rows out or choose another method"
             )
         levels = [takes.levels(name) if isinstance(takes, Span) else list(takes) for name, takes in spans.items()]
-        _refuse_rows(int(np.prod([len(one) for one in levels], dtype=float)))
+        _refuse_rows(int(np.prod([len(level) for level in levels], dtype=float)))
         table = pd.DataFrame(list(product(*levels)), columns=list(spans), dtype=object)
     elif method in METHODS:
         _refuse_rows(rows)

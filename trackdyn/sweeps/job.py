@@ -47,8 +47,8 @@ def _spent(log):
 
     used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
     seconds = time.perf_counter() - BEGAN
-    memory = sum(one.ru_maxrss for one in used) / (2**20 if sys.platform == "darwin" else 2**10)
-    cpu = sum(one.ru_utime + one.ru_stime for one in used)
+    memory = sum(usage.ru_maxrss for usage in used) / (2**20 if sys.platform == "darwin" else 2**10)
+    cpu = sum(usage.ru_utime + usage.ru_stime for usage in used)
     before, _, after = str(log.with_suffix(".tsv")).rpartition("logs/")
     write_text(f"{before}benchmarks/{after}", f"s\tmax_rss\tcpu_time\n{seconds:.2f}\t{memory:.1f}\t{cpu:.2f}\n")
 

@@ -80,7 +80,7 @@ def test_neighbours_are_within_the_share_of_the_rig():
 def test_a_value_outside_its_part_costs_by_the_factor(problem, row):
     """0.6 for each factor of e, at the end of a search as elsewhere; none for a value within its range."""
     off = dict(zip(problem.possible.labels, problem._implausible(problem.unknowns.rig), strict=True))
-    ranges = {one.label: one.intervals for one in problem.possible.unknowns}
+    ranges = {unknown.label: unknown.intervals for unknown in problem.possible.unknowns}
     (low, high), value = (
         ranges["ring_contact.transition_velocity"][0],
         problem.unknowns.rig.ring_contact.transition_velocity,

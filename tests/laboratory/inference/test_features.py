@@ -14,7 +14,7 @@ from laboratory.inference.identification.features import (
 from trackdyn.errors import InputError
 
 RATE, TURN, PITCHES = 1000.0, 4.2, 35
-NAMES = [one.name for one in features_of(RATE)]
+NAMES = [feature.name for feature in features_of(RATE)]
 
 
 def played(turns=6, shift=0.0, noise=0.0, seed=0):

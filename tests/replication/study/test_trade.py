@@ -115,5 +115,5 @@ def test_names_in_the_picture_of_the_readme_cover_no_point_and_no_other_name():
     assert len(names) == len(axis.lines) == 10 and axis.get_xlim()[0] == 0.1
     boxes = [Text.get_window_extent(text, figure.canvas.get_renderer()) for text in names.values()]
     points = axis.transData.transform([line.get_xydata()[0] for line in axis.lines])
-    assert not any(one.overlaps(other) for one, other in combinations(boxes, 2))
+    assert not any(box.overlaps(other) for box, other in combinations(boxes, 2))
     assert not any(box.contains(*point) for box in boxes for point in points)
