@@ -62,13 +62,6 @@ def without_ring(start, connector=5):
     ]
 
 
-def test_periods_follow_from_the_motor_speed():
-    periods = recording([]).periods
-    assert periods == pytest.approx((TURN, LOOP, TURN / TEETH, 1 / LOOP))
-    assert np.isnan(recording([], rpm=0.0).periods[:3]).all()
-    assert recording([], rpm=0.0).periods.loop_hz == 0.0
-
-
 def test_contacts_that_chatter_are_one_spell_but_the_pauses_do_not_count():
     table = spells(recording(with_ring(3.0)))
     assert table["side"].tolist() == ["ring", "left"]
