@@ -71,6 +71,6 @@ def check(
                 f"the groove is that of {name} ({theirs}), this rig has {ours}: state groove or profile"
             )
     save(draw_rig(loaded, checks.frame, checks.wheels), out)
-    for text in checks.lines():
-        typer.echo(text)
-    typer.echo(f"{'picture':>22}  {out}")
+    remarks = [("unusual", text) for text in checks.unusual or ["nothing"]]
+    for name, text in (*checks.values.items(), *remarks, ("picture", out)):
+        typer.echo(f"{name:>22}  {text}")

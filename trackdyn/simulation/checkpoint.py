@@ -43,17 +43,16 @@ def mapped(function: Callable[[str, Any], Any], value: Any, name: str = "") -> A
 
 
 def write_checkpoint(path: Path | str, parts: dict[str, Any]) -> None:
-    """Write named parts, tuples of arrays and plain data, to a temporary file and rename."""
+    """Write named parts, arrays, tuples of arrays and plain data, to a temporary file and rename."""
     arrays: dict[str, Any] = {}
-    for name, content in parts.items():
-        if isinstance(content, tuple):
-            arrays |= flat(content, name)
-    plain = {name: content for name, content in parts.items() if not isinstance(content, tuple)}
+    plain = {name: content for name, content in parts.items() if not isinstance(content, (tuple, np.ndarray))}
+    for name in parts.keys() - plain.keys():
+        arrays |= flat(parts[name], name)
     write_npz(path, {"sources": source_hash(), "parts": plain}, arrays)
 
 
 def read_checkpoint(path: Path | str) -> dict[str, Any]:
-    """Parts of a checkpoint of these sources (else `InputError`): plain data as it was, tuples as `filled` reads."""
+    """Parts of a checkpoint of these sources (else `InputError`): as they were, but tuples as `filled` reads them."""
     meta, arrays = read_npz(path, "checkpoint", virtual_memory().available / 2)
     if "format" in meta:  # not to be removed
         raise InputError(f"{path}: is a recording, not a checkpoint; name another file")
@@ -64,6 +63,9 @@ def read_checkpoint(path: Path | str) -> dict[str, Any]:
             "remove it to start again"
         )
     for key, array in arrays.items():
-        section, _, name = key.partition(".")
-        parts.setdefault(section, {})[name] = array
+        section, inside, name = key.partition(".")
+        if inside:
+            parts.setdefault(section, {})[name] = array
+        else:
+            parts[section] = array
     return parts

@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -129,13 +129,13 @@ class Recorder:
             "done": self.done, "begin": self.begin, "wall": self.wall, "alternating": self.alternating.tolist(),
             "found": self.watch.doubts, "off": self.watch.off,
         }  # fmt: skip
-        parts = {"progress": progress, "record": self.record, "ended": Ended(np.concatenate(self.ended))}
+        parts = {"progress": progress, "record": self.record, "ended": np.concatenate(self.ended)}
         return self.loop.describe() | parts
 
     def restore(self, data: dict) -> None:
         """Go on from a checkpoint's data, the loop being its loop."""
         self.record = filled(self.record, data["record"])
-        self.ended = [data["ended"]["rows"]]
+        self.ended = [data["ended"]]
         progress = data["progress"]
         self.done, self.begin, self.wall = (progress[name] for name in ("done", "begin", "wall"))
         self.alternating = np.array(progress["alternating"])
@@ -176,9 +176,3 @@ def _mapped(record: Record, change: Callable[[np.ndarray], np.ndarray]) -> Recor
     plane = record.plane and PlaneRecord._make(map(change, record.plane))
     changed: dict[str, Any] = {name: change(getattr(record, name)) for name in SAMPLED}
     return record._replace(**changed, plane=plane)
-
-
-class Ended(NamedTuple):
-    """Spells that ended so far."""
-
-    rows: np.ndarray

@@ -35,11 +35,6 @@ class Checked:
     values: dict[str, str]  # what there is to say, by name
     unusual: list[str]  # sentences
 
-    def lines(self) -> list[str]:
-        """Rows of a terminal."""
-        rows = [f"{name:>22}  {value}" for name, value in self.values.items()]
-        return rows + [f"{'unusual':>22}  {text}" for text in self.unusual or ["nothing"]]
-
 
 def checked(rig: Rig, rpm: float, settle: bool = True) -> Checked:
     """Lay a rig's loop (else `InputError`), and with ``settle`` tension it and try steps at ``rpm`` (rev/min)."""
