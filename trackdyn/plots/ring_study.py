@@ -88,7 +88,7 @@ def _panels(
         quiet = quiet_from(study, value)
         if quiet is not None and quiet < radii[-1]:
             text = f"no contact from {quiet:.{digits}f} m on, at any speed"
-            ax.text(0.5 * (quiet + radii[-1]), 0.3 * top, text, ha="center", bbox=WHITE)
+            ax.text(radii[-1], 0.3 * top, text, ha="right", bbox=WHITE)
     largest = study[[error for _, error in columns.values()]].max(axis=None)
     size = f", {largest:.2g} {unit.rpartition('(')[2].rstrip(')')} at most" if largest > 0 else ""
     note = ("standard errors are smaller than the marks" if hidden else "bars: standard errors") + size
