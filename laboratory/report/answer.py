@@ -39,8 +39,7 @@ def answer_text(ends: pd.DataFrame, verdicts: pd.DataFrame, near: pd.DataFrame, 
             f"{row.rigs} such rigs 90 % show at least {row.shown_by_90_pct} of {row.of} statements; the median is "
             f"{row.median:g}, the least {row.least:g}."
         )
-    table = profiles[["assumption", "value", "evaluations", "cost", "shown", "of"]].round({"cost": 1})
-    table = table.convert_dtypes().astype(object).fillna("")
+    table = profiles[["assumption", "value", "evaluations", "shown", "of"]].convert_dtypes().astype(object).fillna("")
     paragraphs.append(
         "One assumption of the rig `paper` changed at a time, all other unknowns searched again in so many evaluations "
         "(1: none):\n\n" + table.to_markdown(index=False, disable_numparse=True)

@@ -34,7 +34,7 @@ COLUMNS = {  # of the article's tables, by the table of the results
             "ten_arcs", "three_surfaces", "difference_pct")),
     ),
     "ends": ("question", "rig", "method", "seed", "evaluations", "ended", "first_cost", "cost", "shown", "of"),
-    "profiles": ("assumption", "value", "cost", "shown", "of", "lost"),
+    "profiles": ("assumption", "value", "shown", "of", "lost"),
 }  # fmt: skip
 
 
