@@ -76,10 +76,10 @@ def imported_files(script: Path, root: Path) -> list[Path]:
         imports = _imports(file, module if is_package else module[:-1])
         if is_package and name:
             # a name may be both: a module of the package, and what its __init__ took from there
-            asked = [entry for entry in imports if entry[2] == name]
+            matches = [entry for entry in imports if entry[2] == name]
             if _locate((*module, name), places):
-                asked.append(((*module, name), None, name))
-            imports = asked or imports
+                matches.append(((*module, name), None, name))
+            imports = matches or imports
         for source, what, _ in imports:
             need(source, what)
 
