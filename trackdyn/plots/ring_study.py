@@ -25,8 +25,8 @@ def figures(
     """Figures 23 a, 23 b and 24 of a study by their names.
 
     RMS and SD of the normal forces on an appointed connector and link, and time in contact in percent of a sprocket
-    turn. ``study`` holds rows of ``metrics.csv``: every radius at every speed; no radius stands for no ring. ``marks``
-    are radii (m) by what they are, ``steady`` is a printed left-arc duration (%) and the radius (m) that it holds from.
+    turn. ``study`` has rows of ``metrics.csv`` for every radius (NaN: no ring) at every speed. ``marks`` are radii (m)
+    by what they are, ``steady`` is a printed left-arc duration (%) and the radius (m) that it holds from.
     """
     drawn = {}
     for letter, statistic, words in (("a", "rms", "RMS"), ("b", "sd", "SD")):

@@ -5,7 +5,7 @@ import pytest
 
 from replication.report.fidelity import ladder_table
 from replication.report.filled import departures_text
-from replication.study.accuracy.ladder import FOUND, compare_rungs
+from replication.study.accuracy.ladder import MEASURED, compare_rungs
 from replication.study.accuracy.statistics import MEASURES
 from replication.study.variants import PHYSICS, REFERENCE, SETTINGS, VARIANTS, change
 from trackdyn.scene.fidelity import PRESETS
@@ -26,7 +26,7 @@ def test_every_variant_is_a_scene_of_the_shipped_rig_and_differs_from_the_refere
 def test_a_departure_has_a_line_of_changes_and_says_what_is_not_possible():
     settings = {f"preset={REFERENCE}": 1.0, "drag=coulomb": 1.02, "tension=sprung": float("nan"), "chain=belt": 2.0}
     rungs = [["a scene", name, measure, value, 0.1, ""] for name, value in settings.items() for measure in MEASURES]
-    table = ladder_table(compare_rungs(pd.DataFrame(rungs, columns=FOUND)))
+    table = ladder_table(compare_rungs(pd.DataFrame(rungs, columns=MEASURED)))
     lines = departures_text(table).splitlines()[2:]
     cells = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines]
     assert cells == [["tension=sprung", "not possible"], ["drag=coulomb", "+2.0, +2.0, 0"]]

@@ -24,7 +24,7 @@ from trackdyn.simulation.simulate import simulate
 
 # At constant speed before a record, s: some settings have softer modes than the ring study, and their own transients.
 LEAD_IN = 2.0
-FOUND = ["scene", "setting", "measure", "value", "wall_s_per_s", "note"]
+MEASURED = ["scene", "setting", "measure", "value", "wall_s_per_s", "note"]
 COLUMNS = [
     "scene", "setting", "reference", "measure", "value", "reference_value", "difference_pct", "wall_s_per_s", "note",
 ]  # fmt: skip
@@ -38,7 +38,7 @@ def measure_setting(
     Returns
     -------
     DataFrame
-        ``FOUND``; wall seconds a simulated one. ``note`` says why a setting has no value.
+        ``MEASURED``; wall seconds a simulated one. ``note`` says why a setting has no value.
     """
     rows, starts = [], SettledLoops()
     for rpm, radius in product(speeds, radii):
@@ -54,7 +54,7 @@ def measure_setting(
             measures, wall, note = {}, NAN, str(error)
         rows += [[name, setting, measure, measures.get(measure, NAN), wall, note] for measure in MEASURES]
         print(f"{name}: {setting}", flush=True)
-    return pd.DataFrame(rows, columns=FOUND)
+    return pd.DataFrame(rows, columns=MEASURED)
 
 
 def _run(scene: Scene, rule: StopRule, starts: SettledLoops) -> tuple[dict[str, float], float]:
