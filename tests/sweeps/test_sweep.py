@@ -21,6 +21,7 @@ from trackdyn.sweeps.store import Store
 from trackdyn.sweeps.sweep import sweep
 
 ROOT = Path(__file__).parents[2]
+ROWS = 24  # of a sweep that is killed twice before its end
 SHORT = {"duration": 0.05, "lead_in": 0.0, "ramp": 0.05, "preset": "fast"}
 
 
@@ -211,27 +212,29 @@ def kept(store):
 def whole(tmp_path_factory, rig_path):
     """A design as a file, and what comes of it undisturbed."""
     designed = tmp_path_factory.mktemp("whole") / "d.csv"
-    design(12, duration=0.5).to_csv(designed, index=False)
+    design(ROWS, duration=0.5).to_csv(designed, index=False)
     return designed, sweep(pd.read_csv(designed), rig=rig_path, jobs=1)
 
 
 def test_a_killed_sweep_goes_on_where_it_was(tmp_path, whole):
     """Killed, then interrupted by Ctrl-C, which is for the whole group."""
     (designed, expected), out, store = whole, tmp_path / "r.parquet", tmp_path / "r.rows"
-    for rows, end in ((3, signal.SIGKILL), (6, signal.SIGINT)):
+    for end in (signal.SIGKILL, signal.SIGINT):
+        before = kept(store)  # those that outlived the killed process have ended with its standard error
         process = command(out, designed)
-        while kept(store) < rows:
+        while kept(store) < before + 2:
             assert process.poll() is None, process.stderr.read()
             time.sleep(0.02)
         (os.killpg if end == signal.SIGINT else os.kill)(process.pid, end)
         said = process.communicate()[1]
         assert not out.exists() and kept(store) < len(expected)
         assert len(said.split(b"\n")) <= 3 and b"Traceback" not in said, said  # nor from the processes that it started
-    assert process.returncode == 130 and said.lstrip().startswith(b"trackdyn: interrupted")
+    assert process.returncode == 130, said
+    assert said.lstrip().startswith(b"trackdyn: interrupted")
     process = command(out, designed)
     assert process.wait() == 0, process.stderr.read()
     process.stderr.close()
-    assert kept(store) == len(expected) == 12
+    assert kept(store) == len(expected) == ROWS
     pd.testing.assert_frame_equal(pd.read_parquet(out), expected, check_dtype=False)
 
 
