@@ -48,7 +48,6 @@ CORNERS = {  # a library, and the rooms that alone may import it
     "jinja2": {"trackdyn.plots", "replication.report", "laboratory.report"},
     "plotly": {"trackdyn.plots", "replication.report", "laboratory.report"},
     "exudyn": {"replication.peers"},
-    "hypothesis": {"replication.study"},
     "snakemake": set(),
 }
 

@@ -45,7 +45,7 @@ PRESETS = {
     "paper": {"integrator": "semi_implicit", "step": 5e-5},
     "reference": {"integrator": "semi_implicit", "step": 1e-5},
 }
-# without a ring every tooth strikes: what the mean peaks need to stay within 2 % of their limit (tables/limits.csv)
+# without a ring every tooth strikes: what the mean peaks need to stay within 2 % of their limit (study `trade`)
 WITHOUT_RING: dict[str, dict] = {"standard": {"step": 5e-5}}
 
 DRIVES = {

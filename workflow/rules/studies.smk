@@ -41,29 +41,18 @@ rule fidelity:
     script: "../replication/report/fidelity.py"
 
 
-# names of what is measured, and their files
-TRADE_DATA = {"trade": "trade", "agreement": "trade_references", "limits": "trade_limits"}
-
-
 rule trade_scene:
     """Work-precision data of one scene."""
     input:
         needs("study/accuracy/trade.py"),
         rig=CONFIG.rig,
         kernels=SEVERAL_METHODS,
-    output: **{name: f"{R}/{{short}}trade/{name}_{{scenes}}.csv" for name in TRADE_DATA}
+    output: f"{R}/{{short}}trade/trade_{{scenes}}.csv"
     params: form=form("trade")
     priority: 40 # data, promises and the study wait for it
     log: f"{R}/logs/{{short}}trade/{{scenes}}.log"
     message: "Accuracy against cost: {wildcards.short}{wildcards.scenes}"
     script: "../replication/study/accuracy/trade.py"
-
-
-def trade_parts(name):
-    """Data of one name, a file a scene."""
-    return lambda wildcards: [
-        f"{R}/{wildcards.short}trade/{name}_{scenes}.csv" for scenes in measured_scenes(form_of("trade", wildcards))
-    ]
 
 
 rule trade_promises:
@@ -81,10 +70,12 @@ rule trade_promises:
 
 
 rule trade_form:
-    """Data, limits over steps, the planner on scenes kept apart. Costs are CPU time: others may run beside."""
+    """Data, and the planner on scenes kept apart. Costs are CPU time: others may run beside."""
     input:
         needs("report/figures/trade.py"),
-        **{name: trade_parts(name) for name in TRADE_DATA},
+        parts=lambda wildcards: [
+            f"{R}/{wildcards.short}trade/trade_{name}.csv" for name in measured_scenes(form_of("trade", wildcards))
+        ],
         promises=lambda wildcards: [
             f"{R}/{wildcards.short}trade/promises_{name}.csv" for name in promised_scenes(form_of("trade", wildcards))
         ],
@@ -94,10 +85,8 @@ rule trade_form:
             else []
         ),
     output:
-        **{name: f"{R}/{{short}}{file}.csv" for name, file in TRADE_DATA.items()},
-        **table("limits", "table", "{short}"),
+        csv=f"{R}/{{short}}trade.csv",
         planner=f"{R}/{{short}}planner.csv",
-        summary=f"{R}/{{short}}tables/trade.md",
         figure=figure("trade", "{short}"),
         first=figure("trade_first", "{short}"),
     log: f"{R}/logs/{{short}}trade.log"

@@ -22,8 +22,7 @@ SceneKey = Annotated[tuple[Positive, Positive | None], Field(strict=False)]
 
 # The long run has a process of its own: growth of the memory is then its own, too.
 LONG_RUN = "long_run"
-# families of random rows, each drawn from its number: family -> field of the form, rows of a family at most
-RANDOM = {"random": ("random_scenes", 250), "short_runs": ("short_runs", 50)}
+CHUNK = 50  # short runs of a process, each drawn from its number
 # What the other codes' own elements have: a damper beside a spring in a joint, and one on an axle. Rolling resistance
 # would need the contacts' forces there, and rubber a state a joint.
 PEER_LAWS = {"drag": "viscous", "bushing_law": "viscous"}
@@ -68,8 +67,7 @@ class StatisticErrors(Section):
     """Error of the statistics of a record; ``coarse_steps_s`` for all but the full physics.
 
     A record lasts ``loop_turns`` revolutions; without a ring, where motion scatters, ``loop_turns_without_ring``.
-    The two or three finest steps of ``semi_implicit`` give the limit that errors are taken against, the finest of
-    ``rk4`` a ``second_reference``.
+    The two or three finest steps of ``semi_implicit`` give the limit that errors are taken against.
     """
 
     scenes: Annotated[list[SceneKey], Field(min_length=1)]
@@ -77,7 +75,6 @@ class StatisticErrors(Section):
     loop_turns_without_ring: Count
     steps_s: Steps
     coarse_steps_s: Steps
-    second_reference: bool
 
     @model_validator(mode="after")
     def _limit(self):
@@ -111,8 +108,6 @@ class ExtremesForm(Section):
 
     long_run_s: Positive
     long_run_turns: Count
-    random_scenes: Count
-    random_in_space: bool
     short_runs: Count
     bodies: Annotated[list[Annotated[int, Field(ge=6, multiple_of=2)]], Field(min_length=1)]
     map: dict[Literal["stiffness", "speed", "ring", "tension"], Values]
@@ -188,13 +183,10 @@ def _file(name: str) -> str:
 
 def parts_of(form: ExtremesForm) -> list[str]:
     """Names of the parts of a form, in the order of their families."""
-    random = [f"{family}_{k}" for family in RANDOM for k in range(len(random_parts(form, family)))]
-    return [LONG_RUN, "chain", "steps", *random]
+    return [LONG_RUN, "chain", "steps", *(f"short_runs_{k}" for k in range(len(short_run_chunks(form))))]
 
 
-def random_parts(form: ExtremesForm, family: str) -> list[range]:
-    """Numbers of the random rows of a family, chunk by chunk."""
-    field, most = RANDOM[family]
-    count = getattr(form, field)
-    parts = ceil(count / most)
-    return [range(k, count, parts) for k in range(parts)]
+def short_run_chunks(form: ExtremesForm) -> list[range]:
+    """Numbers of the short runs, chunk by chunk."""
+    chunks = ceil(form.short_runs / CHUNK)
+    return [range(k, form.short_runs, chunks) for k in range(chunks)]

@@ -8,16 +8,15 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
 from replication.report.tables import write_captioned_table
-from replication.study.extremes.judge import COMPLETED, DEFECT, GAP, MARKED, OUTCOMES, REFUSED, extremes_summary
+from replication.study.extremes.judge import GAP, extremes_summary
 from replication.study.extremes.resolved import by_kind, short_runs_verdict
 from replication.study.extremes.run import gathered
 from replication.study.extremes.stability_map import QUANTITIES, stable_steps
 from replication.study.settings import LONG_RUN, ExtremesForm, parts_of
 from trackdyn.files import write_csv
-from trackdyn.plots.style import BLACK, BLUE, GREEN, MARKERS, ORANGE, PRINTED, VERMILION, new_figure, save, styled
+from trackdyn.plots.style import BLACK, BLUE, MARKERS, ORANGE, PRINTED, VERMILION, new_figure, save, styled
 from trackdyn.simulation.account import OPEN_SHARE
 
-LOOKS = {COMPLETED: (BLUE, ""), MARKED: (GREEN, ".."), REFUSED: (ORANGE, "//"), DEFECT: (VERMILION, "xx")}
 SOLVERS = {"riccati": BLUE, "transfer_product": VERMILION}
 SOLVER_NAMES = {"riccati": "Riccati", "transfer_product": "literal product"}
 KIND_LOOKS = {"link and connector": ("-", "o"), "uniform bars": ("--", "s"), "centres of percussion": (":", "^")}
@@ -115,32 +114,6 @@ def restitution_figure(rows: pd.DataFrame, chunks: pd.DataFrame) -> Figure:
 
 
 @styled
-def outcomes_figure(rows: pd.DataFrame, chunks: pd.DataFrame) -> Figure:
-    """Completed, refused and faulty cases of every family."""
-    table = extremes_summary(rows).iloc[:-1].rename(columns={"defects": DEFECT})
-    figure = new_figure(0.32 * len(table) + 1.4)
-    ax = figure.subplots()
-    height = np.arange(len(table))[::-1]
-    left = np.zeros(len(table))
-    share = table[list(OUTCOMES)].div(table["rows"], axis=0) * 100
-    for outcome in OUTCOMES:
-        colour, hatch = LOOKS[outcome]
-        width = share[outcome].to_numpy()
-        total = int(table[outcome].sum())
-        ax.barh(height, width, left=left, color=colour, hatch=hatch, edgecolor="white", label=f"{outcome} ({total})")
-        for y, x, w, number in zip(height, left, width, table[outcome], strict=True):
-            if number and w > 3:
-                box = {"facecolor": "white", "edgecolor": "none", "pad": 1.0, "alpha": 0.85}
-                ax.text(x + w / 2, y, str(number), ha="center", va="center", bbox=box)
-        left = left + width
-    ax.set_yticks(height, [f"{name} ({n})" for name, n in zip(table["family"], table["rows"], strict=True)])
-    ax.set(xlim=(0, 100), xlabel="cases (%)")
-    ax.grid(False)
-    ax.legend(loc="lower center", bbox_to_anchor=(0.45, 1.0), ncols=3, frameon=False)
-    return figure
-
-
-@styled
 def long_run_figure(rows: pd.DataFrame, chunks: pd.DataFrame) -> Figure:
     """Closure error, energy residual, RMS of the sensor and memory over a long run."""
     figure = new_figure(5.6)
@@ -169,7 +142,7 @@ def long_run_figure(rows: pd.DataFrame, chunks: pd.DataFrame) -> Figure:
 
 
 # in the order of the rule's outputs
-FIGURES = (solvers_figure, stability_figure, restitution_figure, outcomes_figure, long_run_figure)
+FIGURES = (solvers_figure, stability_figure, restitution_figure, long_run_figure)
 
 
 WORDS = dict.fromkeys(("family", "case", "outcome", "reason", "measure", "group"), str)

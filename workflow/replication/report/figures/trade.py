@@ -13,14 +13,11 @@ from matplotlib.text import Text
 from matplotlib.ticker import FixedLocator, LogLocator, NullFormatter, NullLocator
 from matplotlib.transforms import Bbox
 
-from replication.paper.contents import caption
 from replication.peers import PEER
 from replication.report.marks import handle
-from replication.report.tables import headed, write_captioned_table
-from replication.study.accuracy.limit import presets_beside_limits
 from replication.study.accuracy.statistics import LEAD_IN
 from replication.study.accuracy.trade import pareto
-from trackdyn.files import write_csv, write_text
+from trackdyn.files import write_csv
 from trackdyn.plots.cells import significant
 from trackdyn.plots.style import BLACK, COLOURS, GREEN, PURPLE, SMALL, new_figure, save, styled
 
@@ -200,55 +197,17 @@ def _peers(axis: Axes, peers: pd.DataFrame) -> None:
         axis.annotate(f"{1e3 * row['step_s']:g}", (row["cpu_s"], row["error"]), (4, 3), **look)
 
 
-def trade_summary(rows: pd.DataFrame, agreement: pd.DataFrame, promises: pd.DataFrame) -> str:
-    """Results of the study of cost and accuracy, a page of Markdown."""
-    rows = rows.reset_index(drop=True)
-    tried = rows.drop_duplicates(["scene", "fidelity", "integrator", "step_s"])
-    judged = promises[promises["achieved_error"].notna()]
-    met = int(judged["met"].astype(bool).sum())
-    share = f" ({100 * met / len(judged):.1f} %)" if len(judged) else ""
-    base = rows[(rows["fidelity"] == "ten_arcs") & (rows["integrator"] == "semi_implicit")]
-    standard = base.loc[np.isclose(base["step_s"], 1e-4), "cpu_s_per_s"].median()
-    costs = rows[(rows["measure"] == "rms") & (rows["fidelity"] != "belt")]
-    cost = costs.groupby(["fidelity", "integrator", "step_s"], sort=False)["cpu_s_per_s"].median().div(standard)
-    costs = cost.rename("cost over standard").reset_index()
-    costs["cost over standard"] = [significant(value) if value == value else "refused or diverged" for value in cost]
-    open_ones = promises[promises["achieved_error"].isna()]
-    reasons = open_ones.groupby(["measure", "reason"]).size().rename("tolerances").reset_index()
-    return f"""\
-{len(tried)} settings tried, {int(tried["failed"].astype(bool).sum())} of them refused or diverged.
-Planner on scenes kept apart: {met} of {len(judged)} promises kept{share}; \
-{len(open_ones)} tolerances were not promised.
-Cost is CPU time per simulated second over that of the standard run (ten arcs, semi-implicit Euler, 1e-4 s).
-
-{costs.to_markdown(index=False, floatfmt=".3g")}
-
-What was not promised, and why:
-
-{reasons.to_markdown(index=False) if len(reasons) else "nothing"}
-
-Two methods differ by (relative, turns for shares, m), with the standard error of the difference:
-
-{agreement.to_markdown(index=False, floatfmt=".2g") if len(agreement) else "not checked in the short form"}
-"""
-
-
 def main(job) -> None:
     """Rule `trade_form`."""
-    inputs, out, data = job.input, job.output, {}
-    for name in ("trade", "agreement", "limits"):
-        tables = [pd.read_csv(path) for path in inputs[name]]
-        full = [table for table in tables if len(table)]  # those without rows have no types
-        data[name] = pd.concat(full, ignore_index=True) if full else tables[0]
-        write_csv(out[name], data[name])
-    promises = pd.concat(map(pd.read_csv, inputs.promises), ignore_index=True)
+    inputs, out = job.input, job.output
+    rows, promises = (
+        pd.concat(map(pd.read_csv, paths), ignore_index=True) for paths in (inputs.parts, inputs.promises)
+    )
+    write_csv(out.csv, rows)
     write_csv(out.planner, promises)
-    write_text(out.summary, trade_summary(data["trade"], data["agreement"], promises))
-    comparison = presets_beside_limits(data["trade"], data["limits"])
-    write_captioned_table(comparison, out.table, caption("limits"), digits=5, shown=headed(comparison, "limits"))
     peers = pd.read_csv(inputs.peers[0]) if inputs.peers else None
-    save(trade_figure(data["trade"], peers), out.figure[0])
-    save(first_figure(data["trade"], promises, peers), out.first[0])
+    save(trade_figure(rows, peers), out.figure[0])
+    save(first_figure(rows, promises, peers), out.first[0])
 
 
 if __name__ == "__main__":

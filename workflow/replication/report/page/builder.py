@@ -39,11 +39,11 @@ COLOURS_OF_A_PICTURE = 16
 FRONT = ("fig24", "trade_first")  # on the first screen
 MODEL = tuple(f"fig{number:02d}" for number in range(1, 14))
 RESULTS = tuple(f"fig{number:02d}" for number in range(14, 25))
-ACCURACY = ("trade", "limits", "peer_answers")  # of the studies, beside the chart of cost and error
+ACCURACY = ("trade", "peer_answers")  # of the studies, beside the chart of cost and error
 # tables whose files the page hands out; the first folder that has one
 TABLES = (
     "claims.csv", "metrics.csv", "trade.csv", "planner.csv", "extremes.csv", "tables/fidelity.csv", "tables/costs.csv",
-    "tables/parameters.csv", "tables/extremes.csv", "tables/extremes_short_runs.csv", "tables/limits.csv",
+    "tables/parameters.csv", "tables/extremes.csv", "tables/extremes_short_runs.csv",
     "tables/peer_answers.csv", *(f"tables/{item.key}.csv" for item in PAPER if item.table),
 )  # fmt: skip
 

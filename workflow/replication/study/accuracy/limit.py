@@ -1,18 +1,11 @@
-"""What a measure would be with a step of zero: extrapolated over steps, with its error; how far presets are from it."""
+"""What a measure would be with a step of zero: extrapolated over steps, with its error."""
 
 from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
-import pandas as pd
 
-from replication.study.accuracy.statistics import scale_of
-from trackdyn.measure.convergence import RELATIVE, SHARES, SURE, Series, batch_error, paired
-from trackdyn.scene.fidelity import PRESETS, preset
-
-LIMITS = ["scene", "measure", "limit", "limit_error", "finest", "finest_error", "finest_step_s"]
-# what the preset `standard` shall keep in every measure: relative, or in turns of the sprocket
-BOUND = 0.02
+from trackdyn.measure.convergence import Series, batch_error, paired
 
 
 class Limit(NamedTuple):
@@ -49,40 +42,3 @@ def difference(series: Series, limit: Limit) -> tuple[float, float]:
     """A measure less its limit, and the standard error of this difference."""
     one, other = paired(series.linear(), limit.values)
     return float(series.estimate().value - limit.value), float(np.hypot(batch_error(one - other)[0], limit.doubt))
-
-
-def presets_beside_limits(rows: pd.DataFrame, limits: pd.DataFrame) -> pd.DataFrame:
-    """Difference of every preset from the limit, with its standard error.
-
-    Returns
-    -------
-    DataFrame
-        A row a scene and measure: ``limit, limit_error`` (g, % of a turn, N); for each preset whose step was run
-        ``<preset>_pct, <preset>_error_pct``: relative, shares in points of a turn; ``standard_within_bound``: yes and
-        no if two standard errors do not change the answer, undecided otherwise.
-    """
-    full = rows[(rows["fidelity"] == "ten_arcs") & ~rows["failed"].astype(bool)]
-    lines = []
-    for _, row in limits[limits["measure"].isin(RELATIVE + SHARES)].iterrows():
-        scale = scale_of(row["measure"], row["limit"]) / 100
-        line = {name: row[name] for name in ("scene", "measure", "limit", "limit_error")}
-        for name in PRESETS:
-            fields = preset(name, not row["scene"].startswith("no ring"))
-            here = full[(full["scene"] == row["scene"]) & (full["measure"] == row["measure"])]
-            same_step = np.isclose(here["step_s"], fields["step"], rtol=1e-9)
-            here = here[(here["integrator"] == fields["integrator"]) & same_step]
-            off, error = np.nan, np.nan
-            if len(here):
-                run = here.iloc[0]
-                off, error = (run["value"] - row["limit"]) / scale, 100 * run["uncertainty"]
-            line |= {f"{name}_pct": off, f"{name}_error_pct": error}
-        margin = SURE * line["standard_error_pct"]
-        line["standard_within_bound"] = _verdict(abs(line["standard_pct"]), margin, 100 * BOUND)
-        lines.append(line)
-    return pd.DataFrame(lines)
-
-
-def _verdict(size: float, margin: float, bound: float) -> str:
-    if not np.isfinite(size):
-        return ""
-    return "yes" if size + margin <= bound else "no" if size - margin > bound else "undecided"

@@ -1,19 +1,20 @@
 """Accuracy against cost: work-precision data over fidelity, integrator and step.
 
-Errors are those of the statistics of a record against their limit over steps, which a second method confirms.
-Statistics are taken over all links and have standard errors, so that what the step adds can be told from scatter. What
-is refused or diverges is a point too. Cost is the CPU time of the process: other jobs may run beside.
+Errors are those of the statistics of a record against their limit over the steps of one method; those of the other
+methods confirm it. Statistics are taken over all links and have standard errors, so that what the step adds can be told
+from scatter. What is refused or diverges is a point too. Cost is the CPU time of the process: other jobs may run
+beside.
 """
 
 from trackdyn.sweeps.job import run_job
 
 from time import process_time
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
 
-from replication.study.accuracy.limit import LIMITS, Limit, difference, limit_of
+from replication.study.accuracy.limit import Limit, difference, limit_of
 from replication.study.accuracy.statistics import (
     ABSOLUTE,
     BELT_TURNS,
@@ -41,10 +42,8 @@ COLUMNS = [
     "scene", "fidelity", "integrator", "step_s", "start_cpu_s", "cpu_s_per_s", "record_s", "passage_s", "measure",
     "value", "value_error", "error", "uncertainty", "scatter", "unused", "failed",
 ]  # fmt: skip
-AGREEMENT = ["scene", "measure", "difference", "uncertainty"]
 FULL_PHYSICS = next(iter(PHYSICS))  # that errors of the others are taken against
-# limits of statistics: over the steps of the first method, confirmed by the second's finest
-EXTRAPOLATED, SECOND = "semi_implicit", "rk4"
+EXTRAPOLATED = "semi_implicit"  # over whose steps limits are extrapolated
 
 
 def _methods_of(fidelity: str, requested: StatisticErrors) -> list[dict]:
@@ -100,23 +99,9 @@ def limits_of(runs: dict[float, AnswerCost]) -> dict[str, Limit]:
     return {name: limit_of({step: run.series[name] for step, run in finest.items()}) for name in names}
 
 
-def statistic_trade(
-    rig: Rig, requested: StatisticErrors, **fields: Any
-) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
-    """Error of the measures of a record of every scene against their limits, and what the record took.
-
-    ``fields`` are those of every scene.
-
-    Returns
-    -------
-    rows : DataFrame
-        ``COLUMNS``.
-    agreement : DataFrame
-        scene, measure, difference of the limit from the finest run of a method of another order.
-    limits : DataFrame
-        ``limit.LIMITS``.
-    """
-    rows, agreement, limits, compiled = [], [], [], set()
+def statistic_trade(rig: Rig, requested: StatisticErrors) -> pd.DataFrame:
+    """Error of the measures of a record of every scene against their limits, and what the record took (``COLUMNS``)."""
+    rows, compiled = [], set()
     cases = [
         (fidelity, physics | method)
         for fidelity, physics in PHYSICS.items()
@@ -125,7 +110,7 @@ def statistic_trade(
     for rpm, ring in requested.scenes:
         name = scene_name(rpm, ring)
         turns = requested.loop_turns_without_ring if ring is None else requested.loop_turns
-        base = study_scene(rig, rpm, ring, turns, every_link=True, **(TENSION | fields))
+        base = study_scene(rig, rpm, ring, turns, every_link=True, **TENSION)
         runs: dict[tuple, AnswerCost | None] = {}
         for fidelity, case in cases:
             point = (fidelity, case.get("integrator", "none"), case.get("step", np.nan))
@@ -138,10 +123,7 @@ def statistic_trade(
             except TrackdynError:
                 runs[point] = None
             print(f"{name}, {', '.join(map(str, point))} s", flush=True)
-        fine, second = (
-            {point[2]: run for point, run in runs.items() if point[:2] == (FULL_PHYSICS, which) and run}
-            for which in (EXTRAPOLATED, SECOND)
-        )
+        fine = {point[2]: run for point, run in runs.items() if point[:2] == (FULL_PHYSICS, EXTRAPOLATED) and run}
         if len(fine) < 2:
             raise InputError(
                 f"trade: {name}: fewer than two steps of {EXTRAPOLATED} ran in this scene; add finer steps"
@@ -149,16 +131,7 @@ def statistic_trade(
         known = limits_of(fine)
         for point, run in runs.items():
             rows += _rows_of([name, *point], run, known, base.duration, Periods.at(rig, rpm).passage)
-        for measure, limit in known.items():
-            if measure not in ABSOLUTE:
-                finest = fine[min(fine)].series[measure].estimate()
-                limits.append([name, measure, limit.value, limit.error, *finest[:2], min(fine)])
-                if requested.second_reference and second and measure in second[min(second)].series:
-                    off, noise = difference(second[min(second)].series[measure], limit)
-                    scale = scale_of(measure, limit.value)
-                    agreement.append([name, measure, abs(off) / scale, noise / scale])
-    tables = ((rows, COLUMNS), (agreement, AGREEMENT), (limits, LIMITS))
-    return tuple(pd.DataFrame(table, columns=columns) for table, columns in tables)
+    return pd.DataFrame(rows, columns=COLUMNS)
 
 
 def _rows_of(point: list, run: AnswerCost | None, limits: dict[str, Limit], seconds: float, span: float) -> list[list]:
@@ -190,8 +163,7 @@ def pareto(rows: pd.DataFrame) -> pd.DataFrame:
 def main(job) -> None:
     """Rule `trade_scene`."""
     requested = measured_scenes(TradeForm(**job.params.form))[job.wildcards.scenes]
-    for table, path in zip(statistic_trade(load_rig(job.input.rig), requested), job.output, strict=True):
-        write_csv(path, table)
+    write_csv(job.output[0], statistic_trade(load_rig(job.input.rig), requested))
 
 
 if __name__ == "__main__":

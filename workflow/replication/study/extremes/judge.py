@@ -7,7 +7,6 @@ it is not resolved) or ``defect``: everything else, with the cause in ``reason``
 curve and where on its axis the row stands.
 """
 
-import re
 import warnings
 from collections.abc import Callable, Iterable
 
@@ -132,22 +131,7 @@ def run_scene(family: str, case: str, rig, rpm: float = 210.0, changes: dict | N
         scene = Scene(changed.changed(sensor__rate=rate), rpm, **settings, frame_interval=1.0 / rate)
         return invariants(scene, simulate(scene, starts=STARTS))
 
-    row = attempted(family, case, attempt)
-    if row["outcome"] == REFUSED and (blame := wrong_blame(row["reason"], settings)):
-        row |= {"outcome": DEFECT, "reason": f"{blame}: {row['reason']}"}
-    return row
-
-
-def wrong_blame(reason: str, fields: dict) -> str:
-    """What is wrong with a refusal of the step: it must be the one asked for, and the limit one of its integrator."""
-    if not (cited := re.match(r"scene: step = (\S+):", reason)):
-        return ""
-    if float(cited[1]) != fields["step"]:
-        return "refuses a step that was not asked for"
-    explicit = "too large" in reason and "turn of the sprocket" not in reason
-    if explicit and fields.get("integrator") == "linearly_implicit":
-        return "names a limit that the integrator does not have"
-    return ""
+    return attempted(family, case, attempt)
 
 
 def as_table(rows: Iterable[dict]) -> pd.DataFrame:

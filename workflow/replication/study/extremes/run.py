@@ -9,10 +9,9 @@ import pandas as pd
 from replication.study.extremes import restitution, solvers
 from replication.study.extremes.judge import DEFECT, as_table
 from replication.study.extremes.long_run import long_run, run_long
-from replication.study.extremes.random_scenes import random_scenes
 from replication.study.extremes.resolved import run_short
 from replication.study.extremes.stability_map import stability_map
-from replication.study.settings import LONG_RUN, ExtremesForm, parts_of, random_parts
+from replication.study.settings import LONG_RUN, ExtremesForm, parts_of, short_run_chunks
 from trackdyn.files import write_csv
 from trackdyn.parameters.rig import Rig, load_rig
 
@@ -50,12 +49,7 @@ def _families(rig: Rig, form: ExtremesForm, family_name: str) -> dict[str, tuple
             f"step and {quantity}": (stability_map(rig, quantity, values, form.map_steps_per_ms),)
             for quantity, values in form.map.items()
         }
-    family, _, part_number = family_name.rpartition("_")
-    numbers = random_parts(form, family)[int(part_number)]
-    return {
-        "random": {"random scenes": (random_scenes(rig, form.random_scenes, numbers, in_space=form.random_in_space),)},
-        "short_runs": {"short runs": (map(run_short, numbers),)},
-    }[family]
+    return {"short runs": (map(run_short, short_run_chunks(form)[int(family_name.rpartition("_")[2])]),)}
 
 
 def main(job) -> None:
