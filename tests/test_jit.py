@@ -28,7 +28,7 @@ def inner(x):
 """
 OUTER = """
 from trackdyn.jit import kernel
-from trackdyn.inner import inner
+from trackdyn.chain.inner import inner
 
 @kernel
 def outer(x):
@@ -43,7 +43,7 @@ import json, os, sys, time
 from pathlib import Path
 sys.path.insert(0, sys.argv[1])
 from trackdyn import jit
-from trackdyn.outer import both, outer
+from trackdyn.chain.outer import both, outer
 
 if "--together" in sys.argv:
     Path(sys.argv[1], f"{os.getpid()}.ready").touch()
@@ -70,14 +70,14 @@ def copy(tmp_path):
     (root / "__init__.py").touch()
     for name in ("jit.py", "sources.py"):
         shutil.copy(PACKAGE / name, root)
-    (root / "inner.py").write_text(INNER.format(factor=2.0))
-    (root / "outer.py").write_text(OUTER)
+    (root / "chain" / "inner.py").write_text(INNER.format(factor=2.0))
+    (root / "chain" / "outer.py").write_text(OUTER)
 
     def start(*arguments, cache=tmp_path / "cache", **environment):
         clean = {k: v for k, v in os.environ.items() if not k.startswith(("NUMBA_", "TRACKDYN_"))}
         return subprocess.Popen(
-            [sys.executable, "-c", MAIN, str(root.parent), *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-            text=True,
+            [sys.executable, "-c", MAIN, str(run.root.parent), *arguments],
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
             # Python's bytecode does not see an edit in the same second that leaves the length of the file
             env=clean | {"TRACKDYN_CACHE": str(cache), "PYTHONDONTWRITEBYTECODE": "1"} | environment,
         )  # fmt: skip
@@ -105,10 +105,13 @@ def kept(folder):
     return sorted(path for path in folder.rglob("*") if path.suffix in (".nbi", ".nbc"))
 
 
-def test_a_second_process_finds_the_code_of_the_first(copy):
+def test_a_second_process_and_another_copy_of_the_program_find_the_code_of_the_first(copy):
     value, hits, folder, said = copy()
     assert (value, hits, said) == (3.0, 0, "")
     assert kept(folder) and kept(copy.root) == []
+    assert copy()[:2] == (3.0, 1)
+    copy.root = shutil.copytree(copy.root.parent, copy.root.parents[1] / "other") / "trackdyn"
+    os.utime(copy.root / "chain" / "outer.py", (0, 0))
     assert copy()[:2] == (3.0, 1)
 
 
@@ -122,16 +125,15 @@ def test_of_processes_that_begin_at_once_one_compiles(copy):
 def test_without_a_folder_nothing_is_kept_and_edits_are_seen(copy, tmp_path, obstacle):
     """numba's own choice would be ``__pycache__``, where the caller keeps the old code of what it calls."""
     cache = tmp_path / "cache"
-    if obstacle == "subfolder is a file":
-        folder = copy()[2]
-        for path in folder.iterdir():
-            shutil.rmtree(path)
-            path.touch()
-    else:
+    if obstacle == "below a plain file":
         cache.touch()
         cache = cache / "deeper"
     for factor in (2.0, 5.0):
-        (copy.root / "inner.py").write_text(INNER.format(factor=factor))
+        (copy.root / "chain" / "inner.py").write_text(INNER.format(factor=factor))
+        if obstacle == "subfolder is a file":
+            for path in copy()[2].iterdir():
+                shutil.rmtree(path)
+                path.touch()
         value, hits, _, said = copy(cache=cache)
         assert value == factor + 1.0 and hits == 0
         assert said.startswith("trackdyn: the cache folder ") and "TRACKDYN_CACHE" in said

@@ -24,10 +24,11 @@ except ImportError:  # Windows: processes that start at once may compile the sam
 
 import numba
 from numba.core import event
+from numba.core.caching import IndexDataCacheFile
 from numba.core.registry import cpu_target
 from platformdirs import user_cache_dir
 
-from trackdyn.sources import source_hash
+from trackdyn.sources import KERNEL_SOURCES, source_hash
 
 
 def _without_blas() -> None:
@@ -48,6 +49,7 @@ def _without_blas() -> None:
 _without_blas()
 # No fastmath: results must be the same bit for bit from run to run and NaN must stay visible.
 OPTIONS = {"error_model": "numpy", "boundscheck": False, "no_cfunc_wrapper": True}
+_HASHED = {f"trackdyn.{name.removesuffix('.py')}" for name in KERNEL_SOURCES}
 # what else of numba's settings changes the code it makes
 _SETTINGS = ("OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE", "BOUNDSCHECK", "DEBUGINFO_DEFAULT")
 
@@ -163,6 +165,18 @@ class _CheckedFile:
 FOLDER = None if numba.config.DISABLE_JIT else _writable(cache_folder())
 
 
+def _file_of(dispatcher, folder):
+    """Files of a kernel, of which numba's own know a source by its path and time.
+
+    Sources in the hash of the folder are known by their module alone: another copy of the program has the same code.
+    """
+    module, cache = dispatcher.py_func.__module__, dispatcher._cache
+    if ".".join(module.split(".")[:2]) not in _HASHED:
+        return cache._cache_file
+    (folder / module).mkdir(parents=True, exist_ok=True)
+    return IndexDataCacheFile(str(folder / module), cache._impl.filename_base, source_stamp=None)
+
+
 def _compiled(function, package, **options):
     """Dispatcher of a function, with its code kept in a folder in ``FOLDER`` or nowhere."""
     if FOLDER is None:
@@ -180,7 +194,7 @@ def _compiled(function, package, **options):
     if Path(dispatcher.stats.cache_path).parent != folder:
         _warn(dispatcher.stats.cache_path, "numba chose it, and edits would not be seen there")
         return numba.njit(**OPTIONS, **options)(function)
-    file = dispatcher._cache._cache_file = _CheckedFile(dispatcher._cache._cache_file)
+    file = dispatcher._cache._cache_file = _CheckedFile(_file_of(dispatcher, folder))
     compile_signature = dispatcher.compile
 
     def compile_once(signature):
