@@ -7,6 +7,7 @@ import re
 import numpy as np
 import pytest
 
+from laboratory.inference.unknowns import file_ranges
 from replication.study.layouts import random_rig
 from tests.conftest import recorded
 from trackdyn.errors import InputError
@@ -152,6 +153,15 @@ def test_one_least_tension_in_all_refusals_and_it_can_stand():
     assert abs(layout["tensioner_shift_m"]) <= bench.tension.travel
     with pytest.raises(InputError, match=r"cannot be reached; .* by 4 mm of tension\.travel = 4 mm"):
         settle(Scene(bench.changed(tension__travel=0.004), 0.0))
+
+
+@pytest.mark.parametrize("name", ["paper", "parts", "first_fit"])
+def test_a_chain_can_stand_at_both_ends_of_the_range_of_its_tension(name):
+    """An identification and a search draw from it."""
+    path = f"config/rigs/{name}.yaml"
+    for tension in file_ranges(path)["tension.pre_tension"][:2]:
+        scene = Scene(load_rig(path).changed(tension__pre_tension=tension), 0.0)
+        assert settle(scene).layout["tension_n"] == pytest.approx(tension, rel=0.01)
 
 
 def test_a_rig_without_a_ring_is_tensioned_without_one(rig):
