@@ -17,7 +17,7 @@ ROOT = Path(str(workflow.current_basedir))
 sys.path[:0] = [str(ROOT), str(ROOT / "workflow")]
 
 from replication.paper import contents
-from replication.pipeline.config import check_layers, read_layer, ring_name
+from replication.pipeline.config import check_layers, read_layer
 from replication.studies import STUDIES
 from replication.study.settings import measured_scenes, parts_of, promised_scenes, step_field
 from replication.study.variants import SETTINGS
@@ -75,4 +75,4 @@ include: "workflow/rules/report.smk"
 rule all:
     default_target: True
     input:
-        rules.manifest.output, # made at the end, behind the costs: they need all the rest
+        rules.manifest.output, # made at the end: it needs all the rest

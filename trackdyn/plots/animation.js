@@ -1,5 +1,4 @@
-// The loop in motion: configurations on a canvas, with forces and touched areas. A picture holds the pins of a chain with
-// the forces on its teeth and its ring, or (of a stretch looked at again) every body, wheel, contact and joint.
+// The loop in motion: configurations on a canvas, with forces and touched areas.
 const FRAME = { index: 0, shown: [] }; // what else follows the picture
 (function animation() {
   const canvas = $("scene");
@@ -7,24 +6,19 @@ const FRAME = { index: 0, shown: [] }; // what else follows the picture
   const G = DATA.geometry, context = canvas.getContext("2d");
   const AREA = ["#0072b2", "#d55e00", "#009e73", "#b8860b", "#aa4499"]; // of area j and of 11 - j
   const SIDES = ["left", "right", "ring"]; // then the other wheels
-  const NAMES = [...SIDES, ...(G.wheels ?? [])], tone = (side) => SIDES[side] ?? "wheel";
+  const NAMES = [...SIDES, ...G.wheels], tone = (side) => SIDES[side] ?? "wheel";
   const AREAS = G.areas.length;
   // length of the arrow of the force of the scale bar, m; no arrow is longer than that of the largest force
-  const BAR = G.bars ?? { loop: 0.15, sprocket: 0.13, follow: 0.07 };
-  const loaded = new Map();
+  const BAR = G.bars;
   let run = null, index = 0, playing = false, last = 0, due = 0;
 
   function load(picture) {
-    if (!loaded.has(picture)) {
-      const kept = { ...picture, frame: summed(picture) };
-      if (picture.contacts) kept.contacts = picture.contacts.map((flat) => // seven numbers a contact, lengths in units
-        Array.from({ length: flat.length / 7 }, (_, k) => {
-          const [side, x, y, u, v, area, groove] = flat.slice(7 * k, 7 * k + 7), force = Math.hypot(u, v);
-          return { side, foot: [x * picture.unit, y * picture.unit], n: [u / force, v / force], force, area, groove };
-        }));
-      loaded.set(picture, kept);
-    }
-    return loaded.get(picture);
+    const contacts = picture.contacts.map((flat) => // seven numbers a contact, lengths in units
+      Array.from({ length: flat.length / 7 }, (_, k) => {
+        const [side, x, y, u, v, area, groove] = flat.slice(7 * k, 7 * k + 7), force = Math.hypot(u, v);
+        return { side, foot: [x * picture.unit, y * picture.unit], n: [u / force, v / force], force, area, groove };
+      }));
+    return { ...picture, frame: summed(picture), contacts };
   }
 
   // Places and angles from their second differences in time
@@ -42,17 +36,10 @@ const FRAME = { index: 0, shown: [] }; // what else follows the picture
 
   function state(i) {
     const width = run.start.length, f = run.frame.subarray(i * width, (i + 1) * width), n = run.bodies;
-    if (run.contacts) { // x of all bodies, y, angles, x and y of the wheels, angle of the sprocket
-      const wheels = run.wheels.map(([r], k) => [f[3 * n + 2 * k], f[3 * n + 2 * k + 1], r]);
-      const pins = Array.from({ length: n + 1 }, (_, b) => [f[b % n], f[n + (b % n)]]);
-      return { pins, angle: (b) => f[2 * n + b], sprocket: f[width - 1], wheels };
-    }
-    const pins = [[f[0], f[1]]];
-    for (let b = 0; b < n; b++) {
-      const length = b % 2 ? G.connector : G.link, [x, y] = pins[b];
-      pins.push([x + length * Math.cos(f[2 + b]), y + length * Math.sin(f[2 + b])]);
-    }
-    return { pins, angle: (b) => f[2 + b], sprocket: f[width - 1], wheels: run.wheels };
+    // x of all bodies, y, angles, x and y of the wheels, angle of the sprocket
+    const wheels = run.wheels.map(([r], k) => [f[3 * n + 2 * k], f[3 * n + 2 * k + 1], r]);
+    const pins = Array.from({ length: n + 1 }, (_, b) => [f[b % n], f[n + (b % n)]]);
+    return { pins, angle: (b) => f[2 * n + b], sprocket: f[width - 1], wheels };
   }
 
   // A point of a body in the inertial frame
@@ -62,9 +49,9 @@ const FRAME = { index: 0, shown: [] }; // what else follows the picture
   }
 
   // Link of a pitch: body, begin and end of its middle line; its connector's arcs: body and place of the left, of the right
-  const link = (p) => G.links?.[p] ?? [2 * p, 0, G.link];
-  const arcs = (p) => G.arcs?.[p] ?? [2 * p + 1, 0, 2 * p + 1, G.connector];
-  const pitches = () => G.links?.length ?? run.bodies / 2;
+  const link = (p) => G.links[p];
+  const arcs = (p) => G.arcs[p];
+  const pitches = () => G.links.length;
   const arc = (now, p, side) => ofBody(now, arcs(p)[2 * side], [arcs(p)[2 * side + 1], 0]);
 
   // Points of the frame of groove k (1 to m) in the inertial frame
@@ -92,12 +79,12 @@ const FRAME = { index: 0, shown: [] }; // what else follows the picture
   function window_of(now) {
     if ($("view").value === "sprocket" && G.teeth) return [G.sprocket[0], G.sprocket[1], 1.42 * G.addendum, 1.42 * G.addendum];
     if ($("view").value === "follow") {
-      const p = arc(now, followed(), 0), q = arc(now, followed(), 1), size = G.follow ?? 0.12;
+      const p = arc(now, followed(), 0), q = arc(now, followed(), 1), size = G.follow;
       return [(p[0] + q[0]) / 2, (p[1] + q[1]) / 2, 1.33 * size, size];
     }
     const xs = now.pins.map((p) => p[0]), ys = now.pins.map((p) => p[1]);
     const [l, r, b, t] = [Math.min(...xs), Math.max(...xs), Math.min(...ys), Math.max(...ys)];
-    const margin = G.margin ?? 0.3;
+    const margin = G.margin;
     return [(l + r) / 2, (b + t) / 2, (r - l) / 2 + margin, (t - b) / 2 + margin];
   }
 
@@ -119,7 +106,7 @@ const FRAME = { index: 0, shown: [] }; // what else follows the picture
     context.clearRect(0, 0, canvas.width, canvas.height);
     context.strokeStyle = colour("edge"); pen(0.8);
     for (const [x, y, r] of now.wheels) { disc(x, y, r, colour("rubber")); disc(x, y, 0.9 * r, colour("steel")); }
-    for (const [wheel, x, y] of G.arms ?? []) { // from the pivot, in the hull, to the wheel's hub
+    for (const [wheel, x, y] of G.arms) { // from the pivot, in the hull, to the wheel's hub
       const [u, v, r] = now.wheels[wheel];
       context.save(); context.lineCap = "round"; context.strokeStyle = colour("soft"); context.lineWidth = 0.16 * r * scale;
       path([[x, y], [u, v]]); context.stroke(); context.restore();
@@ -129,7 +116,7 @@ const FRAME = { index: 0, shown: [] }; // what else follows the picture
     if (G.teeth) {
       const outline = [];
       for (let k = G.teeth; k >= 1; k--)
-        for (const p of G.outline ?? G.areas.flat()) outline.push(ofGroove(now, k, p));
+        for (const p of G.outline) outline.push(ofGroove(now, k, p));
       path(outline, true); context.fillStyle = colour("steel"); context.fill(); context.stroke();
     }
     if (run.radius !== null) {
@@ -157,7 +144,7 @@ const FRAME = { index: 0, shown: [] }; // what else follows the picture
 
   function chain(now, at, path, ratio, scale) {
     context.globalAlpha = $("view").value === "loop" ? 1 : 0.72;
-    const inColours = run.tension && $("colours")?.value === "tension", tint = (b, plain) =>
+    const inColours = $("colours").value === "tension", tint = (b, plain) =>
       inColours ? tensionColour((tensionOf(b) - run.low) / Math.max(run.high - run.low, 1)) : colour(plain);
     for (let p = 0; p < pitches(); p++) {
       if (arcs(p)[0] !== arcs(p)[2]) { shoe(now, p, at, path, ratio, scale, tint); continue; }
@@ -200,38 +187,10 @@ const FRAME = { index: 0, shown: [] }; // what else follows the picture
 
   const tensionOf = (b) => run.tension[index * run.bodies + b];
 
-  // Contacts of this instant: side, foot (m), direction, force (N), area and groove
-  function contacts(now) {
-    if (run.contacts) return run.contacts[index];
-    const found = [];
-    for (let p = 0; p < pitches(); p++)
-      for (let side = 0; side < 3; side++) {
-        const force = run.force[(index * pitches() + p) * 3 + side];
-        const area = side < 2 ? run.area[(index * pitches() + p) * 2 + side] : 0;
-        if (!(side < 2 ? area : force)) continue;
-        let foot, n, groove = 0;
-        if (side < 2) {
-          groove = run.groove[(index * pitches() + p) * 2 + side];
-          const pin = arc(now, p, side), centre = ofGroove(now, groove, G.centre[area - 1]);
-          const d = Math.hypot(pin[0] - centre[0], pin[1] - centre[1]), sign = G.convex[area - 1] ? 1 : -1;
-          n = [(sign * (pin[0] - centre[0])) / d, (sign * (pin[1] - centre[1])) / d];
-          foot = [pin[0] - G.arc * n[0], pin[1] - G.arc * n[1]];
-        } else {
-          const [b, from, to] = link(p), [x, y] = now.pins[b], a = now.angle(b), c = Math.cos(a), s = Math.sin(a);
-          const [ox, oy] = G.sprocket, along = Math.min(Math.max((ox - x) * c + (oy - y) * s, from), to);
-          const q = [x + along * c, y + along * s], d = Math.hypot(q[0] - ox, q[1] - oy);
-          n = [(q[0] - ox) / d, (q[1] - oy) / d];
-          foot = [q[0] - (G.thickness / 2) * n[0], q[1] - (G.thickness / 2) * n[1]];
-        }
-        found.push({ side, foot, n, force, area, groove });
-      }
-    return found;
-  }
-
   function forces(now, at, path, pen, ratio) {
     const counts = NAMES.map(() => 0), most = NAMES.map(() => 0), scale = BAR[$("view").value] / G.force_bar;
     const loop = $("view").value === "loop";
-    for (const { side, foot, n, force, area, groove } of contacts(now)) {
+    for (const { side, foot, n, force, area, groove } of run.contacts[index]) {
       counts[side]++; most[side] = Math.max(most[side], Math.round(force));
       if (area) {
         path(G.areas[area - 1].map((q) => ofGroove(now, groove, q)));
@@ -250,7 +209,7 @@ const FRAME = { index: 0, shown: [] }; // what else follows the picture
     $("readout").textContent = !G.force_bar ? "No contacts." : `Contacts at this instant: ${tell.join(", ")}. ` +
       `The bar is ${G.force_bar} N throughout` + (G.force_most ? `; arrows do not grow above ${G.force_most} N.` : ".");
     // formatted here, and so are the forces above: the reader chooses the instant
-    $("clock").textContent = (index * run.interval + (run.begin ?? 0)).toFixed(2) + " s";
+    $("clock").textContent = (index * run.interval + run.begin).toFixed(2) + " s";
   }
 
   function label(text, [x, y], ratio) {
@@ -305,28 +264,12 @@ const FRAME = { index: 0, shown: [] }; // what else follows the picture
     $("scrub").max = run.frames - 1;
     go(Math.min(index, run.frames - 1));
   }
-  function radii() {
-    const here = DATA.pictures.filter((q) => String(q.rpm) === $("rpm").value);
-    fill($("radius"), here.map((q) => [String(q.radius), q.ring]));
-  }
-  function choose() {
-    take(DATA.pictures.find((q) => String(q.rpm) === $("rpm").value && String(q.radius) === $("radius").value));
-  }
-  if ($("rpm")) {
-    fill($("rpm"), [...new Set(DATA.pictures.map((q) => q.rpm))].map((rpm) => [rpm, rpm + " rpm"]));
-    radii();
-    const usual = [...$("radius").options].find((option) => option.value === "0.308");
-    if (usual) $("radius").value = usual.value;
-    $("rpm").addEventListener("input", () => { radii(); choose(); });
-    $("radius").addEventListener("input", choose);
-  }
-  for (const name of ["view", "colours"]) $(name)?.addEventListener("input", draw);
+  for (const name of ["view", "colours"]) $(name).addEventListener("input", draw);
   $("scrub").addEventListener("input", () => { play(false); go(Number($("scrub").value)); });
   $("play").addEventListener("click", () => play(!playing));
   window.addEventListener("resize", draw);
   REDRAWS.push(draw);
-  if ($("rpm")) choose();
-  else take(DATA.pictures[0]);
+  take(DATA.pictures[0]);
 })();
 
 // From little (blue) to much (red), the same in both themes; also of a reader who sees no red

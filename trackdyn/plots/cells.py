@@ -1,6 +1,5 @@
 """Cells of the page's tables as text."""
 
-import re
 from math import floor, log10
 
 import numpy as np
@@ -43,22 +42,4 @@ def with_error(value: float | None, error: float | None) -> str:
     return f"{value:.{decimals}f} ± {error:.{decimals}f}".replace("-", "\N{MINUS SIGN}")
 
 
-def change(value: float | None) -> str:
-    """A difference in percent: two decimals, or three digits of a large one; a dash for nothing."""
-    if value is None:
-        return "–"
-    text = f"{value:+.2f}" if abs(value) < 10 else f"{value:+.3g}" if abs(value) < 1000 else f"{value:+.0f}"
-    return "0" if float(text) == 0 else text.replace("-", "\N{MINUS SIGN}")
-
-
-def number_span(text: str) -> str:
-    """The numbers of a text, three digits each: one, two, or the least and the largest of more."""
-    text = re.sub(r" at \d+(?: rpm)?", "", text)  # the speeds that the numbers are of
-    numbers = sorted({float(number) for number in re.findall(r"-?\d+\.?\d*(?:e[+-]?\d+)?", text)})
-    if not numbers:
-        return text
-    ends = numbers if len(numbers) < 3 else [numbers[0], numbers[-1]]
-    return " to ".join(dict.fromkeys(cell(value) for value in ends))
-
-
-FILTERS = {made.__name__: made for made in (cell, change, groups, heading, number_span, words)}  # of the templates
+FILTERS = {made.__name__: made for made in (cell, groups, heading, words)}  # of the templates

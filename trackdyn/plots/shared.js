@@ -17,12 +17,6 @@ function colour(name) {
   return getComputedStyle(probe).color;
 }
 
-function fill(select, pairs) {
-  const before = select.value;
-  select.replaceChildren(...pairs.map(([value, text]) => new Option(text, value)));
-  if (pairs.some(([value]) => String(value) === before)) select.value = before;
-}
-
 function redraw() { for (const draw of REDRAWS) draw(); }
 $("theme").addEventListener("input", () => { root.style.colorScheme = $("theme").value; redraw(); });
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);

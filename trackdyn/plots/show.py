@@ -246,7 +246,6 @@ def picture(recording: Recording, stretch: Replay) -> dict:
     felt = [of[np.hypot(of[:, 3], of[:, 4]) >= 1.0] for of in stretch.contacts]
     units = [1, CONFIGURATION, CONFIGURATION, 1, 1, 1, 1]  # of side, position (m), force (N), area, groove
     return {
-        "rpm": recording.scene.motor_rpm,
         "radius": recording.scene.ring_radius,
         "frames": frames,
         "interval": stretch.interval,

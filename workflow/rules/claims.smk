@@ -4,7 +4,7 @@
 rule claims:
     """Every statement of the paper: shown, not shown, not comparable."""
     input:
-        needs("report/figures/scorecard.py"),
+        needs("report/claims.py"),
         claims="config/claims.yaml",
         metrics=f"{R}/metrics.csv",
         events=f"{R}/events.csv",
@@ -19,7 +19,6 @@ rule claims:
         schema=f"{R}/claims.schema.json",
         values_schema=f"{R}/claims_values.schema.json",
         md=f"{R}/claims.md",
-        figure=figure("claims"),
     params:
         rpm=CONFIG.meshing.speed_rpm,
         radius=CONFIG.meshing.ring_radius_m,
@@ -28,4 +27,4 @@ rule claims:
         rigs={other: f"{R}/rigs/{other}" for other in OTHERS},
     log: f"{R}/logs/claims.log"
     message: "Judging the claims"
-    script: "../replication/report/figures/scorecard.py"
+    script: "../replication/report/claims.py"

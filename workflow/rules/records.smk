@@ -1,4 +1,4 @@
-# Sect. 5: metrics of every run, Table 1 and 3, Figures 15, 17, 18, the loop.
+# Sect. 5: metrics of every run, Table 1 and 3, Figures 15, 17, 18.
 
 LETTERS = dict(zip("abcdefgh", CONFIG.records.speeds_rpm))
 
@@ -126,22 +126,10 @@ rule sensor_figures:
     script: "../replication/report/figures/records.py"
 
 
-rule loop_figure:
-    """The loop on its wheels."""
-    input:
-        needs("report/figures/loop.py"),
-        recording=recording(SPEEDS[0]),
-    output: figure("loop")
-    log: f"{R}/logs/loop.log"
-    message: "A picture of the loop"
-    script: "../replication/report/figures/loop.py"
-
-
 rule records:
     input:
         f"{R}/metrics.csv",
         rules.parameters.output,
         rules.statistics.output,
         rules.closure.output,
-        rules.loop_figure.output,
         [figure(f"fig{number}_{letter}") for number in (17, 18) for letter in LETTERS],

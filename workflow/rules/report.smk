@@ -1,35 +1,29 @@
-# The page that shows everything, the moving picture, and the pictures of the README.
+# The page that shows everything, the moving picture, the article, and the pictures of the README.
 
-# no ring, the smallest, the paper's and the largest one, at every speed of the ring study
-STUDIED = CONFIG.ring_study.radii_m
-ANIMATION_RADII = [None] + sorted({STUDIED[0], CONFIG.records.ring_radius_m, STUDIED[-1]} - {None})
 INTERVAL = 0.01  # s, of the configurations
-ANIMATION_SCENES = {
-    f"animation/{rpm:g}rpm_{ring_name(radius)}": {
-        "motor_rpm": rpm,
-        "ring_radius": radius,
-        "lead_in": 2.0,
-        **step_field(CONFIG.ring_study.steps_s, radius),
-        "frame_interval": INTERVAL,
-        # one turn of the sprocket, and the sample that closes it
-        "duration": (int(60 * RIG.sprocket.transmission_ratio / rpm / INTERVAL) + 1) * INTERVAL,
-        "pitches": tuple(range(1, RIG.chain.pitches + 1)),
-    }
-    for rpm in CONFIG.ring_study.speeds_rpm
-    for radius in ANIMATION_RADII
+MOVING_RPM = CONFIG.ring_study.speeds_rpm[0]
+MOVING = {
+    "motor_rpm": MOVING_RPM,
+    "ring_radius": CONFIG.records.ring_radius_m,
+    "lead_in": 2.0,
+    **step_field(CONFIG.ring_study.steps_s, CONFIG.records.ring_radius_m),
+    "frame_interval": INTERVAL,
+    # one turn of the sprocket, and the sample that closes it
+    "duration": (int(60 * RIG.sprocket.transmission_ratio / MOVING_RPM / INTERVAL) + 1) * INTERVAL,
+    "pitches": tuple(range(1, RIG.chain.pitches + 1)),
 }
 
 
-rule animation_runs:
-    """Short runs in steady motion with every pitch recorded."""
+rule animation_run:
+    """A short run in steady motion with every pitch recorded."""
     input:
         needs("pipeline/runs.py"),
         rig=CONFIG.rig,
         kernels=KERNELS,
-    output: [recording(run) for run in ANIMATION_SCENES]
-    params: scenes=list(ANIMATION_SCENES.values())
-    log: f"{R}/logs/animation_runs.log"
-    message: "Runs for the moving picture"
+    output: recording("animation")
+    params: scenes=[MOVING]
+    log: f"{R}/logs/animation_run.log"
+    message: "A run for the moving picture"
     script: "../replication/pipeline/runs.py"
 
 
@@ -37,7 +31,7 @@ rule animation:
     """One turn of the sprocket as a GIF."""
     input:
         needs("report/figures/animation.py"),
-        ring=recording(f"animation/{CONFIG.ring_study.speeds_rpm[0]:g}rpm_{ring_name(CONFIG.records.ring_radius_m)}"),
+        ring=rules.animation_run.output[0],
     output: report(f"{R}/figures/animation.gif", **in_report("Overview", "Moving picture", "The loop in motion"))
     log: f"{R}/logs/animation.log"
     message: "The loop in motion"
@@ -53,7 +47,7 @@ OF_STUDIES = {
 
 
 rule page:
-    """One page with what came out, charts, the moving loop, all figures and tables, and where they come from."""
+    """One page with what came out, all figures and tables, and where they come from."""
     input:
         needs("report/page/builder.py"),
         rules.records.input,
@@ -62,7 +56,6 @@ rule page:
         rules.schematics.output,
         rules.peer.output,
         lambda wildcards: [file for name in in_this_run(wildcards) for file in OF_STUDIES[name]],
-        rules.animation_runs.output,
         rig=CONFIG.rig,
         config=[str(path) for path in workflow.configfiles],
         settings="config/claims.yaml",
@@ -120,18 +113,6 @@ def article_of_run(wildcards):
     return rules.article.output if {*IN_ARTICLE} <= {*in_this_run(wildcards)} else []
 
 
-rule costs:
-    """What each rule cost, from what each job wrote: all others, and the long studies if they were run before."""
-    input:
-        needs("report/costs.py"),
-        rules.report_page.input,
-    output: **table("costs")
-    params: folder=f"{R}/benchmarks"
-    log: f"{R}/logs/costs.log"
-    message: "Costs"
-    script: "../replication/report/costs.py"
-
-
 # all that the results are made from, but for the program
 RUN_INPUTS = [
     *(str(path).removeprefix(f"{ROOT}/") for path in reversed(workflow.configfiles)),
@@ -150,7 +131,6 @@ rule manifest:
         needs("certify/manifest.py"),
         rules.report_page.input,
         article_of_run,
-        rules.costs.output,
     output: f"{R}/manifest.json"
     params: inputs=RUN_INPUTS
     log: f"{R}/logs/manifest.log"

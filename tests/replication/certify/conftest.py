@@ -16,7 +16,6 @@ def results(tmp_path):
         "metrics.csv": TABLE,
         "tables/table3.csv": TABLE,
         "tables/table3.md": PAGE,
-        "tables/costs.csv": "rule,wall_s\nall,3\n",
         "report.html": "<p>6 s</p>",
         "runs/115rpm.cost.json": '{"wall_s": 6.4}',
         "logs/a.md": "log",

@@ -14,9 +14,7 @@ from matplotlib.figure import Figure
 from replication.paper.contents import PAPER
 from replication.paper.item import SENSORS
 from replication.report.figures.closure import closure_figure
-from replication.report.figures.loop import loop_figure
 from replication.report.figures.ring_study import MARKS, STEADY
-from replication.report.figures.scorecard import LOOKS, scorecard_figure
 from replication.report.parameters import table1
 from replication.report.statistics import lines_table, table3
 from tests.conftest import made_recording
@@ -70,8 +68,6 @@ FIGURES = {
     "closure": lambda: closure_figure({115: recording(rpm=115.0), 210: recording()}),
     "history": lambda: history_figure(recording(), sensor(), "(d) 210 rpm"),
     "spectrum": lambda: spectrum_figure(recording(), sensor(), "(d) 210 rpm"),
-    "loop": lambda: loop_figure(RIG, recording()),
-    "loop without ring": lambda: loop_figure(RIG, recording(ring_radius=None)),
 }
 
 
@@ -130,11 +126,6 @@ def test_first_crest_finds_the_crest(phase):
     crest = first_crest(ay, RATE, hz) / RATE
     assert 0 <= crest <= 1 / hz
     assert np.cos(2 * np.pi * hz * crest + phase) == pytest.approx(1, abs=1e-3)
-
-
-def test_loop_figure_needs_a_configuration():
-    with pytest.raises(InputError, match="frame interval"):
-        loop_figure(RIG, recording(frames=0))
 
 
 def test_chain_points_follow_the_bodies_and_close():
@@ -236,16 +227,3 @@ def test_where_contact_ends_is_computed():
     assert quiet_from(study(), "left_share_pct") is None
     assert "no contact from 0.305 m on" in texts(figures(study(), MARKS)["fig23_a"])
     assert "no contact" not in texts(figures(study(right=(1.0, 1.0, 1.0, 1.0)), MARKS, STEADY)["fig24"])
-
-
-def scorecard(rig="paper"):
-    return [
-        {"rig": rig, "id": f"C{i:02d}", "part": "a", "claim": "A claim of 10 % " + "word " * 15, "printed": "1.102e-10",
-         "measured": "", "unit": "%", "verdict": verdict, "speeds": "115, 150"}
-        for i, verdict in enumerate(LOOKS)
-    ]  # fmt: skip
-
-
-def test_the_scorecard_has_every_statement():
-    shown = texts(scorecard_figure(pd.DataFrame(scorecard())))
-    assert all(f"C{i:02d}a" in shown for i in range(len(LOOKS)))

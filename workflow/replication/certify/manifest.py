@@ -32,7 +32,7 @@ KINDS = {".png", ".svg", ".gif", ".csv", ".md", ".json", ".npz", ".html", ".pdf"
 # Times of computing and memory, which no two runs share, and what follows from them: the planner takes what was
 # cheapest, the page and the article show the costs.
 TIMES = re.compile(
-    r"(.*/)?(tables/costs\.(csv|md)|tables/fidelity\.md|figures/(trade_\w+|extremes_long_run)\.(png|svg)"
+    r"(.*/)?(tables/fidelity\.md|figures/(trade_\w+|extremes_long_run)\.(png|svg)"
     r"|planner\.csv|promises_[^/]+\.csv)"
     r"|.*\.cost\.json|report\.html|article\.(pdf|json)|plan\.json"
 )
@@ -77,7 +77,7 @@ class Manifest(Section):
 
 
 def run_files(results: Path | str) -> list[str]:
-    """List the files that a run has made, without logs, costs and files of another run."""
+    """List the files that a run has made, without logs and files of another run."""
     results = Path(results)
     if not results.is_dir():
         raise InputError(f"{results}: no such folder; give the results of a run, such as results")

@@ -10,7 +10,7 @@ from trackdyn.simulation.simulate import simulate
 
 
 def main(job) -> None:
-    """Rules `simulate`, `animation_runs`, `warm_up`: a recording a scene."""
+    """Rules `simulate`, `animation_run`, `warm_up`: a recording a scene."""
     rig = load_rig(job.input.rig)
     for fields, path in zip(job.params.scenes, job.output, strict=True):
         scene = Scene(rig, **fields)

@@ -46,7 +46,6 @@ COLUMNS_OF = {
         "code", "method", "step_s", "rms_m_s2", "difference_pct", "uncertainty_pct", "scatter_pct", "cpu_s_per_s",
         "passages", "cpu_s", "chosen", "note",
     ),
-    "costs": ("rule", "jobs", "wall_s", "cpu_s", "largest_memory_mb"),
 }  # fmt: skip
 
 

@@ -17,32 +17,33 @@ from PIL import Image
 
 from replication.certify.provenance import check_sources, run_provenance
 from replication.paper.claims import JUDGED, VERDICTS
-from replication.paper.contents import OF_STUDIES, OWN, PAPER, missing_items
+from replication.paper.contents import OF_STUDIES, PAPER, missing_items
 from replication.paper.paper_tables import filled_cells, load_article
 from replication.paper.scorecard import MARKS, answer_sentences, headline, statements
-from replication.report.costs import cost_table
 from replication.report.figures.trade import trade_sentence
-from replication.report.page import data
 from replication.studies import STUDIES
 from trackdyn.files import write_text
-from trackdyn.parameters.rig import load_rig
+from trackdyn.measure.columns import MEASURES
 from trackdyn.plots.rendering import render
-from trackdyn.simulation.recording import load_recording
 
 # what is uncertain comes first
 KINDS = {
     "fitted": "chosen so that the model shows a printed result", "assumed": "not in the paper, taken to be plausible",
     "derived": "follows from printed numbers", "printed": "stands in the paper",
 }  # fmt: skip
-SCRIPTS = ("shared", "animation", "page")  # one module, in this order
+SCRIPTS = ("shared", "page")  # one module, in this order
 COLOURS_OF_A_PICTURE = 16
 FRONT = ("fig24", "trade_first")  # on the first screen
-MODEL = tuple(f"fig{number:02d}" for number in range(1, 14))
-RESULTS = tuple(f"fig{number:02d}" for number in range(14, 25))
+# of the gallery, each folded under its title
+GROUPS = {
+    "Figures 1 to 13: the model in drawings": [f"fig{number:02d}" for number in range(1, 14)],
+    "Figures 14 to 23: results": [f"fig{number:02d}" for number in range(14, 24)],
+    "Tables": [item.key for item in PAPER if item.table],
+}
 ACCURACY = ("trade", "peer_answers")  # of the studies, beside the chart of cost and error
 # tables whose files the page hands out; the first folder that has one
 TABLES = (
-    "claims.csv", "metrics.csv", "trade.csv", "planner.csv", "extremes.csv", "tables/fidelity.csv", "tables/costs.csv",
+    "claims.csv", "metrics.csv", "trade.csv", "planner.csv", "extremes.csv", "tables/fidelity.csv",
     "tables/parameters.csv", "tables/extremes.csv", "tables/extremes_short_runs.csv",
     "tables/peer_answers.csv", *(f"tables/{item.key}.csv" for item in PAPER if item.table),
 )  # fmt: skip
@@ -53,7 +54,7 @@ class PageInputs:
     """What the page is made from."""
 
     results: Path  # folder that the workflow wrote
-    rig: Path  # the rig's file, for the list of parameters and the geometry of the moving picture
+    rig: Path  # the rig's file, whose hash is listed
     sensors: Mapping[str, Path] = field(default_factory=dict)  # run such as ``115rpm`` to the sensor's record
     article: Path | None = None  # the cells of the article that a reader filled in
     synthetic: bool | None = True  # whether these records are synthetic; None: there are none
@@ -70,20 +71,13 @@ def build_page(inputs: PageInputs) -> str:
     metas = check_sources(sorted((results / "runs").rglob("*.npz")), inputs.sources)
     origin = run_provenance(metas, [inputs.rig, *inputs.files, *inputs.sensors.values()])
     files = {name: path.read_text(encoding="utf-8") for name in TABLES if (path := _first(results, name))}
-    costs = cost_table(results / "benchmarks")
-    files |= {"tables/costs.csv": costs.to_csv(index=False)}
     files |= {f"{name}.csv": pd.DataFrame(origin[name]).to_csv(index=False) for name in ("versions", "hashes")}
-    embedded = {
-        "geometry": data.rig_geometry(load_rig(inputs.rig)), "pictures": _pictures(results), "ring": _ring(results),
-        "files": files,
-    }  # fmt: skip
-    items = (*PAPER, *(item for item in OWN if not item.table), *OF_STUDIES)
     with ThreadPoolExecutor() as pool:  # most of the time is the packing of pictures, without the interpreter
-        shown = list(pool.map(partial(_entry, inputs, _said(results)), items))
+        shown = list(pool.map(partial(_entry, inputs, _said(results)), (*PAPER, *OF_STUDIES)))
     return render(
         "page.html.j2",
         SCRIPTS,
-        embedded,
+        {"files": files},
         Path(__file__).parent,
         card=_card(results),
         answer_costs=trade_sentence(pd.read_csv(planner)) if (planner := _first(results, "planner.csv")) else "",
@@ -92,24 +86,17 @@ def build_page(inputs: PageInputs) -> str:
         parameters=_parameters(results),
         cells=[cell._asdict() for cell in filled_cells(load_article(inputs.article))] if inputs.article else [],
         kinds=KINDS,
-        # counted here: the table of the costs is written after the page, whose own cost it holds
-        costs=costs.astype(object).where(costs.notna(), None).to_dict("records"),
         fidelity=_rows(results, "tables/fidelity.csv"),
-        planner=data.promises(_rows(results, "planner.csv")),
+        planner=_promises(_rows(results, "planner.csv")),
         provenance=origin,
-        # the scorecard stands on the page as a list
-        gallery=[
-            entry for entry in shown if entry["item"] not in OF_STUDIES and entry["item"].key not in ("claims", *FRONT)
-        ],
+        gallery=[entry for entry in shown if entry["item"] in PAPER and entry["item"].key not in FRONT],
         accuracy=[entry for entry in shown if entry["item"].key in ACCURACY],
         extremes=[entry for entry in shown if entry["item"].key.startswith("extremes")],
         front=[entry for entry in shown if entry["item"].key in FRONT and entry["pictures"]],
         judged=JUDGED,
-        groups=_groups(shown),
+        groups=GROUPS,
         missing=missing_items(results),
-        studies=[
-            (name, study.title, _form(results, study.file), name in inputs.studies) for name, study in STUDIES.items()
-        ],
+        forms={name: _form(results, study.file, name in inputs.studies) for name, study in STUDIES.items()},
         layers=" ".join(["", "--configfile", *inputs.layers]) if inputs.layers else "",
         paper_items=len(PAPER),
     )
@@ -143,45 +130,29 @@ def _card(results: Path) -> dict | None:
     }
 
 
-def _groups(shown: list[dict]) -> dict[tuple[str, ...], str]:
-    """Figures and tables of the gallery, each group folded under its title."""
-    others = [entry["item"].key for entry in shown if entry["item"].key not in (*MODEL, *RESULTS)]
-    tables = tuple(key for key in others if key.startswith("table"))
-    return {
-        MODEL: "Figures 1 to 13: the model in drawings",
-        RESULTS: "Figures 14 to 23: results",
-        tables: "Tables",
-        tuple(key for key in others if key not in tables): "Figures that the paper does not have",
-    }
-
-
-def _pictures(results: Path) -> list[dict]:
-    paths = sorted((results / "runs" / "animation").glob("*.npz"))
-    shown = [data.moving_picture(load_recording(path)) for path in paths]
-    return sorted(shown, key=lambda one: (one["rpm"], one["radius"] or 0.0))
-
-
-def _ring(results: Path) -> dict | None:
-    path = results / "metrics.csv"
-    return data.ring_study(pd.read_csv(path)) if path.is_file() else None
-
-
 def _first(results: Path, name: str) -> Path | None:
     """A file of a full study, else of its short form."""
     return next((path for folder in (results, results / "short") if (path := folder / name).is_file()), None)
 
 
-def _form(results: Path, name: str) -> str:
-    """Form of the study that a file is of: full, short or none."""
+def _form(results: Path, name: str, now: bool) -> str:
+    """What to know of the study that a file is of: whether it is its short form, and of an earlier run."""
     path = _first(results, name)
-    return (
-        "not asked for in this run" if path is None else "short" if path.is_relative_to(results / "short") else "full"
-    )
+    words = ["short study"] if path and path.is_relative_to(results / "short") else []
+    return ", ".join(words if now or path is None else [*words, "of an earlier run"])
 
 
 def _rows(results: Path, name: str) -> list[dict] | None:
-    path = _first(results, name)
-    return path and data.csv_rows(path)
+    """Rows of a CSV file with None for empty cells; None if the file does not exist."""
+    if not (path := _first(results, name)):
+        return None
+    table = pd.read_csv(path)
+    return table.astype(object).where(table.notna(), None).to_dict("records")
+
+
+def _promises(rows: list[dict] | None) -> list[dict] | None:
+    """Rows of the planner's promises in words."""
+    return rows and [row | {"measure": "{} ({})".format(*MEASURES[row["measure"]])} for row in rows]
 
 
 def _parameters(results: Path) -> dict[str, list[dict]] | None:
@@ -212,7 +183,7 @@ def _entry(inputs: PageInputs, said: Mapping[str, list[str]], item) -> dict:
         "said": _caption_html(paragraph),
         "caption": _caption_html([*item.caption(inputs.synthetic), *paragraph]),
         "pictures": [] if item.table else [embedded_picture(file) for file in files],
-        "rows": data.csv_rows(files[0]) if item.table and files else None,
+        "rows": _rows(files[0].parent, files[0].name) if item.table and files else None,
     }
 
 

@@ -1,4 +1,4 @@
-// The list of claims, the scenes of the ladder, and the ring's slider.
+// The list of claims, and tables that are sorted by a click.
 (function claims() {
   const list = $("card");
   if (!list) return;
@@ -22,49 +22,6 @@
       show();
     });
   $("find").addEventListener("input", show);
-})();
-
-if ($("ladder-scene")) {
-  const show = () => {
-    for (const body of $("ladder").tBodies) body.hidden = body.dataset.scene !== $("ladder-scene").value;
-  };
-  $("ladder-scene").addEventListener("input", show);
-  show();
-}
-
-(function ringTable() {
-  const ring = DATA.ring;
-  if (!ring) return;
-  const columns = [
-    ["left_share_pct", "contact duration, left arc (% of a turn)"], ["right_share_pct", "contact duration, right arc (% of a turn)"],
-    ["ring_share_pct", "contact duration, ring (% of a turn)"], ["left_rms_n", "RMS force, left arc (N)"],
-    ["right_rms_n", "RMS force, right arc (N)"], ["ring_rms_n", "RMS force, ring (N)"],
-    ["left_phase_start", "first touch, left arc (turns)"],
-  ].filter(([name]) => name in ring.texts);
-  function row(cells, tag) {
-    const line = document.createElement("tr");
-    cells.forEach((text, i) => {
-      const cell = document.createElement(i === 0 ? "th" : tag);
-      cell.textContent = text;
-      if (cell.tagName === "TH") cell.scope = tag === "th" ? "col" : "row";
-      else cell.className = "number";
-      line.append(cell);
-    });
-    return line;
-  }
-  function show() {
-    const j = Number($("ring-slider").value);
-    $("ring-radius").textContent = ring.rings[j];
-    $("ring-table").tHead.replaceChildren(row(["motor", ...columns.map(([, title]) => title)], "th"));
-    $("ring-table").tBodies[0].replaceChildren(
-      ...ring.speeds.map((rpm, i) =>
-        row([rpm + " rpm", ...columns.map(([name]) => ring.texts[name][i][j])], "td")),
-    );
-  }
-  $("ring-slider").addEventListener("input", show);
-  const usual = ring.radii.findIndex((r) => r !== null && Math.abs(r - 0.308) < 1e-6);
-  if (usual >= 0) $("ring-slider").value = usual;
-  show();
 })();
 
 // A click on a column's name sorts the table by it, a second one the other way round
