@@ -114,7 +114,7 @@ def test_accelerations_of_all_links_and_peaks_of_tooth_forces_are_those_of_the_o
     start, n = float(loop.state.wheel_angle[0]), len(chain.length)
     load, torque, most = np.zeros((n, 3)), np.zeros((n, len(contacts.circle))), np.zeros(n // 2)
 
-    def watch(time, places, rates, _, memory):
+    def watch(time, places, rates, memory):
         if time > begin:
             turned, spin = drive_at(drive, time)
             peer_contact_loads(normal, chain.length, places, rates, start + turned, spin, memory, False, load, torque)

@@ -1,96 +1,18 @@
-"""The chain and its contacts against an independent multibody code, and what happens where it is missing."""
+"""The contacts against an independent multibody code, and what happens where it is missing."""
 
 import sys
-from math import pi
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
-from scipy.optimize import brentq
 
 from replication.peers import exudyn_loop
 from replication.peers.contact import Memory, force_vector, jacobian_triplets, make_contacts, peer_contact_loads
-from replication.peers.exudyn_loop import (
-    Hanger,
-    PeerStart,
-    drive_at,
-    require_exudyn,
-    run_exudyn_loop,
-    start_of,
-)
-from replication.study.extremes.solvers import Pose, posed
-from trackdyn.chain.riccati import accelerations
+from replication.peers.exudyn_loop import drive_at, require_exudyn, start_of
 from trackdyn.errors import InputError
 from trackdyn.integrate.run import refresh
-from trackdyn.scene.build import build_chain
 from trackdyn.scene.scene import Scene
 
 pytestmark = pytest.mark.peer
-# m, on paths of about a metre: with these steps the extrapolated result of the other code is good to 3e-7, the
-# reference made of this package's accelerations to 1e-8. A mass, inertia, stiffness, damping or gravity that is
-# one thousandth off breaks it: it makes 4e-6 to 2e-3 in the free swing, 1.2e-6 to 1e-4 on the wheels.
-TOLERANCE = 1e-6
-STEPS = 1e-3, 5e-4  # s
-
-
-def bushings(chain, angle, rate):
-    """Torques of all joints, the cut one last."""
-    turn = np.zeros(len(angle))
-    turn[-1] = -2 * pi
-    phi = np.roll(angle, -1) - angle + turn
-    return -chain.stiffness * (phi - chain.free_angle) - chain.damping * (np.roll(rate, -1) - rate)
-
-
-def chain_accelerations(chain, state, work):
-    """Accelerations of the first pin and of the angles by the package's transfer-matrix solver."""
-    accelerations(chain, state, work, 0.0, 0)
-    sweep = work.sweep
-    return sweep.base @ sweep.load, sweep.response @ sweep.load
-
-
-def centres(chain, pin, angle):
-    """(n, 2) mass centres in the middle of the pins."""
-    step = chain.length[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
-    pins = pin + np.vstack([np.zeros(2), np.cumsum(step, axis=0)])
-    return 0.5 * (pins[1:] + pins[:-1])
-
-
-def extrapolated(run):
-    """Mass centres of two runs, freed from the error of second order in the step."""
-    coarse, fine = (run(step).centre for step in STEPS)
-    return (4 * fine - coarse) / 3
-
-
-def test_free_swing_agrees(rig):
-    pytest.importorskip("exudyn")
-    chain = build_chain(rig)
-    n = len(chain.length)
-    # a circle, which falls from its hook into a long loop
-    radius = brentq(lambda r: np.arcsin(chain.length / 2 / r).sum() - pi, 0.5, 2)
-    half = np.arcsin(chain.length / 2 / radius)
-    angle = -np.cumsum(np.concatenate([[half[0]], half[:-1] + half[1:]]))
-    hook = Hanger(0.0, 0.0, 2e4, 200.0)
-    duration, samples = 1.5, 31
-    fx, fy, moment = np.zeros(n), np.zeros(n), np.zeros(n)
-
-    def slope(t, y):
-        pin, angle, speed, rate = y[:2], y[2 : n + 2], y[n + 2 : n + 4], y[n + 4 :]
-        pull = -hook.stiffness * pin - hook.damping * speed
-        arm = -chain.com_x[0] * np.array([np.cos(angle[0]), np.sin(angle[0])])
-        fx[0], fy[0] = pull
-        moment[0] = arm[0] * pull[1] - arm[1] * pull[0]
-        pose = Pose(angle, rate, fx, fy, moment, bushings(chain, angle, rate))
-        return np.concatenate([speed, rate, *chain_accelerations(chain, *posed(pose))])
-
-    times = np.linspace(0, duration, samples)
-    begin = np.concatenate([np.zeros(2), angle, np.zeros(n + 2)])
-    solution = solve_ivp(slope, (0, duration), begin, method="DOP853", rtol=1e-8, atol=1e-9, t_eval=times)
-    ours = np.array([centres(chain, y[:2], y[2 : n + 2]) for y in solution.y.T])
-
-    start = PeerStart(np.zeros(4), angle, np.zeros(n))
-    theirs = extrapolated(lambda h: run_exudyn_loop(chain, start, duration, h, duration / (samples - 1), hanger=hook))
-    assert np.abs(ours[-1] - ours[0]).max() > 0.3  # it does swing
-    assert np.abs(theirs - ours).max() < TOLERANCE
 
 
 @pytest.fixture

@@ -14,7 +14,7 @@ from replication.peers import OURS, PEER
 from replication.peers.contact import make_contacts
 from replication.peers.exudyn_loop import PeerRun, free_wheels, require_exudyn, run_exudyn_loop, start_of
 from replication.study.settings import peer_scene
-from trackdyn.errors import DivergenceError, InputError
+from trackdyn.errors import InputError
 from trackdyn.files import write_csv, write_text
 from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.scene.scene import Scene
@@ -23,20 +23,16 @@ from trackdyn.simulation.recording import Recording
 from trackdyn.simulation.settling import allocate
 from trackdyn.simulation.simulate import simulate
 
-READINGS = ("sprocket", "motor")  # whose speed the paper's 180 r/min may be
-
 
 @dataclass(frozen=True)
 class Result:
     """What the comparison gives."""
 
-    # ``reading, time_s, trackdyn_m, belt_m, exudyn_m, exudyn_eight_arcs_m`` (the last of the first reading): vertical
-    # displacement of the selected link; time since the start of the sprocket, after its ramp. The belt knows no forces:
-    # what it reaches says how much the comparison can tell.
+    # ``reading, time_s, trackdyn_m, belt_m, exudyn_m``: vertical displacement of the selected link, since the start of
+    # the sprocket, after its ramp. The belt knows no forces: what it reaches says how much the comparison can tell.
     curves: pd.DataFrame
     costs: pd.DataFrame  # rows of Table 2
-    # ``reading, speed_rpm, range_m, trackdyn_step_s, difference_belt_pct, exudyn_step_s, difference_pct,
-    # difference_eight_arcs_pct, gap_m``; where eight arcs do not run, not a number, and why in ``eight_arcs_not_run``
+    # ``reading, speed_rpm, range_m, trackdyn_step_s, difference_belt_pct, exudyn_step_s, difference_pct, gap_m``
     summary: pd.DataFrame
     missing: str  # why the other code was not run, or nothing
     # configuration for Figure 13 (``Recording.frame``), of the other code where it ran
@@ -67,7 +63,7 @@ def run_ours(scene: Scene) -> tuple[Recording, float, float]:
     return recording, wall / seconds, cpu / seconds
 
 
-def run_peer(scene: Scene, step: float, arcs: int = 10, watch: Callable | None = None) -> tuple[PeerRun, np.ndarray]:
+def run_peer(scene: Scene, step: float, watch: Callable | None = None) -> tuple[PeerRun, np.ndarray]:
     """The other code from the same settled start, and the vertical displacement at the recording's samples, m.
 
     ``watch`` as in `exudyn_loop.run_exudyn_loop`.
@@ -75,7 +71,7 @@ def run_peer(scene: Scene, step: float, arcs: int = 10, watch: Callable | None =
     loop = Loop(scene)
     model = loop.model
     free = free_wheels(scene, model)
-    contacts = make_contacts(scene, loop.layout["tensioner_shift_m"], arcs)
+    contacts = make_contacts(scene, loop.layout["tensioner_shift_m"])
     times = scene.ramp + scene.duration, step, 1.0 / scene.rig.sensor.rate
     about = {"contacts": contacts, "wheels": free, "drive": model.drive, "watch": watch}
     run = run_exudyn_loop(model.chain, start_of(loop.state), *times, **about)
@@ -140,13 +136,6 @@ def compare_codes(
             row |= {"exudyn_step_s": peer_step, "difference_pct": percent_of_range(other - y, y)}
             row |= {"gap_m": float(run.gap.max())}
             if reading == readings[0]:
-                row["eight_arcs_not_run"], eight = "", np.full_like(y, np.nan)
-                try:
-                    _, eight = run_peer(scene, peer_step, arcs=8)
-                except DivergenceError as error:
-                    row["eight_arcs_not_run"] = str(error)
-                curve |= {"exudyn_eight_arcs_m": eight}
-                row |= {"difference_eight_arcs_pct": percent_of_range(eight - y, y)}
                 frame = _frame(scene, run, recording.frame[0][-1])
         curves.append(pd.DataFrame(curve))
         summary.append(row)

@@ -12,7 +12,6 @@ from typing import NamedTuple
 import numpy as np
 
 from trackdyn.jit import kernel
-from trackdyn.parameters.groove import edge_at
 from trackdyn.parameters.layout import wheel_circles
 from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.sections import Surface
@@ -29,11 +28,11 @@ class Contacts(NamedTuple):
     # (1 + w, 7) a row each for tooth, ring and every other wheel: ``(pi / (2 sqrt 2)) L E*`` (N/m), ``3 (1 - c_r^2) /
     # 4``, static and dynamic friction, transition velocity (m/s), least impact velocity (m/s), largest damping bracket
     law: np.ndarray
-    # (k, 6) areas of the left flank, 1 to 5 or 2 to 5, in the groove's frame: centre x, y, radius (m), direction x, y,
+    # (k, 6) areas of the left flank, 1 to 5, in the groove's frame: centre x, y, radius (m), direction x, y,
     # half angle (rad)
     arc: np.ndarray
     sign: np.ndarray  # (k,) +1 for a convex area, -1 for a concave one
-    teeth: int  # number of grooves; 0: no teeth
+    teeth: int  # number of grooves
     reach: float  # distance from the sprocket's centre beyond which no arc is in contact, m
     arc_radius: float  # of the connector's arcs, m
     half_thickness: float  # of the links, m
@@ -46,23 +45,17 @@ class Memory(NamedTuple):
     wheel: np.ndarray
 
 
-def make_contacts(scene: Scene, shift: float, arcs: int = 10) -> Contacts:
-    """Constants for a scene whose tensioning wheel is shifted by ``shift`` (m).
-
-    ``arcs`` of a groove: 10 as in the scene, 8 with edges instead of the two tip arcs, 0 for a plain sprocket with
-    its ring.
-    """
+def make_contacts(scene: Scene, shift: float) -> Contacts:
+    """Constants for a scene whose tensioning wheel is shifted by ``shift`` (m)."""
     rig, groove = scene.rig, scene.rig.groove_profile
     flank = slice(len(groove.radius) // 2)
     circle = wheel_circles(rig, shift, surface=True)
     circle[0, 2] = scene.ring_radius or 0.0
     columns = (groove.centre, groove.radius, groove.direction, groove.half_angle)
     arc = np.column_stack([column[flank] for column in columns])
-    if arcs == 8:
-        arc[0] = np.hstack(edge_at(groove.joints()[0], groove.centre[1]))
     surfaces = [rig.contact_surfaces[wheel.surface] for wheel in rig.rollers.values()]
     law = np.array([_law(rig, surface) for surface in (rig.tooth_contact, rig.ring_contact, *surfaces)])
-    sign, teeth = np.where(groove.convex[flank], 1.0, -1.0), rig.sprocket.teeth if arcs else 0
+    sign, teeth = np.where(groove.convex[flank], 1.0, -1.0), rig.sprocket.teeth
     arc_radius, half_thickness = rig.chain.connector_radius, rig.chain.link_thickness / 2
     return Contacts(circle, law, arc, sign, teeth, groove.addendum + arc_radius, arc_radius, half_thickness)
 
@@ -155,7 +148,7 @@ def peer_contact_loads(c: Contacts, length, q, v, angle, spin, memory: Memory, u
         x, y, w = q[3 * i], q[3 * i + 1], v[3 * i + 2]
         hx, hy = 0.5 * length[i] * cos(q[3 * i + 2]), 0.5 * length[i] * sin(q[3 * i + 2])
         if i % 2 == 1:
-            for side in range(2 if c.teeth else 0):
+            for side in range(2):
                 dx, dy = (hx, hy) if side else (-hx, -hy)
                 lx, ly = x + dx - c.circle[0, 0], y + dy - c.circle[0, 1]
                 depth = nx = ny = speed = radius = 0.0

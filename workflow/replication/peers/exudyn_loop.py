@@ -25,6 +25,7 @@ from trackdyn.scene.scene import Scene
 # Newton's iteration ends when the residual has fallen by the first or below the second: Exudyn's own defaults.
 RELATIVE_TOLERANCE = 1e-8
 ABSOLUTE_TOLERANCE = 1e-10
+SPECTRAL_RADIUS = 0.9  # of the generalized-alpha method: below 1 it damps what the step does not resolve
 
 
 def require_exudyn():
@@ -40,26 +41,16 @@ class PeerStart:
     pin: np.ndarray  # (4,) position and velocity of the input pin of body 1, m and m/s
     angle: np.ndarray  # (n,) of the bodies, rad (falling by one turn along the loop)
     rate: np.ndarray  # (n,) of the bodies, rad/s
-    sprocket_angle: float = 0.0  # rad
+    sprocket_angle: float  # rad
     # initial impact velocities of the contacts that exist already, (n,) and (n / 2, w), m/s
-    tooth_impact: np.ndarray | None = None
-    wheel_impact: np.ndarray | None = None
+    tooth_impact: np.ndarray
+    wheel_impact: np.ndarray
 
 
 def start_of(state) -> PeerStart:
     """Start of a run from a ``model.state.State``."""
     copied = {name: getattr(state, name).copy() for name in ("pin", "angle", "rate", "tooth_impact", "wheel_impact")}
     return PeerStart(**copied, sprocket_angle=float(state.wheel_angle[0]))
-
-
-@dataclass(frozen=True)
-class Hanger:
-    """Spring between the input pin of body 1 and a fixed point: position (m), N/m and N s/m."""
-
-    x: float
-    y: float
-    stiffness: float
-    damping: float
 
 
 @dataclass(frozen=True)
@@ -77,7 +68,6 @@ class PeerRun:
     time: np.ndarray  # (s,) times of the samples, s; the first is 0
     centre: np.ndarray  # (s, n, 2) mass centres, m
     angle: np.ndarray  # (s, n) angles of the bodies, rad
-    wheel_rate: np.ndarray  # (s, w - 1) angular velocities of the wheels but the sprocket, rad/s
     gap: np.ndarray  # (s,) largest distance between the two pins of any joint, m
     wall: float  # computing time of the integration, s
     cpu: float
@@ -134,11 +124,9 @@ def run_exudyn_loop(
     duration: float,
     step: float,
     sample: float,
-    hanger: Hanger | None = None,
-    contacts: Contacts | None = None,
-    wheels: PeerWheels | None = None,
-    drive: Drive = Drive(0.0, 1.0),
-    spectral_radius: float = 0.9,
+    contacts: Contacts,
+    wheels: PeerWheels,
+    drive: Drive,
     watch: Callable | None = None,
 ) -> PeerRun:
     """Integrate the closed chain with Exudyn.
@@ -151,15 +139,10 @@ def run_exudyn_loop(
         Configuration and velocities.
     duration, step, sample : float
         Simulated time, time step and time between samples, s; the sample is a multiple of the step.
-    hanger : Hanger, optional
-        Spring that the loop hangs from.
     contacts, wheels, drive
         Contacts with the wheels, the free wheels, and the sprocket's motion.
-    spectral_radius : float
-        Of the generalized-alpha method: below 1 it damps what the step does not resolve.
     watch : function, optional
-        Called after every step with time (s), coordinates, their rates, the joints' multipliers (2 n,) in N and the
-        memory of the contacts.
+        Called after every step with time (s), coordinates, their rates and the memory of the contacts.
 
     Raises
     ------
@@ -196,44 +179,31 @@ def run_exudyn_loop(
         bushing = {"stiffness": chain.stiffness, "damping": chain.damping}
         free_angle = chain.free_angle + (2 * pi if k == 0 else 0.0)  # angles fall by one turn along the loop
         body(spring(markerNumbers=[turns[i], turns[k]], offset=free_angle, **bushing))
-    if hanger is not None:
-        ground = body(items.ObjectGround(referencePosition=[hanger.x, hanger.y, 0.0]))
-        hook = marker(items.MarkerBodyPosition(bodyNumber=ground))
-        springs = {"stiffness": [hanger.stiffness] * 3, "damping": [hanger.damping] * 3}
-        body(items.ObjectConnectorCartesianSpringDamper(markerNumbers=[hook, pin(0, 0)], **springs))
-    if wheels is not None:
-        floor = node(items.NodePointGround())
-        fixed = marker(items.MarkerNodeCoordinate(nodeNumber=floor, coordinate=0))
-        for inertia, drag in zip(wheels.inertia, wheels.drag, strict=True):
-            at_rest = {"referenceCoordinates": [0.0], "initialCoordinates": [0.0], "initialVelocities": [0.0]}
-            nodes.append(node(items.Node1D(**at_rest)))
-            body(items.ObjectRotationalMass1D(inertia=inertia, nodeNumber=nodes[-1]))
-            wheel = marker(items.MarkerNodeCoordinate(nodeNumber=nodes[-1], coordinate=0))
-            body(spring(markerNumbers=[fixed, wheel], stiffness=0.0, damping=drag))
-
-    after_step = memory = None
-    if contacts is not None:
-        after_step, memory = _add_contacts(exu, items, mbs, nodes, chain, start, contacts, drive)
+    floor = node(items.NodePointGround())
+    fixed = marker(items.MarkerNodeCoordinate(nodeNumber=floor, coordinate=0))
+    for inertia, drag in zip(wheels.inertia, wheels.drag, strict=True):
+        at_rest = {"referenceCoordinates": [0.0], "initialCoordinates": [0.0], "initialVelocities": [0.0]}
+        nodes.append(node(items.Node1D(**at_rest)))
+        body(items.ObjectRotationalMass1D(inertia=inertia, nodeNumber=nodes[-1]))
+        wheel = marker(items.MarkerNodeCoordinate(nodeNumber=nodes[-1], coordinate=0))
+        body(spring(markerNumbers=[fixed, wheel], stiffness=0.0, damping=drag))
+    after_step, memory = _add_contacts(exu, items, mbs, nodes, chain, start, contacts, drive)
 
     samples = round(duration / sample) + 1
-    positions, kept_rate = np.zeros((samples, 3 * n)), np.zeros((samples, len(nodes) - n))
+    positions = np.zeros((samples, 3 * n))
     positions[0] = q.ravel()
     taken = [1]
 
     def at_end_of_step(mbs, t):
-        if after_step is not None:
-            after_step(t, mbs)
+        after_step(t, mbs)
         if watch is not None:
             system = mbs.systemData
-            places, rates = np.array(system.GetODE2Coordinates()), np.array(system.GetODE2Coordinates_t())
-            watch(t, places, rates, np.array(system.GetAECoordinates()), memory)
+            watch(t, np.array(system.GetODE2Coordinates()), np.array(system.GetODE2Coordinates_t()), memory)
         if taken[0] < samples and t > taken[0] * sample - 1e-9:
             positions[taken[0]] = mbs.systemData.GetODE2Coordinates()[: 3 * n]
             # where Newton's iteration fails Exudyn takes a shorter step, and later ones end beside the samples
             if (beyond := t - taken[0] * sample) > 1e-9:
                 positions[taken[0]] -= beyond * np.array(mbs.systemData.GetODE2Coordinates_t()[: 3 * n])
-            if wheels is not None:
-                kept_rate[taken[0]] = mbs.systemData.GetODE2Coordinates_t()[3 * n :]
             taken[0] += 1
         return True
 
@@ -247,7 +217,7 @@ def run_exudyn_loop(
     t.endTime, t.numberOfSteps, t.verboseMode = duration, round(duration / step), 0
     t.newton.relativeTolerance, t.newton.absoluteTolerance = RELATIVE_TOLERANCE, ABSOLUTE_TOLERANCE
     t.newton.useModifiedNewton = True
-    t.generalizedAlpha.spectralRadius = spectral_radius
+    t.generalizedAlpha.spectralRadius = SPECTRAL_RADIUS
     t.generalizedAlpha.computeInitialAccelerations = True
     t.adaptiveStepRecoverySteps = 0
     wall, cpu = time.perf_counter(), time.process_time()
@@ -260,7 +230,7 @@ def run_exudyn_loop(
         raise DivergenceError(f"exudyn: its solver gave up with a step of {step:g} s")
     positions = positions.reshape(samples, n, 3)
     times, centre, angle = np.arange(samples) * sample, positions[:, :, :2].copy(), positions[:, :, 2].copy()
-    return PeerRun(times, centre, angle, kept_rate, _gaps(chain, positions), wall, cpu)
+    return PeerRun(times, centre, angle, _gaps(chain, positions), wall, cpu)
 
 
 def _gaps(chain: Chain, q: np.ndarray) -> np.ndarray:
@@ -278,10 +248,7 @@ def _add_contacts(exu, items, mbs, nodes, chain, start, contacts, drive):
     n = len(chain.length)
     count = len(contacts.circle)
     size = 3 * n + count - 1
-    memory = Memory(
-        np.zeros(n) if start.tooth_impact is None else start.tooth_impact.copy(),
-        np.zeros((n // 2, count)) if start.wheel_impact is None else start.wheel_impact.copy(),
-    )
+    memory = Memory(start.tooth_impact.copy(), start.wheel_impact.copy())
     load, torque, force = np.zeros((n, 3)), np.zeros((n, count)), np.zeros(size)
     loads, torques = np.zeros((2, n, 3)), np.zeros((2, n, count))
     triplets = np.zeros(((5 + count) * n * (2 + count), 3))

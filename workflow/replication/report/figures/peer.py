@@ -3,7 +3,6 @@
 from trackdyn.sweeps.job import run_job
 
 import json
-import textwrap
 from pathlib import Path
 
 import numpy as np
@@ -17,17 +16,16 @@ from replication.paper.contents import caption
 from replication.report.tables import write_captioned_table
 from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.plots import drawing
-from trackdyn.plots.style import BLACK, BLUE, GREEN, ORANGE, VERMILION, new_figure, save, styled, thin, upper_edge
+from trackdyn.plots.style import BLACK, BLUE, ORANGE, VERMILION, new_figure, save, styled, thin, upper_edge
 
 LEAST_DIFFERENCE = 1e-6  # of the logarithmic axis, percent
 OURS = {"color": BLUE, "linestyle": "-", "linewidth": 2.2, "alpha": 0.6}
 PEER = {"color": ORANGE, "linestyle": (0, (5, 2)), "linewidth": 1.2}
-EIGHT = {"color": BLACK, "linestyle": (0, (1, 1)), "linewidth": 1.0}
 
 
 @styled
 def model_figure(rig: Rig, frame, shift: float, missing: str = "") -> Figure:
-    """The loop of the independent code (a) and the tooth profiles of its two runs (b).
+    """The loop of the independent code (a) and its tooth profile (b).
 
     ``frame`` is a configuration of the other code (``Recording.frame``), or of ours where it did not run, with the
     shift of the tensioning wheel (m). Why it did not run, ``missing``, stands in the title then.
@@ -46,21 +44,14 @@ def model_figure(rig: Rig, frame, shift: float, missing: str = "") -> Figure:
     groove = rig.groove_profile
     for area in range(1, 11):
         points = 1e3 * groove.arc(area).T
-        label = {1: "trackdyn and Exudyn: ten arcs", 2: "Exudyn's second run: eight arcs"}.get(area)
-        tooth.plot(*points, color=BLUE, linewidth=5.0, alpha=0.4, linestyle="-", label=label if area == 1 else None)
-        if area not in (1, 10):
-            tooth.plot(*points, color=GREEN, linewidth=1.6, linestyle="-", label=label if area == 2 else None)
-    ends = 1e3 * np.vstack([groove.arc(2, 2)[:1], groove.joints()[1:-1], groove.arc(9, 2)[-1:]])
+        label = "trackdyn and Exudyn: ten arcs" if area == 1 else None
+        tooth.plot(*points, color=BLUE, linewidth=3.0, alpha=0.6, linestyle="-", label=label)
+    ends = 1e3 * groove.joints()
     tooth.plot(*ends.T, linestyle="none", marker="o", markersize=4, color=VERMILION, zorder=drawing.Z_MARK)
-    for number, (x, y) in enumerate(ends, start=1):
-        # the seats are short: the numbers of their ends stand apart
-        aside = {2: -5, 3: 5, 7: -5, 8: 5}.get(number, 0)
-        look = {"textcoords": "offset points", "ha": "center", "fontsize": 8, "zorder": drawing.Z_MARK}
-        tooth.annotate(str(number), (x, y), xytext=(aside, -14), **look)
     _seated(tooth, rig)
     tooth.set_aspect("equal")
-    tooth.margins(0.04, 0.22)  # numbers stand below the arcs
-    tooth.set_title("(b) one groove, in its own frame;\nnumbered: where the eight arcs begin and end")
+    tooth.margins(0.04, 0.1)
+    tooth.set_title("(b) one groove, in its own frame; dots: where its arcs meet")
     tooth.set(xlabel="x of the groove (mm)", ylabel="y of the groove (mm)")
     figure.legend(loc="outside lower center", ncols=1)
     return figure
@@ -110,27 +101,16 @@ def _draw_reading(above: Axes, below: Axes, curve: pd.DataFrame, row: dict, miss
         below.text(0.5, 0.5, missing, transform=below.transAxes, ha="center", va="center", fontsize=8, bbox=box)
         below.set_yticks([])
         return
-    span, largest_of = np.ptp(ours), []
-    for name, label, look, key in (
-        ("exudyn_m", "Exudyn, ten arcs", PEER, "difference_pct"),
-        ("exudyn_eight_arcs_m", "Exudyn, eight arcs", EIGHT, "difference_eight_arcs_pct"),
-    ):
-        if curve[name].isna().all():
-            if look is EIGHT and isinstance(reason := row.get("eight_arcs_not_run"), str) and reason:
-                largest_of.append(f"eight arcs not run: {textwrap.shorten(reason, 60)}")
-            continue  # the eight arcs belong to the first reading
-        other = curve[name].to_numpy()
-        if look is PEER:  # the third curve would lie on the other two
-            above.plot(*thin(time, other), **look)
-        difference = np.maximum(100 * np.abs(other - ours) / span, LEAST_DIFFERENCE)
-        # it keeps crossing zero
-        edges, largest = upper_edge(difference, 300)
-        below.plot(time[edges[:-1]], largest, **look, label=label)
-        largest_of.append(f"{label.removeprefix('Exudyn, ')} {row[key]:.2g} %")
+    other = curve["exudyn_m"].to_numpy()
+    above.plot(*thin(time, other), **PEER, label="Exudyn")
+    difference = np.maximum(100 * np.abs(other - ours) / np.ptp(ours), LEAST_DIFFERENCE)
+    # it keeps crossing zero
+    edges, largest = upper_edge(difference, 300)
+    below.plot(time[edges[:-1]], largest, **PEER)
     below.axhline(limit, color=BLACK, linestyle=(0, (6, 2)), linewidth=1.0, label=f"printed, largest: {limit:g} %")
     below.set_yscale("log")
     below.set_ylim(top=50)
-    below.set_title(f"largest difference: {', '.join(largest_of)}")
+    below.set_title(f"largest difference: {row['difference_pct']:.2g} %")
 
 
 def cost_ratio(table: pd.DataFrame) -> float:
