@@ -20,11 +20,11 @@ import pandas as pd
 from replication.peers import OURS, PEER
 from replication.peers.comparison import run_peer
 from replication.peers.exudyn_loop import require_exudyn
-from replication.study.accuracy.limit import SURE, difference, limit_of
+from replication.study.accuracy.limit import difference, limit_of
 from replication.study.settings import PEER_LAWS, PeerAnswers
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.files import write_csv
-from trackdyn.measure.convergence import LEAST, Series, record_error
+from trackdyn.measure.convergence import LEAST, SURE, Series, record_error
 from trackdyn.measure.sensor import whole_samples
 from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.scene.scene import Periods, Scene
