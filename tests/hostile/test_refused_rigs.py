@@ -27,6 +27,25 @@ CHANGES = [
     ({"sensor__rate": 1e300}, "sensor.rate = ", "less than or equal to"),
     ({"sensor__rate": 10**12}, "sensor.rate = 1000000000000", "less than or equal to 100000000"),
     ({"sensor__rate": 0.5}, "sensor.rate = 0.5", "a whole number"),
+    *[
+        ({f"{section}__{name}": value}, f"{section}.{name} = {value!r}")
+        for section, name, value in (
+            ("chain", "link_mass", -10.0),
+            ("chain", "connector_inertia", 0),
+            ("chain", "pitches", "35"),
+            ("chain", "link_length", 0.2),
+            ("sprocket", "teeth", 4),
+            ("bushing", "damping", -1.0),
+            ("tooth_contact", "restitution", 1.2),
+            ("tooth_contact", "poisson_ratio", 0.5),
+            ("ring_contact", "transition_velocity", 0.0),
+            ("ring_contact", "friction_dynamic", 0.5),
+            ("tension", "wheel", "sprocket"),
+            ("sensor", "pitch", 36),
+            ("groove", "r2", 0.0279),
+            ("groove", "r5", 0.02),
+        )
+    ],
     ({"tension__wheel": 3}, "tension.wheel = 3", "'idler' or 'road_wheel'"),
     ({"tension__wheel": np.array(["idler"])}, "tension.wheel", "'idler' or 'road_wheel'"),
 ]
@@ -94,6 +113,8 @@ RIGS = [
     ({"gravity": {}}, "gravity lacks kind, source, unit, value"),
     ({"chain": None}, "chain = None", "dictionary"),
     ({"a\nb": 1}, "'a\\nb' is not a known parameter"),
+    ({"chain": {"link_wieght": entry(10.0, "kg")}}, "chain.link_wieght is not a known parameter"),
+    ({"chain": {"link_mass": entry(10.0, "kg")}}, "chain.pitches is missing; add it"),
     ({5: 1}, "5", "string"),
 ]
 

@@ -4,11 +4,9 @@ from math import asin, cos, pi, radians, sin, sqrt
 
 import numpy as np
 import pytest
-import yaml
 
 from trackdyn.errors import InputError
 from trackdyn.parameters.groove import build_groove, coarse_groove, connector_length, equal_pitch_radius, true_depth
-from trackdyn.parameters.rig import load_rig
 
 EXACT = 1e-12  # m or a unit vector: coordinates below 1 m carry about 1e-16 through ten operations
 
@@ -149,63 +147,6 @@ def test_groove_that_is_not_tangent_is_refused(changes, field):
     with pytest.raises(InputError, match=rf"^groove\.{field} = ") as caught:
         build_groove(**{**WIDE, **changes})
     assert "\n" not in str(caught.value)
-
-
-# --- the rig's file
-
-
-def broken(rig_path, tmp_path, change):
-    data = yaml.safe_load(rig_path.read_text(encoding="utf-8"))
-    change(data)
-    path = tmp_path / "broken.yaml"
-    path.write_text(yaml.safe_dump(data), encoding="utf-8")
-    return path
-
-
-def refusal(path):
-    with pytest.raises(InputError) as caught:
-        load_rig(path)
-    sentence = str(caught.value)
-    assert sentence.startswith(f"{path}: "), sentence
-    assert "\n" not in sentence
-    return sentence
-
-
-VALUES = [
-    ("chain.link_mass", -10.0, "-10.0"), ("chain.connector_inertia", 0, "0"), ("chain.link_mass", float("nan"), "nan"),
-    ("chain.link_mass", float("inf"), "inf"), ("chain.link_mass", "heavy", "heavy"), ("chain.link_mass", True, "True"),
-    ("chain.link_mass", [1.0, 2.0], "1.0, 2.0"), ("chain.link_mass", None, "None"), ("chain.pitches", 34.5, "34.5"),
-    ("chain.pitches", "35", "35"), ("sprocket.teeth", 4, "4"), ("bushing.damping", -1.0, "-1.0"),
-    ("tooth_contact.restitution", 1.2, "1.2"), ("tooth_contact.poisson_ratio", 0.5, "0.5"),
-    ("ring_contact.transition_velocity", 0.0, "0.0"), ("ring_contact.friction_dynamic", 0.5, "0.5"),
-    ("tension.wheel", "sprocket", "sprocket"), ("sensor.pitch", 36, "36"), ("groove.r2", 0.0279, "0.0279"),
-    ("groove.r5", 0.02, "0.02"), ("chain.link_length", 0.2, "0.2"),
-]  # fmt: skip
-
-
-@pytest.mark.parametrize(("field", "value", "shown"), VALUES, ids=[f"{f}={v}" for f, v, _ in VALUES])
-def test_bad_value_is_refused_with_file_field_and_value(rig_path, tmp_path, field, value, shown):
-    section, name = field.split(".")
-
-    def change(data):
-        data[section][name]["value"] = value
-
-    sentence = refusal(broken(rig_path, tmp_path, change))
-    assert field in sentence
-    assert shown in sentence
-
-
-def test_unknown_and_missing_parameters_are_refused(rig_path, tmp_path):
-    def misspell(data):
-        data["chain"]["link_wieght"] = dict(data["chain"]["link_mass"])
-
-    assert "chain.link_wieght is not a known parameter" in refusal(broken(rig_path, tmp_path, misspell))
-    sentence = refusal(broken(rig_path, tmp_path, lambda data: data["chain"].pop("link_mass")))
-    assert "chain.link_mass is missing" in sentence
-    assert "bushing is missing" in refusal(broken(rig_path, tmp_path, lambda data: data.pop("bushing")))
-    no_wheels = broken(rig_path, tmp_path, lambda data: (data.pop("idler"), data.pop("road_wheel")))
-    assert "wheels is missing" in refusal(no_wheels)
-    assert "motor is not a known parameter" in refusal(broken(rig_path, tmp_path, lambda data: data.update(motor={})))
 
 
 def test_true_depth_is_the_signed_distance_to_the_profile(rig):

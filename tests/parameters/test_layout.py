@@ -63,59 +63,6 @@ def test_wheel_inside_the_loop_is_refused():
     assert "\n" not in str(caught.value)
 
 
-@pytest.fixture(scope="module", params=["shipped", "idler tensions", "no ring radius"])
-def loop(request, rig):
-    if request.param == "idler tensions":
-        rig = rig.changed(tension__wheel="idler", tension__direction=70.0, tension__travel=0.3)
-    elif request.param == "no ring radius":
-        rig = rig.changed(sprocket__ring_radius=0.305)
-    return rig, assemble(rig)
-
-
-def test_every_chord_is_exact_and_the_loop_closes(loop):
-    rig, assembly = loop
-    ends = np.vstack([assembly.pins, assembly.pins[:1]])
-    chord = np.hypot(*np.diff(ends, axis=0).T)
-    expected = np.tile([rig.chain.link_length, rig.connector_length], rig.chain.pitches)
-    # the gap is the last chord's error: 70 chords solved to 1e-14 m each
-    np.testing.assert_allclose(chord, expected, rtol=0, atol=1e-12)
-    reach = np.column_stack([np.cos(assembly.angle), np.sin(assembly.angle)]).T @ expected
-    np.testing.assert_allclose(reach, 0.0, atol=1e-12)
-
-
-def test_loop_runs_clockwise_by_one_turn(loop):
-    _, assembly = loop
-    x, y = assembly.pins.T
-    assert np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y) < 0  # twice the enclosed area
-    turns = np.diff(np.append(assembly.angle, assembly.angle[0] - 2 * pi))
-    assert turns.sum() == pytest.approx(-2 * pi, abs=1e-12)
-    assert (turns < 1e-9).all()  # convex: a straight strand turns by rounding alone
-    assert (turns > -0.6).all()  # no joint turns by more than a pitch of the smallest wheel
-
-
-def test_pins_lie_on_the_path_of_the_shifted_wheels(loop):
-    rig, assembly = loop
-    circles = wheel_circles(rig, assembly.shift)
-    path, _ = belt_around(rig, assembly.shift)
-    points = np.array([path.at(s)[0] for s in np.linspace(0, path.length, 20001)])
-    nearest = [np.hypot(*(points - pin).T).min() for pin in assembly.pins]
-    assert max(nearest) < path.length / 20001  # as fine as the sampling of the path
-    moved = wheel_circles(rig)
-    assert np.hypot(*(circles - moved)[:, :2].T).max() == pytest.approx(abs(assembly.shift), abs=1e-15)
-    assert abs(assembly.shift) <= rig.tension.travel
-
-
-def test_a_groove_stands_under_a_connector_in_the_wrap(loop):
-    rig, assembly = loop
-    ends = np.vstack([assembly.pins, assembly.pins[:1]])
-    middle = 0.5 * (ends[:-1] + ends[1:])[1::2]
-    near = np.hypot(*middle.T) < wheel_circles(rig)[0, 2]
-    pitch = 2 * pi / rig.sprocket.teeth
-    # grooves are half a pitch from the tooth that x_S points to
-    offset = np.arctan2(middle[near, 1], middle[near, 0]) - assembly.sprocket_angle - pitch / 2
-    assert np.abs((offset + pitch / 2) % pitch - pitch / 2).min() < 1e-12
-
-
 def test_links_on_the_sprocket_circle_touch_its_ring_at_their_middle(rig):
     """wheel_circles gives the circle of pins; the middle of a link is then at radius + D/2."""
     circles, surface = wheel_circles(rig), wheel_circles(rig, surface=True)

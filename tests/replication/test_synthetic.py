@@ -68,13 +68,6 @@ def test_whole_data_set_is_written_and_described(tmp_path, monkeypatch):
     }
 
 
-def test_seed_decides_and_a_short_record_repeats():
-    first, again, other = (generate(210, seed=seed, duration_s=2.0) for seed in (1, 1, 2))
-    assert all(np.array_equal(a, b) for a, b in zip(first, again, strict=True))
-    assert not np.array_equal(first[2], other[2])
-    assert all(a.shape == (2000,) for a in first)
-
-
 @pytest.mark.parametrize(
     "call, words",
     [

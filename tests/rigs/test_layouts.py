@@ -25,7 +25,9 @@ def test_layouts_are_drawn_again_from_their_numbers():
 
 @pytest.mark.parametrize("number", range(25))
 def test_a_drawn_layout_is_laid_exactly(number):
-    """Every wheel is met, no two overlap, and the chain closes on itself: by the pins alone."""
+    """Every wheel is met, no two overlap, the chain runs clockwise on the path of the pins and closes on itself, and a
+    groove stands under a connector: by the pins alone.
+    """
     rig, words = random_rig(number)
     single = rig.chain.kind == "single_pin"
     lengths = np.full(rig.chain.pitches, rig.single_pin_pitch) if single else None
@@ -33,15 +35,29 @@ def test_a_drawn_layout_is_laid_exactly(number):
     lengths = np.tile([rig.chain.link_length, rig.connector_length], rig.chain.pitches) if lengths is None else lengths
     path, order = belt_around(rig, laid.shift, float(lengths[0]))
     assert set(order) == set(range(words["wheels"])) and path.wrap.sum() == pytest.approx(2 * np.pi)
-    closed = np.array([np.cos(laid.angle), np.sin(laid.angle)]) @ lengths
-    assert np.abs(closed).max() < 1e-10
+    ends = np.vstack([laid.pins, laid.pins[:1]])
+    np.testing.assert_allclose(np.hypot(*np.diff(ends, axis=0).T), lengths, rtol=0, atol=1e-10)
+    np.testing.assert_allclose(np.array([np.cos(laid.angle), np.sin(laid.angle)]) @ lengths, 0.0, atol=1e-10)
+    turns = np.diff(np.append(laid.angle, laid.angle[0] - 2 * np.pi))
+    # convex: a straight strand turns by rounding alone
+    assert turns.sum() == pytest.approx(-2 * np.pi, abs=1e-10) and (turns < 1e-7).all()
+    points = path.along(np.linspace(0, path.length, 20001))[0]
+    # as fine as the sampling of the path
+    assert max(np.hypot(*(points - pin).T).min() for pin in laid.pins) < path.length / 20001
     circles = wheel_circles(rig, laid.shift, surface=True)
+    assert np.abs(circles - wheel_circles(rig, surface=True)).max() <= abs(laid.shift) <= rig.tension.travel
     apart = [
         hypot(*(circles[i, :2] - circles[k, :2])) - circles[i, 2] - circles[k, 2]
         for i in range(len(circles))
         for k in range(i)
     ]
     assert min(apart) > 0
+    if not single:
+        middle = 0.5 * (ends[:-1] + ends[1:])[1::2] - circles[0, :2]
+        near, pitch = np.hypot(*middle.T) < wheel_circles(rig)[0, 2], 2 * np.pi / rig.sprocket.teeth
+        # grooves are half a pitch from the tooth that x_S points to
+        offset = np.arctan2(middle[near, 1], middle[near, 0]) - laid.sprocket_angle - pitch / 2
+        assert np.abs((offset + pitch / 2) % pitch - pitch / 2).min() < 1e-10
 
 
 def at_an_allowed_step(rig, fraction=0.75) -> Scene:

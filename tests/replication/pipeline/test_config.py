@@ -85,47 +85,11 @@ def test_a_refusal_names_the_file_that_is_to_blame(tmp_path):
         check_layers(merged(*files), files, update_config)
 
 
-@pytest.mark.parametrize("section", ["records", "meshing", "ring_study", None])
-def test_an_unknown_key_is_refused(data, section):
-    field = "durations_s" if section is None else f"{section}.durations_s"
-    put(data, field, 3)
-    assert f"{field} is not a known parameter; remove it or correct its spelling" in refusal(data)
-
-
 @pytest.mark.parametrize("field", ["rig", "records", "meshing.step_s", "ring_study.radii_m"])
 def test_a_missing_key_is_refused(data, field):
     *sections, name = field.split(".")
     del (data[sections[0]] if sections else data)[name]
     assert f"{field} is missing; add it" in refusal(data)
-
-
-@pytest.mark.parametrize("field", ["records.speeds_rpm", "ring_study.speeds_rpm"])
-def test_speeds_must_rise(data, field):
-    put(data, field, [115, 150, 150])
-    assert f"{field} = [115.0, 150.0, 150.0]: 150 occurs twice; give rising" in refusal(data)
-    put(data, field, [150, 115])
-    assert f"{field} = [150.0, 115.0]: 115 comes after 150; give rising" in refusal(data)
-
-
-def test_radii_that_share_a_run_name_are_refused(data):
-    put(data, "ring_study.radii_m", [0.3080, 0.30801])
-    assert "ring_study: two runs would share the name ring/115rpm_0.308" in refusal(data)
-
-
-@pytest.mark.parametrize(
-    ("field", "value", "shown"),
-    [
-        ("records.ring_radius_m", 0.5, "records (run 115rpm)"),
-        ("meshing.ring_radius_m", 0.1, "meshing (run meshing/ring)"),
-        ("ring_study.radii_m", [0.303, 0.5], "ring_study (run ring/115rpm_0.5)"),
-    ],
-)
-def test_a_radius_that_the_loop_does_not_allow_is_refused(data, field, value, shown):
-    put(data, field, value)
-    sentence = refusal(data)
-    assert shown in sentence
-    assert f"ring_radius = {value[-1] if isinstance(value, list) else value}" in sentence
-    assert "or no ring" in sentence
 
 
 def test_a_record_shorter_than_two_loop_revolutions_is_refused(data):
