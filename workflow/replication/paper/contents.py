@@ -1,6 +1,6 @@
 """What belongs to a complete replication: the 24 figures and 4 tables of the paper, and those of our own.
 
-`contents.yaml` beside this file is the one list: from the number of a figure to its title, its caption and its rule.
+`contents.yaml` beside this file is the one list: from a rule to its figures and tables with their titles and captions.
 """
 
 from collections.abc import Iterable
@@ -11,9 +11,14 @@ from trackdyn.parameters.yaml_file import read_yaml
 
 
 def load_items(path: Path) -> dict[str, tuple[Item, ...]]:
-    """Figures and tables of a list (YAML), by its groups."""
-    groups = read_yaml(path)
-    return {group: tuple(Item(key, **entry) for key, entry in items.items()) for group, items in groups.items()}
+    """Figures and tables of a list (YAML) by its groups, in the order of their keys."""
+    return {
+        group: tuple(
+            Item(**{"key": key, "rule": rule, "table": key.startswith("table")} | entry)
+            for key, rule, entry in sorted((key, rule, items[key]) for rule, items in rules.items() for key in items)
+        )
+        for group, rules in read_yaml(path).items()
+    }
 
 
 _GROUPS = load_items(Path(__file__).with_suffix(".yaml"))
