@@ -27,7 +27,7 @@ def wear(
     from laboratory.wear.law import DEFAULT, load_coefficients
     from laboratory.wear.life import Worn, live
     from trackdyn.parameters.rig import load_rig
-    from trackdyn.sweeps.table import write_table
+    from trackdyn.sweeps.design import write_table
 
     options.check_output(out, overwrite, rig, coefficients)
     loaded = load_rig(rig)

@@ -15,8 +15,7 @@ from trackdyn.errors import InputError, TrackdynError
 from trackdyn.extras import required
 from trackdyn.parameters.validation import shown
 from trackdyn.sources import module_hash
-from trackdyn.sweeps.engine import Maker, refuse_failed, results
-from trackdyn.sweeps.store import DONE, key_of
+from trackdyn.sweeps.engine import DONE, Maker, key_of, refuse_failed, results
 
 K = TypeVar("K", bound=Hashable)
 SearchMethod = Literal["dfols", "cma"]

@@ -13,7 +13,7 @@ from laboratory.inference.answer.settings import load_answer
 from laboratory.inference.answer.study import answer
 from replication.paper.claims import SHOWN, load_claims
 from trackdyn.plots.style import COLOURS, DASHES, PAGE, SMALL, new_figure, save, styled
-from trackdyn.sweeps.table import write_table
+from trackdyn.sweeps.design import write_table
 
 ACROSS = 3  # panels beside each other
 

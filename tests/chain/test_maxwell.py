@@ -7,7 +7,7 @@ from trackdyn.chain.maxwell import add_moments, relax, stored
 from trackdyn.errors import InputError
 from trackdyn.model.constants import Branches
 from trackdyn.model.record import BUSHING_LOSS
-from trackdyn.parameters.rubber import BAND, RIPPLE, loss_branches
+from trackdyn.parameters.laws import BAND, RIPPLE, loss_branches
 from trackdyn.scene.limits import step_limits
 from trackdyn.simulation.account import open_share
 from trackdyn.simulation.loop import Loop

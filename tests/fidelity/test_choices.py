@@ -10,12 +10,12 @@ from trackdyn.commands.cli import app
 from trackdyn.errors import InputError
 from trackdyn.integrate.methods import METHODS
 from trackdyn.parameters.groove import PROFILES
-from trackdyn.parameters.normal_laws import NORMAL_LAWS
+from trackdyn.parameters.laws import NORMAL_LAWS
 from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.scene.fidelity import PRESETS, preset
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation import simulate as simulation
-from trackdyn.sweeps.request import requested_rows
+from trackdyn.sweeps.sweep import requested_rows
 
 FREE = {"loop": "free", "ring_radius": None, "spells": False}
 BELT = {"chain": "belt", "ring_radius": None, "spells": False}

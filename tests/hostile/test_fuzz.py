@@ -21,8 +21,7 @@ from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.yaml_file import read_yaml
 from trackdyn.scene.scene import Scene
 from trackdyn.sensor.sensor_csv import read_sensor_csv
-from trackdyn.simulation.belt import belt_recording
-from trackdyn.simulation.recording import load_recording
+from trackdyn.simulation.recording import belt_recording, load_recording
 
 ROOT = Path(__file__).parents[2]
 RIG, CONFIG = ROOT / "config" / "rigs" / "paper.yaml", ROOT / "config" / "config.yaml"

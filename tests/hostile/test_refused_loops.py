@@ -7,7 +7,7 @@ from sentences import BELT, NUMBER, one_sentence
 
 from trackdyn.errors import InputError
 from trackdyn.scene.scene import Scene
-from trackdyn.simulation import cost as needs
+from trackdyn.simulation import recorder as needs
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recorder import Recorder
 from trackdyn.simulation.simulate import simulate

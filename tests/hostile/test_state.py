@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from trackdyn.errors import InputError
-from trackdyn.simulation.checkpoint import flat
+from trackdyn.simulation.arrays import flat
 
 
 @pytest.fixture

@@ -10,8 +10,7 @@ from typer.testing import CliRunner
 
 from trackdyn.commands.cli import app
 from trackdyn.errors import InputError
-from trackdyn.measure.compare import compare_with_sensor, in_words, loop_speed, other_speed
-from trackdyn.measure.orientation import doubtful_axes, require_axes
+from trackdyn.measure.compare import compare_with_sensor, doubtful_axes, in_words, loop_speed, other_speed, require_axes
 from trackdyn.measure.sensor import own_loop_hz, own_metrics, sense
 from trackdyn.parameters.rig import load_rig
 from trackdyn.plots.style import save

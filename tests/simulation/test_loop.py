@@ -14,10 +14,9 @@ from trackdyn.parameters.layout import belt_around
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation import recorder as writer
-from trackdyn.simulation.belt import belt_recording
-from trackdyn.simulation.checkpoint import flat
+from trackdyn.simulation.arrays import flat
 from trackdyn.simulation.loop import Loop
-from trackdyn.simulation.recording import Recording
+from trackdyn.simulation.recording import Recording, belt_recording
 from trackdyn.simulation.simulate import simulate
 from trackdyn.simulation.tensioning import Settling
 

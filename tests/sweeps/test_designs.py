@@ -7,10 +7,8 @@ import pandas as pd
 import pytest
 
 from trackdyn.errors import InputError
-from trackdyn.sweeps.design import Span, make_design, parse_levels
-from trackdyn.sweeps.request import columns, refuse_columns, requested_rows
-from trackdyn.sweeps.sweep import sweep
-from trackdyn.sweeps.table import read_table, write_table
+from trackdyn.sweeps.design import Span, make_design, parse_levels, read_table, write_table
+from trackdyn.sweeps.sweep import columns, refuse_columns, requested_rows, sweep
 
 
 @pytest.mark.parametrize("method", ["sobol", "latin"])
@@ -162,7 +160,7 @@ def test_a_key_is_what_is_asked_and_not_how_it_is_said(rig_path, monkeypatch):
         {"motor_rpm": 115, "duration": 2, "every_link": "true"},
     ):
         assert only(other, rig_path).key != one
-    monkeypatch.setattr("trackdyn.sweeps.request.module_hash", lambda module: "edited")
+    monkeypatch.setattr("trackdyn.sweeps.sweep.module_hash", lambda module: "edited")
     assert only({"motor_rpm": 115, "duration": 2.0}, rig_path).key != one
 
 

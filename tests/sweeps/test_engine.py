@@ -7,8 +7,7 @@ import pytest
 
 from trackdyn.errors import TrackdynError
 from trackdyn.sweeps import engine
-from trackdyn.sweeps.engine import refuse_failed, results
-from trackdyn.sweeps.store import key_of
+from trackdyn.sweeps.engine import key_of, refuse_failed, results
 
 # A row is refused, diverges, fails or kills its process at its first attempt, as it is told.
 MADE_UP = """

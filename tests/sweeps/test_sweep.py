@@ -16,9 +16,8 @@ from trackdyn.measure.metrics import run_metrics
 from trackdyn.scene.fidelity import preset
 from trackdyn.simulation.simulate import simulate
 from trackdyn.sweeps import engine
-from trackdyn.sweeps.request import requested_rows
-from trackdyn.sweeps.store import Store
-from trackdyn.sweeps.sweep import sweep
+from trackdyn.sweeps.engine import Store
+from trackdyn.sweeps.sweep import requested_rows, sweep
 
 ROOT = Path(__file__).parents[2]
 ROWS = 24  # of a sweep that is killed twice before its end
@@ -117,7 +116,7 @@ def test_other_sources_compute_again(tmp_path, rig_path, counted, monkeypatch, c
     old = {path: path.read_bytes() for path in (tmp_path / "r.rows").iterdir()}
     assert capsys.readouterr().err == ""
     with monkeypatch.context() as patch:
-        patch.setattr("trackdyn.sweeps.request.module_hash", lambda module: "edited")
+        patch.setattr("trackdyn.sweeps.sweep.module_hash", lambda module: "edited")
         sweep(design(2), out, rig_path, jobs=1)
         assert len(counted) == 4
         assert capsys.readouterr().err == (

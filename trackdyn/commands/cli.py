@@ -9,12 +9,9 @@ from typing import Annotated
 
 import typer
 
-from trackdyn.commands.compare import compare
 from trackdyn.commands.rig import check, new, rigs
-from trackdyn.commands.ring import ring
-from trackdyn.commands.show import show
-from trackdyn.commands.simulate import plan, simulate
-from trackdyn.commands.sweep import design, sweep
+from trackdyn.commands.runs import compare, plan, show, simulate
+from trackdyn.commands.studies import design, ring, sweep
 from trackdyn.errors import TrackdynError
 from trackdyn.extras import missing
 from trackdyn.version import __version__

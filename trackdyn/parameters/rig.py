@@ -10,10 +10,9 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from trackdyn.errors import InputError
-from trackdyn.parameters.fields import NAME, FieldValue, fields_of, keys_of, may_have, no_field
 from trackdyn.parameters.groove import Groove, build_groove, connector_length, equal_pitch_radius
 from trackdyn.parameters.outline import ToothProfile
-from trackdyn.parameters.quantities import FROM_FILE, Quantity
+from trackdyn.parameters.quantities import FROM_FILE, NAME, FieldValue, Quantity, fields_of, keys_of, may_have, no_field
 from trackdyn.parameters.rig_file import DEFAULT, TRIED, read_rig, rig_path
 from trackdyn.parameters.sections import (
     CONTACTS,

@@ -5,6 +5,7 @@ from typing import Annotated, Any, Literal
 from pydantic import model_serializer
 
 from trackdyn.errors import InputError
+from trackdyn.parameters.laws import BushingLaw
 from trackdyn.parameters.quantities import (
     Friction,
     Inertia,
@@ -17,7 +18,6 @@ from trackdyn.parameters.quantities import (
     Table,
     Tilt,
 )
-from trackdyn.parameters.rubber import BushingLaw
 from trackdyn.parameters.validation import Positive, Section
 
 # contact surfaces that every rig has, by the name under which a wheel may ask for one

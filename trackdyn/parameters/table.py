@@ -4,8 +4,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from trackdyn.parameters.fields import entries_of
-from trackdyn.parameters.quantities import number_of
+from trackdyn.parameters.quantities import entries_of, number_of
 from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.rig_file import read_rig
 

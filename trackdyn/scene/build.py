@@ -33,10 +33,9 @@ from trackdyn.model.constants import (
 )
 from trackdyn.model.state import Plane, State
 from trackdyn.model.work import Work
+from trackdyn.parameters.laws import NORMAL_LAWS, loss_branches
 from trackdyn.parameters.layout import body_lengths, tensioner, wheel_circles, wheel_names
-from trackdyn.parameters.normal_laws import NORMAL_LAWS
 from trackdyn.parameters.rig import Rig
-from trackdyn.parameters.rubber import loss_branches
 from trackdyn.parameters.sections import Arm, Sprocket, Surface, Tension, Wheel
 
 FRICTION = {"none": TANGENTIAL, "tangential": TANGENTIAL, "independent": INDEPENDENT, "isotropic": ISOTROPIC}

@@ -12,8 +12,7 @@ from typing import Annotated, Literal, NamedTuple, get_args
 from trackdyn.errors import InputError, shown
 from trackdyn.integrate.methods import METHODS
 from trackdyn.parameters.groove import PROFILES
-from trackdyn.parameters.normal_laws import NORMAL_LAWS
-from trackdyn.parameters.rubber import BushingLaw
+from trackdyn.parameters.laws import NORMAL_LAWS, BushingLaw
 from trackdyn.parameters.sections import Drag
 from trackdyn.parameters.validation import OneOf, Section, not_one_of
 

@@ -23,12 +23,11 @@ from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.validation import within
 from trackdyn.scene.build import CARRIED, shift_wheel
 from trackdyn.scene.scene import LONGEST_RUN, MOST_STEPS, Scene
-from trackdyn.simulation import stepping
-from trackdyn.simulation.checkpoint import filled, flat, read_checkpoint, write_checkpoint
+from trackdyn.simulation import arrays
+from trackdyn.simulation.arrays import Parts, filled, flat, read_checkpoint, write_checkpoint
 from trackdyn.simulation.recorder import CHUNK, Recorder
 from trackdyn.simulation.recording import Recording
 from trackdyn.simulation.settling import SettledLoops, allocate, settle, with_sliding
-from trackdyn.simulation.stepping import Parts
 
 
 class Loop:
@@ -73,11 +72,11 @@ class Loop:
     def _parts(self, parts: Parts) -> None:
         self._scratch, self._lock = make_record(1, parts.state), RLock()
         self._entry: Callable | None = None
-        self._show(stepping.copied(parts))
+        self._show(arrays.copied(parts))
 
     def _show(self, parts: Parts) -> None:
         """Take arrays as they are, and show them to all others."""
-        self._written, self._views, self._prepared = parts, stepping.read_only(parts), prepared(*parts)
+        self._written, self._views, self._prepared = parts, arrays.read_only(parts), prepared(*parts)
 
     def __getstate__(self) -> dict:
         return {name: getattr(self, name) for name in ("scene", "layout", "_parts", "_scratch")}
@@ -114,7 +113,7 @@ class Loop:
         arguments = model._replace(stride=stride), state, work, record, (first, last), *after
         if self._entry is None:
             self._entry = direct(kernel, *arguments)
-        stepping.refuse_divergence(self._entry(*arguments), model, state)
+        arrays.refuse_divergence(self._entry(*arguments), model, state)
 
     # -- stepping ------------------------------------------------------------------------------------------------------
 
@@ -155,7 +154,7 @@ class Loop:
             last = len(record.gap) if isinstance(record, Record) else 0
         first, last = (int(within(name, row, 0, MOST_STEPS)) for name, row in (("first", first), ("last", last)))
         with self._exclusive():
-            stepping.check_record(record, self._parts.state, self._parts.work, first, last)
+            arrays.check_record(record, self._parts.state, self._parts.work, first, last)
             self._integrate_samples(record, first, last, self._parts.model.stride)
 
     def room(self, samples: int, **what: Any) -> Record:
@@ -271,7 +270,7 @@ class Loop:
         Newton's law along the chain, from the cut (the last entry) on, with the accelerations of that step and the
         contacts of the present state, one step later.
         """
-        return stepping.joint_forces(*self._parts)
+        return arrays.joint_forces(*self._parts)
 
     @property
     def energy(self) -> dict[str, float]:
@@ -307,7 +306,7 @@ class Loop:
             The name is unknown, the shape differs, or a number is not finite or too large. The state stays.
         """
         with self._exclusive():
-            stepping.set_arrays(self._parts.state, {name.replace("__", "."): value for name, value in values.items()})
+            arrays.set_arrays(self._parts.state, {name.replace("__", "."): value for name, value in values.items()})
 
     def drive(self, motor_rpm: float, ramp: float = 1e-3) -> None:
         """Change the motor speed on a ramp that is smooth at both ends.

@@ -15,8 +15,8 @@ from trackdyn.model.record import Record
 from trackdyn.model.work import FLANK, GUIDE, RING, components
 from trackdyn.parameters.layout import wheel_names
 from trackdyn.parameters.validation import within
-from trackdyn.simulation.cost import BODY_STEP
 from trackdyn.simulation.loop import Loop
+from trackdyn.simulation.recorder import BODY_STEP
 from trackdyn.simulation.recording import Recording
 
 FRAMES, BODIES_IN_FRAMES = 360, 60_000  # pictures of a stretch, fewer of a chain of many bodies: the page stays small

@@ -8,12 +8,10 @@ from tqdm import tqdm
 
 from trackdyn.errors import InputError
 from trackdyn.scene.scene import Scene
-from trackdyn.simulation.belt import belt_recording
-from trackdyn.simulation.checkpoint import read_checkpoint, write_checkpoint
-from trackdyn.simulation.cost import refuse_too_large
+from trackdyn.simulation.arrays import read_checkpoint, write_checkpoint
 from trackdyn.simulation.loop import Loop
-from trackdyn.simulation.recorder import Recorder
-from trackdyn.simulation.recording import Recording
+from trackdyn.simulation.recorder import Recorder, refuse_too_large
+from trackdyn.simulation.recording import Recording, belt_recording
 from trackdyn.simulation.settling import SettledLoops
 
 # Time between two checkpoints, s of computing; writing one takes little of it.

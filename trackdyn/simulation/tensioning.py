@@ -18,7 +18,7 @@ from trackdyn.parameters.layout import Assembly, assemble, belt_around, tensione
 from trackdyn.scene.build import CARRIED, make_carriers, preloads, shift_wheel
 from trackdyn.scene.limits import largest_step
 from trackdyn.scene.scene import Scene
-from trackdyn.simulation.stepping import refuse_divergence
+from trackdyn.simulation.arrays import refuse_divergence
 
 # Settling: a chunk of this many seconds, then every velocity is multiplied by the factor.
 CHUNK = 1e-3

@@ -1,15 +1,102 @@
-"""Designs: tables with a row a scene, and how to make them."""
+"""Tables of designs and results (CSV or Parquet, read whole or refused in one sentence), and how to make designs."""
 
+import csv
+import io
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from trackdyn.errors import InputError
+from trackdyn.extras import required
+from trackdyn.files import plain_file, read_text, replacing
 from trackdyn.parameters.validation import parse_number, plain_number, shown
+
+LARGEST = 500_000_000  # bytes of a CSV, and of a Parquet file as it unpacks
+ENDINGS = (".csv", ".parquet")
+
+
+def refuse_ending(path: Path | str, option: str) -> None:
+    """Refuse (`InputError`) the name of a table that ends in neither .csv nor .parquet, or .parquet without pyarrow."""
+    if not isinstance(path, Path | str) or Path(path).suffix not in ENDINGS:
+        raise InputError(f"{option} = {shown(str(path))}: the name must end in {' or '.join(ENDINGS)}")
+    if Path(path).suffix == ".parquet":
+        required("pyarrow")
+
+
+def read_table(path: Path | str) -> pd.DataFrame:
+    """A table as it stands (a CSV's cells are text); `InputError` for names twice, ragged rows, or too large a file."""
+    refuse_ending(path, "table")
+    if Path(path).suffix == ".csv":
+        rows = _csv_rows(path)
+        header: list[str] = next(rows, [])
+        refuse_header(header, str(path))
+        cells = []
+        for line, row in rows:
+            if len(row) != len(header):
+                raise InputError(
+                    f"{path}: line {line} has {len(row)} cells and the header {len(header)}; put text "
+                    "with a comma into quotes"
+                )
+            cells.append([cell.strip() for cell in row])
+        return pd.DataFrame(cells, columns=header, dtype=str)
+    plain_file(path, "Parquet file")
+    pyarrow, parquet = required("pyarrow"), required("pyarrow.parquet")
+    try:
+        described = parquet.read_metadata(path)
+        size = sum(described.row_group(k).total_byte_size for k in range(described.num_row_groups))
+        names = parquet.read_schema(path).names
+        table = pd.read_parquet(path) if size <= LARGEST else None
+    except (pyarrow.ArrowException, OSError, ValueError, TypeError, KeyError):
+        raise InputError(f"{path}: not a Parquet file, or damaged") from None
+    if table is None:
+        raise InputError(f"{path}: takes {size / 1e6:.0f} MB as it unpacks, more than {LARGEST / 1e6:.0f} MB; split it")
+    refuse_header([name for name in names if name in table.columns], str(path))
+    return table.reset_index(drop=True)
+
+
+def _csv_rows(path: Path | str) -> Iterator:
+    """The header, then number of the line and cells of every row that is not empty."""
+    text = read_text(path, "CSV file", LARGEST)
+    reader = csv.reader(io.StringIO(text, newline=""), strict=True)
+    header = None
+    try:
+        for row in reader:
+            if not any(cell.strip() for cell in row):
+                continue
+            if header is None:
+                header = [cell.strip() for cell in row]
+                yield header
+            else:
+                yield reader.line_num, row
+    except csv.Error as error:
+        raise InputError(f"{path}: line {reader.line_num} is no CSV ({error}); correct its quotes") from None
+
+
+def refuse_header(names: list, where: str) -> None:
+    """Refuse (`InputError`) a table without columns, or with two of one name."""
+    if not names:
+        raise InputError(f"{where}: is empty; a header with the names of columns is needed")
+    for name in names:
+        if not isinstance(name, str) or not name:
+            raise InputError(f"{where}: has a column without a name; give it one")
+        if names.count(name) > 1:
+            raise InputError(f"{where}: has the column {shown(name)} twice; keep one of them")
+
+
+def write_table(table: pd.DataFrame, path: Path | str) -> None:
+    """Write CSV or Parquet, by the ending; whole or not at all. Raises `InputError`: it cannot be written."""
+    refuse_ending(path, "table")
+    with replacing(path) as temporary:
+        if Path(path).suffix == ".csv":
+            table.to_csv(temporary, index=False)
+        else:
+            table.to_parquet(temporary, index=False, engine="pyarrow")
+
 
 METHODS = ("grid", "sobol", "latin")
 MOST_ROWS = 1_000_000

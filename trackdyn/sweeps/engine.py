@@ -2,8 +2,13 @@
 
 Sweeps, identification and the fit hand their rows to it. Its pool is joblib's (loky), which ends whole when one of its
 processes is killed: rows that had come are in the store, and what was in hand is tried once more, each row alone.
+
+The store has a file a row, so that sweeps beside each other need no lock: the SHA-256 of the row in its first line and
+the row as JSON in its second. What has no such checksum, or another one, is not read as a row.
 """
 
+import hashlib
+import json
 import os
 import re
 import signal
@@ -15,6 +20,7 @@ from functools import lru_cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from threading import Thread
+from typing import Any
 
 from joblib.externals.loky import ProcessPoolExecutor, as_completed
 from joblib.externals.loky.process_executor import TerminatedWorkerError
@@ -22,10 +28,110 @@ from psutil import virtual_memory
 from tqdm import tqdm
 
 from trackdyn.errors import DivergenceError, InputError, TrackdynError
-from trackdyn.files import broken_off
+from trackdyn.files import broken_off, read_bytes, replacing
 from trackdyn.parameters.validation import shown
-from trackdyn.simulation.cost import compiled
-from trackdyn.sweeps.store import DIVERGED, DONE, FAILED, REFUSED, Store, plain, without_values
+from trackdyn.simulation.recorder import compiled
+
+# What came of a row: its numbers; input that is refused; a run that left the physical range; nothing, for a reason that
+# may pass.
+DONE, REFUSED, DIVERGED, FAILED = "done", "refused", "diverged", "failed"
+LARGEST = 100_000_000  # bytes; a row of a sweep takes 4,000
+
+
+def key_of(*content: Any) -> str:
+    """Key of a row: a hash of all that it depends on, plain data."""
+    return hashlib.sha256(json.dumps(content, sort_keys=True, default=str).encode()).hexdigest()[:24]
+
+
+def without_values(key: str, state: str, reason: str) -> dict:
+    """A row that was not computed."""
+    return {"key": key, "state": state, "reason": reason, "values": {}}
+
+
+def plain(row: dict) -> dict:
+    """A row as it comes back from its file: numpy's numbers become Python's."""
+    return json.loads(json.dumps(row, default=lambda number: number.item()))
+
+
+class Store:
+    """Results by key in a folder.
+
+    Parameters
+    ----------
+    folder : path
+        Made if it is not there.
+
+    Raises
+    ------
+    InputError
+        The folder cannot be made or written.
+    """
+
+    def __init__(self, folder: Path | str):
+        self.folder = Path(folder)
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise self._refusal(error.strerror or str(error)) from None
+
+    def begun(self, key: str) -> Path:
+        """A file that is there while a process computes the row."""
+        return self.folder / f".{key}.begun"
+
+    def clear(self, key: str) -> None:
+        """Remove what a killed process left of a row that it had begun."""
+        for path in (self.begun(key), *self.folder.glob(f".{key}.*.part.json")):
+            path.unlink(missing_ok=True)
+
+    def count(self) -> int:
+        """How many rows there are."""
+        return sum(1 for _ in self.folder.glob("*.json"))
+
+    def read(self, keys: Iterable[str], say: bool = True) -> dict[str, dict]:
+        """Results of these keys; damaged files are left out, and counted on standard error if ``say``."""
+        rows, damaged = {}, 0
+        for key in keys:
+            path = self.folder / f"{key}.json"
+            if not path.exists():
+                continue
+            row = _row(path)
+            if row is None or row.get("key") != key:
+                damaged += 1
+            else:
+                rows[key] = row
+        if damaged and say:
+            what = "1 damaged row was" if damaged == 1 else f"{damaged} damaged rows were"
+            print(f"trackdyn: {self.folder}: {what} ignored; they are computed again", file=sys.stderr)
+        return rows
+
+    def keep(self, row: dict) -> None:
+        """Write a result (or `InputError`: a full disk); what failed for a passing reason is not kept."""
+        if row["state"] == FAILED:
+            return
+        content = json.dumps(row).encode()
+        try:
+            with replacing(self.folder / f"{row['key']}.json") as temporary:
+                temporary.write_bytes(_checksum(content) + b"\n" + content + b"\n")
+        except InputError as error:
+            raise self._refusal(str(error)) from None
+
+    def _refusal(self, reason: str) -> InputError:
+        return InputError(f"{self.folder}: cannot be written ({reason}); free disk space or choose another folder")
+
+
+def _checksum(content: bytes) -> bytes:
+    return hashlib.sha256(content).hexdigest().encode()
+
+
+def _row(path: Path) -> dict[str, Any] | None:
+    """The row of a file; None: it is damaged."""
+    try:
+        checksum, _, content = read_bytes(path, "row", LARGEST).partition(b"\n")
+    except InputError:
+        return None
+    whole = content.endswith(b"\n") and checksum == _checksum(content[:-1])
+    return json.loads(content) if whole else None
+
 
 # Rows that a process takes at once: some, to share what settling gives, and few, so that all processes end together.
 PIECES, LONGEST_PIECE = 8, 8
@@ -51,7 +157,7 @@ def results(
     maker : function
         Makes what computes the values of a row.
     tasks : mapping of str to dict
-        Arguments by key (`sweeps.store.key_of`), neighbours alike.
+        Arguments by key (`sweeps.engine.key_of`), neighbours alike.
     jobs : int
         Processes; with 1 the rows are computed in this one.
     store : path or None

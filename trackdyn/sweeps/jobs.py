@@ -5,9 +5,9 @@ from trackdyn.sweeps.job import run_job
 from trackdyn.errors import TrackdynError
 from trackdyn.files import write_text
 from trackdyn.jit import cache_folder
-from trackdyn.sweeps.store import FAILED
+from trackdyn.sweeps.design import read_table, write_table
+from trackdyn.sweeps.engine import FAILED
 from trackdyn.sweeps.sweep import batches, one_of_each_kind, states_summary, sweep
-from trackdyn.sweeps.table import read_table, write_table
 
 
 def split(job) -> None:

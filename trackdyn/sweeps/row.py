@@ -14,8 +14,8 @@ from trackdyn.measure.stopping import refuse_undriven, run_steady
 from trackdyn.measure.whole_loop import whole_loop
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene.scene import Scene, StopRule
-from trackdyn.simulation.cost import cost
 from trackdyn.simulation.loop import Loop
+from trackdyn.simulation.recorder import cost
 from trackdyn.simulation.recording import Recording, made_with
 from trackdyn.simulation.settling import SettledLoops
 from trackdyn.simulation.simulate import simulate

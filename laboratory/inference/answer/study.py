@@ -14,9 +14,8 @@ from laboratory.inference.search import Start, local_searches
 from laboratory.inference.unknowns import Unknowns, buildable
 from replication.paper.claims import SHOWN, Claim, load_claims
 from trackdyn.errors import TrackdynError
-from trackdyn.sweeps.engine import refuse_failed, results
-from trackdyn.sweeps.store import DONE, key_of
-from trackdyn.sweeps.table import write_table
+from trackdyn.sweeps.design import write_table
+from trackdyn.sweeps.engine import DONE, key_of, refuse_failed, results
 
 DRAWS = 100  # of a start, until one can be built
 CANNOT = "cannot be built"

@@ -12,7 +12,7 @@ import yaml
 from laboratory.inference.identification.identify import INTERVAL, Identification
 from laboratory.inference.identification.posterior import contradicted
 from trackdyn.files import replacing, write_csv, write_text
-from trackdyn.parameters.fields import entries_of, keys_of
+from trackdyn.parameters.quantities import entries_of, keys_of
 from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.parameters.rig_file import read_rig
 

@@ -37,8 +37,7 @@ from trackdyn.errors import InputError
 from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.validation import Section
 from trackdyn.sources import module_hash
-from trackdyn.sweeps.engine import refuse_failed, results
-from trackdyn.sweeps.store import key_of
+from trackdyn.sweeps.engine import key_of, refuse_failed, results
 
 LEVELS = (0.5, 0.8, 0.9, 0.95)
 PRIOR, NONE = "prior", "none"  # what discrepancy a truth's record has: drawn from the prior, or none at all

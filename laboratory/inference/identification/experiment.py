@@ -21,8 +21,7 @@ from trackdyn.scene.scene import Periods, Scene
 from trackdyn.simulation.settling import SettledLoops
 from trackdyn.simulation.simulate import simulate
 from trackdyn.sources import module_hash
-from trackdyn.sweeps.engine import refuse_failed, results
-from trackdyn.sweeps.store import DONE, key_of
+from trackdyn.sweeps.engine import DONE, key_of, refuse_failed, results
 
 # s at constant speed: after 3 s, strands of little damping still move from the start, by up to a factor of four between
 # 3 and 6 Hz at 210 rpm; a turn after 12 s differs from one after 24 s as single turns do

@@ -12,8 +12,7 @@ from laboratory.inference.identification.experiment import MeasuredSpeed
 from laboratory.inference.identification.features import LEAST_TURNS, covariance, features, features_of, turn_statistics
 from laboratory.inference.identification.posterior import MeasuredRecords
 from trackdyn.errors import InputError, naming
-from trackdyn.measure.compare import whole_ratio
-from trackdyn.measure.orientation import require_axes
+from trackdyn.measure.compare import require_axes, whole_ratio
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene.scene import Periods
 from trackdyn.sensor.sensor_csv import SensorRecord, read_sensor_csv

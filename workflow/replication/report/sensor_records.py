@@ -8,8 +8,7 @@ import pandas as pd
 
 from replication.paper.contents import caption
 from replication.report.tables import write_captioned_table
-from trackdyn.measure.compare import at_rate
-from trackdyn.measure.orientation import require_axes
+from trackdyn.measure.compare import at_rate, require_axes
 from trackdyn.parameters.rig import load_rig
 from trackdyn.scene.scene import Periods
 from trackdyn.sensor.sensor_csv import read_sensor_csv, write_sensor_csv

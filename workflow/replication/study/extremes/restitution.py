@@ -8,7 +8,7 @@ import numpy as np
 from replication.study.extremes.judge import attempted, run_scene, within_bounds
 from trackdyn.contact.laws import normal_force
 from trackdyn.jit import kernel
-from trackdyn.parameters.normal_laws import delivered_restitution
+from trackdyn.parameters.laws import delivered_restitution
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene.build import make_law
 

@@ -1,0 +1,80 @@
+"""Laws of materials: the damping factors of the normal laws, which say how much of the speed a contact gives back
+(Eq. 8), and Maxwell branches of rubber whose loss factor hardly depends on the frequency.
+"""
+
+from collections.abc import Callable
+from math import log1p, pi
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from trackdyn.parameters.roots import nonnegative_least_squares, root
+
+# |1 - restitution| below which the two functions take their series: the equation itself loses its digits
+NEARLY_ELASTIC = 1e-4
+# chi e that counts as 1: below a restitution of about 0.026 the two differ by less than rounding
+ALMOST_ONE = 1 - 1e-15
+
+
+def _imbalance(loss, restitution):
+    """``chi (1 + e) - ln((1 + chi) / (1 - chi e))``, the integral of ``m v dv = -f (1 + chi v / v0) d delta``."""
+    return loss * (1 + restitution) - log1p(loss) + log1p(-loss * restitution)
+
+
+def delivered_restitution(loss: float) -> float:
+    """Restitution e of a damping factor, whatever the elastic law: ``chi (1 + e) = ln((1 + chi) / (1 - chi e))``."""
+    if loss < 1.5 * NEARLY_ELASTIC:
+        return 1 - 2 / 3 * loss + 4 / 9 * loss**2
+    upper = min(1.0, ALMOST_ONE / loss)
+    if _imbalance(loss, upper) >= 0:
+        return upper
+    return root(lambda e: _imbalance(loss, e), 0.0, upper)
+
+
+def delivering_loss(restitution: float) -> float:
+    """Damping factor that delivers the restitution it is named after: the inverse of `delivered_restitution`."""
+    lack = 1 - restitution
+    if lack < NEARLY_ELASTIC:
+        return 1.5 * lack * (1 + lack)
+    upper = ALMOST_ONE / restitution
+    if _imbalance(upper, restitution) >= 0:
+        return upper
+    return root(lambda chi: _imbalance(chi, restitution), 1e-6, upper, 1e-14)
+
+
+class NormalLaw(NamedTuple):
+    """Damping factor chi of a restitution; ``unclipped`` if the bracket of Eq. 8 must reach 1 + chi at first."""
+
+    loss: Callable[[float], float]
+    unclipped: bool = False
+
+
+NORMAL_LAWS = {
+    "elastic": NormalLaw(lambda restitution: 0.0),
+    "printed": NormalLaw(lambda restitution: 0.75 * (1 - restitution**2)),
+    "delivered": NormalLaw(delivering_loss, unclipped=True),
+}
+
+
+BushingLaw = Literal["viscous", "hysteretic"]
+# Frequencies at which the branches lose most, Hz: the ends and the middle of the band that the law is meant for.
+BAND = (0.5, 50.0)
+BRANCHES = 3
+# Of the loss factor, by how much the branches miss it within the band (0.05 to 0.3; `tests/chain/test_maxwell.py`).
+RIPPLE = 0.07
+
+
+def loss_branches(loss_factor: float) -> tuple[np.ndarray, np.ndarray]:
+    """Stiffnesses, as shares of that at rest, and relaxation times (s) of branches with a loss factor over ``BAND``.
+
+    The loss factor is loss modulus over storage modulus: the energy lost in a cycle over 2 pi times the largest stored.
+    With ``x = w T``, a branch of the share g adds ``g x / (1 + x^2)`` to the loss modulus and ``g x^2 / (1 + x^2)`` to
+    the storage modulus 1 at rest. The loss modulus less the loss factor times the storage modulus is linear in the
+    shares; least squares over the band, none negative. A constant loss factor means a stiffness that grows with the
+    frequency (Kramers-Kronig): across the band by about ``w^(2 loss_factor / pi)``.
+    """
+    time = 1.0 / (2 * pi * np.geomspace(*BAND, BRANCHES))
+    x2 = (2 * pi * np.geomspace(*BAND, 40 * BRANCHES)[:, None] * time) ** 2
+    # shares over the loss factor, which may be so small that nothing could be divided by it
+    share = nonnegative_least_squares((np.sqrt(x2) - loss_factor * x2) / (1 + x2), np.ones(len(x2)))
+    return loss_factor * share, time
