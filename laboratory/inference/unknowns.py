@@ -9,8 +9,7 @@ from pydantic import Field, model_validator
 
 from trackdyn.errors import InputError, TrackdynError
 from trackdyn.parameters.layout import can_close
-from trackdyn.parameters.rig import Rig
-from trackdyn.parameters.table import parameter_table
+from trackdyn.parameters.rig import Rig, parameter_table
 from trackdyn.parameters.validation import Section, plain_number, shown
 
 # how far from its bounds a value may be rounded, as a share of the range

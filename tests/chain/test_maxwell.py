@@ -9,8 +9,8 @@ from trackdyn.model.constants import Branches
 from trackdyn.model.record import BUSHING_LOSS
 from trackdyn.parameters.laws import BAND, RIPPLE, loss_branches
 from trackdyn.scene.limits import step_limits
-from trackdyn.simulation.account import open_share
 from trackdyn.simulation.loop import Loop
+from trackdyn.simulation.resolution import open_share
 
 
 def moduli(share, time, frequency):

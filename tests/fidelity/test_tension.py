@@ -17,8 +17,8 @@ from trackdyn.model.record import BEARING, ENERGY_NAMES
 from trackdyn.parameters.rig import load_rig
 from trackdyn.scene.limits import largest_step
 from trackdyn.scene.scene import Scene
-from trackdyn.simulation.account import open_share
 from trackdyn.simulation.loop import Loop
+from trackdyn.simulation.resolution import open_share
 from trackdyn.simulation.settling import explained_depth, refuse_start_in_steel, settle
 from trackdyn.simulation.simulate import simulate
 from trackdyn.simulation.tensioning import arc_depths

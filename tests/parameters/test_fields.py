@@ -3,9 +3,8 @@
 import pytest
 
 from trackdyn.errors import InputError
-from trackdyn.parameters.rig import Rig, load_rig
+from trackdyn.parameters.rig import Rig, load_rig, parameter_table
 from trackdyn.parameters.rig_file import shipped_rigs
-from trackdyn.parameters.table import parameter_table
 
 
 @pytest.mark.parametrize("name", shipped_rigs())

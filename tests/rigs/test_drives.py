@@ -14,8 +14,8 @@ from trackdyn.model.constants import NO_MOTOR, NO_RIPPLE, SPROCKET, Drive, Motor
 from trackdyn.model.record import SPROCKET_WORK
 from trackdyn.parameters.rig import load_rig
 from trackdyn.scene.build import make_carriers
-from trackdyn.simulation.account import open_share
 from trackdyn.simulation.loop import Loop
+from trackdyn.simulation.resolution import open_share
 
 STEP = 1e-4
 

@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from trackdyn.parameters.rig import load_rig
+from trackdyn.parameters.rig import load_rig, parameter_table
 from trackdyn.parameters.rig_file import shipped_rigs
-from trackdyn.parameters.table import parameter_table
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 

@@ -13,9 +13,8 @@ from trackdyn.model.constants import SPROCKET
 from trackdyn.parameters.rig import load_rig
 from trackdyn.scene.build import refuse_stops
 from trackdyn.scene.scene import Scene
-from trackdyn.simulation.account import open_share
 from trackdyn.simulation.loop import Loop
-from trackdyn.simulation.resolution import PIECE
+from trackdyn.simulation.resolution import PIECE, open_share
 from trackdyn.simulation.settling import explained_depth
 from trackdyn.simulation.tensioning import arc_depths
 

@@ -24,7 +24,7 @@ from trackdyn.simulation.tensioning import Settling
 # with contacts: rounding of 1e-16 in angles, grown by stiff contacts.
 ROUNDING = 1e-9
 simulation = import_module("trackdyn.simulation.simulate")  # the package shows the function of that name
-VIEWS = ("angles", "rates", "wheel_rates", "tooth_forces", "wheel_forces")
+VIEWS = ("angles", "rates", "wheel_rates", "wheel_forces")
 
 
 def assert_same(one, other):

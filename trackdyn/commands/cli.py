@@ -3,7 +3,6 @@
 import os
 import sys
 import warnings
-from difflib import get_close_matches
 from importlib.metadata import entry_points
 from typing import Annotated
 
@@ -52,25 +51,12 @@ def trackdyn(
 
 
 def _sentence(error) -> str:
-    """Typer's objection to a command line; for an option that does not exist, the one that may be meant."""
+    """Typer's objection to a command line, with the command whose help shows more."""
     context = getattr(error, "ctx", None)
     # typer prints the help of a group without a command, and says no more
     words = "Missing command" if type(error).__name__ == "NoArgsIsHelpError" else error.format_message()
-    if context is not None and getattr(error, "option_name", "") and hasattr(error, "possibilities"):
-        meant = _meant(error.option_name.lstrip("-"), context.command.params)
-        words = f"{error.message}{meant and f', {meant} may be meant'}"
     command = "trackdyn" if context is None else context.command_path
     return f"{' '.join(words.split()).rstrip('.')}; see {command} --help"
-
-
-def _meant(name: str, params: list) -> str:
-    """The option with the most similar name, or else the one whose help has the word first; empty if there is none."""
-    helps = {option: getattr(param, "help", None) or "" for param in params for option in param.opts if "--" in option}
-    if near := get_close_matches(name, [option.lstrip("-") for option in helps], 1):
-        return f"--{near[0]}"
-    places = {option: text.lower().find(name.lower()) for option, text in helps.items()}
-    close = {option: index for option, index in places.items() if index >= 0 and len(name) > 2}
-    return min(close, key=close.get, default="")
 
 
 def main() -> None:

@@ -126,7 +126,6 @@ def _demodulated(a: np.ndarray, rate_hz: float, edges: np.ndarray, hz: float) ->
 # measures whose tolerances are a share of the value, and a share of a sprocket turn
 RELATIVE = ("rms", "sd", "line", "high_frequency", "left_peak", "right_peak")
 SHARES = ("left_share", "right_share", "ring_share")
-NAN = float("nan")
 # Passages that a record needs at least: fewer batches than three say little about their own scatter.
 LEAST = 9
 SURE = 2.0  # standard errors: the 95 % of a normal distribution

@@ -6,16 +6,16 @@ import numpy as np
 
 from trackdyn.measure.columns import table_schema
 from trackdyn.measure.contacts import LONGEST_CONTACT, PASSAGE, meshing_summary
+from trackdyn.measure.convergence import NAN
 from trackdyn.measure.sensor import sense, sensor_metrics
 from trackdyn.scene.fidelity import label
 from trackdyn.sensor.signals import LEAST_PERIODS, holds_line, main_line
-from trackdyn.simulation.account import energy_residual
 from trackdyn.simulation.recording import Recording
+from trackdyn.simulation.resolution import energy_residual
 
 if TYPE_CHECKING:
     import pandas as pd
 
-NAN = float("nan")
 SHOWN = (
     "rms_g", "sd_g", "line_hz_binfree", "line_g_binfree", "high_frequency_g", "left_share_pct", "right_share_pct",
     "ring_share_pct", "left_peak_n", "right_peak_n", "ring_peak_n", "passages", "clipped_samples", "loop_gap_max_m",

@@ -7,7 +7,7 @@ from math import ceil
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trackdyn.measure.convergence import LineError, line_error
+from trackdyn.measure.convergence import NAN, LineError, line_error
 from trackdyn.parameters.validation import within
 from trackdyn.sensor.signals import (
     high_frequency_rms,
@@ -34,10 +34,6 @@ class SensorSignal:
     # sample, limited to the range
     ax: np.ndarray
     ay: np.ndarray
-    # raw_ax, raw_ay: (s,) the same at the instant of the sample, g. Contact rings at 0.7 to 1.7 kHz, which
-    # instantaneous samples fold into the record
-    raw_ax: np.ndarray
-    raw_ay: np.ndarray
     clipped: int  # number of samples of ``ax`` and ``ay`` that the range cut
 
 
@@ -79,14 +75,11 @@ def sense(recording: Recording, every: int = 1) -> SensorSignal:
     every = int(within("every", every, 1, max(len(recording.time), 1), " samples"))
     rig = recording.scene.rig
     g, gravity, limit = rig.gravity or 9.81, rig.gravity, rig.sensor.range
-    last = slice(every - 1, None, every)
     values = recording.mean[: len(recording.mean) // every * every].reshape(-1, every, 3).mean(axis=1)
     mean = specific_force(values[:, :2], values[:, 2], gravity) / g
-    raw = specific_force(recording.raw[last, :2], recording.raw[last, 2], gravity) / g
     clipped = int((np.abs(mean) > limit).sum())
     mean = np.clip(mean, -limit, limit)
-    raw = np.clip(raw, -limit, limit)
-    return SensorSignal(recording.time[last], mean[:, 0], mean[:, 1], raw[:, 0], raw[:, 1], clipped)
+    return SensorSignal(recording.time[every - 1 :: every], mean[:, 0], mean[:, 1], clipped)
 
 
 def whole_samples(rate: float, seconds: float) -> float:
@@ -110,9 +103,6 @@ def own_loop_hz(ay, rate: float, expected_hz: float) -> float:
         return expected_hz
     hz = highest_line(ay, rate, expected_hz / OTHER_SPEED, expected_hz * OTHER_SPEED)[0]
     return main_line_binfree(ay, rate, hz)[0] if holds_line(len(ay), rate, hz) else hz
-
-
-NAN = float("nan")
 
 
 def sensor_metrics(ay, rate: float, loop_hz: float) -> dict:

@@ -5,14 +5,25 @@ from itertools import pairwise
 from math import pi, radians, tan
 from operator import getitem
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field
 
 from trackdyn.errors import InputError
 from trackdyn.parameters.groove import Groove, build_groove, connector_length, equal_pitch_radius
 from trackdyn.parameters.outline import ToothProfile
-from trackdyn.parameters.quantities import FROM_FILE, NAME, FieldValue, Quantity, fields_of, keys_of, may_have, no_field
+from trackdyn.parameters.quantities import (
+    FROM_FILE,
+    NAME,
+    FieldValue,
+    Quantity,
+    entries_of,
+    fields_of,
+    keys_of,
+    may_have,
+    no_field,
+    number_of,
+)
 from trackdyn.parameters.rig_file import DEFAULT, TRIED, read_rig, rig_path
 from trackdyn.parameters.sections import (
     CONTACTS,
@@ -36,6 +47,9 @@ from trackdyn.parameters.sections import (
 )
 from trackdyn.parameters.validation import shown, validated
 from trackdyn.parameters.yaml_file import read_yaml
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 class Rig(OmitsDefaults):
@@ -300,3 +314,21 @@ def load_rig(path: Path | str = DEFAULT) -> Rig:
     data = read_rig(path)
     tried = read_yaml(rig_path(path)).get(TRIED)
     return _validated(data if tried is None else data | {TRIED: tried}, str(path), FROM_FILE)
+
+
+def parameter_table(path: Path | str) -> "pd.DataFrame":
+    """Every parameter of a rig file: ``name, value, unit, kind, low, high, outside, source``, and the derived ones.
+
+    ``outside`` says on which side a value leaves its range.
+    """
+    import pandas as pd  # half a second that a run does without
+
+    rig = load_rig(path)
+    rows = [{"name": name, **entry} for name, entry in entries_of(read_rig(path)).items()]
+    derived = f"from the equal-pitch radius, {rig.sprocket.teeth} [asin(a/2r) + asin(b/2r)] = pi"
+    rows.append(dict(name="connector length", value=rig.connector_length, unit="m", kind="derived", source=derived))
+    rows.append(dict(name="pin circle", value=rig.pin_circle, unit="m", kind="derived", source=derived))
+    for row in rows:
+        value, low, high = (number_of(row.get(key)) for key in ("value", "low", "high"))
+        row["outside"] = "below" if value < low else "above" if value > high else ""
+    return pd.DataFrame(rows, columns=["name", "value", "unit", "kind", "low", "high", "outside", "source"])

@@ -20,9 +20,9 @@ from trackdyn.model.constants import SPROCKET, Tooth
 from trackdyn.model.record import ENERGY_NAMES
 from trackdyn.plots.rendering import CONFIGURATION, differences, packed, render, short
 from trackdyn.sensor.signals import LOW_RANGE_HZ, holds_line, in_bands, main_line, main_line_binfree, spectrum
-from trackdyn.simulation.account import LOSSES, STORED
 from trackdyn.simulation.recording import Recording, load_recording
 from trackdyn.simulation.replay import SIDES, Replay, stretch_of
+from trackdyn.simulation.resolution import LOSSES, STORED
 from trackdyn.sources import source_hash
 
 SCRIPTS = ("shared", "animation", "plots", "show")  # one module, in this order

@@ -239,11 +239,6 @@ class Loop:
         return self.state.wheel_rate
 
     @property
-    def tooth_forces(self) -> np.ndarray:
-        """(p, 2) normal forces on the left and right arc of every connector, N; read-only view."""
-        return self.work.tooth_force.reshape(-1, 2)
-
-    @property
     def wheel_forces(self) -> np.ndarray:
         """(p, w) normal forces of the ring and the other wheels on every link, N; read-only view."""
         return self.work.wheel_force

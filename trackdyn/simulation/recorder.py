@@ -13,10 +13,9 @@ from trackdyn.jit import FOLDER
 from trackdyn.model.constants import SPROCKET
 from trackdyn.model.record import SPELL, PlaneRecord, Record, make_record
 from trackdyn.model.state import Plane, make_state
-from trackdyn.simulation.account import refuse_open_account
 from trackdyn.simulation.arrays import filled, flat
 from trackdyn.simulation.recording import Recording, provenance
-from trackdyn.simulation.resolution import Answer, Watch, answer
+from trackdyn.simulation.resolution import Answer, Watch, answer, refuse_open_account
 
 # Time of a body's step with the Riccati sweep, s, on the machine of the benchmarks; settling takes so many seconds.
 BODY_STEP, SETTLING = 1e-7, 2.1

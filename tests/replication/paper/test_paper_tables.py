@@ -12,8 +12,7 @@ from replication.paper.paper_tables import AREAS, Area, filled_cells, load_artic
 from replication.paper.printed_rig import write_printed_rig
 from trackdyn.errors import InputError
 from trackdyn.parameters.groove import Groove, equal_pitch_radius
-from trackdyn.parameters.rig import load_rig
-from trackdyn.parameters.table import parameter_table
+from trackdyn.parameters.rig import load_rig, parameter_table
 
 ROOT = Path(__file__).parents[3]
 SHIPPED = ROOT / "config" / "rigs" / "paper" / "tables.yaml"

@@ -21,7 +21,7 @@ from trackdyn import DivergenceError, InputError, Scene
 from trackdyn.model.record import ENERGY_NAMES
 from trackdyn.parameters.rig import load_rig
 from trackdyn.scene.limits import turn_limit
-from trackdyn.simulation.account import refuse_open_account
+from trackdyn.simulation.resolution import refuse_open_account
 
 FOUND = [
     # the ring tightens the loop far beyond its pre-tension: friction chatters from step to step

@@ -8,8 +8,7 @@ import pandas as pd
 from replication.paper.contents import caption
 from replication.report.tables import write_captioned_table
 from trackdyn.parameters.groove import Groove
-from trackdyn.parameters.rig import load_rig
-from trackdyn.parameters.table import parameter_table
+from trackdyn.parameters.rig import load_rig, parameter_table
 
 
 def table1(groove: Groove) -> pd.DataFrame:

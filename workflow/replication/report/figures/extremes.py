@@ -15,7 +15,7 @@ from replication.study.extremes.stability_map import QUANTITIES, stable_steps
 from replication.study.settings import LONG_RUN, ExtremesForm, parts_of
 from trackdyn.files import write_csv
 from trackdyn.plots.style import BLACK, BLUE, MARKERS, ORANGE, PRINTED, VERMILION, new_figure, save, styled
-from trackdyn.simulation.account import OPEN_SHARE
+from trackdyn.simulation.resolution import OPEN_SHARE
 
 SOLVERS = {"riccati": BLUE, "transfer_product": VERMILION}
 SOLVER_NAMES = {"riccati": "Riccati", "transfer_product": "literal product"}

@@ -17,8 +17,8 @@ from trackdyn.measure.whole_loop import whole_loop
 from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.scene.fidelity import PRESETS, WITHOUT_RING
 from trackdyn.scene.scene import Scene, StopRule, steady_fields
-from trackdyn.simulation.account import energy_residual
 from trackdyn.simulation.loop import Loop
+from trackdyn.simulation.resolution import energy_residual
 from trackdyn.simulation.settling import SettledLoops
 from trackdyn.simulation.simulate import simulate
 

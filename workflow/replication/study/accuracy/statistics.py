@@ -9,8 +9,8 @@ from trackdyn.measure.sensor import sense, whole_revolutions, whole_samples
 from trackdyn.measure.whole_loop import series
 from trackdyn.scene.scene import Periods, Scene
 from trackdyn.sensor.signals import high_frequency_rms, main_line_binfree, rms, standard_deviation
-from trackdyn.simulation.account import energy_residual
 from trackdyn.simulation.recording import Recording
+from trackdyn.simulation.resolution import energy_residual
 
 NAN = float("nan")
 # of the ladder and of accuracy against cost: motion in space and rk4 have no tensioner on its spring

@@ -16,8 +16,8 @@ import pandas as pd
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.model.record import ENERGY_NAMES
 from trackdyn.scene.scene import Scene
-from trackdyn.simulation.account import open_share, refuse_open_account
 from trackdyn.simulation.recording import Recording
+from trackdyn.simulation.resolution import open_share, refuse_open_account
 from trackdyn.simulation.settling import SettledLoops
 from trackdyn.simulation.simulate import simulate
 
@@ -36,7 +36,7 @@ COLUMNS = (
 # millisecond it may have been larger.
 GAP = 1.1e-10
 TURN = 1e-3
-# Energy residual and dissipations: the promise of the time loop (`trackdyn.simulation.account`), 2 % of the
+# Energy residual and dissipations: the promise of the time loop (`trackdyn.simulation.resolution`), 2 % of the
 # energy exchanged, whatever the method.
 
 STARTS = SettledLoops()  # what differs in speed alone begins alike
