@@ -10,8 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from trackdyn.contact.laws import elastic_force
-from trackdyn.contact.tooth import find_area, groove_index
+from trackdyn.contact.laws import elastic_force, find_area, groove_index
 from trackdyn.integrate.run import refresh
 from trackdyn.measure.sensor import specific_force
 from trackdyn.model.constants import SPROCKET

@@ -12,15 +12,9 @@ import os
 import pickle
 import sys
 import tempfile
-import time
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
-
-try:
-    import fcntl
-except ImportError:  # Windows: processes that start at once may compile the same kernel
-    fcntl = None  # type: ignore[assignment]
 
 import numba
 from numba.core import event
@@ -93,20 +87,14 @@ def _writable(folder):
     return folder
 
 
-PATIENCE = 300.0  # s, for what another process compiles
-
-
 class _CheckedFile:
     """numba's files of one kernel, by which a damaged one counts as missing: LLVM would abort the process.
 
-    The key stands in the file with the code, because two processes that compile at once may take the same file. Who
-    finds nothing holds a lock until `let_go`, so that the others wait for the code and load it; the system releases
-    the lock of a process that dies.
+    The key stands in the file with the code, because two processes that compile at once may take the same file.
     """
 
     def __init__(self, file):
         self._file = file
-        self._held = []
 
     def save(self, key, data):
         content = self._file._dump((key, data))
@@ -121,34 +109,6 @@ class _CheckedFile:
             _warn(FOLDER, error.strerror or error)
 
     def load(self, key):
-        compiled = self._read(key)
-        if compiled is None and fcntl is not None:
-            self._lock(key)
-            compiled = self._read(key)
-        return compiled
-
-    def _lock(self, key):
-        """Wait until no other process compiles what this key names, at most `PATIENCE`."""
-        name = hashlib.sha256(f"{self._file._index_path} {key}".encode()).hexdigest()
-        end = time.monotonic() + PATIENCE
-        with suppress(OSError):  # a folder that is gone or cannot be written, a file system without locks
-            (FOLDER / "locks").mkdir(exist_ok=True)
-            self._held.append(os.open(FOLDER / "locks" / name, os.O_RDWR | os.O_CREAT))
-            while time.monotonic() < end:
-                with suppress(BlockingIOError):
-                    fcntl.flock(self._held[-1], fcntl.LOCK_EX | fcntl.LOCK_NB)
-                    return
-                time.sleep(0.05)
-
-    def let_go(self):
-        """Release what `load` locked."""
-        while self._held:
-            lock = self._held.pop()
-            with suppress(OSError):  # closing alone would leave it to a forked child
-                fcntl.flock(lock, fcntl.LOCK_UN)
-            os.close(lock)
-
-    def _read(self, key):
         try:
             digest, content = self._file.load(key)
             if hashlib.sha256(content).digest() != digest:
@@ -194,16 +154,7 @@ def _compiled(function, package, **options):
     if Path(dispatcher.stats.cache_path).parent != folder:
         _warn(dispatcher.stats.cache_path, "numba chose it, and edits would not be seen there")
         return numba.njit(**OPTIONS, **options)(function)
-    file = dispatcher._cache._cache_file = _CheckedFile(_file_of(dispatcher, folder))
-    compile_signature = dispatcher.compile
-
-    def compile_once(signature):
-        try:
-            return compile_signature(signature)
-        finally:  # what cannot be compiled is never saved
-            file.let_go()
-
-    dispatcher.compile = compile_once
+    dispatcher._cache._cache_file = _CheckedFile(_file_of(dispatcher, folder))
     return dispatcher
 
 

@@ -149,7 +149,7 @@ def _deposit(loop: Loop, rows: dict, points, flanks, arcs) -> float:
     gc, gs = tooth.groove_cos[groove - 1], tooth.groove_sin[groove - 1]
     local, angle, turned, hub = [], [], [], (loop.model.wheels.x[0], loop.model.wheels.y[0])
     for frame in (rows["frame"][row], rows["frame"][row + 1]):
-        # frame of the groove (`contact.tooth.in_groove`), at both ends of the step
+        # frame of the groove (`contact.laws.in_groove`), at both ends of the step
         c, s = np.cos(frame[:, -1]), np.sin(frame[:, -1])
         turned.append((c * gc - s * gs, s * gc + c * gs))
         x, y = (_centres(frame, chain.length, body, shoes.arc_x[arc]) - hub).T

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from trackdyn.chain.maxwell import add_moments, relax, stored
+from trackdyn.chain.kinematics import add_moments, relax, stored
 from trackdyn.errors import InputError
 from trackdyn.model.constants import Branches
 from trackdyn.model.record import BUSHING_LOSS

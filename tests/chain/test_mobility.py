@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from trackdyn.chain.mobility import mobility_across, mobility_of_slip
 from trackdyn.model.constants import Chain
-from trackdyn.scene.build import build_chain
+from trackdyn.scene.build import build_chain, mobility_across, mobility_of_slip
 
 
 def by_mass_matrix(chain, body, along, arm=0.0, x=1.0):

@@ -5,7 +5,7 @@ from math import nextafter, pi
 import numpy as np
 import pytest
 
-from trackdyn.contact.tooth import find_area, groove_index
+from trackdyn.contact.laws import find_area, groove_index
 from trackdyn.integrate.run import refresh
 from trackdyn.parameters.groove import coarse_groove
 from trackdyn.parameters.rig import load_rig

@@ -41,7 +41,7 @@ def refusal(rig):
     [
         # no motion along the axes
         ({}, {"friction": "independent"}, "friction = 'independent'", "use 'tangential'"),
-        ({}, {"friction": "isotropic", "space": "planar"}, "friction = 'isotropic'", "space='spatial'"),
+        ({}, {"friction": "independent", "space": "planar"}, "friction = 'independent'", "space='spatial'"),
         (TOE, {"space": "planar"}, "space = 'planar'", "idler.toe = 0.5"),
         (TOE, {"space": "planar"}, "space = 'planar'", "use 'spatial' or 'auto'"),
         ({"sprocket__camber": -1.0}, {"space": "planar"}, "space = 'planar'", "sprocket.camber = -1"),

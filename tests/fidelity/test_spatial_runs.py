@@ -133,7 +133,7 @@ def test_runs_repeat_bit_for_bit_and_mirror(rig, make_scene):
     """An idler turned the other way gives the mirrored motion; a second run gives the same."""
     seen = []
     for toe in (0.5, 0.5, -0.5):
-        scene = make_scene(210.0, rig=rig.changed(idler__toe=toe), friction="isotropic", **LAWS)
+        scene = make_scene(210.0, rig=rig.changed(idler__toe=toe), **LAWS)
         record = filled(Loop(scene), 500)
         seen.append((record.frame, record.plane))
     (frame, plane), (again_frame, again), (mirror_frame, mirror) = seen

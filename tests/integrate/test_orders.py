@@ -5,8 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from tests.conftest import closing
-from trackdyn.chain.kinematics import bushing_torques, orient
-from trackdyn.chain.maxwell import add_moments
+from trackdyn.chain.kinematics import add_moments, bushing_torques, orient
 from trackdyn.chain.riccati import accelerations
 from trackdyn.integrate.methods import METHODS, equip
 from trackdyn.model.record import BUSHING_LOSS, KINETIC

@@ -1,6 +1,6 @@
-"""Motors, ripple, release, and wheels on springs: closed forms of each, and one run with all of them."""
+"""Motors, release, and wheels on springs: closed forms of each, and one run with all of them."""
 
-from math import pi, sin
+from math import pi
 
 import numpy as np
 import pytest
@@ -9,8 +9,8 @@ from tests.rigs.conftest import scene_of
 from trackdyn.errors import InputError
 from trackdyn.integrate.carriers import advance_carriers, given_force
 from trackdyn.integrate.run import shared
-from trackdyn.integrate.semi_implicit import driven_rate, rippled
-from trackdyn.model.constants import NO_MOTOR, NO_RIPPLE, SPROCKET, Drive, Motor, Ripple
+from trackdyn.integrate.semi_implicit import driven_rate
+from trackdyn.model.constants import NO_MOTOR, SPROCKET, Drive, Motor
 from trackdyn.model.record import SPROCKET_WORK
 from trackdyn.parameters.rig import load_rig
 from trackdyn.scene.build import make_carriers
@@ -21,12 +21,10 @@ STEP = 1e-4
 
 
 def turned(drive, torque, seconds):
-    rate = angle = 0.0
+    rate = 0.0
     rates = []
     for k in range(round(seconds / STEP)):
-        new = driven_rate(drive, rate, angle, torque, (k + 1) * STEP, STEP, drive.motor)
-        angle += 0.5 * STEP * (rate + new)
-        rate = new
+        rate = driven_rate(drive, rate, torque, (k + 1) * STEP, STEP, drive.motor)
         rates.append(rate)
     return np.array(rates)
 
@@ -34,7 +32,7 @@ def turned(drive, torque, seconds):
 def test_a_motor_runs_up_along_its_line():
     """``J w' = k (w_0 - w) + M``: an exponential to ``w_0 + M / k``."""
     inertia, slope, load, wanted = 2.0, 8.0, 4.0, -10.0
-    drive = Drive(wanted, 1e-9, ripple=NO_RIPPLE, motor=Motor(inertia, slope, 1e9, np.inf, 0))
+    drive = Drive(wanted, 1e-9, motor=Motor(inertia, slope, 1e9, np.inf, 0))
     speed, time = turned(drive, load, 1.0), STEP * np.arange(1, 10001)
     expected = (wanted + load / slope) * (1 - np.exp(-slope / inertia * time))
     # of order 1: half a step of the steepest slope
@@ -42,28 +40,16 @@ def test_a_motor_runs_up_along_its_line():
 
 
 def test_a_motor_gives_no_more_than_its_torque():
-    drive = Drive(-10.0, 1e-9, ripple=NO_RIPPLE, motor=Motor(2.0, 8.0, 5.0, np.inf, 0))
+    drive = Drive(-10.0, 1e-9, motor=Motor(2.0, 8.0, 5.0, np.inf, 0))
     assert turned(drive, 0.0, 0.5)[-1] == pytest.approx(-5.0 / 2.0 * 0.5, rel=1e-9)
     assert turned(drive, 5.0, 0.5)[-1] == pytest.approx(0.0, abs=1e-9)
 
 
 def test_a_released_sprocket_is_on_its_own():
-    drive = Drive(-10.0, 1e-9, ripple=NO_RIPPLE, motor=Motor(2.0, 0.0, 0.0, 0.2, 1))
+    drive = Drive(-10.0, 1e-9, motor=Motor(2.0, 0.0, 0.0, 0.2, 1))
     rates = turned(drive, 6.0, 0.5)
     assert (rates[: round(0.2 / STEP) - 1] == -10.0).all()
     assert rates[-1] == pytest.approx(-10.0 + 6.0 / 2.0 * 0.3, rel=1e-3)
-
-
-def test_ripple_belongs_to_the_angle():
-    """``w = w_0 (1 + a sin(k angle))`` is passed in the time of a closed form: a turn takes ``T / sqrt(1 - a^2)``."""
-    share, order, rate = 0.3, 5.0, 2 * pi
-    ripple = Ripple(share, order)
-    assert rippled(rate, 0.1, ripple) == rate * (1 + share * sin(order * 0.1))
-    assert rippled(rate, 0.1, NO_RIPPLE) == rate
-    drive = Drive(rate, 1e-9, ripple=ripple, motor=NO_MOTOR)
-    rates = turned(drive, 0.0, 1.3)
-    angle = np.cumsum(rates) * STEP
-    assert STEP * np.searchsorted(angle, 2 * pi) == pytest.approx(1 / np.sqrt(1 - share**2), rel=2e-3)
 
 
 def test_a_wheel_on_an_arm_swings_as_its_spring_says(settled):
@@ -132,7 +118,7 @@ def test_what_springs_and_motors_cannot_be_moved_by_is_refused():
     robot, bench = load_rig("robot"), load_rig("bench")
     with pytest.raises(InputError, match=r"integrator = 'rk4'.*wheel front stands on a spring"):
         scene_of(robot, integrator="rk4", step=1e-5)
-    driven = bench.changed(drive={"ripple": 0.05, "ripple_order": 3.0})
+    driven = bench.changed(drive={"kind": "motor", "inertia": 5.0, "slope": 500.0, "torque": 2000.0})
     with pytest.raises(InputError, match=r"integrator = 'rk4'.*the rig's drive"):
         scene_of(driven, integrator="rk4", step=1e-5)
     with pytest.raises(InputError, match=r"tension = 'forced'.*no tension\.force"):

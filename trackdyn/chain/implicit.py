@@ -8,8 +8,7 @@ column (`chain.riccati.sweep`). The cut load and the wheels' accelerations then 
 
 from typing import NamedTuple
 
-from trackdyn.chain.kinematics import bearing_drag
-from trackdyn.chain.maxwell import added_damping
+from trackdyn.chain.kinematics import added_damping, bearing_drag
 from trackdyn.chain.riccati import invert_closure, sweep
 from trackdyn.jit import kernel
 from trackdyn.model.constants import Model

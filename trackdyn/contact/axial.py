@@ -9,11 +9,9 @@ the middle plane of the chain, where depth and slip are taken: what it does is t
 ``space`` is None in planar motion: then the wheel's frame is the inertial one and nothing is computed.
 """
 
-from math import sqrt
-
 from trackdyn.contact.laws import friction_coefficient
 from trackdyn.jit import kernel
-from trackdyn.model.constants import INDEPENDENT, ISOTROPIC, Space
+from trackdyn.model.constants import INDEPENDENT, Space
 from trackdyn.model.state import OFFSET, SPEED, P, Q
 
 
@@ -78,41 +76,28 @@ def normal_velocity(state, space, x, y):
 
 
 @kernel
-def overlap_ratio(model, space, kind, offset):
-    """`overlap` in space, 1 in the plane."""
+def overlap_ratio(space, kind, offset):
+    """Share of the contact length that is left at an axial ``offset`` (m): Eq. 19 with its cap; 1 in the plane.
+
+    ``space`` is ``model.space``.
+    """
     if space is None:
         return 1.0
-    return overlap(model.space, kind, offset)
-
-
-@kernel
-def overlap(space: Space, kind, offset):
-    """Share of the contact length that is left at an axial ``offset`` (m): Eq. 19 with its cap."""
     length = space.length[kind]
     left = length + space.overhang[kind] - abs(offset)
     return min(max(left, 0.0), length) / length
 
 
 @kernel
-def axial_friction(kind, law, slip, axial_slip):
-    """Signed coefficients of the tangential and the axial friction force (Eqs. 10, 11), against the slip."""
-    if kind == ISOTROPIC:
-        total = sqrt(slip * slip + axial_slip * axial_slip)
-        if total == 0.0:
-            return 0.0, 0.0
-        mu = friction_coefficient(law, total)
-        return mu * (slip / total), mu * (axial_slip / total)
-    if kind == INDEPENDENT:
-        return friction_coefficient(law, slip), friction_coefficient(law, axial_slip)
-    return friction_coefficient(law, slip), 0.0
+def friction_coefficients(space, law, slip, axial_slip):
+    """Signed coefficients of the tangential and the axial friction force (Eqs. 10, 11), against the slip.
 
-
-@kernel
-def friction_coefficients(model, space, law, slip, axial_slip):
-    """`axial_friction` in space, Eq. 10 alone in the plane."""
+    ``space`` is ``model.space``.
+    """
     if space is None:
         return friction_coefficient(law, slip), 0.0
-    return axial_friction(model.space.friction, law, slip, axial_slip)
+    axial = friction_coefficient(law, axial_slip) if space.friction == INDEPENDENT else 0.0
+    return friction_coefficient(law, slip), axial
 
 
 @kernel

@@ -21,8 +21,16 @@ from trackdyn.contact.axial import (
     to_plane_frame,
     to_wheel_frame,
 )
-from trackdyn.contact.laws import elastic_force, implicit_speed, normal_force, normal_slopes, stored_impact_speed
-from trackdyn.contact.tooth import find_area, groove_index, in_groove
+from trackdyn.contact.laws import (
+    elastic_force,
+    find_area,
+    groove_index,
+    implicit_speed,
+    in_groove,
+    normal_force,
+    normal_slopes,
+    stored_impact_speed,
+)
 from trackdyn.jit import kernel
 from trackdyn.model.constants import SPROCKET, Law, Model, Wheels
 from trackdyn.model.state import OFFSET, P, Q, State
@@ -114,7 +122,7 @@ def apply(model: Model, state: State, work: Work, point: ContactPoint, space, im
     sy -= ty
     slip = -ny * (sx + ww * oy) + nx * (sy - ww * ox)
     fn = point.share * normal_force(law, point.depth, point.speed, point.impact, point.radius)
-    mu, axial_mu = friction_coefficients(model, space, law, slip, sz)
+    mu, axial_mu = friction_coefficients(model.space, law, slip, sz)
     present = fn
     row = work.contact[work.count[0]]
     if implicit is not None:
@@ -229,7 +237,7 @@ def tooth_loads(model: Model, state: State, work: Work, space, implicit):
         k = near.groove[arc]
         depth = nkx = nky = radius = ck = sk = share = 0.0
         if lx * lx + ly * ly <= reach * reach:
-            share = overlap_ratio(model, space, FLANK, lz)
+            share = overlap_ratio(model.space, FLANK, lz)
         if share > 0.0:
             # each arc searches the groove that its own centre is in: tips are shared by neighbours
             ck, sk, x_k, y_k = in_groove(tooth, k, cs, ss, lx, ly)
@@ -294,7 +302,7 @@ def wheel_loads(model: Model, state: State, work: Work, space, implicit):
         share = qz = 0.0
         if depth > 0.0:
             qz = az + min(max(fraction, 0.0), 1.0) * (bz - az)
-            share = overlap_ratio(model, space, kind, qz - cz)
+            share = overlap_ratio(model.space, kind, qz - cz)
         if share <= 0.0:
             work.wheel_force[link, wheel] = work.friction[0, item] = 0.0
             state.wheel_impact[link, wheel] = 0.0

@@ -2,8 +2,7 @@
 
 from trackdyn.chain import implicit as linear
 from trackdyn.chain import riccati
-from trackdyn.chain.kinematics import bushing_torques, damping_weight
-from trackdyn.chain.maxwell import add_moments
+from trackdyn.chain.kinematics import add_moments, bushing_torques, damping_weight
 from trackdyn.chain.plane import update_frame
 from trackdyn.chain.riccati import close, close_compliant
 from trackdyn.contact.loads import contact_loads
@@ -61,19 +60,26 @@ def sense(model: Model, state: State, work: Work, space):
     ax = p[0, 0] * load[0] + p[0, 1] * load[1] + p[0, 2] * load[2] + p[0, 3]
     ay = p[1, 0] * load[0] + p[1, 1] * load[1] + p[1, 2] * load[2] + p[1, 3]
     alpha = r[b, 0] * load[0] + r[b, 1] * load[1] + r[b, 2] * load[2] + r[b, 3]
-    w2 = state.rate[b] ** 2
-    c, s = work.cos[b], work.sin[b]
-    work.sensed[0] = c * ax + s * ay - alpha * sensor.y - w2 * sensor.x
-    work.sensed[1] = c * ay - s * ax + alpha * sensor.x - w2 * sensor.y
-    work.sensed[2] = state.angle[b]
+    _sense_at(model, state, work, b, ax, ay, alpha, work.sensed, space)
+
+
+@kernel
+def _sense_at(model: Model, state: State, work: Work, body, ax, ay, alpha, out, space):
+    """What the sensor's position on a body feels, whose input pin is accelerated by ``ax, ay``, into ``out``."""
+    x, y = model.sensor.x, model.sensor.y
+    w2 = state.rate[body] * state.rate[body]
+    c, s = work.cos[body], work.sin[body]
+    out[0] = c * ax + s * ay - alpha * y - w2 * x
+    out[1] = c * ay - s * ax + alpha * x - w2 * y
+    out[2] = state.angle[body]
     if space is not None:
         # the turning plane adds (q u, -p u)
-        p_rate, q_rate = state.plane.motion[P], state.plane.motion[Q]
-        x = work.pin_x[b] - state.pin[0] + (c * sensor.x - s * sensor.y)
-        y = work.pin_y[b] - state.pin[1] + (s * sensor.x + c * sensor.y)
-        u = p_rate * y - q_rate * x
-        work.sensed[0] += (c * q_rate - s * p_rate) * u
-        work.sensed[1] -= (s * q_rate + c * p_rate) * u
+        p, q = state.plane.motion[P], state.plane.motion[Q]
+        px = work.pin_x[body] - state.pin[0] + (c * x - s * y)
+        py = work.pin_y[body] - state.pin[1] + (s * x + c * y)
+        u = p * py - q * px
+        out[0] += (c * q - s * p) * u
+        out[1] -= (s * q + c * p) * u
 
 
 @kernel
@@ -89,16 +95,7 @@ def sense_links(model: Model, state: State, work: Work, space):
         w2 = state.rate[i] * state.rate[i]
         c, s = work.cos[i], work.sin[i]
         if link < links.shape[0] and shoes.link_body[link] == i:
-            x, y = model.sensor.x, model.sensor.y
-            links[link, 0] = c * ax + s * ay - alpha * y - w2 * x
-            links[link, 1] = c * ay - s * ax + alpha * x - w2 * y
-            links[link, 2] = state.angle[i]
-            if space is not None:
-                px = work.pin_x[i] - state.pin[0] + (c * x - s * y)
-                py = work.pin_y[i] - state.pin[1] + (s * x + c * y)
-                u = state.plane.motion[P] * py - state.plane.motion[Q] * px
-                links[link, 0] += (c * state.plane.motion[Q] - s * state.plane.motion[P]) * u
-                links[link, 1] -= (s * state.plane.motion[Q] + c * state.plane.motion[P]) * u
+            _sense_at(model, state, work, i, ax, ay, alpha, links[link], space)
             link += 1
         dx = chain.length[i] * c
         dy = chain.length[i] * s

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from trackdyn.chain import maxwell
-from trackdyn.chain.kinematics import bearing_drag
+from trackdyn.chain.kinematics import bearing_drag, stored
 from trackdyn.integrate.carriers import carrier_energy, mean_velocity
 from trackdyn.jit import kernel
 from trackdyn.model.constants import SPROCKET, Model
@@ -176,7 +175,7 @@ def energies(model: Model, state: State, work: Work, space, out):
     sliding, spring, lifted = carrier_energy(model, state, model.carriers)
     out[KINETIC] = kinetic + sliding
     out[GRAVITY] = gravity + lifted
-    out[BUSHING_ELASTIC] = elastic + spring + maxwell.stored(state, model.branches)
+    out[BUSHING_ELASTIC] = elastic + spring + stored(state, model.branches)
     if space is not None:
         _add_plane(model, state, work, space, out)
 

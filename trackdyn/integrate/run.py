@@ -7,8 +7,7 @@ What costs no time where there is none of it has arrays without entries, or zero
 
 from math import sqrt
 
-from trackdyn.chain.kinematics import damping_weight, forward_kinematics, orient
-from trackdyn.chain.maxwell import relax
+from trackdyn.chain.kinematics import damping_weight, forward_kinematics, orient, relax
 from trackdyn.chain.plane import plane_dynamics, turn_plane
 from trackdyn.integrate.carriers import advance_carriers
 from trackdyn.integrate.dynamics import accumulate, evaluate_loads, sense, sense_links, solve_chain

@@ -5,8 +5,7 @@ memory of a contact (its initial impact velocity) belongs to the state at the st
 stages do not change it. Forces jump where a contact begins or changes its area; there the order is lost.
 """
 
-from trackdyn.chain.kinematics import bearing_drag, forward_kinematics, orient
-from trackdyn.chain.maxwell import add_rates
+from trackdyn.chain.kinematics import add_rates, bearing_drag, forward_kinematics, orient
 from trackdyn.integrate.dynamics import accumulate, evaluate_loads, sense, sense_links, solve_chain
 from trackdyn.integrate.energy import powers
 from trackdyn.integrate.semi_implicit import RATE_LIMIT, sprocket_acceleration

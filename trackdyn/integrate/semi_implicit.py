@@ -10,8 +10,6 @@ force itself adds in this one (`contact.laws.implicit_speed`). Without that, for
 tenth too high.
 """
 
-from math import sin
-
 from trackdyn.chain.kinematics import bearing_drag, orient
 from trackdyn.jit import fused, kernel
 from trackdyn.model.constants import SPROCKET, Drive, Model
@@ -42,20 +40,12 @@ def sprocket_acceleration(drive: Drive, time):
 
 
 @kernel
-def rippled(rate, angle, ripple):
-    """A prescribed rate with the ripple that belongs to the sprocket's angle."""
-    if ripple.share == 0.0:
-        return rate
-    return rate * (1.0 + ripple.share * sin(ripple.order * angle))
-
-
-@kernel
-def driven_rate(drive: Drive, old, angle, torque, time, h, motor):
+def driven_rate(drive: Drive, old, torque, time, h, motor):
     """Rate of the sprocket at the end of a step of ``h`` that ends at ``time``: prescribed, or under a motor's torque.
 
     ``torque`` is that of the contacts (N m); the line of the motor is taken at the end of the step.
     """
-    wanted = rippled(sprocket_rate(drive, time), angle, drive.ripple)
+    wanted = sprocket_rate(drive, time)
     if time > motor.release:
         return old + h * torque / motor.inertia
     if motor.prescribed:
@@ -164,9 +154,7 @@ def advance(model: Model, state: State, work: Work, implicit):
     state.steps[0] += 1
     time = state.steps[0] * h
     old = state.wheel_rate[SPROCKET]
-    state.wheel_rate[SPROCKET] = driven_rate(
-        model.drive, old, state.wheel_angle[SPROCKET], work.wheel_torque[SPROCKET], time, h, model.drive.motor
-    )
+    state.wheel_rate[SPROCKET] = driven_rate(model.drive, old, work.wheel_torque[SPROCKET], time, h, model.drive.motor)
     # the mean of both rates: exact for a constant speed and of second order on the ramp
     state.wheel_angle[SPROCKET] += 0.5 * h * (old + state.wheel_rate[SPROCKET])
     for wheel in range(1, wheels.x.shape[0]):

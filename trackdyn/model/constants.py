@@ -13,8 +13,8 @@ import numpy as np
 
 # wheel 0 is the sprocket: its motion is prescribed and links touch its ring
 SPROCKET = 0
-# kinds of friction in space: Eq. 10 alone, Eqs. 10 and 11 each for itself, one coefficient of the whole slip
-TANGENTIAL, INDEPENDENT, ISOTROPIC = range(3)
+# kinds of friction in space: Eq. 10 alone, Eqs. 10 and 11 each for itself
+TANGENTIAL, INDEPENDENT = range(2)
 
 
 class Chain(NamedTuple):
@@ -85,10 +85,10 @@ class Tooth(NamedTuple):
     addendum: float  # r_a of Eq. 18, m
     arc_radius: float  # r_C of the connector's arcs, m
     law: Law  # steel on steel
-    # of the chain across itself where an arc touches (`chain.mobility`), 1/kg; 0 where the method has forces and
+    # of the chain across itself where an arc touches (`scene.build`), 1/kg; 0 where the method has forces and
     # velocities of the same instant
     mobility: float = 0.0
-    # (2, 3) of a left and of a right arc where it slides (`chain.mobility.mobility_of_slip`), 1/kg; 0 likewise
+    # (2, 3) of a left and of a right arc where it slides (`scene.build.mobility_of_slip`), 1/kg; 0 likewise
     slip: np.ndarray = np.zeros((2, 3))
 
 
@@ -151,13 +151,6 @@ class Carriers(NamedTuple):
     force: np.ndarray
 
 
-class Ripple(NamedTuple):
-    """Share by which a prescribed speed swings, and its periods in a turn of the sprocket."""
-
-    share: float
-    order: float
-
-
 class Motor(NamedTuple):
     """A sprocket that is not prescribed: ``inertia`` (kg m2) under contacts and a motor (`parameters.sections`).
 
@@ -172,21 +165,19 @@ class Motor(NamedTuple):
     prescribed: int
 
 
-NO_RIPPLE = Ripple(share=0.0, order=1.0)
 NO_MOTOR = Motor(inertia=1.0, slope=0.0, torque=0.0, release=inf, prescribed=1)
 
 
 class Drive(NamedTuple):
     """Rate of the sprocket: from ``start`` to ``rate`` (rad/s) in ``ramp`` seconds from ``begin``, then constant.
 
-    ``ripple`` and ``motor`` do nothing where the speed is plain and prescribed.
+    ``motor`` does nothing where the speed is prescribed.
     """
 
     rate: float
     ramp: float
     start: float = 0.0
     begin: float = 0.0
-    ripple: Ripple = NO_RIPPLE
     motor: Motor = NO_MOTOR
 
 
@@ -219,13 +210,11 @@ class Space(NamedTuple):
     clearance: float
     stiffness: float
     damping: float
-    # ``TANGENTIAL`` (no axial friction), ``INDEPENDENT`` (Eqs. 10 and 11 each for itself) or ``ISOTROPIC`` (one
-    # coefficient of the whole slip)
-    friction: int
+    friction: int  # ``TANGENTIAL`` (no axial friction) or ``INDEPENDENT`` (Eqs. 10 and 11 each for itself)
 
 
 class Branches(NamedTuple):
-    """Maxwell branches of every bushing (`chain.maxwell`): stiffness (N m/rad) and relaxation time (s), (b,) arrays;
+    """Maxwell branches of every bushing (`chain.kinematics`): stiffness (N m/rad) and relaxation time (s), (b,) arrays;
     b is 0 for bushings with a viscous damper.
     """
 

@@ -25,7 +25,7 @@ class Choices(Section):
     space: Annotated[Literal["auto", "planar", "spatial"], OneOf()] = "auto"
     tooth_contact: Annotated[Literal["none", "three_surfaces", "ten_arcs"], OneOf(PROFILES)] = "ten_arcs"
     normal_law: Annotated[Literal["elastic", "printed", "delivered"], OneOf(NORMAL_LAWS)] = "printed"
-    friction: Annotated[Literal["auto", "none", "tangential", "independent", "isotropic"], OneOf()] = "auto"
+    friction: Annotated[Literal["auto", "none", "tangential", "independent"], OneOf()] = "auto"
     closure: Annotated[Literal["elastic_damping", "rigid"], OneOf()] = "rigid"
     integrator: Annotated[Literal["linearly_implicit", "semi_implicit", "rk4"], OneOf(METHODS)] = "semi_implicit"
     tension: Annotated[Literal["locked", "retensioned", "sprung", "forced"], OneOf()] = "locked"
@@ -34,7 +34,6 @@ class Choices(Section):
 
 
 CHOICES = {name: get_args(field.annotation) for name, field in Choices.model_fields.items()}
-AXIAL_FRICTION = ("independent", "isotropic")
 OF_CONTACTS = ("tooth_contact", "normal_law", "friction", "tension", "drag")
 
 # name -> choices and step; each measured against the next one up (rule `fidelity`)
@@ -144,7 +143,7 @@ REFUSALS: tuple[Refusal, ...] = (
     # motion in space
     ("space", lambda s: s.space == "planar" and s.tilted and not s.free,
      "{tilted} moves the chain out of its plane; use 'spatial' or 'auto'"),
-    ("friction", lambda s: s.friction in AXIAL_FRICTION and not s.spatial,
+    ("friction", lambda s: s.friction == "independent" and not s.spatial,
      "axial friction needs motion in space; use 'tangential', or space='spatial'"),
     ("chain", lambda s: s.spatial and s.chain != "double_pin",
      "motion in space is modelled for 'double_pin' only"),
@@ -198,7 +197,7 @@ def _facts(scene) -> SimpleNamespace:
         method=METHODS[integrator], tilted=wheel_out_of_plane(rig), spatial=spatial,
         stepped=integrator in ("semi_implicit", "linearly_implicit") and not spatial,
         how="motion in space" if spatial else f"integrator={integrator!r}",
-        driven=on_wheels and rig.drive is not None and (rig.drive.kind != "speed" or rig.drive.ripple > 0),
+        driven=on_wheels and rig.drive is not None and rig.drive.kind != "speed",
         carried=carried[0] if on_wheels and carried else None, armless=armless[0] if on_wheels and armless else None,
     )  # fmt: skip
 

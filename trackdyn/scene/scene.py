@@ -119,8 +119,8 @@ class Scene(Choices):
     normal_law : str
         ``printed`` (Eq. 8), ``delivered`` (its damping factor delivers the restitution) or ``elastic``.
     friction : str
-        ``none``, ``tangential``, in space also ``independent`` (tangential and axial as printed) or
-        ``isotropic`` (one coefficient of the whole slip); ``auto``: what the space allows.
+        ``none``, ``tangential``, in space also ``independent`` (tangential and axial as printed); ``auto``: what the
+        space allows.
     closure : str
         ``rigid``, or ``elastic_damping``: a spring and damper at the cut joint.
     integrator : str

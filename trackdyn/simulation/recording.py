@@ -132,8 +132,7 @@ class Recording:
         back undoes no turn.
         """
         asked, made, drive = -self.scene.sprocket_rate, -self.wheel_rate[:, SPROCKET], self.scene.rig.drive
-        ripple = drive.ripple if drive is not None else 0.0
-        if (drive is None or drive.kind == "speed") and (abs(made - asked) <= (ripple + 1e-6) * asked).all():
+        if (drive is None or drive.kind == "speed") and (abs(made - asked) <= 1e-6 * asked).all():
             return None
         between = 0.5 * (made + np.r_[made[0], made[:-1]]) / (2 * pi * self.rate)
         return np.maximum.accumulate(np.r_[0.0, np.cumsum(between)])

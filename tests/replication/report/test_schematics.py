@@ -7,7 +7,7 @@ import pytest
 from matplotlib.patches import Wedge
 
 from replication.report.figures.schematics import FIGURES
-from trackdyn.contact.tooth import find_area
+from trackdyn.contact.laws import find_area
 from trackdyn.parameters.rig import load_rig
 from trackdyn.scene.build import make_tooth
 

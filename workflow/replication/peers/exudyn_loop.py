@@ -18,7 +18,7 @@ from replication.peers.contact import Contacts, Memory, force_vector, jacobian_t
 from replication.study.settings import PEER_LAWS
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.extras import required
-from trackdyn.model.constants import NO_MOTOR, NO_RIPPLE, Chain, Drive, Model
+from trackdyn.model.constants import NO_MOTOR, Chain, Drive, Model
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene.scene import Scene
 
@@ -75,7 +75,7 @@ class PeerRun:
 
 def free_wheels(scene: Scene, model: Model) -> PeerWheels:
     """The wheels of a loop as its model has them; a loop that this code has not is refused."""
-    plain = model.drive[4:] == (NO_RIPPLE, NO_MOTOR) and scene.chain == "double_pin"
+    plain = model.drive.motor == NO_MOTOR and scene.chain == "double_pin"
     laws = {name: getattr(scene, name) for name in PEER_LAWS}
     if len(model.carriers.wheel) or model.space is not None or not plain or laws != PEER_LAWS:
         raise InputError(
@@ -87,7 +87,7 @@ def free_wheels(scene: Scene, model: Model) -> PeerWheels:
 
 
 def fixed(rig: Rig) -> Rig:
-    """The rig as Exudyn has it: every wheel fixed where its file has it, and a prescribed speed without ripple."""
+    """The rig as Exudyn has it: every wheel fixed where its file has it, and a prescribed speed."""
     changes = {
         f"{name}__{carrier}": None
         for name, wheel in rig.rollers.items()

@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 
 from replication.report import marks
 from replication.report.figures import groove as section
-from trackdyn.contact.tooth import find_area
+from trackdyn.contact.laws import find_area
 from trackdyn.parameters.layout import BeltPath, belt_around
 from trackdyn.parameters.rig import Rig
 from trackdyn.plots import drawing

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import FancyBboxPatch, Polygon
 
 from replication.report import marks
-from trackdyn.contact.tooth import find_area
+from trackdyn.contact.laws import find_area
 from trackdyn.parameters.rig import Rig
 from trackdyn.plots.drawing import CONNECTOR, Z_MARK
 from trackdyn.plots.style import BLACK, SMALL, new_figure, styled
