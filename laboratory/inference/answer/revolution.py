@@ -1,15 +1,17 @@
 """Contacts of a revolution of the loop, stitched from the records of all connectors within a pitch passage.
 
-What is taken from whole passages of a long record comes here from samples of a short one
-(`measure.whole_loop.stitched_contacts`).
+What is taken from whole passages of a long record comes here from samples of a short one (`stitched_contacts`).
 """
+
+from dataclasses import replace
 
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
 from trackdyn.measure.contacts import meshing_summary
 from trackdyn.measure.events import RESOLUTION, event_times, smoothed_maxima
-from trackdyn.measure.whole_loop import stitched_contacts
+from trackdyn.measure.whole_loop import passage_edges, revolution_samples
+from trackdyn.model.record import SPELL
 from trackdyn.simulation.recording import Recording
 
 PRINTED = (("left", 2, 0.17), ("right", 7, 1.07))  # area that the arc touches without a ring, time of its maximum (s)
@@ -49,3 +51,63 @@ def summary(recording: Recording) -> tuple[dict, dict[str, float]]:
         highest, near = smooth[..., i].max(axis=1), smooth[:, abs(seconds - time) < NEAR, i].max(axis=1)
         values[f"{side}_at_printed"] = float(np.mean(near / np.where(highest > 0, highest, np.inf)))
     return values, event_times(contacts)
+
+
+def stitched_contacts(recording: Recording) -> Recording:
+    """Contacts of one connector and the link ahead over a revolution of the loop for each whole passage of a record.
+
+    Every pitch is recorded. The revolutions stand one after another, each from the middle of the connector's free way
+    on, with half a one before and after them. Other arrays than those of contacts are empty. The log is made from
+    samples: its times are whole ones, its peaks the largest sample.
+    """
+    links, rate, revolutions = len(recording.pitches), recording.rate, []
+    for first in passage_edges(recording)[:-1]:
+        rows, columns = revolution_samples(recording, first, links)
+        pair = np.column_stack([columns, (columns + 1) % links])
+        touching = (recording.force[rows[:, None], pair] > 0)[:, [0, 0, 1], [0, 1, 2]].any(axis=1)
+        revolutions.append((np.roll(rows, -(shift := _free_way(touching))), np.roll(pair, -shift, axis=0)))
+    half = len(revolutions[0][0]) // 2
+    (rows, pair), (last_rows, last_pair) = revolutions[0], revolutions[-1]
+    at = np.concatenate([last_rows[-half:], *(rows for rows, _ in revolutions), rows[:half]])
+    pairs = np.concatenate([last_pair[-half:], *(pair for _, pair in revolutions), pair[:half]])
+    force, area = recording.force[at[:, None], pairs], recording.area[at[:, None], pairs]
+    rate_made = -2 * np.pi / recording.periods.turn
+    empty = {name: getattr(recording, name)[:0] for name in ("raw", "mean", "gap", "cut", "place", "energy")}
+    return replace(
+        recording,
+        time=np.arange(1, len(at) + 1) / rate,
+        wheel_rate=np.full((len(at), 1), rate_made),
+        force=force,
+        area=area,
+        groove=np.zeros_like(area),
+        pitches=np.array([1, 2]),
+        spells=np.concatenate([
+            _sampled_spells(force[:, pitch, side], area[:, pitch, min(side, 1)], (pitch, side), rate)
+            for pitch, side in ((0, 0), (0, 1), (1, 2))
+        ]),
+        begin=0.0,
+        **empty,
+    )  # fmt: skip
+
+
+def _free_way(touching: np.ndarray) -> int:
+    """Index of the middle of the longest pause of a circular series; 0 without a contact."""
+    at = np.flatnonzero(touching)
+    if not len(at):
+        return 0
+    pauses = np.diff(np.r_[at[-1] - len(touching), at])
+    longest = pauses.argmax()
+    return int(at[longest] - pauses[longest] // 2) % len(touching)
+
+
+def _sampled_spells(force: np.ndarray, area: np.ndarray, who: tuple[int, int], rate: float) -> np.ndarray:
+    """(k,) spells (`model.record.SPELL`) of a pitch and side from samples of its force and area."""
+    edges = np.flatnonzero(np.diff(np.r_[0, force > 0, 0]))
+    begins, ends = edges[::2], edges[1::2]
+    rows = []
+    for begin, end in zip(begins, ends, strict=True):
+        of = force[begin:end]
+        bits = np.bitwise_or.reduce(1 << (area[begin:end].astype(int) - 1)) if who[1] < 2 else 0
+        peak = of.max(), (begin + of.argmax() + 0.5) / rate
+        rows.append((*who, 0, bits, begin / rate, end / rate, *peak, of.sum() / rate, of @ of / rate))
+    return np.array(rows, SPELL)
