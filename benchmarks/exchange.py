@@ -77,10 +77,10 @@ def main() -> None:
     parser.add_argument("--exchanges", type=int, default=5000)
     options = parser.parse_args()
     from trackdyn import Scene, load_rig
-    from trackdyn.files import refuse_unwritable, write_text
+    from trackdyn.files import check_writable, write_text
     from trackdyn.scene.fidelity import preset as preset_fields
 
-    refuse_unwritable(options.out)
+    check_writable(options.out)
     rig, rows = load_rig(options.rig), []
     for preset, changes, native in tqdm(CASES, unit="case"):
         # at rest at time 0: from the start-up ramp on

@@ -6,7 +6,7 @@ from threading import Barrier, Thread
 import pytest
 
 from trackdyn.errors import InputError
-from trackdyn.files import refuse_unwritable, replacing, write_csv, write_text
+from trackdyn.files import check_writable, replacing, write_csv, write_text
 
 
 @pytest.mark.parametrize("size", [10, 10**6])
@@ -47,7 +47,7 @@ def test_the_target_of_a_link_is_written_and_the_mode_is_kept(tmp_path):
     assert [path.name for path in target.parent.iterdir()] == ["big.txt"]
 
 
-@pytest.mark.parametrize("write", [refuse_unwritable, lambda path: write_text(path, "x")])
+@pytest.mark.parametrize("write", [check_writable, lambda path: write_text(path, "x")])
 def test_a_pipe_and_a_device_are_refused(tmp_path, write):
     os.mkfifo(tmp_path / "pipe")
     (tmp_path / "link").symlink_to("/dev/null")

@@ -96,7 +96,7 @@ def broken_off() -> str:
     return "; ".join(["no file is left half-written", *sentences])
 
 
-def refuse_unwritable(path: Path | str, size: float = 0.0) -> None:
+def check_writable(path: Path | str, size: float = 0.0) -> None:
     """Refuse a name that cannot be written (as `replacing` would), or a disk with less than ``size`` bytes free."""
     try:
         target, _ = _target(path)

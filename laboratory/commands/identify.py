@@ -70,7 +70,7 @@ def identify(
     from laboratory.inference.identification.informative import tellable, unknown_of, unknowns_asked_for
     from laboratory.inference.identification.measured import read_records
     from laboratory.report.identification import identification_headline, write_identification_page
-    from trackdyn.files import refuse_unwritable, write_csv
+    from trackdyn.files import check_writable, write_csv
     from trackdyn.parameters.rig import load_rig
     from trackdyn.sensor.sensor_mapping import load_mapping
     from trackdyn.sweeps.sweep import cores
@@ -88,7 +88,7 @@ def identify(
             base, measurement.speed, measurement.turn_s
         )  # what cannot be simulated is refused before all else
     unknowns = unknowns_asked_for([unknown_of(text) for text in unknown or []], base, rig)
-    refuse_unwritable(out / "index.html")
+    check_writable(out / "index.html")
     if out.exists() and any(out.iterdir()) and not resume:
         raise InputError(
             f"--out {out} already exists; use --resume to go on from its simulations, or choose another folder"

@@ -15,7 +15,7 @@ from trackdyn.errors import InputError, TrackdynError
 from trackdyn.extras import required
 from trackdyn.parameters.validation import shown
 from trackdyn.sources import module_hash
-from trackdyn.sweeps.engine import DONE, Maker, key_of, refuse_failed, results
+from trackdyn.sweeps.engine import DONE, Maker, check_completed, key_of, results
 
 K = TypeVar("K", bound=Hashable)
 SearchMethod = Literal["dfols", "cma"]
@@ -96,7 +96,7 @@ class _Evaluated:
             return None
         key = key_of(task, self.problem.sources)
         row = results(self.problem.rows, {key: task}, 1, self.store)[key]
-        refuse_failed([row], "the same command goes on from there")
+        check_completed([row], "the same command goes on from there")
         self.refusal = row["reason"]
         return row["values"] if row["state"] == DONE else None
 
@@ -245,7 +245,7 @@ def local_searches(
         keys[of] = key_of(task, sources)
         tasks[keys[of]] = task | {"store": None if store is None else str(Path(store) / key_of(list(start.x)))}
     rows = results(rows_of_searches, tasks, jobs, None if store is None else Path(store) / "searches")
-    refuse_failed(rows.values(), "the same command goes on from there")
+    check_completed(rows.values(), "the same command goes on from there")
     ends = {}
     for of, (_, start) in requested.items():
         row = rows[keys[of]]

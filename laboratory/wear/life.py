@@ -18,7 +18,7 @@ from laboratory.wear.contour import contours, worn_rig
 from laboratory.wear.law import Coefficients, Depths, distribute
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.measure.contacts import meshing_summary
-from trackdyn.measure.stopping import refuse_undriven, run_steady
+from trackdyn.measure.stopping import check_driven, run_steady
 from trackdyn.measure.whole_loop import whole_loop
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene.scene import Scene, StopRule, steady_fields
@@ -113,7 +113,7 @@ class Worn:
         radius = None if self.rig.ring_radius is None else self.rig.ring_radius - float(y[d.ring])
         steady = steady_fields(rig, self.rpm, self.rule)
         scene = Scene(rig, self.rpm, radius, sliding=True, every_link=True, **steady, **self.fields)
-        refuse_undriven(scene)
+        check_driven(scene)
         if scene.fidelity["space"].setting == "spatial":
             raise InputError("scene: space = 'spatial': wear needs wheels in the plane of the chain")
         loop = Loop(scene)

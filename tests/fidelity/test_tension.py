@@ -19,7 +19,7 @@ from trackdyn.scene.limits import largest_step
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.resolution import open_share
-from trackdyn.simulation.settling import explained_depth, refuse_start_in_steel, settle
+from trackdyn.simulation.settling import check_meshing, explained_depth, settle
 from trackdyn.simulation.simulate import simulate
 from trackdyn.simulation.tensioning import arc_depths
 
@@ -100,7 +100,7 @@ def test_no_loop_starts_in_the_steel(make_scene, rig, equal_pitch):
     # turned by a quarter of a pitch, arcs are buried, and that is refused
     loop._parts.state.wheel_angle[SPROCKET] += 0.25 * 2 * np.pi / rig.sprocket.teeth
     with pytest.raises(InputError, match="mm inside a tooth"):
-        refuse_start_in_steel(loop.scene, *loop._parts)
+        check_meshing(loop.scene, *loop._parts)
 
 
 def test_the_step_is_judged_at_the_tension_that_the_loop_settles_at(make_scene):

@@ -15,7 +15,7 @@ from trackdyn.measure.metrics import needed_lengths, run_metrics, speed_sentence
 from trackdyn.model.record import SPELL
 from trackdyn.parameters.rig import load_rig
 from trackdyn.scene.scene import Scene
-from trackdyn.simulation.simulate import refuse_stalled
+from trackdyn.simulation.simulate import check_turning
 
 RIG = load_rig("paper")
 PITCHES, TEETH = RIG.chain.pitches, RIG.sprocket.teeth
@@ -324,8 +324,8 @@ def test_a_drive_that_keeps_its_speed_counts_turns_at_it_and_a_stalled_one_is_re
     assert meshing_summary(steered)["left_areas"] == "2"
     stalled, _ = driven("motor", 3.0, [0.005, 0.005])
     with pytest.raises(InputError, match="it cannot turn the loop; raise drive"):
-        refuse_stalled(stalled)
-    refuse_stalled(run)
+        check_turning(stalled)
+    check_turning(run)
 
 
 def test_a_loop_at_rest_has_no_shares_and_nothing_that_fails():

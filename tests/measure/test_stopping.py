@@ -5,7 +5,7 @@ import pytest
 
 from trackdyn.errors import InputError
 from trackdyn.measure.convergence import Series
-from trackdyn.measure.planner import refuse_until
+from trackdyn.measure.planner import check_tolerances
 
 
 def test_the_transient_is_where_the_rest_scatters_least():
@@ -29,6 +29,6 @@ def test_the_transient_is_where_the_rest_scatters_least():
 )  # fmt: skip
 def test_what_has_no_answer_is_refused(make_scene, tolerances, longest, words):
     with pytest.raises(InputError, match=words):
-        refuse_until(make_scene(), tolerances, longest)
+        check_tolerances(make_scene(), tolerances, longest)
     with pytest.raises(InputError, match="motor_rpm = 0: a tolerance needs a loop that turns"):
-        refuse_until(make_scene(0.0), {"rms": 0.01}, 20.0)
+        check_tolerances(make_scene(0.0), {"rms": 0.01}, 20.0)

@@ -11,7 +11,7 @@ from trackdyn.errors import DivergenceError
 from trackdyn.integrate.carriers import along, push
 from trackdyn.model.constants import SPROCKET
 from trackdyn.parameters.rig import load_rig
-from trackdyn.scene.build import refuse_stops
+from trackdyn.scene.build import check_stops
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.resolution import PIECE, open_share
@@ -39,7 +39,7 @@ def test_it_settles_with_its_tension_and_nothing_in_steel(name, settled):
     assert loop.layout["settled_tension_n"] == pytest.approx(rig.tension.pre_tension, rel=0.01)
     if loop.model.tooth.present:
         assert depth.max() < explained_depth(loop.model, rig.tension.pre_tension)
-    refuse_stops(rig, loop._parts.model.carriers, loop._parts.state.slide)
+    check_stops(rig, loop._parts.model.carriers, loop._parts.state.slide)
 
 
 @pytest.mark.parametrize("name", NAMES)

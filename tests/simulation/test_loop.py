@@ -375,7 +375,7 @@ def test_a_belt_needs_no_checkpoint(rig, tmp_path):
 def test_the_account_is_judged_while_a_run_goes_on(make_scene, monkeypatch):
     """Every ten seconds of a record, not only at its end, also if the chunks do not end there; by the turns made."""
     seen = []
-    monkeypatch.setattr(writer, "refuse_open_account", lambda energy, model, driven: seen.append((len(energy), driven)))
+    monkeypatch.setattr(writer, "check_account", lambda energy, model, driven: seen.append((len(energy), driven)))
     monkeypatch.setattr(writer, "CHUNK", 3.0)
     loop = Loop(make_scene(0.0, step=2e-4, integrator="linearly_implicit"))
     loop.drive(2.0, ramp=22.0)

@@ -8,7 +8,7 @@ import pytest
 
 from trackdyn.errors import InputError
 from trackdyn.sweeps.design import Span, make_design, parse_levels, read_table, write_table
-from trackdyn.sweeps.sweep import columns, refuse_columns, requested_rows, sweep
+from trackdyn.sweeps.sweep import check_columns, columns, requested_rows, sweep
 
 
 @pytest.mark.parametrize("method", ["sobol", "latin"])
@@ -96,7 +96,7 @@ def test_a_damaged_parquet_file_is_refused(tmp_path):
 def test_columns_are_known_or_refused():
     assert {"motor_rpm", "every_link", "known.force", "preset", "name"} <= set(columns())
     of_rigs = ("sprocket.ring_radius", "gravity", "drive.kind", "road_1.bearing_drag", "road_1.arm.stiffness")
-    refuse_columns(pd.DataFrame({name: [1] for name in ("motor_rpm", *of_rigs)}), "d.csv")
+    check_columns(pd.DataFrame({name: [1] for name in ("motor_rpm", *of_rigs)}), "d.csv")
     for table, said in (
         ({"motor_rpm": [1], "speed": [2]}, "'speed' is not a column of a design"),
         ({"motor_rpm": [1], "sprocket.radius": [2]}, "'sprocket.radius' is not a column"),
@@ -105,7 +105,7 @@ def test_columns_are_known_or_refused():
         ({"motor_rpm": []}, "has no rows"),
     ):
         with pytest.raises(InputError, match=said):
-            refuse_columns(pd.DataFrame(table), "d.csv")
+            check_columns(pd.DataFrame(table), "d.csv")
 
 
 def only(cells, rig_path):

@@ -7,7 +7,7 @@ import pytest
 
 from trackdyn.errors import TrackdynError
 from trackdyn.sweeps import engine
-from trackdyn.sweeps.engine import key_of, refuse_failed, results
+from trackdyn.sweeps.engine import check_completed, key_of, results
 
 # A row is refused, diverges, fails or kills its process at its first attempt, as it is told.
 MADE_UP = """
@@ -63,8 +63,8 @@ def test_what_comes_of_a_row_is_its_state(maker, tmp_path, jobs):
         ("failed", "KeyError: \"'another'\"", []),
     ]
     with pytest.raises(TrackdynError, match=r"may pass \(KeyError: .*\); try again"):
-        refuse_failed(rows.values(), "try again")
-    refuse_failed([row for row in rows.values() if row["state"] != "failed"], "try again")
+        check_completed(rows.values(), "try again")
+    check_completed([row for row in rows.values() if row["state"] != "failed"], "try again")
 
 
 def test_a_row_that_kills_its_process_twice_fails_and_no_other(maker, tmp_path, monkeypatch):

@@ -109,22 +109,17 @@ def test_nothing_is_computed_twice(tmp_path, rig_path, counted):
     assert len(counted) == 5
 
 
-def test_other_sources_compute_again(tmp_path, rig_path, counted, monkeypatch, capsys):
-    """A store of another version of the program: a sentence, everything computed, nothing lost."""
+def test_other_sources_compute_again(tmp_path, rig_path, counted, monkeypatch):
+    """A store of another version of the program: everything computed, nothing lost."""
     out = tmp_path / "r.parquet"
     first = sweep(design(2), out, rig_path, jobs=1)
     old = {path: path.read_bytes() for path in (tmp_path / "r.rows").iterdir()}
-    assert capsys.readouterr().err == ""
     with monkeypatch.context() as patch:
         patch.setattr("trackdyn.sweeps.sweep.module_hash", lambda module: "edited")
         sweep(design(2), out, rig_path, jobs=1)
         assert len(counted) == 4
-        assert capsys.readouterr().err == (
-            f"trackdyn: {tmp_path / 'r.rows'}: none of its 2 rows is of this design by this version of the program; "
-            "they stay there, and all rows are computed\n"
-        )
         sweep(design(3), out, rig_path, jobs=1)  # some are there
-        assert len(counted) == 5 and capsys.readouterr().err == ""
+        assert len(counted) == 5
     assert all(path.read_bytes() == content for path, content in old.items())
     pd.testing.assert_frame_equal(sweep(design(2), out, rig_path, jobs=1), first)
     assert len(counted) == 5

@@ -11,7 +11,7 @@ from typing import Annotated, Any
 import typer
 
 from trackdyn.errors import InputError, shown
-from trackdyn.files import refuse_unwritable
+from trackdyn.files import check_writable
 
 DEFAULT_RIG = "paper"
 MEASURES = "rms, sd, line, left_peak, left_share, right_share or ring_share"
@@ -81,7 +81,7 @@ def check_output(path: Path, overwrite: bool, *inputs: Path | str | None, size: 
     for file in inputs:
         if file is not None and os.path.realpath(file) == os.path.realpath(path):
             raise InputError(f"{path} is an input of this command; give the output another name")
-    refuse_unwritable(path, size)
+    check_writable(path, size)
     if path.exists() and not overwrite:
         raise InputError(f"{path} exists; give another name, or --overwrite to replace it")
 

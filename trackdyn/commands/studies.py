@@ -49,14 +49,14 @@ def ring(
     from trackdyn.plots.style import save
     from trackdyn.sweeps.engine import DONE
     from trackdyn.sweeps.ring import ring_study
-    from trackdyn.sweeps.sweep import refuse_foreign
+    from trackdyn.sweeps.sweep import check_replaceable
 
     judge, table, rows, loaded = parse_rule(rule or RULE), out / "ring.csv", out / "rows", load_rig(rig)
     speeds, steps = _numbers(rpm, "--rpm"), _numbers(step, "--step") if step else []
     pictures = [out / f"{name}.png" for name in ("fig23_a", "fig23_b", "fig24")]
     written = [table, *pictures, *(picture.with_suffix(".svg") for picture in pictures), out / "ring.html"]
     if not overwrite and table.exists():
-        refuse_foreign(table, rows)
+        check_replaceable(table, rows)
     for path in written:
         options.check_output(path, overwrite or table.exists(), rig)
     study = ring_study(rig, speeds, _numbers(radii, "--radii") if radii else None, jobs, rows, not quiet, steps)
@@ -153,11 +153,11 @@ def sweep(
     --overwrite.
     """
     from trackdyn.sweeps.engine import DONE, FAILED
-    from trackdyn.sweeps.sweep import refuse_foreign, states_summary
+    from trackdyn.sweeps.sweep import check_replaceable, states_summary
     from trackdyn.sweeps.sweep import sweep as run
 
     if not overwrite:
-        refuse_foreign(out, store)
+        check_replaceable(out, store)
     results = run(design, out, rig, jobs, store, progress=not quiet)
     rest = results.loc[results["state"] != DONE, "reason"]
     if not quiet:
@@ -192,7 +192,7 @@ def design(
 ) -> None:
     """Make a design: a grid, a Sobol sequence or a Latin hypercube over columns of a sweep."""
     from trackdyn.sweeps.design import make_design, parse_levels, write_table
-    from trackdyn.sweeps.sweep import refuse_columns
+    from trackdyn.sweeps.sweep import check_columns
 
     varied, fixed = {}, {}
     for pair in vary:
@@ -206,6 +206,6 @@ def design(
             raise InputError(f"--set = {shown(pair)}: expected name=value, each name once")
         fixed[name] = value
     table = make_design(varied, method, rows, seed, fixed)
-    refuse_columns(table, "design")
+    check_columns(table, "design")
     options.check_output(out, overwrite)
     write_table(table, out)

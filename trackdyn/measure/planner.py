@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 from trackdyn.errors import InputError, TrackdynError
 from trackdyn.measure.convergence import LEAST, RELATIVE, SHARES, SURE, Estimate, Series, difference, scale_of, settled
 from trackdyn.measure.sensor import whole_samples
-from trackdyn.measure.stopping import record_until, refuse_undriven
+from trackdyn.measure.stopping import check_driven, record_until
 from trackdyn.measure.whole_loop import series
 from trackdyn.scene.limits import round_step, turn_limit
 from trackdyn.scene.scene import LONGEST_RUN, Scene
@@ -191,9 +191,9 @@ def plan(scene: Scene, tolerances: Mapping[str, float], longest: float = 60.0, m
     Raises
     ------
     InputError
-        As `refuse_until`, or no setting keeps the tolerances: what stands in the way.
+        As `check_tolerances`, or no setting keeps the tolerances: what stands in the way.
     """
-    refuse_until(scene, tolerances, longest)
+    check_tolerances(scene, tolerances, longest)
     begin = time.process_time()
     rate, wait = scene.rig.sensor.rate, WAIT * scene.periods.loop
     record = {"duration": whole_samples(rate, longest), "lead_in": whole_samples(rate, wait), "every_link": True}
@@ -345,7 +345,7 @@ def _is_number(value: object) -> bool:
     return isinstance(value, Real)
 
 
-def refuse_until(scene: Scene, tolerances: Mapping[str, float], longest: float) -> None:
+def check_tolerances(scene: Scene, tolerances: Mapping[str, float], longest: float) -> None:
     """Refuse what `measure.planner.plan` cannot be asked for.
 
     Raises `InputError`: a measure or tolerance is invalid, or ``longest`` holds too few passages or is beyond ten
@@ -358,7 +358,7 @@ def refuse_until(scene: Scene, tolerances: Mapping[str, float], longest: float) 
             raise InputError(f"measure = {name!r}: choose {', '.join(RELATIVE + SHARES)}")
         if not (_is_number(value) and 0.0 < value < 1.0):
             raise InputError(f"tolerance = {value!r} of {name}: must be between 0 and 1, such as 0.01")
-    refuse_undriven(scene)
+    check_driven(scene)
     least = (LEAST + 1) * scene.periods.passage  # the first one is cut
     if not (_is_number(longest) and least < longest <= LONGEST_RUN):
         raise InputError(

@@ -108,7 +108,7 @@ def steady_from(recording: Recording, rule: StopRule) -> tuple[float, bool]:
     return float(begins) - LONGEST_CONTACT * recording.periods.turn, converged
 
 
-def refuse_undriven(scene: Scene) -> None:
+def check_driven(scene: Scene) -> None:
     """Refuse (`InputError`) a scene that has no chain driven on its wheels, and so no passages of pitches."""
     if scene.motor_rpm == 0:
         raise InputError("scene: motor_rpm = 0: a tolerance needs a loop that turns; give a speed above 0 rev/min")

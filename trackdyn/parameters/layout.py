@@ -169,7 +169,7 @@ def run_order(circles: np.ndarray) -> list[int]:
 def belt_around(rig: Rig, shift: float = 0.0, body: float | None = None) -> tuple[BeltPath, list[int]]:
     """Path of the pins around the rig's wheels, and the index in `wheel_names` of each circle; or `InputError`."""
     circles, names = wheel_circles(rig, shift, body=body), wheel_names(rig)
-    refuse_overlap(rig, circles[:, :2])
+    check_overlap(rig, circles[:, :2])
     order = run_order(circles)
     if order[0] != 0:
         raise InputError(
@@ -187,7 +187,7 @@ def belt_around(rig: Rig, shift: float = 0.0, body: float | None = None) -> tupl
     return path, order
 
 
-def refuse_overlap(rig: Rig, centres: np.ndarray) -> None:
+def check_overlap(rig: Rig, centres: np.ndarray) -> None:
     """Refuse (`InputError`) wheels with their centres (w, 2) (m) of which one reaches into another."""
     solid, names = wheel_circles(rig, surface=True)[:, 2], wheel_names(rig)
     for i in range(len(centres)):

@@ -95,10 +95,10 @@ class Rig(OmitsDefaults):
             )
         if (self.groove is None) == (self.profile is None):
             raise InputError("groove is missing; a tooth has groove or profile, and one of them only")
-        self._refuse_wheels()
-        self._refuse_tension()
+        self._check_wheels()
+        self._check_tension()
 
-    def _refuse_wheels(self) -> None:
+    def _check_wheels(self) -> None:
         if not self.rollers:
             raise InputError("wheels is missing; a loop needs at least one wheel beside its sprocket, such as idler")
         for name, wheel in self.rollers.items():
@@ -121,7 +121,7 @@ class Rig(OmitsDefaults):
                     f"{name}.arm.x = {wheel.arm.x:g} m, and its y, are the wheel's own position; move the pivot"
                 )
 
-    def _refuse_tension(self) -> None:
+    def _check_tension(self) -> None:
         tension = self.tension
         if not isinstance(tension.wheel, str) or tension.wheel not in self.rollers:
             names = " or ".join(repr(name) for name in self.rollers)

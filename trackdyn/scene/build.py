@@ -386,7 +386,7 @@ def preloads(rig: Rig, carriers: Carriers, work: Work, q: np.ndarray) -> np.ndar
     return forces
 
 
-def refuse_stops(rig: Rig, carriers: Carriers, slide: np.ndarray) -> None:
+def check_stops(rig: Rig, carriers: Carriers, slide: np.ndarray) -> None:
     """Refuse (`InputError`) a loop that has settled with a carrier at a stop: its spring holds nothing there."""
     for k, wheel in enumerate(carriers.wheel):
         q, name = float(slide["q"][k]), wheel_names(rig)[wheel]

@@ -1,7 +1,7 @@
 """The ladder of fidelities: independent choices, cheap to dear, and what a scene requires of each.
 
 A scene states its choices, or leaves those that its physics can decide to ``auto``. `decide` settles
-them and says why; `refuse_nonsense` names the combinations that make no sense and what to use
+them and says why; `check_choices` names the combinations that make no sense and what to use
 instead. The presets are bundles of choices with a step, measured in ``docs/speed-and-accuracy.md``.
 """
 
@@ -202,7 +202,7 @@ def _facts(scene) -> SimpleNamespace:
     )  # fmt: skip
 
 
-def refuse_nonsense(scene) -> None:
+def check_choices(scene) -> None:
     """Refuse (`InputError`) combinations of choices that make no sense (`REFUSALS`)."""
     facts = _facts(scene)
     for field, when, remedy in REFUSALS:

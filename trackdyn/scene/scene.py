@@ -14,7 +14,7 @@ from trackdyn.parameters.groove import PROFILES, Groove
 from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.validation import Positive, Section, plain_count, plain_number, sentence, shown
 from trackdyn.scene.build import build_model
-from trackdyn.scene.fidelity import Choices, Decision, decide, refuse_nonsense
+from trackdyn.scene.fidelity import Choices, Decision, check_choices, decide
 from trackdyn.scene.fidelity import preset as preset_fields
 from trackdyn.scene.limits import LEAST_STEP, advised_step, round_step, step_limits
 
@@ -177,9 +177,9 @@ class Scene(Choices):
         """Refuse what is not possible, in one sentence."""
         if "step" not in self.model_fields_set:
             self.__dict__["step"] = self._usual_step()
-        self._refuse_times()
-        refuse_nonsense(self)
-        self._refuse_loop()
+        self._check_times()
+        check_choices(self)
+        self._check_loop()
         if self.chain != "belt":  # a path without equations
             step = self.at_tension(self.rig.tension.pre_tension, WITHIN).step
             if step != self.step:
@@ -189,7 +189,7 @@ class Scene(Choices):
     def _refuse(self, field: str, remedy: str) -> NoReturn:
         raise InputError(f"scene: {field} = {shown(getattr(self, field))}: {remedy}")
 
-    def _refuse_times(self) -> None:
+    def _check_times(self) -> None:
         sample = 1.0 / self.rig.sensor.rate
         for field, least, most, unit in (
             ("motor_rpm", 0.0, FASTEST, "rev/min (clockwise)"),
@@ -217,7 +217,7 @@ class Scene(Choices):
                 f"must be 0 or a multiple of the sample interval, {sample} s, no longer than the duration",
             )
 
-    def _refuse_loop(self) -> None:
+    def _check_loop(self) -> None:
         if self.ring_radius is not None:
             if self.ring_radius <= 0:
                 self._refuse("ring_radius", "must be a radius in m, or null (command line: none) for no ring")

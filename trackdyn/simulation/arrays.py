@@ -88,7 +88,7 @@ class Parts(NamedTuple):
     work: Work
 
 
-def refuse_divergence(body: int, model: Model, state: State, phase: str = "the run") -> None:
+def check_range(body: int, model: Model, state: State, phase: str = "the run") -> None:
     """Refuse (`DivergenceError`) a run that ended at a body (-1: none): when, in which phase, which body."""
     if body >= 0:
         single_pin = len(state.angle) == len(state.wheel_impact)

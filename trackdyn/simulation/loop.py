@@ -113,7 +113,7 @@ class Loop:
         arguments = model._replace(stride=stride), state, work, record, (first, last), *after
         if self._entry is None:
             self._entry = direct(kernel, *arguments)
-        arrays.refuse_divergence(self._entry(*arguments), model, state)
+        arrays.check_range(self._entry(*arguments), model, state)
 
     # -- stepping ------------------------------------------------------------------------------------------------------
 

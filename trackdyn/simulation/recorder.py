@@ -15,7 +15,7 @@ from trackdyn.model.record import SPELL, PlaneRecord, Record, make_record
 from trackdyn.model.state import Plane, make_state
 from trackdyn.simulation.arrays import filled, flat
 from trackdyn.simulation.recording import Recording, provenance
-from trackdyn.simulation.resolution import Answer, Watch, answer, refuse_open_account
+from trackdyn.simulation.resolution import Answer, Watch, answer, check_account
 
 # Time of a body's step with the Riccati sweep, s, on the machine of the benchmarks; settling takes so many seconds.
 BODY_STEP, SETTLING = 1e-7, 2.1
@@ -56,7 +56,7 @@ def cost(scene) -> Cost:
     return Cost(COPIES * file, file, steps * scene.bodies * BODY_STEP)
 
 
-def refuse_too_large(scene) -> None:
+def check_memory(scene) -> None:
     """Refuse (`InputError`) a scene whose recording does not fit into the memory that is free."""
     memory, free = cost(scene).memory, virtual_memory().available
     if memory > free:
@@ -94,7 +94,7 @@ class Recorder:
         scene, rate = self.scene, self.scene.rig.sensor.rate
         self.samples = round(scene.duration * rate)
         room = scene.duration if room is None else min(room + CHUNK, scene.duration)
-        self._refuse_too_large(room)
+        self._check_memory(room)
         self.done = 0
         self.begin = loop.time
         self.wall = 0.0
@@ -122,13 +122,13 @@ class Recorder:
         """Whether every sample is recorded."""
         return self.done >= self.samples
 
-    def _refuse_too_large(self, seconds: float) -> None:
-        refuse_too_large(self.scene.model_copy(update={"duration": seconds}))
+    def _check_memory(self, seconds: float) -> None:
+        check_memory(self.scene.model_copy(update={"duration": seconds}))
 
     def _grow(self, least: int) -> None:
         """Make room for so many samples: twice as many as there are, but not more than are asked for."""
         count = min(max(GROWTH * len(self.record.gap), least), self.samples)
-        self._refuse_too_large(count / self.scene.rig.sensor.rate)
+        self._check_memory(count / self.scene.rig.sensor.rate)
         rows = count - len(self.record.gap)
         self.record = _mapped(
             self.record, lambda array: np.concatenate([array, np.zeros_like(array, shape=(rows, *array.shape[1:]))])
@@ -156,7 +156,7 @@ class Recorder:
         loop._parts.work.alternating[:] = 0.0
         first, self.done = self.done, last
         if last // (JUDGED * rate) > first // (JUDGED * rate):  # not only after hours
-            self._refuse_open_account()
+            self._check_account()
         if self.watched:
             self.watch.look()
         return (last - first) / rate
@@ -167,8 +167,8 @@ class Recorder:
         made = np.abs(self.record.wheel_rate[first : self.done, SPROCKET])
         return round(float(made.sum() / drive_rate if drive_rate else len(made)) / rate, 9)
 
-    def _refuse_open_account(self) -> None:
-        refuse_open_account(self.record.energy[: self.done], self.loop.model, self.driven())
+    def _check_account(self) -> None:
+        check_account(self.record.energy[: self.done], self.loop.model, self.driven())
 
     def finish(self) -> "Recorder":
         """Record to the end."""
@@ -200,8 +200,8 @@ class Recorder:
         self.watch.doubts, self.watch.off = progress["found"], tuple(progress["off"])
 
     def recording(self) -> Recording:
-        """What was recorded so far, if it is finite and its energy balance closed (`refuse_open_account`)."""
-        self._refuse_open_account()
+        """What was recorded so far, if it is finite and its energy balance closed (`check_account`)."""
+        self._check_account()
         record, scene = self.record, self.scene
         rate, stride = scene.rig.sensor.rate, record.frame_stride
         if self.done < self.samples:

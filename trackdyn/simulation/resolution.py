@@ -5,7 +5,7 @@ Where a contact is too stiff for the step, forces flip from one step to the next
 Where a force stands for one step alone, its peak is not resolved (`integrate.spells`). Neither says how wrong a record
 is: a doubtful one is run again with a finer step (`Watch`).
 
-The energy balance shows a step that was too large, too (`refuse_open_account`).
+The energy balance shows a step that was too large, too (`check_account`).
 """
 
 from math import nan, pi
@@ -306,7 +306,7 @@ def _turns(model, seconds: float) -> float:
     return passed_pitches(model, seconds) / len(model.shoes.link_body)
 
 
-def refuse_open_account(energy, model, seconds: float) -> None:
+def check_account(energy, model, seconds: float) -> None:
     """Refuse (`DivergenceError`) a run whose energy balance shows that its step was too large, though nothing diverged.
 
     Contacts heavier than `limits.step_limits` reckons with (a very tight loop, bushings that hardly turn) make

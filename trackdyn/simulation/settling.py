@@ -12,8 +12,8 @@ from trackdyn.integrate.methods import equip
 from trackdyn.model.constants import SPROCKET, Model
 from trackdyn.model.state import Plane, State, make_state
 from trackdyn.model.work import Work, make_space_work, make_work
-from trackdyn.parameters.layout import free_loop, refuse_overlap
-from trackdyn.scene.build import CARRIED, make_carriers, refuse_stops, shift_wheel, start_plane
+from trackdyn.parameters.layout import check_overlap, free_loop
+from trackdyn.scene.build import CARRIED, check_stops, make_carriers, shift_wheel, start_plane
 from trackdyn.scene.limits import elastic_depth
 from trackdyn.scene.scene import OF_THE_RECORD, Scene
 from trackdyn.simulation.tensioning import (
@@ -204,16 +204,16 @@ def _start(scene: Scene, settling: Settling) -> Start:
     model = model._replace(carriers=carriers)
     state = settling.state
     if len(state.slide):
-        refuse_stops(rig, carriers, state.slide)
+        check_stops(rig, carriers, state.slide)
         if scene.tension in CARRIED:
             layout |= {"tensioner_slide_m": float(state.slide["q"][carriers.tensioner])}
         for name in ("rate", "rate_before", "along_x", "along_y"):
             state.slide[name] = 0.0
-    refuse_overlap(rig, np.column_stack([model.wheels.x, model.wheels.y]))
+    check_overlap(rig, np.column_stack([model.wheels.x, model.wheels.y]))
     state.steps[0] = 0
     settling.scale_rates(0.0)
     state.work_done[:] = 0.0
-    refuse_start_in_steel(scene, model, state, settling.work)
+    check_meshing(scene, model, state, settling.work)
     work = equipped(scene, settling.work)
     if model.space is not None:
         state = state._replace(plane=start_plane(rig, model, state))
@@ -241,7 +241,7 @@ def explained_depth(model: Model, tension: float) -> float:
     return elastic_depth(tooth.law, load, widest)
 
 
-def refuse_start_in_steel(scene: Scene, model: Model, state: State, work: Work) -> None:
+def check_meshing(scene: Scene, model: Model, state: State, work: Work) -> None:
     """Refuse (`InputError`) a loop that would start with an arc deeper in a tooth than its load explains."""
     if not model.tooth.present:
         return

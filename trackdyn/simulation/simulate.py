@@ -10,7 +10,7 @@ from trackdyn.errors import InputError
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.arrays import read_checkpoint, write_checkpoint
 from trackdyn.simulation.loop import Loop
-from trackdyn.simulation.recorder import Recorder, refuse_too_large
+from trackdyn.simulation.recorder import Recorder, check_memory
 from trackdyn.simulation.recording import Recording, belt_recording
 from trackdyn.simulation.settling import SettledLoops
 
@@ -47,7 +47,7 @@ def simulate(
     InputError
         The checkpoint belongs to another scene or other sources; the recording does not fit into the memory.
     """
-    refuse_too_large(scene)
+    check_memory(scene)
     if scene.chain == "belt":
         return belt_recording(scene)
     lead = scene.ramp + scene.lead_in
@@ -76,11 +76,11 @@ def simulate(
                 write_checkpoint(checkpoint, writer.describe())
                 saved = time.monotonic()
     recording = writer.recording()
-    refuse_stalled(recording)
+    check_turning(recording)
     return recording if checkpoint is None else replace(recording, checkpoint=Path(checkpoint).resolve())
 
 
-def refuse_stalled(recording: Recording) -> None:
+def check_turning(recording: Recording) -> None:
     """Refuse (`InputError`) a run whose motor cannot turn the loop."""
     scene, made = recording.scene, recording.made_rpm
     drive = scene.rig.drive

@@ -18,7 +18,7 @@ from trackdyn.parameters.layout import Assembly, assemble, belt_around, tensione
 from trackdyn.scene.build import CARRIED, make_carriers, preloads, shift_wheel
 from trackdyn.scene.limits import largest_step
 from trackdyn.scene.scene import Scene
-from trackdyn.simulation.arrays import refuse_divergence
+from trackdyn.simulation.arrays import check_range
 
 # Settling: a chunk of this many seconds, then every velocity is multiplied by the factor.
 CHUNK = 1e-3
@@ -133,7 +133,7 @@ class Settling:
         self.scale_rates(DAMPING)
 
     def _march(self, model: Model) -> None:
-        refuse_divergence(run(model, self.state, self.work, self.record, 0, 1), model, self.state, "settling")
+        check_range(run(model, self.state, self.work, self.record, 0, 1), model, self.state, "settling")
 
     def scale_rates(self, by: float) -> None:
         """Multiply every rate by a factor."""

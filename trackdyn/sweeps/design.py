@@ -20,7 +20,7 @@ LARGEST = 500_000_000  # bytes of a CSV, and of a Parquet file as it unpacks
 ENDINGS = (".csv", ".parquet")
 
 
-def refuse_ending(path: Path | str, option: str) -> None:
+def check_ending(path: Path | str, option: str) -> None:
     """Refuse (`InputError`) the name of a table that ends in neither .csv nor .parquet, or .parquet without pyarrow."""
     if not isinstance(path, Path | str) or Path(path).suffix not in ENDINGS:
         raise InputError(f"{option} = {shown(str(path))}: the name must end in {' or '.join(ENDINGS)}")
@@ -30,11 +30,11 @@ def refuse_ending(path: Path | str, option: str) -> None:
 
 def read_table(path: Path | str) -> pd.DataFrame:
     """A table as it stands (a CSV's cells are text); `InputError` for names twice, ragged rows, or too large a file."""
-    refuse_ending(path, "table")
+    check_ending(path, "table")
     if Path(path).suffix == ".csv":
         rows = _csv_rows(path)
         header: list[str] = next(rows, [])
-        refuse_header(header, str(path))
+        check_header(header, str(path))
         cells = []
         for line, row in rows:
             if len(row) != len(header):
@@ -55,7 +55,7 @@ def read_table(path: Path | str) -> pd.DataFrame:
         raise InputError(f"{path}: not a Parquet file, or damaged") from None
     if table is None:
         raise InputError(f"{path}: takes {size / 1e6:.0f} MB as it unpacks, more than {LARGEST / 1e6:.0f} MB; split it")
-    refuse_header([name for name in names if name in table.columns], str(path))
+    check_header([name for name in names if name in table.columns], str(path))
     return table.reset_index(drop=True)
 
 
@@ -77,7 +77,7 @@ def _csv_rows(path: Path | str) -> Iterator:
         raise InputError(f"{path}: line {reader.line_num} is no CSV ({error}); correct its quotes") from None
 
 
-def refuse_header(names: list, where: str) -> None:
+def check_header(names: list, where: str) -> None:
     """Refuse (`InputError`) a table without columns, or with two of one name."""
     if not names:
         raise InputError(f"{where}: is empty; a header with the names of columns is needed")
@@ -90,7 +90,7 @@ def refuse_header(names: list, where: str) -> None:
 
 def write_table(table: pd.DataFrame, path: Path | str) -> None:
     """Write CSV or Parquet, by the ending; whole or not at all. Raises `InputError`: it cannot be written."""
-    refuse_ending(path, "table")
+    check_ending(path, "table")
     with replacing(path) as temporary:
         if Path(path).suffix == ".csv":
             table.to_csv(temporary, index=False)
@@ -182,10 +182,10 @@ def make_design(
                 f"rows = {rows}: the levels of a grid give its rows; leave rows out or choose another method"
             )
         levels = [takes.levels(name) if isinstance(takes, Span) else list(takes) for name, takes in spans.items()]
-        _refuse_rows(int(np.prod([len(level) for level in levels], dtype=float)))
+        _check_rows(int(np.prod([len(level) for level in levels], dtype=float)))
         table = pd.DataFrame(list(product(*levels)), columns=list(spans), dtype=object)
     elif method in METHODS:
-        _refuse_rows(rows)
+        _check_rows(rows)
         shares = _shares(method, len(spans), rows, seed)
         table = pd.DataFrame(
             {
@@ -200,7 +200,7 @@ def make_design(
     return table.assign(**fixed)
 
 
-def _refuse_rows(rows: int | None) -> None:
+def _check_rows(rows: int | None) -> None:
     if isinstance(rows, bool) or not isinstance(rows, (int, np.integer)) or not 1 <= rows <= MOST_ROWS:
         raise InputError(f"rows = {shown(rows)}: a design needs a number of rows from 1 to {MOST_ROWS}, such as 64")
 

@@ -83,10 +83,6 @@ class Store:
         for path in (self.begun(key), *self.folder.glob(f".{key}.*.part.json")):
             path.unlink(missing_ok=True)
 
-    def count(self) -> int:
-        """How many rows there are."""
-        return sum(1 for _ in self.folder.glob("*.json"))
-
     def read(self, keys: Iterable[str], say: bool = True) -> dict[str, dict]:
         """Results of these keys; damaged files are left out, and counted on standard error if ``say``."""
         rows, damaged = {}, 0
@@ -148,7 +144,6 @@ def results(
     store: Path | str | None = None,
     progress: str = "",
     unit: str = "row",
-    alone: bool = False,
 ) -> dict[str, dict]:
     """Rows by their keys, those that the store does not have computed.
 
@@ -164,9 +159,6 @@ def results(
         Folder in which rows are kept as they come.
     progress, unit : str
         What the bar is called and counts; none if empty.
-    alone : bool
-        The store is for these rows alone: standard error says so where it has others and none of these, as after a
-        change of the program, whose sources enter every key.
 
     Returns
     -------
@@ -176,12 +168,6 @@ def results(
     with TemporaryDirectory() if store is None else nullcontext(store) as folder:
         rows_store = Store(folder)
         rows = {key: _shared(row) for key, row in rows_store.read(tasks.keys()).items()}
-        if alone and not rows and (others := rows_store.count()):
-            print(
-                f"trackdyn: {rows_store.folder}: none of its {others} rows is of this design by this version of the "
-                "program; they stay there, and all rows are computed",
-                file=sys.stderr,
-            )
         due = {key: task for key, task in tasks.items() if key not in rows}
         with tqdm(total=len(due), disable=not progress, unit=unit, desc=progress, smoothing=0.05) as bar:
             for row in _computed(maker, due, jobs, free_memory(), rows_store):
@@ -195,7 +181,7 @@ def _shared(row: dict) -> dict:
     return row | {"values": {sys.intern(name): value for name, value in row["values"].items()}}
 
 
-def refuse_failed(rows: Iterable[dict], advice: str) -> None:
+def check_completed(rows: Iterable[dict], advice: str) -> None:
     """Stop where a row failed for a reason that may pass. Raises `TrackdynError`: the first reason, and ``advice``."""
     for row in rows:
         if row["state"] == FAILED:

@@ -7,7 +7,7 @@ import pandas as pd
 
 from trackdyn.measure.columns import COLUMNS
 from trackdyn.measure.ring_rule import COLUMNS as MEASURES
-from trackdyn.measure.stopping import refuse_undriven
+from trackdyn.measure.stopping import check_driven
 from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.scene.rings import study_radii
 from trackdyn.scene.scene import Scene, StopRule, steady_fields
@@ -60,7 +60,7 @@ def ring_study(
     rings = [None, *(study_radii(loaded) if radii is None else sorted(set(radii)))]
     for ring in rings:  # before anything runs
         for rpm in speeds:
-            refuse_undriven(Scene(loaded, rpm, ring))
+            check_driven(Scene(loaded, rpm, ring))
     rule = known_contacts(loaded)
     known = {f"known.{name}": getattr(rule, name) for name in ("share_pct", "force", "passages")}
     rows = [

@@ -10,7 +10,7 @@ from trackdyn.jit import target_hash
 from trackdyn.measure.contacts import area_shares
 from trackdyn.measure.events import event_times
 from trackdyn.measure.metrics import run_metrics, sliding_per_km
-from trackdyn.measure.stopping import refuse_undriven, run_steady
+from trackdyn.measure.stopping import check_driven, run_steady
 from trackdyn.measure.whole_loop import whole_loop
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene.scene import Scene, StopRule
@@ -52,9 +52,9 @@ class Rows:
         return first_that_runs(steps, lambda step: run(step=step)) if isinstance(steps, list) else run()
 
     def _values(self, requested: Scene, known: dict) -> dict:
-        self._refuse_memory(requested)
+        self._check_memory(requested)
         if known:
-            refuse_undriven(requested)
+            check_driven(requested)
             recording, converged = run_steady(Loop(requested, self._starts), StopRule(**known, longest_turns=1))
             return run_values(recording) | {"contacts_known": converged}
         recording = simulate(requested, starts=self._starts)
@@ -66,7 +66,7 @@ class Rows:
             for suffix, value in zip(("", "_error", "_half_width"), estimate, strict=True)
         }
 
-    def _refuse_memory(self, scene: Scene) -> None:
+    def _check_memory(self, scene: Scene) -> None:
         """That a row does not fit may be otherwise with other neighbours or on another machine: no refusal for good."""
         needed = cost(scene).memory
         if needed > (allowed := min(self.memory, virtual_memory().available)):

@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 
 from trackdyn.errors import InputError
-from trackdyn.files import refuse_unwritable
+from trackdyn.files import check_writable
 from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.parameters.rig_file import DEFAULT
 from trackdyn.parameters.validation import parse_number, shown, validated, within
@@ -22,7 +22,7 @@ from trackdyn.scene.fidelity import CHOICES, preset
 from trackdyn.scene.scene import FOLLOWS, LEAST_STEP, LONGEST_RUN, Scene, StopRule
 from trackdyn.simulation.settling import LATER
 from trackdyn.sources import module_hash
-from trackdyn.sweeps.design import read_table, refuse_ending, refuse_header, write_table
+from trackdyn.sweeps.design import check_ending, check_header, read_table, write_table
 from trackdyn.sweeps.engine import DIVERGED, DONE, REFUSED, Store, free_memory, key_of, without_values
 from trackdyn.sweeps.engine import results as computed
 from trackdyn.sweeps.row import Rows
@@ -65,7 +65,7 @@ def columns() -> tuple[str, ...]:
     return (*OWN, *(name for name in Scene.model_fields if name != "rig"), *KNOWN)
 
 
-def refuse_columns(table: pd.DataFrame, where: str) -> None:
+def check_columns(table: pd.DataFrame, where: str) -> None:
     """Refuse (`InputError`) a design whose columns do not make scenes: one that nothing is known of, or one missing."""
     for name in table.columns:
         if name not in columns() and not Rig.may_have(name):
@@ -233,10 +233,9 @@ def sweep(
     """
     if jobs is not None and (isinstance(jobs, bool) or not isinstance(jobs, int) or not 1 <= jobs <= 1024):
         raise InputError(f"jobs = {jobs!r}: must be a whole number between 1 and 1024")
-    alone = store is None  # batches of one study share a store
     if out is not None:
-        refuse_ending(out, "--out")
-        refuse_unwritable(out)
+        check_ending(out, "--out")
+        check_writable(out)
         if isinstance(design, (Path, str)) and Path(out).resolve() == Path(design).resolve():
             raise InputError(f"--out = {shown(str(out))}: is the design itself; give another name")
         store = store or store_of(out)
@@ -249,7 +248,7 @@ def sweep(
     rows = requested_rows(table, str(rig))
     results_by_key = {row.key: without_values(row.key, REFUSED, row.reason) for row in rows if row.reason}
     due = {row.key: row.task for row in sorted(rows, key=lambda row: row.same_start) if not row.reason}
-    results_by_key |= computed(Rows, due, jobs or cores(), store, "sweep" if progress else "", alone=alone)
+    results_by_key |= computed(Rows, due, jobs or cores(), store, "sweep" if progress else "")
     by_row = [results_by_key[row.key] for row in rows]
     message = pd.DataFrame({name: [result[name] for result in by_row] for name in ("key", "state", "reason")})
     values = pd.DataFrame([result["values"] for result in by_row])
@@ -264,7 +263,7 @@ def store_of(out: Path | str) -> Path:
     return Path(out).with_suffix(".rows")
 
 
-def refuse_foreign(out: Path | str, store: Path | str | None = None) -> None:
+def check_replaceable(out: Path | str, store: Path | str | None = None) -> None:
     """Refuse to replace a file unless it is what a sweep has written from this store, so that nothing is lost.
 
     A sweep goes on from its store, and its results may be replaced: whatever was computed for them is kept there.
@@ -281,7 +280,7 @@ def refuse_foreign(out: Path | str, store: Path | str | None = None) -> None:
     InputError
         The file is no result of a sweep, or the store does not hold a row that it was computed for.
     """
-    refuse_ending(out, "--out")
+    check_ending(out, "--out")
     remedy = "give another name, or --overwrite to replace it"
     if not Path(out).exists():
         return
@@ -300,8 +299,8 @@ def read_design(design: pd.DataFrame | Path | str) -> pd.DataFrame:
     if not isinstance(design, (pd.DataFrame, Path, str)):
         raise InputError(f"design = {shown(design)}: must be a pandas table or the name of a file")
     table, where = (design, "design") if isinstance(design, pd.DataFrame) else (read_table(design), str(design))
-    refuse_header(list(table.columns), where)
-    refuse_columns(table, where)
+    check_header(list(table.columns), where)
+    check_columns(table, where)
     return table
 
 

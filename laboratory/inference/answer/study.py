@@ -15,7 +15,7 @@ from laboratory.inference.unknowns import Unknowns, buildable
 from replication.paper.claims import SHOWN, Claim, load_claims
 from trackdyn.errors import TrackdynError
 from trackdyn.sweeps.design import write_table
-from trackdyn.sweeps.engine import DONE, key_of, refuse_failed, results
+from trackdyn.sweeps.engine import DONE, check_completed, key_of, results
 
 DRAWS = 100  # of a start, until one can be built
 CANNOT = "cannot be built"
@@ -167,7 +167,7 @@ def robustness(config: AnswerConfig, claims: list[Claim], end: pd.Series, jobs: 
             tasks[key] = task
         keys.append(key)
     rows = results(rows_of_answer, tasks, jobs, store)
-    refuse_failed(rows.values(), "the same command goes on from there")
+    check_completed(rows.values(), "the same command goes on from there")
     counts = {key: shown(problem.judged(row["values"])) for key, row in rows.items() if row["state"] == DONE}
     at_rig, *others = (counts.get(key, 0) for key in keys)
     return {

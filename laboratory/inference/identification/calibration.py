@@ -37,7 +37,7 @@ from trackdyn.errors import InputError
 from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.validation import Section
 from trackdyn.sources import module_hash
-from trackdyn.sweeps.engine import key_of, refuse_failed, results
+from trackdyn.sweeps.engine import check_completed, key_of, results
 
 LEVELS = (0.5, 0.8, 0.9, 0.95)
 PRIOR, NONE = "prior", "none"  # what discrepancy a truth's record has: drawn from the prior, or none at all
@@ -157,7 +157,7 @@ def calibrate(config: CalibrationConfig, store, jobs: int = 1, progress: bool = 
     content = [config.model_dump(exclude={"plain", "repeats", "places"}), module_hash(__name__)]
     tasks = {key_of(*content, *each): dict(zip(("truth", "discrepancy"), each, strict=True)) for each in due}
     rows_by_key = results(lambda memory: one, tasks, 1, store, "calibration" if progress else "", "record")
-    refuse_failed(rows_by_key.values(), "the same command goes on from there")
+    check_completed(rows_by_key.values(), "the same command goes on from there")
     ranks = pd.DataFrame([row for key in tasks for row in rows_by_key[key]["values"]["rows"]])
     identified = ranks[(ranks["discrepancy"] == PRIOR) & (ranks["verdict"] != "")]
     covered = [

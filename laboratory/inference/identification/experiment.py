@@ -21,7 +21,7 @@ from trackdyn.scene.scene import Periods, Scene
 from trackdyn.simulation.settling import SettledLoops
 from trackdyn.simulation.simulate import simulate
 from trackdyn.sources import module_hash
-from trackdyn.sweeps.engine import DONE, key_of, refuse_failed, results
+from trackdyn.sweeps.engine import DONE, check_completed, key_of, results
 
 # s at constant speed: after 3 s, strands of little damping still move from the start, by up to a factor of four between
 # 3 and 6 Hz at 210 rpm; a turn after 12 s differs from one after 24 s as single turns do
@@ -129,7 +129,7 @@ def run_experiment(
     """Simulate rigs, those that the store does not know; ``progress`` is what the bar is called, none if empty."""
     tasks = experiment.tasks(changes)
     rows_by_key = results(rows_of_rigs, dict(tasks), jobs, store, progress, "rig")
-    refuse_failed(rows_by_key.values(), "--resume goes on from there")
+    check_completed(rows_by_key.values(), "--resume goes on from there")
     rows = [rows_by_key[key] for key, _ in tasks]
     statistics = [
         [np.array(row["values"][str(k)]) for k in range(len(experiment.speeds))] if row["state"] == DONE else None

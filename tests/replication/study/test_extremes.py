@@ -21,7 +21,7 @@ from trackdyn import DivergenceError, InputError, Scene
 from trackdyn.model.record import ENERGY_NAMES
 from trackdyn.parameters.rig import load_rig
 from trackdyn.scene.limits import turn_limit
-from trackdyn.simulation.resolution import refuse_open_account
+from trackdyn.simulation.resolution import check_account
 
 FOUND = [
     # the ring tightens the loop far beyond its pre-tension: friction chatters from step to step
@@ -124,14 +124,14 @@ def test_an_account_that_stays_open_is_refused(rig):
     energy = np.zeros((2, len(ENERGY_NAMES)))
     energy[1, ENERGY_NAMES.index("sprocket_work")] = 100.0
     energy[1, ENERGY_NAMES.index("bearing")] = 100.0
-    refuse_open_account(energy, model, 0.05)
+    check_account(energy, model, 0.05)
     energy[1, ENERGY_NAMES.index("bearing")] = 80.0
     with pytest.raises(DivergenceError, match="not accounted for"):
-        refuse_open_account(energy, model, 0.05)
+        check_account(energy, model, 0.05)
     energy[1, ENERGY_NAMES.index("bearing")] = 120.0
     energy[1, ENERGY_NAMES.index("wheel_friction")] = -20.0
     with pytest.raises(DivergenceError, match="wheel friction gave 20 J back"):
-        refuse_open_account(energy, model, 0.05)
+        check_account(energy, model, 0.05)
 
 
 def test_normal_contact_gives_back_what_it_stored_until_the_loop_has_turned(rig):
@@ -140,10 +140,10 @@ def test_normal_contact_gives_back_what_it_stored_until_the_loop_has_turned(rig)
     for name, change in (("sprocket_work", 100.0), ("bearing", 120.0), ("tooth_normal", -20.0)):
         energy[1, ENERGY_NAMES.index(name)] = change
     slow, fast = (Scene(rig, rpm).model for rpm in (20.0, 210.0))
-    refuse_open_account(energy, fast, 5.0)
-    refuse_open_account(energy, slow, 20.0)
+    check_account(energy, fast, 5.0)
+    check_account(energy, slow, 20.0)
     with pytest.raises(DivergenceError, match="tooth normal gave 20 J back"):
-        refuse_open_account(energy, fast, 20.0)
+        check_account(energy, fast, 20.0)
 
 
 @pytest.mark.parametrize(

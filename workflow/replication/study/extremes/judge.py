@@ -17,7 +17,7 @@ from trackdyn.errors import DivergenceError, InputError
 from trackdyn.model.record import ENERGY_NAMES
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.recording import Recording
-from trackdyn.simulation.resolution import open_share, refuse_open_account
+from trackdyn.simulation.resolution import check_account, open_share
 from trackdyn.simulation.settling import SettledLoops
 from trackdyn.simulation.simulate import simulate
 
@@ -107,7 +107,7 @@ def invariants(scene: Scene, recording: Recording) -> dict:
         allowed = 2 * float(recording.gap[0]) + (2 * energy / scene.rig.closure.stiffness) ** 0.5
     values["reason"] = "" if gap <= allowed else f"the closure error is {gap:.3g} m, more than {allowed:.2g} m"
     try:
-        refuse_open_account(recording.energy, model, seconds)
+        check_account(recording.energy, model, seconds)
     except DivergenceError as missed:  # the run should have said so itself
         values["reason"] = str(missed)
     return values
