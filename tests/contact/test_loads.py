@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from tests.conftest import closing, recorded
-from trackdyn.contact.laws import elastic_force, friction_coefficient
-from trackdyn.contact.loads import foot
+from trackdyn.contact.laws import elastic_force, foot, friction_coefficient
 from trackdyn.integrate.run import refresh
 from trackdyn.model.constants import SPROCKET
 from trackdyn.model.work import FLANK, components, make_work

@@ -1,5 +1,5 @@
 """One contact on plain numbers: normal and friction laws (Eqs. 8 to 11), and which of the ten areas of a groove an arc
-of the connector touches (Eqs. 12 to 34), in the plane.
+of the connector touches (Eqs. 12 to 34), and where a link is nearest to a wheel, in the plane.
 """
 
 from math import atan2, exp, floor, pi, sqrt
@@ -137,3 +137,21 @@ def find_area(tooth: Tooth, x, y):
             return j + 1, rc + r - d, ex / d, ey / d, r + rc
         return j + 1, d + rc - r, -ex / d, -ey / d, r - rc
     return 0, 0.0, 0.0, 0.0, 0.0
+
+
+@kernel
+def foot(ax, ay, bx, by, cx, cy):
+    """Point of the segment AB nearest to the wheel's centre C: vertical, left-end or right-end case.
+
+    Returned are the foot parameter before it is limited (0 to 1 vertical, below 0 end A, above 1 end B), the contact
+    point Q on AB and its distance from C, m.
+    """
+    ux = bx - ax
+    uy = by - ay
+    s = ((cx - ax) * ux + (cy - ay) * uy) / (ux * ux + uy * uy)
+    limited = min(max(s, 0.0), 1.0)
+    qx = ax + limited * ux
+    qy = ay + limited * uy
+    dx = qx - cx
+    dy = qy - cy
+    return s, qx, qy, sqrt(dx * dx + dy * dy)

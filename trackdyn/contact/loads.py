@@ -6,7 +6,6 @@ that is touched, which in the plane is the inertial one.
 
 from math import cos as cosine
 from math import sin as sine
-from math import sqrt
 from typing import NamedTuple
 
 from trackdyn.contact import neighbours
@@ -24,6 +23,7 @@ from trackdyn.contact.axial import (
 from trackdyn.contact.laws import (
     elastic_force,
     find_area,
+    foot,
     groove_index,
     implicit_speed,
     in_groove,
@@ -389,24 +389,6 @@ def contact_loads(model: Model, state: State, work: Work, space=None, implicit=N
     wheel_loads(model, state, work, space, implicit)
     if space is not None:
         guide_loads(model, state, work, space, implicit)
-
-
-@kernel
-def foot(ax, ay, bx, by, cx, cy):
-    """Point of the segment AB nearest to the wheel's centre C: vertical, left-end or right-end case.
-
-    Returned are the foot parameter before it is limited (0 to 1 vertical, below 0 end A, above 1 end B), the contact
-    point Q on AB and its distance from C, m.
-    """
-    ux = bx - ax
-    uy = by - ay
-    s = ((cx - ax) * ux + (cy - ay) * uy) / (ux * ux + uy * uy)
-    limited = min(max(s, 0.0), 1.0)
-    qx = ax + limited * ux
-    qy = ay + limited * uy
-    dx = qx - cx
-    dy = qy - cy
-    return s, qx, qy, sqrt(dx * dx + dy * dy)
 
 
 @kernel

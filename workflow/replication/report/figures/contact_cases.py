@@ -10,8 +10,7 @@ from matplotlib.patches import Circle, Polygon
 
 from replication.report import marks
 from replication.report.figures.groove import draw_groove
-from trackdyn.contact.laws import find_area
-from trackdyn.contact.loads import foot
+from trackdyn.contact.laws import find_area, foot
 from trackdyn.parameters.rig import Rig
 from trackdyn.plots import drawing
 from trackdyn.plots.style import BLACK, PURPLE, new_figure, styled

@@ -9,7 +9,7 @@ from matplotlib.patches import Circle, FancyBboxPatch, Polygon
 from matplotlib.path import Path
 
 from replication.report import marks
-from trackdyn.contact.loads import foot
+from trackdyn.contact.laws import foot
 from trackdyn.measure.columns import words
 from trackdyn.parameters.layout import wheel_circles, wheel_names
 from trackdyn.parameters.rig import Rig
