@@ -60,7 +60,7 @@ def imported_files(script: Path, root: Path) -> list[Path]:
     for: ``from trackdyn import load_rig`` leads to the module that defines ``load_rig``. Python does run all of
     ``__init__``; taken so, every result would depend on every module, although none of them can change it. Where
     ``__init__`` itself defines what is asked for, all that it imports counts. Files that are not Python's
-    belong to whoever imports a module of their folder.
+    belong to the module of their name, or else to whoever imports a module of their folder.
     """
     places = root, root / "workflow"
     files: set[Path] = set()
@@ -91,6 +91,7 @@ def imported_files(script: Path, root: Path) -> list[Path]:
         for folder in packages
         for path in folder.iterdir()
         if path.is_file() and path.suffix not in (".py", ".typed")
+        if (module := path.with_suffix(".py")) in files or not module.is_file()
     }
     return sorted(files | beside)
 

@@ -208,9 +208,7 @@ def in_place_of(old, new):
 
 METRIC = {
     "trackdyn/measure/metrics.py": in_place_of('"run": name,\n', '"run": name,\n        "swing_g": 0.0,\n'),
-    "trackdyn/measure/columns.py": in_place_of(
-        '    "rpm": (', '    "swing_g": ("number", "g", "swing", "exact"),\n    "rpm": ('
-    ),
+    "trackdyn/measure/columns.yaml": in_place_of("  rpm: [", '  swing_g: [number, g, "swing", exact]\n  rpm: ['),
 }
 CELL = "115: {rms_simulation: null"
 # edits, the rules that they make due, and further ones, beside those that simulate, that they must not

@@ -44,7 +44,7 @@ def error_of(name: str) -> str | None:
         return f"{side}_{error}" if error in OF_A_SIDE else error
     if side in PLACES and rest == "areas":
         return "what was visited at all, no number"
-    raise InputError(f"metrics: column {name} has no description; give it one in trackdyn/measure/columns.py")
+    raise InputError(f"metrics: column {name} has no description; give it one in trackdyn/measure/columns.yaml")
 
 
 def _field(name: str) -> dict:
@@ -75,7 +75,7 @@ def table_schema(columns: Iterable[str], table: str = "metrics") -> dict:
         elif name in described:
             fields.append(dict(zip(("name", "type", "unit", "description"), (name, *described[name]), strict=True)))
         else:
-            raise InputError(f"{table}: column {name} has no description; give it one in trackdyn/measure/columns.py")
+            raise InputError(f"{table}: column {name} has no description; give it one in trackdyn/measure/columns.yaml")
     return {
         "$schema": "https://datapackage.org/profiles/2.0/tableschema.json",
         "fields": fields,
