@@ -56,15 +56,9 @@ rule page:
         rules.schematics.output,
         rules.peer.output,
         lambda wildcards: [file for name in in_this_run(wildcards) for file in OF_STUDIES[name]],
-        rig=CONFIG.rig,
-        config=[str(path) for path in workflow.configfiles],
-        settings="config/claims.yaml",
-        article=ARTICLE,
-        sensors=RECORDS,
     output: f"{R}/report.html"
     params:
         results=R,
-        runs=SPEEDS,
         synthetic=CONFIG.synthetic,
         studies=in_this_run,
         layers=[str(path).removeprefix(f"{ROOT}/") for path in workflow.configfiles[:-1]],

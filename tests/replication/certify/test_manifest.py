@@ -61,7 +61,7 @@ def test_the_same_results_give_the_same_manifest_and_it_comes_back(results):
 def test_times_do_not_count(results):
     expected = describe(results)
     edit(results / "metrics.csv", "6.4", "8.8")
-    (results / "report.html").write_text("<p>7 s</p>")
+    (results / "report.html").write_text("<p>7 s</p></html>\n")
     assert failed(compare_manifests(describe(results), expected), exact=True) == []
 
 
@@ -93,7 +93,7 @@ def test_a_change_is_judged_and_said(results, row):
 def test_what_is_missing_or_more_is_said(results):
     expected = describe(results)
     (results / "metrics.csv").rename(results / "other.csv")
-    (results / "tables" / "table3.md").write_text("other")
+    (results / "tables" / "table3.md").write_text("other\n")
     status = {finding.name: finding.status for finding in compare_manifests(describe(results), expected)}
     assert (status["metrics.csv"], status["other.csv"], status["tables/table3.md"]) == (MISSING, EXTRA, BYTES)
     assert [finding.name for finding in failed(compare_manifests(describe(results), expected))] == ["metrics.csv"]
@@ -104,7 +104,7 @@ def test_what_is_missing_or_more_is_said(results):
 def test_the_command_names_the_figure_and_ends_with_1(results):
     manifest = write_manifest(results)
     assert run_command("verify", results) == (0, "6 equal\n", "")
-    (results / "tables" / "table3.md").write_text("other")
+    (results / "tables" / "table3.md").write_text("other\n")
     assert run_command("verify", results).code == 0
     code, out, err = run_command("verify", results, "--exact", "--against", manifest)
     assert code == 1 and "bytes  tables/table3.md  (Table 3) bytes differ" in out
@@ -159,7 +159,7 @@ def _write(path, kind, content):
         ("runs/115rpm.npz", np.arange(999.0)),
         ("sensor/210rpm.csv", "# synthetic\nt_s,ay_g\n" + "".join(f"{k / 1e3:.3f},{k % 7}\n" for k in range(30_000))),
         ("metrics.csv", "a,b\n1,2\n3,4\n"),
-        ("report.html", "<p>6 s</p>"),
+        ("report.html", "<p>6 s</p></html>"),
     ],
 )
 def test_a_damaged_file_fails(results, tmp_path, name, content, against):
@@ -170,7 +170,7 @@ def test_a_damaged_file_fails(results, tmp_path, name, content, against):
     if against == "folder":
         reference = shutil.copytree(results, tmp_path / "other")
     assert run_command("verify", results, "--against", reference).code == 0
-    cuts = [] if name == "report.html" else [len(whole) - 1, len(whole) * 97 // 100, len(whole) // 2]
+    cuts = [len(whole) - 1, len(whole) * 97 // 100, len(whole) // 2]
     noise = np.random.default_rng(1).bytes(len(whole))
     flipped = whole[:-9] + b"\xff" + whole[-8:]
     for damaged in (b"", noise, *[whole[:cut] for cut in cuts], *([flipped] if path.suffix == ".csv" else [])):

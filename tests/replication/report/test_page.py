@@ -37,18 +37,11 @@ def made(sources=None):
     return replace(run, meta=run.meta | {"sources": sources or source_hash(), "versions": {"numpy": np.__version__}})
 
 
-def write_sensor(path, seconds=20.0):
-    time = np.arange(round(seconds * RATE)) / RATE
-    table = pd.DataFrame({"t_s": time, "ax_g": 0.0, "ay_g": np.cos(2 * np.pi * 0.24 * time), "az_g": 0.0})
-    table.to_csv(path, index=False)
-
-
 @pytest.fixture(scope="module")
 def inputs(tmp_path_factory):
     """A small results folder with something for most sections of the page."""
     results = tmp_path_factory.mktemp("results")
     made().save(results / "runs" / "210rpm.npz")
-    write_sensor(results / "sensor.csv")
     card = [
         {"rig": rig, "id": f"C{i:02d}", "part": "", "place": "Fig. 1", "claim": f"Statement {i} </script> (of a kind)",
          "printed": "ours: at most 1.5", "measured": "1.4, 1.61234, 1.5", "unit": "m", "tolerance": 0.2,
@@ -91,7 +84,7 @@ def inputs(tmp_path_factory):
     figure.savefig(results / "figures" / "fig15.png", dpi=150)
     for name in ("fig05", "fig18_a", "fig24", "trade_first", "extremes_solvers"):
         (results / "figures" / f"{name}.png").write_bytes((results / "figures" / "fig15.png").read_bytes())
-    return PageInputs(results=results, rig=RIG_FILE, sensors={"210rpm": results / "sensor.csv"})
+    return PageInputs(results=results)
 
 
 @pytest.fixture(scope="module")
@@ -105,7 +98,7 @@ def test_recordings_of_another_version_are_refused(inputs, tmp_path):
     shutil.copytree(inputs.results, tmp_path / "mixed")
     made("0123456789abcdef").save(tmp_path / "mixed" / "runs" / "ring" / "old.npz")
     with pytest.raises(InputError, match=r"old\.npz: was made by another version"):
-        build_page(PageInputs(results=tmp_path / "mixed", rig=RIG_FILE))
+        build_page(PageInputs(results=tmp_path / "mixed"))
 
 
 def test_the_same_results_give_the_same_page(inputs, page_file):
@@ -136,7 +129,7 @@ def test_the_page_carries_everything_and_is_small(page_file):
     # a full run adds 2.8 MB of pictures and data; 5 MB is the limit
     assert page_file.stat().st_size < 0.6e6
     assert not re.search(r"(src|href)=[\"']?(https?:)?//", text)
-    assert json.loads(carried(text, "data"))["files"].keys() >= {"claims.csv", "metrics.csv", "hashes.csv"}
+    assert json.loads(carried(text, "data"))["files"].keys() >= {"claims.csv", "metrics.csv"}
     assert text.count("data:image/webp") == 6  # every figure once
     assert text.index("<b>Fitted</b>") < text.index("<b>Printed</b>")
 

@@ -3,11 +3,10 @@
 Every cell may be null. Tables 2 to 4 concern claims; what the others say of a rig becomes one (`printed_rig`).
 """
 
-from collections.abc import Iterator
 from decimal import Decimal
 from math import pi
 from pathlib import Path
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import BeforeValidator, Field
@@ -136,16 +135,6 @@ class PaperTables(Section):
         return {rpm: scale * value for rpm, value in cells.items() if value is not None}
 
 
-class Cell(NamedTuple):
-    """A cell that is filled in: its table and name, its value and unit as they stand there, and what it is used for."""
-
-    table: str
-    cell: str
-    value: float | str
-    unit: str
-    used_for: str
-
-
 def load_article(path: Path | str) -> PaperTables:
     """Read the cells, compared with the differences that the text prints.
 
@@ -178,35 +167,6 @@ def _load(path: Path | str) -> PaperTables:
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
     return tables
-
-
-def filled_cells(tables: PaperTables) -> list[Cell]:
-    """All cells that are filled in, in the order of the file."""
-    return list(_cells(tables))
-
-
-def _cells(tables: PaperTables) -> Iterator[Cell]:
-    one, two = tables.table1, tables.table2
-    units = {"O_x": one.units.O, "O_y": one.units.O, "r": one.units.r, "theta": one.units.theta}
-    for number, area in one.areas.items():
-        for name, value in area.model_dump(exclude_none=True).items():
-            use = "the groove" if name in ("O_x", "O_y", "r") else "checked against centres and radii"
-            yield Cell("Table 1", f"area {number}, {name}", value, units.get(name, "1"), use)
-    for name in ("proposed", "recurdyn"):
-        if (value := getattr(two, name)) is not None:
-            yield Cell("Table 2", name, value, two.unit, "C03")
-    uses = {"rms_experiment": "C04, C13", "rms_simulation": "C04", "sd_experiment": "C05", "sd_simulation": "C05"}
-    for rpm, row in tables.table3.speeds.items():
-        for name, value in row.model_dump(exclude_none=True).items():
-            yield Cell("Table 3", f"{rpm} rpm, {name}", value, tables.table3.unit, uses[name])
-    for rpm, coarse in tables.table4.speeds.items():
-        if coarse.rms is not None:
-            yield Cell("Table 4", f"{rpm} rpm, rms", coarse.rms, tables.table4.unit, "C13")
-    for name, entry in tables.parameters.items():
-        if entry.value is not None:
-            uses = {"r_a": "checked against Table 1"} | dict.fromkeys(AXIAL, "tooth_contact.contact_length")
-            uses |= dict.fromkeys(LENGTHS[1:], "sprocket.equal_pitch_radius")
-            yield Cell("parameters", name, entry.value, entry.unit, uses.get(name, name))
 
 
 LONGEST_M = 1000.0  # m, as of every length of a rig

@@ -8,23 +8,24 @@ import io
 import re
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
 import pandas as pd
 from PIL import Image
 
-from replication.certify.provenance import check_sources, run_provenance
+from replication.certify.provenance import check_sources
 from replication.paper.claims import JUDGED, VERDICTS
 from replication.paper.contents import OF_STUDIES, PAPER, missing_items
-from replication.paper.paper_tables import filled_cells, load_article
 from replication.paper.scorecard import MARKS, answer_sentences, headline, statements
 from replication.report.figures.trade import trade_sentence
 from replication.studies import STUDIES
 from trackdyn.files import write_text
 from trackdyn.measure.columns import MEASURES
 from trackdyn.plots.rendering import render
+from trackdyn.sources import source_hash
+from trackdyn.version import __version__
 
 # what is uncertain comes first
 KINDS = {
@@ -54,13 +55,8 @@ class PageInputs:
     """What the page is made from."""
 
     results: Path  # folder that the workflow wrote
-    rig: Path  # the rig's file, whose hash is listed
-    sensors: Mapping[str, Path] = field(default_factory=dict)  # run such as ``115rpm`` to the sensor's record
-    article: Path | None = None  # the cells of the article that a reader filled in
-    synthetic: bool | None = True  # whether these records are synthetic; None: there are none
-    files: tuple[Path, ...] = ()  # configuration and data whose hashes are listed
+    synthetic: bool | None = True  # whether the sensor's records are synthetic; None: there are none
     layers: tuple[str, ...] = ()  # configurations on top of the base, which commands on the page must name
-    sources: str | None = None  # hash that every recording must carry; that of the present program if not given
     # studies that this run has made; what else lies in the folder is of an earlier one, and said to be
     studies: tuple[str, ...] = ()
 
@@ -68,10 +64,8 @@ class PageInputs:
 def build_page(inputs: PageInputs) -> str:
     """The page as HTML text."""
     results = Path(inputs.results)
-    metas = check_sources(sorted((results / "runs").rglob("*.npz")), inputs.sources)
-    origin = run_provenance(metas, [inputs.rig, *inputs.files, *inputs.sensors.values()])
+    recordings = check_sources(sorted((results / "runs").rglob("*.npz")))
     files = {name: path.read_text(encoding="utf-8") for name in TABLES if (path := _first(results, name))}
-    files |= {f"{name}.csv": pd.DataFrame(origin[name]).to_csv(index=False) for name in ("versions", "hashes")}
     with ThreadPoolExecutor() as pool:  # most of the time is the packing of pictures, without the interpreter
         shown = list(pool.map(partial(_entry, inputs, _said(results)), (*PAPER, *OF_STUDIES)))
     return render(
@@ -84,11 +78,12 @@ def build_page(inputs: PageInputs) -> str:
         symbols=MARKS,
         synthetic=inputs.synthetic,
         parameters=_parameters(results),
-        cells=[cell._asdict() for cell in filled_cells(load_article(inputs.article))] if inputs.article else [],
         kinds=KINDS,
         fidelity=_rows(results, "tables/fidelity.csv"),
         planner=_promises(_rows(results, "planner.csv")),
-        provenance=origin,
+        recordings=recordings,
+        version=__version__,
+        sources=source_hash(),
         gallery=[entry for entry in shown if entry["item"] in PAPER and entry["item"].key not in FRONT],
         accuracy=[entry for entry in shown if entry["item"].key in ACCURACY],
         extremes=[entry for entry in shown if entry["item"].key.startswith("extremes")],
@@ -208,16 +203,12 @@ def embedded_picture(path: Path) -> dict:
 
 def main(job) -> None:
     """Rule `page`."""
-    of, given = job.params, job.input
+    of = job.params
     inputs = PageInputs(
         results=Path(of.results),
-        rig=Path(given.rig),
-        article=Path(given.article[0]) if given.article else None,
-        sensors=dict(zip(of.runs, map(Path, given.get("sensors", ())), strict=bool(given.get("sensors")))),
         synthetic=of.synthetic,
         studies=tuple(of.studies),
         layers=tuple(of.layers),
-        files=tuple(map(Path, [*given.config, given.settings, *given.article])),
     )
     write_page(inputs, job.output[0])
     for item in missing_items(of.results):
