@@ -220,7 +220,7 @@ class Unit:
         self.torque = torque
         loop, rig = self.loop, self.scene.rig
         tension = self.strands.tension(loop.pins[1:], loop.joint_forces)
-        ax, ay, angle = loop.felt
+        ax, ay, angle = loop.sensor_acceleration
         felt = specific_force([ax, ay], angle, rig.gravity) / (rig.gravity or 9.81)
         limit = rig.sensor.range
         values = [*tension, torque, *loop.wheel_rates, *np.clip(felt, -limit, limit), loop.gap]

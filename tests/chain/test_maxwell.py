@@ -7,10 +7,12 @@ from trackdyn.chain.kinematics import add_moments, relax, stored
 from trackdyn.errors import InputError
 from trackdyn.model.constants import Branches
 from trackdyn.model.record import BUSHING_LOSS
-from trackdyn.parameters.laws import BAND, RIPPLE, loss_branches
+from trackdyn.parameters.laws import BAND, loss_branches
 from trackdyn.scene.limits import step_limits
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.resolution import open_share
+
+RIPPLE = 0.07  # of the loss factor (0.05 to 0.3), by which the branches miss it within the band
 
 
 def moduli(share, time, frequency):

@@ -21,10 +21,12 @@ COLUMNS |= {
     if error and " " not in error and error not in COLUMNS
 }
 # the same of a side, without type
-OF_A_SIDE: dict[str, tuple[str, str, str | None]] = {name: tuple(of) for name, of in _DICTIONARY["of_a_side"].items()}
-OF_A_SIDE |= {
+SIDE_COLUMNS: dict[str, tuple[str, str, str | None]] = {
+    name: tuple(of) for name, of in _DICTIONARY["side_columns"].items()
+}
+SIDE_COLUMNS |= {
     error: (unit, f"standard error {PASSAGES}: {text}", None)
-    for unit, text, error in OF_A_SIDE.values()
+    for unit, text, error in SIDE_COLUMNS.values()
     if error and " " not in error
 }
 # other published tables: the columns that identify a row, then type, unit and description of every column
@@ -39,9 +41,9 @@ def error_of(name: str) -> str | None:
     side, _, rest = name.partition("_")
     if name in COLUMNS:
         return COLUMNS[name][3]
-    if side in PLACES and rest in OF_A_SIDE:
-        error = OF_A_SIDE[rest][2]
-        return f"{side}_{error}" if error in OF_A_SIDE else error
+    if side in PLACES and rest in SIDE_COLUMNS:
+        error = SIDE_COLUMNS[rest][2]
+        return f"{side}_{error}" if error in SIDE_COLUMNS else error
     if side in PLACES and rest == "areas":
         return "what was visited at all, no number"
     raise InputError(f"metrics: column {name} has no description; give it one in trackdyn/measure/columns.yaml")
@@ -52,8 +54,8 @@ def _field(name: str) -> dict:
     error = error_of(name)
     if name in COLUMNS:
         kind, unit, text = COLUMNS[name][:3]
-    elif rest in OF_A_SIDE:
-        kind, (unit, text) = "number", OF_A_SIDE[rest][:2]
+    elif rest in SIDE_COLUMNS:
+        kind, (unit, text) = "number", SIDE_COLUMNS[rest][:2]
     else:
         kind, unit, text = "string", "", "areas of the groove that {} visits, such as 2,3, or none"
     field = {"name": name, "type": kind, "unit": unit, "description": text.format(PLACES.get(side))}

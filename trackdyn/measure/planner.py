@@ -25,7 +25,7 @@ from trackdyn.simulation.recorder import Recorder
 from trackdyn.simulation.recording import Recording
 from trackdyn.simulation.resolution import ONE_STEP, OPEN, Resolution
 
-OF_SETTING = 0.8  # of the tolerance, which the difference of two settings may take; the rest is for scatter
+SETTING_SHARE = 0.8  # of the tolerance, which the difference of two settings may take; the rest is for scatter
 IMPLICIT_STEP, LARGEST_STEP, HALVINGS = 5e-4, 1e-4, 3  # s
 # Cost of a step over that of a semi-implicit one. Plans go by steps and not by the clock, which compilation and other
 # processes hold up: the same question has the same answer.
@@ -80,13 +80,13 @@ class Error(NamedTuple):
 
     def alone(self, tolerance: float) -> float:
         """Times that the record must be as long, above 1 if it must; infinite if the setting errs too much."""
-        room = self.left(tolerance) if self.bias <= OF_SETTING * tolerance else 0.0
+        room = self.left(tolerance) if self.bias <= SETTING_SHARE * tolerance else 0.0
         return _times(self.half_width, self.scatter, room)
 
-    def together(self, tolerance: float, falls: float = 1.0, most: float = OF_SETTING) -> float:
+    def together(self, tolerance: float, falls: float = 1.0, most: float = SETTING_SHARE) -> float:
         """The same if the trials go on, whose scatters fall both, and the difference of settings falls so."""
         bias = falls * self.bias
-        room = tolerance - min(bias, OF_SETTING * tolerance) if bias <= most * tolerance else 0.0
+        room = tolerance - min(bias, SETTING_SHARE * tolerance) if bias <= most * tolerance else 0.0
         return _times(hypot(self.doubt, self.half_width), hypot(self.doubt, self.scatter), room)
 
 
@@ -335,8 +335,8 @@ def _refusal(tried: list[Tried], tolerances: Mapping[str, float], longest: float
     least = {name: min(error[name].bias for error in known) for name in tolerances}
     name = max(tolerances, key=lambda name: least[name] / tolerances[name])
     reason = f"records of {longest:g} s scatter by more than that; use a larger one, or --longest"
-    if least[name] > OF_SETTING * tolerances[name]:
-        reason = f"what was tried leaves an error of {least[name]:.2g}; use at least {least[name] / OF_SETTING:.2g}"
+    if least[name] > SETTING_SHARE * tolerances[name]:
+        reason = f"what was tried leaves an error of {least[name]:.2g}; use at least {least[name] / SETTING_SHARE:.2g}"
     return f"tolerance = {tolerances[name]:g} of {name}: {reason}"
 
 

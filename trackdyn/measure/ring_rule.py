@@ -7,15 +7,19 @@ from typing import NamedTuple
 import pandas as pd
 
 from trackdyn.errors import InputError, shown
-from trackdyn.measure.columns import OF_A_SIDE, PLACES, error_of, heading
+from trackdyn.measure.columns import PLACES, SIDE_COLUMNS, error_of, heading
 from trackdyn.measure.contacts import TOUCHING
 from trackdyn.measure.convergence import ROUNDING
 
 NEAR_LEAST = 2.0  # points of a turn: how near the least left contact a ring that serves must come (claim C26)
 # ours; the paper states none
 RULE = f"right_share_pct < {TOUCHING:g}, left_share_pct <= least + {NEAR_LEAST:g}, smallest"
-COLUMNS = ("rms_g", "sd_g", *(f"{side}_{name}" for side in PLACES for name, (*_, error) in OF_A_SIDE.items() if error))
-_KNOWN = f"rms_g, sd_g, or left_, right_ or ring_ with {', '.join(name for name, of in OF_A_SIDE.items() if of[2])}"
+COLUMNS = (
+    "rms_g",
+    "sd_g",
+    *(f"{side}_{name}" for side in PLACES for name, (*_, error) in SIDE_COLUMNS.items() if error),
+)
+_KNOWN = f"rms_g, sd_g, or left_, right_ or ring_ with {', '.join(name for name, of in SIDE_COLUMNS.items() if of[2])}"
 _BOUND = re.compile(r"(\w+)\s*(<=?|>=?)\s*(?:(least)\s*\+\s*)?(-?\d+\.?\d*(?:e-?\d+)?)")
 
 

@@ -26,8 +26,8 @@ def every_ay(recording: Recording) -> np.ndarray:
     if recording.link_mean.size == 0:
         raise InputError("recording: link_mean is empty; a scene with every_link=True fills it")
     rig = recording.scene.rig
-    felt = specific_force(recording.link_mean[:, :, :2], recording.link_mean[:, :, 2], rig.gravity)[:, :, 1]
-    return np.clip(felt / (rig.gravity or 9.81), -rig.sensor.range, rig.sensor.range)
+    ay = specific_force(recording.link_mean[:, :, :2], recording.link_mean[:, :, 2], rig.gravity)[:, :, 1]
+    return np.clip(ay / (rig.gravity or 9.81), -rig.sensor.range, rig.sensor.range)
 
 
 def passage_edges(recording: Recording) -> np.ndarray:
@@ -55,14 +55,14 @@ def revolution_samples(recording: Recording, first: int, links: int) -> tuple[np
     return rows, (recording.scene.rig.sensor.pitch - 1 + segment) % links
 
 
-def stitch(recording: Recording, first: int = 0, felt: np.ndarray | None = None) -> np.ndarray:
+def stitch(recording: Recording, first: int = 0, ay: np.ndarray | None = None) -> np.ndarray:
     """(k,) y acceleration (g) of one link over a revolution, out of the records of all links within a passage.
 
-    The passage begins at sample ``first``. The scene has ``every_link``; ``felt`` is `every_ay` of the recording, if it
+    The passage begins at sample ``first``. The scene has ``every_link``; ``ay`` is `every_ay` of the recording, if it
     is at hand. Raises `InputError` as `revolution_samples`.
     """
-    felt = every_ay(recording) if felt is None else felt
-    return felt[revolution_samples(recording, first, felt.shape[1])]
+    ay = every_ay(recording) if ay is None else ay
+    return ay[revolution_samples(recording, first, ay.shape[1])]
 
 
 def series(recording: Recording, names: Collection[str] = RELATIVE + SHARES) -> dict[str, Series]:
@@ -78,7 +78,7 @@ def series(recording: Recording, names: Collection[str] = RELATIVE + SHARES) -> 
         turn); ``left_peak``, ``right_peak`` (N: the largest force of an arc on its way through the sprocket, if
         contacts are logged and that arc has some). All of them by default.
     """
-    felt, edges, teeth = every_ay(recording), passage_edges(recording), recording.scene.rig.sprocket.teeth
+    ay, edges, teeth = every_ay(recording), passage_edges(recording), recording.scene.rig.sprocket.teeth
     number = np.arange(len(edges) - 1)
 
     def means(values: np.ndarray) -> np.ndarray:
@@ -87,15 +87,15 @@ def series(recording: Recording, names: Collection[str] = RELATIVE + SHARES) -> 
 
     measures = {}
     if "rms" in names:
-        measures["rms"] = Series(means(felt**2), number, True)
+        measures["rms"] = Series(means(ay**2), number, True)
     if "sd" in names:
-        mean = means(felt)
-        measures["sd"] = Series((means(felt**2) - 2 * mean.mean() * mean) + mean.mean() ** 2, number, True)
+        mean = means(ay)
+        measures["sd"] = Series((means(ay**2) - 2 * mean.mean() * mean) + mean.mean() ** 2, number, True)
     if "high_frequency" in names:
-        measures["high_frequency"] = Series(means(high_passed(felt, recording.rate) ** 2), number, True)
+        measures["high_frequency"] = Series(means(high_passed(ay, recording.rate) ** 2), number, True)
     if "line" in names:
-        room = len(felt) - int(np.ceil(recording.periods.passage * recording.rate)) - 1
-        ways = [stitch(recording, first, felt) for first in edges[:-1] if first < room]
+        room = len(ay) - int(np.ceil(recording.periods.passage * recording.rate)) - 1
+        ways = [stitch(recording, first, ay) for first in edges[:-1] if first < room]
         # amplitude of one period a revolution
         lines = [2 * abs((ay * np.exp(-2j * np.pi * np.arange(len(ay)) / len(ay))).mean()) for ay in ways]
         measures["line"] = Series(np.array(lines), number[: len(lines)])

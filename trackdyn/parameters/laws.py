@@ -60,8 +60,6 @@ BushingLaw = Literal["viscous", "hysteretic"]
 # Frequencies at which the branches lose most, Hz: the ends and the middle of the band that the law is meant for.
 BAND = (0.5, 50.0)
 BRANCHES = 3
-# Of the loss factor, by how much the branches miss it within the band (0.05 to 0.3; `tests/chain/test_maxwell.py`).
-RIPPLE = 0.07
 
 
 def loss_branches(loss_factor: float) -> tuple[np.ndarray, np.ndarray]:

@@ -27,7 +27,7 @@ from trackdyn.parameters.quantities import (
 from trackdyn.parameters.rig_file import DEFAULT, TRIED, read_rig, rig_path
 from trackdyn.parameters.sections import (
     CONTACTS,
-    OF_DRAG,
+    DRAG_FIELDS,
     Bushing,
     ChainParameters,
     ClosureParameters,
@@ -164,7 +164,7 @@ class Rig(OmitsDefaults):
         ignored = {
             f"{name}.{field}"
             for name in self.rollers
-            for law, fields in OF_DRAG.items()
+            for law, fields in DRAG_FIELDS.items()
             if law != self.drag
             for field in fields
         }

@@ -96,7 +96,7 @@ class Wheel(OmitsDefaults):
 Kept = Literal["locked", "retensioned", "sprung", "forced"]
 Drag = Literal["viscous", "coulomb", "rolling"]
 # fields of a wheel that a law of drag reads
-OF_DRAG = {"viscous": ("bearing_drag",), "coulomb": ("bearing_torque",), "rolling": ("rolling_arm", "seal_drag")}
+DRAG_FIELDS = {"viscous": ("bearing_drag",), "coulomb": ("bearing_torque",), "rolling": ("rolling_arm", "seal_drag")}
 
 
 class ChainParameters(OmitsDefaults):

@@ -227,10 +227,10 @@ def draw_discs(ax: Axes, circles) -> None:
         _draw_hub(ax, x, y, Z_RING, radius)
 
 
-def draw_loop(ax: Axes, rig: Rig, frame, shift: float, ring: float | None, groove: int | None = None, **chain) -> None:
-    """Draw wheels (the tensioner ``shift`` m along), sprocket, ``groove`` numbered, and chain (:func:`draw_chain`)."""
+def draw_loop(ax: Axes, rig: Rig, frame, shift: float, ring: float | None, **chain) -> None:
+    """Draw wheels (the tensioner ``shift`` m along), sprocket and chain (:func:`draw_chain`)."""
     draw_discs(ax, wheel_circles(rig, shift, surface=True)[1:])
-    draw_sprocket(ax, rig, frame[-1], ring, groove)
+    draw_sprocket(ax, rig, frame[-1], ring)
     draw_chain(ax, rig, frame, **chain)
 
 

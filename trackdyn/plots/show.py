@@ -243,7 +243,7 @@ def picture(recording: Recording, stretch: Replay) -> dict:
     columns = np.column_stack([*stretch.bodies.transpose(2, 0, 1), places, stretch.turned])
     low, high = np.percentile(stretch.tension, [1, 99])
     # contacts of half a newton or more: the others would be drawn as none
-    felt = [of[np.hypot(of[:, 3], of[:, 4]) >= 1.0] for of in stretch.contacts]
+    loaded = [of[np.hypot(of[:, 3], of[:, 4]) >= 1.0] for of in stretch.contacts]
     units = [1, CONFIGURATION, CONFIGURATION, 1, 1, 1, 1]  # of side, position (m), force (N), area, groove
     return {
         "radius": recording.scene.ring_radius,
@@ -254,7 +254,7 @@ def picture(recording: Recording, stretch: Replay) -> dict:
         "wheels": [[float(radius)] for radius in wheels[0, :, 2]],
         "unit": CONFIGURATION,
         **differences(columns),
-        "contacts": [np.rint(of[:, :7] / units).astype(int).ravel().tolist() for of in felt],
+        "contacts": [np.rint(of[:, :7] / units).astype(int).ravel().tolist() for of in loaded],
         "tension": np.rint(stretch.tension).astype(int).ravel().tolist(),
         "low": float(low),
         "high": float(high),

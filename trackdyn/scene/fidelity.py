@@ -34,7 +34,7 @@ class Choices(Section):
 
 
 CHOICES = {name: get_args(field.annotation) for name, field in Choices.model_fields.items()}
-OF_CONTACTS = ("tooth_contact", "normal_law", "friction", "tension", "drag")
+CONTACT_CHOICES = ("tooth_contact", "normal_law", "friction", "tension", "drag")
 
 # name -> choices and step; each measured against the next one up (rule `fidelity`)
 PRESETS = {
@@ -96,9 +96,9 @@ def decide(scene) -> dict[str, Decision]:
             decisions["friction"] = Decision("tangential", "planar: nothing moves along the axes")
     if scene.chain == "belt":
         nothing = Decision("none", "a kinematic path has no forces and no equations to solve")
-        decisions |= dict.fromkeys((*OF_CONTACTS, "bushing_law", "closure", "integrator"), nothing)
+        decisions |= dict.fromkeys((*CONTACT_CHOICES, "bushing_law", "closure", "integrator"), nothing)
     elif scene.loop == "free":
-        decisions |= dict.fromkeys(OF_CONTACTS, Decision("none", "a free loop touches nothing"))
+        decisions |= dict.fromkeys(CONTACT_CHOICES, Decision("none", "a free loop touches nothing"))
     if on_wheels and scene.ring_radius is not None:
         decisions["ring"] = Decision("present", f"ring_radius = {scene.ring_radius:g} m")
     else:

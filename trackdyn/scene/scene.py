@@ -27,11 +27,11 @@ LEAST_CHOSEN = 0.01  # of the usual step: nobody waits for less without having a
 WITHIN = 0.7  # of the bound at the pre-tension: with a larger ring the loop settles tighter
 
 
-OF_THE_RIG = "of the rig"
+FROM_THE_RIG = "of the rig"
 # Fields that follow the rig where a scene asks for none.
 FOLLOWS = ("ring_radius", "chain", "tension", "drag", "bushing_law", "step")
 # Fields that concern the record alone.
-OF_THE_RECORD = ("duration", "lead_in", "ramp", "pitches", "frame_interval", "spells", "every_link", "sliding")
+RECORD_FIELDS = ("duration", "lead_in", "ramp", "pitches", "frame_interval", "spells", "every_link", "sliding")
 
 
 def _pitches(value: Any) -> Any:
@@ -152,10 +152,10 @@ class Scene(Choices):
     sliding: Annotated[bool, BeforeValidator(_flag)] = False
 
     def __init__(
-        self, rig: Rig, motor_rpm: float, ring_radius: Any = OF_THE_RIG, *, preset: str | None = None, **fields: Any
+        self, rig: Rig, motor_rpm: float, ring_radius: Any = FROM_THE_RIG, *, preset: str | None = None, **fields: Any
     ):
         requested: dict[str, Any] = {"rig": rig, "motor_rpm": motor_rpm} | fields
-        if ring_radius is not OF_THE_RIG:
+        if ring_radius is not FROM_THE_RIG:
             requested["ring_radius"] = ring_radius
         given = requested
         if isinstance(rig, Rig):
@@ -335,7 +335,7 @@ class Scene(Choices):
     def with_(self, **changes: Any) -> "Scene":
         """Return a scene with some fields replaced; what was never asked for (`FOLLOWS`) is decided anew.
 
-        A step that nobody chose stays where only `OF_THE_RECORD` is replaced.
+        A step that nobody chose stays where only `RECORD_FIELDS` is replaced.
 
         Parameters
         ----------
@@ -352,7 +352,7 @@ class Scene(Choices):
             A field does not exist, is out of range, or contradicts another one.
         """
         scene = Scene(**{name: getattr(self, name) for name in self.model_fields_set} | changes)
-        return scene if changes.keys() - set(OF_THE_RECORD) else scene.stepped(self.step)
+        return scene if changes.keys() - set(RECORD_FIELDS) else scene.stepped(self.step)
 
     def sampled(self, rate: int) -> "Scene":
         """Return the scene recorded at another rate.

@@ -215,7 +215,7 @@ def said_otherwise(column: Column, unit: str) -> str:
     return f" as stated, not in {column.unit} as the file says" if own and own != unit else ""
 
 
-_OF_TIME = re.compile(
+_TIME_WORDS = re.compile(
     "time|stamp|zeit|temps|tiempo|tempo|tijd|tid|clock|date|datum|seconds|x_value|\N{CJK UNIFIED IDEOGRAPH-6642}"
 )
 
@@ -240,7 +240,7 @@ def suggested(names: Sequence[str], units: Sequence[str], timed: bool = False) -
 def time_like(names: Sequence[str], units: Sequence[str]) -> list[str]:
     """Columns that may be the time by their names or units, as a shell takes them."""
     columns = [_column(k, *both) for k, both in enumerate(zip(names, units, strict=True))]
-    named = [column for column in columns if _OF_TIME.search(_apart(column.name))]
+    named = [column for column in columns if _TIME_WORDS.search(_apart(column.name))]
     return [_typed(c) for c in named + [c for c in columns if c.unit in _TIME and c not in named]]
 
 

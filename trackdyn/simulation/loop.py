@@ -244,7 +244,7 @@ class Loop:
         return self.work.wheel_force
 
     @property
-    def felt(self) -> np.ndarray:
+    def sensor_acceleration(self) -> np.ndarray:
         """(3,) acceleration of the sensor's position in the link frame, x and y (m/s2), and the link's angle (rad).
 
         Means over the last `step`, or over the last sample interval of `advance`; at rest before the first.

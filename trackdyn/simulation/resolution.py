@@ -114,8 +114,8 @@ def answer(record: Record, rows: slice, ended: list[np.ndarray], model: Model, b
     chain = model.chain
 
     def rms(mean):
-        felt = mean[..., 1] + chain.gravity * np.cos(mean[..., 2])
-        return np.sqrt((felt**2).mean())
+        ay = mean[..., 1] + chain.gravity * np.cos(mean[..., 2])
+        return np.sqrt((ay**2).mean())
 
     still = record.spells.open[record.spells.open["end_s"] > 0]
     largest, alone = largest_forces(np.concatenate(ended), still, len(model.shoes.link_body), model.step, begin)

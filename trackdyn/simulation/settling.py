@@ -15,7 +15,7 @@ from trackdyn.model.work import Work, make_space_work, make_work
 from trackdyn.parameters.layout import check_overlap, free_loop
 from trackdyn.scene.build import CARRIED, check_stops, make_carriers, shift_wheel, start_plane
 from trackdyn.scene.limits import elastic_depth
-from trackdyn.scene.scene import OF_THE_RECORD, Scene
+from trackdyn.scene.scene import RECORD_FIELDS, Scene
 from trackdyn.simulation.tensioning import (
     LEAST_STEP,
     SLACK,
@@ -34,7 +34,7 @@ HALVINGS = 2
 # The weight of the chain and so many times the tension on a single arc: more than any load at rest.
 MOST_LOAD = 4.0
 # What a scene asks for that a loop at rest does not know yet.
-LATER = ("motor_rpm", *OF_THE_RECORD)
+LATER = ("motor_rpm", *RECORD_FIELDS)
 
 
 class Start(NamedTuple):

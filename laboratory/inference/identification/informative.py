@@ -14,7 +14,7 @@ from laboratory.inference.unknowns import Unknown, Unknowns, file_ranges
 from laboratory.inference.verdict import NARROW
 from trackdyn.errors import InputError
 from trackdyn.parameters.rig import Rig
-from trackdyn.parameters.sections import OF_DRAG
+from trackdyn.parameters.sections import DRAG_FIELDS
 
 # What rulers and scales do not tell: rubber, tension, contact, drag, the fit of chain and sprocket.
 CANDIDATES = (
@@ -78,7 +78,7 @@ def tellable(
         ``unknown, alone, beside, chosen``: widths of 90 % intervals as shares of the prior's.
     """
     ranges = file_ranges(path)
-    names = *CANDIDATES, OF_BUSHINGS[rig.bushing.law], *(f"{wheel}.{OF_DRAG[rig.drag][0]}" for wheel in rig.rollers)
+    names = *CANDIDATES, OF_BUSHINGS[rig.bushing.law], *(f"{wheel}.{DRAG_FIELDS[rig.drag][0]}" for wheel in rig.rollers)
     candidates = unknowns_asked_for([Unknown(names=[name]) for name in names if name in ranges], rig, path)
     # the slowest and the fastest record say what changes with speed
     ends = sorted({0, len(measured) - 1}, key=lambda k: measured[k].speed.rpm)

@@ -14,7 +14,7 @@ from trackdyn.errors import DivergenceError, InputError
 from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.parameters.rig_file import shipped_rigs
 from trackdyn.scene.limits import largest_step
-from trackdyn.scene.scene import OF_THE_RIG, Scene
+from trackdyn.scene.scene import FROM_THE_RIG, Scene
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recorder import Recorder
 from trackdyn.simulation.resolution import FINER, NO, OPEN, PEAKS, RMS, YES
@@ -42,7 +42,7 @@ KINDS = ("shipped", "layout", "trade", "odd", "shipped", "layout")
 def drawn(number: int, seed: int = SEED) -> tuple[str, Rig, dict]:
     """What a scene is called, its rig, and motor speed, ring, seconds and fraction of the largest step."""
     rng = np.random.default_rng([seed, number])
-    kind, ring = KINDS[number % len(KINDS)], OF_THE_RIG
+    kind, ring = KINDS[number % len(KINDS)], FROM_THE_RIG
 
     def between(low, high):
         return float(np.exp(rng.uniform(np.log(low), np.log(high))))
