@@ -50,8 +50,9 @@ def _no_kernels(pytestconfig):
 
 
 def pytest_collection_modifyitems(config, items):
-    # what starts processes and waits for them comes first, so that workers end together
-    items.sort(key=lambda item: item.path.parent.name not in ("docs", "workflow"))
+    # what starts processes and waits for them comes first, small files last, so that workers end together
+    rank = {"docs": 0, "workflow": 0, "parameters": 2, "sensor": 2}
+    items.sort(key=lambda item: rank.get(item.path.parent.name, 1))
     for item in items:
         if "browser" in item.fixturenames:
             item.add_marker("browser")

@@ -67,7 +67,7 @@ def without_extras(*arguments):
     extras = {requirement.name for requirement in asked(*PROJECT["optional-dependencies"])} - core
     modules = {MODULES.get(name, name.replace("-", "_")) for name in extras}
     code = WITHOUT_EXTRAS.format(modules=modules, arguments=list(arguments))
-    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=300)
+    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
 
 
 @pytest.fixture(scope="module")

@@ -40,12 +40,12 @@ def hysteretic(make_scene):
     return loop
 
 
-@pytest.mark.parametrize("frequency", [0.5, 4.47, 17.0, 50.0])
+@pytest.mark.parametrize("frequency", [0.5, 4.47, 50.0])
 def test_a_sinusoid_loses_what_the_law_says(hysteretic, rig, frequency):
     """Body 1 swings alone, so that the joints on both of its sides are bent, by opposite angles."""
     model, state, work = hysteretic._parts
     share, time = loss_branches(rig.bushing.loss_factor)
-    steps, omega, size = 4000, 2 * np.pi * frequency, 0.05
+    steps, omega, size = 2500, 2 * np.pi * frequency, 0.05
     h = 1.0 / frequency / steps
     model = model._replace(step=h)
     marks = np.arange(8 * steps + 1)
@@ -61,7 +61,7 @@ def test_a_sinusoid_loses_what_the_law_says(hysteretic, rig, frequency):
             work_in += 2 * h * state.rate[1] * 0.5 * (old + state.branch[:, 0].sum())
     lost = state.work_done[BUSHING_LOSS] - before
     storage, loss = moduli(share, time, [frequency])
-    # both joints, and a cycle of steps of 1/4000: the sine of half a step
+    # both joints, and a cycle of steps of 1/2500: the sine of half a step
     assert lost == pytest.approx(2 * np.pi * rig.bushing.stiffness * loss[0] * size**2, rel=1e-4)
     assert lost == pytest.approx(
         2 * np.pi * rig.bushing.loss_factor * rig.bushing.stiffness * storage[0] * size**2, rel=RIPPLE

@@ -26,7 +26,6 @@ def run(*words, code=ENTRY, **environment):
         env=os.environ | {"PYTHONPATH": str(ROOT), "COLUMNS": "100"} | environment,
         capture_output=True,
         text=True,
-        timeout=120,
     )
 
 

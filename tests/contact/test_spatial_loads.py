@@ -53,24 +53,6 @@ def make_spatial(driven_loop, make_scene, rig):
     return make
 
 
-def test_aligned_wheels_give_the_planar_loads_exactly(make_spatial):
-    model, state = make_spatial()
-    mine = copy.deepcopy(state)
-    state = state._replace(plane=None)
-    work = make_work(len(state.angle), *state.wheel_impact.shape)
-    refresh(model._replace(space=None), state, work)
-    seen = evaluate(model, mine)
-    assert (work.tooth_force > 0).any() and (work.wheel_force > 0).any(axis=0).all()
-    for name in (
-        "force_x", "force_y", "moment", "wheel_torque", "tooth_force", "tooth_area", "tooth_groove", "wheel_force",
-    ):  # fmt: skip
-        assert np.array_equal(getattr(seen, name), getattr(work, name)), name
-    for name in ("tooth_impact", "wheel_impact"):
-        assert np.array_equal(getattr(mine, name), getattr(state, name)), name
-    for name in ("force_z", "moment_x", "moment_y"):
-        assert not getattr(seen.space, name).any(), name
-
-
 def test_overlap_of_two_lengths(make_spatial):
     """Eq. 19 by hand for widths of 50 and 60 mm; never more than the shorter one, never less than nothing."""
     space = make_spatial()[0].space

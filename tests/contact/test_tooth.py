@@ -113,7 +113,7 @@ def test_the_depth_in_a_coarse_tooth_is_continuous(name):
     tooth = make_tooth(profile, radius, make_law(0.05, 1e11, 0.5, 0.1, 0.1, 0.05, 0.1, 3.0))
     rng, joints, move = np.random.default_rng(5), profile.joints(), 1e-6
     low, high = np.sort(joints[:, 1])[[0, -1]]
-    points = np.column_stack([rng.uniform(1.2 * joints[0, 0], 0, 50_000), rng.uniform(low, high + radius, 50_000)])
+    points = np.column_stack([rng.uniform(1.2 * joints[0, 0], 0, 20_000), rng.uniform(low, high + radius, 20_000)])
     touched = set()
     for x, y in points:
         area, depth, *_ = find_area(tooth, x, y)

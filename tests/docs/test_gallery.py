@@ -1,9 +1,10 @@
-"""The notebooks of the gallery run, all in one process, and the outputs kept in them are those of their code."""
+"""The notebooks run, all in one process; the outputs kept in those of the gallery are those of their code."""
 
 import contextlib
 import io
 import math
 import re
+import shutil
 from pathlib import Path
 
 import nbformat
@@ -49,3 +50,16 @@ def test_a_notebook_gives_the_outputs_that_it_keeps(path, tmp_path, monkeypatch,
         assert same(said.getvalue(), printed(cell)), f"{said.getvalue()}\nkept:\n{printed(cell)}"
         assert len(pyplot.get_fignums()) == pictures(cell.outputs)
         pyplot.close("all")
+
+
+def test_the_notebook_of_a_run_shows_it_and_keeps_no_outputs(tmp_path, monkeypatch, capsys):
+    shutil.copytree(ROOT / "config", tmp_path / "config")
+    monkeypatch.chdir(tmp_path)
+    namespace = {"__name__": "notebook"}
+    for number, cell in enumerate(cells(ROOT / "docs" / "look_at_a_run.ipynb")):
+        assert not cell.outputs and not cell.execution_count
+        exec(compile(cell.source, f"look_at_a_run.ipynb[{number}]", "exec"), namespace)
+    assert namespace["shown"]._repr_html_().startswith("<iframe srcdoc=")
+    assert {file.name for file in tmp_path.iterdir()} == {"config", "run.html"}
+    printed = capsys.readouterr().out
+    assert "sprocket: pitches  0.0 to" in printed and "% of a turn" in printed

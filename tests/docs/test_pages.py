@@ -184,7 +184,6 @@ def test_the_readme_is_a_script_that_runs_in_a_fresh_folder(tmp_path):
         env=environment | {"PATH": os.pathsep.join(outside)},
         capture_output=True,
         text=True,
-        timeout=1500,
     )
     assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
 
@@ -237,6 +236,5 @@ def test_targets_of_the_pipeline_that_are_named_can_be_made(tmp_path):
         env=os.environ | {"XDG_CACHE_HOME": str(tmp_path / "cache")},
         capture_output=True,
         text=True,
-        timeout=300,
     )
     assert result.returncode == 0, result.stdout + result.stderr

@@ -8,6 +8,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
+from trackdyn.jit import cache_folder
 from trackdyn.sweeps.sweep import batches, sweep
 
 ROOT = Path(__file__).parents[2]
@@ -26,27 +27,25 @@ rule mine:
 
 
 def snakemake(folder, *arguments):
+    caches = {"XDG_CACHE_HOME": str(folder / "cache"), "TRACKDYN_CACHE": str(cache_folder().parent)}
     return subprocess.run(
         [sys.executable, "-m", "snakemake", "--nocolor", *arguments],
         cwd=folder,
-        env=os.environ | {"PYTHONPATH": str(ROOT), "XDG_CACHE_HOME": str(folder / "cache")},
+        env=os.environ | {"PYTHONPATH": str(ROOT)} | caches,
         capture_output=True,
         text=True,
-        timeout=300,
     )
 
 
 def test_a_module_gives_the_bytes_of_one_sweep(tmp_path, rig_path):
     """With rows that stand twice and rows that are refused, in a Snakefile of somebody's own."""
-    design = pd.DataFrame(
-        [{"motor_rpm": rpm, "ring_radius": ring, **SCENE} for rpm in (115, 210, 115, "no") for ring in (0.308, "none")]
-    )
+    design = pd.DataFrame([{"motor_rpm": rpm, "ring_radius": 0.308, **SCENE} for rpm in (115, 210, 115, "no")])
     design.to_csv(tmp_path / "d.csv", index=False)
     (tmp_path / "Snakefile").write_text(MODULE.format(root=ROOT), encoding="utf-8")
     result = snakemake(tmp_path, "-j2", "--quiet")
     assert result.returncode == 0, result.stdout + result.stderr
     alone = sweep(tmp_path / "d.csv", tmp_path / "alone.parquet", rig_path, jobs=1)
-    assert alone.state.tolist() == ["done"] * 6 + ["refused"] * 2
+    assert alone.state.tolist() == ["done"] * 3 + ["refused"]
     assert (tmp_path / "alone.parquet").read_bytes() == (tmp_path / "r/s.parquet").read_bytes()
     again = snakemake(tmp_path, "-n", "--quiet", "rules")
     assert "Nothing to be done" in again.stdout + again.stderr
@@ -56,8 +55,7 @@ def test_a_module_gives_the_bytes_of_one_sweep(tmp_path, rig_path):
     ("settings", "said"),
     [
         (["out=r.parquet"], "sweep: design is missing"),
-        (["design=d.csv", "out=r.parquet", "batches=some"], "sweep: batches = 'some':"),
-        (["design=d.csv", "out=r.parquet", "threads=0"], "sweep: threads = 0:"),
+        (["design=d.csv", "out=r.parquet", "batches=0"], "sweep: batches = 0:"),
     ],
 )
 def test_a_module_without_its_config_says_what_is_missing(tmp_path, settings, said):

@@ -16,7 +16,7 @@ def copies(tmp_path_factory):
     """Results of a run that nobody disturbed, and a copy of the project."""
     folder = tmp_path_factory.mktemp("killed")
     whole = killing.Copy(folder / "whole")
-    assert {"events.csv", "figures/fig21.png", "figures/fig21.svg", "runs/meshing/ring.npz"} <= whole.complete().keys()
+    assert {"measured/ring.csv", "figures/fig24.png", "figures/fig24.svg", "runs/210rpm.npz"} <= whole.complete().keys()
     return whole, killing.Copy(folder / "killed")
 
 
@@ -28,7 +28,7 @@ def test_a_killed_run_goes_on_and_ends_in_the_same_bytes(copies):
         done
     )
     assert killing.differences(copy, whole) == []
-    table = copy.folder / "events.csv"
+    table = copy.folder / "measured" / "ring.csv"
     table.write_text(table.read_text(encoding="utf-8").replace("1", "2", 1), encoding="utf-8")
-    (copy.folder / "figures" / "fig21.svg").unlink()
-    assert [line.split()[1] for line in killing.differences(copy, whole)] == ["events.csv", "figures/fig21.svg"]
+    (copy.folder / "figures" / "fig24.svg").unlink()
+    assert [line.split()[1] for line in killing.differences(copy, whole)] == ["figures/fig24.svg", "measured/ring.csv"]

@@ -90,34 +90,24 @@ def jobs(folder, count):
     raise AssertionError("no job began")
 
 
-def test_a_second_run_is_refused_and_a_dry_run_leaves_the_lock(folder):
+def test_a_second_run_is_refused_and_the_job_that_a_killed_one_left_is_waited_for(folder):
+    """It goes on; the job of the next run waits for it, then replaces its result. A dry run leaves the locks."""
     first = snakemake(folder)
     jobs(folder, 1)
     locks = sorted((folder / ".snakemake" / "locks").iterdir())
-    assert locks
-    assert snakemake(folder, "-n").wait(200) == 0
     second = snakemake(folder)
-    assert "LockException" in second.communicate(timeout=200)[0] and second.returncode == 1
-    assert sorted((folder / ".snakemake" / "locks").iterdir()) == locks
-    (folder / "go").touch()
-    assert first.wait(200) == 0 and len(jobs(folder, 1)) == 1
-
-
-def test_the_job_that_a_killed_driver_left_is_waited_for(folder):
-    """It goes on; the job of the next run waits for it, then replaces its result."""
-    first = snakemake(folder)
-    jobs(folder, 1)
+    assert "LockException" in second.communicate()[0] and second.returncode == 1
     first.kill()
     first.wait()
-    assert snakemake(folder, "-n").wait(200) == 0
-    assert any((folder / ".snakemake" / "locks").iterdir())
-    second = snakemake(folder)
-    for line in second.stdout:
+    assert snakemake(folder, "-n").wait() == 0
+    assert locks and sorted((folder / ".snakemake" / "locks").iterdir()) == locks
+    third = snakemake(folder)
+    for line in third.stdout:
         if "another process writes these results; waiting for its end" in line:
             break
     assert len(jobs(folder, 1)) == 1
     (folder / "go").touch()
-    assert second.wait(200) == 0
+    assert third.wait() == 0
     assert int((folder / "one.txt").read_text()) == jobs(folder, 2)[1]
 
 

@@ -54,7 +54,7 @@ def test_an_emulator_that_promises_too_much_is_found_out(config, closed_form, tm
     whole = FeatureEmulator.__call__
     monkeypatch.setattr(FeatureEmulator, "__call__", off)
     summary = calibrate(
-        config.model_copy(update={"simulations": 32, "plain": 0}), tmp_path, progress=False
+        config.model_copy(update={"simulations": 32, "truths": 16, "plain": 0}), tmp_path, progress=False
     ).summary.set_index("parameter")
     assert summary.loc["bushing.stiffness", "covered_90"] < 0.8 or summary.loc["bushing.stiffness", "p_uniform"] < 1e-3
 
