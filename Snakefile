@@ -16,7 +16,6 @@ ROOT = Path(str(workflow.current_basedir))
 # The workflow runs from its own folder, with or without the packages installed elsewhere.
 sys.path[:0] = [str(ROOT), str(ROOT / "workflow")]
 
-from replication.paper import contents
 from replication.pipeline.config import check_layers, read_layer
 from replication.studies import STUDIES
 from replication.study.settings import measured_scenes, parts_of, promised_scenes, step_field
@@ -49,7 +48,6 @@ except TrackdynError as error:
 R = CONFIG.results
 # scenes of the rigs that the scorecard judges beside the first
 OTHERS = {name: CONFIG.other_scenes(name, SCENES) for name in CONFIG.other_rigs}
-ITEMS = {item.key: item for item in (*contents.PAPER, *contents.OWN, *contents.OF_STUDIES)}
 SPEEDS = [f"{rpm:g}rpm" for rpm in CONFIG.records.speeds_rpm]
 
 

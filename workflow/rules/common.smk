@@ -19,15 +19,8 @@ onstart:
 
 
 def figure(name, folder=""):
-    """PNG and SVG of a figure; scripts name the first, the other is saved beside it. `snakemake --report` shows it."""
-    item = ITEMS.get(name) or ITEMS.get(name.split("_")[0])  # fig17_a
-    png, svg = (f"{R}/{folder}figures/{name}.{ending}" for ending in ("png", "svg"))
-    return [png, report(svg, **in_report("Figures", item.label or name, item.title)) if item else svg]
-
-
-def in_report(category, name, title):
-    """How `snakemake --report` shows a result."""
-    return {"category": category, "labels": {"result": name, "shows": title}, "caption": "../caption.rst"}
+    """PNG and SVG of a figure; scripts name the first, the other is saved beside it."""
+    return [f"{R}/{folder}figures/{name}.{ending}" for ending in ("png", "svg")]
 
 
 def figures(names, folder="", key="figures"):

@@ -41,7 +41,6 @@ rule metrics:
         schema=f"{R}/{{folder}}metrics.schema.json",
         events=f"{R}/{{folder}}events.csv",
         events_schema=f"{R}/{{folder}}events.schema.json",
-        spells=f"{R}/{{folder}}spells.csv",
     params: runs=runs_of("meshing")
     log: f"{R}/logs/{{folder}}metrics.log"
     message: "Measuring {output.csv}"

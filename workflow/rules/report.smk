@@ -32,7 +32,7 @@ rule animation:
     input:
         needs("report/figures/animation.py"),
         ring=rules.animation_run.output[0],
-    output: report(f"{R}/figures/animation.gif", **in_report("Overview", "Moving picture", "The loop in motion"))
+    output: f"{R}/figures/animation.gif"
     log: f"{R}/logs/animation.log"
     message: "The loop in motion"
     script: "../replication/report/figures/animation.py"
@@ -95,7 +95,7 @@ rule article:
         figures=[f"{R}/figures/fig{name}.svg" for name in ("01", "17_a", "18_a", "19", "21", "23_a", "24")],
         studies=[f"{R}/short/figures/{name}.svg" for name in ("trade_first", "extremes_stability")],
     output:
-        pdf=report(f"{R}/article.pdf", **in_report("Overview", "Article", "The replication on a few pages")),
+        pdf=f"{R}/article.pdf",
         values=f"{R}/article.json",
     params: accuracy_pct=CONFIG.peers.accuracy_pct
     log: f"{R}/logs/article.log"

@@ -8,7 +8,6 @@ import pandas as pd
 
 from trackdyn.files import write_csv, write_text
 from trackdyn.measure.columns import schema_text
-from trackdyn.measure.contacts import spells
 from trackdyn.measure.events import mean_events, smoothed_maxima
 from trackdyn.measure.metrics import run_metrics
 from trackdyn.simulation.recording import load_recording
@@ -30,7 +29,6 @@ def main(job) -> None:
     events = [table(recording).assign(run=run) for run, recording in recordings.items() for table in EVENTS]
     write_csv(out.events, table := pd.concat(events))
     write_text(out.events_schema, schema_text(table.columns, "events"))
-    write_csv(out.spells, pd.concat([spells(recording).assign(run=run) for run, recording in recordings.items()]))
 
 
 if __name__ == "__main__":

@@ -14,12 +14,6 @@ import numpy as np
 import pandas as pd
 
 from trackdyn.errors import DivergenceError, InputError
-from trackdyn.model.record import ENERGY_NAMES
-from trackdyn.scene.scene import Scene
-from trackdyn.simulation.recording import Recording
-from trackdyn.simulation.resolution import check_account, open_share
-from trackdyn.simulation.settling import SettledLoops
-from trackdyn.simulation.simulate import simulate
 
 COMPLETED, MARKED, REFUSED, DEFECT = "completed", "marked", "refused", "defect"
 OUTCOMES = (COMPLETED, MARKED, REFUSED, DEFECT)
@@ -28,18 +22,7 @@ COLUMNS = (
     "bound", "group", "at",
 )  # fmt: skip
 
-# The bounds, fixed before the runs.
-#
-# Closure error of a rigid cut: the largest gap that the paper prints, at turns of a body of up to 1e-3 rad a step. The
-# closure is projected by one Newton step, which leaves a body's length (0.1 m) times the third power of the turn;
-# 1.1e-10 m is that at 1e-3 rad, and larger turns are allowed what follows from twice the turn seen: within a tenth of a
-# millisecond it may have been larger.
-GAP = 1.1e-10
-TURN = 1e-3
-# Energy residual and dissipations: the promise of the time loop (`trackdyn.simulation.resolution`), 2 % of the
-# energy exchanged, whatever the method.
-
-STARTS = SettledLoops()  # what differs in speed alone begins alike
+GAP = 1.1e-10  # closure error of a rigid cut, m: the largest that the paper prints, fixed before the runs
 # the tensioner is locked: one on its spring would leave out the methods and the motion in space that it does not have
 FAST = {"duration": 0.05, "lead_in": 0.0, "ramp": 0.1, "spells": False, "tension": "locked"}
 
@@ -81,57 +64,6 @@ def below(value: float, bound: float, measure: str, **more) -> dict:
     """Columns of a measured number that must not exceed ``bound``."""
     reason = "" if value <= bound else f"{measure} is {value:.3g}, more than {bound:.2g}"
     return {"reason": reason, "measure": measure, "value": value, "bound": bound, **more}
-
-
-def gap_bound(turn: float) -> float:
-    """Largest gap (m) of a rigid cut allowed where bodies turn by ``turn`` (rad) a step."""
-    return GAP if turn <= TURN else GAP * (2 * turn / TURN) ** 3
-
-
-def invariants(scene: Scene, recording: Recording) -> dict:
-    """Closure error and energy residual of a recording, and the last bound that it misses.
-
-    The turn of the bodies a step is taken from the recorded configurations, a sample apart.
-    """
-    if fault := recording.fault():
-        return {"reason": fault}
-    gap = float(recording.gap.max())
-    model, seconds = scene.model, scene.duration
-    share, exchanged = open_share(recording.energy, model, seconds)
-    values = {"loop_gap_max_m": gap, "energy_residual": share}
-    turns = np.abs(np.diff(recording.frame[:, 2:-1], axis=0)) / scene.stride
-    allowed = gap_bound(float(turns.max()) if len(turns) else 0.0)
-    if scene.closure == "elastic_damping":
-        # twice what the spring yields to the strand at the start, and all the energy there is in the spring
-        energy = exchanged + float(recording.energy[:, ENERGY_NAMES.index("kinetic")].max())
-        allowed = 2 * float(recording.gap[0]) + (2 * energy / scene.rig.closure.stiffness) ** 0.5
-    values["reason"] = "" if gap <= allowed else f"the closure error is {gap:.3g} m, more than {allowed:.2g} m"
-    try:
-        check_account(recording.energy, model, seconds)
-    except DivergenceError as missed:  # the run should have said so itself
-        values["reason"] = str(missed)
-    return values
-
-
-def samples_a_sample(rig, step: float) -> int:
-    """By how much (up to ten times) the sensor may be faster for samples of whole steps, to see every turn."""
-    steps = 1.0 / rig.sensor.rate / step if step > 0 else 0.0
-    if not np.isfinite(steps) or abs(steps - round(steps)) > 1e-6:
-        return 1
-    return max(k for k in range(1, 11) if round(steps) % k == 0) if round(steps) else 1
-
-
-def run_scene(family: str, case: str, rig, rpm: float = 210.0, changes: dict | None = None, **fields) -> dict:
-    """Row of a short scene: rig values in ``changes`` (dotted names with two underscores), scene in ``fields``."""
-    settings = FAST | {"step": 1e-4} | fields
-
-    def attempt():
-        changed = rig.changed(**changes) if changes else rig
-        rate = changed.sensor.rate * samples_a_sample(changed, settings["step"])
-        scene = Scene(changed.changed(sensor__rate=rate), rpm, **settings, frame_interval=1.0 / rate)
-        return invariants(scene, simulate(scene, starts=STARTS))
-
-    return attempted(family, case, attempt)
 
 
 def as_table(rows: Iterable[dict]) -> pd.DataFrame:
