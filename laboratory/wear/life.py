@@ -15,7 +15,7 @@ import numpy as np
 import pandas as pd
 
 from laboratory.wear.contour import contours, worn_rig
-from laboratory.wear.law import Coefficients, Depths, distribute
+from laboratory.wear.law import AREAS, Coefficients, Depths, distribute
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.measure.contacts import meshing_summary
 from trackdyn.measure.stopping import check_driven, run_steady
@@ -116,6 +116,10 @@ class Worn:
         check_driven(scene)
         if scene.fidelity["space"].setting == "spatial":
             raise InputError("scene: space = 'spatial': wear needs wheels in the plane of the chain")
+        if len(scene.model.tooth.radius) != AREAS:
+            raise InputError(f"tooth_contact = {scene.tooth_contact!r}: wear needs ten arcs")
+        if abs(round(1.0 / scene.step) * scene.step - 1.0) > 1e-9:
+            raise InputError(f"step = {scene.step!r} s: wear needs a whole number of steps a second, as 1e-4")
         loop = Loop(scene)
         if scene.tension == "locked":  # the wheel stays where the new chain put it
             if self._shift is None:
