@@ -13,10 +13,8 @@ rule calibration:
     output:
         csv=f"{L}/identify/calibration.csv",
         ranks=f"{L}/identify/ranks.csv",
-        figures=[f"{L}/identify/calibration.{ending}" for ending in ("png", "svg")],
         rank_figures=[f"{L}/identify/ranks.{ending}" for ending in ("png", "svg")],
         **table("calibration", "summary", LAB),
-        **table("repeated_records", "repeated", LAB),
     params: store=f"{L}/identify/calibration_rows"
     threads: 64 # that is, all there are
     log: f"{L}/logs/calibration.log"

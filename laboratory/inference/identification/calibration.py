@@ -17,11 +17,10 @@ import pandas as pd
 from pydantic import Field
 from scipy.linalg import block_diag
 from scipy.stats import beta, binom, chisquare, norm, qmc
-from scipy.stats import f as fisher
 
 from laboratory.inference.identification.emulation import FeatureEmulator
 from laboratory.inference.identification.experiment import Experiment, MeasuredSpeed, run_experiment
-from laboratory.inference.identification.features import Feature, covariance, features, features_of
+from laboratory.inference.identification.features import Feature, covariance, features_of
 from laboratory.inference.identification.identify import LEAST_SPREAD, changes_at
 from laboratory.inference.identification.posterior import (
     Draws,
@@ -60,8 +59,6 @@ class CalibrationConfig(Section):
     simulations: Annotated[int, Field(ge=16)]
     truths: Annotated[int, Field(ge=1)]
     plain: Annotated[int, Field(ge=0)]
-    repeats: Annotated[int, Field(ge=2)]
-    places: Annotated[int, Field(ge=1)]
     turns: Annotated[int, Field(ge=4)]
     noise_g: Annotated[float, Field(ge=0)]
     steps: Annotated[int, Field(ge=50)]
@@ -90,8 +87,8 @@ def requested_unknowns(config: CalibrationConfig) -> tuple[Unknowns, Experiment]
 
 
 def _seeds(config: CalibrationConfig) -> list[np.random.SeedSequence]:
-    """Of the simulations, the truths, and the places of repeated records."""
-    return np.random.SeedSequence(config.seed).spawn(3)
+    """Of the simulations and the truths."""
+    return np.random.SeedSequence(config.seed).spawn(2)
 
 
 def simulate_all(config: CalibrationConfig, store, jobs: int = 1, progress: bool = True) -> Data:
@@ -154,7 +151,7 @@ def calibrate(config: CalibrationConfig, store, jobs: int = 1, progress: bool = 
         measured = MeasuredRecords(names, record, data.values[truth], data.scatter[truth]).subset(varying)
         return {"rows": _identified(config, data, emulator, measured, truth, discrepancy)}
 
-    content = [config.model_dump(exclude={"plain", "repeats", "places"}), module_hash(__name__)]
+    content = [config.model_dump(exclude={"plain"}), module_hash(__name__)]
     tasks = {key_of(*content, *each): dict(zip(("truth", "discrepancy"), each, strict=True)) for each in due}
     rows_by_key = results(lambda memory: one, tasks, 1, store, "calibration" if progress else "", "record")
     check_completed(rows_by_key.values(), "the same command goes on from there")
@@ -273,46 +270,3 @@ def _exact(inside: np.ndarray) -> tuple[float, float, float]:
     low = beta.ppf(0.025, hits, count - hits + 1) if hits else 0.0
     high = beta.ppf(0.975, hits + 1, count - hits) if hits < count else 1.0
     return hits / count, float(low), float(high)
-
-
-def repeated(config: CalibrationConfig, store, jobs: int = 1, progress: bool = True) -> pd.DataFrame:
-    """The bootstrap's variances beside those of repeated records: other noise, and another beginning in the turn.
-
-    Returns
-    -------
-    DataFrame
-        ``speed_rpm, feature, sd, ratio, low, high, inside_90``. ``sd`` is the standard deviation among the records of a
-        place, root mean square over places; a relative one, since features are logarithms. ``ratio`` is their variance
-        over the mean of the bootstrap's before it is widened for few turns, averaged over places, with its 95 %
-        interval (the F distribution, as of normal features). ``inside_90`` is the share of records whose widened 90 %
-        interval holds the mean of the others at their point.
-    """
-    unknowns, design = requested_unknowns(config)
-    places = np.random.default_rng(_seeds(config)[2]).uniform(size=(config.places, len(unknowns)))
-    long = design._replace(turns=config.turns, noise=config.noise_g)
-    changes, rows = changes_at(unknowns, places), []
-    repeats = []
-    for k in range(config.repeats):
-        later = long._replace(begin=k / config.repeats)
-        repeats.append(run_experiment(later, changes, store, jobs, f"repeat {k + 1}" if progress else ""))
-    ran = np.flatnonzero(np.all([repeat.ran for repeat in repeats], axis=0))
-    if not len(ran):
-        raise InputError("no rig of the repeated records can run; other ranges of the unknowns are accepted")
-    widened = (config.turns - 1) / (config.turns - 3)
-    freedom = (config.repeats - 1) * len(ran), config.repeats * (config.turns - 1) * len(ran)
-    for k, speed in enumerate(design.speeds):
-        rate = speed.rate / speed.every
-        turns = [[repeat.statistics[of_record][k] for repeat in repeats] for of_record in ran]  # type: ignore[index]  # all of these ran
-        values = np.array([[features(statistic, rate) for statistic in of_record] for of_record in turns])
-        variances = np.array([[np.diag(covariance(statistic, rate)) for statistic in of_record] for of_record in turns])
-        sample_variance, estimated = values.var(axis=1, ddof=1), variances.mean(axis=1) / widened
-        others = (values.sum(axis=1, keepdims=True) - values) / (config.repeats - 1)
-        off = np.abs(values - others) / np.sqrt(variances * (1 + 1 / (config.repeats - 1)))
-        for f, feature in enumerate(features_of(rate)):
-            known = estimated[:, f] > 0
-            ratio = float((sample_variance[known, f] / estimated[known, f]).mean()) if known.any() else np.nan
-            low, high = (ratio / fisher.ppf(at, *freedom) for at in (0.975, 0.025))
-            row = {"speed_rpm": speed.rpm, "feature": feature.name, "sd": float(np.sqrt(sample_variance[:, f].mean()))}
-            row |= {"ratio": ratio, "low": low, "high": high}
-            rows.append(row | {"inside_90": float((off[:, :, f] <= norm.ppf(0.95)).mean())})
-    return pd.DataFrame(rows)

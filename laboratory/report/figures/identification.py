@@ -15,7 +15,6 @@ from laboratory.inference.identification.calibration import (
     calibrate,
     histogram,
     rank_band,
-    repeated,
 )
 from laboratory.inference.unknowns import Unknown
 from replication.report.tables import write_captioned_table
@@ -150,58 +149,30 @@ def spectra_figure(pairs: Sequence[tuple[str, float, np.ndarray, np.ndarray]], s
     return figure
 
 
-def _panels(ranks: pd.DataFrame, discrepancy: str, across: str, up: str) -> tuple[Figure, list[tuple]]:
-    """A figure with a panel an unknown or size of a discrepancy, and each panel with its rows of ``ranks``."""
-    parts = list(ranks[ranks["discrepancy"] == discrepancy].groupby("parameter", sort=False))
-    names = [name for name, _ in parts]
-    columns = min(len(names), 3)
-    rows = -(-len(names) // columns)
-    figure = new_figure(1.9 * rows, PAGE)
-    axes = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
-    for ax, name in zip(axes.flat, names, strict=False):
-        ax.set_title(name, fontsize=SMALL)
-        ax.xaxis.set_major_locator(MaxNLocator(3))
-    for ax in list(axes.flat)[len(names) :]:
-        ax.set_axis_off()
-    for ax in axes[-1]:
-        ax.set_xlabel(across)
-    for ax in axes[:, 0]:
-        ax.set_ylabel(up)
-    return figure, [(ax, own) for ax, (_, own) in zip(axes.flat, parts, strict=False)]
-
-
 @styled
 def rank_figure(ranks: pd.DataFrame, discrepancy: str) -> Figure:
     """Truths by their ranks among the draws, with the band in which all bins lie at 95 % if ranks are uniform.
 
     ``ranks`` as `identification.calibration.Calibration.ranks`; one panel an unknown or size of a discrepancy.
     """
-    figure, panels = _panels(ranks, discrepancy, "rank of the true value", "cases")
-    for ax, rows in panels:
+    parts = list(ranks[ranks["discrepancy"] == discrepancy].groupby("parameter", sort=False))
+    columns = min(len(parts), 3)
+    lines = -(-len(parts) // columns)
+    figure = new_figure(1.9 * lines, PAGE)
+    axes = figure.subplots(lines, columns, squeeze=False, sharex=True, sharey=True)
+    for ax in axes.flat[len(parts) :]:
+        ax.set_axis_off()
+    for ax, (name, rows) in zip(axes.flat, parts, strict=False):
         counts = histogram(rows)
         low, high = rank_band(len(rows), len(counts))
-        edges = np.linspace(0, 1, len(counts) + 1)
+        ax.set_title(name, fontsize=SMALL)
+        ax.xaxis.set_major_locator(MaxNLocator(3))
         ax.fill_between([0, 1], low, high, color=ORANGE, alpha=0.3, linewidth=0)
         ax.axhline(len(rows) / len(counts), color=BLACK, linewidth=0.6, linestyle="-")
-        ax.stairs(counts, edges, color=BLUE)
+        ax.stairs(counts, np.linspace(0, 1, len(counts) + 1), color=BLUE)
         ax.set_ylim(bottom=0)
-    return figure
-
-
-@styled
-def calibration_figure(ranks: pd.DataFrame, discrepancy: str) -> Figure:
-    """How often central intervals hold the truth, over their level, with what chance leaves open at 95 %.
-
-    ``ranks`` as `identification.calibration.Calibration.ranks`; one panel an unknown or size of a discrepancy.
-    """
-    figure, panels = _panels(ranks, discrepancy, "level of the interval", "coverage")
-    level = np.linspace(0, 1, 101)
-    for ax, rows in panels:
-        away = 2 * np.abs((rows["rank"] + 0.5) / (rows["of"] + 1) - 0.5)
-        ax.plot(level, [(away <= limit).mean() for limit in level], color=BLUE)
-        sd = np.sqrt(level * (1 - level) / len(rows))
-        ax.fill_between(level, level - 1.96 * sd, level + 1.96 * sd, color=ORANGE, alpha=0.3, linewidth=0)
-        ax.plot(level, level, color=BLACK, linewidth=0.6, linestyle="-")
+    figure.supxlabel("rank of the true value")
+    figure.supylabel("cases")
     return figure
 
 
@@ -212,12 +183,6 @@ def main(job) -> None:
     write_csv(out.csv, result.covered)
     write_csv(out.ranks, result.ranks)
     write_captioned_table(result.summary, out.summary, "How often intervals of `trackdyn identify` hold the truth.")
-    write_captioned_table(
-        repeated(config, job.params.store, job.threads),
-        out.repeated,
-        "Variances of features among repeated records over those of the bootstrap.",
-    )
-    save(calibration_figure(result.ranks, PRIOR), out.figures[0])
     save(rank_figure(result.ranks, PRIOR), out.rank_figures[0])
 
 

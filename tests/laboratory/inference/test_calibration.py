@@ -22,7 +22,7 @@ def config(rig_path):
     unknowns = [Unknown(names=[name], scale="log") for name in ("bushing.stiffness", "tension.pre_tension")]
     return CalibrationConfig(
         rig=str(rig_path), unknowns=unknowns, ring_radius_m=0.308, speeds_rpm=[210], simulations=64, truths=32,
-        plain=12, repeats=20, places=3, turns=4, noise_g=0.005, steps=150, seed=1,
+        plain=12, turns=4, noise_g=0.005, steps=150, seed=1,
     )  # fmt: skip
 
 
