@@ -171,8 +171,8 @@ def rank_figure(ranks: pd.DataFrame, discrepancy: str) -> Figure:
         ax.axhline(len(rows) / len(counts), color=BLACK, linewidth=0.6, linestyle="-")
         ax.stairs(counts, np.linspace(0, 1, len(counts) + 1), color=BLUE)
         ax.set_ylim(bottom=0)
-    figure.supxlabel("rank of the true value")
-    figure.supylabel("cases")
+    figure.supxlabel("rank of the true value", fontsize="medium")
+    figure.supylabel("cases", fontsize="medium")
     return figure
 
 
