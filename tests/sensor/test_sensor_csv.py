@@ -225,6 +225,24 @@ def test_round_trip_is_exact_and_deterministic(tmp_path):
     assert sorted(p.name for p in tmp_path.iterdir()) == ["a.csv", "b.csv"]
 
 
+@pytest.mark.parametrize(
+    ("columns", "word"),
+    [
+        (([0.0, 0.001], [0.0], [1.0, 1.0], [0.0, 0.0]), "ax_g"),
+        (([0.0], [0.0], [1.0], [0.0]), "t_s"),
+        (
+            ([0.0, 0.001], [0.0, 0.0], [1.0, np.nan], [0.0, 0.0]),
+            "ay_g = array\\(\\[ 1., nan\\]\\): must be an array of finite numbers",
+        ),
+        (([0.0, 0.0], [0.0, 0.0], [1.0, 1.0], [0.0, 0.0]), "t_s = array\\(\\[0., 0.\\]\\): must increase"),
+    ],
+)
+def test_unusable_arrays_are_not_written(columns, word, tmp_path):
+    with pytest.raises(InputError, match=word):
+        write_sensor_csv(tmp_path / "record.csv", *columns)
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_device_and_a_large_file_are_refused_at_once(tmp_path, monkeypatch):
     refused(os.devnull.replace("null", "zero"), ["device"])
     monkeypatch.setattr(logger_files, "MOST_BYTES", 100)

@@ -318,15 +318,25 @@ def write_sensor_csv(path, t_s, ax, ay, az, comments: Iterable[str] = ()) -> Non
     Raises
     ------
     InputError
-        The folder cannot be written.
+        Arrays of unequal length, fewer than 2 samples, values that are not finite, or a folder that cannot be written.
     """
     columns = {
-        name: np.asarray(of, float) for name, of in zip(COLUMNS, (t_s, ax, ay, az), strict=True) if of is not None
+        name: np.asarray(values, dtype=float)
+        for name, values in zip(COLUMNS, (t_s, ax, ay, az), strict=True)
+        if values is not None
     }
+    t = columns["t_s"]
+    for name, values in columns.items():
+        if values.ndim != 1 or values.size != t.size or values.size < 2 or not np.isfinite(values).all():
+            raise InputError(
+                f"{path}: {name} = {shown(values)}: must be an array of finite numbers, as many as t_s has and at "
+                "least 2."
+            )
+    if np.any(np.diff(t) <= 0.0):
+        raise InputError(f"{path}: t_s = {shown(t)}: must increase from sample to sample; sort them by time.")
     lines = [f"# {line}".rstrip() for comment in comments for line in str(comment).splitlines() or [""]]
     lines.append(",".join(columns))
-    t = columns["t_s"]
     decimals = next((d for d in range(3, 9) if np.max(np.abs(t - np.round(t, d))) <= 1e-9), 9)  # to a nanosecond
     row = f"%.{decimals}f" + ",%.4f" * (len(columns) - 1)
-    lines.extend(row % values for values in zip(*(of.tolist() for of in columns.values()), strict=True))
+    lines.extend(row % values for values in zip(*(values.tolist() for values in columns.values()), strict=True))
     write_text(path, "\n".join(lines) + "\n")
