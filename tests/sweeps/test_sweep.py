@@ -20,7 +20,7 @@ from trackdyn.sweeps.engine import Store
 from trackdyn.sweeps.sweep import requested_rows, sweep
 
 ROOT = Path(__file__).parents[2]
-ROWS = 24  # of a sweep that is killed twice before its end
+ROWS = 14  # of a sweep that is killed twice before its end
 SHORT = {"duration": 0.05, "lead_in": 0.0, "ramp": 0.05, "preset": "fast"}
 
 

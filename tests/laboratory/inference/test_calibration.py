@@ -19,7 +19,8 @@ pytestmark = pytest.mark.slow
 
 @pytest.fixture
 def config(rig_path):
-    unknowns = [Unknown(names=[name], scale="log") for name in ("bushing.stiffness", "tension.pre_tension")]
+    ranges = {"bushing.stiffness": (180.0, 2500.0), "tension.pre_tension": (1500.0, 15000.0)}
+    unknowns = [Unknown(names=[name], low=low, high=high, scale="log") for name, (low, high) in ranges.items()]
     return CalibrationConfig(
         rig=str(rig_path), unknowns=unknowns, ring_radius_m=0.308, speeds_rpm=[210], simulations=64, truths=32,
         plain=12, turns=4, noise_g=0.005, steps=150, seed=1,
