@@ -122,7 +122,7 @@ class Show:
             batches[:] = [line.split()[0] for line in self.slurm.jobs("%i %k", "RUNNING") if "rule_batch" in line]
             return bool(batches) and self.kept(name) > 2
 
-        wait_until(running, 240, "a batch that runs")
+        wait_until(running, 600, "a batch that runs")
         return batches[0]
 
     # -- faults --------------------------------------------------------------------------------------------------------
