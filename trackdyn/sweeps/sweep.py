@@ -37,7 +37,7 @@ DEFAULTS = {
     for name, field in Scene.model_fields.items()
     if not field.is_required()
 }
-# of the columns that say nothing of the scene: the row's name; and what stands for several fields
+# columns that do not define the scene: the name of the row, and names that set several fields
 OWN = ("name", "preset", "rig")
 
 

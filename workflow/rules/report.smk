@@ -47,7 +47,7 @@ OF_STUDIES = {
 
 
 rule page:
-    """One page with what came out, all figures and tables, and where they come from."""
+    """Page of results: verdicts, figures, tables and their origin."""
     input:
         needs("report/page/builder.py"),
         rules.records.input,
