@@ -189,8 +189,7 @@ def chain_alone(rig, repeats: int) -> list[dict]:
     import numpy as np
 
     from trackdyn.chain.riccati import accelerations
-    from trackdyn.model.state import make_state
-    from trackdyn.model.work import make_work
+    from trackdyn.model.arrays import make_state, make_work
     from trackdyn.scene.build import build_chain
 
     @numba.njit

@@ -20,7 +20,7 @@ import pytest
 
 from trackdyn import jit
 from trackdyn.commands import cli
-from trackdyn.model.record import SPELL
+from trackdyn.model.arrays import SPELL
 from trackdyn.parameters.rig import load_rig
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop

@@ -17,7 +17,7 @@ import numpy as np
 
 from laboratory.wear.contour import ARC_NODES, Contour
 from trackdyn.contact.laws import friction_coefficient
-from trackdyn.model.record import BUSHING_LOSS
+from trackdyn.model.arrays import BUSHING_LOSS
 from trackdyn.parameters.quantities import FROM_FILE, Quantity
 from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.validation import Section, validated

@@ -5,8 +5,8 @@ import pytest
 
 from trackdyn.chain.kinematics import add_moments, relax, stored
 from trackdyn.errors import InputError
+from trackdyn.model.arrays import BUSHING_LOSS
 from trackdyn.model.constants import Branches
-from trackdyn.model.record import BUSHING_LOSS
 from trackdyn.parameters.laws import BAND, loss_branches
 from trackdyn.scene.limits import step_limits
 from trackdyn.simulation.loop import Loop

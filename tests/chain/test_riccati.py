@@ -7,9 +7,8 @@ from replication.study.extremes import reference
 from tests.conftest import closing, irregular_ring
 from trackdyn.chain.kinematics import bushing_torques, damping_weight, forward_kinematics, orient
 from trackdyn.chain.riccati import accelerations
+from trackdyn.model.arrays import make_state, make_work
 from trackdyn.model.constants import Chain
-from trackdyn.model.state import make_state
-from trackdyn.model.work import make_work
 
 SIZES = [6, 7, 12, 13, 35, 70]
 # Set beforehand: the sweep is stable, and its end and closure matrices have condition numbers up to 1e5.

@@ -9,9 +9,8 @@ from tests.conftest import closing, irregular_ring
 from trackdyn.chain.kinematics import bushing_torques, forward_kinematics, orient
 from trackdyn.chain.plane import plane_dynamics, turn_plane, update_frame
 from trackdyn.chain.riccati import accelerations
+from trackdyn.model.arrays import Plane, make_space_work, make_state, make_work
 from trackdyn.model.constants import Chain, Space
-from trackdyn.model.state import Plane, make_state
-from trackdyn.model.work import make_space_work, make_work
 
 # Both solve systems with condition numbers up to some 1e5 in double precision: 1e-16 x 1e5 is 1e-11; two decades
 # for sums over the bodies and the rank decision of the least squares.

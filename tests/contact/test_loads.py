@@ -8,8 +8,8 @@ import pytest
 from tests.conftest import closing, recorded
 from trackdyn.contact.laws import elastic_force, foot, friction_coefficient
 from trackdyn.integrate.run import refresh
+from trackdyn.model.arrays import FLANK, components, make_work
 from trackdyn.model.constants import SPROCKET
-from trackdyn.model.work import FLANK, components, make_work
 
 RINGS = [None, 0.303, 0.308]
 

@@ -5,8 +5,8 @@ import pytest
 
 from tests.conftest import LAWS
 from trackdyn.errors import TrackdynError
+from trackdyn.model.arrays import OFFSET
 from trackdyn.model.constants import SPROCKET
-from trackdyn.model.state import OFFSET
 from trackdyn.simulation.loop import Loop
 
 

@@ -8,8 +8,8 @@ import pytest
 from trackdyn.contact.axial import friction_coefficients, overlap_ratio
 from trackdyn.contact.laws import friction_coefficient
 from trackdyn.integrate.run import refresh
+from trackdyn.model.arrays import FLANK, GUIDE, RING, SURFACE, components, make_space_work, make_work
 from trackdyn.model.constants import INDEPENDENT, SPROCKET
-from trackdyn.model.work import FLANK, GUIDE, RING, SURFACE, components, make_space_work, make_work
 from trackdyn.scene.build import build_space, start_plane
 
 TILTED = {

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from trackdyn.chain.kinematics import bushing_torques
-from trackdyn.model.work import make_work
+from trackdyn.model.arrays import make_work
 from trackdyn.parameters.layout import Assembly, belt_around
 from trackdyn.scene.build import build_chain, build_shoes
 from trackdyn.scene.scene import Scene

@@ -8,8 +8,8 @@ from trackdyn.chain.kinematics import SLOW, bearing_drag
 from trackdyn.errors import InputError
 from trackdyn.integrate.run import shared
 from trackdyn.integrate.semi_implicit import advance
+from trackdyn.model.arrays import BEARING
 from trackdyn.model.constants import SPROCKET
-from trackdyn.model.record import BEARING
 from trackdyn.parameters.rig import load_rig
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop

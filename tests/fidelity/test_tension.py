@@ -12,8 +12,8 @@ from replication.study.layouts import random_rig
 from tests.conftest import recorded
 from trackdyn.errors import InputError
 from trackdyn.integrate.carriers import push
+from trackdyn.model.arrays import BEARING, ENERGY_NAMES
 from trackdyn.model.constants import SPROCKET
-from trackdyn.model.record import BEARING, ENERGY_NAMES
 from trackdyn.parameters.rig import load_rig
 from trackdyn.scene.limits import largest_step
 from trackdyn.scene.scene import Scene

@@ -11,9 +11,8 @@ from trackdyn.errors import InputError
 from trackdyn.integrate.dynamics import solve_chain
 from trackdyn.integrate.run import refresh, shared
 from trackdyn.measure.sensor import sense
+from trackdyn.model.arrays import components, make_implicit, make_state, make_work
 from trackdyn.model.constants import Chain
-from trackdyn.model.state import make_state
-from trackdyn.model.work import components, make_implicit, make_work
 from trackdyn.simulation.loop import Loop
 
 # as for the plain sweep: the end and closure matrices have condition numbers up to 1e5

@@ -8,9 +8,7 @@ from tests.conftest import closing
 from trackdyn.chain.kinematics import add_moments, bushing_torques, orient
 from trackdyn.chain.riccati import accelerations
 from trackdyn.integrate.methods import METHODS, equip
-from trackdyn.model.record import BUSHING_LOSS, KINETIC
-from trackdyn.model.state import make_state
-from trackdyn.model.work import make_work
+from trackdyn.model.arrays import BUSHING_LOSS, KINETIC, make_state, make_work
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 

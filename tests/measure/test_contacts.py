@@ -12,7 +12,7 @@ from trackdyn.errors import InputError
 from trackdyn.measure.contacts import SHORT, area_shares, meshing_summary, passages, spells
 from trackdyn.measure.events import events, mean_events, smoothed_maxima
 from trackdyn.measure.metrics import needed_lengths, run_metrics, speed_sentence
-from trackdyn.model.record import SPELL
+from trackdyn.model.arrays import SPELL
 from trackdyn.parameters.rig import load_rig
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.simulate import check_turning

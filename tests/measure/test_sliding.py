@@ -6,8 +6,7 @@ import pytest
 from trackdyn import Loop, Scene, load_rig
 from trackdyn.errors import InputError
 from trackdyn.measure.metrics import sliding_per_km
-from trackdyn.model.record import ENERGY_NAMES
-from trackdyn.model.work import FLANK, components
+from trackdyn.model.arrays import ENERGY_NAMES, FLANK, components
 from trackdyn.parameters.outline import ToothProfile
 from trackdyn.simulation.recording import load_recording
 from trackdyn.simulation.simulate import simulate

@@ -10,8 +10,8 @@ from trackdyn.errors import InputError
 from trackdyn.integrate.carriers import advance_carriers, given_force
 from trackdyn.integrate.run import shared
 from trackdyn.integrate.semi_implicit import driven_rate
+from trackdyn.model.arrays import SPROCKET_WORK
 from trackdyn.model.constants import NO_MOTOR, SPROCKET, Drive, Motor
-from trackdyn.model.record import SPROCKET_WORK
 from trackdyn.parameters.rig import load_rig
 from trackdyn.scene.build import make_carriers
 from trackdyn.simulation.loop import Loop

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from trackdyn.model.record import SPELL
+from trackdyn.model.arrays import SPELL
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.resolution import (
     FINER,

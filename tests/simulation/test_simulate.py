@@ -17,7 +17,7 @@ from trackdyn.errors import DivergenceError
 from trackdyn.measure.metrics import run_metrics
 from trackdyn.measure.sensor import sense
 from trackdyn.measure.stopping import later
-from trackdyn.model.record import ENERGY_NAMES
+from trackdyn.model.arrays import ENERGY_NAMES
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recording import Recording, load_recording
 from trackdyn.simulation.resolution import energy_residual

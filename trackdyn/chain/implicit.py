@@ -11,9 +11,8 @@ from typing import NamedTuple
 from trackdyn.chain.kinematics import added_damping, bearing_drag
 from trackdyn.chain.riccati import invert_closure, sweep
 from trackdyn.jit import kernel
+from trackdyn.model.arrays import ImplicitWork, State, Work
 from trackdyn.model.constants import Model
-from trackdyn.model.state import State
-from trackdyn.model.work import ImplicitWork, Work
 
 
 class Cut(NamedTuple):

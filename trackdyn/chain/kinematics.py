@@ -17,9 +17,8 @@ from math import sin as sine
 import numpy as np
 
 from trackdyn.jit import kernel
+from trackdyn.model.arrays import State, Work
 from trackdyn.model.constants import Chain, Model, Wheels
-from trackdyn.model.state import State
-from trackdyn.model.work import Work
 
 
 @kernel

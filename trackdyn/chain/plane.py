@@ -27,9 +27,8 @@ from math import sin as sine
 from math import sqrt
 
 from trackdyn.jit import fused, kernel, summed
+from trackdyn.model.arrays import OFFSET, SPEED, P, Q, SpaceWork, State, Work
 from trackdyn.model.constants import Model
-from trackdyn.model.state import OFFSET, SPEED, P, Q, State
-from trackdyn.model.work import SpaceWork, Work
 
 
 @kernel

@@ -12,8 +12,8 @@ swept: symmetric positive definite, so the recursion cannot break down.
 import numpy as np
 
 from trackdyn.jit import fused, kernel
+from trackdyn.model.arrays import SweepWork, Work
 from trackdyn.model.constants import Chain
-from trackdyn.model.work import SweepWork, Work
 
 
 @kernel

@@ -11,13 +11,13 @@ the middle plane of the chain, where depth and slip are taken: what it does is t
 
 from trackdyn.contact.laws import friction_coefficient
 from trackdyn.jit import kernel
+from trackdyn.model.arrays import OFFSET, SPEED, P, Q
 from trackdyn.model.constants import INDEPENDENT, Space
-from trackdyn.model.state import OFFSET, SPEED, P, Q
 
 
 @kernel
 def to_wheel_frame(space, wheel, x, y, z):
-    """Components of a vector in the wheel's frame from those in the plane's (`model.work.SpaceWork`)."""
+    """Components of a vector in the wheel's frame from those in the plane's (`model.arrays.SpaceWork`)."""
     if space is None:
         return x, y, z
     b = space.relative

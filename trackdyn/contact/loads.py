@@ -32,9 +32,8 @@ from trackdyn.contact.laws import (
     stored_impact_speed,
 )
 from trackdyn.jit import kernel
+from trackdyn.model.arrays import FLANK, GUIDE, OFFSET, RING, SURFACE, P, Q, State, Work
 from trackdyn.model.constants import SPROCKET, Law, Model, Wheels
-from trackdyn.model.state import OFFSET, P, Q, State
-from trackdyn.model.work import FLANK, GUIDE, RING, SURFACE, Work
 
 # Part of a linearly implicit step at which contact depths are taken: half way is stable for any
 # stiffness and loses half the energy that the end of the step would.

@@ -9,9 +9,8 @@ from math import sqrt
 
 from trackdyn.contact.axial import centre_in_plane, height, own_centre, to_wheel_frame
 from trackdyn.jit import kernel
+from trackdyn.model.arrays import OFFSET, State, Work
 from trackdyn.model.constants import SPROCKET, Model
-from trackdyn.model.state import OFFSET, State
-from trackdyn.model.work import Work
 
 # m; a link moves as far in a hundred steps
 MARGIN = 8e-3

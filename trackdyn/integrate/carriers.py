@@ -7,10 +7,8 @@ position is ``P(q)``, and ``T = dP/dq`` takes forces to the coordinate.
 from math import cos, sin
 
 from trackdyn.jit import kernel
+from trackdyn.model.arrays import BEARING, State, Work
 from trackdyn.model.constants import Carriers, Model
-from trackdyn.model.record import BEARING
-from trackdyn.model.state import State
-from trackdyn.model.work import Work
 
 
 @kernel

@@ -7,9 +7,8 @@ from trackdyn.chain.plane import update_frame
 from trackdyn.chain.riccati import close, close_compliant
 from trackdyn.contact.loads import contact_loads
 from trackdyn.jit import kernel
+from trackdyn.model.arrays import P, Q, State, Work
 from trackdyn.model.constants import Model
-from trackdyn.model.state import P, Q, State
-from trackdyn.model.work import Work
 
 
 @kernel

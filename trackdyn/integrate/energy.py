@@ -5,21 +5,27 @@ import numpy as np
 from trackdyn.chain.kinematics import bearing_drag, stored
 from trackdyn.integrate.carriers import carrier_energy, mean_velocity
 from trackdyn.jit import kernel
-from trackdyn.model.constants import SPROCKET, Model
-from trackdyn.model.record import (
+from trackdyn.model.arrays import (
     BEARING,
     BUSHING_ELASTIC,
     BUSHING_LOSS,
+    FLANK,
     GRAVITY,
     KINETIC,
+    OFFSET,
+    SPEED,
     SPROCKET_WORK,
     TOOTH_FRICTION,
     TOOTH_NORMAL,
     WHEEL_FRICTION,
     WHEEL_NORMAL,
+    ImplicitWork,
+    P,
+    Q,
+    State,
+    Work,
 )
-from trackdyn.model.state import OFFSET, SPEED, P, Q, State
-from trackdyn.model.work import FLANK, ImplicitWork, Work
+from trackdyn.model.constants import SPROCKET, Model
 
 
 @kernel

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from math import inf
 from typing import NamedTuple
 
-from trackdyn.model.work import Work, make_implicit, make_stages
+from trackdyn.model.arrays import Work, make_implicit, make_stages
 
 
 class Tableau(NamedTuple):

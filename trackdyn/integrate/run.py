@@ -16,10 +16,8 @@ from trackdyn.integrate.runge_kutta import rk_step
 from trackdyn.integrate.semi_implicit import RATE_LIMIT, advance
 from trackdyn.integrate.spells import log_spells
 from trackdyn.jit import kernel
+from trackdyn.model.arrays import BUSHING_LOSS, OFFSET, P, Q, Record, State, Work
 from trackdyn.model.constants import SPROCKET, Model
-from trackdyn.model.record import BUSHING_LOSS, Record
-from trackdyn.model.state import OFFSET, P, Q, State
-from trackdyn.model.work import Work
 
 # Steps from one look at what alternates in the motion to the next: three of them are looked at. A power of two, and
 # seldom enough to cost less than a hundredth of a step.

@@ -11,10 +11,8 @@ from trackdyn.integrate.energy import powers
 from trackdyn.integrate.semi_implicit import RATE_LIMIT, sprocket_acceleration
 from trackdyn.integrate.spells import log_spells
 from trackdyn.jit import kernel
+from trackdyn.model.arrays import BUSHING_LOSS, Record, Stages, State, Work
 from trackdyn.model.constants import SPROCKET, Model
-from trackdyn.model.record import BUSHING_LOSS, Record
-from trackdyn.model.state import State
-from trackdyn.model.work import Stages, Work
 
 
 @kernel

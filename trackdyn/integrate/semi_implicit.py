@@ -12,10 +12,8 @@ tenth too high.
 
 from trackdyn.chain.kinematics import bearing_drag, orient
 from trackdyn.jit import fused, kernel
+from trackdyn.model.arrays import BEARING, State, Work
 from trackdyn.model.constants import SPROCKET, Drive, Model
-from trackdyn.model.record import BEARING
-from trackdyn.model.state import State
-from trackdyn.model.work import Work
 
 # |angular velocity| of a body beyond which a run has left the physical range, rad/s
 RATE_LIMIT = 1000.0

@@ -1,10 +1,8 @@
 """Contact spells while the time runs: one row for every uninterrupted contact of an arc or a link."""
 
 from trackdyn.jit import kernel
+from trackdyn.model.arrays import Spells, State, Work
 from trackdyn.model.constants import SPROCKET
-from trackdyn.model.record import Spells
-from trackdyn.model.state import State
-from trackdyn.model.work import Work
 
 
 @kernel

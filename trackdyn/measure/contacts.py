@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from trackdyn.measure.convergence import NAN, batch_error, ratio_error
+from trackdyn.model.arrays import SPELL
 from trackdyn.model.constants import SPROCKET
-from trackdyn.model.record import SPELL
 from trackdyn.parameters.rig import Rig
 from trackdyn.simulation.recording import Recording
 

@@ -7,7 +7,7 @@ the direction of the line input pin -> output pin, counter-clockwise from the in
 """
 
 from math import inf
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -243,8 +243,3 @@ class Model(NamedTuple):
     carriers: Carriers
     space: Space | None = None
     branches: Branches = NO_BRANCHES
-
-
-def zeros(kind: type | np.dtype = float, /, **shapes: int | tuple[int, ...]) -> dict[str, Any]:
-    """An array of zeros for every name."""
-    return {name: np.zeros(shape, kind) for name, shape in shapes.items()}

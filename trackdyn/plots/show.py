@@ -16,8 +16,8 @@ from trackdyn.measure.columns import words
 from trackdyn.measure.contacts import sampled_shares
 from trackdyn.measure.metrics import run_metrics, shown_measures, speed_sentence
 from trackdyn.measure.sensor import sense
+from trackdyn.model.arrays import ENERGY_NAMES
 from trackdyn.model.constants import SPROCKET, Tooth
-from trackdyn.model.record import ENERGY_NAMES
 from trackdyn.plots.rendering import CONFIGURATION, differences, packed, render, short
 from trackdyn.sensor.signals import LOW_RANGE_HZ, holds_line, in_bands, main_line, main_line_binfree, spectrum
 from trackdyn.simulation.recording import Recording, load_recording

@@ -7,6 +7,7 @@ import numpy as np
 from trackdyn.errors import InputError
 from trackdyn.integrate.carriers import along, push
 from trackdyn.integrate.methods import METHODS
+from trackdyn.model.arrays import Plane, State, Work
 from trackdyn.model.constants import (
     INDEPENDENT,
     NO_BRANCHES,
@@ -27,8 +28,6 @@ from trackdyn.model.constants import (
     Tooth,
     Wheels,
 )
-from trackdyn.model.state import Plane, State
-from trackdyn.model.work import Work
 from trackdyn.parameters.laws import NORMAL_LAWS, loss_branches
 from trackdyn.parameters.layout import body_lengths, tensioner, wheel_circles, wheel_names
 from trackdyn.parameters.rig import Rig
@@ -246,7 +245,7 @@ def build_space(scene, tooth: Tooth, wheels: Wheels) -> Space:
     reach = np.where(wheels.present, wheels.radius + 2 * wheels.half_thickness, 0.0)
     if tooth.present:
         reach[SPROCKET] = tooth.addendum + tooth.arc_radius
-    surfaces = (rig.wheel_contact, rig.tooth_contact, rig.ring_contact)  # in the order of `model.work.SURFACE`
+    surfaces = (rig.wheel_contact, rig.tooth_contact, rig.ring_contact)  # in the order of `model.arrays.SURFACE`
     c, pitches = rig.chain, rig.chain.pitches
     return Space(
         along=np.tile([c.link_inertia_along, c.connector_inertia_along], pitches),

@@ -9,10 +9,8 @@ from psutil import virtual_memory
 
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.files import read_npz, write_npz
+from trackdyn.model.arrays import State, Work, make_record
 from trackdyn.model.constants import Model
-from trackdyn.model.record import make_record
-from trackdyn.model.state import State
-from trackdyn.model.work import Work
 from trackdyn.parameters.validation import shown
 from trackdyn.sources import source_hash
 

@@ -14,10 +14,8 @@ from trackdyn.integrate.energy import energies
 from trackdyn.integrate.run import prepared, refresh, shared
 from trackdyn.integrate.semi_implicit import sprocket_rate
 from trackdyn.jit import direct
+from trackdyn.model.arrays import ENERGY_NAMES, Record, State, Work, make_record
 from trackdyn.model.constants import Drive, Model
-from trackdyn.model.record import ENERGY_NAMES, Record, make_record
-from trackdyn.model.state import State
-from trackdyn.model.work import Work
 from trackdyn.parameters.layout import tensioner
 from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.validation import within
@@ -158,7 +156,7 @@ class Loop:
             self._integrate_samples(record, first, last, self._parts.model.stride)
 
     def room(self, samples: int, **what: Any) -> Record:
-        """An empty record of this loop (`model.record.make_record`)."""
+        """An empty record of this loop (`model.arrays.make_record`)."""
         return make_record(int(within("samples", samples, 0, MOST_STEPS)), self._parts.state, **what)
 
     def record(
@@ -269,7 +267,7 @@ class Loop:
 
     @property
     def energy(self) -> dict[str, float]:
-        """Energy balance and energies by name (`model.record.ENERGY_NAMES`), J."""
+        """Energy balance and energies by name (`model.arrays.ENERGY_NAMES`), J."""
         self._refresh()
         out = np.zeros(len(ENERGY_NAMES))
         energies(*shared(*self._parts), self._parts.work.space, out)
@@ -292,7 +290,7 @@ class Loop:
         Parameters
         ----------
         **values : array_like
-            Arrays of `model.state.State` by name, such as ``rate``; two underscores stand for a dot, as in
+            Arrays of `model.arrays.State` by name, such as ``rate``; two underscores stand for a dot, as in
             ``plane__motion``.
 
         Raises

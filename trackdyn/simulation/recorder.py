@@ -10,9 +10,8 @@ from psutil import virtual_memory
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.integrate.methods import METHODS
 from trackdyn.jit import FOLDER
+from trackdyn.model.arrays import SPELL, Plane, PlaneRecord, Record, make_record, make_state
 from trackdyn.model.constants import SPROCKET
-from trackdyn.model.record import SPELL, PlaneRecord, Record, make_record
-from trackdyn.model.state import Plane, make_state
 from trackdyn.simulation.arrays import filled, flat
 from trackdyn.simulation.recording import Recording, provenance
 from trackdyn.simulation.resolution import Answer, Watch, answer, check_account

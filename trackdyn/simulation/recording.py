@@ -14,9 +14,8 @@ from psutil import virtual_memory
 
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.files import read_npz, write_npz
+from trackdyn.model.arrays import make_record, make_state
 from trackdyn.model.constants import SPROCKET
-from trackdyn.model.record import make_record
-from trackdyn.model.state import make_state
 from trackdyn.parameters.layout import belt_around
 from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.validation import shown
@@ -52,7 +51,7 @@ class Recording:
     wheel_rate : (s, w) array
         Angular velocities of the sprocket and the other wheels, rad/s.
     energy : (s, 10) array
-        Energy balance and energies, J (``model.record.ENERGY_NAMES``).
+        Energy balance and energies, J (``model.arrays.ENERGY_NAMES``).
     force : (s, p, 3) array
         Normal force of left arc, right arc and ring, N.
     area, groove : (s, p, 2) integer arrays
@@ -60,7 +59,7 @@ class Recording:
     pitches : (p,) integer array
         The recorded pitches, 1-based.
     spells : (k,) structured array
-        Every contact with the sprocket that ended (``model.record.SPELL``); times since the start of the run.
+        Every contact with the sprocket that ended (``model.arrays.SPELL``); times since the start of the run.
     begin : float
         Time since the start of the run at which the record begins, s.
     frame : (f, n + 3) array

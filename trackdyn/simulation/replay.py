@@ -10,9 +10,8 @@ from math import pi
 import numpy as np
 from tqdm import tqdm
 
+from trackdyn.model.arrays import FLANK, GUIDE, RING, Record, components
 from trackdyn.model.constants import SPROCKET
-from trackdyn.model.record import Record
-from trackdyn.model.work import FLANK, GUIDE, RING, components
 from trackdyn.parameters.layout import wheel_names
 from trackdyn.parameters.validation import within
 from trackdyn.simulation.loop import Loop

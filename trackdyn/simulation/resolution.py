@@ -16,8 +16,8 @@ import numpy as np
 
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.integrate.methods import METHODS
+from trackdyn.model.arrays import ENERGY_NAMES, Record
 from trackdyn.model.constants import Model
-from trackdyn.model.record import ENERGY_NAMES, Record
 
 # Most that RMS and mean peak may differ with a finer step; half of it counts as resolved.
 RMS, PEAKS = 0.02, 0.05
@@ -49,7 +49,7 @@ class Resolution(NamedTuple):
 def alternating_share(alternating, model: Model, mean) -> float:
     """What alternates from step to step as a share of the mean square that the sensor reads.
 
-    ``alternating`` holds the (2,) sums over a record (`model.work.Work`), ``mean`` (s, 3) is that of the record.
+    ``alternating`` holds the (2,) sums over a record (`model.arrays.Work`), ``mean`` (s, 3) is that of the record.
     """
     alternations, looks = alternating
     if not looks or not len(mean):
@@ -68,7 +68,7 @@ def passed_pitches(model: Model, seconds: float) -> float:
 def largest_forces(ended, still, pitches: int, step: float, begin: float) -> tuple[np.ndarray, np.ndarray]:
     """Largest force of every pitch on each side (p, 3), N, and the ones among them that stand for one step (0 if not).
 
-    ``ended`` and ``still`` open contacts (`model.record.SPELL`) were logged from the time ``begin`` (s) on. A
+    ``ended`` and ``still`` open contacts (`model.arrays.SPELL`) were logged from the time ``begin`` (s) on. A
     peak whose neighbours are more than half of it lies between two steps. One in the first step of the log, of a
     contact that lasted then, or in the last step of one that lasts has a neighbour that was not logged.
     """
@@ -288,7 +288,7 @@ NORMAL_LOSSES, LONG_RECORD = ("tooth_normal", "wheel_normal"), 10.0
 def open_share(energy, model, seconds: float) -> tuple[float, float]:
     """Open rest of the energy balance over a record as a share of the energy exchanged, and that energy (J).
 
-    Energy exchanged is the sum of all changes in the account (``energy``, (s, 10), ``model.record.ENERGY_NAMES``, over
+    Energy exchanged is the sum of all changes in the account (``energy``, (s, 10), ``model.arrays.ENERGY_NAMES``, over
     ``seconds`` from first to last row) and the kinetic energy of the bodies that pass the sprocket, all of them in a
     loop without wheels. The sprocket's work alone would not do: it vanishes where nothing is driven.
     """

@@ -9,9 +9,8 @@ import numpy as np
 
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.integrate.methods import equip
+from trackdyn.model.arrays import Plane, State, Work, make_space_work, make_state, make_work
 from trackdyn.model.constants import SPROCKET, Model
-from trackdyn.model.state import Plane, State, make_state
-from trackdyn.model.work import Work, make_space_work, make_work
 from trackdyn.parameters.layout import check_overlap, free_loop
 from trackdyn.scene.build import CARRIED, check_stops, make_carriers, shift_wheel, start_plane
 from trackdyn.scene.limits import elastic_depth

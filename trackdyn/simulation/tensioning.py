@@ -9,10 +9,8 @@ from trackdyn.chain.kinematics import forward_kinematics, orient
 from trackdyn.errors import InputError
 from trackdyn.integrate.methods import METHODS, equip
 from trackdyn.integrate.run import run
+from trackdyn.model.arrays import SLIDE, State, Work, make_record, make_state, make_work
 from trackdyn.model.constants import SPROCKET, Drive, Model
-from trackdyn.model.record import make_record
-from trackdyn.model.state import SLIDE, State, make_state
-from trackdyn.model.work import Work, make_work
 from trackdyn.parameters.groove import depths_on_sprocket
 from trackdyn.parameters.layout import Assembly, assemble, belt_around, tensioner, travel_range
 from trackdyn.scene.build import CARRIED, make_carriers, preloads, shift_wheel

@@ -11,7 +11,7 @@ from scipy.ndimage import uniform_filter1d
 from trackdyn.measure.contacts import meshing_summary
 from trackdyn.measure.events import RESOLUTION, event_times, smoothed_maxima
 from trackdyn.measure.whole_loop import passage_edges, revolution_samples
-from trackdyn.model.record import SPELL
+from trackdyn.model.arrays import SPELL
 from trackdyn.simulation.recording import Recording
 
 PRINTED = (("left", 2, 0.17), ("right", 7, 1.07))  # area that the arc touches without a ring, time of its maximum (s)
@@ -101,7 +101,7 @@ def _free_way(touching: np.ndarray) -> int:
 
 
 def _sampled_spells(force: np.ndarray, area: np.ndarray, who: tuple[int, int], rate: float) -> np.ndarray:
-    """(k,) spells (`model.record.SPELL`) of a pitch and side from samples of its force and area."""
+    """(k,) spells (`model.arrays.SPELL`) of a pitch and side from samples of its force and area."""
     edges = np.flatnonzero(np.diff(np.r_[0, force > 0, 0]))
     begins, ends = edges[::2], edges[1::2]
     rows = []

@@ -14,7 +14,7 @@ from replication.study.extremes.judge import (
 )
 from replication.study.extremes.stability_map import stability_map
 from trackdyn import DivergenceError, InputError, Scene
-from trackdyn.model.record import ENERGY_NAMES
+from trackdyn.model.arrays import ENERGY_NAMES
 from trackdyn.parameters.rig import load_rig
 from trackdyn.scene.limits import turn_limit
 from trackdyn.simulation.resolution import check_account

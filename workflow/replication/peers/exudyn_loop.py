@@ -48,7 +48,7 @@ class PeerStart:
 
 
 def start_of(state) -> PeerStart:
-    """Start of a run from a ``model.state.State``."""
+    """Start of a run from a ``model.arrays.State``."""
     copied = {name: getattr(state, name).copy() for name in ("pin", "angle", "rate", "tooth_impact", "wheel_impact")}
     return PeerStart(**copied, sprocket_angle=float(state.wheel_angle[0]))
 

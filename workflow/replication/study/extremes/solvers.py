@@ -9,9 +9,8 @@ from replication.study.extremes import reference, transfer_product
 from replication.study.extremes.judge import COMPLETED, attempted, below, within_bounds
 from replication.study.extremes.restitution import lighter
 from trackdyn.chain import riccati
+from trackdyn.model.arrays import State, Work, make_state, make_work
 from trackdyn.model.constants import Chain
-from trackdyn.model.state import State, make_state
-from trackdyn.model.work import Work, make_work
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene.build import build_chain
 
