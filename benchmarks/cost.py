@@ -106,11 +106,8 @@ def simulated_second(rig, repeats: int) -> list[dict]:
             for spells in (True, False):
                 walls = []
                 for _ in range(repeats):
-                    record = loop.room(
-                        round(SIMULATED_S * rate), pitches=(rig.sensor.pitch,), spells=SPELL_ROWS * spells
-                    )
                     begin = time.perf_counter()
-                    loop.fill(record)
+                    loop.samples(round(SIMULATED_S * rate), (rig.sensor.pitch,), spells=SPELL_ROWS * spells)
                     walls.append((time.perf_counter() - begin) / SIMULATED_S)
                 wall = summary(walls)
                 rows.append(
@@ -158,14 +155,12 @@ def features(rig, repeats: int) -> list[dict]:
         # a tensioner that every feature can have
         same = {"motor_rpm": 150.0, "ring_radius": RING_RADIUS_M, "step": STEP_S, "tension": "locked"}
         loop = Loop(Scene(rig, **(same | fields)))
-        record = loop.room(samples, pitches=(1,), spells=SPELL_ROWS if loop.scene.spells else 0)
         loop.advance(loop.scene.ramp + 1.0)
-        runs[name] = loop, record
+        runs[name] = loop
     for _ in range(repeats):
-        for name, (loop, record) in runs.items():
-            record.spells.count[0] = 0
+        for name, loop in runs.items():
             begin = time.perf_counter()
-            loop.fill(record)
+            loop.samples(samples, (1,), spells=SPELL_ROWS if loop.scene.spells else 0)
             walls[name].append((time.perf_counter() - begin) / samples / loop.model.stride * 1e6)
     plain = statistics.median(walls["plain"])
     rows = []

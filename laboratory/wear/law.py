@@ -97,8 +97,7 @@ class Depths:
 def _rows(loop: Loop, count: int) -> dict[str, np.ndarray]:
     """Contacts of all arcs, configurations, account of sliding and loss in the bushings, a row a step."""
     pitches = range(1, loop.scene.rig.chain.pitches + 1)
-    record = loop.room(count, pitches=pitches, frames=count, frame_stride=1, sliding=len(loop.work.sliding))
-    loop.fill(record)
+    record = loop.samples(count, pitches, frame_stride=1)
     rows = {name: getattr(record, name) for name in ("force", "area", "groove", "frame", "sliding")}
     return rows | {"loss": record.energy[:, BUSHING_LOSS]}
 

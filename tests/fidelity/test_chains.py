@@ -4,13 +4,12 @@ import numpy as np
 import pytest
 
 from trackdyn.chain.kinematics import bushing_torques
-from trackdyn.model.arrays import make_work
-from trackdyn.parameters.layout import Assembly, belt_around
+from trackdyn.model.arrays import make_arrays
+from trackdyn.parameters.layout import belt_around
 from trackdyn.scene.build import build_chain, build_shoes
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.simulate import simulate
-from trackdyn.simulation.tensioning import start_state
 
 # --- single pin
 
@@ -105,9 +104,8 @@ def test_its_bushings_are_two_in_series(rig):
         model = Scene(rig, 0.0, chain=kind).model
         n = len(model.chain.length)
         share = np.arange(n) / n
-        state = start_state(Assembly(np.zeros((n, 2)), -2 * np.pi * share, 0.0, 0.0), model)
-        state.rate[:] = 35.0 * share  # 1 rad/s a pitch
-        work = make_work(n, 35, 3)
+        state, work = make_arrays(model)
+        state.angle[:], state.rate[:] = -2 * np.pi * share, 35.0 * share  # 1 rad/s a pitch
         bushing_torques(model.chain, state, work)
         torque[kind] = work.torque[: -n // 35]  # the rate closes the loop by a jump at its cut
     np.testing.assert_allclose(torque["double_pin"], torque["double_pin"][0], rtol=1e-12)

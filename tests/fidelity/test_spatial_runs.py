@@ -16,9 +16,7 @@ def aligned(make_scene):
 
 def filled(loop, samples):
     """Record of the next samples, every configuration kept."""
-    record = loop.room(samples, pitches=(1,), frames=samples, frame_stride=1)
-    loop.fill(record)
-    return record
+    return loop.samples(samples, (1,), frame_stride=1)
 
 
 def without_wheels(model, **chain):

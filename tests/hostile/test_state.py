@@ -68,26 +68,6 @@ def test_numbers_of_the_state_may_be_changed(loop):
         assert np.isfinite(other.pins).all() and np.abs(other.rates).max() < 100.0
 
 
-RECORDS = {
-    "rows": (lambda loop: loop.fill(loop.room(3), 0, 9), "rows 0 to 9"),
-    "frames": (lambda loop: loop.fill(loop.room(3, frames=1, frame_stride=1)), "frame has 1 rows"),
-    "none": (lambda loop: loop.fill(None), "record: must be one that"),
-    "pitches": (lambda loop: loop.fill(loop.room(3, pitches=(99,))), "record: must be one that"),
-    "short": (lambda loop: loop.fill(loop.room(3)._replace(raw=np.zeros((1, 3)))), "record: must be one that"),
-    "a list": (lambda loop: loop.fill(loop.room(3)._replace(gap=[0.0] * 3)), "record: must be one that"),
-    "read-only": (lambda loop: loop.fill(loop.room(3)._replace(gap=np.broadcast_to(0.0, 3))), "record: must be one"),
-    "links": (lambda loop: loop.fill(loop.room(3, links=99)), "record: must be one that"),
-}
-
-
-@pytest.mark.parametrize("name", RECORDS)
-def test_a_record_that_is_not_of_the_loop_is_refused(loop, name):
-    call, word = RECORDS[name]
-    with pytest.raises(InputError) as caught:
-        call(loop)
-    assert word in str(caught.value)
-
-
 def test_a_second_thread_is_refused_and_the_first_one_goes_on(loop):
     alone, inside, go_on = loop.copy(), threading.Event(), threading.Event()
 

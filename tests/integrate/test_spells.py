@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from trackdyn.integrate.spells import log_spells
+from trackdyn.model.arrays import make_record
 from trackdyn.simulation.loop import Loop
 
 STEP = 1e-4
@@ -18,7 +19,7 @@ def logged(make_scene):
 
     def log(forces):
         """The spell of an arc on which these forces act step by step."""
-        spells = loop.room(1, spells=4).spells
+        spells = make_record(1, loop.state, spells=4).spells
         for k, force in enumerate([*forces, 0.0]):
             loop._parts.work.tooth_force[4] = force
             log_spells(spells, loop._parts.state, loop._parts.work, 2.0 + k * STEP, STEP)

@@ -24,9 +24,7 @@ def turn(angle, vector):
 def filled(loop, samples, stride):
     """Record of samples of ``stride`` steps each."""
     loop._parts = loop._parts._replace(model=loop._parts.model._replace(stride=stride))
-    record = loop.room(samples)
-    loop.fill(record)
-    return record
+    return loop.samples(samples)
 
 
 @pytest.mark.parametrize("pitch", [1, 7, 35])

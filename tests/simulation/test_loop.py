@@ -17,8 +17,8 @@ from trackdyn.simulation import recorder as writer
 from trackdyn.simulation.arrays import flat
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recording import Recording, belt_recording
+from trackdyn.simulation.settling import Settling
 from trackdyn.simulation.simulate import simulate
-from trackdyn.simulation.tensioning import Settling
 
 # What exact cosines at the start of a call, instead of those carried on by their series, change in half a second
 # with contacts: rounding of 1e-16 in angles, grown by stiff contacts.
@@ -142,8 +142,7 @@ def test_places_close_the_loop(loop):
 def test_a_recording_is_that_of_the_time_loop(loop):
     other = loop.copy()
     recording = loop.record(0.1, pitches=(3, 7), frame_interval=0.02)
-    record = other.room(100, pitches=(3, 7), frames=5, frame_stride=20, spells=1000)
-    other.fill(record)
+    record = other.samples(100, (3, 7), frame_stride=20, spells=1000)
     assert_same(loop, other)
     for name in ("raw", "mean", "gap", "cut", "place", "wheel_rate", "energy", "force", "area", "groove", "frame"):
         np.testing.assert_array_equal(getattr(recording, name), getattr(record, name))

@@ -8,8 +8,6 @@ from collections.abc import Sequence
 from math import inf
 from typing import NamedTuple
 
-from trackdyn.model.arrays import Work, make_implicit, make_stages
-
 
 class Tableau(NamedTuple):
     """Coefficients of the stages and weights of the step."""
@@ -50,12 +48,3 @@ METHODS = {
     "semi_implicit": Method(order=1, oscillation=2.0, decay=2.0),
     "rk4": Method(order=4, oscillation=2.82, decay=2.78, tableau=_RK4),
 }
-
-
-def equip(work: Work, integrator: str, pitches: int, branches: int = 0) -> Work:
-    """``work`` with the arrays of an integrator and of no other; for bushings that have ``branches`` branches."""
-    method, n, wheels = METHODS[integrator], len(work.cos), len(work.wheel_torque)
-    return work._replace(
-        stages=None if method.tableau is None else make_stages(*method.tableau, n, pitches, wheels, branches),
-        implicit=make_implicit(n, wheels) if method.linearly_implicit else None,
-    )

@@ -9,6 +9,7 @@ from math import sqrt
 
 from trackdyn.chain.kinematics import damping_weight, forward_kinematics, orient, relax
 from trackdyn.chain.plane import plane_dynamics, turn_plane
+from trackdyn.errors import DivergenceError
 from trackdyn.integrate.carriers import advance_carriers
 from trackdyn.integrate.dynamics import accumulate, evaluate_loads, sense, sense_links, solve_chain
 from trackdyn.integrate.energy import account, energies, finish_forces
@@ -32,6 +33,18 @@ def run(model: Model, state: State, work: Work, record: Record, first, last):
     """
     kernel, before, after = prepared(model, state, work)
     return kernel(*before, record, (first, last), *after)
+
+
+def check_range(body: int, model: Model, state: State, phase: str = "the run") -> None:
+    """Refuse (`DivergenceError`) a run that ended at a body (-1: none): when, in which phase, which body."""
+    if body >= 0:
+        single_pin = len(state.angle) == len(state.wheel_impact)
+        name = f"pitch {body + 1}" if single_pin else f"{'connector' if body % 2 else 'link'} {body // 2 + 1}"
+        raise DivergenceError(
+            f"the run left the physical range at t = {state.steps[0] * model.step:.6g} s of {phase}, first at "
+            f"{name}; "
+            f"use a step smaller than {model.step:g} s, or check the rig"
+        )
 
 
 def prepared(model: Model, state: State, work: Work):

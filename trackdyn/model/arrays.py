@@ -4,6 +4,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from trackdyn.model.constants import Model
+
 
 def zeros(kind: type | np.dtype = float, /, **shapes: int | tuple[int, ...]) -> dict[str, Any]:
     """An array of zeros for every name."""
@@ -369,6 +371,21 @@ def make_work(n: int, pitches: int, wheels: int) -> Work:
             **zeros(np.int64, arc=arcs, link=(pitches * wheels, 2), groove=arcs),
             **zeros(pin_x=n + 1, pin_y=n + 1, wheel=(wheels, 2), plane=(4, 3)),
         ),
+    )
+
+
+def make_arrays(model: Model) -> tuple[State, Work]:
+    """State and work of a model in the plane, of a step of semi-implicit Euler, everything 0."""
+    sizes = len(model.chain.length), len(model.shoes.link_body), len(model.wheels.x)
+    return make_state(*sizes, len(model.carriers.wheel), len(model.branches.time)), make_work(*sizes)
+
+
+def equip(work: Work, method, branches: int = 0) -> Work:
+    """Work with the arrays of a method (`integrate.methods`) and of no other, for ``branches`` branches of bushings."""
+    n, (pitches, wheels) = len(work.cos), work.wheel_force.shape
+    return work._replace(
+        stages=None if method.tableau is None else make_stages(*method.tableau, n, pitches, wheels, branches),
+        implicit=make_implicit(n, wheels) if method.linearly_implicit else None,
     )
 
 

@@ -315,13 +315,6 @@ def build_model(scene) -> Model:
     )  # fmt: skip
 
 
-def shift_wheel(model: Model, rig: Rig, wheel: int, shift: float) -> None:
-    """Move a wheel of the model by ``shift`` (m) along the tensioner's line, in place."""
-    model.wheels.x[wheel], model.wheels.y[wheel] = wheel_circles(rig, shift)[wheel, :2]
-    if model.space is not None:
-        model.space.centre[:] = np.einsum("wji,wj->wi", model.space.frame, wheel_centres(rig, model.wheels))
-
-
 # fields of a row of carriers, and those that are integers
 ROW = ("wheel", "arm", "x", "y", "along_x", "along_y", "mass", "stiffness", "damping", "weight", "low", "high")
 INTEGER, NO_FORCE = {"wheel": int, "arm": int}, np.empty((0, 2))

@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from psutil import virtual_memory
 
-from trackdyn.errors import DivergenceError, InputError
+from trackdyn.errors import InputError
 from trackdyn.files import read_npz, write_npz
-from trackdyn.model.arrays import State, Work, make_record
+from trackdyn.model.arrays import State, Work
 from trackdyn.model.constants import Model
 from trackdyn.parameters.validation import shown
 from trackdyn.sources import source_hash
@@ -86,18 +86,6 @@ class Parts(NamedTuple):
     work: Work
 
 
-def check_range(body: int, model: Model, state: State, phase: str = "the run") -> None:
-    """Refuse (`DivergenceError`) a run that ended at a body (-1: none): when, in which phase, which body."""
-    if body >= 0:
-        single_pin = len(state.angle) == len(state.wheel_impact)
-        name = f"pitch {body + 1}" if single_pin else f"{'connector' if body % 2 else 'link'} {body // 2 + 1}"
-        raise DivergenceError(
-            f"the run left the physical range at t = {state.steps[0] * model.step:.6g} s of {phase}, first at "
-            f"{name}; "
-            f"use a step smaller than {model.step:g} s, or check the rig"
-        )
-
-
 def copied(parts: Parts) -> Parts:
     """The same with copies of all arrays."""
     return mapped(lambda _, leaf: leaf.copy() if isinstance(leaf, np.ndarray) else leaf, parts)
@@ -138,30 +126,6 @@ def set_arrays(state: State, values: dict[str, Any]) -> None:
         checked[name] = wanted
     for name, wanted in checked.items():
         arrays[name][...] = wanted
-
-
-def check_record(record: Any, state: State, work: Work, first: int, last: int) -> None:
-    """Refuse (`InputError`) a record that is not one of this loop's, or rows that it does not have."""
-    loop, sliding = len(state.wheel_impact), 0 if work.sliding is None else len(work.sliding)
-
-    def form(_: str, leaf: Any) -> tuple:
-        array = np.asarray(leaf)
-        return type(leaf), array.shape, array.dtype, array.flags.carray
-
-    try:
-        pitches, links, entries = record.pitches, record.link_mean.shape[1], record.sliding.shape[1]
-        rows, frames, stride = len(record.gap), len(record.frame), int(record.frame_stride)
-        like = make_record(rows, state, pitches + 1, frames, stride, len(record.spells.rows), links, entries)
-        same_form = mapped(form, record) == mapped(form, like) and links in (0, loop) and entries in (0, sliding)
-        same_form = same_form and bool(((pitches >= 0) & (pitches < loop)).all())
-    except (AttributeError, IndexError, TypeError, ValueError):
-        same_form = False
-    if not same_form:
-        raise InputError("record: must be one that `room` of this loop makes")
-    if not 0 <= first <= last <= rows:
-        raise InputError(f"record: rows {first} to {last}: must be rising and between 0 and {rows}")
-    if stride and -(-last // stride) > frames:
-        raise InputError(f"record: frame has {frames} rows: must have one every {stride} samples")
 
 
 def joint_forces(model: Model, state: State, work: Work) -> np.ndarray:

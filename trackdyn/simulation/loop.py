@@ -1,7 +1,7 @@
 """Loop: one chain, settled and ready to run, that can be stepped, looked at, recorded, steered, saved and resumed."""
 
 import copy
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from threading import RLock
@@ -11,7 +11,7 @@ import numpy as np
 
 from trackdyn.errors import InputError
 from trackdyn.integrate.energy import energies
-from trackdyn.integrate.run import prepared, refresh, shared
+from trackdyn.integrate.run import check_range, prepared, refresh, shared
 from trackdyn.integrate.semi_implicit import sprocket_rate
 from trackdyn.jit import direct
 from trackdyn.model.arrays import ENERGY_NAMES, Record, State, Work, make_record
@@ -19,13 +19,13 @@ from trackdyn.model.constants import Drive, Model
 from trackdyn.parameters.layout import tensioner
 from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.validation import within
-from trackdyn.scene.build import CARRIED, shift_wheel
+from trackdyn.scene.build import CARRIED
 from trackdyn.scene.scene import LONGEST_RUN, MOST_STEPS, Scene
 from trackdyn.simulation import arrays
 from trackdyn.simulation.arrays import Parts, filled, flat, read_checkpoint, write_checkpoint
 from trackdyn.simulation.recorder import CHUNK, Recorder
 from trackdyn.simulation.recording import Recording
-from trackdyn.simulation.settling import SettledLoops, allocate, settle, with_sliding
+from trackdyn.simulation.settling import SettledLoops, allocate, settle, shift_wheel
 
 
 class Loop:
@@ -59,7 +59,7 @@ class Loop:
         if scene.chain == "belt":
             raise InputError("scene: chain = 'belt': a path has no state to step; use 'double_pin'")
         self.scene, model, state, work, self.layout = settle(scene, starts)
-        self._parts = Parts(model, state, with_sliding(scene, model, work))
+        self._parts = Parts(model, state, work)
 
     @property
     def _parts(self) -> Parts:
@@ -111,7 +111,7 @@ class Loop:
         arguments = model._replace(stride=stride), state, work, record, (first, last), *after
         if self._entry is None:
             self._entry = direct(kernel, *arguments)
-        arrays.check_range(self._entry(*arguments), model, state)
+        check_range(self._entry(*arguments), model, state)
 
     # -- stepping ------------------------------------------------------------------------------------------------------
 
@@ -146,18 +146,37 @@ class Loop:
                 tick(count * self._parts.model.step)
                 left -= count
 
-    def fill(self, record: Record, first: int = 0, last: int | None = None) -> None:
-        """Go on and fill rows ``first`` to ``last - 1`` (all by default) of a record of one's own (`room`)."""
-        if last is None:
-            last = len(record.gap) if isinstance(record, Record) else 0
-        first, last = (int(within(name, row, 0, MOST_STEPS)) for name, row in (("first", first), ("last", last)))
-        with self._exclusive():
-            arrays.check_record(record, self._parts.state, self._parts.work, first, last)
-            self._integrate_samples(record, first, last, self._parts.model.stride)
+    def samples(self, count: int, pitches: Sequence[int] = (), frame_stride: int = 0, spells: int = 0) -> Record:
+        """Integrate for ``count`` sample intervals.
 
-    def room(self, samples: int, **what: Any) -> Record:
-        """An empty record of this loop (`model.arrays.make_record`)."""
-        return make_record(int(within("samples", samples, 0, MOST_STEPS)), self._parts.state, **what)
+        Parameters
+        ----------
+        count : int
+            Number of samples.
+        pitches : sequence of int
+            Pitches whose contacts are recorded (1-based).
+        frame_stride : int
+            Samples from one recorded configuration to the next; 0: none.
+        spells : int
+            Number of contacts with the sprocket that may end; 0: they are not logged.
+
+        Returns
+        -------
+        Record
+        """
+        count = int(within("count", count, 0, MOST_STEPS))
+        frame_stride = int(within("frame_stride", frame_stride, 0, MOST_STEPS))
+        pitches = [int(within("pitches", pitch, 1, self.scene.rig.chain.pitches)) for pitch in pitches]
+        frames = -(-count // frame_stride) if frame_stride else 0
+        sliding = 0 if self.work.sliding is None else len(self.work.sliding)
+        record = make_record(count, self._parts.state, pitches, frames, frame_stride, spells, 0, sliding)
+        self._fill(record, 0, count)
+        return record
+
+    def _fill(self, record: Record, first: int, last: int) -> None:
+        """Integrate and fill rows ``first`` to ``last - 1`` of a record made for this loop; kernels check no bounds."""
+        with self._exclusive():
+            self._integrate_samples(record, first, last, self._parts.model.stride)
 
     def record(
         self,

@@ -140,7 +140,7 @@ class Recorder:
         if last > len(self.record.gap):
             self._grow(last)
         start = time.perf_counter()
-        loop.fill(self.record, self.done, last)
+        loop._fill(self.record, self.done, last)
         self.wall += time.perf_counter() - start
         spells = self.record.spells
         count, room = int(spells.count[0]), len(spells.rows)

@@ -10,7 +10,7 @@ from math import pi
 import numpy as np
 from tqdm import tqdm
 
-from trackdyn.model.arrays import FLANK, GUIDE, RING, Record, components
+from trackdyn.model.arrays import FLANK, GUIDE, RING, Record, components, make_record
 from trackdyn.model.constants import SPROCKET
 from trackdyn.parameters.layout import wheel_names
 from trackdyn.parameters.validation import within
@@ -98,11 +98,11 @@ def _look(loop: Loop, recording: Recording, complete: bool, frames: int, stride:
     scene, model, state = loop.scene, loop.model, loop.state
     n, wheels, pitches = len(state.angle), len(model.wheels.x), scene.rig.chain.pitches
     rate, begins = scene.rig.sensor.rate, loop.time
-    record = loop.room(frames * stride, pitches=range(1, pitches + 1))
+    record = make_record(frames * stride, state, range(1, pitches + 1))
     bodies, around, turned = np.zeros((frames, n, 3)), np.zeros((frames, wheels, 3)), np.zeros(frames)
     tension, contacts = np.zeros((frames, n)), []
     for k in range(frames):
-        loop.fill(record, k * stride, (k + 1) * stride)
+        loop._fill(record, k * stride, (k + 1) * stride)
         pins = loop.pins  # makes all else that of this instant
         bodies[k] = np.column_stack([pins[:n], state.angle])
         around[k] = np.column_stack([model.wheels.x, model.wheels.y, model.wheels.radius])

@@ -66,10 +66,9 @@ def native(scene):
         now = wanted
         energy, angle = loop.energy["sprocket_work"], loop.state.wheel_angle[0]
         mean = np.zeros(3)
-        record = loop.room(count)  # rows of one step: the mean over the exchange is theirs
         whole = loop.model.stride
         loop._parts = loop._parts._replace(model=loop.model._replace(stride=1))
-        loop.fill(record)
+        record = loop.samples(count)  # rows of one step: the mean over the exchange is theirs
         loop._parts = loop._parts._replace(model=loop.model._replace(stride=whole))
         mean = record.mean.mean(axis=0)
         felt = specific_force(mean[:2], mean[2], scene.rig.gravity) / scene.rig.gravity

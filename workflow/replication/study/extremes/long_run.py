@@ -38,11 +38,11 @@ def run_long(rig: Rig, seconds: float, turns: int, rpm: float = 210.0) -> pd.Dat
     scene = Scene(rig, rpm, duration=1.0, step=1e-4, spells=False)
     loop, rate = Loop(scene), rig.sensor.rate
     loop.advance(scene.ramp + scene.lead_in)
-    record = loop.room(round(turns / scene.periods.loop_hz * rate))
-    chunk = len(record.gap) / rate
+    samples = round(turns / scene.periods.loop_hz * rate)
+    chunk = samples / rate
     rows = []
     for _ in range(round(seconds / chunk)):
-        loop.fill(record)
+        record = loop.samples(samples)
         ay = specific_force(record.mean[:, :2], record.mean[:, 2], rig.gravity)[:, 1] / (rig.gravity or 9.81)
         row = {"time_s": loop.time, "loop_gap_max_m": float(record.gap.max())}
         row |= {"energy_residual": open_share(record.energy, loop.model, chunk)[0]}

@@ -33,11 +33,10 @@ def forced_run(start: Loop, step: float) -> float:
     steps = min(round(SECONDS / step), MOST_STEPS)
     stride = max(round(1e-3 / step), 1)
     loop._parts = loop._parts._replace(model=loop._parts.model._replace(step=step, stride=stride))
-    record = loop.room(1)
     most = 0.0
     for _ in range(steps // stride):
         try:
-            loop.fill(record)
+            record = loop.samples(1)
         except DivergenceError:
             return np.inf
         if not np.isfinite(record.energy).all():
