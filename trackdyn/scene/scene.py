@@ -241,19 +241,10 @@ class Scene(Choices):
         return round_step(step, 1.0 / self.rig.sensor.rate)
 
     def at_tension(self, tension: float, within: float = 1.0) -> "Scene":
-        """Return the scene with a step that a loop of a tension (N) allows.
+        """Return the scene with a step that a loop at rest allows whose tension is ``tension`` (N).
 
-        Parameters
-        ----------
-        tension : float
-            Of the loop at rest, N.
-        within : float
-            Share of the largest step that a step which nobody chose becomes where it is too large.
-
-        Raises
-        ------
-        InputError
-            The step was chosen, and is too large.
+        A step that nobody chose becomes the share ``within`` of the largest one where it is larger than that; a chosen
+        one is refused (`InputError`).
         """
         limits = step_limits(self.model, tension, METHODS[self.integrator])
         name, limit = min(limits.items(), key=lambda item: item[1], default=("", np.inf))
@@ -299,14 +290,6 @@ class Scene(Choices):
         Below the smallest one the links are on the teeth alone: arcs of connectors end at the bottom of the groove, and
         a link that is thicker than they are lies as much lower. Above the largest one the wrap needs more length than
         the tensioner's travel gives.
-
-        Parameters
-        ----------
-        rig : Rig
-
-        Returns
-        -------
-        least, greatest : float
         """
         lower = max(rig.chain.link_thickness / 2 - rig.chain.connector_radius, 0.0)
         bottom = float(rig.groove_profile.joints()[:, 1].min())
@@ -335,37 +318,14 @@ class Scene(Choices):
     def with_(self, **changes: Any) -> "Scene":
         """Return a scene with some fields replaced; what was never asked for (`FOLLOWS`) is decided anew.
 
-        A step that nobody chose stays where only `RECORD_FIELDS` is replaced.
-
-        Parameters
-        ----------
-        **changes
-            Fields by name.
-
-        Returns
-        -------
-        Scene
-
-        Raises
-        ------
-        InputError
-            A field does not exist, is out of range, or contradicts another one.
+        A step that nobody chose stays where only `RECORD_FIELDS` is replaced. Raises `InputError`: a field does not
+        exist, is out of range, or contradicts another one.
         """
         scene = Scene(**{name: getattr(self, name) for name in self.model_fields_set} | changes)
         return scene if changes.keys() - set(RECORD_FIELDS) else scene.stepped(self.step)
 
     def sampled(self, rate: int) -> "Scene":
-        """Return the scene recorded at another rate.
-
-        Parameters
-        ----------
-        rate : int
-            Samples per second. Step and frame interval become the next smaller ones that fit it.
-
-        Returns
-        -------
-        Scene
-        """
+        """Return the scene sampled at ``rate`` (1/s); step and frame interval become the next smaller ones that fit."""
         rig = self.rig.changed(sensor__rate=rate)
         frames = max(floor(self.frame_interval * rate + 1e-6), 1) / rate if self.frame_interval else 0.0
         step = {"step": 1.0 / rate / ceil(1.0 / rate / self.step - 1e-6)} if "step" in self.model_fields_set else {}

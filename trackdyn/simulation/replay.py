@@ -57,21 +57,8 @@ class Replay:
 def stretch_of(recording: Recording, seconds: float | None = None, progress: bool = False) -> Replay:
     """Run the scene of a recording again and look at its first ``seconds``; by default a turn of the sprocket.
 
-    Parameters
-    ----------
-    recording : Recording
-        Of a chain with equations, not of a belt.
-    seconds : float or None
-        Length, s; at most 60.
-    progress : bool
-        Show a progress bar.
-
-    Raises
-    ------
-    InputError
-        ``seconds`` is out of range; a belt has no bodies to be looked at.
-    DivergenceError
-        The scene runs out of the physical range.
+    Raises `InputError` where ``seconds`` is out of range (60 at most) and for a belt, which has no bodies, and
+    `DivergenceError`.
     """
     scene, turn = recording.scene, recording.periods.turn
     rate = scene.rig.sensor.rate

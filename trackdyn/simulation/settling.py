@@ -86,25 +86,11 @@ class Start(NamedTuple):
 
 
 def settle(scene: Scene, loops: "SettledLoops | None" = None) -> Start:
-    """Lay, tension and settle the loop of a scene.
+    """Lay, tension and settle the loop of a scene; or copy it from ``loops``: the same bytes, sooner.
 
     The tension is set to 1 % at rest with the rig's own ring (or without one, if the rig has none), and the wheel then
-    locked. Every other ring starts from there, as the paper's wheels stay where they are.
-
-    Parameters
-    ----------
-    scene : Scene
-    loops : SettledLoops or None
-        Loops that were settled before: the same bytes, sooner.
-
-    Returns
-    -------
-    Start
-
-    Raises
-    ------
-    InputError
-        The tension cannot be set, the loop does not come to rest, or the step is too large for its tension.
+    locked. Every other ring starts from there, as the paper's wheels stay where they are. Raises `InputError`: the
+    tension cannot be set, the loop does not come to rest, or the step is too large for its tension.
     """
     if scene.loop == "free":
         return _spinning_loop(scene)
