@@ -12,7 +12,7 @@ import pandas as pd
 
 from trackdyn import __version__
 from trackdyn.commands.cli import app
-from trackdyn.measure.columns import COLUMNS, TABLES
+from trackdyn.measure.columns import TABLES
 
 ROOT = Path(__file__).parents[1]
 project = "trackdyn"
@@ -58,7 +58,7 @@ def commands() -> str:
 def columns() -> str:
     """The columns of the published tables."""
     lines = ["# Columns of published tables", ""]
-    for table, described in {"metrics": COLUMNS, **{name: columns for name, (_, columns) in TABLES.items()}}.items():
+    for table, (_, described) in TABLES.items():
         rows = [f"| `{name}` | {unit} | {text} |" for name, (_, unit, text, *_) in described.items()]
         lines += [f"## {table}.csv", "", "| column | unit | meaning |", "|---|---|---|", *rows, ""]
     return "\n".join(lines)

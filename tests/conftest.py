@@ -16,10 +16,12 @@ from collections import Counter, namedtuple
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from trackdyn import jit
 from trackdyn.commands import cli
+from trackdyn.measure.contacts import SIDES, contacts
 from trackdyn.model.arrays import SPELL
 from trackdyn.parameters.rig import load_rig
 from trackdyn.scene.scene import Scene
@@ -114,6 +116,13 @@ def recorded(scene, **options):
     loop = Loop(scene)
     loop.advance(scene.ramp + scene.lead_in)
     return loop.record(scene.duration, **options)
+
+
+def contact_table(recording):
+    """`contacts` as a table, pitches from 1 and sides by name."""
+    rows = pd.DataFrame(contacts(recording))
+    side, share = np.array(SIDES, object)[rows["side"]], 100 * rows["touching"] / recording.periods.turn
+    return rows.assign(side=side, share_pct=share, pitch=rows["pitch"] + 1, connector=rows["connector"] + 1)
 
 
 def made_recording(scene, time, force, begin=0.0, layout=None, **arrays):

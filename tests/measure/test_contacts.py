@@ -7,10 +7,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from tests.conftest import made_recording
+from tests.conftest import contact_table, made_recording
 from trackdyn.errors import InputError
-from trackdyn.measure.contacts import SHORT, area_shares, meshing_summary, passages, spells
-from trackdyn.measure.events import events, mean_events, smoothed_maxima
+from trackdyn.measure.contacts import SHORT, area_shares, meshing_summary, passages
+from trackdyn.measure.events import mean_events, passage_events, smoothed_maxima
 from trackdyn.measure.metrics import needed_lengths, run_metrics, speed_sentence
 from trackdyn.model.arrays import SPELL
 from trackdyn.parameters.rig import load_rig
@@ -63,7 +63,7 @@ def without_ring(start, connector=5):
 
 
 def test_contacts_that_chatter_are_one_spell_but_the_pauses_do_not_count():
-    table = spells(recording(with_ring(3.0)))
+    table = contact_table(recording(with_ring(3.0)))
     assert table["side"].tolist() == ["ring", "left"]
     left = table.iloc[1]
     assert (left["start_s"], left["end_s"]) == pytest.approx((3.9, 4.1))
@@ -78,20 +78,20 @@ def test_contacts_that_chatter_are_one_spell_but_the_pauses_do_not_count():
 def test_only_contacts_of_the_same_pitch_side_and_groove_are_merged(change):
     first = {"pitch": 5, "side": LEFT, "groove": 3}
     run = recording([spell(**first, start=3.0, end=3.1), spell(**first | change, start=3.101, end=3.2)])
-    assert len(spells(run)) == 2
+    assert len(contact_table(run)) == 2
 
 
 def test_contacts_cut_by_the_beginning_are_dropped():
     rows = [spell(5, RING, STEP, 0.5), spell(7, RING, 3 * STEP, 0.5)]
-    assert spells(recording(rows))["pitch"].tolist() == [7]
+    assert contact_table(recording(rows))["pitch"].tolist() == [7]
 
 
 def test_phases_count_from_the_first_contact():
-    table = spells(recording(with_ring(3.0)))
+    table = contact_table(recording(with_ring(3.0)))
     ring, left = table.iloc[0], table.iloc[1]
     assert (ring["phase_start"], ring["phase_end"]) == pytest.approx((0.0, 0.5))
     assert (left["phase_start"], left["phase_end"]) == pytest.approx((0.45, 0.55))
-    bare = spells(recording(without_ring(3.0), ring_radius=None)).set_index("side")
+    bare = contact_table(recording(without_ring(3.0), ring_radius=None)).set_index("side")
     assert bare.loc["right", "phase_start"] == 0
     assert bare.loc["left", "phase_start"] == pytest.approx(0.05)
 
@@ -100,7 +100,7 @@ def test_phases_count_from_the_first_contact():
 def test_a_passage_near_an_end_of_the_record_does_not_count(start):
     run = recording(with_ring(start) + with_ring(7.0, connector=9))
     assert passages(run)["connector"].unique().tolist() == [9]
-    cut = spells(run).query("connector == 5")
+    cut = contact_table(run).query("connector == 5")
     assert (cut["passage"] == -1).all()
     assert cut[["phase_start", "phase_end"]].isna().all(axis=None)
 
@@ -156,11 +156,9 @@ def test_nothing_to_measure_gives_nan(run, ring_radius):
     assert summary.pop("left_areas") == summary.pop("right_areas") == ""
     assert np.isnan(list(summary.values())).all()
     assert passages(run).empty
-    assert len(spells(run)) <= len(run.spells)
+    assert len(contact_table(run)) <= len(run.spells)
     assert mean_events(run)["mean_s"].isna().all()
     assert (mean_events(run)["passages"] == 0).all()
-    with pytest.raises(InputError, match="passage 0"):
-        events(run, 0)
 
 
 def test_events_with_a_ring():
@@ -168,7 +166,7 @@ def test_events_with_a_ring():
         "ring touched": 0.0, "ring maximum": 0.25, "left touches": 0.9, "left maximum": 1.0, "ring left": 1.0,
         "out": 1.1,
     }  # fmt: skip
-    times = events(recording(with_ring(3.0)), 0)
+    times = passage_events(recording(with_ring(3.0))).loc[0].to_dict()
     assert list(times) == list(expected)
     assert times == pytest.approx(expected)
 
@@ -178,7 +176,7 @@ def test_a_short_contact_begins_ends_and_peaks_nothing():
     whole = with_ring(3.0)
     taps = [spell(5, LEFT, at, at + 0.00125, force=7000.0, groove=groove) for at, groove in ((2.97, 4), (4.13, 5))]
     plain, tapped = recording(whole), recording(whole + taps)
-    assert events(tapped, 0) == events(plain, 0)
+    assert passage_events(tapped).equals(passage_events(plain))
     names = ["start_s", "end_s", "phase_start", "phase_end", "peak_n", "peak_s"]
     before, after = (passages(run).set_index("side") for run in (plain, tapped))
     assert after[names].equals(before[names])
@@ -210,7 +208,7 @@ def test_a_maximum_after_the_touch_is_not_the_spike_of_the_touch():
 def test_any_log_is_conserved_by_merging(contacts):
     rows = [spell(p, side, start, start + length, groove=g) for p, side, start, length, g in contacts]
     run = recording(rows)
-    table = spells(run)
+    table = contact_table(run)
     log = run.spells
     assert table["impulse_ns"].sum() == pytest.approx(log["impulse_ns"].sum())
     assert table["touching_s"].sum() == pytest.approx((log["end_s"] - log["start_s"]).sum())
@@ -223,11 +221,11 @@ def test_any_log_is_conserved_by_merging(contacts):
 
 
 def test_the_link_ahead_belongs_to_the_passage_also_around_the_end_of_the_loop():
-    table = spells(recording(with_ring(3.0, connector=5)))
+    table = contact_table(recording(with_ring(3.0, connector=5)))
     assert table["pitch"].tolist() == [6, 5]
     assert table["connector"].tolist() == [5, 5]
     closing = [spell(1, RING, 3.0, 4.0), spell(PITCHES, LEFT, 3.9, 4.1)]
-    table = spells(recording(closing))
+    table = contact_table(recording(closing))
     assert table["connector"].tolist() == [PITCHES, PITCHES]
     assert table["passage"].tolist() == [0, 0]
 

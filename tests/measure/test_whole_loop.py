@@ -5,9 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.conftest import LAWS, made_recording, recorded
+from tests.conftest import LAWS, contact_table, made_recording, recorded
 from trackdyn.errors import InputError
-from trackdyn.measure.contacts import spells
 from trackdyn.measure.whole_loop import every_ay, stitch, whole_loop
 from trackdyn.parameters.rig import load_rig
 from trackdyn.scene.scene import Scene
@@ -105,7 +104,7 @@ def test_the_content_above_a_corner_and_the_peaks_of_each_side(make_scene):
     # whole periods in the record: no line of 3 Hz leaks above 20 Hz
     assert whole_loop(fake)["high_frequency"].value == pytest.approx(0.5 / np.sqrt(2), rel=1e-3)
     recording = Loop(make_scene(motor_rpm=210.0, ring_radius=None, step=5e-5)).record(3.0, spells=True, every_link=True)
-    measures, table = whole_loop(recording), spells(recording)
+    measures, table = whole_loop(recording), contact_table(recording)
     for side in ("left", "right"):
         peaks = table.loc[table["side"] == side, "peak_n"]
         assert peaks.min() < measures[f"{side}_peak"].value < peaks.max()

@@ -297,7 +297,7 @@ def compare(
     table = compare_with_sensor(loaded, record, str(recording))
     typer.echo("\n" + table.to_string(index=False, float_format=lambda v: f"{v:.4g}", na_rep="-"))
     typer.echo("\n" + in_words(table))
-    for doubt in filter(None, (doubtful_axes(loaded, record), other_speed(loaded, record))):
+    for doubt in filter(None, (doubtful_axes(loaded, record), other_speed(loaded, record, table))):
         typer.echo(f"trackdyn: warning: {doubt}", err=True)
     if "line_hz_binfree" not in set(table.measure):
         why = "for which both records must hold two turns of the loop" if loaded.periods.loop_hz else "the loop rests"

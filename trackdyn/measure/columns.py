@@ -5,84 +5,66 @@ Schema of Frictionless Data has, and words and units of all columns that tables,
 import json
 import re
 from collections.abc import Iterable
+from itertools import groupby
 from pathlib import Path
 
 from trackdyn.errors import InputError
 from trackdyn.parameters.yaml_file import read_yaml
 
 _DICTIONARY = read_yaml(Path(__file__).with_suffix(".yaml"))
-REVOLUTIONS, PASSAGES = "over revolutions of the loop", "by batch means over passages"
 PLACES = {"left": "the left arc", "right": "the right arc", "ring": "a link on the ring"}
 # columns of metrics.csv: type, unit, description, standard error or why there is none (None of errors themselves)
-COLUMNS: dict[str, tuple[str, str, str, str | None]] = {name: tuple(of) for name, of in _DICTIONARY["columns"].items()}
-COLUMNS |= {
-    error: ("number", unit, f"standard error {REVOLUTIONS}: {text}", None)
-    for _, unit, text, error in COLUMNS.values()
-    if error and " " not in error and error not in COLUMNS
-}
-# the same of a side, without type
-SIDE_COLUMNS: dict[str, tuple[str, str, str | None]] = {
-    name: tuple(of) for name, of in _DICTIONARY["side_columns"].items()
-}
-SIDE_COLUMNS |= {
-    error: (unit, f"standard error {PASSAGES}: {text}", None)
-    for unit, text, error in SIDE_COLUMNS.values()
-    if error and " " not in error
-}
-# other published tables: the columns that identify a row, then type, unit and description of every column
-TABLES: dict[str, tuple[list[str], dict[str, list[str]]]] = {
-    name: (of["key"], of["columns"]) for name, of in _DICTIONARY["tables"].items()
-}
+COLUMNS: dict[str, tuple[str, str, str, str | None]] = {}
+SIDE_COLUMNS: dict[str, list] = _DICTIONARY["side_columns"]  # the same of a side, without type
 UNITS, MEASURES, HEADINGS, WORDS = (_DICTIONARY[name] for name in ("units", "measures", "headings", "words"))
+
+
+def _describe(over: str, name: str, kind: str, unit: str, text: str, error: str | None) -> None:
+    """Add a column, and that of its standard error where none is described."""
+    COLUMNS[name] = (kind, unit, text, error)
+    if error and " " not in error and error not in _DICTIONARY["columns"]:
+        COLUMNS[error] = ("number", unit, f"standard error {over}: {text}", None)
+
+
+for _name, _of in _DICTIONARY["columns"].items():
+    _describe("over revolutions of the loop", _name, *_of)
+for _side, _words in PLACES.items():
+    for _name, (_unit, _text, _error) in SIDE_COLUMNS.items():
+        _error = _error if " " in _error else f"{_side}_{_error}"
+        _describe("by batch means over passages", f"{_side}_{_name}", "number", _unit, _text.format(_words), _error)
+# published tables: the columns that identify a row, then type, unit and description of every column
+TABLES: dict[str, tuple[list[str], dict]] = {"metrics": (["run"], COLUMNS)}
+TABLES |= {name: (of["key"], of["columns"]) for name, of in _DICTIONARY["tables"].items()}
+
+
+def _described(name: str, table: str = "metrics") -> tuple:
+    if name not in TABLES[table][1]:
+        raise InputError(f"{table}: column {name} has no description; give it one in trackdyn/measure/columns.yaml")
+    return TABLES[table][1][name]
 
 
 def error_of(name: str) -> str | None:
     """Column of a column's standard error, or why it has none; None for an error, `InputError` if not described."""
-    side, _, rest = name.partition("_")
-    if name in COLUMNS:
-        return COLUMNS[name][3]
-    if side in PLACES and rest in SIDE_COLUMNS:
-        error = SIDE_COLUMNS[rest][2]
-        return f"{side}_{error}" if error in SIDE_COLUMNS else error
-    if side in PLACES and rest == "areas":
-        return "what was visited at all, no number"
-    raise InputError(f"metrics: column {name} has no description; give it one in trackdyn/measure/columns.yaml")
-
-
-def _field(name: str) -> dict:
-    side, _, rest = name.partition("_")
-    error = error_of(name)
-    if name in COLUMNS:
-        kind, unit, text = COLUMNS[name][:3]
-    elif rest in SIDE_COLUMNS:
-        kind, (unit, text) = "number", SIDE_COLUMNS[rest][:2]
-    else:
-        kind, unit, text = "string", "", "areas of the groove that {} visits, such as 2,3, or none"
-    field = {"name": name, "type": kind, "unit": unit, "description": text.format(PLACES.get(side))}
-    return field if error is None else field | {"standardError": error}
+    return _described(name)[3]
 
 
 def table_schema(columns: Iterable[str], table: str = "metrics") -> dict:
     """Table Schema of a published CSV file: name, type, unit and description of each of its columns, in their order.
 
-    ``table`` is the file's name without ``.csv``: ``metrics``, or one of ``TABLES``. In ``metrics``, ``standardError``
-    is the column with the standard error, or says why there is none; errors have no such entry. Raises `InputError` for
-    a column that is not described here.
+    ``table`` is the file's name without ``.csv``, one of ``TABLES``. In ``metrics``, ``standardError`` is the column
+    with the standard error, or says why there is none; errors have no such entry. Raises `InputError` for a column that
+    is not described.
     """
-    key, described = TABLES.get(table, (("run",), {}))
     fields = []
     for name in columns:
-        if table == "metrics":
-            fields.append(_field(name))
-        elif name in described:
-            fields.append(dict(zip(("name", "type", "unit", "description"), (name, *described[name]), strict=True)))
-        else:
-            raise InputError(f"{table}: column {name} has no description; give it one in trackdyn/measure/columns.yaml")
+        kind, unit, text, *error = _described(name, table)
+        field = {"name": name, "type": kind, "unit": unit, "description": text}
+        fields.append(field | ({"standardError": error[0]} if any(error) else {}))
     return {
         "$schema": "https://datapackage.org/profiles/2.0/tableschema.json",
         "fields": fields,
         "missingValues": [""],
-        "primaryKey": list(key),
+        "primaryKey": list(TABLES[table][0]),
     }
 
 
@@ -118,11 +100,5 @@ def heading(column: str, change: bool = False) -> str:
 
 def groups(columns) -> list[tuple[str, int]]:
     """Head of a table in two lines: first words that three or more neighbours share (else ""), and how many do."""
-    runs: list[tuple[str, int]] = []
-    for column in columns:
-        first = column.partition("_")[0]
-        if runs and runs[-1][0] == first:
-            runs[-1] = (first, runs[-1][1] + 1)
-        else:
-            runs.append((first, 1))
+    runs = [(first, len(list(of))) for first, of in groupby(column.partition("_")[0] for column in columns)]
     return [group for first, n in runs for group in ([(first, n)] if n > 2 else [("", 1)] * n)]

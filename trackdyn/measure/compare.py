@@ -14,7 +14,6 @@ from trackdyn.measure.columns import error_of
 from trackdyn.measure.metrics import SAME_SPEED
 from trackdyn.measure.sensor import (
     OTHER_SPEED,
-    SensorSignal,
     own_loop_hz,
     sense,
     sensor_metrics,
@@ -49,32 +48,10 @@ def whole_ratio(record: SensorRecord, rate: float) -> tuple[int, int]:
     return counts
 
 
-def at_rate(record: SensorRecord, rate: float) -> SensorRecord:
-    """The record as a sensor of this rate (Hz) would have given it: unchanged, or averaged.
-
-    Raises `InputError`: it is slower, or no multiple of the rate.
-    """
-    faster, slower = whole_ratio(record, rate)
-    if slower > 1:
-        raise InputError(
-            f"{record.path}: has {record.rate_hz:.6g} samples a second, fewer than the simulation's {rate:g}; set "
-            f"sensor.rate of the rig to {round(record.rate_hz)}"
-        )
-    return record.averaged(faster) if faster > 1 else record
-
-
-def at_one_rate(recording: Recording, record: SensorRecord) -> tuple[SensorSignal, float, SensorRecord]:
-    """The simulated signal, its rate (Hz) and the record: the faster one averaged over the samples of the slower one.
+def compare_with_sensor(recording: Recording, record: SensorRecord, name: str = "the recording") -> pd.DataFrame:
+    """Measures of both records and their difference, the faster record averaged over the samples of the slower one.
 
     A simulated sample is the mean over its interval, so means of some of them are the samples of a slower sensor.
-    Raises `InputError`: the rates do not fit.
-    """
-    faster, slower = whole_ratio(record, recording.rate)
-    return sense(recording, slower), recording.rate / slower, record.averaged(faster) if faster > 1 else record
-
-
-def compare_with_sensor(recording: Recording, record: SensorRecord, name: str = "the recording") -> pd.DataFrame:
-    """Measures of both records at one rate (`at_one_rate`) and their difference.
 
     Parameters
     ----------
@@ -89,8 +66,7 @@ def compare_with_sensor(recording: Recording, record: SensorRecord, name: str = 
         ``measure, simulation, simulation_error, sensor, sensor_error, difference_pct, standard_errors``: standard
         errors over revolutions of the loop (`sensor_metrics`); what the simulation is above the sensor, in percent of
         the sensor's value and in standard errors of the difference. Rows of the line are left out where a record holds
-        fewer than two turns of the loop, as one at rest does, and those of its bin where the records differ in length,
-        and so in their bins.
+        fewer than two turns of the loop, and those of its bin where the records differ in length.
 
     Raises
     ------
@@ -103,7 +79,8 @@ def compare_with_sensor(recording: Recording, record: SensorRecord, name: str = 
         raise InputError(f"{name}: {reason}; record at least {1 / loop_hz:.4g} s")
     if loop_hz:
         record.require_turns(1 / loop_hz)
-    signal, rate, record = at_one_rate(recording, record)
+    faster, slower = whole_ratio(record, recording.rate)
+    signal, rate, record = sense(recording, slower), recording.rate / slower, record.averaged(faster)
     with naming(record.path):
         own_hz = own_loop_hz(record.ay_g, record.rate_hz, loop_hz) if loop_hz else 0.0
     both = []
@@ -116,17 +93,12 @@ def compare_with_sensor(recording: Recording, record: SensorRecord, name: str = 
             mean["mean_error_g"] = uncertainty(ay, at, 1 / hz, np.mean)[1]
         both.append(sensor_metrics(ay, at, hz) | mean | {"rate_hz": at, "clipped": clipped})
     errors = {"rate_hz": "", "clipped": "", MEAN: "mean_error_g"} | {name: error_of(name) for name in COMPARED}
-    table = pd.DataFrame(
-        [
-            {"measure": one}
-            | {
-                f"{side}{what}": values.get(name, np.nan)
-                for side, values in zip(("simulation", "sensor"), both, strict=True)
-                for what, name in (("", one), ("_error", error))
-            }
-            for one, error in errors.items()
-        ]
-    )
+    columns = {
+        f"{side}{ending}": [values.get(name, np.nan) for name in names]
+        for side, values in zip(("simulation", "sensor"), both, strict=True)
+        for ending, names in (("", errors.keys()), ("_error", errors.values()))
+    }
+    table = pd.DataFrame({"measure": list(errors), **columns})
     off = (table.simulation - table.sensor).where(table.index > 1)  # rate and clipped samples are no measures
     scatter = np.hypot(table.simulation_error, table.sensor_error)
     table["difference_pct"] = 100 * off / table.sensor.abs().replace(0, np.nan)
@@ -155,27 +127,16 @@ def in_words(table: pd.DataFrame) -> str:
     return "; ".join(parts)
 
 
-def loop_speed(ay: np.ndarray, rate: float, expected_hz: float) -> tuple[float, float]:
-    """Turns of the loop a second that a record shows (`own_loop_hz`), and their standard error, Hz.
-
-    The error is that of the mean over turns, from the phase of the line in each of them; 0 for fewer than three.
-    """
-    hz = own_loop_hz(ay, rate, expected_hz)
-    turn = int(rate / hz)
-    wave = ay * np.exp(-2j * np.pi * hz / rate * np.arange(len(ay)))
-    phase = np.unwrap(np.angle(wave[: len(ay) // turn * turn].reshape(-1, turn).mean(axis=1)))
-    steps = np.diff(phase) * hz / (2 * np.pi)
-    return hz, float(np.std(steps, ddof=1) / np.sqrt(steps.size)) if steps.size > 1 else 0.0
-
-
-def other_speed(recording: Recording, record: SensorRecord) -> str | None:
-    """What a sensor's record of two turns at least shows of its speed, if the simulated loop turns at another.
+def other_speed(recording: Recording, record: SensorRecord, table: pd.DataFrame) -> str | None:
+    """What a sensor's record shows of its speed, if the simulated loop turns at another; of a `compare_with_sensor`.
 
     Another is one that differs by more than two standard errors and by more than 1 %: over 2.5 turns the line of a
     noisy record is that of the whole record to 0.9 %.
     """
-    hz, rpm = recording.periods.loop_hz, recording.made_rpm
-    seen, error = loop_speed(record.ay_g, record.rate_hz, hz) if hz else (hz, 0.0)
+    hz, rpm, lines = recording.periods.loop_hz, recording.made_rpm, table.set_index("measure")
+    if "line_hz_binfree" not in lines.index:
+        return None
+    seen, error = lines.loc["line_hz_binfree", ["sensor", "sensor_error"]].astype(float).fillna(0.0)
     if abs(seen - hz) <= max(SAME_SPEED * hz, CLEAR * error):
         return None
     return (
@@ -258,21 +219,9 @@ def doubtful_axes(recording: Recording, record: SensorRecord) -> str | None:
 
 
 def require_axes(record: SensorRecord, rig: Rig, motor_rpm: float) -> None:
-    """Refuse a record with doubtful axes before anything is simulated: links on a belt turn through gravity, too.
+    """Refuse (`InputError`) a record of a turn at least whose axes are doubtful (`doubtful_axes`), before a simulation.
 
-    Parameters
-    ----------
-    record : SensorRecord
-        Record of one turn of the loop at least.
-    rig : Rig
-        Rig that the record is compared with.
-    motor_rpm : float
-        Speed of its motor, rev/min.
-
-    Raises
-    ------
-    InputError
-        `doubtful_axes` doubts the axes.
+    Links on a belt of this rig at this motor speed (rev/min) turn through gravity, too.
     """
     scene = Scene(rig, motor_rpm, ring_radius=None, chain="belt", spells=False)
     turn = whole_samples(rig.sensor.rate, scene.periods.loop)

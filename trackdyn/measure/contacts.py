@@ -11,7 +11,7 @@ by their number and by the time of a revolution.
 Turns are those that the sprocket made (`Recording.steady_time`): a motor does not hold the speed that is asked for.
 """
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -39,10 +39,22 @@ INTEGRALS = ("impulse_ns", "square_n2s")
 
 
 def contacts(recording: Recording) -> dict[str, np.ndarray]:
-    """Columns of `spells` by connector and start; pitches from 0, sides by number, areas as bits.
+    """Uninterrupted contacts with the sprocket that began and ended within the record, by connector and start.
 
-    ``start, end, touching`` are ``start_s, end_s, touching_s`` at the mean speed of the record
-    (`Recording.steady_time`); ``lasting`` tells which contacts are not short (``SHORT``).
+    Contacts of the same pitch, side and groove less than `SHORT` apart count as one (chatter). Those that the beginning
+    of the record cuts are dropped; those still open at its end are not logged.
+
+    Returns
+    -------
+    dict of (k,) arrays
+        - ``pitch``: from 0, of the arc's connector or of the link on the ring; ``connector``: whose passage it belongs
+          to, the one behind for a link; ``side``: index in `SIDES`; ``groove``: 1 to m, 0 for the ring; ``areas``: bits
+        - ``start_s, end_s``: since the beginning of the record; ``touching_s``: time in contact, without merged gaps;
+          ``start, end, touching``: the same at the record's mean speed (`Recording.steady_time`)
+        - ``lasting``: whether it is not short (`SHORT`); ``phase_start, phase_end``: turns since the first lasting
+          contact of the passage; ``passage``: number of the complete passage, in order of first contact; -1 and NaN
+          phases for one that the record may cut
+        - ``peak_n, peak_s``: largest force and when; ``impulse_ns, square_n2s``: integrals of force and its square
     """
     short = SHORT * recording.periods.turn
     rows = _merged(recording, short)
@@ -127,50 +139,10 @@ def _number_passages(rows: dict[str, np.ndarray], recording: Recording) -> tuple
 LEAST_SHARE = 0.1
 # From this share of a turn on an arc counts as touching, %; a force that acts for less has no error of its own.
 TOUCHING = 0.5
-# columns that both tables have
-EXTENT = ("start_s", "end_s", "touching_s", "share_pct", "phase_start", "phase_end")
-FORCES = ("peak_n", "peak_s", "peak_phase", *INTEGRALS)
-PASSAGE_COLUMNS = ["passage", "connector", "side", "areas", "count", *EXTENT, *FORCES]
-
-
-def spells(recording: Recording) -> "pd.DataFrame":
-    """Uninterrupted contacts with the sprocket that began and ended within the record.
-
-    Contacts of the same pitch, side and groove less than `SHORT` apart count as one (chatter).
-    Those that the beginning of the record cuts are dropped; those still open at its end are not logged.
-
-    Parameters
-    ----------
-    recording : Recording
-        Run with logged spells.
-
-    Returns
-    -------
-    DataFrame
-        Sorted by connector and start; times in s since the beginning of the record.
-
-        - ``pitch``: 1-based, of the arc's connector or of the link on the ring; ``connector``: whose
-          passage it belongs to, the one behind for a link
-        - ``side``: left, right, ring; ``groove``: 1 to m, 0 for the ring; ``areas``: such as ``2,3``
-        - ``start_s, end_s``; ``touching_s``: time in contact, without the merged gaps; ``share_pct``: the
-          same in percent of a sprocket turn
-        - ``phase_start, phase_end``: turns since the first contact of the passage
-        - ``peak_n, peak_s``: largest force and when; ``impulse_ns, square_n2s``: integrals of the force and
-          of its square
-        - ``passage``: number of the complete passage, in order of first contact; -1 and NaN phases for one
-          that the record may cut
-    """
-    import pandas as pd
-
-    rows: dict[str, Any] = contacts(recording)
-    rows["share_pct"] = 100 * rows["touching"] / recording.periods.turn
-    rows["areas"] = [_area_names(bits) for bits in rows["areas"]]
-    rows["side"] = [SIDES[side] for side in rows["side"]]
-    for name in ("pitch", "connector"):
-        rows[name] = rows[name] + 1
-    columns = ["pitch", "connector", "side", "groove", "areas", *EXTENT, "peak_n", "peak_s", *INTEGRALS, "passage"]
-    texts = {"side": str, "areas": str}  # also where there is none
-    return pd.DataFrame({name: pd.Series(rows[name], dtype=texts.get(name)) for name in columns})
+PASSAGE_COLUMNS = [
+    "passage", "connector", "side", "areas", "count", "start_s", "end_s", "touching_s", "share_pct", "phase_start",
+    "phase_end", "peak_n", "peak_s", "peak_phase", *INTEGRALS,
+]  # fmt: skip
 
 
 def passages(recording: Recording) -> "pd.DataFrame":

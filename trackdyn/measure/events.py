@@ -4,7 +4,6 @@ import numpy as np
 import pandas as pd
 import scipy
 
-from trackdyn.errors import InputError
 from trackdyn.measure.contacts import SIDES, VISIT, contacts, passages
 from trackdyn.simulation.recording import Recording
 
@@ -43,33 +42,34 @@ def peaks(recording: Recording, side: str) -> pd.DataFrame:
     return visits[visits["start"] > free].sort_values("end_s")[["end_s", "peak_n"]]
 
 
-def events(recording: Recording, passage: int) -> dict[str, float]:
-    """Named events of one complete passage (:func:`passages`), in the order of C16 (no ring) or C17 (ring).
+def passage_events(recording: Recording) -> pd.DataFrame:
+    """Times of the events of every complete passage (`passages`), in the order of C16 (no ring) or C17 (ring).
 
-    Times are in s since the first contact of the passage, NaN for what does not happen. ``out`` is the last contact of
-    either arc. Raises `InputError` if the record holds no complete passage of this number.
+    A row a passage, a column an event: s since the first contact of the passage, NaN for what does not happen. ``out``
+    is the last contact of either arc.
     """
-    table = passages(recording)
-    count = table["passage"].nunique()
-    if passage not in set(table["passage"]):
-        raise InputError(f"passage {passage} is not among the {count} complete passages of the record")
-    return _events(recording, table[table["passage"] == passage]).iloc[0].to_dict()
+    places, times = EVENTS_WITHOUT_RING if recording.scene.ring_radius is None else EVENTS_WITH_RING, []
+    for _, of_passage in passages(recording).groupby("passage"):
+        rows, first = of_passage.set_index("side"), of_passage["start_s"].min()
+        sides = {side: rows.loc[side] for side in SIDES} | {"arcs": rows.loc[["left", "right"]].max(numeric_only=True)}
+        times.append({event: float(sides[side][column] - first) for event, (side, column) in places.items()})
+    return pd.DataFrame(times, columns=list(places), dtype=float)
 
 
 def mean_events(recording: Recording) -> pd.DataFrame:
-    """Mean and standard deviation (1/(n-1)) of :func:`events` over the complete passages.
+    """Mean and standard deviation (1/(n-1)) of `passage_events` over the complete passages, then `smoothed_maxima`.
 
     A table with ``event, mean_s, sd_s`` and the ``passages`` in which it happens; NaN where none or only one does.
     """
-    times = _events(recording, passages(recording))
+    times = passage_events(recording)
     table = times.mean().rename("mean_s").rename_axis("event").reset_index()
-    return table.assign(sd_s=times.std().to_numpy(), passages=times.count().to_numpy())
+    table = table.assign(sd_s=times.std().to_numpy(), passages=times.count().to_numpy())
+    return pd.concat([table, smoothed_maxima(recording)], ignore_index=True)
 
 
 def event_times(recording: Recording) -> dict[str, float]:
-    """Mean time of every event of `mean_events` and `smoothed_maxima` after the first contact, s; NaN if never."""
-    tables = (mean_events(recording), smoothed_maxima(recording))
-    return {row["event"]: float(row["mean_s"]) for table in tables for _, row in table.iterrows()}
+    """Mean time of every event of `mean_events` after the first contact, s; NaN if never."""
+    return mean_events(recording).set_index("event")["mean_s"].to_dict()
 
 
 def smoothed_maxima(recording: Recording) -> pd.DataFrame:
@@ -110,13 +110,3 @@ def smoothed_maxima(recording: Recording) -> pd.DataFrame:
           "area": np.bincount(areas[event]).argmax()} for event, t in times.items()],
         columns=["event", "mean_s", "sd_s", "passages", "area"],
     )  # fmt: skip
-
-
-def _events(recording: Recording, table: pd.DataFrame) -> pd.DataFrame:
-    """Times of events (columns) of passages from their three rows, s."""
-    places, times = EVENTS_WITHOUT_RING if recording.scene.ring_radius is None else EVENTS_WITH_RING, []
-    for _, of_passage in table.groupby("passage"):
-        rows, first = of_passage.set_index("side"), of_passage["start_s"].min()
-        sides = {side: rows.loc[side] for side in SIDES} | {"arcs": rows.loc[["left", "right"]].max(numeric_only=True)}
-        times.append({event: float(sides[side][column] - first) for event, (side, column) in places.items()})
-    return pd.DataFrame(times, columns=list(places), dtype=float)

@@ -14,12 +14,8 @@ from trackdyn.measure.convergence import ROUNDING
 NEAR_LEAST = 2.0  # points of a turn: how near the least left contact a ring that serves must come (claim C26)
 # ours; the paper states none
 RULE = f"right_share_pct < {TOUCHING:g}, left_share_pct <= least + {NEAR_LEAST:g}, smallest"
-COLUMNS = (
-    "rms_g",
-    "sd_g",
-    *(f"{side}_{name}" for side in PLACES for name, (*_, error) in SIDE_COLUMNS.items() if error),
-)
-_KNOWN = f"rms_g, sd_g, or left_, right_ or ring_ with {', '.join(name for name, of in SIDE_COLUMNS.items() if of[2])}"
+COLUMNS = ("rms_g", "sd_g", *(f"{side}_{name}" for side in PLACES for name in SIDE_COLUMNS))
+_KNOWN = f"rms_g, sd_g, or left_, right_ or ring_ with {', '.join(SIDE_COLUMNS)}"
 _BOUND = re.compile(r"(\w+)\s*(<=?|>=?)\s*(?:(least)\s*\+\s*)?(-?\d+\.?\d*(?:e-?\d+)?)")
 
 

@@ -71,7 +71,6 @@ def ring_study(
     design = pd.DataFrame(rows).assign(**({"step": " ".join(map(str, step))} if step else {}))
     table = sweep(design, rig=rig, jobs=jobs, store=store, progress=progress)
     table["rpm"], table["ring_radius_m"] = design["motor_rpm"], pd.to_numeric(design["ring_radius"], errors="coerce")
-    metrics = [name for name in table if name in COLUMNS or name.partition("_")[0] in ("left", "right", "ring")]
-    metrics = [name for name in metrics if name not in (*ASKED, "ring_radius", "run") and "_area_" not in name]
+    metrics = [name for name in table if name in COLUMNS and name not in (*ASKED, "run")]
     columns = [*ASKED, *ENDED, *dict.fromkeys((*metrics, *MEASURES)), "settled_tension_n", "key"]
     return table.reindex(columns=columns).sort_values(ASKED[::-1], na_position="first", ignore_index=True)

@@ -101,7 +101,7 @@ def _measured(record: SensorRecord, rig: Rig, rpm: float | None, ring_radius: fl
         rate = rig.sensor.rate
     except InputError:  # the simulation takes the rate of the record
         faster, slower, rate = 1, 1, round(record.rate_hz)
-    record = record.averaged(faster) if faster > 1 else record
+    record = record.averaged(faster)
     speed = MeasuredSpeed(rpm or loop_hz * a_turn_at_1_rpm, ring_radius, rate, slower, preset)
     statistics = turn_statistics(record.ay_g, record.rate_hz, 1 / loop_hz, rig.chain.pitches)
     return Measured(record, speed, 1 / loop_hz, statistics)

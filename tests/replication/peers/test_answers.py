@@ -12,8 +12,8 @@ from replication.peers.contact import make_contacts, peer_contact_loads
 from replication.peers.exudyn_loop import drive_at, fixed, free_wheels
 from replication.report.answers import answers_outcome
 from replication.study.settings import PEER_LAWS, PeerAnswers
+from tests.conftest import contact_table
 from trackdyn.errors import InputError
-from trackdyn.measure.contacts import spells
 from trackdyn.scene.scene import Scene
 from trackdyn.sensor.signals import high_frequency_rms
 from trackdyn.simulation.loop import Loop
@@ -129,8 +129,8 @@ def test_accelerations_of_all_links_and_peaks_of_tooth_forces_are_those_of_the_o
     peer, known = measured(run.centre[round(begin * rate) + 1 :, ::2]), measured(ours(scene)[0])
     assert peer[:2] == pytest.approx(known[:2], rel=5e-4)
     assert peer[2] == pytest.approx(known[2], rel=1e-3)
-    contact_table = spells(simulate(scene))
-    assert "right" not in set(contact_table["side"])  # or the force of a connector is that of both arcs
-    known = contact_table[contact_table["side"] == "left"].groupby("connector")["peak_n"].max()
+    table = contact_table(simulate(scene))
+    assert "right" not in set(table["side"])  # or the force of a connector is that of both arcs
+    known = table[table["side"] == "left"].groupby("connector")["peak_n"].max()
     assert len(known) >= 3
     assert most[known.index - 1] == pytest.approx(known.to_numpy(), rel=5e-3)

@@ -3,30 +3,20 @@
 Every cell may be null. Tables 2 to 4 concern claims; what the others say of a rig becomes one (`printed_rig`).
 """
 
-from decimal import Decimal
-from math import pi
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Generic, Literal, TypeVar
 
 import numpy as np
 from pydantic import BeforeValidator, Field
 
 from replication.paper import printed
 from trackdyn.errors import InputError
-from trackdyn.parameters.groove import CONVEX
-from trackdyn.parameters.outline import rounding
-from trackdyn.parameters.validation import Section, plain_number, shown, validated
+from trackdyn.parameters.validation import Section, plain_number, validated
 from trackdyn.parameters.yaml_file import read_yaml
 
 # points by which printed cells may miss a printed difference: two cells near 1 g with two decimals, 0.005 g off each
 ROUNDED_DIFFERENCE = 1.1
-AREAS = range(1, 11)
-SIGNS = np.array([1.0 if area in CONVEX else -1.0 for area in range(1, 6)])
-FACTORS = {"m": 1.0, "mm": 1e-3, "rad": 1.0, "deg": pi / 180}
 G = 9.81  # m/s2, as the article takes it (Eq. 40)
-LENGTHS = ("chain.link_length", "L_C", "pitch", "r_p")  # of which two give all
-AXIAL = ("t_S", "t_C")
-OWN = ("r_a", "r_p", "L_C", "pitch", *AXIAL)  # what the article names and a rig has no field for
 
 
 def _or_null(cell: Any) -> Any:
@@ -40,6 +30,7 @@ def _or_word(cell: Any) -> Any:
 Number = Annotated[float | None, BeforeValidator(_or_null)]
 Above = Annotated[Annotated[float, Field(gt=0)] | None, BeforeValidator(_or_null)]
 Word = Annotated[float | str | None, BeforeValidator(_or_word)]
+Row = TypeVar("Row", bound=Section)
 
 
 class Area(Section):
@@ -70,12 +61,18 @@ class Table1(Section):
 
 
 class Table2(Section):
-    """Computing times."""
+    """Computing times, both or none."""
 
     place: str
     unit: Literal["s"]
     proposed: Above = None
     recurdyn: Above = None
+
+    def model_post_init(self, context: Any) -> None:
+        """Refuse one time without the other."""
+        for name, other in (("proposed", self.recurdyn), ("recurdyn", self.proposed)):
+            if getattr(self, name) is None and other is not None:
+                raise InputError(f"table2.{name} = null without the other time: give both times of a row, or none")
 
 
 class Statistics(Section):
@@ -88,29 +85,21 @@ class Statistics(Section):
 
 
 class Coarse(Section):
-    """A row of Table 4."""
+    """A row of Table 4: RMS with a coarser tooth contact."""
 
     rms: Above = None
 
 
-class Table3(Section):
-    """RMS and standard deviation by motor speed."""
+class BySpeed(Section, Generic[Row]):
+    """Accelerations by motor speed, rev/min."""
 
     place: str
     unit: Literal["g", "m/s2"]
-    speeds: dict[Annotated[int, Field(gt=0)], Statistics]
-
-
-class Table4(Section):
-    """RMS with a coarser tooth contact, by motor speed."""
-
-    place: str
-    unit: Literal["g", "m/s2"]
-    speeds: dict[Annotated[int, Field(gt=0)], Coarse]
+    speeds: dict[Annotated[int, Field(gt=0)], Row]
 
 
 class Parameter(Section):
-    """A number outside the tables, under the name of a rig's field or one of ``OWN``."""
+    """A number outside the tables, under the name of a rig's field or one of `printed_rig.OWN`."""
 
     value: Word = None
     unit: str
@@ -123,8 +112,8 @@ class PaperTables(Section):
 
     table1: Table1
     table2: Table2
-    table3: Table3
-    table4: Table4
+    table3: BySpeed[Statistics]
+    table4: BySpeed[Coarse]
     parameters: dict[str, Parameter]
 
     def statistics(self, name: str) -> dict[int, float]:
@@ -134,13 +123,17 @@ class PaperTables(Section):
         cells = {rpm: getattr(row, column) for rpm, row in table.speeds.items()}
         return {rpm: scale * value for rpm, value in cells.items() if value is not None}
 
+    def value(self, name: str) -> Any:
+        """Value of an entry of ``parameters``; None if it is missing."""
+        return self.parameters[name].value if name in self.parameters else None
+
 
 def load_article(path: Path | str) -> PaperTables:
     """Read the cells, compared with the differences that the text prints.
 
     Raises `InputError`: what is half filled, contradicts itself or the text, in one sentence.
     """
-    tables = _load(path)
+    tables = validated(PaperTables, read_yaml(path), str(path), "leave the cell at null if the article has none")
     for name, text in (("rms", printed.RMS_DIFFERENCE), ("sd", printed.SD_DIFFERENCE)):
         simulated, measured = (tables.statistics(f"{name}_{source}") for source in ("simulation", "experiment"))
         for rpm in sorted(simulated.keys() & measured.keys() & text.value.keys()):
@@ -157,86 +150,3 @@ def load_article(path: Path | str) -> PaperTables:
 def value_difference(simulated, measured):
     """The paper's value difference ``|simulation - sensor| / sensor``, %."""
     return 100 * np.abs(np.asarray(simulated) - measured) / measured
-
-
-def _load(path: Path | str) -> PaperTables:
-    tables = validated(PaperTables, read_yaml(path), str(path), "leave the cell at null if the article has none")
-    try:
-        table1_arcs(tables.table1)
-        _refuse_halves(tables)
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
-    return tables
-
-
-LONGEST_M = 1000.0  # m, as of every length of a rig
-
-
-def table1_arcs(table: Table1) -> list[list[float]] | None:
-    """Rows of `profile.arcs` (m) that Table 1 gives, or None if it is empty; the right flank mirrors the left one."""
-    rows = {area: table.areas.get(area, Area()) for area in AREAS}
-    if not any(row.model_dump(exclude_none=True) for row in rows.values()):
-        return None
-    flanks = {}
-    units = table.units
-    columns = {"O_x": units.O, "O_y": units.O, "r": units.r}
-    for name, areas in (("1 to 5", range(1, 6)), ("10 to 6", range(10, 5, -1))):
-        lacking = {(area, key) for area in areas for key in columns if getattr(rows[area], key) is None}
-        if not lacking:
-            flanks[name] = np.array(
-                [[_in_metres(getattr(rows[area], key), unit) for key, unit in columns.items()] for area in areas]
-            )
-        elif (name == "10 to 6" and not flanks) or len(lacking) < 15:
-            area, key = min(lacking)
-            raise InputError(
-                f"table1.areas.{area}.{key} = null beside cells that are filled in: give O_x, O_y and r of "
-                "areas 1 to 5, of areas 6 to 10 or of all; u_x, u_y and theta may stay null"
-            )
-    if "10 to 6" in flanks:
-        flanks["10 to 6"][:, 0] *= -1
-    if len(flanks) == 2:
-        apart = np.abs(flanks["1 to 5"] - flanks["10 to 6"])
-        if apart.max() > rounding(np.concatenate([*flanks.values()])):
-            j, k = np.unravel_index(apart.argmax(), apart.shape)
-            raise InputError(
-                f"table1.areas.{10 - j}.{('O_x', 'O_y', 'r')[k]} = {rows[10 - j].model_dump()[('O_x', 'O_y', 'r')[k]]}"
-                f" is not the mirror image of that of area {1 + j}, by {1e3 * apart.max():.3g} mm; areas 10 to 6 "
-                "mirror areas 1 to 5"
-            )
-    return np.column_stack([next(iter(flanks.values())), SIGNS]).tolist()
-
-
-def _in_metres(value: float, unit: str) -> float:
-    """A length in m with the decimals that it is printed with."""
-    return float(Decimal(repr(float(value))).scaleb({"m": 0, "mm": -3}[unit]))
-
-
-def _refuse_halves(tables: PaperTables) -> None:
-    two = tables.table2
-    if (two.proposed is None) != (two.recurdyn is None):
-        lacking = "proposed" if two.proposed is None else "recurdyn"
-        raise InputError(f"table2.{lacking} = null without the other time: give both times of a row, or none")
-    for name, other in (AXIAL, AXIAL[::-1]):
-        if value_of(tables, name) is not None and value_of(tables, other) is None:
-            raise InputError(
-                f"parameters.{other} = null but {name} is given: give both lengths, whose mean is L of Eq. 19, or none"
-            )
-    if value_of(tables, "r_a") is not None and table1_arcs(tables.table1) is None:
-        raise InputError(
-            "parameters.r_a is given without Table 1: the groove follows from Table 1, whose tips it is "
-            "compared with; fill in Table 1, or use null"
-        )
-    for name in OWN:
-        entry = tables.parameters.get(name)
-        if entry is None or entry.value is None:
-            continue
-        if entry.unit != "m" or isinstance(entry.value, str) or not 0 < entry.value <= LONGEST_M:
-            raise InputError(
-                f"parameters.{name} = {shown(entry.value)} {entry.unit}: must be a number between 0 and {LONGEST_M:g} m"
-            )
-
-
-def value_of(tables: PaperTables, name: str) -> Any:
-    """Value of an entry of ``parameters``; None if it is missing."""
-    entry = tables.parameters.get(name)
-    return None if entry is None else entry.value

@@ -8,11 +8,9 @@ import pandas as pd
 
 from trackdyn.files import write_csv, write_text
 from trackdyn.measure.columns import schema_text
-from trackdyn.measure.events import mean_events, smoothed_maxima
+from trackdyn.measure.events import mean_events
 from trackdyn.measure.metrics import run_metrics
 from trackdyn.simulation.recording import load_recording
-
-EVENTS = mean_events, smoothed_maxima
 
 
 def main(job) -> None:
@@ -26,7 +24,7 @@ def main(job) -> None:
     if not parts:
         return
     write_text(out.schema, schema_text(runs.columns))
-    events = [table(recording).assign(run=run) for run, recording in recordings.items() for table in EVENTS]
+    events = [mean_events(recording).assign(run=run) for run, recording in recordings.items()]
     write_csv(out.events, table := pd.concat(events))
     write_text(out.events_schema, schema_text(table.columns, "events"))
 

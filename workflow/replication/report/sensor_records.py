@@ -8,7 +8,8 @@ import pandas as pd
 
 from replication.paper.contents import caption
 from replication.report.tables import write_captioned_table
-from trackdyn.measure.compare import at_rate, require_axes
+from trackdyn.errors import InputError
+from trackdyn.measure.compare import require_axes, whole_ratio
 from trackdyn.parameters.rig import load_rig
 from trackdyn.scene.scene import Periods
 from trackdyn.sensor.sensor_csv import read_sensor_csv, write_sensor_csv
@@ -25,7 +26,13 @@ def main(job) -> None:
         record = read_sensor_csv(path, mapping, rig.sensor.range, rig.gravity or 9.81)
         record.require_turns(Periods.at(rig, rpm).loop, LEAST_PERIODS)
         require_axes(record, rig, rpm)
-        record = at_rate(record, rig.sensor.rate)
+        faster, slower = whole_ratio(record, rig.sensor.rate)
+        if slower > 1:
+            raise InputError(
+                f"{path}: has {record.rate_hz:.6g} samples a second, fewer than the simulation's {rig.sensor.rate:g}; "
+                f"set sensor.rate of the rig to {round(record.rate_hz)}"
+            )
+        record = record.averaged(faster)
         rows.append({"speed_rpm": rpm, "file": path, **record.done})
         Path(out).parent.mkdir(parents=True, exist_ok=True)
         comments = [f"{path}: {what}", *(f"{name}: {text}" for name, text in record.done.items())]

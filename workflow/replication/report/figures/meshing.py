@@ -12,8 +12,8 @@ from matplotlib.lines import Line2D
 from replication.paper import printed
 from replication.report.marks import HALO
 from trackdyn.errors import InputError
-from trackdyn.measure.contacts import passages, spells
-from trackdyn.measure.events import mean_events, smoothed_maxima
+from trackdyn.measure.contacts import contacts, passages
+from trackdyn.measure.events import mean_events
 from trackdyn.plots.drawing import ring_words
 from trackdyn.plots.style import BLACK, BLUE, GREEN, PRINTED, PURPLE, SMALL, new_figure, styled
 from trackdyn.simulation.recording import Recording
@@ -80,8 +80,9 @@ def select_passage(recording: Recording) -> Selected:
     force = recording.force[:, columns[connector]].copy()
     if ring:
         force[:, 2] = recording.force[:, columns[connector % count + 1], 2]
-    grooves = spells(recording).query("passage == @number and groove > 0")["groove"]
-    groove = int(grooves.iloc[0]) if len(grooves) else 0
+    touching = contacts(recording)
+    grooves = touching["groove"][(touching["passage"] == number) & (touching["groove"] > 0)]
+    groove = int(grooves[0]) if len(grooves) else 0
     area, time, turn = recording.area[:, columns[connector]], recording.time - first, recording.periods.turn
     return Selected(connector, groove, number, first, last, turn, sides, force, area, time)
 
@@ -104,7 +105,7 @@ def printed_and_measured_times(recording: Recording) -> pd.DataFrame:
         A maximum is that of the mean over 0.01 s, and of the largest single step in ``step``. NaN: none.
     """
     ring = recording.scene.ring_radius is not None
-    times = pd.concat([mean_events(recording), smoothed_maxima(recording)]).set_index("event")["mean_s"]
+    times = mean_events(recording).set_index("event")["mean_s"]
     rows = {}
     for event, time in printed_times(ring, recording.periods.turn).items():
         name = "left touches" if ring and event == "first contact of the left arc" else MEASURED.get(event, event)

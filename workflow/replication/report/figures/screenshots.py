@@ -16,7 +16,7 @@ from scipy.ndimage import uniform_filter1d
 from replication.report import marks
 from replication.report.figures.meshing import LOOKS, NAMES, Selected, passage_figure, printed_times, select_passage
 from trackdyn.measure.contacts import SIDES
-from trackdyn.measure.events import events
+from trackdyn.measure.events import passage_events
 from trackdyn.parameters.rig import Rig
 from trackdyn.plots import drawing
 from trackdyn.plots.style import BLACK, PAGE, new_figure, save, styled
@@ -62,7 +62,7 @@ def moments(recording: Recording, shown: Selected) -> list[Moment]:
     printed = printed_times(ring, shown.turn)
     # a configuration is of the end of its interval, as a sample is
     frames = recording.frame_time - shown.first
-    measured = events(recording, shown.number)
+    measured = passage_events(recording).loc[shown.number]
     special = {
         ENGAGE: printed.get(ENGAGE),
         BOTH: max(measured.get("first left", 0.0), measured.get("first right", 0.0)),
