@@ -67,22 +67,10 @@ def test_every_number_is_finite_and_named_by_its_option(name, option, text):
     assert str(result.exception).startswith(f"{option} = {text!r}: ")
 
 
-def design(path, *words):
-    return CliRunner().invoke(app, ["design", str(path), "--vary", "motor_rpm=115:210:2", "--method", "grid", *words])
-
-
-def test_a_design_replaces_no_file_unasked(tmp_path):
-    path = tmp_path / "d.csv"
-    path.write_text("mine", encoding="utf-8")
-    assert f"{path} exists; give another name, or --overwrite" in str(design(path).exception)
-    assert path.read_text(encoding="utf-8") == "mine"
-    assert design(path, "--overwrite").exit_code == 0 and len(pd.read_csv(path)) == 2
-
-
 def test_a_sweep_replaces_nothing_but_its_own_results(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    short = [word for name in ("duration", "lead_in", "ramp") for word in ("--set", f"{name}=0.05")]
-    assert design("d.csv", "--set", "preset=fast", *short).exit_code == 0
+    short = dict.fromkeys(("duration", "lead_in", "ramp"), 0.05)
+    pd.DataFrame({"motor_rpm": [115, 210]}).assign(preset="fast", **short).to_csv("d.csv", index=False)
     asked = Path("d.csv").read_bytes()
 
     def swept(*words):

@@ -1,4 +1,4 @@
-"""Designs: how they are made, read and refused."""
+"""Designs: how they are read and refused."""
 
 import sys
 
@@ -7,58 +7,8 @@ import pandas as pd
 import pytest
 
 from trackdyn.errors import InputError
-from trackdyn.sweeps.design import Span, make_design, parse_levels, read_table, write_table
+from trackdyn.sweeps.design import read_table, write_table
 from trackdyn.sweeps.sweep import check_columns, columns, requested_rows, sweep
-
-
-@pytest.mark.parametrize("method", ["sobol", "latin"])
-def test_samples_fill_the_range_and_repeat_with_their_seed(method):
-    vary = {"motor_rpm": (115, 210), "ring_radius": (0.303, 0.313), "friction": ["none", "tangential"]}
-    table = make_design(vary, method, rows=64, seed=3)
-    pd.testing.assert_frame_equal(table, make_design(vary, method, rows=64, seed=3))
-    assert not table.equals(make_design(vary, method, rows=64, seed=4))
-    # a row in every 64th of each range for the hypercube, in every 16th for a scrambled Sobol sequence of 64
-    share = (table.motor_rpm - 115) / 95
-    cells = 64 if method == "latin" else 16
-    assert np.bincount((share * cells).astype(int), minlength=cells).min() == 64 // cells
-    assert table.friction.value_counts().to_dict() == {"none": 32, "tangential": 32}
-
-
-@pytest.mark.parametrize(
-    ("pair", "said"),
-    [
-        ("motor_rpm", "name=low:high"),
-        ("=1:2", "name=low:high"),
-        ("motor_rpm=210:115", "the second number must be the larger one"),
-        ("motor_rpm=a:b", "two finite numbers"),
-        ("motor_rpm=1:inf", "two finite numbers"),
-        ("motor_rpm=1:2:1", "the count must be between 2 and"),
-        ("motor_rpm=1_15:210", "two finite numbers"),
-    ],
-)
-def test_what_is_no_range_is_refused(pair, said):
-    with pytest.raises(InputError, match=said):
-        parse_levels(pair)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (({},), "a design must vary something"),
-        (({"motor_rpm": (1, 2)},), "needs a number of rows"),
-        (({"motor_rpm": (1, 2)}, "sobol", 0), "rows = 0:"),
-        (({"motor_rpm": (1, 2)}, "sobol", 10**9), "rows = 1000000000:"),
-        (({"motor_rpm": (1, 2)}, "sobol", 4, -1), "seed = -1:"),
-        (({"motor_rpm": (1, 2)}, "grid"), "needs a count for a grid, such as 1:2:5"),
-        (({"motor_rpm": Span(1, 2, 5)}, "grid", 4), "the levels of a grid give its rows"),
-        (({"motor_rpm": Span(1, 2, 10**5), "ramp": Span(1, 2, 10**5)}, "grid"), "rows = 10000000000:"),
-        (({"motor_rpm": (1, 2)}, "random", 4), "choose grid, sobol, latin"),
-        (({"motor_rpm": (1, 2)}, "sobol", 4, 0, {"motor_rpm": 3}), "motor_rpm is varied and fixed"),
-    ],
-)
-def test_what_makes_no_design_is_refused(arguments, said):
-    with pytest.raises(InputError, match=said):
-        make_design(*arguments)
 
 
 @pytest.mark.parametrize(

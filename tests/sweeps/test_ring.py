@@ -124,7 +124,8 @@ def test_the_command_writes_its_files_and_goes_on_with_the_same_numbers(tmp_path
     [
         ("--rpm 115,x", "--rpm = 'x': must be finite numbers"),
         ("--rpm 210 --radii 0.305,0.5", "ring_radius = 0.5: must be between"),
-        ("--rpm 210 --radii 0.305:0.307", "--radii = 0.305:0.307 needs a count"),
+        ("--rpm 210 --radii 0.305:0.307", "--radii = '0.305:0.307': must be low:high:count"),
+        ("--rpm 210 --radii 0.307:0.305:3", "must be low:high:count"),
         ("--rpm 210 --rule best", "--rule: 'best' is no choice"),
         ("--rpm 0", "motor_rpm = 0"),
     ],

@@ -10,12 +10,12 @@ import typer
 
 from trackdyn.commands.rig import check, new, rigs
 from trackdyn.commands.runs import compare, plan, show, simulate
-from trackdyn.commands.studies import design, ring, sweep
+from trackdyn.commands.studies import ring, sweep
 from trackdyn.errors import TrackdynError
 from trackdyn.extras import missing
 from trackdyn.version import __version__
 
-COMMANDS = {"Runs": (simulate, plan, compare, show), "Rigs": (check, new, rigs), "Many runs": (ring, sweep, design)}
+COMMANDS = {"Runs": (simulate, plan, compare, show), "Rigs": (check, new, rigs), "Many runs": (ring, sweep)}
 app = typer.Typer(pretty_exceptions_enable=False, context_settings={"help_option_names": ["-h", "--help"]})
 for panel, commands in COMMANDS.items():
     for command in commands:

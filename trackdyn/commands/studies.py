@@ -1,5 +1,6 @@
-"""The commands of many runs: ``trackdyn ring``, ``sweep`` and ``design``."""
+"""The commands of many runs: ``trackdyn ring`` and ``sweep``."""
 
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -82,14 +83,16 @@ def ring(
 
 
 def _numbers(text: str, option: str) -> list[float]:
-    from trackdyn.sweeps.design import Span, parse_levels
+    """The numbers of ``a,b,c``, or of ``low:high:count``, both ends included."""
+    import numpy as np
 
-    _, takes = parse_levels(f"{option.strip('-')}={text}", option)
-    parts = takes.levels(option) if isinstance(takes, Span) else takes
-    return [
-        options.parse_number(option, part, "must be finite numbers, such as 115,210 or 0.303:0.313:11")
-        for part in parts
-    ]
+    accepted = "must be finite numbers, such as 115,210 or 0.303:0.313:11"
+    numbers = [options.parse_number(option, number, accepted) for number in re.split("[,:]", text)]
+    if ":" not in text:
+        return numbers
+    if text.count(":") != 2 or "," in text or not (numbers[0] < numbers[1] and numbers[2] in range(2, 1001)):
+        raise InputError(f"{option} = {shown(text)}: must be low:high:count with 2 to 1000 numbers")
+    return np.linspace(*numbers[:2], int(numbers[2])).tolist()
 
 
 def _notes(study: "pd.DataFrame", rig, lost: "pd.DataFrame") -> list[str]:
@@ -172,40 +175,3 @@ def sweep(
         raise InputError(
             f"{out}: {failed} rows failed for reasons that may pass and stand there; the same command tries them again"
         )
-
-
-def design(
-    out: Annotated[Path, options.file_argument("Design to write", ".csv", ".parquet")],
-    vary: Annotated[
-        list[str],
-        typer.Option(
-            help="Column and what it takes: name=low:high, name=low:high:count for a grid, name=a,b,c. Repeatable."
-        ),
-    ],
-    method: Annotated[str, typer.Option(help="grid, sobol or latin.")] = "sobol",
-    rows: Annotated[int | None, typer.Option(help="Rows of a Sobol or Latin design.")] = None,
-    seed: Annotated[int, typer.Option(help="The same seed gives the same design.")] = 0,
-    fix: Annotated[
-        list[str] | None, typer.Option("--set", help="Column with one value, such as duration=20. Repeatable.")
-    ] = None,
-    overwrite: options.Overwrite = False,
-) -> None:
-    """Make a design: a grid, a Sobol sequence or a Latin hypercube over columns of a sweep."""
-    from trackdyn.sweeps.design import make_design, parse_levels, write_table
-    from trackdyn.sweeps.sweep import check_columns
-
-    varied, fixed = {}, {}
-    for pair in vary:
-        name, takes = parse_levels(pair)
-        if name in varied:
-            raise InputError(f"--vary {name} is given twice; keep one of them")
-        varied[name] = takes
-    for pair in fix or []:
-        name, _, value = pair.partition("=")
-        if not name or not value or name in fixed:
-            raise InputError(f"--set = {shown(pair)}: expected name=value, each name once")
-        fixed[name] = value
-    table = make_design(varied, method, rows, seed, fixed)
-    check_columns(table, "design")
-    options.check_output(out, overwrite)
-    write_table(table, out)

@@ -15,14 +15,15 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 from slurm import Slurm, missing, wait_until
 
 ROOT = Path(__file__).parents[3]
 ROWS = 40  # of the sweep: a batch of 20 takes seconds beyond those that a fault waits for
-SCENE = ("preset=fast", "ramp=0.1", "lead_in=0", "duration=1")
+SCENE = {"preset": "fast", "ramp": 0.1, "lead_in": 0, "duration": 1}
 # without one, or with smaller ones, so quick a start is too much for this step
-RINGS = "0.308,0.309,0.31,0.311,0.312,0.313"
+RINGS = (0.308, 0.309, 0.31, 0.311, 0.312, 0.313)
 PATIENCE = 1800.0  # s for any one command
 # Polling every ten seconds is for one node; the profile's own is kinder to a cluster.
 EAGER = ("--slurm-init-seconds-before-status-checks", "10")
@@ -75,13 +76,12 @@ class Show:
     def design(self) -> None:
         """A design of short scenes, and what this machine makes of it."""
         trackdyn = ("-c", "from trackdyn.__main__ import main; main()")
-        fixed = [word for field in SCENE for word in ("--set", field)]
-        vary = ("--vary", "motor_rpm=100:210", "--vary", f"ring_radius={RINGS}")
+        file, began = "design.parquet", time.monotonic()
+        speeds, rings = np.linspace(100, 210, ROWS), np.resize(RINGS, ROWS)
+        pd.DataFrame({"motor_rpm": speeds, "ring_radius": rings}).assign(**SCENE).to_parquet(self.folder / file)
         out = self.folder / "local" / "results.parquet"
         how = ("--out", str(out), "-q", f"-j{self.cores}", "--rig", f"{ROOT}/config/rigs/paper.yaml")
-        file, began = "design.parquet", time.monotonic()
-        code = self.run("design", *trackdyn, "design", file, "--method", "latin", "--rows", str(ROWS), *vary, *fixed)
-        code = code or self.run("local", *trackdyn, "sweep", file, *how)
+        code = self.run("local", *trackdyn, "sweep", file, *how)
         states = pd.read_parquet(out).state.value_counts().to_dict() if out.exists() else {}
         good = code == 0 and sum(states.values()) == ROWS
         self.say(f"{ROWS} rows here in {time.monotonic() - began:.0f} s: {states}", good)
