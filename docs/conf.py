@@ -3,9 +3,9 @@
 import json
 import os
 import re
-import subprocess
-import sys
 from base64 import b64decode
+from contextlib import redirect_stdout
+from io import StringIO
 from pathlib import Path
 
 import pandas as pd
@@ -44,14 +44,14 @@ autodoc_member_order = "bysource"
 
 def commands() -> str:
     """The help of every command, as it is printed."""
-    environment = os.environ | {"COLUMNS": "100", "NO_COLOR": "1", "TERM": "dumb"}
+    os.environ |= {"COLUMNS": "100", "NO_COLOR": "1", "TERM": "dumb"}
     parts = ["# Commands\n"]
     names = [command.callback.__name__.replace("_", "-") for command in app.registered_commands]
     for name in ("", *names, *(group.name for group in app.registered_groups)):
-        line = [sys.executable, "-m", "trackdyn", *([name] if name else []), "--help"]
-        said = subprocess.run(line, capture_output=True, text=True, check=True, env=environment, cwd=ROOT).stdout
+        with redirect_stdout(StringIO()) as said:
+            app([*name.split(), "--help"], prog_name="trackdyn", standalone_mode=False)
         heading = f"trackdyn {name}".strip()
-        parts.append(f"## {heading}\n\n```text\n{said.strip()}\n```\n")
+        parts.append(f"## {heading}\n\n```text\n{said.getvalue().strip()}\n```\n")
     return "\n".join(parts)
 
 

@@ -15,7 +15,9 @@ rule answer_table:
     params:
         short=lambda wildcards: bool(wildcards.short),
         store=lambda wildcards: f"{L}/{wildcards.short}answer",
-    threads: 2
+    # the short form runs beside others, and begins early
+    threads: lambda wildcards: 1 if wildcards.short else 2
+    priority: 60
     log: f"{L}/logs/{{short}}answer.log"
     message: "Searches for rigs that show what the paper says"
     script: "../report/answer.py"

@@ -85,8 +85,8 @@ PLAIN: dict[str, dict[str, Any]] = {"png": {"Software": None}, "svg": {"Date": N
 
 def _lay_out(figure: Figure) -> None:
     """Lay a figure out once, its axes at rounded places: the solver's last digits differ from call to call."""
-    if figure.get_layout_engine() is not None:
-        figure.draw_without_rendering()
+    if (engine := figure.get_layout_engine()) is not None:
+        engine.execute(figure)
         figure.set_layout_engine("none")
         for axes in figure.axes:
             axes.set_position(np.round(axes.get_position(original=True).bounds, 9).tolist())

@@ -20,7 +20,7 @@ import pandas as pd
 from slurm import Slurm, missing, wait_until
 
 ROOT = Path(__file__).parents[3]
-ROWS = 40  # of the sweep: a batch of 20 takes seconds beyond those that a fault waits for
+ROWS = 24  # of the sweep: a batch of 12 takes seconds beyond those that a fault waits for
 SCENE = {"preset": "fast", "ramp": 0.1, "lead_in": 0, "duration": 1}
 # without one, or with smaller ones, so quick a start is too much for this step
 RINGS = (0.308, 0.309, 0.31, 0.311, 0.312, 0.313)
