@@ -95,11 +95,11 @@ def test_no_loop_starts_in_the_steel(make_scene, rig, equal_pitch):
     loop = Loop(make_scene(0.0, rig=changed, ring_radius=0.303, tension="retensioned"))
     angle = loop.state.wheel_angle[SPROCKET]
     bound = explained_depth(loop.model, rig.tension.pre_tension)
-    assert arc_depths(loop.scene, *loop._parts, angle).max() < bound < 1e-3
+    assert arc_depths(loop.scene, loop.model, loop.work, angle).max() < bound < 1e-3
     # turned by a quarter of a pitch, arcs are buried, and that is refused
-    loop._parts.state.wheel_angle[SPROCKET] += 0.25 * 2 * np.pi / rig.sprocket.teeth
+    buried = angle + 0.25 * 2 * np.pi / rig.sprocket.teeth
     with pytest.raises(InputError, match="mm inside a tooth"):
-        check_meshing(loop.scene, *loop._parts)
+        check_meshing(loop.scene, loop.model, loop.work, buried)
 
 
 def test_the_step_is_judged_at_the_tension_that_the_loop_settles_at(make_scene):

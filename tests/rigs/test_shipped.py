@@ -28,10 +28,7 @@ TOLERANCE = 5e-4
 @pytest.mark.parametrize("name", NAMES)
 def test_it_settles_with_its_tension_and_nothing_in_steel(name, settled):
     loop = settled(name)
-    rig, depth = (
-        loop.scene.rig,
-        arc_depths(loop.scene, *loop._parts, float(loop._parts.state.wheel_angle[SPROCKET])),
-    )
+    rig, depth = loop.scene.rig, arc_depths(loop.scene, loop.model, loop.work, loop.state.wheel_angle[SPROCKET])
     # strands still swing when the tensioner stops
     assert loop.layout["tension_n"] == pytest.approx(rig.tension.pre_tension, rel=0.01)
     # a chain without its ring sits deeper, and its strands are slacker

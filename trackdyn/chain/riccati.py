@@ -32,18 +32,11 @@ def accelerations(chain: Chain, state, work: Work, implicit_damping, probe_body)
 
 @fused
 def sweep(chain: Chain, state, work: Work, implicit_damping, probe_body, implicit):
-    """Response of every acceleration to the load of the cut joint.
+    """Response of every acceleration to the load of the cut joint; arguments as in `accelerations`.
 
-    Parameters
-    ----------
-    chain, state, work, implicit_damping, probe_body
-        As in `accelerations`.
-    implicit : ImplicitWork or None
-        Slopes of the contact forces of a linearly implicit step: they add to the inertia, and every
-        wheel that turns freely gets a column beside the four.
+    ``implicit`` (`model.arrays.ImplicitWork` or None) has the slopes of the contact forces of a linearly implicit step:
+    they add to the inertia, and every wheel that turns freely gets a column beside the four.
 
-    Notes
-    -----
     A body hands on to the next one what only a chain of some twenty dependent operations gives, which is what a sweep
     costs. Two sweeps, from both ends of the chain to its middle, share no operand, and a processor works on both at
     once. With ``implicit`` one sweep takes all bodies.

@@ -16,22 +16,22 @@ def log_spells(spells: Spells, state: State, work: Work, time, step):
     near = work.near
     if near.count[2]:
         for arc in range(work.tooth_force.shape[0]):
-            _log(spells, state, work, arc // 2, arc % 2, (time, step))
+            _log(spells, state, work, 3 * (arc // 2) + arc % 2, (time, step))
         for pitch in range(work.wheel_force.shape[0]):
-            _log(spells, state, work, pitch, 2, (time, step))
+            _log(spells, state, work, 3 * pitch + 2, (time, step))
     else:
         for item in range(near.count[0]):
-            _log(spells, state, work, near.arc[item] // 2, near.arc[item] % 2, (time, step))
+            _log(spells, state, work, 3 * (near.arc[item] // 2) + near.arc[item] % 2, (time, step))
         for item in range(near.count[1]):
             if near.link[item, 1] == SPROCKET:
-                _log(spells, state, work, near.link[item, 0], 2, (time, step))
+                _log(spells, state, work, 3 * near.link[item, 0] + 2, (time, step))
 
 
 @kernel
-def _log(spells: Spells, state: State, work: Work, pitch, side, when):
-    """The spell of one side of a pitch: 0 left arc, 1 right arc, 2 ring. ``when`` is the time and the step, s."""
+def _log(spells: Spells, state: State, work: Work, i, when):
+    """Spell ``3 pitch + side``, the side 0 left arc, 1 right arc, 2 ring. ``when`` is the time and the step, s."""
     time, step = when
-    i = 3 * pitch + side
+    pitch, side = i // 3, i % 3
     entry, last = spells.open[i], spells.last[i]
     force = work.wheel_force[pitch, SPROCKET] if side == 2 else work.tooth_force[2 * pitch + side]
     begun = entry["end_s"] > 0.0

@@ -12,7 +12,6 @@ from typing import NamedTuple, NoReturn
 
 import numpy as np
 
-from trackdyn.chain.kinematics import forward_kinematics, orient
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.integrate.methods import METHODS
 from trackdyn.integrate.run import check_range, run
@@ -211,7 +210,7 @@ def _start(scene: Scene, settling: "Settling") -> Start:
     state.steps[0] = 0
     settling.scale_rates(0.0)
     state.work_done[:] = 0.0
-    check_meshing(scene, model, state, settling.work)
+    check_meshing(scene, model, settling.work, float(state.wheel_angle[SPROCKET]))
     if model.space is not None:
         state = state._replace(plane=start_plane(rig, model, state))
     return Start(scene, model, state, equipped(scene, model, settling.work), layout)
@@ -378,8 +377,7 @@ class Settling:
         # from the angle with a groove under the middle connector outward, both ways in turn
         candidates = start + 2 * pi / tooth.teeth * np.linspace(-0.5, 0.5, 121)
         candidates = candidates[np.argsort(np.abs(candidates - start), kind="stable")]
-        loop = self.scene, self.model, self.state, self.work
-        cost = [max(arc_depths(*loop, angle).max(), 0.0) for angle in candidates]
+        cost = [max(arc_depths(self.scene, self.model, self.work, angle).max(), 0.0) for angle in candidates]
         self.state.wheel_angle[SPROCKET] = candidates[int(np.argmin(cost))]
         self.state.tooth_impact[:] = 0.0
         full = tooth.law.stiffness
@@ -527,13 +525,11 @@ def settling_step(scene: Scene, tension: float, longest: float = inf) -> float:
     return sample / ceil(sample / step * (1 - 1e-9))
 
 
-def arc_depths(scene: Scene, model: Model, state: State, work: Work, angle: float) -> np.ndarray:
+def arc_depths(scene: Scene, model: Model, work: Work, angle: float) -> np.ndarray:
     """(2 p,) true depths of the arcs in the ten-arc groove, the sprocket at ``angle`` (rad); -inf out of its reach, m.
 
     Contact search (Eqs. 20 to 23) finds nothing deeper than r_C: an arc buried in a tooth would cost nothing.
     """
-    orient(state.angle, work.cos, work.sin)
-    forward_kinematics(model.chain, state, work)
     body, along, wheels = model.shoes.arc_body, model.shoes.arc_x, model.wheels
     centres = np.column_stack([
         work.pin_x[body] + along * work.cos[body] - wheels.x[SPROCKET],
@@ -550,11 +546,11 @@ def explained_depth(model: Model, tension: float) -> float:
     return elastic_depth(tooth.law, load, widest)
 
 
-def check_meshing(scene: Scene, model: Model, state: State, work: Work) -> None:
+def check_meshing(scene: Scene, model: Model, work: Work, angle: float) -> None:
     """Refuse (`InputError`) a loop that would start with an arc deeper in a tooth than its load explains."""
     if not model.tooth.present:
         return
-    depth = float(arc_depths(scene, model, state, work, float(state.wheel_angle[SPROCKET])).max())
+    depth = float(arc_depths(scene, model, work, angle).max())
     if depth > explained_depth(model, scene.rig.tension.pre_tension):
         raise InputError(
             f"the chain does not mesh with the sprocket of this rig: at rest an arc lies {1e3 * depth:.3g} mm inside a "
