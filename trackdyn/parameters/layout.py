@@ -337,9 +337,10 @@ def assemble(rig: Rig, lengths: np.ndarray | None = None) -> Assembly:
     def slack(shift):
         return _slack(rig, shift, lengths)
 
-    low, high = slack(-travel), slack(travel)
-    if low * high > 0:
-        nearest = min(low, high, key=abs)
+    try:
+        shift = root(slack, -travel, travel, 1e-13)
+    except ValueError:
+        nearest = min(slack(-travel), slack(travel), key=abs)
         state = "long" if nearest > 0 else "short"
         path, order = belt_around(rig, 0.0, body)
         _lever(rig, path, order)
@@ -350,8 +351,7 @@ def assemble(rig: Rig, lengths: np.ndarray | None = None) -> Assembly:
         raise InputError(
             f"the loop of {rig.chain.pitches} pitches (chain.pitches) is {abs(nearest):.4g} m too {state} for its "
             f"wheels even at the end of tension.travel = {travel} m; {remedy}, move the wheels or enlarge the travel"
-        )
-    shift = root(slack, -travel, travel, 1e-13)
+        ) from None
     path, order = belt_around(rig, shift, body)
     lever = _lever(rig, path, order)
     pins = path.along(_lay(path, lengths))[0]

@@ -219,8 +219,9 @@ def _start(scene: Scene, settling: "Settling") -> Start:
 def _spinning_loop(scene: Scene) -> Start:
     """An oblong loop without wheels that spins with the rate of the sprocket and is otherwise at rest."""
     model, spin = scene.model, scene.sprocket_rate
+    assembly = free_loop(model.chain.length)
     state, work = make_arrays(model)
-    lay_state(state, free_loop(model.chain.length))
+    lay_state(state, assembly)
     state.rate[:] = spin
     state.pin[2:] = [-spin * state.pin[1], spin * state.pin[0]]
     return Start(scene, model, state, equipped(scene, model, work), {})
@@ -268,9 +269,9 @@ class Settling:
         )  # fmt: skip
         shift_wheel(self.model, rig, self.wheel, self.shift)
         self.state, work = make_arrays(self.model)
-        lay_state(self.state, assembly)
         linearly = METHODS[scene.integrator].linearly_implicit
         self.work = equip(work, METHODS["linearly_implicit" if linearly else "semi_implicit"])
+        lay_state(self.state, assembly)
         self.record = make_record(1, self.state)
         # a ring that touches no link, m
         self.bare = Scene.ring_range(rig)[0] - rig.chain.link_thickness

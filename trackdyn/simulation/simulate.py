@@ -94,8 +94,8 @@ def check_turning(recording: Recording) -> None:
 def _resumed(path: Path | str, scene: Scene) -> Recorder:
     data = read_checkpoint(path)
     loop = Loop.restored(data)
-    if "settled_tension_n" in loop.layout:
-        scene = scene.at_tension(loop.layout["settled_tension_n"])
+    if "step" not in scene.model_fields_set:  # it followed the tension at which the loop settled
+        scene = scene.model_copy(update={"step": loop.scene.step})
     if loop.scene != scene:
         raise InputError(f"{path}: is the checkpoint of another scene; remove it to start again")
     writer = Recorder(loop)
