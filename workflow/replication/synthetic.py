@@ -1,32 +1,29 @@
 """SYNTHETIC stand-in for the measured acceleration of a track link, which the paper did not publish.
 
-Nothing here is measured, and agreement of a simulation with it validates nothing; `DESCRIPTION` says what is printed,
-what is fitted to that (:func:`fit`), and that all else is assumed. No dynamics of the simulator is used: a record is
-the motion of a link on an ideal belt around the wheels, with the three causes that Sect. 5 of the paper names for the
-sharper course of its experiment. The sprocket speed fluctuates slowly about its mean; contacts are short, half-sine
-impacts whenever a pitch runs on or off a wheel; the sensor stands on glue and rings: the impacts pass through a damped
-resonance. Noise, 16 bit and the range of +-20 g complete the sensor.
+Nothing here is measured, and agreement of a simulation with it validates nothing; ``data/synthetic/datapackage.json``
+says what is printed, what is fitted to that, and that all else is assumed. No dynamics of the simulator is used: a
+record is the motion of a link on an ideal belt around the wheels, with the three causes that Sect. 5 of the paper names
+for the sharper course of its experiment. The sprocket speed fluctuates slowly about its mean; contacts are short,
+half-sine impacts whenever a pitch runs on or off a wheel; the sensor stands on glue and rings: the impacts pass through
+a damped resonance. Noise, 16 bit and the range of +-20 g complete the sensor.
 """
 
-import argparse
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from scipy.optimize import brentq
 from scipy.signal import lfilter
 
-from trackdyn.errors import InputError
 from trackdyn.files import write_text
 from trackdyn.parameters.layout import BeltPath, belt_path
-from trackdyn.sensor.sensor_csv import COLUMNS, write_sensor_csv
+from trackdyn.sensor.sensor_csv import write_sensor_csv
 from trackdyn.sensor.signals import main_line, rms, standard_deviation
 
-COMMAND = "python -m replication.synthetic"
+FOLDER = Path("data/synthetic")
 GENERATOR_VERSION = "1.0.0"
 
 # printed: the sensor and the record of Sect. 5, and the number of links of Sect. 2
@@ -35,19 +32,6 @@ RECORD_S = 90.0
 RANGE_G = 20.0
 PITCHES = 35
 GRAVITY = 9.81  # m/s2
-
-# what the data package says of itself and of its columns
-DESCRIPTION = """
-SYNTHETIC, not measured. The paper's measured records are not published; these stand in for them, and agreement of a
-simulation with them is no validation. Made without simulated dynamics: a link on an ideal belt around three wheels
-(assumed layout: that of the rig first_fit, config/rigs/first_fit.yaml, on the other side of the sprocket; not that of
-config/rigs/paper.yaml), a slowly fluctuating speed, half-sine impacts at every pitch that runs on or off a wheel, a
-sensor that rings on its glue, noise, 16 bit and a range of +-20 g. Fitted to the paper's printed main frequency and
-amplitude is the mean loop frequency, at 210 rpm the size of the fluctuation instead; everything else is assumed, RMS,
-SD and impacts included. 'achieved' is taken as in the paper: the highest line of a rectangular-window spectrum of
-90,000 points at 1000 Hz.
-"""
-AXES = ("along the link, in the direction of travel", "along the outward normal of the link", "lateral")
 
 # assumed: centre x, y and radius under the pins (wheel or ring and half a link's thickness), m, of
 # sprocket, idler and road wheel: nominal places of `first_fit`, mirrored. A copy: the data must not follow a refit.
@@ -80,143 +64,42 @@ OVERSAMPLING = 8  # impacts of 1 ms and the ringing need more than the sampling 
 
 @dataclass(frozen=True)
 class SyntheticSpeed:
-    """One motor speed: what the paper prints and what the generator takes."""
+    """One motor speed: what the paper prints, and what is fitted to it, to 1e-5.
 
-    rpm: int  # motor speed, rev/min (printed)
+    The printed amplitude is that of the highest line of 90,000 points at 1000 Hz: lines are 1/90 Hz apart, and a belt
+    that turns between two shows up to 36 % less. So the mean loop frequency follows from the amplitude, between the
+    line nearest to the printed frequency and half a line from it, on the side of the printed frequency; on the line
+    itself where the printed amplitude is higher than there. Where it is lower than half way between two lines, the loop
+    turns at the printed frequency and the speed fluctuates by what the amplitude asks for.
+    """
+
     printed_hz: float  # experimental main frequency, Hz (printed, Sect. 5 on Fig. 18)
     printed_g: float  # its amplitude, g (printed, Sect. 5 on Fig. 18)
-    loop_hz: float  # mean loop frequency, Hz (fitted, see :func:`fit`)
-    # RMS of the slow fluctuation of the speed, relative to its mean (assumed :data:`LEAST_FLUCTUATION`, or fitted, see
-    # :func:`fit`)
+    loop_hz: float  # mean loop frequency, Hz (fitted)
+    # RMS of the slow fluctuation of the speed, relative to its mean (assumed, or fitted)
     fluctuation: float = LEAST_FLUCTUATION
 
-    @property
-    def seed(self) -> int:
-        """Seed of the random numbers; the motor speed, so that no choice hides in it."""
-        return self.rpm
 
-
-SPEEDS = {
-    115: SyntheticSpeed(115, 0.131, 1.083, loop_hz=0.13057),
-    150: SyntheticSpeed(150, 0.176, 1.1200, loop_hz=0.17625),
-    180: SyntheticSpeed(180, 0.2090, 1.1720, loop_hz=0.21111),
-    210: SyntheticSpeed(210, 0.253, 0.7698, loop_hz=0.253, fluctuation=0.04965),
+SPEEDS = {  # by motor speed, rev/min (printed)
+    115: SyntheticSpeed(0.131, 1.083, loop_hz=0.13057),
+    150: SyntheticSpeed(0.176, 1.1200, loop_hz=0.17625),
+    180: SyntheticSpeed(0.2090, 1.1720, loop_hz=0.21111),
+    210: SyntheticSpeed(0.253, 0.7698, loop_hz=0.253, fluctuation=0.04965),
 }
-SyntheticRecord = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
 
-def generate(rpm: int, seed: int | None = None, duration_s: float = RECORD_S) -> SyntheticRecord:
-    """A synthetic record at one of the printed motor speeds (rev/min), by default that of the committed data.
+def generate(rpm: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """A synthetic record at one of the printed motor speeds (rev/min), which is its seed, too.
 
     Returns
     -------
     t, ax, ay, az : (N,) arrays
         Time, s, and specific force, g: x along the link in the direction of travel, y along its outward
-        normal, z lateral. The speed fluctuates the same in a shorter record.
+        normal, z lateral.
     """
-    speed = _speed(rpm)
-    return _record(speed, speed.seed if seed is None else seed, duration_s)
-
-
-def fit(speed: SyntheticSpeed, seed: int | None = None) -> SyntheticSpeed:
-    """Mean loop frequency, or else fluctuation, that gives the printed amplitude in a 90 s record.
-
-    One scalar search, never two at once:
-
-    1. The mean is searched between the line of the spectrum nearest to the printed frequency and half a
-       line from it, on the side where the printed frequency lies; the fluctuation is the least one.
-    2. Where the printed amplitude is higher than on the line itself, the loop runs on the line and a
-       difference remains (:func:`closeness`); no gain hides it.
-    3. Where it is lower than half way between two lines, the loop runs at the printed frequency and the
-       fluctuation grows until the amplitude fits.
-
-    Both numbers are rounded to 1e-5; :data:`SPEEDS` stores these results.
-
-    A frequency can be fitted to an amplitude since the printed one is that of the highest line of 90,000 points at 1000
-    Hz: lines are 1/90 Hz apart, and a rectangular window shows a belt that turns between two up to 36 % too low.
-    At constant speed the printed 0.131 and 0.176 Hz alone make 1.088 and 1.123 g of the 1.17 g of this layout; 1.083
-    and 1.120 g are printed. Even the 0.7698 g at 210 rpm could be had, just, 0.48 lines off, but an unsteady speed,
-    which the paper names, needs no such coincidence. The printed numbers cannot tell the two apart.
-    """
-    seed = speed.seed if seed is None else seed
-
-    def excess(loop_hz, fluctuation=LEAST_FLUCTUATION):
-        trial = replace(speed, loop_hz=loop_hz, fluctuation=fluctuation)
-        return main_line(_record(trial, seed)[2], RATE_HZ, speed.printed_hz)[1] - speed.printed_g
-
-    line = round(speed.printed_hz * RECORD_S) / RECORD_S
-    between = line + np.copysign(0.5 / RECORD_S, speed.printed_hz - line)
-    loop_hz, fluctuation = line, LEAST_FLUCTUATION
-    if excess(between) > 0.0:
-        loop_hz, step = speed.printed_hz, 0.0025
-        # a step at a time: beyond the first crossing the amplitude rises and falls
-        while excess(loop_hz, fluctuation + step) > 0.0:
-            fluctuation += step
-        fluctuation = brentq(lambda x: excess(loop_hz, x), fluctuation, fluctuation + step, xtol=1e-6)
-    elif excess(line) > 0.0:
-        loop_hz = brentq(excess, between, line, xtol=1e-6)
-    return replace(speed, loop_hz=round(loop_hz, 5), fluctuation=round(fluctuation, 5))
-
-
-def closeness(records: Mapping[int, np.ndarray] | None = None) -> pd.DataFrame:
-    """Printed and achieved dominant peak at each speed, as the paper takes it (rectangular window).
-
-    ``records`` are y accelerations (g, sampled at 1000 Hz) by motor speed; generated if left out. Differences are in
-    lines of the spectrum and in percent, ``clipped`` counts samples.
-    """
-    if records is None:
-        records = {rpm: generate(rpm)[2] for rpm in SPEEDS}
-    rows = []
-    for rpm, ay in records.items():
-        speed = _speed(rpm)
-        hz, amplitude = main_line(ay, RATE_HZ, speed.printed_hz)
-        row = {"rpm": rpm, "printed_hz": speed.printed_hz, "achieved_hz": hz}
-        row["difference_bins"] = (hz - speed.printed_hz) * len(ay) / RATE_HZ
-        row |= {"printed_g": speed.printed_g, "achieved_g": amplitude}
-        row["difference_percent"] = 100.0 * (amplitude / speed.printed_g - 1.0)
-        row |= {"rms_g": rms(ay), "sd_g": standard_deviation(ay), "peak_g": float(np.max(np.abs(ay)))}
-        rows.append(row | {"clipped": int(np.sum(np.abs(ay) >= TOP_G))})
-    return pd.DataFrame(rows).set_index("rpm")
-
-
-def write_record(folder, rpm: int) -> np.ndarray:
-    """Write ``{rpm}rpm.csv`` into an existing folder and return its y acceleration, g."""
-    record = generate(rpm)
-    write_sensor_csv(Path(folder) / f"{rpm}rpm.csv", *record, comments=_comments(SPEEDS[rpm]))
-    return record[2]
-
-
-def write_dataset(folder) -> pd.DataFrame:
-    """Write the records of all speeds and their ``datapackage.json``; returns the table of :func:`closeness`.
-
-    The folder is made if it does not exist. Equal calls give equal bytes.
-    """
-    folder = Path(folder)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{folder}: the folder cannot be made ({error.strerror}); take another.") from error
-    table = closeness({rpm: write_record(folder, rpm) for rpm in SPEEDS})
-    package = json.dumps(_datapackage(folder, table), indent=2, ensure_ascii=False)
-    write_text(folder / "datapackage.json", package + "\n")
-    return table
-
-
-def _speed(rpm):
-    """The speed, or InputError."""
-    if rpm not in SPEEDS:
-        problem = f"rpm is {rpm!r}, but the paper prints no experiment at that motor speed"
-        raise InputError(f"{problem}; choose one of {', '.join(map(str, SPEEDS))}.")
-    return SPEEDS[rpm]
-
-
-def _record(speed, seed, duration_s=RECORD_S):
-    """The record of :func:`generate` with the numbers of ``speed``."""
-    if not (np.isfinite(duration_s) and duration_s * RATE_HZ >= 2):
-        raise InputError(f"duration_s is {duration_s!r}; give a finite length of at least two samples, in s.")
-    count = round(duration_s * RATE_HZ)
+    speed, count = SPEEDS[rpm], round(RECORD_S * RATE_HZ)
     t = np.arange(count) / RATE_HZ
-    rng = np.random.Generator(np.random.PCG64(seed))
+    rng = np.random.Generator(np.random.PCG64(rpm))
     path = belt_path(CIRCLES)
     start, phase = rng.uniform(0.0, path.length), rng.uniform(0.0, 2.0 * np.pi, CYCLES.size)
     s, v, vdot = _travel(t, speed, path.length, start, phase)
@@ -228,6 +111,64 @@ def _record(speed, seed, duration_s=RECORD_S):
     signal[2] += CROSS_AXIS * signal[1]
     signal += NOISE_G * rng.standard_normal(signal.shape)
     return (t, *_digitise(signal))
+
+
+def closeness(records: Mapping[int, np.ndarray]) -> pd.DataFrame:
+    """Printed and achieved dominant peak at each speed, as the paper takes it (rectangular window).
+
+    ``records`` are y accelerations (g, sampled at 1000 Hz) by motor speed. Differences are in lines of the spectrum and
+    in percent, ``clipped`` counts samples.
+    """
+    rows = {}
+    for rpm, ay in records.items():
+        speed = SPEEDS[rpm]
+        hz, amplitude = main_line(ay, RATE_HZ, speed.printed_hz)
+        rows[rpm] = {
+            "printed_hz": speed.printed_hz,
+            "achieved_hz": hz,
+            "difference_bins": (hz - speed.printed_hz) * len(ay) / RATE_HZ,
+            "printed_g": speed.printed_g,
+            "achieved_g": amplitude,
+            "difference_percent": 100.0 * (amplitude / speed.printed_g - 1.0),
+            "rms_g": rms(ay),
+            "sd_g": standard_deviation(ay),
+            "peak_g": float(np.max(np.abs(ay))),
+            "clipped": int(np.sum(np.abs(ay) >= TOP_G)),
+        }
+    return pd.DataFrame.from_dict(rows, orient="index").rename_axis("rpm")
+
+
+def write_record(folder, rpm: int) -> np.ndarray:
+    """Write ``{rpm}rpm.csv`` into an existing folder and return its y acceleration, g."""
+    record = generate(rpm)
+    write_sensor_csv(Path(folder) / f"{rpm}rpm.csv", *record, comments=_comments(rpm))
+    return record[2]
+
+
+def write_dataset(folder) -> pd.DataFrame:
+    """Write the records of all speeds, and what they are into their ``datapackage.json``; returns `closeness`.
+
+    Equal calls give equal bytes.
+    """
+    description = Path(folder) / "datapackage.json"
+    package = json.loads(description.read_text(encoding="utf-8"))
+    table = closeness({rpm: write_record(folder, rpm) for rpm in SPEEDS})
+    for resource, (rpm, row) in zip(package["resources"], table.iterrows(), strict=True):
+        speed, data = SPEEDS[rpm], (Path(folder) / resource["path"]).read_bytes()
+        resource |= {"bytes": len(data), "hash": f"sha256:{hashlib.sha256(data).hexdigest()}", "seed": rpm}
+        resource["fitted"] = {"loop_hz": speed.loop_hz, "fluctuation": speed.fluctuation}
+        resource["printed"] = {"main_hz": speed.printed_hz, "amplitude_g": speed.printed_g}
+        resource["achieved"] = {
+            "main_hz": round(row.achieved_hz, 5),
+            "amplitude_g": round(row.achieved_g, 4),
+            "amplitude_difference_percent": round(row.difference_percent, 2) + 0.0,  # no -0.0
+            "rms_g": round(row.rms_g, 4),
+            "sd_g": round(row.sd_g, 4),
+            "peak_g": round(row.peak_g, 3),
+            "clipped_samples": int(row.clipped),
+        }
+    write_text(description, json.dumps(package, indent=2, ensure_ascii=False) + "\n")
+    return table
 
 
 def _travel(t, speed, length, start, phase):
@@ -303,62 +244,18 @@ def _digitise(a):
     return np.clip(np.rint(a * (half / RANGE_G)), -half, half - 1) * (RANGE_G / half)
 
 
-def _comments(speed):
+def _comments(rpm):
     """Comment lines at the top of a file."""
+    speed = SPEEDS[rpm]
     return (
         "SYNTHETIC: not measured. Stand-in for the unpublished record of the paper's experiment;",
         "agreement of a simulation with it is no validation.",
-        f"motor speed {speed.rpm} rev/min; {RATE_HZ} Hz; range +-{RANGE_G:g} g in {BITS} bit",
+        f"motor speed {rpm} rev/min; {RATE_HZ} Hz; range +-{RANGE_G:g} g in {BITS} bit",
         "t_s: time, s; ax_g along the link, ay_g along its outward normal, az_g lateral: specific force, g",
-        f"made by replication.synthetic {GENERATOR_VERSION}, seed {speed.seed} (PCG64)",
+        f"made by replication.synthetic {GENERATOR_VERSION}, seed {rpm} (PCG64)",
         f"mean loop frequency {speed.loop_hz:.5f} Hz, fluctuation of the speed {speed.fluctuation:.5f} (RMS)",
     )
 
 
-def _datapackage(folder, table):
-    """Frictionless description of the written files."""
-    limits = {"minimum": -RANGE_G, "maximum": RANGE_G}
-    fields = [{"name": COLUMNS[0], "type": "number", "unit": "s", "description": "Time."}]
-    for name, axis in zip(COLUMNS[1:], AXES, strict=True):
-        what = f"Synthetic specific force {axis}; 1 g = {GRAVITY} m/s2."
-        fields.append({"name": name, "type": "number", "unit": "g", "description": what, "constraints": limits})
-    resources = []
-    for rpm, row in table.iterrows():
-        speed, data = SPEEDS[rpm], (folder / f"{rpm}rpm.csv").read_bytes()
-        title = f"Synthetic record at a motor speed of {rpm} rev/min"
-        resource = {"name": f"synthetic-{rpm}rpm", "path": f"{rpm}rpm.csv", "profile": "tabular-data-resource"}
-        resource |= {"title": title, "format": "csv", "mediatype": "text/csv", "encoding": "utf-8"}
-        resource |= {"dialect": {"commentChar": "#", "header": True}, "bytes": len(data)}
-        resource |= {"hash": f"sha256:{hashlib.sha256(data).hexdigest()}", "seed": speed.seed}
-        resource["fitted"] = {"loop_hz": speed.loop_hz, "fluctuation": speed.fluctuation}
-        resource["printed"] = {"main_hz": speed.printed_hz, "amplitude_g": speed.printed_g}
-        off = round(row.difference_percent, 2) + 0.0  # no -0.0
-        achieved = {"main_hz": round(row.achieved_hz, 5), "amplitude_g": round(row.achieved_g, 4)}
-        achieved |= {"amplitude_difference_percent": off, "rms_g": round(row.rms_g, 4), "sd_g": round(row.sd_g, 4)}
-        resource["achieved"] = achieved | {"peak_g": round(row.peak_g, 3), "clipped_samples": int(row.clipped)}
-        resources.append(resource | {"schema": {"fields": fields}})
-    licence = {"path": "https://creativecommons.org/publicdomain/zero/1.0/", "title": "CC0 1.0 Universal"}
-    made = {"command": COMMAND, "version": GENERATOR_VERSION, "random_numbers": "numpy PCG64"}
-    return {
-        "profile": "tabular-data-package", "name": "trackdyn-synthetic-link-acceleration",
-        "title": "Synthetic acceleration of a link of a double-pin track", "description": " ".join(DESCRIPTION.split()),
-        "version": GENERATOR_VERSION, "keywords": ["synthetic", "acceleration", "track", "not measured"],
-        "licenses": [{"name": "CC0-1.0", **licence}], "generator": made, "resources": resources,
-    }  # fmt: skip
-
-
-def main(argv=None) -> None:
-    """Write the data set, or print what :func:`fit` gives for every speed."""
-    parser = argparse.ArgumentParser(prog=COMMAND, description=main.__doc__)
-    parser.add_argument("--out", default="data/synthetic", help="folder to write (default: %(default)s)")
-    parser.add_argument("--fit", action="store_true", help="print the fitted constants, write nothing")
-    arguments = parser.parse_args(argv)
-    if arguments.fit:
-        for speed in SPEEDS.values():
-            print(fit(speed))
-    else:
-        print(write_dataset(arguments.out).round(4).to_string())
-
-
 if __name__ == "__main__":
-    main()
+    print(write_dataset(FOLDER).round(4).to_string())
