@@ -9,7 +9,7 @@ from laboratory.inference.answer.revolution import summary
 from laboratory.inference.answer.settings import AnswerConfig
 from laboratory.inference.search import bent
 from laboratory.inference.unknowns import Unknown, Unknowns, file_ranges
-from replication.paper.claims import JUDGED, ONE_SIDED, SHOWN, Claim, Value, examine
+from replication.paper.claims import JUDGED, ONE_SIDED, SHOWN, Claim, Value, judge
 from replication.paper.evidence import Evidence
 from trackdyn.errors import InputError
 from trackdyn.measure.contacts import LEAST_SHARE
@@ -144,12 +144,12 @@ class AnswerProblem:
         e = self.evidence(values, Rig.model_validate(values["rig"]))
         judged = {}
         for claim in self.claims:
-            judgement, numbers = examine(claim, e)
+            judgement = judge(claim, e)
             if judgement.verdict not in JUDGED:
                 raise InputError(f"{claim.name} cannot be judged: {judgement.measured}")
             off = np.array([self._form(values, *form) for form in FORMS.get(claim.name, ())])
             if claim.name not in FORMS or claim.name in BESIDE:
-                pairs = zip(numbers, [None, *numbers], strict=False)
+                pairs = zip(judgement.values, [None, *judgement.values], strict=False)
                 off = np.append(off, [residual(claim, number, before) for number, before in pairs])
             judged[claim.name] = (judgement.verdict, np.nan_to_num(off, nan=MISSING, posinf=MISSING, neginf=-MISSING))
         return judged

@@ -31,7 +31,7 @@ class Claim(Section):
     """One row of ``config/claims.yaml``, whose head explains the fields.
 
     ``printed`` by motor speed stands for the numbers at the speeds that are judged. A direction holds within the share
-    ``within``. ``scale`` is what counts as one tolerance in the distance of a one-sided claim (`distance`); no verdict
+    ``within``. ``scale`` is what counts as one tolerance in the distance of a one-sided claim (`Value`); no verdict
     depends on it.
     """
 
@@ -88,47 +88,31 @@ class Claims(Section):
 
 
 def load_claims(path: Path | str) -> list[Claim]:
-    """Read and validate the claims.
-
-    Raises
-    ------
-    InputError
-        One sentence: unknown measure, tolerance without a reason, an id that occurs twice.
-    """
+    """Read and validate the claims; `InputError` for an unknown measure, or an id that occurs twice."""
     return validated(Claims, read_yaml(path), str(path), missing="every claim needs it").claims
 
 
 class Value(NamedTuple):
-    """One number that a claim is judged by.
+    """One number that a claim is judged by."""
 
-    Attributes
-    ----------
-    rpm : float
-        Motor speed, rev/min; NaN for a number that belongs to all speeds.
-    reading : str
-        Which of several numbers at a speed: a reading of the paper's words, ``least``, ``largest``, or a count from 1.
-    value, printed : float
-        The number, and what it is compared with; NaN for a trend.
-    distance : float
-        From what is printed, in tolerances (`distance`).
-    met : bool or None
-        Whether this number is as claimed; None where nothing is tested.
-    """
-
-    rpm: float
-    reading: str
+    rpm: float  # motor speed, rev/min; NaN for a number that belongs to all speeds
+    reading: str  # which of several at a speed: a reading of the paper's words, ``least``, ``largest``, a count from 1
     value: float
-    printed: float
+    printed: float  # what it is compared with; NaN for a trend
+    # From what is printed in tolerances: at most 1 is met. A one-sided claim is at 1 on its bound (`Claim.within`
+    # beyond what is printed), one `Claim.scale` beyond it at 2, one or more on the good side of it at 0. Infinite for
+    # what never happens; NaN where there is no distance: a trend, a one-sided claim without a scale, no test
     distance: float
-    met: bool | None
+    met: bool | None  # whether it is as claimed; None where nothing is tested
 
 
 class Judgement(NamedTuple):
-    """What a claim came out as: the measured value as text, the verdict, the speeds it was judged at (rev/min)."""
+    """What a claim came out as."""
 
-    measured: str
+    measured: str  # the measured value as text, or why there is none
     verdict: str
-    speeds: list[float]
+    speeds: list[float]  # at which it was judged, rev/min
+    values: tuple[Value, ...] = ()  # what the verdict is made from: none for text, and for what is not comparable
 
 
 def _speeds(claim: Claim, e: Evidence) -> list[float]:
@@ -187,48 +171,26 @@ def _values(claim: Claim, measured, speeds) -> tuple[Value, ...]:
     )
 
 
-def _verdict(claim: Claim, measured, values: tuple[Value, ...]) -> str:
-    if claim.rule == "same":
-        return SHOWN if measured == claim.printed else NOT_SHOWN
-    enough = len(values) > (claim.rule == "rising")
-    return SHOWN if enough and all(value.met for value in values) else NOT_SHOWN
-
-
 def judge(claim: Claim, e: Evidence) -> Judgement:
     """Judge a claim by the evidence of one rig."""
-    return examine(claim, e)[0]
-
-
-def examine(claim: Claim, e: Evidence) -> tuple[Judgement, tuple[Value, ...]]:
-    """Judge a claim, and the numbers that the verdict is made from: none for text, and for what is not comparable."""
     if claim.rule == "not_comparable":
-        return Judgement("", NOT_COMPARABLE, list(claim.printed) if isinstance(claim.printed, dict) else []), ()
+        return Judgement("", NOT_COMPARABLE, list(claim.printed) if isinstance(claim.printed, dict) else [])
     speeds = _speeds(claim, e)
     try:
         if not speeds:
             raise NotThere("not run")
         measured = MEASURES[claim.measure].of(e, speeds)
     except NotThere as missing:
-        return Judgement(str(missing), NOT_COMPARABLE, speeds), ()
-    text, values = _text(measured), _values(claim, measured, speeds)
-    verdict = NO_TEST if claim.rule == "no_test" else _verdict(claim, measured, values)
-    return Judgement(text, verdict, speeds), values
-
-
-def distance(claim: Claim, e: Evidence) -> float:
-    """How far from its bound a claim is, in tolerances: it is shown where the distance is at most 1.
-
-    The largest difference from what is printed over the tolerance, over all values that are judged. A one-sided claim
-    is at 1 on its bound (`Claim.within` beyond what is printed), one `Claim.scale` beyond it at 2, one or more on the
-    good side of it at 0.
-
-    Returns
-    -------
-    float
-        Infinite where something that is asked for never happens; NaN where there is no distance: text, a trend, a
-        one-sided claim without a scale, what is no test or was not run.
-    """
-    return max((value.distance for value in examine(claim, e)[1]), default=float("nan"))
+        return Judgement(str(missing), NOT_COMPARABLE, speeds)
+    values = _values(claim, measured, speeds)
+    if claim.rule == "no_test":
+        verdict = NO_TEST
+    elif claim.rule == "same":
+        verdict = SHOWN if measured == claim.printed else NOT_SHOWN
+    else:
+        enough = len(values) > (claim.rule == "rising")
+        verdict = SHOWN if enough and all(value.met for value in values) else NOT_SHOWN
+    return Judgement(_text(measured), verdict, speeds, values)
 
 
 def _text(value) -> str:
@@ -256,7 +218,7 @@ def printed_text(claim: Claim, speeds=()) -> str:
 
 
 def _row(rig: str, claim: Claim, judgement: Judgement) -> dict:
-    measured, verdict, speeds = judgement
+    measured, verdict, speeds, _ = judgement
     reasons = [claim.reason] if verdict in (SHOWN, NOT_COMPARABLE) else [claim.reason, claim.otherwise]
     return {
         **claim.model_dump(include={"id", "part", "place", "claim", "unit", "fails_if"}),
@@ -280,15 +242,6 @@ def _standard_error(claim: Claim, e: Evidence, rpm: float) -> float:
     return float(row.get(error_of(column), np.nan))
 
 
-def _value_rows(rig: str, claim: Claim, e: Evidence, judgement: Judgement, values: tuple[Value, ...]) -> list[dict]:
-    of_claim = claim.model_dump(include={"id", "part", "unit", "rule", "tolerance"})
-    return [
-        {"rig": rig, **of_claim, **value._asdict(), "standard_error": _standard_error(claim, e, value.rpm),
-         "verdict": judgement.verdict}
-        for value in values
-    ]  # fmt: skip
-
-
 def judge_all(claims: list[Claim], rigs: Mapping[str, Evidence]) -> tuple[pd.DataFrame, pd.DataFrame]:
     """The scorecard and its numbers.
 
@@ -299,7 +252,13 @@ def judge_all(claims: list[Claim], rigs: Mapping[str, Evidence]) -> tuple[pd.Dat
     values : DataFrame
         A row for every number that a verdict is made from, columns ``VALUE_COLUMNS``.
     """
-    judged = [(rig, claim, e, *examine(claim, e)) for rig, e in rigs.items() for claim in claims]
-    card = [_row(rig, claim, judgement) for rig, claim, _, judgement, _ in judged]
-    values = [row for claim in judged for row in _value_rows(*claim)]
+    judged = [(rig, claim, judge(claim, e), e) for rig, e in rigs.items() for claim in claims]
+    card = [_row(rig, claim, judgement) for rig, claim, judgement, _ in judged]
+    values = [
+        claim.model_dump(include={"id", "part", "unit", "rule", "tolerance"})
+        | value._asdict()
+        | {"rig": rig, "standard_error": _standard_error(claim, e, value.rpm), "verdict": judgement.verdict}
+        for rig, claim, judgement, e in judged
+        for value in judgement.values
+    ]
     return pd.DataFrame(card, columns=list(COLUMNS)), pd.DataFrame(values, columns=list(VALUE_COLUMNS))
