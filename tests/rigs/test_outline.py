@@ -40,8 +40,9 @@ def test_measured_points_are_followed_to_their_noise():
     groove = load_rig("first_fit").groove_profile
     rng = np.random.default_rng(7)
     points = groove.profile(12) + NOISE * rng.standard_normal((120, 2))
-    fitted, misses = fit_outline(points, "+--+-", groove.teeth)
-    assert np.sqrt((misses**2).mean()) == pytest.approx(NOISE, rel=0.2)
+    fitted = fit_outline(points, "+--+-", groove.teeth)
+    left = points * np.where(points[:, :1] > 0, [-1.0, 1.0], 1.0)
+    assert np.sqrt((distance_to(fitted, left) ** 2).mean()) == pytest.approx(NOISE, rel=0.2)
     true = groove.profile(40)
     inner = true[np.abs(true[:, 0]) < 0.9 * np.abs(true[:, 0]).max()]  # the ends of a fit lean on few points
     assert np.abs(distance_to(fitted, inner)).max() < 3 * NOISE

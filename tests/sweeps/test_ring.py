@@ -9,7 +9,7 @@ from trackdyn.measure.contacts import meshing_summary
 from trackdyn.measure.ring_rule import RULE, advice, parse_rule
 from trackdyn.measure.stopping import run_steady
 from trackdyn.parameters.rig import load_rig
-from trackdyn.parameters.rig_file import shipped_summaries
+from trackdyn.parameters.rig_file import shipped_rigs
 from trackdyn.scene.rings import study_radii, usual_rings
 from trackdyn.scene.scene import Scene, steady_fields
 from trackdyn.simulation.loop import Loop
@@ -72,7 +72,7 @@ def test_a_rule_that_cannot_be_read_is_refused(text, says):
     assert says in str(caught.value)
 
 
-@pytest.mark.parametrize("name", shipped_summaries())
+@pytest.mark.parametrize("name", shipped_rigs())
 def test_the_radii_of_a_study_lie_where_a_scene_allows_them(name):
     rig = load_rig(name)
     radii = study_radii(rig)

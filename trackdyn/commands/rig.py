@@ -12,10 +12,15 @@ from trackdyn.errors import InputError, TrackdynError, shown
 
 def rigs() -> None:
     """List the rigs of the package."""
-    from trackdyn.parameters.rig_file import DEFAULT, shipped_summaries
+    from trackdyn.parameters.rig import load_rig
+    from trackdyn.parameters.rig_file import DEFAULT, shipped_rigs
+    from trackdyn.parameters.yaml_file import read_yaml
 
-    for name, (counts, about) in shipped_summaries().items():
-        typer.echo(f"{name:>22}  {counts}{', used where none is named' if name == DEFAULT else ''}\n{'':>22}  {about}")
+    for name, path in shipped_rigs().items():
+        rig = load_rig(name)
+        kind, used = rig.chain.kind.replace("_", "-"), ", used where none is named" if name == DEFAULT else ""
+        counts = f"{rig.chain.pitches} pitches ({kind}), {rig.sprocket.teeth} teeth, {1 + len(rig.rollers)} wheels"
+        typer.echo(f"{name:>22}  {counts}{used}\n{'':>22}  {read_yaml(path)['about']}")
 
 
 def new(

@@ -5,6 +5,7 @@ concave. Everything is in the groove frame {O_S, x_k, y_k}: y_k points from the 
 the groove, x_k clockwise from it, so areas 1 to 5 (the left flank) have x <= 0.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import acos, asin, atan2, cos, degrees, hypot, pi, sin, sqrt, tan
 
@@ -62,6 +63,24 @@ class Groove:
     def profile(self, points: int = 30) -> np.ndarray:
         """(k points, 2) points of the whole groove from left tip to right tip, m."""
         return np.vstack([self.arc(area, points) for area in range(1, len(self.radius) + 1)])
+
+
+def groove_of_flanks(teeth: int, *flanks: tuple[np.ndarray, Sequence[float]]) -> Groove:
+    """Groove of its left flank and of the right one, mirrored to the left.
+
+    Each is its arcs (k, 4), tip first: centre x, y, radius (m), and 1 for convex or -1 for concave; and the slopes
+    (k + 1,) at which they begin and the last one ends, rad.
+    """
+    parts = []
+    for arcs, ends in flanks:
+        middle, sign = (np.array(ends[:-1]) + ends[1:]) / 2, arcs[:, 3]
+        direction = sign[:, None] * np.column_stack([np.sin(middle), np.cos(middle)])
+        parts.append((arcs[:, :2], direction, arcs[:, 2], sign * np.diff(ends) / 2, sign > 0))
+    pairs = list(zip(*parts, strict=True))
+    centre, direction = (np.vstack([left, right[::-1] * [-1.0, 1.0]]) for left, right in pairs[:2])
+    radius, half_angle, convex = (np.append(left, right[::-1]) for left, right in pairs[2:])
+    addendum = max(float(hypot(*arcs[0, :2]) + arcs[0, 3] * arcs[0, 2]) for arcs, _ in flanks)
+    return Groove(centre, radius, direction, half_angle, convex, addendum, teeth)
 
 
 def build_groove(
@@ -134,19 +153,11 @@ def build_groove(
         remedy = f"the tip radius would be {r1:.4g} m; {left}: enlarge sprocket.equal_pitch_radius, or take a smaller "
         refuse("slope_tip", slope_tip, remedy + "r2 or slope")
     o1 = o2 - (r1 + r2) * nu(slope_tip)
-    addendum = hypot(*o1) + r1
 
-    # slopes at which each arc of the left flank begins (towards the tip) and ends (towards the middle)
-    low = np.array([-half_tooth, slope_seat, slope_low, slope_low, 0.0])
-    high = np.array([slope_tip, slope_tip, slope_seat, slope_bottom, slope_bottom])
-    convex = np.isin(np.arange(1, 11), CONVEX)
-    sign = np.where(convex[:5], 1.0, -1.0)
-    direction = np.column_stack([sign * np.sin((low + high) / 2), sign * np.cos((low + high) / 2)])
-    mirror = [-1.0, 1.0]  # points of the left flank, and those of the right one in falling order
-    flanks = np.array([o1, o2, o3, o4, o5]), direction
-    centre, direction = (np.vstack([flank, flank[::-1] * mirror]) for flank in flanks)
-    radii, half_angle = (np.append(flank, flank[::-1]) for flank in (np.array([r1, r2, r3, r4, r5]), (high - low) / 2))
-    return Groove(centre, radii, direction, half_angle, convex, addendum, teeth)
+    signs = np.where(np.isin(np.arange(1, 6), CONVEX), 1.0, -1.0)
+    arcs = np.column_stack([[o1, o2, o3, o4, o5], [r1, r2, r3, r4, r5], signs])
+    flank = arcs, [-half_tooth, slope_tip, slope_seat, slope_low, slope_bottom, 0.0]
+    return groove_of_flanks(teeth, flank, flank)
 
 
 EDGE = 1e-9  # radius of an edge, m
@@ -170,7 +181,8 @@ def coarse_groove(groove: Groove, arc_radius: float) -> Groove:
     both = _nearest_crossing(centre, radius - arc_radius, root + arc_radius, joints[2])
     left = (centre, radius, *_sector(joints[0] - centre, both - centre))
     seat = np.zeros(2), root, *_sector(both, both * [-1.0, 1.0])
-    edge = edge_at(joints[0], centre)
+    # a circle touches the edge between the normal of the flank and the sprocket's radius through it
+    edge = joints[0], EDGE, *_sector(joints[0], centre - joints[0])
     mirror = np.array([-1.0, 1.0])
     right = [
         (centre_of_arc * mirror, size, middle * mirror, half) for centre_of_arc, size, middle, half in (left, edge)
@@ -220,14 +232,6 @@ def depths_on_sprocket(groove: Groove, arc_radius: float, centres: np.ndarray, a
     local = np.column_stack([-distance * np.sin(off), distance * np.cos(off)])
     depth = true_depth(groove, arc_radius, local)
     return np.where(distance <= groove.addendum + arc_radius, depth, -np.inf)
-
-
-def edge_at(point: np.ndarray, centre: np.ndarray) -> tuple[np.ndarray, float, np.ndarray, float]:
-    """Centre, radius, direction and half angle of the edge in which a concave arc about ``centre`` ends at a tip.
-
-    A circle touches it where it lies between that arc's normal and the sprocket's radius through the edge.
-    """
-    return point, EDGE, *_sector(point, centre - point)
 
 
 def _sector(first: np.ndarray, last: np.ndarray) -> tuple[np.ndarray, float]:

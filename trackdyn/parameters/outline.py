@@ -5,7 +5,6 @@ mirrors them. A sign is +1 for a convex arc and -1 for a concave one.
 """
 
 from decimal import Decimal
-from functools import cached_property
 from math import atan2, cos, hypot, pi, sin, sqrt, tan
 from pathlib import Path
 from typing import Annotated, Any
@@ -15,7 +14,7 @@ import scipy  # loads its parts when they are used
 
 from trackdyn.errors import InputError
 from trackdyn.files import read_text
-from trackdyn.parameters.groove import Groove, true_depth
+from trackdyn.parameters.groove import Groove, groove_of_flanks, true_depth
 from trackdyn.parameters.quantities import Quantity, Table
 from trackdyn.parameters.sections import OmitsDefaults
 
@@ -49,19 +48,12 @@ class ToothProfile(OmitsDefaults):
         if self.right is not None and (self.arcs is None or len(self.right) != len(self.arcs)):
             raise InputError(f"profile.right has {len(self.right)} rows; it needs as many as profile.arcs has")
 
-    @cached_property
-    def _fits(self) -> dict:
-        return {}
-
-    def fitted(self, teeth: int) -> tuple[Groove, np.ndarray]:
-        """The groove and the distances (m) of the measured points from it; none for a list of arcs."""
-        if teeth not in self._fits:
-            if self.arcs is not None:
-                right = None if self.right is None else joined(np.array(self.right), teeth)
-                self._fits[teeth] = groove_of_arcs(joined(np.array(self.arcs), teeth), teeth, right), np.zeros(0)
-            else:
-                self._fits[teeth] = fit_outline(np.array(self.outline), self.pattern, teeth)
-        return self._fits[teeth]
+    def groove(self, teeth: int) -> Groove:
+        """The groove of the arcs, or of those fitted to the outline."""
+        if self.arcs is None:
+            return fit_outline(np.array(self.outline), self.pattern, teeth)
+        left, right = (joined(np.array(rows), teeth) for rows in (self.arcs, self.right or self.arcs))
+        return groove_of_arcs(left, teeth, right)
 
 
 def _nu(alpha):
@@ -84,16 +76,11 @@ def groove_of_arcs(arcs: np.ndarray, teeth: int, right: np.ndarray | None = None
             f"profile.right: its bottom is {1e3 * abs(bottoms[0] - bottoms[1]):.3g} mm off that of profile.arcs; less "
             f"than {1e3 * TANGENT:g} mm is accepted"
         )
-    *left, addendum = _flank(arcs, teeth)
-    *other, other_addendum = _flank(right, teeth)
-    mirror = np.array([-1.0, 1.0])
-    centre, direction = (np.vstack([left[k], other[k][::-1] * mirror]) for k in (0, 1))
-    radius, half_angle, convex = (np.append(left[k], other[k][::-1]) for k in (2, 3, 4))
-    return Groove(centre, radius, direction, half_angle, convex.astype(bool), max(addendum, other_addendum), teeth)
+    return groove_of_flanks(teeth, (arcs, _slopes(arcs, teeth)), (right, _slopes(right, teeth)))
 
 
-def _flank(arcs: np.ndarray, teeth: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, float]:
-    """Centres, directions, radii, half angles, signs and addendum of a flank's arcs."""
+def _slopes(arcs: np.ndarray, teeth: int) -> list[float]:
+    """Slopes at which the arcs (k, 4) of a flank begin and the last one ends, rad."""
     centre, radius, sign = arcs[:, :2], arcs[:, 2], arcs[:, 3]
     if not (radius > 0).all() or not np.isin(sign, (-1.0, 1.0)).all():
         raise InputError("profile.arcs needs positive radii and signs of 1 or -1")
@@ -116,18 +103,15 @@ def _flank(arcs: np.ndarray, teeth: int) -> tuple[np.ndarray, np.ndarray, np.nda
             raise InputError(
                 f"profile.arcs: {name} but {1e3 * off:.3g} mm off; at most {1e3 * TANGENT:g} mm is allowed"
             )
-    begin, end = np.array(ends[:-1]), np.array(ends[1:])
     # along the flank a convex arc's slope rises from the tip on, a concave one's falls
-    turn = sign * (end - begin)
+    turn = sign * np.diff(ends)
     if (turn <= 0).any():
         k = int(np.argmax(turn <= 0))
         raise InputError(
             f"profile.arcs: arc {k + 1} runs backwards, by {abs(np.degrees(turn[k])):.3g} deg; other "
             "radii would leave it room"
         )
-    middle = (begin + end) / 2
-    direction = sign[:, None] * np.column_stack([np.sin(middle), np.cos(middle)])
-    return centre, direction, radius, turn / 2, sign > 0, float(hypot(*centre[0]) + sign[0] * radius[0])
+    return ends
 
 
 def half_unit(values: Any) -> float:
@@ -176,8 +160,8 @@ def flank_arcs(signs: np.ndarray, radii: np.ndarray, slopes: np.ndarray, bottom:
     return arcs
 
 
-def fit_outline(points: np.ndarray, pattern: str, teeth: int) -> tuple[Groove, np.ndarray]:
-    """Tangent arcs of least squared distance to measured points (n, 2) of a groove, and those distances (n,), m.
+def fit_outline(points: np.ndarray, pattern: str, teeth: int) -> Groove:
+    """Tangent arcs of least squared distance to measured points (n, 2) of a groove, m.
 
     The start follows the outline: its slope at as many places as there are joints, equal lengths apart. Raises
     `InputError`: too few points, or none of the starts leads to arcs that are tangent and in order.
@@ -217,7 +201,7 @@ def fit_outline(points: np.ndarray, pattern: str, teeth: int) -> tuple[Groove, n
                 best = fit
     if best is None:
         raise InputError(f"profile.outline cannot be followed by the arcs {pattern}; try another pattern of signs")
-    return groove(best.x), misses(best.x)
+    return groove(best.x)
 
 
 def _start(flank: np.ndarray, signs: np.ndarray, radius: float, rise: float, half: float) -> np.ndarray:

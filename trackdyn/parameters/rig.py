@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pydantic import Field
 
 from trackdyn.errors import InputError
+from trackdyn.parameters import sections
 from trackdyn.parameters.groove import Groove, build_groove, connector_length, equal_pitch_radius
 from trackdyn.parameters.outline import ToothProfile
 from trackdyn.parameters.quantities import (
@@ -25,26 +26,7 @@ from trackdyn.parameters.quantities import (
     number_of,
 )
 from trackdyn.parameters.rig_file import DEFAULT, TRIED, read_rig, rig_path
-from trackdyn.parameters.sections import (
-    CONTACTS,
-    DRAG_FIELDS,
-    Bushing,
-    ChainParameters,
-    ClosureParameters,
-    Drag,
-    DriveParameters,
-    GrooveParameters,
-    Guide,
-    ImpactParameters,
-    OmitsDefaults,
-    SensorParameters,
-    Sprocket,
-    Steel,
-    Surface,
-    Tension,
-    Tried,
-    Wheel,
-)
+from trackdyn.parameters.sections import Surface, Tried, Wheel
 from trackdyn.parameters.validation import shown, validated
 from trackdyn.parameters.yaml_file import read_yaml
 
@@ -52,33 +34,33 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-class Rig(OmitsDefaults):
+class Rig(sections.OmitsDefaults):
     """The rig: sections of parameters in SI units (angles of the groove in degrees), and steps that were tried on it.
 
     ``idler``, ``road_wheel`` and all of ``wheels`` are wheels alike; ``rollers`` has them by name.
     """
 
     gravity: Annotated[float, Quantity("m/s2", ge=0)]
-    chain: ChainParameters
-    bushing: Bushing
-    closure: ClosureParameters
-    sprocket: Sprocket
-    groove: GrooveParameters | None = None
+    chain: sections.ChainParameters
+    bushing: sections.Bushing
+    closure: sections.ClosureParameters
+    sprocket: sections.Sprocket
+    groove: sections.GrooveParameters | None = None
     profile: ToothProfile | None = None
     idler: Wheel | None = None
     road_wheel: Wheel | None = None
     wheels: dict[str, Wheel] = Field(default_factory=dict)
-    drag: Annotated[Drag, Quantity("name")] = "rolling"
-    drive: DriveParameters | None = None
-    tension: Tension
-    steel: Steel
+    drag: Annotated[sections.Drag, Quantity("name")] = "rolling"
+    drive: sections.DriveParameters | None = None
+    tension: sections.Tension
+    steel: sections.Steel
     tooth_contact: Surface
     ring_contact: Surface
     wheel_contact: Surface
     surfaces: dict[str, Surface] = Field(default_factory=dict)
-    guide: Guide
-    impact: ImpactParameters
-    sensor: SensorParameters
+    guide: sections.Guide
+    impact: sections.ImpactParameters
+    sensor: sections.SensorParameters
     tried: Annotated[tuple[Tried, ...], Field(strict=False)] = ()
 
     def model_post_init(self, context: Any) -> None:
@@ -146,7 +128,7 @@ class Rig(OmitsDefaults):
     @property
     def contact_surfaces(self) -> dict[str, Surface]:
         """All contact surfaces by name."""
-        return {name: getattr(self, name) for name in CONTACTS} | self.surfaces
+        return {name: getattr(self, name) for name in sections.CONTACTS} | self.surfaces
 
     @property
     def ring_radius(self) -> float | None:
@@ -164,7 +146,7 @@ class Rig(OmitsDefaults):
         ignored = {
             f"{name}.{field}"
             for name in self.rollers
-            for law, fields in DRAG_FIELDS.items()
+            for law, fields in sections.DRAG_FIELDS.items()
             if law != self.drag
             for field in fields
         }
@@ -205,7 +187,7 @@ class Rig(OmitsDefaults):
         """The arcs: the ten of the design, or those of a profile."""
         if self.groove is None:
             assert self.profile is not None, "a tooth has groove or profile"
-            groove, _ = self.profile.fitted(self.sprocket.teeth)
+            groove = self.profile.groove(self.sprocket.teeth)
             narrow, arc = groove.radius[~groove.convex].min(), self.chain.connector_radius
             if narrow <= arc:
                 raise InputError(
@@ -241,18 +223,7 @@ class Rig(OmitsDefaults):
         return may_have(cls, name)
 
     def value(self, name: str) -> Any:
-        """Return the value of a field.
-
-        Parameters
-        ----------
-        name : str
-            Dotted name, such as ``sprocket.ring_radius`` or ``road_1.arm.stiffness``.
-
-        Raises
-        ------
-        InputError
-            There is no such field.
-        """
+        """Value of a field by its dotted name, such as ``road_1.arm.stiffness``; `InputError` if there is none."""
         if name not in self.fields:
             raise no_field(self, name)
         return self.fields[name].value
@@ -264,10 +235,6 @@ class Rig(OmitsDefaults):
         ----------
         **changes
             Values in SI units by dotted name; two underscores stand for a dot, None removes an optional section.
-
-        Returns
-        -------
-        Rig
 
         Raises
         ------
@@ -301,10 +268,6 @@ def load_rig(path: Path | str = DEFAULT) -> Rig:
     ----------
     path : path or str
         A YAML file, or the name of a shipped rig (`rig_file.shipped_rigs`).
-
-    Returns
-    -------
-    Rig
 
     Raises
     ------

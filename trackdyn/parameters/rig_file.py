@@ -7,8 +7,6 @@ unit, kind and source of every parameter.
 """
 
 import re
-from collections.abc import Callable
-from functools import cache
 from math import nan, pi, tan
 from os.path import exists, isfile
 from pathlib import Path
@@ -24,12 +22,6 @@ MOST_LIKE = 5  # files that take from one another
 OUTLINE = "profile.outline"
 WHEELS_OF_OLD = ("idler", "road_wheel")  # sections that are wheels of their own
 NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s+(\S.*?)\s*")
-# the paper's rigs are the pipeline's files, which say in their own words what they are
-ABOUT = {
-    "paper": "the rig of the paper, fitted to all its statements at once: fixed wheel centres, viscous losses",
-    "parts": "the same with values that parts can have: rolling resistance, rubber with a loss factor, fixed centres",
-    "first_fit": "an earlier fit, from which bench, m113, robot and vehicle take their chain",
-}
 PLAIN_WORD = re.compile(r"[A-Za-z0-9_]{1,40}")
 # what a wheel has if its file does not say so: aligned, and a bearing without loss
 PLAIN_WHEEL = {
@@ -43,23 +35,6 @@ PLAIN_WHEEL = {
 def shipped_rigs() -> dict[str, Path]:
     """Files of the rigs in the package by name."""
     return {path.stem: path for path in sorted(SHIPPED.glob("*.yaml"))}
-
-
-def shipped_summaries() -> dict[str, tuple[str, str]]:
-    """What each shipped rig is, by name: its counts, and what its file says about it. Its values are not judged."""
-    summaries = {}
-
-    read = cache(read_yaml)  # most are like the first one
-
-    for name, path in shipped_rigs().items():
-        rig = _read(path, MOST_LIKE, read)
-        chain = {key: rig["chain"].get(key, {}).get("value") for key in ("pitches", "kind")}
-        kind = (chain["kind"] or "double_pin").replace("_", "-")
-        wheels = 1 + len(rig.get("wheels", {})) + sum(old in rig for old in WHEELS_OF_OLD)
-        teeth = rig["sprocket"]["teeth"]["value"]
-        counts = f"{chain['pitches']} pitches ({kind}), {teeth} teeth, {wheels} wheels"
-        summaries[name] = counts, read(path).get("about", ABOUT.get(name, ""))
-    return summaries
 
 
 def rig_path(name: Path | str) -> Path | str:
@@ -77,7 +52,7 @@ def rig_path(name: Path | str) -> Path | str:
 
 def read_rig(name: Path | str) -> dict[str, Any]:
     """Contents of a rig file with all that it takes from others, every entry written out; or `InputError`."""
-    return _with_pitch(_read(rig_path(name), MOST_LIKE, read_yaml), name)
+    return _with_pitch(_read(rig_path(name), MOST_LIKE), name)
 
 
 def groove_origin(name: Path | str) -> Path | str | None:
@@ -116,8 +91,8 @@ def _with_pitch(data: dict, name: Path | str) -> dict:
     return data | {"chain": {key: of for key, of in chain.items() if key != "pitch"}, "sprocket": sprocket}
 
 
-def _read(path: Path | str, depth: int, read: Callable[[Path | str], Any]) -> dict[str, Any]:
-    data = read(path)
+def _read(path: Path | str, depth: int) -> dict[str, Any]:
+    data = read_yaml(path)
     path = Path(path)
     if not isinstance(data, dict):
         raise InputError(f"{path}: must hold sections, a mapping of names to values")
@@ -144,7 +119,7 @@ def _read(path: Path | str, depth: int, read: Callable[[Path | str], Any]) -> di
     if depth == 0:
         raise InputError(f"{path}: like = {shown(like)}: leads from file to file without an end; name a complete rig")
     sibling = path.parent / like
-    base = _read(sibling if isfile(sibling) else rig_path(like), depth - 1, read)
+    base = _read(sibling if isfile(sibling) else rig_path(like), depth - 1)
     if own_wheels:
         base = {key: content for key, content in base.items() if key not in ("wheels", *WHEELS_OF_OLD)}
     for section, other in (("groove", "profile"), ("profile", "groove")):

@@ -7,6 +7,7 @@ import numpy as np
 
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.parameters.layout import assemble, belt_around, body_lengths, longest_strand, wheel_circles, wheel_names
+from trackdyn.parameters.outline import distance_to
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene.limits import largest_step, round_step, turn_limit
 from trackdyn.scene.scene import LEAST_STEP, Scene
@@ -146,7 +147,8 @@ def _unusual(rig: Rig, path, wraps: dict[str, float], step: float, names: tuple[
     if step < SHORT_STEP:
         remarks.append(f"the step must be {step:.2g} s or less: stiff surfaces, light bodies or much tension")
     if rig.profile is not None and rig.profile.outline is not None:
-        _, misses = rig.profile.fitted(rig.sprocket.teeth)
+        x, y = np.array(rig.profile.outline).T
+        misses = distance_to(rig.groove_profile, np.column_stack([-np.abs(x), y]))
         rms, worst = 1e3 * np.sqrt((misses**2).mean()), 1e3 * np.abs(misses).max()
         text = (
             f"the measured outline of the tooth is followed to {rms:.3g} mm RMS, {worst:.3g} mm at most, "

@@ -106,12 +106,12 @@ def _table1_profile(tables: PaperTables, teeth: int) -> dict[str, list]:
         return {}
     for field, arcs in profile.items():
         try:
-            ToothProfile(arcs=arcs).fitted(teeth)
+            ToothProfile(arcs=arcs).groove(teeth)
         except InputError as error:
             areas = f"table1: areas {FLANKS[field][0]} to {FLANKS[field][-1]}"
             raise InputError(str(error).replace("profile.arcs", areas)) from None
     profile = profile if "arcs" in profile else {"arcs": profile["right"]}  # one flank mirrors the other one
-    groove, _ = ToothProfile(**profile).fitted(teeth)
+    groove = ToothProfile(**profile).groove(teeth)
     off = max(rounding(np.array(arcs)) for arcs in profile.values())
     angle = pi / 180 if table.units.theta == "deg" else 1.0
     turned = off / np.hypot(*np.diff(groove.centre[:5], axis=0).T).min()  # rad, by rounding

@@ -20,6 +20,8 @@ MODELS: dict[str, type[BaseModel]] = {
 def schema(name: str, model: type[BaseModel]) -> dict[str, Any]:
     """The schema of a kind of file; a configuration states only what differs from ``config/config.yaml``."""
     content = model.model_json_schema()
+    if name == "rig":  # words of the file, which the rig does not hold
+        content["properties"] |= {"about": {"type": "string"}}
     if name == "config":
         content = _without_required(content)
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **content}
