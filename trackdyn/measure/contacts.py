@@ -146,15 +146,11 @@ PASSAGE_COLUMNS = [
 
 
 def passages(recording: Recording) -> "pd.DataFrame":
-    """Complete passages: one row for each and side, with or without contact.
+    """Complete passages: one row for each and side, with or without contact, in order of first contact.
 
-    Returns
-    -------
-    DataFrame
-        ``passage`` (in order of first contact), ``connector``, ``side``, ``areas`` visited, ``count`` of spells;
-        ``start_s, end_s, touching_s, share_pct, phase_start, phase_end, peak_n, peak_s, peak_phase, impulse_ns,
-        square_n2s``: first start, last end and highest peak of the contacts that are not short (`SHORT`),
-        sums over all. Without contact sums and ``peak_n`` are 0, times and phases NaN.
+    Columns are ``PASSAGE_COLUMNS``: those of `contacts`, ``count`` of these, and ``peak_phase``. Start, end and peak
+    are of the contacts that are not short (`SHORT`), sums of all. Without contact sums and ``peak_n`` are 0, times and
+    phases NaN.
     """
     import pandas as pd
 
@@ -195,27 +191,14 @@ def passage_arrays(recording: Recording) -> dict[str, np.ndarray]:
 
 
 def meshing_summary(recording: Recording) -> dict:
-    """Shares, phases and forces of a run, as means over its complete passages.
+    """Shares, phases and forces of a run, as means over its complete passages, with standard errors by batch means.
 
-    Returns
-    -------
-    dict
-        For ``left``, ``right`` and ``ring``:
-
-        - ``_share_pct, _share_error_pct``: time in contact, percent of a sprocket turn
-        - ``_rms_n, _rms_error_n, _sd_n, _sd_error_n``: of the force on an appointed connector (link) over
-          the whole run, free running included as zero; all connectors see the same statistics
-        - ``_rms_contact_n, _rms_contact_error_n``: RMS over the time in contact alone
-        - ``_peak_n, _peak_error_n``: mean of the largest force of each passage; ``_peak_largest_n``: the
-          largest of all, which grows with the record and has no standard error: what it estimates depends on how many
-          passages it is the largest of (Coles, Introduction to Statistical Modeling of Extreme Values, 2001, ch. 3)
-        - ``_phase_start, _phase_end``: first touch and last release in turns since the first contact of
-          the passage, means over the passages with such a contact; ``_phase_start_error, _phase_end_error``
-
-        and ``left_areas, right_areas``: visited by the recorded connectors for 0.1 % of a turn or more a
-        passage, such as ``2,3`` or ``none``; ``passages``: number of complete passages. Errors are
-        standard errors by batch means over passages (`convergence`). Without a complete passage all other numbers are
-        NaN and areas empty; without a contact of the kind shares and forces are 0 and phases NaN.
+    Keys are those of `columns`: ``passages``, ``left_areas``, ``right_areas``, and ``SIDE_COLUMNS`` of each side.
+    Forces over the run are those of an appointed connector (link), free running included as zero. The largest force of
+    all has no standard error: what it estimates depends on how many passages it is the largest of (Coles, Introduction
+    to Statistical Modeling of Extreme Values, 2001, ch. 3). Areas are those visited by the recorded connectors for 0.1 %
+    of a turn or more a passage. Without a complete passage all other numbers are NaN and areas empty; without a contact
+    of the kind shares and forces are 0 and phases NaN.
     """
     table = passage_arrays(recording)
     loop = recording.periods.loop
@@ -248,13 +231,8 @@ def meshing_summary(recording: Recording) -> dict:
 def sampled_shares(area: np.ndarray, wheel_rate: np.ndarray, rig: Rig) -> np.ndarray:
     """(11,) time that pitches are in each area, % of a turn of the sprocket a passage; NaN where it does not turn.
 
-    Parameters
-    ----------
-    area : (s, p) integer array
-        Area by sample and pitch, 0 without contact.
-    wheel_rate : (s, w) array
-        Rates of the wheels, rad/s: a sample counts by what the sprocket turned in it.
-    rig : Rig
+    ``area`` (s, p) by sample and pitch is 0 without contact. A sample counts by what the sprocket turned in it, after
+    the rates of the wheels (s, w), rad/s.
     """
     weight = abs(wheel_rate[:, SPROCKET])
     counted = np.bincount(area.ravel(), np.repeat(weight, area.shape[1]), 11)

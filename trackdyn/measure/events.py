@@ -77,9 +77,8 @@ def smoothed_maxima(recording: Recording) -> pd.DataFrame:
 
     The largest force of all steps may be that spike, which lasts less than a millisecond. The paper prints times to
     0.01 s and draws its forces every millisecond: a mean over `RESOLUTION` shows the maximum of what carries load, and
-    so do the samples of the record from so long after the touch of that side on. A table with ``event`` (``left
-    maximum, mean over 0.01 s``, ``left maximum, after the touch``, ...), ``mean_s, sd_s`` after the first contact,
-    ``passages`` and ``area`` of the groove, the most frequent one (1 to 10; 0 on the ring).
+    so do the samples of the record from so long after the touch of that side on. A table as of `mean_events` with the
+    ``area`` of the groove, the most frequent one (1 to 10; 0 on the ring).
     """
     count = recording.scene.rig.chain.pitches
     columns = {int(pitch): i for i, pitch in enumerate(recording.pitches)}

@@ -181,8 +181,7 @@ def plan(scene: Scene, tolerances: Mapping[str, float], longest: float = 60.0, m
     scene : Scene
         Duration and lead-in are not used.
     tolerances : mapping of str to float
-        Measure and tolerance: relative for ``rms, sd, line, high_frequency, left_peak, right_peak``; a share of a
-        sprocket turn (0.01 is one point) for ``left_share, right_share, ring_share``.
+        Measure (`whole_loop.series`) and tolerance: relative, or for shares of contact a share of a sprocket turn.
     longest : float
         s at constant speed of the longest record.
     method : bool
@@ -340,11 +339,6 @@ def _refusal(tried: list[Tried], tolerances: Mapping[str, float], longest: float
     return f"tolerance = {tolerances[name]:g} of {name}: {reason}"
 
 
-def _is_number(value: object) -> bool:
-    """Whether a value can be compared with a bound: a caller in Python may pass text."""
-    return isinstance(value, Real)
-
-
 def check_tolerances(scene: Scene, tolerances: Mapping[str, float], longest: float) -> None:
     """Refuse what `measure.planner.plan` cannot be asked for.
 
@@ -356,11 +350,11 @@ def check_tolerances(scene: Scene, tolerances: Mapping[str, float], longest: flo
     for name, value in tolerances.items():
         if name not in RELATIVE + SHARES:
             raise InputError(f"measure = {name!r}: choose {', '.join(RELATIVE + SHARES)}")
-        if not (_is_number(value) and 0.0 < value < 1.0):
+        if not (isinstance(value, Real) and 0.0 < value < 1.0):
             raise InputError(f"tolerance = {value!r} of {name}: must be between 0 and 1, such as 0.01")
     check_driven(scene)
     least = (LEAST + 1) * scene.periods.passage  # the first one is cut
-    if not (_is_number(longest) and least < longest <= LONGEST_RUN):
+    if not (isinstance(longest, Real) and least < longest <= LONGEST_RUN):
         raise InputError(
             f"longest = {longest!r} s: must be between {least:.3g} s (ten passages of a pitch) and 36000 s"
         )

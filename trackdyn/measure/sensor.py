@@ -38,19 +38,10 @@ class SensorSignal:
 
 
 def specific_force(acceleration: ArrayLike, angle: ArrayLike, gravity: float = 9.81) -> np.ndarray:
-    """Eq. (40): ``a_t = a_s + A_t^T G`` in the link frame, m/s2.
+    """Eq. (40): ``a_t = a_s + A_t^T G``, (..., 2) in the link frame, m/s2; +gravity along y at rest on a level link.
 
-    Parameters
-    ----------
-    acceleration : (..., 2) array
-        Acceleration ``a_s`` of the sensor's point, already in the link frame, m/s2.
-    angle : (...) array
-        Angle of the link's x axis, rad.
-
-    Returns
-    -------
-    (..., 2) array
-        +gravity along y at rest on a level link, zero in free fall.
+    ``acceleration`` (..., 2) of the sensor's point is in the link frame already, m/s2; ``angle`` (...) is that of the
+    link's x axis, rad.
     """
     projection = np.stack([np.sin(angle), np.cos(angle)], axis=-1) * gravity
     return np.asarray(acceleration, dtype=float) + projection
@@ -106,12 +97,10 @@ def own_loop_hz(ay, rate: float, expected_hz: float) -> float:
 
 
 def sensor_metrics(ay, rate: float, loop_hz: float) -> dict:
-    """RMS and SD, of the record and of its whole loop revolutions, dominant peak and high-frequency content of ay in g.
+    """Columns of `columns` about the y acceleration ay in g, each before its standard error over revolutions.
 
-    Each stands before its standard error over revolutions of the loop (`signals.uncertainty`,
-    `convergence.line_error`). The whole revolutions are those that the errors of the record are taken from, too, and
-    the content from 20 Hz on: some parts of a turn have more of it than others. Lines and errors are NaN where the
-    record holds fewer than two revolutions.
+    The whole revolutions are those that the errors of the record are taken from, too, and the content from 20 Hz on:
+    some parts of a turn have more of it than others. Lines and errors are NaN where the record holds fewer than two.
     """
     ay = np.asarray(ay)
     has_line = holds_line(len(ay), rate, loop_hz) and bool(np.ptp(ay))

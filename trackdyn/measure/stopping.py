@@ -1,9 +1,7 @@
-"""Runs that end when their answer has converged.
+"""Runs that end when their answer has converged, judged from time to time.
 
-A run is recorded in chunks and judged from time to time: by the measures that every link gives as a sensor
-(`measure.planner`), or by the contacts with the sprocket, of which every pitch is a sample (`run_steady`). Where motion
-repeats from pitch to pitch the passages of one turn of the sprocket, each groove visited once, say as much as a long
-record does; where it scatters, their batch means say how well the mean is determined (`measure.whole_loop`).
+Judges are the measures that every link gives as a sensor (`measure.planner`), and the contacts with the sprocket, of
+which every pitch is a sample (`run_steady`).
 """
 
 from collections.abc import Callable
@@ -67,10 +65,8 @@ def later(recording: Recording, seconds: float) -> Recording:
 def run_steady(loop: Loop, rule: StopRule) -> tuple[Recording, bool]:
     """Start a loop and record it until its contacts have converged (then True), or for the duration of its scene.
 
-    Passages that are alike within the tolerances need no cut: all of them count. Else the longest transient of all
-    measures is left out by the marginal standard error rule (`Series.transient`). The run ends when the passages that
-    count are enough and half of their 95 % intervals, by batch means, small enough. The recording begins two thirds of
-    a turn of the sprocket before the first passage that counts.
+    What the rule asks for is judged as in `settled`. The recording begins two thirds of a turn of the sprocket before
+    the first passage that counts.
     """
 
     def judge(recording: Recording) -> tuple[Recording, bool]:
