@@ -196,9 +196,9 @@ def meshing_summary(recording: Recording) -> dict:
     Keys are those of `columns`: ``passages``, ``left_areas``, ``right_areas``, and ``SIDE_COLUMNS`` of each side.
     Forces over the run are those of an appointed connector (link), free running included as zero. The largest force of
     all has no standard error: what it estimates depends on how many passages it is the largest of (Coles, Introduction
-    to Statistical Modeling of Extreme Values, 2001, ch. 3). Areas are those visited by the recorded connectors for 0.1 %
-    of a turn or more a passage. Without a complete passage all other numbers are NaN and areas empty; without a contact
-    of the kind shares and forces are 0 and phases NaN.
+    to Statistical Modeling of Extreme Values, 2001, ch. 3). Areas are those that the recorded connectors visit for
+    0.1 % of a turn or more a passage. Without a complete passage all other numbers are NaN and areas empty; without a
+    contact of the kind shares and forces are 0 and phases NaN.
     """
     table = passage_arrays(recording)
     loop = recording.periods.loop

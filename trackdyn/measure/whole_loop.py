@@ -70,8 +70,8 @@ def series(recording: Recording, names: Collection[str] = RELATIVE + SHARES) -> 
 
     They are, all of them by default: ``rms``, ``sd`` (g); ``line`` (amplitude at the loop's frequency of the stitched
     revolution, g); ``high_frequency`` (RMS at and above 20 Hz, g); ``left_share``, ``right_share``, ``ring_share`` (%
-    of a sprocket turn); ``left_peak``, ``right_peak`` (N: the largest force of an arc on its way through the sprocket, if
-    contacts are logged and that arc has some).
+    of a sprocket turn); ``left_peak``, ``right_peak`` (N: the largest force of an arc on its way through the sprocket,
+    if contacts are logged and that arc has some).
     """
     ay, edges, teeth = every_ay(recording), passage_edges(recording), recording.scene.rig.sprocket.teeth
     number = np.arange(len(edges) - 1)

@@ -99,26 +99,15 @@ def build_groove(
     r4: float,
     r5: float,
 ) -> Groove:
-    """Ten arcs with a common tangent at every joint, from a few design values.
+    """Ten arcs with a common tangent at every joint, from a few design values: lengths in m, slopes in rad.
 
     The walk starts at the middle of the groove. With ``nu(alpha) = (sin alpha, cos alpha)`` the surface point of a
     concave arc is ``O - r nu``, of a convex one ``O + r nu``; a common tangent at slope ``alpha`` puts the centres of
-    neighbours on one line along ``nu(alpha)``. The height follows from the seat: an arc resting on the lowest point of
-    area 3 has its centre ``seat_depth`` below the pin of a connector on the pin circle. The tip arc has its centre on
-    the tooth line, which gives its radius.
-
-    Parameters
-    ----------
-    slope_bottom, slope_low, slope_seat, slope_tip : float
-        Slopes at the joints 5|4, 4|3, 3|2 and 2|1, rad, left flank, positive upward.
-    r2, r3, r4, r5 : float
-        Radii of the areas, m.
-
-    Raises
-    ------
-    InputError
-        If neighbours cannot be tangent, an arc is empty or reversed, a concave area is narrower
-        than the connector's arc, or the tip closes up.
+    neighbours on one line along ``nu(alpha)``. Slopes are those of the left flank at the joints 5|4, 4|3, 3|2 and 2|1,
+    positive upward. The height follows from the seat: an arc resting on the lowest point of area 3 has its centre
+    ``seat_depth`` below the pin of a connector on the pin circle. The tip arc has its centre on the tooth line, which
+    gives its radius. Raises `InputError`: neighbours cannot be tangent, an arc is empty or reversed, a concave area is
+    narrower than the connector's arc, or the tip closes up.
     """
 
     def nu(alpha):
@@ -166,11 +155,10 @@ EDGE = 1e-9  # radius of an edge, m
 def coarse_groove(groove: Groove, arc_radius: float) -> Groove:
     """Left, seating and right surface instead of ten arcs: a coarser tooth of the kind in Ref. [2].
 
-    Each flank is one concave arc through the tip-side end and the middle of area 2 and the
-    bottom-side end of area 3; the seating surface is the root cylinder, about the sprocket's centre
-    through the bottom-side ends of both flanks. The rounded tips and the relief of areas 4 to 7 are
-    lost. Flank and seat meet in a corner: their sectors end where an arc of radius ``arc_radius`` (m) touches both. The
-    edges of the tips are arcs of no radius, areas 1 and 5. Elsewhere the depth would jump, and the jump make energy.
+    Each flank is one concave arc through the tip-side end and the middle of area 2 and the bottom-side end of area 3;
+    the seat is the root cylinder, about the sprocket's centre through the bottom-side ends of both flanks. Their
+    sectors end where an arc of radius ``arc_radius`` (m) touches both. The edges of the tips are arcs of no radius,
+    areas 1 and 5: elsewhere the depth would jump, and the jump make energy.
     """
     joints = groove.joints()
     # the circle through three points
@@ -184,30 +172,21 @@ def coarse_groove(groove: Groove, arc_radius: float) -> Groove:
     # a circle touches the edge between the normal of the flank and the sprocket's radius through it
     edge = joints[0], EDGE, *_sector(joints[0], centre - joints[0])
     mirror = np.array([-1.0, 1.0])
-    right = [
-        (centre_of_arc * mirror, size, middle * mirror, half) for centre_of_arc, size, middle, half in (left, edge)
-    ]
-    centres, radii, directions, half_angles = (
-        np.array(values) for values in zip(edge, left, seat, *right, strict=True)
-    )
-    convex = np.array([True, False, True, False, True])
-    return Groove(centres, radii, directions, half_angles, convex, groove.addendum, groove.teeth)
+    right = [(point * mirror, size, middle * mirror, half) for point, size, middle, half in (left, edge)]
+    arcs = (np.array(values) for values in zip(edge, left, seat, *right, strict=True))
+    return Groove(*arcs, np.array([True, False, True, False, True]), groove.addendum, groove.teeth)
 
 
 def true_depth(groove: Groove, arc_radius: float, points: np.ndarray) -> np.ndarray:
-    """Depth of circles of radius ``arc_radius`` in the solid tooth, m; negative is clearance.
+    """Depth (n,) of circles of radius ``arc_radius`` in the solid tooth, m; negative is clearance.
 
-    The (n, 2) ``points`` are their centres in the frame of the groove whose sector of half angle pi / m they are in, m.
-    The ten arcs are needed; the coarse profile has corners. Eqs. 20 to 23 search a band of width r_C along each arc: a
-    centre deeper than that lies in no area and would cost nothing. Here the depth is ``r_C - s`` with ``s`` the
-    signed distance of the centre to the profile, positive in the open groove and negative in steel, so a centre in
-    steel is deeper than r_C however far in it lies.
-
-    The profile with its mirror images about the tooth lines is one closed curve with a continuous tangent, so the point
-    of it nearest to a centre is the foot of a perpendicular: it lies on an arc whose sector holds the centre, at the
-    distance ``| |e| - r_j |``. The nearest of these is exact, and its side (within a concave circle or out of a convex
-    one is open) is the sign. A centre on this side of the tooth line has its nearest point on this side too, so
-    neighbouring grooves need no look.
+    ``points`` (n, 2) are their centres in the frame of the groove in whose sector of half angle pi / m they are, m. The
+    ten arcs are needed; the coarse profile has corners. Eqs. 20 to 23 search a band of width r_C along each arc, in
+    which a centre deeper than that is in no area. Here the depth is ``r_C - s`` with ``s`` the signed distance of the
+    centre to the profile, positive in the open groove. The profile with its mirror images about the tooth lines is a
+    closed curve with a continuous tangent, so the nearest of all feet of perpendiculars, at ``| |e| - r_j |`` on arcs
+    whose sector holds the centre, is exact, and its side (within a concave circle or out of a convex one is open) is
+    the sign. A centre on this side of the tooth line has its nearest point there, too.
     """
     e = np.asarray(points, dtype=float)[:, None, :] - groove.centre
     d = np.hypot(e[..., 0], e[..., 1])

@@ -102,26 +102,6 @@ def _in(unit: str) -> str:
     return "" if unit == "1" else f" in {unit}"
 
 
-class Entry:
-    """In the schema for editors a parameter is what stands in the file: value, unit, kind and source."""
-
-    def __init__(self, unit: str):
-        self.unit = unit
-
-    def __get_pydantic_json_schema__(self, core_schema: Any, handler: Any) -> dict:
-        word, number = {"type": "string", "pattern": r"\S"}, {"type": "number"}
-        value = {BOUNDS.get(key, key): bound for key, bound in handler(core_schema).items()}
-        entry = {"value": value, "unit": {"const": self.unit}, "kind": {"enum": list(KINDS)}, "source": word}
-        together = {"low": ["high"], "high": ["low"]}
-        return {
-            "type": "object",
-            "properties": entry | dict.fromkeys(sorted(RANGE_KEYS), number),
-            "required": sorted(ENTRY_KEYS),
-            "dependentRequired": together,
-            "additionalProperties": False,
-        }
-
-
 class Quantity:
     """What stands behind the Python type of a parameter: its unit and its bounds; a number is at most ``LARGEST``.
 
@@ -135,12 +115,25 @@ class Quantity:
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         absent = NoneType in get_args(source)
         kind = next(variant for variant in get_args(source) if variant is not NoneType) if absent else source
-        unwrap, entry = _unwrap(self.unit, get_origin(kind) or kind, absent), Entry(self.unit)
+        unwrap = _unwrap(self.unit, get_origin(kind) or kind, absent)
         bounds: dict[str, Any] = {"le": LARGEST, "ge": -LARGEST} if kind in (float, int) else {}
         field = Field(**bounds | self.bounds)
         if absent:
-            return handler.generate_schema(Annotated[Annotated[kind, field] | None, unwrap, entry])
-        return handler.generate_schema(Annotated[kind, unwrap, field, entry])
+            return handler.generate_schema(Annotated[Annotated[kind, field] | None, unwrap])
+        return handler.generate_schema(Annotated[kind, unwrap, field])
+
+    def __get_pydantic_json_schema__(self, core_schema: Any, handler: Any) -> dict:
+        """In the schema for editors a parameter is what stands in the file: value, unit, kind and source."""
+        word, number = {"type": "string", "pattern": r"\S"}, {"type": "number"}
+        value = {BOUNDS.get(key, key): bound for key, bound in handler(core_schema).items()}
+        entry = {"value": value, "unit": {"const": self.unit}, "kind": {"enum": list(KINDS)}, "source": word}
+        return {
+            "type": "object",
+            "properties": entry | dict.fromkeys(sorted(RANGE_KEYS), number),
+            "required": sorted(ENTRY_KEYS),
+            "dependentRequired": {"low": ["high"], "high": ["low"]},
+            "additionalProperties": False,
+        }
 
 
 Table = tuple[tuple[float, ...], ...]

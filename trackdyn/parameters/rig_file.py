@@ -1,9 +1,8 @@
-"""Files of rigs: shipped ones by name, what a file takes from another one, and its short way of writing.
+"""Files of rigs: shipped ones by name, what a file takes from another one (``like``), and its short way of writing.
 
-A file may begin with ``like: NAME`` (a shipped rig, or a file beside it) and then states only what differs; its
-``wheels`` replace all of the other's. A value may be written as text, ``radius: 0.305 m``, or as a bare number without
-unit if its section says ``source`` (and ``kind``, else assumed) once for all such values. What comes out has value,
-unit, kind and source of every parameter.
+A file that is like another one states only what differs; its ``wheels`` replace all of the other's. A value may be
+text, ``radius: 0.305 m``, or a bare number without unit if its section says ``source`` (and ``kind``, else assumed)
+once for all such values.
 """
 
 import re

@@ -136,12 +136,12 @@ def load_article(path: Path | str) -> PaperTables:
     tables = validated(PaperTables, read_yaml(path), str(path), "leave the cell at null if the article has none")
     for name, text in (("rms", printed.RMS_DIFFERENCE), ("sd", printed.SD_DIFFERENCE)):
         simulated, measured = (tables.statistics(f"{name}_{source}") for source in ("simulation", "experiment"))
-        for rpm in sorted(simulated.keys() & measured.keys() & text.value.keys()):
+        for rpm in sorted(simulated.keys() & measured.keys() & text.keys()):
             difference = value_difference(simulated[rpm], measured[rpm])
-            if abs(difference - text.value[rpm]) > ROUNDED_DIFFERENCE:
+            if abs(difference - text[rpm]) > ROUNDED_DIFFERENCE:
                 raise InputError(
                     f"{path}: table3.speeds.{rpm}.{name}_simulation = {simulated[rpm]:.6g} g and {name}_experiment = "
-                    f"{measured[rpm]:.6g} g differ by {difference:.3g} % where the text prints {text.value[rpm]:g} %; "
+                    f"{measured[rpm]:.6g} g differ by {difference:.3g} % where the text prints {text[rpm]:g} %; "
                     "cells that differ as printed are accepted"
                 )
     return tables

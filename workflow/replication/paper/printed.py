@@ -5,19 +5,7 @@ shares in percent, as printed. The cells of Tables 1 to 4 and all curves are not
 may be invented for what is not to be had. A reader who has the article fills them in (`paper.article`).
 """
 
-from dataclasses import dataclass
-from typing import Any
-
 SPEEDS_RPM = (115, 150, 180, 210)
-
-
-@dataclass(frozen=True)
-class Printed:
-    """A number of the paper."""
-
-    value: Any  # the number, or numbers by motor speed (rev/min) or event
-    unit: str
-    place: str  # where it stands in the paper
 
 
 def _by_speed(*values: float) -> dict[int, float]:
@@ -25,42 +13,34 @@ def _by_speed(*values: float) -> dict[int, float]:
 
 
 # The rig
-TRANSMISSION_RATIO = Printed(5.57, "1", "Sect. 5")
-RECORD_DURATION = Printed(90.0, "s", "Sect. 5")
+TRANSMISSION_RATIO = 5.57  # 1; Sect. 5
+RECORD_DURATION = 90.0  # s; Sect. 5
 
 # Section 5: verification
-LOOP_GAP = Printed(1.1023e-10, "m", "Sect. 5, text on Fig. 15")
-DISPLACEMENT_DIFFERENCE = Printed(6.03, "%", "Sect. 5, text on Fig. 14")
-RMS_DIFFERENCE = Printed(_by_speed(4.96, 8.53, 12.73, 7.02), "%", "Sect. 5, text on Table 3")
-SD_DIFFERENCE = Printed(_by_speed(5.14, 8.40, 12.09, 8.05), "%", "Sect. 5, text on Table 3")
-SIMULATED_LINE_HZ = Printed(_by_speed(0.122, 0.167, 0.200, 0.233), "Hz", "Sect. 5, text on Fig. 18")
-SIMULATED_LINE_G = Printed(_by_speed(0.793, 1.174, 1.167, 1.162), "g", "Sect. 5, text on Fig. 18")
-MEASURED_LINE_HZ = Printed(_by_speed(0.131, 0.176, 0.2090, 0.253), "Hz", "Sect. 5, text on Fig. 18")
-MEASURED_LINE_G = Printed(_by_speed(1.083, 1.1200, 1.1720, 0.7698), "g", "Sect. 5, text on Fig. 18")
+LOOP_GAP = 1.1023e-10  # m; Sect. 5, text on Fig. 15
+DISPLACEMENT_DIFFERENCE = 6.03  # %; Sect. 5, text on Fig. 14
+RMS_DIFFERENCE = _by_speed(4.96, 8.53, 12.73, 7.02)  # %; Sect. 5, text on Table 3
+SD_DIFFERENCE = _by_speed(5.14, 8.40, 12.09, 8.05)  # %; Sect. 5, text on Table 3
+SIMULATED_LINE_HZ = _by_speed(0.122, 0.167, 0.200, 0.233)  # Hz; Sect. 5, text on Fig. 18
+SIMULATED_LINE_G = _by_speed(0.793, 1.174, 1.167, 1.162)  # g; Sect. 5, text on Fig. 18
+MEASURED_LINE_HZ = _by_speed(0.131, 0.176, 0.2090, 0.253)  # Hz; Sect. 5, text on Fig. 18
+MEASURED_LINE_G = _by_speed(1.083, 1.1200, 1.1720, 0.7698)  # g; Sect. 5, text on Fig. 18
 
-# Section 6.1: one engagement at 115 rpm, times as printed (their zero is not given)
-EVENTS_WITHOUT_RING = Printed(
-    {
-        "about to engage": 4.20, "first contact of the right arc": 4.29, "first contact of the left arc": 4.29,
-        "left maximum": 4.46, "right maximum": 5.36, "right contact gone": 5.58, "out of engagement": 5.60,
-    },
-    "s",
-    "Sect. 6.1, text on Figs. 19 and 20",
-)  # fmt: skip
-EVENTS_WITH_RING = Printed(
-    {
-        "ring first touched": 4.05, "ring maximum": 4.27, "first contact of the left arc": 5.30, "left maximum": 5.47,
-        "ring left": 5.48, "out of engagement": 5.56,
-    },
-    "s",
-    "Sect. 6.1, text on Figs. 21 and 22",
-)  # fmt: skip
+# Section 6.1: one engagement at 115 rpm, times as printed (their zero is not given), s
+EVENTS_WITHOUT_RING = {  # text on Figs. 19 and 20
+    "about to engage": 4.20, "first contact of the right arc": 4.29, "first contact of the left arc": 4.29,
+    "left maximum": 4.46, "right maximum": 5.36, "right contact gone": 5.58, "out of engagement": 5.60,
+}  # fmt: skip
+EVENTS_WITH_RING = {  # text on Figs. 21 and 22
+    "ring first touched": 4.05, "ring maximum": 4.27, "first contact of the left arc": 5.30, "left maximum": 5.47,
+    "ring left": 5.48, "out of engagement": 5.56,
+}  # fmt: skip
 
 # Section 6.2: radius of the ring
-RADIUS_WITHOUT_RIGHT_CONTACT = Printed(0.305, "m", "Sect. 6.2, text on Fig. 23: from there on no right-arc contact")
-RADIUS_CHOSEN = Printed(0.308, "m", "Sect. 6, conclusion")
-RADIUS_OF_STEADY_LEFT_SHARE = Printed(0.307, "m", "Sect. 6.2, text on Fig. 24")
-STEADY_LEFT_SHARE = Printed(10.0, "%", "Sect. 6.2, text on Fig. 24: of a sprocket turn")
+RADIUS_WITHOUT_RIGHT_CONTACT = 0.305  # m; Sect. 6.2, text on Fig. 23: from there on no right-arc contact
+RADIUS_CHOSEN = 0.308  # m; Sect. 6, conclusion
+RADIUS_OF_STEADY_LEFT_SHARE = 0.307  # m; Sect. 6.2, text on Fig. 24
+STEADY_LEFT_SHARE = 10.0  # %; Sect. 6.2, text on Fig. 24: of a sprocket turn
 
 
 def lettered(title: str, rpm: float) -> str:
@@ -74,6 +54,4 @@ def peaks(rpm: float) -> list[tuple[str, float, float, str]]:
         ("simulation", SIMULATED_LINE_HZ, SIMULATED_LINE_G, "D"),
         ("experiment", MEASURED_LINE_HZ, MEASURED_LINE_G, "X"),
     )
-    return [
-        (f"printed, {what}", hz.value[rpm], g.value[rpm], mark) for what, hz, g, mark in of_paper if rpm in hz.value
-    ]
+    return [(f"printed, {what}", hz[rpm], g[rpm], mark) for what, hz, g, mark in of_paper if rpm in hz]

@@ -24,9 +24,9 @@ def main(job) -> None:
     rigs = {name: collect(folder, of.rpm, of.radius, tables) for name, folder in folders.items()}
     card, values = judge_all(load_claims(job.input.claims), rigs)
     message = [headline(card, name) for name in rigs]
-    if of.seconds < RECORD_DURATION.value:
+    if of.seconds < RECORD_DURATION:
         message.append(
-            f"These records last {of.seconds:g} s where the paper's last {RECORD_DURATION.value:g}: bins are wider, so "
+            f"These records last {of.seconds:g} s where the paper's last {RECORD_DURATION:g}: bins are wider, so "
             "C07 and C08 cannot come out, and records hold no whole number of revolutions (C06)."
         )
     text = "\n\n".join([*message, caption("claims")])

@@ -52,7 +52,7 @@ def table3(
                 f"{name}_sensor_g": measured, f"{name}_sensor_error_g": off,
                 f"{name}_difference_pct": value_difference(simulated, measured),
                 f"{name}_difference_error_pct": 100 * ratio_of_runs(simulated, error, measured, off)[1],
-                f"{name}_difference_printed_against_papers_own_data_pct": paper.value.get(rpm, float("nan")),
+                f"{name}_difference_printed_against_papers_own_data_pct": paper.get(rpm, float("nan")),
             }  # fmt: skip
         rows.append(row)
     return pd.DataFrame(rows)
@@ -85,8 +85,8 @@ def lines_table(
             if line is None:
                 continue
             row = {"speed_rpm": rpm, "source": source} | {name: float(line[column]) for name, column in names.items()}
-            row |= {"printed_of_papers": of_paper, "line_printed_hz": paper_hz.value.get(rpm, float("nan"))}
-            rows.append(row | {"line_printed_g": paper_g.value.get(rpm, float("nan"))})
+            row |= {"printed_of_papers": of_paper, "line_printed_hz": paper_hz.get(rpm, float("nan"))}
+            rows.append(row | {"line_printed_g": paper_g.get(rpm, float("nan"))})
     return pd.DataFrame(rows)
 
 

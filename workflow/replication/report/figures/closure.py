@@ -33,7 +33,7 @@ def closure_figure(recordings: Mapping[int, Recording]) -> Figure:
         after, before = (power_of_ten(gap.max(), 2) for gap in (recording.gap, recording.cut[:, 0]))
         ax.plot(time, largest, **look, label=f"{rpm:g} rpm: largest {after} m, before {before} m")
         ax.plot(time, opened, color=look["color"], linestyle="none", marker=".", markersize=2.0)
-    limit = printed.LOOP_GAP.value
+    limit = printed.LOOP_GAP
     ax.axhline(limit, **PRINTED, linewidth=1.4, zorder=4, label=f"printed in the paper: {power_of_ten(limit, 4)} m")
     ax.set_yscale("log")
     ax.set(xlabel="time since the start of the record (s)", ylabel="closure error (m)")

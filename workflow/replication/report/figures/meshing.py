@@ -89,9 +89,9 @@ def select_passage(recording: Recording) -> Selected:
 
 def printed_times(ring: bool, turn: float) -> dict[str, float]:
     """Printed events after the first printed contact, s; stretched if the sprocket turns at another speed."""
-    times = (printed.EVENTS_WITH_RING if ring else printed.EVENTS_WITHOUT_RING).value
+    times = printed.EVENTS_WITH_RING if ring else printed.EVENTS_WITHOUT_RING
     first = min(time for event, time in times.items() if "first" in event)
-    scale = turn * 115 / (60 * printed.TRANSMISSION_RATIO.value)
+    scale = turn * 115 / (60 * printed.TRANSMISSION_RATIO)
     return {event: (time - first) * scale for event, time in times.items()}
 
 

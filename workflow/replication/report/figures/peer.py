@@ -95,7 +95,7 @@ def _draw_reading(above: Axes, below: Axes, curve: pd.DataFrame, row: dict, miss
     above.set_ylabel("y of the link (m)")
     above.set_xlim(time[0], time[-1])
     below.set_ylabel("difference\n(% of range)")
-    limit = printed.DISPLACEMENT_DIFFERENCE.value
+    limit = printed.DISPLACEMENT_DIFFERENCE
     if missing:
         box = {"facecolor": "white", "edgecolor": BLACK, "linewidth": 0.6}
         below.text(0.5, 0.5, missing, transform=below.transAxes, ha="center", va="center", fontsize=8, bbox=box)

@@ -9,10 +9,10 @@ from trackdyn.plots.ring_study import figures
 from trackdyn.plots.style import save
 
 MARKS = {
-    "printed: the right arc lets go": printed.RADIUS_WITHOUT_RIGHT_CONTACT.value,
-    "printed: recommended": printed.RADIUS_CHOSEN.value,
+    "printed: the right arc lets go": printed.RADIUS_WITHOUT_RIGHT_CONTACT,
+    "printed: recommended": printed.RADIUS_CHOSEN,
 }
-STEADY = printed.STEADY_LEFT_SHARE.value, printed.RADIUS_OF_STEADY_LEFT_SHARE.value
+STEADY = printed.STEADY_LEFT_SHARE, printed.RADIUS_OF_STEADY_LEFT_SHARE
 
 
 def main(job) -> None:
