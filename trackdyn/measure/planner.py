@@ -339,6 +339,11 @@ def _refusal(tried: list[Tried], tolerances: Mapping[str, float], longest: float
     return f"tolerance = {tolerances[name]:g} of {name}: {reason}"
 
 
+def _is_number(value: object) -> bool:
+    """Whether a value can be compared with a bound: a caller in Python may pass text."""
+    return isinstance(value, Real)
+
+
 def check_tolerances(scene: Scene, tolerances: Mapping[str, float], longest: float) -> None:
     """Refuse what `measure.planner.plan` cannot be asked for.
 
@@ -350,11 +355,11 @@ def check_tolerances(scene: Scene, tolerances: Mapping[str, float], longest: flo
     for name, value in tolerances.items():
         if name not in RELATIVE + SHARES:
             raise InputError(f"measure = {name!r}: choose {', '.join(RELATIVE + SHARES)}")
-        if not (isinstance(value, Real) and 0.0 < value < 1.0):
+        if not (_is_number(value) and 0.0 < value < 1.0):
             raise InputError(f"tolerance = {value!r} of {name}: must be between 0 and 1, such as 0.01")
     check_driven(scene)
     least = (LEAST + 1) * scene.periods.passage  # the first one is cut
-    if not (isinstance(longest, Real) and least < longest <= LONGEST_RUN):
+    if not (_is_number(longest) and least < longest <= LONGEST_RUN):
         raise InputError(
             f"longest = {longest!r} s: must be between {least:.3g} s (ten passages of a pitch) and 36000 s"
         )

@@ -173,8 +173,9 @@ def coarse_groove(groove: Groove, arc_radius: float) -> Groove:
     edge = joints[0], EDGE, *_sector(joints[0], centre - joints[0])
     mirror = np.array([-1.0, 1.0])
     right = [(point * mirror, size, middle * mirror, half) for point, size, middle, half in (left, edge)]
-    arcs = (np.array(values) for values in zip(edge, left, seat, *right, strict=True))
-    return Groove(*arcs, np.array([True, False, True, False, True]), groove.addendum, groove.teeth)
+    centre, size, direction, half = (np.array(values) for values in zip(edge, left, seat, *right, strict=True))
+    convex = np.array([True, False, True, False, True])
+    return Groove(centre, size, direction, half, convex, groove.addendum, groove.teeth)
 
 
 def true_depth(groove: Groove, arc_radius: float, points: np.ndarray) -> np.ndarray:

@@ -9,19 +9,14 @@ from pathlib import Path
 from replication.paper.item import Item
 from trackdyn.parameters.yaml_file import read_yaml
 
-
-def load_items(path: Path) -> dict[str, tuple[Item, ...]]:
-    """Figures and tables of a list (YAML) by its groups, in the order of their keys."""
-    return {
-        group: tuple(
-            Item(**{"key": key, "rule": rule, "table": key.startswith("table")} | entry)
-            for key, rule, entry in sorted((key, rule, items[key]) for rule, items in rules.items() for key in items)
-        )
-        for group, rules in read_yaml(path).items()
-    }
-
-
-_GROUPS = load_items(Path(__file__).with_suffix(".yaml"))
+# figures and tables by group, in the order of their keys
+_GROUPS = {
+    group: tuple(
+        Item(**{"key": key, "rule": rule, "table": key.startswith("table")} | entry)
+        for key, rule, entry in sorted((key, rule, items[key]) for rule, items in rules.items() for key in items)
+    )
+    for group, rules in read_yaml(Path(__file__).with_suffix(".yaml")).items()
+}
 PAPER, OWN, OF_STUDIES = (_GROUPS[group] for group in ("paper", "own", "studies"))
 
 
