@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from tests.conftest import contact_table, made_recording
 from trackdyn.errors import InputError
-from trackdyn.measure.contacts import SHORT, area_shares, meshing_summary, passages
+from trackdyn.measure.contacts import SHORT, meshing_summary, passages, sampled_shares
 from trackdyn.measure.events import mean_events, passage_events, smoothed_maxima
 from trackdyn.measure.metrics import needed_lengths, run_metrics, speed_sentence
 from trackdyn.model.arrays import SPELL
@@ -306,7 +306,8 @@ def test_shares_and_phases_are_those_of_the_turns_that_were_made(kind, rates):
         table = passages(run)
         assert table["share_pct"].between(0.0, 100.0).all()
     if turns[-1] > 0.5:  # samples say the same: over all pitches, weighted by the turn of the sprocket
-        assert area_shares(run)["left_area_2_pct"] == pytest.approx(15.0, abs=15 / turns[-1] / TEETH + slack)
+        shares = sampled_shares(run.area[:, :, 0], run.wheel_rate, RIG)
+        assert shares[2] == pytest.approx(15.0, abs=15 / turns[-1] / TEETH + slack)
     text = speed_sentence(run)
     assert bool(text) == (np.ptp(run.speeds) > 0.01 * run.made_rpm or abs(run.made_rpm / RPM - 1) > 0.01)
 
@@ -332,4 +333,4 @@ def test_a_loop_at_rest_has_no_shares_and_nothing_that_fails():
     row = run_metrics("rest", still)
     assert row["passages"] == 0 and np.isnan(row["left_share_pct"]) and np.isnan(row["line_hz"])
     assert row["rpm_made"] == row["rpm_drift_pct"] == 0.0 and speed_sentence(still) == ""
-    assert needed_lengths(still) == {} and np.isnan(area_shares(still)["left_area_2_pct"])
+    assert needed_lengths(still) == {}

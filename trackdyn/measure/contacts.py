@@ -240,15 +240,6 @@ def sampled_shares(area: np.ndarray, wheel_rate: np.ndarray, rig: Rig) -> np.nda
     return 100 * counted / passed if passed else np.full(11, NAN)
 
 
-def area_shares(recording: Recording) -> dict[str, float]:
-    """Time of an arc of a recorded connector in each area, % of a turn a passage: ``left_area_2_pct``."""
-    measures: dict[str, float] = {}
-    for k, side in enumerate(SIDES[:2]):
-        shares = sampled_shares(recording.area[:, :, k], recording.wheel_rate, recording.scene.rig)
-        measures |= {f"{side}_area_{area}_pct": float(shares[area]) for area in range(1, 11)}
-    return measures
-
-
 def _mean(values: np.ndarray) -> float:
     return float(values.mean()) if len(values) else NAN
 

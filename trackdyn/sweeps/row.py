@@ -7,9 +7,8 @@ from psutil import virtual_memory
 
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.jit import target_hash
-from trackdyn.measure.contacts import area_shares
 from trackdyn.measure.events import event_times
-from trackdyn.measure.metrics import run_metrics, sliding_per_km
+from trackdyn.measure.metrics import run_metrics
 from trackdyn.measure.stopping import check_driven, run_steady
 from trackdyn.measure.whole_loop import whole_loop
 from trackdyn.parameters.rig import Rig
@@ -83,8 +82,7 @@ def run_values(recording: Recording) -> dict:
     made = {"python": recording.meta["python"]} | versions
     if recording.scene.pitches:  # where contacts are recorded pitch by pitch, more is known of them
         values |= {f"event {name}": seconds for name, seconds in event_times(recording).items()}
-        values |= area_shares(recording)
-    return values | sliding_per_km(recording) | recording.meta["layout"] | {
+    return values | recording.meta["layout"] | {
         "kernel_sources": sources, "row_sources": module_hash(__name__), "processor": target_hash(),
         "versions": ", ".join(f"{name} {of}" for name, of in made.items()),
     }  # fmt: skip
