@@ -112,7 +112,7 @@ def readme_script():
     return "\n".join(lines)
 
 
-# The address of the clone is the reader's. What takes minutes is planned; a study of two radii is one.
+# The address of the clone is the reader's. What takes minutes is planned; a study of one radius at one speed is one.
 # Nothing is loaded from an index: packages are those of this environment that the extras named in the README bring.
 AROUND = """
 set -e
@@ -124,7 +124,7 @@ pip() {{
   command pip "$@" --quiet --no-deps --no-build-isolation --disable-pip-version-check
 }}
 trackdyn() {{
-  if [ "$1" = ring ]; then command trackdyn "$@" --radii 0.305,0.307; else command trackdyn "$@"; fi
+  if [ "$1" = ring ]; then command trackdyn "$@" --rpm 210 --radii 0.307; else command trackdyn "$@"; fi
 }}
 make() {{ command make --dry-run "$@"; }}
 snakemake() {{ python -m snakemake --dry-run --quiet all "$@"; }}

@@ -25,9 +25,7 @@ from replication.certify.manifest import describe
 
 ROOT = Path(__file__).parents[2]
 TINY = Path("tests", "workflow", "tiny.yaml")
-TARGETS = tuple(
-    f"results/{name}" for name in ("measured/ring.csv", "figures/fig24.png", "runs/210rpm.npz", "sensor/210rpm.csv")
-)
+TARGETS = tuple(f"results/{name}" for name in ("measured/ring.csv", "figures/fig24.png", "sensor/210rpm.csv"))
 # who is killed: everybody, the driver (its jobs go on), or one of its processes, which is then a job that failed; or
 # everybody is asked to end (SIGTERM), as a batch system does, and must
 LONGEST_RUN = 7200  # s, of a graph that nobody disturbs, on a busy machine

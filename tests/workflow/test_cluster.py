@@ -6,7 +6,6 @@ import sys
 from pathlib import Path
 
 import pandas as pd
-import pytest
 
 from trackdyn.jit import cache_folder
 from trackdyn.sweeps.sweep import batches, sweep
@@ -51,18 +50,10 @@ def test_a_module_gives_the_bytes_of_one_sweep(tmp_path, rig_path):
     assert "Nothing to be done" in again.stdout + again.stderr
 
 
-@pytest.mark.parametrize(
-    ("settings", "said"),
-    [
-        (["out=r.parquet"], "sweep: design is missing"),
-        (["design=d.csv", "out=r.parquet", "batches=0"], "sweep: batches = 0:"),
-    ],
-)
-def test_a_module_without_its_config_says_what_is_missing(tmp_path, settings, said):
-    (tmp_path / "d.csv").write_text("motor_rpm\n115\n", encoding="utf-8")
-    result = snakemake(tmp_path, "-s", f"{ROOT}/workflow/sweep.smk", "-n", "--config", *settings)
+def test_a_module_without_its_config_says_what_is_missing(tmp_path):
+    result = snakemake(tmp_path, "-s", f"{ROOT}/workflow/sweep.smk", "-n", "--config", "out=r.parquet")
     printed = result.stdout + result.stderr
-    assert result.returncode == 1 and said in printed and "Traceback" not in printed
+    assert result.returncode == 1 and "sweep: design is missing" in printed and "Traceback" not in printed
 
 
 def test_batches_hold_every_row_once_and_neighbours_alike(rig_path):

@@ -16,7 +16,8 @@ def copies(tmp_path_factory):
     """Results of a run that nobody disturbed, and a copy of the project."""
     folder = tmp_path_factory.mktemp("killed")
     whole = killing.Copy(folder / "whole")
-    assert {"measured/ring.csv", "figures/fig24.png", "figures/fig24.svg", "runs/210rpm.npz"} <= whole.complete().keys()
+    files = {"measured/ring.csv", "figures/fig24.png", "figures/fig24.svg", "runs/ring/210rpm_0.308.npz"}
+    assert files <= whole.complete().keys()
     return whole, killing.Copy(folder / "killed")
 
 

@@ -108,7 +108,8 @@ def write_animation(recording: Recording, path: Path | str) -> int:
     with replacing(path) as temporary, writer.saving(figure, temporary, dpi=DPI):
         for index in indices:
             for ax in (near, complete):
-                ax.clear()
+                for artist in (*ax.patches, *ax.lines, *ax.collections, *ax.texts):  # quicker than to clear the axes
+                    artist.remove()
                 draw_moment(ax, rig, recording, index, near=ax is near)
             writer.grab_frame()
     return len(indices)
