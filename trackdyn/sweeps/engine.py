@@ -54,18 +54,7 @@ def plain(row: dict) -> dict:
 
 
 class Store:
-    """Results by key in a folder.
-
-    Parameters
-    ----------
-    folder : path
-        Made if it is not there.
-
-    Raises
-    ------
-    InputError
-        The folder cannot be made or written.
-    """
+    """Results by key in a folder, which is made if it is not there; `InputError`: it cannot be made or written."""
 
     def __init__(self, folder: Path | str):
         self.folder = Path(folder)
@@ -145,25 +134,11 @@ def results(
     progress: str = "",
     unit: str = "row",
 ) -> dict[str, dict]:
-    """Rows by their keys, those that the store does not have computed.
+    """Rows by their keys (`key_of`), those that the store does not have computed: ``key, state, reason, values``.
 
-    Parameters
-    ----------
-    maker : function
-        Makes what computes the values of a row.
-    tasks : mapping of str to dict
-        Arguments by key (`sweeps.engine.key_of`), neighbours alike.
-    jobs : int
-        Processes; with 1 the rows are computed in this one.
-    store : path or None
-        Folder in which rows are kept as they come.
-    progress, unit : str
-        What the bar is called and counts; none if empty.
-
-    Returns
-    -------
-    dict of str to dict
-        ``key``, ``state``, ``reason``, ``values`` by name.
+    ``maker`` makes what computes the values of a row from the arguments in ``tasks``, neighbours alike, on ``jobs``
+    processes (1: in this one). ``store`` is a folder in which rows are kept as they come; a bar called ``progress``
+    counts rows in ``unit``, none if empty.
     """
     with TemporaryDirectory() if store is None else nullcontext(store) as folder:
         rows_store = Store(folder)

@@ -30,31 +30,14 @@ def ring_study(
     progress: bool = False,
     step: Sequence[float] = (),
 ) -> pd.DataFrame:
-    """Run every ring, and none, at every speed.
+    """Run every ring (radii in m; by default `scene.rings.study_radii`), and none, at every speed (rev/min).
 
-    Parameters
-    ----------
-    rig : path or str
-        A file, or the name of a shipped rig.
-    speeds : sequence of float
-        Motor speeds, rev/min.
-    radii : sequence of float or None
-        Radii of the ring, m; those of `trackdyn.scene.rings.study_radii` by default.
-    jobs, store, progress
-        As of `trackdyn.sweeps.sweep.sweep`: a killed study goes on from its store.
-    step : sequence of float
-        Time steps, s: the first counts that is neither refused nor diverges. By default the rig's own.
+    ``jobs, store, progress`` are as in `sweep`: a killed study goes on from its store. Of several steps (s) the first
+    counts that is neither refused nor diverges; by default the rig's own.
 
-    Returns
-    -------
-    DataFrame
-        A row a scene, no ring first: ``rpm``, ``ring_radius_m`` (empty: no ring), ``state``, ``reason``,
-        ``contacts_known``, the columns of ``metrics.csv``, ``settled_tension_n`` and ``key``.
-
-    Raises
-    ------
-    InputError
-        The rig, a speed or a radius cannot be used. What is wrong with one scene is its ``reason``.
+    The table has a row a scene, no ring first: ``rpm``, ``ring_radius_m`` (empty: no ring), ``state``, ``reason``,
+    ``contacts_known``, the columns of ``metrics.csv``, ``settled_tension_n`` and ``key``. Raises `InputError` where the
+    rig, a speed or a radius cannot be used; what is wrong with one scene is its ``reason``.
     """
     loaded = load_rig(rig)
     rings = [None, *(study_radii(loaded) if radii is None else sorted(set(radii)))]

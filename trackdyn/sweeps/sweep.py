@@ -264,21 +264,9 @@ def store_of(out: Path | str) -> Path:
 
 
 def check_replaceable(out: Path | str, store: Path | str | None = None) -> None:
-    """Refuse to replace a file unless it is what a sweep has written from this store, so that nothing is lost.
+    """Refuse (`InputError`) to replace a file unless it is what a sweep has written from this store: nothing is lost.
 
     A sweep goes on from its store, and its results may be replaced: whatever was computed for them is kept there.
-
-    Parameters
-    ----------
-    out : path
-        Results to write; it need not exist.
-    store : path or None
-        As for `sweep`.
-
-    Raises
-    ------
-    InputError
-        The file is no result of a sweep, or the store does not hold a row that it was computed for.
     """
     check_ending(out, "--out")
     remedy = "give another name, or --overwrite to replace it"
