@@ -2,9 +2,6 @@
 
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 JOBS ?= 2
-CONFIG ?= config/quick.yaml
-ROUNDS ?= 8
-LONGEST ?= 120
 VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/ready
@@ -13,7 +10,7 @@ ifneq ($(word 2,$(abspath $(VENV))),)
 $(error the environment in "$(CURDIR)" would have a blank in its name, which Snakemake does not survive; put it elsewhere: make VENV=/a/place)
 endif
 
-.PHONY: replicate quick test check lint docs gallery schemas benchmark synthetic lock cluster kills clean
+.PHONY: replicate quick test check lint docs gallery schemas benchmark synthetic lock cluster clean
 
 replicate: $(READY)
 	$(BIN)/python workflow/run.py -j$(JOBS)
@@ -57,9 +54,6 @@ lock: $(READY)
 
 cluster: $(READY)
 	$(BIN)/python tests/workflow/cluster/show.py
-
-kills: $(READY)
-	$(BIN)/python tests/workflow/killing.py --config $(CONFIG) --rounds $(ROUNDS) --longest $(LONGEST) --all
 
 $(READY): requirements.lock pyproject.toml
 	$(PYTHON) -c 'import sys; assert sys.version_info >= (3, 11), "CPython 3.11 or newer is needed; set PYTHON="'

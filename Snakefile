@@ -40,8 +40,10 @@ configfile: "config/config.yaml"
 
 
 try:
-    # files of --configfile come before the base in this list, but on top of it in the configuration
-    CONFIG, RIG, SCENES = check_layers(config, [workflow.configfiles[-1], *workflow.configfiles[:-1]], update_config)
+    # Files of --configfile come before the base in this list, but on top of it in the configuration. Snakemake's reading of
+    # them, as YAML 1.1 in which 010 is 8, is not looked at.
+    LAYERS = [workflow.configfiles[-1], *workflow.configfiles[:-1]]
+    CONFIG, RIG, SCENES = check_layers(LAYERS, dict(workflow.config_settings.config), update_config)
 except TrackdynError as error:
     raise WorkflowError(str(error)) from None
 

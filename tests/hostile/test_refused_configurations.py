@@ -19,6 +19,14 @@ SETTINGS = [
     ("results", 5, "valid string"),
     ("records.duration_s", -90, "records.duration_s = -90", "greater than 0"),
     ("records.duration_s", "long", "valid number"),
+    # two revolutions at 115 rpm take 2 * 60 * 5.57 / 115 * 35 / 13 s
+    ("records.duration_s", 15.5, "must be at least 15.6 s, two loop revolutions at 115 rpm"),
+    ("meshing.duration_s", 10, "meshing.duration_s = 10 s:", "two loop revolutions"),
+    (
+        "ring_study.steps_s",
+        [[0.309, 5e-5], [0.305, 1e-4]],
+        "0.305 comes after 0.309; give rising",
+    ),
     ("records.speeds_rpm", [], "records.speeds_rpm", "at least 1 item"),
     ("records", [1, 2], "records = [1, 2]", "valid dictionary"),
     ("records.lead_in_s", True, "records.lead_in_s = True"),
@@ -59,7 +67,7 @@ SETTINGS = [
     ("fidelity.settings", ["preset=best"], "fidelity.settings", "preset=paper"),
     ("sensor_csv", "nowhere/{rpm}.csv", "nowhere/115.csv does not exist"),
     ("sensor_csv", "{0.__class__}", "the only field in braces is {rpm}"),
-    ("sensor_csv", "/dev/zero", "it names one file for several speeds"),
+    ("sensor_csv", "/dev/zero", "it names one file for several speeds; write {rpm} where the motor speed belongs"),
     ("rig", "/dev/zero", "no plain file"),
     ("rig", "absent.yaml", "absent.yaml: no such file"),
     ("studies", "absent.yaml", "absent.yaml: no such file"),

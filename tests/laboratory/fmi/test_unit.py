@@ -216,20 +216,6 @@ def test_the_torque_limit_is_what_turns_the_sprocket(make_scene, driven_rig):
     assert abs(unit.values["rate_sprocket"]) < 0.9 * abs(unit.loop.scene.sprocket_rate)
 
 
-def test_an_importer_runs_the_unit(unit_file):
-    """With inputs that it interpolates: rounding of a constant speed does not cut the start-up ramp short."""
-    fmpy = pytest.importorskip("fmpy", reason="FMPy is not installed")
-    signals = np.array(
-        [(0.0, 115.0, 0.0), (0.07, 115.0, 0.0), (0.3, 115.0, 0.0)],
-        dtype=[("time", float), ("motor_rpm", float), ("tensioner_shift", float)],
-    )
-    result = fmpy.simulate_fmu(
-        str(unit_file), stop_time=0.3, step_size=EXCHANGE, output_interval=EXCHANGE, input=signals, output=NAMES
-    )
-    rates = np.abs(result["rate_sprocket"])
-    assert np.diff(rates).max() < 0.02 * rates[-1] and rates[-1] > 1
-
-
 # what goes before is said by `begun` and `stepped`; every call is refused with a status, and the unit goes on or ends
 SEQUENCE = """
 import sys

@@ -79,10 +79,10 @@ def test_a_refusal_names_the_file_that_is_to_blame(tmp_path):
     mine.write_text("records: {duration_s: 1}\n", encoding="utf-8")
     files = [base, QUICK, mine]
     with pytest.raises(InputError, match=r"^mine\.yaml: records\.duration_s = 1 s:"):
-        check_layers(merged(*files), files, update_config)
+        check_layers(files, {}, update_config)
     base.write_text(base.read_text(encoding="utf-8") + "more: 1\n", encoding="utf-8")
     with pytest.raises(InputError, match=r"^base\.yaml: more is not a known parameter"):
-        check_layers(merged(*files), files, update_config)
+        check_layers(files, {}, update_config)
 
 
 @pytest.mark.parametrize("field", ["rig", "records", "meshing.step_s", "ring_study.radii_m"])
@@ -90,19 +90,6 @@ def test_a_missing_key_is_refused(data, field):
     *sections, name = field.split(".")
     del (data[sections[0]] if sections else data)[name]
     assert f"{field} is missing; add it" in refusal(data)
-
-
-def test_a_record_shorter_than_two_loop_revolutions_is_refused(data):
-    """Two revolutions at 115 rpm take 2 * 60 * 5.57 / 115 * 35 / 13 = 15.65 s."""
-    put(data, "records.duration_s", 15.5)
-    sentence = refusal(data)
-    assert "records.duration_s = 15.5 s:" in sentence
-    assert "two loop revolutions at 115 rpm" in sentence
-    assert "must be at least 15.6 s" in sentence
-    put(data, "records.duration_s", 15.7)
-    check_config(data, "mine.yaml")
-    put(data, "meshing.duration_s", 10)
-    assert "meshing.duration_s = 10 s:" in refusal(data)
 
 
 @pytest.mark.parametrize("field", ["records.step_s", "meshing.step_s", "ring_study.steps_s"])
@@ -138,8 +125,6 @@ def test_a_ring_takes_the_longest_step_that_is_allowed_up_to_its_radius(data):
         "0.31": 4e-5,
         "0.313": 4e-5,
     }
-    put(data, "ring_study.steps_s", [[0.309, 5e-5], [0.305, 1e-4]])
-    assert "ring_study.steps_s = [[0.309, 5e-05], [0.305, 0.0001]]: 0.305 comes after 0.309" in refusal(data)
 
 
 @pytest.mark.parametrize("rig", ["bench", "robot", "m113", "vehicle"])
@@ -147,25 +132,22 @@ def test_a_rig_alone_is_a_configuration(tmp_path, rig):
     """Nothing that the base states for its own rig is asked of another one, unless the file states it, too."""
     mine = tmp_path / "mine.yaml"
     mine.write_text(f"rig: {rig}\n", encoding="utf-8")
-    config, loaded, scenes = check_layers(merged(BASE, mine), [BASE, mine], update_config)
+    config, loaded, scenes = check_layers([BASE, mine], {}, update_config)
     assert (config.other_rigs, config.sensor_files, config.synthetic, config.short_studies) == ({}, [], None, [])
     assert config.ring_study.radii_m == study_radii(loaded) and config.records.ring_radius_m == loaded.ring_radius
     assert all(scene.rig is loaded and "step" not in scene.model_fields_set for scene in scenes.values())
     radius = config.ring_study.radii_m[3]
     mine.write_text(f"rig: {rig}\nring_study: {{radii_m: [{radius}]}}\nshort_studies: [trade]\n", encoding="utf-8")
-    for files, data in (
-        ([BASE, mine], merged(BASE, mine)),
-        ([BASE], merged(BASE) | {"rig": rig, "ring_study": {**merged(BASE)["ring_study"], "radii_m": [radius]}}),
-    ):
-        config = check_layers(data, files, update_config)[0]
-        assert (config.ring_study.radii_m, config.other_rigs, data["sensor_csv"]) == ([radius], {}, None)
+    for files, stated in (([BASE, mine], {}), ([BASE], {"rig": rig, "ring_study": {"radii_m": [radius]}})):
+        config = check_layers(files, stated, update_config)[0]
+        assert (config.ring_study.radii_m, config.other_rigs, config.sensor_csv) == ([radius], {}, None)
 
 
 def test_other_rigs_replace_those_of_the_base(tmp_path):
     mine = tmp_path / "mine.yaml"
     for text, names in (("other_rigs: {}", []), ("other_rigs: {mine: {rig: bench}}", ["mine"])):
         mine.write_text(text, encoding="utf-8")
-        config = check_layers(merged(BASE, mine), [BASE, mine], update_config)[0]
+        config = check_layers([BASE, mine], {}, update_config)[0]
         assert list(config.other_rigs) == names and len(config.sensor_files) == 4
 
 
@@ -179,15 +161,3 @@ def test_sensor_files_and_their_mapping_must_be_there(data, tmp_path):
     assert "logger.yaml: unit = 'inch/s2':" in refusal(data)
     (tmp_path / "logger.yaml").write_text("axes: {ay: -ax}\n", encoding="utf-8")
     check_config(data, "mine.yaml")
-
-
-def test_one_sensor_file_for_several_speeds_is_refused(data):
-    put(data, "sensor_csv", "data/synthetic/115rpm.csv")
-    sentence = refusal(data)
-    assert "sensor_csv = 'data/synthetic/115rpm.csv':" in sentence
-    assert "write {rpm} where the motor speed belongs" in sentence
-    put(data, "records.speeds_rpm", [115])
-    put(data, "sensor_csv", "data/mine.csv")
-    assert "sensor_csv = 'data/mine.csv': data/mine.csv does not exist" in refusal(data)
-    put(data, "sensor_csv", "data/synthetic/115rpm.csv")
-    check_config(data, "mine.yaml")  # a single speed needs no placeholder

@@ -10,7 +10,6 @@ from operator import attrgetter
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-import yaml
 from pydantic import Field, model_validator
 
 from replication.paper.paper_tables import load_article
@@ -368,34 +367,17 @@ def _merged(layers: Iterable[dict], update: Callable[[dict, dict], None]) -> dic
     return merged
 
 
-def _as_read(value: Any, theirs: Any, ours: Any) -> Any:
-    """``ours`` wherever a value is ``theirs``; others come from the command line."""
-    if value == theirs:
-        return ours
-    if isinstance(value, dict) and isinstance(theirs, dict) and isinstance(ours, dict):
-        return {
-            key: _as_read(item, theirs[key], ours[key]) if key in theirs and key in ours else item
-            for key, item in value.items()
-        }
-    return value
-
-
 def check_layers(
-    data: Any, files: Sequence[Path | str], update: Callable[[dict, dict], None]
+    files: Sequence[Path | str], stated: dict, update: Callable[[dict, dict], None]
 ) -> tuple[Config, Rig, dict[str, Scene]]:
-    """Validate a configuration that was merged from files by ``update``, the later on top of the earlier.
+    """Validate a configuration of files, the later on top of the earlier by ``update``, and of what the command line
+    states.
 
-    Snakemake reads files as YAML 1.1, in which 010 is 8: in ``data`` such values become those of `read_yaml`. What is
-    refused names the first file with which it is, else the last one.
+    What is refused names the first file with which it is, else the last one.
     """
     layers = {Path(file).name: read_layer(file) for file in files}
-    theirs: dict = {}
-    for file in files:
-        update(theirs, yaml.safe_load(Path(file).read_text(encoding="utf-8")))
-    stated = [{"rig": data["rig"]}] if data.get("rig") != theirs.get("rig") else []  # on the command line
-    data.update(_as_read(data, theirs, _merged([*layers.values(), *stated], update)))
     try:
-        return check_config(data, Path(files[-1]).name)
+        return check_config(_merged([*layers.values(), stated], update), Path(files[-1]).name)
     except TrackdynError:
         for k, name in enumerate(layers, 1):
             check_config(_merged(list(layers.values())[:k], update), name)

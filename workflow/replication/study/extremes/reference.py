@@ -14,7 +14,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from trackdyn.errors import InputError
 from trackdyn.model.constants import Chain
 
 _REFINEMENTS = 2
@@ -22,13 +21,12 @@ _SCALINGS = 4
 
 
 class Accelerations(NamedTuple):
-    """Accelerations and joint forces of a chain of ``n`` bodies (inertial frame, SI units)."""
+    """Accelerations and joint forces of a closed chain of ``n`` bodies (inertial frame, SI units)."""
 
     pin_ax: float  # acceleration of the input pin of body 0, m/s2
     pin_ay: float
     alpha: np.ndarray  # (n,) angular accelerations, rad/s2
-    # (n_joints, 2) force on the outboard body ``j + 1`` at joint ``j``, N; a closing joint is the last one and its
-    # outboard body is body 0
+    # (n, 2) force on the outboard body ``j + 1`` at joint ``j``, N; the outboard body of the last joint is body 0
     pin_force: np.ndarray
 
 
@@ -40,15 +38,13 @@ def reference_accelerations(
     force_y: np.ndarray,
     moment: np.ndarray,
     implicit_step: float = 0.0,
-    closed: bool = True,
-    turns: int = -1,
 ) -> Accelerations:
     """Solve the Newton-Euler equations of all bodies together with the joint constraints.
 
     Parameters
     ----------
     chain : Chain
-        Data of ``n`` bodies.
+        Data of ``n`` bodies, three or more, in order along a clockwise loop.
     angle, rate : (n,) arrays
         Angles, rad (not wrapped: neighbours differ by the joint angle), and their rates, rad/s.
     force_x, force_y, moment : (n,) arrays
@@ -56,12 +52,6 @@ def reference_accelerations(
     implicit_step : float
         Step of the linearly implicit bushing damping, s: the torque on the outboard body is
         ``-k (phi - phi0) - c (phi' + implicit_step phi'')``.
-    closed : bool
-        Whether the output pin of the last body is the input pin of body 0; otherwise both ends of
-        the chain are free.
-    turns : int
-        Sum of the joint angles of the closed chain in turns; -1 for bodies in order along a
-        clockwise loop.
 
     Returns
     -------
@@ -69,10 +59,8 @@ def reference_accelerations(
 
     Raises
     ------
-    InputError
-        The arrays differ in length, or a closed chain has fewer than three bodies.
     numpy.linalg.LinAlgError
-        The constraints are dependent, for example in a closed chain folded into one straight line.
+        The constraints are dependent, for example in a chain folded into one straight line.
 
     Notes
     -----
@@ -80,17 +68,11 @@ def reference_accelerations(
     (where the platform has it), so that the refinements leave only the final rounding.
     """
     n = len(chain.length)
-    inputs = [np.asarray(v, dtype=np.longdouble) for v in (angle, rate, force_x, force_y, moment)]
-    if any(v.shape != (n,) for v in inputs):
-        shapes = ", ".join(str(v.shape) for v in inputs)
-        problem = f"angle, rate, force_x, force_y and moment have the shapes {shapes}"
-        raise InputError(f"{problem}: give each one value for every one of the {n} bodies of the chain.")
-    if closed and n < 3:
-        raise InputError(f"a closed chain of {n} bodies cannot move: give at least 3 bodies or an open chain.")
-    angle, rate, force_x, force_y, moment = inputs
-
+    angle, rate, force_x, force_y, moment = (
+        np.asarray(v, dtype=np.longdouble) for v in (angle, rate, force_x, force_y, moment)
+    )
     to_input, to_output = _pin_arms(chain, angle)
-    inboard = np.arange(n if closed else n - 1)
+    inboard = np.arange(n)
     outboard = (inboard + 1) % n
 
     mass_matrix = np.diag(np.stack([chain.mass, chain.mass, chain.inertia], axis=1).ravel().astype(np.longdouble))
@@ -105,7 +87,7 @@ def reference_accelerations(
         jacobian[rows, 3 * i : 3 * i + 3] = -_pin_jacobian(to_output[i])
         gamma[rows] = rate[o] ** 2 * to_input[o] - rate[i] ** 2 * to_output[i]
 
-        phi = angle[o] - angle[i] + (2.0 * np.pi * turns if o < i else 0.0)
+        phi = angle[o] - angle[i] - (2.0 * np.pi if o < i else 0.0)
         torque = -chain.stiffness * (phi - chain.free_angle) - chain.damping * (rate[o] - rate[i])
         turn_o, turn_i = 3 * o + 2, 3 * i + 2
         load[turn_o] += torque
