@@ -263,7 +263,7 @@ class Strands:
     """
 
     def __init__(self, circles, names):
-        path = belt_path(circles, names, overlap=True)
+        path = belt_path(circles, names)
         self.names = [(name, names[(i + 1) % len(names)]) for i, name in enumerate(names)]
         self.along = np.column_stack([np.cos(path.heading), np.sin(path.heading)])
         self.middle = path.along(0.5 * (path.start[1::2] + path.start[2::2]))[0]

@@ -51,8 +51,8 @@ def test_path_keeps_outside_of_the_circles_and_touches_each(circles):
 
 
 def test_overlapping_wheels_are_refused():
-    with pytest.raises(InputError, match=r"sprocket and idler are 0\.5 m apart") as caught:
-        belt_path([(0, 0, 0.3), (0.5, 0, 0.3), (2, -1, 0.3)], ["sprocket", "idler", "road_wheel"])
+    with pytest.raises(InputError, match=r"sprocket and idler are 0\.15 m apart") as caught:
+        belt_path([(0, 0, 0.3), (0.15, 0, 0.1), (2, -1, 0.3)], ["sprocket", "idler", "road_wheel"])
     assert "\n" not in str(caught.value)
 
 

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from trackdyn.errors import InputError
+from trackdyn.measure.convergence import turn_error
 from trackdyn.sensor import signals
 
 RATE = 1000.0
@@ -116,12 +117,11 @@ def test_picket_fence_is_what_the_spectrum_shows():
 
 
 def test_uncertainty_of_a_periodic_signal_vanishes_and_that_of_noise_falls_with_the_root():
-    value, error = signals.uncertainty(sine(0.5, n=10_500), RATE, 2.0, signals.rms)
-    assert value == signals.rms(sine(0.5, n=10_500))
+    error = turn_error(sine(0.5, n=10_500), 2.0 * RATE, signals.rms)
     assert error == pytest.approx(0.0, abs=1e-12)
 
     noise = np.random.default_rng(7).normal(0.0, 1.0, 400_000)
-    _, error = signals.uncertainty(noise, RATE, 1.0, np.mean)
+    error = turn_error(noise, RATE, np.mean)
     assert error == pytest.approx(1.0 / np.sqrt(noise.size), rel=0.15)
 
 
@@ -132,7 +132,6 @@ FUNCTIONS = {
     "main_line": lambda a: signals.main_line(a, RATE, 0.5),
     "main_line_binfree": lambda a: signals.main_line_binfree(a, RATE, 0.5),
     "high_frequency_rms": lambda a: signals.high_frequency_rms(a, RATE),
-    "uncertainty": lambda a: signals.uncertainty(a, RATE, 1.0, signals.rms),
 }
 
 
@@ -160,8 +159,6 @@ def test_unusable_signals_are_refused_in_one_sentence(name, a):
         (lambda a: signals.main_line_binfree(np.ones(RECORD), RATE, 0.5), "constant"),
         (lambda a: signals.main_line_binfree(a, RATE, 1.5), "fewer than two periods"),
         (lambda a: signals.main_line_binfree(a, RATE, 499.9), "too high"),
-        (lambda a: signals.uncertainty(a, RATE, 0.6, signals.rms), "two periods"),
-        (lambda a: signals.uncertainty(a, RATE, 0.0, signals.rms), "period_s"),
         (lambda a: signals.picket_fence(-1.0, RATE, RECORD), "freq_hz"),
     ],
 )

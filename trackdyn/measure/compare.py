@@ -11,6 +11,7 @@ import pandas as pd
 
 from trackdyn.errors import InputError, naming
 from trackdyn.measure.columns import error_of
+from trackdyn.measure.convergence import turn_error
 from trackdyn.measure.metrics import SAME_SPEED
 from trackdyn.measure.sensor import (
     OTHER_SPEED,
@@ -23,7 +24,7 @@ from trackdyn.measure.sensor import (
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene.scene import Scene
 from trackdyn.sensor.sensor_csv import SensorRecord
-from trackdyn.sensor.signals import highest_line, holds_line, uncertainty
+from trackdyn.sensor.signals import highest_line, holds_line
 from trackdyn.simulation.recording import Recording, belt_recording
 
 COMPARED = ("rms_g", "sd_g", "line_hz", "line_g", "line_hz_binfree", "line_g_binfree", "high_frequency_g")
@@ -90,7 +91,7 @@ def compare_with_sensor(recording: Recording, record: SensorRecord, name: str = 
     ):
         mean = {MEAN: np.mean(ay[: whole_revolutions(len(ay), at, hz)])}
         if holds_line(len(ay), at, hz):
-            mean["mean_error_g"] = uncertainty(ay, at, 1 / hz, np.mean)[1]
+            mean["mean_error_g"] = turn_error(ay, 1 / hz * at, np.mean)
         both.append(sensor_metrics(ay, at, hz) | mean | {"rate_hz": at, "clipped": clipped})
     errors = {"rate_hz": "", "clipped": "", MEAN: "mean_error_g"} | {name: error_of(name) for name in COMPARED}
     columns = {

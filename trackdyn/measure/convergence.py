@@ -6,7 +6,8 @@ of two runs that start alike, which scatters less than either (common random num
 Analysis, 5th edition, 2015, ch. 11.2).
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -55,6 +56,17 @@ def ratio_error(numerator, denominator) -> float:
     return batch_error(numerator - ratio * denominator)[0] / float(denominator.mean())
 
 
+def turn_edges(samples: int, turn: float) -> np.ndarray:
+    """Edges of the whole turns in a record, both in samples; a turn that ends on the last one counts."""
+    return np.rint(np.arange(int(samples / turn + 1e-9) + 1) * turn).astype(int)
+
+
+def turn_error(a, turn: float, statistic: Callable[[np.ndarray], float]) -> float:
+    """Standard error of a statistic of a signal over whole turns of so many samples; NaN for fewer than two."""
+    values = [statistic(a[first:last]) for first, last in pairwise(turn_edges(len(a), turn))]
+    return float(np.std(values, ddof=1) / np.sqrt(len(values))) if len(values) > 1 else NAN
+
+
 class LineError(NamedTuple):
     """Standard errors of the highest bin's frequency and amplitude, and of those of the bin-free line."""
 
@@ -79,12 +91,11 @@ def line_error(a, rate_hz: float, bin_hz: float, loop_hz: float) -> LineError:
     """
     a = np.asarray(a, dtype=float) - np.mean(a)
     width = rate_hz / a.size
-    samples = rate_hz / loop_hz
-    count = int(a.size / samples + 1e-9)
+    edges = turn_edges(a.size, rate_hz / loop_hz)
+    count = len(edges) - 1
     resolution = float(width / np.sqrt(12.0))
     if count < 2:
         return LineError(resolution, NAN, NAN, NAN)
-    edges = np.rint(np.arange(count + 1) * samples).astype(int)
     times = 0.5 * (edges[:-1] + edges[1:] - 1) / rate_hz
     first = _demodulated(a, rate_hz, edges, loop_hz)
     mean = first.mean()

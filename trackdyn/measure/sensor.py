@@ -7,7 +7,7 @@ from math import ceil
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trackdyn.measure.convergence import NAN, LineError, line_error
+from trackdyn.measure.convergence import NAN, LineError, line_error, turn_error
 from trackdyn.parameters.validation import within
 from trackdyn.sensor.signals import (
     high_frequency_rms,
@@ -18,7 +18,6 @@ from trackdyn.sensor.signals import (
     main_line_binfree,
     rms,
     standard_deviation,
-    uncertainty,
 )
 from trackdyn.simulation.recording import Recording
 
@@ -112,7 +111,7 @@ def sensor_metrics(ay, rate: float, loop_hz: float) -> dict:
     shorter = len(ay) / rate * loop_hz < 1  # than a revolution
 
     def error(statistic) -> float:
-        return uncertainty(ay, rate, 1 / loop_hz, statistic)[1] if has_line else NAN
+        return turn_error(ay, 1 / loop_hz * rate, statistic) if has_line else NAN
 
     rms_error, sd_error = error(rms), error(standard_deviation)
     return {

@@ -75,11 +75,11 @@ class BeltPath:
         )
 
 
-def belt_path(circles, names=None, overlap: bool = False) -> BeltPath:
+def belt_path(circles, names=None) -> BeltPath:
     """Belt around circles ``(x, y, radius)`` in clockwise order, starting where it meets the first.
 
-    ``names`` are what a refusal calls them; neighbours may ``overlap`` as wheels beside each other on their axles do.
-    Raises `InputError` if circles overlap so that no tangent exists, or one does not touch the belt.
+    ``names`` are what a refusal calls them; neighbours may overlap as wheels beside each other on their axles do.
+    Raises `InputError` if no tangent of two exists, or one does not touch the belt.
     """
     circles = np.asarray(circles, dtype=float)
     count = len(circles)
@@ -90,11 +90,10 @@ def belt_path(circles, names=None, overlap: bool = False) -> BeltPath:
         dx, dy = circles[j, :2] - circles[i, :2]
         distance = hypot(dx, dy)
         difference = circles[i, 2] - circles[j, 2]
-        needed = abs(difference) if overlap else circles[i, 2] + circles[j, 2]
-        if distance <= needed:
+        if distance <= abs(difference):
             raise InputError(
                 f"wheels {names[i]} and {names[j]} are {distance:.4g} m apart and overlap with the chain on "
-                f"them; the distance must exceed {needed:.4g} m"
+                f"them; the distance must exceed {abs(difference):.4g} m"
             )
         heading[i] = atan2(dy, dx) - asin(difference / distance)
         run[i] = sqrt(distance**2 - difference**2)
@@ -175,7 +174,7 @@ def belt_around(rig: Rig, shift: float = 0.0, body: float | None = None) -> tupl
         raise InputError(
             "sprocket: the taut chain does not touch it; the other wheels must leave it on the outline of the loop"
         )
-    path = belt_path(circles[order], [names[i] for i in order], overlap=True)
+    path = belt_path(circles[order], [names[i] for i in order])
     for i in set(range(len(circles))) - set(order):
         clear, allowed = _clearance(rig, path, circles[i])
         if clear > allowed:

@@ -5,9 +5,6 @@ raise :class:`trackdyn.errors.InputError` otherwise. The unit of the signal is f
 carry the same unit.
 """
 
-import itertools
-from collections.abc import Callable
-
 import numpy as np
 import scipy  # its parts are loaded where they are used: together they take half a second
 
@@ -192,43 +189,6 @@ def picket_fence(freq_hz: float, rate_hz: float, n: int) -> tuple[float, float]:
     freq_hz, rate_hz = _positive(freq_hz, "freq_hz", "Hz"), _positive(rate_hz, "rate_hz", "Hz")
     position = freq_hz * _positive(n, "n", "samples") / rate_hz
     return float(position), float(np.abs(np.sinc(position - np.rint(position))))
-
-
-def uncertainty(a, rate_hz: float, period_s: float, statistic: Callable[[np.ndarray], float]) -> tuple[float, float]:
-    """A statistic of the whole record and its standard error from whole periods (loop revolutions).
-
-    Parameters
-    ----------
-    a : (N,) array
-        Signal.
-    rate_hz, period_s : float
-        Sampling rate, Hz, and period, s; a period need not be a whole number of samples.
-    statistic : callable
-        From a signal to a number, such as :func:`rms`.
-
-    Returns
-    -------
-    value, standard_error : float
-        The error is the standard deviation (1/(n-1)) of the statistic over the n whole periods,
-        divided by the root of n; the unfinished last period counts in the value only.
-
-    Raises
-    ------
-    InputError
-        Fewer than two whole periods, or fewer than two samples a period.
-    """
-    a = _signal(a)
-    samples = _positive(period_s, "period_s", "s") * _positive(rate_hz, "rate_hz", "Hz")
-    # The small allowance keeps a period that ends on the last sample in spite of rounding.
-    count = int(np.floor(a.size / samples + 1e-9))
-    if count < 2 or samples < 2.0:
-        raise InputError(
-            f"the record of {a.size} samples holds {count} whole periods of {samples:g} samples: give at "
-            "least two periods of at least two samples each."
-        )
-    edges = np.rint(np.arange(count + 1) * samples).astype(int)
-    values = np.array([statistic(a[i:j]) for i, j in itertools.pairwise(edges)])
-    return float(statistic(a)), float(np.std(values, ddof=1) / np.sqrt(count))
 
 
 def _signal(a):

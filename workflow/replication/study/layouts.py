@@ -51,7 +51,7 @@ class Drawn:
 
         def excess(scale):
             laid = circles(scale)
-            return belt_path(laid[run_order(laid)], overlap=True).length - pitches * self.pitch
+            return belt_path(laid[run_order(laid)]).length - pitches * self.pitch
 
         least = max(
             GAP * (radius[i] + radius[k] + (0.1 * size if i == 0 else 0.0)) / hypot(*(shape[i] - shape[k]))
@@ -83,7 +83,7 @@ def random_rig(number: int, seed: int = SEED) -> tuple[Rig, dict]:
         raise AssertionError(f"layout {number}: no wheels fit into {pitches} pitches")  # of two wheels some always do
     circles = np.column_stack([placed[:, :2], drawn.pins(placed[:, 2])])
     order = run_order(circles)
-    path = belt_path(circles[order], overlap=True)
+    path = belt_path(circles[order])
     c = base.chain
     weight = base.gravity * (c.link_mass + c.connector_mass) / drawn.pitch
     span = float(np.diff(path.start)[1::2].max())
