@@ -1,7 +1,5 @@
 """One row of numbers a run: the columns of ``metrics.csv``. A new metric is added here; no simulation depends on it."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from trackdyn.measure.columns import table_schema
@@ -9,41 +7,16 @@ from trackdyn.measure.contacts import LONGEST_CONTACT, PASSAGE, meshing_summary
 from trackdyn.measure.convergence import NAN
 from trackdyn.measure.sensor import sense, sensor_metrics
 from trackdyn.scene.fidelity import label
-from trackdyn.sensor.signals import LEAST_PERIODS, holds_line, main_line
+from trackdyn.sensor.signals import LEAST_PERIODS
 from trackdyn.simulation.recording import Recording
 from trackdyn.simulation.resolution import energy_residual
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 SHOWN = (
     "rms_g", "sd_g", "line_hz_binfree", "line_g_binfree", "high_frequency_g", "left_share_pct", "right_share_pct",
     "ring_share_pct", "left_peak_n", "right_peak_n", "ring_peak_n", "passages", "clipped_samples", "loop_gap_max_m",
     "energy_residual",
 )  # fmt: skip
-STARTS = 16  # of a record in a turn of the loop
 SAME_SPEED = 0.01  # of a speed: from here on a difference or a drift is said
-
-
-def lines_by_start(recording: Recording, starts: int = STARTS) -> "pd.DataFrame":
-    """Dominant peak of the FFT, had the record begun elsewhere in a turn of the loop.
-
-    What a later start needs beyond the end of the record is taken one turn earlier: in steady running every turn is
-    like the one before. Windows of a longer run show the same amplitudes to 5e-6 g (115 rpm, 90 s). A table with
-    ``start_s`` after the record's own start, ``line_hz``, ``line_g``; no rows for a record too short for a line.
-    """
-    import pandas as pd
-
-    ay, loop_hz = sense(recording).ay, recording.periods.loop_hz
-    if not holds_line(len(ay), recording.rate, loop_hz):
-        return pd.DataFrame(columns=["start_s", "line_hz", "line_g"])
-    turn = round(recording.rate / loop_hz)
-    longer = np.concatenate([ay, ay[-turn:]])
-    rows = []
-    for first in np.rint(np.arange(starts) / starts * turn).astype(int):
-        line = main_line(longer[first : first + len(ay)], recording.rate, loop_hz)
-        rows.append({"start_s": first / recording.rate, "line_hz": line[0], "line_g": line[1]})
-    return pd.DataFrame(rows)
 
 
 def run_metrics(name: str, recording: Recording) -> dict:

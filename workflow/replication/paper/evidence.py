@@ -8,9 +8,10 @@ import numpy as np
 import pandas as pd
 
 from replication.paper.paper_tables import PaperTables
-from trackdyn.measure.metrics import lines_by_start
+from trackdyn.measure.sensor import sense
 from trackdyn.parameters.rig import Rig
-from trackdyn.simulation.recording import load_recording
+from trackdyn.sensor.signals import holds_line, main_line
+from trackdyn.simulation.recording import Recording, load_recording
 
 
 class NotThere(Exception):
@@ -68,6 +69,23 @@ class Evidence:
             return sorted(set(self.peer.get("speed_rpm", ())))
         pattern = r"[\d.]+rpm" if table == "records" else r"ring/.*"
         return sorted(self.metrics[self.metrics["run"].str.fullmatch(pattern)]["rpm"].unique())
+
+
+def lines_by_start(recording: Recording, starts: int = 16) -> pd.DataFrame:
+    """Dominant peak of the FFT, had the record begun elsewhere in a turn of the loop: ``start_s, line_hz, line_g``.
+
+    What a later start needs beyond the end of the record is taken one turn earlier: in steady running every turn is
+    like the one before. Windows of a longer run show the same amplitudes to 5e-6 g (115 rpm, 90 s). No rows for a
+    record too short for a line.
+    """
+    ay, loop_hz, rows = sense(recording).ay, recording.periods.loop_hz, []
+    if holds_line(len(ay), recording.rate, loop_hz):
+        turn = round(recording.rate / loop_hz)
+        longer = np.concatenate([ay, ay[-turn:]])
+        for first in np.rint(np.arange(starts) / starts * turn).astype(int):
+            line = main_line(longer[first : first + len(ay)], recording.rate, loop_hz)
+            rows.append([first / recording.rate, *line])
+    return pd.DataFrame(rows, columns=["start_s", "line_hz", "line_g"])
 
 
 def collect(results: Path | str, rpm: float, radius: float, tables: PaperTables | None = None) -> Evidence:
