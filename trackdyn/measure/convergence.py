@@ -32,17 +32,12 @@ def batch_error(values) -> tuple[float, float]:
         return NAN, NAN
     means = values[len(values) - batches * size :].reshape(batches, size).mean(axis=1)
     error = float(means.std(ddof=1) / np.sqrt(batches))
-    return error, float(scipy.special.stdtrit(batches - 1, 0.5 + CONFIDENCE / 2)) * error
+    return error, float(student(batches)) * error
 
 
-def record_error(scatter: float, passages) -> np.ndarray:
-    """Half of the 95 % interval of a mean of so many passages (integers), by batch means (`batch_error`).
-
-    ``scatter`` is the standard error of a single passage.
-    """
-    passages = np.asarray(passages)
-    batches = passages // np.sqrt(passages).astype(int)
-    return scipy.special.stdtrit(batches - 1, 0.5 + CONFIDENCE / 2) * scatter / np.sqrt(passages)
+def student(batches):
+    """Half of the 95 % interval of a mean of so many batches, in standard errors: Student's distribution."""
+    return scipy.special.stdtrit(batches - 1, 0.5 + CONFIDENCE / 2)
 
 
 def ratio_error(numerator, denominator) -> float:

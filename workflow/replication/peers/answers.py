@@ -24,7 +24,7 @@ from replication.study.accuracy.limit import difference, limit_of
 from replication.study.settings import PEER_LAWS, PeerAnswers
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.files import write_csv
-from trackdyn.measure.convergence import LEAST, SURE, Series, record_error
+from trackdyn.measure.convergence import LEAST, SURE, Series, student
 from trackdyn.measure.sensor import whole_samples
 from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.scene.scene import Periods, Scene
@@ -140,7 +140,9 @@ def _answers(
         start, per_second = spent[method, step]
         row = {"code": code, "method": method, "step_s": step, "rms_m_s2": estimate.value, "difference_pct": 100 * off}
         row |= {"uncertainty_pct": 100 * noise, "scatter_pct": 100 * scatter, "cpu_s_per_s": per_second}
-        enough = abs(off) + SURE * noise + record_error(scatter, passages) <= requested.tolerance
+        # half of the 95 % interval of a mean of so many passages, by batch means (`convergence.batch_error`)
+        batches = passages // np.sqrt(passages).astype(int)
+        enough = abs(off) + SURE * noise + student(batches) * scatter / np.sqrt(passages) <= requested.tolerance
         if enough.any():
             count = int(passages[np.argmax(enough)])
             seconds = requested.ramp_s + requested.lead_in_s + count * span
