@@ -9,7 +9,7 @@ from matplotlib.ticker import NullFormatter
 
 from replication.report.tables import write_captioned_table
 from replication.study.extremes.judge import GAP, extremes_summary
-from replication.study.extremes.resolved import by_kind, short_runs_verdict
+from replication.study.extremes.resolved import short_runs_summary, short_runs_verdict
 from replication.study.extremes.run import gathered
 from replication.study.extremes.stability_map import QUANTITIES, stable_steps
 from replication.study.settings import LONG_RUN, ExtremesForm, parts_of
@@ -166,7 +166,7 @@ def main(job) -> None:
         f"{last['marked']} completed and say that they are not resolved, {last['refused']} were refused in one "
         f"sentence and {last['defects']} ended in none of these ways.",
     )
-    short_runs = by_kind(rows)
+    short_runs = short_runs_summary(rows)
     write_captioned_table(short_runs, out.short_runs[0], short_runs_verdict(short_runs))
     for draw, path in zip(FIGURES, out.figures, strict=True):
         save(draw(rows, chunks), path)

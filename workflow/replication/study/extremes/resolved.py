@@ -1,20 +1,17 @@
 """Short runs against a step four times smaller: is what completes right, and is only what is wrong refused?
 
-A scene is drawn from a seed and its number alone: shipped rigs, random layouts, the scenes of the accuracy study, and
-rigs with odd stiffnesses, weights, frictions and tensions (`ODD`), each at a speed, a length of 0.3 to 2 s and a
-fraction of the largest step that its settled loop allows.
+A scene is drawn from a seed and its number alone: a rig with odd stiffnesses, weights, frictions and tensions (`ODD`)
+at a speed, a length of 0.3 to 2 s and a fraction of the largest step that its settled loop allows.
 """
 
 import numpy as np
 import pandas as pd
 
 from replication.study.extremes.judge import COMPLETED, DEFECT, MARKED, REFUSED, row
-from replication.study.layouts import random_rig
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.parameters.rig import Rig, load_rig
-from trackdyn.parameters.rig_file import shipped_rigs
 from trackdyn.scene.limits import largest_step
-from trackdyn.scene.scene import FROM_THE_RIG, Scene
+from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recorder import Recorder
 from trackdyn.simulation.resolution import FINER, NO, OPEN, PEAKS, RMS, YES
@@ -25,8 +22,6 @@ SEED = 20261215
 REFUSED_GOOD = 0.03
 SECONDS, PARTS, RAMP = (0.3, 2.0), (0.2, 1.0), 0.3  # lengths, and parts of the largest step, both drawn by logarithm
 LARGEST = 2e-4  # s, where the loop would allow more
-# scenes of the accuracy study: motor speed (rev/min) and radius of the ring (m)
-TRADE = ((115, 0.308), (210, 0.308), (150, 0.304), (180, 0.312), (115, None), (150, None), (210, None))
 # parameters of odd rigs, each times what two decades give
 ODD = (
     "chain__link_mass", "chain__link_inertia", "chain__connector_mass", "chain__connector_inertia",
@@ -36,39 +31,24 @@ ODD = (
     )),
 )  # fmt: skip
 DECADES = (0.1, 10.0)
-KINDS = ("shipped", "layout", "trade", "odd", "shipped", "layout")
+BASES = ("paper", "first_fit", "m113", "robot")
 
 
 def drawn(number: int, seed: int = SEED) -> tuple[str, Rig, dict]:
-    """What a scene is called, its rig, and motor speed, ring, seconds and fraction of the largest step."""
+    """What a scene is called, its rig, and motor speed, seconds, fraction of the largest step and laws."""
     rng = np.random.default_rng([seed, number])
-    kind, ring = KINDS[number % len(KINDS)], FROM_THE_RIG
 
     def between(low, high):
         return float(np.exp(rng.uniform(np.log(low), np.log(high))))
 
-    if kind == "shipped":
-        case = str(rng.choice(sorted(shipped_rigs())))
-        rig = load_rig(case)
-    elif kind == "layout":
-        of = int(rng.integers(10**6))
-        rig, case = random_rig(of, seed)[0], f"layout {of}"
-    else:
-        case, rig = "first_fit", load_rig("first_fit")
+    case = str(rng.choice(BASES))
+    base, changes = load_rig(case), {}
+    for name in rng.choice(ODD, int(rng.integers(1, len(ODD) + 1)), replace=False):
+        section, field = name.split("__")
+        changes[str(name)] = getattr(getattr(base, section), field) * between(*DECADES)
+    rig = base.changed(**changes)
+    case += "".join(f", {name.replace('__', '.')} {value:.3g}" for name, value in changes.items())
     rpm = float(rng.uniform(10, 60)) * rig.sprocket.transmission_ratio
-    if kind == "trade":
-        rpm, ring = TRADE[int(rng.integers(len(TRADE)))]
-        case = f"{rpm} rev/min, ring {ring}"
-    if kind == "odd":
-        case = str(rng.choice(["paper", "first_fit", "m113", "robot"]))
-        base = load_rig(case)
-        changes = {}
-        for name in rng.choice(ODD, int(rng.integers(1, len(ODD) + 1)), replace=False):
-            section, field = name.split("__")
-            changes[str(name)] = getattr(getattr(base, section), field) * between(*DECADES)
-        rig = base.changed(**changes)
-        rpm = float(rng.uniform(10, 60)) * rig.sprocket.transmission_ratio
-        case += "".join(f", {name.replace('__', '.')} {value:.3g}" for name, value in changes.items())
     seconds, fraction = round(between(*SECONDS), 2), between(*PARTS)
     laws = {
         name: str(rng.choice(["viscous", other])) if possible else "viscous"
@@ -78,11 +58,7 @@ def drawn(number: int, seed: int = SEED) -> tuple[str, Rig, dict]:
         )
     }
     case += "".join(f", {law}" for law in laws.values() if law != "viscous")
-    return (
-        f"{kind}: {case}",
-        rig,
-        {"rpm": rpm, "ring_radius": ring, "seconds": seconds, "share": fraction, "laws": laws},
-    )
+    return case, rig, {"rpm": rpm, "seconds": seconds, "share": fraction, "laws": laws}
 
 
 def run_short(number: int, seed: int = SEED) -> dict:
@@ -94,7 +70,7 @@ def run_short(number: int, seed: int = SEED) -> dict:
     name, rig, of = drawn(number, seed)
     name = f"{number}: {name}, {of['rpm']:.4g} rev/min, {of['seconds']:g} s"
     sample = 1.0 / rig.sensor.rate
-    fields = {"duration": of["seconds"], "lead_in": 0.0, "ramp": RAMP, "ring_radius": of["ring_radius"]} | of["laws"]
+    fields = {"duration": of["seconds"], "lead_in": 0.0, "ramp": RAMP} | of["laws"]
     try:
         probe = Scene(rig, of["rpm"], step=sample / 1000, every_link=True, **fields)
         limit = min(largest_step(probe.model, rig.tension.pre_tension), LARGEST)
@@ -131,42 +107,34 @@ def _run(loop: Loop, seconds: float, watched: bool):
     return writer.answer(), writer.watch.resolution()
 
 
-def by_kind(rows: pd.DataFrame) -> pd.DataFrame:
-    """What became of short runs, a line a kind of scene and one for all.
+def short_runs_summary(rows: pd.DataFrame) -> pd.DataFrame:
+    """What became of short runs, one line.
 
     Returns
     -------
     DataFrame
-        ``kind``; ``scenes``; ``no_loop``, of which no run was tried; ``resolved``, ``not_judged`` and ``not_resolved``,
-        completed runs by what they say of themselves; ``rms_off_pct`` and ``peak_off_pct``, the largest errors of the
-        resolved ones; ``refused``, and ``refused_good`` of ``good``, runs within the bounds; ``beyond``, completed ones
-        that are not, by number and what they say.
+        ``scenes``; ``no_loop``, of which no run was tried; ``resolved``, ``not_judged`` and ``not_resolved``, completed
+        runs by what they say of themselves; ``rms_off_pct`` and ``peak_off_pct``, the largest errors of the resolved
+        ones; ``refused``, and ``refused_good`` of ``good``, runs within the bounds; ``beyond``, completed ones that are
+        not, by number and what they say.
     """
     rows = rows[rows["family"] == FAMILY]
-    number, kind = rows["case"].str.extract(r"^(\d+): (\w+)").to_numpy().T if len(rows) else ([], [])
-    rows = rows.assign(
-        number=number, kind=kind, good=(rows["value"] <= RMS) & (rows["expected"] <= PEAKS),
-        refused=rows["outcome"] == REFUSED, tried=rows["value"].notna(),
-    )  # fmt: skip
-    lines = []
-    for name, group in [*rows.groupby("kind"), ("all", rows)]:
-        of = group[group["tried"]]
-        done = of[~of["refused"]]
-        message = [done[done["group"] == state] for state in (YES, OPEN, NO)]
-        beyond = done[~done["good"]]
-        lines.append({
-            "kind": name, "scenes": len(group), "no_loop": int((~group["tried"]).sum()),
-            **dict(zip(("resolved", "not_judged", "not_resolved"), map(len, message), strict=True)),
-            "rms_off_pct": 100 * message[0]["value"].max(), "peak_off_pct": 100 * message[0]["expected"].max(),
-            "refused": int(of["refused"].sum()), "refused_good": int((of["refused"] & of["good"]).sum()),
-            "good": int(of["good"].sum()),
-            "beyond": ", ".join(f"{n} ({state})" for n, state in zip(beyond["number"], beyond["group"], strict=True)),
-        })  # fmt: skip
-    return pd.DataFrame(lines)
+    tried = rows[rows["value"].notna()]
+    good, refused = (tried["value"] <= RMS) & (tried["expected"] <= PEAKS), tried["outcome"] == REFUSED
+    resolved, unjudged, unresolved = (tried[~refused & (tried["group"] == state)] for state in (YES, OPEN, NO))
+    beyond = tried[~refused & ~good]
+    numbers = beyond["case"].str.partition(":")[0]
+    return pd.DataFrame([{
+        "scenes": len(rows), "no_loop": len(rows) - len(tried), "resolved": len(resolved), "not_judged": len(unjudged),
+        "not_resolved": len(unresolved), "rms_off_pct": 100 * resolved["value"].max(),
+        "peak_off_pct": 100 * resolved["expected"].max(), "refused": int(refused.sum()),
+        "refused_good": int((refused & good).sum()), "good": int(good.sum()),
+        "beyond": ", ".join(f"{n} ({state})" for n, state in zip(numbers, beyond["group"], strict=True)),
+    }])  # fmt: skip
 
 
 def short_runs_verdict(table: pd.DataFrame) -> str:
-    """What a table of short runs (`by_kind`) comes to, in a sentence."""
+    """What a table of short runs (`short_runs_summary`) comes to, in a sentence."""
     last = table.iloc[-1]
     silent = str(last["beyond"] or "").count(f"({YES})") if pd.notna(last["beyond"]) else 0
     met = not silent and last["refused_good"] <= REFUSED_GOOD * last["good"]
