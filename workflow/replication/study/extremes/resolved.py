@@ -123,7 +123,7 @@ def short_runs_summary(rows: pd.DataFrame) -> pd.DataFrame:
     good, refused = (tried["value"] <= RMS) & (tried["expected"] <= PEAKS), tried["outcome"] == REFUSED
     resolved, unjudged, unresolved = (tried[~refused & (tried["group"] == state)] for state in (YES, OPEN, NO))
     beyond = tried[~refused & ~good]
-    numbers = beyond["case"].str.partition(":")[0]
+    numbers = beyond["case"].str.split(":").str[0]
     return pd.DataFrame([{
         "scenes": len(rows), "no_loop": len(rows) - len(tried), "resolved": len(resolved), "not_judged": len(unjudged),
         "not_resolved": len(unresolved), "rms_off_pct": 100 * resolved["value"].max(),
