@@ -93,7 +93,7 @@ rule article:
         outcomes=f"{R}/short/tables/extremes.csv",
         **SEARCHED,
         figures=[f"{R}/figures/fig{name}.svg" for name in ("01", "17_a", "18_a", "19", "21", "23_a", "24")],
-        studies=[f"{R}/short/figures/{name}.svg" for name in ("trade_first", "extremes_stability")],
+        studies=[f"{R}/short/figures/{name}.svg" for name in ("trade", "extremes_stability")],
     output:
         pdf=f"{R}/article.pdf",
         values=f"{R}/article.json",
@@ -148,7 +148,7 @@ rule pictures:
         manifest=f"{R}/manifest.json",
         pictures=[
             *(f"{R}/figures/{name}" for name in ("animation.gif", "fig19.png", "fig24.png")),
-            *(f"{R}/short/figures/{name}.png" for name in ("trade", "trade_first")),
+            f"{R}/short/figures/trade.png",
         ],
     log: f"{R}/logs/pictures.log"
     message: "Pictures and measured parts of the pages"

@@ -88,7 +88,6 @@ rule trade_form:
         csv=f"{R}/{{short}}trade.csv",
         planner=f"{R}/{{short}}planner.csv",
         figure=figure("trade", "{short}"),
-        first=figure("trade_first", "{short}"),
     log: f"{R}/logs/{{short}}trade.log"
     message: "Accuracy against cost"
     script: "../replication/report/figures/trade.py"

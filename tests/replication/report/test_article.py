@@ -38,7 +38,7 @@ def article(tmp_path):
         (tmp_path / folder).mkdir(parents=True)
     for name in ("fig01", "fig17_a", "fig18_a", "fig19", "fig21", "fig23_a", "fig24"):
         (tmp_path / "figures" / f"{name}.svg").write_text(BLANK, encoding="utf-8")
-    for name in ("trade_first", "extremes_stability"):
+    for name in ("trade", "extremes_stability"):
         (tmp_path / "short" / "figures" / f"{name}.svg").write_text(BLANK, encoding="utf-8")
 
     def made(values):

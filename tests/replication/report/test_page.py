@@ -82,7 +82,7 @@ def inputs(tmp_path_factory):
     figure = Figure(figsize=(7, 3))
     figure.subplots().plot([0, 1])
     figure.savefig(results / "figures" / "fig15.png", dpi=150)
-    for name in ("fig05", "fig18_a", "fig24", "trade_first", "extremes_solvers"):
+    for name in ("fig05", "fig18_a", "fig24", "trade", "extremes_solvers"):
         (results / "figures" / f"{name}.png").write_bytes((results / "figures" / "fig15.png").read_bytes())
     return PageInputs(results=results)
 

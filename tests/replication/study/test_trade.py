@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 from matplotlib.text import Text
 
-from replication.report.figures.trade import first_figure
+from replication.report.figures.trade import trade_figure
 from replication.study.accuracy import default_step, trade
 from replication.study.settings import StatisticErrors
 from trackdyn.errors import DivergenceError, InputError
@@ -104,7 +104,7 @@ def test_names_in_the_picture_of_the_readme_cover_no_point_and_no_other_name():
     rows = pd.read_csv(Path(__file__).parents[3] / "docs" / "measured" / "trade.csv")
     planned = {"measure": "rms", "tolerance": 0.01, "achieved_error": 2e-3, "cpu_s": 0.7, "trial_cpu_s": 0.9}
     peers = {"code": "exudyn", "chosen": "yes", "cpu_s": 23.0, "step_s": 5e-4, "difference_pct": -0.16}
-    figure = first_figure(rows, pd.DataFrame([planned]), pd.DataFrame([peers]))
+    figure = trade_figure(rows, pd.DataFrame([planned]), pd.DataFrame([peers]))
     (axis,) = figure.axes
     figure.draw_without_rendering()
     names = {text.get_text(): text for text in axis.texts if text.get_visible()}

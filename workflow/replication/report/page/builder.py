@@ -34,14 +34,14 @@ KINDS = {
 }  # fmt: skip
 SCRIPTS = ("shared", "page")  # one module, in this order
 COLOURS_OF_A_PICTURE = 16
-FRONT = ("fig24", "trade_first")  # on the first screen
+FRONT = ("fig24", "trade")  # on the first screen
 # of the gallery, each folded under its title
 GROUPS = {
     "Figures 1 to 13: the model in drawings": [f"fig{number:02d}" for number in range(1, 14)],
     "Figures 14 to 23: results": [f"fig{number:02d}" for number in range(14, 24)],
     "Tables": [item.key for item in PAPER if item.table],
 }
-ACCURACY = ("trade", "peer_answers")  # of the studies, beside the chart of cost and error
+ACCURACY = ("peer_answers",)  # of the studies, beside the front picture of cost and error
 # tables whose files the page hands out; the first folder that has one
 TABLES = (
     "claims.csv", "metrics.csv", "trade.csv", "planner.csv", "extremes.csv", "tables/fidelity.csv",

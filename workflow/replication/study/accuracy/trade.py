@@ -154,12 +154,6 @@ def _rows_of(point: list, run: AnswerCost | None, limits: dict[str, Limit], seco
     return rows
 
 
-def pareto(rows: pd.DataFrame) -> pd.DataFrame:
-    """The rows that no other row beats in both cost (``cpu_s``) and error."""
-    ordered = rows.sort_values(["cpu_s", "error"])
-    return ordered[ordered["error"] < ordered["error"].cummin().shift(fill_value=np.inf)]
-
-
 def main(job) -> None:
     """Rule `trade_scene`."""
     requested = measured_scenes(TradeForm(**job.params.form))[job.wildcards.scenes]
