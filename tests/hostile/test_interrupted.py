@@ -5,12 +5,10 @@ import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import pytest
+from sentences import RIG, ROOT
 
-ROOT = Path(__file__).parents[2]
-RIG = str(ROOT / "config" / "rigs" / "paper.yaml")
 ENTRY = "from trackdyn.__main__ import main; main()"
 BELT = ("--rig", RIG, "--choose", "chain=belt", "--frame-interval", "0", "--duration", "30", "--quiet")
 
