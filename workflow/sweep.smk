@@ -29,9 +29,6 @@ KNOWN = {
     "out": None, # a row a result (.csv, .parquet); its folders lie beside it
     "rig": "config/rigs/paper.yaml", # of rows that name no other
     "rigs": [], # files that rows name themselves
-    "kernels": [], # files that are there when the kernels are compiled; none: they are compiled here
-    "store": "", # folder of rows as they come; that beside `out`
-    "logs": "", # where names of logs begin, in a folder logs; what jobs took goes into a folder benchmarks beside
     "batches": 10, # jobs; a minute or more of rows in each makes their start cheap
     "threads": 1, # of a job
     "mem_mb": 700, # of a job, and so much more with every try; measured: what a job took stands beside its log
@@ -41,9 +38,8 @@ KNOWN = {
 for name in KNOWN:
     if config.get(name, KNOWN[name]) is None:
         raise WorkflowError(f"sweep: {name} is missing; set it by --config {name}=... or in the module's config")
-for name in ("rigs", "kernels"):
-    if not isinstance(config.get(name, []), list):
-        raise WorkflowError(f"sweep: {name} = {config[name]!r}: must be a list of files")
+if not isinstance(config.get("rigs", []), list):
+    raise WorkflowError(f"sweep: rigs = {config['rigs']!r}: must be a list of files")
 for name in ("batches", "threads", "mem_mb", "runtime", "tries"):
     if not str(config.get(name, KNOWN[name])).isdecimal() or int(config.get(name, KNOWN[name])) < 1:
         raise WorkflowError(f"sweep: {name} = {config[name]!r}: must be a whole number of at least 1")
@@ -52,8 +48,8 @@ SWEEP = {name: str(config[name]) if usual is None else type(usual)(config.get(na
 # with every try more memory and time
 GROWING = {name: lambda wildcards, attempt, most=SWEEP[name]: most * attempt for name in ("mem_mb", "runtime")}
 BESIDE = str(Path(SWEEP["out"]).with_suffix(""))
-STORE = SWEEP["store"] or f"{BESIDE}.rows"
-LOGS = SWEEP["logs"] or f"{BESIDE}.logs/"
+STORE = f"{BESIDE}.rows" # of rows as they come
+LOGS = f"{BESIDE}.logs/"
 # Otherwise a batch's results would be one more sweep's.
 wildcard_constraints:
     **{name: r"[^./]+" for name in get_wildcard_names(SWEEP["out"])},
@@ -89,30 +85,28 @@ rule split:
     script: "../trackdyn/sweeps/jobs.py"
 
 
-if not SWEEP["kernels"]:
-
-    rule warm_up:
-        """Compile the kernels once, with a row of every kind: batches on a cold cache would each compile them."""
-        input:
-            SOURCES,
-            design=SWEEP["design"],
-            rig=SWEEP["rig"],
-            rigs=SWEEP["rigs"],
-        output: f"{BESIDE}.batches/kernels.txt"
-        params:
-            task="warm_up",
-            store=STORE,
-        resources: **GROWING
-        log: f"{LOGS}warm_up.log"
-        message: "Compiling the kernels"
-        script: "../trackdyn/sweeps/jobs.py"
+rule warm_up:
+    """Compile the kernels once, with a row of every kind: batches on a cold cache would each compile them."""
+    input:
+        SOURCES,
+        design=SWEEP["design"],
+        rig=SWEEP["rig"],
+        rigs=SWEEP["rigs"],
+    output: f"{BESIDE}.batches/kernels.txt"
+    params:
+        task="warm_up",
+        store=STORE,
+    resources: **GROWING
+    log: f"{LOGS}warm_up.log"
+    message: "Compiling the kernels"
+    script: "../trackdyn/sweeps/jobs.py"
 
 
 rule batch:
     """Rows of one batch, kept as they come: a batch that is killed goes on where it was."""
     input:
         SOURCES,
-        kernels=SWEEP["kernels"] or rules.warm_up.output,
+        kernels=rules.warm_up.output,
         design=f"{BESIDE}.batches/{{batch}}.parquet",
         rig=SWEEP["rig"],
         rigs=SWEEP["rigs"],
@@ -141,7 +135,7 @@ rule gather:
         expand(f"{BESIDE}.batches/{{batch}}.results.parquet", batch=range(SWEEP["batches"]), allow_missing=True)
         if SWEEP["batches"] > 1
         else [],
-        kernels=SWEEP["kernels"] or rules.warm_up.output,
+        kernels=rules.warm_up.output,
         design=SWEEP["design"],
         rig=SWEEP["rig"],
         rigs=SWEEP["rigs"],

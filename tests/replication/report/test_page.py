@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from replication.paper.claims import VERDICTS
-from replication.report.page.builder import PageInputs, build_page, embedded_picture, write_page
+from replication.report.page.builder import build_page, embedded_picture
 from tests.conftest import made_recording
 from trackdyn.errors import InputError
 from trackdyn.parameters.rig import load_rig
@@ -38,7 +38,7 @@ def made(sources=None):
 
 
 @pytest.fixture(scope="module")
-def inputs(tmp_path_factory):
+def results(tmp_path_factory):
     """A small results folder with something for most sections of the page."""
     results = tmp_path_factory.mktemp("results")
     made().save(results / "runs" / "210rpm.npz")
@@ -84,25 +84,25 @@ def inputs(tmp_path_factory):
     figure.savefig(results / "figures" / "fig15.png", dpi=150)
     for name in ("fig05", "fig18_a", "fig24", "trade", "extremes_solvers"):
         (results / "figures" / f"{name}.png").write_bytes((results / "figures" / "fig15.png").read_bytes())
-    return PageInputs(results=results)
+    return results
 
 
 @pytest.fixture(scope="module")
-def page_file(inputs):
-    path = inputs.results / "report.html"
-    write_page(inputs, path)
+def page_file(results):
+    path = results / "report.html"
+    path.write_text(build_page(results), encoding="utf-8")
     return path
 
 
-def test_recordings_of_another_version_are_refused(inputs, tmp_path):
-    shutil.copytree(inputs.results, tmp_path / "mixed")
+def test_recordings_of_another_version_are_refused(results, tmp_path):
+    shutil.copytree(results, tmp_path / "mixed")
     made("0123456789abcdef").save(tmp_path / "mixed" / "runs" / "ring" / "old.npz")
     with pytest.raises(InputError, match=r"old\.npz: was made by another version"):
-        build_page(PageInputs(results=tmp_path / "mixed"))
+        build_page(tmp_path / "mixed")
 
 
-def test_the_same_results_give_the_same_page(inputs, page_file):
-    assert build_page(inputs) == page_file.read_text(encoding="utf-8")
+def test_the_same_results_give_the_same_page(results, page_file):
+    assert build_page(results) == page_file.read_text(encoding="utf-8")
 
 
 def carried(text, name):

@@ -6,9 +6,8 @@ import base64
 import html
 import io
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
@@ -50,24 +49,26 @@ TABLES = (
 )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class PageInputs:
-    """What the page is made from."""
+def build_page(
+    results: Path, synthetic: bool | None = True, layers: Sequence[str] = (), studies: Sequence[str] = ()
+) -> str:
+    """The page as HTML text.
 
-    results: Path  # folder that the workflow wrote
-    synthetic: bool | None = True  # whether the sensor's records are synthetic; None: there are none
-    layers: tuple[str, ...] = ()  # configurations on top of the base, which commands on the page must name
-    # studies that this run has made; what else lies in the folder is of an earlier one, and said to be
-    studies: tuple[str, ...] = ()
-
-
-def build_page(inputs: PageInputs) -> str:
-    """The page as HTML text."""
-    results = Path(inputs.results)
+    Parameters
+    ----------
+    results : path
+        Folder that the workflow wrote.
+    synthetic : bool or None
+        Whether the sensor's records are synthetic; None: there are none.
+    layers : sequence of str
+        Configurations on top of the base, which commands on the page must name.
+    studies : sequence of str
+        Made by this run; what else lies in the folder is of an earlier one, and said to be.
+    """
     recordings = check_sources(sorted((results / "runs").rglob("*.npz")))
     files = {name: path.read_text(encoding="utf-8") for name in TABLES if (path := _first(results, name))}
     with ThreadPoolExecutor() as pool:  # most of the time is the packing of pictures, without the interpreter
-        shown = list(pool.map(partial(_entry, inputs, _said(results)), (*PAPER, *OF_STUDIES)))
+        shown = list(pool.map(partial(_entry, results, synthetic, _said(results)), (*PAPER, *OF_STUDIES)))
     return render(
         "page.html.j2",
         SCRIPTS,
@@ -76,7 +77,7 @@ def build_page(inputs: PageInputs) -> str:
         card=_card(results),
         answer_costs=trade_sentence(pd.read_csv(planner)) if (planner := _first(results, "planner.csv")) else "",
         symbols=MARKS,
-        synthetic=inputs.synthetic,
+        synthetic=synthetic,
         parameters=_parameters(results),
         kinds=KINDS,
         fidelity=_rows(results, "tables/fidelity.csv"),
@@ -91,15 +92,10 @@ def build_page(inputs: PageInputs) -> str:
         judged=JUDGED,
         groups=GROUPS,
         missing=missing_items(results),
-        forms={name: _form(results, study.file, name in inputs.studies) for name, study in STUDIES.items()},
-        layers=" ".join(["", "--configfile", *inputs.layers]) if inputs.layers else "",
+        forms={name: _form(results, study.file, name in studies) for name, study in STUDIES.items()},
+        layers=" ".join(["", "--configfile", *layers]) if layers else "",
         paper_items=len(PAPER),
     )
-
-
-def write_page(inputs: PageInputs, path: Path | str) -> None:
-    """Write the page, whole or not at all."""
-    write_text(path, build_page(inputs))
 
 
 def _card(results: Path) -> dict | None:
@@ -169,14 +165,14 @@ def _said(results: Path) -> dict[str, list[str]]:
     return sentences
 
 
-def _entry(inputs: PageInputs, said: Mapping[str, list[str]], item) -> dict:
-    files = item.files(inputs.results) or item.files(Path(inputs.results) / "short")
+def _entry(results: Path, synthetic: bool | None, said: Mapping[str, list[str]], item) -> dict:
+    files = item.files(results) or item.files(results / "short")
     paragraph = [f"The text says: {'; '.join(said[item.label])}."] if item.label in said else []
     return {
         "item": item,
         "id": item.key if item.label else f"our-{item.key}",
         "said": _caption_html(paragraph),
-        "caption": _caption_html([*item.caption(inputs.synthetic), *paragraph]),
+        "caption": _caption_html([*item.caption(synthetic), *paragraph]),
         "pictures": [] if item.table else [embedded_picture(file) for file in files],
         "rows": _rows(files[0].parent, files[0].name) if item.table and files else None,
     }
@@ -204,13 +200,7 @@ def embedded_picture(path: Path) -> dict:
 def main(job) -> None:
     """Rule `page`."""
     of = job.params
-    inputs = PageInputs(
-        results=Path(of.results),
-        synthetic=of.synthetic,
-        studies=tuple(of.studies),
-        layers=tuple(of.layers),
-    )
-    write_page(inputs, job.output[0])
+    write_text(job.output[0], build_page(Path(of.results), of.synthetic, of.layers, of.studies))
     for item in missing_items(of.results):
         print(f"missing: {item.label}, {item.title} (rule {item.rule})")
 
