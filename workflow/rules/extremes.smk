@@ -1,6 +1,6 @@
 # Extremes of parameters, steps and states: every case completes with its invariants in bounds or is refused.
 
-EXTREMES = ("solvers", "stability", "restitution", "long_run")
+EXTREMES = ("solvers", "stability")
 
 
 rule extremes_part:

@@ -32,8 +32,7 @@ KINDS = {".png", ".svg", ".gif", ".csv", ".md", ".json", ".npz", ".html", ".pdf"
 # Times of computing and memory, which no two runs share, and what follows from them: the planner takes what was
 # cheapest, the page and the article show the costs.
 TIMES = re.compile(
-    r"(.*/)?(tables/fidelity\.md|figures/(trade_\w+|extremes_long_run)\.(png|svg)"
-    r"|planner\.csv|promises_[^/]+\.csv)"
+    r"(.*/)?(tables/fidelity\.md|figures/trade\.(png|svg)|planner\.csv|promises_[^/]+\.csv)"
     r"|.*\.cost\.json|report\.html|article\.(pdf|json)|plan\.json"
 )
 TIMED_COLUMN = re.compile(r"(start_)?(wall|cpu)_s(_per_s)?|resident_mb")

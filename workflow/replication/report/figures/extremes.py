@@ -8,25 +8,23 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
 from replication.report.tables import write_captioned_table
-from replication.study.extremes.judge import GAP, extremes_summary
+from replication.study.extremes.judge import extremes_summary
 from replication.study.extremes.resolved import short_runs_summary, short_runs_verdict
 from replication.study.extremes.run import gathered
 from replication.study.extremes.stability_map import QUANTITIES, stable_steps
 from replication.study.settings import LONG_RUN, ExtremesForm, parts_of
 from trackdyn.files import write_csv
-from trackdyn.plots.style import BLACK, BLUE, MARKERS, ORANGE, PRINTED, VERMILION, new_figure, save, styled
-from trackdyn.simulation.resolution import OPEN_SHARE
+from trackdyn.plots.style import BLACK, BLUE, ORANGE, VERMILION, new_figure, save, styled
 
 SOLVERS = {"riccati": BLUE, "transfer_product": VERMILION}
 SOLVER_NAMES = {"riccati": "Riccati", "transfer_product": "literal product"}
 KIND_LOOKS = {"link and connector": ("-", "o"), "uniform bars": ("--", "s"), "centres of percussion": (":", "^")}
-BOUND = {"color": BLACK, "linestyle": ":"}
 # above this every digit is lost: points beyond say no more
 ALL_LOST = 1e6
 
 
 @styled
-def solvers_figure(rows: pd.DataFrame, chunks: pd.DataFrame) -> Figure:
+def solvers_figure(rows: pd.DataFrame) -> Figure:
     """Sweep and literal product against the number of bodies: error (a), residual of longer chains (b)."""
     table = rows[(rows["family"] == "length of the chain") & (rows["group"] != "")]
     figure = new_figure(5.0)
@@ -58,7 +56,7 @@ def solvers_figure(rows: pd.DataFrame, chunks: pd.DataFrame) -> Figure:
 
 
 @styled
-def stability_figure(rows: pd.DataFrame, chunks: pd.DataFrame) -> Figure:
+def stability_figure(rows: pd.DataFrame) -> Figure:
     """Forced runs over step and one quantity a panel, beside the step limit predicted beforehand."""
     kinds = [name for name in QUANTITIES if (rows["family"] == f"step and {name}").any()]
     limits = stable_steps(rows)
@@ -86,63 +84,8 @@ def stability_figure(rows: pd.DataFrame, chunks: pd.DataFrame) -> Figure:
     return figure
 
 
-@styled
-def restitution_figure(rows: pd.DataFrame, chunks: pd.DataFrame) -> Figure:
-    """Restitution that an impact delivers against the nominal one, both normal laws."""
-    table = rows[(rows["family"] == "restitution") & (rows["measure"] == "restitution")]
-    table = table.astype({"at": float, "value": float, "expected": float})
-    figure = new_figure(3.6)
-    ax = figure.subplots()
-    ax.plot([0, 1], [0, 1], **PRINTED, zorder=3, label="nominal")
-    for i, (law, group_rows) in enumerate(table.groupby("group", sort=False)):
-        colour = (BLUE, ORANGE)[i % 2]
-        group_rows = group_rows.sort_values("at")
-        ax.plot(group_rows["at"], group_rows["expected"], color=colour, linestyle="-")
-        names = {"printed": "Eq. 8 as printed", "delivered": "factor that delivers it"}
-        ax.plot(
-            group_rows["at"],
-            group_rows["value"],
-            color=colour,
-            linestyle="none",
-            marker=MARKERS[i],
-            label=names.get(law, law),
-        )
-    ax.set(xlabel="nominal coefficient of restitution", ylabel="delivered")
-    ax.set_title("One impact integrated (points) and the closed form (lines)")
-    ax.legend(loc="lower right")
-    return figure
-
-
-@styled
-def long_run_figure(rows: pd.DataFrame, chunks: pd.DataFrame) -> Figure:
-    """Closure error, energy residual, RMS of the sensor and memory over a long run."""
-    figure = new_figure(5.6)
-    axes = figure.subplots(4, 1, sharex=True)
-    minutes = chunks["time_s"] / 60
-    labels = {
-        "loop_gap_max_m": "largest closure\nerror (m)", "energy_residual": "relative energy\nresidual",
-        "rms_g": "RMS of the sensor's\ny acceleration (g)", "resident_mb": "largest resident\nmemory (MB)",
-    }  # fmt: skip
-    for ax, (column, label) in zip(axes, labels.items(), strict=True):
-        ax.plot(minutes, chunks[column].abs(), color=BLUE, linestyle="-", marker="." if len(chunks) < 50 else "")
-        ax.set_ylabel(label)
-    bounds = ((GAP, "printed, 1.1e-10 m", PRINTED), (OPEN_SHARE, f"bound, {OPEN_SHARE:g}", BOUND))
-    for ax, (bound, text, look) in zip(axes, bounds, strict=False):
-        ax.set_yscale("log")
-        ax.axhline(bound, **look)
-        ax.text(minutes.iloc[0], 0.6 * bound, text, va="top")
-        ax.set_ylim(top=6 * bound)
-    for ax, column in zip(axes[2:], ("rms_g", "resident_mb"), strict=True):
-        if chunks[column].notna().any():
-            ax.set_ylim(0, 1.25 * chunks[column].max())
-    axes[-1].set_xlabel("simulated time (min)")
-    figure.align_ylabels()
-    axes[0].set_title(f"{minutes.iloc[-1]:.2g} min at 210 rpm, in chunks of whole revolutions of the loop")
-    return figure
-
-
 # in the order of the rule's outputs
-FIGURES = (solvers_figure, stability_figure, restitution_figure, long_run_figure)
+FIGURES = (solvers_figure, stability_figure)
 
 
 WORDS = dict.fromkeys(("family", "case", "outcome", "reason", "measure", "group"), str)
@@ -154,9 +97,9 @@ def main(job) -> None:
     # words stay words, and one that is not there is empty
     read = [pd.read_csv(path, dtype=WORDS).fillna(dict.fromkeys(WORDS, "")) for path in job.input.parts]
     tables = dict(zip(parts_of(form), read, strict=True))
-    rows, chunks = gathered(form, tables), tables[LONG_RUN]
+    rows = gathered(form, tables)
     write_csv(out.csv, rows)
-    write_csv(out.chunks, chunks)
+    write_csv(out.chunks, tables[LONG_RUN])
     counts = extremes_summary(rows)
     last = counts.iloc[-1]
     write_captioned_table(
@@ -169,7 +112,7 @@ def main(job) -> None:
     short_runs = short_runs_summary(rows)
     write_captioned_table(short_runs, out.short_runs[0], short_runs_verdict(short_runs))
     for draw, path in zip(FIGURES, out.figures, strict=True):
-        save(draw(rows, chunks), path)
+        save(draw(rows), path)
 
 
 if __name__ == "__main__":
