@@ -13,18 +13,6 @@ Examples
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from trackdyn.errors import DivergenceError, InputError, TrackdynError
-    from trackdyn.measure.sensor import sense
-    from trackdyn.parameters.rig import Rig, load_rig
-    from trackdyn.plots.show import show
-    from trackdyn.scene.scene import Scene
-    from trackdyn.simulation.loop import Loop
-    from trackdyn.simulation.recording import Recording, load_recording
-    from trackdyn.simulation.simulate import simulate
-    from trackdyn.sweeps.sweep import sweep
-    from trackdyn.version import __version__
-
 _MODULES = {
     "DivergenceError": "errors",
     "InputError": "errors",
@@ -41,9 +29,24 @@ _MODULES = {
     "simulate": "simulation.simulate",
     "sweep": "sweeps.sweep",
 }
+__all__ = list(_MODULES)
 
-
-if not TYPE_CHECKING:  # to a type checker every name would then be one of the package
+if TYPE_CHECKING:
+    from trackdyn.errors import DivergenceError as DivergenceError
+    from trackdyn.errors import InputError as InputError
+    from trackdyn.errors import TrackdynError as TrackdynError
+    from trackdyn.measure.sensor import sense as sense
+    from trackdyn.parameters.rig import Rig as Rig
+    from trackdyn.parameters.rig import load_rig as load_rig
+    from trackdyn.plots.show import show as show
+    from trackdyn.scene.scene import Scene as Scene
+    from trackdyn.simulation.loop import Loop as Loop
+    from trackdyn.simulation.recording import Recording as Recording
+    from trackdyn.simulation.recording import load_recording as load_recording
+    from trackdyn.simulation.simulate import simulate as simulate
+    from trackdyn.sweeps.sweep import sweep as sweep
+    from trackdyn.version import __version__ as __version__
+else:  # to a type checker every name would then be one of the package
 
     def __getattr__(name: str):
         if name not in _MODULES:
@@ -59,21 +62,3 @@ if not TYPE_CHECKING:  # to a type checker every name would then be one of the p
 
 def __dir__() -> list[str]:
     return sorted({*globals(), *__all__})
-
-
-__all__ = [
-    "DivergenceError",
-    "InputError",
-    "Loop",
-    "Recording",
-    "Rig",
-    "Scene",
-    "TrackdynError",
-    "__version__",
-    "load_recording",
-    "load_rig",
-    "sense",
-    "show",
-    "simulate",
-    "sweep",
-]

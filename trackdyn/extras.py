@@ -35,13 +35,8 @@ def missing(error: ModuleNotFoundError) -> InputError:
         requirements = requires("trackdyn") or []
     except PackageNotFoundError:  # a copy that was never installed
         requirements = []
-    extras: dict[str, list[str]] = {}
-    for text in requirements:
-        name, extra = re.match(r"[\w.-]+", text), re.search(r"extra == ['\"](\w+)['\"]", text)
-        if name and extra:
-            extras.setdefault(extra[1], []).append(name[0].lower())
-    having = [extra for extra, names in extras.items() if package.lower() in names]
-    extra = min(having, key=lambda extra: len(extras[extra]), default="")
+    stated = re.compile(rf"{package}\b.*extra == ['\"](\w+)['\"]", re.IGNORECASE)
+    extra = next((match[1] for text in requirements if (match := stated.match(text))), "")
     # from the clone, since no index has trackdyn
     remedy = f"in the clone: pip install -e '.[{extra}]'" if extra else f"pip install {package}"
     return InputError(f"{package} is not installed; {remedy}")

@@ -188,8 +188,8 @@ def test_a_table_without_names_goes_by_numbers(tmp_path, of_text, name, options)
 @pytest.mark.parametrize(
     ("name", "words"),
     [
-        ("rows.npy", ("no column for ay; there are '1', '2', '3'", "--axis ay=NAME or its number", "--time NAME")),
-        ("rows.mat", ("'acc 1', 'acc 2'", "ay=-NAME.")),
+        ("rows.npy", ("no column for ay; there are '1', '2', '3'", "--axis ay=NAME or by its number", "--time NAME")),
+        ("rows.mat", ("'acc 1', 'acc 2'", "ay=-NAME,")),
         ("float.wav", ("no column for ay",)),
         ("fields.npy", ("'ay' does not say its unit",)),
     ],
@@ -218,7 +218,7 @@ def test_a_channel_goes_by_its_name(tmp_path, of_text):
     record = read_sensor_csv(path, SensorMapping(axes={"ay": "-rear"}))
     np.testing.assert_allclose(record.ay_g, -of_text.ay_g, atol=6e-5)
     path = write_uff(tmp_path / "record.uff", names=("bench", "bench"))
-    with pytest.raises(InputError, match=r"'node 3 \+X', 'node 3 \+Y'; perhaps --axis 'ay=node 3 \+Y'"):
+    with pytest.raises(InputError, match=r"'node 3 \+X', 'node 3 \+Y'; name it with --axis ay=NAME"):
         read_sensor_csv(path)
     record = read_sensor_csv(path, SensorMapping(axes={"ay": "2"}))
     np.testing.assert_allclose(record.ay_g, of_text.ay_g, atol=6e-5)

@@ -42,7 +42,6 @@ def simulate(
     checkpoint: Annotated[
         Path | None, typer.Option(help="File kept while a long run records; the same command goes on from it.")
     ] = None,
-    all_measures: Annotated[bool, typer.Option("--all", help="Print every measure by its column.")] = False,
     quiet: options.Quiet = False,
 ) -> None:
     """Run one scene and write its recording; a file of that name is replaced when the run is done.
@@ -110,7 +109,7 @@ def simulate(
     if settings:
         _until_converged(settings, tolerances, longest, out)
     else:
-        _for_its_duration(scene, out, checkpoint, quiet, all_measures)
+        _for_its_duration(scene, out, checkpoint, quiet)
 
 
 def _warn(recording) -> None:
@@ -150,7 +149,7 @@ def _say_loop(scene, recording, quiet: bool) -> None:
             typer.echo(f"{'step':>22}  {step:.7g} s, which this tension needs")
 
 
-def _for_its_duration(scene, out: Path, checkpoint: Path | None, quiet: bool, all_measures: bool) -> None:
+def _for_its_duration(scene, out: Path, checkpoint: Path | None, quiet: bool) -> None:
     from trackdyn.simulation.simulate import simulate as run
 
     recording = run(scene, progress=not quiet, checkpoint=checkpoint)
@@ -164,15 +163,10 @@ def _for_its_duration(scene, out: Path, checkpoint: Path | None, quiet: bool, al
     _warn(recording)
     if quiet:
         return
-    if all_measures:
-        for name, value in measures.items():
-            if value == value and value != "":  # what a run cannot have is left out
-                typer.echo(f"{name:>22}  {value:.6g}" if isinstance(value, float) else f"{name:>22}  {value}")
-    else:
-        for of in shown_measures(measures):
-            number = with_error(of["value"], of["standard_error"])
-            number = number.replace("\N{MINUS SIGN}", "-").replace("\N{PLUS-MINUS SIGN}", "+-")  # of every terminal
-            typer.echo(f"{number + ' ' + of['unit']:>22}  {of['measure']}")
+    for of in shown_measures(measures):
+        number = with_error(of["value"], of["standard_error"])
+        number = number.replace("\N{MINUS SIGN}", "-").replace("\N{PLUS-MINUS SIGN}", "+-")  # of every terminal
+        typer.echo(f"{number + ' ' + of['unit']:>22}  {of['measure']}")
     for what, seconds in needed_lengths(recording).items():
         typer.echo(f"{'left out':>22}  {what} need a record of {seconds:.3g} s or more")
 

@@ -1,6 +1,6 @@
 """Records of loggers in formats of their own, each turned into one table by the library of its format.
 
-A format is recognised by how its files begin, or else by their ending. Formats that are known and not read are named.
+A format is recognised by how its files begin, or else by their ending.
 What has no format of its own is text (`trackdyn.sensor.logger_text`).
 """
 
@@ -22,7 +22,7 @@ import scipy  # its parts are loaded where they are used
 from trackdyn.errors import InputError, shown
 from trackdyn.extras import required
 from trackdyn.files import plain_file
-from trackdyn.sensor.sensor_mapping import suggested
+from trackdyn.sensor.sensor_mapping import NAME_IT
 
 MOST_BYTES = 128_000_000  # an hour of three axes at 1 kHz; the text and its numbers take some ten times that
 _WIDE = (b"\xff\xfe", b"\xfe\xff")  # marks of UTF-16
@@ -79,18 +79,12 @@ class Format(NamedTuple):
 
 
 def format_of(path: Path) -> Format | None:
-    """The format of a file; None for text, and for what is no file. `InputError` names a known one that is not read."""
+    """The format of a file; None for text, for a format that is not read, and for what is no file."""
     try:
         with open(path, "rb") as file:
             head = file.read(_HEAD) if path.is_file() else b""
     except (OSError, ValueError):
         head = b""
-    for begins, name in NOT_READ.items():
-        if head.startswith(begins):
-            raise InputError(
-                f"{path}: this is {name}, which is not read; unpack or convert it: CSV, "
-                f"{', '.join(form.name for form in FORMATS)} are read."
-            )
     matching = [form for form in FORMATS if form.begins.match(head)]
     text = head and not re.search(rb"[\0-\x08\x0e-\x19\x1b-\x1f]", head)
     ending = path.suffix.lower()
@@ -122,7 +116,8 @@ def read_logger_text(path: Path) -> str:
         raise InputError(f"{path}: this is {kind}, not a sensor's file; give a CSV file.")
     control = sum(byte < 32 and byte not in b"\t\n\v\f\r\x1a" for byte in data[:1000])
     if control > 0.02 * len(data[:1000]) and not data.startswith(_WIDE):
-        raise InputError(f"{path}: this is binary data, not text; export it as CSV.")
+        read = ", ".join(form.name for form in FORMATS)
+        raise InputError(f"{path}: this is binary data, not text, and none of {read}; export it as CSV.")
     if len(data) > MOST_BYTES:
         raise InputError(f"{path}: the file holds more than {MOST_BYTES / 1e6:.0f} MB; give a part of it.")
     text = decoded(data)
@@ -172,14 +167,8 @@ def read_channels(path: Path, kind: Format, recognised: Callable[[Sequence[str]]
     names = [name for group in groups for name in group.names]
     if not usable:
         listed = ", ".join(map(shown, names[:20]))
-        raise InputError(
-            f"{path}: no {sought}; there are {listed or 'no channels'}"
-            + (
-                f"; {suggested(groups[0].names, groups[0].units, groups[0].rate is not None)}."
-                if names
-                else "; export the record as CSV."
-            )
-        )
+        remedy = NAME_IT if names else "export the record as CSV"
+        raise InputError(f"{path}: no {sought}; there are {listed or 'no channels'}; {remedy}.")
     if len(usable) > 1:
         raise InputError(
             f"{path}: {len(usable)} groups of channels have a {sought}; name a channel that only one of them has, such "
@@ -367,10 +356,3 @@ FORMATS = (
     Format("NPY", "numpy", _npy, re.compile(rb"\x93NUMPY"), (".npy",)),
     Format("Parquet", "pyarrow", _parquet, re.compile(rb"PAR1"), (".parquet", ".pq")),
 )
-NOT_READ = {
-    b"MDF     3.": "an MDF 3 file", b"MDF     2.": "an MDF 2 file", b"SQLite format 3": "an SQLite database",
-    b"%PDF": "a PDF document", b"fLaC": "a FLAC file", b"OggS": "an Ogg file", b"BZh": "compressed by bzip2",
-    b"\xd0\xcf\x11\xe0": "a spreadsheet (XLS)", b"\xfd7zXZ": "compressed by xz", b"\x89PNG": "a picture",
-    b"\x28\xb5\x2f\xfd": "compressed by zstd", b"7z\xbc\xaf": "a 7z archive", b"Rar!": "a RAR archive",
-    b"\x80\x04\x95": "a Python pickle",
-}  # fmt: skip

@@ -17,7 +17,7 @@ import numpy as np
 import pandas as pd
 
 from trackdyn.errors import InputError, shown
-from trackdyn.sensor.sensor_mapping import suggested
+from trackdyn.sensor.sensor_mapping import NAME_IT
 from trackdyn.sensor.stamps import DATE, seconds_of
 
 _HEAD = 200  # lines in which the header is looked for
@@ -25,7 +25,7 @@ _SEPARATORS = {"\t": "tabs", ";": "semicolons", ",": "commas", "|": "vertical ba
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity)", re.IGNORECASE)
 _MISSING = ("", "nan", "na", "n/a", "null", "none", "-", "#n/a")
-_SUPPLY = "supply the number, or give --gaps bridge or --gaps longest"
+_SUPPLY = "give --gaps bridge or --gaps longest"
 _GROUPED = re.compile(r"[+-]?[1-9]\d{0,2}(,\d{3})+", re.ASCII)
 
 
@@ -140,15 +140,10 @@ def find_layout(
             f"{path}: line {rows[0] + 1} holds numbers ({shown(head[rows[0]])}) where the names of the columns must "
             "be; write them above, or give all columns by number, such as --time 1 --axis ay=3 --unit g."
         )
-    # what looks most like a header is shown: the line above the first row of numbers, or above its units
+    # what looks most like a header is shown: the line above the first row of numbers
     separator = (_of_values(head[rows[first]]) if first < len(rows) else None) or _separators(head[rows[first - 1]])[0]
-    above = [split_fields(head[j], separator) for j in rows[max(first - 2, 0) : first]]
-    units = above.pop() if len(above) > 1 and len(above[0]) == len(above[1]) and any(map(is_unit, above[1])) else []
-    names = above[-1]
-    raise InputError(
-        f"{path}: no {sought} in line {rows[first - 1] + (not units)} ({listed(names)}); "
-        f"{suggested(names, units or [''] * len(names))}."
-    )
+    names = split_fields(head[rows[first - 1]], separator)
+    raise InputError(f"{path}: no {sought} in line {rows[first - 1] + 1} ({listed(names)}); {NAME_IT}.")
 
 
 def _layout_by_position(path, head, rows, numbers, is_unit) -> tuple[list[str], list[str], str, int]:
@@ -330,58 +325,33 @@ def _parse_by_line(layout: Layout, columns: Sequence[int], decimal: str, time: i
         number = layout.first_line + k
         fields = split_fields(line, separator, len(names))
         if len(fields) != len(names):
-            _refuse_fields(path, line, number, names, separator, "the file", last=k == len(lines) - 1)
+            _refuse_fields(path, line, number, names, separator, "the file")
         for column, index in enumerate(columns):
             where, value = f"{path}: field {names[index]} in line {number}", fields[index]
             if gaps and index != time and value.casefold() in _MISSING:
                 table[k, column] = np.nan
                 continue
             number_like = _NUMBER.fullmatch(value.replace(".", "?").replace(",", ".") if decimal == "," else value)
-            if number_like:
-                table[k, column] = float(value.replace(",", "."))
-            if not value or _NOT_FINITE.fullmatch(value) or (number_like and np.isinf(table[k, column])):
-                raise InputError(f"{where} is {shown(value)}, not a finite number; {_SUPPLY}.")
-            if not number_like:
-                if index == time:
-                    raise InputError(
-                        f"{where} is {shown(value)}, neither a number nor a date and time as 2024-05-01T12:00:00.001; "
-                        "correct it or remove the line, or read no stamps, --time none --rate HZ."
-                    )
-                remedy = "correct it or remove the line"
-                if _NUMBER.fullmatch(value.replace(",", ".")):
-                    sign = "comma, as the first rows have it" if decimal == "," else "point"
-                    remedy = f"write it with a decimal {sign}"
-                raise InputError(f"{where} is {shown(value)}, not a number; {remedy}.")
+            table[k, column] = float(value.replace(",", ".")) if number_like else np.nan
+            if np.isfinite(table[k, column]):
+                continue
+            wanted, remedy = f"a finite number with a decimal {'comma' if decimal == ',' else 'point'}", _SUPPLY
+            if index == time:
+                wanted += " or a date and time as 2024-05-01T12:00:00.001"
+                remedy = "read no stamps, --time none --rate HZ"
+            raise InputError(f"{where} is {shown(value)}, not {wanted}; correct it, remove the line, or {remedy}.")
     return table
 
 
-def _refuse_fields(path, line, number, names, separator, what, last=False):
-    """Say why a row has not as many fields as the header has names."""
+def _refuse_fields(path, line, number, names, separator, what):
+    """Say that a row has not as many fields as the header has names."""
     where = f"{path}: line {number} ({shown(line)})"
     if not line.strip() or line.lstrip().startswith("#"):
         raise InputError(f"{where} is {'a comment' if line.strip() else 'empty'} among the rows; remove the line.")
-    fields = len(split_fields(line, separator, len(names)))
-    for other, name in _SEPARATORS.items():
-        if separator in line or other == " " or other not in line:
-            continue
-        if len(split_fields(line, other)) == len(names):
-            raise InputError(
-                f"{where} has {name} where {what} has {_SEPARATORS[separator]}; write the same everywhere."
-            )
-    if separator == "," and fields == 2 * len(names):
-        raise InputError(
-            f"{where} has {fields} fields for {len(names)} names, these look like decimal commas; separate the fields "
-            "by semicolons or write decimal points."
-        )
-    by_number = "" if what == "the file" else ", or give all columns by number, such as --time 1 --axis ay=3"
-    if fields > len(names):
-        raise InputError(
-            f"{where} has {fields} fields for the {len(names)} names {listed(names)}; remove the rest{by_number}."
-        )
-    kind = "" if by_number else ", the last line is truncated" if last else ", the line is incomplete"
     raise InputError(
-        f"{where} has {fields} of {len(names)} fields and ends before {names[fields]}{kind}; complete or remove it"
-        f"{by_number}."
+        f"{where} has {len(split_fields(line, separator, len(names)))} fields between {_SEPARATORS[separator]} and "
+        f"{what} has {len(names)} names ({listed(names)}); complete or remove it, use one separator everywhere and no "
+        "decimal commas among commas, or give all columns by number, such as --time 1 --axis ay=3."
     )
 
 

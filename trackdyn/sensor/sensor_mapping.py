@@ -220,39 +220,25 @@ _TIME_WORDS = re.compile(
 )
 
 
-def suggested(names: Sequence[str], units: Sequence[str], timed: bool = False) -> str:
-    """Options that name the column of ay, and of the time unless the file is ``timed``: the closest names, if any."""
-    columns = [_column(k, *both) for k, both in enumerate(zip(names, units, strict=True))]
-    timed = timed or any(_TIME_NAME.fullmatch(column.base) for column in columns)
-    stamps = [] if timed else [f"--time {name}" for name in time_like(names, units)[:1]]
-    lettered = [column for column in columns if "y" in re.split(r"[^a-z]+", _apart(column.name))]
-    if not lettered:
-        time = (
-            "" if timed else f", and the time with {stamps[0] if stamps else '--time NAME, or --time none --rate HZ'}"
-        )
-        return f"say which it is with --axis ay=NAME or its number, ay=2, with a minus to turn its sign, ay=-NAME{time}"
-    chosen = min(lettered, key=lambda column: "acc" not in column.base)
-    options = [*stamps, f"--axis {_typed(chosen, 'ay=')}"]
-    options += [] if chosen.unit in _ACCELERATION else ["--unit g (or --scale, units per g)"]
-    return f"perhaps {' '.join(options)}; else name it with --axis ay=NAME or its number, ay=2"
+NAME_IT = (
+    "name it with --axis ay=NAME or by its number, ay=2, with a minus to turn its sign, ay=-NAME, and the time with "
+    "--time NAME, or --time none --rate HZ"
+)
 
 
 def time_like(names: Sequence[str], units: Sequence[str]) -> list[str]:
     """Columns that may be the time by their names or units, as a shell takes them."""
     columns = [_column(k, *both) for k, both in enumerate(zip(names, units, strict=True))]
     named = [column for column in columns if _TIME_WORDS.search(_apart(column.name))]
-    return [_typed(c) for c in named + [c for c in columns if c.unit in _TIME and c not in named]]
+    columns = named + [column for column in columns if column.unit in _TIME and column not in named]
+    # by its number where a keyboard may lack the name
+    typed = (c.name if c.name.isascii() and c.name.isprintable() else f"#{c.position + 1}" for c in columns)
+    return list(map(shlex.quote, typed))
 
 
 def _apart(name: str) -> str:
     """A name whose words are apart, in small letters: ``accelerationY`` is acceleration y."""
     return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name).casefold()
-
-
-def _typed(column: Column, before: str = "") -> str:
-    """A column as a shell takes it, by its number if a keyboard may lack its name."""
-    name = f"#{column.position + 1}" if not (column.name.isascii() and column.name.isprintable()) else column.name
-    return shlex.quote(f"{before}{name}")
 
 
 def time_unit_of(path: Path, column: Column) -> str | None:
