@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from laboratory.inference.unknowns import file_ranges
-from replication.study.layouts import random_rig
 from tests.conftest import recorded
+from tests.layouts import random_rig
 from trackdyn.errors import InputError
 from trackdyn.integrate.carriers import push
 from trackdyn.model.arrays import BEARING, ENERGY_NAMES
@@ -175,7 +175,7 @@ def test_a_rig_without_a_ring_is_tensioned_without_one(rig):
 def test_a_tension_is_set_to_a_hundredth_or_refused(number):
     """Of 1 N to 100 kN on rigs and layouts drawn at random."""
     rng = np.random.default_rng([52, number])
-    rig = random_rig(number)[0] if number % 2 else load_rig(("paper", "bench", "parts")[number // 2])
+    rig = random_rig(number) if number % 2 else load_rig(("paper", "bench", "parts")[number // 2])
     tension = 10.0 ** rng.uniform(0, 5)
     try:
         layout = settle(Scene(rig.changed(tension__pre_tension=tension), 100.0)).layout

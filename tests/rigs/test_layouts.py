@@ -5,7 +5,7 @@ from math import hypot
 import numpy as np
 import pytest
 
-from replication.study.layouts import PITCHES, WHEELS, random_rig
+from tests.layouts import PITCHES, WHEELS, random_rig
 from trackdyn.errors import InputError
 from trackdyn.parameters.layout import assemble, belt_around, wheel_circles
 from trackdyn.scene.limits import largest_step
@@ -15,12 +15,11 @@ from trackdyn.simulation.settling import settle
 
 def test_layouts_are_drawn_again_from_their_numbers():
     for number in range(12):
-        rig, words = random_rig(number)
-        again, _ = random_rig(number)
-        assert rig == again
-        assert PITCHES[0] <= words["pitches"] == rig.chain.pitches <= PITCHES[1]
-        assert WHEELS[0] <= words["wheels"] == 1 + len(rig.rollers) <= WHEELS[1]
-    assert random_rig(0)[0] != random_rig(1)[0]
+        rig = random_rig(number)
+        assert rig == random_rig(number)
+        assert PITCHES[0] <= rig.chain.pitches <= PITCHES[1]
+        assert WHEELS[0] <= 1 + len(rig.rollers) <= WHEELS[1]
+    assert random_rig(0) != random_rig(1)
 
 
 @pytest.mark.parametrize("number", range(25))
@@ -28,13 +27,13 @@ def test_a_drawn_layout_is_laid_exactly(number):
     """Every wheel is met, no two overlap, the chain runs clockwise on the path of the pins and closes on itself, and a
     groove stands under a connector: by the pins alone.
     """
-    rig, words = random_rig(number)
+    rig = random_rig(number)
     single = rig.chain.kind == "single_pin"
     lengths = np.full(rig.chain.pitches, rig.single_pin_pitch) if single else None
     laid = assemble(rig, lengths)
     lengths = np.tile([rig.chain.link_length, rig.connector_length], rig.chain.pitches) if lengths is None else lengths
     path, order = belt_around(rig, laid.shift, float(lengths[0]))
-    assert set(order) == set(range(words["wheels"])) and path.wrap.sum() == pytest.approx(2 * np.pi)
+    assert set(order) == set(range(1 + len(rig.rollers))) and path.wrap.sum() == pytest.approx(2 * np.pi)
     ends = np.vstack([laid.pins, laid.pins[:1]])
     np.testing.assert_allclose(np.hypot(*np.diff(ends, axis=0).T), lengths, rtol=0, atol=1e-10)
     np.testing.assert_allclose(np.array([np.cos(laid.angle), np.sin(laid.angle)]) @ lengths, 0.0, atol=1e-10)
@@ -72,7 +71,7 @@ def test_slow_and_slack_strands_are_tensioned(number):
     """A strand that evens out in seconds, wheels on arms, and a slack one whose compliance once threw the wheel metres
     away.
     """
-    rig, _ = random_rig(number)
+    rig = random_rig(number)
     layout = settle(at_an_allowed_step(rig)).layout
     assert layout["settled_tension_n"] == pytest.approx(rig.tension.pre_tension, rel=0.01)
     assert abs(layout["tensioner_shift_m"]) < rig.tension.travel
@@ -82,6 +81,6 @@ def test_a_tension_that_the_hanging_chain_exceeds_is_refused():
     """Layout 122 hangs 3.2 kN of its chain below the strand: a third of that cannot be its tension, whatever the wheel
     does.
     """
-    rig, _ = random_rig(122)
+    rig = random_rig(122)
     with pytest.raises(InputError, match=r"pre_tension = 1100 N: must exceed .*3\d+ N of chain hang below"):
         settle(at_an_allowed_step(rig.changed(tension__pre_tension=1100.0), 0.4))

@@ -11,14 +11,12 @@ from replication.study.accuracy.statistics import BELT_TURNS, MEASURES, NAN, REL
 from replication.study.variants import REFERENCE, SETTINGS, change
 from trackdyn.errors import TrackdynError
 from trackdyn.files import write_csv
-from trackdyn.measure.contacts import meshing_summary
 from trackdyn.measure.stopping import run_steady
 from trackdyn.measure.whole_loop import whole_loop
 from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.scene.fidelity import PRESETS, WITHOUT_RING
 from trackdyn.scene.scene import Scene, StopRule, steady_fields
 from trackdyn.simulation.loop import Loop
-from trackdyn.simulation.resolution import energy_residual
 from trackdyn.simulation.settling import SettledLoops
 from trackdyn.simulation.simulate import simulate
 
@@ -61,12 +59,9 @@ def _run(scene: Scene, rule: StopRule, starts: SettledLoops) -> tuple[dict[str, 
     """Statistics of a scene, and wall seconds a simulated one."""
     simulate(scene.with_(duration=0.01, lead_in=0.0), starts=starts)  # compiled before anything is timed
     recording, _ = run_steady(Loop(scene.with_(every_link=True), starts), rule)
-    loop, contacts = whole_loop(recording), meshing_summary(recording)
+    loop = whole_loop(recording)
     measures = {name: loop[name].value for name in ("rms", "sd", "line", "high_frequency")}
-    measures |= {name: contacts[f"{name}_pct"] for name in SHARES}
-    measures |= {f"{side}_peak": contacts[f"{side}_peak_n"] for side in ("left", "right")}
-    measures |= {"loop_gap": float(recording.gap.max()), "energy_residual": abs(energy_residual(recording))}
-    return measures, recording.wall / (len(recording.time) / recording.rate)
+    return statistics_of(recording) | measures, recording.wall / (len(recording.time) / recording.rate)
 
 
 def _belt(scene: Scene) -> tuple[dict[str, float], float]:

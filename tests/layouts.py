@@ -23,8 +23,8 @@ GAP = 1.05  # of two wheels, in sums of their radii
 class Drawn:
     """What a layout is drawn from: a generator of its own, and the chain of a shipped rig."""
 
-    def __init__(self, number: int, seed: int = SEED):
-        self.rng = np.random.default_rng([seed, number])
+    def __init__(self, number: int):
+        self.rng = np.random.default_rng([SEED, number])
         self.base = load_rig(str(self.rng.choice(CHAINS)))
         c = self.base.chain
         single = c.kind == "single_pin"
@@ -70,9 +70,9 @@ class Drawn:
         return np.column_stack([scale * shape, radius])
 
 
-def random_rig(number: int, seed: int = SEED) -> tuple[Rig, dict]:
-    """A layout and what it is, in a few words."""
-    drawn = Drawn(number, seed)
+def random_rig(number: int) -> Rig:
+    """The rig of a layout."""
+    drawn = Drawn(number)
     rng, base = drawn.rng, drawn.base
     pitches = int(round(np.exp(rng.uniform(*np.log(PITCHES)))))
     for _ in range(ATTEMPTS):
@@ -95,7 +95,7 @@ def random_rig(number: int, seed: int = SEED) -> tuple[Rig, dict]:
     k = max((k for k in range(len(order)) if order[k] != 0), key=lambda k: float(path.wrap[k]))
     direction = degrees(float(path.heading[k]) + float(path.wrap[k]) / 2 + pi / 2)
     names = [f"wheel_{i}" for i in range(1, len(placed))]
-    wheels, carried = {}, 0
+    wheels = {}
     for i, name in enumerate(names, 1):
         x, y, radius = (float(coordinate) for coordinate in placed[i])
         wheels[name] = {
@@ -105,7 +105,6 @@ def random_rig(number: int, seed: int = SEED) -> tuple[Rig, dict]:
         }  # fmt: skip
         if i != order[k] and rng.random() < 0.15:
             wheels[name]["arm"] = _arm(rng, x, y, radius, 4 * c.link_mass, tension)
-            carried += 1
     mode = str(rng.choice(["locked", "locked", "locked", "sprung"]))
     mass = 4 * c.link_mass
     stiffness = tension / (0.1 * placed[order[k], 2])
@@ -115,12 +114,7 @@ def random_rig(number: int, seed: int = SEED) -> tuple[Rig, dict]:
         "tension__pre_tension": tension, "tension__kept": mode, "tension__mass": mass, "tension__stiffness": stiffness,
         "tension__damping": 0.2 * sqrt(stiffness * mass),
     }  # fmt: skip
-    rig = base.changed(**changes)
-    words = {
-        "number": number, "chain": c.kind, "teeth": base.sprocket.teeth, "pitches": pitches, "wheels": len(placed),
-        "arms": carried, "kept": mode,
-    }  # fmt: skip
-    return rig, words
+    return base.changed(**changes)
 
 
 def _arm(rng, x: float, y: float, radius: float, mass: float, tension: float) -> dict:
