@@ -97,20 +97,16 @@ def read_logger_text(path: Path) -> str:
     UTF-8, UTF-16 with its mark, Shift-JIS or Latin-1: numbers are the same in all of them, names and units may not be.
     A file packed by gzip is unpacked; comments stand behind ``#``, whatever the file has.
     """
+    plain_file(path, "CSV file")
     try:
-        if path.exists() and not path.is_file():
-            raise InputError(f"{path}: this is a folder or a device, not a file; give one CSV file.")
         with path.open("rb") as file, gzip.GzipFile(fileobj=file) as unpacked:
             packed = file.read(2) == b"\x1f\x8b"
             file.seek(0)
             data = (unpacked if packed else file).read(MOST_BYTES + 1)
-    except FileNotFoundError:
-        raise InputError(f"{path}: the file does not exist; check the path.") from None
     except (gzip.BadGzipFile, EOFError, zlib.error) as error:
         raise InputError(f"{path}: the gzip file is damaged ({error}); pack it again.") from None
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or "no usable name"
-        raise InputError(f"{path}: the file cannot be read ({reason}); check its name and permissions.") from None
+    except OSError as error:
+        raise InputError(f"{path}: the file cannot be read ({error.strerror}); check its permissions.") from None
     if data.startswith(b"PK"):
         kind = "a recording" if data[30:38] == b"meta.npy" else "an archive or a spreadsheet"
         raise InputError(f"{path}: this is {kind}, not a sensor's file; give a CSV file.")
