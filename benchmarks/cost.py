@@ -30,7 +30,7 @@ STEP_S = 1e-4
 SIMULATED_S = 5.0  # of every repeat
 STEADY_AFTER_S = 2.0
 MEMORY_RECORD_S = 90.0
-SPELL_ROWS = 40_000
+LOG_ROWS = 40_000
 PITCHES = (35, 70, 175, 350, 700, 1750, 3500)
 LOOP_PITCHES = (63, 125, 250, 500, 1000)
 BODY_STEPS = 2_000_000  # of a repeat of the chain solver: a few tenths of a second
@@ -103,11 +103,11 @@ def simulated_second(rig, repeats: int) -> list[dict]:
         for radius in (RING_RADIUS_M, None):
             loop = Loop(Scene(rig, rpm, ring_radius=radius, step=STEP_S))
             loop.advance(loop.scene.ramp + STEADY_AFTER_S)
-            for spells in (True, False):
+            for contact_log in (True, False):
                 walls = []
                 for _ in range(repeats):
                     begin = time.perf_counter()
-                    loop.samples(round(SIMULATED_S * rate), (rig.sensor.pitch,), spells=SPELL_ROWS * spells)
+                    loop.samples(round(SIMULATED_S * rate), (rig.sensor.pitch,), log_rows=LOG_ROWS * contact_log)
                     walls.append((time.perf_counter() - begin) / SIMULATED_S)
                 wall = summary(walls)
                 rows.append(
@@ -115,14 +115,14 @@ def simulated_second(rig, repeats: int) -> list[dict]:
                         "motor_rpm": rpm,
                         "ring_radius_m": radius,
                         "step_s": STEP_S,
-                        "spell_log": spells,
+                        "contact_log": contact_log,
                         "simulated_s_a_repeat": SIMULATED_S,
                         "wall_s_per_simulated_s": wall,
                         "us_per_step": wall["median"] * STEP_S * 1e6,
                     }
                 )
                 print(
-                    f"{rpm:g} rpm, ring {radius}, spell log {spells}: {wall['median']:.4f} s "
+                    f"{rpm:g} rpm, ring {radius}, contact log {contact_log}: {wall['median']:.4f} s "
                     f"({wall['min']:.4f} to {wall['max']:.4f}) a simulated second"
                 )
     return rows
@@ -131,7 +131,7 @@ def simulated_second(rig, repeats: int) -> list[dict]:
 # what a scene may do without, or ask for: its cost is the difference from the plain scene
 FEATURES = {
     "plain": {},
-    "no spell log": {"spells": False},
+    "no contact log": {"contact_log": False},
     "no teeth": {"tooth_contact": "none"},
     "no ring": {"ring_radius": None},
     "three surfaces": {"tooth_contact": "three_surfaces"},
@@ -160,7 +160,7 @@ def features(rig, repeats: int) -> list[dict]:
     for _ in range(repeats):
         for name, loop in runs.items():
             begin = time.perf_counter()
-            loop.samples(samples, (1,), spells=SPELL_ROWS if loop.scene.spells else 0)
+            loop.samples(samples, (1,), log_rows=LOG_ROWS if loop.scene.contact_log else 0)
             walls[name].append((time.perf_counter() - begin) / samples / loop.model.stride * 1e6)
     plain = statistics.median(walls["plain"])
     rows = []
@@ -233,7 +233,7 @@ def long_loops(repeats: int) -> list[dict]:
     for pitches in LOOP_PITCHES:
         out = 0.5 * (pitches - bench.chain.pitches) * pitch
         rig = bench.changed(chain__pitches=pitches, idler__x=bench.idler.x - out)
-        loop = Loop(Scene(rig, 20.0 * rig.sprocket.transmission_ratio, step=5e-5, spells=False))
+        loop = Loop(Scene(rig, 20.0 * rig.sprocket.transmission_ratio, step=5e-5, contact_log=False))
         loop.advance(0.1)
         steps = max(BODY_STEPS // loop.scene.bodies, 1)
         values = []

@@ -22,7 +22,7 @@ import pytest
 from trackdyn import jit
 from trackdyn.commands import cli
 from trackdyn.measure.contacts import SIDES, contacts
-from trackdyn.model.arrays import SPELL
+from trackdyn.model.arrays import CONTACT_INTERVAL
 from trackdyn.parameters.rig import load_rig
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
@@ -128,9 +128,13 @@ def contact_table(recording):
 def made_recording(scene, time, force, begin=0.0, layout=None, **arrays):
     """A recording with these arrays, of contacts above all; others are zero or empty."""
     samples = len(time)
-    blank = {name: np.zeros((samples, size)) for name, size in (("cut", 2), ("place", 2), ("energy", 10))}
+    blank = {name: np.zeros((samples, size)) for name, size in (("cut", 2), ("link_position", 2), ("energy", 10))}
     blank |= {"raw": np.zeros((samples, 3)), "mean": np.zeros((samples, 3)), "gap": np.zeros(samples)}
-    blank |= {"area": np.zeros((*force.shape[:2], 2), np.int8), "spells": np.zeros(0, SPELL), "frame_time": np.zeros(0)}
+    blank |= {
+        "area": np.zeros((*force.shape[:2], 2), np.int8),
+        "contact_log": np.zeros(0, CONTACT_INTERVAL),
+        "frame_time": np.zeros(0),
+    }
     blank |= {"frame": np.zeros((0, scene.bodies + 3)), "pitches": np.arange(1, force.shape[1] + 1)} | arrays
     blank = {"groove": np.zeros_like(blank["area"])} | blank
     return Recording(time=time, force=force, begin=begin, meta=provenance(scene, layout or {}), **blank)

@@ -67,7 +67,7 @@ def identify(
     from laboratory.inference.identification.experiment import scene_of_speed
     from laboratory.inference.identification.identify import Settings
     from laboratory.inference.identification.identify import identify as run
-    from laboratory.inference.identification.informative import tellable, unknown_of, unknowns_asked_for
+    from laboratory.inference.identification.informative import requested_unknowns, tellable, unknown_of
     from laboratory.inference.identification.measured import read_records
     from laboratory.report.identification import identification_headline, write_identification_page
     from trackdyn.files import check_writable, write_csv
@@ -87,7 +87,7 @@ def identify(
         scene_of_speed(
             base, measurement.speed, measurement.turn_s
         )  # what cannot be simulated is refused before all else
-    unknowns = unknowns_asked_for([unknown_of(text) for text in unknown or []], base, rig)
+    unknowns = requested_unknowns([unknown_of(text) for text in unknown or []], base, rig)
     check_writable(out / "index.html")
     if out.exists() and any(out.iterdir()) and not resume:
         raise InputError(
@@ -108,7 +108,7 @@ def identify(
     predicted_widths = None
     if not unknowns.unknowns:
         chosen, predicted_widths = tellable(measured, base, rig, store, settings.jobs, settings.progress)
-        unknowns = unknowns_asked_for(chosen, base, rig)
+        unknowns = requested_unknowns(chosen, base, rig)
     for item in unknowns.unknowns:
         say(
             f"unknown: {item.label} within {item.low:g} to {item.high:g}, even in "

@@ -13,7 +13,7 @@ from laboratory.inference.identification.calibration import CalibrationConfig
 from laboratory.inference.identification.experiment import simulated_ay
 from laboratory.inference.identification.features import turns_of
 from laboratory.inference.identification.identify import Identification, Settings, identify
-from laboratory.inference.identification.informative import unknown_of, unknowns_asked_for
+from laboratory.inference.identification.informative import requested_unknowns, unknown_of
 from laboratory.inference.identification.measured import read_records
 from laboratory.inference.identification.posterior import contradicted
 from laboratory.inference.verdict import IDENTIFIED, IN_DOUBT, ONE_SIDED
@@ -132,7 +132,7 @@ def main(job) -> None:
     """Rule `identify_synthetic`."""
     inputs, out = job.input, Path(job.output.page).parent
     config, rig = validated(CalibrationConfig, read_yaml(inputs.config), inputs.config), load_rig(inputs.rig)
-    unknowns = unknowns_asked_for(
+    unknowns = requested_unknowns(
         [unknown_of(name) for unknown in config.unknowns for name in unknown.names], rig, inputs.rig
     )
     measured = read_records(inputs.records, rig, load_mapping(), config.speeds_rpm, config.ring_radius_m, "standard")

@@ -125,7 +125,7 @@ def test_single_pin_loop_settles_and_runs(rig, make_scene):
     assert recording.gap.max() <= 1.1e-10
     assert recording.frame.shape[1] == 35 + 3
     # the arcs that drive, and the ring
-    assert {0, 2} <= set(recording.spells["side"])
+    assert {0, 2} <= set(recording.contact_log["side"])
 
 
 # --- belt
@@ -134,7 +134,7 @@ def test_single_pin_loop_settles_and_runs(rig, make_scene):
 @pytest.fixture(scope="module")
 def belt(rig):
     """A belt with a sensor off the middle of its link, one revolution and a little more."""
-    scene = Scene(rig.changed(sensor__x=0.07), 150.0, chain="belt", ring_radius=None, spells=False, duration=6.5)
+    scene = Scene(rig.changed(sensor__x=0.07), 150.0, chain="belt", ring_radius=None, contact_log=False, duration=6.5)
     return scene, simulate(scene)
 
 
@@ -168,7 +168,7 @@ def test_sensor_of_a_belt_is_the_second_difference_of_its_place(belt):
     angle = np.unwrap(recording.raw[:, 2])
     dx, dy = 0.07 - rig.chain.link_length / 2, rig.sensor.y
     c, s = np.cos(angle), np.sin(angle)
-    position = recording.place + np.column_stack([c * dx - s * dy, s * dx + c * dy])
+    position = recording.link_position + np.column_stack([c * dx - s * dy, s * dx + c * dy])
     second = (position[2:] - 2 * position[1:-1] + position[:-2]) * rig.sensor.rate**2
     c, s = c[1:-1], s[1:-1]
     local = np.column_stack([c * second[:, 0] + s * second[:, 1], c * second[:, 1] - s * second[:, 0]])
@@ -184,4 +184,4 @@ def test_a_belt_comes_round_with_the_frequency_of_the_loop(belt):
     turned = np.interp(1 / scene.periods.loop_hz, recording.time - recording.time[0], np.unwrap(recording.raw[:, 2]))
     # one clockwise turn; interpolated between samples that turn by 3e-3 rad
     assert turned - recording.raw[0, 2] == pytest.approx(-2 * np.pi, abs=1e-9)
-    assert recording.gap.max() == 0.0 and len(recording.spells) == 0
+    assert recording.gap.max() == 0.0 and len(recording.contact_log) == 0

@@ -17,8 +17,8 @@ from trackdyn.scene.scene import Scene
 from trackdyn.simulation import simulate as simulation
 from trackdyn.sweeps.sweep import requested_rows
 
-FREE = {"loop": "free", "ring_radius": None, "spells": False}
-BELT = {"chain": "belt", "ring_radius": None, "spells": False}
+FREE = {"loop": "free", "ring_radius": None, "contact_log": False}
+BELT = {"chain": "belt", "ring_radius": None, "contact_log": False}
 TOE = {"idler__toe": 0.5}
 
 
@@ -52,8 +52,8 @@ def refusal(rig):
         ({}, {"space": "spatial", "closure": "elastic_damping"}, "closure = 'elastic_damping'", "'rigid' only"),
         (TOE, {"integrator": "rk4"}, "integrator = 'rk4'", "'semi_implicit' only"),
         # a path without contact
-        ({}, {"chain": "belt", "spells": False}, "ring_radius = 0.308", "use None"),
-        ({}, {"chain": "belt", "ring_radius": None}, "spells = True", "spells=False"),
+        ({}, {"chain": "belt", "contact_log": False}, "ring_radius = 0.308", "use None"),
+        ({}, {"chain": "belt", "ring_radius": None}, "contact_log = True", "contact_log=False"),
         ({}, BELT | {"pitches": (3,)}, "pitches = (3,)", "pitches=()"),
         ({}, BELT | {"loop": "free"}, "loop = 'free'", "use 'on_wheels'"),
         ({}, FREE | {"ring_radius": 0.308}, "ring_radius = 0.308", "use None"),

@@ -41,16 +41,16 @@ def open_loop(rig, integrator, **changes):
         closure__stiffness=1e5, closure__damping=200.0, **changes,
     )  # fmt: skip
     scene = Scene(
-        small, 300.0, ring_radius=None, spells=False, loop="free", closure="elastic_damping", step=1e-5,
+        small, 300.0, ring_radius=None, contact_log=False, loop="free", closure="elastic_damping", step=1e-5,
         integrator=integrator,
     )  # fmt: skip
     loop = Loop(scene)
     # open by some millimetres, the ends moving past each other: the couple is then not zero
     rng = np.random.default_rng(1)
-    loop._parts.state.angle[:] += rng.normal(0.0, 0.15, len(loop.angles))
-    loop._parts.state.rate[:] += rng.normal(0.0, 10.0, len(loop.angles))
+    loop._arrays.state.angle[:] += rng.normal(0.0, 0.15, len(loop.angles))
+    loop._arrays.state.rate[:] += rng.normal(0.0, 10.0, len(loop.angles))
     assert loop.gap > 5e-3
-    gap = loop._parts.work.cut
+    gap = loop._arrays.work.cut
     assert abs(gap[0] * gap[3] - gap[1] * gap[2]) > 1e-3  # its rate turns it
     return loop
 

@@ -146,7 +146,7 @@ def test_a_checkpoint_of_other_sources_or_of_another_scene_says_so(checkpoint, m
     for other in (Scene(load_rig(RIG), 115.0), free.with_(duration=2.0), free.with_(rig=free.rig.changed(gravity=9.8))):
         with pytest.raises(InputError, match="is the checkpoint of another scene; remove it to start again"):
             simulate(other, checkpoint=path)
-    monkeypatch.setattr("trackdyn.simulation.arrays.source_hash", lambda: "other")
+    monkeypatch.setattr("trackdyn.simulation.loop_arrays.source_hash", lambda: "other")
     for read in (Loop.load, lambda name: simulate(free, checkpoint=name)):
         with pytest.raises(InputError) as caught:
             read(path)

@@ -53,7 +53,10 @@ SCENES = [
     ({"pitches": [HUGE]}, "pitches", "between 1 and 35"),
     ({"pitches": [0]}, "pitches = 0", "between 1 and 35"),
     ({"pitches": [36]}, "pitches = 36", "between 1 and 35"),
-    *[({"spells": value}, "spells", "True or False") for value in (1, "yes", None, b"1", np.array([True, False]))],
+    *[
+        ({"contact_log": value}, "contact_log", "True or False")
+        for value in (1, "yes", None, b"1", np.array([True, False]))
+    ],
     *[({name: value}, f"{name} = ", ": use ") for name in CHOICES for value in NO_CHOICES],
     ({"integrator": HUGE}, "integrator", "semi_implicit"),
     ({"motor_rpm": np.timedelta64(5, "s")}, "motor_rpm", NUMBER),
@@ -85,4 +88,4 @@ def test_a_number_is_a_number_whichever_library_it_comes_from(rig, value):
     described = Scene(rig, value, **BELT, pitches=()).describe()
     assert json.dumps(described) == json.dumps(Scene(rig, 150.0, **BELT).describe())
     assert type(Scene(rig, 150.0, **BELT | {"chain": np.str_("belt")}).chain) is str
-    assert Scene(rig, 115.0, pitches=np.array([1, 2]), spells=np.bool_(True)).describe()["pitches"] == [1, 2]
+    assert Scene(rig, 115.0, pitches=np.array([1, 2]), contact_log=np.bool_(True)).describe()["pitches"] == [1, 2]

@@ -8,7 +8,7 @@ import pytest
 from sentences import one_sentence
 
 from trackdyn.errors import InputError
-from trackdyn.simulation.arrays import flat
+from trackdyn.simulation.loop_arrays import flat
 
 
 @pytest.fixture

@@ -50,8 +50,8 @@ def test_limits_of_rk4_are_larger_by_its_reach(make_scene, ring):
 def free_loop(rig, pitches, integrator="rk4", closure="rigid", chain="double_pin", **changes):
     small = rig.changed(chain__pitches=pitches, sensor__pitch=1, gravity=0.0, **changes)
     return Scene(
-        small, 0.0, ring_radius=None, spells=False, loop="free", integrator=integrator, closure=closure, chain=chain,
-        step=1e-6,
+        small, 0.0, ring_radius=None, contact_log=False, loop="free", integrator=integrator, closure=closure,
+        chain=chain, step=1e-6,
     )  # fmt: skip
 
 
@@ -62,8 +62,8 @@ def grows(start, step, steps=120):
     """
     loop = start.copy()
     extra = np.random.default_rng(0).normal(0.0, 1e-3, len(loop.angles))
-    loop._parts.state.rate[:] = closing(loop.model.chain.length, loop.angles, extra)
-    loop._parts = loop._parts._replace(model=loop._parts.model._replace(step=step))  # no scene would have it
+    loop._arrays.state.rate[:] = closing(loop.model.chain.length, loop.angles, extra)
+    loop._arrays = loop._arrays._replace(model=loop._arrays.model._replace(step=step))  # no scene would have it
     try:
         loop.step(steps)
     except DivergenceError:

@@ -22,7 +22,7 @@ from trackdyn.scene.limits import step_limits
 
 METHODS["rk3"] = METHOD
 rig = load_rig("paper").changed(chain__pitches=3, bushing__damping=0.5)
-free = {"loop": "free", "ring_radius": None, "spells": False, "step": 2e-4}
+free = {"loop": "free", "ring_radius": None, "contact_log": False, "step": 2e-4}
 scene = Scene(rig, 115.0, integrator="rk3", **free)
 loop = Loop(scene)
 loop.step(2)

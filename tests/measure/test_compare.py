@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 from trackdyn.commands.cli import app
 from trackdyn.errors import InputError
 from trackdyn.measure.compare import compare_with_sensor, doubtful_axes, in_words, other_speed, require_axes
-from trackdyn.measure.sensor import own_loop_hz, own_metrics, sense
+from trackdyn.measure.sensor import measured_loop_hz, record_metrics, sense
 from trackdyn.parameters.rig import load_rig
 from trackdyn.plots.style import save
 from trackdyn.sensor.sensor_csv import SensorRecord, read_sensor_csv
@@ -62,9 +62,9 @@ def test_a_record_of_two_turns_and_more_has_its_speed_whatever_its_length():
     t = np.arange(3 * round(turn)) / rate
     ay = 1.2 * np.sin(2 * np.pi * hz * t) + 0.3 * np.sin(6 * np.pi * hz * t + 1)
     for n in [*range(round(1.98 * turn), round(2.5 * turn), 3), *range(round(2 * turn) - 5, round(2 * turn) + 5)]:
-        metrics = own_metrics(ay[:n], rate, hz)
+        metrics = record_metrics(ay[:n], rate, hz)
         if n >= 2 * turn:
-            assert own_loop_hz(ay[:n], rate, hz) == pytest.approx(hz, rel=1e-4), n
+            assert measured_loop_hz(ay[:n], rate, hz) == pytest.approx(hz, rel=1e-4), n
         assert np.isfinite(metrics["line_g_binfree"]) == (n >= 2 * turn - 1e-3), n
 
 

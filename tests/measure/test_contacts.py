@@ -1,4 +1,4 @@
-"""Contact spells, passages and their statistics on made-up logs with known answers."""
+"""Contact intervals, passages and their statistics on made-up logs with known answers."""
 
 from dataclasses import replace
 
@@ -12,7 +12,7 @@ from trackdyn.errors import InputError
 from trackdyn.measure.contacts import SHORT, meshing_summary, passages, sampled_shares
 from trackdyn.measure.events import mean_events, passage_events, smoothed_maxima
 from trackdyn.measure.metrics import needed_lengths, run_metrics, speed_sentence
-from trackdyn.model.arrays import SPELL
+from trackdyn.model.arrays import CONTACT_INTERVAL
 from trackdyn.parameters.rig import load_rig
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.simulate import check_turning
@@ -27,7 +27,7 @@ BEGIN, STEP = 6.0, 1e-4
 LEFT, RIGHT, RING = range(3)
 
 
-def spell(pitch, side, start, end, force=100.0, groove=3, area=2, peak=None, peak_at=None):
+def interval(pitch, side, start, end, force=100.0, groove=3, area=2, peak=None, peak_at=None):
     """A row of the log: constant ``force`` from ``start`` to ``end`` (s of the record), 1-based pitch."""
     peak, peak_at = peak or force, start if peak_at is None else peak_at
     groove, bits = (0, 0) if side == RING else (groove, 1 << (area - 1))
@@ -40,29 +40,29 @@ def recording(rows, seconds=20.0, ring_radius=0.308, rpm=RPM, area=None):
     samples = round(seconds * RIG.sensor.rate)
     area = np.zeros((samples, 1, 2), np.int8) if area is None else area
     rates = np.full((samples, 3), -2 * np.pi * rpm / RPM / TURN)
-    log = np.array([tuple(row) for row in rows], SPELL)
+    log = np.array([tuple(row) for row in rows], CONTACT_INTERVAL)
     time = np.arange(samples) / RIG.sensor.rate
-    made = {"time": time, "force": np.zeros((samples, 1, 3)), "wheel_rate": rates, "area": area, "spells": log}
+    made = {"time": time, "force": np.zeros((samples, 1, 3)), "wheel_rate": rates, "area": area, "contact_log": log}
     return made_recording(Scene(RIG, rpm, ring_radius, step=STEP), **made, begin=BEGIN)
 
 
 def with_ring(start, connector=5, force=100.0):
     """Log of one passage: ring for half a turn, left arc from 0.9 to 1.1 of it, chattering at first."""
     return [
-        spell(connector + 1, RING, start, start + 1.0, 10 * force, peak=15 * force, peak_at=start + 0.25),
-        spell(connector, LEFT, start + 0.9, start + 0.910, force),
-        spell(connector, LEFT, start + 0.912, start + 1.1, force, peak=2 * force, peak_at=start + 1.0),
+        interval(connector + 1, RING, start, start + 1.0, 10 * force, peak=15 * force, peak_at=start + 0.25),
+        interval(connector, LEFT, start + 0.9, start + 0.910, force),
+        interval(connector, LEFT, start + 0.912, start + 1.1, force, peak=2 * force, peak_at=start + 1.0),
     ]
 
 
 def without_ring(start, connector=5):
     return [
-        spell(connector, RIGHT, start, start + 0.8, area=7, peak=500.0, peak_at=start + 0.7),
-        spell(connector, LEFT, start + 0.1, start + 0.85, peak=600.0, peak_at=start + 0.2),
+        interval(connector, RIGHT, start, start + 0.8, area=7, peak=500.0, peak_at=start + 0.7),
+        interval(connector, LEFT, start + 0.1, start + 0.85, peak=600.0, peak_at=start + 0.2),
     ]
 
 
-def test_contacts_that_chatter_are_one_spell_but_the_pauses_do_not_count():
+def test_contacts_that_chatter_are_one_interval_but_the_pauses_do_not_count():
     table = contact_table(recording(with_ring(3.0)))
     assert table["side"].tolist() == ["ring", "left"]
     left = table.iloc[1]
@@ -77,12 +77,12 @@ def test_contacts_that_chatter_are_one_spell_but_the_pauses_do_not_count():
 @pytest.mark.parametrize("change", [{"pitch": 6}, {"side": RIGHT, "area": 7}, {"groove": 4}])
 def test_only_contacts_of_the_same_pitch_side_and_groove_are_merged(change):
     first = {"pitch": 5, "side": LEFT, "groove": 3}
-    run = recording([spell(**first, start=3.0, end=3.1), spell(**first | change, start=3.101, end=3.2)])
+    run = recording([interval(**first, start=3.0, end=3.1), interval(**first | change, start=3.101, end=3.2)])
     assert len(contact_table(run)) == 2
 
 
 def test_contacts_cut_by_the_beginning_are_dropped():
-    rows = [spell(5, RING, STEP, 0.5), spell(7, RING, 3 * STEP, 0.5)]
+    rows = [interval(5, RING, STEP, 0.5), interval(7, RING, 3 * STEP, 0.5)]
     assert contact_table(recording(rows))["pitch"].tolist() == [7]
 
 
@@ -128,7 +128,7 @@ def test_summary_of_one_passage():
 
 
 def test_standard_errors_over_passages():
-    rows = [spell(k, LEFT, 3.0 + 0.1 * k, 3.0 + 0.1 * k + 0.2 + 0.02 * k) for k in (1, 2, 3)]
+    rows = [interval(k, LEFT, 3.0 + 0.1 * k, 3.0 + 0.1 * k + 0.2 + 0.02 * k) for k in (1, 2, 3)]
     summary = meshing_summary(recording(rows, ring_radius=None))
     share = 100 * np.array([0.22, 0.24, 0.26]) / TURN
     assert summary["left_share_pct"] == pytest.approx(share.mean())
@@ -156,7 +156,7 @@ def test_nothing_to_measure_gives_nan(run, ring_radius):
     assert summary.pop("left_areas") == summary.pop("right_areas") == ""
     assert np.isnan(list(summary.values())).all()
     assert passages(run).empty
-    assert len(contact_table(run)) <= len(run.spells)
+    assert len(contact_table(run)) <= len(run.contact_log)
     assert mean_events(run)["mean_s"].isna().all()
     assert (mean_events(run)["passages"] == 0).all()
 
@@ -174,7 +174,7 @@ def test_events_with_a_ring():
 def test_a_short_contact_begins_ends_and_peaks_nothing():
     """A tap of 1.25 ms at 7 kN before and after the contact of an arc counts in the sums alone."""
     whole = with_ring(3.0)
-    taps = [spell(5, LEFT, at, at + 0.00125, force=7000.0, groove=groove) for at, groove in ((2.97, 4), (4.13, 5))]
+    taps = [interval(5, LEFT, at, at + 0.00125, force=7000.0, groove=groove) for at, groove in ((2.97, 4), (4.13, 5))]
     plain, tapped = recording(whole), recording(whole + taps)
     assert passage_events(tapped).equals(passage_events(plain))
     names = ["start_s", "end_s", "phase_start", "phase_end", "peak_n", "peak_s"]
@@ -185,7 +185,7 @@ def test_a_short_contact_begins_ends_and_peaks_nothing():
 
 def test_a_maximum_after_the_touch_is_not_the_spike_of_the_touch():
     """A touch of 900 N for a millisecond, 300 N for another later, 150 N for 50 ms at the end of 100 N for 0.2 s."""
-    run = recording([spell(1, LEFT, 3.0, 3.2)], ring_radius=None)
+    run = recording([interval(1, LEFT, 3.0, 3.2)], ring_radius=None)
     force = np.zeros_like(run.force)
     force[3000:3201, 0, LEFT] = 100.0
     force[3150:3201, 0, LEFT] = 150.0
@@ -206,10 +206,10 @@ def test_a_maximum_after_the_touch_is_not_the_spike_of_the_touch():
     )
 )
 def test_any_log_is_conserved_by_merging(contacts):
-    rows = [spell(p, side, start, start + length, groove=g) for p, side, start, length, g in contacts]
+    rows = [interval(p, side, start, start + length, groove=g) for p, side, start, length, g in contacts]
     run = recording(rows)
     table = contact_table(run)
-    log = run.spells
+    log = run.contact_log
     assert table["impulse_ns"].sum() == pytest.approx(log["impulse_ns"].sum())
     assert table["touching_s"].sum() == pytest.approx((log["end_s"] - log["start_s"]).sum())
     assert table["peak_n"].max() == log["peak_n"].max() if len(log) else table.empty
@@ -224,7 +224,7 @@ def test_the_link_ahead_belongs_to_the_passage_also_around_the_end_of_the_loop()
     table = contact_table(recording(with_ring(3.0, connector=5)))
     assert table["pitch"].tolist() == [6, 5]
     assert table["connector"].tolist() == [5, 5]
-    closing = [spell(1, RING, 3.0, 4.0), spell(PITCHES, LEFT, 3.9, 4.1)]
+    closing = [interval(1, RING, 3.0, 4.0), interval(PITCHES, LEFT, 3.9, 4.1)]
     table = contact_table(recording(closing))
     assert table["connector"].tolist() == [PITCHES, PITCHES]
     assert table["passage"].tolist() == [0, 0]
@@ -233,7 +233,7 @@ def test_the_link_ahead_belongs_to_the_passage_also_around_the_end_of_the_loop()
 def test_mean_events_and_their_scatter():
     rows = with_ring(3.0) + with_ring(3.0 + LOOP)[:1]
     second = with_ring(3.5, connector=9)
-    second[2] = spell(9, LEFT, 4.412, 4.64, peak=900.0, peak_at=4.6)
+    second[2] = interval(9, LEFT, 4.412, 4.64, peak=900.0, peak_at=4.6)
     table = mean_events(recording(rows + second))
     table = table.set_index("event")
     assert table.loc["out", "mean_s"] == pytest.approx((1.1 + 1.14) / 2)
@@ -274,10 +274,10 @@ def driven(kind, seconds, rates):
             if side == LEFT:
                 area[on, pitch, side] = 2
             if turns[0] < begin and end < turns[-1]:
-                rows.append(spell(pitch + 1, side, *np.interp((begin, end), turns, time)))
-    log = np.array([tuple(row) for row in rows], SPELL)
+                rows.append(interval(pitch + 1, side, *np.interp((begin, end), turns, time)))
+    log = np.array([tuple(row) for row in rows], CONTACT_INTERVAL)
     wheel_rate = np.column_stack([-rate, rate, rate])
-    made = {"time": time, "force": force, "area": area, "spells": log, "wheel_rate": wheel_rate}
+    made = {"time": time, "force": force, "area": area, "contact_log": log, "wheel_rate": wheel_rate}
     return made_recording(Scene(rig, RPM, 0.308, step=STEP), **made, begin=BEGIN), turns
 
 

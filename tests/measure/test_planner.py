@@ -11,7 +11,7 @@ from trackdyn import Scene
 from trackdyn.errors import InputError
 from trackdyn.measure import planner
 from trackdyn.measure.convergence import Series
-from trackdyn.measure.planner import Setting, Tried, _judge, _next, check_tolerances, plan, settings
+from trackdyn.measure.planner import Candidate, Setting, _judge, _next, check_tolerances, plan, settings
 from trackdyn.measure.whole_loop import whole_loop
 
 
@@ -19,7 +19,7 @@ def tried(step, value, integrator="semi_implicit", scatter=None):
     """A setting whose measure has one value in all of twelve passages, or one that scatters."""
     values = np.full(12, value) + (0.0 if scatter is None else scatter)
     writer = SimpleNamespace(loop=SimpleNamespace(scene=SimpleNamespace(step=step)))
-    trial = Tried(Setting("made up", {"integrator": integrator, "step": step}), writer, 1.0 / step)
+    trial = Candidate(Setting("made up", {"integrator": integrator, "step": step}), writer, 1.0 / step)
     trial.measures["rms"] = Series(values, np.arange(12))
     return trial
 

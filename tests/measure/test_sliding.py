@@ -79,7 +79,7 @@ def test_it_is_kept_only_where_it_is_asked_for_and_changes_nothing(recording):
     [
         {"integrator": "rk4"},
         {"loop": "free", "ring_radius": None},
-        {"chain": "belt", "ring_radius": None, "spells": False},
+        {"chain": "belt", "ring_radius": None, "contact_log": False},
     ],
 )
 def test_what_keeps_no_such_account_is_refused(fields):

@@ -12,7 +12,7 @@ from trackdyn.plots.cells import with_error
 from trackdyn.plots.show import geometry, show, signal
 from trackdyn.simulation import replay as stretches
 from trackdyn.simulation.loop import Loop
-from trackdyn.simulation.replay import stretch_of
+from trackdyn.simulation.replay import replay
 from trackdyn.simulation.simulate import simulate
 
 PHONE = 318  # 84 mm at 96 dots an inch
@@ -26,7 +26,7 @@ def recording(make_scene, rig):
 
 @pytest.fixture(scope="module")
 def stretch(recording):
-    return stretch_of(recording)
+    return replay(recording)
 
 
 @pytest.fixture(scope="module")
@@ -61,7 +61,7 @@ def test_what_moves_is_the_run(recording, stretch):
     link = stretch.bodies[:, 0]
     half = recording.scene.rig.chain.link_length / 2
     middle = link[:, :2] + half * np.column_stack([np.cos(link[:, 2]), np.sin(link[:, 2])])
-    assert np.abs(middle - recording.place[samples]).max() < 1e-9
+    assert np.abs(middle - recording.link_position[samples]).max() < 1e-9
     seen, touched = (
         np.zeros((len(samples), *recording.force.shape[1:])),
         np.zeros((len(samples), *recording.area.shape[1:], 2)),
@@ -105,7 +105,7 @@ def test_contacts_and_weight_are_what_accelerates_the_chain(make_scene, fields):
 
 
 def test_a_steered_run_is_not_taken_for_the_recorded_one(recording, tmp_path):
-    other = replace(recording, place=recording.place + 1e-3)
+    other = replace(recording, place=recording.link_position + 1e-3)
     text = " ".join(show(other, seconds=0.05).text.split())
     assert "This is not the recorded run." in text and "by up to 0.001 m" in text
     assert "It is the recorded run" not in text

@@ -7,7 +7,7 @@ import pytest
 
 from tests.rigs.conftest import scene_of
 from trackdyn.errors import InputError
-from trackdyn.integrate.carriers import advance_carriers, given_force
+from trackdyn.integrate.carriers import advance_carriers, tabled_force
 from trackdyn.integrate.run import shared
 from trackdyn.integrate.semi_implicit import driven_rate
 from trackdyn.model.arrays import SPROCKET_WORK
@@ -55,7 +55,7 @@ def test_a_released_sprocket_is_on_its_own():
 def test_a_wheel_on_an_arm_swings_as_its_spring_says(settled):
     """Without contacts: ``I q'' = -k q``, its weight held by the preload at rest."""
     loop = settled("m113")
-    model, state, work = shared(*loop._parts)
+    model, state, work = shared(*loop._arrays)
     work.count[0] = 0
     carriers, k = model.carriers, 2
     arm = loop.scene.rig.rollers["road_3"].arm
@@ -82,11 +82,11 @@ def test_a_wheel_on_an_arm_swings_as_its_spring_says(settled):
 def test_a_given_force_is_straight_between_its_rows(settled):
     loop = settled("m113")
     rig = loop.scene.rig.changed(tension__force=[[0.0, 100.0], [2.0, 300.0]])
-    carriers = make_carriers(rig, loop._parts.model, "forced", 0.0)
+    carriers = make_carriers(rig, loop._arrays.model, "forced", 0.0)
     k = carriers.tensioner
     for time, force in ((-1.0, 100.0), (0.5, 150.0), (2.0, 300.0), (9.0, 300.0)):
-        assert given_force(carriers, k, time, carriers.force) == pytest.approx(force)
-    assert given_force(carriers, (k + 1) % len(carriers.wheel), 1.0, carriers.force) == 0.0
+        assert tabled_force(carriers, k, time, carriers.force) == pytest.approx(force)
+    assert tabled_force(carriers, (k + 1) % len(carriers.wheel), 1.0, carriers.force) == 0.0
 
 
 def test_all_of_them_in_one_loop_keep_the_account():
@@ -104,7 +104,7 @@ def test_all_of_them_in_one_loop_keep_the_account():
     assert loop.layout["settled_tension_n"] == pytest.approx(pulled / 2, rel=0.15)  # both strands pull
     loop.advance(0.5)
     before, work = loop.wheel_rates[SPROCKET], loop.state.work_done[SPROCKET_WORK]
-    recording = loop.record(0.4, spells=False)
+    recording = loop.record(0.4, contact_log=False)
     after = loop.wheel_rates[SPROCKET]
     released = 0.5 * free["inertia"] * (before**2 - after**2)
     # what the sprocket loses the chain gets; both by quadratures of order 1

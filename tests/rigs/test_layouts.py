@@ -61,7 +61,7 @@ def test_a_drawn_layout_is_laid_exactly(number):
 
 def at_an_allowed_step(rig, fraction=0.75) -> Scene:
     """A scene of a rig with a fraction of the step that it allows."""
-    scene = Scene(rig, 100.0, step=1e-6, spells=False)
+    scene = Scene(rig, 100.0, step=1e-6, contact_log=False)
     limit = largest_step(scene.model, 1.3 * rig.tension.pre_tension)
     return scene.with_(step=1.0 / rig.sensor.rate / np.ceil(1.0 / rig.sensor.rate / (fraction * min(limit, 1.25e-4))))
 

@@ -14,8 +14,8 @@ from trackdyn.parameters.layout import belt_around
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation import recorder as writer
-from trackdyn.simulation.arrays import flat
 from trackdyn.simulation.loop import Loop
+from trackdyn.simulation.loop_arrays import flat
 from trackdyn.simulation.recording import Recording, belt_recording
 from trackdyn.simulation.settling import Settling
 from trackdyn.simulation.simulate import simulate
@@ -43,10 +43,10 @@ def loop(driven_loop):
 def free_start(rig):
     """A free loop of five pitches without gravity that spins and swings; bushings soft enough for every method."""
     small = rig.changed(chain__pitches=5, sensor__pitch=1, gravity=0.0, bushing__stiffness=20.0, bushing__damping=0.05)
-    loop = Loop(Scene(small, 300.0, ring_radius=None, spells=False, loop="free", step=1e-4))
+    loop = Loop(Scene(small, 300.0, ring_radius=None, contact_log=False, loop="free", step=1e-4))
     extra = np.random.default_rng(1).normal(0.0, 3.0, len(loop.angles))
-    loop._parts.state.rate[:] += closing(loop.model.chain.length, loop.angles, extra)
-    loop._parts.state.pin[2:] += 0.3, 0.8
+    loop._arrays.state.rate[:] += closing(loop.model.chain.length, loop.angles, extra)
+    loop._arrays.state.pin[2:] += 0.3, 0.8
     return loop
 
 
@@ -117,7 +117,7 @@ def test_joint_forces_are_those_of_the_multipliers(free_start):
     errors = []
     for step in (1e-6, 1e-7):
         loop = free_start.copy()
-        loop._parts = loop._parts._replace(model=loop._parts.model._replace(step=step))
+        loop._arrays = loop._arrays._replace(model=loop._arrays.model._replace(step=step))
         angle, rate = loop.angles.copy(), loop.rates.copy()
         expected = reference.reference_accelerations(
             chain, angle, rate, none, none, none, implicit_step=0.5 * step
@@ -130,7 +130,7 @@ def test_joint_forces_are_those_of_the_multipliers(free_start):
 
 
 def test_places_close_the_loop(loop):
-    pins, chain = loop.pins, loop._parts.model.chain
+    pins, chain = loop.pins, loop._arrays.model.chain
     assert np.hypot(*(pins[-1] - pins[0])) == pytest.approx(loop.gap, abs=1e-14) and loop.gap < 1.1e-10
     np.testing.assert_allclose(np.hypot(*np.diff(pins, axis=0).T), chain.length, rtol=1e-12)
     np.testing.assert_allclose(loop.mass_centres, 0.5 * (pins[1:] + pins[:-1]), rtol=0, atol=1e-12)
@@ -142,11 +142,23 @@ def test_places_close_the_loop(loop):
 def test_a_recording_is_that_of_the_time_loop(loop):
     other = loop.copy()
     recording = loop.record(0.1, pitches=(3, 7), frame_interval=0.02)
-    record = other.samples(100, (3, 7), frame_stride=20, spells=1000)
+    record = other.samples(100, (3, 7), frame_stride=20, log_rows=1000)
     assert_same(loop, other)
-    for name in ("raw", "mean", "gap", "cut", "place", "wheel_rate", "energy", "force", "area", "groove", "frame"):
+    for name in (
+        "raw",
+        "mean",
+        "gap",
+        "cut",
+        "link_position",
+        "wheel_rate",
+        "energy",
+        "force",
+        "area",
+        "groove",
+        "frame",
+    ):
         np.testing.assert_array_equal(getattr(recording, name), getattr(record, name))
-    np.testing.assert_array_equal(recording.spells, record.spells.rows[: record.spells.count[0]])
+    np.testing.assert_array_equal(recording.contact_log, record.contact_log.rows[: record.contact_log.count[0]])
     assert recording.begin == 1.0 and list(recording.pitches) == [3, 7]
 
 
@@ -231,7 +243,7 @@ def test_scenes_of_one_method_share_their_kernels(make_scene, rig):
     kinds = {
         tuple(numba.typeof(leaf) for leaf in shared(made.model, made.state, made.work))
         for scene in scenes
-        for made in (Settling(scene), Loop(scene)._parts)
+        for made in (Settling(scene), Loop(scene)._arrays)
     }
     assert len(kinds) == 1
 
@@ -366,7 +378,7 @@ def test_an_interrupted_run_goes_on_and_gives_the_same_bytes(interrupted, tmp_pa
 
 
 def test_a_belt_needs_no_checkpoint(rig, tmp_path):
-    scene = Scene(rig, 115.0, chain="belt", ring_radius=None, spells=False, duration=0.1)
+    scene = Scene(rig, 115.0, chain="belt", ring_radius=None, contact_log=False, duration=0.1)
     np.testing.assert_array_equal(simulate(scene, checkpoint=tmp_path / "x").raw, belt_recording(scene).raw)
     assert list(tmp_path.iterdir()) == []
 

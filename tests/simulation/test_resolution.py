@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from trackdyn.model.arrays import SPELL
+from trackdyn.model.arrays import CONTACT_INTERVAL
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.resolution import (
     FINER,
@@ -14,10 +14,10 @@ from trackdyn.simulation.resolution import (
     PEAKS,
     RMS,
     YES,
-    Answer,
-    doubt,
+    RunStatistics,
     largest_forces,
     resolution,
+    unresolved_reason,
 )
 from trackdyn.simulation.rig_check import try_steps
 from trackdyn.simulation.simulate import simulate
@@ -41,7 +41,7 @@ def level(samples):
 @pytest.mark.parametrize("alone", [0.0, 1.1 * ONE_STEP])
 @pytest.mark.parametrize("seconds", [0.7, 5.0])
 def test_what_alternates_and_peaks_of_one_step_are_doubted_at_every_length(running, share, alone, seconds):
-    reason = doubt(sums(running.model, share), running.model, level(1000), seconds, alone)
+    reason = unresolved_reason(sums(running.model, share), running.model, level(1000), seconds, alone)
     assert bool(reason) == (share > NOTICED or alone > ONE_STEP)
 
 
@@ -58,7 +58,7 @@ def test_a_finer_step_decides_what_is_doubtful(running, off, state):
 
 def test_answers_are_compared_over_the_same_pitches():
     """A pitch that is only just touched with the finer step moves the mean of those that touch by a ninth."""
-    rows = np.zeros(4, SPELL)
+    rows = np.zeros(4, CONTACT_INTERVAL)
     rows["pitch"], rows["peak_n"] = [0, 0, 1, 2], [50.0, 100.0, 80.0, 1.0]
     rows["peak_s"] = [0.1, 0.2, 0.30005, 0.4]
     largest, alone = largest_forces(rows, [], 5, 1e-4, 0.0)
@@ -66,14 +66,14 @@ def test_answers_are_compared_over_the_same_pitches():
     assert alone[:, 0].tolist() == [100.0, 0.0, 1.0, 0.0, 0.0]  # the second lies between two steps
 
     # cut by the begin of the log, or by its end: what came before or comes after was not logged
-    cut = np.zeros(3, SPELL)
+    cut = np.zeros(3, CONTACT_INTERVAL)
     cut["pitch"], cut["peak_n"] = [0, 1, 2], 100.0
     cut["peak_s"], cut["end_s"] = [0.1, 0.3, 0.4], [0.2, 0.3001, 0.5]
     assert largest_forces(cut[:1], cut[1:], 3, 1e-4, 0.0999)[1][:, 0].tolist() == [0.0, 0.0, 100.0]
     assert largest_forces(cut, [], 3, 1e-4, 0.0)[1][:, 0].tolist() == [100.0, 100.0, 100.0]
 
     def statistics(rms, peaks):
-        return Answer(np.array(rms), np.array(peaks), 0.0)
+        return RunStatistics(np.array(rms), np.array(peaks), 0.0)
 
     fine = statistics([2.0, 1.0], [100.0, 20.0, 90.0])
     assert statistics([2.0, 1.0], [101.0, 99.0, 90.0]).differs(fine) == (0.0, pytest.approx(0.01))  # little lies there
@@ -83,7 +83,7 @@ def test_answers_are_compared_over_the_same_pitches():
 
 def test_a_record_that_flips_and_holds_with_a_finer_step_completes_and_says_so(make_scene, monkeypatch):
     """Doubt that a finer run does not share is said, not refused."""
-    monkeypatch.setattr("trackdyn.simulation.resolution.doubt", lambda *_: "it flips")
+    monkeypatch.setattr("trackdyn.simulation.resolution.unresolved_reason", lambda *_: "it flips")
     monkeypatch.setattr("trackdyn.simulation.resolution.FLIPS", -1.0)
     resolved = simulate(make_scene(150.0, lead_in=0.1)).meta["resolved"]
     assert resolved["state"] == NO and "it flips, and with a finer step RMS differs by " in resolved["reason"]

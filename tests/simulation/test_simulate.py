@@ -97,7 +97,7 @@ from trackdyn.chain.riccati import accelerations
 import numba
 loop = Loop.load(sys.argv[1])
 loop.pins  # places, contacts and bushings of the state
-model, state, work = loop._parts
+model, state, work = loop._arrays
 accelerations(model.chain, state, work, model.step * model.chain.damping, 0)
 alpha = work.sweep.response @ work.sweep.load
 force = work.tooth_force.tolist() + work.wheel_force.ravel().tolist()
@@ -136,8 +136,8 @@ def test_stiffness_without_measure_diverges_too(make_scene, rig, monkeypatch):
         simulate(make_scene(210.0, rig=absurd, normal_law="elastic"))
 
 
-FREE = {"loop": "free", "ring_radius": None, "spells": False, "step": 5e-5}
-BELT = {"chain": "belt", "ring_radius": None, "spells": False}
+FREE = {"loop": "free", "ring_radius": None, "contact_log": False, "step": 5e-5}
+BELT = {"chain": "belt", "ring_radius": None, "contact_log": False}
 
 
 def read_back(run, path):

@@ -44,7 +44,7 @@ def test_a_damaged_parquet_file_is_refused(tmp_path):
 
 
 def test_columns_are_known_or_refused():
-    assert {"motor_rpm", "every_link", "known.force", "preset", "name"} <= set(columns())
+    assert {"motor_rpm", "every_link", "stop_rule.force", "preset", "name"} <= set(columns())
     of_rigs = ("sprocket.ring_radius", "gravity", "drive.kind", "road_1.bearing_drag", "road_1.arm.stiffness")
     check_columns(pd.DataFrame({name: [1] for name in ("motor_rpm", *of_rigs)}), "d.csv")
     for table, said in (
@@ -69,7 +69,7 @@ def test_cells_mean_what_they_say(rig_path):
             "motor_rpm": "115",
             "ring_radius": "none",
             "pitches": "1 2",
-            "spells": "False",
+            "contact_log": "False",
             "friction": "none",
             "ramp": "",
             "tension.wheel": "idler",
@@ -85,7 +85,7 @@ def test_cells_mean_what_they_say(rig_path):
         "motor_rpm": 115.0,
         "ring_radius": None,
         "pitches": [1, 2],
-        "spells": False,
+        "contact_log": False,
         "friction": "none",
     }
     assert row.changes == {"tension__wheel": "idler", "gravity": 9.8}
@@ -125,10 +125,10 @@ def test_a_key_is_what_is_asked_and_not_how_it_is_said(rig_path, monkeypatch):
         ({"motor_rpm": "115", "step": [1e-4, "1_0"]}, "step = '1_0': must be a finite number"),
         ({"motor_rpm": "115", "preset": "quick"}, "preset = 'quick':"),
         ({"motor_rpm": "115", "rig": "no.yaml"}, "no.yaml: no such file"),
-        ({"motor_rpm": "115", "known.force": "0.01"}, "known: share_pct"),
+        ({"motor_rpm": "115", "stop_rule.force": "0.01"}, "stop_rule: share_pct"),
         (
-            {"motor_rpm": "115", "known.share_pct": 1, "known.force": "x", "known.passages": 13},
-            "known: force = 'x':",
+            {"motor_rpm": "115", "stop_rule.share_pct": 1, "stop_rule.force": "x", "stop_rule.passages": 13},
+            "stop_rule: force = 'x':",
         ),
     ],
 )

@@ -14,7 +14,7 @@ from trackdyn.scene.rings import study_radii, usual_rings
 from trackdyn.scene.scene import Scene, steady_fields
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.settling import SettledLoops
-from trackdyn.sweeps.ring import known_contacts
+from trackdyn.sweeps.ring import contact_stop_rule
 
 RADII = (0.304, 0.305, 0.306, 0.307, 0.308)
 LEFT = {115.0: (20.0, 12.0, 10.4, 9.0, 8.5), 210.0: (21.0, 9.9, 9.0, 8.8, 8.7)}
@@ -105,12 +105,12 @@ def test_the_command_writes_its_files_and_goes_on_with_the_same_numbers(tmp_path
     table = pd.read_csv("mine/ring.csv")
     assert table["ring_radius_m"].fillna(0).tolist() == [0.0, 0.307] and set(table["state"]) == {"done"}
     rig = load_rig("bench")
-    rule = known_contacts(rig)
+    rule = contact_stop_rule(rig)
     recording, known = run_steady(Loop(Scene(rig, 210.0, 0.307, **steady_fields(rig, 210.0, rule))), rule)
     summary, row = meshing_summary(recording), table.iloc[1]
     for name in ("left_share_pct", "left_share_error_pct", "ring_rms_n", "right_share_pct"):
         assert row[name] == pytest.approx(summary[name], rel=1e-8), name
-    assert row["contacts_known"] == known
+    assert row["contacts_converged"] == known
     names = {f"{name}.{end}" for name in ("fig23_a", "fig23_b", "fig24") for end in ("png", "svg")}
     assert names | {"ring.csv", "ring.html", "rows"} == {path.name for path in (tmp_path / "mine").iterdir()}
     stamps = {path: path.stat().st_mtime_ns for path in (tmp_path / "mine/rows").iterdir()}

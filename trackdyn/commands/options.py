@@ -149,5 +149,5 @@ def scene_fields(ring: Ring | None, step: float | None = None, choose: list[str]
             )
         fields[name] = value
         if (name, value) in (("chain", "belt"), ("loop", "free")):
-            fields |= {"ring_radius": None, "spells": False}
+            fields |= {"ring_radius": None, "contact_log": False}
     return fields

@@ -54,7 +54,7 @@ def check(
     from trackdyn.parameters.rig_file import groove_origin
     from trackdyn.plots.drawing import draw_rig
     from trackdyn.plots.style import save
-    from trackdyn.simulation.rig_check import OTHER_TOOTH, checked, pitch_of
+    from trackdyn.simulation.rig_check import OTHER_TOOTH, check_rig, pitch_of
 
     loaded = load_rig(rig)
     out = out or Path(f"{Path(rig).stem}.png")
@@ -63,7 +63,7 @@ def check(
     if settle:
         typer.echo("settling; kernels that are not compiled yet take a minute or two more", err=True)
     try:
-        checks = checked(loaded, rpm, settle)
+        checks = check_rig(loaded, rpm, settle)
     except TrackdynError as error:
         raise type(error)(f"{rig}: {error}") from None
     if origin := groove_origin(rig):

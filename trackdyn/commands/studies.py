@@ -100,7 +100,7 @@ def _notes(study: "pd.DataFrame", rig, lost: "pd.DataFrame") -> list[str]:
     notes = (
         [f"{len(lost)} of {len(study)} scenes are not known, the first: {lost['reason'].iloc[0]}"] if len(lost) else []
     )
-    if short := int((~study["contacts_known"].fillna(True).astype(bool)).sum()):
+    if short := int((~study["contacts_converged"].fillna(True).astype(bool)).sum()):
         notes.append(f"{short} scenes ended before contacts were known to 0.2 points of a turn and forces to 0.6 %")
     if rough := int((study["resolved"] == "no").sum()):
         finer = f"ask for a smaller one, such as --step {study['step_s'].min() / 2:.3g}"

@@ -42,7 +42,7 @@ def to_plane_frame(space, wheel, x, y, z):
 
 
 @kernel
-def own_centre(model, space, wheel):
+def wheel_centre(model, space, wheel):
     """Centre of a wheel in its own frame, m."""
     if space is None:
         return model.wheels.x[wheel], model.wheels.y[wheel], 0.0

@@ -16,9 +16,9 @@ from trackdyn.contact.axial import (
     height,
     normal_velocity,
     overlap_ratio,
-    own_centre,
     to_plane_frame,
     to_wheel_frame,
+    wheel_centre,
 )
 from trackdyn.contact.laws import (
     elastic_force,
@@ -109,7 +109,7 @@ def apply(model: Model, state: State, work: Work, point: ContactPoint, space, im
     px, py = extrapolated_velocity(work, body, vx, vy, ax, ay, point.extrapolation)
     vx, vy, vz = with_plane(state, space, x, y, z, vx, vy)
     px, py, _ = with_plane(state, space, x, y, z, px, py)
-    cx, cy, cz = own_centre(model, space, wheel)
+    cx, cy, cz = wheel_centre(model, space, wheel)
     ox = point.x - cx
     oy = point.y - cy
     ww = state.wheel_rate[wheel]
@@ -215,7 +215,7 @@ def tooth_loads(model: Model, state: State, work: Work, space, implicit):
     cs = cosine(state.wheel_angle[SPROCKET])
     ss = sine(state.wheel_angle[SPROCKET])
     ws = state.wheel_rate[SPROCKET]
-    cx, cy, cz = own_centre(model, space, SPROCKET)
+    cx, cy, cz = wheel_centre(model, space, SPROCKET)
     mx, my, mz = centre_in_plane(model, space, SPROCKET)
     dz = height(state, space) - mz
     extrapolation = 0.5 if implicit is None else 0.0
@@ -294,7 +294,7 @@ def wheel_loads(model: Model, state: State, work: Work, space, implicit):
         start, end = shoes.link_start[link], shoes.link_end[link]
         ax, ay, az = to_wheel_frame(space, wheel, work.pin_x[body] + start * c, work.pin_y[body] + start * s, z)
         bx, by, bz = to_wheel_frame(space, wheel, work.pin_x[body] + end * c, work.pin_y[body] + end * s, z)
-        cx, cy, cz = own_centre(model, space, wheel)
+        cx, cy, cz = wheel_centre(model, space, wheel)
         kind = RING if wheel == SPROCKET else SURFACE
         fraction, qx, qy, distance = foot(ax, ay, bx, by, cx, cy)
         depth = wheels.radius[wheel] + thick - distance
@@ -339,7 +339,7 @@ def guide_loads(model: Model, state: State, work: Work, space, implicit):
         if reach == 0.0:
             continue
         mx, my, mz = centre_in_plane(model, space, wheel)
-        cx, cy, cz = own_centre(model, space, wheel)
+        cx, cy, cz = wheel_centre(model, space, wheel)
         for pitch in range(shoes.link_body.shape[0]):
             body = shoes.arc_body[2 * pitch]
             middle = 0.5 * (shoes.arc_x[2 * pitch] + shoes.arc_x[2 * pitch + 1])

@@ -7,7 +7,7 @@ far as that together could use it up (Verlet, Phys. Rev. 159, 1967, 98): no cont
 
 from math import sqrt
 
-from trackdyn.contact.axial import centre_in_plane, height, own_centre, to_wheel_frame
+from trackdyn.contact.axial import centre_in_plane, height, to_wheel_frame, wheel_centre
 from trackdyn.jit import kernel
 from trackdyn.model.arrays import OFFSET, State, Work
 from trackdyn.model.constants import SPROCKET, Model
@@ -64,7 +64,7 @@ def update(model: Model, state: State, work: Work, space):
             x, y, _ = to_wheel_frame(
                 space, wheel, work.pin_x[body] + middle * work.cos[body], work.pin_y[body] + middle * work.sin[body], z
             )
-            cx, cy, _ = own_centre(model, space, wheel)
+            cx, cy, _ = wheel_centre(model, space, wheel)
             reach = wheels.radius[wheel] + wheels.half_thickness + half + MARGIN
             if wheels.present[wheel] and (x - cx) ** 2 + (y - cy) ** 2 < reach * reach:
                 near.link[links, 0] = link

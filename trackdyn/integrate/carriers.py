@@ -46,7 +46,7 @@ def push(work: Work, wheel):
 
 
 @kernel
-def given_force(carriers: Carriers, k, time, force):
+def tabled_force(carriers: Carriers, k, time, force):
     """Force (N) on carrier ``k`` of the tensioner's table of times and forces, straight between its rows; 0 without."""
     last = force.shape[0] - 1
     if last < 0 or k != carriers.tensioner:
@@ -74,7 +74,7 @@ def advance_carriers(model: Model, state: State, work: Work, carriers):
         fx, fy = push(work, carriers.wheel[k])
         force = tx * fx + ty * fy + carriers.preload[k] - carriers.stiffness[k] * moved["q"]
         force -= carriers.weight[k] * ty
-        given = given_force(carriers, k, state.steps[0] * h, carriers.force)
+        given = tabled_force(carriers, k, state.steps[0] * h, carriers.force)
         force += given
         old = moved["rate"]
         rate = (mass * old + h * force) / (mass + h * carriers.damping[k])

@@ -11,11 +11,11 @@ from trackdyn.chain.kinematics import damping_weight, forward_kinematics, orient
 from trackdyn.chain.plane import plane_dynamics, turn_plane
 from trackdyn.errors import DivergenceError
 from trackdyn.integrate.carriers import advance_carriers
+from trackdyn.integrate.contact_log import log_contacts
 from trackdyn.integrate.dynamics import accumulate, evaluate_loads, sense, sense_links, solve_chain
 from trackdyn.integrate.energy import account, energies, finish_forces
 from trackdyn.integrate.runge_kutta import rk_step
 from trackdyn.integrate.semi_implicit import RATE_LIMIT, advance
-from trackdyn.integrate.spells import log_spells
 from trackdyn.jit import kernel
 from trackdyn.model.arrays import BUSHING_LOSS, OFFSET, P, Q, Record, State, Work
 from trackdyn.model.constants import SPROCKET, Model
@@ -53,7 +53,7 @@ def prepared(model: Model, state: State, work: Work):
     # stands beside the work, so that all share the kernels that do without
     parts = shared(model, state, work)
     if work.stages is not None:
-        return _march, parts, (work.stages,)
+        return _run_stages, parts, (work.stages,)
     return _run, parts, (work.space, work.implicit, work.sliding)
 
 
@@ -116,8 +116,8 @@ def _run(model: Model, state: State, work: Work, record: Record, rows, space, im
                 for place_of in range(work.friction.shape[1]):
                     work.friction[1, place_of] = work.friction[0, place_of]
             evaluate_loads(model, state, work, space, implicit)
-            if record.spells.enabled:
-                log_spells(record.spells, state, work, state.steps[0] * model.step, model.step)
+            if record.contact_log.enabled:
+                log_contacts(record.contact_log, state, work, state.steps[0] * model.step, model.step)
             _watch(work)
         _write_sample(model, state, work, record, sample, space)
         if sliding is not None:
@@ -127,7 +127,7 @@ def _run(model: Model, state: State, work: Work, record: Record, rows, space, im
 
 
 @kernel
-def _march(model: Model, state: State, work: Work, record: Record, rows, stages):
+def _run_stages(model: Model, state: State, work: Work, record: Record, rows, stages):
     """Steps of an explicit Runge-Kutta method."""
     _refresh(model, state, work, None, None)
     for sample in range(rows[0], rows[1]):
@@ -201,8 +201,8 @@ def _write_sample(model: Model, state: State, work: Work, record: Record, sample
     record.cut[sample, 1] = sqrt(work.worst[1])
     body = model.sensor.body
     middle = 0.5 * model.chain.length[body]
-    record.place[sample, 0] = work.pin_x[body] + middle * work.cos[body]
-    record.place[sample, 1] = work.pin_y[body] + middle * work.sin[body]
+    record.link_position[sample, 0] = work.pin_x[body] + middle * work.cos[body]
+    record.link_position[sample, 1] = work.pin_y[body] + middle * work.sin[body]
     for wheel in range(state.wheel_rate.shape[0]):
         record.wheel_rate[sample, wheel] = state.wheel_rate[wheel]
     energies(model, state, work, space, record.energy[sample])

@@ -6,10 +6,10 @@ stages do not change it. Forces jump where a contact begins or changes its area;
 """
 
 from trackdyn.chain.kinematics import add_rates, bearing_drag, forward_kinematics, orient
+from trackdyn.integrate.contact_log import log_contacts
 from trackdyn.integrate.dynamics import accumulate, evaluate_loads, sense, sense_links, solve_chain
 from trackdyn.integrate.energy import powers
 from trackdyn.integrate.semi_implicit import RATE_LIMIT, sprocket_acceleration
-from trackdyn.integrate.spells import log_spells
 from trackdyn.jit import kernel
 from trackdyn.model.arrays import BUSHING_LOSS, Record, Stages, State, Work
 from trackdyn.model.constants import SPROCKET, Model
@@ -159,7 +159,7 @@ def _project(model: Model, state: State, work: Work):
 @kernel
 def rk_step(model: Model, state: State, work: Work, record: Record, stages: Stages):
     """Take one step; returns -1, or the body that left the range."""
-    step, spells, links = model.step, record.spells, record.link_mean.shape[1]
+    step, contact_log, links = model.step, record.contact_log, record.link_mean.shape[1]
     begin = state.steps[0] * step
     _pack(state, stages.start, state.branch)
     _copy_memory(state.tooth_impact, state.wheel_impact, stages.tooth_impact, stages.wheel_impact)
@@ -180,7 +180,7 @@ def rk_step(model: Model, state: State, work: Work, record: Record, stages: Stag
     _accumulate(work, stages, links)
     _copy_memory(stages.tooth_impact, stages.wheel_impact, state.tooth_impact, state.wheel_impact)
     evaluate_loads(model, state, work, None, None)
-    if spells.enabled:
-        log_spells(spells, state, work, begin + step, step)
+    if contact_log.enabled:
+        log_contacts(contact_log, state, work, begin + step, step)
     state.steps[0] += 1
     return -1

@@ -15,7 +15,7 @@ from trackdyn.measure.convergence import turn_error
 from trackdyn.measure.metrics import SAME_SPEED
 from trackdyn.measure.sensor import (
     OTHER_SPEED,
-    own_loop_hz,
+    measured_loop_hz,
     sense,
     sensor_metrics,
     whole_revolutions,
@@ -83,7 +83,7 @@ def compare_with_sensor(recording: Recording, record: SensorRecord, name: str = 
     faster, slower = whole_ratio(record, recording.rate)
     signal, rate, record = sense(recording, slower), recording.rate / slower, record.averaged(faster)
     with naming(record.path):
-        own_hz = own_loop_hz(record.ay_g, record.rate_hz, loop_hz) if loop_hz else 0.0
+        own_hz = measured_loop_hz(record.ay_g, record.rate_hz, loop_hz) if loop_hz else 0.0
     both = []
     for ay, hz, at, clipped in (
         (signal.ay, loop_hz, rate, signal.clipped),
@@ -186,7 +186,7 @@ def doubtful_axes(recording: Recording, record: SensorRecord) -> str | None:
     mirrored = simulated.conj() * np.array([[1], [-1]])[: len(names)]
     band = hz / OTHER_SPEED, hz * OTHER_SPEED
     strongest = max(measured.values(), key=lambda one: highest_line(one, record.rate_hz, *band)[1])
-    hz = own_loop_hz(strongest, record.rate_hz, hz)
+    hz = measured_loop_hz(strongest, record.rate_hz, hz)
 
     def misfit(chosen: Sequence[tuple[int, str]]) -> float:
         shape = turn_shape(np.array([sign * measured[name] for sign, name in chosen]), record.rate_hz, hz)
@@ -224,7 +224,7 @@ def require_axes(record: SensorRecord, rig: Rig, motor_rpm: float) -> None:
 
     Links on a belt of this rig at this motor speed (rev/min) turn through gravity, too.
     """
-    scene = Scene(rig, motor_rpm, ring_radius=None, chain="belt", spells=False)
+    scene = Scene(rig, motor_rpm, ring_radius=None, chain="belt", contact_log=False)
     turn = whole_samples(rig.sensor.rate, scene.periods.loop)
     if doubt := doubtful_axes(belt_recording(scene.with_(duration=turn)), record):
         raise InputError(f"{doubt}; in the pipeline, state axes in the file that sensor_mapping names")

@@ -1,4 +1,4 @@
-"""Contacts with the sprocket (Sect. 6): spells, passages, and what is measured on them.
+"""Contacts with the sprocket (Sect. 6): intervals, passages, and what is measured on them.
 
 A *passage* is one way of a connector around the sprocket: every contact of its two arcs with the teeth, and of the
 adjacent link ahead of it with the ring. That link is pressed on the ring about half a pitch before the connector meets
@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from trackdyn.measure.convergence import NAN, batch_error, ratio_error
-from trackdyn.model.arrays import SPELL
+from trackdyn.model.arrays import CONTACT_INTERVAL
 from trackdyn.model.constants import SPROCKET
 from trackdyn.parameters.rig import Rig
 from trackdyn.simulation.recording import Recording
@@ -86,9 +86,9 @@ def _merged(recording: Recording, gap: float) -> dict[str, np.ndarray]:
     """Columns of the log without what the record cut, chatter merged, times since its beginning."""
     # a contact that lasted already is logged from the first step of the record on
     begin = recording.begin + 1.5 * recording.scene.step
-    begun = recording.spells[recording.spells["start_s"] > begin]
+    begun = recording.contact_log[recording.contact_log["start_s"] > begin]
     order = np.lexsort([begun[name] for name in ("start_s", "groove", "side", "pitch")])
-    log = {name: begun[name][order] for name in SPELL.names or ()}
+    log = {name: begun[name][order] for name in CONTACT_INTERVAL.names or ()}
     integers = ("pitch", "side", "groove", "areas")
     log |= {name: log[name].astype(int) for name in integers}
     begins = np.ones(len(order), bool)

@@ -62,7 +62,7 @@ def needed_lengths(recording: Recording) -> dict[str, float]:
     """What the recording is too short for, with the record (s) that holds it wherever it begins."""
     periods = recording.periods
     needed = {"dominant peak and standard errors": LEAST_PERIODS * periods.loop}
-    if recording.scene.spells:
+    if recording.scene.contact_log:
         passage = periods.loop + (2 * LONGEST_CONTACT + PASSAGE) * periods.turn
         needed["contacts of the recorded pitches"] = passage
     return {what: seconds for what, seconds in needed.items() if recording.seconds < seconds}

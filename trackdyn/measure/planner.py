@@ -40,7 +40,7 @@ PEAK_TURNS = 3  # of the sprocket: until then an arc has had its peaks, or has n
 
 
 @dataclass(frozen=True)
-class Answer:
+class StopResult:
     """What a run gives at its end."""
 
     measures: dict[str, Estimate]  # measures with their errors (`measure.whole_loop.series`)
@@ -91,7 +91,7 @@ class Error(NamedTuple):
 
 
 @dataclass
-class Tried:
+class Candidate:
     """A setting and what is known of it."""
 
     setting: Setting
@@ -119,12 +119,12 @@ class Tried:
 class Plan(NamedTuple):
     """What to run for tolerances, and how far it has come."""
 
-    chosen: Tried
+    chosen: Candidate
     left: dict[str, float]  # tolerances of the record: what the setting leaves of those that were asked for
     duration: float  # s at constant speed that the record is expected to take
     cpu_s: float  # CPU seconds that are expected beyond those of the trials
     trial_cpu_s: float  # CPU seconds that settling and trials took
-    tried: tuple[Tried, ...]  # all settings that were tried, from cheap to dear
+    tried: tuple[Candidate, ...]  # all settings that were tried, from cheap to dear
 
     @property
     def scene(self) -> Scene:
@@ -132,7 +132,7 @@ class Plan(NamedTuple):
         assert self.chosen.writer is not None
         return self.chosen.writer.loop.scene
 
-    def run(self) -> Answer:
+    def run(self) -> StopResult:
         """Go on with the record until its intervals are within ``left``.
 
         Half widths of the answer's measures, the asked ones alone, hold the error of the setting, too.
@@ -141,10 +141,10 @@ class Plan(NamedTuple):
         # scatter may fall faster than it is expected to, where passages make up for each other
         first = min(self.duration, GROWTH * self.chosen.seconds)
 
-        def judge(recording: Recording) -> tuple[Answer, bool]:
+        def judge(recording: Recording) -> tuple[StopResult, bool]:
             cut, means, reached = settled(series(recording, self.left), self.left)
             left_out = recording.scene.lead_in + cut * recording.periods.passage
-            answer = Answer(means, reached, left_out, recording)
+            answer = StopResult(means, reached, left_out, recording)
             return answer, answer.converged
 
         answer, _ = record_until(self.chosen.writer, first, judge, JUDGED)
@@ -196,12 +196,12 @@ def plan(scene: Scene, tolerances: Mapping[str, float], longest: float = 60.0, m
     begin = time.process_time()
     rate, wait = scene.rig.sensor.rate, WAIT * scene.periods.loop
     record = {"duration": whole_samples(rate, longest), "lead_in": whole_samples(rate, wait), "every_link": True}
-    at_rest = Loop(scene.with_(**record, pitches=(), frame_interval=0.0, spells=True))
+    at_rest = Loop(scene.with_(**record, pitches=(), frame_interval=0.0, contact_log=True))
     pending = settings(at_rest.scene, method)
     base = _at_speed(at_rest, pending)
     span, teeth = scene.periods.passage, scene.rig.sprocket.teeth
     count, most = float(LEAST + 1), float(LEAST + PEAK_TURNS * teeth)
-    tried: list[Tried] = []
+    tried: list[Candidate] = []
     while True:
         running = [trial for trial in tried if not trial.refused]
         # the two finest judge; of the others go on those that may be chosen
@@ -243,7 +243,7 @@ def _at_speed(settled: Loop, choices: list[Setting]) -> Loop:
     raise InputError(f"tolerance: {reason}")
 
 
-def _start(base: Loop, setting: Setting, span: float) -> Tried:
+def _start(base: Loop, setting: Setting, span: float) -> Candidate:
     """A setting whose record is about to begin."""
     try:
         loop = base.changed(**setting.fields)
@@ -251,11 +251,11 @@ def _start(base: Loop, setting: Setting, span: float) -> Tried:
         loop.advance(LEAD * span)
         writer = Recorder(loop, watched=False, room=PEAK_TURNS * scene.periods.turn)
     except TrackdynError as error:
-        return Tried(setting, refused=str(error))
-    return Tried(setting, writer, WORK.get(scene.integrator, 1.0) / scene.step)
+        return Candidate(setting, refused=str(error))
+    return Candidate(setting, writer, WORK.get(scene.integrator, 1.0) / scene.step)
 
 
-def _record(trial: Tried, tolerances: Mapping[str, float], seconds: float) -> None:
+def _record(trial: Candidate, tolerances: Mapping[str, float], seconds: float) -> None:
     """Go on with the record of a setting to a length, and take its measures."""
     assert trial.writer is not None
     begin = time.process_time()
@@ -266,13 +266,13 @@ def _record(trial: Tried, tolerances: Mapping[str, float], seconds: float) -> No
         trial.refused = str(error)
         return
     trial.cpu_s += time.process_time() - begin
-    if any(name.endswith("_peak") for name in tolerances) and trial.writer.answer().alone > ONE_STEP:
+    if any(name.endswith("_peak") for name in tolerances) and trial.writer.statistics().alone > ONE_STEP:
         trial.refused = "peaks stand for one step: the true ones may be twice as large"
         return
     trial.measures = {name: of for name, of in measures.items() if len(of.values) >= LEAST}
 
 
-def _judge(running: list[Tried], tolerances: Mapping[str, float]) -> None:
+def _judge(running: list[Candidate], tolerances: Mapping[str, float]) -> None:
     """Errors of settings from the two finest ones.
 
     That of the finest is what a step further would change: as much as the last one did, less by the ratio of the steps
@@ -293,15 +293,15 @@ def _judge(running: list[Tried], tolerances: Mapping[str, float]) -> None:
 
 
 def _next(
-    running: list[Tried], tolerances: Mapping[str, float], pending: list[Setting], most: float
-) -> tuple[Tried | None, float]:
+    running: list[Candidate], tolerances: Mapping[str, float], pending: list[Setting], most: float
+) -> tuple[Candidate | None, float]:
     """What is expected to cost least: the setting to go on with; or times that trials must be longer; or neither.
 
     Neither is a finer setting. Records may become ``most`` times as long. Of settings whose records are long enough the
     finest is chosen.
     """
     coarser, finest = running[-2:]
-    ways: list[tuple[float, Tried | None, float]] = []
+    ways: list[tuple[float, Candidate | None, float]] = []
     for trial in reversed(running):
         if (growth := trial.growth(tolerances)) <= 1.0 or (growth < inf and most > 1.0):
             ways.append((trial.work * max(growth - 1.0, 0.0), trial, 0.0))
@@ -325,7 +325,7 @@ def _times(half_width: float, scatter: float, room: float) -> float:
     return (half_width / room) ** 2 if half_width <= room else max((scatter / room) ** 2, LONGER)
 
 
-def _refusal(tried: list[Tried], tolerances: Mapping[str, float], longest: float) -> str:
+def _refusal(tried: list[Candidate], tolerances: Mapping[str, float], longest: float) -> str:
     """Why no setting keeps the tolerances."""
     known = [trial.error for trial in tried if trial.error]
     if not known:

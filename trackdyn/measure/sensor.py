@@ -83,7 +83,7 @@ def whole_revolutions(count: int, rate: float, loop_hz: float) -> int:
     return round(loops / loop_hz * rate) if loops else count
 
 
-def own_loop_hz(ay, rate: float, expected_hz: float) -> float:
+def measured_loop_hz(ay, rate: float, expected_hz: float) -> float:
     """Turns of the loop a second (Hz) that the dominant peak of a record shows; bin-free, if it holds two turns.
 
     The peak is looked for up to a factor of four from ``expected_hz`` (Hz), which is the answer for a record of fewer
@@ -136,6 +136,6 @@ def sensor_metrics(ay, rate: float, loop_hz: float) -> dict:
     }
 
 
-def own_metrics(ay, rate: float, expected_hz: float) -> dict:
-    """`sensor_metrics` of a record whose loop turns at a speed of its own (`sensor.own_loop_hz`)."""
-    return sensor_metrics(ay, rate, own_loop_hz(ay, rate, expected_hz))
+def record_metrics(ay, rate: float, expected_hz: float) -> dict:
+    """`sensor_metrics` of a record whose loop turns at a speed of its own (`sensor.measured_loop_hz`)."""
+    return sensor_metrics(ay, rate, measured_loop_hz(ay, rate, expected_hz))

@@ -53,7 +53,7 @@ def later(recording: Recording, seconds: float) -> Recording:
     return replace(
         recording,
         time=recording.time[:count],
-        spells=recording.spells[recording.spells["start_s"] > begin],
+        contact_log=recording.contact_log[recording.contact_log["start_s"] > begin],
         begin=begin,
         frame=recording.frame[:0],
         frame_time=recording.frame_time[:0],
@@ -77,7 +77,7 @@ def run_steady(loop: Loop, rule: StopRule) -> tuple[Recording, bool]:
     turns = 2 * LONGEST_CONTACT + PASSAGE + rule.passages / scene.rig.sprocket.teeth
     first = turns * scene.periods.turn
     loop.advance(scene.ramp + scene.lead_in)
-    return record_until(Recorder(loop, scene.with_(spells=True), room=first), first, judge)
+    return record_until(Recorder(loop, scene.with_(contact_log=True), room=first), first, judge)
 
 
 def steady_from(recording: Recording, rule: StopRule) -> tuple[float, bool]:

@@ -98,7 +98,7 @@ def series(recording: Recording, names: Collection[str] = RELATIVE + SHARES) -> 
         if (name := f"{side}_share") in names:
             # arcs that touch at an instant, over teeth, is the fraction of a sprocket turn that each of them touches
             measures[name] = Series(means((recording.force[:, :, k] > 0.0).sum(axis=1) * (100.0 / teeth)), number)
-        if (name := f"{side}_peak") in names and len(recording.spells) and len(visits := peaks(recording, side)):
+        if (name := f"{side}_peak") in names and len(recording.contact_log) and len(visits := peaks(recording, side)):
             of = np.searchsorted(edges / recording.rate, visits["end_s"]) - 1
             measures[name] = Series(visits["peak_n"].to_numpy(), of)
     return measures

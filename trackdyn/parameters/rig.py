@@ -26,7 +26,7 @@ from trackdyn.parameters.quantities import (
     number_of,
 )
 from trackdyn.parameters.rig_file import DEFAULT, TRIED, read_rig, rig_path
-from trackdyn.parameters.sections import Surface, Tried, Wheel
+from trackdyn.parameters.sections import Surface, TestedStep, Wheel
 from trackdyn.parameters.validation import shown, validated
 from trackdyn.parameters.yaml_file import read_yaml
 
@@ -61,7 +61,7 @@ class Rig(sections.OmitsDefaults):
     guide: sections.Guide
     impact: sections.ImpactParameters
     sensor: sections.SensorParameters
-    tried: Annotated[tuple[Tried, ...], Field(strict=False)] = ()
+    tried: Annotated[tuple[TestedStep, ...], Field(strict=False)] = ()
 
     def model_post_init(self, context: Any) -> None:
         """Check values that depend on each other."""
@@ -135,7 +135,7 @@ class Rig(sections.OmitsDefaults):
         """Radius of the ring that the rig has (m), None where it has none."""
         return self.sprocket.ring_radius if self.sprocket.ring == "present" else None
 
-    def tried_step(self, motor_rpm: float) -> Tried | None:
+    def tried_step(self, motor_rpm: float) -> TestedStep | None:
         """The step tried at the next motor speed at or above ``motor_rpm`` (rev/min), or at the fastest one."""
         steps = sorted(self.tried, key=lambda one: one.rpm)
         return next((entry for entry in steps if entry.rpm >= motor_rpm), steps[-1] if steps else None)

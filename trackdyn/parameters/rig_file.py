@@ -102,8 +102,8 @@ def _read(path: Path | str, depth: int) -> dict[str, Any]:
             for key, content in data.items()
             if key not in ("like", "about", TRIED)  # words of this file alone
         }
-        own_wheels = isinstance(data.get("wheels"), dict)
-        if own_wheels:
+        copy_wheels = isinstance(data.get("wheels"), dict)
+        if copy_wheels:
             wheels = {
                 key: PLAIN_WHEEL | wheel if isinstance(wheel, dict) else wheel for key, wheel in data["wheels"].items()
             }
@@ -119,7 +119,7 @@ def _read(path: Path | str, depth: int) -> dict[str, Any]:
         raise InputError(f"{path}: like = {shown(like)}: leads from file to file without an end; name a complete rig")
     sibling = path.parent / like
     base = _read(sibling if isfile(sibling) else rig_path(like), depth - 1)
-    if own_wheels:
+    if copy_wheels:
         base = {key: content for key, content in base.items() if key not in ("wheels", *WHEELS_OF_OLD)}
     for section, other in (("groove", "profile"), ("profile", "groove")):
         if section in data:

@@ -223,7 +223,7 @@ class SensorParameters(Section):
     range: Annotated[float, Quantity("g", gt=0)]
 
 
-class Tried(Section):
+class TestedStep(Section):
     """A step (s) that was tried on a rig, and the motor speed (rev/min) up to which it holds."""
 
     rpm: Positive

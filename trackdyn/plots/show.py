@@ -21,7 +21,7 @@ from trackdyn.model.constants import SPROCKET, Tooth
 from trackdyn.plots.rendering import CONFIGURATION, differences, packed, render, short
 from trackdyn.sensor.signals import LOW_RANGE_HZ, holds_line, in_bands, main_line, main_line_binfree, spectrum
 from trackdyn.simulation.recording import Recording, load_recording
-from trackdyn.simulation.replay import SIDES, Replay, stretch_of
+from trackdyn.simulation.replay import SIDES, Replay, replay
 from trackdyn.simulation.resolution import LOSSES, STORED
 from trackdyn.sources import source_hash
 
@@ -67,7 +67,7 @@ def show(
 ) -> Shown:
     """Show a run on one page that needs no network.
 
-    What moves is simulated again from the recording's scene (`stretch.stretch_of`) and compared with it; all the
+    What moves is simulated again from the recording's scene (`simulation.replay.replay`) and compared with it; all the
     rest is of the recording itself.
 
     Parameters
@@ -96,7 +96,7 @@ def show(
         title = Path(recording).stem if title is None else title
         recording = load_recording(recording)
     belt = recording.scene.chain == "belt"
-    stretch = None if belt else stretch_of(recording, seconds, progress)
+    stretch = None if belt else replay(recording, seconds, progress)
     measures, work = shown_measures(run_metrics("", recording)), work_of(recording)
     decisions = [
         {

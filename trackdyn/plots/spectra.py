@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from trackdyn.errors import InputError
-from trackdyn.measure.sensor import own_loop_hz, sense
+from trackdyn.measure.sensor import measured_loop_hz, sense
 from trackdyn.plots.style import BLACK, SENSOR, SIMULATION, new_figure, styled
 from trackdyn.sensor.sensor_csv import SensorRecord
 from trackdyn.sensor.signals import (
@@ -68,7 +68,7 @@ def draw_histories(axes: Sequence[Axes], recording: Recording, record: SensorRec
     name = "simulation" if record else f"simulation; {sensor_label}"
     curves = [(sense(recording).ay, recording.rate, loop_hz, name, SIMULATION)]
     if record:
-        own_hz = own_loop_hz(record.ay_g, record.rate_hz, loop_hz)
+        own_hz = measured_loop_hz(record.ay_g, record.rate_hz, loop_hz)
         curves.append((record.ay_g, record.rate_hz, own_hz, sensor_label, SENSOR))
     span = REVOLUTIONS / loop_hz
     shown = []
@@ -198,7 +198,7 @@ def _curves(recording: Recording, record: SensorRecord | None, sensor_label: str
     name = "simulation" if record else f"simulation; {sensor_label}"
     curves = [_Curve(name, sense(recording).ay, recording.rate, loop_hz, SIMULATION, "o", 11)]
     if record:
-        own_hz = own_loop_hz(record.ay_g, record.rate_hz, loop_hz)
+        own_hz = measured_loop_hz(record.ay_g, record.rate_hz, loop_hz)
         curves.append(_Curve(sensor_label, record.ay_g, record.rate_hz, own_hz, dashed, "s", 7))
     return curves
 

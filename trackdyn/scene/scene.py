@@ -31,7 +31,7 @@ FROM_THE_RIG = "of the rig"
 # Fields that follow the rig where a scene asks for none.
 FOLLOWS = ("ring_radius", "chain", "tension", "drag", "bushing_law", "step")
 # Fields that concern the record alone.
-RECORD_FIELDS = ("duration", "lead_in", "ramp", "pitches", "frame_interval", "spells", "every_link", "sliding")
+RECORD_FIELDS = ("duration", "lead_in", "ramp", "pitches", "frame_interval", "contact_log", "every_link", "sliding")
 
 
 def _pitches(value: Any) -> Any:
@@ -101,7 +101,7 @@ class Scene(Choices):
         Pitches whose contacts are recorded (1-based); empty: the sensor's.
     frame_interval : float
         Time between recorded configurations, s; 0: none.
-    spells : bool
+    contact_log : bool
         Log every contact with the sprocket.
     every_link : bool
         Record the acceleration of the sensor's position on every link, and the contacts of every pitch.
@@ -147,7 +147,7 @@ class Scene(Choices):
     step: Number = 1e-4
     pitches: Annotated[tuple[int, ...], BeforeValidator(_pitches)] = ()
     frame_interval: Number = 0.0
-    spells: Annotated[bool, BeforeValidator(_flag)] = True
+    contact_log: Annotated[bool, BeforeValidator(_flag)] = True
     every_link: Annotated[bool, BeforeValidator(_flag)] = False
     sliding: Annotated[bool, BeforeValidator(_flag)] = False
 

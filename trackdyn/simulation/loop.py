@@ -21,8 +21,8 @@ from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.validation import within
 from trackdyn.scene.build import CARRIED
 from trackdyn.scene.scene import LONGEST_RUN, MOST_STEPS, Scene
-from trackdyn.simulation import arrays
-from trackdyn.simulation.arrays import Parts, filled, flat, read_checkpoint, write_checkpoint
+from trackdyn.simulation import loop_arrays
+from trackdyn.simulation.loop_arrays import LoopArrays, filled, flat, read_checkpoint, write_checkpoint
 from trackdyn.simulation.recorder import CHUNK, Recorder
 from trackdyn.simulation.recording import Recording
 from trackdyn.simulation.settling import SettledLoops, allocate, settle, shift_wheel
@@ -59,25 +59,25 @@ class Loop:
         if scene.chain == "belt":
             raise InputError("scene: chain = 'belt': a path has no state to step; use 'double_pin'")
         self.scene, model, state, work, self.layout = settle(scene, starts)
-        self._parts = Parts(model, state, work)
+        self._arrays = LoopArrays(model, state, work)
 
     @property
-    def _parts(self) -> Parts:
+    def _arrays(self) -> LoopArrays:
         """What the kernels write; assigned unchecked, for who tries a kernel: they look up places without bounds."""
         return self._written
 
-    @_parts.setter
-    def _parts(self, parts: Parts) -> None:
-        self._scratch, self._lock = make_record(1, parts.state), RLock()
+    @_arrays.setter
+    def _arrays(self, arrays: LoopArrays) -> None:
+        self._scratch, self._lock = make_record(1, arrays.state), RLock()
         self._entry: Callable | None = None
-        self._show(arrays.copied(parts))
+        self._show(loop_arrays.copied(arrays))
 
-    def _show(self, parts: Parts) -> None:
+    def _show(self, arrays: LoopArrays) -> None:
         """Take arrays as they are, and show them to all others."""
-        self._written, self._views, self._prepared = parts, arrays.read_only(parts), prepared(*parts)
+        self._written, self._views, self._prepared = arrays, loop_arrays.read_only(arrays), prepared(*arrays)
 
     def __getstate__(self) -> dict:
-        return {name: getattr(self, name) for name in ("scene", "layout", "_parts", "_scratch")}
+        return {name: getattr(self, name) for name in ("scene", "layout", "_arrays", "_scratch")}
 
     def __setstate__(self, state: dict) -> None:
         for name, value in state.items():
@@ -139,14 +139,14 @@ class Loop:
         """
         seconds = within("seconds", seconds, 0.0, LONGEST_RUN)
         with self._exclusive():
-            left = round(seconds / self._parts.model.step)
+            left = round(seconds / self._arrays.model.step)
             while left:
-                count = min(left, max(round(CHUNK / self._parts.model.step), 1))
+                count = min(left, max(round(CHUNK / self._arrays.model.step), 1))
                 self.step(count)
-                tick(count * self._parts.model.step)
+                tick(count * self._arrays.model.step)
                 left -= count
 
-    def samples(self, count: int, pitches: Sequence[int] = (), frame_stride: int = 0, spells: int = 0) -> Record:
+    def samples(self, count: int, pitches: Sequence[int] = (), frame_stride: int = 0, log_rows: int = 0) -> Record:
         """Integrate for ``count`` sample intervals.
 
         Parameters
@@ -157,7 +157,7 @@ class Loop:
             Pitches whose contacts are recorded (1-based).
         frame_stride : int
             Samples from one recorded configuration to the next; 0: none.
-        spells : int
+        log_rows : int
             Number of contacts with the sprocket that may end; 0: they are not logged.
 
         Returns
@@ -169,21 +169,21 @@ class Loop:
         pitches = [int(within("pitches", pitch, 1, self.scene.rig.chain.pitches)) for pitch in pitches]
         frames = -(-count // frame_stride) if frame_stride else 0
         sliding = 0 if self.work.sliding is None else len(self.work.sliding)
-        record = make_record(count, self._parts.state, pitches, frames, frame_stride, spells, 0, sliding)
+        record = make_record(count, self._arrays.state, pitches, frames, frame_stride, log_rows, 0, sliding)
         self._fill(record, 0, count)
         return record
 
     def _fill(self, record: Record, first: int, last: int) -> None:
         """Integrate and fill rows ``first`` to ``last - 1`` of a record made for this loop; kernels check no bounds."""
         with self._exclusive():
-            self._integrate_samples(record, first, last, self._parts.model.stride)
+            self._integrate_samples(record, first, last, self._arrays.model.stride)
 
     def record(
         self,
         seconds: float,
         pitches: tuple[int, ...] = (),
         frame_interval: float = 0.0,
-        spells: bool = True,
+        contact_log: bool = True,
         every_link: bool = False,
     ) -> Recording:
         """Integrate for a time and record.
@@ -196,7 +196,7 @@ class Loop:
             Pitches whose contacts are recorded (1-based); empty: the sensor's.
         frame_interval : float
             Time between recorded configurations, s; 0: none.
-        spells : bool
+        contact_log : bool
             Log every contact with the sprocket.
         every_link : bool
             Record the sensor's position on every link, and the contacts of every pitch.
@@ -207,7 +207,11 @@ class Loop:
             Also if the contact chatters, or the energy balance stays open (`measure.energy`).
         """
         requested = self.scene.with_(
-            duration=seconds, pitches=pitches, frame_interval=frame_interval, spells=spells, every_link=every_link
+            duration=seconds,
+            pitches=pitches,
+            frame_interval=frame_interval,
+            contact_log=contact_log,
+            every_link=every_link,
         )
         with self._exclusive():
             return Recorder(self, requested).finish().recording()
@@ -217,18 +221,18 @@ class Loop:
     @property
     def time(self) -> float:
         """Time since the sprocket began to turn, s."""
-        return float(self._parts.state.steps[0] * self._parts.model.step)
+        return float(self._arrays.state.steps[0] * self._arrays.model.step)
 
     @property
     def pins(self) -> np.ndarray:
         """(n + 1, 2) input pins of the bodies and output pin of the last one, m."""
         self._refresh()
-        return np.column_stack([self._parts.work.pin_x, self._parts.work.pin_y])
+        return np.column_stack([self._arrays.work.pin_x, self._arrays.work.pin_y])
 
     @property
     def mass_centres(self) -> np.ndarray:
         """(n, 2) mass centres of the bodies, m."""
-        chain, work, pins = self._parts.model.chain, self._parts.work, self.pins[:-1]
+        chain, work, pins = self._arrays.model.chain, self._arrays.work, self.pins[:-1]
         x = pins[:, 0] + chain.com_x * work.cos - chain.com_y * work.sin
         y = pins[:, 1] + chain.com_x * work.sin + chain.com_y * work.cos
         return np.column_stack([x, y])
@@ -236,9 +240,9 @@ class Loop:
     @property
     def momentum(self) -> np.ndarray:
         """(3,) momentum (N s) and angular momentum about the inertial origin (N m s) of the chain."""
-        (x, y), work, chain = self.mass_centres.T, self._parts.work, self._parts.model.chain
+        (x, y), work, chain = self.mass_centres.T, self._arrays.work, self._arrays.model.chain
         px, py = chain.mass * work.com_vx, chain.mass * work.com_vy
-        return np.array([px.sum(), py.sum(), (chain.inertia * self._parts.state.rate + x * py - y * px).sum()])
+        return np.array([px.sum(), py.sum(), (chain.inertia * self._arrays.state.rate + x * py - y * px).sum()])
 
     @property
     def angles(self) -> np.ndarray:
@@ -266,14 +270,14 @@ class Loop:
 
         Means over the last `step`, or over the last sample interval of `advance`; at rest before the first.
         """
-        if not self._parts.state.steps[0]:
-            return np.array([0.0, 0.0, self._parts.state.angle[self._parts.model.sensor.body]])
+        if not self._arrays.state.steps[0]:
+            return np.array([0.0, 0.0, self._arrays.state.angle[self._arrays.model.sensor.body]])
         return self._scratch.mean[0].copy()
 
     @property
     def tension(self) -> float:
         """Tension of the chain at the cut joint in the last step, N."""
-        return float(np.hypot(*self._parts.work.sweep.load[:2]))
+        return float(np.hypot(*self._arrays.work.sweep.load[:2]))
 
     @property
     def joint_forces(self) -> np.ndarray:
@@ -282,24 +286,24 @@ class Loop:
         Newton's law along the chain, from the cut (the last entry) on, with the accelerations of that step and the
         contacts of the present state, one step later.
         """
-        return arrays.joint_forces(*self._parts)
+        return loop_arrays.joint_forces(*self._arrays)
 
     @property
     def energy(self) -> dict[str, float]:
         """Energy balance and energies by name (`model.arrays.ENERGY_NAMES`), J."""
         self._refresh()
         out = np.zeros(len(ENERGY_NAMES))
-        energies(*shared(*self._parts), self._parts.work.space, out)
+        energies(*shared(*self._arrays), self._arrays.work.space, out)
         return dict(zip(ENERGY_NAMES, out.tolist(), strict=True))
 
     @property
     def gap(self) -> float:
         """Distance of the two pins of the cut joint, m."""
         self._refresh()
-        return float(np.hypot(*self._parts.work.cut[:2]))
+        return float(np.hypot(*self._arrays.work.cut[:2]))
 
     def _refresh(self) -> None:
-        refresh(*self._parts)
+        refresh(*self._arrays)
 
     # -- steering ------------------------------------------------------------------------------------------------------
 
@@ -318,7 +322,9 @@ class Loop:
             The name is unknown, the shape differs, or a number is not finite or too large. The state stays.
         """
         with self._exclusive():
-            arrays.set_arrays(self._parts.state, {name.replace("__", "."): value for name, value in values.items()})
+            loop_arrays.set_arrays(
+                self._arrays.state, {name.replace("__", "."): value for name, value in values.items()}
+            )
 
     def drive(self, motor_rpm: float, ramp: float = 1e-3) -> None:
         """Change the motor speed on a ramp that is smooth at both ends.
@@ -328,14 +334,14 @@ class Loop:
         motor_rpm, ramp : float
             New speed, rev/min, and the time in which it is reached, s.
         """
-        now = sprocket_rate(self._parts.model.drive, self.time)
+        now = sprocket_rate(self._arrays.model.drive, self.time)
         self.scene = self.scene.with_(motor_rpm=motor_rpm, ramp=ramp).stepped(self.scene.step)
         rate, ramp = float(self.scene.sprocket_rate), float(self.scene.ramp)
-        self._steer(self._parts.model.drive._replace(rate=rate, ramp=ramp, start=float(now), begin=self.time))
+        self._steer(self._arrays.model.drive._replace(rate=rate, ramp=ramp, start=float(now), begin=self.time))
 
     def _steer(self, drive: Drive) -> None:
         """Take a drive with other numbers."""
-        self._show(self._parts._replace(model=self._parts.model._replace(drive=drive)))
+        self._show(self._arrays._replace(model=self._arrays.model._replace(drive=drive)))
 
     def shift_tensioner(self, shift: float) -> None:
         """Move a locked tensioning wheel along its line.
@@ -355,7 +361,7 @@ class Loop:
         if self.scene.tension in CARRIED:
             raise InputError(f"shift = {shift!r} m: the tensioner slides on its spring; use tension='locked'")
         shift = within("shift", shift, -rig.tension.travel, rig.tension.travel, " m, the tensioner's travel,")
-        shift_wheel(self._parts.model, rig, tensioner(rig), shift)
+        shift_wheel(self._arrays.model, rig, tensioner(rig), shift)
         self.layout["tensioner_shift_m"] = float(shift)
 
     # -- keeping -------------------------------------------------------------------------------------------------------
@@ -382,17 +388,17 @@ class Loop:
             if (wanted := getattr(other.scene, name)) != getattr(self.scene, name):
                 raise InputError(f"scene: {name} = {wanted!r}: cannot change in a loop; make a new Loop")
         model, state, work = allocate(other.scene)
-        leaves = flat(self._parts.state)
+        leaves = flat(self._arrays.state)
         if [leaf.shape for leaf in flat(state).values()] != [leaf.shape for leaf in leaves.values()]:
             raise InputError(
                 "scene: rig, space or joints differ: a loop keeps bodies, plane and joints; make a new Loop"
             )
-        before = self._parts.model
+        before = self._arrays.model
         for name in ("x", "y", "radius"):
             getattr(model.wheels, name)[:] = getattr(before.wheels, name)
         filled(state, leaves)
         state.steps[0] = round(self.time / model.step)
-        other._parts = Parts(model._replace(drive=before.drive, carriers=before.carriers), state, work)
+        other._arrays = LoopArrays(model._replace(drive=before.drive, carriers=before.carriers), state, work)
         if fields.keys() & {"motor_rpm", "ramp"}:
             other.drive(other.scene.motor_rpm, other.scene.ramp)
         return other
@@ -414,7 +420,7 @@ class Loop:
 
     def describe(self) -> dict:
         """Everything that a checkpoint holds: the scene, where the wheels stand, all arrays."""
-        return {"scene": self.scene.describe(), "layout": self.layout} | self._parts._asdict()
+        return {"scene": self.scene.describe(), "layout": self.layout} | self._arrays._asdict()
 
     @classmethod
     def restored(cls, data: dict) -> "Loop":
@@ -426,5 +432,7 @@ class Loop:
         room = allocate(loop.scene)
         if "tensioner_shift_m" in loop.layout:
             shift_wheel(room[0], loop.scene.rig, tensioner(loop.scene.rig), loop.layout["tensioner_shift_m"])
-        loop._parts = Parts._make(filled(*of) for of in zip(room, (data[name] for name in Parts._fields), strict=True))
+        loop._arrays = LoopArrays._make(
+            filled(*of) for of in zip(room, (data[name] for name in LoopArrays._fields), strict=True)
+        )
         return loop

@@ -10,11 +10,11 @@ from psutil import virtual_memory
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.integrate.methods import METHODS
 from trackdyn.jit import FOLDER
-from trackdyn.model.arrays import SPELL, Plane, PlaneRecord, Record, make_record, make_state
+from trackdyn.model.arrays import CONTACT_INTERVAL, Plane, PlaneRecord, Record, make_record, make_state
 from trackdyn.model.constants import SPROCKET
-from trackdyn.simulation.arrays import filled, flat
+from trackdyn.simulation.loop_arrays import filled, flat
 from trackdyn.simulation.recording import Recording, provenance
-from trackdyn.simulation.resolution import Answer, Watch, answer, check_account
+from trackdyn.simulation.resolution import RunStatistics, Watch, check_account, run_statistics
 
 # Time of a body's step with the Riccati sweep, s, on the machine of the benchmarks; settling takes so many seconds.
 BODY_STEP, SETTLING = 1e-7, 2.1
@@ -71,13 +71,15 @@ def compiled() -> bool:
     return FOLDER is not None and any(FOLDER.glob("called/integrate_*/run.*.nbc"))
 
 
-# Length of a chunk, s, and spells that may end within it.
+# Length of a chunk, s, and contacts that may end within it.
 CHUNK = 0.25
-SPELLS_A_CHUNK = 40000
+INTERVALS_A_CHUNK = 40000
 GROWTH = 2  # of the room for a record
 JUDGED = 10.0  # s of a record between two judgements of its energy balance
 # arrays with a row a sample
-SAMPLED = tuple(name for name in Record._fields if name not in ("pitches", "frame", "frame_stride", "spells", "plane"))
+SAMPLED = tuple(
+    name for name in Record._fields if name not in ("pitches", "frame", "frame_stride", "contact_log", "plane")
+)
 
 
 class Recorder:
@@ -100,7 +102,7 @@ class Recorder:
         self.ended: list[np.ndarray] = []
         self.watched = watched
         self.alternating = np.zeros(2)
-        loop._parts.work.alternating[:] = 0.0
+        loop._arrays.work.alternating[:] = 0.0
         stride = round(scene.frame_interval * rate)
         frames = -(-self.samples // stride) if stride else 0
         count = scene.rig.chain.pitches
@@ -110,7 +112,7 @@ class Recorder:
             scene.pitches or (range(1, count + 1) if scene.every_link else (scene.rig.sensor.pitch,)),
             frames,
             stride,
-            SPELLS_A_CHUNK if scene.spells and scene.loop == "on_wheels" else 0,
+            INTERVALS_A_CHUNK if scene.contact_log and scene.loop == "on_wheels" else 0,
             count if scene.every_link else 0,
             0 if loop.work.sliding is None else len(loop.work.sliding),
         )
@@ -142,17 +144,17 @@ class Recorder:
         start = time.perf_counter()
         loop._fill(self.record, self.done, last)
         self.wall += time.perf_counter() - start
-        spells = self.record.spells
-        count, room = int(spells.count[0]), len(spells.rows)
+        contact_log = self.record.contact_log
+        count, room = int(contact_log.count[0]), len(contact_log.rows)
         if count > room:
             raise DivergenceError(
                 f"{count} contacts ended within one chunk of {CHUNK} s, more than {room}: the contact chatters from "
                 "step to step; use a smaller step"
             )
-        self.ended.append(spells.rows[:count].copy())
-        spells.count[0] = 0
+        self.ended.append(contact_log.rows[:count].copy())
+        contact_log.count[0] = 0
         self.alternating += loop.work.alternating
-        loop._parts.work.alternating[:] = 0.0
+        loop._arrays.work.alternating[:] = 0.0
         first, self.done = self.done, last
         if last // (JUDGED * rate) > first // (JUDGED * rate):  # not only after hours
             self._check_account()
@@ -175,15 +177,15 @@ class Recorder:
             self.chunk()
         return self
 
-    def answer(self, first: int = 0, ended: int = 0) -> Answer:
+    def statistics(self, first: int = 0, ended: int = 0) -> RunStatistics:
         """What is compared with a finer step, of samples from ``first`` on and contacts from the chunk ``ended`` on."""
-        return answer(self.record, slice(first, self.done), self.ended[ended:], self.loop.model, self.begin)
+        return run_statistics(self.record, slice(first, self.done), self.ended[ended:], self.loop.model, self.begin)
 
     def describe(self) -> dict:
         """What a checkpoint holds of it, the loop included."""
         progress = {
             "done": self.done, "begin": self.begin, "wall": self.wall, "alternating": self.alternating.tolist(),
-            "found": self.watch.doubts, "off": self.watch.off,
+            "unresolved": self.watch.unresolved, "off": self.watch.off,
         }  # fmt: skip
         parts = {"progress": progress, "record": self.record, "ended": np.concatenate(self.ended)}
         return self.loop.describe() | parts
@@ -196,7 +198,7 @@ class Recorder:
         self.done, self.begin, self.wall = (progress[name] for name in ("done", "begin", "wall"))
         self.alternating = np.array(progress["alternating"])
         self.watch = Watch(self)
-        self.watch.doubts, self.watch.off = progress["found"], tuple(progress["off"])
+        self.watch.unresolved, self.watch.off = progress["unresolved"], tuple(progress["off"])
 
     def recording(self) -> Recording:
         """What was recorded so far, if it is finite and its energy balance closed (`check_account`)."""
@@ -216,7 +218,7 @@ class Recorder:
         recording = Recording(
             time=np.arange(1, self.done + 1) / rate,
             pitches=record.pitches + 1,
-            spells=np.concatenate(self.ended or [np.zeros(0, SPELL)]),
+            contact_log=np.concatenate(self.ended or [np.zeros(0, CONTACT_INTERVAL)]),
             begin=float(self.begin),
             frame_time=(np.arange(len(record.frame)) * stride + 1) / rate,
             meta=provenance(scene, self.loop.layout) | {"resolved": resolution._asdict() | {"share": share}},

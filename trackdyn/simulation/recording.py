@@ -20,10 +20,10 @@ from trackdyn.parameters.layout import belt_around
 from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.validation import shown
 from trackdyn.scene.scene import Periods, Scene
-from trackdyn.simulation.arrays import LARGEST
+from trackdyn.simulation.loop_arrays import LARGEST
 from trackdyn.sources import source_hash
 
-FORMAT = 7
+FORMAT = 8
 
 
 def _nothing() -> np.ndarray:
@@ -46,7 +46,7 @@ class Recording:
     cut : (s, 2) array
         What the gap was before the projection of a step (m), and the velocity at which the two pins separate
         (m/s): largest values within the interval.
-    place : (s, 2) array
+    link_position : (s, 2) array
         Middle of the sensor's link, m.
     wheel_rate : (s, w) array
         Angular velocities of the sprocket and the other wheels, rad/s.
@@ -58,8 +58,8 @@ class Recording:
         Area and groove of the left and the right arc, 0 without contact.
     pitches : (p,) integer array
         The recorded pitches, 1-based.
-    spells : (k,) structured array
-        Every contact with the sprocket that ended (``model.arrays.SPELL``); times since the start of the run.
+    contact_log : (k,) structured array
+        Every contact with the sprocket that ended (`model.arrays.CONTACT_INTERVAL`); times since the start of the run.
     begin : float
         Time since the start of the run at which the record begins, s.
     frame : (f, n + 3) array
@@ -91,14 +91,14 @@ class Recording:
     mean: np.ndarray
     gap: np.ndarray
     cut: np.ndarray
-    place: np.ndarray
+    link_position: np.ndarray
     wheel_rate: np.ndarray
     energy: np.ndarray
     force: np.ndarray
     area: np.ndarray
     groove: np.ndarray
     pitches: np.ndarray
-    spells: np.ndarray
+    contact_log: np.ndarray
     begin: float
     frame: np.ndarray
     frame_time: np.ndarray
@@ -183,7 +183,7 @@ class Recording:
         """What is wrong with the arrays: a number that is not finite, or beyond all that a run may give."""
         for name in self.ARRAYS:
             values = getattr(self, name)
-            array = np.asarray(values.view(float) if name == "spells" else values)
+            array = np.asarray(values.view(float) if name == "contact_log" else values)
             if not np.isfinite(array).all():
                 return f"{name} holds a value that is not a finite number"
             if array.size and not np.abs(array).max() <= LARGEST:
@@ -303,8 +303,8 @@ def belt_recording(scene) -> Recording:
         time=np.arange(1, samples + 1) / rate,
         raw=motion[PARTS - 1 :: PARTS],
         mean=mean,
-        place=point[PARTS - 1 :: PARTS],
-        spells=empty.spells.rows,
+        link_position=point[PARTS - 1 :: PARTS],
+        contact_log=empty.contact_log.rows,
         begin=scene.lead_in + scene.ramp,
         frame_time=np.zeros(0),
         meta=provenance(scene, {"path_m": path.length}),

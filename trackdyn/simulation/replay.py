@@ -54,7 +54,7 @@ class Replay:
         return [name.replace("_", " ") for name in wheel_names(self.loop.scene.rig)[: self.wheels.shape[1]]]
 
 
-def stretch_of(recording: Recording, seconds: float | None = None, progress: bool = False) -> Replay:
+def replay(recording: Recording, seconds: float | None = None, progress: bool = False) -> Replay:
     """Run the scene of a recording again and look at its first ``seconds``; by default a turn of the sprocket.
 
     Raises `InputError` where ``seconds`` is out of range (60 at most) and for a belt, which has no bodies, and
@@ -78,10 +78,10 @@ def stretch_of(recording: Recording, seconds: float | None = None, progress: boo
            "bar_format": "{desc} |{bar}| {n:.1f} of {total:.1f} s simulated"}  # fmt: skip
     with tqdm(total=begins + seconds + 1e-6, **bar) as shown:
         loop.advance(begins, shown.update)
-        return _look(loop, recording, complete, frames, stride, shown.update)
+        return _observe(loop, recording, complete, frames, stride, shown.update)
 
 
-def _look(loop: Loop, recording: Recording, complete: bool, frames: int, stride: int, tick) -> Replay:
+def _observe(loop: Loop, recording: Recording, complete: bool, frames: int, stride: int, tick) -> Replay:
     scene, model, state = loop.scene, loop.model, loop.state
     n, wheels, pitches = len(state.angle), len(model.wheels.x), scene.rig.chain.pitches
     rate, begins = scene.rig.sensor.rate, loop.time
@@ -104,7 +104,7 @@ def _look(loop: Loop, recording: Recording, complete: bool, frames: int, stride:
     middles = (length - model.chain.length / 2) / length[-1] * pitches
     spans, origin = _spans(contacts, middles, moved, wheels, pitches)
     both = min(len(record.gap), len(recording.time))
-    distance = np.abs(record.place[:both] - recording.place[:both]).max()
+    distance = np.abs(record.link_position[:both] - recording.link_position[:both]).max()
     apart = np.array([distance, np.abs(record.mean[:both, :2] - recording.mean[:both, :2]).max()])
     return Replay(
         loop, np.arange(1, frames + 1) * stride / rate, stride / rate, bodies, around, turned, contacts, tension,

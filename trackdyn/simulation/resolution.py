@@ -2,8 +2,8 @@
 
 Where a contact is too stiff for the step, forces flip from one step to the next. All bodies are looked at
 (`integrate.run`), so that a few pitches on the sprocket tell what one sensor's link shows after a turn of the loop.
-Where a force stands for one step alone, its peak is not resolved (`integrate.spells`). Neither says how wrong a record
-is: a doubtful one is run again with a finer step (`Watch`).
+Where a force stands for one step alone, its peak is not resolved (`integrate.contact_log`). Neither says how wrong a
+record is: a doubtful one is run again with a finer step (`Watch`).
 
 The energy balance shows a step that was too large, too (`check_account`).
 """
@@ -68,9 +68,9 @@ def passed_pitches(model: Model, seconds: float) -> float:
 def largest_forces(ended, still, pitches: int, step: float, begin: float) -> tuple[np.ndarray, np.ndarray]:
     """Largest force of every pitch on each side (p, 3), N, and the ones among them that stand for one step (0 if not).
 
-    ``ended`` and ``still`` open contacts (`model.arrays.SPELL`) were logged from the time ``begin`` (s) on. A
-    peak whose neighbours are more than half of it lies between two steps. One in the first step of the log, of a
-    contact that lasted then, or in the last step of one that lasts has a neighbour that was not logged.
+    ``ended`` and ``still`` open contacts (`CONTACT_INTERVAL`) were logged from the time ``begin`` (s) on. A peak whose
+    neighbours are more than half of it lies between two steps. One in the first step of the log, of a contact that
+    lasted then, or in the last step of one that lasts has a neighbour that was not logged.
     """
     largest, alone = np.zeros((2, pitches, SIDES))
     for rows, lasts in ((ended, False), (still, True)):
@@ -84,15 +84,15 @@ def largest_forces(ended, still, pitches: int, step: float, begin: float) -> tup
     return largest, alone
 
 
-class Answer(NamedTuple):
+class RunStatistics(NamedTuple):
     """What is compared of two runs."""
 
     rms: np.ndarray  # (1,) or (2,) of the sensor, and of all links where they are recorded, m/s2
     peaks: np.ndarray  # (3,) sums of the largest forces of all pitches: left arcs, right arcs, ring; N
     alone: float  # share of ``peaks`` in forces that stand for one step, the largest of the sides
 
-    def differs(self, finer: "Answer") -> tuple[float, float]:
-        """Largest relative differences from a finer answer: of RMS, and of peaks on sides that carry.
+    def differs(self, finer: "RunStatistics") -> tuple[float, float]:
+        """Largest relative differences from a finer run: of RMS, and of peaks on sides that carry.
 
         Of sums, and so of mean peaks over the same pitches: one that is only just touched moves the mean of those
         that touch, not what they carry.
@@ -109,27 +109,27 @@ def _carries(peaks):
     return (peaks > 0) & (peaks > peaks.max() / 3)
 
 
-def answer(record: Record, rows: slice, ended: list[np.ndarray], model: Model, begin: float) -> Answer:
-    """Answer of some samples, of contacts that ended in them and of those that are open; ``begin`` of their log, s."""
+def run_statistics(record: Record, rows: slice, ended: list[np.ndarray], model: Model, begin: float) -> RunStatistics:
+    """Statistics of samples, of contacts that ended in them and of open ones; ``begin`` of their log, s."""
     chain = model.chain
 
     def rms(mean):
         ay = mean[..., 1] + chain.gravity * np.cos(mean[..., 2])
         return np.sqrt((ay**2).mean())
 
-    still = record.spells.open[record.spells.open["end_s"] > 0]
+    still = record.contact_log.open[record.contact_log.open["end_s"] > 0]
     largest, alone = largest_forces(np.concatenate(ended), still, len(model.shoes.link_body), model.step, begin)
     peaks = largest.sum(axis=0)
     carries = _carries(peaks)
-    return Answer(
+    return RunStatistics(
         np.array([rms(mean[rows]) for mean in (record.mean, record.link_mean) if mean[rows].size]),
         peaks,
         float((alone.sum(axis=0)[carries] / peaks[carries]).max(initial=0.0)),
     )
 
 
-def doubt(alternating, model: Model, mean, seconds: float, alone: float) -> str:
-    """Why a record or a piece, as in `alternating_share`, may be unresolved, or ""; ``alone`` as in `Answer`."""
+def unresolved_reason(alternating, model: Model, mean, seconds: float, alone: float) -> str:
+    """Why a record or a piece, as in `alternating_share`, may be unresolved, or ""; ``alone`` as in `RunStatistics`."""
     if passed_pitches(model, seconds) < 1.0 or alternating[1] < LEAST_LOOKS:
         return ""
     if (share := alternating_share(alternating, model, mean)) > NOTICED:
@@ -139,8 +139,10 @@ def doubt(alternating, model: Model, mean, seconds: float, alone: float) -> str:
     return ""
 
 
-def resolution(alternating, model: Model, mean, seconds: float, doubts: str, off: tuple[float, float]) -> Resolution:
-    """State of the resolution of a record of so many seconds; ``doubts`` is what speaks against it, or nothing.
+def resolution(
+    alternating, model: Model, mean, seconds: float, unresolved: str, off: tuple[float, float]
+) -> Resolution:
+    """State of the resolution of a record of so many seconds; ``unresolved`` is what speaks against it, or nothing.
 
     ``off`` holds the largest differences with a finer step, NaN where none was tried; the first three as in
     `alternating_share`.
@@ -150,12 +152,12 @@ def resolution(alternating, model: Model, mean, seconds: float, doubts: str, off
         return Resolution(OPEN, share, "steps of this integrator are not watched")
     if len(model.wheels.x) < 2:
         return Resolution(YES, share, "")  # a free loop touches nothing
-    if doubts and not (off[0] <= RMS / 2 and off[1] <= PEAKS / 2 and share <= FLIPS):
+    if unresolved and not (off[0] <= RMS / 2 and off[1] <= PEAKS / 2 and share <= FLIPS):
         if not np.isnan(off[0]):
-            doubts += f", and with a finer step RMS differs by {off[0]:.2g} and the mean peak by {off[1]:.2g} of it"
-        reason = f"contacts are hardly resolved: {doubts}; compare with a step smaller than {model.step:g} s"
+            unresolved += f", and with a finer step RMS differs by {off[0]:.2g} and the mean peak by {off[1]:.2g} of it"
+        reason = f"contacts are hardly resolved: {unresolved}; compare with a step smaller than {model.step:g} s"
         return Resolution(NO, share, reason)
-    if doubts:
+    if unresolved:
         return Resolution(YES, share, "")
     pitches = passed_pitches(model, seconds)
     if pitches < LEAST_PITCHES or alternating[1] < LEAST_LOOKS:
@@ -176,13 +178,13 @@ class Watch:
     """Watches a recorder (`Recorder`): the first two seconds of a record, and two in every twenty from there on.
 
     ``origin`` is the loop before it came to where the record begins, so that the way there is run again, too: what a
-    step that is too large has done until then is part of its record. ``doubts`` holds what speaks against the record so
-    far, ``off`` the largest differences of RMS and mean peak in the pieces that were run again; NaN if none was.
+    step that is too large has done until then belongs to its record. ``unresolved`` says what speaks against the record
+    so far, ``off`` has the largest differences of RMS and mean peak in the pieces that were run again; NaN if none was.
     """
 
     def __init__(self, recorder, origin=None):
         # weak: in a cycle, records wait for the garbage collector, which comes by objects and not by bytes
-        self.recorder, self.doubts, self.off = proxy(recorder), "", (nan, nan)
+        self.recorder, self.unresolved, self.off = proxy(recorder), "", (nan, nan)
         self.begin()
         self.first_of_run = origin is not None
         if origin is not None and recorder.begin - origin.time <= LEAD:
@@ -193,8 +195,8 @@ class Watch:
         recorder = self.recorder
         self.origin, self.first_of_run = recorder.loop.copy(), False
         self.first, self.ended, self.alternating = recorder.done, len(recorder.ended), recorder.alternating.copy()
-        spells, self.time = recorder.record.spells, recorder.loop.time
-        self.open = spells.open.copy(), spells.last.copy()
+        contact_log, self.time = recorder.record.contact_log, recorder.loop.time
+        self.open = contact_log.open.copy(), contact_log.last.copy()
 
     def look(self) -> None:
         """Judge a piece when it is over.
@@ -213,27 +215,27 @@ class Watch:
     def _judge(self, seconds: float) -> None:
         recorder = self.recorder
         model, rows = recorder.loop.model, recorder.record.mean[self.first : recorder.done]
-        coarse, alternating = recorder.answer(self.first, self.ended), recorder.alternating - self.alternating
-        doubts = doubt(alternating, model, rows, recorder.driven(self.first), coarse.alone)
-        self.doubts = self.doubts or doubts  # also where no finer step can be tried
-        doubts = doubts or self._brief()
+        coarse, alternating = recorder.statistics(self.first, self.ended), recorder.alternating - self.alternating
+        unresolved = unresolved_reason(alternating, model, rows, recorder.driven(self.first), coarse.alone)
+        self.unresolved = self.unresolved or unresolved  # also where no finer step can be tried
+        unresolved = unresolved or self._brief()
         # where somebody steered in between, another run would be another motion
-        if not doubts or model.drive != self.origin.model.drive:
+        if not unresolved or model.drive != self.origin.model.drive:
             return
         try:
             off = coarse.differs(self._finer(seconds))
         except InputError:  # no finer step is allowed
             return
-        self.doubts = self.doubts or doubts
+        self.unresolved = self.unresolved or unresolved
         self.off = tuple(float(np.fmax(*pair)) for pair in zip(self.off, off, strict=True))
         # An implicit step is coarse on purpose, and single impacts need steps that nothing else needs: what is missed
         # is said, and refused only where contacts flip.
         missed = off[0] > RMS and recorder.loop.work.implicit is None
         if missed or ((off[0] > RMS or off[1] > PEAKS) and alternating_share(alternating, model, rows) > 1.0):
             raise DivergenceError(
-                f"contacts are not resolved: {doubts}, and with a step {FINER} times smaller RMS over {seconds:.3g} s "
-                f"differs by {off[0]:.2g} and the mean peak by {off[1]:.2g} of it, more than {RMS:g} and {PEAKS:g}; "
-                f"use a step smaller than {model.step:g} s (trackdyn check finds one)"
+                f"contacts are not resolved: {unresolved}, and with a step {FINER} times smaller RMS over "
+                f"{seconds:.3g} s differs by {off[0]:.2g} and the mean peak by {off[1]:.2g} of it, more than {RMS:g} "
+                f"and {PEAKS:g}; use a step smaller than {model.step:g} s (trackdyn check finds one)"
             )
 
     def _brief(self) -> str:
@@ -251,7 +253,7 @@ class Watch:
             return ""
         return "the run is shorter than a turn of the loop"
 
-    def _finer(self, seconds: float) -> Answer:
+    def _finer(self, seconds: float) -> RunStatistics:
         """The piece with a finer step; the loop from which a run begins is settled with it, too."""
         loop, scene = self.origin, self.recorder.scene
         step = loop.model.step / FINER
@@ -259,17 +261,17 @@ class Watch:
         finer = loop.__class__(loop.scene.with_(step=step)) if settled else loop.changed(step=step)
         finer.advance(self.time - loop.time)
         piece = {"duration": seconds, "pitches": (), "frame_interval": 0.0}
-        piece |= {"spells": scene.spells, "every_link": scene.every_link}
+        piece |= {"contact_log": scene.contact_log, "every_link": scene.every_link}
         again = self.recorder.__class__(finer, finer.scene.with_(**piece), watched=False)
-        again.record.spells.open[:], again.record.spells.last[:] = self.open
-        return again.finish().answer()
+        again.record.contact_log.open[:], again.record.contact_log.last[:] = self.open
+        return again.finish().statistics()
 
     def resolution(self) -> Resolution:
         """State of the resolution of the record so far."""
         recorder = self.recorder
         mean, model, driven = recorder.record.mean[: recorder.done], recorder.loop.model, recorder.driven()
-        doubts = self.doubts or doubt(recorder.alternating, model, mean, driven, 0.0)
-        return resolution(recorder.alternating, model, mean, driven, doubts, self.off)
+        unresolved = self.unresolved or unresolved_reason(recorder.alternating, model, mean, driven, 0.0)
+        return resolution(recorder.alternating, model, mean, driven, unresolved, self.off)
 
 
 # What the energy balance may leave open, as a share of the energy exchanged: about four times what the coarsest

@@ -28,8 +28,8 @@ LARGEST, HALVINGS = 1e-4, 4
 
 
 @dataclass(frozen=True)
-class Checked:
-    """What `checked` finds."""
+class RigReport:
+    """What `check_rig` finds."""
 
     wheels: np.ndarray  # (w, 3) centres and radii of the wheels' surfaces as the loop stands, m
     frame: np.ndarray  # (n + 3,) configuration as a row of ``Recording.frame``
@@ -37,7 +37,7 @@ class Checked:
     unusual: list[str]  # sentences
 
 
-def checked(rig: Rig, rpm: float, settle: bool = True) -> Checked:
+def check_rig(rig: Rig, rpm: float, settle: bool = True) -> RigReport:
     """Lay a rig's loop (else `InputError`), and with ``settle`` tension it and try steps at ``rpm`` (rev/min)."""
     lengths = body_lengths(rig, rig.chain.kind)
     laid = assemble(rig, lengths)
@@ -83,7 +83,7 @@ def checked(rig: Rig, rpm: float, settle: bool = True) -> Checked:
         if holds is not None:
             words = f"--step {holds:.7g}: tried, RMS and mean peak hold to {HOLDS:.0%} with half of it"
         values["step"] = f"{words}; at most {limit:.2g} s at {rpm:g} rev/min"
-    return Checked(wheels, frame, values, unusual)
+    return RigReport(wheels, frame, values, unusual)
 
 
 def try_steps(settled: Loop, rpm: float) -> tuple[float | None, list[float]]:
@@ -103,7 +103,7 @@ def try_steps(settled: Loop, rpm: float) -> tuple[float | None, list[float]]:
             loop = settled.changed(step=step, **scene)
             loop.advance(RAMP)
             writer = Recorder(loop, watched=False).finish()
-            statistics = writer.answer()
+            statistics = writer.statistics()
             tried.append(step)
             if before is not None and max(before[0].differs(statistics)) <= HOLDS and before[1] != NO:
                 return tried[-2], tried

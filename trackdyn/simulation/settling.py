@@ -8,7 +8,7 @@ import copy
 import json
 from collections.abc import Callable
 from math import ceil, inf, pi
-from typing import NamedTuple, NoReturn
+from typing import NamedTuple
 
 import numpy as np
 
@@ -123,10 +123,10 @@ class SettledLoops:
     def at_rest(self, scene: Scene) -> "Settling":
         """The loop of a scene at rest; it may be used up."""
         # the step of the settling heeds the step limits, and they the speed and the ring
-        known = {name: value for name, value in scene.describe().items() if name not in LATER}
-        known["settling_step"] = settling_step(scene, scene.rig.tension.pre_tension)
-        ring = known.pop("ring_radius")
-        common = json.dumps(known, sort_keys=True)
+        settings = {name: value for name, value in scene.describe().items() if name not in LATER}
+        settings["settling_step"] = settling_step(scene, scene.rig.tension.pre_tension)
+        ring = settings.pop("ring_radius")
+        common = json.dumps(settings, sort_keys=True)
 
         def tensioned(finer: int) -> Settling:
             return self._copy(self._tensioned, f"{finer} {common}", lambda: _tensioned(scene, finer))
@@ -150,14 +150,14 @@ def _tensioned(scene: Scene, finer: int) -> "Settling":
             if settling.trim():
                 return settling
             if settling.reached < settling.target:
-                refuse_tension(settling)
+                raise tension_refusal(settling)
         except (DivergenceError, Restless):
             if settling.target > TAUT * settling.hanging:
                 raise
     settling = Settling(scene, finer, taut=True)
     settling.let_out()
     if not settling.trim():
-        refuse_tension(settling)
+        raise tension_refusal(settling)
     return settling
 
 
@@ -175,7 +175,7 @@ def _rested(scene: Scene, tensioned: "Callable[[int], Settling]") -> "Settling":
                 if scene.tension != "retensioned":
                     settling.rest(0.2)
                 elif not settling.trim():
-                    refuse_tension(settling)
+                    raise tension_refusal(settling)
             settling.come_to_rest()
             return settling
         except (DivergenceError, Restless):
@@ -191,7 +191,7 @@ def _start(scene: Scene, settling: "Settling") -> Start:
         "tensioner_shift_m": float(settling.shift), "tension_n": settling.reached, "settled_tension_n": tension,
     }  # fmt: skip
     scene = scene.at_tension(tension)
-    model = own_wheels(scene.model)
+    model = copy_wheels(scene.model)
     shift_wheel(model, rig, settling.wheel, settling.shift)
     for name in ("x", "y"):
         getattr(model.wheels, name)[:] = getattr(settling.model.wheels, name)
@@ -258,7 +258,7 @@ class Settling:
         self.sag = weight**2 * float((spans**3).sum()) / 24
         # at rest in the plane, with the reference ring and the step of the settling
         step = settling_step(scene, self.target, inf if taut else scene.step) / finer
-        model = own_wheels(scene.model)
+        model = copy_wheels(scene.model)
         model.wheels.present[SPROCKET] = 1
         model.wheels.radius[SPROCKET] = rig.sprocket.ring_radius
         # at rest rolling resistance would keep the strands' tensions apart for seconds
@@ -282,10 +282,10 @@ class Settling:
 
     def chunk(self) -> None:
         """March one chunk, and damp the rates at its end."""
-        self._march(self.model)
+        self._integrate(self.model)
         self.scale_rates(DAMPING)
 
-    def _march(self, model: Model) -> None:
+    def _integrate(self, model: Model) -> None:
         check_range(run(model, self.state, self.work, self.record, 0, 1), model, self.state, "settling")
 
     def scale_rates(self, by: float) -> None:
@@ -423,13 +423,13 @@ class Settling:
             least = min(least, (self.reached, self.shift))
             if not moves or further == 3:  # at the end of its travel, or what hangs deeper weighs more
                 self.come_to_rest()
-                refuse_tension(self, least)
+                raise tension_refusal(self, least)
             moves = self.approach((1 - FALL) * self.reached, (self.high - self.low) / 8)
 
     def balanced(self) -> bool:
         """Whether the loop rests: what turns it from one step to the next is small beside its tension."""
         chain, rate = self.model.chain, self.state.rate.copy()
-        self._march(self.model._replace(stride=1))
+        self._integrate(self.model._replace(stride=1))
         force = chain.mass * chain.length * np.abs(self.state.rate - rate) / self.model.step
         self.swing = float(np.abs(rate).max())
         return self.swing <= SLOW and float(force.max()) <= BALANCED * max(self.tension(), self.hanging)
@@ -452,8 +452,8 @@ class Restless(InputError):
     """A loop that does not come to rest."""
 
 
-def refuse_tension(settling: Settling, least: tuple[float, float] | None = None) -> NoReturn:
-    """Refuse (`InputError`) a tension above what the strand reaches, or below the ``least`` (N) at a shift (m)."""
+def tension_refusal(settling: Settling, least: tuple[float, float] | None = None) -> InputError:
+    """Refusal of a tension above what the strand reaches, or below the ``least`` (N) at a shift (m)."""
     tension, travel = settling.scene.rig.tension, 1e3 * settling.scene.rig.tension.travel
     reached, shift = least or (settling.reached, settling.shift)
     low, high = 1e3 * settling.low, 1e3 * settling.high
@@ -461,11 +461,11 @@ def refuse_tension(settling: Settling, least: tuple[float, float] | None = None)
     if max(-low, high) < travel or min(-low, high) < travel:
         where += f" ({low:.4g} to {high:.4g} mm until it overlaps another wheel)"
     if least:
-        raise InputError(
+        return InputError(
             f"tension.pre_tension = {tension.pre_tension:g} N: must exceed {reached:.4g} N, the least that the "
             f"strand onto the sprocket holds, {where}; {settling.hanging:.4g} N of chain hang below it"
         )
-    raise InputError(
+    return InputError(
         f"tension.pre_tension = {tension.pre_tension:g} N: cannot be reached; the strand holds {reached:.4g} N "
         f"{where}; change the pre-tension, enlarge the travel or move the wheels"
     )
@@ -473,7 +473,7 @@ def refuse_tension(settling: Settling, least: tuple[float, float] | None = None)
 
 def allocate(scene: Scene) -> tuple[Model, State, Work]:
     """Model, state and work of a scene, every array of the state and the work 0."""
-    model = own_wheels(scene.model)
+    model = copy_wheels(scene.model)
     if scene.loop == "on_wheels":
         model = model._replace(carriers=make_carriers(scene.rig, model, scene.tension, 0.0))
     state, work = make_arrays(model)
@@ -505,7 +505,7 @@ def shift_wheel(model: Model, rig: Rig, wheel: int, shift: float) -> None:
         model.space.centre[:] = np.einsum("wji,wj->wi", model.space.frame, wheel_centres(rig, model.wheels))
 
 
-def own_wheels(model: Model) -> Model:
+def copy_wheels(model: Model) -> Model:
     """The model with wheels that may be moved and a ring that may grow: copies of what a scene keeps."""
     wheels = model.wheels
     wheels = wheels._replace(**{name: getattr(wheels, name).copy() for name in ("present", "x", "y", "radius")})

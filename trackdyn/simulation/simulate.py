@@ -8,8 +8,8 @@ from tqdm import tqdm
 
 from trackdyn.errors import InputError
 from trackdyn.scene.scene import Scene
-from trackdyn.simulation.arrays import read_checkpoint, write_checkpoint
 from trackdyn.simulation.loop import Loop
+from trackdyn.simulation.loop_arrays import read_checkpoint, write_checkpoint
 from trackdyn.simulation.recorder import Recorder, check_memory
 from trackdyn.simulation.recording import Recording, belt_recording
 from trackdyn.simulation.settling import SettledLoops

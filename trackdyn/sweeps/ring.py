@@ -13,10 +13,10 @@ from trackdyn.scene.rings import study_radii
 from trackdyn.scene.scene import Scene, StopRule, steady_fields
 from trackdyn.sweeps.sweep import sweep
 
-ASKED, ENDED = ["rpm", "ring_radius_m"], ["state", "reason", "contacts_known"]
+ASKED, ENDED = ["rpm", "ring_radius_m"], ["state", "reason", "contacts_converged"]
 
 
-def known_contacts(rig: Rig) -> StopRule:
+def contact_stop_rule(rig: Rig) -> StopRule:
     """When contacts are known: shares to 0.2 points of a turn, forces to 0.6 %, and every groove was visited."""
     return StopRule(share_pct=0.2, force=0.006, passages=rig.sprocket.teeth, longest_turns=4)
 
@@ -36,18 +36,20 @@ def ring_study(
     counts that is neither refused nor diverges; by default the rig's own.
 
     The table has a row a scene, no ring first: ``rpm``, ``ring_radius_m`` (empty: no ring), ``state``, ``reason``,
-    ``contacts_known``, the columns of ``metrics.csv``, ``settled_tension_n`` and ``key``. Raises `InputError` where the
-    rig, a speed or a radius cannot be used; what is wrong with one scene is its ``reason``.
+    ``contacts_converged``, the columns of ``metrics.csv``, ``settled_tension_n`` and ``key``. Raises `InputError` where
+    the rig, a speed or a radius cannot be used; what is wrong with one scene is its ``reason``.
     """
     loaded = load_rig(rig)
     rings = [None, *(study_radii(loaded) if radii is None else sorted(set(radii)))]
     for ring in rings:  # before anything runs
         for rpm in speeds:
             check_driven(Scene(loaded, rpm, ring))
-    rule = known_contacts(loaded)
-    known = {f"known.{name}": getattr(rule, name) for name in ("share_pct", "force", "passages")}
+    rule = contact_stop_rule(loaded)
+    stop_rule = {f"stop_rule.{name}": getattr(rule, name) for name in ("share_pct", "force", "passages")}
     rows = [
-        {"motor_rpm": rpm, "ring_radius": "none" if ring is None else ring} | steady_fields(loaded, rpm, rule) | known
+        {"motor_rpm": rpm, "ring_radius": "none" if ring is None else ring}
+        | steady_fields(loaded, rpm, rule)
+        | stop_rule
         for ring in rings
         for rpm in sorted(set(speeds))
     ]

@@ -38,24 +38,24 @@ class Rows:
         self._starts = SettledLoops()
         self._rig: tuple[dict, Rig] | None = None
 
-    def __call__(self, rig: dict, changes: dict, scene: dict, known: dict) -> dict:
+    def __call__(self, rig: dict, changes: dict, scene: dict, stop_rule: dict) -> dict:
         """Values of a row (`request.SweepRow`) with the first of its steps that runs."""
         if self._rig is None or self._rig[0] != rig:  # kept for the next row
             self._rig = rig, Rig.model_validate(rig)
         loaded = self._rig[1]
 
         def run(**step) -> dict:
-            return self._values(Scene(loaded.changed(**changes) if changes else loaded, **scene | step), known)
+            return self._values(Scene(loaded.changed(**changes) if changes else loaded, **scene | step), stop_rule)
 
         steps = scene.get("step")
         return first_that_runs(steps, lambda step: run(step=step)) if isinstance(steps, list) else run()
 
-    def _values(self, requested: Scene, known: dict) -> dict:
+    def _values(self, requested: Scene, stop_rule: dict) -> dict:
         self._check_memory(requested)
-        if known:
+        if stop_rule:
             check_driven(requested)
-            recording, converged = run_steady(Loop(requested, self._starts), StopRule(**known, longest_turns=1))
-            return run_values(recording) | {"contacts_known": converged}
+            recording, converged = run_steady(Loop(requested, self._starts), StopRule(**stop_rule, longest_turns=1))
+            return run_values(recording) | {"contacts_converged": converged}
         recording = simulate(requested, starts=self._starts)
         measures = whole_loop(recording) if requested.every_link else {}
         # over all links, each with its error

@@ -27,9 +27,9 @@ from trackdyn.sweeps.engine import DIVERGED, DONE, REFUSED, Store, free_memory, 
 from trackdyn.sweeps.engine import results as computed
 from trackdyn.sweeps.row import Rows
 
-FLAGS = ("spells", "every_link", "sliding")
+FLAGS = ("contact_log", "every_link", "sliding")
 # but for the longest turns: the row's duration says that
-KNOWN = tuple(f"known.{name}" for name in StopRule.model_fields if name != "longest_turns")
+STOP_RULE = tuple(f"stop_rule.{name}" for name in StopRule.model_fields if name != "longest_turns")
 TRUTH = {"true": True, "false": False}
 # what a row has where it says nothing, but for what it then takes from its rig
 DEFAULTS = {
@@ -50,19 +50,19 @@ class SweepRow(NamedTuple):
     changes: dict  # those that the row replaces (``section__field``)
     scene: dict  # fields of the scene; ``step`` may be several, of which the first counts that comes out
     # when contacts have converged (`trackdyn.measure.stopping.StopRule`); empty: they do not end the run
-    known: dict
+    stop_rule: dict
     reason: str  # why the row is refused already, or nothing
 
     @property
     def task(self) -> dict:
         """What `sweeps.row.Rows` takes."""
-        return {name: getattr(self, name) for name in ("rig", "changes", "scene", "known")}
+        return {name: getattr(self, name) for name in ("rig", "changes", "scene", "stop_rule")}
 
 
 @cache
 def columns() -> tuple[str, ...]:
     """Every column that a design may have beside the fields of a rig."""
-    return (*OWN, *(name for name in Scene.model_fields if name != "rig"), *KNOWN)
+    return (*OWN, *(name for name in Scene.model_fields if name != "rig"), *STOP_RULE)
 
 
 def check_columns(table: pd.DataFrame, where: str) -> None:
@@ -97,7 +97,7 @@ def _row(cells: dict[str, Any], rig: str, rigs: dict[str, tuple[dict, str] | Inp
     base: dict = {}
     fields: dict = {}
     changes: dict = {}
-    known: dict = {}
+    stop_rule: dict = {}
     content, reason = "", ""
     try:
         if "ring_radius" in cells and "ring_radius" not in values:
@@ -111,23 +111,23 @@ def _row(cells: dict[str, Any], rig: str, rigs: dict[str, tuple[dict, str] | Inp
         for name, value in values.items():
             if name in Scene.model_fields and name != "rig":
                 fields[name] = _field(name, value)
-            elif name in KNOWN:
-                known[name.removeprefix("known.")] = _number(value)
+            elif name in STOP_RULE:
+                stop_rule[name.removeprefix("stop_rule.")] = _number(value)
             elif name not in OWN:
                 changes[name.replace(".", "__")] = _number(value)
         if fields["motor_rpm"] == 0:
             raise InputError("motor_rpm = 0: must be above 0, for a row records a running track")
-        if known:
-            validated(StopRule, known | {"longest_turns": 1}, "known")
+        if stop_rule:
+            validated(StopRule, stop_rule | {"longest_turns": 1}, "stop_rule")
     except InputError as error:
         reason = str(error)
     # what the row asks for, whether it says so or leaves it to the defaults
     scene = DEFAULTS | fields
     rig_is = [content, changes]
-    asks = [rig_is, scene, known, module_hash("trackdyn.sweeps.row"), values if reason else None]
+    asks = [rig_is, scene, stop_rule, module_hash("trackdyn.sweeps.row"), values if reason else None]
     settles = {name: value for name, value in scene.items() if name not in (*LATER, "ring_radius")}
     same_start = f"{key_of(rig_is, settles)} {fields.get('ring_radius', '')}"
-    return SweepRow(key_of(*asks), same_start, base, changes, fields, known, reason)
+    return SweepRow(key_of(*asks), same_start, base, changes, fields, stop_rule, reason)
 
 
 def _plain(cell: Any) -> Any:
@@ -204,9 +204,9 @@ def sweep(
     ----------
     design : DataFrame or path
         A row a scene: fields of `Scene`, parameters of the rig as ``section.field``, a ``preset``, a ``rig`` file, a
-        ``name``; ``known.share_pct``, ``known.force`` and ``known.passages`` end it when its contacts have converged
-        (`measure.stopping.StopRule`). ``step`` may be several: the first counts that is neither refused nor diverges.
-        An empty cell leaves the field to its default.
+        ``name``; ``stop_rule.share_pct``, ``stop_rule.force`` and ``stop_rule.passages`` end it when its contacts have
+        converged (`measure.stopping.StopRule`). ``step`` may be several: the first counts that is neither refused nor
+        diverges. An empty cell leaves the field to its default.
     out : path or None
         Table to write (.csv, .parquet).
     rig : path or str
@@ -307,7 +307,7 @@ def one_of_each_kind(design: pd.DataFrame | Path | str) -> pd.DataFrame:
     kinds = [
         name
         for name in table.columns
-        if name in (*CHOICES, "preset", "every_link", "sliding") or name.startswith("known.")
+        if name in (*CHOICES, "preset", "every_link", "sliding") or name.startswith("stop_rule.")
     ]
     return table.drop_duplicates(kinds) if kinds else table.head(1)
 

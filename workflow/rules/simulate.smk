@@ -33,7 +33,7 @@ use rule warm_up as warm_up_method with:
 
 # By the folder of a rig's results: its file, its scenes, and when contacts are known. That of the first rig is the folder of
 # all; one rule makes the runs of every rig, and the wildcard `folder` tells them apart.
-RIGS = {"": (CONFIG.rig, SCENES, CONFIG.known)}
+RIGS = {"": (CONFIG.rig, SCENES, CONFIG.stop_rule)}
 RIGS |= {f"rigs/{name}/": (other.rig, OTHERS[name], CONFIG.known_of(name)) for name, other in CONFIG.other_rigs.items()}
 
 
@@ -72,7 +72,7 @@ rule ring_runs:
     output: [recording(run, "{folder}") for run in OF_A_RING]
     params:
         scenes=scenes_of(OF_A_RING),
-        known=lambda wildcards: RIGS[wildcards.folder][2].model_dump(),
+        stop_rule=lambda wildcards: RIGS[wildcards.folder][2].model_dump(),
     log: f"{R}/logs/{{folder}}ring/{{radius}}.log"
     message: "The ring study: {wildcards.folder}{wildcards.radius}"
     script: "../replication/pipeline/steady_runs.py"

@@ -19,7 +19,7 @@ rule fidelity_setting:
     params:
         speeds=CONFIG.fidelity.speeds_rpm,
         radii=CONFIG.ladder_radii,
-        known=CONFIG.known.model_dump(),
+        stop_rule=CONFIG.stop_rule.model_dump(),
     wildcard_constraints: setting=r"[\w.]+=[\w.-]+"
     priority: 40
     log: f"{R}/logs/fidelity/{{setting}}.log"

@@ -11,7 +11,7 @@ from scipy.ndimage import uniform_filter1d
 from trackdyn.measure.contacts import meshing_summary
 from trackdyn.measure.events import RESOLUTION, event_times, smoothed_maxima
 from trackdyn.measure.whole_loop import passage_edges, revolution_samples
-from trackdyn.model.arrays import SPELL
+from trackdyn.model.arrays import CONTACT_INTERVAL
 from trackdyn.simulation.recording import Recording
 
 PRINTED = (("left", 2, 0.17), ("right", 7, 1.07))  # area that the arc touches without a ring, time of its maximum (s)
@@ -72,7 +72,7 @@ def stitched_contacts(recording: Recording) -> Recording:
     pairs = np.concatenate([last_pair[-half:], *(pair for _, pair in revolutions), pair[:half]])
     force, area = recording.force[at[:, None], pairs], recording.area[at[:, None], pairs]
     rate_made = -2 * np.pi / recording.periods.turn
-    empty = {name: getattr(recording, name)[:0] for name in ("raw", "mean", "gap", "cut", "place", "energy")}
+    empty = {name: getattr(recording, name)[:0] for name in ("raw", "mean", "gap", "cut", "link_position", "energy")}
     return replace(
         recording,
         time=np.arange(1, len(at) + 1) / rate,
@@ -81,8 +81,8 @@ def stitched_contacts(recording: Recording) -> Recording:
         area=area,
         groove=np.zeros_like(area),
         pitches=np.array([1, 2]),
-        spells=np.concatenate([
-            _sampled_spells(force[:, pitch, side], area[:, pitch, min(side, 1)], (pitch, side), rate)
+        contact_log=np.concatenate([
+            _sampled_intervals(force[:, pitch, side], area[:, pitch, min(side, 1)], (pitch, side), rate)
             for pitch, side in ((0, 0), (0, 1), (1, 2))
         ]),
         begin=0.0,
@@ -100,8 +100,8 @@ def _free_way(touching: np.ndarray) -> int:
     return int(at[longest] - pauses[longest] // 2) % len(touching)
 
 
-def _sampled_spells(force: np.ndarray, area: np.ndarray, who: tuple[int, int], rate: float) -> np.ndarray:
-    """(k,) spells (`model.arrays.SPELL`) of a pitch and side from samples of its force and area."""
+def _sampled_intervals(force: np.ndarray, area: np.ndarray, who: tuple[int, int], rate: float) -> np.ndarray:
+    """(k,) intervals (`model.arrays.CONTACT_INTERVAL`) of a pitch and side from samples of its force and area."""
     edges = np.flatnonzero(np.diff(np.r_[0, force > 0, 0]))
     begins, ends = edges[::2], edges[1::2]
     rows = []
@@ -110,4 +110,4 @@ def _sampled_spells(force: np.ndarray, area: np.ndarray, who: tuple[int, int], r
         bits = np.bitwise_or.reduce(1 << (area[begin:end].astype(int) - 1)) if who[1] < 2 else 0
         peak = of.max(), (begin + of.argmax() + 0.5) / rate
         rows.append((*who, 0, bits, begin / rate, end / rate, *peak, of.sum() / rate, of @ of / rate))
-    return np.array(rows, SPELL)
+    return np.array(rows, CONTACT_INTERVAL)

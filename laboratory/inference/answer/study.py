@@ -112,7 +112,7 @@ def profiles(config: AnswerConfig, claims: list[Claim], end: pd.Series, jobs: in
     how = {"store": store, "method": "dfols", "radius": settings.radius}
     for *key, asked, fixed in cases:
         try:
-            problems[tuple(key)] = problem = _with_held(asked, targets, fixed, at)
+            problems[tuple(key)] = problem = _with_fixed(asked, targets, fixed, at)
             requested[tuple(key)] = _plain(asked, name, problem.unknowns, targets), _begin(problem, key)
         except TrackdynError:
             rows.append({"assumption": key[0], "value": key[1], "ended": CANNOT})
@@ -122,7 +122,7 @@ def profiles(config: AnswerConfig, claims: list[Claim], end: pd.Series, jobs: in
     return pd.DataFrame(rows, columns=columns)
 
 
-def _with_held(config: AnswerConfig, targets: list[Claim], fixed: dict, at: dict) -> AnswerProblem:
+def _with_fixed(config: AnswerConfig, targets: list[Claim], fixed: dict, at: dict) -> AnswerProblem:
     """The question of the profiles with unknowns held, around values ``at``; what only a law has is as in the rig."""
     every = question_unknowns(config, config.profiles.question)
     known = {label: value for label, value in at.items() if label in every.labels}

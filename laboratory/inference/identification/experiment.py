@@ -50,7 +50,7 @@ def scene_of_speed(rig: Rig, speed: MeasuredSpeed, seconds: float, later: float 
     fields = preset(speed.preset, speed.ring_radius is not None) | dict(speed.choices)
     rig = rig.changed(sensor__rate=speed.rate)
     duration = ceil(seconds * speed.rate + 1) / speed.rate
-    made = {"duration": duration, "lead_in": LEAD_IN + later, "spells": False}
+    made = {"duration": duration, "lead_in": LEAD_IN + later, "contact_log": False}
     fine = Scene(rig, speed.rpm, speed.ring_radius, **fields | made | {"step": 1.0 / speed.rate / 1000})
     largest = largest_step(fine.model, rig.tension.pre_tension, method=METHODS[fine.integrator])
     step = min(fields["step"], MARGIN * largest)

@@ -97,7 +97,7 @@ def identify(
     scale = medians(learnt.features)
     posterior = Posterior(learnt, FeatureEmulator(x, y[:, varying], scale), len(unknowns))
     draws = sample(posterior, settings.steps, settings.seed, "first posterior" if settings.progress else "")
-    _refuse_nothing_told(unknowns, draws)
+    _check_identified(unknowns, draws)
     reasons = first.reasons
     if settings.waves > 1:
         more = spread_out(draws.points[:, : len(unknowns)], settings.simulations // 2, np.random.default_rng(seeds[1]))
@@ -189,7 +189,7 @@ def _ran(experiment, unknowns, points, store, settings, name) -> Simulated:
     return simulated
 
 
-def _refuse_nothing_told(unknowns: Unknowns, draws: Draws) -> None:
+def _check_identified(unknowns: Unknowns, draws: Draws) -> None:
     words = [verdict(draws.points[:, k]).word for k in range(len(unknowns))]
     if all(word == NOT_IDENTIFIED for word in words):
         widths = np.ptp(np.quantile(draws.points[:, : len(unknowns)], [0.05, 0.95], axis=0), axis=0) / 0.9

@@ -44,7 +44,7 @@ def unknown_of(text: str) -> Unknown:
     return Unknown(names=[name], low=low, high=high, source="given with --unknown")
 
 
-def unknowns_asked_for(unknowns: Sequence[Unknown], rig: Rig, path: Path | str) -> Unknowns:
+def requested_unknowns(unknowns: Sequence[Unknown], rig: Rig, path: Path | str) -> Unknowns:
     """Unknowns with the ranges of the rig's file where none is given, each spread in the scale that suits its range."""
     complete = Unknowns(unknowns, rig, file_ranges(path)).unknowns
     return Unknowns([unknown.model_copy(update={"scale": _scale(unknown)}) for unknown in complete], rig)
@@ -79,7 +79,7 @@ def tellable(
     """
     ranges = file_ranges(path)
     names = *CANDIDATES, OF_BUSHINGS[rig.bushing.law], *(f"{wheel}.{DRAG_FIELDS[rig.drag][0]}" for wheel in rig.rollers)
-    candidates = unknowns_asked_for([Unknown(names=[name]) for name in names if name in ranges], rig, path)
+    candidates = requested_unknowns([Unknown(names=[name]) for name in names if name in ranges], rig, path)
     # the slowest and the fastest record say what changes with speed
     ends = sorted({0, len(measured) - 1}, key=lambda k: measured[k].speed.rpm)
     chosen_records = [measured[k] for k in ends] if len(measured) > 1 else list(measured)

@@ -67,9 +67,9 @@ def native(scene):
         energy, angle = loop.energy["sprocket_work"], loop.state.wheel_angle[0]
         mean = np.zeros(3)
         whole = loop.model.stride
-        loop._parts = loop._parts._replace(model=loop.model._replace(stride=1))
+        loop._arrays = loop._arrays._replace(model=loop.model._replace(stride=1))
         record = loop.samples(count)  # rows of one step: the mean over the exchange is theirs
-        loop._parts = loop._parts._replace(model=loop.model._replace(stride=whole))
+        loop._arrays = loop._arrays._replace(model=loop.model._replace(stride=whole))
         mean = record.mean.mean(axis=0)
         felt = specific_force(mean[:2], mean[2], scene.rig.gravity) / scene.rig.gravity
         turned = loop.state.wheel_angle[0] - angle
@@ -161,7 +161,7 @@ def test_torque_and_turn_are_the_work_of_the_drive_and_it_is_lost(scene):
 @pytest.mark.parametrize(
     ("fields", "sentence"),
     [
-        ({"chain": "belt", "ring_radius": None, "spells": False}, "chain = 'belt':"),
+        ({"chain": "belt", "ring_radius": None, "contact_log": False}, "chain = 'belt':"),
         ({"loop": "free", "ring_radius": None}, "loop = 'free':"),
         ({"space": "spatial"}, "space = 'spatial':"),
     ],

@@ -53,7 +53,7 @@ def test_two_passages_of_all_connectors_say_what_a_long_run_says(rig):
     passage = Periods.at(rig, 115).passage
     wait = {"ramp": ANSWER.row.ramp_s, "lead_in": ANSWER.row.lead_in_s}
     duration = whole_samples(1000, ANSWER.row.passages * passage) + 0.002
-    short, times = summary(simulate(Scene(**fields, **wait, duration=duration, spells=False)))
+    short, times = summary(simulate(Scene(**fields, **wait, duration=duration, contact_log=False)))
     known = run_values(simulate(Scene(**fields, **wait, duration=6.4)))
     for side in ("left", "right", "ring"):
         assert short[f"{side}_share_pct"] == pytest.approx(known[f"{side}_share_pct"], abs=0.1)

@@ -17,7 +17,7 @@ def belt(rig):
     """Function that runs the chain as a belt, whose turns repeat exactly."""
 
     def run(seconds):
-        scene = Scene(rig, 115.0, chain="belt", ring_radius=None, pitches=(), spells=False, duration=seconds)
+        scene = Scene(rig, 115.0, chain="belt", ring_radius=None, pitches=(), contact_log=False, duration=seconds)
         return simulate(scene)
 
     return run

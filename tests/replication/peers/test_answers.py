@@ -33,7 +33,7 @@ def test_accelerations_of_a_known_motion_are_averaged_by_passage():
 
 def test_our_links_move_as_the_loop_says(rig):
     """Places from recorded configurations beside those of a loop that is stepped."""
-    scene = Scene(rig, 115.0, 0.308, duration=0.02, lead_in=0.01, ramp=0.1, spells=False, **PEER_LAWS)
+    scene = Scene(rig, 115.0, 0.308, duration=0.02, lead_in=0.01, ramp=0.1, contact_log=False, **PEER_LAWS)
     centre, _, _ = ours(scene)
     loop = Loop(scene)
     loop.advance(0.13)
@@ -86,7 +86,7 @@ def test_a_loop_that_the_other_code_has_not_is_refused_with_one_that_it_has(rig)
     with pytest.raises(
         InputError, match=r"exudyn_loop\.fixed with chain = double_pin, tension = locked, .* bushing_law = viscous"
     ):
-        run_peer(Scene(rig, 115.0, tension="sprung", duration=0.01, spells=False, **PEER_LAWS), 5e-4)
+        run_peer(Scene(rig, 115.0, tension="sprung", duration=0.01, contact_log=False, **PEER_LAWS), 5e-4)
     scene = Scene(fixed(rig), 115.0, chain="double_pin", tension="locked", space="planar", **PEER_LAWS)
     assert free_wheels(scene, scene.model).drag == tuple(wheel.bearing_drag for wheel in rig.rollers.values())
 

@@ -58,7 +58,7 @@ def ours(scene: Scene) -> tuple[np.ndarray, float, float]:
     loop = Loop(scene)
     settled = process_time()
     loop.advance(scene.ramp + scene.lead_in)
-    frames = loop.record(scene.duration, frame_interval=1 / scene.rig.sensor.rate, spells=False).frame
+    frames = loop.record(scene.duration, frame_interval=1 / scene.rig.sensor.rate, contact_log=False).frame
     spent = process_time() - settled
     chain, angle = loop.model.chain, frames[:, 2:-1]
     cos, sin = np.cos(angle), np.sin(angle)
@@ -91,7 +91,7 @@ def compare_answers(rig: Rig, requested: PeerAnswers) -> pd.DataFrame:
     span = Periods.at(rig, requested.speed_rpm).passage
     seconds = whole_samples(rig.sensor.rate, requested.passages * span + 0.01)
     about = {"duration": seconds, "lead_in": requested.lead_in_s}
-    about |= PEER_LAWS | {"tension": "locked", "spells": False}
+    about |= PEER_LAWS | {"tension": "locked", "contact_log": False}
     scene = Scene(rig, requested.speed_rpm, requested.ring_radius_m, ramp=requested.ramp_s, **about)
     brief = scene.with_(lead_in=0.0, duration=whole_samples(rig.sensor.rate, 0.01))
 

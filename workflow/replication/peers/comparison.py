@@ -42,7 +42,7 @@ class Result:
 
 def belt_of(scene: Scene) -> Scene:
     """The same wheels and speed with the chain as a kinematic belt: no contact, no forces."""
-    return scene.with_(chain="belt", ring_radius=None, pitches=(), spells=False, frame_interval=0.0)
+    return scene.with_(chain="belt", ring_radius=None, pitches=(), contact_log=False, frame_interval=0.0)
 
 
 def percent_of_range(difference, reference) -> float:
@@ -56,7 +56,7 @@ def run_ours(scene: Scene) -> tuple[Recording, float, float]:
     loop = Loop(scene)
     begin = time.perf_counter(), time.process_time()
     loop.advance(scene.ramp + scene.lead_in)
-    recording = loop.record(scene.duration, frame_interval=scene.frame_interval, spells=scene.spells)
+    recording = loop.record(scene.duration, frame_interval=scene.frame_interval, contact_log=scene.contact_log)
     end = time.perf_counter(), time.process_time()
     wall, cpu = (b - a for a, b in zip(begin, end, strict=True))
     seconds = scene.ramp + scene.duration
@@ -104,7 +104,9 @@ def compare_codes(
     simulate(first.with_(duration=0.01, frame_interval=0.0))  # compile before the clock runs
 
     ours = {step: run_ours(first.with_(step=step)) for step in steps_s}
-    table, step = _ladder(OURS, {h: (r.place[:, 1], wall, cpu) for h, (r, wall, cpu) in ours.items()}, accuracy_pct)
+    table, step = _ladder(
+        OURS, {h: (r.link_position[:, 1], wall, cpu) for h, (r, wall, cpu) in ours.items()}, accuracy_pct
+    )
     peer_step = float("nan")
     if not missing:
         seconds = first.ramp + first.duration
@@ -125,8 +127,8 @@ def compare_codes(
         recording = ours[step][0] if reading == readings[0] else simulate(scene)
         if frame is None:
             frame, shift = recording.frame[0], float(recording.meta["layout"]["tensioner_shift_m"])
-        y = recording.place[:, 1]
-        belt = simulate(belt_of(scene)).place[:, 1]
+        y = recording.link_position[:, 1]
+        belt = simulate(belt_of(scene)).link_position[:, 1]
         curve = {"reading": reading, "time_s": recording.begin + recording.time, "trackdyn_m": y, "belt_m": belt}
         row = {"reading": reading, "speed_rpm": speed_rpm, "range_m": float(np.ptp(y)), "trackdyn_step_s": step}
         row["difference_belt_pct"] = percent_of_range(belt - y, y)

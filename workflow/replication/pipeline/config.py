@@ -97,12 +97,12 @@ class OtherRig(Section):
     """A further rig that the scorecard judges beside the first, and the longest steps that it is run with by motor
     speed.
 
-    ``known`` takes the place of the first rig's where contacts need longer to tell what they do.
+    ``stop_rule`` takes the place of the first rig's where contacts need longer to tell what they do.
     """
 
     rig: str
     steps_s: Allowed | None = None
-    known: StopRule | None = None
+    stop_rule: StopRule | None = None
 
 
 class Config(Section):
@@ -111,7 +111,7 @@ class Config(Section):
     ``article`` names the cells of the article that a reader filled in, with which claims compare.
     ``sensor_csv`` names the measured record of a speed, None: there is none; ``{rpm}`` stands for the motor speed.
     Rings and steps that are None are those of the rig (`of_rig`). ``sensor_mapping`` names the file that says how the
-    records are read (:class:`trackdyn.sensor.sensor_mapping.SensorMapping`). ``known`` ends the
+    records are read (:class:`trackdyn.sensor.sensor_mapping.SensorMapping`). ``stop_rule`` ends the
     runs of the ring study and the ladder. ``short_studies`` are the studies that belong to every
     run; the target ``studies`` runs all of them.
     """
@@ -125,7 +125,7 @@ class Config(Section):
     other_rigs: dict[Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$")], OtherRig] = Field(default_factory=dict)
     records: Records
     meshing: Meshing
-    known: StopRule
+    stop_rule: StopRule
     ring_study: RingStudy
     peers: Peers
     fidelity: FidelityStudy
@@ -257,7 +257,7 @@ class Config(Section):
                 )
         for rpm in s.speeds_rpm:
             for radius in s.rings:
-                requested = steady_fields(rig, rpm, self.known) | step_field(s.steps_s, radius)
+                requested = steady_fields(rig, rpm, self.stop_rule) | step_field(s.steps_s, radius)
                 name = f"ring/{rpm:g}rpm_{ring_name(radius)}"
                 add(name, "ring_study", motor_rpm=rpm, ring_radius=radius, **requested)
         return runs
@@ -274,11 +274,11 @@ class Config(Section):
         with _section("fidelity"):
             f = self.fidelity
             for rpm, radius in product(f.speeds_rpm, self.ladder_radii):
-                Scene(rig, rpm, radius, **steady_fields(rig, rpm, self.known), **PRESETS[REFERENCE])
+                Scene(rig, rpm, radius, **steady_fields(rig, rpm, self.stop_rule), **PRESETS[REFERENCE])
 
     def known_of(self, name: str) -> StopRule:
         """When contacts of another rig have converged."""
-        return self.other_rigs[name].known or self.known
+        return self.other_rigs[name].stop_rule or self.stop_rule
 
     def other_scenes(self, name: str, scenes: dict[str, Scene]) -> dict[str, Scene]:
         """The scenes of the first rig that claims are judged by on another one: none of Table 4, no ring study without

@@ -11,7 +11,7 @@ from trackdyn.simulation.settling import SettledLoops
 
 def main(job) -> None:
     """Rule `ring_runs`: the scenes of a ring share its settled loop."""
-    rig, rule, starts = load_rig(job.input.rig), StopRule(**job.params.known), SettledLoops()
+    rig, rule, starts = load_rig(job.input.rig), StopRule(**job.params.stop_rule), SettledLoops()
     for fields, path in zip(job.params.scenes, job.output, strict=True):
         recording, converged = run_steady(Loop(Scene(rig, **fields), starts), rule)
         recording.save(path, compress=True)

@@ -17,7 +17,7 @@ from replication.paper.paper_tables import value_difference
 from replication.report.tables import headed, write_captioned_table
 from trackdyn.errors import InputError
 from trackdyn.measure.columns import error_of
-from trackdyn.measure.sensor import own_metrics
+from trackdyn.measure.sensor import record_metrics
 from trackdyn.sensor.sensor_csv import SensorRecord, read_sensor_csv
 
 
@@ -41,7 +41,7 @@ def table3(
     for rpm, record in sorted(sensors.items()):
         run = _row_of(metrics, rpm)
         sensor = (
-            own_metrics(record.ay_g, record.rate_hz, run["line_hz_binfree"]) if record else defaultdict(lambda: nan)
+            record_metrics(record.ay_g, record.rate_hz, run["line_hz_binfree"]) if record else defaultdict(lambda: nan)
         )
         row = {"speed_rpm": rpm, "sensor_record": label}
         for name, paper in (("rms", printed.RMS_DIFFERENCE), ("sd", printed.SD_DIFFERENCE)):
@@ -77,7 +77,7 @@ def lines_table(
     names |= {f"line_binfree_{end}": f"line_{end}_binfree" for end in ("hz", "error_hz", "g", "error_g")}
     for rpm, record in sorted(sensors.items()):
         run = _row_of(metrics, rpm)
-        measured = own_metrics(record.ay_g, record.rate_hz, run["line_hz_binfree"]) if record else None
+        measured = record_metrics(record.ay_g, record.rate_hz, run["line_hz_binfree"]) if record else None
         for source, of_paper, line, paper_hz, paper_g in (
             ("simulation", "simulation", run, printed.SIMULATED_LINE_HZ, printed.SIMULATED_LINE_G),
             (label, "experiment", measured, printed.MEASURED_LINE_HZ, printed.MEASURED_LINE_G),

@@ -19,7 +19,7 @@ class Variant(NamedTuple):
     departure: bool = True  # a modelling choice that docs/deviations.md names
 
 
-BELT = {"chain": "belt", "ring_radius": None, "spells": False, "every_link": False}
+BELT = {"chain": "belt", "ring_radius": None, "contact_log": False, "every_link": False}
 VARIANTS = (
     Variant("preset=paper", physics="ten_arcs", departure=False),
     *(Variant(f"preset={name}", fields, departure=False) for name, fields in PRESETS.items() if name != REFERENCE),

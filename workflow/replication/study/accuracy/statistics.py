@@ -38,7 +38,7 @@ def statistics_of(recording: Recording) -> dict[str, float]:
     loop_hz = recording.periods.loop_hz
     ay = sense(recording).ay
     complete = ay[: whole_revolutions(len(ay), recording.rate, loop_hz)]
-    meshing = meshing_summary(recording) if len(recording.spells) else {}
+    meshing = meshing_summary(recording) if len(recording.contact_log) else {}
     return {
         "rms": rms(complete),
         "sd": standard_deviation(complete),

@@ -73,7 +73,7 @@ def timed_run(scene: Scene) -> tuple[Recording, float, float]:
     loop = Loop(scene)
     started = process_time()
     loop.advance(scene.ramp + scene.lead_in)
-    recording = loop.record(scene.duration, spells=scene.spells, every_link=True)
+    recording = loop.record(scene.duration, contact_log=scene.contact_log, every_link=True)
     seconds = scene.ramp + scene.lead_in + scene.duration
     return recording, started - begin, (process_time() - started) / seconds
 

@@ -24,7 +24,7 @@ COLUMNS = (
 
 GAP = 1.1e-10  # closure error of a rigid cut, m: the largest that the paper prints, fixed before the runs
 # the tensioner is locked: one on its spring would leave out the methods and the motion in space that it does not have
-FAST = {"duration": 0.05, "lead_in": 0.0, "ramp": 0.1, "spells": False, "tension": "locked"}
+FAST = {"duration": 0.05, "lead_in": 0.0, "ramp": 0.1, "contact_log": False, "tension": "locked"}
 
 
 def row(family: str, case: str, outcome: str, reason: str = "", **more) -> dict:

@@ -35,7 +35,7 @@ def run_long(rig: Rig, seconds: float, turns: int, rpm: float = 210.0) -> pd.Dat
 
     A chunk is of so many turns of the loop: statistics of whole revolutions can be compared.
     """
-    scene = Scene(rig, rpm, duration=1.0, step=1e-4, spells=False)
+    scene = Scene(rig, rpm, duration=1.0, step=1e-4, contact_log=False)
     loop, rate = Loop(scene), rig.sensor.rate
     loop.advance(scene.ramp + scene.lead_in)
     samples = round(turns / scene.periods.loop_hz * rate)

@@ -104,7 +104,7 @@ def _run(loop: Loop, seconds: float, watched: bool):
     loop_copy = loop.copy()
     loop_copy.advance(RAMP)
     writer = Recorder(loop_copy, loop.scene.with_(duration=seconds, every_link=True), watched, loop).finish()
-    return writer.answer(), writer.watch.resolution()
+    return writer.statistics(), writer.watch.resolution()
 
 
 def short_runs_summary(rows: pd.DataFrame) -> pd.DataFrame:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from trackdyn.integrate.spells import log_spells
+from trackdyn.integrate.contact_log import log_contacts
 from trackdyn.model.arrays import make_record
 from trackdyn.simulation.loop import Loop
 
@@ -13,18 +13,18 @@ STEP = 1e-4
 @pytest.fixture(scope="module")
 def logged(make_scene):
     loop = Loop(make_scene(115.0, ring_radius=None))
-    loop._parts.work.near.count[2] = 1  # every arc is looked at
-    loop._parts.work.tooth_force[:] = 0.0
-    loop._parts.work.wheel_force[:] = 0.0
+    loop._arrays.work.near.count[2] = 1  # every arc is looked at
+    loop._arrays.work.tooth_force[:] = 0.0
+    loop._arrays.work.wheel_force[:] = 0.0
 
     def log(forces):
-        """The spell of an arc on which these forces act step by step."""
-        spells = make_record(1, loop.state, spells=4).spells
+        """The interval of an arc on which these forces act step by step."""
+        contact_log = make_record(1, loop.state, log_rows=4).contact_log
         for k, force in enumerate([*forces, 0.0]):
-            loop._parts.work.tooth_force[4] = force
-            log_spells(spells, loop._parts.state, loop._parts.work, 2.0 + k * STEP, STEP)
-        assert spells.count[0] == 1
-        return spells.rows[0]
+            loop._arrays.work.tooth_force[4] = force
+            log_contacts(contact_log, loop._arrays.state, loop._arrays.work, 2.0 + k * STEP, STEP)
+        assert contact_log.count[0] == 1
+        return contact_log.rows[0]
 
     return log
 
@@ -38,12 +38,12 @@ def test_a_peak_between_two_steps_is_found(logged):
     for phase in np.linspace(0.02, 0.98, 13):
         times = (phase + np.arange(5)) * STEP
         forces = 800.0 * np.sin(omega * times[omega * times < np.pi])
-        spell = logged(forces)
+        interval = logged(forces)
         missed.append(1 - forces.max() / 800.0)
-        assert spell["peak_n"] == pytest.approx(800.0, rel=0.007) and spell["peak_n"] >= forces.max()
-        assert spell["peak_s"] == pytest.approx(2.0 + 2.25 * STEP - phase * STEP, abs=0.03 * STEP)
-        assert spell["impulse_ns"] == pytest.approx(forces.sum() * STEP)
-        assert spell["end_s"] - spell["start_s"] == pytest.approx(len(forces) * STEP)
+        assert interval["peak_n"] == pytest.approx(800.0, rel=0.007) and interval["peak_n"] >= forces.max()
+        assert interval["peak_s"] == pytest.approx(2.0 + 2.25 * STEP - phase * STEP, abs=0.03 * STEP)
+        assert interval["impulse_ns"] == pytest.approx(forces.sum() * STEP)
+        assert interval["end_s"] - interval["start_s"] == pytest.approx(len(forces) * STEP)
     assert max(missed) > 0.05 and np.mean(missed) == pytest.approx((omega * STEP) ** 2 / 24, rel=0.1)
 
 
@@ -51,5 +51,5 @@ def test_a_peak_between_two_steps_is_found(logged):
     "forces", [[900.0, 400.0, 300.0], [100.0, 900.0, 800.0], [300.0, 500.0, 900.0], [700.0, 700.0, 700.0], [900.0]]
 )
 def test_a_peak_that_the_steps_do_not_resolve_is_the_largest_step(logged, forces):
-    spell = logged(forces)
-    assert spell["peak_n"] == max(forces) and spell["peak_s"] == 2.0 + forces.index(max(forces)) * STEP
+    interval = logged(forces)
+    assert interval["peak_n"] == max(forces) and interval["peak_s"] == 2.0 + forces.index(max(forces)) * STEP

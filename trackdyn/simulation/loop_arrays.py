@@ -78,7 +78,7 @@ def read_checkpoint(path: Path | str) -> dict[str, Any]:
 LARGEST, FARTHEST = 1e12, 1e6
 
 
-class Parts(NamedTuple):
+class LoopArrays(NamedTuple):
     """What kernels read and write."""
 
     model: Model
@@ -86,12 +86,12 @@ class Parts(NamedTuple):
     work: Work
 
 
-def copied(parts: Parts) -> Parts:
+def copied(arrays: LoopArrays) -> LoopArrays:
     """The same with copies of all arrays."""
-    return mapped(lambda _, leaf: leaf.copy() if isinstance(leaf, np.ndarray) else leaf, parts)
+    return mapped(lambda _, leaf: leaf.copy() if isinstance(leaf, np.ndarray) else leaf, arrays)
 
 
-def read_only(parts: Parts) -> Parts:
+def read_only(arrays: LoopArrays) -> LoopArrays:
     """The same with read-only views of all arrays."""
 
     def view(_: str, leaf: Any) -> Any:
@@ -100,7 +100,7 @@ def read_only(parts: Parts) -> Parts:
             leaf.flags.writeable = False
         return leaf
 
-    return mapped(view, parts)
+    return mapped(view, arrays)
 
 
 def set_arrays(state: State, values: dict[str, Any]) -> None:

@@ -1,13 +1,13 @@
-"""Contact spells while the time runs: one row for every uninterrupted contact of an arc or a link."""
+"""Contacts while the time runs: one row for every uninterrupted contact of an arc or a link."""
 
 from trackdyn.jit import kernel
-from trackdyn.model.arrays import Spells, State, Work
+from trackdyn.model.arrays import ContactLog, State, Work
 from trackdyn.model.constants import SPROCKET
 
 
 @kernel
-def log_spells(spells: Spells, state: State, work: Work, time, step):
-    """Open, extend or close the spell of every contact of the sprocket after a step.
+def log_contacts(contact_log: ContactLog, state: State, work: Work, time, step):
+    """Open, extend or close the interval of every contact of the sprocket after a step.
 
     The force at ``time`` is taken to act for one ``step``. A row that finds no room is counted but
     not kept, so that the caller can tell. What is not close to the sprocket is looked at only where the lists of
@@ -16,33 +16,33 @@ def log_spells(spells: Spells, state: State, work: Work, time, step):
     near = work.near
     if near.count[2]:
         for arc in range(work.tooth_force.shape[0]):
-            _log(spells, state, work, 3 * (arc // 2) + arc % 2, (time, step))
+            _log(contact_log, state, work, 3 * (arc // 2) + arc % 2, (time, step))
         for pitch in range(work.wheel_force.shape[0]):
-            _log(spells, state, work, 3 * pitch + 2, (time, step))
+            _log(contact_log, state, work, 3 * pitch + 2, (time, step))
     else:
         for item in range(near.count[0]):
-            _log(spells, state, work, 3 * (near.arc[item] // 2) + near.arc[item] % 2, (time, step))
+            _log(contact_log, state, work, 3 * (near.arc[item] // 2) + near.arc[item] % 2, (time, step))
         for item in range(near.count[1]):
             if near.link[item, 1] == SPROCKET:
-                _log(spells, state, work, 3 * near.link[item, 0] + 2, (time, step))
+                _log(contact_log, state, work, 3 * near.link[item, 0] + 2, (time, step))
 
 
 @kernel
-def _log(spells: Spells, state: State, work: Work, i, when):
-    """Spell ``3 pitch + side``, the side 0 left arc, 1 right arc, 2 ring. ``when`` is the time and the step, s."""
+def _log(contact_log: ContactLog, state: State, work: Work, i, when):
+    """Interval ``3 pitch + side``, the side 0 left arc, 1 right arc, 2 ring. ``when`` is the time and the step, s."""
     time, step = when
     pitch, side = i // 3, i % 3
-    entry, last = spells.open[i], spells.last[i]
+    entry, last = contact_log.open[i], contact_log.last[i]
     force = work.wheel_force[pitch, SPROCKET] if side == 2 else work.tooth_force[2 * pitch + side]
     begun = entry["end_s"] > 0.0
     if force <= 0.0 and not begun:
         return
     groove = 0 if side == 2 else work.tooth_groove[2 * pitch + side]
     if begun and (force <= 0.0 or groove != entry["groove"]):
-        k = spells.count[0]
-        if k < spells.rows.shape[0]:
-            spells.rows[k] = entry
-        spells.count[0] = k + 1
+        k = contact_log.count[0]
+        if k < contact_log.rows.shape[0]:
+            contact_log.rows[k] = entry
+        contact_log.count[0] = k + 1
         entry["end_s"] = 0.0
         begun = False
     if force <= 0.0:
