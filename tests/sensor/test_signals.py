@@ -7,7 +7,6 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from trackdyn.errors import InputError
-from trackdyn.measure.convergence import turn_error
 from trackdyn.sensor import signals
 
 RATE = 1000.0
@@ -110,21 +109,6 @@ def test_main_line_is_that_around_the_frequency_of_the_loop(hz):
     assert signals.main_line(sine(0.5, n=3000), RATE, 0.5)[0] in (pytest.approx(1 / 3), pytest.approx(2 / 3))
 
 
-def test_picket_fence_is_what_the_spectrum_shows():
-    hz = 400.3 * RATE / RECORD
-    _, factor = signals.picket_fence(hz, RATE, RECORD)
-    assert signals.main_line(sine(hz), RATE, hz)[1] == pytest.approx(factor, rel=2e-3)
-
-
-def test_uncertainty_of_a_periodic_signal_vanishes_and_that_of_noise_falls_with_the_root():
-    error = turn_error(sine(0.5, n=10_500), 2.0 * RATE, signals.rms)
-    assert error == pytest.approx(0.0, abs=1e-12)
-
-    noise = np.random.default_rng(7).normal(0.0, 1.0, 400_000)
-    error = turn_error(noise, RATE, np.mean)
-    assert error == pytest.approx(1.0 / np.sqrt(noise.size), rel=0.15)
-
-
 FUNCTIONS = {
     "rms": signals.rms,
     "standard_deviation": signals.standard_deviation,
@@ -153,22 +137,16 @@ def test_unusable_signals_are_refused_in_one_sentence(name, a):
 @pytest.mark.parametrize(
     ("call", "word"),
     [
-        (lambda a: signals.spectrum(a, 0.0), "rate_hz"),
-        (lambda a: signals.spectrum(a, np.nan), "rate_hz"),
         (lambda a: signals.highest_line(a, RATE, 0.1, 0.2), "longer record"),
         (lambda a: signals.main_line_binfree(np.ones(RECORD), RATE, 0.5), "constant"),
         (lambda a: signals.main_line_binfree(a, RATE, 1.5), "fewer than two periods"),
         (lambda a: signals.main_line_binfree(a, RATE, 499.9), "too high"),
-        (lambda a: signals.picket_fence(-1.0, RATE, RECORD), "freq_hz"),
+        (lambda a: signals.main_line_binfree(a, RATE, 0.0), "fewer than two periods of 0 Hz"),
     ],
 )
 def test_unusable_arguments_are_refused(call, word):
     with pytest.raises(InputError, match=word):
         call(sine(10.0, n=1000))
-
-
-def test_standard_deviation_divides_by_n():
-    assert signals.standard_deviation([0.0, 2.0]) == 1.0
 
 
 def test_high_frequency_rms_counts_from_the_corner_on():

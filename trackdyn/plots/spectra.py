@@ -14,15 +14,7 @@ from trackdyn.errors import InputError
 from trackdyn.measure.sensor import measured_loop_hz, sense
 from trackdyn.plots.style import BLACK, SENSOR, SIMULATION, new_figure, styled
 from trackdyn.sensor.sensor_csv import SensorRecord
-from trackdyn.sensor.signals import (
-    BAND_HZ,
-    LOW_RANGE_HZ,
-    in_bands,
-    main_line,
-    main_line_binfree,
-    picket_fence,
-    spectrum,
-)
+from trackdyn.sensor.signals import BAND_HZ, LOW_RANGE_HZ, in_bands, main_line, main_line_binfree, spectrum
 from trackdyn.simulation.recording import Recording
 
 REVOLUTIONS = 2.0
@@ -146,7 +138,8 @@ def spectrum_figure(
     simulated = curves[0]
     figure = new_figure(6.4)
     main, low, complete = figure.subplots(3, 1, height_ratios=(1.3, 1.0, 1.0))
-    position, factor = picket_fence(loop_hz, recording.rate, len(simulated.ay))
+    position = loop_hz * len(simulated.ay) / recording.rate
+    factor = np.abs(np.sinc(position - np.rint(position)))
     fence = f"Loop frequency {loop_hz:.5f} Hz, bin {position:.2f} of the\nFFT, which shows a sine there with"
     main.set_title(f"{title}. {fence} {100 * factor:.0f} % of its amplitude")
     main.axvline(loop_hz, color=BLACK, linestyle=(0, (1, 1)), linewidth=0.8)

@@ -83,24 +83,10 @@ class SensorRecord:
 def read_sensor_csv(
     path, mapping: SensorMapping | None = None, range_g: float = 20.0, gravity: float = 9.81
 ) -> SensorRecord:
-    """Read a sensor's file and check every value of it.
+    """Read a sensor's file, CSV or a format of `trackdyn.sensor.logger_files`, and check every value of it.
 
-    Parameters
-    ----------
-    path : path-like
-        CSV file: a header, one row a sample; or a format of its own (`trackdyn.sensor.logger_files`), for most of which
-        the extra ``loggers`` is needed.
-    mapping : SensorMapping, optional
-        What the file does not say itself.
-    range_g : float
-        Range of the sensor, g, unless the mapping has it; values beyond it cannot be measurements. Infinity: not known.
-    gravity : float
-        One g, m/s2, by which values in m/s2 are divided.
-
-    Raises
-    ------
-    InputError
-        What is doubtful or defective; the sentence names the file, the field and line, the value and the remedy.
+    ``range_g`` is the range of the sensor, g, unless the mapping has it (infinity: not known), ``gravity`` one g in
+    m/s2. Raises `InputError`: what is doubtful or defective, by file, field, line and value.
     """
     path, mapping = Path(path), mapping or SensorMapping()
     range_g = mapping.range or range_g
@@ -303,24 +289,10 @@ def _part(path: Path, t: np.ndarray, mapping: SensorMapping) -> slice:
 
 
 def write_sensor_csv(path, t_s, ax, ay, az, comments: Iterable[str] = ()) -> None:
-    """Write a sensor file; equal input gives equal bytes, and a broken run leaves no half file.
+    """Write (N,) times in s, and axes in g but those that are None, below lines of comments.
 
-    Parameters
-    ----------
-    path : path-like
-        File, replaced if it exists.
-    t_s : (N,) array
-        Time, s, strictly increasing: written with 3 decimals, or with up to 9 where the samples do
-        not lie on whole milliseconds.
-    ax, ay, az : (N,) arrays
-        Specific force, g, written with 4 decimals; None leaves an axis out.
-    comments : iterable of str
-        Lines written above the header, each behind ``# ``.
-
-    Raises
-    ------
-    InputError
-        Arrays of unequal length, fewer than 2 samples, values that are not finite, or a folder that cannot be written.
+    Times have 3 decimals, or up to 9 where they are no whole milliseconds, axes 4. Raises `InputError`: arrays of
+    unequal length, of fewer than 2 samples or not finite, or a folder that cannot be written.
     """
     columns = {
         name: np.asarray(values, dtype=float)

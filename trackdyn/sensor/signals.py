@@ -1,9 +1,4 @@
-"""Statistics and spectra of one recorded signal.
-
-All functions take a uniformly sampled, finite, one-dimensional signal of at least two samples and
-raise :class:`trackdyn.errors.InputError` otherwise. The unit of the signal is free (m/s2, g); results
-carry the same unit.
-"""
+"""Statistics and spectra of one evenly sampled signal of any unit; `InputError` for less than two finite samples."""
 
 import numpy as np
 import scipy  # its parts are loaded where they are used: together they take half a second
@@ -37,7 +32,6 @@ def spectrum(a, rate_hz: float) -> tuple[np.ndarray, np.ndarray]:
     N/2``. The Nyquist bin of an even N has no mirror image and stays at ``|X|/N``.
     """
     a = _signal(a)
-    rate_hz = _positive(rate_hz, "rate_hz", "Hz")
     amplitude = np.abs(np.fft.rfft(a)) * (2.0 / a.size)
     amplitude[0] *= 0.5
     if a.size % 2 == 0:
@@ -67,7 +61,7 @@ def main_line(a, rate_hz: float, loop_hz: float) -> tuple[float, float]:
     among those that are looked at.
     """
     a = _signal(a)
-    half = max(0.5 * _positive(loop_hz, "loop_hz", "Hz"), _positive(rate_hz, "rate_hz", "Hz") / a.size)
+    half = max(0.5 * loop_hz, rate_hz / a.size)
     return highest_line(a, rate_hz, loop_hz - half, loop_hz + half)
 
 
@@ -91,47 +85,29 @@ def main_line_binfree(a, rate_hz: float, expected_hz: float) -> tuple[float, flo
     """Frequency, amplitude and phase of the dominant peak, free of scalloping loss and leakage.
 
     Least-squares fit of an offset, a sine and its harmonics up to the eighth; the frequency is searched on a fine grid
-    first, for the harmonics give the misfit many local minima, and then refined.
-
-    Parameters
-    ----------
-    a : (N,) array
-        Signal.
-    rate_hz : float
-        Sampling rate, Hz.
-    expected_hz : float
-        Where to look, within one bin or 5 %, and within a third.
-
-    Returns
-    -------
-    hz, amplitude, phase : float
-        ``amplitude cos(2 pi hz t + phase)`` with t = 0 at the first sample; phase in (-pi, pi], rad.
-
-    Raises
-    ------
-    InputError
-        The signal is constant, holds fewer than two periods, or too few samples a period.
+    around ``expected_hz`` first, for the harmonics give the misfit many local minima, and then refined. The line is
+    ``amplitude cos(2 pi hz t + phase)`` with t = 0 at the first sample; phase in (-pi, pi], rad. Raises `InputError`:
+    the signal is constant, holds fewer than two periods, or too few samples a period.
     """
     a = _signal(a)
-    rate_hz = _positive(rate_hz, "rate_hz", "Hz")
     a = a - np.mean(a)
     if np.max(np.abs(a)) == 0.0:
         raise InputError("the signal is constant and has no line: give a record of the moving track.")
-    centre = _positive(expected_hz, "expected_hz", "Hz")
     bin_hz = rate_hz / a.size
-    if not holds_line(a.size, rate_hz, centre):
+    if not holds_line(a.size, rate_hz, expected_hz):
         raise InputError(
-            f"the record of {a.size / rate_hz:g} s holds fewer than two periods of {centre:g} Hz: give a longer record."
+            f"the record of {a.size / rate_hz:g} s holds fewer than two periods of {expected_hz:g} Hz: "
+            "give a longer record."
         )
     # not down to half of the line: harmonics of that fit the signal as well
-    half_width = min(max(bin_hz, 0.05 * centre), centre / 3)
-    highest = centre + half_width
+    half_width = min(max(bin_hz, 0.05 * expected_hz), expected_hz / 3)
+    highest = expected_hz + half_width
     harmonics = min(_HARMONICS, int(np.ceil(0.5 * rate_hz / highest)) - 1)
     if harmonics < 1 or 2 * harmonics + 1 >= a.size:
-        raise InputError(f"{centre:g} Hz is too high for a sampling rate of {rate_hz:g} Hz: sample faster.")
+        raise InputError(f"{expected_hz:g} Hz is too high for a sampling rate of {rate_hz:g} Hz: sample faster.")
 
     points = 2 * int(np.ceil(half_width / bin_hz * harmonics * _GRID_PER_LOBE)) + 1
-    grid = np.linspace(centre - half_width, highest, points)
+    grid = np.linspace(expected_hz - half_width, highest, points)
 
     start = grid[np.argmax(_fit_harmonics(_grid_sums(a, grid, rate_hz, harmonics), grid, rate_hz, a.size)[0])]
 
@@ -181,16 +157,6 @@ def high_frequency_rms(a, rate_hz: float, above_hz: float = HIGH_HZ) -> float:
     return float(np.sqrt(np.sum(power[freq >= above_hz])))
 
 
-def picket_fence(freq_hz: float, rate_hz: float, n: int) -> tuple[float, float]:
-    """What a rectangular window of ``n`` samples does to a sine of ``freq_hz``.
-
-    Returned are its position in bins, and the share ``|sinc|`` of the amplitude that the nearest bin shows.
-    """
-    freq_hz, rate_hz = _positive(freq_hz, "freq_hz", "Hz"), _positive(rate_hz, "rate_hz", "Hz")
-    position = freq_hz * _positive(n, "n", "samples") / rate_hz
-    return float(position), float(np.abs(np.sinc(position - np.rint(position))))
-
-
 def _signal(a):
     """The signal as a float array, or InputError."""
     try:
@@ -201,13 +167,6 @@ def _signal(a):
     if not real:
         raise InputError(f"the signal, {shown(a)}, is no series of finite numbers: give two or more, one a sample.")
     return values.astype(float)
-
-
-def _positive(value, name, unit):
-    """A finite positive number, or InputError."""
-    if not (np.isscalar(value) and np.isreal(value) and np.isfinite(value) and value > 0):
-        raise InputError(f"{name} is {value!r}: give a finite number of {unit} above zero.")
-    return value
 
 
 def _grid_sums(a, grid, rate_hz, harmonics):

@@ -158,20 +158,10 @@ def longest_part(lost: np.ndarray, missing: np.ndarray) -> slice:
 
 
 def bridged(lost: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, int]:
-    """Rows with those that are lost, what is missing interpolated between its neighbours.
+    """Interpolate lost rows and (c, N) values that are NaN by monotone cubics, unless a gap exceeds ``BRIDGED``.
 
-    Parameters
-    ----------
-    lost : (N - 1,) array
-        Rows missing between rows (`lost_rows`).
-    values : (c, N) array
-        Numbers of the rows, NaN where one is missing; the first is that of the stamps.
-
-    Returns
-    -------
-    (c, M) array, (M,) array of bool, int
-        All rows from the first whole one to the last, by monotone cubics; which of them were no rows; the longest gap.
-        Nothing is interpolated if it is more than ``BRIDGED``.
+    Returned are (c, M) values of all rows from the first whole one to the last, which of them were none, (M,), and the
+    longest gap.
     """
     index = np.concatenate([[0], np.cumsum(1 + lost)]).astype(int)
     whole = np.isfinite(values).all(axis=0)
