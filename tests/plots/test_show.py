@@ -105,7 +105,7 @@ def test_contacts_and_weight_are_what_accelerates_the_chain(make_scene, fields):
 
 
 def test_a_steered_run_is_not_taken_for_the_recorded_one(recording, tmp_path):
-    other = replace(recording, place=recording.link_position + 1e-3)
+    other = replace(recording, link_position=recording.link_position + 1e-3)
     text = " ".join(show(other, seconds=0.05).text.split())
     assert "This is not the recorded run." in text and "by up to 0.001 m" in text
     assert "It is the recorded run" not in text

@@ -12,14 +12,16 @@ from trackdyn.errors import InputError, TrackdynError, shown
 
 def rigs() -> None:
     """List the rigs of the package."""
-    from trackdyn.parameters.rig import load_rig
-    from trackdyn.parameters.rig_file import DEFAULT, shipped_rigs
+    from trackdyn.parameters.rig_file import DEFAULT, WHEELS_OF_OLD, read_rig, shipped_rigs
     from trackdyn.parameters.yaml_file import read_yaml
 
     for name, path in shipped_rigs().items():
-        rig = load_rig(name)
-        kind, used = rig.chain.kind.replace("_", "-"), ", used where none is named" if name == DEFAULT else ""
-        counts = f"{rig.chain.pitches} pitches ({kind}), {rig.sprocket.teeth} teeth, {1 + len(rig.rollers)} wheels"
+        rig = read_rig(name)  # not `load_rig`: a list needs no library that computes
+        chain, teeth = rig["chain"], rig["sprocket"]["teeth"]["value"]
+        kind = chain["kind"]["value"].replace("_", "-") if "kind" in chain else "double-pin"
+        wheels = 1 + len(rig.get("wheels", {})) + sum(wheel in rig for wheel in WHEELS_OF_OLD)
+        counts = f"{chain['pitches']['value']} pitches ({kind}), {teeth} teeth, {wheels} wheels"
+        used = ", used where none is named" if name == DEFAULT else ""
         typer.echo(f"{name:>22}  {counts}{used}\n{'':>22}  {read_yaml(path)['about']}")
 
 
