@@ -190,7 +190,7 @@ def command(out, designed):
     )
 
 
-def kept(store):
+def stored_rows(store):
     return len(list(store.glob("*.json")))
 
 
@@ -207,21 +207,21 @@ def test_a_killed_sweep_goes_on_where_it_was(tmp_path, whole):
     """Killed, then interrupted by Ctrl-C, which is for the whole group; two processes end in the bytes of one."""
     (designed, expected), out, store = whole, tmp_path / "r.parquet", tmp_path / "r.rows"
     for end in (signal.SIGKILL, signal.SIGINT):
-        before = kept(store)  # those that outlived the killed process have ended with its standard error
+        before = stored_rows(store)  # those that outlived the killed process have ended with its standard error
         process = command(out, designed)
-        while kept(store) < before + 2:
+        while stored_rows(store) < before + 2:
             assert process.poll() is None, process.stderr.read()
             time.sleep(0.02)
         (os.killpg if end == signal.SIGINT else os.kill)(process.pid, end)
         said = process.communicate()[1]
-        assert not out.exists() and kept(store) < ROWS
+        assert not out.exists() and stored_rows(store) < ROWS
         assert len(said.split(b"\n")) <= 3 and b"Traceback" not in said, said  # nor from the processes that it started
     assert process.returncode == 130, said
     assert said.lstrip().startswith(b"trackdyn: interrupted")
     process = command(out, designed)
     assert process.wait() == 0, process.stderr.read()
     process.stderr.close()
-    assert kept(store) == ROWS and out.read_bytes() == expected.read_bytes()
+    assert stored_rows(store) == ROWS and out.read_bytes() == expected.read_bytes()
 
 
 def test_rows_that_ask_for_what_their_rig_has_anyway_are_not_those_of_another_law():

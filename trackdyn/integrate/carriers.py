@@ -65,7 +65,7 @@ def advance_carriers(model: Model, state: State, work: Work, carriers):
     """Advance the carriers by semi-implicit Euler, their dampers taken at the end of the step.
 
     At a stop a carrier stays where it is and loses its velocity; that and the damper's work count as bearing losses,
-    and so does, with its sign, what a given force puts in.
+    and so does, with its sign, what a tabled force puts in.
     """
     h = model.step
     for k in range(carriers.wheel.shape[0]):
@@ -74,8 +74,8 @@ def advance_carriers(model: Model, state: State, work: Work, carriers):
         fx, fy = push(work, carriers.wheel[k])
         force = tx * fx + ty * fy + carriers.preload[k] - carriers.stiffness[k] * moved["q"]
         force -= carriers.weight[k] * ty
-        given = tabled_force(carriers, k, state.steps[0] * h, carriers.force)
-        force += given
+        tabled = tabled_force(carriers, k, state.steps[0] * h, carriers.force)
+        force += tabled
         old = moved["rate"]
         rate = (mass * old + h * force) / (mass + h * carriers.damping[k])
         free = rate
@@ -88,7 +88,7 @@ def advance_carriers(model: Model, state: State, work: Work, carriers):
                 rate = 0.0
         mean = 0.5 * (old + free)
         lost = h * carriers.damping[k] * free * mean + 0.5 * mass * (free * free - rate * rate)
-        state.work_done[BEARING] += lost - h * given * mean
+        state.work_done[BEARING] += lost - h * tabled * mean
         moved["q"] = position
         moved["rate"] = rate
         moved["rate_before"] = old

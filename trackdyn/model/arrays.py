@@ -58,7 +58,7 @@ def make_state(n: int, pitches: int, wheels: int, carriers: int = 0, branches: i
     )
 
 
-# rows of the account of work, all in J and counted from the start of the run
+# entries of the energy balance, J: work since the start of the run, then energies of the state
 SPROCKET_WORK, TOOTH_NORMAL, TOOTH_FRICTION, WHEEL_NORMAL, WHEEL_FRICTION, BEARING, BUSHING_LOSS = range(7)
 KINETIC, GRAVITY, BUSHING_ELASTIC = range(7, 10)
 ENERGY_NAMES = (
@@ -149,7 +149,7 @@ def make_record(
 
     Contacts are recorded of ``pitches`` (1-based), configurations ``frame_stride`` samples apart, with room for
     ``log_rows`` contacts (0: not logged), accelerations of ``links`` links (0: only the sensor's) and ``sliding``
-    entries of that account (0: not kept).
+    entries of that account (0: none).
     """
     p, n, (loop, wheels) = len(pitches), len(state.angle), state.wheel_impact.shape
     s, pair, sides = samples, (samples, 2), (samples, p, 2)

@@ -1,7 +1,7 @@
 """Files of rigs: shipped ones by name, what a file takes from another one (``like``), and its short way of writing.
 
-A file that is like another one states only what differs; its ``wheels`` replace all of the other's. A value may be
-text, ``radius: 0.305 m``, or a bare number without unit if its section says ``source`` (and ``kind``, else assumed)
+With ``like`` a file states only what differs from another one; its ``wheels`` replace all of the other's. A value may
+be text, ``radius: 0.305 m``, or a bare number without unit if its section says ``source`` (and ``kind``, else assumed)
 once for all such values.
 """
 

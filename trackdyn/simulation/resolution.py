@@ -2,7 +2,7 @@
 
 Where a contact is too stiff for the step, forces flip from one step to the next. All bodies are looked at
 (`integrate.run`), so that a few pitches on the sprocket tell what one sensor's link shows after a turn of the loop.
-Where a force stands for one step alone, its peak is not resolved (`integrate.contact_log`). Neither says how wrong a
+A peak force that lasts one step is not resolved (`integrate.contact_log`). Neither says how wrong a
 record is: a doubtful one is run again with a finer step (`Watch`).
 
 The energy balance shows a step that was too large, too (`check_account`).

@@ -517,7 +517,7 @@ def settling_step(scene: Scene, tension: float, longest: float = inf) -> float:
     """Step of the settling at a tension (N), s: a whole fraction of the sample interval, at most ``SETTLING_STEP``.
 
     What limits the scene's own step must not be refused under another name here, so the step limit of an explicit
-    settling is kept too.
+    settling applies, too.
     """
     sample = 1.0 / scene.rig.sensor.rate
     step = min(longest, SETTLING_STEP)

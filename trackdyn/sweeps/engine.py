@@ -137,7 +137,7 @@ def results(
     """Rows by their keys (`key_of`), those that the store does not have computed: ``key, state, reason, values``.
 
     ``maker`` makes what computes the values of a row from the arguments in ``tasks``, neighbours alike, on ``jobs``
-    processes (1: in this one). ``store`` is a folder in which rows are kept as they come; a bar called ``progress``
+    processes (1: in this one). ``store`` is a folder in which rows are stored as they come; a bar called ``progress``
     counts rows in ``unit``, none if empty.
     """
     with TemporaryDirectory() if store is None else nullcontext(store) as folder:

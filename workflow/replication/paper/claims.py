@@ -107,7 +107,7 @@ class Value(NamedTuple):
 
 
 class Judgement(NamedTuple):
-    """What a claim came out as."""
+    """Result of judging a claim."""
 
     measured: str  # the measured value as text, or why there is none
     verdict: str
