@@ -1,1 +1,1 @@
-"""The laboratory: parameters from records, searches for rigs, wear: studies that the replication does not need."""
+"""The laboratory: parameters from records, searches for rigs: studies that the replication does not need."""

@@ -8,14 +8,11 @@ from pathlib import Path
 
 from laboratory.inference.answer.settings import AnswerConfig
 from laboratory.inference.identification.calibration import CalibrationConfig
-from laboratory.settings import Laboratory
 from replication.pipeline.schemas import MODELS, schema
 from trackdyn.files import write_text
 
 FOLDER = Path(__file__).parents[1] / "config" / "schemas"
-EVERY = MODELS | {
-    "calibration": CalibrationConfig, "answer": AnswerConfig, "laboratory": Laboratory,
-}  # fmt: skip
+EVERY = MODELS | {"calibration": CalibrationConfig, "answer": AnswerConfig}
 
 
 if __name__ == "__main__":

@@ -29,7 +29,7 @@ ROOMS = {
         "__init__", "studies", "synthetic", "paper", "study", "peers", "certify", "pipeline", "report", "commands",
     ),
     "laboratory": (
-        "__init__", "settings", "fmi", "inference", "wear", "schemas", "report", "commands",
+        "__init__", "fmi", "inference", "schemas", "report", "commands",
     ),
 }  # fmt: skip
 MODULES = {

@@ -2,6 +2,5 @@
 
 from laboratory.commands.fmu import fmu
 from laboratory.commands.identify import identify
-from laboratory.commands.wear import wear
 
-COMMANDS = ("Laboratory", {"": ("", (identify, wear, fmu))})
+COMMANDS = ("Laboratory", {"": ("", (identify, fmu))})

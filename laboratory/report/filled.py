@@ -5,7 +5,6 @@ import sys
 import pandas as pd
 
 from laboratory.report.answer import answer_text
-from laboratory.report.wear import wear_text
 from replication.report.filled import write_pages
 from trackdyn.errors import InputError
 
@@ -35,7 +34,6 @@ ANSWER = ("ends", "verdicts", "robustness", "profiles")
 PAGES = (
     ("docs/identify.md", ("calibration.csv", "identify_synthetic.csv"), identify_text),
     ("docs/answer.md", tuple(f"answer_{name}.csv" for name in ANSWER), answer_text),
-    ("docs/wear.md", ("wear_lives.csv",), lambda lives: wear_text(lives[lives["rig"] == "parts"])),
 )  # fmt: skip
 
 if __name__ == "__main__":

@@ -59,8 +59,6 @@ COMMANDS = [
     ("plan --tolerance 2% --rpm 0", "motor_rpm = 0: a tolerance needs a loop that turns"),
     ("identify plain --seed -1", "'--seed'", "greater than or equal to 0"),
     (f"identify plain --steps {'9' * 300}", "'--steps'", "less than or equal to 1000000"),
-    ("wear paper --out worn.parquet --rpm 1e-320", "turns of the loop take inf s, a record at most 36000 s"),
-    ("wear paper --out worn.parquet --rpm 1e-3", "use a higher speed"),
     ("check long.yaml", "long.csv: is no CSV file of points", "expected x_m,y_m"),
     ("check arcs.yaml", "profile.arcs", "it must be given in 'm, m, m, 1'"),
     ("check three.yaml", "profile.arcs"),

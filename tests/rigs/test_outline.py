@@ -85,6 +85,12 @@ def test_arcs_that_do_not_fit_are_refused(rig, change, word):
         groove_of_arcs(arcs, rig.sprocket.teeth)
 
 
+def test_flanks_of_other_bottoms_are_refused(rig):
+    arcs = arcs_of(rig.groove_profile)
+    with pytest.raises(InputError, match=r"profile\.right: its bottom is 1 mm off"):
+        groove_of_arcs(arcs, rig.sprocket.teeth, arcs + [0.0, 1e-3, 0.0, 0.0])
+
+
 def test_an_outline_that_is_none_is_refused(rig):
     with pytest.raises(InputError, match="at least 15"):
         fit_outline(rig.groove_profile.profile(1), "+--+-", 13)

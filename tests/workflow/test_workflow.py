@@ -88,7 +88,7 @@ def test_a_rig_alone_will_do(tmp_path):
 
 def test_the_short_forms_of_the_laboratory_are_planned(tmp_path):
     planned = planned_jobs(tmp_path, "-s", "laboratory/Snakefile", "--configfile", quick_config(tmp_path))
-    assert {"answer_table", "wear_form", "warm_up"} <= planned.keys() and "page" not in planned
+    assert {"answer_table", "warm_up"} <= planned.keys() and "page" not in planned
 
 
 def test_a_broken_configuration_ends_in_one_sentence(tmp_path):

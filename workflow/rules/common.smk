@@ -49,14 +49,14 @@ def form_name(wildcards):
     return "short" if wildcards.short else "full"
 
 
-def form_of(study, wildcards, studies=CONFIG.studies):
+def form_of(study, wildcards):
     """What a study runs in the form that is asked for."""
-    return getattr(getattr(studies, study), form_name(wildcards))
+    return getattr(getattr(CONFIG.studies, study), form_name(wildcards))
 
 
-def form(study, studies=CONFIG.studies):
+def form(study):
     """The same as plain data, for the parameters of a rule."""
-    return lambda wildcards: form_of(study, wildcards, studies).model_dump()
+    return lambda wildcards: form_of(study, wildcards).model_dump()
 
 
 def full(rule):
