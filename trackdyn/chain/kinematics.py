@@ -153,13 +153,13 @@ def relax(model: Model, state: State, work: Work, row, branches):
 
 @kernel
 def add_rates(state: State, work: Work, out, first, row, branches):
-    """Rates of the moments behind the seven powers in ``out`` from ``first`` on; what is lost, to that of ``row``."""
-    n = state.branch.shape[1]
+    """Rates of the moments behind the powers in ``out`` from ``first`` on; what is lost, to that of ``row``."""
+    n, behind = state.branch.shape[1], first + state.work_done.shape[0]
     for b in range(branches.time.shape[0]):
         k, time = branches.stiffness[b], branches.time[b]
         for i in range(n):
             moment = state.branch[b, i]
-            out[first + 7 + b * n + i] = k * work.joint_rate[i] - moment / time
+            out[behind + b * n + i] = k * work.joint_rate[i] - moment / time
             out[first + row] += moment * moment / (k * time)
 
 

@@ -13,6 +13,8 @@ from trackdyn.model.arrays import (
     GRAVITY,
     KINETIC,
     OFFSET,
+    RING,
+    RING_FRICTION,
     SPEED,
     SPROCKET_WORK,
     TOOTH_FRICTION,
@@ -29,15 +31,14 @@ from trackdyn.model.constants import SPROCKET, Model
 
 
 @kernel
-def account(model: Model, state: State, work: Work, lead, space, sliding=None):
+def account(model: Model, state: State, work: Work, lead, space):
     """Work of every force over the last step: positions at the start, the mean of the velocities.
 
     The velocities after the step are taken in the configuration before it. Then joint forces do no
     work, as they should, and the work of all other forces is the change of kinetic energy of the
     discrete motion: what remains of the balance shows errors of the equations and of the path, not
     of the quadrature. The damping of the bushings acts with the velocities at the fraction ``lead`` of the step. Axial
-    friction counts as friction of its surface, guides as normal forces of the wheels. ``sliding`` is None or
-    ``work.sliding``: the same friction once more, by area of the teeth and by wheel.
+    friction counts as friction of its surface, guides as normal forces of the wheels.
     """
     chain, h, done = model.chain, model.step, state.work_done
     for k in range(work.count[0]):
@@ -69,13 +70,9 @@ def account(model: Model, state: State, work: Work, lead, space, sliding=None):
         if row["kind"] == FLANK:
             done[TOOTH_NORMAL] += normal
             done[TOOTH_FRICTION] += friction
-            if sliding is not None:
-                sliding[row["area"] - 1] += friction
         else:
             done[WHEEL_NORMAL] += normal
-            done[WHEEL_FRICTION] += friction
-            if sliding is not None:
-                sliding[model.tooth.radius.shape[0] + wheel] += friction
+            done[RING_FRICTION if row["kind"] == RING else WHEEL_FRICTION] += friction
     last = state.rate.shape[0] - 1
     before = work.joint_rate[last]
     after = state.rate[0] - state.rate[last]
@@ -132,8 +129,8 @@ def finish_forces(model: Model, state: State, work: Work, implicit: ImplicitWork
 
 @kernel
 def powers(model: Model, state: State, work: Work, out, first):
-    """Power of every force at the present state into ``out[first]`` and the six entries behind it, W."""
-    for k in range(7):
+    """Power of every force at the present state into ``out[first]`` and the entries of work behind it, W."""
+    for k in range(KINETIC):
         out[first + k] = 0.0
     for k in range(work.count[0]):
         row = work.contact[k]
@@ -152,7 +149,7 @@ def powers(model: Model, state: State, work: Work, out, first):
             out[first + TOOTH_FRICTION] += friction
         else:
             out[first + WHEEL_NORMAL] += normal
-            out[first + WHEEL_FRICTION] += friction
+            out[first + (RING_FRICTION if row["kind"] == RING else WHEEL_FRICTION)] += friction
     n = state.rate.shape[0]
     for i in range(n):
         out[first + BUSHING_LOSS] += model.chain.damping * work.joint_rate[i] * work.joint_rate[i]
@@ -165,7 +162,7 @@ def powers(model: Model, state: State, work: Work, out, first):
 def energies(model: Model, state: State, work: Work, space, out):
     """Fill ``out`` with the account of work and the energies of the present state (J)."""
     chain = model.chain
-    for k in range(7):
+    for k in range(KINETIC):
         out[k] = state.work_done[k]
     kinetic = gravity = elastic = 0.0
     n = state.angle.shape[0]

@@ -54,7 +54,7 @@ def prepared(model: Model, state: State, work: Work):
     parts = shared(model, state, work)
     if work.stages is not None:
         return _run_stages, parts, (work.stages,)
-    return _run, parts, (work.space, work.implicit, work.sliding)
+    return _run, parts, (work.space, work.implicit)
 
 
 def refresh(model: Model, state: State, work: Work):
@@ -65,7 +65,7 @@ def refresh(model: Model, state: State, work: Work):
 
 def shared(model: Model, state: State, work: Work) -> tuple[Model, State, Work]:
     """The same without what only some methods have, so that all share their kernels."""
-    return model, state, work._replace(stages=None, space=None, implicit=None, sliding=None)
+    return model, state, work._replace(stages=None, space=None, implicit=None)
 
 
 @kernel
@@ -77,7 +77,7 @@ def _refresh(model: Model, state: State, work: Work, space, implicit):
 
 
 @kernel
-def _run(model: Model, state: State, work: Work, record: Record, rows, space, implicit, sliding):
+def _run(model: Model, state: State, work: Work, record: Record, rows, space, implicit):
     """Steps of order 1: the chain solved, velocities, places, then the loads of the next step."""
     links = record.link_mean.shape[1]
     lead = damping_weight(model.chain, model.step) if implicit is None else 1.0
@@ -108,7 +108,7 @@ def _run(model: Model, state: State, work: Work, record: Record, rows, space, im
                     return 0
             advance_carriers(model, state, work, model.carriers)
             forward_kinematics(model.chain, state, work)
-            account(model, state, work, lead, space, sliding)
+            account(model, state, work, lead, space)
             relax(model, state, work, BUSHING_LOSS, model.branches)
             if implicit is None:
                 for arc in range(work.tooth_force.shape[0]):
@@ -120,9 +120,6 @@ def _run(model: Model, state: State, work: Work, record: Record, rows, space, im
                 log_contacts(record.contact_log, state, work, state.steps[0] * model.step, model.step)
             _watch(work)
         _write_sample(model, state, work, record, sample, space)
-        if sliding is not None:
-            for k in range(record.sliding.shape[1]):
-                record.sliding[sample, k] = sliding[k]
     return -1
 
 

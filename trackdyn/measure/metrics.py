@@ -6,6 +6,7 @@ from trackdyn.measure.columns import table_schema
 from trackdyn.measure.contacts import LONGEST_CONTACT, PASSAGE, meshing_summary
 from trackdyn.measure.convergence import NAN
 from trackdyn.measure.sensor import sense, sensor_metrics
+from trackdyn.measure.whole_loop import sliding_work
 from trackdyn.scene.fidelity import label
 from trackdyn.sensor.signals import LEAST_PERIODS
 from trackdyn.simulation.recording import Recording
@@ -13,8 +14,8 @@ from trackdyn.simulation.resolution import energy_residual
 
 SHOWN = (
     "rms_g", "sd_g", "line_hz_binfree", "line_g_binfree", "high_frequency_g", "left_share_pct", "right_share_pct",
-    "ring_share_pct", "left_peak_n", "right_peak_n", "ring_peak_n", "passages", "clipped_samples", "loop_gap_max_m",
-    "energy_residual",
+    "ring_share_pct", "left_peak_n", "right_peak_n", "ring_peak_n", "teeth_sliding_j", "ring_sliding_j", "passages",
+    "clipped_samples", "loop_gap_max_m", "energy_residual",
 )  # fmt: skip
 SAME_SPEED = 0.01  # of a speed: from here on a difference or a drift is said
 
@@ -40,6 +41,7 @@ def run_metrics(name: str, recording: Recording) -> dict:
         "resolved": recording.meta.get("resolved", {}).get("state", "not judged"),
         "clipped_samples": signal.clipped,
         **meshing_summary(recording),
+        **sliding_work(recording),
     }
 
 

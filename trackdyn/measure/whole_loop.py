@@ -17,6 +17,7 @@ from trackdyn.measure.contacts import SIDES
 from trackdyn.measure.convergence import RELATIVE, SHARES, Estimate, Series
 from trackdyn.measure.events import peaks
 from trackdyn.measure.sensor import specific_force
+from trackdyn.model.arrays import RING_FRICTION, TOOTH_FRICTION
 from trackdyn.sensor.signals import high_passed
 from trackdyn.simulation.recording import Recording
 
@@ -102,6 +103,25 @@ def series(recording: Recording, names: Collection[str] = RELATIVE + SHARES) -> 
             of = np.searchsorted(edges / recording.rate, visits["end_s"]) - 1
             measures[name] = Series(visits["peak_n"].to_numpy(), of)
     return measures
+
+
+def sliding_work(recording: Recording) -> dict[str, float]:
+    """Friction work on the teeth and on the ring, summed over all contacts, in one turn of the sprocket, J.
+
+    Keys are ``teeth_sliding_j`` and ``ring_sliding_j``, and those of their standard errors by batch means over passages
+    of a pitch; NaN for a record without a whole passage.
+    """
+    work = {"teeth": TOOTH_FRICTION, "ring": RING_FRICTION}
+    try:
+        edges = passage_edges(recording)
+    except InputError:
+        edges = np.zeros(1, int)
+    rows = recording.energy[edges[edges < len(recording.energy)]]
+    values: dict[str, float] = {}
+    for surface, entry in work.items():
+        turn = Series(recording.scene.rig.sprocket.teeth * np.diff(rows[:, entry]), np.arange(len(rows) - 1)).estimate()
+        values |= {f"{surface}_sliding_j": turn.value, f"{surface}_sliding_error_j": turn.error}
+    return values
 
 
 def whole_loop(recording: Recording) -> dict[str, Estimate]:

@@ -42,7 +42,7 @@ class State(NamedTuple):
     # without contact, m/s
     tooth_impact: np.ndarray
     wheel_impact: np.ndarray  # (p, w) the same for link and wheel
-    work_done: np.ndarray  # (7,) work by entry of the energy balance (`model.record`), J
+    work_done: np.ndarray  # (8,) work by entry of the energy balance (`model.record`), J
     slide: np.ndarray  # (k,) a `SLIDE` of every carrier of a wheel
     branch: np.ndarray  # (b, n) moment of every Maxwell branch of every bushing, N m
     plane: Plane | None = None  # the plane of the chain; None in planar motion
@@ -52,19 +52,22 @@ def make_state(n: int, pitches: int, wheels: int, carriers: int = 0, branches: i
     """Allocate the planar state of ``n`` bodies and ``pitches`` pitches on ``wheels`` wheels, everything 0."""
     return State(
         steps=np.zeros(1, np.int64),
-        **zeros(pin=4, angle=n, rate=n, wheel_angle=wheels, wheel_rate=wheels, work_done=7),
+        **zeros(pin=4, angle=n, rate=n, wheel_angle=wheels, wheel_rate=wheels, work_done=KINETIC),
         **zeros(tooth_impact=2 * pitches, wheel_impact=(pitches, wheels), branch=(branches, n)),
         slide=np.zeros(carriers, SLIDE),
     )
 
 
 # entries of the energy balance, J: work since the start of the run, then energies of the state
-SPROCKET_WORK, TOOTH_NORMAL, TOOTH_FRICTION, WHEEL_NORMAL, WHEEL_FRICTION, BEARING, BUSHING_LOSS = range(7)
-KINETIC, GRAVITY, BUSHING_ELASTIC = range(7, 10)
+SPROCKET_WORK, TOOTH_NORMAL, TOOTH_FRICTION, RING_FRICTION, WHEEL_NORMAL, WHEEL_FRICTION, BEARING, BUSHING_LOSS = range(
+    8
+)
+KINETIC, GRAVITY, BUSHING_ELASTIC = range(8, 11)
 ENERGY_NAMES = (
     "sprocket_work",
     "tooth_normal",
     "tooth_friction",
+    "ring_friction",
     "wheel_normal",
     "wheel_friction",
     "bearing",
@@ -131,7 +134,6 @@ class Record(NamedTuple):
     contact_log: ContactLog  # log of the contacts with the sprocket
     # (s, l, 3) ``mean`` of the sensor's point on every link; none (l = 0) unless asked for
     link_mean: np.ndarray
-    sliding: np.ndarray  # (s, k) as in `recording.Recording`; none (k = 0) unless asked for
     plane: PlaneRecord | None = None  # motion of the chain's plane; None in planar motion
 
 
@@ -143,13 +145,11 @@ def make_record(
     frame_stride: int = 0,
     log_rows: int = 0,
     links: int = 0,
-    sliding: int = 0,
 ) -> Record:
     """Allocate the record of a run of ``samples`` rows, of the bodies, pitches, wheels and plane of ``state``.
 
     Contacts are recorded of ``pitches`` (1-based), configurations ``frame_stride`` samples apart, with room for
-    ``log_rows`` contacts (0: not logged), accelerations of ``links`` links (0: only the sensor's) and ``sliding``
-    entries of that account (0: none).
+    ``log_rows`` contacts (0: not logged), and accelerations of ``links`` links (0: only the sensor's).
     """
     p, n, (loop, wheels) = len(pitches), len(state.angle), state.wheel_impact.shape
     s, pair, sides = samples, (samples, 2), (samples, p, 2)
@@ -157,9 +157,8 @@ def make_record(
     plane = PlaneRecord(**zeros(motion=(s, 8), offset=(s, wheels), axial=(s, wheels)))
     return Record(
         **zeros(raw=(s, 3), mean=(s, 3), gap=s, cut=pair, link_position=pair, wheel_rate=(s, wheels)),
-        **zeros(energy=(s, 10), force=(s, p, 3), frame=(frames, n + 3), link_mean=(s, links, 3)),
+        **zeros(energy=(s, len(ENERGY_NAMES)), force=(s, p, 3), frame=(frames, n + 3), link_mean=(s, links, 3)),
         **zeros(np.int8, area=sides, groove=sides),
-        sliding=np.zeros((s, sliding)),
         pitches=np.array([i - 1 for i in pitches], np.int64),
         frame_stride=frame_stride,
         contact_log=ContactLog(enabled=int(log_rows > 0), count=np.zeros(1, np.int64), **room),
@@ -336,9 +335,6 @@ class Work(NamedTuple):
     implicit: ImplicitWork | None = None  # of a linearly implicit integrator
     stages: Stages | None = None  # of an explicit Runge-Kutta method
     space: SpaceWork | None = None  # of motion in space
-    # (a + w,) work of friction since the start, where a record asks for it: of the arcs by area of the groove, of the
-    # links by wheel, J
-    sliding: np.ndarray | None = None
 
 
 def make_work(n: int, pitches: int, wheels: int) -> Work:
@@ -400,7 +396,7 @@ def make_implicit(n: int, wheels: int) -> ImplicitWork:
 
 def make_stages(a, b, n: int, pitches: int, wheels: int, branches: int = 0) -> Stages:
     """Allocate the stages of an explicit Runge-Kutta method."""
-    size = 11 + (2 + branches) * n + 2 * wheels
+    size = 4 + KINETIC + (2 + branches) * n + 2 * wheels
     return Stages(
         a=np.array(a, dtype=float), b=np.array(b, dtype=float),
         **zeros(start=size, slope=(len(b), size), seen=(len(b), 1 + pitches, 3)),

@@ -134,10 +134,6 @@ REFUSALS: tuple[Refusal, ...] = (
      "a belt has no contacts to log (chain='belt'); use contact_log=False and pitches=()"),
     ("every_link", lambda s: s.belt and s.every_link,
      "on a belt every link does the same one pitch later (chain='belt'); use False"),
-    ("sliding", lambda s: s.sliding and (s.belt or s.free),
-     "without contacts nothing slides (chain='belt' or loop='free'); use False"),
-    ("sliding", lambda s: s.sliding and s.method.tableau,
-     "the stages of integrator={integrator!r} do not record sliding by area; use integrator='semi_implicit'"),
     ("ring_radius", lambda s: s.free and s.ring_radius is not None,
      "a free loop touches no ring (loop='free'); use None"),
     # motion in space

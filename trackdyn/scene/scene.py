@@ -31,7 +31,7 @@ FROM_THE_RIG = "of the rig"
 # Fields that follow the rig where a scene asks for none.
 FOLLOWS = ("ring_radius", "chain", "tension", "drag", "bushing_law", "step")
 # Fields that concern the record alone.
-RECORD_FIELDS = ("duration", "lead_in", "ramp", "pitches", "frame_interval", "contact_log", "every_link", "sliding")
+RECORD_FIELDS = ("duration", "lead_in", "ramp", "pitches", "frame_interval", "contact_log", "every_link")
 
 
 def _pitches(value: Any) -> Any:
@@ -105,8 +105,6 @@ class Scene(Choices):
         Log every contact with the sprocket.
     every_link : bool
         Record the acceleration of the sensor's position on every link, and the contacts of every pitch.
-    sliding : bool
-        Keep account of the work of friction by area of the teeth and by wheel.
     loop : str
         ``on_wheels``, or ``free``: an oblong loop without wheels that starts with the spin of the sprocket.
     chain : str
@@ -149,7 +147,6 @@ class Scene(Choices):
     frame_interval: Number = 0.0
     contact_log: Annotated[bool, BeforeValidator(_flag)] = True
     every_link: Annotated[bool, BeforeValidator(_flag)] = False
-    sliding: Annotated[bool, BeforeValidator(_flag)] = False
 
     def __init__(
         self, rig: Rig, motor_rpm: float, ring_radius: Any = FROM_THE_RIG, *, preset: str | None = None, **fields: Any

@@ -168,8 +168,7 @@ class Loop:
         frame_stride = int(within("frame_stride", frame_stride, 0, MOST_STEPS))
         pitches = [int(within("pitches", pitch, 1, self.scene.rig.chain.pitches)) for pitch in pitches]
         frames = -(-count // frame_stride) if frame_stride else 0
-        sliding = 0 if self.work.sliding is None else len(self.work.sliding)
-        record = make_record(count, self._arrays.state, pitches, frames, frame_stride, log_rows, 0, sliding)
+        record = make_record(count, self._arrays.state, pitches, frames, frame_stride, log_rows)
         self._fill(record, 0, count)
         return record
 

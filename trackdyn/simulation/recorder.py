@@ -114,7 +114,6 @@ class Recorder:
             stride,
             INTERVALS_A_CHUNK if scene.contact_log and scene.loop == "on_wheels" else 0,
             count if scene.every_link else 0,
-            0 if loop.work.sliding is None else len(loop.work.sliding),
         )
         self.watch = Watch(self, origin)
 

@@ -23,7 +23,7 @@ from trackdyn.scene.scene import Periods, Scene
 from trackdyn.simulation.loop_arrays import LARGEST
 from trackdyn.sources import source_hash
 
-FORMAT = 8
+FORMAT = 9
 
 
 def _nothing() -> np.ndarray:
@@ -50,7 +50,7 @@ class Recording:
         Middle of the sensor's link, m.
     wheel_rate : (s, w) array
         Angular velocities of the sprocket and the other wheels, rad/s.
-    energy : (s, 10) array
+    energy : (s, 11) array
         Energy balance and energies, J (``model.arrays.ENERGY_NAMES``).
     force : (s, p, 3) array
         Normal force of left arc, right arc and ring, N.
@@ -75,9 +75,6 @@ class Recording:
         chain on each wheel along its axis, mean over the sample interval, N. Empty for a planar run.
     link_mean : (s, l, 3) array
         ``mean`` of the sensor's position on every link, if the scene asks for it (``every_link``).
-    sliding : (s, a + w) array
-        Work of friction since the start of the run, if the scene asks for it (``sliding``): of connectors on teeth by
-        area, then of links on each wheel, the sprocket's ring first, J.
     meta : dict
         Scene, rig, derived layout, versions and source hash.
     wall : float
@@ -109,7 +106,6 @@ class Recording:
     wheel_offset: np.ndarray = field(default_factory=_nothing)
     axial_force: np.ndarray = field(default_factory=_nothing)
     link_mean: np.ndarray = field(default_factory=_nothing)
-    sliding: np.ndarray = field(default_factory=_nothing)
 
     ARRAYS: ClassVar[tuple[str, ...]]  # names of what the file holds beside ``meta``
 

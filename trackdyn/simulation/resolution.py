@@ -16,7 +16,7 @@ import numpy as np
 
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.integrate.methods import METHODS
-from trackdyn.model.arrays import ENERGY_NAMES, Record
+from trackdyn.model.arrays import ENERGY_NAMES, KINETIC, Record
 from trackdyn.model.constants import Model
 
 # Most that RMS and mean peak may differ with a finer step; half of it counts as resolved.
@@ -281,7 +281,7 @@ OPEN_SHARE = 0.005
 GAINED_SHARE = 1e-3
 # Energy below which shares mean nothing: the chain lifted by a tenth of a millimetre.
 NOISE_HEIGHT = 1e-4
-LOSSES, STORED = ENERGY_NAMES[1:7], ENERGY_NAMES[7:]
+LOSSES, STORED = ENERGY_NAMES[1:KINETIC], ENERGY_NAMES[KINETIC:]
 # Normal contact gives back what it has stored, some joules of rubber that relaxes after the start; in a record of this
 # length (s), in which the loop turns through once, it takes more than that.
 NORMAL_LOSSES, LONG_RECORD = ("tooth_normal", "wheel_normal"), 10.0
@@ -290,7 +290,7 @@ NORMAL_LOSSES, LONG_RECORD = ("tooth_normal", "wheel_normal"), 10.0
 def open_share(energy, model, seconds: float) -> tuple[float, float]:
     """Open rest of the energy balance over a record as a share of the energy exchanged, and that energy (J).
 
-    Energy exchanged is the sum of all changes in the account (``energy``, (s, 10), ``model.arrays.ENERGY_NAMES``, over
+    Energy exchanged is the sum of all changes in the account (``energy``, (s, 11), ``model.arrays.ENERGY_NAMES``, over
     ``seconds`` from first to last row) and the kinetic energy of the bodies that pass the sprocket, all of them in a
     loop without wheels. The sprocket's work alone would not do: it vanishes where nothing is driven.
     """

@@ -483,12 +483,10 @@ def allocate(scene: Scene) -> tuple[Model, State, Work]:
 
 
 def equipped(scene: Scene, model: Model, work: Work) -> Work:
-    """Work with the arrays of the scene's integrator, of motion in space and of the account of sliding."""
+    """Work with the arrays of the scene's integrator and of motion in space."""
     n, wheels = len(work.cos), len(work.wheel_torque)
-    return equip(work, METHODS[scene.integrator], len(model.branches.time))._replace(
-        space=None if model.space is None else make_space_work(n, wheels),
-        sliding=np.zeros(len(model.tooth.radius) + wheels) if scene.sliding else None,
-    )
+    space = None if model.space is None else make_space_work(n, wheels)
+    return equip(work, METHODS[scene.integrator], len(model.branches.time))._replace(space=space)
 
 
 def lay_state(state: State, assembly: Assembly) -> None:

@@ -27,7 +27,7 @@ from trackdyn.sweeps.engine import DIVERGED, DONE, REFUSED, Store, free_memory, 
 from trackdyn.sweeps.engine import results as computed
 from trackdyn.sweeps.row import Rows
 
-FLAGS = ("contact_log", "every_link", "sliding")
+FLAGS = ("contact_log", "every_link")
 # but for the longest turns: the row's duration says that
 STOP_RULE = tuple(f"stop_rule.{name}" for name in StopRule.model_fields if name != "longest_turns")
 TRUTH = {"true": True, "false": False}
@@ -305,9 +305,7 @@ def one_of_each_kind(design: pd.DataFrame | Path | str) -> pd.DataFrame:
     """The first row of each fidelity in a design: what must be compiled before its other rows."""
     table = read_design(design)
     kinds = [
-        name
-        for name in table.columns
-        if name in (*CHOICES, "preset", "every_link", "sliding") or name.startswith("stop_rule.")
+        name for name in table.columns if name in (*CHOICES, "preset", "every_link") or name.startswith("stop_rule.")
     ]
     return table.drop_duplicates(kinds) if kinds else table.head(1)
 
