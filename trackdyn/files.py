@@ -14,7 +14,7 @@ from tempfile import TemporaryFile
 from threading import get_native_id
 from typing import TYPE_CHECKING
 
-from trackdyn.errors import InputError
+from trackdyn.errors import InputError, shown
 
 if TYPE_CHECKING:
     import numpy as np
@@ -26,11 +26,13 @@ _KEPT: set[Path] = set()  # what it leaves, to go on from
 def _target(path: Path | str) -> tuple[Path, int | None]:
     """The file that is written for ``path``, behind all links, and its mode if it exists; `InputError` for a device."""
     path = Path(path)
-    target = Path(os.path.realpath(path))
     try:
+        target = Path(os.path.realpath(path))
         mode = os.stat(target).st_mode
     except FileNotFoundError:
         return target, None
+    except ValueError:  # a byte that no name has
+        raise InputError(f"path = {shown(str(path))}: must be the name of a file") from None
     if stat.S_ISDIR(mode):
         raise OSError(EISDIR, os.strerror(EISDIR))
     if not stat.S_ISREG(mode):

@@ -58,6 +58,7 @@ def simulate(
     from trackdyn.parameters.rig import load_rig
     from trackdyn.scene.scene import Scene
     from trackdyn.simulation.recorder import cost
+    from trackdyn.simulation.resolution import again, brief
 
     if measure and tolerance is None:
         raise InputError("--measure needs --tolerance, such as --tolerance 1%")
@@ -99,6 +100,8 @@ def simulate(
         _say_decisions(scene)
         if not tolerances:
             typer.echo(f"{'needs':>22}  {needed}, more if kernels must be compiled")
+            if seconds := again(scene):
+                typer.echo(f"{'run again':>22}  {seconds:.3g} s with half the step, to judge it: {brief(scene)}")
     if checkpoint is not None:
         keep(checkpoint)
     if out.exists():

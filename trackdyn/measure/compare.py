@@ -22,6 +22,7 @@ from trackdyn.measure.sensor import (
     whole_samples,
 )
 from trackdyn.parameters.rig import Rig
+from trackdyn.parameters.validation import typed
 from trackdyn.scene.scene import Scene
 from trackdyn.sensor.sensor_csv import SensorRecord
 from trackdyn.sensor.signals import highest_line, holds_line
@@ -49,6 +50,7 @@ def whole_ratio(record: SensorRecord, rate: float) -> tuple[int, int]:
     return counts
 
 
+@typed
 def compare_with_sensor(recording: Recording, record: SensorRecord, name: str = "the recording") -> pd.DataFrame:
     """Measures of both records and their difference, the faster record averaged over the samples of the slower one.
 
@@ -128,6 +130,7 @@ def in_words(table: pd.DataFrame) -> str:
     return "; ".join(parts)
 
 
+@typed
 def other_speed(recording: Recording, record: SensorRecord, table: pd.DataFrame) -> str | None:
     """What a sensor's record shows of its speed, if the simulated loop turns at another; of a `compare_with_sensor`.
 
@@ -168,6 +171,7 @@ def turn_shape(axes: np.ndarray, rate: float, hz: float) -> np.ndarray:
     return (amplitudes * crest.conj() ** order).mean(axis=0) * np.where(order, 2**0.5, 1)
 
 
+@typed
 def doubtful_axes(recording: Recording, record: SensorRecord) -> str | None:
     """What seems wrong with the axes of a sensor's record, and which ``--axis`` fit; None if nothing does.
 
@@ -219,6 +223,7 @@ def doubtful_axes(recording: Recording, record: SensorRecord) -> str | None:
     return None
 
 
+@typed
 def require_axes(record: SensorRecord, rig: Rig, motor_rpm: float) -> None:
     """Refuse (`InputError`) a record of a turn at least whose axes are doubtful (`doubtful_axes`), before a simulation.
 

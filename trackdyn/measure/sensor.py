@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from trackdyn.measure.convergence import NAN, LineError, line_error, turn_error
-from trackdyn.parameters.validation import within
+from trackdyn.parameters.validation import typed, within
 from trackdyn.sensor.signals import (
     high_frequency_rms,
     high_passed,
@@ -46,6 +46,7 @@ def specific_force(acceleration: ArrayLike, angle: ArrayLike, gravity: float = 9
     return np.asarray(acceleration, dtype=float) + projection
 
 
+@typed
 def sense(recording: Recording, every: int = 1) -> SensorSignal:
     """Return what the sensor on the link shows: the acceleration of Eq. (40) in g, limited to its range.
 

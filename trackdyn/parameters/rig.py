@@ -27,7 +27,7 @@ from trackdyn.parameters.quantities import (
 )
 from trackdyn.parameters.rig_file import DEFAULT, TRIED, read_rig, rig_path
 from trackdyn.parameters.sections import Surface, TestedStep, Wheel
-from trackdyn.parameters.validation import shown, validated
+from trackdyn.parameters.validation import shown, typed, validated
 from trackdyn.parameters.yaml_file import read_yaml
 
 if TYPE_CHECKING:
@@ -222,6 +222,7 @@ class Rig(sections.OmitsDefaults):
         """Whether some rig has a field of this dotted name."""
         return may_have(cls, name)
 
+    @typed
     def value(self, name: str) -> Any:
         """Value of a field by its dotted name, such as ``road_1.arm.stiffness``; `InputError` if there is none."""
         if name not in self.fields:
@@ -261,6 +262,7 @@ def _validated(data: Any, name: str, context: str | None = None) -> Rig:
     return rig
 
 
+@typed
 def load_rig(path: Path | str = DEFAULT) -> Rig:
     """Read and validate a rig.
 

@@ -1,12 +1,16 @@
 """Data against a schema; every defect ends in one sentence."""
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from difflib import get_close_matches
+from functools import cache, wraps
+from inspect import isfunction, signature
 from math import isfinite
 from numbers import Real
-from typing import Annotated, Any, TypeVar, get_args
+from pathlib import Path
+from types import UnionType
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar, Union, cast, get_args, get_origin, get_type_hints
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, PlainSerializer, ValidationError, WrapValidator
@@ -17,7 +21,23 @@ Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 
 
-class Section(BaseModel):
+if TYPE_CHECKING:
+    from pydantic._internal._model_construction import ModelMetaclass
+else:
+    ModelMetaclass = type(BaseModel)
+
+
+class _Sentences(ModelMetaclass):
+    """Classes whose calls refuse wrong values in one sentence; what is read from a file is `validated`."""
+
+    def __call__(cls, *args: Any, **fields: Any) -> Any:
+        try:
+            return super().__call__(*args, **fields)
+        except ValidationError as error:
+            raise InputError(sentence(cls.__name__.lower(), _first(error.errors()), "add it")) from None
+
+
+class Section(BaseModel, metaclass=_Sentences):
     """A group of settings: unknown keys are refused, values cannot be changed afterwards.
 
     A number is no truth value and no text, nor the other way round.
@@ -143,3 +163,57 @@ def within(name: str, value: float, least: float, most: float, what: str = "") -
     if not least <= number <= most:
         raise InputError(f"{name} = {number:g}: must be between {least:g} and {most:g}{what}")
     return number
+
+
+_TYPES = {
+    bool: "True or False", float: "a finite number", int: "a whole number", str: "text", Path: "a path", type(None): "None",
+}  # fmt: skip
+Typed = TypeVar("Typed", bound=Callable[..., Any])
+
+
+def typed(target: Typed) -> Typed:
+    """Refuse (`InputError`) arguments of another type than a function, or the public methods of a class, are declared.
+
+    Classes, numbers, truth values, sequences, mappings and callables are told apart, and unions of these; of what a
+    container holds, and of other annotations, nothing is said.
+    """
+    if isinstance(target, type):
+        for name, member in list(vars(target).items()):
+            if name == "__init__" or not name.startswith("_"):
+                if isinstance(member, classmethod):
+                    setattr(target, name, classmethod(typed(member.__func__)))
+                elif isfunction(member):
+                    setattr(target, name, typed(member))
+        return target
+    names = list(signature(target).parameters)
+
+    @cache
+    def hints() -> dict[str, Any]:  # with the first call, when all names are defined
+        return get_type_hints(target)
+
+    @wraps(target)
+    def call(*args: Any, **kwargs: Any) -> Any:
+        declared = hints()
+        for name, value in (*zip(names, args, strict=False), *kwargs.items()):
+            if name in declared and not _is_a(value, declared[name]):
+                accepted = (_TYPES.get(of) or of.__name__ for of in get_args(declared[name]) or [declared[name]])
+                raise InputError(f"{name} = {shown(value)}: must be {' or '.join(accepted)}")
+        return target(*args, **kwargs)
+
+    return cast(Typed, call)
+
+
+def _is_a(value: Any, declared: Any) -> bool:
+    """Whether a value is of a declared type, as far as `typed` tells."""
+    kind = get_origin(declared) or declared
+    if kind in (Union, UnionType):
+        return any(_is_a(value, of) for of in get_args(declared))
+    if kind in (float, int):
+        scalar = value[()] if isinstance(value, np.ndarray) and value.ndim == 0 else value
+        number = isinstance(scalar, Real) and not isinstance(scalar, (bool, np.bool_))
+        return number and (kind is float or scalar == scalar // 1)
+    if kind is bool:
+        return isinstance(value, (bool, np.bool_))
+    if kind is Sequence:
+        return isinstance(value, (Sequence, np.ndarray)) and not isinstance(value, (str, bytes))
+    return isinstance(value, kind) if isinstance(kind, type) else True

@@ -18,6 +18,7 @@ from trackdyn.measure.metrics import run_metrics, shown_measures, speed_sentence
 from trackdyn.measure.sensor import sense
 from trackdyn.model.arrays import ENERGY_NAMES
 from trackdyn.model.constants import SPROCKET, Tooth
+from trackdyn.parameters.validation import typed
 from trackdyn.plots.rendering import CONFIGURATION, differences, packed, render, short
 from trackdyn.sensor.signals import LOW_RANGE_HZ, holds_line, in_bands, main_line, main_line_binfree, spectrum
 from trackdyn.simulation.recording import Recording, load_recording
@@ -39,6 +40,7 @@ class Shown:
     text: str  # the page, HTML
     stretch: Replay | None  # what moves on it
 
+    @typed
     def save(self, path: Path | str) -> None:
         """Write the page, whole or not at all. Raises `InputError`: it cannot be written."""
         write_text(path, self.text)
@@ -58,6 +60,7 @@ class Shown:
         return f'<iframe srcdoc="{html.escape(self.text)}" {frame}></iframe>'
 
 
+@typed
 def show(
     recording: Recording | Path | str,
     path: Path | str | None = None,

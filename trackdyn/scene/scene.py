@@ -5,14 +5,14 @@ from math import ceil, floor, nan, pi
 from typing import Annotated, Any, NamedTuple, NoReturn
 
 import numpy as np
-from pydantic import BeforeValidator, Field, ValidationError
+from pydantic import BeforeValidator, Field
 
 from trackdyn.errors import InputError
 from trackdyn.integrate.methods import METHODS
 from trackdyn.model.constants import Model
 from trackdyn.parameters.groove import PROFILES, Groove
 from trackdyn.parameters.rig import Rig
-from trackdyn.parameters.validation import Positive, Section, plain_count, plain_number, sentence, shown
+from trackdyn.parameters.validation import Positive, Section, plain_count, plain_number, shown
 from trackdyn.scene.build import build_model
 from trackdyn.scene.fidelity import Choices, Decision, check_choices, decide
 from trackdyn.scene.fidelity import preset as preset_fields
@@ -163,10 +163,7 @@ class Scene(Choices):
             if preset == "standard":
                 del bundle["step"]  # chosen with all else known
             given, requested = bundle | given, bundle | requested
-        try:
-            super().__init__(**given)
-        except ValidationError as error:
-            raise InputError(sentence("scene", error.errors()[0], "add it")) from None
+        super().__init__(**given)
         # what else is there follows the rig, should it be another one (`with_`)
         self.model_fields_set.intersection_update(requested)
 

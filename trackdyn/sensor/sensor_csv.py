@@ -15,6 +15,7 @@ import scipy  # its parts are loaded where they are used
 
 from trackdyn.errors import InputError, shown
 from trackdyn.files import write_text
+from trackdyn.parameters.validation import typed
 from trackdyn.sensor import stamps
 from trackdyn.sensor.logger_files import Channels, format_of, read_channels, read_logger_text
 from trackdyn.sensor.logger_text import Layout, find_layout, is_dated, listed, parse
@@ -80,8 +81,9 @@ class SensorRecord:
             )
 
 
+@typed
 def read_sensor_csv(
-    path, mapping: SensorMapping | None = None, range_g: float = 20.0, gravity: float = 9.81
+    path: Path | str, mapping: SensorMapping | None = None, range_g: float = 20.0, gravity: float = 9.81
 ) -> SensorRecord:
     """Read a sensor's file, CSV or a format of `trackdyn.sensor.logger_files`, and check every value of it.
 

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, NamedTuple, get_args
 from pydantic import BeforeValidator, ConfigDict, Field, model_validator
 
 from trackdyn.errors import InputError, shown
-from trackdyn.parameters.validation import NotNegative, Positive, Section, validated
+from trackdyn.parameters.validation import NotNegative, Positive, Section, typed, validated
 from trackdyn.parameters.yaml_file import read_yaml
 from trackdyn.sensor.stamps import RATES, UNITS
 
@@ -106,6 +106,7 @@ class SensorMapping(Section):
         return 2.0 ** (self.bits - 1) / self.range if self.bits and self.range else self.scale
 
 
+@typed
 def load_mapping(path: Path | str | None = None, **options: Any) -> SensorMapping:
     """A mapping from a YAML file, with options that are not None or empty on top of it; or `InputError`."""
     data = {} if path is None else read_yaml(path)

@@ -18,7 +18,7 @@ from trackdyn.model.arrays import ENERGY_NAMES, Record, State, Work, make_record
 from trackdyn.model.constants import Drive, Model
 from trackdyn.parameters.layout import tensioner
 from trackdyn.parameters.rig import Rig
-from trackdyn.parameters.validation import within
+from trackdyn.parameters.validation import typed, within
 from trackdyn.scene.build import CARRIED
 from trackdyn.scene.scene import LONGEST_RUN, MOST_STEPS, Scene
 from trackdyn.simulation import loop_arrays
@@ -28,6 +28,7 @@ from trackdyn.simulation.recording import Recording
 from trackdyn.simulation.settling import SettledLoops, allocate, settle, shift_wheel
 
 
+@typed
 class Loop:
     """A chain on its wheels, or a free one.
 
@@ -180,7 +181,7 @@ class Loop:
     def record(
         self,
         seconds: float,
-        pitches: tuple[int, ...] = (),
+        pitches: Sequence[int] = (),
         frame_interval: float = 0.0,
         contact_log: bool = True,
         every_link: bool = False,
@@ -191,7 +192,7 @@ class Loop:
         ----------
         seconds : float
             A whole number of sample intervals.
-        pitches : tuple of int
+        pitches : sequence of int
             Pitches whose contacts are recorded (1-based); empty: the sensor's.
         frame_interval : float
             Time between recorded configurations, s; 0: none.
@@ -207,7 +208,7 @@ class Loop:
         """
         requested = self.scene.with_(
             duration=seconds,
-            pitches=pitches,
+            pitches=tuple(pitches),
             frame_interval=frame_interval,
             contact_log=contact_log,
             every_link=every_link,

@@ -14,7 +14,7 @@ from trackdyn.model.arrays import CONTACT_INTERVAL, Plane, PlaneRecord, Record, 
 from trackdyn.model.constants import SPROCKET
 from trackdyn.simulation.loop_arrays import filled, flat
 from trackdyn.simulation.recording import Recording, provenance
-from trackdyn.simulation.resolution import RunStatistics, Watch, check_account, run_statistics
+from trackdyn.simulation.resolution import HALF, RunStatistics, Watch, again, check_account, run_statistics
 
 # Time of a body's step with the Riccati sweep, s, on the machine of the benchmarks; settling takes so many seconds.
 BODY_STEP, SETTLING = 1e-7, 2.1
@@ -51,7 +51,8 @@ def cost(scene) -> Cost:
     if scene.chain == "belt":
         return Cost(COPIES * file + 8 * BELT_FLOATS * samples, file, 1e-5 * samples)
     tableau = METHODS[scene.integrator].tableau
-    steps = (SETTLING + scene.lead_in + scene.ramp + scene.duration) / scene.step * (len(tableau.b) if tableau else 1)
+    seconds = SETTLING + scene.lead_in + scene.ramp + scene.duration + HALF * again(scene)
+    steps = seconds / scene.step * (len(tableau.b) if tableau else 1)
     return Cost(COPIES * file, file, steps * scene.bodies * BODY_STEP)
 
 

@@ -18,7 +18,7 @@ from trackdyn.model.arrays import make_record, make_state
 from trackdyn.model.constants import SPROCKET
 from trackdyn.parameters.layout import belt_around
 from trackdyn.parameters.rig import Rig
-from trackdyn.parameters.validation import shown
+from trackdyn.parameters.validation import shown, typed
 from trackdyn.scene.scene import Periods, Scene
 from trackdyn.simulation.loop_arrays import LARGEST
 from trackdyn.sources import source_hash
@@ -198,6 +198,7 @@ class Recording:
             raise DivergenceError(f"the run left the physical range: {fault}; use a smaller step or a milder rig")
         return self
 
+    @typed
     def save(self, path: Path | str, compress: bool = False) -> None:
         """Write an npz file, under a temporary name first, so that an interruption leaves no half file.
 
@@ -242,6 +243,7 @@ def provenance(scene: Scene, layout: dict) -> dict:
     }
 
 
+@typed
 def load_recording(path: Path | str) -> Recording:
     """Read a recording.
 

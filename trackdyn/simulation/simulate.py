@@ -7,6 +7,7 @@ from pathlib import Path
 from tqdm import tqdm
 
 from trackdyn.errors import InputError
+from trackdyn.parameters.validation import typed
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.loop_arrays import read_checkpoint, write_checkpoint
@@ -19,6 +20,7 @@ BETWEEN_CHECKPOINTS = 30.0
 STALLED = 0.01  # of the speed that is asked for: a motor that makes less stands
 
 
+@typed
 def simulate(
     scene: Scene, progress: bool = False, checkpoint: Path | str | None = None, starts: SettledLoops | None = None
 ) -> Recording:

@@ -9,6 +9,7 @@ from trackdyn.measure.columns import COLUMNS
 from trackdyn.measure.ring_rule import COLUMNS as MEASURES
 from trackdyn.measure.stopping import check_driven
 from trackdyn.parameters.rig import Rig, load_rig
+from trackdyn.parameters.validation import typed
 from trackdyn.scene.rings import study_radii
 from trackdyn.scene.scene import Scene, StopRule, steady_fields
 from trackdyn.sweeps.sweep import sweep
@@ -21,6 +22,7 @@ def contact_stop_rule(rig: Rig) -> StopRule:
     return StopRule(share_pct=0.2, force=0.006, passages=rig.sprocket.teeth, longest_turns=4)
 
 
+@typed
 def ring_study(
     rig: Path | str,
     speeds: Sequence[float],

@@ -17,7 +17,7 @@ from trackdyn.errors import InputError
 from trackdyn.files import check_writable
 from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.parameters.rig_file import DEFAULT
-from trackdyn.parameters.validation import parse_number, shown, validated, within
+from trackdyn.parameters.validation import parse_number, shown, typed, validated, within
 from trackdyn.scene.fidelity import CHOICES, preset
 from trackdyn.scene.scene import FOLLOWS, LEAST_STEP, LONGEST_RUN, Scene, StopRule
 from trackdyn.simulation.settling import LATER
@@ -190,6 +190,7 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
+@typed
 def sweep(
     design: pd.DataFrame | Path | str,
     out: Path | str | None = None,
@@ -231,8 +232,8 @@ def sweep(
     InputError
         The design, ``out`` or ``store`` cannot be used. What is wrong with one row is its ``reason``.
     """
-    if jobs is not None and (isinstance(jobs, bool) or not isinstance(jobs, int) or not 1 <= jobs <= 1024):
-        raise InputError(f"jobs = {jobs!r}: must be a whole number between 1 and 1024")
+    if jobs is not None:
+        jobs = int(within("jobs", jobs, 1, 1024, " processes"))
     if out is not None:
         check_ending(out, "--out")
         check_writable(out)
