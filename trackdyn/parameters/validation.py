@@ -166,7 +166,8 @@ def within(name: str, value: float, least: float, most: float, what: str = "") -
 
 
 _TYPES = {
-    bool: "True or False", float: "a finite number", int: "a whole number", str: "text", Path: "a path", type(None): "None",
+    bool: "True or False", float: "a finite number", int: "a whole number",
+    str: "text", Path: "a path", type(None): "None",
 }  # fmt: skip
 Typed = TypeVar("Typed", bound=Callable[..., Any])
 

@@ -93,11 +93,14 @@ def test_what_fails_is_a_row_and_a_scene_without_a_limit_is_refused(study, rig):
 
 def test_the_default_step_of_an_included_rig_is_judged_by_its_halves(monkeypatch):
     monkeypatch.setattr(default_step, "run_answer", lambda scene: trade.AnswerCost(made_up(scene, 20), 0.3, 0.1))
-    rows = default_step.default_step_errors(["bench"], [115.0]).set_index("measure")
+    rows = default_step.default_step_errors(["bench", "m113"], {"own": [115.0], "none": [115.0]})
+    assert set(zip(rows["rig"], rows["ring"], strict=True)) == {("bench", "own"), ("bench", "none"), ("m113", "none")}
+    rows = rows[rows["ring"] == "own"].set_index("measure")
     assert rows.loc["rms", "step_s"] == 1e-4
     assert rows.loc[["rms", "left_peak"], "error"].tolist() == pytest.approx([-0.02, -0.02], abs=1e-4)
     text = default_step.default_step_text(rows.reset_index())
-    assert "at 115 rpm: largest errors RMS 2 +- " in text and text.count("% (bench, 115 rpm)") == 2
+    assert "at 115 rpm: largest errors that are known to half of themselves RMS 2 +- " in text
+    assert text.count("% (bench, 115 rpm)") == 2
 
 
 def test_names_in_the_picture_of_the_readme_cover_no_point_and_no_other_name():
