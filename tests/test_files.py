@@ -1,12 +1,14 @@
 """The project writes every file to a temporary file and renames it, so that no reader finds half of one."""
 
 import os
+import subprocess
+import sys
 from threading import Barrier, Thread
 
 import pytest
 
 from trackdyn.errors import InputError
-from trackdyn.files import check_writable, replacing, write_csv, write_text
+from trackdyn.files import _machine, check_writable, remove_abandoned, replacing, write_csv, write_text
 
 
 @pytest.mark.parametrize("size", [10, 10**6])
@@ -18,6 +20,30 @@ def test_what_breaks_off_leaves_what_was_there(tmp_path, size):
         1 / 0  # noqa: B018
     assert target.read_text() == "whole"
     assert [path.name for path in tmp_path.iterdir()] == ["a.txt"]
+
+
+def test_only_what_a_process_that_is_gone_was_writing_is_removed(tmp_path):
+    write = """
+import os, sys
+from trackdyn.files import replacing
+with replacing(sys.argv[1]) as part:
+    part.touch()
+    os._exit(0)
+"""
+    (tmp_path / "deep").mkdir()
+    for name in ("a.csv", "deep/b", "deep/archive.tar.gz"):
+        subprocess.run([sys.executable, "-c", write, str(tmp_path / name)], check=True)
+    left = {path.name for path in tmp_path.rglob(".*part*")}
+    assert len(left) == 3
+    foreign = (".iso.part", ".thesis.part2.docx", ".a.123-456.part.csv", ".a.trackdyn-part.csv")
+    elsewhere = next(iter(left)).replace(_machine(), "00000000")  # of another machine, where the process may run
+    for name in (*foreign, elsewhere):
+        (tmp_path / "deep" / name).touch()
+    with replacing(tmp_path / "c.csv") as ours:
+        ours.touch()
+        remove_abandoned(tmp_path)
+        assert {path.name for path in tmp_path.rglob(".*")} == {*foreign, elsewhere, ours.name}
+    remove_abandoned(tmp_path / "no folder")
 
 
 def test_a_file_in_place_of_a_folder_is_said(tmp_path):

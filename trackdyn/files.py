@@ -3,6 +3,8 @@
 import hashlib
 import json
 import os
+import platform
+import re
 import stat
 import zipfile
 from collections.abc import Iterator
@@ -13,6 +15,7 @@ from shutil import disk_usage
 from tempfile import TemporaryFile
 from threading import get_native_id
 from typing import TYPE_CHECKING
+from zlib import crc32
 
 from trackdyn.errors import InputError, shown
 
@@ -40,9 +43,38 @@ def _target(path: Path | str) -> tuple[Path, int | None]:
     return target, stat.S_IMODE(mode)
 
 
+# of a file that is being written: machine, process and thread, in a name that nothing else uses
+_PART = re.compile(r"\..*\.([0-9a-f]{8})-(\d+)-\d+\.trackdyn-part(\.\w+)?")
+
+
+def _machine() -> str:
+    """Digits for the machine, among those that may share a folder."""
+    return f"{crc32(platform.node().encode()):08x}"
+
+
 def _part(target: Path) -> Path:
     """The name under which a file is written: one a process and thread."""
-    return target.with_name(f".{target.stem}.{os.getpid()}-{get_native_id()}.part{target.suffix}")
+    return target.with_name(f".{target.stem}.{_machine()}-{os.getpid()}-{get_native_id()}.trackdyn-part{target.suffix}")
+
+
+def remove_abandoned(folder: Path | str) -> None:
+    """Remove what `replacing` began below a folder in processes of this machine that are gone, and nothing else."""
+    for path in Path(folder).rglob(".*.trackdyn-part*"):
+        match = _PART.fullmatch(path.name)
+        if match and match[1] == _machine() and not _runs(int(match[2])):
+            with suppress(OSError):
+                path.unlink()
+
+
+def _runs(process: int) -> bool:
+    """Whether there is a process of this number."""
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except (OSError, OverflowError):  # of another user; no number of a process
+        pass
+    return True
 
 
 @contextmanager

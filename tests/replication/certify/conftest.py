@@ -22,7 +22,7 @@ def results(tmp_path):
         "benchmarks/a.csv": "s\n1\n",
         "quick/tables/table3.csv": "another run",
         "figures/fig24.svg": "<svg/>",
-        "tables/.table4.77.part.csv": "half",
+        "tables/.table4.0123abcd-77-77.trackdyn-part.csv": "half",
     }.items():
         (folder / name).write_text(text, encoding="utf-8")
     (folder / "runs" / "115rpm.npz").write_bytes(b"recording")
