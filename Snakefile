@@ -6,7 +6,8 @@ The laboratory stands on top of it: `snakemake -s laboratory/Snakefile -j2 answe
 import re
 import signal
 import sys
-import time
+from functools import cache, partial
+from hashlib import sha256
 from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
@@ -21,6 +22,7 @@ from replication.studies import STUDIES
 from replication.study.settings import measured_scenes, parts_of, promised_scenes, step_field
 from replication.study.variants import SETTINGS
 from trackdyn.errors import TrackdynError
+from trackdyn.files import remove_abandoned
 from trackdyn.sources import imported_files, source_hash
 from trackdyn.sweeps.job import drive
 
@@ -66,7 +68,13 @@ include: "workflow/rules/records.smk"
 include: "workflow/rules/ring.smk"
 include: "workflow/rules/claims.smk"
 include: "workflow/rules/schematics.smk"
-include: "workflow/rules/peers.smk"
+
+
+if CONFIG.peers:
+
+    include: "workflow/rules/peers.smk"
+
+
 include: "workflow/rules/studies.smk"
 include: "workflow/rules/extremes.smk"
 include: "workflow/rules/report.smk"
@@ -76,3 +84,6 @@ rule all:
     default_target: True
     input:
         rules.manifest.output, # made at the end: it needs all the rest
+
+
+follow_contents()

@@ -113,6 +113,23 @@ def test_a_rule_needs_what_its_script_imports_and_every_task_has_a_rule():
     assert sorted(file for file in modules if "\n    run_job(main)\n" in file.read_text(encoding="utf-8")) == SCRIPTS
 
 
+def test_every_value_in_a_shell_line_is_quoted():
+    """A name in a configuration is no code, and may hold a blank."""
+    files = [*ROOT.glob("Snakefile"), *(ROOT / "laboratory").glob("Snakefile"), *RULE_FILES, *ROOT.glob("*/*.smk")]
+    lines = [
+        line.strip()
+        for path in files
+        for body in re.findall(r"^( +)shell:(.*?)(?=^\1?\S|\Z)", path.read_text(encoding="utf-8"), re.M | re.S)
+        for line in body[1].splitlines()
+    ]
+    assert len(lines) >= 4
+    for line in lines:
+        fields = re.findall(r"\{[^{}]*\}", line)
+        assert all(field.endswith(":q}") for field in fields), line
+        # the rule's own text and nothing that Python puts in
+        assert re.fullmatch(r'("[^"]*")?', line) and line.count("{") == len(fields), line
+
+
 LOADED = """
 import json, os, runpy, sys
 import matplotlib.figure, numba, pandas, pydantic, scipy.optimize
@@ -226,6 +243,26 @@ def test_what_is_measured_or_said_of_runs_reruns_none(pretended, name):
         reruns = pretended.due()
     assert due <= reruns.keys() and not untouched & reruns.keys(), reruns
     assert not [rule for rule in reruns if SIMULATING.fullmatch(rule)], reruns
+
+
+# files that the default run reads, the rules that read them, and one that does not
+INPUTS = [
+    (
+        ["data/synthetic/150rpm.csv", "config/claims.yaml", "config/quick.yaml"],
+        {"sensor_records", "claims"},
+        "simulate",
+    ),
+    (["config/rigs/parts.yaml", "trackdyn/plots/style.py"], {"simulate", "ring_runs", "closure"}, "sensor_records"),
+]
+
+
+@pytest.mark.parametrize(("names", "readers", "other"), INPUTS)
+def test_a_file_of_an_older_date_is_another_file(pretended, names, readers, other):
+    with pretended.edited(dict.fromkeys(names, lambda text: f"{text}\n# another\n")):
+        for name in names:
+            os.utime(pretended.root / name, (1.5e9, 1.5e9))
+        due = pretended.due()
+    assert readers | {"manifest"} <= due.keys() and other not in due
 
 
 def test_one_more_radius_costs_its_own_runs(pretended):

@@ -6,6 +6,7 @@ once for all such values.
 """
 
 import re
+from collections.abc import Iterator
 from math import nan, pi, tan
 from os.path import exists, isfile
 from pathlib import Path
@@ -54,14 +55,36 @@ def read_rig(name: Path | str) -> dict[str, Any]:
     return _with_pitch(_read(rig_path(name), MOST_LIKE), name)
 
 
-def groove_origin(name: Path | str) -> Path | str | None:
-    """The file that a rig takes its groove or profile from; None: it states its own, or takes from none."""
-    path, data = rig_path(name), read_yaml(rig_path(name))
-    while not data.keys() & {"groove", "profile"} and "like" in data:
-        sibling = Path(path).parent / data["like"]
-        path = sibling if isfile(sibling) else rig_path(data["like"])
+def _chain(name: Path | str) -> Iterator[tuple[Path, dict[str, Any]]]:
+    """Every file that a rig is read from, each with its contents: its own, then the one that it is like, and so on."""
+    path: Path | str | None = rig_path(name)
+    while path is not None:
         data = read_yaml(path)
-    return None if path == rig_path(name) else path
+        yield Path(path), data
+        path = _like(Path(path), data["like"]) if "like" in data else None
+
+
+def _like(path: Path, like: str) -> Path | str:
+    """The file that ``like`` names in the file ``path``: one beside it, or a shipped rig."""
+    sibling = path.parent / like
+    return sibling if isfile(sibling) else rig_path(like)
+
+
+def rig_files(name: Path | str) -> list[Path]:
+    """List the files that a valid rig is read from: its own, those that it is like, and those of its outlines."""
+    files = []
+    for path, data in _chain(name):
+        outline = data.get("profile", {}).get("outline")
+        outline = outline.get("value") if isinstance(outline, dict) else outline
+        files += [path, *([path.parent / outline] if isinstance(outline, str) else [])]
+    return files
+
+
+def groove_origin(name: Path | str) -> Path | None:
+    """The file that a rig takes its groove or profile from; None: it states its own, or takes from none."""
+    files = list(_chain(name))
+    origin = next((path for path, data in files if data.keys() & {"groove", "profile"}), files[-1][0])
+    return None if origin == files[0][0] else origin
 
 
 def _with_pitch(data: dict, name: Path | str) -> dict:
@@ -117,8 +140,7 @@ def _read(path: Path | str, depth: int) -> dict[str, Any]:
         raise InputError(f"{path}: like = {shown(like)}: must be the name of a shipped rig or of a file")
     if depth == 0:
         raise InputError(f"{path}: like = {shown(like)}: leads from file to file without an end; name a complete rig")
-    sibling = path.parent / like
-    base = _read(sibling if isfile(sibling) else rig_path(like), depth - 1)
+    base = _read(_like(path, like), depth - 1)
     if copy_wheels:
         base = {key: content for key, content in base.items() if key not in ("wheels", *WHEELS_OF_OLD)}
     for section, other in (("groove", "profile"), ("profile", "groove")):

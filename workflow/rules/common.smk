@@ -6,16 +6,50 @@ def needs(script, folder="workflow/replication"):
     return [str(file.relative_to(ROOT)) for file in imported_files(ROOT / folder / script, ROOT)]
 
 
-ARTICLE = [CONFIG.article] if CONFIG.article else []  # cells of the article that a reader filled in
+def below_root(path):
+    """A file of this checkout by its place in it, another one by its path."""
+    return str(Path(path)).removeprefix(f"{ROOT}/")
+
+
+ARTICLE, MAPPING = (CONFIG.files[field] for field in ("article", "sensor_mapping"))  # one file or none
+SEARCHED = {name: f"docs/measured/answer_{name}.csv" for name in ("ends", "profiles")}
+# all that the results are made from, but for the program
+RUN_INPUTS = [
+    below_root(path)
+    for paths in (
+        reversed(workflow.configfiles),
+        ("config/claims.yaml", config["studies"], *SEARCHED.values()),
+        *CONFIG.files.values(),
+    )
+    for path in paths
+]
+
+
+@cache
+def content_hash(file):
+    return sha256(file.read_bytes()).hexdigest() if file.is_file() else ""
+
+
+def contents(wildcards, reader):
+    """Hash of the inputs of a job of a rule that no rule makes, and of what a rig among them is read from."""
+    items = [item(wildcards) if callable(item) else item for item in reader.input]
+    files = {Path(file) for item in items for file in ([item] if isinstance(item, str) else item)}
+    given = {file for file in files if str(file) in RUN_INPUTS or not file.is_relative_to(R)}
+    given = given.union(*(rig_files for rig, rig_files in CONFIG.rig_files.items() if Path(rig) in given))
+    return sha256(repr([(below_root(file), content_hash(file)) for file in sorted(given)]).encode()).hexdigest()
+
+
+def follow_contents():
+    """Rerun what reads a file of other content, whatever its date: a record copied from a card is older than results."""
+    for reader in workflow.rules:
+        if reader.output and "contents" not in reader.params.keys():
+            reader.set_params(contents=partial(contents, reader=reader))
 
 
 onstart:
     # Snakemake's own handler waits for a lock that the loop which it interrupts may hold, and then hangs
     signal.signal(signal.SIGTERM, signal.default_int_handler)
-    # what a killed job was writing: no write takes an hour
-    for temporary in Path(R).rglob(".*.part*"):
-        if temporary.stat().st_mtime < time.time() - 3600:
-            temporary.unlink(missing_ok=True)
+    remove_abandoned(R) # what a killed job was writing
 
 
 def figure(name, folder=""):
@@ -35,10 +69,14 @@ def table(name, key="csv", folder=""):
     return {key: f"{path}.csv", "md" if key == "csv" else f"{key}_md": f"{path}.md"}
 
 
+# of a rig that is not the article's no other code has a model
+STUDIES_HERE = {name: study for name, study in STUDIES.items() if CONFIG.peers or name != "peer_answers"}
+
+
 def in_this_run(wildcards):
     """Studies that this run makes: those that every run has, and what is asked for; targets are known after parsing."""
     asked = {*workflow.dag_settings.targets, *CONFIG.short_studies}
-    return [name for name in STUDIES if name in asked or "studies" in asked]
+    return [name for name in STUDIES_HERE if name in asked or "studies" in asked]
 
 
 # A long study has two forms (config/studies.yaml): its short one lies in the folder `short` of the results and belongs to

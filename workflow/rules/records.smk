@@ -66,7 +66,7 @@ rule sensor_records:
         needs("report/sensor_records.py"),
         rig=CONFIG.rig,
         sensors=CONFIG.sensor_files,
-        mapping=[CONFIG.sensor_mapping] if CONFIG.sensor_mapping else [],
+        mapping=MAPPING,
     output:
         records=RECORDS,
         **table("sensor_records"),

@@ -42,7 +42,7 @@ rule animation:
 # that lie in the results are shown as those of an earlier run.
 OF_STUDIES = {
     name: short(getattr(rules, f"{name}_form")) if study.forms else list(getattr(rules, name).output)
-    for name, study in STUDIES.items()
+    for name, study in STUDIES_HERE.items()
 }
 
 
@@ -54,14 +54,14 @@ rule page:
         rules.ring.input,
         rules.claims.output,
         rules.schematics.output,
-        rules.peer.output,
+        rules.peer.output if CONFIG.peers else [],
         lambda wildcards: [file for name in in_this_run(wildcards) for file in OF_STUDIES[name]],
     output: f"{R}/report.html"
     params:
         results=R,
         synthetic=CONFIG.synthetic,
         studies=in_this_run,
-        layers=[str(path).removeprefix(f"{ROOT}/") for path in workflow.configfiles[:-1]],
+        layers=[below_root(path) for path in workflow.configfiles[:-1]],
     log: f"{R}/logs/page.log"
     message: "The page"
     script: "../replication/report/page/builder.py"
@@ -75,7 +75,6 @@ rule report_page:
 
 # Studies whose short forms the article shows: a run without them makes none. Searches for rigs are too long to belong to it.
 IN_ARTICLE = ("trade", "extremes")
-SEARCHED = {name: f"docs/measured/answer_{name}.csv" for name in ("ends", "profiles")}
 
 
 rule article:
@@ -97,26 +96,14 @@ rule article:
     output:
         pdf=f"{R}/article.pdf",
         values=f"{R}/article.json",
-    params: accuracy_pct=CONFIG.peers.accuracy_pct
+    params: accuracy_pct=CONFIG.peers and CONFIG.peers.accuracy_pct
     log: f"{R}/logs/article.log"
     message: "The article"
     script: "../replication/report/article.py"
 
 
 def article_of_run(wildcards):
-    return rules.article.output if {*IN_ARTICLE} <= {*in_this_run(wildcards)} else []
-
-
-# all that the results are made from, but for the program
-RUN_INPUTS = [
-    *(str(path).removeprefix(f"{ROOT}/") for path in reversed(workflow.configfiles)),
-    *("config/claims.yaml", config["studies"], CONFIG.rig),
-    *ARTICLE,
-    *SEARCHED.values(),
-    *(other.rig for other in CONFIG.other_rigs.values()),
-    *CONFIG.sensor_files,
-    *([CONFIG.sensor_mapping] if CONFIG.sensor_mapping else []),
-]
+    return rules.article.output if CONFIG.peers and {*IN_ARTICLE} <= {*in_this_run(wildcards)} else []
 
 
 rule manifest:
@@ -125,8 +112,8 @@ rule manifest:
         needs("certify/manifest.py"),
         rules.report_page.input,
         article_of_run,
+        inputs=RUN_INPUTS,
     output: f"{R}/manifest.json"
-    params: inputs=RUN_INPUTS
     log: f"{R}/logs/manifest.log"
     message: "The manifest"
     script: "../replication/certify/manifest.py"

@@ -1,6 +1,7 @@
 """What a manifest holds, and what `trackdyn verify` says of a run that is not the one of the manifest."""
 
 import json
+import os
 import shutil
 
 import numpy as np
@@ -56,6 +57,24 @@ def test_the_same_results_give_the_same_manifest_and_it_comes_back(results):
         list(loaded["inputs"]) == ["config/rigs/paper.yaml"] and len(loaded["inputs"]["config/rigs/paper.yaml"]) == 64
     )
     assert {finding.status for finding in compare_manifests(describe(results), loaded)} == {EQUAL}
+
+
+def test_an_input_that_is_another_file_or_gone_is_no_equal_run(results, tmp_path, monkeypatch):
+    """Whatever its date; names are those of the folder of the run, or of one above the results."""
+    (record := tmp_path / "115rpm.csv").write_text("t,ay\n0,1\n", encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    write_manifest(results, [record.name])
+    assert run_command("verify", results)[0] == 0
+    monkeypatch.chdir("/")
+    assert run_command("verify", results)[0] == 0
+    date = record.stat().st_mtime
+    record.write_text("t,ay\n0,2\n", encoding="utf-8")
+    os.utime(record, (date - 1e8, date - 1e8))
+    code, said, _ = run_command("verify", results)
+    assert code == 1 and "differs  115rpm.csv  (input) is another file than the results were made from" in said
+    record.unlink()
+    code, said, _ = run_command("verify", results)
+    assert code == 1 and "missing  115rpm.csv  (input)" in said
 
 
 def test_times_do_not_count(results):

@@ -76,13 +76,26 @@ def test_the_full_configuration_is_the_papers_matrix():
 def test_a_refusal_names_the_file_that_is_to_blame(tmp_path):
     mine, base = tmp_path / "mine.yaml", tmp_path / "base.yaml"
     base.write_bytes(Path(BASE).read_bytes())
-    mine.write_text("records: {duration_s: 1}\n", encoding="utf-8")
+    mine.write_text("records: {ramp_s: 0}\n", encoding="utf-8")
     files = [base, QUICK, mine]
-    with pytest.raises(InputError, match=r"^mine\.yaml: records\.duration_s = 1 s:"):
+    with pytest.raises(InputError, match=rf"^{mine}: records\.ramp_s = 0"):
         check_layers(files, {}, update_config)
     base.write_text(base.read_text(encoding="utf-8") + "more: 1\n", encoding="utf-8")
-    with pytest.raises(InputError, match=r"^base\.yaml: more is not a known parameter"):
+    with pytest.raises(InputError, match=rf"^{base}: more is not a known parameter"):
         check_layers(files, {}, update_config)
+
+
+def test_files_of_one_name_are_different_configurations(tmp_path):
+    """As is one that is called like the base."""
+    texts = {"a": "rig: bench\nresults: results/mine\n", "b": "records: {lead_in_s: 4}\n", "c": "peers: 1\n"}
+    files = [tmp_path / folder / "config.yaml" for folder in texts]
+    for file, text in zip(files, texts.values(), strict=True):
+        file.parent.mkdir()
+        file.write_text(text, encoding="utf-8")
+    config = check_layers([BASE, *files[:2]], {}, update_config)[0]
+    assert (config.results, config.records.lead_in_s, Path(config.rig).stem) == ("results/mine", 4, "bench")
+    with pytest.raises(InputError, match=rf"^{files[2]}: peers = 1"):
+        check_layers([BASE, files[2], files[1]], {}, update_config)
 
 
 @pytest.mark.parametrize("field", ["rig", "records", "meshing.step_s", "ring_study.radii_m"])
@@ -141,6 +154,33 @@ def test_a_rig_alone_is_a_configuration(tmp_path, rig):
     for files, stated in (([BASE, mine], {}), ([BASE], {"rig": rig, "ring_study": {"radii_m": [radius]}})):
         config = check_layers(files, stated, update_config)[0]
         assert (config.ring_study.radii_m, config.other_rigs, config.sensor_csv) == ([radius], {}, None)
+
+
+@pytest.mark.parametrize("rig", ["bench", "robot", "m113", "vehicle"])
+def test_records_last_two_turns_of_the_loop_of_every_rig(tmp_path, rig):
+    """Also in a quick run; and other codes have models of the article's rig alone."""
+    mine = tmp_path / "mine.yaml"
+    mine.write_text(f"rig: {rig}\nrecords: {{duration_s: 1}}\nmeshing: {{duration_s: 1}}\n", encoding="utf-8")
+    config, loaded, scenes = check_layers([BASE, QUICK, mine], {}, update_config)
+    assert config.peers is None and check_layers([BASE, QUICK], {}, update_config)[0].peers
+    # 60 s times transmission over motor speed, times pitches over teeth
+    turn = 60 * loaded.sprocket.transmission_ratio / 115 * loaded.chain.pitches / loaded.sprocket.teeth
+    assert 2 * turn <= scenes["115rpm"].duration == config.records.duration_s < 2 * turn + 1
+    assert 2.1 * turn <= scenes["meshing/ring"].duration == config.meshing.duration_s < 2.1 * turn + 1
+    assert all(run.duration * run.periods.loop_hz >= 2 for name, run in scenes.items() if not name.startswith("ring/"))
+
+
+def test_records_last_two_turns_of_the_loop_of_further_rigs(tmp_path):
+    (tmp_path / "slow.yaml").write_text(
+        "like: paper\nsprocket: {source: the test, transmission_ratio: 7.0 1}\n", encoding="utf-8"
+    )
+    (mine := tmp_path / "mine.yaml").write_text(
+        f"other_rigs: {{slow: {{rig: {tmp_path / 'slow.yaml'}}}}}\n", encoding="utf-8"
+    )
+    config, _, scenes = check_layers([BASE, QUICK, mine], {}, update_config)
+    for name, run in config.other_scenes("slow", scenes).items():
+        assert run.duration * run.periods.loop_hz >= (0 if name.startswith("ring/") else 2), name
+    assert scenes["115rpm"].duration == 16
 
 
 def test_other_rigs_replace_those_of_the_base(tmp_path):

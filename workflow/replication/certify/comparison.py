@@ -15,6 +15,7 @@ import numpy as np
 import pandas as pd
 
 from replication.certify.manifest import read_cells
+from replication.certify.provenance import file_hash
 from trackdyn.parameters.validation import shown
 
 # Written before the runs that test it: tables are written with six digits or more, a last digit that turns over is at
@@ -64,6 +65,21 @@ def compare_manifests(manifest: dict[str, Any], expected: dict[str, Any]) -> lis
         findings.append(Finding(name, (ours.get(name) or theirs[name]).get("shows", ""), status, text))
     faults = {name: _damage(Path(manifest["folder"], name)) for name in manifest["hold_times"]}
     return findings + [Finding(name, "", DIFFERS, fault) for name, fault in faults.items() if fault]
+
+
+def compare_inputs(manifest: dict[str, Any], results: Path | str) -> list[Finding]:
+    """Compare the inputs of a manifest with the files that lie there now.
+
+    Their names are relative to the present folder, or to one that holds the results. There is one finding an input.
+    """
+    folders = [Path(), *Path(results).resolve().parents]
+    findings = []
+    for name, expected in manifest["inputs"].items():
+        path = next((path for folder in folders if (path := folder / name).is_file()), None)
+        status = MISSING if path is None else EQUAL if file_hash(path) == expected else DIFFERS
+        text = "is another file than the results were made from; run `snakemake -j2` again" if status == DIFFERS else ""
+        findings.append(Finding(name, "input", status, text))
+    return findings
 
 
 def findings_summary(findings: Iterable[Finding]) -> str:

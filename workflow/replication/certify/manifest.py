@@ -181,7 +181,7 @@ def _entry(path: Path, complete: bool) -> dict[str, Any]:
 
 def main(job) -> None:
     """Rule `manifest`."""
-    print(write_manifest(Path(job.output[0]).parent, job.params.inputs))
+    print(write_manifest(Path(job.output[0]).parent, job.input.inputs))
 
 
 if __name__ == "__main__":

@@ -16,13 +16,14 @@ def verify(
     ] = None,
     exact: Annotated[bool, typer.Option("--exact", help="Byte for byte, as runs on one kind of machine are.")] = False,
 ) -> None:
-    """Compare the results of a run with a manifest: which figure or table differs, and by how much."""
-    from replication.certify.comparison import EQUAL, compare_manifests, failed, findings_summary
+    """Compare the results and inputs of a run with a manifest: which figure or table differs, and by how much."""
+    from replication.certify.comparison import EQUAL, compare_inputs, compare_manifests, failed, findings_summary
     from replication.certify.manifest import NAME, describe, load_manifest
 
     reference = results / NAME if against is None else against
     expected = describe(reference, complete=True) if reference.is_dir() else load_manifest(reference)
-    findings = compare_manifests(describe(results, complete=reference.is_dir()), expected)
+    findings = compare_inputs(expected, results)
+    findings += compare_manifests(describe(results, complete=reference.is_dir()), expected)
     for finding in findings:
         if finding.status != EQUAL:
             typer.echo(

@@ -18,7 +18,7 @@ from replication.study.settings import Allowed, StudiesFile, peer_scene, rising,
 from replication.study.variants import REFERENCE, SETTINGS
 from trackdyn.errors import InputError, TrackdynError
 from trackdyn.parameters.rig import Rig, load_rig
-from trackdyn.parameters.rig_file import rig_path
+from trackdyn.parameters.rig_file import rig_files, rig_path
 from trackdyn.parameters.validation import NotNegative, Positive, Section, shown, validated
 from trackdyn.parameters.yaml_file import read_yaml
 from trackdyn.scene.fidelity import PRESETS
@@ -127,7 +127,7 @@ class Config(Section):
     meshing: Meshing
     stop_rule: StopRule
     ring_study: RingStudy
-    peers: Peers
+    peers: Peers | None  # None: the rig is not the base's, which the article's independent code stands for
     fidelity: FidelityStudy
     short_studies: list[StudyName]
     studies: StudiesFile
@@ -184,21 +184,37 @@ class Config(Section):
         return [] if name is None else [name.format(rpm=f"{rpm:g}") for rpm in self.records.speeds_rpm]
 
     @property
+    def rig_files(self) -> dict[str, list[Path]]:
+        """Files that every rig is read from, by its own file."""
+        return {rig: rig_files(rig) for rig in (self.rig, *(other.rig for other in self.other_rigs.values()))}
+
+    @property
+    def files(self) -> dict[str, list[Path]]:
+        """Files that the runs read, by the field that leads to them."""
+        rigs = {"rig": self.rig} | {f"other_rigs.{name}.rig": other.rig for name, other in self.other_rigs.items()}
+        return {
+            "article": [Path(self.article)] if self.article else [],
+            "sensor_csv": [Path(file) for file in self.sensor_files],
+            "sensor_mapping": [Path(self.sensor_mapping)] if self.sensor_mapping else [],
+        } | {field: self.rig_files[rig] for field, rig in rigs.items()}
+
+    @property
     def synthetic(self) -> bool | None:
         """Whether these records are synthetic; None: there are none."""
         return self.sensor_is_synthetic if self.sensor_csv else None
 
     def of_rig(self, rig: Rig) -> "Config":
-        """The configuration with the rings of a rig, and two turns of its loop, where it states none; and with files in
-        place of the names of shipped rigs.
+        """The configuration with the rings of a rig where it states none, records of two turns of the loop or more, and
+        files in place of the names of shipped rigs.
         """
         study, records, meshing = self.ring_study, self.records, self.meshing
         radii = study.radii_m or study_radii(rig)
         equal = min(radii, key=lambda radius: abs(radius - rig.sprocket.equal_pitch_radius))
         ring = rig.ring_radius if records.ring_radius_m is None else records.ring_radius_m
+        least, of_passage = _least(rig, "records", min(records.speeds_rpm)), _least(rig, "meshing", meshing.speed_rpm)
         of_meshing = {
             "ring_radius_m": meshing.ring_radius_m or rig.ring_radius or equal,
-            "duration_s": meshing.duration_s or ceil(2.1 * Periods.at(rig, meshing.speed_rpm).loop),
+            "duration_s": max(meshing.duration_s or 0, of_passage),
         }
         return self.model_copy(
             update={
@@ -208,7 +224,9 @@ class Config(Section):
                     for name, other in self.other_rigs.items()
                 },
                 "ring_study": study.model_copy(update={"radii_m": radii}),
-                "records": records.model_copy(update={"ring_radius_m": ring}),
+                "records": records.model_copy(
+                    update={"ring_radius_m": ring, "duration_s": max(records.duration_s, least)}
+                ),
                 "meshing": meshing.model_copy(update=of_meshing),
             }
         )
@@ -237,11 +255,6 @@ class Config(Section):
                 f"{rpm:g}rpm", "records", motor_rpm=rpm, ring_radius=r.ring_radius_m, duration=r.duration_s,
                 lead_in=r.lead_in_s, ramp=r.ramp_s, frame_interval=r.frame_interval_s, **_step(r.step_s),
             )  # fmt: skip
-            if r.duration_s * runs[f"{rpm:g}rpm"].periods.loop_hz < 2:
-                raise InputError(
-                    f"records.duration_s = {r.duration_s:g} s: must be at least "
-                    f"{2 / runs[f'{rpm:g}rpm'].periods.loop_hz:.1f} s, two loop revolutions at {rpm:g} rpm"
-                )
             runs[f"coarse/{rpm:g}rpm"] = runs[f"{rpm:g}rpm"].with_(tooth_contact="three_surfaces", frame_interval=0.0)
         for name, radius in (("meshing/no_ring", None), ("meshing/ring", m.ring_radius_m)):
             # the sensor's pitch and the one whose link runs ahead of its connector
@@ -250,11 +263,6 @@ class Config(Section):
                 name, "meshing", motor_rpm=m.speed_rpm, ring_radius=radius, duration=m.duration_s,
                 frame_interval=m.frame_interval_s, pitches=pitches, **_step(m.step_s),
             )  # fmt: skip
-            if m.duration_s * runs[name].periods.loop_hz < 2:
-                raise InputError(
-                    f"meshing.duration_s = {m.duration_s:g} s: must be at least "
-                    f"{2 / runs[name].periods.loop_hz:.1f} s, two loop revolutions, to hold a whole passage"
-                )
         for rpm in s.speeds_rpm:
             for radius in s.rings:
                 requested = steady_fields(rig, rpm, self.stop_rule) | step_field(s.steps_s, radius)
@@ -264,13 +272,13 @@ class Config(Section):
 
     def refuse_studies(self, rig: Rig) -> None:
         """Refuse what the rules `peer` and `fidelity` would refuse after the runs."""
-        with _section("peers"):
-            p = self.peers
-            for name in ("readings", "steps_s", "exudyn_steps_s"):
-                if len(set(values := getattr(p, name))) < len(values):
-                    raise InputError(f"{name} = {shown(values)}: a value occurs twice; give each once")
-            for reading, step in product(p.readings, p.steps_s):
-                peer_scene(rig, reading, p.speed_rpm, p.duration_s, step)
+        if p := self.peers:
+            with _section("peers"):
+                for name in ("readings", "steps_s", "exudyn_steps_s"):
+                    if len(set(values := getattr(p, name))) < len(values):
+                        raise InputError(f"{name} = {shown(values)}: a value occurs twice; give each once")
+                for reading, step in product(p.readings, p.steps_s):
+                    peer_scene(rig, reading, p.speed_rpm, p.duration_s, step)
         with _section("fidelity"):
             f = self.fidelity
             for rpm, radius in product(f.speeds_rpm, self.ladder_radii):
@@ -288,9 +296,13 @@ class Config(Section):
         rig = load_rig(other.rig)
 
         def on_it(run: str, scene: Scene) -> Scene:
-            steady = steady_fields(rig, scene.motor_rpm, self.known_of(name)) if run.startswith("ring/") else {}
+            if run.startswith("ring/"):
+                fields = steady_fields(rig, scene.motor_rpm, self.known_of(name))
+            else:
+                section = "meshing" if run.startswith("meshing/") else "records"
+                fields = {"duration": max(scene.duration, _least(rig, section, scene.motor_rpm))}
             allowed = step_field(other.steps_s, scene.motor_rpm).values()
-            return scene.with_(rig=rig, **_step(min((scene.step, *allowed)) if allowed else None), **steady)
+            return scene.with_(rig=rig, **_step(min((scene.step, *allowed)) if allowed else None), **fields)
 
         with _section(f"other_rigs.{name}"):
             return {
@@ -298,6 +310,15 @@ class Config(Section):
                 for run, scene in scenes.items()
                 if not run.startswith("coarse/") and not (run.startswith("ring/") and scene.ring_radius is None)
             }
+
+
+# turns of the loop that a record lasts at least: two for its line, and more for a whole passage with what is around it
+LEAST_TURNS = {"records": 2.0, "meshing": 2.1}
+
+
+def _least(rig: Rig, section: str, rpm: float) -> int:
+    """Seconds that a record lasts at least."""
+    return ceil(LEAST_TURNS[section] * Periods.at(rig, rpm).loop)
 
 
 def _step(seconds: float | None) -> dict[str, float]:
@@ -320,6 +341,8 @@ def check_config(data: Any, name: str) -> tuple[Config, Rig, dict[str, Scene]]:
     rig = load_rig(config.rig)
     config = config.of_rig(rig)
     with _section(name):
+        for field, files in config.files.items():
+            _refuse_braces(field, files)
         config.check_sensor_files()
         if config.article is not None:
             load_article(config.article)
@@ -330,9 +353,22 @@ def check_config(data: Any, name: str) -> tuple[Config, Rig, dict[str, Scene]]:
     return config, rig, scenes
 
 
+def _refuse_braces(field: str, files: Iterable[Path | str]) -> None:
+    """Refuse names in which Snakemake would read wildcards."""
+    for file in files:
+        if {*"{}"} & {*str(file)}:
+            raise InputError(f"{field} = {shown(str(file))}: holds a brace; rename the file or folder")
+
+
+def _place(path: Path | str) -> str:
+    """The path of a configuration as short as it can be."""
+    path = Path(path).absolute()
+    return str(path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path)
+
+
 def read_layer(path: Path | str) -> dict:
     """A file of a configuration as it stands, its sections known; whatever else it means to Snakemake is refused."""
-    data, name = read_yaml(path), Path(path).name
+    data, name = read_yaml(path), _place(path)
     if not isinstance(data, dict):
         raise InputError(f"{name}: must hold sections, a mapping of names to values")
     for key in data:
@@ -354,8 +390,11 @@ OF_ITS_RIG: dict[str, Any] = {
 }
 
 
-def _merged(layers: Iterable[dict], update: Callable[[dict, dict], None]) -> dict:
-    """Configurations, the later on top of the earlier; ``other_rigs`` replaces, and another rig `OF_ITS_RIG`."""
+def _merged(layers: Sequence[dict], update: Callable[[dict, dict], None]) -> dict:
+    """Configurations, the later on top of the earlier; ``other_rigs`` replaces, and another rig `OF_ITS_RIG`.
+
+    Without peers where the rig is not that of the first.
+    """
     merged: dict = {}
     for layer in layers:
         if merged and layer.get("rig", merged.get("rig")) != merged.get("rig"):
@@ -364,6 +403,8 @@ def _merged(layers: Iterable[dict], update: Callable[[dict, dict], None]) -> dic
         if "other_rigs" in layer:
             merged["other_rigs"] = {}
         update(merged, layer)
+    if merged.get("rig") != layers[0].get("rig"):
+        merged["peers"] = None
     return merged
 
 
@@ -375,10 +416,11 @@ def check_layers(
 
     What is refused names the first file with which it is, else the last one.
     """
-    layers = {Path(file).name: read_layer(file) for file in files}
+    _refuse_braces("--configfile", files)
+    layers = [read_layer(file) for file in files]
     try:
-        return check_config(_merged([*layers.values(), stated], update), Path(files[-1]).name)
+        return check_config(_merged([*layers, stated], update), _place(files[-1]))
     except TrackdynError:
-        for k, name in enumerate(layers, 1):
-            check_config(_merged(list(layers.values())[:k], update), name)
+        for k, file in enumerate(files, 1):
+            check_config(_merged(layers[:k], update), _place(file))
         raise
