@@ -22,8 +22,9 @@ FOLDERS = {
 BELOW = {"trackdyn": set(), "replication": {"trackdyn"}, "laboratory": {"trackdyn", "replication"}}
 ROOMS = {
     "trackdyn": (
-        "errors", "extras", "files", "sources", "version", "jit", "model", "contact", "chain", "integrate",
-        "parameters", "scene", "sensor", "simulation", "measure", "sweeps", "plots", "commands", "__init__", "__main__",
+        "errors", "extras", "files", "sources", "version", "by_reference", "jit", "model", "contact", "chain",
+        "integrate", "parameters", "scene", "sensor", "simulation", "measure", "sweeps", "plots", "commands",
+        "__init__", "__main__",
     ),
     "replication": (
         "__init__", "studies", "synthetic", "paper", "study", "peers", "certify", "pipeline", "report", "commands",

@@ -41,6 +41,12 @@ def _without_blas() -> None:
 
 
 _without_blas()
+try:
+    if os.environ.get("TRACKDYN_PLAIN_KERNELS"):
+        raise ImportError
+    from trackdyn import by_reference
+except (ImportError, AttributeError):  # a release of numba without what it builds on: slower to compile, no more
+    by_reference = None  # type: ignore[assignment]
 # No fastmath: results must be the same bit for bit from run to run and NaN must stay visible.
 OPTIONS = {"error_model": "numpy", "boundscheck": False, "no_cfunc_wrapper": True}
 _HASHED = {f"trackdyn.{name.removesuffix('.py')}" for name in KERNEL_SOURCES}
@@ -51,7 +57,7 @@ _SETTINGS = ("OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE", "BOUNDSCHECK", "DEBUGINFO
 def target_hash() -> str:
     """Hash of what numba compiles for: processor, its features, Python, settings (8 hexadecimal digits)."""
     target = cpu_target.target_context.codegen().magic_tuple()  # heeds NUMBA_CPU_NAME and NUMBA_CPU_FEATURES
-    settings = [getattr(numba.config, name, None) for name in _SETTINGS]
+    settings = [by_reference is None, *(getattr(numba.config, name, None) for name in _SETTINGS)]
     return hashlib.sha256(repr((target, sys.implementation.cache_tag, settings)).encode()).hexdigest()[:8]
 
 
@@ -168,7 +174,12 @@ class _Kernel:
     def __init__(self, function, **options):
         self.py_func = function
         self._options = options
-        self._within = _compiled(function, "within", no_cpython_wrapper=True, **options)
+        inner = {}
+        if by_reference is not None:
+            inner["pipeline_class"] = by_reference.Inner
+            for kind in function.__annotations__.values():
+                by_reference.register(kind)
+        self._within = numba.njit(**OPTIONS, **options, **inner, no_cpython_wrapper=True)(function)
         functools.update_wrapper(self, function)
 
     @property
@@ -218,6 +229,14 @@ def fused(function):
 def summed(function):
     """Compile a `fused` kernel whose sums may also be taken in another order: several at once, lane by lane."""
     return _made(function, forceinline=True, _nrt=False, fastmath={"contract", "reassoc", "nsz"})
+
+
+@kernel
+def _same(block):
+    return block
+
+
+on_stack = _same if numba.config.DISABLE_JIT or by_reference is None else by_reference.on_stack
 
 
 class _Once(event.Listener):

@@ -14,7 +14,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 Module = tuple[str, ...]
-KERNEL_SOURCES = ("jit.py", "model", "contact", "chain", "integrate")
+KERNEL_SOURCES = ("jit.py", "by_reference.py", "model", "contact", "chain", "integrate")
 
 
 @cache

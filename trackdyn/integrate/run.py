@@ -16,7 +16,7 @@ from trackdyn.integrate.dynamics import accumulate, evaluate_loads, sense, sense
 from trackdyn.integrate.energy import account, energies, finish_forces
 from trackdyn.integrate.runge_kutta import rk_step
 from trackdyn.integrate.semi_implicit import RATE_LIMIT, advance
-from trackdyn.jit import kernel
+from trackdyn.jit import kernel, on_stack
 from trackdyn.model.arrays import BUSHING_LOSS, OFFSET, P, Q, Record, State, Work
 from trackdyn.model.constants import SPROCKET, Model
 
@@ -79,6 +79,7 @@ def _refresh(model: Model, state: State, work: Work, space, implicit):
 @kernel
 def _run(model: Model, state: State, work: Work, record: Record, rows, space, implicit):
     """Steps of order 1: the chain solved, velocities, places, then the loads of the next step."""
+    model, state, work, record = on_stack(model), on_stack(state), on_stack(work), on_stack(record)
     links = record.link_mean.shape[1]
     lead = damping_weight(model.chain, model.step) if implicit is None else 1.0
     _refresh(model, state, work, space, implicit)
@@ -126,6 +127,7 @@ def _run(model: Model, state: State, work: Work, record: Record, rows, space, im
 @kernel
 def _run_stages(model: Model, state: State, work: Work, record: Record, rows, stages):
     """Steps of an explicit Runge-Kutta method."""
+    model, state, work, record = on_stack(model), on_stack(state), on_stack(work), on_stack(record)
     _refresh(model, state, work, None, None)
     for sample in range(rows[0], rows[1]):
         _begin(state, work)

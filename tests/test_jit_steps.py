@@ -1,0 +1,85 @@
+"""Every kernel of the time loop does the same compiled as interpreted, over ten steps."""
+
+import os
+import subprocess
+import sys
+
+import numpy as np
+from conftest import LAWS
+from numpy.lib.recfunctions import structured_to_unstructured
+
+from trackdyn.simulation.loop import Loop
+
+# together they run every kernel
+SCENES = {
+    "default": {},
+    "compliant cut": {"closure": "elastic_damping"},
+    "sliding": {"sliding": True, "every_link": True},
+    "single pin": {"chain": "single_pin", "ring_radius": None},
+    "sprung": {"tension": "sprung", **LAWS},
+    "coulomb": {"drag": "coulomb", "tooth_contact": "three_surfaces"},
+    "linearly implicit": {"integrator": "linearly_implicit", **LAWS},
+    "rk4": {"integrator": "rk4", **LAWS},
+    "spatial": {"space": "spatial", "tension": "locked", **LAWS},
+}
+TEN_STEPS = """
+import functools, sys
+from pathlib import Path
+import numpy as np
+from trackdyn import jit
+
+if jit.numba.config.DISABLE_JIT:
+    kernels, called = set(), set()
+    def made(function, **options):
+        kernels.add(function.__qualname__)
+        @functools.wraps(function)
+        def counted(*arguments):
+            called.add(function.__qualname__)
+            return function(*arguments)
+        return counted
+    jit._made = made
+from trackdyn.simulation.loop import Loop
+from trackdyn.simulation.loop_arrays import flat
+
+for path in Path(sys.argv[1]).glob("*.loop"):
+    loop = Loop.load(path)
+    samples = -(-10 // loop.model.stride)
+    recording = loop.record(samples / loop.scene.rig.sensor.rate, every_link=loop.scene.every_link)
+    arrays = flat(loop.state, "state") | flat(loop.work, "work")
+    arrays |= {name: getattr(recording, name) for name in recording.ARRAYS if getattr(recording, name) is not None}
+    np.savez(path.with_suffix(sys.argv[2]), **arrays)
+if jit.numba.config.DISABLE_JIT:
+    print(*sorted(kernels - called))
+"""
+
+
+def ten_steps(folder, suffix, **environment):
+    """What a process of its own prints that goes on from every checkpoint in a folder."""
+    command = [sys.executable, "-c", TEN_STEPS, str(folder), suffix]
+    return subprocess.run(command, env=os.environ | environment, capture_output=True, text=True, check=True).stdout
+
+
+def read(path):
+    """Arrays of numbers of a file, those of rows with named columns as a table."""
+    with np.load(path) as data:
+        return {name: structured_to_unstructured(data[name]) if data[name].dtype.names else data[name] for name in data}
+
+
+def test_ten_steps_are_those_of_the_interpreted_kernels(make_scene, tmp_path):
+    """Only the order of rounding may differ; one step would not show what a kernel forgets from step to step."""
+    for name, fields in SCENES.items():
+        loop = Loop(make_scene(150.0, **fields))
+        loop.advance(0.3)
+        loop._arrays.work.near.groove[:] = 0  # grooves are searched anew
+        if loop.state.plane is not None:
+            loop._arrays.state.plane.motion[:2] = 0.0055, 0.1  # beyond the play of the guides, m and m/s
+        loop.save(tmp_path / f"{name}.loop")
+    ten_steps(tmp_path, ".compiled")
+    never_called = ten_steps(tmp_path, ".interpreted", NUMBA_DISABLE_JIT="1").split()
+    assert never_called == ["_first_beyond"], "which looks for the body where a run diverged"
+    for name in SCENES:
+        compiled, interpreted = (read(tmp_path / f"{name}.{kind}.npz") for kind in ("compiled", "interpreted"))
+        assert interpreted["work.tooth_force"].max() > 100.0
+        for array, right in interpreted.items():
+            atol = 1e-8 * np.nanmax(np.abs(right), initial=0.1)
+            np.testing.assert_allclose(compiled[array], right, rtol=0, atol=atol, err_msg=f"{name}: {array}")
