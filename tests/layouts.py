@@ -14,7 +14,7 @@ from trackdyn.parameters.layout import belt_path, run_order
 from trackdyn.parameters.rig import Rig, load_rig
 
 SEED = 20261122
-CHAINS = ("first_fit", "m113", "robot")
+CHAINS = ("paper", "m113", "robot")
 WHEELS, PITCHES = (2, 9), (20, 120)
 ATTEMPTS = 400  # draws of wheels for one layout; most sets of nine do not fit into a short loop
 GAP = 1.05  # of two wheels, in sums of their radii

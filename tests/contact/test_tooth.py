@@ -105,7 +105,7 @@ def test_mirrored_arc_touches_the_mirrored_area(groove, coarse):
     assert seen >= set(range(1, areas + 1))
 
 
-@pytest.mark.parametrize("name", ["paper", "first_fit"])
+@pytest.mark.parametrize("name", ["paper", "parts"])
 def test_the_depth_in_a_coarse_tooth_is_continuous(name):
     """A jump from one surface to the next, or where the tip ends, would make energy with every engagement."""
     rig = load_rig(name)

@@ -151,10 +151,10 @@ def test_one_least_tension_in_all_refusals_and_it_can_stand():
     assert layout["settled_tension_n"] == pytest.approx(tension, rel=0.01)
     assert abs(layout["tensioner_shift_m"]) <= bench.tension.travel
     with pytest.raises(InputError, match=r"cannot be reached; .* by 4 mm of tension\.travel = 4 mm"):
-        settle(Scene(bench.changed(tension__travel=0.004), 0.0))
+        settle(Scene(bench.changed(tension__travel=0.004, tension__pre_tension=15e3), 0.0))
 
 
-@pytest.mark.parametrize("name", ["paper", "parts", "first_fit"])
+@pytest.mark.parametrize("name", ["paper", "parts"])
 def test_a_chain_can_stand_at_both_ends_of_the_range_of_its_tension(name):
     """An identification and a search draw from it."""
     path = f"config/rigs/{name}.yaml"

@@ -1,1 +1,1 @@
-from tests.first_fit import driven_loop, make_scene, rig  # noqa: F401
+from tests.viscous import driven_loop, make_scene, rig  # noqa: F401

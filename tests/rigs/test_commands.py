@@ -42,7 +42,8 @@ def test_a_groove_that_another_tooth_left_behind_is_reported(tmp_path, monkeypat
     """One that comes by ``like`` from a sprocket of another tooth, through a file between; and none if it fits."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "first.yaml").write_text(
-        "like: bench\nsprocket: {source: x, teeth: 15, equal_pitch_radius: 0.354 m, ring_radius: 0.354 m}\n"
+        "like: bench\nchain: {source: x, pitches: 27}\n"
+        "sprocket: {source: x, teeth: 15, equal_pitch_radius: 0.354 m, ring_radius: 0.354 m}\n"
     )
     (tmp_path / "second.yaml").write_text("like: first.yaml\n")
     (tmp_path / "fits.yaml").write_text("like: bench\n")

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from tests.viscous import VISCOUS
 from trackdyn.errors import InputError
 from trackdyn.parameters.outline import ToothProfile, distance_to, fit_outline, groove_of_arcs
 from trackdyn.parameters.rig import load_rig
@@ -37,7 +38,7 @@ def test_arcs_of_three_decimals_are_not_joined(rig):
 
 def test_measured_points_are_followed_to_their_noise():
     """Points of the shipped groove with noise: the residual is the noise, and the seat stands where it was."""
-    groove = load_rig("first_fit").groove_profile
+    groove = load_rig(VISCOUS).groove_profile
     rng = np.random.default_rng(7)
     points = groove.profile(12) + NOISE * rng.standard_normal((120, 2))
     fitted = fit_outline(points, "+--+-", groove.teeth)

@@ -7,6 +7,7 @@ from replication.peers.comparison import require_exudyn, run_peer
 from replication.peers.exudyn_loop import fixed
 from replication.study.settings import PEER_LAWS
 from tests.rigs.conftest import NAMES
+from tests.viscous import VISCOUS
 from trackdyn.errors import DivergenceError
 from trackdyn.integrate.carriers import along, push
 from trackdyn.model.constants import SPROCKET
@@ -74,7 +75,7 @@ def test_a_step_that_flips_is_refused_within_two_seconds(monkeypatch):
     monkeypatch.setattr("trackdyn.scene.scene.step_limits", lambda *_: {"none": 1.0})
     waited = []
     for step in (2e-4, 2.5e-4, 1e-3 / 3):
-        loop = Loop(Scene(load_rig("first_fit"), 150.0, None, ramp=0.5, step=step))
+        loop = Loop(Scene(load_rig(VISCOUS), 150.0, None, ramp=0.5, step=step))
         loop.advance(loop.scene.ramp)
         before = loop.time
         try:

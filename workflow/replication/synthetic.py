@@ -34,7 +34,7 @@ PITCHES = 35
 GRAVITY = 9.81  # m/s2
 
 # assumed: centre x, y and radius under the pins (wheel or ring and half a link's thickness), m, of
-# sprocket, idler and road wheel: nominal places of `first_fit`, mirrored. A copy: the data must not follow a refit.
+# sprocket, idler and road wheel: of an earlier fit of the rig, mirrored. A copy: the data must not follow a refit.
 CIRCLES = ((0.0, 0.0, 0.308 + 0.02), (1.05, -0.05, 0.28 + 0.02), (1.65, -0.50, 0.28 + 0.02))
 LINK_LENGTH = 0.100  # pin to pin, m
 

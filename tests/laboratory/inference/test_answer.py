@@ -140,12 +140,12 @@ def test_a_profile_holds_a_value_or_a_law_and_names_what_is_lost(problem, tmp_pa
 def test_searches_start_at_their_own_rig_and_the_best_one_is_judged(tmp_path):
     searches = [
         Searches(method="dfols", evaluations=1, radius=0.05, seeds=[0], rig=rig)
-        for rig in ("config/rigs/first_fit.yaml", None)
+        for rig in ("config/rigs/parts.yaml", None)
     ]
     question = SMALL.questions["predicted"].model_copy(update={"searches": searches})
     config = SMALL.model_copy(update={"questions": {"predicted": question}})
     ends, costs, verdicts = answer(config, CLAIMS, "predicted", 1, tmp_path)
-    assert ends["rig"].tolist() == ["config/rigs/paper.yaml", "config/rigs/first_fit.yaml"]
+    assert ends["rig"].tolist() == ["config/rigs/paper.yaml", "config/rigs/parts.yaml"]
     best, worse = (load_rig(path).chain.link_mass for path in ends["rig"])
     assert ends["chain.link_mass"].tolist() == pytest.approx([best, worse])
     assert (ends["first_cost"] == ends["cost"]).all() and ends["cost"].is_monotonic_increasing

@@ -13,6 +13,7 @@ from replication.study.extremes.judge import (
     attempted,
 )
 from replication.study.extremes.stability_map import stability_map
+from tests.viscous import VISCOUS
 from trackdyn import DivergenceError, InputError, Scene
 from trackdyn.model.arrays import ENERGY_NAMES
 from trackdyn.parameters.rig import load_rig
@@ -167,4 +168,4 @@ def test_settling_does_not_refuse_what_the_scene_allows(rig, changes, fields):
 @pytest.mark.parametrize(("rpm", "changes", "fields", "outcome"), FOUND)
 def test_scenes_that_once_ended_in_a_third_way(rpm, changes, fields, outcome):
     # on the rig on which they failed
-    assert outcome_of(load_rig("first_fit"), rpm, changes, fields) == outcome
+    assert outcome_of(load_rig(VISCOUS), rpm, changes, fields) == outcome

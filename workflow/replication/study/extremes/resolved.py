@@ -31,7 +31,7 @@ ODD = (
     )),
 )  # fmt: skip
 DECADES = (0.1, 10.0)
-BASES = ("paper", "first_fit", "m113", "robot")
+BASES = ("paper", "parts", "m113", "robot")
 
 
 def drawn(number: int, seed: int = SEED) -> tuple[str, Rig, dict]:

@@ -1,14 +1,18 @@
-"""Fixtures of folders whose tests still need the first fit: its viscous bushings, pre-tension and step bounds."""
+"""Fixtures of folders whose tests need viscous bushings and drag, on a rig that does not move with the default one."""
+
+from pathlib import Path
 
 import pytest
 
-from tests.conftest import CONFIG, driven, scenes_of
+from tests.conftest import driven, scenes_of
 from trackdyn.parameters.rig import load_rig
+
+VISCOUS = Path(__file__).with_name("viscous.yaml")
 
 
 @pytest.fixture(scope="session")
 def rig():
-    return load_rig(CONFIG / "rigs" / "first_fit.yaml")
+    return load_rig(VISCOUS)
 
 
 @pytest.fixture(scope="session")
