@@ -10,14 +10,16 @@ from trackdyn.measure.ring_rule import RULE, advice, parse_rule
 from trackdyn.measure.stopping import run_steady
 from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.rig_file import shipped_rigs
-from trackdyn.scene.rings import study_radii, usual_rings
+from trackdyn.scene import rings
+from trackdyn.scene.rings import larger_radii, study_radii, usual_rings
 from trackdyn.scene.scene import Scene, steady_fields
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.settling import SettledLoops
 from trackdyn.sweeps.ring import contact_stop_rule
 
+TEETH = 13  # 7.7 % of a turn, and 9.7 % with two points
 RADII = (0.304, 0.305, 0.306, 0.307, 0.308)
-LEFT = {115.0: (20.0, 12.0, 10.4, 9.0, 8.5), 210.0: (21.0, 9.9, 9.0, 8.8, 8.7)}
+LEFT = {115.0: (20.0, 12.0, 9.6, 9.0, 8.5), 210.0: (21.0, 9.0, 8.9, 8.8, 8.6)}
 RIGHT = {115.0: (3.0, 0.0, 0.0, 0.0, 0.0), 210.0: (5.0, 0.6, 0.4, 0.0, 0.0)}
 
 
@@ -26,49 +28,89 @@ def study(left=LEFT, right=RIGHT):
         {
             "rpm": rpm, "ring_radius_m": radius, "left_share_pct": left[rpm][k], "left_share_error_pct": 0.1,
             "right_share_pct": right[rpm][k], "right_share_error_pct": 0.1, "left_rms_n": 100.0 * k, "ring_rms_n": 9.0,
+            "settled_tension_n": 3000.0 + k, "teeth_sliding_j": 20.0 - k, "ring_sliding_j": 1.5 * k,
         }
         for rpm in LEFT for k, radius in enumerate(RADII)
     ]  # fmt: skip
-    return pd.DataFrame([{"rpm": 115.0, "ring_radius_m": float("nan"), "left_share_pct": 1.0}, *rows])
+    bare = {"rpm": 115.0, "ring_radius_m": float("nan"), "left_share_pct": 1.0, "teeth_sliding_j": 70.0}
+    return pd.DataFrame([bare, *rows])
+
+
+def rule_of(text=RULE):
+    return parse_rule(text, TEETH)
 
 
 def test_the_smallest_ring_that_keeps_every_bound_at_every_speed_is_chosen():
-    """At 210 rpm alone 0.305 m misses the right arc's bound, at 115 rpm also that of the left one (least 8.5 %)."""
-    rule = parse_rule(RULE)
-    assert rule.radius(study()) == 0.306 and parse_rule(str(rule)) == rule
+    """At 210 rpm 0.305 m misses the right arc's bound, at 115 rpm that of the left one."""
+    rule = rule_of()
+    assert rule.radius(study()) == 0.306 and rule_of(str(rule)) == rule
     rings = study().dropna(subset="ring_radius_m")
     rows = [bound.missed(rings)[["ring_radius_m", "rpm"]].to_numpy().tolist() for bound in rule.bounds]
     assert rows == [[[0.304, 115.0], [0.304, 210.0], [0.305, 210.0]], [[0.304, 115.0], [0.305, 115.0], [0.304, 210.0]]]
+    assert rule.band(study()) == {1.0: 0.308, 3.0: 0.306}
     said = advice(study(), rule)
-    assert said[0].startswith("choose 0.306 m, by the rule right_share_pct < 0.5")
-    assert "at 210 rpm is 0.6 +- 0.1, must be < 0.5; " in said[1] and "serves, too" in said[2]
+    assert said[:2] == [
+        "choose a ring of 0.306 m",
+        "points over a tooth's share: the rule would choose 0.308 m with 1, 0.306 m with 3",
+    ]
+    assert "at 210 rpm is 0.6 +- 0.1, must be < 0.5; " in said[2] and said[3].endswith("keeps every bound, too")
+    assert said[5] == (
+        "0.306 m: strand 3000 N, RMS force of the ring 9 N, of the left arc 200 N, "
+        "sliding work on the teeth 18 J, on the ring 3 J a turn"
+    )
+    assert said[8].startswith("no ring: ") and "on the teeth 70 J" in said[8]
     assert said[-1] == "at one speed alone: 115 rpm 0.306 m, 210 rpm 0.306 m"
+    assert not any("_pct" in sentence for sentence in said)
+
+
+def test_no_end_of_the_radii_moves_the_choice():
+    """An ever tighter ring has an ever shorter left contact: radii beyond the plateau change nothing."""
+    tighter = study().assign(ring_radius_m=study()["ring_radius_m"] + 0.005, left_share_pct=3.0, right_share_pct=0.0)
+    for every in (study(), pd.concat([study(), tighter.dropna(subset="ring_radius_m")])):
+        assert rule_of().radius(every) == 0.306
+
+
+def test_a_choice_at_the_end_of_the_study_is_said_first():
+    said = advice(study({115.0: (20.0, 12.0, 11.0, 10.0, 8.5), 210.0: LEFT[210.0]}), rule_of())
+    assert said[0].startswith("the largest radius of the study won, 0.308 m") and said[1] == "choose a ring of 0.308 m"
+
+
+def test_a_radius_that_serves_alone_is_not_chosen():
+    """A dip of one step, 0.3 mm wide, moves with the grid."""
+    near = study({115.0: (20.0, 9.0, 12.0, 9.0, 8.5), 210.0: LEFT[210.0]}, RIGHT | {210.0: (5.0, 0.0, 0.0, 0.0, 0.0)})
+    assert rule_of().radius(near) == 0.307
+    assert "a slightly larger one does not" not in str(advice(near, rule_of()))
+    wide = near.assign(ring_radius_m=0.3 + 4 * (near["ring_radius_m"] - 0.3))
+    assert rule_of().radius(wide) == pytest.approx(0.32)
 
 
 def test_what_is_not_known_does_not_serve_and_another_rule_chooses_otherwise():
-    unknown = LEFT | {210.0: (21.0, 9.9, float("nan"), 8.8, 8.7)}
-    assert parse_rule(RULE).radius(study(unknown)) == 0.307
-    assert parse_rule("left_share_pct<=least+2,largest").radius(study()) == 0.308
-    assert parse_rule("right_share_pct < 1, left_share_pct < 11, least left_rms_n").radius(study()) == 0.306
-    none = parse_rule("left_share_pct < 8.6, smallest")
-    assert pd.isna(none.radius(study()))
+    unknown = LEFT | {210.0: (21.0, 9.0, float("nan"), 8.8, 8.7)}
+    assert rule_of().radius(study(unknown)) == 0.307
+    assert rule_of("left_share_pct<=tooth+2,largest").radius(study()) == 0.308
+    assert rule_of("right_share_pct < 1, left_share_pct < 11, least left_rms_n").radius(study()) == 0.306
+    assert rule_of("teeth_sliding_j < 17.5, smallest").radius(study()) == 0.307
+    none = rule_of("left_share_pct < 8.6, smallest")
+    assert pd.isna(none.radius(study())) and none.band(study()) == {}
     assert advice(study(), none)[:2] == [
-        "no radius of these serves at every speed", "left_share_pct < 8.6 at every speed: no radius",
-    ]  # fmt: skip
+        "no radius of these serves at every speed",
+        "left arc, contact duration (% of a turn) < 8.6, at every speed: no radius",
+    ]
 
 
 @pytest.mark.parametrize(
     ("text", "says"),
     [
         ("left_share_pct <= 2", "is no choice; end with smallest, largest or least COLUMN"),
-        ("left <= 2, smallest", "'left' is no column that a rule can bound: rms_g, sd_g, or left_, right_ or ring_"),
+        ("left <= 2, smallest", "'left' is no column that a rule can bound: rms_g, sd_g, teeth_sliding_j,"),
+        ("left_share_pct <= least + 2, smallest", "is no bound; expected a column"),
         ("left_share_pct <= nan, smallest", "is no bound; expected a column"),
         ("left_rms_n", "is no choice"),
     ],
 )
 def test_a_rule_that_cannot_be_read_is_refused(text, says):
     with pytest.raises(InputError) as caught:
-        parse_rule(text)
+        parse_rule(text, TEETH)
     assert says in str(caught.value)
 
 
@@ -80,6 +122,38 @@ def test_the_radii_of_a_study_lie_where_a_scene_allows_them(name):
     assert usual_rings(rig)[0] <= rig.sprocket.equal_pitch_radius < radii[-1]
     for radius in (radii[0], radii[-1], *rig.equal_pitch_radii.values()):
         Scene(rig, 115.0, radius)
+
+
+def test_a_ring_that_bears_nothing_is_not_where_tightening_begins():
+    """A chain worn by 3.5 %, whose least ring is larger than the rig's own: tightening counts from there."""
+    rig = load_rig("bench")
+    worn = rig.changed(sprocket__equal_pitch_radius=0.314)
+    radii, least = study_radii(worn), usual_rings(worn)[0]
+    assert len(radii) == 11 and least > rig.ring_radius
+    assert radii == pytest.approx(study_radii(worn.changed(sprocket__ring_radius=least)), abs=1e-4)  # of other wraps
+
+
+def test_a_narrow_range_has_all_radii_inside_it(monkeypatch):
+    """A least ring between two hundredths of a millimetre is not rounded out of what a scene allows."""
+    rig = load_rig("robot")
+    monkeypatch.setattr(rings, "usual_rings", lambda rig: (0.0802832, 0.0804149))
+    radii = study_radii(rig)
+    assert len(set(radii)) == 11 and 0.0802832 <= radii[0] < radii[-1] <= 0.0804149
+
+
+def test_a_tensioner_without_room_for_a_ring_is_named():
+    rig = load_rig("bench").changed(sprocket__equal_pitch_radius=0.36)
+    with pytest.raises(InputError, match=r"the least ring that carries the chain has 0\.3.*tension\.travel = "):
+        study_radii(rig)
+    assert larger_radii(rig, [0.3, 0.301]) == []
+
+
+def test_larger_radii_go_on_with_the_step_as_far_as_the_default_ones():
+    rig = load_rig("bench")
+    largest = usual_rings(rig)[1]
+    more = larger_radii(rig, [0.303, 0.305, 0.306])
+    assert more == pytest.approx([0.307, 0.308, 0.309])
+    assert larger_radii(rig, [0.303, largest - 0.0005]) == [] and larger_radii(rig, [0.305]) == []
 
 
 def test_the_least_ring_bears_the_chain_and_the_largest_tightens_it_as_said():
@@ -101,7 +175,8 @@ def test_the_command_writes_its_files_and_goes_on_with_the_same_numbers(tmp_path
     monkeypatch.chdir(tmp_path)
     line = ["ring", "bench", "--rpm", "210", "--radii", "0.307", "--out", "mine", "-j1"]
     done = run_command(*line)
-    assert done.code == 0 and "210 rpm: contact, % of a turn" in done.out and "look at mine/ring.html" in done.out
+    assert done.code == 0 and "look at mine/ring.html" in done.out
+    assert "210 rpm: tension, N; contact, % of a turn" in done.out
     table = pd.read_csv("mine/ring.csv")
     assert table["ring_radius_m"].fillna(0).tolist() == [0.0, 0.307] and set(table["state"]) == {"done"}
     rig = load_rig("bench")
@@ -111,11 +186,11 @@ def test_the_command_writes_its_files_and_goes_on_with_the_same_numbers(tmp_path
     for name in ("left_share_pct", "left_share_error_pct", "ring_rms_n", "right_share_pct"):
         assert row[name] == pytest.approx(summary[name], rel=1e-8), name
     assert row["contacts_converged"] == known
-    names = {f"{name}.{end}" for name in ("fig23_a", "fig23_b", "fig24") for end in ("png", "svg")}
+    names = {f"{name}.{end}" for name in ("fig23_a", "fig23_b", "fig24", "sliding") for end in ("png", "svg")}
     assert names | {"ring.csv", "ring.html", "rows"} == {path.name for path in (tmp_path / "mine").iterdir()}
     stamps = {path: path.stat().st_mtime_ns for path in (tmp_path / "mine/rows").iterdir()}
     done = run_command(*line, "--rule", "smallest")
-    assert done.code == 0 and "choose 0.307 m, by the rule smallest" in done.out
+    assert done.code == 0 and "choose a ring of 0.307 m" in done.out
     assert stamps == {path: path.stat().st_mtime_ns for path in (tmp_path / "mine/rows").iterdir()}
 
 

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
 
 SIDES = ("left", "right", "ring")
+CAPTIONS = ("RMS of the normal force", "SD of the normal force", "Contact duration", "Sliding work")
 
 
 def ring(
@@ -38,29 +39,36 @@ def ring(
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
 ) -> None:
-    """Run every ring, and none, at every speed; say which radius to choose, and draw Figures 23 and 24 of the rig.
+    """Run every ring, and none, at every speed; say which radius to choose, and draw contacts and work over the radius.
 
-    A killed study goes on by the same command. Into the folder go ring.csv, fig23_a, fig23_b and fig24 (.png, .svg),
-    ring.html and the rows as they come.
+    If the rule chooses the last radius, larger ones are run, as far as the default radii go. A killed study goes on by
+    the same command. Into the folder go ring.csv, fig23_a, fig23_b, fig24 and sliding (.png, .svg), ring.html and the
+    rows as they come.
     """
     from trackdyn.files import write_csv
     from trackdyn.measure.ring_rule import RULE, advice, parse_rule
     from trackdyn.parameters.rig import load_rig
-    from trackdyn.plots.ring_study import figures, write_page
+    from trackdyn.plots.ring_study import figures, sliding_figure, write_page
     from trackdyn.plots.style import save
+    from trackdyn.scene.rings import larger_radii, study_radii
     from trackdyn.sweeps.engine import DONE
     from trackdyn.sweeps.ring import ring_study
     from trackdyn.sweeps.sweep import check_replaceable
 
-    judge, table, rows, loaded = parse_rule(rule or RULE), out / "ring.csv", out / "rows", load_rig(rig)
+    table, rows, loaded = out / "ring.csv", out / "rows", load_rig(rig)
+    judge = parse_rule(rule or RULE, loaded.sprocket.teeth)
     speeds, steps = _numbers(rpm, "--rpm"), _numbers(step, "--step") if step else []
-    pictures = [out / f"{name}.png" for name in ("fig23_a", "fig23_b", "fig24")]
+    rings = sorted(set(_numbers(radii, "--radii"))) if radii else study_radii(loaded)
+    pictures = [out / f"{name}.png" for name in ("fig23_a", "fig23_b", "fig24", "sliding")]
     written = [table, *pictures, *(picture.with_suffix(".svg") for picture in pictures), out / "ring.html"]
     if not overwrite and table.exists():
         check_replaceable(table, rows)
     for path in written:
         options.check_output(path, overwrite or table.exists(), rig)
-    study = ring_study(rig, speeds, _numbers(radii, "--radii") if radii else None, jobs, rows, not quiet, steps)
+    study = ring_study(rig, speeds, rings, jobs, rows, not quiet, steps)
+    while judge.radius(study) == rings[-1] and (more := larger_radii(loaded, rings)):
+        rings += more
+        study = ring_study(rig, speeds, rings, jobs, rows, not quiet, steps)
     lost = study[study["state"] != DONE]
     if len(lost) == len(study):
         raise InputError(f"no scene completed; the reason of the first one: {lost['reason'].iloc[0]}")
@@ -69,13 +77,14 @@ def ring(
     marks = {f"equal pitch, {name}": radius for name, radius in loaded.equal_pitch_radii.items()}
     if (chosen := judge.radius(study)) == chosen:
         marks["to choose"] = chosen
-    for picture, figure in zip(pictures, figures(study, marks).values(), strict=True):
+    drawn = [*figures(study, marks).values(), sliding_figure(study, marks)]
+    for picture, figure in zip(pictures, drawn, strict=True):
         save(figure, picture)
     notes, shown = _notes(study, loaded, lost), _shown(study)
     write_page(
         out / "ring.html", [picture.with_suffix(".svg") for picture in pictures], title=Path(rig).stem, advice=said,
-        notes=notes, rows=shown, csv=table.name, names=["Figure 23 a", "Figure 23 b", "Figure 24"],
-        origin=f"Rig {rig}; rule: {judge}; {', '.join(f'{name} {radius:.5g} m' for name, radius in marks.items())}.",
+        notes=notes, rows=shown, csv=table.name, names=CAPTIONS,
+        rule=str(judge), origin=f"Rig {rig}; {', '.join(f'{name} {radius:.5g} m' for name, radius in marks.items())}.",
     )  # fmt: skip
     if not quiet:
         _say_table(shown)
@@ -112,6 +121,7 @@ def _notes(study: "pd.DataFrame", rig, lost: "pd.DataFrame") -> list[str]:
 
 def _shown(study: "pd.DataFrame") -> list[dict]:
     """Rows of the page: speed, radius, tension, durations and forces with their errors, as text."""
+    from trackdyn.measure.ring_rule import WORK
     from trackdyn.plots.cells import cell, with_error
 
     rows = []
@@ -124,6 +134,7 @@ def _shown(study: "pd.DataFrame") -> list[dict]:
         for name, error in (("share_pct", "share_error_pct"), ("rms_n", "rms_error_n")):
             values = {f"{side}_{name}": (of[f"{side}_{name}"], of[f"{side}_{error}"]) for side in SIDES}
             row |= {key: with_error(value if value == value else None, off) for key, (value, off) in values.items()}
+        row |= {name: cell(of[name]) for name in WORK}
         rows.append(row)
     return rows
 
@@ -132,10 +143,11 @@ def _say_table(shown: list[dict]) -> None:
     """The table of a terminal, a block a speed."""
     import pandas as pd
 
+    names = ["ring, m", "strand", *SIDES, *SIDES, "teeth", "ring"]
     for rpm, rows in pd.DataFrame(shown).groupby("rpm", sort=False):
-        table = rows.drop(columns=["rpm", "settled_tension_n"]).set_axis(["ring, m", *SIDES, *SIDES], axis=1)
+        table = rows.drop(columns="rpm").set_axis(names, axis=1)
         text = table.to_string(index=False).replace("\N{MINUS SIGN}", "-").replace("\N{PLUS-MINUS SIGN}", "+-")
-        typer.echo(f"{rpm} rpm: contact, % of a turn; RMS force, N\n{text}\n")
+        typer.echo(f"{rpm} rpm: tension, N; contact, % of a turn; RMS force, N; sliding work, J a turn\n{text}\n")
 
 
 def sweep(

@@ -1,9 +1,14 @@
-"""Which ring serves: bounds of contact measures at every speed, and the choice among the radii that keep them."""
+"""Which ring serves: bounds of contact measures at every speed, and the choice among the radii that keep them.
+
+Bounds are absolute, so that no end of a range of radii moves them: an ever tighter ring has an ever shorter contact of
+the left arc.
+"""
 
 import operator
 import re
 from typing import NamedTuple
 
+import numpy as np
 import pandas as pd
 
 from trackdyn.errors import InputError, shown
@@ -11,14 +16,22 @@ from trackdyn.measure.columns import PLACES, SIDE_COLUMNS, error_of, heading
 from trackdyn.measure.contacts import TOUCHING
 from trackdyn.measure.convergence import ROUNDING
 
-NEAR_LEAST = 2.0  # points of a turn: how near the least left contact a ring that serves must come (claim C26)
-# ours; the paper states none
-RULE = f"right_share_pct < {TOUCHING:g}, left_share_pct <= least + {NEAR_LEAST:g}, smallest"
-COLUMNS = ("rms_g", "sd_g", *(f"{side}_{name}" for side in PLACES for name in SIDE_COLUMNS))
-_KNOWN = f"rms_g, sd_g, or left_, right_ or ring_ with {', '.join(SIDE_COLUMNS)}"
-_BOUND = re.compile(r"(\w+)\s*(<=?|>=?)\s*(?:(least)\s*\+\s*)?(-?\d+\.?\d*(?:e-?\d+)?)")
-
-
+# Points of a turn that the left arc may touch for beyond a tooth's share of it, 100 over the number of teeth, for which
+# connectors that drive one after the other touch at least. Ours; the paper has a plateau near 10 %, and no rule.
+MARGIN, MARGINS = 2.0, (1.0, 3.0)
+# The radii above the smallest one that must serve, too, as a share of its own: a millimetre at 0.3 m, the paper's step.
+# A radius that serves between others that do not is a dip of a curve that is not monotonic, and moves with the grid.
+SPAN = 1 / 300
+RULE = f"right_share_pct < {TOUCHING:g}, left_share_pct <= tooth + {MARGIN:g}, smallest"
+WORK = ("teeth_sliding_j", "ring_sliding_j")
+COLUMNS = ("rms_g", "sd_g", *WORK, *(f"{side}_{name}" for side in PLACES for name in SIDE_COLUMNS))
+_KNOWN = f"rms_g, sd_g, {', '.join(WORK)}, or left_, right_ or ring_ with {', '.join(SIDE_COLUMNS)}"
+_BOUND = re.compile(r"(\w+)\s*(<=?|>=?)\s*(?:(tooth)\s*\+\s*)?(-?\d+\.?\d*(?:e-?\d+)?)")
+# of the radius to choose and the next ones, in words
+COMPARED = {
+    "settled_tension_n": "strand {} N", "ring_rms_n": "RMS force of the ring {} N",
+    "left_rms_n": "of the left arc {} N", "teeth_sliding_j": "sliding work on the teeth {} J", "ring_sliding_j": "on the ring {} J a turn",
+}  # fmt: skip
 KEEPS = {"<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge}
 
 
@@ -28,20 +41,29 @@ class Bound(NamedTuple):
     column: str
     sign: str
     number: float
-    over_least: bool  # counted from the least value of all rings at the speed
+    tooth: float  # share of a turn of one tooth, %, that the number is added to, or 0
 
     def __str__(self) -> str:
-        return f"{self.column} {self.sign} {'least + ' * self.over_least}{self.number:g}"
+        return f"{self.column} {self.sign} {'tooth + ' if self.tooth else ''}{self.number:g}"
+
+    @property
+    def limit(self) -> float:
+        """The number that the measure is compared with."""
+        return self.tooth + self.number
+
+    @property
+    def words(self) -> str:
+        """The bound as a person reads it."""
+        share = f", a tooth's share of a turn and {self.number:g} points" if self.tooth else ""
+        return f"{heading(self.column)} {self.sign} {self.limit:.3g}{share}"
 
     def missed(self, rings: pd.DataFrame) -> pd.DataFrame:
-        """Rows of rings that do not keep the bound, or of which it is not known (NaN), with their ``limit``."""
-        values = rings[self.column]
-        limit = self.number + (values.groupby(rings["rpm"]).transform("min") if self.over_least else 0.0)
-        return rings.assign(limit=limit)[~KEEPS[self.sign](values, limit)]
+        """Rows of rings that do not keep the bound, or of which it is not known (NaN)."""
+        return rings[~KEEPS[self.sign](rings[self.column], self.limit)]
 
     def worst(self, missed: pd.DataFrame) -> str:
         """The speed at which rows miss the bound by most, and at how many others they do."""
-        row = missed.loc[(missed[self.column] - missed["limit"]).abs().fillna(float("inf")).idxmax()]
+        row = missed.loc[(missed[self.column] - self.limit).abs().fillna(float("inf")).idxmax()]
         others = f", and at {len(missed) - 1} more of the speeds" if len(missed) > 1 else ""
         value, error = row[self.column], row.get(error_of(self.column) or "", 0.0)
         if value != value:
@@ -49,12 +71,14 @@ class Bound(NamedTuple):
         scatter = f" +- {error:.2g}" if error > ROUNDING * value else ""
         return (
             f"{heading(self.column)} at {row['rpm']:g} rpm is {value:.4g}{scatter}, "
-            f"must be {self.sign} {row['limit']:.4g}{others}"
+            f"must be {self.sign} {self.limit:.4g}{others}"
         )
 
 
 class RingRule(NamedTuple):
-    """Bounds, and which of the rings that keep all of them is chosen: ``smallest``, ``largest``, or of the least value
+    """Bounds, and which of the rings that keep all of them is chosen.
+
+    That is the ``smallest`` above which all within `SPAN` keep them, too, the ``largest``, or that of the least value
     of a column at its worst speed.
     """
 
@@ -70,21 +94,40 @@ class RingRule(NamedTuple):
         rings = study.dropna(subset="ring_radius_m")
         missed = set().union(*(bound.missed(rings)["ring_radius_m"] for bound in self.bounds))
         rings = rings[~rings["ring_radius_m"].isin(missed)]
+        if self.choice == "smallest":
+            alone = [
+                any(radius < other <= radius * (1 + SPAN) for other in missed) for radius in rings["ring_radius_m"]
+            ]
+            rings = rings[~np.array(alone, dtype=bool)]
         if rings.empty or self.choice in ("smallest", "largest"):
             return float(rings["ring_radius_m"].max() if self.choice == "largest" else rings["ring_radius_m"].min())
         return float(rings.groupby("ring_radius_m")[self.choice].max().idxmin())
 
+    def band(self, study: pd.DataFrame) -> dict[float, float]:
+        """Radii that the rule chooses with each of `MARGINS` over a tooth's share, m; empty for a rule without it."""
+        if not any(bound.tooth for bound in self.bounds):
+            return {}
 
-def parse_rule(text: str) -> RingRule:
-    """A rule such as `RULE`: bounds, then the choice, with commas between. Raises `InputError`: it cannot be read."""
+        def with_margin(margin: float) -> RingRule:
+            bounds = (bound._replace(number=margin) if bound.tooth else bound for bound in self.bounds)
+            return self._replace(bounds=tuple(bounds))
+
+        return {margin: with_margin(margin).radius(study) for margin in MARGINS}
+
+
+def parse_rule(text: str, teeth: int) -> RingRule:
+    """A rule such as `RULE` of a sprocket with so many teeth: bounds, then the choice, with commas between.
+
+    Raises `InputError`: it cannot be read.
+    """
     *terms, last = [words.strip() for words in text.split(",")]
     bounds, choice = [], last.removeprefix("least ").strip()
     for term in terms:
         match = _BOUND.fullmatch(term)
         if match is None:
-            expected = "a column, <, <=, > or >=, and a number or least + a number"
+            expected = "a column, <, <=, > or >=, and a number or tooth + a number"
             raise InputError(f"--rule: {shown(term)} is no bound; expected {expected}, as in {RULE!r}")
-        bounds.append(Bound(match[1], match[2], float(match[4]), bool(match[3])))
+        bounds.append(Bound(match[1], match[2], float(match[4]), 100.0 / teeth if match[3] else 0.0))
     if choice not in ("smallest", "largest") and (choice == last or choice not in COLUMNS):
         raise InputError(f"--rule: {shown(last)} is no choice; end with smallest, largest or least COLUMN: {_KNOWN}")
     for bound in bounds:
@@ -94,37 +137,48 @@ def parse_rule(text: str) -> RingRule:
 
 
 def advice(study: pd.DataFrame, rule: RingRule) -> list[str]:
-    """Sentences: the radius to choose and by which rule, and how far the next ones are from it; or that none serves.
+    """Sentences: the radius to choose, how wide the choice is, and what decides; or that no radius serves.
 
-    Then what every bound is kept by, and what would be chosen at one speed alone.
+    Then tension, forces and sliding work at that radius, the next ones and without a ring, what every bound is kept by,
+    and what would be chosen at one speed alone. A choice at the end of the study is said first.
     """
     rings, chosen = study.dropna(subset="ring_radius_m"), rule.radius(study)
     radii, sentences = sorted(rings["ring_radius_m"].unique()), ["no radius of these serves at every speed"]
     misses = {bound: dict(list(bound.missed(rings).groupby("ring_radius_m"))) for bound in rule.bounds}
     if chosen == chosen:
-        sentences, index = [f"choose {chosen:g} m, by the rule {rule}"], radii.index(chosen)
-        for words, k in (("next smaller", index - 1), ("next larger", index + 1)):
-            if not 0 <= k < len(radii):
-                sentences.append(f"{words}: none was run; beyond the end of the radii the rule may choose another one")
-                continue
-            missed = "; ".join(bound.worst(of[radii[k]]) for bound, of in misses.items() if radii[k] in of)
-            sentences.append(
-                f"{words}, {radii[k]:g} m: {missed or f'serves, too: {_changes(study, chosen, radii[k])}'}"
+        sentences, index = [f"choose a ring of {chosen:.4g} m"], radii.index(chosen)
+        if index == len(radii) - 1:
+            sentences.insert(0, f"the largest radius of the study won, {chosen:.5g} m: a larger one may serve better")
+        if band := rule.band(study):
+            each = (
+                f"{of:.4g} m with {margin:g}" if of == of else f"none with {margin:g}" for margin, of in band.items()
             )
+            sentences.append(f"points over a tooth's share: the rule would choose {', '.join(each)}")
+        for words, k in (("smaller", index - 1), ("larger", index + 1)):
+            if 0 <= k < len(radii):
+                missed = "; ".join(bound.worst(of[radii[k]]) for bound, of in misses.items() if radii[k] in of)
+                kept = (
+                    "keeps every bound, too" if k > index else "keeps every bound, but a slightly larger one does not"
+                )
+                sentences.append(f"the next {words} radius, {radii[k]:.5g} m: {missed or serves}")
+        sentences += [_compared(rings, radius) for radius in radii[max(index - 1, 0) : index + 3]]
+        if len(bare := study[study["ring_radius_m"].isna()]):
+            sentences.append(_compared(bare))
     for bound, of in misses.items():
-        keep = [f"{radius:g}" for radius in radii if radius not in of]
-        sentences.append(f"{bound} at every speed: {', '.join(keep) + ' m' if keep else 'no radius'}")
+        keep = [f"{radius:.5g}" for radius in radii if radius not in of]
+        sentences.append(f"{bound.words}, at every speed: {', '.join(keep) + ' m' if keep else 'no radius'}")
     if study["rpm"].nunique() > 1:
         alone = {rpm: rule.radius(rows) for rpm, rows in study.groupby("rpm")}
-        each = (f"{rpm:g} rpm {f'{of:g} m' if of == of else 'none'}" for rpm, of in alone.items())
+        each = (f"{rpm:g} rpm {f'{of:.4g} m' if of == of else 'none'}" for rpm, of in alone.items())
         sentences.append(f"at one speed alone: {', '.join(each)}")
     return sentences
 
 
-def _changes(study: pd.DataFrame, chosen: float, other: float) -> str:
-    """What another ring changes, over all speeds."""
-    columns = ["left_share_pct", "right_share_pct", "left_rms_n", "ring_rms_n"]
-    rows = study.set_index(["ring_radius_m", "rpm"])[columns]
-    change = rows.loc[other] - rows.loc[chosen]
-    ranges = [f"{heading(name)} {change[name].min():+.2g} to {change[name].max():+.2g}" for name in columns]
-    return ", ".join(ranges)
+def _compared(rows: pd.DataFrame, radius: float | None = None) -> str:
+    """Least and largest measures of a ring over all speeds in a sentence; of all rows, without a ring, by default."""
+    of = rows if radius is None else rows[rows["ring_radius_m"] == radius]
+    ranges = []
+    for column, words in COMPARED.items():
+        ends = (float(f"{value:.3g}") for value in (of[column].min(), of[column].max()))
+        ranges.append(words.format(" to ".join(dict.fromkeys(f"{value:g}" for value in ends))))
+    return f"{'no ring' if radius is None else f'{radius:.5g} m'}: {', '.join(ranges)}"

@@ -1,4 +1,4 @@
-"""Figures 23 and 24 of a rig, contact forces and durations against the radius of the ring, and the page of a study."""
+"""Forces, contact durations and sliding work against the radius of the ring, and the page of a study."""
 
 import base64
 from collections.abc import Mapping
@@ -14,7 +14,8 @@ from trackdyn.files import write_text
 from trackdyn.plots.rendering import environment
 from trackdyn.plots.style import COLOURS, DASHES, MARKERS, PRINTED, SMALL, new_figure, styled
 
-SIDES = {"left": "left arc", "right": "right arc", "ring": "ring"}
+SIDES = {"left arc": "left", "right arc": "right", "ring": "ring"}
+SURFACES = {surface: (f"{surface}_sliding_j", f"{surface}_sliding_error_j") for surface in ("teeth", "ring")}
 WHITE = {"facecolor": "white", "edgecolor": "none", "pad": 1.0}
 
 
@@ -30,10 +31,10 @@ def figures(
     """
     drawn = {}
     for letter, statistic, words in (("a", "rms", "RMS"), ("b", "sd", "SD")):
-        columns = {side: (f"{side}_{statistic}_n", f"{side}_{statistic}_error_n") for side in SIDES}
-        title = f"({letter}) {words} of the normal force over the run"
+        columns = {name: (f"{side}_{statistic}_n", f"{side}_{statistic}_error_n") for name, side in SIDES.items()}
+        title = f"{words} of the normal force over the run"
         drawn[f"fig23_{letter}"] = _panels(study, columns, f"{words} of the normal force (N)", title, marks)[0]
-    columns = {side: (f"{side}_share_pct", f"{side}_share_error_pct") for side in SIDES}
+    columns = {name: (f"{side}_share_pct", f"{side}_share_error_pct") for name, side in SIDES.items()}
     figure, axes, radii = _panels(study, columns, "contact duration (% of a turn)", "Contact duration", marks)
     large = [radius for radius in radii if steady and radius >= steady[1] - 1e-9]
     if steady and large:
@@ -41,6 +42,12 @@ def figures(
         above = {"xytext": (0, 5), "textcoords": "offset points", "ha": "right"}
         axes[0].annotate(f"printed: near {steady[0]:g} %", (large[-1], steady[0]), **above)
     return drawn | {"fig24": figure}
+
+
+@styled
+def sliding_figure(study: pd.DataFrame, marks: Mapping[str, float]) -> Figure:
+    """Sliding work on the teeth and on the ring in a turn of the sprocket; arguments as of `figures`."""
+    return _panels(study, SURFACES, "sliding work (J a turn of the sprocket)", "Sliding work", marks)[0]
 
 
 def quiet_from(study: pd.DataFrame, value: str) -> float | None:
@@ -53,7 +60,7 @@ def quiet_from(study: pd.DataFrame, value: str) -> float | None:
 def _panels(
     study, columns, unit: str, title: str, marks: Mapping[str, float]
 ) -> tuple[Figure, list[Axes], list[float]]:
-    """A panel for each side with a curve for each speed; and the radii on the x axis."""
+    """A panel for each entry of ``columns`` with a curve for each speed; and the radii on the x axis."""
     radii = sorted(study["ring_radius_m"].dropna().unique())
     gaps, digits = np.diff(radii), 3 if np.allclose(radii, np.round(radii, 3), atol=1e-9) else 4
     gap = gaps.min() if len(gaps) else 0.001
@@ -63,9 +70,9 @@ def _panels(
     # errors of neighbouring speeds shall not hide each other
     spread = 0.06 * gap * (np.arange(len(speeds)) - 0.5 * (len(speeds) - 1))
     figure = new_figure(6.0)
-    axes = list(figure.subplots(3, 1, sharex=True))
+    axes = list(figure.subplots(len(columns), 1, sharex=True))
     hidden = True  # whether every error bar is smaller than its mark
-    for ax, (side, (value, error)) in zip(axes, columns.items(), strict=True):
+    for ax, (name, (value, error)) in zip(axes, columns.items(), strict=True):
         for i, rpm in enumerate(speeds):
             rows = study[study["rpm"] == rpm].sort_values("ring_radius_m", na_position="first")
             position = rows["ring_radius_m"].fillna(none) + spread[i]
@@ -80,7 +87,7 @@ def _panels(
             ax.axvline(radius, **PRINTED, linewidth=0.6, zorder=1)
         if with_none and radii:
             ax.axvline(0.5 * (none + radii[0]) - 0.25 * (radii[0] - none), color="0.6", linewidth=0.8)
-        ax.set_ylabel(SIDES[side])
+        ax.set_ylabel(name)
         top = max(ax.get_ylim()[1], 1e-9)
         ax.set_ylim(bottom=-0.05 * top)
         inch = 0.25 * figure.get_figheight() / (1.05 * top)  # of a unit of the axis; panels are higher than that

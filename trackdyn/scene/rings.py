@@ -1,9 +1,10 @@
 """Which rings can be asked for on a rig: from the least that bears load to the largest that its tensioner allows."""
 
-from math import ceil, floor, pi, sin
+from math import ceil, floor, log10, pi, sin
 
 import numpy as np
 
+from trackdyn.errors import InputError
 from trackdyn.model.constants import Law
 from trackdyn.parameters.groove import true_depth
 from trackdyn.parameters.layout import assemble, belt_around, body_lengths
@@ -13,7 +14,7 @@ from trackdyn.scene.scene import Scene
 
 # The tensioner stays where the rig's own ring put it: a larger ring tightens the loop, by this factor at most.
 TIGHTER = 5.0
-FINEST = 1e-5  # m, of the radii of a study
+FINEST = 1e-5  # m, of the radii of a study, or a hundredth of their range where that is less
 
 
 def usual_rings(rig: Rig) -> tuple[float, float]:
@@ -21,22 +22,44 @@ def usual_rings(rig: Rig) -> tuple[float, float]:
 
     Up to the least one the arcs of seated connectors bear the chain. With the largest one a loop whose wheels are
     locked stands at `TIGHTER` times the pre-tension: what the ring takes of its length, the strands give by their sag
-    (``w^2 l^3 / (24 T^2)`` a strand) and the links by the depth of their contacts (Eq. 8). Settled loops of shipped
-    rigs stand at 3 to 7 times the pre-tension there; where tensioner or wheels yield, at less.
+    (``w^2 l^3 / (24 T^2)`` a strand) and the links by the depth of their contacts (Eq. 8). A ring tightens the loop
+    from the rig's own ring on, or from the least one if the rig's own bears nothing. Settled loops of shipped rigs
+    stand at 3 to 7 times the pre-tension there; where tensioner or wheels yield, at less.
+
+    Raises
+    ------
+    InputError
+        The least ring that carries the chain is larger than the tensioner's travel allows.
     """
     low, high = Scene.ring_range(rig)
     least = max(rig.sprocket.equal_pitch_radius - _seat_depth(rig), low)
-    return least, max(min(high, _tightened(rig)), least)
+    if not least < high:
+        raise InputError(
+            f"ring: the least ring that carries the chain has {least:.5g} m, and tension.travel = "
+            f"{rig.tension.travel:g} m allows {high:.5g} m; check sprocket.equal_pitch_radius and "
+            "sprocket.ring_radius, or enlarge the travel"
+        )
+    start = max(rig.ring_radius or rig.sprocket.ring_radius, least)
+    return least, min(high, _tightened(rig, start))
 
 
 def study_radii(rig: Rig, count: int = 11) -> list[float]:
-    """Radii of a ring study from the least to the largest of `usual_rings`, m, to a hundredth of a millimetre."""
+    """Radii of a ring study within `usual_rings`, m, rounded to `FINEST`; `InputError` as there."""
     least, largest = usual_rings(rig)
-    return (
-        np.unique(np.round(np.linspace(ceil(least / FINEST), floor(largest / FINEST), count)) * FINEST)
-        .round(5)
-        .tolist()
-    )
+    digits = ceil(-log10(min(FINEST, (largest - least) / 100)))
+    grid = 10.0**digits
+    inside = np.linspace(ceil(least * grid), floor(largest * grid), count)
+    return (np.round(inside) / grid).round(digits).tolist()
+
+
+def larger_radii(rig: Rig, radii: list[float], count: int = 3) -> list[float]:
+    """The next radii of a study (m, two or more, rising), with its last step, as far as `usual_rings`."""
+    try:
+        largest = usual_rings(rig)[1]
+    except InputError:  # of a rig whose radii are stated
+        return []
+    further = radii[-1] + np.outer(np.diff(radii)[-1:], np.arange(1, count + 1))
+    return further[further <= largest].round(8).tolist()
 
 
 def _seat_depth(rig: Rig) -> float:
@@ -51,14 +74,13 @@ def _seat_depth(rig: Rig) -> float:
     return free
 
 
-def _tightened(rig: Rig) -> float:
-    """Ring at which a loop whose tensioner is locked stands at `TIGHTER` times its pre-tension, m."""
-    model, lengths = Scene(rig, 0.0).model, body_lengths(rig, rig.chain.kind)
+def _tightened(rig: Rig, start: float) -> float:
+    """Ring at which a loop stands at `TIGHTER` times its pre-tension that has it with the ring ``start``, m."""
+    model, lengths = Scene(rig, 0.0, start).model, body_lengths(rig, rig.chain.kind)
     path, order = belt_around(rig, assemble(rig, lengths).shift, float(lengths[0]))
     wheels, pitch = model.wheels, float(lengths.sum()) / rig.chain.pitches
     weight = model.chain.gravity * float(model.chain.mass.sum() / lengths.sum())
     sag = weight**2 * float((np.diff(path.start)[1::2] ** 3).sum()) / 24
-    start = rig.ring_radius or rig.sprocket.ring_radius
 
     def spare(tension: float) -> float:
         """Length that sag and contacts give at a tension (N), but for a constant, m."""

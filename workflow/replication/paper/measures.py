@@ -314,7 +314,8 @@ def left_shares_from_0307(evidence, speeds):
 
 
 def _serving(evidence: Evidence, speeds) -> list[float]:
-    return [parse_rule(RULE).radius(evidence.study(rpm).reset_index()) for rpm in speeds]
+    rule = parse_rule(RULE, evidence.rig.sprocket.teeth)
+    return [rule.radius(evidence.study(rpm).reset_index()) for rpm in speeds]
 
 
 @measure("study", by_speed=True)
