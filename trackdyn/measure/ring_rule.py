@@ -30,7 +30,8 @@ _BOUND = re.compile(r"(\w+)\s*(<=?|>=?)\s*(?:(tooth)\s*\+\s*)?(-?\d+\.?\d*(?:e-?
 # of the radius to choose and the next ones, in words
 COMPARED = {
     "settled_tension_n": "strand {} N", "ring_rms_n": "RMS force of the ring {} N",
-    "left_rms_n": "of the left arc {} N", "teeth_sliding_j": "sliding work on the teeth {} J", "ring_sliding_j": "on the ring {} J a turn",
+    "left_rms_n": "of the left arc {} N", "teeth_sliding_j": "sliding work on the teeth {} J",
+    "ring_sliding_j": "on the ring {} J a turn",
 }  # fmt: skip
 KEEPS = {"<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge}
 
@@ -157,9 +158,7 @@ def advice(study: pd.DataFrame, rule: RingRule) -> list[str]:
         for words, k in (("smaller", index - 1), ("larger", index + 1)):
             if 0 <= k < len(radii):
                 missed = "; ".join(bound.worst(of[radii[k]]) for bound, of in misses.items() if radii[k] in of)
-                kept = (
-                    "keeps every bound, too" if k > index else "keeps every bound, but a slightly larger one does not"
-                )
+                serves = "keeps every bound" + (", too" if k > index else ", but a slightly larger one does not")
                 sentences.append(f"the next {words} radius, {radii[k]:.5g} m: {missed or serves}")
         sentences += [_compared(rings, radius) for radius in radii[max(index - 1, 0) : index + 3]]
         if len(bare := study[study["ring_radius_m"].isna()]):
