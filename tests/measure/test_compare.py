@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.signal import butter, sosfilt
 from typer.testing import CliRunner
 
 from trackdyn.commands.cli import app
@@ -112,6 +113,39 @@ def test_a_flipped_or_exchanged_axis_is_noticed(recording, synthetic, read, fits
         require_axes(axes_of(synthetic, **read), load_rig(), 210)
 
 
+def filtered(signal, hz, order):
+    """Axes of a simulated sensor behind a high-pass filter that has settled, with noise."""
+    sections = butter(order, hz, "high", fs=1000, output="sos")
+    rng = np.random.default_rng(3)
+    return [sosfilt(sections, np.r_[x, x])[x.size :] + 0.01 * rng.normal(size=x.size) for x in (signal.ax, signal.ay)]
+
+
+@pytest.mark.parametrize("axes", [2, 1])
+@pytest.mark.parametrize(("hz", "order"), [(0.3, 1), (0.5, 1), (0.5, 2), (2.0, 1), (5.0, 2), (12.0, 1)])
+def test_missing_gravity_is_named_and_only_what_compares_is_compared(recording, hz, order, axes):
+    signal = sense(recording)
+    ax, ay = filtered(signal, hz, order)
+    sensor = SensorRecord("sensor.csv", signal.time, ax if axes == 2 else None, ay, None, 1000.0, 0)
+    said = doubtful_axes(recording, sensor)
+    assert "gravity is missing" in said and "AC-coupled" in said and "check its column" not in said
+    table = compare_with_sensor(recording, sensor)
+    assert list(table.measure) == ["rate_hz", "clipped", "high_frequency_g"]
+    assert abs(table.difference_pct[2]) < 10 and "content from 20 Hz on" in in_words(table)
+    assert other_speed(recording, sensor, table) is None
+    with pytest.raises(InputError, match="gravity is missing"):
+        require_axes(sensor, load_rig(), 210)
+
+
+@pytest.mark.parametrize("off", [0.4, -0.5, 7.5])
+def test_a_zero_that_is_not_0_is_named(recording, off):
+    signal = sense(recording)
+    sensor = SensorRecord("sensor.csv", signal.time, signal.ax, signal.ay + off, None, 1000.0, 0)
+    for zero, factor in ((0.0, 1.0), (100.0, 1 / 68)):
+        said = doubtful_axes(recording, replace(sensor, scales={"ay": (zero, factor)}))
+        assert float(said.partition("--zero ay=")[2]) == pytest.approx(zero + off / factor, abs=0.001 / factor)
+    assert doubtful_axes(recording, replace(sensor, ay_g=signal.ay)) is None
+
+
 @pytest.mark.parametrize(("seconds", "faster", "said"), [(30.0, 0.9, True), (12.0, 1.03, True), (30.0, 1.005, False)])
 def test_a_record_at_another_speed_is_noticed(recording, seconds, faster, said):
     hz = faster * recording.periods.loop_hz
@@ -155,6 +189,8 @@ def test_the_command_draws_and_writes_the_comparison(recording, tmp_path, monkey
     for bad, words in (
         (["--figure", "both.pdf"], ".png or .svg"),
         (["--out", str(tmp_path / "a.csv")], "exists"),
+        (["--zero", "az=x"], "--zero = 'x': must be a number, or one of an axis, such as 512 or ay=512"),
+        (["--zero", "y=1"], "--zero y=1: must be a number"),
     ):
         run = CliRunner().invoke(app, [*line, *bad])
         assert isinstance(run.exception, InputError) and words in str(run.exception)

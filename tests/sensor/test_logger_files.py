@@ -1,6 +1,7 @@
 """Records in the loggers' own formats, written by the formats' libraries, are those that a CSV of the samples gives."""
 
 import gzip
+import wave
 from pathlib import Path
 
 import numpy as np
@@ -9,8 +10,9 @@ import pytest
 import scipy.io
 
 from trackdyn.errors import InputError
+from trackdyn.sensor import logger_files
 from trackdyn.sensor.sensor_csv import read_sensor_csv, write_sensor_csv
-from trackdyn.sensor.sensor_mapping import SensorMapping
+from trackdyn.sensor.sensor_mapping import SensorMapping, load_mapping
 
 asammdf = pytest.importorskip("asammdf", reason="asammdf is not installed")
 h5py = pytest.importorskip("h5py", reason="h5py is not installed")
@@ -158,7 +160,9 @@ def tables(path):
     np.save(path / "rows.npy", rows)
     np.save(path / "fields.npy", np.rec.fromarrays(rows.T, names="t,ax,ay"))
     scipy.io.savemat(path / "rows.mat", {"fs": RATE, "acc": rows.T[1:], "gain": 3.0, "remark": "bench"})
-    scipy.io.savemat(path / "struct.mat", {"data": {"dt": 1 / RATE, "ax": AX[:, None], "ay": AY}, "speed": np.ones(7)})
+    scipy.io.savemat(
+        path / "struct.mat", {"data": {"sample_time": 1 / RATE, "ax": AX[:, None], "ay": AY}, "speed": np.ones(7)}
+    )
     scipy.io.wavfile.write(path / "float.wav", int(RATE), rows[:, 1:].astype(np.float32))
     scipy.io.wavfile.write(path / "int.wav", int(RATE), np.round(4096 * rows[:, 1:]).astype(np.int16))
 
@@ -205,10 +209,189 @@ def test_a_rate_that_is_stated_wins_over_that_of_the_file(tmp_path):
     tables(tmp_path)
     axes = {"axes": {"ay": "2"}, "unit": "g"}
     record = read_sensor_csv(tmp_path / "float.wav", SensorMapping(rate=1010, **axes))
-    assert record.done["rate"] == "1010 Hz, given, not 1000 Hz as the file states"
-    scipy.io.savemat(tmp_path / "two.mat", {"fs": RATE, "audio_rate": 8000.0, "acc": np.c_[AX, AY]})
-    with pytest.raises(InputError, match="no column of time"):
+    assert record.done["rate"] == "1010 Hz, given, not 1000 Hz as the file states (sample rate)"
+    scipy.io.savemat(tmp_path / "two.mat", {"fs": RATE, "sample_rate": 8000.0, "acc": np.c_[AX, AY]})
+    with pytest.raises(InputError, match=r"\(fs = 1000, sample_rate = 8000\); give the rate"):
         read_sensor_csv(tmp_path / "two.mat", SensorMapping(**axes))
+
+
+def numbers_beside(path, attributes, beside):
+    """Samples of ay with numbers that stand at the channel, at its group, at another group, and at the file."""
+    if path.suffix == ".mat":
+        content = {"acc": {"ay": AY, **attributes}, **beside}
+        scipy.io.savemat(path, content)
+    else:
+        with h5py.File(path, "w") as file:
+            file.create_dataset("acc/ay", data=AY)
+            file["acc"].attrs.update(attributes)
+            file.attrs.update(beside)
+    return path
+
+
+@pytest.mark.parametrize("name", ["record.mat", "record.h5"])
+@pytest.mark.parametrize("stated", ["fs", "Fs", "sr", "SampleRate", "sampling_rate", "sampling_frequency", "fs_Hz"])
+def test_a_name_that_speaks_of_samples_is_the_rate(tmp_path, of_text, name, stated):
+    path = numbers_beside(tmp_path / name, {stated: RATE, "rate": 125.0}, {"frame_rate": 250.0, "fs": 400.0})
+    record = read_sensor_csv(path, SensorMapping(axes={"ay": "1"}, unit="g"))
+    assert record.rate_hz == RATE and stated in record.done["rate"]
+    np.testing.assert_allclose(record.ay_g, of_text.ay_g, atol=6e-5)
+
+
+@pytest.mark.parametrize("name", ["record.mat", "record.h5"])
+@pytest.mark.parametrize(
+    ("stated", "number"),
+    [
+        ("rate", 125.0), ("shaft_rate", 125.0), ("frame_rate", 250.0), ("refresh_rate_hz", 144.0), ("dt", 0.004),
+        ("line_freq", 400.0), ("bit_rate", 9600.0), ("control_period", 0.002), ("fs", 48.0), ("audio_fs", 8000.0),
+    ],
+)  # fmt: skip
+def test_another_number_is_no_rate(tmp_path, name, stated, number):
+    path = numbers_beside(tmp_path / name, {stated: number}, {})
+    with pytest.raises(InputError, match=rf"acc/{stated} = {number:g}\).*--rate HZ"):
+        read_sensor_csv(path, SensorMapping(axes={"ay": "1"}, unit="g"))
+    assert read_sensor_csv(path, SensorMapping(axes={"ay": "1"}, unit="g", rate=RATE)).rate_hz == RATE
+
+
+def test_every_channel_has_its_own_rate(tmp_path, of_text):
+    with h5py.File(tmp_path / "own.h5", "w") as file:
+        for name, values, rate in (("acc/ay", AY, RATE), ("temp", np.ones(40), 10.0), ("acc/ax", AX, 2 * RATE)):
+            file.create_dataset(name, data=values).attrs["sample_rate"] = rate
+    record = read_sensor_csv(tmp_path / "own.h5", SensorMapping(axes={"ay": "acc/ay"}, unit="g"))
+    assert record.rate_hz == RATE and record.ax_g is None
+    with pytest.raises(InputError, match="'acc/ax' has 2000 samples a second and ay 1000"):
+        read_sensor_csv(tmp_path / "own.h5", SensorMapping(axes={"ay": "acc/ay", "ax": "acc/ax"}, unit="g"))
+
+
+# rows of a record of 4 s with a line at 6 Hz, in which some are lost, or whose time is uneven
+LONG = np.arange(4000) / RATE
+LINE = np.sin(2 * np.pi * 6 * LONG)
+LOST = {
+    "every 2nd": np.arange(0, 4000, 2),
+    "every 10th lost": np.flatnonzero(np.arange(4000) % 10),
+    "a quarter lost": np.r_[0:1500, 2500:4000],
+    "backwards": np.r_[2000:4000, 0:2000],
+}
+
+
+def stamped_lvm(path, t, y, steps=(1 / RATE, 1 / RATE), x_columns="One", rows=None):
+    lines = ["LabVIEW Measurement", "Separator;Semicolon", "Decimal_Separator;.", f"X_Columns;{x_columns}"]
+    lines += ["***End_of_Header***", "", "Channels;2;;", f"Samples;{rows or t.size};{rows or t.size}"]
+    lines += ["Y_Unit_Label;g;g", "X_Dimension;Time;Time", "X0;0.0;0.0", f"Delta_X;{steps[0]};{steps[1]}"]
+    lines += ["***End_of_Header***", "X_Value;acc_x;acc_y;Comment"]
+    lines += [f"{stamp if x_columns == 'One' else ''};0.1;{value:.9f}" for stamp, value in zip(t, y, strict=True)]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return path
+
+
+def stamped_uff(path, t, y):
+    write = pyuff.prepare_58(
+        binary=0, func_type=1, rsp_node=3, rsp_dir=2, ref_dir=0, ref_node=0, data=y, x=t, id1="acc_y",
+        abscissa_spacing=0, abscissa_min=0.0, abscissa_inc=0.0, abscissa_spec_data_type=17, ordinate_spec_data_type=12,
+        ordinate_axis_units_lab="g", orddenom_spec_data_type=0, z_axis_spec_data_type=0, ver_num=0, load_case_id=0,
+        rsp_ent_name="NONE", ref_ent_name="NONE", z_axis_value=0.0, id2="NONE", id3="NONE", id4="NONE", id5="NONE",
+    )  # fmt: skip
+    pyuff.UFF(str(path)).write_sets([write], "add")
+    return path
+
+
+def stamped_hdf5(path, t, y):
+    with h5py.File(path, "w") as file:
+        file["t"], file["ay"] = t, y
+        file["ay"].attrs.update({"unit": "g", "sample_rate": RATE})
+    return path
+
+
+def stamped_tdms(path, t, y):
+    with nptdms.TdmsWriter(path) as writer:
+        properties = {"wf_increment": 1 / RATE, "unit_string": "g"}
+        writer.write_segment([nptdms.ChannelObject("g", "Time", t), nptdms.ChannelObject("g", "acc_y", y, properties)])
+    return path
+
+
+def stamped_mdf(path, t, y):
+    file = asammdf.MDF(version="4.10")
+    file.append([asammdf.Signal(y, t, unit="g", name="acc_y")])
+    file.save(path, overwrite=True)
+    return path
+
+
+def stamped_parquet(path, t, y):
+    pd.DataFrame({"t_s": t, "ay_g": y}).to_parquet(path)
+    return path
+
+
+def stamped_mat(path, t, y):
+    scipy.io.savemat(path, {"t_s": t, "ay_g": y, "fs": RATE})
+    return path
+
+
+STAMPED = {
+    "r.lvm": stamped_lvm, "r.uff": stamped_uff, "r.h5": stamped_hdf5, "r.tdms": stamped_tdms, "r.mf4": stamped_mdf,
+    "r.parquet": stamped_parquet, "r.mat": stamped_mat,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", STAMPED)
+@pytest.mark.parametrize("rows", LOST)
+def test_stamps_of_every_format_are_judged(tmp_path, name, rows):
+    """A line of 6 Hz is read as one, or the file is refused, as the same rows of text are."""
+    path = STAMPED[name](tmp_path / name, LONG[LOST[rows]], LINE[LOST[rows]])
+    try:
+        record = read_sensor_csv(path)
+    except InputError as error:
+        assert "--" in str(error) and "\n" not in str(error)
+    else:
+        spectrum = np.abs(np.fft.rfft(record.ay_g))
+        assert np.argmax(spectrum) * record.rate_hz / record.ay_g.size == pytest.approx(6.0, rel=1e-3)
+
+
+@pytest.mark.parametrize("name", STAMPED)
+def test_jitter_needs_leave_in_every_format(tmp_path, name):
+    rng = np.random.default_rng(2)
+    t = LONG + rng.uniform(-4e-4, 4e-4, LONG.size)
+    path = STAMPED[name](tmp_path / name, t - t[0], np.sin(2 * np.pi * 6 * t))
+    with pytest.raises(InputError, match="--resample"):
+        read_sensor_csv(path)
+    record = read_sensor_csv(path, SensorMapping(resample=True))
+    # stamps of UFF have six digits
+    np.testing.assert_allclose(record.ay_g, np.sin(2 * np.pi * 6 * (record.t_s + t[0])), atol=3e-3)
+
+
+def test_what_a_file_states_against_its_stamps_is_asked(tmp_path):
+    path = stamped_lvm(tmp_path / "r.lvm", LONG, LINE, steps=(0.01, 0.01))
+    with pytest.raises(InputError, match=r"stamps run at 1000 Hz, not at 100 Hz as the file states .*--rate 1000"):
+        read_sensor_csv(path)
+    assert read_sensor_csv(path, SensorMapping(rate=1000)).rate_hz == 1000
+
+
+@pytest.mark.parametrize("x_columns", ["One", "No"])
+def test_two_rates_in_a_file(tmp_path, x_columns):
+    """ay has 2 kHz, ax before it 1 kHz."""
+    lvm = stamped_lvm(tmp_path / "r.lvm", LONG, LINE, steps=(1 / RATE, 0.5 / RATE), x_columns=x_columns)
+    with nptdms.TdmsWriter(tmp_path / "r.tdms") as writer:
+        unit = {"unit_string": "g"}
+        channels = [("acc_x", {"wf_increment": 1e-3} | unit), ("acc_y", {"wf_increment": 5e-4} | unit)]
+        writer.write_segment([nptdms.ChannelObject("g", name, LINE, properties) for name, properties in channels])
+    for path in (lvm, tmp_path / "r.tdms"):
+        record = read_sensor_csv(path)
+        assert record.rate_hz == pytest.approx(2 * RATE) and record.ax_g is None
+        np.testing.assert_allclose(record.ay_g, LINE, atol=1e-8)
+
+
+def test_a_file_that_is_not_what_it_states_is_refused(tmp_path):
+    path = stamped_lvm(tmp_path / "short.lvm", LONG[:7], LINE[:7], rows=400)
+    with pytest.raises(InputError, match="states 400 samples of 'acc_x' and holds 7"):
+        read_sensor_csv(path)
+    path = stamped_lvm(tmp_path / "long.lvm", LONG, LINE)
+    lines = path.read_text("utf-8").splitlines()
+    for row in ("0.007;0.1;1.37;1.138", "0.007;0.1;1.37;knock;1.1"):
+        path.write_text("\n".join([*lines[:21], row, *lines[22:]]), "utf-8")
+        with pytest.raises(InputError, match=r"line 22 .* has a field too many"):
+            read_sensor_csv(path)
+    path = write_uff(tmp_path / "short.uff")
+    path.write_text(path.read_text("utf-8").replace("       400 ", "       900 "), "utf-8")
+    with pytest.raises(InputError, match="states 900 samples of 'acc_x' and holds 400"):
+        read_sensor_csv(path)
 
 
 def test_a_channel_goes_by_its_name(tmp_path, of_text):
@@ -279,10 +462,154 @@ def test_what_would_move_the_record_is_refused(tmp_path, of_text, name):
 
 
 def test_two_groups_with_the_same_channel_and_spectra_are_refused(tmp_path):
-    with pytest.raises(InputError, match="2 groups of channels have a column for ay"):
-        read_sensor_csv(write_mdf(tmp_path / "record.mf4", groups=2))
+    path = write_mdf(tmp_path / "record.mf4", groups=2)
+    with pytest.raises(InputError, match=r"2 groups of channels have a column for ay .* --axis ay='group 2/acc_y'"):
+        read_sensor_csv(path)
+    assert read_sensor_csv(path, SensorMapping(axes={"ay": "-group 2/acc_y"})).ay_g[0] == -1.0
     with pytest.raises(InputError, match="there are no channels"):
         read_sensor_csv(write_uff(tmp_path / "record.uff", func_type=4))
+
+
+def test_a_group_stands_in_front_of_a_channel(tmp_path, of_text):
+    with nptdms.TdmsWriter(tmp_path / "runs.tdms") as writer:
+        for group, signal in (("run 1", 0.5 * AY), ("run 2", AY)):
+            properties = {"wf_increment": 1 / RATE, "unit_string": "g"}
+            writer.write_segment([nptdms.ChannelObject(group, "ay", signal, properties)])
+    for name in ("run 2/ay", "run 2/1", "run 2/#1"):
+        record = read_sensor_csv(tmp_path / "runs.tdms", SensorMapping(axes={"ay": name}))
+        np.testing.assert_allclose(record.ay_g, of_text.ay_g, atol=6e-5)
+    with h5py.File(tmp_path / "runs.h5", "w") as file:
+        for group, signal in (("run 1", 0.5 * AY), ("run 2", AY)):
+            file[f"{group}/table"] = np.c_[TIME, signal]
+            file[f"{group}/table"].attrs.update({"columns": ["t_s", "ay_g"]})
+    mapping = SensorMapping(axes={"ay": "run 2/table/ay_g"}, time="run 2/table/t_s", unit="g")
+    np.testing.assert_allclose(read_sensor_csv(tmp_path / "runs.h5", mapping).ay_g, of_text.ay_g, atol=6e-5)
+
+
+def test_numbers_are_what_their_attributes_make_of_them(tmp_path, of_text):
+    with h5py.File(tmp_path / "packed.h5", "w") as file:
+        file.attrs["fs"] = RATE
+        file["ay"] = np.round((AY - 1) * 1000).astype(np.int16)
+        file["ay"].attrs.update({"scale_factor": 1e-3, "add_offset": 1.0, "unit": "g", "_FillValue": np.int16(-999)})
+    record = read_sensor_csv(tmp_path / "packed.h5")
+    np.testing.assert_allclose(record.ay_g, of_text.ay_g, atol=6e-4)
+    with h5py.File(tmp_path / "packed.h5", "r+") as file:
+        file["ay"][7] = -999
+    with pytest.raises(InputError, match="'ay' is nan in sample 8"):
+        read_sensor_csv(tmp_path / "packed.h5")
+
+
+@pytest.mark.parametrize(("bits", "options"), [(24, {}), (24, {"bits": 32}), (16, {}), (8, {})])
+def test_samples_of_a_wav_file_have_its_bits(tmp_path, bits, options):
+    counts = np.round(AY / 8 * 2 ** (bits - 1)).astype("<i4") + 128 * (bits == 8)
+    with wave.open(str(tmp_path / "a.wav"), "wb") as file:
+        file.setnchannels(1), file.setsampwidth(bits // 8), file.setframerate(int(RATE))
+        file.writeframes(counts.view(np.uint8).reshape(-1, 4)[:, : bits // 8].tobytes())
+    mapping = SensorMapping(**{"axes": {"ay": "1"}, "range": 8, "bits": bits} | options)
+    if options:
+        with pytest.raises(InputError, match="has 24 bits a sample; give --bits 24"):
+            read_sensor_csv(tmp_path / "a.wav", mapping)
+    else:
+        np.testing.assert_allclose(read_sensor_csv(tmp_path / "a.wav", mapping).ay_g, AY, atol=8 / 2**bits)
+
+
+def test_a_rate_above_the_limit_is_decimated(tmp_path):
+    """A line of 5 Hz stays, one of 15 kHz that would turn up at 5 kHz does not."""
+    t = np.arange(96_000) / 48_000
+    samples = 1 + np.sin(2 * np.pi * 5 * t) + 0.5 * np.sin(2 * np.pi * 15_000 * t)
+    scipy.io.wavfile.write(tmp_path / "fast.wav", 48_000, samples.astype(np.float32))
+    for rate in (None, 48_000):
+        record = read_sensor_csv(tmp_path / "fast.wav", SensorMapping(axes={"ay": "1"}, unit="g", rate=rate))
+        assert record.rate_hz == 20_000 and record.ay_g.size == 40_000
+        inside = slice(100, -100)
+        np.testing.assert_allclose(record.ay_g[inside], (1 + np.sin(2 * np.pi * 5 * record.t_s))[inside], atol=2e-3)
+    with pytest.raises(InputError, match="rate = 2000000"):
+        load_mapping(rate=2_000_000.0)
+
+
+def test_one_wrong_bit_of_a_matlab_file_ends_in_a_sentence(tmp_path):
+    """With this one the library ends the process that calls it."""
+    scipy.io.savemat(tmp_path / "a.mat", {"t": TIME, "ay": AY, "ax": AX})
+    content = bytearray((tmp_path / "a.mat").read_bytes())
+    for at in (128 + 48, 128 + 24, 128 + 40):
+        damaged = content.copy()
+        damaged[at] ^= 1
+        (tmp_path / "a.mat").write_bytes(damaged)
+        try:
+            read_sensor_csv(tmp_path / "a.mat", SensorMapping(unit="g"))
+        except InputError as error:
+            assert "\n" not in str(error)
+
+
+@pytest.mark.parametrize("name", ["a.npy", "a.h5", "a.parquet", "a.mat", "declared.h5"])
+def test_what_is_too_large_is_refused_before_it_is_read(tmp_path, name, monkeypatch):
+    monkeypatch.setattr(logger_files, "MOST_BYTES", 20_000)
+    monkeypatch.setattr(logger_files, "MOST_NUMBERS", 5_000)
+    many = np.zeros(60_000)
+    if name == "a.npy":
+        np.save(tmp_path / name, np.c_[many, many])
+    elif name == "a.mat":
+        scipy.io.savemat(tmp_path / name, {"a": {"ay": many}}, do_compression=True)
+    elif name == "a.parquet":
+        pd.DataFrame({"t": many, "ay": many}).to_parquet(tmp_path / name, compression="zstd")
+    else:
+        with h5py.File(tmp_path / name, "w") as file:
+            count = 2_000_000_000 if name == "declared.h5" else many.size
+            file.create_dataset("ay", (count,), "f8", chunks=(1000,), compression="gzip")
+    mapping = SensorMapping(axes={"ay": "1"}, unit="g", time="none", rate=RATE)
+    with pytest.raises(InputError, match=r"million numbers; give a part|more than 0 MB; give a part"):
+        read_sensor_csv(tmp_path / name, mapping)
+
+
+def test_only_the_columns_in_use_are_read(tmp_path, of_text):
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["t"], file["ay"] = TIME, AY
+        file.create_dataset("image", (2_000_000_000,), "f8", chunks=(1000,), compression="gzip")
+        file.create_dataset("switch", data=AY > 1)
+        external = file.create_dataset("ax", (400,), "u1", external=[(str(tmp_path / "of_text.csv"), 0, 400)])
+        assert external.external
+    record = read_sensor_csv(tmp_path / "a.h5", SensorMapping(unit="g"))
+    np.testing.assert_allclose(record.ay_g, of_text.ay_g, atol=6e-5)
+    assert record.ax_g is None and "not used" not in record.done["columns"]
+    with h5py.File(tmp_path / "deep.h5", "w") as file:
+        file["/".join(map(str, range(300)))] = AY
+    with pytest.raises(InputError, match="20 within each other; export the channels"):
+        read_sensor_csv(tmp_path / "deep.h5", SensorMapping(unit="g"))
+
+
+def test_a_table_of_parquet_needs_no_metadata_of_pandas(tmp_path, of_text):
+    parquet = pytest.importorskip("pyarrow.parquet", reason="pyarrow is not installed")
+    arrow = pytest.importorskip("pyarrow")
+    columns = [arrow.array(values) for values in (TIME, AX, AY, AY > 1, AY)]
+    table = arrow.table(columns, names=["t_s", "ax_g", "ay_g", "on", "ay_g"])
+    parquet.write_table(table.replace_schema_metadata({"pandas": "odd"}), tmp_path / "a.parquet")
+    with pytest.raises(InputError, match=r"columns 3 \('ay_g'\) and 4 \('ay_g'\) may all be ay; .*#3"):
+        read_sensor_csv(tmp_path / "a.parquet")
+    record = read_sensor_csv(tmp_path / "a.parquet", SensorMapping(axes={"ay": "#4"}))
+    np.testing.assert_allclose(record.ay_g, of_text.ay_g, atol=6e-5)
+
+
+def test_a_single_column_has_a_name(tmp_path):
+    np.save(tmp_path / "one.npy", AY)
+    with pytest.raises(InputError, match="no column for ay; there are '1'; name it"):
+        read_sensor_csv(tmp_path / "one.npy")
+
+
+def test_what_only_matlab_reads_is_named(tmp_path):
+    scipy.io.savemat(tmp_path / "a.mat", {"remark": "bench", "names": np.array(["a", "b"], dtype=object)})
+    with pytest.raises(InputError, match="holds no arrays of numbers but 'remark', 'names'"):
+        read_sensor_csv(tmp_path / "a.mat")
+
+
+def test_a_name_that_ends_in_time_may_be_a_signal(tmp_path):
+    scipy.io.savemat(tmp_path / "a.mat", {"X1_DE_time": AY, "X1_FE_time": AX})
+    mapping = {"axes": {"ay": "X1_DE_time"}, "unit": "g"}
+    with pytest.raises(InputError, match=r"no column of time .* --time none --rate HZ"):
+        read_sensor_csv(tmp_path / "a.mat", SensorMapping(**mapping))
+    assert read_sensor_csv(tmp_path / "a.mat", SensorMapping(time="none", rate=RATE, **mapping)).rate_hz == RATE
+    scipy.io.savemat(tmp_path / "a.mat", {"X1_DE_time": AY, "X1_FE_time": TIME})
+    with pytest.raises(InputError, match="the time may be in X1_FE_time"):
+        read_sensor_csv(tmp_path / "a.mat", SensorMapping(**mapping))
 
 
 def test_no_file_beside_a_record_is_opened(tmp_path):

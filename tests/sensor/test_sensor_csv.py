@@ -5,8 +5,9 @@ import pytest
 
 from trackdyn.errors import InputError
 from trackdyn.sensor import logger_files
+from trackdyn.sensor.logger_text import NUMBER
 from trackdyn.sensor.sensor_csv import read_sensor_csv, write_sensor_csv
-from trackdyn.sensor.sensor_mapping import SensorMapping, load_mapping
+from trackdyn.sensor.sensor_mapping import SensorMapping, _column, load_mapping
 
 HEADER = "t_s,ax_g,ay_g,az_g"
 
@@ -90,7 +91,10 @@ DEFECTS = {
         ("gap", "line 32", "0.029", "0.04 s"),
     ),
     "step too short": (changed(5, "0.0023,0.1,1.0,0.0"), ("line 6", "apart", "--resample")),
-    "too slow": ("\n".join([HEADER, *rows(step=0.02)]) + "\n", ("t_s", "50 rows a second", "100 to 20000", "--rate")),
+    "too slow": (
+        "\n".join([HEADER, *rows(step=0.02)]) + "\n",
+        ("t_s", "50 rows a second", "100 to 1,000,000", "--rate"),
+    ),
     "too coarse": (
         HEADER + "\n" + "".join(f"{0.001 * (k // 4):.3f},0,{k},0\n" for k in range(16)),
         ("0.001 s", "coarse", "--time none"),
@@ -452,8 +456,13 @@ def test_what_is_no_text_is_refused_by_name(tmp_path):
     refused(tmp_path / "run.csv.npz", ["is a recording, not a sensor's file"])
     refused(write(tmp_path / "sheet.csv", b"PK\x03\x04" + bytes(100)), ["an archive or a spreadsheet"])
     refused(write(tmp_path / "raw.csv", np.arange(500, dtype="<i2").tobytes()), ["binary data"])
-    for content in (b"SQLite format 3\0", b"\xd0\xcf\x11\xe0\0"):
-        refused(write(tmp_path / "record.csv", content), ["binary data", "MDF 4", "Parquet"])
+    head = b"0".ljust(8) + b"X X X X".ljust(1000)
+    for content, kind in (
+        (b"SQLite format 3\0", "SQLite"),
+        (head + bytes(900), "EDF"),
+        (head[8:] + bytes(900), "binary"),
+    ):
+        refused(write(tmp_path / "record.csv", content), [kind, "MDF", "Parquet"])
 
 
 STAMPS = {
@@ -522,6 +531,15 @@ def test_a_gap_is_bridged_or_the_longest_part_taken(missing, kept, tmp_path):
     assert record.t_s[0] == 0.0 and "the longest part without a gap" in record.done["gaps"]
 
 
+@pytest.mark.parametrize("mark", ["\N{INFINITY}", "-inf", "OVLD", "*****", "1.#INF"])
+def test_a_mark_of_overload_is_bridged(mark, tmp_path):
+    path = write(tmp_path / "record.csv", holed(missing=[700, 900]).replace("NaN", mark))
+    refused(path, [mark, "--gaps bridge"])
+    record = read_sensor_csv(path, SensorMapping(gaps="bridge"))
+    np.testing.assert_allclose(record.ay_g, 1 + 0.5 * np.sin(0.02 * np.arange(2000)), atol=1e-3)
+    assert record.done["gaps"].startswith("2 samples in 2 gaps interpolated")
+
+
 @pytest.mark.parametrize("missing", [range(1500, 1511), range(0, 2000, 60)])
 def test_too_much_is_not_bridged(missing, tmp_path):
     path = write(tmp_path / "record.csv", holed(missing=missing))
@@ -564,3 +582,73 @@ def test_the_unit_of_time_follows_from_the_rate(unit, scale, named, rate, tmp_pa
     rows = "".join(f"{1.7e9 * (unit == 'ns') + k / rate * scale:.9g},{k % 7}\n" for k in range(40))
     record = read_sensor_csv(write(tmp_path / "record.csv", f"time{f' ({unit})' * named},ay_g\n{rows}"))
     assert record.rate_hz == pytest.approx(rate, rel=1e-3)
+
+
+LEVELS = "".join(f"{k},{512 + round(68 * (1 + 0.01 * k))},{500 + k}\n" for k in range(6))
+EXPONENTS = "".join(f"{k / 1000:.4e},{1 + k / 100:.4e}\n" for k in range(6))
+# forms of records and the options with which they are those of AY
+FORMS = {
+    "zero in the middle": ("t_ms,ay,ax\n" + LEVELS, {"scale": 68, "zero": 512}),
+    "zero of an axis": ("t_ms,ay,ax\n" + LEVELS, {"scale": 68, "zero": {"ay": 512}}),
+    "zero of bits": ("t_ms,ay,ax\n" + LEVELS, {"bits": 10, "range": 512 / 68, "zero": 512}),
+    "zero, turned": ("t_ms,up,ax\n" + LEVELS.replace(",5", ",-5"), {"axes": {"ay": "-up"}, "scale": 68, "zero": -512}),
+    "zero in g": ("t_ms,ay (g)\n" + "".join(f"{k},{1.5 + 0.01 * k}\n" for k in range(6)), {"zero": 0.5}),
+    "exponents with D": ("t_s,ay_g\n" + EXPONENTS.replace("e", "D"), {}),
+    "exponents with d": ("t_s,ay_g\n" + EXPONENTS.replace("e+", "d").replace("e", "d"), {}),
+    "two lines of names": ("x-axis,1,2\nsecond,Volt,Volt\n" + BARE, {"time": "#1", "axes": {"ay": "#3"}, "scale": 1}),
+    "sections": ("[names]\nt_s ax_g ay_g az_g\n\n[data]\n" + BARE.replace(",", " "), {}),
+    "a serial monitor": ("".join(f"10:00:00.{k:03d} -> {1 + k / 100},{k}\n" for k in range(6)),
+                         {"time": "3", "axes": {"ay": "1"}, "unit": "g"}),
+    "a monitor's brackets": ("".join(f"[10:00:00.{k:03d}] {1 + k / 100}\t{k}\n" for k in range(6)),
+                             {"time": "none", "rate": 1000, "axes": {"ay": "1"}, "unit": "g"}),
+    "a monitor with names": (
+        "10:00:00.000 -> t_ms,ay_g\n" + "".join(f"10:00:00.{k:03d} -> {k},{1 + k / 100}\n" for k in range(6)),
+        {},
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", FORMS)
+def test_other_forms_are_read(name, tmp_path):
+    text, options = FORMS[name]
+    record = read_sensor_csv(write(tmp_path / "record.csv", text), load_mapping(**options))
+    np.testing.assert_allclose(record.ay_g, AY, atol=0.5 / 68 if "zero" in name else 1e-3)
+    assert record.rate_hz == pytest.approx(1000)
+
+
+def test_a_zero_beyond_the_range_is_suggested(tmp_path):
+    text = "t_ms,ay\n" + "".join(f"{k},{2048 + (100 if k % 2 else -100)}\n" for k in range(40))
+    path = write(tmp_path / "record.csv", text)
+    refused(path, ["21.48 g", "where 0 g is not 0, --zero, perhaps 2048"], mapping=SensorMapping(scale=100))
+    for options, word in (({"zero": {"a": 1.0}}, "zero"), ({"zero": "512"}, "zero"), ({"zero": np.inf}, "zero")):
+        with pytest.raises(InputError, match=word):
+            load_mapping(**options)
+
+
+@pytest.mark.parametrize(("low", "high"), [(-1.0, 1.0), (-9.0, 1.2), (-0.4, 9.0)])
+@pytest.mark.parametrize("levels", [None, 68])
+def test_a_saturated_record_says_so(low, high, levels, tmp_path):
+    rng = np.random.default_rng(4)
+    t = np.arange(5000) / 1000
+    ay = 1.3 * np.sin(2 * np.pi * t) + 0.1 * rng.normal(size=t.size)
+    ay = np.round(ay * (levels or 1e5)) / (levels or 1e5)
+
+    def read(values):
+        rows = "".join(f"{time:.3f},{value:.6f}\n" for time, value in zip(t, values, strict=True))
+        return read_sensor_csv(write(tmp_path / "record.csv", "t_s,ay_g\n" + rows))
+
+    assert read(ay).clipped == 0 and not read(ay).doubts
+    record = read(np.clip(ay, low, high))
+    standing = np.count_nonzero((ay >= high) | (ay <= low))
+    assert record.clipped == pytest.approx(standing, abs=40 if levels else 1)
+    assert len(record.doubts) == 1 and "the sensor is saturated there" in record.doubts[0]
+    assert f"{record.clipped} of 5000 rows" in record.done["clipped"] and "extreme of ay" in record.done["clipped"]
+
+
+@pytest.mark.parametrize("character", ["1", "_", " ", "(", "1.", "a_", "- "])
+def test_a_long_field_is_refused_in_no_more_than_linear_time(character, tmp_path):
+    """Where time grew with the square of the length, these did not end within minutes."""
+    refused(write(tmp_path / "a.csv", f"t_s,ay_g\n0.001,{character * 1_000_000}\n0.002,1\n"), ["characters", "export"])
+    unit_of_name = _column(0, character * 200_000 + "x", "")
+    assert unit_of_name.position == 0
+    assert not NUMBER.fullmatch(character * 200_000 + "x")

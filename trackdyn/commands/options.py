@@ -94,6 +94,16 @@ def parse_axes(pairs: list[str] | None) -> dict[str, str]:
     return dict(pair.split("=", 1) for pair in pairs or [])
 
 
+def parse_zero(texts: list[str] | None) -> float | dict[str, float] | None:
+    """Value of the file that is 0 g: ``512``, or by axis, ``ay=512``. Raises `InputError`: it is no number."""
+    accepted = "must be a number, or one of an axis, such as 512 or ay=512"
+    pairs = [text.rpartition("=") for text in texts or []]
+    numbers = {axis: parse_number("--zero", value, accepted) for axis, _, value in pairs}
+    if not numbers.keys() <= {"ax", "ay", "az"} and (len(pairs) > 1 or "" not in numbers):
+        raise InputError(f"--zero {' '.join(texts or [])}: {accepted}")
+    return numbers.get("", numbers) or None
+
+
 RigName = Annotated[str, typer.Option("--rig", help="Rig: a file, or the name of a shipped one (trackdyn rigs).")]
 RigArgument = Annotated[str, typer.Argument(help="Rig: a file, or the name of a shipped one (trackdyn rigs).")]
 SpeedOption = Annotated[float, number("--rpm", "Motor speed, rev/min.")]

@@ -255,6 +255,10 @@ def compare(
     scale: Annotated[
         float | None, options.number("--scale", "Counts per g, where the columns hold raw counts.")
     ] = None,
+    zero: Annotated[
+        list[str] | None,
+        typer.Option("--zero", help="Value of the file that is 0 g, 512 or by axis ay=512.", metavar="NUMBER"),
+    ] = None,
     bits: Annotated[
         int | None, typer.Option(help="Bits of raw counts whose full scale is --range, instead of --scale.")
     ] = None,
@@ -282,7 +286,7 @@ def compare(
     from trackdyn.simulation.recording import load_recording
 
     requested = {"time": time, "rate": rate, "unit": unit, "axes": axes, "range": sensor_range, "resample": resample}
-    requested |= {"scale": scale, "bits": bits, "gaps": gaps, "dates": dates}
+    requested |= {"scale": scale, "zero": options.parse_zero(zero), "bits": bits, "gaps": gaps, "dates": dates}
     chosen = load_mapping(mapping, **requested | {"from": start, "to": to})
     for path in filter(None, (figure, out)):
         options.check_output(path, overwrite, recording, sensor, mapping)
@@ -294,9 +298,10 @@ def compare(
     table = compare_with_sensor(loaded, record, str(recording))
     typer.echo("\n" + table.to_string(index=False, float_format=lambda v: f"{v:.4g}", na_rep="-"))
     typer.echo("\n" + in_words(table))
-    for doubt in filter(None, (doubtful_axes(loaded, record), other_speed(loaded, record, table))):
+    doubts = (*record.doubts, doubtful_axes(loaded, record), other_speed(loaded, record, table))
+    for doubt in filter(None, doubts):
         typer.echo(f"trackdyn: warning: {doubt}", err=True)
-    if "line_hz_binfree" not in set(table.measure):
+    if "rms_g" in set(table.measure) and "line_hz_binfree" not in set(table.measure):
         why = "for which both records must hold two turns of the loop" if loaded.periods.loop_hz else "the loop rests"
         typer.echo(f"trackdyn: warning: no line, {why}", err=True)
     if out is not None:

@@ -5,6 +5,7 @@ gravity turns in them once a turn of the loop (Eq. 40).
 import shlex
 from collections.abc import Sequence
 from itertools import permutations, product
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -25,10 +26,11 @@ from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.validation import typed
 from trackdyn.scene.scene import Scene
 from trackdyn.sensor.sensor_csv import SensorRecord
-from trackdyn.sensor.signals import highest_line, holds_line
+from trackdyn.sensor.signals import high_frequency_rms, highest_line, holds_line
 from trackdyn.simulation.recording import Recording, belt_recording
 
 COMPARED = ("rms_g", "sd_g", "line_hz", "line_g", "line_hz_binfree", "line_g_binfree", "high_frequency_g")
+HIGH = "high_frequency_g"
 MEAN = "mean_whole_g"
 CLEAR = 2.0  # standard errors, from which on a difference is more than scatter
 SAME_RATE = 0.01  # changes what the mean over a sample leaves of 300 Hz by 0.3 %
@@ -69,7 +71,8 @@ def compare_with_sensor(recording: Recording, record: SensorRecord, name: str = 
         ``measure, simulation, simulation_error, sensor, sensor_error, difference_pct, standard_errors``: standard
         errors over revolutions of the loop (`sensor_metrics`); what the simulation is above the sensor, in percent of
         the sensor's value and in standard errors of the difference. Rows of the line are left out where a record holds
-        fewer than two turns of the loop, and those of its bin where the records differ in length.
+        fewer than two turns of the loop, and those of its bin where the records differ in length; all that gravity is
+        part of, where it is missing in the sensor's record (`judge_axes`).
 
     Raises
     ------
@@ -83,6 +86,7 @@ def compare_with_sensor(recording: Recording, record: SensorRecord, name: str = 
     if loop_hz:
         record.require_turns(1 / loop_hz)
     faster, slower = whole_ratio(record, recording.rate)
+    whole = record
     signal, rate, record = sense(recording, slower), recording.rate / slower, record.averaged(faster)
     with naming(record.path):
         own_hz = measured_loop_hz(record.ay_g, record.rate_hz, loop_hz) if loop_hz else 0.0
@@ -108,14 +112,21 @@ def compare_with_sensor(recording: Recording, record: SensorRecord, name: str = 
     table["standard_errors"] = off / scatter.replace(0, np.nan)
     binned = table.measure.isin(["line_hz", "line_g"]) & (len(signal.ay) != len(record.ay_g))
     lines = table.measure.str.startswith("line")
+    if (doubt := judge_axes(recording, whole)) and doubt.without_gravity:
+        return table[table.measure.isin(["rate_hz", "clipped", HIGH])].reset_index(drop=True)
     return table[~(binned | lines & (table.simulation.isna() | table.sensor.isna()))].reset_index(drop=True)
 
 
 def in_words(table: pd.DataFrame) -> str:
-    """What a table of `compare_with_sensor` comes to: RMS and SD, by how much and how many standard errors."""
+    """What a table of `compare_with_sensor` comes to: RMS and SD, by how much and how many standard errors.
+
+    Where gravity is missing, the content from 20 Hz on instead.
+    """
     parts = []
     rows = table.set_index("measure")
-    for measure, name in (("rms_g", "RMS"), ("sd_g", "SD")):
+    for measure, name in (("rms_g", "RMS"), ("sd_g", "SD"), (HIGH, "content from 20 Hz on")):
+        if measure not in rows.index or (measure == HIGH and "rms_g" in rows.index):
+            continue
         off, errors = rows.difference_pct[measure], rows.standard_errors[measure]
         by = f"{abs(off):.3g} % {'above' if off > 0 else 'below'} the sensor's"
         if not np.isfinite(off):
@@ -153,6 +164,7 @@ def other_speed(recording: Recording, record: SensorRecord, table: pd.DataFrame)
 HARMONICS = 3  # of the loop's frequency; in a loop of straight runs these hold nearly all of gravity
 LEAST_G = 0.1  # zero offset of a cheap sensor: a smaller difference tells nothing
 CLEARLY = 2.0  # times better
+SAME_CONTENT = 1.5  # ratio of the contents from 20 Hz on, up to which two records may be of the same unit
 
 
 def turn_shape(axes: np.ndarray, rate: float, hz: float) -> np.ndarray:
@@ -171,13 +183,28 @@ def turn_shape(axes: np.ndarray, rate: float, hz: float) -> np.ndarray:
     return (amplitudes * crest.conj() ** order).mean(axis=0) * np.where(order, 2**0.5, 1)
 
 
-@typed
-def doubtful_axes(recording: Recording, record: SensorRecord) -> str | None:
-    """What seems wrong with the axes of a sensor's record, and which ``--axis`` fit; None if nothing does.
+class Doubt(NamedTuple):
+    """What seems wrong with the axes of a record, in a sentence, and whether gravity is filtered out of it."""
+
+    sentence: str
+    without_gravity: bool = False
+
+
+def high_passed_shape(shape: np.ndarray, hz: float, corner_hz: float, order: int) -> np.ndarray:
+    """A `turn_shape` behind a high-pass filter (Butterworth) of first or second order, as a capacitor is one."""
+    harmonics = np.arange(shape.shape[1])
+    z = 1j * harmonics * hz / corner_hz
+    filtered = shape * (z / (1 + z) if order == 1 else z**2 / (1 + 2**0.5 * z + z**2))
+    return filtered * np.exp(-1j * np.angle(filtered[:1, 1:2])) ** harmonics
+
+
+def judge_axes(recording: Recording, record: SensorRecord) -> Doubt | None:
+    """What seems wrong with the axes of a sensor's record, and which options mend it; None if nothing does.
 
     Compared are mean and first harmonics of the loop's frequency, over a turn at least, in y, and in x where the record
     has it: gravity crosses the axes in an order that a flipped or exchanged one reverses, and the mean of y points
-    inwards. A loop that runs the other way round, as its mirror image does, is not doubted.
+    inwards. A loop that runs the other way round, as its mirror image does, is not doubted. Other causes that are tried
+    are zeros of the sensor that are not 0, and a high-pass filter.
     """
     if not (recording.scene.rig.gravity and recording.periods.loop_hz):
         return None
@@ -192,35 +219,78 @@ def doubtful_axes(recording: Recording, record: SensorRecord) -> str | None:
     strongest = max(measured.values(), key=lambda one: highest_line(one, record.rate_hz, *band)[1])
     hz = measured_loop_hz(strongest, record.rate_hz, hz)
 
-    def misfit(chosen: Sequence[tuple[int, str]]) -> float:
-        shape = turn_shape(np.array([sign * measured[name] for sign, name in chosen]), record.rate_hz, hz)
-        return float(min(np.linalg.norm(shape - wanted[: len(shape)]) for wanted in (simulated, mirrored)))
+    def shape_of(chosen: Sequence[tuple[int, str]]) -> np.ndarray:
+        return turn_shape(np.array([sign * measured[name] for sign, name in chosen]), record.rate_hz, hz)
+
+    def misfit(shape: np.ndarray, *forms: np.ndarray) -> float:
+        return float(min(np.linalg.norm(shape - form[: len(shape)]) for form in forms))
 
     scores = {
-        turn_of: misfit(turn_of)
+        turn_of: misfit(shape_of(turn_of), simulated, mirrored)
         for chosen in permutations(measured, len(names))
         for signs in product((1, -1), repeat=len(names))
         for turn_of in [tuple(zip(signs, chosen, strict=True))]
     }
-    read = scores[tuple((1, name) for name in names)]
+    as_read = tuple((1, name) for name in names)
+    read, shape = scores[as_read], shape_of(as_read)
     best = min(scores, key=scores.__getitem__)
-    if read > CLEARLY * scores[best] and read - scores[best] > LEAST_G:
+    shifted = misfit(shape[:, 1:], simulated[:, 1:], mirrored[:, 1:])
+    corners = product(hz * np.geomspace(0.2, 2000, 60), (1, 2))
+    filtered, corner = min(
+        (misfit(shape, *(high_passed_shape(form, hz, *corner) for form in (simulated, mirrored))), corner[0])
+        for corner in corners
+    )
+
+    def explains(score: float, *others: float) -> bool:
+        return read > CLEARLY * score and read - score > LEAST_G and all(CLEARLY * score < other for other in others)
+
+    if explains(shifted, scores[best], filtered):
+        off = (shape[:, 0] - simulated[:, 0]).real
+        scales = [record.scales.get(axis, (0.0, 1.0)) for axis in names]
+        zeros = " ".join(
+            f"--zero {axis}={zero + value / factor:.5g}"
+            for axis, value, (zero, factor) in zip(names, off, scales, strict=True)
+            if abs(value) > LEAST_G
+        )
+        return Doubt(
+            f"{record.path}: gravity turns in its axes as in the simulated ones, but ay lies {off[0]:.3g} g off: "
+            f"the value of the file that is 0 g may be another one, {zeros}"
+        )
+    content, expected = high_frequency_rms(record.ay_g, record.rate_hz), high_frequency_rms(signal.ay, recording.rate)
+    without_gravity = explains(filtered, scores[best])
+    if without_gravity and expected / SAME_CONTENT < content < expected * SAME_CONTENT:
+        return Doubt(
+            f"{record.path}: gravity is missing, as behind a high-pass filter of about {corner:.2g} Hz: an AC-coupled "
+            "(IEPE) sensor, or one whose gravity was filtered out; only high_frequency_g compares",
+            without_gravity=True,
+        )
+    if explains(scores[best]):
         options = " ".join(
             f"--axis {shlex.quote(f'{axis}={_column(record, sign, name)}')}"
             for axis, (sign, name) in zip(names, best, strict=True)
             if (sign, name) != (1, axis)
         )
-        return (
+        return Doubt(
             f"{record.path}: its axes do not turn through gravity as the simulated ones do, but with {options} they "
             f"would (misfit {scores[best]:.2g} g, as read {read:.2g} g)"
         )
     size = np.linalg.norm(simulated[0])
-    if CLEARLY * (alone := misfit([(1, "ay")])) > size:
-        return (
+    alone = misfit(shape_of([(1, "ay")]), simulated, mirrored)
+    if CLEARLY * alone > size:
+        return Doubt(
             f"{record.path}: ay does not turn through gravity as the simulated y acceleration does (misfit {alone:.2g} "
             f"of {size:.2g} g); check its column and sign (--axis ay=NAME, ay=-NAME), and its unit"
+            + "; or gravity is missing (an AC-coupled or IEPE sensor): only high_frequency_g compares"
+            * without_gravity
         )
     return None
+
+
+@typed
+def doubtful_axes(recording: Recording, record: SensorRecord) -> str | None:
+    """The sentence of `judge_axes`."""
+    doubt = judge_axes(recording, record)
+    return doubt and doubt.sentence
 
 
 @typed

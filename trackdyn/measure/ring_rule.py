@@ -26,7 +26,7 @@ RULE = f"right_share_pct < {TOUCHING:g}, left_share_pct <= tooth + {MARGIN:g}, s
 WORK = ("teeth_sliding_j", "ring_sliding_j")
 COLUMNS = ("rms_g", "sd_g", *WORK, *(f"{side}_{name}" for side in PLACES for name in SIDE_COLUMNS))
 _KNOWN = f"rms_g, sd_g, {', '.join(WORK)}, or left_, right_ or ring_ with {', '.join(SIDE_COLUMNS)}"
-_BOUND = re.compile(r"(\w+)\s*(<=?|>=?)\s*(?:(tooth)\s*\+\s*)?(-?\d+\.?\d*(?:e-?\d+)?)")
+_BOUND = re.compile(r"(\w+)\s*(<=?|>=?)\s*(?:(tooth)\s*\+\s*)?(-?\d+(?:\.\d*)?(?:e-?\d+)?)")
 # of the radius to choose and the next ones, in words
 COMPARED = {
     "settled_tension_n": "strand {} N", "ring_rms_n": "RMS force of the ring {} N",

@@ -21,7 +21,7 @@ TRIED = "tried"  # steps that were tried on this rig, not on those that are like
 MOST_LIKE = 5  # files that take from one another
 OUTLINE = "profile.outline"
 WHEELS_OF_OLD = ("idler", "road_wheel")  # sections that are wheels of their own
-NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s+(\S.*?)\s*")
+NUMBER = re.compile(r"\s*([-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?)\s+(\S(?:.*\S)?)\s*")
 PLAIN_WORD = re.compile(r"[A-Za-z0-9_]{1,40}")
 # what a wheel has if its file does not say so: aligned, and a bearing without loss
 PLAIN_WHEEL = {

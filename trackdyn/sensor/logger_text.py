@@ -21,10 +21,11 @@ from trackdyn.sensor.sensor_mapping import NAME_IT
 from trackdyn.sensor.stamps import DATE, seconds_of
 
 _HEAD = 200  # lines in which the header is looked for
+_LONGEST = 20_000  # characters of such a line
+_SECTION = re.compile(r"\[[^\[\]]*\]")  # title of a part of a file
 _SEPARATORS = {"\t": "tabs", ";": "semicolons", ",": "commas", "|": "vertical bars", " ": "blanks"}
-_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity)", re.IGNORECASE)
-_MISSING = ("", "nan", "na", "n/a", "null", "none", "-", "#n/a")
 _SUPPLY = "give --gaps bridge or --gaps longest"
 _GROUPED = re.compile(r"[+-]?[1-9]\d{0,2}(,\d{3})+", re.ASCII)
 
@@ -40,7 +41,6 @@ class Layout(NamedTuple):
     first_line: int  # line of the first row of numbers, from 1
     body: str  # the rows, without what ends the file
     left_out: tuple[str, ...] = ()  # lines of text below the rows
-    rate: float | None = None  # samples a second that the file states beside its rows, Hz
 
     def first(self, column: int) -> str:
         """The field of a column in the first row; empty if there is none."""
@@ -63,7 +63,7 @@ def split_fields(line: str, separator: str, count: int = 0) -> list[str]:
 
 def _is_value(field: str) -> bool:
     """Whether a field is a number or a date and time: data, not a name."""
-    return bool(_NUMBER.fullmatch(field.replace(",", ".", 1)) or _NOT_FINITE.fullmatch(field) or DATE.fullmatch(field))
+    return bool(NUMBER.fullmatch(field.replace(",", ".", 1)) or _NOT_FINITE.fullmatch(field) or DATE.fullmatch(field))
 
 
 def _separators(line: str) -> list[str]:
@@ -95,7 +95,16 @@ def find_layout(
     `InputError`: no line is such a header, or no line is such a row.
     """
     head = text.split("\n", _HEAD)[:_HEAD]
-    rows = [i for i, line in enumerate(head) if line.strip() and not line.lstrip().startswith("#")]
+    if long := next((i + 1 for i, line in enumerate(head) if len(line) > _LONGEST), 0):
+        raise InputError(
+            f"{path}: line {long} has {len(head[long - 1])} characters, at most {_LONGEST} are read; export the "
+            "columns of the sensor alone, a sample a line."
+        )
+    rows = [
+        i
+        for i, line in enumerate(head)
+        if line.strip() and not line.lstrip().startswith("#") and not _SECTION.fullmatch(line.strip())
+    ]
     if not rows:
         what = "holds comments only" if text.strip() else "is empty"
         raise InputError(f"{path}: the file {what}; it must hold a header such as 't_s,ax_g,ay_g,az_g', and rows.")
@@ -192,8 +201,8 @@ def _rows_from(path, head, rows, at, separator, numbers, is_unit) -> tuple[list[
     if not all(map(chosen, rows[at : at + 3])) or text_above_values(first):
         return None
     above = [i for i in range(first) if head[i].strip(" #")][-2:][::-1]
-    header = list(takewhile(lambda i: len(fields(i)) == count and _names(fields(i), numbers), above))
-    header = header[: 1 + (len(header) > 1 and any(map(is_unit, fields(header[0]))))]
+    named = list(takewhile(lambda i: len(fields(i)) == count and _names(fields(i), numbers), above))
+    header = named[: 1 + (len(named) > 1 and any(map(is_unit, fields(named[0]))))]
     # a row above is a row, too: what follows it is a defect
     earlier = [i for i in rows[:at] if i not in header and (chosen(i) or mostly_values(fields(i)))]
     earlier = [i for i in earlier if len(fields(i)) == count]
@@ -231,7 +240,7 @@ def _are_indices(fields: Sequence[str], below: Sequence[Sequence[str]] = ()) -> 
 def is_dated(layout: Layout, column: int) -> bool:
     """Whether the first row has a date or a time of day in a column."""
     first = layout.first(column)
-    return bool(DATE.fullmatch(first) and not _NUMBER.fullmatch(first))
+    return bool(DATE.fullmatch(first) and not NUMBER.fullmatch(first))
 
 
 def parse(
@@ -240,7 +249,7 @@ def parse(
     """(N, c) numbers of some columns; `InputError` for the first defect.
 
     The column ``time`` may hold dates and times: these are s since the first row (`stamps.seconds_of`). With ``gaps``
-    empty fields and NaN of other columns are NaN.
+    what is no finite number in other columns is NaN: empty fields, words, marks of an overload.
     """
     if time is not None and is_dated(layout, time):
         rest = parse(layout, [column for column in columns if column != time], gaps=gaps)
@@ -312,8 +321,8 @@ def _parse_fast(layout: Layout, columns: list[int], decimal: str, time: int | No
     except (ValueError, pd.errors.ParserError, pd.errors.ParserWarning):
         return None
     may_miss = [gaps and column != time for column in columns]
-    whole = np.isfinite(table) | (np.isnan(table) & may_miss)
-    return table if len(table) == rows and whole.all() else None
+    whole = np.isfinite(table) | np.array(may_miss)
+    return np.where(whole & ~np.isfinite(table), np.nan, table) if len(table) == rows and whole.all() else None
 
 
 def _parse_by_line(layout: Layout, columns: Sequence[int], decimal: str, time: int | None, gaps: bool) -> np.ndarray:
@@ -328,12 +337,12 @@ def _parse_by_line(layout: Layout, columns: Sequence[int], decimal: str, time: i
             _refuse_fields(path, line, number, names, separator, "the file")
         for column, index in enumerate(columns):
             where, value = f"{path}: field {names[index]} in line {number}", fields[index]
-            if gaps and index != time and value.casefold() in _MISSING:
-                table[k, column] = np.nan
-                continue
-            number_like = _NUMBER.fullmatch(value.replace(".", "?").replace(",", ".") if decimal == "," else value)
+            number_like = NUMBER.fullmatch(value.replace(".", "?").replace(",", ".") if decimal == "," else value)
             table[k, column] = float(value.replace(",", ".")) if number_like else np.nan
             if np.isfinite(table[k, column]):
+                continue
+            if gaps and index != time:
+                table[k, column] = np.nan
                 continue
             wanted, remedy = f"a finite number with a decimal {'comma' if decimal == ',' else 'point'}", _SUPPLY
             if index == time:

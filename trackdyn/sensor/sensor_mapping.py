@@ -2,14 +2,14 @@
 
 import re
 import shlex
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple, get_args
 
 from pydantic import BeforeValidator, ConfigDict, Field, model_validator
 
 from trackdyn.errors import InputError, shown
-from trackdyn.parameters.validation import NotNegative, Positive, Section, typed, validated
+from trackdyn.parameters.validation import Finite, NotNegative, Positive, Section, typed, validated
 from trackdyn.parameters.yaml_file import read_yaml
 from trackdyn.sensor.stamps import RATES, UNITS
 
@@ -19,10 +19,17 @@ _PER_S2 = ("{}/s2", "{}/s/s", "{}_s2", "{}s-2", "{}.s-2", "{}s2", "{}ps2", "{}/s
 _ACCELERATION = {"g": "g", "gn": "g", "mg": "mg", "gal": "cm/s2"} | {
     form.format(length): f"{length}/s2" for length in ("m", "cm", "mm") for form in _PER_S2
 }
-_TIME = {unit: unit for unit in UNITS} | {"sec": "s", "seconds": "s", "msec": "ms", "\N{GREEK SMALL LETTER MU}s": "us"}
+_TIME = {unit: unit for unit in UNITS} | {
+    "sec": "s",
+    "second": "s",
+    "seconds": "s",
+    "msec": "ms",
+    "milliseconds": "ms",
+    "\N{GREEK SMALL LETTER MU}s": "us",
+}
 _UNIT = "|".join(map(re.escape, sorted(_ACCELERATION | _TIME, key=len, reverse=True)))
 _IN_BRACKETS = re.compile(r"(.*?)\s*[\[(]((?:[^\[\]()]|\([^()]*\))*)[\])]")
-_AT_THE_END = re.compile(rf"(.+?)[\s_/,:]+({_UNIT})")
+_AT_THE_END = re.compile(rf"(.+?)(?<![\s_/,:])[\s_/,:]+({_UNIT})")
 _AXIS_NAME = re.compile(r"(?:a|acc|accel|acceleration|accelerometer)[\s_.-]*([xyz])")
 _COUNTS = ("counts", "count", "raw", "lsb", "digits")
 _TIME_NAME = re.compile(r"t|(?:date[\s_-]?)?time|time[\s_-]?stamp|elapsed[\s_-]?time")
@@ -48,6 +55,8 @@ class SensorMapping(Section):
         Range of the sensor, g; the rig's if not given.
     scale : float, optional
         Units of the file per g, such as counts or mV, of ay and of columns of its unit, whatever the header says.
+    zero : float or mapping
+        Value of the file that is 0 g, of ay and of columns of its unit, or by axis.
     bits : int, optional
         Bits of a raw count whose full scale is ``range``, instead of ``scale``.
     resample : bool
@@ -68,6 +77,7 @@ class SensorMapping(Section):
     axes: dict[Axis, Name] = Field(default_factory=dict)
     range: Positive | None = None
     scale: Positive | None = None
+    zero: dict[Axis, Finite] | Finite = 0.0
     bits: Annotated[int, Field(ge=8, le=32)] | None = None
     resample: bool = False
     gaps: Literal["bridge", "longest"] | None = None
@@ -99,6 +109,23 @@ class SensorMapping(Section):
         if self.counts_per_g and (self.unit or (self.scale and self.bits)):
             raise InputError("scale, bits and unit say the same of a column; give one of them")
         return self
+
+    def within(self, group: str) -> "SensorMapping":
+        """The mapping for columns of a group, whose name may stand in front of theirs: ``group/ay``."""
+        prefix = re.compile(rf"(-?){re.escape(group)}/")
+        axes = {axis: prefix.sub(r"\1", name) if prefix.match(name) else name for axis, name in self.axes.items()}
+        time = self.time and self.time.removeprefix(f"{group}/")
+        return self.model_copy(update={"axes": axes, "time": time}) if group else self
+
+    def states(self, axis: str, columns: Mapping[str, tuple["Column", int]]) -> bool:
+        """Whether unit, scale and zero are stated of an axis, too: it is named, or has the unit of ay."""
+        return axis in self.axes or columns[axis][0].unit == columns["ay"][0].unit
+
+    def zero_of(self, axis: str, columns: Mapping[str, tuple["Column", int]]) -> float:
+        """Value of the file that is 0 g in an axis."""
+        if isinstance(self.zero, Mapping):
+            return self.zero.get(axis, 0.0)  # type: ignore[call-overload]
+        return self.zero if self.states(axis, columns) else 0.0
 
     @property
     def counts_per_g(self) -> float | None:
@@ -227,14 +254,17 @@ NAME_IT = (
 )
 
 
-def time_like(names: Sequence[str], units: Sequence[str]) -> list[str]:
-    """Columns that may be the time by their names or units, as a shell takes them."""
+def time_like(names: Sequence[str], units: Sequence[str]) -> list[Column]:
+    """Columns that may be the time by their names or units."""
     columns = [_column(k, *both) for k, both in enumerate(zip(names, units, strict=True))]
     named = [column for column in columns if _TIME_WORDS.search(_apart(column.name))]
-    columns = named + [column for column in columns if column.unit in _TIME and column not in named]
-    # by its number where a keyboard may lack the name
-    typed = (c.name if c.name.isascii() and c.name.isprintable() else f"#{c.position + 1}" for c in columns)
-    return list(map(shlex.quote, typed))
+    return named + [column for column in columns if column.unit in _TIME and column not in named]
+
+
+def typed_name(column: Column) -> str:
+    """The name of a column as a shell takes it; its number where a keyboard may lack the name."""
+    typed = column.name.isascii() and column.name.isprintable()
+    return shlex.quote(column.name if typed else f"#{column.position + 1}")
 
 
 def _apart(name: str) -> str:

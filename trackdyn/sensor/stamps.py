@@ -17,7 +17,8 @@ from pandas.tseries.api import guess_datetime_format
 
 from trackdyn.errors import InputError, shown
 
-RATES = (100.0, 20_000.0)  # Hz; narrow enough that they tell s, ms, us and ns apart
+RATES = (100.0, 1_000_000.0)  # Hz, of any record, whatever states its rate
+TOLD_APART = (100.0, 20_000.0)  # Hz; narrow enough that they tell s, ms, us and ns apart
 UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 _EVEN = 0.1  # of an interval, by which a step may differ beyond rounding
 _SAME_RATE = 1e-3
@@ -106,19 +107,19 @@ def _instants(texts: list[str], day_first: bool) -> pd.DatetimeIndex:
 
 
 def in_seconds(path: Path, name: str, values: np.ndarray, unit: str | None) -> Stamps:
-    """Stamps in s since the first one; a unit that is not known is the only one that gives a rate within ``RATES``.
+    """Stamps in s since the first one; a unit that is not known is the one that gives a rate within ``TOLD_APART``.
 
     Raises `InputError`: no unit fits, or not the one that is known.
     """
     step = np.median(np.diff(values)) or np.mean(np.diff(values))
     rates = {u: 1.0 / (step * s) if step > 0 else np.inf for u, s in UNITS.items()}
+    low, high = RATES if unit else TOLD_APART
     # a rate at the end of the range may come out a little beyond it
-    fits = [u for u, hz in rates.items() if RATES[0] / 1.01 <= hz <= RATES[1] * 1.01 and u == (unit or u)]
+    fits = [u for u, hz in rates.items() if low / 1.01 <= hz <= high * 1.01 and u == (unit or u)]
     if not fits:
         raise InputError(
-            f"{path}: field {name} gives {rates[unit or 's']:.6g} rows a second if it is in "
-            f"{unit or 's'}, {RATES[0]:g} to "
-            f"{RATES[1]:g} are accepted; name another column with --time, or give --time none --rate HZ."
+            f"{path}: field {name} gives {rates[unit or 's']:.6g} rows a second if it is in {unit or 's'}, {low:,.0f} "
+            f"to {high:,.0f} are accepted; name another column with --time, or give --time none --rate HZ."
         )
     return Stamps((values - values[0]) * UNITS[fits[0]], fits[0], _rounding(values) * UNITS[fits[0]])
 
@@ -178,8 +179,10 @@ def bridged(lost: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarra
     return rows, gap, longest
 
 
-def judge_stamps(path: Path, stamps: Stamps, first_line: int, rate: float | None, resample: bool) -> Clock:
-    """Rate of a record, and whether its rows are even; ``rate`` is what the user says it is.
+def judge_stamps(
+    path: Path, stamps: Stamps, first_line: int, rate: float | None, resample: bool, by_file: str = ""
+) -> Clock:
+    """Rate of a record, and whether its rows are even; ``rate`` is what the user, or ``by_file`` the file, says it is.
 
     Raises `InputError`: rows are missing, jitter or drift without leave to resample, or have not the rate given.
     """
@@ -202,10 +205,11 @@ def judge_stamps(path: Path, stamps: Stamps, first_line: int, rate: float | None
     fitted = 1.0 / np.polyfit(row, t, 1)[0] if n > 2 else 1.0 / t[1]
     fitted = float(round(fitted)) if abs(fitted / round(fitted) - 1.0) < 1e-6 else float(fitted)
     if rate is not None and abs(fitted / rate - 1.0) > (10 if resample else 1) * _SAME_RATE + q / t[-1]:
-        raise InputError(
-            f"{path}: the stamps run at {fitted:.6g} Hz, not at --rate {rate:g}; leave it out, or give --time none if "
-            "the stamps are wrong."
-        )
+        said, remedy = f"--rate {rate:g}", "leave it out, or give --time none if the stamps are wrong"
+        if by_file:
+            said = f"{rate:.6g} Hz as the file states ({by_file})"
+            remedy = f"give --rate {fitted:.6g} if the stamps are right, else --time none --rate HZ"
+        raise InputError(f"{path}: the stamps run at {fitted:.6g} Hz, not at {said}; {remedy}.")
     hz = rate or fitted
     odd = np.abs(step * hz - 1.0)
     low, high, scatter = 1e3 * step.min(), 1e3 * step.max(), 1e3 * np.std(step)

@@ -1,0 +1,79 @@
+"""MATLAB files, read in a process of their own: one wrong bit can end the process in which SciPy reads them."""
+
+import io
+import json
+import os
+import subprocess
+import sys
+import zlib
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+_HEADER, _TAG = 128, 8  # bytes before the first variable, and before each
+_PACKED = 15  # type of a variable that is packed by zlib
+
+
+def unpacked_bytes(path: Path) -> int:
+    """Bytes that the variables of a MAT 5 file take unpacked, by their tags; the size of a file of another kind."""
+    total = size = path.stat().st_size
+    with path.open("rb") as file:
+        head = file.read(_HEADER)
+        order: Literal["big", "little"] = "big" if head[126:] == b"MI" else "little"
+        if not head.startswith(b"MATLAB 5"):
+            return size
+        while len(tag := file.read(_TAG)) == _TAG:
+            kind, count = (int.from_bytes(tag[k : k + 4], order) for k in (0, 4))
+            begin = file.tell()
+            if kind == _PACKED:
+                inner = zlib.decompressobj().decompress(file.read(min(count, 100)), _TAG)
+                total += int.from_bytes(inner[4:], order)
+            if begin + count > size:
+                break
+            file.seek(begin + count)
+    return total
+
+
+def read_mat(path: Path) -> tuple[dict[str, np.ndarray], list[str]]:
+    """Arrays of numbers of a MAT file by name, those of structures as ``structure.field``, and names of other content.
+
+    Raises `ValueError`: the process that reads the file failed; its last words, or the signal that ended it.
+    """
+    child = subprocess.run(
+        [sys.executable, "-m", __name__, str(path)],
+        capture_output=True,
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+    )
+    if child.returncode:
+        words = child.stderr.decode(errors="replace").strip().split("\n")[-1].partition(":")[0]
+        raise ValueError(f"signal {-child.returncode}" if child.returncode < 0 else words)
+    with np.load(io.BytesIO(child.stdout), allow_pickle=False) as data:
+        names, others = json.loads(str(data["names"]))
+        return {name: data[f"a{k}"] for k, name in enumerate(names)}, others
+
+
+def _nested(content: Mapping, above: str = "") -> Iterator[tuple[str, object]]:
+    for name, item in content.items():
+        if isinstance(item, Mapping):
+            yield from _nested(item, f"{above}{name}.")
+        elif above or not name.startswith("__"):
+            yield f"{above}{name}", item
+
+
+def _write_arrays(path: str) -> None:
+    """Write what `read_mat` returns on standard output."""
+    import scipy.io
+
+    items = dict(_nested(scipy.io.loadmat(path, simplify_cells=True)))
+    numbers = {name: values for name, item in items.items() if (values := np.asarray(item)).dtype.kind in "iuf"}
+    packed = io.BytesIO()
+    names = json.dumps([list(numbers), [name for name in items if name not in numbers]])
+    arrays: dict[str, Any] = {f"a{k}": values for k, values in enumerate(numbers.values())}
+    np.savez(packed, names=np.array(names), **arrays)
+    sys.stdout.buffer.write(packed.getvalue())
+
+
+if __name__ == "__main__":
+    _write_arrays(sys.argv[1])
