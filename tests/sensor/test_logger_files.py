@@ -10,7 +10,7 @@ import pytest
 import scipy.io
 
 from trackdyn.errors import InputError
-from trackdyn.sensor import logger_files
+from trackdyn.sensor import formats, logger_files
 from trackdyn.sensor.sensor_csv import read_sensor_csv, write_sensor_csv
 from trackdyn.sensor.sensor_mapping import SensorMapping, load_mapping
 
@@ -543,7 +543,7 @@ def test_one_wrong_bit_of_a_matlab_file_ends_in_a_sentence(tmp_path):
 
 @pytest.mark.parametrize("name", ["a.npy", "a.h5", "a.parquet", "a.mat", "declared.h5"])
 def test_what_is_too_large_is_refused_before_it_is_read(tmp_path, name, monkeypatch):
-    monkeypatch.setattr(logger_files, "MOST_BYTES", 20_000)
+    monkeypatch.setattr(formats, "MOST_BYTES", 20_000)
     monkeypatch.setattr(logger_files, "MOST_NUMBERS", 5_000)
     many = np.zeros(60_000)
     if name == "a.npy":

@@ -42,7 +42,7 @@ def read_mat(path: Path) -> tuple[dict[str, np.ndarray], list[str]]:
     Raises `ValueError`: the process that reads the file failed; its last words, or the signal that ended it.
     """
     child = subprocess.run(
-        [sys.executable, "-m", __name__, str(path)],
+        [sys.executable, "-P", __file__, str(path)],
         capture_output=True,
         env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
     )

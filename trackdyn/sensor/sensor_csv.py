@@ -19,7 +19,8 @@ from trackdyn.errors import InputError, shown
 from trackdyn.files import write_text
 from trackdyn.parameters.validation import typed
 from trackdyn.sensor import stamps
-from trackdyn.sensor.logger_files import Channels, Rate, format_of, read_channels, read_logger_text
+from trackdyn.sensor.formats import format_of
+from trackdyn.sensor.logger_files import Channels, Rate, read_channels, read_logger_text
 from trackdyn.sensor.logger_text import Layout, find_layout, is_dated, listed, parse
 from trackdyn.sensor.sensor_mapping import (
     AXES,
