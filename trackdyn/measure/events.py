@@ -57,19 +57,21 @@ def passage_events(recording: Recording) -> pd.DataFrame:
 
 
 def mean_events(recording: Recording) -> pd.DataFrame:
-    """Mean and standard deviation (1/(n-1)) of `passage_events` over the complete passages, then `smoothed_maxima`.
+    """Median, mean and standard deviation (1/(n-1)) of `passage_events` over the complete passages, then
+    `smoothed_maxima`.
 
-    A table with ``event, mean_s, sd_s`` and the ``passages`` in which it happens; NaN where none or only one does.
+    A table with ``event, median_s, mean_s, sd_s`` and the ``passages`` in which it happens; NaN where none or only one
+    does.
     """
     times = passage_events(recording)
-    table = times.mean().rename("mean_s").rename_axis("event").reset_index()
-    table = table.assign(sd_s=times.std().to_numpy(), passages=times.count().to_numpy())
+    table = times.median().rename("median_s").rename_axis("event").reset_index()
+    table = table.assign(mean_s=times.mean().to_numpy(), sd_s=times.std().to_numpy(), passages=times.count().to_numpy())
     return pd.concat([table, smoothed_maxima(recording)], ignore_index=True)
 
 
 def event_times(recording: Recording) -> dict[str, float]:
-    """Mean time of every event of `mean_events` after the first contact, s; NaN if never."""
-    return mean_events(recording).set_index("event")["mean_s"].to_dict()
+    """Median time of every event of `mean_events` after the first contact, s; NaN if never."""
+    return mean_events(recording).set_index("event")["median_s"].to_dict()
 
 
 def smoothed_maxima(recording: Recording) -> pd.DataFrame:
@@ -105,7 +107,7 @@ def smoothed_maxima(recording: Recording) -> pd.DataFrame:
                     times.setdefault(event, []).append(float(recording.time[highest] - first))
                     areas.setdefault(event, []).append(0 if side == "ring" else int(recording.area[highest, column, i]))
     return pd.DataFrame(
-        [{"event": event, "mean_s": np.mean(t), "sd_s": np.std(t), "passages": len(t),
-          "area": np.bincount(areas[event]).argmax()} for event, t in times.items()],
-        columns=["event", "mean_s", "sd_s", "passages", "area"],
+        [{"event": event, "median_s": np.median(t), "mean_s": np.mean(t), "sd_s": pd.Series(t).std(),
+          "passages": len(t), "area": np.bincount(areas[event]).argmax()} for event, t in times.items()],
+        columns=["event", "median_s", "mean_s", "sd_s", "passages", "area"],
     )  # fmt: skip

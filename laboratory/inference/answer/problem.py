@@ -1,6 +1,7 @@
 """The scorecard as residuals: a rig's row at every speed and radius that a question asks for, judged claim by claim."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -9,7 +10,7 @@ from laboratory.inference.answer.revolution import summary
 from laboratory.inference.answer.settings import AnswerConfig
 from laboratory.inference.search import bent
 from laboratory.inference.unknowns import Unknown, Unknowns, file_ranges
-from replication.paper.claims import JUDGED, ONE_SIDED, SHOWN, Claim, Value, judge
+from replication.paper.claims import JUDGED, NOT_SHOWN, ONE_SIDED, SHOWN, Claim, Value, judge
 from replication.paper.evidence import Evidence
 from trackdyn.errors import InputError
 from trackdyn.measure.contacts import LEAST_SHARE
@@ -133,7 +134,7 @@ class AnswerProblem:
                 runs.append(name)
                 times = {key.removeprefix("event "): time for key, time in row.items() if key.startswith("event ")}
                 events += [
-                    {"run": name, "event": event, "mean_s": time, "area": row.get(f"area {event}")}
+                    {"run": name, "event": event, "median_s": time, "sd_s": np.nan, "area": row.get(f"area {event}")}
                     for event, time in times.items()
                 ]
             metrics += [{"run": run, **of} for run in runs]
@@ -146,7 +147,13 @@ class AnswerProblem:
         for claim in self.claims:
             judgement = judge(claim, e)
             if judgement.verdict not in JUDGED:
-                raise InputError(f"{claim.name} cannot be judged: {judgement.measured}")
+                # where no force acts nothing is shown: as many numbers as of any rig, and far off
+                forces = {name: 1.0 for name in e.metrics if name.endswith("_n")}
+                judgement = judge(claim, replace(e, metrics=e.metrics.assign(**forces)))
+                if judgement.verdict not in JUDGED:
+                    raise InputError(f"{claim.name} cannot be judged: {judgement.measured}")
+                numbers = tuple(number._replace(value=np.nan, distance=np.inf) for number in judgement.values)
+                judgement = judgement._replace(verdict=NOT_SHOWN, values=numbers)
             off = np.array([self._form(values, *form) for form in FORMS.get(claim.name, ())])
             if claim.name not in FORMS or claim.name in BESIDE:
                 pairs = zip(judgement.values, [None, *judgement.values], strict=False)

@@ -23,6 +23,7 @@ from replication.paper.claims import (
     load_claims,
 )
 from replication.paper.evidence import Evidence, Range
+from replication.paper.measures import MEASURES
 from replication.paper.paper_tables import PaperTables, load_article
 from replication.paper.scorecard import SHORT, count, headline, not_shown, side_by_side, statements
 from tests.viscous import VISCOUS
@@ -101,8 +102,8 @@ def good() -> Evidence:
     ]
     return Evidence(
         metrics=pd.DataFrame(rows),
-        events=pd.DataFrame(events, columns=["run", "event", "mean_s"]).assign(
-            area=[(2 if "left" in event else 7) if "maximum" in event else np.nan for _, event, _ in events]
+        events=pd.DataFrame(events, columns=["run", "event", "median_s"]).assign(
+            sd_s=0.005, area=[(2 if "left" in event else 7) if "maximum" in event else np.nan for _, event, _ in events]
         ),
         rig=RIG,
         rpm=115.0,
@@ -131,7 +132,7 @@ def later(e: Evidence, event: str, at: float, run: str = "meshing/no_ring") -> E
     """Evidence in which an event comes at another time."""
     where = (e.events["run"] == run) & (e.events["event"] == event)
     assert where.any()
-    return replace(e, events=e.events.assign(mean_s=e.events["mean_s"].where(~where, at)))
+    return replace(e, events=e.events.assign(median_s=e.events["median_s"].where(~where, at)))
 
 
 def elsewhere(e: Evidence, event: str, area: int) -> Evidence:
@@ -244,7 +245,7 @@ def test_a_nan_is_never_a_success(name):
     lost = replace(
         e,
         metrics=e.metrics.assign(**dict.fromkeys([*numbers, "right_areas"], np.nan)),
-        events=e.events.assign(mean_s=np.nan, area=np.nan),
+        events=e.events.assign(median_s=np.nan, area=np.nan),
         starts=e.starts.assign(line_hz=np.nan, line_g=np.nan),
         costs=e.costs.assign(cpu_s_per_s=np.nan),
         peer=e.peer.assign(difference_pct=np.nan),
@@ -282,11 +283,44 @@ def test_a_study_that_lacks_speeds_or_radii_shows_nothing_rather_than_success():
     slowest = replace(e, metrics=e.metrics[e.metrics["rpm"] == 115.0], starts=e.starts.iloc[:0])
     one = replace(e, metrics=e.metrics[~(e.metrics["ring_radius_m"] > 0.303) | e.metrics["ring_radius_m"].isna()])
     for name in ("C06a", "C12a"):
-        assert judge(CLAIMS[name], slowest).verdict == NOT_SHOWN  # one number does not rise
+        assert judge(CLAIMS[name], slowest)[:2] == ("one speed alone", NOT_COMPARABLE)
     for name in ("C07", "C08", "C21a", "C21b", "C21c", "C21d"):
         assert judge(CLAIMS[name], slowest).verdict == NOT_COMPARABLE
-    for name in ("C22a", "C22b", "C22c", "C23a", "C24", "C25"):
+    three = replace(e, metrics=e.metrics[~e.metrics["ring_radius_m"].isin([0.304, 0.305, 0.307])])
+    for name in ("C21a", "C21d", "C22a", "C22b", "C22c", "C23a", "C23b", "C24", "C25", "C26a", "C26b"):
         assert judge(CLAIMS[name], one).verdict == NOT_COMPARABLE
+        assert judge(CLAIMS[name], three)[:2] == ("3 radii at 115 rpm, and 5 are needed", NOT_COMPARABLE)
+
+
+@pytest.mark.parametrize("name", [name for name in TESTS if MEASURES[CLAIMS[name].measure].events])
+def test_times_that_scatter_beyond_the_tolerance_are_not_judged(name):
+    """At the mean of two humps nothing happens; the median passage is judged."""
+    run, *events = MEASURES[CLAIMS[name].measure].events
+    tolerance = CLAIMS[name].tolerance
+    for event in events:
+        here = (good().events["run"] == f"meshing/{run}") & (good().events["event"] == event)
+        for factor, verdict in ((0.99, SHOWN), (1.01, NOT_COMPARABLE if tolerance else SHOWN)):
+            sd = good().events["sd_s"].where(~here, factor * (tolerance or 1.0))
+            judged = judge(CLAIMS[name], replace(good(), events=good().events.assign(sd_s=sd, mean_s=99.0)))
+            assert here.sum() == 1 and judged.verdict == verdict
+            assert verdict == SHOWN or event in judged.measured
+
+
+def test_a_ring_that_bears_nothing_shows_no_growth():
+    e = good()
+    for columns in (["ring_rms_n", "ring_sd_n"], ["left_rms_n", "left_sd_n"]):
+        nothing = changed(e, columns, 0.0, "ring/.*")
+        for name in ("C22a", "C22b", "C22c") if "ring_rms_n" in columns else ("C21a", "C24"):
+            assert judge(CLAIMS[name], nothing)[:2] == ("no force acts", NOT_COMPARABLE)
+    # at one radius alone: the others are judged
+    let_go = changed(e, ["left_rms_n", "left_sd_n"], 0.0, "ring/.*", None, [0.313])
+    assert [judge(CLAIMS[name], let_go).verdict for name in ("C21a", "C21c", "C21d")] == [SHOWN] * 3
+    assert judge(CLAIMS["C21a"], SPOILT["C21a"](let_go)).verdict == NOT_SHOWN
+    free = changed(e, ["ring_rms_n", "ring_sd_n"], 0.0, "ring/.*", None, [0.303, 0.304])
+    assert judge(CLAIMS["C22a"], free).verdict == SHOWN
+    # that a force ends with the speed is no growth
+    ends = changed(e, ["left_rms_n", "left_sd_n"], 0.0, "ring/.*", [210.0], [0.313])
+    assert judge(CLAIMS["C21a"], ends).verdict == NOT_SHOWN
 
 
 def claim(**fields):

@@ -179,7 +179,10 @@ def judge(claim: Claim, e: Evidence) -> Judgement:
     try:
         if not speeds:
             raise NotThere("not run")
+        if claim.rule == "rising" and len(speeds) < 2:
+            raise NotThere("one speed alone")
         measured = MEASURES[claim.measure].of(e, speeds)
+        _refuse_scatter(claim, e)
     except NotThere as missing:
         return Judgement(str(missing), NOT_COMPARABLE, speeds)
     values = _values(claim, measured, speeds)
@@ -188,9 +191,18 @@ def judge(claim: Claim, e: Evidence) -> Judgement:
     elif claim.rule == "same":
         verdict = SHOWN if measured == claim.printed else NOT_SHOWN
     else:
-        enough = len(values) > (claim.rule == "rising")
-        verdict = SHOWN if enough and all(value.met for value in values) else NOT_SHOWN
+        verdict = SHOWN if values and all(value.met for value in values) else NOT_SHOWN
     return Judgement(_text(measured), verdict, speeds, values)
+
+
+def _refuse_scatter(claim: Claim, e: Evidence) -> None:
+    """Refuse events whose times scatter by more than the tolerance: at such a mean nothing may happen."""
+    if claim.tolerance is None or not (events := MEASURES[claim.measure].events):
+        return
+    run, *names = events
+    for name, scatter in zip(names, e.event_times(run, names, "sd_s"), strict=True):
+        if scatter > SLACK * claim.tolerance:
+            raise NotThere(f"{name}: passages scatter by {scatter:.2g} {claim.unit}, more than the tolerance")
 
 
 def _text(value) -> str:

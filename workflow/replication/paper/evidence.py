@@ -13,6 +13,8 @@ from trackdyn.parameters.rig import Rig
 from trackdyn.sensor.signals import holds_line, main_line
 from trackdyn.simulation.recording import Recording, load_recording
 
+LEAST_RADII = 5  # from which on a ring study shows how something depends on the radius
+
 
 class NotThere(Exception):
     """What a measure needs was not run or not recorded; the message says which."""
@@ -30,7 +32,7 @@ class Evidence:
     """Collected results of the pipeline for one rig."""
 
     metrics: pd.DataFrame  # ``metrics.csv``
-    events: pd.DataFrame  # ``events.csv``: ``run, event, mean_s, sd_s`` relative to the first contact of a passage
+    events: pd.DataFrame  # ``events.csv``: ``run, event, median_s, sd_s`` relative to the first contact of a passage
     rig: Rig  # the rig of the runs
     rpm: float  # speed of the meshing process (Sect. 6.1), to which the rig was fitted
     radius: float  # its ring radius, m
@@ -52,14 +54,17 @@ class Evidence:
         return self.metrics.set_index("run").loc[f"meshing/{name}"]
 
     def study(self, rpm: float) -> pd.DataFrame:
-        """The ring study at one speed, by rising radius, without 'none'."""
+        """The ring study at one speed, by rising radius, without 'none'; `NotThere` with too few radii to judge by."""
         rows = self.metrics[self.metrics["run"].str.startswith("ring/") & (self.metrics["rpm"] == rpm)]
-        return rows.dropna(subset="ring_radius_m").set_index("ring_radius_m").sort_index()
+        rows = rows.dropna(subset="ring_radius_m").set_index("ring_radius_m").sort_index()
+        if len(rows) < LEAST_RADII:
+            raise NotThere(f"{len(rows)} radii at {rpm:g} rpm, and {LEAST_RADII} are needed")
+        return rows
 
-    def event_times(self, run: str, names: list[str]) -> list[float]:
-        """Mean times of events after the first contact, s; NaN for one that never happens."""
-        rows = self.events[self.events["run"] == f"meshing/{run}"].set_index("event")["mean_s"]
-        return [float(rows.get(name, np.nan)) for name in names]
+    def event_times(self, run: str, names: list[str], column: str = "median_s") -> list[float]:
+        """Median times of events after the first contact, s, or another column; NaN for one that never happens."""
+        rows = self.events[self.events["run"] == f"meshing/{run}"].set_index("event")
+        return [float(rows[column].get(name, np.nan)) for name in names]
 
     def speeds(self, table: str) -> list[float]:
         """Speeds at which something was run: ``records``, ``study``, ``meshing`` or ``peer``, rev/min."""

@@ -6,6 +6,7 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
+import pandas as pd
 
 from replication.paper.evidence import Evidence, NotThere, Range
 from trackdyn.measure.ring_rule import RULE, parse_rule
@@ -17,22 +18,25 @@ SAME = 1e-9  # radii are compared with printed ones, m
 
 class Measure(NamedTuple):
     """A measure: function of the evidence and the speeds that are judged, the runs whose speeds those are, whether
-    it gives a value for each of them, and the column of ``metrics.csv`` that it reads, if it is one."""
+    it gives a value for each of them, the column of ``metrics.csv`` that it reads, if it is one, and a run with events
+    of its passages (`measure.events`), if it is made of those.
+    """
 
     of: Callable[[Evidence, list[float]], Any]
     table: str
     by_speed: bool
     column: str = ""
+    events: tuple[str, ...] = ()
 
 
 MEASURES: dict[str, Measure] = {}
 
 
-def measure(table: str, by_speed: bool = False):
+def measure(table: str, by_speed: bool = False, events: tuple[str, ...] = ()):
     """Register a measure under its function's name; ``table`` names the runs that it looks at."""
 
     def register(function):
-        MEASURES[function.__name__] = Measure(function, table, by_speed)
+        MEASURES[function.__name__] = Measure(function, table, by_speed, events=events)
         return function
 
     return register
@@ -49,10 +53,18 @@ def _range(values) -> Range:
     return Range(float(values.min()), float(values.max()))
 
 
-def _over(value, reference):
-    """A ratio: infinite over nothing, NaN of nothing over nothing."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.divide(value, reference)
+def _ratios(value: pd.Series, reference: pd.Series) -> pd.Series:
+    """Ratios of values of the same name, infinite over nothing; nothing over nothing is left out."""
+    value, reference = value.astype(float).align(reference.astype(float), join="inner")
+    acts = (value != 0) | (reference != 0)
+    if not acts.any():
+        raise NotThere("no force acts")
+    return value[acts] / reference[acts]
+
+
+def _over(value, reference) -> float:
+    """The same of two numbers."""
+    return float(_ratios(pd.Series([value]), pd.Series([reference])).iloc[0])
 
 
 def _some(values):
@@ -120,7 +132,7 @@ def coarse_rms_difference(evidence, speeds):
 def high_frequency_growth(evidence, speeds):
     """Content at and above 20 Hz at the highest speed over that at the lowest."""
     values = _some(_values("high_frequency_g", evidence, speeds)[1:]) and _values("high_frequency_g", evidence, speeds)
-    return float(_over(values[-1], values[0]))
+    return _over(values[-1], values[0])
 
 
 # The independent code (Fig. 14)
@@ -159,19 +171,18 @@ def _share(contact, evidence, speeds):
 
 def _ratio(column, evidence, speeds):
     """A measure of the left arc with the ring over that without."""
-    return float(_over(evidence.meshing("ring")[column], evidence.meshing("no_ring")[column]))
+    return _over(evidence.meshing("ring")[column], evidence.meshing("no_ring")[column])
 
 
 register_all(_areas, "meshing", areas_with_ring="ring", areas_without_ring="no_ring")
-register_all(
-    _times,
-    "meshing",
-    left_maximum_without_ring=("no_ring", *(f"left {reading}" for reading in READINGS)),
-    right_maximum_without_ring=("no_ring", *(f"right {reading}" for reading in READINGS)),
-    ends_without_ring=("no_ring", "right gone", "out"),
-    contacts_with_ring=("ring", "left touches", "ring left", "out"),
-    maxima_with_ring=("ring", *(f"{side} {reading}" for side in ("ring", "left") for reading in READINGS)),
-)
+for name, events in {
+    "left_maximum_without_ring": ("no_ring", *(f"left {reading}" for reading in READINGS)),
+    "right_maximum_without_ring": ("no_ring", *(f"right {reading}" for reading in READINGS)),
+    "ends_without_ring": ("no_ring", "right gone", "out"),
+    "contacts_with_ring": ("ring", "left touches", "ring left", "out"),
+    "maxima_with_ring": ("ring", *(f"{side} {reading}" for side in ("ring", "left") for reading in READINGS)),
+}.items():
+    MEASURES[name] = Measure(partial(_times, events), "meshing", by_speed=False, events=events)
 register_all(_share, "meshing", ring_share=("ring", "ring"), left_share=("ring", "left"))
 register_all(
     _share, "meshing", left_share_without_ring=("no_ring", "left"), right_share_without_ring=("no_ring", "right")
@@ -192,7 +203,7 @@ def areas_at_maxima(evidence, speeds):
     return ", ".join(names)
 
 
-@measure("meshing")
+@measure("meshing", events=("no_ring", "right gone", "out"))
 def left_outlasts_right(evidence, speeds):
     """From the right arc's last contact to the left one's without a ring, s."""
     right, out = evidence.event_times("no_ring", ["right gone", "out"])
@@ -203,10 +214,10 @@ def left_outlasts_right(evidence, speeds):
 def variation_of_forces(evidence, speeds):
     """SD of the force that varies most with the ring, over that of the arcs without."""
     without = evidence.meshing("no_ring")[["left_sd_n", "right_sd_n"]].max()
-    return float(_over(evidence.meshing("ring")[["left_sd_n", "right_sd_n", "ring_sd_n"]].max(), without))
+    return _over(evidence.meshing("ring")[["left_sd_n", "right_sd_n", "ring_sd_n"]].max(), without)
 
 
-@measure("meshing")
+@measure("meshing", events=("no_ring", "first left", "first right"))
 def first_contacts_apart(evidence, speeds):
     """Time between the first contacts of the two arcs without a ring, s."""
     left, right = evidence.event_times("no_ring", ["first left", "first right"])
@@ -219,7 +230,7 @@ def left_contact_force_ratio(evidence, speeds):
     ring, without = (evidence.meshing(run).get("left_rms_contact_n") for run in ("ring", "no_ring"))
     if ring is None or without is None:
         raise NotThere("not recorded")
-    return float(_over(ring, without))
+    return _over(ring, without)
 
 
 @measure("meshing")
@@ -229,17 +240,17 @@ def ring_over_arcs(evidence, speeds):
     mean = {
         side: np.sqrt(max(a[f"{side}_rms_n"] ** 2 - a[f"{side}_sd_n"] ** 2, 0.0)) for side in ("left", "right", "ring")
     }
-    return float(_over(mean["ring"], mean["left"] + mean["right"]))
+    return _over(mean["ring"], mean["left"] + mean["right"])
 
 
 # The ring study (Sect. 6.2)
 
 
-def _growth(evidence: Evidence, speeds, side: str) -> list:
-    """RMS and SD at the highest speed over those at the lowest, by radius."""
+def _growth(evidence: Evidence, speeds, side: str) -> list[pd.Series]:
+    """RMS and SD at the highest speed over those at the lowest, by radius; none where no force acts at either."""
     _some(speeds[1:])  # one speed shows no growth
     low, high = evidence.study(min(speeds)), evidence.study(max(speeds))
-    return [_over(high[f"{side}_{name}"], low[f"{side}_{name}"]).to_numpy() for name in ("rms_n", "sd_n")]
+    return [_ratios(high[f"{side}_{name}"], low[f"{side}_{name}"]) for name in ("rms_n", "sd_n")]
 
 
 def _growths(side, evidence, speeds):
@@ -252,11 +263,9 @@ def _steps(column, evidence, speeds):
     """Least ratio of a force at neighbouring radii, larger over smaller, at every speed."""
     ratios = []
     for rpm in speeds:
-        values = evidence.study(rpm)[column].to_numpy()
-        before, after = values[:-1], _some(values[1:])
-        # a ring that nothing touches bears no force at one radius, and any at the next
-        none = np.where(after > 0, np.inf, 1.0)
-        ratios.append(float(np.divide(after, before, out=none, where=before != 0).min()))
+        values = evidence.study(rpm)[column].reset_index(drop=True)
+        # in which a missing value is not passed over
+        ratios.append(float(_ratios(values[1:], values.shift()[1:]).min(skipna=False)))
     return ratios
 
 
@@ -268,20 +277,22 @@ register_all(_steps, "study", by_speed=True, ring_rms_steps="ring_rms_n", ring_s
 def left_growth_over_ring_growth(evidence, speeds):
     """Growth of the left arc's RMS and SD with speed over the ring's, over all radii."""
     pairs = zip(_growth(evidence, speeds, "left"), _growth(evidence, speeds, "ring"), strict=True)
-    return [_range(_over(left, ring)) for left, ring in pairs]
+    return [_range(_ratios(left, ring)) for left, ring in pairs]
 
 
 @measure("study")
 def largest_growth_with_speed(evidence, speeds):
     """Largest growth of RMS or SD with speed over all radii: left arc, ring."""
-    return [max(float(growth.max()) for growth in _growth(evidence, speeds, side)) for side in ("left", "ring")]
+    return [
+        max(float(growth.max(skipna=False)) for growth in _growth(evidence, speeds, side)) for side in ("left", "ring")
+    ]
 
 
 @measure("study", by_speed=True)
 def ring_growth_with_radius(evidence, speeds):
     """RMS of the ring force at the largest radius over that at the smallest, at every speed."""
     columns = [evidence.study(rpm)["ring_rms_n"] for rpm in speeds]
-    return [float(_over(_some(column[1:]).iloc[-1], column.iloc[0])) for column in columns]
+    return [_over(column.iloc[-1], column.iloc[0]) for column in columns]
 
 
 @measure("study", by_speed=True)
@@ -302,8 +313,9 @@ def left_spread(evidence, speeds):
     spreads = []
     for rpm in speeds:
         values = evidence.study(rpm)["left_rms_n"].to_numpy()  # in which a missing value is not passed over
-        _some(values[1:])  # one radius shows no spread
-        spreads.append(float(100 * np.abs(_over(values, values.mean()) - 1).max()))
+        if not values.any():
+            raise NotThere("no force acts")
+        spreads.append(float(100 * np.abs(values / values.mean() - 1).max()))
     return spreads
 
 

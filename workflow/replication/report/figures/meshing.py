@@ -101,11 +101,11 @@ def printed_and_measured_times(recording: Recording) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        By printed event, in its order: ``printed, here, step``, s since the first contact, means over all passages.
+        By printed event, in its order: ``printed, here, step``, s since the first contact, medians over all passages.
         A maximum is that of the mean over 0.01 s, and of the largest single step in ``step``. NaN: none.
     """
     ring = recording.scene.ring_radius is not None
-    times = mean_events(recording).set_index("event")["mean_s"]
+    times = mean_events(recording).set_index("event")["median_s"]
     rows = {}
     for event, time in printed_times(ring, recording.periods.turn).items():
         name = "left touches" if ring and event == "first contact of the left arc" else MEASURED.get(event, event)
