@@ -106,7 +106,7 @@ def results() -> str:
     rows = []
     for (name, part), group in judged.groupby(["id", "part"], sort=False):
         first, of = group.iloc[0], group.set_index("rig")
-        unit = "" if first["unit"] == "1" else f" {first['unit']}"
+        unit = "" if first["unit"] == "1" or first["printed"] == "in words" else f" {first['unit']}"
         shown = [f"{MARKS[of['verdict'][rig]]} {of['measured'][rig]}" if rig in of.index else "–" for rig in rigs]
         rows.append([f"{name}{part}", first["place"], first["claim"], f"{first['printed']}{unit}", *shown])
     heads = ["claim", "place", "what the paper says", "paper", *(RIGS.get(rig, rig) for rig in rigs)]

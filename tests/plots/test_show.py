@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from trackdyn.errors import InputError
+from trackdyn.measure.columns import heading
 from trackdyn.plots.cells import with_error
-from trackdyn.plots.show import geometry, show, signal
+from trackdyn.plots.show import geometry, show, signal, work_of
 from trackdyn.simulation import replay as stretches
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.replay import replay
@@ -145,6 +146,12 @@ def test_the_loop_plays_pauses_and_scrubs_and_the_tension_follows(open_page, str
         before = page.evaluate(picture)
         page.select_option(f"#{name}", value)
         assert page.evaluate(picture) != before
+
+
+def test_shares_of_work_are_no_contact_durations(recording):
+    rows = work_of(recording)
+    assert rows[0]["work_share_pct"] == 100.0
+    assert heading(list(rows[0])[-1]) == "share of the sprocket's work (%)"
 
 
 def test_a_long_history_keeps_its_extremes(recording):

@@ -152,7 +152,12 @@ def work_of(recording: Recording) -> list[dict]:
     rows += [("lost", name, change[name]) for name in LOSSES] + [("stored", name, change[name]) for name in STORED]
     rows.append(("open", "numerical error", put_in - sum(value for _, _, value in rows[1:])))
     return [
-        {"kind": kind, "entry": words(name), "work_j": value, "share_pct": 100 * value / put_in if put_in else None}
+        {
+            "kind": kind,
+            "entry": words(name),
+            "work_j": value,
+            "work_share_pct": 100 * value / put_in if put_in else None,
+        }
         for kind, name, value in rows
     ]
 

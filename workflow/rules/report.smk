@@ -62,6 +62,8 @@ rule page:
         synthetic=CONFIG.synthetic,
         studies=in_this_run,
         layers=[below_root(path) for path in workflow.configfiles[:-1]],
+        short=CONFIG.shorter,
+        own=CONFIG.peers is None,
     log: f"{R}/logs/page.log"
     message: "The page"
     script: "../replication/report/page/builder.py"

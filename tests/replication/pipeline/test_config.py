@@ -183,6 +183,16 @@ def test_records_last_two_turns_of_the_loop_of_further_rigs(tmp_path):
     assert scenes["115rpm"].duration == 16
 
 
+def test_a_quick_run_says_how_it_is_shorter():
+    assert load(BASE)[0].shorter == ""
+    assert load(QUICK)[0].shorter == (
+        "Records last 16 s, the paper's 90 s. The ring study has 3 radii; nothing is judged by fewer than 5."
+    )
+    (data := merged(BASE))["records"]["speeds_rpm"] = [165]
+    data["sensor_csv"] = None
+    assert check_config(data, "mine.yaml")[0].shorter == "Records at 165 rpm alone show no trend with the speed."
+
+
 def test_other_rigs_replace_those_of_the_base(tmp_path):
     mine = tmp_path / "mine.yaml"
     for text, names in (("other_rigs: {}", []), ("other_rigs: {mine: {rig: bench}}", ["mine"])):

@@ -105,6 +105,16 @@ def test_the_same_results_give_the_same_page(results, page_file):
     assert build_page(results) == page_file.read_text(encoding="utf-8")
 
 
+def test_a_short_run_and_a_rig_of_ones_own_are_said_to_be(results):
+    """Nobody asks whether an own rig shows what the paper prints, and nothing of it was fitted to that."""
+    page = build_page(results, layers=["config/quick.yaml"], short="Records last 16 s.")
+    assert "A short run." in page and "Records last 16 s. Its configuration: <code>config/quick.yaml</code>." in page
+    own = build_page(results, own=True)
+    assert own.count("The rig paper in the runs of the paper") == 2 and "A short run." not in own
+    for words in ("replicated</h1>", "that come out", "are fitted to all statements"):
+        assert words in page and words not in own
+
+
 def carried(text, name):
     """What a page carries compressed."""
     packed = re.search(rf'<script type="application/gzip" id="{name}">(.*?)</script>', text).group(1)

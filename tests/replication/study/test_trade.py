@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 from matplotlib.text import Text
 
-from replication.report.figures.trade import trade_figure
+from replication.report.figures.trade import answers, trade_figure
 from replication.study.accuracy import default_step, trade
 from replication.study.settings import StatisticErrors
 from trackdyn.errors import DivergenceError, InputError
@@ -106,14 +106,27 @@ def test_the_default_step_of_an_included_rig_is_judged_by_its_halves(monkeypatch
 def test_names_in_the_picture_of_the_readme_cover_no_point_and_no_other_name():
     rows = pd.read_csv(Path(__file__).parents[3] / "docs" / "measured" / "trade.csv")
     planned = {"measure": "rms", "tolerance": 0.01, "achieved_error": 2e-3, "cpu_s": 0.7, "trial_cpu_s": 0.9}
+    planned |= {"scene": "ring 0.308 m 115 rpm"}
     peers = {"code": "exudyn", "chosen": "yes", "cpu_s": 23.0, "step_s": 5e-4, "difference_pct": -0.16}
     figure = trade_figure(rows, pd.DataFrame([planned]), pd.DataFrame([peers]))
     (axis,) = figure.axes
     figure.draw_without_rendering()
     names = {text.get_text(): text for text in axis.texts if text.get_visible()}
-    assert {"belt", "the paper's step, 0.05 ms", "--tolerance 1%, its trial included"} <= names.keys()
+    assert {"belt", "preset paper, 0.05 ms", "--tolerance 1%, its trial included"} <= names.keys()
     assert len(names) == len(axis.lines) == 10 and axis.get_xlim()[0] == 0.1
     boxes = [Text.get_window_extent(text, figure.canvas.get_renderer()) for text in names.values()]
     points = axis.transData.transform([line.get_xydata()[0] for line in axis.lines])
     assert not any(box.overlaps(other) for box, other in combinations(boxes, 2))
     assert not any(box.contains(*point) for box in boxes for point in points)
+
+
+def test_one_picture_has_one_scene():
+    """A point of another scene, which the planner is judged on, is not drawn."""
+    measured = Path(__file__).parents[3] / "docs" / "measured"
+    rows, promises = pd.read_csv(measured / "trade.csv"), pd.read_csv(measured / "planner.csv")
+    scene = "ring 0.308 m 115 rpm"
+    assert scene not in set(promises["scene"]) and rows["scene"].nunique() > 1
+    (axis,) = trade_figure(rows, promises).axes
+    assert axis.get_title("left") == scene
+    here = answers(rows[rows["scene"] == scene])["cpu_s"].tolist()
+    assert {x for line in axis.lines for x in line.get_xdata()} <= set(here)

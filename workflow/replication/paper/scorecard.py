@@ -39,16 +39,21 @@ def headline(card: pd.DataFrame, rig: str) -> str:
     return f"The rig {rig} shows {shown} of {judged} statements of Sects. 5.2 and 6."
 
 
-def answer_sentences(card: pd.DataFrame, parameters: pd.DataFrame) -> list[str]:
-    """The answer in three sentences: counts, the radius to choose, what is known of the parameters of the first rig."""
+def answer_sentences(card: pd.DataFrame, parameters: pd.DataFrame, own: bool = False) -> list[str]:
+    """The answer in three sentences: counts, the radius to choose, what is known of the parameters of the first rig.
+
+    Nothing of an ``own`` rig was fitted to the paper, which does not speak of it: the radius alone is said.
+    """
     rigs = list(dict.fromkeys(card["rig"]))
-    choices = card[card["id"] + card["part"].fillna("") == RADIUS].set_index("rig")
+    choices = card[(card["id"] + card["part"].fillna("") == RADIUS) & card["verdict"].isin(JUDGED)].set_index("rig")
     radii = []
     for rig, row in choices.iterrows():
         values = [value.strip() for value in str(row["measured"]).split(",")]
         same = len(set(values)) == 1
         where = "at every speed" if same else f"at {row['speeds']} rpm"
         radii.append(f"{values[0] if same else ', '.join(values)} m {where} (rig {rig})")
+    if own:
+        return [f"The ring to choose has a radius of {'; '.join(radii)}."] if radii else []
     counts = [f"{shown} of {judged} (rig {rig})" for rig in rigs for shown, judged in [count(card, rig)]]
     kinds = parameters["kind"].value_counts()
     fitted = kinds.get("fitted", 0)
@@ -63,7 +68,7 @@ def answer_sentences(card: pd.DataFrame, parameters: pd.DataFrame) -> list[str]:
         f"Statements of Sects. 5.2 and 6 that come out: {', '.join(counts)}.",
         f"The ring to choose has a radius of {'; '.join(radii)}; the paper chooses {choices['printed'].iloc[0]} m."
         if radii
-        else "Without a ring study no radius is chosen.",
+        else "Without a ring study of enough radii no radius is chosen.",
         f"{sources}.",
     ]
 

@@ -12,7 +12,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
+from replication.paper.evidence import LEAST_RADII
 from replication.paper.paper_tables import load_article
+from replication.paper.printed import RECORD_DURATION
 from replication.studies import STUDIES
 from replication.study.settings import Allowed, StudiesFile, peer_scene, rising, step_field
 from replication.study.variants import REFERENCE, SETTINGS
@@ -197,6 +199,17 @@ class Config(Section):
             "sensor_csv": [Path(file) for file in self.sensor_files],
             "sensor_mapping": [Path(self.sensor_mapping)] if self.sensor_mapping else [],
         } | {field: self.rig_files[rig] for field, rig in rigs.items()}
+
+    @property
+    def shorter(self) -> str:
+        """How the runs are shorter than those of the paper, in sentences; empty: they are not."""
+        seconds, radii, speeds = self.records.duration_s, len(self.ring_study.radii_m or ()), self.records.speeds_rpm
+        sentences = {
+            f"Records last {seconds:g} s, the paper's {RECORD_DURATION:g} s.": seconds < RECORD_DURATION,
+            f"The ring study has {radii} radii; nothing is judged by fewer than {LEAST_RADII}.": radii < LEAST_RADII,
+            f"Records at {speeds[0]:g} rpm alone show no trend with the speed.": len(speeds) == 1,
+        }
+        return " ".join(sentence for sentence, shorter in sentences.items() if shorter)
 
     @property
     def synthetic(self) -> bool | None:

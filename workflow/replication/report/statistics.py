@@ -32,7 +32,8 @@ def _row_of(metrics: pd.DataFrame, rpm: float) -> pd.Series:
 def table3(
     metrics: pd.DataFrame, sensors: Mapping[float, SensorRecord | None], label: str = "synthetic sensor"
 ) -> pd.DataFrame:
-    """RMS and SD of simulation and sensor, g; printed differences (%) are the paper's, against its own measured data.
+    """RMS and SD of simulation and sensor over whole turns of the loop, g; printed differences (%) are the paper's,
+    against its own measured data.
 
     ``metrics`` has a row for each speed (rev/min) of ``sensors``, None where there is no record; ``label``, what the
     record is, stands in every row.
@@ -45,8 +46,8 @@ def table3(
         )
         row = {"speed_rpm": rpm, "sensor_record": label}
         for name, paper in (("rms", printed.RMS_DIFFERENCE), ("sd", printed.SD_DIFFERENCE)):
-            simulated, error = float(run[f"{name}_g"]), float(run[f"{name}_error_g"])
-            measured, off = sensor[f"{name}_g"], sensor[f"{name}_error_g"]
+            simulated, error = float(run[f"{name}_whole_g"]), float(run[f"{name}_whole_error_g"])
+            measured, off = sensor[f"{name}_whole_g"], sensor[f"{name}_whole_error_g"]
             row |= {
                 f"{name}_simulation_g": simulated, f"{name}_standard_error_g": error,
                 f"{name}_sensor_g": measured, f"{name}_sensor_error_g": off,

@@ -15,19 +15,21 @@ from matplotlib.transforms import Bbox
 
 from replication.peers import PEER
 from replication.study.accuracy.statistics import LEAD_IN
+from replication.study.variants import REFERENCE
 from trackdyn.files import write_csv
 from trackdyn.plots.cells import significant
 from trackdyn.plots.style import COLOURS, GREEN, PURPLE, SMALL, new_figure, save, styled
+from trackdyn.scene.fidelity import PRESETS
 
 METHODS = {"semi_implicit": "semi-implicit Euler", "linearly_implicit": "linearly implicit", "rk4": "RK4"}
 # other physics: a mark and words
 PHYSICS = {"spatial": ("s", "in space"), "single_pin": ("^", "one body a pitch"), "belt": ("v", "belt")}
-PAPERS = 5e-5  # s, the step of the preset `paper`
+PAPERS = PRESETS[REFERENCE]["step"]  # s, of our preset; the article prints no step
 STARTING = 1.0  # s, the ramp of the scenes
 # of a name from its point, in points: beside it, then further and further off
 PLACES = ((8, 0), (-8, 0), *((side, lift) for by in range(14, 80, 14) for lift in (by, -by) for side in (6, -6)))
 LEAST_ERROR = 1e-6  # what is smaller is drawn there
-PEERS_SCENE = "ring 0.308 m 115 rpm"
+PEERS_SCENE = "ring 0.308 m 115 rpm"  # of the picture
 
 
 def answers(rows: pd.DataFrame) -> pd.DataFrame:
@@ -68,10 +70,11 @@ def trade_figure(rows: pd.DataFrame, promises: pd.DataFrame, peers: pd.DataFrame
         if name:
             words = name if np.isnan(step) else f"{name}, {1e3 * step:g} ms"
             if full and row["integrator"] == "semi_implicit" and np.isclose(step, PAPERS):
-                words = f"the paper's step, {1e3 * step:g} ms"
+                words = f"preset {REFERENCE}, {1e3 * step:g} ms"
             colour = COLOURS[list(METHODS).index(row["integrator"])] if full else "0.35"
             points.append((row["cpu_s"], row["error"], words, colour, mark))
     planned = promises[(promises["measure"] == "rms") & promises["achieved_error"].notna()]
+    planned = planned[planned["scene"] == PEERS_SCENE]  # a point of another scene would be compared with these
     for _, row in planned.sort_values("tolerance").head(1).iterrows():
         words = f"--tolerance {100 * row['tolerance']:g}%, its trial included"
         points.append((row["cpu_s"] + row["trial_cpu_s"], row["achieved_error"], words, PURPLE, "P"))

@@ -50,7 +50,12 @@ TABLES = (
 
 
 def build_page(
-    results: Path, synthetic: bool | None = True, layers: Sequence[str] = (), studies: Sequence[str] = ()
+    results: Path,
+    synthetic: bool | None = True,
+    layers: Sequence[str] = (),
+    studies: Sequence[str] = (),
+    short: str = "",
+    own: bool = False,
 ) -> str:
     """The page as HTML text.
 
@@ -64,6 +69,10 @@ def build_page(
         Configurations on top of the base, which commands on the page must name.
     studies : sequence of str
         Made by this run; what else lies in the folder is of an earlier one, and said to be.
+    short : str
+        How the run is shorter than the paper's; empty: it is not.
+    own : bool
+        Whether the rig is another one than that which was fitted to the paper.
     """
     recordings = check_sources(sorted((results / "runs").rglob("*.npz")))
     files = {name: path.read_text(encoding="utf-8") for name in TABLES if (path := _first(results, name))}
@@ -74,7 +83,9 @@ def build_page(
         SCRIPTS,
         {"files": files},
         Path(__file__).parent,
-        card=_card(results),
+        card=_card(results, own),
+        short=short,
+        own=own,
         answer_costs=trade_sentence(pd.read_csv(planner)) if (planner := _first(results, "planner.csv")) else "",
         symbols=MARKS,
         synthetic=synthetic,
@@ -98,7 +109,7 @@ def build_page(
     )
 
 
-def _card(results: Path) -> dict | None:
+def _card(results: Path, own: bool) -> dict | None:
     """The scorecard: results for every rig, and all parts, those that are judged first."""
     path = results / "claims.csv"
     if not path.is_file():
@@ -114,7 +125,7 @@ def _card(results: Path) -> dict | None:
     return {
         "rigs": rigs,
         "statements": statements(card).to_dict("records"),
-        "answer": answer_sentences(card, pd.read_csv(parameters)) if parameters.is_file() else [],
+        "answer": answer_sentences(card, pd.read_csv(parameters), own) if parameters.is_file() else [],
         "headlines": {rig: headline(card, rig) for rig in rigs},
         "counts": {verdict: " / ".join(str(sizes.get((verdict, rig), 0)) for rig in rigs) for verdict in VERDICTS},
         "parts": parts,
@@ -200,7 +211,8 @@ def embedded_picture(path: Path) -> dict:
 def main(job) -> None:
     """Rule `page`."""
     of = job.params
-    write_text(job.output[0], build_page(Path(of.results), of.synthetic, of.layers, of.studies))
+    page = build_page(Path(of.results), of.synthetic, of.layers, of.studies, of.short, of.own)
+    write_text(job.output[0], page)
     for item in missing_items(of.results):
         print(f"missing: {item.label}, {item.title} (rule {item.rule})")
 

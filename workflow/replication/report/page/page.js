@@ -14,7 +14,7 @@
       item.hidden = !fits;
       count += fits;
     }
-    $("shown").textContent = count + (count === 1 ? " part shown." : " parts shown.");
+    $("shown").textContent = count + (count === 1 ? " part listed." : " parts listed.");
   }
   for (const button of buttons)
     button.addEventListener("click", () => {
