@@ -80,6 +80,10 @@ def test_a_radius_that_serves_alone_is_not_chosen():
     near = study({115.0: (20.0, 9.0, 12.0, 9.0, 8.5), 210.0: LEFT[210.0]}, RIGHT | {210.0: (5.0, 0.0, 0.0, 0.0, 0.0)})
     assert rule_of().radius(near) == 0.307
     assert "a slightly larger one does not" not in str(advice(near, rule_of()))
+    lonely = near[near["ring_radius_m"].isin([0.304, 0.305, 0.306])]
+    assert advice(lonely, rule_of())[0] == (
+        "no radius of these serves at every speed: 0.305 m keep every bound, but not all radii up to 0.3% above them"
+    )
     wide = near.assign(ring_radius_m=0.3 + 4 * (near["ring_radius_m"] - 0.3))
     assert rule_of().radius(wide) == pytest.approx(0.32)
 

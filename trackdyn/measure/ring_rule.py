@@ -163,6 +163,8 @@ def advice(study: pd.DataFrame, rule: RingRule) -> list[str]:
         sentences += [_compared(rings, radius) for radius in radii[max(index - 1, 0) : index + 3]]
         if len(bare := study[study["ring_radius_m"].isna()]):
             sentences.append(_compared(bare))
+    elif lonely := [f"{radius:.5g}" for radius in radii if not any(radius in of for of in misses.values())]:
+        sentences[0] += f": {', '.join(lonely)} m keep every bound, but not all radii up to {SPAN:.1%} above them"
     for bound, of in misses.items():
         keep = [f"{radius:.5g}" for radius in radii if radius not in of]
         sentences.append(f"{bound.words}, at every speed: {', '.join(keep) + ' m' if keep else 'no radius'}")

@@ -12,7 +12,7 @@ RADIUS = "C26a"  # the radius to choose
 SECTIONS = ("C04", "C28")  # claims of Sects. 5.2 and 6
 MARKS = dict(zip(VERDICTS, ("●", "○", "◇", "–"), strict=True))
 SHORT = {  # parts of claims in a few words, in the order of a summary
-    "C26a": "radius to choose, by speed (m)",
+    "C26a": "radius to choose by our rule, by speed (m)",
     "C06a": "RMS of the acceleration grows with speed (g)",
     "C08": "amplitude of the line of the loop, by speed (g)",
     "C15": "no ring: areas that the arcs touch",
@@ -66,7 +66,8 @@ def answer_sentences(card: pd.DataFrame, parameters: pd.DataFrame, own: bool = F
         sources += f". No real part has its values of {', '.join(outside)}"
     return [
         f"Statements of Sects. 5.2 and 6 that come out: {', '.join(counts)}.",
-        f"The ring to choose has a radius of {'; '.join(radii)}; the paper chooses {choices['printed'].iloc[0]} m."
+        f"The ring to choose has a radius of {'; '.join(radii)}, by a rule of ours; the paper chooses "
+        f"{choices['printed'].iloc[0]} m and states no rule."
         if radii
         else "Without a ring study of enough radii no radius is chosen.",
         f"{sources}.",

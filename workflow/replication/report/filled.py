@@ -15,6 +15,7 @@ from replication.study.extremes.resolved import short_runs_verdict
 from replication.study.variants import VARIANTS
 from trackdyn.errors import InputError
 from trackdyn.files import replacing, write_text
+from trackdyn.measure.ring_rule import RULE, parse_rule
 from trackdyn.plots.cells import significant
 
 DECISIVE = 3  # assumptions in the README
@@ -83,6 +84,27 @@ def departures_text(rows: pd.DataFrame) -> str:
     return table.reset_index().to_markdown(index=False, disable_numparse=True)
 
 
+def ring_text(rows: pd.DataFrame) -> str:
+    """A line a track: the ring to choose, how wide the choice is, tension and sliding work without it and with it."""
+    columns = {"settled_tension_n": "strand (N)", "teeth_sliding_j": "teeth (J)", "ring_sliding_j": "ring (J)"}
+    lines = []
+    for track, of in rows.groupby("track", sort=False):
+        rule, grid = parse_rule(RULE, int(of["teeth"].iloc[0])), of[of["grid"].isin(["default", "no ring"])]
+        band = dict.fromkeys(f"{radius:.4f}".replace("nan", "none") for radius in rule.band(grid).values())
+        line = {"track": track, "rpm": ", ".join(f"{rpm:g}" for rpm in grid["rpm"].unique())}
+        line |= {"radius (m)": f"{rule.radius(grid):.4f}", "1 and 3 points (m)": ", ".join(band)}
+        bare, ring = (
+            grid.loc[which, [*columns]].mean()
+            for which in (grid["ring_radius_m"].isna(), grid["ring_radius_m"] == rule.radius(grid))
+        )
+        line |= {
+            words: f"{significant(float(bare[name]))} → {significant(float(ring[name]))}"
+            for name, words in columns.items()
+        }
+        lines.append(line)
+    return pd.DataFrame(lines).to_markdown(index=False, disable_numparse=True)
+
+
 def fill(page: Path, sources: Sequence[Path], write: Callable[..., str]) -> None:
     """Replace the measured block of a page by what ``write`` makes of one or more tables."""
     for source in sources:
@@ -111,6 +133,7 @@ README = ("claims.csv", "parameters.csv", "answer_robustness.csv", "answer_profi
 PAGES = (
     ("docs/speed-and-accuracy.md", ("trade.csv", "default_step.csv", "extremes_short_runs.csv"), settings_text),
     ("docs/deviations.md", ("fidelity.csv",), departures_text),
+    ("docs/choose-a-ring.md", ("ring_trials.csv",), ring_text),
     ("README.md", (*README, "planner.csv"), readme_text),
 )
 

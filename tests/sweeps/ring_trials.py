@@ -1,0 +1,52 @@
+"""Rows of ring studies on which the rule is tried: ``python -m tests.sweeps.ring_trials FOLDER`` runs and stores them.
+
+Radii are the default ones, those halfway between them, and a millimetre beyond both ends.
+"""
+
+import sys
+from math import ceil
+from pathlib import Path
+
+import pandas as pd
+
+from trackdyn.measure.ring_rule import COMPARED
+from trackdyn.parameters.rig import Rig, load_rig
+from trackdyn.scene.rings import study_radii
+from trackdyn.scene.scene import Scene
+from trackdyn.sweeps.ring import ring_study
+
+STORED = Path(__file__).parents[2] / "docs" / "measured" / "ring_trials.csv"
+HERE = Path(__file__).parent
+BEYOND = 1e-3  # m
+TRACKS = {  # rig, speeds (rev/min), time steps (s)
+    "paper": ("paper", (115.0, 210.0), ()),
+    "bench": ("bench", (115.0, 210.0), ()),
+    "worn bench": (HERE / "worn_bench.yaml", (115.0, 210.0), ()),
+    "m113": ("m113", (90.0, 150.0), ()),
+    "marder": (HERE / "marder.yaml", (60.0, 120.0), (5e-5,)),
+}
+
+
+def radii_of(rig: Rig) -> dict[float, str]:
+    """Radii (m) of the trials and which grid they belong to: ``default``, ``halved`` or ``beyond``."""
+    default, (low, high) = study_radii(rig), Scene.ring_range(rig)
+    half, more = (default[-1] - default[0]) / 20, ceil(20 * BEYOND / (default[-1] - default[0]))
+    grid = {default[0] + half * k: ("default", "halved")[k % 2] for k in range(21)}
+    grid |= {default[0] + half * k: "beyond" for k in (*range(-more, 0), *range(21, 21 + more))}
+    return {round(radius, 5): name for radius, name in grid.items() if low <= radius <= high}
+
+
+def rows_of(name: str, store: Path) -> pd.DataFrame:
+    """Run the study of a track and keep what rule and page need of it."""
+    path, speeds, steps = TRACKS[name]
+    grid, rig = radii_of(load_rig(path)), load_rig(path)
+    rows = ring_study(path, speeds, list(grid), 1, store / name.replace(" ", "_"), step=steps)
+    if not (rows["state"] == "done").all():
+        raise SystemExit(f"{name}: {rows['reason'].dropna().iloc[0]}")
+    rows = rows.assign(track=name, teeth=rig.sprocket.teeth, grid=rows["ring_radius_m"].map(grid).fillna("no ring"))
+    return rows[["track", "teeth", "rpm", "ring_radius_m", "grid", "left_share_pct", "right_share_pct", *COMPARED]]
+
+
+if __name__ == "__main__":
+    every = [rows_of(name, Path(sys.argv[1])) for name in TRACKS]
+    pd.concat(every).to_csv(STORED, index=False, float_format="%.5g")
