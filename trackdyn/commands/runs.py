@@ -115,11 +115,11 @@ def simulate(
         _for_its_duration(scene, out, checkpoint, quiet)
 
 
-def _warn(recording) -> None:
-    """Say on standard error what is not resolved, or could not be judged, and a speed that was not kept."""
-    from trackdyn.measure.metrics import speed_sentence
+def _warn(recording, *sentences: str) -> None:
+    """Say some sentences on standard error, and those that belong to the numbers of a run (`remarks`)."""
+    from trackdyn.measure.metrics import remarks
 
-    for text in filter(None, (recording.meta.get("resolved", {}).get("reason"), speed_sentence(recording))):
+    for text in filter(None, (*sentences, *remarks(recording))):
         typer.echo(f"trackdyn: warning: {text}", err=True)
 
 
@@ -157,34 +157,33 @@ def _for_its_duration(scene, out: Path, checkpoint: Path | None, quiet: bool) ->
 
     recording = run(scene, progress=not quiet, checkpoint=checkpoint)
     if not quiet:
-        from trackdyn.measure.metrics import needed_lengths, run_metrics, shown_measures
-        from trackdyn.plots.cells import with_error
+        from trackdyn.measure.metrics import needed_lengths, shown_measures
+        from trackdyn.plots.cells import plain, with_error
 
-        measures = run_metrics(out.stem, recording)  # before it is written: what has no measures leaves no file
+        measures = shown_measures(recording)  # before it is written: what has no measures leaves no file
     recording.save(out)
     _say_loop(scene, recording, quiet)
-    _warn(recording)
+    _warn(recording, recording.meta.get("resolved", {}).get("reason", ""))
     if quiet:
         return
-    for of in shown_measures(measures):
-        number = with_error(of["value"], of["standard_error"])
-        number = number.replace("\N{MINUS SIGN}", "-").replace("\N{PLUS-MINUS SIGN}", "+-")  # of every terminal
-        typer.echo(f"{number + ' ' + of['unit']:>22}  {of['measure']}")
+    for of in measures:
+        typer.echo(f"{plain(with_error(of['value'], of['error'])) + ' ' + of['unit']:>22}  {of['measure']}")
     for what, seconds in needed_lengths(recording).items():
         typer.echo(f"{'left out':>22}  {what} need a record of {seconds:.3g} s or more")
 
 
 def _until_converged(plan, tolerances: dict[str, float], longest: float, out: Path) -> None:
-    from trackdyn.measure.metrics import speed_sentence
+    from trackdyn.measure.convergence import unit_of
+    from trackdyn.plots.cells import plain, with_error
 
     answer = plan.run()
     answer.recording.save(out)
     _say_loop(plan.scene, answer.recording, False)
-    if text := speed_sentence(answer.recording):
-        typer.echo(f"trackdyn: warning: {text}", err=True)
+    _warn(answer.recording)
     for name, estimate in answer.measures.items():
         message = "converged" if answer.reached[name] else "tolerance not reached"
-        typer.echo(f"{name:>22}  {estimate.value:.6g} +- {estimate.half_width:.2g}  {message}")
+        number = plain(with_error(estimate.value, estimate.half_width))
+        typer.echo(f"{name:>22}  {number} {unit_of(name)}  {message}")
     recorded = len(answer.recording.time) / answer.recording.rate
     typer.echo(f"{'left out, recorded (s)':>22}  {answer.transient:.3g}, {recorded:.4g}")
     if not answer.converged:
@@ -279,8 +278,12 @@ def compare(
 ) -> None:
     """Compare the simulated y acceleration with a sensor's: mean, RMS, SD and dominant peak."""
     axes = options.parse_axes(axis)
+    import pandas as pd
+
     from trackdyn.files import write_csv
     from trackdyn.measure.compare import compare_with_sensor, doubtful_axes, in_words, other_speed
+    from trackdyn.measure.step_error import whole_errors
+    from trackdyn.plots.cells import cell, plain, with_error
     from trackdyn.sensor.sensor_csv import read_sensor_csv
     from trackdyn.sensor.sensor_mapping import load_mapping
     from trackdyn.simulation.recording import load_recording
@@ -296,14 +299,20 @@ def compare(
     for name, text in record.done.items():
         typer.echo(f"{name:>10}  {text}")
     table = compare_with_sensor(loaded, record, str(recording))
-    typer.echo("\n" + table.to_string(index=False, float_format=lambda v: f"{v:.4g}", na_rep="-"))
+    whole, rows = whole_errors(loaded.scene), []
+    for of in table.itertuples():
+        simulated = with_error(of.simulation, whole(of.measure, of.simulation, of.simulation_error))
+        compared = cell(of.difference_pct), cell(of.standard_errors)
+        rows.append([of.measure, simulated, with_error(of.sensor, of.sensor_error), *compared])
+    columns = [name for name in table if not name.endswith("_error")]
+    typer.echo("\n" + plain(pd.DataFrame(rows, columns=columns).to_string(index=False)))
     typer.echo("\n" + in_words(table))
-    doubts = (*record.doubts, doubtful_axes(loaded, record), other_speed(loaded, record, table))
-    for doubt in filter(None, doubts):
-        typer.echo(f"trackdyn: warning: {doubt}", err=True)
+    no_line = ""
     if "rms_g" in set(table.measure) and "line_hz_binfree" not in set(table.measure):
         why = "for which both records must hold two turns of the loop" if loaded.periods.loop_hz else "the loop rests"
-        typer.echo(f"trackdyn: warning: no line, {why}", err=True)
+        no_line = f"no line, {why}"
+    doubts = doubtful_axes(loaded, record), other_speed(loaded, record, table)
+    _warn(loaded, *record.doubts, *filter(None, doubts), no_line)
     if out is not None:
         write_csv(out, table)
     if figure is not None:

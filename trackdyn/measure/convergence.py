@@ -177,6 +177,11 @@ def scale_of(measure: str, value: float) -> float:
     return 100.0 if measure in SHARES else abs(value) or NAN
 
 
+def unit_of(measure: str) -> str:
+    """Unit of a measure's value."""
+    return "% of a turn" if measure in SHARES else "N" if measure.endswith("_peak") else "g"
+
+
 def paired(one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The last values of two series, as many as both have: runs that end alike have passages at equal times."""
     count = min(len(one), len(other))

@@ -5,10 +5,11 @@ import numpy as np
 from trackdyn.measure.columns import table_schema
 from trackdyn.measure.contacts import LONGEST_CONTACT, PASSAGE, meshing_summary
 from trackdyn.measure.convergence import NAN
-from trackdyn.measure.sensor import sense, sensor_metrics
+from trackdyn.measure.sensor import sense, sensor_metrics, specific_force
+from trackdyn.measure.step_error import whole_errors
 from trackdyn.measure.whole_loop import sliding_work
 from trackdyn.scene.fidelity import label
-from trackdyn.sensor.signals import LEAST_PERIODS
+from trackdyn.sensor.signals import LEAST_PERIODS, rms
 from trackdyn.simulation.recording import Recording
 from trackdyn.simulation.resolution import energy_residual
 
@@ -17,6 +18,7 @@ SHOWN = (
     "ring_share_pct", "left_peak_n", "right_peak_n", "ring_peak_n", "teeth_sliding_j", "ring_sliding_j", "passages",
     "clipped_samples", "loop_gap_max_m", "energy_residual",
 )  # fmt: skip
+OF_THE_EARTH = 0.005  # share by which gravity differs between poles and equator
 SAME_SPEED = 0.01  # of a speed: from here on a difference or a drift is said
 
 
@@ -45,18 +47,19 @@ def run_metrics(name: str, recording: Recording) -> dict:
     }
 
 
-def shown_measures(row: dict) -> list[dict]:
-    """What a person asks of a run (`run_metrics`): ``measure``, ``value``, ``standard_error`` or None, ``unit``.
+def shown_measures(recording: Recording) -> list[dict]:
+    """What a person asks of a run: ``measure``, ``value``, ``error`` of scatter and step or None, ``unit``.
 
     What the run cannot have is left out.
     """
-    rows = []
+    rows, row, whole = [], run_metrics("", recording), whole_errors(recording.scene)
     for field in table_schema(SHOWN)["fields"]:
         value, error = row[field["name"]], row.get(field.get("standardError"), NAN)
         if value == value:
             unit = "" if field["unit"] == "1" else field["unit"]
+            error = whole(field["name"], value, error)
             error = None if error != error else error
-            rows.append({"measure": field["description"], "value": value, "standard_error": error, "unit": unit})
+            rows.append({"measure": field["description"], "value": value, "error": error, "unit": unit})
     return rows
 
 
@@ -68,6 +71,33 @@ def needed_lengths(recording: Recording) -> dict[str, float]:
         passage = periods.loop + (2 * LONGEST_CONTACT + PASSAGE) * periods.turn
         needed["contacts of the recorded pitches"] = passage
     return {what: seconds for what, seconds in needed.items() if recording.seconds < seconds}
+
+
+def remarks(recording: Recording) -> list[str]:
+    """Sentences that belong to the numbers of a run: on its speed, the range of the sensor and the unit g."""
+    return [text for of in (speed_sentence, range_sentence, gravity_sentence) if (text := of(recording))]
+
+
+def range_sentence(recording: Recording) -> str:
+    """Sentence on accelerations beyond the sensor's range, of every link where they are recorded; empty without any."""
+    rig = recording.scene.rig
+    mean, limit = recording.link_mean if recording.link_mean.size else recording.mean, rig.sensor.range
+    ay = specific_force(mean[..., :2], mean[..., 2], rig.gravity)[..., 1] / (rig.gravity or 9.81)
+    if not (beyond := int((abs(ay) > limit).sum())):
+        return ""
+    limited, free = rms(np.clip(ay, -limit, limit).ravel()), rms(ay.ravel())
+    return (
+        f"{beyond} of {ay.size} samples of the y acceleration are beyond the sensor's range of {limit:g} g and limited "
+        f"to it: RMS is {limited:.4g} g with this sensor and {free:.4g} g without a limit (sensor.range of the rig)"
+    )
+
+
+def gravity_sentence(recording: Recording) -> str:
+    """Sentence on the unit g of a rig that is not on the earth; empty for the others."""
+    gravity = recording.scene.rig.gravity
+    if not gravity or abs(gravity / 9.81 - 1) < OF_THE_EARTH:
+        return ""
+    return f"1 g is the rig's gravity of {gravity:g} m/s2; a sensor shows multiples of 9.81 m/s2"
 
 
 def speed_sentence(recording: Recording) -> str:

@@ -34,8 +34,13 @@ def cell(value, digits: int = 3) -> str:
     return text.replace("-", "\N{MINUS SIGN}") if isinstance(value, float) else text
 
 
+def plain(text: str) -> str:
+    """A cell in the characters of every terminal."""
+    return text.replace("\N{MINUS SIGN}", "-").replace("\N{PLUS-MINUS SIGN}", "+-").replace("\N{EN DASH}", "-")
+
+
 def with_error(value: float | None, error: float | None) -> str:
-    """A value as far as its standard error reaches, which has two digits, up to eight decimals: 44.2511 ± 0.0013."""
+    """A value as far as its error reaches, which has two digits, up to eight decimals: 44.2511 ± 0.0013."""
     if value is None or not (error or 0.0) > ROUNDING * abs(value):
         return cell(value)
     decimals = min(8, max(0, 1 - floor(log10(error))))

@@ -14,7 +14,7 @@ from plotly.offline import get_plotlyjs
 from trackdyn.files import write_text
 from trackdyn.measure.columns import words
 from trackdyn.measure.contacts import sampled_shares
-from trackdyn.measure.metrics import run_metrics, shown_measures, speed_sentence
+from trackdyn.measure.metrics import remarks, shown_measures
 from trackdyn.measure.sensor import sense
 from trackdyn.model.arrays import ENERGY_NAMES
 from trackdyn.model.constants import SPROCKET, Tooth
@@ -100,7 +100,7 @@ def show(
         recording = load_recording(recording)
     belt = recording.scene.chain == "belt"
     stretch = None if belt else replay(recording, seconds, progress)
-    measures, work = shown_measures(run_metrics("", recording)), work_of(recording)
+    measures, work = shown_measures(recording), work_of(recording)
     decisions = [
         {
             "choice": words(name),
@@ -133,7 +133,7 @@ def show(
         work=work,
         seconds=recording.seconds,
         decisions=decisions,
-        speed=speed_sentence(recording),
+        remarks=remarks(recording),
         asked=[{"field": words(name), "value": json.dumps(value)} for name, value in recording.meta["scene"].items()],
         present=source_hash(),
         plotly=packed(get_plotlyjs()),

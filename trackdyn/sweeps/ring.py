@@ -1,17 +1,20 @@
 """The ring study (Sect. 6.2) of any rig: every ring and none at every speed, each until its contacts are known."""
 
 from collections.abc import Sequence
+from math import isnan
 from pathlib import Path
 
 import pandas as pd
 
 from trackdyn.measure.columns import COLUMNS
 from trackdyn.measure.ring_rule import COLUMNS as MEASURES
+from trackdyn.measure.step_error import whole_errors
 from trackdyn.measure.stopping import check_driven
 from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.parameters.validation import typed
 from trackdyn.scene.rings import study_radii
 from trackdyn.scene.scene import Scene, StopRule, steady_fields
+from trackdyn.sweeps.engine import DONE
 from trackdyn.sweeps.sweep import sweep
 
 ASKED, ENDED = ["rpm", "ring_radius_m"], ["state", "reason", "contacts_converged"]
@@ -38,8 +41,9 @@ def ring_study(
     counts that is neither refused nor diverges; by default the rig's own.
 
     The table has a row a scene, no ring first: ``rpm``, ``ring_radius_m`` (empty: no ring), ``state``, ``reason``,
-    ``contacts_converged``, the columns of ``metrics.csv``, ``settled_tension_n`` and ``key``. Raises `InputError` where
-    the rig, a speed or a radius cannot be used; what is wrong with one scene is its ``reason``.
+    ``contacts_converged``, the columns of ``metrics.csv``, ``settled_tension_n`` and ``key``; errors hold what the step
+    adds (`measure.step_error`). Raises `InputError` where the rig, a speed or a radius cannot be used; what is wrong
+    with one scene is its ``reason``.
     """
     loaded = load_rig(rig)
     rings = [None, *(study_radii(loaded) if radii is None else sorted(set(radii)))]
@@ -59,5 +63,10 @@ def ring_study(
     table = sweep(design, rig=rig, jobs=jobs, store=store, progress=progress)
     table["rpm"], table["ring_radius_m"] = design["motor_rpm"], pd.to_numeric(design["ring_radius"], errors="coerce")
     metrics = [name for name in table if name in COLUMNS and name not in (*ASKED, "run")]
+    errors = {name: error for name in metrics if (error := COLUMNS[name][3]) in table}
+    for k, of in table[table["state"] == DONE].iterrows():
+        ring = None if isnan(of["ring_radius_m"]) else of["ring_radius_m"]
+        whole = whole_errors(Scene(loaded, of["rpm"], ring).stepped(of["step_s"]))
+        table.loc[k, list(errors.values())] = [whole(name, of[name], of[error]) for name, error in errors.items()]
     columns = [*ASKED, *ENDED, *dict.fromkeys((*metrics, *MEASURES)), "settled_tension_n", "key"]
     return table.reindex(columns=columns).sort_values(ASKED[::-1], na_position="first", ignore_index=True)
