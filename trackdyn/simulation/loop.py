@@ -396,6 +396,8 @@ class Loop:
         before = self._arrays.model
         for name in ("x", "y", "radius"):
             getattr(model.wheels, name)[:] = getattr(before.wheels, name)
+        if model.space is not None and before.space is not None:
+            model.space.centre[:] = before.space.centre
         filled(state, leaves)
         state.steps[0] = round(self.time / model.step)
         other._arrays = LoopArrays(model._replace(drive=before.drive, carriers=before.carriers), state, work)
