@@ -229,7 +229,7 @@ def read_npz(path: Path | str, what: str, limit: float, arrays: bool = True) -> 
                     raise ValueError
                 return meta, loaded
     except Exception:  # whatever a damaged file makes of zip, of JSON, of the header of an array or its size
-        raise InputError(f"{path}: not a {what}, or damaged; remove it to make it anew") from None
+        raise InputError(f"{path}: not a {what}, or damaged; give the path of a whole one") from None
     raise InputError(
         f"{path}: takes {size / 1e6:.0f} MB of memory, more than the {limit / 1e6:.0f} MB available "
         f"for a {what}; use a shorter one"

@@ -85,6 +85,28 @@ def test_a_command_ends_with_one_line_and_code_1(folder, row):
     assert done.out == "" and sorted(folder.rglob("*")) == before
 
 
+def test_check_replaces_its_own_picture_and_no_other_rigs(folder):
+    """Editing and checking in turn was refused from the second time on."""
+    (folder / "rigs").mkdir()
+    for name in ("mine.yaml", "rigs/mine.yaml"):
+        assert run_command("new", name).code == 0
+    for _ in range(2):
+        done = run_command("check", "mine.yaml", "--no-settle")
+        assert done.code == 0, done.err
+    before = Path("mine.png").read_bytes(), Path("mine.svg").read_bytes()
+    done = run_command("check", "rigs/mine.yaml", "--no-settle")
+    assert done.code == 1 and "mine.png exists; give another name" in done.err
+    assert before == (Path("mine.png").read_bytes(), Path("mine.svg").read_bytes())
+
+
+def test_exchanged_arguments_of_compare_are_told_apart(folder):
+    Path("sensor.csv").write_text("time,ay\n0,1\n", encoding="utf-8")
+    done = run_command("compare", "sensor.csv", "short.npz")
+    assert done.code == 1 and "short.npz is the recording: name it first, then the sensor's file sensor.csv" in done.err
+    done = run_command("compare", "sensor.csv", "sensor.csv")
+    assert done.code == 1 and "sensor.csv: not a trackdyn recording" in done.err and "remove" not in done.err
+
+
 @pytest.mark.parametrize(
     ("line", "named", "reason"),
     [

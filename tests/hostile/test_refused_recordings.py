@@ -144,13 +144,13 @@ def test_a_checkpoint_of_other_sources_or_of_another_scene_says_so(checkpoint, m
     path, _ = checkpoint
     free = Scene(load_rig(RIG), 0.0, loop="free", ring_radius=None)
     for other in (Scene(load_rig(RIG), 115.0), free.with_(duration=2.0), free.with_(rig=free.rig.changed(gravity=9.8))):
-        with pytest.raises(InputError, match="is the checkpoint of another scene; remove it to start again"):
+        with pytest.raises(InputError, match="is the checkpoint of another scene; name another file to start again"):
             simulate(other, checkpoint=path)
     monkeypatch.setattr("trackdyn.simulation.loop_arrays.source_hash", lambda: "other")
     for read in (Loop.load, lambda name: simulate(free, checkpoint=name)):
         with pytest.raises(InputError) as caught:
             read(path)
-        one_sentence(caught, "was written by another version", "remove it to start again")
+        one_sentence(caught, "was written by another version", "name another file to start again")
     assert path.exists()
 
 

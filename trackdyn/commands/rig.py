@@ -1,5 +1,6 @@
 """The commands about rigs: ``trackdyn check``, ``trackdyn new`` and ``trackdyn rigs``."""
 
+import hashlib
 import textwrap
 from pathlib import Path
 from typing import Annotated
@@ -55,13 +56,14 @@ def check(
     from trackdyn.parameters.rig import load_rig
     from trackdyn.parameters.rig_file import groove_origin
     from trackdyn.plots.drawing import draw_rig
-    from trackdyn.plots.style import save
+    from trackdyn.plots.style import marked, save
     from trackdyn.simulation.rig_check import OTHER_TOOTH, check_rig, pitch_of
 
     loaded = load_rig(rig)
     out = out or Path(f"{Path(rig).stem}.png")
-    for path in (out, out.with_suffix(".svg")):
-        options.check_output(path, overwrite, rig)
+    mark = f"trackdyn check {hashlib.sha256(str(rig).encode(errors='surrogateescape')).hexdigest()}"
+    for path in (out, out.with_suffix(".svg")):  # a picture of this rig's, of before an edit, is replaced
+        options.check_output(path, overwrite or marked(path, mark), rig)
     if settle:
         typer.echo("settling; kernels that are not compiled yet take a minute or two more", err=True)
     try:
@@ -77,7 +79,7 @@ def check(
             checks.unusual.append(
                 f"the groove is that of {name} ({theirs}), this rig has {ours}: state groove or profile"
             )
-    save(draw_rig(loaded, checks.frame, checks.wheels), out)
+    save(draw_rig(loaded, checks.frame, checks.wheels), out, mark=mark)
     remarks = [("unusual", text) for text in checks.unusual or ["nothing"]]
     for name, text in (*checks.values.items(), *remarks, ("picture", out)):
         typer.echo(f"{name:>22}  {text}")

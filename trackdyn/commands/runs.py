@@ -1,6 +1,7 @@
 """The commands of one run: ``trackdyn simulate``, ``plan``, ``compare`` and ``show``."""
 
 import sys
+from contextlib import suppress
 from pathlib import Path
 from typing import Annotated
 
@@ -293,7 +294,13 @@ def compare(
     chosen = load_mapping(mapping, **requested | {"from": start, "to": to})
     for path in filter(None, (figure, out)):
         options.check_output(path, overwrite, recording, sensor, mapping)
-    loaded = load_recording(recording)
+    try:
+        loaded = load_recording(recording)
+    except InputError:
+        with suppress(InputError):
+            load_recording(sensor)
+            raise InputError(f"{sensor} is the recording: name it first, then the sensor's file {recording}") from None
+        raise
     rig = loaded.scene.rig
     record = read_sensor_csv(sensor, chosen, range_g=rig.sensor.range, gravity=rig.gravity or 9.81)
     for name, text in record.done.items():

@@ -62,7 +62,7 @@ def read_checkpoint(path: Path | str) -> dict[str, Any]:
     if sources != source_hash():
         raise InputError(
             f"{path}: was written by another version (sources {shown(sources)}, now {source_hash()}); "
-            "remove it to start again"
+            "name another file to start again"
         )
     for key, array in arrays.items():
         section, inside, name = key.partition(".")

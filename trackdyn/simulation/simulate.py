@@ -99,7 +99,7 @@ def _resumed(path: Path | str, scene: Scene) -> Recorder:
     if "step" not in scene.model_fields_set:  # it followed the tension at which the loop settled
         scene = scene.model_copy(update={"step": loop.scene.step})
     if loop.scene != scene:
-        raise InputError(f"{path}: is the checkpoint of another scene; remove it to start again")
+        raise InputError(f"{path}: is the checkpoint of another scene; name another file to start again")
     writer = Recorder(loop)
     writer.restore(data)
     return writer
