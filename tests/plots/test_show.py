@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from trackdyn.errors import InputError
+from trackdyn.measure.cells import with_error
 from trackdyn.measure.columns import heading
-from trackdyn.plots.cells import with_error
 from trackdyn.plots.show import geometry, show, signal, work_of
 from trackdyn.simulation import replay as stretches
 from trackdyn.simulation.loop import Loop

@@ -16,7 +16,9 @@ from trackdyn.scene.rings import larger_radii, study_radii, usual_rings
 from trackdyn.scene.scene import Scene, steady_fields
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.settling import SettledLoops
-from trackdyn.sweeps.ring import contact_stop_rule
+from trackdyn.sweeps.engine import Store
+from trackdyn.sweeps.ring import _design, check_same_study, contact_stop_rule
+from trackdyn.sweeps.sweep import requested_rows
 
 TEETH = 13  # 7.7 % of a turn, and 9.7 % with two points
 RADII = (0.304, 0.305, 0.306, 0.307, 0.308)
@@ -54,7 +56,7 @@ def test_the_smallest_ring_that_keeps_every_bound_at_every_speed_is_chosen():
         "choose a ring of 0.306 m",
         "points over a tooth's share: the rule would choose 0.308 m with 1, 0.306 m with 3",
     ]
-    assert "at 210 rpm is 0.6 +- 0.1, must be < 0.5; " in said[2] and said[3].endswith("keeps every bound, too")
+    assert "at 210 rpm is 0.60 +- 0.10, must be < 0.5; " in said[2] and said[3].endswith("keeps every bound, too")
     assert said[5] == (
         "0.306 m: strand 3000 N, RMS force of the ring 9 N, of the left arc 200 N, "
         "sliding work on the teeth 18 J, on the ring 3 J a turn"
@@ -216,3 +218,27 @@ def test_what_a_study_cannot_run_is_refused_before_it_runs(tmp_path, monkeypatch
     monkeypatch.chdir(tmp_path)
     done = run_command("ring", "bench", *options.split())
     assert done.code == 1 and says in done.err and "\n" not in done.err.strip() and not list(tmp_path.iterdir())
+
+
+def test_a_folder_belongs_to_its_study(tmp_path):
+    """A study of another rig, and one with fewer radii, took the place of a study without a word."""
+    table, store = tmp_path / "ring.csv", Store(tmp_path / "rows")
+    rows = requested_rows(_design(load_rig("bench"), [115.0, 210.0], [0.305, 0.307], ()), "bench")
+    for row in rows:
+        store.keep({"key": row.key, "state": "done", "reason": "", "values": {}})
+    pd.DataFrame([{"key": row.key, "state": "done"} for row in rows]).to_csv(table, index=False)
+    before = table.read_bytes()
+    for speeds, radii in (([115.0, 210.0], [0.305, 0.307]), ([210.0, 115.0, 150.0], [0.304, 0.305, 0.307])):
+        check_same_study(table, "bench", speeds, radii)
+    for rig, speeds, radii, step in (
+        ("paper", [115.0, 210.0], [0.305, 0.307], ()),
+        ("bench", [115.0], [0.305, 0.307], ()),
+        ("bench", [115.0, 210.0], [0.305], ()),
+        ("bench", [115.0, 210.0], [0.305, 0.307], (5e-5,)),
+    ):
+        with pytest.raises(InputError, match="give --out another folder, or --overwrite"):
+            check_same_study(table, rig, speeds, radii, step)
+    options = ["--rpm", "115", "--radii", "0.305", "--out", str(tmp_path)]
+    done = run_command("ring", "bench", *options)
+    assert done.code == 1 and "of its runs are of another rig or version, or of speeds" in done.err
+    assert table.read_bytes() == before

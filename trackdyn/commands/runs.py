@@ -158,8 +158,8 @@ def _for_its_duration(scene, out: Path, checkpoint: Path | None, quiet: bool) ->
 
     recording = run(scene, progress=not quiet, checkpoint=checkpoint)
     if not quiet:
+        from trackdyn.measure.cells import plain, with_error
         from trackdyn.measure.metrics import needed_lengths, shown_measures
-        from trackdyn.plots.cells import plain, with_error
 
         measures = shown_measures(recording)  # before it is written: what has no measures leaves no file
     recording.save(out)
@@ -174,8 +174,8 @@ def _for_its_duration(scene, out: Path, checkpoint: Path | None, quiet: bool) ->
 
 
 def _until_converged(plan, tolerances: dict[str, float], longest: float, out: Path) -> None:
+    from trackdyn.measure.cells import plain, with_error
     from trackdyn.measure.convergence import unit_of
-    from trackdyn.plots.cells import plain, with_error
 
     answer = plan.run()
     answer.recording.save(out)
@@ -282,9 +282,9 @@ def compare(
     import pandas as pd
 
     from trackdyn.files import write_csv
+    from trackdyn.measure.cells import cell, plain, with_error
     from trackdyn.measure.compare import compare_with_sensor, doubtful_axes, in_words, other_speed
     from trackdyn.measure.step_error import whole_errors
-    from trackdyn.plots.cells import cell, plain, with_error
     from trackdyn.sensor.sensor_csv import read_sensor_csv
     from trackdyn.sensor.sensor_mapping import load_mapping
     from trackdyn.simulation.recording import load_recording
@@ -296,11 +296,12 @@ def compare(
         options.check_output(path, overwrite, recording, sensor, mapping)
     try:
         loaded = load_recording(recording)
-    except InputError:
+    except InputError as reason:
+        refusal = reason
         with suppress(InputError):
             load_recording(sensor)
-            raise InputError(f"{sensor} is the recording: name it first, then the sensor's file {recording}") from None
-        raise
+            refusal = InputError(f"{sensor} is the recording: name it first, then the sensor's file {recording}")
+        raise refusal from None
     rig = loaded.scene.rig
     record = read_sensor_csv(sensor, chosen, range_g=rig.sensor.range, gravity=rig.gravity or 9.81)
     for name, text in record.done.items():

@@ -52,8 +52,7 @@ def ring(
     from trackdyn.plots.style import save
     from trackdyn.scene.rings import larger_radii, study_radii
     from trackdyn.sweeps.engine import DONE
-    from trackdyn.sweeps.ring import ring_study
-    from trackdyn.sweeps.sweep import check_replaceable
+    from trackdyn.sweeps.ring import check_same_study, ring_study
 
     table, rows, loaded = out / "ring.csv", out / "rows", load_rig(rig)
     judge = parse_rule(rule or RULE, loaded.sprocket.teeth)
@@ -62,7 +61,7 @@ def ring(
     pictures = [out / f"{name}.png" for name in ("fig23_a", "fig23_b", "fig24", "sliding")]
     written = [table, *pictures, *(picture.with_suffix(".svg") for picture in pictures), out / "ring.html"]
     if not overwrite and table.exists():
-        check_replaceable(table, rows)
+        check_same_study(table, rig, speeds, rings, steps)
     for path in written:
         options.check_output(path, overwrite or table.exists(), rig)
     study = ring_study(rig, speeds, rings, jobs, rows, not quiet, steps)
@@ -121,8 +120,8 @@ def _notes(study: "pd.DataFrame", rig, lost: "pd.DataFrame") -> list[str]:
 
 def _shown(study: "pd.DataFrame") -> list[dict]:
     """Rows of the page: speed, radius, tension, durations and forces with their errors, as text."""
+    from trackdyn.measure.cells import cell, with_error
     from trackdyn.measure.ring_rule import WORK
-    from trackdyn.plots.cells import cell, with_error
 
     rows = []
     for of in study.sort_values(["rpm", "ring_radius_m"], na_position="first").to_dict("records"):
@@ -143,10 +142,12 @@ def _say_table(shown: list[dict]) -> None:
     """The table of a terminal, a block a speed."""
     import pandas as pd
 
+    from trackdyn.measure.cells import plain
+
     names = ["ring, m", "strand", *SIDES, *SIDES, "teeth", "ring"]
     for rpm, rows in pd.DataFrame(shown).groupby("rpm", sort=False):
         table = rows.drop(columns="rpm").set_axis(names, axis=1)
-        text = table.to_string(index=False).replace("\N{MINUS SIGN}", "-").replace("\N{PLUS-MINUS SIGN}", "+-")
+        text = plain(table.to_string(index=False))
         typer.echo(f"{rpm} rpm: tension, N; contact, % of a turn; RMS force, N; sliding work, J a turn\n{text}\n")
 
 

@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 
 from trackdyn.errors import InputError, shown
+from trackdyn.measure.cells import plain, with_error
 from trackdyn.measure.columns import PLACES, SIDE_COLUMNS, error_of, heading
 from trackdyn.measure.contacts import TOUCHING
 from trackdyn.measure.convergence import ROUNDING
@@ -69,11 +70,8 @@ class Bound(NamedTuple):
         value, error = row[self.column], row.get(error_of(self.column) or "", 0.0)
         if value != value:
             return f"{heading(self.column)} at {row['rpm']:g} rpm is not known{others}"
-        scatter = f" +- {error:.2g}" if error > ROUNDING * value else ""
-        return (
-            f"{heading(self.column)} at {row['rpm']:g} rpm is {value:.4g}{scatter}, "
-            f"must be {self.sign} {self.limit:.4g}{others}"
-        )
+        number = plain(with_error(value, error)) if error > ROUNDING * value else f"{value:.4g}"
+        return f"{heading(self.column)} at {row['rpm']:g} rpm is {number}, must be {self.sign} {self.limit:.4g}{others}"
 
 
 class RingRule(NamedTuple):

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-from trackdyn.plots.cells import FILTERS
+from trackdyn.measure.cells import FILTERS
 
 HERE = Path(__file__).parent
 CONFIGURATION = 2e-4  # the moving picture shows places and angles to this, m and rad

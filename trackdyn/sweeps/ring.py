@@ -6,16 +6,18 @@ from pathlib import Path
 
 import pandas as pd
 
+from trackdyn.errors import InputError
 from trackdyn.measure.columns import COLUMNS
 from trackdyn.measure.ring_rule import COLUMNS as MEASURES
 from trackdyn.measure.step_error import whole_errors
 from trackdyn.measure.stopping import check_driven
 from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.parameters.validation import typed
-from trackdyn.scene.rings import study_radii
+from trackdyn.scene.rings import larger_radii, study_radii
 from trackdyn.scene.scene import Scene, StopRule, steady_fields
+from trackdyn.sweeps.design import read_table
 from trackdyn.sweeps.engine import DONE
-from trackdyn.sweeps.sweep import sweep
+from trackdyn.sweeps.sweep import check_replaceable, requested_rows, sweep
 
 ASKED, ENDED = ["rpm", "ring_radius_m"], ["state", "reason", "contacts_converged"]
 
@@ -23,6 +25,41 @@ ASKED, ENDED = ["rpm", "ring_radius_m"], ["state", "reason", "contacts_converged
 def contact_stop_rule(rig: Rig) -> StopRule:
     """When contacts are known: shares to 0.2 points of a turn, forces to 0.6 %, and every groove was visited."""
     return StopRule(share_pct=0.2, force=0.006, passages=rig.sprocket.teeth, longest_turns=4)
+
+
+def _design(rig: Rig, speeds: Sequence[float], radii: Sequence[float] | None, step: Sequence[float]) -> pd.DataFrame:
+    """The scenes of a study, a row each. Raises `InputError`: a speed or a radius cannot be used."""
+    rings = [None, *(study_radii(rig) if radii is None else sorted(set(radii)))]
+    for ring in rings:  # before anything runs
+        for rpm in speeds:
+            check_driven(Scene(rig, rpm, ring))
+    rule = contact_stop_rule(rig)
+    stop_rule = {f"stop_rule.{name}": getattr(rule, name) for name in ("share_pct", "force", "passages")}
+    rows = [
+        {"motor_rpm": rpm, "ring_radius": "none" if ring is None else ring} | steady_fields(rig, rpm, rule) | stop_rule
+        for ring in rings
+        for rpm in sorted(set(speeds))
+    ]
+    return pd.DataFrame(rows).assign(**({"step": " ".join(map(str, step))} if step else {}))
+
+
+def check_same_study(
+    path: Path | str, rig: Path | str, speeds: Sequence[float], radii: Sequence[float], step: Sequence[float] = ()
+) -> None:
+    """Refuse (`InputError`) to replace the table of another study: one with a run that this one does not ask for.
+
+    Arguments are those of `ring_study`. Larger radii, which a study may take on its way, belong to it.
+    """
+    check_replaceable(path, Path(path).parent / "rows")
+    loaded, wider = load_rig(rig), list(radii)
+    while more := larger_radii(loaded, wider):
+        wider += more
+    due = {row.key for row in requested_rows(_design(loaded, speeds, wider, step), str(rig))}
+    if Path(path).exists() and (others := len(set(read_table(path)["key"]) - due)):
+        raise InputError(
+            f"{path}: {others} of its runs are of another rig or version, or of speeds, radii or steps that are not "
+            "asked for; give --out another folder, or --overwrite to replace the study"
+        )
 
 
 @typed
@@ -46,20 +83,7 @@ def ring_study(
     with one scene is its ``reason``.
     """
     loaded = load_rig(rig)
-    rings = [None, *(study_radii(loaded) if radii is None else sorted(set(radii)))]
-    for ring in rings:  # before anything runs
-        for rpm in speeds:
-            check_driven(Scene(loaded, rpm, ring))
-    rule = contact_stop_rule(loaded)
-    stop_rule = {f"stop_rule.{name}": getattr(rule, name) for name in ("share_pct", "force", "passages")}
-    rows = [
-        {"motor_rpm": rpm, "ring_radius": "none" if ring is None else ring}
-        | steady_fields(loaded, rpm, rule)
-        | stop_rule
-        for ring in rings
-        for rpm in sorted(set(speeds))
-    ]
-    design = pd.DataFrame(rows).assign(**({"step": " ".join(map(str, step))} if step else {}))
+    design = _design(loaded, speeds, radii, step)
     table = sweep(design, rig=rig, jobs=jobs, store=store, progress=progress)
     table["rpm"], table["ring_radius_m"] = design["motor_rpm"], pd.to_numeric(design["ring_radius"], errors="coerce")
     metrics = [name for name in table if name in COLUMNS and name not in (*ASKED, "run")]

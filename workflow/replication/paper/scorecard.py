@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import pandas as pd
 
 from replication.paper.claims import JUDGED, NOT_COMPARABLE, NOT_SHOWN, SHOWN, VERDICTS
-from trackdyn.plots.cells import significant
+from trackdyn.measure.cells import significant
 
 RADIUS = "C26a"  # the radius to choose
 SECTIONS = ("C04", "C28")  # claims of Sects. 5.2 and 6

@@ -17,7 +17,7 @@ from replication.study.extremes.stability_map import stable_steps
 from trackdyn.errors import TrackdynError
 from trackdyn.extras import required
 from trackdyn.files import replacing, write_text
-from trackdyn.plots.cells import cell
+from trackdyn.measure.cells import cell
 
 EXTREMES = ("rows", "completed", "refused", "defects")
 COLUMNS = {  # of the article's tables, by the table of the results

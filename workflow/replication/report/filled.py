@@ -15,8 +15,8 @@ from replication.study.extremes.resolved import short_runs_verdict
 from replication.study.variants import VARIANTS
 from trackdyn.errors import InputError
 from trackdyn.files import replacing, write_text
+from trackdyn.measure.cells import significant
 from trackdyn.measure.ring_rule import RULE, parse_rule
-from trackdyn.plots.cells import significant
 
 DECISIVE = 3  # assumptions in the README
 BEGIN, END = "<!-- measured -->", "<!-- end -->"

@@ -6,8 +6,8 @@ from pathlib import Path
 import pandas as pd
 
 from trackdyn.files import replacing
+from trackdyn.measure.cells import significant
 from trackdyn.measure.columns import groups, heading, words
-from trackdyn.plots.cells import significant
 
 # columns of the Markdown tables; others are left out there
 COLUMNS_OF = {

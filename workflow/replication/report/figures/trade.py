@@ -17,7 +17,7 @@ from replication.peers import PEER
 from replication.study.accuracy.statistics import LEAD_IN
 from replication.study.variants import REFERENCE
 from trackdyn.files import write_csv
-from trackdyn.plots.cells import significant
+from trackdyn.measure.cells import significant
 from trackdyn.plots.style import COLOURS, GREEN, PURPLE, SMALL, new_figure, save, styled
 from trackdyn.scene.fidelity import PRESETS
 

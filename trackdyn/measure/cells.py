@@ -41,7 +41,7 @@ def plain(text: str) -> str:
 
 def with_error(value: float | None, error: float | None) -> str:
     """A value as far as its error reaches, which has two digits, up to eight decimals: 44.2511 ± 0.0013."""
-    if value is None or not (error or 0.0) > ROUNDING * abs(value):
+    if value is None or error is None or not error > ROUNDING * abs(value):
         return cell(value)
     decimals = min(8, max(0, 1 - floor(log10(error))))
     return f"{value:.{decimals}f} ± {error:.{decimals}f}".replace("-", "\N{MINUS SIGN}")
