@@ -16,7 +16,7 @@ from trackdyn.parameters.yaml_file import read_yaml
 ROOT = Path(__file__).parents[3]
 # but for the record of another rig's fit, which no program reads
 RECORD = ROOT / "config" / "fits" / "printed_equal_pitch.yaml"
-FILES = sorted({*(ROOT / "config").rglob("*.yaml"), *(ROOT / "tests").rglob("*.yaml")} - {RECORD})
+FILES = sorted({*(ROOT / "config").rglob("*.yaml"), *(ROOT / "tests" / "workflow").rglob("*.yaml")} - {RECORD})
 LINE = re.compile(r"# yaml-language-server: \$schema=(\S+)")
 
 

@@ -111,7 +111,7 @@ def test_a_short_run_and_a_rig_of_ones_own_are_said_to_be(results):
     assert "A short run." in page and "Records last 16 s. Its configuration: <code>config/quick.yaml</code>." in page
     own = build_page(results, own=True)
     assert own.count("The rig paper in the runs of the paper") == 2 and "A short run." not in own
-    for words in ("replicated</h1>", "that come out", "are fitted to all statements"):
+    for words in ("replicated</h1>", "that come out", "were chosen so that"):
         assert words in page and words not in own
 
 

@@ -61,7 +61,10 @@ def answer_sentences(card: pd.DataFrame, parameters: pd.DataFrame, own: bool = F
     outside = parameters.loc[parameters["outside"].notna(), "name"].str.replace("[._]", " ", regex=True)
     sources = f"The paper prints or implies {known} of {len(parameters)} parameters of {rigs[0]}"
     if fitted:
-        sources += f"; {fitted} are fitted to all statements at once: the count says what the model can show"
+        sources += (
+            f"; {fitted} were chosen so that its statements come out: the count says what the model can show, and "
+            "predicts nothing"
+        )
     if len(outside):
         sources += f". No real part has its values of {', '.join(outside)}"
     return [

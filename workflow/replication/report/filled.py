@@ -51,7 +51,8 @@ def assumptions_sentence(near: pd.DataFrame, profiles: pd.DataFrame) -> str:
     cells = [f"{row.shown:g} with {re.sub('[._]', ' ', row.assumption)} {row.value}" for row in worst.itertuples()]
     around = near.iloc[0]
     return (
-        f"With all fitted values changed by up to {100 * around['share_moved']:g} %, nine of ten rigs show at least "
+        "With the fitted values, but for equal pitch and the wheels, changed by up to "
+        f"{100 * around['share_moved']:g} %, nine of ten rigs show at least "
         f"{around['shown_by_90_pct']:g} of the {around['of']:g} statements that were fitted. With one value changed "
         f"and no other fitted again, it shows {', '.join(cells)}."
     )
