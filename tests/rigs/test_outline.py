@@ -97,3 +97,30 @@ def test_an_outline_that_is_none_is_refused(rig):
         fit_outline(rig.groove_profile.profile(1), "+--+-", 13)
     with pytest.raises(InputError, match="leaves its groove"):
         fit_outline(rig.groove_profile.profile(5)[:, ::-1], "+--+-", 13)
+
+
+def test_one_arc_a_groove_gets_a_tip_that_is_tangent_to_it():
+    for teeth, height, radius in ((10, 0.3, 0.089), (12, 0.31, 0.05), (21, 0.0439, 0.0043)):
+        groove = ToothProfile(arcs=[[0.0, height, radius, -1]]).groove(teeth)
+        assert groove.convex.tolist() == [True, False, False, True]
+        assert groove.profile()[:, 1].min() == pytest.approx(height - radius, abs=1e-12)
+        assert np.abs([groove.arc(j, 2)[-1] - groove.arc(j + 1, 2)[0] for j in range(1, 4)]).max() < 1e-9
+    with pytest.raises(InputError, match="one row, which must be a concave arc"):
+        ToothProfile(arcs=[[0.0, 0.3, 0.089, 1]]).groove(10)
+
+
+def test_lengths_in_mm_are_named_by_the_size_of_the_sprocket(rig):
+    points = 1e3 * rig.groove_profile.profile(12)
+    for profile in (
+        {"outline": points.tolist()},
+        {"arcs": (arcs_of(rig.groove_profile) * [1e3, 1e3, 1e3, 1]).tolist()},
+    ):
+        with pytest.raises(InputError, match=r"profile lies [23]\d\d\.?\d* m from .* in m, not in mm"):
+            rig.changed(groove=None, profile=ToothProfile(**profile))
+
+
+def test_the_pattern_of_an_outline_is_the_best_one():
+    groove = ToothProfile(arcs=[[0.0, 0.3, 0.089, -1]]).groove(10)
+    points = groove.profile(30)
+    fitted = ToothProfile(outline=points.tolist()).groove(10, 0.02)
+    assert np.abs(distance_to(fitted, points[points[:, 0] < 0])).max() < 1e-5

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from trackdyn.parameters.rig import load_rig, parameter_table
+from trackdyn.parameters.rig import load_rig, outside_ranges, parameter_table
 from trackdyn.parameters.rig_file import shipped_rigs
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
@@ -73,3 +73,33 @@ def test_ranges_that_hang_on_other_values_are_those_of_the_rig(name):
         [0.05 * per_loss, 0.30 * per_loss], rel=0.01
     )
     assert table.loc["chain.connector_radius", "high"] <= rig.connector_length / 2
+
+
+@pytest.mark.parametrize("name", ["bench", "m113", "parts", "robot", "vehicle"])
+def test_rigs_of_real_parts_have_no_value_outside_its_range(name):
+    assert outside_ranges(name) == []
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (
+            "ring_contact: {source: x, friction_static: 0.023, friction_dynamic: 0.021}",
+            ["ring_contact.friction_static = 0.023 lies below its range, 0.3 to 0.9", "ring_contact.friction_dynamic"],
+        ),
+        ("bushing: {source: x, damping: 13.9 N m s/rad}", ["bushing.damping = 13.9 N m s/rad lies above its range"]),
+        ("tension: {source: x, direction: 0.0 deg}", []),  # as its wheels stand
+        ("chain: {source: x, link_length: 0.05 m, link_mass: 2.0 kg}", []),  # sizes of another chain
+        (
+            "chain: {source: x, link_length: 0.09 m}\ntooth_contact: {source: x, friction_static: 0.5}",
+            ["tooth_contact.friction_static = 0.5 lies above its range, 0.05 to 0.35"],  # materials are the same
+        ),
+        ("guide: {source: x, clearance: {value: 0.03, unit: m, kind: printed, low: 0, high: 0.1, source: x}}", []),
+    ],
+)
+def test_values_outside_the_range_that_they_inherit_are_listed(tmp_path, text, said):
+    for name, content in (("mine", f"like: bench\n{text}\n"), ("child", "like: mine.yaml\n")):
+        path = tmp_path / f"{name}.yaml"
+        path.write_text(content, encoding="utf-8")
+        sentences = outside_ranges(path)
+        assert len(sentences) == len(said) and all(a.startswith(b) for a, b in zip(sentences, said, strict=True))

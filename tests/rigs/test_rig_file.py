@@ -188,10 +188,22 @@ def test_the_pitch_of_a_single_pin_chain_gives_the_equal_pitch_radius(tmp_path):
     assert load_rig(tmp_path / "other.yaml").sprocket.equal_pitch_radius == 0.29
 
 
+ROLLER = """
+like: bench
+chain: {source: "08B-1", kind: single_pin, pitches: 84, pitch: 0.0127 m, link_length: 0.0125 m, link_thickness: 0.004 m, connector_radius: 0.00425 m}
+sprocket: {source: x, teeth: 21}
+"""  # noqa: E501
+
+
 @pytest.mark.parametrize(
     ("old", "new", "says"),
     [
-        ("kind: single_pin", "kind: double_pin", "chain.pitch is that of a single-pin chain; with two pins"),
+        ("kind: single_pin", "kind: double_pin", None),
+        (
+            "kind: single_pin, pitch: 0.17 m",
+            "kind: double_pin, pitch: 0.11 m",
+            "more than chain.link_length = 0.1145 m",
+        ),
         ("teeth: 12", "teeth: 12, equal_pitch_radius: 0.29 m", "chain.pitch gives sprocket.equal_pitch_radius; leave"),
         ("pitch: 0.17 m", "pitch: 0.01 m", "chain.pitch = 0.01: must be a length in m, such as 0.17 m"),
         ("pitch: 0.17 m", "pitch: 170 mm", "chain.pitch = 170: must be a length in m"),
@@ -199,7 +211,42 @@ def test_the_pitch_of_a_single_pin_chain_gives_the_equal_pitch_radius(tmp_path):
     ],
 )
 def test_a_pitch_that_gives_no_sprocket_is_refused(tmp_path, old, new, says):
-    assert says in refusal(written(tmp_path, PINS.replace(old, new)))
+    path = written(tmp_path, PINS.replace(old, new))
+    if says is None:
+        assert load_rig(path).pitch == pytest.approx(0.17, rel=1e-9)
+    else:
+        assert says in refusal(path)
+
+
+@pytest.mark.parametrize("name", ["bench", "robot", "vehicle"])
+def test_a_worn_chain_is_one_line_and_leaves_tooth_and_ring_as_they_are(tmp_path, name):
+    new = load_rig(name)
+    text = f'like: {name}\nchain: {{source: "worn by 1 %", pitch: {1.01 * new.pitch!r} m}}\n'
+    worn = load_rig(written(tmp_path, text))
+    assert worn.pitch == pytest.approx(1.01 * new.pitch, rel=1e-9) and worn.chain == new.chain
+    assert worn.sprocket.ring_radius == new.sprocket.ring_radius
+    np.testing.assert_allclose(worn.groove_profile.profile(), new.groove_profile.profile(), rtol=0, atol=1e-12)
+    (tmp_path / "older.yaml").write_text("like: mine.yaml\nsensor: {source: x, x: 0.01 m}\n", encoding="utf-8")
+    assert load_rig(tmp_path / "older.yaml").groove == worn.groove
+
+
+def test_a_groove_of_another_pitch_is_named_before_its_geometry_fails(tmp_path):
+    said = refusal(written(tmp_path, ROLLER))
+    assert "the groove is that of parts (13 teeth, pitch 0.1632 m" in said.partition("state groove or profile")[0]
+    assert said.index("state groove or profile") < said.index("slope_tip")
+
+
+def test_the_law_of_drag_follows_the_values_of_the_wheels(tmp_path):
+    wheels = (
+        "like: bench\nwheels: {source: x, idler: {x: -1.01 m, y: 0.0 m, radius: 0.28 m, inertia: 3.0 kg m2, VALUE}}\n"
+    )
+    for value, law in (
+        ("bearing_drag: 1.0 N m s/rad", "viscous"),
+        ("bearing_torque: 1.0 N m", "coulomb"),
+        ("rolling_arm: 0.005 m", "rolling"),
+        ("rolling_arm: 0.005 m, bearing_drag: 1.0 N m s/rad", load_rig("bench").drag),
+    ):
+        assert load_rig(written(tmp_path, wheels.replace("VALUE", value))).drag == law
 
 
 def test_more_teeth_name_the_radius_that_must_grow(tmp_path):

@@ -53,11 +53,10 @@ def check(
     overwrite: options.Overwrite = False,
 ) -> None:
     """Lay a rig's loop, draw it, and say how the chain wraps, which step it allows and what is unusual."""
-    from trackdyn.parameters.rig import load_rig
-    from trackdyn.parameters.rig_file import groove_origin
+    from trackdyn.parameters.rig import foreign_groove, load_rig, outside_ranges
     from trackdyn.plots.drawing import draw_rig
     from trackdyn.plots.style import marked, save
-    from trackdyn.simulation.rig_check import OTHER_TOOTH, check_rig, pitch_of
+    from trackdyn.simulation.rig_check import check_rig
 
     loaded = load_rig(rig)
     out = out or Path(f"{Path(rig).stem}.png")
@@ -70,23 +69,16 @@ def check(
         checks = check_rig(loaded, rpm, settle)
     except TrackdynError as error:
         raise type(error)(f"{rig}: {error}") from None
-    if origin := groove_origin(rig):
-        other = load_rig(origin)
-        both = [(of.sprocket.teeth, pitch_of(of), of.chain.connector_radius) for of in (other, loaded)]
-        if any(abs(here / there - 1) > OTHER_TOOTH for there, here in zip(*both, strict=True)):
-            theirs, ours = ("{} teeth, pitch {:.4g} m, arcs of {:.3g} m".format(*of) for of in both)
-            name = Path(origin).stem
-            checks.unusual.append(
-                f"the groove is that of {name} ({theirs}), this rig has {ours}: state groove or profile"
-            )
+    unusual = [*outside_ranges(rig), *filter(None, [foreign_groove(rig, loaded)]), *checks.unusual]
     save(draw_rig(loaded, checks.frame, checks.wheels), out, mark=mark)
-    remarks = [("unusual", text) for text in checks.unusual or ["nothing"]]
+    remarks = [("unusual", text) for text in unusual or ["nothing"]]
     for name, text in (*checks.values.items(), *remarks, ("picture", out)):
         typer.echo(f"{name:>22}  {text}")
 
 
 def rig_text(like: str) -> str:
     """A rig file that begins with all of a shipped rig (else `InputError`); most of it stands in comments."""
+    from trackdyn.parameters.quantities import outside_range
     from trackdyn.parameters.rig import load_rig
     from trackdyn.parameters.rig_file import PLAIN_WHEEL, SHIPPED, read_rig, rig_path, shipped_rigs
 
@@ -113,7 +105,9 @@ def rig_text(like: str) -> str:
         rows = [f"# {name}:", "#   source: ..."]
         for key, item in section.items():
             source = textwrap.shorten(str(item["source"]).removeprefix(f"{item['kind']}: "), 90, placeholder=" ...")
-            rows.append(f"#   {key}: {short(item)}  # {item['kind']}: {source}")
+            side = outside_range(item)
+            outside = f"; {side} its range, {item['low']:g} to {item['high']:g}" if side else ""
+            rows.append(f"#   {key}: {short(item)}  # {item['kind']}: {source}{outside}")
         return rows
 
     wheels = {name: entries[name] if name in entries else entries["wheels"][name] for name in rig.rollers}

@@ -30,6 +30,12 @@ def connector_length(teeth: int, link_length: float, pin_circle: float) -> float
     return 2 * pin_circle * sin(rest)
 
 
+def pin_height(teeth: int, link_length: float, link_thickness: float, equal_pitch_radius: float) -> float:
+    """Distance of a connector from the sprocket's centre, where its links touch a ring of equal pitch; m."""
+    pin_circle = hypot(equal_pitch_radius + link_thickness / 2, link_length / 2)
+    return sqrt(pin_circle**2 - connector_length(teeth, link_length, pin_circle) ** 2 / 4)
+
+
 @dataclass(frozen=True)
 class Groove:
     """Arcs in the groove frame: ten, or five of the coarse profile, edges included."""

@@ -5,6 +5,8 @@ mirrors them. A sign is +1 for a convex arc and -1 for a concave one.
 """
 
 from decimal import Decimal
+from functools import lru_cache
+from itertools import product
 from math import atan2, cos, hypot, pi, sin, sqrt, tan
 from pathlib import Path
 from typing import Annotated, Any
@@ -21,6 +23,11 @@ from trackdyn.parameters.sections import OmitsDefaults
 TANGENT = 1e-6  # m by which neighbouring arcs may miss each other: less than machining and more than rounding of a file
 COARSEST = 1e-4  # m, the last decimal of arcs that print has rounded
 LONGEST_OUTLINE = 20_000  # points
+TIP = 0.1  # of a hollow's radius: that of the tip, beyond half the land between two hollows
+# what an outline without a pattern is tried with: all signs, the tip convex; one more arc must gain a tenth
+PATTERNS = tuple("+" + "".join(signs) for more in (1, 2, 3, 4) for signs in product("+-", repeat=more))
+MORE_ARCS = 1.1
+FOLLOWED = 1e-5  # m, RMS of an outline that needs no other pattern: a good measuring machine
 LEAST_ARC = 1e-3  # m, a radius that a fit does not go below
 MOST_ARCS = 15  # of a flank: areas are kept as bits
 
@@ -34,26 +41,59 @@ class ToothProfile(OmitsDefaults):
     right: Annotated[Table | None, Quantity("m, m, m, 1")] = None
     # measured points ``x, y`` (m) of the groove frame, of the left flank or of both
     outline: Annotated[Table | None, Quantity("m, m")] = None
-    # signs of the arcs that the outline is fitted with, tip first: ``+`` convex, ``-`` concave
-    pattern: Annotated[str, Quantity("name")] = "+--+-"
+    # signs of the arcs that the outline is fitted with, tip first: ``+`` convex, ``-`` concave; by default the best
+    pattern: Annotated[str | None, Quantity("name")] = None
 
     def model_post_init(self, context: Any) -> None:
         """Check values that depend on each other."""
         if (self.arcs is None) == (self.outline is None):
             raise InputError("profile needs arcs or outline, and one of them only")
-        if not 2 <= len(self.pattern) <= MOST_ARCS or set(self.pattern) - set("+-"):
+        if self.pattern is not None and (not 2 <= len(self.pattern) <= MOST_ARCS or set(self.pattern) - set("+-")):
             raise InputError(f"profile.pattern = {self.pattern!r}: must be 2 to {MOST_ARCS} signs, such as +--+-")
-        if self.arcs is not None and not 2 <= len(self.arcs) <= MOST_ARCS:
-            raise InputError(f"profile.arcs has {len(self.arcs)} rows; it must have 2 to {MOST_ARCS}")
+        if self.arcs is not None and len(self.arcs) > MOST_ARCS:
+            raise InputError(f"profile.arcs has {len(self.arcs)} rows; it must have 1 to {MOST_ARCS}")
         if self.right is not None and (self.arcs is None or len(self.right) != len(self.arcs)):
             raise InputError(f"profile.right has {len(self.right)} rows; it needs as many as profile.arcs has")
 
-    def groove(self, teeth: int) -> Groove:
-        """The groove of the arcs, or of those fitted to the outline."""
+    @property
+    def size(self) -> float:
+        """Distance from the sprocket's centre: of the bottom of the arcs, or the median of the outline's points; m."""
+        if self.outline is not None:
+            return float(np.median(np.hypot(*np.array(self.outline).T)))
+        assert self.arcs is not None, "a profile has arcs or an outline"
+        _, y, radius, sign = self.arcs[-1]
+        return abs(y + sign * radius)
+
+    def groove(self, teeth: int, arc_radius: float = 0.0) -> Groove:
+        """The groove of the arcs, or of those fitted to the outline for a connector's arc of ``arc_radius`` (m)."""
         if self.arcs is None:
-            return fit_outline(np.array(self.outline), self.pattern, teeth)
-        left, right = (joined(np.array(rows), teeth) for rows in (self.arcs, self.right or self.arcs))
+            assert self.outline is not None, "a profile has arcs or an outline"
+            return _fitted(self.outline, self.pattern, teeth, arc_radius)
+        left, right = (joined(tipped(np.array(rows), teeth), teeth) for rows in (self.arcs, self.right or self.arcs))
         return groove_of_arcs(left, teeth, right)
+
+
+@lru_cache(maxsize=8)  # a sweep makes many rigs with one tooth
+def _fitted(outline: Table, pattern: str | None, teeth: int, arc_radius: float) -> Groove:
+    """Arcs of a pattern fitted to an outline, or of the pattern that follows it best and lets the connectors in."""
+    points = np.array(outline)
+    if pattern is not None:
+        return fit_outline(points, pattern, teeth)
+    fits: list[tuple[float, int, Groove]] = []
+    for signs in PATTERNS:
+        try:
+            groove = fit_outline(points, signs, teeth)
+        except InputError as error:
+            refusal = error
+            continue
+        if groove.radius[~groove.convex].min(initial=np.inf) > arc_radius:
+            rms = misfit(groove, points)
+            fits.append((rms * MORE_ARCS ** len(signs), len(fits), groove))
+            if rms < FOLLOWED:
+                break
+    if not fits:
+        raise refusal
+    return min(fits)[-1]
 
 
 def _nu(alpha):
@@ -160,6 +200,20 @@ def flank_arcs(signs: np.ndarray, radii: np.ndarray, slopes: np.ndarray, bottom:
     return arcs
 
 
+def tipped(arcs: np.ndarray, teeth: int) -> np.ndarray:
+    """Arcs (k, 4) of a flank; one concave arc alone gets a tip that is tangent to it, centred on the tooth line."""
+    if len(arcs) > 1:
+        return arcs
+    x, y, radius, sign = arcs[0]
+    half = pi / teeth
+    off, along = x * cos(half) + y * sin(half), y * cos(half) - x * sin(half)
+    if sign != -1.0 or not radius > 0.0 or off <= 0.0:
+        raise InputError("profile.arcs has one row, which must be a concave arc (sign -1) in the middle of the groove")
+    tip = max(off - radius, 0.0) + TIP * radius
+    along -= sqrt((tip + radius) ** 2 - off**2)
+    return np.vstack([[-along * sin(half), along * cos(half), tip, 1.0], arcs])
+
+
 def fit_outline(points: np.ndarray, pattern: str, teeth: int) -> Groove:
     """Tangent arcs of least squared distance to measured points (n, 2) of a groove, m.
 
@@ -216,6 +270,11 @@ def _start(flank: np.ndarray, signs: np.ndarray, radius: float, rise: float, hal
 def distance_to(groove: Groove, points: np.ndarray) -> np.ndarray:
     """Signed distance of points (n, 2) to the profile, positive in the open groove, m."""
     return -true_depth(groove, 0.0, points)
+
+
+def misfit(groove: Groove, points: np.ndarray) -> float:
+    """RMS distance of measured points (n, 2) of either flank from the left flank of a profile, m."""
+    return float(np.sqrt((distance_to(groove, points * np.where(points[:, :1] > 0, [-1.0, 1.0], 1.0)) ** 2).mean()))
 
 
 def read_outline(path: Path) -> list[list[float]]:

@@ -215,6 +215,12 @@ def no_field(section: Section, name: str) -> InputError:
     return InputError(f"{shown(name)} is not a parameter of the rig; {hint}")
 
 
+def outside_range(entry: dict) -> str:
+    """Side on which the value of an entry leaves its range, ``below`` or ``above``; empty if it does not."""
+    value, low, high = (number_of(entry.get(key)) for key in ("value", "low", "high"))
+    return "below" if value < low else "above" if value > high else ""
+
+
 def entries_of(data: dict, prefix: str = "") -> dict[str, dict]:
     """Entries of a rig file (`rig_file.read_rig`) by the names of their fields."""
     entries = {}

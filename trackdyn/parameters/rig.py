@@ -7,6 +7,7 @@ from operator import getitem
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+import numpy as np
 from pydantic import Field
 
 from trackdyn.errors import InputError
@@ -23,15 +24,19 @@ from trackdyn.parameters.quantities import (
     keys_of,
     may_have,
     no_field,
-    number_of,
+    outside_range,
 )
-from trackdyn.parameters.rig_file import DEFAULT, TRIED, read_rig, rig_path
+from trackdyn.parameters.rig_file import DEFAULT, DRAG_FIELDS, TRIED, groove_origin, read_rig, rig_path
 from trackdyn.parameters.sections import Surface, TestedStep, Wheel
 from trackdyn.parameters.validation import shown, typed, validated
 from trackdyn.parameters.yaml_file import read_yaml
 
 if TYPE_CHECKING:
     import pandas as pd
+
+
+WORN = 0.035  # share by which a chain's pitch may differ from the one that a groove was made for: worn out at 3 %
+OTHER_ARC = 0.01  # the same of the connectors' arcs
 
 
 class Rig(sections.OmitsDefaults):
@@ -146,7 +151,7 @@ class Rig(sections.OmitsDefaults):
         ignored = {
             f"{name}.{field}"
             for name in self.rollers
-            for law, fields in sections.DRAG_FIELDS.items()
+            for law, fields in DRAG_FIELDS.items()
             if law != self.drag
             for field in fields
         }
@@ -175,6 +180,12 @@ class Rig(sections.OmitsDefaults):
         return 2 * middle * tan(pi / self.sprocket.teeth)
 
     @cached_property
+    def pitch(self) -> float:
+        """Length of a pitch of the chain, m."""
+        single = self.chain.kind == "single_pin"
+        return self.single_pin_pitch if single else self.chain.link_length + self.connector_length
+
+    @cached_property
     def equal_pitch_radii(self) -> dict[str, float]:
         """Ring radii of equal pitch (m) by their readings (`groove.equal_pitch_radius`)."""
         bodies = (self.chain.link_length, self.connector_length)
@@ -187,8 +198,15 @@ class Rig(sections.OmitsDefaults):
         """The arcs: the ten of the design, or those of a profile."""
         if self.groove is None:
             assert self.profile is not None, "a tooth has groove or profile"
-            groove = self.profile.groove(self.sprocket.teeth)
-            narrow, arc = groove.radius[~groove.convex].min(), self.chain.connector_radius
+            arc, size, equal = self.chain.connector_radius, self.profile.size, self.sprocket.equal_pitch_radius
+            if not 0.4 < size / equal < 2.5:
+                unit = ", not in mm" if 300 < size / equal < 3000 else ""
+                raise InputError(
+                    f"profile lies {size:.4g} m from the sprocket's centre, where sprocket.equal_pitch_radius is "
+                    f"{equal:.4g} m; its lengths must be in m{unit}"
+                )
+            groove = self.profile.groove(self.sprocket.teeth, arc)
+            narrow = groove.radius[~groove.convex].min(initial=np.inf)
             if narrow <= arc:
                 raise InputError(
                     f"profile gives a concave area of radius {narrow:.6g} m; it must be wider than "
@@ -253,12 +271,13 @@ class Rig(sections.OmitsDefaults):
         return _validated(data, "rig")
 
 
-def _validated(data: Any, name: str, context: str | None = None) -> Rig:
+def _validated(data: Any, name: str, context: str | None = None, path: Path | str | None = None) -> Rig:
     rig = validated(Rig, data, name, "add it with value, unit, kind and source", context)
     try:
         rig.groove_profile  # noqa: B018 -- an impossible groove is refused here, not in mid-run
     except InputError as error:
-        raise InputError(f"{name}: {error}") from None
+        foreign = "" if path is None else foreign_groove(path, rig)
+        raise InputError(f"{name}: {foreign + '; as it is, ' if foreign else ''}{error}") from None
     return rig
 
 
@@ -278,7 +297,30 @@ def load_rig(path: Path | str = DEFAULT) -> Rig:
     """
     data = read_rig(path)
     tried = read_yaml(rig_path(path)).get(TRIED)
-    return _validated(data if tried is None else data | {TRIED: tried}, str(path), FROM_FILE)
+    return _validated(data if tried is None else data | {TRIED: tried}, str(path), FROM_FILE, path)
+
+
+def outside_ranges(path: Path | str) -> list[str]:
+    """List a sentence for each value of a rig file, its own or inherited, that lies outside its range."""
+    return [
+        f"{name} = {entry['value']:.6g}{'' if entry['unit'] == '1' else ' ' + entry['unit']} lies {side} its range, "
+        f"{entry['low']:g} to {entry['high']:g}"
+        for name, entry in entries_of(read_rig(path)).items()
+        if (side := outside_range(entry))
+    ]
+
+
+def foreign_groove(path: Path | str, rig: Rig) -> str:
+    """Name the tooth whose groove or profile a rig file inherits, if it is that of another chain; else empty."""
+    origin = groove_origin(path)
+    if origin is None:
+        return ""
+    other = load_rig(origin)
+    both = [(of.sprocket.teeth, of.pitch, of.chain.connector_radius) for of in (other, rig)]
+    if all(abs(here / there - 1) <= share for there, here, share in zip(*both, (0.0, WORN, OTHER_ARC), strict=True)):
+        return ""
+    theirs, ours = ("{} teeth, pitch {:.4g} m, arcs of {:.3g} m".format(*of) for of in both)
+    return f"the groove is that of {origin.stem} ({theirs}), this rig has {ours}: state groove or profile"
 
 
 def parameter_table(path: Path | str) -> "pd.DataFrame":
@@ -294,6 +336,5 @@ def parameter_table(path: Path | str) -> "pd.DataFrame":
     rows.append(dict(name="connector length", value=rig.connector_length, unit="m", kind="derived", source=derived))
     rows.append(dict(name="pin circle", value=rig.pin_circle, unit="m", kind="derived", source=derived))
     for row in rows:
-        value, low, high = (number_of(row.get(key)) for key in ("value", "low", "high"))
-        row["outside"] = "below" if value < low else "above" if value > high else ""
+        row["outside"] = outside_range(row)
     return pd.DataFrame(rows, columns=["name", "value", "unit", "kind", "low", "high", "outside", "source"])

@@ -18,11 +18,15 @@ from trackdyn.parameters.yaml_file import ENTRY_KEYS, KINDS, read_yaml
 SHIPPED = Path(__file__).parents[1] / "rigs"
 DEFAULT = "paper"
 TRIED = "tried"  # steps that were tried on this rig, not on those that are like it
+LONGEST_PITCH = 4  # lengths of a link
 MOST_LIKE = 5  # files that take from one another
 OUTLINE = "profile.outline"
+OTHER_CHAIN = {"kind", "link_length", "teeth"}  # a file with one of them describes another chain, not a worn one
 WHEELS_OF_OLD = ("idler", "road_wheel")  # sections that are wheels of their own
 NUMBER = re.compile(r"\s*([-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?)\s+(\S(?:.*\S)?)\s*")
 PLAIN_WORD = re.compile(r"[A-Za-z0-9_]{1,40}")
+# fields of a wheel that a law of drag reads
+DRAG_FIELDS = {"viscous": ("bearing_drag",), "coulomb": ("bearing_torque",), "rolling": ("rolling_arm", "seal_drag")}
 # what a wheel has if its file does not say so: aligned, and a bearing without loss
 PLAIN_WHEEL = {
     name: {"value": 0.0, "unit": unit, "kind": "assumed", "source": "not stated in the file: aligned, no losses"}
@@ -88,27 +92,38 @@ def groove_origin(name: Path | str) -> Path | None:
 
 
 def _with_pitch(data: dict, name: Path | str) -> dict:
-    """A single-pin chain's ``pitch`` as the equal-pitch radius of its sprocket, on which its pins make a polygon."""
+    """A chain's ``pitch`` as the equal-pitch radius of its sprocket, on which its pins make a polygon.
+
+    A groove that was designed for another radius stays where it is: its seat is deeper below the pins of a worn chain.
+    """
     chain, sprocket = data.get("chain"), data.get("sprocket")
     if not isinstance(chain, dict) or "pitch" not in chain or not isinstance(sprocket, dict):
         return data
+    from trackdyn.parameters.groove import equal_pitch_radius, pin_height
     from trackdyn.parameters.quantities import number_of
 
-    entry, kind, *others = (
-        of if isinstance(of := section.get(key), dict) else {}
-        for section, key in ((chain, "pitch"), (chain, "kind"), (chain, "link_thickness"), (sprocket, "teeth"))
-    )
-    if kind.get("value") != "single_pin":
-        raise InputError(
-            f"{name}: chain.pitch is that of a single-pin chain; with two pins the pitch follows from "
-            "chain.link_length and sprocket.equal_pitch_radius: state these, or kind: single_pin"
-        )
-    pitch, thickness, teeth = (number_of(of.get("value")) for of in (entry, *others))
-    radius = pitch / (2 * tan(pi / teeth)) - thickness / 2 if teeth > 2 else nan
+    fields = ((chain, "pitch"), (chain, "link_length"), (chain, "link_thickness"), (sprocket, "teeth"))
+    entry, *others = (of if isinstance(of := section.get(key), dict) else {} for section, key in fields)
+    pitch, length, thickness, teeth = (number_of(of.get("value")) for of in (entry, *others))
+    kind = chain.get("kind")
+    if isinstance(kind, dict) and kind.get("value") == "single_pin":
+        radius = pitch / (2 * tan(pi / teeth)) - thickness / 2 if teeth > 2 else nan
+        accepted = "a length in m, such as 0.17 m"
+    else:
+        possible = teeth > 2 and length < pitch < LONGEST_PITCH * length
+        radius = equal_pitch_radius(int(teeth), length, pitch - length, thickness)["polygonal"] if possible else nan
+        accepted = f"in m, more than chain.link_length = {length:g} m and less than {LONGEST_PITCH} times as much"
     if entry.get("unit") != "m" or not radius > 0:
-        raise InputError(f"{name}: chain.pitch = {shown(entry.get('value'))}: must be a length in m, such as 0.17 m")
-    source = f"{entry['source']}: {teeth:g} bodies of {pitch:g} m make the polygon of pins"
+        raise InputError(f"{name}: chain.pitch = {shown(entry.get('value'))}: must be {accepted}")
+    source = f"{entry['source']}: {teeth:g} pitches of {pitch:g} m fill the polygon of pins"
     follows = {"value": radius, "unit": "m", "kind": "derived", "source": source}
+    groove, before = data.get("groove"), sprocket.get("equal_pitch_radius")
+    if isinstance(groove, dict) and isinstance(groove.get("seat_depth"), dict) and isinstance(before, dict):
+        seat = groove["seat_depth"]
+        above, below = (pin_height(int(teeth), length, thickness, of) for of in (radius, number_of(before["value"])))
+        deeper = {"value": number_of(seat["value"]) + above - below, "unit": "m", "kind": "derived"}
+        deeper["source"] = f"{seat['source']}; the pins of this pitch stand {1e3 * (above - below):.3g} mm higher"
+        data = data | {"groove": groove | {"seat_depth": deeper}}
     sprocket = {"ring_radius": follows} | sprocket | {"equal_pitch_radius": follows}
     return data | {"chain": {key: of for key, of in chain.items() if key != "pitch"}, "sprocket": sprocket}
 
@@ -127,6 +142,7 @@ def _read(path: Path | str, depth: int) -> dict[str, Any]:
         }
         copy_wheels = isinstance(data.get("wheels"), dict)
         if copy_wheels:
+            data = _drag_of_wheels(data["wheels"]) | data
             wheels = {
                 key: PLAIN_WHEEL | wheel if isinstance(wheel, dict) else wheel for key, wheel in data["wheels"].items()
             }
@@ -146,19 +162,60 @@ def _read(path: Path | str, depth: int) -> dict[str, Any]:
     for section, other in (("groove", "profile"), ("profile", "groove")):
         if section in data:
             base.pop(other, None)
-    stated = {
-        key: set(content) if isinstance(content := data.get(key), dict) else set() for key in ("chain", "sprocket")
-    }
-    for field, section, other in (("pitch", "sprocket", "ring_radius"), ("equal_pitch_radius", "chain", "pitch")):
-        if field in stated["chain"] | stated["sprocket"] and isinstance(base.get(section), dict):
-            base[section] = {key: content for key, content in base[section].items() if key != other}
-    if {"pitch", "equal_pitch_radius"} <= stated["chain"] | stated["sprocket"]:
+    stated, known = (
+        {field for key in ("chain", "sprocket") if isinstance(of.get(key), dict) for field in of[key]}
+        for of in (data, base)
+    )
+    if {"pitch", "equal_pitch_radius"} <= stated:
         raise InputError(f"{path}: chain.pitch gives sprocket.equal_pitch_radius; leave one of them out")
+    other_chain, dropped = bool(stated & OTHER_CHAIN), set[str]()
+    if "equal_pitch_radius" in stated:
+        dropped.add("pitch")
+    elif "pitch" in stated and other_chain:
+        dropped |= {"ring_radius", "equal_pitch_radius"}
+    elif "pitch" in stated | known and "groove" in data:  # a groove that is designed for this pitch
+        dropped.add("equal_pitch_radius")
+    for key in ("chain", "sprocket"):
+        if isinstance(base.get(key), dict):
+            base[key] = {field: content for field, content in base[key].items() if field not in dropped}
     return base | {
-        key: base[key] | content
+        key: base[key] | _with_ranges(content, base[key], other_chain, copy_wheels)
         if isinstance(content, dict) and isinstance(base.get(key), dict) and key != "wheels" and "value" not in content
         else content
         for key, content in data.items()
+    }
+
+
+def _drag_of_wheels(wheels: dict) -> dict[str, Any]:
+    """Law of drag for which a file's own wheels have values, if there is one alone."""
+    stated = {field for wheel in wheels.values() if isinstance(wheel, dict) for field in wheel}
+    laws = [law for law, fields in DRAG_FIELDS.items() if stated.intersection(fields)]
+    source = "the one law that the values of the wheels are for"
+    return {"drag": {"value": laws[0], "unit": "name", "kind": "assumed", "source": source}} if len(laws) == 1 else {}
+
+
+def _with_ranges(section: dict, base: dict, other_chain: bool, other_wheels: bool) -> dict:
+    """A section whose values without a range have that of the values they replace, where it holds for them.
+
+    Ranges of sizes hold for one chain, those of materials (friction, restitution, slip) for every one; a direction
+    belongs to the wheels.
+    """
+
+    def holds(entry: Any, old: Any) -> bool:
+        if not all(isinstance(of, dict) and "value" in of for of in (entry, old)) or entry.keys() & {"low", "high"}:
+            return False
+        unit = old.get("unit")
+        return (
+            entry.get("unit") == unit
+            and not (other_chain and unit not in ("1", "m/s"))
+            and (not (other_wheels and unit == "deg"))
+        )
+
+    return {
+        key: {of: base[key][of] for of in ("low", "high") if of in base[key]} | entry
+        if holds(entry, base.get(key))
+        else entry
+        for key, entry in section.items()
     }
 
 

@@ -95,8 +95,6 @@ class Wheel(OmitsDefaults):
 
 Kept = Literal["locked", "retensioned", "sprung", "forced"]
 Drag = Literal["viscous", "coulomb", "rolling"]
-# fields of a wheel that a law of drag reads
-DRAG_FIELDS = {"viscous": ("bearing_drag",), "coulomb": ("bearing_torque",), "rolling": ("rolling_arm", "seal_drag")}
 
 
 class ChainParameters(OmitsDefaults):

@@ -20,7 +20,6 @@ SMALL_WRAP = 90.0  # deg of the sprocket below which few teeth share the load
 DEEP_SAG = 0.1  # of a span
 SHORT_STEP = 2e-5  # s
 ROUGH_OUTLINE = 2e-4  # m, RMS
-OTHER_TOOTH = 0.01  # share by which pitch or arc differs from those that a groove was made for
 # of a trial of steps
 HOLDS = 0.01  # of RMS and mean peak, from a step to half of it
 SECONDS, RAMP = 1.0, 0.3  # s at speed, and until then
@@ -44,13 +43,12 @@ def check_rig(rig: Rig, rpm: float, settle: bool = True) -> RigReport:
     path, order = belt_around(rig, laid.shift, float(lengths[0]))
     names = wheel_names(rig)
     wraps = {names[wheel]: degrees(float(path.wrap[k])) for k, wheel in enumerate(order)}
-    pitch = pitch_of(rig)
     sample = 1.0 / rig.sensor.rate
     finest = Scene(rig, rpm, step=sample / min(np.floor(sample / LEAST_STEP), 1000))
     step = largest_step(finest.model, rig.tension.pre_tension)
     values = {
         "loop": (
-            f"{rig.chain.pitches} pitches of {1e3 * pitch:.4g} mm, {lengths.sum():.4g} m; "
+            f"{rig.chain.pitches} pitches of {1e3 * rig.pitch:.4g} mm, {lengths.sum():.4g} m; "
             f"{rig.chain.kind.replace('_', '-')}, {rig.sprocket.teeth} teeth"
         ),
         **{f"wrap of {name}": f"{wrap:.4g} deg" for name, wrap in wraps.items()},
@@ -114,11 +112,6 @@ def try_steps(settled: Loop, rpm: float) -> tuple[float | None, list[float]]:
     return None, tried
 
 
-def pitch_of(rig: Rig) -> float:
-    """Length of a pitch, m."""
-    return float(body_lengths(rig, rig.chain.kind).sum() / rig.chain.pitches)
-
-
 def _tensioner(rig: Rig, shift: float) -> str:
     travel = 1e3 * rig.tension.travel
     return f"{rig.tension.wheel} shifted by {1e3 * shift:.3g} mm of {travel:.3g} mm, {rig.tension.kept}"
@@ -149,11 +142,15 @@ def _unusual(rig: Rig, path, wraps: dict[str, float], step: float, names: tuple[
     if rig.profile is not None and rig.profile.outline is not None:
         x, y = np.array(rig.profile.outline).T
         misses = distance_to(rig.groove_profile, np.column_stack([-np.abs(x), y]))
+        convex = rig.groove_profile.convex
+        signs = "".join("-+"[int(of)] for of in convex[: len(convex) // 2])
         rms, worst = 1e3 * np.sqrt((misses**2).mean()), 1e3 * np.abs(misses).max()
         text = (
             f"the measured outline of the tooth is followed to {rms:.3g} mm RMS, {worst:.3g} mm at most, "
-            f"by {len(rig.groove_profile.radius)} arcs"
+            f"by the arcs {signs}"
         )
+        if rig.profile.pattern is None:
+            text += f" (state pattern: '{signs}', which saves the search)"
         remarks.append(text if rms > 1e3 * ROUGH_OUTLINE else text + ", which is fine")
     equal = rig.sprocket.equal_pitch_radius
     if rig.sprocket.ring == "present" and abs(rig.sprocket.ring_radius - equal) > 0.05 * equal:

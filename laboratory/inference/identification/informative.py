@@ -14,7 +14,7 @@ from laboratory.inference.unknowns import Unknown, Unknowns, file_ranges
 from laboratory.inference.verdict import NARROW
 from trackdyn.errors import InputError
 from trackdyn.parameters.rig import Rig
-from trackdyn.parameters.sections import DRAG_FIELDS
+from trackdyn.parameters.rig_file import DRAG_FIELDS
 
 # What rulers and scales do not tell: rubber, tension, contact, drag, the fit of chain and sprocket.
 CANDIDATES = (
