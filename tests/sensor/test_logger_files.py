@@ -378,6 +378,24 @@ def test_two_rates_in_a_file(tmp_path, x_columns):
         np.testing.assert_allclose(record.ay_g, LINE, atol=1e-8)
 
 
+def test_every_channel_has_its_own_stamps(tmp_path):
+    """A column of time before each channel: those of ay run at 2 kHz, or miss a quarter."""
+    path = tmp_path / "r.lvm"
+    for t, right in ((LONG / 2, 12.0), (np.r_[LONG[:1500], LONG[2500:], LONG[:1000] + 4], None)):
+        lines = ["LabVIEW Measurement", "Separator;Semicolon", "Decimal_Separator;.", "X_Columns;Multi"]
+        lines += ["***End_of_Header***", "", "Channels;2;;;", "Samples;4000;;4000;", "Y_Unit_Label;g;;g;"]
+        lines += ["X_Dimension;Time;;Time;", "X0;0.0;;0.0;", f"Delta_X;0.001;;{t[1]};", "***End_of_Header***"]
+        lines += ["X_Value;acc_x;X_Value;acc_y;Comment"]
+        lines += [f"{x};0.1;{stamp};{value}" for x, stamp, value in zip(LONG, t, LINE, strict=True)]
+        path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        if right is None:
+            with pytest.raises(InputError, match="a gap from"):
+                read_sensor_csv(path)
+        else:
+            record = read_sensor_csv(path)
+            assert record.rate_hz == pytest.approx(2 * RATE) and record.ax_g is None
+
+
 def test_a_file_that_is_not_what_it_states_is_refused(tmp_path):
     path = stamped_lvm(tmp_path / "short.lvm", LONG[:7], LINE[:7], rows=400)
     with pytest.raises(InputError, match="states 400 samples of 'acc_x' and holds 7"):

@@ -203,9 +203,9 @@ def _lvm(path: Path) -> Iterator[dict[str, list[Item]]]:
     data = required("lvm_read").read_str(text)  # its `read` would open a pickle beside the file
     stated = re.search(r"^Separator(.)", text, re.MULTILINE)
     _require_fields(path, text, stated[1] if stated else "\t")
-    groups: dict[str, list[Item]] = {}
-    for segment in (data[k] for k in range(data["Segments"])):
-        items: list[Item] = []
+    groups: dict[tuple[int, bytes], list[Item]] = {}
+    for index in range(data["Segments"]):
+        segment, stamps = data[index], np.empty(0)
         table, names = segment["data"], segment["Channel names"]
         channels = [k for k, name in enumerate(names[: table.shape[1]]) if name not in ("X_Value", "Comment")]
         every = 2 if data.get("X_Columns") == "Multi" and len(segment.get("Delta_X", ())) > len(channels) else 1
@@ -215,14 +215,16 @@ def _lvm(path: Path) -> Iterator[dict[str, list[Item]]]:
             count = counts[number] if number < len(counts) else len(table)
             _require_samples(path, names[k], len(table), count)
             unit = units[number] if number < len(units) else ""
+            # one column of stamps is that of the first channel, and of those that have as many samples and its step
+            if timed and k and names[k - 1] == "X_Value":
+                stamps = table[: int(count), k - 1]
+            items = groups.setdefault((index, stamps.tobytes()), [])
+            if not items:
+                items += _items(stamps, (names[k], "time"), "time", "s")
             items += _items(table[: int(count), k], (names[k],), names[k], unit)
             if timed and number < len(steps):
                 items += _number((names[k], "sampling interval"), steps[number])
-            # one column of stamps is that of the first channel, and of those that have as many samples and its step
-            if timed and k and names[k - 1] == "X_Value":
-                items += _items(table[: int(count), k - 1], (names[k], "time"), "time", "s")
-        groups[_unique("", len(groups) + 1, groups)] = items
-    yield groups
+    yield {f"group {k + 1}": items for k, items in enumerate(groups.values())}
 
 
 def _require_fields(path: Path, text: str, separator: str) -> None:

@@ -24,7 +24,7 @@ from trackdyn.sensor.formats import BITS, FORMATS, MOST_BYTES, WIDE, Format, Ite
 from trackdyn.sensor.sensor_mapping import NAME_IT
 from trackdyn.sensor.stamps import DATE, RATES
 
-MOST_NUMBERS = MOST_BYTES // 4  # in the channels of a record, as many as so much text may hold
+MOST_NUMBERS = MOST_BYTES // 8  # in the channels of a record
 # names, without signs between their letters, of the samples a second and of the time between two of them
 _RATE = re.compile(r"(fs|sr|sps|samp(l(es?|ing))?(rate|freq(uency)?)|samples?per(s|sec|second))(in)?(hz)?")
 _INTERVAL = re.compile(r"(samp(l(es?|ing))?(interval|period|time|step)|wfincrement)(in)?(s|sec|seconds)?")

@@ -67,11 +67,12 @@ def _write_arrays(path: str) -> None:
     import scipy.io
 
     items = dict(_nested(scipy.io.loadmat(path, simplify_cells=True)))
-    numbers = {name: values for name, item in items.items() if (values := np.asarray(item)).dtype.kind in "iuf"}
+    arrays = {name: np.asarray(item) for name, item in items.items() if not isinstance(item, list)}  # lists: of cells
+    numbers = {name: values for name, values in arrays.items() if values.dtype.kind in "iuf"}
     packed = io.BytesIO()
     names = json.dumps([list(numbers), [name for name in items if name not in numbers]])
-    arrays: dict[str, Any] = {f"a{k}": values for k, values in enumerate(numbers.values())}
-    np.savez(packed, names=np.array(names), **arrays)
+    counted: dict[str, Any] = {f"a{k}": values for k, values in enumerate(numbers.values())}
+    np.savez(packed, names=np.array(names), **counted)
     sys.stdout.buffer.write(packed.getvalue())
 
 

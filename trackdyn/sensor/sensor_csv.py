@@ -150,13 +150,11 @@ def _columns(layout: Layout | Channels, mapping: SensorMapping) -> tuple[dict, d
     path = layout.path
     chosen = choose(layout.names, layout.units, mapping)
     for key, meant in chosen.items():
-        option = "--time" if key == "time" else f"--axis {key}="
         if len(meant) > 1:
             said = " and ".join(f"{column.position + 1} ({shown(column.name)})" for column, _ in meant)
-            raise InputError(
-                f"{path}: columns {said} may all be {key}; say which with "
-                f"{option}{' ' * (key == 'time')}#{meant[0][0].position + 1}."
-            )
+            number = f"#{meant[0][0].position + 1}"
+            option = f"--time '{number}'" if key == "time" else f"--axis {key}={number}"
+            raise InputError(f"{path}: columns {said} may all be {key}; say which with {option}.")
         if not meant and (key, mapping.time) != ("time", "none"):
             raise InputError(f"{path}: no column {mapping.named[key]!r} for {key}; there are {listed(layout.names)}.")
     columns = {key: candidates[0] for key, candidates in chosen.items() if candidates}
