@@ -378,6 +378,20 @@ def test_two_rates_in_a_file(tmp_path, x_columns):
         np.testing.assert_allclose(record.ay_g, LINE, atol=1e-8)
 
 
+def test_what_a_library_remarks_is_a_doubt(tmp_path, capfd):
+    content = write_tdms(tmp_path / "a.tdms").read_bytes()
+    (tmp_path / "a.tdms").write_bytes(content[: len(content) - 400])
+    scipy.io.wavfile.write(tmp_path / "a.wav", int(RATE), AY.astype(np.float32))
+    content = (tmp_path / "a.wav").read_bytes()
+    (tmp_path / "a.wav").write_bytes(content[:1200])
+    for name in ("a.tdms", "a.wav"):
+        record = read_sensor_csv(
+            tmp_path / name, SensorMapping(axes={"ay": "acc_y" if name == "a.tdms" else "1"}, unit="g")
+        )
+        assert record.ay_g.size < AY.size and "the library that reads it says: " in record.doubts[0]
+    assert capfd.readouterr().err == ""
+
+
 def test_every_channel_has_its_own_stamps(tmp_path):
     """A column of time before each channel: those of ay run at 2 kHz, or miss a quarter."""
     path = tmp_path / "r.lvm"

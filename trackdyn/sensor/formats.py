@@ -4,11 +4,9 @@ A file is opened as groups of channels. How many samples a channel has is known 
 """
 
 import re
-import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, suppress
 from functools import partial
-from io import StringIO
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -171,25 +169,18 @@ def _signal(file, group: int, channel: int) -> np.ndarray:
 
 @contextmanager
 def _tdms(path: Path) -> Iterator[dict[str, list[Item]]]:
-    handler, lines = required("nptdms.log").log_manager.console_handler, StringIO()
-    stream, handler.stream = handler.stream, lines  # it would write on the screen
-    try:
-        with required("nptdms").TdmsFile.open(path) as file:
-            if lines.getvalue():
-                warnings.warn(lines.getvalue(), UserWarning, stacklevel=1)
-            groups: dict[str, list[Item]] = {}
-            for group in file.groups():
-                items = groups.setdefault(group.name, [])
-                for channel in group.channels():
-                    at = group.name, channel.name
-                    if len(channel):
-                        samples = _Unread(channel.dtype, (len(channel),), partial(channel.__getitem__, slice(None)))
-                        items += _items(samples, at, channel.name, _unit(channel.properties))
-                    items += _properties(at, channel.properties)
-                items += [*_properties((), file.properties), *_properties((group.name,), group.properties)]
-            yield groups
-    finally:
-        handler.stream = stream
+    with required("nptdms").TdmsFile.open(path) as file:
+        groups: dict[str, list[Item]] = {}
+        for group in file.groups():
+            items = groups.setdefault(group.name, [])
+            for channel in group.channels():
+                at = group.name, channel.name
+                if len(channel):
+                    samples = _Unread(channel.dtype, (len(channel),), partial(channel.__getitem__, slice(None)))
+                    items += _items(samples, at, channel.name, _unit(channel.properties))
+                items += _properties(at, channel.properties)
+            items += [*_properties((), file.properties), *_properties((group.name,), group.properties)]
+        yield groups
 
 
 def _properties(at: Sequence[str], properties: Mapping) -> Iterator[Item]:

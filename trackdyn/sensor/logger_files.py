@@ -5,12 +5,13 @@ What has no format of its own is text (`trackdyn.sensor.logger_text`). Channels 
 
 import gc
 import gzip
+import logging
 import re
 import sys
 import warnings
 import zlib
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -156,7 +157,7 @@ def read_channels(
     plain_file(path, "record")
     required(kind.package)
     remarks: list[str] = []
-    read = partial(_by_library, path, kind.name, remarks)
+    read = partial(_by_library, path, kind, remarks)
     named = read(lambda: opened.enter_context(kind.read(path)))
     groups = read(lambda: [one for name, items in named.items() for one in _groups(path, name, items, read, remarks)])
     usable = [group for group in groups if ay_of(group.names, group.group)]
@@ -175,23 +176,50 @@ def read_channels(
     return usable[0]
 
 
-def _by_library(path: Path, name: str, remarks: list[str], call: Callable) -> Any:
-    """What ``call`` returns; its warnings go to ``remarks``, and a failure is one sentence."""
-    failure = ""
-    hook, sys.unraisablehook = sys.unraisablehook, lambda _: None  # half-made objects complain when they are collected
+class _Remarks(logging.Handler):
+    """Collects what a library logs."""
+
+    def __init__(self, remarks: list[str]) -> None:
+        super().__init__(logging.WARNING)
+        self.remarks = remarks
+
+    def emit(self, record: logging.LogRecord) -> None:
+        self.remarks.append(" ".join(record.getMessage().split()))
+
+
+@contextmanager
+def _collected(package: str, remarks: list[str]) -> Iterator[None]:
+    """Collect what a library warns of and logs, which would stand on the screen else."""
+    named = logging.root.manager.loggerDict.items()
+    loggers = [one for name, one in named if name.partition(".")[0] == package and isinstance(one, logging.Logger)]
+    before = [(one, one.handlers, one.propagate) for one in loggers]
     try:
+        for one in loggers:
+            one.handlers, one.propagate = [_Remarks(remarks)], False
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("ignore")
             warnings.simplefilter("always", UserWarning)
-            result = call()
+            yield
         remarks += [" ".join(str(warning.message).split()) for warning in caught]
+    finally:
+        for one, handlers, propagate in before:
+            one.handlers, one.propagate = handlers, propagate
+
+
+def _by_library(path: Path, kind: Format, remarks: list[str], call: Callable) -> Any:
+    """What ``call`` returns; warnings go to ``remarks``, and a failure is one sentence."""
+    failure = ""
+    hook, sys.unraisablehook = sys.unraisablehook, lambda _: None  # half-made objects complain when they are collected
+    try:
+        with _collected(kind.package, remarks):
+            result = call()
     except InputError:
         raise
     except MemoryError:
         failure = "asks for more memory than there is; export a part of the record"
     except Exception as error:  # a library raises whatever a damaged file brings about
         reason = str(error) if type(error) is ValueError and len(str(error)) < 20 else type(error).__name__
-        failure = f"is no {name} file or a damaged one ({reason}); export the record again"
+        failure = f"is no {kind.name} file or a damaged one ({reason}); export the record again"
     finally:
         if failure:
             gc.collect()

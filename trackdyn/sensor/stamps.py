@@ -130,7 +130,8 @@ def _rounding(values: np.ndarray) -> float:
     decimals = next((d for d in range(10) if np.abs(values - np.round(values, d)).max() <= noise), None)
     rounding = noise if decimals is None else 10.0**-decimals
     seen = values[:: max(values.size // 2000, 1)]
-    some = seen.astype(np.float32)
+    with np.errstate(over="ignore"):
+        some = seen.astype(np.float32)
     # written in full, as short as single precision allows, or with so many decimals
     kept = (
         some.astype(float),
