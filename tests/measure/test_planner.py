@@ -133,5 +133,5 @@ def test_the_transient_is_where_the_rest_scatters_least():
 def test_what_has_no_answer_is_refused(make_scene, tolerances, longest, words):
     with pytest.raises(InputError, match=words):
         check_tolerances(make_scene(), tolerances, longest)
-    with pytest.raises(InputError, match="motor_rpm = 0: a tolerance needs a loop that turns"):
+    with pytest.raises(InputError, match="motor_rpm = 0: passages need a loop that turns"):
         check_tolerances(make_scene(0.0), {"rms": 0.01}, 20.0)

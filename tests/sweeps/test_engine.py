@@ -89,3 +89,12 @@ def test_processes_that_cannot_start_are_said(maker, tmp_path, monkeypatch):
     (tmp_path / "made_up_rows.py").write_text("import os; os._exit(1)", encoding="utf-8")
     with pytest.raises(TrackdynError, match=r"a process that is to compute rows ended at its start \(EXIT\(1\)"):
         results(made_up_rows.maker, tasks({"number": 1}, {"number": 2}), 2)
+
+
+@pytest.mark.parametrize("content", [[1], {"key": "a"}, {"key": "a", "state": "done", "reason": "", "values": 3}])
+def test_a_row_that_no_sweep_has_written_is_left_out(tmp_path, capsys, content):
+    """Its checksum is right: it was made by hand."""
+    text = json.dumps(content).encode()
+    (tmp_path / "a.json").write_bytes(engine._checksum(text) + b"\n" + text + b"\n")
+    assert engine.Store(tmp_path).read(["a"]) == {}
+    assert "1 damaged row was ignored" in capsys.readouterr().err

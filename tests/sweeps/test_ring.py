@@ -214,6 +214,9 @@ def test_the_command_writes_its_files_and_goes_on_with_the_same_numbers(tmp_path
         ("--rpm 210 --radii 0.307:0.305:3", "must be low:high:count"),
         ("--rpm 210 --rule best", "--rule: 'best' is no choice"),
         ("--rpm 0", "motor_rpm = 0"),
+        ("--rpm 210 --radii=", "--radii = '': must be finite numbers"),  # of a variable of the shell that is not set
+        ("--rpm 210 --step=", "--step = '': must be finite numbers"),
+        ("--rpm 210 --rule=", "--rule"),
     ],
 )
 def test_what_a_study_cannot_run_is_refused_before_it_runs(tmp_path, monkeypatch, options, says):

@@ -14,7 +14,7 @@ from trackdyn.errors import InputError, shown
 from trackdyn.files import check_writable
 
 DEFAULT_RIG = "paper"
-MEASURES = "rms, sd, line, left_peak, left_share, right_share or ring_share"
+MEASURES = "rms, sd, line, high_frequency, left_peak, right_peak, left_share, right_share or ring_share"
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ def number(name: str, help: str) -> Any:
 
 
 def _parse_ring(text: str) -> Ring:
-    accepted = "must be a radius in m, or none"
+    accepted = "must be a radius in m, such as 0.308, or none"
     return Ring(None if text == "none" else parse_number("--ring-radius", text, accepted))
 
 

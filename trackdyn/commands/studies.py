@@ -55,9 +55,9 @@ def ring(
     from trackdyn.sweeps.ring import check_same_study, ring_study
 
     table, rows, loaded = out / "ring.csv", out / "rows", load_rig(rig)
-    judge = parse_rule(rule or RULE, loaded.sprocket.teeth)
-    speeds, steps = _numbers(rpm, "--rpm"), _numbers(step, "--step") if step else []
-    rings = sorted(set(_numbers(radii, "--radii"))) if radii else study_radii(loaded)
+    judge = parse_rule(RULE if rule is None else rule, loaded.sprocket.teeth)
+    speeds, steps = _numbers(rpm, "--rpm"), [] if step is None else _numbers(step, "--step")
+    rings = study_radii(loaded) if radii is None else sorted(set(_numbers(radii, "--radii")))
     pictures = [out / f"{name}.png" for name in ("fig23_a", "fig23_b", "fig24", "sliding")]
     written = [table, *pictures, *(picture.with_suffix(".svg") for picture in pictures), out / "ring.html"]
     if not overwrite and table.exists():

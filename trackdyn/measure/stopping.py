@@ -107,6 +107,6 @@ def steady_from(recording: Recording, rule: StopRule) -> tuple[float, bool]:
 def check_driven(scene: Scene) -> None:
     """Refuse (`InputError`) a scene that has no chain driven on its wheels, and so no passages of pitches."""
     if scene.motor_rpm == 0:
-        raise InputError("scene: motor_rpm = 0: a tolerance needs a loop that turns; give a speed above 0 rev/min")
+        raise InputError("scene: motor_rpm = 0: passages need a loop that turns; give a speed above 0 rev/min")
     if scene.chain == "belt" or scene.loop == "free":
-        raise InputError("scene: a tolerance needs a chain that is driven on its wheels; use chain='double_pin'")
+        raise InputError("scene: passages of pitches need a chain that is driven on its wheels; use chain='double_pin'")

@@ -114,8 +114,11 @@ def _row(path: Path) -> dict[str, Any] | None:
         checksum, _, content = read_bytes(path, "row", LARGEST).partition(b"\n")
     except InputError:
         return None
-    whole = content.endswith(b"\n") and checksum == _checksum(content[:-1])
-    return json.loads(content) if whole else None
+    if not content.endswith(b"\n") or checksum != _checksum(content[:-1]):
+        return None
+    row = json.loads(content)  # of this program, or forged
+    sound = isinstance(row, dict) and isinstance(row.get("values"), dict)
+    return row if sound and all(isinstance(row.get(name), str) for name in ("key", "state", "reason")) else None
 
 
 # Rows that a process takes at once: some, to share what settling gives, and few, so that all processes end together.
