@@ -5,16 +5,16 @@ import subprocess
 import sys
 
 import numpy as np
-from conftest import LAWS
 from numpy.lib.recfunctions import structured_to_unstructured
 
+from tests.conftest import LAWS
 from trackdyn.simulation.loop import Loop
 
 # together they run every kernel
 SCENES = {
     "default": {},
     "compliant cut": {"closure": "elastic_damping"},
-    "sliding": {"sliding": True, "every_link": True},
+    "every link": {"every_link": True},
     "single pin": {"chain": "single_pin", "ring_radius": None},
     "sprung": {"tension": "sprung", **LAWS},
     "coulomb": {"drag": "coulomb", "tooth_contact": "three_surfaces"},

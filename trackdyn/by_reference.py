@@ -5,20 +5,22 @@ each, more than eight hundred a call. A kernel therefore takes a named tuple of 
 a block of memory that the wrapper of the call from Python fills. To read a field is one load at a fixed distance.
 
 A kernel within another is **linked only**: neither optimised on its own nor made machine code, for it runs as a part
-of the kernel that Python calls and is optimised there.
+of the kernel that Python calls and is optimised there. Its text is kept on disk, where integrators share it.
 
 By reference uses what numba offers to extensions; for linking only a code library of numba's own is told to end
 early. `trackdyn.jit` does without either where a release of numba lacks what is imported or named here.
 """
 
 import hashlib
+from functools import cache
 from itertools import accumulate
 from typing import get_args
 
 from llvmlite import ir
+from llvmlite.binding import parse_bitcode
 from numba.core import cgutils, types
 from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import Compiler
+from numba.core.compiler import Compiler, compile_result
 from numba.core.imputils import impl_ret_borrowed
 from numba.core.typing.templates import AttributeTemplate, infer_getattr
 from numba.extending import (
@@ -176,17 +178,67 @@ class _Text(JITCodeLibrary):
         self._finalized = True
 
 
+class _Typing:
+    """numba's typing, which remembers the types of sums, products and comparisons of numbers.
+
+    numba looks up each of them anew among all that it adds, arrays and strings included, some times a kernel.
+    """
+
+    def __init__(self, typing):
+        self._typing = typing
+
+    def __getattr__(self, name):
+        return getattr(self._typing, name)
+
+    def resolve_function_type(self, function, arguments, keywords):
+        operator = getattr(getattr(function, "typing_key", None), "__module__", None) == "_operator"
+        if operator and all(isinstance(argument, types.Number) for argument in arguments):
+            return _of_numbers(self._typing, function, arguments)
+        return self._typing.resolve_function_type(function, arguments, keywords)
+
+
+@cache
+def _of_numbers(typing, operator, numbers):
+    return typing.resolve_function_type(operator, numbers, {})
+
+
 class Inner(Compiler):
     """Compiler of a kernel within another."""
 
     def __init__(self, typing, target, library, arguments, result, flags, variables):
         library = _Text(target.codegen(), "inner")
         flags.no_compile = True
-        super().__init__(typing, target, library, arguments, result, flags, variables)
+        super().__init__(_Typing(typing), target, library, arguments, result, flags, variables)
 
     def compile_extra(self, function):  # noqa: D102
-        result = super().compile_extra(function)
-        # what a caller's compiler knows the code by: any built-in function that is no other's
-        entry = object().__sizeof__
-        result.target_context.insert_user_function(entry, result.fndesc, [result.library])
-        return result._replace(entry_point=entry)
+        result = super().compile_extra(function)._replace(entry_point=_entry())
+        result.target_context.insert_user_function(result.entry_point, result.fndesc, [result.library])
+        return result
+
+
+def _entry():
+    """What a caller's compiler knows code by that has no address: any built-in function that is no other's."""
+    return object().__sizeof__
+
+
+def keep_text(cache) -> None:
+    """Have numba's cache of an inner kernel keep its text, which all kernels share that Python calls."""
+    cache._impl.reduce, cache._impl.rebuild = _reduced, _rebuilt
+
+
+def _reduced(result):
+    result.fndesc.typemap = result.fndesc.calltypes = None  # of its own compilation alone
+    text = result.library._final_module.as_bitcode()
+    return text, result.fndesc, result.environment, result.signature
+
+
+def _rebuilt(target, content):
+    text, description, environment, signature = content
+    library = _Text(target.codegen(), "inner")
+    library._final_module = parse_bitcode(text)
+    library._finalized = True
+    return compile_result(
+        typing_context=target.typing_context, target_context=target, entry_point=_entry(), library=library,
+        fndesc=description, environment=environment, signature=signature, objectmode=False, lifted=(),
+        typing_error=None, type_annotation="", call_helper=None, metadata=None, reload_init=[], referenced_envs=[],
+    )  # fmt: skip

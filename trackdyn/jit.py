@@ -160,6 +160,8 @@ def _compiled(function, package, **options):
     if Path(dispatcher.stats.cache_path).parent != folder:
         _warn(dispatcher.stats.cache_path, "numba chose it, and edits would not be seen there")
         return numba.njit(**OPTIONS, **options)(function)
+    if "pipeline_class" in options:
+        by_reference.keep_text(dispatcher._cache)
     dispatcher._cache._cache_file = _CheckedFile(_file_of(dispatcher, folder))
     return dispatcher
 
@@ -179,7 +181,7 @@ class _Kernel:
             inner["pipeline_class"] = by_reference.Inner
             for kind in function.__annotations__.values():
                 by_reference.register(kind)
-        self._within = numba.njit(**OPTIONS, **options, **inner, no_cpython_wrapper=True)(function)
+        self._within = _compiled(function, "within", **options, **inner, no_cpython_wrapper=True)
         functools.update_wrapper(self, function)
 
     @property
