@@ -11,7 +11,8 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-import scipy  # loads its parts when they are used
+
+from trackdyn.parameters.roots import root
 
 CONFIDENCE = 0.95
 ROUNDING = 1e-9  # of a value: a smaller standard error is rounding, and is not shown
@@ -36,8 +37,21 @@ def batch_error(values) -> tuple[float, float]:
 
 
 def student(batches):
-    """Half of the 95 % interval of a mean of so many batches, in standard errors: Student's distribution."""
-    return scipy.special.stdtrit(batches - 1, 0.5 + CONFIDENCE / 2)
+    """Half of the 95 % interval of a mean of so many batches, in standard errors: Student's distribution.
+
+    Source: M. Abramowitz and I. A. Stegun: Handbook of Mathematical Functions. 1964, Eqs. 26.7.3 and 26.7.4.
+    """
+    freedom = batches - 1
+    odd = freedom % 2
+
+    def within(angle):  # probability of less than tan(angle) sqrt(freedom)
+        k = np.arange(odd + 2, freedom - 1, 2)
+        series = 1.0 + np.sum(np.cumprod((k - 1) / k * np.cos(angle) ** 2))
+        if odd:
+            return 2.0 / np.pi * (angle + np.sin(angle) * np.cos(angle) * series * (freedom > 1))
+        return np.sin(angle) * series
+
+    return np.tan(root(lambda angle: within(angle) - CONFIDENCE, 0.0, np.pi / 2)) * np.sqrt(freedom)
 
 
 def ratio_error(numerator, denominator) -> float:
