@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from trackdyn.errors import InputError
+from trackdyn.measure import ring_rule
+from trackdyn.parameters import rig_file
 from trackdyn.sensor import logger_files
 from trackdyn.sensor.logger_text import NUMBER
 from trackdyn.sensor.sensor_csv import read_sensor_csv, write_sensor_csv
@@ -649,6 +651,6 @@ def test_a_saturated_record_says_so(low, high, levels, tmp_path):
 def test_a_long_field_is_refused_in_no_more_than_linear_time(character, tmp_path):
     """Where time grew with the square of the length, these did not end within minutes."""
     refused(write(tmp_path / "a.csv", f"t_s,ay_g\n0.001,{character * 1_000_000}\n0.002,1\n"), ["characters", "export"])
-    unit_of_name = _column(0, character * 200_000 + "x", "")
-    assert unit_of_name.position == 0
-    assert not NUMBER.fullmatch(character * 200_000 + "x")
+    long = character * 200_000 + "x"
+    assert _column(0, long, "").position == 0 and not NUMBER.fullmatch(long)
+    assert not rig_file.NUMBER.fullmatch(long) and not ring_rule._BOUND.fullmatch(f"rms_g < {long}")
