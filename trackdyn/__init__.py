@@ -4,10 +4,11 @@ What is listed here is imported with its first use (SPEC 1 of Scientific Python)
 
 Examples
 --------
->>> from trackdyn import Scene, load_rig, sense, simulate
+>>> from trackdyn import Scene, load_rig, measures, sense, simulate
 >>> scene = Scene(load_rig("paper"), motor_rpm=115, duration=20)
 >>> recording = simulate(scene)
->>> signal = sense(recording)
+>>> table = measures(recording)
+>>> axes = sense(recording).plot()
 """
 
 from importlib import import_module
@@ -24,6 +25,7 @@ _MODULES = {
     "__version__": "version",
     "load_recording": "simulation.recording",
     "load_rig": "parameters.rig",
+    "measures": "measure.measures",
     "sense": "measure.sensor",
     "show": "plots.show",
     "simulate": "simulation.simulate",
@@ -35,6 +37,7 @@ if TYPE_CHECKING:
     from trackdyn.errors import DivergenceError as DivergenceError
     from trackdyn.errors import InputError as InputError
     from trackdyn.errors import TrackdynError as TrackdynError
+    from trackdyn.measure.measures import measures as measures
     from trackdyn.measure.sensor import sense as sense
     from trackdyn.parameters.rig import Rig as Rig
     from trackdyn.parameters.rig import load_rig as load_rig

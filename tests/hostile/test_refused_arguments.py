@@ -31,6 +31,7 @@ CALLS = {
     "load_recording": (lambda rig, run, x: load_recording(x), NAMES),
     "sense": (lambda rig, run, x: trackdyn.sense(x), [*NAMES, "run.npz"]),
     "sense, every": (lambda rig, run, x: trackdyn.sense(run, x), [*NAMES, "2"]),
+    "measures": (lambda rig, run, x: trackdyn.measures(x), [*NAMES, "run.npz"]),
     "show": (lambda rig, run, x: trackdyn.show(x), NAMES),
     "show, seconds": (lambda rig, run, x: trackdyn.show(run, seconds=x), [True, "1", [1], 1j]),
     "sweep": (lambda rig, run, x: trackdyn.sweep(x), NAMES),

@@ -48,7 +48,7 @@ def run_metrics(name: str, recording: Recording) -> dict:
 
 
 def shown_measures(recording: Recording) -> list[dict]:
-    """What a person asks of a run: ``measure``, ``value``, ``error`` of scatter and step or None, ``unit``.
+    """What a person asks of a run: ``name``, ``measure``, ``value``, ``error`` of scatter and step or None, ``unit``.
 
     What the run cannot have is left out.
     """
@@ -59,7 +59,9 @@ def shown_measures(recording: Recording) -> list[dict]:
             unit = "" if field["unit"] == "1" else field["unit"]
             error = whole(field["name"], value, error)
             error = None if error != error else error
-            rows.append({"measure": field["description"], "value": value, "error": error, "unit": unit})
+            rows.append(
+                {"name": field["name"], "measure": field["description"], "value": value, "error": error, "unit": unit}
+            )
     return rows
 
 

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from functools import partial
 from math import ceil
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -34,6 +35,25 @@ class SensorSignal:
     ax: np.ndarray
     ay: np.ndarray
     clipped: int  # number of samples of ``ax`` and ``ay`` that the range cut
+
+    def plot(self, axes: Any = None) -> Any:
+        """Draw both accelerations over time.
+
+        Parameters
+        ----------
+        axes : matplotlib.axes.Axes, optional
+            Where to draw; by default a new figure.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            With labels, units and a legend; ``axes.figure.savefig("acceleration.png")`` writes it.
+        """
+        import pandas as pd  # half a second that a run does without
+
+        named = {"ay, along the outward normal of the link": self.ay, "ax, along the link": self.ax}
+        labels = {"xlabel": "time (s)", "ylabel": "acceleration (g)", "title": "Sensor on the link"}
+        return pd.DataFrame(named, index=self.time).plot(ax=axes, **labels)
 
 
 def specific_force(acceleration: ArrayLike, angle: ArrayLike, gravity: float = 9.81) -> np.ndarray:

@@ -68,6 +68,13 @@ class Rig(sections.OmitsDefaults):
     sensor: sections.SensorParameters
     tried: Annotated[tuple[TestedStep, ...], Field(strict=False)] = ()
 
+    def __repr__(self) -> str:
+        """One line: the chain, the sprocket and the wheels."""
+        kind, wheels = self.chain.kind.replace("_", "-"), ", ".join(self.rollers)
+        return f"<Rig: {self.chain.pitches} pitches ({kind}), {self.sprocket.teeth} teeth, wheels {wheels}>"
+
+    __str__ = __repr__
+
     def model_post_init(self, context: Any) -> None:
         """Check values that depend on each other."""
         for name, surface in self.contact_surfaces.items():

@@ -325,6 +325,14 @@ class Scene(Choices):
         step = {"step": 1.0 / rate / ceil(1.0 / rate / self.step - 1e-6)} if "step" in self.model_fields_set else {}
         return self.with_(rig=rig, frame_interval=frames, **step)
 
+    def __repr__(self) -> str:
+        """One line: speed, ring, length and step, and the rig."""
+        ring = "no ring" if self.ring_radius is None else f"ring of {self.ring_radius:g} m"
+        run = f"{self.motor_rpm:g} rev/min, {ring}, {self.duration:g} s in steps of {self.step:g} s"
+        return f"<Scene: {run}; {self.rig!r}>"
+
+    __str__ = __repr__
+
     def describe(self) -> dict:
         """Return the fields and the rig as plain data, for provenance."""
         return self.model_dump(mode="json")

@@ -107,6 +107,11 @@ class Recording:
     axial_force: np.ndarray = field(default_factory=_nothing)
     link_mean: np.ndarray = field(default_factory=_nothing)
 
+    def __repr__(self) -> str:
+        """Two lines: what was recorded, of which scene."""
+        resolved = self.meta.get("resolved", {}).get("state", "not judged")
+        return f"<Recording: {self.seconds:g} s, {len(self.time)} samples, resolved: {resolved}; of\n {self.scene!r}>"
+
     ARRAYS: ClassVar[tuple[str, ...]]  # names of what the file holds beside ``meta``
 
     @cached_property

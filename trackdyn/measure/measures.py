@@ -1,0 +1,32 @@
+"""The measures of a run as a table (`metrics.shown_measures`): with pandas, half a second that a run does without."""
+
+import pandas as pd
+
+from trackdyn.measure.metrics import shown_measures
+from trackdyn.parameters.validation import typed
+from trackdyn.simulation.recording import Recording
+
+
+@typed
+def measures(recording: Recording) -> pd.DataFrame:
+    """Return the measures of a run with their errors and units.
+
+    Parameters
+    ----------
+    recording : Recording
+        A run.
+
+    Returns
+    -------
+    DataFrame
+        One row a measure by its name, such as ``rms_g`` or ``left_share_pct``, with the columns ``value``, ``error``
+        (standard error of scatter and step, NaN where it is not known), ``unit`` and ``measure``, a description. RMS,
+        SD and lines of the acceleration; contact durations and peaks of the sprocket's arcs and the ring, if the scene
+        logs contacts; sliding work, if all links are logged. What the run is too short for is left out.
+
+    Examples
+    --------
+    ``measures(recording).loc["rms_g", ["value", "error"]]``
+    """
+    table = pd.DataFrame(shown_measures(recording)).set_index("name")
+    return table.astype({"error": float})[["value", "error", "unit", "measure"]]
