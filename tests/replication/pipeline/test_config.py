@@ -186,7 +186,7 @@ def test_records_last_two_turns_of_the_loop_of_further_rigs(tmp_path):
 def test_a_quick_run_says_how_it_is_shorter():
     assert load(BASE)[0].shorter == ""
     assert load(QUICK)[0].shorter == (
-        "Records last 16 s, the paper's 90 s. The ring study has 3 radii; nothing is judged by fewer than 5."
+        "Records last 16 s, the paper's 90 s. Radii of the ring study: 3; nothing is judged by fewer than 5."
     )
     (data := merged(BASE))["records"]["speeds_rpm"] = [165]
     data["sensor_csv"] = None

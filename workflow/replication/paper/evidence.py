@@ -58,7 +58,7 @@ class Evidence:
         rows = self.metrics[self.metrics["run"].str.startswith("ring/") & (self.metrics["rpm"] == rpm)]
         rows = rows.dropna(subset="ring_radius_m").set_index("ring_radius_m").sort_index()
         if len(rows) < LEAST_RADII:
-            raise NotThere(f"{len(rows)} radii at {rpm:g} rpm, and {LEAST_RADII} are needed")
+            raise NotThere(f"radii at {rpm:g} rpm: {len(rows)}, and {LEAST_RADII} are needed")
         return rows
 
     def event_times(self, run: str, names: list[str], column: str = "median_s") -> list[float]:

@@ -206,7 +206,7 @@ class Config(Section):
         seconds, radii, speeds = self.records.duration_s, len(self.ring_study.radii_m or ()), self.records.speeds_rpm
         sentences = {
             f"Records last {seconds:g} s, the paper's {RECORD_DURATION:g} s.": seconds < RECORD_DURATION,
-            f"The ring study has {radii} radii; nothing is judged by fewer than {LEAST_RADII}.": radii < LEAST_RADII,
+            f"Radii of the ring study: {radii}; nothing is judged by fewer than {LEAST_RADII}.": radii < LEAST_RADII,
             f"Records at {speeds[0]:g} rpm alone show no trend with the speed.": len(speeds) == 1,
         }
         return " ".join(sentence for sentence, shorter in sentences.items() if shorter)
