@@ -69,7 +69,7 @@ class Store:
 
     def clear(self, key: str) -> None:
         """Remove what a killed process left of a row that it had begun."""
-        for path in (self.begun(key), *self.folder.glob(f".{key}.*.part.json")):
+        for path in (self.begun(key), *self.folder.glob(f".{key}.*.trackdyn-part.json")):
             path.unlink(missing_ok=True)
 
     def read(self, keys: Iterable[str], say: bool = True) -> dict[str, dict]:
