@@ -1,10 +1,11 @@
 """What a user waits for, as ratios to an earlier commit: both run in turn on one machine, so that its drift cancels.
 
-    python benchmarks/latency.py COMMIT [--turns 5] [--only help,show] [--pipeline] [--tests]
+    python benchmarks/latency.py COMMIT [--turns 5] [--only "first run"]
 
-Each row is the CPU time (user and system, children included) of a whole process: the median over the turns here
-and there, and the median, least and largest ratio of the pairs. "first run" begins with an empty cache of kernels in
-every turn; all other rows are warm. The pipeline and the tests take minutes a turn and are run once.
+Each row is the CPU time (user and system, children included) of a whole process: the median over the turns here and
+there, and the median, least and largest ratio of the pairs. "first run" begins with an empty cache of kernels in every
+turn; all other rows are warm. "pipeline", "quick" (its quick run) and "tests" take minutes a turn: they are run once,
+and only if --only names them.
 """
 
 import argparse
@@ -91,21 +92,20 @@ def main() -> None:
     parser.add_argument("commit", help="what is compared with")
     parser.add_argument("--out", type=Path, default=ROOT / "results/benchmarks/latency.csv")
     parser.add_argument("--turns", type=int, default=5)
-    parser.add_argument("--only", default="", help=f"some of {', '.join(ROWS)}, with commas between them")
-    parser.add_argument("--pipeline", action="store_true", help="also the default and the quick run of the pipeline")
-    parser.add_argument("--tests", action="store_true", help="also the tests")
+    parser.add_argument("--only", default=",".join(ROWS), help=f"some of {', '.join(ROWS | SLOW)}; commas between them")
     options = parser.parse_args()
-    measured = [name for name in ROWS if not options.only or name in options.only.split(",")]
+    measured = options.only.split(",")
+    if unknown := set(measured) - set(ROWS | SLOW):
+        parser.error(f"--only: {', '.join(sorted(unknown))} is none of {', '.join(ROWS | SLOW)}")
     if "show" in measured and "simulate 20 s" not in measured:
         parser.error("show needs the run that 'simulate 20 s' leaves: --only 'simulate 20 s,show'")
-    slow = ["pipeline", "quick"] * options.pipeline + ["tests"] * options.tests
     with tempfile.TemporaryDirectory() as folder:
         there = Path(folder, "there")
         subprocess.run(["git", "clone", "--quiet", str(ROOT), str(there)], check=True)
         subprocess.run(["git", "checkout", "--quiet", options.commit], cwd=there, check=True)
         rows = []
-        for name in (*measured, *slow):
-            turns = 1 if name in slow else min(options.turns, 2) if name == "first run" else options.turns
+        for name in measured:
+            turns = 1 if name in SLOW else min(options.turns, 2) if name == "first run" else options.turns
             rows.append(compare(name, (ROWS | SLOW)[name], (ROOT, there), Path(folder), turns))
             print(pd.DataFrame(rows[-1:]).round(3).to_string(index=False, header=len(rows) == 1), flush=True)
     write_csv(options.out, pd.DataFrame(rows))
