@@ -58,7 +58,7 @@ sys.argv = ["trackdyn", *{arguments}]
 from trackdyn.commands.cli import main
 main()
 """
-MODULES = {"pillow": "PIL", "scikit-learn": "sklearn", "DFO-LS": "dfols"}
+MODULES = {"pillow": "PIL", "scikit-learn": "sklearn"}
 
 
 def without_extras(*arguments):

@@ -11,7 +11,6 @@ from trackdyn.errors import InputError
 PACKAGES = {
     "PIL": "pillow",
     "sklearn": "scikit-learn",
-    "dfols": "DFO-LS",
     "nptdms": "npTDMS",
     "lvm_read": "lvm-read",
 }

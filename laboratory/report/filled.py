@@ -4,7 +4,7 @@ import sys
 
 import pandas as pd
 
-from laboratory.report.answer import answer_text
+from laboratory.report.plausible import answer_text
 from replication.report.filled import write_pages
 from trackdyn.errors import InputError
 
@@ -30,10 +30,10 @@ def identify_text(calibration: pd.DataFrame, synthetic: pd.DataFrame) -> str:
     )
 
 
-ANSWER = ("ends", "verdicts", "robustness", "profiles")
+PLAUSIBLE = ("sentences", "claims", "draws", "values", "tooth", "near")
 PAGES = (
     ("docs/identify.md", ("calibration.csv", "identify_synthetic.csv"), identify_text),
-    ("docs/answer.md", tuple(f"answer_{name}.csv" for name in ANSWER), answer_text),
+    ("docs/answer.md", tuple(f"plausible_{name}.csv" for name in PLAUSIBLE), answer_text),
 )  # fmt: skip
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 # How sure `trackdyn identify` is of what it says: both are asked for by name.
 
 # whose values the parts can have: the ranges begin there
-PARTS_RIG = CONFIG.other_rigs["parts"].rig if "parts" in CONFIG.other_rigs else CONFIG.rig
+PARTS_RIG = "config/rigs/parts.yaml"
 
 rule calibration:
     """Truths drawn from the prior, and how often the intervals hold them. What was simulated is kept in between."""

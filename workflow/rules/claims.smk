@@ -14,6 +14,7 @@ rule claims:
         others=[f"{R}/rigs/{other}/{name}.csv" for other in OTHERS for name in ("metrics", "events")],
     output:
         csv=f"{R}/claims.csv",
+        sentences=f"{R}/sentences.csv",
         values=f"{R}/claims_values.csv",
         schema=f"{R}/claims.schema.json",
         values_schema=f"{R}/claims_values.schema.json",

@@ -12,13 +12,13 @@ def below_root(path):
 
 
 ARTICLE, MAPPING = (CONFIG.files[field] for field in ("article", "sensor_mapping"))  # one file or none
-SEARCHED = {name: f"docs/measured/answer_{name}.csv" for name in ("ends", "profiles")}
+PLAUSIBLE = {name: f"docs/measured/plausible_{name}.csv" for name in ("sentences", "claims")}
 # all that the results are made from, but for the program
 RUN_INPUTS = [
     below_root(path)
     for paths in (
         reversed(workflow.configfiles),
-        ("config/claims.yaml", config["studies"], *SEARCHED.values()),
+        ("config/claims.yaml", config["studies"], *PLAUSIBLE.values()),
         *CONFIG.files.values(),
     )
     for path in paths

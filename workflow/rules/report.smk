@@ -54,13 +54,14 @@ rule page:
         rules.ring.input,
         rules.claims.output,
         rules.schematics.output,
-        rules.peer.output if CONFIG.peers else [],
+        [*rules.peer.output, *PLAUSIBLE.values()] if CONFIG.peers else [],
         lambda wildcards: [file for name in in_this_run(wildcards) for file in OF_STUDIES[name]],
     output: f"{R}/report.html"
     params:
         results=R,
         synthetic=CONFIG.synthetic,
         studies=in_this_run,
+        plausible=PLAUSIBLE if CONFIG.peers else None,
         layers=[below_root(path) for path in workflow.configfiles[:-1]],
         short=CONFIG.shorter,
         own=CONFIG.peers is None,
@@ -75,7 +76,7 @@ rule report_page:
         rules.animation.output,
 
 
-# Studies whose short forms the article shows: a run without them makes none. Searches for rigs are too long to belong to it.
+# Studies whose short forms the article shows: a run without them makes none. The study of plausible tracks is too long.
 IN_ARTICLE = ("trade", "extremes")
 
 
@@ -86,13 +87,14 @@ rule article:
         template="workflow/article/article.typ",
         references="workflow/article/references.bib",
         claims=f"{R}/claims.csv",
+        sentences=f"{R}/sentences.csv",
         parameters=f"{R}/tables/parameters.csv",
         **{f"table{k}": f"{R}/tables/table{k}.csv" for k in range(1, 5)},
         model=f"{R}/peers/model.json",
         planner=f"{R}/short/planner.csv",
         extremes=f"{R}/short/extremes.csv",
         outcomes=f"{R}/short/tables/extremes.csv",
-        **SEARCHED,
+        **{f"plausible_{name}": path for name, path in PLAUSIBLE.items()},
         figures=[f"{R}/figures/fig{name}.svg" for name in ("01", "17_a", "18_a", "19", "21", "23_a", "24")],
         studies=[f"{R}/short/figures/{name}.svg" for name in ("trade", "extremes_stability")],
     output:
@@ -131,7 +133,7 @@ rule studies:
 rule pictures:
     """Pictures and measured parts of the pages from the present results. Asked for by name: they stand in version control."""
     input:
-        tables=[f"{R}/{name}.csv" for name in ("claims", "tables/parameters")],
+        tables=[f"{R}/{name}.csv" for name in ("claims", "sentences", "tables/parameters")],
         trade=[f"{R}/short/{name}.csv" for name in ("trade", "planner")],
         by_name=[f"{R}/{name}.csv" for name in ("default_step", "tables/fidelity")],
         manifest=f"{R}/manifest.json",

@@ -18,8 +18,8 @@ BLANK = '<svg xmlns="http://www.w3.org/2000/svg" width="90" height="60"><rect wi
 
 @pytest.fixture(scope="module")
 def values():
-    read = {name: pd.read_csv(MEASURED / f"{name}.csv") for name in ("claims", "parameters", "planner")}
-    read |= {name: pd.read_csv(MEASURED / f"answer_{name}.csv") for name in ("ends", "profiles")}
+    read = {name: pd.read_csv(MEASURED / f"{name}.csv") for name in ("claims", "sentences", "parameters", "planner")}
+    read |= {name: pd.read_csv(MEASURED / f"{name}.csv") for name in ("plausible_sentences", "plausible_claims")}
     for name in ("table1", "table2", "table3", "table4"):
         read[name] = pd.DataFrame([dict.fromkeys(COLUMNS[name], 0.25)])
     read["table2"] = read["table2"].assign(code=["trackdyn"], chosen=["yes"])
@@ -60,20 +60,16 @@ def test_a_value_stands_in_the_text_and_makes_the_bytes(values, article):
         and f"No step below {values['unstable_from']} times" in text
         and float(values["unstable_from"]) == 3.0
     )
-    for name, cells in (("lost", ["a sentence of a test"]), ("table3", [["98765", *values["table3"][0][1:]]])):
-        assert (cells[0] if name == "lost" else "98765") not in text
-        _, other = article(values | {name: cells})
-        assert (cells[0] if name == "lost" else "98765") in other
+    for name, cells, word in (
+        ("learned", ["a sentence of a test"], "a sentence of a test"),
+        ("table3", [["98765", *values["table3"][0][1:]]], "98765"),
+        ("sentences", [["1", "the 24680th sentence", "shown", "12", "–"]], "24680th"),
+    ):
+        assert word not in text
+        assert word in article(values | {name: cells})[1]
 
 
-def test_sentences_follow_the_results(values, article):
-    text = article(values | {"outside": [], "lost": []})[1]
-    assert "No fitted value lies outside the range" in text and "does not show: None." in text
-    text = article(values | {"outside": ["groove.r4"]})[1]
-    assert "No fitted value" not in text and "Outside the range that a part can have lie groove.r4" in text
-
-
-@pytest.mark.parametrize("name", ["trade", "lost", "scorecard", "unstable_from"])
+@pytest.mark.parametrize("name", ["trade", "learned", "scorecard", "unstable_from"])
 def test_a_missing_value_stops_the_build(values, article, name):
     with pytest.raises(TrackdynError, match="article"):
         article({key: value for key, value in values.items() if key != name})

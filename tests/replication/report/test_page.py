@@ -51,11 +51,23 @@ def results(tmp_path_factory):
         for rig in ("paper", "other_rig") for i, verdict in enumerate(VERDICTS, 1)
     ]  # fmt: skip
     pd.DataFrame(card).to_csv(results / "claims.csv", index=False)
+    sentences = [[rig, 1, "Statement", "shown"] for rig in ("paper", "other_rig")]
+    columns = ["rig", "number", "sentence", "verdict"]
+    pd.DataFrame(sentences, columns=columns).to_csv(results / "sentences.csv", index=False)
     (results / "metrics.csv").write_text("run,rpm\n210rpm,210\n", encoding="utf-8")
     (results / "tables").mkdir()
     pd.DataFrame({"area": [1, 2], "r_mm": [30.0, 40.0]}).to_csv(results / "tables" / "table1.csv", index=False)
     kinds = [
-        {"name": f"x.{kind}", "value": 1, "unit": "m", "kind": kind, "outside": outside, "source": "here"}
+        {
+            "name": f"x.{kind}",
+            "value": 1,
+            "unit": "m",
+            "kind": kind,
+            "outside": outside,
+            "low": 0,
+            "high": 0.5,
+            "source": "here",
+        }
         for kind, outside in (("printed", ""), ("fitted", "above"))
     ]
     pd.DataFrame(kinds).to_csv(results / "tables" / "parameters.csv", index=False)
@@ -111,7 +123,7 @@ def test_a_short_run_and_a_rig_of_ones_own_are_said_to_be(results):
     assert "A short run." in page and "Records last 16 s. Its configuration: <code>config/quick.yaml</code>." in page
     own = build_page(results, own=True)
     assert own.count("The rig paper in the runs of the paper") == 2 and "A short run." not in own
-    for words in ("replicated</h1>", "that come out", "were chosen so that"):
+    for words in ("replicated</h1>", "sentences of Sects. 5.2", "are fitted"):
         assert words in page and words not in own
 
 

@@ -30,6 +30,7 @@ COLUMNS, VALUE_COLUMNS = (tuple(TABLES[name][1]) for name in ("claims", "claims_
 class Claim(Section):
     """One row of ``config/claims.yaml``, whose head explains the fields.
 
+    ``sentence`` is the number of the paper's sentence that the claim belongs to; one without is not counted.
     ``printed`` by motor speed stands for the numbers at the speeds that are judged. A direction holds within the share
     ``within``. ``scale`` is what counts as one tolerance in the distance of a one-sided claim (`Value`); no verdict
     depends on it.
@@ -37,6 +38,7 @@ class Claim(Section):
 
     id: Annotated[str, Field(pattern=r"^C\d\d$")]
     part: Annotated[str, Field(pattern=r"^[a-z]?$")] = ""
+    sentence: int | None = None
     place: str
     claim: str
     printed: Any = None
@@ -74,7 +76,16 @@ class Claim(Section):
 
 
 class Claims(Section):
+    sentences: dict[int, str]
     claims: Annotated[list[Claim], Field(min_length=1)]
+
+    @model_validator(mode="after")
+    def _numbered(self):
+        numbers = {claim.sentence for claim in self.claims} - {None}
+        for number in sorted(numbers ^ set(self.sentences)):
+            missing = "is not among the sentences" if number in numbers else "has no claim"
+            raise InputError(f"sentence {number} {missing}; every sentence needs a claim, and every number a sentence")
+        return self
 
     @model_validator(mode="after")
     def _unique(self):
@@ -89,7 +100,16 @@ class Claims(Section):
 
 def load_claims(path: Path | str) -> list[Claim]:
     """Read and validate the claims; `InputError` for an unknown measure, or an id that occurs twice."""
-    return validated(Claims, read_yaml(path), str(path), missing="every claim needs it").claims
+    return _load(path).claims
+
+
+def load_sentences(path: Path | str) -> dict[int, str]:
+    """Sentences of the paper by their numbers, in its order."""
+    return _load(path).sentences
+
+
+def _load(path: Path | str) -> Claims:
+    return validated(Claims, read_yaml(path), str(path), missing="every claim needs it")
 
 
 class Value(NamedTuple):
@@ -233,7 +253,7 @@ def _row(rig: str, claim: Claim, judgement: Judgement) -> dict:
     measured, verdict, speeds, _ = judgement
     reasons = [claim.reason] if verdict in (SHOWN, NOT_COMPARABLE) else [claim.reason, claim.otherwise]
     return {
-        **claim.model_dump(include={"id", "part", "place", "claim", "unit", "fails_if"}),
+        **claim.model_dump(include={"id", "part", "sentence", "place", "claim", "unit", "fails_if"}),
         "rig": rig,
         "printed": printed_text(claim, speeds),
         "measured": measured,

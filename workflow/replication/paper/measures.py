@@ -179,8 +179,10 @@ for name, events in {
     "left_maximum_without_ring": ("no_ring", *(f"left {reading}" for reading in READINGS)),
     "right_maximum_without_ring": ("no_ring", *(f"right {reading}" for reading in READINGS)),
     "ends_without_ring": ("no_ring", "right gone", "out"),
-    "contacts_with_ring": ("ring", "left touches", "ring left", "out"),
-    "maxima_with_ring": ("ring", *(f"{side} {reading}" for side in ("ring", "left") for reading in READINGS)),
+    "left_touches_with_ring": ("ring", "left touches"),
+    "ring_maximum_with_ring": ("ring", *(f"ring {reading}" for reading in READINGS)),
+    "left_maximum_with_ring": ("ring", *(f"left {reading}" for reading in READINGS)),
+    "ends_with_ring": ("ring", "ring left", "out"),
 }.items():
     MEASURES[name] = Measure(partial(_times, events), "meshing", by_speed=False, events=events)
 register_all(_share, "meshing", ring_share=("ring", "ring"), left_share=("ring", "left"))
@@ -212,9 +214,10 @@ def left_outlasts_right(evidence, speeds):
 
 @measure("meshing")
 def variation_of_forces(evidence, speeds):
-    """SD of the force that varies most with the ring, over that of the arcs without."""
-    without = evidence.meshing("no_ring")[["left_sd_n", "right_sd_n"]].max()
-    return _over(evidence.meshing("ring")[["left_sd_n", "right_sd_n", "ring_sd_n"]].max(), without)
+    """SD with the ring over that without: of the force that varies most, and of the left arc's."""
+    ring, without = evidence.meshing("ring"), evidence.meshing("no_ring")
+    largest = _over(ring[["left_sd_n", "right_sd_n", "ring_sd_n"]].max(), without[["left_sd_n", "right_sd_n"]].max())
+    return [float(largest), float(_over(ring["left_sd_n"], without["left_sd_n"]))]
 
 
 @measure("meshing", events=("no_ring", "first left", "first right"))

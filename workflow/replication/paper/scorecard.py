@@ -1,7 +1,7 @@
 """The scorecard read: counted, in words, and the rigs beside each other."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import pandas as pd
 
@@ -9,7 +9,7 @@ from replication.paper.claims import JUDGED, NOT_COMPARABLE, NOT_SHOWN, SHOWN, V
 from trackdyn.measure.cells import significant
 
 RADIUS = "C26a"  # the radius to choose
-SECTIONS = ("C04", "C28")  # claims of Sects. 5.2 and 6
+CONCLUSION = r"^Conclusion (\d)"  # numbered by the paper, in Sect. 6.2; two sentences may be one of them
 MARKS = dict(zip(VERDICTS, ("●", "○", "◇", "–"), strict=True))
 SHORT = {  # parts of claims in a few words, in the order of a summary
     "C26a": "radius to choose by our rule, by speed (m)",
@@ -18,7 +18,7 @@ SHORT = {  # parts of claims in a few words, in the order of a summary
     "C15": "no ring: areas that the arcs touch",
     "C27a": "no ring: contact of the left arc (% of a turn)",
     "C27b": "no ring: contact of the right arc (% of a turn)",
-    "C17a": "ring: left arc touches, ring left, out (s after the first touch)",
+    "C17a": "ring: left arc touches (s after the first touch)",
     "C28b": "ring: contact of the left arc (% of a turn)",
     "C20a": "ring: its force over that of both arcs",
     "C23a": "contact of the right arc from 0.305 m on, by speed (% of a turn)",
@@ -27,63 +27,151 @@ SHORT = {  # parts of claims in a few words, in the order of a summary
 }
 
 
-def count(card: pd.DataFrame, rig: str) -> tuple[int, int]:
-    """Statements of Sects. 5.2 and 6 that a rig shows, and how many are judged."""
-    judged = card[card["id"].between(*SECTIONS) & card["verdict"].isin(JUDGED) & (card["rig"] == rig)]
-    return int((judged["verdict"] == SHOWN).sum()), len(judged)
+def sentence_verdicts(card: pd.DataFrame, sentences: Mapping[int, str]) -> pd.DataFrame:
+    """Sentences of the paper judged whole: shown where all of their statements are.
+
+    Returns
+    -------
+    DataFrame
+        ``rig, number, sentence, verdict, statements`` (those that decide: the ones that are not shown, else all).
+    """
+    rows = []
+    card = card.assign(name=card["id"] + card["part"].fillna(""))
+    for (rig, number), parts in card.dropna(subset="sentence").groupby(["rig", "sentence"], sort=False):
+        lost = parts[parts["verdict"] == NOT_SHOWN]
+        verdicts = parts["verdict"].unique()
+        verdict = NOT_SHOWN if len(lost) else SHOWN if list(verdicts) == [SHOWN] else min(set(verdicts) - {SHOWN})
+        deciding = ", ".join((lost if len(lost) else parts)["name"])
+        rows.append([rig, int(number), sentences[int(number)], verdict, deciding])
+    table = pd.DataFrame(rows, columns=["rig", "number", "sentence", "verdict", "statements"])
+    order = {rig: position for position, rig in enumerate(dict.fromkeys(card["rig"]))}
+    return table.sort_values(["rig", "number"], key=lambda column: column.replace(order), ignore_index=True)
 
 
-def headline(card: pd.DataFrame, rig: str) -> str:
-    """The count in a sentence."""
-    shown, judged = count(card, rig)
-    return f"The rig {rig} shows {shown} of {judged} statements of Sects. 5.2 and 6."
+def count(judged: pd.DataFrame, rig: str) -> tuple[int, int]:
+    """Sentences that a rig shows, and how many are judged (`sentence_verdicts`)."""
+    verdicts = judged.loc[(judged["rig"] == rig) & judged["verdict"].isin(JUDGED), "verdict"]
+    return int((verdicts == SHOWN).sum()), len(verdicts)
 
 
-def answer_sentences(card: pd.DataFrame, parameters: pd.DataFrame, own: bool = False) -> list[str]:
-    """The answer in three sentences: counts, the radius to choose, what is known of the parameters of the first rig.
+def headline(judged: pd.DataFrame, rig: str) -> str:
+    """The count of a rig, and the numbered conclusions on the ring, each with its verdict."""
+    shown, total = count(judged, rig)
+    rows = judged[judged["rig"] == rig]
+    numbers = rows["sentence"].str.extract(CONCLUSION, expand=False)
+    conclusions = []
+    for number, verdicts in rows.groupby(numbers)["verdict"]:
+        verdict = next((word for word in (NOT_SHOWN, NOT_COMPARABLE) if word in set(verdicts)), SHOWN)
+        conclusions.append(f"({number}) {verdict}")
+    return (
+        f"The rig {rig} shows {shown} of {total} sentences of Sects. 5.2 and 6. "
+        f"Conclusions on the ring: {', '.join(conclusions) or 'none is judged'}."
+    )
+
+
+def learned_sentences(claims: pd.DataFrame) -> list[str]:
+    """What plausible tracks show: with a ring that slips and one that grips, equal pitch read along the arc.
+
+    ``claims`` are shares by scenario (``docs/measured/plausible_claims.csv``).
+    """
+    rows = claims[claims["equal_pitch"] == "arc length"].set_index(["name", "ring"])
+
+    def share(name: str, ring: str) -> str:
+        row = rows.loc[(name, ring)]
+        return f"{100 * row['share']:.0f} % ({100 * row['low']:.0f} to {100 * row['high']:.0f})"
+
+    tracks = rows["rigs"].max()
+    return [
+        f"Of {tracks} tracks drawn from the ranges of real parts, {share('C23a', 'slips')} lose the contact of the "
+        f"right arc from 0.305 m on if the ring slips nearly freely, {share('C23a', 'grips')} if it grips as "
+        "rubber does.",
+        f"On {share('C20a', 'slips')} the slipping ring bears most of the force, on {share('C20a', 'grips')} "
+        f"the gripping one; the left contact stays near 10 % of a turn from 0.307 m on for {share('C25', 'slips')} and "
+        f"{share('C25', 'grips')}. In brackets: 90 % intervals.",
+    ]
+
+
+def neighbours_sentence(near: pd.DataFrame) -> str:
+    """Count that nine of ten neighbours of the fitted rig hold (``docs/measured/plausible_near.csv``)."""
+    others, at_rig = near[near["rig"] > 0]["shown"], near[near["rig"] == 0].iloc[0]
+    return (
+        f"On the short records of that study the fitted rig shows {at_rig['shown']} of {at_rig['judged']} sentences. "
+        "With every fitted value changed by up to 1 %, equal pitch and wheels included, nine of ten rigs show at least "
+        f"{int(others.quantile(0.1, interpolation='lower'))}; the median is {others.median():g}."
+    )
+
+
+def radius_sentence(card: pd.DataFrame, rig: str, own: bool = False) -> str:
+    """The ring to choose by speed, and why; the paper's choice beside it but for an ``own`` rig."""
+    rows = card[(card["id"] + card["part"].fillna("") == RADIUS) & (card["rig"] == rig) & card["verdict"].isin(JUDGED)]
+    if rows.empty:
+        return "Without a ring study of enough radii no radius is chosen."
+    row = rows.iloc[0]
+    values = [value.strip() for value in str(row["measured"]).split(",")]
+    same = len(set(values)) == 1
+    where = "at every speed" if same else f"at {row['speeds']} rpm"
+    paper = "" if own else f"; the paper chooses {row['printed']} m and states no rule"
+    return (
+        f"The ring to choose has a radius of {values[0] if same else ', '.join(values)} m {where}{paper}. By our "
+        "rule it is the smallest with which the right arc is free and the left one touches no longer than one tooth's "
+        "share of a turn and two points."
+    )
+
+
+def outside_sentence(parameters: pd.DataFrame, rig: str) -> str:
+    """What is fitted, and the values that no real part has, each beside its range."""
+    kinds = parameters["kind"].value_counts()
+    fitted = kinds.get("fitted", 0)
+    known = len(parameters) - fitted - kinds.get("assumed", 0)
+    text = f"The paper prints or implies {known} of the {len(parameters)} parameters of `{rig}`; {fitted} are fitted."
+    outside = parameters[parameters["outside"].notna() & (parameters["outside"] != "")]
+    cells = [
+        f"{re.sub('[._]', ' ', name)} {significant(float(value), 2)} {unit} (real parts: {low:g} to {high:g})"
+        for name, value, unit, low, high in outside[["name", "value", "unit", "low", "high"]].itertuples(index=False)
+    ]
+    return f"{text} No real part has these values: {'; '.join(cells)}." if cells else text
+
+
+def answer_sentences(
+    card: pd.DataFrame,
+    judged: pd.DataFrame,
+    parameters: pd.DataFrame,
+    claims: pd.DataFrame | None = None,
+    own: bool = False,
+) -> list[str]:
+    """The answer in sentences: plausible tracks, counts, the radius to choose, what is known of the first rig.
 
     Nothing of an ``own`` rig was fitted to the paper, which does not speak of it: the radius alone is said.
     """
     rigs = list(dict.fromkeys(card["rig"]))
-    choices = card[(card["id"] + card["part"].fillna("") == RADIUS) & card["verdict"].isin(JUDGED)].set_index("rig")
-    radii = []
-    for rig, row in choices.iterrows():
-        values = [value.strip() for value in str(row["measured"]).split(",")]
-        same = len(set(values)) == 1
-        where = "at every speed" if same else f"at {row['speeds']} rpm"
-        radii.append(f"{values[0] if same else ', '.join(values)} m {where} (rig {rig})")
     if own:
-        return [f"The ring to choose has a radius of {'; '.join(radii)}."] if radii else []
-    counts = [f"{shown} of {judged} (rig {rig})" for rig in rigs for shown, judged in [count(card, rig)]]
-    kinds = parameters["kind"].value_counts()
-    fitted = kinds.get("fitted", 0)
-    known = len(parameters) - fitted - kinds.get("assumed", 0)
-    outside = parameters.loc[parameters["outside"].notna(), "name"].str.replace("[._]", " ", regex=True)
-    sources = f"The paper prints or implies {known} of {len(parameters)} parameters of {rigs[0]}"
-    if fitted:
-        sources += (
-            f"; {fitted} were chosen so that its statements come out: the count says what the model can show, and "
-            "predicts nothing"
-        )
-    if len(outside):
-        sources += f". No real part has its values of {', '.join(outside)}"
+        return [radius_sentence(card, rigs[0], own)]
     return [
-        f"Statements of Sects. 5.2 and 6 that come out: {', '.join(counts)}.",
-        f"The ring to choose has a radius of {'; '.join(radii)}, by a rule of ours; the paper chooses "
-        f"{choices['printed'].iloc[0]} m and states no rule."
-        if radii
-        else "Without a ring study of enough radii no radius is chosen.",
-        f"{sources}.",
+        *(learned_sentences(claims) if claims is not None else []),
+        *(headline(judged, rig) for rig in rigs),
+        radius_sentence(card, rigs[0]),
+        outside_sentence(parameters, rigs[0]),
     ]
 
 
-def not_shown(card: pd.DataFrame, rig: str) -> list[str]:
-    """Statements that a rig does not show, each with what was measured."""
-    lost = card[card["id"].between(*SECTIONS) & (card["verdict"] == NOT_SHOWN) & (card["rig"] == rig)]
-    units = lost["unit"].where(lost["unit"].astype(str) != "1", "").fillna("")
+def not_shown(judged: pd.DataFrame, rig: str) -> list[str]:
+    """Sentences that a rig does not show."""
+    return judged.loc[(judged["rig"] == rig) & (judged["verdict"] == NOT_SHOWN), "sentence"].tolist()
+
+
+def judged_sentences(judged: pd.DataFrame, rig: str, shares: pd.DataFrame | None = None) -> list[list[str]]:
+    """``number, sentence, verdict`` of a rig; with ``shares``, those of plausible tracks with a slipping and a gripping
+    ring (%), equal pitch read along the arc.
+    """
+    rows = judged.loc[judged["rig"] == rig, ["number", "sentence", "verdict"]].astype(str).values.tolist()
+    if shares is None:
+        return rows
+    arc = shares[shares["equal_pitch"] == "arc length"].set_index(["name", "ring"])["share"]
+    arc.index = arc.index.set_levels(arc.index.levels[0].astype(str), level=0)
+    cells = [[arc.get((row[0], ring), float("nan")) for ring in ("slips", "grips")] for row in rows]
     return [
-        f"{claim} (measured: {measured} {unit}".rstrip() + ")"
-        for claim, measured, unit in zip(lost["claim"], lost["measured"], units, strict=True)
+        row + ["–" if pd.isna(share) else f"{100 * share:.0f}" for share in pair]
+        for row, pair in zip(rows, cells, strict=True)
     ]
 
 
@@ -93,7 +181,7 @@ def statements(card: pd.DataFrame, names: Sequence[str] = tuple(SHORT)) -> pd.Da
     Returns
     -------
     DataFrame
-        ``statement, printed`` and ``rig <name>`` for each rig.
+        ``statement, printed``, ``rig <name>`` for each rig, and ``difference`` of the first one.
     """
     card = card.astype(object).fillna("")
     name = card["id"] + card["part"]
@@ -107,10 +195,20 @@ def statements(card: pd.DataFrame, names: Sequence[str] = tuple(SHORT)) -> pd.Da
         for rig, judged in parts.iterrows():
             value = "" if judged["verdict"] == NOT_COMPARABLE else _rounded(judged["measured"])
             row[f"rig {rig}"] = f"{value} {MARKS[judged['verdict']]}".strip()
+        row["difference"] = _difference(printed, parts["measured"].iloc[0])
         rows.append(row)
     return pd.DataFrame(
-        rows, columns=["statement", "printed", *(f"rig {rig}" for rig in dict.fromkeys(card["rig"]))]
+        rows, columns=["statement", "printed", *(f"rig {rig}" for rig in dict.fromkeys(card["rig"])), "difference"]
     ).fillna("–")
+
+
+def _difference(printed: str, measured: str) -> str:
+    """Measured less printed, number by number; a dash where one of them is no list of numbers."""
+    try:
+        pairs = zip(*(map(float, text.split(",")) for text in (measured, printed)), strict=True)
+        return ", ".join(f"{value - reference:+.2g}" for value, reference in pairs)
+    except ValueError:
+        return "–"
 
 
 def _rounded(text: str) -> str:

@@ -10,7 +10,14 @@ from typing import Any
 import pandas as pd
 
 from replication.paper.claims import JUDGED
-from replication.paper.scorecard import answer_sentences, headline, not_shown, statements
+from replication.paper.scorecard import (
+    headline,
+    judged_sentences,
+    learned_sentences,
+    outside_sentence,
+    radius_sentence,
+    statements,
+)
 from replication.report.figures.peer import table2_outcome
 from replication.report.figures.trade import trade_sentence
 from replication.study.extremes.stability_map import stable_steps
@@ -26,15 +33,13 @@ COLUMNS = {  # of the article's tables, by the table of the results
     "table3": (
         "speed_rpm",
         *(f"{name}_{what}" for name in ("rms", "sd") for what in (
-            "simulation_g", "sensor_g", "difference_pct", "difference_printed_against_papers_own_data_pct")),
+            "simulation_g", "difference_printed_against_papers_own_data_pct")),
     ),
     "table4": (
         "rpm",
         *(f"{name}_{what}" for name in ("rms_g", "sd_g", "left_rms_n") for what in (
             "ten_arcs", "three_surfaces", "difference_pct")),
     ),
-    "ends": ("question", "rig", "method", "seed", "evaluations", "ended", "first_cost", "cost", "shown", "of"),
-    "profiles": ("assumption", "value", "shown", "of", "lost"),
 }  # fmt: skip
 
 
@@ -44,27 +49,29 @@ def article_values(tables: Mapping[str, pd.DataFrame], missing: str, accuracy_pc
     Parameters
     ----------
     tables : mapping
-        Of the results: ``claims``, ``parameters``, ``table1`` to ``table4``, ``planner``, ``extremes`` (all cases) and
-        ``outcomes`` (their counts); of the searches (docs/measured): ``ends``, ``profiles``.
+        Of the results: ``claims``, ``sentences``, ``parameters``, ``table1`` to ``table4``, ``planner``, ``extremes``
+        (all cases) and ``outcomes`` (their counts); of the study of plausible tracks (docs/measured):
+        ``plausible_sentences``, ``plausible_claims``.
     missing : str
         Why the independent code did not run; empty if it did.
     accuracy_pct : float
         Error at which Table 2 compares the codes.
     """
-    card = tables["claims"]
+    card, judged = tables["claims"], tables["sentences"]
     rigs = list(dict.fromkeys(card["rig"]))
     parameters, outcomes = tables["parameters"], tables["outcomes"].iloc[-1]
     steps = stable_steps(tables["extremes"])
     return {
         "rigs": rigs,
-        "counts": [headline(card, rig) for rig in rigs],
-        "answer": answer_sentences(card, parameters),
-        "lost": not_shown(card, rigs[0]),
+        "counts": [headline(judged, rig) for rig in rigs],
+        "learned": learned_sentences(tables["plausible_claims"]),
+        "radius": radius_sentence(card, rigs[0]),
+        "outside": outside_sentence(parameters, rigs[0]),
+        "sentences": judged_sentences(judged, rigs[0], tables["plausible_sentences"]),
         "statements": _texts(statements(card)),
         "scorecard": _scorecard(card, rigs),
         "kinds": {kind: str(n) for kind, n in parameters["kind"].value_counts().items()}
         | {"all": str(len(parameters))},
-        "outside": parameters.loc[parameters["outside"].notna(), "name"].tolist(),
         "outcomes": {name: str(outcomes[name]) for name in EXTREMES},
         "unstable_from": cell(float((steps["unstable"] / steps["limit"]).min()), 2),
         "codes": table2_outcome(tables["table2"], missing, accuracy_pct),

@@ -4,12 +4,12 @@ from trackdyn.sweeps.job import run_job
 
 from pathlib import Path
 
-from replication.paper.claims import judge_all, load_claims
+from replication.paper.claims import judge_all, load_claims, load_sentences
 from replication.paper.contents import caption
 from replication.paper.evidence import collect
 from replication.paper.paper_tables import load_article
 from replication.paper.printed import RECORD_DURATION
-from replication.paper.scorecard import headline, side_by_side
+from replication.paper.scorecard import headline, sentence_verdicts, side_by_side
 from replication.report.tables import write_captioned_table
 from trackdyn.files import write_csv, write_text
 from trackdyn.measure.columns import schema_text
@@ -23,14 +23,16 @@ def main(job) -> None:
     tables = load_article(job.input.tables[0]) if job.input.tables else None
     rigs = {name: collect(folder, of.rpm, of.radius, tables) for name, folder in folders.items()}
     card, values = judge_all(load_claims(job.input.claims), rigs)
-    message = [headline(card, name) for name in rigs]
+    sentences = sentence_verdicts(card, load_sentences(job.input.claims))
+    message = [headline(sentences, name) for name in rigs]
     if of.seconds < RECORD_DURATION:
         message.append(
             f"These records last {of.seconds:g} s where the paper's last {RECORD_DURATION:g}: bins are wider, so "
-            "C07 and C08 cannot come out, and records hold no whole number of revolutions (C06)."
+            "the amplitudes (C08) cannot come out, and records hold no whole number of revolutions (C06)."
         )
     text = "\n\n".join([*message, caption("claims")])
     write_captioned_table(card, out.csv, text, shown=side_by_side(card))
+    write_csv(out.sentences, sentences)
     write_csv(out.values, values, float_format="%.9g")
     write_text(out.schema, schema_text(card.columns, "claims"))
     write_text(out.values_schema, schema_text(values.columns, "claims_values"))

@@ -1,6 +1,5 @@
 """Writes the measured parts of the README and of pages in docs/ from the results of a full run."""
 
-import re
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
@@ -8,7 +7,7 @@ from pathlib import Path
 import pandas as pd
 
 from replication.paper.claims import NO_TEST
-from replication.paper.scorecard import MARKS, answer_sentences, statements
+from replication.paper.scorecard import MARKS, answer_sentences, neighbours_sentence, statements
 from replication.report.figures.trade import METHODS, answers, trade_sentence
 from replication.study.accuracy.default_step import default_step_text
 from replication.study.extremes.resolved import short_runs_verdict
@@ -18,7 +17,6 @@ from trackdyn.files import replacing, write_text
 from trackdyn.measure.cells import significant
 from trackdyn.measure.ring_rule import RULE, parse_rule
 
-DECISIVE = 3  # assumptions in the README
 BEGIN, END = "<!-- measured -->", "<!-- end -->"
 
 
@@ -45,27 +43,20 @@ def settings_text(rows: pd.DataFrame, default_step: pd.DataFrame, short_runs: pd
     return f"{table.to_markdown(index=False, disable_numparse=True)}\n\n{others}"
 
 
-def assumptions_sentence(near: pd.DataFrame, profiles: pd.DataFrame) -> str:
-    """What neighbours of the first rig show, and the assumptions that cost it most statements."""
-    worst = profiles.loc[profiles.groupby("assumption", sort=False)["shown"].idxmin()].nsmallest(DECISIVE, "shown")
-    cells = [f"{row.shown:g} with {re.sub('[._]', ' ', row.assumption)} {row.value}" for row in worst.itertuples()]
-    around = near.iloc[0]
-    return (
-        "With the fitted values, but for equal pitch and the wheels, changed by up to "
-        f"{100 * around['share_moved']:g} %, nine of ten rigs show at least "
-        f"{around['shown_by_90_pct']:g} of the {around['of']:g} statements that were fitted. With one value changed "
-        f"and no other fitted again, it shows {', '.join(cells)}."
-    )
-
-
 def readme_text(
-    card: pd.DataFrame, parameters: pd.DataFrame, near: pd.DataFrame, profiles: pd.DataFrame, promises: pd.DataFrame
+    card: pd.DataFrame,
+    judged: pd.DataFrame,
+    parameters: pd.DataFrame,
+    claims: pd.DataFrame,
+    near: pd.DataFrame,
+    promises: pd.DataFrame,
 ) -> str:
     """The answer, its table, and what an answer costs."""
     table = statements(card).to_markdown(index=False, disable_numparse=True)
     marks = ", ".join(f"{mark} {verdict}" for verdict, mark in MARKS.items() if verdict != NO_TEST)
-    sentences = [*answer_sentences(card, parameters), assumptions_sentence(near, profiles)]
-    answer = "\n".join(f"- {sentence}" for sentence in sentences)
+    answer = "\n".join(
+        f"- {sentence}" for sentence in (*answer_sentences(card, judged, parameters, claims), neighbours_sentence(near))
+    )
     return f"{answer}\n\n{table}\n\n{marks}. What an answer costs: {trade_sentence(promises)}"
 
 
@@ -130,7 +121,7 @@ def write_pages(files: Iterable[str], pages: Iterable[tuple[str, tuple[str, ...]
         fill(Path(page), [Path("docs", "measured", source) for source in sources], write)
 
 
-README = ("claims.csv", "parameters.csv", "answer_robustness.csv", "answer_profiles.csv")
+README = ("claims.csv", "sentences.csv", "parameters.csv", "plausible_claims.csv", "plausible_near.csv")
 PAGES = (
     ("docs/speed-and-accuracy.md", ("trade.csv", "default_step.csv", "extremes_short_runs.csv"), settings_text),
     ("docs/deviations.md", ("fidelity.csv",), departures_text),

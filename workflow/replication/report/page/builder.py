@@ -17,7 +17,7 @@ from PIL import Image
 from replication.certify.provenance import check_sources
 from replication.paper.claims import JUDGED, VERDICTS
 from replication.paper.contents import OF_STUDIES, PAPER, missing_items
-from replication.paper.scorecard import MARKS, answer_sentences, headline, statements
+from replication.paper.scorecard import MARKS, answer_sentences, headline, judged_sentences, statements
 from replication.report.figures.trade import trade_sentence
 from replication.studies import STUDIES
 from trackdyn.files import write_text
@@ -56,6 +56,7 @@ def build_page(
     studies: Sequence[str] = (),
     short: str = "",
     own: bool = False,
+    plausible: Mapping[str, str] | None = None,
 ) -> str:
     """The page as HTML text.
 
@@ -73,6 +74,8 @@ def build_page(
         How the run is shorter than the paper's; empty: it is not.
     own : bool
         Whether the rig is another one than that which was fitted to the paper.
+    plausible : mapping or None
+        Files of the study of plausible tracks: ``sentences``, ``claims``; None for another rig than the paper's.
     """
     recordings = check_sources(sorted((results / "runs").rglob("*.npz")))
     files = {name: path.read_text(encoding="utf-8") for name in TABLES if (path := _first(results, name))}
@@ -83,7 +86,7 @@ def build_page(
         SCRIPTS,
         {"files": files},
         Path(__file__).parent,
-        card=_card(results, own),
+        card=_card(results, own, plausible),
         short=short,
         own=own,
         answer_costs=trade_sentence(pd.read_csv(planner)) if (planner := _first(results, "planner.csv")) else "",
@@ -109,12 +112,13 @@ def build_page(
     )
 
 
-def _card(results: Path, own: bool) -> dict | None:
+def _card(results: Path, own: bool, plausible: Mapping[str, str] | None) -> dict | None:
     """The scorecard: results for every rig, and all parts, those that are judged first."""
     path = results / "claims.csv"
     if not path.is_file():
         return None
     card, parameters = pd.read_csv(path, dtype=str, keep_default_na=False), results / "tables" / "parameters.csv"
+    judged = pd.read_csv(results / "sentences.csv")
     rigs = list(dict.fromkeys(card["rig"]))
     parts = [
         rows.iloc[0].to_dict() | {"rigs": rows[["rig", "measured", "verdict", "reason"]].to_dict("records")}
@@ -122,13 +126,17 @@ def _card(results: Path, own: bool) -> dict | None:
     ]
     parts.sort(key=lambda statement: all(row["verdict"] not in JUDGED for row in statement["rigs"]))
     sizes = card.groupby(["verdict", "rig"]).size()
+    shares = {name: pd.read_csv(path, dtype={"name": str}) for name, path in (plausible or {}).items()}
     return {
         "rigs": rigs,
         "statements": statements(card).to_dict("records"),
-        "answer": answer_sentences(card, pd.read_csv(parameters), own) if parameters.is_file() else [],
-        "headlines": {rig: headline(card, rig) for rig in rigs},
+        "answer": answer_sentences(card, judged, pd.read_csv(parameters), shares.get("claims"), own)
+        if parameters.is_file()
+        else [],
+        "headlines": {rig: headline(judged, rig) for rig in rigs},
         "counts": {verdict: " / ".join(str(sizes.get((verdict, rig), 0)) for rig in rigs) for verdict in VERDICTS},
         "parts": parts,
+        "sentences": judged_sentences(judged, rigs[0], shares.get("sentences")),
     }
 
 
@@ -211,7 +219,7 @@ def embedded_picture(path: Path) -> dict:
 def main(job) -> None:
     """Rule `page`."""
     of = job.params
-    page = build_page(Path(of.results), of.synthetic, of.layers, of.studies, of.short, of.own)
+    page = build_page(Path(of.results), of.synthetic, of.layers, of.studies, of.short, of.own, of.plausible)
     write_text(job.output[0], page)
     for item in missing_items(of.results):
         print(f"missing: {item.label}, {item.title} (rule {item.rule})")

@@ -1,0 +1,100 @@
+"""Which sentences of the paper follow from the model: rigs of real parts, drawn, run and judged."""
+
+from trackdyn.sweeps.job import run_job
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from laboratory.plausible.draws import EQUAL_PITCH, RigScenes, drawn_rigs, neighbours, run_rigs, scenes, tooth_scenes
+from laboratory.plausible.settings import PlausibleConfig, load_plausible
+from laboratory.plausible.shares import separating_values, shares, tooth_detail
+from laboratory.plausible.verdicts import judge_rig, judge_rows
+from replication.paper.claims import Claim, load_claims, load_sentences
+from trackdyn.sweeps.design import write_table
+from trackdyn.sweeps.engine import DONE, without_values
+
+# decided by kinematics and by the wheels, whose places no draw changes
+SET_BY_WHEELS = ("C07", "C08")
+PROFILES = ("ten_arcs", "three_surfaces")
+
+
+def judged_claims(path: Path | str) -> list[Claim]:
+    """Claims of numbered sentences that a draw can decide."""
+    return [claim for claim in load_claims(path) if claim.sentence and claim.name not in SET_BY_WHEELS]
+
+
+def tables(config: PlausibleConfig, judged: pd.DataFrame, path: Path | str) -> dict[str, pd.DataFrame]:
+    """Tables of shares and of values that separate, from `verdicts.judge_rows` and the file of claims."""
+    statements = {str(number): sentence for number, sentence in load_sentences(path).items()}
+    claims = {claim.name: claim.claim for claim in judged_claims(path)}
+    values = [EQUAL_PITCH, *config.drawn_unknowns().labels]
+    return {
+        "draws": judged,
+        "sentences": shares(config, judged, statements),
+        "claims": shares(config, judged, claims),
+        "values": separating_values(judged, statements, values),
+    }
+
+
+def run_draws(config: PlausibleConfig, path: Path | str, jobs: int, store: Path | str) -> pd.DataFrame:
+    """Run every drawn rig that can be built, and judge its row."""
+    drawn = list(drawn_rigs(config))
+    built = [RigScenes(one.rig, config.scene, scenes(config)) for one in drawn if one.rig is not None]
+    rows = iter(run_rigs(config, built, jobs, store))
+    every = [next(rows) if one.rig is not None else without_values("", "refused", one.reason) for one in drawn]
+    return judge_rows(config, drawn, every, judged_claims(path), load_sentences(path))
+
+
+def run_tooth_detail(config: PlausibleConfig, jobs: int, store: Path | str) -> pd.DataFrame:
+    """Run the first draws of the first scenario with both tooth profiles."""
+    first = config.model_copy(update={"draws": min(config.draws, config.tooth_detail)})
+    drawn = [one for one in drawn_rigs(first) if one.rig is not None and one.scenario == config.scenarios[0]]
+    requested = [
+        RigScenes(one.rig, config.scene | {"tooth_contact": profile}, tooth_scenes(config))
+        for one in drawn
+        for profile in PROFILES
+        if one.rig is not None
+    ]
+    rows = run_rigs(config, requested, jobs, store)
+    pairs = [
+        (one.draw, dict(zip(PROFILES, (row["values"] for row in pair), strict=True)))
+        for one, pair in zip(drawn, zip(rows[::2], rows[1::2], strict=True), strict=True)
+        if all(row["state"] == DONE for row in pair)
+    ]
+    return tooth_detail(pairs, config.speeds_rpm, (None, config.ring_radius_m))
+
+
+def run_neighbours(config: PlausibleConfig, path: Path | str, jobs: int, store: Path | str) -> pd.DataFrame:
+    """Run a rig and its neighbours: ``rig`` (0: itself), ``shown`` sentences, ``judged`` ones, and each by number.
+
+    A neighbour that does not run shows none.
+    """
+    rigs = neighbours(config)
+    rows = run_rigs(config, [RigScenes(rig, config.near.scene, scenes(config)) for rig in rigs], jobs, store)
+    claims, sentences = judged_claims(path), load_sentences(path)
+    table = []
+    for number, (rig, row) in enumerate(zip(rigs, rows, strict=True)):
+        verdicts = judge_rig(config, row["values"], rig, claims, sentences) if row["state"] == DONE else {}
+        by_number = {str(n): verdicts.get(str(n), np.nan) for n in sentences}
+        shown = np.array(list(by_number.values()))
+        table.append(
+            {"rig": number, "shown": int(np.nansum(shown)), "judged": int(np.isfinite(shown).sum()), **by_number}
+        )
+    return pd.DataFrame(table)
+
+
+def main(job) -> None:
+    """Rule `plausible_tables`."""
+    config, path = load_plausible(job.input.config), job.input.claims
+    config = config.shortened() if job.params.short else config
+    how = (job.threads, job.params.store)
+    made = tables(config, run_draws(config, path, *how), path)
+    made |= {"tooth": run_tooth_detail(config, *how), "near": run_neighbours(config, path, *how)}
+    for name, table in made.items():
+        write_table(table, job.output[name])
+
+
+if __name__ == "__main__":
+    run_job(main)

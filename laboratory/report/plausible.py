@@ -1,0 +1,171 @@
+"""Results of the study of plausible tracks: a picture, and the measured part of docs/answer.md."""
+
+from trackdyn.sweeps.job import run_job
+
+import textwrap
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+from laboratory.plausible.shares import DEPENDS, FOLLOWS, NEVER, NOT_JUDGED, outcomes
+from replication.paper.scorecard import MARKS, neighbours_sentence
+from trackdyn.measure.cells import significant
+from trackdyn.plots.style import COLOURS, MARKERS, SMALL, new_figure, save, styled
+
+CLASSES = {
+    FOLLOWS: "Follow from the model, whatever the values are",
+    DEPENDS: "Depend on values or on a scenario",
+    NEVER: "Shown by no track",
+    NOT_JUDGED: "Not judged: set by kinematics and by the places of the wheels",
+}
+UNITS = {
+    "equal_pitch_radius": (1e3, "mm"), "seat_depth": (1e3, "mm"), "radius": (1e3, "mm"), "r2": (1e3, "mm"),
+    "r3": (1e3, "mm"), "r4": (1e3, "mm"), "r5": (1e3, "mm"), "pre_tension": (1e-3, "kN"),
+    "youngs_modulus": (1e-6, "MPa"), "connector_radius": (1e3, "mm"), "slope_bottom": (1, "deg"),
+    "slope_seat": (1, "deg"),    "slope_low": (1, "deg"), "slope_tip": (1, "deg"),
+    "rolling_arm": (1e3, "mm"), "link_mass": (1, "kg"), "stiffness": (1, "N m/rad"),
+    "transition_velocity": (1, "m/s"),
+}  # fmt: skip
+
+
+def scenario_name(ring: str, equal_pitch: str) -> str:
+    """Words for a scenario: ``ring slips, arc length``."""
+    return f"ring {ring}, {equal_pitch}"
+
+
+@styled
+def shares_figure(sentences: pd.DataFrame, default: pd.DataFrame, rig: str) -> Figure:
+    """Share of rigs by scenario with its interval, a row a sentence; beside it the verdict of the fitted rig."""
+    names = list(dict.fromkeys(sentences["name"]))
+    figure = new_figure(0.34 * len(names) + 0.9, 7.0)
+    ax = figure.subplots()
+    scenarios = list(sentences.groupby(["ring", "equal_pitch"], sort=False))
+    for k, (scenario, rows) in enumerate(scenarios):
+        rows = rows.set_index("name").loc[names]
+        y = np.arange(len(names)) + 0.18 * (k - (len(scenarios) - 1) / 2)
+        share, low, high = (100 * rows[column].to_numpy() for column in ("share", "low", "high"))
+        ax.errorbar(
+            share, y, xerr=[share - low, high - share], fmt=MARKERS[k], color=COLOURS[k], markersize=3.5, linewidth=0.7,
+            label=scenario_name(*scenario),
+        )  # fmt: skip
+    verdicts = default[default["rig"] == rig].set_index("number")["verdict"]
+    words = sentences.drop_duplicates("name").set_index("name")["statement"]
+    for y, name in enumerate(names):
+        ax.text(106, y, MARKS[verdicts.get(int(name), "not comparable")], ha="center", va="center")
+    ax.text(106, -1.1, f"rig\n{rig}", ha="center", va="bottom", fontsize=SMALL)
+    labels = ["\n".join(textwrap.wrap(f"{name}  {words[name]}", 52)) for name in names]
+    ax.set_yticks(range(len(names)), labels, fontsize=SMALL)
+    ax.set(xlim=(-2, 110), ylim=(len(names) - 0.5, -0.7), xlabel="share of plausible tracks that show it (%)")
+    ax.set_xticks(range(0, 101, 20))
+    ax.axvspan(90, 100, color="0.93", zorder=0)
+    ax.legend(loc="upper center", bbox_to_anchor=(0.3, -0.07), ncols=2, fontsize=SMALL)
+    return figure
+
+
+def percent(row: pd.Series) -> str:
+    """Share with its 90 % interval: ``72 (50 to 88)``."""
+    if not row["rigs"]:
+        return "–"
+    return f"{100 * row['share']:.0f} ({100 * row['low']:.0f} to {100 * row['high']:.0f})"
+
+
+def answer_text(
+    sentences: pd.DataFrame,
+    claims: pd.DataFrame,
+    draws: pd.DataFrame,
+    values: pd.DataFrame,
+    tooth: pd.DataFrame,
+    near: pd.DataFrame,
+) -> str:
+    """The 22 sentences in classes with their shares, what separates the rigs, tooth detail, and neighbours."""
+    cells = sentences.assign(cell=sentences.apply(percent, axis=1))
+    cells["scenario"] = [scenario_name(*pair) for pair in zip(cells["ring"], cells["equal_pitch"], strict=True)]
+    order = list(dict.fromkeys(cells["scenario"]))
+    paragraphs = [_outcomes_text(draws)]
+    for kind, title in CLASSES.items():
+        rows = cells[cells["class"] == kind]
+        if rows.empty:
+            continue
+        table = rows.pivot(index="name", columns="scenario", values="cell").reindex(columns=order)
+        table.insert(0, "sentence", rows.drop_duplicates("name").set_index("name")["statement"])
+        table = table.sort_index(key=lambda names: names.astype(int)).reset_index(names="no.")
+        if kind == NOT_JUDGED:
+            table = table[["no.", "sentence"]]
+        paragraphs.append(f"**{title}** (% of the tracks, 90 % interval):")
+        paragraphs.append(table.to_markdown(index=False, disable_numparse=True))
+    paragraphs += [
+        _values_text(values),
+        _radius_text(draws),
+        _tooth_text(tooth),
+        f"**Neighbours.** {neighbours_sentence(near)}",
+    ]
+    return "\n\n".join(paragraphs) + "\n"
+
+
+def _outcomes_text(draws: pd.DataFrame) -> str:
+    counts = outcomes(draws)
+    ran = counts[counts["reason"] == "ran"]["rigs"]
+    return (
+        f"{draws['draw'].nunique()} draws in four scenarios gave {len(draws)} tracks. {ran.sum()} ran "
+        f"({ran.min()} to {ran.max()} a scenario); {len(draws) - ran.sum()} could not be built or did not come "
+        "to rest; they stand with their reason in [the rows](measured/plausible_draws.csv)."
+    )
+
+
+def _values_text(values: pd.DataFrame) -> str:
+    if values.empty:
+        return "No single value separates the tracks that show a sentence from the others beyond chance."
+    lines = []
+    for name, rows in values.groupby("name", sort=False):
+        parts = []
+        for row in rows.itertuples():
+            factor, unit = UNITS.get(row.value.rpartition(".")[2], (1, ""))
+            high, low = (significant(factor * number, 2) for number in (row.median_shown, row.median_not))
+            parts.append(
+                f"`{row.value}` (median {high} {unit}".rstrip() + f" where shown, {low} {unit}".rstrip() + " where not)"
+            )
+        lines.append(f"- sentence {name}: {', '.join(parts)}")
+    return "Values that separate the tracks that show a sentence from the others, within a scenario:\n\n" + "\n".join(
+        lines
+    )
+
+
+def _radius_text(draws: pd.DataFrame) -> str:
+    columns = [name for name in draws if name.startswith("radius_")]
+    lines = []
+    for (ring, reading), rows in draws.groupby(["ring", "equal_pitch"], sort=False):
+        chosen = rows[columns].to_numpy().ravel()
+        chosen = chosen[np.isfinite(chosen)]
+        ran = rows[columns].notna().any(axis=1).sum()
+        if len(chosen):
+            low, middle, high = np.quantile(chosen, [0.1, 0.5, 0.9])
+            lines.append(
+                f"- {scenario_name(ring, reading)}: {middle:.3f} m (80 % of the choices between "
+                f"{low:.3f} and {high:.3f} m; {ran} tracks have one)"
+            )
+    return "The radius that our rule chooses, over the tracks and speeds:\n\n" + "\n".join(lines)
+
+
+def _tooth_text(tooth: pd.DataFrame) -> str:
+    rows = []
+    for ring, changes in tooth.groupby("ring_radius_m", dropna=False):
+        low, middle, high = np.quantile(changes["change_pct"].abs(), [0.05, 0.5, 0.95])
+        where = "without a ring" if pd.isna(ring) else f"with a ring of {ring:g} m"
+        rows.append(f"{where} by {middle:.1f} % (90 % of the changes between {low:.1f} and {high:.1f} %)")
+    return (
+        f"**Tooth detail.** On {tooth['draw'].nunique()} tracks three surfaces in place of ten arcs change the RMS of "
+        f"the acceleration {'; '.join(rows)}, median of the sizes over four speeds."
+    )
+
+
+def main(job) -> None:
+    """Rule `plausible_figure`."""
+    figure = shares_figure(
+        pd.read_csv(job.input.sentences, dtype={"name": str}), pd.read_csv(job.input.default), job.params.rig
+    )
+    save(figure, job.output.figures[0])
+
+
+if __name__ == "__main__":
+    run_job(main)

@@ -1,0 +1,43 @@
+# Which sentences of the paper follow from the model (docs/answer.md). Rows are kept as they come, so that a study that is killed goes on.
+
+PLAUSIBLE = ("draws", "sentences", "claims", "values", "tooth", "near")
+
+
+rule plausible_tables:
+    """Rigs drawn from the ranges of real parts, in every scenario; tooth profiles; neighbours of the default rig."""
+    input:
+        lab_needs("plausible/study.py"),
+        config="config/plausible.yaml",
+        claims="config/claims.yaml",
+        rigs=load_plausible("config/plausible.yaml").rigs,
+        kernels=[KERNELS, method_kernels("linearly_implicit")],
+    output: **{name: f"{L}/{{short}}plausible_{name}.csv" for name in PLAUSIBLE}
+    params:
+        short=lambda wildcards: bool(wildcards.short),
+        store=lambda wildcards: f"{L}/{wildcards.short}plausible",
+    # the short form runs beside others, and begins early
+    threads: lambda wildcards: 1 if wildcards.short else 2
+    priority: 60
+    log: f"{L}/logs/{{short}}plausible.log"
+    message: "Plausible tracks"
+    script: "../plausible/study.py"
+
+
+rule plausible_figure:
+    """Share of plausible tracks that show each sentence, beside the default rig."""
+    input:
+        lab_needs("report/plausible.py"),
+        sentences=f"{L}/{{short}}plausible_sentences.csv",
+        default=f"{R}/sentences.csv",
+    output: **figures(["plausible"], f"{LAB}{{short}}")
+    params: rig=Path(CONFIG.rig).stem
+    log: f"{L}/logs/{{short}}plausible_figure.log"
+    message: "Shares of plausible tracks"
+    script: "../report/plausible.py"
+
+
+rule plausible:
+    """The study in full (some four processor hours; ask for it by name)."""
+    input:
+        full(rules.plausible_tables),
+        full(rules.plausible_figure),
