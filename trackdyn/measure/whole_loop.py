@@ -15,7 +15,6 @@ import numpy as np
 from trackdyn.errors import InputError
 from trackdyn.measure.contacts import SIDES
 from trackdyn.measure.convergence import RELATIVE, SHARES, Estimate, Series
-from trackdyn.measure.events import peaks
 from trackdyn.measure.sensor import specific_force
 from trackdyn.model.arrays import RING_FRICTION, TOOTH_FRICTION
 from trackdyn.sensor.signals import high_passed
@@ -74,6 +73,8 @@ def series(recording: Recording, names: Collection[str] = RELATIVE + SHARES) -> 
     of a sprocket turn); ``left_peak``, ``right_peak`` (N: the largest force of an arc on its way through the sprocket,
     if contacts are logged and that arc has some).
     """
+    from trackdyn.measure.events import peaks  # with pandas: half a second that a run does without
+
     ay, edges, teeth = every_ay(recording), passage_edges(recording), recording.scene.rig.sprocket.teeth
     number = np.arange(len(edges) - 1)
 
