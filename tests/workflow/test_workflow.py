@@ -68,7 +68,7 @@ def quick_config(tmp_path, change=lambda data: None):
 def test_a_quick_run_with_its_studies_is_planned_from_nothing(tmp_path):
     planned = planned_jobs(tmp_path, "studies", "--configfile", quick_config(tmp_path))
     # 4 records, 2 of meshing, and the first with the coarse tooth; 3 rings a rig, and none on the first
-    rigs = 1 + len(yaml.safe_load((ROOT / "config/config.yaml").read_text(encoding="utf-8"))["other_rigs"])
+    rigs = 1 + len(yaml.safe_load((ROOT / "config/config.yaml").read_text(encoding="utf-8")).get("other_rigs", {}))
     assert (planned["simulate"], planned["warm_up"]) == (rigs * (4 + 2) + 4, 1)
     assert (planned["ring_runs"], planned["metrics"], planned["measure"]) == (rigs * 3 + 1, rigs, 2 * rigs)
     assert {f"{name}_form" if study.forms else name for name, study in STUDIES.items()} <= planned.keys()
