@@ -106,10 +106,11 @@ def answer_text(
 def _outcomes_text(draws: pd.DataFrame) -> str:
     counts = outcomes(draws)
     ran = counts[counts["reason"] == "ran"]["rigs"]
+    lost = len(draws) - ran.sum()
     return (
-        f"{draws['draw'].nunique()} draws in four scenarios gave {len(draws)} tracks. {ran.sum()} ran "
-        f"({ran.min()} to {ran.max()} a scenario); {len(draws) - ran.sum()} could not be built or did not come "
-        "to rest; they stand with their reason in [the rows](measured/plausible_draws.csv)."
+        f"The stored rows hold the first {draws['draw'].nunique()} draws of the sequence, {len(draws)} tracks. "
+        f"{ran.sum()} ran ({ran.min()} to {ran.max()} a scenario); {lost} could not be built or did not come to rest; "
+        "they stand with their reason in [the rows](measured/plausible_draws.csv)."
     )
 
 

@@ -257,7 +257,7 @@ def compare(
     ] = None,
     zero: Annotated[
         list[str] | None,
-        typer.Option("--zero", help="Value of the file that is 0 g, 512 or by axis ay=512.", metavar="NUMBER"),
+        typer.Option("--zero", help="Value of the file that is 0 g, 512 or by axis ay=512.", metavar="[AXIS=]NUMBER"),
     ] = None,
     bits: Annotated[
         int | None, typer.Option(help="Bits of raw counts whose full scale is --range, instead of --scale.")

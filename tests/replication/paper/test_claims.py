@@ -370,7 +370,6 @@ def test_the_summary_has_the_cells_of_the_scorecard_with_their_marks():
     assert len(table) == len(SHORT)
     assert table.loc[SHORT["C27b"]].tolist() == ["44.4", "44 ●", "25.4 ○", "-0.4"]
     assert table.loc[SHORT["C20a"], "printed"] == "in words"
-    assert table.loc[SHORT["C04a"], "rig other"] == "–"
 
 
 @pytest.mark.parametrize(

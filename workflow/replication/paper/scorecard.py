@@ -23,7 +23,6 @@ SHORT = {  # parts of claims in a few words, in the order of a summary
     "C20a": "ring: its force over that of both arcs",
     "C23a": "contact of the right arc from 0.305 m on, by speed (% of a turn)",
     "C24": "force of the left arc off its mean over all radii, by speed (%)",
-    "C04a": "difference of the RMS from the field test, by speed (%)",
 }
 
 
@@ -95,7 +94,7 @@ def neighbours_sentence(near: pd.DataFrame) -> str:
     """Count that nine of ten neighbours of the fitted rig hold (``docs/measured/plausible_near.csv``)."""
     others, at_rig = near[near["rig"] > 0]["shown"], near[near["rig"] == 0].iloc[0]
     return (
-        f"On the short records of that study the fitted rig shows {at_rig['shown']} of {at_rig['judged']} sentences. "
+        f"On that study's short records the fitted rig shows {at_rig['shown']:g} of {at_rig['judged']:g} sentences. "
         "With every fitted value changed by up to 1 %, equal pitch and wheels included, nine of ten rigs show at least "
         f"{int(others.quantile(0.1, interpolation='lower'))}; the median is {others.median():g}."
     )

@@ -142,7 +142,10 @@ def _answers(
         row |= {"uncertainty_pct": 100 * noise, "scatter_pct": 100 * scatter, "cpu_s_per_s": per_second}
         # half of the 95 % interval of a mean of so many passages, by batch means (`convergence.batch_error`)
         batches = passages // np.sqrt(passages).astype(int)
-        enough = abs(off) + SURE * noise + student(batches) * scatter / np.sqrt(passages) <= requested.tolerance
+        enough = (
+            abs(off) + SURE * noise + np.vectorize(student)(batches) * scatter / np.sqrt(passages)
+            <= requested.tolerance
+        )
         if enough.any():
             count = int(passages[np.argmax(enough)])
             seconds = requested.ramp_s + requested.lead_in_s + count * span
