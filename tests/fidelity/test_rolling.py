@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from tests.rigs.conftest import scene_of
+from tests.viscous import VISCOUS
 from trackdyn.chain.kinematics import SLOW, bearing_drag
 from trackdyn.errors import InputError
 from trackdyn.integrate.run import shared
@@ -20,12 +21,23 @@ LAWS = {"drag": "rolling", "bushing_law": "hysteretic"}
 
 
 @pytest.fixture(scope="module")
-def bench():
-    """The bench rig, without weight, whose idler rolls with a lever arm; the links on its ring do not, and bushings so
-    soft that they take nothing.
+def bench(tmp_path_factory):
+    """Sprocket and idler, without weight, whose idler rolls with a lever arm; the links on its ring do not, and
+    bushings so soft that they take nothing. On a ring that grips, other losses change with the tension by some percent.
     """
-    soft = {"bushing__stiffness": 1.0}
-    return load_rig("bench").changed(gravity=0.0, idler__rolling_arm=ARM, **soft)
+    path = tmp_path_factory.mktemp("rolling") / "bench.yaml"
+    path.write_text(
+        f"""
+like: {VISCOUS}
+chain: {{source: tests, pitches: 26}}
+wheels:
+  source: tests
+  idler: {{x: -1.05 m, y: 0.0 m, radius: 0.28 m, inertia: 3.0 kg m2, rolling_arm: {ARM} m}}
+tension: {{source: tests, wheel: idler, direction: 180.0 deg, travel: 0.1 m, pre_tension: 5000.0 N}}
+""",
+        encoding="utf-8",
+    )
+    return load_rig(path).changed(gravity=0.0, bushing__stiffness=1.0)
 
 
 def test_drag_of_a_load_is_odd_bounded_and_steepest_at_rest(bench):

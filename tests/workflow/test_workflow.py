@@ -88,7 +88,7 @@ def test_a_rig_alone_will_do(tmp_path):
 
 def test_the_short_forms_of_the_laboratory_are_planned(tmp_path):
     planned = planned_jobs(tmp_path, "-s", "laboratory/Snakefile", "--configfile", quick_config(tmp_path))
-    assert {"answer_table", "warm_up"} <= planned.keys() and "page" not in planned
+    assert {"plausible_tables", "plausible_figure", "warm_up"} <= planned.keys() and "page" not in planned
 
 
 def test_a_broken_configuration_ends_in_one_sentence(tmp_path):
@@ -245,14 +245,14 @@ def test_what_is_measured_or_said_of_runs_reruns_none(pretended, name):
     assert not [rule for rule in reruns if SIMULATING.fullmatch(rule)], reruns
 
 
-# files that the default run reads, the rules that read them, and one that does not
+# files that the default run reads, the rules that read them, and one that does not (all read the rig)
 INPUTS = [
     (
         ["data/synthetic/150rpm.csv", "config/claims.yaml", "config/quick.yaml"],
         {"sensor_records", "claims"},
         "simulate",
     ),
-    (["config/rigs/parts.yaml", "trackdyn/plots/style.py"], {"simulate", "ring_runs", "closure"}, "sensor_records"),
+    (["config/rigs/paper.yaml", "trackdyn/plots/style.py"], {"simulate", "ring_runs", "closure", "claims"}, ""),
 ]
 
 

@@ -122,7 +122,8 @@ def outside_sentence(parameters: pd.DataFrame, rig: str) -> str:
     kinds = parameters["kind"].value_counts()
     fitted = kinds.get("fitted", 0)
     known = len(parameters) - fitted - kinds.get("assumed", 0)
-    text = f"The paper prints or implies {known} of the {len(parameters)} parameters of the rig {rig}; {fitted} are fitted."
+    count = len(parameters)
+    text = f"The paper prints or implies {known} of the {count} parameters of the rig {rig}; {fitted} are fitted."
     outside = parameters[parameters["outside"].notna() & (parameters["outside"] != "")]
     cells = [
         f"{re.sub('[._]', ' ', name)} {significant(float(value), 2)} {unit} (real parts: {low:g} to {high:g})"
