@@ -121,7 +121,13 @@ def test_a_short_run_and_a_rig_of_ones_own_are_said_to_be(results):
     """Nobody asks whether an own rig shows what the paper prints, and nothing of it was fitted to that."""
     page = build_page(results, layers=["config/quick.yaml"], short="Records last 16 s.")
     assert "A short run." in page and "Records last 16 s. Its configuration: <code>config/quick.yaml</code>." in page
+    record = {"speed_rpm": 150.0, "sensor_record": "mine", "rms_simulation_g": 0.955, "rms_sensor_g": 0.957}
+    table = results / "tables" / "table3.csv"
+    pd.DataFrame([record | {"rms_difference_pct": -0.209}]).to_csv(table, index=False)
     own = build_page(results, own=True)
+    table.unlink()  # of this test alone
+    first = own[: own.index('aria-label="Sections"')]
+    assert "<td>0.955</td><td>0.957</td><td>-0.21</td>" in first and "are not public" not in first
     assert own.count("The rig paper in the runs of the paper") == 2 and "A short run." not in own
     for words in ("replicated</h1>", "sentences of Sects. 5.2", "are fitted"):
         assert words in page and words not in own

@@ -89,6 +89,7 @@ def build_page(
         card=_card(results, own, plausible),
         short=short,
         own=own,
+        sensor=[row for row in _rows(results, "tables/table3.csv") or [] if "rms_sensor_g" in row] if own else [],
         answer_costs=trade_sentence(pd.read_csv(planner)) if (planner := _first(results, "planner.csv")) else "",
         symbols=MARKS,
         synthetic=synthetic,
