@@ -34,8 +34,11 @@ def missing(error: ModuleNotFoundError) -> InputError:
         requirements = requires("trackdyn") or []
     except PackageNotFoundError:  # a copy that was never installed
         requirements = []
-    stated = re.compile(rf"{package}\b.*extra == ['\"](\w+)['\"]", re.IGNORECASE)
-    extra = next((match[1] for text in requirements if (match := stated.match(text))), "")
+    stated = re.compile(r"([\w.-]+)\b.*extra == ['\"](\w+)['\"]")
+    pairs = [match.groups() for text in requirements if (match := stated.match(text))]
+    extras = [extra for name, extra in pairs if name.lower() == package.lower()]
+    # of several the one that brings least
+    extra = min(extras, key=[extra for _, extra in pairs].count, default="")
     # from the clone, since no index has trackdyn
     remedy = f"in the clone: pip install -e '.[{extra}]'" if extra else f"pip install {package}"
     return InputError(f"{package} is not installed; {remedy}")
