@@ -41,26 +41,26 @@ def tables(config: PlausibleConfig, judged: pd.DataFrame, path: Path | str) -> d
 def run_draws(config: PlausibleConfig, path: Path | str, jobs: int, store: Path | str) -> pd.DataFrame:
     """Run every drawn rig that can be built, and judge its row."""
     drawn = list(drawn_rigs(config))
-    built = [RigScenes(one.rig, config.scene, scenes(config)) for one in drawn if one.rig is not None]
+    built = [RigScenes(track.rig, config.scene, scenes(config)) for track in drawn if track.rig is not None]
     rows = iter(run_rigs(config, built, jobs, store))
-    every = [next(rows) if one.rig is not None else without_values("", "refused", one.reason) for one in drawn]
+    every = [next(rows) if track.rig is not None else without_values("", "refused", track.reason) for track in drawn]
     return judge_rows(config, drawn, every, judged_claims(path), load_sentences(path))
 
 
 def run_tooth_detail(config: PlausibleConfig, jobs: int, store: Path | str) -> pd.DataFrame:
     """Run the first draws of the first scenario with both tooth profiles."""
     first = config.model_copy(update={"draws": min(config.draws, config.tooth_detail)})
-    drawn = [one for one in drawn_rigs(first) if one.rig is not None and one.scenario == config.scenarios[0]]
+    drawn = [track for track in drawn_rigs(first) if track.rig is not None and track.scenario == config.scenarios[0]]
     requested = [
-        RigScenes(one.rig, config.scene | {"tooth_contact": profile}, tooth_scenes(config))
-        for one in drawn
+        RigScenes(track.rig, config.scene | {"tooth_contact": profile}, tooth_scenes(config))
+        for track in drawn
         for profile in PROFILES
-        if one.rig is not None
+        if track.rig is not None
     ]
     rows = run_rigs(config, requested, jobs, store)
     pairs = [
-        (one.draw, dict(zip(PROFILES, (row["values"] for row in pair), strict=True)))
-        for one, pair in zip(drawn, zip(rows[::2], rows[1::2], strict=True), strict=True)
+        (track.draw, dict(zip(PROFILES, (row["values"] for row in pair), strict=True)))
+        for track, pair in zip(drawn, zip(rows[::2], rows[1::2], strict=True), strict=True)
         if all(row["state"] == DONE for row in pair)
     ]
     return tooth_detail(pairs, config.speeds_rpm, (None, config.ring_radius_m))

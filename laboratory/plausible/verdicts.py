@@ -50,16 +50,16 @@ def judge_rows(
         that is judged; empty where none is.
     """
     table = []
-    for one, row in zip(drawn, rows, strict=True):
+    for track, row in zip(drawn, rows, strict=True):
         entry = {
-            "draw": one.draw,
-            **one.scenario._asdict(),
+            "draw": track.draw,
+            **track.scenario._asdict(),
             "state": row["state"],
             "reason": row["reason"],
-            **one.values,
+            **track.values,
         }
-        if row["state"] == DONE and one.rig is not None:
-            entry |= judge_rig(config, row["values"], one.rig, claims, sentences)
+        if row["state"] == DONE and track.rig is not None:
+            entry |= judge_rig(config, row["values"], track.rig, claims, sentences)
         table.append(entry)
     return pd.DataFrame(table)
 

@@ -26,7 +26,7 @@ from replication.paper.claims import (
 from replication.paper.evidence import Evidence, Range
 from replication.paper.measures import MEASURES
 from replication.paper.paper_tables import PaperTables, load_article
-from replication.paper.scorecard import SHORT, count, headline, not_shown, sentence_verdicts, side_by_side, statements
+from replication.paper.scorecard import SHORT, count, headline, sentence_verdicts, side_by_side, statements
 from tests.viscous import VISCOUS
 from trackdyn.errors import InputError
 from trackdyn.parameters.rig import load_rig
@@ -353,7 +353,8 @@ def test_two_rigs_stand_side_by_side_and_are_counted_apart():
         "The rig other shows 19 of 21 sentences of Sects. 5.2 and 6. "
         "Conclusions on the ring: (1) shown, (2) shown, (3) not shown, (4) shown."
     )
-    assert not_shown(judged, "other") == [SENTENCES[15], SENTENCES[19]]
+    lost = judged[(judged["rig"] == "other") & (judged["verdict"] == NOT_SHOWN)]
+    assert lost["sentence"].tolist() == [SENTENCES[15], SENTENCES[19]]
     assert judged.set_index(["rig", "number"])["statements"][["other"]].to_dict()["other", 19] == "C23b"
     table = side_by_side(card)
     assert len(table) == len(CLAIMS)

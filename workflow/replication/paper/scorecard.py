@@ -154,11 +154,6 @@ def answer_sentences(
     ]
 
 
-def not_shown(judged: pd.DataFrame, rig: str) -> list[str]:
-    """Sentences that a rig does not show."""
-    return judged.loc[(judged["rig"] == rig) & (judged["verdict"] == NOT_SHOWN), "sentence"].tolist()
-
-
 def judged_sentences(judged: pd.DataFrame, rig: str, shares: pd.DataFrame | None = None) -> list[list[str]]:
     """``number, sentence, verdict`` of a rig; with ``shares``, those of plausible tracks with a slipping and a gripping
     ring (%), equal pitch read along the arc.

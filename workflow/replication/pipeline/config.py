@@ -129,7 +129,7 @@ class Config(Section):
     meshing: Meshing
     stop_rule: StopRule
     ring_study: RingStudy
-    peers: Peers | None  # None: the rig is not the base's, which the article's independent code stands for
+    peers: Peers | None  # None: another rig than the article's, which no peer runs
     fidelity: FidelityStudy
     short_studies: list[StudyName]
     studies: StudiesFile
