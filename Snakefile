@@ -24,7 +24,7 @@ from replication.study.variants import SETTINGS
 from trackdyn.errors import TrackdynError
 from trackdyn.files import remove_abandoned
 from trackdyn.sources import imported_files, source_hash
-from trackdyn.sweeps.job import drive
+from trackdyn.sweeps.snakemake_job import drive
 
 if " " in sys.executable:  # Snakemake does not quote it
     raise WorkflowError(f"{sys.executable}: the path contains a space; put the environment elsewhere")

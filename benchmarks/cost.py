@@ -290,7 +290,7 @@ def main() -> None:
         parser.error(f"--repeats = {arguments.repeats}: must be at least 1")
 
     from trackdyn.files import write_text
-    from trackdyn.parameters.rig import load_rig
+    from trackdyn.rig.rig import load_rig
 
     rig_path = ROOT / "config" / "rigs" / "paper.yaml"
     rig = load_rig(rig_path)

@@ -78,7 +78,7 @@ def main() -> None:
     options = parser.parse_args()
     from trackdyn import Scene, load_rig
     from trackdyn.files import check_writable, write_text
-    from trackdyn.scene.fidelity import preset as preset_fields
+    from trackdyn.scene.choices import preset as preset_fields
 
     check_writable(options.out)
     rig, rows = load_rig(options.rig), []

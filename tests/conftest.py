@@ -23,7 +23,7 @@ from trackdyn import jit
 from trackdyn.commands import cli
 from trackdyn.measure.contacts import SIDES, contacts
 from trackdyn.model.arrays import CONTACT_INTERVAL
-from trackdyn.parameters.rig import load_rig
+from trackdyn.rig.rig import load_rig
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recording import Recording, provenance
@@ -53,7 +53,7 @@ def _no_kernels(pytestconfig):
 
 def pytest_collection_modifyitems(config, items):
     # what starts processes and waits for them comes first, small files last, so that workers end together
-    rank = {"docs": 0, "workflow": 0, "parameters": 2, "sensor": 2}
+    rank = {"docs": 0, "workflow": 0, "rig": 2, "sensor": 2}
     items.sort(key=lambda item: rank.get(item.path.parent.name, 1))
     for item in items:
         if "browser" in item.fixturenames:

@@ -10,8 +10,8 @@ import numpy as np
 from scipy.optimize import brentq
 
 from trackdyn.errors import InputError
-from trackdyn.parameters.layout import belt_path, run_order
-from trackdyn.parameters.rig import Rig, load_rig
+from trackdyn.rig.layout import belt_path, run_order
+from trackdyn.rig.rig import Rig, load_rig
 
 SEED = 20261122
 CHAINS = ("paper", "m113", "robot")

@@ -23,7 +23,7 @@ BELOW = {"trackdyn": set(), "replication": {"trackdyn"}, "laboratory": {"trackdy
 ROOMS = {
     "trackdyn": (
         "errors", "extras", "files", "sources", "version", "by_reference", "jit", "model", "contact", "chain",
-        "integrate", "parameters", "scene", "sensor", "simulation", "measure", "sweeps", "plots", "commands",
+        "integrate", "rig", "scene", "sensor", "simulation", "measure", "sweeps", "plots", "commands",
         "__init__", "__main__",
     ),
     "replication": (
@@ -42,7 +42,7 @@ LONGEST = 600  # lines
 # libraries of the rooms that compute
 COMPUTING = {room: {"numpy"} for room in ("files", "model", "contact", "chain", "integrate")} | {
     "errors": set(),
-    "parameters": {"numpy", "scipy", "pandas", "pydantic", "pydantic_core", "yaml"},
+    "rig": {"numpy", "scipy", "pandas", "pydantic", "pydantic_core", "yaml"},
 }
 CORNERS = {  # a library, and the rooms that alone may import it
     "matplotlib": {"trackdyn.plots", "replication.report", "laboratory.report"},

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from tests.conftest import driven, scenes_of
-from trackdyn.parameters.rig import load_rig
+from trackdyn.rig.rig import load_rig
 
 VISCOUS = Path(__file__).with_name("viscous.yaml")
 

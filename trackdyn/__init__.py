@@ -19,12 +19,12 @@ _MODULES = {
     "InputError": "errors",
     "Loop": "simulation.loop",
     "Recording": "simulation.recording",
-    "Rig": "parameters.rig",
+    "Rig": "rig.rig",
     "Scene": "scene.scene",
     "TrackdynError": "errors",
     "__version__": "version",
     "load_recording": "simulation.recording",
-    "load_rig": "parameters.rig",
+    "load_rig": "rig.rig",
     "measures": "measure.measures",
     "sense": "measure.sensor",
     "show": "plots.show",
@@ -39,9 +39,9 @@ if TYPE_CHECKING:
     from trackdyn.errors import TrackdynError as TrackdynError
     from trackdyn.measure.measures import measures as measures
     from trackdyn.measure.sensor import sense as sense
-    from trackdyn.parameters.rig import Rig as Rig
-    from trackdyn.parameters.rig import load_rig as load_rig
     from trackdyn.plots.show import show as show
+    from trackdyn.rig.rig import Rig as Rig
+    from trackdyn.rig.rig import load_rig as load_rig
     from trackdyn.scene.scene import Scene as Scene
     from trackdyn.simulation.loop import Loop as Loop
     from trackdyn.simulation.recording import Recording as Recording

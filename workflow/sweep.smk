@@ -20,7 +20,7 @@ from snakemake.exceptions import WorkflowError
 from snakemake.io import get_wildcard_names
 
 from trackdyn.sources import imported_files
-from trackdyn.sweeps.job import drive
+from trackdyn.sweeps.snakemake_job import drive
 
 drive(workflow)
 
@@ -82,7 +82,7 @@ rule split:
         rig=SWEEP["rig"],
     log: f"{LOGS}split.log"
     message: "Splitting {input.design}"
-    script: "../trackdyn/sweeps/jobs.py"
+    script: "../trackdyn/sweeps/batch_jobs.py"
 
 
 rule warm_up:
@@ -99,7 +99,7 @@ rule warm_up:
     resources: **GROWING
     log: f"{LOGS}warm_up.log"
     message: "Compiling the kernels"
-    script: "../trackdyn/sweeps/jobs.py"
+    script: "../trackdyn/sweeps/batch_jobs.py"
 
 
 rule batch:
@@ -122,7 +122,7 @@ rule batch:
         attempt=lambda wildcards, attempt: attempt,
     log: f"{LOGS}{{batch}}.log"
     message: "Batch {wildcards.batch}"
-    script: "../trackdyn/sweeps/jobs.py"
+    script: "../trackdyn/sweeps/batch_jobs.py"
 
 
 rule gather:
@@ -148,4 +148,4 @@ rule gather:
     resources: **GROWING
     log: f"{LOGS}gather.log"
     message: "Gathering {output[0]}"
-    script: "../trackdyn/sweeps/jobs.py"
+    script: "../trackdyn/sweeps/batch_jobs.py"

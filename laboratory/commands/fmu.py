@@ -36,8 +36,8 @@ def fmu(
 ) -> None:
     """Write a track as a unit for co-simulation (FMI 3.0), which begins at the motor speed --rpm."""
     from laboratory.fmi.build import write_fmu
-    from trackdyn.parameters.rig import load_rig
-    from trackdyn.scene.fidelity import preset as preset_fields
+    from trackdyn.rig.rig import load_rig
+    from trackdyn.scene.choices import preset as preset_fields
     from trackdyn.scene.scene import Scene
 
     check_output(out, overwrite, rig)

@@ -71,7 +71,7 @@ def identify(
     from laboratory.inference.identification.measured import read_records
     from laboratory.report.identification import identification_headline, write_identification_page
     from trackdyn.files import check_writable, write_csv
-    from trackdyn.parameters.rig import load_rig
+    from trackdyn.rig.rig import load_rig
     from trackdyn.sensor.sensor_mapping import load_mapping
     from trackdyn.sweeps.sweep import cores
 

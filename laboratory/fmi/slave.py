@@ -14,7 +14,7 @@ from pythonfmu3.unit import Unit as FmiUnit
 
 from laboratory.fmi.unit import Unit
 from trackdyn.errors import InputError, TrackdynError
-from trackdyn.parameters.rig import Rig
+from trackdyn.rig.rig import Rig
 from trackdyn.scene.scene import Scene
 from trackdyn.sources import source_hash
 

@@ -9,8 +9,8 @@ import numpy as np
 from trackdyn.errors import InputError
 from trackdyn.measure.sensor import specific_force
 from trackdyn.model.constants import SPROCKET
-from trackdyn.parameters.layout import belt_around, belt_path, wheel_circles, wheel_names
-from trackdyn.parameters.validation import within
+from trackdyn.rig.layout import belt_around, belt_path, wheel_circles, wheel_names
+from trackdyn.rig.validation import within
 from trackdyn.scene.build import CARRIED
 from trackdyn.scene.scene import LEAST_RAMP, LONGEST_RUN, Scene
 from trackdyn.simulation.loop import Loop

@@ -8,9 +8,9 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from trackdyn.errors import InputError, TrackdynError
-from trackdyn.parameters.layout import can_close
-from trackdyn.parameters.rig import Rig, parameter_table
-from trackdyn.parameters.validation import Section, plain_number, shown
+from trackdyn.rig.layout import can_close
+from trackdyn.rig.rig import Rig, parameter_table
+from trackdyn.rig.validation import Section, plain_number, shown
 
 # how far from its bounds a value may be rounded, as a share of the range
 EDGE = 1e-9

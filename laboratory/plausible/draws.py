@@ -12,8 +12,8 @@ from laboratory.inference.unknowns import Unknowns
 from laboratory.plausible.rows import SOURCES, rows_of_rigs
 from laboratory.plausible.settings import PlausibleConfig, Scenario
 from trackdyn.errors import InputError, TrackdynError
-from trackdyn.parameters.layout import can_close
-from trackdyn.parameters.rig import Rig, load_rig, parameter_table
+from trackdyn.rig.layout import can_close
+from trackdyn.rig.rig import Rig, load_rig, parameter_table
 from trackdyn.sweeps.engine import check_completed, key_of, results
 
 EQUAL_PITCH = "sprocket.equal_pitch_radius"

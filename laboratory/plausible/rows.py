@@ -6,15 +6,15 @@ import numpy as np
 
 from laboratory.plausible.revolution import summary
 from trackdyn.measure.sensor import whole_samples
+from trackdyn.measure.spectra import high_frequency_rms
 from trackdyn.measure.whole_loop import stitch
-from trackdyn.parameters.rig import Rig
+from trackdyn.rig.rig import Rig
 from trackdyn.scene.scene import Periods, Scene
-from trackdyn.sensor.signals import high_frequency_rms
 from trackdyn.simulation.recording import Recording
 from trackdyn.simulation.settling import SettledLoops
 from trackdyn.simulation.simulate import simulate
 from trackdyn.sources import module_hash
-from trackdyn.sweeps.row import first_that_runs
+from trackdyn.sweeps.sweep_row import first_that_runs
 
 SOURCES = module_hash(__name__)
 

@@ -6,9 +6,9 @@ from typing import Annotated, Any, NamedTuple
 from pydantic import Field
 
 from laboratory.inference.unknowns import Unknown, Unknowns, file_ranges
-from trackdyn.parameters.rig import load_rig
-from trackdyn.parameters.validation import Positive, Section, validated
-from trackdyn.parameters.yaml_file import read_yaml
+from trackdyn.rig.rig import load_rig
+from trackdyn.rig.validation import Positive, Section, validated
+from trackdyn.rig.yaml_file import read_yaml
 
 Count = Annotated[int, Field(ge=1)]
 Numbers = Annotated[list[Positive], Field(min_length=1)]

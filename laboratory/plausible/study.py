@@ -1,6 +1,6 @@
 """Which sentences of the paper follow from the model: rigs of real parts, drawn, run and judged."""
 
-from trackdyn.sweeps.job import run_job
+from trackdyn.sweeps.snakemake_job import run_job
 
 from pathlib import Path
 

@@ -11,7 +11,7 @@ from laboratory.plausible.settings import PlausibleConfig
 from replication.paper.claims import SHOWN, Claim, judge_all
 from replication.paper.evidence import Evidence
 from replication.paper.scorecard import RADIUS, sentence_verdicts
-from trackdyn.parameters.rig import Rig
+from trackdyn.rig.rig import Rig
 from trackdyn.sweeps.engine import DONE
 
 

@@ -1,6 +1,6 @@
 """The page of an identification, with its pictures."""
 
-from trackdyn.sweeps.job import run_job
+from trackdyn.sweeps.snakemake_job import run_job
 
 from dataclasses import replace
 from pathlib import Path
@@ -20,11 +20,11 @@ from laboratory.inference.verdict import IDENTIFIED, IN_DOUBT, ONE_SIDED
 from laboratory.report.figures.identification import features_figure, posterior_figure, spectra_figure
 from replication.report.page.builder import embedded_picture
 from trackdyn.files import write_text
-from trackdyn.parameters.rig import Rig, load_rig
-from trackdyn.parameters.validation import validated
-from trackdyn.parameters.yaml_file import read_yaml
 from trackdyn.plots.rendering import environment
 from trackdyn.plots.style import save
+from trackdyn.rig.rig import Rig, load_rig
+from trackdyn.rig.validation import validated
+from trackdyn.rig.yaml_file import read_yaml
 from trackdyn.scene.scene import Periods
 from trackdyn.sensor.sensor_mapping import load_mapping
 

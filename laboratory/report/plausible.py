@@ -1,6 +1,6 @@
 """Results of the study of plausible tracks: a picture, and the measured part of docs/answer.md."""
 
-from trackdyn.sweeps.job import run_job
+from trackdyn.sweeps.snakemake_job import run_job
 
 import textwrap
 

@@ -7,7 +7,7 @@ from trackdyn.chain.kinematics import add_moments, relax, stored
 from trackdyn.errors import InputError
 from trackdyn.model.arrays import BUSHING_LOSS
 from trackdyn.model.constants import Branches
-from trackdyn.parameters.laws import BAND, loss_branches
+from trackdyn.rig.laws import BAND, loss_branches
 from trackdyn.scene.limits import step_limits
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.resolution import open_share

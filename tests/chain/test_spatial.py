@@ -7,8 +7,8 @@ import pytest
 
 from tests.conftest import closing, irregular_ring
 from trackdyn.chain.kinematics import bushing_torques, forward_kinematics, orient
-from trackdyn.chain.plane import plane_dynamics, turn_plane, update_frame
 from trackdyn.chain.riccati import accelerations
+from trackdyn.integrate.plane import plane_dynamics, turn_plane, update_frame
 from trackdyn.model.arrays import Plane, make_space_work, make_state, make_work
 from trackdyn.model.constants import Chain, Space
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from trackdyn.contact.laws import elastic_force, friction_coefficient, implicit_speed, normal_force, stored_impact_speed
-from trackdyn.parameters.laws import delivered_restitution
+from trackdyn.rig.laws import delivered_restitution
 from trackdyn.scene.build import make_law
 
 STEEL = 1.154e11

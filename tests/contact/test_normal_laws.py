@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from trackdyn.contact.laws import friction_coefficient, normal_force, normal_slopes
-from trackdyn.parameters.laws import NORMAL_LAWS, delivered_restitution, delivering_loss
+from trackdyn.rig.laws import NORMAL_LAWS, delivered_restitution, delivering_loss
 from trackdyn.scene.build import make_law
 from trackdyn.scene.scene import Scene
 

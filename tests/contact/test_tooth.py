@@ -7,8 +7,8 @@ import pytest
 
 from trackdyn.contact.laws import find_area, groove_index
 from trackdyn.integrate.run import refresh
-from trackdyn.parameters.groove import coarse_groove
-from trackdyn.parameters.rig import load_rig
+from trackdyn.rig.groove import coarse_groove
+from trackdyn.rig.rig import load_rig
 from trackdyn.scene.build import make_law, make_tooth
 
 RADIUS = 0.030

@@ -5,7 +5,7 @@ import pytest
 
 from trackdyn.chain.kinematics import bushing_torques
 from trackdyn.model.arrays import make_arrays
-from trackdyn.parameters.layout import belt_around
+from trackdyn.rig.layout import belt_around
 from trackdyn.scene.build import build_chain, build_shoes
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop

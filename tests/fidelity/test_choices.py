@@ -9,10 +9,10 @@ from typer.testing import CliRunner
 from trackdyn.commands.cli import app
 from trackdyn.errors import InputError
 from trackdyn.integrate.methods import METHODS
-from trackdyn.parameters.groove import PROFILES
-from trackdyn.parameters.laws import NORMAL_LAWS
-from trackdyn.parameters.rig import Rig, load_rig
-from trackdyn.scene.fidelity import PRESETS, preset
+from trackdyn.rig.groove import PROFILES
+from trackdyn.rig.laws import NORMAL_LAWS
+from trackdyn.rig.rig import Rig, load_rig
+from trackdyn.scene.choices import PRESETS, preset
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation import simulate as simulation
 from trackdyn.sweeps.sweep import requested_rows

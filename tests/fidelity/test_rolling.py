@@ -11,7 +11,7 @@ from trackdyn.integrate.run import shared
 from trackdyn.integrate.semi_implicit import advance
 from trackdyn.model.arrays import BEARING
 from trackdyn.model.constants import SPROCKET
-from trackdyn.parameters.rig import load_rig
+from trackdyn.rig.rig import load_rig
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 

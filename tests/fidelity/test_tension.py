@@ -14,7 +14,7 @@ from trackdyn.errors import InputError
 from trackdyn.integrate.carriers import push
 from trackdyn.model.arrays import BEARING, ENERGY_NAMES
 from trackdyn.model.constants import SPROCKET
-from trackdyn.parameters.rig import load_rig
+from trackdyn.rig.rig import load_rig
 from trackdyn.scene.limits import largest_step
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop

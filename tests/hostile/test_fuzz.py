@@ -17,8 +17,8 @@ from sentences import BELT, RIG, ROOT
 from replication.pipeline.config import check_config, read_layer
 from trackdyn.commands import cli
 from trackdyn.errors import TrackdynError
-from trackdyn.parameters.rig import load_rig
-from trackdyn.parameters.yaml_file import read_yaml
+from trackdyn.rig.rig import load_rig
+from trackdyn.rig.yaml_file import read_yaml
 from trackdyn.scene.scene import Scene
 from trackdyn.sensor.sensor_csv import read_sensor_csv
 from trackdyn.simulation.recording import belt_recording, load_recording

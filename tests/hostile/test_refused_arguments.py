@@ -7,9 +7,9 @@ from sentences import BELT, one_sentence, shown
 import trackdyn
 from trackdyn.errors import InputError
 from trackdyn.measure.compare import compare_with_sensor, doubtful_axes
-from trackdyn.parameters.rig import Rig, load_rig
-from trackdyn.parameters.sections import Wheel
-from trackdyn.parameters.validation import typed
+from trackdyn.rig.rig import Rig, load_rig
+from trackdyn.rig.sections import Wheel
+from trackdyn.rig.validation import typed
 from trackdyn.scene.scene import Scene
 from trackdyn.sensor.sensor_csv import read_sensor_csv
 from trackdyn.sensor.sensor_mapping import load_mapping

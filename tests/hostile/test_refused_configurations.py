@@ -7,8 +7,8 @@ from sentences import HUGE, ROOT, one_sentence, shown
 
 from replication.pipeline.config import OF_ITS_RIG, check_config, check_layers
 from trackdyn.errors import InputError
-from trackdyn.parameters.rig_file import shipped_rigs
-from trackdyn.parameters.yaml_file import read_yaml
+from trackdyn.rig.rig_file import shipped_rigs
+from trackdyn.rig.yaml_file import read_yaml
 
 SETTINGS = [
     ("results", "", "results = ''", "the name of a folder"),

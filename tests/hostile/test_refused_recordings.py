@@ -9,7 +9,7 @@ import pytest
 from sentences import RIG, one_sentence
 
 from trackdyn.errors import DivergenceError, InputError
-from trackdyn.parameters.rig import load_rig
+from trackdyn.rig.rig import load_rig
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recording import Recording, load_recording

@@ -8,7 +8,7 @@ import yaml
 from sentences import HUGE, LONGER, NO_NUMBERS, NUMBER, RIG, one_sentence, shown
 
 from trackdyn.errors import InputError
-from trackdyn.parameters.rig import load_rig
+from trackdyn.rig.rig import load_rig
 from trackdyn.scene.scene import Scene
 
 CHANGES = [

@@ -8,8 +8,8 @@ import pytest
 from sentences import BELT, HUGE, LONGER, NO_NUMBERS, NUMBER, one_sentence, shown
 
 from trackdyn.errors import InputError
-from trackdyn.parameters.rig import load_rig
-from trackdyn.scene.fidelity import CHOICES
+from trackdyn.rig.rig import load_rig
+from trackdyn.scene.choices import CHOICES
 from trackdyn.scene.scene import Scene
 
 NO_CHOICES = (

@@ -13,8 +13,8 @@ from trackdyn.commands.cli import app
 from trackdyn.errors import InputError
 from trackdyn.measure.compare import compare_with_sensor, doubtful_axes, in_words, other_speed, require_axes
 from trackdyn.measure.sensor import measured_loop_hz, record_metrics, sense
-from trackdyn.parameters.rig import load_rig
 from trackdyn.plots.style import save
+from trackdyn.rig.rig import load_rig
 from trackdyn.sensor.sensor_csv import SensorRecord, read_sensor_csv
 from trackdyn.simulation.simulate import simulate
 

@@ -13,7 +13,7 @@ from trackdyn.measure.contacts import SHORT, meshing_summary, passages, sampled_
 from trackdyn.measure.events import mean_events, passage_events, smoothed_maxima
 from trackdyn.measure.metrics import needed_lengths, run_metrics, speed_sentence
 from trackdyn.model.arrays import CONTACT_INTERVAL
-from trackdyn.parameters.rig import load_rig
+from trackdyn.rig.rig import load_rig
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.simulate import check_turning
 

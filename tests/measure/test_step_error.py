@@ -7,8 +7,8 @@ import pytest
 from trackdyn.measure.columns import SIDE_COLUMNS, error_of
 from trackdyn.measure.metrics import SHOWN, gravity_sentence, range_sentence, shown_measures
 from trackdyn.measure.step_error import whole_errors
-from trackdyn.parameters.rig import load_rig
-from trackdyn.parameters.rig_file import shipped_rigs
+from trackdyn.rig.rig import load_rig
+from trackdyn.rig.rig_file import shipped_rigs
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.recording import belt_recording
 

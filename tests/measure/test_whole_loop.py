@@ -8,7 +8,7 @@ import pytest
 from tests.conftest import LAWS, contact_table, made_recording, recorded
 from trackdyn.errors import InputError
 from trackdyn.measure.whole_loop import every_ay, stitch, whole_loop
-from trackdyn.parameters.rig import load_rig
+from trackdyn.rig.rig import load_rig
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.simulate import simulate

@@ -4,7 +4,7 @@ from math import ceil
 
 import pytest
 
-from trackdyn.parameters.rig import load_rig
+from trackdyn.rig.rig import load_rig
 from trackdyn.scene.limits import largest_step
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop

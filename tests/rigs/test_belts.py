@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.rigs.conftest import scene_of
-from trackdyn.parameters.rig import load_rig
+from trackdyn.rig.rig import load_rig
 from trackdyn.simulation.loop import Loop
 
 

@@ -5,7 +5,7 @@ import warnings
 import pytest
 
 from tests.conftest import run_command
-from trackdyn.parameters.rig import load_rig
+from trackdyn.rig.rig import load_rig
 
 
 @pytest.mark.parametrize("name", ["bench", "m113", "paper", "robot", "vehicle"])

@@ -12,7 +12,7 @@ from trackdyn.integrate.run import shared
 from trackdyn.integrate.semi_implicit import driven_rate
 from trackdyn.model.arrays import SPROCKET_WORK
 from trackdyn.model.constants import NO_MOTOR, SPROCKET, Drive, Motor
-from trackdyn.parameters.rig import load_rig
+from trackdyn.rig.rig import load_rig
 from trackdyn.scene.build import make_carriers
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.resolution import open_share

@@ -7,7 +7,7 @@ import pytest
 
 from tests.layouts import PITCHES, WHEELS, random_rig
 from trackdyn.errors import InputError
-from trackdyn.parameters.layout import assemble, belt_around, wheel_circles
+from trackdyn.rig.layout import assemble, belt_around, wheel_circles
 from trackdyn.scene.limits import largest_step
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.settling import settle

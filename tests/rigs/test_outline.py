@@ -5,8 +5,8 @@ import pytest
 
 from tests.viscous import VISCOUS
 from trackdyn.errors import InputError
-from trackdyn.parameters.outline import ToothProfile, distance_to, fit_outline, groove_of_arcs
-from trackdyn.parameters.rig import load_rig
+from trackdyn.rig.outline import ToothProfile, distance_to, fit_outline, groove_of_arcs
+from trackdyn.rig.rig import load_rig
 
 NOISE = 2e-5  # m, of a coordinate measuring machine in a workshop
 

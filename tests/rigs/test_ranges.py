@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from trackdyn.parameters.rig import load_rig, outside_ranges, parameter_table
-from trackdyn.parameters.rig_file import shipped_rigs
+from trackdyn.rig.rig import load_rig, outside_ranges, parameter_table
+from trackdyn.rig.rig_file import shipped_rigs
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from trackdyn.errors import InputError
-from trackdyn.parameters.layout import assemble, belt_around, run_order, wheel_names
-from trackdyn.parameters.rig import load_rig, parameter_table
-from trackdyn.parameters.rig_file import shipped_rigs
+from trackdyn.rig.layout import assemble, belt_around, run_order, wheel_names
+from trackdyn.rig.rig import load_rig, parameter_table
+from trackdyn.rig.rig_file import shipped_rigs
 from trackdyn.scene.build import make_carriers
 from trackdyn.scene.scene import Scene
 

@@ -11,7 +11,7 @@ from tests.viscous import VISCOUS
 from trackdyn.errors import DivergenceError
 from trackdyn.integrate.carriers import along, push
 from trackdyn.model.constants import SPROCKET
-from trackdyn.parameters.rig import load_rig
+from trackdyn.rig.rig import load_rig
 from trackdyn.scene.build import check_stops
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop

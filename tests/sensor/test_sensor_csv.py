@@ -5,7 +5,7 @@ import pytest
 
 from trackdyn.errors import InputError
 from trackdyn.measure import ring_rule
-from trackdyn.parameters import rig_file
+from trackdyn.rig import rig_file
 from trackdyn.sensor import logger_files
 from trackdyn.sensor.logger_text import NUMBER
 from trackdyn.sensor.sensor_csv import read_sensor_csv, write_sensor_csv

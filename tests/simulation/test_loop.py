@@ -10,8 +10,8 @@ from replication.study.extremes import reference
 from tests.conftest import LAWS, closing
 from trackdyn.errors import InputError
 from trackdyn.integrate.run import shared
-from trackdyn.parameters.layout import belt_around
-from trackdyn.parameters.rig import Rig
+from trackdyn.rig.layout import belt_around
+from trackdyn.rig.rig import Rig
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation import recorder as writer
 from trackdyn.simulation.loop import Loop

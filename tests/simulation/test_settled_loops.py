@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from trackdyn.errors import InputError
-from trackdyn.parameters.rig import load_rig
+from trackdyn.rig.rig import load_rig
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.settling import SettledLoops
 from trackdyn.simulation.simulate import simulate

@@ -10,7 +10,7 @@ from pathlib import Path
 import pandas as pd
 
 from trackdyn.measure.ring_rule import COMPARED
-from trackdyn.parameters.rig import Rig, load_rig
+from trackdyn.rig.rig import Rig, load_rig
 from trackdyn.scene.rings import study_radii
 from trackdyn.scene.scene import Scene
 from trackdyn.sweeps.ring import ring_study

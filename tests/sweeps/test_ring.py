@@ -9,8 +9,8 @@ from trackdyn.measure.contacts import meshing_summary
 from trackdyn.measure.ring_rule import RULE, advice, parse_rule
 from trackdyn.measure.step_error import whole_errors
 from trackdyn.measure.stopping import run_steady
-from trackdyn.parameters.rig import load_rig
-from trackdyn.parameters.rig_file import shipped_rigs
+from trackdyn.rig.rig import load_rig
+from trackdyn.rig.rig_file import shipped_rigs
 from trackdyn.scene import rings
 from trackdyn.scene.rings import larger_radii, study_radii, usual_rings
 from trackdyn.scene.scene import Scene, steady_fields

@@ -9,7 +9,7 @@ import pytest
 
 from tests.sweeps.ring_trials import BEYOND, STORED, TRACKS
 from trackdyn.measure.ring_rule import RULE, parse_rule
-from trackdyn.parameters.rig import load_rig
+from trackdyn.rig.rig import load_rig
 from trackdyn.scene.rings import study_radii
 
 ROWS = pd.read_csv(STORED)

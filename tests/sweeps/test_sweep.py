@@ -13,7 +13,7 @@ import pytest
 
 from trackdyn.errors import InputError
 from trackdyn.measure.metrics import run_metrics
-from trackdyn.scene.fidelity import preset
+from trackdyn.scene.choices import preset
 from trackdyn.simulation.simulate import simulate
 from trackdyn.sweeps import engine
 from trackdyn.sweeps.engine import Store

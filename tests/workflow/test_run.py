@@ -44,7 +44,7 @@ def test_a_configuration_that_would_be_run_is_refused_before_it_is(tmp_path, mon
 
 SNAKEFILE = """
 import sys
-from trackdyn.sweeps.job import drive
+from trackdyn.sweeps.snakemake_job import drive
 drive(workflow)
 rule one:
     output: "one.txt"
@@ -52,7 +52,7 @@ rule one:
     script: "one.py"
 """
 SCRIPT = """
-from trackdyn.sweeps.job import run_job
+from trackdyn.sweeps.snakemake_job import run_job
 import os, time
 def main(job):
     with open("begun.txt", "a") as begun:
@@ -112,7 +112,7 @@ def test_a_second_run_is_refused_and_the_job_that_a_killed_one_left_is_waited_fo
 
 
 def test_a_job_whose_run_was_killed_does_not_begin():
-    code = "from trackdyn.sweeps import job; job._join('logs/one.log')"
+    code = "from trackdyn.sweeps import snakemake_job; snakemake_job._join('logs/one.log')"
     gone = subprocess.run([sys.executable, "-c", "import os; print(os.getpid())"], capture_output=True, text=True)
     for driver, end in ((gone.stdout.strip(), "the run that began this job was killed\n"), (str(os.getpid()), "")):
         done = subprocess.run(
@@ -130,7 +130,12 @@ def test_a_job_whose_run_was_killed_does_not_begin():
             1,
             "interrupted; the same command goes on\n",
         ),
-        ("snakemake = 1; from trackdyn.sweeps.job import run_job; import trackdyn.errors", "trackdyn.errors", 130, ""),
+        (
+            "snakemake = 1; from trackdyn.sweeps.snakemake_job import run_job; import trackdyn.errors",
+            "trackdyn.errors",
+            130,
+            "",
+        ),
     ],
 )
 def test_an_interruption_of_imports_leaves_no_traceback(code, module, exit_code, said):

@@ -7,7 +7,7 @@ is constant, so that
     s(t) = k T r + (s_0 - k T r) e^(-t / T)
 
 is exact, and with it the energy ``s^2 / 2 k`` stored and the energy that is lost, the integral of ``s^2 / k T``.
-Which branches give a loss factor that hardly depends on the frequency is said in `parameters.laws`.
+Which branches give a loss factor that hardly depends on the frequency is said in `rig.laws`.
 """
 
 from math import cos as cosine

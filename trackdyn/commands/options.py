@@ -146,7 +146,7 @@ LongestRun = Annotated[float, number("--longest", "Bound of a run with a --toler
 
 def scene_fields(ring: Ring | None, step: float | None = None, choose: list[str] | None = None) -> dict[str, Any]:
     """Fields of a scene that options state. Raises `InputError`: a choice of fidelity is none."""
-    from trackdyn.scene.fidelity import CHOICES
+    from trackdyn.scene.choices import CHOICES
 
     fields: dict[str, Any] = {} if ring is None else {"ring_radius": ring.radius}
     if step is not None:

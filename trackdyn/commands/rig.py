@@ -13,8 +13,8 @@ from trackdyn.errors import InputError, TrackdynError, shown
 
 def rigs() -> None:
     """List the rigs of the package."""
-    from trackdyn.parameters.rig_file import DEFAULT, WHEELS_OF_OLD, read_rig, shipped_rigs
-    from trackdyn.parameters.yaml_file import read_yaml
+    from trackdyn.rig.rig_file import DEFAULT, WHEELS_OF_OLD, read_rig, shipped_rigs
+    from trackdyn.rig.yaml_file import read_yaml
 
     for name, path in shipped_rigs().items():
         rig = read_rig(name)  # not `load_rig`: a list needs no library that computes
@@ -53,9 +53,9 @@ def check(
     overwrite: options.Overwrite = False,
 ) -> None:
     """Lay a rig's loop, draw it, and say how the chain wraps, which step it allows and what is unusual."""
-    from trackdyn.parameters.rig import foreign_groove, load_rig, outside_ranges
     from trackdyn.plots.drawing import draw_rig
     from trackdyn.plots.style import marked, save
+    from trackdyn.rig.rig import foreign_groove, load_rig, outside_ranges
     from trackdyn.simulation.rig_check import check_rig
 
     loaded = load_rig(rig)
@@ -78,9 +78,9 @@ def check(
 
 def rig_text(like: str) -> str:
     """A rig file that begins with all of a shipped rig (else `InputError`); most of it stands in comments."""
-    from trackdyn.parameters.quantities import outside_range
-    from trackdyn.parameters.rig import load_rig
-    from trackdyn.parameters.rig_file import PLAIN_WHEEL, SHIPPED, read_rig, rig_path, shipped_rigs
+    from trackdyn.rig.quantities import outside_range
+    from trackdyn.rig.rig import load_rig
+    from trackdyn.rig.rig_file import PLAIN_WHEEL, SHIPPED, read_rig, rig_path, shipped_rigs
 
     if like not in shipped_rigs():
         raise InputError(f"--like = {shown(like)} is not a shipped rig; choose {', '.join(shipped_rigs())}")

@@ -56,7 +56,7 @@ def simulate(
     from trackdyn.files import keep
     from trackdyn.jit import announce
     from trackdyn.measure.sensor import whole_samples
-    from trackdyn.parameters.rig import load_rig
+    from trackdyn.rig.rig import load_rig
     from trackdyn.scene.scene import Scene
     from trackdyn.simulation.recorder import cost
     from trackdyn.simulation.resolution import again, brief
@@ -126,7 +126,7 @@ def _warn(recording, *sentences: str) -> None:
 
 def _say_decisions(scene) -> None:
     """What the scene left open, with the reason; then what it asked for, on one line."""
-    from trackdyn.scene.fidelity import ASKED
+    from trackdyn.scene.choices import ASKED
 
     for name, decision in scene.fidelity.items():
         if decision.reason != ASKED:
@@ -206,7 +206,7 @@ def plan(
     longest: options.LongestRun = 60.0,
 ) -> None:
     """What `simulate --tolerance` will run: the cheapest method and step that keep it, found while it records."""
-    from trackdyn.parameters.rig import load_rig
+    from trackdyn.rig.rig import load_rig
     from trackdyn.scene.scene import Scene
 
     fields = options.scene_fields(ring_radius, step, choose)

@@ -47,9 +47,9 @@ def ring(
     """
     from trackdyn.files import write_csv
     from trackdyn.measure.ring_rule import RULE, advice, parse_rule
-    from trackdyn.parameters.rig import load_rig
     from trackdyn.plots.ring_study import figures, sliding_figure, write_page
     from trackdyn.plots.style import save
+    from trackdyn.rig.rig import load_rig
     from trackdyn.scene.rings import larger_radii, study_radii
     from trackdyn.sweeps.engine import DONE
     from trackdyn.sweeps.ring import check_same_study, ring_study

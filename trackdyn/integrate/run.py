@@ -8,12 +8,12 @@ What costs no time where there is none of it has arrays without entries, or zero
 from math import sqrt
 
 from trackdyn.chain.kinematics import damping_weight, forward_kinematics, orient, relax
-from trackdyn.chain.plane import plane_dynamics, turn_plane
 from trackdyn.errors import DivergenceError
 from trackdyn.integrate.carriers import advance_carriers
 from trackdyn.integrate.contact_log import log_contacts
 from trackdyn.integrate.dynamics import accumulate, evaluate_loads, sense, sense_links, solve_chain
 from trackdyn.integrate.energy import account, energies, finish_forces
+from trackdyn.integrate.plane import plane_dynamics, turn_plane
 from trackdyn.integrate.runge_kutta import rk_step
 from trackdyn.integrate.semi_implicit import RATE_LIMIT, advance
 from trackdyn.jit import kernel, on_stack

@@ -9,7 +9,7 @@ from itertools import groupby
 from pathlib import Path
 
 from trackdyn.errors import InputError
-from trackdyn.parameters.yaml_file import read_yaml
+from trackdyn.rig.yaml_file import read_yaml
 
 _DICTIONARY = read_yaml(Path(__file__).with_suffix(".yaml"))
 PLACES = {"left": "the left arc", "right": "the right arc", "ring": "a link on the ring"}

@@ -22,11 +22,11 @@ from trackdyn.measure.sensor import (
     whole_revolutions,
     whole_samples,
 )
-from trackdyn.parameters.rig import Rig
-from trackdyn.parameters.validation import typed
+from trackdyn.measure.spectra import high_frequency_rms, highest_line, holds_line
+from trackdyn.rig.rig import Rig
+from trackdyn.rig.validation import typed
 from trackdyn.scene.scene import Scene
 from trackdyn.sensor.sensor_csv import SensorRecord
-from trackdyn.sensor.signals import high_frequency_rms, highest_line, holds_line
 from trackdyn.simulation.recording import Recording, belt_recording
 
 COMPARED = ("rms_g", "sd_g", "line_hz", "line_g", "line_hz_binfree", "line_g_binfree", "high_frequency_g")

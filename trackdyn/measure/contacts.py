@@ -18,7 +18,7 @@ import numpy as np
 from trackdyn.measure.convergence import NAN, batch_error, ratio_error
 from trackdyn.model.arrays import CONTACT_INTERVAL
 from trackdyn.model.constants import SPROCKET
-from trackdyn.parameters.rig import Rig
+from trackdyn.rig.rig import Rig
 from trackdyn.simulation.recording import Recording
 
 if TYPE_CHECKING:

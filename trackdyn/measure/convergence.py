@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from trackdyn.parameters.roots import root
+from trackdyn.rig.roots import root
 
 CONFIDENCE = 0.95
 ROUNDING = 1e-9  # of a value: a smaller standard error is rounding, and is not shown

@@ -3,7 +3,7 @@
 import pandas as pd
 
 from trackdyn.measure.metrics import shown_measures
-from trackdyn.parameters.validation import typed
+from trackdyn.rig.validation import typed
 from trackdyn.simulation.recording import Recording
 
 

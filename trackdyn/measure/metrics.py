@@ -6,10 +6,10 @@ from trackdyn.measure.columns import table_schema
 from trackdyn.measure.contacts import LONGEST_CONTACT, PASSAGE, meshing_summary
 from trackdyn.measure.convergence import NAN
 from trackdyn.measure.sensor import sense, sensor_metrics, specific_force
+from trackdyn.measure.spectra import LEAST_PERIODS, rms
 from trackdyn.measure.step_error import whole_errors
 from trackdyn.measure.whole_loop import sliding_work
-from trackdyn.scene.fidelity import label
-from trackdyn.sensor.signals import LEAST_PERIODS, rms
+from trackdyn.scene.choices import label
 from trackdyn.simulation.recording import Recording
 from trackdyn.simulation.resolution import energy_residual
 

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from trackdyn.measure.convergence import NAN, LineError, line_error, turn_error
-from trackdyn.parameters.validation import typed, within
-from trackdyn.sensor.signals import (
+from trackdyn.measure.spectra import (
     high_frequency_rms,
     high_passed,
     highest_line,
@@ -20,6 +19,7 @@ from trackdyn.sensor.signals import (
     rms,
     standard_deviation,
 )
+from trackdyn.rig.validation import typed, within
 from trackdyn.simulation.recording import Recording
 
 OTHER_SPEED = 4.0  # largest ratio of the speeds of a sensor's record and of a run beside it

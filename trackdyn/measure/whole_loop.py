@@ -16,8 +16,8 @@ from trackdyn.errors import InputError
 from trackdyn.measure.contacts import SIDES
 from trackdyn.measure.convergence import RELATIVE, SHARES, Estimate, Series
 from trackdyn.measure.sensor import specific_force
+from trackdyn.measure.spectra import high_passed
 from trackdyn.model.arrays import RING_FRICTION, TOOTH_FRICTION
-from trackdyn.sensor.signals import high_passed
 from trackdyn.simulation.recording import Recording
 
 

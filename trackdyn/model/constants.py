@@ -152,7 +152,7 @@ class Carriers(NamedTuple):
 
 
 class Motor(NamedTuple):
-    """A sprocket that is not prescribed: ``inertia`` (kg m2) under contacts and a motor (`parameters.sections`).
+    """A sprocket that is not prescribed: ``inertia`` (kg m2) under contacts and a motor (`rig.sections`).
 
     The torque is ``slope`` (N m s/rad) times what lacks of the prescribed rate, at most ``torque`` (N m), until
     ``release`` (s). ``prescribed`` 1: until then the rate is the prescribed one.

@@ -16,10 +16,10 @@ from matplotlib.patches import Circle, Polygon
 from matplotlib.patheffects import withStroke
 
 from trackdyn.errors import InputError
-from trackdyn.parameters.layout import assemble, body_lengths, wheel_circles, wheel_names
-from trackdyn.parameters.rig import Rig
-from trackdyn.parameters.sections import Arm
 from trackdyn.plots.style import BLACK, BLUE, SMALL, VERMILION, new_figure, styled
+from trackdyn.rig.layout import assemble, body_lengths, wheel_circles, wheel_names
+from trackdyn.rig.rig import Rig
+from trackdyn.rig.sections import Arm
 from trackdyn.simulation.recording import Recording
 
 STEEL, STEEL_EDGE = "#c9ced6", "#4d5560"

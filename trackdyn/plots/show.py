@@ -16,11 +16,11 @@ from trackdyn.measure.columns import words
 from trackdyn.measure.contacts import sampled_shares
 from trackdyn.measure.metrics import remarks, shown_measures
 from trackdyn.measure.sensor import sense
+from trackdyn.measure.spectra import LOW_RANGE_HZ, holds_line, in_bands, main_line, main_line_binfree, spectrum
 from trackdyn.model.arrays import ENERGY_NAMES
 from trackdyn.model.constants import SPROCKET, Tooth
-from trackdyn.parameters.validation import typed
 from trackdyn.plots.rendering import CONFIGURATION, differences, packed, render, short
-from trackdyn.sensor.signals import LOW_RANGE_HZ, holds_line, in_bands, main_line, main_line_binfree, spectrum
+from trackdyn.rig.validation import typed
 from trackdyn.simulation.recording import Recording, load_recording
 from trackdyn.simulation.replay import SIDES, Replay, replay
 from trackdyn.simulation.resolution import LOSSES, STORED

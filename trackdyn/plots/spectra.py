@@ -12,9 +12,9 @@ from matplotlib.figure import Figure
 
 from trackdyn.errors import InputError
 from trackdyn.measure.sensor import measured_loop_hz, sense
+from trackdyn.measure.spectra import BAND_HZ, LOW_RANGE_HZ, in_bands, main_line, main_line_binfree, spectrum
 from trackdyn.plots.style import BLACK, SENSOR, SIMULATION, new_figure, styled
 from trackdyn.sensor.sensor_csv import SensorRecord
-from trackdyn.sensor.signals import BAND_HZ, LOW_RANGE_HZ, in_bands, main_line, main_line_binfree, spectrum
 from trackdyn.simulation.recording import Recording
 
 REVOLUTIONS = 2.0

@@ -28,10 +28,10 @@ from trackdyn.model.constants import (
     Tooth,
     Wheels,
 )
-from trackdyn.parameters.laws import NORMAL_LAWS, loss_branches
-from trackdyn.parameters.layout import body_lengths, tensioner, wheel_circles, wheel_names
-from trackdyn.parameters.rig import Rig
-from trackdyn.parameters.sections import Arm, Sprocket, Surface, Tension, Wheel
+from trackdyn.rig.laws import NORMAL_LAWS, loss_branches
+from trackdyn.rig.layout import body_lengths, tensioner, wheel_circles, wheel_names
+from trackdyn.rig.rig import Rig
+from trackdyn.rig.sections import Arm, Sprocket, Surface, Tension, Wheel
 
 
 def mobility_across(chain: Chain, body: int, along: float) -> float:

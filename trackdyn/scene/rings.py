@@ -6,9 +6,9 @@ import numpy as np
 
 from trackdyn.errors import InputError
 from trackdyn.model.constants import Law
-from trackdyn.parameters.groove import true_depth
-from trackdyn.parameters.layout import assemble, belt_around, body_lengths
-from trackdyn.parameters.rig import Rig
+from trackdyn.rig.groove import true_depth
+from trackdyn.rig.layout import assemble, belt_around, body_lengths
+from trackdyn.rig.rig import Rig
 from trackdyn.scene.limits import elastic_depth
 from trackdyn.scene.scene import Scene
 

@@ -10,12 +10,12 @@ from pydantic import BeforeValidator, Field
 from trackdyn.errors import InputError
 from trackdyn.integrate.methods import METHODS
 from trackdyn.model.constants import Model
-from trackdyn.parameters.groove import PROFILES, Groove
-from trackdyn.parameters.rig import Rig
-from trackdyn.parameters.validation import Positive, Section, plain_count, plain_number, shown
+from trackdyn.rig.groove import PROFILES, Groove
+from trackdyn.rig.rig import Rig
+from trackdyn.rig.validation import Positive, Section, plain_count, plain_number, shown
 from trackdyn.scene.build import build_model
-from trackdyn.scene.fidelity import Choices, Decision, check_choices, decide
-from trackdyn.scene.fidelity import preset as preset_fields
+from trackdyn.scene.choices import Choices, Decision, check_choices, decide
+from trackdyn.scene.choices import preset as preset_fields
 from trackdyn.scene.limits import LEAST_STEP, advised_step, round_step, step_limits
 
 Number = Annotated[float, BeforeValidator(plain_number)]
@@ -70,12 +70,12 @@ class Periods(NamedTuple):
 
 
 class Scene(Choices):
-    """What a run is asked to do, and how faithfully (`trackdyn.scene.fidelity`).
+    """What a run is asked to do, and how faithfully (`trackdyn.scene.choices`).
 
     Parameters
     ----------
     preset : str, optional
-        Integrator and step of `trackdyn.scene.fidelity.PRESETS`; ``standard`` if none is given.
+        Integrator and step of `trackdyn.scene.choices.PRESETS`; ``standard`` if none is given.
     **fields
         The attributes. Ring, chain, tension, drag and bushing law are the rig's where none is given.
 

@@ -17,7 +17,7 @@ import scipy  # its parts are loaded where they are used
 
 from trackdyn.errors import InputError, shown
 from trackdyn.files import write_text
-from trackdyn.parameters.validation import typed
+from trackdyn.rig.validation import typed
 from trackdyn.sensor import stamps
 from trackdyn.sensor.formats import format_of
 from trackdyn.sensor.logger_files import Channels, Rate, read_channels, read_logger_text

@@ -9,8 +9,8 @@ from typing import Annotated, Any, Literal, NamedTuple, get_args
 from pydantic import BeforeValidator, ConfigDict, Field, model_validator
 
 from trackdyn.errors import InputError, shown
-from trackdyn.parameters.validation import Finite, NotNegative, Positive, Section, typed, validated
-from trackdyn.parameters.yaml_file import read_yaml
+from trackdyn.rig.validation import Finite, NotNegative, Positive, Section, typed, validated
+from trackdyn.rig.yaml_file import read_yaml
 from trackdyn.sensor.stamps import RATES, UNITS
 
 Axis = Literal["ax", "ay", "az"]

@@ -16,9 +16,9 @@ from trackdyn.integrate.semi_implicit import sprocket_rate
 from trackdyn.jit import direct
 from trackdyn.model.arrays import ENERGY_NAMES, Record, State, Work, make_record
 from trackdyn.model.constants import Drive, Model
-from trackdyn.parameters.layout import tensioner
-from trackdyn.parameters.rig import Rig
-from trackdyn.parameters.validation import typed, within
+from trackdyn.rig.layout import tensioner
+from trackdyn.rig.rig import Rig
+from trackdyn.rig.validation import typed, within
 from trackdyn.scene.build import CARRIED
 from trackdyn.scene.scene import LONGEST_RUN, MOST_STEPS, Scene
 from trackdyn.simulation import loop_arrays

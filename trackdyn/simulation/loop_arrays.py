@@ -11,7 +11,7 @@ from trackdyn.errors import InputError
 from trackdyn.files import read_npz, write_npz
 from trackdyn.model.arrays import State, Work
 from trackdyn.model.constants import Model
-from trackdyn.parameters.validation import shown
+from trackdyn.rig.validation import shown
 from trackdyn.sources import source_hash
 
 

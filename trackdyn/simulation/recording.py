@@ -16,9 +16,9 @@ from trackdyn.errors import DivergenceError, InputError
 from trackdyn.files import read_npz, write_npz
 from trackdyn.model.arrays import make_record, make_state
 from trackdyn.model.constants import SPROCKET
-from trackdyn.parameters.layout import belt_around
-from trackdyn.parameters.rig import Rig
-from trackdyn.parameters.validation import shown, typed
+from trackdyn.rig.layout import belt_around
+from trackdyn.rig.rig import Rig
+from trackdyn.rig.validation import shown, typed
 from trackdyn.scene.scene import Periods, Scene
 from trackdyn.simulation.loop_arrays import LARGEST
 from trackdyn.sources import source_hash

@@ -12,8 +12,8 @@ from tqdm import tqdm
 
 from trackdyn.model.arrays import FLANK, GUIDE, RING, Record, components, make_record
 from trackdyn.model.constants import SPROCKET
-from trackdyn.parameters.layout import wheel_names
-from trackdyn.parameters.validation import within
+from trackdyn.rig.layout import wheel_names
+from trackdyn.rig.validation import within
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recorder import BODY_STEP
 from trackdyn.simulation.recording import Recording

@@ -6,9 +6,9 @@ from math import degrees, gcd, hypot
 import numpy as np
 
 from trackdyn.errors import DivergenceError, InputError
-from trackdyn.parameters.layout import assemble, belt_around, body_lengths, longest_strand, wheel_circles, wheel_names
-from trackdyn.parameters.outline import distance_to
-from trackdyn.parameters.rig import Rig
+from trackdyn.rig.layout import assemble, belt_around, body_lengths, longest_strand, wheel_circles, wheel_names
+from trackdyn.rig.outline import distance_to
+from trackdyn.rig.rig import Rig
 from trackdyn.scene.limits import largest_step, round_step, turn_limit
 from trackdyn.scene.scene import LEAST_STEP, Scene
 from trackdyn.simulation.loop import Loop

@@ -26,8 +26,8 @@ from trackdyn.model.arrays import (
     make_space_work,
 )
 from trackdyn.model.constants import SPROCKET, Drive, Model
-from trackdyn.parameters.groove import depths_on_sprocket
-from trackdyn.parameters.layout import (
+from trackdyn.rig.groove import depths_on_sprocket
+from trackdyn.rig.layout import (
     Assembly,
     assemble,
     belt_around,
@@ -37,7 +37,7 @@ from trackdyn.parameters.layout import (
     travel_range,
     wheel_circles,
 )
-from trackdyn.parameters.rig import Rig
+from trackdyn.rig.rig import Rig
 from trackdyn.scene.build import CARRIED, check_stops, make_carriers, preloads, start_plane, wheel_centres
 from trackdyn.scene.limits import elastic_depth, largest_step
 from trackdyn.scene.scene import RECORD_FIELDS, Scene

@@ -7,7 +7,7 @@ from pathlib import Path
 from tqdm import tqdm
 
 from trackdyn.errors import InputError
-from trackdyn.parameters.validation import typed
+from trackdyn.rig.validation import typed
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.loop_arrays import read_checkpoint, write_checkpoint

@@ -10,7 +10,7 @@ import pandas as pd
 from trackdyn.errors import InputError
 from trackdyn.extras import required
 from trackdyn.files import plain_file, read_text, replacing
-from trackdyn.parameters.validation import shown
+from trackdyn.rig.validation import shown
 
 LARGEST = 500_000_000  # bytes of a CSV, and of a Parquet file as it unpacks
 ENDINGS = (".csv", ".parquet")

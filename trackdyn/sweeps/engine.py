@@ -29,7 +29,7 @@ from tqdm import tqdm
 
 from trackdyn.errors import DivergenceError, InputError, TrackdynError
 from trackdyn.files import broken_off, read_bytes, replacing
-from trackdyn.parameters.validation import shown
+from trackdyn.rig.validation import shown
 from trackdyn.simulation.recorder import compiled
 
 # What came of a row: its numbers; input that is refused; a run that left the physical range; nothing, for a reason that

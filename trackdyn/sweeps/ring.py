@@ -11,8 +11,8 @@ from trackdyn.measure.columns import COLUMNS
 from trackdyn.measure.ring_rule import COLUMNS as MEASURES
 from trackdyn.measure.step_error import whole_errors
 from trackdyn.measure.stopping import check_driven
-from trackdyn.parameters.rig import Rig, load_rig
-from trackdyn.parameters.validation import typed
+from trackdyn.rig.rig import Rig, load_rig
+from trackdyn.rig.validation import typed
 from trackdyn.scene.rings import larger_radii, study_radii
 from trackdyn.scene.scene import Scene, StopRule, steady_fields
 from trackdyn.sweeps.design import read_table

@@ -15,17 +15,17 @@ import pandas as pd
 
 from trackdyn.errors import InputError
 from trackdyn.files import check_writable
-from trackdyn.parameters.rig import Rig, load_rig
-from trackdyn.parameters.rig_file import DEFAULT
-from trackdyn.parameters.validation import parse_number, shown, typed, validated, within
-from trackdyn.scene.fidelity import CHOICES, preset
+from trackdyn.rig.rig import Rig, load_rig
+from trackdyn.rig.rig_file import DEFAULT
+from trackdyn.rig.validation import parse_number, shown, typed, validated, within
+from trackdyn.scene.choices import CHOICES, preset
 from trackdyn.scene.scene import FOLLOWS, LEAST_STEP, LONGEST_RUN, Scene, StopRule
 from trackdyn.simulation.settling import LATER
 from trackdyn.sources import module_hash
 from trackdyn.sweeps.design import check_ending, check_header, read_table, write_table
 from trackdyn.sweeps.engine import DIVERGED, DONE, REFUSED, Store, free_memory, key_of, without_values
 from trackdyn.sweeps.engine import results as computed
-from trackdyn.sweeps.row import Rows
+from trackdyn.sweeps.sweep_row import Rows
 
 FLAGS = ("contact_log", "every_link")
 # but for the longest turns: the row's duration says that
@@ -124,7 +124,7 @@ def _row(cells: dict[str, Any], rig: str, rigs: dict[str, tuple[dict, str] | Inp
     # what the row asks for, whether it says so or leaves it to the defaults
     scene = DEFAULTS | fields
     rig_is = [content, changes]
-    asks = [rig_is, scene, stop_rule, module_hash("trackdyn.sweeps.row"), values if reason else None]
+    asks = [rig_is, scene, stop_rule, module_hash("trackdyn.sweeps.sweep_row"), values if reason else None]
     settles = {name: value for name, value in scene.items() if name not in (*LATER, "ring_radius")}
     same_start = f"{key_of(rig_is, settles)} {fields.get('ring_radius', '')}"
     return SweepRow(key_of(*asks), same_start, base, changes, fields, stop_rule, reason)

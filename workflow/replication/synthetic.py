@@ -19,9 +19,9 @@ import pandas as pd
 from scipy.signal import lfilter
 
 from trackdyn.files import write_text
-from trackdyn.parameters.layout import BeltPath, belt_path
+from trackdyn.measure.spectra import main_line, rms, standard_deviation
+from trackdyn.rig.layout import BeltPath, belt_path
 from trackdyn.sensor.sensor_csv import write_sensor_csv
-from trackdyn.sensor.signals import main_line, rms, standard_deviation
 
 FOLDER = Path("data/synthetic")
 GENERATOR_VERSION = "1.0.0"

@@ -12,9 +12,9 @@ import yaml
 from laboratory.inference.identification.identify import INTERVAL, Identification
 from laboratory.inference.identification.posterior import contradicted
 from trackdyn.files import replacing, write_csv, write_text
-from trackdyn.parameters.quantities import entries_of, keys_of
-from trackdyn.parameters.rig import Rig, load_rig
-from trackdyn.parameters.rig_file import read_rig
+from trackdyn.rig.quantities import entries_of, keys_of
+from trackdyn.rig.rig import Rig, load_rig
+from trackdyn.rig.rig_file import read_rig
 
 
 def best_rig_text(answer: Identification, rig_path: Path | str, files: list[str]) -> str:

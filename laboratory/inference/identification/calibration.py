@@ -33,8 +33,8 @@ from laboratory.inference.identification.posterior import (
 from laboratory.inference.unknowns import Unknown, Unknowns, file_ranges
 from laboratory.inference.verdict import IDENTIFIED, verdict
 from trackdyn.errors import InputError
-from trackdyn.parameters.rig import load_rig
-from trackdyn.parameters.validation import Section
+from trackdyn.rig.rig import load_rig
+from trackdyn.rig.validation import Section
 from trackdyn.sources import module_hash
 from trackdyn.sweeps.engine import check_completed, key_of, results
 

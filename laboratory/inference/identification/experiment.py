@@ -14,8 +14,8 @@ from laboratory.inference.identification.features import features, turn_statisti
 from trackdyn.errors import DivergenceError
 from trackdyn.integrate.methods import METHODS
 from trackdyn.measure.sensor import sense
-from trackdyn.parameters.rig import Rig
-from trackdyn.scene.fidelity import preset
+from trackdyn.rig.rig import Rig
+from trackdyn.scene.choices import preset
 from trackdyn.scene.limits import largest_step
 from trackdyn.scene.scene import Periods, Scene
 from trackdyn.simulation.settling import SettledLoops

@@ -13,8 +13,8 @@ from laboratory.inference.identification.posterior import MEDIANS, evidence_shar
 from laboratory.inference.unknowns import Unknown, Unknowns, file_ranges
 from laboratory.inference.verdict import NARROW
 from trackdyn.errors import InputError
-from trackdyn.parameters.rig import Rig
-from trackdyn.parameters.rig_file import DRAG_FIELDS
+from trackdyn.rig.rig import Rig
+from trackdyn.rig.rig_file import DRAG_FIELDS
 
 # What rulers and scales do not tell: rubber, tension, contact, drag, the fit of chain and sprocket.
 CANDIDATES = (

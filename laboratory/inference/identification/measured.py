@@ -13,11 +13,11 @@ from laboratory.inference.identification.features import LEAST_TURNS, covariance
 from laboratory.inference.identification.posterior import MeasuredRecords
 from trackdyn.errors import InputError, naming
 from trackdyn.measure.compare import require_axes, whole_ratio
-from trackdyn.parameters.rig import Rig
+from trackdyn.measure.spectra import LOOP_HZ, highest_line, main_line_binfree
+from trackdyn.rig.rig import Rig
 from trackdyn.scene.scene import Periods
 from trackdyn.sensor.sensor_csv import SensorRecord, read_sensor_csv
 from trackdyn.sensor.sensor_mapping import SensorMapping
-from trackdyn.sensor.signals import LOOP_HZ, highest_line, main_line_binfree
 
 SAME_SPEED = 1e-3  # two records that are nearer have one speed
 

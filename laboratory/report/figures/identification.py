@@ -1,6 +1,6 @@
 """Pictures of an identification: the posterior of the unknowns, and records beside what is predicted of them."""
 
-from trackdyn.sweeps.job import run_job
+from trackdyn.sweeps.snakemake_job import run_job
 
 from collections.abc import Sequence
 
@@ -19,8 +19,6 @@ from laboratory.inference.identification.calibration import (
 from laboratory.inference.unknowns import Unknown
 from replication.report.tables import write_captioned_table
 from trackdyn.files import write_csv
-from trackdyn.parameters.validation import validated
-from trackdyn.parameters.yaml_file import read_yaml
 from trackdyn.plots.style import (
     BLACK,
     BLUE,
@@ -37,6 +35,8 @@ from trackdyn.plots.style import (
     styled,
     thin,
 )
+from trackdyn.rig.validation import validated
+from trackdyn.rig.yaml_file import read_yaml
 
 CELLS = 30
 SMOOTHED, LEAST_CELLS = 1.3, 2.5  # cells: standard deviations of the smoothing, and of the draws that are smoothed

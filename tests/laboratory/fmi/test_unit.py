@@ -10,8 +10,8 @@ import pytest
 from laboratory.fmi.unit import Strands, Unit
 from trackdyn.errors import InputError
 from trackdyn.measure.sensor import specific_force
-from trackdyn.parameters.rig import Rig
-from trackdyn.scene.fidelity import preset
+from trackdyn.rig.rig import Rig
+from trackdyn.scene.choices import preset
 from trackdyn.simulation.loop import Loop
 
 pytestmark = pytest.mark.slow  # an importer turns what a unit raises into a status

@@ -7,7 +7,7 @@ import pytest
 
 from laboratory.inference.unknowns import Unknown, Unknowns, file_ranges
 from trackdyn.errors import InputError
-from trackdyn.parameters.rig import load_rig
+from trackdyn.rig.rig import load_rig
 
 RIG_FILE = Path(__file__).parents[3] / "config" / "rigs" / "paper.yaml"
 RIG = load_rig(RIG_FILE)

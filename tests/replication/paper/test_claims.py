@@ -29,7 +29,7 @@ from replication.paper.paper_tables import PaperTables, load_article
 from replication.paper.scorecard import SHORT, count, headline, sentence_verdicts, side_by_side, statements
 from tests.viscous import VISCOUS
 from trackdyn.errors import InputError
-from trackdyn.parameters.rig import load_rig
+from trackdyn.rig.rig import load_rig
 
 CONFIG = Path(__file__).parents[3] / "config"
 CLAIMS = {claim.name: claim for claim in load_claims(CONFIG / "claims.yaml")}

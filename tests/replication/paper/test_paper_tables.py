@@ -11,8 +11,8 @@ import yaml
 from replication.paper.paper_tables import Area
 from replication.paper.printed_rig import write_printed_rig
 from trackdyn.errors import InputError
-from trackdyn.parameters.groove import Groove, equal_pitch_radius
-from trackdyn.parameters.rig import load_rig, parameter_table
+from trackdyn.rig.groove import Groove, equal_pitch_radius
+from trackdyn.rig.rig import load_rig, parameter_table
 
 ROOT = Path(__file__).parents[3]
 SHIPPED = ROOT / "config" / "rigs" / "paper" / "tables.yaml"

@@ -14,8 +14,8 @@ from replication.report.answers import answers_outcome
 from replication.study.settings import PEER_LAWS, PeerAnswers
 from tests.conftest import contact_table
 from trackdyn.errors import InputError
+from trackdyn.measure.spectra import high_frequency_rms
 from trackdyn.scene.scene import Scene
-from trackdyn.sensor.signals import high_frequency_rms
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.simulate import simulate
 

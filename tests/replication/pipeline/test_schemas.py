@@ -11,7 +11,7 @@ import pytest
 
 from laboratory.schemas import EVERY, FOLDER
 from replication.pipeline.schemas import schema
-from trackdyn.parameters.yaml_file import read_yaml
+from trackdyn.rig.yaml_file import read_yaml
 
 ROOT = Path(__file__).parents[3]
 # but for the record of another rig's fit, which no program reads

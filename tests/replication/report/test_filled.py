@@ -8,7 +8,7 @@ import pytest
 from laboratory.report.filled import PAGES as OF_THE_LABORATORY
 from replication.paper.claims import load_claims, printed_text
 from replication.report.filled import BEGIN, END, PAGES, fill
-from trackdyn.parameters.rig import parameter_table
+from trackdyn.rig.rig import parameter_table
 
 ROOT = Path(__file__).parents[3]
 

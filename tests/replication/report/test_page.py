@@ -20,7 +20,7 @@ from replication.paper.claims import VERDICTS
 from replication.report.page.builder import build_page, embedded_picture
 from tests.conftest import made_recording
 from trackdyn.errors import InputError
-from trackdyn.parameters.rig import load_rig
+from trackdyn.rig.rig import load_rig
 from trackdyn.scene.scene import Scene
 from trackdyn.sources import source_hash
 

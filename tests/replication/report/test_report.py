@@ -20,8 +20,6 @@ from replication.report.statistics import lines_table, table3
 from tests.conftest import made_recording
 from trackdyn.errors import InputError
 from trackdyn.measure.sensor import sensor_metrics
-from trackdyn.parameters.layout import assemble
-from trackdyn.parameters.rig import load_rig
 from trackdyn.plots.drawing import (
     chain_points,
     groove_points,
@@ -29,6 +27,8 @@ from trackdyn.plots.drawing import (
 from trackdyn.plots.ring_study import figures, quiet_from
 from trackdyn.plots.spectra import first_crest, history_figure, spectrum_figure
 from trackdyn.plots.style import new_figure, save, thin
+from trackdyn.rig.layout import assemble
+from trackdyn.rig.rig import load_rig
 from trackdyn.scene.scene import Scene
 from trackdyn.sensor.sensor_csv import SensorRecord
 

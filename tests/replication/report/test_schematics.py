@@ -8,7 +8,7 @@ from matplotlib.patches import Wedge
 
 from replication.report.figures.schematics import FIGURES
 from trackdyn.contact.laws import find_area
-from trackdyn.parameters.rig import load_rig
+from trackdyn.rig.rig import load_rig
 from trackdyn.scene.build import make_tooth
 
 ROOT = Path(__file__).parents[3]

@@ -16,7 +16,7 @@ from replication.study.extremes.stability_map import stability_map
 from tests.viscous import VISCOUS
 from trackdyn import DivergenceError, InputError, Scene
 from trackdyn.model.arrays import ENERGY_NAMES
-from trackdyn.parameters.rig import load_rig
+from trackdyn.rig.rig import load_rig
 from trackdyn.scene.limits import turn_limit
 from trackdyn.simulation.resolution import check_account
 from trackdyn.simulation.simulate import simulate

@@ -8,8 +8,8 @@ from pydantic import TypeAdapter
 
 from replication.study.settings import Studies, StudiesFile
 from trackdyn.errors import InputError
-from trackdyn.parameters.validation import validated
-from trackdyn.parameters.yaml_file import read_yaml
+from trackdyn.rig.validation import validated
+from trackdyn.rig.yaml_file import read_yaml
 
 FILE = Path(__file__).parents[3] / "config" / "studies.yaml"
 

@@ -8,7 +8,7 @@ from replication.report.filled import departures_text
 from replication.study.accuracy.ladder import MEASURED, compare_rungs
 from replication.study.accuracy.statistics import MEASURES
 from replication.study.variants import PHYSICS, REFERENCE, SETTINGS, VARIANTS, change
-from trackdyn.scene.fidelity import PRESETS
+from trackdyn.scene.choices import PRESETS
 from trackdyn.scene.scene import Scene
 
 

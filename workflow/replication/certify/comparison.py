@@ -16,7 +16,7 @@ import pandas as pd
 
 from replication.certify.manifest import read_cells
 from replication.certify.provenance import file_hash
-from trackdyn.parameters.validation import shown
+from trackdyn.rig.validation import shown
 
 # Written before the runs that test it: tables are written with six digits or more, a last digit that turns over is at
 # most 1e-5 of a value, and two may.

@@ -1,6 +1,6 @@
 """The manifest of a results folder: a hash of every file that a run makes, and the numbers of its tables."""
 
-from trackdyn.sweeps.job import run_job
+from trackdyn.sweeps.snakemake_job import run_job
 
 import hashlib
 import io
@@ -19,7 +19,7 @@ from replication.paper.contents import OF_STUDIES, OWN, PAPER
 from trackdyn.errors import InputError
 from trackdyn.files import read_text, write_text
 from trackdyn.jit import target_hash
-from trackdyn.parameters.validation import Section, shown, validated
+from trackdyn.rig.validation import Section, shown, validated
 from trackdyn.sources import source_hash
 from trackdyn.version import __version__
 

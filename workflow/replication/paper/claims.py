@@ -14,8 +14,8 @@ from replication.paper.evidence import Evidence
 from replication.paper.measures import MEASURES, NotThere, Range
 from trackdyn.errors import InputError
 from trackdyn.measure.columns import TABLES, error_of
-from trackdyn.parameters.validation import NotNegative, Positive, Section, validated
-from trackdyn.parameters.yaml_file import read_yaml
+from trackdyn.rig.validation import NotNegative, Positive, Section, validated
+from trackdyn.rig.yaml_file import read_yaml
 
 SHOWN, NOT_SHOWN = "shown", "not shown"
 NO_TEST = "no test"

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from replication.paper.item import Item
-from trackdyn.parameters.yaml_file import read_yaml
+from trackdyn.rig.yaml_file import read_yaml
 
 # figures and tables by group, in the order of their keys
 _GROUPS = {

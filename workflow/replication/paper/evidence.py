@@ -9,8 +9,8 @@ import pandas as pd
 
 from replication.paper.paper_tables import PaperTables
 from trackdyn.measure.sensor import sense
-from trackdyn.parameters.rig import Rig
-from trackdyn.sensor.signals import holds_line, main_line
+from trackdyn.measure.spectra import holds_line, main_line
+from trackdyn.rig.rig import Rig
 from trackdyn.simulation.recording import Recording, load_recording
 
 LEAST_RADII = 5  # from which on a ring study shows how something depends on the radius

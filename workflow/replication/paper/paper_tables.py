@@ -11,8 +11,8 @@ from pydantic import BeforeValidator, Field
 
 from replication.paper import printed
 from trackdyn.errors import InputError
-from trackdyn.parameters.validation import Section, plain_number, validated
-from trackdyn.parameters.yaml_file import read_yaml
+from trackdyn.rig.validation import Section, plain_number, validated
+from trackdyn.rig.yaml_file import read_yaml
 
 # points by which printed cells may miss a printed difference: two cells near 1 g with two decimals, 0.005 g off each
 ROUNDED_DIFFERENCE = 1.1

@@ -13,11 +13,11 @@ import yaml
 from replication.paper.paper_tables import Area, PaperTables, Table1, load_article
 from trackdyn.errors import InputError, shown
 from trackdyn.files import replacing
-from trackdyn.parameters.groove import CONVEX, connector_length, equal_pitch_radius
-from trackdyn.parameters.outline import TANGENT, ToothProfile, half_unit, rounding
-from trackdyn.parameters.quantities import entries_of, number_of
-from trackdyn.parameters.rig import load_rig
-from trackdyn.parameters.rig_file import read_rig, rig_path, shipped_rigs
+from trackdyn.rig.groove import CONVEX, connector_length, equal_pitch_radius
+from trackdyn.rig.outline import TANGENT, ToothProfile, half_unit, rounding
+from trackdyn.rig.quantities import entries_of, number_of
+from trackdyn.rig.rig import load_rig
+from trackdyn.rig.rig_file import read_rig, rig_path, shipped_rigs
 
 SIGNS = np.array([1.0 if area in CONVEX else -1.0 for area in range(1, 6)])
 FLANKS = {"arcs": range(1, 6), "right": range(10, 5, -1)}  # areas by field of `ToothProfile`, tip first

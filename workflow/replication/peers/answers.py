@@ -6,7 +6,7 @@ loop is driven on one thread. The record that a tolerance needs follows from err
 planner's does.
 """
 
-from trackdyn.sweeps.job import run_job
+from trackdyn.sweeps.snakemake_job import run_job
 
 from collections.abc import Callable
 from contextlib import suppress
@@ -26,7 +26,7 @@ from trackdyn.errors import DivergenceError, InputError
 from trackdyn.files import write_csv
 from trackdyn.measure.convergence import LEAST, SURE, Series, student
 from trackdyn.measure.sensor import whole_samples
-from trackdyn.parameters.rig import Rig, load_rig
+from trackdyn.rig.rig import Rig, load_rig
 from trackdyn.scene.scene import Periods, Scene
 from trackdyn.simulation.loop import Loop
 

@@ -1,6 +1,6 @@
 """Figure 14 and Table 2: the selected link in both codes, and what each costs at equal accuracy."""
 
-from trackdyn.sweeps.job import run_job
+from trackdyn.sweeps.snakemake_job import run_job
 
 import json
 import time
@@ -16,7 +16,7 @@ from replication.peers.exudyn_loop import PeerRun, free_wheels, require_exudyn, 
 from replication.study.settings import peer_scene
 from trackdyn.errors import InputError
 from trackdyn.files import write_csv, write_text
-from trackdyn.parameters.rig import Rig, load_rig
+from trackdyn.rig.rig import Rig, load_rig
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recording import Recording

@@ -12,9 +12,9 @@ from typing import NamedTuple
 import numpy as np
 
 from trackdyn.jit import kernel
-from trackdyn.parameters.layout import wheel_circles
-from trackdyn.parameters.rig import Rig
-from trackdyn.parameters.sections import Surface
+from trackdyn.rig.layout import wheel_circles
+from trackdyn.rig.rig import Rig
+from trackdyn.rig.sections import Surface
 from trackdyn.scene.scene import Scene
 
 POSITION_NUDGE, RATE_NUDGE = 1e-8, 1e-6  # of the difference quotients: m or rad, m/s or rad/s

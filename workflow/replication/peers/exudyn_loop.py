@@ -19,7 +19,7 @@ from replication.study.settings import PEER_LAWS
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.extras import required
 from trackdyn.model.constants import NO_MOTOR, Chain, Drive, Model
-from trackdyn.parameters.rig import Rig
+from trackdyn.rig.rig import Rig
 from trackdyn.scene.scene import Scene
 
 # Newton's iteration ends when the residual has fallen by the first or below the second: Exudyn's own defaults.

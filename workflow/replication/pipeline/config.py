@@ -19,11 +19,11 @@ from replication.studies import STUDIES
 from replication.study.settings import Allowed, StudiesFile, peer_scene, rising, step_field
 from replication.study.variants import REFERENCE, SETTINGS
 from trackdyn.errors import InputError, TrackdynError
-from trackdyn.parameters.rig import Rig, load_rig
-from trackdyn.parameters.rig_file import rig_files, rig_path
-from trackdyn.parameters.validation import NotNegative, Positive, Section, shown, validated
-from trackdyn.parameters.yaml_file import read_yaml
-from trackdyn.scene.fidelity import PRESETS
+from trackdyn.rig.rig import Rig, load_rig
+from trackdyn.rig.rig_file import rig_files, rig_path
+from trackdyn.rig.validation import NotNegative, Positive, Section, shown, validated
+from trackdyn.rig.yaml_file import read_yaml
+from trackdyn.scene.choices import PRESETS
 from trackdyn.scene.rings import study_radii
 from trackdyn.scene.scene import Periods, Scene, StopRule, steady_fields
 from trackdyn.sensor.sensor_mapping import load_mapping

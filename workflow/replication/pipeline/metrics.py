@@ -1,6 +1,6 @@
 """Metrics of runs, and events of the meshing process."""
 
-from trackdyn.sweeps.job import run_job
+from trackdyn.sweeps.snakemake_job import run_job
 
 from pathlib import Path
 

@@ -8,7 +8,7 @@ from replication.paper.claims import Claims
 from replication.paper.paper_tables import PaperTables
 from replication.pipeline.config import Config
 from replication.study.settings import Studies
-from trackdyn.parameters.rig import Rig
+from trackdyn.rig.rig import Rig
 from trackdyn.sensor.sensor_mapping import SensorMapping
 
 MODELS: dict[str, type[BaseModel]] = {

@@ -1,9 +1,9 @@
 """Simulate scenes until their contacts are known, and write their recordings."""
 
-from trackdyn.sweeps.job import run_job
+from trackdyn.sweeps.snakemake_job import run_job
 
 from trackdyn.measure.stopping import run_steady
-from trackdyn.parameters.rig import load_rig
+from trackdyn.rig.rig import load_rig
 from trackdyn.scene.scene import Scene, StopRule
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.settling import SettledLoops

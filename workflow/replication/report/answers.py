@@ -1,6 +1,6 @@
 """The table of the cost of an equal answer in every code."""
 
-from trackdyn.sweeps.job import run_job
+from trackdyn.sweeps.snakemake_job import run_job
 
 import numpy as np
 import pandas as pd

@@ -1,6 +1,6 @@
 """The article: its values from results, and its PDF from them by a template of Typst."""
 
-from trackdyn.sweeps.job import run_job
+from trackdyn.sweeps.snakemake_job import run_job
 
 import json
 from collections.abc import Mapping

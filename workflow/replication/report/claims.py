@@ -1,6 +1,6 @@
 """The scorecard of the claims, and its numbers."""
 
-from trackdyn.sweeps.job import run_job
+from trackdyn.sweeps.snakemake_job import run_job
 
 from pathlib import Path
 

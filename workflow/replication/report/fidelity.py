@@ -1,6 +1,6 @@
 """The table of the ladder of fidelities."""
 
-from trackdyn.sweeps.job import run_job
+from trackdyn.sweeps.snakemake_job import run_job
 
 import pandas as pd
 

@@ -1,14 +1,14 @@
 """Table 1 and the list of parameters."""
 
-from trackdyn.sweeps.job import run_job
+from trackdyn.sweeps.snakemake_job import run_job
 
 import numpy as np
 import pandas as pd
 
 from replication.paper.contents import caption
 from replication.report.tables import write_captioned_table
-from trackdyn.parameters.groove import Groove
-from trackdyn.parameters.rig import load_rig, parameter_table
+from trackdyn.rig.groove import Groove
+from trackdyn.rig.rig import load_rig, parameter_table
 
 
 def table1(groove: Groove) -> pd.DataFrame:

@@ -1,6 +1,6 @@
 """The sensor's records as they are compared, and what reading them did."""
 
-from trackdyn.sweeps.job import run_job
+from trackdyn.sweeps.snakemake_job import run_job
 
 from pathlib import Path
 
@@ -10,11 +10,11 @@ from replication.paper.contents import caption
 from replication.report.tables import write_captioned_table
 from trackdyn.errors import InputError
 from trackdyn.measure.compare import require_axes, whole_ratio
-from trackdyn.parameters.rig import load_rig
+from trackdyn.measure.spectra import LEAST_PERIODS
+from trackdyn.rig.rig import load_rig
 from trackdyn.scene.scene import Periods
 from trackdyn.sensor.sensor_csv import read_sensor_csv, write_sensor_csv
 from trackdyn.sensor.sensor_mapping import load_mapping
-from trackdyn.sensor.signals import LEAST_PERIODS
 
 
 def main(job) -> None:

@@ -1,6 +1,6 @@
 """Tables 3 and 4, and the dominant peaks: metrics of the long records beside the sensor's and the printed values."""
 
-from trackdyn.sweeps.job import run_job
+from trackdyn.sweeps.snakemake_job import run_job
 
 from collections import defaultdict
 from collections.abc import Iterable, Mapping

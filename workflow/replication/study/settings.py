@@ -7,9 +7,9 @@ from typing import Annotated, Any, Generic, Literal, TypeVar
 from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
 from trackdyn.errors import InputError
-from trackdyn.parameters.rig import Rig
-from trackdyn.parameters.validation import Positive, Section, validated
-from trackdyn.parameters.yaml_file import read_yaml
+from trackdyn.rig.rig import Rig
+from trackdyn.rig.validation import Positive, Section, validated
+from trackdyn.rig.yaml_file import read_yaml
 from trackdyn.scene.scene import Scene
 
 Values = Annotated[list[Positive], Field(min_length=1)]

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
-from trackdyn.scene.fidelity import PRESETS
+from trackdyn.scene.choices import PRESETS
 
 REFERENCE = "paper"  # preset of the scene that variants are compared with
 

@@ -1,6 +1,6 @@
 """The loop in motion as a small GIF, with the normal forces on every pitch."""
 
-from trackdyn.sweeps.job import run_job
+from trackdyn.sweeps.snakemake_job import run_job
 
 from pathlib import Path
 
@@ -15,7 +15,6 @@ from replication.report.figures.meshing import LOOKS
 from replication.report.figures.screenshots import contacts_at, draw_force
 from trackdyn.errors import InputError
 from trackdyn.files import replacing
-from trackdyn.parameters.rig import Rig
 from trackdyn.plots.drawing import (
     chain_points,
     draw_force_bar,
@@ -27,6 +26,7 @@ from trackdyn.plots.drawing import (
     view,
 )
 from trackdyn.plots.style import styled
+from trackdyn.rig.rig import Rig
 from trackdyn.simulation.recording import Recording, load_recording
 
 WIDTH, HEIGHT, DPI = 4.8, 6.4, 100  # of the GIF, inch and dots an inch: fits a phone held upright

@@ -8,9 +8,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 
 from replication.report import marks
-from trackdyn.parameters.rig import Rig
 from trackdyn.plots import drawing
 from trackdyn.plots.style import BLACK, new_figure, styled
+from trackdyn.rig.rig import Rig
 
 # radii of a pin and of the hole with its bushing, in parts of the link's half thickness; for the eye only
 PIN, HOLE = 0.4, 0.65

@@ -1,6 +1,6 @@
 """Figure 15: how far the closed loop gapes."""
 
-from trackdyn.sweeps.job import run_job
+from trackdyn.sweeps.snakemake_job import run_job
 
 from collections.abc import Mapping
 

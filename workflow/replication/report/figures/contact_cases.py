@@ -11,9 +11,9 @@ from matplotlib.patches import Circle, Polygon
 from replication.report import marks
 from replication.report.figures.groove import draw_groove
 from trackdyn.contact.laws import find_area, foot
-from trackdyn.parameters.rig import Rig
 from trackdyn.plots import drawing
 from trackdyn.plots.style import BLACK, PURPLE, new_figure, styled
+from trackdyn.rig.rig import Rig
 from trackdyn.scene.build import make_tooth
 
 SHOWN_DEPTH = 0.25  # of a connector's arc, in parts of its radius

@@ -15,10 +15,10 @@ from scipy.optimize import brentq
 from replication.report import marks
 from replication.report.figures import groove as section
 from trackdyn.contact.laws import find_area
-from trackdyn.parameters.layout import BeltPath, belt_around
-from trackdyn.parameters.rig import Rig
 from trackdyn.plots import drawing
 from trackdyn.plots.style import BLACK, BLUE, GREEN, PURPLE, VERMILION, new_figure, styled
+from trackdyn.rig.layout import BeltPath, belt_around
+from trackdyn.rig.rig import Rig
 from trackdyn.scene.build import make_tooth
 
 PINS = {

@@ -1,6 +1,6 @@
 """Extremes: how every case ended, and the curves behind the families that measure something."""
 
-from trackdyn.sweeps.job import run_job
+from trackdyn.sweeps.snakemake_job import run_job
 
 import numpy as np
 import pandas as pd

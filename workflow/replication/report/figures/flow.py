@@ -13,9 +13,9 @@ from matplotlib.patches import FancyBboxPatch, Polygon
 
 from replication.report import marks
 from trackdyn.contact.laws import find_area
-from trackdyn.parameters.rig import Rig
 from trackdyn.plots.drawing import CONNECTOR, Z_MARK
 from trackdyn.plots.style import BLACK, SMALL, new_figure, styled
+from trackdyn.rig.rig import Rig
 from trackdyn.scene.build import make_tooth
 
 ACTION = "#dcebf5"

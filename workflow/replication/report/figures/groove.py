@@ -13,10 +13,10 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Polygon, Wedge
 
 from replication.report import marks
-from trackdyn.parameters.groove import Groove
-from trackdyn.parameters.rig import Rig
 from trackdyn.plots import drawing
 from trackdyn.plots.style import BLACK, BLUE, SMALL, VERMILION, new_figure, styled
+from trackdyn.rig.groove import Groove
+from trackdyn.rig.rig import Rig
 
 # convex and concave areas: colour and dashes of their arcs, face and hatch of their sectors
 CONVEX_ARC = {"color": BLUE, "linestyle": "-", "linewidth": 2.6}

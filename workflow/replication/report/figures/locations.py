@@ -11,10 +11,10 @@ from replication.report import marks
 from replication.report.figures.engagement import seated_pins
 from replication.report.figures.system import touching_links
 from trackdyn.measure.columns import words
-from trackdyn.parameters.layout import wheel_circles, wheel_names
-from trackdyn.parameters.rig import Rig
 from trackdyn.plots import drawing
 from trackdyn.plots.style import BLACK, BLUE, VERMILION, new_figure, styled
+from trackdyn.rig.layout import wheel_circles, wheel_names
+from trackdyn.rig.rig import Rig
 
 ON_CHAIN = {"color": BLUE, "linestyle": "-", "linewidth": 2.4}
 ON_WHEEL = {"color": VERMILION, "linestyle": (0, (3, 1)), "linewidth": 2.4}

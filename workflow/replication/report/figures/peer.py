@@ -1,6 +1,6 @@
 """Figures 13 and 14: the independent code's model, and the selected link's vertical displacement in both codes."""
 
-from trackdyn.sweeps.job import run_job
+from trackdyn.sweeps.snakemake_job import run_job
 
 import json
 from pathlib import Path
@@ -14,9 +14,9 @@ from replication import peers
 from replication.paper import printed
 from replication.paper.contents import caption
 from replication.report.tables import write_captioned_table
-from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.plots import drawing
 from trackdyn.plots.style import BLACK, BLUE, ORANGE, VERMILION, new_figure, save, styled, thin, upper_edge
+from trackdyn.rig.rig import Rig, load_rig
 
 LEAST_DIFFERENCE = 1e-6  # of the logarithmic axis, percent
 OURS = {"color": BLUE, "linestyle": "-", "linewidth": 2.2, "alpha": 0.6}

@@ -1,6 +1,6 @@
 """Figures 17 and 18: time histories and spectra of every speed beside the sensor's."""
 
-from trackdyn.sweeps.job import run_job
+from trackdyn.sweeps.snakemake_job import run_job
 
 from itertools import zip_longest
 from math import inf

@@ -1,6 +1,6 @@
 """Figures 23 and 24 of the replication, with what the paper prints of them."""
 
-from trackdyn.sweeps.job import run_job
+from trackdyn.sweeps.snakemake_job import run_job
 
 import pandas as pd
 

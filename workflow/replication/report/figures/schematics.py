@@ -1,6 +1,6 @@
 """Figures 1 to 12 and 16: the geometry and the structure that the simulator uses, drawn from a rig."""
 
-from trackdyn.sweeps.job import run_job
+from trackdyn.sweeps.snakemake_job import run_job
 
 from pathlib import Path
 
@@ -12,8 +12,8 @@ from replication.report.figures.groove import detection_figure, section_figure
 from replication.report.figures.locations import locations_figure
 from replication.report.figures.system import setup_figure, system_figure
 from replication.report.figures.topology import topology_figure
-from trackdyn.parameters.rig import load_rig
 from trackdyn.plots.style import save
+from trackdyn.rig.rig import load_rig
 
 FIGURES = {
     1: system_figure, 2: piece_figure, 3: topology_figure, 4: locations_figure, 5: section_figure,

@@ -1,6 +1,6 @@
 """Figures 20 and 22: drawings of a connector and its link ahead at the events of one passage."""
 
-from trackdyn.sweeps.job import run_job
+from trackdyn.sweeps.snakemake_job import run_job
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -17,9 +17,9 @@ from replication.report import marks
 from replication.report.figures.meshing import LOOKS, NAMES, Selected, passage_figure, printed_times, select_passage
 from trackdyn.measure.contacts import SIDES
 from trackdyn.measure.events import passage_events
-from trackdyn.parameters.rig import Rig
 from trackdyn.plots import drawing
 from trackdyn.plots.style import BLACK, PAGE, new_figure, save, styled
+from trackdyn.rig.rig import Rig
 from trackdyn.simulation.recording import Recording, load_recording
 
 HALF = 0.13  # of the side of a panel, m

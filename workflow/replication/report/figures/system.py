@@ -11,10 +11,10 @@ from matplotlib.path import Path
 from replication.report import marks
 from trackdyn.contact.laws import foot
 from trackdyn.measure.columns import words
-from trackdyn.parameters.layout import wheel_circles, wheel_names
-from trackdyn.parameters.rig import Rig
 from trackdyn.plots import drawing
 from trackdyn.plots.style import BLACK, BLUE, ORANGE, VERMILION, new_figure, styled
+from trackdyn.rig.layout import wheel_circles, wheel_names
+from trackdyn.rig.rig import Rig
 
 TOUCH = 1e-3  # gap that still counts as touching in a loop that is laid without forces, m
 GROUND = 0.18  # of the ground under the lowest pin, m

@@ -7,10 +7,10 @@ from matplotlib.patches import Circle, Polygon
 
 from replication.report import marks
 from trackdyn.model.constants import Chain
-from trackdyn.parameters.layout import belt_path
-from trackdyn.parameters.rig import Rig
 from trackdyn.plots.drawing import CONNECTOR, EDGE, LINK, Z_MARK, view
 from trackdyn.plots.style import BLACK, SMALL, VERMILION, new_figure, styled
+from trackdyn.rig.layout import belt_path
+from trackdyn.rig.rig import Rig
 from trackdyn.scene.build import build_chain
 
 # face of a body in the topology, its name in the legend

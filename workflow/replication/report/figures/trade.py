@@ -1,6 +1,6 @@
 """Accuracy against cost: what an answer costs, and whether the planner keeps what it promises."""
 
-from trackdyn.sweeps.job import run_job
+from trackdyn.sweeps.snakemake_job import run_job
 
 from collections.abc import Sequence
 
@@ -19,7 +19,7 @@ from replication.study.variants import REFERENCE
 from trackdyn.files import write_csv
 from trackdyn.measure.cells import significant
 from trackdyn.plots.style import COLOURS, GREEN, PURPLE, SMALL, new_figure, save, styled
-from trackdyn.scene.fidelity import PRESETS
+from trackdyn.scene.choices import PRESETS
 
 METHODS = {"semi_implicit": "semi-implicit Euler", "linearly_implicit": "linearly implicit", "rk4": "RK4"}
 # other physics: a mark and words

@@ -1,6 +1,6 @@
 """Put the page together from what lies in the results folder; what is missing is named, not left blank."""
 
-from trackdyn.sweeps.job import run_job
+from trackdyn.sweeps.snakemake_job import run_job
 
 import base64
 import html

@@ -1,6 +1,6 @@
 """How far every included rig is off its limits at the step that a scene takes by default."""
 
-from trackdyn.sweeps.job import run_job
+from trackdyn.sweeps.snakemake_job import run_job
 
 from collections.abc import Iterable, Mapping
 
@@ -14,8 +14,8 @@ from trackdyn.errors import TrackdynError
 from trackdyn.files import write_csv
 from trackdyn.measure.convergence import RELATIVE, SHARES
 from trackdyn.measure.sensor import whole_samples
-from trackdyn.parameters.rig import load_rig
-from trackdyn.parameters.rig_file import shipped_rigs
+from trackdyn.rig.rig import load_rig
+from trackdyn.rig.rig_file import shipped_rigs
 from trackdyn.scene.scene import Periods, Scene
 
 COLUMNS = ["rig", "ring", "rpm", "step_s", "measure", "limit", "error", "uncertainty"]

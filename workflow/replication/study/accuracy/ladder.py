@@ -1,6 +1,6 @@
 """Every rung of the ladder of fidelities against the paper's: what it changes and what it costs."""
 
-from trackdyn.sweeps.job import run_job
+from trackdyn.sweeps.snakemake_job import run_job
 
 import time
 from itertools import product
@@ -13,8 +13,8 @@ from trackdyn.errors import TrackdynError
 from trackdyn.files import write_csv
 from trackdyn.measure.stopping import run_steady
 from trackdyn.measure.whole_loop import whole_loop
-from trackdyn.parameters.rig import Rig, load_rig
-from trackdyn.scene.fidelity import PRESETS, WITHOUT_RING
+from trackdyn.rig.rig import Rig, load_rig
+from trackdyn.scene.choices import PRESETS, WITHOUT_RING
 from trackdyn.scene.scene import Scene, StopRule, steady_fields
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.settling import SettledLoops

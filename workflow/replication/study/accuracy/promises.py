@@ -1,6 +1,6 @@
 """Does what the planner promises come out? Plans for scenes, run to their end, beside limits over steps."""
 
-from trackdyn.sweeps.job import run_job
+from trackdyn.sweeps.snakemake_job import run_job
 
 from collections.abc import Sequence
 from time import process_time
@@ -15,7 +15,7 @@ from trackdyn.errors import InputError
 from trackdyn.files import write_csv
 from trackdyn.measure.convergence import RELATIVE, SHARES
 from trackdyn.measure.planner import plan
-from trackdyn.parameters.rig import Rig, load_rig
+from trackdyn.rig.rig import Rig, load_rig
 from trackdyn.scene.scene import Scene
 
 # with a ring, right arcs touch in few scenes or none: too little to promise their peaks by

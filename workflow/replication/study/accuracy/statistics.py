@@ -6,9 +6,9 @@ from trackdyn.measure import convergence
 from trackdyn.measure.contacts import meshing_summary
 from trackdyn.measure.convergence import RELATIVE, SHARES, Series
 from trackdyn.measure.sensor import sense, whole_revolutions, whole_samples
+from trackdyn.measure.spectra import high_frequency_rms, main_line_binfree, rms, standard_deviation
 from trackdyn.measure.whole_loop import series
 from trackdyn.scene.scene import Periods, Scene
-from trackdyn.sensor.signals import high_frequency_rms, main_line_binfree, rms, standard_deviation
 from trackdyn.simulation.recording import Recording
 from trackdyn.simulation.resolution import energy_residual
 

@@ -6,7 +6,7 @@ from scatter. What is refused or diverges is a point too. Cost is the CPU time o
 beside.
 """
 
-from trackdyn.sweeps.job import run_job
+from trackdyn.sweeps.snakemake_job import run_job
 
 from time import process_time
 from typing import NamedTuple
@@ -30,7 +30,7 @@ from trackdyn.errors import InputError, TrackdynError
 from trackdyn.files import write_csv
 from trackdyn.measure.convergence import Series
 from trackdyn.measure.sensor import whole_samples
-from trackdyn.parameters.rig import Rig, load_rig
+from trackdyn.rig.rig import Rig, load_rig
 from trackdyn.scene.scene import Periods, Scene
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recording import Recording

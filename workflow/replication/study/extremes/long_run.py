@@ -8,9 +8,9 @@ import pandas as pd
 
 from replication.study.extremes.judge import GAP, attempted, below
 from trackdyn.measure.sensor import specific_force
-from trackdyn.parameters.rig import Rig
+from trackdyn.measure.spectra import rms
+from trackdyn.rig.rig import Rig
 from trackdyn.scene.scene import Scene
-from trackdyn.sensor.signals import rms
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.resolution import OPEN_SHARE, open_share
 

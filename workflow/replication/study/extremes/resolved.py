@@ -9,7 +9,7 @@ import pandas as pd
 
 from replication.study.extremes.judge import COMPLETED, DEFECT, MARKED, REFUSED, row
 from trackdyn.errors import DivergenceError, InputError
-from trackdyn.parameters.rig import Rig, load_rig
+from trackdyn.rig.rig import Rig, load_rig
 from trackdyn.scene.limits import largest_step
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop

@@ -8,8 +8,8 @@ import numpy as np
 from replication.study.extremes.judge import attempted, within_bounds
 from trackdyn.contact.laws import normal_force
 from trackdyn.jit import kernel
-from trackdyn.parameters.laws import delivered_restitution
-from trackdyn.parameters.rig import Rig
+from trackdyn.rig.laws import delivered_restitution
+from trackdyn.rig.rig import Rig
 from trackdyn.scene.build import make_law
 
 STEEL_AND_TOOTH = ("steel__youngs_modulus", "tooth_contact__youngs_modulus")

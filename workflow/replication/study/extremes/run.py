@@ -1,6 +1,6 @@
 """Every family of the extremes in parts that run side by side, as far as a form asks for it."""
 
-from trackdyn.sweeps.job import run_job
+from trackdyn.sweeps.snakemake_job import run_job
 
 from collections.abc import Callable, Iterator, Mapping
 
@@ -13,7 +13,7 @@ from replication.study.extremes.resolved import run_short
 from replication.study.extremes.stability_map import stability_map
 from replication.study.settings import LONG_RUN, ExtremesForm, parts_of, short_run_chunks
 from trackdyn.files import write_csv
-from trackdyn.parameters.rig import Rig, load_rig
+from trackdyn.rig.rig import Rig, load_rig
 
 
 def run_part(rig: Rig, form: ExtremesForm, family: str, say: Callable[[str], None] = print) -> pd.DataFrame:

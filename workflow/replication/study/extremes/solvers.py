@@ -11,7 +11,7 @@ from replication.study.extremes.restitution import lighter
 from trackdyn.chain import riccati
 from trackdyn.model.arrays import State, Work, make_state, make_work
 from trackdyn.model.constants import Chain
-from trackdyn.parameters.rig import Rig
+from trackdyn.rig.rig import Rig
 from trackdyn.scene.build import build_chain
 
 FAMILY = "length of the chain"

@@ -9,7 +9,7 @@ from replication.study.extremes.judge import COMPLETED, FAST, REFUSED, attempted
 from replication.study.extremes.restitution import STEEL_AND_TOOTH
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.model.arrays import ENERGY_NAMES
-from trackdyn.parameters.rig import Rig
+from trackdyn.rig.rig import Rig
 from trackdyn.scene.limits import step_limits
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop

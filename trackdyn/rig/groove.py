@@ -12,7 +12,7 @@ from math import acos, asin, atan2, cos, degrees, hypot, pi, sin, sqrt, tan
 import numpy as np
 
 from trackdyn.errors import InputError
-from trackdyn.parameters.roots import root
+from trackdyn.rig.roots import root
 
 CONVEX = (1, 4, 7, 10)
 
@@ -259,7 +259,7 @@ def equal_pitch_radius(teeth: int, link_length: float, connector_length: float, 
     }
 
 
-# Tooth profiles by name, from coarse to fine: the groove that a rig (`parameters.rig.Rig`) has with each.
+# Tooth profiles by name, from coarse to fine: the groove that a rig (`rig.rig.Rig`) has with each.
 PROFILES = {
     "three_surfaces": lambda rig: coarse_groove(rig.groove_profile, rig.chain.connector_radius),
     "ten_arcs": lambda rig: rig.groove_profile,

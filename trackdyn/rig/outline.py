@@ -1,6 +1,6 @@
 """Tooth grooves from any list of tangent arcs, and from a measured outline that such arcs are fitted to.
 
-Arcs are those of the left flank from the tip to the bottom, in the groove frame (`parameters.groove`); the right flank
+Arcs are those of the left flank from the tip to the bottom, in the groove frame (`rig.groove`); the right flank
 mirrors them. A sign is +1 for a convex arc and -1 for a concave one.
 """
 
@@ -16,9 +16,9 @@ import scipy  # loads its parts when they are used
 
 from trackdyn.errors import InputError
 from trackdyn.files import read_text
-from trackdyn.parameters.groove import Groove, groove_of_flanks, true_depth
-from trackdyn.parameters.quantities import Quantity, Table
-from trackdyn.parameters.sections import OmitsDefaults
+from trackdyn.rig.groove import Groove, groove_of_flanks, true_depth
+from trackdyn.rig.quantities import Quantity, Table
+from trackdyn.rig.sections import OmitsDefaults
 
 TANGENT = 1e-6  # m by which neighbouring arcs may miss each other: less than machining and more than rounding of a file
 COARSEST = 1e-4  # m, the last decimal of arcs that print has rounded

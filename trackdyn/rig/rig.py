@@ -11,10 +11,10 @@ import numpy as np
 from pydantic import Field
 
 from trackdyn.errors import InputError
-from trackdyn.parameters import sections
-from trackdyn.parameters.groove import Groove, build_groove, connector_length, equal_pitch_radius
-from trackdyn.parameters.outline import ToothProfile
-from trackdyn.parameters.quantities import (
+from trackdyn.rig import sections
+from trackdyn.rig.groove import Groove, build_groove, connector_length, equal_pitch_radius
+from trackdyn.rig.outline import ToothProfile
+from trackdyn.rig.quantities import (
     FROM_FILE,
     NAME,
     FieldValue,
@@ -26,10 +26,10 @@ from trackdyn.parameters.quantities import (
     no_field,
     outside_range,
 )
-from trackdyn.parameters.rig_file import DEFAULT, DRAG_FIELDS, TRIED, groove_origin, read_rig, rig_path
-from trackdyn.parameters.sections import Surface, TestedStep, Wheel
-from trackdyn.parameters.validation import shown, typed, validated
-from trackdyn.parameters.yaml_file import read_yaml
+from trackdyn.rig.rig_file import DEFAULT, DRAG_FIELDS, TRIED, groove_origin, read_rig, rig_path
+from trackdyn.rig.sections import Surface, TestedStep, Wheel
+from trackdyn.rig.validation import shown, typed, validated
+from trackdyn.rig.yaml_file import read_yaml
 
 if TYPE_CHECKING:
     import pandas as pd

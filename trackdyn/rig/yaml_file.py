@@ -14,7 +14,7 @@ from trackdyn.files import read_text
 
 LARGEST_YAML = 1_000_000  # bytes; the longest that is shipped has 24,000
 DEEPEST = 20
-# what every parameter states in the file of a rig (`parameters.quantities`)
+# what every parameter states in the file of a rig (`rig.quantities`)
 ENTRY_KEYS = {"value", "unit", "kind", "source"}
 KINDS = ("printed", "derived", "assumed", "fitted")
 # libyaml parses several times as fast as Python; `Composer` before it keeps the making of nodes in Python

@@ -11,10 +11,10 @@ from typing import Annotated, Literal, NamedTuple, get_args
 
 from trackdyn.errors import InputError, shown
 from trackdyn.integrate.methods import METHODS
-from trackdyn.parameters.groove import PROFILES
-from trackdyn.parameters.laws import NORMAL_LAWS, BushingLaw
-from trackdyn.parameters.sections import Drag
-from trackdyn.parameters.validation import OneOf, Section, not_one_of
+from trackdyn.rig.groove import PROFILES
+from trackdyn.rig.laws import NORMAL_LAWS, BushingLaw
+from trackdyn.rig.sections import Drag
+from trackdyn.rig.validation import OneOf, Section, not_one_of
 
 
 class Choices(Section):

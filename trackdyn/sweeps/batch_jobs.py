@@ -1,6 +1,6 @@
 """Jobs of a sweep in batches (`workflow/sweep.smk`)."""
 
-from trackdyn.sweeps.job import run_job
+from trackdyn.sweeps.snakemake_job import run_job
 
 from trackdyn.errors import TrackdynError
 from trackdyn.files import write_text

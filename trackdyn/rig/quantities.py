@@ -16,8 +16,8 @@ from pydantic.fields import FieldInfo
 from pydantic_core import CoreSchema
 
 from trackdyn.errors import InputError, shown
-from trackdyn.parameters.validation import Section, plain_count, plain_number
-from trackdyn.parameters.yaml_file import ENTRY_KEYS, KINDS
+from trackdyn.rig.validation import Section, plain_count, plain_number
+from trackdyn.rig.yaml_file import ENTRY_KEYS, KINDS
 
 RANGE_KEYS = {"low", "high"}  # what a real component can have, for what is assumed or fitted
 WORDS = ("name",)  # units of what is a word

@@ -5,8 +5,8 @@ from typing import Annotated, Any, Literal
 from pydantic import model_serializer
 
 from trackdyn.errors import InputError
-from trackdyn.parameters.laws import BushingLaw
-from trackdyn.parameters.quantities import (
+from trackdyn.rig.laws import BushingLaw
+from trackdyn.rig.quantities import (
     Friction,
     Inertia,
     Length,
@@ -18,7 +18,7 @@ from trackdyn.parameters.quantities import (
     Table,
     Tilt,
 )
-from trackdyn.parameters.validation import Positive, Section
+from trackdyn.rig.validation import Positive, Section
 
 # contact surfaces that every rig has, by the name under which a wheel may ask for one
 CONTACTS = ("wheel_contact", "ring_contact", "tooth_contact")

@@ -13,8 +13,8 @@ import numpy as np
 import scipy  # loads its parts when they are used
 
 from trackdyn.errors import InputError
-from trackdyn.parameters.rig import Rig
-from trackdyn.parameters.roots import root
+from trackdyn.rig.rig import Rig
+from trackdyn.rig.roots import root
 
 # A wheel that the taut chain passes by may stand as far from it as a strand sags, or this much (m) at least.
 CLEAR = 0.02

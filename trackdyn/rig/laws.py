@@ -8,7 +8,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from trackdyn.parameters.roots import nonnegative_least_squares, root
+from trackdyn.rig.roots import nonnegative_least_squares, root
 
 # |1 - restitution| below which the two functions take their series: the equation itself loses its digits
 NEARLY_ELASTIC = 1e-4

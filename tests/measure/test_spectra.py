@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from trackdyn.errors import InputError
-from trackdyn.sensor import signals
+from trackdyn.measure import spectra
 
 RATE = 1000.0
 RECORD = 90_000
@@ -22,21 +22,21 @@ def sine(hz, n=RECORD, amplitude=1.0, phase=0.0, offset=0.0, rate=RATE):
 @ANY_MACHINE
 @given(SIGNALS)
 def test_rms_standard_deviation_and_mean_form_a_right_triangle(a):
-    left, right = signals.rms(a) ** 2, signals.standard_deviation(a) ** 2 + np.mean(a) ** 2
+    left, right = spectra.rms(a) ** 2, spectra.standard_deviation(a) ** 2 + np.mean(a) ** 2
     assert left == pytest.approx(right, rel=1e-9, abs=1e-12)
 
 
 @ANY_MACHINE
 @given(SIGNALS)
 def test_parseval(a):
-    assert signals.high_frequency_rms(a, RATE, 0.0) == pytest.approx(signals.rms(a), rel=1e-9, abs=1e-12)
-    above_mean = signals.high_frequency_rms(a, RATE, 1e-9)
-    assert above_mean == pytest.approx(signals.standard_deviation(a), rel=1e-6, abs=1e-6)
+    assert spectra.high_frequency_rms(a, RATE, 0.0) == pytest.approx(spectra.rms(a), rel=1e-9, abs=1e-12)
+    above_mean = spectra.high_frequency_rms(a, RATE, 1e-9)
+    assert above_mean == pytest.approx(spectra.standard_deviation(a), rel=1e-6, abs=1e-6)
 
 
 @pytest.mark.parametrize("n", [500, 501])
 def test_spectrum_of_a_sine_on_a_bin(n):
-    freq, amplitude = signals.spectrum(sine(40.0 * RATE / n, n=n, amplitude=1.7, offset=-0.6), RATE)
+    freq, amplitude = spectra.spectrum(sine(40.0 * RATE / n, n=n, amplitude=1.7, offset=-0.6), RATE)
     assert len(freq) == n // 2 + 1
     assert freq[40] == pytest.approx(40.0 * RATE / n)
     expected = np.zeros(n // 2 + 1)
@@ -47,10 +47,10 @@ def test_spectrum_of_a_sine_on_a_bin(n):
 def test_sine_half_way_between_bins_falls_to_two_over_pi_and_is_recovered():
     hz = 11.5 * RATE / RECORD
     a = sine(hz, amplitude=1.2, phase=0.4, offset=0.9)
-    bin_hz, bin_amplitude = signals.main_line(a, RATE, 0.8 * hz)
+    bin_hz, bin_amplitude = spectra.main_line(a, RATE, 0.8 * hz)
     assert round(bin_hz * RECORD / RATE) in (11, 12)
     assert bin_amplitude / 1.2 == pytest.approx(2.0 / np.pi, abs=0.03)
-    line = signals.main_line_binfree(a, RATE, 1.03 * hz)
+    line = spectra.main_line_binfree(a, RATE, 1.03 * hz)
     assert line == pytest.approx((hz, 1.2, 0.4), rel=1e-6)
 
 
@@ -61,13 +61,13 @@ def test_bin_free_estimate_of_a_periodic_signal_with_harmonics(bins, phase=3.0):
     a = sine(hz, amplitude=1.1, phase=phase, offset=1.0)
     for h, amplitude in enumerate((0.3, 0.7, 0.1, 0.4, 0.2, 0.25, 0.05), start=2):
         a += sine(h * hz, amplitude=amplitude, phase=h * 1.3)
-    found_hz, found_amplitude, found_phase = signals.main_line_binfree(a, RATE, 1.02 * hz)
+    found_hz, found_amplitude, found_phase = spectra.main_line_binfree(a, RATE, 1.02 * hz)
     assert found_hz == pytest.approx(hz, rel=1e-6)
     assert found_amplitude == pytest.approx(1.1, rel=1e-5)
     assert np.angle(np.exp(1j * (found_phase - phase))) == pytest.approx(0.0, abs=1e-4)
 
     noisy = a + np.random.default_rng(5).normal(0.0, 3.0, RECORD)
-    assert signals.main_line_binfree(noisy, RATE, 1.02 * hz)[0] == pytest.approx(hz, rel=1e-3)
+    assert spectra.main_line_binfree(noisy, RATE, 1.02 * hz)[0] == pytest.approx(hz, rel=1e-3)
 
 
 def test_bin_free_estimate_survives_the_local_minima_of_strong_harmonics():
@@ -79,7 +79,7 @@ def test_bin_free_estimate_survives_the_local_minima_of_strong_harmonics():
         for h in range(2, 9):
             a += sine(h * hz, n=n, amplitude=6.0, phase=rng.uniform(-3.0, 3.0))
         expected = hz + rng.uniform(-0.9, 0.9) * bin_hz
-        line = signals.main_line_binfree(a, RATE, expected_hz=expected)
+        line = spectra.main_line_binfree(a, RATE, expected_hz=expected)
         assert line == pytest.approx((hz, 1.1, 0.7), rel=1e-5), seed
 
 
@@ -93,9 +93,9 @@ def test_long_records_take_the_chirp_transform_to_the_same_line(monkeypatch):
     defined = (a * turns).sum(-1)
     lines = {}
     for most in (0, 10**12):
-        monkeypatch.setattr(signals, "MOST_TERMS", most)
-        assert signals._grid_sums(a, grid, RATE, 3) == pytest.approx(defined, rel=0, abs=1e-9 * np.abs(a).sum())
-        lines[most] = signals.main_line_binfree(a, RATE, 0.1275)
+        monkeypatch.setattr(spectra, "MOST_TERMS", most)
+        assert spectra._grid_sums(a, grid, RATE, 3) == pytest.approx(defined, rel=0, abs=1e-9 * np.abs(a).sum())
+        lines[most] = spectra.main_line_binfree(a, RATE, 0.1275)
     # the search begins at the same point of the grid
     assert lines[0] == lines[10**12]
 
@@ -103,19 +103,19 @@ def test_long_records_take_the_chirp_transform_to_the_same_line(monkeypatch):
 @pytest.mark.parametrize("hz", [0.5, 1.5, 6.0])  # slow loops and fast ones
 def test_main_line_is_that_around_the_frequency_of_the_loop(hz):
     a = sine(hz, amplitude=1.0, offset=50.0) + sine(4 * hz, amplitude=9.0)
-    assert signals.main_line(a, RATE, 1.1 * hz) == pytest.approx((hz, 1.0))
-    assert signals.highest_line(a, RATE, 0.0, 25.0) == pytest.approx((4 * hz, 9.0))
+    assert spectra.main_line(a, RATE, 1.1 * hz) == pytest.approx((hz, 1.0))
+    assert spectra.highest_line(a, RATE, 0.0, 25.0) == pytest.approx((4 * hz, 9.0))
     # the bins on both sides of the loop's frequency are looked at, however short the record
-    assert signals.main_line(sine(0.5, n=3000), RATE, 0.5)[0] in (pytest.approx(1 / 3), pytest.approx(2 / 3))
+    assert spectra.main_line(sine(0.5, n=3000), RATE, 0.5)[0] in (pytest.approx(1 / 3), pytest.approx(2 / 3))
 
 
 FUNCTIONS = {
-    "rms": signals.rms,
-    "standard_deviation": signals.standard_deviation,
-    "spectrum": lambda a: signals.spectrum(a, RATE),
-    "main_line": lambda a: signals.main_line(a, RATE, 0.5),
-    "main_line_binfree": lambda a: signals.main_line_binfree(a, RATE, 0.5),
-    "high_frequency_rms": lambda a: signals.high_frequency_rms(a, RATE),
+    "rms": spectra.rms,
+    "standard_deviation": spectra.standard_deviation,
+    "spectrum": lambda a: spectra.spectrum(a, RATE),
+    "main_line": lambda a: spectra.main_line(a, RATE, 0.5),
+    "main_line_binfree": lambda a: spectra.main_line_binfree(a, RATE, 0.5),
+    "high_frequency_rms": lambda a: spectra.high_frequency_rms(a, RATE),
 }
 
 
@@ -137,11 +137,11 @@ def test_unusable_signals_are_refused_in_one_sentence(name, a):
 @pytest.mark.parametrize(
     ("call", "word"),
     [
-        (lambda a: signals.highest_line(a, RATE, 0.1, 0.2), "longer record"),
-        (lambda a: signals.main_line_binfree(np.ones(RECORD), RATE, 0.5), "constant"),
-        (lambda a: signals.main_line_binfree(a, RATE, 1.5), "fewer than two periods"),
-        (lambda a: signals.main_line_binfree(a, RATE, 499.9), "too high"),
-        (lambda a: signals.main_line_binfree(a, RATE, 0.0), "fewer than two periods of 0 Hz"),
+        (lambda a: spectra.highest_line(a, RATE, 0.1, 0.2), "longer record"),
+        (lambda a: spectra.main_line_binfree(np.ones(RECORD), RATE, 0.5), "constant"),
+        (lambda a: spectra.main_line_binfree(a, RATE, 1.5), "fewer than two periods"),
+        (lambda a: spectra.main_line_binfree(a, RATE, 499.9), "too high"),
+        (lambda a: spectra.main_line_binfree(a, RATE, 0.0), "fewer than two periods of 0 Hz"),
     ],
 )
 def test_unusable_arguments_are_refused(call, word):
@@ -151,8 +151,8 @@ def test_unusable_arguments_are_refused(call, word):
 
 def test_high_frequency_rms_counts_from_the_corner_on():
     a = sine(5.0, amplitude=2.0, offset=1.0) + sine(20.0, amplitude=1.0) + sine(100.0, amplitude=0.5)
-    assert signals.high_frequency_rms(a, RATE) == pytest.approx(np.sqrt(0.5 + 0.125), rel=1e-9)
-    assert signals.high_frequency_rms(a, RATE, 20.5) == pytest.approx(np.sqrt(0.125), rel=1e-9)
+    assert spectra.high_frequency_rms(a, RATE) == pytest.approx(np.sqrt(0.5 + 0.125), rel=1e-9)
+    assert spectra.high_frequency_rms(a, RATE, 20.5) == pytest.approx(np.sqrt(0.125), rel=1e-9)
 
 
 @pytest.mark.parametrize("hz", [0.3, 3.0])
@@ -162,7 +162,7 @@ def test_content_above_the_corner_does_not_depend_on_where_a_record_ends(hz):
     for n in range(2000, 3000, 37):
         slow = sine(hz, n=n, amplitude=1.2, phase=0.3) + sine(2 * hz, n=n, amplitude=0.4, phase=1.0)
         a = slow + sine(47.3, n=n, amplitude=0.2)
-        content = signals.rms(sine(47.3, n=n, amplitude=0.2))
-        assert signals.rms(signals.high_passed(a, RATE)) == pytest.approx(content, rel=3e-3), n
-        leaked.append(signals.high_frequency_rms(a, RATE) / content - 1)
+        content = spectra.rms(sine(47.3, n=n, amplitude=0.2))
+        assert spectra.rms(spectra.high_passed(a, RATE)) == pytest.approx(content, rel=3e-3), n
+        leaked.append(spectra.high_frequency_rms(a, RATE) / content - 1)
     assert max(leaked) > 0.02

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from trackdyn.errors import InputError
-from trackdyn.parameters.layout import assemble, belt_around, belt_path, wheel_circles
+from trackdyn.rig.layout import assemble, belt_around, belt_path, wheel_circles
 
 TRIANGLE = [(0, 0, 0.3), (2 * 0.5, sqrt(3), 0.3), (2, 0, 0.3)]  # clockwise, sides 2
 UNEQUAL = [(0.0, 0.0, 0.31), (1.1, 0.15, 0.25), (1.7, -0.4, 0.28)]

@@ -3,8 +3,8 @@
 import pytest
 
 from trackdyn.errors import InputError
-from trackdyn.parameters.rig import Rig, load_rig, parameter_table
-from trackdyn.parameters.rig_file import shipped_rigs
+from trackdyn.rig.rig import Rig, load_rig, parameter_table
+from trackdyn.rig.rig_file import shipped_rigs
 
 
 @pytest.mark.parametrize("name", shipped_rigs())

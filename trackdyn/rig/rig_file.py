@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from trackdyn.errors import InputError, shown
-from trackdyn.parameters.yaml_file import ENTRY_KEYS, KINDS, read_yaml
+from trackdyn.rig.yaml_file import ENTRY_KEYS, KINDS, read_yaml
 
 SHIPPED = Path(__file__).parents[1] / "rigs"
 DEFAULT = "paper"
@@ -99,8 +99,8 @@ def _with_pitch(data: dict, name: Path | str) -> dict:
     chain, sprocket = data.get("chain"), data.get("sprocket")
     if not isinstance(chain, dict) or "pitch" not in chain or not isinstance(sprocket, dict):
         return data
-    from trackdyn.parameters.groove import equal_pitch_radius, pin_height
-    from trackdyn.parameters.quantities import number_of
+    from trackdyn.rig.groove import equal_pitch_radius, pin_height
+    from trackdyn.rig.quantities import number_of
 
     fields = ((chain, "pitch"), (chain, "link_length"), (chain, "link_thickness"), (sprocket, "teeth"))
     entry, *others = (of if isinstance(of := section.get(key), dict) else {} for section, key in fields)
@@ -261,7 +261,7 @@ def _with_points(content: Any, name: str, folder: Path) -> Any:
     entry = isinstance(content, dict) and content.keys() >= ENTRY_KEYS
     if not (entry and name == OUTLINE and isinstance(content["value"], str)):
         return content
-    from trackdyn.parameters.outline import read_outline
+    from trackdyn.rig.outline import read_outline
 
     path = folder / content["value"]
     return content | {"value": read_outline(path), "source": f"{content['source']} ({path.name})"}

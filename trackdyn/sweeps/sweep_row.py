@@ -11,7 +11,7 @@ from trackdyn.measure.events import event_times
 from trackdyn.measure.metrics import run_metrics
 from trackdyn.measure.stopping import check_driven, run_steady
 from trackdyn.measure.whole_loop import whole_loop
-from trackdyn.parameters.rig import Rig
+from trackdyn.rig.rig import Rig
 from trackdyn.scene.scene import Scene, StopRule
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recorder import cost

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from trackdyn.errors import InputError
-from trackdyn.parameters.groove import build_groove, coarse_groove, connector_length, equal_pitch_radius, true_depth
+from trackdyn.rig.groove import build_groove, coarse_groove, connector_length, equal_pitch_radius, true_depth
 
 EXACT = 1e-12  # m or a unit vector: coordinates below 1 m carry about 1e-16 through ten operations
 
