@@ -34,6 +34,26 @@ class Near(Section):
     share: Positive
 
 
+class Search(Section):
+    """A search (`search.Searching`): way of the ring; radii (m) of a row by speed (rev/min); how many of the best
+    draws are tried as starts, and values by unknown that are tried beside them; how many starts are searched from;
+    standard deviation of the first steps, as a share of the ranges; most rows of a start; share of the last rows, and
+    the least share of the cost that they gain.
+    """
+
+    ring: str
+    radii_m: dict[float, list[float | None]]
+    draws: Count
+    beside_equal_pitch: str
+    beside: dict[str, float]
+    starts: Count
+    spread: Positive
+    seed: int
+    rows: Count
+    last: Positive
+    gain: Positive
+
+
 class Short(Section):
     """The short form: so many draws, at fewer radii and speeds; its numbers say nothing."""
 
@@ -66,6 +86,7 @@ class PlausibleConfig(Section):
     tooth_detail: Count
     follows: Positive
     near: Near
+    search: Search
     unknowns: Annotated[list[Unknown], Field(min_length=2)]
     short: Short
 

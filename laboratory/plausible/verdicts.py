@@ -1,5 +1,6 @@
 """Rows judged by the claims of the paper, sentence by sentence."""
 
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
@@ -9,19 +10,20 @@ from laboratory.plausible.draws import DrawnRig, scenes
 from laboratory.plausible.rows import scene_name
 from laboratory.plausible.settings import PlausibleConfig
 from replication.paper.claims import SHOWN, Claim, judge_all
-from replication.paper.evidence import Evidence
+from replication.paper.evidence import LEAST_RADII, Evidence
 from replication.paper.scorecard import RADIUS, sentence_verdicts
 from trackdyn.rig.rig import Rig
 from trackdyn.sweeps.engine import DONE
 
 
-def evidence(config: PlausibleConfig, values: Mapping[str, dict], rig: Rig) -> Evidence:
-    """Return a row as what claims are judged by."""
+def evidence(config: PlausibleConfig, row_scenes: list[list], values: Mapping[str, dict], rig: Rig) -> Evidence:
+    """Return a row as what claims are judged by; a speed at too few radii belongs to no ring study."""
     metrics, events = [], []
-    for rpm, ring, sensed in scenes(config):
+    radii = Counter(rpm for rpm, ring, _ in row_scenes if ring is not None)
+    for rpm, ring, sensed in row_scenes:
         row = values[scene_name(rpm, ring)]
         columns = {"rpm": rpm, "ring_radius_m": np.nan if ring is None else ring, **row}
-        runs = [f"ring/{rpm:g}rpm_{ring}"] + [f"{rpm:g}rpm"] * sensed
+        runs = [f"ring/{rpm:g}rpm_{ring}"] * (radii[rpm] >= LEAST_RADII) + [f"{rpm:g}rpm"] * sensed
         if rpm == config.speed_rpm and ring in (None, config.ring_radius_m):
             runs.append(f"meshing/{'no_ring' if ring is None else 'ring'}")
             times = {key.removeprefix("event "): time for key, time in row.items() if key.startswith("event ")}
@@ -68,7 +70,7 @@ def judge_rig(
     config: PlausibleConfig, values: Mapping[str, dict], rig: Rig, claims: list[Claim], sentences: Mapping[int, str]
 ) -> dict[str, float]:
     """Radius to choose at each speed, and 1 or 0 for every sentence and claim that the row of a rig decides."""
-    card, numbers = judge_all(claims, {"": evidence(config, values, rig)})
+    card, numbers = judge_all(claims, {"": evidence(config, scenes(config), values, rig)})
     whole = sentence_verdicts(card, sentences)
     radii = numbers[numbers["id"] + numbers["part"] == RADIUS]
     judged = {f"radius_{rpm:g}": value for rpm, value in zip(radii["rpm"], radii["value"], strict=True)}
@@ -78,3 +80,17 @@ def judge_rig(
     ]:
         judged[name] = float(verdict == SHOWN)  # where no force acts a claim cannot be judged, and is not shown
     return judged
+
+
+def shown_sentences(verdicts: Mapping[str, float], sentences: Iterable[int]) -> int:
+    """Count the sentences that a rig shows (`judge_rig`)."""
+    return sum(verdicts.get(str(number), 0) == 1 for number in sentences)
+
+
+def ranked_draws(draws: pd.DataFrame, sentences: Mapping[int, str]) -> pd.DataFrame:
+    """Draws that ran (`judge_rows`), those that show most sentences first, of as many those that show most claims."""
+    done = draws[draws["state"] == DONE]
+    whole = [str(number) for number in sentences if str(number) in done]
+    claims = done.filter(regex=r"^C\d").columns
+    order = done.assign(shown=done[whole].sum(axis=1), statements=done[claims].sum(axis=1))
+    return order.sort_values(["shown", "statements", "draw"], ascending=[False, False, True], kind="stable")

@@ -36,6 +36,26 @@ rule plausible_figure:
     script: "../report/plausible.py"
 
 
+rule rig_files:
+    """Files of the two rigs that the study makes, and the rows of the search (some two processor hours; ask for it by name)."""
+    input:
+        lab_needs("plausible/rig_files.py"),
+        config="config/plausible.yaml",
+        claims="config/claims.yaml",
+        draws="docs/measured/plausible_draws.csv",
+        kernels=[KERNELS, method_kernels("linearly_implicit")],
+    output:
+        paper=f"{L}/rigs/paper.yaml",
+        parts=f"{L}/rigs/parts.yaml",
+        rows=f"{L}/search_rows.csv",
+        ends=f"{L}/search_ends.csv",
+    params: store=f"{L}/plausible"
+    threads: 2
+    log: f"{L}/logs/rig_files.log"
+    message: "Rigs of the study of plausible tracks"
+    script: "../plausible/rig_files.py"
+
+
 rule plausible:
     """The study in full (some four processor hours; ask for it by name)."""
     input:

@@ -1,0 +1,140 @@
+"""Files of the two rigs that the study makes: the end of the search, and the best draw whose ring grips."""
+
+from trackdyn.sweeps.snakemake_job import run_job
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from laboratory.inference.unknowns import Unknowns, file_ranges
+from laboratory.plausible.draws import EQUAL_PITCH, RigScenes, run_rigs, scenes
+from laboratory.plausible.search import Searching, free_unknowns, possible_starts
+from laboratory.plausible.settings import PlausibleConfig, Scenario, load_plausible
+from laboratory.plausible.study import judged_claims
+from laboratory.plausible.verdicts import judge_rig, ranked_draws, shown_sentences
+from replication.paper.claims import load_sentences
+from trackdyn.files import write_text
+from trackdyn.rig.rig import Rig
+from trackdyn.sweeps.design import write_table
+from trackdyn.sweeps.engine import DONE
+
+GRIPS = "grips"
+PITCH_PASSING_HZ = 4.47  # at 115 rpm, at which a damper loses what rubber of a loss factor does
+PAPER = "the rig of the paper: real parts and one assumption, a ring that slips; searched to show most of its sentences"
+PARTS = "the best of the drawn tracks whose ring grips: every value is one that a part can have"
+SLIPS = "the one assumption: the ring slips nearly freely (docs/answer.md)"
+DAMPER = (
+    "loss_factor of that stiffness at 4.47 Hz, the pitch-passing frequency of 115 rpm; only for bushing_law: viscous"
+)
+SECTION = re.compile(r"^(\w+):")
+ENTRY = re.compile(r'^  (\w+): \{value: [^,]+, unit: ("1"|[^,]+), .*range: (.*)"\}$')
+SOURCE_LINE = re.compile(r"#   (\[|judgement)")
+HEAD = """# yaml-language-server: $schema=../schemas/rig.schema.json
+about: "{about}"
+# The rig: every parameter with value, unit, kind and source.
+# kind: printed (stands in the paper), derived (from printed numbers), assumed (not in the paper),
+# fitted (chosen so that the model shows a printed result; the source says which).
+# low, high: what the part can be; the source of the range stands after "range:".
+# `snakemake -s laboratory/Snakefile -j2 rig_files` makes this file (docs/answer.md).
+# Outside what a part can be: {outside}.
+"""
+
+
+def rig_text(template: str, entries: Mapping[str, dict], about: str) -> str:
+    """Text of a rig's file: another rig's with some entries exchanged.
+
+    Parameters
+    ----------
+    template : str
+        File in which every entry is a line, and the range stands behind ``range:`` in its source.
+    entries : mapping
+        ``section.field`` to ``value``, ``low``, ``high``, ``kind`` and ``source``.
+    about : str
+        What the rig is.
+    """
+    section, lines, outside = "", [], []
+    for line in template[template.index("\ngravity:") + 1 :].splitlines():
+        if match := SECTION.match(line):
+            section = match[1]
+        match = ENTRY.match(line)
+        if match and (entry := entries.get(f"{section}.{match[1]}")):
+            value = float(f"{entry['value']:.6g}")
+            line = (
+                f"  {match[1]}: {{value: {value!r}, unit: {match[2]}, kind: {entry['kind']}, low: {entry['low']:.6g}, "
+                f'high: {entry["high"]:.6g}, source: "{entry["source"]}; range: {match[3]}"}}'
+            )
+            if not entry["low"] <= value <= entry["high"]:
+                outside.append(f"{section}.{match[1]} ({value:g} for {entry['low']:g} to {entry['high']:g})")
+        lines.append(line)
+    head = HEAD.format(about=about, outside=", ".join(outside) or "nothing")
+    sources = "".join(f"{line}\n" for line in template.splitlines() if SOURCE_LINE.match(line))
+    return f"{head}{sources}\n" + "\n".join(lines) + "\n"
+
+
+def rig_entries(
+    config: PlausibleConfig, unknowns: Unknowns, values: Mapping[str, float], source: str
+) -> dict[str, dict]:
+    """Entries of a rig file (`rig_text`) for values by unknown; the range of a ratio becomes that of its value."""
+    ranges, fields, entries = file_ranges(config.rig), unknowns.changes(values), {}
+    for unknown in unknowns.unknowns:
+        factor = fields.get(unknown.of, 1.0) if unknown.of else 1.0
+        low, high = ranges[EQUAL_PITCH][:2] if unknown.label == EQUAL_PITCH else unknown.intervals[0]
+        entry = {"low": low * factor, "high": high * factor, "kind": "fitted", "source": source}
+        entries |= {name: entry | {"value": fields[name]} for name in unknown.names}
+    radius = entries["chain.connector_radius"]
+    radius["high"] = min(radius["high"], unknowns.rig.changed(**fields).connector_length / 2)
+    stiffness, loss = fields["bushing.stiffness"], entries["bushing.loss_factor"]
+    damper = {name: loss[name] * stiffness / (2 * np.pi * PITCH_PASSING_HZ) for name in ("value", "low", "high")}
+    return entries | {"bushing.damping": damper | {"kind": "assumed", "source": DAMPER}}
+
+
+def slip_entries(config: PlausibleConfig) -> dict[str, dict]:
+    """Entries of the ring that the search assumes."""
+    ranges = file_ranges(config.rig)
+    return {
+        name: {"value": value, "low": ranges[name][0], "high": ranges[name][1], "kind": "assumed", "source": SLIPS}
+        for name, value in config.ring[config.search.ring].items()
+    }
+
+
+def judged_end(
+    config: PlausibleConfig, rows: pd.DataFrame, searching: Searching, claims, sentences
+) -> tuple[dict, Rig]:
+    """The row of least cost of a search and its verdicts on all scenes, as one mapping; and its rig."""
+    best = rows.loc[rows["cost"].idxmin()].to_dict()
+    unknowns = free_unknowns(config, Scenario(best["ring"], best["equal_pitch"]))
+    rig = unknowns.rig.changed(**unknowns.changes(best))
+    (row,) = run_rigs(config, [RigScenes(rig, config.scene, scenes(config))], searching.jobs, searching.store)
+    verdicts = judge_rig(config, row["values"], rig, claims, sentences) if row["state"] == DONE else {}
+    return best | verdicts | {"shown_on_all_scenes": shown_sentences(verdicts, sentences)}, rig
+
+
+def main(job) -> None:
+    """Rule `rig_files`."""
+    config, claims = load_plausible(job.input.config), judged_claims(job.input.claims)
+    sentences, template = load_sentences(job.input.claims), Path(config.rig).read_text(encoding="utf-8")
+    ranked = ranked_draws(pd.read_csv(job.input.draws), sentences)
+    searching = Searching(config, claims, job.threads, job.params.store)
+    searched = [searching.search(start) for start in searching.best_starts(possible_starts(config, ranked))]
+    write_table(pd.concat(searched, ignore_index=True), job.output.rows)
+    ends = [judged_end(config, rows, searching, claims, sentences)[0] for rows in searched]
+    write_table(pd.DataFrame(ends), job.output.ends)
+    best = min(ends, key=lambda end: (-end["shown_on_all_scenes"], end["cost"]))
+    unknowns = free_unknowns(config, Scenario(best["ring"], best["equal_pitch"]))
+    source = f"CMA-ES from {best['start']}, row {best['row']:g} (docs/answer.md)"
+    entries = rig_entries(config, unknowns, best, source) | slip_entries(config)
+    write_text(Path(job.output.paper), rig_text(template, entries, PAPER))
+    draw = ranked[ranked["ring"] == GRIPS].iloc[0].to_dict()
+    unknowns = free_unknowns(config, Scenario(GRIPS, draw["equal_pitch"]))
+    rig = unknowns.rig.changed(**{label: draw[label] for label in unknowns.labels})
+    source = f"draw {draw['draw']} of the study of plausible tracks (docs/answer.md)"
+    write_text(
+        Path(job.output.parts), rig_text(template, rig_entries(config, unknowns, unknowns.of_rig(rig), source), PARTS)
+    )
+
+
+if __name__ == "__main__":
+    run_job(main)

@@ -1,0 +1,114 @@
+"""A rig that shows as much as it can within the ranges of real parts: CMA-ES from the best draws."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from laboratory.inference.unknowns import Unknown, Unknowns, buildable, file_ranges
+from laboratory.plausible.distances import by_sentence, cost, statement_distances
+from laboratory.plausible.draws import EQUAL_PITCH, RigScenes, run_rigs
+from laboratory.plausible.settings import PlausibleConfig, Scenario
+from replication.paper.claims import Claim
+from trackdyn.extras import required
+from trackdyn.rig.rig import load_rig
+from trackdyn.sweeps.engine import DONE
+
+LEAST_ROWS = 250  # before which a search is not judged to have ended: it has hardly left its start
+
+
+class Start(NamedTuple):
+    """Where a search begins: its name, its scenario, a point of the unit cube."""
+
+    name: str
+    scenario: Scenario
+    x: np.ndarray
+
+
+def free_unknowns(config: PlausibleConfig, scenario: Scenario) -> Unknowns:
+    """Equal-pitch radius, then the unknowns of a draw but for those that the way of the ring sets."""
+    ring, equal_pitch = config.ring[scenario.ring], scenario.equal_pitch
+    low, high = config.equal_pitch_m[equal_pitch]
+    pitch = Unknown(names=[EQUAL_PITCH], low=low, high=high, source=f"printed 0.308 m, {equal_pitch}")
+    others = [unknown for unknown in config.unknowns if unknown.label not in ring]
+    return Unknowns([pitch, *others], load_rig(config.rig).changed(**ring), file_ranges(config.rig))
+
+
+def search_scenes(config: PlausibleConfig) -> list[list]:
+    """Speed, ring radius and whether sensors are read, of every scene of a row."""
+    radii = config.search.radii_m.items()
+    return [[rpm, ring, ring == config.ring_radius_m] for rpm, rings in radii for ring in rings]
+
+
+def possible_starts(config: PlausibleConfig, ranked: pd.DataFrame) -> list[Start]:
+    """Best draws with the way of the ring that is searched (`verdicts.ranked_draws`), and the values beside them."""
+    best = ranked[ranked["ring"] == config.search.ring].head(config.search.draws)
+    starts = []
+    for row in best.to_dict("records"):
+        scenario = Scenario(row["ring"], row["equal_pitch"])
+        unknowns = free_unknowns(config, scenario)
+        rig = unknowns.rig.changed(**{label: row[label] for label in unknowns.labels})
+        starts.append(Start(f"draw {row['draw']}", scenario, unknowns.position(unknowns.of_rig(rig))))
+    scenario = Scenario(config.search.ring, config.search.beside_equal_pitch)
+    return [*starts, Start("beside", scenario, free_unknowns(config, scenario).position(config.search.beside))]
+
+
+class Searching:
+    """Rows of searches: costs of points, each a row of the sweep engine."""
+
+    def __init__(self, config: PlausibleConfig, claims: Sequence[Claim], jobs: int, store: Path | str):
+        self.config, self.claims, self.jobs, self.store = config, claims, jobs, store
+        self.scenes = search_scenes(config)
+        self.sentences = len({claim.sentence for claim in claims})
+
+    def costs(self, unknowns: Unknowns, points: Sequence[np.ndarray]) -> list[tuple[float, int]]:
+        """Cost (`distances.cost`) and number of sentences shown of points; the largest cost for what does not run."""
+        built = [x for x in points if buildable(unknowns, x)]
+        rigs = [unknowns.to_rig(x) for x in built]
+        rows = run_rigs(
+            self.config, [RigScenes(rig, self.config.scene, self.scenes) for rig in rigs], self.jobs, self.store
+        )
+        costs = {}
+        for x, rig, row in zip(built, rigs, rows, strict=True):
+            if row["state"] == DONE:
+                distances = statement_distances(self.config, self.scenes, row["values"], rig, self.claims)
+                shown = sum(max(sizes) <= 1 for sizes in by_sentence(distances).values())
+                costs[x.tobytes()] = cost(distances), shown
+        return [costs.get(x.tobytes(), (float(self.sentences), 0)) for x in points]
+
+    def best_starts(self, starts: Sequence[Start]) -> list[Start]:
+        """The starts of least cost, as many as are searched from."""
+        costs = [self.costs(free_unknowns(self.config, start.scenario), [start.x])[0][0] for start in starts]
+        return [starts[k] for k in np.argsort(costs, kind="stable")[: self.config.search.starts]]
+
+    def search(self, start: Start) -> pd.DataFrame:
+        """CMA-ES from a start: ``start, equal_pitch, row, cost, shown, ended`` and every unknown, a row each.
+
+        It ends when the last rows have gained too little, or are as many as may be (``ended`` of the last one).
+        """
+        settings, unknowns = self.config.search, free_unknowns(self.config, start.scenario)
+        options = {"bounds": [0.0, 1.0], "seed": settings.seed, "verbose": -9}
+        strategy = required("cma").CMAEvolutionStrategy(np.clip(start.x, 0.001, 0.999), settings.spread, options)
+        rows: list[dict] = []
+
+        def evaluate(points: list[np.ndarray]) -> list[float]:
+            costs = self.costs(unknowns, points)
+            for x, (value, shown) in zip(points, costs, strict=True):
+                head = {"start": start.name, **start.scenario._asdict(), "row": len(rows) + 1}
+                rows.append(head | {"cost": value, "shown": shown} | unknowns.values(x))
+            return [value for value, _ in costs]
+
+        evaluate([np.asarray(start.x)])
+        ended = ""
+        while not ended:
+            points = strategy.ask()
+            strategy.tell(points, evaluate([np.clip(np.round(x, 12), 0, 1) for x in points]))
+            best = np.minimum.accumulate([row["cost"] for row in rows])
+            before = best[int((1 - settings.last) * len(best)) - 1]
+            if len(rows) > LEAST_ROWS and before - best[-1] < settings.gain * before:
+                ended = "gains too little"
+            elif len(rows) + strategy.popsize > settings.rows:
+                ended = "rows are spent"
+        return pd.DataFrame(rows).assign(ended=[""] * (len(rows) - 1) + [ended])

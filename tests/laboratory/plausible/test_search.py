@@ -1,0 +1,107 @@
+"""The search for a rig: what it makes small, where it begins and ends, and the file that it writes."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from laboratory.plausible.distances import FORMS, cost, statement_distances
+from laboratory.plausible.draws import EQUAL_PITCH, scenes
+from laboratory.plausible.rig_files import rig_entries, rig_text, slip_entries
+from laboratory.plausible.rows import rows_of_rigs
+from laboratory.plausible.search import Searching, Start, free_unknowns, possible_starts
+from laboratory.plausible.settings import Scenario, load_plausible
+from laboratory.plausible.study import judged_claims
+from laboratory.plausible.verdicts import judge_rig, ranked_draws
+from replication.paper.claims import load_claims, load_sentences
+from trackdyn.rig.rig import load_rig, outside_ranges, parameter_table
+from trackdyn.sweeps.engine import DONE
+
+CONFIG = load_plausible("config/plausible.yaml")
+CLAIMS = "config/claims.yaml"
+SLIPS, GRIPS = Scenario("slips", "arc length"), Scenario("grips", "polygon")
+NAMED = {claim.name: claim for claim in load_claims(CLAIMS)}
+
+
+def test_a_sentence_costs_nothing_when_shown_with_a_margin_and_one_far_away():
+    both = [(NAMED["C17a"], 0.0), (NAMED["C17c"], 0.0)]  # two statements of one sentence
+    assert cost(both) == 0
+    assert cost([(claim, 1e6) for claim, _ in both]) == pytest.approx(1)
+    lost = [cost([both[0], (NAMED["C17c"], size)]) for size in (0.0, 0.9, 1.1, 2.0, 5.0)]
+    assert lost == sorted(lost) and lost[2] - lost[1] > 0.15
+
+
+def test_distances_agree_with_the_verdicts_of_a_row():
+    small = CONFIG.model_copy(update={"radii_m": [0.303, 0.304, 0.305, 0.308, 0.313], "speeds_rpm": [115.0]})
+    rig, claims = load_rig("parts"), judged_claims(CLAIMS)
+    values = rows_of_rigs(0.0)(rig.model_dump(), scenes(small), small.scene, small.row.model_dump())
+    verdicts = judge_rig(small, values, rig, claims, load_sentences(CLAIMS))
+    distances = {claim.name: size for claim, size in statement_distances(small, scenes(small), values, rig, claims)}
+    exact = [name for name in distances if name in verdicts and name not in FORMS]
+    assert len(exact) > 10 and any(distances[name] > 1 for name in exact)
+    for name in exact:
+        assert (distances[name] <= 1) == bool(verdicts[name]), name
+    for name in FORMS:
+        assert distances[name] >= 1 or verdicts[name], name
+
+
+@pytest.fixture
+def draws() -> pd.DataFrame:
+    """Three tracks that ran, two of which slip, and one that did not."""
+    rows = []
+    for draw, (scenario, shown) in enumerate([(SLIPS, 1), (GRIPS, 2), (SLIPS, 2), (SLIPS, 0)]):
+        unknowns = free_unknowns(CONFIG, scenario)
+        x = np.full(len(unknowns), 0.3 + 0.1 * draw)
+        fields = unknowns.changes(unknowns.values(x)) | CONFIG.ring[scenario.ring]
+        verdicts = {"1": float(shown > 0), "4": float(shown > 1), "C06a": float(shown > 0)}
+        rows.append({"draw": draw, **scenario._asdict(), "state": DONE if shown else "refused", **fields, **verdicts})
+    return pd.DataFrame(rows)
+
+
+def test_a_search_begins_at_the_best_draws_that_slip(draws):
+    starts = possible_starts(CONFIG, ranked_draws(draws, {1: "", 4: ""}))
+    assert [start.name for start in starts] == ["draw 2", "draw 0", "beside"]
+    assert starts[0].x == pytest.approx(np.full(len(starts[0].x), 0.5))
+    assert np.all((starts[-1].x >= 0) & (starts[-1].x <= 1))
+
+
+def test_a_search_goes_down_ends_and_repeats_itself(monkeypatch):
+    """On a bowl in place of runs."""
+    monkeypatch.setattr(
+        Searching, "costs", lambda self, unknowns, points: [(1 + float(np.sum((x - 0.6) ** 2)), 3) for x in points]
+    )
+    searching = Searching(CONFIG, judged_claims(CLAIMS), 1, "unused")
+    start = Start("here", SLIPS, np.full(len(free_unknowns(CONFIG, SLIPS)), 0.5))
+    rows = searching.search(start)
+    assert rows["cost"].min() < 1 + 0.2 * (rows["cost"].iloc[0] - 1)
+    assert rows["ended"].iloc[-1] == "gains too little" and set(rows["ended"].iloc[:-1]) == {""}
+    pd.testing.assert_frame_equal(rows, searching.search(start))
+    few = CONFIG.model_copy(update={"search": CONFIG.search.model_copy(update={"rows": 40})})
+    short = Searching(few, judged_claims(CLAIMS), 1, "unused").search(start)
+    assert len(short) <= 40 and short["ended"].iloc[-1] == "rows are spent"
+    pd.testing.assert_frame_equal(short.drop(columns="ended"), rows.drop(columns="ended")[: len(short)])
+
+
+@pytest.mark.parametrize("scenario", [SLIPS, GRIPS])
+def test_a_rig_file_has_the_values_their_ranges_and_names_what_is_outside(tmp_path, scenario):
+    unknowns = free_unknowns(CONFIG, scenario)
+    values = unknowns.values(np.full(len(unknowns), 0.4))
+    entries = rig_entries(CONFIG, unknowns, values, "made here")
+    if scenario == SLIPS:
+        entries |= slip_entries(CONFIG)
+    text = rig_text(Path(CONFIG.rig).read_text(encoding="utf-8"), entries, "a rig")
+    (path := tmp_path / "rig.yaml").write_text(text, encoding="utf-8")
+    rig, table = load_rig(path), parameter_table(path).set_index("name")
+    for name, value in unknowns.changes(values).items():
+        assert rig.value(name) == pytest.approx(value, rel=1e-5), name
+    assert table.loc[EQUAL_PITCH, "source"].startswith("made here; range: ")
+    r2, radius = table.loc["groove.r2"], rig.value("chain.connector_radius")
+    assert [float(r2["low"]) / radius, float(r2["high"]) / radius] == pytest.approx([1.2, 3.0], rel=1e-4)
+    assert rig.value("bushing.damping") / rig.value("bushing.stiffness") == pytest.approx(
+        values["bushing.loss_factor"] / (2 * np.pi * 4.47), rel=1e-5
+    )
+    outside = ["ring_contact.transition_velocity"] if scenario == SLIPS else []
+    assert [sentence.split(" = ")[0] for sentence in outside_ranges(path)] == outside
+    stated = next(line for line in text.splitlines() if line.startswith("# Outside"))
+    assert ("transition_velocity (1.25 for 0.01 to 0.15)" in stated) == bool(outside)
