@@ -46,7 +46,7 @@ def _limit(unit: "Unit", torque: float, exchange: float) -> None:
 def _push(unit: "Unit", force: float, exchange: float) -> None:
     if not isfinite(force):
         raise InputError(f"tensioner_force = {force:g} N: must be finite")
-    unit.loop._arrays.model.carriers.force[:, 1] = force
+    unit.loop.arrays.model.carriers.force[:, 1] = force
 
 
 def _drive(unit: "Unit", motor_rpm: float, exchange: float) -> None:

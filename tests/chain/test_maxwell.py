@@ -36,14 +36,14 @@ def test_branches_have_the_loss_factor_over_the_band(loss_factor):
 def hysteretic(make_scene):
     """A free loop with Maxwell branches at rest, its moments 0."""
     loop = Loop(make_scene(0.0, loop="free", ring_radius=None, contact_log=False, bushing_law="hysteretic"))
-    loop._arrays.state.rate[:] = 0.0
+    loop.arrays.state.rate[:] = 0.0
     return loop
 
 
 @pytest.mark.parametrize("frequency", [0.5, 4.47, 50.0])
 def test_a_sinusoid_loses_what_the_law_says(hysteretic, rig, frequency):
     """Body 1 swings alone, so that the joints on both of its sides are bent, by opposite angles."""
-    model, state, work = hysteretic._arrays
+    model, state, work = hysteretic.arrays
     share, time = loss_branches(rig.bushing.loss_factor)
     steps, omega, size = 2500, 2 * np.pi * frequency, 0.05
     h = 1.0 / frequency / steps
@@ -74,15 +74,15 @@ def test_a_sinusoid_loses_what_the_law_says(hysteretic, rig, frequency):
 def test_a_step_is_exact_however_long(hysteretic):
     """Ten steps at one rate or one of ten times their length: the same moments, loss and energy."""
     model, work = (
-        hysteretic._arrays.model._replace(branches=Branches(np.array([30.0, 200.0]), np.array([1e-4, 0.3]))),
+        hysteretic.arrays.model._replace(branches=Branches(np.array([30.0, 200.0]), np.array([1e-4, 0.3]))),
         None,
     )
     states = []
     for h, count in ((1e-3, 10), (1e-2, 1)):
         loop = hysteretic.copy()
         state, work = (
-            loop._arrays.state._replace(branch=np.array([[1.0], [-4.0]]) * np.ones(len(loop.angles))),
-            loop._arrays.work,
+            loop.arrays.state._replace(branch=np.array([[1.0], [-4.0]]) * np.ones(len(loop.angles))),
+            loop.arrays.work,
         )
         state.rate[::2] = 0.7
         before = stored(state, model.branches)

@@ -80,7 +80,7 @@ def mirrored(model, state, work):
 def loop(request, driven_loop, unled):
     """Model, state and work of a running loop, loads evaluated; mass centres off the line of the pins."""
     loop = driven_loop(request.param)
-    model, state, work = loop._arrays
+    model, state, work = loop.arrays
     chain = model.chain
     model = model._replace(chain=chain._replace(com_x=0.45 * chain.length, com_y=np.full(len(chain.length), 0.004)))
     # the step closes positions; pins of the cut move apart by its error, and bodies would depend on where the cut is

@@ -14,7 +14,7 @@ def distances(loop):
     """Of every arc's centre from the sprocket's axis, (2 p,), and of every link's middle line from every wheel's, (p,
     w); m.
     """
-    model, state, work = loop._arrays
+    model, state, work = loop.arrays
     shoes, space = model.shoes, work.space
     height = 0.0 if space is None else state.plane.motion[OFFSET]
 
@@ -40,7 +40,7 @@ def distances(loop):
 
 def missed(loop):
     """Arcs and pairs of link and wheel that touch and stand on no list; how many touch."""
-    model, near = loop._arrays.model, loop._arrays.work.near
+    model, near = loop.arrays.model, loop.arrays.work.near
     arcs, links = distances(loop)
     reached = arcs < model.tooth.addendum + model.tooth.arc_radius
     touching = (links < model.wheels.radius + model.wheels.half_thickness) & (model.wheels.present == 1)
@@ -79,6 +79,6 @@ def test_no_contact_is_missed(make_scene, fields):
 def test_lists_are_kept_and_short(driven_loop):
     loop = driven_loop()
     loop.step(30)
-    near = loop._arrays.work.near
+    near = loop.arrays.work.near
     assert near.count[2] == 0, "thirty steps move a link by 2 mm: the lists of the first one hold"
     assert near.count[0] + near.count[1] < 60, "of 70 arcs and 105 pairs of a link and a wheel"

@@ -45,9 +45,9 @@ def make_spatial(driven_loop, make_scene, rig):
     def make(friction="independent", motion=(0.0, 0.0, 0.0, 0.0), **changes):
         loop = driven_loop(0.308)
         scene = make_scene(rig=rig.changed(**changes), space="spatial", friction=friction)
-        model = loop._arrays.model
+        model = loop.arrays.model
         model = model._replace(space=build_space(scene, model.tooth, model.wheels))
-        state = loop._arrays.state._replace(plane=start_plane(scene.rig, model, loop._arrays.state))
+        state = loop.arrays.state._replace(plane=start_plane(scene.rig, model, loop.arrays.state))
         state.plane.motion[:] += motion
         return model, state
 

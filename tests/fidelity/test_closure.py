@@ -47,10 +47,10 @@ def open_loop(rig, integrator, **changes):
     loop = Loop(scene)
     # open by some millimetres, the ends moving past each other: the couple is then not zero
     rng = np.random.default_rng(1)
-    loop._arrays.state.angle[:] += rng.normal(0.0, 0.15, len(loop.angles))
-    loop._arrays.state.rate[:] += rng.normal(0.0, 10.0, len(loop.angles))
+    loop.arrays.state.angle[:] += rng.normal(0.0, 0.15, len(loop.angles))
+    loop.arrays.state.rate[:] += rng.normal(0.0, 10.0, len(loop.angles))
     assert loop.gap > 5e-3
-    gap = loop._arrays.work.cut
+    gap = loop.arrays.work.cut
     assert abs(gap[0] * gap[3] - gap[1] * gap[2]) > 1e-3  # its rate turns it
     return loop
 

@@ -107,17 +107,17 @@ def test_tumbling_loop_keeps_its_momentum(aligned):
     drift, fastest = [], 0.0
     for step in (1e-4, 5e-5):
         loop = aligned.copy()
-        loop._arrays = loop._arrays._replace(model=without_wheels(loop._arrays.model, gravity=0.0)._replace(step=step))
-        loop._arrays.state.rate[:] = -3.0
-        loop._arrays.state.pin[2:] = 0.4, -0.2
-        plane = loop._arrays.state.plane
+        loop.arrays = loop.arrays._replace(model=without_wheels(loop.arrays.model, gravity=0.0)._replace(step=step))
+        loop.arrays.state.rate[:] = -3.0
+        loop.arrays.state.pin[2:] = 0.4, -0.2
+        plane = loop.arrays.state.plane
         plane.motion[:] = 0.1, 0.3, 1.5, -1.0
-        start = momenta(loop._arrays.model, loop._arrays.state)
+        start = momenta(loop.arrays.model, loop.arrays.state)
         for _ in range(20):
             loop.step(round(0.01 / step))
             assert np.linalg.norm(plane.attitude) == pytest.approx(1.0, abs=1e-15)
             fastest = max(fastest, np.abs(loop.rates).max())
-        end = momenta(loop._arrays.model, loop._arrays.state)
+        end = momenta(loop.arrays.model, loop.arrays.state)
         drift.append([(b - a) / np.linalg.norm(a) for a, b in zip(start, end, strict=True)])
     bound = 1e-4 * (fastest**2 + (plane.motion[2:] ** 2).sum()) * 0.2
     for kind in range(2):

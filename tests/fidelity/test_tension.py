@@ -47,7 +47,7 @@ def test_the_spring_carries_the_wheel_where_it_settles(settled):
     loop.energy  # noqa: B018 -- forces of the state as it is
     way = np.array([carriers.along_x[0], carriers.along_y[0]])
     rest = (
-        way @ push(loop._arrays.work, carriers.wheel[0])
+        way @ push(loop.arrays.work, carriers.wheel[0])
         + carriers.preload[0]
         - carriers.stiffness[0] * loop.state.slide["q"][0]
     )

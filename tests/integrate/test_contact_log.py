@@ -13,16 +13,16 @@ STEP = 1e-4
 @pytest.fixture(scope="module")
 def logged(make_scene):
     loop = Loop(make_scene(115.0, ring_radius=None))
-    loop._arrays.work.near.count[2] = 1  # every arc is looked at
-    loop._arrays.work.tooth_force[:] = 0.0
-    loop._arrays.work.wheel_force[:] = 0.0
+    loop.arrays.work.near.count[2] = 1  # every arc is looked at
+    loop.arrays.work.tooth_force[:] = 0.0
+    loop.arrays.work.wheel_force[:] = 0.0
 
     def log(forces):
         """The interval of an arc on which these forces act step by step."""
         contact_log = make_record(1, loop.state, log_rows=4).contact_log
         for k, force in enumerate([*forces, 0.0]):
-            loop._arrays.work.tooth_force[4] = force
-            log_contacts(contact_log, loop._arrays.state, loop._arrays.work, 2.0 + k * STEP, STEP)
+            loop.arrays.work.tooth_force[4] = force
+            log_contacts(contact_log, loop.arrays.state, loop.arrays.work, 2.0 + k * STEP, STEP)
         assert contact_log.count[0] == 1
         return contact_log.rows[0]
 

@@ -62,8 +62,8 @@ def grows(start, step, steps=120):
     """
     loop = start.copy()
     extra = np.random.default_rng(0).normal(0.0, 1e-3, len(loop.angles))
-    loop._arrays.state.rate[:] = closing(loop.model.chain.length, loop.angles, extra)
-    loop._arrays = loop._arrays._replace(model=loop._arrays.model._replace(step=step))  # no scene would have it
+    loop.arrays.state.rate[:] = closing(loop.model.chain.length, loop.angles, extra)
+    loop.arrays = loop.arrays._replace(model=loop.arrays.model._replace(step=step))  # no scene would have it
     try:
         loop.step(steps)
     except DivergenceError:

@@ -181,10 +181,10 @@ def evaluate(model, state, work, step=STEP):
 def parts(driven_loop, unled):
     """Model and state of the running loop, its work without and with the terms of a linearly implicit step."""
     loop = driven_loop()
-    work = loop._arrays.work
+    work = loop.arrays.work
     return (
-        unled(loop._arrays.model, work),
-        loop._arrays.state,
+        unled(loop.arrays.model, work),
+        loop.arrays.state,
         work,
         work._replace(implicit=make_implicit(len(loop.angles), WHEELS)),
     )
@@ -250,7 +250,7 @@ def test_contacts_act_on_chain_and_wheels_alike(implicit_loop):
     loop = implicit_loop.copy()
     loop.drive(150.0, ramp=0.2)  # in steady motion the wheels hardly change their speed
     loop.advance(0.1)
-    model, state, work = loop._arrays
+    model, state, work = loop.arrays
     chain, wheels = model.chain, model.wheels
     evaluate(model, state, work)
     solve_chain(*shared(model, state, work), STEP, work.implicit)

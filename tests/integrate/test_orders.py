@@ -28,23 +28,23 @@ def make_loop(rig, law="viscous", **fields):
     loop = Loop(Scene(small, 300.0, ring_radius=None, contact_log=False, loop="free", step=2e-5, drag=drag))
     # a few modes more than the spin: rates that keep the loop closed
     rng = np.random.default_rng(3)
-    loop._arrays.state.rate[:] += closing(loop.model.chain.length, loop.angles, rng.normal(0.0, 3.0, len(loop.angles)))
-    loop._arrays.state.pin[2:] += [0.3, 0.8]
+    loop.arrays.state.rate[:] += closing(loop.model.chain.length, loop.angles, rng.normal(0.0, 3.0, len(loop.angles)))
+    loop.arrays.state.pin[2:] += [0.3, 0.8]
     return loop
 
 
 def march_on(loop, integrator, step, seconds=SECONDS):
     """The loop after ``seconds`` in steps that no scene need accept."""
     after = loop.copy()
-    parts = after._arrays
+    parts = after.arrays
     work = equip(parts.work, METHODS[integrator], len(parts.state.branch))
-    after._arrays = parts._replace(model=parts.model._replace(step=step), work=work)
+    after.arrays = parts._replace(model=parts.model._replace(step=step), work=work)
     after.step(round(seconds / step))
     return after
 
 
 def packed(loop):
-    return np.concatenate([loop._arrays.state.pin, loop.angles, loop.rates / 10.0, loop._arrays.state.branch.ravel()])
+    return np.concatenate([loop.arrays.state.pin, loop.angles, loop.rates / 10.0, loop.arrays.state.branch.ravel()])
 
 
 def derivative(model):
@@ -73,7 +73,7 @@ def loop(rig, request):
     """The loop with either law of the bushings, and its motion to twelve digits."""
     loop = make_loop(rig, request.param)
     exact = solve_ivp(
-        derivative(loop._arrays.model), (0.0, SECONDS), packed(loop), method="DOP853", rtol=1e-13, atol=1e-13
+        derivative(loop.arrays.model), (0.0, SECONDS), packed(loop), method="DOP853", rtol=1e-13, atol=1e-13
     )
     assert exact.success
     return loop, exact.y[:, -1]

@@ -23,7 +23,7 @@ def turn(angle, vector):
 
 def filled(loop, samples, stride):
     """Record of samples of ``stride`` steps each."""
-    loop._arrays = loop._arrays._replace(model=loop._arrays.model._replace(stride=stride))
+    loop.arrays = loop.arrays._replace(model=loop.arrays.model._replace(stride=stride))
     return loop.samples(samples)
 
 
@@ -32,8 +32,8 @@ def test_reading_in_a_run_is_the_acceleration_of_the_point(driven_loop, pitch):
     """Pin, angular and centripetal terms, against the other formulation of the chain."""
     loop = driven_loop(0.308, 210.0)
     sensor = Sensor(2 * (pitch - 1), 0.031, 0.017)
-    loop._arrays = loop._arrays._replace(model=loop._arrays.model._replace(sensor=sensor))
-    model, state, work = loop._arrays
+    loop.arrays = loop.arrays._replace(model=loop.arrays.model._replace(sensor=sensor))
+    model, state, work = loop.arrays
     refresh(model, state, work)
     angle, rate = state.angle.copy(), state.rate.copy()
     expected = reference.reference_accelerations(

@@ -55,7 +55,7 @@ def test_a_released_sprocket_is_on_its_own():
 def test_a_wheel_on_an_arm_swings_as_its_spring_says(settled):
     """Without contacts: ``I q'' = -k q``, its weight held by the preload at rest."""
     loop = settled("m113")
-    model, state, work = shared(*loop._arrays)
+    model, state, work = shared(*loop.arrays)
     work.count[0] = 0
     carriers, k = model.carriers, 2
     arm = loop.scene.rig.rollers["road_3"].arm
@@ -82,7 +82,7 @@ def test_a_wheel_on_an_arm_swings_as_its_spring_says(settled):
 def test_a_given_force_is_straight_between_its_rows(settled):
     loop = settled("m113")
     rig = loop.scene.rig.changed(tension__force=[[0.0, 100.0], [2.0, 300.0]])
-    carriers = make_carriers(rig, loop._arrays.model, "forced", 0.0)
+    carriers = make_carriers(rig, loop.arrays.model, "forced", 0.0)
     k = carriers.tensioner
     for time, force in ((-1.0, 100.0), (0.5, 150.0), (2.0, 300.0), (9.0, 300.0)):
         assert tabled_force(carriers, k, time, carriers.force) == pytest.approx(force)

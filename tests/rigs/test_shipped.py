@@ -36,7 +36,7 @@ def test_it_settles_with_its_tension_and_nothing_in_steel(name, settled):
     assert loop.layout["settled_tension_n"] == pytest.approx(rig.tension.pre_tension, rel=0.01)
     if loop.model.tooth.present:
         assert depth.max() < explained_depth(loop.model, rig.tension.pre_tension)
-    check_stops(rig, loop._arrays.model.carriers, loop._arrays.state.slide)
+    check_stops(rig, loop.arrays.model.carriers, loop.arrays.state.slide)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -44,7 +44,7 @@ def test_the_wheels_carry_the_chain(name, settled):
     """Forces of all wheels on the chain at rest are its weight: one sum over contacts, the other over masses."""
     loop = settled(name)
     loop.energy  # noqa: B018 -- forces of the state as it is
-    total = -sum(np.array(push(loop._arrays.work, wheel)) for wheel in range(len(loop.model.wheels.x)))
+    total = -sum(np.array(push(loop.arrays.work, wheel)) for wheel in range(len(loop.model.wheels.x)))
     weight = loop.model.chain.gravity * loop.model.chain.mass.sum()
     # the loop is damped to rest, not solved for it: what swings on is a few per cent of the weight, against tensions of
     # several
@@ -62,7 +62,7 @@ def test_it_runs_with_a_closed_loop_and_a_closed_account(name, settled):
     assert exchanged > 0 and abs(share) < ACCOUNT
     # wheels that the chain lies on turn with it: rim speed within a tenth of the chain's
     speed = abs(loop.scene.sprocket_rate) * loop.scene.rig.pin_circle
-    force, wheels = loop.wheel_forces.sum(axis=0), loop._arrays.model.wheels
+    force, wheels = loop.wheel_forces.sum(axis=0), loop.arrays.model.wheels
     pressed = [k for k in range(1, len(force)) if force[k] > loop.scene.rig.tension.pre_tension]
     assert pressed
     for k in pressed:
@@ -90,13 +90,13 @@ def test_springs_of_arms_hold_what_lies_on_them(settled):
     """Moments about the pivot from contact forces and weight, against those of the torsion spring."""
     loop = settled("m113")
     loop.energy  # noqa: B018
-    carriers, rig = loop._arrays.model.carriers, loop.scene.rig
+    carriers, rig = loop.arrays.model.carriers, loop.scene.rig
     assert len(carriers.wheel) == 5
     for k, wheel in enumerate(carriers.wheel):
         arm = rig.rollers[f"road_{k + 1}"].arm
         q = loop.state.slide["q"][k]
         lever = np.array([loop.model.wheels.x[wheel] - arm.x, loop.model.wheels.y[wheel] - arm.y])
-        fx, fy = push(loop._arrays.work, wheel)
+        fx, fy = push(loop.arrays.work, wheel)
         moment = lever[0] * (fy - arm.mass * rig.gravity) - lever[1] * fx
         spring = carriers.preload[k] - arm.stiffness * q
         assert moment + spring == pytest.approx(0.0, abs=0.05 * arm.mass * rig.gravity * np.hypot(*lever))

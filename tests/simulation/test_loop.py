@@ -45,8 +45,8 @@ def free_start(rig):
     small = rig.changed(chain__pitches=5, sensor__pitch=1, gravity=0.0, bushing__stiffness=20.0, bushing__damping=0.05)
     loop = Loop(Scene(small, 300.0, ring_radius=None, contact_log=False, loop="free", step=1e-4))
     extra = np.random.default_rng(1).normal(0.0, 3.0, len(loop.angles))
-    loop._arrays.state.rate[:] += closing(loop.model.chain.length, loop.angles, extra)
-    loop._arrays.state.pin[2:] += 0.3, 0.8
+    loop.arrays.state.rate[:] += closing(loop.model.chain.length, loop.angles, extra)
+    loop.arrays.state.pin[2:] += 0.3, 0.8
     return loop
 
 
@@ -117,7 +117,7 @@ def test_joint_forces_are_those_of_the_multipliers(free_start):
     errors = []
     for step in (1e-6, 1e-7):
         loop = free_start.copy()
-        loop._arrays = loop._arrays._replace(model=loop._arrays.model._replace(step=step))
+        loop.arrays = loop.arrays._replace(model=loop.arrays.model._replace(step=step))
         angle, rate = loop.angles.copy(), loop.rates.copy()
         expected = reference.reference_accelerations(
             chain, angle, rate, none, none, none, implicit_step=0.5 * step
@@ -130,7 +130,7 @@ def test_joint_forces_are_those_of_the_multipliers(free_start):
 
 
 def test_places_close_the_loop(loop):
-    pins, chain = loop.pins, loop._arrays.model.chain
+    pins, chain = loop.pins, loop.arrays.model.chain
     assert np.hypot(*(pins[-1] - pins[0])) == pytest.approx(loop.gap, abs=1e-14) and loop.gap < 1.1e-10
     np.testing.assert_allclose(np.hypot(*np.diff(pins, axis=0).T), chain.length, rtol=1e-12)
     np.testing.assert_allclose(loop.mass_centres, 0.5 * (pins[1:] + pins[:-1]), rtol=0, atol=1e-12)
@@ -243,7 +243,7 @@ def test_scenes_of_one_method_share_their_kernels(make_scene, rig):
     kinds = {
         tuple(numba.typeof(leaf) for leaf in shared(made.model, made.state, made.work))
         for scene in scenes
-        for made in (Settling(scene), Loop(scene)._arrays)
+        for made in (Settling(scene), Loop(scene).arrays)
     }
     assert len(kinds) == 1
 

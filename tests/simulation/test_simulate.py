@@ -97,7 +97,7 @@ from trackdyn.chain.riccati import accelerations
 import numba
 loop = Loop.load(sys.argv[1])
 loop.pins  # places, contacts and bushings of the state
-model, state, work = loop._arrays
+model, state, work = loop.arrays
 accelerations(model.chain, state, work, model.step * model.chain.damping, 0)
 alpha = work.sweep.response @ work.sweep.load
 force = work.tooth_force.tolist() + work.wheel_force.ravel().tolist()

@@ -45,6 +45,8 @@ class Loop:
     scene : Scene
     model, state, work
         Read-only views of what kernels read and write (`trackdyn.model`); `set_state` changes the state.
+    arrays : LoopArrays
+        The same three to write to, unchecked.
     layout : dict
         Shift of the tensioning wheel (m), tension as it was set with the rig's own ring, and as the loop settled (N).
 
@@ -60,15 +62,18 @@ class Loop:
         if scene.chain == "belt":
             raise InputError("scene: chain = 'belt': a path has no state to step; use 'double_pin'")
         self.scene, model, state, work, self.layout = settle(scene, starts)
-        self._arrays = LoopArrays(model, state, work)
+        self.arrays = LoopArrays(model, state, work)
 
     @property
-    def _arrays(self) -> LoopArrays:
-        """What the kernels write; assigned unchecked, for who tries a kernel: they look up places without bounds."""
+    def arrays(self) -> LoopArrays:
+        """Model, state and work themselves, to try a kernel or a step of one's own.
+
+        Nothing that is written into them or assigned is checked, and kernels index arrays without bounds.
+        """
         return self._written
 
-    @_arrays.setter
-    def _arrays(self, arrays: LoopArrays) -> None:
+    @arrays.setter
+    def arrays(self, arrays: LoopArrays) -> None:
         self._scratch, self._lock = make_record(1, arrays.state), RLock()
         self._entry: Callable | None = None
         self._show(loop_arrays.copied(arrays))
@@ -78,7 +83,7 @@ class Loop:
         self._written, self._views, self._prepared = arrays, loop_arrays.read_only(arrays), prepared(*arrays)
 
     def __getstate__(self) -> dict:
-        return {name: getattr(self, name) for name in ("scene", "layout", "_arrays", "_scratch")}
+        return {name: getattr(self, name) for name in ("scene", "layout", "arrays", "_scratch")}
 
     def __setstate__(self, state: dict) -> None:
         for name, value in state.items():
@@ -140,11 +145,11 @@ class Loop:
         """
         seconds = within("seconds", seconds, 0.0, LONGEST_RUN)
         with self._exclusive():
-            left = round(seconds / self._arrays.model.step)
+            left = round(seconds / self.arrays.model.step)
             while left:
-                count = min(left, max(round(CHUNK / self._arrays.model.step), 1))
+                count = min(left, max(round(CHUNK / self.arrays.model.step), 1))
                 self.step(count)
-                tick(count * self._arrays.model.step)
+                tick(count * self.arrays.model.step)
                 left -= count
 
     def samples(self, count: int, pitches: Sequence[int] = (), frame_stride: int = 0, log_rows: int = 0) -> Record:
@@ -169,14 +174,14 @@ class Loop:
         frame_stride = int(within("frame_stride", frame_stride, 0, MOST_STEPS))
         pitches = [int(within("pitches", pitch, 1, self.scene.rig.chain.pitches)) for pitch in pitches]
         frames = -(-count // frame_stride) if frame_stride else 0
-        record = make_record(count, self._arrays.state, pitches, frames, frame_stride, log_rows)
+        record = make_record(count, self.arrays.state, pitches, frames, frame_stride, log_rows)
         self._fill(record, 0, count)
         return record
 
     def _fill(self, record: Record, first: int, last: int) -> None:
         """Integrate and fill rows ``first`` to ``last - 1`` of a record made for this loop; kernels check no bounds."""
         with self._exclusive():
-            self._integrate_samples(record, first, last, self._arrays.model.stride)
+            self._integrate_samples(record, first, last, self.arrays.model.stride)
 
     def record(
         self,
@@ -221,18 +226,18 @@ class Loop:
     @property
     def time(self) -> float:
         """Time since the sprocket began to turn, s."""
-        return float(self._arrays.state.steps[0] * self._arrays.model.step)
+        return float(self.arrays.state.steps[0] * self.arrays.model.step)
 
     @property
     def pins(self) -> np.ndarray:
         """(n + 1, 2) input pins of the bodies and output pin of the last one, m."""
         self._refresh()
-        return np.column_stack([self._arrays.work.pin_x, self._arrays.work.pin_y])
+        return np.column_stack([self.arrays.work.pin_x, self.arrays.work.pin_y])
 
     @property
     def mass_centres(self) -> np.ndarray:
         """(n, 2) mass centres of the bodies, m."""
-        chain, work, pins = self._arrays.model.chain, self._arrays.work, self.pins[:-1]
+        chain, work, pins = self.arrays.model.chain, self.arrays.work, self.pins[:-1]
         x = pins[:, 0] + chain.com_x * work.cos - chain.com_y * work.sin
         y = pins[:, 1] + chain.com_x * work.sin + chain.com_y * work.cos
         return np.column_stack([x, y])
@@ -240,9 +245,9 @@ class Loop:
     @property
     def momentum(self) -> np.ndarray:
         """(3,) momentum (N s) and angular momentum about the inertial origin (N m s) of the chain."""
-        (x, y), work, chain = self.mass_centres.T, self._arrays.work, self._arrays.model.chain
+        (x, y), work, chain = self.mass_centres.T, self.arrays.work, self.arrays.model.chain
         px, py = chain.mass * work.com_vx, chain.mass * work.com_vy
-        return np.array([px.sum(), py.sum(), (chain.inertia * self._arrays.state.rate + x * py - y * px).sum()])
+        return np.array([px.sum(), py.sum(), (chain.inertia * self.arrays.state.rate + x * py - y * px).sum()])
 
     @property
     def angles(self) -> np.ndarray:
@@ -270,14 +275,14 @@ class Loop:
 
         Means over the last `step`, or over the last sample interval of `advance`; at rest before the first.
         """
-        if not self._arrays.state.steps[0]:
-            return np.array([0.0, 0.0, self._arrays.state.angle[self._arrays.model.sensor.body]])
+        if not self.arrays.state.steps[0]:
+            return np.array([0.0, 0.0, self.arrays.state.angle[self.arrays.model.sensor.body]])
         return self._scratch.mean[0].copy()
 
     @property
     def tension(self) -> float:
         """Tension of the chain at the cut joint in the last step, N."""
-        return float(np.hypot(*self._arrays.work.sweep.load[:2]))
+        return float(np.hypot(*self.arrays.work.sweep.load[:2]))
 
     @property
     def joint_forces(self) -> np.ndarray:
@@ -286,24 +291,24 @@ class Loop:
         Newton's law along the chain, from the cut (the last entry) on, with the accelerations of that step and the
         contacts of the present state, one step later.
         """
-        return loop_arrays.joint_forces(*self._arrays)
+        return loop_arrays.joint_forces(*self.arrays)
 
     @property
     def energy(self) -> dict[str, float]:
         """Energy balance and energies by name (`model.arrays.ENERGY_NAMES`), J."""
         self._refresh()
         out = np.zeros(len(ENERGY_NAMES))
-        energies(*shared(*self._arrays), self._arrays.work.space, out)
+        energies(*shared(*self.arrays), self.arrays.work.space, out)
         return dict(zip(ENERGY_NAMES, out.tolist(), strict=True))
 
     @property
     def gap(self) -> float:
         """Distance of the two pins of the cut joint, m."""
         self._refresh()
-        return float(np.hypot(*self._arrays.work.cut[:2]))
+        return float(np.hypot(*self.arrays.work.cut[:2]))
 
     def _refresh(self) -> None:
-        refresh(*self._arrays)
+        refresh(*self.arrays)
 
     # -- steering ------------------------------------------------------------------------------------------------------
 
@@ -323,7 +328,7 @@ class Loop:
         """
         with self._exclusive():
             loop_arrays.set_arrays(
-                self._arrays.state, {name.replace("__", "."): value for name, value in values.items()}
+                self.arrays.state, {name.replace("__", "."): value for name, value in values.items()}
             )
 
     def drive(self, motor_rpm: float, ramp: float = 1e-3) -> None:
@@ -334,14 +339,14 @@ class Loop:
         motor_rpm, ramp : float
             New speed, rev/min, and the time in which it is reached, s.
         """
-        now = sprocket_rate(self._arrays.model.drive, self.time)
+        now = sprocket_rate(self.arrays.model.drive, self.time)
         self.scene = self.scene.with_(motor_rpm=motor_rpm, ramp=ramp).stepped(self.scene.step)
         rate, ramp = float(self.scene.sprocket_rate), float(self.scene.ramp)
-        self._steer(self._arrays.model.drive._replace(rate=rate, ramp=ramp, start=float(now), begin=self.time))
+        self._steer(self.arrays.model.drive._replace(rate=rate, ramp=ramp, start=float(now), begin=self.time))
 
     def _steer(self, drive: Drive) -> None:
         """Take a drive with other numbers."""
-        self._show(self._arrays._replace(model=self._arrays.model._replace(drive=drive)))
+        self._show(self.arrays._replace(model=self.arrays.model._replace(drive=drive)))
 
     def shift_tensioner(self, shift: float) -> None:
         """Move a locked tensioning wheel along its line.
@@ -361,7 +366,7 @@ class Loop:
         if self.scene.tension in CARRIED:
             raise InputError(f"shift = {shift!r} m: the tensioner slides on its spring; use tension='locked'")
         shift = within("shift", shift, -rig.tension.travel, rig.tension.travel, " m, the tensioner's travel,")
-        shift_wheel(self._arrays.model, rig, tensioner(rig), shift)
+        shift_wheel(self.arrays.model, rig, tensioner(rig), shift)
         self.layout["tensioner_shift_m"] = float(shift)
 
     # -- keeping -------------------------------------------------------------------------------------------------------
@@ -388,19 +393,19 @@ class Loop:
             if (wanted := getattr(other.scene, name)) != getattr(self.scene, name):
                 raise InputError(f"scene: {name} = {wanted!r}: cannot change in a loop; make a new Loop")
         model, state, work = allocate(other.scene)
-        leaves = flat(self._arrays.state)
+        leaves = flat(self.arrays.state)
         if [leaf.shape for leaf in flat(state).values()] != [leaf.shape for leaf in leaves.values()]:
             raise InputError(
                 "scene: rig, space or joints differ: a loop keeps bodies, plane and joints; make a new Loop"
             )
-        before = self._arrays.model
+        before = self.arrays.model
         for name in ("x", "y", "radius"):
             getattr(model.wheels, name)[:] = getattr(before.wheels, name)
         if model.space is not None and before.space is not None:
             model.space.centre[:] = before.space.centre
         filled(state, leaves)
         state.steps[0] = round(self.time / model.step)
-        other._arrays = LoopArrays(model._replace(drive=before.drive, carriers=before.carriers), state, work)
+        other.arrays = LoopArrays(model._replace(drive=before.drive, carriers=before.carriers), state, work)
         if fields.keys() & {"motor_rpm", "ramp"}:
             other.drive(other.scene.motor_rpm, other.scene.ramp)
         return other
@@ -422,7 +427,7 @@ class Loop:
 
     def describe(self) -> dict:
         """Everything that a checkpoint holds: the scene, where the wheels stand, all arrays."""
-        return {"scene": self.scene.describe(), "layout": self.layout} | self._arrays._asdict()
+        return {"scene": self.scene.describe(), "layout": self.layout} | self.arrays._asdict()
 
     @classmethod
     def restored(cls, data: dict) -> "Loop":
@@ -434,7 +439,7 @@ class Loop:
         room = allocate(loop.scene)
         if "tensioner_shift_m" in loop.layout:
             shift_wheel(room[0], loop.scene.rig, tensioner(loop.scene.rig), loop.layout["tensioner_shift_m"])
-        loop._arrays = LoopArrays._make(
+        loop.arrays = LoopArrays._make(
             filled(*of) for of in zip(room, (data[name] for name in LoopArrays._fields), strict=True)
         )
         return loop

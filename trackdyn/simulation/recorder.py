@@ -103,7 +103,7 @@ class Recorder:
         self.ended: list[np.ndarray] = []
         self.watched = watched
         self.alternating = np.zeros(2)
-        loop._arrays.work.alternating[:] = 0.0
+        loop.arrays.work.alternating[:] = 0.0
         stride = round(scene.frame_interval * rate)
         frames = -(-self.samples // stride) if stride else 0
         count = scene.rig.chain.pitches
@@ -154,7 +154,7 @@ class Recorder:
         self.ended.append(contact_log.rows[:count].copy())
         contact_log.count[0] = 0
         self.alternating += loop.work.alternating
-        loop._arrays.work.alternating[:] = 0.0
+        loop.arrays.work.alternating[:] = 0.0
         first, self.done = self.done, last
         if last // (JUDGED * rate) > first // (JUDGED * rate):  # not only after hours
             self._check_account()

@@ -67,9 +67,9 @@ def native(scene):
         energy, angle = loop.energy["sprocket_work"], loop.state.wheel_angle[0]
         mean = np.zeros(3)
         whole = loop.model.stride
-        loop._arrays = loop._arrays._replace(model=loop.model._replace(stride=1))
+        loop.arrays = loop.arrays._replace(model=loop.model._replace(stride=1))
         record = loop.samples(count)  # rows of one step: the mean over the exchange is theirs
-        loop._arrays = loop._arrays._replace(model=loop.model._replace(stride=whole))
+        loop.arrays = loop.arrays._replace(model=loop.model._replace(stride=whole))
         mean = record.mean.mean(axis=0)
         felt = specific_force(mean[:2], mean[2], scene.rig.gravity) / scene.rig.gravity
         turned = loop.state.wheel_angle[0] - angle

@@ -21,7 +21,7 @@ def both_contacts(rig, driven_loop, unled):
 
     def make(ring_radius):
         loop = driven_loop(ring_radius)
-        model, state, work = loop._arrays
+        model, state, work = loop.arrays
         model = unled(model, work)
         w = model.wheels
         contacts = make_contacts(Scene(rig, 115.0, ring_radius=ring_radius), 0.0)

@@ -32,7 +32,7 @@ def forced_run(start: Loop, step: float) -> float:
     loop = start.copy()
     steps = min(round(SECONDS / step), MOST_STEPS)
     stride = max(round(1e-3 / step), 1)
-    loop._arrays = loop._arrays._replace(model=loop._arrays.model._replace(step=step, stride=stride))
+    loop.arrays = loop.arrays._replace(model=loop.arrays.model._replace(step=step, stride=stride))
     most = 0.0
     for _ in range(steps // stride):
         try:
