@@ -31,7 +31,7 @@ SCRIPTS = sorted(
 )
 # rules that simulate: what is measured or written of their runs is no matter of theirs
 SIMULATING = re.compile(
-    r"simulate|ring_runs|peer_runs|peer_answers_runs|trade_scene|trade_promises"
+    r"simulate|ring_runs|peer_runs|peer_trade|trade_scene|trade_promises"
     r"|extremes_part|animation_run|warm_up.*|fidelity_setting"
 )
 

@@ -17,6 +17,5 @@ class Study(NamedTuple):
 STUDIES = {
     "trade": Study("planner.csv"),
     "fidelity": Study("fidelity.csv", forms=False),
-    "peer_answers": Study("tables/peer_answers.csv", forms=False),
     "extremes": Study("extremes.csv"),
 }

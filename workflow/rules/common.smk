@@ -69,14 +69,10 @@ def table(name, key="csv", folder=""):
     return {key: f"{path}.csv", "md" if key == "csv" else f"{key}_md": f"{path}.md"}
 
 
-# of a rig that is not the article's no other code has a model
-STUDIES_HERE = {name: study for name, study in STUDIES.items() if CONFIG.peers or name != "peer_answers"}
-
-
 def in_this_run(wildcards):
     """Studies that this run makes: those that every run has, and what is asked for; targets are known after parsing."""
     asked = {*workflow.dag_settings.targets, *CONFIG.short_studies}
-    return [name for name in STUDIES_HERE if name in asked or "studies" in asked]
+    return [name for name in STUDIES if name in asked or "studies" in asked]
 
 
 # A long study has two forms (config/studies.yaml): its short one lies in the folder `short` of the results and belongs to

@@ -36,25 +36,14 @@ rule peer:
     script: "../replication/report/figures/peer.py"
 
 
-rule peer_answers_runs:
-    """CPU seconds for an answer of equal error in both codes. Without Exudyn its row says so."""
+rule peer_trade:
+    """The point of Exudyn in the picture of accuracy against cost; without Exudyn there is none."""
     input:
-        needs("peers/answers.py"),
+        needs("peers/trade_point.py"),
         rig=CONFIG.rig,
         kernels=KERNELS,
-    output: f"{R}/peers/answers.csv"
-    params: requested=CONFIG.studies.peer_answers.model_dump()
-    log: f"{R}/logs/peer_answers_runs.log"
-    message: "The same answer in both codes"
-    script: "../replication/peers/answers.py"
-
-
-rule peer_answers:
-    input:
-        needs("report/answers.py"),
-        runs=rules.peer_answers_runs.output[0],
-    output: **table("peer_answers")
-    params: tolerance=CONFIG.studies.peer_answers.tolerance
-    log: f"{R}/logs/peer_answers.log"
-    message: "The same answer in both codes: the table"
-    script: "../replication/report/answers.py"
+    output: f"{R}/peers/trade.csv"
+    params: steps_s=sorted(CONFIG.peers.exudyn_steps_s)[-2:]
+    log: f"{R}/logs/peer_trade.log"
+    message: "The independent code in the picture of accuracy against cost"
+    script: "../replication/peers/trade_point.py"

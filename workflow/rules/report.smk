@@ -42,7 +42,7 @@ rule animation:
 # that lie in the results are shown as those of an earlier run.
 OF_STUDIES = {
     name: short(getattr(rules, f"{name}_form")) if study.forms else list(getattr(rules, name).output)
-    for name, study in STUDIES_HERE.items()
+    for name, study in STUDIES.items()
 }
 
 

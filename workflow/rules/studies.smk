@@ -80,8 +80,8 @@ rule trade_form:
             f"{R}/{wildcards.short}trade/promises_{name}.csv" for name in promised_scenes(form_of("trade", wildcards))
         ],
         peers=lambda wildcards: (
-            rules.peer_answers_runs.output
-            if "peer_answers" in in_this_run(wildcards) or "pictures" in workflow.dag_settings.targets
+            rules.peer_trade.output
+            if CONFIG.peers and {"studies", "pictures"} & {*workflow.dag_settings.targets}
             else []
         ),
     output:

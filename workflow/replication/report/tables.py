@@ -42,10 +42,6 @@ COLUMNS_OF = {
         "scene", "setting", "rms", "sd", "line", "high_frequency", "left_share", "right_share", "ring_share",
         "left_peak", "loop_gap_m", "wall_s_per_s",
     ),
-    "peer_answers": (
-        "code", "method", "step_s", "rms_m_s2", "difference_pct", "uncertainty_pct", "scatter_pct", "cpu_s_per_s",
-        "passages", "cpu_s", "chosen", "note",
-    ),
 }  # fmt: skip
 
 

@@ -26,6 +26,7 @@ CHUNK = 50  # short runs of a process, each drawn from its number
 # What the other codes' own elements have: a damper beside a spring in a joint, and one on an axle. Rolling resistance
 # would need the contacts' forces there, and rubber a state a joint.
 PEER_LAWS = {"drag": "viscous", "bushing_law": "viscous"}
+PICTURED = (115.0, 0.308)  # scene of the picture of accuracy against cost
 # steps (s) with what they are allowed up to: the radius of a ring (m), or a motor speed (rev/min); the last holds
 # beyond
 Pair = Annotated[tuple[Positive, Positive], Field(strict=False)]
@@ -114,26 +115,6 @@ class ExtremesForm(Section):
     map_steps_per_ms: Values
 
 
-class PeerAnswers(Section):
-    """One scene in both codes until its measure is known to a tolerance: settings that are tried, and the record of
-    each.
-    """
-
-    speed_rpm: Positive
-    ring_radius_m: Positive
-    tolerance: Annotated[float, Field(gt=0, lt=1)]
-    ramp_s: Positive
-    lead_in_s: Positive
-    passages: Annotated[int, Field(ge=9)]
-    steps_s: Steps
-    exudyn_steps_s: Annotated[list[Positive], Field(min_length=2)]
-
-    @model_validator(mode="after")
-    def _limit(self):
-        _extrapolates("peer_answers: steps_s", self.steps_s)
-        return self
-
-
 Form = TypeVar("Form", bound=Section)
 
 
@@ -149,7 +130,6 @@ class Studies(Section):
 
     trade: StudySizes[TradeForm]
     extremes: StudySizes[ExtremesForm]
-    peer_answers: PeerAnswers
 
 
 def _read(path: Any) -> Any:

@@ -13,8 +13,8 @@ from matplotlib.text import Text
 from matplotlib.ticker import FixedLocator, NullLocator
 from matplotlib.transforms import Bbox
 
-from replication.peers import PEER
 from replication.study.accuracy.statistics import LEAD_IN
+from replication.study.settings import PICTURED, scene_name
 from replication.study.variants import REFERENCE
 from trackdyn.files import write_csv
 from trackdyn.measure.cells import significant
@@ -29,7 +29,6 @@ STARTING = 1.0  # s, the ramp of the scenes
 # of a name from its point, in points: beside it, then further and further off
 PLACES = ((8, 0), (-8, 0), *((side, lift) for by in range(14, 80, 14) for lift in (by, -by) for side in (6, -6)))
 LEAST_ERROR = 1e-6  # what is smaller is drawn there
-PEERS_SCENE = "ring 0.308 m 115 rpm"  # of the picture
 
 
 def answers(rows: pd.DataFrame) -> pd.DataFrame:
@@ -56,11 +55,11 @@ def trade_sentence(promises: pd.DataFrame) -> str:
 def trade_figure(rows: pd.DataFrame, promises: pd.DataFrame, peers: pd.DataFrame | None = None) -> Figure:
     """Error of the RMS against the CPU time of the answer in one scene with a ring, every point with its name.
 
-    Of the planner's ``promises`` (`promises.py`) those of the RMS are drawn with their trials, of ``peers``
-    (`peers.answers`) the setting of Exudyn that is cheapest for 1 %.
+    Of the planner's ``promises`` (`promises.py`) those of the RMS are drawn with their trials, and the points of
+    ``peers`` (`peers.trade_point`).
     """
-    data = answers(rows)
-    here = data[(data["scene"] == PEERS_SCENE) & (data["measure"] == "rms")]
+    data, pictured = answers(rows), scene_name(*PICTURED)
+    here = data[(data["scene"] == pictured) & (data["measure"] == "rms")]
     points = []
     for _, row in here.iterrows():
         full, step = row["fidelity"] == "ten_arcs", row["step_s"]
@@ -74,14 +73,12 @@ def trade_figure(rows: pd.DataFrame, promises: pd.DataFrame, peers: pd.DataFrame
             colour = COLOURS[list(METHODS).index(row["integrator"])] if full else "0.35"
             points.append((row["cpu_s"], row["error"], words, colour, mark))
     planned = promises[(promises["measure"] == "rms") & promises["achieved_error"].notna()]
-    planned = planned[planned["scene"] == PEERS_SCENE]  # a point of another scene would be compared with these
+    planned = planned[planned["scene"] == pictured]  # a point of another scene would be compared with these
     for _, row in planned.sort_values("tolerance").head(1).iterrows():
         words = f"--tolerance {100 * row['tolerance']:g}%, its trial included"
         points.append((row["cpu_s"] + row["trial_cpu_s"], row["achieved_error"], words, PURPLE, "P"))
-    if peers is not None:
-        for _, row in peers[(peers["code"] == PEER) & (peers["chosen"] == "yes")].iterrows():
-            words = f"Exudyn at its best, {1e3 * row['step_s']:g} ms"
-            points.append((row["cpu_s"], abs(row["difference_pct"]) / 100, words, GREEN, "*"))
+    for _, row in () if peers is None else peers.iterrows():
+        points.append((row["cpu_s"], row["error"], f"Exudyn, {1e3 * row['step_s']:g} ms", GREEN, "*"))
     figure = new_figure(3.2)
     axis = figure.subplots()
     points = sorted((x, max(error, LEAST_ERROR), *look) for x, error, *look in points)
@@ -95,7 +92,7 @@ def trade_figure(rows: pd.DataFrame, promises: pd.DataFrame, peers: pd.DataFrame
     axis.margins(y=0.15)
     axis.set_xlabel("CPU time of the answer (s)")
     axis.set_ylabel("relative error of the RMS")
-    axis.set_title(PEERS_SCENE)
+    axis.set_title(pictured)
     _name_points(axis, points)
     return figure
 

@@ -40,12 +40,11 @@ GROUPS = {
     "Figures 14 to 23: results": [f"fig{number:02d}" for number in range(14, 24)],
     "Tables": [item.key for item in PAPER if item.table],
 }
-ACCURACY = ("peer_answers",)  # of the studies, beside the front picture of cost and error
 # tables whose files the page hands out; the first folder that has one
 TABLES = (
     "claims.csv", "metrics.csv", "trade.csv", "planner.csv", "extremes.csv", "tables/fidelity.csv",
     "tables/parameters.csv", "tables/extremes.csv", "tables/extremes_short_runs.csv",
-    "tables/peer_answers.csv", *(f"tables/{item.key}.csv" for item in PAPER if item.table),
+    *(f"tables/{item.key}.csv" for item in PAPER if item.table),
 )  # fmt: skip
 
 
@@ -101,7 +100,6 @@ def build_page(
         version=__version__,
         sources=source_hash(),
         gallery=[entry for entry in shown if entry["item"] in PAPER and entry["item"].key not in FRONT],
-        accuracy=[entry for entry in shown if entry["item"].key in ACCURACY],
         extremes=[entry for entry in shown if entry["item"].key.startswith("extremes")],
         front=[entry for entry in shown if entry["item"].key in FRONT and entry["pictures"]],
         judged=JUDGED,
