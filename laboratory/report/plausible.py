@@ -9,15 +9,15 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from laboratory.plausible.shares import DEPENDS, FOLLOWS, NEVER, NOT_JUDGED, outcomes
-from replication.paper.scorecard import MARKS, neighbours_sentence
+from replication.paper.scorecard import MARKS, learned_sentences, neighbours_sentence
 from trackdyn.measure.cells import significant
 from trackdyn.plots.style import COLOURS, MARKERS, SMALL, new_figure, save, styled
 
 CLASSES = {
-    FOLLOWS: "Follow from the model, whatever the values are",
+    FOLLOWS: "Follow from the model",
     DEPENDS: "Depend on values or on a scenario",
     NEVER: "Shown by no track",
-    NOT_JUDGED: "Not judged: set by kinematics and by the places of the wheels",
+    NOT_JUDGED: "Not judged, as kinematics and the places of the wheels decide them",
 }
 UNITS = {
     "equal_pitch_radius": (1e3, "mm"), "seat_depth": (1e3, "mm"), "radius": (1e3, "mm"), "r2": (1e3, "mm"),
@@ -30,8 +30,8 @@ UNITS = {
 
 
 def scenario_name(ring: str, equal_pitch: str) -> str:
-    """Words for a scenario: ``ring slips, arc length``."""
-    return f"ring {ring}, {equal_pitch}"
+    """Words for a scenario: ``slips, arc length``."""
+    return f"{ring}, {equal_pitch}"
 
 
 @styled
@@ -63,13 +63,6 @@ def shares_figure(sentences: pd.DataFrame, default: pd.DataFrame, rig: str) -> F
     return figure
 
 
-def percent(row: pd.Series) -> str:
-    """Share with its 90 % interval: ``72 (50 to 88)``."""
-    if not row["rigs"]:
-        return "–"
-    return f"{100 * row['share']:.0f} ({100 * row['low']:.0f} to {100 * row['high']:.0f})"
-
-
 def answer_text(
     sentences: pd.DataFrame,
     claims: pd.DataFrame,
@@ -79,28 +72,33 @@ def answer_text(
     near: pd.DataFrame,
 ) -> str:
     """The 22 sentences in classes with their shares, what separates the rigs, tooth detail, and neighbours."""
-    cells = sentences.assign(cell=sentences.apply(percent, axis=1))
-    cells["scenario"] = [scenario_name(*pair) for pair in zip(cells["ring"], cells["equal_pitch"], strict=True)]
-    order = list(dict.fromkeys(cells["scenario"]))
-    paragraphs = [_outcomes_text(draws)]
+    paragraphs = [_outcomes_text(draws), *learned_sentences(claims)]
     for kind, title in CLASSES.items():
-        rows = cells[cells["class"] == kind]
-        if rows.empty:
-            continue
-        table = rows.pivot(index="name", columns="scenario", values="cell").reindex(columns=order)
-        table.insert(0, "sentence", rows.drop_duplicates("name").set_index("name")["statement"])
-        table = table.sort_index(key=lambda names: names.astype(int)).reset_index(names="no.")
-        if kind == NOT_JUDGED:
-            table = table[["no.", "sentence"]]
-        paragraphs.append(f"**{title}** (% of the tracks, 90 % interval):")
-        paragraphs.append(table.to_markdown(index=False, disable_numparse=True))
+        rows = sentences[sentences["class"] == kind]
+        if len(rows):
+            paragraphs += [f"**{title}**", _class_text(rows)]
     paragraphs += [
-        _values_text(values),
         _radius_text(draws),
+        _values_text(values),
         _tooth_text(tooth),
         f"**Neighbours.** {neighbours_sentence(near)}",
     ]
     return "\n\n".join(paragraphs) + "\n"
+
+
+def _class_text(rows: pd.DataFrame) -> str:
+    """Table of the shares of tracks (%) by scenario; where none is above zero, the sentences alone."""
+    words = rows.drop_duplicates("name").set_index("name")["statement"]
+    if not (rows["share"] > 0).any():
+        return "\n".join(f"- {name}. {statement}" for name, statement in words.items())
+    cells = rows.assign(
+        percent=(100 * rows["share"]).map("{:.0f}".format),
+        scenario=[scenario_name(*pair) for pair in zip(rows["ring"], rows["equal_pitch"], strict=True)],
+    )
+    table = cells.pivot(index="name", columns="scenario", values="percent")[list(dict.fromkeys(cells["scenario"]))]
+    table.insert(0, "% of the tracks", words)
+    table = table.sort_index(key=lambda names: names.astype(int)).reset_index(names="no.")
+    return table.to_markdown(index=False, disable_numparse=True)
 
 
 def _outcomes_text(draws: pd.DataFrame) -> str:
@@ -108,44 +106,39 @@ def _outcomes_text(draws: pd.DataFrame) -> str:
     ran = counts[counts["reason"] == "ran"]["rigs"]
     lost = len(draws) - ran.sum()
     return (
-        f"The stored rows hold the first {draws['draw'].nunique()} draws of the sequence, {len(draws)} tracks. "
-        f"{ran.sum()} ran ({ran.min()} to {ran.max()} a scenario); {lost} could not be built or did not come to rest; "
-        "they stand with their reason in [the rows](measured/plausible_draws.csv)."
+        f"{draws['draw'].nunique()} draws are stored, {len(draws)} tracks. {ran.sum()} ran ({ran.min()} to {ran.max()} "
+        f"a scenario); {lost} could not be built or did not come to rest ([rows](measured/plausible_draws.csv))."
     )
 
 
 def _values_text(values: pd.DataFrame) -> str:
     if values.empty:
         return "No single value separates the tracks that show a sentence from the others beyond chance."
-    lines = []
-    for name, rows in values.groupby("name", sort=False):
-        parts = []
-        for row in rows.itertuples():
-            factor, unit = UNITS.get(row.value.rpartition(".")[2], (1, ""))
-            high, low = (significant(factor * number, 2) for number in (row.median_shown, row.median_not))
-            parts.append(
-                f"`{row.value}` (median {high} {unit}".rstrip() + f" where shown, {low} {unit}".rstrip() + " where not)"
-            )
-        lines.append(f"- sentence {name}: {', '.join(parts)}")
-    return "Values that separate the tracks that show a sentence from the others, within a scenario:\n\n" + "\n".join(
-        lines
+    parts = []
+    for row in values.drop_duplicates("name").itertuples():  # the value that separates most
+        factor, unit = UNITS.get(row.value.rpartition(".")[2], (1, ""))
+        shown, others = (significant(factor * number, 2) for number in (row.median_shown, row.median_not))
+        parts.append(f"{row.name}: `{row.value}` ({shown} against {others} {unit}".rstrip() + ")")
+    return (
+        "Values that separate the tracks that show a sentence from the others, with their medians: "
+        + "; ".join(parts)
+        + "."
     )
 
 
 def _radius_text(draws: pd.DataFrame) -> str:
     columns = [name for name in draws if name.startswith("radius_")]
-    lines = []
-    for (ring, reading), rows in draws.groupby(["ring", "equal_pitch"], sort=False):
+    parts = []
+    for scenario, rows in draws.groupby(["ring", "equal_pitch"], sort=False):
         chosen = rows[columns].to_numpy().ravel()
         chosen = chosen[np.isfinite(chosen)]
-        ran = rows[columns].notna().any(axis=1).sum()
         if len(chosen):
             low, middle, high = np.quantile(chosen, [0.1, 0.5, 0.9])
-            lines.append(
-                f"- {scenario_name(ring, reading)}: {middle:.3f} m (80 % of the choices between "
-                f"{low:.3f} and {high:.3f} m; {ran} tracks have one)"
-            )
-    return "The radius that our rule chooses, over the tracks and speeds:\n\n" + "\n".join(lines)
+            parts.append(f"{scenario_name(*scenario)} {middle:.3f} ({low:.3f} to {high:.3f})")
+    return (
+        "**The radius to choose** by our rule, median and 80 % of the choices over tracks and speeds, m: "
+        f"{'; '.join(parts)}."
+    )
 
 
 def _tooth_text(tooth: pd.DataFrame) -> str:
@@ -153,10 +146,10 @@ def _tooth_text(tooth: pd.DataFrame) -> str:
     for ring, changes in tooth.groupby("ring_radius_m", dropna=False):
         low, middle, high = np.quantile(changes["change_pct"].abs(), [0.05, 0.5, 0.95])
         where = "without a ring" if pd.isna(ring) else f"with a ring of {ring:g} m"
-        rows.append(f"{where} by {middle:.1f} % (90 % of the changes between {low:.1f} and {high:.1f} %)")
+        rows.append(f"{where} by {middle:.1f} % (90 % of the changes: {low:.1f} to {high:.1f} %)")
     return (
-        f"**Tooth detail.** On {tooth['draw'].nunique()} tracks three surfaces in place of ten arcs change the RMS of "
-        f"the acceleration {'; '.join(rows)}, median of the sizes over four speeds."
+        f"**Tooth detail.** On {tooth['draw'].nunique()} tracks three surfaces in place of ten arcs change the RMS "
+        f"{'; '.join(rows)}, median over four speeds."
     )
 
 
