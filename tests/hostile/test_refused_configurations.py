@@ -71,7 +71,7 @@ SETTINGS = [
     ("rig", "/dev/zero", "no plain file"),
     ("rig", "absent.yaml", "absent.yaml: no such file"),
     ("sensor_csv", "d{{x}}/{rpm}.csv", "sensor_csv = 'd{x}/115.csv': holds a brace; rename the file or folder"),
-    ("article", "{a}.yaml", "article = '{a}.yaml': holds a brace"),
+    ("article", "{a}.csv", "article = '{a}.csv': holds a brace"),
     ("sensor_mapping", "{a}.yaml", "sensor_mapping = '{a}.yaml': holds a brace"),
     ("studies", "absent.yaml", "absent.yaml: no such file"),
     ("other_rigs", {"../x": {"rig": "config/rigs/paper.yaml", "steps_s": [[210, 1e-4]]}}, "other_rigs", "pattern"),

@@ -219,7 +219,6 @@ METRIC = {
     "trackdyn/measure/metrics.py": in_place_of('"run": name,\n', '"run": name,\n        "swing_g": 0.0,\n'),
     "trackdyn/measure/columns.yaml": in_place_of("  rpm: [", '  swing_g: [number, g, "swing", exact]\n  rpm: ['),
 }
-CELL = "115: {rms_simulation: null"
 # edits, the rules that they make due, and further ones, beside those that simulate, that they must not
 EDITS = {
     "a metric and a caption": (
@@ -229,7 +228,7 @@ EDITS = {
     "a claim and a cell of the article": (
         {
             "config/claims.yaml": in_place_of("tolerance: ", "tolerance: 1"),
-            "config/rigs/paper/tables.yaml": in_place_of(CELL, CELL.replace("null", "11.0")),
+            "config/article.csv": in_place_of("4,115,rms_g,", "4,115,rms_g,11.0"),
         },
         {"claims", "page", "manifest"}, {"measure", "parameters", "schematics", "peer_runs"},
     ),

@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 import yaml
 
+from replication.paper.cells import CELLS, TIMES, Cell, load_cells
 from replication.paper.claims import (
     COLUMNS,
     JUDGED,
@@ -25,7 +26,6 @@ from replication.paper.claims import (
 )
 from replication.paper.evidence import Evidence, Range
 from replication.paper.measures import MEASURES
-from replication.paper.paper_tables import PaperTables, load_article
 from replication.paper.scorecard import SHORT, count, headline, sentence_verdicts, side_by_side, statements
 from tests.viscous import VISCOUS
 from trackdyn.errors import InputError
@@ -39,32 +39,26 @@ SPEEDS = [115.0, 150.0, 180.0, 210.0]
 RADII = [0.303, 0.304, 0.305, 0.307, 0.308, 0.313]
 # a rig whose equal-pitch radius, by the arc, is the radius that serves
 RIG = load_rig(VISCOUS).changed(sprocket__equal_pitch_radius=0.3051)
-TABLES = yaml.safe_load((CONFIG / "rigs" / "paper" / "tables.yaml").read_text(encoding="utf-8"))
 MEAN, AFTER = ", mean over 0.01 s", ", after the touch"
 
 
-def invented() -> dict:
+def invented() -> dict[Cell, float]:
     """The article's cells, invented: its simulation within 1 % of `good`, its experiment as far off as it prints."""
-    data = copy.deepcopy(TABLES)
-    data["table2"] |= {"proposed": 100.0, "recurdyn": 110.0}
+    cells = dict(zip(TIMES, (100.0, 110.0), strict=True))
     differences = zip((4.96, 8.53, 12.73, 7.02), (5.14, 8.40, 12.09, 8.05), strict=True)
-    for i, (rpm, (rms, sd)) in enumerate(zip(data["table3"]["speeds"], differences, strict=True)):
-        cells = {"rms_simulation": 0.995 * (0.9 + 0.1 * i), "sd_simulation": 0.995 * (0.8 + 0.1 * i)}
-        cells |= {"rms_experiment": cells["rms_simulation"] / (1 - rms / 100)}
-        data["table3"]["speeds"][rpm] = cells | {"sd_experiment": cells["sd_simulation"] / (1 - sd / 100)}
-        data["table4"]["speeds"][rpm] = {"rms": 0.985 * cells["rms_simulation"]}
-    return data
-
-
-def article(data: dict) -> PaperTables:
-    return PaperTables.model_validate(data)
+    for i, (rpm, printed) in enumerate(zip(("115", "150", "180", "210"), differences, strict=True)):
+        for name, base, difference in zip(("rms", "sd"), (0.9, 0.8), printed, strict=True):
+            simulated = 0.995 * (base + 0.1 * i)
+            cells[Cell("3", rpm, f"{name}_simulation_g")] = simulated
+            cells[Cell("3", rpm, f"{name}_experiment_g")] = simulated / (1 - difference / 100)
+        cells[Cell("4", rpm, "rms_g")] = 0.985 * 0.995 * (0.9 + 0.1 * i)
+    return cells
 
 
 def experiment(e: Evidence, name: str, factor: float) -> Evidence:
     """Evidence beside an experiment of another size at 150 rpm."""
-    data = e.tables.model_dump()
-    data["table3"]["speeds"][150][name] *= factor
-    return replace(e, tables=article(data))
+    cell = Cell("3", "150", f"{name}_g")
+    return replace(e, cells=e.cells | {cell: factor * e.cells[cell]})
 
 
 def good() -> Evidence:
@@ -115,7 +109,7 @@ def good() -> Evidence:
         costs=pd.DataFrame(
             {"code": ["trackdyn", "exudyn", "exudyn"], "chosen": ["yes", "", "yes"], "cpu_s_per_s": [0.1, 0.01, 2.0]}
         ),
-        tables=article(invented()),
+        cells=invented(),
     )
 
 
@@ -215,24 +209,52 @@ def test_all_28_claims_are_there_in_order_and_every_part_says_what_would_have_fa
 
 
 def test_one_cell_that_lacks_is_named():
-    data = invented()
-    data["table3"]["speeds"][150]["rms_experiment"] = None
-    judgement = judge(CLAIMS["C04a"], replace(good(), tables=article(data)))
+    cells = invented()
+    del cells[Cell("3", "150", "rms_experiment_g")]
+    judgement = judge(CLAIMS["C04a"], replace(good(), cells=cells))
     assert judgement.verdict == NOT_COMPARABLE
-    assert judgement.measured == "Table 3 is not filled in: rms_experiment at 150 rpm"
+    assert judgement.measured == "Table 3 is not filled in: rms_experiment_g at 150 rpm"
 
 
-def test_cells_that_contradict_the_text_are_refused_in_one_sentence(tmp_path):
-    data, path = invented(), tmp_path / "tables.yaml"
-    path.write_text(yaml.safe_dump(data), encoding="utf-8")
-    assert load_article(path) == article(data)
-    data["table3"]["speeds"][180]["sd_experiment"] *= 1.03
-    path.write_text(yaml.safe_dump(data), encoding="utf-8")
+def cells_file(tmp_path, rows):
+    path = tmp_path / "article.csv"
+    path.write_text("table,row,column,value\n" + "\n".join(rows), encoding="utf-8")
+    return path
+
+
+def test_cells_are_read_as_they_are_filled_in(tmp_path):
+    cells = invented()
+    assert set(cells) == set(CELLS)
+    assert load_cells(cells_file(tmp_path, [f"{','.join(cell)},{value!r}" for cell, value in cells.items()])) == cells
+
+
+def test_the_file_of_the_repository_names_every_cell_and_has_none_filled_in():
+    path = CONFIG / "article.csv"
+    assert load_cells(path) == {}
+    assert [tuple(line.split(",")[:3]) for line in path.read_text(encoding="utf-8").splitlines()[1:]] == list(CELLS)
+
+
+@pytest.mark.parametrize(
+    "rows, words",
+    [
+        (["3,115,rms_experimental_g,1.0"], "column rms_experimental_g is no cell"),
+        (["5,115,rms_g,1.0"], "table 5, row 115, column rms_g is no cell"),
+        (["4,115,rms_g,0"], "table 4, row 115, column rms_g = '0': must be a number above 0"),
+        (["4,115,rms_g,nan"], "must be a number above 0"),
+        (["4,115,rms_g,1.0", "4,115,rms_g,1.1"], "is given twice"),
+        (["2,one simulation,proposed_s,5"], "column recurdyn_s is empty and proposed_s is given"),
+        (
+            ["3,180,sd_simulation_g,1.0", "3,180,sd_experiment_g,1.2"],
+            "table 3, row 180, column sd_simulation_g = 1 and sd_experiment_g = 1.2 differ by 16.7 % where the text "
+            "prints 12.09 %",
+        ),
+    ],
+)
+def test_cells_that_cannot_be_are_refused_in_one_sentence(tmp_path, rows, words):
+    path = cells_file(tmp_path, rows)
     with pytest.raises(InputError) as caught:
-        load_article(path)
-    said = str(caught.value)
-    for words in (str(path), "table3.speeds.180.sd_simulation", "the text prints 12.09 %", "accepted"):
-        assert words in said and "\n" not in said
+        load_cells(path)
+    assert str(caught.value).startswith(f"{path}: ") and words in str(caught.value) and "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize("name", TESTS)
@@ -365,7 +387,7 @@ def test_two_rigs_stand_side_by_side_and_are_counted_apart():
 
 
 def test_the_summary_has_the_cells_of_the_scorecard_with_their_marks():
-    lacking = replace(SPOILT["C27b"](good()), tables=None)
+    lacking = replace(SPOILT["C27b"](good()), cells={})
     card, _ = judge_all(list(CLAIMS.values()), {"one": good(), "other": lacking})
     table = statements(card).set_index("statement")
     assert len(table) == len(SHORT)

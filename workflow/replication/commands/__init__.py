@@ -1,5 +1,5 @@
 """Commands that the replication adds to ``trackdyn``."""
 
-from replication.commands.results import article, verify
+from replication.commands.results import verify
 
-COMMANDS = "Replication", {"": ("", (verify, article))}
+COMMANDS = "Replication", {"": ("", (verify,))}

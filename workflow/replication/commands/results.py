@@ -1,11 +1,10 @@
-"""The commands of the replication: ``trackdyn verify`` and ``trackdyn article``."""
+"""The command of the replication: ``trackdyn verify``."""
 
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from trackdyn.commands.options import Overwrite, check_output, file_argument
 from trackdyn.errors import InputError
 
 
@@ -32,18 +31,3 @@ def verify(
     typer.echo(findings_summary(findings))
     if bad := failed(findings, exact):
         raise InputError(f"{results}: {len(bad)} of {len(findings)} files are not those of {reference}")
-
-
-def article(
-    out: Annotated[Path, file_argument("Rig file to write", ".yaml", ".yml")],
-    tables: Annotated[Path, typer.Option(help="Cells of the article.")] = Path("config/rigs/paper/tables.yaml"),
-    rig: Annotated[str, typer.Option(help="Rig that they complete, a file or a name.")] = "config/rigs/paper.yaml",
-    overwrite: Overwrite = False,
-) -> None:
-    """Write a rig with what a reader of the article has filled in (docs/running.md)."""
-    from replication.paper.printed_rig import write_printed_rig
-
-    check_output(out, overwrite, rig)
-    for sentence in write_printed_rig(out, tables, rig):
-        typer.echo(f"{tables}: {sentence}", err=True)
-    typer.echo(f"{out}: name it as rig in config/config.yaml, and run snakemake -j2")

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 from pydantic import Field, model_validator
 
-from replication.paper import article  # noqa: F401 -- registers its measures
+from replication.paper import cells  # noqa: F401 -- registers its measures
 from replication.paper.evidence import Evidence
 from replication.paper.measures import MEASURES, NotThere, Range
 from trackdyn.errors import InputError

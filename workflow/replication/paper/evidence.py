@@ -1,5 +1,6 @@
 """What the runs of a rig say: the results that claims are judged by, collected from a folder."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
@@ -7,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from replication.paper.paper_tables import PaperTables
 from trackdyn.measure.sensor import sense
 from trackdyn.measure.spectra import holds_line, main_line
 from trackdyn.rig.rig import Rig
@@ -18,6 +18,17 @@ LEAST_RADII = 5  # from which on a ring study shows how something depends on the
 
 class NotThere(Exception):
     """What a measure needs was not run or not recorded; the message says which."""
+
+
+class Cell(NamedTuple):
+    """Name of a cell of the article's tables."""
+
+    table: str
+    row: str
+    column: str
+
+    def __str__(self) -> str:
+        return f"table {self.table}, row {self.row}, column {self.column}"
 
 
 class Range(NamedTuple):
@@ -42,7 +53,7 @@ class Evidence:
     peer: pd.DataFrame = field(default_factory=pd.DataFrame)
     # ``tables/table2.csv``: what a simulated second costs in both codes
     costs: pd.DataFrame = field(default_factory=pd.DataFrame)
-    tables: PaperTables | None = None  # the cells of the article that a reader filled in
+    cells: Mapping[Cell, float] = field(default_factory=dict)  # of the article, that a reader filled in
 
     def records(self, speeds) -> pd.DataFrame:
         """The long records of Sect. 5 at some speeds, in their order."""
@@ -93,7 +104,7 @@ def lines_by_start(recording: Recording, starts: int = 16) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=["start_s", "line_hz", "line_g"])
 
 
-def collect(results: Path | str, rpm: float, radius: float, tables: PaperTables | None = None) -> Evidence:
+def collect(results: Path | str, rpm: float, radius: float, cells: Mapping[Cell, float] | None = None) -> Evidence:
     """The evidence that lies in a folder of results.
 
     ``rpm`` (rev/min) and ``radius`` (m) are those of the meshing process; ``peers/summary.csv`` may be missing.
@@ -114,5 +125,5 @@ def collect(results: Path | str, rpm: float, radius: float, tables: PaperTables 
         starts=pd.concat(starts, ignore_index=True),
         peer=pd.read_csv(peer) if peer.is_file() else pd.DataFrame(),
         costs=pd.read_csv(costs) if costs.is_file() else pd.DataFrame(),
-        tables=tables,
+        cells=cells or {},
     )

@@ -2,7 +2,7 @@
 
 Lengths in m, times in s, frequencies in Hz; accelerations in g, the unit of the sensor; differences and
 shares in percent, as printed. The cells of Tables 1 to 4 and all curves are not among them: no number
-may be invented for what is not to be had. A reader who has the article fills them in (`paper.article`).
+may be invented for what is not to be had. A reader who has the article fills them in (`paper.cells`).
 """
 
 SPEEDS_RPM = (115, 150, 180, 210)

@@ -12,8 +12,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
+from replication.paper.cells import load_cells
 from replication.paper.evidence import LEAST_RADII
-from replication.paper.paper_tables import load_article
 from replication.paper.printed import RECORD_DURATION
 from replication.studies import STUDIES
 from replication.study.settings import Allowed, StudiesFile, peer_scene, rising, step_field
@@ -358,7 +358,7 @@ def check_config(data: Any, name: str) -> tuple[Config, Rig, dict[str, Scene]]:
             _refuse_braces(field, files)
         config.check_sensor_files()
         if config.article is not None:
-            load_article(config.article)
+            load_cells(config.article)
         scenes = config.scenes(rig)
         config.refuse_studies(rig)
         for other in config.other_rigs:

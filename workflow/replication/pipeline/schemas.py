@@ -5,7 +5,6 @@ from typing import Any
 from pydantic import BaseModel
 
 from replication.paper.claims import Claims
-from replication.paper.paper_tables import PaperTables
 from replication.pipeline.config import Config
 from replication.study.settings import Studies
 from trackdyn.rig.rig import Rig
@@ -13,7 +12,6 @@ from trackdyn.sensor.sensor_mapping import SensorMapping
 
 MODELS: dict[str, type[BaseModel]] = {
     "rig": Rig, "config": Config, "studies": Studies, "mapping": SensorMapping, "claims": Claims,
-    "paper_tables": PaperTables,
 }  # fmt: skip
 
 

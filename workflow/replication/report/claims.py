@@ -4,10 +4,10 @@ from trackdyn.sweeps.snakemake_job import run_job
 
 from pathlib import Path
 
+from replication.paper.cells import load_cells
 from replication.paper.claims import judge_all, load_claims, load_sentences
 from replication.paper.contents import caption
 from replication.paper.evidence import collect
-from replication.paper.paper_tables import load_article
 from replication.paper.printed import RECORD_DURATION
 from replication.paper.scorecard import headline, sentence_verdicts, side_by_side
 from replication.report.tables import write_captioned_table
@@ -20,8 +20,8 @@ def main(job) -> None:
     of, out = job.params, job.output
     # folder of the results of each rig; further rigs stand beside the first
     folders = {of.rig: Path(job.input.metrics).parent} | dict(of.rigs)
-    tables = load_article(job.input.tables[0]) if job.input.tables else None
-    rigs = {name: collect(folder, of.rpm, of.radius, tables) for name, folder in folders.items()}
+    cells = load_cells(job.input.cells[0]) if job.input.cells else None
+    rigs = {name: collect(folder, of.rpm, of.radius, cells) for name, folder in folders.items()}
     card, values = judge_all(load_claims(job.input.claims), rigs)
     sentences = sentence_verdicts(card, load_sentences(job.input.claims))
     message = [headline(sentences, name) for name in rigs]
