@@ -17,7 +17,7 @@ ROOT = Path(str(workflow.current_basedir))
 # The workflow runs from its own folder, with or without the packages installed elsewhere.
 sys.path[:0] = [str(ROOT), str(ROOT / "workflow")]
 
-from replication.pipeline.config import check_layers, read_layer
+from replication.pipeline.config import check_layers, read_layer, ring_name
 from replication.studies import STUDIES
 from replication.study.settings import measured_scenes, parts_of, promised_scenes, step_field
 from replication.study.variants import SETTINGS
@@ -57,7 +57,7 @@ SPEEDS = [f"{rpm:g}rpm" for rpm in CONFIG.records.speeds_rpm]
 
 wildcard_constraints:
     run=r"\d[\w.]*rpm|(meshing|coarse)/[\w.]+",
-    radius=r"none|[\d.]+",
+    rpm=r"\d[\w.]*",
     folder="(rigs/[a-z][a-z0-9_]*/)?",
     short="(short/)?",
 

@@ -31,7 +31,7 @@ SCRIPTS = sorted(
 )
 # rules that simulate: what is measured or written of their runs is no matter of theirs
 SIMULATING = re.compile(
-    r"simulate|ring_runs|peer_runs|peer_trade|trade_scene|trade_promises"
+    r"simulate|ring_runs|runs_without_ring|peer_runs|peer_trade|trade_scene|trade_promises"
     r"|extremes_part|animation_run|warm_up.*|fidelity_setting"
 )
 
@@ -67,10 +67,11 @@ def quick_config(tmp_path, change=lambda data: None):
 
 def test_a_quick_run_with_its_studies_is_planned_from_nothing(tmp_path):
     planned = planned_jobs(tmp_path, "studies", "--configfile", quick_config(tmp_path))
-    # 4 records, 2 of meshing, and the first with the coarse tooth; 3 rings a rig, and none on the first
+    # 4 records, 2 of meshing, and the first with the coarse tooth; rings at 2 speeds a rig, and none on the first
     rigs = 1 + len(yaml.safe_load((ROOT / "config/config.yaml").read_text(encoding="utf-8")).get("other_rigs", {}))
     assert (planned["simulate"], planned["warm_up"]) == (rigs * (4 + 2) + 4, 1)
-    assert (planned["ring_runs"], planned["metrics"], planned["measure"]) == (rigs * 3 + 1, rigs, 2 * rigs)
+    assert (planned["ring_runs"], planned["runs_without_ring"]) == (rigs * 2, 1)
+    assert (planned["metrics"], planned["measure"]) == (rigs, 2 * rigs)
     assert {f"{name}_form" if study.forms else name for name, study in STUDIES.items()} <= planned.keys()
     assert {"metrics", "claims", "page", "manifest"} <= planned.keys()
     assert not (tmp_path / "results").exists()
@@ -83,7 +84,7 @@ def test_a_rig_alone_will_do(tmp_path):
 
     planned = planned_jobs(tmp_path, "--configfile", quick_config(tmp_path, own))
     assert {"page", "manifest", "claims"} <= planned.keys() and not {"sensor_records", "article"} & planned.keys()
-    assert planned["ring_runs"] == 12
+    assert planned["ring_runs"] == 4  # one a speed
 
 
 def test_the_short_forms_of_the_laboratory_are_planned(tmp_path):
@@ -264,9 +265,9 @@ def test_a_file_of_an_older_date_is_another_file(pretended, names, readers, othe
     assert readers | {"manifest"} <= due.keys() and other not in due
 
 
-def test_one_more_radius_costs_its_own_runs(pretended):
+def test_one_more_radius_costs_runs_of_rings_alone(pretended):
     with pretended.edited({"config/quick.yaml": in_place_of("0.308, 0.313]", "0.308, 0.313, 0.3135]")}):
         due = pretended.due()
     assert {"measure", "metrics", "ring_figures", "claims"} <= due.keys()
-    assert not {"simulate", "meshing_figures", "closure", "sensor_figures", "warm_up"} & due.keys()
-    assert due["ring_runs"] == due["measure"] == due["metrics"]  # one radius a rig
+    assert not {"simulate", "runs_without_ring", "meshing_figures", "closure", "sensor_figures", "warm_up"} & due.keys()
+    assert due["ring_runs"] == 2 * due["measure"] == 2 * due["metrics"]  # speeds of a rig

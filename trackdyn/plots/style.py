@@ -89,7 +89,8 @@ def _lay_out(figure: Figure) -> None:
     """Lay a figure out once, its axes at rounded places: the solver's last digits differ from call to call."""
     if (engine := figure.get_layout_engine()) is not None:
         engine.execute(figure)
-        figure.set_layout_engine("none")
+        with mpl.rc_context({"figure.constrained_layout.use": False}):
+            figure.set_layout_engine(None)  # "none" leaves one behind, for which `savefig` draws everything twice
         for axes in figure.axes:
             axes.set_position(np.round(axes.get_position(original=True).bounds, 9).tolist())
 

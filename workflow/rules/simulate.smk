@@ -1,10 +1,12 @@
 # The runs, after the kernels are compiled.
 
 
-def compiling(integrator):
+def compiling(method):
     """A short run of a method, as plain data: any step compiles the same kernels, a longer one may be refused."""
-    free = {"tension": "locked"} if integrator == "rk4" else {}  # which has no tensioner on its spring
-    return {"motor_rpm": 115.0, "duration": 0.01, "lead_in": 0.0, "ramp": 0.01, "step": 1e-5, "integrator": integrator} | free
+    fields = {"space": "spatial"} if method == "spatial" else {"integrator": method}
+    if method in ("rk4", "spatial"):  # which have no tensioner on its spring
+        fields |= {"tension": "locked"}
+    return {"motor_rpm": 115.0, "duration": 0.01, "lead_in": 0.0, "ramp": 0.01, "step": 1e-5} | fields
 
 
 rule warm_up:
@@ -24,11 +26,11 @@ use rule warm_up as warm_up_method with:
         needs("pipeline/runs.py"),
         KERNELS,
         rig=CONFIG.rig,
-    output: method_kernels("{integrator}")
-    params: scenes=lambda wildcards: [compiling(wildcards.integrator)]
-    wildcard_constraints: integrator="linearly_implicit|rk4"
-    log: f"{R}/logs/warm_up/{{integrator}}.log"
-    message: "Compiling the kernels of {wildcards.integrator}"
+    output: method_kernels("{method}")
+    params: scenes=lambda wildcards: [compiling(wildcards.method)]
+    wildcard_constraints: method="linearly_implicit|rk4|spatial"
+    log: f"{R}/logs/warm_up/{{method}}.log"
+    message: "Compiling the kernels of {wildcards.method}"
 
 
 # By the folder of a rig's results: its file, its scenes, and when contacts are known. That of the first rig is the folder of
@@ -60,19 +62,31 @@ rule simulate:
     script: "../replication/pipeline/runs.py"
 
 
-OF_A_RING = [f"ring/{rpm:g}rpm_{{radius}}" for rpm in CONFIG.ring_study.speeds_rpm]
+OF_A_SPEED = [f"ring/{{rpm}}rpm_{ring_name(radius)}" for radius in CONFIG.ring_study.radii_m]
 
 
 rule ring_runs:
-    """A ring of the study at every speed, settled once for all of them."""
+    """Every ring of the study at one speed: a process for each would spend a third of its time on its start."""
     input:
         needs("pipeline/steady_runs.py"),
         rig=rig_of,
         kernels=KERNELS,
-    output: [recording(run, "{folder}") for run in OF_A_RING]
+    output: [recording(run, "{folder}") for run in OF_A_SPEED]
     params:
-        scenes=scenes_of(OF_A_RING),
+        scenes=scenes_of(OF_A_SPEED),
         stop_rule=lambda wildcards: RIGS[wildcards.folder][2].model_dump(),
-    log: f"{R}/logs/{{folder}}ring/{{radius}}.log"
-    message: "The ring study: {wildcards.folder}{wildcards.radius}"
+    log: f"{R}/logs/{{folder}}ring/{{rpm}}rpm.log"
+    message: "The ring study: {wildcards.folder}{wildcards.rpm} rpm"
     script: "../replication/pipeline/steady_runs.py"
+
+
+WITHOUT_RING = [f"ring/{rpm:g}rpm_none" for rpm in CONFIG.ring_study.speeds_rpm]
+
+
+use rule ring_runs as runs_without_ring with:
+    output: [recording(run, "{folder}") for run in WITHOUT_RING]
+    params:
+        scenes=scenes_of(WITHOUT_RING),
+        stop_rule=rules.ring_runs.params.stop_rule,
+    log: f"{R}/logs/{{folder}}ring/none.log"
+    message: "The ring study: {wildcards.folder}no ring"

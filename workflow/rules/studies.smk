@@ -46,7 +46,7 @@ rule trade_scene:
     input:
         needs("study/accuracy/trade.py"),
         rig=CONFIG.rig,
-        kernels=SEVERAL_METHODS,
+        kernels=[*SEVERAL_METHODS, method_kernels("spatial")],
     output: f"{R}/{{short}}trade/trade_{{scenes}}.csv"
     params: form=form("trade")
     priority: 40 # data, promises and the study wait for it

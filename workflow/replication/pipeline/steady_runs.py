@@ -10,7 +10,7 @@ from trackdyn.simulation.settling import SettledLoops
 
 
 def main(job) -> None:
-    """Rule `ring_runs`: the scenes of a ring share its settled loop."""
+    """Rules `ring_runs`, `runs_without_ring`: the scenes share what they settle alike."""
     rig, rule, starts = load_rig(job.input.rig), StopRule(**job.params.stop_rule), SettledLoops()
     for fields, path in zip(job.params.scenes, job.output, strict=True):
         recording, converged = run_steady(Loop(Scene(rig, **fields), starts), rule)

@@ -10,7 +10,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Patch
-from scipy.optimize import brentq
 
 from replication.report import marks
 from replication.report.figures import groove as section
@@ -19,6 +18,7 @@ from trackdyn.plots import drawing
 from trackdyn.plots.style import BLACK, BLUE, GREEN, PURPLE, VERMILION, new_figure, styled
 from trackdyn.rig.layout import BeltPath, belt_around
 from trackdyn.rig.rig import Rig
+from trackdyn.rig.roots import root
 from trackdyn.scene.build import make_tooth
 
 PINS = {
@@ -69,7 +69,7 @@ def _pins_around(path: BeltPath, s: float, chord: float) -> np.ndarray:
     def excess(half):
         return dist(path.at(s + half)[0], path.at(s - half)[0]) - chord
 
-    half = brentq(excess, 0.25 * chord, chord)
+    half = root(excess, 0.25 * chord, chord)
     return np.array([path.at(s - half)[0], path.at(s + half)[0]])
 
 
