@@ -79,7 +79,7 @@ def differences(copy, whole):
 
     Of a page that shows times its table decides.
     """
-    findings = compare_manifests(describe(copy.folder, complete=True), describe(whole.folder, complete=True))
+    findings = compare_manifests(*(describe(run.folder, complete=True) for run in (copy, whole)), copy.folder)
     shown = {finding.name.replace(".csv", ".md") for finding in findings if finding.status == EQUAL}
     differ = [
         finding

@@ -17,7 +17,6 @@ def results(tmp_path):
         "tables/table3.csv": TABLE,
         "tables/table3.md": PAGE,
         "report.html": "<p>6 s</p></html>\n",
-        "runs/115rpm.cost.json": '{"wall_s": 6.4}',
         "logs/a.md": "log",
         "benchmarks/a.csv": "s\n1\n",
         "quick/tables/table3.csv": "another run",

@@ -9,12 +9,11 @@ from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from replication.certify.manifest import read_cells
+from replication.certify.manifest import File, Manifest, read_cells
 from replication.certify.provenance import file_hash
 from trackdyn.rig.validation import shown
 
@@ -42,43 +41,35 @@ class Finding:
     """Result of the comparison of one file."""
 
     name: str  # the file below the results
-    shows: str  # the figure or table that it shows, or nothing
-    # ``equal`` byte for byte (columns of times left out); ``within`` the tolerance between processors; ``bytes``: no
-    # more is known than that bytes differ, and the tables tell whether it matters; ``differs``; ``missing``; ``extra``:
-    # not in the manifest
+    # ``equal`` byte for byte (columns of times left out); ``within`` the tolerance between processors; ``bytes``: they
+    # differ, and the tables tell whether it matters; ``differs``; ``missing``; ``extra``: not in the manifest
     status: str
     text: str = ""  # by how much, and where
 
 
-def compare_manifests(manifest: dict[str, Any], expected: dict[str, Any]) -> list[Finding]:
-    """Compare the files of two manifests.
-
-    There is one finding a file of either, by name; of files that hold times those alone that are damaged.
-    """
-    ours, theirs = manifest["files"], expected["files"]
-    timed = {*manifest["hold_times"], *expected["hold_times"]}
+def compare_manifests(ours: Manifest, expected: Manifest, results: Path | str) -> list[Finding]:
+    """Compare the files of ``results``, whose manifest is ``ours``, with another manifest: a finding for every file."""
     findings = []
-    for name in sorted({*ours, *theirs} - timed):
-        status, text = _judge(name, ours.get(name), theirs.get(name))
-        if status in (WITHIN, BYTES) and (fault := _damage(Path(manifest["folder"], name))):
+    for name in sorted({*ours.files, *expected.files}):
+        status, text = _judge(name, ours.files.get(name), expected.files.get(name))
+        if status in (WITHIN, BYTES) and (fault := _damage(Path(results, name))):
             status, text = DIFFERS, fault
-        findings.append(Finding(name, (ours.get(name) or theirs[name]).get("shows", ""), status, text))
-    faults = {name: _damage(Path(manifest["folder"], name)) for name in manifest["hold_times"]}
-    return findings + [Finding(name, "", DIFFERS, fault) for name, fault in faults.items() if fault]
+        findings.append(Finding(name, status, text))
+    return findings
 
 
-def compare_inputs(manifest: dict[str, Any], results: Path | str) -> list[Finding]:
-    """Compare the inputs of a manifest with the files that lie there now.
+def compare_inputs(manifest: Manifest, results: Path | str) -> list[Finding]:
+    """Compare the inputs of a manifest with the files that lie there now, one finding an input.
 
-    Their names are relative to the present folder, or to one that holds the results. There is one finding an input.
+    Their names are relative to the present folder, or to one that holds the results.
     """
     folders = [Path(), *Path(results).resolve().parents]
     findings = []
-    for name, expected in manifest["inputs"].items():
+    for name, expected in manifest.inputs.items():
         path = next((path for folder in folders if (path := folder / name).is_file()), None)
         status = MISSING if path is None else EQUAL if file_hash(path) == expected else DIFFERS
-        text = "is another file than the results were made from; run `snakemake -j2` again" if status == DIFFERS else ""
-        findings.append(Finding(name, "input", status, text))
+        text = "is another input than the results were made from; run `snakemake -j2` again"
+        findings.append(Finding(name, status, text if status == DIFFERS else ""))
     return findings
 
 
@@ -115,21 +106,19 @@ def _damage(path: Path) -> str:
     return "" if re.search(ENDS[path.suffix] + rb"\Z", data[-1024:], re.DOTALL) else "is cut or damaged"
 
 
-def _judge(name: str, ours: dict | None, theirs: dict | None) -> tuple[str, str]:
+def _judge(name: str, ours: File | None, theirs: File | None) -> tuple[str, str]:
     """Status and text of a file from its entries of two manifests."""
     if ours is None or theirs is None:
         return (MISSING, "") if ours is None else (EXTRA, "")
-    if ours["sha256"] == theirs["sha256"]:
+    if ours.sha256 == theirs.sha256:
         return EQUAL, ""
-    if "text" not in ours or "text" not in theirs:
-        for what in ("rows", "bytes"):
-            mine, other = ours.get(what, 0), theirs.get(what, 0)
-            # a page in Markdown stands beside the table of its numbers
-            if other and abs(mine - other) > (0 if what == "rows" else SIZE * other) and not name.endswith(".md"):
-                return DIFFERS, f"has {mine} {what}, expected {other}"
+    if ours.text is None or theirs.text is None:
+        # a page in Markdown stands beside the table of its numbers
+        if abs(ours.bytes - theirs.bytes) > SIZE * theirs.bytes and not name.endswith(".md"):
+            return DIFFERS, f"has {ours.bytes} bytes, expected {theirs.bytes}"
         return BYTES, "bytes differ; the manifest holds no numbers of it"
     try:
-        return _tables(read_cells(ours["text"]), read_cells(theirs["text"]))
+        return _tables(read_cells(ours.text), read_cells(theirs.text))
     except ValueError:  # pandas' own are such, too
         return DIFFERS, "is no table"
 

@@ -9,13 +9,12 @@ import platform
 import re
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import pandas as pd
 from pydantic import Field
 
-from replication.certify.provenance import PACKAGES, file_hash, package_hash, package_version
-from replication.paper.contents import OF_STUDIES, OWN, PAPER
+from replication.certify.provenance import PACKAGES, file_hash, package_version
 from trackdyn.errors import InputError
 from trackdyn.files import read_text, write_text
 from trackdyn.jit import target_hash
@@ -23,17 +22,17 @@ from trackdyn.rig.validation import Section, shown, validated
 from trackdyn.sources import source_hash
 from trackdyn.version import __version__
 
-FORMAT = 2
+FORMAT = 3
 NAME = "manifest.json"
 LARGEST = 50_000_000  # bytes of a manifest that is read; that of the full run has less than one million
 # a longer table is known by its hash only
 LONGEST_TEXT = 120_000
 KINDS = {".png", ".svg", ".gif", ".csv", ".md", ".json", ".npz", ".html", ".pdf"}
-# Times of computing and memory, which no two runs share, and what follows from them: the planner takes what was
+# Files that hold times of computing or what follows from them, which no two runs share: the planner takes what was
 # cheapest, the page and the article show the costs.
 TIMES = re.compile(
     r"(.*/)?(tables/fidelity\.md|figures/trade\.(png|svg)|planner\.csv|promises_[^/]+\.csv)"
-    r"|.*\.cost\.json|report\.html|article\.(pdf|json)|plan\.json"
+    r"|report\.html|article\.(pdf|json)"
 )
 TIMED_COLUMN = re.compile(r"(start_)?(wall|cpu)_s(_per_s)?|resident_mb")
 
@@ -42,41 +41,27 @@ Hash = Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
 
 
 class File(Section):
-    """What is known of a file; see `describe`."""
+    """Hash and size of a file, without columns of times, and the text of a table."""
 
     sha256: Hash
     bytes: int
-    shows: str = ""
-    times: list[str] = Field(default_factory=list)
-    rows: int = 0
-    text: str = ""
-
-
-class MadeWith(Section):
-    """Program and machine."""
-
-    trackdyn: str
-    sources: str
-    package: Hash
-    target: str
-    python: str
-    machine: str
-    system: str
-    versions: dict[str, str]
+    text: str | None = None
 
 
 class Manifest(Section):
-    """What a manifest must hold."""
+    """Content of a manifest."""
 
     format: int
-    made_with: MadeWith
+    made_with: dict[str, str]  # versions of program, packages and machine
     inputs: dict[str, Hash]
     files: dict[str, File]
-    hold_times: list[str]
 
 
 def run_files(results: Path | str) -> list[str]:
-    """List the files that a run has made, without logs and files of another run."""
+    """List the files that a run has made, without logs, files of another run, and files that hold times.
+
+    Raises `InputError`: there is no such folder, or no file in it.
+    """
     results = Path(results)
     if not results.is_dir():
         raise InputError(f"{results}: no such folder; give the results of a run, such as results")
@@ -85,53 +70,41 @@ def run_files(results: Path | str) -> list[str]:
     names = []
     for path in sorted(results.rglob("*")):
         relative = path.relative_to(results)
-        comparison = relative.parts[0] in ("logs", "benchmarks", "kernels", NAME)
+        aside = relative.parts[0] in ("logs", "benchmarks", "kernels", NAME)
         hidden = any(component.startswith(".") for component in relative.parts)
         foreign = any(path.is_relative_to(other) for other in others)
-        if path.suffix in KINDS and path.is_file() and not (comparison or hidden or foreign):
+        timed = TIMES.fullmatch(relative.as_posix())
+        if path.suffix in KINDS and path.is_file() and not (aside or hidden or foreign or timed):
             names.append(relative.as_posix())
     if not names:
         raise InputError(f"{results}: holds no figure, table or recording; make them with `snakemake -j2`")
     return names
 
 
-def describe(results: Path | str, inputs: Iterable[Path | str] = (), complete: bool = False) -> dict[str, Any]:
+def describe(results: Path | str, inputs: Iterable[Path | str] = (), complete: bool = False) -> Manifest:
     """Describe a results folder by hashes and numbers.
 
     ``complete``: long tables keep their text, too, for a comparison of two folders.
-
-    Returns
-    -------
-    dict
-        ``made_with``, ``inputs`` with their hashes, ``files`` by name, each with ``bytes``, ``sha256`` and, as it has
-        them, ``shows`` (the figure or table), ``times`` (columns that were left out of the hash), ``rows`` and ``text``
-        (of a table), ``hold_times``, the files that are not compared, and ``folder``, where they are.
     """
-    names = run_files(results)
-    shows = _shows(Path(results))
-    timed = [name for name in names if TIMES.fullmatch(name)]
-    files = {}
-    for name in names:
-        if name not in timed:
-            files[name] = _entry(Path(results, name), complete) | ({"shows": shows[name]} if name in shows else {})
-    made_with = {"trackdyn": __version__, "sources": source_hash(), "package": package_hash(), "target": target_hash()}
-    made_with |= {"python": platform.python_version(), "machine": platform.machine(), "system": platform.system()}
-    made_with |= {"versions": {name: package_version(name) for name in PACKAGES}}
-    hashes = {Path(path).as_posix(): file_hash(path) for path in inputs}
-    made = {"format": FORMAT, "made_with": made_with, "inputs": hashes, "files": files, "hold_times": timed}
-    return made | {"folder": str(results)}
+    about = {"trackdyn": __version__, "sources": source_hash(), "target": target_hash()}
+    about |= {"python": platform.python_version(), "machine": platform.machine(), "system": platform.system()}
+    return Manifest(
+        format=FORMAT,
+        made_with=about | {name: package_version(name) for name in PACKAGES},
+        inputs={Path(path).as_posix(): file_hash(path) for path in inputs},
+        files={name: _entry(Path(results, name), complete) for name in run_files(results)},
+    )
 
 
 def write_manifest(results: Path | str, inputs: Iterable[Path | str] = ()) -> Path:
     """Write ``manifest.json`` into a results folder; the same results give the same bytes."""
-    path = Path(results, NAME)
-    manifest = {name: value for name, value in describe(results, inputs).items() if name != "folder"}
-    write_text(path, json.dumps(manifest, indent=1, ensure_ascii=False) + "\n")
+    path, content = Path(results, NAME), describe(results, inputs).model_dump(exclude_none=True)
+    write_text(path, json.dumps(content, indent=1, ensure_ascii=False) + "\n")
     return path
 
 
-def load_manifest(path: Path | str) -> dict[str, Any]:
-    """Read a manifest."""
+def load_manifest(path: Path | str) -> Manifest:
+    """Read a manifest; `InputError` for a file that is none, or of another format."""
     try:
         data = json.loads(read_text(path, "manifest", LARGEST))
     except (ValueError, RecursionError):
@@ -140,8 +113,7 @@ def load_manifest(path: Path | str) -> dict[str, Any]:
         raise InputError(
             f"{path}: has manifest format {shown(data['format'])}, this version reads {FORMAT}; write it again"
         )
-    validated(Manifest, data, str(path), "`snakemake -j2` makes a manifest")
-    return data
+    return validated(Manifest, data, str(path), "`snakemake -j2` makes a manifest")
 
 
 def read_cells(text: str) -> pd.DataFrame:
@@ -149,34 +121,18 @@ def read_cells(text: str) -> pd.DataFrame:
     return pd.read_csv(io.StringIO(text), dtype=str, keep_default_na=False)
 
 
-def _shows(results: Path) -> dict[str, str]:
-    """File names to labels such as ``Figure 24``, or the title of one of our own."""
-    shown = {}
-    for item in (*PAPER, *OWN, *OF_STUDIES):
-        for folder in (results, results / "short"):
-            for path in item.files(folder):
-                for twin in (path, path.with_suffix(".svg"), path.with_suffix(".md")):
-                    shown[twin.relative_to(results).as_posix()] = item.label or item.title
-    return shown
-
-
-def _entry(path: Path, complete: bool) -> dict[str, Any]:
+def _entry(path: Path, complete: bool) -> File:
     data = path.read_bytes()
-    entry: dict[str, Any] = {"bytes": len(data)}
+    text = None
     if path.suffix == ".csv":
-        try:
-            text = re.sub("^(#.*\n)+", "", data.decode("utf-8"))
-        except UnicodeDecodeError:  # damaged
-            return {"sha256": hashlib.sha256(data).hexdigest(), **entry}
+        text = re.sub("^(#.*\n)+", "", data.decode("utf-8", errors="replace"))
         times = [name for name in text.partition("\n")[0].split(",") if TIMED_COLUMN.fullmatch(name)]
         if times:
             text = read_cells(text).drop(columns=times).to_csv(index=False, lineterminator="\n")
             data = text.encode("utf-8")
-            entry = {"bytes": len(data), "times": times}
-        entry["rows"] = max(text.count("\n") - 1, 0)
-        if complete or len(data) <= LONGEST_TEXT:
-            entry["text"] = text
-    return {"sha256": hashlib.sha256(data).hexdigest(), **entry}
+        if not complete and len(data) > LONGEST_TEXT:
+            text = None
+    return File(sha256=hashlib.sha256(data).hexdigest(), bytes=len(data), text=text)
 
 
 def main(job) -> None:

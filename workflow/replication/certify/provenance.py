@@ -5,7 +5,6 @@ from collections.abc import Iterable
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-import trackdyn
 from trackdyn.errors import InputError
 from trackdyn.files import read_npz
 from trackdyn.sources import source_hash
@@ -32,17 +31,8 @@ def file_hash(path: Path | str) -> str:
     return hashlib.sha256(Path(path).read_bytes()).hexdigest()
 
 
-def package_hash() -> str:
-    """SHA-256 over every Python file of simulator and replication, hexadecimal."""
-    digest = hashlib.sha256()
-    for root in (Path(trackdyn.__file__).parent, Path(__file__).parents[1]):
-        for path in sorted(root.rglob("*.py")):
-            digest.update(path.relative_to(root.parent).as_posix().encode())
-            digest.update(path.read_bytes())
-    return digest.hexdigest()
-
-
 def package_version(package: str) -> str:
+    """Version of an installed package, or ``not installed``."""
     try:
         return version(package)
     except PackageNotFoundError:

@@ -15,19 +15,17 @@ def verify(
     ] = None,
     exact: Annotated[bool, typer.Option("--exact", help="Byte for byte, as runs on one kind of machine are.")] = False,
 ) -> None:
-    """Compare the results and inputs of a run with a manifest: which figure or table differs, and by how much."""
+    """Compare the results and inputs of a run with a manifest: which file differs, and by how much."""
     from replication.certify.comparison import EQUAL, compare_inputs, compare_manifests, failed, findings_summary
     from replication.certify.manifest import NAME, describe, load_manifest
 
     reference = results / NAME if against is None else against
     expected = describe(reference, complete=True) if reference.is_dir() else load_manifest(reference)
     findings = compare_inputs(expected, results)
-    findings += compare_manifests(describe(results, complete=reference.is_dir()), expected)
+    findings += compare_manifests(describe(results, complete=reference.is_dir()), expected, results)
     for finding in findings:
         if finding.status != EQUAL:
-            typer.echo(
-                f"{finding.status:>8}  {finding.name}  {finding.shows and f'({finding.shows}) '}{finding.text}".rstrip()
-            )
+            typer.echo(f"{finding.status:>8}  {finding.name}  {finding.text}".rstrip())
     typer.echo(findings_summary(findings))
     if bad := failed(findings, exact):
         raise InputError(f"{results}: {len(bad)} of {len(findings)} files are not those of {reference}")
