@@ -239,7 +239,7 @@ def long_loops(repeats: int) -> list[dict]:
         values = []
         for _ in range(repeats):
             begin = time.process_time()
-            loop.advance(steps * loop.scene.step)
+            loop.advance(steps * loop.model.step)
             values.append((time.process_time() - begin) / steps / loop.scene.bodies * 1e9)
         rows.append(
             {

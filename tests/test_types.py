@@ -15,14 +15,14 @@ scene: Scene = Scene(rig, motor_rpm=115, duration=20.0).with_(ramp=0.5)
 recording: Recording = simulate(scene)
 recording.save("run.npz")
 ay: np.ndarray = sense(load_recording("run.npz"), every=2).ay
-step: float = scene.step
+step: float = scene.time_step
 pitches: tuple[int, ...] = scene.pitches
 teeth: int = rig.sprocket.teeth
 energy: dict[str, float] = Loop(scene).energy
 """
 WRONG = (
     'from trackdyn import Scen', 'load_rig(3)', 'simulate(rig)', 'Scene(scene, motor_rpm=115)',
-    'text: str = scene.step', 'name: str = rig.sprocket.teeth', 'sense(recording, every="2")',
+    'text: str = scene.time_step', 'name: str = rig.sprocket.teeth', 'sense(recording, every="2")',
     'signal: float = sense(recording)', 'energies: float = Loop(scene).energy', 'recording.rates',
 )  # fmt: skip
 

@@ -35,7 +35,7 @@ def write_fmu(scene: Scene, path: Path | str) -> Unit:
     described = {
         "name": re.sub(r"\W", "_", path.stem).lstrip("0123456789_") or "track",
         "text": (
-            f"{scene.rig.chain.pitches} pitches on {len(unit.order)} wheels, step {scene.step:g} s; runs "
+            f"{scene.rig.chain.pitches} pitches on {len(unit.order)} wheels, step {scene.time_step:g} s; runs "
             "in the Python in which trackdyn is installed"
         ),
         "sources": source_hash(),

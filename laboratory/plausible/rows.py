@@ -10,11 +10,11 @@ from trackdyn.measure.spectra import high_frequency_rms
 from trackdyn.measure.whole_loop import stitch
 from trackdyn.rig.rig import Rig
 from trackdyn.scene.scene import Periods, Scene
+from trackdyn.scene.step import first_that_runs
 from trackdyn.simulation.recording import Recording
 from trackdyn.simulation.settling import SettledLoops
 from trackdyn.simulation.simulate import simulate
 from trackdyn.sources import module_hash
-from trackdyn.sweeps.sweep_row import first_that_runs
 
 SOURCES = module_hash(__name__)
 

@@ -118,13 +118,13 @@ def test_a_scene_of_another_rig_follows_it_but_for_what_was_asked():
 def test_scene_command_and_sweep_agree_on_the_step(name, ring, preset_name, monkeypatch, tmp_path):
     rig = load_rig(name)
     fields = ({} if ring == "of the rig" else {"ring_radius": None}) | ({"preset": preset_name} if preset_name else {})
-    expected = Scene(rig, 90.0, **fields).step
+    expected = Scene(rig, 90.0, **fields).time_step
     row = {"motor_rpm": [90.0], "rig": [name]} | ({} if ring == "of the rig" else {"ring_radius": ["none"]})
     (asked_for,) = requested_rows(pd.DataFrame(row | ({"preset": [preset_name]} if preset_name else {})))
-    assert Scene(Rig.model_validate(asked_for.rig), **asked_for.scene).step == expected
+    assert Scene(Rig.model_validate(asked_for.rig), **asked_for.scene).time_step == expected
     seen = []
     monkeypatch.setattr(simulation, "simulate", lambda scene, **_: seen.append(scene) or sys.exit(3))
     words = [] if ring == "of the rig" else ["--ring-radius", "none"]
     words += ["--preset", preset_name] if preset_name else []
     CliRunner().invoke(app, ["simulate", str(tmp_path / "r.npz"), "--rig", name, "--rpm", "90", "-q", *words])
-    assert [scene.step for scene in seen] == [expected]
+    assert [scene.time_step for scene in seen] == [expected]

@@ -78,7 +78,7 @@ def test_an_impossible_rig_is_refused_with_its_scene(rig, row):
 
 def test_a_loop_without_weight_and_tension_has_a_step_limit(rig):
     """Its contacts carry nothing, and a stiffness of nothing was divided by."""
-    assert Scene(rig.changed(gravity=0, tension__pre_tension=0), 115.0).step == 1e-4
+    assert Scene(rig.changed(gravity=0, tension__pre_tension=0), 115.0).time_step == 1e-4
 
 
 def entry(value, unit="m/s2", **more):

@@ -62,7 +62,7 @@ def test_numbers_of_the_state_may_be_changed(loop):
     """Also of a loop that was copied or pickled; lists and integers are numbers, too."""
     for other in (loop, loop.copy(), pickle.loads(pickle.dumps(loop))):
         other.set_state(rate=(1.001 * other.rates).tolist(), pin=other.state.pin, steps=[7])
-        assert other.time == 7 * other.scene.step and other.rates[3] != 0.0
+        assert other.time == 7 * other.model.step and other.rates[3] != 0.0
         other.step()
         assert np.isfinite(other.pins).all() and np.abs(other.rates).max() < 100.0
 

@@ -69,10 +69,10 @@ def test_a_plan_goes_the_cheapest_way():
 
 def test_what_is_stated_stays_and_no_two_implicit_steps_judge_each_other(rig):
     scene = Scene(rig, 115)
-    ladder = [(setting.fields["integrator"], setting.fields["step"]) for setting in settings(scene, True)]
+    ladder = [(setting.fields["integrator"], setting.fields["step"]) for setting in settings(scene, 1e-4, True)]
     explicit = [("semi_implicit", pytest.approx(1e-4 / 2**k)) for k in range(4)]
     assert ladder == [("linearly_implicit", 5e-4), *explicit]
-    assert [setting.fields for setting in settings(scene, False)] == [{}, {"step": scene.step / 2}]
+    assert [setting.fields for setting in settings(scene, 1e-4, False)] == [{}, {"step": 5e-5}]
 
 
 @pytest.fixture(scope="module")

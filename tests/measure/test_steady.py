@@ -34,7 +34,7 @@ def short(scene):
 
 def test_a_short_answer_is_that_of_a_long_record(scene, short):
     """Two revolutions of the loop, begun after three seconds, at half the step."""
-    long = meshing_summary(recorded(scene.with_(lead_in=3.0, duration=9.0, step=scene.step / 2)))
+    long = meshing_summary(recorded(scene.with_(lead_in=3.0, duration=9.0, step=scene.time_step / 2)))
     summary = meshing_summary(short)
     assert len(short.time) / short.rate < 0.6 * 9.0
     assert 13 <= summary["passages"] < 0.4 * long["passages"]

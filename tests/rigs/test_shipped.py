@@ -72,7 +72,7 @@ def test_it_runs_with_a_closed_loop_and_a_closed_account(name, settled):
 
 def test_a_step_that_flips_is_refused_within_two_seconds(monkeypatch):
     """Where its limits are out of the way: rounding decides whether it flips, of three steps some do everywhere."""
-    monkeypatch.setattr("trackdyn.scene.scene.step_limits", lambda *_: {"none": 1.0})
+    monkeypatch.setattr("trackdyn.scene.step.step_limits", lambda *_: {"none": 1.0})
     waited = []
     for step in (2e-4, 2.5e-4, 1e-3 / 3):
         loop = Loop(Scene(load_rig(VISCOUS), 150.0, None, ramp=0.5, step=step))

@@ -48,6 +48,6 @@ def test_a_step_is_refused_with_a_shared_loop_as_alone():
     large = {"ring_radius": 0.313, "duration": 0.05, "lead_in": 0.0, "ramp": 0.05}
     slow = Scene(rig, 115.0, **large)
     steps = [simulate(Scene(rig, rpm, **large), starts=starts).meta["scene"]["step"] for rpm in (115.0, 110.0)]
-    assert len(starts._settled) == 1 and max(steps) < slow.step
+    assert len(starts._settled) == 1 and max(steps) < slow.time_step
     with pytest.raises(InputError, match=r"step = 0\.0001: too large .* at a tension of 5\.\d+e\+04 N"):
         simulate(slow.with_(step=1e-4), starts=starts)

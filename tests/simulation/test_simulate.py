@@ -70,7 +70,7 @@ def test_the_loop_advances_thirteen_pitches_a_turn(make_scene):
 
 def forget_limits(monkeypatch):
     """Neither the scene nor the settled loop refuses a step."""
-    monkeypatch.setattr(trackdyn.scene.scene, "step_limits", lambda *_: {"none": 1.0})
+    monkeypatch.setattr(trackdyn.scene.step, "step_limits", lambda *_: {"none": 1.0})
     monkeypatch.setattr(trackdyn.simulation.settling, "largest_step", lambda *_: 1.0)
 
 

@@ -134,7 +134,7 @@ def _say_decisions(scene) -> None:
     requested = [f"{name} {choice.setting}" for name, choice in scene.fidelity.items() if choice.reason == ASKED]
     if requested:
         typer.echo(f"{ASKED:>22}  {', '.join(requested)}")
-    typer.echo(f"{'step':>22}  {scene.step:.7g} s")
+    typer.echo(f"{'step':>22}  {scene.time_step:.7g} s")
 
 
 def _say_loop(scene, recording, quiet: bool) -> None:
@@ -149,7 +149,7 @@ def _say_loop(scene, recording, quiet: bool) -> None:
         typer.echo(f"trackdyn: warning: tension: {words}", err=True)
     if not quiet:
         typer.echo(f"{'tension':>22}  {words}")
-        if step != scene.step:
+        if step != scene.time_step:
             typer.echo(f"{'step':>22}  {step:.7g} s, which this tension needs")
 
 

@@ -85,7 +85,7 @@ def first_of_highest(values: np.ndarray, group: np.ndarray) -> np.ndarray:
 def _merged(recording: Recording, gap: float) -> dict[str, np.ndarray]:
     """Columns of the log without what the record cut, chatter merged, times since its beginning."""
     # a contact that lasted already is logged from the first step of the record on
-    begin = recording.begin + 1.5 * recording.scene.step
+    begin = recording.begin + 1.5 * recording.scene.time_step
     begun = recording.contact_log[recording.contact_log["start_s"] > begin]
     order = np.lexsort([begun[name] for name in ("start_s", "groove", "side", "pitch")])
     log = {name: begun[name][order] for name in CONTACT_INTERVAL.names or ()}

@@ -33,7 +33,7 @@ def run_metrics(name: str, recording: Recording) -> dict:
         "rpm_drift_pct": 100 * float(np.ptp(speeds)) / recording.made_rpm if recording.made_rpm else 0.0,
         "ring_radius_m": NAN if scene.ring_radius is None else scene.ring_radius,
         "fidelity": label(recording.meta["fidelity"]),
-        "step_s": scene.step,
+        "step_s": scene.time_step,
         "simulated_s": recording.seconds,
         **sensor_metrics(signal.ay, recording.rate, recording.periods.loop_hz),
         "loop_gap_max_m": float(recording.gap.max()),

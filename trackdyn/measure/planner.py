@@ -18,15 +18,16 @@ from trackdyn.measure.convergence import LEAST, RELATIVE, SHARES, SURE, Estimate
 from trackdyn.measure.sensor import whole_samples
 from trackdyn.measure.stopping import check_driven, record_until
 from trackdyn.measure.whole_loop import series
-from trackdyn.scene.limits import round_step, turn_limit
+from trackdyn.scene.limits import turn_limit
 from trackdyn.scene.scene import LONGEST_RUN, Scene
+from trackdyn.scene.step import halved_steps, round_step
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recorder import Recorder
 from trackdyn.simulation.recording import Recording
 from trackdyn.simulation.resolution import ONE_STEP, OPEN, Resolution
 
 SETTING_SHARE = 0.8  # of the tolerance, which the difference of two settings may take; the rest is for scatter
-IMPLICIT_STEP, LARGEST_STEP, HALVINGS = 5e-4, 1e-4, 3  # s
+IMPLICIT_STEP, LARGEST_STEP = 5e-4, 1e-4  # s
 # Cost of a step over that of a semi-implicit one. Plans go by steps and not by the clock, which compilation and other
 # processes hold up: the same question has the same answer.
 WORK = {"linearly_implicit": 2.0}
@@ -159,18 +160,17 @@ class Plan(NamedTuple):
         return replace(answer, measures=measures, recording=replace(answer.recording, meta=meta))
 
 
-def settings(scene: Scene, method: bool) -> list[Setting]:
-    """Settings of a scene from cheap to dear; where method and step are not open, its own and half its step."""
+def settings(scene: Scene, step: float, method: bool) -> list[Setting]:
+    """Settings of a scene that takes a step (s), from cheap to dear; where they are not open, that and half of it."""
     sample = 1.0 / scene.rig.sensor.rate
     if not method:
-        half = Setting("half its step", {"step": round_step(scene.step / 2, sample)})
+        half = Setting("half its step", {"step": round_step(step / 2, sample)})
         return [Setting("as the scene asks", {}), half]
     coarsest = min(IMPLICIT_STEP, *turn_limit(scene.sprocket_rate).values())
+    steps = [("linearly_implicit", round_step(coarsest, sample))]
     # one step coarser than the usual one, where that is small
-    steps = [("linearly_implicit", coarsest)]
-    steps += [("semi_implicit", min(LARGEST_STEP, 2 * scene.step) / 2**k) for k in range(HALVINGS + 1)]
-    rounded = ((integrator, round_step(step, sample)) for integrator, step in steps)
-    return [Setting(f"{of}, {step:.3g} s", {"integrator": of, "step": step}) for of, step in rounded]
+    steps += [("semi_implicit", finer) for finer in halved_steps(min(LARGEST_STEP, 2 * step), sample, 3)]
+    return [Setting(f"{name}, {step:.3g} s", {"integrator": name, "step": step}) for name, step in steps]
 
 
 def plan(scene: Scene, tolerances: Mapping[str, float], longest: float = 60.0, method: bool = True) -> Plan:
@@ -197,7 +197,7 @@ def plan(scene: Scene, tolerances: Mapping[str, float], longest: float = 60.0, m
     rate, wait = scene.rig.sensor.rate, WAIT * scene.periods.loop
     record = {"duration": whole_samples(rate, longest), "lead_in": whole_samples(rate, wait), "every_link": True}
     at_rest = Loop(scene.with_(**record, pitches=(), frame_interval=0.0, contact_log=True))
-    pending = settings(at_rest.scene, method)
+    pending = settings(at_rest.scene, at_rest.model.step, method)
     base = _at_speed(at_rest, pending)
     span, teeth = scene.periods.passage, scene.rig.sprocket.teeth
     count, most = float(LEAST + 1), float(LEAST + PEAK_TURNS * teeth)
@@ -252,7 +252,7 @@ def _start(base: Loop, setting: Setting, span: float) -> Candidate:
         writer = Recorder(loop, watched=False, room=PEAK_TURNS * scene.periods.turn)
     except TrackdynError as error:
         return Candidate(setting, refused=str(error))
-    return Candidate(setting, writer, WORK.get(scene.integrator, 1.0) / scene.step)
+    return Candidate(setting, writer, WORK.get(scene.integrator, 1.0) / loop.model.step)
 
 
 def _record(trial: Candidate, tolerances: Mapping[str, float], seconds: float) -> None:
@@ -279,7 +279,7 @@ def _judge(running: list[Candidate], tolerances: Mapping[str, float]) -> None:
     where the method, of order 1, is the same. Those of the others are their differences from it beyond that.
     """
     coarser, finest = running[-2:]
-    steps = [trial.writer.loop.scene.step for trial in (coarser, finest) if trial.writer]
+    steps = [trial.writer.loop.model.step for trial in (coarser, finest) if trial.writer]
     same = len({trial.setting.fields.get("integrator") for trial in (coarser, finest)}) == 1
     ratio = steps[1] / (steps[0] - steps[1]) if same else 1.0
     for name in tolerances:

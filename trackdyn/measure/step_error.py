@@ -33,8 +33,7 @@ def whole_errors(scene: Scene) -> Callable[[str, float, float], float]:
 
     NaN where the standard error or what the step adds is not known; a value of zero has the standard error.
     """
-    fields = {name: getattr(scene, name) for name in scene.model_fields_set - {"step"}}
-    times = 0.0 if scene.chain == "belt" else scene.step / Scene(**fields).step
+    times = 0.0 if scene.chain == "belt" else scene.time_step / scene.with_(step=None).time_step
     times = times if scene.chain == "belt" or scene.integrator in JUDGED else nan
 
     def whole(column: str, value: float, error: float) -> float:

@@ -1,6 +1,6 @@
 """Rig and scene to arrays: here names become numbers."""
 
-from math import cos, pi, radians, sin, sqrt, tan
+from math import cos, nan, pi, radians, sin, sqrt, tan
 
 import numpy as np
 
@@ -309,7 +309,7 @@ def build_model(scene) -> Model:
         closure=Closure(
             compliant=int(scene.closure == "elastic_damping"), stiffness=c.stiffness, damping=c.damping
         ),
-        step=float(scene.step), stride=scene.stride,
+        step=nan, stride=0,  # `Scene.model_of_step`
         space=build_space(scene, tooth, wheels) if scene.fidelity["space"].setting == "spatial" else None,
         branches=branches, carriers=carriers_of([], len(wheels.x)),
     )  # fmt: skip

@@ -7,33 +7,42 @@ instead. The presets are bundles of choices with a step, measured in ``docs/spee
 
 from collections.abc import Callable
 from types import SimpleNamespace
-from typing import Annotated, Literal, NamedTuple, get_args
+from typing import Annotated, Any, Literal, NamedTuple, get_args
+
+from pydantic import Field
 
 from trackdyn.errors import InputError, shown
 from trackdyn.integrate.methods import METHODS
 from trackdyn.rig.groove import PROFILES
 from trackdyn.rig.laws import NORMAL_LAWS, BushingLaw
-from trackdyn.rig.sections import Drag
+from trackdyn.rig.rig import Rig
+from trackdyn.rig.sections import Drag, Kept
 from trackdyn.rig.validation import OneOf, Section, not_one_of
+
+
+def of_rig(value: Callable[[Rig], Any]) -> Any:
+    """A field that is worked out from the scene's rig where nothing is asked for."""
+    return Field(default_factory=lambda fields: value(fields["rig"]))
 
 
 class Choices(Section):
     """Settings of each choice of a scene, the cheapest first, and entries added to a registry from outside."""
 
+    rig: Rig  # fields after it may follow it
     loop: Annotated[Literal["on_wheels", "free"], OneOf()] = "on_wheels"
-    chain: Annotated[Literal["belt", "single_pin", "double_pin"], OneOf()] = "double_pin"
+    chain: Annotated[Literal["belt", "single_pin", "double_pin"], OneOf()] = of_rig(lambda rig: rig.chain.kind)
     space: Annotated[Literal["auto", "planar", "spatial"], OneOf()] = "auto"
     tooth_contact: Annotated[Literal["none", "three_surfaces", "ten_arcs"], OneOf(PROFILES)] = "ten_arcs"
     normal_law: Annotated[Literal["elastic", "printed", "delivered"], OneOf(NORMAL_LAWS)] = "printed"
     friction: Annotated[Literal["auto", "none", "tangential", "independent"], OneOf()] = "auto"
     closure: Annotated[Literal["elastic_damping", "rigid"], OneOf()] = "rigid"
     integrator: Annotated[Literal["linearly_implicit", "semi_implicit", "rk4"], OneOf(METHODS)] = "semi_implicit"
-    tension: Annotated[Literal["locked", "retensioned", "sprung", "forced"], OneOf()] = "locked"
-    drag: Annotated[Drag, OneOf()] = "rolling"
-    bushing_law: Annotated[BushingLaw, OneOf()] = "hysteretic"
+    tension: Annotated[Kept, OneOf()] = of_rig(lambda rig: rig.tension.kept)
+    drag: Annotated[Drag, OneOf()] = of_rig(lambda rig: rig.drag)
+    bushing_law: Annotated[BushingLaw, OneOf()] = of_rig(lambda rig: rig.bushing.law)
 
 
-CHOICES = {name: get_args(field.annotation) for name, field in Choices.model_fields.items()}
+CHOICES = {name: get_args(field.annotation) for name, field in Choices.model_fields.items() if name != "rig"}
 CONTACT_CHOICES = ("tooth_contact", "normal_law", "friction", "tension", "drag")
 
 # name -> choices and step; each measured against the next one up (rule `fidelity`)

@@ -1,6 +1,6 @@
 """Largest stable step of the explicit parts, predicted when a scene is made."""
 
-from math import acos, acosh, ceil, cos, cosh, inf, isinf, pi, sin, sqrt
+from math import acos, acosh, cos, cosh, inf, isinf, pi, sin, sqrt
 
 from trackdyn.integrate.methods import METHODS, Method
 from trackdyn.model.constants import Law
@@ -13,25 +13,6 @@ DYNAMIC_FACTOR = 2.0
 # Beyond so many times the step of explicit friction, implicit friction still decays but flips as it does.
 FRICTION_LEEWAY = 10.0
 LEAST_LOAD = 1e-3  # N: a loop without weight and tension touches its wheels, too
-# Least step, s: rounding of the time counts from there on.
-LEAST_STEP = 1e-8
-
-
-def round_step(limit: float, sample: float) -> float:
-    """A step within a limit that divides the sample interval and has few digits, s: parts that only 2 and 5 divide."""
-    parts = max(ceil(sample / max(limit, 1e-9 * sample) * (1 - 1e-9)), 1)
-    while 10**12 % parts:
-        parts += 1
-    return sample / parts
-
-
-def advised_step(limit: float, sample: float) -> str:
-    """The largest step below a limit, in words; no accepted step may be small enough."""
-    if limit < LEAST_STEP:
-        return (
-            f"no step of {LEAST_STEP:g} s or more is small enough; use less tension, softer contacts or heavier bodies"
-        )
-    return f"must be at most {limit:.2g} s, such as {round_step(limit, sample):.7g} s"
 
 
 def elastic_depth(law, load, radius):

@@ -8,28 +8,23 @@ import numpy as np
 from pydantic import BeforeValidator, Field
 
 from trackdyn.errors import InputError
-from trackdyn.integrate.methods import METHODS
 from trackdyn.model.constants import Model
 from trackdyn.rig.groove import PROFILES, Groove
 from trackdyn.rig.rig import Rig
 from trackdyn.rig.validation import Positive, Section, plain_count, plain_number, shown
 from trackdyn.scene.build import build_model
-from trackdyn.scene.choices import Choices, Decision, check_choices, decide
+from trackdyn.scene.choices import Choices, Decision, check_choices, decide, of_rig
 from trackdyn.scene.choices import preset as preset_fields
-from trackdyn.scene.limits import LEAST_STEP, advised_step, round_step, step_limits
+from trackdyn.scene.step import LEAST_STEP, allowed_step, round_step, usual_step
 
 Number = Annotated[float, BeforeValidator(plain_number)]
 # Longest recording, lead-in or ramp, s; shortest ramp, s.
 LONGEST_RUN, LEAST_RAMP = 36000.0, 1e-6
 FASTEST = 1e5  # rev/min; the tests run 10,000
 MOST_STEPS = 1e10  # a day of computing
-LEAST_CHOSEN = 0.01  # of the usual step: nobody waits for less without having asked for it
-WITHIN = 0.7  # of the bound at the pre-tension: with a larger ring the loop settles tighter
-
+MARGIN = 0.7  # of the limit of the step at the pre-tension: with a larger ring the loop settles tighter
 
 FROM_THE_RIG = "of the rig"
-# Fields that follow the rig where a scene asks for none.
-FOLLOWS = ("ring_radius", "chain", "tension", "drag", "bushing_law", "step")
 # Fields that concern the record alone.
 RECORD_FIELDS = ("duration", "lead_in", "ramp", "pitches", "frame_interval", "contact_log", "every_link")
 
@@ -93,10 +88,10 @@ class Scene(Choices):
         Time at constant speed before the record begins, s.
     ramp : float
         Start-up ramp of the sprocket speed, s.
-    step : float
-        Time step, s; the sample interval must be a multiple of it. By default that of the preset, or a smaller one that
-        was tried on the rig or that its contacts need at the pre-tension; a loop that settles at more tension takes a
-        smaller one (`at_tension`).
+    step : float or None
+        Time step that is asked for, s; the sample interval must be a multiple of it. None, by default: that of the
+        preset, or a smaller one that was tried on the rig or that its contacts need at the pre-tension (`time_step`); a
+        loop that settles at more tension takes a smaller one.
     pitches : tuple of int
         Pitches whose contacts are recorded (1-based); empty: the sensor's.
     frame_interval : float
@@ -136,13 +131,12 @@ class Scene(Choices):
         0.5 to 50 Hz) or ``viscous`` (a damper beside the spring of every bushing); the rig's own by default.
     """
 
-    rig: Rig
     motor_rpm: Number
-    ring_radius: Number | None = None
+    ring_radius: Number | None = of_rig(lambda rig: rig.ring_radius)
     duration: Number = 90.0
     lead_in: Number = 5.0
     ramp: Number = 1.0
-    step: Number = 1e-4
+    step: Number | None = None
     pitches: Annotated[tuple[int, ...], BeforeValidator(_pitches)] = ()
     frame_interval: Number = 0.0
     contact_log: Annotated[bool, BeforeValidator(_flag)] = True
@@ -151,34 +145,25 @@ class Scene(Choices):
     def __init__(
         self, rig: Rig, motor_rpm: float, ring_radius: Any = FROM_THE_RIG, *, preset: str | None = None, **fields: Any
     ):
-        requested: dict[str, Any] = {"rig": rig, "motor_rpm": motor_rpm} | fields
-        if ring_radius is not FROM_THE_RIG:
-            requested["ring_radius"] = ring_radius
-        given = requested
-        if isinstance(rig, Rig):
-            of_the_rig = {"ring_radius": rig.ring_radius, "chain": rig.chain.kind, "tension": rig.tension.kept}
-            given = of_the_rig | {"drag": rig.drag, "bushing_law": rig.bushing.law} | requested
         if preset is not None:
             bundle = preset_fields(preset)
             if preset == "standard":
-                del bundle["step"]  # chosen with all else known
-            given, requested = bundle | given, bundle | requested
-        super().__init__(**given)
-        # what else is there follows the rig, should it be another one (`with_`)
-        self.model_fields_set.intersection_update(requested)
+                del bundle["step"]  # the usual one, or less
+            fields = bundle | fields
+        if ring_radius is not FROM_THE_RIG:
+            fields["ring_radius"] = ring_radius
+        super().__init__(rig=rig, motor_rpm=motor_rpm, **fields)
 
     def model_post_init(self, context: Any) -> None:
         """Refuse what is not possible, in one sentence."""
-        if "step" not in self.model_fields_set:
-            self.__dict__["step"] = self._usual_step()
         self._check_times()
         check_choices(self)
         self._check_loop()
-        if self.chain != "belt":  # a path without equations
-            step = self.at_tension(self.rig.tension.pre_tension, WITHIN).step
-            if step != self.step:
-                self.__dict__["step"] = step
-                del self.__dict__["model"]
+        steps = (self.lead_in + self.ramp + self.duration) / self.time_step
+        if steps > MOST_STEPS:
+            raise InputError(
+                f"scene: step = {self.time_step}: makes {steps:.2g} steps; a run may have at most {MOST_STEPS:.0g}"
+            )
 
     def _refuse(self, field: str, remedy: str) -> NoReturn:
         raise InputError(f"scene: {field} = {shown(getattr(self, field))}: {remedy}")
@@ -194,15 +179,15 @@ class Scene(Choices):
             value = getattr(self, field)
             if not least <= value <= most:
                 self._refuse(field, f"must be between {least:g} and {most:g} {unit}")
-        if not LEAST_STEP <= self.step <= sample * (1 + 1e-6) or abs(sample / self.step - self.stride) > 1e-6:
+        step = self.step
+        if step is not None and not (
+            LEAST_STEP <= step <= sample * (1 + 1e-6) and abs(sample / step - round(sample / step)) <= 1e-6
+        ):
             self._refuse(
                 "step",
                 f"must divide the sample interval, {sample} s, and be at least {LEAST_STEP:g} s, such as "
-                f"{round_step(self.step if LEAST_STEP < self.step < sample else sample / 20, sample):.7g} s",
+                f"{round_step(step if LEAST_STEP < step < sample else sample / 20, sample):.7g} s",
             )
-        steps = (self.lead_in + self.ramp + self.duration) / self.step
-        if steps > MOST_STEPS:
-            self._refuse("step", f"makes {steps:.2g} steps; a run may have at most {MOST_STEPS:.0g}")
         between = self.frame_interval / sample
         regular = 0 < self.frame_interval <= self.duration and between > 0.5 and abs(between - round(between)) <= 1e-6
         if self.frame_interval and not regular:
@@ -225,42 +210,6 @@ class Scene(Choices):
         for pitch in self.pitches:
             if not 1 <= pitch <= self.rig.chain.pitches:
                 raise InputError(f"scene: pitches = {pitch!r}: must be between 1 and {self.rig.chain.pitches}")
-
-    def _usual_step(self) -> float:
-        """Step of the preset ``standard``, or a smaller one that was tried on the rig; it fits the sample interval."""
-        step = preset_fields("standard", self.ring_radius is not None)["step"]
-        tried = self.rig.tried_step(self.motor_rpm)
-        if tried is not None and self.integrator == "semi_implicit":
-            step = min(step, tried.step)
-        return round_step(step, 1.0 / self.rig.sensor.rate)
-
-    def at_tension(self, tension: float, within: float = 1.0) -> "Scene":
-        """Return the scene with a step that a loop at rest allows whose tension is ``tension`` (N).
-
-        A step that nobody chose becomes the share ``within`` of the largest one where it is larger than that; a chosen
-        one is refused (`InputError`).
-        """
-        limits = step_limits(self.model, tension, METHODS[self.integrator])
-        name, limit = min(limits.items(), key=lambda item: item[1], default=("", np.inf))
-        if self.step <= limit:
-            return self
-        sample = 1.0 / self.rig.sensor.rate
-        if "step" in self.model_fields_set or limit < LEAST_CHOSEN * self.step:
-            self._refuse(
-                "step",
-                f"too large for the {name} at a tension of {tension:.4g} N, a bound that was not tried on this rig "
-                f"(trackdyn check tries); {advised_step(limit, sample)}",
-            )
-        return self.stepped(round_step(within * limit, sample))
-
-    def stepped(self, step: float) -> "Scene":
-        """Return the scene with a step (s) that nobody chose: `with_` finds it anew."""
-        if step == self.step:
-            return self
-        other = self.model_copy()
-        other.__dict__["step"] = step
-        other.__dict__.pop("model", None)
-        return other
 
     @property
     def bodies(self) -> int:
@@ -299,36 +248,47 @@ class Scene(Choices):
         """Periods of sprocket, loop and pitch at the speed that is asked for; ``n / (60 ratio) m / N`` Hz."""
         return Periods.at(self.rig, self.motor_rpm)
 
-    @property
-    def stride(self) -> int:
-        """Steps in a sample interval."""
-        return round(1.0 / self.rig.sensor.rate / self.step)
+    @cached_property
+    def time_step(self) -> float:
+        """Step that the scene takes at the pre-tension, s: the one it asks for, else the usual one or what is allowed.
+
+        Raises `InputError` as `allowed_step`.
+        """
+        step = usual_step(self) if self.step is None else self.step
+        if self.chain == "belt":  # a path without equations
+            return step
+        return allowed_step(self, step, self.rig.tension.pre_tension, MARGIN)
 
     @cached_property
-    def model(self) -> Model:
-        """The model that the scene requires, built once; whoever changes its arrays copies it first."""
+    def _model(self) -> Model:
         return build_model(self)
 
-    def with_(self, **changes: Any) -> "Scene":
-        """Return a scene with some fields replaced; what was never asked for (`FOLLOWS`) is decided anew.
+    def model_of_step(self, step: float) -> Model:
+        """The model that the scene requires, with a step (s); its arrays are shared: who changes them copies first."""
+        return self._model._replace(step=step, stride=round(1.0 / self.rig.sensor.rate / step))
 
-        A step that nobody chose stays where only `RECORD_FIELDS` is replaced. Raises `InputError`: a field does not
-        exist, is out of range, or contradicts another one.
+    @property
+    def model(self) -> Model:
+        """The model at `time_step`."""
+        return self.model_of_step(self.time_step)
+
+    def with_(self, **changes: Any) -> "Scene":
+        """Return a scene with some fields replaced; what was never asked for is decided anew, by the rig and the speed.
+
+        Raises `InputError`: a field does not exist, is out of range, or contradicts another one.
         """
-        scene = Scene(**{name: getattr(self, name) for name in self.model_fields_set} | changes)
-        return scene if changes.keys() - set(RECORD_FIELDS) else scene.stepped(self.step)
+        return Scene(**{name: getattr(self, name) for name in self.model_fields_set} | changes)
 
     def sampled(self, rate: int) -> "Scene":
         """Return the scene sampled at ``rate`` (1/s); step and frame interval become the next smaller ones that fit."""
-        rig = self.rig.changed(sensor__rate=rate)
         frames = max(floor(self.frame_interval * rate + 1e-6), 1) / rate if self.frame_interval else 0.0
-        step = {"step": 1.0 / rate / ceil(1.0 / rate / self.step - 1e-6)} if "step" in self.model_fields_set else {}
-        return self.with_(rig=rig, frame_interval=frames, **step)
+        step = None if self.step is None else round_step(self.step, 1.0 / rate)
+        return self.with_(rig=self.rig.changed(sensor__rate=rate), frame_interval=frames, step=step)
 
     def __repr__(self) -> str:
         """One line: speed, ring, length and step, and the rig."""
         ring = "no ring" if self.ring_radius is None else f"ring of {self.ring_radius:g} m"
-        run = f"{self.motor_rpm:g} rev/min, {ring}, {self.duration:g} s in steps of {self.step:g} s"
+        run = f"{self.motor_rpm:g} rev/min, {ring}, {self.duration:g} s in steps of {self.time_step:g} s"
         return f"<Scene: {run}; {self.rig!r}>"
 
     __str__ = __repr__

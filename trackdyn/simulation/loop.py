@@ -21,6 +21,7 @@ from trackdyn.rig.rig import Rig
 from trackdyn.rig.validation import typed, within
 from trackdyn.scene.build import CARRIED
 from trackdyn.scene.scene import LONGEST_RUN, MOST_STEPS, Scene
+from trackdyn.scene.step import allowed_step
 from trackdyn.simulation import loop_arrays
 from trackdyn.simulation.loop_arrays import LoopArrays, filled, flat, read_checkpoint, write_checkpoint
 from trackdyn.simulation.recorder import CHUNK, Recorder
@@ -36,7 +37,7 @@ class Loop:
     ----------
     scene : Scene
         What is asked for. The loop is laid, tensioned and settled; the sprocket rests until the first step. A step that
-        nobody chose follows the tension at which the loop settles.
+        nobody chose follows the tension at which the loop settles: ``model.step``.
     starts : SettledLoops or None
         Loops that were settled before, among which this one may be.
 
@@ -61,8 +62,9 @@ class Loop:
     def __init__(self, scene: Scene, starts: SettledLoops | None = None):
         if scene.chain == "belt":
             raise InputError("scene: chain = 'belt': a path has no state to step; use 'double_pin'")
-        self.scene, model, state, work, self.layout = settle(scene, starts)
-        self.arrays = LoopArrays(model, state, work)
+        self.scene = scene
+        start = settle(scene, starts)
+        self.layout, self.arrays = start.layout, LoopArrays(start.model, start.state, start.work)
 
     @property
     def arrays(self) -> LoopArrays:
@@ -127,7 +129,7 @@ class Loop:
         Parameters
         ----------
         count : int
-            Number of steps of ``scene.step`` s.
+            Number of steps of ``model.step`` s.
         """
         count = int(within("count", count, 1, MOST_STEPS))
         with self._exclusive():
@@ -340,7 +342,9 @@ class Loop:
             New speed, rev/min, and the time in which it is reached, s.
         """
         now = sprocket_rate(self.arrays.model.drive, self.time)
-        self.scene = self.scene.with_(motor_rpm=motor_rpm, ramp=ramp).stepped(self.scene.step)
+        scene = self.scene.with_(motor_rpm=motor_rpm, ramp=ramp)
+        scene.with_(step=self.model.step)  # refused where the step is too large for the speed
+        self.scene = scene
         rate, ramp = float(self.scene.sprocket_rate), float(self.scene.ramp)
         self._steer(self.arrays.model.drive._replace(rate=rate, ramp=ramp, start=float(now), begin=self.time))
 
@@ -388,11 +392,11 @@ class Loop:
         """
         other = Loop.__new__(Loop)
         tension = self.layout.get("settled_tension_n", self.scene.rig.tension.pre_tension)
-        other.scene, other.layout = self.scene.with_(**fields).at_tension(tension), dict(self.layout)
+        other.scene, other.layout = self.scene.with_(**fields), dict(self.layout)
         for name in ("loop", "chain", "ring_radius"):
             if (wanted := getattr(other.scene, name)) != getattr(self.scene, name):
                 raise InputError(f"scene: {name} = {wanted!r}: cannot change in a loop; make a new Loop")
-        model, state, work = allocate(other.scene)
+        model, state, work = allocate(other.scene, allowed_step(other.scene, other.scene.time_step, tension))
         leaves = flat(self.arrays.state)
         if [leaf.shape for leaf in flat(state).values()] != [leaf.shape for leaf in leaves.values()]:
             raise InputError(
@@ -436,7 +440,7 @@ class Loop:
         fields = data["scene"]
         loop.scene = Scene(**fields | {"rig": Rig.model_validate(fields["rig"])})
         loop.layout = data["layout"]
-        room = allocate(loop.scene)
+        room = allocate(loop.scene, loop.scene.time_step)
         if "tensioner_shift_m" in loop.layout:
             shift_wheel(room[0], loop.scene.rig, tensioner(loop.scene.rig), loop.layout["tensioner_shift_m"])
         loop.arrays = LoopArrays._make(

@@ -52,18 +52,19 @@ def cost(scene) -> Cost:
         return Cost(COPIES * file + 8 * BELT_FLOATS * samples, file, 1e-5 * samples)
     tableau = METHODS[scene.integrator].tableau
     seconds = SETTLING + scene.lead_in + scene.ramp + scene.duration + HALF * again(scene)
-    steps = seconds / scene.step * (len(tableau.b) if tableau else 1)
+    steps = seconds / scene.time_step * (len(tableau.b) if tableau else 1)
     return Cost(COPIES * file, file, steps * scene.bodies * BODY_STEP)
 
 
-def check_memory(scene) -> None:
-    """Refuse (`InputError`) a scene whose recording does not fit into the memory that is free."""
-    memory, free = cost(scene).memory, virtual_memory().available
+def check_memory(scene, seconds: float | None = None) -> None:
+    """Refuse (`InputError`) a scene whose recording, or ``seconds`` of it, do not fit into the memory that is free."""
+    seconds = scene.duration if seconds is None else seconds
+    memory, free = cost(scene).memory * seconds / scene.duration, virtual_memory().available
     if memory > free:
         raise InputError(
-            f"scene: duration = {scene.duration:g} s: its recording needs about "
+            f"scene: duration = {seconds:g} s: its recording needs about "
             f"{memory / 1e6:.0f} MB of memory and {free / 1e6:.0f} MB are free; use at most "
-            f"{0.9 * scene.duration * free / memory:.3g} s, fewer pitches or a longer frame_interval"
+            f"{0.9 * seconds * free / memory:.3g} s, fewer pitches or a longer frame_interval"
         )
 
 
@@ -124,7 +125,7 @@ class Recorder:
         return self.done >= self.samples
 
     def _check_memory(self, seconds: float) -> None:
-        check_memory(self.scene.model_copy(update={"duration": seconds}))
+        check_memory(self.scene, seconds)
 
     def _grow(self, least: int) -> None:
         """Make room for so many samples: twice as many as there are, but not more than are asked for."""
@@ -203,7 +204,7 @@ class Recorder:
     def recording(self) -> Recording:
         """What was recorded so far, if it is finite and its energy balance closed (`check_account`)."""
         self._check_account()
-        record, scene = self.record, self.scene
+        record, scene = self.record, self.scene.with_(step=self.loop.model.step)
         rate, stride = scene.rig.sensor.rate, record.frame_stride
         if self.done < self.samples:
             frames = -(-self.done // stride) if 0 < stride <= self.done else 0

@@ -287,6 +287,7 @@ def belt_recording(scene) -> Recording:
     sprocket's teeth give. The link's middle is on the path, its x axis along it.
     """
     rig, loop_hz, begin = scene.rig, scene.periods.loop_hz, time.perf_counter()
+    scene = scene.with_(step=scene.time_step)
     rate, pitches, samples = rig.sensor.rate, rig.chain.pitches, round(scene.duration * rig.sensor.rate)
     path, _ = belt_around(rig)
     speed = path.length * loop_hz

@@ -72,7 +72,7 @@ def replay(recording: Recording, seconds: float | None = None, progress: bool = 
     frames = max(1, int(seconds * rate / stride + 1e-6))
     loop = Loop(scene)
     begins, complete = recording.begin, True
-    if (begins - scene.ramp) / scene.step * scene.bodies * BODY_STEP > LEAD_COST:
+    if (begins - scene.ramp) / scene.time_step * scene.bodies * BODY_STEP > LEAD_COST:
         begins, complete = scene.ramp + min(scene.lead_in, SHORT_LEAD), False
     bar = {"disable": not progress, "unit": "s", "desc": "looking again",
            "bar_format": "{desc} |{bar}| {n:.1f} of {total:.1f} s simulated"}  # fmt: skip

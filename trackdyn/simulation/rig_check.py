@@ -9,8 +9,9 @@ from trackdyn.errors import DivergenceError, InputError
 from trackdyn.rig.layout import assemble, belt_around, body_lengths, longest_strand, wheel_circles, wheel_names
 from trackdyn.rig.outline import distance_to
 from trackdyn.rig.rig import Rig
-from trackdyn.scene.limits import largest_step, round_step, turn_limit
-from trackdyn.scene.scene import LEAST_STEP, Scene
+from trackdyn.scene.limits import largest_step, turn_limit
+from trackdyn.scene.scene import Scene
+from trackdyn.scene.step import halved_steps, round_step
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recorder import Recorder
 from trackdyn.simulation.resolution import NO
@@ -23,7 +24,7 @@ ROUGH_OUTLINE = 2e-4  # m, RMS
 # of a trial of steps
 HOLDS = 0.01  # of RMS and mean peak, from a step to half of it
 SECONDS, RAMP = 1.0, 0.3  # s at speed, and until then
-LARGEST, HALVINGS = 1e-4, 4
+LARGEST = 1e-4
 
 
 @dataclass(frozen=True)
@@ -44,8 +45,7 @@ def check_rig(rig: Rig, rpm: float, settle: bool = True) -> RigReport:
     names = wheel_names(rig)
     wraps = {names[wheel]: degrees(float(path.wrap[k])) for k, wheel in enumerate(order)}
     sample = 1.0 / rig.sensor.rate
-    finest = Scene(rig, rpm, step=sample / min(np.floor(sample / LEAST_STEP), 1000))
-    step = largest_step(finest.model, rig.tension.pre_tension)
+    step = largest_step(Scene(rig, rpm).model, rig.tension.pre_tension)
     values = {
         "loop": (
             f"{rig.chain.pitches} pitches of {1e3 * rig.pitch:.4g} mm, {lengths.sum():.4g} m; "
@@ -61,7 +61,7 @@ def check_rig(rig: Rig, rpm: float, settle: bool = True) -> RigReport:
     wheels = wheel_circles(rig, laid.shift, surface=True)
     unusual = _unusual(rig, path, wraps, step, names)
     if settle:
-        loop = Loop(Scene(rig, 0.0, step=sample / np.ceil(sample / min(0.5 * step, 1e-4))))
+        loop = Loop(Scene(rig, 0.0))
         model, state = loop.model, loop.state
         frame = np.concatenate([state.pin[:2], state.angle, state.wheel_angle[:1]])
         wheels[:, 0], wheels[:, 1] = model.wheels.x, model.wheels.y
@@ -94,9 +94,8 @@ def try_steps(settled: Loop, rpm: float) -> tuple[float | None, list[float]]:
     # a scene is judged at the pre-tension, a loop at the tension that it settles at
     tensions = settled.layout["settled_tension_n"], settled.scene.rig.tension.pre_tension
     turn = turn_limit(settled.scene.with_(motor_rpm=rpm).sprocket_rate).values()
-    step = round_step(min(LARGEST, largest_step(settled.model, *tensions), *turn), sample)
     before, tried = None, list[float]()
-    for _ in range(HALVINGS + 1):
+    for step in halved_steps(min(LARGEST, largest_step(settled.model, *tensions), *turn), sample):
         try:
             loop = settled.changed(step=step, **scene)
             loop.advance(RAMP)
@@ -108,7 +107,6 @@ def try_steps(settled: Loop, rpm: float) -> tuple[float | None, list[float]]:
             before = statistics, writer.watch.resolution().state
         except DivergenceError:
             before = None
-        step = round_step(step / 2, sample)
     return None, tried
 
 

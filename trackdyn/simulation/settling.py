@@ -7,7 +7,7 @@ tension.
 import copy
 import json
 from collections.abc import Callable
-from math import ceil, inf, pi
+from math import inf, pi
 from typing import NamedTuple
 
 import numpy as np
@@ -41,6 +41,7 @@ from trackdyn.rig.rig import Rig
 from trackdyn.scene.build import CARRIED, check_stops, make_carriers, preloads, start_plane, wheel_centres
 from trackdyn.scene.limits import elastic_depth, largest_step
 from trackdyn.scene.scene import RECORD_FIELDS, Scene
+from trackdyn.scene.step import allowed_step, round_step
 
 # Settling: a chunk of this many seconds, then every velocity is multiplied by the factor.
 CHUNK = 1e-3
@@ -76,8 +77,7 @@ LATER = ("motor_rpm", *RECORD_FIELDS)
 class Start(NamedTuple):
     """A loop that is ready to run: the sprocket at rest, the energy balance at zero."""
 
-    scene: Scene  # with the step that the tension of the loop allows
-    model: Model
+    model: Model  # with the step that the tension of the loop allows
     state: State
     work: Work
     # shift of the tensioning wheel (m), tension as it was set and as the loop stands (N); of a free loop nothing
@@ -124,7 +124,7 @@ class SettledLoops:
         """The loop of a scene at rest; it may be used up."""
         # the step of the settling heeds the step limits, and they the speed and the ring
         settings = {name: value for name, value in scene.describe().items() if name not in LATER}
-        settings["settling_step"] = settling_step(scene, scene.rig.tension.pre_tension)
+        settings |= {"step": scene.time_step, "settling_step": settling_step(scene, scene.rig.tension.pre_tension)}
         ring = settings.pop("ring_radius")
         common = json.dumps(settings, sort_keys=True)
 
@@ -163,7 +163,7 @@ def _tensioned(scene: Scene, finer: int) -> "Settling":
 
 def _rested(scene: Scene, tensioned: "Callable[[int], Settling]") -> "Settling":
     """The loop at rest with the scene's ring; with half the step, or less, if it does not come to rest."""
-    step = settling_step(scene, scene.rig.tension.pre_tension, scene.step)
+    step = settling_step(scene, scene.rig.tension.pre_tension, scene.time_step)
     for halving in range(HALVINGS + 1):
         try:
             settling = tensioned(2**halving)
@@ -190,8 +190,7 @@ def _start(scene: Scene, settling: "Settling") -> Start:
     layout = {
         "tensioner_shift_m": float(settling.shift), "tension_n": settling.reached, "settled_tension_n": tension,
     }  # fmt: skip
-    scene = scene.at_tension(tension)
-    model = copy_wheels(scene.model)
+    model = copy_wheels(scene.model_of_step(allowed_step(scene, scene.time_step, tension)))
     shift_wheel(model, rig, settling.wheel, settling.shift)
     for name in ("x", "y"):
         getattr(model.wheels, name)[:] = getattr(settling.model.wheels, name)
@@ -213,7 +212,7 @@ def _start(scene: Scene, settling: "Settling") -> Start:
     check_meshing(scene, model, settling.work, float(state.wheel_angle[SPROCKET]))
     if model.space is not None:
         state = state._replace(plane=start_plane(rig, model, state))
-    return Start(scene, model, state, equipped(scene, model, settling.work), layout)
+    return Start(model, state, equipped(scene, model, settling.work), layout)
 
 
 def _spinning_loop(scene: Scene) -> Start:
@@ -224,7 +223,7 @@ def _spinning_loop(scene: Scene) -> Start:
     lay_state(state, assembly)
     state.rate[:] = spin
     state.pin[2:] = [-spin * state.pin[1], spin * state.pin[0]]
-    return Start(scene, model, state, equipped(scene, model, work), {})
+    return Start(model, state, equipped(scene, model, work), {})
 
 
 class Settling:
@@ -257,7 +256,7 @@ class Settling:
         spans = np.diff(path.start)[1::2]
         self.sag = weight**2 * float((spans**3).sum()) / 24
         # at rest in the plane, with the reference ring and the step of the settling
-        step = settling_step(scene, self.target, inf if taut else scene.step) / finer
+        step = settling_step(scene, self.target, inf if taut else scene.time_step) / finer
         model = copy_wheels(scene.model)
         model.wheels.present[SPROCKET] = 1
         model.wheels.radius[SPROCKET] = rig.sprocket.ring_radius
@@ -471,9 +470,9 @@ def tension_refusal(settling: Settling, least: tuple[float, float] | None = None
     )
 
 
-def allocate(scene: Scene) -> tuple[Model, State, Work]:
-    """Model, state and work of a scene, every array of the state and the work 0."""
-    model = copy_wheels(scene.model)
+def allocate(scene: Scene, step: float) -> tuple[Model, State, Work]:
+    """Model, state and work of a scene with a step (s), every array of the state and the work 0."""
+    model = copy_wheels(scene.model_of_step(step))
     if scene.loop == "on_wheels":
         model = model._replace(carriers=make_carriers(scene.rig, model, scene.tension, 0.0))
     state, work = make_arrays(model)
@@ -521,7 +520,7 @@ def settling_step(scene: Scene, tension: float, longest: float = inf) -> float:
     step = min(longest, SETTLING_STEP)
     if not METHODS[scene.integrator].linearly_implicit:
         step = min(step, max(largest_step(scene.model, tension), LEAST_STEP))
-    return sample / ceil(sample / step * (1 - 1e-9))
+    return round_step(step, sample)
 
 
 def arc_depths(scene: Scene, model: Model, work: Work, angle: float) -> np.ndarray:

@@ -96,8 +96,6 @@ def check_turning(recording: Recording) -> None:
 def _resumed(path: Path | str, scene: Scene) -> Recorder:
     data = read_checkpoint(path)
     loop = Loop.restored(data)
-    if "step" not in scene.model_fields_set:  # it followed the tension at which the loop settled
-        scene = scene.model_copy(update={"step": loop.scene.step})
     if loop.scene != scene:
         raise InputError(f"{path}: is the checkpoint of another scene; name another file to start again")
     writer = Recorder(loop)

@@ -90,7 +90,7 @@ def ring_study(
     errors = {name: error for name in metrics if (error := COLUMNS[name][3]) in table}
     for k, of in table[table["state"] == DONE].iterrows():
         ring = None if isnan(of["ring_radius_m"]) else of["ring_radius_m"]
-        whole = whole_errors(Scene(loaded, of["rpm"], ring).stepped(of["step_s"]))
+        whole = whole_errors(Scene(loaded, of["rpm"], ring, step=of["step_s"]))
         table.loc[k, list(errors.values())] = [whole(name, of[name], of[error]) for name, error in errors.items()]
     columns = [*ASKED, *ENDED, *dict.fromkeys((*metrics, *MEASURES)), "settled_tension_n", "key"]
     return table.reindex(columns=columns).sort_values(ASKED[::-1], na_position="first", ignore_index=True)

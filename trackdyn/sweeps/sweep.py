@@ -19,7 +19,8 @@ from trackdyn.rig.rig import Rig, load_rig
 from trackdyn.rig.rig_file import DEFAULT
 from trackdyn.rig.validation import parse_number, shown, typed, validated, within
 from trackdyn.scene.choices import CHOICES, preset
-from trackdyn.scene.scene import FOLLOWS, LEAST_STEP, LONGEST_RUN, Scene, StopRule
+from trackdyn.scene.scene import LONGEST_RUN, Scene, StopRule
+from trackdyn.scene.step import LEAST_STEP
 from trackdyn.simulation.settling import LATER
 from trackdyn.sources import module_hash
 from trackdyn.sweeps.design import check_ending, check_header, read_table, write_table
@@ -33,7 +34,7 @@ STOP_RULE = tuple(f"stop_rule.{name}" for name in StopRule.model_fields if name 
 TRUTH = {"true": True, "false": False}
 # what a row has where it says nothing, but for what it then takes from its rig
 DEFAULTS = {
-    name: None if name in FOLLOWS else field.default
+    name: None if field.default_factory else field.default
     for name, field in Scene.model_fields.items()
     if not field.is_required()
 }

@@ -1,11 +1,7 @@
 """One row: a scene in, numbers or a reason out."""
 
-from collections.abc import Callable, Sequence
-from contextlib import suppress
-
 from psutil import virtual_memory
 
-from trackdyn.errors import DivergenceError, InputError
 from trackdyn.jit import target_hash
 from trackdyn.measure.events import event_times
 from trackdyn.measure.metrics import run_metrics
@@ -13,21 +9,13 @@ from trackdyn.measure.stopping import check_driven, run_steady
 from trackdyn.measure.whole_loop import whole_loop
 from trackdyn.rig.rig import Rig
 from trackdyn.scene.scene import Scene, StopRule
+from trackdyn.scene.step import first_that_runs
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recorder import cost
 from trackdyn.simulation.recording import Recording, made_with
 from trackdyn.simulation.settling import SettledLoops
 from trackdyn.simulation.simulate import simulate
 from trackdyn.sources import module_hash
-
-
-def first_that_runs(steps: Sequence[float], run: Callable[[float], dict]) -> dict:
-    """What ``run`` returns for the first step (s) that is neither refused nor diverges; the last error if none runs."""
-    *first, last = steps
-    for step in first:
-        with suppress(InputError, DivergenceError):
-            return run(step)
-    return run(last)
 
 
 class Rows:

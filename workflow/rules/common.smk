@@ -107,8 +107,8 @@ def recording(run, folder=""):
 
 def plain_scene(scene):
     """A scene as plain data, without the rig, and without a step that nobody chose: a taut loop needs a smaller one."""
-    left_out = {"rig"} | {"step"} - scene.model_fields_set
-    return {name: getattr(scene, name) for name in scene.describe() if name not in left_out}
+    fields = {name: getattr(scene, name) for name in scene.describe() if name != "rig"}
+    return {name: value for name, value in fields.items() if name != "step" or value is not None}
 
 
 # Named by the hash of the kernels' sources: other sources, another file, and everything that needs it runs.

@@ -18,6 +18,7 @@ from trackdyn.rig.rig import Rig
 from trackdyn.scene.choices import preset
 from trackdyn.scene.limits import largest_step
 from trackdyn.scene.scene import Periods, Scene
+from trackdyn.scene.step import first_that_runs, halved_steps, round_step
 from trackdyn.simulation.settling import SettledLoops
 from trackdyn.simulation.simulate import simulate
 from trackdyn.sources import module_hash
@@ -51,10 +52,9 @@ def scene_of_speed(rig: Rig, speed: MeasuredSpeed, seconds: float, later: float 
     rig = rig.changed(sensor__rate=speed.rate)
     duration = ceil(seconds * speed.rate + 1) / speed.rate
     made = {"duration": duration, "lead_in": LEAD_IN + later, "contact_log": False}
-    fine = Scene(rig, speed.rpm, speed.ring_radius, **fields | made | {"step": 1.0 / speed.rate / 1000})
-    largest = largest_step(fine.model, rig.tension.pre_tension, method=METHODS[fine.integrator])
-    step = min(fields["step"], MARGIN * largest)
-    return fine.with_(step=1.0 / speed.rate / ceil(1.0 / speed.rate / step - 1e-6))
+    scene = Scene(rig, speed.rpm, speed.ring_radius, **fields | made | {"step": None})
+    largest = largest_step(scene.model, rig.tension.pre_tension, method=METHODS[scene.integrator])
+    return scene.with_(step=round_step(min(fields["step"], MARGIN * largest), 1.0 / speed.rate))
 
 
 def simulated_ay(
@@ -63,12 +63,9 @@ def simulated_ay(
     """(samples,) y acceleration that a sensor reports over so many turns of the loop, g; begins later by a fraction."""
     turn = Periods.at(rig, speed.rpm).loop
     scene = scene_of_speed(rig, speed, turns * turn, begin * turn)
-    for _ in range(HALVINGS):
-        try:
-            return sense(simulate(scene, starts=starts), speed.every).ay
-        except DivergenceError:
-            scene = scene.with_(step=scene.step / 2)
-    return sense(simulate(scene, starts=starts), speed.every).ay
+    steps = halved_steps(scene.time_step, 1.0 / speed.rate, HALVINGS)
+    recording = first_that_runs(steps, lambda step: simulate(scene.with_(step=step), starts=starts), (DivergenceError,))
+    return sense(recording, speed.every).ay
 
 
 class Experiment(NamedTuple):

@@ -55,7 +55,7 @@ def unit_file(scene, tmp_path_factory):
 def native(scene):
     """What the loop itself does with the same inputs, taken from it without the unit."""
     loop, rows, now = Loop(scene), [], (115.0, 0.0)
-    settled, count = loop.layout["tensioner_shift_m"], round(EXCHANGE / scene.step)
+    settled, count = loop.layout["tensioner_shift_m"], round(EXCHANGE / scene.time_step)
     body = loop.model.sensor.body
     for k in range(round(UNTIL / EXCHANGE)):
         wanted = CHANGES.get(round(k * EXCHANGE, 9), now)

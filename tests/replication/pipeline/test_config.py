@@ -126,7 +126,7 @@ def test_a_ring_takes_the_longest_step_that_is_allowed_up_to_its_radius(data):
     put(data, "ring_study.steps_s", [[0.305, 1e-4], [0.309, 5e-5], [0.31, 4e-5]])
     _, _, scenes = check_config(data, "mine.yaml")
     steps = {
-        name: scenes[f"ring/115rpm_{name}"].step
+        name: scenes[f"ring/115rpm_{name}"].time_step
         for name in ("none", "0.303", "0.305", "0.306", "0.309", "0.31", "0.313")
     }
     assert steps == {
@@ -148,7 +148,7 @@ def test_a_rig_alone_is_a_configuration(tmp_path, rig):
     config, loaded, scenes = check_layers([BASE, mine], {}, update_config)
     assert (config.other_rigs, config.sensor_files, config.synthetic, config.short_studies) == ({}, [], None, [])
     assert config.ring_study.radii_m == study_radii(loaded) and config.records.ring_radius_m == loaded.ring_radius
-    assert all(scene.rig is loaded and "step" not in scene.model_fields_set for scene in scenes.values())
+    assert all(scene.rig is loaded and scene.step is None for scene in scenes.values())
     radius = config.ring_study.radii_m[3]
     mine.write_text(f"rig: {rig}\nring_study: {{radii_m: [{radius}]}}\nshort_studies: [trade]\n", encoding="utf-8")
     for files, stated in (([BASE, mine], {}), ([BASE], {"rig": rig, "ring_study": {"radii_m": [radius]}})):

@@ -116,7 +116,7 @@ def test_a_step_in_which_the_sprocket_turns_far_is_refused(rig, integrator):
     """At 10,000 rpm a step of 1e-4 s left half of the energy exchanged unaccounted for."""
     with pytest.raises(InputError, match="turn of the sprocket"):
         Scene(rig, 10000.0, integrator=integrator, step=1e-4)
-    assert Scene(rig, 10000.0, integrator=integrator).step < 1e-4
+    assert Scene(rig, 10000.0, integrator=integrator).time_step < 1e-4
     assert turn_limit(0.0) == {}
     Scene(rig, 1000.0, integrator=integrator)
 

@@ -98,7 +98,7 @@ def compare_codes(
     first = peer_scene(rig, readings[0], speed_rpm, duration_s, steps_s[0])
     try:
         require_exudyn()
-        free_wheels(first, allocate(first)[0])
+        free_wheels(first, allocate(first, first.time_step)[0])
     except InputError as error:  # it is not installed, or has no such loop
         missing = f"not run: {error}"
     simulate(first.with_(duration=0.01, frame_interval=0.0))  # compile before the clock runs

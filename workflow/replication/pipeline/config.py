@@ -315,7 +315,7 @@ class Config(Section):
                 section = "meshing" if run.startswith("meshing/") else "records"
                 fields = {"duration": max(scene.duration, _least(rig, section, scene.motor_rpm))}
             allowed = step_field(other.steps_s, scene.motor_rpm).values()
-            return scene.with_(rig=rig, **_step(min((scene.step, *allowed)) if allowed else None), **fields)
+            return scene.with_(rig=rig, **_step(min((scene.time_step, *allowed)) if allowed else None), **fields)
 
         with _section(f"other_rigs.{name}"):
             return {

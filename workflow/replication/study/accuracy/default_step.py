@@ -44,15 +44,16 @@ def default_step_errors(rigs: Iterable[str], speeds: Mapping[str, Iterable[float
             fields = {"duration": seconds, "lead_in": LEAD_IN, "every_link": True}
             scene = Scene(rig, rpm, rig.ring_radius if ring == "own" else None, **fields)
             try:
-                runs = {scene.step / by: run_answer(scene.with_(step=scene.step / by)) for by in FINER}
+                step = scene.time_step
+                runs = {step / by: run_answer(scene.with_(step=step / by)) for by in FINER}
             except TrackdynError as error:  # refused by the program: no record, and so no error
                 print(f"{name}, {rpm:g} rpm: {error}", flush=True)
                 continue
             for measure, limit in limits_of(runs).items():
                 if measure in RELATIVE + SHARES and limit.value:
-                    off = np.array(difference(runs[scene.step].series[measure], limit)) / scale_of(measure, limit.value)
-                    rows.append([name, ring, rpm, scene.step, measure, limit.value, *off])
-            print(f"{name}, ring {ring}, {rpm:g} rpm, {scene.step:g} s", flush=True)
+                    off = np.array(difference(runs[step].series[measure], limit)) / scale_of(measure, limit.value)
+                    rows.append([name, ring, rpm, step, measure, limit.value, *off])
+            print(f"{name}, ring {ring}, {rpm:g} rpm, {step:g} s", flush=True)
     return pd.DataFrame(rows, columns=COLUMNS)
 
 

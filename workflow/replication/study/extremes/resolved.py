@@ -12,6 +12,7 @@ from trackdyn.errors import DivergenceError, InputError
 from trackdyn.rig.rig import Rig, load_rig
 from trackdyn.scene.limits import largest_step
 from trackdyn.scene.scene import Scene
+from trackdyn.scene.step import round_step
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recorder import Recorder
 from trackdyn.simulation.resolution import FINER, NO, OPEN, PEAKS, RMS, YES
@@ -69,14 +70,13 @@ def run_short(number: int, seed: int = SEED) -> dict:
     """
     name, rig, of = drawn(number, seed)
     name = f"{number}: {name}, {of['rpm']:.4g} rev/min, {of['seconds']:g} s"
-    sample = 1.0 / rig.sensor.rate
     fields = {"duration": of["seconds"], "lead_in": 0.0, "ramp": RAMP} | of["laws"]
     try:
-        probe = Scene(rig, of["rpm"], step=sample / 1000, every_link=True, **fields)
-        limit = min(largest_step(probe.model, rig.tension.pre_tension), LARGEST)
-        loop = Loop(probe.with_(step=float(sample / np.ceil(sample / (0.5 * limit)))))
-        limit = min(limit, largest_step(loop.model, loop.layout["settled_tension_n"]))
-        step = float(sample / np.ceil(sample / (of["share"] * limit)))
+        probe = Scene(rig, of["rpm"], every_link=True, **fields)
+        loop = Loop(probe)
+        limit = largest_step(loop.model, rig.tension.pre_tension, loop.layout["settled_tension_n"])
+        limit = min(limit, LARGEST)
+        step = round_step(of["share"] * limit, 1.0 / rig.sensor.rate)
         loop = Loop(probe.with_(step=step))
         fine, _ = _run(Loop(probe.with_(step=step / FINER)), of["seconds"], False)
     except (InputError, DivergenceError) as error:
