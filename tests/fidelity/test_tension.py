@@ -19,7 +19,8 @@ from trackdyn.scene.limits import largest_step
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.resolution import open_share
-from trackdyn.simulation.settling import arc_depths, check_meshing, explained_depth, settle
+from trackdyn.simulation.rest_state import arc_depths, check_meshing, explained_depth
+from trackdyn.simulation.settling import settle
 from trackdyn.simulation.simulate import simulate
 
 LARGE = 0.313

@@ -16,7 +16,7 @@ from trackdyn.scene.build import check_stops
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.resolution import PIECE, open_share
-from trackdyn.simulation.settling import arc_depths, explained_depth
+from trackdyn.simulation.rest_state import arc_depths, explained_depth
 
 GAP = 1.1e-10  # m: the paper's own, and what one projection a step leaves at these speeds
 ACCOUNT = 2e-2  # of the energy exchanged: the promise of the time loop

@@ -14,10 +14,10 @@ from trackdyn.rig.layout import belt_around
 from trackdyn.rig.rig import Rig
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation import recorder as writer
+from trackdyn.simulation.initial_tension import TensionedLoop
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.loop_arrays import flat
 from trackdyn.simulation.recording import Recording, belt_recording
-from trackdyn.simulation.settling import Settling
 from trackdyn.simulation.simulate import simulate
 
 # What exact cosines at the start of a call, instead of those carried on by their series, change in half a second
@@ -243,7 +243,7 @@ def test_scenes_of_one_method_share_their_kernels(make_scene, rig):
     kinds = {
         tuple(numba.typeof(leaf) for leaf in shared(made.model, made.state, made.work))
         for scene in scenes
-        for made in (Settling(scene), Loop(scene).arrays)
+        for made in (TensionedLoop(scene), Loop(scene).arrays)
     }
     assert len(kinds) == 1
 

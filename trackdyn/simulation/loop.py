@@ -23,10 +23,18 @@ from trackdyn.scene.build import CARRIED
 from trackdyn.scene.scene import LONGEST_RUN, MOST_STEPS, Scene
 from trackdyn.scene.step import allowed_step
 from trackdyn.simulation import loop_arrays
-from trackdyn.simulation.loop_arrays import LoopArrays, filled, flat, read_checkpoint, write_checkpoint
+from trackdyn.simulation.loop_arrays import (
+    LoopArrays,
+    allocate,
+    filled,
+    flat,
+    read_checkpoint,
+    shift_wheel,
+    write_checkpoint,
+)
 from trackdyn.simulation.recorder import CHUNK, Recorder
 from trackdyn.simulation.recording import Recording
-from trackdyn.simulation.settling import SettledLoops, allocate, settle, shift_wheel
+from trackdyn.simulation.settling import SettledLoops, settle
 
 
 @typed

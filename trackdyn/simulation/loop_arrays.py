@@ -1,4 +1,4 @@
-"""What kernels read and write, nested tuples of arrays: copies, views, what a user may set, and checkpoints of them."""
+"""Nested tuples of arrays that kernels read and write: made for a scene, copied, viewed, set by users, checkpointed."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -9,9 +9,14 @@ from psutil import virtual_memory
 
 from trackdyn.errors import InputError
 from trackdyn.files import read_npz, write_npz
-from trackdyn.model.arrays import State, Work
-from trackdyn.model.constants import Model
+from trackdyn.integrate.methods import METHODS
+from trackdyn.model.arrays import Plane, State, Work, equip, make_arrays, make_space_work
+from trackdyn.model.constants import SPROCKET, Model
+from trackdyn.rig.layout import Assembly, wheel_circles
+from trackdyn.rig.rig import Rig
 from trackdyn.rig.validation import shown
+from trackdyn.scene.build import make_carriers, wheel_centres
+from trackdyn.scene.scene import Scene
 from trackdyn.sources import source_hash
 
 
@@ -145,3 +150,43 @@ def joint_forces(model: Model, state: State, work: Work) -> np.ndarray:
     outer = np.column_stack([work.force_x, work.force_y - chain.mass * chain.gravity])
     passed = outer - chain.mass[:, None] * (pins + relative(arm))
     return np.asarray(sweep.load[:2]) + np.cumsum(passed, axis=0)
+
+
+def allocate(scene: Scene, step: float) -> tuple[Model, State, Work]:
+    """Model, state and work of a scene with a step (s), every array of the state and the work 0."""
+    model = copy_wheels(scene.model_of_step(step))
+    if scene.loop == "on_wheels":
+        model = model._replace(carriers=make_carriers(scene.rig, model, scene.tension, 0.0))
+    state, work = make_arrays(model)
+    if model.space is not None:
+        state = state._replace(plane=Plane(np.zeros(4), np.zeros(4)))
+    return model, state, equipped(scene, model, work)
+
+
+def equipped(scene: Scene, model: Model, work: Work) -> Work:
+    """Work with the arrays of the scene's integrator and of motion in space."""
+    n, wheels = len(work.cos), len(work.wheel_torque)
+    space = None if model.space is None else make_space_work(n, wheels)
+    return equip(work, METHODS[scene.integrator], len(model.branches.time))._replace(space=space)
+
+
+def lay_state(state: State, assembly: Assembly) -> None:
+    """Lay the bodies of a state that is 0 as they are assembled, at rest."""
+    state.pin[:2] = assembly.pins[0]
+    state.angle[:] = assembly.angle
+    state.wheel_angle[SPROCKET] = assembly.sprocket_angle
+
+
+def shift_wheel(model: Model, rig: Rig, wheel: int, shift: float) -> None:
+    """Move a wheel of the model by ``shift`` (m) along the tensioner's line, in place."""
+    model.wheels.x[wheel], model.wheels.y[wheel] = wheel_circles(rig, shift)[wheel, :2]
+    if model.space is not None:
+        model.space.centre[:] = np.einsum("wji,wj->wi", model.space.frame, wheel_centres(rig, model.wheels))
+
+
+def copy_wheels(model: Model) -> Model:
+    """The model with wheels that may be moved and a ring that may grow: copies of what a scene keeps."""
+    wheels = model.wheels
+    wheels = wheels._replace(**{name: getattr(wheels, name).copy() for name in ("present", "x", "y", "radius")})
+    space = model.space
+    return model._replace(wheels=wheels, space=space and space._replace(centre=space.centre.copy()))

@@ -19,8 +19,8 @@ from trackdyn.files import write_csv, write_text
 from trackdyn.rig.rig import Rig, load_rig
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
+from trackdyn.simulation.loop_arrays import allocate
 from trackdyn.simulation.recording import Recording
-from trackdyn.simulation.settling import allocate
 from trackdyn.simulation.simulate import simulate
 
 

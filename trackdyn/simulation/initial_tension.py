@@ -1,0 +1,181 @@
+"""The tension of a loop on its wheels: the tensioning wheel is moved until the strand onto the sprocket has it at rest.
+
+1. `TensionedLoop.tighten`: the wheel follows the mean tension, first without teeth, then with them, with the ring and
+   the carriers of the rig.
+2. `TensionedLoop.slacken`, where little more than the weight of the strand is wanted: tightened by far more, the loop
+   is let out in secant steps until the tension is below the wanted one.
+3. `TensionedLoop.set_tension`: secant steps, each between two states at rest, until it is reached.
+"""
+
+from math import inf
+
+import numpy as np
+
+from trackdyn.errors import DivergenceError, InputError
+from trackdyn.rig.layout import assemble, belt_around, travel_range
+from trackdyn.scene.build import CARRIED
+from trackdyn.scene.scene import Scene
+from trackdyn.simulation.loop_arrays import shift_wheel
+from trackdyn.simulation.rest_state import CHUNK, PERIOD, DampedLoop, Restless, settling_step
+
+# The tensioner closes the gap to the wanted tension with this time constant, s: slower than the strands swing out.
+TENSIONER_TIME = 0.15
+# Of the wanted tension, by how much it may be missed at rest (1 % is promised), and secant steps to come there.
+REACHED, ROUNDS = 0.0075, 12
+# Compliance of the contacts of one loop on its wheels, m/N: bounds the stiffness of a taut loop.
+CONTACT_COMPLIANCE = 1e-6
+# Taut, a strand has this many times the weight that hangs below it; with less than the second number it is let out.
+TAUT, SLACK = 10.0, 1.5
+# A taut chain is let out until the tension has fallen by this share, at most an eighth of the travel at once.
+FALL = 0.15
+
+
+def tensioned(scene: Scene, divisor: float) -> "TensionedLoop":
+    """The loop of a scene tensioned on the rig's ring, whatever that of the scene, with a part of the usual step.
+
+    Raises `InputError`: the tension cannot be reached, or the loop does not come to rest.
+    """
+    loop = TensionedLoop(scene, divisor)
+    if loop.target > SLACK * loop.hanging:
+        try:
+            loop.tighten()
+            if loop.set_tension():
+                return loop
+            if loop.reached < loop.target:
+                raise loop.refusal()
+        except (DivergenceError, Restless):
+            if loop.target > TAUT * loop.hanging:
+                raise
+    loop = TensionedLoop(scene, divisor, TAUT * loop.hanging)
+    loop.slacken()
+    if not loop.set_tension():
+        raise loop.refusal()
+    return loop
+
+
+class TensionedLoop(DampedLoop):
+    """A loop with a wanted tension.
+
+    Parameters
+    ----------
+    scene : Scene
+        What is asked for.
+    divisor : float
+        The step is the usual one over this.
+    taut : float or None
+        Tension that is aimed at first (N), in place of the rig's.
+    """
+
+    def __init__(self, scene: Scene, divisor: float = 1, taut: float | None = None):
+        rig, length = scene.rig, scene.model.chain.length
+        assembly = assemble(rig, length)
+        # wanted tension, N; metres of chain a metre of shift
+        self.target, self.lever = taut or rig.tension.pre_tension, assembly.lever
+        step = settling_step(scene, self.target, inf if taut else scene.time_step) / divisor
+        super().__init__(scene, assembly, rig.sprocket.ring_radius, step)
+        self.low, self.high = travel_range(rig, self.shift)
+        # the ring with which the tension is set, m; without teeth a chain needs one
+        self.reference = rig.ring_radius if scene.model.tooth.present else rig.sprocket.ring_radius
+        # tension at rest (N), and what the wheel moves for a change of it over `_shift_for` (shipped rigs)
+        self.reached, self.compliance_ratio = 0.0, 1.6
+        # of a slack strand the compliance says too much: no shift of a chunk is longer than a tenth of a body
+        self.longest_shift = 0.1 * float(length.max())
+        # a strand of span l and weight w a metre shortens its chord by w^2 l^3 / (24 T^2)
+        path, _ = belt_around(rig, self.shift, float(length[0]))
+        self.sag = self.weight**2 * float((np.diff(path.start)[1::2] ** 3).sum()) / 24
+
+    def _shift_for(self, tension: float) -> float:
+        """Shift of the wheel (m) that makes a tension (N), but for a constant."""
+        tension = max(tension, 0.1 * self.target, 0.1 * self.hanging, 1e-6)
+        return (CONTACT_COMPLIANCE * tension - self.sag / tension**2) / self.lever
+
+    def _shift(self, shift: float) -> float:
+        """Shift the tensioning wheel within its travel (m), take a chunk, and return by how much it moved."""
+        before = self.shift
+        longest = self.longest_shift
+        self.shift = min(max(before + min(max(shift, -longest), longest), self.low), self.high)
+        shift_wheel(self.model, self.scene.rig, self.wheel, self.shift)
+        self.chunk()
+        return self.shift - before
+
+    def shift_tensioner(self, shift: float) -> float:
+        """Shift the tensioning wheel in small steps, m; by how much it went."""
+        chunks = round(0.5 * PERIOD / CHUNK)
+        return sum(self._shift(shift / chunks) for _ in range(chunks))
+
+    def follow_tension(self, seconds: float) -> None:
+        """Move the tensioning wheel towards the wanted tension for a time, s."""
+        mean = self.tension() or self.target
+        for _ in range(round(seconds / CHUNK)):
+            mean += 0.1 * (self.tension() - mean)
+            tension = max(mean, 0.1 * self.target, 50.0)
+            compliance = 2 * self.sag / tension**3 + CONTACT_COMPLIANCE
+            self._shift((self.target - mean) * compliance / self.lever * CHUNK / TENSIONER_TIME)
+
+    def tighten(self) -> None:
+        """Come near the wanted tension, first without teeth, and with the ring and the carriers of the rig."""
+        self.follow_tension(0.4)
+        if self.scene.model.tooth.present:
+            self.engage_teeth(0.2)
+        self.follow_tension(0.6)
+        if self.reference is None:
+            self.change_ring(None)
+        if self.scene.tension not in CARRIED and any(wheel.carrier for wheel in self.scene.rig.rollers.values()):
+            self.release_carriers()
+
+    def slacken(self) -> None:
+        """Let a taut chain out until the strand is below the rig's pre-tension; `InputError`: it never is."""
+        self.tighten()
+        self.reached, self.target = self.equalize_strands(), self.scene.rig.tension.pre_tension
+        least, further, moves = (inf, self.shift), 0, True
+        while self.reached > self.target:
+            further = 0 if self.reached < least[0] else further + 1
+            least = min(least, (self.reached, self.shift))
+            if not moves or further == 3:  # at the end of its travel, or what hangs deeper weighs more
+                self.come_to_rest()
+                raise self.refusal(least)
+            moves = self.secant_step((1 - FALL) * self.reached, (self.high - self.low) / 8)
+
+    def secant_step(self, tension: float, longest: float) -> bool:
+        """Secant step (at most ``longest`` m) towards a tension at rest (N); whether the wheel could move."""
+        wanted = self.compliance_ratio * (self._shift_for(tension) - self._shift_for(self.reached))
+        shift = self.shift_tensioner(min(max(wanted, -longest), longest))
+        before, self.reached = self.reached, self.equalize_strands()
+        expected = self._shift_for(self.reached) - self._shift_for(before)
+        ratio = shift / expected / self.compliance_ratio if shift * expected > 0 else None
+        self.compliance_ratio *= 2.0 if ratio is None else min(max(ratio, 0.25), 4.0)
+        return shift != 0.0
+
+    def set_tension(self) -> bool:
+        """Move the wheel until the strand has the wanted tension at rest; whether it has.
+
+        Raises as `come_to_rest`.
+        """
+        self.reached = self.equalize_strands()
+        for _ in range(ROUNDS):
+            if abs(self.reached - self.target) <= REACHED * self.target:
+                if self.come_to_rest():
+                    return True
+                self.reached = self.equalize_strands()
+            elif not self.secant_step(self.target, self.longest_shift):
+                break
+        self.come_to_rest()
+        return False
+
+    def refusal(self, least: tuple[float, float] | None = None) -> InputError:
+        """Refusal of a tension above what the strand reaches, or below the ``least`` (N) at a shift (m)."""
+        tension, travel = self.scene.rig.tension, 1e3 * self.scene.rig.tension.travel
+        reached, shift = least or (self.reached, self.shift)
+        low, high = 1e3 * self.low, 1e3 * self.high
+        where = f"with the {tension.wheel} shifted by {1e3 * shift:.4g} mm of tension.travel = {travel:.4g} mm"
+        if max(-low, high) < travel or min(-low, high) < travel:
+            where += f" ({low:.4g} to {high:.4g} mm until it overlaps another wheel)"
+        if least:
+            return InputError(
+                f"tension.pre_tension = {tension.pre_tension:g} N: must exceed {reached:.4g} N, the least that the "
+                f"strand onto the sprocket holds, {where}; {self.hanging:.4g} N of chain hang below it"
+            )
+        return InputError(
+            f"tension.pre_tension = {tension.pre_tension:g} N: cannot be reached; the strand holds {reached:.4g} N "
+            f"{where}; change the pre-tension, enlarge the travel or move the wheels"
+        )

@@ -1,0 +1,223 @@
+"""A loop that is brought to rest: marched in chunks, its rates damped at the end of each.
+
+At rest no body turns fast, and what accelerates a body from one step to the next is small beside the tension.
+"""
+
+from math import inf, pi
+
+import numpy as np
+
+from trackdyn.errors import InputError
+from trackdyn.integrate.methods import METHODS
+from trackdyn.integrate.run import check_range, run
+from trackdyn.model.arrays import SLIDE, Work, equip, make_arrays, make_record
+from trackdyn.model.constants import SPROCKET, Drive, Model
+from trackdyn.rig.groove import depths_on_sprocket
+from trackdyn.rig.layout import Assembly, tensioner
+from trackdyn.scene.build import make_carriers, preloads
+from trackdyn.scene.limits import elastic_depth, largest_step
+from trackdyn.scene.scene import Scene
+from trackdyn.scene.step import round_step
+from trackdyn.simulation.loop_arrays import copy_wheels, lay_state, shift_wheel
+
+# Length of a chunk, s, and the factor by which every rate is multiplied at its end.
+CHUNK, DAMPING = 1e-3, 0.985
+# Largest and least step of the settling, s; the scene's if it is shorter.
+SETTLING_STEP, LEAST_STEP = 1e-4, 2e-6
+# At rest, the mean tension of two periods (s) of `PERIOD` differs by at most the share `EVEN`; the longest rest, s.
+PERIOD, EVEN, LONGEST_REST = 0.1, 0.0025, 4.0
+# Longest wait for bodies that still swing when the strands have equal tension, s.
+LONGEST_SWING = 2.0
+# A body at rest turns by at most so much, rad/s (shipped rigs: 0.03), and is accelerated from one step to the next by
+# at most this share of the tension (shipped rigs: 0.0005; a loop that chatters: 1).
+SLOW, BALANCED = 0.1, 0.02
+# The weight of the chain and so many times the tension on a single arc: more than any load at rest.
+MOST_LOAD = 4.0
+
+
+class Restless(InputError):
+    """A loop that does not come to rest."""
+
+
+class DampedLoop:
+    """An assembled loop in the plane, the sprocket at rest, first without teeth and with the rig's own ring.
+
+    Parameters
+    ----------
+    scene : Scene
+        What is asked for.
+    assembly : Assembly
+        The chain as it is laid.
+    ring_radius : float
+        Radius of the sprocket's ring, m.
+    step : float
+        Largest step, s.
+    """
+
+    def __init__(self, scene: Scene, assembly: Assembly, ring_radius: float, step: float):
+        self.scene = scene
+        self.shift = assembly.shift  # of the tensioning wheel along its line, m
+        self.wheel = tensioner(scene.rig)
+        chain = scene.model.chain
+        self.weight = chain.gravity * chain.mass.sum() / chain.length.sum()  # of a metre of chain, N/m
+        # what the strand with the cut joint carries at least: from its middle down to the lowest point of the loop, N
+        self.hanging = self.weight * float(assembly.pins[0, 1] - assembly.pins[:, 1].min())
+        self.swing = 0.0  # largest rate of a body, rad/s
+        model = copy_wheels(scene.model)
+        model.wheels.present[SPROCKET] = 1
+        model.wheels.radius[SPROCKET] = ring_radius
+        # at rest rolling resistance would keep the strands' tensions apart for seconds
+        model = model._replace(wheels=model.wheels._replace(rolling=np.zeros_like(model.wheels.rolling)))
+        self.model = model._replace(
+            drive=Drive(0.0, scene.ramp), step=step, stride=max(round(CHUNK / step), 1), space=None,
+            tooth=model.tooth._replace(present=0),
+        )  # fmt: skip
+        shift_wheel(self.model, scene.rig, self.wheel, self.shift)
+        self.state, work = make_arrays(self.model)
+        linearly = METHODS[scene.integrator].linearly_implicit
+        self.work = equip(work, METHODS["linearly_implicit" if linearly else "semi_implicit"])
+        lay_state(self.state, assembly)
+        self.record = make_record(1, self.state)
+
+    def tension(self) -> float:
+        """Tension of the chain at the cut joint, in the middle of the last strand, N."""
+        return float(np.hypot(*self.work.sweep.load[:2]))
+
+    def chunk(self) -> None:
+        """March one chunk, and damp the rates at its end."""
+        self._integrate(self.model)
+        self.scale_rates(DAMPING)
+
+    def _integrate(self, model: Model) -> None:
+        check_range(run(model, self.state, self.work, self.record, 0, 1), model, self.state, "settling")
+
+    def scale_rates(self, factor: float) -> None:
+        """Multiply every rate by a factor."""
+        state = self.state
+        state.rate[:] *= factor
+        state.pin[2:] *= factor
+        state.wheel_rate[:] *= factor
+        for name in ("rate", "rate_before"):
+            state.slide[name] *= factor
+
+    def rest(self, seconds: float) -> None:
+        """March for a time (s), damped."""
+        for _ in range(round(seconds / CHUNK)):
+            self.chunk()
+
+    def engage_teeth(self, seconds: float) -> None:
+        """Turn the sprocket where no arc is deep in its teeth, then stiffen them over a time (s)."""
+        tooth = self.model.tooth._replace(present=1)
+        start = self.state.wheel_angle[SPROCKET]
+        # from the angle with a groove under the middle connector outward, to both sides
+        candidates = start + 2 * pi / tooth.teeth * np.linspace(-0.5, 0.5, 121)
+        candidates = candidates[np.argsort(np.abs(candidates - start), kind="stable")]
+        cost = [max(arc_depths(self.scene, self.model, self.work, angle).max(), 0.0) for angle in candidates]
+        self.state.wheel_angle[SPROCKET] = candidates[int(np.argmin(cost))]
+        self.state.tooth_impact[:] = 0.0
+        full = tooth.law.stiffness
+        chunks = round(seconds / CHUNK)
+        for i in range(chunks):
+            law = tooth.law._replace(stiffness=full * 10 ** (-4 * (1 - (i + 1) / chunks)))
+            self.model = self.model._replace(tooth=tooth._replace(law=law))
+            self.chunk()
+
+    def change_ring(self, radius: float | None) -> None:
+        """Grow or shrink the ring to a radius (m); a ring that is not there shrinks until it touches no link."""
+        rig, wheels = self.scene.rig, self.model.wheels
+        start = float(wheels.radius[SPROCKET])
+        end = Scene.ring_range(rig)[0] - rig.chain.link_thickness if radius is None else radius
+        chunks = round(0.3 / CHUNK)
+        for i in range(chunks):
+            wheels.radius[SPROCKET] = start + (end - start) * (i + 1) / chunks
+            self.chunk()
+
+    def release_carriers(self) -> None:
+        """Let wheels on carriers go, on springs that hold the chain as it lies unless the rig says how hard."""
+        rig = self.scene.rig
+        carriers = make_carriers(rig, self.model, self.scene.tension, self.shift)
+        slide = np.zeros(len(carriers.wheel))
+        carriers = carriers._replace(force=carriers.force[:1].copy())  # as when the run starts, however long this takes
+        self.model = self.model._replace(carriers=carriers._replace(preload=preloads(rig, carriers, self.work, slide)))
+        self.state = self.state._replace(slide=np.zeros(len(slide), SLIDE))
+        self.rest(0.4)
+
+    def equalize_strands(self) -> float:
+        """Mean tension of strands that have come to equal tension, N. Raises as `come_to_rest`: they do not."""
+        mean = inf
+        for _ in range(round(LONGEST_REST / PERIOD)):
+            loads = []
+            for _ in range(round(PERIOD / CHUNK)):
+                self.chunk()
+                loads.append(self.tension())
+            before, mean = mean, float(np.mean(loads))
+            if abs(mean - before) <= EVEN * mean:
+                return mean
+        self.come_to_rest()
+        return mean
+
+    def at_rest(self) -> bool:
+        """Take a step; whether no body turns fast, and what accelerates one is small beside the tension."""
+        chain, rate = self.model.chain, self.state.rate.copy()
+        self._integrate(self.model._replace(stride=1))
+        force = chain.mass * chain.length * np.abs(self.state.rate - rate) / self.model.step
+        self.swing = float(np.abs(rate).max())
+        return self.swing <= SLOW and float(force.max()) <= BALANCED * max(self.tension(), self.hanging)
+
+    def come_to_rest(self) -> bool:
+        """Wait until the loop rests; whether it did so at once. Raises `Restless`: it never does."""
+        if self.at_rest():
+            return True
+        for _ in range(round(LONGEST_SWING / PERIOD)):
+            self.rest(PERIOD)
+            if self.at_rest():
+                return False
+        raise Restless(
+            f"the loop does not come to rest: settled in steps of {self.model.step:.3g} s a body still turns at "
+            f"{self.swing:.2g} rad/s or is thrown to and fro; use less tension, softer contacts or heavier bodies"
+        )
+
+
+def settling_step(scene: Scene, tension: float, longest: float = inf) -> float:
+    """Step of the settling at a tension (N), s: at most ``longest`` and ``SETTLING_STEP``.
+
+    What limits the scene's own step must not be refused under another name here, so the step limit of an explicit
+    settling applies, too.
+    """
+    step = min(longest, SETTLING_STEP)
+    if not METHODS[scene.integrator].linearly_implicit:
+        step = min(step, max(largest_step(scene.model, tension), LEAST_STEP))
+    return round_step(step, 1.0 / scene.rig.sensor.rate)
+
+
+def arc_depths(scene: Scene, model: Model, work: Work, angle: float) -> np.ndarray:
+    """(2 p,) true depths of the arcs in the ten-arc groove, the sprocket at ``angle`` (rad); -inf out of its reach, m.
+
+    Contact search (Eqs. 20 to 23) finds nothing deeper than r_C: an arc buried in a tooth would cost nothing.
+    """
+    body, along, wheels = model.shoes.arc_body, model.shoes.arc_x, model.wheels
+    centres = np.column_stack([
+        work.pin_x[body] + along * work.cos[body] - wheels.x[SPROCKET],
+        work.pin_y[body] + along * work.sin[body] - wheels.y[SPROCKET],
+    ])  # fmt: skip
+    return depths_on_sprocket(scene.rig.groove_profile, scene.rig.chain.connector_radius, centres, angle)
+
+
+def explained_depth(model: Model, tension: float) -> float:
+    """Depth that elastic contact of a tooth can have at rest, m: that of ``MOST_LOAD`` times the tension on one arc."""
+    tooth = model.tooth
+    load = MOST_LOAD * (tension + model.chain.gravity * float(model.chain.mass.sum()))
+    widest = float(tooth.radius.max()) + tooth.arc_radius
+    return elastic_depth(tooth.law, load, widest)
+
+
+def check_meshing(scene: Scene, model: Model, work: Work, angle: float) -> None:
+    """Refuse (`InputError`) a loop that would start with an arc deeper in a tooth than its load explains."""
+    if not model.tooth.present:
+        return
+    depth = float(arc_depths(scene, model, work, angle).max())
+    if depth > explained_depth(model, scene.rig.tension.pre_tension):
+        raise InputError(
+            f"the chain does not mesh with the sprocket of this rig: at rest an arc lies {1e3 * depth:.3g} mm inside a "
+            "tooth; bring sprocket.equal_pitch_radius, groove.seat_depth and ring_radius nearer to each other"
+        )
