@@ -10,8 +10,8 @@ from tests.conftest import recorded
 from trackdyn import Scene
 from trackdyn.errors import InputError
 from trackdyn.measure import planner
-from trackdyn.measure.convergence import Series
 from trackdyn.measure.planner import Candidate, Setting, _judge, _next, check_tolerances, plan, settings
+from trackdyn.measure.uncertainty import Series
 from trackdyn.measure.whole_loop import whole_loop
 
 

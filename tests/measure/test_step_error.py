@@ -6,7 +6,7 @@ import pytest
 
 from trackdyn.measure.columns import SIDE_COLUMNS, error_of
 from trackdyn.measure.metrics import SHOWN, gravity_sentence, range_sentence, shown_measures
-from trackdyn.measure.step_error import whole_errors
+from trackdyn.measure.uncertainty import whole_errors
 from trackdyn.rig.rig import load_rig
 from trackdyn.rig.rig_file import shipped_rigs
 from trackdyn.scene.scene import Scene

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from scipy.stats import t as student
 
-from trackdyn.measure.convergence import batch_error, line_error, ratio_error
 from trackdyn.measure.sensor import sensor_metrics
+from trackdyn.measure.uncertainty import batch_error, line_error, ratio_error
 
 RATE, SAMPLES, TURNS, REPLICAS = 250.0, 500.37, 12, 400  # samples of a revolution, not a whole number
 LOOP_HZ = RATE / SAMPLES

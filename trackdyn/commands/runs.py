@@ -175,7 +175,7 @@ def _for_its_duration(scene, out: Path, checkpoint: Path | None, quiet: bool) ->
 
 def _until_converged(plan, tolerances: dict[str, float], longest: float, out: Path) -> None:
     from trackdyn.measure.cells import plain, with_error
-    from trackdyn.measure.convergence import unit_of
+    from trackdyn.measure.uncertainty import unit_of
 
     answer = plan.run()
     answer.recording.save(out)
@@ -284,7 +284,7 @@ def compare(
     from trackdyn.files import write_csv
     from trackdyn.measure.cells import cell, plain, with_error
     from trackdyn.measure.compare import compare_with_sensor, doubtful_axes, in_words, other_speed
-    from trackdyn.measure.step_error import whole_errors
+    from trackdyn.measure.uncertainty import whole_errors
     from trackdyn.sensor.sensor_csv import read_sensor_csv
     from trackdyn.sensor.sensor_mapping import load_mapping
     from trackdyn.simulation.recording import load_recording

@@ -5,7 +5,7 @@ from math import floor, log10
 import numpy as np
 
 from trackdyn.measure.columns import groups, heading, words
-from trackdyn.measure.convergence import ROUNDING
+from trackdyn.measure.uncertainty import ROUNDING
 
 
 def significant(value, digits: int = 3) -> str:

@@ -12,7 +12,6 @@ import pandas as pd
 
 from trackdyn.errors import InputError, naming
 from trackdyn.measure.columns import error_of
-from trackdyn.measure.convergence import turn_error
 from trackdyn.measure.metrics import SAME_SPEED
 from trackdyn.measure.sensor import (
     OTHER_SPEED,
@@ -23,6 +22,7 @@ from trackdyn.measure.sensor import (
     whole_samples,
 )
 from trackdyn.measure.spectra import high_frequency_rms, highest_line, holds_line
+from trackdyn.measure.uncertainty import turn_error
 from trackdyn.rig.rig import Rig
 from trackdyn.rig.validation import typed
 from trackdyn.scene.scene import Scene

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from trackdyn.measure.convergence import NAN, batch_error, ratio_error
+from trackdyn.measure.uncertainty import NAN, batch_error, ratio_error
 from trackdyn.model.arrays import CONTACT_INTERVAL
 from trackdyn.model.constants import SPROCKET
 from trackdyn.rig.rig import Rig

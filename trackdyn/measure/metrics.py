@@ -4,10 +4,9 @@ import numpy as np
 
 from trackdyn.measure.columns import table_schema
 from trackdyn.measure.contacts import LONGEST_CONTACT, PASSAGE, meshing_summary
-from trackdyn.measure.convergence import NAN
 from trackdyn.measure.sensor import sense, sensor_metrics, specific_force
 from trackdyn.measure.spectra import LEAST_PERIODS, rms
-from trackdyn.measure.step_error import whole_errors
+from trackdyn.measure.uncertainty import NAN, whole_errors
 from trackdyn.measure.whole_loop import sliding_work
 from trackdyn.scene.choices import label
 from trackdyn.simulation.recording import Recording

@@ -14,9 +14,20 @@ from numbers import Real
 from typing import Any, NamedTuple
 
 from trackdyn.errors import InputError, TrackdynError
-from trackdyn.measure.convergence import LEAST, RELATIVE, SHARES, SURE, Estimate, Series, difference, scale_of, settled
 from trackdyn.measure.sensor import whole_samples
 from trackdyn.measure.stopping import check_driven, record_until
+from trackdyn.measure.uncertainty import (
+    LEAST,
+    RELATIVE,
+    SHARES,
+    SURE,
+    Estimate,
+    Series,
+    difference,
+    judge_series,
+    scale_of,
+    weight_of_finer,
+)
 from trackdyn.measure.whole_loop import series
 from trackdyn.scene.limits import turn_limit
 from trackdyn.scene.scene import LONGEST_RUN, Scene
@@ -74,18 +85,18 @@ class Error(NamedTuple):
         """Difference of settings and both scatters."""
         return self.bias + hypot(self.doubt, self.half_width)
 
-    def left(self, tolerance: float) -> float:
+    def remaining(self, tolerance: float) -> float:
         """What a tolerance leaves for the interval of the record; 0 if nothing."""
         rest = tolerance - self.bias
         return sqrt(rest**2 - self.doubt**2) if rest > self.doubt else 0.0
 
-    def alone(self, tolerance: float) -> float:
+    def record_growth(self, tolerance: float) -> float:
         """Times that the record must be as long, above 1 if it must; infinite if the setting errs too much."""
-        room = self.left(tolerance) if self.bias <= SETTING_SHARE * tolerance else 0.0
+        room = self.remaining(tolerance) if self.bias <= SETTING_SHARE * tolerance else 0.0
         return _times(self.half_width, self.scatter, room)
 
-    def together(self, tolerance: float, falls: float = 1.0, most: float = SETTING_SHARE) -> float:
-        """The same if the trials go on, whose scatters fall both, and the difference of settings falls so."""
+    def trial_growth(self, tolerance: float, falls: float = 1.0, most: float = SETTING_SHARE) -> float:
+        """Times that trials must be as long, whose scatters fall both; their difference becomes ``falls`` of itself."""
         bias = falls * self.bias
         room = tolerance - min(bias, SETTING_SHARE * tolerance) if bias <= most * tolerance else 0.0
         return _times(hypot(self.doubt, self.half_width), hypot(self.doubt, self.scatter), room)
@@ -109,12 +120,12 @@ class Candidate:
         return self.writer.done / self.writer.loop.scene.rig.sensor.rate if self.writer else 0.0
 
     def growth(self, tolerances: Mapping[str, float]) -> float:
-        """Times that the record must be as long for all tolerances (`Error.alone`)."""
-        return max(self.error[name].alone(tolerance) for name, tolerance in tolerances.items())
+        """Times that the record must be as long for all tolerances (`Error.record_growth`)."""
+        return max(self.error[name].record_growth(tolerance) for name, tolerance in tolerances.items())
 
     def trials(self, tolerances: Mapping[str, float], *falls: float) -> float:
-        """Times, at least 1, that trials must be as long for all of them (`Error.together`)."""
-        return max(1.0, *(self.error[name].together(tolerance, *falls) for name, tolerance in tolerances.items()))
+        """Times, at least 1, that trials must be as long for all of them (`Error.trial_growth`)."""
+        return max(1.0, *(self.error[name].trial_growth(tolerance, *falls) for name, tolerance in tolerances.items()))
 
 
 class Plan(NamedTuple):
@@ -143,7 +154,7 @@ class Plan(NamedTuple):
         first = min(self.duration, GROWTH * self.chosen.seconds)
 
         def judge(recording: Recording) -> tuple[StopResult, bool]:
-            cut, means, reached = settled(series(recording, self.left), self.left)
+            cut, means, reached = judge_series(series(recording, self.left), self.left)
             left_out = recording.scene.lead_in + cut * recording.periods.passage
             answer = StopResult(means, reached, left_out, recording)
             return answer, answer.converged
@@ -218,7 +229,7 @@ def plan(scene: Scene, tolerances: Mapping[str, float], longest: float = 60.0, m
             _judge(running, tolerances)
             chosen, longer = _next(running, tolerances, pending, longest / span / count)
             if chosen is not None:
-                left = {name: chosen.error[name].left(tolerance) for name, tolerance in tolerances.items()}
+                left = {name: chosen.error[name].remaining(tolerance) for name, tolerance in tolerances.items()}
                 duration = min(max(chosen.growth(tolerances), 1.0) * chosen.seconds, longest)
                 cpu_s = chosen.cpu_s * (duration / chosen.seconds - 1.0)
                 return Plan(chosen, left, duration, cpu_s, time.process_time() - begin, tuple(tried))
@@ -281,7 +292,7 @@ def _judge(running: list[Candidate], tolerances: Mapping[str, float]) -> None:
     coarser, finest = running[-2:]
     steps = [trial.writer.loop.model.step for trial in (coarser, finest) if trial.writer]
     same = len({trial.setting.fields.get("integrator") for trial in (coarser, finest)}) == 1
-    ratio = steps[1] / (steps[0] - steps[1]) if same else 1.0
+    ratio = weight_of_finer(*reversed(steps)) if same else 1.0
     for name in tolerances:
         scale = scale_of(name, finest.measures[name].estimate().value)
         last, sure = (ratio * abs(of) for of in difference(coarser.measures[name], finest.measures[name]))

@@ -15,7 +15,7 @@ from trackdyn.errors import InputError, shown
 from trackdyn.measure.cells import plain, with_error
 from trackdyn.measure.columns import PLACES, SIDE_COLUMNS, error_of, heading
 from trackdyn.measure.contacts import TOUCHING
-from trackdyn.measure.convergence import ROUNDING
+from trackdyn.measure.uncertainty import ROUNDING
 
 # Points of a turn that the left arc may touch for beyond a tooth's share of it, 100 over the number of teeth, for which
 # connectors that drive one after the other touch at least. Ours; the paper has a plateau near 10 %, and no rule.

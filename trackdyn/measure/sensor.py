@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trackdyn.measure.convergence import NAN, LineError, line_error, turn_error
 from trackdyn.measure.spectra import (
     high_frequency_rms,
     high_passed,
@@ -19,6 +18,7 @@ from trackdyn.measure.spectra import (
     rms,
     standard_deviation,
 )
+from trackdyn.measure.uncertainty import NAN, LineError, line_error, turn_error
 from trackdyn.rig.validation import typed, within
 from trackdyn.simulation.recording import Recording
 

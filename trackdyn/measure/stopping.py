@@ -10,7 +10,7 @@ from typing import TypeVar
 
 from trackdyn.errors import InputError
 from trackdyn.measure.contacts import LONGEST_CONTACT, PASSAGE, SIDES, TOUCHING, passages
-from trackdyn.measure.convergence import Series, settled
+from trackdyn.measure.uncertainty import Series, judge_series
 from trackdyn.scene.scene import Scene, StopRule
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recorder import SAMPLED, Recorder
@@ -65,7 +65,7 @@ def later(recording: Recording, seconds: float) -> Recording:
 def run_steady(loop: Loop, rule: StopRule) -> tuple[Recording, bool]:
     """Start a loop and record it until its contacts have converged (then True), or for the duration of its scene.
 
-    What the rule asks for is judged as in `settled`. The recording begins two thirds of a turn of the sprocket before
+    What the rule asks for is judged by `judge_series`. The recording begins two thirds of a turn of the sprocket before
     the first passage that counts.
     """
 
@@ -96,7 +96,7 @@ def steady_from(recording: Recording, rule: StopRule) -> tuple[float, bool]:
         tolerances[f"{side}_share"] = rule.share_pct / 100
         if share.estimate().value >= TOUCHING:  # a force that hardly touches is not judged
             tolerances[f"{side}_force"] = rule.force
-    first, _, kept = settled(measures, tolerances, rule.passages)
+    first, _, kept = judge_series(measures, tolerances, rule.passages)
     converged = all(kept.values())
     if not first:
         return 0.0, converged

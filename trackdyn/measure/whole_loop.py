@@ -4,7 +4,7 @@ In steady motion each link does what the link ahead of it did one pitch passage 
 of one link over a revolution of the loop would be the records of all links over one passage, end to end (`stitch`).
 Where motion does not repeat, links and passages are samples: means over all links within a passage are formed first,
 so that the correlation between links does not matter, and the means of successive passages are joined in batches whose
-scatter gives the standard error of the whole mean (`convergence.batch_error`).
+scatter gives the standard error of the whole mean (`uncertainty.batch_error`).
 """
 
 from collections.abc import Collection
@@ -14,9 +14,9 @@ import numpy as np
 
 from trackdyn.errors import InputError
 from trackdyn.measure.contacts import SIDES
-from trackdyn.measure.convergence import RELATIVE, SHARES, Estimate, Series
 from trackdyn.measure.sensor import specific_force
 from trackdyn.measure.spectra import high_passed
+from trackdyn.measure.uncertainty import RELATIVE, SHARES, Estimate, Series
 from trackdyn.model.arrays import RING_FRICTION, TOOTH_FRICTION
 from trackdyn.simulation.recording import Recording
 

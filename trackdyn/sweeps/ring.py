@@ -9,8 +9,8 @@ import pandas as pd
 from trackdyn.errors import InputError
 from trackdyn.measure.columns import COLUMNS
 from trackdyn.measure.ring_rule import COLUMNS as MEASURES
-from trackdyn.measure.step_error import whole_errors
 from trackdyn.measure.stopping import check_driven
+from trackdyn.measure.uncertainty import whole_errors
 from trackdyn.rig.rig import Rig, load_rig
 from trackdyn.rig.validation import typed
 from trackdyn.scene.rings import larger_radii, study_radii
@@ -79,7 +79,7 @@ def ring_study(
 
     The table has a row a scene, no ring first: ``rpm``, ``ring_radius_m`` (empty: no ring), ``state``, ``reason``,
     ``contacts_converged``, the columns of ``metrics.csv``, ``settled_tension_n`` and ``key``; errors hold what the step
-    adds (`measure.step_error`). Raises `InputError` where the rig, a speed or a radius cannot be used; what is wrong
+    adds (`measure.uncertainty`). Raises `InputError` where the rig, a speed or a radius cannot be used; what is wrong
     with one scene is its ``reason``.
     """
     loaded = load_rig(rig)

@@ -12,7 +12,7 @@ from replication.report.figures.trade import answers, trade_figure
 from replication.study.accuracy import default_step, trade
 from replication.study.settings import StatisticErrors
 from trackdyn.errors import DivergenceError, InputError
-from trackdyn.measure.convergence import Series
+from trackdyn.measure.uncertainty import Series
 from trackdyn.scene.scene import Periods
 
 ASKED = {

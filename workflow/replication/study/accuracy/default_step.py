@@ -7,13 +7,12 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 import pandas as pd
 
-from replication.study.accuracy.limit import difference
 from replication.study.accuracy.statistics import LEAD_IN, scale_of
 from replication.study.accuracy.trade import limits_of, run_answer
 from trackdyn.errors import TrackdynError
 from trackdyn.files import write_csv
-from trackdyn.measure.convergence import RELATIVE, SHARES
 from trackdyn.measure.sensor import whole_samples
+from trackdyn.measure.uncertainty import RELATIVE, SHARES, error_against
 from trackdyn.rig.rig import load_rig
 from trackdyn.rig.rig_file import shipped_rigs
 from trackdyn.scene.scene import Periods, Scene
@@ -51,7 +50,7 @@ def default_step_errors(rigs: Iterable[str], speeds: Mapping[str, Iterable[float
                 continue
             for measure, limit in limits_of(runs).items():
                 if measure in RELATIVE + SHARES and limit.value:
-                    off = np.array(difference(runs[step].series[measure], limit)) / scale_of(measure, limit.value)
+                    off = np.array(error_against(runs[step].series[measure], limit)) / scale_of(measure, limit.value)
                     rows.append([name, ring, rpm, step, measure, limit.value, *off])
             print(f"{name}, ring {ring}, {rpm:g} rpm, {step:g} s", flush=True)
     return pd.DataFrame(rows, columns=COLUMNS)

@@ -13,8 +13,8 @@ from replication.study.accuracy.trade import limits_of, run_answer
 from replication.study.settings import TradeForm, promised_scenes, scene_name
 from trackdyn.errors import InputError
 from trackdyn.files import write_csv
-from trackdyn.measure.convergence import RELATIVE, SHARES
 from trackdyn.measure.planner import plan
+from trackdyn.measure.uncertainty import RELATIVE, SHARES
 from trackdyn.rig.rig import Rig, load_rig
 from trackdyn.scene.scene import Scene
 

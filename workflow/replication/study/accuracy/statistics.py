@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from trackdyn.measure import convergence
+from trackdyn.measure import uncertainty
 from trackdyn.measure.contacts import meshing_summary
-from trackdyn.measure.convergence import RELATIVE, SHARES, Series
 from trackdyn.measure.sensor import sense, whole_revolutions, whole_samples
 from trackdyn.measure.spectra import high_frequency_rms, main_line_binfree, rms, standard_deviation
+from trackdyn.measure.uncertainty import RELATIVE, SHARES, Series
 from trackdyn.measure.whole_loop import series
 from trackdyn.scene.scene import Periods, Scene
 from trackdyn.simulation.recording import Recording
@@ -62,5 +62,5 @@ def answers_of(recording: Recording) -> dict[str, Series]:
 
 
 def scale_of(measure: str, reference: float) -> float:
-    """What an error is a part of, as a tolerance is (`measure.convergence.scale_of`); 1 for gap and residual."""
-    return 1.0 if measure in ABSOLUTE else convergence.scale_of(measure, reference)
+    """What an error is a part of, as a tolerance is (`measure.uncertainty.scale_of`); 1 for gap and residual."""
+    return 1.0 if measure in ABSOLUTE else uncertainty.scale_of(measure, reference)

@@ -14,7 +14,6 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from replication.study.accuracy.limit import Limit, difference, limit_of
 from replication.study.accuracy.statistics import (
     ABSOLUTE,
     BELT_TURNS,
@@ -28,8 +27,8 @@ from replication.study.settings import StatisticErrors, Steps, TradeForm, measur
 from replication.study.variants import PHYSICS
 from trackdyn.errors import InputError, TrackdynError
 from trackdyn.files import write_csv
-from trackdyn.measure.convergence import Series
 from trackdyn.measure.sensor import whole_samples
+from trackdyn.measure.uncertainty import Limit, Series, error_against, limit_of
 from trackdyn.rig.rig import Rig, load_rig
 from trackdyn.scene.scene import Periods, Scene
 from trackdyn.simulation.loop import Loop
@@ -144,7 +143,7 @@ def _rows_of(point: list, run: AnswerCost | None, limits: dict[str, Limit], seco
         if not len(measured.values) or not np.isfinite(scale):
             continue
         value, error, _ = measured.estimate()
-        off, noise = difference(measured, limits[measure])
+        off, noise = error_against(measured, limits[measure])
         if measure in ABSOLUTE:  # of the very record, and compared with nothing
             about = [value, 0.0, abs(value), 0.0, 0.0, 0]
         else:

@@ -1,18 +1,22 @@
-"""When is a measure known? Its series over passages, its difference between two runs, and the tolerance that both keep.
+"""How sure a measure is: its scatter over passages, its difference between two runs, its limit, what the step adds.
 
 A measure of a record in steady running is a mean over passages of a pitch (`Series`). Batches of passages give the
 scatter of the mean, the marginal standard error rule its transient, and pairs of passages at equal times the difference
 of two runs that start alike, which scatters less than either (common random numbers: Law, Simulation Modeling and
-Analysis, 5th edition, 2015, ch. 11.2).
+Analysis, 5th edition, 2015, ch. 11.2). Runs at several steps give the limit at a step of zero (`limit_of`), and errors
+of the included rigs say what the step of a scene adds (`whole_errors`).
 """
 
 from collections.abc import Callable, Mapping
 from itertools import pairwise
+from math import hypot, nan
+from re import fullmatch
 from typing import NamedTuple
 
 import numpy as np
+import scipy  # its parts are loaded where they are used
 
-from trackdyn.rig.roots import root
+from trackdyn.scene.scene import Scene
 
 CONFIDENCE = 0.95
 ROUNDING = 1e-9  # of a value: a smaller standard error is rounding, and is not shown
@@ -37,21 +41,8 @@ def batch_error(values) -> tuple[float, float]:
 
 
 def student(batches):
-    """Half of the 95 % interval of a mean of so many batches, in standard errors: Student's distribution.
-
-    Source: M. Abramowitz and I. A. Stegun: Handbook of Mathematical Functions. 1964, Eqs. 26.7.3 and 26.7.4.
-    """
-    freedom = batches - 1
-    odd = freedom % 2
-
-    def within(angle):  # probability of less than tan(angle) sqrt(freedom)
-        k = np.arange(odd + 2, freedom - 1, 2)
-        series = 1.0 + np.sum(np.cumprod((k - 1) / k * np.cos(angle) ** 2))
-        if odd:
-            return 2.0 / np.pi * (angle + np.sin(angle) * np.cos(angle) * series * (freedom > 1))
-        return np.sin(angle) * series
-
-    return np.tan(root(lambda angle: within(angle) - CONFIDENCE, 0.0, np.pi / 2)) * np.sqrt(freedom)
+    """Half of the 95 % interval of a mean of so many batches, in standard errors: Student's distribution."""
+    return scipy.special.stdtrit(batches - 1, (1 + CONFIDENCE) / 2)
 
 
 def ratio_error(numerator, denominator) -> float:
@@ -208,7 +199,7 @@ def difference(one: Series, other: Series) -> tuple[float, float]:
     return float(pairs.mean()), batch_error(pairs)[0]
 
 
-def settled(
+def judge_series(
     measures: Mapping[str, Series], tolerances: Mapping[str, float], least: int = LEAST
 ) -> tuple[int, dict[str, Estimate], dict[str, bool]]:
     """The beginning to leave out, in passages, the measures of the rest, and whether they keep their tolerances.
@@ -230,3 +221,78 @@ def settled(
         if all(kept.values()):
             break
     return first, means, kept
+
+
+class Limit(NamedTuple):
+    """What a measure would be with a step of zero."""
+
+    value: float  # the limit
+    error: float  # its standard error, all in all
+    doubt: float  # the share of the error that is convergence, not scatter
+    values: np.ndarray  # (m,) what the limit is the mean of, passage by passage
+
+
+def weight_of_finer(fine: float, coarse: float) -> float:
+    """Share of the difference of two steps (s) by which the finer one misses the limit: it falls with the step."""
+    return fine / (coarse - fine)
+
+
+def limit_of(runs: Mapping[float, Series]) -> Limit:
+    """The limit of a measure, by step, s, whose error is in proportion to the step.
+
+    From the two finest steps (Richardson extrapolation: Roache, Journal of Fluids Engineering 116, 1994, 405-413). Its
+    error joins the scatter of passages of this combination of both runs, and how far the next coarser pair of steps
+    would extrapolate to, without which convergence is taken on trust; of two steps alone, the whole extrapolation.
+    """
+    steps = sorted(runs)
+
+    def extrapolated(fine: float, coarse: float) -> np.ndarray:
+        """The line through two steps at a step of zero, passage by passage."""
+        near, far = paired(runs[fine].linear(), runs[coarse].linear())
+        return near + weight_of_finer(fine, coarse) * (near - far)
+
+    values = extrapolated(*steps[:2])
+    other = extrapolated(*steps[1:3]) if len(steps) > 2 else runs[steps[0]].linear()
+    value, doubt = float(values.mean()), float(abs(values.mean() - other.mean()))
+    return Limit(value, float(np.hypot(batch_error(values)[0], doubt)), doubt, values)
+
+
+def error_against(series: Series, limit: Limit) -> tuple[float, float]:
+    """A measure less its limit, and the standard error of this difference."""
+    one, other = paired(series.linear(), limit.values)
+    return float(series.estimate().value - limit.value), float(np.hypot(batch_error(one - other)[0], limit.doubt))
+
+
+# The largest difference from the limit at a step of zero that the included rigs have at their default steps, from 115
+# to 210 rev/min (study `default_step`; forces and sliding work: against a quarter of the step), with a ring and
+# without, by columns of a run (`measure.columns`): relative, but for shares (points of a turn) and phases (turns).
+STEP_ERRORS = {
+    r"(rms|sd|mean)(_whole)?_g": (1e-3, 1e-3),
+    r"line_g(_binfree)?": (1e-4, 2e-3),
+    r"line_hz(_binfree)?": (0.0, 0.0),  # the speed's own
+    r"high_frequency_g": (2e-3, 3e-3),
+    r"(left|right|ring)_share_pct": (0.02, 0.05),
+    r"(left|right|ring)_phase_(start|end)": (2e-4, 5e-4),
+    r"(left|right|ring)_(rms|sd|rms_contact)_n": (5e-4, 5e-3),
+    r"(left|right|ring)_peak_n": (5e-3, 2.6e-2),
+    r"(teeth|ring)_sliding_j": (2e-3, 1e-2),
+}
+JUDGED = ("semi_implicit", "rk4")  # methods: a linearly implicit step is coarse on purpose
+ABSOLUTE = ("_share_pct", "_phase_start", "_phase_end")
+
+
+def whole_errors(scene: Scene) -> Callable[[str, float, float], float]:
+    """Function of a column of a run of a scene, its value and standard error: the error with what the step adds.
+
+    That is in proportion to the step. Other rigs may have more than the included ones: `step_check` judges their steps.
+    NaN where the standard error or what the step adds is not known; a value of zero has the standard error.
+    """
+    times = 0.0 if scene.chain == "belt" else scene.time_step / scene.with_(step=None).time_step
+    times = times if scene.chain == "belt" or scene.integrator in JUDGED else nan
+
+    def whole(column: str, value: float, error: float) -> float:
+        of_step = next((errors for name, errors in STEP_ERRORS.items() if fullmatch(name, column)), (nan, nan))
+        size = 1.0 if column.endswith(ABSOLUTE) else abs(value)
+        return hypot(error, times * of_step[scene.ring_radius is None] * size) if value else error
+
+    return whole
