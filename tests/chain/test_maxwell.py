@@ -9,8 +9,8 @@ from trackdyn.model.arrays import BUSHING_LOSS
 from trackdyn.model.constants import Branches
 from trackdyn.rig.laws import BAND, loss_branches
 from trackdyn.scene.limits import step_limits
+from trackdyn.simulation.energy_balance import open_share
 from trackdyn.simulation.loop import Loop
-from trackdyn.simulation.resolution import open_share
 
 RIPPLE = 0.07  # of the loss factor (0.05 to 0.3), by which the branches miss it within the band
 

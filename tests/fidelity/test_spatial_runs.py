@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from tests.conftest import LAWS
+from trackdyn.simulation.energy_balance import energy_residual
 from trackdyn.simulation.loop import Loop
-from trackdyn.simulation.resolution import energy_residual
 
 
 @pytest.fixture(scope="module")

@@ -17,8 +17,8 @@ from trackdyn.model.constants import SPROCKET
 from trackdyn.rig.rig import load_rig
 from trackdyn.scene.limits import largest_step
 from trackdyn.scene.scene import Scene
+from trackdyn.simulation.energy_balance import open_share
 from trackdyn.simulation.loop import Loop
-from trackdyn.simulation.resolution import open_share
 from trackdyn.simulation.rest_state import arc_depths, check_meshing, explained_depth
 from trackdyn.simulation.settling import settle
 from trackdyn.simulation.simulate import simulate

@@ -14,8 +14,8 @@ from trackdyn.model.arrays import SPROCKET_WORK
 from trackdyn.model.constants import NO_MOTOR, SPROCKET, Drive, Motor
 from trackdyn.rig.rig import load_rig
 from trackdyn.scene.build import make_carriers
+from trackdyn.simulation.energy_balance import open_share
 from trackdyn.simulation.loop import Loop
-from trackdyn.simulation.resolution import open_share
 
 STEP = 1e-4
 

@@ -14,9 +14,10 @@ from trackdyn.model.constants import SPROCKET
 from trackdyn.rig.rig import load_rig
 from trackdyn.scene.build import check_stops
 from trackdyn.scene.scene import Scene
+from trackdyn.simulation.energy_balance import open_share
 from trackdyn.simulation.loop import Loop
-from trackdyn.simulation.resolution import PIECE, open_share
 from trackdyn.simulation.rest_state import arc_depths, explained_depth
+from trackdyn.simulation.step_check import PIECE
 
 GAP = 1.1e-10  # m: the paper's own, and what one projection a step leaves at these speeds
 ACCOUNT = 2e-2  # of the energy exchanged: the promise of the time loop

@@ -18,9 +18,9 @@ from trackdyn.measure.metrics import run_metrics
 from trackdyn.measure.sensor import sense
 from trackdyn.measure.stopping import later
 from trackdyn.model.arrays import ENERGY_NAMES
+from trackdyn.simulation.energy_balance import energy_residual
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recording import Recording, load_recording
-from trackdyn.simulation.resolution import energy_residual
 from trackdyn.simulation.simulate import simulate
 
 # printed in the paper (C01)

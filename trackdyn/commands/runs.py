@@ -59,7 +59,7 @@ def simulate(
     from trackdyn.rig.rig import load_rig
     from trackdyn.scene.scene import Scene
     from trackdyn.simulation.recorder import cost
-    from trackdyn.simulation.resolution import again, brief
+    from trackdyn.simulation.step_check import again, brief
 
     if measure and tolerance is None:
         raise InputError("--measure needs --tolerance, such as --tolerance 1%")

@@ -9,8 +9,8 @@ from trackdyn.measure.spectra import LEAST_PERIODS, rms
 from trackdyn.measure.uncertainty import NAN, whole_errors
 from trackdyn.measure.whole_loop import sliding_work
 from trackdyn.scene.choices import label
+from trackdyn.simulation.energy_balance import energy_residual
 from trackdyn.simulation.recording import Recording
-from trackdyn.simulation.resolution import energy_residual
 
 SHOWN = (
     "rms_g", "sd_g", "line_hz_binfree", "line_g_binfree", "high_frequency_g", "left_share_pct", "right_share_pct",

@@ -32,10 +32,11 @@ from trackdyn.measure.whole_loop import series
 from trackdyn.scene.limits import turn_limit
 from trackdyn.scene.scene import LONGEST_RUN, Scene
 from trackdyn.scene.step import halved_steps, round_step
+from trackdyn.simulation.chatter import ONE_STEP
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recorder import Recorder
 from trackdyn.simulation.recording import Recording
-from trackdyn.simulation.resolution import ONE_STEP, OPEN, Resolution
+from trackdyn.simulation.step_check import OPEN, Resolution
 
 SETTING_SHARE = 0.8  # of the tolerance, which the difference of two settings may take; the rest is for scatter
 IMPLICIT_STEP, LARGEST_STEP = 5e-4, 1e-4  # s

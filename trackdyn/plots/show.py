@@ -21,9 +21,9 @@ from trackdyn.model.arrays import ENERGY_NAMES
 from trackdyn.model.constants import SPROCKET, Tooth
 from trackdyn.plots.rendering import CONFIGURATION, differences, packed, render, short
 from trackdyn.rig.validation import typed
+from trackdyn.simulation.energy_balance import LOSSES, STORED
 from trackdyn.simulation.recording import Recording, load_recording
 from trackdyn.simulation.replay import SIDES, Replay, replay
-from trackdyn.simulation.resolution import LOSSES, STORED
 from trackdyn.sources import source_hash
 
 SCRIPTS = ("shared", "animation", "plots", "show")  # one module, in this order

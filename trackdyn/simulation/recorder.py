@@ -12,9 +12,10 @@ from trackdyn.integrate.methods import METHODS
 from trackdyn.jit import FOLDER
 from trackdyn.model.arrays import CONTACT_INTERVAL, Plane, PlaneRecord, Record, make_record, make_state
 from trackdyn.model.constants import SPROCKET
+from trackdyn.simulation.energy_balance import check_account
 from trackdyn.simulation.loop_arrays import filled, flat
 from trackdyn.simulation.recording import Recording, provenance
-from trackdyn.simulation.resolution import HALF, RunStatistics, Watch, again, check_account, run_statistics
+from trackdyn.simulation.step_check import HALF, RunStatistics, Watch, again, run_statistics
 
 # Time of a body's step with the Riccati sweep, s, on the machine of the benchmarks; settling takes so many seconds.
 BODY_STEP, SETTLING = 1e-7, 2.1

@@ -14,8 +14,8 @@ from trackdyn.scene.scene import Scene
 from trackdyn.scene.step import halved_steps, round_step
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recorder import Recorder
-from trackdyn.simulation.resolution import NO
 from trackdyn.simulation.settling import tension_words
+from trackdyn.simulation.step_check import NO
 
 SMALL_WRAP = 90.0  # deg of the sprocket below which few teeth share the load
 DEEP_SAG = 0.1  # of a span

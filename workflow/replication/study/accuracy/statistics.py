@@ -9,8 +9,8 @@ from trackdyn.measure.spectra import high_frequency_rms, main_line_binfree, rms,
 from trackdyn.measure.uncertainty import RELATIVE, SHARES, Series
 from trackdyn.measure.whole_loop import series
 from trackdyn.scene.scene import Periods, Scene
+from trackdyn.simulation.energy_balance import energy_residual
 from trackdyn.simulation.recording import Recording
-from trackdyn.simulation.resolution import energy_residual
 
 NAN = float("nan")
 # of the ladder and of accuracy against cost: motion in space and rk4 have no tensioner on its spring

@@ -11,8 +11,8 @@ from trackdyn.measure.sensor import specific_force
 from trackdyn.measure.spectra import rms
 from trackdyn.rig.rig import Rig
 from trackdyn.scene.scene import Scene
+from trackdyn.simulation.energy_balance import OPEN_SHARE, open_share
 from trackdyn.simulation.loop import Loop
-from trackdyn.simulation.resolution import OPEN_SHARE, open_share
 
 # Standard errors between the first and the last quarter that still count as no drift; revolutions that are all
 # alike may differ by a tenth of the 5 % by which the printed differences of the RMS stand apart.

@@ -15,11 +15,11 @@ from trackdyn.scene.scene import Scene
 from trackdyn.scene.step import round_step
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recorder import Recorder
-from trackdyn.simulation.resolution import FINER, NO, OPEN, PEAKS, RMS, YES
+from trackdyn.simulation.step_check import FINER, NO, OPEN, PEAKS, RMS, YES
 
 FAMILY = "short runs"
 SEED = 20261215
-# Of good runs at most this fraction may be refused; what completes is within `resolution.RMS` and `resolution.PEAKS`.
+# Of good runs at most this fraction may be refused; what completes is within `step_check.RMS` and `step_check.PEAKS`.
 REFUSED_GOOD = 0.03
 SECONDS, PARTS, RAMP = (0.3, 2.0), (0.2, 1.0), 0.3  # lengths, and parts of the largest step, both drawn by logarithm
 LARGEST = 2e-4  # s, where the loop would allow more

@@ -5,16 +5,16 @@ import pytest
 
 from trackdyn.errors import DivergenceError
 from trackdyn.model.arrays import CONTACT_INTERVAL, ENERGY_NAMES
-from trackdyn.scene.limits import PATH
+from trackdyn.simulation.chatter import NOTICED, ONE_STEP, unresolved_reason
+from trackdyn.simulation.energy_balance import OPEN_SHARE, PATH, check_account, open_share, path_energy
 from trackdyn.simulation.loop import Loop
-from trackdyn.simulation.resolution import (
+from trackdyn.simulation.rig_check import try_steps
+from trackdyn.simulation.simulate import simulate
+from trackdyn.simulation.step_check import (
     FINER,
     FLIPS,
     HALF,
     NO,
-    NOTICED,
-    ONE_STEP,
-    OPEN_SHARE,
     PEAKS,
     RMS,
     YES,
@@ -22,15 +22,9 @@ from trackdyn.simulation.resolution import (
     Watch,
     again,
     brief,
-    check_account,
     largest_forces,
-    open_share,
-    path_energy,
     resolution,
-    unresolved_reason,
 )
-from trackdyn.simulation.rig_check import try_steps
-from trackdyn.simulation.simulate import simulate
 
 
 @pytest.fixture(scope="module")
@@ -93,8 +87,8 @@ def test_answers_are_compared_over_the_same_pitches():
 
 def test_a_record_that_flips_and_holds_with_a_finer_step_completes_and_says_so(make_scene, monkeypatch):
     """Doubt that a finer run does not share is said, not refused."""
-    monkeypatch.setattr("trackdyn.simulation.resolution.unresolved_reason", lambda *_: "it flips")
-    monkeypatch.setattr("trackdyn.simulation.resolution.FLIPS", -1.0)
+    monkeypatch.setattr("trackdyn.simulation.step_check.unresolved_reason", lambda *_: "it flips")
+    monkeypatch.setattr("trackdyn.simulation.step_check.FLIPS", -1.0)
     resolved = simulate(make_scene(150.0, lead_in=0.1)).meta["resolved"]
     assert resolved["state"] == NO and "it flips, and by a finer step RMS is " in resolved["reason"]
 
@@ -121,7 +115,7 @@ def test_the_trial_of_a_run_settles_with_its_own_step(make_scene, monkeypatch):
     monkeypatch.setattr(
         Loop, "__init__", lambda loop, scene, *more: made.append(scene.step) or init(loop, scene, *more)
     )
-    monkeypatch.setattr("trackdyn.simulation.resolution.unresolved_reason", lambda *_: "it flips")
+    monkeypatch.setattr("trackdyn.simulation.step_check.unresolved_reason", lambda *_: "it flips")
     simulate(make_scene(115.0, ring_radius=None, step=1e-4))
     assert made == [1e-4, 1e-4 / FINER]
 

@@ -1,14 +1,11 @@
 """Is the motion of a record resolved by its step? Judged from what its contacts show, and while it runs.
 
-Where a contact is too stiff for the step, forces flip from one step to the next. All bodies are looked at
-(`integrate.run`), so that a few pitches on the sprocket tell what one sensor's link shows after a turn of the loop.
-A peak force that lasts one step is not resolved (`integrate.contact_log`). Neither says how wrong a
-record is: a doubtful one is run again with a finer step (`Watch`).
-
-The energy balance shows a step that was too large, too (`check_account`).
+Chatter (`chatter`) makes a record doubtful, and so does its length where that is shorter than a turn of the loop.
+Neither says how wrong it is: a doubtful one is run again with a finer step (`Watch`). The energy balance shows a step
+that was too large, too (`energy_balance.check_account`).
 """
 
-from math import nan, pi
+from math import nan
 from typing import NamedTuple
 from weakref import proxy
 
@@ -16,23 +13,18 @@ import numpy as np
 
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.integrate.methods import METHODS
-from trackdyn.model.arrays import ENERGY_NAMES, KINETIC, Record
+from trackdyn.model.arrays import Record
 from trackdyn.model.constants import Model
-from trackdyn.scene.limits import PATH
+from trackdyn.simulation.chatter import LEAST_LOOKS, alternating_share, unresolved_reason
+from trackdyn.simulation.energy_balance import passed_pitches
 
 # Most that RMS and mean peak may differ with a finer step; half of it counts as resolved.
 RMS, PEAKS = 0.02, 0.05
-# What alternates, as a share of the mean square that the sensor reads. Set on a pilot (docs/speed-and-accuracy.md) in
-# which no run below it was 2 % off in RMS.
-NOTICED = 0.01
-# The same in what single steps read (``Recording.raw``), whose mean square it adds to: ``RMS`` of theirs.
+# Most that may alternate, as a share of the mean square of single steps (``Recording.raw``): ``RMS`` of theirs.
 FLIPS = 2 * RMS
-# Share of the mean peak in peaks that stand for one step, with a neighbour below half: the true one may be as much as
-# twice as large, so that a tenth of the mean peak may be half off, which is ``PEAKS``.
-ONE_STEP = 0.1
-# Pitches that must have come onto the sprocket before a record can count as resolved, and looks that must have been
-# taken; one pitch shows enough of a record that is not, for it is no longer the first impact.
-LEAST_PITCHES, LEAST_LOOKS = 3.0, 10
+# Pitches that must have come onto the sprocket before a record can count as resolved; one pitch shows enough of a
+# record that is not, for it is no longer the first impact.
+LEAST_PITCHES = 3.0
 YES, NO, OPEN = "yes", "no", "not judged"
 SIDES = 3  # left arcs, right arcs, ring
 
@@ -45,25 +37,6 @@ class Resolution(NamedTuple):
     state: str
     share: float  # what alternates as a share of the mean square that the sensor reads; NaN if it was not looked at
     reason: str  # a sentence; empty for ``yes``
-
-
-def alternating_share(alternating, model: Model, mean) -> float:
-    """What alternates from step to step as a share of the mean square that the sensor reads.
-
-    ``alternating`` holds the (2,) sums over a record (`model.arrays.Work`), ``mean`` (s, 3) is that of the record.
-    """
-    alternations, looks = alternating
-    if not looks or not len(mean):
-        return float("nan")
-    gravity = float(model.chain.gravity)
-    read = float(((mean[:, 1] + gravity * np.cos(mean[:, 2])) ** 2).mean())
-    # without gravity and motion there is rounding alone
-    return float(alternations / looks / model.step**2 / max(read, 1e-6))
-
-
-def passed_pitches(model: Model, seconds: float) -> float:
-    """Pitches that come onto the sprocket in so many seconds at the speed that is asked for."""
-    return seconds * abs(model.drive.rate) / (2 * pi) * model.tooth.teeth
 
 
 def largest_forces(ended, still, pitches: int, step: float, begin: float) -> tuple[np.ndarray, np.ndarray]:
@@ -127,17 +100,6 @@ def run_statistics(record: Record, rows: slice, ended: list[np.ndarray], model: 
         peaks,
         float((alone.sum(axis=0)[carries] / peaks[carries]).max(initial=0.0)),
     )
-
-
-def unresolved_reason(alternating, model: Model, mean, seconds: float, alone: float) -> str:
-    """Why a record or a piece, as in `alternating_share`, may be unresolved, or ""; ``alone`` as in `RunStatistics`."""
-    if passed_pitches(model, seconds) < 1.0 or alternating[1] < LEAST_LOOKS:
-        return ""
-    if (share := alternating_share(alternating, model, mean)) > NOTICED:
-        return f"what flips from step to step is {share:.2g} of the mean square that the sensor reads"
-    if alone > ONE_STEP:
-        return f"{alone:.0%} of the mean peak are forces that stand for one step"
-    return ""
 
 
 def resolution(
@@ -285,78 +247,3 @@ class Watch:
         mean, model, driven = recorder.record.mean[: recorder.done], recorder.loop.model, recorder.driven()
         unresolved = self.unresolved or unresolved_reason(recorder.alternating, model, mean, driven, 0.0)
         return resolution(recorder.alternating, model, mean, driven, unresolved, self.off)
-
-
-# What the energy balance may leave open beyond the path of the bodies that run round (`limits.PATH`), as a share of the
-# energy exchanged: about four times what the coarsest preset leaves (0.13 % at 0.5 ms, linearly implicit).
-OPEN_SHARE = 0.005
-# Friction, bearings and bushings may give this share back: rounding and the path of a step.
-GAINED_SHARE = 1e-3
-# Energy below which shares mean nothing: the chain lifted by a tenth of a millimetre.
-NOISE_HEIGHT = 1e-4
-LOSSES, STORED = ENERGY_NAMES[1:KINETIC], ENERGY_NAMES[KINETIC:]
-# Normal contact gives back what it has stored, some joules of rubber that relaxes after the start; in a record of this
-# length (s), in which the loop turns through once, it takes more than that.
-NORMAL_LOSSES, LONG_RECORD = ("tooth_normal", "wheel_normal"), 10.0
-
-
-def open_share(energy, model, seconds: float) -> tuple[float, float]:
-    """Open rest of the energy balance over a record as a share of the energy exchanged, and that energy (J).
-
-    Energy exchanged is the sum of all changes in the account (``energy``, (s, 11), ``model.arrays.ENERGY_NAMES``, over
-    ``seconds`` from first to last row) and the kinetic energy of the bodies that pass the sprocket, all of them in a
-    loop without wheels. The sprocket's work alone would not do: it vanishes where nothing is driven.
-    """
-    change = energy[-1] - energy[0]
-    on_wheels = len(model.wheels.x) > 1
-    passed = _turns(model, seconds) if on_wheels else 1.0
-    carried = passed * float(energy[:, ENERGY_NAMES.index("kinetic")].max())
-    noise = float(model.chain.mass.sum()) * max(model.chain.gravity, 1.0) * NOISE_HEIGHT
-    exchanged = max(float(np.abs(change).sum()) + carried, noise)
-    return float(change[0] - change[1:].sum()) / exchanged, exchanged
-
-
-def _turns(model, seconds: float) -> float:
-    """How often the whole loop passes the sprocket."""
-    return passed_pitches(model, seconds) / len(model.shoes.link_body)
-
-
-def path_energy(energy, model, seconds: float) -> float:
-    """Energy (J) that a step of order 1 may leave open while bodies run round, however well contacts are resolved."""
-    turns = passed_pitches(model, seconds) / model.tooth.teeth if len(model.wheels.x) > 1 else 0.0
-    return PATH * model.step * abs(model.drive.rate) * turns * float(energy[:, ENERGY_NAMES.index("kinetic")].mean())
-
-
-def check_account(energy, model, seconds: float) -> None:
-    """Refuse (`DivergenceError`) a run whose energy balance shows that its step was too large, though nothing diverged.
-
-    Contacts heavier than `limits.step_limits` reckons with (a very tight loop, bushings that hardly turn) make
-    friction chatter from step to step until it drives what it should brake.
-    """
-    share, exchanged = open_share(energy, model, seconds)
-    remedy = f"use a step smaller than {model.step:g} s"
-    accepted = OPEN_SHARE + path_energy(energy, model, seconds) / exchanged
-    if not abs(share) <= accepted:
-        raise DivergenceError(
-            f"{abs(share):.1%} of the energy exchanged in the run is not accounted for, more than {accepted:.1%}: "
-            f"the step is too large for the contacts; {remedy}"
-        )
-    change = energy[-1] - energy[0]
-    returned = seconds >= LONG_RECORD and _turns(model, seconds) >= 1.0
-    for name in LOSSES:
-        gained = -float(change[ENERGY_NAMES.index(name)])
-        if gained > GAINED_SHARE * exchanged and (name not in NORMAL_LOSSES or returned):
-            raise DivergenceError(
-                f"{name.replace('_', ' ')} gave {gained:.3g} J back over the run where it should take energy: contacts "
-                f"are heavier than the step limits reckon with and chatter from step to step; {remedy}"
-            )
-
-
-def energy_residual(recording) -> float:
-    """What the energy balance leaves open, as a share of the sprocket's work over the record.
-
-    Work of the sprocket minus every dissipation minus the change of kinetic, gravitational and bushing energy. The work
-    absorbed by normal contact counts as one term: what Eq. 8 stores comes back through it.
-    """
-    work, *others = recording.energy[-1] - recording.energy[0]
-    return float(1.0 - sum(others) / work) if work else float("nan")
