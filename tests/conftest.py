@@ -21,8 +21,8 @@ import pytest
 
 from trackdyn import jit
 from trackdyn.commands import cli
-from trackdyn.measure.contacts import SIDES, contacts
-from trackdyn.model.arrays import CONTACT_INTERVAL
+from trackdyn.measure.contacts import contacts
+from trackdyn.model.arrays import CONTACT_INTERVAL, SIDES
 from trackdyn.rig.rig import load_rig
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop

@@ -13,7 +13,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-SIDES = ("left", "right", "ring")
 CAPTIONS = ("RMS of the normal force", "SD of the normal force", "Contact duration", "Sliding work")
 
 
@@ -122,6 +121,7 @@ def _shown(study: "pd.DataFrame") -> list[dict]:
     """Rows of the page: speed, radius, tension, durations and forces with their errors, as text."""
     from trackdyn.measure.cells import cell, with_error
     from trackdyn.measure.ring_rule import WORK
+    from trackdyn.model.arrays import SIDES
 
     rows = []
     for of in study.sort_values(["rpm", "ring_radius_m"], na_position="first").to_dict("records"):
@@ -143,6 +143,7 @@ def _say_table(shown: list[dict]) -> None:
     import pandas as pd
 
     from trackdyn.measure.cells import plain
+    from trackdyn.model.arrays import SIDES
 
     names = ["ring, m", "strand", *SIDES, *SIDES, "teeth", "ring"]
     for rpm, rows in pd.DataFrame(shown).groupby("rpm", sort=False):

@@ -9,10 +9,10 @@ from itertools import groupby
 from pathlib import Path
 
 from trackdyn.errors import InputError
+from trackdyn.model.arrays import SIDE_WORDS, SIDES
 from trackdyn.rig.yaml_file import read_yaml
 
 _DICTIONARY = read_yaml(Path(__file__).with_suffix(".yaml"))
-PLACES = {"left": "the left arc", "right": "the right arc", "ring": "a link on the ring"}
 # columns of metrics.csv: type, unit, description, standard error or why there is none (None of errors themselves)
 COLUMNS: dict[str, tuple[str, str, str, str | None]] = {}
 SIDE_COLUMNS: dict[str, list] = _DICTIONARY["side_columns"]  # the same of a side, without type
@@ -28,7 +28,7 @@ def _describe(over: str, name: str, kind: str, unit: str, text: str, error: str 
 
 for _name, _of in _DICTIONARY["columns"].items():
     _describe("over revolutions of the loop", _name, *_of)
-for _side, _words in PLACES.items():
+for _side, _words in zip(SIDES, ("the left arc", "the right arc", "a link on the ring"), strict=True):
     for _name, (_unit, _text, _error) in SIDE_COLUMNS.items():
         _error = _error if " " in _error else f"{_side}_{_error}"
         _describe("by batch means over passages", f"{_side}_{_name}", "number", _unit, _text.format(_words), _error)
@@ -83,8 +83,8 @@ def heading(column: str, change: bool = False) -> str:
     side, _, rest = column.partition("_")
     if column in HEADINGS:
         return HEADINGS[column]
-    if side in PLACES and rest in HEADINGS:
-        return f"{side}{' arc' * (side != 'ring')}, {HEADINGS[rest]}"
+    if side in SIDES and rest in HEADINGS:
+        return f"{SIDE_WORDS[SIDES.index(side)]}, {HEADINGS[rest]}"
     if column in MEASURES:
         unit = "% of a turn" if column.endswith("share") else "%"
         return MEASURES[column][0] + (f" ({unit})" if change else "")

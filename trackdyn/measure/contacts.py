@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from trackdyn.measure.uncertainty import NAN, batch_error, ratio_error
-from trackdyn.model.arrays import CONTACT_INTERVAL
+from trackdyn.model.arrays import CONTACT_INTERVAL, SIDES
 from trackdyn.model.constants import SPROCKET
 from trackdyn.rig.rig import Rig
 from trackdyn.simulation.recording import Recording
@@ -24,7 +24,6 @@ from trackdyn.simulation.recording import Recording
 if TYPE_CHECKING:
     import pandas as pd  # what makes tables imports it: it takes longer than to load all kernels
 
-SIDES = ("left", "right", "ring")
 # Turns of the sprocket: 0.01 s, to which the paper prints times, of the 2.906 s that a turn takes at 115 rpm. A shorter
 # gap does not separate two contacts; a shorter contact begins, ends and peaks nothing.
 SHORT = 0.01 / 2.906

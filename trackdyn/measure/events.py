@@ -4,7 +4,8 @@ import numpy as np
 import pandas as pd
 import scipy
 
-from trackdyn.measure.contacts import SIDES, VISIT, contacts, passages
+from trackdyn.measure.contacts import VISIT, contacts, passages
+from trackdyn.model.arrays import SIDES
 from trackdyn.simulation.recording import Recording
 
 RESOLUTION = 0.01  # to which the paper prints the times of events, s

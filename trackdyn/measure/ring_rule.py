@@ -13,9 +13,10 @@ import pandas as pd
 
 from trackdyn.errors import InputError, shown
 from trackdyn.measure.cells import plain, with_error
-from trackdyn.measure.columns import PLACES, SIDE_COLUMNS, error_of, heading
+from trackdyn.measure.columns import SIDE_COLUMNS, error_of, heading
 from trackdyn.measure.contacts import TOUCHING
 from trackdyn.measure.uncertainty import ROUNDING
+from trackdyn.model.arrays import SIDES
 
 # Points of a turn that the left arc may touch for beyond a tooth's share of it, 100 over the number of teeth, for which
 # connectors that drive one after the other touch at least. Ours; the paper has a plateau near 10 %, and no rule.
@@ -25,7 +26,7 @@ MARGIN, MARGINS = 2.0, (1.0, 3.0)
 SPAN = 1 / 300
 RULE = f"right_share_pct < {TOUCHING:g}, left_share_pct <= tooth + {MARGIN:g}, smallest"
 WORK = ("teeth_sliding_j", "ring_sliding_j")
-COLUMNS = ("rms_g", "sd_g", *WORK, *(f"{side}_{name}" for side in PLACES for name in SIDE_COLUMNS))
+COLUMNS = ("rms_g", "sd_g", *WORK, *(f"{side}_{name}" for side in SIDES for name in SIDE_COLUMNS))
 _KNOWN = f"rms_g, sd_g, {', '.join(WORK)}, or left_, right_ or ring_ with {', '.join(SIDE_COLUMNS)}"
 _BOUND = re.compile(r"(\w+)\s*(<=?|>=?)\s*(?:(tooth)\s*\+\s*)?(-?\d+(?:\.\d*)?(?:e-?\d+)?)")
 # of the radius to choose and the next ones, in words

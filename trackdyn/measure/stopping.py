@@ -9,8 +9,9 @@ from dataclasses import replace
 from typing import TypeVar
 
 from trackdyn.errors import InputError
-from trackdyn.measure.contacts import LONGEST_CONTACT, PASSAGE, SIDES, TOUCHING, passages
+from trackdyn.measure.contacts import LONGEST_CONTACT, PASSAGE, TOUCHING, passages
 from trackdyn.measure.uncertainty import Series, judge_series
+from trackdyn.model.arrays import SIDES
 from trackdyn.scene.scene import Scene, StopRule
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recorder import SAMPLED, Recorder

@@ -13,11 +13,10 @@ from itertools import pairwise
 import numpy as np
 
 from trackdyn.errors import InputError
-from trackdyn.measure.contacts import SIDES
 from trackdyn.measure.sensor import specific_force
 from trackdyn.measure.spectra import high_passed
 from trackdyn.measure.uncertainty import RELATIVE, SHARES, Estimate, Series
-from trackdyn.model.arrays import RING_FRICTION, TOOTH_FRICTION
+from trackdyn.model.arrays import RING_FRICTION, SIDES, TOOTH_FRICTION
 from trackdyn.simulation.recording import Recording
 
 

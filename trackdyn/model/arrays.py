@@ -76,11 +76,13 @@ ENERGY_NAMES = (
     "gravity",
     "bushing_elastic",
 )
+# names and words of what touches the sprocket, in the order of arrays: arcs of connectors, and links on the ring
+SIDES, SIDE_WORDS = ("left", "right", "ring"), ("left arc", "right arc", "ring")
 # one uninterrupted contact of an arc or a link with the sprocket
 CONTACT_INTERVAL = np.dtype({
     "names": (
         "pitch",  # 0-based
-        "side",  # 0 left arc, 1 right arc, 2 ring
+        "side",  # index in `SIDES`
         "groove",
         "areas",  # bit j - 1 set: area j was visited
         "start_s",

@@ -11,10 +11,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from trackdyn.files import write_text
+from trackdyn.model.arrays import SIDE_WORDS, SIDES
 from trackdyn.plots.rendering import environment
 from trackdyn.plots.style import COLOURS, DASHES, MARKERS, PRINTED, SMALL, new_figure, styled
 
-SIDES = {"left arc": "left", "right arc": "right", "ring": "ring"}
+NAMES = dict(zip(SIDE_WORDS, SIDES, strict=True))
 SURFACES = {surface: (f"{surface}_sliding_j", f"{surface}_sliding_error_j") for surface in ("teeth", "ring")}
 WHITE = {"facecolor": "white", "edgecolor": "none", "pad": 1.0}
 
@@ -31,10 +32,10 @@ def figures(
     """
     drawn = {}
     for letter, statistic, words in (("a", "rms", "RMS"), ("b", "sd", "SD")):
-        columns = {name: (f"{side}_{statistic}_n", f"{side}_{statistic}_error_n") for name, side in SIDES.items()}
+        columns = {name: (f"{side}_{statistic}_n", f"{side}_{statistic}_error_n") for name, side in NAMES.items()}
         title = f"{words} of the normal force over the run"
         drawn[f"fig23_{letter}"] = _panels(study, columns, f"{words} of the normal force (N)", title, marks)[0]
-    columns = {name: (f"{side}_share_pct", f"{side}_share_error_pct") for name, side in SIDES.items()}
+    columns = {name: (f"{side}_share_pct", f"{side}_share_error_pct") for name, side in NAMES.items()}
     figure, axes, radii = _panels(study, columns, "contact duration (% of a turn)", "Contact duration", marks)
     large = [radius for radius in radii if steady and radius >= steady[1] - 1e-9]
     if steady and large:

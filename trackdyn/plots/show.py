@@ -17,13 +17,13 @@ from trackdyn.measure.contacts import sampled_shares
 from trackdyn.measure.metrics import remarks, shown_measures
 from trackdyn.measure.sensor import sense
 from trackdyn.measure.spectra import LOW_RANGE_HZ, holds_line, in_bands, main_line, main_line_binfree, spectrum
-from trackdyn.model.arrays import ENERGY_NAMES
+from trackdyn.model.arrays import ENERGY_NAMES, SIDE_WORDS
 from trackdyn.model.constants import SPROCKET, Tooth
 from trackdyn.plots.rendering import CONFIGURATION, differences, packed, render, short
 from trackdyn.rig.validation import typed
 from trackdyn.simulation.energy_balance import LOSSES, STORED
 from trackdyn.simulation.recording import Recording, load_recording
-from trackdyn.simulation.replay import SIDES, Replay, replay
+from trackdyn.simulation.replay import Replay, replay
 from trackdyn.sources import source_hash
 
 SCRIPTS = ("shared", "animation", "plots", "show")  # one module, in this order
@@ -299,4 +299,9 @@ def shares(stretch: Replay) -> dict | None:
     touching = (*np.moveaxis(record.area, 2, 0), (record.force[:, :, 2] > 0).astype(int))
     left, right, ring = (sampled_shares(of, record.wheel_rate, rig)[1:] for of in touching)
     areas = len(stretch.loop.model.tooth.radius)
-    return {"names": list(SIDES), "left": short(left[:areas]), "right": short(right[:areas]), "ring": float(ring[0])}
+    return {
+        "names": list(SIDE_WORDS),
+        "left": short(left[:areas]),
+        "right": short(right[:areas]),
+        "ring": float(ring[0]),
+    }

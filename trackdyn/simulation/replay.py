@@ -23,7 +23,6 @@ STANDING = 3.0  # length of the stretch where no sprocket turns, s
 LONGEST_STRETCH = 60.0  # s
 # computing (s) that a lead-in may take; time at speed (s) that stands for a longer one
 LEAD_COST, SHORT_LEAD = 60.0, 5.0
-SIDES = ("left arc", "right arc", "ring")  # of a contact; then the wheels in their order, without the sprocket
 
 
 @dataclass(frozen=True)

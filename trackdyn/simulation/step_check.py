@@ -13,7 +13,7 @@ import numpy as np
 
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.integrate.methods import METHODS
-from trackdyn.model.arrays import Record
+from trackdyn.model.arrays import SIDES, Record
 from trackdyn.model.constants import Model
 from trackdyn.simulation.chatter import LEAST_LOOKS, alternating_share, unresolved_reason
 from trackdyn.simulation.energy_balance import passed_pitches
@@ -26,7 +26,6 @@ FLIPS = 2 * RMS
 # record that is not, for it is no longer the first impact.
 LEAST_PITCHES = 3.0
 YES, NO, OPEN = "yes", "no", "not judged"
-SIDES = 3  # left arcs, right arcs, ring
 
 
 class Resolution(NamedTuple):
@@ -46,7 +45,7 @@ def largest_forces(ended, still, pitches: int, step: float, begin: float) -> tup
     neighbours are more than half of it lies between two steps. One in the first step of the log, of a contact that
     lasted then, or in the last step of one that lasts has a neighbour that was not logged.
     """
-    largest, alone = np.zeros((2, pitches, SIDES))
+    largest, alone = np.zeros((2, pitches, len(SIDES)))
     for rows, lasts in ((ended, False), (still, True)):
         for row in rows:
             place, peak, time = (int(row["pitch"]), int(row["side"])), row["peak_n"], row["peak_s"]

@@ -15,6 +15,7 @@ from replication.report.figures.meshing import LOOKS
 from replication.report.figures.screenshots import contacts_at, draw_force
 from trackdyn.errors import InputError
 from trackdyn.files import replacing
+from trackdyn.model.arrays import SIDE_WORDS, SIDES
 from trackdyn.plots.drawing import (
     chain_points,
     draw_force_bar,
@@ -33,7 +34,7 @@ WIDTH, HEIGHT, DPI = 4.8, 6.4, 100  # of the GIF, inch and dots an inch: fits a 
 INTERVAL = 0.04  # between pictures, s of the run
 PACE = 2.0  # the GIF is slower than the run by this factor
 BAR, BAR_IN_LOOP = 0.12, 0.2  # scale bar of the forces in pictures of the sprocket and of the whole loop, m
-NAMES = {"left": "left arc", "right": "right arc", "ring": "ring on link"}
+NAMES = dict(zip(SIDES, SIDE_WORDS, strict=True))
 
 
 def _rig(recording: Recording) -> Rig:

@@ -14,6 +14,7 @@ from replication.report.marks import HALO
 from trackdyn.errors import InputError
 from trackdyn.measure.contacts import contacts, passages
 from trackdyn.measure.events import mean_events
+from trackdyn.model.arrays import SIDE_WORDS, SIDES
 from trackdyn.plots.drawing import ring_words
 from trackdyn.plots.style import BLACK, BLUE, GREEN, PRINTED, PURPLE, SMALL, new_figure, styled
 from trackdyn.simulation.recording import Recording
@@ -23,7 +24,7 @@ LOOKS = {
     "right": {"color": PURPLE, "linestyle": (0, (5, 1.5)), "marker": "s"},
     "ring": {"color": GREEN, "linestyle": (0, (6, 1.5, 1, 1.5)), "marker": "^"},
 }
-NAMES = {"left": "left arc", "right": "right arc", "ring": "link ahead on the ring"}
+NAMES = dict(zip(SIDES, SIDE_WORDS, strict=True)) | {"ring": "link ahead on the ring"}
 BEFORE, AFTER = 0.05, 0.05  # shown before the first and after the last contact, turns
 # printed event: the measured one, of which maxima have two readings
 MEASURED = {
@@ -130,7 +131,7 @@ def passage_figure(recording: Recording) -> Figure:
     time = shown.time[inside]
     figure = new_figure(6.2)
     forces, areas, times = figure.subplots(3, 1, sharex=True, height_ratios=(1.8, 0.8, 1.3))
-    sides = ("left", "right", "ring") if ring else ("left", "right")
+    sides = SIDES if ring else SIDES[:2]
     highest = max(shown.force[inside, : len(sides)].max(), 1.0)
     peaks: list[Line2D] = []
     beyond = 0  # arrows, whose labels stand below each other

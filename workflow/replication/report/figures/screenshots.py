@@ -15,8 +15,8 @@ from scipy.ndimage import uniform_filter1d
 
 from replication.report import marks
 from replication.report.figures.meshing import LOOKS, NAMES, Selected, passage_figure, printed_times, select_passage
-from trackdyn.measure.contacts import SIDES
 from trackdyn.measure.events import passage_events
+from trackdyn.model.arrays import SIDES
 from trackdyn.plots import drawing
 from trackdyn.plots.style import BLACK, PAGE, new_figure, save, styled
 from trackdyn.rig.rig import Rig
