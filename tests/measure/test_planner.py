@@ -18,7 +18,7 @@ from trackdyn.measure.whole_loop import whole_loop
 def tried(step, value, integrator="semi_implicit", scatter=None):
     """A setting whose measure has one value in all of twelve passages, or one that scatters."""
     values = np.full(12, value) + (0.0 if scatter is None else scatter)
-    writer = SimpleNamespace(loop=SimpleNamespace(scene=SimpleNamespace(step=step)))
+    writer = SimpleNamespace(loop=SimpleNamespace(model=SimpleNamespace(step=step)))
     trial = Candidate(Setting("made up", {"integrator": integrator, "step": step}), writer, 1.0 / step)
     trial.measures["rms"] = Series(values, np.arange(12))
     return trial

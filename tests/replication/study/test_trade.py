@@ -28,7 +28,7 @@ def made_up(scene, count):
     """RMS 1 g and peaks of 1000 N at a step of zero, that scatter alike in every run; three surfaces add 3 %."""
     if scene.integrator == "linearly_implicit" and scene.motor_rpm > 200:
         raise DivergenceError("made to fail")
-    factor = 1 + SLOPES[scene.integrator] * scene.step + 0.03 * (scene.tooth_contact == "three_surfaces")
+    factor = 1 + SLOPES[scene.integrator] * scene.time_step + 0.03 * (scene.tooth_contact == "three_surfaces")
     noise = np.random.default_rng(4).standard_normal(count)
     number = np.arange(count)
     return {
@@ -46,7 +46,7 @@ def study(rig, monkeypatch):
 
     def answer(scene):
         span = Periods.at(rig, scene.motor_rpm).passage
-        return trade.AnswerCost(made_up(scene, int(scene.duration / span + 1e-6)), 0.3, 6e-6 / scene.step)
+        return trade.AnswerCost(made_up(scene, int(scene.duration / span + 1e-6)), 0.3, 6e-6 / scene.time_step)
 
     monkeypatch.setattr(trade, "simulate", lambda scene: made_up(scene, 1))
     monkeypatch.setattr(trade, "run_answer", answer)
@@ -79,7 +79,7 @@ def test_what_fails_is_a_row_and_a_scene_without_a_limit_is_refused(study, rig):
     trade_run = trade.run_answer
 
     def refuses(scene):
-        if scene.step > 5e-5:
+        if scene.time_step > 5e-5:
             raise DivergenceError("made to fail")
         return trade_run(scene)
 
