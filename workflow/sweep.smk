@@ -61,7 +61,7 @@ PACKAGE = Path(importlib.util.find_spec("trackdyn").submodule_search_locations[0
 # what the jobs import of the package, so that an edit there makes their results due
 SOURCES = [
     os.path.relpath(file) if file.is_relative_to(Path.cwd()) else str(file)
-    for file in imported_files(PACKAGE / "sweeps" / "jobs.py", PACKAGE.parent)
+    for file in imported_files(PACKAGE / "sweeps" / "batch_jobs.py", PACKAGE.parent)
 ]
 
 
