@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from replication.study.extremes import reference
+from tests import reference
 from tests.conftest import closing, irregular_ring
 from trackdyn.chain.kinematics import bushing_torques, damping_weight, forward_kinematics, orient
 from trackdyn.chain.riccati import accelerations

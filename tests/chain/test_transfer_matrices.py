@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from replication.study.extremes import reference
 from replication.study.extremes.transfer_product import (
     accelerations,
     body_matrix,
@@ -13,6 +12,7 @@ from replication.study.extremes.transfer_product import (
     joint_matrix,
     multiply,
 )
+from tests import reference
 from tests.conftest import closing
 from trackdyn.model.constants import Chain
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from replication.study.extremes import reference
+from tests import reference
 from trackdyn.integrate.run import refresh
 from trackdyn.measure.sensor import sense
 from trackdyn.model.constants import Sensor

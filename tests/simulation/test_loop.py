@@ -6,7 +6,7 @@ import numba
 import numpy as np
 import pytest
 
-from replication.study.extremes import reference
+from tests import reference
 from tests.conftest import LAWS, closing
 from trackdyn.errors import InputError
 from trackdyn.integrate.run import shared

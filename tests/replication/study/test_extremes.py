@@ -13,6 +13,7 @@ from replication.study.extremes.judge import (
     attempted,
 )
 from replication.study.extremes.stability_map import stability_map
+from tests import reference
 from tests.viscous import VISCOUS
 from trackdyn import DivergenceError, InputError, Scene
 from trackdyn.model.arrays import ENERGY_NAMES
@@ -78,10 +79,24 @@ def test_sweep_keeps_its_digits_and_the_literal_product_loses_them(rig):
     assert "transfer_product, 500 bodies, link and connector" not in error
 
 
+@pytest.mark.parametrize("ratio", [1.0, 1e3, 1e6])
+def test_the_sweep_solves_chains_of_light_connectors(rig, ratio):
+    """The condition of the equations grows with the ratio of the masses, and the error with it."""
+    chain = solvers.make_chain(rig.changed(**restitution.lighter(rig, ratio)), "link and connector", 70)
+    errors = []
+    for seed in range(solvers.SEEDS):
+        pose = solvers.make_pose(chain, seed)
+        expected = reference.reference_accelerations(chain, *pose[:5]).alpha
+        alpha, _ = solvers.solve("riccati", chain, pose)
+        errors.append(np.abs(alpha - expected).max() / np.abs(expected).max())
+    assert np.median(errors) < max(solvers.LEAST_ERROR, 70 * solvers.EPS * ratio)
+
+
 def test_residual_of_the_equations_sees_a_wrong_acceleration(rig):
     chain = solvers.make_chain(rig, "link and connector", 40)
     pose = solvers.make_pose(chain, 0)
-    alpha, base = solvers.solve("reference", chain, pose)
+    solution = reference.reference_accelerations(chain, *pose[:5])
+    alpha, base = solution.alpha, np.array([solution.pin_ax, solution.pin_ay])
     assert solvers.newton_euler_residual(chain, pose, alpha, base) < 1e-13
     wrong = alpha.copy()
     wrong[7] += 1e-6 * np.abs(alpha).max()

@@ -25,7 +25,7 @@ ALL_LOST = 1e6
 
 @styled
 def solvers_figure(rows: pd.DataFrame) -> Figure:
-    """Sweep and literal product against the number of bodies: error (a), residual of longer chains (b)."""
+    """Error of the literal product (a) and residual of the sweep (b) against the number of bodies."""
     table = rows[(rows["family"] == "length of the chain") & (rows["group"] != "")]
     figure = new_figure(5.0)
     errors, residuals = figure.subplots(2, 1, height_ratios=(2.0, 1.0))
@@ -37,7 +37,7 @@ def solvers_figure(rows: pd.DataFrame) -> Figure:
         # measured points of the literal product stand by their prediction; the sweep has none
         look = {"color": SOLVERS[solver], "linestyle": "none" if solver == "transfer_product" else dashes}
         for ax, here in ((errors, seen["measure"] != "residual"), (residuals, seen["measure"] == "residual")):
-            label = f"{SOLVER_NAMES[solver]}, {kind}" if ax is errors and here.any() else None
+            label = f"{SOLVER_NAMES[solver]}, {kind}" if here.any() else None
             ax.plot(seen["at"][here], seen["value"][here], **look, marker=marker, label=label)
         predicted = group_rows[group_rows["expected"].notna() & (group_rows["expected"] < ALL_LOST)]
         if len(predicted) > 1:
@@ -47,10 +47,10 @@ def solvers_figure(rows: pd.DataFrame) -> Figure:
     short = lengths[table["measure"] != "residual"]
     errors.set(xscale="log", yscale="log", xlim=(5, 1.2 * short.max()), ylim=(3e-17, ALL_LOST))
     residuals.set(xscale="log", yscale="log", xlabel="bodies of the chain")
-    errors.set_ylabel("relative error")
+    errors.set_ylabel("relative difference")
     residuals.set_ylabel("relative residual")
-    errors.set_title("(a) error of the accelerations, median of three poses")
-    residuals.set_title("(b) longer chains: residual of the equations of motion")
+    errors.set_title("(a) literal product: difference of the accelerations from the sweep's, median of three poses")
+    residuals.set_title("(b) Riccati sweep: residual of the equations of motion")
     figure.legend(loc="outside lower center", ncols=2)
     return figure
 
