@@ -41,6 +41,7 @@ def run_metrics(name: str, recording: Recording) -> dict:
         "energy_residual": energy_residual(recording),
         "resolved": recording.meta.get("resolved", {}).get("state", "not judged"),
         "clipped_samples": signal.clipped,
+        "settled_tension_n": recording.meta["layout"].get("settled_tension_n", NAN),
         **meshing_summary(recording),
         **sliding_work(recording),
     }

@@ -1,6 +1,7 @@
 """Forces, contact durations and sliding work against the radius of the ring, and the page of a study."""
 
 import base64
+import textwrap
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -13,7 +14,7 @@ from matplotlib.figure import Figure
 from trackdyn.files import write_text
 from trackdyn.model.arrays import SIDE_WORDS, SIDES
 from trackdyn.plots.rendering import environment
-from trackdyn.plots.style import COLOURS, DASHES, MARKERS, PRINTED, SMALL, new_figure, styled
+from trackdyn.plots.style import COLOURS, COLUMN, DASHES, MARKERS, PRINTED, SMALL, new_figure, styled
 
 NAMES = dict(zip(SIDE_WORDS, SIDES, strict=True))
 SURFACES = {surface: (f"{surface}_sliding_j", f"{surface}_sliding_error_j") for surface in ("teeth", "ring")}
@@ -70,7 +71,7 @@ def _panels(
     speeds = sorted(study["rpm"].unique())
     # errors of neighbouring speeds shall not hide each other
     spread = 0.06 * gap * (np.arange(len(speeds)) - 0.5 * (len(speeds) - 1))
-    figure = new_figure(6.0)
+    figure = new_figure(5.0, COLUMN)
     axes = list(figure.subplots(len(columns), 1, sharex=True))
     hidden = True  # whether every error bar is smaller than its mark
     for ax, (name, (value, error)) in zip(axes, columns.items(), strict=True):
@@ -95,19 +96,22 @@ def _panels(
         hidden &= bool(study[error].fillna(0.0).max() * inch * 72 * 1.3 < 0.5 * mpl.rcParams["lines.markersize"])
         quiet = quiet_from(study, value)
         if quiet is not None and quiet < radii[-1]:
-            text = f"no contact from {quiet:.{digits}f} m on, at any speed"
+            text = f"no contact from {quiet:.{digits}f} m on"
             ax.text(radii[-1], 0.3 * top, text, ha="right", bbox=WHITE)
     largest = study[[error for _, error in columns.values()]].max(axis=None)
     size = f", {largest:.2g} {unit.rpartition('(')[2].rstrip(')')} at most" if largest > 0 else ""
     note = ("standard errors are smaller than the marks" if hidden else "bars: standard errors") + size
-    note += "\nbroken lines: " + "; ".join(f"{radius:.4g} m, {what}" for what, radius in marks.items())
+    lines = [note, *(f"broken line at {radius:.4g} m, {what}" for what, radius in marks.items())]
     handles, labels = axes[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=4, title=note, title_fontsize=SMALL)
+    note = "\n".join(textwrap.fill(line, 55) for line in lines)
+    figure.legend(
+        handles, labels, loc="outside lower center", ncols=4, title=note, title_fontsize=SMALL, columnspacing=0.8
+    )
     axes[0].set_title(title)
     figure.supylabel(unit, fontsize=8)
     figure.align_ylabels()
     ticks = ([none] if with_none else []) + radii
-    every = 1 + len(radii) // 8  # of the radii is numbered
+    every = 1 + len(radii) // 5  # of the radii is numbered
     names = (["none"] if with_none else []) + [f"{r:.{digits}f}" if i % every == 0 else "" for i, r in enumerate(radii)]
     axes[-1].set_xticks(ticks, names)
     axes[-1].set_xlabel("radius of the ring (m)")

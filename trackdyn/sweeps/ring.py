@@ -78,7 +78,7 @@ def ring_study(
     counts that is neither refused nor diverges; by default the rig's own.
 
     The table has a row a scene, no ring first: ``rpm``, ``ring_radius_m`` (empty: no ring), ``state``, ``reason``,
-    ``contacts_converged``, the columns of ``metrics.csv``, ``settled_tension_n`` and ``key``; errors hold what the step
+    ``contacts_converged``, the columns of ``metrics.csv`` and ``key``; errors hold what the step
     adds (`measure.uncertainty`). Raises `InputError` where the rig, a speed or a radius cannot be used; what is wrong
     with one scene is its ``reason``.
     """
@@ -92,5 +92,5 @@ def ring_study(
         ring = None if isnan(of["ring_radius_m"]) else of["ring_radius_m"]
         whole = whole_errors(Scene(loaded, of["rpm"], ring, step=of["step_s"]))
         table.loc[k, list(errors.values())] = [whole(name, of[name], of[error]) for name, error in errors.items()]
-    columns = [*ASKED, *ENDED, *dict.fromkeys((*metrics, *MEASURES)), "settled_tension_n", "key"]
+    columns = [*ASKED, *ENDED, *dict.fromkeys((*metrics, *MEASURES)), "key"]
     return table.reindex(columns=columns).sort_values(ASKED[::-1], na_position="first", ignore_index=True)

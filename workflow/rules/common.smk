@@ -12,7 +12,7 @@ def below_root(path):
 
 
 ARTICLE, MAPPING = (CONFIG.files[field] for field in ("article", "sensor_mapping"))  # one file or none
-PLAUSIBLE = {name: f"docs/measured/plausible_{name}.csv" for name in ("sentences", "claims")}
+PLAUSIBLE = {name: f"docs/measured/plausible_{name}.csv" for name in ("sentences", "claims", "tooth", "near")}
 # all that the results are made from, but for the program
 RUN_INPUTS = [
     below_root(path)

@@ -46,6 +46,9 @@ OF_STUDIES = {
 }
 
 
+SHARES = {name: PLAUSIBLE[name] for name in ("sentences", "claims")}
+
+
 rule page:
     """Page of results: verdicts, figures, tables and their origin."""
     input:
@@ -54,17 +57,18 @@ rule page:
         rules.ring.input,
         rules.claims.output,
         rules.schematics.output,
-        [*rules.peer.output, *PLAUSIBLE.values()] if CONFIG.peers else [],
+        [*rules.peer.output, *SHARES.values()] if CONFIG.peers else [],
         lambda wildcards: [file for name in in_this_run(wildcards) for file in OF_STUDIES[name]],
     output: f"{R}/report.html"
     params:
         results=R,
         synthetic=CONFIG.synthetic,
         studies=in_this_run,
-        plausible=PLAUSIBLE if CONFIG.peers else None,
+        plausible=SHARES if CONFIG.peers else None,
         layers=[below_root(path) for path in workflow.configfiles[:-1]],
         short=CONFIG.shorter,
         own=CONFIG.peers is None,
+        teeth=RIG.sprocket.teeth,
     log: f"{R}/logs/page.log"
     message: "The page"
     script: "../replication/report/page/builder.py"

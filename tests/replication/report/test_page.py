@@ -42,16 +42,19 @@ def results(tmp_path_factory):
     """A small results folder with something for most sections of the page."""
     results = tmp_path_factory.mktemp("results")
     made().save(results / "runs" / "210rpm.npz")
+    places = ("Fig. 24", "Fig. 15", "Fig. 15", "Table 1")
     card = [
-        {"rig": rig, "id": f"C{i:02d}", "part": "", "place": "Fig. 1", "claim": f"Statement {i} </script> (of a kind)",
+        {"rig": rig, "id": f"C{i:02d}", "part": "", "place": place, "sentence": i if i < 3 else None,
+         "claim": f"Statement {i} </script> (of a kind)",
          "printed": "ours: at most 1.5", "measured": "1.4, 1.61234, 1.5", "unit": "m", "tolerance": 0.2,
          "verdict": VERDICTS[0] if rig == "other_rig" and i == 3 else verdict,
          "speeds": "115, 150", "fails_if": "something else came",
          "reason": "Because of a test."}
-        for rig in ("paper", "other_rig") for i, verdict in enumerate(VERDICTS, 1)
+        for rig in ("paper", "other_rig")
+        for i, (verdict, place) in enumerate(zip(VERDICTS, places, strict=True), 1)
     ]  # fmt: skip
     pd.DataFrame(card).to_csv(results / "claims.csv", index=False)
-    sentences = [[rig, 1, "Statement", "shown"] for rig in ("paper", "other_rig")]
+    sentences = [[rig, i, f"Sentence {i}", VERDICTS[i - 1]] for rig in ("paper", "other_rig") for i in (1, 2)]
     columns = ["rig", "number", "sentence", "verdict"]
     pd.DataFrame(sentences, columns=columns).to_csv(results / "sentences.csv", index=False)
     (results / "metrics.csv").write_text("run,rpm\n210rpm,210\n", encoding="utf-8")
@@ -127,7 +130,10 @@ def test_a_short_run_and_a_rig_of_ones_own_are_said_to_be(results):
     own = build_page(results, own=True)
     table.unlink()  # of this test alone
     first = own[: own.index('aria-label="Sections"')]
-    assert "<td>0.955</td><td>0.957</td><td>-0.21</td>" in first and "are not public" not in first
+    assert (
+        re.findall(r'<td class="number">(.*?)</td>', first) == ["0.955", "0.957", "\N{MINUS SIGN}0.21"]
+        and "are not public" not in first
+    )
     assert own.count("The rig paper in the runs of the paper") == 2 and "A short run." not in own
     for words in ("replicated</h1>", "sentences of Sects. 5.2", "are fitted"):
         assert words in page and words not in own
@@ -158,8 +164,27 @@ def test_the_page_carries_everything_and_is_small(page_file):
     assert page_file.stat().st_size < 0.6e6
     assert not re.search(r"(src|href)=[\"']?(https?:)?//", text)
     assert json.loads(carried(text, "data"))["files"].keys() >= {"claims.csv", "metrics.csv"}
-    assert text.count("data:image/webp") == 6  # every figure once
+    assert text.count("data:image/webp") == 8  # every figure once, and the two of the first screen
     assert text.index("<b>Fitted</b>") < text.index("<b>Printed</b>")
+
+
+def test_the_page_goes_in_the_order_of_the_paper_with_its_statements_at_their_figures(results):
+    """A sentence stands above the statements that decide it, with every rig and the share of plausible tracks."""
+    shares = results / "shares.csv"
+    rows = [[name, ring, "arc length", 0.25 * (ring == "slips")]
+            for name in ("C02", "C20a", "C23a") for ring in ("slips", "grips")]  # fmt: skip
+    rows += [[2, "slips", "arc length", 0.125], [2, "grips", "polygon", 0.9]]
+    table = pd.DataFrame(rows, columns=["name", "ring", "equal_pitch", "share"])
+    table.assign(rigs=8, low=0.0, high=1.0).to_csv(shares, index=False)
+    page = build_page(results, plausible={"claims": shares, "sentences": shares})
+    shares.unlink()
+    sections = re.findall(r'<figure id="(fig\d+|table\d)">', page)
+    assert sections == ["fig05", "table1", "fig15", "fig18", "fig24"]
+    of_15 = page[page.index('<figure id="fig15">') : page.index('<figure id="fig18">')]
+    cells = [re.sub("<.*?>", "", cell) for cell in re.findall(r"<t[hd]\b.*?</t[hd]>", of_15)]
+    assert cells[7:13] == ["2. Sentence 2", "○ not shown", "○ not shown", "", "12", "–"]
+    assert cells[14] == "ours: at most 1.5" and cells[18:20] == ["25", "0"]
+    assert "Statement 3" in of_15 and "Statement 1" not in of_15 and "<img" in of_15
 
 
 @pytest.fixture
@@ -171,3 +196,22 @@ def open_page(open_file, page_file):
 @pytest.mark.parametrize(("width", "scheme"), [(390, "light"), (1400, "dark")])
 def test_no_rule_of_accessibility_is_broken(open_page, broken_rules, width, scheme):
     assert broken_rules(open_page(width, 900, color_scheme=scheme)) == []
+
+
+@pytest.mark.parametrize("width", [1000, 390])
+def test_tables_fit_and_letters_in_pictures_can_be_read(open_page, width):
+    page = open_page(width, 900)
+    wide = "all => all.filter(e => e.scrollWidth > e.clientWidth).map(e => e.ariaLabel)"
+    assert width < 1000 or page.eval_on_selector_all(".wide", wide) == []
+    pixels = "all => all.map(e => 7 / 72 * e.clientWidth / e.style.getPropertyValue('--inches'))"
+    assert min(page.eval_on_selector_all(".picture img", pixels)) >= 9
+
+
+def test_a_filter_leaves_the_figures_whose_statements_fit(open_page):
+    page = open_page()
+    page.fill("#find", "statement 2")
+    assert page.eval_on_selector_all("#figures figure", "all => all.filter(e => !e.hidden).map(e => e.id)") == ["fig15"]
+    page.fill("#find", "")
+    page.click('button[data-verdict="shown"]')
+    shown = page.eval_on_selector_all(".said tbody", "all => all.filter(e => !e.hidden).length")
+    assert 0 < shown < page.locator(".said tbody").count()

@@ -56,16 +56,34 @@ def count(judged: pd.DataFrame, rig: str) -> tuple[int, int]:
 def headline(judged: pd.DataFrame, rig: str) -> str:
     """The count of a rig, and the numbered conclusions on the ring, each with its verdict."""
     shown, total = count(judged, rig)
-    rows = judged[judged["rig"] == rig]
-    numbers = rows["sentence"].str.extract(CONCLUSION, expand=False)
-    conclusions = []
-    for number, verdicts in rows.groupby(numbers)["verdict"]:
-        verdict = next((word for word in (NOT_SHOWN, NOT_COMPARABLE) if word in set(verdicts)), SHOWN)
-        conclusions.append(f"({number}) {verdict}")
     return (
         f"The rig {rig} shows {shown} of {total} sentences of Sects. 5.2 and 6. "
-        f"Conclusions on the ring: {', '.join(conclusions) or 'none is judged'}."
+        f"Conclusions on the ring: {conclusions(judged, rig)}."
     )
+
+
+def conclusions(judged: pd.DataFrame, rig: str) -> str:
+    """Verdicts of a rig on the numbered conclusions on the ring."""
+    rows = judged[judged["rig"] == rig]
+    numbers = rows["sentence"].str.extract(CONCLUSION, expand=False)
+    words = []
+    for number, verdicts in rows.groupby(numbers)["verdict"]:
+        verdict = next((word for word in (NOT_SHOWN, NOT_COMPARABLE) if word in set(verdicts)), SHOWN)
+        words.append(f"({number}) {verdict}")
+    return ", ".join(words) or "none is judged"
+
+
+def track_rows(claims: pd.DataFrame) -> pd.DataFrame:
+    """Rows of plausible tracks (``docs/measured/plausible_claims.csv``), equal pitch read along the arc, by statement
+    and ring.
+    """
+    return claims[claims["equal_pitch"] == "arc length"].set_index(["name", "ring"])
+
+
+def share_of_tracks(rows: pd.DataFrame, name: str, ring: str) -> str:
+    """Share of the tracks that show a statement, % with its 90 % interval; ``rows`` of `track_rows`."""
+    row = rows.loc[(name, ring)]
+    return f"{100 * row['share']:.0f} % ({100 * row['low']:.0f} to {100 * row['high']:.0f})"
 
 
 def learned_sentences(claims: pd.DataFrame) -> list[str]:
@@ -73,20 +91,15 @@ def learned_sentences(claims: pd.DataFrame) -> list[str]:
 
     ``claims`` are shares by scenario (``docs/measured/plausible_claims.csv``).
     """
-    rows = claims[claims["equal_pitch"] == "arc length"].set_index(["name", "ring"])
-
-    def share(name: str, ring: str) -> str:
-        row = rows.loc[(name, ring)]
-        return f"{100 * row['share']:.0f} % ({100 * row['low']:.0f} to {100 * row['high']:.0f})"
-
-    tracks = rows["rigs"].max()
+    rows = track_rows(claims)
+    free, bears = (
+        {ring: share_of_tracks(rows, name, ring) for ring in ("slips", "grips")} for name in ("C23a", "C20a")
+    )
     return [
-        f"Of {tracks} tracks drawn from the ranges of real parts, {share('C23a', 'slips')} lose the contact of the "
-        f"right arc from 0.305 m on if the ring slips nearly freely, {share('C23a', 'grips')} if it grips as "
-        "rubber does.",
-        f"On {share('C20a', 'slips')} the slipping ring bears most of the force, on {share('C20a', 'grips')} "
-        f"the gripping one; the left contact stays near 10 % of a turn from 0.307 m on for {share('C25', 'slips')} and "
-        f"{share('C25', 'grips')}. In brackets: 90 % intervals.",
+        f"Of {rows['rigs'].max()} tracks drawn from the ranges of real parts, {free['slips']} are free of right-arc "
+        f"contact from 0.305 m on if the ring slips nearly freely, {free['grips']} if it grips as rubber does.",
+        f"The slipping ring bears most of the force on {bears['slips']} of them, the gripping one on "
+        f"{bears['grips']}. In brackets: 90 % intervals.",
     ]
 
 
@@ -106,15 +119,23 @@ def radius_sentence(card: pd.DataFrame, rig: str, own: bool = False) -> str:
     if rows.empty:
         return "Without a ring study of enough radii no radius is chosen."
     row = rows.iloc[0]
-    values = [value.strip() for value in str(row["measured"]).split(",")]
-    same = len(set(values)) == 1
-    where = "at every speed" if same else f"at {row['speeds']} rpm"
-    paper = "" if own else f"; the paper chooses {row['printed']} m and states no rule"
-    return (
-        f"The ring to choose has a radius of {values[0] if same else ', '.join(values)} m {where}{paper}. By our "
-        "rule it is the smallest with which the right arc is free and the left one touches no longer than one tooth's "
-        "share of a turn and two points."
+    speeds: dict[str, list[str]] = {}  # that a radius is chosen at
+    for radius, rpm in zip(str(row["measured"]).split(","), str(row["speeds"]).split(","), strict=True):
+        speeds.setdefault(radius.strip(), []).append(rpm.strip())
+    chosen = " and ".join(
+        f"{radius} m at {'every speed' if len(speeds) == 1 else f'{_listed(rpm)} rpm'}"
+        for radius, rpm in speeds.items()
     )
+    paper = "" if own else f" The paper chooses {row['printed']} m and states no rule."
+    return (
+        f"The ring to choose has a radius of {chosen}: by our rule, the smallest one that keeps the right arc free and "
+        f"the left one in contact for no more than one tooth's share of a turn and two points.{paper}"
+    )
+
+
+def _listed(words: Sequence[str]) -> str:
+    """Words as a list in a sentence: ``150, 180 and 210``."""
+    return " and ".join(filter(None, (", ".join(words[:-1]), words[-1])))
 
 
 def outside_sentence(parameters: pd.DataFrame, rig: str) -> str:
@@ -124,12 +145,17 @@ def outside_sentence(parameters: pd.DataFrame, rig: str) -> str:
     known = len(parameters) - fitted - kinds.get("assumed", 0)
     count = len(parameters)
     text = f"The paper prints or implies {known} of the {count} parameters of the rig {rig}; {fitted} are fitted."
+    cells = outside_values(parameters)
+    return f"{text} No real part has these values: {'; '.join(cells)}." if cells else text
+
+
+def outside_values(parameters: pd.DataFrame) -> list[str]:
+    """Values that no real part has, each beside its range."""
     outside = parameters[parameters["outside"].notna() & (parameters["outside"] != "")]
-    cells = [
+    return [
         f"{re.sub('[._]', ' ', name)} {significant(float(value), 2)} {unit} (real parts: {low:g} to {high:g})"
         for name, value, unit, low, high in outside[["name", "value", "unit", "low", "high"]].itertuples(index=False)
     ]
-    return f"{text} No real part has these values: {'; '.join(cells)}." if cells else text
 
 
 def answer_sentences(
@@ -152,6 +178,82 @@ def answer_sentences(
         radius_sentence(card, rigs[0]),
         outside_sentence(parameters, rigs[0]),
     ]
+
+
+def page_answer(
+    card: pd.DataFrame, judged: pd.DataFrame, claims: pd.DataFrame | None = None, own: bool = False
+) -> list[str]:
+    """The first sentences of the page: what was learned, the ring to choose and why, and the one count."""
+    rig = card["rig"].iloc[0]
+    learned = learned_sentences(claims) if claims is not None else []
+    return [radius_sentence(card, rig, own)] if own else [*learned, radius_sentence(card, rig), headline(judged, rig)]
+
+
+def said_of(card: pd.DataFrame, judged: pd.DataFrame, shares: Mapping[str, pd.DataFrame]) -> dict[str, list[dict]]:
+    """What the paper says of each figure or table, by its label: sentences, and the statements that decide them.
+
+    ``shares`` are those of plausible tracks (``sentences``, ``claims``) or empty. Statements without a sentence follow
+    from another one or are not judged; they stand last, under a sentence of no number.
+    """
+    arc = {
+        name: table[table["equal_pitch"] == "arc length"].set_index(["name", "ring"])["share"]
+        for name, table in shares.items()
+    }
+
+    def percent(table: str, name: str) -> list[str]:
+        values = [arc.get(table, {}).get((name, ring), float("nan")) for ring in ("slips", "grips")]
+        return ["–" if pd.isna(value) else f"{100 * value:.0f}" for value in values]
+
+    verdicts = judged.set_index(["number", "rig"])["verdict"]
+    words = judged.drop_duplicates("number").set_index("number")["sentence"]
+    said: dict[str, dict[int, dict]] = {}
+    section_of: dict[int, str] = {}
+    for (claim, letter), of in card.fillna({"part": ""}).groupby(["id", "part"], sort=False):
+        row = of.astype(object).fillna("").iloc[0]
+        number = int(row["sentence"] or 0)
+        label = section_of.setdefault(number or -1 - len(section_of), _label(row["place"]))
+        sentence = said.setdefault(label, {}).setdefault(
+            number,
+            {
+                "number": number,
+                "sentence": words.get(number, ""),
+                "verdicts": [verdicts.get((number, rig), NOT_COMPARABLE) for rig in of["rig"]],
+                "shares": percent("sentences", str(number)),
+                "statements": [],
+            },
+        )
+        unit = "" if row["unit"] in ("1", "") else f" ({row['unit']})"
+        sentence["statements"].append(
+            {
+                "id": f"{claim}{letter}",
+                "claim": f"{row['claim']}{unit}",
+                "printed": _rounded(str(row["printed"])) or "–",
+                "measured": [
+                    "" if verdict == NOT_COMPARABLE else _rounded(str(value))
+                    for value, verdict in zip(of["measured"].fillna(""), of["verdict"], strict=True)
+                ],
+                "difference": _difference(str(row["printed"]), str(row["measured"])),
+                "verdicts": list(of["verdict"]),
+                "shares": percent("claims", f"{claim}{letter}"),
+                "why": " ".join(
+                    filter(
+                        None,
+                        (
+                            row["fails_if"] and f"Fails if {row['fails_if']}.",
+                            row["reason"],
+                            row["measured"] and row["verdict"] == NOT_COMPARABLE and f"{row['measured']}.",
+                        ),
+                    )
+                ),
+            }
+        )
+    return {label: sorted(of.values(), key=lambda one: one["number"] or 99) for label, of in said.items()}
+
+
+def _label(place: str) -> str:
+    """Figure or table that a place names first: ``Figs. 19, 20`` is Figure 19."""
+    named = re.search(r"(Fig|Table)s?\.? (\d+)", place)
+    return f"{'Figure' if named[1] == 'Fig' else named[1]} {named[2]}" if named else place
 
 
 def judged_sentences(judged: pd.DataFrame, rig: str, shares: pd.DataFrame | None = None) -> list[list[str]]:

@@ -15,14 +15,16 @@ import pandas as pd
 from PIL import Image
 
 from replication.certify.provenance import check_sources
-from replication.paper.claims import JUDGED, VERDICTS
-from replication.paper.contents import OF_STUDIES, PAPER, missing_items
-from replication.paper.scorecard import MARKS, answer_sentences, headline, judged_sentences, statements
-from replication.report.figures.trade import trade_sentence
+from replication.paper.contents import OF_STUDIES, OWN, PAPER, missing_items
+from replication.paper.scorecard import MARKS, outside_sentence, page_answer, said_of
+from replication.report.tables import COLUMNS_OF
 from replication.studies import STUDIES
 from trackdyn.files import write_text
+from trackdyn.measure.cells import significant
 from trackdyn.measure.columns import MEASURES
+from trackdyn.measure.ring_rule import COMPARED, RULE, advice, parse_rule
 from trackdyn.plots.rendering import render
+from trackdyn.plots.style import DPI
 from trackdyn.sources import source_hash
 from trackdyn.version import __version__
 
@@ -33,17 +35,17 @@ KINDS = {
 }  # fmt: skip
 SCRIPTS = ("shared", "page")  # one module, in this order
 COLOURS_OF_A_PICTURE = 16
-FRONT = ("fig24", "trade")  # on the first screen
-# of the gallery, each folded under its title
-GROUPS = {
-    "Figures 1 to 13: the model in drawings": [f"fig{number:02d}" for number in range(1, 14)],
-    "Figures 14 to 23: results": [f"fig{number:02d}" for number in range(14, 24)],
-    "Tables": [item.key for item in PAPER if item.table],
-}
+FRONT = "fig24"  # on the first screen, with what stands beside the sensor
+BESIDE_THE_SENSOR = ("fig17", "fig18")
+# The order of the paper's text, where tables stand between figures; the parts that it has.
+AFTER = {"table1": "fig07+", "table2": "fig14+", "table3": "fig17+", "table4": "fig18+"}
+PARTS = {"The model": "fig14", "The loop beside another code and beside the sensor": "fig19", "The sprocket": "fig25"}
+WITH = {"fig18": "lines"}  # a table of ours below a figure of the paper
+PROMISED = ("scene", "measure", "tolerance", "achieved_error", "met", "setting", "duration_s", "cpu_s")
 # tables whose files the page hands out; the first folder that has one
 TABLES = (
     "claims.csv", "metrics.csv", "trade.csv", "planner.csv", "extremes.csv", "tables/fidelity.csv",
-    "tables/parameters.csv", "tables/extremes.csv", "tables/extremes_short_runs.csv",
+    "tables/parameters.csv", "tables/extremes.csv", "tables/extremes_short_runs.csv", "tables/lines.csv",
     *(f"tables/{item.key}.csv" for item in PAPER if item.table),
 )  # fmt: skip
 
@@ -56,6 +58,7 @@ def build_page(
     short: str = "",
     own: bool = False,
     plausible: Mapping[str, str] | None = None,
+    teeth: int | None = None,
 ) -> str:
     """The page as HTML text.
 
@@ -75,11 +78,19 @@ def build_page(
         Whether the rig is another one than that which was fitted to the paper.
     plausible : mapping or None
         Files of the study of plausible tracks: ``sentences``, ``claims``; None for another rig than the paper's.
+    teeth : int or None
+        Of the sprocket, for the choice of the ring; None: nothing is said of it.
     """
     recordings = check_sources(sorted((results / "runs").rglob("*.npz")))
     files = {name: path.read_text(encoding="utf-8") for name in TABLES if (path := _first(results, name))}
     with ThreadPoolExecutor() as pool:  # most of the time is the packing of pictures, without the interpreter
-        shown = list(pool.map(partial(_entry, results, synthetic, _said(results)), (*PAPER, *OF_STUDIES)))
+        entries = list(pool.map(partial(_entry, results, synthetic), (*PAPER, *OWN, *OF_STUDIES)))
+    by_key = {entry["item"].key: entry for entry in entries if entry["pictures"] or entry["rows"]}
+    of_paper = sorted((item.key for item in PAPER), key=lambda key: AFTER.get(key, key))
+    first, parts = "", {}
+    for words, end in PARTS.items():
+        parts[words] = [by_key[key] for key in of_paper if key in by_key and first <= AFTER.get(key, key) < end]
+        first = end
     return render(
         "page.html.j2",
         SCRIPTS,
@@ -88,22 +99,22 @@ def build_page(
         card=_card(results, own, plausible),
         short=short,
         own=own,
-        sensor=[row for row in _rows(results, "tables/table3.csv") or [] if "rms_sensor_g" in row] if own else [],
-        answer_costs=trade_sentence(pd.read_csv(planner)) if (planner := _first(results, "planner.csv")) else "",
         symbols=MARKS,
         synthetic=synthetic,
         parameters=_parameters(results),
         kinds=KINDS,
-        fidelity=_rows(results, "tables/fidelity.csv"),
+        fidelity=by_key.get("fidelity"),
         planner=_promises(_rows(results, "planner.csv")),
         recordings=recordings,
         version=__version__,
         sources=source_hash(),
-        gallery=[entry for entry in shown if entry["item"] in PAPER and entry["item"].key not in FRONT],
-        extremes=[entry for entry in shown if entry["item"].key.startswith("extremes")],
-        front=[entry for entry in shown if entry["item"].key in FRONT and entry["pictures"]],
-        judged=JUDGED,
-        groups=GROUPS,
+        parts={words: entries for words, entries in parts.items() if entries},
+        beside=WITH,
+        entries=by_key,
+        of_ring=_ring_study(results, teeth),
+        extremes=[entry for key, entry in by_key.items() if key.startswith("extremes")],
+        front=by_key.get(FRONT),
+        sensor=[by_key[key] for key in BESIDE_THE_SENSOR if key in by_key],
         missing=missing_items(results),
         forms={name: _form(results, study.file, name in studies) for name, study in STUDIES.items()},
         layers=" ".join(["", "--configfile", *layers]) if layers else "",
@@ -112,31 +123,39 @@ def build_page(
 
 
 def _card(results: Path, own: bool, plausible: Mapping[str, str] | None) -> dict | None:
-    """The scorecard: results for every rig, and all parts, those that are judged first."""
+    """What the paper says, by the figure or table that it says it of, and the answer in sentences."""
     path = results / "claims.csv"
     if not path.is_file():
         return None
-    card, parameters = pd.read_csv(path, dtype=str, keep_default_na=False), results / "tables" / "parameters.csv"
-    judged = pd.read_csv(results / "sentences.csv")
-    rigs = list(dict.fromkeys(card["rig"]))
-    parts = [
-        rows.iloc[0].to_dict() | {"rigs": rows[["rig", "measured", "verdict", "reason"]].to_dict("records")}
-        for _, rows in card.groupby(["id", "part"], sort=False)
-    ]
-    parts.sort(key=lambda statement: all(row["verdict"] not in JUDGED for row in statement["rigs"]))
-    sizes = card.groupby(["verdict", "rig"]).size()
+    card, judged = pd.read_csv(path, dtype={"part": str}), pd.read_csv(results / "sentences.csv")
+    parameters = results / "tables" / "parameters.csv"
     shares = {name: pd.read_csv(path, dtype={"name": str}) for name, path in (plausible or {}).items()}
+    rigs = list(dict.fromkeys(card["rig"]))
     return {
         "rigs": rigs,
-        "statements": statements(card).to_dict("records"),
-        "answer": answer_sentences(card, judged, pd.read_csv(parameters), shares.get("claims"), own)
-        if parameters.is_file()
-        else [],
-        "headlines": {rig: headline(judged, rig) for rig in rigs},
-        "counts": {verdict: " / ".join(str(sizes.get((verdict, rig), 0)) for rig in rigs) for verdict in VERDICTS},
-        "parts": parts,
-        "sentences": judged_sentences(judged, rigs[0], shares.get("sentences")),
+        "said": {} if own else said_of(card, judged, shares),
+        "shares": bool(shares),
+        "answer": page_answer(card, judged, shares.get("claims"), own),
+        "known": outside_sentence(pd.read_csv(parameters), rigs[0]) if parameters.is_file() and not own else "",
     }
+
+
+def _ring_study(results: Path, teeth: int | None) -> dict:
+    """What the rule of the choice says of the ring study; what it weighs, a row a radius, ranges over the speeds."""
+    path = _first(results, "metrics.csv")
+    metrics = pd.read_csv(path) if path else pd.DataFrame(columns=["run"])
+    study = metrics[metrics["run"].str.startswith("ring/")]
+    columns = [column for column in COMPARED if column in study]
+    if study.empty or len(columns) < len(COMPARED) or not teeth:
+        return {}
+    rows = []
+    for radius, group in study.groupby(study["ring_radius_m"].fillna(0.0)):
+        spans = {
+            column: " to ".join(dict.fromkeys(map(significant, (group[column].min(), group[column].max()))))
+            for column in columns
+        }
+        rows.append({"ring_radius_m": f"{radius:g}" if radius else "none"} | spans)
+    return {"advice": advice(study, parse_rule(RULE, teeth)), "rows": rows}
 
 
 def _first(results: Path, name: str) -> Path | None:
@@ -160,8 +179,11 @@ def _rows(results: Path, name: str) -> list[dict] | None:
 
 
 def _promises(rows: list[dict] | None) -> list[dict] | None:
-    """Rows of the planner's promises in words."""
-    return rows and [row | {"measure": "{} ({})".format(*MEASURES[row["measure"]])} for row in rows]
+    """Rows of the planner's promises in words; the file has the other columns."""
+    return rows and [
+        {name: row[name] for name in PROMISED if name in row} | {"measure": "{} ({})".format(*MEASURES[row["measure"]])}
+        for row in rows
+    ]
 
 
 def _parameters(results: Path) -> dict[str, list[dict]] | None:
@@ -169,30 +191,18 @@ def _parameters(results: Path) -> dict[str, list[dict]] | None:
     return None if rows is None else {kind: [row for row in rows if row["kind"] == kind] for kind in KINDS}
 
 
-def _said(results: Path) -> dict[str, list[str]]:
-    """What the paper's text says of a figure or table, by its label, and whether the first rig shows it."""
-    path = results / "claims.csv"
-    sentences: dict[str, list[str]] = {}
-    if path.is_file():
-        card = pd.read_csv(path)
-        for _, row in card[(card["rig"] == card["rig"].iloc[0]) & card["verdict"].isin(JUDGED)].iterrows():
-            for kind, numbers in re.findall(r"(Fig|Table)s?\.? ([\d, ]+)", row["place"]):
-                for number in re.findall(r"\d+", numbers):
-                    label = f"{'Figure' if kind == 'Fig' else kind} {number}"
-                    sentences.setdefault(label, []).append(f"{row['claim']} ({row['verdict']})")
-    return sentences
-
-
-def _entry(results: Path, synthetic: bool | None, said: Mapping[str, list[str]], item) -> dict:
+def _entry(results: Path, synthetic: bool | None, item) -> dict:
     files = item.files(results) or item.files(results / "short")
-    paragraph = [f"The text says: {'; '.join(said[item.label])}."] if item.label in said else []
+    rows = _rows(files[0].parent, files[0].name) if item.table and files else None
+    if rows and (columns := COLUMNS_OF.get(item.key)):  # errors stand in the CSV file, beside their values
+        columns = [name for name in ("sensor_record", *columns) if "error" not in name]
+        rows = [{name: row[name] for name in columns if name in row} for row in rows]
     return {
         "item": item,
         "id": item.key if item.label else f"our-{item.key}",
-        "said": _caption_html(paragraph),
-        "caption": _caption_html([*item.caption(synthetic), *paragraph]),
+        "caption": _caption_html(item.caption(synthetic)),
         "pictures": [] if item.table else [embedded_picture(file) for file in files],
-        "rows": _rows(files[0].parent, files[0].name) if item.table and files else None,
+        "rows": rows,
     }
 
 
@@ -206,19 +216,20 @@ def embedded_picture(path: Path) -> dict:
     """A picture as a data address with its size in pixels, with the few colours that line drawings need."""
     rare = Image.Quantize.MAXCOVERAGE  # keeps the colour of a few marks; a median cut makes them grey
     with Image.open(path) as image:
+        inches = image.width / image.info.get("dpi", (DPI,))[0]
         few = image.convert("RGB").quantize(COLOURS_OF_A_PICTURE, rare, dither=Image.Dither.NONE).convert("RGB")
     buffer = io.BytesIO()
     few.save(buffer, format="WEBP", lossless=True, quality=75)
     uri = "data:image/webp;base64," + base64.b64encode(buffer.getvalue()).decode("ascii")
     letter = path.stem.rpartition("_")[2]
     label = f", part {letter}" if len(letter) == 1 else ""
-    return {"uri": uri, "width": few.width, "height": few.height, "part": label}
+    return {"uri": uri, "width": few.width, "height": few.height, "inches": round(inches, 2), "part": label}
 
 
 def main(job) -> None:
     """Rule `page`."""
     of = job.params
-    page = build_page(Path(of.results), of.synthetic, of.layers, of.studies, of.short, of.own, of.plausible)
+    page = build_page(Path(of.results), of.synthetic, of.layers, of.studies, of.short, of.own, of.plausible, of.teeth)
     write_text(job.output[0], page)
     for item in missing_items(of.results):
         print(f"missing: {item.label}, {item.title} (rule {item.rule})")

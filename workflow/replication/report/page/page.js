@@ -1,20 +1,18 @@
-// The list of claims, and tables that are sorted by a click.
-(function claims() {
-  const list = $("card");
-  if (!list) return;
-  const items = [...list.children];
+// Statements by verdict and words, and tables that are sorted by a click.
+(function statements() {
+  if (!$("verdicts")) return;
+  const items = [...document.querySelectorAll(".said tbody")];
+  const sections = [...document.querySelectorAll("#figures figure")];
   const buttons = [...$("verdicts").querySelectorAll("button")];
   function show() {
     const wanted = buttons.filter((b) => b.getAttribute("aria-pressed") === "true").map((b) => b.dataset.verdict);
-    const text = $("find").value.trim().toLowerCase();
-    let count = 0;
+    const text = $("find").value.trim().toLowerCase(), all = !wanted.length && !text;
     for (const item of items) {
       const asked = !wanted.length || item.dataset.verdict.split("|").some((verdict) => wanted.includes(verdict));
-      const fits = asked && item.textContent.toLowerCase().includes(text);
-      item.hidden = !fits;
-      count += fits;
+      item.hidden = !(asked && item.textContent.toLowerCase().includes(text));
     }
-    $("shown").textContent = count + (count === 1 ? " part listed." : " parts listed.");
+    for (const section of sections) section.hidden = !all && !section.querySelector(".said tbody:not([hidden])");
+    $("shown").textContent = all ? "" : sections.filter((s) => !s.hidden).length + " figures and tables listed.";
   }
   for (const button of buttons)
     button.addEventListener("click", () => {
