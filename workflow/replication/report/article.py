@@ -9,23 +9,27 @@ from typing import Any
 
 import pandas as pd
 
-from replication.paper.claims import JUDGED
 from replication.paper.scorecard import (
-    headline,
+    conclusions,
+    count,
     judged_sentences,
-    learned_sentences,
-    outside_sentence,
+    outside_values,
     radius_sentence,
+    share_of_tracks,
     statements,
+    track_rows,
 )
 from replication.report.figures.peer import table2_outcome
 from replication.report.figures.trade import trade_sentence
+from replication.report.tables import table_cell
 from replication.study.extremes.stability_map import stable_steps
 from trackdyn.errors import TrackdynError
 from trackdyn.extras import required
 from trackdyn.files import replacing, write_text
 from trackdyn.measure.cells import cell
 
+# statements of which the text gives the share of plausible tracks
+SHARES = {"free": "C23a", "bears": "C20a", "near_ten": "C25", "flat": "C24"}
 EXTREMES = ("rows", "completed", "refused", "defects")
 COLUMNS = {  # of the article's tables, by the table of the results
     "table1": ("area", "type", "O_x_mm", "O_y_mm", "r_mm", "theta_deg"),
@@ -51,7 +55,7 @@ def article_values(tables: Mapping[str, pd.DataFrame], missing: str, accuracy_pc
     tables : mapping
         Of the results: ``claims``, ``sentences``, ``parameters``, ``table1`` to ``table4``, ``planner``, ``extremes``
         (all cases) and ``outcomes`` (their counts); of the study of plausible tracks (docs/measured):
-        ``plausible_sentences``, ``plausible_claims``.
+        ``plausible_sentences``, ``plausible_claims``, ``plausible_tooth``, ``plausible_near``.
     missing : str
         Why the independent code did not run; empty if it did.
     accuracy_pct : float
@@ -60,16 +64,28 @@ def article_values(tables: Mapping[str, pd.DataFrame], missing: str, accuracy_pc
     card, judged = tables["claims"], tables["sentences"]
     rigs = list(dict.fromkeys(card["rig"]))
     parameters, outcomes = tables["parameters"], tables["outcomes"].iloc[-1]
-    steps = stable_steps(tables["extremes"])
+    steps, tracks = stable_steps(tables["extremes"]), track_rows(tables["plausible_claims"])
+    near = tables["plausible_near"]
+    shown, total = count(judged, rigs[0])
     return {
         "rigs": rigs,
-        "counts": [headline(judged, rig) for rig in rigs],
-        "learned": learned_sentences(tables["plausible_claims"]),
+        "count": {"shown": str(shown), "judged": str(total)},
+        "conclusions": conclusions(judged, rigs[0]),
+        "tracks": str(tracks["rigs"].max()),
+        "share": {
+            words: {ring: share_of_tracks(tracks, name, ring) for ring in ("slips", "grips")}
+            for words, name in SHARES.items()
+        },
+        "tooth": _tooth(tables["plausible_tooth"]),
+        "near": {
+            "shown": f"{near.loc[near['rig'] == 0, 'shown'].iloc[0]:g}",
+            "least": f"{near.loc[near['rig'] > 0, 'shown'].quantile(0.1, interpolation='lower'):g}",
+            "median": f"{near.loc[near['rig'] > 0, 'shown'].median():g}",
+        },
         "radius": radius_sentence(card, rigs[0]),
-        "outside": outside_sentence(parameters, rigs[0]),
+        "outside": "; ".join(outside_values(parameters)) or "none",
         "sentences": judged_sentences(judged, rigs[0], tables["plausible_sentences"]),
         "statements": _texts(statements(card)),
-        "scorecard": _scorecard(card, rigs),
         "kinds": {kind: str(n) for kind, n in parameters["kind"].value_counts().items()}
         | {"all": str(len(parameters))},
         "outcomes": {name: str(outcomes[name]) for name in EXTREMES},
@@ -80,23 +96,22 @@ def article_values(tables: Mapping[str, pd.DataFrame], missing: str, accuracy_pc
 
 
 def _texts(frame: pd.DataFrame) -> list[list[str]]:
-    return [[cell(value) for value in row] for row in frame.itertuples(index=False)]
-
-
-def _scorecard(card: pd.DataFrame, rigs: list[str]) -> list[list]:
-    """``name, claim, printed``, and verdict and value of each rig; parts without a verdict stay out."""
-    card = card.fillna({"part": "", "printed": "", "measured": "", "unit": ""}).astype(
-        {"printed": str, "measured": str}
-    )
-    rows = []
-    for (name, letter), of in card[card["verdict"].isin(JUDGED)].groupby(["id", "part"], sort=False):
-        first, by_rig = of.iloc[0], of.set_index("rig")
-        verdicts = [
-            [by_rig.at[rig, "verdict"], by_rig.at[rig, "measured"]] if rig in by_rig.index else ["", ""] for rig in rigs
+    return [
+        [
+            table_cell(name, value) if name.endswith("difference_pct") else cell(value)
+            for name, value in zip(frame, row, strict=True)
         ]
-        unit = f" {first['unit']}" if any(map(str.isdigit, first["printed"])) and first["unit"] not in ("", "1") else ""
-        rows.append([f"{name}{letter}", first["claim"], f"{first['printed']}{unit}", *verdicts])
-    return rows
+        for row in frame.itertuples(index=False)
+    ]
+
+
+def _tooth(changes: pd.DataFrame) -> dict[str, str]:
+    """How far three surfaces in place of ten arcs change the RMS, with a ring and without one."""
+    words = {"tracks": str(changes["draw"].nunique())}
+    for name, rows in (("ring", changes.dropna()), ("bare", changes[changes["ring_radius_m"].isna()])):
+        low, middle, high = rows["change_pct"].abs().quantile([0.05, 0.5, 0.95])
+        words[name] = f"{middle:.1f} % ({low:.1f} to {high:.1f})"
+    return words
 
 
 def write_article(values: dict[str, Any], values_path: Path, template: Path, figures: Path, pdf_path: Path) -> None:

@@ -56,7 +56,7 @@ def headed(frame: pd.DataFrame, key: str) -> pd.DataFrame:
     return shown.set_axis(heads, axis=1)
 
 
-def _cell(column: str, value, digits: int) -> str:
+def table_cell(column: str, value, digits: int = 3) -> str:
     """A cell of a column: percent and points have no more than two decimals."""
     if re.search(r"pct$|\(%[^)]*\)$", column) and isinstance(value, float) and abs(value) < 10:
         return f"{value:.2f}".replace("-0.00", "0.00")
@@ -73,7 +73,7 @@ def write_captioned_table(
     csv_path = Path(csv_path)
     csv_path.parent.mkdir(parents=True, exist_ok=True)
     shown = frame if shown is None else shown
-    cells = shown.astype(object).apply(lambda column: [_cell(column.name, value, digits) for value in column])
+    cells = shown.astype(object).apply(lambda column: [table_cell(column.name, value, digits) for value in column])
     right = [kind.kind in "if" for kind in shown.dtypes]
     body = cells.to_markdown(index=False, disable_numparse=True, colalign=["right" if r else "left" for r in right])
     with replacing(csv_path) as csv, replacing(csv_path.with_suffix(".md")) as markdown:
