@@ -17,6 +17,7 @@ from contextlib import suppress
 from pathlib import Path
 
 import numba
+from llvmlite.binding import parse_assembly, parse_bitcode
 from numba.core import event
 from numba.core.caching import IndexDataCacheFile
 from numba.core.registry import cpu_target
@@ -160,29 +161,47 @@ def _compiled(function, package, **options):
     if Path(dispatcher.stats.cache_path).parent != folder:
         _warn(dispatcher.stats.cache_path, "numba chose it, and edits would not be seen there")
         return numba.njit(**OPTIONS, **options)(function)
+    cache = dispatcher._cache
     if "pipeline_class" in options:
-        by_reference.keep_text(dispatcher._cache)
-    dispatcher._cache._cache_file = _CheckedFile(_file_of(dispatcher, folder))
+        by_reference.keep_text(cache)
+    else:
+        cache._impl.reduce = _without_text
+        # numba would set up all that it compiles with before it reads a file, which takes longer than to read it
+        cache.load_overload = cache._load_overload
+    cache._cache_file = _CheckedFile(_file_of(dispatcher, folder))
     return dispatcher
+
+
+def _without_text(result):
+    """What numba keeps of a kernel, but of its text the names alone: no other kernel is linked to it."""
+    (name, form, (code, text)), *others = result._reduce()
+    module = parse_bitcode(text)
+    names = (of.name for of in (*module.functions, *module.global_variables) if not of.is_declaration)
+    text = parse_assembly("".join(f'@"{defined}" = global i8 0\n' for defined in names)).as_bitcode()
+    return ((name, form, (code, text)), *others)
 
 
 class _Kernel:
     """A kernel with two faces: kernels call one, Python the other.
 
     Taking `Model` and `Work` apart for Python, some hundred arrays, was half of what it costs to compile a kernel, and
-    few are ever called from Python. The other face is therefore made at the first such call.
+    few are ever called from Python. Either face is therefore made when it is called first: what is read from the cache
+    calls no other kernel.
     """
 
     def __init__(self, function, **options):
         self.py_func = function
         self._options = options
-        inner = {}
         if by_reference is not None:
-            inner["pipeline_class"] = by_reference.Inner
             for kind in function.__annotations__.values():
                 by_reference.register(kind)
-        self._within = _compiled(function, "within", **options, **inner, no_cpython_wrapper=True)
         functools.update_wrapper(self, function)
+
+    @functools.cached_property
+    def _within(self):
+        """The dispatcher that other kernels call."""
+        inner = {} if by_reference is None else {"pipeline_class": by_reference.Inner}
+        return _compiled(self.py_func, "within", **self._options, **inner, no_cpython_wrapper=True)
 
     @property
     def _numba_type_(self):
