@@ -140,35 +140,6 @@ def made_recording(scene, time, force, begin=0.0, layout=None, **arrays):
     return Recording(time=time, force=force, begin=begin, meta=provenance(scene, layout or {}), **blank)
 
 
-@pytest.fixture(scope="session")
-def unled():
-    """Function that takes out of a model and a work what the last step left: no velocity is led ahead, no force was
-    there before.
-    """
-
-    def make(model, work):
-        for change in (work.com_dvx, work.com_dvy, work.delta_omega):
-            change[:] = 0.0
-        wheels = model.wheels._replace(slip=np.zeros_like(model.wheels.slip))
-        return model._replace(tooth=model.tooth._replace(mobility=0.0), wheels=wheels)
-
-    return make
-
-
-def closing(length, angle, rate):
-    """The rates of the bodies of a loop, with the least change that keeps it closed."""
-    rows = length * np.array([-np.sin(angle), np.cos(angle)])
-    return rate - rows.T @ np.linalg.solve(rows @ rows.T, rows @ rate)
-
-
-def irregular_ring(n, rng, size=(0.08, 0.04)):
-    """Lengths, angles and first corner of a convex clockwise ring that closes exactly; ``size`` (m) a body over pi."""
-    turn = -2 * np.pi * (np.arange(n) + rng.uniform(-0.2, 0.2, n)) / n
-    corner = n / np.pi * np.column_stack([size[0] * np.cos(turn), size[1] * np.sin(turn)])
-    side = np.roll(corner, -1, axis=0) - corner
-    return np.hypot(*side.T), np.unwrap(np.arctan2(side[:, 1], side[:, 0])), corner[0]
-
-
 def driven(make_scene):
     """Function that gives the loop some time after the start, as an own copy.
 

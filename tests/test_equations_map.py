@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from tests.kinematics import pins, without_extrapolation
 from trackdyn.contact.laws import elastic_force, find_area, groove_index
 from trackdyn.integrate.run import refresh
 from trackdyn.measure.sensor import specific_force
@@ -45,11 +46,10 @@ def test_every_row_names_functions_and_tests_that_exist():
 def depth_after(model, state, arc, seconds):
     """Area, depth and R of an arc when everything goes on with its present velocity (Eqs. 12 to 29, 33)."""
     chain, tooth, wheels = model.chain, model.tooth, model.wheels
-    angle = state.angle + seconds * state.rate
-    step = chain.length * np.array([np.cos(angle), np.sin(angle)])
-    pins = state.pin[:2] + seconds * state.pin[2:] + np.vstack([np.zeros(2), np.cumsum(step.T, axis=0)])
+    pin = state.pin[:2] + seconds * state.pin[2:]
+    later = state._replace(pin=pin, angle=state.angle + seconds * state.rate)
     turn = state.wheel_angle[SPROCKET] + seconds * state.wheel_rate[SPROCKET]
-    x, y = pins[arc + 1] - [wheels.x[SPROCKET], wheels.y[SPROCKET]]
+    x, y = pins(chain, later)[arc + 1] - [wheels.x[SPROCKET], wheels.y[SPROCKET]]
     k = groove_index(tooth.teeth, np.cos(turn) * x + np.sin(turn) * y, np.cos(turn) * y - np.sin(turn) * x)
     turn += (2 * k - 1) * np.pi / tooth.teeth - np.pi / 2
     area, depth, _, _, radius = find_area(
@@ -58,12 +58,12 @@ def depth_after(model, state, arc, seconds):
     return area, depth, radius
 
 
-def test_penetration_velocity_on_a_tooth_is_the_rate_of_the_depth(driven_loop, unled):
+def test_penetration_velocity_on_a_tooth_is_the_rate_of_the_depth(driven_loop):
     """Central difference of the depth against the velocity that the damping force and its memory show."""
     loop = driven_loop(None)
     model, state, work = loop.arrays
     law = model.tooth.law._replace(speed_floor=1e-12, loss=0.25)
-    model = unled(model._replace(tooth=model.tooth._replace(law=law)), work)
+    model = without_extrapolation(model._replace(tooth=model.tooth._replace(law=law)), work)
     state.rate[:] += np.random.default_rng(1).normal(0.0, 1.0, len(state.rate))
     start = state.wheel_angle[SPROCKET]
     h = 1e-6

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests import reference
-from tests.conftest import closing, irregular_ring
+from tests.kinematics import closed_rates, irregular_ring
 from trackdyn.chain.kinematics import bushing_torques, damping_weight, forward_kinematics, orient
 from trackdyn.chain.riccati import accelerations
 from trackdyn.model.arrays import make_state, make_work
@@ -25,7 +25,7 @@ def make_ring(n, seed, percussion=False):
     if percussion:  # every pin is the centre of percussion of the other: k^2 = (l / 2)^2
         com_x, com_y, inertia = length / 2, np.zeros(n), mass * (length / 2) ** 2
     chain = Chain(length, mass, inertia, com_x, com_y, 130.0, 10.0, -0.036, 9.81)
-    rate = closing(length, angle, rng.normal(0, 4, n))
+    rate = closed_rates(length, angle, rng.normal(0, 4, n))
     state = make_state(n, n // 2, 3)
     state.pin[:], state.angle[:], state.rate[:] = [*corner, *rng.normal(0, 1, 2)], angle, rate
     loads = rng.normal(0, 2000, n), rng.normal(0, 2000, n), rng.normal(0, 60, n)

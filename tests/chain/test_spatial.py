@@ -5,7 +5,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from tests.conftest import closing, irregular_ring
+from tests.kinematics import closed_rates, irregular_ring
 from trackdyn.chain.kinematics import bushing_torques, forward_kinematics, orient
 from trackdyn.chain.riccati import accelerations
 from trackdyn.integrate.plane import plane_dynamics, turn_plane, update_frame
@@ -54,7 +54,7 @@ class Polygon:
             np.ones(3), np.ones(3), np.zeros(0), 0.005, 1e6, 1e3, 0,
         )  # fmt: skip
         self.model = model._replace(chain=self.chain, space=self.space)
-        rate = closing(length, angle, rng.normal(0.0, 5.0, n))
+        rate = closed_rates(length, angle, rng.normal(0.0, 5.0, n))
         e = rng.normal(0.0, 1.0, 4)
         self.plane = Plane(rng.normal(0.0, 2.0, 4), e / np.linalg.norm(e))
         self.state = make_state(n, n // 2, 1)._replace(

@@ -13,7 +13,7 @@ from replication.study.extremes.transfer_product import (
     multiply,
 )
 from tests import reference
-from tests.conftest import closing
+from tests.kinematics import closed_rates
 from trackdyn.model.constants import Chain
 
 # Sums of a few dozen products of numbers up to 1e2: a few hundred roundings of 1e-16 each.
@@ -131,7 +131,7 @@ def regular_state(chain, rng, turn=0.0):
     """Clockwise polygon of alternating sides, closed exactly, with rates that keep it closed, and loads."""
     n = len(chain.length)
     angle = turn - 2.0 * np.pi * np.arange(n) / n  # two interlaced regular polygons close for every pair of lengths
-    rate = closing(chain.length, angle, rng.normal(0.0, 4.0, n))
+    rate = closed_rates(chain.length, angle, rng.normal(0.0, 4.0, n))
     return angle, rate, rng.normal(0.0, 2000.0, n), rng.normal(0.0, 2000.0, n), rng.normal(0.0, 60.0, n)
 
 

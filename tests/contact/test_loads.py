@@ -5,46 +5,14 @@ from math import pi
 import numpy as np
 import pytest
 
-from tests.conftest import closing, recorded
+from tests.conftest import recorded
+from tests.kinematics import ContactList, closed_rates, mass_centres, pin_velocities, without_extrapolation
 from trackdyn.contact.laws import elastic_force, foot, friction_coefficient
 from trackdyn.integrate.run import refresh
 from trackdyn.model.arrays import FLANK, components, make_work
 from trackdyn.model.constants import SPROCKET
 
 RINGS = [None, 0.303, 0.308]
-
-
-class Listed:
-    """The contacts on the list, a row each; those of one wheel if it is given.
-
-    ``surface`` is the velocity of the wheel's point at unit rate, ``spoke`` its position from the wheel's centre.
-    """
-
-    def __init__(self, work, wheel=None):
-        rows = work.contact[: work.count[0]]
-        if wheel is not None:
-            rows = rows[rows["wheel"] == wheel]
-        self.body, self.wheel, self.kind = rows["body"], rows["wheel"], rows["kind"]
-        self.normal, self.friction, self.arm, self.surface = (
-            components(rows, name) for name in ("normal", "friction", "arm", "turn")
-        )
-        self.spoke = self.surface[:, ::-1] * [1, -1]
-        self.force = np.hypot(*self.normal.T)
-
-
-def pin_velocities(chain, state):
-    """(n + 1, 2) velocities of the pins, from the relative coordinates."""
-    step = state.rate * chain.length * np.array([-np.sin(state.angle), np.cos(state.angle)])
-    return state.pin[2:] + np.vstack([np.zeros(2), np.cumsum(step.T, axis=0)])
-
-
-def mass_centres(chain, state):
-    """(n, 2) mass centres."""
-    c, s = np.cos(state.angle), np.sin(state.angle)
-    step = np.column_stack([chain.length * c, chain.length * s])
-    pins = state.pin[:2] + np.vstack([np.zeros(2), np.cumsum(step, axis=0)[:-1]])
-    arm = np.column_stack([c * chain.com_x - s * chain.com_y, s * chain.com_x + c * chain.com_y])
-    return pins + arm
 
 
 def mirrored(model, state, work):
@@ -77,15 +45,15 @@ def mirrored(model, state, work):
 
 
 @pytest.fixture(params=RINGS)
-def loop(request, driven_loop, unled):
+def loop(request, driven_loop):
     """Model, state and work of a running loop, loads evaluated; mass centres off the line of the pins."""
     loop = driven_loop(request.param)
     model, state, work = loop.arrays
     chain = model.chain
     model = model._replace(chain=chain._replace(com_x=0.45 * chain.length, com_y=np.full(len(chain.length), 0.004)))
     # the step closes positions; pins of the cut move apart by its error, and bodies would depend on where the cut is
-    state.rate[:] = closing(chain.length, state.angle, state.rate)
-    model = unled(model, work)  # the state is no longer the one of the last step
+    state.rate[:] = closed_rates(chain.length, state.angle, state.rate)
+    model = without_extrapolation(model, work)  # the state is no longer the one of the last step
     refresh(model, state, work)
     # otherwise the tests below would look at nothing; without a ring both flanks of the teeth carry
     assert (work.tooth_force > 0).any()
@@ -136,7 +104,7 @@ def test_resting_chain_is_dragged_along_by_a_turning_wheel(loop):
     for wheel in range(3):
         law = model.wheels.ring_law if wheel == SPROCKET else model.wheels.wheel_law
         rate = state.wheel_rate[wheel]
-        touched = Listed(work, wheel)
+        touched = ContactList(work, wheel)
         links = np.flatnonzero(touched.kind != FLANK)
         assert len(links) > 0 or not model.wheels.present[wheel]
         for k in links:
@@ -156,7 +124,7 @@ def test_normal_velocity_is_that_of_the_gap(loop):
     state.pin[2:] = velocity
     state.wheel_impact[:] = 0.0
     refresh(model, state, work)
-    touched = Listed(work)
+    touched = ContactList(work)
     links = np.flatnonzero(touched.kind != FLANK)
     for k in links:
         body, wheel, spoke = touched.body[k], touched.wheel[k], touched.spoke[k]
@@ -175,7 +143,7 @@ def test_tooth_contact_points_lie_on_the_arc_of_the_connector(loop):
     model, state, work = loop
     centre = mass_centres(model.chain, state)
     radius = model.tooth.arc_radius
-    touched = Listed(work)
+    touched = ContactList(work)
     flanks = np.flatnonzero(touched.kind == FLANK)
     assert len(flanks) > 0
     for k in flanks:

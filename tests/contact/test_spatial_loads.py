@@ -5,10 +5,11 @@ import copy
 import numpy as np
 import pytest
 
+from tests.kinematics import ContactList, mass_centres
 from trackdyn.contact.axial import friction_coefficients, overlap_ratio
 from trackdyn.contact.laws import friction_coefficient
 from trackdyn.integrate.run import refresh
-from trackdyn.model.arrays import FLANK, GUIDE, RING, SURFACE, components, make_space_work, make_work
+from trackdyn.model.arrays import FLANK, GUIDE, RING, SURFACE, make_space_work, make_work
 from trackdyn.model.constants import INDEPENDENT, SPROCKET
 from trackdyn.scene.build import build_space, start_plane
 
@@ -24,18 +25,6 @@ def evaluate(model, state):
     work = make_work(n, pitches, wheels)._replace(space=make_space_work(n, wheels))
     refresh(model, state, work)
     return work
-
-
-class Listed:
-    """The contacts on the list, a row each, with three components; of some kinds on one wheel if they are given."""
-
-    def __init__(self, work, wheel=None, kinds=(SURFACE, FLANK, RING, GUIDE)):
-        rows = work.contact[: work.count[0]]
-        rows = rows[np.isin(rows["kind"], kinds) & (True if wheel is None else rows["wheel"] == wheel)]
-        self.body, self.wheel, self.kind = rows["body"], rows["wheel"], rows["kind"]
-        self.normal, self.friction = (components(rows, name, "xyz") for name in ("normal", "friction"))
-        # velocity of the body's point against the wheel's
-        self.slip = components(rows, "speed", "xyz") - rows["rate"][:, None] * components(rows, "turn", "xyz")
 
 
 @pytest.fixture
@@ -105,7 +94,7 @@ def test_chain_that_moves_along_the_axes_is_braked(make_spatial, speed):
     # by the slip as it is, not as friction leaves it
     tooth, wheels = model.tooth, model.wheels
     model = model._replace(tooth=tooth._replace(mobility=0.0), wheels=wheels._replace(slip=np.zeros_like(wheels.slip)))
-    touched = Listed(evaluate(model, state))
+    touched = ContactList(evaluate(model, state), axes="xyz")
     laws = {FLANK: model.tooth.law, RING: model.wheels.ring_law, SURFACE: model.wheels.wheel_law}
     assert len(touched.kind) > 5
     for kind, push, rub in zip(touched.kind, touched.normal, touched.friction, strict=True):
@@ -122,15 +111,12 @@ def test_action_and_reaction(make_spatial):
     work = evaluate(model, state)
     room, space = work.space, model.space
     a_p = room.attitude
-    c, s = np.cos(state.angle), np.sin(state.angle)
-    x = work.pin_x[:-1] + model.chain.com_x * c - model.chain.com_y * s
-    y = work.pin_y[:-1] + model.chain.com_x * s + model.chain.com_y * c
-    at = np.column_stack([x, y, np.full(len(x), state.plane.motion[0])]) @ a_p.T
+    at = np.insert(mass_centres(model.chain, state), 2, state.plane.motion[0], axis=1) @ a_p.T
     force = np.column_stack([work.force_x, work.force_y, room.force_z]) @ a_p.T
     moment = np.column_stack([room.moment_x, room.moment_y, work.moment]) @ a_p.T
     total_force, total_moment = force.sum(axis=0), (moment + np.cross(at, force)).sum(axis=0)
     size = np.abs(force).sum()
-    assert (Listed(work).kind == GUIDE).any() and (work.tooth_force > 0).any()
+    assert (ContactList(work).kind == GUIDE).any() and (work.tooth_force > 0).any()
     assert np.abs(total_force[2]) > 100.0  # the axial force is not trivial
     for wheel in range(3):
         frame = space.frame[wheel]
@@ -159,7 +145,7 @@ def test_contact_that_turns_with_its_tilted_wheel_does_not_slip(make_spatial, wh
     state.tooth_impact[:] = 0.0
     state.wheel_impact[:] = 0.0
     work = evaluate(model, state)
-    touched = Listed(work, wheel, (SURFACE, FLANK, RING))
+    touched = ContactList(work, wheel, (SURFACE, FLANK, RING), "xyz")
     assert len(touched.kind) > 0 and np.abs(omega[:2]).max() > 1e-3
     # slip of rounding alone, 1e-15 m/s, times the slope of the law, 25 s/m
     assert (np.linalg.norm(touched.friction, axis=1) <= 1e-12 * np.linalg.norm(touched.normal, axis=1)).all()
@@ -174,7 +160,7 @@ def test_contact_that_turns_with_its_tilted_wheel_does_not_slip(make_spatial, wh
 def test_guides_push_back_beyond_their_play_and_never_pull(make_spatial):
     def guides(offset, speed):
         work = evaluate(*make_spatial("tangential", motion=(offset, speed, 0.0, 0.0)))
-        return Listed(work, kinds=(GUIDE,)), work.space
+        return ContactList(work, kinds=(GUIDE,), axes="xyz"), work.space
 
     assert len(guides(0.0049, 0.5)[0].body) == 0
     touched, room = guides(0.0055, 0.1)

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from tests.conftest import closing
+from tests.kinematics import closed_rates, set_model
 from trackdyn.errors import DivergenceError
 from trackdyn.integrate.methods import METHODS
 from trackdyn.scene.limits import FRICTION_LEEWAY, elastic_depth, step_limits
@@ -62,8 +62,8 @@ def grows(start, step, steps=120):
     """
     loop = start.copy()
     extra = np.random.default_rng(0).normal(0.0, 1e-3, len(loop.angles))
-    loop.arrays.state.rate[:] = closing(loop.model.chain.length, loop.angles, extra)
-    loop.arrays = loop.arrays._replace(model=loop.arrays.model._replace(step=step))  # no scene would have it
+    loop.arrays.state.rate[:] = closed_rates(loop.model.chain.length, loop.angles, extra)
+    set_model(loop, step=step)
     try:
         loop.step(steps)
     except DivergenceError:

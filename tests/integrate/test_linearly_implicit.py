@@ -3,7 +3,15 @@
 import numpy as np
 import pytest
 
-from tests.conftest import closing, irregular_ring, recorded
+from tests.conftest import recorded
+from tests.kinematics import (
+    ContactList,
+    along_chain,
+    closed_rates,
+    irregular_ring,
+    mass_centre_arms,
+    without_extrapolation,
+)
 from trackdyn.chain import implicit
 from trackdyn.chain.kinematics import SLOW
 from trackdyn.contact.loads import AHEAD
@@ -11,7 +19,7 @@ from trackdyn.errors import InputError
 from trackdyn.integrate.dynamics import solve_chain
 from trackdyn.integrate.run import refresh, shared
 from trackdyn.measure.sensor import sense
-from trackdyn.model.arrays import components, make_implicit, make_state, make_work
+from trackdyn.model.arrays import make_implicit, make_state, make_work
 from trackdyn.model.constants import Chain
 from trackdyn.simulation.loop import Loop
 
@@ -30,7 +38,7 @@ def make_case(n, seed):
         length, mass, mass * (length * rng.uniform(0.2, 0.5, n)) ** 2, length * rng.uniform(0.2, 0.8, n),
         rng.uniform(-0.02, 0.02, n), 99.0, 12.4, -0.036, 9.81,
     )  # fmt: skip
-    rate = closing(length, angle, rng.normal(0, 4, n))
+    rate = closed_rates(length, angle, rng.normal(0, 4, n))
     loads = rng.normal(0, 2000, n), rng.normal(0, 2000, n), rng.normal(0, 60, n)
     # contacts: body, wheel, arm from the input pin, normal, arm from the wheel's centre, h^2 K + h C along
     # the normal and h C across it (kg): those of a tooth of 1e8 N/m at this step reach 25 kg
@@ -178,12 +186,12 @@ def evaluate(model, state, work, step=STEP):
 
 
 @pytest.fixture
-def parts(driven_loop, unled):
+def parts(driven_loop):
     """Model and state of the running loop, its work without and with the terms of a linearly implicit step."""
     loop = driven_loop()
     work = loop.arrays.work
     return (
-        unled(loop.arrays.model, work),
+        without_extrapolation(loop.arrays.model, work),
         loop.arrays.state,
         work,
         work._replace(implicit=make_implicit(len(loop.angles), WHEELS)),
@@ -207,7 +215,7 @@ def elastic(model):
 
 
 def normal_forces(work):
-    return np.hypot(*components(work.contact[: work.count[0]], "normal").T)
+    return ContactList(work).force
 
 
 def test_forces_are_led_along_the_path_of_the_step(parts):
@@ -259,30 +267,25 @@ def test_contacts_act_on_chain_and_wheels_alike(implicit_loop):
 
     # accelerations of pins and mass centres, summed along the chain
     side = chain.length * np.array([work.cos, work.sin])
-    centre = np.array(
-        [chain.com_x * work.cos - chain.com_y * work.sin, chain.com_x * work.sin + chain.com_y * work.cos]
-    )
+    centre = mass_centre_arms(chain, state).T
 
     def turned(arm, alpha, rate):
         return alpha * np.array([-arm[1], arm[0]]) - rate**2 * arm
 
-    ends = np.cumsum(turned(side, alpha, state.rate), axis=1)
-    pins = pin[:, None] + np.hstack([np.zeros((2, 1)), ends[:, :-1]])
+    pins = along_chain(pin, turned(side, alpha, state.rate))[:-1].T
     momentum_rate = (pins + turned(centre, alpha, state.rate)) @ chain.mass
 
     # forces: what the contact list holds, and what the accelerations of the step take off
-    rows = work.contact[: work.count[0]]
-    body, wheel = rows["body"], rows["wheel"]
+    contacts = ContactList(work)
+    rows, body, wheel, spoke = contacts.rows, contacts.body, contacts.wheel, contacts.spoke
     assert set(wheel) == {0, 1, 2}
-    push, rub = components(rows, "normal"), components(rows, "friction")
-    normal = push / np.hypot(*push.T)[:, None]
+    normal = contacts.normal / contacts.force[:, None]
     across = np.column_stack([-normal[:, 1], normal[:, 0]])
-    arm = components(rows, "arm") + centre[:, body].T
+    arm = contacts.arm + centre[:, body].T
     point = pins[:, body].T + alpha[body, None] * np.column_stack([-arm[:, 1], arm[:, 0]])
-    spoke = components(rows, "turn", "yx") * [1, -1]
     slip = (across * point).sum(axis=1) - spin[wheel] * (spoke[:, 0] * across[:, 1] - spoke[:, 1] * across[:, 0])
-    force = push + rub - (rows["normal_slope"] * (normal * point).sum(axis=1))[:, None] * normal
-    force -= (rows["friction_slope"] * slip)[:, None] * across
+    force = contacts.normal - (rows["normal_slope"] * (normal * point).sum(axis=1))[:, None] * normal
+    force += contacts.friction - (rows["friction_slope"] * slip)[:, None] * across
 
     scale = np.abs(force).sum()  # N; closure and sweep lose 1e-10 of it
     weight = np.array([0.0, -chain.mass.sum() * chain.gravity])

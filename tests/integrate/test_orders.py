@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from tests.conftest import closing
+from tests.kinematics import closed_rates
 from trackdyn.chain.kinematics import add_moments, bushing_torques, orient
 from trackdyn.chain.riccati import accelerations
 from trackdyn.integrate.methods import METHODS
@@ -27,8 +27,8 @@ def make_loop(rig, law="viscous", **fields):
     drag = "rolling" if law == "hysteretic" else "viscous"
     loop = Loop(Scene(small, 300.0, ring_radius=None, contact_log=False, loop="free", step=2e-5, drag=drag))
     # a few modes more than the spin: rates that keep the loop closed
-    rng = np.random.default_rng(3)
-    loop.arrays.state.rate[:] += closing(loop.model.chain.length, loop.angles, rng.normal(0.0, 3.0, len(loop.angles)))
+    extra = np.random.default_rng(3).normal(0.0, 3.0, len(loop.angles))
+    loop.arrays.state.rate[:] += closed_rates(loop.model.chain.length, loop.angles, extra)
     loop.arrays.state.pin[2:] += [0.3, 0.8]
     return loop
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests import reference
+from tests.kinematics import set_model
 from trackdyn.integrate.run import refresh
 from trackdyn.measure.sensor import sense
 from trackdyn.model.constants import Sensor
@@ -23,7 +24,7 @@ def turn(angle, vector):
 
 def filled(loop, samples, stride):
     """Record of samples of ``stride`` steps each."""
-    loop.arrays = loop.arrays._replace(model=loop.arrays.model._replace(stride=stride))
+    set_model(loop, stride=stride)
     return loop.samples(samples)
 
 
@@ -32,7 +33,7 @@ def test_reading_in_a_run_is_the_acceleration_of_the_point(driven_loop, pitch):
     """Pin, angular and centripetal terms, against the other formulation of the chain."""
     loop = driven_loop(0.308, 210.0)
     sensor = Sensor(2 * (pitch - 1), 0.031, 0.017)
-    loop.arrays = loop.arrays._replace(model=loop.arrays.model._replace(sensor=sensor))
+    set_model(loop, sensor=sensor)
     model, state, work = loop.arrays
     refresh(model, state, work)
     angle, rate = state.angle.copy(), state.rate.copy()

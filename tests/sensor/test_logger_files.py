@@ -25,13 +25,13 @@ AY = 1.0 + 0.5 * np.sin(40.0 * TIME)  # g
 AX = 0.1 * np.cos(40.0 * TIME)
 
 
-def write_mdf(path, unit="g", scale=1.0, ay=AY, names=("acc_x", "acc_y"), groups=1):
+def write_mdf(path, unit="g", scale=1.0, ay=AY, time=TIME, names=("acc_x", "acc_y"), groups=1):
     file = asammdf.MDF(version="4.10")
     for _ in range(groups):
         file.append(
             [
-                asammdf.Signal(scale * samples, TIME[: samples.size], unit=unit, name=name)
-                for name, samples in zip(names, (AX[: ay.size], ay), strict=True)
+                asammdf.Signal(scale * samples, time[: samples.size], unit=unit, name=name)
+                for name, samples in zip(names, (np.resize(AX, ay.size), ay), strict=True)
             ]
         )
     file.append([asammdf.Signal(np.arange(7.0), np.arange(7.0), unit="V", name="battery")])
@@ -53,33 +53,37 @@ def write_tdms(path, unit="g", scale=1.0, ay=AY, timed=True):
     return path
 
 
-def write_lvm(path, unit="g", scale=1.0, ay=AY, decimal=",", separator="\t", x_columns="One"):
+def write_lvm(
+    path, unit="g", scale=1.0, ay=AY, time=TIME, decimal=",", separator="\t", x_columns="One", rows=None,
+    steps=(1 / RATE, 1 / RATE),
+):  # fmt: skip
     def row(*fields):
         return separator.join(str(value).replace(".", decimal) for value in fields)
 
     words = {"\t": "Tab", ";": "Semicolon"}[separator]
     begin = [f"Separator{separator}{words}", f"Decimal_Separator{separator}{decimal}"]
     lines = ["LabVIEW Measurement", *begin, f"X_Columns{separator}{x_columns}", "***End_of_Header***", ""]
-    lines += [row("Channels", 2, "", ""), row("Samples", ay.size, ay.size), row("Y_Unit_Label", unit, unit)]
-    lines += [row("X_Dimension", "Time", "Time"), row("X0", "0.0E+0", "0.0E+0"), row("Delta_X", 1 / RATE, 1 / RATE)]
+    lines += [row("Channels", 2, "", ""), row("Samples", *[rows or ay.size] * 2), row("Y_Unit_Label", unit, unit)]
+    lines += [row("X_Dimension", "Time", "Time"), row("X0", "0.0E+0", "0.0E+0"), row("Delta_X", *steps)]
     lines += ["***End_of_Header***", row("X_Value", "acc_x", "acc_y", "Comment")]
-    time = TIME if x_columns == "One" else [""] * ay.size
-    lines += [row(t, x, y) for t, x, y in zip(time, scale * AX, scale * ay, strict=False)]
+    stamps = time if x_columns == "One" else [""] * ay.size
+    lines += [row(t, x, y) for t, x, y in zip(stamps, scale * np.resize(AX, ay.size), scale * ay, strict=False)]
     lines[-3] += f"{separator}knock"
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
     return path
 
 
-def write_uff(path, unit="g", scale=1.0, ay=AY, binary=0, names=("acc_x", "acc_y"), func_type=1):
+def write_uff(path, unit="g", scale=1.0, ay=AY, time=None, binary=0, names=("acc_x", "acc_y"), func_type=1):
     sets = [
         pyuff.prepare_58(
             binary=binary, func_type=func_type, rsp_node=3, rsp_dir=k + 1, ref_dir=0, ref_node=0, data=scale * samples,
-            x=TIME[: ay.size], id1=name, abscissa_spacing=1, abscissa_min=0.0, abscissa_inc=1 / RATE,
+            x=TIME[: ay.size] if time is None else time, id1=name, abscissa_spacing=int(time is None), abscissa_min=0.0,
+            abscissa_inc=1 / RATE if time is None else 0.0,
             abscissa_spec_data_type=17, ordinate_spec_data_type=12, ordinate_axis_units_lab=unit,
             orddenom_spec_data_type=0, z_axis_spec_data_type=0, ver_num=0, load_case_id=0, rsp_ent_name="NONE",
             ref_ent_name="NONE", z_axis_value=0.0, id2="NONE", id3="NONE", id4="NONE", id5="NONE",
         )
-        for k, (name, samples) in enumerate(zip(names, (AX[: ay.size], ay), strict=True))
+        for k, (name, samples) in enumerate(zip(names, (np.resize(AX, ay.size), ay), strict=True))
     ]  # fmt: skip
     path.unlink(missing_ok=True)
     pyuff.UFF(str(path)).write_sets(sets, "add")
@@ -99,10 +103,10 @@ def write_hdf5(path, unit="g", scale=1.0, ay=AY, matlab=False):
     return path
 
 
-def write_parquet(path, unit="g", scale=1.0, ay=AY, dated=False):
-    time = {"time": pd.Timestamp("2024-05-01", tz="UTC") + pd.to_timedelta(TIME, "s")} if dated else {"t_s": TIME}
-    columns = {f"acc_x ({unit})": scale * AX, f"acc_y ({unit})": scale * ay, "remark": "bench"}
-    pd.DataFrame({**time, **columns}).set_index(next(iter(time))).to_parquet(path)
+def write_parquet(path, unit="g", scale=1.0, ay=AY, time=TIME, dated=False):
+    stamps = {"time": pd.Timestamp("2024-05-01", tz="UTC") + pd.to_timedelta(time, "s")} if dated else {"t_s": time}
+    columns = {f"acc_x ({unit})": scale * np.resize(AX, ay.size), f"acc_y ({unit})": scale * ay, "remark": "bench"}
+    pd.DataFrame(stamps | columns).set_index(next(iter(stamps))).to_parquet(path)
     return path
 
 
@@ -273,25 +277,12 @@ LOST = {
 }
 
 
-def stamped_lvm(path, t, y, steps=(1 / RATE, 1 / RATE), x_columns="One", rows=None):
-    lines = ["LabVIEW Measurement", "Separator;Semicolon", "Decimal_Separator;.", f"X_Columns;{x_columns}"]
-    lines += ["***End_of_Header***", "", "Channels;2;;", f"Samples;{rows or t.size};{rows or t.size}"]
-    lines += ["Y_Unit_Label;g;g", "X_Dimension;Time;Time", "X0;0.0;0.0", f"Delta_X;{steps[0]};{steps[1]}"]
-    lines += ["***End_of_Header***", "X_Value;acc_x;acc_y;Comment"]
-    lines += [f"{stamp if x_columns == 'One' else ''};0.1;{value:.9f}" for stamp, value in zip(t, y, strict=True)]
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
-    return path
+def stamped(write, **options):
+    """A writer of these stamps and samples."""
+    return lambda path, t, y, **more: write(path, ay=y, time=t, **options, **more)
 
 
-def stamped_uff(path, t, y):
-    write = pyuff.prepare_58(
-        binary=0, func_type=1, rsp_node=3, rsp_dir=2, ref_dir=0, ref_node=0, data=y, x=t, id1="acc_y",
-        abscissa_spacing=0, abscissa_min=0.0, abscissa_inc=0.0, abscissa_spec_data_type=17, ordinate_spec_data_type=12,
-        ordinate_axis_units_lab="g", orddenom_spec_data_type=0, z_axis_spec_data_type=0, ver_num=0, load_case_id=0,
-        rsp_ent_name="NONE", ref_ent_name="NONE", z_axis_value=0.0, id2="NONE", id3="NONE", id4="NONE", id5="NONE",
-    )  # fmt: skip
-    pyuff.UFF(str(path)).write_sets([write], "add")
-    return path
+stamped_lvm = stamped(write_lvm, decimal=".", separator=";")
 
 
 def stamped_hdf5(path, t, y):
@@ -308,26 +299,14 @@ def stamped_tdms(path, t, y):
     return path
 
 
-def stamped_mdf(path, t, y):
-    file = asammdf.MDF(version="4.10")
-    file.append([asammdf.Signal(y, t, unit="g", name="acc_y")])
-    file.save(path, overwrite=True)
-    return path
-
-
-def stamped_parquet(path, t, y):
-    pd.DataFrame({"t_s": t, "ay_g": y}).to_parquet(path)
-    return path
-
-
 def stamped_mat(path, t, y):
     scipy.io.savemat(path, {"t_s": t, "ay_g": y, "fs": RATE})
     return path
 
 
 STAMPED = {
-    "r.lvm": stamped_lvm, "r.uff": stamped_uff, "r.h5": stamped_hdf5, "r.tdms": stamped_tdms, "r.mf4": stamped_mdf,
-    "r.parquet": stamped_parquet, "r.mat": stamped_mat,
+    "r.lvm": stamped_lvm, "r.uff": stamped(write_uff), "r.h5": stamped_hdf5, "r.tdms": stamped_tdms,
+    "r.mf4": stamped(write_mdf), "r.parquet": stamped(write_parquet), "r.mat": stamped_mat,
 }  # fmt: skip
 
 

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from tests import reference
-from tests.conftest import LAWS, closing
+from tests.conftest import LAWS
+from tests.kinematics import closed_rates, set_model
 from trackdyn.errors import InputError
 from trackdyn.integrate.run import shared
 from trackdyn.rig.layout import belt_around
@@ -45,7 +46,7 @@ def free_start(rig):
     small = rig.changed(chain__pitches=5, sensor__pitch=1, gravity=0.0, bushing__stiffness=20.0, bushing__damping=0.05)
     loop = Loop(Scene(small, 300.0, ring_radius=None, contact_log=False, loop="free", step=1e-4))
     extra = np.random.default_rng(1).normal(0.0, 3.0, len(loop.angles))
-    loop.arrays.state.rate[:] += closing(loop.model.chain.length, loop.angles, extra)
+    loop.arrays.state.rate[:] += closed_rates(loop.model.chain.length, loop.angles, extra)
     loop.arrays.state.pin[2:] += 0.3, 0.8
     return loop
 
@@ -117,7 +118,7 @@ def test_joint_forces_are_those_of_the_multipliers(free_start):
     errors = []
     for step in (1e-6, 1e-7):
         loop = free_start.copy()
-        loop.arrays = loop.arrays._replace(model=loop.arrays.model._replace(step=step))
+        set_model(loop, step=step)
         angle, rate = loop.angles.copy(), loop.rates.copy()
         expected = reference.reference_accelerations(
             chain, angle, rate, none, none, none, implicit_step=0.5 * step

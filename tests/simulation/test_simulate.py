@@ -1,10 +1,5 @@
 """Whole runs: the loop stays closed, work is accounted for, runs repeat, bad runs leave nothing."""
 
-import json
-import os
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 from typer.testing import CliRunner
@@ -88,43 +83,6 @@ def test_a_run_that_diverges_leaves_no_file(rig_path, tmp_path, monkeypatch):
     assert isinstance(result.exception, DivergenceError)
     assert "\n" not in str(result.exception)
     assert list(tmp_path.rglob("*.npz*")) == []
-
-
-STEPS_WITHOUT_JIT = """
-import json, sys
-from trackdyn import Loop
-from trackdyn.chain.riccati import accelerations
-import numba
-loop = Loop.load(sys.argv[1])
-loop.pins  # places, contacts and bushings of the state
-model, state, work = loop.arrays
-accelerations(model.chain, state, work, model.step * model.chain.damping, 0)
-alpha = work.sweep.response @ work.sweep.load
-force = work.tooth_force.tolist() + work.wheel_force.ravel().tolist()
-print(json.dumps({"jit": not numba.config.DISABLE_JIT, "alpha": alpha.tolist(), "force": force}))
-"""
-
-
-def test_kernels_give_the_same_without_the_jit(make_scene, tmp_path):
-    """The kernels are plain Python too; only the order of rounding may differ."""
-    loop = Loop(make_scene(150.0))
-    loop.advance(0.3)
-    loop.save(tmp_path / "loop.npz")
-    seen = {}
-    for disabled in ("0", "1"):
-        result = subprocess.run(
-            [sys.executable, "-c", STEPS_WITHOUT_JIT, str(tmp_path / "loop.npz")],
-            env=os.environ | {"NUMBA_DISABLE_JIT": disabled},
-            capture_output=True,
-            text=True,
-            check=True,
-        )
-        seen[disabled] = json.loads(result.stdout)
-    assert seen["0"]["jit"] and not seen["1"]["jit"]
-    assert max(seen["1"]["force"]) > 100  # something touches
-    for name in ("alpha", "force"):
-        a, b = np.array(seen["0"][name]), np.array(seen["1"][name])
-        np.testing.assert_allclose(a, b, rtol=0, atol=1e-9 * np.abs(b).max())
 
 
 def test_stiffness_without_measure_diverges_too(make_scene, rig, monkeypatch):

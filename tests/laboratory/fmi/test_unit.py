@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from laboratory.fmi.unit import Strands, Unit
+from tests.kinematics import set_model
 from trackdyn.errors import InputError
 from trackdyn.measure.sensor import specific_force
 from trackdyn.rig.rig import Rig
@@ -67,9 +68,9 @@ def native(scene):
         energy, angle = loop.energy["sprocket_work"], loop.state.wheel_angle[0]
         mean = np.zeros(3)
         whole = loop.model.stride
-        loop.arrays = loop.arrays._replace(model=loop.model._replace(stride=1))
+        set_model(loop, stride=1)
         record = loop.samples(count)  # rows of one step: the mean over the exchange is theirs
-        loop.arrays = loop.arrays._replace(model=loop.model._replace(stride=whole))
+        set_model(loop, stride=whole)
         mean = record.mean.mean(axis=0)
         felt = specific_force(mean[:2], mean[2], scene.rig.gravity) / scene.rig.gravity
         turned = loop.state.wheel_angle[0] - angle

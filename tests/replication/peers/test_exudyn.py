@@ -8,6 +8,7 @@ import pytest
 from replication.peers import exudyn_loop
 from replication.peers.contact import Memory, force_vector, jacobian_triplets, make_contacts, peer_contact_loads
 from replication.peers.exudyn_loop import drive_at, require_exudyn, start_of
+from tests.kinematics import without_extrapolation
 from trackdyn.errors import InputError
 from trackdyn.integrate.run import refresh
 from trackdyn.scene.scene import Scene
@@ -16,13 +17,13 @@ pytestmark = pytest.mark.peer
 
 
 @pytest.fixture
-def both_contacts(rig, driven_loop, unled):
+def both_contacts(rig, driven_loop):
     """Contacts of a driven loop: model, state, work, and the peer's constants, coordinates, rates and memory."""
 
     def make(ring_radius):
         loop = driven_loop(ring_radius)
         model, state, work = loop.arrays
-        model = unled(model, work)
+        model = without_extrapolation(model, work)
         w = model.wheels
         contacts = make_contacts(Scene(rig, 115.0, ring_radius=ring_radius), 0.0)
         radius = w.radius * w.present

@@ -1,0 +1,81 @@
+"""Places and velocities of the bodies of a loop, its contacts as rows, and loops that move as a test wants them."""
+
+import numpy as np
+
+from trackdyn.model.arrays import components
+
+
+class ContactList:
+    """The contacts of a work, a row each; those of one wheel, or of some kinds, if they are given.
+
+    ``surface`` is the velocity of the wheel's point at unit rate, ``spoke`` its position from the wheel's centre,
+    ``slip`` the velocity of the body's point against the wheel's.
+    """
+
+    def __init__(self, work, wheel=None, kinds=None, axes="xy"):
+        rows = work.contact[: work.count[0]]
+        if wheel is not None:
+            rows = rows[rows["wheel"] == wheel]
+        if kinds is not None:
+            rows = rows[np.isin(rows["kind"], kinds)]
+        self.rows, self.body, self.wheel, self.kind = rows, rows["body"], rows["wheel"], rows["kind"]
+        self.normal, self.friction, self.arm, self.surface, speed = (
+            components(rows, name, axes) for name in ("normal", "friction", "arm", "turn", "speed")
+        )
+        self.spoke = self.surface[:, 1::-1] * [1, -1]
+        self.slip = speed - rows["rate"][:, None] * self.surface
+        self.force = np.linalg.norm(self.normal, axis=1)
+
+
+def along_chain(start, change):
+    """(n + 1, 2) values at the pins: that of the first one and the changes (2, n) from pin to pin."""
+    return start + np.vstack([np.zeros(2), np.cumsum(np.transpose(change), axis=0)])
+
+
+def pins(chain, state):
+    """(n + 1, 2) pins; the last one is the first one again if the loop is closed."""
+    return along_chain(state.pin[:2], chain.length * np.array([np.cos(state.angle), np.sin(state.angle)]))
+
+
+def pin_velocities(chain, state):
+    """(n + 1, 2) velocities of the pins."""
+    turned = np.array([-np.sin(state.angle), np.cos(state.angle)])
+    return along_chain(state.pin[2:], state.rate * chain.length * turned)
+
+
+def mass_centre_arms(chain, state):
+    """(n, 2) mass centres from the input pins."""
+    c, s = np.cos(state.angle), np.sin(state.angle)
+    return np.column_stack([c * chain.com_x - s * chain.com_y, s * chain.com_x + c * chain.com_y])
+
+
+def mass_centres(chain, state):
+    """(n, 2) mass centres."""
+    return pins(chain, state)[:-1] + mass_centre_arms(chain, state)
+
+
+def closed_rates(length, angle, rate):
+    """Rates of the bodies of a loop, with the least change that keeps it closed."""
+    rows = length * np.array([-np.sin(angle), np.cos(angle)])
+    return rate - rows.T @ np.linalg.solve(rows @ rows.T, rows @ rate)
+
+
+def irregular_ring(n, rng, size=(0.08, 0.04)):
+    """Lengths, angles and first corner of a convex clockwise ring that closes exactly; ``size`` (m) a body over pi."""
+    turn = -2 * np.pi * (np.arange(n) + rng.uniform(-0.2, 0.2, n)) / n
+    corner = n / np.pi * np.column_stack([size[0] * np.cos(turn), size[1] * np.sin(turn)])
+    side = np.roll(corner, -1, axis=0) - corner
+    return np.hypot(*side.T), np.unwrap(np.arctan2(side[:, 1], side[:, 0])), corner[0]
+
+
+def without_extrapolation(model, work):
+    """A model whose contacts know nothing of the last step, and a work that has forgotten it."""
+    for change in (work.com_dvx, work.com_dvy, work.delta_omega):
+        change[:] = 0.0
+    wheels = model.wheels._replace(slip=np.zeros_like(model.wheels.slip))
+    return model._replace(tooth=model.tooth._replace(mobility=0.0), wheels=wheels)
+
+
+def set_model(loop, **fields):
+    """Change fields of the model that no scene would have, such as a step beyond its limits."""
+    loop.arrays = loop.arrays._replace(model=loop.arrays.model._replace(**fields))
