@@ -69,4 +69,5 @@ $(READY): requirements.lock pyproject.toml
 	touch $(READY)
 
 clean:
-	rm -rf .venv results .snakemake
+	rm -rf .venv .snakemake
+	find results -mindepth 1 ! -name README.md -delete

@@ -158,7 +158,7 @@ def main(job) -> None:
     figure = shares_figure(
         pd.read_csv(job.input.sentences, dtype={"name": str}), pd.read_csv(job.input.default), job.params.rig
     )
-    save(figure, job.output.figures[0])
+    save(figure, job.output[0])
 
 
 if __name__ == "__main__":

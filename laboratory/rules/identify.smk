@@ -14,7 +14,8 @@ rule calibration:
         csv=f"{L}/identify/calibration.csv",
         ranks=f"{L}/identify/ranks.csv",
         rank_figures=[f"{L}/identify/ranks.{ending}" for ending in ("png", "svg")],
-        **table("calibration", "summary", LAB),
+        summary=f"{L}/tables/calibration.csv",
+        summary_md=f"{L}/tables/calibration.md",
     params: store=f"{L}/identify/calibration_rows"
     threads: 64 # that is, all there are
     log: f"{L}/logs/calibration.log"

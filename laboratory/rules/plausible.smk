@@ -29,7 +29,7 @@ rule plausible_figure:
         lab_needs("report/plausible.py"),
         sentences=f"{L}/{{short}}plausible_sentences.csv",
         default=f"{R}/sentences.csv",
-    output: **figures(["plausible"], f"{LAB}{{short}}")
+    output: multiext(f"{L}/{{short}}figures/plausible", ".png", ".svg")
     params: rig=Path(CONFIG.rig).stem
     log: f"{L}/logs/{{short}}plausible_figure.log"
     message: "Shares of plausible tracks"

@@ -9,7 +9,7 @@ rule claims:
         metrics=f"{R}/metrics.csv",
         events=f"{R}/events.csv",
         peers=[f"{R}/peers/summary.csv", f"{R}/tables/table2.csv"] if CONFIG.peers else [],
-        cells=ARTICLE,
+        cells=CONFIG.files["article"],
         records=[recording(run) for run in SPEEDS],
         others=[f"{R}/rigs/{other}/{name}.csv" for other in OTHERS for name in ("metrics", "events")],
     output:

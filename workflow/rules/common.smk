@@ -11,7 +11,6 @@ def below_root(path):
     return str(Path(path)).removeprefix(f"{ROOT}/")
 
 
-ARTICLE, MAPPING = (CONFIG.files[field] for field in ("article", "sensor_mapping"))  # one file or none
 PLAUSIBLE = {name: f"docs/measured/plausible_{name}.csv" for name in ("sentences", "claims", "tooth", "near")}
 # all that the results are made from, but for the program
 RUN_INPUTS = [
@@ -57,39 +56,24 @@ def figure(name, folder=""):
     return [f"{R}/{folder}figures/{name}.{ending}" for ending in ("png", "svg")]
 
 
-def figures(names, folder="", key="figures"):
-    """The same of several: scripts name those of the key, and the vectors are saved beside them."""
-    png, svg = zip(*(figure(name, folder) for name in names))
-    return {key: list(png), f"{key}_vectors": list(svg)}
-
-
-def table(name, key="csv", folder=""):
-    """CSV of a table by its key, and the same in Markdown, which is written beside it."""
-    path = f"{R}/{folder}tables/{name}"
-    return {key: f"{path}.csv", "md" if key == "csv" else f"{key}_md": f"{path}.md"}
-
-
-def in_this_run(wildcards):
+def requested_studies(wildcards):
     """Studies that this run makes: those that every run has, and what is asked for; targets are known after parsing."""
-    asked = {*workflow.dag_settings.targets, *CONFIG.short_studies}
-    return [name for name in STUDIES if name in asked or "studies" in asked]
+    requested = {*workflow.dag_settings.targets, *CONFIG.short_studies}
+    return [name for name in STUDIES if name in requested or "studies" in requested]
 
 
 # A long study has two forms (config/studies.yaml): its short one lies in the folder `short` of the results and belongs to
 # every run, the full one is asked for by name. One rule makes both; the wildcard `short` tells them apart.
 
 
-def form_name(wildcards):
-    return "short" if wildcards.short else "full"
-
-
 def form_of(study, wildcards):
-    """What a study runs in the form that is asked for."""
-    return getattr(getattr(CONFIG.studies, study), form_name(wildcards))
+    """Settings of a study, in the short form or the full one."""
+    forms = getattr(CONFIG.studies, study)
+    return forms.short if wildcards.short else forms.full
 
 
 def form(study):
-    """The same as plain data, for the parameters of a rule."""
+    """Settings of a study as plain data, for the parameters of a rule."""
     return lambda wildcards: form_of(study, wildcards).model_dump()
 
 
@@ -105,12 +89,6 @@ def recording(run, folder=""):
     return f"{R}/{folder}runs/{run}.npz"
 
 
-def plain_scene(scene):
-    """A scene as plain data, without the rig, and without a step that nobody chose: a taut loop needs a smaller one."""
-    fields = {name: getattr(scene, name) for name in scene.describe() if name != "rig"}
-    return {name: value for name, value in fields.items() if name != "step" or value is not None}
-
-
 # Named by the hash of the kernels' sources: other sources, another file, and everything that needs it runs.
 KERNELS = f"{R}/kernels/{source_hash()}.npz"
 
@@ -121,5 +99,3 @@ def method_kernels(integrator):
 
 
 SEVERAL_METHODS = [KERNELS, method_kernels("linearly_implicit"), method_kernels("rk4")]
-# the sensor's records of all speeds, as they are compared, where there are any
-RECORDS = [f"{R}/sensor/{rpm}.csv" for rpm in SPEEDS] if CONFIG.sensor_csv else []

@@ -30,7 +30,8 @@ rule extremes_form:
         md=f"{R}/{{short}}tables/extremes.md",
         summary=f"{R}/{{short}}tables/extremes.csv",
         short_runs=multiext(f"{R}/{{short}}tables/extremes_short_runs", ".csv", ".md"),
-        **figures([f"extremes_{name}" for name in EXTREMES], "{short}"),
+        figures=[f"{R}/{{short}}figures/extremes_{name}.png" for name in EXTREMES],
+        figures_svg=[f"{R}/{{short}}figures/extremes_{name}.svg" for name in EXTREMES],
     params: form=form("extremes")
     log: f"{R}/logs/{{short}}extremes.log"
     message: "Extremes: every case completes within bounds or is refused"

@@ -27,7 +27,8 @@ rule peer:
         rig=CONFIG.rig,
         **rules.peer_runs.output,
     output:
-        **table("table2", "table"),
+        table=f"{R}/tables/table2.csv",
+        table_md=f"{R}/tables/table2.md",
         figure13=figure("fig13"),
         figure14=figure("fig14"),
     params: accuracy_pct=CONFIG.peers.accuracy_pct

@@ -1,6 +1,8 @@
 # Sect. 5: metrics of every run, Table 1 and 3, Figures 15, 17, 18.
 
 LETTERS = dict(zip("abcdefgh", CONFIG.records.speeds_rpm))
+# the sensor's records of all speeds, as they are compared, where there are any
+RECORDS = [f"{R}/sensor/{rpm}.csv" for rpm in SPEEDS] if CONFIG.sensor_csv else []
 
 
 # What is measured of a rig's runs: the records with their coarse tooth, the ring study, each as soon as it is there; the
@@ -53,8 +55,10 @@ rule parameters:
         needs("report/parameters.py"),
         rig=CONFIG.rig,
     output:
-        **table("parameters"),
-        **table("table1", "groove"),
+        csv=f"{R}/tables/parameters.csv",
+        md=f"{R}/tables/parameters.md",
+        groove=f"{R}/tables/table1.csv",
+        groove_md=f"{R}/tables/table1.md",
     log: f"{R}/logs/parameters.log"
     message: "Table 1 and the list of parameters"
     script: "../replication/report/parameters.py"
@@ -66,10 +70,11 @@ rule sensor_records:
         needs("report/sensor_records.py"),
         rig=CONFIG.rig,
         sensors=CONFIG.sensor_files,
-        mapping=MAPPING,
+        mapping=CONFIG.files["sensor_mapping"],
     output:
         records=RECORDS,
-        **table("sensor_records"),
+        csv=f"{R}/tables/sensor_records.csv",
+        md=f"{R}/tables/sensor_records.md",
     params:
         speeds=CONFIG.records.speeds_rpm,
         synthetic=CONFIG.synthetic,
@@ -86,9 +91,12 @@ rule statistics:
         metrics=f"{R}/measured/records.csv",
         sensors=RECORDS,
     output:
-        **table("table3"),
-        **table("lines", "lines"),
-        **table("table4", "coarse"),
+        csv=f"{R}/tables/table3.csv",
+        md=f"{R}/tables/table3.md",
+        lines=f"{R}/tables/lines.csv",
+        lines_md=f"{R}/tables/lines.md",
+        coarse=f"{R}/tables/table4.csv",
+        coarse_md=f"{R}/tables/table4.md",
     params:
         runs=SPEEDS,
         speeds=CONFIG.records.speeds_rpm,
@@ -117,8 +125,10 @@ rule sensor_figures:
         recordings=[recording(run) for run in SPEEDS],
         sensors=RECORDS,
     output:
-        **figures([f"fig17_{letter}" for letter in LETTERS], key="histories"),
-        **figures([f"fig18_{letter}" for letter in LETTERS], key="spectra"),
+        histories=[f"{R}/figures/fig17_{letter}.png" for letter in LETTERS],
+        histories_svg=[f"{R}/figures/fig17_{letter}.svg" for letter in LETTERS],
+        spectra=[f"{R}/figures/fig18_{letter}.png" for letter in LETTERS],
+        spectra_svg=[f"{R}/figures/fig18_{letter}.svg" for letter in LETTERS],
     params: synthetic=CONFIG.synthetic
     log: f"{R}/logs/fig17_18.log"
     message: "Figures 17 and 18"

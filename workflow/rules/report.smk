@@ -58,12 +58,12 @@ rule page:
         rules.claims.output,
         rules.schematics.output,
         [*rules.peer.output, *SHARES.values()] if CONFIG.peers else [],
-        lambda wildcards: [file for name in in_this_run(wildcards) for file in OF_STUDIES[name]],
+        lambda wildcards: [file for name in requested_studies(wildcards) for file in OF_STUDIES[name]],
     output: f"{R}/report.html"
     params:
         results=R,
         synthetic=CONFIG.synthetic,
-        studies=in_this_run,
+        studies=requested_studies,
         plausible=SHARES if CONFIG.peers else None,
         layers=[below_root(path) for path in workflow.configfiles[:-1]],
         short=CONFIG.shorter,
@@ -111,7 +111,7 @@ rule article:
 
 
 def article_of_run(wildcards):
-    return rules.article.output if CONFIG.peers and {*IN_ARTICLE} <= {*in_this_run(wildcards)} else []
+    return rules.article.output if CONFIG.peers and {*IN_ARTICLE} <= {*requested_studies(wildcards)} else []
 
 
 rule manifest:

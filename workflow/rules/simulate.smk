@@ -45,7 +45,9 @@ def rig_of(wildcards):
 
 def scenes_of(runs):
     """Runs by the wildcards of a job, as plain data for the parameters of a rule."""
-    return lambda wildcards: [plain_scene(RIGS[wildcards.folder][1][run.format(**wildcards)]) for run in runs]
+    return lambda wildcards: [
+        RIGS[wildcards.folder][1][run.format(**wildcards)].model_dump(mode="json", exclude={"rig"}) for run in runs
+    ]
 
 
 rule simulate:

@@ -70,7 +70,7 @@ def run_files(results: Path | str) -> list[str]:
     names = []
     for path in sorted(results.rglob("*")):
         relative = path.relative_to(results)
-        aside = relative.parts[0] in ("logs", "benchmarks", "kernels", NAME)
+        aside = relative.parts[0] in ("logs", "benchmarks", "kernels", "README.md", NAME)
         hidden = any(component.startswith(".") for component in relative.parts)
         foreign = any(path.is_relative_to(other) for other in others)
         timed = TIMES.fullmatch(relative.as_posix())
