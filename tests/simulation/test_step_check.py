@@ -18,8 +18,9 @@ from trackdyn.simulation.step_check import (
     PEAKS,
     RMS,
     YES,
+    Difference,
     RunStatistics,
-    Watch,
+    StepCheck,
     again,
     brief,
     largest_forces,
@@ -53,11 +54,18 @@ def test_what_alternates_and_peaks_of_one_step_are_doubted_at_every_length(runni
     ("off", "state"), [((np.nan, np.nan), NO), ((0.0, 0.0), YES), ((0.6 * RMS, 0.0), NO), ((0.0, 0.6 * PEAKS), NO)]
 )
 def test_a_finer_step_decides_what_is_doubtful(running, off, state):
-    resolved = resolution(sums(running.model, 0.9 * FLIPS), running.model, level(1000), 1.0, "it flips", off)
+    resolved = resolution(
+        sums(running.model, 0.9 * FLIPS), running.model, level(1000), 1.0, "it flips", Difference(*off)
+    )
     assert resolved.state == state and resolved.share == pytest.approx(0.9 * FLIPS)
     assert bool(resolved.reason) == (state != YES)
     # steps that flip are never called resolved: their samples are not
-    assert resolution(sums(running.model, 1.1 * FLIPS), running.model, level(1000), 1.0, "it flips", off).state == NO
+    assert (
+        resolution(
+            sums(running.model, 1.1 * FLIPS), running.model, level(1000), 1.0, "it flips", Difference(*off)
+        ).state
+        == NO
+    )
 
 
 def test_answers_are_compared_over_the_same_pitches():
@@ -80,9 +88,12 @@ def test_answers_are_compared_over_the_same_pitches():
         return RunStatistics(np.array(rms), np.array(peaks), 0.0)
 
     fine = statistics([2.0, 1.0], [100.0, 20.0, 90.0])
-    assert statistics([2.0, 1.0], [101.0, 99.0, 90.0]).differs(fine) == (0.0, pytest.approx(0.01))  # little lies there
-    assert statistics([2.0, 1.1], [100.0, 20.0, 45.0]).differs(fine) == (pytest.approx(0.1), 0.5)
-    assert statistics([0.0], [0.0] * 3).differs(statistics([0.0], [0.0] * 3)) == (0.0, 0.0)
+    assert statistics([2.0, 1.0], [101.0, 99.0, 90.0]).difference(fine) == (
+        0.0,
+        pytest.approx(0.01),
+    )  # little lies there
+    assert statistics([2.0, 1.1], [100.0, 20.0, 45.0]).difference(fine) == (pytest.approx(0.1), 0.5)
+    assert statistics([0.0], [0.0] * 3).difference(statistics([0.0], [0.0] * 3)) == (0.0, 0.0)
 
 
 def test_a_record_that_flips_and_holds_with_a_finer_step_completes_and_says_so(make_scene, monkeypatch):
@@ -125,19 +136,19 @@ def test_a_short_run_is_tried_with_half_the_step_from_the_same_start(make_scene,
     scene = make_scene(115.0, ring_radius=None, step=1e-4)
     assert brief(scene) and not brief(scene.with_(duration=scene.periods.loop)) and not brief(scene.with_(motor_rpm=0))
     assert again(scene) == pytest.approx(scene.duration + scene.lead_in + scene.ramp)
-    made, tried, init, finer = [], [], Loop.__init__, Watch._finer
+    made, tried, init, rerun = [], [], Loop.__init__, StepCheck._rerun
     monkeypatch.setattr(
         Loop, "__init__", lambda loop, scene, *more: made.append(scene.step) or init(loop, scene, *more)
     )
 
-    def off(watch, *of):
+    def off(check, *arguments):
         """A finer run whose RMS is 1.5 % below that of the run: beyond 1 % in the limit."""
-        tried.append(of[1])
-        statistics = finer(watch, *of)
-        coarse = watch.recorder.statistics(watch.first, watch.ended)
+        tried.append(arguments[1])
+        statistics = rerun(check, *arguments)
+        coarse = check.recorder.statistics(check.first, check.ended)
         return statistics._replace(rms=coarse.rms / 1.015, peaks=coarse.peaks)
 
-    monkeypatch.setattr(Watch, "_finer", off)
+    monkeypatch.setattr(StepCheck, "_rerun", off)
     with pytest.raises(DivergenceError, match="shorter than a turn of the loop, and with a step 2 times smaller RMS"):
         simulate(scene)
     assert made == [1e-4] and tried == [HALF]

@@ -261,7 +261,7 @@ def _start(base: Loop, setting: Setting, span: float) -> Candidate:
         loop = base.changed(**setting.fields)
         scene = loop.scene
         loop.advance(LEAD * span)
-        writer = Recorder(loop, watched=False, room=PEAK_TURNS * scene.periods.turn)
+        writer = Recorder(loop, checked=False, room=PEAK_TURNS * scene.periods.turn)
     except TrackdynError as error:
         return Candidate(setting, refused=str(error))
     return Candidate(setting, writer, WORK.get(scene.integrator, 1.0) / loop.model.step)
@@ -278,7 +278,7 @@ def _record(trial: Candidate, tolerances: Mapping[str, float], seconds: float) -
         trial.refused = str(error)
         return
     trial.cpu_s += time.process_time() - begin
-    if any(name.endswith("_peak") for name in tolerances) and trial.writer.statistics().alone > ONE_STEP:
+    if any(name.endswith("_peak") for name in tolerances) and trial.writer.statistics().isolated > ONE_STEP:
         trial.refused = "peaks stand for one step: the true ones may be twice as large"
         return
     trial.measures = {name: of for name, of in measures.items() if len(of.values) >= LEAST}

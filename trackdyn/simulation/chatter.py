@@ -33,12 +33,15 @@ def alternating_share(alternating, model: Model, mean) -> float:
     return float(alternations / looks / model.step**2 / max(read, 1e-6))
 
 
-def unresolved_reason(alternating, model: Model, mean, seconds: float, alone: float) -> str:
-    """Why a record or a piece, as in `alternating_share`, may be unresolved, or ""; ``alone`` as in `RunStatistics`."""
+def unresolved_reason(alternating, model: Model, mean, seconds: float, isolated: float) -> str:
+    """Why a record or a piece of ``seconds`` may be unresolved, or an empty string.
+
+    The first three arguments are as in `alternating_share`, ``isolated`` is that of `step_check.RunStatistics`.
+    """
     if passed_pitches(model, seconds) < 1.0 or alternating[1] < LEAST_LOOKS:
         return ""
     if (share := alternating_share(alternating, model, mean)) > NOTICED:
         return f"what flips from step to step is {share:.2g} of the mean square that the sensor reads"
-    if alone > ONE_STEP:
-        return f"{alone:.0%} of the mean peak are forces that stand for one step"
+    if isolated > ONE_STEP:
+        return f"{isolated:.0%} of the mean peak are forces that stand for one step"
     return ""

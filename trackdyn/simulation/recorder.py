@@ -15,7 +15,7 @@ from trackdyn.model.constants import SPROCKET
 from trackdyn.simulation.energy_balance import check_account
 from trackdyn.simulation.loop_arrays import filled, flat
 from trackdyn.simulation.recording import Recording, provenance
-from trackdyn.simulation.step_check import HALF, RunStatistics, Watch, again, run_statistics
+from trackdyn.simulation.step_check import HALF, Difference, RunStatistics, StepCheck, again, run_statistics
 
 # Time of a body's step with the Riccati sweep, s, on the machine of the benchmarks; settling takes so many seconds.
 BODY_STEP, SETTLING = 1e-7, 2.1
@@ -88,12 +88,12 @@ SAMPLED = tuple(
 class Recorder:
     """Records a loop as a ``scene``, its own by default, has it.
 
-    Not ``watched`` it goes on unresolved; ``origin`` is as in `Watch`.
+    Not ``checked`` it goes on unresolved; ``origin`` is as in `StepCheck`.
 
     A record that may end sooner takes ``room`` (s) of memory at first, and grows.
     """
 
-    def __init__(self, loop, scene=None, watched: bool = True, origin=None, room: float | None = None):
+    def __init__(self, loop, scene=None, checked: bool = True, origin=None, room: float | None = None):
         self.loop, self.scene = loop, scene or loop.scene
         scene, rate = self.scene, self.scene.rig.sensor.rate
         self.samples = round(scene.duration * rate)
@@ -103,7 +103,7 @@ class Recorder:
         self.begin = loop.time
         self.wall = 0.0
         self.ended: list[np.ndarray] = []
-        self.watched = watched
+        self.checked = checked
         self.alternating = np.zeros(2)
         loop.arrays.work.alternating[:] = 0.0
         stride = round(scene.frame_interval * rate)
@@ -118,7 +118,7 @@ class Recorder:
             INTERVALS_A_CHUNK if scene.contact_log and scene.loop == "on_wheels" else 0,
             count if scene.every_link else 0,
         )
-        self.watch = Watch(self, origin)
+        self.step_check = StepCheck(self, origin)
 
     @property
     def finished(self) -> bool:
@@ -160,8 +160,8 @@ class Recorder:
         first, self.done = self.done, last
         if last // (JUDGED * rate) > first // (JUDGED * rate):  # not only after hours
             self._check_account()
-        if self.watched:
-            self.watch.look()
+        if self.checked:
+            self.step_check.check()
         return (last - first) / rate
 
     def driven(self, first: int = 0) -> float:
@@ -187,7 +187,7 @@ class Recorder:
         """What a checkpoint holds of it, the loop included."""
         progress = {
             "done": self.done, "begin": self.begin, "wall": self.wall, "alternating": self.alternating.tolist(),
-            "unresolved": self.watch.unresolved, "off": self.watch.off,
+            "unresolved": self.step_check.unresolved, "difference": self.step_check.difference,
         }  # fmt: skip
         parts = {"progress": progress, "record": self.record, "ended": np.concatenate(self.ended)}
         return self.loop.describe() | parts
@@ -199,8 +199,9 @@ class Recorder:
         progress = data["progress"]
         self.done, self.begin, self.wall = (progress[name] for name in ("done", "begin", "wall"))
         self.alternating = np.array(progress["alternating"])
-        self.watch = Watch(self)
-        self.watch.unresolved, self.watch.off = progress["unresolved"], tuple(progress["off"])
+        self.step_check = StepCheck(self)
+        self.step_check.unresolved = progress["unresolved"]
+        self.step_check.difference = Difference(*progress["difference"])
 
     def recording(self) -> Recording:
         """What was recorded so far, if it is finite and its energy balance closed (`check_account`)."""
@@ -215,7 +216,7 @@ class Recorder:
         arrays = {name: getattr(record, name) for name in (*SAMPLED, "frame")}
         if plane is not None:
             arrays |= {"plane": plane.motion, "wheel_offset": plane.offset, "axial_force": plane.axial}
-        resolution = self.watch.resolution()
+        resolution = self.step_check.resolution()
         share = None if np.isnan(resolution.share) else resolution.share
         recording = Recording(
             time=np.arange(1, self.done + 1) / rate,

@@ -99,12 +99,12 @@ def try_steps(settled: Loop, rpm: float) -> tuple[float | None, list[float]]:
         try:
             loop = settled.changed(step=step, **scene)
             loop.advance(RAMP)
-            writer = Recorder(loop, watched=False).finish()
+            writer = Recorder(loop, checked=False).finish()
             statistics = writer.statistics()
             tried.append(step)
-            if before is not None and max(before[0].differs(statistics)) <= HOLDS and before[1] != NO:
+            if before is not None and max(before[0].difference(statistics)) <= HOLDS and before[1] != NO:
                 return tried[-2], tried
-            before = statistics, writer.watch.resolution().state
+            before = statistics, writer.step_check.resolution().state
         except DivergenceError:
             before = None
     return None, tried

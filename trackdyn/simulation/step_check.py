@@ -1,8 +1,8 @@
 """Is the motion of a record resolved by its step? Judged from what its contacts show, and while it runs.
 
 Chatter (`chatter`) makes a record doubtful, and so does its length where that is shorter than a turn of the loop.
-Neither says how wrong it is: a doubtful one is run again with a finer step (`Watch`). The energy balance shows a step
-that was too large, too (`energy_balance.check_account`).
+Neither says how wrong it is: a doubtful one is run again with a finer step (`StepCheck`). The energy balance shows a
+step that was too large, too (`energy_balance.check_account`).
 """
 
 from math import nan
@@ -38,23 +38,34 @@ class Resolution(NamedTuple):
     reason: str  # a sentence; empty for ``yes``
 
 
-def largest_forces(ended, still, pitches: int, step: float, begin: float) -> tuple[np.ndarray, np.ndarray]:
+def largest_forces(ended, lasting, pitches: int, step: float, begin: float) -> tuple[np.ndarray, np.ndarray]:
     """Largest force of every pitch on each side (p, 3), N, and the ones among them that stand for one step (0 if not).
 
-    ``ended`` and ``still`` open contacts (`CONTACT_INTERVAL`) were logged from the time ``begin`` (s) on. A peak whose
-    neighbours are more than half of it lies between two steps. One in the first step of the log, of a contact that
-    lasted then, or in the last step of one that lasts has a neighbour that was not logged.
+    Contacts that have ``ended`` and those still ``lasting`` (`CONTACT_INTERVAL`) were logged from ``begin`` (s) on. A
+    peak whose neighbours are more than half of it lies between two steps. One in the first step of the log, of a
+    contact that lasted then, or in the last step of one that lasts has a neighbour that was not logged.
     """
-    largest, alone = np.zeros((2, pitches, len(SIDES)))
-    for rows, lasts in ((ended, False), (still, True)):
+    largest, isolated = np.zeros((2, pitches, len(SIDES)))
+    for rows, lasts in ((ended, False), (lasting, True)):
         for row in rows:
-            place, peak, time = (int(row["pitch"]), int(row["side"])), row["peak_n"], row["peak_s"]
-            if peak > largest[place]:
+            entry, peak, time = (int(row["pitch"]), int(row["side"])), row["peak_n"], row["peak_s"]
+            if peak > largest[entry]:
                 steps = time / step
                 cut = time < begin + 1.5 * step or (lasts and time > row["end_s"] - 1.5 * step)
                 single = abs(steps - round(steps)) < 1e-5 and not cut
-                largest[place], alone[place] = peak, peak * single
-    return largest, alone
+                largest[entry], isolated[entry] = peak, peak * single
+    return largest, isolated
+
+
+class Difference(NamedTuple):
+    """Largest relative differences from a run with a finer step; NaN where none was tried."""
+
+    rms: float  # of RMS
+    peaks: float  # of mean peaks on sides that carry
+
+    def within(self, share: float = 1.0) -> bool:
+        """Whether both are within a share of what a step may change, ``RMS`` and ``PEAKS``."""
+        return self.rms <= share * RMS and self.peaks <= share * PEAKS
 
 
 class RunStatistics(NamedTuple):
@@ -62,16 +73,16 @@ class RunStatistics(NamedTuple):
 
     rms: np.ndarray  # (1,) or (2,) of the sensor, and of all links where they are recorded, m/s2
     peaks: np.ndarray  # (3,) sums of the largest forces of all pitches: left arcs, right arcs, ring; N
-    alone: float  # share of ``peaks`` in forces that stand for one step, the largest of the sides
+    isolated: float  # share of ``peaks`` in forces that stand for one step, the largest of the sides
 
-    def differs(self, finer: "RunStatistics") -> tuple[float, float]:
-        """Largest relative differences from a finer run: of RMS, and of peaks on sides that carry.
+    def difference(self, finer: "RunStatistics") -> Difference:
+        """Difference from a finer run.
 
-        Of sums, and so of mean peaks over the same pitches: one that is only just touched moves the mean of those
+        Peaks are compared by their sums over the same pitches: one that is only just touched moves the mean of those
         that touch, not what they carry.
         """
         carries = _carries(finer.peaks)
-        return (
+        return Difference(
             float(np.abs(self.rms / np.where(finer.rms > 0, finer.rms, 1.0) - 1)[finer.rms > 0].max(initial=0.0)),
             float(np.abs(self.peaks[carries] / finer.peaks[carries] - 1).max(initial=0.0)),
         )
@@ -90,33 +101,31 @@ def run_statistics(record: Record, rows: slice, ended: list[np.ndarray], model: 
         ay = mean[..., 1] + chain.gravity * np.cos(mean[..., 2])
         return np.sqrt((ay**2).mean())
 
-    still = record.contact_log.open[record.contact_log.open["end_s"] > 0]
-    largest, alone = largest_forces(np.concatenate(ended), still, len(model.shoes.link_body), model.step, begin)
+    lasting = record.contact_log.open[record.contact_log.open["end_s"] > 0]
+    largest, isolated = largest_forces(np.concatenate(ended), lasting, len(model.shoes.link_body), model.step, begin)
     peaks = largest.sum(axis=0)
     carries = _carries(peaks)
     return RunStatistics(
         np.array([rms(mean[rows]) for mean in (record.mean, record.link_mean) if mean[rows].size]),
         peaks,
-        float((alone.sum(axis=0)[carries] / peaks[carries]).max(initial=0.0)),
+        float((isolated.sum(axis=0)[carries] / peaks[carries]).max(initial=0.0)),
     )
 
 
-def resolution(
-    alternating, model: Model, mean, seconds: float, unresolved: str, off: tuple[float, float]
-) -> Resolution:
+def resolution(alternating, model: Model, mean, seconds: float, unresolved: str, difference: Difference) -> Resolution:
     """State of the resolution of a record of so many seconds; ``unresolved`` is what speaks against it, or nothing.
 
-    ``off`` holds the largest differences with a finer step, NaN where none was tried; the first three as in
-    `alternating_share`.
+    The first three arguments are as in `alternating_share`.
     """
     share = alternating_share(alternating, model, mean)
     if not alternating[1]:
         return Resolution(OPEN, share, "steps of this integrator are not watched")
     if len(model.wheels.x) < 2:
         return Resolution(YES, share, "")  # a free loop touches nothing
-    if unresolved and not (off[0] <= RMS / 2 and off[1] <= PEAKS / 2 and share <= FLIPS):
-        if not np.isnan(off[0]):
-            unresolved += f", and by a finer step RMS is {off[0]:.2g} and the mean peak {off[1]:.2g} of it off"
+    if unresolved and not (difference.within(0.5) and share <= FLIPS):
+        if not np.isnan(difference.rms):
+            rms, peaks = difference
+            unresolved += f", and by a finer step RMS is {rms:.2g} and the mean peak {peaks:.2g} of it off"
         reason = f"contacts are hardly resolved: {unresolved}; compare with a step smaller than {model.step:g} s"
         return Resolution(NO, share, reason)
     if unresolved:
@@ -159,17 +168,17 @@ def again(scene) -> float:
     return min(PIECE, scene.duration) + (lead if lead <= LEAD else 0.0) if brief(scene) else 0.0
 
 
-class Watch:
-    """Watches a recorder (`Recorder`): the first two seconds of a record, and two in every twenty from there on.
+class StepCheck:
+    """Check of the step of a `Recorder`: the first two seconds of a record, and two in every twenty from there on.
 
     ``origin`` is the loop before it came to where the record begins, so that the way there is run again, too: what a
     step that is too large has done until then belongs to its record. ``unresolved`` says what speaks against the record
-    so far, ``off`` has the largest differences of RMS and mean peak in the pieces that were run again; NaN if none was.
+    so far, ``difference`` is the largest one of the pieces that were run again.
     """
 
     def __init__(self, recorder, origin=None):
         # weak: in a cycle, records wait for the garbage collector, which comes by objects and not by bytes
-        self.recorder, self.unresolved, self.off = proxy(recorder), "", (nan, nan)
+        self.recorder, self.unresolved, self.difference = proxy(recorder), "", Difference(nan, nan)
         self.begin()
         self.first_of_run = origin is not None
         if origin is not None and recorder.begin - origin.time <= LEAD:
@@ -183,7 +192,7 @@ class Watch:
         contact_log, self.time = recorder.record.contact_log, recorder.loop.time
         self.open = contact_log.open.copy(), contact_log.last.copy()
 
-    def look(self) -> None:
+    def check(self) -> None:
         """Judge a piece when it is over.
 
         Raises `DivergenceError`: it is doubtful, and with a finer step RMS differs by more than `RMS`, or
@@ -201,7 +210,7 @@ class Watch:
         recorder = self.recorder
         model, rows = recorder.loop.model, recorder.record.mean[self.first : recorder.done]
         coarse, alternating = recorder.statistics(self.first, self.ended), recorder.alternating - self.alternating
-        unresolved = unresolved_reason(alternating, model, rows, recorder.driven(self.first), coarse.alone)
+        unresolved = unresolved_reason(alternating, model, rows, recorder.driven(self.first), coarse.isolated)
         self.unresolved = self.unresolved or unresolved  # also where no finer step can be tried
         times, doubled = FINER, 1.0
         if not unresolved and self.first_of_run and (unresolved := brief(recorder.scene)):
@@ -210,24 +219,24 @@ class Watch:
         if not unresolved or model.drive != self.origin.model.drive:
             return
         try:
-            differences = coarse.differs(self._finer(seconds, times))
+            differences = coarse.difference(self._rerun(seconds, times))
         except InputError:  # no finer step is allowed
             return
-        off = tuple(doubled * of for of in differences)
+        difference = Difference(*(doubled * value for value in differences))
         self.unresolved = self.unresolved or unresolved
-        self.off = tuple(float(np.fmax(*pair)) for pair in zip(self.off, off, strict=True))
+        self.difference = Difference(*map(float, np.fmax(self.difference, difference)))
         # An implicit step is coarse on purpose, and single impacts need steps that nothing else needs: what is missed
         # is said, and refused only where contacts flip.
-        missed = off[0] > RMS and recorder.loop.work.implicit is None
-        if missed or ((off[0] > RMS or off[1] > PEAKS) and alternating_share(alternating, model, rows) > 1.0):
+        missed = difference.rms > RMS and recorder.loop.work.implicit is None
+        if missed or (not difference.within() and alternating_share(alternating, model, rows) > 1.0):
             raise DivergenceError(
                 f"contacts are not resolved: {unresolved}, and with a step {times} times smaller RMS over "
-                f"{seconds:.3g} s differs by {differences[0]:.2g} and the mean peak by {differences[1]:.2g} of it, "
+                f"{seconds:.3g} s differs by {differences.rms:.2g} and the mean peak by {differences.peaks:.2g} of it, "
                 f"more than {RMS / doubled:g} and {PEAKS / doubled:g}; use a step smaller than {model.step:g} s "
                 "(trackdyn check finds one)"
             )
 
-    def _finer(self, seconds: float, times: int) -> RunStatistics:
+    def _rerun(self, seconds: float, times: int) -> RunStatistics:
         """The piece with a step so many times smaller; the loop of a doubtful run is settled with it, too."""
         loop, scene = self.origin, self.recorder.scene
         step = loop.model.step / times
@@ -236,7 +245,7 @@ class Watch:
         finer.advance(self.time - loop.time)
         piece = {"duration": seconds, "pitches": (), "frame_interval": 0.0}
         piece |= {"contact_log": scene.contact_log, "every_link": scene.every_link}
-        again = self.recorder.__class__(finer, finer.scene.with_(**piece), watched=False)
+        again = self.recorder.__class__(finer, finer.scene.with_(**piece), checked=False)
         again.record.contact_log.open[:], again.record.contact_log.last[:] = self.open
         return again.finish().statistics()
 
@@ -245,4 +254,4 @@ class Watch:
         recorder = self.recorder
         mean, model, driven = recorder.record.mean[: recorder.done], recorder.loop.model, recorder.driven()
         unresolved = self.unresolved or unresolved_reason(recorder.alternating, model, mean, driven, 0.0)
-        return resolution(recorder.alternating, model, mean, driven, unresolved, self.off)
+        return resolution(recorder.alternating, model, mean, driven, unresolved, self.difference)

@@ -89,22 +89,22 @@ def run_short(number: int, seed: int = SEED) -> dict:
             statistics, _ = _run(loop, of["seconds"], False)
         except DivergenceError:
             return row(FAMILY, name, REFUSED, str(error), group="diverged", **more)
-        off = statistics.differs(fine)
-        good = "good: " if off[0] <= RMS and off[1] <= PEAKS else ""
-        return row(FAMILY, name, REFUSED, good + str(error), group="refused", value=off[0], expected=off[1], **more)
-    off = statistics.differs(fine)
-    missed = off[0] > RMS or off[1] > PEAKS
-    reason = f"RMS is {100 * off[0]:.2g} % off, the mean peak {100 * off[1]:.2g} %" if missed else ""
+        off = statistics.difference(fine)
+        good = "good: " if off.within() else ""
+        return row(FAMILY, name, REFUSED, good + str(error), group="refused", value=off.rms, expected=off.peaks, **more)
+    off = statistics.difference(fine)
+    missed = not off.within()
+    reason = f"RMS is {100 * off.rms:.2g} % off, the mean peak {100 * off.peaks:.2g} %" if missed else ""
     wrong = MARKED if resolution.state != YES else DEFECT
     outcome = MARKED if resolution.state == NO else wrong if missed else COMPLETED
-    return row(FAMILY, name, outcome, reason, group=resolution.state, value=off[0], expected=off[1], **more)
+    return row(FAMILY, name, outcome, reason, group=resolution.state, value=off.rms, expected=off.peaks, **more)
 
 
-def _run(loop: Loop, seconds: float, watched: bool):
+def _run(loop: Loop, seconds: float, checked: bool):
     loop_copy = loop.copy()
     loop_copy.advance(RAMP)
-    writer = Recorder(loop_copy, loop.scene.with_(duration=seconds, every_link=True), watched, loop).finish()
-    return writer.statistics(), writer.watch.resolution()
+    writer = Recorder(loop_copy, loop.scene.with_(duration=seconds, every_link=True), checked, loop).finish()
+    return writer.statistics(), writer.step_check.resolution()
 
 
 def short_runs_summary(rows: pd.DataFrame) -> pd.DataFrame:
