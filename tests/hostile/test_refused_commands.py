@@ -22,6 +22,7 @@ COMMANDS = [
     ("simulate run.npz more.npz", "unexpected extra argument"),
     ("simulate run.npz --rpm", "--rpm"),
     ("simulate run.npz --rpm fast", "--rpm = 'fast': must be a finite number"),
+    ("simulate run.npz --rpm 1_15", "--rpm = '1_15': must be a finite number"),
     ("simulate run.npz --duration 1e9", "between 0.001 and 36000 s"),
     ("simulate run.npz --ring-radius big", "--ring-radius = 'big': must be a radius in m, such as 0.308, or none"),
     ("simulate run.npz --ring-radius inf", "--ring-radius = 'inf':"),

@@ -26,11 +26,11 @@ class Ring:
 
 def parse_number(name: str, text: str | float, accepted: str = "must be a finite number") -> float:
     """A finite number. Raises `InputError`: the text is none; ``name`` is the option."""
-    try:
-        if isfinite(number := float(text)):
+    from trackdyn.rig.validation import parse_number as parse  # with what help does without
+
+    with suppress(ValueError):
+        if isfinite(number := parse(text)):
             return number
-    except ValueError:
-        pass
     raise InputError(f"{name} = {shown(text)}: {accepted}")
 
 
@@ -46,11 +46,11 @@ def _parse_ring(text: str) -> Ring:
 
 def _parse_tolerance(text: str | float) -> float:
     """``2%``, ``0.02`` or 0.02 as a share. Raises `InputError`: it is not a number between 0 and 1."""
-    with suppress(ValueError):
-        share = float(str(text).strip().removesuffix("%")) / (100 if str(text).strip().endswith("%") else 1)
-        if 0 < share < 1:
-            return share
-    raise InputError(f"--tolerance = {shown(text)}: must be between 0 and 1, such as 2% or 0.02")
+    number, accepted = str(text).strip().removesuffix("%"), "must be between 0 and 1, such as 2% or 0.02"
+    share = parse_number("--tolerance", number, accepted) / (100 if str(text).strip().endswith("%") else 1)
+    if 0 < share < 1:
+        return share
+    raise InputError(f"--tolerance = {shown(text)}: {accepted}")
 
 
 def _parse_file(name: str, endings: tuple[str, ...]) -> Callable[[str | Path], Path]:
