@@ -93,6 +93,13 @@ def step_limits(model, pre_tension: float, method: Method = METHODS["semi_implic
     for name, law, radius, bears in surfaces:
         limits[f"contact stiffness of the {name}"] = oscillation * sqrt(link / _stiffness_at(law, bears, radius))
         limits[f"friction of the {name}"] = friction(law, link, bears)
+    return limits | _joint_limits(model, method)
+
+
+def _joint_limits(model, method: Method) -> dict[str, float]:
+    """Step limits that bushings and a compliant cut set, s."""
+    chain, closure = model.chain, model.closure
+    limits, oscillation, decay = dict[str, float](), method.oscillation, method.decay
     if chain.stiffness:
         # two neighbours turn against each other; each angle feels the bushings at both of its ends, of which the
         # branches are as stiff as can be when nothing has time to relax
@@ -104,7 +111,6 @@ def step_limits(model, pre_tension: float, method: Method = METHODS["semi_implic
         (a, b), (own, other) = (tuple(float(v) for v in pair[:2]) for pair in (chain.length, chain.inertia))
         mobility = 2 * (a + b) ** 2 / (own * b**2 + other * a**2)
         limits["damping of the bushing"] = decay / (chain.damping * mobility)
-    closure = model.closure
     if closure.compliant and not method.implicit_damping:
         # the two bodies at the cut, free at their other ends: acceleration of the gap for a unit force through it
         mobility = sum(_yield_at_end(chain, i) for i in (0, -1))
