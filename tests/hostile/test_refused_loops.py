@@ -26,6 +26,7 @@ CALLS = [
     (lambda loop: loop.record(0.1, frame_interval=1e-9), "frame_interval = 1e-09"),
     (lambda loop: loop.drive("fast"), "motor_rpm = 'fast'", NUMBER),
     (lambda loop: loop.drive(115, ramp=0), "ramp = 0.0"),
+    (lambda loop: loop.drive(60000), "step = 5e-05: too large for the turn of the sprocket (motor_rpm)"),
     (lambda loop: loop.shift_tensioner(1), "shift = 1:", "the tensioner's travel"),
     (lambda loop: loop.shift_tensioner(None), "shift = None", NUMBER),
     (lambda loop: loop.save("/proc/state"), "/proc/state: cannot be written"),

@@ -1,0 +1,45 @@
+"""The step of a scene: rounded to the sample interval, halved where it fails, and refused where it is too large."""
+
+import pytest
+
+from trackdyn.errors import DivergenceError, InputError
+from trackdyn.rig.rig import load_rig
+from trackdyn.scene.scene import Scene
+from trackdyn.scene.step import first_that_runs, halved_steps, round_step
+
+RIGS = ("bench", "m113", "robot", "vehicle", "paper", "parts")
+
+
+@pytest.mark.parametrize("rate", [1000, 1600, 3200, 44100 // 21])
+@pytest.mark.parametrize("limit", [1e-3, 3.3e-4, 1e-4, 7.7e-5, 1e-6])
+def test_a_step_divides_the_sample_interval_and_is_within_its_limit(rate, limit):
+    steps = halved_steps(limit, 1 / rate, 3)
+    for k, step in enumerate(steps):
+        assert step <= limit / 2**k * (1 + 1e-9) and (1 / rate) / step == pytest.approx(round(1 / rate / step))
+    assert steps[0] == round_step(limit, 1 / rate)
+
+
+@pytest.mark.parametrize("name", RIGS)
+@pytest.mark.parametrize("ring", [None, "own"])
+def test_the_step_of_a_scene_is_the_one_that_its_model_has(name, ring):
+    rig = load_rig(name)
+    scene = Scene(rig, 115.0, rig.ring_radius if ring else None)
+    assert scene.step is None and scene.model.step == scene.time_step
+    assert scene.model.stride * scene.time_step == pytest.approx(1 / rig.sensor.rate)
+    chosen = scene.with_(step=scene.time_step)
+    assert chosen.step == chosen.time_step == scene.time_step and chosen.with_(step=None) == scene
+    with pytest.raises(InputError, match="too large for the"):
+        scene.with_(step=1 / rig.sensor.rate, motor_rpm=3000.0)
+
+
+def test_the_first_step_that_runs_counts_and_the_last_error_is_said():
+    def run(step):
+        if step > 1e-4:
+            raise DivergenceError(f"{step} diverges")
+        return step
+
+    assert first_that_runs([4e-4, 2e-4, 1e-4, 5e-5], run) == 1e-4
+    with pytest.raises(DivergenceError, match=r"0\.0002 diverges"):
+        first_that_runs([4e-4, 2e-4], run)
+    with pytest.raises(DivergenceError, match=r"0\.0004 diverges"):  # refusals alone are gone around
+        first_that_runs([4e-4, 1e-4], run, (InputError,))
