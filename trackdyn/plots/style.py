@@ -1,7 +1,7 @@
 """One look for all figures, and writing them so that the same data give the same bytes."""
 
-from collections.abc import Callable
-from contextlib import ExitStack
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
 from functools import wraps
 from itertools import pairwise
 from pathlib import Path
@@ -86,14 +86,20 @@ MADE_BY = {"png": "Software", "svg": "Creator"}
 HEAD = 4096  # bytes in which both formats have it
 
 
-def _lay_out(figure: Figure) -> None:
-    """Lay a figure out once, its axes at rounded places: the solver's last digits differ from call to call."""
+@contextmanager
+def laid_out(figure: Figure) -> Iterator[None]:
+    """Lay a figure out once, its axes at rounded places: the solver's last digits differ from call to call.
+
+    Meanwhile the figure has no layout engine: with one, also with ``"none"``, `savefig` draws everything twice, and
+    afterwards it takes that of the style again.
+    """
     if (engine := figure.get_layout_engine()) is not None:
         engine.execute(figure)
-        with mpl.rc_context({"figure.constrained_layout.use": False}):
-            figure.set_layout_engine(None)  # "none" leaves one behind, for which `savefig` draws everything twice
         for axes in figure.axes:
             axes.set_position(np.round(axes.get_position(original=True).bounds, 9).tolist())
+    with mpl.rc_context({"figure.constrained_layout.use": False}):
+        figure.set_layout_engine(None)
+        yield
 
 
 @styled
@@ -102,8 +108,7 @@ def save(figure: Figure, path: Path | str, *kinds: str, mark: str | None = None)
 
     The files hold ``mark``, by which `marked` tells them from others.
     """
-    _lay_out(figure)
-    with ExitStack() as files:
+    with laid_out(figure), ExitStack() as files:
         for kind in kinds or PLAIN:
             file = files.enter_context(replacing(Path(path).with_suffix(f".{kind}")))
             figure.savefig(file, format=kind, metadata=PLAIN[kind] | {MADE_BY[kind]: mark})

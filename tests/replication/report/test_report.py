@@ -99,6 +99,16 @@ def test_a_figure_that_cannot_be_drawn_leaves_no_file(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize("layout", ["constrained", "none"])
+def test_a_figure_is_drawn_once_a_file(tmp_path, monkeypatch, layout):
+    figure, drawn, draw = new_figure(2.0), [], Figure.draw
+    figure.set_layout_engine(layout)
+    figure.subplots().set_title("a title")
+    monkeypatch.setattr(Figure, "draw", lambda of, renderer: drawn.append(of) or draw(of, renderer))
+    save(figure, tmp_path / "a.png")
+    assert drawn == [figure, figure] and figure.get_layout_engine() is None
+
+
 def test_picket_fence_of_the_printed_record_at_115_rpm():
     run = recording(rpm=115.0)
     time, ay = wave(LOOP_HZ * 115 / 210, seconds=90.0)

@@ -26,7 +26,7 @@ from trackdyn.plots.drawing import (
     sprocket_centre,
     view,
 )
-from trackdyn.plots.style import styled
+from trackdyn.plots.style import laid_out, styled
 from trackdyn.rig.rig import Rig
 from trackdyn.simulation.recording import Recording, load_recording
 
@@ -76,9 +76,7 @@ def draw_moment(ax: Axes, rig: Rig, recording: Recording, index: int, near: bool
 
 def _canvas(recording: Recording) -> Figure:
     """A figure that says what runs and what the arrows are."""
-    # axes are placed by hand; the style's layout engine has to be put aside, or saving would bring it back
-    figure = Figure(figsize=(WIDTH, HEIGHT), layout="constrained")
-    figure.set_layout_engine("none")
+    figure = Figure(figsize=(WIDTH, HEIGHT), layout="none")  # axes are placed by hand
     FigureCanvasAgg(figure)
     scene = recording.scene
     figure.suptitle(f"{scene.motor_rpm:g} rpm, {ring_words(scene.ring_radius)}", x=0.02, ha="left", fontsize=9)
@@ -106,7 +104,7 @@ def write_animation(recording: Recording, path: Path | str) -> int:
     near = figure.add_axes((0.0, 0.35, 1.0, 0.615))
     complete = figure.add_axes((0.0, 0.0, 1.0, 0.36))
     writer = PillowWriter(fps=round(1 / (step * PACE)))
-    with replacing(path) as temporary, writer.saving(figure, temporary, dpi=DPI):
+    with laid_out(figure), replacing(path) as temporary, writer.saving(figure, temporary, dpi=DPI):
         for index in indices:
             for ax in (near, complete):
                 for artist in (*ax.patches, *ax.lines, *ax.collections, *ax.texts):  # quicker than to clear the axes
