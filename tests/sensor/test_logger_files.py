@@ -232,8 +232,11 @@ def numbers_beside(path, attributes, beside):
     return path
 
 
-@pytest.mark.parametrize("name", ["record.mat", "record.h5"])
-@pytest.mark.parametrize("stated", ["fs", "Fs", "sr", "SampleRate", "sampling_rate", "sampling_frequency", "fs_Hz"])
+# one name for files of MATLAB: a process of its own reads each of them
+RATES = ("fs", "Fs", "sr", "SampleRate", "sampling_rate", "sampling_frequency", "fs_Hz")
+
+
+@pytest.mark.parametrize(("name", "stated"), [("record.mat", "Fs"), *(("record.h5", rate) for rate in RATES)])
 def test_a_name_that_speaks_of_samples_is_the_rate(tmp_path, of_text, name, stated):
     path = numbers_beside(tmp_path / name, {stated: RATE, "rate": 125.0}, {"frame_rate": 250.0, "fs": 400.0})
     record = read_sensor_csv(path, SensorMapping(axes={"ay": "1"}, unit="g"))
@@ -241,15 +244,15 @@ def test_a_name_that_speaks_of_samples_is_the_rate(tmp_path, of_text, name, stat
     np.testing.assert_allclose(record.ay_g, of_text.ay_g, atol=6e-5)
 
 
-@pytest.mark.parametrize("name", ["record.mat", "record.h5"])
-@pytest.mark.parametrize(
-    ("stated", "number"),
-    [
-        ("rate", 125.0), ("shaft_rate", 125.0), ("frame_rate", 250.0), ("refresh_rate_hz", 144.0), ("dt", 0.004),
-        ("line_freq", 400.0), ("bit_rate", 9600.0), ("control_period", 0.002), ("fs", 48.0), ("audio_fs", 8000.0),
-    ],
-)  # fmt: skip
-def test_another_number_is_no_rate(tmp_path, name, stated, number):
+OTHER_RATES = {
+    "rate": 125.0, "shaft_rate": 125.0, "frame_rate": 250.0, "refresh_rate_hz": 144.0, "dt": 0.004, "line_freq": 400.0,
+    "bit_rate": 9600.0, "control_period": 0.002, "fs": 48.0, "audio_fs": 8000.0,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "stated"), [("record.mat", "rate"), *(("record.h5", rate) for rate in OTHER_RATES)])
+def test_another_number_is_no_rate(tmp_path, name, stated):
+    number = OTHER_RATES[stated]
     path = numbers_beside(tmp_path / name, {stated: number}, {})
     with pytest.raises(InputError, match=rf"acc/{stated} = {number:g}\).*--rate HZ"):
         read_sensor_csv(path, SensorMapping(axes={"ay": "1"}, unit="g"))
