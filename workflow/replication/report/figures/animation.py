@@ -5,11 +5,11 @@ from trackdyn.sweeps.snakemake_job import run_job
 from pathlib import Path
 
 import numpy as np
-from matplotlib.animation import PillowWriter
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from PIL import Image
 
 from replication.report.figures.meshing import LOOKS
 from replication.report.figures.screenshots import contacts_at, draw_force
@@ -26,11 +26,12 @@ from trackdyn.plots.drawing import (
     sprocket_centre,
     view,
 )
-from trackdyn.plots.style import laid_out, styled
+from trackdyn.plots.style import styled
 from trackdyn.rig.rig import Rig
 from trackdyn.simulation.recording import Recording, load_recording
 
-WIDTH, HEIGHT, DPI = 4.8, 6.4, 100  # of the GIF, inch and dots an inch: fits a phone held upright
+WIDTH, HEIGHT, DPI = 6.0, 2.9, 90  # of the GIF, inch and dots an inch: its letters are read at two thirds of a web page
+COLOURS = 32  # of the GIF, the same in all pictures: they change little from one to the next, and pack well
 INTERVAL = 0.04  # between pictures, s of the run
 PACE = 2.0  # the GIF is slower than the run by this factor
 BAR, BAR_IN_LOOP = 0.12, 0.2  # scale bar of the forces in pictures of the sprocket and of the whole loop, m
@@ -76,7 +77,7 @@ def draw_moment(ax: Axes, rig: Rig, recording: Recording, index: int, near: bool
 
 def _canvas(recording: Recording) -> Figure:
     """A figure that says what runs and what the arrows are."""
-    figure = Figure(figsize=(WIDTH, HEIGHT), layout="none")  # axes are placed by hand
+    figure = Figure(figsize=(WIDTH, HEIGHT), dpi=DPI, layout="none")  # axes are placed by hand
     FigureCanvasAgg(figure)
     scene = recording.scene
     figure.suptitle(f"{scene.motor_rpm:g} rpm, {ring_words(scene.ring_radius)}", x=0.02, ha="left", fontsize=9)
@@ -84,13 +85,13 @@ def _canvas(recording: Recording) -> Figure:
     handles = [Line2D([], [], **LOOKS[side] | {"linestyle": "-"}, markersize=4, label=NAMES[side]) for side in present]
     if handles:
         where = {"loc": "upper right", "bbox_to_anchor": (0.995, 0.995), "ncols": len(handles), "frameon": False}
-        figure.legend(handles=handles, fontsize=7, handlelength=1.0, columnspacing=1.0, **where)
+        figure.legend(handles=handles, fontsize=8, handlelength=1.0, columnspacing=1.0, **where)
     return figure
 
 
 @styled
 def write_animation(recording: Recording, path: Path | str) -> int:
-    """Write one turn of the sprocket as a GIF: the sprocket above, the whole loop below; returns how many pictures.
+    """Write one turn of the sprocket as a GIF: the sprocket beside the whole loop; returns how many pictures.
 
     After a turn every body stands where another of its kind stood, so the GIF repeats without a jump. The run takes
     a turn or more, with configurations and all pitches recorded.
@@ -101,16 +102,22 @@ def write_animation(recording: Recording, path: Path | str) -> int:
     step = stride * between
     indices = [i * stride for i in range(round(recording.periods.turn / step)) if i * stride < len(recording.frame)]
     figure = _canvas(recording)
-    near = figure.add_axes((0.0, 0.35, 1.0, 0.615))
-    complete = figure.add_axes((0.0, 0.0, 1.0, 0.36))
-    writer = PillowWriter(fps=round(1 / (step * PACE)))
-    with laid_out(figure), replacing(path) as temporary, writer.saving(figure, temporary, dpi=DPI):
-        for index in indices:
-            for ax in (near, complete):
-                for artist in (*ax.patches, *ax.lines, *ax.collections, *ax.texts):  # quicker than to clear the axes
-                    artist.remove()
-                draw_moment(ax, rig, recording, index, near=ax is near)
-            writer.grab_frame()
+    near = figure.add_axes((0.0, 0.0, 0.43, 0.91))
+    complete = figure.add_axes((0.43, 0.0, 0.57, 0.91))
+    pictures: list[Image.Image] = []
+    for index in indices:
+        for ax in (near, complete):
+            for artist in (*ax.patches, *ax.lines, *ax.collections, *ax.texts):  # quicker than to clear the axes
+                artist.remove()
+            draw_moment(ax, rig, recording, index, near=ax is near)
+        figure.canvas.draw()
+        picture = Image.fromarray(np.asarray(figure.canvas.buffer_rgba())).convert("RGB")
+        palette = pictures[0] if pictures else picture.quantize(COLOURS, Image.Quantize.MAXCOVERAGE)
+        pictures.append(picture.quantize(palette=palette, dither=Image.Dither.NONE))
+    with replacing(path) as temporary:
+        pictures[0].save(
+            temporary, "GIF", save_all=True, append_images=pictures[1:], duration=round(1e3 * step * PACE), loop=0
+        )
     return len(indices)
 
 
