@@ -107,9 +107,9 @@ def neighbours_sentence(near: pd.DataFrame) -> str:
     """Count that nine of ten neighbours of the fitted rig hold (``docs/measured/plausible_near.csv``)."""
     others, at_rig = near[near["rig"] > 0]["shown"], near[near["rig"] == 0].iloc[0]
     return (
-        f"On that study's short records the fitted rig shows {at_rig['shown']:g} of {at_rig['judged']:g} sentences. "
-        "With every fitted value changed by up to 1 %, equal pitch and wheels included, nine of ten rigs show at least "
-        f"{int(others.quantile(0.1, interpolation='lower'))}; the median is {others.median():g}."
+        "Changed by up to 1 % in every fitted value, equal pitch and wheels included, nine of ten neighbours of the "
+        f"rig show at least {int(others.quantile(0.1, interpolation='lower'))} sentences, their median is "
+        f"{others.median():g}; on the same short records the rig itself shows {at_rig['shown']:g}."
     )
 
 

@@ -57,7 +57,7 @@ def readme_text(
     answer = "\n".join(
         f"- {sentence}" for sentence in (*answer_sentences(card, judged, parameters, claims), neighbours_sentence(near))
     )
-    return f"{answer}\n\n{table}\n\n{marks}. What an answer costs: {trade_sentence(promises)}"
+    return f"{answer}\n\n{table}\n\n{marks}. {trade_sentence(promises)}"
 
 
 def departures_text(rows: pd.DataFrame) -> str:

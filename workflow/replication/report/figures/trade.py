@@ -40,15 +40,17 @@ def answers(rows: pd.DataFrame) -> pd.DataFrame:
 def trade_sentence(promises: pd.DataFrame) -> str:
     """CPU seconds of answers to the least tolerance, with the planner's trial, over the scenes kept apart."""
     judged, parts = promises[promises["achieved_error"].notna()], []
-    for measure, words in (("rms", "RMS"), ("left_peak", "mean left-arc peak")):
+    for measure, words in (("rms", "an RMS"), ("left_peak", "a mean peak force of the left arc")):
         rows = judged[judged["measure"] == measure]
         rows = rows[rows["tolerance"] == rows["tolerance"].min()]
         if len(rows):
             seconds = rows["cpu_s"] + rows["trial_cpu_s"]
             span = dict.fromkeys(significant(value, 2) for value in (seconds.min(), seconds.max()))
-            parts.append(f"{words} to {100 * rows['tolerance'].iloc[0]:g} %: {' to '.join(span)} CPU s")
-    scenes = ", ".join(dict.fromkeys(judged["scene"]))
-    return f"{'; '.join(parts)} for all links, trial included, on the machine that measured ({scenes})."
+            parts.append(f"{words} to {100 * rows['tolerance'].iloc[0]:g} % costs {' to '.join(span)} CPU s")
+    scenes = "; ".join(dict.fromkeys(judged["scene"]))
+    return (
+        f"For all links, with the trial that chooses the step, {', '.join(parts)}. Measured on one machine: {scenes}."
+    )
 
 
 @styled
