@@ -86,7 +86,7 @@ def test_a_configuration_is_refused_before_anything_runs(monkeypatch, row):
     *sections, field = key.split(".")
     section = data
     for name in sections:
-        section = section[name]
+        section = section.setdefault(name, {})
     section[field] = value
     with pytest.raises(InputError) as caught:
         check_config(data, "mine.yaml")

@@ -56,7 +56,8 @@ def seen(monkeypatch, left, square=None):
         "passages",
         lambda recording: pd.DataFrame(rows, columns=["passage", "side", "start_s", "share_pct", "square_n2s"]),
     )
-    return steady_from(SimpleNamespace(periods=SimpleNamespace(turn=TURN)), RULE)
+    scene = SimpleNamespace(rig=None)  # RULE says how many passages there must be
+    return steady_from(SimpleNamespace(periods=SimpleNamespace(turn=TURN), scene=scene), RULE)
 
 
 def test_passages_that_are_alike_are_known_as_soon_as_there_are_enough(monkeypatch):

@@ -125,7 +125,7 @@ def test_a_key_is_what_is_asked_and_not_how_it_is_said(rig_path, monkeypatch):
         ({"motor_rpm": "115", "step": [1e-4, "1_0"]}, "step = '1_0': must be a finite number"),
         ({"motor_rpm": "115", "preset": "quick"}, "preset = 'quick':"),
         ({"motor_rpm": "115", "rig": "no.yaml"}, "no.yaml: no such file"),
-        ({"motor_rpm": "115", "stop_rule.force": "0.01"}, "stop_rule: share_pct"),
+        ({"motor_rpm": "115", "stop_rule.force": "-0.01"}, "stop_rule: force = -0.01"),
         (
             {"motor_rpm": "115", "stop_rule.share_pct": 1, "stop_rule.force": "x", "stop_rule.passages": 13},
             "stop_rule: force = 'x':",

@@ -13,11 +13,11 @@ from trackdyn.rig.rig import load_rig
 from trackdyn.rig.rig_file import shipped_rigs
 from trackdyn.scene import rings
 from trackdyn.scene.rings import larger_radii, study_radii, usual_rings
-from trackdyn.scene.scene import Scene, steady_fields
+from trackdyn.scene.scene import Scene, StopRule, steady_fields
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.settling import SettledLoops
 from trackdyn.sweeps.engine import Store
-from trackdyn.sweeps.ring import _design, check_same_study, contact_stop_rule
+from trackdyn.sweeps.ring import _design, check_same_study
 from trackdyn.sweeps.sweep import requested_rows
 
 TEETH = 13  # 7.7 % of a turn, and 9.7 % with two points
@@ -189,7 +189,7 @@ def test_the_command_writes_its_files_and_goes_on_with_the_same_numbers(tmp_path
     table = pd.read_csv("mine/ring.csv")
     assert table["ring_radius_m"].fillna(0).tolist() == [0.0, 0.307] and set(table["state"]) == {"done"}
     rig = load_rig("bench")
-    rule = contact_stop_rule(rig)
+    rule = StopRule()
     recording, known = run_steady(Loop(Scene(rig, 210.0, 0.307, **steady_fields(rig, 210.0, rule))), rule)
     summary, row = meshing_summary(recording), table.iloc[1]
     for name in ("left_share_pct", "ring_rms_n", "right_share_pct"):

@@ -104,11 +104,15 @@ def _numbers(text: str, option: str) -> list[float]:
 
 def _notes(study: "pd.DataFrame", rig, lost: "pd.DataFrame") -> list[str]:
     """What is not known, and what is known less well."""
+    from trackdyn.scene.scene import StopRule
+
+    rule = StopRule()
     notes = (
         [f"{len(lost)} of {len(study)} scenes are not known, the first: {lost['reason'].iloc[0]}"] if len(lost) else []
     )
     if short := int((~study["contacts_converged"].fillna(True).astype(bool)).sum()):
-        notes.append(f"{short} scenes ended before contacts were known to 0.2 points of a turn and forces to 0.6 %")
+        known = f"{rule.share_pct:g} points of a turn and forces to {100 * rule.force:g} %"
+        notes.append(f"{short} scenes ended before contacts were known to {known}")
     if rough := int((study["resolved"] == "no").sum()):
         finer = f"ask for a smaller one, such as --step {study['step_s'].min() / 2:.3g}"
         notes.append(f"the step does not resolve the contacts of {rough} scenes; {finer}")

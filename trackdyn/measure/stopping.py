@@ -75,7 +75,7 @@ def run_steady(loop: Loop, rule: StopRule) -> tuple[Recording, bool]:
         return later(recording, begin), converged
 
     scene = loop.scene
-    turns = 2 * LONGEST_CONTACT + PASSAGE + rule.passages / scene.rig.sprocket.teeth
+    turns = 2 * LONGEST_CONTACT + PASSAGE + rule.visits(scene.rig) / scene.rig.sprocket.teeth
     first = turns * scene.periods.turn
     loop.advance(scene.ramp + scene.lead_in)
     return record_until(Recorder(loop, scene.with_(contact_log=True), room=first), first, judge)
@@ -97,7 +97,7 @@ def steady_from(recording: Recording, rule: StopRule) -> tuple[float, bool]:
         tolerances[f"{side}_share"] = rule.share_pct / 100
         if share.estimate().value >= TOUCHING:  # a force that hardly touches is not judged
             tolerances[f"{side}_force"] = rule.force
-    first, _, kept = judge_series(measures, tolerances, rule.passages)
+    first, _, kept = judge_series(measures, tolerances, rule.visits(recording.scene.rig))
     converged = all(kept.values())
     if not first:
         return 0.0, converged

@@ -301,12 +301,20 @@ class Scene(Choices):
 class StopRule(Section):
     """Tolerances of contacts: half of the 95 % intervals of shares (points of a turn) and of RMS forces (relative),
     passages at least, and the revolutions of the loop after which a record ends in any case.
+
+    The defaults are those of the ring study: a tenth of what the narrowest tolerances of claims on shares leave (2
+    points), and less than a twentieth of those on forces (15 %).
     """
 
-    share_pct: Positive
-    force: Positive
-    passages: Annotated[int, Field(ge=1), BeforeValidator(plain_count)]  # 13.0 in a table of rows
-    longest_turns: Annotated[float, Field(ge=1, le=1e6)]  # fewer would hold no whole passage
+    share_pct: Positive = 0.2
+    force: Positive = 0.006
+    # 13.0 in a table of rows; None: the teeth of the sprocket, so that every groove is visited
+    passages: Annotated[int, Field(ge=1), BeforeValidator(plain_count)] | None = None
+    longest_turns: Annotated[float, Field(ge=1, le=1e6)] = 4  # fewer than one would hold no whole passage
+
+    def visits(self, rig: Rig) -> int:
+        """Passages at least on a rig."""
+        return self.passages or rig.sprocket.teeth
 
 
 def steady_fields(rig: Rig, rpm: float, rule: StopRule) -> dict[str, float]:

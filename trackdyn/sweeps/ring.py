@@ -22,18 +22,13 @@ from trackdyn.sweeps.sweep import check_replaceable, requested_rows, sweep
 ASKED, ENDED = ["rpm", "ring_radius_m"], ["state", "reason", "contacts_converged"]
 
 
-def contact_stop_rule(rig: Rig) -> StopRule:
-    """When contacts are known: shares to 0.2 points of a turn, forces to 0.6 %, and every groove was visited."""
-    return StopRule(share_pct=0.2, force=0.006, passages=rig.sprocket.teeth, longest_turns=4)
-
-
 def _design(rig: Rig, speeds: Sequence[float], radii: Sequence[float] | None, step: Sequence[float]) -> pd.DataFrame:
     """The scenes of a study, a row each. Raises `InputError`: a speed or a radius cannot be used."""
     rings = [None, *(study_radii(rig) if radii is None else sorted(set(radii)))]
     for ring in rings:  # before anything runs
         for rpm in speeds:
             check_driven(Scene(rig, rpm, ring))
-    rule = contact_stop_rule(rig)
+    rule = StopRule(passages=rig.sprocket.teeth)
     stop_rule = {f"stop_rule.{name}": getattr(rule, name) for name in ("share_pct", "force", "passages")}
     rows = [
         {"motor_rpm": rpm, "ring_radius": "none" if ring is None else ring} | steady_fields(rig, rpm, rule) | stop_rule

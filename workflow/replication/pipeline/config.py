@@ -127,7 +127,7 @@ class Config(Section):
     other_rigs: dict[Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$")], OtherRig] = Field(default_factory=dict)
     records: Records
     meshing: Meshing
-    stop_rule: StopRule
+    stop_rule: StopRule = StopRule()
     ring_study: RingStudy
     peers: Peers | None  # None: another rig than the article's, which no peer runs
     fidelity: FidelityStudy
