@@ -31,7 +31,7 @@ from trackdyn.measure.uncertainty import (
 from trackdyn.measure.whole_loop import series
 from trackdyn.scene.limits import turn_limit
 from trackdyn.scene.scene import LONGEST_RUN, Scene
-from trackdyn.scene.step import halved_steps, round_step
+from trackdyn.scene.step import first_that_runs, halved_steps, round_step
 from trackdyn.simulation.chatter import ONE_STEP
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recorder import Recorder
@@ -245,14 +245,16 @@ def plan(scene: Scene, tolerances: Mapping[str, float], longest: float = 60.0, m
 def _at_speed(settled: Loop, choices: list[Setting]) -> Loop:
     """The loop at constant speed, a few passages before records begin, by the cheapest setting that comes there."""
     scene = settled.scene
-    for setting in choices:
-        try:
-            loop = settled.changed(**setting.fields)
-            loop.advance(scene.ramp + max(scene.lead_in - LEAD * scene.periods.passage, 0.0))
-            return loop
-        except TrackdynError as error:
-            reason = str(error)
-    raise InputError(f"tolerance: {reason}")
+
+    def run(setting: Setting) -> Loop:
+        loop = settled.changed(**setting.fields)
+        loop.advance(scene.ramp + max(scene.lead_in - LEAD * scene.periods.passage, 0.0))
+        return loop
+
+    try:
+        return first_that_runs(choices, run)
+    except TrackdynError as error:
+        raise InputError(f"tolerance: {error}") from None
 
 
 def _start(base: Loop, setting: Setting, span: float) -> Candidate:

@@ -13,6 +13,7 @@ from trackdyn.scene.limits import step_limits
 LEAST_STEP = 1e-8  # s: rounding of the time counts from there on
 LEAST_SHARE = 0.01  # of the usual step: nobody waits for less without having asked for it
 HALVINGS = 4  # of a step that proves too large
+Choice = TypeVar("Choice")
 Result = TypeVar("Result")
 
 
@@ -30,13 +31,13 @@ def halved_steps(step: float, sample: float, halvings: int = HALVINGS) -> list[f
 
 
 def first_that_runs(
-    steps: Sequence[float], run: Callable[[float], Result], failures: Iterable[type] = (InputError, DivergenceError)
+    choices: Sequence[Choice], run: Callable[[Choice], Result], failures: Iterable[type] = (InputError, DivergenceError)
 ) -> Result:
-    """Result of the first step (s) at which ``run`` raises none of ``failures``; the last step's error if none runs."""
-    *first, last = steps
-    for step in first:
+    """Result of the first choice, such as a step, with which ``run`` raises no failure; the last error if none runs."""
+    *first, last = choices
+    for choice in first:
         with suppress(*failures):
-            return run(step)
+            return run(choice)
     return run(last)
 
 
