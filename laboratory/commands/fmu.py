@@ -34,7 +34,10 @@ def fmu(
     ] = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Write a track as a unit for co-simulation (FMI 3.0), which begins at the motor speed --rpm."""
+    """Write a track as a unit for co-simulation (FMI 3.0), which begins at the motor speed --rpm.
+
+    Example: `trackdyn fmu vehicle --out track.fmu` packs the included rig `vehicle` for another simulator.
+    """
     from laboratory.fmi.build import write_fmu
     from trackdyn.rig.rig import load_rig
     from trackdyn.scene.choices import preset as preset_fields

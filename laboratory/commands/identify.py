@@ -62,7 +62,10 @@ def identify(
     axis: AxisOption = None,
     quiet: Quiet = False,
 ) -> None:
-    """Identify parameters of the rig from records of the sensor, and say how sure that is."""
+    """Identify parameters of the rig from records of the sensor, and say how sure that is.
+
+    Example: `trackdyn identify 150rpm.csv 210rpm.csv --unknown bushing.stiffness` finds one value from two records.
+    """
     from laboratory.inference.identification.answer import write_answer
     from laboratory.inference.identification.experiment import scene_of_speed
     from laboratory.inference.identification.identify import Settings

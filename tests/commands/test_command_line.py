@@ -1,6 +1,7 @@
 """The command line as a whole: how commands are listed, what they load, and that they name things alike."""
 
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -48,6 +49,31 @@ def test_the_package_is_imported_without_its_libraries():
     assert not modules & {*HEAVY, "numpy", "pydantic", "yaml"}
     modules, _ = loaded("from trackdyn import InputError")
     assert not modules & {*HEAVY, "numpy", "pydantic", "yaml"}
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_a_help_has_types_in_words_and_an_example_that_the_command_takes(name):
+    said = CliRunner().invoke(app, [name, "--help"]).output
+    assert not re.search(r"[<{]\w|\bstr\b", said)
+    example = re.search(r"Example: `trackdyn ([^`]+)` (?=\w)", " ".join(COMMANDS[name].help.split()))
+    words = example[1].split()
+    assert words[0] == name
+    COMMANDS[name].make_context(name, words[1:])  # reads the words, and runs nothing
+
+
+def test_names_of_rigs_and_choices_complete(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("parted.yaml").touch()
+    for words, incomplete, expected in (
+        (["simulate", "run.npz", "--rig"], "par", ["parts", "parted.yaml"]),
+        (["check"], "par", ["parts", "parted.yaml"]),
+        (["new", "x.yaml", "--like"], "par", ["parts"]),
+        (["simulate", "run.npz", "--preset"], "st", ["standard"]),
+        (["plan", "--measure"], "left_s", ["left_share"]),
+    ):
+        line = " ".join(["trackdyn", *words, incomplete])
+        shell = {"_TRACKDYN_COMPLETE": "complete_bash", "COMP_WORDS": line, "COMP_CWORD": str(len(words) + 1)}
+        assert run(**shell).stdout.split() == expected, words
 
 
 NUMBERS = [

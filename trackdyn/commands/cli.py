@@ -28,6 +28,31 @@ class _Panels(typer.core.TyperGroup):
                 formatter.write_dl([(name, (command.help or "").partition("\n\n")[0]) for name, command in named])
 
 
+WORDS = {"path": "FILE", "int": "COUNT", "int range": "COUNT"}  # of types; every other one is text
+
+
+class _Command(typer.core.TyperCommand):
+    """A command whose help has types as words."""
+
+    def collect_usage_pieces(self, ctx: typer.Context) -> list[str]:
+        return [piece.replace("{", "").replace("}", "").upper() for piece in super().collect_usage_pieces(ctx)]
+
+    def format_options(self, ctx: typer.Context, formatter: Any) -> None:
+        rows: dict[str, list[tuple[str, str]]] = {"Arguments": [], "Options": []}
+        for param in self.get_params(ctx):
+            if record := param.get_help_record(ctx):
+                name, _, kind = record[0].removesuffix(">").partition(" <")
+                if param.param_type_name == "argument":
+                    rows["Arguments"].append((name.upper(), record[1]))
+                else:
+                    word = WORDS.get(kind, "TEXT") if kind else ""
+                    rows["Options"].append((f"{name} {word}".strip(), record[1]))
+        for title, of in rows.items():
+            if of:
+                with formatter.section(title):
+                    formatter.write_dl(of)
+
+
 # rich takes twice as long to load as all else that a help needs
 app = typer.Typer(
     cls=_Panels, rich_markup_mode=None, pretty_exceptions_enable=False,
@@ -35,7 +60,7 @@ app = typer.Typer(
 )  # fmt: skip
 for panel, commands in COMMANDS.items():
     for command in commands:
-        app.command(rich_help_panel=panel)(command)
+        app.command(cls=_Command, rich_help_panel=panel)(command)
 for others in entry_points(group="trackdyn.commands"):  # of packages that build on this one
     try:
         panel, groups = others.load()
@@ -48,7 +73,7 @@ for others in entry_points(group="trackdyn.commands"):  # of packages that build
             parent = typer.Typer(help=text)
             app.add_typer(parent, name=group, rich_help_panel=panel, no_args_is_help=True)
         for command in commands:
-            parent.command(rich_help_panel=panel)(command)
+            parent.command(cls=_Command, rich_help_panel=panel)(command)
 
 
 def _say_version(requested: bool) -> None:

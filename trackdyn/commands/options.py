@@ -14,7 +14,24 @@ from trackdyn.errors import InputError, shown
 from trackdyn.files import check_writable
 
 DEFAULT_RIG = "paper"
+PRESETS = ("fast", "standard", "paper", "reference")
 MEASURES = "rms, sd, line, high_frequency, left_peak, right_peak, left_share, right_share or ring_share"
+
+
+def included(incomplete: str) -> list[str]:
+    """Names of rigs of the package that begin so, for the completion of a shell."""
+    from trackdyn.rig.rig_file import shipped_rigs
+
+    return [name for name in shipped_rigs() if name.startswith(incomplete)]
+
+
+def _rigs(incomplete: str) -> list[str]:
+    """The same, and the YAML files of the folder."""
+    return included(incomplete) + [name for path in Path().glob("*.yaml") if (name := str(path)).startswith(incomplete)]
+
+
+def _beginning(*names: str) -> Callable[[str], list[str]]:
+    return lambda incomplete: [name for name in names if name.startswith(incomplete)]
 
 
 @dataclass(frozen=True)
@@ -104,8 +121,9 @@ def parse_zero(texts: list[str] | None) -> float | dict[str, float] | None:
     return numbers.get("", numbers) or None
 
 
-RigName = Annotated[str, typer.Option("--rig", help="Rig: a file, or the name of a shipped one (trackdyn rigs).")]
-RigArgument = Annotated[str, typer.Argument(help="Rig: a file, or the name of a shipped one (trackdyn rigs).")]
+_RIG = "Rig: a file, or the name of an included one (trackdyn rigs)."
+RigName = Annotated[str, typer.Option("--rig", metavar="RIG", autocompletion=_rigs, help=_RIG)]
+RigArgument = Annotated[str, typer.Argument(autocompletion=_rigs, help=_RIG)]
 SpeedOption = Annotated[float, number("--rpm", "Motor speed, rev/min.")]
 RingRadius = Annotated[
     Ring | None,
@@ -116,7 +134,16 @@ RingRadius = Annotated[
         help="Radius of the rubber ring in m, or none; the rig's by default.",
     ),
 ]
-Preset = Annotated[str, typer.Option("--preset", help="Bundle of choices: fast, standard, paper or reference.")]
+COMPLETE_PRESET = _beginning(*PRESETS)
+Preset = Annotated[
+    str,
+    typer.Option(
+        "--preset",
+        metavar="NAME",
+        autocompletion=COMPLETE_PRESET,
+        help="Bundle of choices: fast, standard, paper or reference.",
+    ),
+]
 StepOption = Annotated[float | None, number("--step", "Time step, s; the preset's by default.")]
 Tolerance = Annotated[
     float | None,
@@ -124,7 +151,12 @@ Tolerance = Annotated[
         "--tolerance", parser=_parse_tolerance, metavar="SHARE", help="Error of a measure, such as 2% or 0.02."
     ),
 ]
-MEASURE = typer.Option("--measure", metavar="NAME", help=f"{MEASURES}.")
+MEASURE = typer.Option(
+    "--measure",
+    metavar="NAME",
+    autocompletion=_beginning(*MEASURES.replace(" or ", ", ").split(", ")),
+    help=f"{MEASURES}; may be given several times.",
+)
 Jobs = Annotated[int | None, typer.Option("--jobs", "-j", min=1, max=1024, help="Processes; all cores by default.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar and no summary.")]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace a file that exists.")]
@@ -135,11 +167,19 @@ UnitOption = Annotated[
 ]
 AxisOption = Annotated[
     list[str] | None,
-    typer.Option("--axis", help="Which column an axis is, such as ay=channel3 or ay=-channel3; repeatable."),
+    typer.Option(
+        "--axis",
+        metavar="AXIS=COLUMN",
+        help="Which column an axis is, such as ay=channel3 or ay=-channel3; repeatable.",
+    ),
 ]
 Choose = Annotated[
     list[str] | None,
-    typer.Option("--choose", help="One choice of fidelity, such as chain=single_pin; may be given several times."),
+    typer.Option(
+        "--choose",
+        metavar="NAME=SETTING",
+        help="One choice of fidelity, such as chain=single_pin; may be given several times.",
+    ),
 ]
 LongestRun = Annotated[float, number("--longest", "Bound of a run with a --tolerance, s.")]
 

@@ -12,7 +12,10 @@ from trackdyn.errors import InputError, TrackdynError, shown
 
 
 def rigs() -> None:
-    """List the rigs of the package."""
+    """List the rigs of the package.
+
+    Example: `trackdyn rigs` prints the name of each, its pitches, teeth and wheels, and what it is.
+    """
     from trackdyn.rig.rig_file import DEFAULT, WHEELS_OF_OLD, read_rig, shipped_rigs
     from trackdyn.rig.yaml_file import read_yaml
 
@@ -28,10 +31,18 @@ def rigs() -> None:
 
 def new(
     out: Annotated[Path, options.file_argument("File to write", ".yaml", ".yml")],
-    like: Annotated[str, typer.Option(help="Shipped rig that it begins with (trackdyn rigs).")] = "bench",
+    like: Annotated[
+        str,
+        typer.Option(
+            metavar="RIG", autocompletion=options.included, help="Included rig that it begins with (trackdyn rigs)."
+        ),
+    ] = "bench",
     overwrite: options.Overwrite = False,
 ) -> None:
-    """Write a rig file to edit: the wheels and the tension of a shipped rig, and all else as comments."""
+    """Write a rig file to edit: the wheels and the tension of an included rig, and all else as comments.
+
+    Example: `trackdyn new my_rig.yaml --like bench` begins a track of your own with the wheels of a test bench.
+    """
     from trackdyn.files import write_text
 
     text = rig_text(like)
@@ -52,7 +63,10 @@ def check(
     ] = True,
     overwrite: options.Overwrite = False,
 ) -> None:
-    """Lay a rig's loop, draw it, and say how the chain wraps, which step it allows and what is unusual."""
+    """Lay a rig's loop, draw it, and say how the chain wraps, which step it allows and what is unusual.
+
+    Example: `trackdyn check my_rig.yaml --rpm 150` lays the track of that file, lets it settle, and writes my_rig.png.
+    """
     from trackdyn.plots.drawing import draw_rig
     from trackdyn.plots.style import marked, save
     from trackdyn.rig.rig import foreign_groove, load_rig, outside_ranges

@@ -24,6 +24,8 @@ def simulate(
         str | None,
         typer.Option(
             "--preset",
+            metavar="NAME",
+            autocompletion=options.COMPLETE_PRESET,
             help="Bundle of choices: fast, standard, paper or reference; standard, or what a --tolerance needs.",
         ),
     ] = None,
@@ -50,6 +52,8 @@ def simulate(
     With --tolerance the run takes the cheapest method and step that keep it (see `plan`), unless they are stated, and
     ends when every --measure has an error of at most that share, whatever --duration: of its own value, or of a
     sprocket turn for shares.
+
+    Example: `trackdyn simulate run.npz --rpm 150 --duration 12` records 12 s of the default rig at 150 rev/min.
     """
     from tqdm import tqdm
 
@@ -200,12 +204,23 @@ def plan(
     rig: options.RigName = options.DEFAULT_RIG,
     rpm: options.SpeedOption = 115.0,
     ring_radius: options.RingRadius = None,
-    preset: Annotated[str | None, typer.Option("--preset", help="Keep the method and step of a preset.")] = None,
+    preset: Annotated[
+        str | None,
+        typer.Option(
+            "--preset",
+            metavar="NAME",
+            autocompletion=options.COMPLETE_PRESET,
+            help="Keep the method and step of a preset.",
+        ),
+    ] = None,
     step: options.StepOption = None,
     choose: options.Choose = None,
     longest: options.LongestRun = 60.0,
 ) -> None:
-    """What `simulate --tolerance` will run: the cheapest method and step that keep it, found while it records."""
+    """Say what `simulate --tolerance` runs: the cheapest method and step that keep it, from trial runs.
+
+    Example: `trackdyn plan --tolerance 1% --rpm 210` says how an RMS with an error of 1 % is reached, and its cost.
+    """
     from trackdyn.rig.rig import load_rig
     from trackdyn.scene.scene import Scene
 
@@ -277,7 +292,10 @@ def compare(
     out: Annotated[Path | None, options.file_option("--out", "Table to write", ".csv")] = None,
     overwrite: options.Overwrite = False,
 ) -> None:
-    """Compare the simulated y acceleration with a sensor's: mean, RMS, SD and dominant peak."""
+    """Compare the simulated y acceleration with a sensor's: mean, RMS, SD and dominant peak.
+
+    Example: `trackdyn compare run.npz logger.csv --unit g` puts the column ay of a logger's file beside a run.
+    """
     axes = options.parse_axes(axis)
     import pandas as pd
 
@@ -345,6 +363,8 @@ def show(
     """Show a run on one page: the loop moving, tension, sensor, contacts, work, decisions.
 
     What moves is simulated again from the recording's scene, lead-in included.
+
+    Example: `trackdyn show run.npz` writes run.html, which any browser opens.
     """
     from trackdyn.plots.show import show as make
     from trackdyn.simulation.recording import load_recording

@@ -18,21 +18,27 @@ CAPTIONS = ("RMS of the normal force", "SD of the normal force", "Contact durati
 
 def ring(
     rig: options.RigArgument,
-    rpm: Annotated[str, typer.Option("--rpm", help="Motor speeds, rev/min, such as 115,210.")],
-    out: Annotated[Path, typer.Option("--out", help="Folder of what is written.")] = Path("ring"),
+    rpm: Annotated[str, typer.Option("--rpm", metavar="SPEEDS", help="Motor speeds, rev/min, such as 115,210.")],
+    out: Annotated[Path, typer.Option("--out", metavar="FOLDER", help="Folder of what is written.")] = Path("ring"),
     radii: Annotated[
         str | None,
-        typer.Option(help="Radii of the ring, m: low:high:count or a,b,c; eleven that the rig allows by default."),
+        typer.Option(
+            metavar="RADII",
+            help="Radii of the ring, m: low:high:count or a,b,c; eleven that the rig allows by default.",
+        ),
     ] = None,
     rule: Annotated[
         str | None,
         typer.Option(
-            help="Bounds of columns, then smallest, largest or least COLUMN; the rule of the docs by default."
+            metavar="RULE",
+            help="Bounds of columns, then smallest, largest or least COLUMN; the rule of the docs by default.",
         ),
     ] = None,
     step: Annotated[
         str | None,
-        typer.Option("--step", help="Time step, s; of several, such as 1e-4,5e-5, the first that runs counts."),
+        typer.Option(
+            "--step", metavar="STEPS", help="Time step, s; of several, such as 1e-4,5e-5, the first that runs counts."
+        ),
     ] = None,
     jobs: options.Jobs = None,
     overwrite: options.Overwrite = False,
@@ -43,6 +49,8 @@ def ring(
     If the rule chooses the last radius, larger ones are run, as far as the default radii go. A killed study goes on by
     the same command. Into the folder go ring.csv, fig23_a, fig23_b, fig24 and sliding (.png, .svg), ring.html and the
     rows as they come.
+
+    Example: `trackdyn ring my_rig.yaml --rpm 115,210` tries eleven radii at two speeds and says which one serves both.
     """
     from trackdyn.files import write_csv
     from trackdyn.measure.ring_rule import RULE, advice, parse_rule
@@ -172,6 +180,8 @@ def sweep(
 
     Results that a sweep has written are replaced where the store still holds their rows; any other file needs
     --overwrite.
+
+    Example: `trackdyn sweep design.csv --out results.csv` runs each row of a table; columns are fields of a scene.
     """
     from trackdyn.sweeps.engine import DONE, FAILED
     from trackdyn.sweeps.sweep import check_replaceable, states_summary

@@ -15,7 +15,10 @@ def verify(
     ] = None,
     exact: Annotated[bool, typer.Option("--exact", help="Byte for byte, as runs on one kind of machine are.")] = False,
 ) -> None:
-    """Compare the results and inputs of a run with a manifest: which file differs, and by how much."""
+    """Compare the results and inputs of a run with a manifest: which file differs, and by how much.
+
+    Example: `trackdyn verify results --against other/results` compares two runs of the pipeline, file by file.
+    """
     from replication.certify.comparison import EQUAL, compare_inputs, compare_manifests, failed, findings_summary
     from replication.certify.manifest import NAME, describe, load_manifest
 
