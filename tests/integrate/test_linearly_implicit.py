@@ -14,7 +14,7 @@ from tests.kinematics import (
 )
 from trackdyn.chain import implicit
 from trackdyn.chain.kinematics import SLOW
-from trackdyn.contact.loads import AHEAD
+from trackdyn.contact.forces import AHEAD
 from trackdyn.errors import InputError
 from trackdyn.integrate.dynamics import solve_chain
 from trackdyn.integrate.run import refresh, shared

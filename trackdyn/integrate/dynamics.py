@@ -4,7 +4,7 @@ from trackdyn.chain import implicit as linear
 from trackdyn.chain import riccati
 from trackdyn.chain.kinematics import add_moments, bushing_torques, damping_weight
 from trackdyn.chain.riccati import close, close_compliant
-from trackdyn.contact.loads import contact_loads
+from trackdyn.contact.detect import contact_loads
 from trackdyn.integrate.plane import update_frame
 from trackdyn.jit import kernel
 from trackdyn.model.arrays import P, Q, State, Work

@@ -51,7 +51,7 @@ def step_limits(model, pre_tension: float, method: Method = METHODS["semi_implic
     """
     limits = turn_limit(model.drive.rate) if method.order == 1 else {}
     oscillation, decay = method.oscillation, method.decay
-    # in the plane a staggered method takes friction with the slip that it leaves (`contact.loads.apply`)
+    # in the plane a staggered method takes friction with the slip that it leaves (`contact.forces.apply`)
     sliding = FRICTION_LEEWAY if method.staggered and model.space is None else 1.0
     if isinf(oscillation):
         return limits

@@ -61,23 +61,23 @@ def contact_steps(rig: Rig) -> dict[str, FlowStep]:
     """Boxes of Figure 11, in the order of the program."""
     left, right = (", ".join(map(str, search_order(rig, side))) for side in (True, False))
     return {
-        "start": FlowStep("next arc of a connector: left, right", (5, 13.0), "loads:tooth_loads"),
-        "reach": FlowStep(r"$|l_{S,O_S C}| \leq r_a + r_C$ ?", (5, 11.8), "loads:tooth_loads", (15, 18), True),
-        "groove": FlowStep("groove $k$ under the arc's centre $C$", (5, 10.5), "tooth:groove_index", (16, 17)),
-        "frame": FlowStep("$C$ in the frame of groove $k$", (5, 9.4), "loads:tooth_loads", (13, 14, 20)),
-        "side": FlowStep(r"$l^{\,x}_{k,O_S C} \leq 0$ ?", (5, 8.2), "tooth:find_area", (20,), True),
-        "left": FlowStep(f"areas {left}", (2.1, 7.4), "tooth:find_area"),
-        "right": FlowStep(f"areas {right}", (7.9, 7.4), "tooth:find_area"),
-        "sector": FlowStep("$C$ in annular sector $j$ ?", (5, 5.9), "tooth:find_area", (21, 23), True),
-        "kind": FlowStep("area $j$ convex ?", (5, 4.4), "tooth:find_area", (), True),
-        "convex": FlowStep(r"$\delta = r_C + r_j - |e_j|$", (2.1, 3.5), "tooth:find_area", (29,)),
-        "concave": FlowStep(r"$\delta = |e_j| + r_C - r_j$", (7.9, 3.5), "tooth:find_area", (33,)),
-        "rate": FlowStep(r"penetration velocity $\dot{\delta}$", (5, 2.6), "loads:tooth_loads", (27, 30, 34)),
+        "start": FlowStep("next arc of a connector: left, right", (5, 13.0), "detect:tooth_loads"),
+        "reach": FlowStep(r"$|l_{S,O_S C}| \leq r_a + r_C$ ?", (5, 11.8), "detect:tooth_loads", (15, 18), True),
+        "groove": FlowStep("groove $k$ under the arc's centre $C$", (5, 10.5), "laws:groove_index", (16, 17)),
+        "frame": FlowStep("$C$ in the frame of groove $k$", (5, 9.4), "detect:tooth_loads", (13, 14, 20)),
+        "side": FlowStep(r"$l^{\,x}_{k,O_S C} \leq 0$ ?", (5, 8.2), "laws:find_area", (20,), True),
+        "left": FlowStep(f"areas {left}", (2.1, 7.4), "laws:find_area"),
+        "right": FlowStep(f"areas {right}", (7.9, 7.4), "laws:find_area"),
+        "sector": FlowStep("$C$ in annular sector $j$ ?", (5, 5.9), "laws:find_area", (21, 23), True),
+        "kind": FlowStep("area $j$ convex ?", (5, 4.4), "laws:find_area", (), True),
+        "convex": FlowStep(r"$\delta = r_C + r_j - |e_j|$", (2.1, 3.5), "laws:find_area", (29,)),
+        "concave": FlowStep(r"$\delta = |e_j| + r_C - r_j$", (7.9, 3.5), "laws:find_area", (33,)),
+        "rate": FlowStep(r"penetration velocity $\dot{\delta}$", (5, 2.6), "detect:tooth_loads", (27, 30, 34)),
         "impact": FlowStep(r"$\dot{\delta}^{(-)}$, kept from first touch", (5, 1.5), "laws:stored_impact_speed"),
         "normal": FlowStep("normal force $f_n$", (5, 0.4), "laws:normal_force", (8,)),
         "friction": FlowStep(r"friction $f_\tau$", (5, -0.7), "laws:friction_coefficient", (10,)),
-        "none": FlowStep(r"no force, $\dot{\delta}^{(-)}$ cleared", (10.4, 5.9), "loads:tooth_loads"),
-        "end": FlowStep("loads of connector and sprocket", (5, -1.8), "loads:contact_loads"),
+        "none": FlowStep(r"no force, $\dot{\delta}^{(-)}$ cleared", (10.4, 5.9), "detect:tooth_loads"),
+        "end": FlowStep("loads of connector and sprocket", (5, -1.8), "detect:contact_loads"),
     }
 
 

@@ -1,0 +1,253 @@
+"""Who touches whom: every arc near the sprocket and its groove, every link near a wheel, every guide (Fig. 11, Fig. 12).
+
+One statement serves the plane and space (`contact.axial`): places are looked up in the frame of the wheel, which in
+the plane is the inertial one.
+"""
+
+from math import cos as cosine
+from math import sin as sine
+
+from trackdyn.contact import neighbours
+from trackdyn.contact.axial import (
+    centre_in_plane,
+    guide_force,
+    height,
+    overlap_ratio,
+    to_plane_frame,
+    to_wheel_frame,
+    wheel_centre,
+)
+from trackdyn.contact.forces import (
+    PREDICTION,
+    ContactPoint,
+    Penetration,
+    apply,
+    body_motion,
+    predicted_velocity,
+    velocity_over_wheel,
+    with_plane,
+)
+from trackdyn.contact.laws import (
+    elastic_force,
+    find_area,
+    foot,
+    groove_index,
+    implicit_speed,
+    in_groove,
+    stored_impact_speed,
+)
+from trackdyn.jit import kernel
+from trackdyn.model.arrays import FLANK, GUIDE, RING, SURFACE, State, Work
+from trackdyn.model.constants import SPROCKET, Law, Model, Tooth, Wheels
+
+
+@kernel
+def touched_area(tooth: Tooth, groove, arc, cos, sin, x, y):
+    """Groove and area that an arc's centre is in (0: no contact), depth (m), normal in the wheel's frame, radius (m).
+
+    ``groove`` holds the grooves that arcs touched last, ``cos, sin`` are of the sprocket's angle. Each arc searches the
+    groove that its own centre is in: tips are shared by neighbours.
+    """
+    k = groove[arc]
+    ck, sk, x_k, y_k = in_groove(tooth, k, cos, sin, x, y)
+    if abs(x_k) > tooth.half_pitch * y_k:
+        k = groove[arc] = groove_index(tooth.teeth, cos * x + sin * y, -sin * x + cos * y)
+        ck, sk, x_k, y_k = in_groove(tooth, k, cos, sin, x, y)
+    area, depth, nx, ny, radius = find_area(tooth, x_k, y_k)
+    return k, area, depth, ck * nx - sk * ny, sk * nx + ck * ny, radius
+
+
+@kernel
+def tooth_loads(model: Model, state: State, work: Work, space, implicit):
+    """Contact of every arc near the sprocket with its groove (Fig. 11).
+
+    Steel on steel the force rises within a few steps, and what the last step changed says little of this one:
+    velocities are led by it less what the force has grown since, which the chain meets with its own mass alone.
+    """
+    chain, shoes, tooth = model.chain, model.shoes, model.tooth
+    cs = cosine(state.wheel_angle[SPROCKET])
+    ss = sine(state.wheel_angle[SPROCKET])
+    cx, cy, cz = wheel_centre(model, space, SPROCKET)
+    mx, my, mz = centre_in_plane(model, space, SPROCKET)
+    z = height(state, space)
+    prediction = PREDICTION if implicit is None else 0.0
+    compliance = prediction * model.step * tooth.mobility
+    half = prediction * model.step if compliance > 0.0 else 0.0
+    reach = tooth.addendum + tooth.arc_radius  # Eq. 18
+    rc = tooth.arc_radius
+    near = work.near
+    for item in range(near.count[0]):
+        arc = near.arc[item]
+        body = shoes.arc_body[arc]
+        along = shoes.arc_x[arc]
+        c, s = work.cos[body], work.sin[body]
+        x = work.pin_x[body] + along * c
+        y = work.pin_y[body] + along * s
+        lx, ly, lz = to_wheel_frame(space, SPROCKET, x - mx, y - my, z - mz)
+        groove = area = 0
+        depth = nx = ny = radius = share = 0.0
+        if lx * lx + ly * ly <= reach * reach:
+            share = overlap_ratio(model.space, FLANK, lz)
+        if share > 0.0:
+            groove, area, depth, nx, ny, radius = touched_area(tooth, near.groove, arc, cs, ss, lx, ly)
+        work.tooth_area[arc] = area
+        if area == 0:
+            work.tooth_force[arc] = work.friction[0, arc] = 0.0
+            work.tooth_groove[arc] = 0
+            state.tooth_impact[arc] = 0.0
+            continue
+        work.tooth_groove[arc] = groove
+        # velocity of the arc's centre seen from the groove (Eq. 27); the force pushes along n
+        w = state.rate[body]
+        gx = (chain.com_x[body] - along) * c - chain.com_y[body] * s
+        gy = (chain.com_x[body] - along) * s + chain.com_y[body] * c
+        vx, vy = predicted_velocity(
+            work, body, work.com_vx[body] + w * gy, work.com_vy[body] - w * gx, -gx, -gy, prediction
+        )
+        vx, vy, _ = velocity_over_wheel(
+            model, state, space, SPROCKET, with_plane(state, space, x, y, z, vx, vy), lx, ly
+        )
+        speed = -(nx * vx + ny * vy)
+        impact = stored_impact_speed(state.tooth_impact[arc], speed, tooth.law.speed_floor)
+        state.tooth_impact[arc] = impact
+        if compliance > 0.0:
+            elastic = share * elastic_force(tooth.law.stiffness, depth, radius)
+            speed = implicit_speed(tooth.law, elastic, speed + compliance * work.tooth_before[arc], impact, compliance)
+        ex = nx * c + ny * s
+        slides = (tooth.slip[arc % 2, 0] * ex + tooth.slip[arc % 2, 1]) * ex + tooth.slip[arc % 2, 2]
+        point = ContactPoint(
+            body=body, wheel=SPROCKET, kind=FLANK, slot=arc,
+            x=cx + lx - rc * nx, y=cy + ly - rc * ny, z=cz + lz, normal_x=nx, normal_y=ny,
+        )  # fmt: skip
+        penetration = Penetration(
+            law=tooth.law, depth=depth, speed=speed, impact_speed=impact, radius=radius, share=share,
+            slip_compliance=half * slides, guide=0.0,
+        )  # fmt: skip
+        work.tooth_force[arc] = apply(model, state, work, point, penetration, space, implicit)
+        work.contact[work.count[0] - 1]["area"] = area
+
+
+@kernel
+def wheel_loads(model: Model, state: State, work: Work, space, implicit):
+    """Contact of every link near a wheel with it (Fig. 12)."""
+    shoes, wheels, thick = model.shoes, model.wheels, model.wheels.half_thickness
+    prediction = PREDICTION if implicit is None else 0.0
+    z = height(state, space)
+    near, (links, count) = work.near, work.wheel_force.shape
+    for k in range(near.count[1]):
+        link, wheel = near.link[k, 0], near.link[k, 1]
+        slot = 2 * links + link * count + wheel
+        body = shoes.link_body[link]
+        c, s = work.cos[body], work.sin[body]
+        start, end = shoes.link_start[link], shoes.link_end[link]
+        ax, ay, az = to_wheel_frame(space, wheel, work.pin_x[body] + start * c, work.pin_y[body] + start * s, z)
+        bx, by, bz = to_wheel_frame(space, wheel, work.pin_x[body] + end * c, work.pin_y[body] + end * s, z)
+        cx, cy, cz = wheel_centre(model, space, wheel)
+        kind = RING if wheel == SPROCKET else SURFACE
+        fraction, qx, qy, distance = foot(ax, ay, bx, by, cx, cy)
+        depth = wheels.radius[wheel] + thick - distance
+        share = qz = 0.0
+        if depth > 0.0:
+            qz = az + min(max(fraction, 0.0), 1.0) * (bz - az)
+            share = overlap_ratio(model.space, kind, qz - cz)
+        if share <= 0.0:
+            work.wheel_force[link, wheel] = work.friction[0, slot] = 0.0
+            state.wheel_impact[link, wheel] = 0.0
+            continue
+        inverse = 1.0 / distance
+        nx = (qx - cx) * inverse
+        ny = (qy - cy) * inverse
+        x, y, height_there = to_plane_frame(space, wheel, qx, qy, qz)
+        gx, gy, vx, vy = body_motion(model, state, work, body, x, y)
+        vx, vy = predicted_velocity(work, body, vx, vy, gx, gy, prediction)
+        # the wheel's rotation moves nothing along n
+        vx, vy, _ = velocity_over_wheel(
+            model, state, space, wheel, with_plane(state, space, x, y, height_there, vx, vy), 0.0, 0.0
+        )
+        speed = -(nx * vx + ny * vy)
+        law = wheel_law(wheels, wheel, wheels.own_law)
+        impact = stored_impact_speed(state.wheel_impact[link, wheel], speed, law.speed_floor)
+        state.wheel_impact[link, wheel] = impact
+        point = ContactPoint(
+            body=body, wheel=wheel, kind=kind, slot=slot,
+            x=qx - thick * nx, y=qy - thick * ny, z=qz, normal_x=nx, normal_y=ny,
+        )  # fmt: skip
+        penetration = Penetration(
+            law=law, depth=depth, speed=speed, impact_speed=impact, radius=wheels.radius[wheel], share=share,
+            slip_compliance=prediction * model.step * wheels.slip[wheel], guide=0.0,
+        )  # fmt: skip
+        work.wheel_force[link, wheel] = apply(model, state, work, point, penetration, space, implicit)
+        work.carried[wheel] += work.wheel_force[link, wheel]
+
+
+@kernel
+def guide_loads(model: Model, state: State, work: Work, space, implicit):
+    """Centre guides of the connectors between the flanges of the wheels."""
+    shoes = model.shoes
+    z = height(state, space)
+    for wheel in range(model.wheels.x.shape[0]):
+        reach = model.space.guide_reach[wheel]
+        if reach == 0.0:
+            continue
+        mx, my, mz = centre_in_plane(model, space, wheel)
+        cx, cy, cz = wheel_centre(model, space, wheel)
+        for pitch in range(shoes.link_body.shape[0]):
+            body = shoes.arc_body[2 * pitch]
+            middle = 0.5 * (shoes.arc_x[2 * pitch] + shoes.arc_x[2 * pitch + 1])
+            x = work.pin_x[body] + middle * work.cos[body]
+            y = work.pin_y[body] + middle * work.sin[body]
+            lx, ly, lz = to_wheel_frame(space, wheel, x - mx, y - my, z - mz)
+            if abs(lz) <= model.space.clearance or lx * lx + ly * ly > reach * reach:
+                continue
+            _, _, vx, vy = body_motion(model, state, work, body, x, y)
+            _, _, speed = velocity_over_wheel(
+                model, state, space, wheel, with_plane(state, space, x, y, z, vx, vy), lx, ly
+            )
+            # neither depth nor normal: only the axial force is left of the contact
+            point = ContactPoint(
+                body=body, wheel=wheel, kind=GUIDE, slot=0,
+                x=cx + lx, y=cy + ly, z=cz + lz, normal_x=0.0, normal_y=0.0,
+            )  # fmt: skip
+            penetration = Penetration(
+                law=model.tooth.law, depth=0.0, speed=0.0, impact_speed=1.0, radius=1.0, share=1.0,
+                slip_compliance=0.0, guide=guide_force(model.space, lz, speed),
+            )  # fmt: skip
+            apply(model, state, work, point, penetration, space, implicit)
+
+
+@kernel
+def contact_loads(model: Model, state: State, work: Work, space=None, implicit=None):
+    """Contact loads on bodies and wheels at the present state.
+
+    ``space`` is ``work.space``, its wheels seen from the plane as it is (`chain.plane.update_frame`); with ``implicit``
+    the forces are led to the end of the step and their slopes added up for the linearly implicit sweep.
+    """
+    work.force_x[:] = 0.0
+    work.force_y[:] = 0.0
+    work.moment[:] = 0.0
+    work.wheel_torque[:] = 0.0
+    work.carried[:] = 0.0
+    work.count[0] = 0
+    if implicit is not None:
+        implicit.inertia[:] = 0.0
+        implicit.couple[:] = 0.0
+        implicit.wheel_inertia[:] = 0.0
+    if space is not None:
+        space.force_z[:] = 0.0
+        space.moment_x[:] = 0.0
+        space.moment_y[:] = 0.0
+        space.wheel_load[:, :] = 0.0
+    neighbours.update(model, state, work, space)
+    if model.tooth.present:
+        tooth_loads(model, state, work, space, implicit)
+    wheel_loads(model, state, work, space, implicit)
+    if space is not None:
+        guide_loads(model, state, work, space, implicit)
+
+
+@kernel
+def wheel_law(wheels: Wheels, wheel, own):
+    """Law of the links on a wheel; ``own`` is ``wheels.own_law``, without rows where two laws serve all."""
+    if own.shape[0] == 0:
+        return wheels.ring_law if wheel == SPROCKET else wheels.wheel_law
+    return Law(own[wheel, 0], own[wheel, 1], own[wheel, 2], own[wheel, 3], own[wheel, 4], own[wheel, 5], own[wheel, 6])

@@ -1,0 +1,245 @@
+"""One contact: motion of its point, the forces of its laws, and where they go (Eqs. 8 to 11, 31, 32, 38, 39).
+
+Points and normals are in the frame of the wheel that is touched (`contact.axial`), which in the plane is the inertial
+one. ``implicit`` is the work of a linearly implicit step or None, ``space`` that of motion in space or None.
+"""
+
+from typing import NamedTuple
+
+from trackdyn.contact.axial import friction_coefficients, normal_velocity, to_plane_frame, to_wheel_frame, wheel_centre
+from trackdyn.contact.laws import normal_force, normal_slopes
+from trackdyn.jit import kernel
+from trackdyn.model.arrays import OFFSET, P, Q, State, Work
+from trackdyn.model.constants import SPROCKET, Law, Model
+
+# Part of a linearly implicit step at which contact depths are taken: half way is stable for any
+# stiffness and loses half the energy that the end of the step would.
+AHEAD = 0.5
+# Part of the last step's change that other steps of order 1 add to velocities: damping forces would otherwise lag half
+# a step behind the places that they are taken at.
+PREDICTION = 0.5
+
+
+class ContactPoint(NamedTuple):
+    """The point at which a body touches a wheel, in the wheel's frame."""
+
+    body: int
+    wheel: int
+    kind: int  # `model.arrays.SURFACE` and those behind it
+    slot: int  # index in ``work.friction``
+    # x, y, z: the point, m; normal_x, normal_y: unit normal of the force on the body
+    x: float
+    y: float
+    z: float
+    normal_x: float
+    normal_y: float
+
+
+class Penetration(NamedTuple):
+    """What the forces of a contact depend on besides its slip."""
+
+    law: Law
+    # depth, speed, impact_speed, radius: as in `contact.laws.normal_force`; m, m/s, m/s, m
+    depth: float
+    speed: float
+    impact_speed: float
+    radius: float
+    share: float  # fraction of the contact length that overlaps
+    slip_compliance: float  # what a unit of friction takes from the slip within the step, m/s/N
+    guide: float  # force of a guide along the wheel's axis, N
+
+
+@kernel
+def body_motion(model, state, work, body, x, y):
+    """Arm of a point from the body's mass centre (m) and its velocity as far as the plane does not turn (m/s)."""
+    chain, w = model.chain, state.rate[body]
+    c, s = work.cos[body], work.sin[body]
+    ax = x - (work.pin_x[body] + chain.com_x[body] * c - chain.com_y[body] * s)
+    ay = y - (work.pin_y[body] + chain.com_x[body] * s + chain.com_y[body] * c)
+    return ax, ay, work.com_vx[body] - w * ay, work.com_vy[body] + w * ax
+
+
+@kernel
+def predicted_velocity(work, body, vx, vy, ax, ay, prediction):
+    """Velocity (m/s) of a body's point, at ``ax, ay`` from its mass centre (m), led ahead by part of the last change."""
+    rate = prediction * work.delta_omega[body]
+    return vx + prediction * work.com_dvx[body] - rate * ay, vy + prediction * work.com_dvy[body] + rate * ax
+
+
+@kernel
+def with_plane(state, space, x, y, z, vx, vy):
+    """Velocity of a point with what the turning plane adds, m/s."""
+    if space is None:
+        return vx, vy, 0.0
+    az, motion = z - state.plane.motion[OFFSET], state.plane.motion
+    return vx + motion[Q] * az, vy - motion[P] * az, normal_velocity(state, space, x, y)
+
+
+@kernel
+def wheel_velocity(state: State, carriers, wheel):
+    """Velocity of a wheel's centre, m/s: 0 but for one on a carrier."""
+    k = carriers.of_wheel[wheel]
+    if k < 0:
+        return 0.0, 0.0
+    # the direction is that of the step before: a turn of an arm in one step is lost in rounding of the velocity
+    moved = state.slide[k]
+    return moved["rate"] * moved["along_x"], moved["rate"] * moved["along_y"]
+
+
+@kernel
+def velocity_over_wheel(model, state, space, wheel, velocity, ox, oy):
+    """Velocity of a body's point over the wheel's at the same place, in the wheel's frame, m/s.
+
+    ``velocity`` is that of the body's point in the plane's frame, ``ox, oy`` the place from the wheel's centre, m.
+    """
+    vx, vy, vz = velocity
+    vx, vy, vz = to_wheel_frame(space, wheel, vx, vy, vz)
+    tx, ty = wheel_velocity(state, model.carriers, wheel)
+    rate = state.wheel_rate[wheel]
+    return vx - tx + rate * oy, vy - ty - rate * ox, vz
+
+
+@kernel
+def friction_secant(force, mu, slip):
+    """Friction over slip (N s/m) under a normal force."""
+    return force * abs(mu) / max(abs(slip), 1e-9)
+
+
+@kernel
+def normal_ahead(law, penetration, force, step):
+    """Normal force led ahead by its slopes (N), and what a unit acceleration in the step adds to it (kg)."""
+    depth, speed, impact = penetration.depth, penetration.speed, penetration.impact_speed
+    stiffness, damping = normal_slopes(law, depth, speed, impact, penetration.radius)
+    force += AHEAD * step * stiffness * speed
+    if force <= 0.0:
+        return 0.0, 0.0
+    return force, step * (damping + AHEAD * step * stiffness)
+
+
+@kernel
+def add_inertia(work, implicit, point, x, y, ox, oy, normal, friction):
+    """What a contact adds to the masses that a linearly implicit sweep sees.
+
+    ``x, y`` is the point in the plane's frame, ``ox, oy`` from the wheel's centre (m); ``normal`` and ``friction`` are
+    the forces against a unit acceleration along normal and tangent, kg.
+    """
+    body, wheel, nx, ny = point.body, point.wheel, point.normal_x, point.normal_y
+    rx = x - work.pin_x[body]
+    ry = y - work.pin_y[body]
+    m1 = rx * ny - ry * nx
+    m2 = rx * nx + ry * ny
+    inertia = implicit.inertia[body]
+    inertia[0] += normal * nx * nx + friction * ny * ny
+    inertia[1] += (normal - friction) * nx * ny
+    inertia[2] += normal * ny * ny + friction * nx * nx
+    inertia[3] += normal * nx * m1 - friction * ny * m2
+    inertia[4] += normal * ny * m1 + friction * nx * m2
+    inertia[5] += normal * m1 * m1 + friction * m2 * m2
+    if wheel != SPROCKET:
+        arm = friction * (ox * nx + oy * ny)  # slip falls by (o . n) times the wheel's acceleration
+        couple = implicit.couple[body, wheel]
+        couple[0] -= arm * ny
+        couple[1] += arm * nx
+        couple[2] += arm * m2
+        implicit.wheel_inertia[wheel] += arm * (ox * nx + oy * ny)
+
+
+@kernel
+def add_in_space(space, point, arm, load, from_centre, wheel_load):
+    """Loads of a contact across the plane of the chain, and on the bearing of its wheel.
+
+    ``arm`` from the body's mass centre (m) and ``load`` (N) are in the plane's frame, ``from_centre`` of the wheel and
+    ``wheel_load`` the same force in the wheel's.
+    """
+    ax, ay, az = arm
+    fx, fy, fz = load
+    space.force_z[point.body] += fz
+    space.moment_x[point.body] += ay * fz - az * fy
+    space.moment_y[point.body] += az * fx - ax * fz
+    ox, oy, oz = from_centre
+    wx, wy, wz = wheel_load
+    reaction = space.wheel_load[point.wheel]
+    reaction[0] -= wx
+    reaction[1] -= wy
+    reaction[2] -= wz
+    reaction[3] -= oy * wz - oz * wy
+    reaction[4] -= oz * wx - ox * wz
+    reaction[5] -= ox * wy - oy * wx
+
+
+@kernel
+def apply(model: Model, state: State, work: Work, point: ContactPoint, penetration: Penetration, space, implicit):
+    """Forces of a contact into the loads and onto the contact list; returns the normal force at this state, N."""
+    law, body, wheel, nx, ny = penetration.law, point.body, point.wheel, point.normal_x, point.normal_y
+
+    # motion of the body's point, and its slip with the velocity led ahead: along tau = z x n (Eqs. 31, 38 with the
+    # links' own rotation) and along the axis (Eqs. 32, 39)
+    x, y, z = to_plane_frame(space, wheel, point.x, point.y, point.z)
+    ax, ay, vx, vy = body_motion(model, state, work, body, x, y)
+    px, py = predicted_velocity(work, body, vx, vy, ax, ay, PREDICTION if implicit is None else 0.0)
+    vx, vy, vz = with_plane(state, space, x, y, z, vx, vy)
+    cx, cy, cz = wheel_centre(model, space, wheel)
+    ox, oy = point.x - cx, point.y - cy
+    sx, sy, axial_slip = velocity_over_wheel(
+        model, state, space, wheel, with_plane(state, space, x, y, z, px, py), ox, oy
+    )
+    slip = nx * sy - ny * sx
+
+    # normal force, and friction against the slip
+    present = penetration.share * normal_force(
+        law, penetration.depth, penetration.speed, penetration.impact_speed, penetration.radius
+    )
+    normal = present
+    mu, axial_mu = friction_coefficients(model.space, law, slip, axial_slip)
+    row = work.contact[work.count[0]]
+    if implicit is not None:
+        # what is proportional to the accelerations of the step goes into the sweep
+        normal, normal_slope = normal_ahead(law, penetration, present, model.step)
+        friction_slope = friction_secant(model.step * normal, mu, slip)
+        add_inertia(work, implicit, point, x, y, ox, oy, normal_slope, friction_slope)
+        row["normal_slope"] = normal_slope
+        row["friction_slope"] = friction_slope
+    friction = -normal * mu
+    if penetration.slip_compliance > 0.0:
+        # of its own force the slip has until then that of the step before: by the secant of Eq. 10
+        resisted = friction_secant(penetration.slip_compliance * normal, mu, slip)
+        friction = (friction + resisted * work.friction[1, point.slot]) / (1.0 + resisted)
+        work.friction[0, point.slot] = friction
+    axial = -normal * axial_mu
+
+    # onto body, wheel and list
+    wx = normal * nx - friction * ny
+    wy = normal * ny + friction * nx
+    wz = axial + penetration.guide
+    fx, fy, fz = to_plane_frame(space, wheel, wx, wy, wz)
+    work.force_x[body] += fx
+    work.force_y[body] += fy
+    work.moment[body] += ax * fy - ay * fx
+    work.wheel_torque[wheel] -= ox * wy - oy * wx
+    row["normal_x"], row["normal_y"], normal_z = to_plane_frame(
+        space, wheel, normal * nx, normal * ny, penetration.guide
+    )
+    row["friction_x"], row["friction_y"], friction_z = to_plane_frame(
+        space, wheel, -friction * ny, friction * nx, axial
+    )
+    row["turn_x"], row["turn_y"], turn_z = to_plane_frame(space, wheel, -oy, ox, 0.0)
+    row["arm_x"] = ax
+    row["arm_y"] = ay
+    row["speed_x"] = vx
+    row["speed_y"] = vy
+    row["rate"] = state.wheel_rate[wheel]
+    if space is not None:
+        az = z - state.plane.motion[OFFSET]
+        add_in_space(space, point, (ax, ay, az), (fx, fy, fz), (ox, oy, point.z - cz), (wx, wy, wz))
+        row["normal_z"] = normal_z
+        row["friction_z"] = friction_z
+        row["turn_z"] = turn_z
+        row["arm_z"] = az
+        row["speed_z"] = vz
+        row["pin_x"] = x - state.pin[0]
+        row["pin_y"] = y - state.pin[1]
+    row["body"] = body
+    row["wheel"] = wheel
+    row["kind"] = point.kind
+    work.count[0] += 1
+    return present
