@@ -82,7 +82,7 @@ def test_penetration_velocity_on_a_tooth_is_the_rate_of_the_depth(driven_loop):
             if not before[0] == area == after[0]:
                 continue  # at a joint of two areas the difference would be one across it
             # a contact that begins now stores its velocity, and its bracket is 1 + loss or 1 - loss
-            sign = np.sign(work.tooth_force[arc] / elastic_force(law.stiffness, depth, radius) - 1)
+            sign = np.sign(work.tooth_force[arc] / elastic_force(law, depth, radius)[0] - 1)
             rate = (after[1] - before[1]) / (2 * h)
             # rounding of the depth, 1e-16 m / 2e-6 s, and the third derivative of the path times 1e-12 s2
             assert sign * state.tooth_impact[arc] == pytest.approx(rate, abs=3e-9 + 1e-8 * abs(rate))

@@ -225,7 +225,10 @@ def direct(kernel, *arguments) -> Callable:
 
 
 def _made(function, **options):
-    return function if numba.config.DISABLE_JIT else _Kernel(function, **options)
+    if not numba.config.DISABLE_JIT:
+        return _Kernel(function, **options)
+    function.py_func = function
+    return function
 
 
 def kernel(function):

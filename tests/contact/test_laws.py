@@ -5,7 +5,13 @@ from math import pi, sqrt
 import numpy as np
 import pytest
 
-from trackdyn.contact.laws import elastic_force, friction_coefficient, implicit_speed, normal_force, stored_impact_speed
+from trackdyn.contact.laws import (
+    elastic_force,
+    force_and_slopes,
+    friction_coefficient,
+    implicit_speed,
+    stored_impact_speed,
+)
 from trackdyn.rig.laws import delivered_restitution
 from trackdyn.scene.build import make_law
 
@@ -49,6 +55,10 @@ def test_friction_has_the_slope_that_the_step_limit_assumes():
     assert friction_coefficient(contact, slip) / slip == pytest.approx(slope, rel=1e-12)
 
 
+def normal_force(*arguments):
+    return force_and_slopes(*arguments)[0]
+
+
 # --- normal force, Eq. 8
 
 
@@ -57,7 +67,7 @@ def test_friction_has_the_slope_that_the_step_limit_assumes():
 def test_elastic_force_is_equation_8(depth, radius):
     contact = law()
     expected = 0.5 * pi * 0.05 * STEEL * depth * sqrt(depth / (2 * (radius + depth)))
-    assert elastic_force(contact.stiffness, depth, radius) == pytest.approx(expected, rel=1e-14)
+    assert elastic_force(contact, depth, radius)[0] == pytest.approx(expected, rel=1e-14)
     # at rest no damping; the factor is 1 + 3 (1 - c^2) / 4 at the initial impact velocity
     assert normal_force(contact, depth, 0.0, 0.3, radius) == pytest.approx(expected, rel=1e-14)
     assert normal_force(contact, depth, 0.3, 0.3, radius) == pytest.approx(1.5625 * expected, rel=1e-14)
@@ -66,7 +76,7 @@ def test_elastic_force_is_equation_8(depth, radius):
 def test_contact_never_pulls_and_its_factor_is_limited():
     contact = law(restitution=0.5, limit=2.0)
     depth, radius, impact = 1e-4, 0.05, 0.1
-    elastic = elastic_force(contact.stiffness, depth, radius)
+    elastic, _ = elastic_force(contact, depth, radius)
     for speed in np.linspace(-20, 20, 801):
         force = normal_force(contact, depth, speed, impact, radius)
         assert 0.0 <= force <= 2.0 * elastic
@@ -81,7 +91,7 @@ def test_implicit_speed_is_that_under_its_own_force(compliance):
     contact = law(limit=1.4)
     clipped = set()
     for depth in (1e-7, 1e-5, 1e-3):
-        elastic = elastic_force(contact.stiffness, depth, 0.05)
+        elastic, _ = elastic_force(contact, depth, 0.05)
         for speed in np.linspace(-3.0, 3.0, 61):
             implicit = implicit_speed(contact, elastic, speed, 0.3, compliance)
             force = normal_force(contact, depth, implicit, 0.3, 0.05)
@@ -108,7 +118,7 @@ def impact_by_steps(contact, steps, impeded, mass=5.0, speed=0.35, radius=8e-4):
             if depth > 0:
                 now = velocity + 0.5 * change
                 if impeded:
-                    elastic = elastic_force(contact.stiffness, depth, radius)
+                    elastic, _ = elastic_force(contact, depth, radius)
                     now = implicit_speed(contact, elastic, now + compliance * forces[-1], speed, compliance)
                 force = normal_force(contact, depth, now, speed, radius)
             change = -h * force / mass

@@ -7,10 +7,9 @@ import pytest
 
 from tests.conftest import recorded
 from tests.kinematics import ContactList, closed_rates, mass_centres, pin_velocities, without_extrapolation
-from trackdyn.contact.laws import elastic_force, foot, friction_coefficient
+from trackdyn.contact.laws import elastic_force, foot, friction_coefficient, wheel_law
 from trackdyn.integrate.run import refresh
 from trackdyn.model.arrays import FLANK, components, make_work
-from trackdyn.model.constants import SPROCKET
 
 RINGS = [None, 0.303, 0.308]
 
@@ -102,7 +101,7 @@ def test_resting_chain_is_dragged_along_by_a_turning_wheel(loop):
         state.wheel_rate[wheel] = rate
     refresh(model, state, work)
     for wheel in range(3):
-        law = model.wheels.ring_law if wheel == SPROCKET else model.wheels.wheel_law
+        law = wheel_law(model.wheels, wheel)
         rate = state.wheel_rate[wheel]
         touched = ContactList(work, wheel)
         links = np.flatnonzero(touched.kind != FLANK)
@@ -130,10 +129,10 @@ def test_normal_velocity_is_that_of_the_gap(loop):
         body, wheel, spoke = touched.body[k], touched.wheel[k], touched.spoke[k]
         normal = touched.normal[k] / touched.force[k] if touched.force[k] else spoke / np.hypot(*spoke)
         speed = -normal @ velocity
-        law = model.wheels.ring_law if wheel == SPROCKET else model.wheels.wheel_law
+        law = wheel_law(model.wheels, wheel)
         depth = model.wheels.radius[wheel] - np.hypot(*spoke)
         factor = min(max(1 + law.loss * speed / max(abs(speed), 0.1), 0.0), law.factor_limit)
-        expected = elastic_force(law.stiffness, depth, model.wheels.radius[wheel]) * factor
+        expected = elastic_force(law, depth, model.wheels.radius[wheel])[0] * factor
         # the depth, some 1e-4 m, is here the difference of radii of 0.3 m; shallow contacts to 1e-6 N
         assert work.wheel_force[body // 2, wheel] == pytest.approx(expected, rel=1e-7, abs=1e-6)
     assert len(links) > 3

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from trackdyn.contact.laws import friction_coefficient, normal_force, normal_slopes
+from trackdyn.contact.laws import force_and_slopes, friction_coefficient, wheel_law
+from trackdyn.model.constants import SPROCKET
 from trackdyn.rig.laws import NORMAL_LAWS, delivered_restitution, delivering_loss
 from trackdyn.scene.build import make_law
 from trackdyn.scene.scene import Scene
@@ -12,6 +13,10 @@ from trackdyn.scene.scene import Scene
 STEEL = 1.154e11
 RADIUS, MASS, SPEED = 0.05, 2.5, 0.5
 RESTITUTIONS = [0.01, 0.02, 0.03, 0.05, 0.2, 0.5, 0.8, 0.95, 0.999, 0.9999, 0.99999]
+
+
+def normal_force(*arguments):
+    return force_and_slopes(*arguments)[0]
 
 
 def law(normal_law, restitution=0.5, limit=3.0):
@@ -74,7 +79,7 @@ def test_slopes_are_those_of_the_force(normal_law, radius):
     impact, zones = 0.2, set()
     for depth in (1e-6, 1e-4, 3e-3):
         for speed in (-3.0, -0.2, -0.05, 0.0, 0.05, 0.19, 3.0):
-            stiffness, damping = normal_slopes(contact, depth, speed, impact, radius)
+            _, stiffness, damping = force_and_slopes(contact, depth, speed, impact, radius)
             force = [
                 normal_force(contact, depth + a, speed + b, impact, radius)
                 for a, b in ((1e-5 * depth, 0), (-1e-5 * depth, 0), (0, 1e-5), (0, -1e-5))
@@ -92,12 +97,12 @@ def test_slopes_are_those_of_the_force(normal_law, radius):
 
 def test_no_friction_is_exactly_none(rig):
     model = Scene(rig, 115.0, friction="none").model
-    for contact in (model.tooth.law, model.wheels.ring_law, model.wheels.wheel_law):
+    for contact in (model.tooth.law, *(wheel_law(model.wheels, wheel) for wheel in range(len(model.wheels.x)))):
         assert contact.friction_static == contact.friction_dynamic == 0.0
         for slip in (-10.0, -1e-3, 0.0, 1e-9, 0.05, 3.0):
             assert friction_coefficient(contact, slip) == 0.0
     model = Scene(rig, 115.0).model
-    assert friction_coefficient(model.wheels.wheel_law, 0.05) > 0.1
+    assert friction_coefficient(wheel_law(model.wheels, 1), 0.05) > 0.1
 
 
 @pytest.mark.parametrize("normal_law", NORMAL_LAWS)
@@ -105,8 +110,8 @@ def test_a_scene_uses_the_law_that_it_names(rig, normal_law):
     model = Scene(rig, 115.0, normal_law=normal_law).model
     laws = (
         (model.tooth.law, rig.tooth_contact),
-        (model.wheels.ring_law, rig.ring_contact),
-        (model.wheels.wheel_law, rig.wheel_contact),
+        (wheel_law(model.wheels, SPROCKET), rig.ring_contact),
+        (wheel_law(model.wheels, 1), rig.wheel_contact),
     )
     for law_of, surface in laws:
         expected = {

@@ -7,7 +7,7 @@ import pytest
 
 from tests.kinematics import ContactList, mass_centres
 from trackdyn.contact.axial import friction_coefficients, overlap_ratio
-from trackdyn.contact.laws import friction_coefficient
+from trackdyn.contact.laws import friction_coefficient, wheel_law
 from trackdyn.integrate.run import refresh
 from trackdyn.model.arrays import FLANK, GUIDE, RING, SURFACE, make_space_work, make_work
 from trackdyn.model.constants import INDEPENDENT, SPROCKET
@@ -95,7 +95,7 @@ def test_chain_that_moves_along_the_axes_is_braked(make_spatial, speed):
     tooth, wheels = model.tooth, model.wheels
     model = model._replace(tooth=tooth._replace(mobility=0.0), wheels=wheels._replace(slip=np.zeros_like(wheels.slip)))
     touched = ContactList(evaluate(model, state), axes="xyz")
-    laws = {FLANK: model.tooth.law, RING: model.wheels.ring_law, SURFACE: model.wheels.wheel_law}
+    laws = {FLANK: model.tooth.law, RING: wheel_law(model.wheels, 0), SURFACE: wheel_law(model.wheels, 1)}
     assert len(touched.kind) > 5
     for kind, push, rub in zip(touched.kind, touched.normal, touched.friction, strict=True):
         law, normal = laws[kind], np.linalg.norm(push)

@@ -199,19 +199,19 @@ def parts(driven_loop):
 
 
 def without_friction(model):
-    def smooth(law):
-        return law._replace(friction_static=0.0, friction_dynamic=0.0)
-
-    wheels = model.wheels._replace(ring_law=smooth(model.wheels.ring_law), wheel_law=smooth(model.wheels.wheel_law))
-    return model._replace(tooth=model.tooth._replace(law=smooth(model.tooth.law)), wheels=wheels)
+    law = model.wheels.law.copy()
+    law["friction_static"] = law["friction_dynamic"] = 0.0
+    wheels = model.wheels._replace(law=law)
+    return model._replace(
+        tooth=model.tooth._replace(law=model.tooth.law._replace(friction_static=0.0, friction_dynamic=0.0)),
+        wheels=wheels,
+    )
 
 
 def elastic(model):
     model = without_friction(model)
-    wheels = model.wheels._replace(
-        ring_law=model.wheels.ring_law._replace(loss=0.0), wheel_law=model.wheels.wheel_law._replace(loss=0.0)
-    )
-    return model._replace(tooth=model.tooth._replace(law=model.tooth.law._replace(loss=0.0)), wheels=wheels)
+    model.wheels.law["loss"] = 0.0  # a copy
+    return model._replace(tooth=model.tooth._replace(law=model.tooth.law._replace(loss=0.0)))
 
 
 def normal_forces(work):

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from trackdyn import Loop, Scene, load_rig
+from trackdyn.contact.laws import wheel_law
 from trackdyn.measure.metrics import run_metrics
 from trackdyn.model.arrays import ENERGY_NAMES, FLANK, RING, components
 from trackdyn.simulation.simulate import simulate
@@ -34,7 +35,7 @@ def test_it_is_normal_force_times_friction_times_slip():
         speed = components(row, "speed") - row["rate"][:, None] * components(row, "turn")
         slip = -ny * speed[:, 0] + nx * speed[:, 1]
         surface = np.where(row["kind"] == FLANK, 0, np.where(row["kind"] == RING, 1, 2))
-        laws = [(loop.model.tooth.law, wheels.ring_law, wheels.wheel_law)[i] for i in surface]
+        laws = [(loop.model.tooth.law, wheel_law(wheels, 0), wheel_law(wheels, 1))[i] for i in surface]
         work = [abs(float(coulomb(law, v)) * v) for law, v in zip(laws, slip, strict=True)]
         power += np.bincount(surface, (0.5 if k in (0, steps) else 1.0) * normal * work, 3)
         if k < steps:

@@ -100,7 +100,7 @@ def test_all_of_them_in_one_loop_keep_the_account():
         tension__force=[[0.0, pulled], [2.0, 1.2 * pulled]],
     )  # fmt: skip
     loop = Loop(scene_of(changed, 60.0))
-    assert len(loop.model.wheels.own_law) and loop.model.drive.motor != NO_MOTOR
+    assert len(set(loop.model.wheels.law.tolist())) == 3 and loop.model.drive.motor != NO_MOTOR
     assert loop.layout["settled_tension_n"] == pytest.approx(pulled / 2, rel=0.15)  # both strands pull
     loop.advance(0.5)
     before, work = loop.wheel_rates[SPROCKET], loop.state.work_done[SPROCKET_WORK]

@@ -1,4 +1,4 @@
-"""Who touches whom: every arc near the sprocket and its groove, every link near a wheel, every guide (Fig. 11, Fig. 12).
+"""Who touches whom: arcs near the sprocket and their grooves, links near a wheel, guides (Fig. 11, Fig. 12).
 
 One statement serves the plane and space (`contact.axial`): places are looked up in the frame of the wheel, which in
 the plane is the inertial one.
@@ -35,10 +35,11 @@ from trackdyn.contact.laws import (
     implicit_speed,
     in_groove,
     stored_impact_speed,
+    wheel_law,
 )
 from trackdyn.jit import kernel
 from trackdyn.model.arrays import FLANK, GUIDE, RING, SURFACE, State, Work
-from trackdyn.model.constants import SPROCKET, Law, Model, Tooth, Wheels
+from trackdyn.model.constants import SPROCKET, Model, Tooth
 
 
 @kernel
@@ -111,7 +112,8 @@ def tooth_loads(model: Model, state: State, work: Work, space, implicit):
         impact = stored_impact_speed(state.tooth_impact[arc], speed, tooth.law.speed_floor)
         state.tooth_impact[arc] = impact
         if compliance > 0.0:
-            elastic = share * elastic_force(tooth.law.stiffness, depth, radius)
+            elastic, _ = elastic_force(tooth.law, depth, radius)
+            elastic *= share
             speed = implicit_speed(tooth.law, elastic, speed + compliance * work.tooth_before[arc], impact, compliance)
         ex = nx * c + ny * s
         slides = (tooth.slip[arc % 2, 0] * ex + tooth.slip[arc % 2, 1]) * ex + tooth.slip[arc % 2, 2]
@@ -165,7 +167,7 @@ def wheel_loads(model: Model, state: State, work: Work, space, implicit):
             model, state, space, wheel, with_plane(state, space, x, y, height_there, vx, vy), 0.0, 0.0
         )
         speed = -(nx * vx + ny * vy)
-        law = wheel_law(wheels, wheel, wheels.own_law)
+        law = wheel_law(wheels, wheel)
         impact = stored_impact_speed(state.wheel_impact[link, wheel], speed, law.speed_floor)
         state.wheel_impact[link, wheel] = impact
         point = ContactPoint(
@@ -203,13 +205,13 @@ def guide_loads(model: Model, state: State, work: Work, space, implicit):
             _, _, speed = velocity_over_wheel(
                 model, state, space, wheel, with_plane(state, space, x, y, z, vx, vy), lx, ly
             )
-            # neither depth nor normal: only the axial force is left of the contact
+            # no normal and no share of a contact length: only the axial force is left of the contact
             point = ContactPoint(
                 body=body, wheel=wheel, kind=GUIDE, slot=0,
                 x=cx + lx, y=cy + ly, z=cz + lz, normal_x=0.0, normal_y=0.0,
             )  # fmt: skip
             penetration = Penetration(
-                law=model.tooth.law, depth=0.0, speed=0.0, impact_speed=1.0, radius=1.0, share=1.0,
+                law=model.tooth.law, depth=1.0, speed=0.0, impact_speed=1.0, radius=1.0, share=0.0,
                 slip_compliance=0.0, guide=guide_force(model.space, lz, speed),
             )  # fmt: skip
             apply(model, state, work, point, penetration, space, implicit)
@@ -243,11 +245,3 @@ def contact_loads(model: Model, state: State, work: Work, space=None, implicit=N
     wheel_loads(model, state, work, space, implicit)
     if space is not None:
         guide_loads(model, state, work, space, implicit)
-
-
-@kernel
-def wheel_law(wheels: Wheels, wheel, own):
-    """Law of the links on a wheel; ``own`` is ``wheels.own_law``, without rows where two laws serve all."""
-    if own.shape[0] == 0:
-        return wheels.ring_law if wheel == SPROCKET else wheels.wheel_law
-    return Law(own[wheel, 0], own[wheel, 1], own[wheel, 2], own[wheel, 3], own[wheel, 4], own[wheel, 5], own[wheel, 6])

@@ -7,7 +7,7 @@ one. ``implicit`` is the work of a linearly implicit step or None, ``space`` tha
 from typing import NamedTuple
 
 from trackdyn.contact.axial import friction_coefficients, normal_velocity, to_plane_frame, to_wheel_frame, wheel_centre
-from trackdyn.contact.laws import normal_force, normal_slopes
+from trackdyn.contact.laws import force_and_slopes
 from trackdyn.jit import kernel
 from trackdyn.model.arrays import OFFSET, P, Q, State, Work
 from trackdyn.model.constants import SPROCKET, Law, Model
@@ -39,7 +39,7 @@ class Penetration(NamedTuple):
     """What the forces of a contact depend on besides its slip."""
 
     law: Law
-    # depth, speed, impact_speed, radius: as in `contact.laws.normal_force`; m, m/s, m/s, m
+    # depth, speed, impact_speed, radius: as in `contact.laws.force_and_slopes`; m, m/s, m/s, m
     depth: float
     speed: float
     impact_speed: float
@@ -61,7 +61,7 @@ def body_motion(model, state, work, body, x, y):
 
 @kernel
 def predicted_velocity(work, body, vx, vy, ax, ay, prediction):
-    """Velocity (m/s) of a body's point, at ``ax, ay`` from its mass centre (m), led ahead by part of the last change."""
+    """Velocity (m/s) of a body's point, ``ax, ay`` (m) from its mass centre, with part of the last change added."""
     rate = prediction * work.delta_omega[body]
     return vx + prediction * work.com_dvx[body] - rate * ay, vy + prediction * work.com_dvy[body] + rate * ax
 
@@ -106,10 +106,8 @@ def friction_secant(force, mu, slip):
 
 
 @kernel
-def normal_ahead(law, penetration, force, step):
+def normal_ahead(force, stiffness, damping, speed, step):
     """Normal force led ahead by its slopes (N), and what a unit acceleration in the step adds to it (kg)."""
-    depth, speed, impact = penetration.depth, penetration.speed, penetration.impact_speed
-    stiffness, damping = normal_slopes(law, depth, speed, impact, penetration.radius)
     force += AHEAD * step * stiffness * speed
     if force <= 0.0:
         return 0.0, 0.0
@@ -186,15 +184,16 @@ def apply(model: Model, state: State, work: Work, point: ContactPoint, penetrati
     slip = nx * sy - ny * sx
 
     # normal force, and friction against the slip
-    present = penetration.share * normal_force(
-        law, penetration.depth, penetration.speed, penetration.impact_speed, penetration.radius
+    speed = penetration.speed
+    force, stiffness, damping = force_and_slopes(
+        law, penetration.depth, speed, penetration.impact_speed, penetration.radius
     )
-    normal = present
+    normal = present = penetration.share * force
     mu, axial_mu = friction_coefficients(model.space, law, slip, axial_slip)
     row = work.contact[work.count[0]]
     if implicit is not None:
         # what is proportional to the accelerations of the step goes into the sweep
-        normal, normal_slope = normal_ahead(law, penetration, present, model.step)
+        normal, normal_slope = normal_ahead(present, stiffness, damping, speed, model.step)
         friction_slope = friction_secant(model.step * normal, mu, slip)
         add_inertia(work, implicit, point, x, y, ox, oy, normal_slope, friction_slope)
         row["normal_slope"] = normal_slope

@@ -5,24 +5,32 @@ of the connector touches (Eqs. 12 to 34), and where a link is nearest to a wheel
 from math import atan2, exp, floor, pi, sqrt
 
 from trackdyn.jit import kernel
-from trackdyn.model.constants import Law, Tooth
+from trackdyn.model.constants import Law, Tooth, Wheels
 
 
 @kernel
-def elastic_force(stiffness, depth, radius):
-    """Elastic term of Eq. 8: ``(pi/2) L E* d sqrt(d / (2 (R + d)))``, N.
+def elastic_force(law: Law, depth, radius):
+    """Elastic term (N) of a law at a penetration ``depth`` (m), and its local power ``d ln F / d ln depth``.
 
-    ``radius`` is ``|R1 - R2|`` for internal and ``R1 + R2`` for external contact, m.
+    Of Eq. 8: ``(pi/2) L E* d sqrt(d / (2 (R + d)))``. ``radius`` is ``|R1 - R2|`` for internal and ``R1 + R2`` for
+    external contact, m. A form other than that of ``CYLINDERS`` is told here by ``law.kind``.
     """
-    return stiffness * depth * sqrt(depth / (radius + depth))
+    part = depth / (radius + depth)
+    return law.stiffness * depth * sqrt(part), 1.5 - 0.5 * part
 
 
 @kernel
-def normal_force(law: Law, depth, speed, impact_speed, radius):
-    """Normal force of Eq. 8 for penetration ``depth`` (m) and penetration velocity ``speed`` (m/s), N."""
+def force_and_slopes(law: Law, depth, speed, impact_speed, radius):
+    """Normal force of Eq. 8 (N), and its slopes with the penetration (N/m) and with its velocity (N s/m).
+
+    ``depth`` (m, positive) is the penetration, ``speed`` (m/s, positive while it grows) its velocity and
+    ``impact_speed`` the initial one. Where the bracket is clipped the force has no slope with the velocity.
+    """
+    elastic, power = elastic_force(law, depth, radius)
     factor = 1.0 + law.loss * speed / impact_speed
-    factor = min(max(factor, 0.0), law.factor_limit)
-    return elastic_force(law.stiffness, depth, radius) * factor
+    damping = elastic * law.loss / impact_speed if 0.0 < factor < law.factor_limit else 0.0
+    force = elastic * min(max(factor, 0.0), law.factor_limit)
+    return force, force / depth * power, damping
 
 
 @kernel
@@ -43,13 +51,19 @@ def implicit_speed(law: Law, elastic, speed, impact_speed, compliance):
 
 
 @kernel
-def normal_slopes(law: Law, depth, speed, impact_speed, radius):
-    """Slopes of Eq. 8 with the penetration (N/m) and with its velocity (N s/m; 0 where the bracket is clipped)."""
-    elastic = elastic_force(law.stiffness, depth, radius)
-    factor = 1.0 + law.loss * speed / impact_speed
-    damping = elastic * law.loss / impact_speed if 0.0 < factor < law.factor_limit else 0.0
-    factor = min(max(factor, 0.0), law.factor_limit)
-    return factor * elastic / depth * (1.5 - 0.5 * depth / (radius + depth)), damping
+def wheel_law(wheels: Wheels, wheel):
+    """Law of the links on a wheel."""
+    row = wheels.law[wheel]
+    return Law(
+        kind=row["kind"],
+        stiffness=row["stiffness"],
+        loss=row["loss"],
+        friction_static=row["friction_static"],
+        friction_dynamic=row["friction_dynamic"],
+        transition_velocity=row["transition_velocity"],
+        speed_floor=row["speed_floor"],
+        factor_limit=row["factor_limit"],
+    )
 
 
 @kernel

@@ -48,9 +48,14 @@ class Shoes(NamedTuple):
     arc_x: np.ndarray  # (2 p,) their centres on the body's pin line, from its input pin, m
 
 
+# kinds of contact laws by the form of their elastic term (`contact.laws.elastic_force`): two cylinders of Eq. 8
+CYLINDERS = 0
+
+
 class Law(NamedTuple):
     """A contact between two surfaces."""
 
+    kind: int
     stiffness: float  # ``pi L E* / (2 sqrt 2)`` of Eq. 8, N/m
     # factor chi of the relative penetration velocity: ``3 (1 - c_r^2) / 4`` of Eq. 8, the one that delivers c_r, or 0
     # for an elastic contact
@@ -61,6 +66,9 @@ class Law(NamedTuple):
     transition_velocity: float  # v_t of Eq. 10, m/s
     speed_floor: float  # least initial impact velocity, m/s
     factor_limit: float  # upper bound of the bracket of Eq. 8 (its lower bound is 0: contact never pulls)
+
+
+LAW = np.dtype(list(Law.__annotations__.items()))  # a law as a row of an array
 
 
 class Tooth(NamedTuple):
@@ -108,12 +116,8 @@ class Wheels(NamedTuple):
     # (w,) mobility of a link that slides on every wheel, 1/kg; 0 where the method has forces and velocities of the same
     # instant
     slip: np.ndarray
-    # ring_law, wheel_law: links on the sprocket's ring; links on the other wheels
-    ring_law: Law
-    wheel_law: Law
+    law: np.ndarray  # (w,) a `LAW` of the links on every wheel
     rolling: np.ndarray  # (w,) lever arm of the rolling resistance of links on every wheel, m
-    # (w, 7) law of every wheel, the entries of a `Law`; without rows where ``wheel_law`` serves all
-    own_law: np.ndarray = np.empty((0, len(Law._fields)))
 
 
 class Closure(NamedTuple):

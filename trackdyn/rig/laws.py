@@ -8,6 +8,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from trackdyn.model.constants import CYLINDERS
 from trackdyn.rig.roots import nonnegative_least_squares, root
 
 # |1 - restitution| below which the two functions take their series: the equation itself loses its digits
@@ -43,10 +44,11 @@ def delivering_loss(restitution: float) -> float:
 
 
 class NormalLaw(NamedTuple):
-    """Damping factor chi of a restitution; ``unclipped`` if the bracket of Eq. 8 must reach 1 + chi at first."""
+    """A normal law: the form of its elastic term, and the damping factor in its bracket."""
 
-    loss: Callable[[float], float]
-    unclipped: bool = False
+    loss: Callable[[float], float]  # damping factor chi of a restitution
+    unclipped: bool = False  # the bracket of Eq. 8 must reach 1 + chi at first
+    kind: int = CYLINDERS
 
 
 NORMAL_LAWS = {

@@ -10,6 +10,7 @@ from trackdyn.integrate.methods import METHODS
 from trackdyn.model.arrays import Plane, State, Work
 from trackdyn.model.constants import (
     INDEPENDENT,
+    LAW,
     NO_BRANCHES,
     NO_MOTOR,
     SPROCKET,
@@ -97,8 +98,8 @@ def make_law(
     if chosen.unclipped:
         factor_limit = max(factor_limit, 1.0 + loss)
     return Law(
-        stiffness=stiffness, loss=loss, friction_static=mu_s, friction_dynamic=mu_d, transition_velocity=v_t,
-        speed_floor=speed_floor, factor_limit=factor_limit,
+        kind=chosen.kind, stiffness=stiffness, loss=loss, friction_static=mu_s, friction_dynamic=mu_d,
+        transition_velocity=v_t, speed_floor=speed_floor, factor_limit=factor_limit,
     )  # fmt: skip
 
 
@@ -174,21 +175,19 @@ def build_wheels(scene) -> Wheels:
         circles[SPROCKET, 2] = scene.ring_radius
     rollers = list(rig.rollers.values()) if scene.loop == "on_wheels" else []
     count = 1 + len(rollers)
-    ring, wheel = _law(rig, rig.ring_contact, scene), _law(rig, rig.wheel_contact, scene)
-    laws, rolling = np.empty((0, len(Law._fields))), np.zeros(count)
+    surfaces = [rig.ring_contact, *(rig.contact_surfaces[roller.surface] for roller in rollers)]
+    rolling = np.zeros(count)
     drag = [roller.bearing_drag * (scene.drag == "viscous") for roller in rollers]
     if scene.drag == "rolling" and rollers:
         drag = [roller.seal_drag for roller in rollers]
         rolling = np.array([0.0, *(roller.rolling_arm for roller in rollers)])
-    if any(roller.surface != "wheel_contact" for roller in rollers):
-        laws = np.array([ring, *(_law(rig, rig.contact_surfaces[roller.surface], scene) for roller in rollers)])
     x, y, radius = np.ascontiguousarray(circles[:count].T)
     torque = [roller.bearing_torque * (scene.drag == "coulomb") for roller in rollers]
     return Wheels(
         present=np.array([int(scene.ring_radius is not None)] + [1] * len(rollers)), x=x, y=y, radius=radius,
         inertia=np.array([0.0, *(roller.inertia for roller in rollers)]), drag=np.array([0.0, *drag]),
         torque=np.array([0.0, *torque]), half_thickness=rig.chain.link_thickness / 2, slip=np.zeros(count),
-        ring_law=ring, wheel_law=wheel, own_law=laws, rolling=rolling,
+        law=np.array([_law(rig, surface, scene) for surface in surfaces], LAW), rolling=rolling,
     )  # fmt: skip
 
 

@@ -1,9 +1,11 @@
 """Largest stable step of the explicit parts, predicted when a scene is made."""
 
-from math import acos, acosh, cos, cosh, inf, isinf, pi, sin, sqrt
+from math import inf, isinf, pi, sin, sqrt
 
+import numpy as np
+
+from trackdyn.contact.laws import elastic_force, wheel_law
 from trackdyn.integrate.methods import METHODS, Method
-from trackdyn.model.constants import Law
 
 # The static load of a pitch on its wheel is multiplied by this before the stiffness is taken: forces that
 # last reach 1.6 times the static load with the reference ring, only touch-down spikes of less than a
@@ -13,15 +15,19 @@ DYNAMIC_FACTOR = 2.0
 # Beyond so many times the step of explicit friction, implicit friction still decays but flips as it does.
 FRICTION_LEEWAY = 10.0
 LEAST_LOAD = 1e-3  # N: a loop without weight and tension touches its wheels, too
+MOST_ITERATIONS = 100  # of Newton's method, which takes less than ten
 
 
 def elastic_depth(law, load, radius):
-    """Depth d (m) at which the elastic term of Eq. 8 carries a load (N): the root d > 0 of d^3 = c^2 (d + radius)."""
-    c = load / law.stiffness
-    # d in units of c / sqrt(3): a soft contact, whose powers would overflow, is one like any other
-    share = 1.5 * sqrt(3.0) * radius / c
-    root = cos(acos(share) / 3.0) if share < 1.0 else cosh(acosh(share) / 3.0)
-    return 2.0 * c / sqrt(3.0) * root
+    """Depth (m) at which the elastic term of a law carries a load (N): Newton's method in logarithms of both."""
+    depth = load / law.stiffness
+    for _ in range(MOST_ITERATIONS):
+        force, power = elastic_force.py_func(law, depth, radius)
+        ratio = (load / force) ** (1.0 / power)
+        depth *= ratio
+        if abs(ratio - 1.0) < 1e-15:
+            break
+    return depth
 
 
 def _yield_at_end(chain, i: int) -> float:
@@ -30,9 +36,9 @@ def _yield_at_end(chain, i: int) -> float:
 
 
 def _stiffness_at(law, load, radius):
-    """Slope of Eq. 8 at a load, N/m."""
+    """Slope of a law at a load, N/m."""
     depth = elastic_depth(law, load, radius)
-    return load / depth * (1.5 - 0.5 * depth / (radius + depth))
+    return load / depth * elastic_force.py_func(law, depth, radius)[1]
 
 
 # Turn of the sprocket in one step of a method of order 1, rad.
@@ -83,14 +89,10 @@ def step_limits(model, pre_tension: float, method: Method = METHODS["semi_implic
         limit = oscillation * sqrt(at_pin / stiffness)
         limits["contact stiffness of the teeth (tooth_contact)"] = limit
         limits["friction of the teeth (tooth_contact)"] = friction(tooth.law, at_pin)
-    surfaces = [("ring contact", wheels.ring_law, float(wheels.radius[0]), load)] if wheels.present[0] else []
-    if len(wheels.radius) > 1:
-        least = float(min(wheels.radius[1:]))
-        surfaces.append(("wheel contact", wheels.wheel_law, least, on(least)))
-    for k, law in enumerate(wheels.own_law[1:], 1):
-        radius = float(wheels.radius[k])
-        surfaces.append((f"surface of wheel {k}", Law(*map(float, law)), radius, on(radius)))
-    for name, law, radius, bears in surfaces:
+    for k in np.flatnonzero(wheels.present):
+        name = f"surface of wheel {k}" if k else "ring contact"
+        law, radius = wheel_law.py_func(wheels, k), float(wheels.radius[k])
+        bears = on(radius) if k else load
         limits[f"contact stiffness of the {name}"] = oscillation * sqrt(link / _stiffness_at(law, bears, radius))
         limits[f"friction of the {name}"] = friction(law, link, bears)
     return limits | _joint_limits(model, method)

@@ -4,8 +4,8 @@ from math import ceil, floor, log10, pi, sin
 
 import numpy as np
 
+from trackdyn.contact.laws import wheel_law
 from trackdyn.errors import InputError
-from trackdyn.model.constants import Law
 from trackdyn.rig.groove import true_depth
 from trackdyn.rig.layout import assemble, belt_around, body_lengths
 from trackdyn.rig.rig import Rig
@@ -87,9 +87,8 @@ def _tightened(rig: Rig, start: float) -> float:
         length = -sag / tension**2
         for wrap, wheel in zip(path.wrap, order, strict=True):
             radius = float(wheels.radius[wheel]) if wheel else start
-            law = Law(*map(float, wheels.own_law[wheel])) if wheel and len(wheels.own_law) else wheels.wheel_law
             load = 2 * tension * sin(min(pitch / (2 * (radius + wheels.half_thickness)), pi / 2))
-            length += float(wrap) * elastic_depth(law if wheel else wheels.ring_law, load, radius)
+            length += float(wrap) * elastic_depth(wheel_law.py_func(wheels, wheel), load, radius)
         return length
 
     tension = max(rig.tension.pre_tension, 1.0)

@@ -74,7 +74,7 @@ def contact_steps(rig: Rig) -> dict[str, FlowStep]:
         "concave": FlowStep(r"$\delta = |e_j| + r_C - r_j$", (7.9, 3.5), "laws:find_area", (33,)),
         "rate": FlowStep(r"penetration velocity $\dot{\delta}$", (5, 2.6), "detect:tooth_loads", (27, 30, 34)),
         "impact": FlowStep(r"$\dot{\delta}^{(-)}$, kept from first touch", (5, 1.5), "laws:stored_impact_speed"),
-        "normal": FlowStep("normal force $f_n$", (5, 0.4), "laws:normal_force", (8,)),
+        "normal": FlowStep("normal force $f_n$", (5, 0.4), "laws:force_and_slopes", (8,)),
         "friction": FlowStep(r"friction $f_\tau$", (5, -0.7), "laws:friction_coefficient", (10,)),
         "none": FlowStep(r"no force, $\dot{\delta}^{(-)}$ cleared", (10.4, 5.9), "detect:tooth_loads"),
         "end": FlowStep("loads of connector and sprocket", (5, -1.8), "detect:contact_loads"),

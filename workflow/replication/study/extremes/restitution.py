@@ -6,7 +6,7 @@ from itertools import product
 import numpy as np
 
 from replication.study.extremes.judge import attempted, within_bounds
-from trackdyn.contact.laws import normal_force
+from trackdyn.contact.laws import force_and_slopes
 from trackdyn.jit import kernel
 from trackdyn.rig.laws import delivered_restitution
 from trackdyn.rig.rig import Rig
@@ -29,7 +29,7 @@ def _rebound(law, mass, speed, radius, steps):
         x += 0.5 * h * v
         if x <= 0.0:
             break
-        v -= h * normal_force(law, x, v, speed, radius) / mass
+        v -= h * force_and_slopes(law, x, v, speed, radius)[0] / mass
         x += 0.5 * h * v
         if x <= 0.0:
             break
