@@ -20,7 +20,7 @@ class ContactList:
             rows = rows[np.isin(rows["kind"], kinds)]
         self.rows, self.body, self.wheel, self.kind = rows, rows["body"], rows["wheel"], rows["kind"]
         self.normal, self.friction, self.arm, self.surface, speed = (
-            components(rows, name, axes) for name in ("normal", "friction", "arm", "turn", "speed")
+            components(rows, name, axes) for name in ("normal", "friction", "arm", "spin", "speed")
         )
         self.spoke = self.surface[:, 1::-1] * [1, -1]
         self.slip = speed - rows["rate"][:, None] * self.surface

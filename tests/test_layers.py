@@ -22,7 +22,7 @@ FOLDERS = {
 BELOW = {"trackdyn": set(), "replication": {"trackdyn"}, "laboratory": {"trackdyn", "replication"}}
 ROOMS = {
     "trackdyn": (
-        "errors", "extras", "files", "sources", "version", "by_reference", "jit", "model", "contact", "chain",
+        "errors", "extras", "files", "sources", "version", "by_reference", "jit", "model", "chain", "contact",
         "integrate", "rig", "scene", "sensor", "simulation", "measure", "sweeps", "plots", "commands",
         "__init__", "__main__",
     ),
@@ -40,7 +40,7 @@ MODULES = {
 }
 LONGEST = 600  # lines
 # libraries of the rooms that compute
-COMPUTING = {room: {"numpy"} for room in ("files", "model", "contact", "chain", "integrate")} | {
+COMPUTING = {room: {"numpy"} for room in ("files", "model", "chain", "contact", "integrate")} | {
     "errors": set(),
     "rig": {"numpy", "scipy", "pandas", "pydantic", "pydantic_core", "yaml"},
 }

@@ -241,6 +241,11 @@ def kernel(function):
     return _made(function, forceinline=True, _nrt=False)
 
 
+def inlined(function):
+    """Have the text of a small function stand in each kernel that calls it, rounded as that kernel is (`fused`)."""
+    return numba.njit(inline="always")(function)
+
+
 def fused(function):
     """Compile a `kernel` in which a product and a sum may become one operation, rounded once.
 

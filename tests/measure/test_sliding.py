@@ -32,7 +32,7 @@ def test_it_is_normal_force_times_friction_times_slip():
         row = loop.work.contact[: loop.work.count[0]]
         normal = np.hypot(row["normal_x"], row["normal_y"])
         nx, ny = (row[name] / np.maximum(normal, 1e-12) for name in ("normal_x", "normal_y"))
-        speed = components(row, "speed") - row["rate"][:, None] * components(row, "turn")
+        speed = components(row, "speed") - row["rate"][:, None] * components(row, "spin")
         slip = -ny * speed[:, 0] + nx * speed[:, 1]
         surface = np.where(row["kind"] == FLANK, 0, np.where(row["kind"] == RING, 1, 2))
         laws = [(loop.model.tooth.law, wheel_law(wheels, 0), wheel_law(wheels, 1))[i] for i in surface]

@@ -16,7 +16,7 @@ from math import sin as sine
 
 import numpy as np
 
-from trackdyn.jit import kernel
+from trackdyn.jit import inlined, kernel
 from trackdyn.model.arrays import State, Work
 from trackdyn.model.constants import Chain, Model, Wheels
 
@@ -29,6 +29,12 @@ def orient(angle, cos, sin):
         sin[i] = sine(angle[i])
 
 
+@inlined
+def rotated(x, y, c, s):
+    """Components in the plane of a vector of a body whose angle has the cosine ``c`` and the sine ``s``."""
+    return x * c - y * s, x * s + y * c
+
+
 @kernel
 def forward_kinematics(chain: Chain, state, work):
     """Pins and velocities of the mass centres along the chain, gap of the cut joint and its rate."""
@@ -37,8 +43,7 @@ def forward_kinematics(chain: Chain, state, work):
         c, s, w = work.cos[i], work.sin[i], state.rate[i]
         work.pin_x[i] = x
         work.pin_y[i] = y
-        gx = chain.com_x[i] * c - chain.com_y[i] * s
-        gy = chain.com_x[i] * s + chain.com_y[i] * c
+        gx, gy = rotated(chain.com_x[i], chain.com_y[i], c, s)
         work.com_vx[i] = vx - w * gy
         work.com_vy[i] = vy + w * gx
         dx = chain.length[i] * c

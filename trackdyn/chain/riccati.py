@@ -11,9 +11,32 @@ swept: symmetric positive definite, so the recursion cannot break down.
 
 import numpy as np
 
-from trackdyn.jit import fused, kernel
+from trackdyn.chain.kinematics import rotated
+from trackdyn.jit import fused, inlined, kernel
 from trackdyn.model.arrays import SweepWork, Work
 from trackdyn.model.constants import Chain
+
+
+@inlined
+def response_to(columns, i, load):
+    """Row ``i`` of what a cut load ``[lambda_x, lambda_y, lambda_m]`` adds to accelerations."""
+    return columns[i, 0] * load[0] + columns[i, 1] * load[1] + columns[i, 2] * load[2]
+
+
+@inlined
+def at_load(columns, i, load):
+    """Row ``i`` of accelerations under a cut load."""
+    return response_to(columns, i, load) + columns[i, 3]
+
+
+@inlined
+def closing_load(inverse, gap_x, gap_y):
+    """Cut load whose acceleration of the gap is the opposite of a given one; ``inverse`` of the closure matrix."""
+    return (
+        -(inverse[0, 0] * gap_x + inverse[0, 1] * gap_y),
+        -(inverse[1, 0] * gap_x + inverse[1, 1] * gap_y),
+        -(inverse[2, 0] * gap_x + inverse[2, 1] * gap_y),
+    )
 
 
 @kernel
@@ -79,11 +102,8 @@ def sweep(chain: Chain, state, work: Work, implicit_damping, probe_body, implici
 def _arms(chain: Chain, work: Work, i):
     """From a body's input pin to its mass centre and to its output pin, m."""
     c, s = work.cos[i], work.sin[i]
-    gx = chain.com_x[i] * c - chain.com_y[i] * s
-    gy = chain.com_x[i] * s + chain.com_y[i] * c
-    dx = chain.length[i] * c
-    dy = chain.length[i] * s
-    return gx, gy, dx, dy
+    gx, gy = rotated(chain.com_x[i], chain.com_y[i], c, s)
+    return gx, gy, chain.length[i] * c, chain.length[i] * s
 
 
 @fused

@@ -7,6 +7,7 @@ the plane is the inertial one.
 from math import cos as cosine
 from math import sin as sine
 
+from trackdyn.chain.kinematics import rotated
 from trackdyn.contact import neighbours
 from trackdyn.contact.axial import (
     centre_in_plane,
@@ -100,8 +101,7 @@ def tooth_loads(model: Model, state: State, work: Work, space, implicit):
         work.tooth_groove[arc] = groove
         # velocity of the arc's centre seen from the groove (Eq. 27); the force pushes along n
         w = state.rate[body]
-        gx = (chain.com_x[body] - along) * c - chain.com_y[body] * s
-        gy = (chain.com_x[body] - along) * s + chain.com_y[body] * c
+        gx, gy = rotated(chain.com_x[body] - along, chain.com_y[body], c, s)
         vx, vy = predicted_velocity(
             work, body, work.com_vx[body] + w * gy, work.com_vy[body] - w * gx, -gx, -gy, prediction
         )

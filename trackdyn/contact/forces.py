@@ -6,6 +6,7 @@ one. ``implicit`` is the work of a linearly implicit step or None, ``space`` tha
 
 from typing import NamedTuple
 
+from trackdyn.chain.kinematics import rotated
 from trackdyn.contact.axial import friction_coefficients, normal_velocity, to_plane_frame, to_wheel_frame, wheel_centre
 from trackdyn.contact.laws import force_and_slopes
 from trackdyn.jit import kernel
@@ -53,9 +54,9 @@ class Penetration(NamedTuple):
 def body_motion(model, state, work, body, x, y):
     """Arm of a point from the body's mass centre (m) and its velocity as far as the plane does not turn (m/s)."""
     chain, w = model.chain, state.rate[body]
-    c, s = work.cos[body], work.sin[body]
-    ax = x - (work.pin_x[body] + chain.com_x[body] * c - chain.com_y[body] * s)
-    ay = y - (work.pin_y[body] + chain.com_x[body] * s + chain.com_y[body] * c)
+    gx, gy = rotated(chain.com_x[body], chain.com_y[body], work.cos[body], work.sin[body])
+    ax = x - (work.pin_x[body] + gx)
+    ay = y - (work.pin_y[body] + gy)
     return ax, ay, work.com_vx[body] - w * ay, work.com_vy[body] + w * ax
 
 
@@ -221,7 +222,7 @@ def apply(model: Model, state: State, work: Work, point: ContactPoint, penetrati
     row["friction_x"], row["friction_y"], friction_z = to_plane_frame(
         space, wheel, -friction * ny, friction * nx, axial
     )
-    row["turn_x"], row["turn_y"], turn_z = to_plane_frame(space, wheel, -oy, ox, 0.0)
+    row["spin_x"], row["spin_y"], spin_z = to_plane_frame(space, wheel, -oy, ox, 0.0)
     row["arm_x"] = ax
     row["arm_y"] = ay
     row["speed_x"] = vx
@@ -232,7 +233,7 @@ def apply(model: Model, state: State, work: Work, point: ContactPoint, penetrati
         add_in_space(space, point, (ax, ay, az), (fx, fy, fz), (ox, oy, point.z - cz), (wx, wy, wz))
         row["normal_z"] = normal_z
         row["friction_z"] = friction_z
-        row["turn_z"] = turn_z
+        row["spin_z"] = spin_z
         row["arm_z"] = az
         row["speed_z"] = vz
         row["pin_x"] = x - state.pin[0]

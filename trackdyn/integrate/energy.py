@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from trackdyn.chain.kinematics import bearing_drag, stored
+from trackdyn.chain.kinematics import bearing_drag, rotated, stored
+from trackdyn.chain.riccati import at_load
 from trackdyn.integrate.carriers import carrier_energy, mean_velocity
 from trackdyn.jit import kernel
 from trackdyn.model.arrays import (
@@ -31,6 +32,27 @@ from trackdyn.model.constants import SPROCKET, Model
 
 
 @kernel
+def _add_work(out, first, row, body, wheel, step):
+    """Add the work of a contact over a step (s) to ``out`` from ``first`` on, by its kind.
+
+    ``body`` and ``wheel`` are the velocities of the two points that touch, m/s; a row has no z components in the plane.
+    """
+    sx, sy, sz = wheel
+    vx, vy, vz = body[0] - sx, body[1] - sy, body[2] - sz
+    if row["wheel"] == SPROCKET:
+        drive = (row["normal_x"] + row["friction_x"]) * sx + (row["normal_y"] + row["friction_y"]) * sy
+        out[first + SPROCKET_WORK] += step * (drive + (row["normal_z"] + row["friction_z"]) * sz)
+    normal = -step * (row["normal_x"] * vx + row["normal_y"] * vy + row["normal_z"] * vz)
+    friction = -step * (row["friction_x"] * vx + row["friction_y"] * vy + row["friction_z"] * vz)
+    if row["kind"] == FLANK:
+        out[first + TOOTH_NORMAL] += normal
+        out[first + TOOTH_FRICTION] += friction
+    else:
+        out[first + WHEEL_NORMAL] += normal
+        out[first + (RING_FRICTION if row["kind"] == RING else WHEEL_FRICTION)] += friction
+
+
+@kernel
 def account(model: Model, state: State, work: Work, lead, space):
     """Work of every force over the last step: positions at the start, the mean of the velocities.
 
@@ -44,35 +66,19 @@ def account(model: Model, state: State, work: Work, lead, space):
     for k in range(work.count[0]):
         row = work.contact[k]
         body = row["body"]
-        wheel = row["wheel"]
         dw = work.delta_omega[body]
         vx = row["speed_x"] + 0.5 * (work.com_dvx[body] - dw * row["arm_y"])
         vy = row["speed_y"] + 0.5 * (work.com_dvy[body] + dw * row["arm_x"])
-        ww = 0.5 * (row["rate"] + state.wheel_rate[wheel])
-        tx, ty = mean_velocity(state, model.carriers, wheel)
-        sx = ww * row["turn_x"] + tx
-        sy = ww * row["turn_y"] + ty
-        drive = (row["normal_x"] + row["friction_x"]) * sx + (row["normal_y"] + row["friction_y"]) * sy
-        across_normal = across_friction = 0.0
+        ww = 0.5 * (row["rate"] + state.wheel_rate[row["wheel"]])
+        tx, ty = mean_velocity(state, model.carriers, row["wheel"])
+        vz = sz = 0.0
         if space is not None:
             dvz, dp, dq = space.change[0], space.change[1], space.change[2]
             vx += 0.5 * dq * row["arm_z"]
             vy -= 0.5 * dp * row["arm_z"]
             vz = row["speed_z"] + 0.5 * (dvz + dp * row["pin_y"] - dq * row["pin_x"])
-            sz = ww * row["turn_z"]
-            drive += (row["normal_z"] + row["friction_z"]) * sz
-            across_normal = row["normal_z"] * (vz - sz)
-            across_friction = row["friction_z"] * (vz - sz)
-        if wheel == SPROCKET:
-            done[SPROCKET_WORK] += h * drive
-        normal = -h * (row["normal_x"] * (vx - sx) + row["normal_y"] * (vy - sy) + across_normal)
-        friction = -h * (row["friction_x"] * (vx - sx) + row["friction_y"] * (vy - sy) + across_friction)
-        if row["kind"] == FLANK:
-            done[TOOTH_NORMAL] += normal
-            done[TOOTH_FRICTION] += friction
-        else:
-            done[WHEEL_NORMAL] += normal
-            done[RING_FRICTION if row["kind"] == RING else WHEEL_FRICTION] += friction
+            sz = ww * row["spin_z"]
+        _add_work(done, 0, row, (vx, vy, vz), (ww * row["spin_x"] + tx, ww * row["spin_y"] + ty, sz), h)
     last = state.rate.shape[0] - 1
     before = work.joint_rate[last]
     after = state.rate[0] - state.rate[last]
@@ -92,11 +98,10 @@ def finish_forces(model: Model, state: State, work: Work, implicit: ImplicitWork
     step; overwrites ``com_dvx, com_dvy, delta_omega``, which the step fills afterwards.
     """
     chain, sweep = model.chain, work.sweep
-    base, response, load = sweep.base, sweep.response, sweep.load
-    ax = base[0, 0] * load[0] + base[0, 1] * load[1] + base[0, 2] * load[2] + base[0, 3]
-    ay = base[1, 0] * load[0] + base[1, 1] * load[1] + base[1, 2] * load[2] + base[1, 3]
+    ax = at_load(sweep.base, 0, sweep.load)
+    ay = at_load(sweep.base, 1, sweep.load)
     for i in range(state.rate.shape[0]):
-        alpha = response[i, 0] * load[0] + response[i, 1] * load[1] + response[i, 2] * load[2] + response[i, 3]
+        alpha = at_load(sweep.response, i, sweep.load)
         work.com_dvx[i] = ax  # of the input pin
         work.com_dvy[i] = ay
         work.delta_omega[i] = alpha
@@ -113,18 +118,18 @@ def finish_forces(model: Model, state: State, work: Work, implicit: ImplicitWork
         body, wheel = row["body"], row["wheel"]
         nx = row["normal_x"] / fn
         ny = row["normal_y"] / fn
-        c, s = work.cos[body], work.sin[body]
-        rx = row["arm_x"] + chain.com_x[body] * c - chain.com_y[body] * s
-        ry = row["arm_y"] + chain.com_x[body] * s + chain.com_y[body] * c
+        gx, gy = rotated(chain.com_x[body], chain.com_y[body], work.cos[body], work.sin[body])
+        rx = row["arm_x"] + gx
+        ry = row["arm_y"] + gy
         px = work.com_dvx[body] - work.delta_omega[body] * ry
         py = work.com_dvy[body] + work.delta_omega[body] * rx
-        turn = 0.0 if wheel == SPROCKET else implicit.load[3 + wheel] * (row["turn_y"] * nx - row["turn_x"] * ny)
+        own = 0.0 if wheel == SPROCKET else implicit.load[3 + wheel] * (row["spin_y"] * nx - row["spin_x"] * ny)
         normal = -row["normal_slope"] * (nx * px + ny * py)
-        across = -row["friction_slope"] * (nx * py - ny * px - turn)
+        friction = -row["friction_slope"] * (nx * py - ny * px - own)
         row["normal_x"] += normal * nx
         row["normal_y"] += normal * ny
-        row["friction_x"] -= across * ny
-        row["friction_y"] += across * nx
+        row["friction_x"] -= friction * ny
+        row["friction_y"] += friction * nx
 
 
 @kernel
@@ -134,22 +139,8 @@ def powers(model: Model, state: State, work: Work, out, first):
         out[first + k] = 0.0
     for k in range(work.count[0]):
         row = work.contact[k]
-        wheel = row["wheel"]
-        ww = row["rate"]
-        sx = ww * row["turn_x"]
-        sy = ww * row["turn_y"]
-        if wheel == SPROCKET:
-            out[first + SPROCKET_WORK] += (row["normal_x"] + row["friction_x"]) * sx + (
-                row["normal_y"] + row["friction_y"]
-            ) * sy
-        normal = -(row["normal_x"] * (row["speed_x"] - sx) + row["normal_y"] * (row["speed_y"] - sy))
-        friction = -(row["friction_x"] * (row["speed_x"] - sx) + row["friction_y"] * (row["speed_y"] - sy))
-        if row["kind"] == FLANK:
-            out[first + TOOTH_NORMAL] += normal
-            out[first + TOOTH_FRICTION] += friction
-        else:
-            out[first + WHEEL_NORMAL] += normal
-            out[first + (RING_FRICTION if row["kind"] == RING else WHEEL_FRICTION)] += friction
+        wheel = row["rate"] * row["spin_x"], row["rate"] * row["spin_y"], 0.0
+        _add_work(out, first, row, (row["speed_x"], row["speed_y"], 0.0), wheel, 1.0)
     n = state.rate.shape[0]
     for i in range(n):
         out[first + BUSHING_LOSS] += model.chain.damping * work.joint_rate[i] * work.joint_rate[i]
@@ -169,8 +160,8 @@ def energies(model: Model, state: State, work: Work, space, out):
     for i in range(n):
         v2 = work.com_vx[i] ** 2 + work.com_vy[i] ** 2
         kinetic += 0.5 * (chain.mass[i] * v2 + chain.inertia[i] * state.rate[i] ** 2)
-        y = work.pin_y[i] + chain.com_x[i] * work.sin[i] + chain.com_y[i] * work.cos[i]
-        gravity += chain.mass[i] * chain.gravity * y
+        _, gy = rotated(chain.com_x[i], chain.com_y[i], work.cos[i], work.sin[i])
+        gravity += chain.mass[i] * chain.gravity * (work.pin_y[i] + gy)
         phi = state.angle[i + 1] - state.angle[i] if i < n - 1 else state.angle[0] - state.angle[i] - 2.0 * np.pi
         elastic += 0.5 * chain.stiffness * (phi - chain.free_angle) ** 2
     for wheel in range(1, model.wheels.x.shape[0]):
@@ -193,8 +184,9 @@ def _add_plane(model: Model, state: State, work: Work, space, out):
     kinetic = lifted = 0.0
     for i in range(state.rate.shape[0]):
         c, s = work.cos[i], work.sin[i]
-        x = work.pin_x[i] + chain.com_x[i] * c - chain.com_y[i] * s
-        y = work.pin_y[i] + chain.com_x[i] * s + chain.com_y[i] * c
+        gx, gy = rotated(chain.com_x[i], chain.com_y[i], c, s)
+        x = work.pin_x[i] + gx
+        y = work.pin_y[i] + gy
         v = motion[SPEED] + p * (y - state.pin[1]) - q * (x - state.pin[0])
         own_x = c * p + s * q  # the plane's angular velocity along the pin line and across it
         own_y = c * q - s * p

@@ -26,6 +26,7 @@ the sums of the z forces and of the moments about the pin's x and y axes give ``
 from math import sin as sine
 from math import sqrt
 
+from trackdyn.chain.kinematics import rotated
 from trackdyn.jit import fused, kernel, summed
 from trackdyn.model.arrays import OFFSET, SPEED, P, Q, SpaceWork, State, Work
 from trackdyn.model.constants import Model
@@ -71,19 +72,20 @@ def plane_sums(model: Model, state: State, work: Work, space: SpaceWork):
     f0 = f1 = f2 = 0.0
     for i in range(rate.shape[0]):
         c, s, w, m = cos[i], sin[i], rate[i], mass[i]
-        x = pin_x[i] - px + (com_x[i] * c - com_y[i] * s)
-        y = pin_y[i] - py + (com_x[i] * s + com_y[i] * c)
+        gx, gy = rotated(com_x[i], com_y[i], c, s)
+        x = pin_x[i] - px + gx
+        y = pin_y[i] - py + gy
         ixx = along[i] * c * c + across[i] * s * s
         iyy = along[i] * s * s + across[i] * c * c
         ixy = (along[i] - across[i]) * s * c
         lz = inertia[i] * w
         # I_perp' = w (A_z' diag A_z^T + ...): I_xx' = -2 w I_xy, I_yy' = 2 w I_xy, I_xy' = w (I_xx - I_yy)
-        turn_x = w * (-2.0 * ixy * p + (ixx - iyy) * q)
-        turn_y = w * ((ixx - iyy) * p + 2.0 * ixy * q)
+        change_x = w * (-2.0 * ixy * p + (ixx - iyy) * q)
+        change_y = w * ((ixx - iyy) * p + 2.0 * ixy * q)
         fz = force_z[i] + m * gz - 2.0 * m * (p * (vy[i] - pvy) - q * (vx[i] - pvx))
         f0 += fz
-        f1 += moment_x[i] + y * fz - turn_x - q * lz
-        f2 += moment_y[i] - x * fz - turn_y + p * lz
+        f1 += moment_x[i] + y * fz - change_x - q * lz
+        f2 += moment_y[i] - x * fz - change_y + p * lz
         m00 += m
         m01 += m * y
         m02 -= m * x
@@ -103,14 +105,15 @@ def plane_dynamics(model: Model, state: State, work: Work, space: SpaceWork):
     """
     m00, m01, m02, m11, m12, m22, f0, f1, f2 = plane_sums(model, state, work, space)
     chain, p, q = model.chain, state.plane.motion[P], state.plane.motion[Q]
-    gx, gy = space.gravity[0], space.gravity[1] + chain.gravity  # the planar chain has its own gravity
+    gravity_x, gravity_y = space.gravity[0], space.gravity[1] + chain.gravity  # the planar chain has its own gravity
     for i in range(state.rate.shape[0]):
         c, s, m = work.cos[i], work.sin[i], chain.mass[i]
-        x = work.pin_x[i] - state.pin[0] + (chain.com_x[i] * c - chain.com_y[i] * s)
-        y = work.pin_y[i] - state.pin[1] + (chain.com_x[i] * s + chain.com_y[i] * c)
+        gx, gy = rotated(chain.com_x[i], chain.com_y[i], c, s)
+        x = work.pin_x[i] - state.pin[0] + gx
+        y = work.pin_y[i] - state.pin[1] + gy
         u = p * y - q * x
-        work.force_x[i] += m * (gx - q * u)
-        work.force_y[i] += m * (gy + p * u)
+        work.force_x[i] += m * (gravity_x - q * u)
+        work.force_y[i] += m * (gravity_y + p * u)
         # p L_y - q L_x
         a, b = model.space.along[i], model.space.across[i]
         work.moment[i] -= (a - b) * (s * c * (p * p - q * q) + (s * s - c * c) * p * q)

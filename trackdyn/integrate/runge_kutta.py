@@ -6,6 +6,7 @@ stages do not change it. Forces jump where a contact begins or changes its area;
 """
 
 from trackdyn.chain.kinematics import add_rates, bearing_drag, forward_kinematics, orient
+from trackdyn.chain.riccati import at_load, closing_load, response_to
 from trackdyn.integrate.contact_log import log_contacts
 from trackdyn.integrate.dynamics import accumulate, evaluate_loads, sense, sense_links, solve_chain
 from trackdyn.integrate.energy import powers
@@ -74,13 +75,13 @@ def _unpack(state: State, start, slope, weight, last, step, branch):
 def _derivative(model: Model, state: State, work: Work, time, out):
     """Derivative of the packed state, the accelerations being in ``work``."""
     n, w = state.angle.shape[0], state.wheel_rate.shape[0]
-    base, load, response, wheels = work.sweep.base, work.sweep.load, work.sweep.response, model.wheels
+    sweep, wheels = work.sweep, model.wheels
     for k in range(2):
         out[k] = state.pin[2 + k]
-        out[2 + k] = base[k, 0] * load[0] + base[k, 1] * load[1] + base[k, 2] * load[2] + base[k, 3]
+        out[2 + k] = at_load(sweep.base, k, sweep.load)
     for i in range(n):
         out[4 + i] = state.rate[i]
-        out[4 + n + i] = response[i, 0] * load[0] + response[i, 1] * load[1] + response[i, 2] * load[2] + response[i, 3]
+        out[4 + n + i] = at_load(sweep.response, i, sweep.load)
     for wheel in range(w):
         out[4 + 2 * n + wheel] = state.wheel_rate[wheel]
         if wheel == SPROCKET:
@@ -137,17 +138,13 @@ def _evaluate(model: Model, state: State, work: Work, stages: Stages, time, step
 def _project(model: Model, state: State, work: Work):
     """Remove the gap of the cut joint and its rate, weighted with the mass."""
     sweep, cut = work.sweep, work.cut
-    inv, base, response = sweep.inverse, sweep.base, sweep.response
     for level in range(2):
         forward_kinematics(model.chain, state, work)
-        gx, gy = cut[2 * level], cut[2 * level + 1]
-        dx = -(inv[0, 0] * gx + inv[0, 1] * gy)
-        dy = -(inv[1, 0] * gx + inv[1, 1] * gy)
-        dm = -(inv[2, 0] * gx + inv[2, 1] * gy)
+        load = closing_load(sweep.inverse, cut[2 * level], cut[2 * level + 1])
         for k in range(2):
-            state.pin[2 * level + k] += base[k, 0] * dx + base[k, 1] * dy + base[k, 2] * dm
+            state.pin[2 * level + k] += response_to(sweep.base, k, load)
         for i in range(state.angle.shape[0]):
-            d = response[i, 0] * dx + response[i, 1] * dy + response[i, 2] * dm
+            d = response_to(sweep.response, i, load)
             if level == 0:
                 state.angle[i] += d
             else:

@@ -10,7 +10,8 @@ force itself adds in this one (`contact.laws.implicit_speed`). Without that, for
 tenth too high.
 """
 
-from trackdyn.chain.kinematics import bearing_drag, orient
+from trackdyn.chain.kinematics import bearing_drag, orient, rotated
+from trackdyn.chain.riccati import at_load, closing_load, response_to
 from trackdyn.jit import fused, kernel
 from trackdyn.model.arrays import BEARING, State, Work
 from trackdyn.model.constants import SPROCKET, Drive, Model
@@ -18,7 +19,7 @@ from trackdyn.model.constants import SPROCKET, Drive, Model
 # |angular velocity| of a body beyond which a run has left the physical range, rad/s
 RATE_LIMIT = 1000.0
 # rotation in one step up to which cosine and sine are updated by their series, rad
-TURN_LIMIT = 0.02
+ROTATION_LIMIT = 0.02
 
 
 @kernel
@@ -68,19 +69,19 @@ def _first_beyond(rate):
 def _rotate(angle, rate, step, cos, sin):
     """Turn every body by its rate over a step (s).
 
-    Cosine and sine follow by series: the next terms, turn^7 / 5040 and turn^8 / 40320, are below rounding up to
-    ``TURN_LIMIT``. Every sample starts from exact values again (`kinematics.orient`).
+    Cosine and sine follow by series: the next terms, a^7 / 5040 and a^8 / 40320, are below rounding up to
+    ``ROTATION_LIMIT``. Every sample starts from exact values again (`kinematics.orient`).
     """
     far = 0
     for i in range(angle.shape[0]):
-        turn = step * rate[i]
-        angle[i] += turn
-        far += not abs(turn) < TURN_LIMIT
+        rotation = step * rate[i]
+        angle[i] += rotation
+        far += not abs(rotation) < ROTATION_LIMIT
     for i in range(angle.shape[0]):
-        turn = step * rate[i]
-        t2 = turn * turn
-        ds = turn * (1.0 - t2 * (1.0 / 6.0 - t2 * (1.0 / 120.0)))
-        dc = t2 * (0.5 - t2 * (1.0 / 24.0 - t2 * (1.0 / 720.0)))
+        rotation = step * rate[i]
+        square = rotation * rotation
+        ds = rotation * (1.0 - square * (1.0 / 6.0 - square * (1.0 / 120.0)))
+        dc = square * (0.5 - square * (1.0 / 24.0 - square * (1.0 / 720.0)))
         c, s = cos[i], sin[i]
         cos[i] = c - (c * dc + s * ds)
         sin[i] = s - (s * dc - c * ds)
@@ -95,22 +96,22 @@ def advance(model: Model, state: State, work: Work, implicit):
     ``implicit`` is None, or the work of a linearly implicit sweep that has solved for the wheels too.
     """
     chain, wheels, sweep, h = model.chain, model.wheels, work.sweep, model.step
-    lx, ly, lm = sweep.load[0], sweep.load[1], sweep.load[2]
+    load = (sweep.load[0], sweep.load[1], sweep.load[2])
     n = state.angle.shape[0]
-    b = sweep.base
     # change of velocity along the chain, in the configuration before the step (for the account)
-    dvx = h * (b[0, 0] * lx + b[0, 1] * ly + b[0, 2] * lm + b[0, 3])
-    dvy = h * (b[1, 0] * lx + b[1, 1] * ly + b[1, 2] * lm + b[1, 3])
+    dvx = h * at_load(sweep.base, 0, load)
+    dvy = h * at_load(sweep.base, 1, load)
     state.pin[2] += dvx
     state.pin[3] += dvy
     # A processor works on several bodies at once where a loop has neither a branch nor a sum from body to body.
     response, delta_omega, rate, cos, sin = sweep.response, work.delta_omega, state.rate, work.cos, work.sin
     for i in range(n):
-        delta_omega[i] = h * (response[i, 0] * lx + response[i, 1] * ly + response[i, 2] * lm + response[i, 3])
+        delta_omega[i] = h * at_load(response, i, load)
     for i in range(n):
         dw, c, s = delta_omega[i], cos[i], sin[i]
-        work.com_dvx[i] = dvx - dw * (chain.com_x[i] * s + chain.com_y[i] * c)
-        work.com_dvy[i] = dvy + dw * (chain.com_x[i] * c - chain.com_y[i] * s)
+        ax, ay = rotated(chain.com_x[i], chain.com_y[i], c, s)
+        work.com_dvx[i] = dvx - dw * ay
+        work.com_dvy[i] = dvy + dw * ax
         dvx -= dw * (chain.length[i] * s)
         dvy += dw * (chain.length[i] * c)
     far = 0
@@ -128,12 +129,11 @@ def advance(model: Model, state: State, work: Work, implicit):
     if model.closure.compliant:
         gx = gy = 0.0  # a gap belongs to the model, it is no error
     # extra cut load that closes the gap: end - start moves by h^2 (closure matrix) d_lambda
-    inv, projection_delta = sweep.inverse, work.projection_delta
-    dx = -(inv[0, 0] * gx + inv[0, 1] * gy) / h
-    dy = -(inv[1, 0] * gx + inv[1, 1] * gy) / h
-    dm = -(inv[2, 0] * gx + inv[2, 1] * gy) / h
+    projection_delta = work.projection_delta
+    lx, ly, lm = closing_load(sweep.inverse, gx, gy)
+    load = (lx / h, ly / h, lm / h)
     for i in range(n):
-        projection_delta[i] = response[i, 0] * dx + response[i, 1] * dy + response[i, 2] * dm
+        projection_delta[i] = response_to(response, i, load)
     for i in range(n):
         rate[i] += projection_delta[i]
         delta_omega[i] += projection_delta[i]
@@ -146,7 +146,7 @@ def advance(model: Model, state: State, work: Work, implicit):
         cos[i] = c - d * s - half * c
         sin[i] = s + d * c - half * s
     for k in range(2):
-        state.pin[2 + k] += b[k, 0] * dx + b[k, 1] * dy + b[k, 2] * dm
+        state.pin[2 + k] += response_to(sweep.base, k, load)
         state.pin[k] += h * state.pin[2 + k]
 
     state.steps[0] += 1
