@@ -6,8 +6,6 @@ friction on a wheel that turns freely couples the bodies on it to the wheel's ac
 column (`chain.riccati.sweep`). The cut load and the wheels' accelerations then follow from one small system.
 """
 
-from typing import NamedTuple
-
 from trackdyn.chain.kinematics import added_damping, bearing_drag
 from trackdyn.chain.riccati import invert_closure, sweep
 from trackdyn.jit import kernel
@@ -15,28 +13,20 @@ from trackdyn.model.arrays import ImplicitWork, State, Work
 from trackdyn.model.constants import Model
 
 
-class Cut(NamedTuple):
-    """The cut joint in a step of ``h``: ``1 / (h^2 K + h C)``, force on body 1 (N); 0 if rigid (`close_compliant`)."""
-
-    compliance: float
-    force_x: float
-    force_y: float
-
-
 @kernel
-def accelerations(model: Model, state: State, work: Work, implicit: ImplicitWork, cut: Cut):
+def accelerations(model: Model, state: State, work: Work, implicit: ImplicitWork, cut):
     """Accelerations of chain and wheels at the end of a linearly implicit step, ``model.step``.
 
     The loads of ``work`` are those led to the end of the step with the accelerations left out; its ``sweep`` receives
     the accelerations in the form that the time loop reads. Of ``implicit``, ``inertia``, ``couple`` and
     ``wheel_inertia`` are read, the rest is written; the last entries of its ``load`` are the accelerations of the
-    wheels.
+    wheels. ``cut`` is the cut joint: ``1 / (h^2 K + h C)``, 0 if rigid, and the force on body 1 (N; `riccati.close`).
     """
     chain, step, swept = model.chain, model.step, work.sweep
     inertia = model.wheels.inertia
     n, wheels = state.rate.shape[0], inertia.shape[0]
     damping = step * chain.damping + step * step * chain.stiffness + step * added_damping(step, model.branches)
-    compliance = cut.compliance
+    compliance, force_x, force_y = cut
     sweep(chain, state, work, damping, model.sensor.body, implicit)
     matrix, load = implicit.matrix, implicit.load
     last = wheels + 2
@@ -56,8 +46,8 @@ def accelerations(model: Model, state: State, work: Work, implicit: ImplicitWork
             matrix[2 + wheel, 2 + k] = -implicit.row[wheel, 3 + k]
     matrix[0, 0] -= compliance
     matrix[1, 1] -= compliance
-    matrix[0, last] -= compliance * cut.force_x
-    matrix[1, last] -= compliance * cut.force_y
+    matrix[0, last] -= compliance * force_x
+    matrix[1, last] -= compliance * force_y
     matrix[2, 2] += 1.0
     matrix[2, last] += work.torque[n - 1]
     for wheel in range(1, wheels):

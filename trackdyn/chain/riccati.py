@@ -50,7 +50,7 @@ def accelerations(chain: Chain, state, work: Work, implicit_damping, probe_body)
     ``probe_body`` is the one whose input pin's acceleration is kept (the sensor's link).
     """
     sweep(chain, state, work, implicit_damping, probe_body, None)
-    close(work.torque[state.rate.shape[0] - 1], implicit_damping, work.sweep)
+    close(0.0, 0.0, 0.0, work.torque[state.rate.shape[0] - 1], implicit_damping, work.sweep)
 
 
 @fused
@@ -353,45 +353,19 @@ def _return_columns(implicit, work: Work, i, probe_body, arm, motion):
 
 
 @kernel
-def close(cut_torque, implicit_damping, work: SweepWork):
-    """Load of a rigid cut: the two position rows and the torque law of the cut joint."""
-    n = work.response.shape[0]
-    invert_closure(0.0, implicit_damping, work)
-    b0 = work.base[0, 3] - work.end[0, 3]
-    b1 = work.base[1, 3] - work.end[1, 3]
-    _solve_closure(n, b0, b1, cut_torque, implicit_damping, work)
+def close(compliance, shift_x, shift_y, cut_torque, implicit_damping, work: SweepWork):
+    """Load of the cut: the two position rows and the torque law of the cut joint.
 
-
-@kernel
-def close_compliant(force_x, force_y, implicit_stiffness, cut_torque, implicit_damping, work: SweepWork):
-    """Load of the elastic-damping cut, taken at the end of the step (A.6).
-
-    ``force_x, force_y`` (N) of spring and damper on body 1 leave the acceleration of the gap out;
-    ``implicit_stiffness`` is ``h^2 K + h C`` (kg), the force for a unit of it, 0: the force as it is. Bushing of the
-    cut as in `sweep`.
+    A rigid cut has no compliance and no shift. A compliant one, ``lambda = f + z (end'' - base'')``, has ``1 / z`` and
+    the shift ``f / z``: ``(end'' - base'') - lambda / z = -f / z``.
     """
-    n = work.response.shape[0]
-    if implicit_stiffness == 0.0:
-        work.load[0] = force_x
-        work.load[1] = force_y
-        work.load[2] = cut_torque
-        work.load[3] = 1.0
-        return
-    # lambda = f + z (end'' - base''), written as (end'' - base'') - lambda / z = -f / z
-    invert_closure(1.0 / implicit_stiffness, implicit_damping, work)
-    b0 = work.base[0, 3] - work.end[0, 3] - force_x / implicit_stiffness
-    b1 = work.base[1, 3] - work.end[1, 3] - force_y / implicit_stiffness
-    _solve_closure(n, b0, b1, cut_torque, implicit_damping, work)
-
-
-@kernel
-def _solve_closure(n, b0, b1, cut_torque, implicit_damping, work: SweepWork):
-    """Cut load from the right-hand sides of the two position rows and the torque law."""
-    inv, load, response = work.inverse, work.load, work.response
+    inv, load, response, n = work.inverse, work.load, work.response, work.response.shape[0]
+    invert_closure(compliance, implicit_damping, work)
+    b0 = work.base[0, 3] - work.end[0, 3] - shift_x
+    b1 = work.base[1, 3] - work.end[1, 3] - shift_y
     b2 = cut_torque - implicit_damping * (response[0, 3] - response[n - 1, 3])
-    load[0] = inv[0, 0] * b0 + inv[0, 1] * b1 + inv[0, 2] * b2
-    load[1] = inv[1, 0] * b0 + inv[1, 1] * b1 + inv[1, 2] * b2
-    load[2] = inv[2, 0] * b0 + inv[2, 1] * b1 + inv[2, 2] * b2
+    for k in range(3):
+        load[k] = inv[k, 0] * b0 + inv[k, 1] * b1 + inv[k, 2] * b2
     load[3] = 1.0
 
 

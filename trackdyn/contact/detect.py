@@ -23,10 +23,9 @@ from trackdyn.contact.forces import (
     ContactPoint,
     Penetration,
     apply,
-    body_motion,
-    predicted_velocity,
+    mass_centre_arm,
+    point_velocity,
     velocity_over_wheel,
-    with_plane,
 )
 from trackdyn.contact.laws import (
     elastic_force,
@@ -100,14 +99,9 @@ def tooth_loads(model: Model, state: State, work: Work, space, implicit):
             continue
         work.tooth_groove[arc] = groove
         # velocity of the arc's centre seen from the groove (Eq. 27); the force pushes along n
-        w = state.rate[body]
         gx, gy = rotated(chain.com_x[body] - along, chain.com_y[body], c, s)
-        vx, vy = predicted_velocity(
-            work, body, work.com_vx[body] + w * gy, work.com_vy[body] - w * gx, -gx, -gy, prediction
-        )
-        vx, vy, _ = velocity_over_wheel(
-            model, state, space, SPROCKET, with_plane(state, space, x, y, z, vx, vy), lx, ly
-        )
+        velocity = point_velocity(state, work, space, body, (x, y, z), (-gx, -gy), prediction)
+        vx, vy, _ = velocity_over_wheel(model, state, space, SPROCKET, velocity, lx, ly)
         speed = -(nx * vx + ny * vy)
         impact = stored_impact_speed(state.tooth_impact[arc], speed, tooth.law.speed_floor)
         state.tooth_impact[arc] = impact
@@ -159,13 +153,11 @@ def wheel_loads(model: Model, state: State, work: Work, space, implicit):
         inverse = 1.0 / distance
         nx = (qx - cx) * inverse
         ny = (qy - cy) * inverse
-        x, y, height_there = to_plane_frame(space, wheel, qx, qy, qz)
-        gx, gy, vx, vy = body_motion(model, state, work, body, x, y)
-        vx, vy = predicted_velocity(work, body, vx, vy, gx, gy, prediction)
+        px, py, pz = to_plane_frame(space, wheel, qx, qy, qz)
+        arm = mass_centre_arm(model.chain, work, body, px, py)
+        velocity = point_velocity(state, work, space, body, (px, py, pz), arm, prediction)
         # the wheel's rotation moves nothing along n
-        vx, vy, _ = velocity_over_wheel(
-            model, state, space, wheel, with_plane(state, space, x, y, height_there, vx, vy), 0.0, 0.0
-        )
+        vx, vy, _ = velocity_over_wheel(model, state, space, wheel, velocity, 0.0, 0.0)
         speed = -(nx * vx + ny * vy)
         law = wheel_law(wheels, wheel)
         impact = stored_impact_speed(state.wheel_impact[link, wheel], speed, law.speed_floor)
@@ -201,10 +193,9 @@ def guide_loads(model: Model, state: State, work: Work, space, implicit):
             lx, ly, lz = to_wheel_frame(space, wheel, x - mx, y - my, z - mz)
             if abs(lz) <= model.space.clearance or lx * lx + ly * ly > reach * reach:
                 continue
-            _, _, vx, vy = body_motion(model, state, work, body, x, y)
-            _, _, speed = velocity_over_wheel(
-                model, state, space, wheel, with_plane(state, space, x, y, z, vx, vy), lx, ly
-            )
+            arm = mass_centre_arm(model.chain, work, body, x, y)
+            velocity = point_velocity(state, work, space, body, (x, y, z), arm, 0.0)
+            _, _, speed = velocity_over_wheel(model, state, space, wheel, velocity, lx, ly)
             # no normal and no share of a contact length: only the axial force is left of the contact
             point = ContactPoint(
                 body=body, wheel=wheel, kind=GUIDE, slot=0,

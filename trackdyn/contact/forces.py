@@ -51,40 +51,39 @@ class Penetration(NamedTuple):
 
 
 @kernel
-def body_motion(model, state, work, body, x, y):
-    """Arm of a point from the body's mass centre (m) and its velocity as far as the plane does not turn (m/s)."""
-    chain, w = model.chain, state.rate[body]
+def mass_centre_arm(chain, work, body, x, y):
+    """Arm of a point from a body's mass centre, m."""
     gx, gy = rotated(chain.com_x[body], chain.com_y[body], work.cos[body], work.sin[body])
-    ax = x - (work.pin_x[body] + gx)
-    ay = y - (work.pin_y[body] + gy)
-    return ax, ay, work.com_vx[body] - w * ay, work.com_vy[body] + w * ax
+    return x - (work.pin_x[body] + gx), y - (work.pin_y[body] + gy)
 
 
 @kernel
-def predicted_velocity(work, body, vx, vy, ax, ay, prediction):
-    """Velocity (m/s) of a body's point, ``ax, ay`` (m) from its mass centre, with part of the last change added."""
-    rate = prediction * work.delta_omega[body]
-    return vx + prediction * work.com_dvx[body] - rate * ay, vy + prediction * work.com_dvy[body] + rate * ax
+def point_velocity(state, work, space, body, point, arm, prediction):
+    """Velocity of a body's point with a part of the last step's change, in the plane's frame, m/s.
 
-
-@kernel
-def with_plane(state, space, x, y, z, vx, vy):
-    """Velocity of a point with what the turning plane adds, m/s."""
+    ``point`` is its position, ``arm`` its x and y from the mass centre, m; ``prediction`` the part.
+    """
+    (x, y, z), (ax, ay) = point, arm
+    w, dw = state.rate[body], prediction * work.delta_omega[body]
+    vx = work.com_vx[body] - w * ay + prediction * work.com_dvx[body] - dw * ay
+    vy = work.com_vy[body] + w * ax + prediction * work.com_dvy[body] + dw * ax
     if space is None:
         return vx, vy, 0.0
-    az, motion = z - state.plane.motion[OFFSET], state.plane.motion
+    motion = state.plane.motion
+    az = z - motion[OFFSET]
     return vx + motion[Q] * az, vy - motion[P] * az, normal_velocity(state, space, x, y)
 
 
 @kernel
-def wheel_velocity(state: State, carriers, wheel):
-    """Velocity of a wheel's centre, m/s: 0 but for one on a carrier."""
+def wheel_velocity(state: State, carriers, wheel, past):
+    """Velocity of a wheel's centre, m/s: 0 but for one on a carrier; ``past`` is the weight of the step before."""
     k = carriers.of_wheel[wheel]
     if k < 0:
         return 0.0, 0.0
-    # the direction is that of the step before: a turn of an arm in one step is lost in rounding of the velocity
-    moved = state.slide[k]
-    return moved["rate"] * moved["along_x"], moved["rate"] * moved["along_y"]
+    # the direction is that of the step before: an arm's rotation in one step is lost in rounding of the velocity
+    carrier = state.slide[k]
+    rate = (1.0 - past) * carrier["rate"] + past * carrier["rate_before"]
+    return rate * carrier["along_x"], rate * carrier["along_y"]
 
 
 @kernel
@@ -95,7 +94,7 @@ def velocity_over_wheel(model, state, space, wheel, velocity, ox, oy):
     """
     vx, vy, vz = velocity
     vx, vy, vz = to_wheel_frame(space, wheel, vx, vy, vz)
-    tx, ty = wheel_velocity(state, model.carriers, wheel)
+    tx, ty = wheel_velocity(state, model.carriers, wheel, 0.0)
     rate = state.wheel_rate[wheel]
     return vx - tx + rate * oy, vy - ty - rate * ox, vz
 
@@ -174,14 +173,13 @@ def apply(model: Model, state: State, work: Work, point: ContactPoint, penetrati
     # motion of the body's point, and its slip with the velocity led ahead: along tau = z x n (Eqs. 31, 38 with the
     # links' own rotation) and along the axis (Eqs. 32, 39)
     x, y, z = to_plane_frame(space, wheel, point.x, point.y, point.z)
-    ax, ay, vx, vy = body_motion(model, state, work, body, x, y)
-    px, py = predicted_velocity(work, body, vx, vy, ax, ay, PREDICTION if implicit is None else 0.0)
-    vx, vy, vz = with_plane(state, space, x, y, z, vx, vy)
+    ax, ay = mass_centre_arm(model.chain, work, body, x, y)
+    vx, vy, vz = point_velocity(state, work, space, body, (x, y, z), (ax, ay), 0.0)
+    prediction = PREDICTION if implicit is None else 0.0
+    predicted = point_velocity(state, work, space, body, (x, y, z), (ax, ay), prediction)
     cx, cy, cz = wheel_centre(model, space, wheel)
     ox, oy = point.x - cx, point.y - cy
-    sx, sy, axial_slip = velocity_over_wheel(
-        model, state, space, wheel, with_plane(state, space, x, y, z, px, py), ox, oy
-    )
+    sx, sy, axial_slip = velocity_over_wheel(model, state, space, wheel, predicted, ox, oy)
     slip = nx * sy - ny * sx
 
     # normal force, and friction against the slip

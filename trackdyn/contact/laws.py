@@ -55,15 +55,10 @@ def wheel_law(wheels: Wheels, wheel):
     """Law of the links on a wheel."""
     row = wheels.law[wheel]
     return Law(
-        kind=row["kind"],
-        stiffness=row["stiffness"],
-        loss=row["loss"],
-        friction_static=row["friction_static"],
-        friction_dynamic=row["friction_dynamic"],
-        transition_velocity=row["transition_velocity"],
-        speed_floor=row["speed_floor"],
-        factor_limit=row["factor_limit"],
-    )
+        kind=row["kind"], stiffness=row["stiffness"], loss=row["loss"], friction_static=row["friction_static"],
+        friction_dynamic=row["friction_dynamic"], transition_velocity=row["transition_velocity"],
+        speed_floor=row["speed_floor"], factor_limit=row["factor_limit"],
+    )  # fmt: skip
 
 
 @kernel

@@ -98,16 +98,6 @@ def advance_carriers(model: Model, state: State, work: Work, carriers):
 
 
 @kernel
-def mean_velocity(state: State, carriers, wheel):
-    """Mean velocity of a wheel's centre over the last step, m/s: 0 but for one on a carrier."""
-    k = carriers.of_wheel[wheel]
-    if k < 0:
-        return 0.0, 0.0
-    mean = 0.5 * (state.slide[k]["rate"] + state.slide[k]["rate_before"])
-    return mean * state.slide[k]["along_x"], mean * state.slide[k]["along_y"]
-
-
-@kernel
 def carrier_energy(model: Model, state: State, carriers):
     """Kinetic energy of the carriers, energy of their springs, and of their weight, J."""
     kinetic = spring = lifted = 0.0

@@ -3,7 +3,6 @@
 from trackdyn.chain import implicit as linear
 from trackdyn.chain import riccati
 from trackdyn.chain.kinematics import add_moments, bushing_torques, damping_weight
-from trackdyn.chain.riccati import close, close_compliant
 from trackdyn.contact.detect import contact_loads
 from trackdyn.integrate.plane import update_frame
 from trackdyn.jit import kernel
@@ -42,13 +41,15 @@ def solve_chain(model: Model, state: State, work: Work, step, implicit):
         work.moment[-1] += cut[0] * force_y - cut[1] * force_x
     if implicit is not None:
         compliance = 1.0 / stiff if closure.compliant else 0.0
-        linear.accelerations(model, state, work, implicit, linear.Cut(compliance, force_x, force_y))
+        linear.accelerations(model, state, work, implicit, (compliance, force_x, force_y))
+        return
+    riccati.sweep(chain, state, work, damping, probe, None)
+    if not closure.compliant:
+        riccati.close(0.0, 0.0, 0.0, work.torque[-1], damping, sweep)
+    elif stiff > 0.0:
+        riccati.close(1.0 / stiff, force_x / stiff, force_y / stiff, work.torque[-1], damping, sweep)
     else:
-        riccati.sweep(chain, state, work, damping, probe, None)
-        if closure.compliant:
-            close_compliant(force_x, force_y, stiff, work.torque[-1], damping, sweep)
-        else:
-            close(work.torque[-1], damping, sweep)
+        sweep.load[0], sweep.load[1], sweep.load[2], sweep.load[3] = force_x, force_y, work.torque[-1], 1.0
 
 
 @kernel

@@ -4,7 +4,8 @@ import numpy as np
 
 from trackdyn.chain.kinematics import bearing_drag, rotated, stored
 from trackdyn.chain.riccati import at_load
-from trackdyn.integrate.carriers import carrier_energy, mean_velocity
+from trackdyn.contact.forces import wheel_velocity
+from trackdyn.integrate.carriers import carrier_energy
 from trackdyn.jit import kernel
 from trackdyn.model.arrays import (
     BEARING,
@@ -70,7 +71,7 @@ def account(model: Model, state: State, work: Work, lead, space):
         vx = row["speed_x"] + 0.5 * (work.com_dvx[body] - dw * row["arm_y"])
         vy = row["speed_y"] + 0.5 * (work.com_dvy[body] + dw * row["arm_x"])
         ww = 0.5 * (row["rate"] + state.wheel_rate[row["wheel"]])
-        tx, ty = mean_velocity(state, model.carriers, row["wheel"])
+        tx, ty = wheel_velocity(state, model.carriers, row["wheel"], 0.5)
         vz = sz = 0.0
         if space is not None:
             dvz, dp, dq = space.change[0], space.change[1], space.change[2]

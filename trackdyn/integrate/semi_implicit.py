@@ -5,7 +5,7 @@ of the gap of the cut joint, of second order in the step, is taken from position
 by a load through the cut: the sweep knows the chain's response to it, at two multiply-adds a body. A free loop without
 damping gains about 7e-4 of its energy in 20 s, steadily. Velocities belong to the middle of a step, and there damping
 is taken: that of the bushings by the sweep (`chain.kinematics.damping_weight`), that of contacts with velocities led
-ahead by half of what the last step changed them (`contact.forces.predicted_velocity`), on the teeth also by what the
+ahead by half of what the last step changed them (`contact.forces.PREDICTION`), on the teeth also by what the
 force itself adds in this one (`contact.laws.implicit_speed`). Without that, forces that last a few steps come out a
 tenth too high.
 """
