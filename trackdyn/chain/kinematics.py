@@ -35,6 +35,12 @@ def rotated(x, y, c, s):
     return x * c - y * s, x * s + y * c
 
 
+@inlined
+def on_pin_line(work, body, along):
+    """Position of a point on a body's pin line, ``along`` from its input pin, m."""
+    return work.pin_x[body] + along * work.cos[body], work.pin_y[body] + along * work.sin[body]
+
+
 @kernel
 def forward_kinematics(chain: Chain, state, work):
     """Pins and velocities of the mass centres along the chain, gap of the cut joint and its rate."""

@@ -7,7 +7,7 @@ the plane is the inertial one.
 from math import cos as cosine
 from math import sin as sine
 
-from trackdyn.chain.kinematics import rotated
+from trackdyn.chain.kinematics import on_pin_line, rotated
 from trackdyn.contact import neighbours
 from trackdyn.contact.axial import (
     centre_in_plane,
@@ -82,8 +82,7 @@ def tooth_loads(model: Model, state: State, work: Work, space, implicit):
         body = shoes.arc_body[arc]
         along = shoes.arc_x[arc]
         c, s = work.cos[body], work.sin[body]
-        x = work.pin_x[body] + along * c
-        y = work.pin_y[body] + along * s
+        x, y = on_pin_line(work, body, along)
         lx, ly, lz = to_wheel_frame(space, SPROCKET, x - mx, y - my, z - mz)
         groove = area = 0
         depth = nx = ny = radius = share = 0.0
@@ -92,12 +91,11 @@ def tooth_loads(model: Model, state: State, work: Work, space, implicit):
         if share > 0.0:
             groove, area, depth, nx, ny, radius = touched_area(tooth, near.groove, arc, cs, ss, lx, ly)
         work.tooth_area[arc] = area
+        work.tooth_groove[arc] = groove if area > 0 else 0
         if area == 0:
             work.tooth_force[arc] = work.friction[0, arc] = 0.0
-            work.tooth_groove[arc] = 0
             state.tooth_impact[arc] = 0.0
             continue
-        work.tooth_groove[arc] = groove
         # velocity of the arc's centre seen from the groove (Eq. 27); the force pushes along n
         gx, gy = rotated(chain.com_x[body] - along, chain.com_y[body], c, s)
         velocity = point_velocity(state, work, space, body, (x, y, z), (-gx, -gy), prediction)
@@ -134,10 +132,10 @@ def wheel_loads(model: Model, state: State, work: Work, space, implicit):
         link, wheel = near.link[k, 0], near.link[k, 1]
         slot = 2 * links + link * count + wheel
         body = shoes.link_body[link]
-        c, s = work.cos[body], work.sin[body]
-        start, end = shoes.link_start[link], shoes.link_end[link]
-        ax, ay, az = to_wheel_frame(space, wheel, work.pin_x[body] + start * c, work.pin_y[body] + start * s, z)
-        bx, by, bz = to_wheel_frame(space, wheel, work.pin_x[body] + end * c, work.pin_y[body] + end * s, z)
+        ax, ay = on_pin_line(work, body, shoes.link_start[link])
+        bx, by = on_pin_line(work, body, shoes.link_end[link])
+        ax, ay, az = to_wheel_frame(space, wheel, ax, ay, z)
+        bx, by, bz = to_wheel_frame(space, wheel, bx, by, z)
         cx, cy, cz = wheel_centre(model, space, wheel)
         kind = RING if wheel == SPROCKET else SURFACE
         fraction, qx, qy, distance = foot(ax, ay, bx, by, cx, cy)
@@ -188,8 +186,7 @@ def guide_loads(model: Model, state: State, work: Work, space, implicit):
         for pitch in range(shoes.link_body.shape[0]):
             body = shoes.arc_body[2 * pitch]
             middle = 0.5 * (shoes.arc_x[2 * pitch] + shoes.arc_x[2 * pitch + 1])
-            x = work.pin_x[body] + middle * work.cos[body]
-            y = work.pin_y[body] + middle * work.sin[body]
+            x, y = on_pin_line(work, body, middle)
             lx, ly, lz = to_wheel_frame(space, wheel, x - mx, y - my, z - mz)
             if abs(lz) <= model.space.clearance or lx * lx + ly * ly > reach * reach:
                 continue

@@ -7,6 +7,7 @@ far as that together could use it up (Verlet, Phys. Rev. 159, 1967, 98): no cont
 
 from math import sqrt
 
+from trackdyn.chain.kinematics import on_pin_line
 from trackdyn.contact.axial import centre_in_plane, height, to_wheel_frame, wheel_centre
 from trackdyn.jit import kernel
 from trackdyn.model.arrays import OFFSET, State, Work
@@ -46,8 +47,7 @@ def update(model: Model, state: State, work: Work, space):
     for arc in range(shoes.arc_body.shape[0]):
         body = shoes.arc_body[arc]
         mx, my, mz = centre_in_plane(model, space, SPROCKET)
-        x = work.pin_x[body] + shoes.arc_x[arc] * work.cos[body]
-        y = work.pin_y[body] + shoes.arc_x[arc] * work.sin[body]
+        x, y = on_pin_line(work, body, shoes.arc_x[arc])
         lx, ly, _ = to_wheel_frame(space, SPROCKET, x - mx, y - my, z - mz)
         if model.tooth.present and lx * lx + ly * ly <= (tooth.addendum + tooth.arc_radius + MARGIN) ** 2:
             near.arc[arcs] = arc
@@ -58,12 +58,10 @@ def update(model: Model, state: State, work: Work, space):
     links = 0
     for link in range(shoes.link_body.shape[0]):
         body = shoes.link_body[link]
-        middle = 0.5 * (shoes.link_start[link] + shoes.link_end[link])
+        middle_x, middle_y = on_pin_line(work, body, 0.5 * (shoes.link_start[link] + shoes.link_end[link]))
         half = 0.5 * (shoes.link_end[link] - shoes.link_start[link])
         for wheel in range(wheels.x.shape[0]):
-            x, y, _ = to_wheel_frame(
-                space, wheel, work.pin_x[body] + middle * work.cos[body], work.pin_y[body] + middle * work.sin[body], z
-            )
+            x, y, _ = to_wheel_frame(space, wheel, middle_x, middle_y, z)
             cx, cy, _ = wheel_centre(model, space, wheel)
             reach = wheels.radius[wheel] + wheels.half_thickness + half + MARGIN
             if wheels.present[wheel] and (x - cx) ** 2 + (y - cy) ** 2 < reach * reach:

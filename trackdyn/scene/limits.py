@@ -73,8 +73,8 @@ def step_limits(model, pre_tension: float, method: Method = METHODS["semi_implic
 
     def on(radius):
         """Load of a pitch on a wheel that is smaller than the sprocket, around which the chain bends more."""
-        turn = min(pitch / (2 * (radius + wheels.half_thickness)), pi / 2)
-        return load * max(sin(turn) / sin(pi / tooth.teeth), 1.0)
+        half_angle = min(pitch / (2 * (radius + wheels.half_thickness)), pi / 2)  # of a pitch
+        return load * max(sin(half_angle) / sin(pi / tooth.teeth), 1.0)
 
     def friction(law, mass, load=load):
         slope = (4 * law.friction_dynamic + 16 / 9 * (law.friction_static - law.friction_dynamic)) * load
