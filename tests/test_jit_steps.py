@@ -36,6 +36,7 @@ if jit.numba.config.DISABLE_JIT:
         def counted(*arguments):
             called.add(function.__qualname__)
             return function(*arguments)
+        counted.py_func = function
         return counted
     jit._made = made
 from trackdyn.simulation.loop import Loop
