@@ -9,7 +9,7 @@ from typing import NamedTuple
 from trackdyn.chain.kinematics import rotated
 from trackdyn.contact.axial import friction_coefficients, normal_velocity, to_plane_frame, to_wheel_frame, wheel_centre
 from trackdyn.contact.laws import force_and_slopes
-from trackdyn.jit import kernel
+from trackdyn.jit import inlined, kernel
 from trackdyn.model.arrays import OFFSET, P, Q, State, Work
 from trackdyn.model.constants import SPROCKET, Law, Model
 
@@ -50,7 +50,7 @@ class Penetration(NamedTuple):
     guide: float  # force of a guide along the wheel's axis, N
 
 
-@kernel
+@inlined
 def mass_centre_arm(chain, work, body, x, y):
     """Arm of a point from a body's mass centre, m."""
     gx, gy = rotated(chain.com_x[body], chain.com_y[body], work.cos[body], work.sin[body])
@@ -99,13 +99,13 @@ def velocity_over_wheel(model, state, space, wheel, velocity, ox, oy):
     return vx - tx + rate * oy, vy - ty - rate * ox, vz
 
 
-@kernel
+@inlined
 def friction_secant(force, mu, slip):
     """Friction over slip (N s/m) under a normal force."""
     return force * abs(mu) / max(abs(slip), 1e-9)
 
 
-@kernel
+@inlined
 def normal_ahead(force, stiffness, damping, speed, step):
     """Normal force led ahead by its slopes (N), and what a unit acceleration in the step adds to it (kg)."""
     force += AHEAD * step * stiffness * speed
