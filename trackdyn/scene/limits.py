@@ -25,7 +25,7 @@ def elastic_depth(law, load, radius):
         force, power = elastic_force.py_func(law, depth, radius)
         ratio = (load / force) ** (1.0 / power)
         depth *= ratio
-        if abs(ratio - 1.0) < 1e-15:
+        if abs(ratio - 1.0) < 1e-14:
             break
     return depth
 
