@@ -155,7 +155,7 @@ def test_sweep_solves_the_dense_system_of_the_step(make_scene, n, carried, cut):
         work.cos[:], work.sin[:] = np.cos(angle), np.sin(angle)
         work.force_x[:], work.force_y[:], work.moment[:] = loads
         work.torque[:], work.wheel_torque[:] = torque, wheel_torque
-        closed = implicit.Cut(1.0 / cut[0] if cut else 0.0, *(cut[1] if cut else (0.0, 0.0)))
+        closed = (1.0 / cut[0], *cut[1]) if cut else (0.0, 0.0, 0.0)
         implicit.accelerations(*shared(here, state, work), terms, closed)
         drag = (
             drag + rolling * carried * np.tanh(wheel_rate / SLOW) / wheel_rate
