@@ -38,7 +38,9 @@ def test_limits_of_rk4_are_larger_by_its_reach(make_scene, ring):
     euler, rk4 = limits(scene, "semi_implicit"), limits(scene, "rk4")
     # of accuracy, where a method has one
     euler, rk4 = ({name: h for name, h in bounds.items() if "turn" not in name} for bounds in (euler, rk4))
-    assert len(euler) == (7 if ring else 5)
+    # stiffness and friction of the teeth and of every wheel, and the bushing
+    assert len(euler) == 2 * (1 + scene.model.wheels.present.sum()) + 1
+    assert {type(limit) for limit in euler.values()} == {float}
     for name, limit in euler.items():
         # semi-implicit Euler takes friction with the slip that it leaves
         reach = RK4.decay / FRICTION_LEEWAY if name.startswith("friction") else RK4.oscillation

@@ -4,8 +4,9 @@ from math import inf, isinf, pi, sin, sqrt
 
 import numpy as np
 
-from trackdyn.contact.laws import elastic_force, wheel_law
+from trackdyn.contact.laws import elastic_force
 from trackdyn.integrate.methods import METHODS, Method
+from trackdyn.model.constants import Law
 
 # The static load of a pitch on its wheel is multiplied by this before the stiffness is taken: forces that
 # last reach 1.6 times the static load with the reference ring, only touch-down spikes of less than a
@@ -91,7 +92,7 @@ def step_limits(model, pre_tension: float, method: Method = METHODS["semi_implic
         limits["friction of the teeth (tooth_contact)"] = friction(tooth.law, at_pin)
     for k in np.flatnonzero(wheels.present):
         name = f"surface of wheel {k}" if k else "ring contact"
-        law, radius = wheel_law.py_func(wheels, k), float(wheels.radius[k])
+        law, radius = Law(*wheels.law[k].tolist()), float(wheels.radius[k])
         bears = on(radius) if k else load
         limits[f"contact stiffness of the {name}"] = oscillation * sqrt(link / _stiffness_at(law, bears, radius))
         limits[f"friction of the {name}"] = friction(law, link, bears)

@@ -4,8 +4,8 @@ from math import ceil, floor, log10, pi, sin
 
 import numpy as np
 
-from trackdyn.contact.laws import wheel_law
 from trackdyn.errors import InputError
+from trackdyn.model.constants import Law
 from trackdyn.rig.groove import true_depth
 from trackdyn.rig.layout import assemble, belt_around, body_lengths
 from trackdyn.rig.rig import Rig
@@ -88,7 +88,7 @@ def _tightened(rig: Rig, start: float) -> float:
         for wrap, wheel in zip(path.wrap, order, strict=True):
             radius = float(wheels.radius[wheel]) if wheel else start
             load = 2 * tension * sin(min(pitch / (2 * (radius + wheels.half_thickness)), pi / 2))
-            length += float(wrap) * elastic_depth(wheel_law.py_func(wheels, wheel), load, radius)
+            length += float(wrap) * elastic_depth(Law(*wheels.law[wheel].tolist()), load, radius)
         return length
 
     tension = max(rig.tension.pre_tension, 1.0)
