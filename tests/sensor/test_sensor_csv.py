@@ -248,6 +248,22 @@ def test_unusable_arrays_are_not_written(columns, word, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+UNITS = {"gn": "g", "cm/s^2": "cm/s2", "Gal": "cm/s2"}  # as the command has them
+
+
+@pytest.mark.parametrize(
+    ("unit", "of_g"),
+    [("g", 1.0), ("gn", 1.0), ("mg", 1e3), ("m/s2", 9.81), ("cm/s^2", 981.0), ("Gal", 981.0), ("mm/s2", 9810.0)],
+)
+def test_every_unit_of_acceleration_is_read(unit, of_g, tmp_path):
+    text = f"t_s,ay ({unit})\n" + "".join(f"{k / 1000:.3f},{(1 + 0.01 * k) * of_g:.6f}\n" for k in range(6))
+    path = write(tmp_path / "record.csv", text)
+    np.testing.assert_allclose(read_sensor_csv(path).ay_g, AY, rtol=1e-6)
+    stated = SensorMapping(unit=UNITS.get(unit, unit))
+    path.write_text(text.replace(f" ({unit})", ""), encoding="utf-8")
+    np.testing.assert_allclose(read_sensor_csv(path, stated).ay_g, AY, rtol=1e-6)
+
+
 def test_a_large_file_is_refused_at_once(tmp_path, monkeypatch):
     monkeypatch.setattr(logger_files, "MOST_BYTES", 100)
     refused(write(tmp_path / "record.csv", CLEAN), ["more than 0 MB"])
