@@ -11,7 +11,8 @@ from trackdyn.contact.laws import friction_coefficient, wheel_law
 from trackdyn.integrate.run import refresh
 from trackdyn.model.arrays import FLANK, GUIDE, RING, SURFACE, make_space_work, make_work
 from trackdyn.model.constants import INDEPENDENT, SPROCKET
-from trackdyn.scene.build import build_space, start_plane
+from trackdyn.scene.build import build_space
+from trackdyn.simulation.settling import start_plane
 
 TILTED = {
     "sprocket__toe": 0.4, "idler__camber": -0.7, "idler__axial_offset": 0.003, "road_wheel__toe": -0.5,

@@ -10,7 +10,6 @@ from functools import cached_property
 from math import asin, atan2, cos, hypot, pi, sin, sqrt
 
 import numpy as np
-import scipy  # loads its parts when they are used
 
 from trackdyn.errors import InputError
 from trackdyn.rig.rig import Rig
@@ -362,32 +361,3 @@ def assemble(rig: Rig, lengths: np.ndarray | None = None) -> Assembly:
     away = np.hypot(*middle.T) > 1.2 * path.circles[0, 2]
     off = np.abs((on_wheel - direction + pi) % (2 * pi) - pi) + 10 * away
     return Assembly(pins[:-1], angle, float(on_wheel[np.argmin(off)] - pi / rig.sprocket.teeth), float(shift), lever)
-
-
-# An oblong loop: the joints turn by more at its ends than along its sides.
-SQUASH = 0.3
-
-
-def free_loop(lengths: np.ndarray) -> Assembly:
-    """An oblong, closed clockwise loop of bodies around the origin, without wheels.
-
-    The angle of body i is ``-2 pi i / n`` with a second harmonic that makes the loop oblong, and a first one that
-    closes it. Raises `InputError`: the bodies do not close so.
-    """
-    n = len(lengths)
-    phase = -2 * pi * np.arange(n) / n
-
-    def angles(first):
-        return phase + SQUASH * np.sin(2 * phase) + first[0] * np.cos(phase) + first[1] * np.sin(phase)
-
-    def gap(first):
-        a = angles(first)
-        return [lengths @ np.cos(a), lengths @ np.sin(a)]
-
-    first, _, success, _ = scipy.optimize.fsolve(gap, [0.0, 0.0], xtol=1e-15, full_output=True)
-    if success != 1 and np.hypot(*gap(first)) > 1e-12 * lengths.sum():
-        raise InputError(f"a free loop of {n} bodies does not close; it needs at least three bodies of similar length")
-    angle = angles(first)
-    step = np.column_stack([np.cos(angle), np.sin(angle)]) * lengths[:, None]
-    pins = np.vstack([np.zeros(2), np.cumsum(step, axis=0)[:-1]])
-    return Assembly(pins - pins.mean(axis=0), angle, 0.0, 0.0)

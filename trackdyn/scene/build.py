@@ -7,7 +7,7 @@ import numpy as np
 from trackdyn.errors import InputError
 from trackdyn.integrate.carriers import along, push
 from trackdyn.integrate.methods import METHODS
-from trackdyn.model.arrays import Plane, State, Work
+from trackdyn.model.arrays import Work
 from trackdyn.model.constants import (
     INDEPENDENT,
     LAW,
@@ -255,31 +255,6 @@ def build_space(scene, tooth: Tooth, wheels: Wheels) -> Space:
         **{name: float(value) for name, value in rig.guide},
         friction=FRICTION[scene.fidelity["friction"].setting],
     )  # fmt: skip
-
-
-def start_plane(rig: Rig, model: Model, state: State) -> Plane:
-    """The plane through the middles of the wheels, at rest; the loop is laid into it in ``state``.
-
-    Without axial offsets that is the plane of the planar model, exactly. The least turn takes one
-    plane to the other, and the loop is shifted in it so that it stays where it was on the sprocket.
-    """
-    centres = wheel_centres(rig, model.wheels)
-    motion, attitude = np.zeros(4), np.array([1.0, 0.0, 0.0, 0.0])
-    if not centres[:, 2].any():
-        return Plane(motion, attitude)
-    sides = np.column_stack([np.ones(len(centres)), model.wheels.x, model.wheels.y])
-    z0, slope_x, slope_y = np.linalg.lstsq(sides, centres[:, 2], rcond=None)[0]
-    normal = np.array([-slope_x, -slope_y, 1.0]) / np.sqrt(1.0 + slope_x**2 + slope_y**2)
-    # from e_z to the normal: Euler parameters (1 + e_z . n, e_z x n), normalised
-    attitude[:] = np.array([1.0 + normal[2], -normal[1], normal[0], 0.0]) / np.sqrt(2.0 * (1.0 + normal[2]))
-    motion[0] = z0 * normal[2]
-    # A_P^T R of the sprocket's centre; rows of A_P^T for a turn about an axis in the plane
-    h, k = normal, 1.0 / (1.0 + normal[2])
-    x_axis = np.array([1.0 - k * h[0] ** 2, -k * h[0] * h[1], -h[0]])
-    y_axis = np.array([-k * h[0] * h[1], 1.0 - k * h[1] ** 2, -h[1]])
-    state.pin[0] += x_axis @ centres[SPROCKET] - model.wheels.x[SPROCKET]
-    state.pin[1] += y_axis @ centres[SPROCKET] - model.wheels.y[SPROCKET]
-    return Plane(motion, attitude)
 
 
 def build_model(scene) -> Model:

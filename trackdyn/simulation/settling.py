@@ -10,15 +10,18 @@
 import copy
 import json
 from collections.abc import Callable
+from math import pi
 from typing import NamedTuple
 
 import numpy as np
+import scipy  # its parts are loaded where they are used
 
-from trackdyn.errors import DivergenceError
-from trackdyn.model.arrays import State, Work, make_arrays
+from trackdyn.errors import DivergenceError, InputError
+from trackdyn.model.arrays import Plane, State, Work, make_arrays
 from trackdyn.model.constants import SPROCKET, Model
-from trackdyn.rig.layout import check_overlap, free_loop
-from trackdyn.scene.build import CARRIED, check_stops, start_plane
+from trackdyn.rig.layout import Assembly, check_overlap
+from trackdyn.rig.rig import Rig
+from trackdyn.scene.build import CARRIED, check_stops, wheel_centres
 from trackdyn.scene.scene import RECORD_FIELDS, Scene
 from trackdyn.scene.step import allowed_step, first_that_runs
 from trackdyn.simulation.initial_tension import TensionedLoop, tensioned
@@ -27,6 +30,8 @@ from trackdyn.simulation.rest_state import LEAST_STEP, Restless, check_meshing, 
 
 # A loop that does not come to rest is settled anew with half the step, so many times.
 HALVINGS = 2
+# A free loop is oblong: the joints turn by more at its ends than along its sides.
+SQUASH = 0.3
 # What a scene asks for that a loop at rest does not know yet.
 LATER = ("motor_rpm", *RECORD_FIELDS)
 
@@ -160,3 +165,53 @@ def _spinning_loop(scene: Scene) -> Start:
     state.rate[:] = spin
     state.pin[2:] = [-spin * state.pin[1], spin * state.pin[0]]
     return Start(model, state, equipped(scene, model, work), {})
+
+
+def free_loop(lengths: np.ndarray) -> Assembly:
+    """An oblong, closed clockwise loop of bodies around the origin, without wheels.
+
+    The angle of body i is ``-2 pi i / n`` with a second harmonic that makes the loop oblong, and a first one that
+    closes it. Raises `InputError`: the bodies do not close so.
+    """
+    n = len(lengths)
+    phase = -2 * pi * np.arange(n) / n
+
+    def angles(first):
+        return phase + SQUASH * np.sin(2 * phase) + first[0] * np.cos(phase) + first[1] * np.sin(phase)
+
+    def gap(first):
+        a = angles(first)
+        return [lengths @ np.cos(a), lengths @ np.sin(a)]
+
+    first, _, success, _ = scipy.optimize.fsolve(gap, [0.0, 0.0], xtol=1e-15, full_output=True)
+    if success != 1 and np.hypot(*gap(first)) > 1e-12 * lengths.sum():
+        raise InputError(f"a free loop of {n} bodies does not close; it needs at least three bodies of similar length")
+    angle = angles(first)
+    step = np.column_stack([np.cos(angle), np.sin(angle)]) * lengths[:, None]
+    pins = np.vstack([np.zeros(2), np.cumsum(step, axis=0)[:-1]])
+    return Assembly(pins - pins.mean(axis=0), angle, 0.0, 0.0)
+
+
+def start_plane(rig: Rig, model: Model, state: State) -> Plane:
+    """The plane through the middles of the wheels, at rest; the loop is laid into it in ``state``.
+
+    Without axial offsets that is the plane of the planar model, exactly. The least turn takes one
+    plane to the other, and the loop is shifted in it so that it stays where it was on the sprocket.
+    """
+    centres = wheel_centres(rig, model.wheels)
+    motion, attitude = np.zeros(4), np.array([1.0, 0.0, 0.0, 0.0])
+    if not centres[:, 2].any():
+        return Plane(motion, attitude)
+    sides = np.column_stack([np.ones(len(centres)), model.wheels.x, model.wheels.y])
+    z0, slope_x, slope_y = np.linalg.lstsq(sides, centres[:, 2], rcond=None)[0]
+    normal = np.array([-slope_x, -slope_y, 1.0]) / np.sqrt(1.0 + slope_x**2 + slope_y**2)
+    # from e_z to the normal: Euler parameters (1 + e_z . n, e_z x n), normalised
+    attitude[:] = np.array([1.0 + normal[2], -normal[1], normal[0], 0.0]) / np.sqrt(2.0 * (1.0 + normal[2]))
+    motion[0] = z0 * normal[2]
+    # A_P^T R of the sprocket's centre; rows of A_P^T for a turn about an axis in the plane
+    h, k = normal, 1.0 / (1.0 + normal[2])
+    x_axis = np.array([1.0 - k * h[0] ** 2, -k * h[0] * h[1], -h[0]])
+    y_axis = np.array([-k * h[0] * h[1], 1.0 - k * h[1] ** 2, -h[1]])
+    state.pin[0] += x_axis @ centres[SPROCKET] - model.wheels.x[SPROCKET]
+    state.pin[1] += y_axis @ centres[SPROCKET] - model.wheels.y[SPROCKET]
+    return Plane(motion, attitude)
