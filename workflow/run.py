@@ -16,7 +16,7 @@ def configurations(arguments: list[str]) -> list[Path]:
     """Files of ``--configfile``, also those that a profile names."""
     from snakemake.cli import parse_args
 
-    # what is wrong with the arguments, and their help, Snakemake says itself
+    # Snakemake itself says their help, and what is wrong with them
     with suppress(SystemExit), redirect_stdout(StringIO()), redirect_stderr(StringIO()):
         return list(parse_args(arguments)[1].configfile or [])
     return []
@@ -37,7 +37,7 @@ def main(arguments: list[str]) -> None:
             f"{error.filename}: cannot be made ({error.strerror}), and Snakemake needs a cache there; set "
             "XDG_CACHE_HOME to a folder that can be written"
         ) from None
-    if Path.cwd() != ROOT:  # what is given stands behind, and counts
+    if Path.cwd() != ROOT:  # an option that is given stands behind, and counts
         arguments = [f"--snakefile={ROOT / 'Snakefile'}", f"--directory={ROOT}", *arguments]
     for file in configurations(arguments):
         read_layer(file)

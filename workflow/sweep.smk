@@ -48,7 +48,7 @@ SWEEP = {name: str(config[name]) if usual is None else type(usual)(config.get(na
 # with every try more memory and time
 GROWING = {name: lambda wildcards, attempt, most=SWEEP[name]: most * attempt for name in ("mem_mb", "runtime")}
 BESIDE = str(Path(SWEEP["out"]).with_suffix(""))
-STORE = f"{BESIDE}.rows" # of rows as they come
+STORE = f"{BESIDE}.rows" # folder of rows as they come
 LOGS = f"{BESIDE}.logs/"
 # Otherwise a batch's results would be one more sweep's.
 wildcard_constraints:
@@ -58,7 +58,7 @@ wildcard_constraints:
 PACKAGE = Path(importlib.util.find_spec("trackdyn").submodule_search_locations[0])
 
 
-# what the jobs import of the package, so that an edit there makes their results due
+# modules that the jobs import of the package, so that an edit there makes their results due
 SOURCES = [
     os.path.relpath(file) if file.is_relative_to(Path.cwd()) else str(file)
     for file in imported_files(PACKAGE / "sweeps" / "batch_jobs.py", PACKAGE.parent)

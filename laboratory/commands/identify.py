@@ -89,7 +89,7 @@ def identify(
     for measurement in measured:
         scene_of_speed(
             base, measurement.speed, measurement.turn_s
-        )  # what cannot be simulated is refused before all else
+        )  # a scene that cannot be simulated is refused before all else
     unknowns = requested_unknowns([unknown_of(text) for text in unknown or []], base, rig)
     check_writable(out / "index.html")
     if out.exists() and any(out.iterdir()) and not resume:

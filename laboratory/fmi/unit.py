@@ -1,4 +1,4 @@
-"""What crosses the border of a co-simulation unit: inputs that a rig has, outputs, and one exchange after another."""
+"""Variables at the border of a co-simulation unit: inputs that a rig has, outputs, and one exchange after another."""
 
 from collections.abc import Callable
 from math import inf, isfinite

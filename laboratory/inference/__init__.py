@@ -1,1 +1,1 @@
-"""What the answer and identification share: unknown parameters of a rig, and emulators of its runs."""
+"""Tools that the answer and identification share: unknown parameters of a rig, and emulators of its runs."""

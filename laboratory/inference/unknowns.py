@@ -71,7 +71,7 @@ class Unknown(Section):
         return ends[:, 0], np.concatenate([[0.0], np.cumsum(width) / width.sum()])
 
     def value(self, x: float) -> float:
-        """What stands at a position of 0 to 1."""
+        """Value at a position of 0 to 1 in the range."""
         low, begins = self._edges()
         ends = np.array(self.intervals, dtype=float)
         k = int(np.clip(np.searchsorted(begins, x, side="right") - 1, 0, len(low) - 1))

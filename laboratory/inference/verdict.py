@@ -1,4 +1,4 @@
-"""What draws of a posterior say about each unknown, by a rule that was written before any
+"""Verdict of the draws of a posterior on each unknown, by a rule that was written before any
 fit.
 
 Positions are those of the unit cube, over which the prior is even: its 90 % interval is 0.9 wide.

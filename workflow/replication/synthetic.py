@@ -50,12 +50,12 @@ IMPACT_S = (0.001, 0.003)  # shortest and longest half sine, s
 LEAVING = 0.4  # share of an impact at running off against running on
 FAR = 0.35  # share that reaches the neighbouring link
 REACH = 1.0  # length of chain over which that share falls to 1/e, m
-AXIS_SHARE = (0.5, 1.0, 0.3)  # of an impact in x, y, z
+AXIS_SHARE = (0.5, 1.0, 0.3)  # shares of an impact in x, y, z
 
 # assumed: sensor
 GLUE_HZ = 220.0
 GLUE_DAMPING = 0.08
-CROSS_AXIS = 0.02  # of y that the lateral axis shows
+CROSS_AXIS = 0.02  # share of y that the lateral axis shows
 NOISE_G = 0.02  # RMS of each axis
 BITS = 16
 TOP_G = RANGE_G * (1.0 - 2.0 ** (1 - BITS))  # highest value that the converter gives

@@ -1,4 +1,4 @@
-# What the rules share. A rule's script is the module that computes or draws; what it imports stands among the inputs.
+# Names that the rules share. A rule's script is the module that computes or draws; what it imports stands among the inputs.
 
 
 def needs(script, folder="workflow/replication"):
@@ -48,7 +48,7 @@ def follow_contents():
 onstart:
     # Snakemake's own handler waits for a lock that the loop which it interrupts may hold, and then hangs
     signal.signal(signal.SIGTERM, signal.default_int_handler)
-    remove_abandoned(R) # what a killed job was writing
+    remove_abandoned(R) # files that a killed job was writing
 
 
 def figure(name, folder=""):

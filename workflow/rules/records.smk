@@ -5,7 +5,7 @@ LETTERS = dict(zip("abcdefgh", CONFIG.records.speeds_rpm))
 RECORDS = [f"{R}/sensor/{rpm}.csv" for rpm in SPEEDS] if CONFIG.sensor_csv else []
 
 
-# What is measured of a rig's runs: the records with their coarse tooth, the ring study, each as soon as it is there; the
+# Runs of a rig that are measured together: the records with their coarse tooth, the ring study, each as soon as it is there; the
 # meshing process where all are gathered.
 PARTS = {"records": r"[\d.]+rpm|coarse/.*", "ring": "ring/.*", "meshing": "meshing/.*"}
 
@@ -78,7 +78,7 @@ rule sensor_records:
     params:
         speeds=CONFIG.records.speeds_rpm,
         synthetic=CONFIG.synthetic,
-    priority: 100 # what is wrong with a record is said before anything is simulated
+    priority: 100 # a fault of a record is said before anything is simulated
     log: f"{R}/logs/sensor_records.log"
     message: "Reading the sensor's records"
     script: "../replication/report/sensor_records.py"

@@ -57,7 +57,7 @@ rule simulate:
         rig=rig_of,
         kernels=KERNELS,
     output: recording("{run}", "{folder}")
-    # what the run is asked to do: a change in the configuration reruns only the runs it touches
+    # fields of the scene: a change in the configuration reruns only the runs it touches
     params: scenes=scenes_of(["{run}"])
     log: f"{R}/logs/{{folder}}simulate/{{run}}.log"
     message: "Simulating {wildcards.folder}{wildcards.run}"

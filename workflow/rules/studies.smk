@@ -1,4 +1,4 @@
-# What accuracy costs: the ladder of fidelities, work-precision data, the planner. `trade` is asked for by
+# Cost of accuracy: the ladder of fidelities, work-precision data, the planner. `trade` is asked for by
 # name; a short form of it belongs to the default target. Costs are CPU time: jobs may run side by side.
 
 # settings of the ladder whose method is not the standard one

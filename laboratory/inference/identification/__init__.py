@@ -1,1 +1,1 @@
-"""What a record says about the track that made it: features, posterior, calibration."""
+"""Identification of a track from a record of it: features, posterior, calibration."""

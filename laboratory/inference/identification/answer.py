@@ -135,7 +135,7 @@ def write_answer(answer: Identification, rig_path: Path | str, out: Path) -> Rig
     text = best_rig_text(answer, rig_path, [measurement.record.path.name for measurement in answer.measured])
     with replacing(out / "rig.yaml") as temporary:
         write_text(temporary, text)
-        rig = load_rig(temporary)  # what is not a rig does not become one
+        rig = load_rig(temporary)  # refuses values that make no rig
     for name, table in tables(answer).items():
         write_csv(out / f"{name}.csv", table)
     return rig

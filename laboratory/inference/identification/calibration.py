@@ -39,7 +39,7 @@ from trackdyn.sources import module_hash
 from trackdyn.sweeps.engine import check_completed, key_of, results
 
 LEVELS = (0.5, 0.8, 0.9, 0.95)
-PRIOR, NONE = "prior", "none"  # what discrepancy a truth's record has: drawn from the prior, or none at all
+PRIOR, NONE = "prior", "none"  # discrepancy of a truth's record: drawn from the prior, or none
 ALL = "all unknowns"
 RANKS = 99  # independent draws that a truth is ranked among: 100 ranks, five in each of the bins
 BINS = 20
@@ -68,8 +68,8 @@ class CalibrationConfig(Section):
 class Data(NamedTuple):
     """Simulations that a calibration is made of."""
 
-    unknowns: Unknowns  # what is identified
-    speeds: tuple[MeasuredSpeed, ...]  # of every record
+    unknowns: Unknowns
+    speeds: tuple[MeasuredSpeed, ...]  # one a record
     points: np.ndarray  # (n, d) of the unit cube: what the emulator learns from
     simulated: np.ndarray  # (n, features) what simulations of one turn gave there
     truths: np.ndarray  # (t, d) of the unit cube
@@ -79,7 +79,7 @@ class Data(NamedTuple):
 
 
 def requested_unknowns(config: CalibrationConfig) -> tuple[Unknowns, Experiment]:
-    """What is identified, and what one turn of every rig is asked."""
+    """Unknowns to identify, and the speeds at which every rig runs for one turn."""
     rig = load_rig(config.rig)
     choices = tuple(config.choices.items())
     speeds = tuple(MeasuredSpeed(rpm, config.ring_radius_m, RATE, choices=choices) for rpm in config.speeds_rpm)
@@ -87,7 +87,7 @@ def requested_unknowns(config: CalibrationConfig) -> tuple[Unknowns, Experiment]
 
 
 def _seeds(config: CalibrationConfig) -> list[np.random.SeedSequence]:
-    """Of the simulations and the truths."""
+    """Seeds of the simulations and of the truths."""
     return np.random.SeedSequence(config.seed).spawn(2)
 
 

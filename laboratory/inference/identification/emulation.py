@@ -28,17 +28,17 @@ from trackdyn.errors import InputError
 
 KEPT = 0.995  # fraction of the variance, in discrepancies squared, that the components keep
 MOST = 14  # components
-ITERATIONS = 40  # of the search for lengths and noise
+ITERATIONS = 40  # steps of the search for lengths and noise
 SEARCHED = 160  # simulations that it looks at: each evaluation costs their number cubed
-LENGTHS = (0.2, 100.0)  # of inputs that have a variance of 1
+LENGTHS = (0.2, 100.0)  # bounds of the lengths, for inputs that have a variance of 1
 NOISE = (
     1e-6,
     1.0,
-)  # of a component that has a variance of 1, for what jumps (an arc that lets go, an area that changes)
+)  # for a component that has a variance of 1 and jumps (an arc that lets go, an area that changes)
 ROUNDING = 1e-8  # variance of every feature, over scale squared: two that are the same have a covariance, too
-FOLDS = 8  # of the cross-validation
-SLOPE_STEP = 0.02  # of the central difference, as a share of the range of an unknown
-LEAST_DEGREES, MOST_DEGREES = 2.0, 200.0  # of freedom: hardly a variance, hardly a tail
+FOLDS = 8  # parts of the cross-validation
+SLOPE_STEP = 0.02  # step of the central difference, as a share of the range of an unknown
+LEAST_DEGREES, MOST_DEGREES = 2.0, 200.0  # freedom of Student's distribution: hardly a variance, hardly a tail
 LEAST_JUDGED = 32  # simulations whose errors make a covariance; of fewer, all simulations' errors do
 
 

@@ -27,14 +27,14 @@ from trackdyn.sweeps.engine import DONE, check_completed, key_of, results
 # s at constant speed: after 3 s, strands of little damping still move from the start, by up to a factor of four between
 # 3 and 6 Hz at 210 rpm; a turn after 12 s differs from one after 24 s as single turns do
 LEAD_IN = 12.0
-MARGIN = 0.5  # of the step limit, which is one of stability: hard rings on tight loops ring beyond what it resolves
-# of the step, where a run finds that its contacts are not resolved; where motion repeats, resolved runs agree to 1 % in
-# all features
+MARGIN = 0.5  # share of the step limit, a limit of stability: hard rings on tight loops ring beyond what it resolves
+# Halvings of the step, where a run finds that its contacts are not resolved; where motion repeats, resolved runs agree
+# to 1 % in all features.
 HALVINGS = 2
 
 
 class MeasuredSpeed(NamedTuple):
-    """What is simulated beside a record."""
+    """The simulation beside a record."""
 
     rpm: float  # motor speed, rev/min
     ring_radius: float | None  # radius of the sprocket's ring, m; None: no ring
@@ -69,11 +69,11 @@ def simulated_ay(
 
 
 class Experiment(NamedTuple):
-    """What every rig is asked."""
+    """The runs of every rig."""
 
     rig: Rig  # all that is not changed
     speeds: tuple[MeasuredSpeed, ...]  # at which records are simulated
-    turns: int = 1  # of the loop in each; where motion repeats, one says it all
+    turns: int = 1  # recorded turns of the loop; where motion repeats, one suffices
     noise: float = 0.0  # white noise that is added to the records, g: for records that play a sensor's
     begin: float = 0.0  # fraction of a turn by which the records begin later
 
@@ -85,7 +85,7 @@ class Experiment(NamedTuple):
 
 
 def rows_of_rigs(memory: float) -> Callable[..., dict]:
-    """What computes the rows of `run`; none takes much memory."""
+    """Maker of the function that computes the rows of `run`; none takes much memory."""
     return _statistics
 
 
@@ -102,7 +102,7 @@ def _statistics(rig: dict, changes: dict, speeds: list, turns: int, noise: float
 
 
 class Simulated(NamedTuple):
-    """What came of a list of rigs."""
+    """Results of a list of rigs."""
 
     # for every rig that ran, `turn_statistics` of every speed; None for one that could not run
     statistics: list[list[np.ndarray] | None]

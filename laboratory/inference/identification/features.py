@@ -1,4 +1,4 @@
-"""What a record of ay tells without being aligned in time: lines, orders, bands and crests, each as a logarithm.
+"""Features of a record of ay that need no alignment in time: lines, orders, bands and crests, each as a logarithm.
 
 A record is cut into whole turns of the loop. In the spectrum of one turn the bins are orders of the loop, so that its
 lines and the passing of pitches stand in known bins, whatever the speed. Powers are averaged over turns before the
@@ -15,13 +15,13 @@ from sklearn.covariance import LedoitWolf
 from trackdyn.errors import InputError
 
 LINES = 5  # harmonics of the dominant peak
-PASSING = 3  # of the order at which pitches pass
+PASSING = 3  # multiples of the order at which pitches pass
 BESIDE = 2  # loop orders to either side that belong to such an order: what turns with the loop modulates it
 BANDS_HZ = (1.0, 3.0, 6.0, 12.0, 25.0, 50.0, 100.0, 200.0)
 HIGH_HZ = 25.0  # lower edge from which on a band is of high frequency: glue, links that bend, short contacts
 FLOOR_G = 0.01  # amplitudes below it are not told from nothing: a logarithm has no other bottom
 TAIL = 0.005  # share of the samples beyond either tail
-LEAST_TURNS = 4  # of a record: the variance of Student's distribution with one less exists from there on
+LEAST_TURNS = 4  # turns of a record: the variance of Student's distribution with one less exists from there on
 RESAMPLED = 2000  # bootstrap samples: the error of a standard deviation from them is 1.6 %
 
 
@@ -63,7 +63,7 @@ def turn_statistics(ay, rate: float, turn_s: float, pitches: int) -> np.ndarray:
     blocks = turns_of(np.asarray(ay, dtype=float), rate, turn_s)
     blocks = blocks - blocks.mean(axis=1, keepdims=True)
     count = blocks.shape[1]
-    power = 2.0 * np.abs(scipy.fft.rfft(blocks, axis=1) / count) ** 2  # of order k, mean square
+    power = 2.0 * np.abs(scipy.fft.rfft(blocks, axis=1) / count) ** 2  # (turns, orders) mean square of order k
     power[:, 0] = 0.0
     low, middle, high = np.quantile(blocks, [TAIL, 0.5, 1.0 - TAIL], axis=1)
     columns = []

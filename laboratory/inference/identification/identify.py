@@ -28,8 +28,8 @@ from laboratory.inference.unknowns import Unknowns
 from laboratory.inference.verdict import IN_DOUBT, NOT_IDENTIFIED, verdict
 from trackdyn.errors import InputError
 
-LEAST_SPREAD = 1e-3  # of a feature over the ranges, relative: less says nothing
-MOST_FAILED = 0.25  # of the rigs
+LEAST_SPREAD = 1e-3  # relative spread of a feature over the ranges: less says nothing
+MOST_FAILED = 0.25  # share of the rigs
 WIDER = 1.3  # the second wave's points, about their mean, than the posterior
 DRAWS = 2000  # that are written and predicted from
 INTERVAL = (0.05, 0.5, 0.95)
@@ -40,29 +40,29 @@ class Settings(NamedTuple):
 
     simulations: int = 128  # rigs of the first wave, a power of two; the second has half as many
     waves: int = 2  # 1 or 2: whether more rigs are simulated where the first answer lies
-    steps: int = STEPS  # of the walkers
+    steps: int = STEPS  # steps of the walkers
     jobs: int = 1  # processes that simulate
-    seed: int = 0  # the same seed gives the same draws
+    seed: int = 0  # equal seeds give equal draws
     progress: bool = True  # show bars
 
 
 class Identification(NamedTuple):
     """Result of an identification, with p features of all records, s samples of the posterior and d unknowns."""
 
-    unknowns: Unknowns  # what was asked for
+    unknowns: Unknowns
     measured: list[Measured]  # the records
     records: MeasuredRecords  # their features
     kept: np.ndarray  # (p,) which features say something: they vary over the ranges
     table: pd.DataFrame  # a row an unknown: verdict, best value, interval, range
     best: dict[str, float]  # value of each unknown where the posterior is highest
-    draws: Draws  # of the posterior
+    draws: Draws  # from the posterior
     points: np.ndarray  # (s, dimension) some of them, as many as are predicted from
     posterior: Posterior
     predicted: np.ndarray  # (s, p) features of further records of the same rigs, discrepancy and scatter included
     simulated: np.ndarray  # (s, p) features of simulations at the draws, by the emulator alone
     held_out: pd.DataFrame | None  # each record beside what the others predict of it; None for a single record
     best_features: np.ndarray  # (p,) of a simulation of the best rig itself
-    emulator: FeatureEmulator  # of the kept features
+    emulator: FeatureEmulator  # for the features that are used
     failed: list[str]  # why rigs could not run
 
 

@@ -16,7 +16,7 @@ from trackdyn.errors import InputError
 from trackdyn.rig.rig import Rig
 from trackdyn.rig.rig_file import DRAG_FIELDS
 
-# What rulers and scales do not tell: rubber, tension, contact, drag, the fit of chain and sprocket.
+# Parameters that rulers and scales do not tell: rubber, tension, contact, drag, the fit of chain and sprocket.
 CANDIDATES = (
     "bushing.stiffness", "tension.pre_tension", "sprocket.equal_pitch_radius", "groove.seat_depth",
     "ring_contact.youngs_modulus", "ring_contact.restitution", "ring_contact.transition_velocity",
@@ -27,7 +27,7 @@ CANDIDATES = (
 OF_BUSHINGS = {"hysteretic": "bushing.loss_factor", "viscous": "bushing.damping"}
 LOG_FROM = 4.0  # ratio of the bounds from which on an unknown is spread evenly in its logarithm
 MOST = 4
-BETWEEN = (0.25, 0.75)  # of the range: a change over half of it
+BETWEEN = (0.25, 0.75)  # two positions in the range: a change over half of it
 
 
 def unknown_of(text: str) -> Unknown:

@@ -27,7 +27,7 @@ class Measured:
     """A record and what is taken from it."""
 
     record: SensorRecord  # as it is compared: averaged, if it is faster than the simulation by a whole factor
-    speed: MeasuredSpeed  # what is simulated beside it
+    speed: MeasuredSpeed  # the simulation beside it
     turn_s: float  # time of a turn of the loop, s
     statistics: np.ndarray  # (turns, features) `turn_statistics`
 

@@ -40,7 +40,7 @@ from trackdyn.rig.yaml_file import read_yaml
 
 CELLS = 30
 SMOOTHED, LEAST_CELLS = 1.3, 2.5  # cells: standard deviations of the smoothing, and of the draws that are smoothed
-MASSES = (0.9, 0.5)  # of the draws within the contours
+MASSES = (0.9, 0.5)  # shares of the draws within the contours
 
 
 @styled

@@ -1,1 +1,1 @@
-"""What others certify a replication with: the manifest of a run and its comparison with another."""
+"""Tools to certify a replication with: the manifest of a run and its comparison with another."""

@@ -20,11 +20,11 @@ from trackdyn.rig.validation import shown
 # Written before the runs that test it: tables are written with six digits or more, a last digit that turns over is at
 # most 1e-5 of a value, and two may.
 RELATIVE = 2e-5
-# What is rounding and nothing else, and how large it may be: the tests hold the loop closed to 1e-10 m.
+# Columns that hold rounding and nothing else, and how large it may be: the tests hold the loop closed to 1e-10 m.
 ROUNDING = {"loop_gap_max_m": 1e-10, "gap_before_projection_m": 1e-9, "loop_gap_m": 1e-10, "gap_m": 1e-10}
-# of a change below which nothing is printed, relative to the largest value of its column
+# a smaller difference counts as none, relative to the largest value of its column
 NOTHING = 1e-9
-# of the bytes of a picture, page or recording: other last digits are as many, and hardly change how they compress
+# share by which the size of a picture, page or recording may differ: other last digits hardly change how it packs
 SIZE = 0.1
 # how whole files end
 TEXTS = {

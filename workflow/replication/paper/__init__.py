@@ -1,1 +1,1 @@
-"""What belongs to this one paper: its printed numbers, its claims and their evidence, its figures and tables."""
+"""All that belongs to this one paper: its printed numbers, its claims and their evidence, its figures and tables."""

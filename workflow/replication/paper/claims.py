@@ -118,7 +118,7 @@ class Value(NamedTuple):
     rpm: float  # motor speed, rev/min; NaN for a number that belongs to all speeds
     reading: str  # which of several at a speed: a reading of the paper's words, ``least``, ``largest``, a count from 1
     value: float
-    printed: float  # what it is compared with; NaN for a trend
+    printed: float  # the value it is compared with; NaN for a trend
     # From what is printed in tolerances: at most 1 is met. A one-sided claim is at 1 on its bound (`Claim.within`
     # beyond what is printed), one `Claim.scale` beyond it at 2, one or more on the good side of it at 0. Infinite for
     # what never happens; NaN where there is no distance: a trend, a one-sided claim without a scale, no test
@@ -132,7 +132,7 @@ class Judgement(NamedTuple):
     measured: str  # the measured value as text, or why there is none
     verdict: str
     speeds: list[float]  # at which it was judged, rev/min
-    values: tuple[Value, ...] = ()  # what the verdict is made from: none for text, and for what is not comparable
+    values: tuple[Value, ...] = ()  # basis of the verdict: none for text, and for a claim that is not comparable
 
 
 def _speeds(claim: Claim, e: Evidence) -> list[float]:
@@ -238,7 +238,7 @@ def _text(value) -> str:
 
 
 def printed_text(claim: Claim, speeds=()) -> str:
-    """What there is to compare with: a printed number, a bound that we read into the paper's words, or only words.
+    """Text of the value to compare with: a printed number, a bound that we read into the paper's words, or only words.
 
     Empty if the claim is not judged and nothing is printed.
     """

@@ -1,4 +1,4 @@
-"""What the runs of a rig say: the results that claims are judged by, collected from a folder."""
+"""Evidence from the runs of a rig: the results that claims are judged by, collected from a folder."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -17,7 +17,7 @@ LEAST_RADII = 5  # from which on a ring study shows how something depends on the
 
 
 class NotThere(Exception):
-    """What a measure needs was not run or not recorded; the message says which."""
+    """A run or a record that a measure needs is missing; the message says which."""
 
 
 class Cell(NamedTuple):
@@ -53,7 +53,7 @@ class Evidence:
     peer: pd.DataFrame = field(default_factory=pd.DataFrame)
     # ``tables/table2.csv``: what a simulated second costs in both codes
     costs: pd.DataFrame = field(default_factory=pd.DataFrame)
-    cells: Mapping[Cell, float] = field(default_factory=dict)  # of the article, that a reader filled in
+    cells: Mapping[Cell, float] = field(default_factory=dict)  # cells of the article that a reader filled in
 
     def records(self, speeds) -> pd.DataFrame:
         """The long records of Sect. 5 at some speeds, in their order."""

@@ -1,9 +1,9 @@
-"""What is known of a figure or a table without drawing it."""
+"""Description of a figure or a table, which needs no drawing."""
 
 from dataclasses import dataclass
 from pathlib import Path
 
-# what a sensor's record is called: synthetic, measured, or none there
+# names of a sensor's record: synthetic, measured, or none there
 SENSORS = {True: "synthetic sensor", False: "sensor", None: "no sensor record"}
 WITHOUT_SENSOR = "There is no sensor record (`sensor_csv`): the simulation stands alone."
 
@@ -13,7 +13,7 @@ class Item:
     """A figure or a table."""
 
     key: str  # ``fig01`` to ``fig24``, ``table1`` to ``table4``, or the name of one of our own
-    title: str  # what it shows, in our words
+    title: str  # content in our words
     rule: str  # the rule of the workflow that makes it
     text: str  # its caption as it is written here; read it with :meth:`caption`
     if_synthetic: str = ""  # one paragraph more where the sensor's records, which it shows, are synthetic

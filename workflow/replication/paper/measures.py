@@ -63,7 +63,7 @@ def _ratios(value: pd.Series, reference: pd.Series) -> pd.Series:
 
 
 def _over(value, reference) -> float:
-    """The same of two numbers."""
+    """Quotient of two numbers."""
     return float(_ratios(pd.Series([value]), pd.Series([reference])).iloc[0])
 
 
@@ -267,7 +267,7 @@ def _steps(column, evidence, speeds):
     ratios = []
     for rpm in speeds:
         values = evidence.study(rpm)[column].reset_index(drop=True)
-        # in which a missing value is not passed over
+        # keeps missing values
         ratios.append(float(_ratios(values[1:], values.shift()[1:]).min(skipna=False)))
     return ratios
 
@@ -315,7 +315,7 @@ def left_spread(evidence, speeds):
     """Largest deviation of the left-arc RMS from its mean over all radii, %, at every speed."""
     spreads = []
     for rpm in speeds:
-        values = evidence.study(rpm)["left_rms_n"].to_numpy()  # in which a missing value is not passed over
+        values = evidence.study(rpm)["left_rms_n"].to_numpy()  # keeps missing values
         if not values.any():
             raise NotThere("no force acts")
         spreads.append(float(100 * np.abs(values / values.mean() - 1).max()))

@@ -87,7 +87,7 @@ def share_of_tracks(rows: pd.DataFrame, name: str, ring: str) -> str:
 
 
 def learned_sentences(claims: pd.DataFrame) -> list[str]:
-    """What plausible tracks show: with a ring that slips and one that grips, equal pitch read along the arc.
+    """Sentences on plausible tracks: with a ring that slips and one that grips, equal pitch read along the arc.
 
     ``claims`` are shares by scenario (``docs/measured/plausible_claims.csv``).
     """
@@ -139,7 +139,7 @@ def _listed(words: Sequence[str]) -> str:
 
 
 def outside_sentence(parameters: pd.DataFrame, rig: str) -> str:
-    """What is fitted, and the values that no real part has, each beside its range."""
+    """Sentence on what is fitted, and on the values that no real part has, each beside its range."""
     kinds = parameters["kind"].value_counts()
     fitted = kinds.get("fitted", 0)
     known = len(parameters) - fitted - kinds.get("assumed", 0)
@@ -190,7 +190,7 @@ def page_answer(
 
 
 def said_of(card: pd.DataFrame, judged: pd.DataFrame, shares: Mapping[str, pd.DataFrame]) -> dict[str, list[dict]]:
-    """What the paper says of each figure or table, by its label: sentences, and the statements that decide them.
+    """Statements of the paper on each figure or table, by its label: sentences, and the statements that decide them.
 
     ``shares`` are those of plausible tracks (``sentences``, ``claims``) or empty. Statements without a sentence follow
     from another one or are not judged; they stand last, under a sentence of no number.

@@ -26,7 +26,7 @@ from trackdyn.simulation.simulate import simulate
 
 @dataclass(frozen=True)
 class Result:
-    """What the comparison gives."""
+    """Tables and pictures' data of the comparison of both codes."""
 
     # ``reading, time_s, trackdyn_m, belt_m, exudyn_m``: vertical displacement of the selected link, since the start of
     # the sprocket, after its ramp. The belt knows no forces: what it reaches says how much the comparison can tell.
@@ -41,7 +41,7 @@ class Result:
 
 
 def belt_of(scene: Scene) -> Scene:
-    """The same wheels and speed with the chain as a kinematic belt: no contact, no forces."""
+    """A scene with the chain as a kinematic belt on its wheels, at its speed: no contact, no forces."""
     return scene.with_(chain="belt", ring_radius=None, pitches=(), contact_log=False, frame_interval=0.0)
 
 

@@ -17,7 +17,7 @@ from trackdyn.rig.rig import Rig
 from trackdyn.rig.sections import Surface
 from trackdyn.scene.scene import Scene
 
-POSITION_NUDGE, RATE_NUDGE = 1e-8, 1e-6  # of the difference quotients: m or rad, m/s or rad/s
+POSITION_NUDGE, RATE_NUDGE = 1e-8, 1e-6  # steps of the difference quotients: m or rad, m/s or rad/s
 
 
 class Contacts(NamedTuple):
@@ -34,12 +34,12 @@ class Contacts(NamedTuple):
     sign: np.ndarray  # (k,) +1 for a convex area, -1 for a concave one
     teeth: int  # number of grooves
     reach: float  # distance from the sprocket's centre beyond which no arc is in contact, m
-    arc_radius: float  # of the connector's arcs, m
-    half_thickness: float  # of the links, m
+    arc_radius: float  # radius of the connector's arcs, m
+    half_thickness: float  # half thickness of the links, m
 
 
 class Memory(NamedTuple):
-    """What contacts remember: initial impact velocity of every arc (n,) and of link and wheel (n / 2, w), m/s."""
+    """Memory of the contacts: initial impact velocity of every arc (n,) and of link and wheel (n / 2, w), m/s."""
 
     tooth: np.ndarray
     wheel: np.ndarray

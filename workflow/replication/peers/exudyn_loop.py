@@ -1,4 +1,4 @@
-"""The same loop in Exudyn, an independent multibody code: its bodies, joints, equations and solver.
+"""The loop in Exudyn, an independent multibody code: its bodies, joints, equations and solver.
 
 Bodies have three absolute coordinates each and joints are rigid constraints with multipliers (the chain
 of the simulator has relative coordinates and no joint forces but one), the solver is Exudyn's implicit
@@ -25,7 +25,7 @@ from trackdyn.scene.scene import Scene
 # Newton's iteration ends when the residual has fallen by the first or below the second: Exudyn's own defaults.
 RELATIVE_TOLERANCE = 1e-8
 ABSOLUTE_TOLERANCE = 1e-10
-SPECTRAL_RADIUS = 0.9  # of the generalized-alpha method: below 1 it damps what the step does not resolve
+SPECTRAL_RADIUS = 0.9  # parameter of the generalized-alpha method: below 1 it damps what the step does not resolve
 
 
 def require_exudyn():
@@ -63,7 +63,7 @@ class PeerWheels:
 
 @dataclass(frozen=True)
 class PeerRun:
-    """What a run of the independent code gives."""
+    """Motion and computing time of a run of the independent code."""
 
     time: np.ndarray  # (s,) times of the samples, s; the first is 0
     centre: np.ndarray  # (s, n, 2) mass centres, m

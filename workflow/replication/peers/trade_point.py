@@ -17,7 +17,7 @@ from trackdyn.files import write_csv
 from trackdyn.measure.sensor import whole_samples
 from trackdyn.rig.rig import Rig, load_rig
 
-ORDER = 2  # of Exudyn's generalized-alpha method (Chung and Hulbert, J. Appl. Mech. 60, 1993)
+ORDER = 2  # generalized-alpha method of Exudyn (Chung and Hulbert, J. Appl. Mech. 60, 1993)
 
 
 def links_rms(centre: np.ndarray, rate: float) -> float:

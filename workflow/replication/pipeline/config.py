@@ -137,7 +137,7 @@ class Config(Section):
     @model_validator(mode="after")
     def _consistent(self):
         folder = Path(self.results)
-        # what Snakemake or a shell would read as something else, and what no file system takes
+        # names that Snakemake or a shell would read as something else, or that no file system takes
         longest = len(max(folder.parts, key=len, default="").encode())
         if not re.fullmatch(r"(?!-)[\w./+=@%,:-]+", self.results) or longest > 200:
             accepted = "the name of a folder in letters, digits and ./+=@%,:_-, such as results/mine"
@@ -391,7 +391,7 @@ def read_layer(path: Path | str) -> dict:
     return data
 
 
-# What a configuration states for its own rig, and what stands there where a later one names another rig and no more: no
+# Fields that a configuration states for its own rig, with their values where a later one names another rig alone: no
 # other rigs, no sensor, no studies, and rings and steps as the rig has them.
 OF_ITS_RIG: dict[str, Any] = {
     "other_rigs": {},

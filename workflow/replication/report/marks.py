@@ -1,4 +1,4 @@
-"""What technical drawings are marked with: arrows, dimensions, angles, named points, scales in mm."""
+"""Marks of technical drawings: arrows, dimensions, angles, named points, scales in mm."""
 
 from math import atan2, cos, degrees, hypot, pi, radians, sin
 

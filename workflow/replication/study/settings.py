@@ -1,4 +1,4 @@
-"""What the long studies run in their short and full forms: ``config/studies.yaml``."""
+"""Settings of the long studies in their short and full forms: ``config/studies.yaml``."""
 
 from itertools import pairwise
 from math import ceil
@@ -23,8 +23,8 @@ SceneKey = Annotated[tuple[Positive, Positive | None], Field(strict=False)]
 # The long run has a process of its own: growth of the memory is then its own, too.
 LONG_RUN = "long_run"
 CHUNK = 50  # short runs of a process, each drawn from its number
-# What the other codes' own elements have: a damper beside a spring in a joint, and one on an axle. Rolling resistance
-# would need the contacts' forces there, and rubber a state a joint.
+# Laws that the other codes' own elements have: a damper beside a spring in a joint, and one on an axle. Rolling
+# resistance would need the contacts' forces there, and rubber a state a joint.
 PEER_LAWS = {"drag": "viscous", "bushing_law": "viscous"}
 PICTURED = (115.0, 0.308)  # scene of the picture of accuracy against cost
 # steps (s) with what they are allowed up to: the radius of a ring (m), or a motor speed (rev/min); the last holds
@@ -147,7 +147,7 @@ def scene_name(rpm: float, ring: float | None) -> str:
 
 
 def measured_scenes(form: TradeForm) -> dict[str, StatisticErrors]:
-    """What is asked of each scene that is measured, by its name."""
+    """Settings of each scene that is measured, by its name."""
     statistics = form.statistics
     return {_file(scene_name(*key)): statistics.model_copy(update={"scenes": [key]}) for key in statistics.scenes}
 

@@ -30,8 +30,8 @@ from trackdyn.plots.style import styled
 from trackdyn.rig.rig import Rig
 from trackdyn.simulation.recording import Recording, load_recording
 
-WIDTH, HEIGHT, DPI = 6.0, 2.9, 90  # of the GIF, inch and dots an inch: its letters are read at two thirds of a web page
-COLOURS = 32  # of the GIF, the same in all pictures: they change little from one to the next, and pack well
+WIDTH, HEIGHT, DPI = 6.0, 2.9, 90  # inch and dots an inch: letters are read at two thirds of a web page
+COLOURS = 32  # common to all pictures of the GIF: they change little from one to the next, and pack well
 INTERVAL = 0.04  # between pictures, s of the run
 PACE = 2.0  # the GIF is slower than the run by this factor
 BAR, BAR_IN_LOOP = 0.12, 0.2  # scale bar of the forces in pictures of the sprocket and of the whole loop, m

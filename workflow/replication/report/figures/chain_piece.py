@@ -53,7 +53,7 @@ def piece_figure(rig: Rig) -> Figure:
     phi = ENLARGED * rig.bushing.free_angle
     pins = _draw_piece(free, rig, phi)
     joint, reach = pins[3], 0.095
-    for heading, dashes in ((2 * phi, (0, (5, 2))), (3 * phi, "-")):  # of the link before and the connector
+    for heading, dashes in ((2 * phi, (0, (5, 2))), (3 * phi, "-")):  # link before, connector
         marks.line(free, joint, joint + 1.05 * reach * marks.polar(heading), linestyle=dashes, linewidth=0.8)
     marks.angle(free, joint, reach, 2 * phi, 3 * phi, "")
     angle = rig.bushing.free_angle

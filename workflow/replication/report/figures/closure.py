@@ -13,7 +13,7 @@ from trackdyn.simulation.recording import Recording, load_recording
 
 # A gap of exactly nothing cannot stand on a logarithmic axis; below the spacing of doubles near 1 m.
 LEAST_GAP = 1e-17
-STRETCHES = 180  # of a record; the curve shows the largest gap in each
+STRETCHES = 180  # parts of a record; the curve shows the largest gap in each
 
 
 @styled

@@ -16,8 +16,8 @@ from trackdyn.plots.style import BLACK, PURPLE, new_figure, styled
 from trackdyn.rig.rig import Rig
 from trackdyn.scene.build import make_tooth
 
-SHOWN_DEPTH = 0.25  # of a connector's arc, in parts of its radius
-SHOWN_LINK_DEPTH = 0.5  # of a link, in parts of half its thickness
+SHOWN_DEPTH = 0.25  # drawn depth of a connector's arc, in parts of its radius
+SHOWN_LINK_DEPTH = 0.5  # drawn depth of a link, in parts of half its thickness
 # where the perpendicular meets AB (0 at A, 1 at B) in each case that is drawn
 LINK_CASES = {"left end contact": -0.7, "vertical contact": 0.4, "right end contact": 1.7}
 
@@ -96,7 +96,7 @@ def _arc_figure(rig: Rig, area: int) -> Figure:
     ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
     marks.frame_axes(ax, "k")
     ax.set_title(f"the left arc in area {touched}")
-    # what the search returns for the state that is drawn, with the equations
+    # result of the search for the drawn state, with the equations
     length, rj = f"|e_{area}|", f"r_{area}"
     law, normal, radius = rf"r_C + {rj} - {length}$   (Eq. 29)", "n = e", f"r_C + {rj}"
     if not convex:
@@ -143,7 +143,7 @@ def _draw_link_case(ax: Axes, rig: Rig, start, end) -> float:
     ax.add_patch(Circle((0, 0), ring, **rubber, label="ring"))
     link, z = drawing.placed(drawing.link_outline(rig), start, angle), drawing.Z_LINK
     ax.add_patch(Polygon(link, facecolor=drawing.LINK, alpha=0.75, edgecolor="none", zorder=z))
-    # what the law of contact takes for the link: the points within half the thickness of the line AB
+    # body of the link in the law of contact: the points within half the thickness of the line AB
     outline = drawing.placed(drawing.stadium(rig.chain.link_length, half, 30), start, angle)
     ax.add_patch(Polygon(outline, fill=False, edgecolor=BLACK, linewidth=1.0, zorder=z + 0.1, label="link"))
     marks.line(ax, start, end, linestyle=(0, (8, 2, 1, 2)), linewidth=0.8)

@@ -27,7 +27,7 @@ PINS = {
 }
 SOLID = {"facecolor": drawing.CONNECTOR, "edgecolor": BLACK, "zorder": drawing.Z_CONNECTOR}
 FLANK = (1, 2)  # areas behind the left arc, which drive
-LARGEST_PHASE = 0.05  # of the chain on the sprocket, rad
+LARGEST_PHASE = 0.05  # phase of the chain on the sprocket, rad
 
 
 @dataclass(frozen=True)
@@ -47,9 +47,9 @@ def passage(rig: Rig, points: int = 121) -> Passage:
     path, _ = belt_around(rig)
     wrap, r = path.wrap[0], path.circles[0, 2]
     chords = np.array([rig.chain.link_length, rig.connector_length])
-    pitch = 2 * r * np.arcsin(chords / (2 * r)).sum()  # of the path on the sprocket
+    pitch = 2 * r * np.arcsin(chords / (2 * r)).sum()  # length of a pitch on the path round the sprocket
     turn = np.linspace(-1, 1, points) * (0.5 * wrap + 1.6 * pi / rig.sprocket.teeth)
-    bearing = path.heading[0] + 0.5 * wrap + pi / 2 - turn  # of the groove
+    bearing = path.heading[0] + 0.5 * wrap + pi / 2 - turn  # direction of the groove
     pins = np.zeros((points, 2, 2))
     for i in range(points):
         middle = 0.5 * wrap * r + turn[i] * pitch * rig.sprocket.teeth / (2 * pi)

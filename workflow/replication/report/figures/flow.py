@@ -50,10 +50,10 @@ def search_order(rig: Rig, left: bool) -> list[int]:
 class FlowStep:
     """A box of the flow chart."""
 
-    text: str  # what is done or asked
+    text: str  # action or question
     centre: tuple[float, float]  # (2,) middle of the box
     function: str = ""  # function that does it, ``module:name`` within ``trackdyn.contact``; empty: a mere end
-    equations: tuple[int, ...] = ()  # of the paper
+    equations: tuple[int, ...] = ()  # numbers of the paper
     question: bool = False  # drawn as a decision
 
 

@@ -26,7 +26,7 @@ CONCAVE_SECTOR = {"facecolor": "#fbe3d3", "edgecolor": VERMILION, "hatch": ".."}
 TRAJECTORY = {"color": BLACK, "linestyle": (0, (1, 1)), "linewidth": 1.8}
 ROLLING = {"color": "0.3", "linestyle": (0, (5, 2)), "linewidth": 0.8}
 WHITE = {"facecolor": "white", "edgecolor": "none", "pad": 0.8}
-POINTS = 60  # of an arc
+POINTS = 60  # on an arc
 NARROW = 0.01  # areas and sectors narrower than this are numbered beside, m
 
 

@@ -43,7 +43,7 @@ def locations_figure(rig: Rig) -> Figure:
 def _draw_seat(ax: Axes, rig: Rig) -> None:
     """A connector at rest in its groove, both arcs and the ten areas emphasized."""
     home = rig.changed(sprocket__x=0.0, sprocket__y=0.0)
-    beta = pi / rig.sprocket.teeth - pi / 2  # of groove 1 (Eq. 12), which points up
+    beta = pi / rig.sprocket.teeth - pi / 2  # angle of groove 1 (Eq. 12), which points up
     drawing.draw_sprocket(ax, home, -beta, None)
     pins = seated_pins(rig)
     look = {"facecolor": drawing.CONNECTOR, "alpha": 0.85, "zorder": drawing.Z_CONNECTOR}

@@ -37,7 +37,7 @@ STEP = HERE | {"marker": "x", "markersize": 4}
 IN_PRINT = HERE | {"marker": "D", "markerfacecolor": "white", "markersize": 5.5}
 BARE_BOX = {"facecolor": "white", "edgecolor": "none", "pad": 0.8}
 EVENTS = "(c) events: printed / here (/ largest single step), s"
-BEYOND = 1.25  # of the highest point of the curves: larger single steps are written, not drawn
+BEYOND = 1.25  # times the highest point of the curves: larger single steps are written, not drawn
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class Selected:
 
     connector: int  # 1-based
     groove: int  # its groove, 1 to m
-    number: int  # of the passage in the record
+    number: int  # index of the passage in the record
     first: float  # first contact, s since the beginning of the record
     last: float  # last contact, s since the beginning of the record
     turn: float  # time of a sprocket turn, s

@@ -18,7 +18,7 @@ from trackdyn.plots import drawing
 from trackdyn.plots.style import BLACK, BLUE, ORANGE, VERMILION, new_figure, save, styled, thin, upper_edge
 from trackdyn.rig.rig import Rig, load_rig
 
-LEAST_DIFFERENCE = 1e-6  # of the logarithmic axis, percent
+LEAST_DIFFERENCE = 1e-6  # lower end of the logarithmic axis, percent
 OURS = {"color": BLUE, "linestyle": "-", "linewidth": 2.2, "alpha": 0.6}
 PEER = {"color": ORANGE, "linestyle": (0, (5, 2)), "linewidth": 1.2}
 
@@ -120,7 +120,7 @@ def cost_ratio(table: pd.DataFrame) -> float:
 
 
 def table2_outcome(costs: pd.DataFrame, missing: str, accuracy_pct: float) -> str:
-    """What came out, in a sentence below the caption of Table 2."""
+    """Outcome of the comparison, a sentence below the caption of Table 2."""
     if missing:
         return f"Exudyn: {missing}."
     return f"At an error below {accuracy_pct:g} % Exudyn takes {cost_ratio(costs):.3g} times the CPU time."

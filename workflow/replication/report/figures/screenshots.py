@@ -22,7 +22,7 @@ from trackdyn.plots.style import BLACK, PAGE, new_figure, save, styled
 from trackdyn.rig.rig import Rig
 from trackdyn.simulation.recording import Recording, load_recording
 
-HALF = 0.13  # of the side of a panel, m
+HALF = 0.13  # half the side of a panel, m
 BAR = 0.085  # scale bar of the forces, m
 LABEL = np.array([0.025, 0.009])  # half of the width and of the height of a force in figures, m
 WINDOW = 0.01  # a maximum is of the force after a mean over it, as the paper prints its times, s
@@ -42,14 +42,14 @@ WITH_RING = (
 
 @dataclass(frozen=True)
 class Moment:
-    """What a panel shows."""
+    """Content of a panel."""
 
     title: str  # name of the event
     time: float  # when it happens here, s since the first contact
     printed: float  # when it happens in the paper, s since the first contact
     frame: int  # the configuration drawn
     sample: int  # the sample of the same instant
-    peak: str  # of a maximum the largest force of all time steps with its time
+    peak: str  # at a maximum: the largest force of all time steps with its time
 
 
 def moments(recording: Recording, shown: Selected) -> list[Moment]:

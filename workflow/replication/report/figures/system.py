@@ -17,7 +17,7 @@ from trackdyn.rig.layout import wheel_circles, wheel_names
 from trackdyn.rig.rig import Rig
 
 TOUCH = 1e-3  # gap that still counts as touching in a loop that is laid without forces, m
-GROUND = 0.18  # of the ground under the lowest pin, m
+GROUND = 0.18  # depth of the ground under the lowest pin, m
 # a contact in the legend
 ZIGZAG = Path([(-3, 0), (-2, 0), *((-1.75 + 0.5 * i, 0.4 * (-1) ** i) for i in range(8)), (2, 0), (3, 0)])
 WIRE = {"markerfacecolor": "none", "markeredgecolor": BLACK, "markeredgewidth": 0.8}
@@ -176,7 +176,7 @@ def setup_figure(rig: Rig) -> Figure:
     text += f"{rig.sensor.rate} Hz, \N{PLUS-MINUS SIGN}{rig.sensor.range:g} g"
     marks.leader(ax, sensor + 0.04 * up - [0.02 * side, 0.0], text, sensor + [-0.55 * side, 0.36])
     half, ends = np.array([0.22, 0.12]), (pins[:, 0].min(), pins[:, 0].max())
-    x = ends[side > 0] + 0.36 * side  # of the boxes, beside the sprocket
+    x = ends[side > 0] + 0.36 * side  # place of the boxes, beside the sprocket
     motor, collection, computer = rig.sprocket.y - 0.15, sensor[1] + 0.36, sensor[1]
     for name, y in (("motor", motor), ("signal\ncollection", collection), ("computer", computer)):
         look = {"boxstyle": "square,pad=0", "facecolor": "#dcebf5", "edgecolor": BLACK, "zorder": drawing.Z_MARK}

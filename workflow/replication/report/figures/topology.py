@@ -16,7 +16,7 @@ from trackdyn.scene.build import build_chain
 # face of a body in the topology, its name in the legend
 FACES = {"link": LINK, "connector": CONNECTOR, "pitch": "#d9e7d3"}
 KINDS = {"link": "link", "connector": "connector with two pins", "pitch": "one body a pitch"}
-EVERY = 10  # of the elements of a long chain is numbered
+EVERY = 10  # every tenth element of a long chain is numbered
 
 
 def body_kinds(rig: Rig, chain: Chain) -> list[str]:

@@ -26,9 +26,9 @@ METHODS = {"semi_implicit": "semi-implicit Euler", "linearly_implicit": "linearl
 PHYSICS = {"spatial": ("s", "in space"), "single_pin": ("^", "one body a pitch"), "belt": ("v", "belt")}
 PAPERS = PRESETS[REFERENCE]["step"]  # s, of our preset; the article prints no step
 STARTING = 1.0  # s, the ramp of the scenes
-# of a name from its point, in points: beside it, then further and further off
+# offsets of a name from its point, in points: beside it, then further and further off
 PLACES = ((8, 0), (-8, 0), *((side, lift) for by in range(14, 80, 14) for lift in (by, -by) for side in (6, -6)))
-LEAST_ERROR = 1e-6  # what is smaller is drawn there
+LEAST_ERROR = 1e-6  # smaller errors are drawn there
 
 
 def answers(rows: pd.DataFrame) -> pd.DataFrame:

@@ -21,7 +21,7 @@ COLUMNS = ["rig", "ring", "rpm", "step_s", "measure", "limit", "error", "uncerta
 SPEEDS = {"own": (150.0, 210.0), "none": (150.0, 180.0, 210.0)}  # motor, rev/min, with the ring of the rig and without
 RINGS = {"own": "with their rings", "none": "without a ring"}
 KNOWN = 0.5
-TURNS = 2.5  # of the sprocket in a record of all links: some whole passages
+TURNS = 2.5  # turns of the sprocket in a record of all links: some whole passages
 FINER = (1, 2, 4)  # times: the steps over which a limit is extrapolated
 
 

@@ -65,7 +65,7 @@ def _run(scene: Scene, rule: StopRule, starts: SettledLoops) -> tuple[dict[str, 
 
 
 def _belt(scene: Scene) -> tuple[dict[str, float], float]:
-    """The same of a belt, whose cost is that of the whole record: it has no time loop."""
+    """Row of a belt, whose cost is that of the whole record: it has no time loop."""
     seconds = round(BELT_TURNS / scene.periods.loop_hz, 1)
     begin = time.perf_counter()
     recording = simulate(scene.with_(duration=seconds))

@@ -30,7 +30,7 @@ PROMISES = [
 def judge_promises(
     rig: Rig, rpm: float, ring: float | None, turns: int, steps: Sequence[float], tolerances: Sequence[float]
 ) -> pd.DataFrame:
-    """What the planner promises for every measure of a scene, and what comes out.
+    """Promises of the planner for every measure of a scene, and what they come to.
 
     Limits are extrapolated from records of ``turns`` revolutions of the loop with ``steps`` (s).
 

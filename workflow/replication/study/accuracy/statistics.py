@@ -1,4 +1,4 @@
-"""What the studies of accuracy compare: scenes of whole revolutions, the statistics of a record, their errors."""
+"""Material of the studies of accuracy: scenes of whole revolutions, the statistics of a record, their errors."""
 
 import numpy as np
 
@@ -13,9 +13,9 @@ from trackdyn.simulation.energy_balance import energy_residual
 from trackdyn.simulation.recording import Recording
 
 NAN = float("nan")
-# of the ladder and of accuracy against cost: motion in space and rk4 have no tensioner on its spring
+# tension in the ladder and in accuracy against cost: motion in space and rk4 have no tensioner on its spring
 TENSION = {"tension": "locked"}
-BELT_TURNS = 3  # of the loop in the record of a belt, which has no transient and no contact
+BELT_TURNS = 3  # turns of the loop in the record of a belt, which has no transient and no contact
 LEAD_IN = 3.0  # s at constant speed before what is compared begins, after a second of starting
 # compared as they are
 ABSOLUTE = ("loop_gap", "energy_residual")
@@ -62,5 +62,5 @@ def answers_of(recording: Recording) -> dict[str, Series]:
 
 
 def scale_of(measure: str, reference: float) -> float:
-    """What an error is a part of, as a tolerance is (`measure.uncertainty.scale_of`); 1 for gap and residual."""
+    """Value that an error is a part of, as a tolerance is (`measure.uncertainty.scale_of`); 1 for gap and residual."""
     return 1.0 if measure in ABSOLUTE else uncertainty.scale_of(measure, reference)

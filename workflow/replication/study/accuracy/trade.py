@@ -53,7 +53,7 @@ def _methods_of(fidelity: str, requested: StatisticErrors) -> list[dict]:
 
 
 class AnswerCost(NamedTuple):
-    """What a record of every link gave (`answers_of`), the CPU seconds to settle its loop, and those of a
+    """Measures of a record of every link (`answers_of`), the CPU seconds to settle its loop, and those of a
     simulated one.
     """
 
@@ -144,7 +144,7 @@ def _rows_of(point: list, run: AnswerCost | None, limits: dict[str, Limit], seco
             continue
         value, error, _ = measured.estimate()
         off, noise = error_against(measured, limits[measure])
-        if measure in ABSOLUTE:  # of the very record, and compared with nothing
+        if measure in ABSOLUTE:  # a value of this record, compared with nothing
             about = [value, 0.0, abs(value), 0.0, 0.0, 0]
         else:
             unused = int(seconds / span + 1e-6) - len(measured.values)

@@ -19,7 +19,8 @@ from trackdyn.simulation.step_check import FINER, NO, OPEN, PEAKS, RMS, YES
 
 FAMILY = "short runs"
 SEED = 20261215
-# Of good runs at most this fraction may be refused; what completes is within `step_check.RMS` and `step_check.PEAKS`.
+# At most this fraction of good runs may be refused; a run that completes is within `step_check.RMS` and
+# `step_check.PEAKS`.
 REFUSED_GOOD = 0.03
 SECONDS, PARTS, RAMP = (0.3, 2.0), (0.2, 1.0), 0.3  # lengths, and parts of the largest step, both drawn by logarithm
 LARGEST = 2e-4  # s, where the loop would allow more
@@ -36,7 +37,7 @@ BASES = ("paper", "parts", "m113", "robot")
 
 
 def drawn(number: int, seed: int = SEED) -> tuple[str, Rig, dict]:
-    """What a scene is called, its rig, and motor speed, seconds, fraction of the largest step and laws."""
+    """Name of a scene, its rig, and motor speed, seconds, fraction of the largest step and laws."""
     rng = np.random.default_rng([seed, number])
 
     def between(low, high):
@@ -108,7 +109,7 @@ def _run(loop: Loop, seconds: float, checked: bool):
 
 
 def short_runs_summary(rows: pd.DataFrame) -> pd.DataFrame:
-    """What became of short runs, one line.
+    """Outcome of short runs, one line.
 
     Returns
     -------
@@ -134,7 +135,7 @@ def short_runs_summary(rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def short_runs_verdict(table: pd.DataFrame) -> str:
-    """What a table of short runs (`short_runs_summary`) comes to, in a sentence."""
+    """Sentence on a table of short runs (`short_runs_summary`)."""
     last = table.iloc[-1]
     silent = str(last["beyond"] or "").count(f"({YES})") if pd.notna(last["beyond"]) else 0
     met = not silent and last["refused_good"] <= REFUSED_GOOD * last["good"]

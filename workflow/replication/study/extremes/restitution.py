@@ -50,6 +50,6 @@ def _impact(rig: Rig, law_name: str, value: float) -> dict:
 def restitution(
     rig: Rig, nominal=(0.01, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 1.0)
 ) -> Iterator[dict]:
-    """What an impact gives back against what it should, for both normal laws."""
+    """Restitution of an impact against the nominal one, for both normal laws."""
     for law, value in product(("printed", "delivered"), nominal):
         yield attempted("restitution", f"one impact, {law}, {value:g}", _impact, rig, law, value)

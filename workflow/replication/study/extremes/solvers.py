@@ -23,7 +23,7 @@ EPS = float(np.finfo(float).eps)
 # Digits of a solver that keeps all of them: rounding adds up over the bodies, and the acceleration of a
 # body far away depends on all bodies between, so that the error may grow with their number squared.
 LEAST_ERROR = 1e-12
-# Of the logarithm of the growth a body: a loop is not a straight line.
+# Tolerance of the logarithm of the growth a body: a loop is not a straight line.
 GROWTH_TOLERANCE = 0.2
 
 
@@ -95,7 +95,7 @@ def solve(solver: str, chain: Chain, pose: Pose) -> tuple[np.ndarray, np.ndarray
 
 
 def newton_euler_residual(chain: Chain, pose: Pose, alpha, base) -> float:
-    """What the equations of motion leave open, as a share of their largest term; extended precision, O(n).
+    """Residual of the equations of motion, as a share of their largest term; extended precision, O(n).
 
     Accelerations of the mass centres follow along the chain, joint forces from Newton's law along the
     chain but for the force through the cut; that one is taken where Euler's equations fit best. Left

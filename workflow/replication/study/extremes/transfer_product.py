@@ -16,7 +16,7 @@ import numpy as np
 from trackdyn.model.constants import Chain
 
 STATES = 13
-AXIS = np.array([0.0, 0.0, 1.0])  # of the joints of a planar chain
+AXIS = np.array([0.0, 0.0, 1.0])  # axis of the joints of a planar chain
 
 
 def skew(v: np.ndarray) -> np.ndarray:
@@ -172,7 +172,7 @@ class Growth(NamedTuple):
     """Factors by which the product of transfer matrices enlarges an error."""
 
     body: np.ndarray  # (n,) of each body alone
-    pitch: float  # of the first two bodies together, which is the period of an alternating chain
+    pitch: float  # growth over the first two bodies together, the period of an alternating chain
 
 
 def growth(chain: Chain) -> Growth:
