@@ -174,8 +174,8 @@ def answer_sentences(
         return [radius_sentence(card, rigs[0], own)]
     return [
         *(learned_sentences(claims) if claims is not None else []),
-        *(headline(judged, rig) for rig in rigs),
         radius_sentence(card, rigs[0]),
+        *(headline(judged, rig) for rig in rigs),
         outside_sentence(parameters, rigs[0]),
     ]
 

@@ -57,6 +57,8 @@ def readme_text(
     answer = "\n".join(
         f"- {sentence}" for sentence in (*answer_sentences(card, judged, parameters, claims), neighbours_sentence(near))
     )
+    for rig in dict.fromkeys(card["rig"]):
+        answer = answer.replace(f"rig {rig}", f"rig `{rig}`")
     return f"{answer}\n\n{table}\n\n{marks}. {trade_sentence(promises)}"
 
 
