@@ -17,7 +17,6 @@ from laboratory.plausible.study import judged_claims
 from laboratory.plausible.verdicts import judge_rig, ranked_draws, shown_sentences
 from replication.paper.claims import load_sentences
 from trackdyn.files import write_text
-from trackdyn.rig.rig import Rig
 from trackdyn.sweeps.design import write_table
 from trackdyn.sweeps.engine import DONE
 
@@ -85,7 +84,7 @@ def rig_entries(
         entry = {"low": low * factor, "high": high * factor, "kind": "fitted", "source": source}
         entries |= {name: entry | {"value": fields[name]} for name in unknown.names}
     radius = entries["chain.connector_radius"]
-    radius["high"] = min(radius["high"], unknowns.rig.changed(**fields).connector_length / 2)
+    radius["high"] = min(radius["high"], (1 - 1e-5) * unknowns.rig.changed(**fields).connector_length / 2)
     stiffness, loss = fields["bushing.stiffness"], entries["bushing.loss_factor"]
     damper = {name: loss[name] * stiffness / (2 * np.pi * PITCH_PASSING_HZ) for name in ("value", "low", "high")}
     return entries | {"bushing.damping": damper | {"kind": "assumed", "source": DAMPER}}
@@ -100,40 +99,49 @@ def slip_entries(config: PlausibleConfig) -> dict[str, dict]:
     }
 
 
-def judged_end(
-    config: PlausibleConfig, rows: pd.DataFrame, searching: Searching, claims, sentences
-) -> tuple[dict, Rig]:
-    """The row of least cost of a search and its verdicts on all scenes, as one mapping; and its rig."""
+def judged_end(config: PlausibleConfig, rows: pd.DataFrame, searching: Searching, claims, sentences) -> dict:
+    """The row of least cost of a search, with its verdicts on all scenes and ``shown_on_all_scenes``, their count."""
     best = rows.loc[rows["cost"].idxmin()].to_dict()
     unknowns = free_unknowns(config, Scenario(best["ring"], best["equal_pitch"]))
     rig = unknowns.rig.changed(**unknowns.changes(best))
     (row,) = run_rigs(config, [RigScenes(rig, config.scene, scenes(config))], searching.jobs, searching.store)
     verdicts = judge_rig(config, row["values"], rig, claims, sentences) if row["state"] == DONE else {}
-    return best | verdicts | {"shown_on_all_scenes": shown_sentences(verdicts, sentences)}, rig
+    return best | verdicts | {"shown_on_all_scenes": shown_sentences(verdicts, sentences)}
+
+
+def searched_rig(config: PlausibleConfig, ends: pd.DataFrame) -> str:
+    """File of the end that shows most sentences on all scenes, of as many the one of least cost."""
+    best = ends.sort_values(["shown_on_all_scenes", "cost"], ascending=[False, True], kind="stable").iloc[0].to_dict()
+    unknowns = free_unknowns(config, Scenario(best["ring"], best["equal_pitch"]))
+    source = f"CMA-ES from {best['start']}, row {best['row']:g} (docs/answer.md)"
+    return _rig_text(config, rig_entries(config, unknowns, best, source) | slip_entries(config), PAPER)
+
+
+def drawn_rig(config: PlausibleConfig, ranked: pd.DataFrame) -> str:
+    """File of the best draw whose ring grips (`verdicts.ranked_draws`)."""
+    draw = ranked[ranked["ring"] == GRIPS].iloc[0].to_dict()
+    unknowns = free_unknowns(config, Scenario(GRIPS, draw["equal_pitch"]))
+    values = unknowns.of_rig(unknowns.rig.changed(**{label: draw[label] for label in unknowns.labels}))
+    source = f"draw {draw['draw']} of the study of plausible tracks (docs/answer.md)"
+    return _rig_text(config, rig_entries(config, unknowns, values, source), PARTS)
+
+
+def _rig_text(config: PlausibleConfig, entries: Mapping[str, dict], about: str) -> str:
+    return rig_text(Path(config.rig).read_text(encoding="utf-8"), entries, about)
 
 
 def main(job) -> None:
     """Rule `rig_files`."""
     config, claims = load_plausible(job.input.config), judged_claims(job.input.claims)
-    sentences, template = load_sentences(job.input.claims), Path(config.rig).read_text(encoding="utf-8")
-    ranked = ranked_draws(pd.read_csv(job.input.draws), sentences)
+    sentences, draws = load_sentences(job.input.claims), pd.read_csv(job.input.draws)
+    ranked = ranked_draws(draws[draws["draw"] < config.search.among], sentences)
     searching = Searching(config, claims, job.threads, job.params.store)
     searched = [searching.search(start) for start in searching.best_starts(possible_starts(config, ranked))]
+    ends = pd.DataFrame([judged_end(config, rows, searching, claims, sentences) for rows in searched])
     write_table(pd.concat(searched, ignore_index=True), job.output.rows)
-    ends = [judged_end(config, rows, searching, claims, sentences)[0] for rows in searched]
-    write_table(pd.DataFrame(ends), job.output.ends)
-    best = min(ends, key=lambda end: (-end["shown_on_all_scenes"], end["cost"]))
-    unknowns = free_unknowns(config, Scenario(best["ring"], best["equal_pitch"]))
-    source = f"CMA-ES from {best['start']}, row {best['row']:g} (docs/answer.md)"
-    entries = rig_entries(config, unknowns, best, source) | slip_entries(config)
-    write_text(Path(job.output.paper), rig_text(template, entries, PAPER))
-    draw = ranked[ranked["ring"] == GRIPS].iloc[0].to_dict()
-    unknowns = free_unknowns(config, Scenario(GRIPS, draw["equal_pitch"]))
-    rig = unknowns.rig.changed(**{label: draw[label] for label in unknowns.labels})
-    source = f"draw {draw['draw']} of the study of plausible tracks (docs/answer.md)"
-    write_text(
-        Path(job.output.parts), rig_text(template, rig_entries(config, unknowns, unknowns.of_rig(rig), source), PARTS)
-    )
+    write_table(ends, job.output.ends)
+    write_text(Path(job.output.paper), searched_rig(config, ends))
+    write_text(Path(job.output.parts), drawn_rig(config, ranked))
 
 
 if __name__ == "__main__":

@@ -26,23 +26,23 @@ class Row(Section):
 
 
 class Near(Section):
-    """Neighbours of a rig: how many, by how much their values are moved, and the laws of their scenes."""
+    """Neighbours of a rig: how many, and by how much their values are moved."""
 
     rig: str
-    scene: dict[str, Any]
     rigs: Count
     share: Positive
 
 
 class Search(Section):
-    """A search (`search.Searching`): way of the ring; radii (m) of a row by speed (rev/min); how many of the best
-    draws are tried as starts, and values by unknown that are tried beside them; how many starts are searched from;
-    standard deviation of the first steps, as a share of the ranges; most rows of a start; share of the last rows, and
-    the least share of the cost that they gain.
+    """A search (`search.Searching`): way of the ring; radii (m) of a row by speed (rev/min); how many draws it knows,
+    how many of the best of them are tried as starts, and values by unknown that are tried beside them; how many starts
+    are searched from; standard deviation of the first steps, as a share of the ranges; most rows of a start; share of
+    the last rows, and the least share of the cost that they gain.
     """
 
     ring: str
     radii_m: dict[float, list[float | None]]
+    among: Count
     draws: Count
     beside_equal_pitch: str
     beside: dict[str, float]

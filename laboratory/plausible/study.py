@@ -72,7 +72,7 @@ def run_neighbours(config: PlausibleConfig, path: Path | str, jobs: int, store: 
     A neighbour that does not run shows none.
     """
     rigs = neighbours(config)
-    rows = run_rigs(config, [RigScenes(rig, config.near.scene, scenes(config)) for rig in rigs], jobs, store)
+    rows = run_rigs(config, [RigScenes(rig, config.scene, scenes(config)) for rig in rigs], jobs, store)
     claims, sentences = judged_claims(path), load_sentences(path)
     table = []
     for number, (rig, row) in enumerate(zip(rigs, rows, strict=True)):

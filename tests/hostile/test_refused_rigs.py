@@ -42,7 +42,7 @@ CHANGES = [
             ("ring_contact", "friction_dynamic", 0.5),
             ("tension", "wheel", "sprocket"),
             ("sensor", "pitch", 36),
-            ("groove", "r2", 0.0279),
+            ("groove", "r2", 0.018),
             ("groove", "r5", 0.02),
         )
     ],

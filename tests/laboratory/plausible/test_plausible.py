@@ -55,7 +55,7 @@ def test_neighbours_move_every_fitted_value_wheels_and_equal_pitch_included():
     near = CONFIG.near.model_copy(update={"rigs": 2})
     rig, *others = neighbours(CONFIG.model_copy(update={"near": near}))
     for other in others:
-        for name in (EQUAL_PITCH, "idler.x", "road_wheel.y", "groove.r2", "bushing.damping"):
+        for name in (EQUAL_PITCH, "idler.x", "road_wheel.y", "groove.r2", "bushing.loss_factor"):
             assert 0 < abs(other.value(name) / rig.value(name) - 1) <= CONFIG.near.share, name
 
 
@@ -129,7 +129,7 @@ def test_sentences_of_the_scorecard_come_from_a_row_too():
     """Verdicts of claims and sentences agree: a sentence is shown where all of its claims are."""
     small = CONFIG.model_copy(update={"radii_m": [0.304, 0.308], "speeds_rpm": [115.0]})
     rig = load_rig("paper")
-    values = rows_of_rigs(0.0)(rig.model_dump(), scenes(small), small.near.scene, small.row.model_dump())
+    values = rows_of_rigs(0.0)(rig.model_dump(), scenes(small), small.scene, small.row.model_dump())
     claims, sentences = judged_claims(CLAIMS), load_sentences(CLAIMS)
     verdicts = judge_rig(small, values, rig, claims, sentences)
     for number in (7, 9, 10, 14):

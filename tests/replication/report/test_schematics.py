@@ -12,7 +12,7 @@ from trackdyn.rig.rig import load_rig
 from trackdyn.scene.build import make_tooth
 
 ROOT = Path(__file__).parents[3]
-RIG = load_rig(ROOT / "config" / "rigs" / "paper.yaml")
+RIG = load_rig(ROOT / "tests" / "viscous.yaml")
 # another groove: wider flanks, higher bumps, a smaller arc on the connector
 OTHER = RIG.changed(groove__r2=0.047, groove__r4=0.026, chain__connector_radius=0.028)
 DRAWN = {}
