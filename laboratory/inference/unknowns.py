@@ -118,14 +118,14 @@ class Unknowns:
         ranges = dict(ranges or {})
         self.rig = rig
         self.unknowns: list[Unknown] = []
-        seen: set[str] = set()
+        names: set[str] = set()
         for unknown in unknowns:
             for name in (*unknown.names, *filter(None, [unknown.of])):
                 _number(rig, name, unknown.label)
             for name in unknown.names:
-                if name in seen:
+                if name in names:
                     raise InputError(f"unknown {name}: occurs twice; keep one of them")
-                seen.add(name)
+                names.add(name)
             self.unknowns.append(_ranged(unknown, ranges))
 
     def __len__(self) -> int:

@@ -22,13 +22,13 @@ def best_rig_text(answer: Identification, rig_path: Path | str, files: list[str]
     data = read_rig(rig_path)
     entries, rig = entries_of(data), answer.unknowns.rig
     rows = zip(answer.table.to_dict("records"), answer.unknowns.unknowns, strict=True)
-    of = {name: row for row, unknown in rows for name in unknown.names}
+    rows_by_name = {name: row for row, unknown in rows for name in unknown.names}
     for name, value in answer.unknowns.changes(answer.best).items():
         if name not in entries:  # its default
             *sections, field = keys_of(rig, name)
             own = {"unit": rig.fields[name].unit, "source": "default"}
             entries[name] = reduce(getitem, sections, data)[field] = own
-        row, entry = of[name], entries[name]
+        row, entry = rows_by_name[name], entries[name]
         entry["value"] = float(f"{value:.6g}")
         entry["kind"] = "fitted"
         entry["source"] = (

@@ -236,14 +236,14 @@ def summarised(ranks: pd.DataFrame) -> pd.DataFrame:
     bins leave the band in which all lie with a chance of `BAND`.
     """
     rows = []
-    for discrepancy, of in ranks.groupby("discrepancy", sort=False):
-        for parameter, of_parameter in [*of.groupby("parameter", sort=False), (ALL, of[of["verdict"] != ""])]:
+    for discrepancy, group in ranks.groupby("discrepancy", sort=False):
+        for parameter, of_parameter in [*group.groupby("parameter", sort=False), (ALL, group[group["verdict"] != ""])]:
             identified = (of_parameter["verdict"] == IDENTIFIED).to_numpy()
             truths = of_parameter["truth"].nunique() if parameter == ALL else len(of_parameter)
             row = {"discrepancy": discrepancy, "parameter": parameter, "truths": truths, "identified": identified.sum()}
             for level, name in ((0.5, "50"), (0.9, "90")):
                 inside = np.array(
-                    [held(rank, of, level) for rank, of in zip(of_parameter["rank"], of_parameter["of"], strict=True)]
+                    [held(*rank, level) for rank in zip(of_parameter["rank"], of_parameter["of"], strict=True)]
                 )
                 shares = _between(inside, of_parameter["truth"]) if parameter == ALL else _exact(inside)
                 row |= dict(zip((f"covered_{name}", f"low_{name}", f"high_{name}"), shares, strict=True))

@@ -61,8 +61,8 @@ def simulated_ay(
     rig: Rig, speed: MeasuredSpeed, turns: int, starts: SettledLoops | None = None, begin: float = 0.0
 ) -> np.ndarray:
     """(samples,) y acceleration that a sensor reports over so many turns of the loop, g; begins later by a fraction."""
-    turn = Periods.at(rig, speed.rpm).loop
-    scene = scene_of_speed(rig, speed, turns * turn, begin * turn)
+    loop_s = Periods.at(rig, speed.rpm).loop
+    scene = scene_of_speed(rig, speed, turns * loop_s, begin * loop_s)
     steps = halved_steps(scene.time_step, 1.0 / speed.rate, HALVINGS)
     recording = first_that_runs(steps, lambda step: simulate(scene.with_(step=step), starts=starts), (DivergenceError,))
     return sense(recording, speed.every).ay

@@ -133,13 +133,13 @@ class Posterior:
         if inside.any():
             mean, covariance = self.model(points[inside])
             lower = np.linalg.cholesky(covariance)
-            off = np.linalg.solve(lower, (self.records.values - mean)[:, :, None])[:, :, 0]
+            residuals = np.linalg.solve(lower, (self.records.values - mean)[:, :, None])[:, :, 0]
             determinant = np.log(np.diagonal(lower, axis1=1, axis2=2)).sum(axis=1)
             prior = ((sizes[inside] - self.prior_middle) ** 2).sum(axis=1) / (2.0 * SPREAD**2)
             if self.degrees is not None:  # the logarithm of an inverse gamma variate
                 factor = points[inside, -1]
                 prior = prior + 0.5 * self.degrees * (factor + np.exp(-factor))
-            log_density[inside] = -0.5 * (off**2).sum(axis=1) - determinant - prior
+            log_density[inside] = -0.5 * (residuals**2).sum(axis=1) - determinant - prior
         return log_density
 
     def draw_prior(self, count: int, rng: np.random.Generator) -> np.ndarray:

@@ -89,9 +89,9 @@ class Claims(Section):
 
     @model_validator(mode="after")
     def _unique(self):
-        seen = [claim.name for claim in self.claims]
-        for name in seen:
-            if seen.count(name) > 1:
+        names = [claim.name for claim in self.claims]
+        for name in names:
+            if names.count(name) > 1:
                 raise InputError(
                     f"claim {name} occurs twice; give every claim its own id, every statement its own letter"
                 )
@@ -176,13 +176,13 @@ def _values(claim: Claim, measured, speeds) -> tuple[Value, ...]:
             bounds = bounds[..., None]
         printed = np.broadcast_to(bounds, shape).ravel()
     if compared:
-        off = numbers - printed
-        side = -off if claim.rule == "at_least" else off if one_sided else np.abs(off)
+        difference = numbers - printed
+        side = -difference if claim.rule == "at_least" else difference if one_sided else np.abs(difference)
         leeway = claim.within * np.abs(printed) if one_sided else SLACK * claim.tolerance
         met = list((side <= leeway) & np.isfinite(numbers))
         if not one_sided or claim.scale:
             away = np.maximum(0.0, 1 + (side - leeway) / claim.scale) if one_sided else side / claim.tolerance
-            away = np.where(np.isfinite(off), away, np.inf)
+            away = np.where(np.isfinite(difference), away, np.inf)
     elif claim.rule == "rising":
         met = list(np.isfinite(numbers) & np.r_[True, numbers[1:] > (1 - claim.within) * numbers[:-1]])
     rows = zip(named, printed, away, met, strict=True)

@@ -96,9 +96,9 @@ def lines_by_start(recording: Recording, starts: int = 16) -> pd.DataFrame:
     """
     ay, loop_hz, rows = sense(recording).ay, recording.periods.loop_hz, []
     if holds_line(len(ay), recording.rate, loop_hz):
-        turn = round(recording.rate / loop_hz)
-        longer = np.concatenate([ay, ay[-turn:]])
-        for first in np.rint(np.arange(starts) / starts * turn).astype(int):
+        samples = round(recording.rate / loop_hz)
+        longer = np.concatenate([ay, ay[-samples:]])
+        for first in np.rint(np.arange(starts) / starts * samples).astype(int):
             line = main_line(longer[first : first + len(ay)], recording.rate, loop_hz)
             rows.append([first / recording.rate, *line])
     return pd.DataFrame(rows, columns=["start_s", "line_hz", "line_g"])

@@ -200,8 +200,8 @@ def areas_at_maxima(evidence, speeds):
     areas = evidence.events[evidence.events["run"] == "meshing/no_ring"].set_index("event")["area"]
     names = []
     for side in ("left", "right"):
-        seen = areas.reindex([f"{side} {reading}" for reading in READINGS]).dropna().astype(int)
-        names.append(f"{side} {' or '.join(map(str, seen.unique())) or 'none'}")
+        numbers = areas.reindex([f"{side} {reading}" for reading in READINGS]).dropna().astype(int)
+        names.append(f"{side} {' or '.join(map(str, numbers.unique())) or 'none'}")
     return ", ".join(names)
 
 

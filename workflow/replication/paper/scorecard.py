@@ -208,8 +208,8 @@ def said_of(card: pd.DataFrame, judged: pd.DataFrame, shares: Mapping[str, pd.Da
     words = judged.drop_duplicates("number").set_index("number")["sentence"]
     said: dict[str, dict[int, dict]] = {}
     section_of: dict[int, str] = {}
-    for (claim, letter), of in card.fillna({"part": ""}).groupby(["id", "part"], sort=False):
-        row = of.astype(object).fillna("").iloc[0]
+    for (claim, letter), rows in card.fillna({"part": ""}).groupby(["id", "part"], sort=False):
+        row = rows.astype(object).fillna("").iloc[0]
         number = int(row["sentence"] or 0)
         label = section_of.setdefault(number or -1 - len(section_of), _label(row["place"]))
         sentence = said.setdefault(label, {}).setdefault(
@@ -217,7 +217,7 @@ def said_of(card: pd.DataFrame, judged: pd.DataFrame, shares: Mapping[str, pd.Da
             {
                 "number": number,
                 "sentence": words.get(number, ""),
-                "verdicts": [verdicts.get((number, rig), NOT_COMPARABLE) for rig in of["rig"]],
+                "verdicts": [verdicts.get((number, rig), NOT_COMPARABLE) for rig in rows["rig"]],
                 "shares": percent("sentences", str(number)),
                 "statements": [],
             },
@@ -230,10 +230,10 @@ def said_of(card: pd.DataFrame, judged: pd.DataFrame, shares: Mapping[str, pd.Da
                 "printed": _rounded(str(row["printed"])) or "–",
                 "measured": [
                     "" if verdict == NOT_COMPARABLE else _rounded(str(value))
-                    for value, verdict in zip(of["measured"].fillna(""), of["verdict"], strict=True)
+                    for value, verdict in zip(rows["measured"].fillna(""), rows["verdict"], strict=True)
                 ],
                 "difference": _difference(str(row["printed"]), str(row["measured"])),
-                "verdicts": list(of["verdict"]),
+                "verdicts": list(rows["verdict"]),
                 "shares": percent("claims", f"{claim}{letter}"),
                 "why": " ".join(
                     filter(
@@ -247,7 +247,7 @@ def said_of(card: pd.DataFrame, judged: pd.DataFrame, shares: Mapping[str, pd.Da
                 ),
             }
         )
-    return {label: sorted(of.values(), key=lambda one: one["number"] or 99) for label, of in said.items()}
+    return {label: sorted(rows.values(), key=lambda sentence: sentence["number"] or 99) for label, rows in said.items()}
 
 
 def _label(place: str) -> str:
@@ -283,12 +283,12 @@ def statements(card: pd.DataFrame, names: Sequence[str] = tuple(SHORT)) -> pd.Da
     card = card.astype(object).fillna("")
     name = card["id"] + card["part"]
     rows = []
-    for wanted in names:
-        parts = card[name == wanted].astype(str).set_index("rig")
+    for requested in names:
+        parts = card[name == requested].astype(str).set_index("rig")
         if parts.empty:
             continue
         printed = parts["printed"].iloc[0]
-        row = {"statement": SHORT[wanted], "printed": "in words" if printed.startswith("ours") else printed}
+        row = {"statement": SHORT[requested], "printed": "in words" if printed.startswith("ours") else printed}
         for rig, judged in parts.iterrows():
             value = "" if judged["verdict"] == NOT_COMPARABLE else _rounded(judged["measured"])
             row[f"rig {rig}"] = f"{value} {MARKS[judged['verdict']]}".strip()

@@ -99,8 +99,8 @@ def _add(i, wheel, px, py, nx, ny, law, depth, speed, memory, radius, q, v, circ
 def _groove_contact(c: Contacts, x, y, sprocket_angle):
     """Deepest contact of an arc centred at (x, y) from the sprocket's centre: depth, n and R of Eq. 8."""
     sector = 2.0 * pi / c.teeth
-    turn = (atan2(y, x) - sprocket_angle) / sector
-    middle = sprocket_angle + (floor(turn) + 0.5) * sector
+    position = (atan2(y, x) - sprocket_angle) / sector
+    middle = sprocket_angle + (floor(position) + 0.5) * sector
     s, k = sin(middle), cos(middle)
     gx, gy = x * s - y * k, x * k + y * s  # the groove's axes: clockwise and outward
     mirror = -1.0 if gx > 0.0 else 1.0

@@ -109,9 +109,9 @@ def coordinates(chain: Chain, start: PeerStart) -> tuple[np.ndarray, np.ndarray]
     """(n, 3) coordinates (mass centre, angle) of a start and their (n, 3) rates."""
     c, s, w = np.cos(start.angle), np.sin(start.angle), start.rate
     step = chain.length[:, None] * np.column_stack([c, s])
-    turn = chain.length[:, None] * np.column_stack([-s * w, c * w])
+    swings = chain.length[:, None] * np.column_stack([-s * w, c * w])
     pin = start.pin[:2] + np.vstack([np.zeros(2), np.cumsum(step, axis=0)[:-1]])
-    speed = start.pin[2:] + np.vstack([np.zeros(2), np.cumsum(turn, axis=0)[:-1]])
+    speed = start.pin[2:] + np.vstack([np.zeros(2), np.cumsum(swings, axis=0)[:-1]])
     x, y = chain.com_x, chain.com_y
     arm = np.column_stack([x * c - y * s, x * s + y * c])
     swing = np.column_stack([-w * arm[:, 1], w * arm[:, 0]])

@@ -17,25 +17,25 @@ from trackdyn.measure.columns import schema_text
 
 def main(job) -> None:
     """Rule `claims`."""
-    of, out = job.params, job.output
+    params, output = job.params, job.output
     # folder of the results of each rig; further rigs stand beside the first
-    folders = {of.rig: Path(job.input.metrics).parent} | dict(of.rigs)
+    folders = {params.rig: Path(job.input.metrics).parent} | dict(params.rigs)
     cells = load_cells(job.input.cells[0]) if job.input.cells else None
-    rigs = {name: collect(folder, of.rpm, of.radius, cells) for name, folder in folders.items()}
+    rigs = {name: collect(folder, params.rpm, params.radius, cells) for name, folder in folders.items()}
     card, values = judge_all(load_claims(job.input.claims), rigs)
     sentences = sentence_verdicts(card, load_sentences(job.input.claims))
     message = [headline(sentences, name) for name in rigs]
-    if of.seconds < RECORD_DURATION:
+    if params.seconds < RECORD_DURATION:
         message.append(
-            f"These records last {of.seconds:g} s where the paper's last {RECORD_DURATION:g}: bins are wider, so "
+            f"These records last {params.seconds:g} s where the paper's last {RECORD_DURATION:g}: bins are wider, so "
             "the amplitudes (C08) cannot come out, and records hold no whole number of revolutions (C06)."
         )
     text = "\n\n".join([*message, caption("claims")])
-    write_captioned_table(card, out.csv, text, shown=side_by_side(card))
-    write_csv(out.sentences, sentences)
-    write_csv(out.values, values, float_format="%.9g")
-    write_text(out.schema, schema_text(card.columns, "claims"))
-    write_text(out.values_schema, schema_text(values.columns, "claims_values"))
+    write_captioned_table(card, output.csv, text, shown=side_by_side(card))
+    write_csv(output.sentences, sentences)
+    write_csv(output.values, values, float_format="%.9g")
+    write_text(output.schema, schema_text(card.columns, "claims"))
+    write_text(output.values_schema, schema_text(values.columns, "claims_values"))
     print(text)
 
 

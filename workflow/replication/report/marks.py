@@ -90,9 +90,9 @@ def place_beside(ax: Axes, start, end, text: str, at: float = 0.5, side: int = 1
     left = side * np.array([-along[1], along[0]])
     look = {"fontsize": 8, "ha": "center", "va": "center", "zorder": Z_MARK + 3, "annotation_clip": True} | look
     if turned:
-        turn = (degrees(atan2(along[1], along[0])) + 90.0) % 180.0 - 90.0
-        left = side * np.array([-sin(radians(turn)), cos(radians(turn))])
-        look |= {"rotation": turn}
+        angle = (degrees(atan2(along[1], along[0])) + 90.0) % 180.0 - 90.0
+        left = side * np.array([-sin(radians(angle)), cos(radians(angle))])
+        look |= {"rotation": angle}
     position = start + at * (end - start)
     gap = 0.95 * look["fontsize"] * left
     ax.annotate(text, tuple(position), tuple(gap), textcoords="offset points", path_effects=HALO, **look)

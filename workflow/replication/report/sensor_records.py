@@ -19,10 +19,10 @@ from trackdyn.sensor.sensor_mapping import load_mapping
 
 def main(job) -> None:
     """Rule `sensor_records`."""
-    of, mapping, rows = job.params, load_mapping(*job.input.mapping), []
+    params, mapping, rows = job.params, load_mapping(*job.input.mapping), []
     rig = load_rig(job.input.rig)
-    what = "synthetic, not measured" if of.synthetic else "as compared"
-    for rpm, path, out in zip(of.speeds, job.input.sensors, job.output.records, strict=True):
+    what = "synthetic, not measured" if params.synthetic else "as compared"
+    for rpm, path, out in zip(params.speeds, job.input.sensors, job.output.records, strict=True):
         record = read_sensor_csv(path, mapping, rig.sensor.range, rig.gravity or 9.81)
         record.require_turns(Periods.at(rig, rpm).loop, LEAST_PERIODS)
         require_axes(record, rig, rpm)

@@ -47,12 +47,12 @@ def table3(
         row = {"speed_rpm": rpm, "sensor_record": label}
         for name, paper in (("rms", printed.RMS_DIFFERENCE), ("sd", printed.SD_DIFFERENCE)):
             simulated, error = float(run[f"{name}_whole_g"]), float(run[f"{name}_whole_error_g"])
-            measured, off = sensor[f"{name}_whole_g"], sensor[f"{name}_whole_error_g"]
+            measured, standard_error = sensor[f"{name}_whole_g"], sensor[f"{name}_whole_error_g"]
             row |= {
                 f"{name}_simulation_g": simulated, f"{name}_standard_error_g": error,
-                f"{name}_sensor_g": measured, f"{name}_sensor_error_g": off,
+                f"{name}_sensor_g": measured, f"{name}_sensor_error_g": standard_error,
                 f"{name}_difference_pct": value_difference(simulated, measured),
-                f"{name}_difference_error_pct": 100 * ratio_of_runs(simulated, error, measured, off)[1],
+                f"{name}_difference_error_pct": 100 * ratio_of_runs(simulated, error, measured, standard_error)[1],
                 f"{name}_difference_printed_against_papers_own_data_pct": paper.get(rpm, float("nan")),
             }  # fmt: skip
         rows.append(row)
@@ -106,25 +106,25 @@ def table4(metrics: pd.DataFrame, speeds: Iterable[float]) -> pd.DataFrame:
             error = error_of(name)
             row |= {f"{name}_ten_arcs": fine[name], f"{name}_ten_arcs_error": fine[error]}
             row |= {f"{name}_three_surfaces": coarse[name], f"{name}_three_surfaces_error": coarse[error]}
-            ratio, off = ratio_of_runs(coarse[name], coarse[error], fine[name], fine[error])
-            row |= {f"{name}_difference_pct": 100 * (ratio - 1), f"{name}_difference_error_pct": 100 * off}
+            ratio, ratio_error = ratio_of_runs(coarse[name], coarse[error], fine[name], fine[error])
+            row |= {f"{name}_difference_pct": 100 * (ratio - 1), f"{name}_difference_error_pct": 100 * ratio_error}
         rows.append(row)
     return pd.DataFrame(rows)
 
 
 def main(job) -> None:
     """Rule `statistics`."""
-    of, out = job.params, job.output
-    label, metrics = SENSORS[of.synthetic], pd.read_csv(job.input.metrics)
-    records = metrics.set_index("run").loc[of.runs].reset_index()
-    paths = zip_longest(of.speeds, job.input.get("sensors", ()))
+    params, output = job.params, job.output
+    label, metrics = SENSORS[params.synthetic], pd.read_csv(job.input.metrics)
+    records = metrics.set_index("run").loc[params.runs].reset_index()
+    paths = zip_longest(params.speeds, job.input.get("sensors", ()))
     sensors = {rpm: read_sensor_csv(path, range_g=inf) if path else None for rpm, path in paths}
     for key, table, path, digits in (
-        ("table3", table3(records, sensors, label), out.csv, 3),
-        ("lines", lines_table(records, sensors, label), out.lines, 4),
-        ("table4", table4(metrics, of.speeds), out.coarse, 3),
+        ("table3", table3(records, sensors, label), output.csv, 3),
+        ("lines", lines_table(records, sensors, label), output.lines, 4),
+        ("table4", table4(metrics, params.speeds), output.coarse, 3),
     ):
-        write_captioned_table(table, path, caption(key, of.synthetic), digits, headed(table, key))
+        write_captioned_table(table, path, caption(key, params.synthetic), digits, headed(table, key))
 
 
 if __name__ == "__main__":

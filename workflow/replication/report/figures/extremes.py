@@ -33,12 +33,12 @@ def solvers_figure(rows: pd.DataFrame) -> Figure:
         solver, kind = group.split(", ")
         dashes, marker = KIND_LOOKS[kind]
         group_rows = group_rows.astype({"at": float, "value": float, "expected": float}).sort_values("at")
-        seen = group_rows[np.isfinite(group_rows["value"]) & (group_rows["value"] < ALL_LOST)]
+        measured = group_rows[np.isfinite(group_rows["value"]) & (group_rows["value"] < ALL_LOST)]
         # measured points of the literal product stand by their prediction; the sweep has none
         look = {"color": SOLVERS[solver], "linestyle": "none" if solver == "transfer_product" else dashes}
-        for ax, here in ((errors, seen["measure"] != "residual"), (residuals, seen["measure"] == "residual")):
+        for ax, here in ((errors, measured["measure"] != "residual"), (residuals, measured["measure"] == "residual")):
             label = f"{SOLVER_NAMES[solver]}, {kind}" if here.any() else None
-            ax.plot(seen["at"][here], seen["value"][here], **look, marker=marker, label=label)
+            ax.plot(measured["at"][here], measured["value"][here], **look, marker=marker, label=label)
         predicted = group_rows[group_rows["expected"].notna() & (group_rows["expected"] < ALL_LOST)]
         if len(predicted) > 1:
             look = {"color": BLACK, "linestyle": dashes, "linewidth": 1.2}
@@ -72,9 +72,9 @@ def stability_figure(rows: pd.DataFrame) -> Figure:
             (~stable & ~bounded, {"marker": "x", "color": VERMILION}, "left the physical range"),
         ):
             ax.scatter(table["group"][mask], table["at"][mask], s=14, label=label, **look)
-        of = limits[limits["quantity"] == name]
-        ax.plot(of["value"], of["limit"], color=BLACK, marker="_", label="predicted limit")
-        ax.plot(of["value"], of["stable"], color=BLUE, linestyle=":", label="largest stable step")
+        limit = limits[limits["quantity"] == name]
+        ax.plot(limit["value"], limit["limit"], color=BLACK, marker="_", label="predicted limit")
+        ax.plot(limit["value"], limit["stable"], color=BLUE, linestyle=":", label="largest stable step")
         ax.set(xscale="linear" if name == "ring" else "log", yscale="log", ylabel="step (s)", xlabel=QUANTITIES[name])
         ax.xaxis.set_minor_formatter(NullFormatter())
     for ax in panels[len(kinds) :]:

@@ -66,10 +66,10 @@ def draw_groove(ax: Axes, rig: Rig, depth: float, emphasized=range(1, 11)) -> No
     steel = np.vstack([profile, cuts])
     z = drawing.Z_SPROCKET
     for k in (-1, 0, 1):
-        turn = 2 * pi * k / groove.teeth
+        angle = 2 * pi * k / groove.teeth
         look = {"facecolor": drawing.STEEL, "edgecolor": drawing.STEEL, "linewidth": 0.5, "zorder": z}
-        ax.add_patch(Polygon(drawing.placed(steel, (0.0, 0.0), turn), **look, label="steel"))
-        edge = drawing.placed(profile, (0.0, 0.0), turn)
+        ax.add_patch(Polygon(drawing.placed(steel, (0.0, 0.0), angle), **look, label="steel"))
+        edge = drawing.placed(profile, (0.0, 0.0), angle)
         marks.line(ax, *edge, color=drawing.STEEL_EDGE, linewidth=1.0, zorder=z + 0.4, label="profile")
     for area in emphasized:
         look = CONVEX_ARC if groove.convex[area - 1] else CONCAVE_ARC

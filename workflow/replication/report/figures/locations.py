@@ -63,12 +63,12 @@ def _draw_link_on(ax: Axes, rig: Rig, frame, shift: float, wheel: int) -> None:
     on_it = [(body, q) for body, on, q in touching_links(rig, frame, shift) if on == wheel]
     body, q = on_it[len(on_it) // 2]
     x, y, r = wheel_circles(rig, shift, surface=True)[wheel]
-    turn = pi / 2 - np.arctan2(*(q - [x, y])[::-1])
+    angle = pi / 2 - np.arctan2(*(q - [x, y])[::-1])
     # move the wheel's centre to the sprocket's, then turn everything about it
     centre = drawing.sprocket_centre(rig)
     view = np.array(frame)
     view[:2] += centre - [x, y]
-    view = drawing.turned(rig, view, turn)
+    view = drawing.turned(rig, view, angle)
     if wheel == 0:
         drawing.draw_sprocket(ax, rig, view[-1], r)
     else:

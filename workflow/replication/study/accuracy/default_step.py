@@ -50,8 +50,8 @@ def default_step_errors(rigs: Iterable[str], speeds: Mapping[str, Iterable[float
                 continue
             for measure, limit in limits_of(runs).items():
                 if measure in RELATIVE + SHARES and limit.value:
-                    off = np.array(error_against(runs[step].series[measure], limit)) / scale_of(measure, limit.value)
-                    rows.append([name, ring, rpm, step, measure, limit.value, *off])
+                    errors = np.array(error_against(runs[step].series[measure], limit)) / scale_of(measure, limit.value)
+                    rows.append([name, ring, rpm, step, measure, limit.value, *errors])
             print(f"{name}, ring {ring}, {rpm:g} rpm, {step:g} s", flush=True)
     return pd.DataFrame(rows, columns=COLUMNS)
 
@@ -61,7 +61,7 @@ def default_step_text(rows: pd.DataFrame) -> str:
 
     An error that is not known to half of itself (`KNOWN`) is left out.
     """
-    return "\n".join(_worst(of, RINGS[ring]) for ring, of in rows.groupby("ring", sort=False))
+    return "\n".join(_worst(group, RINGS[ring]) for ring, group in rows.groupby("ring", sort=False))
 
 
 def _worst(rows: pd.DataFrame, rings: str) -> str:

@@ -100,8 +100,8 @@ def compare_rungs(rungs: pd.DataFrame) -> pd.DataFrame:
 
 def main(job) -> None:
     """Rule `fidelity_setting`."""
-    rig, of, rule = load_rig(job.input.rig), job.params, StopRule(**job.params.stop_rule)
-    write_csv(job.output[0], measure_setting(rig, job.wildcards.setting, of.speeds, of.radii, rule))
+    rig, params, rule = load_rig(job.input.rig), job.params, StopRule(**job.params.stop_rule)
+    write_csv(job.output[0], measure_setting(rig, job.wildcards.setting, params.speeds, params.radii, rule))
 
 
 if __name__ == "__main__":

@@ -143,12 +143,19 @@ def _rows_of(point: list, run: AnswerCost | None, limits: dict[str, Limit], seco
         if not len(measured.values) or not np.isfinite(scale):
             continue
         value, error, _ = measured.estimate()
-        off, noise = error_against(measured, limits[measure])
+        bias, noise = error_against(measured, limits[measure])
         if measure in ABSOLUTE:  # a value of this record, compared with nothing
             about = [value, 0.0, abs(value), 0.0, 0.0, 0]
         else:
             unused = int(seconds / span + 1e-6) - len(measured.values)
-            about = [value, error, abs(off) / scale, noise / scale, error * len(measured.values) ** 0.5 / scale, unused]
+            about = [
+                value,
+                error,
+                abs(bias) / scale,
+                noise / scale,
+                error * len(measured.values) ** 0.5 / scale,
+                unused,
+            ]
         rows.append([*point, run.start_cpu_s, run.cpu_s_per_s, seconds, span, measure, *about, False])
     return rows
 

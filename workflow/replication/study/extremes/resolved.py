@@ -69,36 +69,37 @@ def run_short(number: int, seed: int = SEED) -> dict:
 
     Refused: ``reason`` begins with ``good`` where the run would have been within the bounds.
     """
-    name, rig, of = drawn(number, seed)
-    name = f"{number}: {name}, {of['rpm']:.4g} rev/min, {of['seconds']:g} s"
-    fields = {"duration": of["seconds"], "lead_in": 0.0, "ramp": RAMP} | of["laws"]
+    name, rig, settings = drawn(number, seed)
+    name = f"{number}: {name}, {settings['rpm']:.4g} rev/min, {settings['seconds']:g} s"
+    fields = {"duration": settings["seconds"], "lead_in": 0.0, "ramp": RAMP} | settings["laws"]
     try:
-        probe = Scene(rig, of["rpm"], every_link=True, **fields)
+        probe = Scene(rig, settings["rpm"], every_link=True, **fields)
         loop = Loop(probe)
         limit = largest_step(loop.model, rig.tension.pre_tension, loop.layout["settled_tension_n"])
         limit = min(limit, LARGEST)
-        step = round_step(of["share"] * limit, 1.0 / rig.sensor.rate)
+        step = round_step(settings["share"] * limit, 1.0 / rig.sensor.rate)
         loop = Loop(probe.with_(step=step))
-        fine, _ = _run(Loop(probe.with_(step=step / FINER)), of["seconds"], False)
+        fine, _ = _run(Loop(probe.with_(step=step / FINER)), settings["seconds"], False)
     except (InputError, DivergenceError) as error:
         return row(FAMILY, name, REFUSED, str(error), measure="no loop, or no limit")
     more = {"measure": "error of RMS, of mean peak", "bound": RMS, "at": step / limit}
     try:
-        statistics, resolution = _run(loop, of["seconds"], True)
+        statistics, resolution = _run(loop, settings["seconds"], True)
     except DivergenceError as error:
         try:
-            statistics, _ = _run(loop, of["seconds"], False)
+            statistics, _ = _run(loop, settings["seconds"], False)
         except DivergenceError:
             return row(FAMILY, name, REFUSED, str(error), group="diverged", **more)
-        off = statistics.difference(fine)
-        good = "good: " if off.within() else ""
-        return row(FAMILY, name, REFUSED, good + str(error), group="refused", value=off.rms, expected=off.peaks, **more)
-    off = statistics.difference(fine)
-    missed = not off.within()
-    reason = f"RMS is {100 * off.rms:.2g} % off, the mean peak {100 * off.peaks:.2g} %" if missed else ""
+        bias = statistics.difference(fine)
+        good = "good: " if bias.within() else ""
+        more |= {"group": "refused", "value": bias.rms, "expected": bias.peaks}
+        return row(FAMILY, name, REFUSED, good + str(error), **more)
+    bias = statistics.difference(fine)
+    missed = not bias.within()
+    reason = f"RMS is {100 * bias.rms:.2g} % off, the mean peak {100 * bias.peaks:.2g} %" if missed else ""
     wrong = MARKED if resolution.state != YES else DEFECT
     outcome = MARKED if resolution.state == NO else wrong if missed else COMPLETED
-    return row(FAMILY, name, outcome, reason, group=resolution.state, value=off.rms, expected=off.peaks, **more)
+    return row(FAMILY, name, outcome, reason, group=resolution.state, value=bias.rms, expected=bias.peaks, **more)
 
 
 def _run(loop: Loop, seconds: float, checked: bool):

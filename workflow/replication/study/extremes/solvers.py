@@ -57,8 +57,8 @@ def make_pose(chain: Chain, seed: int) -> Pose:
     """A random convex clockwise loop, its rates keep it closed; kilonewtons at every body."""
     rng = np.random.default_rng(seed)
     n = len(chain.length)
-    turn = rng.uniform(0.8, 1.2, n)
-    angle = -2 * np.pi * np.cumsum(turn) / turn.sum()
+    steps = rng.uniform(0.8, 1.2, n)
+    angle = -2 * np.pi * np.cumsum(steps) / steps.sum()
     for _ in range(20):
         rows = chain.length * np.array([-np.sin(angle), np.cos(angle)])
         angle -= rows.T @ np.linalg.solve(rows @ rows.T, [chain.length @ np.cos(angle), chain.length @ np.sin(angle)])
@@ -185,9 +185,9 @@ def growth_rates(rig: Rig) -> Iterator[dict]:
 
 
 def _growth(rig: Rig, kind: str) -> dict:
-    seen = {n: solver_error("transfer_product", make_chain(rig, kind, n)) for n in range(6, 30, 2)}
-    sizes = [n for n, error in seen.items() if error < 1e-2]
-    rate = np.exp(np.polyfit(sizes, np.log([seen[n] for n in sizes]), 1)[0])
+    errors = {n: solver_error("transfer_product", make_chain(rig, kind, n)) for n in range(6, 30, 2)}
+    sizes = [n for n, error in errors.items() if error < 1e-2]
+    rate = np.exp(np.polyfit(sizes, np.log([errors[n] for n in sizes]), 1)[0])
     closed = transfer_product.growth(make_chain(rig, kind, 6)).pitch ** 0.5
     value, expected = float(np.log10(rate)), float(np.log10(closed))
     return within_bounds(value, expected, GROWTH_TOLERANCE * expected, "digits lost a body")
