@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy.stats import t as student
 
+from trackdyn.measure import uncertainty
 from trackdyn.measure.sensor import sensor_metrics
 from trackdyn.measure.uncertainty import batch_error, line_error, ratio_error
 
@@ -32,6 +33,12 @@ def test_errors_cover_the_truth_of_correlated_passages():
         naive += abs(values.mean()) <= 1.96 * values.std(ddof=1) / np.sqrt(len(values))
     assert 0.85 <= covered / REPLICAS <= 0.99
     assert naive / REPLICAS < 0.8  # what leaving out the memory would hold
+
+
+def test_an_interval_of_any_number_of_batches_is_student_s():
+    batches = [*range(2, 60), 1000, 1001]
+    widths = [uncertainty.student(count) for count in batches]
+    np.testing.assert_allclose(widths, student.ppf(0.975, np.array(batches) - 1), rtol=1e-11)
 
 
 def test_errors_of_a_ratio_cover_the_truth():
