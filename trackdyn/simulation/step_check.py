@@ -164,16 +164,16 @@ def brief(scene) -> str:
 
 def again(scene) -> float:
     """Seconds of a scene that are run again with half its step, since it is `brief`."""
-    lead = scene.ramp + scene.lead_in
-    return min(PIECE, scene.duration) + (lead if lead <= LEAD else 0.0) if brief(scene) else 0.0
+    return min(PIECE, scene.duration) if brief(scene) else 0.0
 
 
 class StepCheck:
     """Check of the step of a `Recorder`: the first two seconds of a record, and two in every twenty from there on.
 
     ``origin`` is the loop before it came to where the record begins, so that the way there is run again, too: what a
-    step that is too large has done until then belongs to its record. ``unresolved`` says what speaks against the record
-    so far, ``difference`` is the largest one of the pieces that were run again.
+    step that is too large has done until then belongs to its record. Where nothing but its length speaks against a
+    record, only its own impacts are in doubt: it is run again from its beginning. ``unresolved`` says what speaks
+    against the record so far, ``difference`` is the largest one of the pieces that were run again.
     """
 
     def __init__(self, recorder, origin=None):
@@ -187,7 +187,8 @@ class StepCheck:
     def begin(self) -> None:
         """Begin a piece."""
         recorder = self.recorder
-        self.origin, self.first_of_run = recorder.loop.copy(), False
+        self.origin = self.start = recorder.loop.copy()
+        self.first_of_run = False
         self.first, self.ended, self.alternating = recorder.done, len(recorder.ended), recorder.alternating.copy()
         contact_log, self.time = recorder.record.contact_log, recorder.loop.time
         self.open = contact_log.open.copy(), contact_log.last.copy()
@@ -202,7 +203,7 @@ class StepCheck:
         seconds = (recorder.done - self.first) / rate
         if self.origin is not None and (seconds >= PIECE or recorder.finished):
             self._judge(seconds)
-            self.origin = None
+            self.origin = self.start = None
         if seconds >= BETWEEN and not recorder.finished:
             self.begin()
 
@@ -212,14 +213,14 @@ class StepCheck:
         coarse, alternating = recorder.statistics(self.first, self.ended), recorder.alternating - self.alternating
         unresolved = unresolved_reason(alternating, model, rows, recorder.driven(self.first), coarse.isolated)
         self.unresolved = self.unresolved or unresolved  # also where no finer step can be tried
-        times, doubled = FINER, 1.0
+        start, times, doubled = self.origin, FINER, 1.0
         if not unresolved and self.first_of_run and (unresolved := brief(recorder.scene)):
-            times, doubled = HALF, 2.0
+            start, times, doubled = self.start, HALF, 2.0
         # where somebody steered in between, another run would be another motion
-        if not unresolved or model.drive != self.origin.model.drive:
+        if not unresolved or model.drive != start.model.drive:
             return
         try:
-            differences = coarse.difference(self._rerun(seconds, times))
+            differences = coarse.difference(self._rerun(start, seconds, times))
         except InputError:  # no finer step is allowed
             return
         difference = Difference(*(doubled * value for value in differences))
@@ -236,9 +237,9 @@ class StepCheck:
                 "(trackdyn check finds one)"
             )
 
-    def _rerun(self, seconds: float, times: int) -> RunStatistics:
-        """The piece with a step so many times smaller; the loop of a doubtful run is settled with it, too."""
-        loop, scene = self.origin, self.recorder.scene
+    def _rerun(self, loop, seconds: float, times: int) -> RunStatistics:
+        """The piece from a loop on, with a step so many times smaller; that of a doubtful run is settled anew."""
+        scene = self.recorder.scene
         step = loop.model.step / times
         settled = self.first_of_run and loop.time == 0.0 and times == FINER
         finer = loop.__class__(loop.scene.with_(step=step)) if settled else loop.changed(step=step)
