@@ -8,10 +8,10 @@ import pandas as pd
 
 from replication.paper.claims import NO_TEST
 from replication.paper.scorecard import MARKS, answer_sentences, neighbours_sentence, statements
-from replication.report.figures.trade import METHODS, answers, trade_sentence
+from replication.report.figures.trade import answers, trade_sentence
 from replication.study.accuracy.default_step import default_step_text
 from replication.study.extremes.resolved import short_runs_verdict
-from replication.study.variants import VARIANTS
+from replication.study.variants import METHOD_WORDS, PHYSICS_WORDS, VARIANTS
 from trackdyn.errors import InputError
 from trackdyn.files import replacing, write_text
 from trackdyn.measure.cells import significant
@@ -22,7 +22,6 @@ BEGIN, END = "<!-- measured -->", "<!-- end -->"
 
 # measure of the study `trade`, heading of its column
 ERRORS = (("rms", "RMS, %"), ("left_peak", "left peak, %"), ("left_share", "left contact, points"))
-PHYSICS = {"three_surfaces": "three surfaces", "single_pin": "one body a pitch"}
 
 
 def settings_text(rows: pd.DataFrame, default_step: pd.DataFrame, short_runs: pd.DataFrame) -> str:
@@ -31,7 +30,7 @@ def settings_text(rows: pd.DataFrame, default_step: pd.DataFrame, short_runs: pd
     rows["where"] = rows["scene"].str.startswith("ring").map({True: "", False: " no ring"})
     lines = []
     for (physics, method, step), group in rows.groupby(["fidelity", "integrator", "step_s"], sort=False, dropna=False):
-        named = PHYSICS.get(physics, physics) if physics != "ten_arcs" else METHODS[method]
+        named = PHYSICS_WORDS[physics] if physics in PHYSICS_WORDS else METHOD_WORDS[method]
         setting = named if pd.isna(step) else f"{named}, {1e3 * step:g} ms"
         worst = 100 * group.groupby(["measure", "where"])["error"].max()
         cells = {f"{words}{where}": worst.get((name, where)) for name, words in ERRORS for where in ("", " no ring")}

@@ -54,6 +54,11 @@ VARIANTS = (
 )
 SETTINGS = {variant.name: variant for variant in VARIANTS}
 PHYSICS = {variant.physics: variant.scene for variant in VARIANTS if variant.physics}
+# words for methods and for coarser physics, in tables and pictures
+METHOD_WORDS = {"semi_implicit": "semi-implicit Euler", "linearly_implicit": "linearly implicit", "rk4": "RK4"}
+PHYSICS_WORDS = {
+    "spatial": "in space", "three_surfaces": "three surfaces", "single_pin": "one body a pitch", "belt": "belt",
+}  # fmt: skip
 
 
 def change(measure: str, before: float, after: float) -> float:

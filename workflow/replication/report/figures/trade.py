@@ -15,15 +15,13 @@ from matplotlib.transforms import Bbox
 
 from replication.study.accuracy.statistics import LEAD_IN
 from replication.study.settings import PICTURED, scene_name
-from replication.study.variants import REFERENCE
+from replication.study.variants import METHOD_WORDS, PHYSICS_WORDS, REFERENCE
 from trackdyn.files import write_csv
 from trackdyn.measure.cells import significant
 from trackdyn.plots.style import COLOURS, GREEN, PURPLE, SMALL, new_figure, save, styled
 from trackdyn.scene.choices import PRESETS
 
-METHODS = {"semi_implicit": "semi-implicit Euler", "linearly_implicit": "linearly implicit", "rk4": "RK4"}
-# other physics: a mark and words
-PHYSICS = {"spatial": ("s", "in space"), "single_pin": ("^", "one body a pitch"), "belt": ("v", "belt")}
+MARKS = {"spatial": "s", "single_pin": "^", "belt": "v"}  # marks of the coarser physics that are drawn
 PAPERS = PRESETS[REFERENCE]["step"]  # s, of our preset; the article prints no step
 STARTING = 1.0  # s, the ramp of the scenes
 # offsets of a name from its point, in points: beside it, then further and further off
@@ -67,12 +65,13 @@ def trade_figure(rows: pd.DataFrame, promises: pd.DataFrame, peers: pd.DataFrame
         full, step = row["fidelity"] == "ten_arcs", row["step_s"]
         if full and row["integrator"] == "semi_implicit" and step < PAPERS * (1 - 1e-9):
             continue  # as RK4 shows, a finer step gains nothing here
-        mark, name = ("o", METHODS[row["integrator"]]) if full else PHYSICS.get(row["fidelity"], ("", ""))
-        if name:
+        mark = "o" if full else MARKS.get(row["fidelity"])
+        if mark:
+            name = METHOD_WORDS[row["integrator"]] if full else PHYSICS_WORDS[row["fidelity"]]
             words = name if np.isnan(step) else f"{name}, {1e3 * step:g} ms"
             if full and row["integrator"] == "semi_implicit" and np.isclose(step, PAPERS):
                 words = f"preset {REFERENCE}, {1e3 * step:g} ms"
-            colour = COLOURS[list(METHODS).index(row["integrator"])] if full else "0.35"
+            colour = COLOURS[list(METHOD_WORDS).index(row["integrator"])] if full else "0.35"
             points.append((row["cpu_s"], row["error"], words, colour, mark))
     planned = promises[(promises["measure"] == "rms") & promises["achieved_error"].notna()]
     planned = planned[planned["scene"] == pictured]  # a point of another scene would be compared with these
