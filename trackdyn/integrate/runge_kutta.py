@@ -75,13 +75,13 @@ def _unpack(state: State, start, slope, weight, last, step, branch):
 def _derivative(model: Model, state: State, work: Work, time, out):
     """Derivative of the packed state, the accelerations being in ``work``."""
     n, w = state.angle.shape[0], state.wheel_rate.shape[0]
-    sweep, wheels = work.sweep, model.wheels
+    base, load, response, wheels = work.sweep.base, work.sweep.load, work.sweep.response, model.wheels
     for k in range(2):
         out[k] = state.pin[2 + k]
-        out[2 + k] = at_load(sweep.base, k, sweep.load)
+        out[2 + k] = at_load(base, k, load)
     for i in range(n):
         out[4 + i] = state.rate[i]
-        out[4 + n + i] = at_load(sweep.response, i, sweep.load)
+        out[4 + n + i] = at_load(response, i, load)
     for wheel in range(w):
         out[4 + 2 * n + wheel] = state.wheel_rate[wheel]
         if wheel == SPROCKET:
@@ -137,14 +137,14 @@ def _evaluate(model: Model, state: State, work: Work, stages: Stages, time, step
 @kernel
 def _project(model: Model, state: State, work: Work):
     """Remove the gap of the cut joint and its rate, weighted with the mass."""
-    sweep, cut = work.sweep, work.cut
+    base, response, cut = work.sweep.base, work.sweep.response, work.cut
     for level in range(2):
         forward_kinematics(model.chain, state, work)
-        load = closing_load(sweep.inverse, cut[2 * level], cut[2 * level + 1])
+        load = closing_load(work.sweep.inverse, cut[2 * level], cut[2 * level + 1])
         for k in range(2):
-            state.pin[2 * level + k] += response_to(sweep.base, k, load)
+            state.pin[2 * level + k] += response_to(base, k, load)
         for i in range(state.angle.shape[0]):
-            d = response_to(sweep.response, i, load)
+            d = response_to(response, i, load)
             if level == 0:
                 state.angle[i] += d
             else:
