@@ -53,9 +53,8 @@ class Loop:
     ----------
     scene : Scene
     model, state, work
-        Read-only views of what kernels read and write (`trackdyn.model`); `set_state` changes the state.
-    arrays : LoopArrays
-        The same three to write to, unchecked.
+        Read-only views of what kernels read and write (`trackdyn.model`); `set_state` changes the state, and `arrays`
+        has the same three to write to, unchecked.
     layout : dict
         Shift of the tensioning wheel (m), tension as it was set with the rig's own ring, and as the loop settled (N).
 
