@@ -10,6 +10,9 @@ ifneq ($(word 2,$(abspath $(VENV))),)
 $(error the environment in "$(CURDIR)" would have a blank in its name, which Snakemake does not survive; put it elsewhere: make VENV=/a/place)
 endif
 
+# A process that finds no bytecode compiles all that it imports, which is half of a short job; some shells forbid to keep it.
+unexport PYTHONDONTWRITEBYTECODE
+
 .PHONY: replicate quick test check lint docs gallery schemas benchmark synthetic lock cluster clean
 
 replicate: $(READY)

@@ -1,5 +1,6 @@
 """What is installed: the lock holds every package with its hash, and keeps to pyproject.toml as the conda file does."""
 
+import os
 import re
 import subprocess
 import sys
@@ -43,6 +44,14 @@ def test_the_lock_keeps_to_the_project(locked):
     for requirement in asked(*PROJECT["optional-dependencies"]):
         version = locked.get(canonicalize_name(requirement.name))
         assert version in requirement.specifier if version else False, f"{requirement}: {version}; make lock"
+
+
+def test_make_keeps_bytecode(tmp_path):
+    """In a shell that forbids it, too: each process would compile all that it imports."""
+    (tmp_path / "shown.mk").write_text('shown:\n\t@echo "kept: $$PYTHONDONTWRITEBYTECODE"\n', encoding="utf-8")
+    make = ["make", "--no-print-directory", "-f", "Makefile", "-f", tmp_path / "shown.mk", "shown"]
+    shell = os.environ | {"PYTHONDONTWRITEBYTECODE": "1"}
+    assert subprocess.run(make, cwd=ROOT, env=shell, capture_output=True, text=True, check=True).stdout == "kept: \n"
 
 
 WITHOUT_EXTRAS = """
