@@ -16,12 +16,16 @@ from laboratory.plausible.settings import PlausibleConfig, Scenario, load_plausi
 from laboratory.plausible.study import judged_claims
 from laboratory.plausible.verdicts import judge_rig, ranked_draws, shown_sentences
 from replication.paper.claims import load_sentences
+from trackdyn.errors import InputError
 from trackdyn.files import write_text
+from trackdyn.rig.rig import Rig
+from trackdyn.scene.scene import Scene
+from trackdyn.simulation.settling import settle
 from trackdyn.sweeps.design import write_table
 from trackdyn.sweeps.engine import DONE
 
 GRIPS = "grips"
-PITCH_PASSING_HZ = 4.47  # at 115 rpm, at which a damper loses what rubber of a loss factor does
+PITCH_PASSING_RPM, PITCH_PASSING_HZ = 115.0, 4.47  # where a damper loses what rubber of a loss factor does
 PAPER = "the rig of the paper: real parts and one assumption, a ring that slips; searched to show most of its sentences"
 PARTS = "the best of the drawn tracks whose ring grips: every value is one that a part can have"
 SLIPS = "the one assumption: the ring slips nearly freely (docs/answer.md)"
@@ -83,11 +87,27 @@ def rig_entries(
         low, high = ranges[EQUAL_PITCH][:2] if unknown.label == EQUAL_PITCH else unknown.intervals[0]
         entry = {"low": low * factor, "high": high * factor, "kind": "fitted", "source": source}
         entries |= {name: entry | {"value": fields[name]} for name in unknown.names}
-    radius = entries["chain.connector_radius"]
-    radius["high"] = min(radius["high"], (1 - 1e-5) * unknowns.rig.changed(**fields).connector_length / 2)
+    rig, radius, tension = (
+        unknowns.rig.changed(**fields),
+        entries["chain.connector_radius"],
+        entries["tension.pre_tension"],
+    )
+    radius["high"] = min(radius["high"], (1 - 1e-5) * rig.connector_length / 2)
+    tension["low"] = _least_tension(rig, tension["low"])
     stiffness, loss = fields["bushing.stiffness"], entries["bushing.loss_factor"]
     damper = {name: loss[name] * stiffness / (2 * np.pi * PITCH_PASSING_HZ) for name in ("value", "low", "high")}
     return entries | {"bushing.damping": damper | {"kind": "assumed", "source": DAMPER}}
+
+
+def _least_tension(rig: Rig, low: float) -> float:
+    """Tension (N) from ``low`` on, in steps of 2 %, under which the chain of a rig can stand."""
+    while low < rig.tension.pre_tension:
+        try:
+            settle(Scene(rig.changed(tension__pre_tension=low), motor_rpm=PITCH_PASSING_RPM))
+            return low
+        except InputError:
+            low *= 1.02
+    return rig.tension.pre_tension
 
 
 def slip_entries(config: PlausibleConfig) -> dict[str, dict]:
