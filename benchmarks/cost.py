@@ -97,7 +97,7 @@ def simulated_second(rig, repeats: int) -> list[dict]:
     """
     from trackdyn import Loop, Scene
 
-    rate = rig.sensor.rate
+    rate = rig.rate
     rows = []
     for rpm in SPEEDS_RPM:
         for radius in (RING_RADIUS_M, None):
@@ -107,7 +107,7 @@ def simulated_second(rig, repeats: int) -> list[dict]:
                 walls = []
                 for _ in range(repeats):
                     begin = time.perf_counter()
-                    loop.samples(round(SIMULATED_S * rate), (rig.sensor.pitch,), log_rows=LOG_ROWS * contact_log)
+                    loop.samples(round(SIMULATED_S * rate), (rig.first_sensor.pitch,), log_rows=LOG_ROWS * contact_log)
                     walls.append((time.perf_counter() - begin) / SIMULATED_S)
                 wall = summary(walls)
                 rows.append(
@@ -149,7 +149,7 @@ def features(rig, repeats: int) -> list[dict]:
     """Cost of a step with and without each feature, the scenes taken in turn so that all share the noise."""
     from trackdyn import Loop, Scene
 
-    samples = round(0.2 * rig.sensor.rate)
+    samples = round(0.2 * rig.rate)
     runs, walls = {}, {name: [] for name in FEATURES}
     for name, fields in FEATURES.items():
         # a tensioner that every feature can have
@@ -188,10 +188,10 @@ def chain_alone(rig, repeats: int) -> list[dict]:
     from trackdyn.scene.build import build_chain
 
     @numba.njit
-    def repeat(calls, chain, state, work, damping):
+    def repeat(calls, chain, state, work, damping, mounted):
         # called from Python one by one, short chains would show the price of the call
         for _ in range(calls):
-            accelerations(chain, state, work, damping, 0)
+            accelerations(chain, state, work, damping, mounted)
 
     rows = []
     for pitches in PITCHES:
@@ -204,7 +204,7 @@ def chain_alone(rig, repeats: int) -> list[dict]:
         state.rate[:] = rng.normal(0.0, 1.0, n)
         work.force_x[:], work.force_y[:], work.moment[:] = rng.normal(0.0, 100.0, (3, n))
         work.torque[:] = rng.normal(0.0, 1.0, n)
-        arguments = (chain, state, work, STEP_S * chain.damping)
+        arguments = (chain, state, work, STEP_S * chain.damping, np.zeros(n, bool))
         repeat(1, *arguments)
         calls = max(BODY_STEPS // n, 1)
         values = []

@@ -129,7 +129,7 @@ def made_recording(scene, time, force, begin=0.0, layout=None, **arrays):
     """A recording with these arrays, of contacts above all; others are zero or empty."""
     samples = len(time)
     blank = {name: np.zeros((samples, size)) for name, size in (("cut", 2), ("link_position", 2), ("energy", 10))}
-    blank |= {"raw": np.zeros((samples, 3)), "mean": np.zeros((samples, 3)), "gap": np.zeros(samples)}
+    blank |= {"raw": np.zeros((samples, 1, 3)), "mean": np.zeros((samples, 1, 3)), "gap": np.zeros(samples)}
     blank |= {
         "area": np.zeros((*force.shape[:2], 2), np.int8),
         "contact_log": np.zeros(0, CONTACT_INTERVAL),

@@ -45,7 +45,7 @@ from trackdyn.simulation.loop_arrays import flat
 for path in Path(sys.argv[1]).glob("*.loop"):
     loop = Loop.load(path)
     samples = -(-10 // loop.model.stride)
-    recording = loop.record(samples / loop.scene.rig.sensor.rate, every_link=loop.scene.every_link)
+    recording = loop.record(samples / loop.scene.rig.rate, every_link=loop.scene.every_link)
     arrays = flat(loop.state, "state") | flat(loop.work, "work")
     arrays |= {name: getattr(recording, name) for name in recording.ARRAYS if getattr(recording, name) is not None}
     np.savez(path.with_suffix(sys.argv[2]), **arrays)

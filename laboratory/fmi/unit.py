@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from trackdyn.errors import InputError
-from trackdyn.measure.sensor import specific_force
+from trackdyn.measure.sensor import readings
 from trackdyn.model.constants import SPROCKET
 from trackdyn.rig.layout import belt_around, belt_path, wheel_circles, wheel_names
 from trackdyn.rig.validation import within
@@ -220,10 +220,8 @@ class Unit:
         self.torque = torque
         loop, rig = self.loop, self.scene.rig
         tension = self.strands.tension(loop.pins[1:], loop.joint_forces)
-        ax, ay, angle = loop.sensor_acceleration
-        felt = specific_force([ax, ay], angle, rig.gravity) / (rig.gravity or 9.81)
-        limit = rig.sensor.range
-        values = [*tension, torque, *loop.wheel_rates, *np.clip(felt, -limit, limit), loop.gap]
+        felt = readings(loop.sensor_acceleration[0], rig, rig.first_sensor.range)
+        values = [*tension, torque, *loop.wheel_rates, *felt, loop.gap]
         self.values = dict(zip((signal.name for signal in self.outputs), map(float, values), strict=True))
 
     # -- keeping -------------------------------------------------------------------------------------------------------

@@ -41,7 +41,7 @@ def _scenes(rig: Rig, scenes: list[list], fields: dict, row: dict) -> dict:
         span = row["passages"] * Periods.at(rig, rpm).passage
         scene = Scene(
             rig, motor_rpm=rpm, ring_radius=ring, ramp=row["ramp_s"], lead_in=row["lead_in_s"], contact_log=False,
-            duration=whole_samples(rig.sensor.rate, span) + 2 / rig.sensor.rate, integrator="linearly_implicit",
+            duration=whole_samples(rig.rate, span) + 2 / rig.rate, integrator="linearly_implicit",
             pitches=list(range(1, rig.chain.pitches + 1)), every_link=sensed, **fields,
         )  # fmt: skip
         recording = simulate(scene, starts=starts)

@@ -64,9 +64,9 @@ def test_sensor_sits_at_the_same_place_of_its_link(rig):
         for kind in ("single_pin", "double_pin"):
             model = Scene(moved, 115.0, chain=kind).model
             link = model.shoes
-            assert link.link_body[pitch - 1] == model.sensor.body
-            places.append((model.sensor.x - link.link_start[pitch - 1], model.sensor.y))
-        assert places[0] == pytest.approx(places[1], abs=1e-15) == (0.03, moved.sensor.y)
+            assert link.link_body[pitch - 1] == model.sensors.body[0]
+            places.append((model.sensors.x[0] - link.link_start[pitch - 1], model.sensors.y[0]))
+        assert places[0] == pytest.approx(places[1], abs=1e-15) == (0.03, moved.first_sensor.y)
 
 
 def test_a_body_is_a_link_with_half_a_connector_at_each_end(rig):
@@ -144,8 +144,8 @@ def test_sensor_of_a_belt_feels_the_curvature_of_its_path(belt):
     rig = scene.rig
     path, _ = belt_around(rig)
     speed = path.length * scene.periods.loop_hz
-    dx, dy = 0.07 - rig.chain.link_length / 2, rig.sensor.y
-    seen = recording.raw[:, :2]
+    dx, dy = 0.07 - rig.chain.link_length / 2, rig.first_sensor.y
+    seen = recording.raw[:, 0, :2]
     straight = (seen == 0.0).all(axis=1)
     expected_share = sum(np.diff(path.start)[1::2]) / path.length
     whole = round(1000 / scene.periods.loop_hz)
@@ -165,14 +165,14 @@ def test_sensor_of_a_belt_is_the_second_difference_of_its_place(belt):
     """Place and angle in the record move as the acceleration says, apart from the ends of the arcs."""
     scene, recording = belt
     rig = scene.rig
-    angle = np.unwrap(recording.raw[:, 2])
-    dx, dy = 0.07 - rig.chain.link_length / 2, rig.sensor.y
+    angle = np.unwrap(recording.raw[:, 0, 2])
+    dx, dy = 0.07 - rig.chain.link_length / 2, rig.first_sensor.y
     c, s = np.cos(angle), np.sin(angle)
     position = recording.link_position + np.column_stack([c * dx - s * dy, s * dx + c * dy])
-    second = (position[2:] - 2 * position[1:-1] + position[:-2]) * rig.sensor.rate**2
+    second = (position[2:] - 2 * position[1:-1] + position[:-2]) * rig.rate**2
     c, s = c[1:-1], s[1:-1]
     local = np.column_stack([c * second[:, 0] + s * second[:, 1], c * second[:, 1] - s * second[:, 0]])
-    raw = recording.raw[:, :2]
+    raw = recording.raw[:, 0, :2]
     smooth = (np.abs(raw[2:] - raw[1:-1]).max(axis=1) == 0) & (np.abs(raw[1:-1] - raw[:-2]).max(axis=1) == 0)
     assert smooth.mean() > 0.99
     # the fourth derivative: (omega h)^2 / 12 of 3 m/s2, omega 3 1/s and h 1e-3 s; rounding 2e-16 / h^2
@@ -181,7 +181,7 @@ def test_sensor_of_a_belt_is_the_second_difference_of_its_place(belt):
 
 def test_a_belt_comes_round_with_the_frequency_of_the_loop(belt):
     scene, recording = belt
-    turned = np.interp(1 / scene.periods.loop_hz, recording.time - recording.time[0], np.unwrap(recording.raw[:, 2]))
+    turned = np.interp(1 / scene.periods.loop_hz, recording.time - recording.time[0], np.unwrap(recording.raw[:, 0, 2]))
     # one clockwise turn; interpolated between samples that turn by 3e-3 rad
-    assert turned - recording.raw[0, 2] == pytest.approx(-2 * np.pi, abs=1e-9)
+    assert turned - recording.raw[0, 0, 2] == pytest.approx(-2 * np.pi, abs=1e-9)
     assert recording.gap.max() == 0.0 and len(recording.contact_log) == 0

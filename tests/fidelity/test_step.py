@@ -25,11 +25,11 @@ def test_the_step_of_a_scene_is_the_one_that_its_model_has(name, ring):
     rig = load_rig(name)
     scene = Scene(rig, 115.0, rig.ring_radius if ring else None)
     assert scene.step is None and scene.model.step == scene.time_step
-    assert scene.model.stride * scene.time_step == pytest.approx(1 / rig.sensor.rate)
+    assert scene.model.stride * scene.time_step == pytest.approx(1 / rig.rate)
     chosen = scene.with_(step=scene.time_step)
     assert chosen.step == chosen.time_step == scene.time_step and chosen.with_(step=None) == scene
     with pytest.raises(InputError, match="too large for the"):
-        scene.with_(step=1 / rig.sensor.rate, motor_rpm=3000.0)
+        scene.with_(step=1 / rig.rate, motor_rpm=3000.0)
 
 
 def test_the_first_step_that_runs_counts_and_the_last_error_is_said():

@@ -19,7 +19,7 @@ def logged(make_scene):
 
     def log(forces):
         """The interval of an arc on which these forces act step by step."""
-        contact_log = make_record(1, loop.state, log_rows=4).contact_log
+        contact_log = make_record(1, loop.state, 1, log_rows=4).contact_log
         for k, force in enumerate([*forces, 0.0]):
             loop.arrays.work.tooth_force[4] = force
             log_contacts(contact_log, loop.arrays.state, loop.arrays.work, 2.0 + k * STEP, STEP)

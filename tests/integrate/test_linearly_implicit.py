@@ -149,7 +149,7 @@ def test_sweep_solves_the_dense_system_of_the_step(make_scene, n, carried, cut):
         terms.wheel_inertia[:] = np.diag(matrix)[3 * n :]
         here = model._replace(
             chain=chain, wheels=model.wheels._replace(inertia=inertia, drag=drag, rolling=rolling),
-            sensor=model.sensor._replace(body=probe),
+            sensors=model.sensors._replace(body=np.array([probe]), mounted=np.arange(n) == probe),
         )  # fmt: skip
         state = make_state(n, pitches, WHEELS)._replace(angle=angle, rate=rate, wheel_rate=wheel_rate)
         work.cos[:], work.sin[:] = np.cos(angle), np.sin(angle)
@@ -164,7 +164,7 @@ def test_sweep_solves_the_dense_system_of_the_step(make_scene, n, carried, cut):
             chain, angle, rate, loads, torque, contacts, wheel_torque, inertia, drag, wheel_rate, cut
         )
         alpha, pin, probed = (
-            array @ work.sweep.load for array in (work.sweep.response, work.sweep.base, work.sweep.probe)
+            array @ work.sweep.load for array in (work.sweep.response, work.sweep.base, work.sweep.probe[probe])
         )
         scale = np.abs(motion[:, 2]).max()
         np.testing.assert_allclose(alpha / scale, motion[:, 2] / scale, rtol=0, atol=AGREEMENT)

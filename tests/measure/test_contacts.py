@@ -37,11 +37,11 @@ def interval(pitch, side, start, end, force=100.0, groove=3, area=2, peak=None, 
 
 
 def recording(rows, seconds=20.0, ring_radius=0.308, rpm=RPM, area=None):
-    samples = round(seconds * RIG.sensor.rate)
+    samples = round(seconds * RIG.rate)
     area = np.zeros((samples, 1, 2), np.int8) if area is None else area
     rates = np.full((samples, 3), -2 * np.pi * rpm / RPM / TURN)
     log = np.array([tuple(row) for row in rows], CONTACT_INTERVAL)
-    time = np.arange(samples) / RIG.sensor.rate
+    time = np.arange(samples) / RIG.rate
     made = {"time": time, "force": np.zeros((samples, 1, 3)), "wheel_rate": rates, "area": area, "contact_log": log}
     return made_recording(Scene(RIG, rpm, ring_radius, step=STEP), **made, begin=BEGIN)
 
@@ -260,10 +260,10 @@ def driven(kind, seconds, rates):
     ahead on the ring from 0.05 to 0.50; contacts are logged and sampled.
     """
     rig = RIG.changed(drive=DRIVES[kind])
-    samples = round(seconds * rig.sensor.rate)
-    time = np.arange(1, samples + 1) / rig.sensor.rate
+    samples = round(seconds * rig.rate)
+    time = np.arange(1, samples + 1) / rig.rate
     rate = np.interp(time, np.linspace(0, seconds, len(rates)), rates)
-    turns = np.cumsum(rate) / rig.sensor.rate / (2 * np.pi)
+    turns = np.cumsum(rate) / rig.rate / (2 * np.pi)
     force, area, rows = np.zeros((samples, PITCHES, 3)), np.zeros((samples, PITCHES, 2), np.int8), []
     for visit in range(-13, int(turns[-1] * TEETH) + 1):
         k = visit % PITCHES
@@ -294,7 +294,7 @@ def test_shares_and_phases_are_those_of_the_turns_that_were_made(kind, rates):
     """Whatever the speed does, an arc that touches for 0.15 of every turn has a share of 15 %."""
     run, turns = driven(kind, 20.0, rates)
     assert run.made_rpm == pytest.approx(turns[-1] / 20 * TURN * RPM, rel=2e-3)
-    slack = 100 * max(rates) / 2 / np.pi / RIG.sensor.rate * 2  # of two samples
+    slack = 100 * max(rates) / 2 / np.pi / RIG.rate * 2  # of two samples
     summary = meshing_summary(run)
     whole = max(0, int((turns[-1] - 2 * 2 / 3 - 0.45) * TEETH))
     assert abs(summary["passages"] - whole) <= 2

@@ -9,7 +9,7 @@ from tests import reference
 from tests.kinematics import set_model
 from trackdyn.integrate.run import refresh
 from trackdyn.measure.sensor import sense
-from trackdyn.model.constants import Sensor
+from trackdyn.model.constants import Sensors
 from trackdyn.simulation.simulate import simulate
 
 
@@ -32,24 +32,24 @@ def filled(loop, samples, stride):
 def test_reading_in_a_run_is_the_acceleration_of_the_point(driven_loop, pitch):
     """Pin, angular and centripetal terms, against the other formulation of the chain."""
     loop = driven_loop(0.308, 210.0)
-    sensor = Sensor(2 * (pitch - 1), 0.031, 0.017)
-    set_model(loop, sensor=sensor)
+    bodies, x, y = np.array([2 * (pitch - 1), 2 * pitch - 1]), np.array([0.031, 0.012]), np.array([0.017, -0.02])
+    set_model(loop, sensors=Sensors(bodies, x, y, np.isin(np.arange(len(loop.angles)), bodies)))
     model, state, work = loop.arrays
     refresh(model, state, work)
     angle, rate = state.angle.copy(), state.rate.copy()
     expected = reference.reference_accelerations(
         model.chain, angle, rate, work.force_x, work.force_y, work.moment, implicit_step=0.5 * model.step
     )
-    point = np.array([expected.pin_ax, expected.pin_ay])
-    arms = [(model.chain.length[i], 0.0) for i in range(sensor.body)] + [(sensor.x, sensor.y)]
-    for i, (x, y) in enumerate(arms):
-        c, s = np.cos(angle[i]), np.sin(angle[i])
-        arm = np.array([c * x - s * y, s * x + c * y])
-        point += expected.alpha[i] * np.array([-arm[1], arm[0]]) - rate[i] ** 2 * arm
     record = filled(loop, 1, 1)
     scale = np.abs(expected.alpha).max() * 0.1
-    # of the sweep against the reference
-    np.testing.assert_allclose(record.raw[0, :2], turn(angle[sensor.body], point), rtol=0, atol=1e-9 * scale)
+    for k, body in enumerate(bodies):
+        point = np.array([expected.pin_ax, expected.pin_ay])
+        for i, (along, normal) in enumerate([(model.chain.length[i], 0.0) for i in range(body)] + [(x[k], y[k])]):
+            c, s = np.cos(angle[i]), np.sin(angle[i])
+            arm = np.array([c * along - s * normal, s * along + c * normal])
+            point += expected.alpha[i] * np.array([-arm[1], arm[0]]) - rate[i] ** 2 * arm
+        # of the sweep against the reference
+        np.testing.assert_allclose(record.raw[0, k, :2], turn(angle[body], point), rtol=0, atol=1e-9 * scale)
 
 
 def test_mean_of_a_sample_is_the_mean_over_its_steps(driven_loop):
@@ -63,7 +63,7 @@ def test_mean_of_a_sample_is_the_mean_over_its_steps(driven_loop):
 def test_reading_is_in_g_and_cut_at_both_ends_of_the_range(make_scene):
     recording = simulate(make_scene(duration=0.05))
     mean = np.zeros_like(recording.mean)
-    mean[3, 1], mean[5, 0], mean[7, 1] = 25 * 9.81, -1e6, 18.5 * 9.81
+    mean[[3, 5, 7], 0, [1, 0, 1]] = 25 * 9.81, -1e6, 18.5 * 9.81
     signal = sense(replace(recording, mean=mean))
     assert signal.clipped == 2
     assert signal.ay[3] == 20.0

@@ -23,13 +23,11 @@ RATE, LINKS, TEETH = 1000.0, 35, 13
     ids=str,
 )
 def test_every_link_feels_what_a_sensor_there_would(make_scene, rig, fields):
-    """The walk along the pins beside the response that the sweep keeps for the sensor's link alone."""
     fields = {"duration": 0.02, "lead_in": 0.0, "ramp": 0.2} | fields
     every = recorded(make_scene(every_link=True, **fields), every_link=True)
     for pitch in (1, 18):
         alone = recorded(make_scene(rig=rig.changed(sensor__pitch=pitch), **fields))
-        size = np.abs(alone.raw).max()
-        np.testing.assert_allclose(every.link_mean[:, pitch - 1], alone.mean, rtol=0, atol=1e-9 * size)
+        np.testing.assert_array_equal(every.mean[:, pitch], alone.mean[:, 0])
     assert every.force.shape == (20, LINKS, 3)
 
 
@@ -38,13 +36,13 @@ def test_a_plane_that_turns_is_felt_by_every_link(make_scene, rig):
     fields = {"duration": 0.02, "lead_in": 0.2, "ramp": 0.2, "motor_rpm": 210.0}
     every = simulate(make_scene(rig=tilted, every_link=True, **fields))
     alone = simulate(make_scene(rig=tilted.changed(sensor__pitch=9), **fields))
-    np.testing.assert_allclose(every.link_mean[:, 8], alone.mean, rtol=0, atol=1e-9 * np.abs(alone.mean).max())
+    np.testing.assert_array_equal(every.mean[:, 9], alone.mean[:, 0])
 
 
 def test_recording_every_link_changes_nothing_else(driven_loop):
     one, all_links = driven_loop().record(0.1), driven_loop().record(0.1, every_link=True)
-    assert one.link_mean.shape == (100, 0, 3)
-    np.testing.assert_array_equal(one.mean, all_links.mean)
+    assert one.mean.shape == (100, 1, 3) and all_links.mean.shape == (100, 1 + LINKS, 3)
+    np.testing.assert_array_equal(one.mean, all_links.mean[:, :1])
     np.testing.assert_array_equal(one.energy, all_links.energy)
 
 
@@ -54,12 +52,13 @@ def made_up(signal, seconds=1.0, rpm=115.0, teeth_touching=4):
     period = ratio * 60 / rpm * LINKS / TEETH
     time = np.arange(1, round(seconds * RATE) + 1) / RATE
     felt = np.stack([signal(time + k * period / LINKS) for k in range(LINKS)], axis=1)
-    mean = np.zeros((len(time), LINKS, 3))
-    mean[:, :, 1] = (felt - 1.0) * gravity
+    mean = np.zeros((len(time), 1 + LINKS, 3))
+    mean[:, 1:, 1] = (felt - 1.0) * gravity
     force = np.zeros((len(time), LINKS, 3))
     force[:, :teeth_touching, 0] = 1.0
     rates = np.full((len(time), 1), -2 * np.pi * rpm / ratio / 60)
-    return made_recording(Scene(RIG, rpm), time=time, link_mean=mean, force=force, wheel_rate=rates), period
+    scene = Scene(RIG, rpm, every_link=True)
+    return made_recording(scene, time=time, mean=mean, force=force, wheel_rate=rates), period
 
 
 def test_a_signal_that_repeats_is_stitched_to_its_whole_period():

@@ -63,7 +63,7 @@ def at_an_allowed_step(rig, fraction=0.75) -> Scene:
     """A scene of a rig with a fraction of the step that it allows."""
     scene = Scene(rig, 100.0, step=1e-6, contact_log=False)
     limit = largest_step(scene.model, 1.3 * rig.tension.pre_tension)
-    return scene.with_(step=1.0 / rig.sensor.rate / np.ceil(1.0 / rig.sensor.rate / (fraction * min(limit, 1.25e-4))))
+    return scene.with_(step=1.0 / rig.rate / np.ceil(1.0 / rig.rate / (fraction * min(limit, 1.25e-4))))
 
 
 @pytest.mark.parametrize("number", [137, 464, 710])

@@ -122,7 +122,7 @@ def test_exudyn_says_the_same():
     loop = Loop(scene)
     places = [loop.mass_centres]
     for _ in range(len(run.time) - 1):
-        loop.advance(1.0 / rig.sensor.rate)
+        loop.advance(1.0 / rig.rate)
         places.append(loop.mass_centres)
     apart = np.linalg.norm(np.array(places) - run.centre, axis=2).max()
     way = abs(scene.sprocket_rate) * rig.pin_circle * (scene.ramp / 2 + scene.duration)

@@ -40,21 +40,21 @@ def closing_load(inverse, gap_x, gap_y):
 
 
 @kernel
-def accelerations(chain: Chain, state, work: Work, implicit_damping, probe_body):
+def accelerations(chain: Chain, state, work: Work, implicit_damping, mounted):
     """Response of every acceleration to the cut load, and the load that holds the pins of the cut together.
 
     Of ``state``, ``rate`` is read; of ``work``,
     ``cos``, ``sin``, the loads ``force_x``, ``force_y``, ``moment`` without gravity and the bushing ``torque`` at the
     start of the step; ``work.sweep`` is written. ``implicit_damping`` (N m s2/rad) is the step times the bushing
     damping: the torque is taken as ``torque - implicit_damping * phi''``, which removes the step limit of the damping.
-    ``probe_body`` is the one whose input pin's acceleration is kept (the sensor's link).
+    ``mounted`` (n,) marks the bodies whose input pin's acceleration is written, those that carry a sensor.
     """
-    sweep(chain, state, work, implicit_damping, probe_body, None)
+    sweep(chain, state, work, implicit_damping, mounted, None)
     close(0.0, 0.0, 0.0, work.torque[state.rate.shape[0] - 1], implicit_damping, work.sweep)
 
 
 @fused
-def sweep(chain: Chain, state, work: Work, implicit_damping, probe_body, implicit):
+def sweep(chain: Chain, state, work: Work, implicit_damping, mounted, implicit):
     """Response of every acceleration to the load of the cut joint; arguments as in `accelerations`.
 
     ``implicit`` (`model.arrays.ImplicitWork` or None) has the slopes of the contact forces of a linearly implicit step:
@@ -95,7 +95,7 @@ def sweep(chain: Chain, state, work: Work, implicit_damping, probe_body, implici
                 if k > middle:
                     behind_s, behind_e = _hinge(gain, k - 1, -torque[k - 1], implicit_damping, behind_s, behind_e)
     _meet(work, s, e, behind_s, behind_e, implicit)
-    _back_substitute(chain, state, work, middle, probe_body, implicit)
+    _back_substitute(chain, state, work, middle, mounted, implicit)
 
 
 @fused
@@ -247,7 +247,7 @@ def _meet(work: Work, s, e, behind_s, behind_e, implicit):
 
 
 @fused
-def _back_substitute(chain: Chain, state, work: Work, middle, probe_body, implicit):
+def _back_substitute(chain: Chain, state, work: Work, middle, mounted, implicit):
     """Accelerations of every body from those in the middle, where the sweeps met, to both ends; four columns each."""
     rate, swept = state.rate, work.sweep
     n = rate.shape[0]
@@ -269,21 +269,21 @@ def _back_substitute(chain: Chain, state, work: Work, middle, probe_body, implic
         w2 = rate[i] * rate[i]
         x, y = _moved(dx, dy, w2, x, y, a)
         if implicit is not None:
-            _return_columns(implicit, work, i, probe_body, (dx, dy), (x, y, a))
-        if i == probe_body:
+            _return_columns(implicit, work, i, mounted, (dx, dy), (x, y, a))
+        if mounted[i]:
             for k in range(4):
-                swept.probe[0, k] = x[k]
-                swept.probe[1, k] = y[k]
+                swept.probe[i, 0, k] = x[k]
+                swept.probe[i, 1, k] = y[k]
         if implicit is None:
             i = middle + j
             if i < n:
                 if j > 0:
                     behind_a = _beyond(gain, i - 1, behind_x, behind_y, behind_a)
                 response[i, 0], response[i, 1], response[i, 2], response[i, 3] = behind_a
-                if i == probe_body:
+                if mounted[i]:
                     for k in range(4):
-                        swept.probe[0, k] = behind_x[k]
-                        swept.probe[1, k] = behind_y[k]
+                        swept.probe[i, 0, k] = behind_x[k]
+                        swept.probe[i, 1, k] = behind_y[k]
                 _, _, dx, dy = _arms(chain, work, i)
                 behind_x, behind_y = _moved(-dx, -dy, rate[i] * rate[i], behind_x, behind_y, behind_a)
     for k in range(4):
@@ -321,7 +321,7 @@ def _moved(dx, dy, w2, x, y, a):
 
 
 @fused
-def _return_columns(implicit, work: Work, i, probe_body, arm, motion):
+def _return_columns(implicit, work: Work, i, mounted, arm, motion):
     """The wheels' columns from a body's output to its input, and what each wheel feels of the body.
 
     ``motion`` holds the columns of the acceleration of the body's input pin and of its angular acceleration.
@@ -339,9 +339,9 @@ def _return_columns(implicit, work: Work, i, probe_body, arm, motion):
         z[wheel, 1] -= dx * alpha
         z[wheel, 2] = alpha
         implicit.response[i, wheel] = alpha
-        if i == probe_body:
-            implicit.probe[wheel, 0] = z[wheel, 0]
-            implicit.probe[wheel, 1] = z[wheel, 1]
+        if mounted[i]:
+            implicit.probe[i, wheel, 0] = z[wheel, 0]
+            implicit.probe[i, wheel, 1] = z[wheel, 1]
     for wheel in range(1, z.shape[0]):
         # acceleration of this body as the friction on the wheel feels it
         u, v, w = implicit.couple[i, wheel, 0], implicit.couple[i, wheel, 1], implicit.couple[i, wheel, 2]

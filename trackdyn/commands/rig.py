@@ -134,7 +134,7 @@ def rig_text(like: str) -> str:
     head = (SHIPPED / "template.txt").read_text(encoding="utf-8")
     rows = [head.format(like=like, wheels=named, tension="\n".join(tension))]
     for name, section in entries.items():
-        if name in ("wheels", "tension", "surfaces", *rig.rollers) or "value" in section:
+        if name in ("wheels", "tension", "surfaces", "sensors", *rig.rollers) or "value" in section:
             continue
         plain_values = {key: item for key, item in section.items() if not isinstance(item["value"], (list, tuple))}
         rows += [*comments(name, plain_values), ""]

@@ -73,7 +73,7 @@ def simulate(
         )
     loaded, fields = load_rig(rig), options.scene_fields(ring_radius, step, choose)
     if frame_interval is None:  # whole samples; a run that is shorter records none
-        sample = 1.0 / loaded.sensor.rate
+        sample = 1.0 / loaded.rate
         frame_interval = max(int(FRAMES / sample + 1e-6), 1) * sample
         frame_interval = frame_interval if duration >= frame_interval else 0.0
     scene = Scene(
@@ -94,7 +94,7 @@ def simulate(
     if tolerances:
         options.check_output(out, True, rig)
         settings = planned(scene, tolerances, longest, preset, fields)
-        scene = settings.scene.with_(duration=whole_samples(settings.scene.rig.sensor.rate, settings.duration))
+        scene = settings.scene.with_(duration=whole_samples(settings.scene.rig.rate, settings.duration))
         if not quiet:
             say(settings)
     needed = cost(scene)
@@ -172,7 +172,8 @@ def _for_its_duration(scene, out: Path, checkpoint: Path | None, quiet: bool) ->
     if quiet:
         return
     for of in measures:
-        typer.echo(f"{plain(with_error(of['value'], of['error'])) + ' ' + of['unit']:>22}  {of['measure']}")
+        number, sensor = plain(with_error(of["value"], of["error"])), of.get("sensor")
+        typer.echo(f"{number + ' ' + of['unit']:>22}  {of['measure']}{f' ({sensor})' if sensor else ''}")
     for what, seconds in needed_lengths(recording).items():
         typer.echo(f"{'left out':>22}  {what} need a record of {seconds:.3g} s or more")
 
@@ -260,6 +261,9 @@ def compare(
         ),
     ],
     mapping: options.Mapping = None,
+    name: Annotated[
+        str | None, typer.Option("--sensor", help="Sensor of the rig whose record this is, where it has several.")
+    ] = None,
     time: Annotated[str | None, typer.Option(help="Column of the time stamps, or none (with --rate).")] = None,
     rate: Annotated[float | None, options.number("--rate", "Samples a second, Hz; from the stamps by default.")] = None,
     unit: options.UnitOption = None,
@@ -300,9 +304,6 @@ def compare(
     import pandas as pd
 
     from trackdyn.files import write_csv
-    from trackdyn.measure.cells import cell, plain, with_error
-    from trackdyn.measure.compare import compare_with_sensor, doubtful_axes, in_words, other_speed
-    from trackdyn.measure.uncertainty import whole_errors
     from trackdyn.sensor.sensor_csv import read_sensor_csv
     from trackdyn.sensor.sensor_mapping import load_mapping
     from trackdyn.simulation.recording import load_recording
@@ -321,11 +322,43 @@ def compare(
             refusal = InputError(f"{sensor} is the recording: name it first, then the sensor's file {recording}")
         raise refusal from None
     rig = loaded.scene.rig
-    record = read_sensor_csv(sensor, chosen, range_g=rig.sensor.range, gravity=rig.gravity or 9.81)
+    if name is not None:
+        loaded.sensor_index(name)
+    mappings = chosen.of_sensors(rig.accelerometers, sensor, name)
+    if figure is not None and len(mappings) > 1:
+        raise InputError(f"--figure {figure}: shows one sensor; name it with --sensor, {', '.join(mappings)}")
+    records = {
+        name: read_sensor_csv(sensor, own, range_g=loaded.sensors[name].range, gravity=rig.g)
+        for name, own in mappings.items()
+    }
+    tables = {}
+    for name, record in records.items():
+        if len(rig.accelerometers) > 1:
+            typer.echo(f"sensor {name}")
+        tables[name] = _compare(loaded.with_sensor(name), record, str(recording))
+    if out is not None:
+        table = pd.concat(tables, names=["name"]).reset_index(level=0) if len(tables) > 1 else tables[name]
+        write_csv(out, table)
+    if figure is not None:
+        from trackdyn.plots.spectra import comparison_figure
+        from trackdyn.plots.style import save
+
+        label = "synthetic sensor" if record.synthetic else "sensor"
+        save(comparison_figure(loaded.with_sensor(name), record, label), figure, figure.suffix[1:])
+
+
+def _compare(recording, record, path: str):
+    """Say how a sensor's record was read and how it compares with the simulated one; returns the table."""
+    import pandas as pd
+
+    from trackdyn.measure.cells import cell, plain, with_error
+    from trackdyn.measure.compare import compare_with_sensor, doubtful_axes, in_words, other_speed
+    from trackdyn.measure.uncertainty import whole_errors
+
     for name, text in record.done.items():
         typer.echo(f"{name:>10}  {text}")
-    table = compare_with_sensor(loaded, record, str(recording))
-    whole, rows = whole_errors(loaded.scene), []
+    table = compare_with_sensor(recording, record, path)
+    whole, rows = whole_errors(recording.scene), []
     for of in table.itertuples():
         simulated = with_error(of.simulation, whole(of.measure, of.simulation, of.simulation_error))
         compared = cell(of.difference_pct), cell(of.standard_errors)
@@ -333,20 +366,12 @@ def compare(
     columns = [name for name in table if not name.endswith("_error")]
     typer.echo("\n" + plain(pd.DataFrame(rows, columns=columns).to_string(index=False)))
     typer.echo("\n" + in_words(table))
-    no_line = ""
+    no_line, rests = "", not recording.periods.loop_hz
     if "rms_g" in set(table.measure) and "line_hz_binfree" not in set(table.measure):
-        why = "for which both records must hold two turns of the loop" if loaded.periods.loop_hz else "the loop rests"
-        no_line = f"no line, {why}"
-    doubts = doubtful_axes(loaded, record), other_speed(loaded, record, table)
-    _warn(loaded, *record.doubts, *filter(None, doubts), no_line)
-    if out is not None:
-        write_csv(out, table)
-    if figure is not None:
-        from trackdyn.plots.spectra import comparison_figure
-        from trackdyn.plots.style import save
-
-        label = "synthetic sensor" if record.synthetic else "sensor"
-        save(comparison_figure(loaded, record, label), figure, figure.suffix[1:])
+        no_line = f"no line, {'the loop rests' if rests else 'for which both records must hold two turns of the loop'}"
+    doubts = doubtful_axes(recording, record), other_speed(recording, record, table)
+    _warn(recording, *record.doubts, *filter(None, doubts), no_line)
+    return table
 
 
 def show(

@@ -29,7 +29,6 @@ def solve_chain(model: Model, state: State, work: Work, step, implicit):
     work of the linearly implicit system or None.
     """
     chain, cut, closure, sweep = model.chain, work.cut, model.closure, work.sweep
-    probe = model.sensor.body
     damping = damping_weight(chain, step) * step * chain.damping
     stiff = force_x = force_y = 0.0
     if closure.compliant:
@@ -43,7 +42,7 @@ def solve_chain(model: Model, state: State, work: Work, step, implicit):
         compliance = 1.0 / stiff if closure.compliant else 0.0
         linear.accelerations(model, state, work, implicit, (compliance, force_x, force_y))
         return
-    riccati.sweep(chain, state, work, damping, probe, None)
+    riccati.sweep(chain, state, work, damping, model.sensors.mounted, None)
     if not closure.compliant:
         riccati.close(0.0, 0.0, 0.0, work.torque[-1], damping, sweep)
     elif stiff > 0.0:
@@ -54,59 +53,32 @@ def solve_chain(model: Model, state: State, work: Work, step, implicit):
 
 @kernel
 def sense(model: Model, state: State, work: Work, space):
-    """Acceleration of the sensor in the link frame (a_s of Eq. 40) and the link's angle, into ``work.sensed``."""
-    sensor, sweep = model.sensor, work.sweep
-    p, load, r, b = sweep.probe, sweep.load, sweep.response, sensor.body
-    ax = p[0, 0] * load[0] + p[0, 1] * load[1] + p[0, 2] * load[2] + p[0, 3]
-    ay = p[1, 0] * load[0] + p[1, 1] * load[1] + p[1, 2] * load[2] + p[1, 3]
-    alpha = r[b, 0] * load[0] + r[b, 1] * load[1] + r[b, 2] * load[2] + r[b, 3]
-    _sense_at(model, state, work, b, ax, ay, alpha, work.sensed, space)
+    """Acceleration of every sensor in its body's frame (a_s of Eq. 40) and the body's angle, into ``work.sensed``."""
+    sensors, sweep = model.sensors, work.sweep
+    p, load, r, out = sweep.probe, sweep.load, sweep.response, work.sensed
+    for k in range(sensors.body.shape[0]):
+        b, x, y = sensors.body[k], sensors.x[k], sensors.y[k]
+        ax = p[b, 0, 0] * load[0] + p[b, 0, 1] * load[1] + p[b, 0, 2] * load[2] + p[b, 0, 3]
+        ay = p[b, 1, 0] * load[0] + p[b, 1, 1] * load[1] + p[b, 1, 2] * load[2] + p[b, 1, 3]
+        alpha = r[b, 0] * load[0] + r[b, 1] * load[1] + r[b, 2] * load[2] + r[b, 3]
+        w2 = state.rate[b] * state.rate[b]
+        c, s = work.cos[b], work.sin[b]
+        out[k, 0] = c * ax + s * ay - alpha * y - w2 * x
+        out[k, 1] = c * ay - s * ax + alpha * x - w2 * y
+        out[k, 2] = state.angle[b]
+        if space is not None:
+            # the turning plane adds (q u, -p u)
+            rate_p, rate_q = state.plane.motion[P], state.plane.motion[Q]
+            px = work.pin_x[b] - state.pin[0] + (c * x - s * y)
+            py = work.pin_y[b] - state.pin[1] + (s * x + c * y)
+            u = rate_p * py - rate_q * px
+            out[k, 0] += (c * rate_q - s * rate_p) * u
+            out[k, 1] -= (s * rate_q + c * rate_p) * u
 
 
 @kernel
-def _sense_at(model: Model, state: State, work: Work, body, ax, ay, alpha, out, space):
-    """What the sensor's position on a body feels, whose input pin is accelerated by ``ax, ay``, into ``out``."""
-    x, y = model.sensor.x, model.sensor.y
-    w2 = state.rate[body] * state.rate[body]
-    c, s = work.cos[body], work.sin[body]
-    out[0] = c * ax + s * ay - alpha * y - w2 * x
-    out[1] = c * ay - s * ax + alpha * x - w2 * y
-    out[2] = state.angle[body]
-    if space is not None:
-        # the turning plane adds (q u, -p u)
-        p, q = state.plane.motion[P], state.plane.motion[Q]
-        px = work.pin_x[body] - state.pin[0] + (c * x - s * y)
-        py = work.pin_y[body] - state.pin[1] + (s * x + c * y)
-        u = p * py - q * px
-        out[0] += (c * q - s * p) * u
-        out[1] -= (s * q + c * p) * u
-
-
-@kernel
-def sense_links(model: Model, state: State, work: Work, space):
-    """What `sense` gives, for the sensor's position on every link, into ``work.links``: a walk along the pins."""
-    chain, shoes, sweep, links = model.chain, model.shoes, work.sweep, work.links
-    load, r, base = sweep.load, sweep.response, sweep.base
-    ax = base[0, 0] * load[0] + base[0, 1] * load[1] + base[0, 2] * load[2] + base[0, 3]
-    ay = base[1, 0] * load[0] + base[1, 1] * load[1] + base[1, 2] * load[2] + base[1, 3]
-    link = 0
-    for i in range(state.rate.shape[0]):
-        alpha = r[i, 0] * load[0] + r[i, 1] * load[1] + r[i, 2] * load[2] + r[i, 3]
-        w2 = state.rate[i] * state.rate[i]
-        c, s = work.cos[i], work.sin[i]
-        if link < links.shape[0] and shoes.link_body[link] == i:
-            _sense_at(model, state, work, i, ax, ay, alpha, links[link], space)
-            link += 1
-        dx = chain.length[i] * c
-        dy = chain.length[i] * s
-        ax -= alpha * dy + w2 * dx
-        ay += alpha * dx - w2 * dy
-
-
-@kernel
-def accumulate(work: Work, weight, links):
-    """Add the sensed values to the sums of the sample, those of the first ``links`` links too."""
-    for k in range(3):
-        work.sensed[3 + k] += weight * work.sensed[k]
-        for link in range(links):
-            work.links[link, 3 + k] += weight * work.links[link, k]
+def accumulate(model: Model, work: Work, weight):
+    """Add the sensed values to the sums of the sample."""
+    for sensor in range(model.sensors.body.shape[0]):
+        for k in range(3):
+            work.sensed[sensor, 3 + k] += weight * work.sensed[sensor, k]

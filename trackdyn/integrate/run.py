@@ -11,7 +11,7 @@ from trackdyn.chain.kinematics import damping_weight, forward_kinematics, orient
 from trackdyn.errors import DivergenceError
 from trackdyn.integrate.carriers import advance_carriers
 from trackdyn.integrate.contact_log import log_contacts
-from trackdyn.integrate.dynamics import accumulate, evaluate_loads, sense, sense_links, solve_chain
+from trackdyn.integrate.dynamics import accumulate, evaluate_loads, sense, solve_chain
 from trackdyn.integrate.energy import account, energies, finish_forces
 from trackdyn.integrate.plane import plane_dynamics, turn_plane
 from trackdyn.integrate.runge_kutta import rk_step
@@ -80,11 +80,10 @@ def _refresh(model: Model, state: State, work: Work, space, implicit):
 def _run(model: Model, state: State, work: Work, record: Record, rows, space, implicit):
     """Steps of order 1: the chain solved, velocities, places, then the loads of the next step."""
     model, state, work, record = on_stack(model), on_stack(state), on_stack(work), on_stack(record)
-    links = record.link_mean.shape[1]
     lead = damping_weight(model.chain, model.step) if implicit is None else 1.0
     _refresh(model, state, work, space, implicit)
     for sample in range(rows[0], rows[1]):
-        _begin(state, work)
+        _begin(model, state, work)
         if space is not None:
             space.axial[:] = 0.0
         for _ in range(model.stride):
@@ -94,9 +93,7 @@ def _run(model: Model, state: State, work: Work, record: Record, rows, space, im
                 plane_dynamics(model, state, work, space)
             solve_chain(model, state, work, model.step, implicit)
             sense(model, state, work, space)
-            if links > 0:
-                sense_links(model, state, work, space)
-            accumulate(work, 1.0, links)
+            accumulate(model, work, 1.0)
             if implicit is not None:
                 finish_forces(model, state, work, implicit)
             bad = advance(model, state, work, implicit)
@@ -130,7 +127,7 @@ def _run_stages(model: Model, state: State, work: Work, record: Record, rows, st
     model, state, work, record = on_stack(model), on_stack(state), on_stack(work), on_stack(record)
     _refresh(model, state, work, None, None)
     for sample in range(rows[0], rows[1]):
-        _begin(state, work)
+        _begin(model, state, work)
         for _ in range(model.stride):
             bad = rk_step(model, state, work, record, stages)
             if bad >= 0:
@@ -141,12 +138,12 @@ def _run_stages(model: Model, state: State, work: Work, record: Record, rows, st
 
 
 @kernel
-def _begin(state: State, work: Work):
+def _begin(model: Model, state: State, work: Work):
     """Empty the sums of a sample; exact cosines and sines."""
+    for sensor in range(model.sensors.body.shape[0]):
+        for k in range(3):
+            work.sensed[sensor, 3 + k] = 0.0
     for k in range(3):
-        work.sensed[3 + k] = 0.0
-        for link in range(work.links.shape[0]):
-            work.links[link, 3 + k] = 0.0
         work.worst[k] = 0.0
     orient(state.angle, work.cos, work.sin)
 
@@ -190,15 +187,14 @@ def _detect_chatter(model: Model, state: State, work: Work):
 def _write_sample(model: Model, state: State, work: Work, record: Record, sample, space):
     """Fill the rows of one sample."""
     n = state.angle.shape[0]
-    for k in range(3):
-        record.raw[sample, k] = work.sensed[k]
-        record.mean[sample, k] = work.sensed[3 + k] / model.stride
-        for link in range(record.link_mean.shape[1]):
-            record.link_mean[sample, link, k] = work.links[link, 3 + k] / model.stride
+    for sensor in range(model.sensors.body.shape[0]):
+        for k in range(3):
+            record.raw[sample, sensor, k] = work.sensed[sensor, k]
+            record.mean[sample, sensor, k] = work.sensed[sensor, 3 + k] / model.stride
     record.gap[sample] = sqrt(work.worst[0])
     record.cut[sample, 0] = sqrt(work.worst[2])
     record.cut[sample, 1] = sqrt(work.worst[1])
-    body = model.sensor.body
+    body = model.sensors.body[0]
     middle = 0.5 * model.chain.length[body]
     record.link_position[sample, 0] = work.pin_x[body] + middle * work.cos[body]
     record.link_position[sample, 1] = work.pin_y[body] + middle * work.sin[body]

@@ -8,7 +8,7 @@ stages do not change it. Forces jump where a contact begins or changes its area;
 from trackdyn.chain.kinematics import add_rates, bearing_drag, forward_kinematics, orient
 from trackdyn.chain.riccati import at_load, closing_load, response_to
 from trackdyn.integrate.contact_log import log_contacts
-from trackdyn.integrate.dynamics import accumulate, evaluate_loads, sense, sense_links, solve_chain
+from trackdyn.integrate.dynamics import accumulate, evaluate_loads, sense, solve_chain
 from trackdyn.integrate.energy import powers
 from trackdyn.integrate.semi_implicit import RATE_LIMIT, sprocket_acceleration
 from trackdyn.jit import kernel
@@ -95,30 +95,26 @@ def _derivative(model: Model, state: State, work: Work, time, out):
 
 
 @kernel
-def _sense(model: Model, state: State, work: Work, seen, links):
-    """What sensor and ``links`` links feel, into ``work`` and a stage's rows, which begin with the sensor's."""
+def _sense(model: Model, state: State, work: Work, sensed):
+    """Sensed values of a stage into ``work`` and the stage's rows."""
     sense(model, state, work, None)
-    if links > 0:
-        sense_links(model, state, work, None)
-    for k in range(3):
-        seen[0, k] = work.sensed[k]
-        for link in range(links):
-            seen[1 + link, k] = work.links[link, k]
+    for sensor in range(model.sensors.body.shape[0]):
+        for k in range(3):
+            sensed[sensor, k] = work.sensed[sensor, k]
 
 
 @kernel
-def _accumulate(work: Work, stages: Stages, links):
+def _accumulate(model: Model, work: Work, stages: Stages):
     """Add the mean over a step: stages with their weights, the first one last."""
     for s in range(stages.b.shape[0] - 1, -1, -1):
-        for k in range(3):
-            work.sensed[k] = stages.seen[s, 0, k]
-            for link in range(links):
-                work.links[link, k] = stages.seen[s, 1 + link, k]
-        accumulate(work, stages.b[s], links)
+        for sensor in range(model.sensors.body.shape[0]):
+            for k in range(3):
+                work.sensed[sensor, k] = stages.sensed[s, sensor, k]
+        accumulate(model, work, stages.b[s])
 
 
 @kernel
-def _evaluate(model: Model, state: State, work: Work, stages: Stages, time, step, links):
+def _evaluate(model: Model, state: State, work: Work, stages: Stages, time, step):
     """Evaluate the stages after the first one."""
     for s in range(1, stages.b.shape[0]):
         offset = 0.0
@@ -130,7 +126,7 @@ def _evaluate(model: Model, state: State, work: Work, stages: Stages, time, step
         _copy_memory(stages.tooth_impact, stages.wheel_impact, state.tooth_impact, state.wheel_impact)
         evaluate_loads(model, state, work, None, None)
         solve_chain(model, state, work, 0.0, None)
-        _sense(model, state, work, stages.seen[s], links)
+        _sense(model, state, work, stages.sensed[s])
         _derivative(model, state, work, time + offset * step, stages.slope[s])
 
 
@@ -156,14 +152,14 @@ def _project(model: Model, state: State, work: Work):
 @kernel
 def rk_step(model: Model, state: State, work: Work, record: Record, stages: Stages):
     """Take one step; returns -1, or the body that left the range."""
-    step, contact_log, links = model.step, record.contact_log, record.link_mean.shape[1]
+    step, contact_log = model.step, record.contact_log
     begin = state.steps[0] * step
     _pack(state, stages.start, state.branch)
     _copy_memory(state.tooth_impact, state.wheel_impact, stages.tooth_impact, stages.wheel_impact)
     solve_chain(model, state, work, 0.0, None)
-    _sense(model, state, work, stages.seen[0], links)
+    _sense(model, state, work, stages.sensed[0])
     _derivative(model, state, work, begin, stages.slope[0])
-    _evaluate(model, state, work, stages, begin, step, links)
+    _evaluate(model, state, work, stages, begin, step)
     _unpack(state, stages.start, stages.slope, stages.b, stages.b.shape[0], step, state.branch)
     for i in range(state.rate.shape[0]):
         if not abs(state.rate[i]) < RATE_LIMIT:
@@ -174,7 +170,7 @@ def rk_step(model: Model, state: State, work: Work, record: Record, stages: Stag
     work.cut[5] = work.cut[1]
     if not model.closure.compliant:
         _project(model, state, work)
-    _accumulate(work, stages, links)
+    _accumulate(model, work, stages)
     _copy_memory(stages.tooth_impact, stages.wheel_impact, state.tooth_impact, state.wheel_impact)
     evaluate_loads(model, state, work, None, None)
     if contact_log.enabled:

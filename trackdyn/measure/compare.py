@@ -300,7 +300,7 @@ def require_axes(record: SensorRecord, rig: Rig, motor_rpm: float) -> None:
     Links on a belt of this rig at this motor speed (rev/min) turn through gravity, too.
     """
     scene = Scene(rig, motor_rpm, ring_radius=None, chain="belt", contact_log=False)
-    turn = whole_samples(rig.sensor.rate, scene.periods.loop)
+    turn = whole_samples(rig.rate, scene.periods.loop)
     if doubt := doubtful_axes(belt_recording(scene.with_(duration=turn)), record):
         raise InputError(f"{doubt}; in the pipeline, state axes in the file that sensor_mapping names")
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from trackdyn.measure.columns import table_schema
 from trackdyn.measure.contacts import LONGEST_CONTACT, PASSAGE, meshing_summary
-from trackdyn.measure.sensor import sense, sensor_metrics, specific_force
+from trackdyn.measure.sensor import readings, sense, sensor_metrics
 from trackdyn.measure.spectra import LEAST_PERIODS, rms
 from trackdyn.measure.uncertainty import NAN, whole_errors
 from trackdyn.measure.whole_loop import sliding_work
@@ -21,9 +21,17 @@ OF_THE_EARTH = 0.005  # share by which gravity differs between poles and equator
 SAME_SPEED = 0.01  # of a speed: from here on a difference or a drift is said
 
 
+def sensor_row(recording: Recording, sensor: str | int = 0) -> dict:
+    """Columns of a run about one sensor."""
+    signal = sense(recording, sensor=sensor)
+    measured = sensor_metrics(signal.ay, recording.rate, recording.periods.loop_hz)
+    return measured | {"clipped_samples": signal.clipped}
+
+
 def run_metrics(name: str, recording: Recording) -> dict:
-    """The row of a run: what ran, what the sensor and the contacts show."""
-    scene, signal = recording.scene, sense(recording)
+    """The row of a run: what ran, what its first sensor and the contacts show."""
+    scene, sensed = recording.scene, sensor_row(recording)
+    clipped = sensed.pop("clipped_samples")
     speeds, gaps = recording.speeds, recording.cut.max(axis=0) if len(recording.cut) else (NAN, NAN)
     return {
         "run": name,
@@ -34,13 +42,13 @@ def run_metrics(name: str, recording: Recording) -> dict:
         "fidelity": label(recording.meta["fidelity"]),
         "step_s": scene.time_step,
         "simulated_s": recording.seconds,
-        **sensor_metrics(signal.ay, recording.rate, recording.periods.loop_hz),
+        **sensed,
         "loop_gap_max_m": float(recording.gap.max()),
         "gap_before_projection_m": float(gaps[0]),
         "velocity_gap_m_s": float(gaps[1]),
         "energy_residual": energy_residual(recording),
         "resolved": recording.meta.get("resolved", {}).get("state", "not judged"),
-        "clipped_samples": signal.clipped,
+        "clipped_samples": clipped,
         "settled_tension_n": recording.meta["layout"].get("settled_tension_n", NAN),
         **meshing_summary(recording),
         **sliding_work(recording),
@@ -50,18 +58,22 @@ def run_metrics(name: str, recording: Recording) -> dict:
 def shown_measures(recording: Recording) -> list[dict]:
     """What a person asks of a run: ``name``, ``measure``, ``value``, ``error`` of scatter and step or None, ``unit``.
 
-    What the run cannot have is left out.
+    What the run cannot have is left out. Of a rig with several sensors a row also has the name of its ``sensor``, empty
+    for what is not a sensor's.
     """
     rows, row, whole = [], run_metrics("", recording), whole_errors(recording.scene)
+    names = list(recording.scene.rig.accelerometers)
+    several = {name: sensor_row(recording, name) for name in names} if len(names) > 1 else {}
     for field in table_schema(SHOWN)["fields"]:
-        value, error = row[field["name"]], row.get(field.get("standardError"), NAN)
-        if value == value:
-            unit = "" if field["unit"] == "1" else field["unit"]
-            error = whole(field["name"], value, error)
-            error = None if error != error else error
-            rows.append(
-                {"name": field["name"], "measure": field["description"], "value": value, "error": error, "unit": unit}
-            )
+        name, unit = field["name"], "" if field["unit"] == "1" else field["unit"]
+        sensed = {sensor: columns for sensor, columns in several.items() if name in columns}
+        for sensor, columns in (sensed or {"": row}).items():
+            value, error = columns[name], columns.get(field.get("standardError"), NAN)
+            if value == value:
+                error = whole(name, value, error)
+                shown = {"name": name, "measure": field["description"], "value": value}
+                shown |= {"error": None if error != error else error, "unit": unit}
+                rows.append(shown | ({"sensor": sensor} if several else {}))
     return rows
 
 
@@ -77,20 +89,22 @@ def needed_lengths(recording: Recording) -> dict[str, float]:
 
 def remarks(recording: Recording) -> list[str]:
     """Sentences that belong to the numbers of a run: on its speed, the range of the sensor and the unit g."""
-    return [text for of in (speed_sentence, range_sentence, gravity_sentence) if (text := of(recording))]
+    count = 1 if recording.scene.every_link else len(recording.sensors)
+    ranges = (range_sentence(recording, sensor) for sensor in range(count))
+    return list(filter(None, (speed_sentence(recording), *ranges, gravity_sentence(recording))))
 
 
-def range_sentence(recording: Recording) -> str:
-    """Sentence on accelerations beyond the sensor's range, of every link where they are recorded; empty without any."""
-    rig = recording.scene.rig
-    mean, limit = recording.link_mean if recording.link_mean.size else recording.mean, rig.sensor.range
-    ay = specific_force(mean[..., :2], mean[..., 2], rig.gravity)[..., 1] / (rig.gravity or 9.81)
+def range_sentence(recording: Recording, sensor: int = 0) -> str:
+    """Sentence on accelerations beyond the range of a sensor, or of those on every link; empty without any."""
+    scene, (name, mounted) = recording.scene, list(recording.sensors.items())[sensor]
+    columns = slice(len(scene.rig.accelerometers), None) if scene.every_link else slice(sensor, sensor + 1)
+    limit, ay = mounted.range, readings(recording.mean[:, columns], scene.rig)[..., 1]
     if not (beyond := int((abs(ay) > limit).sum())):
         return ""
     limited, free = rms(np.clip(ay, -limit, limit).ravel()), rms(ay.ravel())
     return (
         f"{beyond} of {ay.size} samples of the y acceleration are beyond the sensor's range of {limit:g} g and limited "
-        f"to it: RMS is {limited:.4g} g with this sensor and {free:.4g} g without a limit (sensor.range of the rig)"
+        f"to it: RMS is {limited:.4g} g with this sensor and {free:.4g} g without a limit ({name}.range of the rig)"
     )
 
 

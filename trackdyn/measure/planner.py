@@ -118,7 +118,7 @@ class Candidate:
     @property
     def seconds(self) -> float:
         """Length of the record, s."""
-        return self.writer.done / self.writer.loop.scene.rig.sensor.rate if self.writer else 0.0
+        return self.writer.done / self.writer.loop.scene.rig.rate if self.writer else 0.0
 
     def growth(self, tolerances: Mapping[str, float]) -> float:
         """Times that the record must be as long for all tolerances (`Error.record_growth`)."""
@@ -174,7 +174,7 @@ class Plan(NamedTuple):
 
 def settings(scene: Scene, step: float, method: bool) -> list[Setting]:
     """Settings of a scene that takes a step (s), from cheap to dear; where they are not open, that and half of it."""
-    sample = 1.0 / scene.rig.sensor.rate
+    sample = 1.0 / scene.rig.rate
     if not method:
         half = Setting("half its step", {"step": round_step(step / 2, sample)})
         return [Setting("as the scene asks", {}), half]
@@ -206,7 +206,7 @@ def plan(scene: Scene, tolerances: Mapping[str, float], longest: float = 60.0, m
     """
     check_tolerances(scene, tolerances, longest)
     begin = time.process_time()
-    rate, wait = scene.rig.sensor.rate, WAIT * scene.periods.loop
+    rate, wait = scene.rig.rate, WAIT * scene.periods.loop
     record = {"duration": whole_samples(rate, longest), "lead_in": whole_samples(rate, wait), "every_link": True}
     at_rest = Loop(scene.with_(**record, pitches=(), frame_interval=0.0, contact_log=True))
     pending = settings(at_rest.scene, at_rest.model.step, method)

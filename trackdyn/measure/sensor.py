@@ -19,6 +19,7 @@ from trackdyn.measure.spectra import (
     standard_deviation,
 )
 from trackdyn.measure.uncertainty import NAN, LineError, line_error, turn_error
+from trackdyn.rig.rig import Rig
 from trackdyn.rig.validation import typed, within
 from trackdyn.simulation.recording import Recording
 
@@ -27,10 +28,10 @@ OTHER_SPEED = 4.0  # largest ratio of the speeds of a sensor's record and of a r
 
 @dataclass(frozen=True)
 class SensorSignal:
-    """What the sensor on the link would report."""
+    """What an acceleration sensor would report."""
 
     time: np.ndarray  # (s,) sample times, s
-    # ax, ay: (s,) along the link and along its outward normal, g; the mean over the sample interval that ends at the
+    # ax, ay: (s,) along its body and along the outward normal, g; the mean over the sample interval that ends at the
     # sample, limited to the range
     ax: np.ndarray
     ay: np.ndarray
@@ -66,9 +67,17 @@ def specific_force(acceleration: ArrayLike, angle: ArrayLike, gravity: float = 9
     return np.asarray(acceleration, dtype=float) + projection
 
 
+def readings(motion: np.ndarray, rig: Rig, limit: float = np.inf) -> np.ndarray:
+    """(..., 2) what sensors report (Eq. 40), along their bodies and along the outward normals, g, up to ``limit`` (g).
+
+    ``motion`` (..., 3) holds accelerations (m/s2) and angles (rad) as in `Recording.mean`.
+    """
+    return np.clip(specific_force(motion[..., :2], motion[..., 2], rig.gravity) / rig.g, -limit, limit)
+
+
 @typed
-def sense(recording: Recording, every: int = 1) -> SensorSignal:
-    """Return what the sensor on the link shows: the acceleration of Eq. (40) in g, limited to its range.
+def sense(recording: Recording, every: int = 1, sensor: str | int = 0) -> SensorSignal:
+    """Return what a sensor shows: the acceleration of Eq. (40) in g, limited to its range.
 
     Parameters
     ----------
@@ -77,20 +86,26 @@ def sense(recording: Recording, every: int = 1) -> SensorSignal:
     every : int
         Samples of the recording per sample of the sensor: their mean is the sample of a sensor whose rate is lower by
         this factor.
+    sensor : str or int
+        Name of the sensor in ``recording.sensors``, or its index there.
 
     Returns
     -------
     SensorSignal
         ``S // every`` samples: times in s, accelerations in g.
+
+    Raises
+    ------
+    InputError
+        ``every`` is out of range, or there is no such sensor.
     """
     every = int(within("every", every, 1, max(len(recording.time), 1), " samples"))
-    rig = recording.scene.rig
-    g, gravity, limit = rig.gravity or 9.81, rig.gravity, rig.sensor.range
-    values = recording.mean[: len(recording.mean) // every * every].reshape(-1, every, 3).mean(axis=1)
-    mean = specific_force(values[:, :2], values[:, 2], gravity) / g
-    clipped = int((np.abs(mean) > limit).sum())
-    mean = np.clip(mean, -limit, limit)
-    return SensorSignal(recording.time[every - 1 :: every], mean[:, 0], mean[:, 1], clipped)
+    index = recording.sensor_index(sensor)
+    limit = list(recording.sensors.values())[index].range
+    motion = recording.mean[: len(recording.mean) // every * every, index].reshape(-1, every, 3).mean(axis=1)
+    free = readings(motion, recording.scene.rig)
+    ax, ay = np.clip(free, -limit, limit).T
+    return SensorSignal(recording.time[every - 1 :: every], ax, ay, int((np.abs(free) > limit).sum()))
 
 
 def whole_samples(rate: float, seconds: float) -> float:

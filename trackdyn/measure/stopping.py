@@ -30,7 +30,7 @@ def record_until(
     The first judgement is after ``first`` seconds of the record, the next one when it is ``growth`` times as long.
     Returns what the last one said.
     """
-    judged = first * writer.loop.scene.rig.sensor.rate
+    judged = first * writer.loop.scene.rig.rate
     while True:
         if not writer.finished and writer.done < judged:
             writer.chunk()

@@ -13,7 +13,7 @@ from itertools import pairwise
 import numpy as np
 
 from trackdyn.errors import InputError
-from trackdyn.measure.sensor import specific_force
+from trackdyn.measure.sensor import readings
 from trackdyn.measure.spectra import high_passed
 from trackdyn.measure.uncertainty import RELATIVE, SHARES, Estimate, Series
 from trackdyn.model.arrays import RING_FRICTION, SIDES, TOOTH_FRICTION
@@ -22,11 +22,10 @@ from trackdyn.simulation.recording import Recording
 
 def every_ay(recording: Recording) -> np.ndarray:
     """(s, p) y acceleration that a sensor on each link reports (Eq. 40), in its range, g; `InputError` without."""
-    if recording.link_mean.size == 0:
-        raise InputError("recording: link_mean is empty; a scene with every_link=True fills it")
+    if not recording.scene.every_link:
+        raise InputError("recording: every_link is False; a scene with every_link=True has a sensor on every link")
     rig = recording.scene.rig
-    ay = specific_force(recording.link_mean[:, :, :2], recording.link_mean[:, :, 2], rig.gravity)[:, :, 1]
-    return np.clip(ay / (rig.gravity or 9.81), -rig.sensor.range, rig.sensor.range)
+    return readings(recording.mean[:, len(rig.accelerometers) :], rig, rig.first_sensor.range)[..., 1]
 
 
 def passage_edges(recording: Recording) -> np.ndarray:
@@ -51,7 +50,7 @@ def revolution_samples(recording: Recording, first: int, links: int) -> tuple[np
     if rows.max() + 1 >= len(recording.time):
         raise InputError(f"recording: {recording.seconds:g} s are shorter than a passage of {span:.4g} s and a sample")
     # links are numbered against the motion: one passage later a link does what the next one does now
-    return rows, (recording.scene.rig.sensor.pitch - 1 + segment) % links
+    return rows, (recording.scene.rig.first_sensor.pitch - 1 + segment) % links
 
 
 def stitch(recording: Recording, first: int = 0, ay: np.ndarray | None = None) -> np.ndarray:

@@ -134,32 +134,30 @@ class Record(NamedTuple):
     frame: np.ndarray  # (f, n + 3) configuration every ``frame_stride`` samples: pin x, y, angles, sprocket angle
     frame_stride: int  # samples between frames
     contact_log: ContactLog  # log of the contacts with the sprocket
-    # (s, l, 3) ``mean`` of the sensor's point on every link; none (l = 0) unless asked for
-    link_mean: np.ndarray
     plane: PlaneRecord | None = None  # motion of the chain's plane; None in planar motion
 
 
 def make_record(
     samples: int,
     state,
+    sensors: int,
     pitches=(),
     frames: int = 0,
     frame_stride: int = 0,
     log_rows: int = 0,
-    links: int = 0,
 ) -> Record:
-    """Allocate the record of a run of ``samples`` rows, of the bodies, pitches, wheels and plane of ``state``.
+    """Allocate the record of a run of ``samples`` rows and ``sensors`` sensors, those of the model that fills it.
 
-    Contacts are recorded of ``pitches`` (1-based), configurations ``frame_stride`` samples apart, with room for
-    ``log_rows`` contacts (0: not logged), and accelerations of ``links`` links (0: only the sensor's).
+    Bodies, wheels and plane are those of ``state``. Contacts are recorded of ``pitches`` (1-based), configurations
+    ``frame_stride`` samples apart, with room for ``log_rows`` contacts (0: not logged).
     """
     p, n, (loop, wheels) = len(pitches), len(state.angle), state.wheel_impact.shape
     s, pair, sides = samples, (samples, 2), (samples, p, 2)
     room = {"last": np.zeros((3 * loop, 2)), **zeros(CONTACT_INTERVAL, open=3 * loop, rows=log_rows)}
     plane = PlaneRecord(**zeros(motion=(s, 8), offset=(s, wheels), axial=(s, wheels)))
     return Record(
-        **zeros(raw=(s, 3), mean=(s, 3), gap=s, cut=pair, link_position=pair, wheel_rate=(s, wheels)),
-        **zeros(energy=(s, len(ENERGY_NAMES)), force=(s, p, 3), frame=(frames, n + 3), link_mean=(s, links, 3)),
+        **zeros(raw=(s, sensors, 3), mean=(s, sensors, 3), gap=s, cut=pair, link_position=pair),
+        **zeros(wheel_rate=(s, wheels), energy=(s, len(ENERGY_NAMES)), force=(s, p, 3), frame=(frames, n + 3)),
         **zeros(np.int8, area=sides, groove=sides),
         pitches=np.array([i - 1 for i in pitches], np.int64),
         frame_stride=frame_stride,
@@ -195,7 +193,7 @@ class SweepWork(NamedTuple):
     response: np.ndarray  # (n, 4) angular acceleration of body i for unit ``[lambda_x, lambda_y, lambda_m, 1]``
     end: np.ndarray  # (3, 4) acceleration ``z_b`` at the output of body N
     base: np.ndarray  # (2, 4) acceleration of the input pin of body 1, the same columns
-    probe: np.ndarray  # (2, 4) acceleration of the input pin of the probe's body
+    probe: np.ndarray  # (n, 2, 4) acceleration of the input pin of every body that carries a sensor
     inverse: np.ndarray  # (3, 3) inverse of the closure matrix
     load: np.ndarray  # (4,) ``[lambda_x, lambda_y, lambda_m, 1]``
 
@@ -214,8 +212,8 @@ class ImplicitWork(NamedTuple):
     column: np.ndarray  # (w, 3) each wheel's column of E, and of z_b on the way back
     gain: np.ndarray  # (n, w) its contribution to the acceleration across each joint
     response: np.ndarray  # (n, w) angular acceleration of each body for a unit acceleration of a wheel
-    # base, probe, end: (w, 2), (w, 2), (w, 3) the same for the input pin of body 1, that of the probe's body, and the
-    # output of the last body
+    # base, probe, end: (w, 2), (n, w, 2), (w, 3) the same for the input pin of body 1, those of the bodies that carry a
+    # sensor, and the output of the last body
     base: np.ndarray
     probe: np.ndarray
     end: np.ndarray
@@ -233,7 +231,7 @@ class Stages(NamedTuple):
     b: np.ndarray  # (s,) weights of the step
     start: np.ndarray  # (m,) state at the start of a step
     slope: np.ndarray  # (s, m) derivative of the state at each stage
-    seen: np.ndarray  # (s, 1 + p, 3) what the sensor, and its point on every link, feels at each stage
+    sensed: np.ndarray  # (s, k, 3) ``Work.sensed`` of each stage
     # tooth_impact, wheel_impact: initial impact velocities at the start of the step: the stages do not change the
     # memory
     tooth_impact: np.ndarray
@@ -324,14 +322,13 @@ class Work(NamedTuple):
     # the last step had before the projection; m, m/s
     cut: np.ndarray
     worst: np.ndarray  # (3,) largest squares of the gap, of its rate and of the gap before the projection in the sample
-    # (6,) acceleration (m/s2) and angle (rad) of the sensor at the last evaluation, and their sums over the sample
+    # (k, 6) acceleration (m/s2) and angle (rad) of every sensor at the last evaluation, and their sums over the sample
     sensed: np.ndarray
     # (2, 2, n) ``com_dvx, com_dvy`` of the last two steps that were looked at, the older first (`integrate.run`), m/s
     velocity_history: np.ndarray
     # (2,) sum over the looks so far of the mean square of what alternates in the bodies' changes of velocity, weighted
     # with their masses (m2/s2), and the number of looks
     alternating: np.ndarray
-    links: np.ndarray  # (p, 6) ``sensed`` of every link, where a record asks for it
     sweep: SweepWork  # solution of the chain
     near: Near  # who may touch whom
     implicit: ImplicitWork | None = None  # of a linearly implicit integrator
@@ -339,8 +336,8 @@ class Work(NamedTuple):
     space: SpaceWork | None = None  # of motion in space
 
 
-def make_work(n: int, pitches: int, wheels: int) -> Work:
-    """Allocate the arrays of a planar step of semi-implicit Euler."""
+def make_work(n: int, pitches: int, wheels: int, sensors: int = 1) -> Work:
+    """Allocate the arrays of a planar step of semi-implicit Euler, for ``sensors`` sensors and one more a pitch."""
     arcs, contacts = 2 * pitches, pitches * (2 + 2 * wheels)  # both arcs, a link and a guide on every wheel
     return Work(
         **zeros(
@@ -357,12 +354,12 @@ def make_work(n: int, pitches: int, wheels: int) -> Work:
         ),
         **zeros(force_x=n, force_y=n, moment=n, torque=n, joint_rate=n, joint_loss=n, wheel_torque=wheels),
         **zeros(tooth_force=arcs, tooth_before=arcs, wheel_force=(pitches, wheels), carried=wheels),
-        **zeros(friction=(2, arcs + pitches * wheels), links=(pitches, 6)),
-        **zeros(cut=6, worst=3, sensed=6, velocity_history=(2, 2, n), alternating=2),
+        **zeros(friction=(2, arcs + pitches * wheels), sensed=(sensors + pitches, 6)),
+        **zeros(cut=6, worst=3, velocity_history=(2, 2, n), alternating=2),
         **zeros(np.int64, tooth_area=arcs, tooth_groove=arcs, count=1),
         contact=np.zeros(contacts, CONTACT),
         sweep=SweepWork(
-            **zeros(gain=(n, 8), response=(n, 4), end=(3, 4), base=(2, 4), probe=(2, 4), inverse=(3, 3), load=4)
+            **zeros(gain=(n, 8), response=(n, 4), end=(3, 4), base=(2, 4), probe=(n, 2, 4), inverse=(3, 3), load=4)
         ),
         near=Near(
             count=np.full(3, -1),
@@ -375,14 +372,15 @@ def make_work(n: int, pitches: int, wheels: int) -> Work:
 def make_arrays(model: Model) -> tuple[State, Work]:
     """State and work of a model in the plane, of a step of semi-implicit Euler, everything 0."""
     sizes = len(model.chain.length), len(model.shoes.link_body), len(model.wheels.x)
-    return make_state(*sizes, len(model.carriers.wheel), len(model.branches.time)), make_work(*sizes)
+    state = make_state(*sizes, len(model.carriers.wheel), len(model.branches.time))
+    return state, make_work(*sizes, len(model.sensors.body))
 
 
 def equip(work: Work, method, branches: int = 0) -> Work:
     """Work with the arrays of a method (`integrate.methods`) and of no other, for ``branches`` branches of bushings."""
-    n, (pitches, wheels) = len(work.cos), work.wheel_force.shape
+    n, (pitches, wheels), sensors = len(work.cos), work.wheel_force.shape, len(work.sensed)
     return work._replace(
-        stages=None if method.tableau is None else make_stages(*method.tableau, n, pitches, wheels, branches),
+        stages=None if method.tableau is None else make_stages(*method.tableau, n, pitches, wheels, sensors, branches),
         implicit=make_implicit(n, wheels) if method.linearly_implicit else None,
     )
 
@@ -392,16 +390,16 @@ def make_implicit(n: int, wheels: int) -> ImplicitWork:
     w = wheels
     return ImplicitWork(
         **zeros(inertia=(n, 6), couple=(n, w, 3), wheel_inertia=w, column=(w, 3), gain=(n, w), response=(n, w)),
-        **zeros(base=(w, 2), probe=(w, 2), end=(w, 3), row=(w, w + 3), matrix=(w + 2, w + 3), load=w + 3),
+        **zeros(base=(w, 2), probe=(n, w, 2), end=(w, 3), row=(w, w + 3), matrix=(w + 2, w + 3), load=w + 3),
     )
 
 
-def make_stages(a, b, n: int, pitches: int, wheels: int, branches: int = 0) -> Stages:
+def make_stages(a, b, n: int, pitches: int, wheels: int, sensors: int, branches: int = 0) -> Stages:
     """Allocate the stages of an explicit Runge-Kutta method."""
     size = 4 + KINETIC + (2 + branches) * n + 2 * wheels
     return Stages(
         a=np.array(a, dtype=float), b=np.array(b, dtype=float),
-        **zeros(start=size, slope=(len(b), size), seen=(len(b), 1 + pitches, 3)),
+        **zeros(start=size, slope=(len(b), size), sensed=(len(b), sensors, 3)),
         **zeros(tooth_impact=2 * pitches, wheel_impact=(pitches, wheels)),
     )  # fmt: skip
 

@@ -185,12 +185,14 @@ class Drive(NamedTuple):
     motor: Motor = NO_MOTOR
 
 
-class Sensor(NamedTuple):
-    """Body that carries the sensor and the sensor's position in the body frame, m."""
+class Sensors(NamedTuple):
+    """The ``k`` acceleration sensors on the ``n`` bodies."""
 
-    body: int
-    x: float
-    y: float
+    body: np.ndarray  # (k,) integers: body that carries each
+    # x, y: (k,) positions in the frame of that body, m
+    x: np.ndarray
+    y: np.ndarray
+    mounted: np.ndarray  # (n,) bool: bodies that carry a sensor
 
 
 class Space(NamedTuple):
@@ -240,7 +242,7 @@ class Model(NamedTuple):
     tooth: Tooth
     wheels: Wheels
     drive: Drive
-    sensor: Sensor
+    sensors: Sensors
     closure: Closure
     step: float
     stride: int

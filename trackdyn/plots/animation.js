@@ -157,15 +157,15 @@ const FRAME = { index: 0, shown: [] }; // what else follows the picture
       context.fillStyle = tint(arcs(p)[0], "connectors"); context.fill(); context.lineWidth = 0.8 * ratio; context.stroke();
     }
     for (let p = 0; p < pitches(); p++) {
-      const [b, from, to] = link(p), h = G.thickness / 2, sensor = p === G.sensor[0] - 1;
+      const [b, from, to] = link(p), h = G.thickness / 2, sensor = G.sensors.some(([body]) => body === b);
       path([[from, -h], [to, -h], [to, h], [from, h]].map((point) => ofBody(now, b, point)), true);
       context.fillStyle = tint(b, "links");
       context.fill(); context.lineWidth = (sensor ? 2.6 : 0.8) * ratio; context.stroke();
-      if (sensor) {
-        const [sx, sy] = at(ofBody(now, b, [from + G.sensor[1], G.sensor[2]]));
-        context.beginPath(); context.arc(sx, sy, 4 * ratio, 0, 2 * Math.PI);
-        context.fillStyle = colour("edge"); context.fill();
-      }
+    }
+    for (const [body, x, y] of G.sensors) {
+      const [sx, sy] = at(ofBody(now, body, [x, y]));
+      context.beginPath(); context.arc(sx, sy, 4 * ratio, 0, 2 * Math.PI);
+      context.fillStyle = colour("edge"); context.fill();
     }
     context.globalAlpha = 1;
   }

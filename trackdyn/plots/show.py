@@ -211,7 +211,7 @@ def geometry(recording: Recording, stretch: Replay) -> dict:
         "thickness": 2 * model.wheels.half_thickness,
         "arc": rig.chain.connector_radius,
         "teeth": tooth.teeth if tooth.present else 0,
-        "sensor": [rig.sensor.pitch, rig.sensor.x, rig.sensor.y],
+        "sensors": [[int(body), float(x), float(y)] for body, x, y in zip(*model.sensors[:3], strict=True)],
         "sprocket": [float(model.wheels.x[0]), float(model.wheels.y[0])],
         "addendum": groove.addendum,
         "outline": np.round(groove.profile(8), 5).tolist(),

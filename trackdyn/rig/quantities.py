@@ -147,7 +147,7 @@ Friction = Annotated[float, Quantity("1", ge=0, le=2)]
 RollingArm = Annotated[float, Quantity("m", ge=0, le=1)]
 
 
-NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")  # of a wheel
+NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")  # of a wheel or a sensor
 
 
 class FieldValue(NamedTuple):
@@ -228,5 +228,5 @@ def entries_of(data: dict, prefix: str = "") -> dict[str, dict]:
         if "value" in section:
             entries[prefix + key] = section
         else:
-            entries |= entries_of(section, prefix if key in ("wheels", "surfaces") else f"{prefix}{key}.")
+            entries |= entries_of(section, prefix if key in ("wheels", "surfaces", "sensors") else f"{prefix}{key}.")
     return entries

@@ -42,7 +42,8 @@ OTHER_ARC = 0.01  # the same of the connectors' arcs
 class Rig(sections.OmitsDefaults):
     """The rig: sections of parameters in SI units (angles of the groove in degrees), and steps that were tried on it.
 
-    ``idler``, ``road_wheel`` and all of ``wheels`` are wheels alike; ``rollers`` has them by name.
+    ``idler``, ``road_wheel`` and all of ``wheels`` are wheels alike; ``rollers`` has them by name. A rig has one
+    ``sensor``, or ``sensors`` with a name each; ``accelerometers`` has them by name.
     """
 
     gravity: Annotated[float, Quantity("m/s2", ge=0)]
@@ -65,7 +66,8 @@ class Rig(sections.OmitsDefaults):
     surfaces: dict[str, Surface] = Field(default_factory=dict)
     guide: sections.Guide
     impact: sections.ImpactParameters
-    sensor: sections.SensorParameters
+    sensor: sections.SensorParameters | None = None
+    sensors: dict[str, sections.SensorParameters] = Field(default_factory=dict)
     tried: Annotated[tuple[TestedStep, ...], Field(strict=False)] = ()
 
     def __repr__(self) -> str:
@@ -83,14 +85,34 @@ class Rig(sections.OmitsDefaults):
                     f"{name}.friction_dynamic = {surface.friction_dynamic} exceeds friction_static = "
                     f"{surface.friction_static}; the dynamic coefficient may at most equal the static one"
                 )
-        if self.sensor.pitch > self.chain.pitches:
-            raise InputError(
-                f"sensor.pitch = {self.sensor.pitch} is not a pitch of this chain; 1 to {self.chain.pitches} are"
-            )
         if (self.groove is None) == (self.profile is None):
             raise InputError("groove is missing; a tooth has groove or profile, and one of them only")
         self._check_wheels()
+        self._check_sensors()
         self._check_tension()
+
+    def _check_sensors(self) -> None:
+        if (self.sensor is None) == (not self.sensors):
+            raise InputError(
+                f"sensor {'is missing' if self.sensor is None else 'and sensors are both there'}; a rig has sensor, or "
+                "sensors with a name each"
+            )
+        for name, sensor in self.accelerometers.items():
+            taken = name in type(self).model_fields or name in self.rollers or name in self.surfaces
+            if name in self.sensors and (taken or not NAME.fullmatch(name)):
+                raise InputError(
+                    f"sensors.{shown(name)} is not a valid name: use lower-case letters, digits and _, and not the "
+                    "name of a section, a wheel or a surface"
+                )
+            if sensor.pitch > self.chain.pitches:
+                raise InputError(
+                    f"{name}.pitch = {sensor.pitch} is not a pitch of this chain; 1 to {self.chain.pitches} are"
+                )
+            if sensor.rate != self.rate:
+                raise InputError(
+                    f"{name}.rate = {sensor.rate} Hz: another sensor has {self.rate} Hz; all sensors of a rig have one "
+                    "rate"
+                )
 
     def _check_wheels(self) -> None:
         if not self.rollers:
@@ -136,6 +158,26 @@ class Rig(sections.OmitsDefaults):
         """The wheels beside the sprocket by name, in the order of wheels 1, 2, ... of a model."""
         named = {"idler": self.idler, "road_wheel": self.road_wheel}
         return {name: wheel for name, wheel in named.items() if wheel is not None} | self.wheels
+
+    @cached_property
+    def accelerometers(self) -> dict[str, sections.SensorParameters]:
+        """The sensors by name; the only one of a rig with ``sensor`` has that name."""
+        return self.sensors if self.sensor is None else {"sensor": self.sensor}
+
+    @property
+    def first_sensor(self) -> sections.SensorParameters:
+        """The sensor that is shown and compared where no other one is named."""
+        return next(iter(self.accelerometers.values()))
+
+    @property
+    def rate(self) -> int:
+        """Samples a second of every sensor, Hz."""
+        return self.first_sensor.rate
+
+    @property
+    def g(self) -> float:
+        """Acceleration that sensors call 1 g, m/s2: gravity, or that of the earth where there is none."""
+        return self.gravity or 9.81
 
     @property
     def contact_surfaces(self) -> dict[str, Surface]:
@@ -276,6 +318,10 @@ class Rig(sections.OmitsDefaults):
             *sections, field = keys_of(self, name.replace("__", "."))
             reduce(getitem, sections, data)[field] = value
         return _validated(data, "rig")
+
+    def sampled(self, rate: int) -> "Rig":
+        """Return a rig whose sensors take ``rate`` samples a second, Hz; `InputError` as in `changed`."""
+        return self.changed(**{f"{name}.rate": rate for name in self.accelerometers})
 
 
 def _validated(data: Any, name: str, context: str | None = None, path: Path | str | None = None) -> Rig:

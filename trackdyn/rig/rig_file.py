@@ -1,8 +1,8 @@
 """Files of rigs: shipped ones by name, what a file takes from another one (``like``), and its short way of writing.
 
-With ``like`` a file states only what differs from another one; its ``wheels`` replace all of the other's. A value may
-be text, ``radius: 0.305 m``, or a bare number without unit if its section says ``source`` (and ``kind``, else assumed)
-once for all such values.
+With ``like`` a file states only what differs from another one; its ``wheels`` and its ``sensors`` replace all of the
+other's. A value may be text, ``radius: 0.305 m``, or a bare number without unit if its section says ``source`` (and
+``kind``, else assumed) once for all such values.
 """
 
 import re
@@ -23,6 +23,7 @@ MOST_LIKE = 5  # files that take from one another
 OUTLINE = "profile.outline"
 OTHER_CHAIN = {"kind", "link_length", "teeth"}  # a file with one of them describes another chain, not a worn one
 WHEELS_OF_OLD = ("idler", "road_wheel")  # sections that are wheels of their own
+WHOLE = ("wheels", "sensors")  # sections that replace those of the other file
 NUMBER = re.compile(r"\s*([-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?)\s+(\S(?:.*\S)?)\s*")
 PLAIN_WORD = re.compile(r"[A-Za-z0-9_]{1,40}")
 # fields of a wheel that a law of drag reads
@@ -159,7 +160,7 @@ def _read(path: Path | str, depth: int) -> dict[str, Any]:
     base = _read(_like(path, like), depth - 1)
     if copy_wheels:
         base = {key: content for key, content in base.items() if key not in ("wheels", *WHEELS_OF_OLD)}
-    for section, other in (("groove", "profile"), ("profile", "groove")):
+    for section, other in (("groove", "profile"), ("profile", "groove"), ("sensor", "sensors"), ("sensors", "sensor")):
         if section in data:
             base.pop(other, None)
     stated, known = (
@@ -180,7 +181,10 @@ def _read(path: Path | str, depth: int) -> dict[str, Any]:
             base[key] = {field: content for field, content in base[key].items() if field not in dropped}
     return base | {
         key: base[key] | _with_ranges(content, base[key], other_chain, copy_wheels)
-        if isinstance(content, dict) and isinstance(base.get(key), dict) and key != "wheels" and "value" not in content
+        if isinstance(content, dict)
+        and isinstance(base.get(key), dict)
+        and key not in ("wheels", "sensors")
+        and "value" not in content
         else content
         for key, content in data.items()
     }

@@ -211,10 +211,15 @@ class Steel(Section):
     poisson_ratio: Annotated[float, Quantity("1", ge=0, lt=0.5)]
 
 
-class SensorParameters(Section):
-    """Place, rate and range of the acceleration sensor."""
+class SensorParameters(OmitsDefaults):
+    """Place, rate and range of an acceleration sensor.
+
+    ``x`` is the distance from the first pin of its body along the line of the pins, ``y`` that along the outward
+    normal.
+    """
 
     pitch: Annotated[int, Quantity("1", ge=1)]
+    body: Annotated[Literal["link", "connector"], Quantity("name")] = "link"
     x: Position
     y: Position
     rate: Annotated[int, Quantity("Hz", gt=0, le=10**8)]

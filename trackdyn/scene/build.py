@@ -1,5 +1,6 @@
 """Rig and scene to arrays: here names become numbers."""
 
+from collections.abc import Collection
 from math import cos, nan, pi, radians, sin, sqrt, tan
 
 import numpy as np
@@ -23,7 +24,7 @@ from trackdyn.model.constants import (
     Law,
     Model,
     Motor,
-    Sensor,
+    Sensors,
     Shoes,
     Space,
     Tooth,
@@ -32,7 +33,7 @@ from trackdyn.model.constants import (
 from trackdyn.rig.laws import NORMAL_LAWS, loss_branches
 from trackdyn.rig.layout import body_lengths, tensioner, wheel_circles, wheel_names
 from trackdyn.rig.rig import Rig
-from trackdyn.rig.sections import Arm, Sprocket, Surface, Tension, Wheel
+from trackdyn.rig.sections import Arm, SensorParameters, Sprocket, Surface, Tension, Wheel
 
 
 def mobility_across(chain: Chain, body: int, along: float) -> float:
@@ -158,6 +159,16 @@ def build_shoes(rig: Rig, chain: str = "double_pin") -> Shoes:
     return Shoes(link_body=body, arc_body=arc_body, arc_x=np.tile(arcs, n), **ends)
 
 
+def build_sensors(rig: Rig, shoes: Shoes, sensors: Collection[SensorParameters], bodies: int) -> Sensors:
+    """Where sensors sit on the ``bodies`` bodies: on a link from its end A on, on a connector from its first pin on."""
+    on_link = np.array([sensor.body == "link" for sensor in sensors])
+    pitch = np.array([sensor.pitch for sensor in sensors]) - 1
+    body = np.where(on_link, shoes.link_body[pitch], shoes.arc_body[2 * pitch])
+    start = np.where(on_link, shoes.link_start[pitch], 0.0)
+    x, y = np.array([(sensor.x, sensor.y) for sensor in sensors]).T
+    return Sensors(body, x + start, y.copy(), np.isin(np.arange(bodies), body))
+
+
 def _law(rig: Rig, surface: Surface, scene) -> Law:
     sliding = scene.friction != "none"
     mu_s, mu_d = (surface.friction_static, surface.friction_dynamic) if sliding else (0.0, 0.0)
@@ -262,7 +273,6 @@ def build_model(scene) -> Model:
     rig = scene.rig
     toothed = scene.tooth_contact != "none" and scene.loop == "on_wheels"
     shoes = build_shoes(rig, scene.chain)
-    body = int(shoes.link_body[rig.sensor.pitch - 1])
     hysteretic = scene.bushing_law == "hysteretic"
     chain = build_chain(rig, scene.chain, not hysteretic)
     branches = NO_BRANCHES
@@ -276,10 +286,10 @@ def build_model(scene) -> Model:
         slip = [mobility_of_slip(chain, arc[side], at[side], tooth.arc_radius) for side in range(2)]
         tooth = tooth._replace(mobility=mobility_across(chain, arc[0], at[0]), slip=np.array(slip))
         wheels = wheels._replace(slip=_slip_on_wheels(chain, wheels, int(shoes.link_body[0])))
-    x, along, c = rig.sensor.x, shoes.link_start[rig.sensor.pitch - 1], rig.closure
+    c = rig.closure
     return Model(
         chain=chain, shoes=shoes, tooth=tooth, wheels=wheels, drive=build_drive(scene),
-        sensor=Sensor(body=body, x=float(x + along), y=float(rig.sensor.y)),
+        sensors=build_sensors(rig, shoes, rig.accelerometers.values(), len(chain.length)),
         closure=Closure(
             compliant=int(scene.closure == "elastic_damping"), stiffness=c.stiffness, damping=c.damping
         ),

@@ -144,6 +144,8 @@ REFUSALS: tuple[Refusal, ...] = (
      "a belt has no contacts to log (chain='belt'); use contact_log=False and pitches=()"),
     ("every_link", lambda s: s.belt and s.every_link,
      "on a belt every link does the same one pitch later (chain='belt'); use False"),
+    ("chain", lambda s: s.chain == "single_pin" and any(of.body == "connector" for of in s.rig.accelerometers.values()),
+     "the rig has a sensor on a connector, which that chain has not; use 'double_pin', or put it on a link"),
     ("ring_radius", lambda s: s.free and s.ring_radius is not None,
      "a free loop touches no ring (loop='free'); use None"),
     # motion in space

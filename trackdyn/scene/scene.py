@@ -11,6 +11,7 @@ from trackdyn.errors import InputError
 from trackdyn.model.constants import Model
 from trackdyn.rig.groove import PROFILES, Groove
 from trackdyn.rig.rig import Rig
+from trackdyn.rig.sections import SensorParameters
 from trackdyn.rig.validation import Positive, Section, plain_count, plain_number, shown
 from trackdyn.scene.build import build_model
 from trackdyn.scene.choices import Choices, Decision, check_choices, decide, of_rig
@@ -93,13 +94,13 @@ class Scene(Choices):
         preset, or a smaller one that was tried on the rig or that its contacts need at the pre-tension (`time_step`); a
         loop that settles at more tension takes a smaller one.
     pitches : tuple of int
-        Pitches whose contacts are recorded (1-based); empty: the sensor's.
+        Pitches whose contacts are recorded (1-based); empty: those of the sensors.
     frame_interval : float
         Time between recorded configurations, s; 0: none.
     contact_log : bool
         Log every contact with the sprocket.
     every_link : bool
-        Record the acceleration of the sensor's position on every link, and the contacts of every pitch.
+        Record a sensor on every link as well, at the place of the rig's first one, and the contacts of every pitch.
     loop : str
         ``on_wheels``, or ``free``: an oblong loop without wheels that starts with the spin of the sprocket.
     chain : str
@@ -169,7 +170,7 @@ class Scene(Choices):
         raise InputError(f"scene: {field} = {shown(getattr(self, field))}: {remedy}")
 
     def _check_times(self) -> None:
-        sample = 1.0 / self.rig.sensor.rate
+        sample = 1.0 / self.rig.rate
         for field, least, most, unit in (
             ("motor_rpm", 0.0, FASTEST, "rev/min (clockwise)"),
             ("duration", sample, LONGEST_RUN, "s"),
@@ -210,6 +211,19 @@ class Scene(Choices):
         for pitch in self.pitches:
             if not 1 <= pitch <= self.rig.chain.pitches:
                 raise InputError(f"scene: pitches = {pitch!r}: must be between 1 and {self.rig.chain.pitches}")
+
+    @cached_property
+    def sensors(self) -> dict[str, SensorParameters]:
+        """The recorded sensors by name: the rig's, and with ``every_link`` one on each body of the first one's kind."""
+        own = self.rig.accelerometers
+        first = next(iter(own.values()))
+        pitches = range(1, self.rig.chain.pitches + 1) if self.every_link else ()
+        return own | {f"{first.body} {pitch}": first.model_copy(update={"pitch": pitch}) for pitch in pitches}
+
+    @property
+    def recorded_pitches(self) -> tuple[int, ...]:
+        """Pitches whose contacts are recorded, 1-based."""
+        return self.pitches or tuple(sorted({sensor.pitch for sensor in self.sensors.values()}))
 
     @property
     def bodies(self) -> int:
@@ -265,7 +279,7 @@ class Scene(Choices):
 
     def model_of_step(self, step: float) -> Model:
         """The model that the scene requires, with a step (s); its arrays are shared: who changes them copies first."""
-        return self._model._replace(step=step, stride=round(1.0 / self.rig.sensor.rate / step))
+        return self._model._replace(step=step, stride=round(1.0 / self.rig.rate / step))
 
     @property
     def model(self) -> Model:
@@ -283,7 +297,7 @@ class Scene(Choices):
         """Return the scene sampled at ``rate`` (1/s); step and frame interval become the next smaller ones that fit."""
         frames = max(floor(self.frame_interval * rate + 1e-6), 1) / rate if self.frame_interval else 0.0
         step = None if self.step is None else round_step(self.step, 1.0 / rate)
-        return self.with_(rig=self.rig.changed(sensor__rate=rate), frame_interval=frames, step=step)
+        return self.with_(rig=self.rig.sampled(rate), frame_interval=frames, step=step)
 
     def __repr__(self) -> str:
         """One line: speed, ring, length and step, and the rig."""
@@ -328,4 +342,4 @@ def steady_fields(rig: Rig, rpm: float, rule: StopRule) -> dict[str, float]:
             f"motor_rpm = {rpm:g}: {rule.longest_turns:g} turns of the loop take {seconds:.3g} s, a record at most "
             f"{LONGEST_RUN:g} s; use a higher speed"
         )
-    return {"lead_in": 0.0, "duration": ceil(seconds * rig.sensor.rate) / rig.sensor.rate}
+    return {"lead_in": 0.0, "duration": ceil(seconds * rig.rate) / rig.rate}

@@ -47,7 +47,7 @@ def usual_step(scene) -> float:
     tried = scene.rig.tried_step(scene.motor_rpm)
     if tried is not None and scene.integrator == "semi_implicit":
         step = min(step, tried.step)
-    return round_step(step, 1.0 / scene.rig.sensor.rate)
+    return round_step(step, 1.0 / scene.rig.rate)
 
 
 def allowed_step(scene, step: float, tension: float, share: float = 1.0) -> float:
@@ -59,7 +59,7 @@ def allowed_step(scene, step: float, tension: float, share: float = 1.0) -> floa
     cause, limit = min(limits.items(), key=lambda item: item[1], default=("", inf))
     if step <= limit:
         return step
-    sample = 1.0 / scene.rig.sensor.rate
+    sample = 1.0 / scene.rig.rate
     if scene.step is not None or limit < LEAST_SHARE * step:
         raise InputError(
             f"scene: step = {step!r}: too large for the {cause} at a tension of {tension:.4g} N, a bound that was not "

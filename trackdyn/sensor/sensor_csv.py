@@ -122,8 +122,11 @@ def _layout(path: Path, mapping: SensorMapping, opened: ExitStack) -> tuple[Layo
     Channels are read while ``opened`` is.
     """
     sought = f"column {mapping.axes['ay']!r} for ay" if "ay" in mapping.axes else "column for ay"
+    sought += f" of the group {mapping.group!r}" * bool(mapping.group)
 
     def ay_of(names, group=""):
+        if group and mapping.group and mapping.group != group:
+            return ""
         own = mapping.within(group)
         named = set(own.named) - ({"time"} if own.time == "none" else set())
         # a line of a preamble may have as many fields as a number asks for: what is named tells the header

@@ -2,7 +2,7 @@
 
 import re
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple, get_args
 
@@ -67,6 +67,11 @@ class SensorMapping(Section):
         ``day-first`` or ``month-first``, where both readings of the dates are possible and differ.
     from, to : float, optional
         Part to keep, s since the first row; ``start`` and ``to`` in Python.
+    group : str, optional
+        Group of channels that the columns belong to, or words in front of their names: ``front`` of ``front/ay``.
+    sensors : mapping
+        For a file with records of several sensors: by the name of each in the rig, the keys that are its own, such as
+        ``group`` or ``axes``. All others hold for every sensor.
     """
 
     model_config = ConfigDict(populate_by_name=True)
@@ -84,6 +89,17 @@ class SensorMapping(Section):
     dates: Literal["day-first", "month-first"] | None = None
     start: NotNegative = Field(default=0.0, alias="from")
     to: Positive | None = None
+    group: Name | None = None
+    sensors: dict[str, "SensorMapping"] = Field(default_factory=dict)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _complete(cls, data: Any) -> Any:
+        """Add to the mapping of every sensor what holds for all of them."""
+        if not isinstance(data, dict) or not isinstance(sensors := data.get("sensors"), dict):
+            return data
+        common = {name: value for name, value in data.items() if name != "sensors"}
+        return data | {"sensors": {name: _on_top(common, own) for name, own in sensors.items()}}
 
     @property
     def named(self) -> dict[str, str]:
@@ -104,6 +120,8 @@ class SensorMapping(Section):
             raise InputError(f"to = {self.to:g}: must be after from = {self.start:g}")
         if self.time == "none" and self.rate is None:
             raise InputError("time = none needs a rate in Hz, such as rate 1000")
+        if any(own.sensors for own in self.sensors.values()):
+            raise InputError("sensors: must not stand within the mapping of a sensor; write all of them side by side")
         if self.bits and not self.range:
             raise InputError(f"bits = {self.bits} needs the range in g that they span, such as range 16")
         if self.counts_per_g and (self.unit or (self.scale and self.bits)):
@@ -115,7 +133,27 @@ class SensorMapping(Section):
         prefix = re.compile(rf"(-?){re.escape(group)}/")
         axes = {axis: prefix.sub(r"\1", name) if prefix.match(name) else name for axis, name in self.axes.items()}
         time = self.time and self.time.removeprefix(f"{group}/")
-        return self.model_copy(update={"axes": axes, "time": time}) if group else self
+        return self.model_copy(update={"axes": axes, "time": time, "group": None}) if group else self
+
+    def of_sensors(
+        self, names: Iterable[str], path: Path | str, alone: str | None = None
+    ) -> dict[str, "SensorMapping"]:
+        """Mapping of every sensor of a rig by its name, or of the one that is compared ``alone``.
+
+        Raises `InputError`: the groups of the file ``path`` are not those of the sensors.
+        """
+        names = list(names)
+        compared = names if alone is None else [alone]
+        if not self.sensors and len(compared) == 1:
+            return {compared[0]: self}
+        if alone not in self.sensors if alone else self.sensors.keys() != set(names):
+            mapped = f"those of {', '.join(self.sensors)}" if self.sensors else "the columns of one"
+            raise InputError(
+                f"{path}: the rig has {len(names)} sensor{'s' * (len(names) > 1)}, {', '.join(names)}, and the mapping "
+                f"names {mapped}; write sensors: {{{names[0]}: {{group: NAME}}, ...}} into the mapping, one group a "
+                "sensor, or compare one with --sensor NAME"
+            )
+        return {name: self.sensors[name] for name in compared}
 
     def states(self, axis: str, columns: Mapping[str, tuple["Column", int]]) -> bool:
         """Whether unit, scale and zero are stated of an axis, too: it is named, or has the unit of ay."""
@@ -133,15 +171,26 @@ class SensorMapping(Section):
         return 2.0 ** (self.bits - 1) / self.range if self.bits and self.range else self.scale
 
 
+def _on_top(common: Any, own: Any) -> Any:
+    """Keys of ``own`` on top of ``common``, axis by axis; what is no mapping is refused where it is read."""
+    if not isinstance(own, dict):
+        return own
+    axes = common.get("axes"), own.get("axes")
+    both = {"axes": axes[0] | axes[1]} if all(isinstance(of, dict) for of in axes) else {}
+    return common | own | both
+
+
 @typed
 def load_mapping(path: Path | str | None = None, **options: Any) -> SensorMapping:
     """A mapping from a YAML file, with options that are not None or empty on top of it; or `InputError`."""
     data = {} if path is None else read_yaml(path)
     if isinstance(data, dict):
-        axes = data.get("axes") or {}
-        data = data | {name: value for name, value in options.items() if value not in (None, {}) and value is not False}
-        if isinstance(axes, dict) and options.get("axes"):
-            data["axes"] = axes | options["axes"]
+        options = {name: value for name, value in options.items() if value not in (None, {}) and value is not False}
+        data = _on_top(data, options)
+        if isinstance(sensors := data.get("sensors"), dict):
+            data["sensors"] = {
+                name: _on_top(own, options) if isinstance(own, dict) else own for name, own in sensors.items()
+            }
     return validated(SensorMapping, data, "the options of the sensor" if path is None else str(path))
 
 
@@ -196,6 +245,14 @@ def is_unit(text: str) -> bool:
 def choose(names: Sequence[str], units: Sequence[str], mapping: SensorMapping) -> dict[str, list[tuple[Column, int]]]:
     """Columns that may be meant by ``time``, ``ax``, ``ay`` and ``az``, each with a sign."""
     columns = [_column(k, *both) for k, both in enumerate(zip(names, units, strict=True))]
+    if mapping.group:
+        prefix = re.compile(rf"{re.escape(_plain(mapping.group))}[\s/_.:-]+")
+        of_group = {column.position for column in columns if prefix.match(column.base)}
+        columns = [
+            column._replace(base=prefix.sub("", column.base, count=1)) if column.position in of_group else column
+            for column in columns
+            if column.position in of_group or not _AXIS_NAME.fullmatch(column.base)
+        ]
     chosen = {}
     for axis, name in mapping.named.items():
         turned = name.startswith("-") and not _named(columns, name)

@@ -83,7 +83,7 @@ class Loop:
 
     @arrays.setter
     def arrays(self, arrays: LoopArrays) -> None:
-        self._scratch, self._lock = make_record(1, arrays.state), RLock()
+        self._scratch, self._lock = make_record(1, arrays.state, len(arrays.model.sensors.body)), RLock()
         self._entry: Callable | None = None
         self._show(loop_arrays.copied(arrays))
 
@@ -120,10 +120,10 @@ class Loop:
         finally:
             self._lock.release()
 
-    def _integrate_samples(self, record: Record, first: int, last: int, stride: int) -> None:
-        """Fill rows of a record with samples of ``stride`` steps."""
+    def _integrate_samples(self, record: Record, first: int, last: int, **changes: Any) -> None:
+        """Fill rows of a record; ``changes`` are those of the model: steps a sample, sensors."""
         kernel, (model, state, work), after = self._prepared
-        arguments = model._replace(stride=stride), state, work, record, (first, last), *after
+        arguments = model._replace(**changes), state, work, record, (first, last), *after
         if self._entry is None:
             self._entry = direct(kernel, *arguments)
         check_range(self._entry(*arguments), model, state)
@@ -140,7 +140,7 @@ class Loop:
         """
         count = int(within("count", count, 1, MOST_STEPS))
         with self._exclusive():
-            self._integrate_samples(self._scratch, 0, 1, count)
+            self._integrate_samples(self._scratch, 0, 1, stride=count)
 
     def advance(self, seconds: float, tick: Callable[[float], object] = lambda seconds: None) -> None:
         """Integrate for a time, rounded to whole steps.
@@ -183,14 +183,15 @@ class Loop:
         frame_stride = int(within("frame_stride", frame_stride, 0, MOST_STEPS))
         pitches = [int(within("pitches", pitch, 1, self.scene.rig.chain.pitches)) for pitch in pitches]
         frames = -(-count // frame_stride) if frame_stride else 0
-        record = make_record(count, self.arrays.state, pitches, frames, frame_stride, log_rows)
+        sensors = len(self.arrays.model.sensors.body)
+        record = make_record(count, self.arrays.state, sensors, pitches, frames, frame_stride, log_rows)
         self._fill(record, 0, count)
         return record
 
-    def _fill(self, record: Record, first: int, last: int) -> None:
+    def _fill(self, record: Record, first: int, last: int, **changes: Any) -> None:
         """Integrate and fill rows ``first`` to ``last - 1`` of a record made for this loop; kernels check no bounds."""
         with self._exclusive():
-            self._integrate_samples(record, first, last, self.arrays.model.stride)
+            self._integrate_samples(record, first, last, **changes)
 
     def record(
         self,
@@ -207,13 +208,13 @@ class Loop:
         seconds : float
             A whole number of sample intervals.
         pitches : sequence of int
-            Pitches whose contacts are recorded (1-based); empty: the sensor's.
+            Pitches whose contacts are recorded (1-based); empty: those of the sensors.
         frame_interval : float
             Time between recorded configurations, s; 0: none.
         contact_log : bool
             Log every contact with the sprocket.
         every_link : bool
-            Record the sensor's position on every link, and the contacts of every pitch.
+            Record a sensor on every link as well, and the contacts of every pitch.
 
         Raises
         ------
@@ -280,12 +281,13 @@ class Loop:
 
     @property
     def sensor_acceleration(self) -> np.ndarray:
-        """(3,) acceleration of the sensor's position in the link frame, x and y (m/s2), and the link's angle (rad).
+        """(k, 3) accelerations of the sensors in the frames of their bodies, x and y (m/s2), and angles of these (rad).
 
         Means over the last `step`, or over the last sample interval of `advance`; at rest before the first.
         """
         if not self.arrays.state.steps[0]:
-            return np.array([0.0, 0.0, self.arrays.state.angle[self.arrays.model.sensor.body]])
+            angle = self.arrays.state.angle[self.arrays.model.sensors.body]
+            return np.column_stack([np.zeros((len(angle), 2)), angle])
         return self._scratch.mean[0].copy()
 
     @property

@@ -12,6 +12,7 @@ from trackdyn.integrate.methods import METHODS
 from trackdyn.jit import FOLDER
 from trackdyn.model.arrays import CONTACT_INTERVAL, Plane, PlaneRecord, Record, make_record, make_state
 from trackdyn.model.constants import SPROCKET
+from trackdyn.scene.build import build_sensors
 from trackdyn.simulation.energy_balance import check_account
 from trackdyn.simulation.loop_arrays import filled, flat
 from trackdyn.simulation.recording import Recording, provenance
@@ -38,13 +39,12 @@ class Cost(NamedTuple):
 
 def cost(scene) -> Cost:
     """What a scene needs."""
-    links = scene.rig.chain.pitches if scene.every_link else 0
-    samples = scene.duration * scene.rig.sensor.rate
+    samples = scene.duration * scene.rig.rate
     wheels = 1 + len(scene.rig.rollers) if scene.loop == "on_wheels" else 1
     state = make_state(scene.bodies, 1, wheels)
     if scene.fidelity["space"].setting == "spatial":
         state = state._replace(plane=Plane(np.zeros(4), np.zeros(4)))
-    rooms = (make_record(count, state, scene.pitches or range(links or 1), links=links) for count in (1, 2))
+    rooms = (make_record(count, state, len(scene.sensors), scene.recorded_pitches) for count in (1, 2))
     one, two = (sum(array.nbytes for array in flat(room).values()) for room in rooms)
     file = samples * (two - one + 8)
     if scene.frame_interval:
@@ -95,7 +95,7 @@ class Recorder:
 
     def __init__(self, loop, scene=None, checked: bool = True, origin=None, room: float | None = None):
         self.loop, self.scene = loop, scene or loop.scene
-        scene, rate = self.scene, self.scene.rig.sensor.rate
+        scene, rate = self.scene, self.scene.rig.rate
         self.samples = round(scene.duration * rate)
         room = scene.duration if room is None else min(room + CHUNK, scene.duration)
         self._check_memory(room)
@@ -108,15 +108,15 @@ class Recorder:
         loop.arrays.work.alternating[:] = 0.0
         stride = round(scene.frame_interval * rate)
         frames = -(-self.samples // stride) if stride else 0
-        count = scene.rig.chain.pitches
+        self.sensors = build_sensors(scene.rig, loop.model.shoes, scene.sensors.values(), len(loop.angles))
         self.record: Record = make_record(
             round(room * rate),
             loop.state,
-            scene.pitches or (range(1, count + 1) if scene.every_link else (scene.rig.sensor.pitch,)),
+            len(scene.sensors),
+            scene.recorded_pitches,
             frames,
             stride,
             INTERVALS_A_CHUNK if scene.contact_log and scene.loop == "on_wheels" else 0,
-            count if scene.every_link else 0,
         )
         self.step_check = StepCheck(self, origin)
 
@@ -131,7 +131,7 @@ class Recorder:
     def _grow(self, least: int) -> None:
         """Make room for so many samples: twice as many as there are, but not more than are asked for."""
         count = min(max(GROWTH * len(self.record.gap), least), self.samples)
-        self._check_memory(count / self.scene.rig.sensor.rate)
+        self._check_memory(count / self.scene.rig.rate)
         rows = count - len(self.record.gap)
         self.record = _mapped(
             self.record, lambda array: np.concatenate([array, np.zeros_like(array, shape=(rows, *array.shape[1:]))])
@@ -139,12 +139,12 @@ class Recorder:
 
     def chunk(self) -> float:
         """Record the next chunk; returns its length, s."""
-        loop, rate = self.loop, self.scene.rig.sensor.rate
+        loop, rate = self.loop, self.scene.rig.rate
         last = min(self.done + max(round(CHUNK * rate), 1), self.samples)
         if last > len(self.record.gap):
             self._grow(last)
         start = time.perf_counter()
-        loop._fill(self.record, self.done, last)
+        loop._fill(self.record, self.done, last, sensors=self.sensors)
         self.wall += time.perf_counter() - start
         contact_log = self.record.contact_log
         count, room = int(contact_log.count[0]), len(contact_log.rows)
@@ -166,7 +166,7 @@ class Recorder:
 
     def driven(self, first: int = 0) -> float:
         """Seconds in which the speed that is asked for turns the sprocket as far as it turned since a sample."""
-        rate, drive_rate = self.scene.rig.sensor.rate, abs(self.loop.model.drive.rate)
+        rate, drive_rate = self.scene.rig.rate, abs(self.loop.model.drive.rate)
         made = np.abs(self.record.wheel_rate[first : self.done, SPROCKET])
         return round(float(made.sum() / drive_rate if drive_rate else len(made)) / rate, 9)
 
@@ -207,7 +207,7 @@ class Recorder:
         """What was recorded so far, if it is finite and its energy balance closed (`check_account`)."""
         self._check_account()
         record, scene = self.record, self.scene.with_(step=self.loop.model.step)
-        rate, stride = scene.rig.sensor.rate, record.frame_stride
+        rate, stride = scene.rig.rate, record.frame_stride
         if self.done < self.samples:
             frames = -(-self.done // stride) if 0 < stride <= self.done else 0
             record = _mapped(record, lambda array: array[: self.done])._replace(frame=record.frame[:frames])

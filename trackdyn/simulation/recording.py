@@ -2,7 +2,7 @@
 
 import platform
 import time
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from functools import cache, cached_property
 from importlib.metadata import version
 from math import pi
@@ -18,12 +18,13 @@ from trackdyn.model.arrays import make_record, make_state
 from trackdyn.model.constants import SPROCKET
 from trackdyn.rig.layout import belt_around
 from trackdyn.rig.rig import Rig
-from trackdyn.rig.validation import shown, typed
+from trackdyn.rig.sections import SensorParameters
+from trackdyn.rig.validation import shown, typed, within
 from trackdyn.scene.scene import Periods, Scene
 from trackdyn.simulation.loop_arrays import LARGEST
 from trackdyn.sources import source_hash
 
-FORMAT = 9
+FORMAT = 10
 
 
 def _nothing() -> np.ndarray:
@@ -32,22 +33,23 @@ def _nothing() -> np.ndarray:
 
 @dataclass(frozen=True)
 class Recording:
-    """Arrays of a run; ``s`` samples, ``p`` recorded pitches, ``w`` wheels, ``n`` bodies.
+    """Arrays of a run; ``s`` samples, ``k`` sensors, ``p`` recorded pitches, ``w`` wheels, ``n`` bodies.
 
     Attributes
     ----------
     time : (s,) array
         Time since the start of the record, at the end of each sample interval, s.
-    raw, mean : (s, 3) arrays
-        Acceleration of the sensor's point in the link frame, x and y (m/s2), and the link's angle
-        (rad): at the start of the interval's last step, and the mean over the sample interval.
+    raw, mean : (s, k, 3) arrays
+        Accelerations of the sensors' points in the frames of their bodies, x and y (m/s2), and the bodies' angles
+        (rad): at the start of the interval's last step, and the mean over the sample interval. Their order is that of
+        ``sensors``.
     gap : (s,) array
         Largest distance of the two pins of the cut joint within the interval, m.
     cut : (s, 2) array
         What the gap was before the projection of a step (m), and the velocity at which the two pins separate
         (m/s): largest values within the interval.
     link_position : (s, 2) array
-        Middle of the sensor's link, m.
+        Middle of the body that carries the first sensor, m.
     wheel_rate : (s, w) array
         Angular velocities of the sprocket and the other wheels, rad/s.
     energy : (s, 11) array
@@ -73,8 +75,6 @@ class Recording:
     wheel_offset, axial_force : (s, w) arrays
         Where the chain's plane crosses the axis of each wheel, from the wheel's middle, m; force of the
         chain on each wheel along its axis, mean over the sample interval, N. Empty for a planar run.
-    link_mean : (s, l, 3) array
-        ``mean`` of the sensor's position on every link, if the scene asks for it (``every_link``).
     meta : dict
         Scene, rig, derived layout, versions and source hash.
     wall : float
@@ -105,7 +105,6 @@ class Recording:
     plane: np.ndarray = field(default_factory=_nothing)
     wheel_offset: np.ndarray = field(default_factory=_nothing)
     axial_force: np.ndarray = field(default_factory=_nothing)
-    link_mean: np.ndarray = field(default_factory=_nothing)
 
     def __repr__(self) -> str:
         """Two lines: what was recorded, of which scene."""
@@ -120,9 +119,33 @@ class Recording:
         return Scene(Rig.model_validate(self.meta["rig"]), **self.meta["scene"])
 
     @property
+    def sensors(self) -> dict[str, SensorParameters]:
+        """The sensors by name, the rig's first (`Scene.sensors`)."""
+        return self.scene.sensors
+
+    def sensor_index(self, sensor: str | int) -> int:
+        """Index of a sensor that is given by name or index, from 0; `InputError` if there is none."""
+        names = list(self.sensors)
+        if isinstance(sensor, str):
+            if sensor not in names:
+                raise InputError(f"sensor = {shown(sensor)}: the recording has {', '.join(map(repr, names[:8]))}")
+            return names.index(sensor)
+        return int(within("sensor", sensor, 0, len(names) - 1, ", an index of the recording's sensors"))
+
+    def with_sensor(self, sensor: str | int) -> "Recording":
+        """Return the recording as one of a rig that carries this sensor alone; ``link_position`` stays."""
+        index = self.sensor_index(sensor)
+        if len(self.sensors) == 1:
+            return self
+        alone = list(self.sensors.values())[index].model_dump(mode="json")
+        rig = {name: content for name, content in self.meta["rig"].items() if name != "sensors"} | {"sensor": alone}
+        meta = self.meta | {"rig": rig, "scene": self.meta["scene"] | {"every_link": False}}
+        return replace(self, raw=self.raw[:, [index]], mean=self.mean[:, [index]], meta=meta)
+
+    @property
     def rate(self) -> float:
         """Samples per second."""
-        return float(self.scene.rig.sensor.rate)
+        return float(self.scene.rig.rate)
 
     @cached_property
     def turns(self) -> np.ndarray | None:
@@ -281,32 +304,36 @@ PARTS = 8
 
 
 def belt_recording(scene) -> Recording:
-    """A kinematic recording: the sensor on the path of the chain, nothing else.
+    """A kinematic recording: the sensors on the path of the chain, nothing else.
 
     Every pitch follows the path of the pins around the wheels, laid with the reference ring, at the speed that the
-    sprocket's teeth give. The link's middle is on the path, its x axis along it.
+    sprocket's teeth give. The middles of links and connectors are on the path, half a pitch apart, their x axes along
+    it.
     """
     rig, loop_hz, begin = scene.rig, scene.periods.loop_hz, time.perf_counter()
     scene = scene.with_(step=scene.time_step)
-    rate, pitches, samples = rig.sensor.rate, rig.chain.pitches, round(scene.duration * rig.sensor.rate)
+    rate, pitches, samples = rig.rate, rig.chain.pitches, round(scene.duration * rig.rate)
     path, _ = belt_around(rig)
     speed = path.length * loop_hz
-    dx, dy = rig.sensor.x - rig.chain.link_length / 2, rig.sensor.y
     # pitch 1 starts in the middle of the strand that runs onto the sprocket, as in the dynamic loop
     travelled = (scene.lead_in + scene.ramp / 2) * loop_hz
-    start = 0.5 * (path.start[-2] + path.start[-1]) + path.length * (travelled + (rig.sensor.pitch - 0.5) / pitches)
-    point, heading, curvature = path.along(start + speed * (np.arange(1, samples * PARTS + 1) / (rate * PARTS)))
-    turn = speed * curvature
-    motion = np.column_stack([-(turn**2) * dx, -speed * turn - turn**2 * dy, heading])
-    mean = motion.reshape(samples, PARTS, 3).mean(axis=1)
-    mean[:, 2] = motion[PARTS // 2 - 1 :: PARTS, 2]
-    empty = make_record(samples, make_state(2 * pitches, pitches, 1 + len(rig.rollers)))
+    sensors, time_s = list(scene.sensors.values()), np.arange(1, samples * PARTS + 1) / (rate * PARTS)
+    empty = make_record(samples, make_state(2 * pitches, pitches, 1 + len(rig.rollers)), len(sensors))
+    for k, sensor in reversed(list(enumerate(sensors))):
+        on_link = sensor.body == "link"
+        around = travelled + (sensor.pitch - (0.5 if on_link else 0.0)) / pitches
+        start = 0.5 * (path.start[-2] + path.start[-1]) + path.length * around
+        point, heading, curvature = path.along(start + speed * time_s)
+        dx, dy = sensor.x - (rig.chain.link_length if on_link else rig.connector_length) / 2, sensor.y
+        turn_rate = speed * curvature
+        motion = np.column_stack([-(turn_rate**2) * dx, -speed * turn_rate - turn_rate**2 * dy, heading])
+        empty.raw[:, k] = motion[PARTS - 1 :: PARTS]
+        empty.mean[:, k] = motion.reshape(samples, PARTS, 3).mean(axis=1)
+        empty.mean[:, k, 2] = motion[PARTS // 2 - 1 :: PARTS, 2]
     empty.wheel_rate[:, SPROCKET] = scene.sprocket_rate
-    same = ("gap", "cut", "wheel_rate", "energy", "force", "area", "groove", "pitches", "frame")
+    same = ("raw", "mean", "gap", "cut", "wheel_rate", "energy", "force", "area", "groove", "pitches", "frame")
     return Recording(
         time=np.arange(1, samples + 1) / rate,
-        raw=motion[PARTS - 1 :: PARTS],
-        mean=mean,
         link_position=point[PARTS - 1 :: PARTS],
         contact_log=empty.contact_log.rows,
         begin=scene.lead_in + scene.ramp,

@@ -60,7 +60,7 @@ def replay(recording: Recording, seconds: float | None = None, progress: bool = 
     `DivergenceError`.
     """
     scene, turn = recording.scene, recording.periods.turn
-    rate = scene.rig.sensor.rate
+    rate = scene.rig.rate
     if seconds is None:
         seconds = min(turn, LONGEST_STRETCH) if np.isfinite(turn) else STANDING
         seconds = max(min(seconds, recording.seconds), 1 / rate)
@@ -83,8 +83,8 @@ def replay(recording: Recording, seconds: float | None = None, progress: bool = 
 def _observe(loop: Loop, recording: Recording, complete: bool, frames: int, stride: int, tick) -> Replay:
     scene, model, state = loop.scene, loop.model, loop.state
     n, wheels, pitches = len(state.angle), len(model.wheels.x), scene.rig.chain.pitches
-    rate, begins = scene.rig.sensor.rate, loop.time
-    record = make_record(frames * stride, state, range(1, pitches + 1))
+    rate, begins = scene.rig.rate, loop.time
+    record = make_record(frames * stride, state, len(model.sensors.body), range(1, pitches + 1))
     bodies, around, turned = np.zeros((frames, n, 3)), np.zeros((frames, wheels, 3)), np.zeros(frames)
     tension, contacts = np.zeros((frames, n)), []
     for k in range(frames):
@@ -102,9 +102,9 @@ def _observe(loop: Loop, recording: Recording, complete: bool, frames: int, stri
     joints = length / length[-1] * pitches
     middles = (length - model.chain.length / 2) / length[-1] * pitches
     spans, origin = _spans(contacts, middles, moved, wheels, pitches)
-    both = min(len(record.gap), len(recording.time))
+    both, sensors = min(len(record.gap), len(recording.time)), record.mean.shape[1]
     distance = np.abs(record.link_position[:both] - recording.link_position[:both]).max()
-    apart = np.array([distance, np.abs(record.mean[:both, :2] - recording.mean[:both, :2]).max()])
+    apart = np.array([distance, np.abs((record.mean[:both] - recording.mean[:both, :sensors])[..., :2]).max()])
     return Replay(
         loop, np.arange(1, frames + 1) * stride / rate, stride / rate, bodies, around, turned, contacts, tension,
         (joints[None, :] + moved[:, None] - origin) % pitches, spans, record, begins,

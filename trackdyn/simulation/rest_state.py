@@ -77,7 +77,7 @@ class DampedLoop:
         linearly = METHODS[scene.integrator].linearly_implicit
         self.work = equip(work, METHODS["linearly_implicit" if linearly else "semi_implicit"])
         lay_state(self.state, assembly)
-        self.record = make_record(1, self.state)
+        self.record = make_record(1, self.state, len(self.model.sensors.body))
 
     def tension(self) -> float:
         """Tension of the chain at the cut joint, in the middle of the last strand, N."""
@@ -187,7 +187,7 @@ def settling_step(scene: Scene, tension: float, longest: float = inf) -> float:
     step = min(longest, SETTLING_STEP)
     if not METHODS[scene.integrator].linearly_implicit:
         step = min(step, max(largest_step(scene.model, tension), LEAST_STEP))
-    return round_step(step, 1.0 / scene.rig.sensor.rate)
+    return round_step(step, 1.0 / scene.rig.rate)
 
 
 def arc_depths(scene: Scene, model: Model, work: Work, angle: float) -> np.ndarray:

@@ -44,7 +44,7 @@ def check_rig(rig: Rig, rpm: float, settle: bool = True) -> RigReport:
     path, order = belt_around(rig, laid.shift, float(lengths[0]))
     names = wheel_names(rig)
     wraps = {names[wheel]: degrees(float(path.wrap[k])) for k, wheel in enumerate(order)}
-    sample = 1.0 / rig.sensor.rate
+    sample = 1.0 / rig.rate
     step = largest_step(Scene(rig, rpm).model, rig.tension.pre_tension)
     values = {
         "loop": (
@@ -89,7 +89,7 @@ def try_steps(settled: Loop, rpm: float) -> tuple[float | None, list[float]]:
 
     Returned are the largest step that holds with half of it, s, None if none does, and the steps that ran.
     """
-    sample = 1.0 / settled.scene.rig.sensor.rate
+    sample = 1.0 / settled.scene.rig.rate
     scene = {"motor_rpm": rpm, "ramp": RAMP, "every_link": True, "duration": SECONDS}
     # a scene is judged at the pre-tension, a loop at the tension that it settles at
     tensions = settled.layout["settled_tension_n"], settled.scene.rig.tension.pre_tension

@@ -63,11 +63,11 @@ def simulate(
     with bar:
         if checkpoint is not None and Path(checkpoint).exists():
             writer = _resumed(checkpoint, scene)
-            bar.update(lead + writer.done / scene.rig.sensor.rate)
+            bar.update(lead + writer.done / scene.rig.rate)
         else:
             loop = Loop(scene, starts)
             origin = loop.copy()
-            loop.copy().advance(1.0 / scene.rig.sensor.rate)  # settling and compilation are over
+            loop.copy().advance(1.0 / scene.rig.rate)  # settling and compilation are over
             bar.unpause()
             loop.advance(lead, bar.update)
             writer = Recorder(loop, origin=origin)

@@ -71,7 +71,7 @@ class Difference(NamedTuple):
 class RunStatistics(NamedTuple):
     """What is compared of two runs."""
 
-    rms: np.ndarray  # (1,) or (2,) of the sensor, and of all links where they are recorded, m/s2
+    rms: np.ndarray  # (k,) of every sensor of the rig, and one of all links where they are recorded, m/s2
     peaks: np.ndarray  # (3,) sums of the largest forces of all pitches: left arcs, right arcs, ring; N
     isolated: float  # share of ``peaks`` in forces that stand for one step, the largest of the sides
 
@@ -95,7 +95,7 @@ def _carries(peaks):
 
 def run_statistics(record: Record, rows: slice, ended: list[np.ndarray], model: Model, begin: float) -> RunStatistics:
     """Statistics of samples, of contacts that ended in them and of open ones; ``begin`` of their log, s."""
-    chain = model.chain
+    chain, mean, own = model.chain, record.mean[rows], len(model.sensors.body)
 
     def rms(mean):
         ay = mean[..., 1] + chain.gravity * np.cos(mean[..., 2])
@@ -106,7 +106,7 @@ def run_statistics(record: Record, rows: slice, ended: list[np.ndarray], model: 
     peaks = largest.sum(axis=0)
     carries = _carries(peaks)
     return RunStatistics(
-        np.array([rms(mean[rows]) for mean in (record.mean, record.link_mean) if mean[rows].size]),
+        np.array([rms(mean[:, of]) for of in (*range(own), slice(own, None)) if mean[:, of].size]),
         peaks,
         float((isolated.sum(axis=0)[carries] / peaks[carries]).max(initial=0.0)),
     )
@@ -199,7 +199,7 @@ class StepCheck:
         Raises `DivergenceError`: it is doubtful, and with a finer step RMS differs by more than `RMS`, or
         peaks by more than `PEAKS` where contacts flip.
         """
-        recorder, rate = self.recorder, self.recorder.scene.rig.sensor.rate
+        recorder, rate = self.recorder, self.recorder.scene.rig.rate
         seconds = (recorder.done - self.first) / rate
         if self.origin is not None and (seconds >= PIECE or recorder.finished):
             self._judge(seconds)
@@ -209,7 +209,7 @@ class StepCheck:
 
     def _judge(self, seconds: float) -> None:
         recorder = self.recorder
-        model, rows = recorder.loop.model, recorder.record.mean[self.first : recorder.done]
+        model, rows = recorder.loop.model, recorder.record.mean[self.first : recorder.done, 0]
         coarse, alternating = recorder.statistics(self.first, self.ended), recorder.alternating - self.alternating
         unresolved = unresolved_reason(alternating, model, rows, recorder.driven(self.first), coarse.isolated)
         self.unresolved = self.unresolved or unresolved  # also where no finer step can be tried
@@ -253,6 +253,6 @@ class StepCheck:
     def resolution(self) -> Resolution:
         """State of the resolution of the record so far."""
         recorder = self.recorder
-        mean, model, driven = recorder.record.mean[: recorder.done], recorder.loop.model, recorder.driven()
+        mean, model, driven = recorder.record.mean[: recorder.done, 0], recorder.loop.model, recorder.driven()
         unresolved = self.unresolved or unresolved_reason(recorder.alternating, model, mean, driven, 0.0)
         return resolution(recorder.alternating, model, mean, driven, unresolved, self.difference)

@@ -49,7 +49,7 @@ def scene_of_speed(rig: Rig, speed: MeasuredSpeed, seconds: float, later: float 
     allows; it begins ``later`` than others, s.
     """
     fields = preset(speed.preset, speed.ring_radius is not None) | dict(speed.choices)
-    rig = rig.changed(sensor__rate=speed.rate)
+    rig = rig.sampled(speed.rate)
     duration = ceil(seconds * speed.rate + 1) / speed.rate
     made = {"duration": duration, "lead_in": LEAD_IN + later, "contact_log": False}
     scene = Scene(rig, speed.rpm, speed.ring_radius, **fields | made | {"step": None})

@@ -59,10 +59,9 @@ def read_records(
         raise InputError(
             f"--rpm is given {len(rpm)} times for {len(paths)} records; give it once per record, or not at all"
         )
+    mapping = mapping.sensors.get(next(iter(rig.accelerometers)), mapping)
     records = [
-        _measured(
-            read_sensor_csv(path, mapping, rig.sensor.range, rig.gravity or 9.81), rig, speed, ring_radius, preset
-        )
+        _measured(read_sensor_csv(path, mapping, rig.first_sensor.range, rig.g), rig, speed, ring_radius, preset)
         for path, speed in zip(paths, rpm or [None] * len(paths), strict=True)
     ]
     for k, measurement in enumerate(records):
@@ -97,8 +96,8 @@ def _measured(record: SensorRecord, rig: Rig, rpm: float | None, ring_radius: fl
     record.require_turns(1 / loop_hz, LEAST_TURNS)
     require_axes(record, rig, rpm or loop_hz * a_turn_at_1_rpm)
     try:
-        faster, slower = whole_ratio(record, rig.sensor.rate)
-        rate = rig.sensor.rate
+        faster, slower = whole_ratio(record, rig.rate)
+        rate = rig.rate
     except InputError:  # the simulation takes the rate of the record
         faster, slower, rate = 1, 1, round(record.rate_hz)
     record = record.averaged(faster)

@@ -57,7 +57,7 @@ def native(scene):
     """What the loop itself does with the same inputs, taken from it without the unit."""
     loop, rows, now = Loop(scene), [], (115.0, 0.0)
     settled, count = loop.layout["tensioner_shift_m"], round(EXCHANGE / scene.time_step)
-    body = loop.model.sensor.body
+    body = loop.model.sensors.body[0]
     for k in range(round(UNTIL / EXCHANGE)):
         wanted = CHANGES.get(round(k * EXCHANGE, 9), now)
         if wanted[0] != now[0]:
@@ -71,11 +71,11 @@ def native(scene):
         set_model(loop, stride=1)
         record = loop.samples(count)  # rows of one step: the mean over the exchange is theirs
         set_model(loop, stride=whole)
-        mean = record.mean.mean(axis=0)
+        mean = record.mean.mean(axis=0)[0]
         felt = specific_force(mean[:2], mean[2], scene.rig.gravity) / scene.rig.gravity
         turned = loop.state.wheel_angle[0] - angle
         rows.append([*loop.wheel_rates, *felt, (loop.energy["sprocket_work"] - energy) / turned, loop.gap])
-    assert body == 2 * (scene.rig.sensor.pitch - 1)
+    assert body == 2 * (scene.rig.first_sensor.pitch - 1)
     return np.array(rows)
 
 

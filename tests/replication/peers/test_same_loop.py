@@ -32,7 +32,7 @@ def test_rms_of_a_known_motion():
 
 def test_error_of_the_point_is_that_of_its_step(rig, monkeypatch):
     """Made-up runs with an error of 1 % at a step of 1 ms, of order 2; what comes before the record is left out."""
-    rate = rig.sensor.rate
+    rate = rig.rate
 
     def run(scene, step):
         samples = round((scene.ramp + scene.duration) * rate) + 1
@@ -74,8 +74,8 @@ def link_centres(scene):
     """Mass centres of all links at every sample of a record of this simulator, (s, 35, 2), m."""
     loop, centres = Loop(scene), []
     loop.advance(scene.ramp + scene.lead_in)
-    for _ in range(round(scene.duration * scene.rig.sensor.rate)):
-        loop.advance(1 / scene.rig.sensor.rate)
+    for _ in range(round(scene.duration * scene.rig.rate)):
+        loop.advance(1 / scene.rig.rate)
         centres.append(loop.mass_centres[::2])
     return np.array(centres)
 
@@ -87,7 +87,7 @@ def test_accelerations_of_all_links_and_peaks_of_tooth_forces_are_those_of_the_o
     """
     pytest.importorskip("exudyn")
     scene = Scene(rig, 210.0, 0.308, step=2e-5, ramp=0.3, lead_in=0.2, duration=0.6, **PEER_LAWS)
-    loop, rate, begin = Loop(scene), rig.sensor.rate, scene.ramp + scene.lead_in
+    loop, rate, begin = Loop(scene), rig.rate, scene.ramp + scene.lead_in
     contacts, drive, chain = make_contacts(scene, loop.layout["tensioner_shift_m"]), loop.model.drive, loop.model.chain
     smooth = contacts.law.copy()
     smooth[:, 2:4] = 0.0  # friction

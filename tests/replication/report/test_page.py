@@ -27,7 +27,7 @@ from trackdyn.sources import source_hash
 ROOT = Path(__file__).parents[3]
 RIG_FILE = ROOT / "config" / "rigs" / "paper.yaml"
 RIG = load_rig(RIG_FILE)
-RATE = RIG.sensor.rate
+RATE = RIG.rate
 
 
 def made(sources=None):

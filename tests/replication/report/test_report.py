@@ -112,7 +112,7 @@ def test_a_figure_is_drawn_once_a_file(tmp_path, monkeypatch, layout):
 def test_picket_fence_of_the_printed_record_at_115_rpm():
     run = recording(rpm=115.0)
     time, ay = wave(LOOP_HZ * 115 / 210, seconds=90.0)
-    mean = np.column_stack([0 * ay, (ay - 1) * RIG.gravity, 0 * ay])
+    mean = np.column_stack([0 * ay, (ay - 1) * RIG.gravity, 0 * ay])[:, None]
     shown = texts(spectrum_figure(replace(run, time=time, mean=mean, raw=mean), sensor(0.13)))
     assert "bin 11.50" in shown
     assert "64 %" in shown

@@ -72,11 +72,11 @@ def run_peer(scene: Scene, step: float, watch: Callable | None = None) -> tuple[
     model = loop.model
     free = free_wheels(scene, model)
     contacts = make_contacts(scene, loop.layout["tensioner_shift_m"])
-    times = scene.ramp + scene.duration, step, 1.0 / scene.rig.sensor.rate
+    times = scene.ramp + scene.duration, step, 1.0 / scene.rig.rate
     about = {"contacts": contacts, "wheels": free, "drive": model.drive, "watch": watch}
     run = run_exudyn_loop(model.chain, start_of(loop.state), *times, **about)
-    first = round(scene.ramp * scene.rig.sensor.rate) + 1
-    return run, run.centre[first:, 2 * (scene.rig.sensor.pitch - 1), 1]
+    first = round(scene.ramp * scene.rig.rate) + 1
+    return run, run.centre[first:, 2 * (scene.rig.first_sensor.pitch - 1), 1]
 
 
 def compare_codes(
@@ -122,8 +122,8 @@ def compare_codes(
     for reading in readings:
         scene = peer_scene(rig, reading, speed_rpm, duration_s, step)
         if reading != readings[0]:
-            samples = round(rig.sensor.rate / scene.periods.loop_hz)
-            scene = peer_scene(rig, reading, speed_rpm, samples / rig.sensor.rate, step)
+            samples = round(rig.rate / scene.periods.loop_hz)
+            scene = peer_scene(rig, reading, speed_rpm, samples / rig.rate, step)
         recording = ours[step][0] if reading == readings[0] else simulate(scene)
         if frame is None:
             frame, shift = recording.frame[0], float(recording.meta["layout"]["tensioner_shift_m"])
@@ -162,7 +162,7 @@ def _ladder(code: str, runs: dict, accuracy_pct: float) -> tuple[list[dict], flo
 
 def _frame(scene: Scene, run: PeerRun, sprocket_angle: float) -> np.ndarray:
     """Configuration of the other code at the first recorded sample, as the pictures want it."""
-    k = round(scene.ramp * scene.rig.sensor.rate) + 1
+    k = round(scene.ramp * scene.rig.rate) + 1
     angle = run.angle[k]
     arm = 0.5 * scene.rig.chain.link_length
     pin = run.centre[k, 0] - arm * np.array([np.cos(angle[0]), np.sin(angle[0])])

@@ -37,7 +37,7 @@ def peer_point(rig: Rig, steps_s: Sequence[float]) -> pd.DataFrame:
     except InputError as error:
         print(f"not run: {error}")
         return pd.DataFrame(columns=["step_s", "error", "cpu_s"])
-    rate = rig.sensor.rate
+    rate = rig.rate
     scene = study_scene(rig, *PICTURED, 1, tension="locked", contact_log=False, **PEER_LAWS)
     first = round((scene.ramp + scene.lead_in) * rate) + 1
     scene = scene.with_(lead_in=0.0, duration=scene.lead_in + scene.duration)

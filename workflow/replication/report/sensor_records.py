@@ -21,15 +21,16 @@ def main(job) -> None:
     """Rule `sensor_records`."""
     params, mapping, rows = job.params, load_mapping(*job.input.mapping), []
     rig = load_rig(job.input.rig)
+    mapping = mapping.sensors.get(next(iter(rig.accelerometers)), mapping)
     what = "synthetic, not measured" if params.synthetic else "as compared"
     for rpm, path, out in zip(params.speeds, job.input.sensors, job.output.records, strict=True):
-        record = read_sensor_csv(path, mapping, rig.sensor.range, rig.gravity or 9.81)
+        record = read_sensor_csv(path, mapping, rig.first_sensor.range, rig.g)
         record.require_turns(Periods.at(rig, rpm).loop, LEAST_PERIODS)
         require_axes(record, rig, rpm)
-        faster, slower = whole_ratio(record, rig.sensor.rate)
+        faster, slower = whole_ratio(record, rig.rate)
         if slower > 1:
             raise InputError(
-                f"{path}: has {record.rate_hz:.6g} samples a second, fewer than the simulation's {rig.sensor.rate:g}; "
+                f"{path}: has {record.rate_hz:.6g} samples a second, fewer than the simulation's {rig.rate:g}; "
                 f"set sensor.rate of the rig to {round(record.rate_hz)}"
             )
         record = record.averaged(faster)

@@ -32,7 +32,8 @@ def model_figure(rig: Rig, frame, shift: float, missing: str = "") -> Figure:
     """
     figure = new_figure(5.6)
     complete, tooth = figure.subplots(2, 1, height_ratios=(1.25, 1.0))
-    drawing.draw_loop(complete, rig, frame, shift, rig.sprocket.ring_radius, highlight=(2 * (rig.sensor.pitch - 1),))
+    body = 2 * (rig.first_sensor.pitch - 1)
+    drawing.draw_loop(complete, rig, frame, shift, rig.sprocket.ring_radius, highlight=(body,))
     complete.set_aspect("equal")
     complete.margins(0.03)
     complete.autoscale_view()

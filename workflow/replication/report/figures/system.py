@@ -164,7 +164,7 @@ def setup_figure(rig: Rig) -> Figure:
     ax = figure.subplots()
     _draw_system(ax, rig, frame, shift, (body,))
     angles = drawing.chain_points(rig, frame)[1]
-    sensor = drawing.placed([[rig.sensor.x, rig.sensor.y]], pins[body], angles[body])[0]
+    sensor = drawing.placed([[rig.first_sensor.x, rig.first_sensor.y]], pins[body], angles[body])[0]
     up = marks.polar(angles[body] + pi / 2)
     box = drawing.placed([[-0.025, 0.0], [0.025, 0.0], [0.025, 0.04], [-0.025, 0.04]], sensor, angles[body])
     ax.add_patch(Polygon(box, facecolor=ORANGE, edgecolor=BLACK, zorder=drawing.Z_MARK))
@@ -172,8 +172,8 @@ def setup_figure(rig: Rig) -> Figure:
         end = sensor + 0.02 * up + 0.16 * marks.polar(angles[body] + start)
         marks.arrow(ax, sensor + 0.02 * up, end, color=BLACK, linewidth=1.0)
         marks.write_mark(ax, end + 0.03 * marks.polar(angles[body] + start), f"${name}$")
-    text = f"wireless acceleration sensor on link {rig.sensor.pitch}\n"
-    text += f"{rig.sensor.rate} Hz, \N{PLUS-MINUS SIGN}{rig.sensor.range:g} g"
+    text = f"wireless acceleration sensor on link {rig.first_sensor.pitch}\n"
+    text += f"{rig.rate} Hz, \N{PLUS-MINUS SIGN}{rig.first_sensor.range:g} g"
     marks.leader(ax, sensor + 0.04 * up - [0.02 * side, 0.0], text, sensor + [-0.55 * side, 0.36])
     half, ends = np.array([0.22, 0.12]), (pins[:, 0].min(), pins[:, 0].max())
     x = ends[side > 0] + 0.36 * side  # place of the boxes, beside the sprocket

@@ -39,7 +39,7 @@ def default_step_errors(rigs: Iterable[str], speeds: Mapping[str, Iterable[float
         for ring, rpm in ((ring, rpm) for ring, all_of in speeds.items() for rpm in all_of):
             if ring == "own" and rig.ring_radius is None:
                 continue
-            seconds = whole_samples(rig.sensor.rate, TURNS * Periods.at(rig, rpm).turn + 0.01)
+            seconds = whole_samples(rig.rate, TURNS * Periods.at(rig, rpm).turn + 0.01)
             fields = {"duration": seconds, "lead_in": LEAD_IN, "every_link": True}
             scene = Scene(rig, rpm, rig.ring_radius if ring == "own" else None, **fields)
             try:

@@ -51,7 +51,7 @@ def judge_promises(
                 chosen = plan(Scene(rig, rpm, ring), {measure: tolerance}, LONGEST_RECORD)
                 begin = process_time()
                 answer = chosen.run()
-                value, seconds = answer.measures[measure].value, len(answer.recording.time) / rig.sensor.rate
+                value, seconds = answer.measures[measure].value, len(answer.recording.time) / rig.rate
                 error = abs(value - limit.value) / scale_of(measure, limit.value)
                 row |= {"cpu_s": process_time() - begin, "duration_s": seconds, "achieved_error": error}
                 row |= {"met": bool(np.isfinite(error) and error <= tolerance), "step_s": chosen.scene.step}

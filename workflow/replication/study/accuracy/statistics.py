@@ -24,7 +24,7 @@ MEASURES = RELATIVE + SHARES + ABSOLUTE
 
 def study_scene(rig, rpm: float, ring: float | None, turns: int, **fields) -> Scene:
     """A record of whole revolutions of the loop after four seconds of running."""
-    duration = whole_samples(rig.sensor.rate, turns * Periods.at(rig, rpm).loop + 0.01)
+    duration = whole_samples(rig.rate, turns * Periods.at(rig, rpm).loop + 0.01)
     return Scene(rig, rpm, ring, duration=duration, lead_in=LEAD_IN, **fields)
 
 

@@ -81,7 +81,7 @@ def run_answer(scene: Scene) -> AnswerCost:
     """Run a scene and measure all of its links, of which those of a belt do alike."""
     if scene.chain == "belt":
         begin = process_time()
-        scene = scene.with_(duration=whole_samples(scene.rig.sensor.rate, BELT_TURNS / scene.periods.loop_hz))
+        scene = scene.with_(duration=whole_samples(scene.rig.rate, BELT_TURNS / scene.periods.loop_hz))
         statistics = statistics_of(simulate(scene))
         names = ("rms", "sd", "line", "high_frequency")
         series = {name: Series(np.array([statistics[name]]), np.array([0])) for name in names}

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from replication.study.extremes.judge import GAP, attempted, below
-from trackdyn.measure.sensor import specific_force
+from trackdyn.measure.sensor import readings
 from trackdyn.measure.spectra import rms
 from trackdyn.rig.rig import Rig
 from trackdyn.scene.scene import Scene
@@ -36,17 +36,17 @@ def run_long(rig: Rig, seconds: float, turns: int, rpm: float = 210.0) -> pd.Dat
     A chunk is of so many turns of the loop: statistics of whole revolutions can be compared.
     """
     scene = Scene(rig, rpm, duration=1.0, step=1e-4, contact_log=False)
-    loop, rate = Loop(scene), rig.sensor.rate
+    loop, rate = Loop(scene), rig.rate
     loop.advance(scene.ramp + scene.lead_in)
     samples = round(turns / scene.periods.loop_hz * rate)
     chunk = samples / rate
     rows = []
     for _ in range(round(seconds / chunk)):
         record = loop.samples(samples)
-        ay = specific_force(record.mean[:, :2], record.mean[:, 2], rig.gravity)[:, 1] / (rig.gravity or 9.81)
+        ay = readings(record.mean[:, 0], rig, rig.first_sensor.range)[:, 1]
         row = {"time_s": loop.time, "loop_gap_max_m": float(record.gap.max())}
         row |= {"energy_residual": open_share(record.energy, loop.model, chunk)[0]}
-        row |= {"rms_g": rms(np.clip(ay, -rig.sensor.range, rig.sensor.range)), "resident_mb": resident_mb()}
+        row |= {"rms_g": rms(ay), "resident_mb": resident_mb()}
         rows.append(row)
     return pd.DataFrame(rows)
 

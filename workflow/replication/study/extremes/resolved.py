@@ -77,7 +77,7 @@ def run_short(number: int, seed: int = SEED) -> dict:
         loop = Loop(probe)
         limit = largest_step(loop.model, rig.tension.pre_tension, loop.layout["settled_tension_n"])
         limit = min(limit, LARGEST)
-        step = round_step(settings["share"] * limit, 1.0 / rig.sensor.rate)
+        step = round_step(settings["share"] * limit, 1.0 / rig.rate)
         loop = Loop(probe.with_(step=step))
         fine, _ = _run(Loop(probe.with_(step=step / FINER)), settings["seconds"], False)
     except (InputError, DivergenceError) as error:

@@ -1,0 +1,218 @@
+"""Several sensors on one rig: each reads what it would alone, and is compared with its own group of a file."""
+
+import numpy as np
+import pytest
+import yaml
+
+from tests.conftest import recorded, run_command
+from trackdyn.errors import InputError
+from trackdyn.measure.compare import compare_with_sensor
+from trackdyn.measure.measures import measures
+from trackdyn.measure.metrics import remarks
+from trackdyn.measure.sensor import sense
+from trackdyn.rig.rig import load_rig
+from trackdyn.scene.scene import Scene
+from trackdyn.sensor.sensor_csv import read_sensor_csv
+from trackdyn.sensor.sensor_mapping import load_mapping
+from trackdyn.simulation.recording import load_recording
+from trackdyn.simulation.simulate import simulate
+
+PLACES = {
+    "front": {"pitch": 4, "x": 0.03, "y": 0.02},
+    "rear": {"pitch": 20, "body": "connector", "x": 0.01, "y": -0.01},
+}
+PLACES = {name: place | {"rate": 1000, "range": 20.0} for name, place in PLACES.items()}
+BELT = {"chain": "belt", "ring_radius": None, "contact_log": False}
+
+
+def with_sensors(rig, **places):
+    return rig.changed(sensor=None, sensors=places)
+
+
+@pytest.mark.parametrize(
+    "fields",
+    [{}, {"integrator": "linearly_implicit", "step": 5e-4}, {"integrator": "rk4", "step": 5e-5}, BELT],
+    ids=["semi_implicit", "linearly_implicit", "rk4", "belt"],
+)
+def test_two_sensors_read_what_each_reads_alone(make_scene, rig, fields):
+    fields = {"duration": 0.05, "lead_in": 0.0, "ramp": 0.2, "motor_rpm": 210.0} | fields
+    run = simulate if fields.get("chain") else recorded
+    both = run(make_scene(rig=with_sensors(rig, **PLACES), **fields))
+    assert list(both.sensors) == ["front", "rear"]
+    for k, (name, place) in enumerate(PLACES.items()):
+        alone = run(make_scene(rig=rig.changed(sensor=place), **fields))
+        np.testing.assert_array_equal(both.mean[:, k], alone.mean[:, 0])
+        np.testing.assert_array_equal(both.raw[:, k], alone.raw[:, 0])
+        for signal in (sense(both, sensor=name), sense(both, sensor=k), sense(both.with_sensor(name))):
+            np.testing.assert_array_equal([signal.ax, signal.ay], [sense(alone).ax, sense(alone).ay])
+        np.testing.assert_array_equal(both.energy, alone.energy)
+
+
+def test_the_pin_that_two_bodies_share_has_one_acceleration(make_scene, rig):
+    common = {"y": 0.0, "rate": 1000, "range": 20.0}
+    ends = {
+        "link": common | {"pitch": 9, "x": rig.chain.link_length},
+        "connector": common | {"pitch": 9, "body": "connector", "x": 0.0},
+        "end": common | {"pitch": 9, "body": "connector", "x": rig.connector_length},
+        "next_link": common | {"pitch": 10, "x": 0.0},
+    }
+    recording = recorded(make_scene(210.0, rig=with_sensors(rig, **ends), duration=0.02, lead_in=0.0, ramp=0.2))
+    (ax, ay), angle = np.moveaxis(recording.raw[..., :2], -1, 0), recording.raw[..., 2]
+    c, s = np.cos(angle), np.sin(angle)
+    pins = np.stack([c * ax - s * ay, s * ax + c * ay], axis=-1)
+    size = np.abs(pins).max()
+    np.testing.assert_allclose(pins[:, 0], pins[:, 1], rtol=0, atol=1e-9 * size)
+    np.testing.assert_allclose(pins[:, 2], pins[:, 3], rtol=0, atol=1e-9 * size)
+    assert np.abs(pins[:, 1] - pins[:, 2]).max() > 1e-3 * size
+
+
+def test_on_a_belt_a_connector_follows_its_link_by_half_a_pitch(rig):
+    on_link = {"pitch": 7, "x": rig.chain.link_length / 2, "y": 0.01, "rate": 1000, "range": 20.0}
+    on_connector = on_link | {"body": "connector", "x": rig.connector_length / 2}
+    moving = with_sensors(rig, link=on_link, connector=on_connector)
+    rpm = 210.0 * Scene(moving, 210.0, **BELT).periods.passage / 0.1  # half a passage lasts 50 samples
+    recording = simulate(Scene(moving, rpm, duration=1.0, **BELT))
+    wave = np.exp(1j * recording.raw[..., 2])
+    np.testing.assert_allclose(recording.raw[50:, 0, :2], recording.raw[:-50, 1, :2], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(wave[50:, 0], wave[:-50, 1], rtol=0, atol=1e-9)
+
+
+def test_measures_and_limits_are_those_of_each_sensor(rig):
+    near = PLACES | {"rear": PLACES["rear"] | {"range": 0.9}}
+    recording = simulate(Scene(with_sensors(rig, **near), 210.0, duration=10.0, **BELT))
+    table = measures(recording)
+    assert list(table.loc["rms_g"].sensor) == ["front", "rear"]
+    for name in near:
+        alone = measures(recording.with_sensor(name))
+        assert "sensor" not in alone
+        of = table[table.sensor == name]
+        assert of.value.to_dict() == alone.value[of.index].to_dict()
+    (limited,) = [text for text in remarks(recording) if "range" in text]
+    assert "range of 0.9 g" in limited and "(rear.range of the rig)" in limited
+
+
+def test_every_link_puts_sensors_where_the_first_one_is(make_scene, rig):
+    scene = make_scene(rig=with_sensors(rig, **PLACES), every_link=True)
+    assert len(scene.sensors) == 2 + rig.chain.pitches
+    assert all((of.x, of.y) == (0.03, 0.02) for of in scene.sensors.values() if of.body == "link")
+    assert scene.sensors["link 4"] == scene.sensors["front"]
+
+
+def test_what_no_recording_has_is_refused(rig):
+    recording = simulate(Scene(with_sensors(rig, **PLACES), 210.0, duration=0.1, **BELT))
+    for sensor, words in (("middle", "'front', 'rear'"), (2, "between 0 and 1"), (0.5, "sensor")):
+        with pytest.raises(InputError, match=words):
+            sense(recording, sensor=sensor)
+    with pytest.raises(InputError, match="sensor on a connector"):
+        Scene(with_sensors(rig, **PLACES), 115.0, chain="single_pin")
+
+
+FILE = """
+like: {like}
+sensors:
+  source: "tape measure"
+  front: {pitch: 4, x: 0.03 m, y: 0.02 m, rate: 1000 Hz, range: 20 g}
+  rear: {pitch: 20, body: connector, x: 0.01 m, y: -0.01 m, rate: 1000 Hz, range: 20 g}
+"""
+ALONE = "sensor: {source: tape, pitch: 3, x: 0.0 m, y: 0.0 m, rate: 1000 Hz, range: 20 g}"
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "words"),
+    [
+        ("rear:", "front:", "gives 'front' a second time"),
+        ("rear:", "idler:", "sensors.'idler' is not a valid name"),
+        ("rear:", "Rear:", "sensors.'Rear' is not a valid name"),
+        ("body: connector", "body: wheel", "sensors.rear.body = 'wheel'"),
+        ("pitch: 20", "pitch: 20000", "rear.pitch = 20000 is not a pitch of this chain; 1 to "),
+        ("pitch: 20", "pitch: 0", "sensors.rear.pitch = 0"),
+        ("y: -0.01 m, rate: 1000 Hz", "y: -0.01 m, rate: 500 Hz", "rear.rate = 500 Hz: another sensor has 1000 Hz"),
+        (", range: 20 g}\n  rear", "}\n  rear", "sensors.front.range is missing"),
+        ("sensors:", f"{ALONE}\nsensors:", "sensor and sensors are both there"),
+        (FILE[FILE.index("  source") :], "  source: tape\n", "sensor is missing"),
+    ],
+)
+def test_a_file_of_sensors_that_cannot_be_is_refused_in_one_sentence(tmp_path, rig_path, before, after, words):
+    path = tmp_path / "mine.yaml"
+    path.write_text(FILE.replace(before, after).replace("{like}", str(rig_path)), encoding="utf-8")
+    with pytest.raises(InputError) as caught:
+        load_rig(path)
+    assert words in str(caught.value) and str(path) in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_a_file_may_name_several_sensors(tmp_path, rig_path):
+    path = tmp_path / "mine.yaml"
+    path.write_text(FILE.replace("{like}", str(rig_path)), encoding="utf-8")
+    rig = load_rig(path)
+    assert rig.sensor is None and list(rig.accelerometers) == ["front", "rear"]
+    assert rig.value("rear.body") == "connector" and rig.changed(rear__x=0.02).accelerometers["rear"].x == 0.02
+    assert rig.sampled(2000).rate == 2000
+    child = tmp_path / "child.yaml"
+    child.write_text(f"like: mine.yaml\n{ALONE}\n", encoding="utf-8")
+    assert list(load_rig(child).accelerometers) == ["sensor"]
+
+
+@pytest.fixture(scope="module")
+def compared(tmp_path_factory, rig):
+    """Recording of two sensors, and the file of a logger that has both."""
+    folder = tmp_path_factory.mktemp("two")
+    recording = simulate(Scene(with_sensors(rig, **PLACES), 210.0, duration=20.0, **BELT))
+    recording.save(folder / "run.npz")
+    columns = {"t_s": recording.time}
+    for group, name in (("box 1", "front"), ("box 2", "rear")):
+        signal = sense(recording, sensor=name)
+        columns |= {f"{group}/ax_g": signal.ax, f"{group}/ay_g": signal.ay}
+    rows = zip(*(np.round(values, 6).tolist() for values in columns.values()), strict=True)
+    text = "\n".join([",".join(columns), *(",".join(map(str, row)) for row in rows)])
+    (folder / "two.csv").write_text(text + "\n", encoding="utf-8")
+    return folder
+
+
+def mapped(folder, sensors):
+    path = folder / "mapping.yaml"
+    path.write_text(yaml.safe_dump({"unit": "g", "sensors": sensors}), encoding="utf-8")
+    return path
+
+
+GROUPS = {"front": {"group": "box 1"}, "rear": {"group": "box 2"}}
+BY_AXES = {
+    "front": {"axes": {"ay": "box 1/ay_g"}, "range": 30},
+    "rear": {"axes": {"ay": "box 2/ay_g", "ax": "box 2/ax_g"}},
+}
+
+
+@pytest.mark.parametrize("sensors", [GROUPS, BY_AXES], ids=["groups", "axes"])
+def test_each_sensor_is_compared_with_its_own_group(compared, sensors):
+    recording, mapping = load_recording(compared / "run.npz"), load_mapping(mapped(compared, sensors))
+    rms = {}
+    for name in PLACES:
+        record = read_sensor_csv(compared / "two.csv", mapping.sensors[name])
+        table = compare_with_sensor(recording.with_sensor(name), record).set_index("measure")
+        assert abs(table.difference_pct.rms_g) < 1e-3
+        rms[name] = table.sensor.rms_g
+    assert abs(rms["front"] / rms["rear"] - 1) > 1e-2  # an exchange would be seen
+    names = ["compare", compared / "run.npz", compared / "two.csv", "--mapping", compared / "mapping.yaml"]
+    ended = run_command(*names, "--out", compared / "table.csv", "--overwrite")
+    assert ended.code == 0 and "sensor front" in ended.out and "sensor rear" in ended.out
+    assert (compared / "table.csv").read_text(encoding="utf-8").count("rms_g") == 2
+    alone = run_command(*names, "--sensor", "rear")
+    assert alone.code == 0 and "sensor rear" in alone.out and "sensor front" not in alone.out
+
+
+@pytest.mark.parametrize(
+    ("sensors", "options", "words"),
+    [
+        (None, (), "has 2 sensors, front, rear, and the mapping names the columns of one"),
+        ({"front": {"group": "box 1"}}, (), "has 2 sensors, front, rear, and the mapping names those of front"),
+        (GROUPS | {"third": {}}, (), "those of front, rear, third"),
+        (GROUPS, ("--sensor", "middle"), "sensor = 'middle'"),
+        (GROUPS | {"rear": {"group": "box 3"}}, (), "of the group 'box 3'"),
+        (GROUPS, ("--figure", "both.png"), "shows one sensor; name it with --sensor, front, rear"),
+        ({"front": {"sensors": GROUPS}}, (), "must not stand within the mapping of a sensor"),
+        ({"front": 5}, (), "sensors.front = 5"),
+    ],
+)
+def test_groups_that_do_not_fit_are_refused_in_one_sentence(compared, sensors, options, words):
+    mapping = () if sensors is None else ("--mapping", mapped(compared, sensors))
+    ended = run_command("compare", compared / "run.npz", compared / "two.csv", *mapping, *options)
+    assert ended.code != 0 and words in ended.err and ended.err.count("\n") == 1
