@@ -26,7 +26,15 @@ from replication.paper.claims import (
 )
 from replication.paper.evidence import Evidence, Range
 from replication.paper.measures import MEASURES
-from replication.paper.scorecard import SHORT, count, headline, sentence_verdicts, side_by_side, statements
+from replication.paper.scorecard import (
+    SHORT,
+    count,
+    headline,
+    radius_sentence,
+    sentence_verdicts,
+    side_by_side,
+    statements,
+)
 from tests.viscous import VISCOUS
 from trackdyn.errors import InputError
 from trackdyn.rig.rig import load_rig
@@ -465,3 +473,22 @@ def test_a_ratio_of_forces_that_never_act_is_no_number():
     nan = float("nan")
     assert _text([Range(nan, nan), Range(1.0, 2.0)]) == "no value; 1 to 2"
     assert _text([nan, 3.0]) == "no value, 3"
+
+
+@pytest.mark.parametrize(
+    ("radii", "words"),
+    [
+        ("0.308, 0.308", "a radius of 0.308 m at every speed: by our rule"),
+        ("0.307, 0.308", "a radius of 0.307 m at 115 rpm and 0.308 m at 150 rpm: by our rule"),
+        ("no value, 0.308", "a radius of 0.308 m at 150 rpm: by our rule"),
+        ("no value, no value", "No radius of the study serves: by our rule"),
+    ],
+)
+def test_the_radius_is_said_speed_by_speed(radii, words):
+    card = pd.DataFrame(
+        [["one", "C26", "a", "0.308", radii, "115, 150", NOT_SHOWN]],
+        columns=["rig", "id", "part", "printed", "measured", "speeds", "verdict"],
+    )
+    said = radius_sentence(card, "one")
+    assert words in said and said.endswith("The paper chooses 0.308 m and states no rule.")
+    assert ("At 115 rpm no radius of the study serves." in said) == (radii == "no value, 0.308")

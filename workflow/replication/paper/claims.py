@@ -225,11 +225,14 @@ def _refuse_scatter(claim: Claim, e: Evidence) -> None:
             raise NotThere(f"{name}: passages scatter by {scatter:.2g} {claim.unit}, more than the tolerance")
 
 
+NO_VALUE = "no value"  # such as a ratio of forces that never act
+
+
 def _text(value) -> str:
     if value is None:
         return ""
     if isinstance(value, Range | float) and np.isnan(value).any():
-        return "no value"  # such as a ratio of forces that never act
+        return NO_VALUE
     if isinstance(value, Range):
         return f"{_text(value.low)} to {_text(value.high)}"
     if isinstance(value, list | tuple):

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 
 import pandas as pd
 
-from replication.paper.claims import JUDGED, NOT_COMPARABLE, NOT_SHOWN, SHOWN, VERDICTS
+from replication.paper.claims import JUDGED, NO_VALUE, NOT_COMPARABLE, NOT_SHOWN, SHOWN, VERDICTS
 from trackdyn.measure.cells import significant
 
 RADIUS = "C26a"  # the radius to choose
@@ -120,17 +120,25 @@ def radius_sentence(card: pd.DataFrame, rig: str, own: bool = False) -> str:
         return "Without a ring study of enough radii no radius is chosen."
     row = rows.iloc[0]
     speeds: dict[str, list[str]] = {}  # that a radius is chosen at
-    for radius, rpm in zip(str(row["measured"]).split(","), str(row["speeds"]).split(","), strict=True):
+    for radius, rpm in zip(
+        str(row["measured"]).split(","), str(row["speeds"]).removesuffix(".0").split(","), strict=True
+    ):
         speeds.setdefault(radius.strip(), []).append(rpm.strip())
-    chosen = " and ".join(
-        f"{radius} m at {'every speed' if len(speeds) == 1 else f'{_listed(rpm)} rpm'}"
-        for radius, rpm in speeds.items()
-    )
+    served = [rpm for radius, of in speeds.items() if radius != NO_VALUE for rpm in of]
+    rule = "smallest one that keeps the right arc free and the left one in contact for no more than one tooth's share"
+    rule = f"by our rule, the {rule} of a turn and two points"
     paper = "" if own else f" The paper chooses {row['printed']} m and states no rule."
-    return (
-        f"The ring to choose has a radius of {chosen}: by our rule, the smallest one that keeps the right arc free and "
-        f"the left one in contact for no more than one tooth's share of a turn and two points.{paper}"
+    if not served:
+        return f"No radius of the study serves: {rule}.{paper}"
+    chosen = _listed(
+        [
+            f"{radius} m at {'every speed' if len(speeds) == 1 else f'{_listed(of)} rpm'}"
+            for radius, of in speeds.items()
+            if radius != NO_VALUE
+        ]
     )
+    lost = f" At {_listed(speeds[NO_VALUE])} rpm no radius of the study serves." if NO_VALUE in speeds else ""
+    return f"The ring to choose has a radius of {chosen}: {rule}.{lost}{paper}"
 
 
 def _listed(words: Sequence[str]) -> str:
