@@ -36,24 +36,23 @@ rule plausible_figure:
     script: "../report/plausible.py"
 
 
-rule rig_files:
-    """Files of the two rigs that the study makes, and the rows of the search (some two processor hours; ask for it by name)."""
+rule default_rig:
+    """File of the default rig, and the rows of the search that makes it (some two processor hours; ask for it by name)."""
     input:
-        lab_needs("plausible/rig_files.py"),
+        lab_needs("plausible/default_rig.py"),
         config="config/plausible.yaml",
         claims="config/claims.yaml",
         draws="docs/measured/plausible_draws.csv",
         kernels=[KERNELS, method_kernels("linearly_implicit")],
     output:
-        paper=f"{L}/rigs/paper.yaml",
-        parts=f"{L}/rigs/parts.yaml",
+        rig=f"{L}/paper.yaml",
         rows=f"{L}/search_rows.csv",
         ends=f"{L}/search_ends.csv",
     params: store=f"{L}/plausible"
     threads: 2
-    log: f"{L}/logs/rig_files.log"
-    message: "Rigs of the study of plausible tracks"
-    script: "../plausible/rig_files.py"
+    log: f"{L}/logs/default_rig.log"
+    message: "The default rig"
+    script: "../plausible/default_rig.py"
 
 
 rule plausible:

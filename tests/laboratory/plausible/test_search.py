@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from laboratory.plausible.default_rig import rig_entries, rig_text, slip_entries
 from laboratory.plausible.distances import FORMS, cost, statement_distances
 from laboratory.plausible.draws import EQUAL_PITCH, scenes
-from laboratory.plausible.rig_files import rig_entries, rig_text, slip_entries
 from laboratory.plausible.rows import rows_of_rigs
 from laboratory.plausible.search import Searching, Start, free_unknowns, possible_starts
 from laboratory.plausible.settings import Scenario, load_plausible

@@ -1,4 +1,4 @@
-"""Files of the two rigs that the study makes: the end of the search, and the best draw whose ring grips."""
+"""The file of the default rig: the end of the search."""
 
 from trackdyn.sweeps.snakemake_job import run_job
 
@@ -24,10 +24,8 @@ from trackdyn.simulation.settling import settle
 from trackdyn.sweeps.design import write_table
 from trackdyn.sweeps.engine import DONE
 
-GRIPS = "grips"
 PITCH_PASSING_RPM, PITCH_PASSING_HZ = 115.0, 4.47  # where a damper loses what rubber of a loss factor does
-PAPER = "the rig of the paper: real parts and one assumption, a ring that slips; searched to show most of its sentences"
-PARTS = "the best of the drawn tracks whose ring grips: every value is one that a part can have"
+ABOUT = "the rig of the paper: real parts and one assumption, a ring that slips; searched to show most of its sentences"
 SLIPS = "the one assumption: the ring slips nearly freely (docs/answer.md)"
 DAMPER = (
     "loss_factor of that stiffness at 4.47 Hz, the pitch-passing frequency of 115 rpm; only for bushing_law: viscous"
@@ -41,7 +39,7 @@ about: "{about}"
 # kind: printed (stands in the paper), derived (from printed numbers), assumed (not in the paper),
 # fitted (chosen so that the model shows a printed result; the source says which).
 # low, high: what the part can be; the source of the range stands after "range:".
-# `snakemake -s laboratory/Snakefile -j2 rig_files` makes this file (docs/answer.md).
+# `snakemake -s laboratory/Snakefile -j2 default_rig` makes this file (docs/answer.md).
 # Outside what a part can be: {outside}.
 """
 
@@ -134,24 +132,12 @@ def searched_rig(config: PlausibleConfig, ends: pd.DataFrame) -> str:
     best = ends.sort_values(["shown_on_all_scenes", "cost"], ascending=[False, True], kind="stable").iloc[0].to_dict()
     unknowns = free_unknowns(config, Scenario(best["ring"], best["equal_pitch"]))
     source = f"CMA-ES from {best['start']}, row {best['row']:g} (docs/answer.md)"
-    return _rig_text(config, rig_entries(config, unknowns, best, source) | slip_entries(config), PAPER)
-
-
-def drawn_rig(config: PlausibleConfig, ranked: pd.DataFrame) -> str:
-    """File of the best draw whose ring grips (`verdicts.ranked_draws`)."""
-    draw = ranked[ranked["ring"] == GRIPS].iloc[0].to_dict()
-    unknowns = free_unknowns(config, Scenario(GRIPS, draw["equal_pitch"]))
-    values = unknowns.of_rig(unknowns.rig.changed(**{label: draw[label] for label in unknowns.labels}))
-    source = f"draw {draw['draw']} of the study of plausible tracks (docs/answer.md)"
-    return _rig_text(config, rig_entries(config, unknowns, values, source), PARTS)
-
-
-def _rig_text(config: PlausibleConfig, entries: Mapping[str, dict], about: str) -> str:
-    return rig_text(Path(config.rig).read_text(encoding="utf-8"), entries, about)
+    entries = rig_entries(config, unknowns, best, source) | slip_entries(config)
+    return rig_text(Path(config.rig).read_text(encoding="utf-8"), entries, ABOUT)
 
 
 def main(job) -> None:
-    """Rule `rig_files`."""
+    """Rule `default_rig`."""
     config, claims = load_plausible(job.input.config), judged_claims(job.input.claims)
     sentences, draws = load_sentences(job.input.claims), pd.read_csv(job.input.draws)
     ranked = ranked_draws(draws[draws["draw"] < config.search.among], sentences)
@@ -160,8 +146,7 @@ def main(job) -> None:
     ends = pd.DataFrame([judged_end(config, rows, searching, claims, sentences) for rows in searched])
     write_table(pd.concat(searched, ignore_index=True), job.output.rows)
     write_table(ends, job.output.ends)
-    write_text(Path(job.output.paper), searched_rig(config, ends))
-    write_text(Path(job.output.parts), drawn_rig(config, ranked))
+    write_text(Path(job.output.rig), searched_rig(config, ends))
 
 
 if __name__ == "__main__":
