@@ -11,6 +11,11 @@ VISCOUS = Path(__file__).with_name("viscous.yaml")
 
 
 @pytest.fixture(scope="session")
+def rig_path():
+    return VISCOUS
+
+
+@pytest.fixture(scope="session")
 def rig():
     return load_rig(VISCOUS)
 

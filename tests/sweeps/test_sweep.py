@@ -11,6 +11,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
+from tests.viscous import VISCOUS
 from trackdyn.errors import InputError
 from trackdyn.measure.metrics import run_metrics
 from trackdyn.scene.choices import preset
@@ -149,7 +150,7 @@ def test_damaged_and_foreign_rows_of_a_store_are_counted_and_computed_again(tmp_
 )
 def test_what_makes_no_sweep_is_refused(arguments, said):
     with pytest.raises(InputError, match=said):
-        sweep(**{"design": design(1), "rig": ROOT / "config/rigs/paper.yaml"} | arguments)
+        sweep(**{"design": design(1), "rig": VISCOUS} | arguments)
 
 
 def test_a_full_disk_ends_in_one_sentence(tmp_path, monkeypatch):
@@ -180,7 +181,7 @@ def test_a_row_takes_the_first_of_its_steps_that_comes_out(rig_path):
 def command(out, designed):
     """The command in a process of its own, its group included."""
     run = "from trackdyn.__main__ import main; main()"
-    words = "sweep", str(designed), "--out", str(out), "--rig", str(ROOT / "config/rigs/paper.yaml"), "-j2", "-q"
+    words = "sweep", str(designed), "--out", str(out), "--rig", str(VISCOUS), "-j2", "-q"
     return subprocess.Popen(
         [sys.executable, "-c", run, *words],
         cwd=ROOT,

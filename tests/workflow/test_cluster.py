@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from tests.viscous import VISCOUS
 from trackdyn.jit import cache_folder
 from trackdyn.sweeps.sweep import batches, sweep
 
@@ -15,7 +16,7 @@ SCENE = {"preset": "fast", "duration": 0.05, "lead_in": 0.0, "ramp": 0.05}
 MODULE = """
 module sweep:
     snakefile: "{root}/workflow/sweep.smk"
-    config: {{"design": "d.csv", "out": "r/s.parquet", "batches": 2, "rig": "{root}/config/rigs/paper.yaml"}}
+    config: {{"design": "d.csv", "out": "r/s.parquet", "batches": 2, "rig": "{root}/tests/viscous.yaml"}}
 
 use rule * from sweep as sweep_*
 
@@ -36,14 +37,14 @@ def snakemake(folder, *arguments):
     )
 
 
-def test_a_module_gives_the_bytes_of_one_sweep(tmp_path, rig_path):
+def test_a_module_gives_the_bytes_of_one_sweep(tmp_path):
     """With rows that stand twice and rows that are refused, in a Snakefile of somebody's own."""
     design = pd.DataFrame([{"motor_rpm": rpm, "ring_radius": 0.308, **SCENE} for rpm in (115, 210, 115, "no")])
     design.to_csv(tmp_path / "d.csv", index=False)
     (tmp_path / "Snakefile").write_text(MODULE.format(root=ROOT), encoding="utf-8")
     result = snakemake(tmp_path, "-j2", "--quiet")
     assert result.returncode == 0, result.stdout + result.stderr
-    alone = sweep(tmp_path / "d.csv", tmp_path / "alone.parquet", rig_path, jobs=1)
+    alone = sweep(tmp_path / "d.csv", tmp_path / "alone.parquet", VISCOUS, jobs=1)
     assert alone.state.tolist() == ["done"] * 3 + ["refused"]
     assert (tmp_path / "alone.parquet").read_bytes() == (tmp_path / "r/s.parquet").read_bytes()
     again = snakemake(tmp_path, "-n", "--quiet", "rules")

@@ -1,0 +1,1 @@
+from tests.viscous import make_scene, rig, rig_path  # noqa: F401
