@@ -54,14 +54,14 @@ def _add_work(out, first, row, body, wheel, step):
 
 
 @kernel
-def account(model: Model, state: State, work: Work, lead, space):
+def account(model: Model, state: State, work: Work, damping_weight, space):
     """Work of every force over the last step: positions at the start, the mean of the velocities.
 
     The velocities after the step are taken in the configuration before it. Then joint forces do no
     work, as they should, and the work of all other forces is the change of kinetic energy of the
     discrete motion: what remains of the balance shows errors of the equations and of the path, not
-    of the quadrature. The damping of the bushings acts with the velocities at the fraction ``lead`` of the step. Axial
-    friction counts as friction of its surface, guides as normal forces of the wheels.
+    of the quadrature. The damping of the bushings acts with the velocities at the fraction ``damping_weight`` of the
+    step. Axial friction counts as friction of its surface, guides as normal forces of the wheels.
     """
     chain, h, done = model.chain, model.step, state.work_done
     for k in range(work.count[0]):
@@ -83,11 +83,11 @@ def account(model: Model, state: State, work: Work, lead, space):
     last = state.rate.shape[0] - 1
     before = work.joint_rate[last]
     after = state.rate[0] - state.rate[last]
-    loss = (before + lead * (after - before)) * (before + after)
+    loss = (before + damping_weight * (after - before)) * (before + after)
     for i in range(last):
         before = work.joint_rate[i]
         after = state.rate[i + 1] - state.rate[i]
-        loss += (before + lead * (after - before)) * (before + after)
+        loss += (before + damping_weight * (after - before)) * (before + after)
     done[BUSHING_LOSS] += 0.5 * h * chain.damping * loss
 
 

@@ -80,7 +80,7 @@ def _refresh(model: Model, state: State, work: Work, space, implicit):
 def _run(model: Model, state: State, work: Work, record: Record, rows, space, implicit):
     """Steps of order 1: the chain solved, velocities, places, then the loads of the next step."""
     model, state, work, record = on_stack(model), on_stack(state), on_stack(work), on_stack(record)
-    lead = damping_weight(model.chain, model.step) if implicit is None else 1.0
+    weight = damping_weight(model.chain, model.step) if implicit is None else 1.0
     _refresh(model, state, work, space, implicit)
     for sample in range(rows[0], rows[1]):
         _begin(model, state, work)
@@ -106,13 +106,13 @@ def _run(model: Model, state: State, work: Work, record: Record, rows, space, im
                     return 0
             advance_carriers(model, state, work, model.carriers)
             forward_kinematics(model.chain, state, work)
-            account(model, state, work, lead, space)
+            account(model, state, work, weight, space)
             relax(model, state, work, BUSHING_LOSS, model.branches)
             if implicit is None:
                 for arc in range(work.tooth_force.shape[0]):
                     work.tooth_before[arc] = work.tooth_force[arc]
-                for place_of in range(work.friction.shape[1]):
-                    work.friction[1, place_of] = work.friction[0, place_of]
+                for slot in range(work.friction.shape[1]):
+                    work.friction[1, slot] = work.friction[0, slot]
             evaluate_loads(model, state, work, space, implicit)
             if record.contact_log.enabled:
                 log_contacts(record.contact_log, state, work, state.steps[0] * model.step, model.step)
