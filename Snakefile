@@ -62,6 +62,7 @@ wildcard_constraints:
     short="(short/)?",
 
 
+include: "workflow/rules/inputs.smk"
 include: "workflow/rules/common.smk"
 include: "workflow/rules/simulate.smk"
 include: "workflow/rules/records.smk"

@@ -6,45 +6,6 @@ def needs(script, folder="workflow/replication"):
     return [str(file.relative_to(ROOT)) for file in imported_files(ROOT / folder / script, ROOT)]
 
 
-def below_root(path):
-    """A file of this checkout by its place in it, another one by its path."""
-    return str(Path(path)).removeprefix(f"{ROOT}/")
-
-
-PLAUSIBLE = {name: f"docs/measured/plausible_{name}.csv" for name in ("sentences", "claims", "tooth", "near")}
-# all that the results are made from, but for the program
-RUN_INPUTS = [
-    below_root(path)
-    for paths in (
-        reversed(workflow.configfiles),
-        ("config/claims.yaml", config["studies"], *PLAUSIBLE.values()),
-        *CONFIG.files.values(),
-    )
-    for path in paths
-]
-
-
-@cache
-def content_hash(file):
-    return sha256(file.read_bytes()).hexdigest() if file.is_file() else ""
-
-
-def contents(wildcards, reader):
-    """Hash of the inputs of a job of a rule that no rule makes, and of what a rig among them is read from."""
-    items = [item(wildcards) if callable(item) else item for item in reader.input]
-    files = {Path(file) for item in items for file in ([item] if isinstance(item, str) else item)}
-    given = {file for file in files if str(file) in RUN_INPUTS or not file.is_relative_to(R)}
-    given = given.union(*(rig_files for rig, rig_files in CONFIG.rig_files.items() if Path(rig) in given))
-    return sha256(repr([(below_root(file), content_hash(file)) for file in sorted(given)]).encode()).hexdigest()
-
-
-def follow_contents():
-    """Rerun what reads a file of other content, whatever its date: a record copied from a card is older than results."""
-    for reader in workflow.rules:
-        if reader.output and "contents" not in reader.params.keys():
-            reader.set_params(contents=partial(contents, reader=reader))
-
-
 onstart:
     # Snakemake's own handler waits for a lock that the loop which it interrupts may hold, and then hangs
     signal.signal(signal.SIGTERM, signal.default_int_handler)
