@@ -30,7 +30,6 @@ STEP_S = 1e-4
 SIMULATED_S = 5.0  # of every repeat
 STEADY_AFTER_S = 2.0
 MEMORY_RECORD_S = 90.0
-LOG_ROWS = 40_000
 PITCHES = (35, 70, 175, 350, 700, 1750, 3500)
 LOOP_PITCHES = (63, 125, 250, 500, 1000)
 BODY_STEPS = 2_000_000  # of a repeat of the chain solver: a few tenths of a second
@@ -96,18 +95,18 @@ def simulated_second(rig, repeats: int) -> list[dict]:
     Every scene is settled and started once; a repeat goes on from there for ``SIMULATED_S``.
     """
     from trackdyn import Loop, Scene
+    from trackdyn.simulation.recorder import Recorder
 
-    rate = rig.rate
     rows = []
     for rpm in SPEEDS_RPM:
         for radius in (RING_RADIUS_M, None):
             loop = Loop(Scene(rig, rpm, ring_radius=radius, step=STEP_S))
             loop.advance(loop.scene.ramp + STEADY_AFTER_S)
             for contact_log in (True, False):
-                walls = []
+                walls, piece = [], loop.scene.with_(duration=SIMULATED_S, contact_log=contact_log)
                 for _ in range(repeats):
                     begin = time.perf_counter()
-                    loop.samples(round(SIMULATED_S * rate), (rig.first_sensor.pitch,), log_rows=LOG_ROWS * contact_log)
+                    Recorder(loop, piece, checked=False).finish()
                     walls.append((time.perf_counter() - begin) / SIMULATED_S)
                 wall = summary(walls)
                 rows.append(
@@ -148,6 +147,7 @@ FEATURES = {
 def features(rig, repeats: int) -> list[dict]:
     """Cost of a step with and without each feature, the scenes taken in turn so that all share the noise."""
     from trackdyn import Loop, Scene
+    from trackdyn.simulation.recorder import Recorder
 
     samples = round(0.2 * rig.rate)
     runs, walls = {}, {name: [] for name in FEATURES}
@@ -160,7 +160,7 @@ def features(rig, repeats: int) -> list[dict]:
     for _ in range(repeats):
         for name, loop in runs.items():
             begin = time.perf_counter()
-            loop.samples(samples, (1,), log_rows=LOG_ROWS if loop.scene.contact_log else 0)
+            Recorder(loop, loop.scene.with_(duration=samples / rig.rate), checked=False).finish()
             walls[name].append((time.perf_counter() - begin) / samples / loop.model.stride * 1e6)
     plain = statistics.median(walls["plain"])
     rows = []

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from trackdyn.model.arrays import components
+from trackdyn.model.arrays import components, make_record
 
 
 class ContactList:
@@ -79,3 +79,12 @@ def without_extrapolation(model, work):
 def set_model(loop, **fields):
     """Change fields of the model that no scene would have, such as a step beyond its limits."""
     loop.arrays = loop.arrays._replace(model=loop.arrays.model._replace(**fields))
+
+
+def next_samples(loop, samples, pitches=(), frame_stride=0, log_rows=0):
+    """Record of the next samples by the time loop alone, ``log_rows`` contacts that end among them."""
+    frames = -(-samples // frame_stride) if frame_stride else 0
+    sensors = len(loop.model.sensors.body)
+    record = make_record(samples, loop.state, sensors, pitches, frames, frame_stride, log_rows)
+    loop._fill(record, 0, samples)
+    return record

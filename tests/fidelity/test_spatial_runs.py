@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from tests.conftest import LAWS
+from tests.kinematics import next_samples
 from trackdyn.simulation.energy_balance import energy_residual
 from trackdyn.simulation.loop import Loop
 
@@ -16,7 +17,7 @@ def aligned(make_scene):
 
 def filled(loop, samples):
     """Record of the next samples, every configuration kept."""
-    return loop.samples(samples, (1,), frame_stride=1)
+    return next_samples(loop, samples, (1,), frame_stride=1)
 
 
 def without_wheels(model, **chain):

@@ -15,8 +15,6 @@ from trackdyn.simulation.simulate import simulate
 CALLS = [
     (lambda loop: loop.step(0), "count = 0: must be between 1 and"),
     (lambda loop: loop.step("ten"), "count = 'ten'", "must be a whole number"),
-    (lambda loop: loop.samples(-1), "count = -1: must be between 0 and"),
-    (lambda loop: loop.samples(3, [99]), "pitches = 99"),
     (lambda loop: loop.advance(float("nan")), "seconds = nan", NUMBER),
     (lambda loop: loop.advance(-1), "seconds = -1", "between 0 and"),
     (lambda loop: loop.advance(1e300), "seconds = 1e+300", "and 36000"),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests import reference
-from tests.kinematics import set_model
+from tests.kinematics import next_samples, set_model
 from trackdyn.integrate.run import refresh
 from trackdyn.measure.sensor import sense
 from trackdyn.model.constants import Sensors
@@ -25,7 +25,7 @@ def turn(angle, vector):
 def filled(loop, samples, stride):
     """Record of samples of ``stride`` steps each."""
     set_model(loop, stride=stride)
-    return loop.samples(samples)
+    return next_samples(loop, samples)
 
 
 @pytest.mark.parametrize("pitch", [1, 7, 35])

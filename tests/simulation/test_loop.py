@@ -8,7 +8,7 @@ import pytest
 
 from tests import reference
 from tests.conftest import LAWS
-from tests.kinematics import closed_rates, set_model
+from tests.kinematics import closed_rates, next_samples, set_model
 from trackdyn.errors import InputError
 from trackdyn.integrate.run import shared
 from trackdyn.rig.layout import belt_around
@@ -143,7 +143,7 @@ def test_places_close_the_loop(loop):
 def test_a_recording_is_that_of_the_time_loop(loop):
     other = loop.copy()
     recording = loop.record(0.1, pitches=(3, 7), frame_interval=0.02)
-    record = other.samples(100, (3, 7), frame_stride=20, log_rows=1000)
+    record = next_samples(other, 100, (3, 7), frame_stride=20, log_rows=1000)
     assert_same(loop, other)
     for name in (
         "raw",

@@ -161,33 +161,6 @@ class Loop:
                 tick(count * self.arrays.model.step)
                 left -= count
 
-    def samples(self, count: int, pitches: Sequence[int] = (), frame_stride: int = 0, log_rows: int = 0) -> Record:
-        """Integrate for ``count`` sample intervals.
-
-        Parameters
-        ----------
-        count : int
-            Number of samples.
-        pitches : sequence of int
-            Pitches whose contacts are recorded (1-based).
-        frame_stride : int
-            Samples from one recorded configuration to the next; 0: none.
-        log_rows : int
-            Number of contacts with the sprocket that may end; 0: they are not logged.
-
-        Returns
-        -------
-        Record
-        """
-        count = int(within("count", count, 0, MOST_STEPS))
-        frame_stride = int(within("frame_stride", frame_stride, 0, MOST_STEPS))
-        pitches = [int(within("pitches", pitch, 1, self.scene.rig.chain.pitches)) for pitch in pitches]
-        frames = -(-count // frame_stride) if frame_stride else 0
-        sensors = len(self.arrays.model.sensors.body)
-        record = make_record(count, self.arrays.state, sensors, pitches, frames, frame_stride, log_rows)
-        self._fill(record, 0, count)
-        return record
-
     def _fill(self, record: Record, first: int, last: int, **changes: Any) -> None:
         """Integrate and fill rows ``first`` to ``last - 1`` of a record made for this loop; kernels check no bounds."""
         with self._exclusive():

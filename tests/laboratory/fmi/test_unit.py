@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from laboratory.fmi.unit import Strands, Unit
-from tests.kinematics import set_model
+from tests.kinematics import next_samples, set_model
 from trackdyn.errors import InputError
 from trackdyn.measure.sensor import specific_force
 from trackdyn.rig.rig import Rig
@@ -69,7 +69,7 @@ def native(scene):
         mean = np.zeros(3)
         whole = loop.model.stride
         set_model(loop, stride=1)
-        record = loop.samples(count)  # rows of one step: the mean over the exchange is theirs
+        record = next_samples(loop, count)  # rows of one step: the mean over the exchange is theirs
         set_model(loop, stride=whole)
         mean = record.mean.mean(axis=0)[0]
         felt = specific_force(mean[:2], mean[2], scene.rig.gravity) / scene.rig.gravity

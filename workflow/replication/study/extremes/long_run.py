@@ -13,6 +13,7 @@ from trackdyn.rig.rig import Rig
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.energy_balance import OPEN_SHARE, open_share
 from trackdyn.simulation.loop import Loop
+from trackdyn.simulation.recorder import Recorder
 
 # Standard errors between the first and the last quarter that still count as no drift; revolutions that are all
 # alike may differ by a tenth of the 5 % by which the printed differences of the RMS stand apart.
@@ -38,11 +39,11 @@ def run_long(rig: Rig, seconds: float, turns: int, rpm: float = 210.0) -> pd.Dat
     scene = Scene(rig, rpm, duration=1.0, step=1e-4, contact_log=False)
     loop, rate = Loop(scene), rig.rate
     loop.advance(scene.ramp + scene.lead_in)
-    samples = round(turns / scene.periods.loop_hz * rate)
-    chunk = samples / rate
+    chunk = round(turns / scene.periods.loop_hz * rate) / rate
+    piece = scene.with_(duration=chunk)
     rows = []
     for _ in range(round(seconds / chunk)):
-        record = loop.samples(samples)
+        record = Recorder(loop, piece, checked=False).finish().record
         ay = readings(record.mean[:, 0], rig, rig.first_sensor.range)[:, 1]
         row = {"time_s": loop.time, "loop_gap_max_m": float(record.gap.max())}
         row |= {"energy_residual": open_share(record.energy, loop.model, chunk)[0]}
