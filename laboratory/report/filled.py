@@ -30,7 +30,7 @@ def identify_text(calibration: pd.DataFrame, synthetic: pd.DataFrame) -> str:
     )
 
 
-PLAUSIBLE = ("sentences", "claims", "draws", "values", "tooth", "near")
+PLAUSIBLE = ("sentences", "claims", "draws", "values")
 PAGES = (
     ("docs/identify.md", ("calibration.csv", "identify_synthetic.csv"), identify_text),
     ("docs/answer.md", tuple(f"plausible_{name}.csv" for name in PLAUSIBLE), answer_text),

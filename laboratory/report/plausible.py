@@ -9,7 +9,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from laboratory.plausible.shares import DEPENDS, FOLLOWS, NEVER, NOT_JUDGED, outcomes
-from replication.paper.scorecard import MARKS, learned_sentences, neighbours_sentence
+from replication.paper.scorecard import MARKS, learned_sentences
 from trackdyn.measure.cells import significant
 from trackdyn.plots.style import COLOURS, MARKERS, SMALL, new_figure, save, styled
 
@@ -17,7 +17,7 @@ CLASSES = {
     FOLLOWS: "Follow from the model",
     DEPENDS: "Depend on values or on a scenario",
     NEVER: "Shown by no track",
-    NOT_JUDGED: "Not judged, as kinematics and the places of the wheels decide them",
+    NOT_JUDGED: "Kinematics and the places of the wheels decide sentences",
 }
 UNITS = {
     "equal_pitch_radius": (1e3, "mm"), "seat_depth": (1e3, "mm"), "radius": (1e3, "mm"), "r2": (1e3, "mm"),
@@ -68,20 +68,18 @@ def answer_text(
     claims: pd.DataFrame,
     draws: pd.DataFrame,
     values: pd.DataFrame,
-    tooth: pd.DataFrame,
-    near: pd.DataFrame,
 ) -> str:
-    """The 22 sentences in classes with their shares, what separates the rigs, tooth detail, and neighbours."""
+    """The 22 sentences in classes with their shares, the radius, and what separates the rigs."""
     paragraphs = [_outcomes_text(draws), *learned_sentences(claims)]
     for kind, title in CLASSES.items():
         rows = sentences[sentences["class"] == kind]
-        if len(rows):
+        if kind == NOT_JUDGED:
+            paragraphs.append(f"{title}: {', '.join(map(str, dict.fromkeys(rows['name'])))}.")
+        elif len(rows):
             paragraphs += [f"**{title}**", _class_text(rows)]
     paragraphs += [
         _radius_text(draws),
         _values_text(values),
-        _tooth_text(tooth),
-        f"**Neighbours.** {neighbours_sentence(near)}",
     ]
     return "\n\n".join(paragraphs) + "\n"
 
@@ -138,18 +136,6 @@ def _radius_text(draws: pd.DataFrame) -> str:
     return (
         "**The radius to choose** by our rule, median and 80 % of the choices over tracks and speeds, m: "
         f"{'; '.join(parts)}."
-    )
-
-
-def _tooth_text(tooth: pd.DataFrame) -> str:
-    rows = []
-    for ring, changes in tooth.groupby("ring_radius_m", dropna=False):
-        low, middle, high = np.quantile(changes["change_pct"].abs(), [0.05, 0.5, 0.95])
-        where = "without a ring" if pd.isna(ring) else f"with a ring of {ring:g} m"
-        rows.append(f"{where} by {middle:.1f} % (90 % of the changes: {low:.1f} to {high:.1f} %)")
-    return (
-        f"**Tooth detail.** On {tooth['draw'].nunique()} tracks three surfaces in place of ten arcs change the RMS "
-        f"{'; '.join(rows)}, median over four speeds."
     )
 
 

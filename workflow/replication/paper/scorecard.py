@@ -161,7 +161,7 @@ def outside_values(parameters: pd.DataFrame) -> list[str]:
     """Values that no real part has, each beside its range."""
     outside = parameters[parameters["outside"].notna() & (parameters["outside"] != "")]
     return [
-        f"{re.sub('[._]', ' ', name)} {significant(float(value), 2)} {unit} (real parts: {low:g} to {high:g})"
+        f"{re.sub('[._]', ' ', name)} {significant(float(value), 3)} {unit} (real parts: {low:g} to {high:g})"
         for name, value, unit, low, high in outside[["name", "value", "unit", "low", "high"]].itertuples(index=False)
     ]
 
