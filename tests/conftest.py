@@ -71,8 +71,8 @@ def pytest_terminal_summary(terminalreporter):
 
 @pytest.fixture(scope="session")
 def rig_path():
-    """File of the default rig, which tests run."""
-    return RIG
+    """File of the default rig."""
+    return CONFIG / "rigs" / "paper.yaml"
 
 
 @pytest.fixture(scope="session")

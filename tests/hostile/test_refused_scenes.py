@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from sentences import BELT, HUGE, LONGER, NO_NUMBERS, NUMBER, one_sentence, shown
 
+from tests.conftest import RIG
 from trackdyn.errors import InputError
 from trackdyn.rig.rig import load_rig
 from trackdyn.scene.choices import CHOICES
@@ -28,7 +29,7 @@ SCENES = [
     (
         {"ring_radius": 1e300},
         "ring_radius = 1e+300",
-        "between {:.4f} m (touches no link) and {:.4f} m".format(*Scene.ring_range(load_rig())),
+        "between {:.4f} m (touches no link) and {:.4f} m".format(*Scene.ring_range(load_rig(RIG))),
     ),
     ({"ring_radius": -0.3}, "ring_radius = -0.3", "must be a radius in m, or null"),
     ({"duration": 1e-300}, "duration = 1e-300", "between 0.001 and"),

@@ -12,17 +12,18 @@ from laboratory.inference.identification.calibration import (
 )
 from laboratory.inference.identification.emulation import FeatureEmulator, Prediction
 from laboratory.inference.unknowns import Unknown
+from tests.conftest import RIG
 from trackdyn.errors import InputError
 
 pytestmark = pytest.mark.slow
 
 
 @pytest.fixture
-def config(rig_path):
+def config():
     ranges = {"bushing.stiffness": (180.0, 2500.0), "tension.pre_tension": (1500.0, 15000.0)}
     unknowns = [Unknown(names=[name], low=low, high=high, scale="log") for name, (low, high) in ranges.items()]
     return CalibrationConfig(
-        rig=str(rig_path), unknowns=unknowns, ring_radius_m=0.308, speeds_rpm=[210], simulations=64, truths=32,
+        rig=str(RIG), unknowns=unknowns, ring_radius_m=0.308, speeds_rpm=[210], simulations=64, truths=32,
         plain=12, turns=4, noise_g=0.005, steps=150, seed=1,
     )  # fmt: skip
 

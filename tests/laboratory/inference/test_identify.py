@@ -17,14 +17,14 @@ TRUTH = {"bushing__stiffness": 700.0, "tension__pre_tension": 4000.0, "bushing__
 
 
 @pytest.fixture
-def folder(tmp_path, monkeypatch, rig, rig_path, closed_form):
+def folder(tmp_path, monkeypatch, rig_path, closed_form):
     """A working directory with a rig and records of the closed form at 150 and 210 rev/min."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "config" / "rigs").mkdir(parents=True)
     (tmp_path / "config" / "rigs" / "paper.yaml").write_bytes(rig_path.read_bytes())
     rng = np.random.default_rng(5)
     for rpm in (150, 210):
-        ay = closed_form(rig.changed(**TRUTH), MeasuredSpeed(rpm, 0.308, 1000), 7)
+        ay = closed_form(load_rig(rig_path).changed(**TRUTH), MeasuredSpeed(rpm, 0.308, 1000), 7)
         write_sensor_csv(f"{rpm}.csv", np.arange(ay.size) / 1000, None, ay + 0.005 * rng.standard_normal(ay.size), None)
     return tmp_path
 

@@ -52,7 +52,7 @@ def recording(ring_radius=0.308, rpm=RPM, frames=1):
     time, ay = wave(LOOP_HZ * rpm / RPM)
     s = len(time)
     # a level link: Eq. 40 adds 1 g
-    mean = np.column_stack([np.zeros(s), (ay - 1) * RIG.gravity, np.zeros(s)])
+    mean = np.column_stack([np.zeros(s), (ay - 1) * RIG.gravity, np.zeros(s)])[:, None]
     gap, rate = 1e-13 * (1.5 + np.sin(time)) * (time > 0.01), np.full((s, 3), -2 * np.pi * rpm / 5.57 / 60)
     made = {"raw": mean, "mean": mean, "gap": gap, "wheel_rate": rate, "frame": np.tile(FRAME, (frames, 1))}
     made |= {"frame_time": np.arange(frames) * 0.01, "layout": {"tensioner_shift_m": ASSEMBLY.shift}}
