@@ -5,6 +5,7 @@ import subprocess
 import sys
 
 import numpy as np
+import pytest
 from numpy.lib.recfunctions import structured_to_unstructured
 
 from tests.conftest import LAWS
@@ -39,6 +40,12 @@ if jit.numba.config.DISABLE_JIT:
         counted.py_func = function
         return counted
     jit._made = made
+if "--lost" in sys.argv:
+    on_stack = jit.on_stack
+    @jit.kernel
+    def lost(block):
+        return on_stack(block)
+    jit.on_stack = lost
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.loop_arrays import flat
 
@@ -54,9 +61,9 @@ if jit.numba.config.DISABLE_JIT:
 """
 
 
-def ten_steps(folder, suffix, **environment):
+def ten_steps(folder, suffix, *words, **environment):
     """What a process of its own prints that goes on from every checkpoint in a folder."""
-    command = [sys.executable, "-c", TEN_STEPS, str(folder), suffix]
+    command = [sys.executable, "-c", TEN_STEPS, str(folder), suffix, *words]
     return subprocess.run(command, env=os.environ | environment, capture_output=True, text=True, check=True).stdout
 
 
@@ -79,8 +86,25 @@ def test_ten_steps_are_those_of_the_interpreted_kernels(make_scene, tmp_path):
     never_called = ten_steps(tmp_path, ".interpreted", NUMBA_DISABLE_JIT="1").split()
     assert never_called == ["_first_beyond"], "which looks for the body where a run diverged"
     for name in SCENES:
-        compiled, interpreted = (read(tmp_path / f"{name}.{kind}.npz") for kind in ("compiled", "interpreted"))
-        assert interpreted["work.tooth_force"].max() > 100.0
-        for array, right in interpreted.items():
-            atol = 1e-8 * np.nanmax(np.abs(right), initial=0.1)
-            np.testing.assert_allclose(compiled[array], right, rtol=0, atol=atol, err_msg=f"{name}: {array}")
+        assert_same(tmp_path / name)
+
+
+def assert_same(path):
+    """Compare what both kinds of kernels left of a scene."""
+    compiled, interpreted = (read(path.with_suffix(f".{kind}.npz")) for kind in ("compiled", "interpreted"))
+    assert interpreted["work.tooth_force"].max() > 100.0
+    for array, right in interpreted.items():
+        atol = 1e-8 * np.nanmax(np.abs(right), initial=0.1)
+        np.testing.assert_allclose(compiled[array], right, rtol=0, atol=atol, err_msg=f"{path.name}: {array}")
+
+
+@pytest.mark.slow
+def test_ten_steps_show_a_block_whose_copy_is_lost(make_scene, tmp_path):
+    """Memory on the stack of a function ends with it: a copy that another kernel makes is no copy."""
+    loop = Loop(make_scene(150.0))
+    loop.advance(0.3)
+    loop.save(tmp_path / "default.loop")
+    ten_steps(tmp_path, ".interpreted", NUMBA_DISABLE_JIT="1")
+    with pytest.raises((AssertionError, subprocess.CalledProcessError)):
+        ten_steps(tmp_path, ".compiled", "--lost", TRACKDYN_CACHE=str(tmp_path / "cache"))
+        assert_same(tmp_path / "default")
