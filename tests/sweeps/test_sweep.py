@@ -199,7 +199,7 @@ def stored_rows(store):
 def whole(tmp_path_factory, rig_path):
     """A design as a file, and the table of it that one process makes undisturbed."""
     designed = tmp_path_factory.mktemp("whole") / "d.csv"
-    design(ROWS, duration=0.5).to_csv(designed, index=False)
+    design(ROWS, duration=2.0).to_csv(designed, index=False)
     sweep(pd.read_csv(designed), designed.with_suffix(".parquet"), rig_path, jobs=1)
     return designed, designed.with_suffix(".parquet")
 

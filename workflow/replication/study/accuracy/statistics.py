@@ -5,7 +5,7 @@ import numpy as np
 from trackdyn.measure import uncertainty
 from trackdyn.measure.contacts import meshing_summary
 from trackdyn.measure.sensor import sense, whole_revolutions, whole_samples
-from trackdyn.measure.spectra import high_frequency_rms, main_line_binfree, rms, standard_deviation
+from trackdyn.measure.spectra import high_frequency_rms, holds_line, main_line_binfree, rms, standard_deviation
 from trackdyn.measure.uncertainty import RELATIVE, SHARES, Series
 from trackdyn.measure.whole_loop import series
 from trackdyn.scene.scene import Periods, Scene
@@ -30,7 +30,7 @@ def study_scene(rig, rpm: float, ring: float | None, turns: int, **fields) -> Sc
 
 def statistics_of(recording: Recording) -> dict[str, float]:
     """RMS, SD, dominant peak, RMS at and above 20 Hz (g), contact durations (%), peaks of both arcs (N), closure error
-    (m), energy residual.
+    (m), energy residual. A record of less than two revolutions of the loop has no dominant peak: NaN.
 
     The RMS and SD are taken over whole revolutions of the loop, the peak is the mean over the passages of the largest
     force.
@@ -39,10 +39,11 @@ def statistics_of(recording: Recording) -> dict[str, float]:
     ay = sense(recording).ay
     complete = ay[: whole_revolutions(len(ay), recording.rate, loop_hz)]
     meshing = meshing_summary(recording) if len(recording.contact_log) else {}
+    periodic = holds_line(len(ay), recording.rate, loop_hz)
     return {
         "rms": rms(complete),
         "sd": standard_deviation(complete),
-        "line": main_line_binfree(ay, recording.rate, expected_hz=loop_hz)[1],
+        "line": main_line_binfree(ay, recording.rate, expected_hz=loop_hz)[1] if periodic else NAN,
         **{name: meshing.get(f"{name}_pct", NAN) for name in SHARES},
         "high_frequency": high_frequency_rms(complete, recording.rate),
         **{f"{side}_peak": meshing.get(f"{side}_peak_n", NAN) for side in ("left", "right")},
