@@ -56,6 +56,11 @@ def number(name: str, help: str) -> Any:
     return typer.Option(name, parser=lambda text: parse_number(name, text), metavar="NUMBER", help=help)
 
 
+def preset(help: str) -> Any:
+    """Option ``--preset``; names of presets complete in the shell."""
+    return typer.Option("--preset", metavar="NAME", autocompletion=_beginning(*PRESETS), help=help)
+
+
 def _parse_ring(text: str) -> Ring:
     accepted = "must be a radius in m, such as 0.308, or none"
     return Ring(None if text == "none" else parse_number("--ring-radius", text, accepted))
@@ -134,16 +139,7 @@ RingRadius = Annotated[
         help="Radius of the rubber ring in m, or none; the rig's by default.",
     ),
 ]
-COMPLETE_PRESET = _beginning(*PRESETS)
-Preset = Annotated[
-    str,
-    typer.Option(
-        "--preset",
-        metavar="NAME",
-        autocompletion=COMPLETE_PRESET,
-        help="Bundle of choices: fast, standard, paper or reference.",
-    ),
-]
+Preset = Annotated[str, preset("Bundle of choices: fast, standard, paper or reference.")]
 StepOption = Annotated[float | None, number("--step", "Time step, s; the preset's by default.")]
 Tolerance = Annotated[
     float | None,

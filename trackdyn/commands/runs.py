@@ -22,12 +22,7 @@ def simulate(
     lead_in: Annotated[float, options.number("--lead-in", "Time at constant speed before the record, s.")] = 5.0,
     preset: Annotated[
         str | None,
-        typer.Option(
-            "--preset",
-            metavar="NAME",
-            autocompletion=options.COMPLETE_PRESET,
-            help="Bundle of choices: fast, standard, paper or reference; standard, or what a --tolerance needs.",
-        ),
+        options.preset("Bundle of choices: fast, standard, paper or reference; standard, or what a --tolerance needs."),
     ] = None,
     step: options.StepOption = None,
     choose: options.Choose = None,
@@ -207,12 +202,7 @@ def plan(
     ring_radius: options.RingRadius = None,
     preset: Annotated[
         str | None,
-        typer.Option(
-            "--preset",
-            metavar="NAME",
-            autocompletion=options.COMPLETE_PRESET,
-            help="Keep the method and step of a preset.",
-        ),
+        options.preset("Keep the method and step of a preset."),
     ] = None,
     step: options.StepOption = None,
     choose: options.Choose = None,

@@ -97,7 +97,7 @@ def sense(recording: Recording, every: int = 1, sensor: str | int = 0) -> Sensor
     Raises
     ------
     InputError
-        ``every`` is out of range, or there is no such sensor.
+        ``every`` is out of range, or the recording has no sensor of that name or number.
     """
     every = int(within("every", every, 1, max(len(recording.time), 1), " samples"))
     index = recording.sensor_index(sensor)

@@ -1,8 +1,8 @@
 """Files of rigs: shipped ones by name, what a file takes from another one (``like``), and its short way of writing.
 
-With ``like`` a file states only what differs from another one; its ``wheels`` and its ``sensors`` replace all of the
-other's. A value may be text, ``radius: 0.305 m``, or a bare number without unit if its section says ``source`` (and
-``kind``, else assumed) once for all such values.
+With ``like`` a file overrides single values of another file; ``wheels`` and ``sensors`` are overridden as a whole. A
+value may be text, ``radius: 0.305 m``, or a bare number without unit if its section says ``source`` (and ``kind``, else
+assumed) once for all such values.
 """
 
 import re

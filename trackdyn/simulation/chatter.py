@@ -15,7 +15,7 @@ NOTICED = 0.01
 # Share of the mean peak in peaks that stand for one step, with a neighbour below half: the true one may be as much as
 # twice as large, so that a tenth of the mean peak may be half off, which is ``PEAKS``.
 ONE_STEP = 0.1
-# Looks that must have been taken at what alternates before anything is said.
+# Least number of samples before a verdict.
 LEAST_LOOKS = 10
 
 
