@@ -284,7 +284,7 @@ STEP_ERRORS = {
     r"(rms|sd|mean)(_whole)?_g": (1e-3, 1e-3),
     r"line_g(_binfree)?": (1e-4, 2e-3),
     r"line_hz(_binfree)?": (0.0, 0.0),  # the speed's own
-    r"high_frequency_g": (2e-3, 3e-3),
+    r"high_frequency_g": (3e-3, 3e-3),
     r"(left|right|ring)_share_pct": (0.02, 0.05),
     r"(left|right|ring)_phase_(start|end)": (2e-4, 5e-4),
     r"(left|right|ring)_(rms|sd|rms_contact)_n": (5e-4, 5e-3),
