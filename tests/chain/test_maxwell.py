@@ -8,7 +8,7 @@ from trackdyn.errors import InputError
 from trackdyn.model.arrays import BUSHING_LOSS
 from trackdyn.model.constants import Branches
 from trackdyn.rig.laws import BAND, loss_branches
-from trackdyn.scene.limits import step_limits
+from trackdyn.scene.step import step_limits
 from trackdyn.simulation.energy_balance import open_share
 from trackdyn.simulation.loop import Loop
 

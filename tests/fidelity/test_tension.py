@@ -15,8 +15,8 @@ from trackdyn.integrate.carriers import push
 from trackdyn.model.arrays import BEARING, ENERGY_NAMES
 from trackdyn.model.constants import SPROCKET
 from trackdyn.rig.rig import load_rig
-from trackdyn.scene.limits import largest_step
 from trackdyn.scene.scene import Scene
+from trackdyn.scene.step import largest_step
 from trackdyn.simulation.energy_balance import open_share
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.rest_state import arc_depths, check_meshing, explained_depth

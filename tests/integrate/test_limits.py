@@ -8,8 +8,8 @@ import pytest
 from tests.kinematics import closed_rates, set_model
 from trackdyn.errors import DivergenceError
 from trackdyn.integrate.methods import METHODS
-from trackdyn.scene.limits import FRICTION_LEEWAY, elastic_depth, step_limits
 from trackdyn.scene.scene import Scene
+from trackdyn.scene.step import FRICTION_LEEWAY, elastic_depth, step_limits
 from trackdyn.simulation.loop import Loop
 
 RK4 = METHODS["rk4"]
@@ -118,5 +118,5 @@ def test_a_contact_of_any_stiffness_carries_its_load_at_its_elastic_depth(stiffn
 
 def test_the_elastic_depth_follows_the_form_of_the_law(monkeypatch):
     square = SimpleNamespace(py_func=lambda law, depth, radius: (law.stiffness * depth**2, 2.0))
-    monkeypatch.setattr("trackdyn.scene.limits.elastic_force", square)
+    monkeypatch.setattr("trackdyn.scene.step.elastic_force", square)
     assert elastic_depth(SimpleNamespace(stiffness=4e9), 1e4, 0.02) == pytest.approx((1e4 / 4e9) ** 0.5, rel=1e-12)

@@ -18,7 +18,7 @@ WITH_ANOTHER = """
 import json
 from trackdyn import Loop, Scene, load_rig
 from trackdyn.integrate.methods import METHODS
-from trackdyn.scene.limits import step_limits
+from trackdyn.scene.step import step_limits
 
 METHODS["rk3"] = METHOD
 rig = load_rig("paper").changed(chain__pitches=3, bushing__damping=0.5)

@@ -5,8 +5,8 @@ from math import ceil
 import pytest
 
 from trackdyn.rig.rig import load_rig
-from trackdyn.scene.limits import largest_step
 from trackdyn.scene.scene import Scene
+from trackdyn.scene.step import largest_step
 from trackdyn.simulation.loop import Loop
 
 SPROCKET_RPM = 30.0

@@ -8,8 +8,8 @@ import pytest
 from tests.layouts import PITCHES, WHEELS, random_rig
 from trackdyn.errors import InputError
 from trackdyn.rig.layout import assemble, belt_around, wheel_circles
-from trackdyn.scene.limits import largest_step
 from trackdyn.scene.scene import Scene
+from trackdyn.scene.step import largest_step
 from trackdyn.simulation.settling import settle
 
 

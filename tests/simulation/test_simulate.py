@@ -4,8 +4,6 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-import trackdyn.scene.scene
-import trackdyn.simulation.rest_state
 from tests.conftest import LAWS, recorded
 from trackdyn.commands.cli import app
 from trackdyn.errors import DivergenceError
@@ -65,8 +63,7 @@ def test_the_loop_advances_thirteen_pitches_a_turn(make_scene):
 
 def forget_limits(monkeypatch):
     """Neither the scene nor the settled loop refuses a step."""
-    monkeypatch.setattr(trackdyn.scene.step, "step_limits", lambda *_: {"none": 1.0})
-    monkeypatch.setattr(trackdyn.simulation.rest_state, "largest_step", lambda *_: 1.0)
+    monkeypatch.setattr("trackdyn.scene.step.step_limits", lambda *_: {"none": 1.0})
 
 
 def test_a_run_that_diverges_says_when_and_where(make_scene, monkeypatch):

@@ -29,9 +29,8 @@ from trackdyn.measure.uncertainty import (
     weight_of_finer,
 )
 from trackdyn.measure.whole_loop import series
-from trackdyn.scene.limits import turn_limit
 from trackdyn.scene.scene import LONGEST_RUN, Scene
-from trackdyn.scene.step import first_that_runs, halved_steps, round_step
+from trackdyn.scene.step import first_that_runs, halved_steps, round_step, turn_limit
 from trackdyn.simulation.chatter import ONE_STEP
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recorder import Recorder

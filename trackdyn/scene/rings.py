@@ -9,8 +9,8 @@ from trackdyn.model.constants import Law
 from trackdyn.rig.groove import true_depth
 from trackdyn.rig.layout import assemble, belt_around, body_lengths
 from trackdyn.rig.rig import Rig
-from trackdyn.scene.limits import elastic_depth
 from trackdyn.scene.scene import Scene
+from trackdyn.scene.step import elastic_depth
 
 # The tensioner stays where the rig's own ring put it: a larger ring tightens the loop, by this factor at most.
 TIGHTER = 5.0

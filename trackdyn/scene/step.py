@@ -1,18 +1,23 @@
-"""The time step: what is usual, what a tension allows, what divides a sample, and what to try next."""
+"""The time step: what is usual, what stability and accuracy allow, what divides a sample, and what to try next."""
 
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
-from math import ceil, inf
+from math import ceil, inf, isinf, pi, sin, sqrt
 from typing import TypeVar
 
+import numpy as np
+
+from trackdyn.contact.laws import elastic_force
 from trackdyn.errors import DivergenceError, InputError
-from trackdyn.integrate.methods import METHODS
+from trackdyn.integrate.methods import METHODS, Method
+from trackdyn.model.constants import Law
 from trackdyn.scene.choices import preset
-from trackdyn.scene.limits import step_limits
 
 LEAST_STEP = 1e-8  # s: rounding of the time counts from there on
 LEAST_SHARE = 0.01  # of the usual step: nobody waits for less without having asked for it
 HALVINGS = 4  # of a step that proves too large
+# Largest and least step with which a loop settles, s; the scene's if it is shorter.
+SETTLING_STEP, LEAST_SETTLING_STEP = 1e-4, 2e-6
 Choice = TypeVar("Choice")
 Result = TypeVar("Result")
 
@@ -68,6 +73,18 @@ def allowed_step(scene, step: float, tension: float, share: float = 1.0) -> floa
     return round_step(share * limit, sample)
 
 
+def settling_step(scene, tension: float, longest: float = inf) -> float:
+    """Step with which a loop settles at a tension (N), s: at most ``longest`` and ``SETTLING_STEP``.
+
+    What limits the scene's own step must not be refused under another name here, so the step limit of an explicit
+    settling applies, too.
+    """
+    step = min(longest, SETTLING_STEP)
+    if not METHODS[scene.integrator].linearly_implicit:
+        step = min(step, max(largest_step(scene.model, tension), LEAST_SETTLING_STEP))
+    return round_step(step, 1.0 / scene.rig.rate)
+
+
 def _advice(limit: float, sample: float) -> str:
     """The largest step below a limit, in words; no accepted step may be small enough."""
     if limit < LEAST_STEP:
@@ -75,3 +92,130 @@ def _advice(limit: float, sample: float) -> str:
             f"no step of {LEAST_STEP:g} s or more is small enough; use less tension, softer contacts or heavier bodies"
         )
     return f"must be at most {limit:.2g} s, such as {round_step(limit, sample):.7g} s"
+
+
+# -- limits ------------------------------------------------------------------------------------------------------------
+
+# The static load of a pitch on its wheel is multiplied by this before the stiffness is taken: forces that
+# last reach 1.6 times the static load with the reference ring, only touch-down spikes of less than a
+# millisecond go beyond twice. Runs are then stable to about 1.4 times the limit. A larger ring tightens the
+# loop beyond the pre-tension that the limit is taken at: it is asked again at the tension that the loop settles at.
+DYNAMIC_FACTOR = 2.0
+# Beyond so many times the step of explicit friction, implicit friction still decays but flips as it does.
+FRICTION_LEEWAY = 10.0
+LEAST_LOAD = 1e-3  # N: a loop without weight and tension touches its wheels, too
+MOST_ITERATIONS = 100  # of Newton's method, which takes less than ten
+
+
+def elastic_depth(law, load, radius):
+    """Depth (m) at which the elastic term of a law carries a load (N): Newton's method in logarithms of both."""
+    depth = load / law.stiffness
+    for _ in range(MOST_ITERATIONS):
+        force, power = elastic_force.py_func(law, depth, radius)
+        ratio = (load / force) ** (1.0 / power)
+        depth *= ratio
+        if abs(ratio - 1.0) < 1e-14:
+            break
+    return depth
+
+
+def _yield_at_end(chain, i: int) -> float:
+    """Acceleration of an end of body i across its pin line for a unit force there, 1/kg."""
+    return 1 / float(chain.mass[i]) + (float(chain.length[i]) / 2) ** 2 / float(chain.inertia[i])
+
+
+def _stiffness_at(law, load, radius):
+    """Slope of a law at a load, N/m."""
+    depth = elastic_depth(law, load, radius)
+    return load / depth * elastic_force.py_func(law, depth, radius)[1]
+
+
+# Turn of the sprocket in one step of a method of order 1, rad.
+LARGEST_TURN = 2.5e-3
+
+
+def step_limits(model, pre_tension: float, method: Method = METHODS["semi_implicit"]) -> dict[str, float]:
+    """Step limits of an integrator by cause, s; empty if it has none.
+
+    A contact of stiffness k on a mass m oscillates stably for ``h < 2 sqrt(m / k)``; friction with
+    the slope c of Eq. 10 decays for ``h < 2 m / c`` (for RK4 2.82 and 2.78 instead of 2). Both are
+    taken at the load of one pitch on a wheel, ``2 T sin(pi / m)`` with T the pre-tension plus the weight of a metre of
+    chain, times ``DYNAMIC_FACTOR``, and more on a wheel around which a pitch turns by more than on the sprocket.
+    Bushing damping and a compliant cut are implicit in the sweep of semi-implicit Euler and set no limit there; for
+    RK4 they do. Bushing stiffness acts on the smaller rotational inertia.
+    """
+    limits = turn_limit(model.drive.rate) if method.order == 1 else {}
+    oscillation, decay = method.oscillation, method.decay
+    # in the plane a staggered method takes friction with the slip that it leaves (`contact.forces.apply`)
+    sliding = FRICTION_LEEWAY if method.staggered and model.space is None else 1.0
+    if isinf(oscillation):
+        return limits
+    chain, tooth, wheels = model.chain, model.tooth, model.wheels
+    link = float(chain.mass[0])
+    # A push across the chain at a pin moves the ends of both bodies that meet there.
+    ends = [1 / _yield_at_end(chain, i) for i in (0, 1)]
+    at_pin = sum(ends)
+    tension = pre_tension + chain.gravity * float(chain.mass.sum() / chain.length.sum())
+    load = max(DYNAMIC_FACTOR * 2 * tension * sin(pi / tooth.teeth), LEAST_LOAD)
+
+    pitch = float(chain.length.sum()) / len(model.shoes.link_body)
+
+    def on(radius):
+        """Load of a pitch on a wheel that is smaller than the sprocket, around which the chain bends more."""
+        half_angle = min(pitch / (2 * (radius + wheels.half_thickness)), pi / 2)  # of a pitch
+        return load * max(sin(half_angle) / sin(pi / tooth.teeth), 1.0)
+
+    def friction(law, mass, load=load):
+        slope = (4 * law.friction_dynamic + 16 / 9 * (law.friction_static - law.friction_dynamic)) * load
+        return sliding * decay * mass * law.transition_velocity / slope if slope else float("inf")
+
+    if tooth.present:
+        narrow = min(
+            float(r) + (tooth.arc_radius if convex else -tooth.arc_radius)
+            for r, convex in zip(tooth.radius, tooth.convex, strict=True)
+        )
+        stiffness = _stiffness_at(tooth.law, load, narrow)
+        limit = oscillation * sqrt(at_pin / stiffness)
+        limits["contact stiffness of the teeth (tooth_contact)"] = limit
+        limits["friction of the teeth (tooth_contact)"] = friction(tooth.law, at_pin)
+    for k in np.flatnonzero(wheels.present):
+        name = f"surface of wheel {k}" if k else "ring contact"
+        law, radius = Law(*wheels.law[k].tolist()), float(wheels.radius[k])
+        bears = on(radius) if k else load
+        limits[f"contact stiffness of the {name}"] = oscillation * sqrt(link / _stiffness_at(law, bears, radius))
+        limits[f"friction of the {name}"] = friction(law, link, bears)
+    return limits | _joint_limits(model, method)
+
+
+def _joint_limits(model, method: Method) -> dict[str, float]:
+    """Step limits that bushings and a compliant cut set, s."""
+    chain, closure = model.chain, model.closure
+    limits, oscillation, decay = dict[str, float](), method.oscillation, method.decay
+    if chain.stiffness:
+        # two neighbours turn against each other; each angle feels the bushings at both of its ends, of which the
+        # branches are as stiff as can be when nothing has time to relax
+        inertia = float(min(chain.inertia))
+        stiffness = chain.stiffness + float(model.branches.stiffness.sum())
+        limits["stiffness of the bushing"] = oscillation * sqrt(inertia / (4 * stiffness))
+    if chain.damping and not method.implicit_damping:
+        # links and connectors in zigzag, their mass centres at rest: both share the way of the pin between them
+        (a, b), (own, other) = (tuple(float(v) for v in pair[:2]) for pair in (chain.length, chain.inertia))
+        mobility = 2 * (a + b) ** 2 / (own * b**2 + other * a**2)
+        limits["damping of the bushing"] = decay / (chain.damping * mobility)
+    if closure.compliant and not method.implicit_damping:
+        # the two bodies at the cut, free at their other ends: acceleration of the gap for a unit force through it
+        mobility = sum(_yield_at_end(chain, i) for i in (0, -1))
+        limits["stiffness of the cut (closure)"] = oscillation / sqrt(closure.stiffness * mobility)
+        if closure.damping:
+            limits["damping of the cut (closure)"] = decay / (closure.damping * mobility)
+    return limits
+
+
+def largest_step(model, *tensions: float, method: Method = METHODS["semi_implicit"]) -> float:
+    """Least of the limits of a step (`step_limits`) at some tensions (N), s; infinite if there is none."""
+    return min((limit for tension in tensions for limit in step_limits(model, tension, method).values()), default=inf)
+
+
+def turn_limit(rate: float) -> dict[str, float]:
+    """Step limit of a method of order 1 at the sprocket's ``rate`` (rad/s): accuracy, not stability."""
+    return {"turn of the sprocket (motor_rpm)": LARGEST_TURN / abs(rate)} if rate else {}

@@ -60,7 +60,7 @@ def path_energy(energy, model, seconds: float) -> float:
 def check_account(energy, model, seconds: float) -> None:
     """Refuse (`DivergenceError`) a run whose energy balance shows that its step was too large, though nothing diverged.
 
-    Contacts heavier than `limits.step_limits` reckons with (a very tight loop, bushings that hardly turn) make
+    Contacts heavier than `scene.step.step_limits` reckons with (a very tight loop, bushings that hardly turn) make
     friction chatter from step to step until it drives what it should brake.
     """
     share, exchanged = open_share(energy, model, seconds)

@@ -15,8 +15,9 @@ from trackdyn.errors import DivergenceError, InputError
 from trackdyn.rig.layout import assemble, belt_around, travel_range
 from trackdyn.scene.build import CARRIED
 from trackdyn.scene.scene import Scene
+from trackdyn.scene.step import settling_step
 from trackdyn.simulation.loop_arrays import shift_wheel
-from trackdyn.simulation.rest_state import CHUNK, PERIOD, DampedLoop, Restless, settling_step
+from trackdyn.simulation.rest_state import CHUNK, PERIOD, DampedLoop, Restless
 
 # The tensioner closes the gap to the wanted tension with this time constant, s: slower than the strands swing out.
 TENSIONER_TIME = 0.15

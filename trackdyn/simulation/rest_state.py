@@ -15,15 +15,12 @@ from trackdyn.model.constants import SPROCKET, Drive, Model
 from trackdyn.rig.groove import depths_on_sprocket
 from trackdyn.rig.layout import Assembly, tensioner
 from trackdyn.scene.build import make_carriers, preloads
-from trackdyn.scene.limits import elastic_depth, largest_step
 from trackdyn.scene.scene import Scene
-from trackdyn.scene.step import round_step
+from trackdyn.scene.step import elastic_depth
 from trackdyn.simulation.loop_arrays import copy_wheels, lay_state, shift_wheel
 
 # Length of a chunk, s, and the factor by which every rate is multiplied at its end.
 CHUNK, DAMPING = 1e-3, 0.985
-# Largest and least step of the settling, s; the scene's if it is shorter.
-SETTLING_STEP, LEAST_STEP = 1e-4, 2e-6
 # At rest, the mean tension of two periods (s) of `PERIOD` differs by at most the share `EVEN`; the longest rest, s.
 PERIOD, EVEN, LONGEST_REST = 0.1, 0.0025, 4.0
 # Longest wait for bodies that still swing when the strands have equal tension, s.
@@ -176,18 +173,6 @@ class DampedLoop:
             f"the loop does not come to rest: settled in steps of {self.model.step:.3g} s a body still turns at "
             f"{self.swing:.2g} rad/s or is thrown to and fro; use less tension, softer contacts or heavier bodies"
         )
-
-
-def settling_step(scene: Scene, tension: float, longest: float = inf) -> float:
-    """Step of the settling at a tension (N), s: at most ``longest`` and ``SETTLING_STEP``.
-
-    What limits the scene's own step must not be refused under another name here, so the step limit of an explicit
-    settling applies, too.
-    """
-    step = min(longest, SETTLING_STEP)
-    if not METHODS[scene.integrator].linearly_implicit:
-        step = min(step, max(largest_step(scene.model, tension), LEAST_STEP))
-    return round_step(step, 1.0 / scene.rig.rate)
 
 
 def arc_depths(scene: Scene, model: Model, work: Work, angle: float) -> np.ndarray:

@@ -9,9 +9,8 @@ from trackdyn.errors import DivergenceError, InputError
 from trackdyn.rig.layout import assemble, belt_around, body_lengths, longest_strand, wheel_circles, wheel_names
 from trackdyn.rig.outline import distance_to
 from trackdyn.rig.rig import Rig
-from trackdyn.scene.limits import largest_step, turn_limit
 from trackdyn.scene.scene import Scene
-from trackdyn.scene.step import halved_steps, round_step
+from trackdyn.scene.step import halved_steps, largest_step, round_step, turn_limit
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recorder import Recorder
 from trackdyn.simulation.settling import tension_words

@@ -23,10 +23,10 @@ from trackdyn.rig.layout import Assembly, check_overlap
 from trackdyn.rig.rig import Rig
 from trackdyn.scene.build import CARRIED, check_stops, wheel_centres
 from trackdyn.scene.scene import RECORD_FIELDS, Scene
-from trackdyn.scene.step import allowed_step, first_that_runs
+from trackdyn.scene.step import LEAST_SETTLING_STEP, allowed_step, first_that_runs, settling_step
 from trackdyn.simulation.initial_tension import TensionedLoop, tensioned
 from trackdyn.simulation.loop_arrays import copy_wheels, equipped, lay_state, shift_wheel
-from trackdyn.simulation.rest_state import LEAST_STEP, Restless, check_meshing, settling_step
+from trackdyn.simulation.rest_state import Restless, check_meshing
 
 # A loop that does not come to rest is settled anew with half the step, so many times.
 HALVINGS = 2
@@ -121,7 +121,7 @@ def _rested(scene: Scene, tensioned_loop: Callable[[float], TensionedLoop]) -> T
         return loop
 
     step = settling_step(scene, scene.rig.tension.pre_tension, scene.time_step)
-    finer = [2.0**k for k in range(1, HALVINGS + 1) if step / 2**k >= LEAST_STEP]
+    finer = [2.0**k for k in range(1, HALVINGS + 1) if step / 2**k >= LEAST_SETTLING_STEP]
     return first_that_runs([1.0, *finer], rested, (DivergenceError, Restless))
 
 

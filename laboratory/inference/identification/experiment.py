@@ -16,9 +16,8 @@ from trackdyn.integrate.methods import METHODS
 from trackdyn.measure.sensor import sense
 from trackdyn.rig.rig import Rig
 from trackdyn.scene.choices import preset
-from trackdyn.scene.limits import largest_step
 from trackdyn.scene.scene import Periods, Scene
-from trackdyn.scene.step import first_that_runs, halved_steps, round_step
+from trackdyn.scene.step import first_that_runs, halved_steps, largest_step, round_step
 from trackdyn.simulation.settling import SettledLoops
 from trackdyn.simulation.simulate import simulate
 from trackdyn.sources import module_hash

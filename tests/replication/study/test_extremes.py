@@ -18,7 +18,7 @@ from tests.viscous import VISCOUS
 from trackdyn import DivergenceError, InputError, Scene
 from trackdyn.model.arrays import ENERGY_NAMES
 from trackdyn.rig.rig import load_rig
-from trackdyn.scene.limits import turn_limit
+from trackdyn.scene.step import turn_limit
 from trackdyn.simulation.energy_balance import check_account
 from trackdyn.simulation.simulate import simulate
 

@@ -10,9 +10,8 @@ import pandas as pd
 from replication.study.extremes.judge import COMPLETED, DEFECT, MARKED, REFUSED, row
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.rig.rig import Rig, load_rig
-from trackdyn.scene.limits import largest_step
 from trackdyn.scene.scene import Scene
-from trackdyn.scene.step import round_step
+from trackdyn.scene.step import largest_step, round_step
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recorder import Recorder
 from trackdyn.simulation.step_check import FINER, NO, OPEN, PEAKS, RMS, YES

@@ -9,8 +9,8 @@ from replication.study.extremes.judge import COMPLETED, FAST, REFUSED, attempted
 from replication.study.extremes.restitution import STEEL_AND_TOOTH
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.rig.rig import Rig
-from trackdyn.scene.limits import step_limits
 from trackdyn.scene.scene import Scene
+from trackdyn.scene.step import step_limits
 from trackdyn.simulation.loop import Loop
 
 SECONDS = 0.2
