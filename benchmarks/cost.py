@@ -232,7 +232,7 @@ def long_loops(repeats: int) -> list[dict]:
     rows = []
     for pitches in LOOP_PITCHES:
         out = 0.5 * (pitches - bench.chain.pitches) * pitch
-        rig = bench.changed(chain__pitches=pitches, idler__x=bench.idler.x - out)
+        rig = bench.changed(chain__pitches=pitches, idler__x=bench.wheels["idler"].x - out)
         loop = Loop(Scene(rig, 20.0 * rig.sprocket.transmission_ratio, step=5e-5, contact_log=False))
         loop.advance(0.1)
         steps = max(BODY_STEPS // loop.scene.bodies, 1)

@@ -100,8 +100,8 @@ def random_rig(number: int) -> Rig:
         x, y, radius = (float(coordinate) for coordinate in placed[i])
         wheels[name] = {
             "x": x, "y": y, "radius": radius, "inertia": 0.5 * 4 * c.link_mass * radius**2, "axial_offset": 0.0,
-            "toe": 0.0, "camber": 0.0, "bearing_drag": float(base.rollers["idler"].bearing_drag), "bearing_torque": 0.0,
-            "rolling_arm": float(base.rollers["idler"].rolling_arm),
+            "toe": 0.0, "camber": 0.0, "bearing_drag": float(base.wheels["idler"].bearing_drag), "bearing_torque": 0.0,
+            "rolling_arm": float(base.wheels["idler"].rolling_arm),
         }  # fmt: skip
         if i != order[k] and rng.random() < 0.15:
             wheels[name]["arm"] = _arm(rng, x, y, radius, 4 * c.link_mass, tension)
@@ -109,7 +109,7 @@ def random_rig(number: int) -> Rig:
     mass = 4 * c.link_mass
     stiffness = tension / (0.1 * placed[order[k], 2])
     changes = {
-        "wheels": wheels, "idler": None, "road_wheel": None, "chain__pitches": pitches,
+        "wheels": wheels, "chain__pitches": pitches,
         "tension__wheel": names[order[k] - 1], "tension__direction": direction, "tension__travel": 0.7 * drawn.pitch,
         "tension__pre_tension": tension, "tension__kept": mode, "tension__mass": mass, "tension__stiffness": stiffness,
         "tension__damping": 0.2 * sqrt(stiffness * mass),

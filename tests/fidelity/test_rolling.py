@@ -106,7 +106,7 @@ def test_a_belt_over_a_wheel_pulls_harder_by_the_arm_times_the_load_over_the_rad
     # strands swing by some newtons between the pitches that the mean is taken over, and other losses change with T
     assert added == pytest.approx(ARM * load * rate * passing / pitch, rel=0.01)
     # the radius at which the middle of the links runs, of a polygon around the wheel
-    radius = bench.rollers["idler"].radius + bench.chain.link_thickness / 2
+    radius = bench.wheels["idler"].radius + bench.chain.link_thickness / 2
     assert added == pytest.approx(ARM * load / radius, rel=0.02)
 
 
@@ -117,7 +117,7 @@ def test_a_rig_of_before_says_what_it_lacks_or_which_law_it_has(rig, tmp_path):
     path = tmp_path / "old.yaml"
     path.write_text("like: bench\n" + wheels % ", bearing_drag: 10.0 N m s/rad", encoding="utf-8")
     old = load_rig(path)
-    assert not {"rolling_arm", "seal_drag"} & set(old.model_dump()["idler"])
+    assert not {"rolling_arm", "seal_drag"} & set(old.model_dump()["wheels"]["idler"])
     with pytest.raises(InputError, match=r"drag = 'rolling': wheel idler .*rolling_arm.*'viscous'"):
         Scene(old, 30.0, drag="rolling", step=1e-6)
     assert Scene(old, 30.0, drag="viscous", step=1e-6).model.wheels.drag[IDLER] == 10.0

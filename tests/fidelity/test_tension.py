@@ -59,7 +59,7 @@ def test_the_spring_carries_the_wheel_where_it_settles(settled):
 def test_coulomb_drag_takes_its_torque_at_any_speed(make_scene, rig):
     recording = recorded(make_scene(210.0, duration=0.5, drag="coulomb"))
     turned = np.abs(recording.wheel_rate[1:, 1:]).sum(axis=0) / recording.rate
-    expected = turned @ [rig.idler.bearing_torque, rig.road_wheel.bearing_torque]
+    expected = turned @ [rig.wheels[name].bearing_torque for name in ("idler", "road_wheel")]
     taken = recording.energy[-1, BEARING] - recording.energy[0, BEARING]
     assert taken == pytest.approx(expected, rel=1e-3)
     assert ENERGY_NAMES[BEARING] == "bearing"

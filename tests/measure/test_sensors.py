@@ -26,7 +26,7 @@ BELT = {"chain": "belt", "ring_radius": None, "contact_log": False}
 
 
 def with_sensors(rig, **places):
-    return rig.changed(sensor=None, sensors=places)
+    return rig.changed(sensors=places)
 
 
 @pytest.mark.parametrize(
@@ -128,8 +128,8 @@ ALONE = "sensor: {source: tape, pitch: 3, x: 0.0 m, y: 0.0 m, rate: 1000 Hz, ran
         ("pitch: 20", "pitch: 0", "sensors.rear.pitch = 0"),
         ("y: -0.01 m, rate: 1000 Hz", "y: -0.01 m, rate: 500 Hz", "rear.rate = 500 Hz: another sensor has 1000 Hz"),
         (", range: 20 g}\n  rear", "}\n  rear", "sensors.front.range is missing"),
-        ("sensors:", f"{ALONE}\nsensors:", "sensor and sensors are both there"),
-        (FILE[FILE.index("  source") :], "  source: tape\n", "sensor is missing"),
+        ("sensors:", "sensor: {source: tape, pitch: 3}\nsensors:", "sensors.sensor.x is missing"),
+        (FILE[FILE.index("  source") :], "  source: tape\n", "sensors is missing; a rig needs at least one"),
     ],
 )
 def test_a_file_of_sensors_that_cannot_be_is_refused_in_one_sentence(tmp_path, rig_path, before, after, words):
@@ -144,12 +144,12 @@ def test_a_file_may_name_several_sensors(tmp_path, rig_path):
     path = tmp_path / "mine.yaml"
     path.write_text(FILE.replace("{like}", str(rig_path)), encoding="utf-8")
     rig = load_rig(path)
-    assert rig.sensor is None and list(rig.accelerometers) == ["front", "rear"]
-    assert rig.value("rear.body") == "connector" and rig.changed(rear__x=0.02).accelerometers["rear"].x == 0.02
+    assert list(rig.sensors) == ["front", "rear"]
+    assert rig.value("rear.body") == "connector" and rig.changed(rear__x=0.02).sensors["rear"].x == 0.02
     assert rig.sampled(2000).rate == 2000
     child = tmp_path / "child.yaml"
     child.write_text(f"like: mine.yaml\n{ALONE}\n", encoding="utf-8")
-    assert list(load_rig(child).accelerometers) == ["sensor"]
+    assert list(load_rig(child).sensors) == ["front", "rear", "sensor"]
 
 
 @pytest.fixture(scope="module")

@@ -18,7 +18,7 @@ def test_fields_are_those_of_the_file_and_can_be_read_and_set(name):
     for field in entries.index:
         value = rig.value(field)
         assert rig.changed(**{field: value}) == rig, field
-    for wheel, section in rig.rollers.items():
+    for wheel, section in rig.wheels.items():
         drag = f"{wheel}.bearing_drag"
         assert rig.value(drag) == section.bearing_drag
         assert rig.changed(**{drag: section.bearing_drag + 1.0}).value(drag) == section.bearing_drag + 1.0

@@ -42,7 +42,7 @@ def test_a_thousand_pitches_are_laid_settled_and_run():
     """The paper's chain on two wheels 78 m apart."""
     rig = load_rig("bench").changed(gravity=0.05, chain__pitches=1000, tension__travel=0.5)
     pitch = rig.chain.link_length + rig.connector_length
-    rig = rig.changed(idler__x=rig.idler.x - (1000 - 26) * pitch / 2)
+    rig = rig.changed(idler__x=rig.wheels["idler"].x - (1000 - 26) * pitch / 2)
     loop = Loop(scene_of(rig, 20.0))
     loop.advance(0.4)
     assert loop.gap < 1e-9  # rounding of a sum of 157 m

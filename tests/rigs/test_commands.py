@@ -15,12 +15,12 @@ def test_a_new_file_is_the_rig_that_it_is_like(name, tmp_path, monkeypatch):
     assert done.code == 0, done.err
     its = load_rig(name)
     # but for drag of its wheels by laws that it does not have; and a copy was not tried
-    wheels = {f"{wheel}." for wheel in its.rollers}
+    wheels = {f"{wheel}." for wheel in its.wheels}
     its = its.changed(**{field: 0.0 for field in its.without_effect if any(map(field.startswith, wheels))})
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         mine = load_rig(tmp_path / "mine.yaml")
-    assert mine.rollers == its.rollers
+    assert mine.wheels == its.wheels
     assert mine == its
     again = run_command("new", "mine.yaml", "--like", name)
     assert again.code == 1 and "mine.yaml exists; give another name" in again.err

@@ -58,8 +58,8 @@ def test_a_wheel_on_an_arm_swings_as_its_spring_says(settled):
     model, state, work = shared(*loop.arrays)
     work.count[0] = 0
     carriers, k = model.carriers, 2
-    arm = loop.scene.rig.rollers["road_3"].arm
-    dx, dy = np.array([loop.scene.rig.rollers["road_3"].x - arm.x, loop.scene.rig.rollers["road_3"].y - arm.y])
+    arm = loop.scene.rig.wheels["road_3"].arm
+    dx, dy = np.array([loop.scene.rig.wheels["road_3"].x - arm.x, loop.scene.rig.wheels["road_3"].y - arm.y])
     weight = arm.mass * loop.scene.rig.gravity
     carriers = carriers._replace(damping=0 * carriers.damping, preload=carriers.weight * carriers.along_y)
     state.slide[:] = 0.0

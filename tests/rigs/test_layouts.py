@@ -18,7 +18,7 @@ def test_layouts_are_drawn_again_from_their_numbers():
         rig = random_rig(number)
         assert rig == random_rig(number)
         assert PITCHES[0] <= rig.chain.pitches <= PITCHES[1]
-        assert WHEELS[0] <= 1 + len(rig.rollers) <= WHEELS[1]
+        assert WHEELS[0] <= 1 + len(rig.wheels) <= WHEELS[1]
     assert random_rig(0) != random_rig(1)
 
 
@@ -33,7 +33,7 @@ def test_a_drawn_layout_is_laid_exactly(number):
     laid = assemble(rig, lengths)
     lengths = np.tile([rig.chain.link_length, rig.connector_length], rig.chain.pitches) if lengths is None else lengths
     path, order = belt_around(rig, laid.shift, float(lengths[0]))
-    assert set(order) == set(range(1 + len(rig.rollers))) and path.wrap.sum() == pytest.approx(2 * np.pi)
+    assert set(order) == set(range(1 + len(rig.wheels))) and path.wrap.sum() == pytest.approx(2 * np.pi)
     ends = np.vstack([laid.pins, laid.pins[:1]])
     np.testing.assert_allclose(np.hypot(*np.diff(ends, axis=0).T), lengths, rtol=0, atol=1e-10)
     np.testing.assert_allclose(np.array([np.cos(laid.angle), np.sin(laid.angle)]) @ lengths, 0.0, atol=1e-10)

@@ -37,7 +37,7 @@ def test_drag_of_every_law_is_a_lever_that_rubber_has_times_the_load(rig, table)
         seen.append([loop.work.carried[1:].copy(), np.abs(loop.wheel_rates[1:])])
     load, rate = np.mean(seen, axis=0)
     low, high = table.loc["idler.rolling_arm", ["low", "high"]]
-    for wheel, force, turning in zip(rig.rollers.values(), load, rate, strict=True):
+    for wheel, force, turning in zip(rig.wheels.values(), load, rate, strict=True):
         assert low <= wheel.rolling_arm <= high
         assert low <= wheel.bearing_drag * turning / force <= high
         assert low <= wheel.bearing_torque / force <= high
@@ -47,7 +47,7 @@ def test_the_default_rig_obeys_what_is_printed(rig):
     """Wheel centres at rest, a constant speed, the equal pitch in one of its readings (docs/deviations.md)."""
     default = load_rig()
     assert default.tension.kept == "locked" and default.drive is None
-    assert all(wheel.carrier is None for wheel in default.rollers.values())
+    assert all(wheel.carrier is None for wheel in default.wheels.values())
     chain = default.chain
     arc = default.sprocket.teeth * (chain.link_length + default.connector_length) / (2 * np.pi)
     assert arc - chain.link_thickness / 2 == pytest.approx(0.308, abs=5e-4)

@@ -73,9 +73,9 @@ def test_every_parameter_of_a_rig_is_read_by_something():
 def test_a_wheel_is_a_section_by_its_name():
     rig = load_rig("m113")
     assert wheel_names(rig)[:2] == ("sprocket", "idler")
-    assert rig.changed(road_3__radius=0.3).rollers["road_3"].radius == 0.3
-    assert rig.changed(road_3__arm__stiffness=3e4).rollers["road_3"].arm.stiffness == 3e4
-    assert rig.changed(road_3__arm=None).rollers["road_3"].carrier is None
+    assert rig.changed(road_3__radius=0.3).wheels["road_3"].radius == 0.3
+    assert rig.changed(road_3__arm__stiffness=3e4).wheels["road_3"].arm.stiffness == 3e4
+    assert rig.changed(road_3__arm=None).wheels["road_3"].carrier is None
     with pytest.raises(InputError, match=r"'road_9\.radius' is not a parameter"):
         rig.changed(road_9__radius=0.3)
     with pytest.raises(InputError, match=r"road_3\.radius = -0\.3"):

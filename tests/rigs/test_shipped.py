@@ -94,7 +94,7 @@ def test_springs_of_arms_hold_what_lies_on_them(settled):
     carriers, rig = loop.arrays.model.carriers, loop.scene.rig
     assert len(carriers.wheel) == 5
     for k, wheel in enumerate(carriers.wheel):
-        arm = rig.rollers[f"road_{k + 1}"].arm
+        arm = rig.wheels[f"road_{k + 1}"].arm
         q = loop.state.slide["q"][k]
         lever = np.array([loop.model.wheels.x[wheel] - arm.x, loop.model.wheels.y[wheel] - arm.y])
         fx, fy = push(loop.arrays.work, wheel)

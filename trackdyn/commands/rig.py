@@ -16,15 +16,14 @@ def rigs() -> None:
 
     Example: `trackdyn rigs` prints the name of each, its pitches, teeth and wheels, and what it is.
     """
-    from trackdyn.rig.rig_file import DEFAULT, WHEELS_OF_OLD, read_rig, shipped_rigs
+    from trackdyn.rig.rig_file import DEFAULT, read_rig, shipped_rigs
     from trackdyn.rig.yaml_file import read_yaml
 
     for name, path in shipped_rigs().items():
         rig = read_rig(name)  # not `load_rig`: a list needs no library that computes
         chain, teeth = rig["chain"], rig["sprocket"]["teeth"]["value"]
         kind = chain["kind"]["value"].replace("_", "-") if "kind" in chain else "double-pin"
-        wheels = 1 + len(rig.get("wheels", {})) + sum(wheel in rig for wheel in WHEELS_OF_OLD)
-        counts = f"{chain['pitches']['value']} pitches ({kind}), {teeth} teeth, {wheels} wheels"
+        counts = f"{chain['pitches']['value']} pitches ({kind}), {teeth} teeth, {1 + len(rig['wheels'])} wheels"
         used = ", used where none is named" if name == DEFAULT else ""
         typer.echo(f"{name:>22}  {counts}{used}\n{'':>22}  {read_yaml(path)['about']}")
 
@@ -94,12 +93,11 @@ def rig_text(like: str) -> str:
     """A rig file that begins with all of a shipped rig (else `InputError`); most of it stands in comments."""
     from trackdyn.rig.quantities import outside_range
     from trackdyn.rig.rig import load_rig
-    from trackdyn.rig.rig_file import PLAIN_WHEEL, SHIPPED, read_rig, rig_path, shipped_rigs
+    from trackdyn.rig.rig_file import GROUPS, SHIPPED, read_rig, rig_path, shipped_rigs
 
     if like not in shipped_rigs():
         raise InputError(f"--like = {shown(like)} is not a shipped rig; choose {', '.join(shipped_rigs())}")
     rig, entries = load_rig(like), read_rig(rig_path(like))
-    plain = [*PLAIN_WHEEL.values(), *({**entry, "value": 0.0} for entry in PLAIN_WHEEL.values())]
     ignored = rig.without_effect
 
     def short(entry: dict) -> str:
@@ -110,7 +108,7 @@ def rig_text(like: str) -> str:
 
     def flow(section: dict, wheel: str = "") -> str:
         unread = [name.partition(".")[2] for name in ignored if wheel and name.startswith(f"{wheel}.")]
-        items = ((key, item) for key, item in section.items() if item not in plain and key not in unread)
+        items = ((key, item) for key, item in section.items() if key not in unread)
         return (
             "{" + ", ".join(f"{key}: {flow(item) if 'value' not in item else short(item)}" for key, item in items) + "}"
         )
@@ -124,17 +122,16 @@ def rig_text(like: str) -> str:
             rows.append(f"#   {key}: {short(item)}  # {item['kind']}: {source}{outside}")
         return rows
 
-    wheels = {name: entries[name] if name in entries else entries["wheels"][name] for name in rig.rollers}
     tension = [
         f"  {key}: {short(item)}"
         for key, item in entries["tension"].items()
         if not isinstance(item["value"], (list, tuple)) and f"tension.{key}" not in ignored
     ]
-    named = "\n".join(f"  {name}: {flow(section, name)}" for name, section in wheels.items())
+    named = "\n".join(f"  {name}: {flow(section, name)}" for name, section in entries["wheels"].items())
     head = (SHIPPED / "template.txt").read_text(encoding="utf-8")
     rows = [head.format(like=like, wheels=named, tension="\n".join(tension))]
-    for name, section in entries.items():
-        if name in ("wheels", "tension", "surfaces", "sensors", *rig.rollers) or "value" in section:
+    for name, section in (entries | entries["sensors"]).items():
+        if name in ("tension", "surfaces", *GROUPS) or "value" in section:
             continue
         plain_values = {key: item for key, item in section.items() if not isinstance(item["value"], (list, tuple))}
         rows += [*comments(name, plain_values), ""]

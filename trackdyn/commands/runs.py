@@ -314,7 +314,7 @@ def compare(
     rig = loaded.scene.rig
     if name is not None:
         loaded.sensor_index(name)
-    mappings = chosen.of_sensors(rig.accelerometers, sensor, name)
+    mappings = chosen.of_sensors(rig.sensors, sensor, name)
     if figure is not None and len(mappings) > 1:
         raise InputError(f"--figure {figure}: shows one sensor; name it with --sensor, {', '.join(mappings)}")
     records = {
@@ -323,7 +323,7 @@ def compare(
     }
     tables = {}
     for name, record in records.items():
-        if len(rig.accelerometers) > 1:
+        if len(rig.sensors) > 1:
             typer.echo(f"sensor {name}")
         tables[name] = _compare(loaded.with_sensor(name), record, str(recording))
     if out is not None:

@@ -62,7 +62,7 @@ def shown_measures(recording: Recording) -> list[dict]:
     for what is not a sensor's.
     """
     rows, row, whole = [], run_metrics("", recording), whole_errors(recording.scene)
-    names = list(recording.scene.rig.accelerometers)
+    names = list(recording.scene.rig.sensors)
     several = {name: sensor_row(recording, name) for name in names} if len(names) > 1 else {}
     for field in table_schema(SHOWN)["fields"]:
         name, unit = field["name"], "" if field["unit"] == "1" else field["unit"]
@@ -97,7 +97,7 @@ def remarks(recording: Recording) -> list[str]:
 def range_sentence(recording: Recording, sensor: int = 0) -> str:
     """Sentence on accelerations beyond the range of a sensor, or of those on every link; empty without any."""
     scene, (name, mounted) = recording.scene, list(recording.sensors.items())[sensor]
-    columns = slice(len(scene.rig.accelerometers), None) if scene.every_link else slice(sensor, sensor + 1)
+    columns = slice(len(scene.rig.sensors), None) if scene.every_link else slice(sensor, sensor + 1)
     limit, ay = mounted.range, readings(recording.mean[:, columns], scene.rig)[..., 1]
     if not (beyond := int((abs(ay) > limit).sum())):
         return ""

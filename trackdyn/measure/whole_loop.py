@@ -25,7 +25,7 @@ def every_ay(recording: Recording) -> np.ndarray:
     if not recording.scene.every_link:
         raise InputError("recording: every_link is False; a scene with every_link=True has a sensor on every link")
     rig = recording.scene.rig
-    return readings(recording.mean[:, len(rig.accelerometers) :], rig, rig.first_sensor.range)[..., 1]
+    return readings(recording.mean[:, len(rig.sensors) :], rig, rig.first_sensor.range)[..., 1]
 
 
 def passage_edges(recording: Recording) -> np.ndarray:

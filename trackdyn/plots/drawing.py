@@ -281,7 +281,7 @@ def draw_rig(rig: Rig, frame, wheels) -> Figure:
     label = {"ha": "center", "va": "center", "fontsize": SMALL, "color": BLACK, "bbox": box}
     label["zorder"] = Z_MARK + 1
     for name, (x, y, radius) in zip(wheel_names(rig), wheels, strict=True):
-        carrier = None if name == "sprocket" else rig.rollers[name].carrier
+        carrier = None if name == "sprocket" else rig.wheels[name].carrier
         if isinstance(carrier, Arm):
             look = {"color": BLUE, "zorder": Z_MARK}
             ends = [carrier.x, x], [carrier.y, y]

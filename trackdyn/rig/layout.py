@@ -115,7 +115,7 @@ def wheel_circles(rig: Rig, shift: float = 0.0, surface: bool = False, body: flo
     """
     body = rig.chain.link_length if body is None else body
     wheels = [(rig.sprocket.x, rig.sprocket.y, rig.sprocket.ring_radius)]
-    wheels += [(wheel.x, wheel.y, wheel.radius) for wheel in rig.rollers.values()]
+    wheels += [(wheel.x, wheel.y, wheel.radius) for wheel in rig.wheels.values()]
     circles = np.array(wheels)
     angle = rig.tension.direction * pi / 180
     circles[tensioner(rig), :2] += [shift * cos(angle), shift * sin(angle)]
@@ -126,7 +126,7 @@ def wheel_circles(rig: Rig, shift: float = 0.0, surface: bool = False, body: flo
 
 def wheel_names(rig: Rig) -> tuple[str, ...]:
     """Names of all wheels in the order of a model's, the sprocket first."""
-    return ("sprocket", *rig.rollers)
+    return ("sprocket", *rig.wheels)
 
 
 def run_order(circles: np.ndarray) -> list[int]:

@@ -1,5 +1,6 @@
 """Every parameter of the rig with value, unit, kind and source, read from YAML (`rig_file`) and validated."""
 
+from collections.abc import Collection
 from functools import cached_property, reduce
 from itertools import pairwise
 from math import pi, radians, tan
@@ -42,8 +43,8 @@ OTHER_ARC = 0.01  # the same of the connectors' arcs
 class Rig(sections.OmitsDefaults):
     """The rig: sections of parameters in SI units (angles of the groove in degrees), and steps that were tried on it.
 
-    ``idler``, ``road_wheel`` and all of ``wheels`` are wheels alike; ``rollers`` has them by name. A rig has one
-    ``sensor``, or ``sensors`` with a name each; ``accelerometers`` has them by name.
+    Wheels beside the sprocket are wheels 1, 2, ... of a model in the order of ``wheels``. The first of ``sensors`` is
+    the one that is shown and compared where no other one is named.
     """
 
     gravity: Annotated[float, Quantity("m/s2", ge=0)]
@@ -53,8 +54,6 @@ class Rig(sections.OmitsDefaults):
     sprocket: sections.Sprocket
     groove: sections.GrooveParameters | None = None
     profile: ToothProfile | None = None
-    idler: Wheel | None = None
-    road_wheel: Wheel | None = None
     wheels: dict[str, Wheel] = Field(default_factory=dict)
     drag: Annotated[sections.Drag, Quantity("name")] = "rolling"
     drive: sections.DriveParameters | None = None
@@ -66,13 +65,12 @@ class Rig(sections.OmitsDefaults):
     surfaces: dict[str, Surface] = Field(default_factory=dict)
     guide: sections.Guide
     impact: sections.ImpactParameters
-    sensor: sections.SensorParameters | None = None
     sensors: dict[str, sections.SensorParameters] = Field(default_factory=dict)
     tried: Annotated[tuple[TestedStep, ...], Field(strict=False)] = ()
 
     def __repr__(self) -> str:
         """One line: the chain, the sprocket and the wheels."""
-        kind, wheels = self.chain.kind.replace("_", "-"), ", ".join(self.rollers)
+        kind, wheels = self.chain.kind.replace("_", "-"), ", ".join(self.wheels)
         return f"<Rig: {self.chain.pitches} pitches ({kind}), {self.sprocket.teeth} teeth, wheels {wheels}>"
 
     __str__ = __repr__
@@ -91,19 +89,20 @@ class Rig(sections.OmitsDefaults):
         self._check_sensors()
         self._check_tension()
 
-    def _check_sensors(self) -> None:
-        if (self.sensor is None) == (not self.sensors):
-            raise InputError(
-                f"sensor {'is missing' if self.sensor is None else 'and sensors are both there'}; a rig has sensor, or "
-                "sensors with a name each"
-            )
-        for name, sensor in self.accelerometers.items():
-            taken = name in type(self).model_fields or name in self.rollers or name in self.surfaces
-            if name in self.sensors and (taken or not NAME.fullmatch(name)):
+    def _check_names(self, group: str, taken: Collection[str], example: str) -> None:
+        """Refuse an empty group, and names of its members that mean something else in a dotted name."""
+        if not getattr(self, group):
+            raise InputError(f"{group} is missing; a rig needs at least one, such as {example}")
+        for name in getattr(self, group):
+            if name in taken or name in type(self).model_fields or not NAME.fullmatch(name):
                 raise InputError(
-                    f"sensors.{shown(name)} is not a valid name: use lower-case letters, digits and _, and not the "
+                    f"{group}.{shown(name)} is not a valid name: use lower-case letters, digits and _, and not the "
                     "name of a section, a wheel or a surface"
                 )
+
+    def _check_sensors(self) -> None:
+        self._check_names("sensors", {*self.wheels, *self.surfaces}, "sensor")
+        for name, sensor in self.sensors.items():
             if sensor.pitch > self.chain.pitches:
                 raise InputError(
                     f"{name}.pitch = {sensor.pitch} is not a pitch of this chain; 1 to {self.chain.pitches} are"
@@ -115,14 +114,8 @@ class Rig(sections.OmitsDefaults):
                 )
 
     def _check_wheels(self) -> None:
-        if not self.rollers:
-            raise InputError("wheels is missing; a loop needs at least one wheel beside its sprocket, such as idler")
-        for name, wheel in self.rollers.items():
-            if not NAME.fullmatch(name) or (name in self.wheels and name in type(self).model_fields):
-                raise InputError(
-                    f"wheels.{shown(name)} is not a valid name: use lower-case letters, digits and _, "
-                    "and not the name of a section"
-                )
+        self._check_names("wheels", (), "idler")
+        for name, wheel in self.wheels.items():
             if wheel.surface not in self.contact_surfaces:
                 raise InputError(
                     f"{name}.surface = {shown(wheel.surface)} is not a surface of this rig; "
@@ -139,10 +132,10 @@ class Rig(sections.OmitsDefaults):
 
     def _check_tension(self) -> None:
         tension = self.tension
-        if not isinstance(tension.wheel, str) or tension.wheel not in self.rollers:
-            names = " or ".join(repr(name) for name in self.rollers)
+        if not isinstance(tension.wheel, str) or tension.wheel not in self.wheels:
+            names = " or ".join(repr(name) for name in self.wheels)
             raise InputError(f"tension.wheel = {shown(tension.wheel)} is not a wheel of this rig; choose {names}")
-        if self.rollers[tension.wheel].carrier is not None:
+        if self.wheels[tension.wheel].carrier is not None:
             raise InputError(
                 f"tension.wheel = {tension.wheel!r} has an arm or a slider of its own, which "
                 "tension.kept = sprung gives to the tensioner; choose a fixed wheel"
@@ -153,21 +146,10 @@ class Rig(sections.OmitsDefaults):
         if any(len(row) != 2 for row in rows) or any(a[0] >= b[0] for a, b in pairwise(rows)):
             raise InputError(f"tension.force = {shown(rows)}: must be rows of time (s, rising) and force (N)")
 
-    @cached_property
-    def rollers(self) -> dict[str, Wheel]:
-        """The wheels beside the sprocket by name, in the order of wheels 1, 2, ... of a model."""
-        named = {"idler": self.idler, "road_wheel": self.road_wheel}
-        return {name: wheel for name, wheel in named.items() if wheel is not None} | self.wheels
-
-    @cached_property
-    def accelerometers(self) -> dict[str, sections.SensorParameters]:
-        """The sensors by name; the only one of a rig with ``sensor`` has that name."""
-        return self.sensors if self.sensor is None else {"sensor": self.sensor}
-
     @property
     def first_sensor(self) -> sections.SensorParameters:
         """The sensor that is shown and compared where no other one is named."""
-        return next(iter(self.accelerometers.values()))
+        return next(iter(self.sensors.values()))
 
     @property
     def rate(self) -> int:
@@ -199,7 +181,7 @@ class Rig(sections.OmitsDefaults):
         """Values that the laws of this rig do not read, by name; zeros aside."""
         ignored = {
             f"{name}.{field}"
-            for name in self.rollers
+            for name in self.wheels
             for law, fields in DRAG_FIELDS.items()
             if law != self.drag
             for field in fields
@@ -321,7 +303,7 @@ class Rig(sections.OmitsDefaults):
 
     def sampled(self, rate: int) -> "Rig":
         """Return a rig whose sensors take ``rate`` samples a second, Hz; `InputError` as in `changed`."""
-        return self.changed(**{f"{name}.rate": rate for name in self.accelerometers})
+        return self.changed(**{f"{name}.rate": rate for name in self.sensors})
 
 
 def _validated(data: Any, name: str, context: str | None = None, path: Path | str | None = None) -> Rig:

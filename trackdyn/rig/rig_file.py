@@ -1,8 +1,9 @@
 """Files of rigs: shipped ones by name, what a file takes from another one (``like``), and its short way of writing.
 
-With ``like`` a file overrides single values of another file; ``wheels`` and ``sensors`` are overridden as a whole. A
-value may be text, ``radius: 0.305 m``, or a bare number without unit if its section says ``source`` (and ``kind``, else
-assumed) once for all such values.
+With ``like`` a file overrides single values of another file; ``wheels`` and ``sensors`` replace those of the other
+file. The sections ``idler``, ``road_wheel`` and ``sensor`` override single values of the wheel or sensor of that name,
+or add it. A value may be text, ``radius: 0.305 m``, or a bare number without unit if its section says ``source`` (and
+``kind``, else assumed) once for all such values.
 """
 
 import re
@@ -22,19 +23,13 @@ LONGEST_PITCH = 4  # lengths of a link
 MOST_LIKE = 5  # files that take from one another
 OUTLINE = "profile.outline"
 OTHER_CHAIN = {"kind", "link_length", "teeth"}  # a file with one of them describes another chain, not a worn one
-WHEELS_OF_OLD = ("idler", "road_wheel")  # sections that are wheels of their own
-WHOLE = ("wheels", "sensors")  # sections that replace those of the other file
+# sections that stand for a wheel or a sensor of that name, by the group that has it
+MEMBERS = {"idler": "wheels", "road_wheel": "wheels", "sensor": "sensors"}
+GROUPS = ("wheels", "sensors")
 NUMBER = re.compile(r"\s*([-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?)\s+(\S(?:.*\S)?)\s*")
 PLAIN_WORD = re.compile(r"[A-Za-z0-9_]{1,40}")
 # fields of a wheel that a law of drag reads
 DRAG_FIELDS = {"viscous": ("bearing_drag",), "coulomb": ("bearing_torque",), "rolling": ("rolling_arm", "seal_drag")}
-# what a wheel has if its file does not say so: aligned, and a bearing without loss
-PLAIN_WHEEL = {
-    name: {"value": 0.0, "unit": unit, "kind": "assumed", "source": "not stated in the file: aligned, no losses"}
-    for name, unit in {
-        "axial_offset": "m", "toe": "deg", "camber": "deg", "bearing_drag": "N m s/rad", "bearing_torque": "N m",
-    }.items()
-}  # fmt: skip
 
 
 def shipped_rigs() -> dict[str, Path]:
@@ -96,6 +91,7 @@ def _with_pitch(data: dict, name: Path | str) -> dict:
     """A chain's ``pitch`` as the equal-pitch radius of its sprocket, on which its pins make a polygon.
 
     A groove that was designed for another radius stays where it is: its seat is deeper below the pins of a worn chain.
+    Raises `InputError`: no sprocket has this pitch.
     """
     chain, sprocket = data.get("chain"), data.get("sprocket")
     if not isinstance(chain, dict) or "pitch" not in chain or not isinstance(sprocket, dict):
@@ -103,10 +99,13 @@ def _with_pitch(data: dict, name: Path | str) -> dict:
     from trackdyn.rig.groove import equal_pitch_radius, pin_height
     from trackdyn.rig.quantities import number_of
 
-    fields = ((chain, "pitch"), (chain, "link_length"), (chain, "link_thickness"), (sprocket, "teeth"))
-    entry, *others = (of if isinstance(of := section.get(key), dict) else {} for section, key in fields)
-    pitch, length, thickness, teeth = (number_of(of.get("value")) for of in (entry, *others))
-    kind = chain.get("kind")
+    def number(section: dict, key: str) -> float:
+        entry = section.get(key)
+        return number_of(entry.get("value")) if isinstance(entry, dict) else nan
+
+    entry = chain["pitch"] if isinstance(chain["pitch"], dict) else {}
+    pitch, length, thickness = (number(chain, key) for key in ("pitch", "link_length", "link_thickness"))
+    teeth, kind = number(sprocket, "teeth"), chain.get("kind")
     if isinstance(kind, dict) and kind.get("value") == "single_pin":
         radius = pitch / (2 * tan(pi / teeth)) - thickness / 2 if teeth > 2 else nan
         accepted = "a length in m, such as 0.17 m"
@@ -117,77 +116,89 @@ def _with_pitch(data: dict, name: Path | str) -> dict:
     if entry.get("unit") != "m" or not radius > 0:
         raise InputError(f"{name}: chain.pitch = {shown(entry.get('value'))}: must be {accepted}")
     source = f"{entry['source']}: {teeth:g} pitches of {pitch:g} m fill the polygon of pins"
-    follows = {"value": radius, "unit": "m", "kind": "derived", "source": source}
-    groove, before = data.get("groove"), sprocket.get("equal_pitch_radius")
-    if isinstance(groove, dict) and isinstance(groove.get("seat_depth"), dict) and isinstance(before, dict):
+    derived = {"value": radius, "unit": "m", "kind": "derived", "source": source}
+    groove, designed_for = data.get("groove"), number(sprocket, "equal_pitch_radius")
+    if isinstance(groove, dict) and isinstance(groove.get("seat_depth"), dict) and designed_for == designed_for:
         seat = groove["seat_depth"]
-        above, below = (pin_height(int(teeth), length, thickness, of) for of in (radius, number_of(before["value"])))
-        deeper = {"value": number_of(seat["value"]) + above - below, "unit": "m", "kind": "derived"}
-        deeper["source"] = f"{seat['source']}; the pins of this pitch stand {1e3 * (above - below):.3g} mm higher"
+        rise, base = (pin_height(int(teeth), length, thickness, equal) for equal in (radius, designed_for))
+        rise -= base
+        deeper = {"value": number_of(seat["value"]) + rise, "unit": "m", "kind": "derived"}
+        deeper["source"] = f"{seat['source']}; the pins of this pitch stand {1e3 * rise:.3g} mm higher"
         data = data | {"groove": groove | {"seat_depth": deeper}}
-    sprocket = {"ring_radius": follows} | sprocket | {"equal_pitch_radius": follows}
-    return data | {"chain": {key: of for key, of in chain.items() if key != "pitch"}, "sprocket": sprocket}
+    chain = {key: value for key, value in chain.items() if key != "pitch"}
+    return data | {"chain": chain, "sprocket": {"ring_radius": derived} | sprocket | {"equal_pitch_radius": derived}}
 
 
 def _read(path: Path | str, depth: int) -> dict[str, Any]:
+    """Contents of a file over those of the file that it is like, at most ``depth`` files away."""
     data = read_yaml(path)
     path = Path(path)
     if not isinstance(data, dict):
         raise InputError(f"{path}: must hold sections, a mapping of names to values")
-    like = data.get("like")
+    base = {}
+    if (like := data.get("like")) is not None:
+        if not isinstance(like, str) or not 0 < len(like) < 256:
+            raise InputError(f"{path}: like = {shown(like)}: must be the name of a shipped rig or of a file")
+        if depth == 0:
+            raise InputError(
+                f"{path}: like = {shown(like)}: leads from file to file without an end; name a complete rig"
+            )
+        base = _read(_like(path, like), depth - 1)
     try:
         data = {
             key: _written_out(content, str(key), {}, path.parent)
             for key, content in data.items()
             if key not in ("like", "about", TRIED)  # words of this file alone
         }
-        copy_wheels = isinstance(data.get("wheels"), dict)
-        if copy_wheels:
-            data = _drag_of_wheels(data["wheels"]) | data
-            wheels = {
-                key: PLAIN_WHEEL | wheel if isinstance(wheel, dict) else wheel for key, wheel in data["wheels"].items()
-            }
-            data |= {key: wheels.pop(key) for key in WHEELS_OF_OLD if key in wheels and key not in data}
-            data["wheels"] = wheels
+        return _over(base, data)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
-    if like is None:
-        return data
-    if not isinstance(like, str) or not 0 < len(like) < 256:
-        raise InputError(f"{path}: like = {shown(like)}: must be the name of a shipped rig or of a file")
-    if depth == 0:
-        raise InputError(f"{path}: like = {shown(like)}: leads from file to file without an end; name a complete rig")
-    base = _read(_like(path, like), depth - 1)
-    if copy_wheels:
-        base = {key: content for key, content in base.items() if key not in ("wheels", *WHEELS_OF_OLD)}
-    for section, other in (("groove", "profile"), ("profile", "groove"), ("sensor", "sensors"), ("sensors", "sensor")):
-        if section in data:
-            base.pop(other, None)
+
+
+def _over(base: dict[str, Any], data: dict[str, Any]) -> dict[str, Any]:
+    """The rig ``base`` with the values of ``data`` in place of its own."""
+    dropped, other_chain = _pitch_rules(base, data)
+    merged = {key: content for key, content in base.items() if key not in dropped}
+    for key in ("chain", "sprocket"):
+        if isinstance(base.get(key), dict):
+            merged[key] = {field: content for field, content in base[key].items() if field not in dropped}
+    own_wheels = isinstance(data.get("wheels"), dict)
+    if own_wheels:
+        data = _drag_of_wheels(data["wheels"]) | data
+    merged |= {key: data[key] for key in GROUPS if key in data}
+
+    def section(content: Any, old: Any) -> Any:
+        if not isinstance(content, dict) or not isinstance(old, dict) or "value" in content:
+            return content
+        return old | _with_ranges(content, old, other_chain, own_wheels)
+
+    for key, content in data.items():
+        if key in MEMBERS:
+            members = merged.setdefault(MEMBERS[key], {})
+            if isinstance(members, dict):
+                merged[MEMBERS[key]] = members | {key: section(content, members.get(key))}
+        elif key not in GROUPS:
+            merged[key] = section(content, merged.get(key))
+    return merged
+
+
+def _pitch_rules(base: dict[str, Any], data: dict[str, Any]) -> tuple[set[str], bool]:
+    """Sections and fields of ``base`` that do not hold beside those of ``data``, and whether this is another chain."""
+    dropped = {other for section, other in (("groove", "profile"), ("profile", "groove")) if section in data}
     stated, known = (
-        {field for key in ("chain", "sprocket") if isinstance(of.get(key), dict) for field in of[key]}
-        for of in (data, base)
+        {field for key in ("chain", "sprocket") if isinstance(rig.get(key), dict) for field in rig[key]}
+        for rig in (data, base)
     )
+    other_chain = bool(stated & OTHER_CHAIN)
     if {"pitch", "equal_pitch_radius"} <= stated:
-        raise InputError(f"{path}: chain.pitch gives sprocket.equal_pitch_radius; leave one of them out")
-    other_chain, dropped = bool(stated & OTHER_CHAIN), set[str]()
+        raise InputError("chain.pitch gives sprocket.equal_pitch_radius; leave one of them out")
     if "equal_pitch_radius" in stated:
         dropped.add("pitch")
     elif "pitch" in stated and other_chain:
         dropped |= {"ring_radius", "equal_pitch_radius"}
     elif "pitch" in stated | known and "groove" in data:  # a groove that is designed for this pitch
         dropped.add("equal_pitch_radius")
-    for key in ("chain", "sprocket"):
-        if isinstance(base.get(key), dict):
-            base[key] = {field: content for field, content in base[key].items() if field not in dropped}
-    return base | {
-        key: base[key] | _with_ranges(content, base[key], other_chain, copy_wheels)
-        if isinstance(content, dict)
-        and isinstance(base.get(key), dict)
-        and key not in ("wheels", "sensors")
-        and "value" not in content
-        else content
-        for key, content in data.items()
-    }
+    return dropped, other_chain
 
 
 def _drag_of_wheels(wheels: dict) -> dict[str, Any]:
@@ -206,18 +217,17 @@ def _with_ranges(section: dict, base: dict, other_chain: bool, other_wheels: boo
     """
 
     def holds(entry: Any, old: Any) -> bool:
-        if not all(isinstance(of, dict) and "value" in of for of in (entry, old)) or entry.keys() & {"low", "high"}:
+        if not all(isinstance(item, dict) and "value" in item for item in (entry, old)):
+            return False
+        if "low" in entry or "high" in entry:
             return False
         unit = old.get("unit")
-        return (
-            entry.get("unit") == unit
-            and not (other_chain and unit not in ("1", "m/s"))
-            and (not (other_wheels and unit == "deg"))
-        )
+        size, angle = unit not in ("1", "m/s"), unit == "deg"
+        return entry.get("unit") == unit and not (other_chain and size) and not (other_wheels and angle)
 
     return {
-        key: {of: base[key][of] for of in ("low", "high") if of in base[key]} | entry
-        if holds(entry, base.get(key))
+        key: {end: old[end] for end in ("low", "high") if end in old} | entry
+        if holds(entry, old := base.get(key, {}))
         else entry
         for key, entry in section.items()
     }

@@ -74,13 +74,13 @@ class Wheel(OmitsDefaults):
 
     x: Position
     y: Position
-    axial_offset: Position
-    toe: Tilt
-    camber: Tilt
+    axial_offset: Position = 0.0
+    toe: Tilt = 0.0
+    camber: Tilt = 0.0
     radius: Length
     inertia: Inertia
-    bearing_drag: Annotated[float, Quantity("N m s/rad", ge=0)]
-    bearing_torque: Annotated[float, Quantity("N m", ge=0)]
+    bearing_drag: Annotated[float, Quantity("N m s/rad", ge=0)] = 0.0
+    bearing_torque: Annotated[float, Quantity("N m", ge=0)] = 0.0
     rolling_arm: RollingArm = 0.0
     seal_drag: Annotated[float, Quantity("N m s/rad", ge=0)] = 0.0
     surface: Annotated[str, Quantity("name")] = "wheel_contact"

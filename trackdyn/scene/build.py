@@ -184,7 +184,7 @@ def build_wheels(scene) -> Wheels:
     circles = wheel_circles(rig, surface=True)
     if scene.ring_radius is not None:
         circles[SPROCKET, 2] = scene.ring_radius
-    rollers = list(rig.rollers.values()) if scene.loop == "on_wheels" else []
+    rollers = list(rig.wheels.values()) if scene.loop == "on_wheels" else []
     count = 1 + len(rollers)
     surfaces = [rig.ring_contact, *(rig.contact_surfaces[roller.surface] for roller in rollers)]
     rolling = np.zeros(count)
@@ -238,7 +238,7 @@ def wheel_frame(toe: float, camber: float) -> np.ndarray:
 
 def wheel_centres(rig: Rig, wheels: Wheels) -> np.ndarray:
     """(w, 3) inertial places of the wheels' middles, m."""
-    parts: list[Sprocket | Wheel] = [rig.sprocket, *rig.rollers.values()]
+    parts: list[Sprocket | Wheel] = [rig.sprocket, *rig.wheels.values()]
     return np.array([[x, y, wheel.axial_offset] for x, y, wheel in zip(wheels.x, wheels.y, parts, strict=False)])
 
 
@@ -250,7 +250,7 @@ def build_space(scene, tooth: Tooth, wheels: Wheels) -> Space:
     half a link's thickness further out than where links lie.
     """
     rig = scene.rig
-    parts = (rig.sprocket, *rig.rollers.values())[: len(wheels.x)]
+    parts = (rig.sprocket, *rig.wheels.values())[: len(wheels.x)]
     frame = np.array([wheel_frame(radians(wheel.toe), radians(wheel.camber)) for wheel in parts])
     reach = np.where(wheels.present, wheels.radius + 2 * wheels.half_thickness, 0.0)
     if tooth.present:
@@ -289,7 +289,7 @@ def build_model(scene) -> Model:
     c = rig.closure
     return Model(
         chain=chain, shoes=shoes, tooth=tooth, wheels=wheels, drive=build_drive(scene),
-        sensors=build_sensors(rig, shoes, rig.accelerometers.values(), len(chain.length)),
+        sensors=build_sensors(rig, shoes, rig.sensors.values(), len(chain.length)),
         closure=Closure(
             compliant=int(scene.closure == "elastic_damping"), stiffness=c.stiffness, damping=c.damping
         ),
@@ -314,7 +314,7 @@ def make_carriers(rig: Rig, model: Model, tension: str, shift: float) -> Carrier
     for k, name in enumerate(wheel_names(rig)):
         x, y = float(model.wheels.x[k]), float(model.wheels.y[k])
         tensions = k == tensioner(rig) and tension in CARRIED
-        carrier = rig.tension if tensions else rig.rollers[name].carrier if k else None
+        carrier = rig.tension if tensions else rig.wheels[name].carrier if k else None
         if carrier is None:
             continue
         row = {"wheel": k, "arm": 0, "x": x, "y": y, "mass": carrier.mass, "weight": 0.0}
@@ -351,7 +351,7 @@ def preloads(rig: Rig, carriers: Carriers, work: Work, q: np.ndarray) -> np.ndar
     for k, wheel in enumerate(carriers.wheel):
         if len(carriers.force) and k == carriers.tensioner:  # its force is prescribed
             continue
-        carrier = None if wheel == tensioner(rig) else rig.rollers[names[wheel]].carrier
+        carrier = None if wheel == tensioner(rig) else rig.wheels[names[wheel]].carrier
         tx, ty = along(carriers, k, float(q[k]))
         fx, fy = push(work, wheel)
         if carrier is None or carrier.preload is None:

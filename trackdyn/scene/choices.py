@@ -79,7 +79,7 @@ def preset(name: str, ring: bool = True) -> dict:
 
 def wheel_out_of_plane(rig) -> str | None:
     """Name, field and value of the first wheel that is not aligned with the plane of the chain, or None."""
-    for name, wheel in {"sprocket": rig.sprocket, **rig.rollers}.items():
+    for name, wheel in {"sprocket": rig.sprocket, **rig.wheels}.items():
         for field in ("axial_offset", "toe", "camber"):
             if getattr(wheel, field) != 0.0:
                 return f"{name}.{field} = {getattr(wheel, field):g}"
@@ -114,7 +114,7 @@ def decide(scene) -> dict[str, Decision]:
     else:
         decisions["ring"] = Decision("none", "the scene has no ring: no link is tested against one")
     if on_wheels:
-        names = [name.replace("_", " ") for name in scene.rig.rollers]
+        names = [name.replace("_", " ") for name in scene.rig.wheels]
         listed = " and ".join(names) if len(names) < 3 else f"{len(names)} wheels"
         drive = DRIVES[scene.rig.drive.kind if scene.rig.drive else "speed"]
         decisions["wheels"] = Decision("turning", f"{listed} turn{'s' * (len(names) == 1)} freely; {drive}")
@@ -144,7 +144,7 @@ REFUSALS: tuple[Refusal, ...] = (
      "a belt has no contacts to log (chain='belt'); use contact_log=False and pitches=()"),
     ("every_link", lambda s: s.belt and s.every_link,
      "on a belt every link does the same one pitch later (chain='belt'); use False"),
-    ("chain", lambda s: s.chain == "single_pin" and any(of.body == "connector" for of in s.rig.accelerometers.values()),
+    ("chain", lambda s: s.chain == "single_pin" and any(of.body == "connector" for of in s.rig.sensors.values()),
      "the rig has a sensor on a connector, which that chain has not; use 'double_pin', or put it on a link"),
     ("ring_radius", lambda s: s.free and s.ring_radius is not None,
      "a free loop touches no ring (loop='free'); use None"),
@@ -192,11 +192,11 @@ def _facts(scene) -> SimpleNamespace:
     rig, integrator = scene.rig, scene.integrator
     spatial = decide(scene)["space"].setting == "spatial"
     on_wheels = scene.loop == "on_wheels" and scene.chain != "belt"
-    carried = [name for name, wheel in rig.rollers.items() if wheel.carrier is not None]
+    carried = [name for name, wheel in rig.wheels.items() if wheel.carrier is not None]
     # what slows a wheel by another law is not left out unsaid
     armless = [
         name
-        for name, wheel in rig.rollers.items()
+        for name, wheel in rig.wheels.items()
         if wheel.bearing_drag + wheel.bearing_torque > 0 and wheel.rolling_arm + wheel.seal_drag == 0
     ]
     return SimpleNamespace(

@@ -215,7 +215,7 @@ class Scene(Choices):
     @cached_property
     def sensors(self) -> dict[str, SensorParameters]:
         """The recorded sensors by name: the rig's, and with ``every_link`` one on each body of the first one's kind."""
-        own = self.rig.accelerometers
+        own = self.rig.sensors
         first = next(iter(own.values()))
         pitches = range(1, self.rig.chain.pitches + 1) if self.every_link else ()
         return own | {f"{first.body} {pitch}": first.model_copy(update={"pitch": pitch}) for pitch in pitches}

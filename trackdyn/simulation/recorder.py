@@ -40,7 +40,7 @@ class Cost(NamedTuple):
 def cost(scene) -> Cost:
     """What a scene needs."""
     samples = scene.duration * scene.rig.rate
-    wheels = 1 + len(scene.rig.rollers) if scene.loop == "on_wheels" else 1
+    wheels = 1 + len(scene.rig.wheels) if scene.loop == "on_wheels" else 1
     state = make_state(scene.bodies, 1, wheels)
     if scene.fidelity["space"].setting == "spatial":
         state = state._replace(plane=Plane(np.zeros(4), np.zeros(4)))

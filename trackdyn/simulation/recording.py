@@ -24,7 +24,7 @@ from trackdyn.scene.scene import Periods, Scene
 from trackdyn.simulation.loop_arrays import LARGEST
 from trackdyn.sources import source_hash
 
-FORMAT = 10
+FORMAT = 11
 
 
 def _nothing() -> np.ndarray:
@@ -138,7 +138,7 @@ class Recording:
         if len(self.sensors) == 1:
             return self
         alone = list(self.sensors.values())[index].model_dump(mode="json")
-        rig = {name: content for name, content in self.meta["rig"].items() if name != "sensors"} | {"sensor": alone}
+        rig = self.meta["rig"] | {"sensors": {"sensor": alone}}
         meta = self.meta | {"rig": rig, "scene": self.meta["scene"] | {"every_link": False}}
         return replace(self, raw=self.raw[:, [index]], mean=self.mean[:, [index]], meta=meta)
 
@@ -318,7 +318,7 @@ def belt_recording(scene) -> Recording:
     # pitch 1 starts in the middle of the strand that runs onto the sprocket, as in the dynamic loop
     travelled = (scene.lead_in + scene.ramp / 2) * loop_hz
     sensors, time_s = list(scene.sensors.values()), np.arange(1, samples * PARTS + 1) / (rate * PARTS)
-    empty = make_record(samples, make_state(2 * pitches, pitches, 1 + len(rig.rollers)), len(sensors))
+    empty = make_record(samples, make_state(2 * pitches, pitches, 1 + len(rig.wheels)), len(sensors))
     for k, sensor in reversed(list(enumerate(sensors))):
         on_link = sensor.body == "link"
         around = travelled + (sensor.pitch - (0.5 if on_link else 0.0)) / pitches

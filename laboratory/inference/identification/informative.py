@@ -78,7 +78,7 @@ def tellable(
         ``unknown, alone, beside, chosen``: widths of 90 % intervals as shares of the prior's.
     """
     ranges = file_ranges(path)
-    names = *CANDIDATES, OF_BUSHINGS[rig.bushing.law], *(f"{wheel}.{DRAG_FIELDS[rig.drag][0]}" for wheel in rig.rollers)
+    names = *CANDIDATES, OF_BUSHINGS[rig.bushing.law], *(f"{wheel}.{DRAG_FIELDS[rig.drag][0]}" for wheel in rig.wheels)
     candidates = requested_unknowns([Unknown(names=[name]) for name in names if name in ranges], rig, path)
     # the slowest and the fastest record say what changes with speed
     ends = sorted({0, len(measured) - 1}, key=lambda k: measured[k].speed.rpm)

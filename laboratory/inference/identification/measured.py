@@ -59,7 +59,7 @@ def read_records(
         raise InputError(
             f"--rpm is given {len(rpm)} times for {len(paths)} records; give it once per record, or not at all"
         )
-    mapping = mapping.sensors.get(next(iter(rig.accelerometers)), mapping)
+    mapping = mapping.sensors.get(next(iter(rig.sensors)), mapping)
     records = [
         _measured(read_sensor_csv(path, mapping, rig.first_sensor.range, rig.g), rig, speed, ring_radius, preset)
         for path, speed in zip(paths, rpm or [None] * len(paths), strict=True)

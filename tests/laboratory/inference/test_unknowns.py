@@ -24,7 +24,7 @@ def test_a_point_becomes_a_rig_and_is_found_again():
     low, high, source = RANGES["bushing.stiffness"]
     assert rig.bushing.stiffness == pytest.approx((low * high) ** 0.5) and "bonded cylinder" in source
     assert rig.bushing.damping == pytest.approx(0.006 * rig.bushing.stiffness)
-    assert rig.idler.bearing_drag == rig.road_wheel.bearing_drag == pytest.approx(31)
+    assert rig.wheels["idler"].bearing_drag == rig.wheels["road_wheel"].bearing_drag == pytest.approx(31)
     np.testing.assert_allclose(unknowns.position(unknowns.of_rig(rig)), [0.5, 0.5, 0.5])
 
 

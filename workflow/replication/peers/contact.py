@@ -53,7 +53,7 @@ def make_contacts(scene: Scene, shift: float) -> Contacts:
     circle[0, 2] = scene.ring_radius or 0.0
     columns = (groove.centre, groove.radius, groove.direction, groove.half_angle)
     arc = np.column_stack([column[flank] for column in columns])
-    surfaces = [rig.contact_surfaces[wheel.surface] for wheel in rig.rollers.values()]
+    surfaces = [rig.contact_surfaces[wheel.surface] for wheel in rig.wheels.values()]
     law = np.array([_law(rig, surface) for surface in (rig.tooth_contact, rig.ring_contact, *surfaces)])
     sign, teeth = np.where(groove.convex[flank], 1.0, -1.0), rig.sprocket.teeth
     arc_radius, half_thickness = rig.chain.connector_radius, rig.chain.link_thickness / 2

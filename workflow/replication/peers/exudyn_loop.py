@@ -90,7 +90,7 @@ def fixed(rig: Rig) -> Rig:
     """The rig as Exudyn has it: every wheel fixed where its file has it, and a prescribed speed."""
     changes = {
         f"{name}__{carrier}": None
-        for name, wheel in rig.rollers.items()
+        for name, wheel in rig.wheels.items()
         for carrier in ("arm", "slider")
         if getattr(wheel, carrier)
     }

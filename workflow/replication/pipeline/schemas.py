@@ -8,6 +8,7 @@ from replication.paper.claims import Claims
 from replication.pipeline.config import Config
 from replication.study.settings import Studies
 from trackdyn.rig.rig import Rig
+from trackdyn.rig.rig_file import MEMBERS
 from trackdyn.sensor.sensor_mapping import SensorMapping
 
 MODELS: dict[str, type[BaseModel]] = {
@@ -19,7 +20,8 @@ def schema(name: str, model: type[BaseModel]) -> dict[str, Any]:
     """The schema of a kind of file; a configuration states only what differs from ``config/config.yaml``."""
     content = model.model_json_schema()
     if name == "rig":  # words of the file, which the rig does not hold
-        content["properties"] |= {"about": {"type": "string"}}
+        groups = {name: content["properties"][group]["additionalProperties"] for name, group in MEMBERS.items()}
+        content["properties"] |= {"about": {"type": "string"}} | groups
     if name == "config":
         content = _without_required(content)
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **content}

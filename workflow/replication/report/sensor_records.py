@@ -21,7 +21,7 @@ def main(job) -> None:
     """Rule `sensor_records`."""
     params, mapping, rows = job.params, load_mapping(*job.input.mapping), []
     rig = load_rig(job.input.rig)
-    mapping = mapping.sensors.get(next(iter(rig.accelerometers)), mapping)
+    mapping = mapping.sensors.get(next(iter(rig.sensors)), mapping)
     what = "synthetic, not measured" if params.synthetic else "as compared"
     for rpm, path, out in zip(params.speeds, job.input.sensors, job.output.records, strict=True):
         record = read_sensor_csv(path, mapping, rig.first_sensor.range, rig.g)

@@ -55,13 +55,13 @@ def system_figure(rig: Rig) -> Figure:
 
 def _side(rig: Rig) -> int:
     """1 where the sprocket stands to the right of the wheels, else -1."""
-    return 1 if rig.sprocket.x > np.mean([wheel.x for wheel in rig.rollers.values()]) else -1
+    return 1 if rig.sprocket.x > np.mean([wheel.x for wheel in rig.wheels.values()]) else -1
 
 
 def _above(rig: Rig, pins, first: int, fraction: float) -> int:
     """The link (``first`` 0) or connector (1) of the upper strand at a fraction of the way to the next wheel."""
     middles = 0.5 * (pins[:-1] + pins[1:])
-    nearest = min((wheel.x for wheel in rig.rollers.values()), key=lambda x: abs(x - rig.sprocket.x))
+    nearest = min((wheel.x for wheel in rig.wheels.values()), key=lambda x: abs(x - rig.sprocket.x))
     away = np.abs(middles[:, 0] - rig.sprocket.x - fraction * (nearest - rig.sprocket.x))
     away[middles[:, 1] < rig.sprocket.y] = np.inf
     return 2 * int(np.argmin(away[first::2])) + first

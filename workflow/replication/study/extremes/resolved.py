@@ -54,7 +54,7 @@ def drawn(number: int, seed: int = SEED) -> tuple[str, Rig, dict]:
     laws = {
         name: str(rng.choice(["viscous", other])) if possible else "viscous"
         for name, other, possible in (
-            ("drag", "rolling", any(wheel.rolling_arm for wheel in rig.rollers.values())),
+            ("drag", "rolling", any(wheel.rolling_arm for wheel in rig.wheels.values())),
             ("bushing_law", "hysteretic", rig.bushing.loss_factor),
         )
     }
