@@ -5,7 +5,7 @@ from trackdyn.sweeps.snakemake_job import run_job
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
-from matplotlib.ticker import NullFormatter
+from matplotlib.ticker import LogLocator, NullFormatter
 
 from replication.report.tables import write_captioned_table
 from replication.study.extremes.judge import extremes_summary
@@ -71,11 +71,15 @@ def stability_figure(rows: pd.DataFrame) -> Figure:
             (~stable & bounded, {"marker": "D", "color": ORANGE}, "gains energy"),
             (~stable & ~bounded, {"marker": "x", "color": VERMILION}, "left the physical range"),
         ):
-            ax.scatter(table["group"][mask], table["at"][mask], s=14, label=label, **look)
+            if mask.any():
+                ax.scatter(table["group"][mask], table["at"][mask], s=14, label=label, **look)
         limit = limits[limits["quantity"] == name]
         ax.plot(limit["value"], limit["limit"], color=BLACK, marker="_", label="predicted limit")
         ax.plot(limit["value"], limit["stable"], color=BLUE, linestyle=":", label="largest stable step")
         ax.set(xscale="linear" if name == "ring" else "log", yscale="log", ylabel="step (s)", xlabel=QUANTITIES[name])
+        if table["group"].max() < 100 * table["group"].min() and name != "ring":  # powers of ten would be one tick
+            ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+            ax.xaxis.set_major_formatter("{x:g}")
         ax.xaxis.set_minor_formatter(NullFormatter())
     for ax in panels[len(kinds) :]:
         ax.set_axis_off()

@@ -12,6 +12,7 @@ from trackdyn.rig.rig import Rig
 from trackdyn.scene.scene import Scene
 from trackdyn.scene.step import step_limits
 from trackdyn.simulation.loop import Loop
+from trackdyn.simulation.settling import SettledLoops
 
 SECONDS = 0.2
 MOST_STEPS = 200_000
@@ -61,12 +62,12 @@ def stability_map(rig: Rig, quantity: str, values: Iterable[float], steps_per_ms
     as many steps. With their loss, which is damped at the instant of the force, teeth stay stable at a few times the
     limit. The limit is that at the tension with which the loop has settled.
     """
-    steps = [1e-3 / count for count in steps_per_ms]
+    steps, starts = [1e-3 / count for count in steps_per_ms], SettledLoops()
     bare = {"motor_rpm": 210.0, "ring_radius": None, "friction": "none", "normal_law": "elastic", "ramp": 0.05}
     for value in values:
         changed, fields = _changed(rig, quantity, value)
         scene = Scene(changed, step=1e-5, **(FAST | bare | fields))
-        start = Loop(scene)
+        start = Loop(scene, starts)
         limits = step_limits(start.model, start.layout["settled_tension_n"])
         limit = min(step for name, step in limits.items() if "contact stiffness" in name)
         finest = forced_run(start, max(min(steps), 1e-5))
