@@ -23,13 +23,16 @@ def test_every_variant_is_a_scene_of_the_shipped_rig_and_differs_from_the_refere
     assert len(SETTINGS) == len(VARIANTS) and len(PHYSICS) == sum(bool(variant.physics) for variant in VARIANTS)
 
 
-def test_a_departure_has_a_line_of_changes_and_says_what_is_not_possible():
+def test_a_departure_has_its_largest_change_and_says_what_is_not_possible():
     settings = {f"preset={REFERENCE}": 1.0, "drag=coulomb": 1.02, "tension=sprung": float("nan"), "chain=belt": 2.0}
-    rungs = [["a scene", name, measure, value, 0.1, ""] for name, value in settings.items() for measure in MEASURES]
-    table = ladder_table(compare_rungs(pd.DataFrame(rungs, columns=MEASURED)))
-    lines = departures_text(table).splitlines()[2:]
-    cells = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines]
-    assert cells == [["tension=sprung", "not possible"], ["drag=coulomb", "+2.0, +2.0, 0"]]
+    scenes = {"a scene": settings, "another": settings | {"drag=coulomb": 0.9, "friction=none": 1.0}}
+    rungs = [
+        [scene, name, measure, value, 0.1, ""]
+        for scene, of in scenes.items() for name, value in of.items() for measure in MEASURES
+    ]  # fmt: skip
+    lines = departures_text(ladder_table(compare_rungs(pd.DataFrame(rungs, columns=MEASURED)))).splitlines()[2:]
+    assert [cell.strip() for cell in lines[0].strip("|").split("|")] == ["`drag=coulomb`", "-10.0", "-10.0", "-0.1"]
+    assert lines[2:] == ["No change: `friction=none`.", "", "Not possible: `tension=sprung`."]
 
 
 def test_shares_change_by_points_and_all_else_by_a_fraction():

@@ -20,6 +20,8 @@ from trackdyn.measure.ring_rule import RULE, parse_rule
 BEGIN, END = "<!-- measured -->", "<!-- end -->"
 
 
+# column of the table of fidelities, heading of the largest change
+DEPARTURES = {"rms": "RMS, %", "high_frequency": "above 20 Hz, %", "left_share": "left contact, points"}
 # measure of the study `trade`, heading of its column
 ERRORS = (("rms", "RMS, %"), ("left_peak", "left peak, %"), ("left_share", "left contact, points"))
 
@@ -56,25 +58,32 @@ def readme_text(
     answer = "\n".join(
         f"- {sentence}" for sentence in (*answer_sentences(card, judged, parameters, claims), neighbours_sentence(near))
     )
-    for rig in dict.fromkeys(card["rig"]):
-        answer = answer.replace(f"rig {rig}", f"rig `{rig}`")
     return f"{answer}\n\n{table}\n\n{marks}. {trade_sentence(promises)}"
 
 
 def departures_text(rows: pd.DataFrame) -> str:
-    """A line a departure, a column a scene: changes of RMS, high frequency and left share."""
-    names = [variant.name for variant in VARIANTS if variant.departure]
-
-    def cell(row: pd.Series) -> str:
-        if row[["rms", "high_frequency", "left_share"]].isna().all():
-            return "not possible"
-        parts = [f"{row[name]:+.1f}" for name in ("rms", "high_frequency", "left_share")]
-        parts = ["0" if float(part) == 0 else part for part in parts]
-        return ", ".join(parts) if set(parts) != {"0"} else "0"
-
-    cells = rows.assign(cell=rows.apply(cell, axis=1)).pivot(index="setting", columns="scene", values="cell")
-    table = cells.loc[[name for name in names if name in cells.index], list(dict.fromkeys(rows["scene"]))]
-    return table.reset_index().to_markdown(index=False, disable_numparse=True)
+    """A line a departure with its largest change in any scene; those that change nothing, and those not possible."""
+    lines, unchanged, lost = [], [], []
+    for name in [variant.name for variant in VARIANTS if variant.departure and variant.name in set(rows["setting"])]:
+        changes = rows.loc[rows["setting"] == name, [*DEPARTURES]].dropna(how="all")
+        if changes.empty:
+            lost.append(name)
+            continue
+        cells = [f"{of.loc[of.abs().idxmax()]:+.1f}" for _, of in changes.items()]
+        cells = ["0" if float(cell) == 0 else cell for cell in cells]
+        if set(cells) == {"0"}:
+            unchanged.append(name)
+        else:
+            lines.append([f"`{name}`", *cells])
+    table = pd.DataFrame(lines, columns=["setting", *DEPARTURES.values()]).to_markdown(
+        index=False, disable_numparse=True
+    )
+    others = (
+        f"{words}: {', '.join(f'`{name}`' for name in names)}."
+        for words, names in (("No change", unchanged), ("Not possible", lost))
+        if names
+    )
+    return "\n\n".join((table, *others))
 
 
 def ring_text(rows: pd.DataFrame) -> str:
