@@ -380,8 +380,10 @@ def test_two_rigs_stand_side_by_side_and_are_counted_apart():
     assert judged[judged["rig"] == "one"]["number"].tolist() == list(SENTENCES)
     assert count(judged, "one") == (21, 21) and count(judged, "other") == (19, 21)
     assert headline(judged, "other") == (
-        "The rig other shows 19 of 21 sentences of Sects. 5.2 and 6. "
-        "Conclusions on the ring: (1) shown, (2) shown, (3) not shown, (4) shown."
+        "The rig `other` shows 19 of the 21 sentences of Sects. 5.2 and 6 that can be judged. Of the paper's four "
+        "conclusions on the ring it shows 1 (larger speed, larger forces, above all of the left arc; the influence of "
+        "the speed is limited), 2 (the force of the ring grows significantly with its radius) and 4 (the radius has "
+        "practically no effect on the force of the left arc)."
     )
     lost = judged[(judged["rig"] == "other") & (judged["verdict"] == NOT_SHOWN)]
     assert lost["sentence"].tolist() == [SENTENCES[15], SENTENCES[19]]
@@ -400,7 +402,7 @@ def test_the_summary_has_the_cells_of_the_scorecard_with_their_marks():
     table = statements(card).set_index("statement")
     assert len(table) == len(SHORT)
     assert table.loc[SHORT["C27b"]].tolist() == ["44.4", "44 ●", "25.4 ○", "-0.4"]
-    assert table.loc[SHORT["C20a"], "printed"] == "in words"
+    assert table.loc[SHORT["C20a"], "printed"] == "mainly the ring"
 
 
 @pytest.mark.parametrize(
@@ -478,10 +480,10 @@ def test_a_ratio_of_forces_that_never_act_is_no_number():
 @pytest.mark.parametrize(
     ("radii", "words"),
     [
-        ("0.308, 0.308", "a radius of 0.308 m at every speed: by our rule"),
-        ("0.307, 0.308", "a radius of 0.307 m at 115 rpm and 0.308 m at 150 rpm: by our rule"),
-        ("no value, 0.308", "a radius of 0.308 m at 150 rpm: by our rule"),
-        ("no value, no value", "No radius of the study serves: by our rule"),
+        ("0.308, 0.308", "a radius of 0.308 m at every speed. Our rule"),
+        ("0.307, 0.308", "a radius of 0.307 m at 115 rpm and 0.308 m at 150 rpm. Our rule"),
+        ("no value, 0.308", "a radius of 0.308 m at 150 rpm. At 115 rpm no radius"),
+        ("no value, no value", "No radius of the study serves. Our rule"),
     ],
 )
 def test_the_radius_is_said_speed_by_speed(radii, words):

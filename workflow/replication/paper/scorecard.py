@@ -13,16 +13,22 @@ CONCLUSION = r"^Conclusion (\d)"  # numbered by the paper, in Sect. 6.2; two sen
 MARKS = dict(zip(VERDICTS, ("●", "○", "◇", "–"), strict=True))
 SHORT = {  # parts of claims in a few words, in the order of a summary
     "C26a": "radius to choose by our rule, by speed (m)",
-    "C06a": "RMS of the acceleration grows with speed (g)",
-    "C08": "amplitude of the line of the loop, by speed (g)",
+    "C06a": "RMS of the acceleration, by speed (g)",
+    "C08": "amplitude of the dominant peak, by speed (g)",
     "C15": "no ring: areas that the arcs touch",
-    "C27a": "no ring: contact of the left arc (% of a turn)",
-    "C27b": "no ring: contact of the right arc (% of a turn)",
-    "C17a": "ring: left arc touches (s after the first touch)",
-    "C28b": "ring: contact of the left arc (% of a turn)",
+    "C27a": "no ring: contact duration of the left arc (% of a turn)",
+    "C27b": "no ring: contact duration of the right arc (% of a turn)",
+    "C17a": "ring: first touch of the left arc (s after that of the link)",
+    "C28b": "ring: contact duration of the left arc (% of a turn)",
     "C20a": "ring: its force over that of both arcs",
-    "C23a": "contact of the right arc from 0.305 m on, by speed (% of a turn)",
-    "C24": "force of the left arc off its mean over all radii, by speed (%)",
+    "C23a": "ring from 0.305 m on: contact duration of the right arc, by speed (% of a turn)",
+    "C24": "force of the left arc: largest deviation from its mean over all radii, by speed (%)",
+}
+IN_WORDS = {  # of the paper, which prints no number
+    "C06a": "grows",
+    "C20a": "mainly the ring",
+    "C23a": "no contact",
+    "C24": "practically none",
 }
 
 
@@ -54,23 +60,24 @@ def count(judged: pd.DataFrame, rig: str) -> tuple[int, int]:
 
 
 def headline(judged: pd.DataFrame, rig: str) -> str:
-    """The count of a rig, and the numbered conclusions on the ring, each with its verdict."""
+    """The count of a rig, and which of the numbered conclusions on the ring it shows."""
     shown, total = count(judged, rig)
     return (
-        f"The rig {rig} shows {shown} of {total} sentences of Sects. 5.2 and 6. "
-        f"Conclusions on the ring: {conclusions(judged, rig)}."
+        f"The rig `{rig}` shows {shown} of the {total} sentences of Sects. 5.2 and 6 that can be judged. "
+        f"Of the paper's four conclusions on the ring it shows {conclusions(judged, rig)}."
     )
 
 
 def conclusions(judged: pd.DataFrame, rig: str) -> str:
-    """Verdicts of a rig on the numbered conclusions on the ring."""
+    """The numbered conclusions on the ring that a rig shows, in the words of the paper."""
     rows = judged[judged["rig"] == rig]
     numbers = rows["sentence"].str.extract(CONCLUSION, expand=False)
-    words = []
-    for number, verdicts in rows.groupby(numbers)["verdict"]:
-        verdict = next((word for word in (NOT_SHOWN, NOT_COMPARABLE) if word in set(verdicts)), SHOWN)
-        words.append(f"({number}) {verdict}")
-    return ", ".join(words) or "none is judged"
+    words = [
+        f"{number} ({'; '.join(of['sentence'].str.partition(': ')[2])})"
+        for number, of in rows.groupby(numbers)
+        if set(of["verdict"]) == {SHOWN}
+    ]
+    return _listed(words) or "none"
 
 
 def track_rows(claims: pd.DataFrame) -> pd.DataFrame:
@@ -96,10 +103,11 @@ def learned_sentences(claims: pd.DataFrame) -> list[str]:
         {ring: share_of_tracks(rows, name, ring) for ring in ("slips", "grips")} for name in ("C23a", "C20a")
     )
     return [
-        f"Of {rows['rigs'].max()} tracks drawn from the ranges of real parts, {free['slips']} are free of right-arc "
-        f"contact from 0.305 m on if the ring slips nearly freely, {free['grips']} if it grips as rubber does.",
-        f"The slipping ring bears most of the force on {bears['slips']} of them, the gripping one on "
-        f"{bears['grips']}. In brackets: 90 % intervals.",
+        f"We drew {rows['rigs'].max()} tracks from the ranges of real parts. With a ring of 0.305 m or more, no right "
+        f"arc touches a tooth on {free['slips']} of them if the ring slips nearly freely, and on {free['grips']} if it "
+        "grips as rubber does.",
+        f"The ring bears most of the force on {bears['slips']} of the tracks if it slips, and on {bears['grips']} if "
+        "it grips. Brackets hold 90 % intervals.",
     ]
 
 
@@ -107,9 +115,9 @@ def neighbours_sentence(near: pd.DataFrame) -> str:
     """Count that nine of ten neighbours of the fitted rig hold (``docs/measured/plausible_near.csv``)."""
     others, at_rig = near[near["rig"] > 0]["shown"], near[near["rig"] == 0].iloc[0]
     return (
-        "Changed by up to 1 % in every fitted value, equal pitch and wheels included, nine of ten neighbours of the "
-        f"rig show at least {int(others.quantile(0.1, interpolation='lower'))} sentences, their median is "
-        f"{others.median():g}; on the same short records the rig itself shows {at_rig['shown']:g}."
+        "A neighbour of the rig has every fitted value changed by up to 1 %. Nine of ten neighbours show at least "
+        f"{int(others.quantile(0.1, interpolation='lower'))} sentences, and their median is {others.median():g}; in "
+        f"records as short as theirs the rig itself shows {at_rig['shown']:g}."
     )
 
 
@@ -125,11 +133,13 @@ def radius_sentence(card: pd.DataFrame, rig: str, own: bool = False) -> str:
     ):
         speeds.setdefault(radius.strip(), []).append(rpm.strip())
     served = [rpm for radius, of in speeds.items() if radius != NO_VALUE for rpm in of]
-    rule = "smallest one that keeps the right arc free and the left one in contact for no more than one tooth's share"
-    rule = f"by our rule, the {rule} of a turn and two points"
+    rule = (
+        "Our rule takes the smallest ring with which right arcs hardly touch (below 0.5 % of a turn) and left arcs "
+        "touch for at most a tooth's share of a turn (100 % / teeth) plus 2 %."
+    )
     paper = "" if own else f" The paper chooses {row['printed']} m and states no rule."
     if not served:
-        return f"No radius of the study serves: {rule}.{paper}"
+        return f"No radius of the study serves. {rule}{paper}"
     chosen = _listed(
         [
             f"{radius} m at {'every speed' if len(speeds) == 1 else f'{_listed(of)} rpm'}"
@@ -138,12 +148,12 @@ def radius_sentence(card: pd.DataFrame, rig: str, own: bool = False) -> str:
         ]
     )
     lost = f" At {_listed(speeds[NO_VALUE])} rpm no radius of the study serves." if NO_VALUE in speeds else ""
-    return f"The ring to choose has a radius of {chosen}: {rule}.{lost}{paper}"
+    return f"The ring to choose has a radius of {chosen}.{lost} {rule}{paper}"
 
 
 def _listed(words: Sequence[str]) -> str:
     """Words as a list in a sentence: ``150, 180 and 210``."""
-    return " and ".join(filter(None, (", ".join(words[:-1]), words[-1])))
+    return " and ".join(filter(None, (", ".join(words[:-1]), *words[-1:])))
 
 
 def outside_sentence(parameters: pd.DataFrame, rig: str) -> str:
@@ -152,9 +162,9 @@ def outside_sentence(parameters: pd.DataFrame, rig: str) -> str:
     fitted = kinds.get("fitted", 0)
     known = len(parameters) - fitted - kinds.get("assumed", 0)
     count = len(parameters)
-    text = f"The paper prints or implies {known} of the {count} parameters of the rig {rig}; {fitted} are fitted."
+    text = f"The paper prints or implies {known} of the {count} parameters of the rig `{rig}`; {fitted} are fitted."
     cells = outside_values(parameters)
-    return f"{text} No real part has these values: {'; '.join(cells)}." if cells else text
+    return f"{text} Values that no real part has: {'; '.join(cells)}." if cells else text
 
 
 def outside_values(parameters: pd.DataFrame) -> list[str]:
@@ -296,7 +306,7 @@ def statements(card: pd.DataFrame, names: Sequence[str] = tuple(SHORT)) -> pd.Da
         if parts.empty:
             continue
         printed = parts["printed"].iloc[0]
-        row = {"statement": SHORT[requested], "printed": "in words" if printed.startswith("ours") else printed}
+        row = {"statement": SHORT[requested], "printed": IN_WORDS.get(requested, printed)}
         for rig, judged in parts.iterrows():
             value = "" if judged["verdict"] == NOT_COMPARABLE else _rounded(judged["measured"])
             row[f"rig {rig}"] = f"{value} {MARKS[judged['verdict']]}".strip()

@@ -39,8 +39,7 @@ COLUMNS_OF = {
         "line_printed_hz", "line_printed_g",
     ),
     "fidelity": (
-        "scene", "setting", "rms", "sd", "line", "high_frequency", "left_share", "right_share", "ring_share",
-        "left_peak", "loop_gap_m", "wall_s_per_s",
+        "scene", "setting", "rms", "line", "high_frequency", "left_share", "right_share", "left_peak", "wall_s_per_s",
     ),
 }  # fmt: skip
 

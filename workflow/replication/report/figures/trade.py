@@ -46,9 +46,7 @@ def trade_sentence(promises: pd.DataFrame) -> str:
             span = dict.fromkeys(significant(value, 2) for value in (seconds.min(), seconds.max()))
             parts.append(f"{words} to {100 * rows['tolerance'].iloc[0]:g} % costs {' to '.join(span)} CPU s")
     scenes = "; ".join(dict.fromkeys(judged["scene"]))
-    return (
-        f"For all links, with the trial that chooses the step, {', '.join(parts)}. Measured on one machine: {scenes}."
-    )
+    return f"For all links and with the trial that chooses the step, {' and '.join(parts)} (one machine, {scenes})."
 
 
 @styled

@@ -131,12 +131,13 @@ def _card(results: Path, own: bool, plausible: Mapping[str, str] | None) -> dict
     parameters = results / "tables" / "parameters.csv"
     shares = {name: pd.read_csv(path, dtype={"name": str}) for name, path in (plausible or {}).items()}
     rigs = list(dict.fromkeys(card["rig"]))
+    known = [outside_sentence(pd.read_csv(parameters), rigs[0])] if parameters.is_file() and not own else []
     return {
         "rigs": rigs,
         "said": {} if own else said_of(card, judged, shares),
         "shares": bool(shares),
-        "answer": page_answer(card, judged, shares.get("claims"), own),
-        "known": outside_sentence(pd.read_csv(parameters), rigs[0]) if parameters.is_file() and not own else "",
+        "answer": _caption_html(page_answer(card, judged, shares.get("claims"), own)),
+        "known": _caption_html(known),
     }
 
 
