@@ -50,15 +50,12 @@ except TrackdynError as error:
     raise WorkflowError(str(error)) from None
 
 R = CONFIG.results
-# scenes of the rigs that the scorecard judges beside the first
-OTHERS = {name: CONFIG.other_scenes(name, SCENES) for name in CONFIG.other_rigs}
 SPEEDS = [f"{rpm:g}rpm" for rpm in CONFIG.records.speeds_rpm]
 
 
 wildcard_constraints:
     run=r"\d[\w.]*rpm|(meshing|coarse)/[\w.]+",
     rpm=r"\d[\w.]*",
-    folder="(rigs/[a-z][a-z0-9_]*/)?",
     short="(short/)?",
 
 

@@ -70,7 +70,7 @@ def judge_rig(
     config: PlausibleConfig, values: Mapping[str, dict], rig: Rig, claims: list[Claim], sentences: Mapping[int, str]
 ) -> dict[str, float]:
     """Radius to choose at each speed, and 1 or 0 for every sentence and claim that the row of a rig decides."""
-    card, numbers = judge_all(claims, {"": evidence(config, scenes(config), values, rig)})
+    card, numbers = judge_all(claims, evidence(config, scenes(config), values, rig))
     whole = sentence_verdicts(card, sentences)
     radii = numbers[numbers["id"] + numbers["part"] == RADIUS]
     judged = {f"radius_{rpm:g}": value for rpm, value in zip(radii["rpm"], radii["value"], strict=True)}

@@ -74,7 +74,6 @@ SETTINGS = [
     ("article", "{a}.csv", "article = '{a}.csv': holds a brace"),
     ("sensor_mapping", "{a}.yaml", "sensor_mapping = '{a}.yaml': holds a brace"),
     ("studies", "absent.yaml", "absent.yaml: no such file"),
-    ("other_rigs", {"../x": {"rig": "config/rigs/paper.yaml", "steps_s": [[210, 1e-4]]}}, "other_rigs", "pattern"),
 ]
 
 
@@ -100,11 +99,9 @@ def test_files_whose_names_hold_braces_are_refused(monkeypatch, tmp_path):
     for name in ("a{b}.yaml", "base}.yaml"):
         Path(name).write_text(rig, encoding="utf-8")
     Path("mine.yaml").write_text("like: base}.yaml\n", encoding="utf-8")
-    others = {"other_rigs": {"mine": {"rig": "a{b}.yaml"}}}
     for stated, words in (
         ({"rig": "a{b}.yaml"}, "rig = 'a{b}.yaml': holds a brace"),
         ({"rig": "mine.yaml"}, "rig = 'base}.yaml': holds a brace"),
-        ({"rig": "bench"} | others, "other_rigs.mine.rig = 'a{b}.yaml': holds a brace"),
     ):
         data = base | OF_ITS_RIG | {"article": None, "studies": str(ROOT / base["studies"])}
         data |= {name: base[name] | OF_ITS_RIG[name] for name in ("records", "meshing", "ring_study")} | stated

@@ -11,7 +11,6 @@ rule claims:
         peers=[f"{R}/peers/summary.csv", f"{R}/tables/table2.csv"] if CONFIG.peers else [],
         cells=CONFIG.files["article"],
         records=[recording(run) for run in SPEEDS],
-        others=[f"{R}/rigs/{other}/{name}.csv" for other in OTHERS for name in ("metrics", "events")],
     output:
         csv=f"{R}/claims.csv",
         sentences=f"{R}/sentences.csv",
@@ -24,7 +23,6 @@ rule claims:
         radius=CONFIG.meshing.ring_radius_m,
         seconds=CONFIG.records.duration_s,
         rig=Path(CONFIG.rig).stem,
-        rigs={other: f"{R}/rigs/{other}" for other in OTHERS},
     log: f"{R}/logs/claims.log"
     message: "Judging the claims"
     script: "../replication/report/claims.py"

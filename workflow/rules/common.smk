@@ -46,8 +46,8 @@ def short(rule):
     return expand(rule.output, short="short/")
 
 
-def recording(run, folder=""):
-    return f"{R}/{folder}runs/{run}.npz"
+def recording(run):
+    return f"{R}/runs/{run}.npz"
 
 
 # Named by the hash of the kernels' sources: other sources, another file, and everything that needs it runs.

@@ -29,7 +29,8 @@ def contents(wildcards, reader):
     items = [item(wildcards) if callable(item) else item for item in reader.input]
     files = {Path(file) for item in items for file in ([item] if isinstance(item, str) else item)}
     stated = {file for file in files if str(file) in RUN_INPUTS or not file.is_relative_to(R)}
-    stated = stated.union(*(rig_files for rig, rig_files in CONFIG.rig_files.items() if Path(rig) in stated))
+    if Path(CONFIG.rig) in stated:
+        stated.update(CONFIG.files["rig"])
     return sha256(repr([(below_root(file), content_hash(file)) for file in sorted(stated)]).encode()).hexdigest()
 
 

@@ -5,29 +5,21 @@ LETTERS = dict(zip("abcdefgh", CONFIG.records.speeds_rpm))
 RECORDS = [f"{R}/sensor/{rpm}.csv" for rpm in SPEEDS] if CONFIG.sensor_csv else []
 
 
-# Runs of a rig that are measured together: the records with their coarse tooth, the ring study, each as soon as it is there; the
+# Runs that are measured together: the records with their coarse tooth, the ring study, each as soon as it is there; the
 # meshing process where all are gathered.
-PARTS = {"records": r"[\d.]+rpm|coarse/.*", "ring": "ring/.*", "meshing": "meshing/.*"}
-
-
-def runs_of(kind):
-    """Runs of a kind: records, ring study or meshing process."""
-    return lambda wildcards: [run for run in RIGS[wildcards.folder][1] if re.fullmatch(PARTS[kind or wildcards.kind], run)]
-
-
-def recordings_of(kind=""):
-    return lambda wildcards: [recording(run, wildcards.folder) for run in runs_of(kind)(wildcards)]
+PATTERNS = {"records": r"[\d.]+rpm|coarse/.*", "ring": "ring/.*", "meshing": "meshing/.*"}
+RUNS = {kind: [run for run in SCENES if re.fullmatch(pattern, run)] for kind, pattern in PATTERNS.items()}
 
 
 rule measure:
     """The numbers of some runs, a row a run."""
     input:
         needs("pipeline/metrics.py"),
-        recordings=recordings_of(),
-    output: csv=f"{R}/{{folder}}measured/{{kind}}.csv"
-    params: runs=runs_of("")
+        recordings=lambda wildcards: [recording(run) for run in RUNS[wildcards.kind]],
+    output: csv=f"{R}/measured/{{kind}}.csv"
+    params: runs=lambda wildcards: RUNS[wildcards.kind]
     wildcard_constraints: kind="records|ring"
-    log: f"{R}/logs/{{folder}}measure/{{kind}}.log"
+    log: f"{R}/logs/measure/{{kind}}.log"
     message: "Measuring {output.csv}"
     script: "../replication/pipeline/metrics.py"
 
@@ -36,15 +28,15 @@ rule metrics:
     """All numbers that claims and the page are made of, and the events of the meshing process."""
     input:
         needs("pipeline/metrics.py"),
-        parts=[f"{R}/{{folder}}measured/{kind}.csv" for kind in ("records", "ring")],
-        recordings=recordings_of("meshing"),
+        parts=[f"{R}/measured/{kind}.csv" for kind in ("records", "ring")],
+        recordings=[recording(run) for run in RUNS["meshing"]],
     output:
-        csv=f"{R}/{{folder}}metrics.csv",
-        schema=f"{R}/{{folder}}metrics.schema.json",
-        events=f"{R}/{{folder}}events.csv",
-        events_schema=f"{R}/{{folder}}events.schema.json",
-    params: runs=runs_of("meshing")
-    log: f"{R}/logs/{{folder}}metrics.log"
+        csv=f"{R}/metrics.csv",
+        schema=f"{R}/metrics.schema.json",
+        events=f"{R}/events.csv",
+        events_schema=f"{R}/events.schema.json",
+    params: runs=RUNS["meshing"]
+    log: f"{R}/logs/metrics.log"
     message: "Measuring {output.csv}"
     script: "../replication/pipeline/metrics.py"
 

@@ -33,34 +33,22 @@ use rule warm_up as warm_up_method with:
     message: "Compiling the kernels of {wildcards.method}"
 
 
-# By the folder of a rig's results: its file, its scenes, and when contacts are known. That of the first rig is the folder of
-# all; one rule makes the runs of every rig, and the wildcard `folder` tells them apart.
-RIGS = {"": (CONFIG.rig, SCENES, CONFIG.stop_rule)}
-RIGS |= {f"rigs/{name}/": (other.rig, OTHERS[name], CONFIG.known_of(name)) for name, other in CONFIG.other_rigs.items()}
-
-
-def rig_of(wildcards):
-    return RIGS[wildcards.folder][0]
-
-
 def scenes_of(runs):
     """Runs by the wildcards of a job, as plain data for the parameters of a rule."""
-    return lambda wildcards: [
-        RIGS[wildcards.folder][1][run.format(**wildcards)].model_dump(mode="json", exclude={"rig"}) for run in runs
-    ]
+    return lambda wildcards: [SCENES[run.format(**wildcards)].model_dump(mode="json", exclude={"rig"}) for run in runs]
 
 
 rule simulate:
     """One run: settle, start, record."""
     input:
         needs("pipeline/runs.py"),
-        rig=rig_of,
+        rig=CONFIG.rig,
         kernels=KERNELS,
-    output: recording("{run}", "{folder}")
+    output: recording("{run}")
     # fields of the scene: a change in the configuration reruns only the runs it touches
     params: scenes=scenes_of(["{run}"])
-    log: f"{R}/logs/{{folder}}simulate/{{run}}.log"
-    message: "Simulating {wildcards.folder}{wildcards.run}"
+    log: f"{R}/logs/simulate/{{run}}.log"
+    message: "Simulating {wildcards.run}"
     script: "../replication/pipeline/runs.py"
 
 
@@ -71,14 +59,14 @@ rule ring_runs:
     """Every ring of the study at one speed: a process for each would spend a third of its time on its start."""
     input:
         needs("pipeline/steady_runs.py"),
-        rig=rig_of,
+        rig=CONFIG.rig,
         kernels=KERNELS,
-    output: [recording(run, "{folder}") for run in OF_A_SPEED]
+    output: [recording(run) for run in OF_A_SPEED]
     params:
         scenes=scenes_of(OF_A_SPEED),
-        stop_rule=lambda wildcards: RIGS[wildcards.folder][2].model_dump(),
-    log: f"{R}/logs/{{folder}}ring/{{rpm}}rpm.log"
-    message: "The ring study: {wildcards.folder}{wildcards.rpm} rpm"
+        stop_rule=CONFIG.stop_rule.model_dump(),
+    log: f"{R}/logs/ring/{{rpm}}rpm.log"
+    message: "The ring study: {wildcards.rpm} rpm"
     script: "../replication/pipeline/steady_runs.py"
 
 
@@ -86,9 +74,9 @@ WITHOUT_RING = [f"ring/{rpm:g}rpm_none" for rpm in CONFIG.ring_study.speeds_rpm]
 
 
 use rule ring_runs as runs_without_ring with:
-    output: [recording(run, "{folder}") for run in WITHOUT_RING]
+    output: [recording(run) for run in WITHOUT_RING]
     params:
         scenes=scenes_of(WITHOUT_RING),
-        stop_rule=rules.ring_runs.params.stop_rule,
-    log: f"{R}/logs/{{folder}}ring/none.log"
-    message: "The ring study: {wildcards.folder}no ring"
+        stop_rule=CONFIG.stop_rule.model_dump(),
+    log: f"{R}/logs/ring/none.log"
+    message: "The ring study: no ring"

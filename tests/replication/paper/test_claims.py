@@ -32,7 +32,6 @@ from replication.paper.scorecard import (
     headline,
     radius_sentence,
     sentence_verdicts,
-    side_by_side,
     statements,
 )
 from tests.viscous import VISCOUS
@@ -371,38 +370,33 @@ def test_equal_within_the_tolerance_at_every_speed_or_not_shown(share, verdict):
     assert measured.endswith(f"{share:.4g} to 11.9")
 
 
-def test_two_rigs_stand_side_by_side_and_are_counted_apart():
-    other = SPOILT["C20b"](SPOILT["C23b"](good()))  # a part of a sentence fails the whole
-    card, _ = judge_all(list(CLAIMS.values()), {"one": good(), "other": other})
-    assert tuple(card.columns) == COLUMNS and len(card) == 2 * len(CLAIMS)
-    assert card[card["verdict"].isin(JUDGED)].groupby("rig").size().tolist() == [len(TESTS)] * 2
-    judged = sentence_verdicts(card, SENTENCES)
-    assert judged[judged["rig"] == "one"]["number"].tolist() == list(SENTENCES)
-    assert count(judged, "one") == (21, 21) and count(judged, "other") == (19, 21)
-    assert headline(judged, "other") == (
-        "The rig `other` shows 19 of the 21 sentences of Sects. 5.2 and 6 that can be judged. Of the paper's four "
+def test_a_sentence_is_judged_whole_and_counted_once():
+    for evidence, shown in ((good(), 21), (SPOILT["C20b"](SPOILT["C23b"](good())), 19)):
+        card, _ = judge_all(list(CLAIMS.values()), evidence, "mine")
+        assert tuple(card.columns) == COLUMNS and len(card) == len(CLAIMS)
+        assert card["verdict"].isin(JUDGED).sum() == len(TESTS)
+        judged = sentence_verdicts(card, SENTENCES)
+        assert judged["number"].tolist() == list(SENTENCES) and count(judged) == (shown, 21)
+    assert headline(judged) == (
+        "The rig `mine` shows 19 of the 21 sentences of Sects. 5.2 and 6 that can be judged. Of the paper's four "
         "conclusions on the ring it shows 1 (larger speed, larger forces, above all of the left arc; the influence of "
         "the speed is limited), 2 (the force of the ring grows significantly with its radius) and 4 (the radius has "
         "practically no effect on the force of the left arc)."
     )
-    lost = judged[(judged["rig"] == "other") & (judged["verdict"] == NOT_SHOWN)]
-    assert lost["sentence"].tolist() == [SENTENCES[15], SENTENCES[19]]
-    assert judged.set_index(["rig", "number"])["statements"][["other"]].to_dict()["other", 19] == "C23b"
-    table = side_by_side(card)
-    assert len(table) == len(CLAIMS)
-    assert table.set_index(["id", "part"]).loc[("C20", "b"), ["one: verdict", "other: verdict"]].tolist() == [
-        SHOWN,
-        NOT_SHOWN,
-    ]
+    lost = judged[judged["verdict"] == NOT_SHOWN].set_index("number")
+    assert lost["sentence"].to_dict() == {number: SENTENCES[number] for number in (15, 19)}
+    assert lost["statements"][19] == "C23b"
 
 
 def test_the_summary_has_the_cells_of_the_scorecard_with_their_marks():
-    lacking = replace(SPOILT["C27b"](good()), cells={})
-    card, _ = judge_all(list(CLAIMS.values()), {"one": good(), "other": lacking})
-    table = statements(card).set_index("statement")
-    assert len(table) == len(SHORT)
-    assert table.loc[SHORT["C27b"]].tolist() == ["44.4", "44 ●", "25.4 ○", "-0.4"]
-    assert table.loc[SHORT["C20a"], "printed"] == "mainly the ring"
+    for evidence, cells in (
+        (good(), ["44.4", "44 ●", "-0.4"]),
+        (replace(SPOILT["C27b"](good()), cells={}), ["44.4", "25.4 ○", "-19"]),
+    ):
+        table = statements(judge_all(list(CLAIMS.values()), evidence, "mine")[0]).set_index("statement")
+        assert len(table) == len(SHORT)
+        assert table.loc[SHORT["C27b"], ["printed", "rig mine", "difference"]].tolist() == cells
+        assert table.loc[SHORT["C20a"], "printed"] == "mainly the ring"
 
 
 @pytest.mark.parametrize(
@@ -491,6 +485,6 @@ def test_the_radius_is_said_speed_by_speed(radii, words):
         [["one", "C26", "a", "0.308", radii, "115, 150", NOT_SHOWN]],
         columns=["rig", "id", "part", "printed", "measured", "speeds", "verdict"],
     )
-    said = radius_sentence(card, "one")
+    said = radius_sentence(card)
     assert words in said and said.endswith("The paper chooses 0.308 m and states no rule.")
     assert ("At 115 rpm no radius of the study serves." in said) == (radii == "no value, 0.308")

@@ -146,14 +146,14 @@ def test_a_rig_alone_is_a_configuration(tmp_path, rig):
     mine = tmp_path / "mine.yaml"
     mine.write_text(f"rig: {rig}\n", encoding="utf-8")
     config, loaded, scenes = check_layers([BASE, mine], {}, update_config)
-    assert (config.other_rigs, config.sensor_files, config.synthetic, config.short_studies) == ({}, [], None, [])
+    assert (config.sensor_files, config.synthetic, config.short_studies) == ([], None, [])
     assert config.ring_study.radii_m == study_radii(loaded) and config.records.ring_radius_m == loaded.ring_radius
     assert all(scene.rig is loaded and scene.step is None for scene in scenes.values())
     radius = config.ring_study.radii_m[3]
     mine.write_text(f"rig: {rig}\nring_study: {{radii_m: [{radius}]}}\nshort_studies: [trade]\n", encoding="utf-8")
     for files, stated in (([BASE, mine], {}), ([BASE], {"rig": rig, "ring_study": {"radii_m": [radius]}})):
         config = check_layers(files, stated, update_config)[0]
-        assert (config.ring_study.radii_m, config.other_rigs, config.sensor_csv) == ([radius], {}, None)
+        assert (config.ring_study.radii_m, config.sensor_csv) == ([radius], None)
 
 
 @pytest.mark.parametrize("rig", ["bench", "robot", "m113", "vehicle"])
@@ -170,19 +170,6 @@ def test_records_last_two_turns_of_the_loop_of_every_rig(tmp_path, rig):
     assert all(run.duration * run.periods.loop_hz >= 2 for name, run in scenes.items() if not name.startswith("ring/"))
 
 
-def test_records_last_two_turns_of_the_loop_of_further_rigs(tmp_path):
-    (tmp_path / "slow.yaml").write_text(
-        "like: paper\nsprocket: {source: the test, transmission_ratio: 7.0 1}\n", encoding="utf-8"
-    )
-    (mine := tmp_path / "mine.yaml").write_text(
-        f"other_rigs: {{slow: {{rig: {tmp_path / 'slow.yaml'}}}}}\n", encoding="utf-8"
-    )
-    config, _, scenes = check_layers([BASE, QUICK, mine], {}, update_config)
-    for name, run in config.other_scenes("slow", scenes).items():
-        assert run.duration * run.periods.loop_hz >= (0 if name.startswith("ring/") else 2), name
-    assert scenes["115rpm"].duration == 16
-
-
 def test_a_quick_run_says_how_it_is_shorter():
     assert load(BASE)[0].shorter == ""
     assert load(QUICK)[0].shorter == (
@@ -191,14 +178,6 @@ def test_a_quick_run_says_how_it_is_shorter():
     (data := merged(BASE))["records"]["speeds_rpm"] = [165]
     data["sensor_csv"] = None
     assert check_config(data, "mine.yaml")[0].shorter == "Records at 165 rpm alone show no trend with the speed."
-
-
-def test_other_rigs_replace_those_of_the_base(tmp_path):
-    mine = tmp_path / "mine.yaml"
-    for text, names in (("other_rigs: {}", []), ("other_rigs: {mine: {rig: bench}}", ["mine"])):
-        mine.write_text(text, encoding="utf-8")
-        config = check_layers([BASE, mine], {}, update_config)[0]
-        assert list(config.other_rigs) == names and len(config.sensor_files) == 4
 
 
 def test_sensor_files_and_their_mapping_must_be_there(data, tmp_path):

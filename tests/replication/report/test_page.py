@@ -44,17 +44,16 @@ def results(tmp_path_factory):
     made().save(results / "runs" / "210rpm.npz")
     places = ("Fig. 24", "Fig. 15", "Fig. 15", "Table 1")
     card = [
-        {"rig": rig, "id": f"C{i:02d}", "part": "", "place": place, "sentence": i if i < 3 else None,
+        {"rig": "paper", "id": f"C{i:02d}", "part": "", "place": place, "sentence": i if i < 3 else None,
          "claim": f"Statement {i} </script> (of a kind)",
          "printed": "ours: at most 1.5", "measured": "1.4, 1.61234, 1.5", "unit": "m", "tolerance": 0.2,
-         "verdict": VERDICTS[0] if rig == "other_rig" and i == 3 else verdict,
+         "verdict": verdict,
          "speeds": "115, 150", "fails_if": "something else came",
          "reason": "Because of a test."}
-        for rig in ("paper", "other_rig")
         for i, (verdict, place) in enumerate(zip(VERDICTS, places, strict=True), 1)
     ]  # fmt: skip
     pd.DataFrame(card).to_csv(results / "claims.csv", index=False)
-    sentences = [[rig, i, f"Sentence {i}", VERDICTS[i - 1]] for rig in ("paper", "other_rig") for i in (1, 2)]
+    sentences = [["paper", i, f"Sentence {i}", VERDICTS[i - 1]] for i in (1, 2)]
     columns = ["rig", "number", "sentence", "verdict"]
     pd.DataFrame(sentences, columns=columns).to_csv(results / "sentences.csv", index=False)
     (results / "metrics.csv").write_text("run,rpm\n210rpm,210\n", encoding="utf-8")
@@ -169,7 +168,7 @@ def test_the_page_carries_everything_and_is_small(page_file):
 
 
 def test_the_page_goes_in_the_order_of_the_paper_with_its_statements_at_their_figures(results):
-    """A sentence stands above the statements that decide it, with every rig and the share of plausible tracks."""
+    """A sentence stands above the statements that decide it, with the share of plausible tracks."""
     shares = results / "shares.csv"
     rows = [[name, ring, "arc length", 0.25 * (ring == "slips")]
             for name in ("C02", "C20a", "C23a") for ring in ("slips", "grips")]  # fmt: skip
@@ -182,8 +181,8 @@ def test_the_page_goes_in_the_order_of_the_paper_with_its_statements_at_their_fi
     assert sections == ["fig05", "table1", "fig15", "fig18", "fig24"]
     of_15 = page[page.index('<figure id="fig15">') : page.index('<figure id="fig18">')]
     cells = [re.sub("<.*?>", "", cell) for cell in re.findall(r"<t[hd]\b.*?</t[hd]>", of_15)]
-    assert cells[7:13] == ["2. Sentence 2", "○ not shown", "○ not shown", "", "12", "–"]
-    assert cells[14] == "ours: at most 1.5" and cells[18:20] == ["25", "0"]
+    assert cells[6:11] == ["2. Sentence 2", "○ not shown", "", "12", "–"]
+    assert cells[12] == "ours: at most 1.5" and cells[15:17] == ["25", "0"]
     assert "Statement 3" in of_15 and "Statement 1" not in of_15 and "<img" in of_15
 
 

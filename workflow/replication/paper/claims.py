@@ -1,6 +1,5 @@
-"""Every claim of the paper judged by what the runs gave, for one rig or several."""
+"""Every claim of the paper judged by what the runs of a rig gave."""
 
-from collections.abc import Mapping
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple
@@ -277,23 +276,23 @@ def _standard_error(claim: Claim, e: Evidence, rpm: float) -> float:
     return float(row.get(error_of(column), np.nan))
 
 
-def judge_all(claims: list[Claim], rigs: Mapping[str, Evidence]) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """The scorecard and its numbers.
+def judge_all(claims: list[Claim], e: Evidence, rig: str = "") -> tuple[pd.DataFrame, pd.DataFrame]:
+    """The scorecard of a rig of this name, and its numbers.
 
     Returns
     -------
     card : DataFrame
-        A row for every rig and statement, columns ``COLUMNS``.
+        A row for every statement, columns ``COLUMNS``.
     values : DataFrame
         A row for every number that a verdict is made from, columns ``VALUE_COLUMNS``.
     """
-    judged = [(rig, claim, judge(claim, e), e) for rig, e in rigs.items() for claim in claims]
-    card = [_row(rig, claim, judgement) for rig, claim, judgement, _ in judged]
+    judged = [(claim, judge(claim, e)) for claim in claims]
+    card = [_row(rig, claim, judgement) for claim, judgement in judged]
     values = [
         claim.model_dump(include={"id", "part", "unit", "rule", "tolerance"})
         | value._asdict()
         | {"rig": rig, "standard_error": _standard_error(claim, e, value.rpm), "verdict": judgement.verdict}
-        for rig, claim, judgement, e in judged
+        for claim, judgement in judged
         for value in judgement.values
     ]
     return pd.DataFrame(card, columns=list(COLUMNS)), pd.DataFrame(values, columns=list(VALUE_COLUMNS))

@@ -1,8 +1,9 @@
-"""The scorecard read: counted, in words, and the rigs beside each other."""
+"""The scorecard of a rig read: counted, and in words."""
 
 import re
 from collections.abc import Mapping, Sequence
 
+import numpy as np
 import pandas as pd
 
 from replication.paper.claims import JUDGED, NO_VALUE, NOT_COMPARABLE, NOT_SHOWN, SHOWN, VERDICTS
@@ -41,50 +42,62 @@ def sentence_verdicts(card: pd.DataFrame, sentences: Mapping[int, str]) -> pd.Da
         ``rig, number, sentence, verdict, statements`` (those that decide: the ones that are not shown, else all).
     """
     rows = []
-    card = card.assign(name=card["id"] + card["part"].fillna(""))
-    for (rig, number), parts in card.dropna(subset="sentence").groupby(["rig", "sentence"], sort=False):
+    for number, parts in card.dropna(subset="sentence").groupby("sentence"):
         lost = parts[parts["verdict"] == NOT_SHOWN]
-        verdicts = parts["verdict"].unique()
-        verdict = NOT_SHOWN if len(lost) else SHOWN if list(verdicts) == [SHOWN] else min(set(verdicts) - {SHOWN})
-        deciding = ", ".join((lost if len(lost) else parts)["name"])
-        rows.append([rig, int(number), sentences[int(number)], verdict, deciding])
-    table = pd.DataFrame(rows, columns=["rig", "number", "sentence", "verdict", "statements"])
-    order = {rig: position for position, rig in enumerate(dict.fromkeys(card["rig"]))}
-    return table.sort_values(["rig", "number"], key=lambda column: column.replace(order), ignore_index=True)
+        verdicts = set(parts["verdict"])
+        verdict = NOT_SHOWN if len(lost) else SHOWN if verdicts == {SHOWN} else min(verdicts - {SHOWN})
+        deciding = ", ".join(_names(lost if len(lost) else parts))
+        rows.append([parts["rig"].iloc[0], int(number), sentences[int(number)], verdict, deciding])
+    return pd.DataFrame(rows, columns=["rig", "number", "sentence", "verdict", "statements"])
 
 
-def count(judged: pd.DataFrame, rig: str) -> tuple[int, int]:
-    """Sentences that a rig shows, and how many are judged (`sentence_verdicts`)."""
-    verdicts = judged.loc[(judged["rig"] == rig) & judged["verdict"].isin(JUDGED), "verdict"]
-    return int((verdicts == SHOWN).sum()), len(verdicts)
+def _names(card: pd.DataFrame) -> pd.Series:
+    """Names of the statements of a scorecard: ``C16b``."""
+    return card["id"] + card["part"].fillna("")
 
 
-def headline(judged: pd.DataFrame, rig: str) -> str:
+def _records(card: pd.DataFrame) -> list[dict]:
+    """Rows of a scorecard with their names, empty cells as text."""
+    return card.assign(name=_names(card)).astype(object).fillna("").to_dict("records")
+
+
+def count(judged: pd.DataFrame) -> tuple[int, int]:
+    """Sentences that are shown, and how many are judged (`sentence_verdicts`)."""
+    return int((judged["verdict"] == SHOWN).sum()), int(judged["verdict"].isin(JUDGED).sum())
+
+
+def headline(judged: pd.DataFrame) -> str:
     """The count of a rig, and which of the numbered conclusions on the ring it shows."""
-    shown, total = count(judged, rig)
+    shown, total = count(judged)
     return (
-        f"The rig `{rig}` shows {shown} of the {total} sentences of Sects. 5.2 and 6 that can be judged. "
-        f"Of the paper's four conclusions on the ring it shows {conclusions(judged, rig)}."
+        f"The rig `{judged['rig'].iloc[0]}` shows {shown} of the {total} sentences of Sects. 5.2 and 6 that can be "
+        f"judged. Of the paper's four conclusions on the ring it shows {conclusions(judged)}."
     )
 
 
-def conclusions(judged: pd.DataFrame, rig: str) -> str:
+def conclusions(judged: pd.DataFrame) -> str:
     """The numbered conclusions on the ring that a rig shows, in the words of the paper."""
-    rows = judged[judged["rig"] == rig]
-    numbers = rows["sentence"].str.extract(CONCLUSION, expand=False)
+    numbers = judged["sentence"].str.extract(CONCLUSION, expand=False)
     words = [
-        f"{number} ({'; '.join(of['sentence'].str.partition(': ')[2])})"
-        for number, of in rows.groupby(numbers)
-        if set(of["verdict"]) == {SHOWN}
+        f"{number} ({'; '.join(rows['sentence'].str.partition(': ')[2])})"
+        for number, rows in judged.groupby(numbers)
+        if set(rows["verdict"]) == {SHOWN}
     ]
     return _listed(words) or "none"
 
 
-def track_rows(claims: pd.DataFrame) -> pd.DataFrame:
-    """Rows of plausible tracks (``docs/measured/plausible_claims.csv``), equal pitch read along the arc, by statement
-    and ring.
+def track_rows(table: pd.DataFrame) -> pd.DataFrame:
+    """Rows of a table of plausible tracks (``docs/measured/plausible_claims.csv`` or ``plausible_sentences.csv``) by
+    name and ring, equal pitch read along the arc.
     """
-    return claims[claims["equal_pitch"] == "arc length"].set_index(["name", "ring"])
+    rows = table[table["equal_pitch"] == "arc length"]
+    return rows.assign(name=rows["name"].astype(str)).set_index(["name", "ring"])
+
+
+def _percents(rows: pd.DataFrame | None, name: str) -> list[str]:
+    """Shares (%) of tracks whose ring slips and grips, of `track_rows`; a dash for what is not there."""
+    values = [np.nan if rows is None else rows["share"].get((name, ring), np.nan) for ring in ("slips", "grips")]
+    return ["–" if np.isnan(value) else f"{100 * value:.0f}" for value in values]
 
 
 def share_of_tracks(rows: pd.DataFrame, name: str, ring: str) -> str:
@@ -121,9 +134,9 @@ def neighbours_sentence(near: pd.DataFrame) -> str:
     )
 
 
-def radius_sentence(card: pd.DataFrame, rig: str, own: bool = False) -> str:
+def radius_sentence(card: pd.DataFrame, own: bool = False) -> str:
     """The ring to choose by speed, and why; the paper's choice beside it but for an ``own`` rig."""
-    rows = card[(card["id"] + card["part"].fillna("") == RADIUS) & (card["rig"] == rig) & card["verdict"].isin(JUDGED)]
+    rows = card[(_names(card) == RADIUS) & card["verdict"].isin(JUDGED)]
     if rows.empty:
         return "Without a ring study of enough radii no radius is chosen."
     row = rows.iloc[0]
@@ -132,22 +145,19 @@ def radius_sentence(card: pd.DataFrame, rig: str, own: bool = False) -> str:
         str(row["measured"]).split(","), str(row["speeds"]).removesuffix(".0").split(","), strict=True
     ):
         speeds.setdefault(radius.strip(), []).append(rpm.strip())
-    served = [rpm for radius, of in speeds.items() if radius != NO_VALUE for rpm in of]
+    unserved = speeds.pop(NO_VALUE, [])
     rule = (
         "Our rule takes the smallest ring with which right arcs hardly touch (below 0.5 % of a turn) and left arcs "
         "touch for at most a tooth's share of a turn (100 % / teeth) plus 2 %."
     )
     paper = "" if own else f" The paper chooses {row['printed']} m and states no rule."
-    if not served:
+    if not speeds:
         return f"No radius of the study serves. {rule}{paper}"
+    everywhere = len(speeds) == 1 and not unserved
     chosen = _listed(
-        [
-            f"{radius} m at {'every speed' if len(speeds) == 1 else f'{_listed(of)} rpm'}"
-            for radius, of in speeds.items()
-            if radius != NO_VALUE
-        ]
+        [f"{radius} m at {'every speed' if everywhere else f'{_listed(rpm)} rpm'}" for radius, rpm in speeds.items()]
     )
-    lost = f" At {_listed(speeds[NO_VALUE])} rpm no radius of the study serves." if NO_VALUE in speeds else ""
+    lost = f" At {_listed(unserved)} rpm no radius of the study serves." if unserved else ""
     return f"The ring to choose has a radius of {chosen}.{lost} {rule}{paper}"
 
 
@@ -177,95 +187,65 @@ def outside_values(parameters: pd.DataFrame) -> list[str]:
 
 
 def answer_sentences(
-    card: pd.DataFrame,
-    judged: pd.DataFrame,
-    parameters: pd.DataFrame,
-    claims: pd.DataFrame | None = None,
-    own: bool = False,
+    card: pd.DataFrame, judged: pd.DataFrame, claims: pd.DataFrame | None = None, own: bool = False
 ) -> list[str]:
-    """The answer in sentences: plausible tracks, counts, the radius to choose, what is known of the first rig.
+    """The answer in sentences: what plausible tracks say (``claims``), the ring to choose and why, and the count.
 
     Nothing of an ``own`` rig was fitted to the paper, which does not speak of it: the radius alone is said.
     """
-    rigs = list(dict.fromkeys(card["rig"]))
     if own:
-        return [radius_sentence(card, rigs[0], own)]
-    return [
-        *(learned_sentences(claims) if claims is not None else []),
-        radius_sentence(card, rigs[0]),
-        *(headline(judged, rig) for rig in rigs),
-        outside_sentence(parameters, rigs[0]),
-    ]
-
-
-def page_answer(
-    card: pd.DataFrame, judged: pd.DataFrame, claims: pd.DataFrame | None = None, own: bool = False
-) -> list[str]:
-    """The first sentences of the page: what was learned, the ring to choose and why, and the one count."""
-    rig = card["rig"].iloc[0]
+        return [radius_sentence(card, own)]
     learned = learned_sentences(claims) if claims is not None else []
-    return [radius_sentence(card, rig, own)] if own else [*learned, radius_sentence(card, rig), headline(judged, rig)]
+    return [*learned, radius_sentence(card), headline(judged)]
 
 
-def said_of(card: pd.DataFrame, judged: pd.DataFrame, shares: Mapping[str, pd.DataFrame]) -> dict[str, list[dict]]:
+def statements_by_label(
+    card: pd.DataFrame, judged: pd.DataFrame, shares: Mapping[str, pd.DataFrame]
+) -> dict[str, list[dict]]:
     """Statements of the paper on each figure or table, by its label: sentences, and the statements that decide them.
 
     ``shares`` are those of plausible tracks (``sentences``, ``claims``) or empty. Statements without a sentence follow
     from another one or are not judged; they stand last, under a sentence of no number.
     """
-    arc = {
-        name: table[table["equal_pitch"] == "arc length"].set_index(["name", "ring"])["share"]
-        for name, table in shares.items()
-    }
-
-    def percent(table: str, name: str) -> list[str]:
-        values = [arc.get(table, {}).get((name, ring), float("nan")) for ring in ("slips", "grips")]
-        return ["–" if pd.isna(value) else f"{100 * value:.0f}" for value in values]
-
-    verdicts = judged.set_index(["number", "rig"])["verdict"]
-    words = judged.drop_duplicates("number").set_index("number")["sentence"]
-    said: dict[str, dict[int, dict]] = {}
-    section_of: dict[int, str] = {}
-    for (claim, letter), rows in card.fillna({"part": ""}).groupby(["id", "part"], sort=False):
-        row = rows.astype(object).fillna("").iloc[0]
+    tracks = {name: track_rows(table) for name, table in shares.items()}
+    sentences = judged.set_index("number")
+    groups: dict[str, dict[int, dict]] = {}
+    labels: dict[int, str] = {}  # a sentence stands where its first statement does
+    for position, row in enumerate(_records(card)):
         number = int(row["sentence"] or 0)
-        label = section_of.setdefault(number or -1 - len(section_of), _label(row["place"]))
-        sentence = said.setdefault(label, {}).setdefault(
+        label = labels.setdefault(number or -1 - position, _label(row["place"]))
+        sentence = groups.setdefault(label, {}).setdefault(
             number,
             {
                 "number": number,
-                "sentence": words.get(number, ""),
-                "verdicts": [verdicts.get((number, rig), NOT_COMPARABLE) for rig in rows["rig"]],
-                "shares": percent("sentences", str(number)),
+                "sentence": sentences["sentence"].get(number, ""),
+                "verdict": sentences["verdict"].get(number, NOT_COMPARABLE),
+                "shares": _percents(tracks.get("sentences"), str(number)),
                 "statements": [],
             },
         )
-        unit = "" if row["unit"] in ("1", "") else f" ({row['unit']})"
-        sentence["statements"].append(
-            {
-                "id": f"{claim}{letter}",
-                "claim": f"{row['claim']}{unit}",
-                "printed": _rounded(str(row["printed"])) or "–",
-                "measured": [
-                    "" if verdict == NOT_COMPARABLE else _rounded(str(value))
-                    for value, verdict in zip(rows["measured"].fillna(""), rows["verdict"], strict=True)
-                ],
-                "difference": _difference(str(row["printed"]), str(row["measured"])),
-                "verdicts": list(rows["verdict"]),
-                "shares": percent("claims", f"{claim}{letter}"),
-                "why": " ".join(
-                    filter(
-                        None,
-                        (
-                            row["fails_if"] and f"Fails if {row['fails_if']}.",
-                            row["reason"],
-                            row["measured"] and row["verdict"] == NOT_COMPARABLE and f"{row['measured']}.",
-                        ),
-                    )
-                ),
-            }
-        )
-    return {label: sorted(rows.values(), key=lambda sentence: sentence["number"] or 99) for label, rows in said.items()}
+        sentence["statements"].append(_statement(row) | {"shares": _percents(tracks.get("claims"), row["name"])})
+    return {label: sorted(rows.values(), key=lambda row: row["number"] or 99) for label, rows in groups.items()}
+
+
+def _statement(row: Mapping) -> dict:
+    """A row of the scorecard in words."""
+    unit = "" if row["unit"] in ("1", "") else f" ({row['unit']})"
+    lost = row["verdict"] == NOT_COMPARABLE
+    why = (
+        row["fails_if"] and f"Fails if {row['fails_if']}.",
+        row["reason"],
+        f"{row['measured']}." if row["measured"] and lost else "",
+    )
+    return {
+        "id": row["name"],
+        "claim": f"{row['claim']}{unit}",
+        "printed": _rounded(str(row["printed"])) or "–",
+        "measured": "" if lost else _rounded(str(row["measured"])),
+        "difference": _difference(str(row["printed"]), str(row["measured"])),
+        "verdict": row["verdict"],
+        "why": " ".join(filter(None, why)),
+    }
 
 
 def _label(place: str) -> str:
@@ -274,47 +254,34 @@ def _label(place: str) -> str:
     return f"{'Figure' if named[1] == 'Fig' else named[1]} {named[2]}" if named else place
 
 
-def judged_sentences(judged: pd.DataFrame, rig: str, shares: pd.DataFrame | None = None) -> list[list[str]]:
-    """``number, sentence, verdict`` of a rig; with ``shares``, those of plausible tracks with a slipping and a gripping
-    ring (%), equal pitch read along the arc.
-    """
-    rows = judged.loc[judged["rig"] == rig, ["number", "sentence", "verdict"]].astype(str).values.tolist()
-    if shares is None:
-        return rows
-    arc = shares[shares["equal_pitch"] == "arc length"].set_index(["name", "ring"])["share"]
-    arc.index = arc.index.set_levels(arc.index.levels[0].astype(str), level=0)
-    cells = [[arc.get((row[0], ring), float("nan")) for ring in ("slips", "grips")] for row in rows]
-    return [
-        row + ["–" if pd.isna(share) else f"{100 * share:.0f}" for share in pair]
-        for row, pair in zip(rows, cells, strict=True)
-    ]
+def judged_sentences(judged: pd.DataFrame, shares: pd.DataFrame) -> list[list[str]]:
+    """``number, sentence, verdict``, and the shares of plausible tracks (%) whose ring slips and grips."""
+    tracks = track_rows(shares)
+    rows = judged[["number", "sentence", "verdict"]].astype(str).values.tolist()
+    return [row + _percents(tracks, row[0]) for row in rows]
 
 
-def statements(card: pd.DataFrame, names: Sequence[str] = tuple(SHORT)) -> pd.DataFrame:
-    """Some statements in words: what is printed, and what each rig gives, with a mark (``MARKS``).
+def statements(card: pd.DataFrame) -> pd.DataFrame:
+    """Some statements in words: what is printed, and what the rig gives, with a mark (``MARKS``).
 
     Returns
     -------
     DataFrame
-        ``statement, printed``, ``rig <name>`` for each rig, and ``difference`` of the first one.
+        ``statement, printed``, ``rig <name>``, and ``difference``.
     """
-    card = card.astype(object).fillna("")
-    name = card["id"] + card["part"]
     rows = []
-    for requested in names:
-        parts = card[name == requested].astype(str).set_index("rig")
-        if parts.empty:
-            continue
-        printed = parts["printed"].iloc[0]
-        row = {"statement": SHORT[requested], "printed": IN_WORDS.get(requested, printed)}
-        for rig, judged in parts.iterrows():
-            value = "" if judged["verdict"] == NOT_COMPARABLE else _rounded(judged["measured"])
-            row[f"rig {rig}"] = f"{value} {MARKS[judged['verdict']]}".strip()
-        row["difference"] = _difference(printed, parts["measured"].iloc[0])
-        rows.append(row)
-    return pd.DataFrame(
-        rows, columns=["statement", "printed", *(f"rig {rig}" for rig in dict.fromkeys(card["rig"])), "difference"]
-    ).fillna("–")
+    by_name = {row["name"]: row for row in _records(card)}
+    for name in (name for name in SHORT if name in by_name):
+        row, printed = _statement(by_name[name]), str(by_name[name]["printed"])
+        rows.append(
+            {
+                "statement": SHORT[name],
+                "printed": IN_WORDS.get(name, printed),
+                f"rig {card['rig'].iloc[0]}": f"{row['measured']} {MARKS[row['verdict']]}".strip(),
+                "difference": row["difference"],
+            }
+        )
+    return pd.DataFrame(rows)
 
 
 def _difference(printed: str, measured: str) -> str:
@@ -330,16 +297,3 @@ def _rounded(text: str) -> str:
     """Text with three significant digits in its numbers; a fit says no more. A range without width is one number."""
     rounded = re.sub(r"\d+\.\d+", lambda number: significant(float(number[0])), text)
     return re.sub(r"\b(\S+) to \1(?![\d.])", r"\1", rounded)
-
-
-def side_by_side(card: pd.DataFrame) -> pd.DataFrame:
-    """The scorecard with a row a statement, and measured value and verdict of every rig in columns of their own."""
-    rigs = list(dict.fromkeys(card["rig"]))
-    columns = ["id", "part", "place", "claim", "printed", "tolerance", "unit", "speeds"]
-    parts = {rig: card[card["rig"] == rig].set_index(["id", "part"]) for rig in rigs}
-    table = parts[rigs[0]].reset_index()[columns]
-    for rig, rows in parts.items():
-        before = f"{rig}: " if len(rigs) > 1 else ""
-        for name in ("measured", "verdict"):
-            table[before + name] = rows[name].to_numpy()
-    return table.join(parts[rigs[0]].reset_index()[["fails_if"]])

@@ -95,18 +95,6 @@ class FidelityStudy(Section):
     settings: list[Literal[tuple(SETTINGS)]]
 
 
-class OtherRig(Section):
-    """A further rig that the scorecard judges beside the first, and the longest steps that it is run with by motor
-    speed.
-
-    ``stop_rule`` takes the place of the first rig's where contacts need longer to tell what they do.
-    """
-
-    rig: str
-    steps_s: Allowed | None = None
-    stop_rule: StopRule | None = None
-
-
 class Config(Section):
     """Everything in ``config/config.yaml``.
 
@@ -124,7 +112,6 @@ class Config(Section):
     sensor_csv: str | None
     sensor_is_synthetic: bool
     sensor_mapping: str | None = None
-    other_rigs: dict[Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$")], OtherRig] = Field(default_factory=dict)
     records: Records
     meshing: Meshing
     stop_rule: StopRule = StopRule()
@@ -155,8 +142,6 @@ class Config(Section):
                     problem = "occurs twice" if after == before else f"comes after {before:g}"
                     raise InputError(f"{where} = {values}: {after:g} {problem}; give rising values")
         rising("ring_study.steps_s", self.ring_study.steps_s or ())
-        for name, other in self.other_rigs.items():
-            rising(f"other_rigs.{name}.steps_s", other.steps_s or ())
         if self.sensor_csv is None:
             return self
         try:
@@ -186,19 +171,14 @@ class Config(Section):
         return [] if name is None else [name.format(rpm=f"{rpm:g}") for rpm in self.records.speeds_rpm]
 
     @property
-    def rig_files(self) -> dict[str, list[Path]]:
-        """Files that every rig is read from, by its own file."""
-        return {rig: rig_files(rig) for rig in (self.rig, *(other.rig for other in self.other_rigs.values()))}
-
-    @property
     def files(self) -> dict[str, list[Path]]:
         """Files that the runs read, by the field that leads to them."""
-        rigs = {"rig": self.rig} | {f"other_rigs.{name}.rig": other.rig for name, other in self.other_rigs.items()}
         return {
             "article": [Path(self.article)] if self.article else [],
             "sensor_csv": [Path(file) for file in self.sensor_files],
             "sensor_mapping": [Path(self.sensor_mapping)] if self.sensor_mapping else [],
-        } | {field: self.rig_files[rig] for field, rig in rigs.items()}
+            "rig": rig_files(self.rig),
+        }
 
     @property
     def shorter(self) -> str:
@@ -218,7 +198,7 @@ class Config(Section):
 
     def of_rig(self, rig: Rig) -> "Config":
         """The configuration with the rings of a rig where it states none, records of two turns of the loop or more, and
-        files in place of the names of shipped rigs.
+        a file in place of the name of a shipped rig.
         """
         study, records, meshing = self.ring_study, self.records, self.meshing
         radii = study.radii_m or study_radii(rig)
@@ -232,10 +212,6 @@ class Config(Section):
         return self.model_copy(
             update={
                 "rig": str(rig_path(self.rig)),
-                "other_rigs": {
-                    name: other.model_copy(update={"rig": str(rig_path(other.rig))})
-                    for name, other in self.other_rigs.items()
-                },
                 "ring_study": study.model_copy(update={"radii_m": radii}),
                 "records": records.model_copy(
                     update={"ring_radius_m": ring, "duration_s": max(records.duration_s, least)}
@@ -297,33 +273,6 @@ class Config(Section):
             for rpm, radius in product(f.speeds_rpm, self.ladder_radii):
                 Scene(rig, rpm, radius, **steady_fields(rig, rpm, self.stop_rule), **PRESETS[REFERENCE])
 
-    def known_of(self, name: str) -> StopRule:
-        """When contacts of another rig have converged."""
-        return self.other_rigs[name].stop_rule or self.stop_rule
-
-    def other_scenes(self, name: str, scenes: dict[str, Scene]) -> dict[str, Scene]:
-        """The scenes of the first rig that claims are judged by on another one: none of Table 4, no ring study without
-        a ring.
-        """
-        other = self.other_rigs[name]
-        rig = load_rig(other.rig)
-
-        def on_it(run: str, scene: Scene) -> Scene:
-            if run.startswith("ring/"):
-                fields = steady_fields(rig, scene.motor_rpm, self.known_of(name))
-            else:
-                section = "meshing" if run.startswith("meshing/") else "records"
-                fields = {"duration": max(scene.duration, _least(rig, section, scene.motor_rpm))}
-            allowed = step_field(other.steps_s, scene.motor_rpm).values()
-            return scene.with_(rig=rig, **_step(min((scene.time_step, *allowed)) if allowed else None), **fields)
-
-        with _section(f"other_rigs.{name}"):
-            return {
-                run: on_it(run, scene)
-                for run, scene in scenes.items()
-                if not run.startswith("coarse/") and not (run.startswith("ring/") and scene.ring_radius is None)
-            }
-
 
 # turns of the loop that a record lasts at least: two for its line, and more for a whole passage with what is around it
 LEAST_TURNS = {"records": 2.0, "meshing": 2.1}
@@ -361,8 +310,6 @@ def check_config(data: Any, name: str) -> tuple[Config, Rig, dict[str, Scene]]:
             load_cells(config.article)
         scenes = config.scenes(rig)
         config.refuse_studies(rig)
-        for other in config.other_rigs:
-            config.other_scenes(other, scenes)
     return config, rig, scenes
 
 
@@ -392,9 +339,8 @@ def read_layer(path: Path | str) -> dict:
 
 
 # Fields that a configuration states for its own rig, with their values where a later one names another rig alone: no
-# other rigs, no sensor, no studies, and rings and steps as the rig has them.
+# sensor, no studies, and rings and steps as the rig has them.
 OF_ITS_RIG: dict[str, Any] = {
-    "other_rigs": {},
     "sensor_csv": None,
     "short_studies": [],
     "records": {"ring_radius_m": None, "step_s": None},
@@ -404,17 +350,14 @@ OF_ITS_RIG: dict[str, Any] = {
 
 
 def _merged(layers: Sequence[dict], update: Callable[[dict, dict], None]) -> dict:
-    """Configurations, the later on top of the earlier; ``other_rigs`` replaces, and another rig `OF_ITS_RIG`.
+    """Configurations, the later on top of the earlier; one that names another rig begins with `OF_ITS_RIG`.
 
-    Without peers where the rig is not that of the first.
+    There are no peers where the rig is not that of the first configuration.
     """
     merged: dict = {}
     for layer in layers:
         if merged and layer.get("rig", merged.get("rig")) != merged.get("rig"):
-            merged["other_rigs"] = {}
             update(merged, OF_ITS_RIG)
-        if "other_rigs" in layer:
-            merged["other_rigs"] = {}
         update(merged, layer)
     if merged.get("rig") != layers[0].get("rig"):
         merged["peers"] = None

@@ -62,15 +62,14 @@ def article_values(tables: Mapping[str, pd.DataFrame], missing: str, accuracy_pc
         Error at which Table 2 compares the codes.
     """
     card, judged = tables["claims"], tables["sentences"]
-    rigs = list(dict.fromkeys(card["rig"]))
     parameters, outcomes = tables["parameters"], tables["outcomes"].iloc[-1]
     steps, tracks = stable_steps(tables["extremes"]), track_rows(tables["plausible_claims"])
     near = tables["plausible_near"]
-    shown, total = count(judged, rigs[0])
+    shown, total = count(judged)
     return {
-        "rigs": rigs,
+        "rig": card["rig"].iloc[0],
         "count": {"shown": str(shown), "judged": str(total)},
-        "conclusions": conclusions(judged, rigs[0]),
+        "conclusions": conclusions(judged),
         "tracks": str(tracks["rigs"].max()),
         "share": {
             words: {ring: share_of_tracks(tracks, name, ring) for ring in ("slips", "grips")}
@@ -82,9 +81,9 @@ def article_values(tables: Mapping[str, pd.DataFrame], missing: str, accuracy_pc
             "least": f"{near.loc[near['rig'] > 0, 'shown'].quantile(0.1, interpolation='lower'):g}",
             "median": f"{near.loc[near['rig'] > 0, 'shown'].median():g}",
         },
-        "radius": radius_sentence(card, rigs[0]),
+        "radius": radius_sentence(card),
         "outside": "; ".join(outside_values(parameters)) or "none",
-        "sentences": judged_sentences(judged, rigs[0], tables["plausible_sentences"]),
+        "sentences": judged_sentences(judged, tables["plausible_sentences"]),
         "statements": _texts(statements(card)),
         "kinds": {kind: str(n) for kind, n in parameters["kind"].value_counts().items()}
         | {"all": str(len(parameters))},

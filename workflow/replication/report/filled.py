@@ -7,7 +7,7 @@ from pathlib import Path
 import pandas as pd
 
 from replication.paper.claims import NO_TEST
-from replication.paper.scorecard import MARKS, answer_sentences, neighbours_sentence, statements
+from replication.paper.scorecard import MARKS, answer_sentences, neighbours_sentence, outside_sentence, statements
 from replication.report.figures.trade import answers, trade_sentence
 from replication.study.accuracy.default_step import default_step_text
 from replication.study.extremes.resolved import short_runs_verdict
@@ -55,9 +55,9 @@ def readme_text(
     """The answer, its table, and what an answer costs."""
     table = statements(card).to_markdown(index=False, disable_numparse=True)
     marks = ", ".join(f"{mark} {verdict}" for verdict, mark in MARKS.items() if verdict != NO_TEST)
-    answer = "\n".join(
-        f"- {sentence}" for sentence in (*answer_sentences(card, judged, parameters, claims), neighbours_sentence(near))
-    )
+    rig = card["rig"].iloc[0]
+    sentences = *answer_sentences(card, judged, claims), outside_sentence(parameters, rig), neighbours_sentence(near)
+    answer = "\n".join(f"- {sentence}" for sentence in sentences)
     return f"{answer}\n\n{table}\n\n{marks}. {trade_sentence(promises)}"
 
 

@@ -16,7 +16,7 @@ from PIL import Image
 
 from replication.certify.provenance import check_sources
 from replication.paper.contents import OF_STUDIES, OWN, PAPER, missing_items
-from replication.paper.scorecard import MARKS, outside_sentence, page_answer, said_of
+from replication.paper.scorecard import MARKS, answer_sentences, outside_sentence, statements_by_label
 from replication.report.tables import COLUMNS_OF
 from replication.studies import STUDIES
 from trackdyn.files import write_text
@@ -130,13 +130,13 @@ def _card(results: Path, own: bool, plausible: Mapping[str, str] | None) -> dict
     card, judged = pd.read_csv(path, dtype={"part": str}), pd.read_csv(results / "sentences.csv")
     parameters = results / "tables" / "parameters.csv"
     shares = {name: pd.read_csv(path, dtype={"name": str}) for name, path in (plausible or {}).items()}
-    rigs = list(dict.fromkeys(card["rig"]))
-    known = [outside_sentence(pd.read_csv(parameters), rigs[0])] if parameters.is_file() and not own else []
+    rig = card["rig"].iloc[0]
+    known = [outside_sentence(pd.read_csv(parameters), rig)] if parameters.is_file() and not own else []
     return {
-        "rigs": rigs,
-        "said": {} if own else said_of(card, judged, shares),
+        "rig": rig,
+        "said": {} if own else statements_by_label(card, judged, shares),
         "shares": bool(shares),
-        "answer": _caption_html(page_answer(card, judged, shares.get("claims"), own)),
+        "answer": _caption_html(answer_sentences(card, judged, shares.get("claims"), own)),
         "known": _caption_html(known),
     }
 
