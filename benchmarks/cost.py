@@ -188,10 +188,10 @@ def chain_alone(rig, repeats: int) -> list[dict]:
     from trackdyn.scene.build import build_chain
 
     @numba.njit
-    def repeat(calls, chain, state, work, damping, mounted):
+    def repeat(calls, chain, state, work, damping):
         # called from Python one by one, short chains would show the price of the call
         for _ in range(calls):
-            accelerations(chain, state, work, damping, mounted)
+            accelerations(chain, state, work, damping)
 
     rows = []
     for pitches in PITCHES:
@@ -204,7 +204,7 @@ def chain_alone(rig, repeats: int) -> list[dict]:
         state.rate[:] = rng.normal(0.0, 1.0, n)
         work.force_x[:], work.force_y[:], work.moment[:] = rng.normal(0.0, 100.0, (3, n))
         work.torque[:] = rng.normal(0.0, 1.0, n)
-        arguments = (chain, state, work, STEP_S * chain.damping, np.zeros(n, bool))
+        arguments = (chain, state, work, STEP_S * chain.damping)
         repeat(1, *arguments)
         calls = max(BODY_STEPS // n, 1)
         values = []

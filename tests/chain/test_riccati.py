@@ -46,7 +46,7 @@ def loaded(chain, state, loads):
 def sweep(chain, state, loads, step):
     """Accelerations by the sweep: pin of body 0, angular, load through the cut."""
     work = loaded(chain, state, loads)
-    accelerations(chain, state, work, step * chain.damping, np.zeros(len(state.angle), bool))
+    accelerations(chain, state, work, step * chain.damping)
     result = work.sweep
     return {
         "pin": result.base @ result.load,
@@ -85,7 +85,7 @@ def test_projection_closes_the_gap_with_the_least_change_of_energy(n, step):
     """Unit gaps: what the time loop makes of columns 0 to 2 and ``inverse`` (`advance`)."""
     chain, state, loads = make_ring(n, 1)
     work = loaded(chain, state, loads)
-    accelerations(chain, state, work, step * chain.damping, np.zeros(n, bool))
+    accelerations(chain, state, work, step * chain.damping)
     alpha, base, end = (
         array[:, :3] @ work.sweep.inverse[:, :2] for array in (work.sweep.response, work.sweep.base, work.sweep.end)
     )

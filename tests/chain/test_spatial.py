@@ -77,7 +77,7 @@ class Polygon:
         """Acceleration of the first pin (P), of the plane and of the angles, by the package."""
         work, room = self.loaded()
         bushing_torques(self.chain, self.state, work, 0.0)
-        accelerations(self.chain, self.state, work, 0.0, np.zeros(self.n, bool))
+        accelerations(self.chain, self.state, work, 0.0)
         load = work.sweep.load
         return work.sweep.base @ load, room.acceleration.copy(), work.sweep.response @ load, work.torque.copy()
 

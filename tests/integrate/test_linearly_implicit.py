@@ -6,7 +6,6 @@ import pytest
 from tests.conftest import recorded
 from tests.kinematics import (
     ContactList,
-    along_chain,
     closed_rates,
     irregular_ring,
     mass_centre_arms,
@@ -14,6 +13,7 @@ from tests.kinematics import (
 )
 from trackdyn.chain import implicit
 from trackdyn.chain.kinematics import SLOW
+from trackdyn.chain.riccati import accelerate
 from trackdyn.contact.forces import AHEAD
 from trackdyn.errors import InputError
 from trackdyn.integrate.dynamics import solve_chain
@@ -139,7 +139,6 @@ def test_sweep_solves_the_dense_system_of_the_step(make_scene, n, carried, cut):
         rng = np.random.default_rng(100 + seed)
         wheel_torque, wheel_rate = rng.normal(0, 200, WHEELS), rng.normal(0, 5, WHEELS)
         inertia, drag = np.array([1.0, 3.0, 2.0]), np.array([0.0, 23.0, 11.0])
-        probe = 2 * (n // 3)
         matrix = contact_matrices(contacts, n)
         for i in range(n):
             block = matrix[3 * i : 3 * i + 3]
@@ -147,30 +146,25 @@ def test_sweep_solves_the_dense_system_of_the_step(make_scene, n, carried, cut):
             # a load for a unit acceleration of the wheel: on the other side of the equation
             terms.couple[i] = -block[:, 3 * n :].T
         terms.wheel_inertia[:] = np.diag(matrix)[3 * n :]
-        here = model._replace(
-            chain=chain, wheels=model.wheels._replace(inertia=inertia, drag=drag, rolling=rolling),
-            sensors=model.sensors._replace(body=np.array([probe]), mounted=np.arange(n) == probe),
-        )  # fmt: skip
+        here = model._replace(chain=chain, wheels=model.wheels._replace(inertia=inertia, drag=drag, rolling=rolling))
         state = make_state(n, pitches, WHEELS)._replace(angle=angle, rate=rate, wheel_rate=wheel_rate)
         work.cos[:], work.sin[:] = np.cos(angle), np.sin(angle)
         work.force_x[:], work.force_y[:], work.moment[:] = loads
         work.torque[:], work.wheel_torque[:] = torque, wheel_torque
         closed = (1.0 / cut[0], *cut[1]) if cut else (0.0, 0.0, 0.0)
         implicit.accelerations(*shared(here, state, work), terms, closed)
+        accelerate(chain, state, shared(here, state, work)[2], n - 1)
         drag = (
             drag + rolling * carried * np.tanh(wheel_rate / SLOW) / wheel_rate
         )  # the secant of the torque of the load
         motion, wheels = dense_solution(
             chain, angle, rate, loads, torque, contacts, wheel_torque, inertia, drag, wheel_rate, cut
         )
-        alpha, pin, probed = (
-            array @ work.sweep.load for array in (work.sweep.response, work.sweep.base, work.sweep.probe[probe])
-        )
         scale = np.abs(motion[:, 2]).max()
-        np.testing.assert_allclose(alpha / scale, motion[:, 2] / scale, rtol=0, atol=AGREEMENT)
+        np.testing.assert_allclose(work.alpha / scale, motion[:, 2] / scale, rtol=0, atol=AGREEMENT)
         scale *= chain.length.max()
-        np.testing.assert_allclose(pin / scale, motion[0, :2] / scale, rtol=0, atol=AGREEMENT)
-        np.testing.assert_allclose(probed / scale, motion[probe, :2] / scale, rtol=0, atol=AGREEMENT)
+        pins = np.column_stack([work.pin_ax, work.pin_ay])
+        np.testing.assert_allclose(pins / scale, motion[:, :2] / scale, rtol=0, atol=AGREEMENT)
         np.testing.assert_allclose(terms.load[4:], wheels[1:], rtol=0, atol=AGREEMENT * max(1.0, np.abs(wheels).max()))
 
 
@@ -262,17 +256,13 @@ def test_contacts_act_on_chain_and_wheels_alike(implicit_loop):
     chain, wheels = model.chain, model.wheels
     evaluate(model, state, work)
     solve_chain(*shared(model, state, work), STEP, work.implicit)
-    alpha, pin = work.sweep.response @ work.sweep.load, work.sweep.base @ work.sweep.load
+    alpha, pins = work.alpha, np.array([work.pin_ax, work.pin_ay])
     spin = np.concatenate([[0.0], work.implicit.load[4:]])
-
-    # accelerations of pins and mass centres, summed along the chain
-    side = chain.length * np.array([work.cos, work.sin])
     centre = mass_centre_arms(chain, state).T
 
     def turned(arm, alpha, rate):
         return alpha * np.array([-arm[1], arm[0]]) - rate**2 * arm
 
-    pins = along_chain(pin, turned(side, alpha, state.rate))[:-1].T
     momentum_rate = (pins + turned(centre, alpha, state.rate)) @ chain.mass
 
     # forces: what the contact list holds, and what the accelerations of the step take off
@@ -303,13 +293,13 @@ def test_step_tends_to_the_semi_implicit_one(parts):
     model, state, work, led = parts
     evaluate(model, state, work)
     solve_chain(model, state, work, 0.0, None)
-    explicit = work.sweep.response @ work.sweep.load
+    explicit = work.alpha.copy()
     wheel = (work.wheel_torque - model.wheels.drag * state.wheel_rate)[1:] / model.wheels.inertia[1:]
     error, lag = [], []
     for h in (2e-8, 1e-8):
         here, there = evaluate(model, state, led, h)
         solve_chain(*shared(here, there, led), h, led.implicit)
-        error.append(np.abs(led.sweep.response @ led.sweep.load - explicit).max())
+        error.append(np.abs(led.alpha - explicit).max())
         lag.append(np.abs(led.implicit.load[4:] - wheel).max())
     assert error[1] < 1e-3 * np.abs(explicit).max()
     # of the torque, of which drag and contacts nearly cancel

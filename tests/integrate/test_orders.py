@@ -60,7 +60,7 @@ def derivative(model):
         state.branch[:] = y[4 + 2 * n :].reshape(-1, n)
         add_moments(state, work, 0.0, branches)
         moments = np.outer(branches.stiffness, work.joint_rate) - state.branch / branches.time[:, None]
-        accelerations(chain, state, work, 0.0, np.zeros(n, bool))
+        accelerations(chain, state, work, 0.0)
         sweep = work.sweep
         change = sweep.base @ sweep.load, state.rate, sweep.response @ sweep.load / 10.0
         return np.concatenate([y[2:4], *change, np.ravel(moments)])

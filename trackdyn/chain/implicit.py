@@ -27,7 +27,7 @@ def accelerations(model: Model, state: State, work: Work, implicit: ImplicitWork
     n, wheels = state.rate.shape[0], inertia.shape[0]
     damping = step * chain.damping + step * step * chain.stiffness + step * added_damping(step, model.branches)
     compliance, force_x, force_y = cut
-    sweep(chain, state, work, damping, model.sensors.mounted, implicit)
+    sweep(chain, state, work, damping, implicit)
     matrix, load = implicit.matrix, implicit.load
     last = wheels + 2
     for k in range(4):
@@ -65,9 +65,6 @@ def accelerations(model: Model, state: State, work: Work, implicit: ImplicitWork
         a = load[3 + k] = matrix[2 + k, last]
         for i in range(n):
             swept.response[i, 3] += implicit.response[i, k] * a
-            if model.sensors.mounted[i]:
-                for r in range(2):
-                    swept.probe[i, r, 3] += implicit.probe[i, k, r] * a
         for r in range(2):
             swept.base[r, 3] += implicit.base[k, r] * a
         for r in range(3):

@@ -24,12 +24,6 @@ def response_to(columns, i, load):
 
 
 @inlined
-def at_load(columns, i, load):
-    """Row ``i`` of accelerations under a cut load."""
-    return response_to(columns, i, load) + columns[i, 3]
-
-
-@inlined
 def closing_load(inverse, gap_x, gap_y):
     """Cut load whose acceleration of the gap is the opposite of a given one; ``inverse`` of the closure matrix."""
     return (
@@ -40,21 +34,20 @@ def closing_load(inverse, gap_x, gap_y):
 
 
 @kernel
-def accelerations(chain: Chain, state, work: Work, implicit_damping, mounted):
+def accelerations(chain: Chain, state, work: Work, implicit_damping):
     """Response of every acceleration to the cut load, and the load that holds the pins of the cut together.
 
     Of ``state``, ``rate`` is read; of ``work``,
     ``cos``, ``sin``, the loads ``force_x``, ``force_y``, ``moment`` without gravity and the bushing ``torque`` at the
     start of the step; ``work.sweep`` is written. ``implicit_damping`` (N m s2/rad) is the step times the bushing
     damping: the torque is taken as ``torque - implicit_damping * phi''``, which removes the step limit of the damping.
-    ``mounted`` (n,) marks the bodies whose input pin's acceleration is written, those that carry a sensor.
     """
-    sweep(chain, state, work, implicit_damping, mounted, None)
+    sweep(chain, state, work, implicit_damping, None)
     close(0.0, 0.0, 0.0, work.torque[state.rate.shape[0] - 1], implicit_damping, work.sweep)
 
 
 @fused
-def sweep(chain: Chain, state, work: Work, implicit_damping, mounted, implicit):
+def sweep(chain: Chain, state, work: Work, implicit_damping, implicit):
     """Response of every acceleration to the load of the cut joint; arguments as in `accelerations`.
 
     ``implicit`` (`model.arrays.ImplicitWork` or None) has the slopes of the contact forces of a linearly implicit step:
@@ -95,7 +88,7 @@ def sweep(chain: Chain, state, work: Work, implicit_damping, mounted, implicit):
                 if k > middle:
                     behind_s, behind_e = _hinge(gain, k - 1, -torque[k - 1], implicit_damping, behind_s, behind_e)
     _meet(work, s, e, behind_s, behind_e, implicit)
-    _back_substitute(chain, state, work, middle, mounted, implicit)
+    _back_substitute(chain, state, work, middle, implicit)
 
 
 @fused
@@ -247,7 +240,7 @@ def _meet(work: Work, s, e, behind_s, behind_e, implicit):
 
 
 @fused
-def _back_substitute(chain: Chain, state, work: Work, middle, mounted, implicit):
+def _back_substitute(chain: Chain, state, work: Work, middle, implicit):
     """Accelerations of every body from those in the middle, where the sweeps met, to both ends; four columns each."""
     rate, swept = state.rate, work.sweep
     n = rate.shape[0]
@@ -269,21 +262,13 @@ def _back_substitute(chain: Chain, state, work: Work, middle, mounted, implicit)
         w2 = rate[i] * rate[i]
         x, y = _moved(dx, dy, w2, x, y, a)
         if implicit is not None:
-            _return_columns(implicit, work, i, mounted, (dx, dy), (x, y, a))
-        if mounted[i]:
-            for k in range(4):
-                swept.probe[i, 0, k] = x[k]
-                swept.probe[i, 1, k] = y[k]
+            _return_columns(implicit, work, i, (dx, dy), (x, y, a))
         if implicit is None:
             i = middle + j
             if i < n:
                 if j > 0:
                     behind_a = _beyond(gain, i - 1, behind_x, behind_y, behind_a)
                 response[i, 0], response[i, 1], response[i, 2], response[i, 3] = behind_a
-                if mounted[i]:
-                    for k in range(4):
-                        swept.probe[i, 0, k] = behind_x[k]
-                        swept.probe[i, 1, k] = behind_y[k]
                 _, _, dx, dy = _arms(chain, work, i)
                 behind_x, behind_y = _moved(-dx, -dy, rate[i] * rate[i], behind_x, behind_y, behind_a)
     for k in range(4):
@@ -321,7 +306,7 @@ def _moved(dx, dy, w2, x, y, a):
 
 
 @fused
-def _return_columns(implicit, work: Work, i, mounted, arm, motion):
+def _return_columns(implicit, work: Work, i, arm, motion):
     """The wheels' columns from a body's output to its input, and what each wheel feels of the body.
 
     ``motion`` holds the columns of the acceleration of the body's input pin and of its angular acceleration.
@@ -339,9 +324,6 @@ def _return_columns(implicit, work: Work, i, mounted, arm, motion):
         z[wheel, 1] -= dx * alpha
         z[wheel, 2] = alpha
         implicit.response[i, wheel] = alpha
-        if mounted[i]:
-            implicit.probe[i, wheel, 0] = z[wheel, 0]
-            implicit.probe[i, wheel, 1] = z[wheel, 1]
     for wheel in range(1, z.shape[0]):
         # acceleration of this body as the friction on the wheel feels it
         u, v, w = implicit.couple[i, wheel, 0], implicit.couple[i, wheel, 1], implicit.couple[i, wheel, 2]
@@ -399,3 +381,20 @@ def invert_closure(compliance, implicit_damping, work: SweepWork):
     inv[2, 0] = (a10 * a21 - a11 * a20) * det
     inv[2, 1] = (a01 * a20 - a00 * a21) * det
     inv[2, 2] = (a00 * a11 - a01 * a10) * det
+
+
+@fused
+def accelerate(chain: Chain, state, work: Work, last):
+    """Accelerations of all bodies under the load of the cut, and of the input pins up to that of body ``last``."""
+    alpha, rate, response, base = work.alpha, state.rate, work.sweep.response, work.sweep.base
+    load = work.sweep.load[0], work.sweep.load[1], work.sweep.load[2]
+    ax, ay = response_to(base, 0, load) + base[0, 3], response_to(base, 1, load) + base[1, 3]
+    for i in range(alpha.shape[0]):
+        alpha[i] = response_to(response, i, load) + response[i, 3]
+    for i in range(last + 1):
+        work.pin_ax[i] = ax
+        work.pin_ay[i] = ay
+        dx, dy = chain.length[i] * work.cos[i], chain.length[i] * work.sin[i]
+        w2 = rate[i] * rate[i]
+        ax -= alpha[i] * dy + w2 * dx
+        ay += alpha[i] * dx - w2 * dy

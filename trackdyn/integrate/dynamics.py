@@ -41,26 +41,27 @@ def solve_chain(model: Model, state: State, work: Work, step, implicit):
     if implicit is not None:
         compliance = 1.0 / stiff if closure.compliant else 0.0
         linear.accelerations(model, state, work, implicit, (compliance, force_x, force_y))
-        return
-    riccati.sweep(chain, state, work, damping, model.sensors.mounted, None)
-    if not closure.compliant:
-        riccati.close(0.0, 0.0, 0.0, work.torque[-1], damping, sweep)
-    elif stiff > 0.0:
-        riccati.close(1.0 / stiff, force_x / stiff, force_y / stiff, work.torque[-1], damping, sweep)
     else:
-        sweep.load[0], sweep.load[1], sweep.load[2], sweep.load[3] = force_x, force_y, work.torque[-1], 1.0
+        riccati.sweep(chain, state, work, damping, None)
+        if not closure.compliant:
+            riccati.close(0.0, 0.0, 0.0, work.torque[-1], damping, sweep)
+        elif stiff > 0.0:
+            riccati.close(1.0 / stiff, force_x / stiff, force_y / stiff, work.torque[-1], damping, sweep)
+        else:
+            sweep.load[0], sweep.load[1], sweep.load[2], sweep.load[3] = force_x, force_y, work.torque[-1], 1.0
+    last = 0 if implicit is None else state.rate.shape[0] - 1  # whose pin a sensor or `finish_forces` asks for
+    for body in model.sensors.body:
+        last = max(last, body)
+    riccati.accelerate(chain, state, work, last)
 
 
 @kernel
 def sense(model: Model, state: State, work: Work, space):
     """Acceleration of every sensor in its body's frame (a_s of Eq. 40) and the body's angle, into ``work.sensed``."""
-    sensors, sweep = model.sensors, work.sweep
-    p, load, r, out = sweep.probe, sweep.load, sweep.response, work.sensed
+    sensors, out = model.sensors, work.sensed
     for k in range(sensors.body.shape[0]):
         b, x, y = sensors.body[k], sensors.x[k], sensors.y[k]
-        ax = p[b, 0, 0] * load[0] + p[b, 0, 1] * load[1] + p[b, 0, 2] * load[2] + p[b, 0, 3]
-        ay = p[b, 1, 0] * load[0] + p[b, 1, 1] * load[1] + p[b, 1, 2] * load[2] + p[b, 1, 3]
-        alpha = r[b, 0] * load[0] + r[b, 1] * load[1] + r[b, 2] * load[2] + r[b, 3]
+        ax, ay, alpha = work.pin_ax[b], work.pin_ay[b], work.alpha[b]
         w2 = state.rate[b] * state.rate[b]
         c, s = work.cos[b], work.sin[b]
         out[k, 0] = c * ax + s * ay - alpha * y - w2 * x

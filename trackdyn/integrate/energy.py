@@ -3,7 +3,6 @@
 import numpy as np
 
 from trackdyn.chain.kinematics import bearing_drag, rotated, stored
-from trackdyn.chain.riccati import at_load
 from trackdyn.contact.forces import wheel_velocity
 from trackdyn.integrate.carriers import carrier_energy
 from trackdyn.jit import kernel
@@ -92,25 +91,12 @@ def account(model: Model, state: State, work: Work, damping_weight, space):
 
 
 @kernel
-def finish_forces(model: Model, state: State, work: Work, implicit: ImplicitWork):
+def finish_forces(model: Model, work: Work, implicit: ImplicitWork):
     """Contact forces of a linearly implicit step with the terms that its accelerations add.
 
-    The rows of the contact list hold the forces led ahead without it. Called between the sweep and the
-    step; overwrites ``com_dvx, com_dvy, delta_omega``, which the step fills afterwards.
+    The rows of the contact list hold the forces led ahead without it. Called between the sweep and the step.
     """
-    chain, sweep = model.chain, work.sweep
-    ax = at_load(sweep.base, 0, sweep.load)
-    ay = at_load(sweep.base, 1, sweep.load)
-    for i in range(state.rate.shape[0]):
-        alpha = at_load(sweep.response, i, sweep.load)
-        work.com_dvx[i] = ax  # of the input pin
-        work.com_dvy[i] = ay
-        work.delta_omega[i] = alpha
-        dx = chain.length[i] * work.cos[i]
-        dy = chain.length[i] * work.sin[i]
-        w2 = state.rate[i] * state.rate[i]
-        ax -= alpha * dy + w2 * dx
-        ay += alpha * dx - w2 * dy
+    chain = model.chain
     for k in range(work.count[0]):
         row = work.contact[k]
         fn = np.sqrt(row["normal_x"] * row["normal_x"] + row["normal_y"] * row["normal_y"])
@@ -122,8 +108,8 @@ def finish_forces(model: Model, state: State, work: Work, implicit: ImplicitWork
         gx, gy = rotated(chain.com_x[body], chain.com_y[body], work.cos[body], work.sin[body])
         rx = row["arm_x"] + gx
         ry = row["arm_y"] + gy
-        px = work.com_dvx[body] - work.delta_omega[body] * ry
-        py = work.com_dvy[body] + work.delta_omega[body] * rx
+        px = work.pin_ax[body] - work.alpha[body] * ry
+        py = work.pin_ay[body] + work.alpha[body] * rx
         own = 0.0 if wheel == SPROCKET else implicit.load[3 + wheel] * (row["spin_y"] * nx - row["spin_x"] * ny)
         normal = -row["normal_slope"] * (nx * px + ny * py)
         friction = -row["friction_slope"] * (nx * py - ny * px - own)

@@ -95,7 +95,7 @@ def _run(model: Model, state: State, work: Work, record: Record, rows, space, im
             sense(model, state, work, space)
             accumulate(model, work, 1.0)
             if implicit is not None:
-                finish_forces(model, state, work, implicit)
+                finish_forces(model, work, implicit)
             bad = advance(model, state, work, implicit)
             if bad >= 0:
                 return bad

@@ -6,7 +6,7 @@ stages do not change it. Forces jump where a contact begins or changes its area;
 """
 
 from trackdyn.chain.kinematics import add_rates, bearing_drag, forward_kinematics, orient
-from trackdyn.chain.riccati import at_load, closing_load, response_to
+from trackdyn.chain.riccati import closing_load, response_to
 from trackdyn.integrate.contact_log import log_contacts
 from trackdyn.integrate.dynamics import accumulate, evaluate_loads, sense, solve_chain
 from trackdyn.integrate.energy import powers
@@ -75,13 +75,11 @@ def _unpack(state: State, start, slope, weight, last, step, branch):
 def _derivative(model: Model, state: State, work: Work, time, out):
     """Derivative of the packed state, the accelerations being in ``work``."""
     n, w = state.angle.shape[0], state.wheel_rate.shape[0]
-    base, load, response, wheels = work.sweep.base, work.sweep.load, work.sweep.response, model.wheels
-    for k in range(2):
-        out[k] = state.pin[2 + k]
-        out[2 + k] = at_load(base, k, load)
+    wheels = model.wheels
+    out[0], out[1], out[2], out[3] = state.pin[2], state.pin[3], work.pin_ax[0], work.pin_ay[0]
     for i in range(n):
         out[4 + i] = state.rate[i]
-        out[4 + n + i] = at_load(response, i, load)
+        out[4 + n + i] = work.alpha[i]
     for wheel in range(w):
         out[4 + 2 * n + wheel] = state.wheel_rate[wheel]
         if wheel == SPROCKET:

@@ -11,7 +11,7 @@ tenth too high.
 """
 
 from trackdyn.chain.kinematics import bearing_drag, orient, rotated
-from trackdyn.chain.riccati import at_load, closing_load, response_to
+from trackdyn.chain.riccati import closing_load, response_to
 from trackdyn.jit import fused, kernel
 from trackdyn.model.arrays import BEARING, State, Work
 from trackdyn.model.constants import SPROCKET, Drive, Model
@@ -96,17 +96,16 @@ def advance(model: Model, state: State, work: Work, implicit):
     ``implicit`` is None, or the work of a linearly implicit sweep that has solved for the wheels too.
     """
     chain, wheels, sweep, h = model.chain, model.wheels, work.sweep, model.step
-    load = (sweep.load[0], sweep.load[1], sweep.load[2])
     n = state.angle.shape[0]
     # change of velocity along the chain, in the configuration before the step (for the account)
-    dvx = h * at_load(sweep.base, 0, load)
-    dvy = h * at_load(sweep.base, 1, load)
+    dvx = h * work.pin_ax[0]
+    dvy = h * work.pin_ay[0]
     state.pin[2] += dvx
     state.pin[3] += dvy
     # A processor works on several bodies at once where a loop has neither a branch nor a sum from body to body.
     response, delta_omega, rate, cos, sin = sweep.response, work.delta_omega, state.rate, work.cos, work.sin
     for i in range(n):
-        delta_omega[i] = h * at_load(response, i, load)
+        delta_omega[i] = h * work.alpha[i]
     for i in range(n):
         dw, c, s = delta_omega[i], cos[i], sin[i]
         ax, ay = rotated(chain.com_x[i], chain.com_y[i], c, s)

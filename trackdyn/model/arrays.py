@@ -193,7 +193,6 @@ class SweepWork(NamedTuple):
     response: np.ndarray  # (n, 4) angular acceleration of body i for unit ``[lambda_x, lambda_y, lambda_m, 1]``
     end: np.ndarray  # (3, 4) acceleration ``z_b`` at the output of body N
     base: np.ndarray  # (2, 4) acceleration of the input pin of body 1, the same columns
-    probe: np.ndarray  # (n, 2, 4) acceleration of the input pin of every body that carries a sensor
     inverse: np.ndarray  # (3, 3) inverse of the closure matrix
     load: np.ndarray  # (4,) ``[lambda_x, lambda_y, lambda_m, 1]``
 
@@ -212,10 +211,8 @@ class ImplicitWork(NamedTuple):
     column: np.ndarray  # (w, 3) each wheel's column of E, and of z_b on the way back
     gain: np.ndarray  # (n, w) its contribution to the acceleration across each joint
     response: np.ndarray  # (n, w) angular acceleration of each body for a unit acceleration of a wheel
-    # base, probe, end: (w, 2), (n, w, 2), (w, 3) the same for the input pin of body 1, those of the bodies that carry a
-    # sensor, and the output of the last body
+    # base, end: (w, 2), (w, 3) the same for the input pin of body 1 and the output of the last body
     base: np.ndarray
-    probe: np.ndarray
     end: np.ndarray
     # (w, w + 3) accelerations of the bodies on each wheel, weighted with their coupling: three cut loads, constant
     # part, wheels
@@ -290,6 +287,11 @@ class Work(NamedTuple):
     # com_vx, com_vy: (n,) velocities of the mass centres, m/s
     com_vx: np.ndarray
     com_vy: np.ndarray
+    # alpha, pin_ax, pin_ay: (n,) accelerations of the bodies (rad/s2) and of their input pins (m/s2) at the start of a
+    # step; of the pins up to the last one that is needed (`chain.riccati.accelerate`)
+    alpha: np.ndarray
+    pin_ax: np.ndarray
+    pin_ay: np.ndarray
     # com_dvx, com_dvy, delta_omega: (n,) what the last step of semi-implicit Euler added to them (m/s) and to the
     # angular velocities (rad/s)
     com_dvx: np.ndarray
@@ -347,6 +349,9 @@ def make_work(n: int, pitches: int, wheels: int, sensors: int = 1) -> Work:
             pin_y=n + 1,
             com_vx=n,
             com_vy=n,
+            alpha=n,
+            pin_ax=n,
+            pin_ay=n,
             com_dvx=n,
             com_dvy=n,
             delta_omega=n,
@@ -358,9 +363,7 @@ def make_work(n: int, pitches: int, wheels: int, sensors: int = 1) -> Work:
         **zeros(cut=6, worst=3, velocity_history=(2, 2, n), alternating=2),
         **zeros(np.int64, tooth_area=arcs, tooth_groove=arcs, count=1),
         contact=np.zeros(contacts, CONTACT),
-        sweep=SweepWork(
-            **zeros(gain=(n, 8), response=(n, 4), end=(3, 4), base=(2, 4), probe=(n, 2, 4), inverse=(3, 3), load=4)
-        ),
+        sweep=SweepWork(**zeros(gain=(n, 8), response=(n, 4), end=(3, 4), base=(2, 4), inverse=(3, 3), load=4)),
         near=Near(
             count=np.full(3, -1),
             **zeros(np.int64, arc=arcs, link=(pitches * wheels, 2), groove=arcs),
@@ -390,7 +393,7 @@ def make_implicit(n: int, wheels: int) -> ImplicitWork:
     w = wheels
     return ImplicitWork(
         **zeros(inertia=(n, 6), couple=(n, w, 3), wheel_inertia=w, column=(w, 3), gain=(n, w), response=(n, w)),
-        **zeros(base=(w, 2), probe=(n, w, 2), end=(w, 3), row=(w, w + 3), matrix=(w + 2, w + 3), load=w + 3),
+        **zeros(base=(w, 2), end=(w, 3), row=(w, w + 3), matrix=(w + 2, w + 3), load=w + 3),
     )
 
 

@@ -186,13 +186,12 @@ class Drive(NamedTuple):
 
 
 class Sensors(NamedTuple):
-    """The ``k`` acceleration sensors on the ``n`` bodies."""
+    """The ``k`` acceleration sensors."""
 
     body: np.ndarray  # (k,) integers: body that carries each
     # x, y: (k,) positions in the frame of that body, m
     x: np.ndarray
     y: np.ndarray
-    mounted: np.ndarray  # (n,) bool: bodies that carry a sensor
 
 
 class Space(NamedTuple):

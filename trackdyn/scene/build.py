@@ -159,14 +159,14 @@ def build_shoes(rig: Rig, chain: str = "double_pin") -> Shoes:
     return Shoes(link_body=body, arc_body=arc_body, arc_x=np.tile(arcs, n), **ends)
 
 
-def build_sensors(rig: Rig, shoes: Shoes, sensors: Collection[SensorParameters], bodies: int) -> Sensors:
-    """Where sensors sit on the ``bodies`` bodies: on a link from its end A on, on a connector from its first pin on."""
+def build_sensors(rig: Rig, shoes: Shoes, sensors: Collection[SensorParameters]) -> Sensors:
+    """Where sensors sit: on a link from its end A on, on a connector from its first pin on."""
     on_link = np.array([sensor.body == "link" for sensor in sensors])
     pitch = np.array([sensor.pitch for sensor in sensors]) - 1
     body = np.where(on_link, shoes.link_body[pitch], shoes.arc_body[2 * pitch])
     start = np.where(on_link, shoes.link_start[pitch], 0.0)
     x, y = np.array([(sensor.x, sensor.y) for sensor in sensors]).T
-    return Sensors(body, x + start, y.copy(), np.isin(np.arange(bodies), body))
+    return Sensors(body, x + start, y.copy())
 
 
 def _law(rig: Rig, surface: Surface, scene) -> Law:
@@ -289,7 +289,7 @@ def build_model(scene) -> Model:
     c = rig.closure
     return Model(
         chain=chain, shoes=shoes, tooth=tooth, wheels=wheels, drive=build_drive(scene),
-        sensors=build_sensors(rig, shoes, rig.sensors.values(), len(chain.length)),
+        sensors=build_sensors(rig, shoes, rig.sensors.values()),
         closure=Closure(
             compliant=int(scene.closure == "elastic_damping"), stiffness=c.stiffness, damping=c.damping
         ),

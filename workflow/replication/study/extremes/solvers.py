@@ -89,7 +89,7 @@ def solve(solver: str, chain: Chain, pose: Pose) -> tuple[np.ndarray, np.ndarray
         alpha, start = transfer_product.accelerations(chain, *pose)
         return alpha, start[:2]
     state, work = posed(pose)
-    riccati.accelerations(chain, state, work, 0.0, np.zeros(len(pose.angle), bool))
+    riccati.accelerations(chain, state, work, 0.0)
     sweep = work.sweep
     return sweep.response @ sweep.load, sweep.base @ sweep.load
 
