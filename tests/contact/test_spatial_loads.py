@@ -11,7 +11,7 @@ from trackdyn.contact.laws import friction_coefficient, wheel_law
 from trackdyn.integrate.run import refresh
 from trackdyn.model.arrays import FLANK, GUIDE, RING, SURFACE, make_space_work, make_work
 from trackdyn.model.constants import INDEPENDENT, SPROCKET
-from trackdyn.scene.build import build_space
+from trackdyn.scene.build import build_space, wheel_centres
 from trackdyn.simulation.settling import start_plane
 
 TILTED = {
@@ -37,7 +37,7 @@ def make_spatial(driven_loop, make_scene, rig):
         scene = make_scene(rig=rig.changed(**changes), space="spatial", friction=friction)
         model = loop.arrays.model
         model = model._replace(space=build_space(scene, model.tooth, model.wheels))
-        state = loop.arrays.state._replace(plane=start_plane(scene.rig, model, loop.arrays.state))
+        state = loop.arrays.state._replace(plane=start_plane(wheel_centres(scene.rig, model.wheels), loop.arrays.state))
         state.plane.motion[:] += motion
         return model, state
 

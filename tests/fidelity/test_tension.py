@@ -19,8 +19,8 @@ from trackdyn.scene.scene import Scene
 from trackdyn.scene.step import largest_step
 from trackdyn.simulation.energy_balance import open_share
 from trackdyn.simulation.loop import Loop
-from trackdyn.simulation.rest_state import arc_depths, check_meshing, explained_depth
-from trackdyn.simulation.settling import settle
+from trackdyn.simulation.rest_state import arc_depths, explained_depth
+from trackdyn.simulation.settling import SettledLoops, settle
 from trackdyn.simulation.simulate import simulate
 
 LARGE = 0.313
@@ -93,14 +93,14 @@ def test_a_sprung_tensioner_moves_in_the_plane_by_implicit_steps_only(make_scene
 def test_no_loop_starts_in_the_steel(make_scene, rig, equal_pitch):
     """Contact search sees nothing deeper than r_C: the printed equal pitch used to be assembled 30 mm inside."""
     changed = rig.changed(sprocket__equal_pitch_radius=equal_pitch)
-    loop = Loop(make_scene(0.0, rig=changed, ring_radius=0.303, tension="retensioned"))
+    loop = SettledLoops().at_rest(make_scene(0.0, rig=changed, ring_radius=0.303, tension="retensioned"))
     angle = loop.state.wheel_angle[SPROCKET]
     bound = explained_depth(loop.model, rig.tension.pre_tension)
     assert arc_depths(loop.scene, loop.model, loop.work, angle).max() < bound < 1e-3
     # turned by a quarter of a pitch, arcs are buried, and that is refused
-    buried = angle + 0.25 * 2 * np.pi / rig.sprocket.teeth
+    loop.state.wheel_angle[SPROCKET] += 0.25 * 2 * np.pi / rig.sprocket.teeth
     with pytest.raises(InputError, match="mm inside a tooth"):
-        check_meshing(loop.scene, loop.model, loop.work, buried)
+        loop.check_meshing()
 
 
 def test_the_step_is_judged_at_the_tension_that_the_loop_settles_at(make_scene):

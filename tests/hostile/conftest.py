@@ -4,7 +4,7 @@ import pytest
 from sentences import BELT, ROOT
 
 from trackdyn.scene.scene import Scene
-from trackdyn.simulation.recording import belt_recording
+from trackdyn.simulation.belt import belt_recording
 
 
 @pytest.fixture(scope="module")

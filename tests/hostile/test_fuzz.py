@@ -21,7 +21,8 @@ from trackdyn.rig.rig import load_rig
 from trackdyn.rig.yaml_file import read_yaml
 from trackdyn.scene.scene import Scene
 from trackdyn.sensor.sensor_csv import read_sensor_csv
-from trackdyn.simulation.recording import belt_recording, load_recording
+from trackdyn.simulation.belt import belt_recording
+from trackdyn.simulation.recording import load_recording
 
 CONFIG = ROOT / "config" / "config.yaml"
 # the same examples in every run; no search for a smaller failure: what is drawn is small, and a search has no bound

@@ -10,7 +10,7 @@ from trackdyn.measure.uncertainty import whole_errors
 from trackdyn.rig.rig import load_rig
 from trackdyn.rig.rig_file import shipped_rigs
 from trackdyn.scene.scene import Scene
-from trackdyn.simulation.recording import belt_recording
+from trackdyn.simulation.belt import belt_recording
 
 BELT = {"chain": "belt", "ring_radius": None, "contact_log": False, "duration": 2.0}
 COLUMN = {"rms": "rms_g", "sd": "sd_g", "line": "line_g", "high_frequency": "high_frequency_g"}

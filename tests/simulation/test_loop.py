@@ -15,10 +15,11 @@ from trackdyn.rig.layout import belt_around
 from trackdyn.rig.rig import Rig
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation import recorder as writer
+from trackdyn.simulation.belt import belt_recording
 from trackdyn.simulation.initial_tension import TensionedLoop
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.loop_arrays import flat
-from trackdyn.simulation.recording import Recording, belt_recording
+from trackdyn.simulation.recording import Recording
 from trackdyn.simulation.simulate import simulate
 
 # What exact cosines at the start of a call, instead of those carried on by their series, change in half a second

@@ -27,7 +27,8 @@ from trackdyn.rig.rig import Rig
 from trackdyn.rig.validation import typed
 from trackdyn.scene.scene import Scene
 from trackdyn.sensor.sensor_csv import SensorRecord
-from trackdyn.simulation.recording import Recording, belt_recording
+from trackdyn.simulation.belt import belt_recording
+from trackdyn.simulation.recording import Recording
 
 COMPARED = ("rms_g", "sd_g", "line_hz", "line_g", "line_hz_binfree", "line_g_binfree", "high_frequency_g")
 HIGH = "high_frequency_g"

@@ -14,8 +14,8 @@ from trackdyn.measure.uncertainty import Series, judge_series
 from trackdyn.model.arrays import SIDES
 from trackdyn.scene.scene import Scene, StopRule
 from trackdyn.simulation.loop import Loop
-from trackdyn.simulation.recorder import SAMPLED, Recorder
-from trackdyn.simulation.recording import Recording
+from trackdyn.simulation.recorder import Recorder
+from trackdyn.simulation.recording import IN_SPACE, SAMPLED, Recording
 
 # of a record from one judgement to the next
 GROWTH = 1.1
@@ -49,7 +49,7 @@ def later(recording: Recording, seconds: float) -> Recording:
     begin, count = recording.begin + first / recording.rate, len(recording.time) - first
     lead_in = recording.scene.lead_in + first / recording.rate
     scene = {"duration": count / recording.rate, "lead_in": lead_in, "frame_interval": 0.0}
-    rows = (*SAMPLED, "plane", "wheel_offset", "axial_force")  # the latter of a run in space
+    rows = (*SAMPLED, *IN_SPACE)
     cut = {name: getattr(recording, name)[first:] for name in rows if len(getattr(recording, name))}
     return replace(
         recording,

@@ -16,7 +16,7 @@ from trackdyn.rig.layout import assemble, belt_around, travel_range
 from trackdyn.scene.build import CARRIED
 from trackdyn.scene.scene import Scene
 from trackdyn.scene.step import settling_step
-from trackdyn.simulation.loop_arrays import shift_wheel
+from trackdyn.simulation.loop_arrays import shift_tensioner
 from trackdyn.simulation.rest_state import CHUNK, PERIOD, DampedLoop, Restless
 
 # The tensioner closes the gap to the wanted tension with this time constant, s: slower than the strands swing out.
@@ -70,11 +70,12 @@ class TensionedLoop(DampedLoop):
     def __init__(self, scene: Scene, divisor: float = 1, taut: float | None = None):
         rig, length = scene.rig, scene.model.chain.length
         assembly = assemble(rig, length)
+        self.low, self.high = travel_range(rig, assembly.shift)
+        path, _ = belt_around(rig, assembly.shift, float(length[0]))
         # wanted tension, N; metres of chain a metre of shift
         self.target, self.lever = taut or rig.tension.pre_tension, assembly.lever
         step = settling_step(scene, self.target, inf if taut else scene.time_step) / divisor
         super().__init__(scene, assembly, rig.sprocket.ring_radius, step)
-        self.low, self.high = travel_range(rig, self.shift)
         # the ring with which the tension is set, m; without teeth a chain needs one
         self.reference = rig.ring_radius if scene.model.tooth.present else rig.sprocket.ring_radius
         # tension at rest (N), and what the wheel moves for a change of it over `_shift_for` (shipped rigs)
@@ -82,7 +83,6 @@ class TensionedLoop(DampedLoop):
         # of a slack strand the compliance says too much: no shift of a chunk is longer than a tenth of a body
         self.longest_shift = 0.1 * float(length.max())
         # a strand of span l and weight w a metre shortens its chord by w^2 l^3 / (24 T^2)
-        path, _ = belt_around(rig, self.shift, float(length[0]))
         self.sag = self.weight**2 * float((np.diff(path.start)[1::2] ** 3).sum()) / 24
 
     def _shift_for(self, tension: float) -> float:
@@ -95,7 +95,7 @@ class TensionedLoop(DampedLoop):
         before = self.shift
         longest = self.longest_shift
         self.shift = min(max(before + min(max(shift, -longest), longest), self.low), self.high)
-        shift_wheel(self.model, self.scene.rig, self.wheel, self.shift)
+        shift_tensioner(self.model, self.scene.rig, self.shift)
         self.chunk()
         return self.shift - before
 

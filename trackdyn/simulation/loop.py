@@ -1,4 +1,4 @@
-"""Loop: one chain, settled and ready to run, that can be stepped, looked at, recorded, steered, saved and resumed."""
+"""Loop: one chain, settled and ready to run, that can be stepped, read, recorded, steered, saved and resumed."""
 
 import copy
 from collections.abc import Callable, Iterator, Sequence
@@ -7,38 +7,38 @@ from pathlib import Path
 from threading import RLock
 from typing import Any
 
-import numpy as np
-
 from trackdyn.errors import InputError
-from trackdyn.integrate.energy import energies
-from trackdyn.integrate.run import check_range, prepared, refresh, shared
+from trackdyn.integrate.run import check_range, prepared
 from trackdyn.integrate.semi_implicit import sprocket_rate
 from trackdyn.jit import direct
-from trackdyn.model.arrays import ENERGY_NAMES, Record, State, Work, make_record
-from trackdyn.model.constants import Drive, Model
-from trackdyn.rig.layout import tensioner
+from trackdyn.model.arrays import Record, make_record
+from trackdyn.model.constants import Drive
 from trackdyn.rig.rig import Rig
 from trackdyn.rig.validation import typed, within
-from trackdyn.scene.build import CARRIED
+from trackdyn.scene.build import CARRIED, wheel_centres
 from trackdyn.scene.scene import LONGEST_RUN, MOST_STEPS, Scene
 from trackdyn.scene.step import allowed_step
-from trackdyn.simulation import loop_arrays
 from trackdyn.simulation.loop_arrays import (
     LoopArrays,
     allocate,
+    copied,
     filled,
     flat,
+    move_wheels,
     read_checkpoint,
-    shift_wheel,
+    read_only,
+    set_arrays,
+    shift_tensioner,
     write_checkpoint,
 )
+from trackdyn.simulation.readings import Readings
 from trackdyn.simulation.recorder import CHUNK, Recorder
 from trackdyn.simulation.recording import Recording
 from trackdyn.simulation.settling import SettledLoops, settle
 
 
 @typed
-class Loop:
+class Loop(Readings):
     """A chain on its wheels, or a free one.
 
     Parameters
@@ -52,9 +52,6 @@ class Loop:
     Attributes
     ----------
     scene : Scene
-    model, state, work
-        Read-only views of what kernels read and write (`trackdyn.model`); `set_state` changes the state, and `arrays`
-        has the same three to write to, unchecked.
     layout : dict
         Shift of the tensioning wheel (m), tension as it was set with the rig's own ring, and as the loop settled (N).
 
@@ -70,8 +67,7 @@ class Loop:
         if scene.chain == "belt":
             raise InputError("scene: chain = 'belt': a path has no state to step; use 'double_pin'")
         self.scene = scene
-        start = settle(scene, starts)
-        self.layout, self.arrays = start.layout, LoopArrays(start.model, start.state, start.work)
+        self.arrays, self.layout = settle(scene, starts)
 
     @property
     def arrays(self) -> LoopArrays:
@@ -85,11 +81,11 @@ class Loop:
     def arrays(self, arrays: LoopArrays) -> None:
         self._scratch, self._lock = make_record(1, arrays.state, len(arrays.model.sensors.body)), RLock()
         self._entry: Callable | None = None
-        self._show(loop_arrays.copied(arrays))
+        self._show(copied(arrays))
 
     def _show(self, arrays: LoopArrays) -> None:
         """Take arrays as they are, and show them to all others."""
-        self._written, self._views, self._prepared = arrays, loop_arrays.read_only(arrays), prepared(*arrays)
+        self._written, self._views, self._prepared = arrays, read_only(arrays), prepared(*arrays)
 
     def __getstate__(self) -> dict:
         return {name: getattr(self, name) for name in ("scene", "layout", "arrays", "_scratch")}
@@ -97,18 +93,6 @@ class Loop:
     def __setstate__(self, state: dict) -> None:
         for name, value in state.items():
             setattr(self, name, value)
-
-    @property
-    def model(self) -> Model:  # noqa: D102
-        return self._views.model
-
-    @property
-    def state(self) -> State:  # noqa: D102
-        return self._views.state
-
-    @property
-    def work(self) -> Work:  # noqa: D102
-        return self._views.work
 
     @contextmanager
     def _exclusive(self) -> Iterator[None]:
@@ -120,13 +104,17 @@ class Loop:
         finally:
             self._lock.release()
 
-    def _integrate_samples(self, record: Record, first: int, last: int, **changes: Any) -> None:
-        """Fill rows of a record; ``changes`` are those of the model: steps a sample, sensors."""
-        kernel, (model, state, work), after = self._prepared
-        arguments = model._replace(**changes), state, work, record, (first, last), *after
-        if self._entry is None:
-            self._entry = direct(kernel, *arguments)
-        check_range(self._entry(*arguments), model, state)
+    def _fill(self, record: Record, first: int, last: int, **changes: Any) -> None:
+        """Integrate and fill rows ``first`` to ``last - 1`` of a record made for this loop; kernels check no bounds.
+
+        ``changes`` are those of the model: steps a sample, sensors.
+        """
+        with self._exclusive():
+            kernel, (model, state, work), after = self._prepared
+            arguments = model._replace(**changes), state, work, record, (first, last), *after
+            if self._entry is None:
+                self._entry = direct(kernel, *arguments)
+            check_range(self._entry(*arguments), model, state)
 
     # -- stepping ------------------------------------------------------------------------------------------------------
 
@@ -138,9 +126,7 @@ class Loop:
         count : int
             Number of steps of ``model.step`` s.
         """
-        count = int(within("count", count, 1, MOST_STEPS))
-        with self._exclusive():
-            self._integrate_samples(self._scratch, 0, 1, stride=count)
+        self._fill(self._scratch, 0, 1, stride=int(within("count", count, 1, MOST_STEPS)))
 
     def advance(self, seconds: float, tick: Callable[[float], object] = lambda seconds: None) -> None:
         """Integrate for a time, rounded to whole steps.
@@ -160,11 +146,6 @@ class Loop:
                 self.step(count)
                 tick(count * self.arrays.model.step)
                 left -= count
-
-    def _fill(self, record: Record, first: int, last: int, **changes: Any) -> None:
-        """Integrate and fill rows ``first`` to ``last - 1`` of a record made for this loop; kernels check no bounds."""
-        with self._exclusive():
-            self._integrate_samples(record, first, last, **changes)
 
     def record(
         self,
@@ -204,96 +185,6 @@ class Loop:
         with self._exclusive():
             return Recorder(self, requested).finish().recording()
 
-    # -- looking -------------------------------------------------------------------------------------------------------
-
-    @property
-    def time(self) -> float:
-        """Time since the sprocket began to turn, s."""
-        return float(self.arrays.state.steps[0] * self.arrays.model.step)
-
-    @property
-    def pins(self) -> np.ndarray:
-        """(n + 1, 2) input pins of the bodies and output pin of the last one, m."""
-        self._refresh()
-        return np.column_stack([self.arrays.work.pin_x, self.arrays.work.pin_y])
-
-    @property
-    def mass_centres(self) -> np.ndarray:
-        """(n, 2) mass centres of the bodies, m."""
-        chain, work, pins = self.arrays.model.chain, self.arrays.work, self.pins[:-1]
-        x = pins[:, 0] + chain.com_x * work.cos - chain.com_y * work.sin
-        y = pins[:, 1] + chain.com_x * work.sin + chain.com_y * work.cos
-        return np.column_stack([x, y])
-
-    @property
-    def momentum(self) -> np.ndarray:
-        """(3,) momentum (N s) and angular momentum about the inertial origin (N m s) of the chain."""
-        (x, y), work, chain = self.mass_centres.T, self.arrays.work, self.arrays.model.chain
-        px, py = chain.mass * work.com_vx, chain.mass * work.com_vy
-        return np.array([px.sum(), py.sum(), (chain.inertia * self.arrays.state.rate + x * py - y * px).sum()])
-
-    @property
-    def angles(self) -> np.ndarray:
-        """(n,) orientations of the bodies, rad; read-only view."""
-        return self.state.angle
-
-    @property
-    def rates(self) -> np.ndarray:
-        """(n,) angular velocities of the bodies, rad/s; read-only view."""
-        return self.state.rate
-
-    @property
-    def wheel_rates(self) -> np.ndarray:
-        """(w,) angular velocities of the sprocket and the other wheels, rad/s; read-only view."""
-        return self.state.wheel_rate
-
-    @property
-    def wheel_forces(self) -> np.ndarray:
-        """(p, w) normal forces of the ring and the other wheels on every link, N; read-only view."""
-        return self.work.wheel_force
-
-    @property
-    def sensor_acceleration(self) -> np.ndarray:
-        """(k, 3) accelerations of the sensors in the frames of their bodies, x and y (m/s2), and angles of these (rad).
-
-        Means over the last `step`, or over the last sample interval of `advance`; at rest before the first.
-        """
-        if not self.arrays.state.steps[0]:
-            angle = self.arrays.state.angle[self.arrays.model.sensors.body]
-            return np.column_stack([np.zeros((len(angle), 2)), angle])
-        return self._scratch.mean[0].copy()
-
-    @property
-    def tension(self) -> float:
-        """Tension of the chain at the cut joint in the last step, N."""
-        return float(np.hypot(*self.arrays.work.sweep.load[:2]))
-
-    @property
-    def joint_forces(self) -> np.ndarray:
-        """(n, 2) force of body i on body i + 1 through the joint between them at the last step taken, N.
-
-        Newton's law along the chain, from the cut (the last entry) on, with the accelerations of that step and the
-        contacts of the present state, one step later.
-        """
-        return loop_arrays.joint_forces(*self.arrays)
-
-    @property
-    def energy(self) -> dict[str, float]:
-        """Energy balance and energies by name (`model.arrays.ENERGY_NAMES`), J."""
-        self._refresh()
-        out = np.zeros(len(ENERGY_NAMES))
-        energies(*shared(*self.arrays), self.arrays.work.space, out)
-        return dict(zip(ENERGY_NAMES, out.tolist(), strict=True))
-
-    @property
-    def gap(self) -> float:
-        """Distance of the two pins of the cut joint, m."""
-        self._refresh()
-        return float(np.hypot(*self.arrays.work.cut[:2]))
-
-    def _refresh(self) -> None:
-        refresh(*self.arrays)
-
     # -- steering ------------------------------------------------------------------------------------------------------
 
     def set_state(self, **values: Any) -> None:
@@ -311,9 +202,7 @@ class Loop:
             The name is unknown, the shape differs, or a number is not finite or too large. The state stays.
         """
         with self._exclusive():
-            loop_arrays.set_arrays(
-                self.arrays.state, {name.replace("__", "."): value for name, value in values.items()}
-            )
+            set_arrays(self.arrays.state, {name.replace("__", "."): value for name, value in values.items()})
 
     def drive(self, motor_rpm: float, ramp: float = 1e-3) -> None:
         """Change the motor speed on a ramp that is smooth at both ends.
@@ -352,7 +241,7 @@ class Loop:
         if self.scene.tension in CARRIED:
             raise InputError(f"shift = {shift!r} m: the tensioner slides on its spring; use tension='locked'")
         shift = within("shift", shift, -rig.tension.travel, rig.tension.travel, " m, the tensioner's travel,")
-        shift_wheel(self.arrays.model, rig, tensioner(rig), shift)
+        shift_tensioner(self.arrays.model, rig, shift)
         self.layout["tensioner_shift_m"] = float(shift)
 
     # -- keeping -------------------------------------------------------------------------------------------------------
@@ -385,10 +274,8 @@ class Loop:
                 "scene: rig, space or joints differ: a loop keeps bodies, plane and joints; make a new Loop"
             )
         before = self.arrays.model
-        for name in ("x", "y", "radius"):
-            getattr(model.wheels, name)[:] = getattr(before.wheels, name)
-        if model.space is not None and before.space is not None:
-            model.space.centre[:] = before.space.centre
+        model.wheels.radius[:] = before.wheels.radius
+        move_wheels(model, wheel_centres(self.scene.rig, before.wheels))
         filled(state, leaves)
         state.steps[0] = round(self.time / model.step)
         other.arrays = LoopArrays(model._replace(drive=before.drive, carriers=before.carriers), state, work)
@@ -423,8 +310,6 @@ class Loop:
         loop.scene = Scene(**fields | {"rig": Rig.model_validate(fields["rig"])})
         loop.layout = data["layout"]
         room = allocate(loop.scene, loop.scene.time_step)
-        if "tensioner_shift_m" in loop.layout:
-            shift_wheel(room[0], loop.scene.rig, tensioner(loop.scene.rig), loop.layout["tensioner_shift_m"])
         loop.arrays = LoopArrays._make(
             filled(*of) for of in zip(room, (data[name] for name in LoopArrays._fields), strict=True)
         )

@@ -12,7 +12,7 @@ from trackdyn.files import read_npz, write_npz
 from trackdyn.integrate.methods import METHODS
 from trackdyn.model.arrays import Plane, State, Work, equip, make_arrays, make_space_work
 from trackdyn.model.constants import SPROCKET, Model
-from trackdyn.rig.layout import Assembly, wheel_circles
+from trackdyn.rig.layout import Assembly, tensioner, wheel_circles
 from trackdyn.rig.rig import Rig
 from trackdyn.rig.validation import shown
 from trackdyn.scene.build import make_carriers, wheel_centres
@@ -133,25 +133,6 @@ def set_arrays(state: State, values: dict[str, Any]) -> None:
         arrays[name][...] = wanted
 
 
-def joint_forces(model: Model, state: State, work: Work) -> np.ndarray:
-    """(n, 2) force of body i on body i + 1 through the joint between them at the last step, N (`Loop.joint_forces`)."""
-    chain, sweep = model.chain, work.sweep
-    alpha, acceleration = sweep.response @ sweep.load, sweep.base @ sweep.load
-    rate2 = state.rate**2
-    arm = np.column_stack(
-        [chain.com_x * work.cos - chain.com_y * work.sin, chain.com_x * work.sin + chain.com_y * work.cos]
-    )
-    across = chain.length[:, None] * np.column_stack([work.cos, work.sin])
-
-    def relative(r: np.ndarray) -> np.ndarray:
-        return alpha[:, None] * np.column_stack([-r[:, 1], r[:, 0]]) - rate2[:, None] * r
-
-    pins = acceleration + np.vstack([np.zeros(2), np.cumsum(relative(across), axis=0)[:-1]])
-    outer = np.column_stack([work.force_x, work.force_y - chain.mass * chain.gravity])
-    passed = outer - chain.mass[:, None] * (pins + relative(arm))
-    return np.asarray(sweep.load[:2]) + np.cumsum(passed, axis=0)
-
-
 def allocate(scene: Scene, step: float) -> tuple[Model, State, Work]:
     """Model, state and work of a scene with a step (s), every array of the state and the work 0."""
     model = copy_wheels(scene.model_of_step(step))
@@ -177,11 +158,19 @@ def lay_state(state: State, assembly: Assembly) -> None:
     state.wheel_angle[SPROCKET] = assembly.sprocket_angle
 
 
-def shift_wheel(model: Model, rig: Rig, wheel: int, shift: float) -> None:
-    """Move a wheel of the model by ``shift`` (m) along the tensioner's line, in place."""
+def shift_tensioner(model: Model, rig: Rig, shift: float) -> None:
+    """Put the tensioning wheel of a model at ``shift`` (m) along its line, in place."""
+    wheel = tensioner(rig)
     model.wheels.x[wheel], model.wheels.y[wheel] = wheel_circles(rig, shift)[wheel, :2]
     if model.space is not None:
-        model.space.centre[:] = np.einsum("wji,wj->wi", model.space.frame, wheel_centres(rig, model.wheels))
+        move_wheels(model, wheel_centres(rig, model.wheels))
+
+
+def move_wheels(model: Model, centres: np.ndarray) -> None:
+    """Put the wheels of a model at their (w, 3) centres, m, in place."""
+    model.wheels.x[:], model.wheels.y[:] = centres[:, 0], centres[:, 1]
+    if model.space is not None:
+        model.space.centre[:] = np.einsum("wji,wj->wi", model.space.frame, centres)
 
 
 def copy_wheels(model: Model) -> Model:

@@ -15,7 +15,7 @@ from trackdyn.model.constants import SPROCKET
 from trackdyn.scene.build import build_sensors
 from trackdyn.simulation.energy_balance import check_account
 from trackdyn.simulation.loop_arrays import filled, flat
-from trackdyn.simulation.recording import Recording, provenance
+from trackdyn.simulation.recording import SAMPLED, Recording, provenance
 from trackdyn.simulation.step_check import HALF, Difference, RunStatistics, StepCheck, again, run_statistics
 
 # Time of a body's step with the Riccati sweep, s, on the machine of the benchmarks; settling takes so many seconds.
@@ -79,10 +79,6 @@ CHUNK = 0.25
 INTERVALS_A_CHUNK = 40000
 GROWTH = 2  # of the room for a record
 JUDGED = 10.0  # s of a record between two judgements of its energy balance
-# arrays with a row a sample
-SAMPLED = tuple(
-    name for name in Record._fields if name not in ("pitches", "frame", "frame_stride", "contact_log", "plane")
-)
 
 
 class Recorder:
@@ -212,24 +208,18 @@ class Recorder:
             frames = -(-self.done // stride) if 0 < stride <= self.done else 0
             record = _mapped(record, lambda array: array[: self.done])._replace(frame=record.frame[:frames])
             scene = scene.with_(duration=self.done / rate, frame_interval=scene.frame_interval if frames else 0.0)
-        plane = record.plane
-        arrays = {name: getattr(record, name) for name in (*SAMPLED, "frame")}
-        if plane is not None:
-            arrays |= {"plane": plane.motion, "wheel_offset": plane.offset, "axial_force": plane.axial}
         resolution = self.step_check.resolution()
         share = None if np.isnan(resolution.share) else resolution.share
-        recording = Recording(
-            time=np.arange(1, self.done + 1) / rate,
-            pitches=record.pitches + 1,
+        recording = Recording.of_record(
+            record,
+            rate,
             contact_log=np.concatenate(self.ended or [np.zeros(0, CONTACT_INTERVAL)]),
             begin=float(self.begin),
-            frame_time=(np.arange(len(record.frame)) * stride + 1) / rate,
             meta=provenance(scene, self.loop.layout) | {"resolved": resolution._asdict() | {"share": share}},
             wall=self.wall,
-            **arrays,
         )
         vars(recording)["scene"] = scene  # not built from its description again
-        return recording.checked()
+        return recording
 
 
 def _mapped(record: Record, change: Callable[[np.ndarray], np.ndarray]) -> Record:

@@ -1,7 +1,6 @@
 """What a run gives: arrays, units and provenance, kept in one npz file; the recording of a kinematic belt."""
 
 import platform
-import time
 from dataclasses import dataclass, field, fields, replace
 from functools import cache, cached_property
 from importlib.metadata import version
@@ -14,9 +13,8 @@ from psutil import virtual_memory
 
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.files import read_npz, write_npz
-from trackdyn.model.arrays import make_record, make_state
+from trackdyn.model.arrays import Record
 from trackdyn.model.constants import SPROCKET
-from trackdyn.rig.layout import belt_around
 from trackdyn.rig.rig import Rig
 from trackdyn.rig.sections import SensorParameters
 from trackdyn.rig.validation import shown, typed, within
@@ -25,6 +23,9 @@ from trackdyn.simulation.loop_arrays import LARGEST
 from trackdyn.sources import source_hash
 
 FORMAT = 11
+# Arrays of a record, and of a recording, that have a row a sample; those of a recording in space.
+SAMPLED = ("raw", "mean", "gap", "cut", "link_position", "wheel_rate", "energy", "force", "area", "groove")
+IN_SPACE = ("plane", "wheel_offset", "axial_force")
 
 
 def _nothing() -> np.ndarray:
@@ -112,6 +113,24 @@ class Recording:
         return f"<Recording: {self.seconds:g} s, {len(self.time)} samples, resolved: {resolved}; of\n {self.scene!r}>"
 
     ARRAYS: ClassVar[tuple[str, ...]]  # names of what the file holds beside ``meta``
+
+    @classmethod
+    def of_record(cls, record: Record, rate: float, **others: Any) -> "Recording":
+        """A filled record of ``rate`` samples a second as a recording, with the ``others`` of its fields.
+
+        Raises `DivergenceError` as `checked`.
+        """
+        arrays = {name: getattr(record, name) for name in SAMPLED}
+        if record.plane is not None:
+            arrays |= dict(zip(IN_SPACE, record.plane, strict=True))
+        return cls(
+            time=np.arange(1, len(record.gap) + 1) / rate,
+            pitches=record.pitches + 1,
+            frame=record.frame,
+            frame_time=(np.arange(len(record.frame)) * record.frame_stride + 1) / rate,
+            **arrays,
+            **others,
+        ).checked()
 
     @cached_property
     def scene(self) -> Scene:
@@ -297,48 +316,3 @@ def load_recording(path: Path | str) -> Recording:
     meta, arrays = read_npz(path, "trackdyn recording", virtual_memory().available / 2)
     content: dict[str, Any] = {**arrays}
     return Recording(meta=meta, **content)
-
-
-# parts of a sample interval over which the mean is taken
-PARTS = 8
-
-
-def belt_recording(scene) -> Recording:
-    """A kinematic recording: the sensors on the path of the chain, nothing else.
-
-    Every pitch follows the path of the pins around the wheels, laid with the reference ring, at the speed that the
-    sprocket's teeth give. The middles of links and connectors are on the path, half a pitch apart, their x axes along
-    it.
-    """
-    rig, loop_hz, begin = scene.rig, scene.periods.loop_hz, time.perf_counter()
-    scene = scene.with_(step=scene.time_step)
-    rate, pitches, samples = rig.rate, rig.chain.pitches, round(scene.duration * rig.rate)
-    path, _ = belt_around(rig)
-    speed = path.length * loop_hz
-    # pitch 1 starts in the middle of the strand that runs onto the sprocket, as in the dynamic loop
-    travelled = (scene.lead_in + scene.ramp / 2) * loop_hz
-    sensors, time_s = list(scene.sensors.values()), np.arange(1, samples * PARTS + 1) / (rate * PARTS)
-    empty = make_record(samples, make_state(2 * pitches, pitches, 1 + len(rig.wheels)), len(sensors))
-    for k, sensor in reversed(list(enumerate(sensors))):
-        on_link = sensor.body == "link"
-        around = travelled + (sensor.pitch - (0.5 if on_link else 0.0)) / pitches
-        start = 0.5 * (path.start[-2] + path.start[-1]) + path.length * around
-        point, heading, curvature = path.along(start + speed * time_s)
-        dx, dy = sensor.x - (rig.chain.link_length if on_link else rig.connector_length) / 2, sensor.y
-        turn_rate = speed * curvature
-        motion = np.column_stack([-(turn_rate**2) * dx, -speed * turn_rate - turn_rate**2 * dy, heading])
-        empty.raw[:, k] = motion[PARTS - 1 :: PARTS]
-        empty.mean[:, k] = motion.reshape(samples, PARTS, 3).mean(axis=1)
-        empty.mean[:, k, 2] = motion[PARTS // 2 - 1 :: PARTS, 2]
-    empty.wheel_rate[:, SPROCKET] = scene.sprocket_rate
-    same = ("raw", "mean", "gap", "cut", "wheel_rate", "energy", "force", "area", "groove", "pitches", "frame")
-    return Recording(
-        time=np.arange(1, samples + 1) / rate,
-        link_position=point[PARTS - 1 :: PARTS],
-        contact_log=empty.contact_log.rows,
-        begin=scene.lead_in + scene.ramp,
-        frame_time=np.zeros(0),
-        meta=provenance(scene, {"path_m": path.length}),
-        wall=time.perf_counter() - begin,
-        **{name: getattr(empty, name) for name in same},
-    ).checked()

@@ -13,11 +13,11 @@ from trackdyn.integrate.run import check_range, run
 from trackdyn.model.arrays import SLIDE, Work, equip, make_arrays, make_record
 from trackdyn.model.constants import SPROCKET, Drive, Model
 from trackdyn.rig.groove import depths_on_sprocket
-from trackdyn.rig.layout import Assembly, tensioner
+from trackdyn.rig.layout import Assembly
 from trackdyn.scene.build import make_carriers, preloads
 from trackdyn.scene.scene import Scene
 from trackdyn.scene.step import elastic_depth
-from trackdyn.simulation.loop_arrays import copy_wheels, lay_state, shift_wheel
+from trackdyn.simulation.loop_arrays import copy_wheels, lay_state, shift_tensioner
 
 # Length of a chunk, s, and the factor by which every rate is multiplied at its end.
 CHUNK, DAMPING = 1e-3, 0.985
@@ -54,7 +54,6 @@ class DampedLoop:
     def __init__(self, scene: Scene, assembly: Assembly, ring_radius: float, step: float):
         self.scene = scene
         self.shift = assembly.shift  # of the tensioning wheel along its line, m
-        self.wheel = tensioner(scene.rig)
         chain = scene.model.chain
         self.weight = chain.gravity * chain.mass.sum() / chain.length.sum()  # of a metre of chain, N/m
         # what the strand with the cut joint carries at least: from its middle down to the lowest point of the loop, N
@@ -69,7 +68,7 @@ class DampedLoop:
             drive=Drive(0.0, scene.ramp), step=step, stride=max(round(CHUNK / step), 1), space=None,
             tooth=model.tooth._replace(present=0),
         )  # fmt: skip
-        shift_wheel(self.model, scene.rig, self.wheel, self.shift)
+        shift_tensioner(self.model, scene.rig, self.shift)
         self.state, work = make_arrays(self.model)
         linearly = METHODS[scene.integrator].linearly_implicit
         self.work = equip(work, METHODS["linearly_implicit" if linearly else "semi_implicit"])
@@ -174,6 +173,19 @@ class DampedLoop:
             f"{self.swing:.2g} rad/s or is thrown to and fro; use less tension, softer contacts or heavier bodies"
         )
 
+    def check_meshing(self) -> None:
+        """Refuse (`InputError`) a loop at rest with an arc deeper in a tooth than its load explains."""
+        if not self.model.tooth.present:
+            return
+        angle, tension = float(self.state.wheel_angle[SPROCKET]), self.scene.rig.tension.pre_tension
+        depth = float(arc_depths(self.scene, self.model, self.work, angle).max())
+        if depth > explained_depth(self.model, tension):
+            raise InputError(
+                f"the chain does not mesh with the sprocket of this rig: at rest an arc lies {1e3 * depth:.3g} mm "
+                "inside a tooth; bring sprocket.equal_pitch_radius, groove.seat_depth and ring_radius nearer to each "
+                "other"
+            )
+
 
 def arc_depths(scene: Scene, model: Model, work: Work, angle: float) -> np.ndarray:
     """(2 p,) true depths of the arcs in the ten-arc groove, the sprocket at ``angle`` (rad); -inf out of its reach, m.
@@ -194,15 +206,3 @@ def explained_depth(model: Model, tension: float) -> float:
     load = MOST_LOAD * (tension + model.chain.gravity * float(model.chain.mass.sum()))
     widest = float(tooth.radius.max()) + tooth.arc_radius
     return elastic_depth(tooth.law, load, widest)
-
-
-def check_meshing(scene: Scene, model: Model, work: Work, angle: float) -> None:
-    """Refuse (`InputError`) a loop that would start with an arc deeper in a tooth than its load explains."""
-    if not model.tooth.present:
-        return
-    depth = float(arc_depths(scene, model, work, angle).max())
-    if depth > explained_depth(model, scene.rig.tension.pre_tension):
-        raise InputError(
-            f"the chain does not mesh with the sprocket of this rig: at rest an arc lies {1e3 * depth:.3g} mm inside a "
-            "tooth; bring sprocket.equal_pitch_radius, groove.seat_depth and ring_radius nearer to each other"
-        )

@@ -17,16 +17,15 @@ import numpy as np
 import scipy  # its parts are loaded where they are used
 
 from trackdyn.errors import DivergenceError, InputError
-from trackdyn.model.arrays import Plane, State, Work, make_arrays
-from trackdyn.model.constants import SPROCKET, Model
+from trackdyn.model.arrays import Plane, State, make_arrays
+from trackdyn.model.constants import SPROCKET
 from trackdyn.rig.layout import Assembly, check_overlap
-from trackdyn.rig.rig import Rig
 from trackdyn.scene.build import CARRIED, check_stops, wheel_centres
 from trackdyn.scene.scene import RECORD_FIELDS, Scene
 from trackdyn.scene.step import LEAST_SETTLING_STEP, allowed_step, first_that_runs, settling_step
 from trackdyn.simulation.initial_tension import TensionedLoop, tensioned
-from trackdyn.simulation.loop_arrays import copy_wheels, equipped, lay_state, shift_wheel
-from trackdyn.simulation.rest_state import Restless, check_meshing
+from trackdyn.simulation.loop_arrays import LoopArrays, copy_wheels, equipped, lay_state, move_wheels
+from trackdyn.simulation.rest_state import Restless
 
 # A loop that does not come to rest is settled anew with half the step, so many times.
 HALVINGS = 2
@@ -39,9 +38,7 @@ LATER = ("motor_rpm", *RECORD_FIELDS)
 class Start(NamedTuple):
     """A loop that is ready to run: the sprocket at rest, the energy balance at zero."""
 
-    model: Model  # with the step that the tension of the loop allows
-    state: State
-    work: Work
+    arrays: LoopArrays  # the model with the step that the tension of the loop allows
     # shift of the tensioning wheel (m), tension as it was set and as the loop stands (N); of a free loop nothing
     layout: dict[str, float]
 
@@ -118,6 +115,7 @@ def _rested(scene: Scene, tensioned_loop: Callable[[float], TensionedLoop]) -> T
             elif not loop.set_tension():
                 raise loop.refusal()
         loop.come_to_rest()
+        loop.check_meshing()
         return loop
 
     step = settling_step(scene, scene.rig.tension.pre_tension, scene.time_step)
@@ -125,35 +123,32 @@ def _rested(scene: Scene, tensioned_loop: Callable[[float], TensionedLoop]) -> T
     return first_that_runs([1.0, *finer], rested, (DivergenceError, Restless))
 
 
-def _start(scene: Scene, settling: TensionedLoop) -> Start:
+def _start(scene: Scene, settled: TensionedLoop) -> Start:
     """A settled loop as the scene runs it."""
-    rig, tension = scene.rig, settling.tension()
+    rig, tension = scene.rig, settled.tension()
+    step = allowed_step(scene, scene.time_step, tension)
     layout = {
-        "tensioner_shift_m": float(settling.shift), "tension_n": settling.reached, "settled_tension_n": tension,
+        "tensioner_shift_m": float(settled.shift), "tension_n": settled.reached, "settled_tension_n": tension,
     }  # fmt: skip
-    model = copy_wheels(scene.model_of_step(allowed_step(scene, scene.time_step, tension)))
-    shift_wheel(model, rig, settling.wheel, settling.shift)
-    for name in ("x", "y"):
-        getattr(model.wheels, name)[:] = getattr(settling.model.wheels, name)
-    carriers = settling.model.carriers
+    carriers, state = settled.model.carriers, settled.state
     if len(carriers.force):
         carriers = carriers._replace(force=np.array(rig.tension.force, dtype=float))
-    model = model._replace(carriers=carriers)
-    state = settling.state
     if len(state.slide):
         check_stops(rig, carriers, state.slide)
         if scene.tension in CARRIED:
             layout |= {"tensioner_slide_m": float(state.slide["q"][carriers.tensioner])}
         for name in ("rate", "rate_before", "along_x", "along_y"):
             state.slide[name] = 0.0
-    check_overlap(rig, np.column_stack([model.wheels.x, model.wheels.y]))
+    centres = wheel_centres(rig, settled.model.wheels)
+    check_overlap(rig, centres[:, :2])
+    settled.scale_rates(0.0)
     state.steps[0] = 0
-    settling.scale_rates(0.0)
     state.work_done[:] = 0.0
-    check_meshing(scene, model, settling.work, float(state.wheel_angle[SPROCKET]))
-    if model.space is not None:
-        state = state._replace(plane=start_plane(rig, model, state))
-    return Start(model, state, equipped(scene, model, settling.work), layout)
+    if scene.model.space is not None:
+        state = state._replace(plane=start_plane(centres, state))
+    model = copy_wheels(scene.model_of_step(step))._replace(carriers=carriers)
+    move_wheels(model, centres)
+    return Start(LoopArrays(model, state, equipped(scene, model, settled.work)), layout)
 
 
 def _spinning_loop(scene: Scene) -> Start:
@@ -164,7 +159,7 @@ def _spinning_loop(scene: Scene) -> Start:
     lay_state(state, assembly)
     state.rate[:] = spin
     state.pin[2:] = [-spin * state.pin[1], spin * state.pin[0]]
-    return Start(model, state, equipped(scene, model, work), {})
+    return Start(LoopArrays(model, state, equipped(scene, model, work)), {})
 
 
 def free_loop(lengths: np.ndarray) -> Assembly:
@@ -192,17 +187,16 @@ def free_loop(lengths: np.ndarray) -> Assembly:
     return Assembly(pins - pins.mean(axis=0), angle, 0.0, 0.0)
 
 
-def start_plane(rig: Rig, model: Model, state: State) -> Plane:
-    """The plane through the middles of the wheels, at rest; the loop is laid into it in ``state``.
+def start_plane(centres: np.ndarray, state: State) -> Plane:
+    """The plane through the (w, 3) centres of the wheels (m), at rest; the loop is laid into it in ``state``.
 
     Without axial offsets that is the plane of the planar model, exactly. The least turn takes one
     plane to the other, and the loop is shifted in it so that it stays where it was on the sprocket.
     """
-    centres = wheel_centres(rig, model.wheels)
     motion, attitude = np.zeros(4), np.array([1.0, 0.0, 0.0, 0.0])
     if not centres[:, 2].any():
         return Plane(motion, attitude)
-    sides = np.column_stack([np.ones(len(centres)), model.wheels.x, model.wheels.y])
+    sides = np.column_stack([np.ones(len(centres)), centres[:, :2]])
     z0, slope_x, slope_y = np.linalg.lstsq(sides, centres[:, 2], rcond=None)[0]
     normal = np.array([-slope_x, -slope_y, 1.0]) / np.sqrt(1.0 + slope_x**2 + slope_y**2)
     # from e_z to the normal: Euler parameters (1 + e_z . n, e_z x n), normalised
@@ -212,6 +206,6 @@ def start_plane(rig: Rig, model: Model, state: State) -> Plane:
     h, k = normal, 1.0 / (1.0 + normal[2])
     x_axis = np.array([1.0 - k * h[0] ** 2, -k * h[0] * h[1], -h[0]])
     y_axis = np.array([-k * h[0] * h[1], 1.0 - k * h[1] ** 2, -h[1]])
-    state.pin[0] += x_axis @ centres[SPROCKET] - model.wheels.x[SPROCKET]
-    state.pin[1] += y_axis @ centres[SPROCKET] - model.wheels.y[SPROCKET]
+    state.pin[0] += x_axis @ centres[SPROCKET] - centres[SPROCKET, 0]
+    state.pin[1] += y_axis @ centres[SPROCKET] - centres[SPROCKET, 1]
     return Plane(motion, attitude)

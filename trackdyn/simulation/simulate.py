@@ -9,10 +9,11 @@ from tqdm import tqdm
 from trackdyn.errors import InputError
 from trackdyn.rig.validation import typed
 from trackdyn.scene.scene import Scene
+from trackdyn.simulation.belt import belt_recording
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.loop_arrays import read_checkpoint, write_checkpoint
 from trackdyn.simulation.recorder import Recorder, check_memory
-from trackdyn.simulation.recording import Recording, belt_recording
+from trackdyn.simulation.recording import Recording
 from trackdyn.simulation.settling import SettledLoops
 
 # Time between two checkpoints, s of computing; writing one takes little of it.
