@@ -22,8 +22,8 @@ from trackdyn.errors import InputError, shown
 if TYPE_CHECKING:
     import numpy as np
 
-_OPEN: set[Path] = set()  # what a process that is stopped must take along
-_KEPT: set[Path] = set()  # what it leaves, to go on from
+_OPEN: set[Path] = set()  # files being written, which a process that is stopped removes
+_KEPT: set[Path] = set()  # files that it leaves, to go on from
 
 
 def _target(path: Path | str) -> tuple[Path, int | None]:
@@ -43,7 +43,7 @@ def _target(path: Path | str) -> tuple[Path, int | None]:
     return target, stat.S_IMODE(mode)
 
 
-# of a file that is being written: machine, process and thread, in a name that nothing else uses
+# name of a file that is being written, with machine, process and thread
 _PART = re.compile(r"\..*\.([0-9a-f]{8})-(\d+)-\d+\.trackdyn-part(\.\w+)?")
 
 
@@ -72,7 +72,7 @@ def _runs(process: int) -> bool:
         os.kill(process, 0)
     except ProcessLookupError:
         return False
-    except (OSError, OverflowError):  # of another user; no number of a process
+    except (OSError, OverflowError):  # a process of another user; no number of a process
         pass
     return True
 
@@ -171,7 +171,7 @@ def read_bytes(path: Path | str, what: str, limit: int) -> bytes:
 
 
 def read_text(path: Path | str, what: str, limit: int) -> str:
-    """The same as text in UTF-8 (else `InputError`), with or without a byte order mark, its newlines plain."""
+    """Contents of a file (`read_bytes`) as UTF-8 text (else `InputError`), without byte order mark, newlines plain."""
     data = read_bytes(path, what, limit)
     try:
         text = data.decode("utf-8-sig")

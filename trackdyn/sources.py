@@ -1,4 +1,4 @@
-"""What a stored result depends on: the files that a script or a module imports, read without running them.
+"""Sources that a stored result depends on: the files that a script or a module imports, read without running them.
 
 Snakemake sees an edit in the script of a rule, but not one in what the script imports. Rules therefore name
 these files among their inputs, stored rows carry their hash, and this module finds them, so that no list can fall

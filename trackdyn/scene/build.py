@@ -54,8 +54,8 @@ def mobility_of_slip(chain: Chain, body: int, along: float, arm: float) -> tuple
     normal's component x along the chain it is ``a x^2 + b x + c``: the point moves across the chain, and the body turns
     about it.
     """
-    fraction, turn = along / chain.length[body], arm / chain.length[body]
-    weights, spin = np.array([1.0 - fraction, fraction]), np.array([turn, -turn])
+    fraction, lever = along / chain.length[body], arm / chain.length[body]
+    weights, spin = np.array([1.0 - fraction, fraction]), np.array([lever, -lever])
     pins = _mobility_of_pins(chain, body)
     return float(weights @ pins @ weights), float(2 * weights @ pins @ spin), float(spin @ pins @ spin)
 
@@ -208,22 +208,22 @@ def _slip_on_wheels(chain: Chain, wheels: Wheels, link: int) -> np.ndarray:
     radius = wheels.radius + wheels.half_thickness
     shared = pi * radius / (chain.length.sum() / len(chain.length)) / 2  # links on half of a wheel, every other body
     ratio = np.divide(shared * radius**2, wheels.inertia, out=np.zeros(len(radius)), where=wheels.inertia > 0)
-    ratio[SPROCKET] = 0.0  # which its drive turns
+    ratio[SPROCKET] = 0.0  # turned by its drive
     return 1.0 / chain.mass[link] + turning + ratio
 
 
 def build_drive(scene) -> Drive:
     """The sprocket's speed as the scene asks for it, and what the rig's drive makes of it."""
-    given = scene.rig.drive
+    line = scene.rig.drive
     drive = Drive(float(scene.sprocket_rate), float(scene.ramp))
-    if given is None:
+    if line is None:
         return drive
     motor = NO_MOTOR
-    if given.kind != "speed":
-        free = given.kind == "free"
-        release = given.release if given.release is not None else np.inf
+    if line.kind != "speed":
+        free = line.kind == "free"
+        release = line.release if line.release is not None else np.inf
         motor = Motor(
-            given.inertia, 0.0 if free else given.slope, 0.0 if free else given.torque, float(release), int(free)
+            line.inertia, 0.0 if free else line.slope, 0.0 if free else line.torque, float(release), int(free)
         )
     return drive._replace(motor=motor)
 
@@ -243,7 +243,7 @@ def wheel_centres(rig: Rig, wheels: Wheels) -> np.ndarray:
 
 
 def build_space(scene, tooth: Tooth, wheels: Wheels) -> Space:
-    """Constants of the motion in space of the chain of links and connectors.
+    """Constants of the motion in space of links and connectors around ``wheels``, the sprocket with ``tooth``.
 
     The guides are the connectors'. On the sprocket they are between flanges as far out as its teeth
     reach (Eq. 18), on the others and on a sprocket without teeth while the connector is less than
@@ -363,7 +363,7 @@ def preloads(rig: Rig, carriers: Carriers, work: Work, q: np.ndarray) -> np.ndar
 
 
 def check_stops(rig: Rig, carriers: Carriers, slide: np.ndarray) -> None:
-    """Refuse (`InputError`) a loop that has settled with a carrier at a stop: its spring holds nothing there."""
+    """Refuse (`InputError`) carriers that settle (``slide``) at a stop: their springs hold nothing there."""
     for k, wheel in enumerate(carriers.wheel):
         q, name = float(slide["q"][k]), wheel_names(rig)[wheel]
         if not carriers.low[k] < q < carriers.high[k]:

@@ -64,7 +64,7 @@ ASKED = "as the scene asks"  # reason of a choice that the scene did not leave o
 
 
 class Decision(NamedTuple):
-    """What was chosen for one choice, and why."""
+    """Setting of a choice, and the reason."""
 
     setting: str
     reason: str
@@ -144,7 +144,8 @@ REFUSALS: tuple[Refusal, ...] = (
      "a belt has no contacts to log (chain='belt'); use contact_log=False and pitches=()"),
     ("every_link", lambda s: s.belt and s.every_link,
      "on a belt every link does the same one pitch later (chain='belt'); use False"),
-    ("chain", lambda s: s.chain == "single_pin" and any(of.body == "connector" for of in s.rig.sensors.values()),
+    ("chain",
+     lambda s: s.chain == "single_pin" and "connector" in {sensor.body for sensor in s.rig.sensors.values()},
      "the rig has a sensor on a connector, which that chain has not; use 'double_pin', or put it on a link"),
     ("ring_radius", lambda s: s.free and s.ring_radius is not None,
      "a free loop touches no ring (loop='free'); use None"),
@@ -193,7 +194,7 @@ def _facts(scene) -> SimpleNamespace:
     spatial = decide(scene)["space"].setting == "spatial"
     on_wheels = scene.loop == "on_wheels" and scene.chain != "belt"
     carried = [name for name, wheel in rig.wheels.items() if wheel.carrier is not None]
-    # what slows a wheel by another law is not left out unsaid
+    # a wheel that another law slows must not lose its drag silently
     armless = [
         name
         for name, wheel in rig.wheels.items()

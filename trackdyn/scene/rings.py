@@ -1,4 +1,4 @@
-"""Which rings can be asked for on a rig: from the least that bears load to the largest that its tensioner allows."""
+"""Rings of a study on a rig: from the least that bears load to the largest that its tensioner allows."""
 
 from math import ceil, floor, log10, pi, sin
 
@@ -56,7 +56,7 @@ def larger_radii(rig: Rig, radii: list[float], count: int = 3) -> list[float]:
     """The next radii of a study (m, two or more, rising), with its last step, as far as `usual_rings`."""
     try:
         largest = usual_rings(rig)[1]
-    except InputError:  # of a rig whose radii are stated
+    except InputError:  # on a rig whose radii are stated
         return []
     further = radii[-1] + np.outer(np.diff(radii)[-1:], np.arange(1, count + 1))
     return further[further <= largest].round(8).tolist()

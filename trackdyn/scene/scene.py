@@ -23,7 +23,7 @@ Number = Annotated[float, BeforeValidator(plain_number)]
 LONGEST_RUN, LEAST_RAMP = 36000.0, 1e-6
 FASTEST = 1e5  # rev/min; the tests run 10,000
 MOST_STEPS = 1e10  # a day of computing
-MARGIN = 0.7  # of the limit of the step at the pre-tension: with a larger ring the loop settles tighter
+MARGIN = 0.7  # share of the step limit at the pre-tension: with a larger ring the loop settles tighter
 
 FROM_THE_RIG = "of the rig"
 # Fields that concern the record alone.
@@ -50,9 +50,9 @@ def _flag(value: Any) -> Any:
 class Periods(NamedTuple):
     """Periods of a loop at a constant speed, s; NaN at rest."""
 
-    turn: float  # of the sprocket
+    turn: float  # revolution of the sprocket
     loop: float  # revolution of the loop
-    passage: float  # in which the chain moves by one pitch
+    passage: float  # time in which the chain moves by one pitch
     loop_hz: float  # revolutions of the loop a second, Hz; 0 at rest
 
     @classmethod
@@ -66,7 +66,7 @@ class Periods(NamedTuple):
 
 
 class Scene(Choices):
-    """What a run is asked to do, and how faithfully (`trackdyn.scene.choices`).
+    """A run to be made, and how faithfully (`trackdyn.scene.choices`).
 
     Parameters
     ----------

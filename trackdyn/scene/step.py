@@ -14,8 +14,8 @@ from trackdyn.model.constants import Law
 from trackdyn.scene.choices import preset
 
 LEAST_STEP = 1e-8  # s: rounding of the time counts from there on
-LEAST_SHARE = 0.01  # of the usual step: nobody waits for less without having asked for it
-HALVINGS = 4  # of a step that proves too large
+LEAST_SHARE = 0.01  # least allowed share of the usual step: nobody waits for less without having asked for it
+HALVINGS = 4  # times that a step which proves too large is halved
 # Largest and least step with which a loop settles, s; the scene's if it is shorter.
 SETTLING_STEP, LEAST_SETTLING_STEP = 1e-4, 2e-6
 Choice = TypeVar("Choice")
@@ -104,7 +104,7 @@ DYNAMIC_FACTOR = 2.0
 # Beyond so many times the step of explicit friction, implicit friction still decays but flips as it does.
 FRICTION_LEEWAY = 10.0
 LEAST_LOAD = 1e-3  # N: a loop without weight and tension touches its wheels, too
-MOST_ITERATIONS = 100  # of Newton's method, which takes less than ten
+MOST_ITERATIONS = 100  # Newton's method takes less than ten
 
 
 def elastic_depth(law, load, radius):
@@ -135,7 +135,7 @@ LARGEST_TURN = 2.5e-3
 
 
 def step_limits(model, pre_tension: float, method: Method = METHODS["semi_implicit"]) -> dict[str, float]:
-    """Step limits of an integrator by cause, s; empty if it has none.
+    """Step limits (s) of a method for a model, by cause; empty if it has none. ``pre_tension`` is in N.
 
     A contact of stiffness k on a mass m oscillates stably for ``h < 2 sqrt(m / k)``; friction with
     the slope c of Eq. 10 decays for ``h < 2 m / c`` (for RK4 2.82 and 2.78 instead of 2). Both are
@@ -199,8 +199,8 @@ def _joint_limits(model, method: Method) -> dict[str, float]:
         limits["stiffness of the bushing"] = oscillation * sqrt(inertia / (4 * stiffness))
     if chain.damping and not method.implicit_damping:
         # links and connectors in zigzag, their mass centres at rest: both share the way of the pin between them
-        (a, b), (own, other) = (tuple(float(v) for v in pair[:2]) for pair in (chain.length, chain.inertia))
-        mobility = 2 * (a + b) ** 2 / (own * b**2 + other * a**2)
+        (a, b), (first, second) = (tuple(float(v) for v in pair[:2]) for pair in (chain.length, chain.inertia))
+        mobility = 2 * (a + b) ** 2 / (first * b**2 + second * a**2)
         limits["damping of the bushing"] = decay / (chain.damping * mobility)
     if closure.compliant and not method.implicit_damping:
         # the two bodies at the cut, free at their other ends: acceleration of the gap for a unit force through it

@@ -9,8 +9,8 @@ import numpy as np
 from trackdyn.model.constants import Model
 from trackdyn.simulation.energy_balance import passed_pitches
 
-# What alternates, as a share of the mean square that the sensor reads. Set on a pilot (docs/speed-and-accuracy.md) in
-# which no run below it was 2 % off in RMS.
+# Alternating share that is suspect. Set on a pilot (docs/speed-and-accuracy.md), no run of which that stayed below it
+# was 2 % off in RMS.
 NOTICED = 0.01
 # Share of the mean peak in peaks that stand for one step, with a neighbour below half: the true one may be as much as
 # twice as large, so that a tenth of the mean peak may be half off, which is ``PEAKS``.
@@ -20,7 +20,7 @@ LEAST_LOOKS = 10
 
 
 def alternating_share(alternating, model: Model, mean) -> float:
-    """What alternates from step to step as a share of the mean square that the sensor reads.
+    """Mean square of the alternation from step to step, as a share of the mean square that the sensor reads.
 
     ``alternating`` holds the (2,) sums over a record (`model.arrays.Work`), ``mean`` (s, 3) is that of the record.
     """

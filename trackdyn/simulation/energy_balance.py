@@ -8,12 +8,12 @@ from trackdyn.errors import DivergenceError
 from trackdyn.model.arrays import ENERGY_NAMES, KINETIC
 from trackdyn.model.constants import Model
 
-# What the path of a method of order 1 misses of the kinetic energy of the bodies that run round, over the turn in a
-# step, in a turn of the sprocket: 2.9 to 4.1 in twelve scenes of five rigs from 60 to 1,400 rev/min, where it halved
-# with the step and RMS and mean peaks were within 0.3 and 2 % of those at a quarter of it.
+# Share of the kinetic energy of the bodies that run round which the path of a method of order 1 misses in a revolution
+# of the sprocket, over the angle (rad) of a step: 2.9 to 4.1 in twelve scenes of five rigs from 60 to 1,400 rev/min,
+# where it halved with the step and RMS and mean peaks were within 0.3 and 2 % of those at a quarter of it.
 PATH = 5.0
-# What the energy balance may leave open beyond the path of the bodies that run round (`PATH`), as a share of the
-# energy exchanged: about four times what the coarsest preset leaves (0.13 % at 0.5 ms, linearly implicit).
+# Open rest of the energy balance that is accepted beyond the path of the bodies that run round (`PATH`), as a share of
+# the energy exchanged: about four times what the coarsest preset leaves (0.13 % at 0.5 ms, linearly implicit).
 OPEN_SHARE = 0.005
 # Friction, bearings and bushings may give this share back: rounding and the path of a step.
 GAINED_SHARE = 1e-3
@@ -52,7 +52,7 @@ def _turns(model, seconds: float) -> float:
 
 
 def path_energy(energy, model, seconds: float) -> float:
-    """Energy (J) that a step of order 1 may leave open while bodies run round, however well contacts are resolved."""
+    """Energy (J) that a step of order 1 may leave open in ``seconds``, however well contacts are resolved."""
     turns = passed_pitches(model, seconds) / model.tooth.teeth if len(model.wheels.x) > 1 else 0.0
     return PATH * model.step * abs(model.drive.rate) * turns * float(energy[:, ENERGY_NAMES.index("kinetic")].mean())
 
@@ -83,7 +83,7 @@ def check_account(energy, model, seconds: float) -> None:
 
 
 def energy_residual(recording) -> float:
-    """What the energy balance leaves open, as a share of the sprocket's work over the record.
+    """Open rest of the energy balance as a share of the sprocket's work over the record.
 
     Work of the sprocket minus every dissipation minus the change of kinetic, gravitational and bushing energy. The work
     absorbed by normal contact counts as one term: what Eq. 8 stores comes back through it.

@@ -21,7 +21,7 @@ from trackdyn.simulation.rest_state import CHUNK, PERIOD, DampedLoop, Restless
 
 # The tensioner closes the gap to the wanted tension with this time constant, s: slower than the strands swing out.
 TENSIONER_TIME = 0.15
-# Of the wanted tension, by how much it may be missed at rest (1 % is promised), and secant steps to come there.
+# Share of the wanted tension by which it may be missed at rest (1 % is promised), and most secant steps to come there.
 REACHED, ROUNDS = 0.0075, 12
 # Compliance of the contacts of one loop on its wheels, m/N: bounds the stiffness of a taut loop.
 CONTACT_COMPLIANCE = 1e-6
@@ -80,7 +80,7 @@ class TensionedLoop(DampedLoop):
         self.reference = rig.ring_radius if scene.model.tooth.present else rig.sprocket.ring_radius
         # tension at rest (N), and what the wheel moves for a change of it over `_shift_for` (shipped rigs)
         self.reached, self.compliance_ratio = 0.0, 1.6
-        # of a slack strand the compliance says too much: no shift of a chunk is longer than a tenth of a body
+        # the compliance of a slack strand is too large: no shift of a chunk is longer than a tenth of a body
         self.longest_shift = 0.1 * float(length.max())
         # a strand of span l and weight w a metre shortens its chord by w^2 l^3 / (24 T^2)
         self.sag = self.weight**2 * float((np.diff(path.start)[1::2] ** 3).sum()) / 24
@@ -139,8 +139,8 @@ class TensionedLoop(DampedLoop):
 
     def secant_step(self, tension: float, longest: float) -> bool:
         """Secant step (at most ``longest`` m) towards a tension at rest (N); whether the wheel could move."""
-        wanted = self.compliance_ratio * (self._shift_for(tension) - self._shift_for(self.reached))
-        shift = self.shift_tensioner(min(max(wanted, -longest), longest))
+        target = self.compliance_ratio * (self._shift_for(tension) - self._shift_for(self.reached))
+        shift = self.shift_tensioner(min(max(target, -longest), longest))
         before, self.reached = self.reached, self.equalize_strands()
         expected = self._shift_for(self.reached) - self._shift_for(before)
         ratio = shift / expected / self.compliance_ratio if shift * expected > 0 else None

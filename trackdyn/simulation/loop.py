@@ -96,7 +96,7 @@ class Loop(Readings):
 
     @contextmanager
     def _exclusive(self) -> Iterator[None]:
-        """Keep other threads from the arrays until the end of a call."""
+        """Refuse (`InputError`) other threads until the end of a call."""
         if not self._lock.acquire(blocking=False):
             raise InputError("another thread steps this loop; give each thread a copy")
         try:
@@ -261,13 +261,13 @@ class Loop(Readings):
         InputError
             Another chain, ring, joints or plane of motion would need another state.
         """
-        other = Loop.__new__(Loop)
+        changed = Loop.__new__(Loop)
         tension = self.layout.get("settled_tension_n", self.scene.rig.tension.pre_tension)
-        other.scene, other.layout = self.scene.with_(**fields), dict(self.layout)
+        changed.scene, changed.layout = self.scene.with_(**fields), dict(self.layout)
         for name in ("loop", "chain", "ring_radius"):
-            if (wanted := getattr(other.scene, name)) != getattr(self.scene, name):
-                raise InputError(f"scene: {name} = {wanted!r}: cannot change in a loop; make a new Loop")
-        model, state, work = allocate(other.scene, allowed_step(other.scene, other.scene.time_step, tension))
+            if (value := getattr(changed.scene, name)) != getattr(self.scene, name):
+                raise InputError(f"scene: {name} = {value!r}: cannot change in a loop; make a new Loop")
+        model, state, work = allocate(changed.scene, allowed_step(changed.scene, changed.scene.time_step, tension))
         leaves = flat(self.arrays.state)
         if [leaf.shape for leaf in flat(state).values()] != [leaf.shape for leaf in leaves.values()]:
             raise InputError(
@@ -278,10 +278,10 @@ class Loop(Readings):
         move_wheels(model, wheel_centres(self.scene.rig, before.wheels))
         filled(state, leaves)
         state.steps[0] = round(self.time / model.step)
-        other.arrays = LoopArrays(model._replace(drive=before.drive, carriers=before.carriers), state, work)
+        changed.arrays = LoopArrays(model._replace(drive=before.drive, carriers=before.carriers), state, work)
         if fields.keys() & {"motor_rpm", "ramp"}:
-            other.drive(other.scene.motor_rpm, other.scene.ramp)
-        return other
+            changed.drive(changed.scene.motor_rpm, changed.scene.ramp)
+        return changed
 
     def save(self, path: Path | str) -> None:
         """Write a checkpoint from which `Loop.load` continues bit for bit."""

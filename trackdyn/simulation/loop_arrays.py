@@ -28,7 +28,10 @@ def flat(value: Any, name: str = "") -> dict[str, np.ndarray]:
 
 
 def filled(room: Any, data: dict[str, np.ndarray]) -> Any:
-    """``room`` with the arrays written in place and the numbers replaced by those of ``data``; see `flat`."""
+    """``room`` with the arrays written in place and the numbers replaced by those of ``data``; see `flat`.
+
+    Raises `ValueError`: an array has another shape or type.
+    """
 
     def fill(name: str, leaf: Any) -> Any:
         if not isinstance(leaf, np.ndarray):
@@ -84,7 +87,7 @@ LARGEST, FARTHEST = 1e12, 1e6
 
 
 class LoopArrays(NamedTuple):
-    """What kernels read and write."""
+    """Arguments of a kernel: constants, motion, and everything computed from them."""
 
     model: Model
     state: State
@@ -92,12 +95,12 @@ class LoopArrays(NamedTuple):
 
 
 def copied(arrays: LoopArrays) -> LoopArrays:
-    """The same with copies of all arrays."""
+    """Copy of a loop's arrays."""
     return mapped(lambda _, leaf: leaf.copy() if isinstance(leaf, np.ndarray) else leaf, arrays)
 
 
 def read_only(arrays: LoopArrays) -> LoopArrays:
-    """The same with read-only views of all arrays."""
+    """Read-only views of a loop's arrays."""
 
     def view(_: str, leaf: Any) -> Any:
         if isinstance(leaf, np.ndarray):
@@ -119,18 +122,18 @@ def set_arrays(state: State, values: dict[str, Any]) -> None:
             raise InputError(f"state: {shown(name)} is none of its arrays, {', '.join(arrays)}")
         array, most = arrays[name], FARTHEST if name == "pin" else LARGEST
         try:
-            wanted = np.asarray(value).astype(array.dtype, casting="same_kind")
+            new = np.asarray(value).astype(array.dtype, casting="same_kind")
         except (TypeError, ValueError):
-            wanted = np.asarray(None)
-        if wanted.shape != array.shape or wanted.dtype != array.dtype:
+            new = np.asarray(None)
+        if new.shape != array.shape or new.dtype != array.dtype:
             raise InputError(f"state.{name} = {shown(value)}: must be {array.dtype} of the shape {array.shape}")
-        numbers = wanted.view(float) if array.dtype.names else wanted
+        numbers = new.view(float) if array.dtype.names else new
         low = 0 if name == "steps" else -most
         if (wrong := ~((low <= numbers) & (numbers <= most))).any():
             raise InputError(f"state.{name} holds {numbers[wrong][0]:g}: must be between {low:g} and {most:g}")
-        checked[name] = wanted
-    for name, wanted in checked.items():
-        arrays[name][...] = wanted
+        checked[name] = new
+    for name, new in checked.items():
+        arrays[name][...] = new
 
 
 def allocate(scene: Scene, step: float) -> tuple[Model, State, Work]:

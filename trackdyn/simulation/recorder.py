@@ -38,15 +38,15 @@ class Cost(NamedTuple):
 
 
 def cost(scene) -> Cost:
-    """What a scene needs."""
+    """Memory, disk and computing time of a scene; see `Cost`."""
     samples = scene.duration * scene.rig.rate
     wheels = 1 + len(scene.rig.wheels) if scene.loop == "on_wheels" else 1
     state = make_state(scene.bodies, 1, wheels)
     if scene.fidelity["space"].setting == "spatial":
         state = state._replace(plane=Plane(np.zeros(4), np.zeros(4)))
     rooms = (make_record(count, state, len(scene.sensors), scene.recorded_pitches) for count in (1, 2))
-    one, two = (sum(array.nbytes for array in flat(room).values()) for room in rooms)
-    file = samples * (two - one + 8)
+    first, both = (sum(array.nbytes for array in flat(room).values()) for room in rooms)
+    file = samples * (both - first + 8)
     if scene.frame_interval:
         file += scene.duration / scene.frame_interval * (scene.bodies + 4) * 8
     if scene.chain == "belt":
@@ -77,7 +77,7 @@ def compiled() -> bool:
 # Length of a chunk, s, and contacts that may end within it.
 CHUNK = 0.25
 INTERVALS_A_CHUNK = 40000
-GROWTH = 2  # of the room for a record
+GROWTH = 2  # times the room for a record
 JUDGED = 10.0  # s of a record between two judgements of its energy balance
 
 
@@ -134,7 +134,10 @@ class Recorder:
         )
 
     def chunk(self) -> float:
-        """Record the next chunk; returns its length, s."""
+        """Record the next chunk; returns its length, s.
+
+        Raises `DivergenceError`: contacts chatter, the energy balance is open, or the step check fails.
+        """
         loop, rate = self.loop, self.scene.rig.rate
         last = min(self.done + max(round(CHUNK * rate), 1), self.samples)
         if last > len(self.record.gap):
@@ -176,11 +179,11 @@ class Recorder:
         return self
 
     def statistics(self, first: int = 0, ended: int = 0) -> RunStatistics:
-        """What is compared with a finer step, of samples from ``first`` on and contacts from the chunk ``ended`` on."""
+        """Statistics of samples from ``first`` on and of contacts from the chunk ``ended`` on."""
         return run_statistics(self.record, slice(first, self.done), self.ended[ended:], self.loop.model, self.begin)
 
     def describe(self) -> dict:
-        """What a checkpoint holds of it, the loop included."""
+        """Content of a checkpoint, the loop included."""
         progress = {
             "done": self.done, "begin": self.begin, "wall": self.wall, "alternating": self.alternating.tolist(),
             "unresolved": self.step_check.unresolved, "difference": self.step_check.difference,
@@ -200,7 +203,10 @@ class Recorder:
         self.step_check.difference = Difference(*progress["difference"])
 
     def recording(self) -> Recording:
-        """What was recorded so far, if it is finite and its energy balance closed (`check_account`)."""
+        """The recording so far.
+
+        Raises `DivergenceError`: a number is not finite, or the energy balance is open (`check_account`).
+        """
         self._check_account()
         record, scene = self.record, self.scene.with_(step=self.loop.model.step)
         rate, stride = scene.rig.rate, record.frame_stride

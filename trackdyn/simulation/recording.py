@@ -1,4 +1,4 @@
-"""What a run gives: arrays, units and provenance, kept in one npz file; the recording of a kinematic belt."""
+"""Recordings: arrays of a run and their provenance, stored in one npz file."""
 
 import platform
 from dataclasses import dataclass, field, fields, replace
@@ -173,8 +173,8 @@ class Recording:
         From the wheel's own rate, which a motor, a wheel that coasts and a drive that is steered do not hold. Rolling
         back undoes no turn.
         """
-        asked, made, drive = -self.scene.sprocket_rate, -self.wheel_rate[:, SPROCKET], self.scene.rig.drive
-        if (drive is None or drive.kind == "speed") and (abs(made - asked) <= 1e-6 * asked).all():
+        requested, made, drive = -self.scene.sprocket_rate, -self.wheel_rate[:, SPROCKET], self.scene.rig.drive
+        if (drive is None or drive.kind == "speed") and (abs(made - requested) <= 1e-6 * requested).all():
             return None
         between = 0.5 * (made + np.r_[made[0], made[:-1]]) / (2 * pi * self.rate)
         return np.maximum.accumulate(np.r_[0.0, np.cumsum(between)])
@@ -223,7 +223,7 @@ class Recording:
         return edges[1] / np.diff(at) * 60 * self.scene.rig.sprocket.transmission_ratio
 
     def fault(self) -> str | None:
-        """What is wrong with the arrays: a number that is not finite, or beyond all that a run may give."""
+        """First array with a number that is not finite, or beyond `LARGEST`, in words; None if there is none."""
         for name in self.ARRAYS:
             values = getattr(self, name)
             array = np.asarray(values.view(float) if name == "contact_log" else values)
@@ -267,7 +267,7 @@ class Recording:
             self.checkpoint.unlink(missing_ok=True)
 
 
-Recording.ARRAYS = tuple(of.name for of in fields(Recording) if of.name not in ("meta", "wall", "checkpoint"))
+Recording.ARRAYS = tuple(array.name for array in fields(Recording) if array.name not in ("meta", "wall", "checkpoint"))
 
 
 @cache

@@ -27,7 +27,7 @@ LEAD_COST, SHORT_LEAD = 60.0, 5.0
 
 @dataclass(frozen=True)
 class Replay:
-    """What is seen of a loop; ``f`` pictures, ``n`` bodies, ``w`` wheels, ``s`` samples, ``p`` pitches, ``a`` areas."""
+    """Motion and forces of a loop over a stretch; ``f`` pictures, ``n`` bodies, ``w`` wheels."""
 
     loop: Loop  # at the end of the stretch
     time: np.ndarray  # (f,) of the pictures, since the beginning of the record, s
@@ -41,7 +41,7 @@ class Replay:
     # (f, n) where this joint is on its way around the loop, in pitches since the first touch of the sprocket
     along: np.ndarray
     spans: np.ndarray  # (w, 2) where each wheel is touched on this way: begin and end, pitches; NaN without contact
-    record: Record  # of all pitches over the stretch
+    record: Record  # over the stretch, with all pitches
     begins: float  # time since the start of the run at which the stretch begins, s
     # (2,) largest difference from the recording of the sensor's position (m) and its mean acceleration (m/s2); None if
     # the record does not hold the stretch
@@ -59,10 +59,10 @@ def replay(recording: Recording, seconds: float | None = None, progress: bool = 
     Raises `InputError` where ``seconds`` is out of range (60 at most) and for a belt, which has no bodies, and
     `DivergenceError`.
     """
-    scene, turn = recording.scene, recording.periods.turn
+    scene, period = recording.scene, recording.periods.turn
     rate = scene.rig.rate
     if seconds is None:
-        seconds = min(turn, LONGEST_STRETCH) if np.isfinite(turn) else STANDING
+        seconds = min(period, LONGEST_STRETCH) if np.isfinite(period) else STANDING
         seconds = max(min(seconds, recording.seconds), 1 / rate)
     else:
         seconds = within("seconds", seconds, 1 / rate, LONGEST_STRETCH, " s")
@@ -75,9 +75,9 @@ def replay(recording: Recording, seconds: float | None = None, progress: bool = 
         begins, complete = scene.ramp + min(scene.lead_in, SHORT_LEAD), False
     bar = {"disable": not progress, "unit": "s", "desc": "looking again",
            "bar_format": "{desc} |{bar}| {n:.1f} of {total:.1f} s simulated"}  # fmt: skip
-    with tqdm(total=begins + seconds + 1e-6, **bar) as shown:
-        loop.advance(begins, shown.update)
-        return _observe(loop, recording, complete, frames, stride, shown.update)
+    with tqdm(total=begins + seconds + 1e-6, **bar) as progress_bar:
+        loop.advance(begins, progress_bar.update)
+        return _observe(loop, recording, complete, frames, stride, progress_bar.update)
 
 
 def _observe(loop: Loop, recording: Recording, complete: bool, frames: int, stride: int, tick) -> Replay:
@@ -129,7 +129,7 @@ def _contacts(loop: Loop) -> np.ndarray:
         work.pin_y[shoes.arc_body] + shoes.arc_x * work.sin[shoes.arc_body],
     ])  # fmt: skip
     for k in np.flatnonzero(rows["kind"] == FLANK):
-        # of the arcs of this body that touch, the one around whose middle the point lies
+        # several arcs of a body may touch: it is the one around whose middle the point lies
         arcs = touching[shoes.arc_body[touching] == body[k]]
         arc = arcs[np.argmin(np.abs(np.hypot(*(centre[arcs] - contacts[k, 1:3]).T) - tooth.arc_radius))]
         contacts[k, [0, 5, 6]] = arc % 2, work.tooth_area[arc], work.tooth_groove[arc]

@@ -53,10 +53,10 @@ class DampedLoop:
 
     def __init__(self, scene: Scene, assembly: Assembly, ring_radius: float, step: float):
         self.scene = scene
-        self.shift = assembly.shift  # of the tensioning wheel along its line, m
+        self.shift = assembly.shift  # tensioning wheel along its line, m
         chain = scene.model.chain
-        self.weight = chain.gravity * chain.mass.sum() / chain.length.sum()  # of a metre of chain, N/m
-        # what the strand with the cut joint carries at least: from its middle down to the lowest point of the loop, N
+        self.weight = chain.gravity * chain.mass.sum() / chain.length.sum()  # a metre of chain, N/m
+        # least tension of the strand with the cut joint, N: weight of the chain from its middle to the lowest point
         self.hanging = self.weight * float(assembly.pins[0, 1] - assembly.pins[:, 1].min())
         self.swing = 0.0  # largest rate of a body, rad/s
         model = copy_wheels(scene.model)

@@ -1,4 +1,4 @@
-"""What a rig file amounts to, before anything runs: the loop it gives, the steps it allows, what is unusual."""
+"""Check of a rig file before anything runs: the loop that it makes, the steps that it allows, unusual values."""
 
 from dataclasses import dataclass
 from math import degrees, gcd, hypot
@@ -17,22 +17,22 @@ from trackdyn.simulation.settling import tension_words
 from trackdyn.simulation.step_check import NO
 
 SMALL_WRAP = 90.0  # deg of the sprocket below which few teeth share the load
-DEEP_SAG = 0.1  # of a span
+DEEP_SAG = 0.1  # share of a span
 SHORT_STEP = 2e-5  # s
 ROUGH_OUTLINE = 2e-4  # m, RMS
-# of a trial of steps
-HOLDS = 0.01  # of RMS and mean peak, from a step to half of it
+# Largest relative difference of RMS and mean peak from half the step with which a trial accepts a step
+HOLDS = 0.01
 SECONDS, RAMP = 1.0, 0.3  # s at speed, and until then
 LARGEST = 1e-4
 
 
 @dataclass(frozen=True)
 class RigReport:
-    """What `check_rig` finds."""
+    """Loop, step limits and unusual values of a rig (`check_rig`)."""
 
     wheels: np.ndarray  # (w, 3) centres and radii of the wheels' surfaces as the loop stands, m
     frame: np.ndarray  # (n + 3,) configuration as a row of ``Recording.frame``
-    values: dict[str, str]  # what there is to say, by name
+    values: dict[str, str]  # sentences by name
     unusual: list[str]  # sentences
 
 
@@ -92,9 +92,9 @@ def try_steps(settled: Loop, rpm: float) -> tuple[float | None, list[float]]:
     scene = {"motor_rpm": rpm, "ramp": RAMP, "every_link": True, "duration": SECONDS}
     # a scene is judged at the pre-tension, a loop at the tension that it settles at
     tensions = settled.layout["settled_tension_n"], settled.scene.rig.tension.pre_tension
-    turn = turn_limit(settled.scene.with_(motor_rpm=rpm).sprocket_rate).values()
+    rate_limits = turn_limit(settled.scene.with_(motor_rpm=rpm).sprocket_rate).values()
     before, tried = None, list[float]()
-    for step in halved_steps(min(LARGEST, largest_step(settled.model, *tensions), *turn), sample):
+    for step in halved_steps(min(LARGEST, largest_step(settled.model, *tensions), *rate_limits), sample):
         try:
             loop = settled.changed(step=step, **scene)
             loop.advance(RAMP)
@@ -140,7 +140,7 @@ def _unusual(rig: Rig, path, wraps: dict[str, float], step: float, names: tuple[
         x, y = np.array(rig.profile.outline).T
         misses = distance_to(rig.groove_profile, np.column_stack([-np.abs(x), y]))
         convex = rig.groove_profile.convex
-        signs = "".join("-+"[int(of)] for of in convex[: len(convex) // 2])
+        signs = "".join("-+"[int(sign)] for sign in convex[: len(convex) // 2])
         rms, worst = 1e3 * np.sqrt((misses**2).mean()), 1e3 * np.abs(misses).max()
         text = (
             f"the measured outline of the tooth is followed to {rms:.3g} mm RMS, {worst:.3g} mm at most, "

@@ -31,7 +31,7 @@ from trackdyn.simulation.rest_state import Restless
 HALVINGS = 2
 # A free loop is oblong: the joints turn by more at its ends than along its sides.
 SQUASH = 0.3
-# What a scene asks for that a loop at rest does not know yet.
+# Fields of a scene on which a loop at rest does not depend.
 LATER = ("motor_rpm", *RECORD_FIELDS)
 
 
@@ -101,7 +101,10 @@ class SettledLoops:
 
 
 def _rested(scene: Scene, tensioned_loop: Callable[[float], TensionedLoop]) -> TensionedLoop:
-    """The loop at rest with the scene's ring; with half the step, or less, if it does not come to rest."""
+    """The loop at rest with the scene's ring; with half the step, or less, if it does not come to rest.
+
+    Raises `InputError`: the tension cannot be set, or the loop does not come to rest or mesh.
+    """
 
     def rested(divisor: float) -> TensionedLoop:
         loop = tensioned_loop(divisor)

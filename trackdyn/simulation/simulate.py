@@ -18,7 +18,7 @@ from trackdyn.simulation.settling import SettledLoops
 
 # Time between two checkpoints, s of computing; writing one takes little of it.
 BETWEEN_CHECKPOINTS = 30.0
-STALLED = 0.01  # of the speed that is asked for: a motor that makes less stands
+STALLED = 0.01  # share of the requested speed below which a motor counts as stalled
 
 
 @typed

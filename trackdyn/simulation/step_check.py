@@ -29,12 +29,12 @@ YES, NO, OPEN = "yes", "no", "not judged"
 
 
 class Resolution(NamedTuple):
-    """What is known of the resolution of a record."""
+    """Whether a record is resolved by its step, and why."""
 
     # ``yes``; ``no``: doubtful, and beyond half of ``RMS`` or ``PEAKS`` with a finer step, or more than ``FLIPS``
     # alternates; ``not judged``
     state: str
-    share: float  # what alternates as a share of the mean square that the sensor reads; NaN if it was not looked at
+    share: float  # `chatter.alternating_share`; NaN if it was not measured
     reason: str  # a sentence; empty for ``yes``
 
 
@@ -60,8 +60,8 @@ def largest_forces(ended, lasting, pitches: int, step: float, begin: float) -> t
 class Difference(NamedTuple):
     """Largest relative differences from a run with a finer step; NaN where none was tried."""
 
-    rms: float  # of RMS
-    peaks: float  # of mean peaks on sides that carry
+    rms: float  # relative difference of RMS
+    peaks: float  # relative difference of mean peaks on sides that carry
 
     def within(self, share: float = 1.0) -> bool:
         """Whether both are within a share of what a step may change, ``RMS`` and ``PEAKS``."""
@@ -69,7 +69,7 @@ class Difference(NamedTuple):
 
 
 class RunStatistics(NamedTuple):
-    """What is compared of two runs."""
+    """Statistics by which a run is compared with one of a finer step."""
 
     rms: np.ndarray  # (k,) of every sensor of the rig, and one of all links where they are recorded, m/s2
     peaks: np.ndarray  # (3,) sums of the largest forces of all pitches: left arcs, right arcs, ring; N
@@ -106,7 +106,7 @@ def run_statistics(record: Record, rows: slice, ended: list[np.ndarray], model: 
     peaks = largest.sum(axis=0)
     carries = _carries(peaks)
     return RunStatistics(
-        np.array([rms(mean[:, of]) for of in (*range(own), slice(own, None)) if mean[:, of].size]),
+        np.array([rms(mean[:, sensors]) for sensors in (*range(own), slice(own, None)) if mean[:, sensors].size]),
         peaks,
         float((isolated.sum(axis=0)[carries] / peaks[carries]).max(initial=0.0)),
     )
@@ -141,8 +141,8 @@ def resolution(alternating, model: Model, mean, seconds: float, unresolved: str,
 
 
 FINER = 4  # times smaller step of a piece that is doubtful
-# The same of a record that is doubtful for its length alone: half a step shows half of an error of order 1, so that
-# differences are doubled.
+# Times smaller step of a record that is doubtful for its length alone: half a step shows half of an error of order 1,
+# so that differences are doubled.
 HALF = 2
 LEAD = 5.0  # s before a record that are at most run again with it
 PIECE, BETWEEN = 2.0, 20.0  # s that are run again, and from the beginning of one piece to that of the next
