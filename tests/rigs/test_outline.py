@@ -17,15 +17,23 @@ def arcs_of(groove):
     return np.column_stack([groove.centre, groove.radius, sign])[:half]
 
 
-@pytest.mark.parametrize(("decimals", "off"), [(7, 0.0), (6, 2e-6), (5, 2e-5), (4, 2e-4)])
-def test_arcs_as_print_rounds_them_are_joined(decimals, off):
-    """Radii stay as they are printed; the default rig's contour is off by at most four times what the cells are."""
-    rig = load_rig("paper")
-    groove = rig.groove_profile
-    rounded = np.round(arcs_of(groove), decimals)
-    profile = ToothProfile(arcs=rounded.tolist())
-    joined = rig.changed(groove=None, profile=profile).groove_profile
-    assert np.abs(joined.profile() - groove.profile()).max() <= max(off, 1e-6)
+@pytest.mark.parametrize("name", ["paper", "parts", "m113", "robot", VISCOUS])
+@pytest.mark.parametrize("decimals", [7, 6, 5, 4])
+def test_arcs_as_print_rounds_them_are_joined(name, decimals):
+    """Radii stay as they are printed; how far the contour is off depends on how much the radii of neighbours differ.
+
+    The slope of a joint follows from two rounded centres, each off by half a unit of the last decimal in x and in y: it
+    errs by up to root 2 units over their distance, and moves the end of an arc by its radius times as much. Two units
+    are for the centres and radii themselves.
+    """
+    rig = load_rig(name)
+    groove, arcs = rig.groove_profile, arcs_of(rig.groove_profile)
+    rounded = np.round(arcs, decimals)
+    joined = rig.changed(groove=None, profile=ToothProfile(arcs=rounded.tolist())).groove_profile
+    distance = np.hypot(*np.diff(arcs[:, :2], axis=0).T)
+    larger = np.maximum(arcs[1:, 2], arcs[:-1, 2])
+    accepted = 10.0**-decimals * (2 + 2**0.5 * (larger / distance).max())
+    assert np.abs(joined.profile() - groove.profile()).max() <= max(accepted, 1e-6)
     if decimals < 6:
         assert (joined.radius[1:5] == rounded[1:, 2]).all()
         assert np.abs([joined.arc(j, 2)[-1] - joined.arc(j + 1, 2)[0] for j in range(1, 10)]).max() < 1e-14
@@ -43,8 +51,7 @@ def test_measured_points_are_followed_to_their_noise():
     rng = np.random.default_rng(7)
     points = groove.profile(12) + NOISE * rng.standard_normal((120, 2))
     fitted = fit_outline(points, "+--+-", groove.teeth)
-    left = points * np.where(points[:, :1] > 0, [-1.0, 1.0], 1.0)
-    assert np.sqrt((distance_to(fitted, left) ** 2).mean()) == pytest.approx(NOISE, rel=0.2)
+    assert np.sqrt((distance_to(fitted, points) ** 2).mean()) == pytest.approx(NOISE, rel=0.2)
     true = groove.profile(40)
     inner = true[np.abs(true[:, 0]) < 0.9 * np.abs(true[:, 0]).max()]  # the ends of a fit lean on few points
     assert np.abs(distance_to(fitted, inner)).max() < 3 * NOISE
@@ -87,12 +94,6 @@ def test_arcs_that_do_not_fit_are_refused(rig, change, word):
         groove_of_arcs(arcs, rig.sprocket.teeth)
 
 
-def test_flanks_of_other_bottoms_are_refused(rig):
-    arcs = arcs_of(rig.groove_profile)
-    with pytest.raises(InputError, match=r"profile\.right: its bottom is 1 mm off"):
-        groove_of_arcs(arcs, rig.sprocket.teeth, arcs + [0.0, 1e-3, 0.0, 0.0])
-
-
 def test_an_outline_that_is_none_is_refused(rig):
     with pytest.raises(InputError, match="at least 15"):
         fit_outline(rig.groove_profile.profile(1), "+--+-", 13)
@@ -124,4 +125,4 @@ def test_the_pattern_of_an_outline_is_the_best_one():
     groove = ToothProfile(arcs=[[0.0, 0.3, 0.089, -1]]).groove(10)
     points = groove.profile(30)
     fitted = ToothProfile(outline=points.tolist()).groove(10, 0.02)
-    assert np.abs(distance_to(fitted, points[points[:, 0] < 0])).max() < 1e-5
+    assert np.abs(distance_to(fitted, points)).max() < 1e-5

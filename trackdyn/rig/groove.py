@@ -71,21 +71,18 @@ class Groove:
         return np.vstack([self.arc(area, points) for area in range(1, len(self.radius) + 1)])
 
 
-def groove_of_flanks(teeth: int, *flanks: tuple[np.ndarray, Sequence[float]]) -> Groove:
-    """Groove of its left flank and of the right one, mirrored to the left.
+def groove_of_flank(teeth: int, arcs: np.ndarray, ends: Sequence[float]) -> Groove:
+    """Groove of its left flank and the mirror image of that.
 
-    Each is its arcs (k, 4), tip first: centre x, y, radius (m), and 1 for convex or -1 for concave; and the slopes
+    The flank is its arcs (k, 4), tip first: centre x, y, radius (m), and 1 for convex or -1 for concave; and the slopes
     (k + 1,) at which they begin and the last one ends, rad.
     """
-    parts = []
-    for arcs, ends in flanks:
-        middle, sign = (np.array(ends[:-1]) + ends[1:]) / 2, arcs[:, 3]
-        direction = sign[:, None] * np.column_stack([np.sin(middle), np.cos(middle)])
-        parts.append((arcs[:, :2], direction, arcs[:, 2], sign * np.diff(ends) / 2, sign > 0))
-    pairs = list(zip(*parts, strict=True))
-    centre, direction = (np.vstack([left, right[::-1] * [-1.0, 1.0]]) for left, right in pairs[:2])
-    radius, half_angle, convex = (np.append(left, right[::-1]) for left, right in pairs[2:])
-    addendum = max(float(hypot(*arcs[0, :2]) + arcs[0, 3] * arcs[0, 2]) for arcs, _ in flanks)
+    middle, sign = (np.array(ends[:-1]) + ends[1:]) / 2, arcs[:, 3]
+    vectors = arcs[:, :2], sign[:, None] * np.column_stack([np.sin(middle), np.cos(middle)])
+    centre, direction = (np.vstack([left, left[::-1] * [-1.0, 1.0]]) for left in vectors)
+    numbers = arcs[:, 2], sign * np.diff(ends) / 2, sign > 0
+    radius, half_angle, convex = (np.append(left, left[::-1]) for left in numbers)
+    addendum = float(hypot(*arcs[0, :2]) + arcs[0, 3] * arcs[0, 2])
     return Groove(centre, radius, direction, half_angle, convex, addendum, teeth)
 
 
@@ -151,8 +148,7 @@ def build_groove(
 
     signs = np.where(np.isin(np.arange(1, 6), CONVEX), 1.0, -1.0)
     arcs = np.column_stack([[o1, o2, o3, o4, o5], [r1, r2, r3, r4, r5], signs])
-    flank = arcs, [-half_tooth, slope_tip, slope_seat, slope_low, slope_bottom, 0.0]
-    return groove_of_flanks(teeth, flank, flank)
+    return groove_of_flank(teeth, arcs, [-half_tooth, slope_tip, slope_seat, slope_low, slope_bottom, 0.0])
 
 
 EDGE = 1e-9  # radius of an edge, m

@@ -16,7 +16,7 @@ import scipy  # loads its parts when they are used
 
 from trackdyn.errors import InputError
 from trackdyn.files import read_text
-from trackdyn.rig.groove import Groove, groove_of_flanks, true_depth
+from trackdyn.rig.groove import Groove, groove_of_flank, true_depth
 from trackdyn.rig.quantities import Quantity, Table
 from trackdyn.rig.sections import OmitsDefaults
 
@@ -37,8 +37,6 @@ class ToothProfile(OmitsDefaults):
 
     # rows ``centre x, centre y, radius`` (m) and sign of the left flank's arcs, tip first; rounded ones are joined
     arcs: Annotated[Table | None, Quantity("m, m, m, 1")] = None
-    # the same of the right flank, mirrored to the left, where it is not the left one's mirror image
-    right: Annotated[Table | None, Quantity("m, m, m, 1")] = None
     # measured points ``x, y`` (m) of the groove frame, of the left flank or of both
     outline: Annotated[Table | None, Quantity("m, m")] = None
     # signs of the arcs that the outline is fitted with, tip first: ``+`` convex, ``-`` concave; by default the best
@@ -52,8 +50,6 @@ class ToothProfile(OmitsDefaults):
             raise InputError(f"profile.pattern = {self.pattern!r}: must be 2 to {MOST_ARCS} signs, such as +--+-")
         if self.arcs is not None and len(self.arcs) > MOST_ARCS:
             raise InputError(f"profile.arcs has {len(self.arcs)} rows; it must have 1 to {MOST_ARCS}")
-        if self.right is not None and (self.arcs is None or len(self.right) != len(self.arcs)):
-            raise InputError(f"profile.right has {len(self.right)} rows; it needs as many as profile.arcs has")
 
     @property
     def size(self) -> float:
@@ -69,8 +65,7 @@ class ToothProfile(OmitsDefaults):
         if self.arcs is None:
             assert self.outline is not None, "a profile has arcs or an outline"
             return _fitted(self.outline, self.pattern, teeth, arc_radius)
-        left, right = (joined(tipped(np.array(rows), teeth), teeth) for rows in (self.arcs, self.right or self.arcs))
-        return groove_of_arcs(left, teeth, right)
+        return groove_of_arcs(joined(tipped(np.array(self.arcs), teeth), teeth), teeth)
 
 
 @lru_cache(maxsize=8)  # a sweep makes many rigs with one tooth
@@ -87,7 +82,7 @@ def _fitted(outline: Table, pattern: str | None, teeth: int, arc_radius: float) 
             refusal = error
             continue
         if groove.radius[~groove.convex].min(initial=np.inf) > arc_radius:
-            rms = misfit(groove, points)
+            rms = float(np.sqrt((distance_to(groove, points) ** 2).mean()))
             fits.append((rms * MORE_ARCS ** len(signs), len(fits), groove))
             if rms < FOLLOWED:
                 break
@@ -100,27 +95,14 @@ def _nu(alpha):
     return np.array([sin(alpha), cos(alpha)])
 
 
-def groove_of_arcs(arcs: np.ndarray, teeth: int, right: np.ndarray | None = None) -> Groove:
+def groove_of_arcs(arcs: np.ndarray, teeth: int) -> Groove:
     """Groove of the left flank's arcs (k, 4): centre x, y, radius, sign; tip first.
 
     With ``nu(alpha) = (sin alpha, cos alpha)`` a surface point is ``O + s r nu``; neighbours share point and slope, so
     ``O_j - O_i = (s_i r_i - s_j r_j) nu(alpha)`` gives the slope of their joint. The first arc ends on the tooth line
-    with its centre on it, the last one in the middle of the groove. ``right`` holds the arcs of the right flank,
-    mirrored to the left; by default they are the left ones. Raises `InputError`: neighbours are not tangent, arcs run
-    backwards, or an end is not where it must be.
+    with its centre on it, the last one in the middle of the groove. Raises `InputError`: neighbours are not tangent,
+    arcs run backwards, or an end is not where it must be.
     """
-    right = arcs if right is None else right
-    bottoms = [flank[-1, 1] + flank[-1, 3] * flank[-1, 2] for flank in (arcs, right)]
-    if abs(bottoms[0] - bottoms[1]) > TANGENT:
-        raise InputError(
-            f"profile.right: its bottom is {1e3 * abs(bottoms[0] - bottoms[1]):.3g} mm off that of profile.arcs; less "
-            f"than {1e3 * TANGENT:g} mm is accepted"
-        )
-    return groove_of_flanks(teeth, (arcs, _slopes(arcs, teeth)), (right, _slopes(right, teeth)))
-
-
-def _slopes(arcs: np.ndarray, teeth: int) -> list[float]:
-    """Slopes at which the arcs (k, 4) of a flank begin and the last one ends, rad."""
     centre, radius, sign = arcs[:, :2], arcs[:, 2], arcs[:, 3]
     if not (radius > 0).all() or not np.isin(sign, (-1.0, 1.0)).all():
         raise InputError("profile.arcs needs positive radii and signs of 1 or -1")
@@ -135,23 +117,23 @@ def _slopes(arcs: np.ndarray, teeth: int) -> list[float]:
             )
         ends.append(atan2(between[0] / reach, between[1] / reach))
     ends.append(0.0)
-    for name, off in (
+    for name, miss in (
         ("the first arc is not centred on the tooth line", abs(centre[0, 0] * cos(half) + centre[0, 1] * sin(half))),
         ("the last arc is not centred in the middle of the groove", abs(centre[-1, 0])),
     ):
-        if off > TANGENT:
+        if miss > TANGENT:
             raise InputError(
-                f"profile.arcs: {name} but {1e3 * off:.3g} mm off; at most {1e3 * TANGENT:g} mm is allowed"
+                f"profile.arcs: {name} but {1e3 * miss:.3g} mm off; at most {1e3 * TANGENT:g} mm is allowed"
             )
     # along the flank a convex arc's slope rises from the tip on, a concave one's falls
-    turn = sign * np.diff(ends)
-    if (turn <= 0).any():
-        k = int(np.argmax(turn <= 0))
+    rise = sign * np.diff(ends)
+    if (rise <= 0).any():
+        k = int(np.argmax(rise <= 0))
         raise InputError(
-            f"profile.arcs: arc {k + 1} runs backwards, by {abs(np.degrees(turn[k])):.3g} deg; other "
+            f"profile.arcs: arc {k + 1} runs backwards, by {abs(np.degrees(rise[k])):.3g} deg; other "
             "radii would leave it room"
         )
-    return ends
+    return groove_of_flank(teeth, arcs, ends)
 
 
 def half_unit(values: Any) -> float:
@@ -193,8 +175,8 @@ def flank_arcs(signs: np.ndarray, radii: np.ndarray, slopes: np.ndarray, bottom:
         arcs[i, :2] = arcs[i + 1, :2] - (signs[i] * arcs[i, 2] - signs[i + 1] * arcs[i + 1, 2]) * _nu(slopes[i])
     # O_1 = O_2 - (s_1 r_1 - s_2 r_2) nu on the tooth line x cos + y sin = 0
     half = pi / teeth
-    across = sin(slopes[0]) * cos(half) + cos(slopes[0]) * sin(half)
-    reach = (arcs[1, 0] * cos(half) + arcs[1, 1] * sin(half)) / across
+    towards_line = sin(slopes[0]) * cos(half) + cos(slopes[0]) * sin(half)
+    reach = (arcs[1, 0] * cos(half) + arcs[1, 1] * sin(half)) / towards_line
     arcs[0, 2] = (reach + signs[1] * arcs[1, 2]) / signs[0]
     arcs[0, :2] = arcs[1, :2] - reach * _nu(slopes[0])
     return arcs
@@ -206,11 +188,11 @@ def tipped(arcs: np.ndarray, teeth: int) -> np.ndarray:
         return arcs
     x, y, radius, sign = arcs[0]
     half = pi / teeth
-    off, along = x * cos(half) + y * sin(half), y * cos(half) - x * sin(half)
-    if sign != -1.0 or not radius > 0.0 or off <= 0.0:
+    to_line, along = x * cos(half) + y * sin(half), y * cos(half) - x * sin(half)
+    if sign != -1.0 or not radius > 0.0 or to_line <= 0.0:
         raise InputError("profile.arcs has one row, which must be a concave arc (sign -1) in the middle of the groove")
-    tip = max(off - radius, 0.0) + TIP * radius
-    along -= sqrt((tip + radius) ** 2 - off**2)
+    tip = max(to_line - radius, 0.0) + TIP * radius
+    along -= sqrt((tip + radius) ** 2 - to_line**2)
     return np.vstack([[-along * sin(half), along * cos(half), tip, 1.0], arcs])
 
 
@@ -228,7 +210,7 @@ def fit_outline(points: np.ndarray, pattern: str, teeth: int) -> Groove:
         raise InputError(
             "profile.outline leaves its groove; expected x across and y outward from the sprocket's centre, in m"
         )
-    flank = points * np.where(points[:, :1] > 0, [-1.0, 1.0], [1.0, 1.0])
+    flank = left_flank(points)
     flank = flank[np.argsort(flank[:, 0])]
     size = float(np.ptp(flank[:, 1]) + np.ptp(flank[:, 0]))
 
@@ -267,14 +249,14 @@ def _start(flank: np.ndarray, signs: np.ndarray, radius: float, rise: float, hal
     return np.concatenate([np.log(radii), slopes, [flank[-1, 1] - signs[-1] * radii[-1]]])
 
 
+def left_flank(points: np.ndarray) -> np.ndarray:
+    """Points (n, 2) of a groove, m, those of the right flank mirrored to the left."""
+    return points * np.where(points[:, :1] > 0, [-1.0, 1.0], 1.0)
+
+
 def distance_to(groove: Groove, points: np.ndarray) -> np.ndarray:
-    """Signed distance of points (n, 2) to the profile, positive in the open groove, m."""
-    return -true_depth(groove, 0.0, points)
-
-
-def misfit(groove: Groove, points: np.ndarray) -> float:
-    """RMS distance of measured points (n, 2) of either flank from the left flank of a profile, m."""
-    return float(np.sqrt((distance_to(groove, points * np.where(points[:, :1] > 0, [-1.0, 1.0], 1.0)) ** 2).mean()))
+    """Signed distance of points (n, 2) of either flank to the left flank, positive in the open groove, m."""
+    return -true_depth(groove, 0.0, left_flank(points))
 
 
 def read_outline(path: Path) -> list[list[float]]:

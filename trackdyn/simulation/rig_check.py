@@ -137,8 +137,7 @@ def _unusual(rig: Rig, path, wraps: dict[str, float], step: float, names: tuple[
     if step < SHORT_STEP:
         remarks.append(f"the step must be {step:.2g} s or less: stiff surfaces, light bodies or much tension")
     if rig.profile is not None and rig.profile.outline is not None:
-        x, y = np.array(rig.profile.outline).T
-        misses = distance_to(rig.groove_profile, np.column_stack([-np.abs(x), y]))
+        misses = distance_to(rig.groove_profile, np.array(rig.profile.outline))
         convex = rig.groove_profile.convex
         signs = "".join("-+"[int(sign)] for sign in convex[: len(convex) // 2])
         rms, worst = 1e3 * np.sqrt((misses**2).mean()), 1e3 * np.abs(misses).max()
