@@ -6,7 +6,8 @@ from sentences import BELT, one_sentence, shown
 
 import trackdyn
 from trackdyn.errors import InputError
-from trackdyn.measure.compare import compare_with_sensor, doubtful_axes
+from trackdyn.measure.axes import doubtful_axes
+from trackdyn.measure.compare import compare_with_sensor
 from trackdyn.rig.rig import Rig, load_rig
 from trackdyn.rig.sections import Wheel
 from trackdyn.rig.validation import typed

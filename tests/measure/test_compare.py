@@ -11,7 +11,8 @@ from typer.testing import CliRunner
 
 from trackdyn.commands.cli import app
 from trackdyn.errors import InputError
-from trackdyn.measure.compare import compare_with_sensor, doubtful_axes, in_words, other_speed, require_axes
+from trackdyn.measure.axes import doubtful_axes, require_axes
+from trackdyn.measure.compare import compare_with_sensor, in_words, other_speed
 from trackdyn.measure.sensor import measured_loop_hz, record_metrics, sense
 from trackdyn.plots.style import save
 from trackdyn.rig.rig import load_rig

@@ -341,8 +341,9 @@ def _compare(recording, record, path: str):
     """Say how a sensor's record was read and how it compares with the simulated one; returns the table."""
     import pandas as pd
 
+    from trackdyn.measure.axes import doubtful_axes
     from trackdyn.measure.cells import cell, plain, with_error
-    from trackdyn.measure.compare import compare_with_sensor, doubtful_axes, in_words, other_speed
+    from trackdyn.measure.compare import compare_with_sensor, in_words, other_speed
     from trackdyn.measure.uncertainty import whole_errors
 
     for name, text in record.done.items():

@@ -12,7 +12,8 @@ from laboratory.inference.identification.experiment import MeasuredSpeed
 from laboratory.inference.identification.features import LEAST_TURNS, covariance, features, features_of, turn_statistics
 from laboratory.inference.identification.posterior import MeasuredRecords
 from trackdyn.errors import InputError, naming
-from trackdyn.measure.compare import require_axes, whole_ratio
+from trackdyn.measure.axes import require_axes
+from trackdyn.measure.compare import whole_ratio
 from trackdyn.measure.spectra import LOOP_HZ, highest_line, main_line_binfree
 from trackdyn.rig.rig import Rig
 from trackdyn.scene.scene import Periods

@@ -9,7 +9,8 @@ import pandas as pd
 from replication.paper.contents import caption
 from replication.report.tables import write_captioned_table
 from trackdyn.errors import InputError
-from trackdyn.measure.compare import require_axes, whole_ratio
+from trackdyn.measure.axes import require_axes
+from trackdyn.measure.compare import whole_ratio
 from trackdyn.measure.spectra import LEAST_PERIODS
 from trackdyn.rig.rig import load_rig
 from trackdyn.scene.scene import Periods
