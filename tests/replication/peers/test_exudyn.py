@@ -7,7 +7,7 @@ import pytest
 
 from replication.peers import exudyn_loop
 from replication.peers.contact import Memory, force_vector, jacobian_triplets, make_contacts, peer_contact_loads
-from replication.peers.exudyn_loop import drive_at, require_exudyn, start_of
+from replication.peers.exudyn_loop import drive_at, require_exudyn
 from tests.kinematics import without_extrapolation
 from trackdyn.errors import InputError
 from trackdyn.integrate.run import refresh
@@ -30,7 +30,7 @@ def both_contacts(rig, driven_loop):
         contacts = contacts._replace(circle=np.column_stack([w.x, w.y, radius]))
         q, v = (
             np.concatenate([coordinate.ravel(), np.zeros(2)])
-            for coordinate in exudyn_loop.coordinates(model.chain, start_of(state))
+            for coordinate in exudyn_loop.coordinates(model.chain, state)
         )
         v[-2:] = state.wheel_rate[1:]
         return model, state, work, contacts, q, v, Memory(state.tooth_impact.copy(), state.wheel_impact.copy())

@@ -12,7 +12,7 @@ import pandas as pd
 
 from replication.peers import OURS, PEER
 from replication.peers.contact import make_contacts
-from replication.peers.exudyn_loop import PeerRun, free_wheels, require_exudyn, run_exudyn_loop, start_of
+from replication.peers.exudyn_loop import PeerRun, free_wheels, require_exudyn, run_exudyn_loop
 from replication.study.settings import peer_scene
 from trackdyn.errors import InputError
 from trackdyn.files import write_csv, write_text
@@ -69,12 +69,9 @@ def run_peer(scene: Scene, step: float, watch: Callable | None = None) -> tuple[
     ``watch`` as in `exudyn_loop.run_exudyn_loop`.
     """
     loop = Loop(scene)
-    model = loop.model
-    free = free_wheels(scene, model)
-    contacts = make_contacts(scene, loop.layout["tensioner_shift_m"])
     times = scene.ramp + scene.duration, step, 1.0 / scene.rig.rate
-    about = {"contacts": contacts, "wheels": free, "drive": model.drive, "watch": watch}
-    run = run_exudyn_loop(model.chain, start_of(loop.state), *times, **about)
+    contacts, wheels = make_contacts(scene, loop.layout["tensioner_shift_m"]), free_wheels(scene, loop.model)
+    run = run_exudyn_loop(loop.model, loop.state, *times, contacts, wheels, watch)
     first = round(scene.ramp * scene.rig.rate) + 1
     return run, run.centre[first:, 2 * (scene.rig.first_sensor.pitch - 1), 1]
 

@@ -18,6 +18,7 @@ from replication.peers.contact import Contacts, Memory, force_vector, jacobian_t
 from replication.study.settings import PEER_LAWS
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.extras import required
+from trackdyn.model.arrays import State
 from trackdyn.model.constants import NO_MOTOR, Chain, Drive, Model
 from trackdyn.rig.rig import Rig
 from trackdyn.scene.scene import Scene
@@ -32,25 +33,6 @@ def require_exudyn():
     """The module ``exudyn``."""
     sys.exudynFast = True  # its build without range checks, where there is one
     return required("exudyn")
-
-
-@dataclass(frozen=True)
-class PeerStart:
-    """Where a run begins."""
-
-    pin: np.ndarray  # (4,) position and velocity of the input pin of body 1, m and m/s
-    angle: np.ndarray  # (n,) of the bodies, rad (falling by one turn along the loop)
-    rate: np.ndarray  # (n,) of the bodies, rad/s
-    sprocket_angle: float  # rad
-    # initial impact velocities of the contacts that exist already, (n,) and (n / 2, w), m/s
-    tooth_impact: np.ndarray
-    wheel_impact: np.ndarray
-
-
-def start_of(state) -> PeerStart:
-    """Start of a run from a ``model.arrays.State``."""
-    copied = {name: getattr(state, name).copy() for name in ("pin", "angle", "rate", "tooth_impact", "wheel_impact")}
-    return PeerStart(**copied, sprocket_angle=float(state.wheel_angle[0]))
 
 
 @dataclass(frozen=True)
@@ -105,42 +87,41 @@ def drive_at(drive: Drive, t: float) -> tuple[float, float]:
     return drive.rate * (drive.ramp * x**3 * (1 - x / 2) + max(t - drive.ramp, 0.0)), drive.rate * x * x * (3 - 2 * x)
 
 
-def coordinates(chain: Chain, start: PeerStart) -> tuple[np.ndarray, np.ndarray]:
-    """(n, 3) coordinates (mass centre, angle) of a start and their (n, 3) rates."""
-    c, s, w = np.cos(start.angle), np.sin(start.angle), start.rate
+def coordinates(chain: Chain, state: State) -> tuple[np.ndarray, np.ndarray]:
+    """(n, 3) coordinates (mass centre, m, and angle, rad) of the bodies in a state, and their (n, 3) rates."""
+    c, s, w = np.cos(state.angle), np.sin(state.angle), state.rate
     step = chain.length[:, None] * np.column_stack([c, s])
     swings = chain.length[:, None] * np.column_stack([-s * w, c * w])
-    pin = start.pin[:2] + np.vstack([np.zeros(2), np.cumsum(step, axis=0)[:-1]])
-    speed = start.pin[2:] + np.vstack([np.zeros(2), np.cumsum(swings, axis=0)[:-1]])
+    pin = state.pin[:2] + np.vstack([np.zeros(2), np.cumsum(step, axis=0)[:-1]])
+    speed = state.pin[2:] + np.vstack([np.zeros(2), np.cumsum(swings, axis=0)[:-1]])
     x, y = chain.com_x, chain.com_y
     arm = np.column_stack([x * c - y * s, x * s + y * c])
     swing = np.column_stack([-w * arm[:, 1], w * arm[:, 0]])
-    return np.column_stack([pin + arm, start.angle]), np.column_stack([speed + swing, w])
+    return np.column_stack([pin + arm, state.angle]), np.column_stack([speed + swing, w])
 
 
 def run_exudyn_loop(
-    chain: Chain,
-    start: PeerStart,
+    model: Model,
+    state: State,
     duration: float,
     step: float,
     sample: float,
     contacts: Contacts,
     wheels: PeerWheels,
-    drive: Drive,
     watch: Callable | None = None,
 ) -> PeerRun:
     """Integrate the closed chain with Exudyn.
 
     Parameters
     ----------
-    chain : Chain
-        Data of the bodies and bushings.
-    start : Start
-        Configuration and velocities.
+    model : Model
+        Bodies, bushings, and the motion of the sprocket.
+    state : State
+        Where the run begins; it is read only.
     duration, step, sample : float
         Simulated time, time step and time between samples, s; the sample is a multiple of the step.
-    contacts, wheels, drive
-        Contacts with the wheels, the free wheels, and the sprocket's motion.
+    contacts, wheels
+        Contacts with the wheels, and the free wheels.
     watch : function, optional
         Called after every step with time (s), coordinates, their rates and the memory of the contacts.
 
@@ -152,63 +133,82 @@ def run_exudyn_loop(
         If its solver does not reach the end.
     """
     exu = require_exudyn()
-    import exudyn.itemInterface as items
-
-    n = len(chain.length)
-    q, v = coordinates(chain, start)
+    chain, start = model.chain, coordinates(model.chain, state)
     container = exu.SystemContainer()
     mbs = container.AddSystem()
-    node, body, marker = mbs.AddNode, mbs.AddObject, mbs.AddMarker
-    spring = items.ObjectConnectorCoordinateSpringDamper
-    nodes, bodies, turns = [], [], []
-    for i in range(n):
-        nodes.append(node(items.NodeRigidBody2D(initialCoordinates=list(q[i]), initialVelocities=list(v[i]))))
-        weight = {"mass": float(chain.mass[i]), "inertia": float(chain.inertia[i])}
-        bodies.append(body(items.ObjectRigidBody2D(nodeNumber=nodes[-1], **weight)))
-        centre = marker(items.MarkerBodyMass(bodyNumber=bodies[-1]))
-        mbs.AddLoad(items.LoadMassProportional(markerNumber=centre, loadVector=[0.0, -chain.gravity, 0.0]))
-        turns.append(marker(items.MarkerNodeCoordinate(nodeNumber=nodes[-1], coordinate=2)))
-
-    def pin(i, side):
-        position = [side * chain.length[i] - chain.com_x[i], -chain.com_y[i], 0.0]
-        return marker(items.MarkerBodyPosition(bodyNumber=bodies[i], localPosition=position))
-
-    for i in range(n):
-        k = (i + 1) % n
-        body(items.ObjectJointRevolute2D(markerNumbers=[pin(i, 1), pin(k, 0)]))
-        bushing = {"stiffness": chain.stiffness, "damping": chain.damping}
-        free_angle = chain.free_angle + (2 * pi if k == 0 else 0.0)  # angles fall by one turn along the loop
-        body(spring(markerNumbers=[turns[i], turns[k]], offset=free_angle, **bushing))
-    floor = node(items.NodePointGround())
-    fixed = marker(items.MarkerNodeCoordinate(nodeNumber=floor, coordinate=0))
-    for inertia, drag in zip(wheels.inertia, wheels.drag, strict=True):
-        at_rest = {"referenceCoordinates": [0.0], "initialCoordinates": [0.0], "initialVelocities": [0.0]}
-        nodes.append(node(items.Node1D(**at_rest)))
-        body(items.ObjectRotationalMass1D(inertia=inertia, nodeNumber=nodes[-1]))
-        wheel = marker(items.MarkerNodeCoordinate(nodeNumber=nodes[-1], coordinate=0))
-        body(spring(markerNumbers=[fixed, wheel], stiffness=0.0, damping=drag))
-    after_step, memory = _add_contacts(exu, items, mbs, nodes, chain, start, contacts, drive)
-
-    samples = round(duration / sample) + 1
-    positions = np.zeros((samples, 3 * n))
-    positions[0] = q.ravel()
-    taken = [1]
+    nodes = _add_chain(mbs, chain, *start) + _add_wheels(mbs, wheels)
+    after_step, memory = _add_contacts(exu, mbs, nodes, model, state, contacts)
+    positions = np.zeros((round(duration / sample) + 1, *start[0].shape))
+    positions[0] = start[0]
+    recorded = 1
 
     def at_end_of_step(mbs, t):
-        after_step(t, mbs)
+        nonlocal recorded
+        q, v = (np.array(rows) for rows in (mbs.systemData.GetODE2Coordinates(), mbs.systemData.GetODE2Coordinates_t()))
+        after_step(t, q, v)
         if watch is not None:
-            system = mbs.systemData
-            watch(t, np.array(system.GetODE2Coordinates()), np.array(system.GetODE2Coordinates_t()), memory)
-        if taken[0] < samples and t > taken[0] * sample - 1e-9:
-            positions[taken[0]] = mbs.systemData.GetODE2Coordinates()[: 3 * n]
+            watch(t, q, v, memory)
+        if recorded < len(positions) and t > recorded * sample - 1e-9:
             # where Newton's iteration fails Exudyn takes a shorter step, and later ones end beside the samples
-            if (beyond := t - taken[0] * sample) > 1e-9:
-                positions[taken[0]] -= beyond * np.array(mbs.systemData.GetODE2Coordinates_t()[: 3 * n])
-            taken[0] += 1
+            beyond = t - recorded * sample
+            moved = q - beyond * v if beyond > 1e-9 else q
+            positions[recorded] = moved[: start[0].size].reshape(start[0].shape)
+            recorded += 1
         return True
 
     mbs.SetPostStepUserFunction(at_end_of_step)
     mbs.Assemble()
+    wall, cpu = _solve(exu, mbs, duration, step)
+    times, gap = np.arange(len(positions)) * sample, _gaps(chain, positions)
+    return PeerRun(times, positions[:, :, :2].copy(), positions[:, :, 2].copy(), gap, wall, cpu)
+
+
+def _add_chain(mbs, chain: Chain, q: np.ndarray, v: np.ndarray) -> list:
+    """Add bodies, joints and bushings at (n, 3) coordinates with their rates; returns the nodes."""
+    import exudyn.itemInterface as items
+
+    nodes, bodies, angles = [], [], []
+    for i in range(len(q)):
+        nodes.append(mbs.AddNode(items.NodeRigidBody2D(initialCoordinates=list(q[i]), initialVelocities=list(v[i]))))
+        weight = {"mass": float(chain.mass[i]), "inertia": float(chain.inertia[i])}
+        bodies.append(mbs.AddObject(items.ObjectRigidBody2D(nodeNumber=nodes[-1], **weight)))
+        centre = mbs.AddMarker(items.MarkerBodyMass(bodyNumber=bodies[-1]))
+        mbs.AddLoad(items.LoadMassProportional(markerNumber=centre, loadVector=[0.0, -chain.gravity, 0.0]))
+        angles.append(mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=nodes[-1], coordinate=2)))
+
+    def pin(i, side):
+        position = [side * chain.length[i] - chain.com_x[i], -chain.com_y[i], 0.0]
+        return mbs.AddMarker(items.MarkerBodyPosition(bodyNumber=bodies[i], localPosition=position))
+
+    bushing = {"stiffness": chain.stiffness, "damping": chain.damping}
+    for i in range(len(q)):
+        k = (i + 1) % len(q)
+        mbs.AddObject(items.ObjectJointRevolute2D(markerNumbers=[pin(i, 1), pin(k, 0)]))
+        free_angle = chain.free_angle + (2 * pi if k == 0 else 0.0)  # angles fall by one turn along the loop
+        spring = {"markerNumbers": [angles[i], angles[k]], "offset": free_angle} | bushing
+        mbs.AddObject(items.ObjectConnectorCoordinateSpringDamper(**spring))
+    return nodes
+
+
+def _add_wheels(mbs, wheels: PeerWheels) -> list:
+    """Add the free wheels with the drag of their bearings; returns the nodes."""
+    import exudyn.itemInterface as items
+
+    floor = mbs.AddNode(items.NodePointGround())
+    fixed = mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=floor, coordinate=0))
+    at_rest = {"referenceCoordinates": [0.0], "initialCoordinates": [0.0], "initialVelocities": [0.0]}
+    nodes = []
+    for inertia, drag in zip(wheels.inertia, wheels.drag, strict=True):
+        nodes.append(mbs.AddNode(items.Node1D(**at_rest)))
+        mbs.AddObject(items.ObjectRotationalMass1D(inertia=inertia, nodeNumber=nodes[-1]))
+        wheel = mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=nodes[-1], coordinate=0))
+        bearing = {"markerNumbers": [fixed, wheel], "stiffness": 0.0, "damping": drag}
+        mbs.AddObject(items.ObjectConnectorCoordinateSpringDamper(**bearing))
+    return nodes
+
+
+def _solve(exu, mbs, duration: float, step: float) -> tuple[float, float]:
+    """Run the solver; returns wall and CPU seconds. Raises `DivergenceError`: it does not reach the end."""
     settings = exu.SimulationSettings()
     settings.linearSolver.solverType = exu.LinearSolverType.EigenSparse
     settings.parallel.numberOfThreads = 1
@@ -225,12 +225,9 @@ def run_exudyn_loop(
         reached = mbs.SolveDynamic(settings, solverType=exu.DynamicSolverType.GeneralizedAlpha)
     except Exception as error:
         raise DivergenceError(f"exudyn: {str(error).strip().splitlines()[0]}") from None
-    wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
     if reached is False:
         raise DivergenceError(f"exudyn: its solver gave up with a step of {step:g} s")
-    positions = positions.reshape(samples, n, 3)
-    times, centre, angle = np.arange(samples) * sample, positions[:, :, :2].copy(), positions[:, :, 2].copy()
-    return PeerRun(times, centre, angle, _gaps(chain, positions), wall, cpu)
+    return time.perf_counter() - wall, time.process_time() - cpu
 
 
 def _gaps(chain: Chain, q: np.ndarray) -> np.ndarray:
@@ -243,12 +240,22 @@ def _gaps(chain: Chain, q: np.ndarray) -> np.ndarray:
     return np.hypot(*(np.roll(first, -1, axis=1) - second).transpose(2, 0, 1)).max(axis=1)
 
 
-def _add_contacts(exu, items, mbs, nodes, chain, start, contacts, drive):
-    """One object that carries the contact forces of all bodies and wheels; gives what to do after a step."""
-    n = len(chain.length)
+def _add_contacts(exu, mbs, nodes: list, model: Model, state: State, contacts: Contacts) -> tuple[Callable, Memory]:
+    """Add one object that carries the contact forces of all bodies and wheels.
+
+    Returns
+    -------
+    after_step : function
+        Of time (s), coordinates and their rates: updates the memory of the contacts.
+    memory : Memory
+        Initial impact velocities, which begin as those of the state.
+    """
+    import exudyn.itemInterface as items
+
+    length, begin, n = model.chain.length, float(state.wheel_angle[0]), len(model.chain.length)
     count = len(contacts.circle)
     size = 3 * n + count - 1
-    memory = Memory(start.tooth_impact.copy(), start.wheel_impact.copy())
+    memory = Memory(state.tooth_impact.copy(), state.wheel_impact.copy())
     load, torque, force = np.zeros((n, 3)), np.zeros((n, count)), np.zeros(size)
     loads, torques = np.zeros((2, n, 3)), np.zeros((2, n, count))
     triplets = np.zeros(((5 + count) * n * (2 + count), 3))
@@ -259,19 +266,19 @@ def _add_contacts(exu, items, mbs, nodes, chain, start, contacts, drive):
         return matrix
 
     def sprocket(t):
-        turned, spin = drive_at(drive, t)
-        return start.sprocket_angle + turned, spin
+        turned, spin = drive_at(model.drive, t)
+        return begin + turned, spin
 
     def forces(mbs, t, item, q, v):
         angle, spin = sprocket(t)
-        force_vector(contacts, chain.length, np.asarray(q), np.asarray(v), angle, spin, memory, load, torque, force)
+        force_vector(contacts, length, np.asarray(q), np.asarray(v), angle, spin, memory, load, torque, force)
         return force
 
     def jacobian(mbs, t, item, q, v, by_q, by_v):
         angle, spin = sprocket(t)
         q, v = np.array(q), np.array(v)
-        state = contacts, chain.length, q, v, angle, spin, memory
-        return sparse(triplets[: jacobian_triplets(*state, by_q, by_v, loads, torques, triplets)])
+        arguments = contacts, length, q, v, angle, spin, memory, by_q, by_v, loads, torques, triplets
+        return sparse(triplets[: jacobian_triplets(*arguments)])
 
     # the bodies carry the masses; matrices are asked for all the same
     names = ("massMatrix", "stiffnessMatrix", "dampingMatrix")
@@ -279,9 +286,8 @@ def _add_contacts(exu, items, mbs, nodes, chain, start, contacts, drive):
     functions = {"forceUserFunction": forces, "jacobianUserFunction": jacobian}
     mbs.AddObject(items.ObjectGenericODE2(nodeNumbers=nodes, **matrices, **functions))
 
-    def after_step(t, mbs):
+    def after_step(t, q, v):
         angle, spin = sprocket(t)
-        q, v = np.array(mbs.systemData.GetODE2Coordinates()), np.array(mbs.systemData.GetODE2Coordinates_t())
-        peer_contact_loads(contacts, chain.length, q, v, angle, spin, memory, True, load, torque)
+        peer_contact_loads(contacts, length, q, v, angle, spin, memory, True, load, torque)
 
     return after_step, memory
