@@ -66,62 +66,42 @@ def identify(
 
     Example: `trackdyn identify 150rpm.csv 210rpm.csv --unknown bushing.stiffness` finds one value from two records.
     """
-    from laboratory.inference.identification.answer import write_answer
-    from laboratory.inference.identification.experiment import scene_of_speed
     from laboratory.inference.identification.identify import Settings
-    from laboratory.inference.identification.identify import identify as run
-    from laboratory.inference.identification.informative import requested_unknowns, tellable, unknown_of
-    from laboratory.inference.identification.measured import read_records
-    from laboratory.report.identification import identification_headline, write_identification_page
-    from trackdyn.files import check_writable, write_csv
-    from trackdyn.rig.rig import load_rig
-    from trackdyn.sensor.sensor_mapping import load_mapping
+    from laboratory.inference.identification.informative import unknown_of
+    from laboratory.report.identification import write_identification
+    from trackdyn.files import check_writable
     from trackdyn.sweeps.sweep import cores
 
     if simulations < 16 or simulations & (simulations - 1):
         raise InputError(f"--simulations = {simulations}: must be a power of two of at least 16, such as 128")
     if steps < 100:
         raise InputError(f"--steps = {steps}: must be at least 100")
-    axes = parse_axes(axis)
-    base = load_rig(rig)
-    radius = base.ring_radius if ring_radius is None else ring_radius.radius
-    measured = read_records(records, base, load_mapping(mapping, unit=unit, axes=axes), rpm or [], radius, preset)
-    for measurement in measured:
-        scene_of_speed(
-            base, measurement.speed, measurement.turn_s
-        )  # a scene that cannot be simulated is refused before all else
-    unknowns = requested_unknowns([unknown_of(text) for text in unknown or []], base, rig)
+    settings = Settings(simulations, waves, steps, jobs or cores(), seed, not quiet)
+    measured = _measured(records, rig, rpm, ring_radius, preset, (mapping, unit, axis))
+    unknowns = [unknown_of(text) for text in unknown or []]
     check_writable(out / "index.html")
     if out.exists() and any(out.iterdir()) and not resume:
         raise InputError(
             f"--out {out} already exists; use --resume to go on from its simulations, or choose another folder"
         )
-    store = store or out / "simulations"
-    settings = Settings(simulations, waves, steps, jobs or cores(), seed, not quiet)
+    say = (lambda text: None) if quiet else typer.echo
+    write_identification(measured, rig, unknowns, out, store or out / "simulations", settings, synthetic, say)
 
-    def say(text: str) -> None:
-        if not quiet:
-            typer.echo(text)
 
+def _measured(records, rig, rpm, ring_radius, preset, reading):
+    """Read the records (`measured.read_records`) and refuse what no scene can be simulated beside; ``reading`` is how
+    their files are read: mapping, unit, axes.
+    """
+    from laboratory.inference.identification.experiment import scene_of_speed
+    from laboratory.inference.identification.measured import read_records
+    from trackdyn.rig.rig import load_rig
+    from trackdyn.sensor.sensor_mapping import load_mapping
+
+    mapping, unit, axis = reading
+    base = load_rig(rig)
+    radius = base.ring_radius if ring_radius is None else ring_radius.radius
+    mapping = load_mapping(mapping, unit=unit, axes=parse_axes(axis))
+    measured = read_records(records, base, mapping, rpm or [], radius, preset)
     for measurement in measured:
-        say(
-            f"{measurement.record.path}: {len(measurement.statistics)} turns of the loop at "
-            f"{measurement.speed.rpm:.5g} rev/min"
-        )
-    predicted_widths = None
-    if not unknowns.unknowns:
-        chosen, predicted_widths = tellable(measured, base, rig, store, settings.jobs, settings.progress)
-        unknowns = requested_unknowns(chosen, base, rig)
-    for item in unknowns.unknowns:
-        say(
-            f"unknown: {item.label} within {item.low:g} to {item.high:g}, even in "
-            f"{'its logarithm' if item.scale == 'log' else 'itself'}"
-        )
-    answer = run(measured, unknowns, store, settings, say)
-    best = write_answer(answer, rig, out)
-    if predicted_widths is not None:
-        write_csv(out / "tellable.csv", predicted_widths)
-    page = write_identification_page(answer, best, out, synthetic, predicted_widths)
-    say(answer.table.drop(columns=["scale"]).to_string(index=False, float_format=lambda value: f"{value:.4g}"))
-    say(identification_headline(answer))
-    say(f"written: {page}")
+        scene_of_speed(base, measurement.speed, measurement.turn_s)
+    return measured

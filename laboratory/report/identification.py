@@ -2,6 +2,7 @@
 
 from trackdyn.sweeps.snakemake_job import run_job
 
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,13 +14,14 @@ from laboratory.inference.identification.calibration import CalibrationConfig
 from laboratory.inference.identification.experiment import simulated_ay
 from laboratory.inference.identification.features import turns_of
 from laboratory.inference.identification.identify import Identification, Settings, identify
-from laboratory.inference.identification.informative import requested_unknowns, unknown_of
-from laboratory.inference.identification.measured import read_records
+from laboratory.inference.identification.informative import requested_unknowns, tellable, unknown_of
+from laboratory.inference.identification.measured import Measured, read_records
 from laboratory.inference.identification.posterior import contradicted
+from laboratory.inference.unknowns import Unknown
 from laboratory.inference.verdict import IDENTIFIED, IN_DOUBT, ONE_SIDED
 from laboratory.report.figures.identification import features_figure, posterior_figure, spectra_figure
 from replication.report.page.builder import embedded_picture
-from trackdyn.files import write_text
+from trackdyn.files import write_csv, write_text
 from trackdyn.plots.rendering import environment
 from trackdyn.plots.style import save
 from trackdyn.rig.rig import Rig, load_rig
@@ -32,12 +34,49 @@ HERE = Path(__file__).parent
 COLUMNS = ["unknown", "verdict", "best", "q05", "q95", "low", "high", "present", "width"]
 
 
+def write_identification(
+    measured: Sequence[Measured],
+    rig_path: Path | str,
+    unknowns: Sequence[Unknown],
+    out: Path,
+    store: Path,
+    settings: Settings,
+    synthetic: str = "",
+    say: Callable[[str], None] = print,
+) -> None:
+    """Identify unknowns of a rig, by default those that the records can tell, and write files and page into ``out``.
+
+    Raises
+    ------
+    InputError
+        An unknown is none of the rig, or nothing can be identified (`identify`).
+    """
+    rig, widths = load_rig(rig_path), None
+    for measurement in measured:
+        turns, rpm = len(measurement.statistics), measurement.speed.rpm
+        say(f"{measurement.record.path}: {turns} turns of the loop at {rpm:.5g} rev/min")
+    if not unknowns:
+        unknowns, widths = tellable(measured, rig, rig_path, store, settings.jobs, settings.progress)
+    requested = requested_unknowns(unknowns, rig, rig_path)
+    for unknown in requested.unknowns:
+        scale = "its logarithm" if unknown.scale == "log" else "itself"
+        say(f"unknown: {unknown.label} within {unknown.low:g} to {unknown.high:g}, even in {scale}")
+    answer = identify(measured, requested, store, settings, say)
+    best = write_answer(answer, rig_path, out)
+    if widths is not None:
+        write_csv(out / "tellable.csv", widths)
+    page = write_identification_page(answer, best, out, synthetic, widths)
+    say(answer.table.drop(columns=["scale"]).to_string(index=False, float_format=lambda value: f"{value:.4g}"))
+    say(identification_headline(answer))
+    say(f"written: {page}")
+
+
 def write_identification_page(
-    answer: Identification, rig: Rig, out: Path, synthetic: str = "", tellable: pd.DataFrame | None = None
+    answer: Identification, rig: Rig, out: Path, synthetic: str = "", widths: pd.DataFrame | None = None
 ) -> Path:
     """Draw the figures and write ``index.html``.
 
-    ``synthetic`` is what records are called that were not measured, ``tellable`` the result of `informative.tellable`.
+    ``synthetic`` is what records are called that were not measured, ``widths`` the table of `informative.tellable`.
     """
     count, called = len(answer.unknowns), f"{synthetic} record" if synthetic else "record"
     draws, features = answer.draws, features_table(answer)
@@ -68,7 +107,7 @@ def write_identification_page(
             wider=", ".join(contradicted(answer.posterior, answer.draws.points)),
             held=None if left_out is None else {"inside": int(left_out["inside"].sum()), "count": len(left_out)},
             records=_rows(_records(answer)),
-            tellable=None if tellable is None else _rows(tellable),
+            tellable=None if widths is None else _rows(widths),
             simulated=(
                 f"{len(answer.emulator.x)} rigs were simulated at every speed, "
                 f"{len(answer.failed)} more could not run. "
@@ -132,15 +171,12 @@ def main(job) -> None:
     """Rule `identify_synthetic`."""
     inputs, out = job.input, Path(job.output.page).parent
     config, rig = validated(CalibrationConfig, read_yaml(inputs.config), inputs.config), load_rig(inputs.rig)
-    unknowns = requested_unknowns(
-        [unknown_of(name) for unknown in config.unknowns for name in unknown.names], rig, inputs.rig
-    )
+    unknowns = [unknown_of(name) for unknown in config.unknowns for name in unknown.names]
     measured = read_records(inputs.records, rig, load_mapping(), config.speeds_rpm, config.ring_radius_m, "standard")
     choices = tuple(config.choices.items())
     measured = [replace(record, speed=record.speed._replace(choices=choices)) for record in measured]
     settings = Settings(config.simulations, 1, 3000, job.threads, config.seed, False)
-    answer = identify(measured, unknowns, Path(job.params.store), settings, print)
-    write_identification_page(answer, write_answer(answer, inputs.rig, out), out, "synthetic")
+    write_identification(measured, inputs.rig, unknowns, out, Path(job.params.store), settings, "synthetic")
 
 
 if __name__ == "__main__":
