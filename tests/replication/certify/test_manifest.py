@@ -1,4 +1,4 @@
-"""What a manifest holds, and what `trackdyn verify` says of a run that is not the one of the manifest."""
+"""Content of a manifest, and what `trackdyn verify` says of a run that is not the one of the manifest."""
 
 import json
 import os
@@ -15,7 +15,7 @@ from replication.certify.comparison import (
     EXTRA,
     MISSING,
     WITHIN,
-    compare_manifests,
+    compare_files,
     failed,
     findings_summary,
 )
@@ -31,17 +31,17 @@ def edit(path, old, new):
 
 
 def judged(results, expected, name):
-    """What became of a file."""
-    return next(finding for finding in compare_manifests(describe(results), expected, results) if finding.name == name)
+    """Finding on a file."""
+    return next(finding for finding in compare_files(results, expected) if finding.name == name)
 
 
 def test_what_a_run_has_made_is_in_it_and_nothing_else(results):
-    manifest = describe(results)
-    assert list(manifest.files) == [
+    files = describe(results)
+    assert list(files) == [
         "figures/fig24.png", "figures/fig24.svg", "metrics.csv", "runs/115rpm.npz", "tables/table3.csv",
         "tables/table3.md",
     ]  # fmt: skip
-    assert "wall_s" not in manifest.files["tables/table3.csv"].text
+    assert "wall_s" not in files["tables/table3.csv"].text
 
 
 def test_the_same_results_give_the_same_manifest_and_it_comes_back(results):
@@ -51,7 +51,7 @@ def test_the_same_results_give_the_same_manifest_and_it_comes_back(results):
     assert write_manifest(results, [rig]).read_bytes() == before
     loaded = load_manifest(path)
     assert list(loaded.inputs) == ["config/rigs/paper.yaml"] and len(loaded.inputs["config/rigs/paper.yaml"]) == 64
-    assert {finding.status for finding in compare_manifests(describe(results), loaded, results)} == {EQUAL}
+    assert {finding.status for finding in compare_files(results, loaded.files)} == {EQUAL}
 
 
 def test_an_input_that_is_another_file_or_gone_is_no_equal_run(results, tmp_path, monkeypatch):
@@ -76,7 +76,7 @@ def test_times_do_not_count(results):
     expected = describe(results)
     edit(results / "metrics.csv", "6.4", "8.8")
     (results / "report.html").write_text("<p>7 s</p></html>\n")
-    assert failed(compare_manifests(describe(results), expected, results), exact=True) == []
+    assert failed(compare_files(results, expected), exact=True) == []
 
 
 # file, text, its replacement, status, words of what is said
@@ -100,7 +100,7 @@ def test_a_change_is_judged_and_said(results, row):
     edit(results / name, old, new)
     finding = judged(results, expected, name)
     assert finding.status == status and said in finding.text, finding
-    others = {other.name for other in compare_manifests(describe(results), expected, results) if other.status != EQUAL}
+    others = {other.name for other in compare_files(results, expected) if other.status != EQUAL}
     assert others == {name}
 
 
@@ -108,9 +108,9 @@ def test_what_is_missing_or_more_is_said(results):
     expected = describe(results)
     (results / "metrics.csv").rename(results / "other.csv")
     (results / "tables" / "table3.md").write_text("other\n")
-    status = {finding.name: finding.status for finding in compare_manifests(describe(results), expected, results)}
+    status = {finding.name: finding.status for finding in compare_files(results, expected)}
     assert (status["metrics.csv"], status["other.csv"], status["tables/table3.md"]) == (MISSING, EXTRA, BYTES)
-    findings = compare_manifests(describe(results), expected, results)
+    findings = compare_files(results, expected)
     assert [finding.name for finding in failed(findings)] == ["metrics.csv"]
     assert len(failed(findings, exact=True)) == 2
     assert "1 missing" in findings_summary(findings)

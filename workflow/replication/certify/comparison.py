@@ -6,15 +6,14 @@ On one kind of machine equal runs are equal byte for byte. Between kinds of proc
 
 import re
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
-from replication.certify.manifest import File, Manifest, read_cells
-from replication.certify.provenance import file_hash
+from replication.certify.manifest import File, describe, file_hash, read_cells
 from trackdyn.rig.validation import shown
 
 # Written before the runs that test it: tables are written with six digits or more, a last digit that turns over is at
@@ -47,25 +46,25 @@ class Finding:
     text: str = ""  # by how much, and where
 
 
-def compare_manifests(ours: Manifest, expected: Manifest, results: Path | str) -> list[Finding]:
-    """Compare the files of ``results``, whose manifest is ``ours``, with another manifest: a finding for every file."""
-    findings = []
-    for name in sorted({*ours.files, *expected.files}):
-        status, text = _judge(name, ours.files.get(name), expected.files.get(name))
+def compare_files(results: Path | str, expected: Mapping[str, File]) -> list[Finding]:
+    """Compare the files of ``results`` with those of another run (`manifest.describe`): a finding for every file."""
+    findings, ours = [], describe(results)
+    for name in sorted({*ours, *expected}):
+        status, text = _judge(name, ours.get(name), expected.get(name))
         if status in (WITHIN, BYTES) and (fault := _damage(Path(results, name))):
             status, text = DIFFERS, fault
         findings.append(Finding(name, status, text))
     return findings
 
 
-def compare_inputs(manifest: Manifest, results: Path | str) -> list[Finding]:
-    """Compare the inputs of a manifest with the files that lie there now, one finding an input.
+def compare_inputs(results: Path | str, inputs: Mapping[str, str]) -> list[Finding]:
+    """Compare the inputs of a run, hashes by name, with the files that lie there now: a finding for every input.
 
     Their names are relative to the present folder, or to one that holds the results.
     """
     folders = [Path(), *Path(results).resolve().parents]
     findings = []
-    for name, expected in manifest.inputs.items():
+    for name, expected in inputs.items():
         path = next((path for folder in folders if (path := folder / name).is_file()), None)
         status = MISSING if path is None else EQUAL if file_hash(path) == expected else DIFFERS
         text = "is another input than the results were made from; run `snakemake -j2` again"

@@ -8,13 +8,13 @@ import json
 import platform
 import re
 from collections.abc import Iterable
+from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated
 
 import pandas as pd
 from pydantic import Field
 
-from replication.certify.provenance import PACKAGES, file_hash, package_version
 from trackdyn.errors import InputError
 from trackdyn.files import read_text, write_text
 from trackdyn.jit import target_hash
@@ -27,6 +27,7 @@ NAME = "manifest.json"
 LARGEST = 50_000_000  # bytes of a manifest that is read; that of the full run has less than one million
 # a longer table is known by its hash only
 LONGEST_TEXT = 120_000
+PACKAGES = ("numpy", "scipy", "numba", "pandas", "matplotlib", "snakemake")
 KINDS = {".png", ".svg", ".gif", ".csv", ".md", ".json", ".npz", ".html", ".pdf"}
 # Files that hold times of computing or what follows from them, which no two runs share: the planner takes what was
 # cheapest, the page and the article show the costs.
@@ -81,24 +82,27 @@ def run_files(results: Path | str) -> list[str]:
     return names
 
 
-def describe(results: Path | str, inputs: Iterable[Path | str] = (), complete: bool = False) -> Manifest:
-    """Describe a results folder by hashes and numbers.
+def describe(results: Path | str) -> dict[str, File]:
+    """Describe the files of a results folder (`run_files`, which raises `InputError`), by name."""
+    return {name: _entry(Path(results, name)) for name in run_files(results)}
 
-    ``complete``: long tables keep their text, too, for a comparison of two folders.
-    """
-    about = {"trackdyn": __version__, "sources": source_hash(), "target": target_hash()}
-    about |= {"python": platform.python_version(), "machine": platform.machine(), "system": platform.system()}
-    return Manifest(
-        format=FORMAT,
-        made_with=about | {name: package_version(name) for name in PACKAGES},
-        inputs={Path(path).as_posix(): file_hash(path) for path in inputs},
-        files={name: _entry(Path(results, name), complete) for name in run_files(results)},
-    )
+
+def file_hash(path: Path | str) -> str:
+    """SHA-256 of a file, hexadecimal."""
+    return hashlib.sha256(Path(path).read_bytes()).hexdigest()
 
 
 def write_manifest(results: Path | str, inputs: Iterable[Path | str] = ()) -> Path:
     """Write ``manifest.json`` into a results folder; the same results give the same bytes."""
-    path, content = Path(results, NAME), describe(results, inputs).model_dump(exclude_none=True)
+    about = {"trackdyn": __version__, "sources": source_hash(), "target": target_hash()}
+    about |= {"python": platform.python_version(), "machine": platform.machine(), "system": platform.system()}
+    manifest = Manifest(
+        format=FORMAT,
+        made_with=about | {name: version(name) for name in PACKAGES},
+        inputs={Path(path).as_posix(): file_hash(path) for path in inputs},
+        files=describe(results),
+    )
+    path, content = Path(results, NAME), manifest.model_dump(exclude_none=True)
     write_text(path, json.dumps(content, indent=1, ensure_ascii=False) + "\n")
     return path
 
@@ -121,7 +125,7 @@ def read_cells(text: str) -> pd.DataFrame:
     return pd.read_csv(io.StringIO(text), dtype=str, keep_default_na=False)
 
 
-def _entry(path: Path, complete: bool) -> File:
+def _entry(path: Path) -> File:
     data = path.read_bytes()
     text = None
     if path.suffix == ".csv":
@@ -130,7 +134,7 @@ def _entry(path: Path, complete: bool) -> File:
         if times:
             text = read_cells(text).drop(columns=times).to_csv(index=False, lineterminator="\n")
             data = text.encode("utf-8")
-        if not complete and len(data) > LONGEST_TEXT:
+        if len(data) > LONGEST_TEXT:
             text = None
     return File(sha256=hashlib.sha256(data).hexdigest(), bytes=len(data), text=text)
 

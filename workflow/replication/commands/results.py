@@ -19,13 +19,15 @@ def verify(
 
     Example: `trackdyn verify results --against other/results` compares two runs of the pipeline, file by file.
     """
-    from replication.certify.comparison import EQUAL, compare_inputs, compare_manifests, failed, findings_summary
+    from replication.certify.comparison import EQUAL, compare_files, compare_inputs, failed, findings_summary
     from replication.certify.manifest import NAME, describe, load_manifest
 
     reference = results / NAME if against is None else against
-    expected = describe(reference, complete=True) if reference.is_dir() else load_manifest(reference)
-    findings = compare_inputs(expected, results)
-    findings += compare_manifests(describe(results, complete=reference.is_dir()), expected, results)
+    if reference.is_dir():
+        findings = compare_files(results, describe(reference))
+    else:
+        manifest = load_manifest(reference)
+        findings = compare_inputs(results, manifest.inputs) + compare_files(results, manifest.files)
     for finding in findings:
         if finding.status != EQUAL:
             typer.echo(f"{finding.status:>8}  {finding.name}  {finding.text}".rstrip())

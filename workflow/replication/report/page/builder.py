@@ -6,7 +6,7 @@ import base64
 import html
 import io
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
@@ -14,12 +14,12 @@ from pathlib import Path
 import pandas as pd
 from PIL import Image
 
-from replication.certify.provenance import check_sources
 from replication.paper.contents import OF_STUDIES, OWN, PAPER, missing_items
 from replication.paper.scorecard import MARKS, answer_sentences, outside_sentence, statements_by_label
 from replication.report.tables import COLUMNS_OF
 from replication.studies import STUDIES
-from trackdyn.files import write_text
+from trackdyn.errors import InputError
+from trackdyn.files import read_npz, write_text
 from trackdyn.measure.cells import significant
 from trackdyn.measure.columns import MEASURES
 from trackdyn.measure.ring_rule import COMPARED, RULE, advice, parse_rule
@@ -28,7 +28,7 @@ from trackdyn.plots.style import DPI
 from trackdyn.sources import source_hash
 from trackdyn.version import __version__
 
-# what is uncertain comes first
+# kinds of parameters, uncertain ones first
 KINDS = {
     "fitted": "chosen so that the model shows a printed result", "assumed": "not in the paper, taken to be plausible",
     "derived": "follows from printed numbers", "printed": "stands in the paper",
@@ -122,8 +122,22 @@ def build_page(
     )
 
 
+def check_sources(recordings: Iterable[Path]) -> int:
+    """Count recordings, all made by the present program. Raises `InputError`: one was made by another version."""
+    expected, count = source_hash(), 0
+    for path in recordings:
+        meta, _ = read_npz(path, "trackdyn recording", float("inf"), arrays=False)
+        if meta.get("sources") != expected:
+            raise InputError(
+                f"{path}: was made by another version of the program (sources {meta.get('sources')}, present "
+                f"{expected}); run `snakemake -j2` again, or remove the file if no run of the configuration makes it"
+            )
+        count += 1
+    return count
+
+
 def _card(results: Path, own: bool, plausible: Mapping[str, str] | None) -> dict | None:
-    """What the paper says, by the figure or table that it says it of, and the answer in sentences."""
+    """Statements of the paper by the figure or table that they are about, and the answer in sentences."""
     path = results / "claims.csv"
     if not path.is_file():
         return None
@@ -142,7 +156,9 @@ def _card(results: Path, own: bool, plausible: Mapping[str, str] | None) -> dict
 
 
 def _ring_study(results: Path, teeth: int | None) -> dict:
-    """What the rule of the choice says of the ring study; what it weighs, a row a radius, ranges over the speeds."""
+    """Advice of the rule of choice on the ring study, and the measures that it weighs: a row a radius, ranges over the
+    speeds.
+    """
     path = _first(results, "metrics.csv")
     metrics = pd.read_csv(path) if path else pd.DataFrame(columns=["run"])
     study = metrics[metrics["run"].str.startswith("ring/")]
@@ -165,7 +181,7 @@ def _first(results: Path, name: str) -> Path | None:
 
 
 def _form(results: Path, name: str, now: bool) -> str:
-    """What to know of the study that a file is of: whether it is its short form, and of an earlier run."""
+    """Words on the study of a file: whether it is in its short form, and whether an earlier run made it."""
     path = _first(results, name)
     words = ["short study"] if path and path.is_relative_to(results / "short") else []
     return ", ".join(words if now or path is None else [*words, "of an earlier run"])
@@ -229,10 +245,11 @@ def embedded_picture(path: Path) -> dict:
 
 def main(job) -> None:
     """Rule `page`."""
-    of = job.params
-    page = build_page(Path(of.results), of.synthetic, of.layers, of.studies, of.short, of.own, of.plausible, of.teeth)
+    params = job.params
+    names = ("synthetic", "layers", "studies", "short", "own", "plausible", "teeth")
+    page = build_page(Path(params.results), **{name: params[name] for name in names})
     write_text(job.output[0], page)
-    for item in missing_items(of.results):
+    for item in missing_items(params.results):
         print(f"missing: {item.label}, {item.title} (rule {item.rule})")
 
 
