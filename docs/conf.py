@@ -64,8 +64,8 @@ def columns() -> str:
     return "\n".join(lines)
 
 
-def gallery_page(path: Path, place: Path) -> str:
-    """A notebook as a page: its text, its code and the outputs that are kept in it, pictures beside the page."""
+def gallery_page(path: Path, folder: Path) -> str:
+    """A notebook as a page in a folder: its text, its code and its stored outputs; pictures are files beside it."""
     parts = []
     for number, cell in enumerate(json.loads(path.read_text(encoding="utf-8"))["cells"]):
         text = "".join(cell["source"])
@@ -73,7 +73,7 @@ def gallery_page(path: Path, place: Path) -> str:
         for output in cell.get("outputs", ()):
             data = output.get("data", {"text/plain": output.get("text", "")})
             if "image/png" in data:
-                picture = place / f"{path.stem}_{number}.png"
+                picture = folder / f"{path.stem}_{number}.png"
                 picture.write_bytes(b64decode(data["image/png"]))
                 parts.append(f"![Output of the code above]({picture.name})")
             else:
@@ -81,35 +81,32 @@ def gallery_page(path: Path, place: Path) -> str:
     return "\n\n".join(parts) + "\n"
 
 
-def thumbnails(place: Path) -> str:
+def thumbnails(folder: Path) -> str:
     """The last picture of every page of the gallery with its name, linked to it, in the order of its table."""
     table = (ROOT / "docs" / "gallery.md").read_text(encoding="utf-8")
     listed = re.findall(r"^\| ([^|]+) \| \[`(\w+)\.ipynb`\]", table, re.MULTILINE)
     lines = ['<div class="thumbnails">']
     for words, page in listed:
-        picture = max(place.glob(f"{page}_*.png"), key=lambda path: int(path.stem.rpartition("_")[2]))
+        picture = max(folder.glob(f"{page}_*.png"), key=lambda path: int(path.stem.rpartition("_")[2]))
         address = f"_generated/gallery/{page}.html"
         shown = f'<img src="_images/{picture.name}" alt="">'
         lines.append(f'<a href="{address}">{shown}<br>{words}</a>')
     return "\n".join([*lines, "</div>"])
 
 
-RIGS = {"paper": "default rig", "parts": "values of real parts"}
 MARKS = {"shown": "●", "not shown": "○"}
 
 
 def results() -> str:
-    """What the paper says and what the rigs show, a row a part of a claim that can be judged."""
+    """Statements of the paper beside the rig's values, a row a statement that can be judged."""
     card = pd.read_csv(ROOT / "docs" / "measured" / "claims.csv", keep_default_na=False)
     judged = card[card["verdict"].isin(MARKS)]
-    rigs = list(dict.fromkeys(judged["rig"]))
     rows = []
-    for (name, part), group in judged.groupby(["id", "part"], sort=False):
-        first, of = group.iloc[0], group.set_index("rig")
-        unit = "" if first["unit"] == "1" or first["printed"] == "in words" else f" {first['unit']}"
-        shown = [f"{MARKS[of['verdict'][rig]]} {of['measured'][rig]}" if rig in of.index else "–" for rig in rigs]
-        rows.append([f"{name}{part}", first["place"], first["claim"], f"{first['printed']}{unit}", *shown])
-    heads = ["claim", "place", "what the paper says", "paper", *(RIGS.get(rig, rig) for rig in rigs)]
+    for row in judged.to_dict("records"):
+        unit = "" if row["unit"] == "1" or row["printed"] == "in words" else f" {row['unit']}"
+        value = f"{MARKS[row['verdict']]} {row['measured']}"
+        rows.append([f"{row['id']}{row['part']}", row["place"], row["claim"], f"{row['printed']}{unit}", value])
+    heads = ["claim", "place", "what the paper says", "paper", "default rig"]
     lines = [f"| {' | '.join(row)} |" for row in [heads, ["---"] * len(heads), *rows]]
     words = ", ".join(f"{mark} {verdict}" for verdict, mark in MARKS.items())
     return "\n".join([f"{words}; numbers of several speeds stand in their order.", "", *lines, ""])
@@ -127,14 +124,14 @@ def equations() -> str:
 
 def write_pages(_) -> None:
     """Pages that the program writes about itself, and the notebooks of the gallery."""
-    place = ROOT / "docs" / "_generated"
+    pages = ROOT / "docs" / "_generated"
     for folder in ("gallery", "parts"):
-        (place / folder).mkdir(parents=True, exist_ok=True)
+        (pages / folder).mkdir(parents=True, exist_ok=True)
     for path in sorted((ROOT / "docs" / "gallery").glob("*.ipynb")):
-        page = gallery_page(path, place / "gallery")
-        (place / "gallery" / f"{path.stem}.md").write_text(page, encoding="utf-8")
-    (place / "parts" / "thumbnails.md").write_text(thumbnails(place / "gallery"), encoding="utf-8")
-    for make, folder in ((commands, place), (columns, place), (results, place / "parts"), (equations, place / "parts")):
+        page = gallery_page(path, pages / "gallery")
+        (pages / "gallery" / f"{path.stem}.md").write_text(page, encoding="utf-8")
+    (pages / "parts" / "thumbnails.md").write_text(thumbnails(pages / "gallery"), encoding="utf-8")
+    for make, folder in ((commands, pages), (columns, pages), (results, pages / "parts"), (equations, pages / "parts")):
         (folder / f"{make.__name__}.md").write_text(make(), encoding="utf-8")
 
 

@@ -4,9 +4,9 @@ import ast
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-PLACES = ("trackdyn", "workflow/replication", "laboratory")
-PACKAGES = {Path(place).name: ROOT / place for place in PLACES}
-# what a room may import without an arrow: it stands beneath all
+FOLDERS = ("trackdyn", "workflow/replication", "laboratory")
+PACKAGES = {Path(folder).name: ROOT / folder for folder in FOLDERS}
+# rooms beneath all, whose imports are no arrows
 GROUND = {"trackdyn." + name for name in ("errors", "extras", "files", "jit", "sources", "version")}
 BEGIN, END = "<!-- structure -->", "<!-- end of structure -->"
 
@@ -22,7 +22,7 @@ def room_of(module: str) -> str | None:
 
 def arrows() -> dict[str, set[str]]:
     """Rooms and the rooms that they import."""
-    found: dict[str, set[str]] = {}
+    imported: dict[str, set[str]] = {}
     for package, folder in PACKAGES.items():
         for file in folder.rglob("*.py"):
             here = room_of(".".join((package, *file.relative_to(folder).with_suffix("").parts)))
@@ -31,33 +31,37 @@ def arrows() -> dict[str, set[str]]:
             for node in ast.walk(ast.parse(file.read_bytes())):
                 if isinstance(node, ast.ImportFrom) and node.module:
                     there = room_of(node.module)
-                    found.setdefault(here, set()).update({there} - {None, here})
-    return found
+                    imported.setdefault(here, set()).update({there} - {None, here})
+    return imported
 
 
-def reached(found: dict[str, set[str]], room: str) -> set[str]:
+def reached(imported: dict[str, set[str]], room: str) -> set[str]:
     """Rooms below a room, itself left out."""
     below: set[str] = set()
-    rest = list(found.get(room, ()))
+    rest = list(imported.get(room, ()))
     while rest:
         room_below = rest.pop()
         if room_below not in below:
             below.add(room_below)
-            rest += found.get(room_below, ())
+            rest += imported.get(room_below, ())
     return below
 
 
 def picture() -> str:
     """The rooms as a Mermaid graph: an arrow to each room that is not reached by way of another one."""
-    found = arrows()
+    imported = arrows()
     lines = ["```mermaid", "graph BT"]
     for package in PACKAGES:
         lines.append(f"  subgraph {package}")
-        lines += [f"    {room}[{room.partition('.')[2]}]" for room in sorted(found) if room.startswith(f"{package}.")]
+        lines += [
+            f"    {room}[{room.partition('.')[2]}]" for room in sorted(imported) if room.startswith(f"{package}.")
+        ]
         lines.append("  end")
-    for room in sorted(found):
+    for room in sorted(imported):
         direct = {
-            below for below in found[room] if not any(below in reached(found, other) for other in found[room] - {below})
+            below
+            for below in imported[room]
+            if not any(below in reached(imported, other) for other in imported[room] - {below})
         }
         lines += [f"  {below} --> {room}" for below in sorted(direct)]
     return "\n".join([*lines, "```"])

@@ -129,7 +129,7 @@ class Track(Fmi3Slave):
         self.mode = "terminated"
 
     def set_float64(self, vrs, values):
-        """Take inputs and parameters."""
+        """Take inputs and parameters; `InputError` for another variable."""
         for vr in vrs:
             variable = self.vars.get(vr)
             if variable is None or variable.causality not in (Fmi3Causality.input, Fmi3Causality.parameter):

@@ -137,7 +137,7 @@ class Unknowns:
         return [unknown.label for unknown in self.unknowns]
 
     def values(self, x) -> dict[str, float]:
-        """Value of every unknown at a point of the unit cube, by label."""
+        """Value of every unknown at a (d,) point of the unit cube, by label; `InputError` for one outside of it."""
         x = np.asarray(x, dtype=float)
         if x.shape != (len(self),) or not ((x >= 0) & (x <= 1)).all():
             raise InputError(f"x = {shown(x.tolist())}: must be {len(self)} numbers between 0 and 1")
@@ -154,8 +154,8 @@ class Unknowns:
         """Fields of the rig (``section.field``) that values by label set."""
         fields: dict[str, float] = {}
         for unknown in self.unknowns:
-            of = unknown.of
-            factor = 1.0 if of is None else fields[of] if of in fields else _number(self.rig, of, of)
+            base = unknown.of
+            factor = 1.0 if base is None else fields[base] if base in fields else _number(self.rig, base, base)
             fields |= dict.fromkeys(unknown.names, float(values[unknown.label]) * factor)
         return fields
 

@@ -11,7 +11,7 @@ from laboratory.plausible.settings import PlausibleConfig
 from trackdyn.sweeps.engine import DONE
 
 FOLLOWS, DEPENDS, NEVER, NOT_JUDGED = "follows", "depends", "never", "not judged"
-LEVEL = 0.9  # of the intervals
+LEVEL = 0.9  # probability of the intervals
 CHANCE = 0.01  # a rank correlation that chance reaches as often, over all values together, separates nothing
 SEPARATING = 2  # values that are named
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from sentences import HUGE, ROOT, one_sentence, shown
 
-from replication.pipeline.config import OF_ITS_RIG, check_config, check_layers
+from replication.pipeline.config import RIG_FIELDS, check_config, check_layers
 from trackdyn.errors import InputError
 from trackdyn.rig.rig_file import shipped_rigs
 from trackdyn.rig.yaml_file import read_yaml
@@ -103,8 +103,8 @@ def test_files_whose_names_hold_braces_are_refused(monkeypatch, tmp_path):
         ({"rig": "a{b}.yaml"}, "rig = 'a{b}.yaml': holds a brace"),
         ({"rig": "mine.yaml"}, "rig = 'base}.yaml': holds a brace"),
     ):
-        data = base | OF_ITS_RIG | {"article": None, "studies": str(ROOT / base["studies"])}
-        data |= {name: base[name] | OF_ITS_RIG[name] for name in ("records", "meshing", "ring_study")} | stated
+        data = base | RIG_FIELDS | {"article": None, "studies": str(ROOT / base["studies"])}
+        data |= {name: base[name] | RIG_FIELDS[name] for name in ("records", "meshing", "ring_study")} | stated
         with pytest.raises(InputError) as caught:
             check_config(data, "mine.yaml")
         one_sentence(caught, words)

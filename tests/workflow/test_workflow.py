@@ -149,7 +149,7 @@ for script in sys.argv[3:]:
 
 
 def test_scripts_load_no_file_of_ours_that_their_rules_do_not_need():
-    """What is loaded until the job is asked for, which they lack here."""
+    """Scripts end here where they ask for their job, which they lack."""
     scripts = list({script.parent: script for script in SCRIPTS}.values())  # one of each folder
     command = [sys.executable, "-c", LOADED, str(ROOT), str(ROOT / "workflow"), *map(str, scripts)]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)

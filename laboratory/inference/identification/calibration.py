@@ -147,19 +147,19 @@ def calibrate(config: CalibrationConfig, store, jobs: int = 1, progress: bool = 
     due = [(truth, PRIOR) for truth in range(len(data.truths))]
     due += [(truth, NONE) for truth in range(min(config.plain, len(data.truths)))]
 
-    def one(truth: int, discrepancy: str) -> dict:
+    def identified_at(truth: int, discrepancy: str) -> dict:
         measured = MeasuredRecords(names, record, data.values[truth], data.scatter[truth]).subset(varying)
         return {"rows": _identified(config, data, emulator, measured, truth, discrepancy)}
 
     content = [config.model_dump(exclude={"plain"}), module_hash(__name__)]
     tasks = {key_of(*content, *each): dict(zip(("truth", "discrepancy"), each, strict=True)) for each in due}
-    rows_by_key = results(lambda memory: one, tasks, 1, store, "calibration" if progress else "", "record")
+    rows_by_key = results(lambda memory: identified_at, tasks, 1, store, "calibration" if progress else "", "record")
     check_completed(rows_by_key.values(), "the same command goes on from there")
     ranks = pd.DataFrame([row for key in tasks for row in rows_by_key[key]["values"]["rows"]])
     identified = ranks[(ranks["discrepancy"] == PRIOR) & (ranks["verdict"] != "")]
     covered = [
         {name: row[name] for name in ("truth", "parameter")}
-        | {"level": level, "covered": held(row["rank"], row["of"], level)}
+        | {"level": level, "covered": covers(row["rank"], row["of"], level)}
         for row in identified.to_dict("records")
         for level in LEVELS
     ]
@@ -167,7 +167,7 @@ def calibrate(config: CalibrationConfig, store, jobs: int = 1, progress: bool = 
 
 
 def _identified(config, data: Data, emulator, measured: MeasuredRecords, truth: int, discrepancy: str) -> list[dict]:
-    """Rows of `Calibration.ranks` of one truth, whose record is ``told``."""
+    """Rows of `Calibration.ranks` of a truth, from the features of its record."""
     rng, count = np.random.default_rng([config.seed, truth, discrepancy == PRIOR]), len(data.unknowns)
     posterior = Posterior(measured, emulator, count)
     sizes = posterior.sizes(posterior.draw_prior(1, rng))[0]
@@ -195,9 +195,9 @@ def independent(draws: Draws, rng: np.random.Generator) -> np.ndarray:
     return draws.points[rng.choice(len(draws.points), RANKS, replace=len(draws.points) < RANKS)]
 
 
-def held(rank: int, of: int, level: float) -> bool:
-    """Whether the central interval of a level among ``of`` draws holds the truth of this rank (0 to ``of``)."""
-    return bool(abs((rank + 0.5) / (of + 1) - 0.5) <= 0.5 * level)
+def covers(rank: int, count: int, level: float) -> bool:
+    """Whether the central interval of a level among ``count`` draws holds the truth of this rank (0 to ``count``)."""
+    return bool(abs((rank + 0.5) / (count + 1) - 0.5) <= 0.5 * level)
 
 
 def rank_band(count: int, bins: int, level: float = BAND) -> tuple[int, int]:
@@ -237,21 +237,19 @@ def summarised(ranks: pd.DataFrame) -> pd.DataFrame:
     """
     rows = []
     for discrepancy, group in ranks.groupby("discrepancy", sort=False):
-        for parameter, of_parameter in [*group.groupby("parameter", sort=False), (ALL, group[group["verdict"] != ""])]:
-            identified = (of_parameter["verdict"] == IDENTIFIED).to_numpy()
-            truths = of_parameter["truth"].nunique() if parameter == ALL else len(of_parameter)
+        for parameter, ranked in [*group.groupby("parameter", sort=False), (ALL, group[group["verdict"] != ""])]:
+            identified = (ranked["verdict"] == IDENTIFIED).to_numpy()
+            truths = ranked["truth"].nunique() if parameter == ALL else len(ranked)
             row = {"discrepancy": discrepancy, "parameter": parameter, "truths": truths, "identified": identified.sum()}
             for level, name in ((0.5, "50"), (0.9, "90")):
-                inside = np.array(
-                    [held(*rank, level) for rank in zip(of_parameter["rank"], of_parameter["of"], strict=True)]
-                )
-                shares = _between(inside, of_parameter["truth"]) if parameter == ALL else _exact(inside)
+                inside = np.array([covers(*rank, level) for rank in zip(ranked["rank"], ranked["of"], strict=True)])
+                shares = _between(inside, ranked["truth"]) if parameter == ALL else _exact(inside)
                 row |= dict(zip((f"covered_{name}", f"low_{name}", f"high_{name}"), shares, strict=True))
             row |= {"covered_90_identified": inside[identified].mean() if identified.any() else np.nan}
             row |= {"p_uniform": np.nan, "bins_outside": np.nan}
             if parameter != ALL:
-                counts = histogram(of_parameter)
-                low, high = rank_band(len(of_parameter), len(counts))
+                counts = histogram(ranked)
+                low, high = rank_band(len(ranked), len(counts))
                 row |= {"p_uniform": chisquare(counts).pvalue, "bins_outside": ((counts < low) | (counts > high)).sum()}
             rows.append(row)
     return pd.DataFrame(rows)

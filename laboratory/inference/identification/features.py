@@ -43,7 +43,7 @@ def features_of(rate: float) -> list[Feature]:
 
 
 def turns_of(ay, rate: float, turn_s: float) -> np.ndarray:
-    """(turns, samples) The record, cut into whole turns of the loop."""
+    """(turns, samples) The record, cut into whole turns of the loop; `InputError` for one that is shorter."""
     samples = turn_s * rate
     count = int(len(ay) / samples + 1e-9)
     if count < 1:
@@ -102,7 +102,7 @@ def covariance(statistics: np.ndarray, rate: float, seed: int = 0) -> np.ndarray
 
     There are more features than turns: correlations are shrunk towards none by the weight that Ledoit and Wolf (2004)
     give for this many turns, and all is widened to the variance of Student's distribution with one degree of freedom
-    less than turns.
+    less than turns. Raises `InputError`: fewer than `LEAST_TURNS` turns.
     """
     turns = len(statistics)
     if turns < LEAST_TURNS:

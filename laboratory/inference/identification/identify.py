@@ -52,7 +52,6 @@ class Identification(NamedTuple):
     unknowns: Unknowns
     measured: list[Measured]  # the records
     records: MeasuredRecords  # their features
-    kept: np.ndarray  # (p,) which features say something: they vary over the ranges
     table: pd.DataFrame  # a row an unknown: verdict, best value, interval, range
     best: dict[str, float]  # value of each unknown where the posterior is highest
     draws: Draws  # from the posterior
@@ -130,7 +129,7 @@ def identify(
         )
     table, best_features = posterior_summary(unknowns, draws.points, best, bool(beyond)), of_best.features(experiment)
     return Identification(
-        unknowns, list(measured), learnt, varying, table, best, draws, thinned, posterior, predicted, mean, held_out,
+        unknowns, list(measured), learnt, table, best, draws, thinned, posterior, predicted, mean, held_out,
         best_features[0, varying], emulator, failed,
     )  # fmt: skip
 

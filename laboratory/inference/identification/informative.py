@@ -31,7 +31,7 @@ BETWEEN = (0.25, 0.75)  # two positions in the range: a change over half of it
 
 
 def unknown_of(text: str) -> Unknown:
-    """An unknown as it stands in an option: ``section.field`` or ``section.field=LOW:HIGH``."""
+    """An unknown from an option, ``section.field`` or ``section.field=LOW:HIGH``; `InputError` for another text."""
     name, equals, bounds = text.partition("=")
     if not equals:
         return Unknown(names=[name])
@@ -76,6 +76,11 @@ def tellable(
         Chosen ones, at most ``most``.
     table : DataFrame
         ``unknown, alone, beside, chosen``: widths of 90 % intervals as shares of the prior's.
+
+    Raises
+    ------
+    InputError
+        The records tell none of the candidates.
     """
     ranges = file_ranges(path)
     names = *CANDIDATES, OF_BUSHINGS[rig.bushing.law], *(f"{wheel}.{DRAG_FIELDS[rig.drag][0]}" for wheel in rig.wheels)

@@ -19,7 +19,7 @@ pytestmark = pytest.mark.slow  # an importer turns what a unit raises into a sta
 EXCHANGE = 1e-3
 CHANGES = {0.0: (115.0, 0.0), 0.3: (140.0, 0.0), 0.45: (140.0, -1e-3)}  # time (s): motor (rev/min), shift (m)
 UNTIL = 0.6
-# what travels through the unit is the same double: only the time of a step could differ
+# the unit passes doubles on: only the time of a step could differ
 SAME = 1e-9
 
 
@@ -54,7 +54,7 @@ def unit_file(scene, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def native(scene):
-    """What the loop itself does with the same inputs, taken from it without the unit."""
+    """Outputs of the loop itself with the inputs of the unit."""
     loop, rows, now = Loop(scene), [], (115.0, 0.0)
     settled, count = loop.layout["tensioner_shift_m"], round(EXCHANGE / scene.time_step)
     body = loop.model.sensors.body[0]
@@ -152,7 +152,7 @@ def test_torque_and_turn_are_the_work_of_the_drive_and_it_is_lost(scene):
         work += unit.values["sprocket_torque"] * (unit.loop.state.wheel_angle[0] - angle)
     change = {name: value - before[name] for name, value in unit.loop.energy.items()}
     assert work == pytest.approx(change["sprocket_work"], rel=1e-9)
-    # what goes in is stored or lost; the account of the fast preset leaves 0.13 % open, and four times that is refused
+    # work is stored or lost; the account of the fast preset leaves 0.13 % open, and four times that is refused
     others = sum(value for name, value in change.items() if name != "sprocket_work")
     exchanged = sum(abs(value) for value in change.values())
     assert abs(work - others) < 5e-3 * exchanged
@@ -217,7 +217,7 @@ def test_the_torque_limit_is_what_turns_the_sprocket(make_scene, driven_rig):
     assert abs(unit.values["rate_sprocket"]) < 0.9 * abs(unit.loop.scene.sprocket_rate)
 
 
-# what goes before is said by `begun` and `stepped`; every call is refused with a status, and the unit goes on or ends
+# every call is refused with a status, and the unit goes on or ends
 SEQUENCE = """
 import sys
 from math import inf, nan

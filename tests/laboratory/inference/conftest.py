@@ -11,13 +11,13 @@ def closed_form_ay(rig, speed, turns, starts=None, begin=0.0):
     """ay in g: the turn of the loop, pitches whose first and second harmonic tell stiffness and tension, a ring that
     tells damping.
     """
-    turn = Periods.at(rig, speed.rpm).loop
+    period = Periods.at(rig, speed.rpm).loop
     rate = speed.rate / speed.every
-    phase = 2 * np.pi * np.arange(int(turns * turn * rate) + 2) / rate / turn + 2 * np.pi * begin
+    phase = 2 * np.pi * np.arange(int(turns * period * rate) + 2) / rate / period + 2 * np.pi * begin
     stiff, tight = np.log(rig.bushing.stiffness / 600), np.log(rig.tension.pre_tension / 5000)
     damped = np.log(rig.bushing.loss_factor / 0.125)
     pitches = rig.chain.pitches
-    high = round(70 * turn)  # order of a line at 70 Hz
+    high = round(70 * period)  # order of a line at 70 Hz
     return (
         1.1 * np.cos(phase)
         + 0.3 * np.cos(3 * phase)

@@ -49,12 +49,12 @@ def test_calibrated_intervals_hold_the_truth_as_often_as_they_say(config, closed
 def test_an_emulator_that_promises_too_much_is_found_out(config, closed_form, tmp_path, monkeypatch):
     """Errors of simulations that the covariance leaves out: intervals no longer hold the truth."""
 
-    def off(self, points):
+    def displaced(self, points):
         mean, covariance = whole(self, points)
         return Prediction(mean + 0.8, covariance)
 
     whole = FeatureEmulator.__call__
-    monkeypatch.setattr(FeatureEmulator, "__call__", off)
+    monkeypatch.setattr(FeatureEmulator, "__call__", displaced)
     summary = calibrate(
         config.model_copy(update={"simulations": 32, "truths": 16, "plain": 0}), tmp_path, progress=False
     ).summary.set_index("parameter")

@@ -13,19 +13,19 @@ from laboratory.inference.identification.features import (
 )
 from trackdyn.errors import InputError
 
-RATE, TURN, PITCHES = 1000.0, 4.2, 35
+RATE, PERIOD, PITCHES = 1000.0, 4.2, 35
 NAMES = [feature.name for feature in features_of(RATE)]
 
 
 def played(turns=6, shift=0.0, noise=0.0, seed=0):
     """Orders 1, 2 and 35 of the loop, with amplitudes 1, 0.3 and 0.4 g, on an offset of 0.2 g."""
-    phase = 2 * np.pi * (np.arange(round(turns * TURN * RATE)) / RATE / TURN + shift)
+    phase = 2 * np.pi * (np.arange(round(turns * PERIOD * RATE)) / RATE / PERIOD + shift)
     ay = 0.2 + np.cos(phase) + 0.3 * np.sin(2 * phase) + 0.4 * np.cos(PITCHES * phase)
     return ay + noise * np.random.default_rng(seed).standard_normal(ay.size)
 
 
 def features_from(ay):
-    return dict(zip(NAMES, features(turn_statistics(ay, RATE, TURN, PITCHES), RATE), strict=True))
+    return dict(zip(NAMES, features(turn_statistics(ay, RATE, PERIOD, PITCHES), RATE), strict=True))
 
 
 def test_lines_and_passing_of_pitches_are_their_amplitudes():
@@ -41,9 +41,9 @@ def test_lines_and_passing_of_pitches_are_their_amplitudes():
 
 
 def test_when_a_record_begins_does_not_matter():
-    one, other = features_from(played()), features_from(played(shift=0.377))
+    first, second = features_from(played()), features_from(played(shift=0.377))
     for name in NAMES:  # the largest of discrete samples and their quantiles move with the samples' places
-        assert one[name] == pytest.approx(other[name], abs=2e-3 if name.startswith(("peak", "tail")) else 1e-6), name
+        assert first[name] == pytest.approx(second[name], abs=2e-3 if name.startswith(("peak", "tail")) else 1e-6), name
 
 
 def test_covariance_is_the_scatter_of_records():
@@ -51,25 +51,25 @@ def test_covariance_is_the_scatter_of_records():
     aside.
     """
     noise, turns = 0.3, 24
-    all_of = np.array(
-        [features(turn_statistics(played(turns, 0, noise, seed), RATE, TURN, PITCHES), RATE) for seed in range(300)]
+    recorded = np.array(
+        [features(turn_statistics(played(turns, 0, noise, seed), RATE, PERIOD, PITCHES), RATE) for seed in range(300)]
     )
     estimated = np.mean(
         [
-            np.diag(covariance(turn_statistics(played(turns, 0, noise, seed), RATE, TURN, PITCHES), RATE))
+            np.diag(covariance(turn_statistics(played(turns, 0, noise, seed), RATE, PERIOD, PITCHES), RATE))
             for seed in range(8)
         ],
         axis=0,
     )
-    ratio = estimated / all_of.var(axis=0)
+    ratio = estimated / recorded.var(axis=0)
     # 8 records of 24 turns each know a variance to 1/sqrt(96) = 10 %, 300 records theirs to 8 %; Student's factor is
     # 1.095
     assert (ratio > 1.095 * 0.6).all() and (ratio < 1.095 * 1.6).all(), dict(zip(NAMES, ratio.round(2), strict=True))
 
 
 def test_a_short_record_is_refused():
-    statistics = turn_statistics(played(3), RATE, TURN, PITCHES)
+    statistics = turn_statistics(played(3), RATE, PERIOD, PITCHES)
     with pytest.raises(InputError, match="3 whole turns of the loop; at least 4 are needed"):
         covariance(statistics, RATE)
     with pytest.raises(InputError, match="holds no turn"):
-        turns_of(np.zeros(100), RATE, TURN)
+        turns_of(np.zeros(100), RATE, PERIOD)

@@ -30,21 +30,21 @@ def read(rig, *paths, rpm=()):
 
 
 def test_a_speed_is_that_of_the_main_line(rig, written):
-    (one,) = read(rig, written(rpm=187.0))
+    (measured,) = read(rig, written(rpm=187.0))
     # a noise of 2 mg on a line of 1.1 g over 6 turns: far below a ten-thousandth of its frequency
-    assert one.speed.rpm == pytest.approx(187.0, rel=1e-4)
-    assert one.turn_s == pytest.approx(Periods.at(rig, 187.0).loop, rel=1e-4)
-    assert len(one.statistics) in (5, 6)  # the last turn may lack a sample
+    assert measured.speed.rpm == pytest.approx(187.0, rel=1e-4)
+    assert measured.turn_s == pytest.approx(Periods.at(rig, 187.0).loop, rel=1e-4)
+    assert len(measured.statistics) in (5, 6)  # the last turn may lack a sample
 
 
 @pytest.mark.parametrize(
     ("rate", "simulated", "every", "rate_hz"), [(2000, 1000, 1, 1000), (500, 1000, 2, 500), (1024, 1024, 1, 1024)]
 )
 def test_rates_that_do_not_fit_are_simulated(rig, written, rate, simulated, every, rate_hz):
-    (one,) = read(rig, written(rate=rate))
-    assert (one.speed.rate, one.speed.every) == (simulated, every)
-    assert one.record.rate_hz == pytest.approx(rate_hz)
-    assert one.statistics.shape[1] == len(features_of(rate_hz))
+    (measured,) = read(rig, written(rate=rate))
+    assert (measured.speed.rate, measured.speed.every) == (simulated, every)
+    assert measured.record.rate_hz == pytest.approx(rate_hz)
+    assert measured.statistics.shape[1] == len(features_of(rate_hz))
 
 
 @pytest.mark.parametrize("rpm", [0.0, -5.0, float("nan")])

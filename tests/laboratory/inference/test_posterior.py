@@ -39,8 +39,8 @@ def test_density_is_that_of_the_normal_distribution():
     assert posterior.groups == ["lines", "passing"]
     for point in ([0.5, -3.0, -2.0], [0.1, -4.0, -1.0]):
         lines, passing = np.exp(2 * np.array(point[1:]))
-        one = np.array([[lines, 0, SHARED * lines, 0], [0, passing, 0, SHARED * passing]])
-        covariance = np.vstack([one, one[:, [2, 3, 0, 1]]]) + (1e-4 + 1e-6 + 1e-10) * np.eye(4)
+        half = np.array([[lines, 0, SHARED * lines, 0], [0, passing, 0, SHARED * passing]])
+        covariance = np.vstack([half, half[:, [2, 3, 0, 1]]]) + (1e-4 + 1e-6 + 1e-10) * np.eye(4)
         mean = np.tile(SLOPES * point[0], 2)
         expected = multivariate_normal(mean, covariance).logpdf([0.9, -0.4, 1.1, -0.6]) + 2 * np.log(2 * np.pi)
         middle = np.log([MEDIANS["lines"], MEDIANS["passing"]])

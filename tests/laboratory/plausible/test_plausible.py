@@ -25,30 +25,30 @@ CLAIMS = "config/claims.yaml"
 
 def test_a_point_is_one_track_in_every_scenario():
     drawn = list(drawn_rigs(CONFIG.model_copy(update={"draws": 3})))
-    assert [one.draw for one in drawn] == [k for k in range(3) for _ in CONFIG.scenarios]
+    assert [track.draw for track in drawn] == [k for k in range(3) for _ in CONFIG.scenarios]
     grips, slips = drawn[0], drawn[1]
     changed = {name for name in grips.values if grips.values[name] != slips.values[name]}
     assert changed == set(CONFIG.ring["slips"])
     arc, polygon = drawn[0], drawn[2]
     assert {name for name in arc.values if arc.values[name] != polygon.values[name]} == {EQUAL_PITCH}
-    for one in drawn:
-        low, high = CONFIG.equal_pitch_m[one.scenario.equal_pitch]
-        assert low <= one.values[EQUAL_PITCH] <= high
-        assert (one.rig is None) == bool(one.reason)
+    for track in drawn:
+        low, high = CONFIG.equal_pitch_m[track.scenario.equal_pitch]
+        assert low <= track.values[EQUAL_PITCH] <= high
+        assert (track.rig is None) == bool(track.reason)
 
 
 def test_fewer_draws_are_the_first_of_more():
     few, more = (list(drawn_rigs(CONFIG.model_copy(update={"draws": count}))) for count in (2, 9))
-    assert [one.values for one in few] == [one.values for one in more[: len(few)]]
+    assert [track.values for track in few] == [track.values for track in more[: len(few)]]
 
 
 def test_draws_stay_in_the_ranges_of_real_parts_but_for_the_slipping_ring():
     ranges = {unknown.label: unknown for unknown in CONFIG.drawn_unknowns().unknowns if unknown.of is None}
-    for one in drawn_rigs(CONFIG.model_copy(update={"draws": 4})):
+    for track in drawn_rigs(CONFIG.model_copy(update={"draws": 4})):
         for label, unknown in ranges.items():
-            (low, high), value = unknown.intervals[0], one.values[label]
+            (low, high), value = unknown.intervals[0], track.values[label]
             inside = low * (1 - 1e-9) <= value <= high * (1 + 1e-9) if low > 0 else low - 1e-9 <= value <= high + 1e-9
-            assert inside or (one.scenario.ring == "slips" and label in CONFIG.ring["slips"]), label
+            assert inside or (track.scenario.ring == "slips" and label in CONFIG.ring["slips"]), label
 
 
 def test_neighbours_move_every_fitted_value_wheels_and_equal_pitch_included():

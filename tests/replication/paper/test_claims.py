@@ -151,7 +151,7 @@ def starts(e: Evidence, rpm: float, **columns) -> Evidence:
 
 
 RECORDS, RING, NO_RING = r"[\d.]+rpm", "meshing/ring", "meshing/no_ring"
-# What must fail each claim: the least change that its `fails_if` names.
+# Evidence that must fail each claim: the least change that its `fails_if` names.
 SPOILT = {
     "C02a": lambda e: replace(e, peer=e.peer.assign(difference_pct=6.1)),
     "C03": lambda e: replace(e, costs=e.costs.assign(cpu_s_per_s=[0.1, 9.0, 0.109])),
@@ -313,14 +313,14 @@ def test_what_was_not_run_or_not_recorded_is_not_comparable():
 def test_a_study_that_lacks_speeds_or_radii_shows_nothing_rather_than_success():
     e = good()
     slowest = replace(e, metrics=e.metrics[e.metrics["rpm"] == 115.0], starts=e.starts.iloc[:0])
-    one = replace(e, metrics=e.metrics[~(e.metrics["ring_radius_m"] > 0.303) | e.metrics["ring_radius_m"].isna()])
+    single = replace(e, metrics=e.metrics[~(e.metrics["ring_radius_m"] > 0.303) | e.metrics["ring_radius_m"].isna()])
     for name in ("C06a", "C12a"):
         assert judge(CLAIMS[name], slowest)[:2] == ("one speed alone", NOT_COMPARABLE)
     for name in ("C08", "C21a", "C21b", "C21c", "C21d"):
         assert judge(CLAIMS[name], slowest).verdict == NOT_COMPARABLE
     three = replace(e, metrics=e.metrics[~e.metrics["ring_radius_m"].isin([0.304, 0.305, 0.307])])
     for name in ("C21a", "C21d", "C22a", "C22b", "C22c", "C23a", "C23b", "C24", "C25", "C26a", "C26b"):
-        assert judge(CLAIMS[name], one).verdict == NOT_COMPARABLE
+        assert judge(CLAIMS[name], single).verdict == NOT_COMPARABLE
         assert judge(CLAIMS[name], three)[:2] == ("radii at 115 rpm: 3, and 5 are needed", NOT_COMPARABLE)
 
 

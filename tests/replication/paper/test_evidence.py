@@ -26,11 +26,11 @@ def belt(rig):
 def test_later_starts_are_windows_of_a_longer_record(belt):
     short, long = belt(SECONDS), sense(belt(1.5 * SECONDS)).ay
     table = lines_by_start(short, starts=6)
-    turn = 1 / short.periods.loop_hz
-    assert table["start_s"].to_numpy() == pytest.approx(np.arange(6) / 6 * turn, abs=1e-3)
+    period = 1 / short.periods.loop_hz
+    assert table["start_s"].to_numpy() == pytest.approx(np.arange(6) / 6 * period, abs=1e-3)
     for row in table.itertuples():
         first = round(row.start_s * short.rate)
-        expected = main_line(long[first : first + len(short.time)], short.rate, 1 / turn)
+        expected = main_line(long[first : first + len(short.time)], short.rate, 1 / period)
         assert (row.line_hz, row.line_g) == pytest.approx(expected, abs=1e-4)
     assert np.ptp(table["line_g"]) > 0.01  # the start decides the height of a line between two bins
 

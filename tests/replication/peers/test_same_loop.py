@@ -1,4 +1,4 @@
-"""The same loop in Exudyn: its point in the picture of accuracy against cost, what it refuses, and equal motion."""
+"""A loop in Exudyn, too: its point in the picture of accuracy against cost, what it refuses, and equal motion."""
 
 import sys
 
@@ -53,7 +53,7 @@ def test_without_the_other_code_there_is_no_point(rig, monkeypatch, capsys):
 
 
 def test_a_loop_that_the_other_code_has_not_is_refused_with_one_that_it_has(rig):
-    """What the refusal advises exists."""
+    """The loop that the refusal advises exists."""
     with pytest.raises(
         InputError, match=r"exudyn_loop\.fixed with chain = double_pin, tension = locked, .* bushing_law = viscous"
     ):
@@ -103,7 +103,7 @@ def test_accelerations_of_all_links_and_peaks_of_tooth_forces_are_those_of_the_o
 
     def measured(places):
         acceleration = np.diff(places, 2, axis=0)[..., 1] * rate**2
-        high = [high_frequency_rms(of_link, rate) for of_link in acceleration.T]
+        high = [high_frequency_rms(column, rate) for column in acceleration.T]
         return np.sqrt(np.mean(acceleration**2)), acceleration.std(), np.sqrt(np.mean(np.square(high)))
 
     run, _ = run_peer(scene.with_(lead_in=0.0, duration=scene.lead_in + scene.duration), 1e-4, watch=watch)

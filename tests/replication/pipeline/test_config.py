@@ -164,9 +164,9 @@ def test_records_last_two_turns_of_the_loop_of_every_rig(tmp_path, rig):
     config, loaded, scenes = check_layers([BASE, QUICK, mine], {}, update_config)
     assert config.peers is None and check_layers([BASE, QUICK], {}, update_config)[0].peers
     # 60 s times transmission over motor speed, times pitches over teeth
-    turn = 60 * loaded.sprocket.transmission_ratio / 115 * loaded.chain.pitches / loaded.sprocket.teeth
-    assert 2 * turn <= scenes["115rpm"].duration == config.records.duration_s < 2 * turn + 1
-    assert 2.1 * turn <= scenes["meshing/ring"].duration == config.meshing.duration_s < 2.1 * turn + 1
+    period = 60 * loaded.sprocket.transmission_ratio / 115 * loaded.chain.pitches / loaded.sprocket.teeth
+    assert 2 * period <= scenes["115rpm"].duration == config.records.duration_s < 2 * period + 1
+    assert 2.1 * period <= scenes["meshing/ring"].duration == config.meshing.duration_s < 2.1 * period + 1
     assert all(run.duration * run.periods.loop_hz >= 2 for name, run in scenes.items() if not name.startswith("ring/"))
 
 

@@ -44,13 +44,13 @@ def results(tmp_path_factory):
     made().save(results / "runs" / "210rpm.npz")
     places = ("Fig. 24", "Fig. 15", "Fig. 15", "Table 1")
     card = [
-        {"rig": "paper", "id": f"C{i:02d}", "part": "", "place": place, "sentence": i if i < 3 else None,
+        {"rig": "paper", "id": f"C{i:02d}", "part": "", "place": figure, "sentence": i if i < 3 else None,
          "claim": f"Statement {i} </script> (of a kind)",
          "printed": "ours: at most 1.5", "measured": "1.4, 1.61234, 1.5", "unit": "m", "tolerance": 0.2,
          "verdict": verdict,
          "speeds": "115, 150", "fails_if": "something else came",
          "reason": "Because of a test."}
-        for i, (verdict, place) in enumerate(zip(VERDICTS, places, strict=True), 1)
+        for i, (verdict, figure) in enumerate(zip(VERDICTS, places, strict=True), 1)
     ]  # fmt: skip
     pd.DataFrame(card).to_csv(results / "claims.csv", index=False)
     sentences = [["paper", i, f"Sentence {i}", VERDICTS[i - 1]] for i in (1, 2)]
@@ -127,7 +127,7 @@ def test_a_short_run_and_a_rig_of_ones_own_are_said_to_be(results):
     table = results / "tables" / "table3.csv"
     pd.DataFrame([record | {"rms_difference_pct": -0.209}]).to_csv(table, index=False)
     own = build_page(results, own=True)
-    table.unlink()  # of this test alone
+    table.unlink()  # other tests have none
     first = own[: own.index('aria-label="Sections"')]
     assert (
         re.findall(r'<td class="number">(.*?)</td>', first) == ["0.955", "0.957", "\N{MINUS SIGN}0.21"]
@@ -139,7 +139,7 @@ def test_a_short_run_and_a_rig_of_ones_own_are_said_to_be(results):
 
 
 def carried(text, name):
-    """What a page carries compressed."""
+    """Data that a page carries compressed."""
     packed = re.search(rf'<script type="application/gzip" id="{name}">(.*?)</script>', text).group(1)
     return gzip.decompress(base64.b64decode(packed)).decode("utf-8")
 

@@ -104,7 +104,7 @@ def test_a_figure_is_drawn_once_a_file(tmp_path, monkeypatch, layout):
     figure, drawn, draw = new_figure(2.0), [], Figure.draw
     figure.set_layout_engine(layout)
     figure.subplots().set_title("a title")
-    monkeypatch.setattr(Figure, "draw", lambda of, renderer: drawn.append(of) or draw(of, renderer))
+    monkeypatch.setattr(Figure, "draw", lambda self, renderer: drawn.append(self) or draw(self, renderer))
     save(figure, tmp_path / "a.png")
     assert drawn == [figure, figure] and figure.get_layout_engine() is None
 

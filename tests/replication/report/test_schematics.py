@@ -47,9 +47,9 @@ def test_drawn_sectors_hold_exactly_the_points_that_the_search_gives_to_their_ar
     for within, (sector,) in zip(inside, sectors, strict=True):
         e = points - sector.center
         distance = np.hypot(*e.T)
-        turn = (np.degrees(np.arctan2(e[:, 1], e[:, 0])) - sector.theta1) % 360
+        angle = (np.degrees(np.arctan2(e[:, 1], e[:, 0])) - sector.theta1) % 360
         within[:] = (distance >= sector.r - sector.width) & (distance <= sector.r)
-        within &= turn <= (sector.theta2 - sector.theta1) % 360
+        within &= angle <= (sector.theta2 - sector.theta1) % 360
     assert inside.sum(axis=0).max() == 1, "sectors do not overlap"
     drawn_area = np.where(inside.any(axis=0), inside.argmax(axis=0) + 1, 0)
     searched = [find_area(tooth, float(x), float(y))[0] for x, y in points]

@@ -22,7 +22,7 @@ from trackdyn.scene.step import turn_limit
 from trackdyn.simulation.energy_balance import check_account
 from trackdyn.simulation.simulate import simulate
 
-FOUND = [
+ONCE_WRONG = [
     # the ring tightens the loop far beyond its pre-tension: friction chatters from step to step
     (115.0, {}, {"ring_radius": 0.325}, REFUSED),
     # bushings that hardly turn press the links on the wheels: explicit friction chattered there
@@ -180,7 +180,7 @@ def test_settling_does_not_refuse_what_the_scene_allows(rig, changes, fields):
     assert outcome_of(rig, 115.0, changes, fields) == COMPLETED
 
 
-@pytest.mark.parametrize(("rpm", "changes", "fields", "outcome"), FOUND)
+@pytest.mark.parametrize(("rpm", "changes", "fields", "outcome"), ONCE_WRONG)
 def test_scenes_that_once_ended_in_a_third_way(rpm, changes, fields, outcome):
     # on the rig on which they failed
     assert outcome_of(load_rig(VISCOUS), rpm, changes, fields) == outcome

@@ -15,12 +15,12 @@ from trackdyn.errors import DivergenceError, InputError
 from trackdyn.measure.uncertainty import Series
 from trackdyn.scene.scene import Periods
 
-ASKED = {
+REQUESTED = {
     "scenes": [[115.0, 0.308], [210.0, 0.308]], "loop_turns": 1, "loop_turns_without_ring": 1,
     "steps_s": {"semi_implicit": [1e-5, 2e-5, 5e-5, 1e-4], "linearly_implicit": [5e-4], "rk4": [5e-5]},
     "coarse_steps_s": {"semi_implicit": [1e-4]},
 }  # fmt: skip
-# what a step adds, relative and a second of step
+# error that a step adds, relative and a second of step
 SLOPES = {"semi_implicit": -200.0, "linearly_implicit": 400.0, "rk4": 0.0}
 
 
@@ -50,7 +50,7 @@ def study(rig, monkeypatch):
 
     monkeypatch.setattr(trade, "simulate", lambda scene: made_up(scene, 1))
     monkeypatch.setattr(trade, "run_answer", answer)
-    return trade.statistic_trade(rig, StatisticErrors(**ASKED))
+    return trade.statistic_trade(rig, StatisticErrors(**REQUESTED))
 
 
 def test_errors_are_those_of_the_step_though_runs_scatter_more(study):
@@ -75,7 +75,7 @@ def test_what_fails_is_a_row_and_a_scene_without_a_limit_is_refused(study, rig):
     assert set(zip(failed["scene"], failed["integrator"], failed["measure"], strict=True)) == {
         ("ring 0.308 m 210 rpm", "linearly_implicit", "all")
     }
-    asked = StatisticErrors(**ASKED | {"steps_s": {"semi_implicit": [1e-4, 5e-5]}})
+    requested = StatisticErrors(**REQUESTED | {"steps_s": {"semi_implicit": [1e-4, 5e-5]}})
     trade_run = trade.run_answer
 
     def refuses(scene):
@@ -88,7 +88,7 @@ def test_what_fails_is_a_row_and_a_scene_without_a_limit_is_refused(study, rig):
         pytest.raises(InputError, match="fewer than two steps of semi_implicit ran"),
     ):
         patch.setattr(trade, "run_answer", refuses)
-        trade.statistic_trade(rig, asked)
+        trade.statistic_trade(rig, requested)
 
 
 def test_the_default_step_of_an_included_rig_is_judged_by_its_halves(monkeypatch):

@@ -20,7 +20,7 @@ import pandas as pd
 from slurm import Slurm, missing, wait_until
 
 ROOT = Path(__file__).parents[3]
-ROWS = 24  # of the sweep: a batch of 12 takes seconds beyond those that a fault waits for
+ROWS = 24  # rows of the sweep: a batch of 12 takes seconds beyond those that a fault waits for
 SCENE = {"preset": "fast", "ramp": 0.1, "lead_in": 0, "duration": 1}
 # without one, or with smaller ones, so quick a start is too much for this step
 RINGS = (0.308, 0.309, 0.31, 0.311, 0.312, 0.313)
@@ -49,7 +49,7 @@ class Show:
             )  # fmt: skip
 
     def run(self, name: str, *command: str) -> int:
-        """The same to its end."""
+        """Run a command of Python to its end; returns its exit code."""
         process = self.start(name, *command)
         try:
             return process.wait(PATIENCE)
@@ -69,7 +69,7 @@ class Show:
         files = [self.folder / path / "results.parquet" for path in (name, "local")]
         return all(file.exists() for file in files) and filecmp.cmp(*files, shallow=False)
 
-    def kept(self, name: str) -> int:
+    def stored(self, name: str) -> int:
         """Rows that are computed so far."""
         return len(list((self.folder / name / "results.rows").glob("*.json")))
 
@@ -101,7 +101,7 @@ class Show:
         process = self.start(name, *command)
         try:
             strike(name, process)
-            rows = self.kept(name)
+            rows = self.stored(name)
             ended = process.wait(PATIENCE)
         except (RuntimeError, subprocess.TimeoutExpired) as error:
             self.say(f"{name}: {' '.join(str(error).split())[:300]}", False)
@@ -120,7 +120,7 @@ class Show:
 
         def running() -> bool:
             batches[:] = [line.split()[0] for line in self.slurm.jobs("%i %k", "RUNNING") if "rule_batch" in line]
-            return bool(batches) and self.kept(name) > 2
+            return bool(batches) and self.stored(name) > 2
 
         wait_until(running, 600, "a batch that runs")
         return batches[0]

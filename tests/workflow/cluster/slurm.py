@@ -51,15 +51,15 @@ PartitionName=all Nodes=ALL Default=YES MaxTime=INFINITE State=UP
 
 
 def missing() -> str | None:
-    """What a SLURM here lacks, in one sentence."""
-    if lacking := [program for program in PROGRAMS if not _found(program)]:
+    """Say in a sentence what a SLURM here lacks."""
+    if lacking := [program for program in PROGRAMS if not _executable(program)]:
         return f"{', '.join(lacking)} not installed; on Debian: apt-get install slurm-wlm munge"
     if os.geteuid():
         return "the daemons of SLURM start jobs as their users, for which they must be root"
     return None
 
 
-def _found(program: str) -> str | None:
+def _executable(program: str) -> str | None:
     return shutil.which(program, path=f"{os.environ.get('PATH', '')}:/usr/sbin:/sbin")
 
 
@@ -101,17 +101,17 @@ class Slurm:
             (folder / name).mkdir(parents=True)
         # within a job the plugin hands no SLURM_CONF on to srun, as if every SLURM had its file in /etc
         srun = folder / "bin" / "srun"
-        srun.write_text(f'#!/bin/sh\nSLURM_CONF={conf} exec {_found("srun")} "$@"\n', encoding="utf-8")
+        srun.write_text(f'#!/bin/sh\nSLURM_CONF={conf} exec {_executable("srun")} "$@"\n', encoding="utf-8")
         srun.chmod(0o755)
         self.environment = os.environ | {"SLURM_CONF": str(conf), "PATH": f"{srun.parent}:{os.environ['PATH']}"}
         self.daemons: dict[str, subprocess.Popen] = {}
         key = folder / "munge.key"
         key.write_bytes(os.urandom(1024))
         key.chmod(0o400)
-        with socket.socket() as one, socket.socket() as other:  # ports that nobody listens on
-            for free in (one, other):
+        with socket.socket() as first, socket.socket() as second:  # ports that nobody listens on
+            for free in (first, second):
                 free.bind(("127.0.0.1", 0))
-            ports = one.getsockname()[1], other.getsockname()[1]
+            ports = first.getsockname()[1], second.getsockname()[1]
         host = socket.gethostname().split(".")[0]
         conf.write_text(CONF.format(folder=folder, host=host, ports=ports, cores=cores, memory=memory), "utf-8")
 
@@ -138,7 +138,7 @@ class Slurm:
     def start(self, name: str, up: Callable[[], object], *arguments: str) -> None:
         """Start a daemon in the foreground and wait until it is up; it also ends with this process."""
         leash = ["setpriv", "--pdeathsig", "KILL"] if shutil.which("setpriv") else []
-        command, quiet = [*leash, _found(name), *arguments], subprocess.DEVNULL
+        command, quiet = [*leash, _executable(name), *arguments], subprocess.DEVNULL
         with (self.folder / f"{name}.out").open("ab") as out:
             self.daemons[name] = subprocess.Popen(command, env=self.environment, stdout=out, stderr=out, stdin=quiet)
         try:
@@ -158,7 +158,7 @@ class Slurm:
             process.wait()
 
     def out(self, *command: str) -> str:
-        """What a command of SLURM prints, nothing if it fails."""
+        """Output of a command of SLURM, empty if it fails."""
         return subprocess.run(command, env=self.environment, capture_output=True, text=True).stdout
 
     def jobs(self, form: str, states: str = "all") -> list[str]:

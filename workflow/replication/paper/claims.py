@@ -191,7 +191,7 @@ def _values(claim: Claim, measured, speeds) -> tuple[Value, ...]:
 
 
 def judge(claim: Claim, e: Evidence) -> Judgement:
-    """Judge a claim by the evidence of one rig."""
+    """Judge a claim by the evidence of a rig; one whose evidence is not there (`NotThere`) is not comparable."""
     if claim.rule == "not_comparable":
         return Judgement("", NOT_COMPARABLE, list(claim.printed) if isinstance(claim.printed, dict) else [])
     speeds = _speeds(claim, e)
@@ -200,7 +200,7 @@ def judge(claim: Claim, e: Evidence) -> Judgement:
             raise NotThere("not run")
         if claim.rule == "rising" and len(speeds) < 2:
             raise NotThere("one speed alone")
-        measured = MEASURES[claim.measure].of(e, speeds)
+        measured = MEASURES[claim.measure].evaluate(e, speeds)
         _refuse_scatter(claim, e)
     except NotThere as missing:
         return Judgement(str(missing), NOT_COMPARABLE, speeds)

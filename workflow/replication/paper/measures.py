@@ -22,7 +22,7 @@ class Measure(NamedTuple):
     of its passages (`measure.events`), if it is made of those.
     """
 
-    of: Callable[[Evidence, list[float]], Any]
+    evaluate: Callable[[Evidence, list[float]], Any]
     table: str
     by_speed: bool
     column: str = ""
@@ -42,9 +42,9 @@ def measure(table: str, by_speed: bool = False, events: tuple[str, ...] = ()):
     return register
 
 
-def register_all(function, table: str, by_speed: bool = False, **of) -> None:
+def register_all(function, table: str, by_speed: bool = False, **measured) -> None:
     """Register measures that are one function of something (a column, a run, events), by their names."""
-    for name, what in of.items():
+    for name, what in measured.items():
         MEASURES[name] = Measure(partial(function, what), table, by_speed, what if function is _values else "")
 
 

@@ -25,7 +25,7 @@ SHORT = {  # parts of claims in a few words, in the order of a summary
     "C23a": "ring from 0.305 m on: contact duration of the right arc, by speed (% of a turn)",
     "C24": "force of the left arc: largest deviation from its mean over all radii, by speed (%)",
 }
-IN_WORDS = {  # of the paper, which prints no number
+IN_WORDS = {  # words of the paper, which prints no number
     "C06a": "grows",
     "C20a": "mainly the ring",
     "C23a": "no contact",

@@ -109,8 +109,8 @@ def _groove_contact(c: Contacts, x, y, sprocket_angle):
         ex, ey = mirror * gx - c.arc[j, 0], gy - c.arc[j, 1]
         d = hypot(ex, ey)
         along = ex * c.arc[j, 3] + ey * c.arc[j, 4]
-        across = ex * c.arc[j, 4] - ey * c.arc[j, 3]
-        if d == 0.0 or abs(atan2(across, along)) > c.arc[j, 5]:
+        sideways = ex * c.arc[j, 4] - ey * c.arc[j, 3]
+        if d == 0.0 or abs(atan2(sideways, along)) > c.arc[j, 5]:
             continue
         here = c.arc_radius + c.sign[j] * (c.arc[j, 2] - d)
         if depth < here <= c.arc_radius:

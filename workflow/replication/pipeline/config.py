@@ -100,8 +100,8 @@ class Config(Section):
 
     ``article`` names the cells of the article that a reader filled in, with which claims compare.
     ``sensor_csv`` names the measured record of a speed, None: there is none; ``{rpm}`` stands for the motor speed.
-    Rings and steps that are None are those of the rig (`of_rig`). ``sensor_mapping`` names the file that says how the
-    records are read (:class:`trackdyn.sensor.sensor_mapping.SensorMapping`). ``stop_rule`` ends the
+    Rings and steps that are None are those of the rig (`completed`). ``sensor_mapping`` names the file that says how
+    the records are read (:class:`trackdyn.sensor.sensor_mapping.SensorMapping`). ``stop_rule`` ends the
     runs of the ring study and the ladder. ``short_studies`` are the studies that belong to every
     run; the target ``studies`` runs all of them.
     """
@@ -196,7 +196,7 @@ class Config(Section):
         """Whether these records are synthetic; None: there are none."""
         return self.sensor_is_synthetic if self.sensor_csv else None
 
-    def of_rig(self, rig: Rig) -> "Config":
+    def completed(self, rig: Rig) -> "Config":
         """The configuration with the rings of a rig where it states none, records of two turns of the loop or more, and
         a file in place of the name of a shipped rig.
         """
@@ -204,10 +204,10 @@ class Config(Section):
         radii = study.radii_m or study_radii(rig)
         equal = min(radii, key=lambda radius: abs(radius - rig.sprocket.equal_pitch_radius))
         ring = rig.ring_radius if records.ring_radius_m is None else records.ring_radius_m
-        least, of_passage = _least(rig, "records", min(records.speeds_rpm)), _least(rig, "meshing", meshing.speed_rpm)
-        of_meshing = {
+        least, passage = _least(rig, "records", min(records.speeds_rpm)), _least(rig, "meshing", meshing.speed_rpm)
+        meshing_fields = {
             "ring_radius_m": meshing.ring_radius_m or rig.ring_radius or equal,
-            "duration_s": max(meshing.duration_s or 0, of_passage),
+            "duration_s": max(meshing.duration_s or 0, passage),
         }
         return self.model_copy(
             update={
@@ -216,7 +216,7 @@ class Config(Section):
                 "records": records.model_copy(
                     update={"ring_radius_m": ring, "duration_s": max(records.duration_s, least)}
                 ),
-                "meshing": meshing.model_copy(update=of_meshing),
+                "meshing": meshing.model_copy(update=meshing_fields),
             }
         )
 
@@ -229,7 +229,10 @@ class Config(Section):
                 raise InputError(f"sensor_csv = {self.sensor_csv!r}: {path} does not exist; {needed}")
 
     def scenes(self, rig: Rig) -> dict[str, Scene]:
-        """Every run of the pipeline by name, such as ``115rpm`` or ``ring/115rpm_0.303``."""
+        """Every run of the pipeline by name, such as ``115rpm`` or ``ring/115rpm_0.303``.
+
+        Raises `InputError`: a scene cannot be simulated, or two runs would share a name.
+        """
         runs: dict[str, Scene] = {}
 
         def add(name: str, section: str, **fields):
@@ -301,7 +304,7 @@ def check_config(data: Any, name: str) -> tuple[Config, Rig, dict[str, Scene]]:
     """Validate a configuration with the rig and all scenes that it leads to."""
     config = validated(Config, data, name)
     rig = load_rig(config.rig)
-    config = config.of_rig(rig)
+    config = config.completed(rig)
     with _section(name):
         for field, files in config.files.items():
             _refuse_braces(field, files)
@@ -320,7 +323,7 @@ def _refuse_braces(field: str, files: Iterable[Path | str]) -> None:
             raise InputError(f"{field} = {shown(str(file))}: holds a brace; rename the file or folder")
 
 
-def _place(path: Path | str) -> str:
+def _short_path(path: Path | str) -> str:
     """The path of a configuration as short as it can be."""
     path = Path(path).absolute()
     return str(path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path)
@@ -328,7 +331,7 @@ def _place(path: Path | str) -> str:
 
 def read_layer(path: Path | str) -> dict:
     """A file of a configuration as it stands, its sections known; whatever else it means to Snakemake is refused."""
-    data, name = read_yaml(path), _place(path)
+    data, name = read_yaml(path), _short_path(path)
     if not isinstance(data, dict):
         raise InputError(f"{name}: must hold sections, a mapping of names to values")
     for key in data:
@@ -340,7 +343,7 @@ def read_layer(path: Path | str) -> dict:
 
 # Fields that a configuration states for its own rig, with their values where a later one names another rig alone: no
 # sensor, no studies, and rings and steps as the rig has them.
-OF_ITS_RIG: dict[str, Any] = {
+RIG_FIELDS: dict[str, Any] = {
     "sensor_csv": None,
     "short_studies": [],
     "records": {"ring_radius_m": None, "step_s": None},
@@ -350,14 +353,14 @@ OF_ITS_RIG: dict[str, Any] = {
 
 
 def _merged(layers: Sequence[dict], update: Callable[[dict, dict], None]) -> dict:
-    """Configurations, the later on top of the earlier; one that names another rig begins with `OF_ITS_RIG`.
+    """Configurations, the later on top of the earlier; one that names another rig begins with `RIG_FIELDS`.
 
     There are no peers where the rig is not that of the first configuration.
     """
     merged: dict = {}
     for layer in layers:
         if merged and layer.get("rig", merged.get("rig")) != merged.get("rig"):
-            update(merged, OF_ITS_RIG)
+            update(merged, RIG_FIELDS)
         update(merged, layer)
     if merged.get("rig") != layers[0].get("rig"):
         merged["peers"] = None
@@ -375,8 +378,8 @@ def check_layers(
     _refuse_braces("--configfile", files)
     layers = [read_layer(file) for file in files]
     try:
-        return check_config(_merged([*layers, stated], update), _place(files[-1]))
+        return check_config(_merged([*layers, stated], update), _short_path(files[-1]))
     except TrackdynError:
         for k, file in enumerate(files, 1):
-            check_config(_merged(layers[:k], update), _place(file))
+            check_config(_merged(layers[:k], update), _short_path(file))
         raise

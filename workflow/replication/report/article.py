@@ -31,7 +31,7 @@ from trackdyn.measure.cells import cell
 # statements of which the text gives the share of plausible tracks
 SHARES = {"free": "C23a", "bears": "C20a", "near_ten": "C25", "flat": "C24"}
 EXTREMES = ("rows", "completed", "refused", "defects")
-COLUMNS = {  # of the article's tables, by the table of the results
+COLUMNS = {  # columns of the article's tables, by the table of the results
     "table1": ("area", "type", "O_x_mm", "O_y_mm", "r_mm", "theta_deg"),
     "table2": ("code", "step_s", "error_pct", "cpu_s_per_s"),
     "table3": (

@@ -69,7 +69,7 @@ def departures_text(rows: pd.DataFrame) -> str:
         if changes.empty:
             lost.append(name)
             continue
-        cells = [f"{of.loc[of.abs().idxmax()]:+.1f}" for _, of in changes.items()]
+        cells = [f"{column.loc[column.abs().idxmax()]:+.1f}" for _, column in changes.items()]
         cells = ["0" if float(cell) == 0 else cell for cell in cells]
         if set(cells) == {"0"}:
             unchanged.append(name)
@@ -90,8 +90,8 @@ def ring_text(rows: pd.DataFrame) -> str:
     """A line a track: the ring to choose, how wide the choice is, tension and sliding work without it and with it."""
     columns = {"settled_tension_n": "strand (N)", "teeth_sliding_j": "teeth (J)", "ring_sliding_j": "ring (J)"}
     lines = []
-    for track, of in rows.groupby("track", sort=False):
-        rule, grid = parse_rule(RULE, int(of["teeth"].iloc[0])), of[of["grid"].isin(["default", "no ring"])]
+    for track, group in rows.groupby("track", sort=False):
+        rule, grid = parse_rule(RULE, int(group["teeth"].iloc[0])), group[group["grid"].isin(["default", "no ring"])]
         band = dict.fromkeys(f"{radius:.4f}".replace("nan", "none") for radius in rule.band(grid).values())
         line = {"track": track, "rpm": ", ".join(f"{rpm:g}" for rpm in grid["rpm"].unique())}
         line |= {"radius (m)": f"{rule.radius(grid):.4f}", "1 and 3 points (m)": ", ".join(band)}
@@ -108,7 +108,10 @@ def ring_text(rows: pd.DataFrame) -> str:
 
 
 def fill(page: Path, sources: Sequence[Path], write: Callable[..., str]) -> None:
-    """Replace the measured block of a page by what ``write`` makes of one or more tables."""
+    """Replace the measured block of a page by what ``write`` makes of one or more tables.
+
+    Raises `InputError`: a table or a mark of the block is not there.
+    """
     for source in sources:
         if not source.exists():
             raise InputError(f"{source}: no measured data; make them with `snakemake -j2`")

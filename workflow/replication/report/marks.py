@@ -68,9 +68,16 @@ def point(ax: Axes, position, name: str = "", side: str = "right", gap: float = 
     ax.plot(*position, linestyle="none", marker="o", markersize=3.5, color=colour, zorder=Z_MARK + 2)
     steps = [STEPS[direction] for direction in side.split()]
     dx, dy = np.sum(steps, axis=0)
-    across, up = ("right", "center", "left")[int(dx) + 1], ("top", "center", "bottom")[int(dy) + 1]
-    look = {"fontsize": 8.5, "ha": across, "va": up, "annotation_clip": True, "textcoords": "offset points"} | look
-    ax.annotate(name, tuple(position), (gap * dx, gap * dy), color=colour, path_effects=HALO, zorder=Z_MARK + 3, **look)
+    horizontal, vertical = ("right", "center", "left")[int(dx) + 1], ("top", "center", "bottom")[int(dy) + 1]
+    look = {
+        "fontsize": 8.5,
+        "ha": horizontal,
+        "va": vertical,
+        "annotation_clip": True,
+        "textcoords": "offset points",
+    } | look
+    look |= {"textcoords": "offset points", "path_effects": HALO, "zorder": Z_MARK + 3}
+    ax.annotate(name, tuple(position), (gap * dx, gap * dy), color=colour, **look)
 
 
 def leader(ax: Axes, position, text: str, label_at, **look) -> None:
@@ -80,7 +87,7 @@ def leader(ax: Axes, position, text: str, label_at, **look) -> None:
     ax.annotate(text, tuple(position), tuple(label_at), arrowprops=line, **look)
 
 
-def place_beside(ax: Axes, start, end, text: str, at: float = 0.5, side: int = 1, turned: bool = False, **look) -> None:
+def text_beside(ax: Axes, start, end, text: str, at: float = 0.5, side: int = 1, turned: bool = False, **look) -> None:
     """Text beside a line, at the fraction ``at`` of its way; ``side`` 1 is left of its direction, -1 right.
 
     ``turned`` text runs along the line and stands above it (``side`` 1) or below it, read from below or from the right.
@@ -102,7 +109,7 @@ def vector(ax: Axes, start, end, text: str, at: float = 0.5, side: int = 1, **lo
     """Arrow with its name beside it."""
     colour = look.get("color", BLACK)
     arrow(ax, start, end, **look)
-    place_beside(ax, start, end, text, at, side, color=colour, fontsize=8.5)
+    text_beside(ax, start, end, text, at, side, color=colour, fontsize=8.5)
 
 
 def dimension(ax: Axes, start, end, text: str, offset: float = 0.0, side: int = 1, turned: bool = True, **look) -> None:
@@ -114,13 +121,13 @@ def dimension(ax: Axes, start, end, text: str, offset: float = 0.0, side: int = 
         for here, there in ((start, a), (end, b)):
             line(ax, here, there + 0.1 * (there - here), color="0.45", linewidth=0.6)
     arrow(ax, a, b, "<|-|>", linewidth=0.8, mutation_scale=7)
-    place_beside(ax, a, b, text, side=side, turned=turned, **look)
+    text_beside(ax, a, b, text, side=side, turned=turned, **look)
 
 
 def radius(ax: Axes, centre, end, text: str, at: float = 0.5, side: int = 1, **look) -> None:
     """Arrow from a centre to a point of its circle, the text along it."""
     arrow(ax, centre, end, linewidth=0.9)
-    place_beside(ax, centre, end, text, at, side, turned=True, **look)
+    text_beside(ax, centre, end, text, at, side, turned=True, **look)
 
 
 def angle(ax: Axes, centre, size: float, start: float, end: float, text: str, spread: float = 1.25, **look) -> None:
@@ -131,9 +138,9 @@ def angle(ax: Axes, centre, size: float, start: float, end: float, text: str, sp
     write_mark(ax, np.asarray(centre) + spread * size * polar(0.5 * (start + end)), text, **look)
 
 
-def axes_cross(ax: Axes, origin, size: float, turn: float, names: tuple[str, str], **look) -> None:
-    """Two arrows of a coordinate frame whose x axis points at the angle ``turn`` (rad)."""
-    for name, direction in zip(names, (turn, turn + pi / 2), strict=True):
+def axes_cross(ax: Axes, origin, size: float, angle: float, names: tuple[str, str], **look) -> None:
+    """Two arrows of a coordinate frame whose x axis points at an ``angle`` (rad)."""
+    for name, direction in zip(names, (angle, angle + pi / 2), strict=True):
         end = np.asarray(origin) + size * polar(direction)
         arrow(ax, origin, end, **look)
         write_mark(ax, np.asarray(origin) + 1.12 * size * polar(direction), name, color=look.get("color", BLACK))

@@ -57,8 +57,8 @@ def draw_moment(ax: Axes, rig: Rig, recording: Recording, index: int, near: bool
     bar, chain = BAR if near else BAR_IN_LOOP, chain_points(rig, frame)
     for column, pitch in enumerate(recording.pitches):
         link = 2 * (int(pitch) - 1)
-        of_pitch = (array[sample, column] for array in (recording.force, recording.area, recording.groove))
-        for side, force, point, normal in contacts_at(rig, chain, link + 1, link, *of_pitch):
+        at_pitch = (array[sample, column] for array in (recording.force, recording.area, recording.groove))
+        for side, force, point, normal in contacts_at(rig, chain, link + 1, link, *at_pitch):
             end = point + force_arrow(force, bar) * normal
             draw_force(ax, side, point, end, linewidth=1.5, head=7.5, halo=3.3, mark=3.9)
     ax.set_aspect("equal")

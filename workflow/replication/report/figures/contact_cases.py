@@ -77,21 +77,21 @@ def _arc_figure(rig: Rig, area: int) -> Figure:
     ax.add_patch(Circle(centre, r, fill=False, **dashed, zorder=z + 0.2))
     # e and the radii lie on one line: the radii are drawn beside it
     along = (point - centre) / np.hypot(*(point - centre))
-    across = 0.16 * rc * np.array([-along[1], along[0]])
+    aside = 0.16 * rc * np.array([-along[1], along[0]])
     marks.vector(ax, centre, point, f"$e_{area}$", 0.75 if convex else 0.5, side=-1, linewidth=1.2)
-    marks.radius(ax, point + across, deepest + across, "$r_C$", 0.4 if convex else 0.5)
-    marks.radius(ax, centre - 2 * across, surface - 2 * across, f"$r_{area}$", 0.5, side=-1)
-    for end, away in ((point, across), (deepest, across), (centre, -2 * across), (surface, -2 * across)):
+    marks.radius(ax, point + aside, deepest + aside, "$r_C$", 0.4 if convex else 0.5)
+    marks.radius(ax, centre - 2 * aside, surface - 2 * aside, f"$r_{area}$", 0.5, side=-1)
+    for end, away in ((point, aside), (deepest, aside), (centre, -2 * aside), (surface, -2 * aside)):
         marks.line(ax, end, end + 1.15 * away, color="0.45", linewidth=0.6)
     ends, offset = ((deepest, surface), 0.55) if convex else ((surface, deepest), 0.75)
     marks.dimension(ax, *ends, r"$\delta$", offset=offset * rc, turned=False, fontsize=9)
     for direction, name, side in ((n, "$n$", 1 if convex else -1), (tau, r"$\tau$", -1)):
         end = surface + 0.45 * rc * direction
         marks.arrow(ax, surface, end, color=PURPLE, linewidth=2.2)
-        marks.place_beside(ax, surface, end, name, 0.8, side, color=PURPLE, fontsize=10)
+        marks.text_beside(ax, surface, end, name, 0.8, side, color=PURPLE, fontsize=10)
     marks.point(ax, point, "$C$", "right" if convex else "left", gap=5)
     marks.point(ax, centre, f"$O_{area}$", "right below" if convex else "right", gap=4)
-    points = np.array([point + rc, point - rc, centre - 2 * across, deepest - 0.4 * rc])
+    points = np.array([point + rc, point - rc, centre - 2 * aside, deepest - 0.4 * rc])
     low, high = points.min(axis=0) - 0.1 * rc, points.max(axis=0) + 0.1 * rc
     ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
     marks.frame_axes(ax, "k")
@@ -165,8 +165,8 @@ def _draw_link_case(ax: Axes, rig: Rig, start, end) -> float:
     marks.dimension(ax, near, p, r"$\delta_r$", offset=-0.9 * sign * half, side=-sign, turned=False, fontsize=9)
     far, middle = (end if s < 0.5 else start), 0.5 * (start + end)
     inside = far + 0.5 * (middle - far)
-    across = half * np.array([-along[1], along[0]])
-    marks.dimension(ax, inside, inside + across, "$D/2$", side=sign, turned=False, fontsize=9)
+    up = half * np.array([-along[1], along[0]])
+    marks.dimension(ax, inside, inside + up, "$D/2$", side=sign, turned=False, fontsize=9)
     span = 0.085
     ax.set(xlim=(middle[0] - span, middle[0] + span), ylim=(low - 0.004, low + 1.6 * span))
     marks.bare(ax)

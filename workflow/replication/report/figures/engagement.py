@@ -34,7 +34,7 @@ LARGEST_PHASE = 0.05  # phase of the chain on the sprocket, rad
 class Passage:
     """A connector passing the sprocket, seen from its groove."""
 
-    turn: np.ndarray  # (t,) turn of the sprocket since the groove was in the middle of the wrap, rad
+    angle: np.ndarray  # (t,) of the sprocket since the groove was in the middle of the wrap, rad
     pins: np.ndarray  # (t, 2, 2) its input (left) and output pin in the groove frame, m
 
 
@@ -48,11 +48,11 @@ def passage(rig: Rig, points: int = 121) -> Passage:
     wrap, r = path.wrap[0], path.circles[0, 2]
     chords = np.array([rig.chain.link_length, rig.connector_length])
     pitch = 2 * r * np.arcsin(chords / (2 * r)).sum()  # length of a pitch on the path round the sprocket
-    turn = np.linspace(-1, 1, points) * (0.5 * wrap + 1.6 * pi / rig.sprocket.teeth)
-    bearing = path.heading[0] + 0.5 * wrap + pi / 2 - turn  # direction of the groove
+    angle = np.linspace(-1, 1, points) * (0.5 * wrap + 1.6 * pi / rig.sprocket.teeth)
+    bearing = path.heading[0] + 0.5 * wrap + pi / 2 - angle  # direction of the groove
     pins = np.zeros((points, 2, 2))
     for i in range(points):
-        middle = 0.5 * wrap * r + turn[i] * pitch * rig.sprocket.teeth / (2 * pi)
+        middle = 0.5 * wrap * r + angle[i] * pitch * rig.sprocket.teeth / (2 * pi)
         both = _pins_around(path, middle, rig.connector_length) - path.circles[0, :2]
         pins[i] = drawing.placed(both, (0.0, 0.0), pi / 2 - bearing[i])
     free, touching = -LARGEST_PHASE, LARGEST_PHASE
@@ -60,7 +60,7 @@ def passage(rig: Rig, points: int = 121) -> Passage:
         phase = 0.5 * (free + touching)
         touched = _flank_is_touched(rig, drawing.placed(pins[:, 0], (0.0, 0.0), phase))
         free, touching = (free, phase) if touched else (phase, touching)
-    return Passage(turn, drawing.placed(pins.reshape(-1, 2), (0.0, 0.0), free).reshape(pins.shape))
+    return Passage(angle, drawing.placed(pins.reshape(-1, 2), (0.0, 0.0), free).reshape(pins.shape))
 
 
 def _pins_around(path: BeltPath, s: float, chord: float) -> np.ndarray:
@@ -90,20 +90,20 @@ def engagement_figure(rig: Rig) -> Figure:
     """Figure 6: frames of sprocket and groove (a), a connector on its way into the groove (b)."""
     figure = new_figure(7.0)
     complete, close = figure.subplots(2, 1, height_ratios=(1.2, 1.0))
-    turns = passage(rig)
-    _draw_frames(complete, rig, turns.pins[0])
+    way = passage(rig)
+    _draw_frames(complete, rig, way.pins[0])
     section.draw_groove(close, rig, 0.012, emphasized=())
     places = (-1.0, "-", "approaching"), (-0.8, (0, (5, 1.5)), "entering"), (0.0, (0, (1, 1)), "on the ring")
     for share, dashes, name in places:
-        pins = turns.pins[np.argmin(np.abs(turns.turn - share * turns.turn[-1]))]
+        pins = way.pins[np.argmin(np.abs(way.angle - share * way.angle[-1]))]
         look = {"edgecolor": BLACK, "linestyle": dashes, "linewidth": 1.1, "zorder": drawing.Z_CONNECTOR + 0.1}
         close.add_patch(drawing.connector_patch(rig, pins, **look, facecolor="none", label=name))
         marks.point(close, pins[0])
     close.add_patch(drawing.connector_patch(rig, seated_pins(rig), **SOLID, linewidth=0.5, label="at rest on the seat"))
-    coming = turns.turn <= 0
+    coming = way.angle <= 0
     for k, (name, look) in enumerate(PINS.items()):
-        close.plot(*turns.pins[coming, k].T, **look, zorder=drawing.Z_MARK, label=f"path of the {name} pin")
-    heights = turns.pins[0, :, 1]
+        close.plot(*way.pins[coming, k].T, **look, zorder=drawing.Z_MARK, label=f"path of the {name} pin")
+    heights = way.pins[0, :, 1]
     close.set(xlim=(-0.095, 0.095), ylim=(heights.min() - 0.065, heights.max() + 0.045))
     marks.frame_axes(close, "k")
     handles = [
@@ -170,9 +170,9 @@ def sector_figure(rig: Rig) -> Figure:
         else:
             end = centre + (outer + 0.008) * u
             marks.leader(sectors, centre + (outer - 0.3 * rc) * u, str(area), end, fontsize=10)
-    turns = passage(rig)
+    way = passage(rig)
     for k, (name, look) in enumerate(PINS.items()):
-        sectors.plot(*turns.pins[:, k].T, **look, zorder=drawing.Z_MARK + 1, label=f"{name} arc")
+        sectors.plot(*way.pins[:, k].T, **look, zorder=drawing.Z_MARK + 1, label=f"{name} arc")
     looks = {"convex": section.CONVEX_SECTOR, "concave": section.CONCAVE_SECTOR}
     faces = [Patch(**look, linewidth=0.8, label=f"sector of a {kind} area") for kind, look in looks.items()]
     paths = [marks.handle(f"way of the {name} arc's centre", **look) for name, look in PINS.items()]

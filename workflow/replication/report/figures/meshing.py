@@ -42,14 +42,14 @@ BEYOND = 1.25  # times the highest point of the curves: larger single steps are 
 
 @dataclass(frozen=True)
 class Selected:
-    """The passage that is shown."""
+    """A passage of a connector over the sprocket."""
 
     connector: int  # 1-based
     groove: int  # its groove, 1 to m
     number: int  # index of the passage in the record
     first: float  # first contact, s since the beginning of the record
     last: float  # last contact, s since the beginning of the record
-    turn: float  # time of a sprocket turn, s
+    turn_s: float  # time of a sprocket turn, s
     sides: pd.DataFrame  # rows of :func:`trackdyn.measure.contacts.passages`, by side
     force: np.ndarray  # (s, 3) left arc, right arc, link ahead on the ring, N
     area: np.ndarray  # (s, 2) areas of the arcs, 0 without contact
@@ -57,7 +57,10 @@ class Selected:
 
 
 def select_passage(recording: Recording) -> Selected:
-    """The complete passage nearest to the middle of the record whose contacts are all recorded."""
+    """The complete passage nearest to the middle of the record whose contacts are all recorded.
+
+    Raises `InputError`: the record holds no such passage, or not the ring's force on the link ahead.
+    """
     count = recording.scene.rig.chain.pitches
     columns = {int(pitch): i for i, pitch in enumerate(recording.pitches)}
     ring = recording.scene.ring_radius is not None
@@ -84,15 +87,15 @@ def select_passage(recording: Recording) -> Selected:
     touching = contacts(recording)
     grooves = touching["groove"][(touching["passage"] == number) & (touching["groove"] > 0)]
     groove = int(grooves[0]) if len(grooves) else 0
-    area, time, turn = recording.area[:, columns[connector]], recording.time - first, recording.periods.turn
-    return Selected(connector, groove, number, first, last, turn, sides, force, area, time)
+    area, time, turn_s = recording.area[:, columns[connector]], recording.time - first, recording.periods.turn
+    return Selected(connector, groove, number, first, last, turn_s, sides, force, area, time)
 
 
-def printed_times(ring: bool, turn: float) -> dict[str, float]:
+def printed_times(ring: bool, turn_s: float) -> dict[str, float]:
     """Printed events after the first printed contact, s; stretched if the sprocket turns at another speed."""
     times = printed.EVENTS_WITH_RING if ring else printed.EVENTS_WITHOUT_RING
     first = min(time for event, time in times.items() if "first" in event)
-    scale = turn * 115 / (60 * printed.TRANSMISSION_RATIO)
+    scale = turn_s * 115 / (60 * printed.TRANSMISSION_RATIO)
     return {event: (time - first) * scale for event, time in times.items()}
 
 
@@ -126,7 +129,7 @@ def passage_figure(recording: Recording) -> Figure:
     shown = select_passage(recording)
     scene = recording.scene
     ring = scene.ring_radius is not None
-    low, high = -BEFORE * shown.turn, shown.last - shown.first + AFTER * shown.turn
+    low, high = -BEFORE * shown.turn_s, shown.last - shown.first + AFTER * shown.turn_s
     inside = (shown.time >= low) & (shown.time <= high)
     time = shown.time[inside]
     figure = new_figure(6.2)
@@ -153,7 +156,7 @@ def passage_figure(recording: Recording) -> Figure:
     times.set_xlim(low, high)
     _draw_events(times, printed_and_measured_times(recording), (forces, areas))
     what = f"Connector {shown.connector} in groove {shown.groove}, {ring_words(scene.ring_radius)}"
-    figure.suptitle(f"{what}, {scene.motor_rpm:g} rpm; a sprocket turn takes {shown.turn:.3f} s", x=0.01, ha="left")
+    figure.suptitle(f"{what}, {scene.motor_rpm:g} rpm; a sprocket turn takes {shown.turn_s:.3f} s", x=0.01, ha="left")
     for ax, title in ((forces, "(a) forces"), (areas, "(b) areas of the groove"), (times, EVENTS)):
         ax.set_title(title)
     forces.set(ylabel="normal force (N)", ylim=(-0.03 * highest, 1.45 * highest))
@@ -190,8 +193,8 @@ def _draw_events(ax: Axes, times: pd.DataFrame, others) -> None:
         places = np.array([ax.get_xlim()[0], *sorted(known), ax.get_xlim()[1]])
         widest = int(np.argmax(np.diff(places)))
         end = {0: (places[1], -7, "right"), len(known): (places[-2], 7, "left")}
-        position, gap, across = end.get(widest, (places[widest : widest + 2].mean(), 0, "center"))
-        look = {"textcoords": "offset points", "va": "center", "ha": across, "fontsize": SMALL, "bbox": BARE_BOX}
+        position, gap, side = end.get(widest, (places[widest : widest + 2].mean(), 0, "center"))
+        look = {"textcoords": "offset points", "va": "center", "ha": side, "fontsize": SMALL, "bbox": BARE_BOX}
         ax.annotate(text.replace("-", "\N{MINUS SIGN}"), (position, y), (gap, 0), **look)
     names = [event.replace("first contact of the", "first contact,") for event in times.index]
     ax.set_yticks(range(len(times)), names)

@@ -59,7 +59,7 @@ def moments(recording: Recording, shown: Selected) -> list[Moment]:
     events it is the first at or after it, so that a contact that begins is there and one that ends is gone.
     """
     ring = recording.scene.ring_radius is not None
-    printed = printed_times(ring, shown.turn)
+    printed = printed_times(ring, shown.turn_s)
     # a configuration is of the end of its interval, as a sample is
     frames = recording.frame_time - shown.first
     measured = passage_events(recording).loc[shown.number]
@@ -157,8 +157,8 @@ def _draw_panel(ax: Axes, rig: Rig, recording: Recording, shown: Selected, momen
     drawing.view(ax, middle, HALF)
     drawing.draw_force_bar(ax, BAR, 0.03 if right or up else 0.97 - 0.5 * BAR / HALF)
     grooves = (shown.groove, shown.groove)
-    of_bodies = (None if ring is None else link, shown.force[moment.sample], shown.area[moment.sample], grooves)
-    for side, force, point, normal in contacts_at(rig, chain, connector, *of_bodies):
+    bodies_at = (None if ring is None else link, shown.force[moment.sample], shown.area[moment.sample], grooves)
+    for side, force, point, normal in contacts_at(rig, chain, connector, *bodies_at):
         end = point + drawing.force_arrow(force, BAR) * normal
         draw_force(ax, side, point, end)
         box = {"boxstyle": "square,pad=0.15", "facecolor": "white", "edgecolor": LOOKS[side]["color"], "linewidth": 0.8}

@@ -36,7 +36,7 @@ def default_step_errors(rigs: Iterable[str], speeds: Mapping[str, Iterable[float
     rows = []
     for name in rigs:
         rig = load_rig(name)
-        for ring, rpm in ((ring, rpm) for ring, all_of in speeds.items() for rpm in all_of):
+        for ring, rpm in ((ring, rpm) for ring, rpms in speeds.items() for rpm in rpms):
             if ring == "own" and rig.ring_radius is None:
                 continue
             seconds = whole_samples(rig.rate, TURNS * Periods.at(rig, rpm).turn + 0.01)

@@ -99,7 +99,10 @@ def limits_of(runs: dict[float, AnswerCost]) -> dict[str, Limit]:
 
 
 def statistic_trade(rig: Rig, requested: StatisticErrors) -> pd.DataFrame:
-    """Error of the measures of a record of every scene against their limits, and what the record took (``COLUMNS``)."""
+    """Error of the measures of a record of every scene against their limits, and what the record took (``COLUMNS``).
+
+    Raises `InputError`: in some scene fewer than two steps ran, over which the limit is extrapolated.
+    """
     rows, compiled = [], set()
     cases = [
         (fidelity, physics | method)
