@@ -11,10 +11,10 @@ import pandas as pd
 
 from laboratory.inference.unknowns import Unknowns, file_ranges
 from laboratory.plausible.draws import EQUAL_PITCH, RigScenes, run_rigs, scenes
-from laboratory.plausible.search import Searching, free_unknowns, possible_starts
+from laboratory.plausible.search import Searching, free_unknowns
 from laboratory.plausible.settings import PlausibleConfig, Scenario, load_plausible
 from laboratory.plausible.study import judged_claims
-from laboratory.plausible.verdicts import judge_rig, ranked_draws, shown_sentences
+from laboratory.plausible.verdicts import judge_rig, shown_sentences
 from replication.paper.claims import load_sentences
 from trackdyn.errors import InputError
 from trackdyn.files import write_text
@@ -113,7 +113,7 @@ def slip_entries(config: PlausibleConfig) -> dict[str, dict]:
     ranges = file_ranges(config.rig)
     return {
         name: {"value": value, "low": ranges[name][0], "high": ranges[name][1], "kind": "assumed", "source": SLIPS}
-        for name, value in config.ring[config.search.ring].items()
+        for name, value in config.ring[config.search.scenario.ring].items()
     }
 
 
@@ -139,10 +139,9 @@ def searched_rig(config: PlausibleConfig, ends: pd.DataFrame) -> str:
 def main(job) -> None:
     """Rule `default_rig`."""
     config, claims = load_plausible(job.input.config), judged_claims(job.input.claims)
-    sentences, draws = load_sentences(job.input.claims), pd.read_csv(job.input.draws)
-    ranked = ranked_draws(draws[draws["draw"] < config.search.among], sentences)
+    sentences = load_sentences(job.input.claims)
     searching = Searching(config, claims, job.threads, job.params.store)
-    searched = [searching.search(start) for start in searching.best_starts(possible_starts(config, ranked))]
+    searched = [searching.search(name) for name in config.search.starts]
     ends = pd.DataFrame([judged_end(config, rows, searching, claims, sentences) for rows in searched])
     write_table(pd.concat(searched, ignore_index=True), job.output.rows)
     write_table(ends, job.output.ends)

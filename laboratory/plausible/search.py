@@ -1,8 +1,7 @@
-"""A rig that shows as much as it can within the ranges of real parts: CMA-ES from the best draws."""
+"""A rig that shows as much as it can within the ranges of real parts: CMA-ES."""
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -19,14 +18,6 @@ from trackdyn.sweeps.engine import DONE
 LEAST_ROWS = 250  # before which a search is not judged to have ended: it has hardly left its start
 
 
-class Start(NamedTuple):
-    """Where a search begins: its name, its scenario, a point of the unit cube."""
-
-    name: str
-    scenario: Scenario
-    x: np.ndarray
-
-
 def free_unknowns(config: PlausibleConfig, scenario: Scenario) -> Unknowns:
     """Equal-pitch radius, then the unknowns of a draw but for those that the way of the ring sets."""
     ring, equal_pitch = config.ring[scenario.ring], scenario.equal_pitch
@@ -40,19 +31,6 @@ def search_scenes(config: PlausibleConfig) -> list[list]:
     """Speed, ring radius and whether sensors are read, of every scene of a row."""
     radii = config.search.radii_m.items()
     return [[rpm, ring, ring == config.ring_radius_m] for rpm, rings in radii for ring in rings]
-
-
-def possible_starts(config: PlausibleConfig, ranked: pd.DataFrame) -> list[Start]:
-    """Best draws with the way of the ring that is searched (`verdicts.ranked_draws`), and the values beside them."""
-    best = ranked[ranked["ring"] == config.search.ring].head(config.search.draws)
-    starts = []
-    for row in best.to_dict("records"):
-        scenario = Scenario(row["ring"], row["equal_pitch"])
-        unknowns = free_unknowns(config, scenario)
-        rig = unknowns.rig.changed(**{label: row[label] for label in unknowns.labels})
-        starts.append(Start(f"draw {row['draw']}", scenario, unknowns.position(unknowns.of_rig(rig))))
-    scenario = Scenario(config.search.ring, config.search.beside_equal_pitch)
-    return [*starts, Start("beside", scenario, free_unknowns(config, scenario).position(config.search.beside))]
 
 
 class Searching:
@@ -78,29 +56,25 @@ class Searching:
                 costs[x.tobytes()] = cost(distances), shown
         return [costs.get(x.tobytes(), (float(self.sentences), 0)) for x in points]
 
-    def best_starts(self, starts: Sequence[Start]) -> list[Start]:
-        """The starts of least cost, as many as are searched from."""
-        costs = [self.costs(free_unknowns(self.config, start.scenario), [start.x])[0][0] for start in starts]
-        return [starts[k] for k in np.argsort(costs, kind="stable")[: self.config.search.starts]]
-
-    def search(self, start: Start) -> pd.DataFrame:
-        """CMA-ES from a start: ``start, equal_pitch, row, cost, shown, ended`` and every unknown, a row each.
+    def search(self, name: str) -> pd.DataFrame:
+        """CMA-ES from a start: ``start, ring, equal_pitch, row, cost, shown, ended`` and every unknown, a row each.
 
         It ends when the last rows have gained too little, or are as many as may be (``ended`` of the last one).
         """
-        settings, unknowns = self.config.search, free_unknowns(self.config, start.scenario)
+        settings, unknowns = self.config.search, free_unknowns(self.config, self.config.search.scenario)
+        start = np.asarray(unknowns.position(settings.starts[name]))
         options = {"bounds": [0.0, 1.0], "seed": settings.seed, "verbose": -9}
-        strategy = required("cma").CMAEvolutionStrategy(np.clip(start.x, 0.001, 0.999), settings.spread, options)
+        strategy = required("cma").CMAEvolutionStrategy(np.clip(start, 0.001, 0.999), settings.spread, options)
         rows: list[dict] = []
 
         def evaluate(points: list[np.ndarray]) -> list[float]:
             costs = self.costs(unknowns, points)
             for x, (value, shown) in zip(points, costs, strict=True):
-                head = {"start": start.name, **start.scenario._asdict(), "row": len(rows) + 1}
+                head = {"start": name, **settings.scenario._asdict(), "row": len(rows) + 1}
                 rows.append(head | {"cost": value, "shown": shown} | unknowns.values(x))
             return [value for value, _ in costs]
 
-        evaluate([np.asarray(start.x)])
+        evaluate([start])
         ended = ""
         while not ended:
             points = strategy.ask()

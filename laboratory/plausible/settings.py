@@ -33,20 +33,22 @@ class Near(Section):
     share: Positive
 
 
-class Search(Section):
-    """A search (`search.Searching`): way of the ring; radii (m) of a row by speed (rev/min); how many draws it knows,
-    how many of the best of them are tried as starts, and values by unknown that are tried beside them; how many starts
-    are searched from; standard deviation of the first steps, as a share of the ranges; most rows of a start; share of
-    the last rows, and the least share of the cost that they gain.
-    """
+class Scenario(NamedTuple):
+    """A way of the ring and a reading of the printed equal-pitch radius."""
 
     ring: str
+    equal_pitch: str
+
+
+class Search(Section):
+    """A search (`search.Searching`): its scenario; radii (m) of a row by speed (rev/min); values by unknown of each
+    start; standard deviation of the first steps, as a share of the ranges; most rows of a start; share of the last
+    rows, and the least share of the cost that they gain.
+    """
+
+    scenario: Scenario
     radii_m: dict[float, list[float | None]]
-    among: Count
-    draws: Count
-    beside_equal_pitch: str
-    beside: dict[str, float]
-    starts: Count
+    starts: dict[str, dict[str, float]]
     spread: Positive
     seed: int
     rows: Count
@@ -60,13 +62,6 @@ class Short(Section):
     draws: Count
     radii_m: Numbers
     speeds_rpm: Numbers
-
-
-class Scenario(NamedTuple):
-    """A way of the ring and a reading of the printed equal-pitch radius."""
-
-    ring: str
-    equal_pitch: str
 
 
 class PlausibleConfig(Section):

@@ -85,12 +85,3 @@ def judge_rig(
 def shown_sentences(verdicts: Mapping[str, float], sentences: Iterable[int]) -> int:
     """Count the sentences that a rig shows (`judge_rig`)."""
     return sum(verdicts.get(str(number), 0) == 1 for number in sentences)
-
-
-def ranked_draws(draws: pd.DataFrame, sentences: Mapping[int, str]) -> pd.DataFrame:
-    """Draws that ran (`judge_rows`), those that show most sentences first, of as many those that show most claims."""
-    done = draws[draws["state"] == DONE]
-    whole = [str(number) for number in sentences if str(number) in done]
-    claims = done.filter(regex=r"^C\d").columns
-    order = done.assign(shown=done[whole].sum(axis=1), statements=done[claims].sum(axis=1))
-    return order.sort_values(["shown", "statements", "draw"], ascending=[False, False, True], kind="stable")

@@ -42,7 +42,6 @@ rule default_rig:
         lab_needs("plausible/default_rig.py"),
         config="config/plausible.yaml",
         claims="config/claims.yaml",
-        draws="docs/measured/plausible_draws.csv",
         kernels=[KERNELS, method_kernels("linearly_implicit")],
     output:
         rig=f"{L}/paper.yaml",

@@ -8,15 +8,14 @@ import pytest
 
 from laboratory.plausible.default_rig import rig_entries, rig_text, slip_entries
 from laboratory.plausible.distances import FORMS, cost, statement_distances
-from laboratory.plausible.draws import EQUAL_PITCH, scenes
+from laboratory.plausible.draws import EQUAL_PITCH, drawn_rigs, scenes
 from laboratory.plausible.rows import rows_of_rigs
-from laboratory.plausible.search import Searching, Start, free_unknowns, possible_starts
+from laboratory.plausible.search import Searching, free_unknowns
 from laboratory.plausible.settings import Scenario, load_plausible
 from laboratory.plausible.study import judged_claims
-from laboratory.plausible.verdicts import judge_rig, ranked_draws
+from laboratory.plausible.verdicts import judge_rig
 from replication.paper.claims import load_claims, load_sentences
 from trackdyn.rig.rig import load_rig, outside_ranges, parameter_table
-from trackdyn.sweeps.engine import DONE
 
 CONFIG = load_plausible("config/plausible.yaml")
 CLAIMS = "config/claims.yaml"
@@ -46,24 +45,19 @@ def test_distances_agree_with_the_verdicts_of_a_row():
         assert distances[name] >= 1 or verdicts[name], name
 
 
-@pytest.fixture
-def draws() -> pd.DataFrame:
-    """Three tracks that ran, two of which slip, and one that did not."""
-    rows = []
-    for draw, (scenario, shown) in enumerate([(SLIPS, 1), (GRIPS, 2), (SLIPS, 2), (SLIPS, 0)]):
-        unknowns = free_unknowns(CONFIG, scenario)
-        x = np.full(len(unknowns), 0.3 + 0.1 * draw)
-        fields = unknowns.changes(unknowns.values(x)) | CONFIG.ring[scenario.ring]
-        verdicts = {"1": float(shown > 0), "4": float(shown > 1), "C06a": float(shown > 0)}
-        rows.append({"draw": draw, **scenario._asdict(), "state": DONE if shown else "refused", **fields, **verdicts})
-    return pd.DataFrame(rows)
-
-
-def test_a_search_begins_at_the_best_draws_that_slip(draws):
-    starts = possible_starts(CONFIG, ranked_draws(draws, {1: "", 4: ""}))
-    assert [start.name for start in starts] == ["draw 2", "draw 0", "beside"]
-    assert starts[0].x == pytest.approx(np.full(len(starts[0].x), 0.5))
-    assert np.all((starts[-1].x >= 0) & (starts[-1].x <= 1))
+def test_the_stored_search_began_where_the_configuration_says():
+    rows = pd.read_csv("docs/measured/search_rows.csv")
+    firsts = rows[rows["row"] == 1].set_index("start")
+    assert set(firsts.index) == set(CONFIG.search.starts)
+    for name, values in CONFIG.search.starts.items():
+        assert firsts.loc[name, list(values)].tolist() == list(values.values())
+        x = free_unknowns(CONFIG, CONFIG.search.scenario).position(values)
+        assert np.all((np.array(x) >= 0) & (np.array(x) <= 1))
+    (track,) = (track for track in drawn_rigs(CONFIG) if track[:2] == (32, CONFIG.search.scenario))
+    ratios = {unknown.label: unknown.of for unknown in CONFIG.drawn_unknowns().unknowns}
+    for label, value in CONFIG.search.starts["draw 32"].items():
+        divisor = track.values[ratios[label]] if ratios.get(label) else 1.0
+        assert value == pytest.approx(track.values[label] / divisor, rel=1e-6), label
 
 
 def test_a_search_goes_down_ends_and_repeats_itself(monkeypatch):
@@ -71,14 +65,15 @@ def test_a_search_goes_down_ends_and_repeats_itself(monkeypatch):
     monkeypatch.setattr(
         Searching, "costs", lambda self, unknowns, points: [(1 + float(np.sum((x - 0.6) ** 2)), 3) for x in points]
     )
-    searching = Searching(CONFIG, judged_claims(CLAIMS), 1, "unused")
-    start = Start("here", SLIPS, np.full(len(free_unknowns(CONFIG, SLIPS)), 0.5))
-    rows = searching.search(start)
+    unknowns = free_unknowns(CONFIG, SLIPS)
+    search = CONFIG.search.model_copy(update={"starts": {"here": unknowns.values(np.full(len(unknowns), 0.5))}})
+    searching = Searching(CONFIG.model_copy(update={"search": search}), judged_claims(CLAIMS), 1, "unused")
+    rows = searching.search("here")
     assert rows["cost"].min() < 1 + 0.2 * (rows["cost"].iloc[0] - 1)
     assert rows["ended"].iloc[-1] == "gains too little" and set(rows["ended"].iloc[:-1]) == {""}
-    pd.testing.assert_frame_equal(rows, searching.search(start))
-    few = CONFIG.model_copy(update={"search": CONFIG.search.model_copy(update={"rows": 40})})
-    short = Searching(few, judged_claims(CLAIMS), 1, "unused").search(start)
+    pd.testing.assert_frame_equal(rows, searching.search("here"))
+    few = CONFIG.model_copy(update={"search": search.model_copy(update={"rows": 40})})
+    short = Searching(few, judged_claims(CLAIMS), 1, "unused").search("here")
     assert len(short) <= 40 and short["ended"].iloc[-1] == "rows are spent"
     pd.testing.assert_frame_equal(short.drop(columns="ended"), rows.drop(columns="ended")[: len(short)])
 
