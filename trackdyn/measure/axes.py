@@ -18,7 +18,7 @@ from trackdyn.sensor.sensor_csv import SensorRecord
 from trackdyn.simulation.belt import belt_recording
 from trackdyn.simulation.recording import Recording
 
-HARMONICS = 3  # of the loop's frequency; in a loop of straight runs these hold nearly all of gravity
+HARMONICS = 3  # multiples of the loop's frequency; in a loop of straight runs they hold nearly all of gravity
 LEAST_G = 0.1  # zero offset of a cheap sensor: a smaller difference tells nothing
 CLEARLY = 2.0  # times better
 SAME_CONTENT = 1.5  # ratio of the contents from 20 Hz on, up to which two records may be of the same unit
@@ -65,11 +65,11 @@ class Misfits(NamedTuple):
     exchanged: float  # with the ``axes`` that fit best
     shifted: float  # without the ``zeros``
     filtered: float  # from the simulation behind a high-pass filter
-    ay: float  # of its y axis alone
+    ay: float  # the y axis alone
     axes: Axes
     zeros: list[float]  # difference of the means of ay, and of ax, g
-    corner_hz: float  # of the high-pass filter
-    size: float  # of the simulated y axis, g
+    corner_hz: float  # corner of the high-pass filter
+    size: float  # size of the simulated y axis, g
 
     def explains(self, misfit: float, *others: float) -> bool:
         """Whether the record is clearly nearer to the simulation with one cause taken away than with the others."""
@@ -185,8 +185,8 @@ def require_axes(record: SensorRecord, rig: Rig, motor_rpm: float) -> None:
     Links on a belt of this rig at this motor speed (rev/min) turn through gravity, too.
     """
     scene = Scene(rig, motor_rpm, ring_radius=None, chain="belt", contact_log=False)
-    turn = whole_samples(rig.rate, scene.periods.loop)
-    if doubt := doubtful_axes(belt_recording(scene.with_(duration=turn)), record):
+    duration = whole_samples(rig.rate, scene.periods.loop)
+    if doubt := doubtful_axes(belt_recording(scene.with_(duration=duration)), record):
         raise InputError(f"{doubt}; in the pipeline, state axes in the file that sensor_mapping names")
 
 

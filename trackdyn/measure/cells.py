@@ -47,4 +47,4 @@ def with_error(value: float | None, error: float | None) -> str:
     return f"{value:.{decimals}f} ± {error:.{decimals}f}".replace("-", "\N{MINUS SIGN}")
 
 
-FILTERS = {made.__name__: made for made in (cell, groups, heading, words)}  # of the templates
+FILTERS = {made.__name__: made for made in (cell, groups, heading, words)}  # by which templates write cells

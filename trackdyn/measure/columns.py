@@ -15,7 +15,7 @@ from trackdyn.rig.yaml_file import read_yaml
 _DICTIONARY = read_yaml(Path(__file__).with_suffix(".yaml"))
 # columns of metrics.csv: type, unit, description, standard error or why there is none (None of errors themselves)
 COLUMNS: dict[str, tuple[str, str, str, str | None]] = {}
-SIDE_COLUMNS: dict[str, list] = _DICTIONARY["side_columns"]  # the same of a side, without type
+SIDE_COLUMNS: dict[str, list] = _DICTIONARY["side_columns"]  # columns of a side, without type
 UNITS, MEASURES, HEADINGS, WORDS = (_DICTIONARY[name] for name in ("units", "measures", "headings", "words"))
 
 
@@ -26,15 +26,15 @@ def _describe(over: str, name: str, kind: str, unit: str, text: str, error: str 
         COLUMNS[error] = ("number", unit, f"standard error {over}: {text}", None)
 
 
-for _name, _of in _DICTIONARY["columns"].items():
-    _describe("over revolutions of the loop", _name, *_of)
+for _name, _column in _DICTIONARY["columns"].items():
+    _describe("over revolutions of the loop", _name, *_column)
 for _side, _words in zip(SIDES, ("the left arc", "the right arc", "a link on the ring"), strict=True):
     for _name, (_unit, _text, _error) in SIDE_COLUMNS.items():
         _error = _error if " " in _error else f"{_side}_{_error}"
         _describe("by batch means over passages", f"{_side}_{_name}", "number", _unit, _text.format(_words), _error)
 # published tables: the columns that identify a row, then type, unit and description of every column
 TABLES: dict[str, tuple[list[str], dict]] = {"metrics": (["run"], COLUMNS)}
-TABLES |= {name: (of["key"], of["columns"]) for name, of in _DICTIONARY["tables"].items()}
+TABLES |= {name: (table["key"], table["columns"]) for name, table in _DICTIONARY["tables"].items()}
 
 
 def _described(name: str, table: str = "metrics") -> tuple:
@@ -91,14 +91,14 @@ def heading(column: str, change: bool = False) -> str:
     for ending, unit in UNITS.items():
         before, separator, after = f"_{column}_".partition(f"_{ending}_")
         if separator:
-            parts = (
+            names = (
                 re.sub(rf"(^|_)({'|'.join(UNITS)})(?=_|$)", "", text.strip("_")).strip("_") for text in (before, after)
             )
-            return f"{words(', '.join(filter(None, parts)))} ({unit})".lstrip()
+            return f"{words(', '.join(filter(None, names)))} ({unit})".lstrip()
     return words(column)
 
 
 def groups(columns) -> list[tuple[str, int]]:
     """Head of a table in two lines: first words that three or more neighbours share (else ""), and how many do."""
-    runs = [(first, len(list(of))) for first, of in groupby(column.partition("_")[0] for column in columns)]
+    runs = [(first, len(list(run))) for first, run in groupby(column.partition("_")[0] for column in columns)]
     return [group for first, n in runs for group in ([(first, n)] if n > 2 else [("", 1)] * n)]

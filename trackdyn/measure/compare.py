@@ -103,11 +103,11 @@ def compare_with_sensor(recording: Recording, record: SensorRecord, name: str = 
 
 
 def in_words(table: pd.DataFrame) -> str:
-    """What a table of `compare_with_sensor` comes to: RMS and SD, by how much and how many standard errors.
+    """Say by how much, and by how many standard errors, RMS and SD of a `compare_with_sensor` differ.
 
-    Where gravity is missing, the content from 20 Hz on instead.
+    Where gravity is missing, it is the content from 20 Hz on instead.
     """
-    parts = []
+    sentences = []
     rows = table.set_index("measure")
     for measure, name in (("rms_g", "RMS"), ("sd_g", "SD"), (HIGH, "content from 20 Hz on")):
         if measure not in rows.index or (measure == HIGH and "rms_g" in rows.index):
@@ -122,25 +122,25 @@ def in_words(table: pd.DataFrame) -> str:
             by += f", within {CLEAR:g} standard errors: no difference that these records tell"
         else:
             by += f": differs by {abs(errors):.2g} standard errors"
-        parts.append(f"{name} of the simulation {by}")
-    return "; ".join(parts)
+        sentences.append(f"{name} of the simulation {by}")
+    return "; ".join(sentences)
 
 
 @typed
 def other_speed(recording: Recording, record: SensorRecord, table: pd.DataFrame) -> str | None:
-    """What a sensor's record shows of its speed, if the simulated loop turns at another; of a `compare_with_sensor`.
+    """Say at which speed a sensor's record was made, if the simulated loop turns at another; None if it does not.
 
-    Another is one that differs by more than two standard errors and by more than 1 %: over 2.5 turns the line of a
-    noisy record is that of the whole record to 0.9 %.
+    ``table`` is that of `compare_with_sensor`. Another speed is one that differs by more than two standard errors and
+    by more than 1 %: over 2.5 turns the line of a noisy record is that of the whole record to 0.9 %.
     """
     hz, rpm, lines = recording.periods.loop_hz, recording.made_rpm, table.set_index("measure")
     if "line_hz_binfree" not in lines.index:
         return None
-    seen, error = lines.loc["line_hz_binfree", ["sensor", "sensor_error"]].astype(float).fillna(0.0)
-    if abs(seen - hz) <= max(SAME_SPEED * hz, CLEAR * error):
+    own_hz, error = lines.loc["line_hz_binfree", ["sensor", "sensor_error"]].astype(float).fillna(0.0)
+    if abs(own_hz - hz) <= max(SAME_SPEED * hz, CLEAR * error):
         return None
     return (
-        f"{record.path}: its loop turns {seen:.4g} times a second{f' (+- {error:.2g})' if error else ''}, the "
-        f"simulated one {hz:.4g} times at {rpm:g} rpm, {abs(hz / seen - 1):.1%} {'slower' if hz < seen else 'faster'}; "
-        f"compare with a run at {rpm * seen / hz:.4g} rpm"
+        f"{record.path}: its loop turns {own_hz:.4g} times a second{f' (+- {error:.2g})' if error else ''}, the "
+        f"simulated one {hz:.4g} times at {rpm:g} rpm, {abs(hz / own_hz - 1):.1%} "
+        f"{'slower' if hz < own_hz else 'faster'}; compare with a run at {rpm * own_hz / hz:.4g} rpm"
     )

@@ -22,7 +22,7 @@ from trackdyn.rig.rig import Rig
 from trackdyn.simulation.recording import Recording
 
 if TYPE_CHECKING:
-    import pandas as pd  # what makes tables imports it: it takes longer than to load all kernels
+    import pandas as pd  # imported where tables are made: it takes longer than to load all kernels
 
 # Turns of the sprocket: 0.01 s, to which the paper prints times, of the 2.906 s that a turn takes at 115 rpm. A shorter
 # gap does not separate two contacts; a shorter contact begins, ends and peaks nothing.
@@ -212,8 +212,8 @@ def meshing_summary(recording: Recording) -> dict:
         values |= _run_statistics(rows["impulse_ns"] / loop, rows["square_n2s"] / loop)
         rms = float((rows["square_n2s"].sum() / touching) ** 0.5) if touching else quiet
         # to first order
-        off = ratio_error(rows["square_n2s"], rows["touching_s"]) / (2 * rms) if touching else quiet
-        values |= {"rms_contact_n": rms, "rms_contact_error_n": off}
+        rms_error = ratio_error(rows["square_n2s"], rows["touching_s"]) / (2 * rms) if touching else quiet
+        values |= {"rms_contact_n": rms, "rms_contact_error_n": rms_error}
         values |= {"peak_n": _mean(rows["peak_n"]), "peak_error_n": batch_error(rows["peak_n"])[0]}
         values["peak_largest_n"] = float(rows["peak_n"].max()) if count else NAN
         for name in ("phase_start", "phase_end"):

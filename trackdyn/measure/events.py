@@ -49,12 +49,12 @@ def passage_events(recording: Recording) -> pd.DataFrame:
     A row a passage, a column an event: s since the first contact of the passage, NaN for what does not happen. ``out``
     is the last contact of either arc.
     """
-    places, times = EVENTS_WITHOUT_RING if recording.scene.ring_radius is None else EVENTS_WITH_RING, []
-    for _, of_passage in passages(recording).groupby("passage"):
-        rows, first = of_passage.set_index("side"), of_passage["start_s"].min()
+    events, times = EVENTS_WITHOUT_RING if recording.scene.ring_radius is None else EVENTS_WITH_RING, []
+    for _, passage in passages(recording).groupby("passage"):
+        rows, first = passage.set_index("side"), passage["start_s"].min()
         sides = {side: rows.loc[side] for side in SIDES} | {"arcs": rows.loc[["left", "right"]].max(numeric_only=True)}
-        times.append({event: float(sides[side][column] - first) for event, (side, column) in places.items()})
-    return pd.DataFrame(times, columns=list(places), dtype=float)
+        times.append({event: float(sides[side][column] - first) for event, (side, column) in events.items()})
+    return pd.DataFrame(times, columns=list(events), dtype=float)
 
 
 def mean_events(recording: Recording) -> pd.DataFrame:
@@ -92,14 +92,14 @@ def smoothed_maxima(recording: Recording) -> pd.DataFrame:
     areas: dict[str, list[int]] = {}
     for _, rows in table.groupby("passage"):
         first, last = rows["start_s"].min(), rows["end_s"].max()
-        connector, of_side = int(rows["connector"].iloc[0]), rows.set_index("side")
+        connector, starts = int(rows["connector"].iloc[0]), rows.set_index("side")["start_s"]
         for i, side in enumerate(SIDES):
             column = columns.get(connector % count + 1 if side == "ring" else connector)
-            if column is None or np.isnan(of_side.loc[side, "start_s"]):
+            if column is None or np.isnan(starts[side]):
                 continue
             force = recording.force[:, column, i]
             smooth = scipy.ndimage.uniform_filter1d(force, window)
-            touch = of_side.loc[side, "start_s"] + RESOLUTION
+            touch = starts[side] + RESOLUTION
             for name, values, begin in ((f"mean over {RESOLUTION:g} s", smooth, first), (AFTER_TOUCH, force, touch)):
                 inside = np.flatnonzero((recording.time >= begin) & (recording.time <= last))
                 if len(inside):

@@ -18,7 +18,7 @@ SHOWN = (
     "clipped_samples", "loop_gap_max_m", "energy_residual",
 )  # fmt: skip
 OF_THE_EARTH = 0.005  # share by which gravity differs between poles and equator
-SAME_SPEED = 0.01  # of a speed: from here on a difference or a drift is said
+SAME_SPEED = 0.01  # share of a speed, from which on a difference or a drift is said
 
 
 def sensor_row(recording: Recording, sensor: str | int = 0) -> dict:
@@ -56,10 +56,10 @@ def run_metrics(name: str, recording: Recording) -> dict:
 
 
 def shown_measures(recording: Recording) -> list[dict]:
-    """What a person asks of a run: ``name``, ``measure``, ``value``, ``error`` of scatter and step or None, ``unit``.
+    """List the measures that a run prints: ``name``, ``measure``, ``value``, ``error`` of scatter and step, ``unit``.
 
-    What the run cannot have is left out. Of a rig with several sensors a row also has the name of its ``sensor``, empty
-    for what is not a sensor's.
+    ``error`` is None where it is not known; measures that are NaN are left out. Of a rig with several sensors a row
+    also has the name of its ``sensor``, empty for what is not a sensor's.
     """
     rows, row, whole = [], run_metrics("", recording), whole_errors(recording.scene)
     names = list(recording.scene.rig.sensors)
@@ -78,13 +78,13 @@ def shown_measures(recording: Recording) -> list[dict]:
 
 
 def needed_lengths(recording: Recording) -> dict[str, float]:
-    """What the recording is too short for, with the record (s) that holds it wherever it begins."""
+    """Name what the recording is too short for, with the length (s) that holds it wherever the record begins."""
     periods = recording.periods
     needed = {"dominant peak and standard errors": LEAST_PERIODS * periods.loop}
     if recording.scene.contact_log:
         passage = periods.loop + (2 * LONGEST_CONTACT + PASSAGE) * periods.turn
         needed["contacts of the recorded pitches"] = passage
-    return {what: seconds for what, seconds in needed.items() if recording.seconds < seconds}
+    return {measure: seconds for measure, seconds in needed.items() if recording.seconds < seconds}
 
 
 def remarks(recording: Recording) -> list[str]:
@@ -118,12 +118,12 @@ def gravity_sentence(recording: Recording) -> str:
 
 def speed_sentence(recording: Recording) -> str:
     """Sentence on a speed that is not the one asked for or not steady, to a percent; empty where it is."""
-    asked, made, speeds = recording.scene.motor_rpm, recording.made_rpm, recording.speeds
+    set_rpm, made, speeds = recording.scene.motor_rpm, recording.made_rpm, recording.speeds
     drifts = np.ptp(speeds) > SAME_SPEED * made
-    if not drifts and abs(made - asked) <= SAME_SPEED * asked:
+    if not drifts and abs(made - set_rpm) <= SAME_SPEED * set_rpm:
         return ""
     drift = f", from {speeds[0]:.4g} to {speeds[-1]:.4g} within the record" if drifts else ""
     return (
-        f"the motor speed was {made:.4g} of {asked:.4g} rev/min{drift}; shares, phases and passages are those of the "
+        f"the motor speed was {made:.4g} of {set_rpm:.4g} rev/min{drift}; shares, phases and passages are those of the "
         "turns that the sprocket made"
     )

@@ -37,23 +37,23 @@ from trackdyn.simulation.recorder import Recorder
 from trackdyn.simulation.recording import Recording
 from trackdyn.simulation.step_check import OPEN, Resolution
 
-SETTING_SHARE = 0.8  # of the tolerance, which the difference of two settings may take; the rest is for scatter
+SETTING_SHARE = 0.8  # share of the tolerance for the difference of two settings; the rest is for scatter
 IMPLICIT_STEP, LARGEST_STEP = 5e-4, 1e-4  # s
 # Cost of a step over that of a semi-implicit one. Plans go by steps and not by the clock, which compilation and other
 # processes hold up: the same question has the same answer.
 WORK = {"linearly_implicit": 2.0}
-LEAD = 2  # passages in which a setting follows its own way before it is recorded
-LONGER, GROWTH = 1.1, 2.0  # of trials from one judgement to the next, at least and at most
+WARM_UP = 2  # passages in which a setting follows its own way before it is recorded
+LONGER, GROWTH = 1.1, 2.0  # trials grow at least and at most by these from one judgement to the next
 JUDGED = 1.3  # times as long a record is judged again
 # Turns of the loop at constant speed before a record. In 17 scenes of six rigs the RMS of the first quarter of a turn
 # was up to 1.3 % off; after half a turn nothing was left beyond the scatter.
 WAIT = 0.5
-PEAK_TURNS = 3  # of the sprocket: until then an arc has had its peaks, or has none
+PEAK_TURNS = 3  # turns of the sprocket: until then an arc has had its peaks, or has none
 
 
 @dataclass(frozen=True)
 class StopResult:
-    """What a run gives at its end."""
+    """Measures of a run that ended when they were known, and its recording."""
 
     measures: dict[str, Estimate]  # measures with their errors (`measure.whole_loop.series`)
     reached: dict[str, bool]  # for each measure that was asked for: is its 95 % interval within the tolerance?
@@ -86,7 +86,7 @@ class Error(NamedTuple):
         return self.bias + hypot(self.doubt, self.half_width)
 
     def remaining(self, tolerance: float) -> float:
-        """What a tolerance leaves for the interval of the record; 0 if nothing."""
+        """Share of a tolerance that is left for the interval of the record; 0 if nothing is."""
         rest = tolerance - self.bias
         return sqrt(rest**2 - self.doubt**2) if rest > self.doubt else 0.0
 
@@ -108,11 +108,11 @@ class Candidate:
 
     setting: Setting
     writer: Recorder | None = None  # the record so far; None if the setting was refused
-    work: float = 0.0  # of a second, in semi-implicit steps
+    work: float = 0.0  # cost of a simulated second, in semi-implicit steps
     cpu_s: float = 0.0  # CPU seconds of the record so far
     refused: str = ""  # why it does not run, or nothing
     measures: dict[str, Series] = field(default_factory=dict, repr=False)
-    error: dict[str, Error] = field(default_factory=dict)  # of each measure; empty until a finer setting ran
+    error: dict[str, Error] = field(default_factory=dict)  # by measure; empty until a finer setting ran
 
     @property
     def seconds(self) -> float:
@@ -129,10 +129,10 @@ class Candidate:
 
 
 class Plan(NamedTuple):
-    """What to run for tolerances, and how far it has come."""
+    """The setting to run for tolerances, and how far its record has come."""
 
     chosen: Candidate
-    left: dict[str, float]  # tolerances of the record: what the setting leaves of those that were asked for
+    left: dict[str, float]  # by measure, tolerances of the record: those of the question less the setting's error
     duration: float  # s at constant speed that the record is expected to take
     cpu_s: float  # CPU seconds that are expected beyond those of the trials
     trial_cpu_s: float  # CPU seconds that settling and trials took
@@ -215,7 +215,7 @@ def plan(scene: Scene, tolerances: Mapping[str, float], longest: float = 60.0, m
     tried: list[Candidate] = []
     while True:
         running = [trial for trial in tried if not trial.refused]
-        # the two finest judge; of the others go on those that may be chosen
+        # the two finest judge; the others go on while they may be chosen
         running = [trial for trial in running if trial in running[-2:] or trial.growth(tolerances) < inf]
         for trial in running:
             _record(trial, tolerances, count * span)
@@ -247,7 +247,7 @@ def _at_speed(settled: Loop, choices: list[Setting]) -> Loop:
 
     def run(setting: Setting) -> Loop:
         loop = settled.changed(**setting.fields)
-        loop.advance(scene.ramp + max(scene.lead_in - LEAD * scene.periods.passage, 0.0))
+        loop.advance(scene.ramp + max(scene.lead_in - WARM_UP * scene.periods.passage, 0.0))
         return loop
 
     try:
@@ -261,7 +261,7 @@ def _start(base: Loop, setting: Setting, span: float) -> Candidate:
     try:
         loop = base.changed(**setting.fields)
         scene = loop.scene
-        loop.advance(LEAD * span)
+        loop.advance(WARM_UP * span)
         writer = Recorder(loop, checked=False, room=PEAK_TURNS * scene.periods.turn)
     except TrackdynError as error:
         return Candidate(setting, refused=str(error))
@@ -273,7 +273,7 @@ def _record(trial: Candidate, tolerances: Mapping[str, float], seconds: float) -
     assert trial.writer is not None
     begin = time.process_time()
     try:
-        recording, _ = record_until(trial.writer, seconds, lambda of: (of, True))
+        recording, _ = record_until(trial.writer, seconds, lambda record: (record, True))
         measures = series(recording, tolerances)
     except TrackdynError as error:
         trial.refused = str(error)
@@ -282,7 +282,7 @@ def _record(trial: Candidate, tolerances: Mapping[str, float], seconds: float) -
     if any(name.endswith("_peak") for name in tolerances) and trial.writer.statistics().isolated > ONE_STEP:
         trial.refused = "peaks stand for one step: the true ones may be twice as large"
         return
-    trial.measures = {name: of for name, of in measures.items() if len(of.values) >= LEAST}
+    trial.measures = {name: measure for name, measure in measures.items() if len(measure.values) >= LEAST}
 
 
 def _judge(running: list[Candidate], tolerances: Mapping[str, float]) -> None:
@@ -297,21 +297,21 @@ def _judge(running: list[Candidate], tolerances: Mapping[str, float]) -> None:
     ratio = weight_of_finer(*reversed(steps)) if same else 1.0
     for name in tolerances:
         scale = scale_of(name, finest.measures[name].estimate().value)
-        last, sure = (ratio * abs(of) for of in difference(coarser.measures[name], finest.measures[name]))
+        last, sure = (ratio * abs(value) for value in difference(coarser.measures[name], finest.measures[name]))
         for trial in running:
-            off, scatter = (0.0, 0.0) if trial is finest else difference(trial.measures[name], finest.measures[name])
+            excess, scatter = (0.0, 0.0) if trial is finest else difference(trial.measures[name], finest.measures[name])
             _, error, half_width = trial.measures[name].estimate()
-            errors = abs(off) + last, SURE * (scatter + sure), half_width, SURE * error
-            trial.error[name] = Error(*(of / scale for of in errors))
+            errors = abs(excess) + last, SURE * (scatter + sure), half_width, SURE * error
+            trial.error[name] = Error(*(value / scale for value in errors))
 
 
 def _next(
     running: list[Candidate], tolerances: Mapping[str, float], pending: list[Setting], most: float
 ) -> tuple[Candidate | None, float]:
-    """What is expected to cost least: the setting to go on with; or times that trials must be longer; or neither.
+    """Find the cheapest way on: the setting to record; or times that trials must be longer; or neither.
 
-    Neither is a finer setting. Records may become ``most`` times as long. Of settings whose records are long enough the
-    finest is chosen.
+    Neither means a finer setting. Records may become ``most`` times as long. Of settings whose records are long enough
+    the finest is chosen.
     """
     coarser, finest = running[-2:]
     ways: list[tuple[float, Candidate | None, float]] = []

@@ -29,7 +29,7 @@ WORK = ("teeth_sliding_j", "ring_sliding_j")
 COLUMNS = ("rms_g", "sd_g", *WORK, *(f"{side}_{name}" for side in SIDES for name in SIDE_COLUMNS))
 _KNOWN = f"rms_g, sd_g, {', '.join(WORK)}, or left_, right_ or ring_ with {', '.join(SIDE_COLUMNS)}"
 _BOUND = re.compile(r"(\w+)\s*(<=?|>=?)\s*(?:(tooth)\s*\+\s*)?(-?\d+(?:\.\d*)?(?:e-?\d+)?)")
-# of the radius to choose and the next ones, in words
+# columns and their words, in the sentences on the radius to choose and the next ones
 COMPARED = {
     "settled_tension_n": "strand {} N", "ring_rms_n": "RMS force of the ring {} N",
     "left_rms_n": "of the left arc {} N", "teeth_sliding_j": "sliding work on the teeth {} J",
@@ -39,7 +39,7 @@ KEEPS = {"<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.g
 
 
 class Bound(NamedTuple):
-    """What a measure must keep at every speed."""
+    """A bound that a measure must keep at every speed."""
 
     column: str
     sign: str
@@ -151,34 +151,35 @@ def advice(study: pd.DataFrame, rule: RingRule) -> list[str]:
             sentences.insert(0, f"the largest radius of the study won, {chosen:.5g} m: a larger one may serve better")
         if band := rule.band(study):
             each = (
-                f"{of:.4g} m with {margin:g}" if of == of else f"none with {margin:g}" for margin, of in band.items()
+                f"{radius:.4g} m with {margin:g}" if radius == radius else f"none with {margin:g}"
+                for margin, radius in band.items()
             )
             sentences.append(f"points over a tooth's share: the rule would choose {', '.join(each)}")
         for words, k in (("smaller", index - 1), ("larger", index + 1)):
             if 0 <= k < len(radii):
-                missed = "; ".join(bound.worst(of[radii[k]]) for bound, of in misses.items() if radii[k] in of)
+                missed = "; ".join(bound.worst(rows[radii[k]]) for bound, rows in misses.items() if radii[k] in rows)
                 serves = "keeps every bound" + (", too" if k > index else ", but a slightly larger one does not")
                 sentences.append(f"the next {words} radius, {radii[k]:.5g} m: {missed or serves}")
         sentences += [_compared(rings, radius) for radius in radii[max(index - 1, 0) : index + 3]]
         if len(bare := study[study["ring_radius_m"].isna()]):
             sentences.append(_compared(bare))
-    elif lonely := [f"{radius:.5g}" for radius in radii if not any(radius in of for of in misses.values())]:
+    elif lonely := [f"{radius:.5g}" for radius in radii if not any(radius in rows for rows in misses.values())]:
         sentences[0] += f": {', '.join(lonely)} m keep every bound, but not all radii up to {SPAN:.1%} above them"
-    for bound, of in misses.items():
-        keep = [f"{radius:.5g}" for radius in radii if radius not in of]
+    for bound, rows in misses.items():
+        keep = [f"{radius:.5g}" for radius in radii if radius not in rows]
         sentences.append(f"{bound.words}, at every speed: {', '.join(keep) + ' m' if keep else 'no radius'}")
     if study["rpm"].nunique() > 1:
         alone = {rpm: rule.radius(rows) for rpm, rows in study.groupby("rpm")}
-        each = (f"{rpm:g} rpm {f'{of:.4g} m' if of == of else 'none'}" for rpm, of in alone.items())
+        each = (f"{rpm:g} rpm {f'{radius:.4g} m' if radius == radius else 'none'}" for rpm, radius in alone.items())
         sentences.append(f"at one speed alone: {', '.join(each)}")
     return sentences
 
 
 def _compared(rows: pd.DataFrame, radius: float | None = None) -> str:
     """Least and largest measures of a ring over all speeds in a sentence; of all rows, without a ring, by default."""
-    of = rows if radius is None else rows[rows["ring_radius_m"] == radius]
+    rows = rows if radius is None else rows[rows["ring_radius_m"] == radius]
     ranges = []
     for column, words in COMPARED.items():
-        ends = (float(f"{value:.3g}") for value in (of[column].min(), of[column].max()))
+        ends = (float(f"{value:.3g}") for value in (rows[column].min(), rows[column].max()))
         ranges.append(words.format(" to ".join(dict.fromkeys(f"{value:g}" for value in ends))))
     return f"{'no ring' if radius is None else f'{radius:.5g} m'}: {', '.join(ranges)}"

@@ -28,7 +28,7 @@ OTHER_SPEED = 4.0  # largest ratio of the speeds of a sensor's record and of a r
 
 @dataclass(frozen=True)
 class SensorSignal:
-    """What an acceleration sensor would report."""
+    """The record of an acceleration sensor on the chain."""
 
     time: np.ndarray  # (s,) sample times, s
     # ax, ay: (s,) along its body and along the outward normal, g; the mean over the sample interval that ends at the
@@ -114,7 +114,7 @@ def whole_samples(rate: float, seconds: float) -> float:
 
 
 def whole_revolutions(count: int, rate: float, loop_hz: float) -> int:
-    """Samples of a record that make whole revolutions of the loop; all of them if it holds none."""
+    """How many of ``count`` samples at ``rate`` (Hz) make whole revolutions of the loop; all if they hold none."""
     loops = np.floor(count / rate * loop_hz + 1e-6)
     return round(loops / loop_hz * rate) if loops else count
 
@@ -141,10 +141,10 @@ def sensor_metrics(ay, rate: float, loop_hz: float) -> dict:
     has_line = holds_line(len(ay), rate, loop_hz) and bool(np.ptp(ay))
     line = main_line(ay, rate, loop_hz) if has_line else (NAN, NAN)
     free = main_line_binfree(ay, rate, expected_hz=loop_hz)[:2] if has_line else (NAN, NAN)
-    off = line_error(ay, rate, line[0], free[0]) if has_line else LineError(NAN, NAN, NAN, NAN)
+    errors = line_error(ay, rate, line[0], free[0]) if has_line else LineError(NAN, NAN, NAN, NAN)
     turns = ay[: whole_revolutions(len(ay), rate, loop_hz)]
     complete = turns if has_line else ay
-    shorter = len(ay) / rate * loop_hz < 1  # than a revolution
+    below_a_revolution = len(ay) / rate * loop_hz < 1
 
     def error(statistic) -> float:
         return turn_error(ay, 1 / loop_hz * rate, statistic) if has_line else NAN
@@ -160,18 +160,18 @@ def sensor_metrics(ay, rate: float, loop_hz: float) -> dict:
         "sd_whole_g": standard_deviation(complete),
         "sd_whole_error_g": sd_error,
         "line_hz": line[0],
-        "line_error_hz": off.bin_hz,
+        "line_error_hz": errors.bin_hz,
         "line_g": line[1],
-        "line_error_g": off.bin_amplitude,
+        "line_error_g": errors.bin_amplitude,
         "line_hz_binfree": free[0],
-        "line_error_hz_binfree": off.hz,
+        "line_error_hz_binfree": errors.hz,
         "line_g_binfree": free[1],
-        "line_error_g_binfree": off.amplitude,
-        "high_frequency_g": rms(high_passed(ay, rate)) if shorter else high_frequency_rms(turns, rate),
+        "line_error_g_binfree": errors.amplitude,
+        "high_frequency_g": rms(high_passed(ay, rate)) if below_a_revolution else high_frequency_rms(turns, rate),
         "high_frequency_error_g": error(partial(high_frequency_rms, rate_hz=rate)),
     }
 
 
 def record_metrics(ay, rate: float, expected_hz: float) -> dict:
-    """`sensor_metrics` of a record whose loop turns at a speed of its own (`sensor.measured_loop_hz`)."""
+    """`sensor_metrics` of a record ``ay`` whose loop turns at a speed of its own, near ``expected_hz`` (Hz)."""
     return sensor_metrics(ay, rate, measured_loop_hz(ay, rate, expected_hz))

@@ -6,9 +6,9 @@ import scipy  # its parts are loaded where they are used: together they take hal
 from trackdyn.errors import InputError, shown
 
 LOOP_HZ = 0.05, 20.0  # where the line of a loop of unknown speed lies
-LEAST_PERIODS = 2.0  # of a line in the record that it is taken from
+LEAST_PERIODS = 2.0  # periods of a line in the record that it is taken from
 LOW_RANGE_HZ = 2.0  # that is drawn line by line
-BAND_HZ = 2.0  # of the smoothed spectrum over the whole range
+BAND_HZ = 2.0  # width of the bands of the smoothed spectrum over the whole range
 _HARMONICS = 8
 MOST_TERMS = 100_000_000  # fundamentals times samples: of more, scipy.signal is worth its import
 _GRID_PER_LOBE = 4  # grid points in one bin's width of the highest harmonic
@@ -50,7 +50,7 @@ def in_bands(freq: np.ndarray, amplitude: np.ndarray) -> tuple[np.ndarray, np.nd
 
 
 def holds_line(samples: int, rate_hz: float, hz: float) -> bool:
-    """Whether a record holds two periods of a line, which a frequency and an amplitude need."""
+    """Whether a number of samples holds two periods of ``hz`` (Hz), which a frequency and an amplitude need."""
     return samples / rate_hz * hz >= LEAST_PERIODS - 1e-6
 
 
@@ -192,10 +192,10 @@ def _fourier_sums(a, hz, rate_hz, harmonics):
     """
     block = int(np.ceil(np.sqrt(a.size)))
     rows = np.pad(a, (0, -a.size % block)).reshape(-1, block)
-    turn = -2j * np.pi / rate_hz * np.multiply.outer(hz, np.arange(1, harmonics + 1))[..., None]
+    phase_step = -2j * np.pi / rate_hz * np.multiply.outer(hz, np.arange(1, harmonics + 1))[..., None]
     # a product by BLAS would wake a thread a core, every time
-    within = np.einsum("bw,mhw->mhb", rows, np.exp(turn * np.arange(block)))
-    return (within * np.exp(turn * (block * np.arange(len(rows))))).sum(-1)
+    within = np.einsum("bw,mhw->mhb", rows, np.exp(phase_step * np.arange(block)))
+    return (within * np.exp(phase_step * (block * np.arange(len(rows))))).sum(-1)
 
 
 def _fit_harmonics(correlation, hz, rate_hz, n):
@@ -210,7 +210,7 @@ def _fit_harmonics(correlation, hz, rate_hz, n):
     rhs = np.concatenate([centred.conj()[:, ::-1], np.zeros((len(hz), 1)), centred], axis=1)
     all_orders = np.arange(-order[-1], order[-1] + 1)
     difference = all_orders[None, :] - all_orders[:, None]
-    half = np.pi * difference * (hz / rate_hz)[:, None, None]  # of less than a turn: 0 on the diagonal alone
+    half = np.pi * difference * (hz / rate_hz)[:, None, None]  # below pi: the sine is 0 on the diagonal alone
     normal = np.divide(np.sin(n * half), np.sin(half), out=np.full(half.shape, float(n)), where=difference != 0)
     coefficient = np.linalg.solve(normal, rhs[:, :, None])[:, :, 0]
     return np.real(np.sum(rhs.conj() * coefficient, axis=1)), coefficient

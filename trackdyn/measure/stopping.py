@@ -17,8 +17,7 @@ from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recorder import Recorder
 from trackdyn.simulation.recording import IN_SPACE, SAMPLED, Recording
 
-# of a record from one judgement to the next
-GROWTH = 1.1
+GROWTH = 1.1  # times that a record is longer from one judgement to the next
 Judged = TypeVar("Judged")
 
 
@@ -97,8 +96,8 @@ def steady_from(recording: Recording, rule: StopRule) -> tuple[float, bool]:
         tolerances[f"{side}_share"] = rule.share_pct / 100
         if share.estimate().value >= TOUCHING:  # a force that hardly touches is not judged
             tolerances[f"{side}_force"] = rule.force
-    first, _, kept = judge_series(measures, tolerances, rule.visits(recording.scene.rig))
-    converged = all(kept.values())
+    first, _, reached = judge_series(measures, tolerances, rule.visits(recording.scene.rig))
+    converged = all(reached.values())
     if not first:
         return 0.0, converged
     begins = table.loc[table["passage"] == first, "start_s"].min()

@@ -20,7 +20,7 @@ from trackdyn.rig.roots import root
 from trackdyn.scene.scene import Scene
 
 CONFIDENCE = 0.95
-ROUNDING = 1e-9  # of a value: a smaller standard error is rounding, and is not shown
+ROUNDING = 1e-9  # share of a value: a smaller standard error is rounding, and is not shown
 NAN = float("nan")
 
 
@@ -123,9 +123,9 @@ def line_error(a, rate_hz: float, bin_hz: float, loop_hz: float) -> LineError:
     # the harmonic of the loop that the bin belongs to
     harmonic = max(1, round(bin_hz / loop_hz))
     lines = first if harmonic == 1 else _demodulated(a, rate_hz, edges, harmonic * loop_hz)
-    off = np.exp(-2j * np.pi * (bin_hz - harmonic * loop_hz) * times)
-    complete = (lines * off).mean()
-    scatter = ((lines - lines.mean()) * off * np.conj(complete) / abs(complete)).real
+    phase_factor = np.exp(-2j * np.pi * (bin_hz - harmonic * loop_hz) * times)
+    complete = (lines * phase_factor).mean()
+    scatter = ((lines - lines.mean()) * phase_factor * np.conj(complete) / abs(complete)).real
     return LineError(resolution, float(np.sqrt(scatter @ scatter / (count - 1) / count)), hz, amplitude)
 
 
@@ -192,7 +192,7 @@ class Series(NamedTuple):
 
 
 def scale_of(measure: str, value: float) -> float:
-    """What a tolerance is relative to: a turn of the sprocket (shares are in %), or the size of a value; NaN for 0."""
+    """Size that a tolerance refers to: a turn of the sprocket (shares are in %), or that of a value; NaN for 0."""
     return 100.0 if measure in SHARES else abs(value) or NAN
 
 
@@ -201,15 +201,15 @@ def unit_of(measure: str) -> str:
     return "% of a turn" if measure in SHARES else "N" if measure.endswith("_peak") else "g"
 
 
-def paired(one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def paired(first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The last values of two series, as many as both have: runs that end alike have passages at equal times."""
-    count = min(len(one), len(other))
-    return one[len(one) - count :], other[len(other) - count :]
+    count = min(len(first), len(second))
+    return first[len(first) - count :], second[len(second) - count :]
 
 
-def difference(one: Series, other: Series) -> tuple[float, float]:
-    """A measure of one run less that of another over the passages that both have, and its standard error."""
-    pairs = np.subtract(*paired(one.linear(), other.linear()))
+def difference(run: Series, reference: Series) -> tuple[float, float]:
+    """A measure of a run less that of a reference over the passages that both have, and its standard error."""
+    pairs = np.subtract(*paired(run.linear(), reference.linear()))
     return float(pairs.mean()), batch_error(pairs)[0]
 
 
@@ -226,19 +226,19 @@ def judge_series(
     for first in dict.fromkeys((0, cut)):
         rest = {name: measure.since(first) for name, measure in measures.items()}
         means = {name: measure.estimate() for name, measure in rest.items()}
-        kept = {
+        reached = {
             name: name in rest
             and len(rest[name].values) >= least
             and bool(means[name].half_width <= tolerance * scale_of(name, means[name].value))
             for name, tolerance in tolerances.items()
         }
-        if all(kept.values()):
+        if all(reached.values()):
             break
-    return first, means, kept
+    return first, means, reached
 
 
 class Limit(NamedTuple):
-    """What a measure would be with a step of zero."""
+    """A measure at a step of zero, extrapolated."""
 
     value: float  # the limit
     error: float  # its standard error, all in all
@@ -266,15 +266,15 @@ def limit_of(runs: Mapping[float, Series]) -> Limit:
         return near + weight_of_finer(fine, coarse) * (near - far)
 
     values = extrapolated(*steps[:2])
-    other = extrapolated(*steps[1:3]) if len(steps) > 2 else runs[steps[0]].linear()
-    value, doubt = float(values.mean()), float(abs(values.mean() - other.mean()))
+    coarser = extrapolated(*steps[1:3]) if len(steps) > 2 else runs[steps[0]].linear()
+    value, doubt = float(values.mean()), float(abs(values.mean() - coarser.mean()))
     return Limit(value, float(np.hypot(batch_error(values)[0], doubt)), doubt, values)
 
 
 def error_against(series: Series, limit: Limit) -> tuple[float, float]:
     """A measure less its limit, and the standard error of this difference."""
-    one, other = paired(series.linear(), limit.values)
-    return float(series.estimate().value - limit.value), float(np.hypot(batch_error(one - other)[0], limit.doubt))
+    pairs = np.subtract(*paired(series.linear(), limit.values))
+    return float(series.estimate().value - limit.value), float(np.hypot(batch_error(pairs)[0], limit.doubt))
 
 
 # The largest difference from the limit at a step of zero that the included rigs have at their default steps, from 115

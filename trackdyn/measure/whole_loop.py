@@ -29,7 +29,7 @@ def every_ay(recording: Recording) -> np.ndarray:
 
 
 def passage_edges(recording: Recording) -> np.ndarray:
-    """(m + 1,) edges of the m whole passages of a record, in samples."""
+    """(m + 1,) edges of the m whole passages of a record, in samples; `InputError` if it holds none."""
     passage = recording.periods.passage
     if not recording.seconds + 1e-6 * passage >= passage:
         raise InputError(f"recording: {recording.seconds:g} s hold no passage of {passage:.4g} s")
@@ -99,8 +99,8 @@ def series(recording: Recording, names: Collection[str] = RELATIVE + SHARES) -> 
             # arcs that touch at an instant, over teeth, is the fraction of a sprocket turn that each of them touches
             measures[name] = Series(means((recording.force[:, :, k] > 0.0).sum(axis=1) * (100.0 / teeth)), number)
         if (name := f"{side}_peak") in names and len(recording.contact_log) and len(visits := peaks(recording, side)):
-            of = np.searchsorted(edges / recording.rate, visits["end_s"]) - 1
-            measures[name] = Series(visits["peak_n"].to_numpy(), of)
+            passage = np.searchsorted(edges / recording.rate, visits["end_s"]) - 1
+            measures[name] = Series(visits["peak_n"].to_numpy(), passage)
     return measures
 
 
@@ -118,8 +118,9 @@ def sliding_work(recording: Recording) -> dict[str, float]:
     rows = recording.energy[edges[edges < len(recording.energy)]]
     values: dict[str, float] = {}
     for surface, entry in work.items():
-        turn = Series(recording.scene.rig.sprocket.teeth * np.diff(rows[:, entry]), np.arange(len(rows) - 1)).estimate()
-        values |= {f"{surface}_sliding_j": turn.value, f"{surface}_sliding_error_j": turn.error}
+        work_a_turn = recording.scene.rig.sprocket.teeth * np.diff(rows[:, entry])
+        value, error, _ = Series(work_a_turn, np.arange(len(rows) - 1)).estimate()
+        values |= {f"{surface}_sliding_j": value, f"{surface}_sliding_error_j": error}
     return values
 
 

@@ -25,11 +25,11 @@ from trackdyn.simulation.recording import Recording
 STEEL, STEEL_EDGE = "#c9ced6", "#4d5560"
 RUBBER = "#5a5a5a"
 LINK, CONNECTOR, EDGE = "#9ecae9", "#f4e3b2", "#303030"
-# what marks a body in a picture, and the look of a second one that it must not be taken for
+# look of a marked body in a picture, and that of a second one that it must not be taken for
 MARKED = {"facecolor": "#f2a477", "hatch": "////", "edgecolor": "#9c5226"}
 MARKED_TOO = {"facecolor": "#bfe5d2", "hatch": "....", "edgecolor": "#2f7d5b"}
 JOINT = {"linestyle": "none", "marker": "o", "markersize": 3.2, "markerfacecolor": "white", "color": BLACK}
-FORCE_BAR = 4000.0  # of the scale bar, N; arrows of forces have one scale in all pictures of a kind
+FORCE_BAR = 4000.0  # force of the scale bar, N; arrows of forces have one scale in all pictures of a kind
 FORCE_MOST = 2.0  # no arrow is longer than so many bars
 HUB = 0.03  # radius of the hubs, for the eye only, m
 POINTS_AN_ARC = 12
@@ -96,8 +96,8 @@ def link_outline(rig: Rig) -> np.ndarray:
 
 def circle_points(centre, radius: float, start: float, end: float, count: int) -> np.ndarray:
     """(count, 2) points of a circle from one direction to another (rad), m."""
-    turn = np.linspace(start, end, count)
-    return np.asarray(centre) + radius * np.column_stack([np.cos(turn), np.sin(turn)])
+    angle = np.linspace(start, end, count)
+    return np.asarray(centre) + radius * np.column_stack([np.cos(angle), np.sin(angle)])
 
 
 def stadium(length: float, radius: float, count: int) -> np.ndarray:
@@ -118,7 +118,7 @@ def connector_patch(rig: Rig, pins, **look) -> Polygon:
 
 
 def placed(outline, origin, angle: float) -> np.ndarray:
-    """Points of a body frame in the inertial frame, m."""
+    """Points ``outline`` (n, 2) of a body frame at ``origin``, turned by ``angle`` (rad), in the inertial frame; m."""
     c, s = cos(angle), sin(angle)
     return np.asarray(origin) + np.asarray(outline) @ np.array([[c, s], [-s, c]])
 
@@ -207,9 +207,9 @@ def _number_areas(ax: Axes, rig: Rig, sprocket_angle: float, groove: int) -> Non
     below = np.hypot(*shape.profile(POINTS_AN_ARC).T).min() - NUMBERS_BELOW
     spread = NUMBERS_SPREAD * 2 * pi / rig.sprocket.teeth
     halo = [withStroke(linewidth=1.5, foreground="white")]
-    for area, turn in zip(range(1, 11), np.linspace(-spread / 2, spread / 2, 10), strict=True):
+    for area, angle in zip(range(1, 11), np.linspace(-spread / 2, spread / 2, 10), strict=True):
         # areas run from the tip at negative x of the groove's frame to that at positive x
-        point = groove_points(rig, sprocket_angle, groove, [[below * sin(turn), below * cos(turn)]])[0]
+        point = groove_points(rig, sprocket_angle, groove, [[below * sin(angle), below * cos(angle)]])[0]
         here = groove_points(rig, sprocket_angle, groove, [shape.arc(area, 3)[1]])[0]
         end = here + 0.8 * (point - here)
         ax.plot(*np.transpose([here, end]), color=STEEL_EDGE, linestyle="-", linewidth=0.5, zorder=Z_MARK - 0.1)
@@ -288,8 +288,8 @@ def draw_rig(rig: Rig, frame, wheels) -> Figure:
             ax.plot(*ends, linestyle="-", linewidth=2.0, solid_capstyle="round", **look)
             ax.plot([carrier.x], [carrier.y], marker="o", markersize=4, **look)
         if name == rig.tension.wheel or (carrier is not None and not isinstance(carrier, Arm)):
-            turn = np.radians(rig.tension.direction if name == rig.tension.wheel else carrier.direction)
-            along = 0.35 * radius * np.array([np.cos(turn), np.sin(turn)])
+            direction = np.radians(rig.tension.direction if name == rig.tension.wheel else carrier.direction)
+            along = 0.35 * radius * np.array([np.cos(direction), np.sin(direction)])
             ax.annotate("", (x + along[0], y + along[1]), (x - along[0], y - along[1]), zorder=Z_MARK,
                         arrowprops={"arrowstyle": "<->", "color": VERMILION, "linewidth": 1.4})  # fmt: skip
         words = name.replace("_", " ") + (", tensioner" if name == rig.tension.wheel else "")

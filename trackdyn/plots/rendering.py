@@ -1,4 +1,4 @@
-"""What every page is made of: numbers in short form, and a template with its data packed into it."""
+"""Pages: numbers in short form, and a template with its data packed into it."""
 
 import base64
 import gzip

@@ -92,7 +92,7 @@ def _panels(
         ax.set_ylabel(name)
         top = max(ax.get_ylim()[1], 1e-9)
         ax.set_ylim(bottom=-0.05 * top)
-        inch = 0.25 * figure.get_figheight() / (1.05 * top)  # of a unit of the axis; panels are higher than that
+        inch = 0.25 * figure.get_figheight() / (1.05 * top)  # height of a unit of the axis; panels are higher than that
         hidden &= bool(study[error].fillna(0.0).max() * inch * 72 * 1.3 < 0.5 * mpl.rcParams["lines.markersize"])
         quiet = quiet_from(study, value)
         if quiet is not None and quiet < radii[-1]:
@@ -101,7 +101,7 @@ def _panels(
     largest = study[[error for _, error in columns.values()]].max(axis=None)
     size = f", {largest:.2g} {unit.rpartition('(')[2].rstrip(')')} at most" if largest > 0 else ""
     note = ("standard errors are smaller than the marks" if hidden else "bars: standard errors") + size
-    lines = [note, *(f"broken line at {radius:.4g} m, {what}" for what, radius in marks.items())]
+    lines = [note, *(f"broken line at {radius:.4g} m, {name}" for name, radius in marks.items())]
     handles, labels = axes[0].get_legend_handles_labels()
     note = "\n".join(textwrap.fill(line, 55) for line in lines)
     figure.legend(
@@ -111,7 +111,7 @@ def _panels(
     figure.supylabel(unit, fontsize=8)
     figure.align_ylabels()
     ticks = ([none] if with_none else []) + radii
-    every = 1 + len(radii) // 5  # of the radii is numbered
+    every = 1 + len(radii) // 5  # one radius in so many has a number
     names = (["none"] if with_none else []) + [f"{r:.{digits}f}" if i % every == 0 else "" for i, r in enumerate(radii)]
     axes[-1].set_xticks(ticks, names)
     axes[-1].set_xlabel("radius of the ring (m)")

@@ -38,7 +38,7 @@ class Shown:
     """A page that shows a run; a notebook displays it."""
 
     text: str  # the page, HTML
-    stretch: Replay | None  # what moves on it
+    stretch: Replay | None  # the motion on it
 
     @typed
     def save(self, path: Path | str) -> None:
@@ -47,7 +47,7 @@ class Shown:
 
     @property
     def summary(self) -> str:
-        """What moves on the page, and whether it is the recorded run, in a few words."""
+        """Say in a few words how much moves on the page, and whether it is the recorded run."""
         if self.stretch is None:
             return "nothing moves: a belt has no bodies"
         moves = f"{self.stretch.time[-1]:.3g} s move, simulated again"
@@ -86,10 +86,6 @@ def show(
     progress : bool
         Show a progress bar.
 
-    Returns
-    -------
-    Shown
-
     Raises
     ------
     InputError
@@ -98,17 +94,24 @@ def show(
     if not isinstance(recording, Recording):
         title = Path(recording).stem if title is None else title
         recording = load_recording(recording)
-    belt = recording.scene.chain == "belt"
-    stretch = None if belt else replay(recording, seconds, progress)
+    stretch = None if recording.scene.chain == "belt" else replay(recording, seconds, progress)
+    shown = Shown(_page(recording, stretch, title or "a run"), stretch)
+    if path is not None:
+        shown.save(path)
+    return shown
+
+
+def _page(recording: Recording, stretch: Replay | None, title: str) -> str:
+    """The page of a run, HTML."""
     measures, work = shown_measures(recording), work_of(recording)
     decisions = [
         {
             "choice": words(name),
-            "here": "left out" if of["setting"] == "none" else "modelled",
-            "setting": words(of["setting"]),
-            "reason": of["reason"],
+            "here": "left out" if decision["setting"] == "none" else "modelled",
+            "setting": words(decision["setting"]),
+            "reason": decision["reason"],
         }
-        for name, of in recording.meta["fidelity"].items()
+        for name, decision in recording.meta["fidelity"].items()
     ]
     moving = len(stretch.time) * stretch.interval if stretch and stretch.apart is not None else None
     tables = {"measures.csv": measures, "work.csv": work, "decisions.csv": decisions}
@@ -121,11 +124,11 @@ def show(
         "work": work if any(row["work_j"] for row in work) else None,
         "files": {name: pd.DataFrame(rows).to_csv(index=False) for name, rows in tables.items()},
     }
-    text = render(
+    return render(
         "show.html.j2",
         SCRIPTS,
         embedded,
-        title=title or "a run",
+        title=title,
         recording=recording,
         stretch=stretch,
         resolution=CONFIGURATION,
@@ -138,10 +141,6 @@ def show(
         present=source_hash(),
         plotly=packed(get_plotlyjs()),
     )
-    shown = Shown(text, stretch)
-    if path is not None:
-        shown.save(path)
-    return shown
 
 
 def work_of(recording: Recording) -> list[dict]:
@@ -193,12 +192,12 @@ def geometry(recording: Recording, stretch: Replay) -> dict:
     rig, model = recording.scene.rig, stretch.loop.model
     tooth, shoes = model.tooth, model.shoes
     groove = rig.groove_profile
-    largest = [np.hypot(of[:, 3], of[:, 4]).max() for of in stretch.contacts if len(of)]
+    largest = [np.hypot(rows[:, 3], rows[:, 4]).max() for rows in stretch.contacts if len(rows)]
     # the largest arrow of most pictures is 1.2 to 3 bars long; that of an impact is cut, not all others made small
-    wanted = max(float(np.median(largest)), 1.0) / 1.2 if largest else 0.0
+    longest_bar = max(float(np.median(largest)), 1.0) / 1.2 if largest else 0.0
     # the next smaller of 1, 2 and 5 times a power of ten
-    power = 10.0 ** math.floor(math.log10(wanted)) if largest else 0.0
-    bar = power * max(step for step in (1, 2, 5) if step * power <= wanted * (1 + 1e-9))
+    power = 10.0 ** math.floor(math.log10(longest_bar)) if largest else 0.0
+    bar = power * max(step for step in (1, 2, 5) if step * power <= longest_bar * (1 + 1e-9))
     width = float(np.ptp(stretch.bodies[0, :, :2], axis=0).max())
     pitch = float(model.chain.length.sum()) / rig.chain.pitches
     arms, carriers = [], model.carriers
@@ -238,21 +237,21 @@ def _arcs(tooth: Tooth) -> np.ndarray:
     """(k, 9, 2) points of the arcs of a groove in its own frame, m."""
     half = np.arccos(tooth.cos_half_angle)
     middle = np.arctan2(tooth.direction_y, tooth.direction_x)
-    turn = middle[:, None] + np.linspace(-1, 1, 9) * half[:, None]
+    angle = middle[:, None] + np.linspace(-1, 1, 9) * half[:, None]
     centre, radius = np.column_stack([tooth.centre_x, tooth.centre_y]), tooth.radius[:, None, None]
-    return centre[:, None, :] + radius * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
+    return centre[:, None, :] + radius * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
 
 
 def picture(recording: Recording, stretch: Replay) -> dict:
     """The stretch as the page moves it: whole numbers of small units."""
     frames, bodies = stretch.bodies.shape[:2]
     wheels = stretch.wheels[:, 1:]
-    places = wheels[:, :, :2].reshape(frames, -1)
-    columns = np.column_stack([*stretch.bodies.transpose(2, 0, 1), places, stretch.turned])
+    centres = wheels[:, :, :2].reshape(frames, -1)
+    columns = np.column_stack([*stretch.bodies.transpose(2, 0, 1), centres, stretch.turned])
     low, high = np.percentile(stretch.tension, [1, 99])
     # contacts of half a newton or more: the others would be drawn as none
-    loaded = [of[np.hypot(of[:, 3], of[:, 4]) >= 1.0] for of in stretch.contacts]
-    units = [1, CONFIGURATION, CONFIGURATION, 1, 1, 1, 1]  # of side, position (m), force (N), area, groove
+    loaded = [rows[np.hypot(rows[:, 3], rows[:, 4]) >= 1.0] for rows in stretch.contacts]
+    units = [1, CONFIGURATION, CONFIGURATION, 1, 1, 1, 1]  # side, position (m), force (N), area, groove
     return {
         "radius": recording.scene.ring_radius,
         "frames": frames,
@@ -262,7 +261,7 @@ def picture(recording: Recording, stretch: Replay) -> dict:
         "wheels": [[float(radius)] for radius in wheels[0, :, 2]],
         "unit": CONFIGURATION,
         **differences(columns),
-        "contacts": [np.rint(of[:, :7] / units).astype(int).ravel().tolist() for of in loaded],
+        "contacts": [np.rint(rows[:, :7] / units).astype(int).ravel().tolist() for rows in loaded],
         "tension": np.rint(stretch.tension).astype(int).ravel().tolist(),
         "low": float(low),
         "high": float(high),
@@ -278,12 +277,12 @@ def tension(stretch: Replay) -> dict:
     low, high = np.full(2 * pitches, np.inf), np.full(2 * pitches, -np.inf)
     np.minimum.at(low, bins, values)
     np.maximum.at(high, bins, values)
-    seen = np.isfinite(low)
+    measured = np.isfinite(low)
     spans = zip(stretch.names, stretch.spans.tolist(), strict=True)
     return {
-        "place": (np.arange(2 * pitches)[seen] / 2 + 0.25).tolist(),
-        "low": short(low[seen]),
-        "high": short(high[seen]),
+        "place": (np.arange(2 * pitches)[measured] / 2 + 0.25).tolist(),
+        "low": short(low[measured]),
+        "high": short(high[measured]),
         "pitches": pitches,
         "first": short(stretch.along[0], 6),
         "moved": short((stretch.along[:, 0] - stretch.along[0, 0]) % pitches, 6),
@@ -297,7 +296,7 @@ def shares(stretch: Replay) -> dict | None:
     if stretch.loop.scene.loop != "on_wheels" or not record.wheel_rate[:, SPROCKET].any():
         return None
     touching = (*np.moveaxis(record.area, 2, 0), (record.force[:, :, 2] > 0).astype(int))
-    left, right, ring = (sampled_shares(of, record.wheel_rate, rig)[1:] for of in touching)
+    left, right, ring = (sampled_shares(area, record.wheel_rate, rig)[1:] for area in touching)
     areas = len(stretch.loop.model.tooth.radius)
     return {
         "names": list(SIDE_WORDS),

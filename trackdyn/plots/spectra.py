@@ -28,8 +28,8 @@ def first_crest(ay, rate: float, hz: float) -> int:
     speed of a real track drifts.
     """
     begin = np.asarray(ay)[: round(REVOLUTIONS * rate / hz)]
-    turn = 2 * np.pi * hz / rate * np.arange(len(begin))
-    phase = np.angle(np.sum((begin - begin.mean()) * np.exp(-1j * turn)))
+    angle = 2 * np.pi * hz / rate * np.arange(len(begin))
+    phase = np.angle(np.sum((begin - begin.mean()) * np.exp(-1j * angle)))
     return round((-phase % (2 * np.pi)) / (2 * np.pi) * rate / hz)
 
 
@@ -91,7 +91,7 @@ def _mark_cut(ax: Axes, time: np.ndarray, ay: np.ndarray) -> None:
         ax.set_title(text.replace("-", "\N{MINUS SIGN}"), loc="right")
 
 
-BINS = 4.5  # of the FFT, to both sides of the dominant peaks
+BINS = 4.5  # lines of the FFT that are drawn to both sides of the dominant peaks
 DENSE = 500  # points of the continuous spectrum
 MARK_EVERY_HZ = 25.0  # on the smoothed curves
 
@@ -103,10 +103,10 @@ class _Curve:
     label: str
     ay: np.ndarray
     rate: float
-    hz: float  # of its loop
+    hz: float  # frequency of its loop, Hz
     look: dict
     marker: str
-    hollow_size: float  # of different sizes, so that one hollow mark may stand within the other
+    hollow_size: float  # sizes differ, so that one hollow mark may stand within the other
 
     @cached_property
     def line(self):
@@ -147,12 +147,12 @@ def spectrum_figure(
     frequencies = (loop_hz, *(curve.free[0] for curve in curves))
     near = max(min(frequencies) - BINS * bin_hz, 0.1 * bin_hz), max(frequencies) + BINS * bin_hz
     look = {"linestyle": "none", "color": BLACK, "markerfacecolor": "none", "markersize": 6, "zorder": 5}
-    for curve, other in zip_longest(curves, others):
+    for curve, peak in zip_longest(curves, others):
         if curve:
             _draw_main(main, curve, near)
-        if other:
-            what, hz, g, mark = other
-            main.plot(hz, g, **look, marker=mark, label=f"{what}: {hz:.4g} Hz, {g:.4g} g")
+        if peak:
+            source, hz, g, mark = peak
+            main.plot(hz, g, **look, marker=mark, label=f"{source}: {hz:.4g} Hz, {g:.4g} g")
     _draw_ranges(low, complete, curves)
     main.set(xlim=near, ymargin=0.13, xlabel="frequency (Hz)", ylabel="amplitude (g)")
     main.set_ylim(bottom=0)
@@ -165,7 +165,7 @@ def spectrum_figure(
 def comparison_figure(recording: Recording, record: SensorRecord, sensor_label="sensor") -> Figure:
     """A record beside the simulation: histories of two revolutions, spectra up to 2 Hz and over the whole range.
 
-    Parameters are those of :func:`trackdyn.plots.spectra.history_figure`.
+    Parameters are those of :func:`trackdyn.plots.spectra.history_figure`. Raises `InputError`: the loop is at rest.
     """
     if not recording.periods.loop_hz:
         raise InputError(

@@ -15,8 +15,8 @@ from matplotlib.figure import Figure
 
 from trackdyn.files import replacing
 
-WIDTH, PAGE = 4.8, 7.2  # of a figure, inch: legible in a column of 84 mm; of pictures that fill a page
-COLUMN = 3.3  # of a figure that a column, a phone or a third of a web page shows in its own size, inch
+WIDTH, PAGE = 4.8, 7.2  # widths, inch: of a figure, legible in a column of 84 mm; of pictures that fill a page
+COLUMN = 3.3  # width of a figure that a column, a phone or a third of a web page shows in its own size, inch
 DPI = 270
 SMALL = 7  # no text is smaller, points: 4.8 in a column of 84 mm
 

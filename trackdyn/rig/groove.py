@@ -20,7 +20,8 @@ CONVEX = (1, 4, 7, 10)
 def connector_length(teeth: int, link_length: float, pin_circle: float) -> float:
     """Pin to pin length of the connector that fits ``teeth`` pitches on a pin circle.
 
-    Solves ``teeth [arcsin(a / 2 rp) + arcsin(b / 2 rp)] = pi`` for ``b``; lengths in m.
+    Solves ``teeth [arcsin(a / 2 rp) + arcsin(b / 2 rp)] = pi`` for ``b``; lengths in m. Raises `InputError`: the link
+    leaves no room for it.
     """
     if link_length >= 2 * pin_circle or (rest := pi / teeth - asin(link_length / (2 * pin_circle))) <= 0:
         raise InputError(
@@ -31,7 +32,7 @@ def connector_length(teeth: int, link_length: float, pin_circle: float) -> float
 
 
 def pin_height(teeth: int, link_length: float, link_thickness: float, equal_pitch_radius: float) -> float:
-    """Distance of a connector from the sprocket's centre, where its links touch a ring of equal pitch; m."""
+    """Distance of a connector from the sprocket's centre, its links on a ring of ``equal_pitch_radius``; all in m."""
     pin_circle = hypot(equal_pitch_radius + link_thickness / 2, link_length / 2)
     return sqrt(pin_circle**2 - connector_length(teeth, link_length, pin_circle) ** 2 / 4)
 
@@ -210,8 +211,8 @@ def depths_on_sprocket(groove: Groove, arc_radius: float, centres: np.ndarray, a
     pitch = 2 * pi / groove.teeth
     # Eq. 12: groove 1 has its middle half a pitch from x_S; angles from that of the arc's own groove
     polar = np.arctan2(centres[:, 1], centres[:, 0]) - angle
-    off = (polar % pitch) - pitch / 2
-    local = np.column_stack([-distance * np.sin(off), distance * np.cos(off)])
+    from_middle = (polar % pitch) - pitch / 2
+    local = np.column_stack([-distance * np.sin(from_middle), distance * np.cos(from_middle)])
     depth = true_depth(groove, arc_radius, local)
     return np.where(distance <= groove.addendum + arc_radius, depth, -np.inf)
 
@@ -227,14 +228,14 @@ def _nearest_crossing(centre: np.ndarray, radius: float, about_origin: float, ta
     """Where a circle crosses one about the origin, the point nearer to ``target``, m; `InputError` if nowhere."""
     distance = hypot(*centre)
     along = (distance**2 + about_origin**2 - radius**2) / (2 * distance)
-    across = about_origin**2 - along**2
-    if radius <= 0 or across < 0:
+    half_chord2 = about_origin**2 - along**2
+    if radius <= 0 or half_chord2 < 0:
         raise InputError(
             "three surfaces: an arc of chain.connector_radius touches no flank and seat at once; use ten_arcs, or a "
             "smaller connector_radius"
         )
     unit = centre / distance
-    points = along * unit + np.outer([1.0, -1.0], sqrt(across) * np.array([-unit[1], unit[0]]))
+    points = along * unit + np.outer([1.0, -1.0], sqrt(half_chord2) * np.array([-unit[1], unit[0]]))
     return min(points, key=lambda point: hypot(*(point - target)))
 
 

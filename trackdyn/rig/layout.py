@@ -19,7 +19,7 @@ from trackdyn.rig.roots import root
 CLEAR = 0.02
 # A tensioner whose shift lengthens the path by less than this share of it cannot tension the chain.
 LEAST_LEVER = 0.05
-# Turn (rad) below which runs to two wheels count as one line.
+# Angle (rad) below which runs to two wheels count as one line.
 ONE_LINE = 1e-9
 
 
@@ -150,11 +150,11 @@ def run_order(circles: np.ndarray) -> list[int]:
             break
         away = np.where(outside, distance, 1.0)
         tangent = np.arctan2(dy, dx) - np.arcsin(np.clip(difference / away, -1.0, 1.0))
-        turn = (heading - tangent + ONE_LINE) % (2 * pi)
-        turn[~outside] = np.inf
-        in_line = np.flatnonzero(turn <= turn.min() + ONE_LINE)
+        bend = (heading - tangent + ONE_LINE) % (2 * pi)
+        bend[~outside] = np.inf
+        in_line = np.flatnonzero(bend <= bend.min() + ONE_LINE)
         there = int(in_line[np.argmin(distance[in_line])])
-        turned += float(turn[there]) - ONE_LINE
+        turned += float(bend[there]) - ONE_LINE
         if turned > 2 * pi - 1e-6:
             break
         here, heading = there, float(tangent[there])
@@ -214,10 +214,10 @@ def travel_range(rig: Rig, shift: float) -> tuple[float, float]:
     circles, moved, angle = wheel_circles(rig, surface=True), tensioner(rig), rig.tension.direction * pi / 180
     for k in set(range(len(circles))) - {moved}:
         dx, dy = circles[moved, :2] - circles[k, :2]
-        along, across = dx * cos(angle) + dy * sin(angle), dy * cos(angle) - dx * sin(angle)
+        along, sideways = dx * cos(angle) + dy * sin(angle), dy * cos(angle) - dx * sin(angle)
         needed = _needed(circles[:, 2], moved, k)
-        if abs(across) < needed:
-            half = sqrt(needed**2 - across**2)
+        if abs(sideways) < needed:
+            half = sqrt(needed**2 - sideways**2)
             low, high = (max(low, half - along), high) if shift > -along else (low, min(high, -half - along))
     return low, high
 
@@ -359,5 +359,6 @@ def assemble(rig: Rig, lengths: np.ndarray | None = None) -> Assembly:
     direction = path.heading[0] + path.wrap[0] / 2 + pi / 2
     on_wheel = np.arctan2(middle[:, 1], middle[:, 0])
     away = np.hypot(*middle.T) > 1.2 * path.circles[0, 2]
-    off = np.abs((on_wheel - direction + pi) % (2 * pi) - pi) + 10 * away
-    return Assembly(pins[:-1], angle, float(on_wheel[np.argmin(off)] - pi / rig.sprocket.teeth), float(shift), lever)
+    distance = np.abs((on_wheel - direction + pi) % (2 * pi) - pi) + 10 * away
+    under_groove = float(on_wheel[np.argmin(distance)] - pi / rig.sprocket.teeth)
+    return Assembly(pins[:-1], angle, under_groove, float(shift), lever)

@@ -23,13 +23,13 @@ from trackdyn.rig.sections import OmitsDefaults
 TANGENT = 1e-6  # m by which neighbouring arcs may miss each other: less than machining and more than rounding of a file
 COARSEST = 1e-4  # m, the last decimal of arcs that print has rounded
 LONGEST_OUTLINE = 20_000  # points
-TIP = 0.1  # of a hollow's radius: that of the tip, beyond half the land between two hollows
-# what an outline without a pattern is tried with: all signs, the tip convex; one more arc must gain a tenth
+TIP = 0.1  # radius of a tip over that of its hollow, beyond half the land between two hollows
+# patterns that are tried on an outline without one: all signs, the tip convex; one more arc must gain a tenth
 PATTERNS = tuple("+" + "".join(signs) for more in (1, 2, 3, 4) for signs in product("+-", repeat=more))
 MORE_ARCS = 1.1
 FOLLOWED = 1e-5  # m, RMS of an outline that needs no other pattern: a good measuring machine
 LEAST_ARC = 1e-3  # m, a radius that a fit does not go below
-MOST_ARCS = 15  # of a flank: areas are kept as bits
+MOST_ARCS = 15  # on a flank: the areas of a groove are stored as bits
 
 
 class ToothProfile(OmitsDefaults):
@@ -43,7 +43,7 @@ class ToothProfile(OmitsDefaults):
     pattern: Annotated[str | None, Quantity("name")] = None
 
     def model_post_init(self, context: Any) -> None:
-        """Check values that depend on each other."""
+        """Refuse (`InputError`) values that do not fit each other."""
         if (self.arcs is None) == (self.outline is None):
             raise InputError("profile needs arcs or outline, and one of them only")
         if self.pattern is not None and (not 2 <= len(self.pattern) <= MOST_ARCS or set(self.pattern) - set("+-")):
@@ -183,7 +183,10 @@ def flank_arcs(signs: np.ndarray, radii: np.ndarray, slopes: np.ndarray, bottom:
 
 
 def tipped(arcs: np.ndarray, teeth: int) -> np.ndarray:
-    """Arcs (k, 4) of a flank; one concave arc alone gets a tip that is tangent to it, centred on the tooth line."""
+    """Arcs (k, 4) of a flank; one concave arc alone gets a tip that is tangent to it, centred on the tooth line.
+
+    Raises `InputError`: the only arc is not a concave one in the middle of the groove.
+    """
     if len(arcs) > 1:
         return arcs
     x, y, radius, sign = arcs[0]
@@ -215,7 +218,7 @@ def fit_outline(points: np.ndarray, pattern: str, teeth: int) -> Groove:
     size = float(np.ptp(flank[:, 1]) + np.ptp(flank[:, 0]))
 
     def groove(p):
-        # what makes the logarithm of a radius the unknown keeps it positive
+        # the logarithm of a radius is the unknown, so that the radius stays positive
         arcs = flank_arcs(signs, LEAST_ARC + np.exp(p[: k - 1]), p[k - 1 : 2 * k - 2], p[-1], teeth)
         return groove_of_arcs(arcs, teeth)
 

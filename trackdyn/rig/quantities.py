@@ -1,4 +1,4 @@
-"""What a parameter of a rig is: a value in a unit of its own, with its kind and its source.
+"""A parameter of a rig: a value in a unit of its own, with its kind and its source.
 
 Each entry of a file is ``{value, unit, kind, source}``. The unit must be the one named here: units are never
 converted silently. The kind says where the number comes from: ``printed`` in the paper (or another publication that
@@ -19,13 +19,13 @@ from trackdyn.errors import InputError, shown
 from trackdyn.rig.validation import Section, plain_count, plain_number
 from trackdyn.rig.yaml_file import ENTRY_KEYS, KINDS
 
-RANGE_KEYS = {"low", "high"}  # what a real component can have, for what is assumed or fitted
-WORDS = ("name",)  # units of what is a word
+RANGE_KEYS = {"low", "high"}  # range that a real part can have, of a value that is assumed or fitted
+WORDS = ("name",)  # units of values that are words
 FROM_FILE = "from a file"  # there every entry states its unit, in Python none does
-# what pydantic puts into a schema behind a validator of our own, and how JSON Schema says it
+# bounds as pydantic puts them into a schema behind a validator of our own, and as JSON Schema writes them
 BOUNDS = {"gt": "exclusiveMinimum", "ge": "minimum", "lt": "exclusiveMaximum", "le": "maximum"}
-LARGEST = 1e20  # of any value in its unit: squares and ratios of such values are still numbers
-LEAST = 1e-40  # of any value that is not 0, for the same reason
+LARGEST = 1e20  # size of any value in its unit: squares and ratios of such values are still numbers
+LEAST = 1e-40  # size of any value that is not 0, for the same reason
 
 
 def number_of(value: Any) -> float:
@@ -103,7 +103,7 @@ def _in(unit: str) -> str:
 
 
 class Quantity:
-    """What stands behind the Python type of a parameter: its unit and its bounds; a number is at most ``LARGEST``.
+    """Unit and bounds of a parameter, behind its Python type; a number is at most ``LARGEST`` in size.
 
     ``Annotated[float, Quantity("N/m", gt=0)]`` is a number that must be there, ``Annotated[float | None, ...]`` one
     that may be left out, ``Annotated[Table | None, Quantity("s, N")]`` a table whose columns have these units.
@@ -147,7 +147,7 @@ Friction = Annotated[float, Quantity("1", ge=0, le=2)]
 RollingArm = Annotated[float, Quantity("m", ge=0, le=1)]
 
 
-NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")  # of a wheel or a sensor
+NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")  # a wheel or a sensor may have it
 
 
 class FieldValue(NamedTuple):

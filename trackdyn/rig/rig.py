@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 
 WORN = 0.035  # share by which a chain's pitch may differ from the one that a groove was made for: worn out at 3 %
-OTHER_ARC = 0.01  # the same of the connectors' arcs
+OTHER_ARC = 0.01  # share by which the radius of the connectors' arcs may differ
 
 
 class Rig(sections.OmitsDefaults):
@@ -76,7 +76,7 @@ class Rig(sections.OmitsDefaults):
     __str__ = __repr__
 
     def model_post_init(self, context: Any) -> None:
-        """Check values that depend on each other."""
+        """Refuse (`InputError`) values that do not fit each other."""
         for name, surface in self.contact_surfaces.items():
             if surface.friction_dynamic > surface.friction_static:
                 raise InputError(
@@ -173,8 +173,8 @@ class Rig(sections.OmitsDefaults):
 
     def tried_step(self, motor_rpm: float) -> TestedStep | None:
         """The step tried at the next motor speed at or above ``motor_rpm`` (rev/min), or at the fastest one."""
-        steps = sorted(self.tried, key=lambda one: one.rpm)
-        return next((entry for entry in steps if entry.rpm >= motor_rpm), steps[-1] if steps else None)
+        steps = sorted(self.tried, key=lambda step: step.rpm)
+        return next((step for step in steps if step.rpm >= motor_rpm), steps[-1] if steps else None)
 
     @property
     def without_effect(self) -> list[str]:
@@ -226,7 +226,7 @@ class Rig(sections.OmitsDefaults):
 
     @cached_property
     def groove_profile(self) -> Groove:
-        """The arcs: the ten of the design, or those of a profile."""
+        """The arcs: the ten of the design, or those of a profile. Raises `InputError`: they make no groove."""
         if self.groove is None:
             assert self.profile is not None, "a tooth has groove or profile"
             arc, size, equal = self.chain.connector_radius, self.profile.size, self.sprocket.equal_pitch_radius
@@ -350,11 +350,10 @@ def foreign_groove(path: Path | str, rig: Rig) -> str:
     origin = groove_origin(path)
     if origin is None:
         return ""
-    other = load_rig(origin)
-    both = [(of.sprocket.teeth, of.pitch, of.chain.connector_radius) for of in (other, rig)]
-    if all(abs(here / there - 1) <= share for there, here, share in zip(*both, (0.0, WORN, OTHER_ARC), strict=True)):
+    numbers = [(r.sprocket.teeth, r.pitch, r.chain.connector_radius) for r in (load_rig(origin), rig)]
+    if all(abs(here / there - 1) <= share for there, here, share in zip(*numbers, (0.0, WORN, OTHER_ARC), strict=True)):
         return ""
-    theirs, ours = ("{} teeth, pitch {:.4g} m, arcs of {:.3g} m".format(*of) for of in both)
+    theirs, ours = ("{} teeth, pitch {:.4g} m, arcs of {:.3g} m".format(*row) for row in numbers)
     return f"the groove is that of {origin.stem} ({theirs}), this rig has {ours}: state groove or profile"
 
 

@@ -47,13 +47,13 @@ def root(function: Callable[[float], float], low: float, high: float, tolerance:
     return b
 
 
-def nonnegative_least_squares(matrix: np.ndarray, wanted: np.ndarray) -> np.ndarray:
+def nonnegative_least_squares(matrix: np.ndarray, target: np.ndarray) -> np.ndarray:
     """Least squares over a few unknowns of which none is negative: the best of all choices of those that are not 0."""
-    best, least = np.zeros(matrix.shape[1]), float(wanted @ wanted)
+    best, least = np.zeros(matrix.shape[1]), float(target @ target)
     for count in range(1, len(best) + 1):
         for free in map(list, combinations(range(len(best)), count)):
-            solution = np.linalg.lstsq(matrix[:, free], wanted, rcond=None)[0]
-            rest = float(np.sum((matrix[:, free] @ solution - wanted) ** 2))
+            solution = np.linalg.lstsq(matrix[:, free], target, rcond=None)[0]
+            rest = float(np.sum((matrix[:, free] @ solution - target) ** 2))
             if (solution >= 0.0).all() and rest < least:
                 best, least = np.zeros(len(best)), rest
                 best[free] = solution

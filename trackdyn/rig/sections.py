@@ -89,7 +89,7 @@ class Wheel(OmitsDefaults):
 
     @property
     def carrier(self) -> Arm | Slider | None:
-        """What the wheel stands on, None where it is fixed."""
+        """Arm or slider that the wheel stands on, None where it is fixed."""
         return self.arm or self.slider
 
 
@@ -247,7 +247,7 @@ class DriveParameters(OmitsDefaults):
     release: Annotated[float | None, Quantity("s", ge=0)] = None  # s after the start
 
     def model_post_init(self, context: Any) -> None:
-        """Check values that depend on each other."""
+        """Refuse (`InputError`) a drive without the values that its kind needs."""
         needed = {"speed": (), "motor": ("inertia", "slope", "torque"), "free": ("inertia", "release")}[self.kind]
         for name in needed:
             if getattr(self, name) is None:

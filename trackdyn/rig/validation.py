@@ -114,7 +114,7 @@ def plain_number(value: Any) -> Any:
 
 
 def plain_count(value: Any) -> Any:
-    """A whole number as Python's own int; see `plain_number`."""
+    """A whole number as Python's own int, or `ValueError`; see `plain_number`."""
     number = plain_number(value)
     if number != int(number):
         raise ValueError(f"= {shown(value)}: must be a whole number")
@@ -129,7 +129,7 @@ def parse_number(text: str | float) -> float:
 
 
 def _first(errors: Sequence[Mapping[str, Any]]) -> Mapping[str, Any]:
-    """What to say first: of a missing field and an unknown one beside it, the latter, and what it may be meant for."""
+    """The error to say first: of a missing field and an unknown one beside it, the latter with the closest name."""
     lacking = [error for error in errors if error["type"] == "missing"]
     for error in errors if errors[0]["type"] == "missing" else []:
         missing = [str(other["loc"][-1]) for other in lacking if other["loc"][:-1] == error["loc"][:-1]]
@@ -139,9 +139,12 @@ def _first(errors: Sequence[Mapping[str, Any]]) -> Mapping[str, Any]:
 
 
 def sentence(name: str, error: Mapping[str, Any], missing: str) -> str:
-    """Pydantic's finding as one sentence with the file, the field, the value and what would be accepted."""
-    parts = [str(key) for key in error["loc"]]
-    where = ".".join(key if re.fullmatch(r"\w{1,60}", key) else shown(key) for key in parts) or "the file"
+    """Pydantic's ``error`` as one sentence with the file ``name``, the field, the value and what would be accepted.
+
+    ``missing`` says what to do about a missing field.
+    """
+    keys = (str(key) for key in error["loc"])
+    where = ".".join(key if re.fullmatch(r"\w{1,60}", key) else shown(key) for key in keys) or "the file"
     if error["type"] == "extra_forbidden":
         meant = f" ({error['meant'][0]}?)" if error.get("meant") else ""
         return f"{name}: {where} is not a known parameter; remove it or correct its spelling{meant}"
@@ -198,7 +201,7 @@ def typed(target: Typed) -> Typed:
         declared = hints()
         for name, value in (*zip(names, args, strict=False), *kwargs.items()):
             if name in declared and not _is_a(value, declared[name]):
-                accepted = (_TYPES.get(of) or of.__name__ for of in get_args(declared[name]) or [declared[name]])
+                accepted = (_TYPES.get(t) or t.__name__ for t in get_args(declared[name]) or [declared[name]])
                 raise InputError(f"{name} = {shown(value)}: must be {' or '.join(accepted)}")
         return target(*args, **kwargs)
 
@@ -209,7 +212,7 @@ def _is_a(value: Any, declared: Any) -> bool:
     """Whether a value is of a declared type, as far as `typed` tells."""
     kind = get_origin(declared) or declared
     if kind in (Union, UnionType):
-        return any(_is_a(value, of) for of in get_args(declared))
+        return any(_is_a(value, member) for member in get_args(declared))
     if kind in (float, int):
         scalar = value[()] if isinstance(value, np.ndarray) and value.ndim == 0 else value
         number = isinstance(scalar, Real) and not isinstance(scalar, (bool, np.bool_))

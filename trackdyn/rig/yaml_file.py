@@ -14,7 +14,7 @@ from trackdyn.files import read_text
 
 LARGEST_YAML = 1_000_000  # bytes; the longest that is shipped has 24,000
 DEEPEST = 20
-# what every parameter states in the file of a rig (`rig.quantities`)
+# keys that every parameter states in the file of a rig (`rig.quantities`)
 ENTRY_KEYS = {"value", "unit", "kind", "source"}
 KINDS = ("printed", "derived", "assumed", "fitted")
 # libyaml parses several times as fast as Python; `Composer` before it keeps the making of nodes in Python
@@ -47,15 +47,15 @@ class _PlainLoader(*_BASES):  # type: ignore[misc]  # which bases there are depe
 
     def compose_mapping_node(self, anchor):
         node = super().compose_mapping_node(anchor)
-        seen = set()
+        keys = set()
         for key, _ in node.value:
-            if isinstance(key, yaml.ScalarNode) and key.value in seen:
+            if isinstance(key, yaml.ScalarNode) and key.value in keys:
                 self._refuse(key, f"gives {shown(key.value)} a second time; keep one of them")
-            seen.add(str(key.value))
+            keys.add(str(key.value))
         return node
 
-    def _refuse(self, what, sentence):
-        raise InputError(f"line {what.start_mark.line + 1} {sentence}")
+    def _refuse(self, node, sentence):
+        raise InputError(f"line {node.start_mark.line + 1} {sentence}")
 
 
 for _kind, _words, _begins in (
@@ -70,7 +70,7 @@ _PlainLoader.add_constructor("tag:yaml.org,2002:int", lambda loader, node: int(l
 
 
 def read_yaml(path: Path | str) -> Any:
-    """Contents of a YAML file of at most `LARGEST_YAML` bytes, or one sentence about why it cannot be used."""
+    """Contents of a YAML file of at most `LARGEST_YAML` bytes, or `InputError` with the reason why it is none."""
     text = read_text(path, "YAML file", LARGEST_YAML)
     try:
         return deepcopy(_parse(text))
