@@ -85,17 +85,14 @@ def answer_text(
 
 
 def _class_text(rows: pd.DataFrame) -> str:
-    """Table of the shares of tracks (%) by scenario; where none is above zero, the sentences alone."""
+    """Shares of tracks (%), a column a ring, equal pitch read both ways in a cell; all zero: the sentences alone."""
     words = rows.drop_duplicates("name").set_index("name")["statement"]
     if not (rows["share"] > 0).any():
         return "\n".join(f"- {name}. {statement}" for name, statement in words.items())
-    cells = rows.assign(
-        percent=(100 * rows["share"]).map("{:.0f}".format),
-        scenario=[scenario_name(*pair) for pair in zip(rows["ring"], rows["equal_pitch"], strict=True)],
-    )
-    table = cells.pivot(index="name", columns="scenario", values="percent")[list(dict.fromkeys(cells["scenario"]))]
-    table.insert(0, "% of the tracks", words)
-    table = table.sort_index(key=lambda names: names.astype(int)).reset_index(names="no.")
+    cells = rows.assign(percent=(100 * rows["share"]).map("{:.0f}".format))
+    table = cells.groupby(["name", "ring"], sort=False)["percent"].agg("/".join).unstack()
+    table = table.sort_index(key=lambda names: names.astype(int))
+    table.insert(0, "% of the tracks, arc/polygon", [f"{name}. {words[name]}" for name in table.index])
     return table.to_markdown(index=False, disable_numparse=True)
 
 
@@ -104,8 +101,8 @@ def _outcomes_text(draws: pd.DataFrame) -> str:
     ran = counts[counts["reason"] == "ran"]["rigs"]
     lost = len(draws) - ran.sum()
     return (
-        f"{draws['draw'].nunique()} draws are stored, {len(draws)} tracks. {ran.sum()} ran ({ran.min()} to {ran.max()} "
-        f"a scenario); {lost} could not be built or did not come to rest ([rows](measured/plausible_draws.csv))."
+        f"{draws['draw'].nunique()} draws in four scenarios are {len(draws)} tracks. {ran.sum()} ran ({ran.min()} to "
+        f"{ran.max()} a scenario); {lost} could not be built or did not come to rest."
     )
 
 
@@ -118,7 +115,7 @@ def _values_text(values: pd.DataFrame) -> str:
         shown, others = (significant(factor * number, 2) for number in (row.median_shown, row.median_not))
         parts.append(f"{row.name}: `{row.value}` ({shown} against {others} {unit}".rstrip() + ")")
     return (
-        "Values that separate the tracks that show a sentence from the others, with their medians: "
+        "Medians of tracks that show a sentence, against others: "
         + "; ".join(parts)
         + "."
     )
@@ -134,7 +131,7 @@ def _radius_text(draws: pd.DataFrame) -> str:
             low, middle, high = np.quantile(chosen, [0.1, 0.5, 0.9])
             parts.append(f"{scenario_name(*scenario)} {middle:.3f} ({low:.3f} to {high:.3f})")
     return (
-        "**The radius to choose** by our rule, median and 80 % of the choices over tracks and speeds, m: "
+        "**Radius to choose** by our rule, median and 80 % of the choices over tracks and speeds, m: "
         f"{'; '.join(parts)}."
     )
 
