@@ -114,11 +114,7 @@ def _values_text(values: pd.DataFrame) -> str:
         factor, unit = UNITS.get(row.value.rpartition(".")[2], (1, ""))
         shown, others = (significant(factor * number, 2) for number in (row.median_shown, row.median_not))
         parts.append(f"{row.name}: `{row.value}` ({shown} against {others} {unit}".rstrip() + ")")
-    return (
-        "Medians of tracks that show a sentence, against others: "
-        + "; ".join(parts)
-        + "."
-    )
+    return "Medians of tracks that show a sentence, against others: " + "; ".join(parts) + "."
 
 
 def _radius_text(draws: pd.DataFrame) -> str:

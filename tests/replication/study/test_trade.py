@@ -99,7 +99,7 @@ def test_the_default_step_of_an_included_rig_is_judged_by_its_halves(monkeypatch
     assert rows.loc["rms", "step_s"] == 1e-4
     assert rows.loc[["rms", "left_peak"], "error"].tolist() == pytest.approx([-0.02, -0.02], abs=1e-4)
     text = default_step.default_step_text(rows.reset_index())
-    assert "at 115 rpm: largest errors that are known to half of themselves RMS 2 +- " in text
+    assert "at 115 rpm have errors of at most: RMS 2 +- " in text
     assert text.count("% (bench, 115 rpm)") == 2
 
 

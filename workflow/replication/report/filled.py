@@ -29,14 +29,17 @@ ERRORS = (("rms", "RMS, %"), ("left_peak", "left peak, %"), ("left_share", "left
 def settings_text(rows: pd.DataFrame, default_step: pd.DataFrame, short_runs: pd.DataFrame) -> str:
     """CPU time of an answer with every setting of `trade`, mean over scenes, its largest errors; then other scenes."""
     rows = answers(rows)
-    rows["where"] = rows["scene"].str.startswith("ring").map({True: "", False: " no ring"})
+    rows["bare"] = ~rows["scene"].str.startswith("ring")
     lines = []
     for (physics, method, step), group in rows.groupby(["fidelity", "integrator", "step_s"], sort=False, dropna=False):
         named = PHYSICS_WORDS[physics] if physics in PHYSICS_WORDS else METHOD_WORDS[method]
         setting = named if pd.isna(step) else f"{named}, {1e3 * step:g} ms"
-        worst = 100 * group.groupby(["measure", "where"])["error"].max()
-        cells = {f"{words}{where}": worst.get((name, where)) for name, words in ERRORS for where in ("", " no ring")}
-        shown = {name: "–" if pd.isna(value) else significant(value, 2) for name, value in cells.items()}
+        worst = 100 * group.groupby(["measure", "bare"])["error"].max()
+        pairs = {words: [worst.get((name, bare)) for bare in (False, True)] for name, words in ERRORS}
+        shown = {
+            words: "/".join("–" if pd.isna(value) else significant(value, 2) for value in pair)
+            for words, pair in pairs.items()
+        }
         lines.append({"setting": setting, "CPU s": group["cpu_s"].mean()} | shown)
     table = pd.DataFrame(lines).sort_values("CPU s", kind="stable")
     table["CPU s"] = table["CPU s"].map("{:.2g}".format)

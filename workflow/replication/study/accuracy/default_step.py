@@ -75,8 +75,8 @@ def _worst(rows: pd.DataFrame, rings: str) -> str:
     ]
     speeds = ", ".join(f"{rpm:g}" for rpm in sorted(rows["rpm"].unique()))
     return (
-        f"The {rows['rig'].nunique()} included rigs at their default steps, {rings}, at {speeds} rpm: "
-        f"largest errors that are known to half of themselves {', '.join(parts)}."
+        f"The {rows['rig'].nunique()} included rigs at their default steps, {rings}, at {speeds} rpm have errors of at "
+        f"most: {', '.join(parts)}."
     )
 
 

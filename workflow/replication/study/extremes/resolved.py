@@ -140,8 +140,8 @@ def short_runs_verdict(table: pd.DataFrame) -> str:
     silent = str(last["beyond"] or "").count(f"({YES})") if pd.notna(last["beyond"]) else 0
     met = not silent and last["refused_good"] <= REFUSED_GOOD * last["good"]
     return (
-        f"Of {last['scenes']} short runs {last['resolved']} completed as resolved: at most {last['rms_off_pct']:.2g} % "
-        f"off in RMS and {last['peak_off_pct']:.2g} % in mean peak, of {100 * RMS:g} and {100 * PEAKS:g} %; "
-        f"{last['refused_good']} of {last['good']} good ones were refused, of {100 * REFUSED_GOOD:g} %. "
-        f"The bounds {'hold' if met else 'do not hold'}."
+        f"Of {last['scenes']} short runs {last['resolved']} completed as resolved, with errors of at most "
+        f"{last['rms_off_pct']:.2g} % of the RMS and {last['peak_off_pct']:.2g} % of the mean peak (bounds: "
+        f"{100 * RMS:g} and {100 * PEAKS:g} %). {last['refused_good']} of {last['good']} good ones were refused "
+        f"(bound: {100 * REFUSED_GOOD:g} %). The bounds {'hold' if met else 'do not hold'}."
     )
