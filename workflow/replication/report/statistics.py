@@ -73,9 +73,11 @@ def lines_table(
     Parameters are those of :func:`table3`.
     """
     rows = []
-    # as they are called here: as in `sensor_metrics`
-    names = {name: name for name in ("line_hz", "line_error_hz", "line_g", "line_error_g")}
-    names |= {f"line_binfree_{end}": f"line_{end}_binfree" for end in ("hz", "error_hz", "g", "error_g")}
+    names = {  # of a column here, and in `measure.sensor.sensor_metrics`
+        f"line_{prefix}{name}": f"line_{name}{ending}"
+        for name in ("hz", "error_hz", "g", "error_g")
+        for prefix, ending in (("", ""), ("binfree_", "_binfree"))
+    }
     for rpm, record in sorted(sensors.items()):
         run = _row_of(metrics, rpm)
         measured = record_metrics(record.ay_g, record.rate_hz, run["line_hz_binfree"]) if record else None

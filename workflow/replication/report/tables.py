@@ -9,44 +9,18 @@ from trackdyn.files import replacing
 from trackdyn.measure.cells import significant
 from trackdyn.measure.columns import groups, heading, words
 
-# columns of the Markdown tables; others are left out there
-COLUMNS_OF = {
-    "table3": (
-        "speed_rpm",
-        *(
-            f"{name}_{what}"
-            for name in ("rms", "sd")
-            for what in (
-                "simulation_g", "standard_error_g", "sensor_g", "sensor_error_g", "difference_pct",
-                "difference_error_pct", "difference_printed_against_papers_own_data_pct",
-            )
-        ),
-    ),
-    "table4": (
-        "rpm",
-        *(
-            f"{name}_{what}"
-            for name in ("rms_g", "sd_g", "left_rms_n")
-            for what in (
-                "ten_arcs", "ten_arcs_error", "three_surfaces", "three_surfaces_error", "difference_pct",
-                "difference_error_pct",
-            )
-        ),
-    ),
-    "lines": (
-        "speed_rpm", "source",
-        *(f"line_{kind}{what}" for what in ("hz", "error_hz", "g", "error_g") for kind in ("", "binfree_")),
-        "line_printed_hz", "line_printed_g",
-    ),
-    "fidelity": (
-        "scene", "setting", "rms", "line", "high_frequency", "left_share", "right_share", "left_peak", "wall_s_per_s",
-    ),
-}  # fmt: skip
+# tables whose columns have headings in groups, and the columns of their CSV files that pages leave out
+LEFT_OUT: dict[str, tuple[str, ...]] = {
+    "table3": ("sensor_record",),
+    "table4": (),
+    "lines": ("printed_of_papers",),
+    "fidelity": ("sd", "ring_share", "loop_gap_m"),
+}
 
 
 def headed(frame: pd.DataFrame, key: str) -> pd.DataFrame:
-    """A table with the columns of ``COLUMNS_OF`` and headings in words, a group above what is in it."""
-    shown = frame[[column for column in COLUMNS_OF[key] if column in frame]]
+    """A table without the columns that pages leave out, its headings in words, a group above what is in it."""
+    shown = frame.drop(columns=[*LEFT_OUT[key]])
     heads = []
     for group, count in groups(shown):
         for column in shown.columns[len(heads) : len(heads) + count]:

@@ -16,7 +16,7 @@ from PIL import Image
 
 from replication.paper.contents import OF_STUDIES, OWN, PAPER, missing_items
 from replication.paper.scorecard import MARKS, answer_sentences, outside_sentence, statements_by_label
-from replication.report.tables import COLUMNS_OF
+from replication.report.tables import LEFT_OUT
 from replication.studies import STUDIES
 from trackdyn.errors import InputError
 from trackdyn.files import read_npz, write_text
@@ -211,9 +211,9 @@ def _parameters(results: Path) -> dict[str, list[dict]] | None:
 def _entry(results: Path, synthetic: bool | None, item) -> dict:
     files = item.files(results) or item.files(results / "short")
     rows = _rows(files[0].parent, files[0].name) if item.table and files else None
-    if rows and (columns := COLUMNS_OF.get(item.key)):  # errors stand in the CSV file, beside their values
-        columns = [name for name in ("sensor_record", *columns) if "error" not in name]
-        rows = [{name: row[name] for name in columns if name in row} for row in rows]
+    if rows and item.key in LEFT_OUT:  # errors stand in the CSV file, beside their values
+        dropped = {*LEFT_OUT[item.key], *(name for name in rows[0] if "error" in name)} - {"sensor_record"}
+        rows = [{name: value for name, value in row.items() if name not in dropped} for row in rows]
     return {
         "item": item,
         "id": item.key if item.label else f"our-{item.key}",
