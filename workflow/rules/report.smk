@@ -41,8 +41,8 @@ rule animation:
 # The page waits for the studies that every run has (`short_studies`), and for all if the target `studies` asks for them. Others
 # that lie in the results are shown as those of an earlier run.
 OF_STUDIES = {
-    name: short(getattr(rules, f"{name}_form")) if study.forms else list(getattr(rules, name).output)
-    for name, study in STUDIES.items()
+    name: short(getattr(rules, f"{name}_form")) if name in Studies.model_fields else list(getattr(rules, name).output)
+    for name in STUDIES
 }
 
 

@@ -69,7 +69,7 @@ def changed(path, keys, value):
         ("config/quick.yaml", ("records", "duration_s"), -20, "$.records.duration_s"),
         ("config/quick.yaml", ("recrods",), {}, "$"),
         ("config/quick.yaml", ("studies",), {"trade": 1}, "$.studies"),
-        ("config/studies.yaml", ("trade", "full"), None, "$.trade"),
+        ("config/studies.yaml", ("trade", "short"), None, "$.trade"),
     ],
 )
 def test_a_mistake_is_seen(path, keys, value, where):

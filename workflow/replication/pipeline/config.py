@@ -15,8 +15,7 @@ from pydantic import Field, model_validator
 from replication.paper.cells import load_cells
 from replication.paper.evidence import LEAST_RADII
 from replication.paper.printed import RECORD_DURATION
-from replication.studies import STUDIES
-from replication.study.settings import Allowed, StudiesFile, peer_scene, rising, step_field
+from replication.study.settings import STUDIES, Allowed, StudiesFile, peer_scene, rising, step_field
 from replication.study.variants import REFERENCE, SETTINGS
 from trackdyn.errors import InputError, TrackdynError
 from trackdyn.rig.rig import Rig, load_rig
@@ -71,7 +70,7 @@ def ring_name(radius: float | None) -> str:
     return "none" if radius is None else f"{radius:.4g}"
 
 
-StudyName = Literal[tuple(STUDIES)]
+StudyName = Literal[STUDIES]
 
 
 class Peers(Section):

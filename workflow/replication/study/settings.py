@@ -1,4 +1,8 @@
-"""Settings of the long studies in their short and full forms: ``config/studies.yaml``."""
+"""The studies, and the settings of the long ones in their short and full forms: ``config/studies.yaml``.
+
+A study has the name of its rule, and ``<name>.csv`` is a file of the results that only a run of it makes. The short
+form of a long one lies in the folder ``short`` of the results, where the rule ``<name>_form`` makes both forms.
+"""
 
 from itertools import pairwise
 from math import ceil
@@ -119,17 +123,24 @@ Form = TypeVar("Form", bound=Section)
 
 
 class StudySizes(Section, Generic[Form]):
-    """Both forms of a study."""
+    """Both forms of a study; the full one is no larger than the short one where it is not stated."""
 
     short: Form
-    full: Form
+    full: Form | None = None
+
+    @model_validator(mode="after")
+    def _completed(self):
+        return self if self.full else self.model_copy(update={"full": self.short})
 
 
 class Studies(Section):
-    """Everything in ``config/studies.yaml``."""
+    """Everything in ``config/studies.yaml``: a field a study that has two forms."""
 
     trade: StudySizes[TradeForm]
     extremes: StudySizes[ExtremesForm]
+
+
+STUDIES = (*Studies.model_fields, "fidelity")
 
 
 def _read(path: Any) -> Any:

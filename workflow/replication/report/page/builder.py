@@ -17,7 +17,7 @@ from PIL import Image
 from replication.paper.contents import OF_STUDIES, OWN, PAPER, missing_items
 from replication.paper.scorecard import MARKS, answer_sentences, outside_sentence, statements_by_label
 from replication.report.tables import LEFT_OUT
-from replication.studies import STUDIES
+from replication.study.settings import STUDIES
 from trackdyn.errors import InputError
 from trackdyn.files import read_npz, write_text
 from trackdyn.measure.cells import significant
@@ -42,9 +42,10 @@ AFTER = {"table1": "fig07+", "table2": "fig14+", "table3": "fig17+", "table4": "
 PARTS = {"The model": "fig14", "The loop beside another code and beside the sensor": "fig19", "The sprocket": "fig25"}
 WITH = {"fig18": "lines"}  # a table of ours below a figure of the paper
 PROMISED = ("scene", "measure", "tolerance", "achieved_error", "met", "setting", "duration_s", "cpu_s")
+OTHERS = [name for name in STUDIES if name not in ("trade", "fidelity")]  # studies with a section of their own
 # tables whose files the page hands out; the first folder that has one
 TABLES = (
-    "claims.csv", "metrics.csv", "trade.csv", "planner.csv", "extremes.csv", "tables/fidelity.csv",
+    "claims.csv", "metrics.csv", "trade.csv", "planner.csv", *(f"{name}.csv" for name in OTHERS), "tables/fidelity.csv",
     "tables/parameters.csv", "tables/extremes.csv", "tables/extremes_short_runs.csv", "tables/lines.csv",
     *(f"tables/{item.key}.csv" for item in PAPER if item.table),
 )  # fmt: skip
@@ -112,11 +113,11 @@ def build_page(
         beside=WITH,
         entries=by_key,
         of_ring=_ring_study(results, teeth),
-        extremes=[entry for key, entry in by_key.items() if key.startswith("extremes")],
+        others={name: [entry for entry in by_key.values() if entry["item"].rule == name] for name in OTHERS},
         front=by_key.get(FRONT),
         sensor=[by_key[key] for key in BESIDE_THE_SENSOR if key in by_key],
         missing=missing_items(results),
-        forms={name: _form(results, study.file, name in studies) for name, study in STUDIES.items()},
+        forms={name: _form(results, f"{name}.csv", name in studies) for name in STUDIES},
         layers=" ".join(["", "--configfile", *layers]) if layers else "",
         paper_items=len(PAPER),
     )
