@@ -60,7 +60,7 @@ def stability_figure(rows: pd.DataFrame) -> Figure:
     """Forced runs over step and one quantity a panel, beside the step limit predicted beforehand."""
     kinds = [name for name in QUANTITIES if (rows["family"] == f"step and {name}").any()]
     limits = stable_steps(rows)
-    figure = new_figure(2.6 * (len(kinds) + 1) // 2)
+    figure = new_figure(2.2 * ((len(kinds) + 1) // 2))
     panels = figure.subplots((len(kinds) + 1) // 2, 2, squeeze=False).ravel()
     for ax, name in zip(panels, kinds, strict=False):
         table = rows[rows["family"] == f"step and {name}"]

@@ -124,7 +124,7 @@ def table2_outcome(costs: pd.DataFrame, missing: str, accuracy_pct: float) -> st
     """Outcome of the comparison, a sentence below the caption of Table 2."""
     if missing:
         return f"Exudyn: {missing}."
-    return f"At an error below {accuracy_pct:g} % Exudyn takes {cost_ratio(costs):.3g} times the CPU time."
+    return f"At an error below {accuracy_pct:g} % Exudyn takes {cost_ratio(costs):.3g} times the CPU time of trackdyn."
 
 
 def main(job) -> None:
