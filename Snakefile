@@ -18,7 +18,7 @@ ROOT = Path(str(workflow.current_basedir))
 sys.path[:0] = [str(ROOT), str(ROOT / "workflow")]
 
 from replication.pipeline.config import check_layers, read_layer, ring_name
-from replication.study.settings import STUDIES, Studies, measured_scenes, parts_of, promised_scenes, step_field
+from replication.study.settings import STUDIES, Studies, longest_step, measured_scenes, parts_of, promised_scenes
 from replication.study.variants import SETTINGS
 from trackdyn.errors import TrackdynError
 from trackdyn.files import remove_abandoned

@@ -6,7 +6,7 @@ MOVING = {
     "motor_rpm": MOVING_RPM,
     "ring_radius": CONFIG.records.ring_radius_m,
     "lead_in": 2.0,
-    **step_field(CONFIG.ring_study.steps_s, CONFIG.records.ring_radius_m),
+    "step": longest_step(CONFIG.ring_study.steps_s, CONFIG.records.ring_radius_m),
     "frame_interval": INTERVAL,
     # one turn of the sprocket, and the sample that closes it
     "duration": (int(60 * RIG.sprocket.transmission_ratio / MOVING_RPM / INTERVAL) + 1) * INTERVAL,

@@ -2,8 +2,7 @@
 
 import os
 import re
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Sequence
 from itertools import pairwise, product
 from math import ceil
 from operator import attrgetter
@@ -15,9 +14,9 @@ from pydantic import Field, model_validator
 from replication.paper.cells import load_cells
 from replication.paper.evidence import LEAST_RADII
 from replication.paper.printed import RECORD_DURATION
-from replication.study.settings import STUDIES, Allowed, StudiesFile, peer_scene, rising, step_field
+from replication.study.settings import STUDIES, Allowed, StudiesFile, longest_step, peer_scene, rising
 from replication.study.variants import REFERENCE, SETTINGS
-from trackdyn.errors import InputError, TrackdynError
+from trackdyn.errors import InputError, TrackdynError, naming
 from trackdyn.rig.rig import Rig, load_rig
 from trackdyn.rig.rig_file import rig_files, rig_path
 from trackdyn.rig.validation import NotNegative, Positive, Section, shown, validated
@@ -237,14 +236,14 @@ class Config(Section):
         def add(name: str, section: str, **fields):
             if name in runs:
                 raise InputError(f"{section}: two runs would share the name {name}; give values that differ more")
-            with _section(f"{section} (run {name})"):
+            with naming(f"{section} (run {name})"):
                 runs[name] = Scene(rig, **fields)
 
         r, m, s = self.records, self.meshing, self.ring_study
         for rpm in r.speeds_rpm:
             add(
                 f"{rpm:g}rpm", "records", motor_rpm=rpm, ring_radius=r.ring_radius_m, duration=r.duration_s,
-                lead_in=r.lead_in_s, ramp=r.ramp_s, frame_interval=r.frame_interval_s, **_step(r.step_s),
+                lead_in=r.lead_in_s, ramp=r.ramp_s, frame_interval=r.frame_interval_s, step=r.step_s,
             )  # fmt: skip
             runs[f"coarse/{rpm:g}rpm"] = runs[f"{rpm:g}rpm"].with_(tooth_contact="three_surfaces", frame_interval=0.0)
         for name, radius in (("meshing/no_ring", None), ("meshing/ring", m.ring_radius_m)):
@@ -252,25 +251,25 @@ class Config(Section):
             pitches = (rig.first_sensor.pitch, rig.first_sensor.pitch % rig.chain.pitches + 1)
             add(
                 name, "meshing", motor_rpm=m.speed_rpm, ring_radius=radius, duration=m.duration_s,
-                frame_interval=m.frame_interval_s, pitches=pitches, **_step(m.step_s),
+                frame_interval=m.frame_interval_s, pitches=pitches, step=m.step_s,
             )  # fmt: skip
         for rpm in s.speeds_rpm:
             for radius in s.rings:
-                requested = steady_fields(rig, rpm, self.stop_rule) | step_field(s.steps_s, radius)
                 name = f"ring/{rpm:g}rpm_{ring_name(radius)}"
+                requested = steady_fields(rig, rpm, self.stop_rule) | {"step": longest_step(s.steps_s, radius)}
                 add(name, "ring_study", motor_rpm=rpm, ring_radius=radius, **requested)
         return runs
 
     def refuse_studies(self, rig: Rig) -> None:
         """Refuse what the rules `peer` and `fidelity` would refuse after the runs."""
         if p := self.peers:
-            with _section("peers"):
+            with naming("peers"):
                 for name in ("readings", "steps_s", "exudyn_steps_s"):
                     if len(set(values := getattr(p, name))) < len(values):
                         raise InputError(f"{name} = {shown(values)}: a value occurs twice; give each once")
                 for reading, step in product(p.readings, p.steps_s):
                     peer_scene(rig, reading, p.speed_rpm, p.duration_s, step)
-        with _section("fidelity"):
+        with naming("fidelity"):
             f = self.fidelity
             for rpm, radius in product(f.speeds_rpm, self.ladder_radii):
                 Scene(rig, rpm, radius, **steady_fields(rig, rpm, self.stop_rule), **PRESETS[REFERENCE])
@@ -285,26 +284,12 @@ def _least(rig: Rig, section: str, rpm: float) -> int:
     return ceil(LEAST_TURNS[section] * Periods.at(rig, rpm).loop)
 
 
-def _step(seconds: float | None) -> dict[str, float]:
-    """Field of a scene; none: its own step."""
-    return {} if seconds is None else {"step": seconds}
-
-
-@contextmanager
-def _section(name: str) -> Iterator[None]:
-    """Put the name of a section in front of what is refused within."""
-    try:
-        yield
-    except InputError as error:
-        raise InputError(f"{name}: {error}") from None
-
-
 def check_config(data: Any, name: str) -> tuple[Config, Rig, dict[str, Scene]]:
     """Validate a configuration with the rig and all scenes that it leads to."""
     config = validated(Config, data, name)
     rig = load_rig(config.rig)
     config = config.completed(rig)
-    with _section(name):
+    with naming(name):
         for field, files in config.files.items():
             _refuse_braces(field, files)
         config.check_sensor_files()

@@ -45,11 +45,11 @@ def rising(where: str, steps: Allowed) -> None:
             raise InputError(f"{where} = {pairs}: {after:g} comes after {before:g}; give rising values")
 
 
-def step_field(steps: Allowed | None, value: float | None) -> dict[str, float]:
-    """Field of a scene: the step up to a value, s, and the first one for None, which is no ring; none without steps."""
+def longest_step(steps: Allowed | None, value: float | None) -> float | None:
+    """The step (s) allowed up to a value; the first one for None, which is no ring. None: no step is stated."""
     if steps is None:
-        return {}
-    return {"step": next((step for most, step in steps if value is None or value <= most * (1 + 1e-9)), steps[-1][1])}
+        return None
+    return next((step for most, step in steps if value is None or value <= most * (1 + 1e-9)), steps[-1][1])
 
 
 def peer_scene(rig: Rig, reading: str, speed_rpm: float, duration: float, step: float) -> Scene:
