@@ -142,7 +142,7 @@ def _spectra(answer: Identification, rig: Rig) -> list[tuple[str, float, np.ndar
     """Whole turns of every record and of the best rig."""
     spectra = []
     for measurement in answer.measured:
-        rate = measurement.speed.rate / measurement.speed.every
+        rate = measurement.speed.record_rate
         simulated = turns_of(simulated_ay(rig, measurement.speed, 1), rate, Periods.at(rig, measurement.speed.rpm).loop)
         measured = turns_of(measurement.record.ay_g, rate, measurement.turn_s)
         spectra.append((f"{measurement.name}: {measurement.speed.rpm:.4g} rev/min", rate, measured, simulated))

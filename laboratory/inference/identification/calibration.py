@@ -9,7 +9,6 @@ among the draws is uniform, and intervals of any level hold it that often. That 
 promises under its own assumptions; it is no validation of the simulator.
 """
 
-from itertools import chain
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -20,7 +19,7 @@ from scipy.stats import beta, binom, chisquare, norm, qmc
 
 from laboratory.inference.identification.emulation import FeatureEmulator
 from laboratory.inference.identification.experiment import Experiment, MeasuredSpeed, run_experiment
-from laboratory.inference.identification.features import Feature, covariance, features_of
+from laboratory.inference.identification.features import covariance, features_in_a_row
 from laboratory.inference.identification.identify import LEAST_SPREAD, changes_at
 from laboratory.inference.identification.posterior import (
     Draws,
@@ -112,7 +111,7 @@ def simulate_all(config: CalibrationConfig, store, jobs: int = 1, progress: bool
             f"{failed} of {len(points) + len(truths)} rigs cannot run; the reason of the first one: "
             f"{next(reason for reason in trained.reasons + played.reasons if reason)}"
         )
-    rates = [speed.rate / speed.every for speed in design.speeds]
+    rates = [speed.record_rate for speed in design.speeds]
     scatter = [
         block_diag(*(covariance(values, rate) for values, rate in zip(statistics, rates, strict=True)))
         for statistics in played.statistics
@@ -139,9 +138,7 @@ class Calibration(NamedTuple):
 def calibrate(config: CalibrationConfig, store, jobs: int = 1, progress: bool = True) -> Calibration:
     """Identify every truth with a discrepancy drawn from its prior, and the first ones with none, too."""
     data = simulate_all(config, store, jobs, progress)
-    listed = [features_of(speed.rate / speed.every) for speed in data.speeds]
-    record = np.repeat(np.arange(len(listed)), [len(names) for names in listed])
-    names: tuple[Feature, ...] = tuple(chain.from_iterable(listed))
+    names, record = features_in_a_row([speed.record_rate for speed in data.speeds])
     varying = np.ptp(data.simulated, axis=0) > LEAST_SPREAD
     emulator = FeatureEmulator(data.points, data.simulated[:, varying], medians(names)[varying])
     due = [(truth, PRIOR) for truth in range(len(data.truths))]

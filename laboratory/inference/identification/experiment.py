@@ -42,6 +42,11 @@ class MeasuredSpeed(NamedTuple):
     preset: str = "standard"  # bundle of choices of fidelity
     choices: tuple[tuple[str, str], ...] = ()  # choices instead of the preset's, such as ``("drag", "rolling")``
 
+    @property
+    def record_rate(self) -> float:
+        """Samples a second of the sensor's record, Hz."""
+        return self.rate / self.every
+
 
 def scene_of_speed(rig: Rig, speed: MeasuredSpeed, seconds: float, later: float = 0.0) -> Scene:
     """The scene of a speed whose record holds ``seconds``, with the largest step up to the preset's that the rig
@@ -96,7 +101,7 @@ def _statistics(rig: dict, changes: dict, speeds: list, turns: int, noise: float
         ay = simulated_ay(changed, speed, turns, starts, begin)
         ay = ay + noise * rng.standard_normal(ay.shape)
         period = Periods.at(changed, speed.rpm).loop
-        values[str(k)] = turn_statistics(ay, speed.rate / speed.every, period, changed.chain.pitches).tolist()
+        values[str(k)] = turn_statistics(ay, speed.record_rate, period, changed.chain.pitches).tolist()
     return values
 
 
@@ -114,7 +119,7 @@ class Simulated(NamedTuple):
 
     def features(self, experiment: Experiment) -> np.ndarray:
         """(rigs that ran, features of all speeds)."""
-        rates = [speed.rate / speed.every for speed in experiment.speeds]
+        rates = [speed.record_rate for speed in experiment.speeds]
         ran = [zip(statistics, rates, strict=True) for statistics in self.statistics if statistics is not None]
         return np.array([np.concatenate([features(statistic, rate) for statistic, rate in pairs]) for pairs in ran])
 

@@ -5,7 +5,8 @@ lines and the passing of pitches stand in known bins, whatever the speed. Powers
 logarithm is taken: a difference of features is a relative difference of amplitudes.
 """
 
-from itertools import pairwise
+from collections.abc import Sequence
+from itertools import chain, pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -40,6 +41,12 @@ def features_of(rate: float) -> list[Feature]:
     features += [Feature(f"passing_{k}", "passing") for k in range(1, PASSING + 1)]
     features += [Feature(f"band_{low:g}_{high:g}_hz", "high" if low >= HIGH_HZ else "low") for low, high in bands]
     return features + [Feature(name, "crest") for name in ("tail_low", "tail_high", "peak")]
+
+
+def features_in_a_row(rates: Sequence[float]) -> tuple[tuple[Feature, ...], np.ndarray]:
+    """The features of records sampled at ``rates``, Hz, one record after the other, and the (p,) record of each."""
+    listed = [features_of(rate) for rate in rates]
+    return tuple(chain.from_iterable(listed)), np.repeat(np.arange(len(listed)), list(map(len, listed)))
 
 
 def turns_of(ay, rate: float, turn_s: float) -> np.ndarray:

@@ -2,14 +2,19 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import chain
 from pathlib import Path
 
 import numpy as np
 from scipy.linalg import block_diag
 
 from laboratory.inference.identification.experiment import MeasuredSpeed
-from laboratory.inference.identification.features import LEAST_TURNS, covariance, features, features_of, turn_statistics
+from laboratory.inference.identification.features import (
+    LEAST_TURNS,
+    covariance,
+    features,
+    features_in_a_row,
+    turn_statistics,
+)
 from laboratory.inference.identification.posterior import MeasuredRecords
 from trackdyn.errors import InputError, naming
 from trackdyn.measure.axes import require_axes
@@ -109,11 +114,10 @@ def _measured(record: SensorRecord, rig: Rig, rpm: float | None, ring_radius: fl
 
 def joined(measured: Sequence[Measured]) -> MeasuredRecords:
     """The features of several records in a row."""
-    rates = [measurement.speed.rate / measurement.speed.every for measurement in measured]
-    listed = [features_of(rate) for rate in rates]
+    rates = [measurement.speed.record_rate for measurement in measured]
+    names, record = features_in_a_row(rates)
     values = [features(measurement.statistics, rate) for measurement, rate in zip(measured, rates, strict=True)]
     scatter = block_diag(
         *(covariance(measurement.statistics, rate) for measurement, rate in zip(measured, rates, strict=True))
     )
-    record = np.repeat(np.arange(len(measured)), [len(names) for names in listed])
-    return MeasuredRecords(tuple(chain.from_iterable(listed)), record, np.concatenate(values), scatter)
+    return MeasuredRecords(names, record, np.concatenate(values), scatter)

@@ -3,7 +3,6 @@
 from trackdyn.sweeps.snakemake_job import run_job
 
 import json
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
@@ -14,13 +13,13 @@ from replication.peers import OURS, PEER
 from replication.peers.contact import make_contacts
 from replication.peers.exudyn_loop import PeerRun, free_wheels, require_exudyn, run_exudyn_loop
 from replication.study.settings import peer_scene
+from replication.study.timed_run import timed_run
 from trackdyn.errors import InputError
 from trackdyn.files import write_csv, write_text
 from trackdyn.rig.rig import Rig, load_rig
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.loop_arrays import allocate
-from trackdyn.simulation.recording import Recording
 from trackdyn.simulation.simulate import simulate
 
 
@@ -49,18 +48,6 @@ def percent_of_range(difference, reference) -> float:
     """Largest difference in percent of the range of the reference."""
     reference = np.asarray(reference)
     return float(100 * np.abs(difference).max() / (reference.max() - reference.min()))
-
-
-def run_ours(scene: Scene) -> tuple[Recording, float, float]:
-    """A recording, and wall and CPU seconds per simulated second of its integration."""
-    loop = Loop(scene)
-    begin = time.perf_counter(), time.process_time()
-    loop.advance(scene.ramp + scene.lead_in)
-    recording = loop.record(scene.duration, frame_interval=scene.frame_interval, contact_log=scene.contact_log)
-    end = time.perf_counter(), time.process_time()
-    wall, cpu = (b - a for a, b in zip(begin, end, strict=True))
-    seconds = scene.ramp + scene.duration
-    return recording, wall / seconds, cpu / seconds
 
 
 def run_peer(scene: Scene, step: float, watch: Callable | None = None) -> tuple[PeerRun, np.ndarray]:
@@ -100,10 +87,9 @@ def compare_codes(
         missing = f"not run: {error}"
     simulate(first.with_(duration=0.01, frame_interval=0.0))  # compile before the clock runs
 
-    ours = {step: run_ours(first.with_(step=step)) for step in steps_s}
-    table, step = _ladder(
-        OURS, {h: (r.link_position[:, 1], wall, cpu) for h, (r, wall, cpu) in ours.items()}, accuracy_pct
-    )
+    ours = {step: timed_run(first.with_(step=step)) for step in steps_s}
+    costs = {h: (run.recording.link_position[:, 1], run.wall_s_per_s, run.cpu_s_per_s) for h, run in ours.items()}
+    table, step = _ladder(OURS, costs, accuracy_pct)
     peer_step = float("nan")
     if not missing:
         seconds = first.ramp + first.duration
@@ -121,7 +107,7 @@ def compare_codes(
         if reading != readings[0]:
             samples = round(rig.rate / scene.periods.loop_hz)
             scene = peer_scene(rig, reading, speed_rpm, samples / rig.rate, step)
-        recording = ours[step][0] if reading == readings[0] else simulate(scene)
+        recording = ours[step].recording if reading == readings[0] else simulate(scene)
         if frame is None:
             frame, shift = recording.frame[0], float(recording.meta["layout"]["tensioner_shift_m"])
         y = recording.link_position[:, 1]

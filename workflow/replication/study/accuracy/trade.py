@@ -24,6 +24,7 @@ from replication.study.accuracy.statistics import (
     study_scene,
 )
 from replication.study.settings import StatisticErrors, Steps, TradeForm, measured_scenes, scene_name
+from replication.study.timed_run import timed_run
 from replication.study.variants import PHYSICS
 from trackdyn.errors import InputError, TrackdynError
 from trackdyn.files import write_csv
@@ -31,8 +32,6 @@ from trackdyn.measure.sensor import whole_samples
 from trackdyn.measure.uncertainty import Limit, Series, error_against, limit_of
 from trackdyn.rig.rig import Rig, load_rig
 from trackdyn.scene.scene import Periods, Scene
-from trackdyn.simulation.loop import Loop
-from trackdyn.simulation.recording import Recording
 from trackdyn.simulation.simulate import simulate
 
 # error: against the limit; uncertainty: its standard error; scatter: standard error that one passage would leave, all
@@ -66,17 +65,6 @@ def _each_step(steps: Steps) -> list[dict]:
     return [{"integrator": method, "step": step} for method in steps for step in steps[method]]
 
 
-def timed_run(scene: Scene) -> tuple[Recording, float, float]:
-    """A recording of every link, and the CPU seconds to settle its loop and of a simulated one."""
-    begin = process_time()
-    loop = Loop(scene)
-    started = process_time()
-    loop.advance(scene.ramp + scene.lead_in)
-    recording = loop.record(scene.duration, contact_log=scene.contact_log, every_link=True)
-    seconds = scene.ramp + scene.lead_in + scene.duration
-    return recording, started - begin, (process_time() - started) / seconds
-
-
 def run_answer(scene: Scene) -> AnswerCost:
     """Run a scene and measure all of its links, of which those of a belt do alike."""
     if scene.chain == "belt":
@@ -86,8 +74,8 @@ def run_answer(scene: Scene) -> AnswerCost:
         names = ("rms", "sd", "line", "high_frequency")
         series = {name: Series(np.array([statistics[name]]), np.array([0])) for name in names}
         return AnswerCost(series, process_time() - begin, 0.0)
-    recording, *spent = timed_run(scene)
-    return AnswerCost(answers_of(recording), *spent)
+    run = timed_run(scene)
+    return AnswerCost(answers_of(run.recording), run.start_cpu_s, run.cpu_s_per_s)
 
 
 def limits_of(runs: dict[float, AnswerCost]) -> dict[str, Limit]:
