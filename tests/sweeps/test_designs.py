@@ -59,7 +59,7 @@ def test_columns_are_known_or_refused():
 
 
 def only(cells, rig_path):
-    """What a row of one design asks for."""
+    """The row that a design of these cells asks for."""
     return requested_rows(pd.DataFrame([cells]), str(rig_path))[0]
 
 

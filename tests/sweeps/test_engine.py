@@ -67,14 +67,14 @@ def test_what_comes_of_a_row_is_its_state(maker, tmp_path, jobs):
     check_completed([row for row in rows.values() if row["state"] != "failed"], "try again")
 
 
-def test_a_row_that_kills_its_process_twice_fails_and_no_other(maker, tmp_path, monkeypatch):
+def test_a_row_that_always_kills_its_process_fails_and_no_other(maker, tmp_path, monkeypatch):
     """One that does so once is tried again; what had come stays. Also where a single row is left."""
     ends = {3: "killed", 9: "always killed"}
     asked = tasks(*({"number": k, "ends": ends.get(k, ""), "flag": str(tmp_path / "f")} for k in range(24)))
     first = results(maker, asked, 2, tmp_path / "store")
     (lost,) = [key for key, row in first.items() if row["state"] != "done"]
     assert asked[lost]["number"] == 9 and first[lost]["state"] == "failed" and (tmp_path / "f").exists()
-    assert first[lost]["reason"].startswith("its process ended twice (SIGKILL(-9)), perhaps out of memory")
+    assert first[lost]["reason"].startswith("its process was ended (SIGKILL(-9)), perhaps out of memory")
     del asked[lost]
     alone = results(maker, asked, 1)
     assert json.dumps([first[key]["values"] for key in asked]) == json.dumps([alone[key]["values"] for key in asked])
@@ -87,8 +87,8 @@ def test_processes_that_cannot_start_are_said(maker, tmp_path, monkeypatch):
     import made_up_rows
 
     (tmp_path / "made_up_rows.py").write_text("import os; os._exit(1)", encoding="utf-8")
-    with pytest.raises(TrackdynError, match=r"a process that is to compute rows ended at its start \(EXIT\(1\)"):
-        results(made_up_rows.maker, tasks({"number": 1}, {"number": 2}), 2)
+    with pytest.raises(TrackdynError, match=r"no row of 2 came out: its process was ended \(EXIT\(1\)"):
+        results(made_up_rows.maker, tasks({"number": 1}, {"number": 2}, {"number": 3}), 2)
 
 
 @pytest.mark.parametrize("content", [[1], {"key": "a"}, {"key": "a", "state": "done", "reason": "", "values": 3}])

@@ -137,7 +137,7 @@ def test_a_ring_that_bears_nothing_is_not_where_tightening_begins():
     worn = rig.changed(sprocket__equal_pitch_radius=0.314)
     radii, least = study_radii(worn), usual_rings(worn)[0]
     assert len(radii) == 11 and least > rig.ring_radius
-    assert radii == pytest.approx(study_radii(worn.changed(sprocket__ring_radius=least)), abs=1e-4)  # of other wraps
+    assert radii == pytest.approx(study_radii(worn.changed(sprocket__ring_radius=least)), abs=1e-4)
 
 
 def test_a_narrow_range_has_all_radii_inside_it(monkeypatch):

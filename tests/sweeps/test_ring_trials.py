@@ -51,16 +51,3 @@ def test_the_rows_are_those_of_the_present_rig(track):
     """To a tenth of a millimetre; else the rig has changed and its trials have to run again."""
     stored = ROWS.loc[(ROWS["track"] == track) & (ROWS["grid"] == "default"), "ring_radius_m"].unique()
     assert sorted(stored) == pytest.approx(study_radii(load_rig(TRACKS[track][0])), abs=1e-4)
-
-
-def test_a_rule_that_looks_at_the_least_of_all_radii_would_fail():
-    """What the trials are for: where the left contact falls to the end of the radii, it takes such a choice along."""
-    halves = np.arange(-2, 23)
-    grid = np.where((halves < 0) | (halves > 20), "beyond", np.where(halves % 2, "halved", "default"))
-    rows = pd.DataFrame({"ring_radius_m": 0.303 + 5e-4 * halves, "grid": grid, "left_share_pct": 11 - 0.35 * halves})
-
-    def choice(of):
-        return of.loc[of["left_share_pct"] <= of["left_share_pct"].min() + 2, "ring_radius_m"].min()
-
-    chosen = {name: choice(of) for name, of in grids(rows).items()}
-    assert np.ptp(list(chosen.values())) > 1.5e-3, chosen  # steps of 1 mm

@@ -21,7 +21,6 @@ from trackdyn.sweeps.engine import Store
 from trackdyn.sweeps.sweep import requested_rows, sweep
 
 ROOT = Path(__file__).parents[2]
-ROWS = 14  # of a sweep that is killed twice before its end
 SHORT = {"duration": 0.05, "lead_in": 0.0, "ramp": 0.05, "preset": "fast"}
 
 
@@ -102,22 +101,6 @@ def test_nothing_is_computed_twice(tmp_path, rig_path, counted):
     assert len(counted) == 5
 
 
-def test_other_sources_compute_again(tmp_path, rig_path, counted, monkeypatch):
-    """A store of another version of the program: everything computed, nothing lost."""
-    out = tmp_path / "r.parquet"
-    first = sweep(design(2), out, rig_path, jobs=1)
-    old = {path: path.read_bytes() for path in (tmp_path / "r.rows").iterdir()}
-    with monkeypatch.context() as patch:
-        patch.setattr("trackdyn.sweeps.sweep.module_hash", lambda module: "edited")
-        sweep(design(2), out, rig_path, jobs=1)
-        assert len(counted) == 4
-        sweep(design(3), out, rig_path, jobs=1)  # some are there
-        assert len(counted) == 5
-    assert all(path.read_bytes() == content for path, content in old.items())
-    pd.testing.assert_frame_equal(sweep(design(2), out, rig_path, jobs=1), first)
-    assert len(counted) == 5
-
-
 def test_damaged_and_foreign_rows_of_a_store_are_counted_and_computed_again(tmp_path, rig_path, counted, capsys):
     """A torn row, rows without a checksum, and another row's."""
     out = tmp_path / "r.parquet"
@@ -178,51 +161,57 @@ def test_a_row_takes_the_first_of_its_steps_that_comes_out(rig_path):
     assert swept.reason[2] == sweep(design(3).assign(preset=None, step=1e-3), rig=rig_path, jobs=1).reason[2]
 
 
-def command(out, designed):
-    """The command in a process of its own, its group included."""
-    run = "from trackdyn.__main__ import main; main()"
-    words = "sweep", str(designed), "--out", str(out), "--rig", str(VISCOUS), "-j2", "-q"
-    return subprocess.Popen(
-        [sys.executable, "-c", run, *words],
-        cwd=ROOT,
-        start_new_session=True,
-        stderr=subprocess.PIPE,
-        env=os.environ | {"PYTHONPATH": str(ROOT)},
-    )
+# Rows that wait until there are fewer rows in the store than a file of the test says.
+WAITING = """
+import os, pathlib, time
+from trackdyn.sweeps import sweep, sweep_row
+
+class Rows(sweep_row.Rows):
+    def __call__(self, **task):
+        folder, limit = map(pathlib.Path, (os.environ["STORE"], os.environ["LIMIT"]))
+        while len(list(folder.glob("[!.]*.json"))) >= int(limit.read_text()):
+            time.sleep(0.01)
+        return super().__call__(**task)
+
+sweep.Rows = Rows
+"""
+RUN = "import waiting; from trackdyn.__main__ import main; main()"
 
 
 def stored_rows(store):
-    return len(list(store.glob("*.json")))
+    return len(list(store.glob("[!.]*.json")))
 
 
-@pytest.fixture(scope="module")
-def whole(tmp_path_factory, rig_path):
-    """A design as a file, and the table of it that one process makes undisturbed."""
-    designed = tmp_path_factory.mktemp("whole") / "d.csv"
-    design(ROWS, duration=2.0).to_csv(designed, index=False)
-    sweep(pd.read_csv(designed), designed.with_suffix(".parquet"), rig_path, jobs=1)
-    return designed, designed.with_suffix(".parquet")
-
-
-def test_a_killed_sweep_goes_on_where_it_was(tmp_path, whole):
+def test_a_killed_sweep_goes_on_where_it_was(tmp_path, rig_path):
     """Killed, then interrupted by Ctrl-C, which is for the whole group; two processes end in the bytes of one."""
-    (designed, expected), out, store = whole, tmp_path / "r.parquet", tmp_path / "r.rows"
-    for end in (signal.SIGKILL, signal.SIGINT):
-        before = stored_rows(store)  # those that outlived the killed process have ended with its standard error
-        process = command(out, designed)
-        while stored_rows(store) < before + 2:
+    designed, out, store, limit = (tmp_path / name for name in ("d.csv", "r.parquet", "r.rows", "limit"))
+    design(8).to_csv(designed, index=False)
+    (tmp_path / "waiting.py").write_text(WAITING, encoding="utf-8")
+    environment = {"PYTHONPATH": f"{tmp_path}{os.pathsep}{ROOT}", "STORE": str(store), "LIMIT": str(limit)}
+
+    def begin(most):
+        """The command in a group of its own, whose rows wait where ``most`` are stored."""
+        limit.write_text(str(most), encoding="utf-8")
+        line = [sys.executable, "-c", RUN, "sweep", designed, "--out", out, "--rig", VISCOUS, "-j2", "-q"]
+        return subprocess.Popen(
+            list(map(str, line)), start_new_session=True, stderr=subprocess.PIPE, env=os.environ | environment
+        )
+
+    for end, most in ((signal.SIGKILL, 2), (signal.SIGINT, 4)):
+        process = begin(most)
+        while stored_rows(store) < most:
             assert process.poll() is None, process.stderr.read()
-            time.sleep(0.02)
+            time.sleep(0.01)
         (os.killpg if end == signal.SIGINT else os.kill)(process.pid, end)
-        said = process.communicate()[1]
-        assert not out.exists() and stored_rows(store) < ROWS
-        assert len(said.split(b"\n")) <= 3 and b"Traceback" not in said, said  # nor from the processes that it started
+        said = process.communicate()[1]  # also of the processes that it started, which end with it
+        assert not out.exists() and most <= stored_rows(store) < 8
+        assert len(said.split(b"\n")) <= 3 and b"Traceback" not in said, said
     assert process.returncode == 130, said
     assert said.lstrip().startswith(b"trackdyn: interrupted")
-    process = command(out, designed)
-    assert process.wait() == 0, process.stderr.read()
-    process.stderr.close()
-    assert stored_rows(store) == ROWS and out.read_bytes() == expected.read_bytes()
+    process = begin(9)
+    assert (process.wait(), process.communicate()[1]) == (0, b"")
+    sweep(pd.read_csv(designed), tmp_path / "alone.parquet", rig_path, jobs=1)
+    assert stored_rows(store) == 8 and out.read_bytes() == (tmp_path / "alone.parquet").read_bytes()
 
 
 def test_rows_that_ask_for_what_their_rig_has_anyway_are_not_those_of_another_law():

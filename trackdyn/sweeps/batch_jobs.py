@@ -26,7 +26,7 @@ def warm_up(job) -> None:
 
 
 def batch(job) -> None:
-    """Compute the rows of a batch; ask for another try of those that failed for a passing reason."""
+    """Compute the rows of a batch. Raises `TrackdynError` for Snakemake to try again: some failed for now."""
     results = read_table(job.input.design)
     if len(results):  # there may be more batches than rows
         results = sweep(results, rig=job.input.rig, jobs=job.threads, store=job.params.store)

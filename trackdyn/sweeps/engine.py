@@ -1,7 +1,6 @@
 """The engine of rows: what is asked for by key is computed over the cores of one machine, and kept as it comes.
 
-Sweeps, identification and the fit hand their rows to it. Its pool is joblib's (loky), which ends whole when one of its
-processes is killed: rows that had come are in the store, and what was in hand is tried once more, each row alone.
+Sweeps, identification and the fit hand their rows to it. Its pool is joblib's (loky).
 
 The store has a file a row, so that sweeps beside each other need no lock: the SHA-256 of the row in its first line and
 the row as JSON in its second. What has no such checksum, or another one, is not read as a row.
@@ -28,12 +27,12 @@ from psutil import virtual_memory
 from tqdm import tqdm
 
 from trackdyn.errors import DivergenceError, InputError, TrackdynError
-from trackdyn.files import broken_off, read_bytes, replacing
+from trackdyn.files import broken_off, read_bytes, remove_abandoned, replacing
 from trackdyn.rig.validation import shown
 from trackdyn.simulation.recorder import compiled
 
-# What came of a row: its numbers; input that is refused; a run that left the physical range; nothing, for a reason that
-# may pass.
+# States of a row: its numbers came; its input is refused; its run left the physical range; nothing came, for a reason
+# that may pass.
 DONE, REFUSED, DIVERGED, FAILED = "done", "refused", "diverged", "failed"
 LARGEST = 100_000_000  # bytes; a row of a sweep takes 4,000
 
@@ -62,15 +61,6 @@ class Store:
             self.folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise self._refusal(error.strerror or str(error)) from None
-
-    def begun(self, key: str) -> Path:
-        """A file that is there while a process computes the row."""
-        return self.folder / f".{key}.begun"
-
-    def clear(self, key: str) -> None:
-        """Remove what a killed process left of a row that it had begun."""
-        for path in (self.begun(key), *self.folder.glob(f".{key}.*.trackdyn-part.json")):
-            path.unlink(missing_ok=True)
 
     def read(self, keys: Iterable[str], say: bool = True) -> dict[str, dict]:
         """Results of these keys; damaged files are left out, and counted on standard error if ``say``."""
@@ -116,7 +106,7 @@ def _row(path: Path) -> dict[str, Any] | None:
         return None
     if not content.endswith(b"\n") or checksum != _checksum(content[:-1]):
         return None
-    row = json.loads(content)  # of this program, or forged
+    row = json.loads(content)  # by this program, or forged
     sound = isinstance(row, dict) and isinstance(row.get("values"), dict)
     return row if sound and all(isinstance(row.get(name), str) for name in ("key", "state", "reason")) else None
 
@@ -145,18 +135,13 @@ def results(
     """
     with TemporaryDirectory() if store is None else nullcontext(store) as folder:
         rows_store = Store(folder)
-        rows = {key: _shared(row) for key, row in rows_store.read(tasks.keys()).items()}
+        rows = rows_store.read(tasks)
         due = {key: task for key, task in tasks.items() if key not in rows}
         with tqdm(total=len(due), disable=not progress, unit=unit, desc=progress, smoothing=0.05) as bar:
             for row in _computed(maker, due, jobs, free_memory(), rows_store):
-                rows[row["key"]] = _shared(row)
+                rows[row["key"]] = row
                 bar.update()
     return rows
-
-
-def _shared(row: dict) -> dict:
-    """A row whose names are those of all rows: half of its memory."""
-    return row | {"values": {sys.intern(name): value for name, value in row["values"].items()}}
 
 
 def check_completed(rows: Iterable[dict], advice: str) -> None:
@@ -200,54 +185,47 @@ def _computed(maker: Maker, due: Tasks, jobs: int, memory: float, store: Store) 
     waiting, share = dict(due), memory / jobs
     if not compiled():  # or every process would compile the same kernels
         first = next(iter(waiting))
-        yield _alone(maker, first, waiting.pop(first), share, store)
+        yield from _by_processes(maker, {first: waiting.pop(first)}, 1, 1, share, store)
+    size = min(max(len(waiting) // (PIECES * jobs), 1), LONGEST_PIECE)
+    yield from _by_processes(maker, waiting, jobs, size, share, store)
+
+
+def _by_processes(maker: Maker, waiting: Tasks, jobs: int, size: int, memory: float, store: Store) -> Iterator[dict]:
+    """Rows by processes that take the next ``size`` of them at once; every row that comes leaves ``waiting``.
+
+    All processes end with the first one that is killed. Rows that they had in hand are then run one at a time, which
+    tells the row that ends its process: it fails. Raises `TrackdynError`: all of those failed.
+    """
     while waiting:
-        ended, before = None, len(waiting)
         try:
-            for row in _pooled(maker, waiting, min(jobs, len(waiting)), share, store.folder):
+            for row in _pooled(maker, waiting, min(jobs, len(waiting)), size, memory, store.folder):
                 del waiting[row["key"]]
                 yield row
         except TerminatedWorkerError as error:
-            ended = error
-        if ended is None:
-            return
-        in_hand = [key for key in waiting if store.begun(key).exists()]
-        for key in in_hand:
-            store.clear(key)
-        for key, row in store.read(waiting.keys(), say=False).items():  # had come before
-            del waiting[key]
-            yield row
-        if len(waiting) == before and not in_hand:
-            raise TrackdynError(f"a process that is to compute rows ended at its start ({_signal(ended)})")
-        for key in in_hand:
-            if key in waiting:
-                yield _alone(maker, key, waiting.pop(key), share, store, ended)
-
-
-def _alone(maker: Maker, key: str, task: dict, memory: float, store: Store, ended: Exception | None = None) -> dict:
-    """A row in a process of its own, tried again if that is killed; ``ended`` if the first try was."""
-    while True:
-        try:
-            (row,) = _pooled(maker, {key: task}, 1, memory, store.folder)
-            return row
-        except TerminatedWorkerError as error:
-            store.clear(key)
-            if ended is not None:
-                advice = "perhaps out of memory; use fewer jobs or more memory"
-                return without_values(key, FAILED, f"its process ended twice ({_signal(error)}), {advice}")
-            ended = error
+            ended = f"its process was ended ({_signal(error)}), perhaps out of memory; use fewer jobs or more memory"
+            remove_abandoned(store.folder)
+            for key, row in store.read(list(waiting), say=False).items():  # stored before the processes ended
+                del waiting[key]
+                yield row
+            in_hand = {key: waiting.pop(key) for key in list(waiting)[: jobs * size]}
+            if jobs * size == 1:
+                yield from (without_values(key, FAILED, ended) for key in in_hand)
+                continue
+            rows = list(_by_processes(maker, in_hand, 1, 1, memory, store))
+            if len(rows) > 1 and all(row["state"] == FAILED for row in rows):
+                raise TrackdynError(f"no row of {len(rows)} came out: {ended}") from None
+            yield from rows
 
 
 def _signal(error: Exception) -> str:
     return ", ".join(re.findall(r"(?:SIG|EXIT)\w*\(-?\d+\)", str(error))) or "without a word"
 
 
-def _pooled(maker: Maker, tasks: Tasks, jobs: int, memory: float, folder: Path) -> Iterator[dict]:
+def _pooled(maker: Maker, tasks: Tasks, jobs: int, size: int, memory: float, folder: Path) -> Iterator[dict]:
     """Rows by a pool of processes. Raises `TerminatedWorkerError`: one of them was killed."""
-    size = min(max(len(tasks) // (PIECES * jobs), 1), LONGEST_PIECE)
     keys = list(tasks)
     pieces = [{key: tasks[key] for key in keys[k : k + size]} for k in range(0, len(keys), size)]
-    # what a killed sweep leaves is removed by trackers, each with a warning
+    # trackers remove what a killed sweep leaves, each with a warning
     os.environ.setdefault("PYTHONWARNINGS", "ignore:resource_tracker:UserWarning")
     # A Ctrl-C is for the one who started them: processes and threads begin with the signals that their maker blocks.
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
@@ -278,7 +256,7 @@ def _begin(parent: int) -> None:
 
 @lru_cache(maxsize=1)
 def _computer(maker: Maker, memory: float) -> Callable[..., dict]:
-    """What computes rows in this process: rigs and settled loops are shared from piece to piece."""
+    """The function that computes rows in this process: settled loops are shared from piece to piece."""
     return maker(memory)
 
 
@@ -286,8 +264,6 @@ def _piece(maker: Maker, memory: float, tasks: Tasks, folder: Path) -> list[dict
     """Some rows, each kept at once."""
     store, rows = Store(folder), []
     for key, task in tasks.items():
-        store.begun(key).touch()
         store.keep(row := outcome(_computer(maker, memory), key, task))
-        store.begun(key).unlink(missing_ok=True)
         rows.append(row)
     return rows

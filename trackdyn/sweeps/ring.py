@@ -9,6 +9,7 @@ import pandas as pd
 from trackdyn.errors import InputError
 from trackdyn.measure.columns import COLUMNS
 from trackdyn.measure.ring_rule import COLUMNS as MEASURES
+from trackdyn.measure.ring_rule import RingRule
 from trackdyn.measure.stopping import check_driven
 from trackdyn.measure.uncertainty import whole_errors
 from trackdyn.rig.rig import Rig, load_rig
@@ -22,9 +23,9 @@ from trackdyn.sweeps.sweep import check_replaceable, requested_rows, sweep
 ASKED, ENDED = ["rpm", "ring_radius_m"], ["state", "reason", "contacts_converged"]
 
 
-def _design(rig: Rig, speeds: Sequence[float], radii: Sequence[float] | None, step: Sequence[float]) -> pd.DataFrame:
+def _design(rig: Rig, speeds: Sequence[float], radii: Sequence[float], step: Sequence[float]) -> pd.DataFrame:
     """The scenes of a study, a row each. Raises `InputError`: a speed or a radius cannot be used."""
-    rings = [None, *(study_radii(rig) if radii is None else sorted(set(radii)))]
+    rings = [None, *radii]
     for ring in rings:  # before anything runs
         for rpm in speeds:
             check_driven(Scene(rig, rpm, ring))
@@ -66,11 +67,13 @@ def ring_study(
     store: Path | str | None = None,
     progress: bool = False,
     step: Sequence[float] = (),
+    rule: RingRule | None = None,
 ) -> pd.DataFrame:
     """Run every ring (radii in m; by default `scene.rings.study_radii`), and none, at every speed (rev/min).
 
     ``jobs, store, progress`` are as in `sweep`: a killed study goes on from its store. Of several steps (s) the first
-    counts that is neither refused nor diverges; by default the rig's own.
+    counts that is neither refused nor diverges; by default the rig's own. Where ``rule`` chooses the largest radius,
+    larger ones are run (`scene.rings.larger_radii`).
 
     The table has a row a scene, no ring first: ``rpm``, ``ring_radius_m`` (empty: no ring), ``state``, ``reason``,
     ``contacts_converged``, the columns of ``metrics.csv`` and ``key``; errors hold what the step
@@ -78,14 +81,22 @@ def ring_study(
     with one scene is its ``reason``.
     """
     loaded = load_rig(rig)
-    design = _design(loaded, speeds, radii, step)
+    radii = study_radii(loaded) if radii is None else sorted(set(radii))
+    study = _study(loaded, rig, _design(loaded, speeds, radii, step), jobs, store, progress)
+    while rule and rule.radius(study) == radii[-1] and (more := larger_radii(loaded, radii)):
+        radii += more
+        study = _study(loaded, rig, _design(loaded, speeds, radii, step), jobs, store, progress)
+    return study
+
+
+def _study(loaded: Rig, rig: Path | str, design: pd.DataFrame, jobs, store, progress: bool) -> pd.DataFrame:
     table = sweep(design, rig=rig, jobs=jobs, store=store, progress=progress)
     table["rpm"], table["ring_radius_m"] = design["motor_rpm"], pd.to_numeric(design["ring_radius"], errors="coerce")
     metrics = [name for name in table if name in COLUMNS and name not in (*ASKED, "run")]
     errors = {name: error for name in metrics if (error := COLUMNS[name][3]) in table}
-    for k, of in table[table["state"] == DONE].iterrows():
-        ring = None if isnan(of["ring_radius_m"]) else of["ring_radius_m"]
-        whole = whole_errors(Scene(loaded, of["rpm"], ring, step=of["step_s"]))
-        table.loc[k, list(errors.values())] = [whole(name, of[name], of[error]) for name, error in errors.items()]
+    for k, row in table[table["state"] == DONE].iterrows():
+        ring = None if isnan(row["ring_radius_m"]) else row["ring_radius_m"]
+        whole = whole_errors(Scene(loaded, row["rpm"], ring, step=row["step_s"]))
+        table.loc[k, list(errors.values())] = [whole(name, row[name], row[error]) for name, error in errors.items()]
     columns = [*ASKED, *ENDED, *dict.fromkeys((*metrics, *MEASURES)), "key"]
     return table.reindex(columns=columns).sort_values(ASKED[::-1], na_position="first", ignore_index=True)

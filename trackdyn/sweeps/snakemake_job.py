@@ -66,7 +66,7 @@ def drive(workflow):
     removes none.
     """
     os.environ[DRIVER] = str(os.getpid())
-    if not workflow.is_main_process:  # of a job on another node
+    if not workflow.is_main_process:  # a job on another node
         return
     with suppress(OSError):  # a file system without locks
         PROCESSES.parent.mkdir(exist_ok=True)
@@ -110,7 +110,7 @@ def _leave(number, _):
 
 
 def leave_when_stopped():
-    """From here on."""
+    """End at once at SIGINT or SIGTERM (`_leave`)."""
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, _leave)
 

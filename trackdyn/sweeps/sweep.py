@@ -6,7 +6,6 @@ What a row asks for has a key, by which its result is known again.
 import os
 import re
 from functools import cache
-from math import isnan
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -24,7 +23,7 @@ from trackdyn.scene.step import LEAST_STEP
 from trackdyn.simulation.settling import LATER
 from trackdyn.sources import module_hash
 from trackdyn.sweeps.design import check_ending, check_header, read_table, write_table
-from trackdyn.sweeps.engine import DIVERGED, DONE, REFUSED, Store, free_memory, key_of, without_values
+from trackdyn.sweeps.engine import DIVERGED, DONE, REFUSED, Store, key_of, without_values
 from trackdyn.sweeps.engine import results as computed
 from trackdyn.sweeps.sweep_row import Rows
 
@@ -32,7 +31,7 @@ FLAGS = ("contact_log", "every_link")
 # but for the longest turns: the row's duration says that
 STOP_RULE = tuple(f"stop_rule.{name}" for name in StopRule.model_fields if name != "longest_turns")
 TRUTH = {"true": True, "false": False}
-# what a row has where it says nothing, but for what it then takes from its rig
+# fields of a row that states none, but for those that it then takes from its rig
 DEFAULTS = {
     name: None if field.default_factory else field.default
     for name, field in Scene.model_fields.items()
@@ -56,7 +55,7 @@ class SweepRow(NamedTuple):
 
     @property
     def task(self) -> dict:
-        """What `sweeps.row.Rows` takes."""
+        """Arguments of `sweep_row.Rows`."""
         return {name: getattr(self, name) for name in ("rig", "changes", "scene", "stop_rule")}
 
 
@@ -81,7 +80,7 @@ def check_columns(table: pd.DataFrame, where: str) -> None:
 
 
 def requested_rows(table: pd.DataFrame, rig: str = DEFAULT) -> list[SweepRow]:
-    """What every row of a design asks for; a value that cannot be read is the row's ``reason``.
+    """The scene of every row of a design; a value that cannot be read is the row's ``reason``.
 
     ``rig`` is the file of the rig, or the name of a shipped one, where a row names no other. Raises `InputError` if all
     rows are of that rig, and it cannot be used.
@@ -122,7 +121,7 @@ def _row(cells: dict[str, Any], rig: str, rigs: dict[str, tuple[dict, str] | Inp
             validated(StopRule, stop_rule | {"longest_turns": 1}, "stop_rule")
     except InputError as error:
         reason = str(error)
-    # what the row asks for, whether it says so or leaves it to the defaults
+    # alike for a row that states a setting and one that leaves it to the defaults
     scene = DEFAULTS | fields
     rig_is = [content, changes]
     asks = [rig_is, scene, stop_rule, module_hash("trackdyn.sweeps.sweep_row"), values if reason else None]
@@ -135,11 +134,11 @@ def _plain(cell: Any) -> Any:
     """A cell as Python's own value; None: nothing stands there."""
     if isinstance(cell, (np.ndarray, np.generic)):
         cell = cell.tolist()
+    if isinstance(cell, (bool, int, list, tuple)):
+        return cell
     if isinstance(cell, str):
         return cell.strip() or None
-    if cell is None or cell is pd.NaT or (isinstance(cell, float) and isnan(cell)):
-        return None
-    return cell if isinstance(cell, (bool, int, float, list, tuple)) else str(cell)
+    return None if pd.isna(cell) else cell if isinstance(cell, float) else str(cell)
 
 
 def _rig(path: str, rigs: dict[str, tuple[dict, str] | InputError]) -> tuple[dict, str]:
@@ -166,24 +165,17 @@ def _number(value: Any) -> Any:
 
 def _field(name: str, value: Any) -> Any:
     """A field of a scene out of its cell."""
-    text = value.lower() if isinstance(value, str) else ""
+    words = value.lower().replace(";", " ").split() if isinstance(value, str) else value
     if name in CHOICES:
         return value
     if name in FLAGS:
-        return TRUTH.get(text, value)
+        return TRUTH.get(value.lower(), value) if isinstance(value, str) else value
     if name == "pitches":
-        parts = text.replace(";", " ").split() if text else [""]
-        return [int(word) for word in parts] if all(re.fullmatch("[0-9]+", word) for word in parts) else value
-    if name == "step":
-        steps = value if isinstance(value, (list, tuple)) else text.replace(";", " ").split()
-        if len(steps) > 1:
-            return [within("step", _number(step), LEAST_STEP, LONGEST_RUN, " s") for step in steps]
-    return None if name == "ring_radius" and text == "none" else _number(value)
-
-
-# Bytes of a row with 82 values, from what it asks for to its line of the table. Measured on 30,000 rows: 7,000 where
-# they are computed, 9,000 where they are read from a store.
-ROW_MEMORY = 10_000
+        counted = isinstance(value, str) and all(re.fullmatch("[0-9]+", word) for word in words)
+        return [int(word) for word in words] if counted else value
+    if name == "step" and isinstance(words, (list, tuple)) and len(words) > 1:
+        return [within("step", _number(step), LEAST_STEP, LONGEST_RUN, " s") for step in words]
+    return None if name == "ring_radius" and words == ["none"] else _number(value)
 
 
 def cores() -> int:
@@ -242,11 +234,6 @@ def sweep(
             raise InputError(f"--out = {shown(str(out))}: is the design itself; give another name")
         store = store or store_of(out)
     table = read_design(design)
-    if (needed := len(table) * ROW_MEMORY) > (free := free_memory()):  # before anything is computed
-        raise InputError(
-            f"design: {len(table)} rows take about {needed / 1e9:.2g} GB of memory and {free / 1e9:.2g} GB are free; "
-            f"split it into parts of at most {int(free / ROW_MEMORY)} rows"
-        )
     rows = requested_rows(table, str(rig))
     results_by_key = {row.key: without_values(row.key, REFUSED, row.reason) for row in rows if row.reason}
     due = {row.key: row.task for row in sorted(rows, key=lambda row: row.same_start) if not row.reason}

@@ -19,21 +19,19 @@ from trackdyn.sources import module_hash
 
 
 class Rows:
-    """Computes rows one after another, each within ``memory`` bytes; rigs and settled loops are shared among them."""
+    """Computes rows one after another, each within ``memory`` bytes; settled loops are shared among them."""
 
     def __init__(self, memory: float):
         self.memory = memory
         self._starts = SettledLoops()
-        self._rig: tuple[dict, Rig] | None = None
 
     def __call__(self, rig: dict, changes: dict, scene: dict, stop_rule: dict) -> dict:
-        """Values of a row (`request.SweepRow`) with the first of its steps that runs."""
-        if self._rig is None or self._rig[0] != rig:  # kept for the next row
-            self._rig = rig, Rig.model_validate(rig)
-        loaded = self._rig[1]
+        """Values of a row (`sweep.SweepRow`) with the first of its steps that runs."""
+        loaded = Rig.model_validate(rig)
+        changed = loaded.changed(**changes) if changes else loaded
 
         def run(**step) -> dict:
-            return self._values(Scene(loaded.changed(**changes) if changes else loaded, **scene | step), stop_rule)
+            return self._values(Scene(changed, **scene | step), stop_rule)
 
         steps = scene.get("step")
         return first_that_runs(steps, lambda step: run(step=step)) if isinstance(steps, list) else run()
@@ -72,5 +70,5 @@ def run_values(recording: Recording) -> dict:
         values |= {f"event {name}": seconds for name, seconds in event_times(recording).items()}
     return values | recording.meta["layout"] | {
         "kernel_sources": sources, "row_sources": module_hash(__name__), "processor": target_hash(),
-        "versions": ", ".join(f"{name} {of}" for name, of in made.items()),
+        "versions": ", ".join(f"{name} {version}" for name, version in made.items()),
     }  # fmt: skip
