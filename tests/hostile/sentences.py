@@ -1,4 +1,4 @@
-"""What the tests of refusals share: odd values, and what a sentence must be."""
+"""Odd values for the tests of refusals, and the form of a sentence."""
 
 from pathlib import Path
 

@@ -25,7 +25,7 @@ from trackdyn.simulation.belt import belt_recording
 from trackdyn.simulation.recording import load_recording
 
 CONFIG = ROOT / "config" / "config.yaml"
-# the same examples in every run; no search for a smaller failure: what is drawn is small, and a search has no bound
+# every run has the same examples; no search for a smaller failure: what is drawn is small, and a search has no bound
 FUZZ = settings(
     max_examples=30,
     derandomize=True,
@@ -50,7 +50,7 @@ anything = st.one_of(
 
 
 def ends_well(function, *arguments, **keywords):
-    """What a call gives, or None if it is refused in one sentence; any other exception is the test's."""
+    """Call a function; None if it is refused in one sentence, and any other exception is the test's."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)
         try:
@@ -186,7 +186,7 @@ def test_recordings(folder, seed, changes):
         meta = changes.draw(damaged(meta))
     try:
         np.savez(path, **arrays | {"meta": np.array(json.dumps(meta, default=str))})
-    except (TypeError, ValueError, UnicodeEncodeError):  # what JSON or NumPy cannot write
+    except (TypeError, ValueError, UnicodeEncodeError):  # JSON or NumPy cannot write it
         return
     ends_well(load_recording, path)
 

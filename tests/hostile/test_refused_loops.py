@@ -17,23 +17,20 @@ CALLS = [
     (lambda loop: loop.step("ten"), "count = 'ten'", "must be a whole number"),
     (lambda loop: loop.advance(float("nan")), "seconds = nan", NUMBER),
     (lambda loop: loop.advance(-1), "seconds = -1", "between 0 and"),
-    (lambda loop: loop.advance(1e300), "seconds = 1e+300", "and 36000"),
     (lambda loop: loop.record(0), "duration = 0.0", "between 0.001 and"),
-    (lambda loop: loop.record(1e9), "duration = 1000000000.0", "and 36000"),
     (lambda loop: loop.record(0.1, pitches=[99]), "pitches = 99"),
     (lambda loop: loop.record(0.1, frame_interval=1e-9), "frame_interval = 1e-09"),
     (lambda loop: loop.drive("fast"), "motor_rpm = 'fast'", NUMBER),
     (lambda loop: loop.drive(115, ramp=0), "ramp = 0.0"),
     (lambda loop: loop.drive(60000), "step = 5e-05: too large for the turn of the sprocket (motor_rpm)"),
     (lambda loop: loop.shift_tensioner(1), "shift = 1:", "the tensioner's travel"),
-    (lambda loop: loop.shift_tensioner(None), "shift = None", NUMBER),
     (lambda loop: loop.save("/proc/state"), "/proc/state: cannot be written"),
 ]
 
 
 @pytest.mark.parametrize("row", CALLS, ids=lambda row: row[1][:40])
 def test_a_call_of_a_loop_is_refused(rig, row):
-    """Of a free loop that has taken no step: nothing is compiled."""
+    """A free loop that has taken no step: nothing is compiled."""
     call, *words = row
     loop = Loop(Scene(rig, 0.0, loop="free", ring_radius=None))
     with pytest.raises(InputError) as caught:

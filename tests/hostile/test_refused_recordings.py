@@ -26,7 +26,7 @@ def described(**fields):
 
 
 def touched(array):
-    """The same array with one bit of its first number changed, or one number more."""
+    """A copy of an array with one bit of its first number changed, or one number more."""
     array = np.append(array, np.zeros(1, array.dtype)) if not array.size else array.copy()
     array.reshape(-1)[:1].view(np.uint8)[0] ^= 1
     return array

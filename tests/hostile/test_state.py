@@ -1,4 +1,4 @@
-"""What a user can do to a loop's arrays: look at them, set a state that is checked, fill records that are its own."""
+"""A user and the arrays of a loop: look at them, set a state that is checked, fill records that are its own."""
 
 import pickle
 import threading

@@ -40,8 +40,8 @@ def write_mdf(path, unit="g", scale=1.0, ay=AY, time=TIME, names=("acc_x", "acc_
     return path
 
 
-def write_tdms(path, unit="g", scale=1.0, ay=AY, timed=True):
-    properties = {"unit_string": unit} | ({"wf_increment": 1.0 / RATE, "wf_samples": ay.size} if timed else {})
+def write_tdms(path, unit="g", scale=1.0, ay=AY):
+    properties = {"unit_string": unit, "wf_increment": 1.0 / RATE, "wf_samples": ay.size}
     with nptdms.TdmsWriter(path) as writer:
         writer.write_segment(
             [
@@ -159,9 +159,10 @@ def test_a_record_is_that_of_the_text(tmp_path, of_text, name, unit, scale):
 
 
 def tables(path):
-    """The same samples where a file has a table and no names."""
+    """Write the samples as tables without names."""
     rows = np.c_[TIME, AX, AY]
     np.save(path / "rows.npy", rows)
+    np.save(path / "one.npy", AY)
     np.save(path / "fields.npy", np.rec.fromarrays(rows.T, names="t,ax,ay"))
     scipy.io.savemat(path / "rows.mat", {"fs": RATE, "acc": rows.T[1:], "gain": 3.0, "remark": "bench"})
     scipy.io.savemat(
@@ -197,6 +198,7 @@ def test_a_table_without_names_goes_by_numbers(tmp_path, of_text, name, options)
     ("name", "words"),
     [
         ("rows.npy", ("no column for ay; there are '1', '2', '3'", "--axis ay=NAME or by its number", "--time NAME")),
+        ("one.npy", ("no column for ay; there are '1'; name it",)),
         ("rows.mat", ("'acc 1', 'acc 2'", "ay=-NAME,")),
         ("float.wav", ("no column for ay",)),
         ("fields.npy", ("'ay' does not say its unit",)),
@@ -421,14 +423,6 @@ def test_a_channel_goes_by_its_name(tmp_path, of_text):
     np.testing.assert_allclose(record.ay_g, of_text.ay_g, atol=6e-5)
 
 
-def test_a_record_without_time_needs_a_rate(tmp_path, of_text):
-    path = write_tdms(tmp_path / "record.tdms", timed=False)
-    with pytest.raises(InputError, match="--rate"):
-        read_sensor_csv(path)
-    record = read_sensor_csv(path, SensorMapping(time="none", rate=RATE))
-    np.testing.assert_allclose(record.ay_g, of_text.ay_g, atol=6e-5)
-
-
 CONTENTS = [
     b"", b"\0no such format", b"TDSm" + bytes(60), b"MDF     4.10" + bytes(80),
     b"MDF     4.10    " + bytes(48) + b"##HD" + bytes(200), b"RIFF" + bytes(60), b"\x93NUMPY\1\0" + bytes(60),
@@ -601,12 +595,6 @@ def test_a_table_of_parquet_needs_no_metadata_of_pandas(tmp_path, of_text):
         read_sensor_csv(tmp_path / "a.parquet")
     record = read_sensor_csv(tmp_path / "a.parquet", SensorMapping(axes={"ay": "#4"}))
     np.testing.assert_allclose(record.ay_g, of_text.ay_g, atol=6e-5)
-
-
-def test_a_single_column_has_a_name(tmp_path):
-    np.save(tmp_path / "one.npy", AY)
-    with pytest.raises(InputError, match="no column for ay; there are '1'; name it"):
-        read_sensor_csv(tmp_path / "one.npy")
 
 
 def test_what_only_matlab_reads_is_named(tmp_path):

@@ -66,13 +66,6 @@ def test_the_smallest_ring_that_keeps_every_bound_at_every_speed_is_chosen():
     assert not any("_pct" in sentence for sentence in said)
 
 
-def test_no_end_of_the_radii_moves_the_choice():
-    """An ever tighter ring has an ever shorter left contact: radii beyond the plateau change nothing."""
-    tighter = study().assign(ring_radius_m=study()["ring_radius_m"] + 0.005, left_share_pct=3.0, right_share_pct=0.0)
-    for every in (study(), pd.concat([study(), tighter.dropna(subset="ring_radius_m")])):
-        assert rule_of().radius(every) == 0.306
-
-
 def test_a_choice_at_the_end_of_the_study_is_said_first():
     said = advice(study({115.0: (20.0, 12.0, 11.0, 10.0, 8.5), 210.0: LEFT[210.0]}), rule_of())
     assert said[0].startswith("the largest radius of the study won, 0.308 m") and said[1] == "choose a ring of 0.308 m"

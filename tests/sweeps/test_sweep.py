@@ -139,7 +139,9 @@ def test_what_makes_no_sweep_is_refused(arguments, said):
 def test_a_full_disk_ends_in_one_sentence(tmp_path, monkeypatch):
     store = Store(tmp_path / "rows")
     monkeypatch.setattr(os, "fsync", lambda file: (_ for _ in ()).throw(OSError(28, os.strerror(28))))
-    with pytest.raises(InputError, match=r"rows: cannot be written .*No space left on device.* choose another folder"):
+    with pytest.raises(
+        InputError, match=r"k.json: cannot be written .*No space left on device.* choose another folder"
+    ):
         store.keep({"key": "k", "state": "done", "reason": "", "values": {}})
     assert list(store.folder.iterdir()) == []
 

@@ -28,7 +28,7 @@ class _Panels(typer.core.TyperGroup):
                 formatter.write_dl([(name, (command.help or "").partition("\n\n")[0]) for name, command in named])
 
 
-WORDS = {"path": "FILE", "int": "COUNT", "int range": "COUNT"}  # of types; every other one is text
+WORDS = {"path": "FILE", "int": "COUNT", "int range": "COUNT"}  # for types; every other one is text
 
 
 class _Command(typer.core.TyperCommand):
@@ -47,10 +47,10 @@ class _Command(typer.core.TyperCommand):
                 else:
                     word = WORDS.get(kind, "TEXT") if kind else ""
                     rows["Options"].append((f"{name} {word}".strip(), record[1]))
-        for title, of in rows.items():
-            if of:
+        for title, described in rows.items():
+            if described:
                 with formatter.section(title):
-                    formatter.write_dl(of)
+                    formatter.write_dl(described)
 
 
 # rich takes twice as long to load as all else that a help needs
@@ -61,7 +61,7 @@ app = typer.Typer(
 for panel, commands in COMMANDS.items():
     for command in commands:
         app.command(cls=_Command, rich_help_panel=panel)(command)
-for others in entry_points(group="trackdyn.commands"):  # of packages that build on this one
+for others in entry_points(group="trackdyn.commands"):  # commands of packages that build on this one
     try:
         panel, groups = others.load()
     except Exception as error:  # whatever a broken package raises: its commands are missing, all others work

@@ -26,7 +26,7 @@ def included(incomplete: str) -> list[str]:
 
 
 def _rigs(incomplete: str) -> list[str]:
-    """The same, and the YAML files of the folder."""
+    """Names of rigs of the package, and YAML files of the folder, that begin so."""
     return included(incomplete) + [name for path in Path().glob("*.yaml") if (name := str(path)).startswith(incomplete)]
 
 
@@ -147,17 +147,26 @@ Tolerance = Annotated[
         "--tolerance", parser=_parse_tolerance, metavar="SHARE", help="Error of a measure, such as 2% or 0.02."
     ),
 ]
-MEASURE = typer.Option(
-    "--measure",
-    metavar="NAME",
-    autocompletion=_beginning(*MEASURES.replace(" or ", ", ").split(", ")),
-    help=f"{MEASURES}; may be given several times.",
-)
+Measures = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--measure",
+        metavar="NAME",
+        autocompletion=_beginning(*MEASURES.replace(" or ", ", ").split(", ")),
+        help=f"{MEASURES}; may be given several times.",
+    ),
+]
 Jobs = Annotated[int | None, typer.Option("--jobs", "-j", min=1, max=1024, help="Processes; all cores by default.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar and no summary.")]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace a file that exists.")]
 RecordingFile = Annotated[Path, typer.Argument(help="Recording made by `trackdyn simulate` (.npz).")]
 Mapping = Annotated[Path | None, typer.Option("--mapping", help="YAML file that says how to read the sensor's file.")]
+SensorOption = Annotated[
+    str | None, typer.Option("--sensor", help="Sensor of the rig whose record this is, where it has several.")
+]
+# how a sensor's file is read, as `sensor.sensor_mapping.SensorMapping` has it
+TimeOption = Annotated[str | None, typer.Option(help="Column of the time stamps, or none (with --rate).")]
+RateOption = Annotated[float | None, number("--rate", "Samples a second, Hz; from the stamps by default.")]
 UnitOption = Annotated[
     str | None, typer.Option("--unit", help="Unit of the axes, g, mg, m/s2, cm/s2 or mm/s2; the header's by default.")
 ]
@@ -169,6 +178,22 @@ AxisOption = Annotated[
         help="Which column an axis is, such as ay=channel3 or ay=-channel3; repeatable.",
     ),
 ]
+RangeOption = Annotated[float | None, number("--range", "Range of the sensor, g; the rig's by default.")]
+ScaleOption = Annotated[float | None, number("--scale", "Counts per g, where the columns hold raw counts.")]
+ZeroOption = Annotated[
+    list[str] | None,
+    typer.Option("--zero", help="Value of the file that is 0 g, 512 or by axis ay=512.", metavar="[AXIS=]NUMBER"),
+]
+BitsOption = Annotated[
+    int | None, typer.Option(help="Bits of raw counts whose full scale is --range, instead of --scale.")
+]
+ResampleOption = Annotated[bool, typer.Option("--resample", help="Put samples whose stamps jitter onto even instants.")]
+GapsOption = Annotated[
+    str | None, typer.Option(help="bridge: interpolate over few lost samples; longest: keep the longest part.")
+]
+DatesOption = Annotated[str | None, typer.Option(help="day-first or month-first, where both are possible.")]
+FromOption = Annotated[float | None, number("--from", "First instant to keep, s since the first row.")]
+ToOption = Annotated[float | None, number("--to", "Last instant to keep, s since the first row.")]
 Choose = Annotated[
     list[str] | None,
     typer.Option(

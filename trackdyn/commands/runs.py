@@ -31,7 +31,7 @@ def simulate(
         options.number("--frame-interval", "Time between recorded configurations, s; 0: none; 0.05 by default."),
     ] = None,
     tolerance: options.Tolerance = None,
-    measure: Annotated[list[str] | None, options.MEASURE] = None,
+    measure: options.Measures = None,
     longest: options.LongestRun = 60.0,
     rate: Annotated[
         float | None,
@@ -52,13 +52,9 @@ def simulate(
     """
     from tqdm import tqdm
 
-    from trackdyn.files import keep
     from trackdyn.jit import announce
-    from trackdyn.measure.sensor import whole_samples
     from trackdyn.rig.rig import load_rig
     from trackdyn.scene.scene import Scene
-    from trackdyn.simulation.recorder import cost
-    from trackdyn.simulation.step_check import again, brief
 
     if measure and tolerance is None:
         raise InputError("--measure needs --tolerance, such as --tolerance 1%")
@@ -72,36 +68,32 @@ def simulate(
         frame_interval = max(int(FRAMES / sample + 1e-6), 1) * sample
         frame_interval = frame_interval if duration >= frame_interval else 0.0
     scene = Scene(
-        loaded,
-        motor_rpm=rpm,
-        duration=duration,
-        lead_in=lead_in,
-        frame_interval=frame_interval,
-        preset=preset,
-        **fields,
+        loaded, rpm, duration=duration, lead_in=lead_in, frame_interval=frame_interval, preset=preset, **fields
     )
     if rate is not None:
         scene = scene.sampled(rate)
-    tolerances = {} if tolerance is None else dict.fromkeys(measure or ["rms"], tolerance)
     if not quiet:
         announce(lambda text: tqdm.write(f"trackdyn: {text}", file=sys.stderr))  # above a bar
-    settings = None
-    if tolerances:
+    if tolerance is None:
+        _for_its_duration(scene, out, checkpoint, rig, quiet)
+    else:
         options.check_output(out, True, rig)
-        settings = planned(scene, tolerances, longest, preset, fields)
-        scene = settings.scene.with_(duration=whole_samples(settings.scene.rig.rate, settings.duration))
-        if not quiet:
-            say(settings)
+        tolerances = dict.fromkeys(measure or ["rms"], tolerance)
+        _until_converged(planned(scene, tolerances, longest, preset, fields), tolerances, longest, out, rig, quiet)
+
+
+def _prepare(scene, out: Path, checkpoint: Path | None, rig: str):
+    """Prepare what a run writes; returns the memory and disk that it needs.
+
+    Raises `InputError`: a file cannot be written, or is an input.
+    """
+    from trackdyn.files import keep
+    from trackdyn.simulation.recorder import cost
+
     needed = cost(scene)
     for path, other in ((out, checkpoint), (checkpoint, out)):
         if path is not None:
             options.check_output(path, True, rig, other, size=needed.file)
-    if not quiet:
-        _say_decisions(scene)
-        if not tolerances:
-            typer.echo(f"{'needs':>22}  {needed}, more if kernels must be compiled")
-            if seconds := again(scene):
-                typer.echo(f"{'run again':>22}  {seconds:.3g} s with half the step, to judge it: {brief(scene)}")
     if checkpoint is not None:
         keep(checkpoint)
     if out.exists():
@@ -109,10 +101,7 @@ def simulate(
             f"trackdyn: warning: {out} exists and is replaced when the run is done; until then Ctrl-C keeps it",
             err=True,
         )
-    if settings:
-        _until_converged(settings, tolerances, longest, out)
-    else:
-        _for_its_duration(scene, out, checkpoint, quiet)
+    return needed
 
 
 def _warn(recording, *sentences: str) -> None:
@@ -124,7 +113,7 @@ def _warn(recording, *sentences: str) -> None:
 
 
 def _say_decisions(scene) -> None:
-    """What the scene left open, with the reason; then what it asked for, on one line."""
+    """Say the settings that the scene left open, each with its reason, then those that it states, on one line."""
     from trackdyn.scene.choices import ASKED
 
     for name, decision in scene.fidelity.items():
@@ -152,9 +141,16 @@ def _say_loop(scene, recording, quiet: bool) -> None:
             typer.echo(f"{'step':>22}  {step:.7g} s, which this tension needs")
 
 
-def _for_its_duration(scene, out: Path, checkpoint: Path | None, quiet: bool) -> None:
+def _for_its_duration(scene, out: Path, checkpoint: Path | None, rig: str, quiet: bool) -> None:
     from trackdyn.simulation.simulate import simulate as run
+    from trackdyn.simulation.step_check import again, brief
 
+    needed = _prepare(scene, out, checkpoint, rig)
+    if not quiet:
+        _say_decisions(scene)
+        typer.echo(f"{'needs':>22}  {needed}, more if kernels must be compiled")
+        if seconds := again(scene):
+            typer.echo(f"{'run again':>22}  {seconds:.3g} s with half the step, to judge it: {brief(scene)}")
     recording = run(scene, progress=not quiet, checkpoint=checkpoint)
     if not quiet:
         from trackdyn.measure.cells import plain, with_error
@@ -166,17 +162,23 @@ def _for_its_duration(scene, out: Path, checkpoint: Path | None, quiet: bool) ->
     _warn(recording, recording.meta.get("resolved", {}).get("reason", ""))
     if quiet:
         return
-    for of in measures:
-        number, sensor = plain(with_error(of["value"], of["error"])), of.get("sensor")
-        typer.echo(f"{number + ' ' + of['unit']:>22}  {of['measure']}{f' ({sensor})' if sensor else ''}")
+    for row in measures:
+        number, sensor = plain(with_error(row["value"], row["error"])), row.get("sensor")
+        typer.echo(f"{number + ' ' + row['unit']:>22}  {row['measure']}{f' ({sensor})' if sensor else ''}")
     for what, seconds in needed_lengths(recording).items():
         typer.echo(f"{'left out':>22}  {what} need a record of {seconds:.3g} s or more")
 
 
-def _until_converged(plan, tolerances: dict[str, float], longest: float, out: Path) -> None:
+def _until_converged(plan, tolerances: dict[str, float], longest: float, out: Path, rig: str, quiet: bool) -> None:
     from trackdyn.measure.cells import plain, with_error
+    from trackdyn.measure.sensor import whole_samples
     from trackdyn.measure.uncertainty import unit_of
 
+    scene = plan.scene.with_(duration=whole_samples(plan.scene.rig.rate, plan.duration))
+    _prepare(scene, out, None, rig)
+    if not quiet:
+        say(plan)
+        _say_decisions(scene)
     answer = plan.run()
     answer.recording.save(out)
     _say_loop(plan.scene, answer.recording, False)
@@ -196,7 +198,7 @@ def _until_converged(plan, tolerances: dict[str, float], longest: float, out: Pa
 
 def plan(
     tolerance: options.Tolerance,
-    measure: Annotated[list[str] | None, options.MEASURE] = None,
+    measure: options.Measures = None,
     rig: options.RigName = options.DEFAULT_RIG,
     rpm: options.SpeedOption = 115.0,
     ring_radius: options.RingRadius = None,
@@ -228,12 +230,12 @@ def planned(scene, tolerances: dict[str, float], longest: float, preset: str | N
 
 
 def say(plan) -> None:
-    """What runs, what it is expected to cost, and what else was tried."""
+    """Say the setting that runs, its expected cost, and the others that were tried."""
     for trial in plan.tried:
         mark = "chosen" if trial is plan.chosen else "tried"
         message = f"rejected: {trial.refused}"
         if not trial.refused:
-            errors = ", ".join(f"{name} {of.bias + of.doubt:.2g}" for name, of in trial.error.items())
+            errors = ", ".join(f"{name} {error.bias + error.doubt:.2g}" for name, error in trial.error.items())
             message = f"error of {errors}; {trial.cpu_s / trial.seconds:.2g} CPU s a second"
         typer.echo(f"{mark:>22}  {trial.setting.name}: {message}")
     ends = ", ".join(f"{name} to {tolerance:.2g}" for name, tolerance in plan.left.items())
@@ -251,35 +253,20 @@ def compare(
         ),
     ],
     mapping: options.Mapping = None,
-    name: Annotated[
-        str | None, typer.Option("--sensor", help="Sensor of the rig whose record this is, where it has several.")
-    ] = None,
-    time: Annotated[str | None, typer.Option(help="Column of the time stamps, or none (with --rate).")] = None,
-    rate: Annotated[float | None, options.number("--rate", "Samples a second, Hz; from the stamps by default.")] = None,
+    name: options.SensorOption = None,
+    time: options.TimeOption = None,
+    rate: options.RateOption = None,
     unit: options.UnitOption = None,
     axis: options.AxisOption = None,
-    sensor_range: Annotated[
-        float | None, options.number("--range", "Range of the sensor, g; the rig's by default.")
-    ] = None,
-    scale: Annotated[
-        float | None, options.number("--scale", "Counts per g, where the columns hold raw counts.")
-    ] = None,
-    zero: Annotated[
-        list[str] | None,
-        typer.Option("--zero", help="Value of the file that is 0 g, 512 or by axis ay=512.", metavar="[AXIS=]NUMBER"),
-    ] = None,
-    bits: Annotated[
-        int | None, typer.Option(help="Bits of raw counts whose full scale is --range, instead of --scale.")
-    ] = None,
-    resample: Annotated[
-        bool, typer.Option("--resample", help="Put samples whose stamps jitter onto even instants.")
-    ] = False,
-    gaps: Annotated[
-        str | None, typer.Option(help="bridge: interpolate over few lost samples; longest: keep the longest part.")
-    ] = None,
-    dates: Annotated[str | None, typer.Option(help="day-first or month-first, where both are possible.")] = None,
-    start: Annotated[float | None, options.number("--from", "First instant to keep, s since the first row.")] = None,
-    to: Annotated[float | None, options.number("--to", "Last instant to keep, s since the first row.")] = None,
+    sensor_range: options.RangeOption = None,
+    scale: options.ScaleOption = None,
+    zero: options.ZeroOption = None,
+    bits: options.BitsOption = None,
+    resample: options.ResampleOption = False,
+    gaps: options.GapsOption = None,
+    dates: options.DatesOption = None,
+    start: options.FromOption = None,
+    to: options.ToOption = None,
     figure: Annotated[
         Path | None, options.file_option("--figure", "Picture to write: two turns of the loop, spectra", ".png", ".svg")
     ] = None,
@@ -290,27 +277,18 @@ def compare(
 
     Example: `trackdyn compare run.npz logger.csv --unit g` puts the column ay of a logger's file beside a run.
     """
-    axes = options.parse_axes(axis)
     import pandas as pd
 
     from trackdyn.files import write_csv
     from trackdyn.sensor.sensor_csv import read_sensor_csv
     from trackdyn.sensor.sensor_mapping import load_mapping
-    from trackdyn.simulation.recording import load_recording
 
-    requested = {"time": time, "rate": rate, "unit": unit, "axes": axes, "range": sensor_range, "resample": resample}
-    requested |= {"scale": scale, "zero": options.parse_zero(zero), "bits": bits, "gaps": gaps, "dates": dates}
-    chosen = load_mapping(mapping, **requested | {"from": start, "to": to})
+    requested = {"time": time, "rate": rate, "unit": unit, "range": sensor_range, "resample": resample, "scale": scale}
+    requested |= {"axes": options.parse_axes(axis), "zero": options.parse_zero(zero), "bits": bits, "gaps": gaps}
+    chosen = load_mapping(mapping, **requested | {"dates": dates, "from": start, "to": to})
     for path in filter(None, (figure, out)):
         options.check_output(path, overwrite, recording, sensor, mapping)
-    try:
-        loaded = load_recording(recording)
-    except InputError as reason:
-        refusal = reason
-        with suppress(InputError):
-            load_recording(sensor)
-            refusal = InputError(f"{sensor} is the recording: name it first, then the sensor's file {recording}")
-        raise refusal from None
+    loaded = _load_first(recording, sensor)
     rig = loaded.scene.rig
     if name is not None:
         loaded.sensor_index(name)
@@ -337,6 +315,20 @@ def compare(
         save(comparison_figure(loaded.with_sensor(name), record, label), figure, figure.suffix[1:])
 
 
+def _load_first(recording: Path, sensor: Path):
+    """Load the recording. Raises `InputError`: it is none, perhaps as the two files are exchanged."""
+    from trackdyn.simulation.recording import load_recording
+
+    try:
+        return load_recording(recording)
+    except InputError as reason:
+        refusal = reason
+        with suppress(InputError):
+            load_recording(sensor)
+            refusal = InputError(f"{sensor} is the recording: name it first, then the sensor's file {recording}")
+        raise refusal from None
+
+
 def _compare(recording, record, path: str):
     """Say how a sensor's record was read and how it compares with the simulated one; returns the table."""
     import pandas as pd
@@ -350,10 +342,10 @@ def _compare(recording, record, path: str):
         typer.echo(f"{name:>10}  {text}")
     table = compare_with_sensor(recording, record, path)
     whole, rows = whole_errors(recording.scene), []
-    for of in table.itertuples():
-        simulated = with_error(of.simulation, whole(of.measure, of.simulation, of.simulation_error))
-        compared = cell(of.difference_pct), cell(of.standard_errors)
-        rows.append([of.measure, simulated, with_error(of.sensor, of.sensor_error), *compared])
+    for row in table.itertuples():
+        simulated = with_error(row.simulation, whole(row.measure, row.simulation, row.simulation_error))
+        compared = cell(row.difference_pct), cell(row.standard_errors)
+        rows.append([row.measure, simulated, with_error(row.sensor, row.sensor_error), *compared])
     columns = [name for name in table if not name.endswith("_error")]
     typer.echo("\n" + plain(pd.DataFrame(rows, columns=columns).to_string(index=False)))
     typer.echo("\n" + in_words(table))

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
+PICTURES = ("fig23_a", "fig23_b", "fig24", "sliding")
 CAPTIONS = ("RMS of the normal force", "SD of the normal force", "Contact duration", "Sliding work")
 
 
@@ -52,49 +53,46 @@ def ring(
 
     Example: `trackdyn ring my_rig.yaml --rpm 115,210` tries eleven radii at two speeds and says which one serves both.
     """
-    from trackdyn.files import write_csv
     from trackdyn.measure.ring_rule import RULE, advice, parse_rule
-    from trackdyn.plots.ring_study import figures, sliding_figure, write_page
-    from trackdyn.plots.style import save
     from trackdyn.rig.rig import load_rig
-    from trackdyn.scene.rings import larger_radii, study_radii
+    from trackdyn.scene.rings import study_radii
     from trackdyn.sweeps.engine import DONE
     from trackdyn.sweeps.ring import check_same_study, ring_study
 
-    table, rows, loaded = out / "ring.csv", out / "rows", load_rig(rig)
+    table, loaded = out / "ring.csv", load_rig(rig)
     judge = parse_rule(RULE if rule is None else rule, loaded.sprocket.teeth)
     speeds, steps = _numbers(rpm, "--rpm"), [] if step is None else _numbers(step, "--step")
     rings = study_radii(loaded) if radii is None else sorted(set(_numbers(radii, "--radii")))
-    pictures = [out / f"{name}.png" for name in ("fig23_a", "fig23_b", "fig24", "sliding")]
-    written = [table, *pictures, *(picture.with_suffix(".svg") for picture in pictures), out / "ring.html"]
     if not overwrite and table.exists():
         check_same_study(table, rig, speeds, rings, steps)
-    for path in written:
+    for path in (table, *(out / f"{name}.{end}" for name in PICTURES for end in ("png", "svg")), out / "ring.html"):
         options.check_output(path, overwrite or table.exists(), rig)
-    study = ring_study(rig, speeds, rings, jobs, rows, not quiet, steps)
-    while judge.radius(study) == rings[-1] and (more := larger_radii(loaded, rings)):
-        rings += more
-        study = ring_study(rig, speeds, rings, jobs, rows, not quiet, steps)
+    study = ring_study(rig, speeds, rings, jobs, out / "rows", not quiet, steps, judge)
     lost = study[study["state"] != DONE]
     if len(lost) == len(study):
         raise InputError(f"no scene completed; the reason of the first one: {lost['reason'].iloc[0]}")
-    write_csv(table, study, float_format="%.9g")
-    said = advice(study, judge)
-    marks = {f"equal pitch, {name}": radius for name, radius in loaded.equal_pitch_radii.items()}
-    if (chosen := judge.radius(study)) == chosen:
-        marks["to choose"] = chosen
-    drawn = [*figures(study, marks).values(), sliding_figure(study, marks)]
-    for picture, figure in zip(pictures, drawn, strict=True):
-        save(figure, picture)
-    notes, shown = _notes(study, loaded, lost), _shown(study)
-    write_page(
-        out / "ring.html", [picture.with_suffix(".svg") for picture in pictures], title=Path(rig).stem, advice=said,
-        notes=notes, rows=shown, csv=table.name, names=CAPTIONS,
-        rule=str(judge), origin=f"Rig {rig}; {', '.join(f'{name} {radius:.5g} m' for name, radius in marks.items())}.",
-    )  # fmt: skip
+    said, notes, shown = advice(study, judge), _notes(study, loaded, lost), _shown(study)
+    _write_study(out, study, loaded, judge, title=Path(rig).stem, of_rig=rig, advice=said, notes=notes, rows=shown)
     if not quiet:
         _say_table(shown)
         typer.echo("\n".join([*(f"note: {note}" for note in notes), *said, f"look at {out / 'ring.html'}"]))
+
+
+def _write_study(out: Path, study: "pd.DataFrame", rig, rule, of_rig: str, **shown) -> None:
+    """Write the table of a study, its pictures and its page."""
+    from trackdyn.files import write_csv
+    from trackdyn.plots.ring_study import figures, sliding_figure, write_page
+    from trackdyn.plots.style import save
+
+    write_csv(out / "ring.csv", study, float_format="%.9g")
+    marks = {f"equal pitch, {name}": radius for name, radius in rig.equal_pitch_radii.items()}
+    if (chosen := rule.radius(study)) == chosen:
+        marks["to choose"] = chosen
+    for name, figure in zip(PICTURES, (*figures(study, marks).values(), sliding_figure(study, marks)), strict=True):
+        save(figure, out / f"{name}.png")
+    origin = f"Rig {of_rig}; {', '.join(f'{name} {radius:.5g} m' for name, radius in marks.items())}."
+    pictures = [out / f"{name}.svg" for name in PICTURES]
+    write_page(out / "ring.html", pictures, csv="ring.csv", names=CAPTIONS, rule=str(rule), origin=origin, **shown)
 
 
 def _numbers(text: str, option: str) -> list[float]:
@@ -111,7 +109,7 @@ def _numbers(text: str, option: str) -> list[float]:
 
 
 def _notes(study: "pd.DataFrame", rig, lost: "pd.DataFrame") -> list[str]:
-    """What is not known, and what is known less well."""
+    """Sentences on scenes that are not known, or known less well."""
     from trackdyn.scene.scene import StopRule
 
     rule = StopRule()
@@ -136,16 +134,18 @@ def _shown(study: "pd.DataFrame") -> list[dict]:
     from trackdyn.model.arrays import SIDES
 
     rows = []
-    for of in study.sort_values(["rpm", "ring_radius_m"], na_position="first").to_dict("records"):
+    for scene in study.sort_values(["rpm", "ring_radius_m"], na_position="first").to_dict("records"):
         row = {
-            "rpm": cell(of["rpm"]),
-            "ring_radius_m": "none" if of["ring_radius_m"] != of["ring_radius_m"] else f"{of['ring_radius_m']:.5g}",
+            "rpm": cell(scene["rpm"]),
+            "ring_radius_m": "none"
+            if scene["ring_radius_m"] != scene["ring_radius_m"]
+            else f"{scene['ring_radius_m']:.5g}",
         }
-        row["settled_tension_n"] = cell(of["settled_tension_n"])
+        row["settled_tension_n"] = cell(scene["settled_tension_n"])
         for name, error in (("share_pct", "share_error_pct"), ("rms_n", "rms_error_n")):
-            values = {f"{side}_{name}": (of[f"{side}_{name}"], of[f"{side}_{error}"]) for side in SIDES}
-            row |= {key: with_error(value if value == value else None, off) for key, (value, off) in values.items()}
-        row |= {name: cell(of[name]) for name in WORK}
+            values = {f"{side}_{name}": (scene[f"{side}_{name}"], scene[f"{side}_{error}"]) for side in SIDES}
+            row |= {key: with_error(value if value == value else None, error) for key, (value, error) in values.items()}
+        row |= {name: cell(scene[name]) for name in WORK}
         rows.append(row)
     return rows
 

@@ -17,7 +17,7 @@ from trackdyn.extras import required
 from trackdyn.sensor.logger_text import NUMBER
 from trackdyn.sensor.mat_file import read_mat, unpacked_bytes
 
-# of a file, or of what it unpacks to: an hour of three axes at 1 kHz; the text and its numbers take some ten times that
+# in a file, packed or unpacked: an hour of three axes at 1 kHz; the text and its numbers take some ten times that
 MOST_BYTES = 128_000_000
 MOST_OBJECTS = 2_000  # datasets and groups of an HDF5 file
 MOST_NESTED = 20  # groups within groups
@@ -26,8 +26,8 @@ _HEAD = 600  # bytes by which a format is recognised
 _WAV_HEAD = 10_000  # bytes of a WAV file in which its form is stated
 _UNITS = ("unit", "units", "unit_string", "NI_UnitDescription")
 _NAMES = ("names", "columns", "column_names", "channels", "channel_names", "labels")
-_SCALED = ("scale_factor", "add_offset", "_FillValue")  # what attributes of a dataset say of its numbers
-BITS = ("format", "bits")  # of the samples of a WAV file
+_SCALED = ("scale_factor", "add_offset", "_FillValue")  # attributes of a dataset that change its numbers
+BITS = ("format", "bits")  # in a sample of a WAV file
 _NUMBERS = "iuf"
 
 
@@ -284,7 +284,7 @@ def _hdf5(path: Path) -> Iterator[dict[str, list[Item]]]:
     with library.File(path, "r") as file:
         items, seen = list(_properties((), file.attrs)), []
 
-        def visit(name, one):
+        def visit(name, item):
             seen.append(name)
             at = tuple(name.split("/"))
             if len(at) > MOST_NESTED or len(seen) > MOST_OBJECTS:
@@ -292,12 +292,12 @@ def _hdf5(path: Path) -> Iterator[dict[str, list[Item]]]:
                     f"{path}: holds more than {MOST_OBJECTS} datasets and groups, or {MOST_NESTED} within each other; "
                     "export the channels of the sensor alone."
                 )
-            items.extend(_properties(at, one.attrs))
+            items.extend(_properties(at, item.attrs))
             # other files may stand behind external and virtual datasets
-            if isinstance(one, library.Dataset) and not one.external and not one.is_virtual:
-                names = next((list(one.attrs[key]) for key in _NAMES if key in one.attrs), [])
+            if isinstance(item, library.Dataset) and not item.external and not item.is_virtual:
+                names = next((list(item.attrs[key]) for key in _NAMES if key in item.attrs), [])
                 names = [text.decode() if isinstance(text, bytes) else str(text) for text in names]
-                items.extend(_items(_Scaled(one), at, name, _unit(one.attrs), names))
+                items.extend(_items(_Scaled(item), at, name, _unit(item.attrs), names))
 
         file.visititems(visit)
         yield {"": items}

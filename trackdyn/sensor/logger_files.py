@@ -13,7 +13,9 @@ import zlib
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from functools import partial
+from logging.handlers import QueueHandler
 from pathlib import Path
+from queue import SimpleQueue
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -23,13 +25,13 @@ from trackdyn.extras import required
 from trackdyn.files import plain_file
 from trackdyn.sensor.formats import BITS, FORMATS, MOST_BYTES, WIDE, Format, Item, decoded
 from trackdyn.sensor.sensor_mapping import NAME_IT
-from trackdyn.sensor.stamps import DATE, RATES
+from trackdyn.sensor.stamps import DATE, RATES, Rate, never_falls
 
 MOST_NUMBERS = MOST_BYTES // 8  # in the channels of a record
 # names, without signs between their letters, of the samples a second and of the time between two of them
 _RATE = re.compile(r"(fs|sr|sps|samp(l(es?|ing))?(rate|freq(uency)?)|samples?per(s|sec|second))(in)?(hz)?")
 _INTERVAL = re.compile(r"(samp(l(es?|ing))?(interval|period|time|step)|wfincrement)(in)?(s|sec|seconds)?")
-# of numbers that may be meant for them
+# names of numbers that may be meant for them
 _RATE_LIKE = re.compile(r"rate|freq|hz|fs|sr|sps|samp|interval|period|increment|step|delta|dt|ts")
 # how files begin that are no text and are not read
 _OTHERS = {
@@ -44,13 +46,6 @@ _STAMPED = re.compile(
 _FORTRAN = re.compile(r"(?<![\w.])([+-]?\d{1,20}\.\d{0,20})[dD]([+-]?\d{1,3})(?!\w)", re.ASCII)
 
 
-class Rate(NamedTuple):
-    """Samples a second, Hz, and the name of the number that states them."""
-
-    hz: float
-    name: str
-
-
 class Channels(NamedTuple):
     """Channels of one group that have as many samples."""
 
@@ -60,11 +55,11 @@ class Channels(NamedTuple):
     names: list[str]
     units: list[str]
     items: Sequence[Item]
-    rates: list[Rate | None]  # that the file states of each channel
+    rates: dict[int, Rate]  # by channel, where the file states one
     doubtful: tuple[str, ...]  # numbers, with their names, that may or may not be a rate of samples
-    bits: int | None  # of a sample, where the file states them
+    bits: int | None  # in a sample, where the file states them
     read: Callable[[Callable], Any]  # calls what reads from the file (`_by_library`)
-    remarks: list[str]  # of the library
+    remarks: list[str]  # warnings of the library
     first_line: int = 1  # number of the first sample, from 1
     left_out: tuple[str, ...] = ()  # as in `logger_text.Layout`
 
@@ -75,13 +70,14 @@ class Channels(NamedTuple):
             return (values - (values[0] if values.dtype.kind == "M" else 0)) / np.timedelta64(1, "s")
         return values.astype(float)
 
-    def rising(self, column: int) -> bool:
-        """Whether the samples of a channel never fall, and rise: they may be stamps."""
-        step = np.diff(self.samples(column))
-        return bool((step >= 0).all() and step.any())
+    def rises(self, column: int) -> bool:
+        """Whether the samples of a channel may be stamps."""
+        return never_falls(self.samples(column))
 
-    def table(self, columns: Sequence[int], gaps: bool = False) -> np.ndarray:
-        """(N, c) numbers of some channels.
+    def table(
+        self, columns: Sequence[int], time: int | None = None, gaps: bool = False, day_first: bool | None = None
+    ) -> np.ndarray:
+        """(N, c) numbers of some channels; ``time`` and ``day_first`` are of text alone.
 
         Raises `InputError`: they are too many, or one is not finite; with ``gaps`` such a one is NaN.
         """
@@ -109,7 +105,8 @@ def read_logger_text(path: Path) -> str:
 
     UTF-8, UTF-16 with its mark, Shift-JIS or Latin-1: numbers are the same in all of them, names and units may not be.
     A file packed by gzip is unpacked; comments stand behind ``#``, exponents behind ``e``, whatever the file has. The
-    time that a serial monitor sets before every line becomes the last field of the line.
+    time that a serial monitor sets before every line becomes the last field of the line. Raises `InputError`: the file
+    cannot be read, is larger, or holds no text.
     """
     plain_file(path, "CSV file")
     try:
@@ -176,38 +173,31 @@ def read_channels(
     return usable[0]
 
 
-class _Remarks(logging.Handler):
-    """Collects what a library logs."""
-
-    def __init__(self, remarks: list[str]) -> None:
-        super().__init__(logging.WARNING)
-        self.remarks = remarks
-
-    def emit(self, record: logging.LogRecord) -> None:
-        self.remarks.append(" ".join(record.getMessage().split()))
-
-
 @contextmanager
 def _collected(package: str, remarks: list[str]) -> Iterator[None]:
     """Collect what a library warns of and logs, which would stand on the screen else."""
     named = logging.root.manager.loggerDict.items()
-    loggers = [one for name, one in named if name.partition(".")[0] == package and isinstance(one, logging.Logger)]
-    before = [(one, one.handlers, one.propagate) for one in loggers]
+    loggers = [log for name, log in named if name.partition(".")[0] == package and isinstance(log, logging.Logger)]
+    before = [(log, log.handlers, log.propagate) for log in loggers]
+    logged: SimpleQueue[logging.LogRecord] = SimpleQueue()
+    handler = QueueHandler(logged)
+    handler.setLevel(logging.WARNING)
     try:
-        for one in loggers:
-            one.handlers, one.propagate = [_Remarks(remarks)], False
+        for log in loggers:
+            log.handlers, log.propagate = [handler], False
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("ignore")
             warnings.simplefilter("always", UserWarning)
             yield
+        remarks += [" ".join(logged.get().getMessage().split()) for _ in range(logged.qsize())]
         remarks += [" ".join(str(warning.message).split()) for warning in caught]
     finally:
-        for one, handlers, propagate in before:
-            one.handlers, one.propagate = handlers, propagate
+        for log, handlers, propagate in before:
+            log.handlers, log.propagate = handlers, propagate
 
 
 def _by_library(path: Path, kind: Format, remarks: list[str], call: Callable) -> Any:
-    """What ``call`` returns; warnings go to ``remarks``, and a failure is one sentence."""
+    """Call ``call``; warnings go to ``remarks``, and a failure is one sentence (`InputError`)."""
     failure = ""
     hook, sys.unraisablehook = sys.unraisablehook, lambda _: None  # half-made objects complain when they are collected
     try:
@@ -269,5 +259,6 @@ def _groups(path, name: str, items: Iterable[Item], read, remarks) -> Iterator[C
     for of_a_length in channels.values():
         names = [item.name for item in of_a_length]
         names = ["/".join(item.at) if names.count(item.name) > 1 else item.name for item in of_a_length]
-        units, rates = [item.unit for item in of_a_length], [rate(item.at) for item in of_a_length]
+        units = [item.unit for item in of_a_length]
+        rates = {k: stated for k, item in enumerate(of_a_length) if (stated := rate(item.at))}
         yield Channels(path, name, names, units, of_a_length, rates, doubtful, bits, read, remarks)

@@ -8,17 +8,17 @@ import csv
 import io
 import re
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import takewhile
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, NoReturn
 
 import numpy as np
 import pandas as pd
 
 from trackdyn.errors import InputError, shown
 from trackdyn.sensor.sensor_mapping import NAME_IT
-from trackdyn.sensor.stamps import DATE, seconds_of
+from trackdyn.sensor.stamps import DATE, Rate, never_falls, seconds_of
 
 _HEAD = 200  # lines in which the header is looked for
 _LONGEST = 20_000  # characters of such a line
@@ -31,7 +31,7 @@ _GROUPED = re.compile(r"[+-]?[1-9]\d{0,2}(,\d{3})+", re.ASCII)
 
 
 class Layout(NamedTuple):
-    """Where what stands in a file."""
+    """Where the columns and rows of a text stand; read as `logger_files.Channels` are."""
 
     path: Path  # the file
     # names, units: of the columns: the header, and a row of units below it or empty texts
@@ -41,11 +41,48 @@ class Layout(NamedTuple):
     first_line: int  # line of the first row of numbers, from 1
     body: str  # the rows, without what ends the file
     left_out: tuple[str, ...] = ()  # lines of text below the rows
+    # as those of channels: a text states no rate, no library reads it
+    rates: Mapping[int, Rate] = {}
+    doubtful: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
 
     def first(self, column: int) -> str:
         """The field of a column in the first row; empty if there is none."""
         fields = split_fields(self.body.partition("\n")[0], self.separator, len(self.names))
         return fields[column] if len(fields) > column else ""
+
+    def is_dated(self, column: int) -> bool:
+        """Whether the first row has a date or a time of day in a column."""
+        first = self.first(column)
+        return bool(DATE.fullmatch(first) and not NUMBER.fullmatch(first))
+
+    def rises(self, column: int) -> bool:
+        """Whether the values of a column may be stamps."""
+        if self.is_dated(column):
+            return True
+        try:
+            return never_falls(self.table([column]))
+        except InputError:
+            return True  # a form that is not read yet
+
+    def table(
+        self, columns: Sequence[int], time: int | None = None, gaps: bool = False, day_first: bool | None = None
+    ) -> np.ndarray:
+        """(N, c) numbers of some columns.
+
+        The column ``time`` may hold dates and times: these are s since the first row (`stamps.seconds_of`). With
+        ``gaps`` what is no finite number in other columns is NaN: empty fields, words, marks of an overload. Raises
+        `InputError`: the first defect.
+        """
+        if time is not None and self.is_dated(time):
+            rest = self.table([column for column in columns if column != time], gaps=gaps)
+            split = split_fields if '"' in self.body or self.separator == " " else str.split
+            texts = [split(line, self.separator)[time].strip(" \t'") for line in self.body.split("\n")]
+            seconds = seconds_of(self.path, self.names[time], texts, self.first_line, day_first)
+            return np.insert(rest, columns.index(time), seconds, axis=1)
+        decimal = _decimal_sign(self, columns)
+        table = _parse_fast(self, list(columns), decimal, time, gaps)
+        return _parse_by_line(self, columns, decimal, time, gaps) if table is None else table
 
 
 def split_fields(line: str, separator: str, count: int = 0) -> list[str]:
@@ -143,13 +180,17 @@ def find_layout(
     if unequal:
         i, names, separator, first = unequal
         _refuse_fields(path, head[first], first + 1, names, separator, f"the header in line {i + 1}")
+    _refuse_header(path, head, rows, sought)
+
+
+def _refuse_header(path: Path, head: Sequence[str], rows: Sequence[int], sought: str) -> NoReturn:
+    """Say that no line is a header, and show the line that looks most like it: above the first row of numbers."""
     first = next((k for k, j in enumerate(rows) if _of_values(head[j])), 1)
     if first == 0:
         raise InputError(
             f"{path}: line {rows[0] + 1} holds numbers ({shown(head[rows[0]])}) where the names of the columns must "
             "be; write them above, or give all columns by number, such as --time 1 --axis ay=3 --unit g."
         )
-    # what looks most like a header is shown: the line above the first row of numbers
     separator = (_of_values(head[rows[first]]) if first < len(rows) else None) or _separators(head[rows[first - 1]])[0]
     names = split_fields(head[rows[first - 1]], separator)
     raise InputError(f"{path}: no {sought} in line {rows[first - 1] + 1} ({listed(names)}); {NAME_IT}.")
@@ -237,32 +278,6 @@ def _are_indices(fields: Sequence[str], below: Sequence[Sequence[str]] = ()) -> 
     return counted and not (below and fields[0] and below[0][0] == str(int(values[0]) + 1))
 
 
-def is_dated(layout: Layout, column: int) -> bool:
-    """Whether the first row has a date or a time of day in a column."""
-    first = layout.first(column)
-    return bool(DATE.fullmatch(first) and not NUMBER.fullmatch(first))
-
-
-def parse(
-    layout: Layout, columns: Sequence[int], time: int | None = None, gaps: bool = False, day_first: bool | None = None
-) -> np.ndarray:
-    """(N, c) numbers of some columns; `InputError` for the first defect.
-
-    The column ``time`` may hold dates and times: these are s since the first row (`stamps.seconds_of`). With ``gaps``
-    what is no finite number in other columns is NaN: empty fields, words, marks of an overload.
-    """
-    if time is not None and is_dated(layout, time):
-        rest = parse(layout, [column for column in columns if column != time], gaps=gaps)
-        lines, separator = layout.body.split("\n"), layout.separator
-        split = split_fields if '"' in layout.body or separator == " " else str.split
-        texts = [split(line, separator)[time].strip(" \t'") for line in lines]
-        seconds = seconds_of(layout.path, layout.names[time], texts, layout.first_line, day_first)
-        return np.insert(rest, columns.index(time), seconds, axis=1)
-    decimal = _decimal_sign(layout, columns)
-    table = _parse_fast(layout, list(columns), decimal, time, gaps)
-    return _parse_by_line(layout, columns, decimal, time, gaps) if table is None else table
-
-
 def _body(text: str, first: int, separator: str) -> tuple[str, tuple[str, ...]]:
     """Text from line ``first`` (from 0) on, and lines of words below it.
 
@@ -306,7 +321,7 @@ def _parse_fast(layout: Layout, columns: list[int], decimal: str, time: int | No
         return None
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("error", pd.errors.ParserWarning)  # of fields that would be lost
+            warnings.simplefilter("error", pd.errors.ParserWarning)  # fields would be lost
             table = pd.read_csv(
                 io.BytesIO(body.encode()),
                 header=None,
@@ -352,7 +367,7 @@ def _parse_by_line(layout: Layout, columns: Sequence[int], decimal: str, time: i
     return table
 
 
-def _refuse_fields(path, line, number, names, separator, what):
+def _refuse_fields(path, line, number, names, separator, what) -> NoReturn:
     """Say that a row has not as many fields as the header has names."""
     where = f"{path}: line {number} ({shown(line)})"
     if not line.strip() or line.lstrip().startswith("#"):

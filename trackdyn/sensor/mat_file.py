@@ -1,16 +1,12 @@
 """MATLAB files, read in a process of their own: one wrong bit can end the process in which SciPy reads them."""
 
-import io
-import json
-import os
-import subprocess
-import sys
 import zlib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
+import scipy  # its parts are loaded where they are used
 
 _HEADER, _TAG = 128, 8  # bytes before the first variable, and before each
 _PACKED = 15  # type of a variable that is packed by zlib
@@ -39,19 +35,26 @@ def unpacked_bytes(path: Path) -> int:
 def read_mat(path: Path) -> tuple[dict[str, np.ndarray], list[str]]:
     """Arrays of numbers of a MAT file by name, those of structures as ``structure.field``, and names of other content.
 
-    Raises `ValueError`: the process that reads the file failed; its last words, or the signal that ended it.
+    Raises whatever SciPy raises, or `ValueError`: the process that reads the file was ended.
     """
-    child = subprocess.run(
-        [sys.executable, "-P", __file__, str(path)],
-        capture_output=True,
-        env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
-    )
-    if child.returncode:
-        words = child.stderr.decode(errors="replace").strip().split("\n")[-1].partition(":")[0]
-        raise ValueError(f"signal {-child.returncode}" if child.returncode < 0 else words)
-    with np.load(io.BytesIO(child.stdout), allow_pickle=False) as data:
-        names, others = json.loads(str(data["names"]))
-        return {name: data[f"a{k}"] for k, name in enumerate(names)}, others
+    from joblib.externals.loky import ProcessPoolExecutor
+    from joblib.externals.loky.process_executor import TerminatedWorkerError
+
+    # as set, no traceback of a fault stands on the screen
+    pool = ProcessPoolExecutor(1, env={"PYTHONFAULTHANDLER": ""})
+    try:
+        return pool.submit(_arrays, path).result()
+    except TerminatedWorkerError:
+        raise ValueError("a wrong bit in it") from None
+    finally:
+        pool.shutdown(kill_workers=True)
+
+
+def _arrays(path: Path) -> tuple[dict[str, np.ndarray], list[str]]:
+    items = dict(_nested(scipy.io.loadmat(path, simplify_cells=True)))
+    arrays = {name: np.asarray(item) for name, item in items.items() if not isinstance(item, list)}  # lists: of cells
+    numbers = {name: values for name, values in arrays.items() if values.dtype.kind in "iuf"}
+    return numbers, [name for name in items if name not in numbers]
 
 
 def _nested(content: Mapping, above: str = "") -> Iterator[tuple[str, object]]:
@@ -60,21 +63,3 @@ def _nested(content: Mapping, above: str = "") -> Iterator[tuple[str, object]]:
             yield from _nested(item, f"{above}{name}.")
         elif above or not name.startswith("__"):
             yield f"{above}{name}", item
-
-
-def _write_arrays(path: str) -> None:
-    """Write what `read_mat` returns on standard output."""
-    import scipy.io
-
-    items = dict(_nested(scipy.io.loadmat(path, simplify_cells=True)))
-    arrays = {name: np.asarray(item) for name, item in items.items() if not isinstance(item, list)}  # lists: of cells
-    numbers = {name: values for name, values in arrays.items() if values.dtype.kind in "iuf"}
-    packed = io.BytesIO()
-    names = json.dumps([list(numbers), [name for name in items if name not in numbers]])
-    counted: dict[str, Any] = {f"a{k}": values for k, values in enumerate(numbers.values())}
-    np.savez(packed, names=np.array(names), **counted)
-    sys.stdout.buffer.write(packed.getvalue())
-
-
-if __name__ == "__main__":
-    _write_arrays(sys.argv[1])

@@ -8,20 +8,19 @@ everything derived from the record.
 from collections.abc import Iterable, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
-from fractions import Fraction
 from itertools import combinations
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
-import scipy  # its parts are loaded where they are used
 
 from trackdyn.errors import InputError, shown
 from trackdyn.files import write_text
 from trackdyn.rig.validation import typed
-from trackdyn.sensor import stamps
+from trackdyn.sensor import samples, stamps
 from trackdyn.sensor.formats import format_of
-from trackdyn.sensor.logger_files import Channels, Rate, read_channels, read_logger_text
-from trackdyn.sensor.logger_text import Layout, find_layout, is_dated, listed, parse
+from trackdyn.sensor.logger_files import Channels, read_channels, read_logger_text
+from trackdyn.sensor.logger_text import Layout, find_layout, listed
 from trackdyn.sensor.sensor_mapping import (
     AXES,
     Column,
@@ -34,14 +33,9 @@ from trackdyn.sensor.sensor_mapping import (
     typed_name,
     unit_of,
 )
-from trackdyn.sensor.stamps import RATES
+from trackdyn.sensor.stamps import RATES, Rate
 
 COLUMNS = ("t_s", "ax_g", "ay_g", "az_g")
-FASTEST = 20_000.0  # Hz; a faster record is decimated to it
-_CLIPPED = 0.5  # share of clipped rows from which on nothing is left of the motion
-# rows at the extreme value, and times the rows at the value next to it, from which on a sensor is taken for saturated:
-# a sine of few levels stands 2.4 times as often at its highest one
-_STANDING, _MORE_OFTEN = 5, 3.0
 
 
 @dataclass(frozen=True)
@@ -56,13 +50,13 @@ class SensorRecord:
     az_g: np.ndarray | None
     rate_hz: float  # sampling rate, Hz
     clipped: int  # number of rows with an axis at the end of the sensor's range, or at a value where it is saturated
-    # what reading did, by name: rows, columns, time, rate, steps, dropped, clipped
+    # how it was read, by name: rows, columns, time, rate, steps, dropped, clipped
     done: Mapping[str, str] = field(default_factory=dict, compare=False)
     # column of each axis, with a minus in front where its sign was turned
     columns: Mapping[str, str] = field(default_factory=dict, compare=False)
-    # of each axis, value of the file that is 0 g, and g a unit of the file, with the sign of the axis
+    # by axis, value of the file that is 0 g, and g a unit of the file, with the sign of the axis
     scales: Mapping[str, tuple[float, float]] = field(default_factory=dict, compare=False)
-    doubts: tuple[str, ...] = field(default=(), compare=False)  # what seems wrong with the record, in sentences
+    doubts: tuple[str, ...] = field(default=(), compare=False)  # sentences on what seems wrong with the record
     synthetic: bool = field(default=False, compare=False)  # whether a comment of the file says that it is synthetic
 
     @property
@@ -86,7 +80,7 @@ class SensorRecord:
         )  # fmt: skip
 
     def require_turns(self, turn_s: float, turns: float = 1.0) -> None:
-        """Refuse a record that holds too little of the loop's turns of ``turn_s`` seconds."""
+        """Refuse (`InputError`) a record of fewer turns of the loop, each of ``turn_s`` seconds."""
         if self.seconds < turns * turn_s:
             raise InputError(
                 f"{self.path}: the record of {self.seconds:.4g} s is shorter than {turns:g} "
@@ -110,10 +104,14 @@ def read_sensor_csv(
             raise InputError(f"{path}: {name} is {value!r}; give a number above zero.")
     with ExitStack() as opened:
         layout, mapping, synthetic = _layout(path, mapping, opened)
-        columns, units, table = _columns(layout, mapping)
+        columns, units = _columns(layout, mapping)
+        time = columns["time"].position if "time" in columns else None
+        day_first = mapping.dates and mapping.dates == "day-first"
+        positions = [column.position for column in columns.values()]
+        table = layout.table(positions, time, mapping.gaps is not None, day_first)
     values = dict(zip(columns, table.T, strict=True))
-    record = _record(layout, mapping, columns, units, values, float(range_g), gravity)
-    return replace(record, synthetic=synthetic)
+    reading = _Reading(layout, mapping, columns, units, values, float(range_g), gravity)
+    return replace(reading.record(), synthetic=synthetic)
 
 
 def _layout(path: Path, mapping: SensorMapping, opened: ExitStack) -> tuple[Layout | Channels, SensorMapping, bool]:
@@ -132,7 +130,7 @@ def _layout(path: Path, mapping: SensorMapping, opened: ExitStack) -> tuple[Layo
         # a line of a preamble may have as many fields as a number asks for: what is named tells the header
         candidates = choose(names, [""] * len(names), own)
         if candidates.get("ay") and ("ay" not in own.numbers or all(candidates[key] for key in named)):
-            return candidates["ay"][0][0].name
+            return candidates["ay"][0].name
         return ""
 
     if kind := format_of(path):
@@ -148,77 +146,43 @@ def _layout(path: Path, mapping: SensorMapping, opened: ExitStack) -> tuple[Layo
     return layout, mapping, "synthetic" in "".join(comments).casefold()
 
 
-def _columns(layout: Layout | Channels, mapping: SensorMapping) -> tuple[dict, dict[str, str], np.ndarray]:
-    """Columns of time and axes, each with a sign, units of the axes, and the numbers, (N, c)."""
+def _columns(layout: Layout | Channels, mapping: SensorMapping) -> tuple[dict[str, Column], dict[str, str]]:
+    """Columns of time and axes, and units of the axes."""
     path = layout.path
     chosen = choose(layout.names, layout.units, mapping)
-    for key, meant in chosen.items():
-        if len(meant) > 1:
-            said = " and ".join(f"{column.position + 1} ({shown(column.name)})" for column, _ in meant)
-            number = f"#{meant[0][0].position + 1}"
+    for key, candidates in chosen.items():
+        if len(candidates) > 1:
+            said = " and ".join(f"{column.position + 1} ({shown(column.name)})" for column in candidates)
+            number = f"#{candidates[0].position + 1}"
             option = f"--time '{number}'" if key == "time" else f"--axis {key}={number}"
             raise InputError(f"{path}: columns {said} may all be {key}; say which with {option}.")
-        if not meant and (key, mapping.time) != ("time", "none"):
+        if not candidates and (key, mapping.time) != ("time", "none"):
             raise InputError(f"{path}: no column {mapping.named[key]!r} for {key}; there are {listed(layout.names)}.")
     columns = {key: candidates[0] for key, candidates in chosen.items() if candidates}
-    if isinstance(layout, Channels):
-        _require_one_rate(layout, mapping, columns)
-    if "time" not in columns and mapping.time != "none" and stated_rate(layout, columns) is None:
-        taken = {column.position for column, _ in columns.values()}
-        candidates = [c for c in time_like(layout.names, layout.units) if c.position not in taken and rises(layout, c)]
-        if candidates:
-            typed = [typed_name(column) for column in candidates]
-            raise InputError(
-                f"{path}: the time may be in {', '.join(typed)}; say so with --time {typed[0]}, or that it "
-                "is not with --time none --rate HZ."
-            )
-        if mapping.rate is None:
-            raise InputError(f"{path}: {_no_rate(layout)}")
-    for (key, (column, _)), (other, (same, _)) in combinations(columns.items(), 2):
+    _require_one_rate(layout, mapping, columns)
+    _require_time(layout, mapping, columns)
+    for (key, column), (other, same) in combinations(columns.items(), 2):
         if column.position == same.position:
             raise InputError(f"{path}: column {shown(column.name)} is named for {key} and {other}; name two columns.")
     units = {}
     for axis in AXES:
         try:
             if axis in columns:
-                units[axis] = unit_of(path, columns[axis][0], mapping, mapping.states(axis, columns))
+                units[axis] = unit_of(path, columns[axis], mapping, mapping.states(axis, columns))
         except InputError:
             if axis == "ay" or axis in mapping.axes:
                 raise
             del columns[axis]  # nobody asked for it
-    if "time" in columns and isinstance(layout, Layout) and is_dated(layout, columns["time"][0].position):
-        columns["time"] = columns["time"][0]._replace(unit="s"), 1
-    places = [column.position for column, _ in columns.values()]
-    gaps, day_first = mapping.gaps is not None, mapping.dates and mapping.dates == "day-first"
-    if isinstance(layout, Channels):
-        return columns, units, layout.table(places, gaps)
-    stamps_at = columns["time"][0].position if "time" in columns else None
-    return columns, units, parse(layout, places, stamps_at, gaps, day_first)
+    if "time" in columns and isinstance(layout, Layout) and layout.is_dated(columns["time"].position):
+        columns["time"] = columns["time"]._replace(unit="s")
+    return columns, units
 
 
-def stated_rate(layout: Layout | Channels, columns: Mapping) -> Rate | None:
-    """Samples a second that a file states of its column for ay."""
-    return layout.rates[columns["ay"][0].position] if isinstance(layout, Channels) else None
-
-
-def rises(layout: Layout | Channels, column: Column) -> bool:
-    """Whether the values of a column may be stamps."""
-    if isinstance(layout, Channels):
-        return layout.rising(column.position)
-    if is_dated(layout, column.position):
-        return True
-    try:
-        step = np.diff(parse(layout, [column.position]), axis=0)
-    except InputError:
-        return True  # of a form that is not read yet
-    return bool((step >= 0).all() and step.any())
-
-
-def _require_one_rate(layout: Channels, mapping: SensorMapping, columns: dict) -> None:
-    """Leave out what has not the rate of ay, or refuse it if it was named."""
-    rate = stated_rate(layout, columns)
-    for key, (column, _) in list(columns.items()):
-        other = layout.rates[column.position]
+def _require_one_rate(layout: Layout | Channels, mapping: SensorMapping, columns: dict[str, Column]) -> None:
+    """Leave out what has not the rate of ay. Raises `InputError`: it was named."""
+    rate = layout.rates.get(columns["ay"].position)
+    for key, column in list(columns.items()):
+        other = layout.rates.get(column.position)
         if rate and other and abs(other.hz / rate.hz - 1) > 1e-6:
             if key in mapping.named:
                 raise InputError(
@@ -228,186 +192,152 @@ def _require_one_rate(layout: Channels, mapping: SensorMapping, columns: dict) -
             del columns[key]
 
 
-def _no_rate(layout: Layout | Channels) -> str:
-    if isinstance(layout, Channels) and layout.doubtful:
-        return (
-            f"no channel of time, and no number that is surely its sampling rate ({', '.join(layout.doubtful[:8])}); "
-            f"give the rate, {RATES[0]:,.0f} to {RATES[1]:,.0f} samples a second, with --rate HZ, or name the channel "
-            "of time with --time NAME."
-        )
-    return f"no column of time among {listed(layout.names)}; name it with --time NAME, or give --time none --rate HZ."
-
-
-def _record(layout, mapping, columns, units, values, range_g, gravity) -> SensorRecord:
-    """The record of the columns' numbers: cropped, in s and g, checked, evenly timed."""
-    path, count, names = layout.path, values["ay"].size, {axis: column.name for axis, (column, _) in columns.items()}
-    if count < 2:
-        raise InputError(f"{path}: the file holds {count} data rows; give at least 2.")
-    stated = stated_rate(layout, columns)
-    counts = mapping.counts_per_g or np.inf
-    scale = {"g": 1.0, "mg": 1e-3, "counts": 1.0 / counts}
-    scale |= {f"{length}/s2": factor / gravity for length, factor in (("m", 1.0), ("cm", 1e-2), ("mm", 1e-3))}
-    largest = range_g - (1.0 / counts if mapping.bits else 0.0)  # the highest count is one less than the lowest
-    used = {column.position for column, _ in columns.values()}
-    unused = [name for k, name in enumerate(layout.names) if k not in used and name]
-    signs = {axis: "-" * (columns[axis][1] < 0) for axis in units}
-    words = {unit: f"counts of 1/{counts:.6g} g" if unit == "counts" else unit for unit in scale}
-
-    def first(key):
-        return layout.first(columns[key][0].position) if isinstance(layout, Layout) else f"{values[key][0]:g}"
-
-    message = [
-        f"{axis} = {signs[axis]}{columns[axis][0].described} in {words[unit]}"
-        f"{said_otherwise(columns[axis][0], unit)}, first value {first(axis)}"
-        for axis, unit in units.items()
+def _require_time(layout: Layout | Channels, mapping: SensorMapping, columns: dict[str, Column]) -> None:
+    """Refuse (`InputError`) a file that has no rate, and no column of time that can be recognised."""
+    if "time" in columns or mapping.time == "none" or layout.rates.get(columns["ay"].position):
+        return
+    taken = {column.position for column in columns.values()}
+    candidates = [
+        typed_name(column)
+        for column in time_like(layout.names, layout.units)
+        if column.position not in taken and layout.rises(column.position)
     ]
-    below = f"; below them, left out: {listed(layout.left_out)}" if layout.left_out else ""
-    done = {"rows": f"{count}, from line {layout.first_line} on{below}"}
-    done["columns"] = "; ".join(message) + (f"; not used: {listed(unused)}" if unused else "")
+    if candidates:
+        raise InputError(
+            f"{layout.path}: the time may be in {', '.join(candidates)}; say so with --time {candidates[0]}, or that "
+            "it is not with --time none --rate HZ."
+        )
+    if mapping.rate is None and layout.doubtful:
+        raise InputError(
+            f"{layout.path}: no channel of time, and no number that is surely its sampling rate "
+            f"({', '.join(layout.doubtful[:8])}); give the rate, {RATES[0]:,.0f} to {RATES[1]:,.0f} samples a second, "
+            "with --rate HZ, or name the channel of time with --time NAME."
+        )
+    if mapping.rate is None:
+        raise InputError(
+            f"{layout.path}: no column of time among {listed(layout.names)}; name it with --time NAME, or give --time "
+            "none --rate HZ."
+        )
 
-    seen = clock = None
-    if "time" in columns:
-        seen = stamps.in_seconds(path, names["time"], values["time"], time_unit_of(path, columns["time"][0]))
-    rate = mapping.rate or (stated.hz if stated else np.nan)
-    window = _part(path, np.arange(count) / rate if seen is None else seen.t, mapping)
-    scales = {axis: (mapping.zero_of(axis, columns), columns[axis][1] * scale[unit]) for axis, unit in units.items()}
-    axes = {axis: factor * (values[axis][window] - zero) for axis, (zero, factor) in scales.items()}
-    rows = axes["ay"].size
-    done["dropped"] = f"{count - rows} rows outside of --from and --to"
-    line = layout.first_line + window.start
-    if seen is not None:
-        seen = seen._replace(t=seen.t[window] - seen.t[window.start])
-    if mapping.gaps:
-        seen, axes, skipped, done["gaps"] = _mended(path, seen, axes, mapping)
-        line, rows = line + skipped, axes["ay"].size
-    done["time"] = "rows counted, no stamps"
-    if seen is not None:
-        by_file = stated.name if stated and not mapping.rate else ""
-        clock = stamps.judge_stamps(path, seen, line, mapping.rate or (stated and stated.hz), mapping.resample, by_file)
-        rate = clock.rate_hz
-        column = columns["time"][0]
-        done["time"] = (
-            f"{column.described} in {seen.unit}, first value {first('time')}, to {seen.rounding:.2g} s; {clock.steps}"
-        )
-        if mapping.dates:
-            done["time"] += f"; dates are {mapping.dates}"
-    by_file = f"as the file states ({stated.name})" if stated else ""
-    source = "given" if mapping.rate else "found" if seen is not None else by_file
-    if mapping.rate and stated and abs(mapping.rate / stated.hz - 1) > 1e-6:
-        source += f", not {stated.hz:.7g} Hz {by_file}"
-    done["rate"] = f"{rate:.7g} Hz, {source}"
 
-    size = np.abs(list(axes.values()))
-    if size.max() > range_g * 1.0001:
-        axis, k = np.argwhere(size > range_g * 1.0001)[0]
-        name = list(axes)[axis]
-        middle = float(np.mean(values[name][window]))
-        shifted = np.abs(axes[name] - np.mean(axes[name])).max() <= range_g
-        remedy = f"where 0 g is not 0, --zero, perhaps {middle:.4g}, or " * bool(shifted)
-        raise InputError(
-            f"{path}: field {names[name]} in line {line + k} is {axes[name][k]:.6g} g if it is in "
-            f"{words[units[name]]}, beyond the sensor's range of +-{range_g:g} g; check the unit (--unit, for raw "
-            f"counts --scale), {remedy}give the range of the sensor, --range G."
-        )
-    at_end, doubts = size.max(axis=0) >= largest * (1.0 - 1e-6), []
-    ends = f"at the end of the range of {range_g:g} g"
-    for axis, samples in axes.items():
-        levels = [level for level in _standing(samples) if abs(level) < largest * (1.0 - 1e-6)]
-        standing = np.isin(samples, levels)
-        if not levels:
-            continue
-        at_end |= standing
-        said = f"{' and '.join(f'{level:.6g}' for level in levels)} g, the extreme of {axis}"
-        ends += f" or at {said}"
-        doubts.append(
-            f"{path}: {np.count_nonzero(standing)} of {rows} rows stand at {said}: the sensor is saturated there, RMS "
-            f"and peaks are too small; record with a wider range, or state this one, --range {abs(levels[-1]):.6g}"
-        )
-    doubts += [f"{path}: the library that reads it says: {remark}" for remark in getattr(layout, "remarks", ())]
-    clipped = int(np.count_nonzero(at_end))
-    done["clipped"] = f"{clipped} of {rows} rows {ends}"
-    if clipped > _CLIPPED * rows:
-        raise InputError(
-            f"{path}: {clipped} of {rows} rows stand {ends}; record with a wider range, or give the sensor's with "
-            "--range."
-        )
-    if np.ptp(axes["ay"]) <= 1e-9 * max(1.0, np.abs(axes["ay"]).max()):
-        raise InputError(
-            f"{path}: column {shown(names['ay'])} is {values['ay'][window.start]:.6g} in every row; choose another one "
-            "for ay with --axis ay=NAME, or record the moving track."
-        )
-    if seen is not None and clock is not None and not clock.even:
-        even = np.arange(int(seen.t[-1] * rate * (1 + 1e-12)) + 1) / rate
-        splines = {axis: scipy.interpolate.CubicSpline(seen.t, samples) for axis, samples in axes.items()}
-        axes = {axis: np.clip(spline(even), -range_g, range_g) for axis, spline in splines.items()}
-        done["resampled"] = f"{rows} rows onto {even.size} even instants, by cubic splines"
-    if rate > FASTEST:
-        ratio = Fraction(FASTEST / rate).limit_denominator(1000)
-        slower = {
-            axis: scipy.signal.resample_poly(samples, ratio.numerator, ratio.denominator, padtype="line")
-            for axis, samples in axes.items()
+class _Reading(NamedTuple):
+    """Columns of a file, and how their numbers are read."""
+
+    layout: Layout | Channels
+    mapping: SensorMapping
+    columns: dict[str, Column]  # by key: ``time`` and the axes
+    units: dict[str, str]  # by axis
+    values: dict[str, np.ndarray]  # (N,) of every column
+    range_g: float
+    gravity: float  # 1 g, m/s2
+
+    def record(self) -> SensorRecord:
+        """The record: cropped, in s and g, checked, evenly timed. Raises `InputError`: a number is doubtful."""
+        path, mapping, columns, range_g = self.layout.path, self.mapping, self.columns, self.range_g
+        count = self.values["ay"].size
+        if count < 2:
+            raise InputError(f"{path}: the file holds {count} data rows; give at least 2.")
+        done, stated, seen = self.described(), self.layout.rates.get(columns["ay"].position), None
+        rate = mapping.rate or (stated.hz if stated else np.nan)
+        if "time" in columns:
+            time = columns["time"]
+            seen = stamps.in_seconds(path, time.name, self.values["time"], time_unit_of(path, time))
+        window = samples.window_of(path, np.arange(count) / rate if seen is None else seen.t, mapping)
+        scales = {axis: (mapping.zero_of(axis, columns), self.scale(axis)) for axis in self.units}
+        axes = {axis: factor * (self.values[axis][window] - zero) for axis, (zero, factor) in scales.items()}
+        line, seen = self.layout.first_line + window.start, seen and seen.within(window)
+        done["dropped"] = f"{count - axes['ay'].size} rows outside of --from and --to"
+        if mapping.gaps:
+            lost = stamps.lost_rows(seen, axes["ay"].size, mapping.rate, mapping.resample)
+            seen, axes, skipped, done["gaps"] = samples.without_gaps(path, seen, lost, axes, mapping.gaps)
+            line += skipped
+        even, done["time"] = True, "rows counted, no stamps"
+        if seen is not None:
+            rate, even, done["time"] = self.clock(seen, line, stated)
+        done["rate"] = f"{rate:.7g} Hz, {self.source_of_rate(stated)}"
+        self.require_range(axes, line)
+        # the highest count is one less than the lowest
+        largest = range_g - 1.0 / mapping.counts_per_g if mapping.bits and mapping.counts_per_g else range_g
+        clipped, done["clipped"], doubts = samples.clipped(path, axes, largest, range_g)
+        doubts += [f"{path}: the library that reads it says: {remark}" for remark in self.layout.remarks]
+        if np.ptp(axes["ay"]) <= 1e-9 * max(1.0, np.abs(axes["ay"]).max()):
+            raise InputError(
+                f"{path}: column {shown(columns['ay'].name)} is {self.values['ay'][window.start]:.6g} in every row; "
+                "choose another one for ay with --axis ay=NAME, or record the moving track."
+            )
+        if seen is not None and not even:
+            axes, done["resampled"] = samples.on_even_instants(seen.t, axes, rate, range_g)
+        if rate > samples.FASTEST:
+            axes, rate, done["decimated"] = samples.decimated(axes, rate, range_g)
+        return SensorRecord(
+            path, np.arange(axes["ay"].size) / rate, axes.get("ax"), axes["ay"], axes.get("az"), float(rate), clipped,
+            done, {axis: f"{columns[axis].minus}{columns[axis].name}" for axis in axes}, scales, tuple(doubts),
+        )  # fmt: skip
+
+    def scale(self, axis: str) -> float:
+        """Acceleration of a unit of the file in an axis, g, with the sign of the axis."""
+        scale = {"g": 1.0, "mg": 1e-3, "counts": 1.0 / (self.mapping.counts_per_g or np.inf)}
+        scale |= {f"{name}/s2": length / self.gravity for name, length in (("m", 1.0), ("cm", 1e-2), ("mm", 1e-3))}
+        return self.columns[axis].sign * scale[self.units[axis]]
+
+    def words(self, axis: str) -> str:
+        """The unit of an axis."""
+        unit = self.units[axis]
+        return f"counts of 1/{self.mapping.counts_per_g:.6g} g" if unit == "counts" else unit
+
+    def first(self, key: str) -> str:
+        """The first value of a column as the file has it."""
+        layout = self.layout
+        return layout.first(self.columns[key].position) if isinstance(layout, Layout) else f"{self.values[key][0]:g}"
+
+    def described(self) -> dict[str, str]:
+        """Words on the rows and columns that are read."""
+        layout, columns = self.layout, self.columns
+        axes = [
+            f"{axis} = {columns[axis].minus}{columns[axis].described} in {self.words(axis)}"
+            f"{said_otherwise(columns[axis], unit)}, first value {self.first(axis)}"
+            for axis, unit in self.units.items()
+        ]
+        used = {column.position for column in columns.values()}
+        unused = [name for k, name in enumerate(layout.names) if k not in used and name]
+        below = f"; below them, left out: {listed(layout.left_out)}" if layout.left_out else ""
+        return {
+            "rows": f"{self.values['ay'].size}, from line {layout.first_line} on{below}",
+            "columns": "; ".join(axes) + (f"; not used: {listed(unused)}" if unused else ""),
         }
-        axes = {axis: np.clip(samples, -range_g, range_g) for axis, samples in slower.items()}
-        rate = float(rate * ratio)
-        done["decimated"] = f"{rows} rows to {axes['ay'].size}, {rate:.7g} Hz, behind an anti-alias filter"
-    time = np.arange(axes["ay"].size) / rate
-    named = {axis: f"{sign}{names[axis]}" for axis, sign in signs.items()}
-    return SensorRecord(
-        path, time, axes.get("ax"), axes["ay"], axes.get("az"), float(rate), clipped, done, named, scales, tuple(doubts)
-    )
 
+    def clock(self, seen: stamps.Stamps, line: int, stated: Rate | None) -> tuple[float, bool, str]:
+        """Rate by the stamps, Hz, whether rows are even in time, and words on the stamps."""
+        mapping, column = self.mapping, self.columns["time"]
+        by_file = stated.name if stated and not mapping.rate else ""
+        rate = mapping.rate or (stated and stated.hz)
+        clock = stamps.judge_stamps(self.layout.path, seen, line, rate, mapping.resample, by_file)
+        words = f"{column.described} in {seen.unit}, first value {self.first('time')}, to {seen.rounding:.2g} s; "
+        return clock.rate_hz, clock.even, words + clock.steps + f"; dates are {mapping.dates}" * bool(mapping.dates)
 
-def _standing(values: np.ndarray) -> list[float]:
-    """Extreme values at which a signal stands: more samples than a signal that only peaks there has."""
-    levels, counts = np.unique(values, return_counts=True)
-    ends = ((0, 1), (-1, -2)) if levels.size > 2 else ()
-    return [
-        float(levels[end]) for end, following in ends if counts[end] >= max(_STANDING, _MORE_OFTEN * counts[following])
-    ]
+    def source_of_rate(self, stated: Rate | None) -> str:
+        """Words on where the rate comes from: the user, the stamps or the file."""
+        rate, by_file = self.mapping.rate, f"as the file states ({stated.name})" if stated else ""
+        source = "given" if rate else "found" if "time" in self.columns else by_file
+        differs = rate and stated and abs(rate / stated.hz - 1) > 1e-6
+        return f"{source}, not {stated.hz:.7g} Hz {by_file}" if stated and differs else source
 
-
-def _mended(path, seen, axes, mapping) -> tuple:
-    """Stamps and axes without gaps as ``mapping.gaps`` has it, the rows left out before them, and what was done."""
-    names, values = list(axes), np.array(list(axes.values()))
-    count = values.shape[1]
-    lost = np.zeros(count - 1) if seen is None else stamps.lost_rows(seen, mapping.rate, mapping.resample)
-    if mapping.gaps == "longest":
-        window = stamps.longest_part(lost, np.isnan(values).any(axis=0))
-        if window.stop - window.start < 2:
-            raise InputError(f"{path}: no two rows without a gap between them; record the sample again.")
-        seen = seen and seen._replace(t=seen.t[window] - seen.t[window.start])
-        done = f"rows {window.start + 1} to {window.stop} of {count} kept, the longest part without a gap"
-        return seen, dict(zip(names, values[:, window], strict=True)), window.start, done
-    t = np.arange(count) if seen is None else seen.t
-    rows, gap, longest = stamps.bridged(lost, np.vstack([t, values]))
-    if longest > stamps.BRIDGED or np.count_nonzero(gap) > stamps.BRIDGED_SHARE * count or rows.shape[1] < 2:
+    def require_range(self, axes: samples.Axes, line: int) -> None:
+        """Refuse (`InputError`) a value beyond the range of the sensor, perhaps as the zero of the file is not 0."""
+        beyond = np.abs(list(axes.values())) > self.range_g * 1.0001
+        if not beyond.any():
+            return
+        index, k = np.argwhere(beyond)[0]
+        axis = list(axes)[index]
+        mean = float(np.mean(axes[axis]))
+        zero = self.mapping.zero_of(axis, self.columns) + mean / self.scale(axis)
+        shifted = np.abs(axes[axis] - mean).max() <= self.range_g
+        remedy = f"where 0 g is not 0, --zero, perhaps {zero:.4g}, or " * bool(shifted)
         raise InputError(
-            f"{path}: {np.count_nonzero(gap) or count - rows.shape[1]} samples are missing, up to {longest} in a row; "
-            f"at most {stamps.BRIDGED} in a row and {stamps.BRIDGED_SHARE:.0%} are bridged; keep the longest part with "
-            "--gaps longest, or cut the record with --from and --to."
+            f"{self.layout.path}: field {self.columns[axis].name} in line {line + k} is {axes[axis][k]:.6g} g if it is "
+            f"in {self.words(axis)}, beyond the sensor's range of +-{self.range_g:g} g; check the unit (--unit, for "
+            f"raw counts --scale), {remedy}give the range of the sensor, --range G."
         )
-    seen = seen and seen._replace(t=rows[0] - rows[0, 0])
-    done = (
-        f"{np.count_nonzero(gap)} samples in {np.count_nonzero(np.diff(gap.astype(int)) > 0)} gaps interpolated, at "
-        f"most {longest} in a row"
-    )
-    return seen, dict(zip(names, rows[1:], strict=True)), 0, done
-
-
-def _part(path: Path, t: np.ndarray, mapping: SensorMapping) -> slice:
-    """The rows from ``mapping.start`` to ``mapping.to``, s since the first row."""
-    since = t - t[0]
-    begun = np.flatnonzero(since >= mapping.start)
-    first = int(begun[0]) if begun.size else t.size
-    ended = np.flatnonzero(since[first:] > (np.inf if mapping.to is None else mapping.to))
-    last = first + int(ended[0]) if ended.size else t.size
-    if last - first < 2:
-        to = "the end" if mapping.to is None else f"--to {mapping.to:g}"
-        raise InputError(
-            f"{path}: {last - first} rows lie between --from {mapping.start:g} and {to}, in s since the first row; the "
-            f"file holds {since[-1]:.6g} s."
-        )
-    return slice(first, last)
 
 
 def write_sensor_csv(path, t_s, ax, ay, az, comments: Iterable[str] = ()) -> None:

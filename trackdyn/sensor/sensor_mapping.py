@@ -1,4 +1,4 @@
-"""What the columns of a sensor's file mean: by their names, and by what the user says of them."""
+"""The meaning of the columns of a sensor's file: by their names, and as the user states it."""
 
 import re
 import shlex
@@ -38,7 +38,7 @@ Name = Annotated[str, BeforeValidator(lambda value: str(value) if type(value) is
 
 
 class SensorMapping(Section):
-    """What a sensor's file does not say itself: the options of ``trackdyn compare``, or a small YAML file.
+    """Facts that a sensor's file does not state itself: the options of ``trackdyn compare``, or a small YAML file.
 
     Attributes
     ----------
@@ -155,11 +155,11 @@ class SensorMapping(Section):
             )
         return {name: self.sensors[name] for name in compared}
 
-    def states(self, axis: str, columns: Mapping[str, tuple["Column", int]]) -> bool:
+    def states(self, axis: str, columns: Mapping[str, "Column"]) -> bool:
         """Whether unit, scale and zero are stated of an axis, too: it is named, or has the unit of ay."""
-        return axis in self.axes or columns[axis][0].unit == columns["ay"][0].unit
+        return axis in self.axes or columns[axis].unit == columns["ay"].unit
 
-    def zero_of(self, axis: str, columns: Mapping[str, tuple["Column", int]]) -> float:
+    def zero_of(self, axis: str, columns: Mapping[str, "Column"]) -> float:
         """Value of the file that is 0 g in an axis."""
         if isinstance(self.zero, Mapping):
             return self.zero.get(axis, 0.0)  # type: ignore[call-overload]
@@ -176,7 +176,7 @@ def _on_top(common: Any, own: Any) -> Any:
     if not isinstance(own, dict):
         return own
     axes = common.get("axes"), own.get("axes")
-    both = {"axes": axes[0] | axes[1]} if all(isinstance(of, dict) for of in axes) else {}
+    both = {"axes": axes[0] | axes[1]} if all(isinstance(pairs, dict) for pairs in axes) else {}
     return common | own | both
 
 
@@ -195,12 +195,18 @@ def load_mapping(path: Path | str | None = None, **options: Any) -> SensorMappin
 
 
 class Column(NamedTuple):
-    """A column of the file: its position, its name as it stands there, the same without unit, its unit."""
+    """A column of the file: its position, from 0, and its name as it stands there, which is ``base`` and unit."""
 
     position: int
     name: str
     base: str
     unit: str
+    sign: int = 1  # -1: the values are turned
+
+    @property
+    def minus(self) -> str:
+        """A minus where the values are turned."""
+        return "-" * (self.sign < 0)
 
     @property
     def described(self) -> str:
@@ -242,9 +248,13 @@ def is_unit(text: str) -> bool:
     return unit in _ACCELERATION or unit in _TIME or unit in _COUNTS
 
 
-def choose(names: Sequence[str], units: Sequence[str], mapping: SensorMapping) -> dict[str, list[tuple[Column, int]]]:
-    """Columns that may be meant by ``time``, ``ax``, ``ay`` and ``az``, each with a sign."""
-    columns = [_column(k, *both) for k, both in enumerate(zip(names, units, strict=True))]
+def _columns(names: Sequence[str], units: Sequence[str]) -> list[Column]:
+    return [_column(k, *both) for k, both in enumerate(zip(names, units, strict=True))]
+
+
+def choose(names: Sequence[str], units: Sequence[str], mapping: SensorMapping) -> dict[str, list[Column]]:
+    """Columns that may be meant by ``time``, ``ax``, ``ay`` and ``az``."""
+    columns = _columns(names, units)
     if mapping.group:
         prefix = re.compile(rf"{re.escape(_plain(mapping.group))}[\s/_.:-]+")
         of_group = {column.position for column in columns if prefix.match(column.base)}
@@ -256,26 +266,27 @@ def choose(names: Sequence[str], units: Sequence[str], mapping: SensorMapping) -
     chosen = {}
     for axis, name in mapping.named.items():
         turned = name.startswith("-") and not _named(columns, name)
-        chosen[axis] = [(column, -1 if turned else 1) for column in _named(columns, name[1:] if turned else name)]
-    taken = {column.position for columns_of_key in chosen.values() for column, _ in columns_of_key}
+        named = _named(columns, name[1:] if turned else name)
+        chosen[axis] = [column._replace(sign=-1 if turned else 1) for column in named]
+    taken = {column.position for columns_of_key in chosen.values() for column in columns_of_key}
     for column in columns:
         if column.position not in taken:
             letter = _AXIS_NAME.fullmatch(column.base)
             key = f"a{letter[1]}" if letter else "time" if _TIME_NAME.fullmatch(column.base) else None
             if key and key not in mapping.named:
-                chosen.setdefault(key, []).append((column, 1))
+                chosen.setdefault(key, []).append(column)
     return chosen
 
 
 def unit_of(path: Path, column: Column, mapping: SensorMapping, stated: bool = True) -> str:
     """Unit of an axis: the one that the user states (``stated``: for this column), or else that of its header.
 
-    g, mg, m/s2, cm/s2, mm/s2 or counts.
+    g, mg, m/s2, cm/s2, mm/s2 or counts. Raises `InputError`: neither states one that is known.
     """
     own = "counts" if column.unit in _COUNTS else _ACCELERATION.get(column.unit)
-    given = "counts" if mapping.counts_per_g else mapping.unit
-    if given and (stated or not column.unit or own == given):
-        return given
+    as_stated = "counts" if mapping.counts_per_g else mapping.unit
+    if as_stated and (stated or not column.unit or own == as_stated):
+        return as_stated
     remedy = "give --scale, the units of the file per g, or --unit, what they are"
     if column.unit and own is None:
         raise InputError(
@@ -313,7 +324,7 @@ NAME_IT = (
 
 def time_like(names: Sequence[str], units: Sequence[str]) -> list[Column]:
     """Columns that may be the time by their names or units."""
-    columns = [_column(k, *both) for k, both in enumerate(zip(names, units, strict=True))]
+    columns = _columns(names, units)
     named = [column for column in columns if _TIME_WORDS.search(_apart(column.name))]
     return named + [column for column in columns if column.unit in _TIME and column not in named]
 
@@ -330,7 +341,7 @@ def _apart(name: str) -> str:
 
 
 def time_unit_of(path: Path, column: Column) -> str | None:
-    """Unit of the time stamps by their header; None if it names none."""
+    """Unit of the time stamps by their header; None if it names none. Raises `InputError`: it is none of time."""
     if column.unit and column.unit not in _TIME:
         raise InputError(
             f"{path}: column {shown(column.name)} has the unit {shown(column.unit)}; {', '.join(UNITS)} are read, "

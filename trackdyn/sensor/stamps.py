@@ -1,4 +1,4 @@
-"""What the time stamps of a record tell: its rate, and whether its rows are even in time.
+"""The time stamps of a record: its rate, and whether its rows are even in time.
 
 Stamps are rounded, to decimals or to single precision, so the steps between them vary although the samples are even.
 Rounding is told from lost rows by the straight line through all stamps: rounded ones stay within one unit of it.
@@ -6,13 +6,11 @@ Rounding is told from lost rows by the straight line through all stamps: rounded
 
 import re
 import warnings
-from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
-import scipy  # its parts are loaded where they are used
 from pandas.tseries.api import guess_datetime_format
 
 from trackdyn.errors import InputError, shown
@@ -20,12 +18,9 @@ from trackdyn.errors import InputError, shown
 RATES = (100.0, 1_000_000.0)  # Hz, of any record, whatever states its rate
 TOLD_APART = (100.0, 20_000.0)  # Hz; narrow enough that they tell s, ms, us and ns apart
 UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
-_EVEN = 0.1  # of an interval, by which a step may differ beyond rounding
+_EVEN = 0.1  # intervals by which a step may differ beyond rounding
 _SAME_RATE = 1e-3
 _GAP = 2.5  # intervals; what lies between is no longer interpolated
-# samples in a row, and share of a record, that are interpolated: with so many both ways, the RMS of 30 trials on the
-# default run at 1 kHz changed by at most 0.34 % (0.06 % with gaps of 3), as impacts are lost in a gap
-BRIDGED, BRIDGED_SHARE = 10, 0.01
 _REMEDY = (
     "cut the record with --from and --to, mend few with --gaps bridge or keep the longest part with --gaps longest, or "
     "read it without stamps, --time none --rate HZ, if only these are at fault"
@@ -48,6 +43,17 @@ class Stamps(NamedTuple):
     t: np.ndarray
     unit: str
     rounding: float
+
+    def within(self, window: slice) -> "Stamps":
+        """Stamps of some rows, from the first of them on."""
+        return self._replace(t=self.t[window] - self.t[window.start])
+
+
+class Rate(NamedTuple):
+    """Samples a second, Hz, and the name of the number that states them."""
+
+    hz: float
+    name: str
 
 
 class Clock(NamedTuple):
@@ -106,6 +112,12 @@ def _instants(texts: list[str], day_first: bool) -> pd.DatetimeIndex:
     return instants
 
 
+def never_falls(values: np.ndarray) -> bool:
+    """Whether values rise and never fall: they may be stamps."""
+    step = np.diff(values, axis=0)
+    return bool((step >= 0).all() and step.any())
+
+
 def in_seconds(path: Path, name: str, values: np.ndarray, unit: str | None) -> Stamps:
     """Stamps in s since the first one; a unit that is not known is the one that gives a rate within ``TOLD_APART``.
 
@@ -125,7 +137,7 @@ def in_seconds(path: Path, name: str, values: np.ndarray, unit: str | None) -> S
 
 
 def _rounding(values: np.ndarray) -> float:
-    """What stamps are rounded to: a power of ten, or the spacing of single precision."""
+    """The unit to which stamps are rounded: a power of ten, or the spacing of single precision."""
     noise = 4 * np.spacing(np.abs(values).max())
     decimals = next((d for d in range(10) if np.abs(values - np.round(values, d)).max() <= noise), None)
     rounding = noise if decimals is None else 10.0**-decimals
@@ -133,51 +145,27 @@ def _rounding(values: np.ndarray) -> float:
     with np.errstate(over="ignore"):
         some = seen.astype(np.float32)
     # written in full, as short as single precision allows, or with so many decimals
-    kept = (
+    copies = (
         some.astype(float),
         some.astype(str).astype(float),
         np.round(some.astype(float), 9 if decimals is None else decimals),
     )
-    if any(np.abs(earlier - seen).max() <= noise for earlier in kept):
+    if any(np.abs(copy - seen).max() <= noise for copy in copies):
         rounding = max(rounding, float(np.spacing(np.abs(some).max())))
     return float(rounding)
 
 
-def lost_rows(stamps: Stamps, rate: float | None, resample: bool) -> np.ndarray:
-    """(N - 1,) numbers of rows missing between rows, by their stamps; ``rate`` and ``resample`` as the user has it."""
+def lost_rows(stamps: Stamps | None, count: int, rate: float | None, resample: bool) -> np.ndarray:
+    """(N - 1,) numbers of rows missing between ``count`` rows, by their stamps; none without stamps.
+
+    ``rate`` and ``resample`` are as the user has them.
+    """
+    if stamps is None:
+        return np.zeros(count - 1)
     step = np.diff(stamps.t)
     usual = 1.0 / rate if rate else float(np.median(step) or np.mean(step))
     lost = np.maximum(np.round(step / usual) - 1.0, 0.0)
     return np.where(step > (_GAP if resample else 1.5) * usual, lost, 0.0)
-
-
-def longest_part(lost: np.ndarray, missing: np.ndarray) -> slice:
-    """The most rows in a row without a gap: before a row that is ``missing``, or between rows where some are lost."""
-    ends = np.flatnonzero(np.concatenate([[True], (lost > 0) | missing[1:] | missing[:-1], [True]]))
-    parts = [(end - begin, begin) for begin, end in pairwise(ends) if not missing[begin]]
-    count, begin = max(parts, key=lambda one: one[0], default=(0, 0))
-    return slice(int(begin), int(begin + count))
-
-
-def bridged(lost: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, int]:
-    """Interpolate lost rows and (c, N) values that are NaN by monotone cubics, unless a gap exceeds ``BRIDGED``.
-
-    Returned are (c, M) values of all rows from the first whole one to the last, which of them were none, (M,), and the
-    longest gap.
-    """
-    index = np.concatenate([[0], np.cumsum(1 + lost)]).astype(int)
-    whole = np.isfinite(values).all(axis=0)
-    index, values = index[whole] - index[whole][0] if whole.any() else index[whole], values[:, whole]
-    longest = int(np.diff(index).max(initial=1)) - 1
-    if longest > BRIDGED or not index.size:
-        return values, np.zeros(values.shape[1], dtype=bool), longest
-    gap = np.ones(index[-1] + 1, dtype=bool)
-    gap[index] = False
-    rows = np.empty((len(values), gap.size))
-    rows[:, ~gap] = values
-    if gap.any():
-        rows[:, gap] = scipy.interpolate.PchipInterpolator(index, values, axis=1)(np.flatnonzero(gap))
-    return rows, gap, longest
 
 
 def judge_stamps(

@@ -60,7 +60,8 @@ class Store:
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise self._refusal(error.strerror or str(error)) from None
+            reason = error.strerror or error
+            raise InputError(f"{folder}: cannot be written ({reason}); choose another folder") from None
 
     def read(self, keys: Iterable[str], say: bool = True) -> dict[str, dict]:
         """Results of these keys; damaged files are left out, and counted on standard error if ``say``."""
@@ -84,14 +85,8 @@ class Store:
         if row["state"] == FAILED:
             return
         content = json.dumps(row).encode()
-        try:
-            with replacing(self.folder / f"{row['key']}.json") as temporary:
-                temporary.write_bytes(_checksum(content) + b"\n" + content + b"\n")
-        except InputError as error:
-            raise self._refusal(str(error)) from None
-
-    def _refusal(self, reason: str) -> InputError:
-        return InputError(f"{self.folder}: cannot be written ({reason}); free disk space or choose another folder")
+        with replacing(self.folder / f"{row['key']}.json") as temporary:
+            temporary.write_bytes(_checksum(content) + b"\n" + content + b"\n")
 
 
 def _checksum(content: bytes) -> bytes:
