@@ -8,7 +8,7 @@ import pytest
 
 from trackdyn.errors import InputError
 from trackdyn.sweeps.design import read_table, write_table
-from trackdyn.sweeps.sweep import check_columns, columns, requested_rows, sweep
+from trackdyn.sweeps.sweep import COLUMNS, check_columns, requested_rows, sweep
 
 
 @pytest.mark.parametrize(
@@ -44,7 +44,7 @@ def test_a_damaged_parquet_file_is_refused(tmp_path):
 
 
 def test_columns_are_known_or_refused():
-    assert {"motor_rpm", "every_link", "stop_rule.force", "preset", "name"} <= set(columns())
+    assert {"motor_rpm", "every_link", "stop_rule.force", "preset", "name"} <= set(COLUMNS)
     of_rigs = ("sprocket.ring_radius", "gravity", "drive.kind", "road_1.bearing_drag", "road_1.arm.stiffness")
     check_columns(pd.DataFrame({name: [1] for name in ("motor_rpm", *of_rigs)}), "d.csv")
     for table, said in (

@@ -202,10 +202,7 @@ def plan(
     rig: options.RigName = options.DEFAULT_RIG,
     rpm: options.SpeedOption = 115.0,
     ring_radius: options.RingRadius = None,
-    preset: Annotated[
-        str | None,
-        options.preset("Keep the method and step of a preset."),
-    ] = None,
+    preset: Annotated[str | None, options.preset("Keep the method and step of a preset.")] = None,
     step: options.StepOption = None,
     choose: options.Choose = None,
     longest: options.LongestRun = 60.0,

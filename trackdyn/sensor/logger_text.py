@@ -26,7 +26,6 @@ _SECTION = re.compile(r"\[[^\[\]]*\]")  # title of a part of a file
 _SEPARATORS = {"\t": "tabs", ";": "semicolons", ",": "commas", "|": "vertical bars", " ": "blanks"}
 NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity)", re.IGNORECASE)
-_SUPPLY = "give --gaps bridge or --gaps longest"
 _GROUPED = re.compile(r"[+-]?[1-9]\d{0,2}(,\d{3})+", re.ASCII)
 
 
@@ -351,19 +350,20 @@ def _parse_by_line(layout: Layout, columns: Sequence[int], decimal: str, time: i
         if len(fields) != len(names):
             _refuse_fields(path, line, number, names, separator, "the file")
         for column, index in enumerate(columns):
-            where, value = f"{path}: field {names[index]} in line {number}", fields[index]
-            number_like = NUMBER.fullmatch(value.replace(".", "?").replace(",", ".") if decimal == "," else value)
-            table[k, column] = float(value.replace(",", ".")) if number_like else np.nan
-            if np.isfinite(table[k, column]):
+            plain = fields[index].replace(".", "?").replace(",", ".") if decimal == "," else fields[index]
+            value = float(plain) if NUMBER.fullmatch(plain) else np.nan
+            table[k, column] = value if np.isfinite(value) else np.nan
+            if np.isfinite(value) or (gaps and index != time):
                 continue
-            if gaps and index != time:
-                table[k, column] = np.nan
-                continue
-            wanted, remedy = f"a finite number with a decimal {'comma' if decimal == ',' else 'point'}", _SUPPLY
+            wanted = f"a finite number with a decimal {'comma' if decimal == ',' else 'point'}"
+            remedy = "give --gaps bridge or --gaps longest"
             if index == time:
                 wanted += " or a date and time as 2024-05-01T12:00:00.001"
                 remedy = "read no stamps, --time none --rate HZ"
-            raise InputError(f"{where} is {shown(value)}, not {wanted}; correct it, remove the line, or {remedy}.")
+            raise InputError(
+                f"{path}: field {names[index]} in line {number} is {shown(fields[index])}, not {wanted}; correct it, "
+                f"remove the line, or {remedy}."
+            )
     return table
 
 

@@ -23,7 +23,7 @@ Axes = dict[str, np.ndarray]  # (N,) samples by axis
 
 
 def window_of(path: Path, t: np.ndarray, mapping: SensorMapping) -> slice:
-    """The rows from ``mapping.start`` to ``mapping.to``, s since the first row. Raises `InputError`: fewer than two."""
+    """Rows of ``t``, (N,) s, from ``mapping.start`` to ``mapping.to`` since the first; `InputError`: below two."""
     since = t - t[0]
     begun = since >= mapping.start
     first = np.argmax(begun) if begun.any() else t.size
@@ -133,7 +133,7 @@ def on_even_instants(t: np.ndarray, axes: Axes, rate: float, range_g: float) -> 
 
 
 def decimated(axes: Axes, rate: float, range_g: float) -> tuple[Axes, float, str]:
-    """Axes at ``FASTEST`` Hz or so behind an anti-alias filter, their rate, Hz, and words on it."""
+    """Axes of ``rate`` Hz at ``FASTEST`` Hz or so behind an anti-alias filter, their rate, Hz, and words on it."""
     ratio = Fraction(FASTEST / rate).limit_denominator(1000)
     slower = {
         axis: np.clip(

@@ -307,7 +307,7 @@ class _Reading(NamedTuple):
         }
 
     def clock(self, seen: stamps.Stamps, line: int, stated: Rate | None) -> tuple[float, bool, str]:
-        """Rate by the stamps, Hz, whether rows are even in time, and words on the stamps."""
+        """Rate by the stamps ``seen``, from ``line`` on, Hz, whether rows are even in time, and words on the stamps."""
         mapping, column = self.mapping, self.columns["time"]
         by_file = stated.name if stated and not mapping.rate else ""
         rate = mapping.rate or (stated and stated.hz)
@@ -341,7 +341,7 @@ class _Reading(NamedTuple):
 
 
 def write_sensor_csv(path, t_s, ax, ay, az, comments: Iterable[str] = ()) -> None:
-    """Write (N,) times in s, and axes in g but those that are None, below lines of comments.
+    """Write (N,) times ``t_s`` in s, and axes in g but those that are None, below lines of ``comments``.
 
     Times have 3 decimals, or up to 9 where they are no whole milliseconds, axes 4. Raises `InputError`: arrays of
     unequal length, of fewer than 2 samples or not finite, or a folder that cannot be written.

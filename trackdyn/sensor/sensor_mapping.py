@@ -253,7 +253,7 @@ def _columns(names: Sequence[str], units: Sequence[str]) -> list[Column]:
 
 
 def choose(names: Sequence[str], units: Sequence[str], mapping: SensorMapping) -> dict[str, list[Column]]:
-    """Columns that may be meant by ``time``, ``ax``, ``ay`` and ``az``."""
+    """Columns of ``names`` and ``units`` that may be meant by ``time``, ``ax``, ``ay`` and ``az``."""
     columns = _columns(names, units)
     if mapping.group:
         prefix = re.compile(rf"{re.escape(_plain(mapping.group))}[\s/_.:-]+")

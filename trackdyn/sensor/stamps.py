@@ -119,7 +119,7 @@ def never_falls(values: np.ndarray) -> bool:
 
 
 def in_seconds(path: Path, name: str, values: np.ndarray, unit: str | None) -> Stamps:
-    """Stamps in s since the first one; a unit that is not known is the one that gives a rate within ``TOLD_APART``.
+    """Stamps of ``values``, (N,), in s since the first; ``unit`` None is the one that gives a rate in ``TOLD_APART``.
 
     Raises `InputError`: no unit fits, or not the one that is known.
     """

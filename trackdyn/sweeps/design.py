@@ -2,7 +2,6 @@
 
 import csv
 import io
-from collections.abc import Iterator
 from pathlib import Path
 
 import pandas as pd
@@ -28,18 +27,7 @@ def read_table(path: Path | str) -> pd.DataFrame:
     """A table as it stands (a CSV's cells are text); `InputError` for names twice, ragged rows, or too large a file."""
     check_ending(path, "table")
     if Path(path).suffix == ".csv":
-        rows = _csv_rows(path)
-        header: list[str] = next(rows, [])
-        check_header(header, str(path))
-        cells = []
-        for line, row in rows:
-            if len(row) != len(header):
-                raise InputError(
-                    f"{path}: line {line} has {len(row)} cells and the header {len(header)}; put text "
-                    "with a comma into quotes"
-                )
-            cells.append([cell.strip() for cell in row])
-        return pd.DataFrame(cells, columns=header, dtype=str)
+        return _read_csv(path)
     plain_file(path, "Parquet file")
     pyarrow, parquet = required("pyarrow"), required("pyarrow.parquet")
     try:
@@ -55,22 +43,21 @@ def read_table(path: Path | str) -> pd.DataFrame:
     return table.reset_index(drop=True)
 
 
-def _csv_rows(path: Path | str) -> Iterator:
-    """The header, then number of the line and cells of every row that is not empty."""
-    text = read_text(path, "CSV file", LARGEST)
-    reader = csv.reader(io.StringIO(text, newline=""), strict=True)
-    header = None
+def _read_csv(path: Path | str) -> pd.DataFrame:
+    reader = csv.reader(io.StringIO(read_text(path, "CSV file", LARGEST), newline=""), strict=True)
     try:
-        for row in reader:
-            if not any(cell.strip() for cell in row):
-                continue
-            if header is None:
-                header = [cell.strip() for cell in row]
-                yield header
-            else:
-                yield reader.line_num, row
+        rows = [(reader.line_num, [cell.strip() for cell in row]) for row in reader]
     except csv.Error as error:
         raise InputError(f"{path}: line {reader.line_num} is no CSV ({error}); correct its quotes") from None
+    (_, header), *body = [(line, row) for line, row in rows if any(row)] or [(1, [])]
+    check_header(header, str(path))
+    for line, row in body:
+        if len(row) != len(header):
+            raise InputError(
+                f"{path}: line {line} has {len(row)} cells and the header {len(header)}; put text with a comma into "
+                "quotes"
+            )
+    return pd.DataFrame([row for _, row in body], columns=header, dtype=str)
 
 
 def check_header(names: list, where: str) -> None:

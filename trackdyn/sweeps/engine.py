@@ -43,7 +43,7 @@ def key_of(*content: Any) -> str:
 
 
 def without_values(key: str, state: str, reason: str) -> dict:
-    """A row that was not computed."""
+    """A row that was not computed: its ``state``, and the ``reason``."""
     return {"key": key, "state": state, "reason": reason, "values": {}}
 
 
@@ -147,7 +147,7 @@ def check_completed(rows: Iterable[dict], advice: str) -> None:
 
 
 def outcome(compute: Callable[..., dict], key: str, task: dict) -> dict:
-    """The row of one key: its values, or why there are none."""
+    """The row of ``key``: the values that ``compute`` makes of ``task``, or why there are none."""
     state, reason, values = DONE, "", {}
     try:
         values = compute(**task)

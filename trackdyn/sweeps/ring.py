@@ -44,7 +44,8 @@ def check_same_study(
 ) -> None:
     """Refuse (`InputError`) to replace the table of another study: one with a run that this one does not ask for.
 
-    Arguments are those of `ring_study`. Larger radii, which a study may take on its way, belong to it.
+    ``path`` is the table, other arguments are those of `ring_study`. Larger radii, which a study may take on its way,
+    belong to it.
     """
     check_replaceable(path, Path(path).parent / "rows")
     loaded, wider = load_rig(rig), list(radii)

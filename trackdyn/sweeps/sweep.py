@@ -5,6 +5,7 @@ What a row asks for has a key, by which its result is known again.
 
 import os
 import re
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -39,6 +40,8 @@ DEFAULTS = {
 }
 # columns that do not define the scene: the name of the row, and names that set several fields
 OWN = ("name", "preset", "rig")
+# every column that a design may have beside the fields of a rig
+COLUMNS = (*OWN, *(name for name in Scene.model_fields if name != "rig"), *STOP_RULE)
 
 
 class SweepRow(NamedTuple):
@@ -59,16 +62,10 @@ class SweepRow(NamedTuple):
         return {name: getattr(self, name) for name in ("rig", "changes", "scene", "stop_rule")}
 
 
-@cache
-def columns() -> tuple[str, ...]:
-    """Every column that a design may have beside the fields of a rig."""
-    return (*OWN, *(name for name in Scene.model_fields if name != "rig"), *STOP_RULE)
-
-
 def check_columns(table: pd.DataFrame, where: str) -> None:
     """Refuse (`InputError`) a design whose columns do not make scenes: one that nothing is known of, or one missing."""
     for name in table.columns:
-        if name not in columns() and not Rig.may_have(name):
+        if name not in COLUMNS and not Rig.may_have(name):
             raise InputError(
                 f"{where}: {shown(name)} is not a column of a design; expected a field of the scene such as "
                 "motor_rpm, one of the rig such as sprocket.ring_radius, name, preset or rig"
@@ -85,14 +82,14 @@ def requested_rows(table: pd.DataFrame, rig: str = DEFAULT) -> list[SweepRow]:
     ``rig`` is the file of the rig, or the name of a shipped one, where a row names no other. Raises `InputError` if all
     rows are of that rig, and it cannot be used.
     """
-    rigs: dict[str, tuple[dict, str] | InputError] = {}
+    read = cache(_rig)
     if "rig" not in table.columns:
-        _rig(rig, rigs)
+        read(rig)
     named = [(name, table[name].tolist()) for name in table.columns]
-    return [_row({name: values[k] for name, values in named}, rig, rigs) for k in range(len(table))]
+    return [_row({name: values[k] for name, values in named}, rig, read) for k in range(len(table))]
 
 
-def _row(cells: dict[str, Any], rig: str, rigs: dict[str, tuple[dict, str] | InputError]) -> SweepRow:
+def _row(cells: dict[str, Any], rig: str, read: Callable[[str], tuple[dict, str]]) -> SweepRow:
     values = {name: value for name, cell in cells.items() if (value := _plain(cell)) is not None}
     base: dict = {}
     fields: dict = {}
@@ -104,7 +101,7 @@ def _row(cells: dict[str, Any], rig: str, rigs: dict[str, tuple[dict, str] | Inp
             raise InputError("ring_radius is empty; expected a radius in m, or none")
         if "motor_rpm" not in values:
             raise InputError("motor_rpm is empty; a speed in rev/min is needed")
-        base, content = _rig(str(values.get("rig", rig)), rigs)
+        base, content = read(str(values.get("rig", rig)))
         if "preset" in values:
             preset(str(values["preset"]))  # refused here, not by the row when it runs
             fields["preset"] = str(values["preset"])
@@ -141,18 +138,10 @@ def _plain(cell: Any) -> Any:
     return None if pd.isna(cell) else cell if isinstance(cell, float) else str(cell)
 
 
-def _rig(path: str, rigs: dict[str, tuple[dict, str] | InputError]) -> tuple[dict, str]:
-    """Values of a rig's file and their hash, read once."""
-    if path not in rigs:
-        try:
-            values = load_rig(path).model_dump()
-            rigs[path] = values, key_of(values)
-        except InputError as error:
-            rigs[path] = error
-    rig = rigs[path]
-    if isinstance(rig, InputError):
-        raise rig
-    return rig
+def _rig(path: str) -> tuple[dict, str]:
+    """Values of a rig's file and their hash."""
+    values = load_rig(path).model_dump()
+    return values, key_of(values)
 
 
 def _number(value: Any) -> Any:
@@ -282,7 +271,7 @@ def read_design(design: pd.DataFrame | Path | str) -> pd.DataFrame:
 
 
 def batches(design: pd.DataFrame | Path | str, rig: Path | str, count: int) -> list[pd.DataFrame]:
-    """A design in parts of one size, each row once and neighbours alike; some are empty if there are fewer rows."""
+    """A design in ``count`` parts of one size, some perhaps empty, each row once and neighbours alike."""
     table = read_design(design)
     rows = requested_rows(table, str(rig))
     first = {row.key: k for k, row in reversed(list(enumerate(rows)))}
