@@ -18,7 +18,7 @@ from trackdyn.errors import InputError
 from trackdyn.files import read_text
 from trackdyn.rig.groove import Groove, groove_of_flank, true_depth
 from trackdyn.rig.quantities import Quantity, Table
-from trackdyn.rig.sections import OmitsDefaults
+from trackdyn.rig.validation import Section
 
 TANGENT = 1e-6  # m by which neighbouring arcs may miss each other: less than machining and more than rounding of a file
 COARSEST = 1e-4  # m, the last decimal of arcs that print has rounded
@@ -32,7 +32,7 @@ LEAST_ARC = 1e-3  # m, a radius that a fit does not go below
 MOST_ARCS = 15  # on a flank: the areas of a groove are stored as bits
 
 
-class ToothProfile(OmitsDefaults):
+class ToothProfile(Section):
     """A groove that is not the design of `groove`: a list of arcs, or a measured outline."""
 
     # rows ``centre x, centre y, radius`` (m) and sign of the left flank's arcs, tip first; rounded ones are joined

@@ -29,7 +29,7 @@ from trackdyn.rig.quantities import (
 )
 from trackdyn.rig.rig_file import DEFAULT, DRAG_FIELDS, TRIED, groove_origin, read_rig, rig_path
 from trackdyn.rig.sections import Surface, TestedStep, Wheel
-from trackdyn.rig.validation import shown, typed, validated
+from trackdyn.rig.validation import Section, shown, typed, validated
 from trackdyn.rig.yaml_file import read_yaml
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ WORN = 0.035  # share by which a chain's pitch may differ from the one that a gr
 OTHER_ARC = 0.01  # share by which the radius of the connectors' arcs may differ
 
 
-class Rig(sections.OmitsDefaults):
+class Rig(Section):
     """The rig: sections of parameters in SI units (angles of the groove in degrees), and steps that were tried on it.
 
     Wheels beside the sprocket are wheels 1, 2, ... of a model in the order of ``wheels``. The first of ``sensors`` is
@@ -74,6 +74,10 @@ class Rig(sections.OmitsDefaults):
         return f"<Rig: {self.chain.pitches} pitches ({kind}), {self.sprocket.teeth} teeth, wheels {wheels}>"
 
     __str__ = __repr__
+
+    def model_dump(self, **options: Any) -> dict[str, Any]:
+        """Return the values as plain data, without those that are defaults; ``options`` are pydantic's."""
+        return super().model_dump(**{"exclude_defaults": True} | options)
 
     def model_post_init(self, context: Any) -> None:
         """Refuse (`InputError`) values that do not fit each other."""

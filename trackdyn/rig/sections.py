@@ -2,8 +2,6 @@
 
 from typing import Annotated, Any, Literal
 
-from pydantic import model_serializer
-
 from trackdyn.errors import InputError
 from trackdyn.rig.laws import BushingLaw
 from trackdyn.rig.quantities import (
@@ -24,20 +22,7 @@ from trackdyn.rig.validation import Positive, Section
 CONTACTS = ("wheel_contact", "ring_contact", "tooth_contact")
 
 
-class OmitsDefaults(Section):
-    """A section whose optional fields are left out of its data while they have their defaults."""
-
-    @model_serializer(mode="wrap")
-    def _without_defaults(self, handler: Any) -> dict:
-        fields = type(self).model_fields
-        return {
-            name: value
-            for name, value in handler(self).items()
-            if fields[name].is_required() or getattr(self, name) != fields[name].get_default(call_default_factory=True)
-        }
-
-
-class Arm(OmitsDefaults):
+class Arm(Section):
     """A trailing arm with torsion spring and damper; the wheel is at its free end.
 
     ``mass`` is that of wheel and arm as if it were at the wheel's axle, ``travel`` the turn to either side. Without
@@ -54,7 +39,7 @@ class Arm(OmitsDefaults):
     preload: Annotated[float | None, Quantity("N m")] = None
 
 
-class Slider(OmitsDefaults):
+class Slider(Section):
     """A straight guide with spring and damper along ``direction``; ``preload`` as of `Arm`, positive along it."""
 
     direction: Annotated[float, Quantity("deg")]
@@ -65,7 +50,7 @@ class Slider(OmitsDefaults):
     preload: Annotated[float | None, Quantity("N")] = None
 
 
-class Wheel(OmitsDefaults):
+class Wheel(Section):
     """A wheel that turns freely: where it stands, what it is, which surface links touch, and what it stands on.
 
     A rig or a scene takes one of three laws of its drag: ``rolling_arm`` times the links' normal forces beside
@@ -97,7 +82,7 @@ Kept = Literal["locked", "retensioned", "sprung", "forced"]
 Drag = Literal["viscous", "coulomb", "rolling"]
 
 
-class ChainParameters(OmitsDefaults):
+class ChainParameters(Section):
     """Links and connectors."""
 
     kind: Annotated[Literal["double_pin", "single_pin"], Quantity("name")] = "double_pin"
@@ -122,7 +107,7 @@ class ClosureParameters(Section):
     damping: Annotated[float, Quantity("N s/m", ge=0)]
 
 
-class Bushing(OmitsDefaults):
+class Bushing(Section):
     """Rubber bushings of the joints."""
 
     stiffness: Annotated[float, Quantity("N m/rad", ge=0)]
@@ -146,7 +131,7 @@ class GrooveParameters(Section):
     r5: Length
 
 
-class Sprocket(OmitsDefaults):
+class Sprocket(Section):
     """Sprocket and ring."""
 
     teeth: Annotated[int, Quantity("1", ge=5, le=127)]  # a groove's number is kept in a byte
@@ -161,7 +146,7 @@ class Sprocket(OmitsDefaults):
     camber: Tilt
 
 
-class Tension(OmitsDefaults):
+class Tension(Section):
     """Tensioner and pre-tension of the loop."""
 
     wheel: Annotated[Any, Quantity("name")]
@@ -211,7 +196,7 @@ class Steel(Section):
     poisson_ratio: Annotated[float, Quantity("1", ge=0, lt=0.5)]
 
 
-class SensorParameters(OmitsDefaults):
+class SensorParameters(Section):
     """Place, rate and range of an acceleration sensor.
 
     ``x`` is the distance from the first pin of its body along the line of the pins, ``y`` that along the outward
@@ -233,7 +218,7 @@ class TestedStep(Section):
     step: Positive
 
 
-class DriveParameters(OmitsDefaults):
+class DriveParameters(Section):
     """The drive of the sprocket; everything is as the sprocket sees it, behind the gear."""
 
     # ``speed``: the scene's speed is prescribed. ``motor``: a torque that falls along a line from that speed, which is
