@@ -64,13 +64,13 @@ def imported_files(script: Path, root: Path) -> list[Path]:
     """
     places = root, root / "workflow"
     files: set[Path] = set()
-    seen = set()
+    visited = set()
 
     def need(module: Module, name: str | None) -> None:
         file = _locate(module, places)
-        if file is None or (module, name) in seen:
+        if file is None or (module, name) in visited:
             return
-        seen.add((module, name))
+        visited.add((module, name))
         files.update(filter(None, (_locate(module[:n], places) for n in range(1, len(module) + 1))))
         is_package = file.name == "__init__.py"
         imports = _imports(file, module if is_package else module[:-1])

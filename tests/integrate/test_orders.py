@@ -37,7 +37,7 @@ def march_on(loop, integrator, step, seconds=SECONDS):
     """The loop after ``seconds`` in steps that no scene need accept."""
     after = loop.copy()
     parts = after.arrays
-    work = equip(parts.work, METHODS[integrator], len(parts.state.branch))
+    work = equip(parts.work, METHODS[integrator], parts.model)
     after.arrays = parts._replace(model=parts.model._replace(step=step), work=work)
     after.step(round(seconds / step))
     return after

@@ -379,12 +379,14 @@ def make_arrays(model: Model) -> tuple[State, Work]:
     return state, make_work(*sizes, len(model.sensors.body))
 
 
-def equip(work: Work, method, branches: int = 0) -> Work:
-    """Work with the arrays of a method (`integrate.methods`) and of no other, for ``branches`` branches of bushings."""
+def equip(work: Work, method, model: Model) -> Work:
+    """Work with the arrays of a method (`integrate.methods`) and, if the model moves in space, of that; of no other."""
     n, (pitches, wheels), sensors = len(work.cos), work.wheel_force.shape, len(work.sensed)
+    sizes = n, pitches, wheels, sensors, len(model.branches.time)
     return work._replace(
-        stages=None if method.tableau is None else make_stages(*method.tableau, n, pitches, wheels, sensors, branches),
+        stages=None if method.tableau is None else make_stages(*method.tableau, *sizes),
         implicit=make_implicit(n, wheels) if method.linearly_implicit else None,
+        space=None if model.space is None else make_space_work(n, wheels),
     )
 
 

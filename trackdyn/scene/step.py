@@ -162,7 +162,7 @@ def step_limits(model, pre_tension: float, method: Method = METHODS["semi_implic
 
     def on(radius):
         """Load of a pitch on a wheel that is smaller than the sprocket, around which the chain bends more."""
-        half_angle = min(pitch / (2 * (radius + wheels.half_thickness)), pi / 2)  # of a pitch
+        half_angle = min(pitch / (2 * (radius + wheels.half_thickness)), pi / 2)
         return load * max(sin(half_angle) / sin(pi / tooth.teeth), 1.0)
 
     def friction(law, mass, load=load):

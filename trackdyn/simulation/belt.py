@@ -39,7 +39,7 @@ def belt_recording(scene) -> Recording:
         record.raw[:, k] = motion[PARTS - 1 :: PARTS]
         record.mean[:, k] = motion.reshape(samples, PARTS, 3).mean(axis=1)
         record.mean[:, k, 2] = motion[PARTS // 2 - 1 :: PARTS, 2]
-    record.link_position[:] = point[PARTS - 1 :: PARTS]  # of the first sensor, the last one of the loop
+    record.link_position[:] = point[PARTS - 1 :: PARTS]  # the loop ends with the first sensor
     record.wheel_rate[:, SPROCKET] = scene.sprocket_rate
     return Recording.of_record(
         record,

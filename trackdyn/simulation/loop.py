@@ -21,7 +21,6 @@ from trackdyn.scene.step import allowed_step
 from trackdyn.simulation.loop_arrays import (
     LoopArrays,
     allocate,
-    copied,
     filled,
     flat,
     move_wheels,
@@ -81,7 +80,7 @@ class Loop(Readings):
     def arrays(self, arrays: LoopArrays) -> None:
         self._scratch, self._lock = make_record(1, arrays.state, len(arrays.model.sensors.body)), RLock()
         self._entry: Callable | None = None
-        self._show(copied(arrays))
+        self._show(copy.deepcopy(arrays))
 
     def _show(self, arrays: LoopArrays) -> None:
         """Take arrays as they are, and show them to all others."""
@@ -309,8 +308,6 @@ class Loop(Readings):
         fields = data["scene"]
         loop.scene = Scene(**fields | {"rig": Rig.model_validate(fields["rig"])})
         loop.layout = data["layout"]
-        room = allocate(loop.scene, loop.scene.time_step)
-        loop.arrays = LoopArrays._make(
-            filled(*of) for of in zip(room, (data[name] for name in LoopArrays._fields), strict=True)
-        )
+        room = allocate(loop.scene, loop.scene.time_step)._asdict()
+        loop.arrays = LoopArrays(**{name: filled(arrays, data[name]) for name, arrays in room.items()})
         return loop

@@ -10,7 +10,7 @@ from psutil import virtual_memory
 from trackdyn.errors import InputError
 from trackdyn.files import read_npz, write_npz
 from trackdyn.integrate.methods import METHODS
-from trackdyn.model.arrays import Plane, State, Work, equip, make_arrays, make_space_work
+from trackdyn.model.arrays import Plane, State, Work, equip, make_arrays
 from trackdyn.model.constants import SPROCKET, Model
 from trackdyn.rig.layout import Assembly, tensioner, wheel_circles
 from trackdyn.rig.rig import Rig
@@ -94,11 +94,6 @@ class LoopArrays(NamedTuple):
     work: Work
 
 
-def copied(arrays: LoopArrays) -> LoopArrays:
-    """Copy of a loop's arrays."""
-    return mapped(lambda _, leaf: leaf.copy() if isinstance(leaf, np.ndarray) else leaf, arrays)
-
-
 def read_only(arrays: LoopArrays) -> LoopArrays:
     """Read-only views of a loop's arrays."""
 
@@ -136,22 +131,15 @@ def set_arrays(state: State, values: dict[str, Any]) -> None:
         arrays[name][...] = new
 
 
-def allocate(scene: Scene, step: float) -> tuple[Model, State, Work]:
-    """Model, state and work of a scene with a step (s), every array of the state and the work 0."""
+def allocate(scene: Scene, step: float) -> LoopArrays:
+    """Arrays of a scene with a step (s), every one of the state and the work 0."""
     model = copy_wheels(scene.model_of_step(step))
     if scene.loop == "on_wheels":
         model = model._replace(carriers=make_carriers(scene.rig, model, scene.tension, 0.0))
     state, work = make_arrays(model)
     if model.space is not None:
         state = state._replace(plane=Plane(np.zeros(4), np.zeros(4)))
-    return model, state, equipped(scene, model, work)
-
-
-def equipped(scene: Scene, model: Model, work: Work) -> Work:
-    """Work with the arrays of the scene's integrator and of motion in space."""
-    n, wheels = len(work.cos), len(work.wheel_torque)
-    space = None if model.space is None else make_space_work(n, wheels)
-    return equip(work, METHODS[scene.integrator], len(model.branches.time))._replace(space=space)
+    return LoopArrays(model, state, equip(work, METHODS[scene.integrator], model))
 
 
 def lay_state(state: State, assembly: Assembly) -> None:

@@ -23,7 +23,7 @@ class Readings:
 
     arrays: LoopArrays
     _views: LoopArrays
-    _scratch: Record  # of the last step, or of the last chunk of steps
+    _scratch: Record  # one row: the last step, or the last chunk of steps
 
     @property
     def model(self) -> Model:  # noqa: D102

@@ -94,7 +94,7 @@ class Recorder:
         scene, rate = self.scene, self.scene.rig.rate
         self.samples = round(scene.duration * rate)
         room = scene.duration if room is None else min(room + CHUNK, scene.duration)
-        self._check_memory(room)
+        check_memory(scene, room)
         self.done = 0
         self.begin = loop.time
         self.wall = 0.0
@@ -121,13 +121,10 @@ class Recorder:
         """Whether every sample is recorded."""
         return self.done >= self.samples
 
-    def _check_memory(self, seconds: float) -> None:
-        check_memory(self.scene, seconds)
-
     def _grow(self, least: int) -> None:
         """Make room for so many samples: twice as many as there are, but not more than are asked for."""
         count = min(max(GROWTH * len(self.record.gap), least), self.samples)
-        self._check_memory(count / self.scene.rig.rate)
+        check_memory(self.scene, count / self.scene.rig.rate)
         rows = count - len(self.record.gap)
         self.record = _mapped(
             self.record, lambda array: np.concatenate([array, np.zeros_like(array, shape=(rows, *array.shape[1:]))])

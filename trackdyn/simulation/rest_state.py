@@ -71,7 +71,7 @@ class DampedLoop:
         shift_tensioner(self.model, scene.rig, self.shift)
         self.state, work = make_arrays(self.model)
         linearly = METHODS[scene.integrator].linearly_implicit
-        self.work = equip(work, METHODS["linearly_implicit" if linearly else "semi_implicit"])
+        self.work = equip(work, METHODS["linearly_implicit" if linearly else "semi_implicit"], self.model)
         lay_state(self.state, assembly)
         self.record = make_record(1, self.state, len(self.model.sensors.body))
 

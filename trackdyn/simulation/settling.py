@@ -17,14 +17,15 @@ import numpy as np
 import scipy  # its parts are loaded where they are used
 
 from trackdyn.errors import DivergenceError, InputError
-from trackdyn.model.arrays import Plane, State, make_arrays
+from trackdyn.integrate.methods import METHODS
+from trackdyn.model.arrays import Plane, State, equip
 from trackdyn.model.constants import SPROCKET
 from trackdyn.rig.layout import Assembly, check_overlap
 from trackdyn.scene.build import CARRIED, check_stops, wheel_centres
 from trackdyn.scene.scene import RECORD_FIELDS, Scene
 from trackdyn.scene.step import LEAST_SETTLING_STEP, allowed_step, first_that_runs, settling_step
 from trackdyn.simulation.initial_tension import TensionedLoop, tensioned
-from trackdyn.simulation.loop_arrays import LoopArrays, copy_wheels, equipped, lay_state, move_wheels
+from trackdyn.simulation.loop_arrays import LoopArrays, allocate, copy_wheels, lay_state, move_wheels
 from trackdyn.simulation.rest_state import Restless
 
 # A loop that does not come to rest is settled anew with half the step, so many times.
@@ -57,9 +58,9 @@ def settle(scene: Scene, loops: "SettledLoops | None" = None) -> Start:
 
 def tension_words(scene: Scene, layout: dict[str, float]) -> str:
     """Say at which tension (N) a loop stands, which was wanted, and what lies between: a ring, or a carrier."""
-    wanted, settled = scene.rig.tension.pre_tension, layout["settled_tension_n"]
-    words = f"{settled:.4g} N in the strand onto the sprocket, pre_tension {wanted:.4g} N"
-    if abs(settled - wanted) > 0.01 * wanted:
+    target, settled = scene.rig.tension.pre_tension, layout["settled_tension_n"]
+    words = f"{settled:.4g} N in the strand onto the sprocket, pre_tension {target:.4g} N"
+    if abs(settled - target) > 0.01 * target:
         radius = scene.rig.ring_radius
         ring = "without a ring" if radius is None else f"with the ring of {radius:.4g} m"
         words += f": set to {layout['tension_n']:.4g} N {ring}, changed by "
@@ -151,18 +152,18 @@ def _start(scene: Scene, settled: TensionedLoop) -> Start:
         state = state._replace(plane=start_plane(centres, state))
     model = copy_wheels(scene.model_of_step(step))._replace(carriers=carriers)
     move_wheels(model, centres)
-    return Start(LoopArrays(model, state, equipped(scene, model, settled.work)), layout)
+    work = equip(settled.work, METHODS[scene.integrator], model)
+    return Start(LoopArrays(model, state, work), layout)
 
 
 def _spinning_loop(scene: Scene) -> Start:
     """An oblong loop without wheels that spins with the rate of the sprocket and is otherwise at rest."""
-    model, spin = scene.model, scene.sprocket_rate
-    assembly = free_loop(model.chain.length)
-    state, work = make_arrays(model)
-    lay_state(state, assembly)
+    arrays, spin = allocate(scene, scene.time_step), scene.sprocket_rate
+    state = arrays.state
+    lay_state(state, free_loop(arrays.model.chain.length))
     state.rate[:] = spin
     state.pin[2:] = [-spin * state.pin[1], spin * state.pin[0]]
-    return Start(LoopArrays(model, state, equipped(scene, model, work)), {})
+    return Start(arrays, {})
 
 
 def free_loop(lengths: np.ndarray) -> Assembly:
