@@ -47,11 +47,14 @@ def refusal(rig):
         (TOE, {"space": "planar"}, "space = 'planar'", "use 'spatial' or 'auto'"),
         ({"sprocket__camber": -1.0}, {"space": "planar"}, "space = 'planar'", "sprocket.camber = -1"),
         ({"road_wheel__axial_offset": 0.01}, {"space": "planar"}, "space = 'planar'", "road_wheel.axial_offset = 0.01"),
-        # what motion in space cannot
+        # motion in space
         (TOE, {"chain": "single_pin"}, "chain = 'single_pin'", "'double_pin' only"),
         ({}, {"space": "spatial", **FREE}, "loop = 'free'", "use space='planar' or space='auto'"),
         ({}, {"space": "spatial", "closure": "elastic_damping"}, "closure = 'elastic_damping'", "'rigid' only"),
         (TOE, {"integrator": "rk4"}, "integrator = 'rk4'", "'semi_implicit' only"),
+        # a tensioner that moves
+        ({}, {"tension": "sprung", "integrator": "rk4"}, "tension = 'sprung'", "use 'locked'"),
+        ({}, {"tension": "sprung", "space": "spatial"}, "tension = 'sprung'", "use 'locked'"),
         # a path without contact
         ({}, {"chain": "belt", "contact_log": False}, "ring_radius = 0.308", "use None"),
         ({}, {"chain": "belt", "ring_radius": None}, "contact_log = True", "contact_log=False"),
@@ -103,11 +106,11 @@ def test_the_standard_step_is_halved_without_a_ring_and_no_other():
 
 
 def test_a_scene_of_another_rig_follows_it_but_for_what_was_asked():
-    first, other = load_rig(VISCOUS), load_rig("parts")
+    first, second = load_rig(VISCOUS), load_rig("parts")
     scene = Scene(first, 115.0, bushing_law="viscous")
-    changed = scene.with_(rig=other, duration=3.0)
-    assert (changed.drag, changed.tension) == (other.drag, other.tension.kept) != (first.drag, first.tension.kept)
-    assert changed.bushing_law == "viscous" != other.bushing.law
+    changed = scene.with_(rig=second, duration=3.0)
+    assert (changed.drag, changed.tension) == (second.drag, second.tension.kept) != (first.drag, first.tension.kept)
+    assert changed.bushing_law == "viscous" != second.bushing.law
     assert scene.with_(tension="sprung").with_(rig=first).tension == "sprung"
     assert scene.with_(rig=first.changed(sprocket__ring="none")).ring_radius is None
     assert scene.with_(ring_radius=0.306).with_(rig=first.changed(sprocket__ring="none")).ring_radius == 0.306
@@ -123,9 +126,9 @@ def test_scene_command_and_sweep_agree_on_the_step(name, ring, preset_name, monk
     row = {"motor_rpm": [90.0], "rig": [name]} | ({} if ring == "of the rig" else {"ring_radius": ["none"]})
     (asked_for,) = requested_rows(pd.DataFrame(row | ({"preset": [preset_name]} if preset_name else {})))
     assert Scene(Rig.model_validate(asked_for.rig), **asked_for.scene).time_step == expected
-    seen = []
-    monkeypatch.setattr(simulation, "simulate", lambda scene, **_: seen.append(scene) or sys.exit(3))
+    scenes = []
+    monkeypatch.setattr(simulation, "simulate", lambda scene, **_: scenes.append(scene) or sys.exit(3))
     words = [] if ring == "of the rig" else ["--ring-radius", "none"]
     words += ["--preset", preset_name] if preset_name else []
     CliRunner().invoke(app, ["simulate", str(tmp_path / "r.npz"), "--rig", name, "--rpm", "90", "-q", *words])
-    assert [scene.time_step for scene in seen] == [expected]
+    assert [scene.time_step for scene in scenes] == [expected]

@@ -27,7 +27,7 @@ def test_compliant_cut_tends_to_the_closed_one(rig, make_scene, integrator):
         # the tension of running, at most three times that of rest
         assert 1.0 < recording.gap.max() * stiffness / rig.tension.pre_tension < 3.0
         difference.append(np.sqrt(np.mean((recording.mean - rigid.mean)[:, :2] ** 2)))
-    # of the order of the compliance until the difference of the settled states is left
+    # in proportion to the compliance until the difference of the settled states is left
     assert difference[0] > 4 * difference[1] > 16 * difference[2]
     assert difference[2] < 0.02 * np.sqrt(np.mean(rigid.mean[:, :2] ** 2))
 
@@ -78,7 +78,7 @@ def test_couple_of_the_open_cut_keeps_the_angular_momentum(rig):
 
 @pytest.mark.parametrize("integrator", ["semi_implicit", "linearly_implicit"])
 def test_explicit_and_implicit_cut_move_alike(rig, integrator):
-    """The same open loop by RK4 and by both implicit methods: errors of order 1 fall to the same motion."""
+    """An open loop moves by both implicit methods as by RK4, but for errors of order 1."""
     exact = after(open_loop(rig, "rk4"), 1e-4, 0.02)
     loop = open_loop(rig, integrator)
     error = [np.abs(after(loop, h, 0.02).angles - exact.angles).max() for h in (4e-5, 2e-5)]

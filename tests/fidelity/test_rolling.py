@@ -95,7 +95,7 @@ def test_a_belt_over_a_wheel_pulls_harder_by_the_arm_times_the_load_over_the_rad
     """At constant speed ``(T_1 - T_2) v = a N w``: what the lever arm adds to the difference that friction makes."""
     pulls = {}
     pitch = bench.chain.link_length + bench.connector_length
-    passing = 60 / (30.0 * bench.sprocket.teeth)  # of a pitch, s: the sprocket turns at 30 rev/min
+    passing = 60 / (30.0 * bench.sprocket.teeth)  # time in which a pitch passes at 30 rev/min of the sprocket, s
     for arm in (1e-9, ARM):
         loop = Loop(scene_of(bench.changed(idler__rolling_arm=arm), **LAWS))
         loop.advance(1.5)

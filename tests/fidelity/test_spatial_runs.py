@@ -87,14 +87,14 @@ def momenta(model, state):
     linear, angular = np.zeros(3), np.zeros(3)
     for i in range(len(state.angle)):
         c, s = np.cos(state.angle[i]), np.sin(state.angle[i])
-        turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+        rotation = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
         omega = np.array([p, q, state.rate[i]])
-        arm = turn @ [chain.com_x[i], chain.com_y[i], 0.0]
+        arm = rotation @ [chain.com_x[i], chain.com_y[i], 0.0]
         push = chain.mass[i] * (velocity + np.cross(omega, arm))
-        inertia = turn @ np.diag([space.along[i], space.across[i], chain.inertia[i]]) @ turn.T
+        inertia = rotation @ np.diag([space.along[i], space.across[i], chain.inertia[i]]) @ rotation.T
         linear += push
         angular += np.cross(at + arm, push) + inertia @ omega
-        out = turn @ [chain.length[i], 0.0, 0.0]
+        out = rotation @ [chain.length[i], 0.0, 0.0]
         at, velocity = at + out, velocity + np.cross(omega, out)
     return a_p @ linear, a_p @ angular
 
@@ -130,12 +130,12 @@ def test_tumbling_loop_keeps_its_momentum(aligned):
 
 def test_runs_repeat_bit_for_bit_and_mirror(rig, make_scene):
     """An idler turned the other way gives the mirrored motion; a second run gives the same."""
-    seen = []
+    motions = []
     for toe in (0.5, 0.5, -0.5):
         scene = make_scene(210.0, rig=rig.changed(idler__toe=toe), **LAWS)
         record = filled(Loop(scene), 500)
-        seen.append((record.frame, record.plane))
-    (frame, plane), (again_frame, again), (mirror_frame, mirror) = seen
+        motions.append((record.frame, record.plane))
+    (frame, plane), (again_frame, again), (mirror_frame, mirror) = motions
     assert np.array_equal(frame, again_frame) and np.array_equal(plane.motion, again.motion)
     assert np.abs(plane.motion[-1, 0]) > 1e-5
     signs = [-1, -1, -1, -1, 1, -1, -1, 1]

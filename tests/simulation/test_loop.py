@@ -19,20 +19,26 @@ from trackdyn.simulation.belt import belt_recording
 from trackdyn.simulation.initial_tension import TensionedLoop
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.loop_arrays import flat
-from trackdyn.simulation.recording import Recording
+from trackdyn.simulation.recording import SAMPLED, Recording
 from trackdyn.simulation.simulate import simulate
 
-# What exact cosines at the start of a call, instead of those carried on by their series, change in half a second
-# with contacts: rounding of 1e-16 in angles, grown by stiff contacts.
+# Change of half a second with contacts by exact cosines at the start of a call instead of those carried on by their
+# series: rounding of 1e-16 in angles, grown by stiff contacts.
 ROUNDING = 1e-9
 simulation = import_module("trackdyn.simulation.simulate")  # the package shows the function of that name
 VIEWS = ("angles", "rates", "wheel_rates", "wheel_forces")
 
 
-def assert_same(one, other):
+def assert_same(loop, expected):
     """The states of two loops are equal to the last bit."""
-    for name, array in flat(one.state).items():
-        np.testing.assert_array_equal(array, flat(other.state)[name], err_msg=name)
+    for name, array in flat(loop.state).items():
+        np.testing.assert_array_equal(array, flat(expected.state)[name], err_msg=name)
+
+
+def assert_same_arrays(recording, expected):
+    """The arrays of two recordings are equal to the last bit."""
+    for name in Recording.ARRAYS:
+        np.testing.assert_array_equal(getattr(recording, name), getattr(expected, name), err_msg=name)
 
 
 @pytest.fixture
@@ -87,17 +93,17 @@ def test_looking_changes_nothing(loop):
 
 
 def test_a_copy_goes_its_own_way(loop):
-    other = loop.copy()
-    other.shift_tensioner(loop.layout["tensioner_shift_m"] + 1e-4)
-    other.drive(210.0)
-    other.advance(0.01)
+    steered = loop.copy()
+    steered.shift_tensioner(loop.layout["tensioner_shift_m"] + 1e-4)
+    steered.drive(210.0)
+    steered.advance(0.01)
     copied = loop.copy()
     assert loop.time == 1.0 and loop.model.drive.rate == pytest.approx(-115 / 5.57 * np.pi / 30)
-    assert loop.layout["tensioner_shift_m"] == other.layout["tensioner_shift_m"] - 1e-4
+    assert loop.layout["tensioner_shift_m"] == steered.layout["tensioner_shift_m"] - 1e-4
     loop.advance(0.01)
     copied.advance(0.01)
     assert_same(loop, copied)
-    assert np.abs(loop.angles - other.angles).max() > 1e-6
+    assert np.abs(loop.angles - steered.angles).max() > 1e-6
 
 
 @pytest.mark.parametrize("name", VIEWS)
@@ -146,19 +152,7 @@ def test_a_recording_is_that_of_the_time_loop(loop):
     recording = loop.record(0.1, pitches=(3, 7), frame_interval=0.02)
     record = next_samples(other, 100, (3, 7), frame_stride=20, log_rows=1000)
     assert_same(loop, other)
-    for name in (
-        "raw",
-        "mean",
-        "gap",
-        "cut",
-        "link_position",
-        "wheel_rate",
-        "energy",
-        "force",
-        "area",
-        "groove",
-        "frame",
-    ):
+    for name in (*SAMPLED, "frame"):
         np.testing.assert_array_equal(getattr(recording, name), getattr(record, name))
     np.testing.assert_array_equal(recording.contact_log, record.contact_log.rows[: record.contact_log.count[0]])
     assert recording.begin == 1.0 and list(recording.pitches) == [3, 7]
@@ -169,12 +163,11 @@ def test_simulate_is_a_loop_that_waits_and_records(make_scene):
     expected = simulate(scene)
     loop = Loop(scene)
     loop.advance(scene.ramp + scene.lead_in)
-    seen = loop.record(scene.duration, frame_interval=0.1)
-    for name in Recording.ARRAYS:
-        np.testing.assert_array_equal(getattr(seen, name), getattr(expected, name), err_msg=name)
+    recording = loop.record(scene.duration, frame_interval=0.1)
+    assert_same_arrays(recording, expected)
     # a run shorter than a turn of the loop is tried with a finer step, a piece of a run is not
-    assert seen.meta["resolved"]["share"] == expected.meta["resolved"]["share"]
-    assert seen.meta | {"resolved": None} == expected.meta | {"resolved": None}
+    assert recording.meta["resolved"]["share"] == expected.meta["resolved"]["share"]
+    assert recording.meta | {"resolved": None} == expected.meta | {"resolved": None}
 
 
 # --- steering
@@ -202,14 +195,14 @@ def test_the_tensioner_tightens_what_it_lengthens(make_scene):
     """A loop at rest: the longer the way around the wheels, the tighter the chain."""
     start = Loop(make_scene(0.0))
     rig, here = start.scene.rig, start.layout["tensioner_shift_m"]
-    seen = []
+    rows = []
     for change in (-1e-3, 0.0, 1e-3):
         loop = start.copy()
         loop.shift_tensioner(here + change)
         assert loop.layout["tensioner_shift_m"] == here + change
         loop.advance(0.5)
-        seen.append((belt_around(rig, here + change)[0].length, loop.tension))
-    (_, tensions) = np.array(sorted(seen)).T
+        rows.append((belt_around(rig, here + change)[0].length, loop.tension))
+    _, tensions = np.array(sorted(rows)).T
     assert (np.diff(tensions) > 50.0).all()
     assert tensions[1] == pytest.approx(rig.tension.pre_tension, rel=0.05)
 
@@ -312,14 +305,13 @@ def test_a_saved_loop_goes_on_bit_for_bit(loop, tmp_path):
     loop.shift_tensioner(loop.layout["tensioner_shift_m"] + 1e-4)
     loop.advance(0.03)
     loop.save(tmp_path / "loop.npz")
-    other = Loop.load(tmp_path / "loop.npz")
+    loaded = Loop.load(tmp_path / "loop.npz")
     assert [path.name for path in tmp_path.iterdir()] == ["loop.npz"]
-    assert other.scene == loop.scene and other.layout == loop.layout and other.time == loop.time
-    seen, expected = (each.record(0.2, frame_interval=0.05) for each in (other, loop))
-    for name in Recording.ARRAYS:
-        np.testing.assert_array_equal(getattr(seen, name), getattr(expected, name), err_msg=name)
-    assert seen.meta == expected.meta
-    assert_same(other, loop)
+    assert loaded.scene == loop.scene and loaded.layout == loop.layout and loaded.time == loop.time
+    recording, expected = (each.record(0.2, frame_interval=0.05) for each in (loaded, loop))
+    assert_same_arrays(recording, expected)
+    assert recording.meta == expected.meta
+    assert_same(loaded, loop)
 
 
 @pytest.mark.parametrize(
@@ -335,12 +327,12 @@ def test_every_kind_of_loop_can_be_saved(make_scene, tmp_path, fields):
     loop = Loop(make_scene(**fields))
     loop.advance(0.02)
     loop.save(tmp_path / "loop.npz")
-    other, same = Loop.load(tmp_path / "loop.npz"), loop.changed()
+    loaded, same = Loop.load(tmp_path / "loop.npz"), loop.changed()
     for name, array in flat(loop.model).items():  # where the tensioner has put its wheel, too
         np.testing.assert_array_equal(flat(same.model)[name], array, err_msg=name)
-    for each in (loop, other):
+    for each in (loop, loaded):
         each.advance(0.02)
-    assert_same(other, loop)
+    assert_same(loaded, loop)
 
 
 class Interrupting(simulation.Recorder):
@@ -389,12 +381,12 @@ def test_a_belt_needs_no_checkpoint(rig, tmp_path):
 
 def test_the_account_is_judged_while_a_run_goes_on(make_scene, monkeypatch):
     """Every ten seconds of a record, not only at its end, also if the chunks do not end there; by the turns made."""
-    seen = []
-    monkeypatch.setattr(writer, "check_account", lambda energy, model, driven: seen.append((len(energy), driven)))
+    calls = []
+    monkeypatch.setattr(writer, "check_account", lambda energy, model, driven: calls.append((len(energy), driven)))
     monkeypatch.setattr(writer, "CHUNK", 3.0)
     loop = Loop(make_scene(0.0, step=2e-4, integrator="linearly_implicit"))
     loop.drive(2.0, ramp=22.0)
     loop.record(22.0)
     share = np.array([12.0, 21.0, 22.0]) / 22.0
-    assert [samples for samples, _ in seen] == [12000, 21000, 22000]
-    np.testing.assert_allclose([driven for _, driven in seen], 22.0 * (share**3 - share**4 / 2), rtol=1e-3)
+    assert [samples for samples, _ in calls] == [12000, 21000, 22000]
+    np.testing.assert_allclose([driven for _, driven in calls], 22.0 * (share**3 - share**4 / 2), rtol=1e-3)

@@ -62,8 +62,8 @@ def test_a_record_goes_with_its_last_reference(scene):
         writer = Recorder(Loop(scene), scene.with_(duration=0.05, every_link=True))
         while not writer.finished:
             writer.chunk()
-        seen = weakref.ref(writer)
+        reference = weakref.ref(writer)
         del writer
-        assert seen() is None
+        assert reference() is None
     finally:
         gc.enable()

@@ -6,16 +6,18 @@ import pytest
 from trackdyn.errors import InputError
 from trackdyn.rig.rig import load_rig
 from trackdyn.scene.scene import Scene
+from trackdyn.simulation.recording import Recording
 from trackdyn.simulation.settling import SettledLoops
 from trackdyn.simulation.simulate import simulate
 
 SHORT = {"duration": 0.05, "lead_in": 0.0, "ramp": 0.05, "integrator": "linearly_implicit", "step": 5e-4}
 
 
-def same(one, other):
-    """All arrays and the description, bit for bit."""
-    return one.meta == other.meta and all(
-        np.asarray(getattr(one, name)).tobytes() == np.asarray(getattr(other, name)).tobytes() for name in one.ARRAYS
+def same(recording, expected):
+    """Whether all arrays and the description are equal, bit for bit."""
+    return recording.meta == expected.meta and all(
+        np.asarray(getattr(recording, name)).tobytes() == np.asarray(getattr(expected, name)).tobytes()
+        for name in Recording.ARRAYS
     )
 
 
