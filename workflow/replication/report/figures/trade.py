@@ -46,7 +46,8 @@ def trade_sentence(promises: pd.DataFrame) -> str:
             span = dict.fromkeys(significant(value, 2) for value in (seconds.min(), seconds.max()))
             parts.append(f"{words} to {100 * rows['tolerance'].iloc[0]:g} % costs {' to '.join(span)} CPU s")
     scenes = "; ".join(dict.fromkeys(judged["scene"]))
-    return f"For all links and with the trial that chooses the step, {' and '.join(parts)} (one machine, {scenes})."
+    costs = " and ".join(parts)
+    return f"{costs[0].upper()}{costs[1:]}, for all links and with the choice of the step (one machine, {scenes})."
 
 
 @styled
