@@ -118,7 +118,10 @@ def slip_entries(config: PlausibleConfig) -> dict[str, dict]:
 
 
 def judged_end(config: PlausibleConfig, rows: pd.DataFrame, searching: Searching, claims, sentences) -> dict:
-    """The row of least cost of a search, with its verdicts on all scenes and ``shown_on_all_scenes``, their count."""
+    """The row of least cost of a search (``rows``), with its verdicts on all scenes.
+
+    ``shown_on_all_scenes`` counts the ``sentences`` that are shown by ``claims``.
+    """
     best = rows.loc[rows["cost"].idxmin()].to_dict()
     unknowns = free_unknowns(config, Scenario(best["ring"], best["equal_pitch"]))
     rig = unknowns.rig.changed(**unknowns.changes(best))

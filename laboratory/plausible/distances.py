@@ -36,7 +36,10 @@ def statement_distances(
     rig: Rig,
     claims: Sequence[Claim],
 ) -> list[tuple[Claim, float]]:
-    """Largest distance (tolerances) of each statement from the paper's words for a row; it is shown up to 1."""
+    """Largest distance (tolerances) of each of the ``claims`` from the paper's words; one is shown up to 1.
+
+    ``values`` is the row of ``rig``, by the names of ``row_scenes`` (`search.search_scenes`).
+    """
     row = evidence(config, row_scenes, values, rig)
     distances = []
     for claim in claims:

@@ -57,7 +57,9 @@ def shares(config: PlausibleConfig, judged: pd.DataFrame, statements: Mapping[st
 
 
 def separating_values(judged: pd.DataFrame, names: Iterable[str], values: Sequence[str]) -> pd.DataFrame:
-    """Values whose ranks correlate most with showing a sentence or claim, within the scenarios.
+    """Those of the ``values`` whose ranks correlate most with showing a sentence or claim, within the scenarios.
+
+    ``names`` are the columns of ``judged`` (`verdicts.judge_rows`) that hold the verdicts.
 
     Returns
     -------

@@ -26,7 +26,7 @@ def judged_claims(path: Path | str) -> list[Claim]:
 
 
 def tables(config: PlausibleConfig, judged: pd.DataFrame, path: Path | str) -> dict[str, pd.DataFrame]:
-    """Tables of shares and of values that separate, from `verdicts.judge_rows` and the file of claims."""
+    """Tables of shares and of separating values, from ``judged`` rows (`verdicts.judge_rows`) and the claims of a file."""
     statements = {str(number): sentence for number, sentence in load_sentences(path).items()}
     claims = {claim.name: claim.claim for claim in judged_claims(path)}
     values = [EQUAL_PITCH, *config.drawn_unknowns().labels]
@@ -39,7 +39,10 @@ def tables(config: PlausibleConfig, judged: pd.DataFrame, path: Path | str) -> d
 
 
 def run_draws(config: PlausibleConfig, path: Path | str, jobs: int, store: Path | str) -> pd.DataFrame:
-    """Run every drawn rig that can be built, and judge its row."""
+    """Run every drawn rig that can be built, and judge its row by the claims of the file ``path``.
+
+    Rows that ``store`` has are not computed again; ``jobs`` processes compute the others.
+    """
     drawn = list(drawn_rigs(config))
     built = [RigScenes(track.rig, config.scene, scenes(config)) for track in drawn if track.rig is not None]
     rows = iter(run_rigs(config, built, jobs, store))
@@ -48,7 +51,7 @@ def run_draws(config: PlausibleConfig, path: Path | str, jobs: int, store: Path 
 
 
 def run_tooth_detail(config: PlausibleConfig, jobs: int, store: Path | str) -> pd.DataFrame:
-    """Run the first draws of the first scenario with both tooth profiles."""
+    """Run the first draws of the first scenario with both tooth profiles; ``jobs`` and ``store`` as in `run_draws`."""
     first = config.model_copy(update={"draws": min(config.draws, config.tooth_detail)})
     drawn = [track for track in drawn_rigs(first) if track.rig is not None and track.scenario == config.scenarios[0]]
     requested = [
@@ -69,7 +72,7 @@ def run_tooth_detail(config: PlausibleConfig, jobs: int, store: Path | str) -> p
 def run_neighbours(config: PlausibleConfig, path: Path | str, jobs: int, store: Path | str) -> pd.DataFrame:
     """Run a rig and its neighbours: ``rig`` (0: itself), ``shown`` sentences, ``judged`` ones, and each by number.
 
-    A neighbour that does not run shows none.
+    Arguments are those of `run_draws`. A neighbour that does not run shows none.
     """
     rigs = neighbours(config)
     rows = run_rigs(config, [RigScenes(rig, config.scene, scenes(config)) for rig in rigs], jobs, store)

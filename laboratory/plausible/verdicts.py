@@ -17,7 +17,10 @@ from trackdyn.sweeps.engine import DONE
 
 
 def evidence(config: PlausibleConfig, row_scenes: list[list], values: Mapping[str, dict], rig: Rig) -> Evidence:
-    """Return a row as what claims are judged by; a speed at too few radii belongs to no ring study."""
+    """Return the row of a rig as what claims are judged by; a speed at too few radii belongs to no ring study.
+
+    ``row_scenes`` are speed (rev/min), ring radius (m) and whether sensors are read, ``values`` the row by scene.
+    """
     metrics, events = [], []
     radii = Counter(rpm for rpm, ring, _ in row_scenes if ring is not None)
     for rpm, ring, sensed in row_scenes:

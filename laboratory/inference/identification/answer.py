@@ -18,7 +18,10 @@ from trackdyn.rig.rig_file import read_rig
 
 
 def best_rig_text(answer: Identification, rig_path: Path | str, files: list[str]) -> str:
-    """The rig's file with the best values; each says what it was identified from and how sure that is."""
+    """Text of the rig's file at ``rig_path`` with the best values of an ``answer``.
+
+    The source of each value says from which record ``files`` it was identified and how sure that is.
+    """
     data = read_rig(rig_path)
     entries, rig = entries_of(data), answer.unknowns.rig
     rows = zip(answer.table.to_dict("records"), answer.unknowns.unknowns, strict=True)
@@ -131,7 +134,10 @@ def tables(answer: Identification) -> dict[str, pd.DataFrame]:
 
 
 def write_answer(answer: Identification, rig_path: Path | str, out: Path) -> Rig:
-    """Write ``rig.yaml`` and the tables into a folder; returns the rig as it is read back."""
+    """Write the rig of ``rig_path`` with the best values of an ``answer``, and the tables, into the folder ``out``.
+
+    Returns the rig as it is read back; `InputError`: the values make no rig.
+    """
     text = best_rig_text(answer, rig_path, [measurement.record.path.name for measurement in answer.measured])
     with replacing(out / "rig.yaml") as temporary:
         write_text(temporary, text)

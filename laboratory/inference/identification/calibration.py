@@ -136,7 +136,11 @@ class Calibration(NamedTuple):
 
 
 def calibrate(config: CalibrationConfig, store, jobs: int = 1, progress: bool = True) -> Calibration:
-    """Identify every truth with a discrepancy drawn from its prior, and the first ones with none, too."""
+    """Identify every truth with a discrepancy drawn from its prior, and the first ones with none, too.
+
+    ``store`` is the folder of rows that are computed already, ``jobs`` the processes that simulate, ``progress`` shows
+    bars.
+    """
     data = simulate_all(config, store, jobs, progress)
     names, record = features_in_a_row([speed.record_rate for speed in data.speeds])
     varying = np.ptp(data.simulated, axis=0) > LEAST_SPREAD

@@ -50,7 +50,10 @@ def features_in_a_row(rates: Sequence[float]) -> tuple[tuple[Feature, ...], np.n
 
 
 def turns_of(ay, rate: float, turn_s: float) -> np.ndarray:
-    """(turns, samples) The record, cut into whole turns of the loop; `InputError` for one that is shorter."""
+    """(turns, samples) A record ``ay`` of this ``rate`` (Hz), cut into whole turns of the loop of ``turn_s``, s.
+
+    Raises `InputError`: the record is shorter than a turn.
+    """
     samples = turn_s * rate
     count = int(len(ay) / samples + 1e-9)
     if count < 1:
@@ -106,6 +109,8 @@ def features(statistics: np.ndarray, rate: float, weights: np.ndarray | None = N
 
 def covariance(statistics: np.ndarray, rate: float, seed: int = 0) -> np.ndarray:
     """(features, features) Covariance of `features` from the record itself: a bootstrap whose blocks are turns.
+
+    ``statistics`` are those of `turn_statistics` at a ``rate`` (Hz); equal seeds give equal samples.
 
     There are more features than turns: correlations are shrunk towards none by the weight that Ledoit and Wolf (2004)
     give for this many turns, and all is widened to the variance of Student's distribution with one degree of freedom

@@ -3,7 +3,6 @@
 `contents.yaml` beside this file is the one list: from a rule to its figures and tables with their titles and captions.
 """
 
-from collections.abc import Iterable
 from pathlib import Path
 
 from replication.paper.item import Item
@@ -25,7 +24,10 @@ def missing_items(results: Path | str) -> list[Item]:
     return [item for item in PAPER if not item.files(results)]
 
 
-def caption(key: str, synthetic: bool | None = True, items: Iterable[Item] = (*PAPER, *OWN, *OF_STUDIES)) -> str:
-    """Caption of a figure or table after its label: what stands above a written table."""
-    (item,) = (item for item in items if item.key == key)
+def caption(key: str, synthetic: bool | None = True) -> str:
+    """Caption of the figure or table ``key`` after its label, as it stands above a written table.
+
+    ``synthetic`` says what the sensor's records are (`item.SENSORS`).
+    """
+    (item,) = (item for item in (*PAPER, *OWN, *OF_STUDIES) if item.key == key)
     return (f"{item.label}. " if item.label else "") + "\n\n".join(item.caption(synthetic))

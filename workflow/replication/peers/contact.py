@@ -195,7 +195,7 @@ def _remembered(stored, depth, speed, floor):
 
 @kernel
 def force_vector(c: Contacts, length, q, v, angle, spin, memory: Memory, load, torque, force):
-    """Generalised forces (3 n + w - 1,) of all contacts."""
+    """Write the generalised ``force`` (3 n + w - 1,) of all contacts; other arguments as in `peer_contact_loads`."""
     peer_contact_loads(c, length, q, v, angle, spin, memory, False, load, torque)
     n = load.shape[0]
     force[3 * n :] = 0.0

@@ -27,7 +27,7 @@ ERRORS = (("rms", "RMS, %"), ("left_peak", "left peak, %"), ("left_share", "left
 
 
 def settings_text(rows: pd.DataFrame, default_step: pd.DataFrame, short_runs: pd.DataFrame) -> str:
-    """CPU time of an answer with every setting of `trade`, mean over scenes, its largest errors; then other scenes."""
+    """CPU time and largest errors of an answer with every setting of `trade` (``rows``); then the other two studies."""
     rows = answers(rows)
     rows["bare"] = ~rows["scene"].str.startswith("ring")
     lines = []

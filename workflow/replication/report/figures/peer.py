@@ -121,7 +121,11 @@ def cost_ratio(table: pd.DataFrame) -> float:
 
 
 def table2_outcome(costs: pd.DataFrame, missing: str, accuracy_pct: float) -> str:
-    """Outcome of the comparison, a sentence below the caption of Table 2."""
+    """Outcome of the comparison, a sentence below the caption of Table 2.
+
+    ``costs`` is the table, ``missing`` says why the other code did not run, ``accuracy_pct`` is the error at which both
+    are compared.
+    """
     if missing:
         return f"Exudyn: {missing}."
     return f"At an error below {accuracy_pct:g} % Exudyn takes {cost_ratio(costs):.3g} times the CPU time of trackdyn."

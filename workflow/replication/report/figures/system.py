@@ -87,7 +87,8 @@ def _draw_base(ax: Axes, circles, pins) -> None:
 def touching_links(rig: Rig, frame, shift: float) -> list[tuple[int, int, np.ndarray]]:
     """Body, wheel (index in `wheel_names`) and contact point Q (m) of every link that lies on a wheel.
 
-    Of a wheel that none touches before the loop has settled it is the nearest one.
+    ``frame`` is a row of ``Recording.frame``, with the tensioning wheel ``shift`` (m) along its line. A wheel that no
+    link touches before the loop has settled has the nearest one.
     """
     pins, _, _ = drawing.chain_points(rig, frame)
     touching = []

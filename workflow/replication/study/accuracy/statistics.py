@@ -23,7 +23,7 @@ MEASURES = RELATIVE + SHARES + ABSOLUTE
 
 
 def study_scene(rig, rpm: float, ring: float | None, turns: int, **fields) -> Scene:
-    """A record of whole revolutions of the loop after four seconds of running."""
+    """A record of so many ``turns`` of the loop after four seconds of running, at ``rpm`` (rev/min) with a ring (m)."""
     duration = whole_samples(rig.rate, turns * Periods.at(rig, rpm).loop + 0.01)
     return Scene(rig, rpm, ring, duration=duration, lead_in=LEAD_IN, **fields)
 

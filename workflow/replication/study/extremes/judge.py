@@ -28,7 +28,7 @@ FAST = {"duration": 0.05, "lead_in": 0.0, "ramp": 0.1, "contact_log": False, "te
 
 
 def row(family: str, case: str, outcome: str, reason: str = "", **more) -> dict:
-    """A row with every column."""
+    """A row with every column: those of a ``case`` of a ``family`` that ended in an ``outcome``, the others empty."""
     return dict.fromkeys(COLUMNS, "") | dict.fromkeys(COLUMNS[4:6] + ("value", "expected", "bound", "at"), np.nan) | {
         "family": family, "case": case, "outcome": outcome, "reason": reason, **more,
     }  # fmt: skip
