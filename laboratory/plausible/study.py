@@ -26,7 +26,7 @@ def judged_claims(path: Path | str) -> list[Claim]:
 
 
 def tables(config: PlausibleConfig, judged: pd.DataFrame, path: Path | str) -> dict[str, pd.DataFrame]:
-    """Tables of shares and of separating values, from ``judged`` rows (`verdicts.judge_rows`) and the claims of a file."""
+    """Tables of shares and of separating values, from ``judged`` rows (`verdicts.judge_rows`) and a file of claims."""
     statements = {str(number): sentence for number, sentence in load_sentences(path).items()}
     claims = {claim.name: claim.claim for claim in judged_claims(path)}
     values = [EQUAL_PITCH, *config.drawn_unknowns().labels]

@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from replication import peers
 from replication.paper import printed
 from replication.paper.contents import caption
+from replication.report import marks
 from replication.report.tables import write_captioned_table
 from trackdyn.plots import drawing
 from trackdyn.plots.style import BLACK, BLUE, ORANGE, VERMILION, new_figure, save, styled, thin, upper_edge
@@ -42,28 +43,18 @@ def model_figure(rig: Rig, frame, shift: float, missing: str = "") -> Figure:
     complete.set_title(f"(a) {code} loop on its wheels: {bodies};\nhatched: the selected link")
     complete.set(xlabel="x (m)", ylabel="y (m)")
 
-    groove = rig.groove_profile
-    for area in range(1, 11):
-        points = 1e3 * groove.arc(area).T
-        label = "trackdyn and Exudyn: ten arcs" if area == 1 else None
-        tooth.plot(*points, color=BLUE, linewidth=3.0, alpha=0.6, linestyle="-", label=label)
-    ends = 1e3 * groove.joints()
-    tooth.plot(*ends.T, linestyle="none", marker="o", markersize=4, color=VERMILION, zorder=drawing.Z_MARK)
-    _seated(tooth, rig)
-    tooth.set_aspect("equal")
+    groove, half = rig.groove_profile, 0.5 * rig.connector_length
+    look = {"color": BLUE, "linewidth": 3.0, "alpha": 0.6, "linestyle": "-"}
+    tooth.plot(*groove.profile().T, **look, label="trackdyn and Exudyn: ten arcs")
+    tooth.plot(*groove.joints().T, linestyle="none", marker="o", markersize=4, color=VERMILION, zorder=drawing.Z_MARK)
+    height = (rig.pin_circle**2 - half**2) ** 0.5
+    look = {"fill": False, "linewidth": 0.8, "linestyle": (0, (4, 2)), "label": "connector on the pin circle"}
+    tooth.add_patch(drawing.connector_patch(rig, [(-half, height), (half, height)], **look))
     tooth.margins(0.04, 0.1)
+    marks.frame_axes(tooth, "k")
     tooth.set_title("(b) one groove, in its own frame; dots: where its arcs meet")
-    tooth.set(xlabel="x of the groove (mm)", ylabel="y of the groove (mm)")
     figure.legend(loc="outside lower center", ncols=1)
     return figure
-
-
-def _seated(ax: Axes, rig: Rig) -> None:
-    """A connector as high as on the ring of equal pitch."""
-    height = (rig.pin_circle**2 - rig.connector_length**2 / 4) ** 0.5
-    outline = 1e3 * drawing.placed(drawing.connector_outline(rig), (-rig.connector_length / 2, height), 0.0)
-    closed = np.vstack([outline, outline[:1]])
-    ax.plot(*closed.T, color=BLACK, linewidth=0.8, linestyle=(0, (4, 2)), label="connector on the pin circle")
 
 
 @styled

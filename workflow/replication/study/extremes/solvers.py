@@ -84,7 +84,7 @@ def posed(pose: Pose) -> tuple[State, Work]:
 
 
 def solve(solver: str, chain: Chain, pose: Pose) -> tuple[np.ndarray, np.ndarray]:
-    """Angular accelerations (rad/s2) and that of the first pin (m/s2) of a ``chain`` in a ``pose``, by one ``solver``."""
+    """Angular accelerations (rad/s2) and that of the first pin (m/s2) of a ``chain`` in a ``pose``, by a ``solver``."""
     if solver == "transfer_product":
         alpha, start = transfer_product.accelerations(chain, *pose)
         return alpha, start[:2]
