@@ -12,6 +12,8 @@ from trackdyn.rig.validation import validated
 from trackdyn.rig.yaml_file import read_yaml
 
 FILE = Path(__file__).parents[3] / "config" / "studies.yaml"
+TURNS = {"loop_turns": 1, "loop_turns_without_ring": 1}
+ONE_METHOD = {"scenes": [[210, 0.308]], "steps_s": {"rk4": [1e-4]}, "coarse_steps_s": {}} | TURNS
 
 
 @pytest.fixture
@@ -29,18 +31,7 @@ def test_a_configuration_names_the_file_and_holds_what_stands_there(data):
     ("form", "field", "value", "says"),
     [
         ("trade", "kept_apart", [[115, 0.308]], "kept_apart = [115.0, 0.308]: statistics.scenes holds"),
-        (
-            "trade",
-            "statistics",
-            {
-                "scenes": [[210, 0.308]],
-                "loop_turns": 1,
-                "loop_turns_without_ring": 1,
-                "steps_s": {"rk4": [1e-4]},
-                "coarse_steps_s": {},
-            },
-            "steps_s: needs at least two steps",
-        ),
+        ("trade", "statistics", ONE_METHOD, "steps_s: needs at least two steps"),
         ("trade", "kept_apart", [[210, -0.308]], "trade.short.kept_apart.0.1 = -0.308:"),
         ("extremes", "short_runs", 0, "extremes.short.short_runs = 0:"),
         ("extremes", "bodies", [7], "extremes.short.bodies.0 = 7:"),
