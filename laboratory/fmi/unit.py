@@ -1,6 +1,7 @@
 """Variables at the border of a co-simulation unit: inputs that a rig has, outputs, and one exchange after another."""
 
 from collections.abc import Callable
+from copy import copy
 from math import inf, isfinite
 from typing import NamedTuple
 
@@ -17,6 +18,7 @@ from trackdyn.simulation.loop import Loop
 
 LATEST = 1e9  # s; an importer's clock, whose rounding must stay far below a step
 ROUNDING = 1e-12  # share of an input by which it may change and is the same
+STATE = ("wanted", "torque", "speed_ramp", "now", "_applied", "_origin")  # of a unit, beside its loop
 
 
 class Signal(NamedTuple):
@@ -61,7 +63,7 @@ def _shift(unit: "Unit", shift: float, exchange: float) -> None:
             f"{travel - settled:.4g} m, the tensioner's travel from where the loop settled"
         )
     unit.loop.shift_tensioner(unit.settled_shift + shift)
-    unit.place_strands()
+    unit.locate_strands()
 
 
 # Every input that some rig has; a unit has those that its own does.
@@ -163,15 +165,15 @@ class Unit:
         self.loop = Loop(scene)
         self._applied = self.wanted | {"motor_rpm": scene.motor_rpm}
         self.settled_shift = self.loop.layout["tensioner_shift_m"]
-        self.place_strands()
+        self.locate_strands()
         if shift := self.wanted.get("tensioner_shift"):
             _shift(self, shift, 0.0)
         if scene.lead_in:
             self.loop.advance(scene.ramp + scene.lead_in)
-        self.now = None
+        self.now, self._origin = None, 0.0
         self._account(0.0)
 
-    def place_strands(self) -> None:
+    def locate_strands(self) -> None:
         """Find the strands again, where the wheels are now."""
         wheels = self.loop.model.wheels
         circles = wheel_circles(self.scene.rig, body=float(self.loop.model.chain.length[0]))[self.order]
@@ -211,7 +213,7 @@ class Unit:
         before = self.loop.energy["sprocket_work"], float(self.loop.state.wheel_angle[SPROCKET])
         self.loop.step(max(end - int(self.loop.state.steps[0]), 1))
         if len(self.loop.model.carriers.wheel):
-            self.place_strands()
+            self.locate_strands()
         self.now = time + exchange
         turned = float(self.loop.state.wheel_angle[SPROCKET]) - before[1]
         self._account((self.loop.energy["sprocket_work"] - before[0]) / turned if turned else 0.0)
@@ -228,18 +230,15 @@ class Unit:
 
     def keep(self) -> dict:
         """The present state, to which `back` returns."""
-        return {
-            "loop": self.loop.copy(), "wanted": dict(self.wanted), "applied": dict(self._applied),
-            "torque": self.torque, "speed_ramp": self.speed_ramp, "now": self.now,
-            "origin": None if self.now is None else self._origin,
-        }  # fmt: skip
+        return {name: copy(getattr(self, name)) for name in STATE} | {"loop": self.loop.copy()}
 
     def back(self, saved: dict) -> None:
         """Return to a state that `keep` gave; it may be returned to again."""
-        self.loop, self.wanted, self._applied = saved["loop"].copy(), dict(saved["wanted"]), dict(saved["applied"])
-        self.speed_ramp, self.now, self._origin = (saved[name] for name in ("speed_ramp", "now", "origin"))
-        self.place_strands()
-        self._account(saved["torque"])
+        for name in STATE:
+            setattr(self, name, copy(saved[name]))
+        self.loop = saved["loop"].copy()
+        self.locate_strands()
+        self._account(self.torque)
 
 
 class Strands:

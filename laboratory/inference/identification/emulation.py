@@ -26,15 +26,13 @@ from threadpoolctl import threadpool_limits
 
 from trackdyn.errors import InputError
 
-KEPT = 0.995  # fraction of the variance, in discrepancies squared, that the components keep
+EXPLAINED = 0.995  # fraction of the variance, in discrepancies squared, that the components explain
 MOST = 14  # components
 ITERATIONS = 40  # steps of the search for lengths and noise
 SEARCHED = 160  # simulations that it looks at: each evaluation costs their number cubed
 LENGTHS = (0.2, 100.0)  # bounds of the lengths, for inputs that have a variance of 1
-NOISE = (
-    1e-6,
-    1.0,
-)  # for a component that has a variance of 1 and jumps (an arc that lets go, an area that changes)
+# for a component that has a variance of 1 and jumps (an arc that lets go, an area that changes)
+NOISE = (1e-6, 1.0)
 ROUNDING = 1e-8  # variance of every feature, over scale squared: two that are the same have a covariance, too
 FOLDS = 8  # parts of the cross-validation
 SLOPE_STEP = 0.02  # step of the central difference, as a share of the range of an unknown
@@ -92,9 +90,7 @@ class FeatureEmulator:
         axes = self._components.axes
         weighted, slopes = np.empty_like(errors), self._slopes(points) / scale
         known = np.empty(slopes.shape[:2])
-        for left_out in range(
-            FOLDS
-        ):  # a covariance of so many features fits the errors that it was learnt from too well
+        for left_out in range(FOLDS):  # a covariance fits the errors that it was learnt from too well
             out = fold == left_out
             inverse = np.linalg.inv(error_covariance(errors[~out], axes))
             weighted[out] = errors[out] @ inverse
@@ -147,7 +143,7 @@ def tails(distance: np.ndarray, count: int) -> tuple[float, float]:
     return float(variance), float(degrees)
 
 
-class Part:
+class Subset:
     """Some features of an emulator, in an order of one's own."""
 
     def __init__(self, emulator: FeatureEmulator, which):
@@ -173,7 +169,7 @@ class Components:
         self._middle = y.mean(axis=0)
         _, size, axes = np.linalg.svd((y - self._middle) / scale, full_matrices=False)
         share = np.cumsum(size**2) / np.sum(size**2)
-        self.axes = axes[: min(int(np.searchsorted(share, KEPT)) + 1, MOST, len(size))]
+        self.axes = axes[: min(int(np.searchsorted(share, EXPLAINED)) + 1, MOST, len(size))]
         self._processes = Processes(x, self.axes @ ((y - self._middle) / scale).T)
         self._scale = scale
 

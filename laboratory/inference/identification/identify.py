@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from scipy.stats import qmc
 
-from laboratory.inference.identification.emulation import FeatureEmulator, Part
+from laboratory.inference.identification.emulation import FeatureEmulator, Subset
 from laboratory.inference.identification.experiment import Experiment, Simulated, run_experiment
 from laboratory.inference.identification.measured import Measured, joined
 from laboratory.inference.identification.posterior import (
@@ -203,12 +203,12 @@ def _held_out(records: MeasuredRecords, emulator, unknowns: int, settings: Setti
     """One record beside what the others predict of it: `answer.features_table` without simulations."""
     left_out = records.record == number
     known, order = records.subset(~left_out), np.concatenate([np.flatnonzero(~left_out), np.flatnonzero(left_out)])
-    posterior = Posterior(known, Part(emulator, np.flatnonzero(~left_out)), unknowns)
+    posterior = Posterior(known, Subset(emulator, np.flatnonzero(~left_out)), unknowns)
     progress = f"without {name}" if settings.progress else ""
     draws = sample(posterior, settings.steps // 2, settings.seed, progress, rounds=2).points
     draws = draws[np.linspace(0, len(draws) - 1, min(DRAWS // 2, len(draws))).astype(int)]
     requested = records.subset(left_out)
-    low, median, high = np.quantile(predict(posterior, requested, Part(emulator, order), draws), INTERVAL, axis=0)
+    low, median, high = np.quantile(predict(posterior, requested, Subset(emulator, order), draws), INTERVAL, axis=0)
     return pd.DataFrame(
         {
             "record": name, "feature": [feature.name for feature in requested.features],

@@ -80,7 +80,7 @@ class Posterior:
     records : Records
         Measured.
     emulator : callable
-        Of the same features: a `FeatureEmulator` or a `Part` of one.
+        Of the same features: a `FeatureEmulator` or a `Subset` of one.
     unknowns : int
         Their number.
 

@@ -30,7 +30,7 @@ def driven_rig(rig):
     The surface of its own, equal to that of the others, makes its kernels those of `tests/rigs/test_drives.py`.
     """
     data = rig.model_dump(mode="json")
-    data["surfaces"], data["idler"]["surface"] = {"same": data["wheel_contact"]}, "same"
+    data["surfaces"], data["wheels"]["idler"]["surface"] = {"same": data["wheel_contact"]}, "same"
     data["drive"] = {"kind": "motor", "inertia": 40.0, "slope": 2000.0, "torque": 900.0}
     data["tension"] |= {"kept": "forced", "force": [[0.0, 9000.0]], "damping": 2e4}
     return Rig.model_validate(data)
