@@ -38,7 +38,7 @@ def test_a_rate_that_does_not_fit_is_refused_with_the_command_that_helps(recordi
 
 
 def test_a_slower_sensor_is_what_the_simulation_would_have_recorded_at_its_rate(recording, make_scene):
-    """The same steps, averaged in the kernel over 10 ms or afterwards over ten samples of 1 ms."""
+    """Steps are averaged in the kernel over 10 ms or afterwards over ten samples of 1 ms."""
     scene = make_scene(210.0, duration=0.3, lead_in=0.1)
     slow = sense(simulate(scene.with_(rig=scene.rig.changed(sensor__rate=100))))
     fast = sense(simulate(scene), every=10)
@@ -49,25 +49,25 @@ def test_a_slower_sensor_is_what_the_simulation_would_have_recorded_at_its_rate(
 
 
 def test_a_record_shorter_than_a_turn_is_refused_by_name(recording):
-    turn = 1 / recording.periods.loop_hz
-    with pytest.raises(InputError, match=rf"^sensor\.csv: the record of 3 s .* at least {turn:.4g} s"):
+    loop_s = 1 / recording.periods.loop_hz
+    with pytest.raises(InputError, match=rf"^sensor\.csv: the record of 3 s .* at least {loop_s:.4g} s"):
         compare_with_sensor(recording, record(seconds=3.0))
     short = replace(recording, **{name: getattr(recording, name)[:3000] for name in ("time", "mean", "raw")})
-    with pytest.raises(InputError, match=rf"^run\.npz: the record of 3 s .* at least {turn:.4g} s"):
+    with pytest.raises(InputError, match=rf"^run\.npz: the record of 3 s .* at least {loop_s:.4g} s"):
         compare_with_sensor(short, record(), "run.npz")
 
 
 def test_a_record_of_two_turns_and_more_has_its_speed_whatever_its_length():
     """Every length from 2 to 2.5 turns, and every sample around two: one question, asked once."""
     hz, rate = 0.12781, 100.0
-    turn = rate / hz
-    t = np.arange(3 * round(turn)) / rate
+    loop = rate / hz
+    t = np.arange(3 * round(loop)) / rate
     ay = 1.2 * np.sin(2 * np.pi * hz * t) + 0.3 * np.sin(6 * np.pi * hz * t + 1)
-    for n in [*range(round(1.98 * turn), round(2.5 * turn), 3), *range(round(2 * turn) - 5, round(2 * turn) + 5)]:
+    for n in [*range(round(1.98 * loop), round(2.5 * loop), 3), *range(round(2 * loop) - 5, round(2 * loop) + 5)]:
         metrics = record_metrics(ay[:n], rate, hz)
-        if n >= 2 * turn:
+        if n >= 2 * loop:
             assert measured_loop_hz(ay[:n], rate, hz) == pytest.approx(hz, rel=1e-4), n
-        assert np.isfinite(metrics["line_g_binfree"]) == (n >= 2 * turn - 1e-3), n
+        assert np.isfinite(metrics["line_g_binfree"]) == (n >= 2 * loop - 1e-3), n
 
 
 def test_a_record_that_has_no_line_is_refused_by_name(recording):
@@ -104,8 +104,8 @@ def axes_of(record, **axes):
     ],
 )
 def test_a_flipped_or_exchanged_axis_is_noticed(recording, synthetic, read, fits):
-    said = doubtful_axes(recording, axes_of(synthetic, **read))
-    assert said is None if not fits else fits in (said or ""), said
+    sentence = doubtful_axes(recording, axes_of(synthetic, **read))
+    assert sentence is None if not fits else fits in (sentence or ""), sentence
     # without a run, a belt turns through gravity as the chain does
     if fits:
         with pytest.raises(InputError, match=re.escape(fits)):
@@ -127,8 +127,8 @@ def test_missing_gravity_is_named_and_only_what_compares_is_compared(recording, 
     signal = sense(recording)
     ax, ay = filtered(signal, hz, order)
     sensor = SensorRecord("sensor.csv", signal.time, ax if axes == 2 else None, ay, None, 1000.0, 0)
-    said = doubtful_axes(recording, sensor)
-    assert "gravity is missing" in said and "AC-coupled" in said and "check its column" not in said
+    sentence = doubtful_axes(recording, sensor)
+    assert "gravity is missing" in sentence and "AC-coupled" in sentence and "check its column" not in sentence
     table = compare_with_sensor(recording, sensor)
     assert list(table.measure) == ["rate_hz", "clipped", "high_frequency_g"]
     assert abs(table.difference_pct[2]) < 10 and "content from 20 Hz on" in in_words(table)
@@ -137,37 +137,38 @@ def test_missing_gravity_is_named_and_only_what_compares_is_compared(recording, 
         require_axes(sensor, load_rig(), 210)
 
 
-@pytest.mark.parametrize("off", [0.4, -0.5, 7.5])
-def test_a_zero_that_is_not_0_is_named(recording, off):
+@pytest.mark.parametrize("shift", [0.4, -0.5, 7.5])
+def test_a_zero_that_is_not_0_is_named(recording, shift):
     signal = sense(recording)
-    sensor = SensorRecord("sensor.csv", signal.time, signal.ax, signal.ay + off, None, 1000.0, 0)
+    sensor = SensorRecord("sensor.csv", signal.time, signal.ax, signal.ay + shift, None, 1000.0, 0)
     for zero, factor in ((0.0, 1.0), (100.0, 1 / 68)):
-        said = doubtful_axes(recording, replace(sensor, scales={"ay": (zero, factor)}))
-        assert float(said.partition("--zero ay=")[2]) == pytest.approx(zero + off / factor, abs=0.001 / factor)
+        sentence = doubtful_axes(recording, replace(sensor, scales={"ay": (zero, factor)}))
+        assert float(sentence.partition("--zero ay=")[2]) == pytest.approx(zero + shift / factor, abs=0.001 / factor)
     assert doubtful_axes(recording, replace(sensor, ay_g=signal.ay)) is None
 
 
-@pytest.mark.parametrize(("seconds", "faster", "said"), [(30.0, 0.9, True), (12.0, 1.03, True), (30.0, 1.005, False)])
-def test_a_record_at_another_speed_is_noticed(recording, seconds, faster, said):
+@pytest.mark.parametrize(("seconds", "faster", "seen"), [(30.0, 0.9, True), (12.0, 1.03, True), (30.0, 1.005, False)])
+def test_a_record_at_another_speed_is_noticed(recording, seconds, faster, seen):
     hz = faster * recording.periods.loop_hz
     sensor = record(hz=hz, seconds=seconds)
     warning = other_speed(recording, sensor, compare_with_sensor(recording, sensor))
-    assert (f"compare with a run at {210 * faster:.4g} rpm" in (warning or "")) == said, warning
+    assert (f"compare with a run at {210 * faster:.4g} rpm" in (warning or "")) == seen, warning
 
 
 def test_differences_have_a_sign_and_their_standard_errors(recording, synthetic):
     table = compare_with_sensor(recording, synthetic).set_index("measure")
-    off = table.simulation.rms_g - table.sensor.rms_g
+    excess = table.simulation.rms_g - table.sensor.rms_g
     errors = np.hypot(table.simulation_error.rms_g, table.sensor_error.rms_g)
-    assert table.difference_pct.rms_g == pytest.approx(100 * off / table.sensor.rms_g)
-    assert table.standard_errors.rms_g == pytest.approx(off / errors) and np.isnan(table.standard_errors.clipped)
+    assert table.difference_pct.rms_g == pytest.approx(100 * excess / table.sensor.rms_g)
+    assert table.standard_errors.rms_g == pytest.approx(excess / errors) and np.isnan(table.standard_errors.clipped)
     # 10 s beside 90 s: bins of other widths
     assert "line_hz" not in table.index and np.isfinite(table.difference_pct.line_g_binfree)
     words = in_words(table.assign(standard_errors=8.0).reset_index())
-    assert f"RMS of the simulation {abs(table.difference_pct.rms_g):.3g} % {'above' if off > 0 else 'below'}" in words
+    sides = ["above", "below"] if excess > 0 else ["below", "above"]
+    assert f"RMS of the simulation {abs(table.difference_pct.rms_g):.3g} % {sides[0]}" in words
     assert "differs by 8 standard errors" in words
     swapped = table.assign(difference_pct=-table.difference_pct, standard_errors=0.5).reset_index()
-    assert f"% {'below' if off > 0 else 'above'} the sensor's, within 2 standard errors" in in_words(swapped)
+    assert f"% {sides[1]} the sensor's, within 2 standard errors" in in_words(swapped)
 
 
 def test_the_command_draws_and_writes_the_comparison(recording, tmp_path, monkeypatch):

@@ -294,7 +294,7 @@ def test_shares_and_phases_are_those_of_the_turns_that_were_made(kind, rates):
     """Whatever the speed does, an arc that touches for 0.15 of every turn has a share of 15 %."""
     run, turns = driven(kind, 20.0, rates)
     assert run.made_rpm == pytest.approx(turns[-1] / 20 * TURN * RPM, rel=2e-3)
-    slack = 100 * max(rates) / 2 / np.pi / RIG.rate * 2  # of two samples
+    slack = 100 * max(rates) / 2 / np.pi / RIG.rate * 2  # two samples
     summary = meshing_summary(run)
     whole = max(0, int((turns[-1] - 2 * 2 / 3 - 0.45) * TEETH))
     assert abs(summary["passages"] - whole) <= 2

@@ -1,4 +1,4 @@
-"""What a person in Python sees of a run: a table of measures, short words, a picture with labels."""
+"""A run in Python: a table of measures, short words, a picture with labels."""
 
 import matplotlib
 import pytest

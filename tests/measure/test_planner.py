@@ -35,7 +35,7 @@ def test_errors_of_a_method_of_order_one_are_found():
 def test_scatter_that_runs_share_is_no_error_and_their_own_is():
     noise = np.random.default_rng(7).normal(size=(2, 12))
     shared = [tried(step, 2.0 + 3.0 * step, scatter=noise[0]) for step in (1e-2, 5e-3)]
-    own = [tried(step, 2.0 + 3.0 * step, scatter=part) for step, part in zip((1e-2, 5e-3), noise, strict=True)]
+    own = [tried(step, 2.0 + 3.0 * step, scatter=row) for step, row in zip((1e-2, 5e-3), noise, strict=True)]
     for runs in (shared, own):
         _judge(runs, {"rms": 0.1})
     few, many = (runs[1].error["rms"] for runs in (shared, own))
@@ -61,10 +61,10 @@ def test_a_plan_goes_the_cheapest_way():
         chosen, longer = _next(runs, tolerances, [Setting("finer", {})], most)
         return chosen and runs.index(chosen), longer
 
-    assert way(0.001, 0.005) == (1, 0.0)  # of two that are known the finer one
+    assert way(0.001, 0.005) == (1, 0.0)  # the finer one of two that are known
     assert way(0.001, 0.02)[0] == 0  # the cheaper one goes on, whose error of 0.2 % leaves enough
     assert way(0.02, 0.005) == (None, 0.0)
-    assert way(0.0079, 0.5, most=1.0) == (None, 0.0)  # what may not last longer is left to a finer step
+    assert way(0.0079, 0.5, most=1.0) == (None, 0.0)  # a finer step, since the record may not last longer
 
 
 def test_what_is_stated_stays_and_no_two_implicit_steps_judge_each_other(rig):
@@ -87,9 +87,9 @@ def test_a_promise_is_kept(rig, limit, measure, tolerance):
     scene = Scene(rig, 210, 0.308)
     planned = plan(scene, {measure: tolerance})
     answer = planned.run()
-    said = answer.measures[measure]
+    promised = answer.measures[measure]
     assert answer.converged and list(answer.measures) == [measure]
-    assert abs(said.value - limit[measure].value) <= said.half_width <= tolerance * said.value
+    assert abs(promised.value - limit[measure].value) <= promised.half_width <= tolerance * promised.value
     assert answer.transient >= 0.5 * scene.periods.loop
     assert answer.recording.fault() is None
     assert answer.recording.meta["resolved"]["reason"].startswith(f"the step was chosen for {measure};")

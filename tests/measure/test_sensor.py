@@ -13,7 +13,7 @@ from trackdyn.model.constants import Sensors
 from trackdyn.simulation.simulate import simulate
 
 
-def turn(angle, vector):
+def body_components(angle, vector):
     """Components in the frame of a link at ``angle`` of a vector given in the inertial frame."""
     c, s = np.cos(angle), np.sin(angle)
     return np.array([c * vector[0] + s * vector[1], -s * vector[0] + c * vector[1]])
@@ -48,13 +48,13 @@ def test_reading_in_a_run_is_the_acceleration_of_the_point(driven_loop, pitch):
             c, s = np.cos(angle[i]), np.sin(angle[i])
             arm = np.array([c * along - s * normal, s * along + c * normal])
             point += expected.alpha[i] * np.array([-arm[1], arm[0]]) - rate[i] ** 2 * arm
-        # of the sweep against the reference
-        np.testing.assert_allclose(record.raw[0, k, :2], turn(angle[body], point), rtol=0, atol=1e-9 * scale)
+        # rounding of the sweep against that of the reference
+        np.testing.assert_allclose(record.raw[0, k, :2], body_components(angle[body], point), rtol=0, atol=1e-9 * scale)
 
 
 def test_mean_of_a_sample_is_the_mean_over_its_steps(driven_loop):
     coarse, fine = filled(driven_loop(), 1, 10), filled(driven_loop(), 10, 1)
-    # the same steps, but for cosines made anew in every sample: 1e-16 in the depths of contacts
+    # equal steps, but for cosines made anew in every sample: 1e-16 in the depths of contacts
     scale = np.abs(fine.raw).max()
     np.testing.assert_allclose(coarse.mean[0], fine.raw.mean(axis=0), rtol=0, atol=1e-7 * scale)
     np.testing.assert_allclose(coarse.raw[0], fine.raw[-1], rtol=0, atol=1e-7 * scale)

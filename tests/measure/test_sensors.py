@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import yaml
 
-from tests.conftest import recorded, run_command
+from tests.conftest import LAWS, recorded, run_command
 from trackdyn.errors import InputError
 from trackdyn.measure.compare import compare_with_sensor
 from trackdyn.measure.measures import measures
@@ -17,30 +17,34 @@ from trackdyn.sensor.sensor_mapping import load_mapping
 from trackdyn.simulation.recording import load_recording
 from trackdyn.simulation.simulate import simulate
 
-PLACES = {
+POSITIONS = {
     "front": {"pitch": 4, "x": 0.03, "y": 0.02},
     "rear": {"pitch": 20, "body": "connector", "x": 0.01, "y": -0.01},
 }
-PLACES = {name: place | {"rate": 1000, "range": 20.0} for name, place in PLACES.items()}
+PLACES = {name: position | {"rate": 1000, "range": 20.0} for name, position in POSITIONS.items()}
 BELT = {"chain": "belt", "ring_radius": None, "contact_log": False}
 
 
-def with_sensors(rig, **places):
-    return rig.changed(sensors=places)
+def with_sensors(rig, **sensors):
+    return rig.changed(sensors=sensors)
 
 
 @pytest.mark.parametrize(
-    "fields",
-    [{}, {"integrator": "linearly_implicit", "step": 5e-4}, {"integrator": "rk4", "step": 5e-5}, BELT],
-    ids=["semi_implicit", "linearly_implicit", "rk4", "belt"],
-)
-def test_two_sensors_read_what_each_reads_alone(make_scene, rig, fields):
+    ("toe", "fields"),
+    [
+        (0.0, {}), (0.5, {}), (0.0, {"integrator": "linearly_implicit", "step": 5e-4}),
+        (0.0, {"integrator": "rk4", "step": 5e-5}), (0.0, {"space": "spatial", **LAWS}), (0.0, BELT),
+    ],
+    ids=["semi_implicit", "turned plane", "linearly_implicit", "rk4", "spatial", "belt"],
+)  # fmt: skip
+def test_two_sensors_read_what_each_reads_alone(make_scene, rig, toe, fields):
     fields = {"duration": 0.05, "lead_in": 0.0, "ramp": 0.2, "motor_rpm": 210.0} | fields
+    rig = rig.changed(idler__toe=toe)
     run = simulate if fields.get("chain") else recorded
     both = run(make_scene(rig=with_sensors(rig, **PLACES), **fields))
     assert list(both.sensors) == ["front", "rear"]
-    for k, (name, place) in enumerate(PLACES.items()):
-        alone = run(make_scene(rig=rig.changed(sensor=place), **fields))
+    for k, (name, sensor) in enumerate(PLACES.items()):
+        alone = run(make_scene(rig=rig.changed(sensor=sensor), **fields))
         np.testing.assert_array_equal(both.mean[:, k], alone.mean[:, 0])
         np.testing.assert_array_equal(both.raw[:, k], alone.raw[:, 0])
         for signal in (sense(both, sensor=name), sense(both, sensor=k), sense(both.with_sensor(name))):
@@ -85,8 +89,8 @@ def test_measures_and_limits_are_those_of_each_sensor(rig):
     for name in near:
         alone = measures(recording.with_sensor(name))
         assert "sensor" not in alone
-        of = table[table.sensor == name]
-        assert of.value.to_dict() == alone.value[of.index].to_dict()
+        rows = table[table.sensor == name]
+        assert rows.value.to_dict() == alone.value[rows.index].to_dict()
     (limited,) = [text for text in remarks(recording) if "range" in text]
     assert "range of 0.9 g" in limited and "(rear.range of the rig)" in limited
 
@@ -94,7 +98,7 @@ def test_measures_and_limits_are_those_of_each_sensor(rig):
 def test_every_link_puts_sensors_where_the_first_one_is(make_scene, rig):
     scene = make_scene(rig=with_sensors(rig, **PLACES), every_link=True)
     assert len(scene.sensors) == 2 + rig.chain.pitches
-    assert all((of.x, of.y) == (0.03, 0.02) for of in scene.sensors.values() if of.body == "link")
+    assert all((s.x, s.y) == (0.03, 0.02) for s in scene.sensors.values() if s.body == "link")
     assert scene.sensors["link 4"] == scene.sensors["front"]
 
 

@@ -47,7 +47,7 @@ def test_it_is_normal_force_times_friction_times_slip():
 
 @pytest.mark.parametrize("integrator", ["semi_implicit", "rk4"])
 def test_a_turn_takes_its_share_of_the_work_of_a_record(integrator):
-    """Of the whole passages, which leave at most two of twenty out."""
+    """Whole passages count, which leave at most two of twenty out."""
     run = simulate(Scene(RIG, 115, 0.305, lead_in=0.5, duration=4.6, integrator=integrator))
     row = run_metrics("", run)
     turns = run.seconds / run.periods.turn

@@ -17,7 +17,7 @@ from trackdyn.scene.scene import Periods, StopRule, steady_fields
 from trackdyn.simulation.loop import Loop
 
 RULE = StopRule(share_pct=0.2, force=0.006, passages=13, longest_turns=4)
-TURN = 2.0  # of the constructed records, s
+TURN = 2.0  # turn of the sprocket in the constructed records, s
 
 
 @pytest.fixture(scope="module")
@@ -44,7 +44,7 @@ def test_a_short_answer_is_that_of_a_long_record(scene, short):
         assert summary[name] == pytest.approx(long[name], rel=RULE.force), name
 
 
-def seen(monkeypatch, left, square=None):
+def judged(monkeypatch, left, square=None):
     """Passages with these shares (%) of the left arc, a tenth of a second apart, as if a recording held them."""
     rows = [
         {"passage": i, "side": side, "start_s": 1.0 + 0.1 * i, "share_pct": share if side == "left" else 0.0,
@@ -61,31 +61,31 @@ def seen(monkeypatch, left, square=None):
 
 
 def test_passages_that_are_alike_are_known_as_soon_as_there_are_enough(monkeypatch):
-    assert seen(monkeypatch, [10.0] * 13) == (0.0, True)
-    assert seen(monkeypatch, [10.0] * 12) == (0.0, False)
+    assert judged(monkeypatch, [10.0] * 13) == (0.0, True)
+    assert judged(monkeypatch, [10.0] * 12) == (0.0, False)
 
 
 def test_passages_that_scatter_are_known_when_there_are_many(monkeypatch):
     """White noise of 1 point: half of the interval is about 2 points over the root of the number."""
     noise = np.random.default_rng(1).normal(10.0, 1.0, 2000)
-    assert not seen(monkeypatch, noise[:40])[1]
-    assert seen(monkeypatch, noise)[1]
+    assert not judged(monkeypatch, noise[:40])[1]
+    assert judged(monkeypatch, noise)[1]
     # a force that scatters by as much is held to its own tolerance
-    assert not seen(monkeypatch, [10.0] * 100, square=noise[:100])[1]
-    assert seen(monkeypatch, [0.1] * 100, square=noise[:100])[1]  # but not where it hardly touches
+    assert not judged(monkeypatch, [10.0] * 100, square=noise[:100])[1]
+    assert judged(monkeypatch, [0.1] * 100, square=noise[:100])[1]  # but not where it hardly touches
 
 
 def test_a_transient_is_left_out(monkeypatch):
     """The record then begins two thirds of a turn before the first passage that counts."""
     shares = [10.0 + 5.0 * np.exp(-i) for i in range(10)] + [10.0, 10.01] * 20
-    begin, known = seen(monkeypatch, shares)
+    begin, known = judged(monkeypatch, shares)
     first = round((begin + 2 / 3 * TURN - 1.0) / 0.1)
     assert known
     assert 4 <= first <= 12
 
 
 def test_a_loop_without_contact_is_not_known(monkeypatch):
-    assert seen(monkeypatch, []) == (0.0, False)
+    assert judged(monkeypatch, []) == (0.0, False)
 
 
 def test_what_is_not_known_ends_with_its_scene(rig):

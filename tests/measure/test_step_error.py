@@ -19,15 +19,15 @@ COLUMN |= {f"{side}_share": f"{side}_share_pct" for side in ("left", "right", "r
 
 
 def test_the_step_of_every_included_rig_is_within_what_is_said(request):
-    """Of errors that the study knows to half of themselves; 5 % for its own scatter."""
+    """Errors count that the study knows to half of themselves; 5 % are for its own scatter."""
     rows = pd.read_csv(request.config.rootpath / "docs" / "measured" / "default_step.csv")
     rings = {"own": 0.308, "none": None}
-    whole = {of: whole_errors(Scene(load_rig("paper"), 150.0, radius)) for of, radius in rings.items()}
+    whole = {ring: whole_errors(Scene(load_rig("paper"), 150.0, radius)) for ring, radius in rings.items()}
     assert set(rows["rig"]) == set(shipped_rigs())
-    for of in rows[rows["uncertainty"] < 0.5 * rows["error"].abs()].itertuples():
-        size = 100.0 if of.measure.endswith("_share") else of.limit
-        said = whole[of.ring](COLUMN[of.measure], of.limit, 0.0)
-        assert abs(of.error) * size <= 1.05 * said, (of.rig, of.rpm, of.measure)
+    for row in rows[rows["uncertainty"] < 0.5 * rows["error"].abs()].itertuples():
+        size = 100.0 if row.measure.endswith("_share") else row.limit
+        accepted = whole[row.ring](COLUMN[row.measure], row.limit, 0.0)
+        assert abs(row.error) * size <= 1.05 * accepted, (row.rig, row.rpm, row.measure)
 
 
 def test_scatter_and_step_are_added_and_a_step_that_is_not_known_gives_no_error(rig):
@@ -51,7 +51,7 @@ def test_a_range_that_limits_the_rms_is_said_with_both_values(rig):
     assert range_sentence(recording) == "" and gravity_sentence(recording) == ""
     small = rig.changed(sensor__range=0.9)
     limited = belt_recording(Scene(small, 150.0, **BELT))
-    without, with_it = (shown_measures(of)[0]["value"] for of in (recording, limited))
+    without, with_it = (shown_measures(run)[0]["value"] for run in (recording, limited))
     text = range_sentence(limited)
     assert f"RMS is {with_it:.4g} g with this sensor and {without:.4g} g without" in text and with_it < without
     assert "range of 0.9 g" in text

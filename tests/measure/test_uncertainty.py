@@ -32,7 +32,7 @@ def test_errors_cover_the_truth_of_correlated_passages():
         covered += abs(values.mean()) <= batch_error(values)[1]
         naive += abs(values.mean()) <= 1.96 * values.std(ddof=1) / np.sqrt(len(values))
     assert 0.85 <= covered / REPLICAS <= 0.99
-    assert naive / REPLICAS < 0.8  # what leaving out the memory would hold
+    assert naive / REPLICAS < 0.8  # coverage if the memory were left out
 
 
 def test_an_interval_of_any_number_of_batches_is_student_s():
@@ -51,7 +51,7 @@ def test_errors_of_a_ratio_cover_the_truth():
         covered += abs(squares.sum() / times.sum() - 3) <= student.ppf(0.975, 19) * error
         apart += error < 0.5 * batch_error(squares)[0]
     assert 0.85 <= covered / REPLICAS <= 0.99
-    assert apart > 0.95 * REPLICAS  # what both have in common does not count
+    assert apart > 0.95 * REPLICAS  # scatter that both have in common does not count
 
 
 def record(rng, partial=0.4):
@@ -60,8 +60,8 @@ def record(rng, partial=0.4):
     The line's amplitude and phase and the content at 25 Hz scatter from revolution to revolution; noise is added.
     """
     time = np.arange(round((TURNS + partial) * SAMPLES)) / RATE
-    turn = (time * LOOP_HZ).astype(int)
-    size, late, sharp = (rng.standard_normal(TURNS + 1)[turn] for _ in range(3))
+    revolution = (time * LOOP_HZ).astype(int)
+    size, late, sharp = (rng.standard_normal(TURNS + 1)[revolution] for _ in range(3))
     line = (1 + 0.02 * size) * np.cos(2 * np.pi * LOOP_HZ * time + 0.3 + 0.01 * late)
     return line + (0.2 + 0.01 * sharp) * np.cos(2 * np.pi * 50 * LOOP_HZ * time) + 0.01 * rng.standard_normal(len(time))
 

@@ -44,7 +44,7 @@ def open_page(open_file, page_file):
 
 
 def test_an_impact_is_cut_and_leaves_the_other_arrows_their_length(recording, stretch):
-    largest = [np.hypot(of[:, 3], of[:, 4]).max() for of in stretch.contacts if len(of)]
+    largest = [np.hypot(rows[:, 3], rows[:, 4]).max() for rows in stretch.contacts if len(rows)]
     usual = geometry(recording, stretch)
     assert 1.2 <= np.median(largest) / usual["force_bar"] <= 3
     impact = stretch.contacts[0].copy()
@@ -56,26 +56,26 @@ def test_an_impact_is_cut_and_leaves_the_other_arrows_their_length(recording, st
 def test_what_moves_is_the_run(recording, stretch):
     """Place and forces of the recorded pitch, which the record keeps by another way."""
     assert stretch.begins == recording.begin
-    # the same steps in other chunks: rounding, which contact makes larger; a page draws 0.2 mm
+    # equal steps in other chunks: rounding, which contact makes larger; a page draws 0.2 mm
     assert stretch.apart[0] < 1e-9
     samples = np.rint(stretch.time * recording.rate).astype(int) - 1
     link = stretch.bodies[:, 0]
     half = recording.scene.rig.chain.link_length / 2
     middle = link[:, :2] + half * np.column_stack([np.cos(link[:, 2]), np.sin(link[:, 2])])
     assert np.abs(middle - recording.link_position[samples]).max() < 1e-9
-    seen, touched = (
+    drawn, touched = (
         np.zeros((len(samples), *recording.force.shape[1:])),
         np.zeros((len(samples), *recording.area.shape[1:], 2)),
     )
-    for k, of in enumerate(stretch.contacts):
-        for side, _, _, u, v, area, groove, body, _ in of[of[:, 8] == 0]:
-            seen[k, int(body) // 2, int(side)] = np.hypot(u, v)
+    for k, rows in enumerate(stretch.contacts):
+        for side, _, _, u, v, area, groove, body, _ in rows[rows[:, 8] == 0]:
+            drawn[k, int(body) // 2, int(side)] = np.hypot(u, v)
             if side < 2:
                 touched[k, int(body) // 2, int(side)] = area, groove
     recorded = recording.force[samples]
-    assert (seen > 0).sum(axis=(0, 1))[[0, 2]].min() > 100
-    assert seen == pytest.approx(recorded, abs=1e-6 * recorded.max())
-    arcs = seen[:, :, :2] > 0  # an arc may touch without a force
+    assert (drawn > 0).sum(axis=(0, 1))[[0, 2]].min() > 100
+    assert drawn == pytest.approx(recorded, abs=1e-6 * recorded.max())
+    arcs = drawn[:, :, :2] > 0  # an arc may touch without a force
     assert np.array_equal(touched[arcs], np.stack([recording.area[samples], recording.groove[samples]], axis=-1)[arcs])
 
 
@@ -91,23 +91,23 @@ def test_contacts_and_weight_are_what_accelerates_the_chain(make_scene, fields):
     loop = Loop(scene.with_(rig=scene.rig.changed(tension__travel=0.2)))  # one pin a pitch makes a longer loop
     loop.advance(0.61)  # no contact begins in the step that follows, whose force would be of its end
     chain, h = loop.model.chain, loop.model.step
-    places, before = loop.mass_centres, loop.momentum
-    of = stretches._contacts(loop)
+    centres, before = loop.mass_centres, loop.momentum
+    contacts = stretches._contacts(loop)
     weight = -chain.mass * chain.gravity
-    force = of[:, 3:5].sum(axis=0) + [0.0, weight.sum()]
-    moment = (of[:, 1] * of[:, 4] - of[:, 2] * of[:, 3]).sum() + (places[:, 0] * weight).sum()
+    force = contacts[:, 3:5].sum(axis=0) + [0.0, weight.sum()]
+    moment = (contacts[:, 1] * contacts[:, 4] - contacts[:, 2] * contacts[:, 3]).sum() + (centres[:, 0] * weight).sum()
     loop.step()
     # the velocities after the step are those of the places after it: arms have turned by h times the rate of the bodies
-    size, turn = np.abs(of[:, 3:5]).sum(), h * np.abs(loop.rates).max()
-    assert (loop.momentum - before)[:2] / h == pytest.approx(force, abs=turn * size)
-    assert (loop.momentum - before)[2] / h == pytest.approx(moment, abs=turn * size)
-    assert turn < 5e-3
-    assert len(of) > 5
+    size, angle = np.abs(contacts[:, 3:5]).sum(), h * np.abs(loop.rates).max()
+    assert (loop.momentum - before)[:2] / h == pytest.approx(force, abs=angle * size)
+    assert (loop.momentum - before)[2] / h == pytest.approx(moment, abs=angle * size)
+    assert angle < 5e-3
+    assert len(contacts) > 5
 
 
 def test_a_steered_run_is_not_taken_for_the_recorded_one(recording, tmp_path):
-    other = replace(recording, link_position=recording.link_position + 1e-3)
-    text = " ".join(show(other, seconds=0.05).text.split())
+    steered = replace(recording, link_position=recording.link_position + 1e-3)
+    text = " ".join(show(steered, seconds=0.05).text.split())
     assert "This is not the recorded run." in text and "by up to 0.001 m" in text
     assert "It is the recorded run" not in text
     assert "It is the recorded run" in " ".join(show(recording, seconds=0.05).text.split())

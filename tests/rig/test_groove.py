@@ -156,8 +156,8 @@ def test_true_depth_is_the_signed_distance_to_the_profile(rig):
     lines = [np.array([np.cos(half), side * np.sin(half)]) for side in (1, -1)]  # normals of the tooth lines
     around = np.vstack([profile, *(profile - 2 * np.outer(profile @ normal, normal) for normal in lines)])
     rng = np.random.default_rng(3)
-    out, turn = rng.uniform(0.25, 0.36, 400), rng.uniform(-half, half, 400)
-    points = np.column_stack([out * np.sin(turn), out * np.cos(turn)])
+    out, angle = rng.uniform(0.25, 0.36, 400), rng.uniform(-half, half, 400)
+    points = np.column_stack([out * np.sin(angle), out * np.cos(angle)])
     distance = np.array([np.hypot(*(around - point).T).min() for point in points])
     order = np.argsort(profile[:, 0])
     below = points[:, 1] < np.interp(points[:, 0], *profile[order].T)

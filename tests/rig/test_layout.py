@@ -30,15 +30,15 @@ def test_wraps_are_one_turn_and_the_path_is_smooth(rig, circles):
         for alone, of_many in zip(path.at(s), path.along([s]), strict=True):  # one statement for a point, one for many
             np.testing.assert_allclose(alone, of_many[0], rtol=0, atol=1e-14)
         before, after = path.at(s - step), path.at(s + step)
-        turn = (after[1] - before[1] + pi) % (2 * pi) - pi
+        bend = (after[1] - before[1] + pi) % (2 * pi) - pi
         # position and heading change by the step alone, also across the ends of arcs
         assert dist(after[0], before[0]) == pytest.approx(2 * step, rel=1e-6)
-        assert abs(turn) <= 2 * step / 0.25 + 1e-12
+        assert abs(bend) <= 2 * step / 0.25 + 1e-12
         heading = np.arctan2(*np.subtract(after[0], before[0])[::-1])
         # differences of positions of 1 m over 2e-7 m carry 1e-9
         assert abs((heading - path.at(s)[1] + pi) % (2 * pi) - pi) < 1e-6
         inside = min(abs(s - end) for end in path.start) > 2 * step
-        assert not inside or -turn / (2 * step) == pytest.approx(path.at(s)[2], abs=1e-6)
+        assert not inside or -bend / (2 * step) == pytest.approx(path.at(s)[2], abs=1e-6)
 
 
 @pytest.mark.parametrize("circles", [TRIANGLE, UNEQUAL])

