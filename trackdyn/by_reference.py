@@ -11,7 +11,9 @@ By reference uses what numba offers to extensions; for linking only a code libra
 early. `trackdyn.jit` does without either where a release of numba lacks what is imported or named here.
 """
 
+import gc
 import hashlib
+from contextlib import contextmanager
 from functools import cache
 from itertools import accumulate
 from typing import get_args
@@ -26,6 +28,7 @@ from numba.core.typing.templates import AttributeTemplate, infer_getattr
 from numba.extending import (
     NativeValue,
     intrinsic,
+    lower_builtin,
     lower_getattr_generic,
     models,
     register_model,
@@ -169,6 +172,12 @@ def on_stack(_, block):
     return block(block), generate
 
 
+@lower_builtin("__array__", types.Array)
+def _array_of(context, builder, signature, arguments):
+    """An array is its own: numba has no rule for that, and at every access looks whether one was added meanwhile."""
+    return arguments[0]
+
+
 class _Text(JITCodeLibrary):
     """Code that ends where optimisation and machine code would begin."""
 
@@ -202,6 +211,15 @@ def _of_numbers(typing, operator, numbers):
     return typing.resolve_function_type(operator, numbers, {})
 
 
+# Passes of numba's for closures, array expressions, generators and the like, none of which is in a kernel. After each
+# numba looks through the whole function, so that together they took as long as typing it.
+UNUSED = {
+    "WithLifting", "InlineClosureLikes", "RewriteDynamicRaises", "MakeFunctionToJitFunction", "FindLiterallyCalls",
+    "LiteralUnroll", "LiteralPropagationSubPipelinePass", "InlineOverloads", "NopythonRewrites",
+    "NoPythonSupportedFeatureValidation", "AnnotateTypes", "DumpParforDiagnostics",
+}  # fmt: skip
+
+
 class Inner(Compiler):
     """Compiler of a kernel within another."""
 
@@ -210,10 +228,28 @@ class Inner(Compiler):
         flags.no_compile = True
         super().__init__(_Typing(typing), target, library, arguments, result, flags, variables)
 
+    def define_pipelines(self):  # noqa: D102
+        (pipeline,) = super().define_pipelines()
+        pipeline.passes = [each for each in pipeline.passes if each[0].__name__ not in UNUSED]
+        return [pipeline]
+
     def compile_extra(self, function):  # noqa: D102
-        result = super().compile_extra(function)._replace(entry_point=_entry())
+        with _uncollected():
+            result = super().compile_extra(function)._replace(entry_point=_entry())
         result.target_context.insert_user_function(result.entry_point, result.fndesc, [result.library])
         return result
+
+
+@contextmanager
+def _uncollected():
+    """Look for no garbage meanwhile: hardly any of numba's many objects is, and to look takes a tenth of the time."""
+    collects = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if collects:
+            gc.enable()
 
 
 def _entry():

@@ -216,6 +216,9 @@ class _Kernel:
     def __call__(self, *arguments):
         return self.dispatcher(*arguments)
 
+    def __reduce__(self):  # by name, as functions are copied
+        return self.__qualname__
+
 
 def direct(kernel, *arguments) -> Callable:
     """What calls a kernel with arguments of these types without numba's asking for them, most of a short call."""

@@ -5,6 +5,7 @@ nothing of motion in space and of the other integrators. Every such choice doubl
 What costs no time where there is none of it has arrays without entries, or zeros, instead.
 """
 
+from collections.abc import Callable
 from math import sqrt
 
 from trackdyn.chain.kinematics import damping_weight, forward_kinematics, orient, relax
@@ -16,23 +17,13 @@ from trackdyn.integrate.energy import account, energies, finish_forces
 from trackdyn.integrate.plane import plane_dynamics, turn_plane
 from trackdyn.integrate.runge_kutta import rk_step
 from trackdyn.integrate.semi_implicit import RATE_LIMIT, advance
-from trackdyn.jit import kernel, on_stack
+from trackdyn.jit import direct, kernel, on_stack
 from trackdyn.model.arrays import BUSHING_LOSS, OFFSET, P, Q, Record, State, Work
 from trackdyn.model.constants import SPROCKET, Model
 
 # Steps from one look at what alternates in the motion to the next: three of them are looked at. A power of two, and
 # seldom enough to cost less than a hundredth of a step.
 BETWEEN_LOOKS = 16
-
-
-def run(model: Model, state: State, work: Work, record: Record, first, last):
-    """Integrate samples ``first`` to ``last - 1`` and fill their rows.
-
-    Returns -1, or the body at which the run left the physical range (0 for the plane of the chain itself);
-    ``state.steps`` says when.
-    """
-    kernel, before, after = prepared(model, state, work)
-    return kernel(*before, record, (first, last), *after)
 
 
 def check_range(body: int, model: Model, state: State, phase: str = "the run") -> None:
@@ -47,14 +38,34 @@ def check_range(body: int, model: Model, state: State, phase: str = "the run") -
         )
 
 
-def prepared(model: Model, state: State, work: Work):
-    """The kernel of a method, and what `run` hands to it before and after the record and its rows."""
-    # what numba compiles once more in every caller is kept flat: one kernel, chosen here; what only some methods have
-    # stands beside the work, so that all share the kernels that do without
-    parts = shared(model, state, work)
-    if work.stages is not None:
-        return _run_stages, parts, (work.stages,)
-    return _run, parts, (work.space, work.implicit)
+class Integration:
+    """The kernel of a method with its work.
+
+    Parameters
+    ----------
+    work : Work
+        Of a model; its arrays and those that kernels get with it stay the same from call to call, but for the numbers
+        in them, and so do their types.
+    """
+
+    def __init__(self, work: Work):
+        # what numba compiles once more in every caller is kept flat: one kernel, chosen here; what only some methods
+        # have stands beside the work, so that all share the kernels that do without
+        self._work = work._replace(stages=None, space=None, implicit=None)
+        self._kernel, self._beside = _run, (work.space, work.implicit)
+        if work.stages is not None:
+            self._kernel, self._beside = _run_stages, (work.stages,)
+        self._call: Callable | None = None
+
+    def __call__(self, model: Model, state: State, record: Record, first: int, last: int, phase: str = "the run"):
+        """Integrate samples ``first`` to ``last - 1`` and fill their rows.
+
+        Raises `DivergenceError`: the run, in the phase of this name, leaves the physical range.
+        """
+        arguments = model, state, self._work, record, (first, last), *self._beside
+        if self._call is None:
+            self._call = direct(self._kernel, *arguments)
+        check_range(self._call(*arguments), model, state, phase)
 
 
 def refresh(model: Model, state: State, work: Work):

@@ -8,9 +8,8 @@ from threading import RLock
 from typing import Any
 
 from trackdyn.errors import InputError
-from trackdyn.integrate.run import check_range, prepared
+from trackdyn.integrate.run import Integration
 from trackdyn.integrate.semi_implicit import sprocket_rate
-from trackdyn.jit import direct
 from trackdyn.model.arrays import Record, make_record
 from trackdyn.model.constants import Drive
 from trackdyn.rig.rig import Rig
@@ -79,12 +78,12 @@ class Loop(Readings):
     @arrays.setter
     def arrays(self, arrays: LoopArrays) -> None:
         self._scratch, self._lock = make_record(1, arrays.state, len(arrays.model.sensors.body)), RLock()
-        self._entry: Callable | None = None
         self._show(copy.deepcopy(arrays))
+        self._integration = Integration(self._written.work)
 
     def _show(self, arrays: LoopArrays) -> None:
         """Take arrays as they are, and show them to all others."""
-        self._written, self._views, self._prepared = arrays, read_only(arrays), prepared(*arrays)
+        self._written, self._views = arrays, read_only(arrays)
 
     def __getstate__(self) -> dict:
         return {name: getattr(self, name) for name in ("scene", "layout", "arrays", "_scratch")}
@@ -109,11 +108,8 @@ class Loop(Readings):
         ``changes`` are those of the model: steps a sample, sensors.
         """
         with self._exclusive():
-            kernel, (model, state, work), after = self._prepared
-            arguments = model._replace(**changes), state, work, record, (first, last), *after
-            if self._entry is None:
-                self._entry = direct(kernel, *arguments)
-            check_range(self._entry(*arguments), model, state)
+            model, state, _ = self._written
+            self._integration(model._replace(**changes), state, record, first, last)
 
     # -- stepping ------------------------------------------------------------------------------------------------------
 

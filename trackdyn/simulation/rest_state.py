@@ -9,7 +9,7 @@ import numpy as np
 
 from trackdyn.errors import InputError
 from trackdyn.integrate.methods import METHODS
-from trackdyn.integrate.run import check_range, run
+from trackdyn.integrate.run import Integration
 from trackdyn.model.arrays import SLIDE, Work, equip, make_arrays, make_record
 from trackdyn.model.constants import SPROCKET, Drive, Model
 from trackdyn.rig.groove import depths_on_sprocket
@@ -74,6 +74,7 @@ class DampedLoop:
         self.work = equip(work, METHODS["linearly_implicit" if linearly else "semi_implicit"], self.model)
         lay_state(self.state, assembly)
         self.record = make_record(1, self.state, len(self.model.sensors.body))
+        self._samples = Integration(self.work)
 
     def tension(self) -> float:
         """Tension of the chain at the cut joint, in the middle of the last strand, N."""
@@ -85,7 +86,7 @@ class DampedLoop:
         self.scale_rates(DAMPING)
 
     def _integrate(self, model: Model) -> None:
-        check_range(run(model, self.state, self.work, self.record, 0, 1), model, self.state, "settling")
+        self._samples(model, self.state, self.record, 0, 1, "settling")
 
     def scale_rates(self, factor: float) -> None:
         """Multiply every rate by a factor."""
@@ -136,6 +137,7 @@ class DampedLoop:
         carriers = carriers._replace(force=carriers.force[:1].copy())  # as when the run starts, however long this takes
         self.model = self.model._replace(carriers=carriers._replace(preload=preloads(rig, carriers, self.work, slide)))
         self.state = self.state._replace(slide=np.zeros(len(slide), SLIDE))
+        self._samples = Integration(self.work)
         self.rest(0.4)
 
     def equalize_strands(self) -> float:
