@@ -94,7 +94,7 @@ def assert_same(path):
     compiled, interpreted = (read(path.with_suffix(f".{kind}.npz")) for kind in ("compiled", "interpreted"))
     assert interpreted["work.tooth_force"].max() > 100.0
     for array, right in interpreted.items():
-        atol = 1e-8 * np.nanmax(np.abs(right), initial=0.1)
+        atol = 1e-7 * np.nanmax(np.abs(right), initial=0.1)
         np.testing.assert_allclose(compiled[array], right, rtol=0, atol=atol, err_msg=f"{path.name}: {array}")
 
 
