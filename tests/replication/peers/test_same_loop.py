@@ -8,7 +8,7 @@ import pytest
 from replication.peers import trade_point
 from replication.peers.comparison import run_peer
 from replication.peers.contact import make_contacts, peer_contact_loads
-from replication.peers.exudyn_loop import PeerRun, drive_at, fixed, free_wheels
+from replication.peers.exudyn_loop import PeerRun, drive_at, free_wheels
 from replication.peers.trade_point import links_rms, peer_point
 from replication.study.settings import PEER_LAWS
 from tests.conftest import contact_table
@@ -55,10 +55,10 @@ def test_without_the_other_code_there_is_no_point(rig, monkeypatch, capsys):
 def test_a_loop_that_the_other_code_has_not_is_refused_with_one_that_it_has(rig):
     """The loop that the refusal advises exists."""
     with pytest.raises(
-        InputError, match=r"exudyn_loop\.fixed with chain = double_pin, tension = locked, .* bushing_law = viscous"
+        InputError, match=r"; chain = double_pin, tension = locked, .* bushing_law = viscous is accepted"
     ):
         run_peer(Scene(rig, 115.0, tension="sprung", duration=0.01, contact_log=False, **PEER_LAWS), 5e-4)
-    scene = Scene(fixed(rig), 115.0, chain="double_pin", tension="locked", space="planar", **PEER_LAWS)
+    scene = Scene(rig, 115.0, chain="double_pin", tension="locked", space="planar", **PEER_LAWS)
     assert free_wheels(scene, scene.model).drag == tuple(wheel.bearing_drag for wheel in rig.wheels.values())
 
 

@@ -20,7 +20,6 @@ from trackdyn.errors import DivergenceError, InputError
 from trackdyn.extras import required
 from trackdyn.model.arrays import State
 from trackdyn.model.constants import NO_MOTOR, Chain, Drive, Model
-from trackdyn.rig.rig import Rig
 from trackdyn.scene.scene import Scene
 
 # Newton's iteration ends when the residual has fallen by the first or below the second: Exudyn's own defaults.
@@ -61,24 +60,11 @@ def free_wheels(scene: Scene, model: Model) -> PeerWheels:
     laws = {name: getattr(scene, name) for name in PEER_LAWS}
     if len(model.carriers.wheel) or model.space is not None or not plain or laws != PEER_LAWS:
         raise InputError(
-            "the loop in Exudyn has fixed wheels, a prescribed speed, viscous drag and bushings, and double pins in "
-            "the plane; a rig from exudyn_loop.fixed with chain = double_pin, tension = locked, space = planar, "
-            "drag = viscous, bushing_law = viscous is accepted"
+            "the loop in Exudyn has wheels without arms or sliders, a prescribed speed, viscous drag and bushings, "
+            "and double pins in the plane; chain = double_pin, tension = locked, space = planar, drag = viscous, "
+            "bushing_law = viscous is accepted"
         )
     return PeerWheels(tuple(map(float, model.wheels.inertia[1:])), tuple(map(float, model.wheels.drag[1:])))
-
-
-def fixed(rig: Rig) -> Rig:
-    """The rig as Exudyn has it: every wheel fixed where its file has it, and a prescribed speed."""
-    changes = {
-        f"{name}__{carrier}": None
-        for name, wheel in rig.wheels.items()
-        for carrier in ("arm", "slider")
-        if getattr(wheel, carrier)
-    }
-    if changes or rig.drive:
-        changes |= {"drive": None}
-    return rig.changed(**changes, tension__kept="locked")
 
 
 def drive_at(drive: Drive, t: float) -> tuple[float, float]:
