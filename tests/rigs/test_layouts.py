@@ -7,7 +7,7 @@ import pytest
 
 from tests.layouts import PITCHES, WHEELS, random_rig
 from trackdyn.errors import InputError
-from trackdyn.rig.layout import assemble, belt_around, wheel_circles
+from trackdyn.rig.layout import assemble, wheel_circles
 from trackdyn.scene.scene import Scene
 from trackdyn.scene.step import largest_step
 from trackdyn.simulation.settling import settle
@@ -32,7 +32,7 @@ def test_a_drawn_layout_is_laid_exactly(number):
     lengths = np.full(rig.chain.pitches, rig.single_pin_pitch) if single else None
     laid = assemble(rig, lengths)
     lengths = np.tile([rig.chain.link_length, rig.connector_length], rig.chain.pitches) if lengths is None else lengths
-    path, order = belt_around(rig, laid.shift, float(lengths[0]))
+    path, order = laid.path, laid.order
     assert set(order) == set(range(1 + len(rig.wheels))) and path.wrap.sum() == pytest.approx(2 * np.pi)
     ends = np.vstack([laid.pins, laid.pins[:1]])
     np.testing.assert_allclose(np.hypot(*np.diff(ends, axis=0).T), lengths, rtol=0, atol=1e-10)

@@ -72,7 +72,7 @@ def damping_weight(chain: Chain, step):
     there.
 
     Later where the fastest decay, links and connectors in zigzag with their mass centres at rest, would overshoot:
-    it ends at zero then (`limits.step_limits`).
+    it ends at zero then (`scene.step.step_limits`).
     """
     a, b = chain.length[0], chain.length[1]
     mobility = 2.0 * (a + b) ** 2 / (chain.inertia[0] * b * b + chain.inertia[1] * a * a)

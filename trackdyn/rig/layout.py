@@ -37,6 +37,13 @@ class BeltPath:
         """Length of the whole path, m."""
         return float(self.start[-1])
 
+    def sag(self, weight: float) -> float:
+        """Length by which a chain of a ``weight`` (N/m) is longer than its runs, times its tension squared, m N2.
+
+        Over a run of length l that is ``w^2 l^3 / (24 T^2)``.
+        """
+        return weight**2 * float((np.diff(self.start)[1::2] ** 3).sum()) / 24
+
     def along(self, s):
         """Positions (k, 2), headings (rad) and curvatures (1/m, clockwise positive) at arc lengths ``s`` (k,)."""
         s = np.asarray(s, dtype=float) % self.length
@@ -267,7 +274,9 @@ class Assembly:
     angle: np.ndarray  # (n,) unwrapped orientation of the bodies, falling by 2 pi around the loop, rad
     sprocket_angle: float  # angle of the sprocket that puts a groove under the connector in the middle of the wrap, rad
     shift: float  # shift of the tensioning wheel that makes the rigid loop just close, m
-    lever: float = 0.0  # by how much its path then grows with that shift
+    lever: float  # by how much the path then grows with that shift
+    path: BeltPath  # of the pins around the wheels
+    order: list[int]  # wheels in the order in which the path meets them
 
 
 def body_lengths(rig: Rig, chain: str = "double_pin") -> np.ndarray:
@@ -361,4 +370,4 @@ def assemble(rig: Rig, lengths: np.ndarray | None = None) -> Assembly:
     away = np.hypot(*middle.T) > 1.2 * path.circles[0, 2]
     distance = np.abs((on_wheel - direction + pi) % (2 * pi) - pi) + 10 * away
     under_groove = float(on_wheel[np.argmin(distance)] - pi / rig.sprocket.teeth)
-    return Assembly(pins[:-1], angle, under_groove, float(shift), lever)
+    return Assembly(pins[:-1], angle, under_groove, float(shift), lever, path, order)

@@ -7,7 +7,7 @@ import numpy as np
 from trackdyn.errors import InputError
 from trackdyn.model.constants import Law
 from trackdyn.rig.groove import true_depth
-from trackdyn.rig.layout import assemble, belt_around, body_lengths
+from trackdyn.rig.layout import assemble, body_lengths
 from trackdyn.rig.rig import Rig
 from trackdyn.scene.scene import Scene
 from trackdyn.scene.step import elastic_depth
@@ -77,19 +77,18 @@ def _seat_depth(rig: Rig) -> float:
 def _tightened(rig: Rig, start: float) -> float:
     """Ring at which a loop stands at `TIGHTER` times its pre-tension that has it with the ring ``start``, m."""
     model, lengths = Scene(rig, 0.0, start).model, body_lengths(rig, rig.chain.kind)
-    path, order = belt_around(rig, assemble(rig, lengths).shift, float(lengths[0]))
+    laid = assemble(rig, lengths)
     wheels, pitch = model.wheels, float(lengths.sum()) / rig.chain.pitches
-    weight = model.chain.gravity * float(model.chain.mass.sum() / lengths.sum())
-    sag = weight**2 * float((np.diff(path.start)[1::2] ** 3).sum()) / 24
+    sag = laid.path.sag(model.chain.gravity * float(model.chain.mass.sum() / lengths.sum()))
 
     def spare(tension: float) -> float:
         """Length that sag and contacts give at a tension (N), but for a constant, m."""
         length = -sag / tension**2
-        for wrap, wheel in zip(path.wrap, order, strict=True):
+        for wrap, wheel in zip(laid.path.wrap, laid.order, strict=True):
             radius = float(wheels.radius[wheel]) if wheel else start
             load = 2 * tension * sin(min(pitch / (2 * (radius + wheels.half_thickness)), pi / 2))
             length += float(wrap) * elastic_depth(Law(*wheels.law[wheel].tolist()), load, radius)
         return length
 
     tension = max(rig.tension.pre_tension, 1.0)
-    return start + (spare(TIGHTER * tension) - spare(tension)) / float(path.wrap[order.index(0)])
+    return start + (spare(TIGHTER * tension) - spare(tension)) / float(laid.path.wrap[laid.order.index(0)])

@@ -9,10 +9,8 @@
 
 from math import inf
 
-import numpy as np
-
 from trackdyn.errors import DivergenceError, InputError
-from trackdyn.rig.layout import assemble, belt_around, travel_range
+from trackdyn.rig.layout import assemble, travel_range
 from trackdyn.scene.build import CARRIED
 from trackdyn.scene.scene import Scene
 from trackdyn.scene.step import settling_step
@@ -71,7 +69,6 @@ class TensionedLoop(DampedLoop):
         rig, length = scene.rig, scene.model.chain.length
         assembly = assemble(rig, length)
         self.low, self.high = travel_range(rig, assembly.shift)
-        path, _ = belt_around(rig, assembly.shift, float(length[0]))
         # wanted tension, N; metres of chain a metre of shift
         self.target, self.lever = taut or rig.tension.pre_tension, assembly.lever
         step = settling_step(scene, self.target, inf if taut else scene.time_step) / divisor
@@ -82,8 +79,7 @@ class TensionedLoop(DampedLoop):
         self.reached, self.compliance_ratio = 0.0, 1.6
         # the compliance of a slack strand is too large: no shift of a chunk is longer than a tenth of a body
         self.longest_shift = 0.1 * float(length.max())
-        # a strand of span l and weight w a metre shortens its chord by w^2 l^3 / (24 T^2)
-        self.sag = self.weight**2 * float((np.diff(path.start)[1::2] ** 3).sum()) / 24
+        self.sag = assembly.path.sag(self.weight)
 
     def _shift_for(self, tension: float) -> float:
         """Shift of the wheel (m) that makes a tension (N), but for a constant."""

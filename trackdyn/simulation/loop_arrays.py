@@ -11,8 +11,8 @@ from trackdyn.errors import InputError
 from trackdyn.files import read_npz, write_npz
 from trackdyn.integrate.methods import METHODS
 from trackdyn.model.arrays import Plane, State, Work, equip, make_arrays
-from trackdyn.model.constants import SPROCKET, Model
-from trackdyn.rig.layout import Assembly, tensioner, wheel_circles
+from trackdyn.model.constants import Model
+from trackdyn.rig.layout import tensioner, wheel_circles
 from trackdyn.rig.rig import Rig
 from trackdyn.rig.validation import shown
 from trackdyn.scene.build import make_carriers, wheel_centres
@@ -140,13 +140,6 @@ def allocate(scene: Scene, step: float) -> LoopArrays:
     if model.space is not None:
         state = state._replace(plane=Plane(np.zeros(4), np.zeros(4)))
     return LoopArrays(model, state, equip(work, METHODS[scene.integrator], model))
-
-
-def lay_state(state: State, assembly: Assembly) -> None:
-    """Lay the bodies of a state that is 0 as they are assembled, at rest."""
-    state.pin[:2] = assembly.pins[0]
-    state.angle[:] = assembly.angle
-    state.wheel_angle[SPROCKET] = assembly.sprocket_angle
 
 
 def shift_tensioner(model: Model, rig: Rig, shift: float) -> None:

@@ -17,7 +17,7 @@ from trackdyn.rig.layout import Assembly
 from trackdyn.scene.build import make_carriers, preloads
 from trackdyn.scene.scene import Scene
 from trackdyn.scene.step import elastic_depth
-from trackdyn.simulation.loop_arrays import copy_wheels, lay_state, shift_tensioner
+from trackdyn.simulation.loop_arrays import copy_wheels, shift_tensioner
 
 # Length of a chunk, s, and the factor by which every rate is multiplied at its end.
 CHUNK, DAMPING = 1e-3, 0.985
@@ -72,7 +72,9 @@ class DampedLoop:
         self.state, work = make_arrays(self.model)
         linearly = METHODS[scene.integrator].linearly_implicit
         self.work = equip(work, METHODS["linearly_implicit" if linearly else "semi_implicit"], self.model)
-        lay_state(self.state, assembly)
+        self.state.pin[:2] = assembly.pins[0]
+        self.state.angle[:] = assembly.angle
+        self.state.wheel_angle[SPROCKET] = assembly.sprocket_angle
         self.record = make_record(1, self.state, len(self.model.sensors.body))
         self._samples = Integration(self.work)
 

@@ -6,7 +6,7 @@ from math import degrees, gcd, hypot
 import numpy as np
 
 from trackdyn.errors import DivergenceError, InputError
-from trackdyn.rig.layout import assemble, belt_around, body_lengths, longest_strand, wheel_circles, wheel_names
+from trackdyn.rig.layout import assemble, body_lengths, longest_strand, wheel_circles, wheel_names
 from trackdyn.rig.outline import distance_to
 from trackdyn.rig.rig import Rig
 from trackdyn.scene.scene import Scene
@@ -40,9 +40,8 @@ def check_rig(rig: Rig, rpm: float, settle: bool = True) -> RigReport:
     """Lay a rig's loop (else `InputError`), and with ``settle`` tension it and try steps at ``rpm`` (rev/min)."""
     lengths = body_lengths(rig, rig.chain.kind)
     laid = assemble(rig, lengths)
-    path, order = belt_around(rig, laid.shift, float(lengths[0]))
     names = wheel_names(rig)
-    wraps = {names[wheel]: degrees(float(path.wrap[k])) for k, wheel in enumerate(order)}
+    wraps = {names[wheel]: degrees(float(laid.path.wrap[k])) for k, wheel in enumerate(laid.order)}
     sample = 1.0 / rig.rate
     step = largest_step(Scene(rig, rpm).model, rig.tension.pre_tension)
     values = {
@@ -58,7 +57,7 @@ def check_rig(rig: Rig, rpm: float, settle: bool = True) -> RigReport:
     }
     frame = np.concatenate([laid.pins[0], laid.angle, [laid.sprocket_angle]])
     wheels = wheel_circles(rig, laid.shift, surface=True)
-    unusual = _unusual(rig, path, wraps, step, names)
+    unusual = _unusual(rig, laid.path, wraps, step, names)
     if settle:
         loop = Loop(Scene(rig, 0.0))
         model, state = loop.model, loop.state

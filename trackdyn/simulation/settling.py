@@ -20,12 +20,12 @@ from trackdyn.errors import DivergenceError, InputError
 from trackdyn.integrate.methods import METHODS
 from trackdyn.model.arrays import Plane, State, equip
 from trackdyn.model.constants import SPROCKET
-from trackdyn.rig.layout import Assembly, check_overlap
+from trackdyn.rig.layout import check_overlap
 from trackdyn.scene.build import CARRIED, check_stops, wheel_centres
 from trackdyn.scene.scene import RECORD_FIELDS, Scene
 from trackdyn.scene.step import LEAST_SETTLING_STEP, allowed_step, first_that_runs, settling_step
 from trackdyn.simulation.initial_tension import TensionedLoop, tensioned
-from trackdyn.simulation.loop_arrays import LoopArrays, allocate, copy_wheels, lay_state, move_wheels
+from trackdyn.simulation.loop_arrays import LoopArrays, allocate, copy_wheels, move_wheels
 from trackdyn.simulation.rest_state import Restless
 
 # A loop that does not come to rest is settled anew with half the step, so many times.
@@ -160,14 +160,14 @@ def _spinning_loop(scene: Scene) -> Start:
     """An oblong loop without wheels that spins with the rate of the sprocket and is otherwise at rest."""
     arrays, spin = allocate(scene, scene.time_step), scene.sprocket_rate
     state = arrays.state
-    lay_state(state, free_loop(arrays.model.chain.length))
+    state.pin[:2], state.angle[:] = free_loop(arrays.model.chain.length)
     state.rate[:] = spin
     state.pin[2:] = [-spin * state.pin[1], spin * state.pin[0]]
     return Start(arrays, {})
 
 
-def free_loop(lengths: np.ndarray) -> Assembly:
-    """An oblong, closed clockwise loop of bodies around the origin, without wheels.
+def free_loop(lengths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """First pin (m) and angles (rad) of an oblong, closed clockwise loop of bodies around the origin, without wheels.
 
     The angle of body i is ``-2 pi i / n`` with a second harmonic that makes the loop oblong, and a first one that
     closes it. Raises `InputError`: the bodies do not close so.
@@ -188,7 +188,7 @@ def free_loop(lengths: np.ndarray) -> Assembly:
     angle = angles(first)
     step = np.column_stack([np.cos(angle), np.sin(angle)]) * lengths[:, None]
     pins = np.vstack([np.zeros(2), np.cumsum(step, axis=0)[:-1]])
-    return Assembly(pins - pins.mean(axis=0), angle, 0.0, 0.0)
+    return pins[0] - pins.mean(axis=0), angle
 
 
 def start_plane(centres: np.ndarray, state: State) -> Plane:
