@@ -1,7 +1,7 @@
 """A recording that needs no kernel, a folder of odd files, and the command within this process."""
 
 import pytest
-from sentences import BELT, ROOT
+from sentences import BELT
 
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.belt import belt_recording
@@ -19,13 +19,7 @@ def belt_file(rig, tmp_path_factory):
 def folder(tmp_path, monkeypatch, belt_file):
     """A working directory with what commands may be given."""
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "config").symlink_to(ROOT / "config")
     (tmp_path / "folder.npz").mkdir()
     (tmp_path / "short.npz").write_bytes(belt_file.read_bytes())
-    for name, content in (
-        ("plain", b"text\n"),
-        ("empty", b""),
-        ("binary", bytes(range(256))),
-    ):
-        (tmp_path / name).write_bytes(content)
+    (tmp_path / "plain").write_bytes(b"text\n")
     return tmp_path

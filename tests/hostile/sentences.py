@@ -11,14 +11,6 @@ NUMBER = "must be a finite number"
 BELT = {"chain": "belt", "ring_radius": None, "contact_log": False}
 
 
-def shown(value):
-    """Name of a row."""
-    try:
-        return repr(value)[:40]
-    except ValueError:
-        return "10**5000"
-
-
 def one_sentence(caught, *words):
     sentence = str(caught.value)
     assert "\n" not in sentence and len(sentence) < 700, sentence

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from sentences import BELT, one_sentence, shown
+from sentences import BELT, one_sentence
 
 import trackdyn
-from trackdyn.errors import InputError
+from trackdyn.errors import InputError, shown
 from trackdyn.measure.axes import doubtful_axes
 from trackdyn.measure.compare import compare_with_sensor
 from trackdyn.rig.rig import Rig, load_rig

@@ -3,10 +3,10 @@
 from pathlib import Path
 
 import pytest
-from sentences import HUGE, ROOT, one_sentence, shown
+from sentences import HUGE, ROOT, one_sentence
 
 from replication.pipeline.config import RIG_FIELDS, check_config, check_layers
-from trackdyn.errors import InputError
+from trackdyn.errors import InputError, shown
 from trackdyn.rig.rig_file import shipped_rigs
 from trackdyn.rig.yaml_file import read_yaml
 

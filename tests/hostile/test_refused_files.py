@@ -3,11 +3,11 @@
 from pathlib import Path
 
 import pytest
-from sentences import ROOT, one_sentence, shown
+from sentences import ROOT, one_sentence
 from snakemake.utils import update_config
 
 from replication.pipeline.config import check_layers, read_layer
-from trackdyn.errors import InputError
+from trackdyn.errors import InputError, shown
 from trackdyn.rig.rig import load_rig
 from trackdyn.rig.yaml_file import read_yaml
 from trackdyn.simulation.loop import Loop

@@ -5,9 +5,9 @@ import sys
 import numpy as np
 import pytest
 import yaml
-from sentences import LONGER, NO_NUMBERS, NUMBER, RIG, one_sentence, shown
+from sentences import LONGER, NO_NUMBERS, NUMBER, RIG, one_sentence
 
-from trackdyn.errors import InputError
+from trackdyn.errors import InputError, shown
 from trackdyn.rig.rig import load_rig
 from trackdyn.scene.scene import Scene
 

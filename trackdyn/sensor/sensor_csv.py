@@ -19,14 +19,14 @@ from trackdyn.files import write_text
 from trackdyn.rig.validation import typed
 from trackdyn.sensor import samples, stamps
 from trackdyn.sensor.formats import format_of
+from trackdyn.sensor.header import find_layout
 from trackdyn.sensor.logger_files import Channels, read_channels, read_logger_text
-from trackdyn.sensor.logger_text import Layout, find_layout, listed
+from trackdyn.sensor.logger_text import Layout, listed
 from trackdyn.sensor.sensor_mapping import (
     AXES,
     Column,
     SensorMapping,
     choose,
-    is_unit,
     said_otherwise,
     time_like,
     time_unit_of,
@@ -140,8 +140,8 @@ def _layout(path: Path, mapping: SensorMapping, opened: ExitStack) -> tuple[Layo
         return channels, mapping.within(channels.group), False
     text = read_logger_text(path)
     numbers, named = mapping.numbers, set(mapping.named) - ({"time"} if mapping.time == "none" else set())
-    places = list(numbers.values()) if "ay" in numbers and named == set(numbers) else []
-    layout = find_layout(path, text, lambda names: bool(ay_of(names)), sought, places, is_unit)
+    positions = list(numbers.values()) if "ay" in numbers and named == set(numbers) else []
+    layout = find_layout(path, text, lambda names: bool(ay_of(names)), sought, positions)
     comments = [line for line in text.split("\n", layout.first_line)[:-1] if line.lstrip().startswith("#")]
     return layout, mapping, "synthetic" in "".join(comments).casefold()
 
