@@ -101,8 +101,8 @@ def _outcomes_text(draws: pd.DataFrame) -> str:
     ran = counts[counts["reason"] == "ran"]["rigs"]
     lost = len(draws) - ran.sum()
     return (
-        f"{draws['draw'].nunique()} draws in four scenarios are {len(draws)} tracks. {ran.sum()} ran ({ran.min()} to "
-        f"{ran.max()} a scenario); {lost} could not be built or did not come to rest."
+        f"Of {len(draws)} tracks {ran.sum()} ran ({ran.min()} to {ran.max()} a scenario); {lost} could not be built or "
+        "did not come to rest."
     )
 
 
