@@ -79,18 +79,19 @@ def test_a_command_ends_with_one_line_and_code_1(folder, row):
     assert done.out == "" and sorted(folder.rglob("*")) == before
 
 
-def test_check_replaces_its_own_picture_and_no_other_rigs(folder):
+@pytest.mark.parametrize(("words", "picture"), [([], "mine.png"), (["--out", "mine.svg"], "mine.svg")])
+def test_check_replaces_its_own_picture_and_no_other_rigs(folder, words, picture):
     """Editing and checking in turn was refused from the second time on."""
     (folder / "rigs").mkdir()
     for name in ("mine.yaml", "rigs/mine.yaml"):
         assert run_command("new", name).code == 0
     for _ in range(2):
-        done = run_command("check", "mine.yaml", "--no-settle")
+        done = run_command("check", "mine.yaml", "--no-settle", *words)
         assert done.code == 0, done.err
-    before = Path("mine.png").read_bytes(), Path("mine.svg").read_bytes()
-    done = run_command("check", "rigs/mine.yaml", "--no-settle")
-    assert done.code == 1 and "mine.png exists; give another name" in done.err
-    assert before == (Path("mine.png").read_bytes(), Path("mine.svg").read_bytes())
+    before = Path(picture).read_bytes()
+    done = run_command("check", "rigs/mine.yaml", "--no-settle", *words)
+    assert done.code == 1 and f"{picture} exists; give another name" in done.err
+    assert before == Path(picture).read_bytes()
 
 
 def test_exchanged_arguments_of_compare_are_told_apart(folder):
@@ -105,7 +106,7 @@ def test_exchanged_arguments_of_compare_are_told_apart(folder):
     ("line", "named", "reason"),
     [
         ("check paper", "paper.png", "exists; give another name, or --overwrite to replace it"),
-        ("check paper --out mine.png", "mine.svg", "exists; give another name"),
+        ("check paper --out mine.svg", "mine.svg", "exists; give another name"),
         ("show short.npz", "short.html", "exists; give another name"),
         ("show short.npz --out mine.html", "mine.html", "exists; give another name"),
         ("fmu paper", "track.fmu", "exists; give another name"),

@@ -54,7 +54,7 @@ def check(
     rig: options.RigArgument,
     out: Annotated[
         Path | None,
-        options.file_option("--out", "Picture to write, with an .svg beside it; by default named like the rig", ".png"),
+        options.file_option("--out", "Picture to write, by default a .png named like the rig", ".png", ".svg"),
     ] = None,
     rpm: options.SpeedOption = 115.0,
     settle: Annotated[
@@ -67,15 +67,14 @@ def check(
     Example: `trackdyn check my_rig.yaml --rpm 150` lays the track of that file, lets it settle, and writes my_rig.png.
     """
     from trackdyn.plots.drawing import draw_rig
-    from trackdyn.plots.style import marked, save
+    from trackdyn.plots.style import SCREEN_DPI, marked, save
     from trackdyn.rig.rig import foreign_groove, load_rig, outside_ranges
     from trackdyn.simulation.rig_check import check_rig
 
     loaded = load_rig(rig)
     out = out or Path(f"{Path(rig).stem}.png")
     mark = f"trackdyn check {hashlib.sha256(str(rig).encode(errors='surrogateescape')).hexdigest()}"
-    for path in (out, out.with_suffix(".svg")):  # a picture of this rig's, of before an edit, is replaced
-        options.check_output(path, overwrite or marked(path, mark), rig)
+    options.check_output(out, overwrite or marked(out, mark), rig)  # this rig's picture of before an edit is replaced
     if settle:
         typer.echo("settling; kernels that are not compiled yet take a minute or two more", err=True)
     try:
@@ -83,7 +82,8 @@ def check(
     except TrackdynError as error:
         raise type(error)(f"{rig}: {error}") from None
     unusual = [*outside_ranges(rig), *filter(None, [foreign_groove(rig, loaded)]), *checks.unusual]
-    save(draw_rig(loaded, checks.frame, checks.wheels), out, mark=mark)
+    figure = draw_rig(loaded, checks.frame, checks.wheels)
+    save(figure, out, out.suffix.removeprefix("."), mark=mark, dpi=SCREEN_DPI)
     remarks = [("unusual", text) for text in unusual or ["nothing"]]
     for name, text in (*checks.values.items(), *remarks, ("picture", out)):
         typer.echo(f"{name:>22}  {text}")

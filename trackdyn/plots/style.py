@@ -17,7 +17,7 @@ from trackdyn.files import replacing
 
 WIDTH, PAGE = 4.8, 7.2  # widths, inch: of a figure, legible in a column of 84 mm; of pictures that fill a page
 COLUMN = 3.3  # width of a figure that a column, a phone or a third of a web page shows in its own size, inch
-DPI = 270
+DPI, SCREEN_DPI = 270, 135  # of figures for print; of a picture to look at, a quarter of the pixels to draw and pack
 SMALL = 7  # no text is smaller, points: 4.8 in a column of 84 mm
 
 # They differ in lightness, so that prints in grey and readers who are blind to a colour tell them apart:
@@ -103,7 +103,7 @@ def laid_out(figure: Figure) -> Iterator[None]:
 
 
 @styled
-def save(figure: Figure, path: Path | str, *kinds: str, mark: str | None = None) -> None:
+def save(figure: Figure, path: Path | str, *kinds: str, mark: str | None = None, dpi: float = DPI) -> None:
     """Write a figure under a name with the ending of every kind, ``png`` and ``svg`` by default: all or none.
 
     The files hold ``mark``, by which `marked` tells them from others.
@@ -111,7 +111,7 @@ def save(figure: Figure, path: Path | str, *kinds: str, mark: str | None = None)
     with laid_out(figure), ExitStack() as files:
         for kind in kinds or PLAIN:
             file = files.enter_context(replacing(Path(path).with_suffix(f".{kind}")))
-            figure.savefig(file, format=kind, metadata=PLAIN[kind] | {MADE_BY[kind]: mark})
+            figure.savefig(file, format=kind, dpi=dpi, metadata=PLAIN[kind] | {MADE_BY[kind]: mark})
 
 
 def marked(path: Path | str, mark: str) -> bool:
