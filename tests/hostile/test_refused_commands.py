@@ -28,7 +28,7 @@ COMMANDS = [
     ("simulate run.npz --choose chain=rope", "chain = 'rope'", "double_pin"),
     ("simulate run.npz --choose solver=multipliers", "--choose = 'solver=multipliers': expected", "integrator"),
     ("simulate run.npz --tolerance 1% --measure speed", "measure = 'speed': choose rms, sd"),
-    ("simulate run.npz --tolerance 1% --longest 1e-3", "longest = 0.001 s:"),
+    ("simulate run.npz --tolerance 1% --longest 1e-3", "longest = 0.001: must be between"),
     ("simulate run.npz --measure rms", "--measure needs --tolerance"),
     ("simulate run.npz --tolerance 1% --checkpoint kept", "--checkpoint cannot be combined with --tolerance"),
     ("simulate run.npz --setp 1e-4", "No such option: --setp", "--step", "see trackdyn simulate --help"),

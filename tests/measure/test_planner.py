@@ -125,9 +125,9 @@ def test_the_transient_is_where_the_rest_scatters_least():
     ("tolerances", "longest", "words"),
     [
         ({}, 20.0, "tolerances = {}: name measures"), ({"speed": 0.1}, 20.0, "measure = 'speed':"),
-        ({"rms": 0.0}, 20.0, "tolerance = 0.0 of rms:"), ({"rms": float("nan")}, 20.0, "tolerance = nan of rms"),
-        ({"rms": 0.01}, 0.5, "longest = 0.5 s:"), ({"rms": 0.01}, float("nan"), "longest = nan s:"),
-        ({"rms": "2%"}, 20.0, "tolerance = '2%' of rms:"), ({"rms": 0.01}, "x", "longest = 'x' s:"),
+        ({"rms": 0.0}, 20.0, "tolerance of rms = 0: must be"), ({"rms": float("nan")}, 20.0, "tolerance of rms = nan"),
+        ({"rms": 0.01}, 0.5, "longest = 0.5: must be between"), ({"rms": 0.01}, float("nan"), "longest = nan"),
+        ({"rms": "2%"}, 20.0, "tolerance of rms = '2%': must"), ({"rms": 0.01}, "x", "longest = 'x': must be"),
     ],
 )  # fmt: skip
 def test_what_has_no_answer_is_refused(make_scene, tolerances, longest, words):

@@ -10,7 +10,6 @@ import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from math import hypot, inf, sqrt
-from numbers import Real
 from typing import Any, NamedTuple
 
 from trackdyn.errors import InputError, TrackdynError
@@ -29,6 +28,7 @@ from trackdyn.measure.uncertainty import (
     weight_of_finer,
 )
 from trackdyn.measure.whole_loop import series
+from trackdyn.rig.validation import within
 from trackdyn.scene.scene import LONGEST_RUN, Scene
 from trackdyn.scene.step import first_that_runs, halved_steps, round_step, turn_limit
 from trackdyn.simulation.chatter import ONE_STEP
@@ -48,6 +48,7 @@ JUDGED = 1.3  # times as long a record is judged again
 # Turns of the loop at constant speed before a record. In 17 scenes of six rigs the RMS of the first quarter of a turn
 # was up to 1.3 % off; after half a turn nothing was left beyond the scatter.
 WAIT = 0.5
+LEAST_TOLERANCE = 1e-9  # share of a value: rounding
 PEAK_TURNS = 3  # turns of the sprocket: until then an arc has had its peaks, or has none
 
 
@@ -352,11 +353,6 @@ def _refusal(tried: list[Candidate], tolerances: Mapping[str, float], longest: f
     return f"tolerance = {tolerances[name]:g} of {name}: {reason}"
 
 
-def _is_number(value: object) -> bool:
-    """Whether a value can be compared with a bound: a caller in Python may pass text."""
-    return isinstance(value, Real)
-
-
 def check_tolerances(scene: Scene, tolerances: Mapping[str, float], longest: float) -> None:
     """Refuse what `measure.planner.plan` cannot be asked for.
 
@@ -368,11 +364,7 @@ def check_tolerances(scene: Scene, tolerances: Mapping[str, float], longest: flo
     for name, value in tolerances.items():
         if name not in RELATIVE + SHARES:
             raise InputError(f"measure = {name!r}: choose {', '.join(RELATIVE + SHARES)}")
-        if not (_is_number(value) and 0.0 < value < 1.0):
-            raise InputError(f"tolerance = {value!r} of {name}: must be between 0 and 1, such as 0.01")
+        within(f"tolerance of {name}", value, LEAST_TOLERANCE, 1.0, ", such as 0.01")
     check_driven(scene)
     least = (LEAST + 1) * scene.periods.passage  # the first one is cut
-    if not (_is_number(longest) and least < longest <= LONGEST_RUN):
-        raise InputError(
-            f"longest = {longest!r} s: must be between {least:.3g} s (ten passages of a pitch) and 36000 s"
-        )
+    within("longest", longest, least, LONGEST_RUN, " s, of which the first is ten passages of a pitch")

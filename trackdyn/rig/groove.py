@@ -7,7 +7,7 @@ the groove, x_k clockwise from it, so areas 1 to 5 (the left flank) have x <= 0.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import acos, asin, atan2, cos, degrees, hypot, pi, sin, sqrt, tan
+from math import acos, asin, atan2, cos, degrees, hypot, pi, sin, sqrt
 
 import numpy as np
 
@@ -87,6 +87,33 @@ def groove_of_flank(teeth: int, arcs: np.ndarray, ends: Sequence[float]) -> Groo
     return Groove(centre, radius, direction, half_angle, convex, addendum, teeth)
 
 
+def nu(alpha: float) -> np.ndarray:
+    """(2,) unit normal of a surface of slope ``alpha`` (rad), out of the steel."""
+    return np.array([sin(alpha), cos(alpha)])
+
+
+def flank_arcs(signs: np.ndarray, radii: np.ndarray, slopes: np.ndarray, bottom: float, teeth: int) -> np.ndarray:
+    """Arcs (k, 4) of a flank from all radii but the tip's (k - 1,), the slopes of its joints (k - 1,), rad, and the y
+    of the last centre; m.
+
+    The walk starts at the middle of the groove. The surface point of an arc is ``O + s r nu`` with its sign ``s``, 1
+    for convex and -1 for concave; a common tangent at slope ``alpha`` puts the centres of neighbours on one line along
+    ``nu(alpha)``. The tip arc has its centre on the tooth line, which gives its radius.
+    """
+    k = len(signs)
+    arcs = np.zeros((k, 4))
+    arcs[:, 3], arcs[1:, 2], arcs[-1, 1] = signs, radii, bottom
+    for i in range(k - 2, 0, -1):
+        arcs[i, :2] = arcs[i + 1, :2] - (signs[i] * arcs[i, 2] - signs[i + 1] * arcs[i + 1, 2]) * nu(slopes[i])
+    # O_1 = O_2 - (s_1 r_1 - s_2 r_2) nu on the tooth line x cos + y sin = 0
+    half = pi / teeth
+    towards_line = sin(slopes[0]) * cos(half) + cos(slopes[0]) * sin(half)
+    reach = (arcs[1, 0] * cos(half) + arcs[1, 1] * sin(half)) / towards_line
+    arcs[0, 2] = (reach + signs[1] * arcs[1, 2]) / signs[0]
+    arcs[0, :2] = arcs[1, :2] - reach * nu(slopes[0])
+    return arcs
+
+
 def build_groove(
     *,
     teeth: int,
@@ -105,17 +132,11 @@ def build_groove(
 ) -> Groove:
     """Ten arcs with a common tangent at every joint, from a few design values: lengths in m, slopes in rad.
 
-    The walk starts at the middle of the groove. With ``nu(alpha) = (sin alpha, cos alpha)`` the surface point of a
-    concave arc is ``O - r nu``, of a convex one ``O + r nu``; a common tangent at slope ``alpha`` puts the centres of
-    neighbours on one line along ``nu(alpha)``. Slopes are those of the left flank at the joints 5|4, 4|3, 3|2 and 2|1,
-    positive upward. The height follows from the seat: an arc resting on the lowest point of area 3 has its centre
-    ``seat_depth`` below the pin of a connector on the pin circle. The tip arc has its centre on the tooth line, which
-    gives its radius. Raises `InputError`: neighbours cannot be tangent, an arc is empty or reversed, a concave area is
+    Slopes are those of the left flank at the joints 5|4, 4|3, 3|2 and 2|1, positive upward. The height follows from the
+    seat: an arc resting on the lowest point of area 3 has its centre ``seat_depth`` below the pin of a connector on the
+    pin circle. Raises `InputError`: neighbours cannot be tangent, an arc is empty or reversed, a concave area is
     narrower than the connector's arc, or the tip closes up.
     """
-
-    def nu(alpha):
-        return np.array([sin(alpha), cos(alpha)])
 
     def refuse(field, value, remedy):
         shown = f"{degrees(value):.6g} deg" if field.startswith("slope") else f"{value:.6g} m"
@@ -130,26 +151,17 @@ def build_groove(
         if radius <= connector_radius:
             refuse(name, radius, f"a concave area must be wider than the connector's arc, {connector_radius} m")
 
-    half_tooth = pi / teeth
-    o4 = -(r5 + r4) * nu(slope_bottom)
-    o3 = o4 + (r4 + r3) * nu(slope_low)
-    pin_height = sqrt(pin_circle**2 - connector_length**2 / 4)
-    # the arc's centre over the lowest seat point is r3 - r_C below O_3
-    o5 = np.array([0.0, pin_height - seat_depth + (r3 - connector_radius) - o3[1]])
-    o4, o3 = o4 + o5, o3 + o5
-    o2 = o3 + (r2 - r3) * nu(slope_seat)
-    # O_1 = O_2 - (r1 + r2) nu(slope_tip) lies on the tooth line x = -y tan(pi / m)
-    t = tan(half_tooth)
-    r1 = (o2[0] + o2[1] * t) / (sin(slope_tip) + cos(slope_tip) * t) - r2
-    if r1 <= 0:
-        left = f"{teeth} teeth leave {connector_length:.3g} m for a connector between links"
-        remedy = f"the tip radius would be {r1:.4g} m; {left}: enlarge sprocket.equal_pitch_radius, or take a smaller "
-        refuse("slope_tip", slope_tip, remedy + "r2 or slope")
-    o1 = o2 - (r1 + r2) * nu(slope_tip)
-
     signs = np.where(np.isin(np.arange(1, 6), CONVEX), 1.0, -1.0)
-    arcs = np.column_stack([[o1, o2, o3, o4, o5], [r1, r2, r3, r4, r5], signs])
-    return groove_of_flank(teeth, arcs, [-half_tooth, slope_tip, slope_seat, slope_low, slope_bottom, 0.0])
+    radii, ends = np.array([r2, r3, r4, r5]), np.array([slope_tip, slope_seat, slope_low, slope_bottom])
+    # the arc's centre over the lowest seat point is r3 - r_C below O_3
+    third = sqrt(pin_circle**2 - connector_length**2 / 4) - seat_depth + r3 - connector_radius
+    bottom = third - float(flank_arcs(signs, radii, ends, 0.0, teeth)[2, 1])
+    arcs = flank_arcs(signs, radii, ends, bottom, teeth)
+    if arcs[0, 2] <= 0:
+        left = f"{teeth} teeth leave {connector_length:.3g} m for a connector between links"
+        remedy = f"the tip radius would be {arcs[0, 2]:.4g} m; {left}: enlarge sprocket.equal_pitch_radius, or take a "
+        refuse("slope_tip", slope_tip, remedy + "smaller r2 or slope")
+    return groove_of_flank(teeth, arcs, [-pi / teeth, *ends, 0.0])
 
 
 EDGE = 1e-9  # radius of an edge, m

@@ -16,7 +16,7 @@ import scipy  # loads its parts when they are used
 
 from trackdyn.errors import InputError
 from trackdyn.files import read_text
-from trackdyn.rig.groove import Groove, groove_of_flank, true_depth
+from trackdyn.rig.groove import Groove, flank_arcs, groove_of_flank, true_depth
 from trackdyn.rig.quantities import Quantity, Table
 from trackdyn.rig.validation import Section
 
@@ -91,10 +91,6 @@ def _fitted(outline: Table, pattern: str | None, teeth: int, arc_radius: float) 
     return min(fits)[-1]
 
 
-def _nu(alpha):
-    return np.array([sin(alpha), cos(alpha)])
-
-
 def groove_of_arcs(arcs: np.ndarray, teeth: int) -> Groove:
     """Groove of the left flank's arcs (k, 4): centre x, y, radius, sign; tip first.
 
@@ -162,24 +158,6 @@ def joined(arcs: np.ndarray, teeth: int) -> np.ndarray:
         return arcs
     slopes = np.arctan2(between[:, 0] / reach, between[:, 1] / reach)
     return flank_arcs(arcs[:, 3], arcs[1:, 2], slopes, float(arcs[-1, 1]), teeth)
-
-
-def flank_arcs(signs: np.ndarray, radii: np.ndarray, slopes: np.ndarray, bottom: float, teeth: int) -> np.ndarray:
-    """Arcs (k, 4) of a flank from all radii but the tip's (k - 1,), the slopes of its joints (k - 1,), rad, and the y
-    of the last centre.
-    """
-    k = len(signs)
-    arcs = np.zeros((k, 4))
-    arcs[:, 3], arcs[1:, 2], arcs[-1, 1] = signs, radii, bottom
-    for i in range(k - 2, 0, -1):
-        arcs[i, :2] = arcs[i + 1, :2] - (signs[i] * arcs[i, 2] - signs[i + 1] * arcs[i + 1, 2]) * _nu(slopes[i])
-    # O_1 = O_2 - (s_1 r_1 - s_2 r_2) nu on the tooth line x cos + y sin = 0
-    half = pi / teeth
-    towards_line = sin(slopes[0]) * cos(half) + cos(slopes[0]) * sin(half)
-    reach = (arcs[1, 0] * cos(half) + arcs[1, 1] * sin(half)) / towards_line
-    arcs[0, 2] = (reach + signs[1] * arcs[1, 2]) / signs[0]
-    arcs[0, :2] = arcs[1, :2] - reach * _nu(slopes[0])
-    return arcs
 
 
 def tipped(arcs: np.ndarray, teeth: int) -> np.ndarray:
