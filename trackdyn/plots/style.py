@@ -17,7 +17,7 @@ from trackdyn.files import replacing
 
 WIDTH, PAGE = 4.8, 7.2  # widths, inch: of a figure, legible in a column of 84 mm; of pictures that fill a page
 COLUMN = 3.3  # width of a figure that a column, a phone or a third of a web page shows in its own size, inch
-DPI, SCREEN_DPI = 270, 135  # of figures for print; of a picture to look at, a quarter of the pixels to draw and pack
+DPI, SCREEN_DPI = 270, 135  # dots an inch: for print; for a screen, with a quarter of the pixels to draw and pack
 SMALL = 7  # no text is smaller, points: 4.8 in a column of 84 mm
 
 # They differ in lightness, so that prints in grey and readers who are blind to a colour tell them apart:

@@ -275,7 +275,7 @@ class Assembly:
     sprocket_angle: float  # angle of the sprocket that puts a groove under the connector in the middle of the wrap, rad
     shift: float  # shift of the tensioning wheel that makes the rigid loop just close, m
     lever: float  # by how much the path then grows with that shift
-    path: BeltPath  # of the pins around the wheels
+    path: BeltPath  # path of the pins around the wheels
     order: list[int]  # wheels in the order in which the path meets them
 
 
