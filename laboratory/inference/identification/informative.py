@@ -99,13 +99,7 @@ def tellable(
     sizes = np.array([MEDIANS[group] for group in groups_of(records.features)])
     shares = evidence_shares(records.features, records.record)
     covariance = records.covariance + np.einsum("g,gpq->pq", sizes**2, shares)
-    slopes = np.zeros((len(candidates), len(records.values)))
-    values = iter(simulated.features(experiment))
-    moved = [next(values) if ran else None for ran in simulated.ran]
-    for k in range(len(candidates)):
-        low, high = moved[2 * k : 2 * k + 2]
-        if low is not None and high is not None:
-            slopes[k] = (high - low) / (BETWEEN[1] - BETWEEN[0])
+    slopes = _slopes(simulated.features(experiment), simulated.ran)
     information = slopes @ np.linalg.solve(covariance, slopes.T)
     alone = _widths(information, [])
     chosen: list[int] = []
@@ -125,6 +119,18 @@ def tellable(
             "--unknown with wider ranges"
         )
     return [candidates.unknowns[k] for k in chosen], table.sort_values("alone", ignore_index=True)
+
+
+def _slopes(features: np.ndarray, ran: np.ndarray) -> np.ndarray:
+    """(candidates, features) change of the features over the whole range of each candidate.
+
+    ``ran`` says which of the rigs ran, two a candidate; the (rigs that ran, features) are theirs. A candidate of which
+    one did not run changes nothing.
+    """
+    values = np.full((len(ran), features.shape[1]), np.nan)
+    values[ran] = features
+    low, high = values[::2], values[1::2]
+    return np.nan_to_num((high - low) / (BETWEEN[1] - BETWEEN[0]))
 
 
 def _widths(information: np.ndarray, chosen: list[int]) -> np.ndarray:
