@@ -3,6 +3,7 @@
 import numpy as np
 
 from trackdyn.model.arrays import components, make_record
+from trackdyn.model.constants import Chain
 
 
 class ContactList:
@@ -66,6 +67,17 @@ def irregular_ring(n, rng, size=(0.08, 0.04)):
     corner = n / np.pi * np.column_stack([size[0] * np.cos(turn), size[1] * np.sin(turn)])
     side = np.roll(corner, -1, axis=0) - corner
     return np.hypot(*side.T), np.unwrap(np.arctan2(side[:, 1], side[:, 0])), corner[0]
+
+
+def irregular_chain(n, rng):
+    """A ring of ``n`` bodies that differ: its chain, angles and first corner, rates that keep it closed, and loads."""
+    length, angle, corner = irregular_ring(n, rng)
+    mass = rng.uniform(1.0, 15.0, n)
+    inertia = mass * (length * rng.uniform(0.2, 0.5, n)) ** 2
+    com = length * rng.uniform(0.2, 0.8, n), rng.uniform(-0.02, 0.02, n)
+    rate = closed_rates(length, angle, rng.normal(0, 4, n))
+    loads = rng.normal(0, 2000, n), rng.normal(0, 2000, n), rng.normal(0, 60, n)
+    return Chain(length, mass, inertia, *com, 130.0, 10.0, -0.036, 9.81), angle, corner, rate, loads
 
 
 def without_extrapolation(model, work):

@@ -78,7 +78,7 @@ def test_ten_steps_are_those_of_the_interpreted_kernels(make_scene, tmp_path):
     for name, fields in SCENES.items():
         loop = Loop(make_scene(150.0, **fields))
         loop.advance(0.3)
-        loop.arrays.work.near.groove[:] = 0  # grooves are searched anew
+        loop.arrays.work.candidates.groove[:] = 0  # grooves are searched anew
         if loop.state.plane is not None:
             loop.arrays.state.plane.motion[:2] = 0.0055, 0.1  # beyond the play of the guides, m and m/s
         loop.save(tmp_path / f"{name}.loop")

@@ -53,7 +53,7 @@ def test_a_sinusoid_loses_what_the_law_says(hysteretic, rig, frequency):
     for k in range(len(marks) - 1):
         if k == 7 * steps:  # what the start left has died away
             before, work_in = state.work_done[BUSHING_LOSS], 0.0
-            held = stored(state, model.branches)
+            elastic = stored(state, model.branches)
         state.rate[1] = (angle[k + 1] - angle[k]) / h
         old = state.branch[:, 0].sum()
         relax(model, state, work, BUSHING_LOSS, model.branches)
@@ -66,40 +66,32 @@ def test_a_sinusoid_loses_what_the_law_says(hysteretic, rig, frequency):
     assert lost == pytest.approx(
         2 * np.pi * rig.bushing.loss_factor * rig.bushing.stiffness * storage[0] * size**2, rel=RIPPLE
     )
-    assert lost + stored(state, model.branches) - held == pytest.approx(work_in, rel=1e-6)
+    assert lost + stored(state, model.branches) - elastic == pytest.approx(work_in, rel=1e-6)
     np.testing.assert_array_equal(state.branch[:, 0], -state.branch[:, 1])
     assert not state.branch[:, 2:].any()
 
 
 def test_a_step_is_exact_however_long(hysteretic):
     """Ten steps at one rate or one of ten times their length: the same moments, loss and energy."""
-    model, work = (
-        hysteretic.arrays.model._replace(branches=Branches(np.array([30.0, 200.0]), np.array([1e-4, 0.3]))),
-        None,
-    )
-    states = []
+    branches, states = Branches(np.array([30.0, 200.0]), np.array([1e-4, 0.3])), []
     for h, count in ((1e-3, 10), (1e-2, 1)):
-        loop = hysteretic.copy()
-        state, work = (
-            loop.arrays.state._replace(branch=np.array([[1.0], [-4.0]]) * np.ones(len(loop.angles))),
-            loop.arrays.work,
-        )
+        model, state, work = hysteretic.copy().arrays
+        state = state._replace(branch=np.array([[1.0], [-4.0]]) * np.ones(len(state.rate)))
         state.rate[::2] = 0.7
-        before = stored(state, model.branches)
-        ahead = np.zeros(len(loop.angles))
-        if count == 1:
-            work.torque[:] = 0.0
-            work.joint_rate[:] = np.roll(state.rate, -1) - state.rate
-            add_moments(state, work, h, model.branches)
-            ahead = work.torque.copy()
+        before = stored(state, branches)
+        work.torque[:] = 0.0
+        work.joint_rate[:] = np.roll(state.rate, -1) - state.rate
+        add_moments(state, work, h, branches)
+        ahead = work.torque.copy()
         for _ in range(count):
-            relax(model._replace(step=h), state, work, BUSHING_LOSS, model.branches)
-        states.append([*state.branch.ravel(), state.work_done[BUSHING_LOSS], stored(state, model.branches) - before])
+            relax(model._replace(step=h), state, work, BUSHING_LOSS, branches)
+        states.append([*state.branch.ravel(), state.work_done[BUSHING_LOSS], stored(state, branches) - before])
     np.testing.assert_allclose(states[0], states[1], rtol=1e-9)
-    np.testing.assert_allclose(ahead, -state.branch.sum(axis=0), rtol=1e-12)
+    # the moments led over the long step, and those of the state after it
     work.torque[:] = 0.0
-    add_moments(state, work, 0.0, model.branches)
-    np.testing.assert_allclose(work.torque, -state.branch.sum(axis=0), rtol=1e-12)
+    add_moments(state, work, 0.0, branches)
+    for moments in (ahead, work.torque):
+        np.testing.assert_allclose(moments, -state.branch.sum(axis=0), rtol=1e-12)
 
 
 @pytest.mark.parametrize(("integrator", "step"), [("semi_implicit", 1e-4), ("linearly_implicit", 5e-5), ("rk4", 5e-5)])
@@ -108,14 +100,13 @@ def test_the_account_of_a_loop_closes_and_a_checkpoint_goes_on_bit_for_bit(make_
     assert loop.model.chain.damping == 0.0
     loop.advance(0.8)
     assert np.abs(loop.state.branch).max() > 1.0
-    loop.save(tmp_path / "kept.npz")
-    other = Loop.load(tmp_path / "kept.npz")
-    copied = loop.copy()
+    loop.save(tmp_path / "loop.npz")
+    copies = Loop.load(tmp_path / "loop.npz"), loop.copy()
     recording = loop.record(0.5)
     change = recording.energy[-1] - recording.energy[0]
     assert abs(open_share(recording.energy, loop.model, 0.5)[0]) < 1e-3
     assert change[BUSHING_LOSS] > 0.01 * change[0]
-    for again in (other, copied):
+    for again in copies:
         np.testing.assert_array_equal(again.record(0.5).energy, recording.energy)
         np.testing.assert_array_equal(again.state.branch, loop.state.branch)
 

@@ -8,9 +8,9 @@ from trackdyn.scene.build import build_chain, mobility_across, mobility_of_slip
 
 
 def by_mass_matrix(chain, body, along, arm=0.0, x=1.0):
-    """Of a chain that lies straight with both ends free: across itself it has one way and ``n`` angles.
+    """Mobility of a straight chain with both ends free, whose coordinates are one displacement and ``n`` angles.
 
-    With ``arm`` and ``x`` of a sliding point: the point's way times x, less the arm times the turn.
+    A sliding point has ``arm`` and ``x``: its slip is its displacement times x, less the arm times the rotation.
     """
     n = len(chain.mass)
 
@@ -27,33 +27,34 @@ def by_mass_matrix(chain, body, along, arm=0.0, x=1.0):
     return slip @ np.linalg.solve(matrix, slip)
 
 
-def uneven(n, seed=4):
-    """Bodies that differ, with their mass centres off the middle."""
-    rng = np.random.default_rng(seed)
+@pytest.fixture
+def uneven():
+    """A chain of bodies that differ, their mass centres off the middle, its middle body, and the chain from there on.
+
+    It is as long on either side as the loop: bodies beyond the tenth weigh less than rounding.
+    """
+    rng, n, middle = np.random.default_rng(4), 41, 20
     length, mass = rng.uniform(0.05, 0.2, n), rng.uniform(1, 12, n)
-    return Chain(
+    chain = Chain(
         length, mass, mass * length**2 / 9, rng.uniform(0.3, 0.7, n) * length, np.zeros(n), 0.0, 0.0, 0.0, 9.81
     )
+    return chain, middle, Chain(*(np.roll(values, -middle) for values in chain[:5]), *chain[5:])
 
 
 @pytest.mark.parametrize("fraction", [0.0, 0.4, 1.0])
-def test_mobility_is_that_of_the_mass_matrix(fraction):
-    # as long on either side as the loop is: what is beyond ten bodies weighs less than rounding
-    chain, middle = uneven(41), 20
-    ends = Chain(*(np.roll(values, -middle) for values in chain[:5]), *chain[5:])
-    assert mobility_across(ends, 0, fraction * chain.length[middle]) == pytest.approx(
-        by_mass_matrix(chain, middle, fraction * chain.length[middle]), rel=1e-9
-    )
+def test_mobility_is_that_of_the_mass_matrix(uneven, fraction):
+    chain, middle, rolled = uneven
+    along = fraction * chain.length[middle]
+    assert mobility_across(rolled, 0, along) == pytest.approx(by_mass_matrix(chain, middle, along), rel=1e-9)
 
 
 @pytest.mark.parametrize("fraction", [0.0, 0.4, 1.0])
 @pytest.mark.parametrize("x", [-0.8, 0.0, 0.5, 1.0])
-def test_mobility_of_a_sliding_point_is_that_of_the_mass_matrix(fraction, x):
-    """Its slip: the point's way across the chain times the normal's component along it, less the arm times the turn."""
-    chain, middle, arm = uneven(41), 20, 0.03
-    ends = Chain(*(np.roll(values, -middle) for values in chain[:5]), *chain[5:])
+def test_mobility_of_a_sliding_point_is_that_of_the_mass_matrix(uneven, fraction, x):
+    """The normal has the component x along the chain."""
+    (chain, middle, rolled), arm = uneven, 0.03
     along = fraction * chain.length[middle]
-    a, b, c = mobility_of_slip(ends, 0, along, arm)
+    a, b, c = mobility_of_slip(rolled, 0, along, arm)
     assert (a * x + b) * x + c == pytest.approx(by_mass_matrix(chain, middle, along, arm, x), rel=1e-9)
 
 

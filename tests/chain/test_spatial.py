@@ -4,10 +4,11 @@ from functools import partial
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from tests.kinematics import closed_rates, irregular_ring
 from trackdyn.chain.kinematics import bushing_torques, forward_kinematics, orient
-from trackdyn.chain.riccati import accelerations
+from trackdyn.chain.riccati import accelerate, accelerations
 from trackdyn.integrate.plane import plane_dynamics, turn_plane, update_frame
 from trackdyn.model.arrays import Plane, make_space_work, make_state, make_work
 from trackdyn.model.constants import Chain, Space
@@ -17,21 +18,13 @@ from trackdyn.model.constants import Chain, Space
 RELATIVE = 1e-9
 
 
-def turn(angle):
-    """A_z."""
-    c, s = np.cos(angle), np.sin(angle)
-    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-
-
 def rotation(e):
-    """Rotation matrix of Euler parameters, by the quaternion sandwich."""
-    e0, v = e[0], np.asarray(e[1:])
-    skew = cross_matrix(v)
-    return np.eye(3) + 2 * e0 * skew + 2 * skew @ skew
+    """Rotation matrix of Euler parameters, the scalar first."""
+    return Rotation.from_quat(np.roll(e, -1)).as_matrix()
 
 
 def cross_matrix(v):
-    return np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
+    return np.cross(v, -np.eye(3))
 
 
 class Polygon:
@@ -78,14 +71,14 @@ class Polygon:
         work, room = self.loaded()
         bushing_torques(self.chain, self.state, work, 0.0)
         accelerations(self.chain, self.state, work, 0.0)
-        load = work.sweep.load
-        return work.sweep.base @ load, room.acceleration.copy(), work.sweep.response @ load, work.torque.copy()
+        accelerate(self.chain, self.state, work, 0)
+        return np.array([work.pin_ax[0], work.pin_ay[0]]), room.acceleration, work.alpha, work.torque
 
     def bodies(self):
         """Attitude, angular velocity, arms to mass centre and output pin of every body, inertial frame."""
         a_p = rotation(self.plane.attitude)
         p, q = self.plane.motion[2:]
-        attitude = np.array([a_p @ turn(angle) for angle in self.state.angle])
+        attitude = np.array([a_p @ Rotation.from_euler("z", angle).as_matrix() for angle in self.state.angle])
         omega = np.array([a_p @ [p, q, w] for w in self.state.rate])
         centre = np.einsum(
             "nij,nj->ni", attitude, np.column_stack([self.chain.com_x, self.chain.com_y, np.zeros(self.n)])
@@ -115,10 +108,8 @@ class Polygon:
             out, enter = end[i] - centre[i], -centre[o]
             block = slice(5 * i, 5 * i + 3)
             rows[block, 6 * i : 6 * i + 3], rows[block, 6 * o : 6 * o + 3] = np.eye(3), -np.eye(3)
-            rows[block, 6 * i + 3 : 6 * i + 6], rows[block, 6 * o + 3 : 6 * o + 6] = (
-                -cross_matrix(out),
-                cross_matrix(enter),
-            )
+            rows[block, 6 * i + 3 : 6 * i + 6] = -cross_matrix(out)
+            rows[block, 6 * o + 3 : 6 * o + 6] = cross_matrix(enter)
             known[block] = np.cross(omega[o], np.cross(omega[o], enter)) - np.cross(omega[i], np.cross(omega[i], out))
             # the relative angular velocity stays along the pin: d/dt [b . (omega_o - omega_i)] = 0, b turning with i
             for k in range(2):
@@ -140,11 +131,11 @@ class Polygon:
         for i in range(self.n):
             # d/dt of (p, q, w_i) in P, which turns with (p, q, 0)
             spin = a_p @ (np.array([plane[1], plane[2], alpha[i]]) + np.cross([p, q, 0.0], [p, q, self.state.rate[i]]))
-            for arm, keep in ((centre[i], centres), (end[i], None)):
-                moved = acceleration + np.cross(spin, arm) + np.cross(omega[i], np.cross(omega[i], arm))
-                if keep is not None:
-                    keep.append(moved)
-            acceleration = moved
+            at_centre, acceleration = (
+                acceleration + np.cross(spin, arm) + np.cross(omega[i], np.cross(omega[i], arm))
+                for arm in (centre[i], end[i])
+            )
+            centres.append(at_centre)
             angular.append(spin)
         return np.array(centres), np.array(angular)
 
@@ -182,7 +173,5 @@ def test_turning_the_plane_keeps_what_the_pin_does_in_space(polygon):
     np.testing.assert_allclose(after @ [*state.pin[:2], plane.motion[0]], at, rtol=0, atol=1e-14)
     assert np.linalg.norm(plane.attitude) == pytest.approx(1.0, abs=1e-15)
     relative = before.T @ after
-    omega = np.hypot(p, q)
-    axis = cross_matrix([p / omega, q / omega, 0.0])
-    expected = np.eye(3) + np.sin(step * omega) * axis + (1 - np.cos(step * omega)) * axis @ axis
+    expected = Rotation.from_rotvec([step * p, step * q, 0.0]).as_matrix()
     np.testing.assert_allclose(relative, expected, rtol=0, atol=1e-14)

@@ -15,7 +15,7 @@ RINGS = [None, 0.303, 0.308]
 
 
 def mirrored(model, state, work):
-    """Rig and motion seen in a mirror at the y axis, the bodies counted backwards so that they run clockwise.
+    """Rig and motion as a mirror at the y axis shows them, the bodies counted backwards so that they run clockwise.
 
     Body j of the mirror image is body -j of the original; its input pin is the other's output pin.
     """
@@ -74,22 +74,22 @@ def test_mirrored_loop_has_mirrored_contacts(loop):
     """A dead or wrongly placed right arc, or a wrong sign in a moment, breaks the symmetry."""
     model, state, work = loop
     image, image_state, body, link = mirrored(model, state, work)
-    seen = make_work(len(state.angle), len(state.wheel_impact), 3)
-    refresh(image, image_state, seen)
+    image_work = make_work(len(state.angle), len(state.wheel_impact), 3)
+    refresh(image, image_state, image_work)
 
     error = rounding(model)
-    np.testing.assert_allclose(seen.force_x, -work.force_x[body], rtol=0, atol=error)
-    np.testing.assert_allclose(seen.force_y, work.force_y[body], rtol=0, atol=error)
-    np.testing.assert_allclose(seen.moment, -work.moment[body], rtol=0, atol=error)
-    np.testing.assert_allclose(seen.wheel_torque, -work.wheel_torque, rtol=0, atol=error)
-    np.testing.assert_allclose(seen.wheel_force, work.wheel_force[link], rtol=0, atol=error)
+    np.testing.assert_allclose(image_work.force_x, -work.force_x[body], rtol=0, atol=error)
+    np.testing.assert_allclose(image_work.force_y, work.force_y[body], rtol=0, atol=error)
+    np.testing.assert_allclose(image_work.moment, -work.moment[body], rtol=0, atol=error)
+    np.testing.assert_allclose(image_work.wheel_torque, -work.wheel_torque, rtol=0, atol=error)
+    np.testing.assert_allclose(image_work.wheel_force, work.wheel_force[link], rtol=0, atol=error)
     for connector in range(1, len(body), 2):
         for side in range(2):
             arc, other = connector - 1 + side, body[connector] - side
-            assert seen.tooth_force[arc] == pytest.approx(work.tooth_force[other], abs=error)
+            assert image_work.tooth_force[arc] == pytest.approx(work.tooth_force[other], abs=error)
             area, groove = work.tooth_area[other], work.tooth_groove[other]
-            assert seen.tooth_area[arc] == (11 - area if area else 0)
-            assert seen.tooth_groove[arc] == (14 - groove if groove else 0)
+            assert image_work.tooth_area[arc] == (11 - area if area else 0)
+            assert image_work.tooth_groove[arc] == (14 - groove if groove else 0)
 
 
 def test_resting_chain_is_dragged_along_by_a_turning_wheel(loop):
@@ -227,8 +227,8 @@ def test_forces_of_the_teeth_at_the_default_step_are_those_of_a_method_of_order_
         for integrator, step in (("semi_implicit", 5e-5), ("rk4", 2e-5))
     )
     carries = (limit**2).sum(axis=0) > 0
-    off = ((forces - limit) ** 2).sum(axis=0)[carries] / (limit**2).sum(axis=0)[carries]
-    assert carries.any() and np.sqrt(off).max() < 0.015
+    difference = ((forces - limit) ** 2).sum(axis=0)[carries] / (limit**2).sum(axis=0)[carries]
+    assert carries.any() and np.sqrt(difference).max() < 0.015
 
 
 def test_a_force_of_the_teeth_slows_itself_only_while_it_grows(loop):

@@ -40,13 +40,13 @@ def distances(loop):
 
 def missed(loop):
     """Arcs and pairs of link and wheel that touch and stand on no list; how many touch."""
-    model, near = loop.arrays.model, loop.arrays.work.near
+    model, candidates = loop.arrays.model, loop.arrays.work.candidates
     arcs, links = distances(loop)
     reached = arcs < model.tooth.addendum + model.tooth.arc_radius
     touching = (links < model.wheels.radius + model.wheels.half_thickness) & (model.wheels.present == 1)
     known, known_links = np.zeros(len(arcs), bool), np.zeros(links.shape, bool)
-    known[near.arc[: near.count[0]]] = True
-    known_links[tuple(near.link[: near.count[1]].T)] = True
+    known[candidates.arc[: candidates.count[0]]] = True
+    known_links[tuple(candidates.link[: candidates.count[1]].T)] = True
     count = np.count_nonzero(reached) + np.count_nonzero(touching)
     return np.count_nonzero(reached & ~known) + np.count_nonzero(touching & ~known_links), count
 
@@ -79,6 +79,6 @@ def test_no_contact_is_missed(make_scene, fields):
 def test_lists_are_kept_and_short(driven_loop):
     loop = driven_loop()
     loop.step(30)
-    near = loop.arrays.work.near
-    assert near.count[2] == 0, "thirty steps move a link by 2 mm: the lists of the first one hold"
-    assert near.count[0] + near.count[1] < 60, "of 70 arcs and 105 pairs of a link and a wheel"
+    candidates = loop.arrays.work.candidates
+    assert candidates.count[2] == 0, "thirty steps move a link by 2 mm: the lists of the first one hold"
+    assert candidates.count[0] + candidates.count[1] < 60, "of 70 arcs and 105 pairs of a link and a wheel"

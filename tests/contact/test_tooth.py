@@ -31,8 +31,8 @@ def distance_to_arcs(groove, points):
     offset = points[:, None, :] - groove.centre
     r = np.hypot(offset[..., 0], offset[..., 1])
     middle = np.arctan2(groove.direction[:, 1], groove.direction[:, 0])
-    turn = (np.arctan2(offset[..., 1], offset[..., 0]) - middle + pi) % (2 * pi) - pi
-    inside = np.abs(turn) <= groove.half_angle
+    angle = (np.arctan2(offset[..., 1], offset[..., 0]) - middle + pi) % (2 * pi) - pi
+    inside = np.abs(angle) <= groove.half_angle
     ends = np.stack([groove.arc(area, 2) for area in range(1, len(groove.radius) + 1)])
     to_end = np.linalg.norm(points[:, None, None, :] - ends, axis=-1).min(axis=-1)
     return np.where(inside, np.abs(r - groove.radius), to_end)
@@ -96,13 +96,13 @@ def test_mirrored_arc_touches_the_mirrored_area(groove, coarse):
     areas = len(profile.radius)
     both = make_tooth(profile, RADIUS, make_law(0.05, 1e11, 0.5, 0.1, 0.1, 0.05, 0.1, 3.0))
     points, *_ = points_over_the_profile(groove, lambda rng, k: -rng.uniform(0, DEEPEST, k), 4)
-    seen = set()
+    touched_areas = set()
     for x, y in points:
         area, depth, nx, ny, radius = find_area(both, x, y)
-        other = find_area(both, -x, y)
-        assert other == ((areas + 1 - area, depth, -nx, ny, radius) if area else (0, 0.0, 0.0, 0.0, 0.0))
-        seen.add(area)
-    assert seen >= set(range(1, areas + 1))
+        mirrored = find_area(both, -x, y)
+        assert mirrored == ((areas + 1 - area, depth, -nx, ny, radius) if area else (0, 0.0, 0.0, 0.0, 0.0))
+        touched_areas.add(area)
+    assert touched_areas >= set(range(1, areas + 1))
 
 
 @pytest.mark.parametrize("name", ["paper", "parts"])
@@ -121,9 +121,9 @@ def test_the_depth_in_a_coarse_tooth_is_continuous(name):
             continue
         touched.add(area)
         angle = rng.uniform(0, 2 * pi)
-        _, there, *_ = find_area(tooth, x + move * np.cos(angle), y + move * np.sin(angle))
+        _, moved_depth, *_ = find_area(tooth, x + move * np.cos(angle), y + move * np.sin(angle))
         # a corner is left at a depth that differs by a fraction of the depth
-        assert abs(there - depth) <= move + 0.05 * depth, (area, x, y, depth, there)
+        assert abs(moved_depth - depth) <= move + 0.05 * depth, (area, x, y, depth, moved_depth)
     assert touched == {1, 2, 3}
 
 
@@ -131,8 +131,8 @@ def test_every_groove_has_its_index(groove):
     m = groove.teeth
     for k in range(1, m + 1):
         middle = (2 * k - 1) * pi / m
-        for off in (-0.999, -0.5, 0.0, 0.5, 0.999):
-            angle = middle + off * pi / m
+        for share in (-0.999, -0.5, 0.0, 0.5, 0.999):
+            angle = middle + share * pi / m
             assert groove_index(m, 0.33 * np.cos(angle), 0.33 * np.sin(angle)) == k
 
 

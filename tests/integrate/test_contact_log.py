@@ -13,7 +13,7 @@ STEP = 1e-4
 @pytest.fixture(scope="module")
 def logged(make_scene):
     loop = Loop(make_scene(115.0, ring_radius=None))
-    loop.arrays.work.near.count[2] = 1  # every arc is looked at
+    loop.arrays.work.candidates.count[2] = 1  # every arc is looked at
     loop.arrays.work.tooth_force[:] = 0.0
     loop.arrays.work.wheel_force[:] = 0.0
 

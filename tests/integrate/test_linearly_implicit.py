@@ -6,8 +6,7 @@ import pytest
 from tests.conftest import recorded
 from tests.kinematics import (
     ContactList,
-    closed_rates,
-    irregular_ring,
+    irregular_chain,
     mass_centre_arms,
     without_extrapolation,
 )
@@ -17,10 +16,9 @@ from trackdyn.chain.riccati import accelerate
 from trackdyn.contact.forces import AHEAD
 from trackdyn.errors import InputError
 from trackdyn.integrate.dynamics import solve_chain
-from trackdyn.integrate.run import refresh, shared
+from trackdyn.integrate.run import common_arrays, refresh
 from trackdyn.measure.sensor import sense
 from trackdyn.model.arrays import make_implicit, make_state, make_work
-from trackdyn.model.constants import Chain
 from trackdyn.simulation.loop import Loop
 
 # as for the plain sweep: the end and closure matrices have condition numbers up to 1e5
@@ -32,14 +30,7 @@ WHEELS = 3
 def make_case(n, seed):
     """A ring of ``n`` irregular bodies at a random position with random contacts: all that the kernel reads."""
     rng = np.random.default_rng(seed)
-    length, angle, _ = irregular_ring(n, rng)
-    mass = rng.uniform(1.0, 15.0, n)
-    chain = Chain(
-        length, mass, mass * (length * rng.uniform(0.2, 0.5, n)) ** 2, length * rng.uniform(0.2, 0.8, n),
-        rng.uniform(-0.02, 0.02, n), 99.0, 12.4, -0.036, 9.81,
-    )  # fmt: skip
-    rate = closed_rates(length, angle, rng.normal(0, 4, n))
-    loads = rng.normal(0, 2000, n), rng.normal(0, 2000, n), rng.normal(0, 60, n)
+    chain, angle, _, rate, loads = irregular_chain(n, rng)
     # contacts: body, wheel, arm from the input pin, normal, arm from the wheel's centre, h^2 K + h C along
     # the normal and h C across it (kg): those of a tooth of 1e8 N/m at this step reach 25 kg
     contacts = [
@@ -152,11 +143,9 @@ def test_sweep_solves_the_dense_system_of_the_step(make_scene, n, carried, cut):
         work.force_x[:], work.force_y[:], work.moment[:] = loads
         work.torque[:], work.wheel_torque[:] = torque, wheel_torque
         closed = (1.0 / cut[0], *cut[1]) if cut else (0.0, 0.0, 0.0)
-        implicit.accelerations(*shared(here, state, work), terms, closed)
-        accelerate(chain, state, shared(here, state, work)[2], n - 1)
-        drag = (
-            drag + rolling * carried * np.tanh(wheel_rate / SLOW) / wheel_rate
-        )  # the secant of the torque of the load
+        implicit.accelerations(*common_arrays(here, state, work), terms, closed)
+        accelerate(chain, state, common_arrays(here, state, work)[2], n - 1)
+        drag = drag + rolling * carried * np.tanh(wheel_rate / SLOW) / wheel_rate  # secant of the load's torque
         motion, wheels = dense_solution(
             chain, angle, rate, loads, torque, contacts, wheel_torque, inertia, drag, wheel_rate, cut
         )
@@ -255,7 +244,7 @@ def test_contacts_act_on_chain_and_wheels_alike(implicit_loop):
     model, state, work = loop.arrays
     chain, wheels = model.chain, model.wheels
     evaluate(model, state, work)
-    solve_chain(*shared(model, state, work), STEP, work.implicit)
+    solve_chain(*common_arrays(model, state, work), STEP, work.implicit)
     alpha, pins = work.alpha, np.array([work.pin_ax, work.pin_ay])
     spin = np.concatenate([[0.0], work.implicit.load[4:]])
     centre = mass_centre_arms(chain, state).T
@@ -298,7 +287,7 @@ def test_step_tends_to_the_semi_implicit_one(parts):
     error, lag = [], []
     for h in (2e-8, 1e-8):
         here, there = evaluate(model, state, led, h)
-        solve_chain(*shared(here, there, led), h, led.implicit)
+        solve_chain(*common_arrays(here, there, led), h, led.implicit)
         error.append(np.abs(led.alpha - explicit).max())
         lag.append(np.abs(led.implicit.load[4:] - wheel).max())
     assert error[1] < 1e-3 * np.abs(explicit).max()

@@ -8,7 +8,7 @@ from tests.kinematics import closed_rates
 from trackdyn.chain.kinematics import add_moments, bushing_torques, orient
 from trackdyn.chain.riccati import accelerations
 from trackdyn.integrate.methods import METHODS
-from trackdyn.model.arrays import BUSHING_LOSS, KINETIC, equip, make_state, make_work
+from trackdyn.model.arrays import BUSHING_LOSS, KINETIC, allocate_method, make_state, make_work
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 
@@ -37,7 +37,7 @@ def march_on(loop, integrator, step, seconds=SECONDS):
     """The loop after ``seconds`` in steps that no scene need accept."""
     after = loop.copy()
     parts = after.arrays
-    work = equip(parts.work, METHODS[integrator], parts.model)
+    work = allocate_method(parts.work, METHODS[integrator], parts.model)
     after.arrays = parts._replace(model=parts.model._replace(step=step), work=work)
     after.step(round(seconds / step))
     return after

@@ -8,7 +8,7 @@ import pytest
 from tests.rigs.conftest import scene_of
 from trackdyn.errors import InputError
 from trackdyn.integrate.carriers import advance_carriers, tabled_force
-from trackdyn.integrate.run import shared
+from trackdyn.integrate.run import common_arrays
 from trackdyn.integrate.semi_implicit import driven_rate
 from trackdyn.model.arrays import SPROCKET_WORK
 from trackdyn.model.constants import NO_MOTOR, SPROCKET, Drive, Motor
@@ -55,7 +55,7 @@ def test_a_released_sprocket_is_on_its_own():
 def test_a_wheel_on_an_arm_swings_as_its_spring_says(settled):
     """Without contacts: ``I q'' = -k q``, its weight held by the preload at rest."""
     loop = settled("m113")
-    model, state, work = shared(*loop.arrays)
+    model, state, work = common_arrays(*loop.arrays)
     work.count[0] = 0
     carriers, k = model.carriers, 2
     arm = loop.scene.rig.wheels["road_3"].arm

@@ -10,7 +10,7 @@ from tests import reference
 from tests.conftest import LAWS
 from tests.kinematics import closed_rates, next_samples, set_model
 from trackdyn.errors import InputError
-from trackdyn.integrate.run import shared
+from trackdyn.integrate.run import common_arrays
 from trackdyn.rig.layout import belt_around
 from trackdyn.rig.rig import Rig
 from trackdyn.scene.scene import Scene
@@ -236,7 +236,7 @@ def test_scenes_of_one_method_share_their_kernels(make_scene, rig):
         make_scene(0.0, rig=rig.changed(surfaces={"soft": soft}, idler__surface="soft")),
     ]
     kinds = {
-        tuple(numba.typeof(leaf) for leaf in shared(made.model, made.state, made.work))
+        tuple(numba.typeof(leaf) for leaf in common_arrays(made.model, made.state, made.work))
         for scene in scenes
         for made in (TensionedLoop(scene), Loop(scene).arrays)
     }

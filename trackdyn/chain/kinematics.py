@@ -36,6 +36,12 @@ def rotated(x, y, c, s):
 
 
 @inlined
+def mass_centre(chain, work, body):
+    """Mass centre of a body from its input pin, m."""
+    return rotated(chain.com_x[body], chain.com_y[body], work.cos[body], work.sin[body])
+
+
+@inlined
 def on_pin_line(work, body, along):
     """Position of a point on a body's pin line, ``along`` from its input pin, m."""
     return work.pin_x[body] + along * work.cos[body], work.pin_y[body] + along * work.sin[body]
@@ -46,14 +52,12 @@ def forward_kinematics(chain: Chain, state, work):
     """Pins and velocities of the mass centres along the chain, gap of the cut joint and its rate."""
     x, y, vx, vy = state.pin[0], state.pin[1], state.pin[2], state.pin[3]
     for i in range(state.angle.shape[0]):
-        c, s, w = work.cos[i], work.sin[i], state.rate[i]
+        gx, gy = mass_centre(chain, work, i)
+        dx, dy, w = chain.length[i] * work.cos[i], chain.length[i] * work.sin[i], state.rate[i]
         work.pin_x[i] = x
         work.pin_y[i] = y
-        gx, gy = rotated(chain.com_x[i], chain.com_y[i], c, s)
         work.com_vx[i] = vx - w * gy
         work.com_vy[i] = vy + w * gx
-        dx = chain.length[i] * c
-        dy = chain.length[i] * s
         x += dx
         y += dy
         vx -= w * dy
@@ -81,17 +85,27 @@ def damping_weight(chain: Chain, step):
 
 
 @kernel
+def joint_differences(values, out):
+    """Value of the outboard body less that of the inboard one at every joint, the cut joint last."""
+    last = values.shape[0] - 1
+    for i in range(last):
+        out[i] = values[i + 1] - values[i]
+    out[last] = values[0] - values[last]
+
+
+@kernel
+def joint_angles(state: State, out):
+    """Angle of every joint, rad."""
+    joint_differences(state.angle, out)
+    out[-1] -= 2.0 * np.pi  # a clockwise loop: angles fall by a full rotation along the chain
+
+
+@kernel
 def bushing_torques(chain: Chain, state, work, ahead=0.0):
     """Torque of every bushing and the joint rates it was taken at; the spring ``ahead`` seconds later (s)."""
-    last = state.angle.shape[0] - 1
-    for i in range(last):
-        work.joint_rate[i] = state.rate[i + 1] - state.rate[i]
-    work.joint_rate[last] = state.rate[0] - state.rate[last]
-    for i in range(last):
-        work.torque[i] = state.angle[i + 1] - state.angle[i]
-    # a clockwise loop: angles fall by one turn along the chain
-    work.torque[last] = state.angle[0] - state.angle[last] - 2.0 * np.pi
-    for i in range(last + 1):
+    joint_differences(state.rate, work.joint_rate)
+    joint_angles(state, work.torque)
+    for i in range(work.torque.shape[0]):
         rate = work.joint_rate[i]
         work.torque[i] = -chain.stiffness * (work.torque[i] + ahead * rate - chain.free_angle) - chain.damping * rate
 
@@ -122,10 +136,10 @@ def add_moments(state: State, work: Work, step, branches):
     ``branches`` is ``model.branches``.
     """
     for b in range(branches.time.shape[0]):
-        kept = exp(-step / branches.time[b])
-        gain = branches.stiffness[b] * branches.time[b] * (1.0 - kept)
+        decay = exp(-step / branches.time[b])
+        gain = branches.stiffness[b] * branches.time[b] * (1.0 - decay)
         for i in range(state.branch.shape[1]):
-            work.torque[i] -= kept * state.branch[b, i] + gain * work.joint_rate[i]
+            work.torque[i] -= decay * state.branch[b, i] + gain * work.joint_rate[i]
 
 
 @kernel
@@ -142,22 +156,20 @@ def relax(model: Model, state: State, work: Work, row, branches):
     """Moments at the end of the step just taken, its loss into ``state.work_done[row]``, rates to ``joint_rate``."""
     if branches.time.shape[0] == 0:
         return
-    rate, lost, last, h = work.joint_rate, work.joint_loss, state.rate.shape[0] - 1, model.step
-    for i in range(last):
-        rate[i] = state.rate[i + 1] - state.rate[i]
-    rate[last] = state.rate[0] - state.rate[last]
+    rate, lost, h = work.joint_rate, work.joint_loss, model.step
+    joint_differences(state.rate, rate)
     lost[:] = 0.0
     for b in range(branches.time.shape[0]):  # a loss for each joint, so that the loop vectorizes
         k, time = branches.stiffness[b], branches.time[b]
-        kept = exp(-h / time)
-        squared, mixed, decayed = h / (k * time), 2.0 * (1.0 - kept) / k, (1.0 - kept * kept) / (2.0 * k)
-        for i in range(last + 1):
+        decay = exp(-h / time)
+        squared, mixed, decayed = h / (k * time), 2.0 * (1.0 - decay) / k, (1.0 - decay * decay) / (2.0 * k)
+        for i in range(rate.shape[0]):
             steady = k * time * rate[i]
             far = state.branch[b, i] - steady
-            state.branch[b, i] = steady + kept * far
+            state.branch[b, i] = steady + decay * far
             lost[i] += steady * (squared * steady + mixed * far) + decayed * far * far
     loss = 0.0
-    for i in range(last + 1):
+    for i in range(lost.shape[0]):
         loss += lost[i]
     state.work_done[row] += loss
 

@@ -11,7 +11,8 @@ swept: symmetric positive definite, so the recursion cannot break down.
 
 import numpy as np
 
-from trackdyn.chain.kinematics import rotated
+from trackdyn.chain.kinematics import mass_centre
+from trackdyn.chain.wheel_columns import add_slopes, hinge_columns, meet_columns, return_columns, solve_factored
 from trackdyn.jit import fused, inlined, kernel
 from trackdyn.model.arrays import SweepWork, Work
 from trackdyn.model.constants import Chain
@@ -72,11 +73,11 @@ def sweep(chain: Chain, state, work: Work, implicit_damping, implicit):
         w2 = state.rate[i] * state.rate[i]
         s, e = _add_body(chain, work, i, (gx, gy, w2), s, e)
         if implicit is not None:
-            s = _add_slopes(implicit, i, dx, dy, s)
+            s = add_slopes(implicit, i, dx, dy, s)
         s, e = _shift(dx, dy, w2, s, e)
         if i < n - 1:
             if implicit is not None:
-                _hinge_columns(implicit, i, s, implicit_damping)
+                hinge_columns(implicit, i, s, implicit_damping)
             s, e = _hinge(gain, i, torque[i], implicit_damping, s, e)
         if implicit is None:
             k = n - 1 - i
@@ -94,9 +95,8 @@ def sweep(chain: Chain, state, work: Work, implicit_damping, implicit):
 @fused
 def _arms(chain: Chain, work: Work, i):
     """From a body's input pin to its mass centre and to its output pin, m."""
-    c, s = work.cos[i], work.sin[i]
-    gx, gy = rotated(chain.com_x[i], chain.com_y[i], c, s)
-    return gx, gy, chain.length[i] * c, chain.length[i] * s
+    gx, gy = mass_centre(chain, work, i)
+    return gx, gy, chain.length[i] * work.cos[i], chain.length[i] * work.sin[i]
 
 
 @fused
@@ -176,37 +176,6 @@ def _hinge(gain, joint, torque, implicit_damping, s, e):
 
 
 @fused
-def _add_slopes(implicit, i, dx, dy, s):
-    """Slopes of the contact forces on a body into S, its coupling into the wheels' columns, and these to its output."""
-    slopes, column = implicit.inertia, implicit.column
-    for wheel in range(1, column.shape[0]):
-        for r in range(3):
-            column[wheel, r] += implicit.couple[i, wheel, r]
-        column[wheel, 2] += dy * column[wheel, 0] - dx * column[wheel, 1]
-    return (
-        s[0] - slopes[i, 0],
-        s[1] - slopes[i, 1],
-        s[2] - slopes[i, 3],
-        s[3] - slopes[i, 2],
-        s[4] - slopes[i, 4],
-        s[5] - slopes[i, 5],
-    )
-
-
-@fused
-def _hinge_columns(implicit, joint, s, implicit_damping):
-    """The wheels' columns on the other side of a joint, as in `_hinge`."""
-    column = implicit.column
-    d = 1.0 / (s[5] - implicit_damping)
-    for wheel in range(1, column.shape[0]):
-        g = column[wheel, 2]
-        implicit.gain[joint, wheel] = g * d
-        column[wheel, 0] -= s[2] * d * g
-        column[wheel, 1] -= s[4] * d * g
-        column[wheel, 2] = -implicit_damping * d * g
-
-
-@fused
 def _meet(work: Work, s, e, behind_s, behind_e, implicit):
     """Acceleration ``z_b`` (3 x 4) where the sweeps meet, into ``end``: both relations added, by Cholesky of -S."""
     s11, s12, s13, s22, s23, s33 = s
@@ -217,26 +186,13 @@ def _meet(work: Work, s, e, behind_s, behind_e, implicit):
     l22 = np.sqrt(-(s22 + t22) - l21 * l21)
     l32 = (-(s23 + t23) - l31 * l21) / l22
     l33 = np.sqrt(-(s33 + t33) - l31 * l31 - l32 * l32)
+    factor = (l11, l21, l31, l22, l32, l33)
     end = work.sweep.end
     for k in range(4):
-        y1 = (e[0][k] + behind_e[0][k]) / l11
-        y2 = (e[1][k] + behind_e[1][k] - l21 * y1) / l22
-        y3 = (e[2][k] + behind_e[2][k] - l31 * y1 - l32 * y2) / l33
-        z3 = y3 / l33
-        z2 = (y2 - l32 * z3) / l22
-        end[0, k] = (y1 - l21 * z2 - l31 * z3) / l11
-        end[1, k] = z2
-        end[2, k] = z3
+        right = (e[0][k] + behind_e[0][k], e[1][k] + behind_e[1][k], e[2][k] + behind_e[2][k])
+        end[0, k], end[1, k], end[2, k] = solve_factored(factor, right)
     if implicit is not None:
-        for wheel in range(1, implicit.column.shape[0]):
-            y1 = implicit.column[wheel, 0] / l11
-            y2 = (implicit.column[wheel, 1] - l21 * y1) / l22
-            y3 = (implicit.column[wheel, 2] - l31 * y1 - l32 * y2) / l33
-            z3 = y3 / l33
-            z2 = (y2 - l32 * z3) / l22
-            implicit.end[wheel, 0] = (y1 - l21 * z2 - l31 * z3) / l11
-            implicit.end[wheel, 1] = z2
-            implicit.end[wheel, 2] = z3
+        meet_columns(implicit, factor)
 
 
 @fused
@@ -248,11 +204,6 @@ def _back_substitute(chain: Chain, state, work: Work, middle, implicit):
     x = behind_x = (end[0, 0], end[0, 1], end[0, 2], end[0, 3])
     y = behind_y = (end[1, 0], end[1, 1], end[1, 2], end[1, 3])
     a = behind_a = (end[2, 0], end[2, 1], end[2, 2], end[2, 3])
-    if implicit is not None:
-        implicit.row[:, :] = 0.0
-        for wheel in range(1, implicit.column.shape[0]):
-            for r in range(3):
-                implicit.column[wheel, r] = implicit.end[wheel, r]
     for j in range(middle):
         i = middle - 1 - j
         if i < n - 1:
@@ -262,7 +213,7 @@ def _back_substitute(chain: Chain, state, work: Work, middle, implicit):
         w2 = rate[i] * rate[i]
         x, y = _moved(dx, dy, w2, x, y, a)
         if implicit is not None:
-            _return_columns(implicit, work, i, (dx, dy), (x, y, a))
+            return_columns(implicit, work, i, (dx, dy), (x, y, a))
         if implicit is None:
             i = middle + j
             if i < n:
@@ -303,35 +254,6 @@ def _moved(dx, dy, w2, x, y, a):
         (x[0] + dy * a[0], x[1] + dy * a[1], x[2] + dy * a[2], x[3] + (dy * a[3] + w2 * dx)),
         (y[0] - dx * a[0], y[1] - dx * a[1], y[2] - dx * a[2], y[3] - (dx * a[3] - w2 * dy)),
     )
-
-
-@fused
-def _return_columns(implicit, work: Work, i, arm, motion):
-    """The wheels' columns from a body's output to its input, and what each wheel feels of the body.
-
-    ``motion`` holds the columns of the acceleration of the body's input pin and of its angular acceleration.
-    """
-    dx, dy = arm
-    x, y, a = motion
-    z, gain = implicit.column, work.sweep.gain
-    last = work.sweep.response.shape[0] - 1
-    for wheel in range(1, z.shape[0]):
-        alpha = z[wheel, 2]
-        if i < last:
-            p1, p2, q = gain[i, 0], gain[i, 1], gain[i, 2]
-            alpha = q * alpha - p1 * z[wheel, 0] - p2 * z[wheel, 1] - implicit.gain[i, wheel]
-        z[wheel, 0] += dy * alpha
-        z[wheel, 1] -= dx * alpha
-        z[wheel, 2] = alpha
-        implicit.response[i, wheel] = alpha
-    for wheel in range(1, z.shape[0]):
-        # acceleration of this body as the friction on the wheel feels it
-        u, v, w = implicit.couple[i, wheel, 0], implicit.couple[i, wheel, 1], implicit.couple[i, wheel, 2]
-        if u != 0.0 or v != 0.0:
-            for k in range(4):
-                implicit.row[wheel, k] += u * x[k] + v * y[k] + w * a[k]
-            for k in range(1, z.shape[0]):
-                implicit.row[wheel, 3 + k] += u * z[k, 0] + v * z[k, 1] + w * z[k, 2]
 
 
 @kernel

@@ -1,4 +1,4 @@
-"""What contact does along the axes of the wheels: overlap, axial slip, centre guides (Eqs. 11, 19, 20, 32, 39).
+"""Contact along the axes of the wheels: overlap, axial slip, centre guides (Eqs. 11, 19, 20, 32, 39).
 
 Every contact is judged in the frame of its wheel, which has the wheel's axis and does not spin: arc centres and link
 ends, in the middle plane of the chain, are transformed to it (Eqs. 15, 20); their x and y choose area or foot, depth

@@ -8,35 +8,7 @@ from math import cos as cosine
 from math import sin as sine
 
 from trackdyn.chain.kinematics import on_pin_line, rotated
-from trackdyn.contact import neighbours
-from trackdyn.contact.axial import (
-    centre_in_plane,
-    guide_force,
-    height,
-    overlap_ratio,
-    to_plane_frame,
-    to_wheel_frame,
-    wheel_centre,
-)
-from trackdyn.contact.forces import (
-    PREDICTION,
-    ContactPoint,
-    Penetration,
-    apply,
-    mass_centre_arm,
-    point_velocity,
-    velocity_over_wheel,
-)
-from trackdyn.contact.laws import (
-    elastic_force,
-    find_area,
-    foot,
-    groove_index,
-    implicit_speed,
-    in_groove,
-    stored_impact_speed,
-    wheel_law,
-)
+from trackdyn.contact import axial, forces, laws, neighbours
 from trackdyn.jit import kernel
 from trackdyn.model.arrays import FLANK, GUIDE, RING, SURFACE, State, Work
 from trackdyn.model.constants import SPROCKET, Model, Tooth
@@ -50,11 +22,11 @@ def touched_area(tooth: Tooth, groove, arc, cos, sin, x, y):
     groove that its own centre is in: tips are shared by neighbours.
     """
     k = groove[arc]
-    ck, sk, x_k, y_k = in_groove(tooth, k, cos, sin, x, y)
+    ck, sk, x_k, y_k = laws.in_groove(tooth, k, cos, sin, x, y)
     if abs(x_k) > tooth.half_pitch * y_k:
-        k = groove[arc] = groove_index(tooth.teeth, cos * x + sin * y, -sin * x + cos * y)
-        ck, sk, x_k, y_k = in_groove(tooth, k, cos, sin, x, y)
-    area, depth, nx, ny, radius = find_area(tooth, x_k, y_k)
+        k = groove[arc] = laws.groove_index(tooth.teeth, cos * x + sin * y, -sin * x + cos * y)
+        ck, sk, x_k, y_k = laws.in_groove(tooth, k, cos, sin, x, y)
+    area, depth, nx, ny, radius = laws.find_area(tooth, x_k, y_k)
     return k, area, depth, ck * nx - sk * ny, sk * nx + ck * ny, radius
 
 
@@ -65,31 +37,31 @@ def tooth_loads(model: Model, state: State, work: Work, space, implicit):
     Steel on steel the force rises within a few steps, and what the last step changed says little of this one:
     velocities are led by it less what the force has grown since, which the chain meets with its own mass alone.
     """
-    chain, shoes, tooth = model.chain, model.shoes, model.tooth
+    chain, shoes, tooth, law = model.chain, model.shoes, model.tooth, model.tooth.law
     cs = cosine(state.wheel_angle[SPROCKET])
     ss = sine(state.wheel_angle[SPROCKET])
-    cx, cy, cz = wheel_centre(model, space, SPROCKET)
-    mx, my, mz = centre_in_plane(model, space, SPROCKET)
-    z = height(state, space)
-    prediction = PREDICTION if implicit is None else 0.0
+    cx, cy, cz = axial.wheel_centre(model, space, SPROCKET)
+    mx, my, mz = axial.centre_in_plane(model, space, SPROCKET)
+    z = axial.height(state, space)
+    prediction = forces.PREDICTION if implicit is None else 0.0
     compliance = prediction * model.step * tooth.mobility
     half = prediction * model.step if compliance > 0.0 else 0.0
     reach = tooth.addendum + tooth.arc_radius  # Eq. 18
     rc = tooth.arc_radius
-    near = work.near
-    for item in range(near.count[0]):
-        arc = near.arc[item]
+    candidates = work.candidates
+    for item in range(candidates.count[0]):
+        arc = candidates.arc[item]
         body = shoes.arc_body[arc]
         along = shoes.arc_x[arc]
         c, s = work.cos[body], work.sin[body]
         x, y = on_pin_line(work, body, along)
-        lx, ly, lz = to_wheel_frame(space, SPROCKET, x - mx, y - my, z - mz)
+        lx, ly, lz = axial.to_wheel_frame(space, SPROCKET, x - mx, y - my, z - mz)
         groove = area = 0
         depth = nx = ny = radius = share = 0.0
         if lx * lx + ly * ly <= reach * reach:
-            share = overlap_ratio(model.space, FLANK, lz)
+            share = axial.overlap_ratio(model.space, FLANK, lz)
         if share > 0.0:
-            groove, area, depth, nx, ny, radius = touched_area(tooth, near.groove, arc, cs, ss, lx, ly)
+            groove, area, depth, nx, ny, radius = touched_area(tooth, candidates.groove, arc, cs, ss, lx, ly)
         work.tooth_area[arc] = area
         work.tooth_groove[arc] = groove if area > 0 else 0
         if area == 0:
@@ -98,26 +70,25 @@ def tooth_loads(model: Model, state: State, work: Work, space, implicit):
             continue
         # velocity of the arc's centre seen from the groove (Eq. 27); the force pushes along n
         gx, gy = rotated(chain.com_x[body] - along, chain.com_y[body], c, s)
-        velocity = point_velocity(state, work, space, body, (x, y, z), (-gx, -gy), prediction)
-        vx, vy, _ = velocity_over_wheel(model, state, space, SPROCKET, velocity, lx, ly)
+        velocity = forces.point_velocity(state, work, space, body, (x, y, z), (-gx, -gy), prediction)
+        vx, vy, _ = forces.velocity_over_wheel(model, state, space, SPROCKET, velocity, lx, ly)
         speed = -(nx * vx + ny * vy)
-        impact = stored_impact_speed(state.tooth_impact[arc], speed, tooth.law.speed_floor)
+        impact = laws.stored_impact_speed(state.tooth_impact[arc], speed, law.speed_floor)
         state.tooth_impact[arc] = impact
         if compliance > 0.0:
-            elastic, _ = elastic_force(tooth.law, depth, radius)
-            elastic *= share
-            speed = implicit_speed(tooth.law, elastic, speed + compliance * work.tooth_before[arc], impact, compliance)
+            elastic = share * laws.elastic_force(law, depth, radius)[0]
+            speed = laws.implicit_speed(law, elastic, speed + compliance * work.tooth_before[arc], impact, compliance)
         ex = nx * c + ny * s
         slides = (tooth.slip[arc % 2, 0] * ex + tooth.slip[arc % 2, 1]) * ex + tooth.slip[arc % 2, 2]
-        point = ContactPoint(
+        point = forces.ContactPoint(
             body=body, wheel=SPROCKET, kind=FLANK, slot=arc,
             x=cx + lx - rc * nx, y=cy + ly - rc * ny, z=cz + lz, normal_x=nx, normal_y=ny,
         )  # fmt: skip
-        penetration = Penetration(
-            law=tooth.law, depth=depth, speed=speed, impact_speed=impact, radius=radius, share=share,
+        penetration = forces.Penetration(
+            law=law, depth=depth, speed=speed, impact_speed=impact, radius=radius, share=share,
             slip_compliance=half * slides, guide=0.0,
         )  # fmt: skip
-        work.tooth_force[arc] = apply(model, state, work, point, penetration, space, implicit)
+        work.tooth_force[arc] = forces.apply(model, state, work, point, penetration, space, implicit)
         work.contact[work.count[0] - 1]["area"] = area
 
 
@@ -125,25 +96,25 @@ def tooth_loads(model: Model, state: State, work: Work, space, implicit):
 def wheel_loads(model: Model, state: State, work: Work, space, implicit):
     """Contact of every link near a wheel with it (Fig. 12)."""
     shoes, wheels, thick = model.shoes, model.wheels, model.wheels.half_thickness
-    prediction = PREDICTION if implicit is None else 0.0
-    z = height(state, space)
-    near, (links, count) = work.near, work.wheel_force.shape
-    for k in range(near.count[1]):
-        link, wheel = near.link[k, 0], near.link[k, 1]
+    prediction = forces.PREDICTION if implicit is None else 0.0
+    z = axial.height(state, space)
+    candidates, (links, count) = work.candidates, work.wheel_force.shape
+    for k in range(candidates.count[1]):
+        link, wheel = candidates.link[k, 0], candidates.link[k, 1]
         slot = 2 * links + link * count + wheel
         body = shoes.link_body[link]
         ax, ay = on_pin_line(work, body, shoes.link_start[link])
         bx, by = on_pin_line(work, body, shoes.link_end[link])
-        ax, ay, az = to_wheel_frame(space, wheel, ax, ay, z)
-        bx, by, bz = to_wheel_frame(space, wheel, bx, by, z)
-        cx, cy, cz = wheel_centre(model, space, wheel)
+        ax, ay, az = axial.to_wheel_frame(space, wheel, ax, ay, z)
+        bx, by, bz = axial.to_wheel_frame(space, wheel, bx, by, z)
+        cx, cy, cz = axial.wheel_centre(model, space, wheel)
         kind = RING if wheel == SPROCKET else SURFACE
-        fraction, qx, qy, distance = foot(ax, ay, bx, by, cx, cy)
+        fraction, qx, qy, distance = laws.foot(ax, ay, bx, by, cx, cy)
         depth = wheels.radius[wheel] + thick - distance
         share = qz = 0.0
         if depth > 0.0:
             qz = az + min(max(fraction, 0.0), 1.0) * (bz - az)
-            share = overlap_ratio(model.space, kind, qz - cz)
+            share = axial.overlap_ratio(model.space, kind, qz - cz)
         if share <= 0.0:
             work.wheel_force[link, wheel] = work.friction[0, slot] = 0.0
             state.wheel_impact[link, wheel] = 0.0
@@ -151,24 +122,24 @@ def wheel_loads(model: Model, state: State, work: Work, space, implicit):
         inverse = 1.0 / distance
         nx = (qx - cx) * inverse
         ny = (qy - cy) * inverse
-        px, py, pz = to_plane_frame(space, wheel, qx, qy, qz)
-        arm = mass_centre_arm(model.chain, work, body, px, py)
-        velocity = point_velocity(state, work, space, body, (px, py, pz), arm, prediction)
+        px, py, pz = axial.to_plane_frame(space, wheel, qx, qy, qz)
+        arm = forces.mass_centre_arm(model.chain, work, body, px, py)
+        velocity = forces.point_velocity(state, work, space, body, (px, py, pz), arm, prediction)
         # the wheel's rotation moves nothing along n
-        vx, vy, _ = velocity_over_wheel(model, state, space, wheel, velocity, 0.0, 0.0)
+        vx, vy, _ = forces.velocity_over_wheel(model, state, space, wheel, velocity, 0.0, 0.0)
         speed = -(nx * vx + ny * vy)
-        law = wheel_law(wheels, wheel)
-        impact = stored_impact_speed(state.wheel_impact[link, wheel], speed, law.speed_floor)
+        law = laws.wheel_law(wheels, wheel)
+        impact = laws.stored_impact_speed(state.wheel_impact[link, wheel], speed, law.speed_floor)
         state.wheel_impact[link, wheel] = impact
-        point = ContactPoint(
+        point = forces.ContactPoint(
             body=body, wheel=wheel, kind=kind, slot=slot,
             x=qx - thick * nx, y=qy - thick * ny, z=qz, normal_x=nx, normal_y=ny,
         )  # fmt: skip
-        penetration = Penetration(
+        penetration = forces.Penetration(
             law=law, depth=depth, speed=speed, impact_speed=impact, radius=wheels.radius[wheel], share=share,
             slip_compliance=prediction * model.step * wheels.slip[wheel], guide=0.0,
         )  # fmt: skip
-        work.wheel_force[link, wheel] = apply(model, state, work, point, penetration, space, implicit)
+        work.wheel_force[link, wheel] = forces.apply(model, state, work, point, penetration, space, implicit)
         work.carried[wheel] += work.wheel_force[link, wheel]
 
 
@@ -176,41 +147,41 @@ def wheel_loads(model: Model, state: State, work: Work, space, implicit):
 def guide_loads(model: Model, state: State, work: Work, space, implicit):
     """Centre guides of the connectors between the flanges of the wheels."""
     shoes = model.shoes
-    z = height(state, space)
+    z = axial.height(state, space)
     for wheel in range(model.wheels.x.shape[0]):
         reach = model.space.guide_reach[wheel]
         if reach == 0.0:
             continue
-        mx, my, mz = centre_in_plane(model, space, wheel)
-        cx, cy, cz = wheel_centre(model, space, wheel)
+        mx, my, mz = axial.centre_in_plane(model, space, wheel)
+        cx, cy, cz = axial.wheel_centre(model, space, wheel)
         for pitch in range(shoes.link_body.shape[0]):
             body = shoes.arc_body[2 * pitch]
             middle = 0.5 * (shoes.arc_x[2 * pitch] + shoes.arc_x[2 * pitch + 1])
             x, y = on_pin_line(work, body, middle)
-            lx, ly, lz = to_wheel_frame(space, wheel, x - mx, y - my, z - mz)
+            lx, ly, lz = axial.to_wheel_frame(space, wheel, x - mx, y - my, z - mz)
             if abs(lz) <= model.space.clearance or lx * lx + ly * ly > reach * reach:
                 continue
-            arm = mass_centre_arm(model.chain, work, body, x, y)
-            velocity = point_velocity(state, work, space, body, (x, y, z), arm, 0.0)
-            _, _, speed = velocity_over_wheel(model, state, space, wheel, velocity, lx, ly)
+            arm = forces.mass_centre_arm(model.chain, work, body, x, y)
+            velocity = forces.point_velocity(state, work, space, body, (x, y, z), arm, 0.0)
+            _, _, speed = forces.velocity_over_wheel(model, state, space, wheel, velocity, lx, ly)
             # no normal and no share of a contact length: only the axial force is left of the contact
-            point = ContactPoint(
+            point = forces.ContactPoint(
                 body=body, wheel=wheel, kind=GUIDE, slot=0,
                 x=cx + lx, y=cy + ly, z=cz + lz, normal_x=0.0, normal_y=0.0,
             )  # fmt: skip
-            penetration = Penetration(
+            penetration = forces.Penetration(
                 law=model.tooth.law, depth=1.0, speed=0.0, impact_speed=1.0, radius=1.0, share=0.0,
-                slip_compliance=0.0, guide=guide_force(model.space, lz, speed),
+                slip_compliance=0.0, guide=axial.guide_force(model.space, lz, speed),
             )  # fmt: skip
-            apply(model, state, work, point, penetration, space, implicit)
+            forces.apply(model, state, work, point, penetration, space, implicit)
 
 
 @kernel
 def contact_loads(model: Model, state: State, work: Work, space=None, implicit=None):
     """Contact loads on bodies and wheels at the present state.
 
-    ``space`` is ``work.space``, its wheels seen from the plane as it is (`chain.plane.update_frame`); with ``implicit``
-    the forces are led to the end of the step and their slopes added up for the linearly implicit sweep.
+    ``space`` is ``work.space`` with the wheels as seen from the plane (`integrate.plane.update_frame`); with
+    ``implicit`` the forces are led to the end of the step and their slopes added up for the linearly implicit sweep.
     """
     work.force_x[:] = 0.0
     work.force_y[:] = 0.0

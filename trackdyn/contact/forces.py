@@ -6,7 +6,7 @@ one. ``implicit`` is the work of a linearly implicit step or None, ``space`` tha
 
 from typing import NamedTuple
 
-from trackdyn.chain.kinematics import rotated
+from trackdyn.chain.kinematics import mass_centre
 from trackdyn.contact.axial import friction_coefficients, normal_velocity, to_plane_frame, to_wheel_frame, wheel_centre
 from trackdyn.contact.laws import force_and_slopes
 from trackdyn.jit import inlined, kernel
@@ -37,7 +37,7 @@ class ContactPoint(NamedTuple):
 
 
 class Penetration(NamedTuple):
-    """What the forces of a contact depend on besides its slip."""
+    """Arguments of the contact laws besides the slip."""
 
     law: Law
     # depth, speed, impact_speed, radius: as in `contact.laws.force_and_slopes`; m, m/s, m/s, m
@@ -46,14 +46,14 @@ class Penetration(NamedTuple):
     impact_speed: float
     radius: float
     share: float  # fraction of the contact length that overlaps
-    slip_compliance: float  # what a unit of friction takes from the slip within the step, m/s/N
+    slip_compliance: float  # change of the slip per unit of friction within the step, m/s/N
     guide: float  # force of a guide along the wheel's axis, N
 
 
 @inlined
 def mass_centre_arm(chain, work, body, x, y):
     """Arm of a point from a body's mass centre, m."""
-    gx, gy = rotated(chain.com_x[body], chain.com_y[body], work.cos[body], work.sin[body])
+    gx, gy = mass_centre(chain, work, body)
     return x - (work.pin_x[body] + gx), y - (work.pin_y[body] + gy)
 
 
@@ -116,7 +116,7 @@ def normal_ahead(force, stiffness, damping, speed, step):
 
 @kernel
 def add_inertia(work, implicit, point, x, y, ox, oy, normal, friction):
-    """What a contact adds to the masses that a linearly implicit sweep sees.
+    """Add the slopes of a contact to the masses of a linearly implicit sweep.
 
     ``x, y`` is the point in the plane's frame, ``ox, oy`` from the wheel's centre (m); ``normal`` and ``friction`` are
     the forces against a unit acceleration along normal and tangent, kg.
@@ -166,6 +166,32 @@ def add_in_space(space, point, arm, load, from_centre, wheel_load):
 
 
 @kernel
+def list_contact(state: State, row, space, point: ContactPoint, guide, places, velocity, force):
+    """Write a contact into its ``row`` of the contact list.
+
+    ``places`` are the point in the plane's frame, its arm from the body's mass centre, and the point from the wheel's
+    centre in the wheel's frame, m; ``velocity`` is that of the body's point, m/s; ``force`` has its normal, tangential
+    and axial components and ``guide`` is the axial force of a guide, N.
+    """
+    (x, y, z), (ax, ay), (ox, oy) = places
+    normal, friction, axial = force
+    wheel, nx, ny = point.wheel, point.normal_x, point.normal_y
+    row["normal_x"], row["normal_y"], normal_z = to_plane_frame(space, wheel, normal * nx, normal * ny, guide)
+    row["friction_x"], row["friction_y"], friction_z = to_plane_frame(
+        space, wheel, -friction * ny, friction * nx, axial
+    )
+    row["spin_x"], row["spin_y"], spin_z = to_plane_frame(space, wheel, -oy, ox, 0.0)
+    row["arm_x"], row["arm_y"] = ax, ay
+    row["speed_x"], row["speed_y"] = velocity[0], velocity[1]
+    row["rate"] = state.wheel_rate[wheel]
+    row["body"], row["wheel"], row["kind"] = point.body, wheel, point.kind
+    if space is not None:
+        row["normal_z"], row["friction_z"], row["spin_z"] = normal_z, friction_z, spin_z
+        row["arm_z"], row["speed_z"] = z - state.plane.motion[OFFSET], velocity[2]
+        row["pin_x"], row["pin_y"] = x - state.pin[0], y - state.pin[1]
+
+
+@kernel
 def apply(model: Model, state: State, work: Work, point: ContactPoint, penetration: Penetration, space, implicit):
     """Forces of a contact into the loads and onto the contact list; returns the normal force at this state, N."""
     law, body, wheel, nx, ny = penetration.law, point.body, point.wheel, point.normal_x, point.normal_y
@@ -191,7 +217,7 @@ def apply(model: Model, state: State, work: Work, point: ContactPoint, penetrati
     mu, axial_mu = friction_coefficients(model.space, law, slip, axial_slip)
     row = work.contact[work.count[0]]
     if implicit is not None:
-        # what is proportional to the accelerations of the step goes into the sweep
+        # terms proportional to the accelerations of the step go into the sweep
         normal, normal_slope = normal_ahead(present, stiffness, damping, speed, model.step)
         friction_slope = friction_secant(model.step * normal, mu, slip)
         add_inertia(work, implicit, point, x, y, ox, oy, normal_slope, friction_slope)
@@ -199,7 +225,7 @@ def apply(model: Model, state: State, work: Work, point: ContactPoint, penetrati
         row["friction_slope"] = friction_slope
     friction = -normal * mu
     if penetration.slip_compliance > 0.0:
-        # of its own force the slip has until then that of the step before: by the secant of Eq. 10
+        # the predicted slip contains the friction of the step before; the change acts by the secant of Eq. 10
         resisted = friction_secant(penetration.slip_compliance * normal, mu, slip)
         friction = (friction + resisted * work.friction[1, point.slot]) / (1.0 + resisted)
         work.friction[0, point.slot] = friction
@@ -214,30 +240,10 @@ def apply(model: Model, state: State, work: Work, point: ContactPoint, penetrati
     work.force_y[body] += fy
     work.moment[body] += ax * fy - ay * fx
     work.wheel_torque[wheel] -= ox * wy - oy * wx
-    row["normal_x"], row["normal_y"], normal_z = to_plane_frame(
-        space, wheel, normal * nx, normal * ny, penetration.guide
-    )
-    row["friction_x"], row["friction_y"], friction_z = to_plane_frame(
-        space, wheel, -friction * ny, friction * nx, axial
-    )
-    row["spin_x"], row["spin_y"], spin_z = to_plane_frame(space, wheel, -oy, ox, 0.0)
-    row["arm_x"] = ax
-    row["arm_y"] = ay
-    row["speed_x"] = vx
-    row["speed_y"] = vy
-    row["rate"] = state.wheel_rate[wheel]
+    velocity, wheel_force = (vx, vy, vz), (normal, friction, axial)
+    list_contact(state, row, space, point, penetration.guide, ((x, y, z), (ax, ay), (ox, oy)), velocity, wheel_force)
     if space is not None:
-        az = z - state.plane.motion[OFFSET]
-        add_in_space(space, point, (ax, ay, az), (fx, fy, fz), (ox, oy, point.z - cz), (wx, wy, wz))
-        row["normal_z"] = normal_z
-        row["friction_z"] = friction_z
-        row["spin_z"] = spin_z
-        row["arm_z"] = az
-        row["speed_z"] = vz
-        row["pin_x"] = x - state.pin[0]
-        row["pin_y"] = y - state.pin[1]
-    row["body"] = body
-    row["wheel"] = wheel
-    row["kind"] = point.kind
+        arm = (ax, ay, z - state.plane.motion[OFFSET])
+        add_in_space(space, point, arm, (fx, fy, fz), (ox, oy, point.z - cz), (wx, wy, wz))
     work.count[0] += 1
     return present

@@ -12,11 +12,11 @@ from trackdyn.model.constants import Law, Tooth, Wheels
 def elastic_force(law: Law, depth, radius):
     """Elastic term (N) of a law at a penetration ``depth`` (m), and its local power ``d ln F / d ln depth``.
 
-    Of Eq. 8: ``(pi/2) L E* d sqrt(d / (2 (R + d)))``. ``radius`` is ``|R1 - R2|`` for internal and ``R1 + R2`` for
-    external contact, m. A form other than that of ``CYLINDERS`` is told here by ``law.kind``.
+    Eq. 8 has ``(pi/2) L E* d sqrt(d / (2 (R + d)))``. ``radius`` is ``|R1 - R2|`` for internal and ``R1 + R2`` for
+    external contact, m. Another form than that of ``CYLINDERS`` is chosen here by ``law.kind``.
     """
-    part = depth / (radius + depth)
-    return law.stiffness * depth * sqrt(part), 1.5 - 0.5 * part
+    ratio = depth / (radius + depth)
+    return law.stiffness * depth * sqrt(ratio), 1.5 - 0.5 * ratio
 
 
 @kernel
@@ -37,7 +37,7 @@ def force_and_slopes(law: Law, depth, speed, impact_speed, radius):
 def implicit_speed(law: Law, elastic, speed, impact_speed, compliance):
     """Penetration velocity (m/s) under the force of Eq. 8 that it makes itself: v with ``v + compliance F(v) = speed``.
 
-    ``elastic`` is the elastic force (N), ``compliance`` what a unit of the force takes from the velocity, m/s/N.
+    ``elastic`` is the elastic force (N), ``compliance`` the change of the velocity per unit of force, m/s/N.
     F grows with v, piece by piece in proportion: there is one v.
     """
     slope = law.loss / impact_speed

@@ -23,25 +23,25 @@ PINS, WHEELS, PLANE = 0.25, 0.25, 0.25
 @kernel
 def update(model: Model, state: State, work: Work, space):
     """Make the lists anew if they do not hold any more; what leaves them touches nothing."""
-    work.near.count[2] = 0
+    work.candidates.count[2] = 0
     if _hold(model, state, work, space):
         return
-    near, shoes, tooth, wheels = work.near, model.shoes, model.tooth, model.wheels
+    candidates, shoes, tooth, wheels = work.candidates, model.shoes, model.tooth, model.wheels
     for i in range(work.pin_x.shape[0]):
-        near.pin_x[i] = work.pin_x[i]
-        near.pin_y[i] = work.pin_y[i]
+        candidates.pin_x[i] = work.pin_x[i]
+        candidates.pin_y[i] = work.pin_y[i]
     for wheel in range(wheels.x.shape[0]):
-        near.wheel[wheel, 0] = wheels.x[wheel]
-        near.wheel[wheel, 1] = wheels.y[wheel]
+        candidates.wheel[wheel, 0] = wheels.x[wheel]
+        candidates.wheel[wheel, 1] = wheels.y[wheel]
     if space is not None:
         for r in range(3):
             for k in range(3):
-                near.plane[r, k] = space.attitude[r, k]
-        near.plane[3, 0] = state.plane.motion[OFFSET]
+                candidates.plane[r, k] = space.attitude[r, k]
+        candidates.plane[3, 0] = state.plane.motion[OFFSET]
         size = 0.0
         for i in range(work.pin_x.shape[0]):
             size = max(size, work.pin_x[i] ** 2 + work.pin_y[i] ** 2)
-        near.plane[3, 1] = sqrt(size) + MARGIN  # what the plane's turn moves at most by, m a radian
+        candidates.plane[3, 1] = sqrt(size) + MARGIN  # largest distance moved per radian of the plane, m
     z = height(state, space)
     arcs = 0
     for arc in range(shoes.arc_body.shape[0]):
@@ -50,7 +50,7 @@ def update(model: Model, state: State, work: Work, space):
         x, y = on_pin_line(work, body, shoes.arc_x[arc])
         lx, ly, _ = to_wheel_frame(space, SPROCKET, x - mx, y - my, z - mz)
         if model.tooth.present and lx * lx + ly * ly <= (tooth.addendum + tooth.arc_radius + MARGIN) ** 2:
-            near.arc[arcs] = arc
+            candidates.arc[arcs] = arc
             arcs += 1
         else:
             work.tooth_area[arc] = work.tooth_groove[arc] = 0
@@ -65,37 +65,36 @@ def update(model: Model, state: State, work: Work, space):
             cx, cy, _ = wheel_centre(model, space, wheel)
             reach = wheels.radius[wheel] + wheels.half_thickness + half + MARGIN
             if wheels.present[wheel] and (x - cx) ** 2 + (y - cy) ** 2 < reach * reach:
-                near.link[links, 0] = link
-                near.link[links, 1] = wheel
+                candidates.link[links, 0] = link
+                candidates.link[links, 1] = wheel
                 links += 1
             else:
                 work.wheel_force[link, wheel] = state.wheel_impact[link, wheel] = 0.0
-    near.count[0] = arcs
-    near.count[1] = links
-    near.count[2] = 1
+    candidates.count[0] = arcs
+    candidates.count[1] = links
+    candidates.count[2] = 1
 
 
 @kernel
 def _hold(model: Model, state: State, work: Work, space):
     """Whether nothing has moved too far since the lists were made."""
-    near = work.near
-    if near.count[0] < 0:
+    candidates = work.candidates
+    if candidates.count[0] < 0:
         return False
     far = 0
     for i in range(work.pin_x.shape[0]):
-        x = work.pin_x[i] - near.pin_x[i]
-        y = work.pin_y[i] - near.pin_y[i]
+        x = work.pin_x[i] - candidates.pin_x[i]
+        y = work.pin_y[i] - candidates.pin_y[i]
         far += not x * x + y * y <= (PINS * MARGIN) ** 2
-    for wheel in range(near.wheel.shape[0]):
-        x = model.wheels.x[wheel] - near.wheel[wheel, 0]
-        y = model.wheels.y[wheel] - near.wheel[wheel, 1]
+    for wheel in range(candidates.wheel.shape[0]):
+        x = model.wheels.x[wheel] - candidates.wheel[wheel, 0]
+        y = model.wheels.y[wheel] - candidates.wheel[wheel, 1]
         far += not x * x + y * y <= (WHEELS * MARGIN) ** 2
     if space is not None:
         turned = 0.0
         for r in range(3):
             for k in range(3):
-                turned += (space.attitude[r, k] - near.plane[r, k]) ** 2
-        far += (
-            not sqrt(turned) * near.plane[3, 1] + abs(state.plane.motion[OFFSET] - near.plane[3, 0]) <= PLANE * MARGIN
-        )
+                turned += (space.attitude[r, k] - candidates.plane[r, k]) ** 2
+        shift = abs(state.plane.motion[OFFSET] - candidates.plane[3, 0])
+        far += not sqrt(turned) * candidates.plane[3, 1] + shift <= PLANE * MARGIN
     return far == 0

@@ -13,18 +13,18 @@ def log_contacts(contact_log: ContactLog, state: State, work: Work, time, step):
     not kept, so that the caller can tell. What is not close to the sprocket is looked at only where the lists of
     `contact.neighbours` are new: it may have left them in contact.
     """
-    near = work.near
-    if near.count[2]:
+    candidates = work.candidates
+    if candidates.count[2]:
         for arc in range(work.tooth_force.shape[0]):
             _log(contact_log, state, work, 3 * (arc // 2) + arc % 2, (time, step))
         for pitch in range(work.wheel_force.shape[0]):
             _log(contact_log, state, work, 3 * pitch + 2, (time, step))
     else:
-        for item in range(near.count[0]):
-            _log(contact_log, state, work, 3 * (near.arc[item] // 2) + near.arc[item] % 2, (time, step))
-        for item in range(near.count[1]):
-            if near.link[item, 1] == SPROCKET:
-                _log(contact_log, state, work, 3 * near.link[item, 0] + 2, (time, step))
+        for item in range(candidates.count[0]):
+            _log(contact_log, state, work, 3 * (candidates.arc[item] // 2) + candidates.arc[item] % 2, (time, step))
+        for item in range(candidates.count[1]):
+            if candidates.link[item, 1] == SPROCKET:
+                _log(contact_log, state, work, 3 * candidates.link[item, 0] + 2, (time, step))
 
 
 @kernel

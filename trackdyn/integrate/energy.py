@@ -2,32 +2,12 @@
 
 import numpy as np
 
-from trackdyn.chain.kinematics import bearing_drag, rotated, stored
+from trackdyn.chain.kinematics import bearing_drag, joint_angles, joint_differences, mass_centre, stored
 from trackdyn.contact.forces import wheel_velocity
 from trackdyn.integrate.carriers import carrier_energy
 from trackdyn.jit import kernel
-from trackdyn.model.arrays import (
-    BEARING,
-    BUSHING_ELASTIC,
-    BUSHING_LOSS,
-    FLANK,
-    GRAVITY,
-    KINETIC,
-    OFFSET,
-    RING,
-    RING_FRICTION,
-    SPEED,
-    SPROCKET_WORK,
-    TOOTH_FRICTION,
-    TOOTH_NORMAL,
-    WHEEL_FRICTION,
-    WHEEL_NORMAL,
-    ImplicitWork,
-    P,
-    Q,
-    State,
-    Work,
-)
+from trackdyn.model import arrays
+from trackdyn.model.arrays import FLANK, OFFSET, RING, SPEED, ImplicitWork, P, Q, State, Work
 from trackdyn.model.constants import SPROCKET, Model
 
 
@@ -41,15 +21,15 @@ def _add_work(out, first, row, body, wheel, step):
     vx, vy, vz = body[0] - sx, body[1] - sy, body[2] - sz
     if row["wheel"] == SPROCKET:
         drive = (row["normal_x"] + row["friction_x"]) * sx + (row["normal_y"] + row["friction_y"]) * sy
-        out[first + SPROCKET_WORK] += step * (drive + (row["normal_z"] + row["friction_z"]) * sz)
+        out[first + arrays.SPROCKET_WORK] += step * (drive + (row["normal_z"] + row["friction_z"]) * sz)
     normal = -step * (row["normal_x"] * vx + row["normal_y"] * vy + row["normal_z"] * vz)
     friction = -step * (row["friction_x"] * vx + row["friction_y"] * vy + row["friction_z"] * vz)
     if row["kind"] == FLANK:
-        out[first + TOOTH_NORMAL] += normal
-        out[first + TOOTH_FRICTION] += friction
+        out[first + arrays.TOOTH_NORMAL] += normal
+        out[first + arrays.TOOTH_FRICTION] += friction
     else:
-        out[first + WHEEL_NORMAL] += normal
-        out[first + (RING_FRICTION if row["kind"] == RING else WHEEL_FRICTION)] += friction
+        out[first + arrays.WHEEL_NORMAL] += normal
+        out[first + (arrays.RING_FRICTION if row["kind"] == RING else arrays.WHEEL_FRICTION)] += friction
 
 
 @kernel
@@ -79,15 +59,12 @@ def account(model: Model, state: State, work: Work, damping_weight, space):
             vz = row["speed_z"] + 0.5 * (dvz + dp * row["pin_y"] - dq * row["pin_x"])
             sz = ww * row["spin_z"]
         _add_work(done, 0, row, (vx, vy, vz), (ww * row["spin_x"] + tx, ww * row["spin_y"] + ty, sz), h)
-    last = state.rate.shape[0] - 1
-    before = work.joint_rate[last]
-    after = state.rate[0] - state.rate[last]
-    loss = (before + damping_weight * (after - before)) * (before + after)
-    for i in range(last):
-        before = work.joint_rate[i]
-        after = state.rate[i + 1] - state.rate[i]
+    joint_differences(state.rate, work.joint_difference)
+    loss = 0.0
+    for i in range(state.rate.shape[0]):
+        before, after = work.joint_rate[i], work.joint_difference[i]
         loss += (before + damping_weight * (after - before)) * (before + after)
-    done[BUSHING_LOSS] += 0.5 * h * chain.damping * loss
+    done[arrays.BUSHING_LOSS] += 0.5 * h * chain.damping * loss
 
 
 @kernel
@@ -105,7 +82,7 @@ def finish_forces(model: Model, work: Work, implicit: ImplicitWork):
         body, wheel = row["body"], row["wheel"]
         nx = row["normal_x"] / fn
         ny = row["normal_y"] / fn
-        gx, gy = rotated(chain.com_x[body], chain.com_y[body], work.cos[body], work.sin[body])
+        gx, gy = mass_centre(chain, work, body)
         rx = row["arm_x"] + gx
         ry = row["arm_y"] + gy
         px = work.pin_ax[body] - work.alpha[body] * ry
@@ -122,41 +99,39 @@ def finish_forces(model: Model, work: Work, implicit: ImplicitWork):
 @kernel
 def powers(model: Model, state: State, work: Work, out, first):
     """Power of every force at the present state into ``out[first]`` and the entries of work behind it, W."""
-    for k in range(KINETIC):
+    for k in range(arrays.KINETIC):
         out[first + k] = 0.0
     for k in range(work.count[0]):
         row = work.contact[k]
         wheel = row["rate"] * row["spin_x"], row["rate"] * row["spin_y"], 0.0
         _add_work(out, first, row, (row["speed_x"], row["speed_y"], 0.0), wheel, 1.0)
-    n = state.rate.shape[0]
-    for i in range(n):
-        out[first + BUSHING_LOSS] += model.chain.damping * work.joint_rate[i] * work.joint_rate[i]
+    for i in range(state.rate.shape[0]):
+        out[first + arrays.BUSHING_LOSS] += model.chain.damping * work.joint_rate[i] * work.joint_rate[i]
     for wheel in range(1, model.wheels.x.shape[0]):
         rate = state.wheel_rate[wheel]
-        out[first + BEARING] += bearing_drag(model.wheels, wheel, rate, work.carried) * rate * rate
+        out[first + arrays.BEARING] += bearing_drag(model.wheels, wheel, rate, work.carried) * rate * rate
 
 
 @kernel
 def energies(model: Model, state: State, work: Work, space, out):
     """Fill ``out`` with the account of work and the energies of the present state (J)."""
     chain = model.chain
-    for k in range(KINETIC):
+    for k in range(arrays.KINETIC):
         out[k] = state.work_done[k]
     kinetic = gravity = elastic = 0.0
-    n = state.angle.shape[0]
-    for i in range(n):
+    joint_angles(state, work.joint_difference)
+    for i in range(state.angle.shape[0]):
         v2 = work.com_vx[i] ** 2 + work.com_vy[i] ** 2
         kinetic += 0.5 * (chain.mass[i] * v2 + chain.inertia[i] * state.rate[i] ** 2)
-        _, gy = rotated(chain.com_x[i], chain.com_y[i], work.cos[i], work.sin[i])
+        _, gy = mass_centre(chain, work, i)
         gravity += chain.mass[i] * chain.gravity * (work.pin_y[i] + gy)
-        phi = state.angle[i + 1] - state.angle[i] if i < n - 1 else state.angle[0] - state.angle[i] - 2.0 * np.pi
-        elastic += 0.5 * chain.stiffness * (phi - chain.free_angle) ** 2
+        elastic += 0.5 * chain.stiffness * (work.joint_difference[i] - chain.free_angle) ** 2
     for wheel in range(1, model.wheels.x.shape[0]):
         kinetic += 0.5 * model.wheels.inertia[wheel] * state.wheel_rate[wheel] ** 2
     sliding, spring, lifted = carrier_energy(model, state, model.carriers)
-    out[KINETIC] = kinetic + sliding
-    out[GRAVITY] = gravity + lifted
-    out[BUSHING_ELASTIC] = elastic + spring + stored(state, model.branches)
+    out[arrays.KINETIC] = kinetic + sliding
+    out[arrays.GRAVITY] = gravity + lifted
+    out[arrays.BUSHING_ELASTIC] = elastic + spring + stored(state, model.branches)
     if space is not None:
         _add_plane(model, state, work, space, out)
 
@@ -171,7 +146,7 @@ def _add_plane(model: Model, state: State, work: Work, space, out):
     kinetic = lifted = 0.0
     for i in range(state.rate.shape[0]):
         c, s = work.cos[i], work.sin[i]
-        gx, gy = rotated(chain.com_x[i], chain.com_y[i], c, s)
+        gx, gy = mass_centre(chain, work, i)
         x = work.pin_x[i] + gx
         y = work.pin_y[i] + gy
         v = motion[SPEED] + p * (y - state.pin[1]) - q * (x - state.pin[0])
@@ -179,5 +154,5 @@ def _add_plane(model: Model, state: State, work: Work, space, out):
         own_y = c * q - s * p
         kinetic += 0.5 * (chain.mass[i] * v * v + along[i] * own_x * own_x + across[i] * own_y * own_y)
         lifted += chain.mass[i] * chain.gravity * (a[1, 0] * x + (a[1, 1] - 1.0) * y + a[1, 2] * z)
-    out[KINETIC] += kinetic
-    out[GRAVITY] += lifted
+    out[arrays.KINETIC] += kinetic
+    out[arrays.GRAVITY] += lifted

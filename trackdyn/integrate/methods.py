@@ -1,4 +1,4 @@
-"""The integrators: what each declares, and the arrays that it needs.
+"""The integrators and their properties.
 
 An explicit Runge-Kutta method is its tableau and nothing else. The two methods of order 1 share the step of
 `integrate.semi_implicit`; the linearly implicit one brings the arrays of its sweep (`chain.implicit`).
@@ -17,14 +17,14 @@ class Tableau(NamedTuple):
 
 
 class Method(NamedTuple):
-    """What an integrator declares."""
+    """Properties of an integrator."""
 
-    order: int  # of the error of a smooth motion: closed chain and bushings, no contact that begins or ends
+    order: int  # order of the error of a smooth motion: closed chain and bushings, no contact begins or ends
     # oscillation, decay: reach of the stability region along the imaginary and the negative real axis; inf where
     # nothing explicit can diverge
     oscillation: float
     decay: float
-    tableau: Tableau | None = None  # of an explicit Runge-Kutta method; None for the step of `integrate.semi_implicit`
+    tableau: Tableau | None = None  # explicit Runge-Kutta method; None: the step of `integrate.semi_implicit`
     linearly_implicit: bool = False  # whether slopes of the contacts ride in the sweep
 
     @property

@@ -26,7 +26,7 @@ the sums of the z forces and of the moments about the pin's x and y axes give ``
 from math import sin as sine
 from math import sqrt
 
-from trackdyn.chain.kinematics import rotated
+from trackdyn.chain.kinematics import mass_centre
 from trackdyn.jit import fused, kernel, summed
 from trackdyn.model.arrays import OFFSET, SPEED, P, Q, SpaceWork, State, Work
 from trackdyn.model.constants import Model
@@ -62,9 +62,7 @@ def plane_sums(model: Model, state: State, work: Work, space: SpaceWork):
     """Sums over all bodies of the plane's inertia and of the loads on it (`plane_dynamics`)."""
     chain, p, q = model.chain, state.plane.motion[P], state.plane.motion[Q]
     along, across, mass, inertia = model.space.along, model.space.across, chain.mass, chain.inertia
-    cos, sin, rate, pin_x, pin_y, com_x, com_y = (
-        work.cos, work.sin, state.rate, work.pin_x, work.pin_y, chain.com_x, chain.com_y,
-    )  # fmt: skip
+    cos, sin, rate, pin_x, pin_y = work.cos, work.sin, state.rate, work.pin_x, work.pin_y
     vx, vy, force_z, moment_x, moment_y = work.com_vx, work.com_vy, space.force_z, space.moment_x, space.moment_y
     px, py, pvx, pvy = state.pin[0], state.pin[1], state.pin[2], state.pin[3]
     gz = space.gravity[2]
@@ -72,7 +70,7 @@ def plane_sums(model: Model, state: State, work: Work, space: SpaceWork):
     f0 = f1 = f2 = 0.0
     for i in range(rate.shape[0]):
         c, s, w, m = cos[i], sin[i], rate[i], mass[i]
-        gx, gy = rotated(com_x[i], com_y[i], c, s)
+        gx, gy = mass_centre(chain, work, i)
         x = pin_x[i] - px + gx
         y = pin_y[i] - py + gy
         ixx = along[i] * c * c + across[i] * s * s
@@ -108,7 +106,7 @@ def plane_dynamics(model: Model, state: State, work: Work, space: SpaceWork):
     gravity_x, gravity_y = space.gravity[0], space.gravity[1] + chain.gravity  # the planar chain has its own gravity
     for i in range(state.rate.shape[0]):
         c, s, m = work.cos[i], work.sin[i], chain.mass[i]
-        gx, gy = rotated(chain.com_x[i], chain.com_y[i], c, s)
+        gx, gy = mass_centre(chain, work, i)
         x = work.pin_x[i] - state.pin[0] + gx
         y = work.pin_y[i] - state.pin[1] + gy
         u = p * y - q * x

@@ -1,4 +1,4 @@
-"""The time loop: samples of equal length, each of one or more steps, and what is kept of them.
+"""The time loop: samples of equal length, each of one or more steps, and their record.
 
 What a scene does without is None when a kernel is compiled and takes its code with it: an ordinary run carries
 nothing of motion in space and of the other integrators. Every such choice doubles what has to be compiled.
@@ -49,8 +49,8 @@ class Integration:
     """
 
     def __init__(self, work: Work):
-        # what numba compiles once more in every caller is kept flat: one kernel, chosen here; what only some methods
-        # have stands beside the work, so that all share the kernels that do without
+        # numba compiles a kernel again for other types of its arguments: arrays that only some methods have are
+        # arguments of their own, so that all methods share the kernels that do without
         self._work = work._replace(stages=None, space=None, implicit=None)
         self._kernel, self._beside = _run, (work.space, work.implicit)
         if work.stages is not None:
@@ -69,13 +69,13 @@ class Integration:
 
 
 def refresh(model: Model, state: State, work: Work):
-    """Places, velocities and loads of a state, whoever made it."""
-    model, state, common = shared(model, state, work)
+    """Compute positions, velocities and loads of a state that something else than a step has set."""
+    model, state, common = common_arrays(model, state, work)
     _refresh(model, state, common, work.space, work.implicit)
 
 
-def shared(model: Model, state: State, work: Work) -> tuple[Model, State, Work]:
-    """The same without what only some methods have, so that all share their kernels."""
+def common_arrays(model: Model, state: State, work: Work) -> tuple[Model, State, Work]:
+    """Model, state and work without the arrays of single methods, so that all methods share their kernels."""
     return model, state, work._replace(stages=None, space=None, implicit=None)
 
 
@@ -83,7 +83,7 @@ def shared(model: Model, state: State, work: Work) -> tuple[Model, State, Work]:
 def _refresh(model: Model, state: State, work: Work, space, implicit):
     orient(state.angle, work.cos, work.sin)
     forward_kinematics(model.chain, state, work)
-    work.near.count[0] = -1  # lists of another model would not hold
+    work.candidates.count[0] = -1  # lists of another model would not hold
     evaluate_loads(model, state, work, space, implicit)
 
 
@@ -169,7 +169,7 @@ def _watch(work: Work):
 
 @kernel
 def _detect_chatter(model: Model, state: State, work: Work):
-    """What alternates in the motion of all bodies from step to step, a sixteenth of the time.
+    """Add to the measure of chatter: motion of all bodies that alternates from step to step, a sixteenth of the time.
 
     The second difference of three steps in a row is four times the amplitude of what flips from one to the next, and
     small where the motion is resolved.

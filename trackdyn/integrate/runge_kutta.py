@@ -11,28 +11,28 @@ from trackdyn.integrate.contact_log import log_contacts
 from trackdyn.integrate.dynamics import accumulate, evaluate_loads, sense, solve_chain
 from trackdyn.integrate.energy import powers
 from trackdyn.integrate.semi_implicit import RATE_LIMIT, sprocket_acceleration
-from trackdyn.jit import kernel
+from trackdyn.jit import inlined, kernel
 from trackdyn.model.arrays import BUSHING_LOSS, Record, Stages, State, Work
 from trackdyn.model.constants import SPROCKET, Model
 
 
+@inlined
+def _vectors(state):
+    """Arrays of the state that are integrated, in the order of the packed one."""
+    return (
+        state.pin, state.angle, state.rate, state.wheel_angle, state.wheel_rate, state.work_done,
+        state.branch.reshape(state.branch.size),
+    )  # fmt: skip
+
+
 @kernel
-def _pack(state: State, out, branch):
-    n, w = state.angle.shape[0], state.wheel_rate.shape[0]
-    for j in range(4):
-        out[j] = state.pin[j]
-    for j in range(n):
-        out[4 + j] = state.angle[j]
-        out[4 + n + j] = state.rate[j]
-    for j in range(w):
-        out[4 + 2 * n + j] = state.wheel_angle[j]
-        out[4 + 2 * n + w + j] = state.wheel_rate[j]
-    for j in range(state.work_done.shape[0]):
-        out[4 + 2 * n + 2 * w + j] = state.work_done[j]
-    first = 4 + 2 * n + 2 * w + state.work_done.shape[0]
-    for b in range(branch.shape[0]):
-        for j in range(n):
-            out[first + b * n + j] = branch[b, j]
+def _pack(state: State, out):
+    """State as one vector."""
+    first = 0
+    for vector in _vectors(state):
+        for j in range(vector.shape[0]):
+            out[first + j] = vector[j]
+        first += vector.shape[0]
 
 
 @kernel
@@ -46,29 +46,16 @@ def _copy_memory(tooth, wheel, to_tooth, to_wheel):
 
 
 @kernel
-def _unpack(state: State, start, slope, weight, last, step, branch):
+def _unpack(state: State, start, slope, weight, last, step):
     """State at ``start + step * sum(weight * slope)`` over the first ``last`` stages."""
-    n, w = state.angle.shape[0], state.wheel_rate.shape[0]
-    for j in range(start.shape[0]):
-        value = 0.0
-        for k in range(last):
-            value += weight[k] * slope[k, j]
-        value = start[j] + step * value
-        if j < 4:
-            state.pin[j] = value
-        elif j < 4 + n:
-            state.angle[j - 4] = value
-        elif j < 4 + 2 * n:
-            state.rate[j - 4 - n] = value
-        elif j < 4 + 2 * n + w:
-            state.wheel_angle[j - 4 - 2 * n] = value
-        elif j < 4 + 2 * n + 2 * w:
-            state.wheel_rate[j - 4 - 2 * n - w] = value
-        elif j < 4 + 2 * n + 2 * w + state.work_done.shape[0]:
-            state.work_done[j - 4 - 2 * n - 2 * w] = value
-        else:
-            i = j - 4 - 2 * n - 2 * w - state.work_done.shape[0]
-            branch[i // n, i % n] = value
+    first = 0
+    for vector in _vectors(state):
+        for j in range(vector.shape[0]):
+            value = 0.0
+            for k in range(last):
+                value += weight[k] * slope[k, first + j]
+            vector[j] = start[first + j] + step * value
+        first += vector.shape[0]
 
 
 @kernel
@@ -118,7 +105,7 @@ def _evaluate(model: Model, state: State, work: Work, stages: Stages, time, step
         offset = 0.0
         for k in range(s):
             offset += stages.a[s, k]
-        _unpack(state, stages.start, stages.slope, stages.a[s], s, step, state.branch)
+        _unpack(state, stages.start, stages.slope, stages.a[s], s, step)
         orient(state.angle, work.cos, work.sin)
         forward_kinematics(model.chain, state, work)
         _copy_memory(stages.tooth_impact, stages.wheel_impact, state.tooth_impact, state.wheel_impact)
@@ -152,13 +139,13 @@ def rk_step(model: Model, state: State, work: Work, record: Record, stages: Stag
     """Take one step; returns -1, or the body that left the range."""
     step, contact_log = model.step, record.contact_log
     begin = state.steps[0] * step
-    _pack(state, stages.start, state.branch)
+    _pack(state, stages.start)
     _copy_memory(state.tooth_impact, state.wheel_impact, stages.tooth_impact, stages.wheel_impact)
     solve_chain(model, state, work, 0.0, None)
     _sense(model, state, work, stages.sensed[0])
     _derivative(model, state, work, begin, stages.slope[0])
     _evaluate(model, state, work, stages, begin, step)
-    _unpack(state, stages.start, stages.slope, stages.b, stages.b.shape[0], step, state.branch)
+    _unpack(state, stages.start, stages.slope, stages.b, stages.b.shape[0], step)
     for i in range(state.rate.shape[0]):
         if not abs(state.rate[i]) < RATE_LIMIT:
             return i

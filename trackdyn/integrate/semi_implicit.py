@@ -90,35 +90,10 @@ def _rotate(angle, rate, step, cos, sin):
 
 
 @fused
-def advance(model: Model, state: State, work: Work, implicit):
-    """Velocities, then positions, then the projection of a rigid closure; -1, or the body whose rate left the range.
-
-    ``implicit`` is None, or the work of a linearly implicit sweep that has solved for the wheels too.
-    """
-    chain, wheels, sweep, h = model.chain, model.wheels, work.sweep, model.step
-    n = state.angle.shape[0]
-    # change of velocity along the chain, in the configuration before the step (for the account)
-    dvx = h * work.pin_ax[0]
-    dvy = h * work.pin_ay[0]
-    state.pin[2] += dvx
-    state.pin[3] += dvy
-    # A processor works on several bodies at once where a loop has neither a branch nor a sum from body to body.
+def _project(model: Model, state: State, work: Work):
+    """Remove the gap of a rigid closure from velocities and positions, and move the pin of body 1 over the step."""
+    chain, sweep, h, n = model.chain, work.sweep, model.step, state.angle.shape[0]
     response, delta_omega, rate, cos, sin = sweep.response, work.delta_omega, state.rate, work.cos, work.sin
-    for i in range(n):
-        delta_omega[i] = h * work.alpha[i]
-    for i in range(n):
-        dw, c, s = delta_omega[i], cos[i], sin[i]
-        ax, ay = rotated(chain.com_x[i], chain.com_y[i], c, s)
-        work.com_dvx[i] = dvx - dw * ay
-        work.com_dvy[i] = dvy + dw * ax
-        dvx -= dw * (chain.length[i] * s)
-        dvy += dw * (chain.length[i] * c)
-    far = 0
-    for i in range(n):
-        rate[i] += delta_omega[i]
-        far += not abs(rate[i]) < RATE_LIMIT
-    bad = _first_beyond(rate) if far > 0 else -1
-    _rotate(state.angle, rate, h, cos, sin)
     gx = gy = 0.0
     for i in range(n):
         gx += chain.length[i] * cos[i]
@@ -148,7 +123,11 @@ def advance(model: Model, state: State, work: Work, implicit):
         state.pin[2 + k] += response_to(sweep.base, k, load)
         state.pin[k] += h * state.pin[2 + k]
 
-    state.steps[0] += 1
+
+@fused
+def _advance_wheels(model: Model, state: State, work: Work, implicit):
+    """Rates and angles of the wheels at the end of the step, and the work of their bearings."""
+    wheels, h = model.wheels, model.step
     time = state.steps[0] * h
     old = state.wheel_rate[SPROCKET]
     state.wheel_rate[SPROCKET] = driven_rate(model.drive, old, work.wheel_torque[SPROCKET], time, h, model.drive.motor)
@@ -165,4 +144,38 @@ def advance(model: Model, state: State, work: Work, implicit):
         state.wheel_rate[wheel] = rate
         state.wheel_angle[wheel] += h * rate
         state.work_done[BEARING] += h * drag * rate * 0.5 * (old + rate)
+
+
+@fused
+def advance(model: Model, state: State, work: Work, implicit):
+    """Velocities, then positions, then the projection of a rigid closure; -1, or the body whose rate left the range.
+
+    ``implicit`` is None, or the work of a linearly implicit sweep that has solved for the wheels too.
+    """
+    chain, h, n = model.chain, model.step, state.angle.shape[0]
+    # change of velocity along the chain, in the configuration before the step (for the account)
+    dvx = h * work.pin_ax[0]
+    dvy = h * work.pin_ay[0]
+    state.pin[2] += dvx
+    state.pin[3] += dvy
+    # A processor works on several bodies at once where a loop has neither a branch nor a sum from body to body.
+    delta_omega, rate, cos, sin = work.delta_omega, state.rate, work.cos, work.sin
+    for i in range(n):
+        delta_omega[i] = h * work.alpha[i]
+    for i in range(n):
+        dw, c, s = delta_omega[i], cos[i], sin[i]
+        ax, ay = rotated(chain.com_x[i], chain.com_y[i], c, s)
+        work.com_dvx[i] = dvx - dw * ay
+        work.com_dvy[i] = dvy + dw * ax
+        dvx -= dw * (chain.length[i] * s)
+        dvy += dw * (chain.length[i] * c)
+    far = 0
+    for i in range(n):
+        rate[i] += delta_omega[i]
+        far += not abs(rate[i]) < RATE_LIMIT
+    bad = _first_beyond(rate) if far > 0 else -1
+    _rotate(state.angle, rate, h, cos, sin)
+    _project(model, state, work)
+    state.steps[0] += 1
+    _advance_wheels(model, state, work, implicit)
     return bad

@@ -1,4 +1,4 @@
-"""What kernels write: state of a loop, arrays of a step, record of a run; and the names of their columns."""
+"""Arrays that kernels write: state of a loop, arrays of a step, record of a run; and the names of their columns."""
 
 from typing import Any, NamedTuple
 
@@ -19,7 +19,7 @@ SLIDE = np.dtype([(name, float) for name in ("q", "rate", "rate_before", "along_
 
 
 class Plane(NamedTuple):
-    """State of the plane of the chain (`chain.plane`)."""
+    """State of the plane of the chain (`integrate.plane`)."""
 
     # (4,) offset and speed of the plane along its normal (m, m/s): z components of the pin's position and velocity; its
     # angular velocities p and q (rad/s). All in components of the plane's frame
@@ -42,7 +42,7 @@ class State(NamedTuple):
     # without contact, m/s
     tooth_impact: np.ndarray
     wheel_impact: np.ndarray  # (p, w) the same for link and wheel
-    work_done: np.ndarray  # (8,) work by entry of the energy balance (`model.record`), J
+    work_done: np.ndarray  # (8,) work by entry of the energy balance (`ENERGY_NAMES`), J
     slide: np.ndarray  # (k,) a `SLIDE` of every carrier of a wheel
     branch: np.ndarray  # (b, n) moment of every Maxwell branch of every bushing, N m
     plane: Plane | None = None  # the plane of the chain; None in planar motion
@@ -64,18 +64,9 @@ SPROCKET_WORK, TOOTH_NORMAL, TOOTH_FRICTION, RING_FRICTION, WHEEL_NORMAL, WHEEL_
 )
 KINETIC, GRAVITY, BUSHING_ELASTIC = range(8, 11)
 ENERGY_NAMES = (
-    "sprocket_work",
-    "tooth_normal",
-    "tooth_friction",
-    "ring_friction",
-    "wheel_normal",
-    "wheel_friction",
-    "bearing",
-    "bushing_loss",
-    "kinetic",
-    "gravity",
-    "bushing_elastic",
-)
+    "sprocket_work", "tooth_normal", "tooth_friction", "ring_friction", "wheel_normal", "wheel_friction", "bearing",
+    "bushing_loss", "kinetic", "gravity", "bushing_elastic",
+)  # fmt: skip
 # names and words of what touches the sprocket, in the order of arrays: arcs of connectors, and links on the ring
 SIDES, SIDE_WORDS = ("left", "right", "ring"), ("left arc", "right arc", "ring")
 # one uninterrupted contact of an arc or a link with the sprocket
@@ -138,13 +129,7 @@ class Record(NamedTuple):
 
 
 def make_record(
-    samples: int,
-    state,
-    sensors: int,
-    pitches=(),
-    frames: int = 0,
-    frame_stride: int = 0,
-    log_rows: int = 0,
+    samples: int, state, sensors: int, pitches=(), frames: int = 0, frame_stride: int = 0, log_rows: int = 0
 ) -> Record:
     """Allocate the record of a run of ``samples`` rows and ``sensors`` sensors, those of the model that fills it.
 
@@ -185,7 +170,7 @@ def components(rows: np.ndarray, name: str, axes: str = "xy") -> np.ndarray:
 
 
 class SweepWork(NamedTuple):
-    """What a solver of the chain writes."""
+    """Solution of the chain (`chain.riccati`)."""
 
     # (n, 8) of the joint behind body i: the angular acceleration across it as a linear function, ``[S_31, S_32, -h c,
     # E_3x, E_3y, E_3m, E_31 - tau] / D`` (eighth entry unused)
@@ -198,7 +183,7 @@ class SweepWork(NamedTuple):
 
 
 class ImplicitWork(NamedTuple):
-    """What contacts hand to a linearly implicit sweep, and what it writes, for ``n`` bodies and ``w`` wheels.
+    """Input of a linearly implicit sweep from the contacts, and its solution, for ``n`` bodies and ``w`` wheels.
 
     Row 0 of the arrays with a row a wheel belongs to the sprocket, whose motion is prescribed, and stays 0.
     """
@@ -236,7 +221,7 @@ class Stages(NamedTuple):
 
 
 class SpaceWork(NamedTuple):
-    """What motion in space adds, in components of the frame P of the chain's plane (`chain.plane`).
+    """Arrays of motion in space, in components of the frame P of the chain's plane (`integrate.plane`).
 
     ``attitude`` is ``A_P``; ``relative`` holds ``A_W^T A_P`` of every wheel (P to wheel), ``centre`` the wheels'
     centres in P. ``gravity`` is in P components, m/s2. ``force_z``, ``moment_x``, ``moment_y`` are the loads across the
@@ -258,7 +243,7 @@ class SpaceWork(NamedTuple):
     axial: np.ndarray
 
 
-class Near(NamedTuple):
+class ContactCandidates(NamedTuple):
     """Lists of what is close to a wheel (`contact.neighbours`), for ``n`` bodies, ``p`` pitches and ``w`` wheels."""
 
     # (3,) integers: arcs close to the sprocket (-1: no lists yet), pairs of a link and a wheel close to each other, and
@@ -306,6 +291,7 @@ class Work(NamedTuple):
     # angle (rad/s); entry n - 1 is the cut joint
     torque: np.ndarray
     joint_rate: np.ndarray
+    joint_difference: np.ndarray  # (n,) what `chain.kinematics.joint_differences` wrote last, rad or rad/s
     # (n,) what the Maxwell branches of the joint lost in the last step, J; 0 without branches and in Runge-Kutta steps
     joint_loss: np.ndarray
     wheel_torque: np.ndarray  # (w,) torque of the contacts on the wheels, N m
@@ -332,39 +318,27 @@ class Work(NamedTuple):
     # with their masses (m2/s2), and the number of looks
     alternating: np.ndarray
     sweep: SweepWork  # solution of the chain
-    near: Near  # who may touch whom
-    implicit: ImplicitWork | None = None  # of a linearly implicit integrator
-    stages: Stages | None = None  # of an explicit Runge-Kutta method
-    space: SpaceWork | None = None  # of motion in space
+    candidates: ContactCandidates  # who may touch whom
+    implicit: ImplicitWork | None = None  # arrays of a linearly implicit integrator
+    stages: Stages | None = None  # arrays of an explicit Runge-Kutta method
+    space: SpaceWork | None = None  # arrays of motion in space
 
 
 def make_work(n: int, pitches: int, wheels: int, sensors: int = 1) -> Work:
     """Allocate the arrays of a planar step of semi-implicit Euler, for ``sensors`` sensors and one more a pitch."""
     arcs, contacts = 2 * pitches, pitches * (2 + 2 * wheels)  # both arcs, a link and a guide on every wheel
     return Work(
-        **zeros(
-            cos=n,
-            sin=n,
-            pin_x=n + 1,
-            pin_y=n + 1,
-            com_vx=n,
-            com_vy=n,
-            alpha=n,
-            pin_ax=n,
-            pin_ay=n,
-            com_dvx=n,
-            com_dvy=n,
-            delta_omega=n,
-            projection_delta=n,
-        ),
-        **zeros(force_x=n, force_y=n, moment=n, torque=n, joint_rate=n, joint_loss=n, wheel_torque=wheels),
+        **zeros(cos=n, sin=n, pin_x=n + 1, pin_y=n + 1, com_vx=n, com_vy=n, alpha=n, pin_ax=n, pin_ay=n),
+        **zeros(com_dvx=n, com_dvy=n, delta_omega=n, projection_delta=n),
+        **zeros(force_x=n, force_y=n, moment=n, torque=n, wheel_torque=wheels),
+        **zeros(joint_rate=n, joint_difference=n, joint_loss=n),
         **zeros(tooth_force=arcs, tooth_before=arcs, wheel_force=(pitches, wheels), carried=wheels),
         **zeros(friction=(2, arcs + pitches * wheels), sensed=(sensors + pitches, 6)),
         **zeros(cut=6, worst=3, velocity_history=(2, 2, n), alternating=2),
         **zeros(np.int64, tooth_area=arcs, tooth_groove=arcs, count=1),
         contact=np.zeros(contacts, CONTACT),
         sweep=SweepWork(**zeros(gain=(n, 8), response=(n, 4), end=(3, 4), base=(2, 4), inverse=(3, 3), load=4)),
-        near=Near(
+        candidates=ContactCandidates(
             count=np.full(3, -1),
             **zeros(np.int64, arc=arcs, link=(pitches * wheels, 2), groove=arcs),
             **zeros(pin_x=n + 1, pin_y=n + 1, wheel=(wheels, 2), plane=(4, 3)),
@@ -379,7 +353,7 @@ def make_arrays(model: Model) -> tuple[State, Work]:
     return state, make_work(*sizes, len(model.sensors.body))
 
 
-def equip(work: Work, method, model: Model) -> Work:
+def allocate_method(work: Work, method, model: Model) -> Work:
     """Work with the arrays of a method (`integrate.methods`) and, if the model moves in space, of that; of no other."""
     n, (pitches, wheels), sensors = len(work.cos), work.wheel_force.shape, len(work.sensed)
     sizes = n, pitches, wheels, sensors, len(model.branches.time)

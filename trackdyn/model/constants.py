@@ -93,10 +93,10 @@ class Tooth(NamedTuple):
     addendum: float  # r_a of Eq. 18, m
     arc_radius: float  # r_C of the connector's arcs, m
     law: Law  # steel on steel
-    # of the chain across itself where an arc touches (`scene.build`), 1/kg; 0 where the method has forces and
+    # mobility of the chain across itself where an arc touches (`scene.build`), 1/kg; 0 where the method has forces and
     # velocities of the same instant
     mobility: float = 0.0
-    # (2, 3) of a left and of a right arc where it slides (`scene.build.mobility_of_slip`), 1/kg; 0 likewise
+    # (2, 3) mobility of a left and of a right arc where it slides (`scene.build.mobility_of_slip`), 1/kg; 0 likewise
     slip: np.ndarray = np.zeros((2, 3))
 
 
@@ -195,7 +195,7 @@ class Sensors(NamedTuple):
 
 
 class Space(NamedTuple):
-    """What motion in space needs beyond the planar model."""
+    """Constants of motion in space beyond those of the planar model."""
 
     # along, across: (n,) principal moments of inertia of the bodies about their x axis (pin line) and y axis (normal of
     # the track), kg m2; the third one is that of the planar chain

@@ -10,7 +10,7 @@ from psutil import virtual_memory
 from trackdyn.errors import InputError
 from trackdyn.files import read_npz, write_npz
 from trackdyn.integrate.methods import METHODS
-from trackdyn.model.arrays import Plane, State, Work, equip, make_arrays
+from trackdyn.model.arrays import Plane, State, Work, allocate_method, make_arrays
 from trackdyn.model.constants import Model
 from trackdyn.rig.layout import tensioner, wheel_circles
 from trackdyn.rig.rig import Rig
@@ -139,7 +139,7 @@ def allocate(scene: Scene, step: float) -> LoopArrays:
     state, work = make_arrays(model)
     if model.space is not None:
         state = state._replace(plane=Plane(np.zeros(4), np.zeros(4)))
-    return LoopArrays(model, state, equip(work, METHODS[scene.integrator], model))
+    return LoopArrays(model, state, allocate_method(work, METHODS[scene.integrator], model))
 
 
 def shift_tensioner(model: Model, rig: Rig, shift: float) -> None:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from trackdyn.integrate.energy import energies
-from trackdyn.integrate.run import refresh, shared
+from trackdyn.integrate.run import common_arrays, refresh
 from trackdyn.model.arrays import ENERGY_NAMES, Record, State, Work
 from trackdyn.model.constants import Model
 from trackdyn.simulation.loop_arrays import LoopArrays
@@ -121,7 +121,7 @@ class Readings:
         """Energy balance and energies by name (`model.arrays.ENERGY_NAMES`), J."""
         refresh(*self.arrays)
         out = np.zeros(len(ENERGY_NAMES))
-        energies(*shared(*self.arrays), self.arrays.work.space, out)
+        energies(*common_arrays(*self.arrays), self.arrays.work.space, out)
         return dict(zip(ENERGY_NAMES, out.tolist(), strict=True))
 
     @property

@@ -18,7 +18,7 @@ import scipy  # its parts are loaded where they are used
 
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.integrate.methods import METHODS
-from trackdyn.model.arrays import Plane, State, equip
+from trackdyn.model.arrays import Plane, State, allocate_method
 from trackdyn.model.constants import SPROCKET
 from trackdyn.rig.layout import check_overlap
 from trackdyn.scene.build import CARRIED, check_stops, wheel_centres
@@ -152,7 +152,7 @@ def _start(scene: Scene, settled: TensionedLoop) -> Start:
         state = state._replace(plane=start_plane(centres, state))
     model = copy_wheels(scene.model_of_step(step))._replace(carriers=carriers)
     move_wheels(model, centres)
-    work = equip(settled.work, METHODS[scene.integrator], model)
+    work = allocate_method(settled.work, METHODS[scene.integrator], model)
     return Start(LoopArrays(model, state, work), layout)
 
 

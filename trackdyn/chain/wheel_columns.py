@@ -1,0 +1,90 @@
+"""Columns of the wheels in the sweep of a linearly implicit step (`chain.riccati`, `chain.implicit`).
+
+Friction on a wheel that turns freely couples the bodies on it to the wheel's acceleration: the relation of the sweep
+gets a column for every wheel but the sprocket, beside the three of the cut load and the constant one.
+"""
+
+from trackdyn.jit import fused, inlined
+from trackdyn.model.arrays import Work
+
+
+@inlined
+def solve_factored(factor, right):
+    """Solution of three equations by the Cholesky factor ``(l11, l21, l31, l22, l32, l33)`` of their matrix."""
+    l11, l21, l31, l22, l32, l33 = factor
+    y1 = right[0] / l11
+    y2 = (right[1] - l21 * y1) / l22
+    z3 = (right[2] - l31 * y1 - l32 * y2) / l33 / l33
+    z2 = (y2 - l32 * z3) / l22
+    return (y1 - l21 * z2 - l31 * z3) / l11, z2, z3
+
+
+@fused
+def add_slopes(implicit, i, dx, dy, s):
+    """Slopes of the contact forces on a body into S, its coupling into the wheels' columns, and these to its output."""
+    slopes, column = implicit.inertia, implicit.column
+    for wheel in range(1, column.shape[0]):
+        for r in range(3):
+            column[wheel, r] += implicit.couple[i, wheel, r]
+        column[wheel, 2] += dy * column[wheel, 0] - dx * column[wheel, 1]
+    return (
+        s[0] - slopes[i, 0],
+        s[1] - slopes[i, 1],
+        s[2] - slopes[i, 3],
+        s[3] - slopes[i, 2],
+        s[4] - slopes[i, 4],
+        s[5] - slopes[i, 5],
+    )
+
+
+@fused
+def hinge_columns(implicit, joint, s, implicit_damping):
+    """The wheels' columns on the other side of a joint, as in `riccati.hinge`."""
+    column = implicit.column
+    d = 1.0 / (s[5] - implicit_damping)
+    for wheel in range(1, column.shape[0]):
+        g = column[wheel, 2]
+        implicit.gain[joint, wheel] = g * d
+        column[wheel, 0] -= s[2] * d * g
+        column[wheel, 1] -= s[4] * d * g
+        column[wheel, 2] = -implicit_damping * d * g
+
+
+@fused
+def meet_columns(implicit, factor):
+    """The wheels' columns of the acceleration where the sweeps meet, into ``implicit.end``, and on the way back."""
+    column, end = implicit.column, implicit.end
+    implicit.row[:, :] = 0.0
+    for wheel in range(1, column.shape[0]):
+        end[wheel, 0], end[wheel, 1], end[wheel, 2] = solve_factored(factor, column[wheel])
+        for r in range(3):
+            column[wheel, r] = end[wheel, r]
+
+
+@fused
+def return_columns(implicit, work: Work, i, arm, motion):
+    """The wheels' columns from a body's output to its input, and what each wheel feels of the body.
+
+    ``motion`` holds the columns of the acceleration of the body's input pin and of its angular acceleration.
+    """
+    dx, dy = arm
+    x, y, a = motion
+    z, gain = implicit.column, work.sweep.gain
+    last = work.sweep.response.shape[0] - 1
+    for wheel in range(1, z.shape[0]):
+        alpha = z[wheel, 2]
+        if i < last:
+            p1, p2, q = gain[i, 0], gain[i, 1], gain[i, 2]
+            alpha = q * alpha - p1 * z[wheel, 0] - p2 * z[wheel, 1] - implicit.gain[i, wheel]
+        z[wheel, 0] += dy * alpha
+        z[wheel, 1] -= dx * alpha
+        z[wheel, 2] = alpha
+        implicit.response[i, wheel] = alpha
+    for wheel in range(1, z.shape[0]):
+        # acceleration of this body as the friction on the wheel feels it
+        u, v, w = implicit.couple[i, wheel, 0], implicit.couple[i, wheel, 1], implicit.couple[i, wheel, 2]
+        if u != 0.0 or v != 0.0:
+            for k in range(4):
+                implicit.row[wheel, k] += u * x[k] + v * y[k] + w * a[k]
+            for k in range(1, z.shape[0]):
+                implicit.row[wheel, 3 + k] += u * z[k, 0] + v * z[k, 1] + w * z[k, 2]
