@@ -99,7 +99,7 @@ def tellable(
     sizes = np.array([MEDIANS[group] for group in groups_of(records.features)])
     shares = evidence_shares(records.features, records.record)
     covariance = records.covariance + np.einsum("g,gpq->pq", sizes**2, shares)
-    slopes = _slopes(simulated.features(experiment), simulated.ran)
+    slopes = _slopes(simulated.features(experiment), simulated.ran, len(records.values))
     information = slopes @ np.linalg.solve(covariance, slopes.T)
     alone = _widths(information, [])
     chosen: list[int] = []
@@ -121,14 +121,14 @@ def tellable(
     return [candidates.unknowns[k] for k in chosen], table.sort_values("alone", ignore_index=True)
 
 
-def _slopes(features: np.ndarray, ran: np.ndarray) -> np.ndarray:
-    """(candidates, features) change of the features over the whole range of each candidate.
+def _slopes(features: np.ndarray, ran: np.ndarray, count: int) -> np.ndarray:
+    """(candidates, count) change of the features over the whole range of each candidate.
 
-    ``ran`` says which of the rigs ran, two a candidate; the (rigs that ran, features) are theirs. A candidate of which
+    ``ran`` says which of the rigs ran, two a candidate; the (rigs that ran, count) features are theirs. A candidate of which
     one did not run changes nothing.
     """
-    values = np.full((len(ran), features.shape[1]), np.nan)
-    values[ran] = features
+    values = np.full((len(ran), count), np.nan)
+    values[ran] = features.reshape(-1, count)
     low, high = values[::2], values[1::2]
     return np.nan_to_num((high - low) / (BETWEEN[1] - BETWEEN[0]))
 
