@@ -124,8 +124,8 @@ def tellable(
 def _slopes(features: np.ndarray, ran: np.ndarray, count: int) -> np.ndarray:
     """(candidates, count) change of the features over the whole range of each candidate.
 
-    ``ran`` says which of the rigs ran, two a candidate; the (rigs that ran, count) features are theirs. A candidate of which
-    one did not run changes nothing.
+    ``ran`` says which of the rigs ran, two a candidate; the (rigs that ran, count) features are theirs. A candidate of
+    which one did not run changes nothing.
     """
     values = np.full((len(ran), count), np.nan)
     values[ran] = features.reshape(-1, count)
