@@ -52,9 +52,10 @@ def _no_kernels(pytestconfig):
 
 
 def pytest_collection_modifyitems(config, items):
-    # what starts processes and waits for them comes first, small files last, so that workers end together
-    rank = {"docs": 0, "workflow": 0, "rig": 2, "sensor": 2}
-    items.sort(key=lambda item: rank.get(item.path.parent.name, 1))
+    # one worker compiles the default kernel for the pages while another reads files, so that none compiles it twice;
+    # then comes what starts processes and waits for them, and small files last, so that workers end together
+    rank = {"test_pages": 0, "sensor": 1, "docs": 2, "workflow": 2, "rig": 4}
+    items.sort(key=lambda item: rank.get(item.path.stem, rank.get(item.path.parent.name, 3)))
     for item in items:
         if "browser" in item.fixturenames:
             item.add_marker("browser")
