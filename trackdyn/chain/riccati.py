@@ -49,7 +49,7 @@ def accelerations(chain: Chain, state, work: Work, implicit_damping):
 
 @fused
 def sweep(chain: Chain, state, work: Work, implicit_damping, implicit):
-    """Response of every acceleration to the load of the cut joint; arguments as in `accelerations`.
+    """Response of every acceleration to the load of the cut joint; ``implicit_damping`` as in `accelerations`.
 
     ``implicit`` (`model.arrays.ImplicitWork` or None) has the slopes of the contact forces of a linearly implicit step:
     they add to the inertia, and every wheel that turns freely gets a column beside the four.

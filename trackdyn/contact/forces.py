@@ -193,7 +193,10 @@ def list_contact(state: State, row, space, point: ContactPoint, guide, places, v
 
 @kernel
 def apply(model: Model, state: State, work: Work, point: ContactPoint, penetration: Penetration, space, implicit):
-    """Forces of a contact into the loads and onto the contact list; returns the normal force at this state, N."""
+    """Forces at ``point`` under ``penetration`` into the loads and onto the contact list.
+
+    Returns the normal force at this state, N.
+    """
     law, body, wheel, nx, ny = penetration.law, point.body, point.wheel, point.normal_x, point.normal_y
 
     # motion of the body's point, and its slip with the velocity led ahead: along tau = z x n (Eqs. 31, 38 with the

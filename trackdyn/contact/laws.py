@@ -150,10 +150,10 @@ def find_area(tooth: Tooth, x, y):
 
 @kernel
 def foot(ax, ay, bx, by, cx, cy):
-    """Point of the segment AB nearest to the wheel's centre C: vertical, left-end or right-end case.
+    """Point of a segment nearest to the wheel's centre C (``cx, cy``): vertical, left-end or right-end case.
 
-    Returned are the foot parameter before it is limited (0 to 1 vertical, below 0 end A, above 1 end B), the contact
-    point Q on AB and its distance from C, m.
+    The segment has the ends A (``ax, ay``) and B (``bx, by``), m. Returned are the foot parameter before it is limited
+    (0 to 1 vertical, below 0 end A, above 1 end B), the contact point Q on AB and its distance from C, m.
     """
     ux = bx - ax
     uy = by - ay

@@ -32,10 +32,10 @@ def solve_chain(model: Model, state: State, work: Work, step, implicit):
     damping = damping_weight(chain, step) * step * chain.damping
     stiff = force_x = force_y = 0.0
     if closure.compliant:
-        stiff = step * (step * closure.stiffness + closure.damping)
-        rate_part = step * closure.stiffness + closure.damping
-        force_x = closure.stiffness * cut[0] + rate_part * cut[2]
-        force_y = closure.stiffness * cut[1] + rate_part * cut[3]
+        resistance = step * closure.stiffness + closure.damping
+        stiff = step * resistance
+        force_x = closure.stiffness * cut[0] + resistance * cut[2]
+        force_y = closure.stiffness * cut[1] + resistance * cut[3]
         # the two ends of the cut do not coincide: this couple keeps the angular momentum (A.6)
         work.moment[-1] += cut[0] * force_y - cut[1] * force_x
     if implicit is not None:
@@ -56,9 +56,9 @@ def solve_chain(model: Model, state: State, work: Work, step, implicit):
 
 
 @kernel
-def sense(model: Model, state: State, work: Work, space):
-    """Acceleration of every sensor in its body's frame (a_s of Eq. 40) and the body's angle, into ``work.sensed``."""
-    sensors, out = model.sensors, work.sensed
+def sense(model: Model, state: State, work: Work, space, out):
+    """Acceleration of every sensor in its body's frame (a_s of Eq. 40) and the body's angle, a row of ``out`` each."""
+    sensors = model.sensors
     for k in range(sensors.body.shape[0]):
         b, x, y = sensors.body[k], sensors.x[k], sensors.y[k]
         ax, ay, alpha = work.pin_ax[b], work.pin_ay[b], work.alpha[b]
@@ -78,8 +78,9 @@ def sense(model: Model, state: State, work: Work, space):
 
 
 @kernel
-def accumulate(model: Model, work: Work, weight):
-    """Add the sensed values to the sums of the sample."""
+def accumulate(model: Model, work: Work, sensed, weight):
+    """Take ``sensed`` as the last values of the sensors, and add them times ``weight`` to the sums of the sample."""
     for sensor in range(model.sensors.body.shape[0]):
         for k in range(3):
-            work.sensed[sensor, 3 + k] += weight * work.sensed[sensor, k]
+            work.sensed[sensor, k] = sensed[sensor, k]
+            work.sensed[sensor, 3 + k] += weight * sensed[sensor, k]

@@ -89,7 +89,10 @@ def _refresh(model: Model, state: State, work: Work, space, implicit):
 
 @kernel
 def _run(model: Model, state: State, work: Work, record: Record, rows, space, implicit):
-    """Steps of order 1: the chain solved, velocities, places, then the loads of the next step."""
+    """Fill the rows from ``rows[0]`` to before ``rows[1]`` by steps of order 1.
+
+    A step solves the chain, advances velocities and positions, and computes the loads of the next one.
+    """
     model, state, work, record = on_stack(model), on_stack(state), on_stack(work), on_stack(record)
     weight = damping_weight(model.chain, model.step) if implicit is None else 1.0
     _refresh(model, state, work, space, implicit)
@@ -103,8 +106,8 @@ def _run(model: Model, state: State, work: Work, record: Record, rows, space, im
                     space.axial[wheel] += space.wheel_load[wheel, 2] / model.stride
                 plane_dynamics(model, state, work, space)
             solve_chain(model, state, work, model.step, implicit)
-            sense(model, state, work, space)
-            accumulate(model, work, 1.0)
+            sense(model, state, work, space, work.sensed)
+            accumulate(model, work, work.sensed, 1.0)
             if implicit is not None:
                 finish_forces(model, work, implicit)
             bad = advance(model, state, work, implicit)
@@ -134,7 +137,7 @@ def _run(model: Model, state: State, work: Work, record: Record, rows, space, im
 
 @kernel
 def _run_stages(model: Model, state: State, work: Work, record: Record, rows, stages):
-    """Steps of an explicit Runge-Kutta method."""
+    """Fill the rows from ``rows[0]`` to before ``rows[1]`` by steps of an explicit Runge-Kutta method."""
     model, state, work, record = on_stack(model), on_stack(state), on_stack(work), on_stack(record)
     _refresh(model, state, work, None, None)
     for sample in range(rows[0], rows[1]):

@@ -37,7 +37,7 @@ def _pack(state: State, out):
 
 @kernel
 def _copy_memory(tooth, wheel, to_tooth, to_wheel):
-    """Copy the initial impact velocities of the contacts."""
+    """Copy the initial impact velocities of the contacts, ``tooth`` and ``wheel``."""
     for j in range(tooth.shape[0]):
         to_tooth[j] = tooth[j]
     for j in range(wheel.shape[0]):
@@ -60,7 +60,7 @@ def _unpack(state: State, start, slope, weight, last, step):
 
 @kernel
 def _derivative(model: Model, state: State, work: Work, time, out):
-    """Derivative of the packed state, the accelerations being in ``work``."""
+    """Derivative of the packed state at ``time`` (s) into ``out``, the accelerations being in ``work``."""
     n, w = state.angle.shape[0], state.wheel_rate.shape[0]
     wheels = model.wheels
     out[0], out[1], out[2], out[3] = state.pin[2], state.pin[3], work.pin_ax[0], work.pin_ay[0]
@@ -80,27 +80,8 @@ def _derivative(model: Model, state: State, work: Work, time, out):
 
 
 @kernel
-def _sense(model: Model, state: State, work: Work, sensed):
-    """Sensed values of a stage into ``work`` and the stage's rows."""
-    sense(model, state, work, None)
-    for sensor in range(model.sensors.body.shape[0]):
-        for k in range(3):
-            sensed[sensor, k] = work.sensed[sensor, k]
-
-
-@kernel
-def _accumulate(model: Model, work: Work, stages: Stages):
-    """Add the mean over a step: stages with their weights, the first one last."""
-    for s in range(stages.b.shape[0] - 1, -1, -1):
-        for sensor in range(model.sensors.body.shape[0]):
-            for k in range(3):
-                work.sensed[sensor, k] = stages.sensed[s, sensor, k]
-        accumulate(model, work, stages.b[s])
-
-
-@kernel
 def _evaluate(model: Model, state: State, work: Work, stages: Stages, time, step):
-    """Evaluate the stages after the first one."""
+    """Evaluate the stages after the first one of a ``step`` (s) that begins at ``time`` (s)."""
     for s in range(1, stages.b.shape[0]):
         offset = 0.0
         for k in range(s):
@@ -111,7 +92,7 @@ def _evaluate(model: Model, state: State, work: Work, stages: Stages, time, step
         _copy_memory(stages.tooth_impact, stages.wheel_impact, state.tooth_impact, state.wheel_impact)
         evaluate_loads(model, state, work, None, None)
         solve_chain(model, state, work, 0.0, None)
-        _sense(model, state, work, stages.sensed[s])
+        sense(model, state, work, None, stages.sensed[s])
         _derivative(model, state, work, time + offset * step, stages.slope[s])
 
 
@@ -142,7 +123,7 @@ def rk_step(model: Model, state: State, work: Work, record: Record, stages: Stag
     _pack(state, stages.start)
     _copy_memory(state.tooth_impact, state.wheel_impact, stages.tooth_impact, stages.wheel_impact)
     solve_chain(model, state, work, 0.0, None)
-    _sense(model, state, work, stages.sensed[0])
+    sense(model, state, work, None, stages.sensed[0])
     _derivative(model, state, work, begin, stages.slope[0])
     _evaluate(model, state, work, stages, begin, step)
     _unpack(state, stages.start, stages.slope, stages.b, stages.b.shape[0], step)
@@ -155,7 +136,8 @@ def rk_step(model: Model, state: State, work: Work, record: Record, stages: Stag
     work.cut[5] = work.cut[1]
     if not model.closure.compliant:
         _project(model, state, work)
-    _accumulate(model, work, stages)
+    for s in range(stages.b.shape[0] - 1, -1, -1):  # the mean over the step; the first stage stands last
+        accumulate(model, work, stages.sensed[s], stages.b[s])
     _copy_memory(stages.tooth_impact, stages.wheel_impact, state.tooth_impact, state.wheel_impact)
     evaluate_loads(model, state, work, None, None)
     if contact_log.enabled:
