@@ -29,7 +29,8 @@ def tables(config: PlausibleConfig, judged: pd.DataFrame, path: Path | str) -> d
     """Tables of shares and of separating values, from ``judged`` rows (`verdicts.judge_rows`) and a file of claims."""
     statements = {str(number): sentence for number, sentence in load_sentences(path).items()}
     claims = {claim.name: claim.claim for claim in judged_claims(path)}
-    values = [EQUAL_PITCH, *config.drawn_unknowns().labels]
+    assumed = {name for ring in config.ring.values() for name in ring}
+    values = [EQUAL_PITCH, *(name for name in config.drawn_unknowns().labels if name not in assumed)]
     return {
         "draws": judged,
         "sentences": shares(config, judged, statements),

@@ -17,7 +17,7 @@ CLASSES = {
     FOLLOWS: "Follow from the model",
     DEPENDS: "Depend on values or on a scenario",
     NEVER: "Shown by no track",
-    NOT_JUDGED: "Kinematics and the places of the wheels decide sentences",
+    NOT_JUDGED: "Kinematics and the wheels decide sentences",
 }
 UNITS = {
     "equal_pitch_radius": (1e3, "mm"), "seat_depth": (1e3, "mm"), "radius": (1e3, "mm"), "r2": (1e3, "mm"),
@@ -101,8 +101,9 @@ def _outcomes_text(draws: pd.DataFrame) -> str:
     ran = counts[counts["reason"] == "ran"]["rigs"]
     lost = len(draws) - ran.sum()
     return (
-        f"Of {len(draws)} tracks {ran.sum()} ran ({ran.min()} to {ran.max()} a scenario); {lost} could not be built or "
-        "did not come to rest."
+        f"The first {draws['draw'].nunique()} draws are stored. Of their {len(draws)} tracks {ran.sum()} ran "
+        f"({ran.min()} to {ran.max()} a scenario); {lost} could not be built, did not come to rest or left the "
+        "physical range."
     )
 
 

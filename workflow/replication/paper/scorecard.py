@@ -116,9 +116,9 @@ def learned_sentences(claims: pd.DataFrame) -> list[str]:
         {ring: share_of_tracks(rows, name, ring) for ring in ("slips", "grips")} for name in ("C23a", "C20a")
     )
     return [
-        f"We drew {rows['rigs'].max()} tracks from the ranges of real parts. With a ring of 0.305 m or more, no right "
-        f"arc touches a tooth on {free['slips']} of them if the ring slips nearly freely, and on {free['grips']} if it "
-        "grips as rubber does.",
+        f"We drew tracks from the ranges of real parts, and {rows['rigs'].max()} ran. With a ring of 0.305 m or more, "
+        f"no right arc touches a tooth on {free['slips']} of them if the ring slips nearly freely, and on "
+        f"{free['grips']} if it grips as rubber does.",
         f"The ring bears most of the force on {bears['slips']} of the tracks if it slips, and on {bears['grips']} if "
         "it grips. Brackets hold 90 % intervals.",
     ]
