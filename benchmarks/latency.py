@@ -34,7 +34,7 @@ ROWS = {
     "help": [*COMMAND, "--help"],
     "rigs": [*COMMAND, "rigs"],
     "import": [sys.executable, "-c", "import trackdyn; trackdyn.simulate"],
-    "check": [*COMMAND, "check", "paper", "--out", "{folder}/paper.png"],
+    "check": [*COMMAND, "check", "paper", "--out", "{folder}/paper.png", "--overwrite"],
     "simulate 20 s": [*SIMULATE, "--duration", "20"],
     "show": [*COMMAND, "show", "{folder}/run.npz", "--out", "{folder}/run.html"],
     "planar step": [sys.executable, "-c", STEPS.replace("{fields}", "{}")],

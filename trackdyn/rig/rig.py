@@ -288,7 +288,7 @@ class Rig(Section):
         Parameters
         ----------
         **changes
-            Values in SI units by dotted name; two underscores stand for a dot, None removes an optional section.
+            Values in SI units by dotted name; two underscores stand for a dot; None removes an optional section.
 
         Raises
         ------
