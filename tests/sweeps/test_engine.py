@@ -87,7 +87,7 @@ def test_processes_that_cannot_start_are_said(maker, tmp_path, monkeypatch):
     import made_up_rows
 
     (tmp_path / "made_up_rows.py").write_text("import os; os._exit(1)", encoding="utf-8")
-    with pytest.raises(TrackdynError, match=r"no row of 2 came out: its process was ended \(EXIT\(1\)"):
+    with pytest.raises(TrackdynError, match=r"all 2 rows failed: its process was ended \(EXIT\(1\)"):
         results(made_up_rows.maker, tasks({"number": 1}, {"number": 2}, {"number": 3}), 2)
 
 

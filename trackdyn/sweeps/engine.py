@@ -208,7 +208,7 @@ def _by_processes(maker: Maker, waiting: Tasks, jobs: int, size: int, memory: fl
                 continue
             rows = list(_by_processes(maker, in_hand, 1, 1, memory, store))
             if len(rows) > 1 and all(row["state"] == FAILED for row in rows):
-                raise TrackdynError(f"no row of {len(rows)} came out: {ended}") from None
+                raise TrackdynError(f"all {len(rows)} rows failed: {ended}") from None
             yield from rows
 
 
