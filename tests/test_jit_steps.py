@@ -90,11 +90,12 @@ def test_ten_steps_are_those_of_the_interpreted_kernels(make_scene, tmp_path):
 
 
 def assert_same(path):
-    """Compare what both kinds of kernels left of a scene."""
+    """Compare what both kinds of kernels left of a scene; accelerations are small differences of large loads."""
     compiled, interpreted = (read(path.with_suffix(f".{kind}.npz")) for kind in ("compiled", "interpreted"))
     assert interpreted["work.tooth_force"].max() > 100.0
     for array, right in interpreted.items():
-        atol = 1e-7 * np.nanmax(np.abs(right), initial=0.1)
+        accelerations = array in ("work.alpha", "work.pin_ax", "work.pin_ay")
+        atol = (1e-7 if accelerations else 1e-8) * np.nanmax(np.abs(right), initial=0.1)
         np.testing.assert_allclose(compiled[array], right, rtol=0, atol=atol, err_msg=f"{path.name}: {array}")
 
 
