@@ -5,7 +5,6 @@ import pytest
 
 from trackdyn.errors import DivergenceError
 from trackdyn.model.arrays import CONTACT_INTERVAL, ENERGY_NAMES
-from trackdyn.simulation.chatter import NOTICED, ONE_STEP, unresolved_reason
 from trackdyn.simulation.energy_balance import OPEN_SHARE, PATH, check_account, open_share, path_energy
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.rig_check import try_steps
@@ -15,14 +14,18 @@ from trackdyn.simulation.step_check import (
     FLIPS,
     HALF,
     NO,
+    NOTICED,
+    ONE_STEP,
     PEAKS,
     RMS,
     YES,
+    Alternation,
     Difference,
     RunStatistics,
     StepCheck,
     again,
     brief,
+    doubt,
     largest_forces,
     resolution,
 )
@@ -33,21 +36,16 @@ def running(make_scene):
     return Loop(make_scene(115.0, ring_radius=None))
 
 
-def sums(model, share, looks=100):
-    """Sums of a record in which ``share`` of the mean square of 1 g alternates."""
-    return np.array([looks * share * (9.81 * model.step) ** 2, looks])
+def statistics(rms, peaks, isolated=0.0):
+    return RunStatistics(np.array(rms), np.array(peaks), isolated)
 
 
-def level(samples):
-    return np.zeros((samples, 3))
-
-
-@pytest.mark.parametrize("share", [0.0, 0.9 * NOTICED, 1.1 * NOTICED, 5.0])
-@pytest.mark.parametrize("alone", [0.0, 1.1 * ONE_STEP])
-@pytest.mark.parametrize("seconds", [0.7, 5.0])
-def test_what_alternates_and_peaks_of_one_step_are_doubted_at_every_length(running, share, alone, seconds):
-    reason = unresolved_reason(sums(running.model, share), running.model, level(1000), seconds, alone)
-    assert bool(reason) == (share > NOTICED or alone > ONE_STEP)
+@pytest.mark.parametrize("share", [0.9 * NOTICED, 1.1 * NOTICED])
+@pytest.mark.parametrize("alone", [0.9 * ONE_STEP, 1.1 * ONE_STEP])
+def test_what_alternates_and_peaks_of_one_step_are_doubted(share, alone):
+    run = statistics([1.0], [1.0], alone)
+    assert bool(doubt(Alternation(share, 100, 1.1), run)) == (share > NOTICED or alone > ONE_STEP)
+    assert not doubt(Alternation(share, 100, 0.9), run) and not doubt(Alternation(share, 9, 1.1), run)
 
 
 @pytest.mark.parametrize(
@@ -56,14 +54,12 @@ def test_what_alternates_and_peaks_of_one_step_are_doubted_at_every_length(runni
 )
 def test_a_finer_step_decides_what_is_doubtful(running, difference, state):
     def judged(share):
-        return resolution(
-            sums(running.model, share * FLIPS), running.model, level(1000), 1.0, "it flips", Difference(*difference)
-        )
+        return resolution(Alternation(share, 100, 5.0), running.model, "it flips", Difference(*difference))
 
-    resolved = judged(0.9)
-    assert resolved.state == state and resolved.share == pytest.approx(0.9 * FLIPS)
+    resolved = judged(0.9 * FLIPS)
+    assert resolved.state == state and resolved.share == 0.9 * FLIPS
     assert bool(resolved.reason) == (state != YES)
-    assert judged(1.1).state == NO  # steps that flip are never called resolved: their samples are not
+    assert judged(1.1 * FLIPS).state == NO  # steps that flip are never called resolved: their samples are not
 
 
 def test_answers_are_compared_over_the_same_pitches():
@@ -71,7 +67,7 @@ def test_answers_are_compared_over_the_same_pitches():
     rows = np.zeros(4, CONTACT_INTERVAL)
     rows["pitch"], rows["peak_n"] = [0, 0, 1, 2], [50.0, 100.0, 80.0, 1.0]
     rows["peak_s"] = [0.1, 0.2, 0.30005, 0.4]
-    largest, alone = largest_forces(rows, [], 5, 1e-4, 0.0)
+    largest, alone = largest_forces(rows, rows[:0], 5, 1e-4, 0.0)
     assert largest[:, 0].tolist() == [100.0, 80.0, 1.0, 0.0, 0.0]
     assert alone[:, 0].tolist() == [100.0, 0.0, 1.0, 0.0, 0.0]  # the second lies between two steps
 
@@ -80,10 +76,7 @@ def test_answers_are_compared_over_the_same_pitches():
     cut["pitch"], cut["peak_n"] = [0, 1, 2], 100.0
     cut["peak_s"], cut["end_s"] = [0.1, 0.3, 0.4], [0.2, 0.3001, 0.5]
     assert largest_forces(cut[:1], cut[1:], 3, 1e-4, 0.0999)[1][:, 0].tolist() == [0.0, 0.0, 100.0]
-    assert largest_forces(cut, [], 3, 1e-4, 0.0)[1][:, 0].tolist() == [100.0, 100.0, 100.0]
-
-    def statistics(rms, peaks):
-        return RunStatistics(np.array(rms), np.array(peaks), 0.0)
+    assert largest_forces(cut, cut[:0], 3, 1e-4, 0.0)[1][:, 0].tolist() == [100.0, 100.0, 100.0]
 
     fine = statistics([2.0, 1.0], [100.0, 20.0, 90.0])
     # little lies on the second side
@@ -94,7 +87,7 @@ def test_answers_are_compared_over_the_same_pitches():
 
 def test_a_record_that_flips_and_holds_with_a_finer_step_completes_and_says_so(make_scene, monkeypatch):
     """Doubt that a finer run does not share is said, not refused."""
-    monkeypatch.setattr("trackdyn.simulation.step_check.unresolved_reason", lambda *_: "it flips")
+    monkeypatch.setattr("trackdyn.simulation.step_check.doubt", lambda *_: "it flips")
     monkeypatch.setattr("trackdyn.simulation.step_check.FLIPS", -1.0)
     resolved = simulate(make_scene(150.0, lead_in=0.1)).meta["resolved"]
     assert resolved["state"] == NO and "it flips, and by a finer step RMS is " in resolved["reason"]
@@ -112,7 +105,7 @@ def test_the_trial_of_a_run_settles_with_its_own_step(make_scene, monkeypatch):
     monkeypatch.setattr(
         Loop, "__init__", lambda loop, scene, *more: made.append(scene.step) or init(loop, scene, *more)
     )
-    monkeypatch.setattr("trackdyn.simulation.step_check.unresolved_reason", lambda *_: "it flips")
+    monkeypatch.setattr("trackdyn.simulation.step_check.doubt", lambda *_: "it flips")
     simulate(make_scene(115.0, ring_radius=None, step=1e-4))
     assert made == [1e-4, 1e-4 / FINER]
 
@@ -130,9 +123,9 @@ def test_a_short_run_is_tried_with_half_the_step_from_the_same_start(make_scene,
     def off(check, *arguments):
         """A finer run whose RMS is 1.5 % below that of the run: beyond 1 % in the limit."""
         tried.append((arguments[0].time, arguments[2]))
-        statistics = rerun(check, *arguments)
+        finer = rerun(check, *arguments)
         coarse = check.recorder.statistics(check.first, check.ended)
-        return statistics._replace(rms=coarse.rms / 1.015, peaks=coarse.peaks)
+        return finer._replace(rms=coarse.rms / 1.015, peaks=coarse.peaks)
 
     monkeypatch.setattr(StepCheck, "_rerun", off)
     with pytest.raises(DivergenceError, match="shorter than a turn of the loop, and with a step 2 times smaller RMS"):

@@ -234,7 +234,7 @@ def say(plan) -> None:
         if not trial.refused:
             errors = ", ".join(f"{name} {error.bias + error.doubt:.2g}" for name, error in trial.error.items())
             message = f"error of {errors}; {trial.cpu_s / trial.seconds:.2g} CPU s a second"
-        typer.echo(f"{mark:>22}  {trial.setting.name}: {message}")
+        typer.echo(f"{mark:>22}  {trial.name}: {message}")
     ends = ", ".join(f"{name} to {tolerance:.2g}" for name, tolerance in plan.left.items())
     typer.echo(f"{'stops':>22}  when the 95 % intervals keep {ends}; expected after {plan.duration:.3g} s at speed")
     more = f"{plan.cpu_s:.2g} CPU s more" if plan.cpu_s else "no more: the record is long enough"

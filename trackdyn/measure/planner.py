@@ -1,15 +1,17 @@
 """The planner: the cheapest method and step that keep a tolerance, found while the answer is recorded.
 
-Settings are tried from cheap to dear. All start from one state of the loop at speed and record the same passages, so
-that two of them differ by their errors alone. A linearly implicit step is judged by a semi-implicit one, since two of
-its own may agree and be wrong alike; a semi-implicit step is judged by half of it. What was recorded for the judgement
-is the beginning of the answer: as a rule all of it.
+1. Settings are tried from cheap to dear. All start from one state of the loop at speed and record the same passages, so
+   that two of them differ by their errors alone.
+2. The two finest ones give the limit that all are compared with. A linearly implicit step is judged by a semi-implicit
+   one, since two of its own may agree and be wrong alike; a semi-implicit step is judged by half of it.
+3. The cheapest whose error and scatter can fit within the tolerances is recorded until they do. Where neither longer
+   records nor a finer step are cheaper, that is the answer, and as a rule the trial was long enough for it.
 """
 
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from math import hypot, inf, sqrt
+from math import hypot, inf
 from typing import Any, NamedTuple
 
 from trackdyn.errors import InputError, TrackdynError
@@ -19,25 +21,25 @@ from trackdyn.measure.uncertainty import (
     LEAST,
     RELATIVE,
     SHARES,
-    SURE,
     Estimate,
     Series,
-    difference,
+    WholeError,
+    extrapolated,
     judge_series,
     scale_of,
     weight_of_finer,
+    whole_error,
 )
 from trackdyn.measure.whole_loop import series
 from trackdyn.rig.validation import within
 from trackdyn.scene.scene import LONGEST_RUN, Scene
 from trackdyn.scene.step import first_that_runs, halved_steps, round_step, turn_limit
-from trackdyn.simulation.chatter import ONE_STEP
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recorder import Recorder
 from trackdyn.simulation.recording import Recording
 from trackdyn.simulation.step_check import OPEN, Resolution
 
-SETTING_SHARE = 0.8  # share of the tolerance for the difference of two settings; the rest is for scatter
+SETTING_SHARE = 0.8  # share of the tolerance for the error of a setting; the rest is for scatter
 IMPLICIT_STEP, LARGEST_STEP = 5e-4, 1e-4  # s
 # Cost of a step over that of a semi-implicit one. Plans go by steps and not by the clock, which compilation and other
 # processes hold up: the same question has the same answer.
@@ -67,82 +69,64 @@ class StopResult:
         return all(self.reached.values())
 
 
-class Setting(NamedTuple):
-    """A method and a step: the name in words, and the fields of a `Scene`."""
+@dataclass(eq=False)
+class Trial:
+    """A setting, the record that it makes, and what is known of it."""
 
-    name: str
-    fields: dict[str, Any]
-
-
-class Error(NamedTuple):
-    """Errors of a measure of a record, as tolerances are given."""
-
-    bias: float  # by the difference of settings
-    doubt: float  # two standard errors of it
-    half_width: float  # half of the 95 % interval of the record
-    scatter: float  # two standard errors: the half width, had it many batches
-
-    def total(self) -> float:
-        """Difference of settings and both scatters."""
-        return self.bias + hypot(self.doubt, self.half_width)
-
-    def remaining(self, tolerance: float) -> float:
-        """Share of a tolerance that is left for the interval of the record; 0 if nothing is."""
-        rest = tolerance - self.bias
-        return sqrt(rest**2 - self.doubt**2) if rest > self.doubt else 0.0
-
-    def record_growth(self, tolerance: float) -> float:
-        """Times that the record must be as long, above 1 if it must; infinite if the setting errs too much."""
-        room = self.remaining(tolerance) if self.bias <= SETTING_SHARE * tolerance else 0.0
-        return _times(self.half_width, self.scatter, room)
-
-    def trial_growth(self, tolerance: float, falls: float = 1.0, most: float = SETTING_SHARE) -> float:
-        """Times that trials must be as long, whose scatters fall both; their difference becomes ``falls`` of itself."""
-        bias = falls * self.bias
-        room = tolerance - min(bias, SETTING_SHARE * tolerance) if bias <= most * tolerance else 0.0
-        return _times(hypot(self.doubt, self.half_width), hypot(self.doubt, self.scatter), room)
-
-
-@dataclass
-class Candidate:
-    """A setting and what is known of it."""
-
-    setting: Setting
-    writer: Recorder | None = None  # the record so far; None if the setting was refused
-    work: float = 0.0  # cost of a simulated second, in semi-implicit steps
-    cpu_s: float = 0.0  # CPU seconds of the record so far
+    name: str  # method and step in words
+    fields: dict[str, Any]  # method and step as fields of a `Scene`
     refused: str = ""  # why it does not run, or nothing
+    writer: Recorder = field(init=False)  # the record so far; unset where the setting was refused at once
+    cpu_s: float = 0.0  # CPU seconds of the record so far
     measures: dict[str, Series] = field(default_factory=dict, repr=False)
-    error: dict[str, Error] = field(default_factory=dict)  # by measure; empty until a finer setting ran
+    error: dict[str, WholeError] = field(default_factory=dict)  # by measure; empty until a finer setting ran
 
     @property
     def seconds(self) -> float:
         """Length of the record, s."""
-        return self.writer.done / self.writer.loop.scene.rig.rate if self.writer else 0.0
+        return self.writer.done / self.writer.loop.scene.rig.rate
 
-    def growth(self, tolerances: Mapping[str, float]) -> float:
-        """Times that the record must be as long for all tolerances (`Error.record_growth`)."""
-        return max(self.error[name].record_growth(tolerance) for name, tolerance in tolerances.items())
+    @property
+    def work(self) -> float:
+        """Cost of a simulated second, in semi-implicit steps."""
+        return WORK.get(self.writer.loop.scene.integrator, 1.0) / self.writer.loop.model.step
 
-    def trials(self, tolerances: Mapping[str, float], *falls: float) -> float:
-        """Times, at least 1, that trials must be as long for all of them (`Error.trial_growth`)."""
-        return max(1.0, *(self.error[name].trial_growth(tolerance, *falls) for name, tolerance in tolerances.items()))
+    def growth(self, tolerances: Mapping[str, float], together: bool = False, falls: float = 1.0) -> float:
+        """Times that the record must be as long for all tolerances, above 1 if it must.
+
+        ``together`` with the records that give the limit, whose scatter falls, too; ``falls`` is the share of the
+        setting's error that is left by then. Infinite if the setting errs too much.
+        """
+        return max(
+            _growth(error._replace(bias=falls * error.bias), tolerances[name], together)
+            for name, error in self.error.items()
+        )
+
+
+def _growth(error: WholeError, tolerance: float, together: bool) -> float:
+    """Times that a record must be as long for a tolerance; an interval falls as one over the root of the length."""
+    doubt, room = (error.doubt, tolerance - error.bias) if together else (0.0, error.room(tolerance))
+    if error.bias > SETTING_SHARE * tolerance or not room:
+        return inf
+    if (half_width := hypot(doubt, error.half_width)) <= room:
+        return (half_width / room) ** 2
+    # few batches widen an interval, which more of them do not
+    return max((hypot(doubt, error.scatter) / room) ** 2, LONGER)
 
 
 class Plan(NamedTuple):
     """The setting to run for tolerances, and how far its record has come."""
 
-    chosen: Candidate
+    chosen: Trial
     left: dict[str, float]  # by measure, tolerances of the record: those of the question less the setting's error
     duration: float  # s at constant speed that the record is expected to take
     cpu_s: float  # CPU seconds that are expected beyond those of the trials
     trial_cpu_s: float  # CPU seconds that settling and trials took
-    tried: tuple[Candidate, ...]  # all settings that were tried, from cheap to dear
+    tried: tuple[Trial, ...]  # all settings that were tried, from cheap to dear
 
     @property
     def scene(self) -> Scene:
         """The scene with the setting; its duration is the longest one."""
-        assert self.chosen.writer is not None
         return self.chosen.writer.loop.scene
 
     def run(self) -> StopResult:
@@ -150,7 +134,6 @@ class Plan(NamedTuple):
 
         Half widths of the answer's measures, the asked ones alone, hold the error of the setting, too.
         """
-        assert self.chosen.writer is not None
         # scatter may fall faster than it is expected to, where passages make up for each other
         first = min(self.duration, GROWTH * self.chosen.seconds)
 
@@ -164,7 +147,7 @@ class Plan(NamedTuple):
         measures = {}
         for name, mean in answer.measures.items():
             scale = scale_of(name, mean.value)
-            error = self.chosen.error[name]._replace(half_width=mean.half_width / scale).total()
+            error = self.chosen.error[name]._replace(half_width=mean.half_width / scale).total
             measures[name] = mean._replace(half_width=error * scale)
         meta, share = answer.recording.meta, answer.recording.meta["resolved"]["share"]
         reason = f"the step was chosen for {', '.join(self.left)}; other measures may be less accurate"
@@ -172,17 +155,16 @@ class Plan(NamedTuple):
         return replace(answer, measures=measures, recording=replace(answer.recording, meta=meta))
 
 
-def settings(scene: Scene, step: float, method: bool) -> list[Setting]:
+def settings(scene: Scene, step: float, method: bool) -> list[Trial]:
     """Settings of a scene that takes a step (s), from cheap to dear; where they are not open, that and half of it."""
     sample = 1.0 / scene.rig.rate
     if not method:
-        half = Setting("half its step", {"step": round_step(step / 2, sample)})
-        return [Setting("as the scene asks", {}), half]
+        return [Trial("as the scene asks", {}), Trial("half its step", {"step": round_step(step / 2, sample)})]
     coarsest = min(IMPLICIT_STEP, *turn_limit(scene.sprocket_rate).values())
     steps = [("linearly_implicit", round_step(coarsest, sample))]
     # one step coarser than the usual one, where that is small
     steps += [("semi_implicit", finer) for finer in halved_steps(min(LARGEST_STEP, 2 * step), sample, 3)]
-    return [Setting(f"{name}, {step:.3g} s", {"integrator": name, "step": step}) for name, step in steps]
+    return [Trial(f"{name}, {step:.3g} s", {"integrator": name, "step": step}) for name, step in steps]
 
 
 def plan(scene: Scene, tolerances: Mapping[str, float], longest: float = 60.0, method: bool = True) -> Plan:
@@ -213,7 +195,7 @@ def plan(scene: Scene, tolerances: Mapping[str, float], longest: float = 60.0, m
     base = _at_speed(at_rest, pending)
     span, teeth = scene.periods.passage, scene.rig.sprocket.teeth
     count, most = float(LEAST + 1), float(LEAST + PEAK_TURNS * teeth)
-    tried: list[Candidate] = []
+    tried: list[Trial] = []
     while True:
         running = [trial for trial in tried if not trial.refused]
         # the two finest judge; the others go on while they may be chosen
@@ -228,9 +210,9 @@ def plan(scene: Scene, tolerances: Mapping[str, float], longest: float = 60.0, m
             raise InputError(f"tolerance: {lacking[0]} has fewer than {LEAST} values in {count:.0f} passages")
         if len(running) > 1:
             _judge(running, tolerances)
-            chosen, longer = _next(running, tolerances, pending, longest / span / count)
+            chosen, longer = _next(running, tolerances, bool(pending), longest / span / count)
             if chosen is not None:
-                left = {name: chosen.error[name].remaining(tolerance) for name, tolerance in tolerances.items()}
+                left = {name: chosen.error[name].room(tolerance) for name, tolerance in tolerances.items()}
                 duration = min(max(chosen.growth(tolerances), 1.0) * chosen.seconds, longest)
                 cpu_s = chosen.cpu_s * (duration / chosen.seconds - 1.0)
                 return Plan(chosen, left, duration, cpu_s, time.process_time() - begin, tuple(tried))
@@ -239,15 +221,15 @@ def plan(scene: Scene, tolerances: Mapping[str, float], longest: float = 60.0, m
                 continue
         if not pending:
             raise InputError(_refusal(tried, tolerances, longest))
-        tried.append(_start(base, pending.pop(0), span))
+        tried.append(_start(base, pending.pop(0)))
 
 
-def _at_speed(settled: Loop, choices: list[Setting]) -> Loop:
+def _at_speed(settled: Loop, choices: list[Trial]) -> Loop:
     """The loop at constant speed, a few passages before records begin, by the cheapest setting that comes there."""
     scene = settled.scene
 
-    def run(setting: Setting) -> Loop:
-        loop = settled.changed(**setting.fields)
+    def run(trial: Trial) -> Loop:
+        loop = settled.changed(**trial.fields)
         loop.advance(scene.ramp + max(scene.lead_in - WARM_UP * scene.periods.passage, 0.0))
         return loop
 
@@ -257,21 +239,19 @@ def _at_speed(settled: Loop, choices: list[Setting]) -> Loop:
         raise InputError(f"tolerance: {error}") from None
 
 
-def _start(base: Loop, setting: Setting, span: float) -> Candidate:
-    """A setting whose record is about to begin."""
+def _start(base: Loop, trial: Trial) -> Trial:
+    """Begin the record of a setting."""
     try:
-        loop = base.changed(**setting.fields)
-        scene = loop.scene
-        loop.advance(WARM_UP * span)
-        writer = Recorder(loop, checked=False, room=PEAK_TURNS * scene.periods.turn)
+        loop = base.changed(**trial.fields)
+        loop.advance(WARM_UP * loop.scene.periods.passage)
+        trial.writer = Recorder(loop, checked=False, room=PEAK_TURNS * loop.scene.periods.turn)
     except TrackdynError as error:
-        return Candidate(setting, refused=str(error))
-    return Candidate(setting, writer, WORK.get(scene.integrator, 1.0) / loop.model.step)
+        trial.refused = str(error)
+    return trial
 
 
-def _record(trial: Candidate, tolerances: Mapping[str, float], seconds: float) -> None:
+def _record(trial: Trial, tolerances: Mapping[str, float], seconds: float) -> None:
     """Go on with the record of a setting to a length, and take its measures."""
-    assert trial.writer is not None
     begin = time.process_time()
     try:
         recording, _ = record_until(trial.writer, seconds, lambda record: (record, True))
@@ -280,66 +260,54 @@ def _record(trial: Candidate, tolerances: Mapping[str, float], seconds: float) -
         trial.refused = str(error)
         return
     trial.cpu_s += time.process_time() - begin
-    if any(name.endswith("_peak") for name in tolerances) and trial.writer.statistics().isolated > ONE_STEP:
+    if any(name.endswith("_peak") for name in tolerances) and trial.writer.statistics().stands_for_one_step:
         trial.refused = "peaks stand for one step: the true ones may be twice as large"
-        return
     trial.measures = {name: measure for name, measure in measures.items() if len(measure.values) >= LEAST}
 
 
-def _judge(running: list[Candidate], tolerances: Mapping[str, float]) -> None:
-    """Errors of settings from the two finest ones.
+def _judge(running: list[Trial], tolerances: Mapping[str, float]) -> None:
+    """Errors of settings against the limit that the two finest ones give.
 
-    That of the finest is what a step further would change: as much as the last one did, less by the ratio of the steps
-    where the method, of order 1, is the same. Those of the others are their differences from it beyond that.
+    What a step further would change is as much as the last one did, less by the ratio of the steps where the method, of
+    order 1, is the same.
     """
     coarser, finest = running[-2:]
-    steps = [trial.writer.loop.model.step for trial in (coarser, finest) if trial.writer]
-    same = len({trial.setting.fields.get("integrator") for trial in (coarser, finest)}) == 1
-    ratio = weight_of_finer(*reversed(steps)) if same else 1.0
+    weight = weight_of_finer(*(trial.writer.loop.model.step for trial in (finest, coarser)))
     for name in tolerances:
-        scale = scale_of(name, finest.measures[name].estimate().value)
-        last, sure = (ratio * abs(value) for value in difference(coarser.measures[name], finest.measures[name]))
+        measure = finest.measures[name]
+        limit = extrapolated(measure, coarser.measures[name], weight if _alike(coarser, finest) else 1.0)
         for trial in running:
-            excess, scatter = (0.0, 0.0) if trial is finest else difference(trial.measures[name], finest.measures[name])
-            _, error, half_width = trial.measures[name].estimate()
-            errors = abs(excess) + last, SURE * (scatter + sure), half_width, SURE * error
-            trial.error[name] = Error(*(value / scale for value in errors))
+            trial.error[name] = whole_error(trial.measures[name], limit, scale_of(name, measure.estimate().value))
+
+
+def _alike(first: Trial, second: Trial) -> bool:
+    """Whether two settings have one method."""
+    return first.fields.get("integrator") == second.fields.get("integrator")
 
 
 def _next(
-    running: list[Candidate], tolerances: Mapping[str, float], pending: list[Setting], most: float
-) -> tuple[Candidate | None, float]:
+    running: list[Trial], tolerances: Mapping[str, float], finer: bool, most: float
+) -> tuple[Trial | None, float]:
     """Find the cheapest way on: the setting to record; or times that trials must be longer; or neither.
 
-    Neither means a finer setting. Records may become ``most`` times as long. Of settings whose records are long enough
-    the finest is chosen.
+    Neither means a finer setting, if there is one. Records may become ``most`` times as long. Of settings whose records
+    are long enough the finest is chosen.
     """
     coarser, finest = running[-2:]
-    ways: list[tuple[float, Candidate | None, float]] = []
+    ways: list[tuple[float, Trial | None, float]] = []
     for trial in reversed(running):
         if (growth := trial.growth(tolerances)) <= 1.0 or (growth < inf and most > 1.0):
             ways.append((trial.work * max(growth - 1.0, 0.0), trial, 0.0))
     # trials tell settings apart and are the beginning of the answer, so that both scatters fall
-    if (growth := finest.trials(tolerances)) < inf and most > 1.0:
+    if (growth := max(1.0, finest.growth(tolerances, True))) < inf and most > 1.0:
         ways.append((sum(trial.work for trial in running) * (growth - 1.0), None, min(growth, GROWTH, most)))
-    if pending:
-        same = coarser.setting.fields.get("integrator") == finest.setting.fields.get("integrator")
-        growth = finest.trials(tolerances, 1 / 2 if same else 1 / 8, 1.0)
-        ways.append((2 * finest.work * growth + finest.work * (growth - 1.0), None, 0.0))
+    if finer:
+        growth = max(1.0, finest.growth(tolerances, True, 1 / 2 if _alike(coarser, finest) else 1 / 8))
+        ways.append((finest.work * (3.0 * growth - 1.0), None, 0.0))
     return min(ways, key=lambda way: way[0], default=(inf, None, 0.0))[1:]
 
 
-def _times(half_width: float, scatter: float, room: float) -> float:
-    """Times that a record must be as long for an interval to have room; it falls as one over the root of the length.
-
-    Few batches widen an interval, which more of them do not.
-    """
-    if not room:
-        return inf
-    return (half_width / room) ** 2 if half_width <= room else max((scatter / room) ** 2, LONGER)
-
-
-def _refusal(tried: list[Candidate], tolerances: Mapping[str, float], longest: float) -> str:
+def _refusal(tried: list[Trial], tolerances: Mapping[str, float], longest: float) -> str:
     """Why no setting keeps the tolerances."""
     known = [trial.error for trial in tried if trial.error]
     if not known:

@@ -207,9 +207,38 @@ def paired(first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarra
     return first[len(first) - count :], second[len(second) - count :]
 
 
-def difference(run: Series, reference: Series) -> tuple[float, float]:
-    """A measure of a run less that of a reference over the passages that both have, and its standard error."""
-    pairs = np.subtract(*paired(run.linear(), reference.linear()))
+class WholeError(NamedTuple):
+    """Errors of a measure of a record, as tolerances are given."""
+
+    bias: float  # difference from the limit at a step of zero
+    doubt: float  # two standard errors of it
+    half_width: float  # half of the 95 % interval of the record
+    scatter: float  # two standard errors: the half width, had it many batches
+
+    @property
+    def total(self) -> float:
+        """Difference from the limit and both scatters."""
+        return self.bias + hypot(self.doubt, self.half_width)
+
+    def room(self, tolerance: float) -> float:
+        """Share of a tolerance that is left for the interval of the record; 0 if nothing is."""
+        rest = tolerance - self.bias
+        return sqrt(rest**2 - self.doubt**2) if rest > self.doubt else 0.0
+
+
+def whole_error(run: Series, limit: np.ndarray, scale: float) -> WholeError:
+    """Whole error of a measure of a run, whose ``limit`` passage by passage (`extrapolated`) a finer run gives.
+
+    ``scale`` is as from `scale_of`.
+    """
+    bias, doubt = difference(run, limit)
+    _, error, half_width = run.estimate()
+    return WholeError(*(value / scale for value in (abs(bias), SURE * doubt, half_width, SURE * error)))
+
+
+def difference(run: Series, limit: np.ndarray) -> tuple[float, float]:
+    """A measure of a run less its limit over the passages that both have, and the standard error of it."""
+    pairs = np.subtract(*paired(run.linear(), limit))
     return float(pairs.mean()), batch_error(pairs)[0]
 
 
@@ -246,9 +275,15 @@ class Limit(NamedTuple):
     values: np.ndarray  # (m,) what the limit is the mean of, passage by passage
 
 
-def weight_of_finer(fine: float, coarse: float) -> float:
-    """Share of the difference of two steps (s) by which the finer one misses the limit: it falls with the step."""
-    return fine / (coarse - fine)
+def weight_of_finer(fine: float, coarse: float, order: int = 1) -> float:
+    """Share of the difference of two steps (s) by which the finer one misses the limit, by a method of an order."""
+    return fine**order / (coarse**order - fine**order)
+
+
+def extrapolated(fine: Series, coarse: Series, weight: float) -> np.ndarray:
+    """(m,) a measure passage by passage beyond the finer of two runs, by a ``weight`` of their difference."""
+    near, far = paired(fine.linear(), coarse.linear())
+    return near + weight * (near - far)
 
 
 def limit_of(runs: Mapping[float, Series]) -> Limit:
@@ -260,21 +295,19 @@ def limit_of(runs: Mapping[float, Series]) -> Limit:
     """
     steps = sorted(runs)
 
-    def extrapolated(fine: float, coarse: float) -> np.ndarray:
-        """The line through two steps at a step of zero, passage by passage."""
-        near, far = paired(runs[fine].linear(), runs[coarse].linear())
-        return near + weight_of_finer(fine, coarse) * (near - far)
+    def limit(fine: float, coarse: float) -> np.ndarray:
+        return extrapolated(runs[fine], runs[coarse], weight_of_finer(fine, coarse))
 
-    values = extrapolated(*steps[:2])
-    coarser = extrapolated(*steps[1:3]) if len(steps) > 2 else runs[steps[0]].linear()
+    values = limit(*steps[:2])
+    coarser = limit(*steps[1:3]) if len(steps) > 2 else runs[steps[0]].linear()
     value, doubt = float(values.mean()), float(abs(values.mean() - coarser.mean()))
     return Limit(value, float(np.hypot(batch_error(values)[0], doubt)), doubt, values)
 
 
 def error_against(series: Series, limit: Limit) -> tuple[float, float]:
     """A measure less its limit, and the standard error of this difference."""
-    pairs = np.subtract(*paired(series.linear(), limit.values))
-    return float(series.estimate().value - limit.value), float(np.hypot(batch_error(pairs)[0], limit.doubt))
+    error = np.hypot(difference(series, limit.values)[1], limit.doubt)
+    return float(series.estimate().value - limit.value), float(error)
 
 
 # The largest difference from the limit at a step of zero that the included rigs have at their default steps, from 115

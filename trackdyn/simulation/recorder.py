@@ -183,7 +183,7 @@ class Recorder:
         """Content of a checkpoint, the loop included."""
         progress = {
             "done": self.done, "begin": self.begin, "wall": self.wall, "alternating": self.alternating.tolist(),
-            "unresolved": self.step_check.unresolved, "difference": self.step_check.difference,
+            "unresolved": self.step_check.reason, "difference": self.step_check.difference,
         }  # fmt: skip
         parts = {"progress": progress, "record": self.record, "ended": np.concatenate(self.ended)}
         return self.loop.describe() | parts
@@ -196,7 +196,7 @@ class Recorder:
         self.done, self.begin, self.wall = (progress[name] for name in ("done", "begin", "wall"))
         self.alternating = np.array(progress["alternating"])
         self.step_check = StepCheck(self)
-        self.step_check.unresolved = progress["unresolved"]
+        self.step_check.reason = progress["unresolved"]
         self.step_check.difference = Difference(*progress["difference"])
 
     def recording(self) -> Recording:

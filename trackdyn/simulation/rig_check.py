@@ -14,14 +14,12 @@ from trackdyn.scene.step import halved_steps, largest_step, round_step, turn_lim
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recorder import Recorder
 from trackdyn.simulation.settling import tension_words
-from trackdyn.simulation.step_check import NO
+from trackdyn.simulation.step_check import NO, RECOMMENDED
 
 SMALL_WRAP = 90.0  # deg of the sprocket below which few teeth share the load
 DEEP_SAG = 0.1  # share of a span
 SHORT_STEP = 2e-5  # s
 ROUGH_OUTLINE = 2e-4  # m, RMS
-# Largest relative difference of RMS and mean peak from half the step with which a trial accepts a step
-HOLDS = 0.01
 SECONDS, RAMP = 1.0, 0.3  # s at speed, and until then
 LARGEST = 1e-4
 
@@ -73,11 +71,11 @@ def check_rig(rig: Rig, rpm: float, settle: bool = True) -> RigReport:
         limit = min(step, largest_step(model, reached))
         holds, tried = try_steps(loop, rpm)
         words = (
-            f"no step tried holds RMS and mean peak to {HOLDS:.0%} over {SECONDS:g} s: the motion scatters, "
+            f"no step tried holds RMS and mean peak to {RECOMMENDED:.0%} over {SECONDS:g} s: the motion scatters, "
             f"the smallest was {min(tried, default=float('nan')):.3g} s"
         )
         if holds is not None:
-            words = f"--step {holds:.7g}: tried, RMS and mean peak hold to {HOLDS:.0%} with half of it"
+            words = f"--step {holds:.7g}: tried, RMS and mean peak hold to {RECOMMENDED:.0%} with half of it"
         values["step"] = f"{words}; at most {limit:.2g} s at {rpm:g} rev/min"
     return RigReport(wheels, frame, values, unusual)
 
@@ -92,19 +90,22 @@ def try_steps(settled: Loop, rpm: float) -> tuple[float | None, list[float]]:
     # a scene is judged at the pre-tension, a loop at the tension that it settles at
     tensions = settled.layout["settled_tension_n"], settled.scene.rig.tension.pre_tension
     rate_limits = turn_limit(settled.scene.with_(motor_rpm=rpm).sprocket_rate).values()
-    before, tried = None, list[float]()
+    before: Recorder | None = None
+    tried = list[float]()
     for step in halved_steps(min(LARGEST, largest_step(settled.model, *tensions), *rate_limits), sample):
         try:
             loop = settled.changed(step=step, **scene)
             loop.advance(RAMP)
-            writer = Recorder(loop, checked=False).finish()
-            statistics = writer.statistics()
-            tried.append(step)
-            if before is not None and max(before[0].difference(statistics)) <= HOLDS and before[1] != NO:
-                return tried[-2], tried
-            before = statistics, writer.step_check.resolution().state
+            run = Recorder(loop, checked=False).finish()
         except DivergenceError:
             before = None
+            continue
+        tried.append(step)
+        if before is not None and before.step_check.resolution().state != NO:
+            difference = before.statistics().difference(run.statistics())
+            if difference.within(RECOMMENDED, RECOMMENDED):
+                return tried[-2], tried
+        before = run
     return None, tried
 
 

@@ -1,8 +1,11 @@
-"""Is the motion of a record resolved by its step? Judged from what its contacts show, and while it runs.
+"""Is a record resolved by its step? Its contacts are looked at while it runs, and a doubtful piece is run again.
 
-Chatter (`chatter`) makes a record doubtful, and so does its length where that is shorter than a turn of the loop.
-Neither says how wrong it is: a doubtful one is run again with a finer step (`StepCheck`). The energy balance shows a
-step that was too large, too (`energy_balance.check_account`).
+Where a contact is too stiff for the step, its force flips from one step to the next. All bodies are looked at
+(`integrate.run`), so that a few pitches on the sprocket tell what one sensor's link shows after a turn of the loop. A
+peak force that lasts one step is not resolved, either (`integrate.contact_log`), and a record shorter than a turn of
+the loop is doubtful for its length. None of this says how wrong a record is: a run with a finer step does
+(`StepCheck`). All who compare two steps of a run take the bounds of this module. The energy balance shows a step that
+was too large, too (`energy_balance.check_account`).
 """
 
 from math import nan
@@ -15,13 +18,22 @@ from trackdyn.errors import DivergenceError, InputError
 from trackdyn.integrate.methods import METHODS
 from trackdyn.model.arrays import SIDES, Record
 from trackdyn.model.constants import Model
-from trackdyn.simulation.chatter import LEAST_LOOKS, alternating_share, unresolved_reason
 from trackdyn.simulation.energy_balance import passed_pitches
 
 # Most that RMS and mean peak may differ with a finer step; half of it counts as resolved.
 RMS, PEAKS = 0.02, 0.05
+# As much of both where a step is recommended for all runs of a rig (`rig_check`): half of ``RMS``, since it was tried
+# at one speed for a second.
+RECOMMENDED = 0.01
+# Alternating share that is suspect. Set on a pilot (docs/speed-and-accuracy.md), no run of which that stayed below it
+# was 2 % off in RMS.
+NOTICED = 0.01
 # Most that may alternate, as a share of the mean square of single steps (``Recording.raw``): ``RMS`` of theirs.
 FLIPS = 2 * RMS
+# Share of the mean peak in peaks that stand for one step, with a neighbour below half: the true one may be as much as
+# twice as large, so that a tenth of the mean peak may be half off, which is ``PEAKS``.
+ONE_STEP = 0.1
+LEAST_LOOKS = 10  # samples before a verdict
 # Pitches that must have come onto the sprocket before a record can count as resolved; one pitch shows enough of a
 # record that is not, for it is no longer the first impact.
 LEAST_PITCHES = 3.0
@@ -34,8 +46,72 @@ class Resolution(NamedTuple):
     # ``yes``; ``no``: doubtful, and beyond half of ``RMS`` or ``PEAKS`` with a finer step, or more than ``FLIPS``
     # alternates; ``not judged``
     state: str
-    share: float  # `chatter.alternating_share`; NaN if it was not measured
+    share: float  # `Alternation.share`
     reason: str  # a sentence; empty for ``yes``
+
+
+class Difference(NamedTuple):
+    """Largest relative differences from a run with a finer step; NaN where none was tried."""
+
+    rms: float  # relative difference of RMS
+    peaks: float  # relative difference of mean peaks on sides that carry
+
+    def within(self, rms: float = RMS, peaks: float = PEAKS) -> bool:
+        """Whether both are within bounds, which are those of this module or stricter ones."""
+        return self.rms <= rms and self.peaks <= peaks
+
+
+class RunStatistics(NamedTuple):
+    """Statistics by which a run is compared with one of a finer step."""
+
+    rms: np.ndarray  # (k,) of every sensor of the rig, and one of all links where they are recorded, m/s2
+    peaks: np.ndarray  # (3,) sums of the largest forces of all pitches: left arcs, right arcs, ring; N
+    isolated: float  # share of ``peaks`` in forces that stand for one step, the largest of the sides
+
+    @property
+    def stands_for_one_step(self) -> bool:
+        """Whether so much of the peaks stands for one step that they are doubtful."""
+        return self.isolated > ONE_STEP
+
+    def difference(self, finer: "RunStatistics") -> Difference:
+        """Difference from a finer run.
+
+        Peaks are compared by their sums over the same pitches: one that is only just touched moves the mean of those
+        that touch, not what they carry.
+        """
+        carries, moves = _carries(finer.peaks), finer.rms > 0
+        return Difference(
+            float(np.abs(self.rms[moves] / finer.rms[moves] - 1).max(initial=0.0)),
+            float(np.abs(self.peaks[carries] / finer.peaks[carries] - 1).max(initial=0.0)),
+        )
+
+
+def _carries(peaks):
+    """Sides above a third of the largest."""
+    return (peaks > 0) & (peaks > peaks.max() / 3)
+
+
+class Alternation(NamedTuple):
+    """Motion of all bodies that alternates from step to step."""
+
+    share: float  # of its mean square in the mean square that the sensor reads; NaN if it was not measured
+    looks: int  # samples in which it was measured
+    pitches: float  # that came onto the sprocket meanwhile, at the speed that is asked for
+
+    def enough(self, pitches: float) -> bool:
+        """Whether there were samples enough for a verdict, and so many pitches came onto the sprocket."""
+        return self.pitches >= pitches and self.looks >= LEAST_LOOKS
+
+
+def doubt(alternating: Alternation, statistics: RunStatistics | None = None) -> str:
+    """Why a record or a piece of it may be unresolved, or an empty string: nothing speaks against it so far."""
+    if not alternating.enough(1.0):
+        return ""
+    if alternating.share > NOTICED:
+        return f"what flips from step to step is {alternating.share:.2g} of the mean square that the sensor reads"
+    if statistics and statistics.stands_for_one_step:
+        return f"{statistics.isolated:.0%} of the mean peak are forces that stand for one step"
+    return ""
 
 
 def largest_forces(ended, lasting, pitches: int, step: float, begin: float) -> tuple[np.ndarray, np.ndarray]:
@@ -46,51 +122,15 @@ def largest_forces(ended, lasting, pitches: int, step: float, begin: float) -> t
     contact that lasted then, or in the last step of one that lasts has a neighbour that was not logged.
     """
     largest, isolated = np.zeros((2, pitches, len(SIDES)))
-    for rows, lasts in ((ended, False), (lasting, True)):
-        for row in rows:
-            entry, peak, time = (int(row["pitch"]), int(row["side"])), row["peak_n"], row["peak_s"]
-            if peak > largest[entry]:
-                steps = time / step
-                cut = time < begin + 1.5 * step or (lasts and time > row["end_s"] - 1.5 * step)
-                single = abs(steps - round(steps)) < 1e-5 and not cut
-                largest[entry], isolated[entry] = peak, peak * single
+    rows = np.concatenate([ended, lasting])[::-1]  # the last of equal forces below is then the first in time
+    lasts, time = np.arange(len(rows)) < len(lasting), rows["peak_s"]
+    cut = (time < begin + 1.5 * step) | (lasts & (time > rows["end_s"] - 1.5 * step))
+    single = (abs(time / step - np.rint(time / step)) < 1e-5) & ~cut
+    order = np.argsort(rows["peak_n"], kind="stable")
+    entry = tuple(rows[name][order].astype(int) for name in ("pitch", "side"))
+    # of the rows of an entry the last one stays, which is the largest
+    largest[entry], isolated[entry] = rows["peak_n"][order], (rows["peak_n"] * single)[order]
     return largest, isolated
-
-
-class Difference(NamedTuple):
-    """Largest relative differences from a run with a finer step; NaN where none was tried."""
-
-    rms: float  # relative difference of RMS
-    peaks: float  # relative difference of mean peaks on sides that carry
-
-    def within(self, share: float = 1.0) -> bool:
-        """Whether both are within a share of what a step may change, ``RMS`` and ``PEAKS``."""
-        return self.rms <= share * RMS and self.peaks <= share * PEAKS
-
-
-class RunStatistics(NamedTuple):
-    """Statistics by which a run is compared with one of a finer step."""
-
-    rms: np.ndarray  # (k,) of every sensor of the rig, and one of all links where they are recorded, m/s2
-    peaks: np.ndarray  # (3,) sums of the largest forces of all pitches: left arcs, right arcs, ring; N
-    isolated: float  # share of ``peaks`` in forces that stand for one step, the largest of the sides
-
-    def difference(self, finer: "RunStatistics") -> Difference:
-        """Difference from a finer run.
-
-        Peaks are compared by their sums over the same pitches: one that is only just touched moves the mean of those
-        that touch, not what they carry.
-        """
-        carries = _carries(finer.peaks)
-        return Difference(
-            float(np.abs(self.rms / np.where(finer.rms > 0, finer.rms, 1.0) - 1)[finer.rms > 0].max(initial=0.0)),
-            float(np.abs(self.peaks[carries] / finer.peaks[carries] - 1).max(initial=0.0)),
-        )
-
-
-def _carries(peaks):
-    """Sides above a third of the largest."""
-    return (peaks > 0) & (peaks > peaks.max() / 3)
 
 
 def run_statistics(record: Record, rows: slice, ended: list[np.ndarray], model: Model, begin: float) -> RunStatistics:
@@ -112,29 +152,23 @@ def run_statistics(record: Record, rows: slice, ended: list[np.ndarray], model: 
     )
 
 
-def resolution(alternating, model: Model, mean, seconds: float, unresolved: str, difference: Difference) -> Resolution:
-    """State of the resolution of a record of so many seconds; ``unresolved`` is what speaks against it, or nothing.
-
-    The first three arguments are as in `alternating_share`.
-    """
-    share = alternating_share(alternating, model, mean)
-    if not alternating[1]:
+def resolution(alternating: Alternation, model: Model, reason: str, difference: Difference) -> Resolution:
+    """State of the resolution of a record; ``reason`` is what speaks against it, or nothing."""
+    share = alternating.share
+    if not alternating.looks:
         return Resolution(OPEN, share, "steps of this integrator are not watched")
     if len(model.wheels.x) < 2:
         return Resolution(YES, share, "")  # a free loop touches nothing
-    if unresolved and not (difference.within(0.5) and share <= FLIPS):
+    if reason and not (difference.within(RMS / 2, PEAKS / 2) and share <= FLIPS):
         if not np.isnan(difference.rms):
             rms, peaks = difference
-            unresolved += f", and by a finer step RMS is {rms:.2g} and the mean peak {peaks:.2g} of it off"
-        reason = f"contacts are hardly resolved: {unresolved}; compare with a step smaller than {model.step:g} s"
-        return Resolution(NO, share, reason)
-    if unresolved:
-        return Resolution(YES, share, "")
-    pitches = passed_pitches(model, seconds)
-    if pitches < LEAST_PITCHES or alternating[1] < LEAST_LOOKS:
+            reason += f", and by a finer step RMS is {rms:.2g} and the mean peak {peaks:.2g} of it off"
+        advice = f"compare with a step smaller than {model.step:g} s"
+        return Resolution(NO, share, f"contacts are hardly resolved: {reason}; {advice}")
+    if not reason and not alternating.enough(LEAST_PITCHES):
         return Resolution(
             OPEN, share,
-            f"{pitches:.2g} pitches came onto the sprocket, too few to tell whether contacts are resolved; "
+            f"{alternating.pitches:.2g} pitches came onto the sprocket, too few to tell whether contacts are resolved; "
             f"{LEAST_PITCHES:g} are needed",
         )  # fmt: skip
     return Resolution(YES, share, "")
@@ -172,13 +206,13 @@ class StepCheck:
 
     ``origin`` is the loop before it came to where the record begins, so that the way there is run again, too: what a
     step that is too large has done until then belongs to its record. Where nothing but its length speaks against a
-    record, only its own impacts are in doubt: it is run again from its beginning. ``unresolved`` says what speaks
-    against the record so far, ``difference`` is the largest one of the pieces that were run again.
+    record, only its own impacts are in doubt: it is run again from its beginning. ``reason`` says what speaks against
+    the record so far, ``difference`` is the largest one of the pieces that were run again.
     """
 
     def __init__(self, recorder, origin=None):
         # weak: in a cycle, records wait for the garbage collector, which comes by objects and not by bytes
-        self.recorder, self.unresolved, self.difference = proxy(recorder), "", Difference(nan, nan)
+        self.recorder, self.reason, self.difference = proxy(recorder), "", Difference(nan, nan)
         self.begin()
         self.first_of_run = origin is not None
         if origin is not None and recorder.begin - origin.time <= LEAD:
@@ -190,8 +224,7 @@ class StepCheck:
         self.origin = self.start = recorder.loop.copy()
         self.first_of_run = False
         self.first, self.ended, self.alternating = recorder.done, len(recorder.ended), recorder.alternating.copy()
-        contact_log, self.time = recorder.record.contact_log, recorder.loop.time
-        self.open = contact_log.open.copy(), contact_log.last.copy()
+        self.open = recorder.record.contact_log.open.copy(), recorder.record.contact_log.last.copy()
 
     def check(self) -> None:
         """Judge a piece when it is over.
@@ -207,31 +240,41 @@ class StepCheck:
         if seconds >= BETWEEN and not recorder.finished:
             self.begin()
 
+    def _alternation(self, first: int, before) -> Alternation:
+        """Alternation from a sample on, until which its sums (`model.arrays.Work`) were those ``before``."""
+        recorder, model = self.recorder, self.recorder.loop.model
+        squares, looks = recorder.alternating - before
+        mean, share = recorder.record.mean[first : recorder.done, 0], nan
+        if looks and len(mean):
+            read = float(((mean[:, 1] + model.chain.gravity * np.cos(mean[:, 2])) ** 2).mean())
+            # without gravity and motion there is rounding alone
+            share = float(squares / looks / model.step**2 / max(read, 1e-6))
+        return Alternation(share, int(looks), passed_pitches(model, recorder.driven(first)))
+
     def _judge(self, seconds: float) -> None:
-        recorder = self.recorder
-        model, rows = recorder.loop.model, recorder.record.mean[self.first : recorder.done, 0]
-        coarse, alternating = recorder.statistics(self.first, self.ended), recorder.alternating - self.alternating
-        unresolved = unresolved_reason(alternating, model, rows, recorder.driven(self.first), coarse.isolated)
-        self.unresolved = self.unresolved or unresolved  # also where no finer step can be tried
+        model, alternating = self.recorder.loop.model, self._alternation(self.first, self.alternating)
+        coarse = self.recorder.statistics(self.first, self.ended)
+        reason = doubt(alternating, coarse)
+        self.reason = self.reason or reason  # also where no finer step can be tried
         start, times, doubled = self.origin, FINER, 1.0
-        if not unresolved and self.first_of_run and (unresolved := brief(recorder.scene)):
+        if not reason and self.first_of_run and (reason := brief(self.recorder.scene)):
             start, times, doubled = self.start, HALF, 2.0
         # where somebody steered in between, another run would be another motion
-        if not unresolved or model.drive != start.model.drive:
+        if not reason or model.drive != start.model.drive:
             return
         try:
             differences = coarse.difference(self._rerun(start, seconds, times))
         except InputError:  # no finer step is allowed
             return
         difference = Difference(*(doubled * value for value in differences))
-        self.unresolved = self.unresolved or unresolved
+        self.reason = self.reason or reason
         self.difference = Difference(*map(float, np.fmax(self.difference, difference)))
         # An implicit step is coarse on purpose, and single impacts need steps that nothing else needs: what is missed
         # is said, and refused only where contacts flip.
-        missed = difference.rms > RMS and recorder.loop.work.implicit is None
-        if missed or (not difference.within() and alternating_share(alternating, model, rows) > 1.0):
+        missed = difference.rms > RMS and self.recorder.loop.work.implicit is None
+        if missed or (not difference.within() and alternating.share > 1.0):
             raise DivergenceError(
-                f"contacts are not resolved: {unresolved}, and with a step {times} times smaller RMS over "
+                f"contacts are not resolved: {reason}, and with a step {times} times smaller RMS over "
                 f"{seconds:.3g} s differs by {differences.rms:.2g} and the mean peak by {differences.peaks:.2g} of it, "
                 f"more than {RMS / doubled:g} and {PEAKS / doubled:g}; use a step smaller than {model.step:g} s "
                 "(trackdyn check finds one)"
@@ -243,7 +286,7 @@ class StepCheck:
         step = loop.model.step / times
         settled = self.first_of_run and loop.time == 0.0 and times == FINER
         finer = loop.__class__(loop.scene.with_(step=step)) if settled else loop.changed(step=step)
-        finer.advance(self.time - loop.time)
+        finer.advance(self.start.time - loop.time)
         piece = {"duration": seconds, "pitches": (), "frame_interval": 0.0}
         piece |= {"contact_log": scene.contact_log, "every_link": scene.every_link}
         again = self.recorder.__class__(finer, finer.scene.with_(**piece), checked=False)
@@ -252,7 +295,5 @@ class StepCheck:
 
     def resolution(self) -> Resolution:
         """State of the resolution of the record so far."""
-        recorder = self.recorder
-        mean, model, driven = recorder.record.mean[: recorder.done, 0], recorder.loop.model, recorder.driven()
-        unresolved = self.unresolved or unresolved_reason(recorder.alternating, model, mean, driven, 0.0)
-        return resolution(recorder.alternating, model, mean, driven, unresolved, self.difference)
+        alternating = self._alternation(0, 0.0)
+        return resolution(alternating, self.recorder.loop.model, self.reason or doubt(alternating), self.difference)

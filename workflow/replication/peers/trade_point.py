@@ -15,6 +15,7 @@ from replication.study.settings import PEER_LAWS, PICTURED
 from trackdyn.errors import InputError
 from trackdyn.files import write_csv
 from trackdyn.measure.sensor import whole_samples
+from trackdyn.measure.uncertainty import weight_of_finer
 from trackdyn.rig.rig import Rig, load_rig
 
 ORDER = 2  # generalized-alpha method of Exudyn (Chung and Hulbert, J. Appl. Mech. 60, 1993)
@@ -49,7 +50,7 @@ def peer_point(rig: Rig, steps_s: Sequence[float]) -> pd.DataFrame:
         cpu[step] = process_time() - begin
         rms[step] = links_rms(run.centre[first:, ::2], rate)
     fine, coarse = sorted(rms)
-    limit = rms[fine] + (rms[fine] - rms[coarse]) / ((coarse / fine) ** ORDER - 1)
+    limit = rms[fine] + weight_of_finer(fine, coarse, ORDER) * (rms[fine] - rms[coarse])
     return pd.DataFrame([{"step_s": coarse, "error": abs(rms[coarse] / limit - 1), "cpu_s": cpu[coarse]}])
 
 

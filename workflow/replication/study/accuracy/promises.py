@@ -55,7 +55,7 @@ def judge_promises(
                 error = abs(value - limit.value) / scale_of(measure, limit.value)
                 row |= {"cpu_s": process_time() - begin, "duration_s": seconds, "achieved_error": error}
                 row |= {"met": bool(np.isfinite(error) and error <= tolerance), "step_s": chosen.scene.step}
-                row |= {"setting": chosen.chosen.setting.name, "expected_error": chosen.chosen.error[measure].bias}
+                row |= {"setting": chosen.chosen.name, "expected_error": chosen.chosen.error[measure].bias}
                 row |= {"expected_cpu_s": chosen.cpu_s, "trial_cpu_s": chosen.trial_cpu_s}
             except InputError as error:
                 row["reason"] = str(error)
