@@ -5,15 +5,14 @@ On one kind of machine equal runs are equal byte for byte. Between kinds of proc
 """
 
 import re
-from collections import Counter
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
 
-from replication.certify.manifest import File, describe, file_hash, read_cells
+from replication.certify.manifest import ENDS, File, describe, file_hash, read_cells
 from trackdyn.rig.validation import shown
 
 # Written before the runs that test it: tables are written with six digits or more, a last digit that turns over is at
@@ -21,40 +20,35 @@ from trackdyn.rig.validation import shown
 RELATIVE = 2e-5
 # Columns that hold rounding and nothing else, and how large it may be: the tests hold the loop closed to 1e-10 m.
 ROUNDING = {"loop_gap_max_m": 1e-10, "gap_before_projection_m": 1e-9, "loop_gap_m": 1e-10, "gap_m": 1e-10}
-# a smaller difference counts as none, relative to the largest value of its column
-NOTHING = 1e-9
-# share by which the size of a picture, page or recording may differ: other last digits hardly change how it packs
-SIZE = 0.1
-# how whole files end
-TEXTS = {
-    ".csv": rb"\n", ".md": rb"\n", ".json": rb"[}\]]\s*", ".svg": rb"</svg>\s*", ".html": rb"</html>\s*",
-}  # fmt: skip
-ENDS = TEXTS | {
-    ".png": rb"IEND\xaeB`\x82", ".gif": rb";", ".npz": rb"PK\x05\x06.{18}", ".pdf": rb"%%EOF\s*",
-}  # fmt: skip
+NOTHING = 1e-9  # a smaller difference counts as none, relative to the largest value of its column
+SIZE = 0.1  # by which the size of a picture or recording may differ: other last digits hardly change how it packs
+TEXTS = {".csv", ".md", ".json", ".svg"}
 EQUAL, WITHIN, BYTES, DIFFERS, MISSING, EXTRA = "equal", "within", "bytes", "differs", "missing", "extra"
+WORDS = {
+    EQUAL: "equal", WITHIN: "within the tolerance between processors",
+    BYTES: "known by their bytes alone, which differ", DIFFERS: "different", MISSING: "missing",
+    EXTRA: "not in the manifest",
+}  # fmt: skip
+WRONG = (DIFFERS, MISSING)  # statuses that contradict a manifest
+WRONG_EXACTLY = (*WRONG, WITHIN, BYTES)  # where runs must be equal byte for byte
 
 
-@dataclass(frozen=True)
-class Finding:
+class Finding(NamedTuple):
     """Result of the comparison of one file."""
 
     name: str  # the file below the results
-    # ``equal`` byte for byte (columns of times left out); ``within`` the tolerance between processors; ``bytes``: they
-    # differ, and the tables tell whether it matters; ``differs``; ``missing``; ``extra``: not in the manifest
-    status: str
-    text: str = ""  # by how much, and where
+    status: str  # of `WORDS`
+    text: str = ""  # by how much it differs, and where
 
 
 def compare_files(results: Path | str, expected: Mapping[str, File]) -> list[Finding]:
-    """Compare the files of ``results`` with those of another run (`manifest.describe`): a finding for every file."""
-    findings, ours = [], describe(results)
-    for name in sorted({*ours, *expected}):
-        status, text = _judge(name, ours.get(name), expected.get(name))
-        if status in (WITHIN, BYTES) and (fault := _damage(Path(results, name))):
-            status, text = DIFFERS, fault
-        findings.append(Finding(name, status, text))
-    return findings
+    """Compare the files of ``results`` with those of another run (`manifest.describe`): a finding for every file.
+
+    Columns of times are left out.
+    """
+    ours = describe(results)
+    names = sorted({*ours, *expected})
+    return [Finding(name, *_judge(Path(results, name), ours.get(name), expected.get(name))) for name in names]
 
 
 def compare_inputs(results: Path | str, inputs: Mapping[str, str]) -> list[Finding]:
@@ -72,31 +66,28 @@ def compare_inputs(results: Path | str, inputs: Mapping[str, str]) -> list[Findi
     return findings
 
 
-def findings_summary(findings: Iterable[Finding]) -> str:
-    """Count the findings of each status, in one line."""
-    counts = Counter(finding.status for finding in findings)
-    words = {
-        EQUAL: "equal", WITHIN: "within the tolerance between processors",
-        BYTES: "known by their bytes alone, which differ", DIFFERS: "different", MISSING: "missing",
-        EXTRA: "not in the manifest",
-    }  # fmt: skip
-    return ", ".join(f"{counts[status]} {word}" for status, word in words.items() if counts[status])
-
-
-def failed(findings: Iterable[Finding], exact: bool = False) -> list[Finding]:
-    """Return the findings that contradict the manifest.
-
-    ``exact`` ones are those within the tolerance, too, and those whose bytes differ.
-    """
-    bad = {DIFFERS, MISSING} | ({WITHIN, BYTES} if exact else set())
-    return [finding for finding in findings if finding.status in bad]
+def _judge(path: Path, ours: File | None, theirs: File | None) -> tuple[str, str]:
+    """Status and text of a file from its entries of two manifests."""
+    if ours is None or theirs is None:
+        return (MISSING, "") if ours is None else (EXTRA, "")
+    if ours.sha256 == theirs.sha256:
+        return EQUAL, ""
+    if fault := _damage(path):
+        return DIFFERS, fault
+    if ours.text is not None and theirs.text is not None:
+        try:
+            return _tables(read_cells(ours.text), read_cells(theirs.text))
+        except ValueError:  # pandas' own are such, too
+            return DIFFERS, "is no table"
+    # a page in Markdown stands beside the table of its numbers
+    if abs(ours.bytes - theirs.bytes) > SIZE * theirs.bytes and path.suffix != ".md":
+        return DIFFERS, f"has {ours.bytes} bytes, expected {theirs.bytes}"
+    return BYTES, "bytes differ; the manifest holds no numbers of it"
 
 
 def _damage(path: Path) -> str:
-    """Why a file is no whole one of its kind, such as an empty or a cut one; nothing if it is."""
+    """Why a file is no whole one of its kind, such as a cut one; nothing if it is."""
     data = path.read_bytes()
-    if not data:
-        return "is empty"
     if path.suffix in TEXTS:
         try:
             data.decode("utf-8")
@@ -105,24 +96,8 @@ def _damage(path: Path) -> str:
     return "" if re.search(ENDS[path.suffix] + rb"\Z", data[-1024:], re.DOTALL) else "is cut or damaged"
 
 
-def _judge(name: str, ours: File | None, theirs: File | None) -> tuple[str, str]:
-    """Status and text of a file from its entries of two manifests."""
-    if ours is None or theirs is None:
-        return (MISSING, "") if ours is None else (EXTRA, "")
-    if ours.sha256 == theirs.sha256:
-        return EQUAL, ""
-    if ours.text is None or theirs.text is None:
-        # a page in Markdown stands beside the table of its numbers
-        if abs(ours.bytes - theirs.bytes) > SIZE * theirs.bytes and not name.endswith(".md"):
-            return DIFFERS, f"has {ours.bytes} bytes, expected {theirs.bytes}"
-        return BYTES, "bytes differ; the manifest holds no numbers of it"
-    try:
-        return _tables(read_cells(ours.text), read_cells(theirs.text))
-    except ValueError:  # pandas' own are such, too
-        return DIFFERS, "is no table"
-
-
 def _tables(ours: pd.DataFrame, theirs: pd.DataFrame) -> tuple[str, str]:
+    """Status and text of a table."""
     if list(ours) != list(theirs):
         other = sorted(set(ours) ^ set(theirs))
         return DIFFERS, f"columns differ: {', '.join(other[:3])}" if other else "the order of the columns differs"

@@ -25,18 +25,19 @@ from trackdyn.version import __version__
 FORMAT = 3
 NAME = "manifest.json"
 LARGEST = 50_000_000  # bytes of a manifest that is read; that of the full run has less than one million
-# a longer table is known by its hash only
-LONGEST_TEXT = 120_000
+LONGEST_TEXT = 120_000  # bytes; a longer table is known by its hash only
 PACKAGES = ("numpy", "scipy", "numba", "pandas", "matplotlib", "snakemake")
-KINDS = {".png", ".svg", ".gif", ".csv", ".md", ".json", ".npz", ".html", ".pdf"}
-# Files that hold times of computing or what follows from them, which no two runs share: the planner takes what was
-# cheapest, the page and the article show the costs.
-TIMES = re.compile(
-    r"(.*/)?(tables/fidelity\.md|figures/trade\.(png|svg)|planner\.csv|promises_[^/]+\.csv)"
-    r"|report\.html|article\.(pdf|json)"
+ENDS = {  # kinds of files, and how whole ones end
+    ".csv": rb"\n", ".md": rb"\n", ".json": rb"[}\]]\s*", ".svg": rb"</svg>\s*", ".png": rb"IEND\xaeB`\x82",
+    ".gif": rb";", ".npz": rb"PK\x05\x06.{18}",
+}  # fmt: skip
+# Files that no two runs share: caches, costs, and what shows times of computing or follows from them (the planner takes
+# what was cheapest); and files that are being written.
+LEFT_OUT = re.compile(
+    r"(kernels|benchmarks)/.*|README\.md|manifest\.json|article\.json|(.*/)?\..*"
+    r"|(.*/)?(tables/fidelity\.md|figures/trade\.(png|svg)|planner\.csv|promises_[^/]+\.csv)"
 )
 TIMED_COLUMN = re.compile(r"(start_)?(wall|cpu)_s(_per_s)?|resident_mb")
-
 
 Hash = Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
 
@@ -58,33 +59,25 @@ class Manifest(Section):
     files: dict[str, File]
 
 
-def run_files(results: Path | str) -> list[str]:
-    """List the files that a run has made, without logs, files of another run, and files that hold times.
+def describe(results: Path | str) -> dict[str, File]:
+    """Describe the files that a run has made in a results folder, by name.
 
-    Raises `InputError`: there is no such folder, or no file in it.
+    A folder in it that has kernels of its own, such as ``results/quick``, is another run. Raises `InputError`: there is
+    no such folder, or no file in it.
     """
     results = Path(results)
     if not results.is_dir():
         raise InputError(f"{results}: no such folder; give the results of a run, such as results")
-    # a folder with kernels of its own, such as results/quick, is another run
     others = [path.parent for path in results.rglob("kernels") if path.parent != results]
-    names = []
+    files = {}
     for path in sorted(results.rglob("*")):
-        relative = path.relative_to(results)
-        aside = relative.parts[0] in ("logs", "benchmarks", "kernels", "README.md", NAME)
-        hidden = any(component.startswith(".") for component in relative.parts)
+        name = path.relative_to(results).as_posix()
         foreign = any(path.is_relative_to(other) for other in others)
-        timed = TIMES.fullmatch(relative.as_posix())
-        if path.suffix in KINDS and path.is_file() and not (aside or hidden or foreign or timed):
-            names.append(relative.as_posix())
-    if not names:
+        if path.suffix in ENDS and path.is_file() and not (foreign or LEFT_OUT.fullmatch(name)):
+            files[name] = _entry(path)
+    if not files:
         raise InputError(f"{results}: holds no figure, table or recording; make them with `snakemake -j2`")
-    return names
-
-
-def describe(results: Path | str) -> dict[str, File]:
-    """Describe the files of a results folder (`run_files`, which raises `InputError`), by name."""
-    return {name: _entry(Path(results, name)) for name in run_files(results)}
+    return files
 
 
 def file_hash(path: Path | str) -> str:
@@ -126,16 +119,14 @@ def read_cells(text: str) -> pd.DataFrame:
 
 
 def _entry(path: Path) -> File:
-    data = path.read_bytes()
-    text = None
+    data, text = path.read_bytes(), None
     if path.suffix == ".csv":
         text = re.sub("^(#.*\n)+", "", data.decode("utf-8", errors="replace"))
         times = [name for name in text.partition("\n")[0].split(",") if TIMED_COLUMN.fullmatch(name)]
         if times:
             text = read_cells(text).drop(columns=times).to_csv(index=False, lineterminator="\n")
             data = text.encode("utf-8")
-        if len(data) > LONGEST_TEXT:
-            text = None
+    text = None if len(data) > LONGEST_TEXT else text
     return File(sha256=hashlib.sha256(data).hexdigest(), bytes=len(data), text=text)
 
 

@@ -1,5 +1,6 @@
-"""The command of the replication: ``trackdyn verify``."""
+"""The command that the replication adds to ``trackdyn``: ``verify``."""
 
+from collections import Counter
 from pathlib import Path
 from typing import Annotated
 
@@ -19,18 +20,23 @@ def verify(
 
     Example: `trackdyn verify results --against other/results` compares two runs of the pipeline, file by file.
     """
-    from replication.certify.comparison import EQUAL, compare_files, compare_inputs, failed, findings_summary
+    from replication.certify import comparison
     from replication.certify.manifest import NAME, describe, load_manifest
 
     reference = results / NAME if against is None else against
     if reference.is_dir():
-        findings = compare_files(results, describe(reference))
+        findings = comparison.compare_files(results, describe(reference))
     else:
         manifest = load_manifest(reference)
-        findings = compare_inputs(results, manifest.inputs) + compare_files(results, manifest.files)
+        findings = comparison.compare_inputs(results, manifest.inputs)
+        findings += comparison.compare_files(results, manifest.files)
     for finding in findings:
-        if finding.status != EQUAL:
+        if finding.status != comparison.EQUAL:
             typer.echo(f"{finding.status:>8}  {finding.name}  {finding.text}".rstrip())
-    typer.echo(findings_summary(findings))
-    if bad := failed(findings, exact):
-        raise InputError(f"{results}: {len(bad)} of {len(findings)} files are not those of {reference}")
+    counts = Counter(finding.status for finding in findings)
+    typer.echo(", ".join(f"{counts[status]} {words}" for status, words in comparison.WORDS.items() if counts[status]))
+    if bad := sum(counts[status] for status in (comparison.WRONG_EXACTLY if exact else comparison.WRONG)):
+        raise InputError(f"{results}: {bad} of {len(findings)} files are not those of {reference}")
+
+
+COMMANDS = "Replication", {"": ("", (verify,))}
