@@ -1,8 +1,8 @@
 """Sources that a stored result depends on: the files that a script or a module imports, read without running them.
 
-Snakemake sees an edit in the script of a rule, but not one in what the script imports. Rules therefore name
-these files among their inputs, stored rows carry their hash, and this module finds them, so that no list can fall
-behind. Compiled kernels and recordings carry the hash of the kernels' folders.
+Snakemake sees an edit in the script of a rule, but not one in what the script imports. Rules and stored rows therefore
+carry the hash of these files, and this module finds them, so that no list can fall behind. Compiled kernels and
+recordings carry the hash of the kernels' folders.
 """
 
 import ast

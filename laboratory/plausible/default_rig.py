@@ -139,6 +139,7 @@ def searched_rig(config: PlausibleConfig, ends: pd.DataFrame) -> str:
     return rig_text(Path(config.rig).read_text(encoding="utf-8"), entries, ABOUT)
 
 
+@run_job
 def main(job) -> None:
     """Rule `default_rig`."""
     config, claims = load_plausible(job.input.config), judged_claims(job.input.claims)
@@ -149,7 +150,3 @@ def main(job) -> None:
     write_table(pd.concat(searched, ignore_index=True), job.output.rows)
     write_table(ends, job.output.ends)
     write_text(Path(job.output.rig), searched_rig(config, ends))
-
-
-if __name__ == "__main__":
-    run_job(main)

@@ -89,6 +89,7 @@ def run_neighbours(config: PlausibleConfig, path: Path | str, jobs: int, store: 
     return pd.DataFrame(table)
 
 
+@run_job
 def main(job) -> None:
     """Rule `plausible_tables`."""
     config, path = load_plausible(job.input.config), job.input.claims
@@ -98,7 +99,3 @@ def main(job) -> None:
     made |= {"tooth": run_tooth_detail(config, *how), "near": run_neighbours(config, path, *how)}
     for name, table in made.items():
         write_table(table, job.output[name])
-
-
-if __name__ == "__main__":
-    run_job(main)

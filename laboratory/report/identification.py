@@ -167,6 +167,7 @@ def _rows(table: pd.DataFrame) -> list[dict]:
     return table.astype(object).where(table.notna(), None).to_dict("records")
 
 
+@run_job
 def main(job) -> None:
     """Rule `identify_synthetic`."""
     inputs, out = job.input, Path(job.output.page).parent
@@ -177,7 +178,3 @@ def main(job) -> None:
     measured = [replace(record, speed=record.speed._replace(choices=choices)) for record in measured]
     settings = Settings(config.simulations, 1, 3000, job.threads, config.seed, False)
     write_identification(measured, inputs.rig, unknowns, out, Path(job.params.store), settings, "synthetic")
-
-
-if __name__ == "__main__":
-    run_job(main)

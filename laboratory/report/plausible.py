@@ -133,13 +133,10 @@ def _radius_text(draws: pd.DataFrame) -> str:
     )
 
 
+@run_job
 def main(job) -> None:
     """Rule `plausible_figure`."""
     figure = shares_figure(
         pd.read_csv(job.input.sentences, dtype={"name": str}), pd.read_csv(job.input.default), job.params.rig
     )
     save(figure, job.output[0])
-
-
-if __name__ == "__main__":
-    run_job(main)

@@ -6,7 +6,6 @@ PARTS_RIG = "config/rigs/parts.yaml"
 rule calibration:
     """Truths drawn from the prior, and how often the intervals hold them. What was simulated is kept in between."""
     input:
-        lab_needs("report/figures/identification.py"),
         PARTS_RIG,
         config="config/calibration.yaml",
         kernels=KERNELS,
@@ -26,7 +25,6 @@ rule calibration:
 rule identify_synthetic:
     """The synthetic records, which no rig made: what an identification says of them."""
     input:
-        lab_needs("report/identification.py"),
         rig=PARTS_RIG,
         config="config/calibration.yaml",
         kernels=KERNELS,

@@ -6,7 +6,6 @@ PLAUSIBLE = ("draws", "sentences", "claims", "values", "tooth", "near")
 rule plausible_tables:
     """Rigs drawn from the ranges of real parts, in every scenario; tooth profiles; neighbours of the default rig."""
     input:
-        lab_needs("plausible/study.py"),
         config="config/plausible.yaml",
         claims="config/claims.yaml",
         rigs=load_plausible("config/plausible.yaml").rigs,
@@ -26,7 +25,6 @@ rule plausible_tables:
 rule plausible_figure:
     """Share of plausible tracks that show each sentence, beside the default rig."""
     input:
-        lab_needs("report/plausible.py"),
         sentences=f"{L}/{{short}}plausible_sentences.csv",
         default=f"{R}/sentences.csv",
     output: multiext(f"{L}/{{short}}figures/plausible", ".png", ".svg")
@@ -39,7 +37,6 @@ rule plausible_figure:
 rule default_rig:
     """File of the default rig, and the rows of the search that makes it (some two processor hours; ask for it by name)."""
     input:
-        lab_needs("plausible/default_rig.py"),
         config="config/plausible.yaml",
         claims="config/claims.yaml",
         kernels=[KERNELS, method_kernels("linearly_implicit")],

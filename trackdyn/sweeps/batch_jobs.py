@@ -48,10 +48,7 @@ def gather(job) -> None:
 TASKS = {"split": split, "warm_up": warm_up, "batch": batch, "gather": gather}
 
 
+@run_job
 def main(job) -> None:
     """Rules of `workflow/sweep.smk`."""
     TASKS[job.params.task](job)
-
-
-if __name__ == "__main__":
-    run_job(main)

@@ -19,10 +19,12 @@ BEGAN = time.perf_counter() - time.process_time()
 
 
 def run_job(task):
-    """Run the task of a rule, a function of its job: the ``snakemake`` of the script that runs.
+    """Decorate the task of a rule, the last function of a script: where the script runs, its task runs with its job.
 
     Standard output goes to the log; a mistake ends in one sentence there and on the screen.
     """
+    if task.__module__ != "__main__":
+        return task
     from trackdyn.errors import TrackdynError
 
     job = sys.modules["__main__"].snakemake
@@ -36,6 +38,7 @@ def run_job(task):
             print(f"{job.rule}: {error}", file=sys.stderr)
             sys.exit(1)
     _spent(Path(job.log[0]))
+    return task
 
 
 def _spent(log):

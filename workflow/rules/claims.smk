@@ -4,7 +4,6 @@
 rule claims:
     """Every statement of the paper: shown, not shown, not comparable."""
     input:
-        needs("report/claims.py"),
         claims="config/claims.yaml",
         metrics=f"{R}/metrics.csv",
         events=f"{R}/events.csv",

@@ -1,9 +1,4 @@
-# Names that the rules share. A rule's script is the module that computes or draws; what it imports stands among the inputs.
-
-
-def needs(script, folder="workflow/replication"):
-    """Sources that a script imports: Snakemake sees an edit of the script, but not one of these."""
-    return [str(file.relative_to(ROOT)) for file in imported_files(ROOT / folder / script, ROOT)]
+# Names that the rules share. A rule's script is the module that computes or draws.
 
 
 onstart:

@@ -6,7 +6,6 @@ EXTREMES = ("solvers", "stability")
 rule extremes_part:
     """Some families of the extremes."""
     input:
-        needs("study/extremes/run.py"),
         rig=CONFIG.rig,
         kernels=SEVERAL_METHODS,
     output: f"{R}/{{short}}extremes/{{family}}.csv"
@@ -20,7 +19,6 @@ rule extremes_part:
 rule extremes_form:
     """The edges of every parameter: all parts together."""
     input:
-        needs("report/figures/extremes.py"),
         parts=lambda wildcards: [
             f"{R}/{wildcards.short}extremes/{family}.csv" for family in parts_of(form_of("extremes", wildcards))
         ],

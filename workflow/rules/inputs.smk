@@ -25,12 +25,14 @@ def content_hash(file):
 
 
 def contents(wildcards, reader):
-    """Hash of the inputs of a job of a rule that no rule makes, and of what a rig among them is read from."""
+    """Hash of what a job reads and no rule makes: inputs, what a rig among them is read from, what its script imports."""
     items = [item(wildcards) if callable(item) else item for item in reader.input]
     files = {Path(file) for item in items for file in ([item] if isinstance(item, str) else item)}
     stated = {file for file in files if str(file) in RUN_INPUTS or not file.is_relative_to(R)}
     if Path(CONFIG.rig) in stated:
         stated.update(CONFIG.files["rig"])
+    if reader.script: # Snakemake sees an edit of the script, but not one of these
+        stated.update(imported_files((Path(reader.snakefile).parent / reader.script).resolve(), ROOT))
     return sha256(repr([(below_root(file), content_hash(file)) for file in sorted(stated)]).encode()).hexdigest()
 
 

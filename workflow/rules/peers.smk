@@ -5,7 +5,6 @@
 rule peer_runs:
     """The same loop in Exudyn. Without Exudyn, our side alone."""
     input:
-        needs("peers/comparison.py"),
         rig=CONFIG.rig,
         kernels=KERNELS,
     output:
@@ -23,7 +22,6 @@ rule peer_runs:
 rule peer:
     """Vertical displacement and computing time of both codes."""
     input:
-        needs("report/figures/peer.py"),
         rig=CONFIG.rig,
         **rules.peer_runs.output,
     output:
@@ -40,7 +38,6 @@ rule peer:
 rule peer_trade:
     """The point of Exudyn in the picture of accuracy against cost; without Exudyn there is none."""
     input:
-        needs("peers/trade_point.py"),
         rig=CONFIG.rig,
         kernels=KERNELS,
     output: f"{R}/peers/trade.csv"

@@ -14,7 +14,6 @@ RUNS = {kind: [run for run in SCENES if re.fullmatch(pattern, run)] for kind, pa
 rule measure:
     """The numbers of some runs, a row a run."""
     input:
-        needs("pipeline/metrics.py"),
         recordings=lambda wildcards: [recording(run) for run in RUNS[wildcards.kind]],
     output: csv=f"{R}/measured/{{kind}}.csv"
     params: runs=lambda wildcards: RUNS[wildcards.kind]
@@ -27,7 +26,6 @@ rule measure:
 rule metrics:
     """All numbers that claims and the page are made of, and the events of the meshing process."""
     input:
-        needs("pipeline/metrics.py"),
         parts=[f"{R}/measured/{kind}.csv" for kind in ("records", "ring")],
         recordings=[recording(run) for run in RUNS["meshing"]],
     output:
@@ -44,7 +42,6 @@ rule metrics:
 rule parameters:
     """Every parameter with its kind: what is printed, derived, assumed and fitted."""
     input:
-        needs("report/parameters.py"),
         rig=CONFIG.rig,
     output:
         csv=f"{R}/tables/parameters.csv",
@@ -59,7 +56,6 @@ rule parameters:
 rule sensor_records:
     """The sensor's records at the simulation's rate, and what reading them did."""
     input:
-        needs("report/sensor_records.py"),
         rig=CONFIG.rig,
         sensors=CONFIG.sensor_files,
         mapping=CONFIG.files["sensor_mapping"],
@@ -79,7 +75,6 @@ rule sensor_records:
 rule statistics:
     """Table 3 and the dominant peaks, beside the sensor's; Table 4, what the coarser tooth contact changes."""
     input:
-        needs("report/statistics.py"),
         metrics=f"{R}/measured/records.csv",
         sensors=RECORDS,
     output:
@@ -101,7 +96,6 @@ rule statistics:
 rule closure:
     """Figure 15: the closure error."""
     input:
-        needs("report/figures/closure.py"),
         recordings=[recording(run) for run in SPEEDS],
     output: figure("fig15")
     params: speeds=CONFIG.records.speeds_rpm
@@ -113,7 +107,6 @@ rule closure:
 rule sensor_figures:
     """Figures 17 and 18: time histories and spectra of every speed beside the sensor's."""
     input:
-        needs("report/figures/records.py"),
         recordings=[recording(run) for run in SPEEDS],
         sensors=RECORDS,
     output:

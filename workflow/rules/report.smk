@@ -17,7 +17,6 @@ MOVING = {
 rule animation_run:
     """A short run in steady motion with every pitch recorded."""
     input:
-        needs("pipeline/runs.py"),
         rig=CONFIG.rig,
         kernels=KERNELS,
     output: recording("animation")
@@ -30,7 +29,6 @@ rule animation_run:
 rule animation:
     """One turn of the sprocket as a GIF."""
     input:
-        needs("report/figures/animation.py"),
         ring=rules.animation_run.output[0],
     output: f"{R}/figures/animation.gif"
     log: f"{R}/logs/animation.log"
@@ -52,7 +50,6 @@ SHARES = {name: PLAUSIBLE[name] for name in ("sentences", "claims")}
 rule page:
     """Page of results: verdicts, figures, tables and their origin."""
     input:
-        needs("report/page/builder.py"),
         rules.records.input,
         rules.ring.input,
         rules.claims.output,
@@ -87,7 +84,6 @@ IN_ARTICLE = ("trade", "extremes")
 rule article:
     """The article: values in one file, PDF from them."""
     input:
-        needs("report/article.py"),
         template="workflow/article/article.typ",
         references="workflow/article/references.bib",
         claims=f"{R}/claims.csv",
@@ -117,7 +113,6 @@ def article_of_run(wildcards):
 rule manifest:
     """Hashes of all that was made, and the numbers of the tables: what another run is verified against."""
     input:
-        needs("certify/manifest.py"),
         rules.report_page.input,
         article_of_run,
         inputs=RUN_INPUTS,

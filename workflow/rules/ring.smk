@@ -4,7 +4,6 @@
 rule meshing_figures:
     """Figures 19 to 22: forces, areas and screenshots of one passage, without and with the ring."""
     input:
-        needs("report/figures/screenshots.py"),
         no_ring=recording("meshing/no_ring"),
         ring=recording("meshing/ring"),
     output: **{name: figure(name) for name in ("fig19", "fig20", "fig21", "fig22")}
@@ -16,7 +15,6 @@ rule meshing_figures:
 rule ring_figures:
     """Figures 23 and 24: force and duration against the radius."""
     input:
-        needs("report/figures/ring_study.py"),
         metrics=f"{R}/measured/ring.csv",
     output: **{name: figure(name) for name in ("fig23_a", "fig23_b", "fig24")}
     log: f"{R}/logs/ring_figures.log"

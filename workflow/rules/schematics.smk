@@ -4,7 +4,6 @@
 rule schematics:
     """Every schematic figure, drawn from the rig in seconds."""
     input:
-        needs("report/figures/schematics.py"),
         rig=CONFIG.rig,
     output: [figure(f"fig{number:02d}") for number in (*range(1, 13), 16)]
     log: f"{R}/logs/schematics.log"

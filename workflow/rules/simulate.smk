@@ -12,7 +12,6 @@ def compiling(method):
 rule warm_up:
     """Compile the kernels once: parallel jobs on a cold cache would each compile them."""
     input:
-        needs("pipeline/runs.py"),
         rig=CONFIG.rig,
     output: KERNELS
     params: scenes=[compiling("semi_implicit")]
@@ -23,7 +22,6 @@ rule warm_up:
 
 use rule warm_up as warm_up_method with:
     input:
-        needs("pipeline/runs.py"),
         KERNELS,
         rig=CONFIG.rig,
     output: method_kernels("{method}")
@@ -41,7 +39,6 @@ def scenes_of(runs):
 rule simulate:
     """One run: settle, start, record."""
     input:
-        needs("pipeline/runs.py"),
         rig=CONFIG.rig,
         kernels=KERNELS,
     output: recording("{run}")
@@ -58,7 +55,6 @@ OF_A_SPEED = [f"ring/{{rpm}}rpm_{ring_name(radius)}" for radius in CONFIG.ring_s
 rule ring_runs:
     """Every ring of the study at one speed: a process for each would spend a third of its time on its start."""
     input:
-        needs("pipeline/steady_runs.py"),
         rig=CONFIG.rig,
         kernels=KERNELS,
     output: [recording(run) for run in OF_A_SPEED]

@@ -12,7 +12,6 @@ LADDER_KERNELS = {
 rule fidelity_setting:
     """One setting of the ladder at every speed, with and without the ring."""
     input:
-        needs("study/accuracy/ladder.py"),
         rig=CONFIG.rig,
         kernels=lambda wildcards: LADDER_KERNELS.get(wildcards.setting, KERNELS),
     output: f"{R}/fidelity/{{setting}}.csv"
@@ -30,7 +29,6 @@ rule fidelity_setting:
 rule fidelity:
     """Every setting of the ladder against the paper's fidelity: difference and cost."""
     input:
-        needs("report/fidelity.py"),
         settings=[f"{R}/fidelity/{setting}.csv" for setting in CONFIG.ladder_settings],
     output:
         csv=f"{R}/fidelity.csv",
@@ -44,7 +42,6 @@ rule fidelity:
 rule trade_scene:
     """Work-precision data of one scene."""
     input:
-        needs("study/accuracy/trade.py"),
         rig=CONFIG.rig,
         kernels=[*SEVERAL_METHODS, method_kernels("spatial")],
     output: f"{R}/{{short}}trade/trade_{{scenes}}.csv"
@@ -58,7 +55,6 @@ rule trade_scene:
 rule trade_promises:
     """The planner on one scene kept apart."""
     input:
-        needs("study/accuracy/promises.py"),
         rig=CONFIG.rig,
         kernels=SEVERAL_METHODS,
     output: f"{R}/{{short}}trade/promises_{{scenes}}.csv"
@@ -72,7 +68,6 @@ rule trade_promises:
 rule trade_form:
     """Data, and the planner on scenes kept apart. Costs are CPU time: others may run beside."""
     input:
-        needs("report/figures/trade.py"),
         parts=lambda wildcards: [
             f"{R}/{wildcards.short}trade/trade_{name}.csv" for name in measured_scenes(form_of("trade", wildcards))
         ],
@@ -96,7 +91,6 @@ rule trade_form:
 rule default_step:
     """Every included rig at its default step against its limits, by name: some minutes."""
     input:
-        needs("study/accuracy/default_step.py"),
         rigs=sorted(str(path.relative_to(ROOT)) for path in (ROOT / "trackdyn" / "rigs").glob("*.yaml")),
         kernels=KERNELS,
     output: f"{R}/default_step.csv"

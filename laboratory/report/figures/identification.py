@@ -176,6 +176,7 @@ def rank_figure(ranks: pd.DataFrame, discrepancy: str) -> Figure:
     return figure
 
 
+@run_job
 def main(job) -> None:
     """Rule `calibration`."""
     config, out = validated(CalibrationConfig, read_yaml(job.input.config), job.input.config), job.output
@@ -184,7 +185,3 @@ def main(job) -> None:
     write_csv(out.ranks, result.ranks)
     write_captioned_table(result.summary, out.summary, "How often intervals of `trackdyn identify` hold the truth.")
     save(rank_figure(result.ranks, PRIOR), out.rank_figures[0])
-
-
-if __name__ == "__main__":
-    run_job(main)

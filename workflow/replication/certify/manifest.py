@@ -130,10 +130,7 @@ def _entry(path: Path) -> File:
     return File(sha256=hashlib.sha256(data).hexdigest(), bytes=len(data), text=text)
 
 
+@run_job
 def main(job) -> None:
     """Rule `manifest`."""
     print(write_manifest(Path(job.output[0]).parent, job.input.inputs))
-
-
-if __name__ == "__main__":
-    run_job(main)

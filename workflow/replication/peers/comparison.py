@@ -152,6 +152,7 @@ def _frame(scene: Scene, run: PeerRun, sprocket_angle: float) -> np.ndarray:
     return np.concatenate([pin, angle, [sprocket_angle]])
 
 
+@run_job
 def main(job) -> None:
     """Rule `peer_runs`."""
     out, result = job.output, compare_codes(load_rig(job.input.rig), **job.params.options)
@@ -160,7 +161,3 @@ def main(job) -> None:
     model = {"frame": result.frame.tolist(), "shift": result.shift, "missing": result.missing}
     write_text(out.model, json.dumps(model))
     print(result.summary.to_string(index=False))
-
-
-if __name__ == "__main__":
-    run_job(main)

@@ -54,10 +54,7 @@ def peer_point(rig: Rig, steps_s: Sequence[float]) -> pd.DataFrame:
     return pd.DataFrame([{"step_s": coarse, "error": abs(rms[coarse] / limit - 1), "cpu_s": cpu[coarse]}])
 
 
+@run_job
 def main(job) -> None:
     """Rule `peer_trade`."""
     write_csv(job.output[0], peer_point(load_rig(job.input.rig), job.params.steps_s))
-
-
-if __name__ == "__main__":
-    run_job(main)

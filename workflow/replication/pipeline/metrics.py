@@ -13,6 +13,7 @@ from trackdyn.measure.metrics import run_metrics
 from trackdyn.simulation.recording import load_recording
 
 
+@run_job
 def main(job) -> None:
     """Rules `measure`, and `metrics`, which gathers what that has measured beside the meshing process."""
     recordings = {run: load_recording(path) for run, path in zip(job.params.runs, job.input.recordings, strict=True)}
@@ -27,7 +28,3 @@ def main(job) -> None:
     events = [mean_events(recording).assign(run=run) for run, recording in recordings.items()]
     write_csv(out.events, table := pd.concat(events))
     write_text(out.events_schema, schema_text(table.columns, "events"))
-
-
-if __name__ == "__main__":
-    run_job(main)

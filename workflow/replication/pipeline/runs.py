@@ -9,6 +9,7 @@ from trackdyn.scene.scene import Scene
 from trackdyn.simulation.simulate import simulate
 
 
+@run_job
 def main(job) -> None:
     """Rules `simulate`, `animation_run`, `warm_up`: a recording a scene."""
     rig = load_rig(job.input.rig)
@@ -18,7 +19,3 @@ def main(job) -> None:
         recording = simulate(scene, progress=sys.stderr.isatty() and scene.duration > 60)
         recording.save(path)
         print(f"{path}: {scene.duration:g} s in {recording.wall:.3g} s")
-
-
-if __name__ == "__main__":
-    run_job(main)

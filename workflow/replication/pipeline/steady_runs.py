@@ -9,6 +9,7 @@ from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.settling import SettledLoops
 
 
+@run_job
 def main(job) -> None:
     """Rules `ring_runs`, `runs_without_ring`: the scenes share what they settle alike."""
     rig, rule, starts = load_rig(job.input.rig), StopRule(**job.params.stop_rule), SettledLoops()
@@ -16,7 +17,3 @@ def main(job) -> None:
         recording, converged = run_steady(Loop(Scene(rig, **fields), starts), rule)
         recording.save(path, compress=True)
         print(path, "converged" if converged else "ended by its longest duration", flush=True)
-
-
-if __name__ == "__main__":
-    run_job(main)

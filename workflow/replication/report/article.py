@@ -136,6 +136,7 @@ def write_article(values: dict[str, Any], values_path: Path, template: Path, fig
         temporary.write_bytes(made)
 
 
+@run_job
 def main(job) -> None:
     """Rule `article`."""
     inputs = job.input
@@ -143,7 +144,3 @@ def main(job) -> None:
     missing = json.loads(Path(inputs.model).read_text(encoding="utf-8"))["missing"]
     values, pdf = article_values(tables, missing, job.params.accuracy_pct), Path(job.output.pdf)
     write_article(values, Path(job.output.values), Path(inputs.template), pdf.parent, pdf)
-
-
-if __name__ == "__main__":
-    run_job(main)

@@ -20,6 +20,7 @@ SHOWN = [
 ]  # fmt: skip
 
 
+@run_job
 def main(job) -> None:
     """Rule `claims`."""
     params, output = job.params, job.output
@@ -40,7 +41,3 @@ def main(job) -> None:
     write_text(output.schema, schema_text(card.columns, "claims"))
     write_text(output.values_schema, schema_text(values.columns, "claims_values"))
     print(text)
-
-
-if __name__ == "__main__":
-    run_job(main)

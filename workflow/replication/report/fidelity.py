@@ -20,13 +20,10 @@ def ladder_table(rows: pd.DataFrame) -> pd.DataFrame:
     return wide.join(gap.rename("loop_gap_m")).join(cost).loc[cost.index].reset_index()
 
 
+@run_job
 def main(job) -> None:
     """Rule `fidelity`."""
     rows = compare_rungs(pd.concat(map(pd.read_csv, job.input.settings), ignore_index=True))
     write_csv(job.output.csv, rows)
     table = ladder_table(rows)
     write_captioned_table(table, job.output.wide, caption("fidelity"), shown=headed(table, "fidelity"))
-
-
-if __name__ == "__main__":
-    run_job(main)

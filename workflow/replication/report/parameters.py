@@ -21,13 +21,10 @@ def table1(groove: Groove) -> pd.DataFrame:
     return table
 
 
+@run_job
 def main(job) -> None:
     """Rule `parameters`."""
     table, groove = parameter_table(job.input.rig), load_rig(job.input.rig).groove_profile
     write_captioned_table(table, job.output.csv, caption("parameters"), digits=9)  # as they were given
     write_captioned_table(table1(groove), job.output.groove, caption("table1"), digits=4)
     print(table["kind"].value_counts())
-
-
-if __name__ == "__main__":
-    run_job(main)

@@ -18,6 +18,7 @@ from trackdyn.sensor.sensor_csv import read_sensor_csv, write_sensor_csv
 from trackdyn.sensor.sensor_mapping import load_mapping
 
 
+@run_job
 def main(job) -> None:
     """Rule `sensor_records`."""
     params, mapping, rows = job.params, load_mapping(*job.input.mapping), []
@@ -40,7 +41,3 @@ def main(job) -> None:
         comments = [f"{path}: {what}", *(f"{name}: {text}" for name, text in record.done.items())]
         write_sensor_csv(out, record.t_s, record.ax_g, record.ay_g, record.az_g, comments)
     write_captioned_table(pd.DataFrame(rows), job.output.csv, caption("sensor_records"))
-
-
-if __name__ == "__main__":
-    run_job(main)

@@ -114,6 +114,7 @@ def table4(metrics: pd.DataFrame, speeds: Iterable[float]) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
+@run_job
 def main(job) -> None:
     """Rule `statistics`."""
     params, output = job.params, job.output
@@ -127,7 +128,3 @@ def main(job) -> None:
         ("table4", table4(metrics, params.speeds), output.coarse, 3),
     ):
         write_captioned_table(table, path, caption(key, params.synthetic), digits, headed(table, key))
-
-
-if __name__ == "__main__":
-    run_job(main)

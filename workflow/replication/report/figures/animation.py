@@ -121,10 +121,7 @@ def write_animation(recording: Recording, path: Path | str) -> int:
     return len(indices)
 
 
+@run_job
 def main(job) -> None:
     """Rule `animation`."""
     print(write_animation(load_recording(job.input.ring), job.output[0]), "pictures")
-
-
-if __name__ == "__main__":
-    run_job(main)

@@ -43,12 +43,9 @@ def closure_figure(recordings: Mapping[int, Recording]) -> Figure:
     return figure
 
 
+@run_job
 def main(job) -> None:
     """Rule `closure`."""
     speeds = map(round, job.params.speeds)
     recordings = dict(zip(speeds, map(load_recording, job.input.recordings), strict=True))
     save(closure_figure(recordings), job.output[0])
-
-
-if __name__ == "__main__":
-    run_job(main)

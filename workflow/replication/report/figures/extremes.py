@@ -95,6 +95,7 @@ FIGURES = (solvers_figure, stability_figure)
 WORDS = dict.fromkeys(("family", "case", "outcome", "reason", "measure", "group"), str)
 
 
+@run_job
 def main(job) -> None:
     """Rule `extremes_form`."""
     form, out = ExtremesForm(**job.params.form), job.output
@@ -117,7 +118,3 @@ def main(job) -> None:
     write_captioned_table(short_runs, out.short_runs[0], short_runs_verdict(short_runs))
     for draw, path in zip(FIGURES, out.figures, strict=True):
         save(draw(rows), path)
-
-
-if __name__ == "__main__":
-    run_job(main)

@@ -122,6 +122,7 @@ def table2_outcome(costs: pd.DataFrame, missing: str, accuracy_pct: float) -> st
     return f"At an error below {accuracy_pct:g} % Exudyn takes {cost_ratio(costs):.3g} times the CPU time of trackdyn."
 
 
+@run_job
 def main(job) -> None:
     """Rule `peer`."""
     inputs, out = job.input, job.output
@@ -132,7 +133,3 @@ def main(job) -> None:
     frame = np.array(model["frame"])
     save(model_figure(load_rig(inputs.rig), frame, model["shift"], model["missing"]), out.figure13[0])
     save(displacement_figure(curves, summary, model["missing"]), out.figure14[0])
-
-
-if __name__ == "__main__":
-    run_job(main)

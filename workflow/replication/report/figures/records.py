@@ -13,6 +13,7 @@ from trackdyn.sensor.sensor_csv import read_sensor_csv
 from trackdyn.simulation.recording import load_recording
 
 
+@run_job
 def main(job) -> None:
     """Rule `sensor_figures`."""
     inputs, out = job.input, job.output
@@ -23,7 +24,3 @@ def main(job) -> None:
         title = lettered(f"{rpm:g} rpm", rpm)
         save(history_figure(recording, record, title, label), history)
         save(spectrum_figure(recording, record, title, label, peaks(rpm)), spectrum)
-
-
-if __name__ == "__main__":
-    run_job(main)

@@ -15,11 +15,8 @@ MARKS = {
 STEADY = printed.STEADY_LEFT_SHARE, printed.RADIUS_OF_STEADY_LEFT_SHARE
 
 
+@run_job
 def main(job) -> None:
     """Rule `ring_figures`."""
     for name, figure in figures(pd.read_csv(job.input.metrics), MARKS, STEADY).items():
         save(figure, job.output[name][0])
-
-
-if __name__ == "__main__":
-    run_job(main)

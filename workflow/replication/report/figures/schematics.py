@@ -22,12 +22,9 @@ FIGURES = {
 }  # fmt: skip
 
 
+@run_job
 def main(job) -> None:
     """Rule `schematics`."""
     rig, folder = load_rig(job.input.rig), Path(job.output[0]).parent
     for number, draw in FIGURES.items():
         save(draw(rig), folder / f"fig{number:02d}.png")
-
-
-if __name__ == "__main__":
-    run_job(main)

@@ -213,6 +213,7 @@ def draw_force(ax: Axes, side: str, point, end, linewidth=1.6, head=7.0, halo=3.
     ax.plot(*point, marker=LOOKS[side]["marker"], color=colour, zorder=drawing.Z_MARK + 1.2, **edge)
 
 
+@run_job
 def main(job) -> None:
     """Rule `meshing_figures`."""
     inputs, out = job.input, job.output
@@ -220,7 +221,3 @@ def main(job) -> None:
         recording = load_recording(path)
         save(passage_figure(recording), passage[0])
         save(screenshot_figure(recording.scene.rig, recording), screenshots[0])
-
-
-if __name__ == "__main__":
-    run_job(main)

@@ -124,6 +124,7 @@ def _name_points(axis: Axes, points: Sequence[tuple]) -> None:
         names.append(box)
 
 
+@run_job
 def main(job) -> None:
     """Rule `trade_form`."""
     inputs, out = job.input, job.output
@@ -134,7 +135,3 @@ def main(job) -> None:
     write_csv(out.planner, promises)
     peers = pd.read_csv(inputs.peers[0]) if inputs.peers else None
     save(trade_figure(rows, promises, peers), out.figure[0])
-
-
-if __name__ == "__main__":
-    run_job(main)

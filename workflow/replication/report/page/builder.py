@@ -244,6 +244,7 @@ def embedded_picture(path: Path) -> dict:
     return {"uri": uri, "width": few.width, "height": few.height, "inches": round(inches, 2), "part": label}
 
 
+@run_job
 def main(job) -> None:
     """Rule `page`."""
     params = job.params
@@ -252,7 +253,3 @@ def main(job) -> None:
     write_text(job.output[0], page)
     for item in missing_items(params.results):
         print(f"missing: {item.label}, {item.title} (rule {item.rule})")
-
-
-if __name__ == "__main__":
-    run_job(main)

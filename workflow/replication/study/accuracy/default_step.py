@@ -80,10 +80,7 @@ def _worst(rows: pd.DataFrame, rings: str) -> str:
     )
 
 
+@run_job
 def main(job) -> None:
     """Rule `default_step`."""
     write_csv(job.output[0], default_step_errors(shipped_rigs()))
-
-
-if __name__ == "__main__":
-    run_job(main)

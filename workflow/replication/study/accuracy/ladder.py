@@ -98,11 +98,8 @@ def compare_rungs(rungs: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
+@run_job
 def main(job) -> None:
     """Rule `fidelity_setting`."""
     rig, params, rule = load_rig(job.input.rig), job.params, StopRule(**job.params.stop_rule)
     write_csv(job.output[0], measure_setting(rig, job.wildcards.setting, params.speeds, params.radii, rule))
-
-
-if __name__ == "__main__":
-    run_job(main)

@@ -63,6 +63,7 @@ def judge_promises(
     return pd.DataFrame(rows, columns=PROMISES)
 
 
+@run_job
 def main(job) -> None:
     """Rule `trade_promises`."""
     form = TradeForm(**job.params.form)
@@ -70,7 +71,3 @@ def main(job) -> None:
     turns = form.statistics.loop_turns
     table = judge_promises(load_rig(job.input.rig), *scene, turns, form.limit_steps_s, form.promised)
     write_csv(job.output[0], table)
-
-
-if __name__ == "__main__":
-    run_job(main)

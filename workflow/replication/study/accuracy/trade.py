@@ -151,11 +151,8 @@ def _rows_of(point: list, run: AnswerCost | None, limits: dict[str, Limit], seco
     return rows
 
 
+@run_job
 def main(job) -> None:
     """Rule `trade_scene`."""
     requested = measured_scenes(TradeForm(**job.params.form))[job.wildcards.scenes]
     write_csv(job.output[0], statistic_trade(load_rig(job.input.rig), requested))
-
-
-if __name__ == "__main__":
-    run_job(main)

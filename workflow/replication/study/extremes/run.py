@@ -52,12 +52,9 @@ def _families(rig: Rig, form: ExtremesForm, family_name: str) -> dict[str, tuple
     return {"short runs": (map(run_short, short_run_chunks(form)[int(family_name.rpartition("_")[2])]),)}
 
 
+@run_job
 def main(job) -> None:
     """Rule `extremes_part`."""
     form = ExtremesForm(**job.params.form)
     table = run_part(load_rig(job.input.rig), form, job.wildcards.family, lambda text: print(text, flush=True))
     write_csv(job.output[0], table)
-
-
-if __name__ == "__main__":
-    run_job(main)
