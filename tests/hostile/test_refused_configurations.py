@@ -26,7 +26,7 @@ SETTINGS = [
         "0.305 comes after 0.309; give rising",
     ),
     ("records.speeds_rpm", [], "records.speeds_rpm", "at least 1 item"),
-    ("records", [1, 2], "records = [1, 2]", "valid dictionary"),
+    ("records", [1, 2], "records = [1, 2]", "a mapping of names to values"),
     ("records.lead_in_s", True, "records.lead_in_s = True"),
     ("sensor_is_synthetic", "yes", "sensor_is_synthetic = 'yes'"),
     (

@@ -15,7 +15,18 @@ CHANGES = [
     *[({"gravity": value}, "gravity", NUMBER) for value in NO_NUMBERS if not isinstance(value, dict)],
     ({"gravity": -1}, "gravity = -1", "greater than or equal to 0"),
     ({"gravity": 1e300}, "gravity = 1e+300", "less than or equal to"),
-    ({"chain": 5}, "chain = 5", "dictionary"),
+    *[
+        ({name: None}, f"{path} = None: must be a mapping of names to values")
+        for name, path in (
+            ("chain", "chain"),
+            ("wheels", "wheels"),
+            ("idler", "wheels.idler"),
+            ("road_wheel", "wheels.road_wheel"),
+            ("sensor", "sensors.sensor"),
+            ("surfaces", "surfaces"),
+        )
+    ],
+    ({"profile": 5}, "profile = 5: must be a mapping of names to values, or in Python an instance of ToothProfile"),
     ({"chain__pitches": 10**8}, "chain.pitches = 100000000", "20000"),
     ({"chain__pitches": 35.5}, "chain.pitches = 35.5", "must be a whole number"),
     ({"chain__link_mass": 0}, "chain.link_mass = 0", "greater than 0"),
@@ -105,7 +116,15 @@ RIGS = [
         "4 numbers each",
     ),
     ({"gravity": {}}, "gravity lacks kind, source, unit, value"),
-    ({"chain": None}, "chain = None", "dictionary"),
+    *[
+        ({name: None}, f"{path} = None: must be a mapping of names to values")
+        for name, path in (
+            ("chain", "chain"),
+            ("wheels", "wheels"),
+            ("idler", "wheels.idler"),
+            ("sensor", "sensors.sensor"),
+        )
+    ],
     ({"a\nb": 1}, "'a\\nb' is not a known parameter"),
     ({"chain": {"link_wieght": entry(10.0, "kg")}}, "chain.link_wieght is not a known parameter"),
     ({"chain": {"link_mass": entry(10.0, "kg")}}, "chain.pitches is missing; add it"),

@@ -57,9 +57,9 @@ SCENES = [
     ({"chain": "x" * 2000}, "chain = 'xxx", "double_pin"),
     ({"integrator": np.ma.masked_array([1, 2], mask=[0, 1])}, "integrator", "semi_implicit"),
     ({"motor_rpm": np.ma.array(115.0, mask=True), "chain": "x" * 2000}, "scene: "),
-    ({"rig": None}, "rig = None", "dictionary"),
-    ({"rig": "config/rigs/paper.yaml"}, "rig = 'config/rigs/paper.yaml'", "dictionary"),
-    ({"rig": Scene}, "rig", "dictionary"),
+    ({"rig": None}, "rig = None", "an instance of Rig"),
+    ({"rig": "config/rigs/paper.yaml"}, "rig = 'config/rigs/paper.yaml'", "an instance of Rig"),
+    ({"rig": Scene}, "rig", "an instance of Rig"),
     *[({name: 3}, f"{name} is not a known parameter", "") for name in ("speed", "solver", "joint", "tolerance")],
     ({"integrator": "adaptive"}, "integrator = 'adaptive'", "'rk4'"),
 ]

@@ -12,7 +12,6 @@ from math import acos, asin, atan2, cos, degrees, hypot, pi, sin, sqrt
 import numpy as np
 
 from trackdyn.errors import InputError
-from trackdyn.rig.roots import root
 
 CONVEX = (1, 4, 7, 10)
 
@@ -251,20 +250,18 @@ def _nearest_crossing(centre: np.ndarray, radius: float, about_origin: float, ta
     return min(points, key=lambda point: hypot(*(point - target)))
 
 
-def equal_pitch_radius(teeth: int, link_length: float, connector_length: float, thickness: float) -> dict[str, float]:
-    """Ring radius (m) at which ``teeth`` pitches fill a sprocket turn, by two readings.
+def equal_pitch_radius(teeth: float, link_length: float, connector_length: float, thickness: float) -> dict[str, float]:
+    """Ring radius (m) at which ``teeth`` pitches fill a sprocket turn, by two readings; lengths in m.
 
-    ``polygonal``: pins on a circle, links touching the ring in their middle; ``arc``: the links' centre line bent to a
-    circle, ``teeth (a + b) = 2 pi (r + D/2)``.
+    ``polygonal``: pins on a circle, links touching the ring in their middle, the inverse of `connector_length`. Two
+    bodies a and b span a chord c of that circle: ``c^2 = a^2 + b^2 + 2 a b cos(pi / teeth)``, ``c = 2 rp sin(pi /
+    teeth)``. ``arc``: the links' centre line bent to a circle, ``teeth (a + b) = 2 pi (r + D/2)``.
     """
-
-    def excess(rp):
-        return asin(link_length / (2 * rp)) + asin(connector_length / (2 * rp)) - pi / teeth
-
-    rp = root(excess, max(link_length, connector_length) / 2 * 1.0001, 100 * link_length)
+    a, b, half = link_length, connector_length, pi / teeth
+    pin_circle = sqrt(a**2 + b**2 + 2 * a * b * cos(half)) / (2 * sin(half))
     return {
-        "polygonal": sqrt(rp**2 - link_length**2 / 4) - thickness / 2,
-        "arc": teeth * (link_length + connector_length) / (2 * pi) - thickness / 2,
+        "polygonal": sqrt(pin_circle**2 - a**2 / 4) - thickness / 2,
+        "arc": teeth * (a + b) / (2 * pi) - thickness / 2,
     }
 
 

@@ -7,7 +7,6 @@ the source names), ``derived`` from printed numbers, ``assumed``, or ``fitted`` 
 
 import re
 from collections.abc import Iterator
-from difflib import get_close_matches
 from types import NoneType
 from typing import Annotated, Any, NamedTuple, get_args, get_origin
 
@@ -15,12 +14,11 @@ from pydantic import BeforeValidator, Field, GetCoreSchemaHandler, ValidationInf
 from pydantic.fields import FieldInfo
 from pydantic_core import CoreSchema
 
-from trackdyn.errors import InputError, shown
+from trackdyn.errors import shown
 from trackdyn.rig.validation import Section, plain_count, plain_number
-from trackdyn.rig.yaml_file import ENTRY_KEYS, KINDS
+from trackdyn.rig.yaml_file import ENTRY_KEYS, KINDS, RANGE_KEYS
 
-RANGE_KEYS = {"low", "high"}  # range that a real part can have, of a value that is assumed or fitted
-WORDS = ("name",)  # units of values that are words
+WORD = "name"  # unit of values that are words
 FROM_FILE = "from a file"  # there every entry states its unit, in Python none does
 # bounds as pydantic puts them into a schema behind a validator of our own, and as JSON Schema writes them
 BOUNDS = {"gt": "exclusiveMinimum", "ge": "minimum", "lt": "exclusiveMaximum", "le": "maximum"}
@@ -38,32 +36,20 @@ def number_of(value: Any) -> float:
 
 def _rows(value: Any) -> tuple[tuple[float, ...], ...]:
     """A table of finite numbers, its rows of one length."""
-    if (
-        not isinstance(value, (list, tuple))
-        or not value
-        or not all(isinstance(row, (list, tuple)) and row for row in value)
-    ):
+    rows = value if isinstance(value, (list, tuple)) else ()
+    if not rows or not all(isinstance(row, (list, tuple)) and row for row in rows):
         raise ValueError(f"= {shown(value)}: must be a list of rows of numbers, such as [[0, 1], [2, 3]]")
-    rows = tuple(tuple(plain_number(item) for item in row) for row in value)
     if len({len(row) for row in rows}) != 1:
         raise ValueError(f"= {shown(value)}: rows must have equal lengths")
-    return rows
+    return tuple(tuple(plain_number(item) for item in row) for row in rows)
 
 
 def _unwrap(unit: str, kind: type, absent: bool = False):
     def unwrap(entry: Any, info: ValidationInfo) -> Any:
         if absent and entry is None:
             return None
-        if isinstance(entry, dict):
-            value = _value(entry, unit)
-        elif info.context is FROM_FILE:
-            raise ValueError(
-                f"= {shown(entry)} has no unit; write {{value: {shown(entry)}, unit: "
-                + (f'"{unit}"' if "," in unit else unit)  # YAML would end the value at the comma
-                + ", kind: assumed, source: ...}"
-            )
-        else:  # from Python, already in the right unit
-            value = entry
+        from_file = info.context is FROM_FILE or isinstance(entry, dict)  # else it is in this unit
+        value = entry_value(entry, unit) if from_file else entry
         plain = {float: plain_number, int: plain_count, tuple: _rows}.get(kind, lambda name: name)(value)
         if kind is tuple and len(plain[0]) != (columns := unit.count(",") + 1):
             raise ValueError(f"= {shown(value)}: rows must have {columns} numbers each, in {unit}")
@@ -74,32 +60,30 @@ def _unwrap(unit: str, kind: type, absent: bool = False):
     return BeforeValidator(unwrap)
 
 
-def _value(entry: dict, unit: str) -> Any:
-    """Value of an entry of the file, whose other keys are checked."""
+def entry_value(entry: Any, unit: str) -> Any:
+    """Value of an entry of a file; `ValueError` says which of its keys is missing or not as it must be."""
+    if not isinstance(entry, dict):
+        quoted = f'"{unit}"' if "," in unit else unit  # YAML would end the value at the comma
+        form = f"{{value: {shown(entry)}, unit: {quoted}, kind: assumed, source: ...}}"
+        raise ValueError(f"= {shown(entry)} has no unit; write {form}")
+    value = entry.get("value")
     if missing := ENTRY_KEYS - entry.keys():
         raise ValueError(f"lacks {', '.join(sorted(missing))}; every parameter has value, unit, kind and source")
-    if unknown := entry.keys() - ENTRY_KEYS - RANGE_KEYS:
-        raise ValueError(
-            f"has the unknown key {shown(next(iter(unknown)))}; expected value, unit, kind, low, high, source"
-        )
-    if RANGE_KEYS & entry.keys() and not number_of(entry.get("low")) <= number_of(entry.get("high")):
+    if unknown := entry.keys() - ENTRY_KEYS - {*RANGE_KEYS}:
+        key = shown(next(iter(unknown)))
+        raise ValueError(f"has the unknown key {key}; expected value, unit, kind, low, high, source")
+    if entry.keys() & {*RANGE_KEYS} and not number_of(entry.get("low")) <= number_of(entry.get("high")):
         raise ValueError("needs low and high as rising numbers, or neither")
-    if entry["unit"] == "name" and unit not in WORDS:  # a short form that is no number with a unit
-        raise ValueError(f"= {shown(entry['value'])}: must be a number{_in(unit)}")
+    # a short form without a unit is a word
+    if unit != WORD and (entry["unit"] == WORD or isinstance(value, (bool, str))):
+        raise ValueError(f"= {shown(value)}: must be a number{'' if unit == '1' else f' in {unit}'}")
     if str(entry["unit"]) != unit:
         raise ValueError(f"has the unit {shown(entry['unit'])}; it must be given in {unit!r}")
     if entry["kind"] not in KINDS:
         raise ValueError(f"has the kind {shown(entry['kind'])}; expected {', '.join(KINDS)}")
     if not isinstance(entry["source"], str) or not entry["source"].strip():
         raise ValueError("has no source; say in words where the number comes from")
-    value = entry["value"]
-    if isinstance(value, bool) or (isinstance(value, str) and unit not in WORDS):
-        raise ValueError(f"= {shown(value)}: must be a number{_in(unit)}")
     return value
-
-
-def _in(unit: str) -> str:
-    return "" if unit == "1" else f" in {unit}"
 
 
 class Quantity:
@@ -129,7 +113,7 @@ class Quantity:
         entry = {"value": value, "unit": {"const": self.unit}, "kind": {"enum": list(KINDS)}, "source": word}
         return {
             "type": "object",
-            "properties": entry | dict.fromkeys(sorted(RANGE_KEYS), number),
+            "properties": entry | dict.fromkeys(RANGE_KEYS, number),
             "required": sorted(ENTRY_KEYS),
             "dependentRequired": {"low": ["high"], "high": ["low"]},
             "additionalProperties": False,
@@ -151,10 +135,11 @@ NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")  # a wheel or a sensor may have it
 
 
 class FieldValue(NamedTuple):
-    """Value of a field and its unit."""
+    """Value of a field, its unit (None for a section), and the keys that lead to it in the data of a rig."""
 
     value: Any
-    unit: str
+    unit: str | None
+    keys: tuple[str, ...]
 
 
 def _unit(info: FieldInfo) -> str | None:
@@ -162,57 +147,28 @@ def _unit(info: FieldInfo) -> str | None:
     return next((item.unit for item in info.metadata if isinstance(item, Quantity)), None)
 
 
-def fields_of(section: Section, prefix: str = "") -> Iterator[tuple[str, FieldValue]]:
-    """Name, value and unit of every field of a section and of the sections in it."""
+def fields_of(section: Section, prefix: str = "", keys: tuple[str, ...] = ()) -> Iterator[tuple[str, FieldValue]]:
+    """Dotted name of every field and section in a section; a wheel, a surface or a sensor is a section by its name."""
     for name, info in type(section).model_fields.items():
-        value = getattr(section, name)
-        if isinstance(value, dict):
+        value, here = getattr(section, name), (*keys, name)
+        yield prefix + name, FieldValue(value, _unit(info), here)
+        if isinstance(value, Section):
+            yield from fields_of(value, f"{prefix}{name}.", here)
+        elif isinstance(value, dict):
             for key, entry in value.items():
-                yield from fields_of(entry, f"{key}.")
-        elif isinstance(value, Section):
-            yield from fields_of(value, f"{prefix}{name}.")
-        elif unit := _unit(info):
-            yield prefix + name, FieldValue(value, unit)
+                yield key, FieldValue(entry, None, (*here, key))
+                yield from fields_of(entry, f"{key}.", (*here, key))
 
 
-def may_have(model: type[Section], name: str) -> bool:
-    """Whether a section of this type may have a field of this name, whatever its wheels and surfaces are called."""
-    first, _, rest = name.partition(".")
-    if first not in model.model_fields:
-        groups = (info for info in model.model_fields.values() if get_origin(info.annotation) is dict)
-        return bool(rest and NAME.fullmatch(first)) and any(_inside(info, rest) for info in groups)
-    info = model.model_fields[first]
-    if not rest:
-        return _unit(info) is not None
-    return get_origin(info.annotation) is not dict and _inside(info, rest)
-
-
-def _inside(info: FieldInfo, name: str) -> bool:
-    kinds = get_args(info.annotation) or (info.annotation,)  # a section, or one that may be left out
-    return any(may_have(kind, name) for kind in kinds if isinstance(kind, type) and issubclass(kind, Section))
-
-
-def keys_of(section: Section, name: str) -> list[str]:
-    """Keys that lead to a field, or to a section, in the data of a section (`model_dump`); `InputError` if none."""
-    keys, fields = name.split("."), type(section).model_fields
-    groups = [key for key in fields if isinstance(getattr(section, key), dict)]
-    keys[:0] = [key for key in groups if keys[0] not in fields and keys[0] in getattr(section, key)]
-    inner: Any = section
-    for key in keys:
-        if isinstance(inner, dict) and key in inner:
-            inner = inner[key]
-        elif isinstance(inner, Section) and key in type(inner).model_fields:
-            inner = getattr(inner, key)
-        else:
-            raise no_field(section, name)
-    return keys
-
-
-def no_field(section: Section, name: str) -> InputError:
-    """The refusal of a name that is no field of a rig."""
-    close = get_close_matches(name, [field for field, _ in fields_of(section)], 2)
-    hint = f"did you mean {' or '.join(close)}?" if close else "a name such as bushing.stiffness is accepted"
-    return InputError(f"{shown(name)} is not a parameter of the rig; {hint}")
+def possible_fields(model: type[Section], prefix: str = "") -> Iterator[str]:
+    """Dotted names that fields in a section of this type may have, ``*`` for a wheel, a surface or a sensor."""
+    for name, info in model.model_fields.items():
+        if _unit(info):
+            yield prefix + name
+        inner = "*." if get_origin(info.annotation) is dict else f"{prefix}{name}."
+        for kind in get_args(info.annotation) or (info.annotation,):  # a section, or one that may be left out
+            if isinstance(kind, type) and issubclass(kind, Section):
+                yield from possible_fields(kind, inner)
 
 
 def outside_range(entry: dict) -> str:

@@ -1,6 +1,7 @@
 """Every parameter of the rig with value, unit, kind and source, read from YAML (`rig_file`) and validated."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterator, Mapping
+from difflib import get_close_matches
 from functools import cached_property, reduce
 from itertools import pairwise
 from math import pi, radians, tan
@@ -22,10 +23,8 @@ from trackdyn.rig.quantities import (
     Quantity,
     entries_of,
     fields_of,
-    keys_of,
-    may_have,
-    no_field,
     outside_range,
+    possible_fields,
 )
 from trackdyn.rig.rig_file import DEFAULT, DRAG_FIELDS, TRIED, groove_origin, read_rig, rig_path
 from trackdyn.rig.sections import Surface, TestedStep, Wheel
@@ -81,74 +80,64 @@ class Rig(Section):
 
     def model_post_init(self, context: Any) -> None:
         """Refuse (`InputError`) values that do not fit each other."""
+        for fault in (*self._wheel_faults(), *self._sensor_faults(), *self._faults()):
+            raise InputError(fault)
+
+    def _faults(self) -> Iterator[str]:
         for name, surface in self.contact_surfaces.items():
-            if surface.friction_dynamic > surface.friction_static:
-                raise InputError(
-                    f"{name}.friction_dynamic = {surface.friction_dynamic} exceeds friction_static = "
-                    f"{surface.friction_static}; the dynamic coefficient may at most equal the static one"
+            static, dynamic = surface.friction_static, surface.friction_dynamic
+            if dynamic > static:
+                yield (
+                    f"{name}.friction_dynamic = {dynamic} exceeds friction_static = {static}; the dynamic coefficient "
+                    "may at most equal the static one"
                 )
         if (self.groove is None) == (self.profile is None):
-            raise InputError("groove is missing; a tooth has groove or profile, and one of them only")
-        self._check_wheels()
-        self._check_sensors()
-        self._check_tension()
+            yield "groove is missing; a tooth has groove or profile, and one of them only"
+        tension = self.tension
+        if not isinstance(tension.wheel, str) or tension.wheel not in self.wheels:
+            names = " or ".join(map(repr, self.wheels))
+            yield f"tension.wheel = {shown(tension.wheel)} is not a wheel of this rig; choose {names}"
+        elif self.wheels[tension.wheel].carrier is not None:
+            yield (
+                f"tension.wheel = {tension.wheel!r} has an arm or a slider of its own, which tension.kept = sprung "
+                "gives to the tensioner; choose a fixed wheel"
+            )
+        if tension.kept == "forced" and tension.force is None:
+            yield "tension.force is missing; kept = forced needs it: rows of time (s) and force (N)"
+        if any(a[0] >= b[0] for a, b in pairwise(tension.force or ())):
+            yield f"tension.force = {shown(tension.force)}: must be rows of time (s, rising) and force (N)"
 
-    def _check_names(self, group: str, taken: Collection[str], example: str) -> None:
-        """Refuse an empty group, and names of its members that mean something else in a dotted name."""
+    def _wheel_faults(self) -> Iterator[str]:
+        yield from self._name_faults("wheels", (), "idler")
+        for name, wheel in self.wheels.items():
+            if wheel.surface not in self.contact_surfaces:
+                choice = ", ".join(self.contact_surfaces)
+                yield f"{name}.surface = {shown(wheel.surface)} is not a surface of this rig; choose {choice}"
+            if wheel.arm is not None and wheel.slider is not None:
+                yield f"{name}.slider is not allowed together with {name}.arm; a wheel has one of them or is fixed"
+            if wheel.arm is not None and (wheel.arm.x, wheel.arm.y) == (wheel.x, wheel.y):
+                yield f"{name}.arm.x = {wheel.arm.x:g} m, and its y, are the wheel's own position; move the pivot"
+
+    def _sensor_faults(self) -> Iterator[str]:
+        yield from self._name_faults("sensors", {*self.wheels, *self.surfaces}, "sensor")
+        pitches = self.chain.pitches
+        for name, sensor in self.sensors.items():
+            if sensor.pitch > pitches:
+                yield f"{name}.pitch = {sensor.pitch} is not a pitch of this chain; 1 to {pitches} are"
+            if sensor.rate != self.rate:
+                others = f"another sensor has {self.rate} Hz; all sensors of a rig have one rate"
+                yield f"{name}.rate = {sensor.rate} Hz: {others}"
+
+    def _name_faults(self, group: str, taken: Collection[str], example: str) -> Iterator[str]:
+        """Faults of an empty group, and of names of its members that mean something else in a dotted name."""
         if not getattr(self, group):
-            raise InputError(f"{group} is missing; a rig needs at least one, such as {example}")
+            yield f"{group} is missing; a rig needs at least one, such as {example}"
         for name in getattr(self, group):
             if name in taken or name in type(self).model_fields or not NAME.fullmatch(name):
-                raise InputError(
+                yield (
                     f"{group}.{shown(name)} is not a valid name: use lower-case letters, digits and _, and not the "
                     "name of a section, a wheel or a surface"
                 )
-
-    def _check_sensors(self) -> None:
-        self._check_names("sensors", {*self.wheels, *self.surfaces}, "sensor")
-        for name, sensor in self.sensors.items():
-            if sensor.pitch > self.chain.pitches:
-                raise InputError(
-                    f"{name}.pitch = {sensor.pitch} is not a pitch of this chain; 1 to {self.chain.pitches} are"
-                )
-            if sensor.rate != self.rate:
-                raise InputError(
-                    f"{name}.rate = {sensor.rate} Hz: another sensor has {self.rate} Hz; all sensors of a rig have one "
-                    "rate"
-                )
-
-    def _check_wheels(self) -> None:
-        self._check_names("wheels", (), "idler")
-        for name, wheel in self.wheels.items():
-            if wheel.surface not in self.contact_surfaces:
-                raise InputError(
-                    f"{name}.surface = {shown(wheel.surface)} is not a surface of this rig; "
-                    f"choose {', '.join(self.contact_surfaces)}"
-                )
-            if wheel.arm is not None and wheel.slider is not None:
-                raise InputError(
-                    f"{name}.slider is not allowed together with {name}.arm; a wheel has one of them or is fixed"
-                )
-            if wheel.arm is not None and (wheel.arm.x, wheel.arm.y) == (wheel.x, wheel.y):
-                raise InputError(
-                    f"{name}.arm.x = {wheel.arm.x:g} m, and its y, are the wheel's own position; move the pivot"
-                )
-
-    def _check_tension(self) -> None:
-        tension = self.tension
-        if not isinstance(tension.wheel, str) or tension.wheel not in self.wheels:
-            names = " or ".join(repr(name) for name in self.wheels)
-            raise InputError(f"tension.wheel = {shown(tension.wheel)} is not a wheel of this rig; choose {names}")
-        if self.wheels[tension.wheel].carrier is not None:
-            raise InputError(
-                f"tension.wheel = {tension.wheel!r} has an arm or a slider of its own, which "
-                "tension.kept = sprung gives to the tensioner; choose a fixed wheel"
-            )
-        if tension.kept == "forced" and tension.force is None:
-            raise InputError("tension.force is missing; kept = forced needs it: rows of time (s) and force (N)")
-        rows = tension.force or ()
-        if any(len(row) != 2 for row in rows) or any(a[0] >= b[0] for a, b in pairwise(rows)):
-            raise InputError(f"tension.force = {shown(rows)}: must be rows of time (s, rising) and force (N)")
 
     @property
     def first_sensor(self) -> sections.SensorParameters:
@@ -267,20 +256,27 @@ class Rig(Section):
 
     @cached_property
     def fields(self) -> dict[str, FieldValue]:
-        """Value and unit of every field by its dotted name; a wheel or a surface is a section by its name."""
-        return dict(fields_of(self))
+        """Fields by their dotted names; a wheel, a surface or a sensor is a section by its name."""
+        return {name: field for name, field in fields_of(self) if field.unit is not None}
 
     @classmethod
     def may_have(cls, name: str) -> bool:
         """Whether some rig has a field of this dotted name."""
-        return may_have(cls, name)
+        first, _, rest = name.partition(".")
+        member = first not in cls.model_fields and NAME.fullmatch(first) and f"*.{rest}"
+        return not {name, member}.isdisjoint(possible_fields(cls))
+
+    def _field(self, name: str, fields: Mapping[str, FieldValue]) -> FieldValue:
+        if name in fields:
+            return fields[name]
+        close = get_close_matches(name, self.fields, 2)
+        hint = f"did you mean {' or '.join(close)}?" if close else "a name such as bushing.stiffness is accepted"
+        raise InputError(f"{shown(name)} is not a parameter of the rig; {hint}")
 
     @typed
     def value(self, name: str) -> Any:
         """Value of a field by its dotted name, such as ``road_1.arm.stiffness``; `InputError` if there is none."""
-        if name not in self.fields:
-            raise no_field(self, name)
-        return self.fields[name].value
+        return self._field(name, self.fields).value
 
     def changed(self, **changes: Any) -> "Rig":
         """Return a rig with some values replaced.
@@ -299,9 +295,9 @@ class Rig(Section):
         --------
         ``rig.changed(sprocket__ring_radius=0.305, idler__bearing_drag=0.0)``, ``rig.changed(**{"road_1.arm": None})``.
         """
-        data = self.model_dump() | {TRIED: ()}  # the steps were tried on another rig
+        data, fields = self.model_dump() | {TRIED: ()}, dict(fields_of(self))  # the steps were tried on another rig
         for name, value in changes.items():
-            *sections, field = keys_of(self, name.replace("__", "."))
+            *sections, field = self._field(name.replace("__", "."), fields).keys
             reduce(getitem, sections, data)[field] = value
         return _validated(data, "rig")
 

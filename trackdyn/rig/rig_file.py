@@ -7,19 +7,19 @@ or add it. A value may be text, ``radius: 0.305 m``, or a bare number without un
 """
 
 import re
-from collections.abc import Iterator
-from math import nan, pi, tan
+from math import nan
 from os.path import exists, isfile
 from pathlib import Path
 from typing import Any
 
-from trackdyn.errors import InputError, shown
-from trackdyn.rig.yaml_file import ENTRY_KEYS, KINDS, read_yaml
+from trackdyn.errors import InputError, naming, shown
+from trackdyn.rig.yaml_file import ENTRY_KEYS, KINDS, RANGE_KEYS, read_yaml
 
 SHIPPED = Path(__file__).parents[1] / "rigs"
 DEFAULT = "paper"
 TRIED = "tried"  # steps that were tried on this rig, not on those that are like it
 LONGEST_PITCH = 4  # lengths of a link
+LARGEST = 1000.0  # pitch and sprocket, m, and number of teeth
 MOST_LIKE = 5  # files that take from one another
 OUTLINE = "profile.outline"
 OTHER_CHAIN = {"kind", "link_length", "teeth"}  # a file with one of them describes another chain, not a worn one
@@ -52,29 +52,48 @@ def rig_path(name: Path | str) -> Path | str:
 
 def read_rig(name: Path | str) -> dict[str, Any]:
     """Contents of a rig file with all that it takes from others, every entry written out; or `InputError`."""
-    return _with_pitch(_read(rig_path(name), MOST_LIKE), name)
+    rig: dict[str, Any] = {}
+    for path, content in reversed(_files(name)):
+        with naming(path):
+            own = {
+                key: _written_out(value, str(key), {}, path.parent)
+                for key, value in content.items()
+                if key not in ("like", "about", TRIED)  # words of this file alone
+            }
+            rig = _over(rig, own)
+    with naming(name):
+        return _with_pitch(rig)
 
 
-def _chain(name: Path | str) -> Iterator[tuple[Path, dict[str, Any]]]:
-    """Every file that a rig is read from, each with its contents: its own, then the one that it is like, and so on."""
-    path: Path | str | None = rig_path(name)
-    while path is not None:
+def _files(name: Path | str) -> list[tuple[Path, dict[str, Any]]]:
+    """Every file that a rig is read from, each with its contents: its own, then the one that it is like, and so on.
+
+    ``like`` names a file beside it, or a shipped rig.
+    """
+    files: list[tuple[Path, dict[str, Any]]] = []
+    path, like = rig_path(name), None
+    while like is not None or not files:
         data = read_yaml(path)
-        yield Path(path), data
-        path = _like(Path(path), data["like"]) if "like" in data else None
-
-
-def _like(path: Path, like: str) -> Path | str:
-    """The file that ``like`` names in the file ``path``: one beside it, or a shipped rig."""
-    sibling = path.parent / like
-    return sibling if isfile(sibling) else rig_path(like)
+        path = Path(path)
+        if not isinstance(data, dict):
+            raise InputError(f"{path}: must hold sections, a mapping of names to values")
+        files.append((path, data))
+        if (like := data.get("like")) is not None:
+            if not isinstance(like, str) or not 0 < len(like) < 256:
+                raise InputError(f"{path}: like = {shown(like)}: must be the name of a shipped rig or of a file")
+            if len(files) > MOST_LIKE:
+                raise InputError(
+                    f"{path}: like = {shown(like)}: leads from file to file without an end; name a complete rig"
+                )
+            path = path.parent / like if isfile(path.parent / like) else rig_path(like)
+    return files
 
 
 def rig_files(name: Path | str) -> list[Path]:
     """List the files that a valid rig is read from: its own, those that it is like, and those of its outlines."""
     files = []
-    for path, data in _chain(name):
-        outline = data.get("profile", {}).get("outline")
+    for path, data in _files(name):
+        outline = _section(data, "profile").get("outline")
         outline = outline.get("value") if isinstance(outline, dict) else outline
         files += [path, *([path.parent / outline] if isinstance(outline, str) else [])]
     return files
@@ -82,196 +101,145 @@ def rig_files(name: Path | str) -> list[Path]:
 
 def groove_origin(name: Path | str) -> Path | None:
     """The file that a rig takes its groove or profile from; None: it states its own, or takes from none."""
-    files = list(_chain(name))
+    files = _files(name)
     origin = next((path for path, data in files if data.keys() & {"groove", "profile"}), files[-1][0])
     return None if origin == files[0][0] else origin
 
 
-def _with_pitch(data: dict, name: Path | str) -> dict:
+def _section(data: dict, name: str) -> dict[str, Any]:
+    """A section of a rig file, or an entry; empty where it is none."""
+    section = data.get(name)
+    return section if isinstance(section, dict) else {}
+
+
+def _over(base: dict[str, Any], data: dict[str, Any]) -> dict[str, Any]:
+    """The rig ``base`` with the values of ``data`` in place of its own."""
+    own, known = ({**_section(rig, "chain"), **_section(rig, "sprocket")} for rig in (data, base))
+    other_chain, own_wheels = bool(own.keys() & OTHER_CHAIN), _section(data, "wheels")
+    if own.keys() >= {"pitch", "equal_pitch_radius"}:
+        raise InputError("chain.pitch gives sprocket.equal_pitch_radius; leave one of them out")
+    dropped: set[str] = set()  # fields of the other chain and its sprocket that do not hold beside those of the file
+    if "equal_pitch_radius" in own:
+        dropped = {"pitch"}
+    elif "pitch" in own and other_chain:
+        dropped = {"ring_radius", "equal_pitch_radius"}
+    elif "pitch" in own | known and "groove" in data:  # a groove that is designed for this pitch
+        dropped = {"equal_pitch_radius"}
+    rig = dict(base)
+    for name in ("chain", "sprocket"):
+        if isinstance(rig.get(name), dict):
+            rig[name] = {key: entry for key, entry in rig[name].items() if key not in dropped}
+    for name, other in (("groove", "profile"), ("profile", "groove")):
+        if name in data:
+            rig.pop(other, None)
+    stated = {field for name in own_wheels for field in _section(own_wheels, name)}
+    laws = [law for law, fields in DRAG_FIELDS.items() if stated.intersection(fields)]
+    if len(laws) == 1:
+        source = "the one law that the values of the wheels are for"
+        data = {"drag": {"value": laws[0], "unit": "name", "kind": "assumed", "source": source}} | data
+
+    def merged(content: Any, old: Any) -> Any:
+        if not isinstance(content, dict) or not isinstance(old, dict) or "value" in content:
+            return content
+        return old | {key: with_range(entry, _section(old, key)) for key, entry in content.items()}
+
+    def with_range(entry: Any, old: dict[str, Any]) -> Any:
+        """The entry, if it has no range, with that of the value that it replaces.
+
+        Ranges of sizes hold for one chain, those of materials (friction, restitution, slip) for every one; a direction
+        belongs to the wheels.
+        """
+        unit = old.get("unit")
+        foreign = (other_chain and unit not in ("1", "m/s")) or (own_wheels and unit == "deg")
+        if not isinstance(entry, dict) or foreign or not old or entry.get("unit") != unit or "value" not in entry:
+            return entry
+        return entry if entry.keys() & RANGE_KEYS else {key: old[key] for key in RANGE_KEYS if key in old} | entry
+
+    rig |= {name: data[name] for name in GROUPS if name in data}
+    for name, content in data.items():
+        group = MEMBERS.get(name, "")
+        if group and isinstance(members := rig.setdefault(group, {}), dict):
+            rig[group] = members | {name: merged(content, members.get(name))}
+        elif name not in GROUPS:
+            rig[name] = merged(content, rig.get(name))
+    return rig
+
+
+def _with_pitch(rig: dict[str, Any]) -> dict[str, Any]:
     """A chain's ``pitch`` as the equal-pitch radius of its sprocket, on which its pins make a polygon.
 
     A groove that was designed for another radius stays where it is: its seat is deeper below the pins of a worn chain.
     Raises `InputError`: no sprocket has this pitch.
     """
-    chain, sprocket = data.get("chain"), data.get("sprocket")
-    if not isinstance(chain, dict) or "pitch" not in chain or not isinstance(sprocket, dict):
-        return data
+    chain, sprocket, groove = (dict(_section(rig, name)) for name in ("chain", "sprocket", "groove"))
+    if "pitch" not in chain or not sprocket:
+        return rig
     from trackdyn.rig.groove import equal_pitch_radius, pin_height
-    from trackdyn.rig.quantities import number_of
+    from trackdyn.rig.quantities import entry_value, number_of
 
     def number(section: dict, key: str) -> float:
-        entry = section.get(key)
-        return number_of(entry.get("value")) if isinstance(entry, dict) else nan
+        return number_of(_section(section, key).get("value", nan))
 
-    entry = chain["pitch"] if isinstance(chain["pitch"], dict) else {}
-    pitch, length, thickness = (number(chain, key) for key in ("pitch", "link_length", "link_thickness"))
-    teeth, kind = number(sprocket, "teeth"), chain.get("kind")
-    if isinstance(kind, dict) and kind.get("value") == "single_pin":
-        radius = pitch / (2 * tan(pi / teeth)) - thickness / 2 if teeth > 2 else nan
-        accepted = "a length in m, such as 0.17 m"
-    else:
-        possible = teeth > 2 and length < pitch < LONGEST_PITCH * length
-        radius = equal_pitch_radius(int(teeth), length, pitch - length, thickness)["polygonal"] if possible else nan
-        accepted = f"in m, more than chain.link_length = {length:g} m and less than {LONGEST_PITCH} times as much"
-    if entry.get("unit") != "m" or not radius > 0:
-        raise InputError(f"{name}: chain.pitch = {shown(entry.get('value'))}: must be {accepted}")
-    source = f"{entry['source']}: {teeth:g} pitches of {pitch:g} m fill the polygon of pins"
-    derived = {"value": radius, "unit": "m", "kind": "derived", "source": source}
-    groove, designed_for = data.get("groove"), number(sprocket, "equal_pitch_radius")
-    if isinstance(groove, dict) and isinstance(groove.get("seat_depth"), dict) and designed_for == designed_for:
-        seat = groove["seat_depth"]
-        rise, base = (pin_height(int(teeth), length, thickness, equal) for equal in (radius, designed_for))
-        rise -= base
-        deeper = {"value": number_of(seat["value"]) + rise, "unit": "m", "kind": "derived"}
-        deeper["source"] = f"{seat['source']}; the pins of this pitch stand {1e3 * rise:.3g} mm higher"
-        data = data | {"groove": groove | {"seat_depth": deeper}}
-    chain = {key: value for key, value in chain.items() if key != "pitch"}
-    return data | {"chain": chain, "sprocket": {"ring_radius": derived} | sprocket | {"equal_pitch_radius": derived}}
-
-
-def _read(path: Path | str, depth: int) -> dict[str, Any]:
-    """Contents of a file over those of the file that it is like, at most ``depth`` files away."""
-    data = read_yaml(path)
-    path = Path(path)
-    if not isinstance(data, dict):
-        raise InputError(f"{path}: must hold sections, a mapping of names to values")
-    base = {}
-    if (like := data.get("like")) is not None:
-        if not isinstance(like, str) or not 0 < len(like) < 256:
-            raise InputError(f"{path}: like = {shown(like)}: must be the name of a shipped rig or of a file")
-        if depth == 0:
-            raise InputError(
-                f"{path}: like = {shown(like)}: leads from file to file without an end; name a complete rig"
-            )
-        base = _read(_like(path, like), depth - 1)
+    length, thickness, teeth = number(chain, "link_length"), number(chain, "link_thickness"), number(sprocket, "teeth")
+    entry, radius = chain.pop("pitch"), nan
     try:
-        data = {
-            key: _written_out(content, str(key), {}, path.parent)
-            for key, content in data.items()
-            if key not in ("like", "about", TRIED)  # words of this file alone
-        }
-        return _over(base, data)
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
+        pitch = number_of(entry_value(entry, "m"))
+    except ValueError as error:
+        raise InputError(f"chain.pitch {error}") from None
+    if _section(chain, "kind").get("value") == "single_pin":
+        accepted, body, possible = "a length in m, such as 0.17 m", pitch, True
+    else:
+        accepted = f"in m, more than chain.link_length = {length:g} m and less than {LONGEST_PITCH} times as much"
+        body, possible = length, length < pitch < LONGEST_PITCH * length
+    if not 2 < teeth < LARGEST:
+        return rig | {"chain": chain}  # refused with the sprocket
+    if possible and pitch < LARGEST:
+        radius = equal_pitch_radius(teeth, body, pitch - body, thickness)["polygonal"]
+    if not 0 < radius < LARGEST:
+        raise InputError(f"chain.pitch = {shown(entry['value'])}: must be {accepted}")
+
+    def derived(value: float, source: str) -> dict[str, Any]:
+        return {"value": value, "unit": "m", "kind": "derived", "source": source}
+
+    equal = derived(radius, f"{entry['source']}: {teeth:g} pitches of {pitch:g} m fill the polygon of pins")
+    seat, designed_for = _section(groove, "seat_depth"), number(sprocket, "equal_pitch_radius")
+    if seat.keys() >= ENTRY_KEYS and 0 < designed_for < LARGEST:
+        new, old = (pin_height(int(teeth), length, thickness, equal) for equal in (radius, designed_for))
+        source = f"{seat['source']}; the pins of this pitch stand {1e3 * (new - old):.3g} mm higher"
+        groove["seat_depth"] = derived(number(groove, "seat_depth") + new - old, source)
+        rig = rig | {"groove": groove}
+    return rig | {"chain": chain, "sprocket": {"ring_radius": equal} | sprocket | {"equal_pitch_radius": equal}}
 
 
-def _over(base: dict[str, Any], data: dict[str, Any]) -> dict[str, Any]:
-    """The rig ``base`` with the values of ``data`` in place of its own."""
-    dropped, other_chain = _pitch_rules(base, data)
-    merged = {key: content for key, content in base.items() if key not in dropped}
-    for key in ("chain", "sprocket"):
-        if isinstance(base.get(key), dict):
-            merged[key] = {field: content for field, content in base[key].items() if field not in dropped}
-    own_wheels = isinstance(data.get("wheels"), dict)
-    if own_wheels:
-        data = _drag_of_wheels(data["wheels"]) | data
-    merged |= {key: data[key] for key in GROUPS if key in data}
+def _written_out(content: Any, name: str, about: dict[str, str], folder: Path) -> Any:
+    """A section, or an entry, with the entries of its short form written out; ``about`` is its kind and source.
 
-    def section(content: Any, old: Any) -> Any:
-        if not isinstance(content, dict) or not isinstance(old, dict) or "value" in content:
-            return content
-        return old | _with_ranges(content, old, other_chain, own_wheels)
-
-    for key, content in data.items():
-        if key in MEMBERS:
-            members = merged.setdefault(MEMBERS[key], {})
-            if isinstance(members, dict):
-                merged[MEMBERS[key]] = members | {key: section(content, members.get(key))}
-        elif key not in GROUPS:
-            merged[key] = section(content, merged.get(key))
-    return merged
-
-
-def _pitch_rules(base: dict[str, Any], data: dict[str, Any]) -> tuple[set[str], bool]:
-    """Sections and fields of ``base`` that do not hold beside those of ``data``, and whether this is another chain."""
-    dropped = {other for section, other in (("groove", "profile"), ("profile", "groove")) if section in data}
-    stated, known = (
-        {field for key in ("chain", "sprocket") if isinstance(rig.get(key), dict) for field in rig[key]}
-        for rig in (data, base)
-    )
-    other_chain = bool(stated & OTHER_CHAIN)
-    if {"pitch", "equal_pitch_radius"} <= stated:
-        raise InputError("chain.pitch gives sprocket.equal_pitch_radius; leave one of them out")
-    if "equal_pitch_radius" in stated:
-        dropped.add("pitch")
-    elif "pitch" in stated and other_chain:
-        dropped |= {"ring_radius", "equal_pitch_radius"}
-    elif "pitch" in stated | known and "groove" in data:  # a groove that is designed for this pitch
-        dropped.add("equal_pitch_radius")
-    return dropped, other_chain
-
-
-def _drag_of_wheels(wheels: dict) -> dict[str, Any]:
-    """Law of drag for which a file's own wheels have values, if there is one alone."""
-    stated = {field for wheel in wheels.values() if isinstance(wheel, dict) for field in wheel}
-    laws = [law for law, fields in DRAG_FIELDS.items() if stated.intersection(fields)]
-    source = "the one law that the values of the wheels are for"
-    return {"drag": {"value": laws[0], "unit": "name", "kind": "assumed", "source": source}} if len(laws) == 1 else {}
-
-
-def _with_ranges(section: dict, base: dict, other_chain: bool, other_wheels: bool) -> dict:
-    """A section whose values without a range have that of the values they replace, where it holds for them.
-
-    Ranges of sizes hold for one chain, those of materials (friction, restitution, slip) for every one; a direction
-    belongs to the wheels.
+    The name of a CSV file of points gives way to the points: a rig holds all that it is made of.
     """
-
-    def holds(entry: Any, old: Any) -> bool:
-        if not all(isinstance(item, dict) and "value" in item for item in (entry, old)):
-            return False
-        if "low" in entry or "high" in entry:
-            return False
-        unit = old.get("unit")
-        size, angle = unit not in ("1", "m/s"), unit == "deg"
-        return entry.get("unit") == unit and not (other_chain and size) and not (other_wheels and angle)
-
-    return {
-        key: {end: old[end] for end in ("low", "high") if end in old} | entry
-        if holds(entry, old := base.get(key, {}))
-        else entry
-        for key, entry in section.items()
-    }
-
-
-def _written_out(content: Any, name: str, about: dict, folder: Path) -> Any:
-    """A section, or an entry, with the entries of its short form written out."""
-    if isinstance(content, str):
-        content = _entry(content, name, about)
-        return _with_points(content, name, folder)
-    if isinstance(content, (int, float)) and not isinstance(content, bool) and about.get("source"):
-        return {"value": content, "unit": "1", "kind": about.get("kind", "assumed"), "source": about["source"]}
-    if not isinstance(content, dict) or content.keys() & {"value", "unit"}:
-        return _with_points(content, name, folder)
-    about = about | {
-        key: content[key]
-        for key in ("kind", "source")
-        # kind may be one of the section's values (`drive.kind`)
-        if isinstance(content.get(key), str) and (key == "source" or content["kind"] in KINDS)
-    }
-    return {
-        key: _written_out(value, f"{name}.{key}", about, folder)
-        for key, value in content.items()
-        if not (key in ("kind", "source") and about.get(key) is content[key])
-    }
-
-
-def _entry(text: str, name: str, about: dict) -> Any:
-    """An entry written as a number with its unit, or as a word, with kind and source of its section."""
-    match = NUMBER.fullmatch(text)
-    if not about.get("source"):
-        if match is None:
-            return text  # nothing of the short form: refused where the entry is read
+    if isinstance(content, dict) and not content.keys() & {"value", "unit"}:
+        own = {
+            key: word
+            for key, word in content.items()
+            # kind may be one of the section's values (`drive.kind`)
+            if (key == "source" and isinstance(word, str | None)) or (key == "kind" and word in (*KINDS, None))
+        }
+        about = about | {key: word for key, word in own.items() if word is not None}
+        return {
+            key: _written_out(value, f"{name}.{key}", about, folder) for key, value in content.items() if key not in own
+        }
+    match = NUMBER.fullmatch(content) if isinstance(content, str) else None
+    if match and not about.get("source"):
         raise InputError(
-            f"{name} = {shown(text)} has no source; write source: in its section, or value, unit, kind and source"
+            f"{name} = {shown(content)} has no source; write source: in its section, or value, unit, kind and source"
         )
-    value, unit = (float(match[1]), match[2]) if match else (text, "m, m" if name == OUTLINE else "name")
-    if match and float(value).is_integer() and "." not in match[1] and "e" not in match[1].lower():
-        value = int(match[1])
-    return {"value": value, "unit": unit, "kind": about.get("kind", "assumed"), "source": about["source"]}
-
-
-def _with_points(content: Any, name: str, folder: Path) -> Any:
-    """An entry whose value is the name of a CSV file of points gets the points: a rig holds all that it is made of."""
+    if about.get("source") and isinstance(content, (str, int, float)) and not isinstance(content, bool):
+        value, unit = content, "1"
+        if match:
+            value, unit = float(match[1]), match[2]
+            value = int(value) if value.is_integer() and match[1].lstrip("+-").isdigit() else value
+        elif isinstance(content, str):
+            unit = "m, m" if name == OUTLINE else "name"
+        content = {"value": value, "unit": unit, "kind": "assumed"} | about
     entry = isinstance(content, dict) and content.keys() >= ENTRY_KEYS
     if not (entry and name == OUTLINE and isinstance(content["value"], str)):
         return content

@@ -155,6 +155,11 @@ def sentence(name: str, error: Mapping[str, Any], missing: str) -> str:
     value = error["input"]
     value = value.get("value", value) if isinstance(value, dict) else value
     problem = error["msg"][0].lower() + error["msg"][1:]
+    if error["type"] in ("model_type", "dict_type"):
+        problem = "must be a mapping of names to values"
+        problem += (
+            f", or in Python an instance of {error['ctx']['class_name']}" if error["type"] == "model_type" else ""
+        )
     return f"{name}: {where} = {shown(value)}: {problem}"
 
 

@@ -16,6 +16,7 @@ LARGEST_YAML = 1_000_000  # bytes; the longest that is shipped has 24,000
 DEEPEST = 20
 # keys that every parameter states in the file of a rig (`rig.quantities`)
 ENTRY_KEYS = {"value", "unit", "kind", "source"}
+RANGE_KEYS = ("low", "high")  # range that a real part can have, of a value that is assumed or fitted
 KINDS = ("printed", "derived", "assumed", "fitted")
 # libyaml parses several times as fast as Python; `Composer` before it keeps the making of nodes in Python
 _BASES = (Composer, yaml.CSafeLoader) if yaml.__with_libyaml__ else (yaml.SafeLoader,)

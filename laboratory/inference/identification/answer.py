@@ -12,7 +12,7 @@ import yaml
 from laboratory.inference.identification.identify import INTERVAL, Identification
 from laboratory.inference.identification.posterior import contradicted
 from trackdyn.files import replacing, write_csv, write_text
-from trackdyn.rig.quantities import entries_of, keys_of
+from trackdyn.rig.quantities import entries_of
 from trackdyn.rig.rig import Rig, load_rig
 from trackdyn.rig.rig_file import read_rig
 
@@ -28,7 +28,7 @@ def best_rig_text(answer: Identification, rig_path: Path | str, files: list[str]
     rows_by_name = {name: row for row, unknown in rows for name in unknown.names}
     for name, value in answer.unknowns.changes(answer.best).items():
         if name not in entries:  # its default
-            *sections, field = keys_of(rig, name)
+            *sections, field = rig.fields[name].keys
             own = {"unit": rig.fields[name].unit, "source": "default"}
             entries[name] = reduce(getitem, sections, data)[field] = own
         row, entry = rows_by_name[name], entries[name]
