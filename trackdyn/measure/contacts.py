@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from trackdyn.measure.uncertainty import NAN, batch_error, ratio_error
+from trackdyn.measure.columns import SIDE_COLUMNS
+from trackdyn.measure.uncertainty import NAN, Series, ratio_error
 from trackdyn.model.arrays import CONTACT_INTERVAL, SIDES
 from trackdyn.model.constants import SPROCKET
 from trackdyn.rig.rig import Rig
@@ -86,29 +87,23 @@ def _merged(recording: Recording, gap: float) -> dict[str, np.ndarray]:
     # a contact that lasted already is logged from the first step of the record on
     begin = recording.begin + 1.5 * recording.scene.time_step
     begun = recording.contact_log[recording.contact_log["start_s"] > begin]
-    order = np.lexsort([begun[name] for name in ("start_s", "groove", "side", "pitch")])
-    log = {name: begun[name][order] for name in CONTACT_INTERVAL.names or ()}
-    integers = ("pitch", "side", "groove", "areas")
+    begun = begun[np.lexsort([begun[name] for name in ("start_s", "groove", "side", "pitch")])]
+    integers, times = ("pitch", "side", "groove", "areas"), ("start_s", "end_s", "peak_s")
+    log = {name: begun[name] for name in CONTACT_INTERVAL.names or ()}
     log |= {name: log[name].astype(int) for name in integers}
-    begins = np.ones(len(order), bool)
+    log |= {name: log[name] - recording.begin for name in times}
+    log |= {name: recording.steady_time(log[f"{name}_s"]) for name in ("start", "end")}
+    log |= {"touching_s": log["end_s"] - log["start_s"], "touching": log["end"] - log["start"]}
+    begins = np.ones(len(begun), bool)
     same = np.all([np.diff(log[name]) == 0 for name in integers[:3]], axis=0)
     begins[1:] = ~(same & (log["start_s"][1:] - log["end_s"][:-1] < gap))
     first = np.flatnonzero(begins)
-    rows = {name: log[name][first] for name in ("pitch", "side", "groove", "start_s")}
+    rows = {name: log[name][begins] for name in (*integers[:3], "start_s", "start")}
+    rows |= {name: log[name][np.roll(begins, -1)] for name in ("end_s", "end")}
+    rows |= {name: np.add.reduceat(log[name], first) for name in ("touching_s", "touching", *INTEGRALS)}
     rows["areas"] = np.bitwise_or.reduceat(log["areas"], first)
-    rows["end_s"] = log["end_s"][np.roll(begins, -1)]
-    log["touching_s"] = log["end_s"] - log["start_s"]
-    rows |= {name: np.add.reduceat(log[name], first) for name in ("touching_s", *INTEGRALS)}
     highest = first_of_highest(log["peak_n"], np.cumsum(begins))
-    rows |= {name: log[name][highest] for name in ("peak_n", "peak_s")}
-    for name in ("start_s", "end_s", "peak_s"):
-        rows[name] = rows[name] - recording.begin
-    rows |= {name: recording.steady_time(rows[f"{name}_s"]) for name in ("start", "end")}
-    rows["touching"] = rows["touching_s"]
-    if recording.turns is not None:
-        begins_at, ends_at = (recording.steady_time(log[name] - recording.begin) for name in ("start_s", "end_s"))
-        rows["touching"] = np.add.reduceat(ends_at - begins_at, first)
-    return rows
+    return rows | {name: log[name][highest] for name in ("peak_n", "peak_s")}
 
 
 def _number_passages(rows: dict[str, np.ndarray], recording: Recording) -> tuple[np.ndarray, np.ndarray]:
@@ -153,40 +148,37 @@ def passages(recording: Recording) -> "pd.DataFrame":
     """
     import pandas as pd
 
-    return pd.DataFrame(passage_arrays(recording), columns=PASSAGE_COLUMNS).astype({"side": str, "areas": str})
+    table = {name: column.ravel() for name, column in passage_arrays(recording).items()}
+    return pd.DataFrame(table, columns=PASSAGE_COLUMNS).astype({"side": str, "areas": str})
 
 
 def passage_arrays(recording: Recording) -> dict[str, np.ndarray]:
-    """Columns of `passages`, the sides of a passage behind each other as in `SIDES`."""
-    turn = recording.periods.turn
-    rows = contacts(recording)
+    """Columns of `passages` as (m, 3) arrays, sides as in `SIDES`."""
+    turn, rows = recording.periods.turn, contacts(recording)
     rows = {name: column[rows["passage"] >= 0] for name, column in rows.items()}
-    number = rows["passage"]
-    count = int(number.max(initial=-1)) + 1
-    entry = len(SIDES) * number + rows["side"]
-    size = len(SIDES) * count
-    table: dict = {"passage": np.repeat(np.arange(count), len(SIDES)), "side": np.tile(SIDES, count)}
-    lasting = rows["lasting"]
+    number, lasting = rows["passage"], rows["lasting"]
+    shape = int(number.max(initial=-1)) + 1, len(SIDES)
+    entry, size = len(SIDES) * number + rows["side"], shape[0] * shape[1]
+    table: dict = {name: np.bincount(entry, rows[name], size) for name in ("touching_s", *INTEGRALS)}
+    table |= {"count": np.bincount(entry, minlength=size), "areas": np.zeros(size, int), "peak_n": np.zeros(size)}
+    table["share_pct"] = 100 * np.bincount(entry, rows["touching"], size) / turn
     for name in ("start_s", "phase_start"):
         table[name] = extreme(np.fmin, rows[name][lasting], entry[lasting], size)
     for name in ("end_s", "phase_end"):
         table[name] = extreme(np.fmax, rows[name][lasting], entry[lasting], size)
-    for name in ("touching_s", *INTEGRALS):
-        table[name] = np.bincount(entry, rows[name], size)
-    table["share_pct"] = 100 * np.bincount(entry, rows["touching"], size) / turn
-    table["count"] = np.bincount(entry, minlength=size)
     highest = np.flatnonzero(lasting)[first_of_highest(rows["peak_n"][lasting], entry[lasting])]
-    table |= {"peak_n": np.zeros(size), "peak_s": np.full(size, NAN)}
+    table["peak_s"] = np.full(size, NAN)
     for name in ("peak_n", "peak_s"):
         table[name][entry[highest]] = rows[name][highest]
-    first = np.repeat(extreme(np.fmin, rows["start"][lasting], number[lasting], count), len(SIDES))
-    table["peak_phase"] = (recording.steady_time(table["peak_s"]) - first) / turn
-    areas, connector = np.zeros(size, int), np.zeros(count, int)
-    np.bitwise_or.at(areas, entry, rows["areas"])
-    table["areas"] = np.array([_area_names(bits) for bits in areas], dtype=object)
+    np.bitwise_or.at(table["areas"], entry, rows["areas"])
+    table["areas"] = np.array([_area_names(bits) for bits in table["areas"]], dtype=object)
+    table = {name: column.reshape(shape) for name, column in table.items()}
+    first = extreme(np.fmin, rows["start"][lasting], number[lasting], shape[0])
+    table["peak_phase"] = (recording.steady_time(table["peak_s"]) - first[:, None]) / turn
+    connector = np.zeros(shape[0], int)
     connector[number] = rows["connector"] + 1
-    table["connector"] = np.repeat(connector, len(SIDES))
-    return table
+    of_passage = {"passage": np.arange(shape[0])[:, None], "connector": connector[:, None], "side": np.array(SIDES)}
+    return table | {name: np.broadcast_to(column, shape) for name, column in of_passage.items()}
 
 
 def meshing_summary(recording: Recording) -> dict:
@@ -199,31 +191,34 @@ def meshing_summary(recording: Recording) -> dict:
     0.1 % of a turn or more a passage. Without a complete passage all other numbers are NaN and areas empty; without a
     contact of the kind shares and forces are 0 and phases NaN.
     """
-    table = passage_arrays(recording)
-    loop = recording.periods.loop
-    count = len(table["passage"]) // len(SIDES)
+    table, loop = passage_arrays(recording), recording.periods.loop
+    count = len(table["passage"])
     summary: dict = {"passages": count}
     for k, side in enumerate(SIDES):
-        rows = {name: column[k :: len(SIDES)] for name, column in table.items()}
+        rows = {name: column[:, k] for name, column in table.items()}
+        force, square = rows["impulse_ns"] / loop, rows["square_n2s"] / loop
+        mean = force.sum() / max(count, 1)
+        variance = square - 2 * mean * force + mean**2
+        # by measure: passages of which it is the mean, or the root of the mean
+        series = {name: (rows[name], False) for name in ("share_pct", "peak_n", "phase_start", "phase_end")}
+        series |= {"rms_n": (square, True), "sd_n": (variance, True)}
+        values: dict[str, float | str] = {}
+        for name, (each, root) in series.items():
+            known = each[~np.isnan(each)]
+            value, error, _ = Series(known, np.arange(len(known)), root).estimate()
+            values |= {name: value, SIDE_COLUMNS[name][-1]: error}
         touching = rows["touching_s"].sum()
-        quiet = 0.0 if count else NAN
-        share = rows["share_pct"]
-        values: dict[str, float | str] = {"share_pct": _mean(share), "share_error_pct": batch_error(share)[0]}
-        values |= _run_statistics(rows["impulse_ns"] / loop, rows["square_n2s"] / loop)
-        rms = float((rows["square_n2s"].sum() / touching) ** 0.5) if touching else quiet
+        rms = float((rows["square_n2s"].sum() / touching) ** 0.5) if touching else (0.0 if count else NAN)
         # to first order
-        rms_error = ratio_error(rows["square_n2s"], rows["touching_s"]) / (2 * rms) if touching else quiet
+        rms_error = ratio_error(rows["square_n2s"], rows["touching_s"]) / (2 * rms) if touching else rms
         values |= {"rms_contact_n": rms, "rms_contact_error_n": rms_error}
-        values |= {"peak_n": _mean(rows["peak_n"]), "peak_error_n": batch_error(rows["peak_n"])[0]}
         values["peak_largest_n"] = float(rows["peak_n"].max()) if count else NAN
-        for name in ("phase_start", "phase_end"):
-            known = rows[name][~np.isnan(rows[name])]
-            values |= {name: _mean(known), f"{name}_error": batch_error(known)[0]}
         if side != "ring":
             shares = sampled_shares(recording.area[:, :, k], recording.wheel_rate, recording.scene.rig)
             visited = ",".join(str(area) for area in range(1, 11) if shares[area] >= LEAST_SHARE)
             values["areas"] = (visited or "none") if count else ""
-        summary |= {f"{side}_{name}": value for name, value in values.items()}
+        columns = [name for column, (*_, error) in SIDE_COLUMNS.items() for name in (column, error)]
+        summary |= {f"{side}_{name}": values[name] for name in (*columns, "areas") if name in values}
     return summary
 
 
@@ -237,23 +232,6 @@ def sampled_shares(area: np.ndarray, wheel_rate: np.ndarray, rig: Rig) -> np.nda
     counted = np.bincount(area.ravel(), np.repeat(weight, area.shape[1]), 11)
     passed = weight.sum() * area.shape[1] * rig.sprocket.teeth / rig.chain.pitches
     return 100 * counted / passed if passed else np.full(11, NAN)
-
-
-def _mean(values: np.ndarray) -> float:
-    return float(values.mean()) if len(values) else NAN
-
-
-def _run_statistics(mean: np.ndarray, square: np.ndarray) -> dict[str, float]:
-    """RMS and SD of a force over the run, from each passage's share of its mean and mean square.
-
-    Their standard errors follow from those of the means to first order.
-    """
-    mean_force, mean_square = _mean(mean), _mean(square)
-    rms = mean_square**0.5
-    sd = max(mean_square - mean_force**2, 0.0) ** 0.5 if len(mean) else NAN
-    rms_error = batch_error(square)[0] / (2 * rms) if rms else rms
-    sd_error = batch_error(square - 2 * mean_force * mean)[0] / (2 * sd) if sd else sd
-    return {"rms_n": rms, "rms_error_n": rms_error, "sd_n": sd, "sd_error_n": sd_error}
 
 
 def _area_names(bits: int) -> str:
