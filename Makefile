@@ -56,7 +56,7 @@ lock: $(READY)
 	    --custom-compile-command 'make lock' $(addprefix --upgrade-package ,$(NEW)) --output-file requirements.lock
 
 cluster: $(READY)
-	$(BIN)/python tests/workflow/cluster/show.py
+	$(BIN)/python tests/workflow/cluster.py
 
 $(READY): requirements.lock pyproject.toml
 	$(PYTHON) -c 'import sys; assert sys.version_info >= (3, 11), "CPython 3.11 or newer is needed; set PYTHON="'

@@ -21,6 +21,10 @@ class InputError(TrackdynError):
     """Something the user gave cannot be used: the sentence names file, field, value and remedy."""
 
 
+class OutOfMemoryError(InputError):
+    """A recording does not fit into the memory that is free, which may pass."""
+
+
 class DivergenceError(TrackdynError):
     """The integration left the physical range: the sentence names the time and the body."""
 

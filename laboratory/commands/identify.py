@@ -66,17 +66,18 @@ def identify(
 
     Example: `trackdyn identify 150rpm.csv 210rpm.csv --unknown bushing.stiffness` finds one value from two records.
     """
+    from joblib import cpu_count
+
     from laboratory.inference.identification.identify import Settings
     from laboratory.inference.identification.informative import unknown_of
     from laboratory.report.identification import write_identification
     from trackdyn.files import check_writable
-    from trackdyn.sweeps.sweep import cores
 
     if simulations < 16 or simulations & (simulations - 1):
         raise InputError(f"--simulations = {simulations}: must be a power of two of at least 16, such as 128")
     if steps < 100:
         raise InputError(f"--steps = {steps}: must be at least 100")
-    settings = Settings(simulations, waves, steps, jobs or cores(), seed, not quiet)
+    settings = Settings(simulations, waves, steps, jobs or cpu_count(), seed, not quiet)
     measured = _measured(records, rig, rpm, ring_radius, preset, (mapping, unit, axis))
     unknowns = [unknown_of(text) for text in unknown or []]
     check_writable(out / "index.html")

@@ -9,7 +9,7 @@ import pandas as pd
 from scipy.stats import qmc
 
 from laboratory.inference.unknowns import Unknowns
-from laboratory.plausible.rows import SOURCES, rows_of_rigs
+from laboratory.plausible.rows import SOURCES, run_rig
 from laboratory.plausible.settings import PlausibleConfig, Scenario
 from trackdyn.errors import InputError, TrackdynError
 from trackdyn.rig.layout import can_close
@@ -76,14 +76,14 @@ class RigScenes(NamedTuple):
 
 
 def run_rigs(config: PlausibleConfig, requested: Sequence[RigScenes], jobs: int, store: Path | str) -> list[dict]:
-    """Rows (`rows.rows_of_rigs`) of rigs, in their order; a stored row is not computed again."""
+    """Rows (`rows.run_rig`) of rigs, in their order; a stored row is not computed again."""
     tasks: dict[str, dict] = {}
     keys = []
     for rig, laws, rig_scenes in requested:
         task = {"rig": rig.model_dump(), "scenes": rig_scenes, "fields": laws, "row": config.row.model_dump()}
         keys.append(key_of(task, SOURCES))
         tasks[keys[-1]] = task
-    rows = results(rows_of_rigs, tasks, jobs, store, "plausible tracks")
+    rows = results(run_rig, tasks, jobs, store, "plausible tracks")
     check_completed(rows.values(), "the same command goes on from there")
     return [rows[key] for key in keys]
 

@@ -1,7 +1,5 @@
 """A row: every scene of a rig that sentences of the paper are judged by."""
 
-from collections.abc import Callable
-
 import numpy as np
 
 from laboratory.plausible.revolution import summary
@@ -19,12 +17,8 @@ from trackdyn.sources import module_hash
 SOURCES = module_hash(__name__)
 
 
-def rows_of_rigs(memory: float) -> Callable[..., dict]:
-    """Return what computes all scenes of a rig as a row of the sweep engine."""
-    return _row
-
-
-def _row(rig: dict, scenes: list[list], fields: dict, row: dict) -> dict:
+def run_rig(rig: dict, scenes: list[list], fields: dict, row: dict) -> dict:
+    """Run all scenes of a rig: the values of a row of the sweep engine."""
     loaded = Rig.model_validate(rig)
     return first_that_runs(row["steps_s"], lambda step: _scenes(loaded, scenes, fields | {"step": step}, row))
 

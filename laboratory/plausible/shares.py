@@ -95,7 +95,7 @@ def tooth_detail(
     Parameters
     ----------
     rows : sequence of (draw, values)
-        Values of a rig's row (`rows.rows_of_rigs`) by profile: ``ten_arcs``, ``three_surfaces``.
+        Values of a rig's row (`rows.run_rig`) by profile: ``ten_arcs``, ``three_surfaces``.
     speeds, rings : sequence
         Motor speeds, rev/min; ring radii, m.
 

@@ -14,7 +14,6 @@ from trackdyn import Scene
 from trackdyn.measure.contacts import meshing_summary
 from trackdyn.measure.stopping import run_steady, steady_from
 from trackdyn.scene.scene import Periods, StopRule, steady_fields
-from trackdyn.simulation.loop import Loop
 
 RULE = StopRule(share_pct=0.2, force=0.006, passages=13, longest_turns=4)
 TURN = 2.0  # turn of the sprocket in the constructed records, s
@@ -27,7 +26,7 @@ def scene(rig):
 
 @pytest.fixture(scope="module")
 def short(scene):
-    recording, known = run_steady(Loop(scene), RULE)
+    recording, known = run_steady(scene, RULE)
     assert known
     return recording
 
@@ -92,6 +91,6 @@ def test_what_is_not_known_ends_with_its_scene(rig):
     """An asked precision below the scatter: the record lasts as long as it may."""
     known = RULE.model_copy(update={"share_pct": 1e-12, "longest_turns": 1.2})
     scene = Scene(rig, 210, 0.308, **steady_fields(rig, 210, known))
-    recording, answered = run_steady(Loop(scene), known)
+    recording, answered = run_steady(scene, known)
     assert not answered
     assert recording.begin + recording.time[-1] == pytest.approx(scene.ramp + 1.2 * Periods.at(rig, 210).loop, abs=2e-3)

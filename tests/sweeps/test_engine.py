@@ -14,9 +14,6 @@ MADE_UP = """
 import os, pathlib, signal
 from trackdyn.errors import DivergenceError, InputError
 
-def maker(memory):
-    return compute
-
 def compute(number, ends="", flag=""):
     if ends == "killed" and not pathlib.Path(flag).exists():
         pathlib.Path(flag).touch()
@@ -34,14 +31,14 @@ def compute(number, ends="", flag=""):
 
 
 @pytest.fixture
-def maker(tmp_path, monkeypatch):
+def compute(tmp_path, monkeypatch):
     (tmp_path / "made_up_rows.py").write_text(MADE_UP, encoding="utf-8")
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.delitem(sys.modules, "made_up_rows", raising=False)
     import made_up_rows
 
-    return made_up_rows.maker
+    return made_up_rows.compute
 
 
 def tasks(*asked):
@@ -53,9 +50,9 @@ def states(rows):
 
 
 @pytest.mark.parametrize("jobs", [1, 2])
-def test_what_comes_of_a_row_is_its_state(maker, tmp_path, jobs):
+def test_what_comes_of_a_row_is_its_state(compute, tmp_path, jobs):
     asked = tasks(*({"number": 1, "ends": ends} for ends in ("", "refused", "diverged", "failed")))
-    rows = results(maker, asked, jobs, tmp_path / "store")
+    rows = results(compute, asked, jobs, tmp_path / "store")
     assert states(rows[key] for key in asked) == [
         ("done", "", ["missing", "third"]),
         ("refused", "no such rig", []),
@@ -67,34 +64,25 @@ def test_what_comes_of_a_row_is_its_state(maker, tmp_path, jobs):
     check_completed([row for row in rows.values() if row["state"] != "failed"], "try again")
 
 
-def test_a_row_that_always_kills_its_process_fails_and_no_other(maker, tmp_path, monkeypatch):
+def test_a_row_that_always_kills_its_process_fails_and_no_other(compute, tmp_path, monkeypatch):
     """One that does so once is tried again; what had come stays. Also where a single row is left."""
     ends = {3: "killed", 9: "always killed"}
     asked = tasks(*({"number": k, "ends": ends.get(k, ""), "flag": str(tmp_path / "f")} for k in range(24)))
-    first = results(maker, asked, 2, tmp_path / "store")
+    first = results(compute, asked, 2, tmp_path / "store")
     (lost,) = [key for key, row in first.items() if row["state"] != "done"]
     assert asked[lost]["number"] == 9 and first[lost]["state"] == "failed" and (tmp_path / "f").exists()
     assert first[lost]["reason"].startswith("its process was ended (SIGKILL(-9)), perhaps out of memory")
     del asked[lost]
-    alone = results(maker, asked, 1)
+    alone = results(compute, asked, 1)
     assert json.dumps([first[key]["values"] for key in asked]) == json.dumps([alone[key]["values"] for key in asked])
     assert sorted(path.stem for path in (tmp_path / "store").iterdir()) == sorted(asked)
     monkeypatch.setattr(engine, "outcome", lambda *row: pytest.fail("was computed again"))
-    assert json.dumps(results(maker, asked, 2, tmp_path / "store")) == json.dumps({key: first[key] for key in asked})
+    assert json.dumps(results(compute, asked, 2, tmp_path / "store")) == json.dumps({key: first[key] for key in asked})
 
 
-def test_processes_that_cannot_start_are_said(maker, tmp_path, monkeypatch):
+def test_processes_that_cannot_start_are_said(compute, tmp_path, monkeypatch):
     import made_up_rows
 
     (tmp_path / "made_up_rows.py").write_text("import os; os._exit(1)", encoding="utf-8")
     with pytest.raises(TrackdynError, match=r"all 2 rows failed: its process was ended \(EXIT\(1\)"):
-        results(made_up_rows.maker, tasks({"number": 1}, {"number": 2}, {"number": 3}), 2)
-
-
-@pytest.mark.parametrize("content", [[1], {"key": "a"}, {"key": "a", "state": "done", "reason": "", "values": 3}])
-def test_a_row_that_no_sweep_has_written_is_left_out(tmp_path, capsys, content):
-    """Its checksum is right: it was made by hand."""
-    text = json.dumps(content).encode()
-    (tmp_path / "a.json").write_bytes(engine._checksum(text) + b"\n" + text + b"\n")
-    assert engine.Store(tmp_path).read(["a"]) == {}
-    assert "1 damaged row was ignored" in capsys.readouterr().err
+        results(made_up_rows.compute, tasks({"number": 1}, {"number": 2}, {"number": 3}), 2)

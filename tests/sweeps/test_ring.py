@@ -183,7 +183,7 @@ def test_the_command_writes_its_files_and_goes_on_with_the_same_numbers(tmp_path
     assert table["ring_radius_m"].fillna(0).tolist() == [0.0, 0.307] and set(table["state"]) == {"done"}
     rig = load_rig("bench")
     rule = StopRule()
-    recording, known = run_steady(Loop(Scene(rig, 210.0, 0.307, **steady_fields(rig, 210.0, rule))), rule)
+    recording, known = run_steady(Scene(rig, 210.0, 0.307, **steady_fields(rig, 210.0, rule)), rule)
     summary, row = meshing_summary(recording), table.iloc[1]
     for name in ("left_share_pct", "ring_rms_n", "right_share_pct"):
         assert row[name] == pytest.approx(summary[name], rel=1e-8), name

@@ -3,12 +3,18 @@
 import os
 import subprocess
 import sys
+from contextlib import nullcontext
 from pathlib import Path
+from types import SimpleNamespace
 
 import pandas as pd
+import pytest
+from snakemake.iocontainers import Namedlist
 
 from tests.viscous import VISCOUS
+from trackdyn.errors import TrackdynError
 from trackdyn.jit import cache_folder
+from trackdyn.sweeps import batch_jobs
 from trackdyn.sweeps.sweep import batches, sweep
 
 ROOT = Path(__file__).parents[2]
@@ -58,6 +64,7 @@ def test_a_module_without_its_config_says_what_is_missing(tmp_path):
 
 
 def test_batches_hold_every_row_once_and_neighbours_alike(rig_path):
+    """More batches than rows repeat the first row: none is empty."""
     design = pd.DataFrame(
         [{"motor_rpm": 115.0 + k, "ring_radius": (0.308, 0.31)[k % 2], **SCENE} for k in range(8)] * 2
     )
@@ -65,4 +72,19 @@ def test_batches_hold_every_row_once_and_neighbours_alike(rig_path):
     assert [len(rows) for rows in parts] == [4, 4]
     assert sorted(pd.concat(parts).motor_rpm) == [115.0 + k for k in range(8)]
     assert [rows.ring_radius.nunique() for rows in parts] == [1, 1]
-    assert [len(rows) for rows in batches(design, rig_path, 9)] == [1] * 8 + [0]
+    assert [len(rows) for rows in batches(design, rig_path, 9)] == [1] * 9
+
+
+@pytest.mark.parametrize(("attempt", "again"), [(2, True), (3, False)])
+def test_a_batch_with_failed_rows_is_tried_again_but_for_the_last_time(tmp_path, rig_path, monkeypatch, attempt, again):
+    design = pd.DataFrame([{"motor_rpm": 115.0, **SCENE}])
+    design.to_csv(tmp_path / "d.csv", index=False)
+    monkeypatch.setattr("trackdyn.simulation.recorder.virtual_memory", lambda: SimpleNamespace(available=1000))
+    job = SimpleNamespace(
+        input=SimpleNamespace(design=tmp_path / "d.csv", rig=rig_path), output=[tmp_path / "r.csv"], threads=1,
+        resources=SimpleNamespace(attempt=attempt),
+        params=Namedlist(fromdict={"batch": 0, "batches": 1, "retries": 2, "store": tmp_path / "rows"}),
+    )  # fmt: skip
+    with pytest.raises(TrackdynError, match="1 rows are to be tried again") if again else nullcontext():
+        batch_jobs.main(job)
+    assert pd.read_csv(tmp_path / "r.csv").state.tolist() == ["failed"]

@@ -16,6 +16,7 @@ from trackdyn.scene.scene import Scene, StopRule
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recorder import Recorder
 from trackdyn.simulation.recording import IN_SPACE, SAMPLED, Recording
+from trackdyn.simulation.settling import SettledLoops
 
 GROWTH = 1.1  # times that a record is longer from one judgement to the next
 Judged = TypeVar("Judged")
@@ -62,8 +63,8 @@ def later(recording: Recording, seconds: float) -> Recording:
     )
 
 
-def run_steady(loop: Loop, rule: StopRule) -> tuple[Recording, bool]:
-    """Start a loop and record it until its contacts have converged (then True), or for the duration of its scene.
+def run_steady(scene: Scene, rule: StopRule, starts: SettledLoops | None = None) -> tuple[Recording, bool]:
+    """Run a scene until its contacts have converged (then True), or for its duration; ``starts`` are as in `simulate`.
 
     What the rule asks for is judged by `judge_series`. The recording begins two thirds of a turn of the sprocket before
     the first passage that counts.
@@ -73,7 +74,7 @@ def run_steady(loop: Loop, rule: StopRule) -> tuple[Recording, bool]:
         begin, converged = steady_from(recording, rule)
         return later(recording, begin), converged
 
-    scene = loop.scene
+    loop = Loop(scene, starts)
     turns = 2 * LONGEST_CONTACT + PASSAGE + rule.visits(scene.rig) / scene.rig.sprocket.teeth
     first = turns * scene.periods.turn
     loop.advance(scene.ramp + scene.lead_in)

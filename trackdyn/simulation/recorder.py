@@ -7,9 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from psutil import virtual_memory
 
-from trackdyn.errors import DivergenceError, InputError
+from trackdyn.errors import DivergenceError, OutOfMemoryError
 from trackdyn.integrate.methods import METHODS
-from trackdyn.jit import FOLDER
 from trackdyn.model.arrays import CONTACT_INTERVAL, Plane, PlaneRecord, Record, make_record, make_state
 from trackdyn.model.constants import SPROCKET
 from trackdyn.scene.build import build_sensors
@@ -58,20 +57,15 @@ def cost(scene) -> Cost:
 
 
 def check_memory(scene, seconds: float | None = None) -> None:
-    """Refuse (`InputError`) a scene whose recording, or ``seconds`` of it, do not fit into the memory that is free."""
+    """Refuse (`OutOfMemoryError`) a scene whose recording, or ``seconds`` of it, does not fit into the free memory."""
     seconds = scene.duration if seconds is None else seconds
     memory, free = cost(scene).memory * seconds / scene.duration, virtual_memory().available
     if memory > free:
-        raise InputError(
+        raise OutOfMemoryError(
             f"scene: duration = {seconds:g} s: its recording needs about "
             f"{memory / 1e6:.0f} MB of memory and {free / 1e6:.0f} MB are free; use at most "
             f"{0.9 * seconds * free / memory:.3g} s, fewer pitches or a longer frame_interval"
         )
-
-
-def compiled() -> bool:
-    """Whether a time loop was compiled before, from these sources and for this processor."""
-    return FOLDER is not None and any(FOLDER.glob("called/integrate_*/run.*.nbc"))
 
 
 # Length of a chunk, s, and contacts that may end within it.

@@ -1,9 +1,9 @@
-"""The engine of rows: what is asked for by key is computed over the cores of one machine, and kept as it comes.
+"""The engine of rows: computes rows by key on the cores of one machine, and stores each as it comes.
 
 Sweeps, identification and the fit hand their rows to it. Its pool is joblib's (loky).
 
 The store has a file a row, so that sweeps beside each other need no lock: the SHA-256 of the row in its first line and
-the row as JSON in its second. What has no such checksum, or another one, is not read as a row.
+the row as JSON in its second. A file without such a checksum, or with another one, is not read as a row.
 """
 
 import hashlib
@@ -15,26 +15,28 @@ import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import nullcontext
-from functools import lru_cache
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from threading import Thread
 from typing import Any
 
-from joblib.externals.loky import ProcessPoolExecutor, as_completed
+from joblib.externals.loky import ProcessPoolExecutor
 from joblib.externals.loky.process_executor import TerminatedWorkerError
-from psutil import virtual_memory
 from tqdm import tqdm
 
-from trackdyn.errors import DivergenceError, InputError, TrackdynError
+from trackdyn.errors import DivergenceError, InputError, OutOfMemoryError, TrackdynError
 from trackdyn.files import broken_off, read_bytes, remove_abandoned, replacing
 from trackdyn.rig.validation import shown
-from trackdyn.simulation.recorder import compiled
 
 # States of a row: its numbers came; its input is refused; its run left the physical range; nothing came, for a reason
 # that may pass.
 DONE, REFUSED, DIVERGED, FAILED = "done", "refused", "diverged", "failed"
 LARGEST = 100_000_000  # bytes; a row of a sweep takes 4,000
+# Rows that a process takes at once: some, to share what settling gives, and few, so that all processes end together.
+PIECES, LONGEST_PIECE = 8, 8
+Compute = Callable[..., dict]  # computes the values of a row; other processes look it up by its name
+Tasks = Mapping[str, dict]  # arguments of rows by their keys, plain data
 
 
 def key_of(*content: Any) -> str:
@@ -47,13 +49,8 @@ def without_values(key: str, state: str, reason: str) -> dict:
     return {"key": key, "state": state, "reason": reason, "values": {}}
 
 
-def plain(row: dict) -> dict:
-    """A row as it comes back from its file: numpy's numbers become Python's."""
-    return json.loads(json.dumps(row, default=lambda number: number.item()))
-
-
 class Store:
-    """Results by key in a folder, which is made if it is not there; `InputError`: it cannot be made or written."""
+    """Rows by key in a folder, which is made if it is not there; `InputError`: it cannot be made or written."""
 
     def __init__(self, folder: Path | str):
         self.folder = Path(folder)
@@ -64,24 +61,16 @@ class Store:
             raise InputError(f"{folder}: cannot be written ({reason}); choose another folder") from None
 
     def read(self, keys: Iterable[str], say: bool = True) -> dict[str, dict]:
-        """Results of these keys; damaged files are left out, and counted on standard error if ``say``."""
-        rows, damaged = {}, 0
-        for key in keys:
-            path = self.folder / f"{key}.json"
-            if not path.exists():
-                continue
-            row = _row(path)
-            if row is None or row.get("key") != key:
-                damaged += 1
-            else:
-                rows[key] = row
-        if damaged and say:
-            what = "1 damaged row was" if damaged == 1 else f"{damaged} damaged rows were"
-            print(f"trackdyn: {self.folder}: {what} ignored; they are computed again", file=sys.stderr)
+        """Rows of these keys; damaged files are left out, and counted on standard error if ``say``."""
+        paths = {key: path for key in keys if (path := self.folder / f"{key}.json").exists()}
+        rows = {key: row for key, path in paths.items() if (row := _row(path, key))}
+        if say and (damaged := len(paths) - len(rows)):
+            words = "1 damaged row was" if damaged == 1 else f"{damaged} damaged rows were"
+            print(f"trackdyn: {self.folder}: {words} ignored; they are computed again", file=sys.stderr)
         return rows
 
     def keep(self, row: dict) -> None:
-        """Write a result (or `InputError`: a full disk); what failed for a passing reason is not kept."""
+        """Write a row, unless it failed for a reason that may pass. Raises `InputError`: the disk is full."""
         if row["state"] == FAILED:
             return
         content = json.dumps(row).encode()
@@ -93,47 +82,38 @@ def _checksum(content: bytes) -> bytes:
     return hashlib.sha256(content).hexdigest().encode()
 
 
-def _row(path: Path) -> dict[str, Any] | None:
-    """The row of a file; None: it is damaged."""
+def _row(path: Path, key: str) -> dict[str, Any] | None:
+    """The row of a file; None: it is damaged, or another row's."""
     try:
         checksum, _, content = read_bytes(path, "row", LARGEST).partition(b"\n")
     except InputError:
         return None
     if not content.endswith(b"\n") or checksum != _checksum(content[:-1]):
         return None
-    row = json.loads(content)  # by this program, or forged
-    sound = isinstance(row, dict) and isinstance(row.get("values"), dict)
-    return row if sound and all(isinstance(row.get(name), str) for name in ("key", "state", "reason")) else None
-
-
-# Rows that a process takes at once: some, to share what settling gives, and few, so that all processes end together.
-PIECES, LONGEST_PIECE = 8, 8
-# Makes the function that computes rows, of the bytes of memory that a row may take. It is looked up by its name in
-# other processes; what goes in by name and comes out is plain data.
-Maker = Callable[[float], Callable[..., dict]]
-Tasks = dict[str, dict]
+    row = json.loads(content)
+    return row if row["key"] == key else None
 
 
 def results(
-    maker: Maker,
-    tasks: Mapping[str, dict],
+    compute: Compute,
+    tasks: Tasks,
     jobs: int = 1,
     store: Path | str | None = None,
     progress: str = "",
     unit: str = "row",
 ) -> dict[str, dict]:
-    """Rows by their keys (`key_of`), those that the store does not have computed: ``key, state, reason, values``.
+    """Rows by their keys (`key_of`), each with ``key, state, reason, values``; a stored row is not computed again.
 
-    ``maker`` makes what computes the values of a row from the arguments in ``tasks``, neighbours alike, on ``jobs``
-    processes (1: in this one). ``store`` is a folder in which rows are stored as they come; a bar called ``progress``
-    counts rows in ``unit``, none if empty.
+    ``compute`` makes the values of a row from its arguments in ``tasks``, neighbours alike, on ``jobs`` processes (1:
+    in this one). ``store`` is a folder in which rows are stored as they come; a bar called ``progress`` counts rows in
+    ``unit``, none if empty. Raises `TrackdynError`: no process can start.
     """
     with TemporaryDirectory() if store is None else nullcontext(store) as folder:
         rows_store = Store(folder)
         rows = rows_store.read(tasks)
         due = {key: task for key, task in tasks.items() if key not in rows}
         with tqdm(total=len(due), disable=not progress, unit=unit, desc=progress, smoothing=0.05) as bar:
-            for row in _computed(maker, due, jobs, free_memory(), rows_store):
+            for row in _computed(compute, due, jobs, rows_store):
                 rows[row["key"]] = row
                 bar.update()
     return rows
@@ -146,92 +126,60 @@ def check_completed(rows: Iterable[dict], advice: str) -> None:
             raise TrackdynError(f"a simulation failed for a reason that may pass ({row['reason']}); {advice}")
 
 
-def outcome(compute: Callable[..., dict], key: str, task: dict) -> dict:
-    """The row of ``key``: the values that ``compute`` makes of ``task``, or why there are none."""
-    state, reason, values = DONE, "", {}
-    try:
-        values = compute(**task)
-    except InputError as error:
-        state, reason = REFUSED, str(error)
-    except DivergenceError as error:
-        state, reason = DIVERGED, str(error)
-    except MemoryError as error:
-        state, reason = FAILED, str(error) or "the memory that is free does not suffice"
-    except Exception as error:  # a row never stops the others
-        state, reason = FAILED, f"{type(error).__name__}: {shown(str(error))}"
-    return plain({"key": key, "state": state, "reason": reason, "values": values})
-
-
-def free_memory() -> float:
-    """Bytes that rows may take: what is free, or half of what SLURM gave the job, since the program is there, too."""
-    limit = os.environ.get("SLURM_MEM_PER_NODE", "")
-    free = virtual_memory().available
-    return min(free, float(limit) * 2**20 / 2) if limit.isdecimal() and int(limit) else float(free)
-
-
-def _computed(maker: Maker, due: Tasks, jobs: int, memory: float, store: Store) -> Iterator[dict]:
-    """Rows as they come, in any order."""
-    if jobs == 1 or len(due) < 2:
-        compute = maker(memory)
-        for key, task in due.items():
-            store.keep(row := outcome(compute, key, task))
-            yield row
-        return
-    waiting, share = dict(due), memory / jobs
-    if not compiled():  # or every process would compile the same kernels
-        first = next(iter(waiting))
-        yield from _by_processes(maker, {first: waiting.pop(first)}, 1, 1, share, store)
-    size = min(max(len(waiting) // (PIECES * jobs), 1), LONGEST_PIECE)
-    yield from _by_processes(maker, waiting, jobs, size, share, store)
-
-
-def _by_processes(maker: Maker, waiting: Tasks, jobs: int, size: int, memory: float, store: Store) -> Iterator[dict]:
-    """Rows by processes that take the next ``size`` of them at once; every row that comes leaves ``waiting``.
+def _computed(compute: Compute, due: Tasks, jobs: int, store: Store) -> Iterator[dict]:
+    """Rows as they come, in any order.
 
     All processes end with the first one that is killed. Rows that they had in hand are then run one at a time, which
     tells the row that ends its process: it fails. Raises `TrackdynError`: all of those failed.
     """
+    if jobs == 1 or len(due) < 2:
+        yield from (outcome(compute, store, key, task) for key, task in due.items())
+        return
+    waiting = dict(due)
+    size = min(max(len(waiting) // (PIECES * jobs), 1), LONGEST_PIECE)
     while waiting:
         try:
-            for row in _pooled(maker, waiting, min(jobs, len(waiting)), size, memory, store.folder):
+            for row in _pooled(compute, waiting, min(jobs, len(waiting)), size, store):
                 del waiting[row["key"]]
                 yield row
-        except TerminatedWorkerError as error:
-            ended = f"its process was ended ({_signal(error)}), perhaps out of memory; use fewer jobs or more memory"
+        except TerminatedWorkerError:
             remove_abandoned(store.folder)
-            for key, row in store.read(list(waiting), say=False).items():  # stored before the processes ended
-                del waiting[key]
+            rows = list(store.read(waiting, say=False).values())  # stored before the processes ended
+            in_hand = [key for key in waiting if key not in {row["key"] for row in rows}][: jobs * size]
+            alone = [_alone(compute, key, waiting[key], store) for key in in_hand]
+            if len(alone) > 1 and all(row["state"] == FAILED for row in alone):
+                raise TrackdynError(f"all {len(alone)} rows failed: {alone[0]['reason']}") from None
+            for row in rows + alone:
+                del waiting[row["key"]]
                 yield row
-            in_hand = {key: waiting.pop(key) for key in list(waiting)[: jobs * size]}
-            if jobs * size == 1:
-                yield from (without_values(key, FAILED, ended) for key in in_hand)
-                continue
-            rows = list(_by_processes(maker, in_hand, 1, 1, memory, store))
-            if len(rows) > 1 and all(row["state"] == FAILED for row in rows):
-                raise TrackdynError(f"all {len(rows)} rows failed: {ended}") from None
-            yield from rows
 
 
-def _signal(error: Exception) -> str:
-    return ", ".join(re.findall(r"(?:SIG|EXIT)\w*\(-?\d+\)", str(error))) or "without a word"
+def _alone(compute: Compute, key: str, task: dict, store: Store) -> dict:
+    """The row of a process of its own; it fails if that is killed."""
+    try:
+        return next(_pooled(compute, {key: task}, 1, 1, store))
+    except TerminatedWorkerError as error:
+        number = ", ".join(re.findall(r"(?:SIG|EXIT)\w*\(-?\d+\)", str(error))) or "without a word"
+        reason = f"its process was ended ({number}), perhaps out of memory; use fewer jobs or more memory"
+        return without_values(key, FAILED, reason)
 
 
-def _pooled(maker: Maker, tasks: Tasks, jobs: int, size: int, memory: float, folder: Path) -> Iterator[dict]:
-    """Rows by a pool of processes. Raises `TerminatedWorkerError`: one of them was killed."""
-    keys = list(tasks)
-    pieces = [{key: tasks[key] for key in keys[k : k + size]} for k in range(0, len(keys), size)]
+def _pooled(compute: Compute, tasks: Tasks, jobs: int, size: int, store: Store) -> Iterator[dict]:
+    """Rows by a pool of processes that take ``size`` of them at once.
+
+    Raises `TerminatedWorkerError`: one of them was killed.
+    """
     # trackers remove what a killed sweep leaves, each with a warning
     os.environ.setdefault("PYTHONWARNINGS", "ignore:resource_tracker:UserWarning")
     # A Ctrl-C is for the one who started them: processes and threads begin with the signals that their maker blocks.
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         pool = ProcessPoolExecutor(jobs, timeout=None, initializer=_begin, initargs=(os.getpid(),))
-        rows = [pool.submit(_piece, maker, memory, piece, folder) for piece in pieces]
+        rows = pool.map(partial(outcome, compute, store), tasks, tasks.values(), chunksize=size)
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
     try:
-        for piece in as_completed(rows):
-            yield from piece.result()
+        yield from rows
     finally:
         pool.shutdown(wait=True, kill_workers=True)
 
@@ -249,16 +197,19 @@ def _begin(parent: int) -> None:
     Thread(target=watch, daemon=True).start()
 
 
-@lru_cache(maxsize=1)
-def _computer(maker: Maker, memory: float) -> Callable[..., dict]:
-    """The function that computes rows in this process: settled loops are shared from piece to piece."""
-    return maker(memory)
-
-
-def _piece(maker: Maker, memory: float, tasks: Tasks, folder: Path) -> list[dict]:
-    """Some rows, each kept at once."""
-    store, rows = Store(folder), []
-    for key, task in tasks.items():
-        store.keep(row := outcome(_computer(maker, memory), key, task))
-        rows.append(row)
-    return rows
+def outcome(compute: Compute, store: Store, key: str, task: dict) -> dict:
+    """Compute the row of ``key`` and store it: the values that ``compute`` makes of ``task``, or why there are none."""
+    row = without_values(key, DONE, "")
+    try:
+        row["values"] = compute(**task)
+    except (OutOfMemoryError, MemoryError) as error:
+        row |= {"state": FAILED, "reason": str(error) or "the memory that is free does not suffice"}
+    except InputError as error:
+        row |= {"state": REFUSED, "reason": str(error)}
+    except DivergenceError as error:
+        row |= {"state": DIVERGED, "reason": str(error)}
+    except Exception as error:  # a row never stops the others
+        row |= {"state": FAILED, "reason": f"{type(error).__name__}: {shown(str(error))}"}
+    row = json.loads(json.dumps(row, default=lambda number: number.item()))  # as it comes back from its file
+    store.keep(row)
+    return row

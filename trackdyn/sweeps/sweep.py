@@ -1,10 +1,5 @@
-"""A sweep: a row a scene goes in, a row a result comes out, and what is known is not computed again.
+"""A sweep: a row a scene goes in, a row a result comes out; a result is stored by a key of all that it depends on."""
 
-What a row asks for has a key, by which its result is known again.
-"""
-
-import os
-import re
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -12,13 +7,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
+from joblib import cpu_count
 
 from trackdyn.errors import InputError
 from trackdyn.files import check_writable
 from trackdyn.rig.rig import Rig, load_rig
 from trackdyn.rig.rig_file import DEFAULT
-from trackdyn.rig.validation import parse_number, shown, typed, validated, within
-from trackdyn.scene.choices import CHOICES, preset
+from trackdyn.rig.validation import parse_number, shown, typed, within
 from trackdyn.scene.scene import LONGEST_RUN, Scene, StopRule
 from trackdyn.scene.step import LEAST_STEP
 from trackdyn.simulation.settling import LATER
@@ -26,9 +21,8 @@ from trackdyn.sources import module_hash
 from trackdyn.sweeps.design import check_ending, check_header, read_table, write_table
 from trackdyn.sweeps.engine import DIVERGED, DONE, REFUSED, Store, key_of, without_values
 from trackdyn.sweeps.engine import results as computed
-from trackdyn.sweeps.sweep_row import Rows
+from trackdyn.sweeps.sweep_row import run_row
 
-FLAGS = ("contact_log", "every_link")
 # but for the longest turns: the row's duration says that
 STOP_RULE = tuple(f"stop_rule.{name}" for name in StopRule.model_fields if name != "longest_turns")
 TRUTH = {"true": True, "false": False}
@@ -49,21 +43,19 @@ class SweepRow(NamedTuple):
 
     key: str  # hash of rig, scene, what ends the run, and the sources of all that computes a row
     same_start: str  # rows that sort together share what settling gives
-    rig: dict  # values of the rig's file
-    changes: dict  # those that the row replaces (``section__field``)
-    scene: dict  # fields of the scene; ``step`` may be several, of which the first counts that comes out
-    # when contacts have converged (`trackdyn.measure.stopping.StopRule`); empty: they do not end the run
-    stop_rule: dict
+    # arguments of `sweep_row.run_row`: values of the rig's file, those that the row replaces (``section__field``),
+    # fields of the scene, of which ``step`` may be several, and the fields of a `StopRule`, or none
+    task: dict[str, dict]
     reason: str  # why the row is refused already, or nothing
 
-    @property
-    def task(self) -> dict:
-        """Arguments of `sweep_row.Rows`."""
-        return {name: getattr(self, name) for name in ("rig", "changes", "scene", "stop_rule")}
 
+def read_design(design: pd.DataFrame | Path | str) -> pd.DataFrame:
+    """A design whose columns make scenes.
 
-def check_columns(table: pd.DataFrame, where: str) -> None:
-    """Refuse (`InputError`) a design whose columns do not make scenes: one that nothing is known of, or one missing."""
+    Raises `InputError`: it is no table, has no rows, or a column that is not known, or lacks ``motor_rpm``.
+    """
+    table, where = (design, "design") if isinstance(design, pd.DataFrame) else (read_table(design), str(design))
+    check_header(list(table.columns), where)
     for name in table.columns:
         if name not in COLUMNS and not Rig.may_have(name):
             raise InputError(
@@ -74,6 +66,7 @@ def check_columns(table: pd.DataFrame, where: str) -> None:
         raise InputError(f"{where}: has no column motor_rpm; add it")
     if not len(table):
         raise InputError(f"{where}: has no rows; a row a scene is needed")
+    return table
 
 
 def requested_rows(table: pd.DataFrame, rig: str = DEFAULT) -> list[SweepRow]:
@@ -82,94 +75,76 @@ def requested_rows(table: pd.DataFrame, rig: str = DEFAULT) -> list[SweepRow]:
     ``rig`` is the file of the rig, or the name of a shipped one, where a row names no other. Raises `InputError` if all
     rows are of that rig, and it cannot be used.
     """
-    read = cache(_rig)
+    read = cache(lambda path: load_rig(path).model_dump())
     if "rig" not in table.columns:
         read(rig)
-    named = [(name, table[name].tolist()) for name in table.columns]
-    return [_row({name: values[k] for name, values in named}, rig, read) for k in range(len(table))]
+    columns = [table[name].tolist() for name in table.columns]
+    return [_row(dict(zip(table.columns, cells, strict=True)), rig, read) for cells in zip(*columns, strict=True)]
 
 
-def _row(cells: dict[str, Any], rig: str, read: Callable[[str], tuple[dict, str]]) -> SweepRow:
-    values = {name: value for name, cell in cells.items() if (value := _plain(cell)) is not None}
-    base: dict = {}
+def _row(cells: dict[str, Any], rig: str, read: Callable[[str], dict]) -> SweepRow:
+    values = {name: value for name, cell in cells.items() if (value := _value(cell)) is not None}
     fields: dict = {}
-    changes: dict = {}
-    stop_rule: dict = {}
-    content, reason = "", ""
+    task: dict[str, dict] = {"rig": {}, "changes": {}, "scene": fields, "stop_rule": {}}
+    reason = ""
     try:
         if "ring_radius" in cells and "ring_radius" not in values:
             raise InputError("ring_radius is empty; expected a radius in m, or none")
         if "motor_rpm" not in values:
             raise InputError("motor_rpm is empty; a speed in rev/min is needed")
-        base, content = read(str(values.get("rig", rig)))
-        if "preset" in values:
-            preset(str(values["preset"]))  # refused here, not by the row when it runs
-            fields["preset"] = str(values["preset"])
+        task["rig"] = read(str(values.get("rig", rig)))
         for name, value in values.items():
-            if name in Scene.model_fields and name != "rig":
+            if name == "preset":
+                fields[name] = str(value)
+            elif name in Scene.model_fields and name != "rig":
                 fields[name] = _field(name, value)
             elif name in STOP_RULE:
-                stop_rule[name.removeprefix("stop_rule.")] = _number(value)
+                task["stop_rule"][name.removeprefix("stop_rule.")] = value
             elif name not in OWN:
-                changes[name.replace(".", "__")] = _number(value)
+                task["changes"][name.replace(".", "__")] = value
         if fields["motor_rpm"] == 0:
             raise InputError("motor_rpm = 0: must be above 0, for a row records a running track")
-        if stop_rule:
-            validated(StopRule, stop_rule | {"longest_turns": 1}, "stop_rule")
     except InputError as error:
         reason = str(error)
     # alike for a row that states a setting and one that leaves it to the defaults
     scene = DEFAULTS | fields
-    rig_is = [content, changes]
-    asks = [rig_is, scene, stop_rule, module_hash("trackdyn.sweeps.sweep_row"), values if reason else None]
+    key = key_of(task | {"scene": scene}, module_hash("trackdyn.sweeps.sweep_row"), values if reason else None)
     settles = {name: value for name, value in scene.items() if name not in (*LATER, "ring_radius")}
-    same_start = f"{key_of(rig_is, settles)} {fields.get('ring_radius', '')}"
-    return SweepRow(key_of(*asks), same_start, base, changes, fields, stop_rule, reason)
+    same_start = f"{key_of(task['rig'], task['changes'], settles)} {fields.get('ring_radius', '')}"
+    return SweepRow(key, same_start, task, reason)
 
 
-def _plain(cell: Any) -> Any:
-    """A cell as Python's own value; None: nothing stands there."""
+def _value(cell: Any) -> Any:
+    """A cell as Python's own value, a number where it can be read as one; None: nothing stands there."""
     if isinstance(cell, (np.ndarray, np.generic)):
         cell = cell.tolist()
-    if isinstance(cell, (bool, int, list, tuple)):
-        return cell
+    if isinstance(cell, (list, tuple)):
+        return [_value(each) for each in cell]
     if isinstance(cell, str):
-        return cell.strip() or None
-    return None if pd.isna(cell) else cell if isinstance(cell, float) else str(cell)
-
-
-def _rig(path: str) -> tuple[dict, str]:
-    """Values of a rig's file and their hash."""
-    values = load_rig(path).model_dump()
-    return values, key_of(values)
-
-
-def _number(value: Any) -> Any:
-    """A number where there is one, 115 like 115.0; what is none goes on to be refused by the field."""
+        cell = cell.strip() or None
+    if isinstance(cell, bool) or pd.isna(cell):
+        return cell if isinstance(cell, bool) else None
     try:
-        return value if isinstance(value, (bool, list, tuple)) else parse_number(value)
-    except (ValueError, OverflowError):
-        return value
+        return parse_number(cell)
+    except (ValueError, OverflowError, TypeError):  # goes on to be refused by its field
+        return cell
 
 
 def _field(name: str, value: Any) -> Any:
-    """A field of a scene out of its cell."""
-    words = value.lower().replace(";", " ").split() if isinstance(value, str) else value
-    if name in CHOICES:
-        return value
-    if name in FLAGS:
-        return TRUTH.get(value.lower(), value) if isinstance(value, str) else value
+    """A field of a scene out of the value of its cell. Raises `InputError`: one of several steps is none."""
+    if isinstance(value, str):
+        if name in ("pitches", "step"):
+            value = _value(value.replace(";", " ").split())
+        elif name in ("contact_log", "every_link"):
+            value = TRUTH.get(value.lower(), value)
+        elif (name, value.lower()) == ("ring_radius", "none"):
+            return None
     if name == "pitches":
-        counted = isinstance(value, str) and all(re.fullmatch("[0-9]+", word) for word in words)
-        return [int(word) for word in words] if counted else value
-    if name == "step" and isinstance(words, (list, tuple)) and len(words) > 1:
-        return [within("step", _number(step), LEAST_STEP, LONGEST_RUN, " s") for step in words]
-    return None if name == "ring_radius" and words == ["none"] else _number(value)
-
-
-def cores() -> int:
-    """Cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+        pitches = value if isinstance(value, list) else [value]
+        return [int(pitch) if isinstance(pitch, float) and pitch.is_integer() else pitch for pitch in pitches]
+    if name == "step" and isinstance(value, list):
+        return [within("step", step, LEAST_STEP, LONGEST_RUN, " s") for step in value]
+    return value
 
 
 @typed
@@ -226,7 +201,7 @@ def sweep(
     rows = requested_rows(table, str(rig))
     results_by_key = {row.key: without_values(row.key, REFUSED, row.reason) for row in rows if row.reason}
     due = {row.key: row.task for row in sorted(rows, key=lambda row: row.same_start) if not row.reason}
-    results_by_key |= computed(Rows, due, jobs or cores(), store, "sweep" if progress else "")
+    results_by_key |= computed(run_row, due, jobs or cpu_count(), store, "sweep" if progress else "")
     by_row = [results_by_key[row.key] for row in rows]
     message = pd.DataFrame({name: [result[name] for result in by_row] for name in ("key", "state", "reason")})
     values = pd.DataFrame([result["values"] for result in by_row])
@@ -260,32 +235,13 @@ def check_replaceable(out: Path | str, store: Path | str | None = None) -> None:
         raise InputError(f"{out} exists, and {folder} does not hold {missing} of its rows; {remedy}")
 
 
-def read_design(design: pd.DataFrame | Path | str) -> pd.DataFrame:
-    """A design whose columns are known. Raises `InputError`: it is no table, or no design."""
-    if not isinstance(design, (pd.DataFrame, Path, str)):
-        raise InputError(f"design = {shown(design)}: must be a pandas table or the name of a file")
-    table, where = (design, "design") if isinstance(design, pd.DataFrame) else (read_table(design), str(design))
-    check_header(list(table.columns), where)
-    check_columns(table, where)
-    return table
-
-
 def batches(design: pd.DataFrame | Path | str, rig: Path | str, count: int) -> list[pd.DataFrame]:
-    """A design in ``count`` parts of one size, some perhaps empty, each row once and neighbours alike."""
+    """A design in ``count`` parts of one size, each row once and neighbours alike; of fewer rows, the first again."""
     table = read_design(design)
     rows = requested_rows(table, str(rig))
     first = {row.key: k for k, row in reversed(list(enumerate(rows)))}
     order = sorted(first.values(), key=lambda k: rows[k].same_start)
-    return [table.iloc[sorted(positions)] for positions in np.array_split(np.array(order, dtype=int), count)]
-
-
-def one_of_each_kind(design: pd.DataFrame | Path | str) -> pd.DataFrame:
-    """The first row of each fidelity in a design: what must be compiled before its other rows."""
-    table = read_design(design)
-    kinds = [
-        name for name in table.columns if name in (*CHOICES, "preset", "every_link") or name.startswith("stop_rule.")
-    ]
-    return table.drop_duplicates(kinds) if kinds else table.head(1)
+    return [table.iloc[sorted(part) if len(part) else order[:1]] for part in np.array_split(order, count)]
 
 
 def _storable(column: pd.Series) -> pd.Series:
@@ -293,9 +249,8 @@ def _storable(column: pd.Series) -> pd.Series:
     try:
         return pd.to_numeric(column) if column.dtype != bool else column
     except (ValueError, TypeError):
-        texts = (" ".join(map(str, cell)) if isinstance(cell, (list, tuple)) else cell for cell in column)
-        return pd.Series(
-            ["" if cell is None or cell != cell else str(cell) for cell in texts], name=column.name, dtype=str
+        return column.map(lambda cell: " ".join(map(str, cell)) if isinstance(cell, (list, tuple)) else cell).map(
+            lambda cell: "" if cell is None or cell != cell else str(cell)
         )
 
 

@@ -154,7 +154,7 @@ def calibrate(config: CalibrationConfig, store, jobs: int = 1, progress: bool = 
 
     content = [config.model_dump(exclude={"plain"}), module_hash(__name__)]
     tasks = {key_of(*content, *each): dict(zip(("truth", "discrepancy"), each, strict=True)) for each in due}
-    rows_by_key = results(lambda memory: identified_at, tasks, 1, store, "calibration" if progress else "", "record")
+    rows_by_key = results(identified_at, tasks, 1, store, "calibration" if progress else "", "record")
     check_completed(rows_by_key.values(), "the same command goes on from there")
     ranks = pd.DataFrame([row for key in tasks for row in rows_by_key[key]["values"]["rows"]])
     identified = ranks[(ranks["discrepancy"] == PRIOR) & (ranks["verdict"] != "")]

@@ -3,7 +3,7 @@
 What is computed is kept on disk at once, and known again by rig, scenes and sources.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from math import ceil
 from pathlib import Path
 from typing import NamedTuple
@@ -88,13 +88,8 @@ class Experiment(NamedTuple):
         return [(key_of(task, module_hash(__name__)), task | {"seed": int(key_of(task), 16)}) for task in tasks]
 
 
-def rows_of_rigs(memory: float) -> Callable[..., dict]:
-    """Maker of the function that computes the rows of `run`; none takes much memory."""
-    return _statistics
-
-
-def _statistics(rig: dict, changes: dict, speeds: list, turns: int, noise: float, begin: float, seed: int) -> dict:
-    """`turn_statistics` of every speed."""
+def run_rig(rig: dict, changes: dict, speeds: list, turns: int, noise: float, begin: float, seed: int) -> dict:
+    """Simulate a rig: `turn_statistics` of every speed, the values of a row of the sweep engine."""
     changed, starts, rng = Rig.model_validate(rig).changed(**changes), SettledLoops(), np.random.default_rng(seed)
     values = {}
     for k, speed in enumerate(MeasuredSpeed(*fields) for fields in speeds):
@@ -129,7 +124,7 @@ def run_experiment(
 ) -> Simulated:
     """Simulate rigs, those that the store does not know; ``progress`` is what the bar is called, none if empty."""
     tasks = experiment.tasks(changes)
-    rows_by_key = results(rows_of_rigs, dict(tasks), jobs, store, progress, "rig")
+    rows_by_key = results(run_rig, dict(tasks), jobs, store, progress, "rig")
     check_completed(rows_by_key.values(), "--resume goes on from there")
     rows = [rows_by_key[key] for key, _ in tasks]
     statistics = [

@@ -16,7 +16,6 @@ from trackdyn.measure.whole_loop import whole_loop
 from trackdyn.rig.rig import Rig, load_rig
 from trackdyn.scene.choices import PRESETS, WITHOUT_RING
 from trackdyn.scene.scene import Scene, StopRule, steady_fields
-from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.settling import SettledLoops
 from trackdyn.simulation.simulate import simulate
 
@@ -58,7 +57,7 @@ def measure_setting(
 def _run(scene: Scene, rule: StopRule, starts: SettledLoops) -> tuple[dict[str, float], float]:
     """Statistics of a scene, and wall seconds a simulated one."""
     simulate(scene.with_(duration=0.01, lead_in=0.0), starts=starts)  # compiled before anything is timed
-    recording, _ = run_steady(Loop(scene.with_(every_link=True), starts), rule)
+    recording, _ = run_steady(scene.with_(every_link=True), rule, starts)
     loop = whole_loop(recording)
     measures = {name: loop[name].value for name in ("rms", "sd", "line", "high_frequency")}
     return statistics_of(recording) | measures, recording.wall / (len(recording.time) / recording.rate)
