@@ -99,6 +99,18 @@ def test_a_trial_halves_until_the_answer_holds(running):
     assert running.time == 0.0
 
 
+@pytest.mark.parametrize(
+    ("differences", "holds", "count"), [((0.04, 0.019), 2.5e-5, 3), ((0.012, 0.011, 0.009), 2.5e-5, 4)]
+)
+def test_differences_that_fall_with_the_step_foretell_the_next_but_scatter_does_not(
+    running, monkeypatch, differences, holds, count
+):
+    made = iter(differences)
+    monkeypatch.setattr(RunStatistics, "difference", lambda *_: Difference(0.0, next(made)))
+    step, tried = try_steps(running, 115.0)
+    assert step == pytest.approx(holds) and len(tried) == count
+
+
 def test_the_trial_of_a_run_settles_with_its_own_step(make_scene, monkeypatch):
     """A loop that the coarse step had settled wrongly was taken for the start of the finer run as well."""
     made, init = [], Loop.__init__
