@@ -6,7 +6,7 @@ import pytest
 
 from laboratory.plausible.draws import EQUAL_PITCH, drawn_rigs, neighbours, scenes
 from laboratory.plausible.revolution import summary
-from laboratory.plausible.rows import rows_of_rigs
+from laboratory.plausible.rows import run_rig
 from laboratory.plausible.settings import load_plausible
 from laboratory.plausible.shares import DEPENDS, FOLLOWS, NEVER, NOT_JUDGED, separating_values, shares, tooth_detail
 from laboratory.plausible.study import judged_claims
@@ -129,7 +129,7 @@ def test_sentences_of_the_scorecard_come_from_a_row_too():
     """Verdicts of claims and sentences agree: a sentence is shown where all of its claims are."""
     small = CONFIG.model_copy(update={"radii_m": [0.304, 0.308], "speeds_rpm": [115.0]})
     rig = load_rig("paper")
-    values = rows_of_rigs(0.0)(rig.model_dump(), scenes(small), small.scene, small.row.model_dump())
+    values = run_rig(rig.model_dump(), scenes(small), small.scene, small.row.model_dump())
     claims, sentences = judged_claims(CLAIMS), load_sentences(CLAIMS)
     verdicts = judge_rig(small, values, rig, claims, sentences)
     for number in (7, 9, 10, 14):

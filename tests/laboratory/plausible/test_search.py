@@ -9,7 +9,7 @@ import pytest
 from laboratory.plausible.default_rig import rig_entries, rig_text, slip_entries
 from laboratory.plausible.distances import FORMS, cost, statement_distances
 from laboratory.plausible.draws import EQUAL_PITCH, drawn_rigs, scenes
-from laboratory.plausible.rows import rows_of_rigs
+from laboratory.plausible.rows import run_rig
 from laboratory.plausible.search import Searching, free_unknowns
 from laboratory.plausible.settings import Scenario, load_plausible
 from laboratory.plausible.study import judged_claims
@@ -34,7 +34,7 @@ def test_a_sentence_costs_nothing_when_shown_with_a_margin_and_one_far_away():
 def test_distances_agree_with_the_verdicts_of_a_row():
     small = CONFIG.model_copy(update={"radii_m": [0.303, 0.304, 0.305, 0.308, 0.313], "speeds_rpm": [115.0]})
     rig, claims = load_rig("parts"), judged_claims(CLAIMS)
-    values = rows_of_rigs(0.0)(rig.model_dump(), scenes(small), small.scene, small.row.model_dump())
+    values = run_rig(rig.model_dump(), scenes(small), small.scene, small.row.model_dump())
     verdicts = judge_rig(small, values, rig, claims, load_sentences(CLAIMS))
     distances = {claim.name: size for claim, size in statement_distances(small, scenes(small), values, rig, claims)}
     exact = [name for name in distances if name in verdicts and name not in FORMS]
