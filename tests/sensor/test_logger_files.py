@@ -215,9 +215,9 @@ def test_a_rate_that_is_stated_wins_over_that_of_the_file(tmp_path):
     tables(tmp_path)
     axes = {"axes": {"ay": "2"}, "unit": "g"}
     record = read_sensor_csv(tmp_path / "float.wav", SensorMapping(rate=1010, **axes))
-    assert record.done["rate"] == "1010 Hz, given, not 1000 Hz as the file states (sample rate)"
+    assert record.done["rate"] == "1010 Hz, as given, not 1000 Hz, as the file states (sample rate)"
     scipy.io.savemat(tmp_path / "two.mat", {"fs": RATE, "sample_rate": 8000.0, "acc": np.c_[AX, AY]})
-    with pytest.raises(InputError, match=r"\(fs = 1000, sample_rate = 8000\); give the rate"):
+    with pytest.raises(InputError, match=r"\(fs = 1000, sample_rate = 8000\); .* give its rate"):
         read_sensor_csv(tmp_path / "two.mat", SensorMapping(**axes))
 
 
@@ -343,7 +343,7 @@ def test_jitter_needs_leave_in_every_format(tmp_path, name):
 
 def test_what_a_file_states_against_its_stamps_is_asked(tmp_path):
     path = stamped_lvm(tmp_path / "r.lvm", LONG, LINE, steps=(0.01, 0.01))
-    with pytest.raises(InputError, match=r"stamps run at 1000 Hz, not at 100 Hz as the file states .*--rate 1000"):
+    with pytest.raises(InputError, match=r"stamps run at 1000 Hz, not at 100 Hz, as the file states .*--rate 1000"):
         read_sensor_csv(path)
     assert read_sensor_csv(path, SensorMapping(rate=1000)).rate_hz == 1000
 
@@ -610,7 +610,7 @@ def test_a_name_that_ends_in_time_may_be_a_signal(tmp_path):
         read_sensor_csv(tmp_path / "a.mat", SensorMapping(**mapping))
     assert read_sensor_csv(tmp_path / "a.mat", SensorMapping(time="none", rate=RATE, **mapping)).rate_hz == RATE
     scipy.io.savemat(tmp_path / "a.mat", {"X1_DE_time": AY, "X1_FE_time": TIME})
-    with pytest.raises(InputError, match="the time may be in X1_FE_time"):
+    with pytest.raises(InputError, match="the time may be in column 2 'X1_FE_time'; say so with --time '#2'"):
         read_sensor_csv(tmp_path / "a.mat", SensorMapping(**mapping))
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import NoReturn
 
 from trackdyn.errors import InputError, shown
-from trackdyn.sensor.logger_text import SEPARATORS, Layout, body, is_value, listed, refuse_fields, split_fields
+from trackdyn.sensor.logger_text import SEPARATORS, Text, is_value, listed, refuse_fields, rows_of, split_fields
 from trackdyn.sensor.sensor_mapping import NAME_IT, is_unit
 
 _HEAD = 200  # lines in which the header is looked for
@@ -27,13 +27,9 @@ def _of_values(line: str) -> str | None:
     return None
 
 
-def find_layout(
-    path: Path,
-    text: str,
-    recognised: Callable[[Sequence[str]], bool],
-    sought: str,
-    numbers: Sequence[int] = (),
-) -> Layout:
+def find_rows(
+    path: Path, text: str, recognised: Callable[[Sequence[str]], bool], sought: str, numbers: Sequence[int] = ()
+) -> Text:
     """Find header and rows.
 
     The header is the first line, perhaps behind a ``#``, whose names are ``recognised`` and are as many as the fields
@@ -57,8 +53,7 @@ def find_layout(
         what = "holds comments only" if text.strip() else "is empty"
         raise InputError(f"{path}: the file {what}; it must hold a header such as 't_s,ax_g,ay_g,az_g', and rows.")
     if numbers:
-        names, units, separator, first = _layout_by_position(path, head, rows, numbers)
-        return Layout(path, names, units, separator, first + 1, *body(text, first, separator))
+        return rows_of(path, text, *_layout_by_position(path, head, rows, numbers))
     unequal = None
     for i, line in enumerate(head):
         line = line.strip(" ")
@@ -84,8 +79,7 @@ def find_layout(
                             f"{path}: line {j + 1} holds numbers ({shown(head[j])}) above the names in line {i + 1}; "
                             "remove it, or write the names above it."
                         )
-                first = below[0] if below else len(head)
-                return Layout(path, names, units, separator, first + 1, *body(text, first, separator))
+                return rows_of(path, text, names, units, separator, below[0] if below else len(head))
             if i in rows:
                 unequal = unequal or (i, names, separator, below[0])
     if unequal:

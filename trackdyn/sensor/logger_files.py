@@ -12,11 +12,10 @@ import warnings
 import zlib
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
 from functools import partial
-from logging.handlers import QueueHandler
 from pathlib import Path
-from queue import SimpleQueue
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -24,8 +23,9 @@ from trackdyn.errors import InputError, shown
 from trackdyn.extras import required
 from trackdyn.files import plain_file
 from trackdyn.sensor.formats import BITS, FORMATS, MOST_BYTES, WIDE, Format, Item, decoded
+from trackdyn.sensor.logger_text import Source
 from trackdyn.sensor.sensor_mapping import NAME_IT
-from trackdyn.sensor.stamps import DATE, RATES, Rate, never_falls
+from trackdyn.sensor.stamps import DATE, RATES, Rate
 
 MOST_NUMBERS = MOST_BYTES // 8  # in the channels of a record
 # names, without signs between their letters, of the samples a second and of the time between two of them
@@ -46,47 +46,29 @@ _STAMPED = re.compile(
 _FORTRAN = re.compile(r"(?<![\w.])([+-]?\d{1,20}\.\d{0,20})[dD]([+-]?\d{1,3})(?!\w)", re.ASCII)
 
 
-class Channels(NamedTuple):
-    """Channels of one group that have as many samples."""
+@dataclass(frozen=True, kw_only=True)
+class Channels(Source):
+    """Channels of one group that have as many samples, in their order in the file."""
 
-    path: Path  # the file
     group: str  # its name in the file; empty if the file has none
-    # names, units: of the channels, in their order in the file
-    names: list[str]
-    units: list[str]
     items: Sequence[Item]
-    rates: dict[int, Rate]  # by channel, where the file states one
-    doubtful: tuple[str, ...]  # numbers, with their names, that may or may not be a rate of samples
     bits: int | None  # in a sample, where the file states them
     read: Callable[[Callable], Any]  # calls what reads from the file (`_by_library`)
-    remarks: list[str]  # warnings of the library
-    first_line: int = 1  # number of the first sample, from 1
-    left_out: tuple[str, ...] = ()  # as in `logger_text.Layout`
 
-    def samples(self, column: int) -> np.ndarray:
+    def _samples(self, column: int) -> np.ndarray:
         """(N,) samples of a channel; instants and durations in s, since the first one."""
         values = np.asarray(self.read(self.items[column].load))
         if values.dtype.kind in "mM":
             return (values - (values[0] if values.dtype.kind == "M" else 0)) / np.timedelta64(1, "s")
         return values.astype(float)
 
-    def rises(self, column: int) -> bool:
-        """Whether the samples of a channel may be stamps."""
-        return never_falls(self.samples(column))
-
-    def table(
-        self, columns: Sequence[int], time: int | None = None, gaps: bool = False, day_first: bool | None = None
-    ) -> np.ndarray:
-        """(N, c) numbers of some channels; ``time`` and ``day_first`` are of text alone.
-
-        Raises `InputError`: they are too many, or one is not finite; with ``gaps`` such a one is NaN.
-        """
+    def _numbers(self, columns, time, gaps, day_first) -> np.ndarray:
         if (numbers := self.items[0].size * len(columns)) > MOST_NUMBERS:
             raise InputError(
                 f"{self.path}: the channels hold {numbers / 1e6:.0f} million numbers; give a part of it, at most "
                 f"{MOST_NUMBERS / 1e6:.0f} million are read."
             )
-        table = np.column_stack([self.samples(column) for column in columns])
+        table = np.column_stack([self._samples(column) for column in columns])
         wrong = ~np.isfinite(table)
         if gaps:
             table[wrong] = np.nan
@@ -176,24 +158,25 @@ def read_channels(
 @contextmanager
 def _collected(package: str, remarks: list[str]) -> Iterator[None]:
     """Collect what a library warns of and logs, which would stand on the screen else."""
+
+    def collect(record: logging.LogRecord) -> bool:
+        if record.levelno >= logging.WARNING:
+            remarks.append(" ".join(record.getMessage().split()))
+        return False
+
     named = logging.root.manager.loggerDict.items()
     loggers = [log for name, log in named if name.partition(".")[0] == package and isinstance(log, logging.Logger)]
-    before = [(log, log.handlers, log.propagate) for log in loggers]
-    logged: SimpleQueue[logging.LogRecord] = SimpleQueue()
-    handler = QueueHandler(logged)
-    handler.setLevel(logging.WARNING)
+    for log in loggers:
+        log.addFilter(collect)
     try:
-        for log in loggers:
-            log.handlers, log.propagate = [handler], False
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("ignore")
             warnings.simplefilter("always", UserWarning)
             yield
-        remarks += [" ".join(logged.get().getMessage().split()) for _ in range(logged.qsize())]
         remarks += [" ".join(str(warning.message).split()) for warning in caught]
     finally:
-        for log, handlers, propagate in before:
-            log.handlers, log.propagate = handlers, propagate
+        for log in loggers:
+            log.removeFilter(collect)
 
 
 def _by_library(path: Path, kind: Format, remarks: list[str], call: Callable) -> Any:
@@ -242,7 +225,7 @@ def _groups(path, name: str, items: Iterable[Item], read, remarks) -> Iterator[C
     def rate(at: tuple[str, ...]) -> Rate | None:
         for level in range(len(at), -1, -1):
             stated = {
-                hz: "/".join(where)
+                hz: f"as the file states ({'/'.join(where)})"
                 for where, number in numbers.items()
                 if where[:-1] == at[:level] and (hz := _rate_of(where[-1], number))
             }
@@ -261,4 +244,7 @@ def _groups(path, name: str, items: Iterable[Item], read, remarks) -> Iterator[C
         names = ["/".join(item.at) if names.count(item.name) > 1 else item.name for item in of_a_length]
         units = [item.unit for item in of_a_length]
         rates = {k: stated for k, item in enumerate(of_a_length) if (stated := rate(item.at))}
-        yield Channels(path, name, names, units, of_a_length, rates, doubtful, bits, read, remarks)
+        yield Channels(
+            path=path, group=name, names=names, units=units, items=of_a_length, rates=rates, doubtful=doubtful,
+            bits=bits, read=read, remarks=remarks,
+        )  # fmt: skip

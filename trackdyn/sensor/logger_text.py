@@ -9,14 +9,15 @@ import io
 import re
 import warnings
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NamedTuple, NoReturn
+from typing import NoReturn
 
 import numpy as np
 import pandas as pd
 
 from trackdyn.errors import InputError, shown
-from trackdyn.sensor.stamps import DATE, Rate, never_falls, seconds_of
+from trackdyn.sensor.stamps import DATE, Rate, seconds_of
 
 SEPARATORS = {"\t": "tabs", ";": "semicolons", ",": "commas", "|": "vertical bars", " ": "blanks"}
 NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?", re.ASCII)
@@ -24,51 +25,53 @@ _NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity)", re.IGNORECASE)
 _GROUPED = re.compile(r"[+-]?[1-9]\d{0,2}(,\d{3})+", re.ASCII)
 
 
-class Layout(NamedTuple):
-    """Where the columns and rows of a text stand; read as `logger_files.Channels` are."""
+@dataclass(frozen=True, kw_only=True)
+class Source:
+    """Columns of a file that have as many rows."""
 
-    path: Path  # the file
-    # names, units: of the columns: the header, and a row of units below it or empty texts
+    path: Path
     names: list[str]
-    units: list[str]
-    separator: str  # between the fields
-    first_line: int  # line of the first row of numbers, from 1
-    body: str  # the rows, without what ends the file
-    left_out: tuple[str, ...] = ()  # lines of text below the rows
-    # as those of channels: a text states no rate, no library reads it
-    rates: Mapping[int, Rate] = {}
-    doubtful: tuple[str, ...] = ()
-    remarks: tuple[str, ...] = ()
-
-    def first(self, column: int) -> str:
-        """The field of a column in the first row; empty if there is none."""
-        fields = split_fields(self.body.partition("\n")[0], self.separator, len(self.names))
-        return fields[column] if len(fields) > column else ""
-
-    def is_dated(self, column: int) -> bool:
-        """Whether the first row has a date or a time of day in a column."""
-        first = self.first(column)
-        return bool(DATE.fullmatch(first) and not NUMBER.fullmatch(first))
-
-    def rises(self, column: int) -> bool:
-        """Whether the values of a column may be stamps."""
-        if self.is_dated(column):
-            return True
-        try:
-            return never_falls(self.table([column]))
-        except InputError:
-            return True  # a form that is not read yet
+    units: list[str]  # empty texts where the file has none
+    dated: frozenset[int] = frozenset()  # columns of dates and times of day: their numbers are in s
+    rates: Mapping[int, Rate] = field(default_factory=dict)  # by column, where the file states one
+    doubtful: tuple[str, ...] = ()  # numbers, with their names, that may or may not be a rate of samples
+    first_line: int = 1  # number of the first row, from 1
+    left_out: tuple[str, ...] = ()  # lines of words below the rows
+    remarks: Sequence[str] = ()  # warnings of the library that reads the file
+    synthetic: bool = False  # whether a comment says that the file is synthetic
 
     def table(
         self, columns: Sequence[int], time: int | None = None, gaps: bool = False, day_first: bool | None = None
     ) -> np.ndarray:
         """(N, c) numbers of some columns.
 
-        The column ``time`` may hold dates and times: these are s since the first row (`stamps.seconds_of`). With
-        ``gaps`` what is no finite number in other columns is NaN: empty fields, words, marks of an overload. Raises
-        `InputError`: the first defect.
+        Dates and times in the column ``time`` are s since the first row (`stamps.seconds_of`). With ``gaps`` what is no
+        finite number in other columns is NaN: empty fields, words, marks of an overload. Raises `InputError`: the first
+        defect.
         """
-        if time is not None and self.is_dated(time):
+        return self._numbers(columns, time, gaps, day_first)
+
+    def _numbers(self, columns, time, gaps, day_first) -> np.ndarray:
+        raise NotImplementedError
+
+    def rises(self, column: int) -> bool:
+        """Whether a column may hold stamps: dates, words, or numbers that rise and never fall."""
+        if column in self.dated:
+            return True
+        values = self.table([column], gaps=True)
+        values = values[np.isfinite(values)]
+        return values.size < 2 or bool((np.diff(values) >= 0).all() and np.ptp(values) > 0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Text(Source):
+    """Rows of a text."""
+
+    separator: str  # between the fields
+    body: str  # the rows, without what ends the file
+
+    def _numbers(self, columns, time, gaps, day_first) -> np.ndarray:
+        if time in self.dated:
             rest = self.table([column for column in columns if column != time], gaps=gaps)
             split = split_fields if '"' in self.body or self.separator == " " else str.split
             texts = [split(line, self.separator)[time].strip(" \t'") for line in self.body.split("\n")]
@@ -97,14 +100,10 @@ def is_value(field: str) -> bool:
     return bool(NUMBER.fullmatch(field.replace(",", ".", 1)) or _NOT_FINITE.fullmatch(field) or DATE.fullmatch(field))
 
 
-def body(text: str, first: int, separator: str) -> tuple[str, tuple[str, ...]]:
-    """Text from line ``first`` (from 0) on, and lines of words below it.
-
-    Blank and comment lines and old editors' marks at its end are left out.
-    """
-    position = 0
-    for _ in range(first):
-        position = text.find("\n", position) + 1 or len(text)
+def rows_of(path: Path, text: str, names: list[str], units: list[str], separator: str, first: int) -> Text:
+    """Rows of a text from line ``first`` (from 0) on, without blank and comment lines and words at its end."""
+    above = text.split("\n", first)[:first]
+    position = sum(map(len, above)) + first
     body, below = text[position:].rstrip(" \n\x1a"), []
     while body:
         line = body[(cut := body.rfind("\n") + 1) :].strip()
@@ -114,23 +113,29 @@ def body(text: str, first: int, separator: str) -> tuple[str, tuple[str, ...]]:
             break
         below += [] if comment else [line]
         body = body[:cut].rstrip(" \n\x1a")
-    return body, tuple(below[::-1])
+    fields = enumerate(split_fields(body.partition("\n")[0], separator))
+    dated = frozenset(k for k, field in fields if DATE.fullmatch(field) and not NUMBER.fullmatch(field))
+    comments = "".join(line for line in above if line.lstrip().startswith("#"))
+    return Text(
+        path=path, names=names, units=units, dated=dated, first_line=first + 1, left_out=tuple(below[::-1]),
+        synthetic="synthetic" in comments.casefold(), separator=separator, body=body,
+    )  # fmt: skip
 
 
-def _decimal_sign(layout: Layout, columns: Sequence[int]) -> str:
-    head = (split_fields(line, layout.separator) for line in layout.body.split("\n", 100)[:100])
+def _decimal_sign(text: Text, columns: Sequence[int]) -> str:
+    head = (split_fields(line, text.separator) for line in text.body.split("\n", 100)[:100])
     commas = [field for fields in head for k, field in enumerate(fields) if k in columns and "," in field]
     if commas and all(map(_GROUPED.fullmatch, commas)):
         raise InputError(
-            f"{layout.path}: the comma in {shown(commas[0])} may mark decimals or thousands; save the "
+            f"{text.path}: the comma in {shown(commas[0])} may mark decimals or thousands; save the "
             "file with decimal points."
         )
     return "," if commas else "."
 
 
-def _parse_fast(layout: Layout, columns: list[int], decimal: str, time: int | None, gaps: bool) -> np.ndarray | None:
+def _parse_fast(text: Text, columns: list[int], decimal: str, time: int | None, gaps: bool) -> np.ndarray | None:
     """The numbers of a clean body; None for whatever needs a closer look."""
-    body, separator, width = layout.body, layout.separator, len(layout.names)
+    body, separator, width = text.body, text.separator, len(text.names)
     if body.partition("\n")[0].endswith(separator):
         body = re.sub(rf"{re.escape(separator)}+$", "", body, flags=re.MULTILINE)
     rows = body.count("\n") + 1
@@ -159,13 +164,13 @@ def _parse_fast(layout: Layout, columns: list[int], decimal: str, time: int | No
     return np.where(whole & ~np.isfinite(table), np.nan, table) if len(table) == rows and whole.all() else None
 
 
-def _parse_by_line(layout: Layout, columns: Sequence[int], decimal: str, time: int | None, gaps: bool) -> np.ndarray:
+def _parse_by_line(text: Text, columns: Sequence[int], decimal: str, time: int | None, gaps: bool) -> np.ndarray:
     """The numbers line by line, or the sentence for the first defect."""
-    path, names, separator = layout.path, layout.names, layout.separator
-    lines = layout.body.split("\n") if layout.body else []
+    path, names, separator = text.path, text.names, text.separator
+    lines = text.body.split("\n") if text.body else []
     table = np.empty((len(lines), len(columns)))
     for k, line in enumerate(lines):
-        number = layout.first_line + k
+        number = text.first_line + k
         fields = split_fields(line, separator, len(names))
         if len(fields) != len(names):
             refuse_fields(path, line, number, names, separator, "the file")

@@ -19,20 +19,10 @@ from trackdyn.files import write_text
 from trackdyn.rig.validation import typed
 from trackdyn.sensor import samples, stamps
 from trackdyn.sensor.formats import format_of
-from trackdyn.sensor.header import find_layout
-from trackdyn.sensor.logger_files import Channels, read_channels, read_logger_text
-from trackdyn.sensor.logger_text import Layout, listed
-from trackdyn.sensor.sensor_mapping import (
-    AXES,
-    Column,
-    SensorMapping,
-    choose,
-    said_otherwise,
-    time_like,
-    time_unit_of,
-    typed_name,
-    unit_of,
-)
+from trackdyn.sensor.header import find_rows
+from trackdyn.sensor.logger_files import read_channels, read_logger_text
+from trackdyn.sensor.logger_text import Source, listed
+from trackdyn.sensor.sensor_mapping import AXES, Column, SensorMapping, choose, time_like, time_unit_of, unit_of
 from trackdyn.sensor.stamps import RATES, Rate
 
 COLUMNS = ("t_s", "ax_g", "ay_g", "az_g")
@@ -103,22 +93,19 @@ def read_sensor_csv(
         if not value > 0:
             raise InputError(f"{path}: {name} is {value!r}; give a number above zero.")
     with ExitStack() as opened:
-        layout, mapping, synthetic = _layout(path, mapping, opened)
-        columns, units = _columns(layout, mapping)
+        source, mapping = _source(path, mapping, opened)
+        columns = _columns(source, mapping)
+        axes = _axes(path, columns, mapping, gravity)
         time = columns["time"].position if "time" in columns else None
         day_first = mapping.dates and mapping.dates == "day-first"
-        positions = [column.position for column in columns.values()]
-        table = layout.table(positions, time, mapping.gaps is not None, day_first)
-    values = dict(zip(columns, table.T, strict=True))
-    reading = _Reading(layout, mapping, columns, units, values, float(range_g), gravity)
-    return replace(reading.record(), synthetic=synthetic)
+        used = {key: column for key, column in columns.items() if key in axes or key == "time"}
+        positions = [column.position for column in used.values()]
+        table = source.table(positions, time, mapping.gaps is not None, day_first)
+    return _record(source, mapping, columns.get("time"), axes, dict(zip(used, table.T, strict=True)), float(range_g))
 
 
-def _layout(path: Path, mapping: SensorMapping, opened: ExitStack) -> tuple[Layout | Channels, SensorMapping, bool]:
-    """Header and rows of a text, or the channels of a group, with the mapping for it; whether it is synthetic.
-
-    Channels are read while ``opened`` is.
-    """
+def _source(path: Path, mapping: SensorMapping, opened: ExitStack) -> tuple[Source, SensorMapping]:
+    """Rows of a text, or the channels of a group, which are read while ``opened`` is; with the mapping for them."""
     sought = f"column {mapping.axes['ay']!r} for ay" if "ay" in mapping.axes else "column for ay"
     sought += f" of the group {mapping.group!r}" * bool(mapping.group)
 
@@ -126,10 +113,9 @@ def _layout(path: Path, mapping: SensorMapping, opened: ExitStack) -> tuple[Layo
         if group and mapping.group and mapping.group != group:
             return ""
         own = mapping.within(group)
-        named = set(own.named) - ({"time"} if own.time == "none" else set())
         # a line of a preamble may have as many fields as a number asks for: what is named tells the header
         candidates = choose(names, [""] * len(names), own)
-        if candidates.get("ay") and ("ay" not in own.numbers or all(candidates[key] for key in named)):
+        if candidates.get("ay") and ("ay" not in own.numbers or all(candidates[key] for key in own.named)):
             return candidates["ay"][0].name
         return ""
 
@@ -137,207 +123,169 @@ def _layout(path: Path, mapping: SensorMapping, opened: ExitStack) -> tuple[Layo
         channels = read_channels(path, kind, ay_of, sought, opened)
         if mapping.bits and channels.bits and mapping.bits > channels.bits:
             raise InputError(f"{path}: has {channels.bits} bits a sample; give --bits {channels.bits}.")
-        return channels, mapping.within(channels.group), False
+        return channels, mapping.within(channels.group)
+    numbers = mapping.numbers if "ay" in mapping.numbers and mapping.numbers.keys() == mapping.named.keys() else {}
     text = read_logger_text(path)
-    numbers, named = mapping.numbers, set(mapping.named) - ({"time"} if mapping.time == "none" else set())
-    positions = list(numbers.values()) if "ay" in numbers and named == set(numbers) else []
-    layout = find_layout(path, text, lambda names: bool(ay_of(names)), sought, positions)
-    comments = [line for line in text.split("\n", layout.first_line)[:-1] if line.lstrip().startswith("#")]
-    return layout, mapping, "synthetic" in "".join(comments).casefold()
+    return find_rows(path, text, lambda names: bool(ay_of(names)), sought, list(numbers.values())), mapping
 
 
-def _columns(layout: Layout | Channels, mapping: SensorMapping) -> tuple[dict[str, Column], dict[str, str]]:
-    """Columns of time and axes, and units of the axes."""
-    path = layout.path
-    chosen = choose(layout.names, layout.units, mapping)
-    for key, candidates in chosen.items():
+def _columns(source: Source, mapping: SensorMapping) -> dict[str, Column]:
+    """Columns of time and axes. Raises `InputError`: one is missing or may be several."""
+    path, columns = source.path, {}
+    for key, candidates in choose(source.names, source.units, mapping).items():
         if len(candidates) > 1:
             said = " and ".join(f"{column.position + 1} ({shown(column.name)})" for column in candidates)
             number = f"#{candidates[0].position + 1}"
             option = f"--time '{number}'" if key == "time" else f"--axis {key}={number}"
             raise InputError(f"{path}: columns {said} may all be {key}; say which with {option}.")
-        if not candidates and (key, mapping.time) != ("time", "none"):
-            raise InputError(f"{path}: no column {mapping.named[key]!r} for {key}; there are {listed(layout.names)}.")
-    columns = {key: candidates[0] for key, candidates in chosen.items() if candidates}
-    _require_one_rate(layout, mapping, columns)
-    _require_time(layout, mapping, columns)
-    for (key, column), (other, same) in combinations(columns.items(), 2):
-        if column.position == same.position:
-            raise InputError(f"{path}: column {shown(column.name)} is named for {key} and {other}; name two columns.")
-    units = {}
-    for axis in AXES:
-        try:
-            if axis in columns:
-                units[axis] = unit_of(path, columns[axis], mapping, mapping.states(axis, columns))
-        except InputError:
-            if axis == "ay" or axis in mapping.axes:
-                raise
-            del columns[axis]  # nobody asked for it
-    if "time" in columns and isinstance(layout, Layout) and layout.is_dated(columns["time"].position):
-        columns["time"] = columns["time"]._replace(unit="s")
-    return columns, units
-
-
-def _require_one_rate(layout: Layout | Channels, mapping: SensorMapping, columns: dict[str, Column]) -> None:
-    """Leave out what has not the rate of ay. Raises `InputError`: it was named."""
-    rate = layout.rates.get(columns["ay"].position)
+        if not candidates:
+            raise InputError(f"{path}: no column {mapping.named[key]!r} for {key}; there are {listed(source.names)}.")
+        columns[key] = candidates[0]
+    rate = source.rates.get(columns["ay"].position)
     for key, column in list(columns.items()):
-        other = layout.rates.get(column.position)
+        other = source.rates.get(column.position)
         if rate and other and abs(other.hz / rate.hz - 1) > 1e-6:
             if key in mapping.named:
                 raise InputError(
-                    f"{layout.path}: {shown(column.name)} has {other.hz:.7g} samples a second and ay {rate.hz:.7g}; "
+                    f"{path}: {shown(column.name)} has {other.hz:.7g} samples a second and ay {rate.hz:.7g}; "
                     f"name another column for {key} or none."
                 )
             del columns[key]
+    if not ("time" in columns or mapping.time == "none" or rate):
+        _require_no_time(source, mapping, {column.position for column in columns.values()})
+    for (key, column), (second, same) in combinations(columns.items(), 2):
+        if column.position == same.position:
+            raise InputError(f"{path}: column {shown(column.name)} is named for {key} and {second}; name two columns.")
+    if "time" in columns and columns["time"].position in source.dated:
+        columns["time"] = columns["time"]._replace(unit="s")
+    return columns
 
 
-def _require_time(layout: Layout | Channels, mapping: SensorMapping, columns: dict[str, Column]) -> None:
-    """Refuse (`InputError`) a file that has no rate, and no column of time that can be recognised."""
-    if "time" in columns or mapping.time == "none" or layout.rates.get(columns["ay"].position):
-        return
-    taken = {column.position for column in columns.values()}
+def _require_no_time(source: Source, mapping: SensorMapping, used: set[int]) -> None:
+    """Refuse (`InputError`) columns that may be the time but are not ``used``, or a file that has no rate at all."""
     candidates = [
-        typed_name(column)
-        for column in time_like(layout.names, layout.units)
-        if column.position not in taken and layout.rises(column.position)
+        column
+        for column in time_like(source.names, source.units)
+        if column.position not in used and source.rises(column.position)
     ]
     if candidates:
         raise InputError(
-            f"{layout.path}: the time may be in {', '.join(candidates)}; say so with --time {candidates[0]}, or that "
-            "it is not with --time none --rate HZ."
-        )
-    if mapping.rate is None and layout.doubtful:
-        raise InputError(
-            f"{layout.path}: no channel of time, and no number that is surely its sampling rate "
-            f"({', '.join(layout.doubtful[:8])}); give the rate, {RATES[0]:,.0f} to {RATES[1]:,.0f} samples a second, "
-            "with --rate HZ, or name the channel of time with --time NAME."
+            f"{source.path}: the time may be in {' or '.join(column.described for column in candidates)}; say so with "
+            f"--time '#{candidates[0].position + 1}', or that it is not with --time none --rate HZ."
         )
     if mapping.rate is None:
+        numbers = f", and no number that is surely the sampling rate ({', '.join(source.doubtful[:8])})"
         raise InputError(
-            f"{layout.path}: no column of time among {listed(layout.names)}; name it with --time NAME, or give --time "
-            "none --rate HZ."
+            f"{source.path}: no column of time among {listed(source.names)}{numbers * bool(source.doubtful)}; name it "
+            f"with --time NAME, or give its rate, {RATES[0]:,.0f} to {RATES[1]:,.0f} Hz, with --time none --rate HZ."
         )
 
 
-class _Reading(NamedTuple):
-    """Columns of a file, and how their numbers are read."""
+class _Axis(NamedTuple):
+    """Column of an axis, and how its numbers become g."""
 
-    layout: Layout | Channels
-    mapping: SensorMapping
-    columns: dict[str, Column]  # by key: ``time`` and the axes
-    units: dict[str, str]  # by axis
-    values: dict[str, np.ndarray]  # (N,) of every column
-    range_g: float
-    gravity: float  # 1 g, m/s2
+    column: Column
+    unit: str  # in words
+    zero: float  # value of the file that is 0 g
+    factor: float  # acceleration of a unit of the file, g, with the sign of the axis
 
-    def record(self) -> SensorRecord:
-        """The record: cropped, in s and g, checked, evenly timed. Raises `InputError`: a number is doubtful."""
-        path, mapping, columns, range_g = self.layout.path, self.mapping, self.columns, self.range_g
-        count = self.values["ay"].size
-        if count < 2:
-            raise InputError(f"{path}: the file holds {count} data rows; give at least 2.")
-        done, stated, seen = self.described(), self.layout.rates.get(columns["ay"].position), None
-        rate = mapping.rate or (stated.hz if stated else np.nan)
-        if "time" in columns:
-            time = columns["time"]
-            seen = stamps.in_seconds(path, time.name, self.values["time"], time_unit_of(path, time))
-        window = samples.window_of(path, np.arange(count) / rate if seen is None else seen.t, mapping)
-        scales = {axis: (mapping.zero_of(axis, columns), self.scale(axis)) for axis in self.units}
-        axes = {axis: factor * (self.values[axis][window] - zero) for axis, (zero, factor) in scales.items()}
-        line, seen = self.layout.first_line + window.start, seen and seen.within(window)
-        done["dropped"] = f"{count - axes['ay'].size} rows outside of --from and --to"
-        if mapping.gaps:
-            lost = stamps.lost_rows(seen, axes["ay"].size, mapping.rate, mapping.resample)
-            seen, axes, skipped, done["gaps"] = samples.without_gaps(path, seen, lost, axes, mapping.gaps)
-            line += skipped
-        even, done["time"] = True, "rows counted, no stamps"
-        if seen is not None:
-            rate, even, done["time"] = self.clock(seen, line, stated)
-        done["rate"] = f"{rate:.7g} Hz, {self.source_of_rate(stated)}"
-        self.require_range(axes, line)
-        # the highest count is one less than the lowest
-        largest = range_g - 1.0 / mapping.counts_per_g if mapping.bits and mapping.counts_per_g else range_g
-        clipped, done["clipped"], doubts = samples.clipped(path, axes, largest, range_g)
-        doubts += [f"{path}: the library that reads it says: {remark}" for remark in self.layout.remarks]
-        if np.ptp(axes["ay"]) <= 1e-9 * max(1.0, np.abs(axes["ay"]).max()):
-            raise InputError(
-                f"{path}: column {shown(columns['ay'].name)} is {self.values['ay'][window.start]:.6g} in every row; "
-                "choose another one for ay with --axis ay=NAME, or record the moving track."
-            )
-        if seen is not None and not even:
-            axes, done["resampled"] = samples.on_even_instants(seen.t, axes, rate, range_g)
-        if rate > samples.FASTEST:
-            axes, rate, done["decimated"] = samples.decimated(axes, rate, range_g)
-        return SensorRecord(
-            path, np.arange(axes["ay"].size) / rate, axes.get("ax"), axes["ay"], axes.get("az"), float(rate), clipped,
-            done, {axis: f"{columns[axis].minus}{columns[axis].name}" for axis in axes}, scales, tuple(doubts),
-        )  # fmt: skip
 
-    def scale(self, axis: str) -> float:
-        """Acceleration of a unit of the file in an axis, g, with the sign of the axis."""
-        scale = {"g": 1.0, "mg": 1e-3, "counts": 1.0 / (self.mapping.counts_per_g or np.inf)}
-        scale |= {f"{name}/s2": length / self.gravity for name, length in (("m", 1.0), ("cm", 1e-2), ("mm", 1e-3))}
-        return self.columns[axis].sign * scale[self.units[axis]]
+def _axes(path: Path, columns: dict[str, Column], mapping: SensorMapping, gravity: float) -> dict[str, _Axis]:
+    """Axes with their units. Raises `InputError`: that of ay, or of an axis that was named, is not known."""
+    axes: dict[str, _Axis] = {}
+    for axis in AXES:
+        if column := columns.get(axis):
+            # unit, scale and zero are stated of an axis that is named, and of those with the unit of ay
+            stated = axis in mapping.axes or column.unit == columns["ay"].unit
+            zero = mapping.zero.get(axis, 0.0) if isinstance(mapping.zero, dict) else mapping.zero * stated
+            try:
+                unit, factor = unit_of(path, column, mapping, stated, gravity)
+            except InputError:
+                if axis == "ay" or axis in mapping.axes:
+                    raise
+            else:
+                axes[axis] = _Axis(column, unit, zero, column.sign * factor)
+    return axes
 
-    def words(self, axis: str) -> str:
-        """The unit of an axis."""
-        unit = self.units[axis]
-        return f"counts of 1/{self.mapping.counts_per_g:.6g} g" if unit == "counts" else unit
 
-    def first(self, key: str) -> str:
-        """The first value of a column as the file has it."""
-        layout = self.layout
-        return layout.first(self.columns[key].position) if isinstance(layout, Layout) else f"{self.values[key][0]:g}"
-
-    def described(self) -> dict[str, str]:
-        """Words on the rows and columns that are read."""
-        layout, columns = self.layout, self.columns
-        axes = [
-            f"{axis} = {columns[axis].minus}{columns[axis].described} in {self.words(axis)}"
-            f"{said_otherwise(columns[axis], unit)}, first value {self.first(axis)}"
-            for axis, unit in self.units.items()
-        ]
-        used = {column.position for column in columns.values()}
-        unused = [name for k, name in enumerate(layout.names) if k not in used and name]
-        below = f"; below them, left out: {listed(layout.left_out)}" if layout.left_out else ""
-        return {
-            "rows": f"{self.values['ay'].size}, from line {layout.first_line} on{below}",
-            "columns": "; ".join(axes) + (f"; not used: {listed(unused)}" if unused else ""),
-        }
-
-    def clock(self, seen: stamps.Stamps, line: int, stated: Rate | None) -> tuple[float, bool, str]:
-        """Rate by the stamps ``seen``, from ``line`` on, Hz, whether rows are even in time, and words on the stamps."""
-        mapping, column = self.mapping, self.columns["time"]
-        by_file = stated.name if stated and not mapping.rate else ""
-        rate = mapping.rate or (stated and stated.hz)
-        clock = stamps.judge_stamps(self.layout.path, seen, line, rate, mapping.resample, by_file)
-        words = f"{column.described} in {seen.unit}, first value {self.first('time')}, to {seen.rounding:.2g} s; "
-        return clock.rate_hz, clock.even, words + clock.steps + f"; dates are {mapping.dates}" * bool(mapping.dates)
-
-    def source_of_rate(self, stated: Rate | None) -> str:
-        """Words on where the rate comes from: the user, the stamps or the file."""
-        rate, by_file = self.mapping.rate, f"as the file states ({stated.name})" if stated else ""
-        source = "given" if rate else "found" if "time" in self.columns else by_file
-        differs = rate and stated and abs(rate / stated.hz - 1) > 1e-6
-        return f"{source}, not {stated.hz:.7g} Hz {by_file}" if stated and differs else source
-
-    def require_range(self, axes: samples.Axes, line: int) -> None:
-        """Refuse (`InputError`) a value beyond the range of the sensor, perhaps as the zero of the file is not 0."""
-        beyond = np.abs(list(axes.values())) > self.range_g * 1.0001
-        if not beyond.any():
-            return
-        index, k = np.argwhere(beyond)[0]
-        axis = list(axes)[index]
-        mean = float(np.mean(axes[axis]))
-        zero = self.mapping.zero_of(axis, self.columns) + mean / self.scale(axis)
-        shifted = np.abs(axes[axis] - mean).max() <= self.range_g
-        remedy = f"where 0 g is not 0, --zero, perhaps {zero:.4g}, or " * bool(shifted)
+def _record(source, mapping, time, axes, values, range_g) -> SensorRecord:
+    """The record out of ``values``, (N,) by axis and time: cropped, in s and g, checked, evenly timed."""
+    path, count, line = source.path, values["ay"].size, source.first_line
+    if count < 2:
+        raise InputError(f"{path}: the file holds {count} data rows; give at least 2.")
+    by_file = source.rates.get(axes["ay"].column.position)
+    stated = Rate(mapping.rate, "as given") if mapping.rate else by_file
+    seen = time and stamps.in_seconds(path, time.name, values["time"], time_unit_of(path, time))
+    window = samples.window_of(path, seen.t if seen else np.arange(count) / stated.hz, mapping)
+    signals = {key: axis.factor * (values[key][window] - axis.zero) for key, axis in axes.items()}
+    line, seen = line + window.start, seen and seen.within(window)
+    done = _described(source, axes, time, values)
+    done["dropped"] = f"{count - signals['ay'].size} rows outside of --from and --to"
+    if mapping.gaps:
+        lost = stamps.lost_rows(seen, signals["ay"].size, stated, mapping.resample)
+        seen, signals, skipped, done["gaps"] = samples.without_gaps(path, seen, lost, signals, mapping.gaps)
+        line += skipped
+    rate, even, done["time"] = stated, True, "rows counted, no stamps"
+    if seen and time:
+        rate, even, steps = stamps.judge_stamps(path, seen, line, stated, mapping.resample)
+        done["time"] = f"{time.described} in {seen.unit}, to {seen.rounding:.2g} s; {steps}"
+        done["time"] += f"; dates are {mapping.dates}" * bool(mapping.dates)
+    done["rate"] = f"{rate.hz:.7g} Hz, {rate.source}"
+    if by_file and abs(rate.hz / by_file.hz - 1) > 1e-6:
+        done["rate"] += f", not {by_file.hz:.7g} Hz, {by_file.source}"
+    _require_range(path, signals, axes, line, range_g)
+    # the highest count is one less than the lowest
+    largest = range_g - 1.0 / mapping.counts_per_g if mapping.bits and mapping.counts_per_g else range_g
+    clipped, done["clipped"], doubts = samples.clipped(path, signals, largest, range_g)
+    doubts += [f"{path}: the library that reads it says: {remark}" for remark in source.remarks]
+    if np.ptp(signals["ay"]) <= 1e-9 * max(1.0, np.abs(signals["ay"]).max()):
         raise InputError(
-            f"{self.layout.path}: field {self.columns[axis].name} in line {line + k} is {axes[axis][k]:.6g} g if it is "
-            f"in {self.words(axis)}, beyond the sensor's range of +-{self.range_g:g} g; check the unit (--unit, for "
-            f"raw counts --scale), {remedy}give the range of the sensor, --range G."
+            f"{path}: column {shown(axes['ay'].column.name)} is {values['ay'][window.start]:.6g} in every row; choose "
+            "another one for ay with --axis ay=NAME, or record the moving track."
         )
+    hz = rate.hz
+    if seen and not even:
+        signals, done["resampled"] = samples.on_even_instants(seen.t, signals, hz, range_g)
+    if hz > samples.FASTEST:
+        signals, hz, done["decimated"] = samples.decimated(signals, hz, range_g)
+    return SensorRecord(
+        path=path, t_s=np.arange(signals["ay"].size) / hz, rate_hz=float(hz), clipped=clipped, done=done,
+        ax_g=signals.get("ax"), ay_g=signals["ay"], az_g=signals.get("az"),
+        columns={key: f"{'-' * (axis.column.sign < 0)}{axis.column.name}" for key, axis in axes.items()},
+        scales={key: (axis.zero, axis.factor) for key, axis in axes.items()},
+        doubts=tuple(doubts), synthetic=source.synthetic,
+    )  # fmt: skip
+
+
+def _described(source, axes, time, values) -> dict[str, str]:
+    """Words on the rows and columns that are read."""
+    said = [
+        f"{key} = {'-' * (axis.column.sign < 0)}{axis.column.described} in {axis.unit}, first value {values[key][0]:g}"
+        for key, axis in axes.items()
+    ]
+    used = {column.position for column in (time, *(axis.column for axis in axes.values())) if column}
+    if unused := [name for k, name in enumerate(source.names) if k not in used and name]:
+        said.append(f"not used: {listed(unused)}")
+    below = f"; below them, left out: {listed(source.left_out)}" if source.left_out else ""
+    rows = f"{values['ay'].size}, from line {source.first_line} on{below}"
+    return {"rows": rows, "columns": "; ".join(said)}
+
+
+def _require_range(path: Path, signals: samples.Axes, axes: dict[str, _Axis], line: int, range_g: float) -> None:
+    """Refuse (`InputError`) a value beyond the range of the sensor, perhaps as the zero of the file is not 0."""
+    beyond = np.abs(list(signals.values())) > range_g * 1.0001
+    if not beyond.any():
+        return
+    index, k = np.argwhere(beyond)[0]
+    (key, signal), mean = list(signals.items())[index], float(np.mean(list(signals.values())[index]))
+    axis = axes[key]
+    shifted = np.abs(signal - mean).max() <= range_g
+    remedy = f"where 0 g is not 0, --zero, perhaps {axis.zero + mean / axis.factor:.4g}, or " * bool(shifted)
+    raise InputError(
+        f"{path}: field {axis.column.name} in line {line + k} is {signal[k]:.6g} g if it is in {axis.unit}, beyond the "
+        f"sensor's range of +-{range_g:g} g; check the unit (--unit, for raw counts --scale), {remedy}give the range "
+        "of the sensor, --range G."
+    )
 
 
 def write_sensor_csv(path, t_s, ax, ay, az, comments: Iterable[str] = ()) -> None:

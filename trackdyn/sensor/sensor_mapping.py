@@ -1,8 +1,7 @@
 """The meaning of the columns of a sensor's file: by their names, and as the user states it."""
 
 import re
-import shlex
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple, get_args
 
@@ -14,24 +13,19 @@ from trackdyn.rig.yaml_file import read_yaml
 from trackdyn.sensor.stamps import RATES, UNITS
 
 Axis = Literal["ax", "ay", "az"]
-AXES: tuple[str, ...] = get_args(Axis)
+AXES: tuple[Axis, ...] = get_args(Axis)
 _PER_S2 = ("{}/s2", "{}/s/s", "{}_s2", "{}s-2", "{}.s-2", "{}s2", "{}ps2", "{}/sec2")
 _ACCELERATION = {"g": "g", "gn": "g", "mg": "mg", "gal": "cm/s2"} | {
     form.format(length): f"{length}/s2" for length in ("m", "cm", "mm") for form in _PER_S2
 }
-_TIME = {unit: unit for unit in UNITS} | {
-    "sec": "s",
-    "second": "s",
-    "seconds": "s",
-    "msec": "ms",
-    "milliseconds": "ms",
-    "\N{GREEK SMALL LETTER MU}s": "us",
-}
+_METRES = {"m/s2": 1.0, "cm/s2": 1e-2, "mm/s2": 1e-3}  # m/s2 in each
+_TIME = {unit: unit for unit in UNITS} | {"msec": "ms", "milliseconds": "ms", "\N{GREEK SMALL LETTER MU}s": "us"}
+_TIME |= dict.fromkeys(("sec", "second", "seconds"), "s")
 _UNIT = "|".join(map(re.escape, sorted(_ACCELERATION | _TIME, key=len, reverse=True)))
 _IN_BRACKETS = re.compile(r"(.*?)\s*[\[(]((?:[^\[\]()]|\([^()]*\))*)[\])]")
 _AT_THE_END = re.compile(rf"(.+?)(?<![\s_/,:])[\s_/,:]+({_UNIT})")
 _AXIS_NAME = re.compile(r"(?:a|acc|accel|acceleration|accelerometer)[\s_.-]*([xyz])")
-_COUNTS = ("counts", "count", "raw", "lsb", "digits")
+_UNITS = _ACCELERATION | dict.fromkeys(("counts", "count", "raw", "lsb", "digits"), "counts")
 _TIME_NAME = re.compile(r"t|(?:date[\s_-]?)?time|time[\s_-]?stamp|elapsed[\s_-]?time")
 
 Name = Annotated[str, BeforeValidator(lambda value: str(value) if type(value) is int else value), Field(min_length=1)]
@@ -104,15 +98,13 @@ class SensorMapping(Section):
     @property
     def named(self) -> dict[str, str]:
         """Columns that are named: of axes and of ``time``."""
-        named: dict[str, str] = dict(self.axes.items())
-        return named | {"time": self.time} if self.time else named
+        return {**self.axes} | ({"time": self.time} if self.time not in (None, "none") else {})
 
     @property
     def numbers(self) -> dict[str, int]:
         """Columns that are chosen by position, from 0."""
-        return {
-            key: index for key, name in self.named.items() if (index := _position(name.removeprefix("-"))) is not None
-        }
+        positions = {key: _position(name.removeprefix("-")) for key, name in self.named.items()}
+        return {key: position for key, position in positions.items() if position is not None}
 
     @model_validator(mode="after")
     def _consistent(self):
@@ -130,10 +122,11 @@ class SensorMapping(Section):
 
     def within(self, group: str) -> "SensorMapping":
         """The mapping for columns of a group, whose name may stand in front of theirs: ``group/ay``."""
-        prefix = re.compile(rf"(-?){re.escape(group)}/")
-        axes = {axis: prefix.sub(r"\1", name) if prefix.match(name) else name for axis, name in self.axes.items()}
+        if not group:
+            return self
+        axes = {axis: re.sub(rf"^(-?){re.escape(group)}/", r"\1", name) for axis, name in self.axes.items()}
         time = self.time and self.time.removeprefix(f"{group}/")
-        return self.model_copy(update={"axes": axes, "time": time, "group": None}) if group else self
+        return self.model_copy(update={"axes": axes, "time": time, "group": None})
 
     def of_sensors(
         self, names: Iterable[str], path: Path | str, alone: str | None = None
@@ -154,16 +147,6 @@ class SensorMapping(Section):
                 "sensor, or compare one with --sensor NAME"
             )
         return {name: self.sensors[name] for name in compared}
-
-    def states(self, axis: str, columns: Mapping[str, "Column"]) -> bool:
-        """Whether unit, scale and zero are stated of an axis, too: it is named, or has the unit of ay."""
-        return axis in self.axes or columns[axis].unit == columns["ay"].unit
-
-    def zero_of(self, axis: str, columns: Mapping[str, "Column"]) -> float:
-        """Value of the file that is 0 g in an axis."""
-        if isinstance(self.zero, Mapping):
-            return self.zero.get(axis, 0.0)  # type: ignore[call-overload]
-        return self.zero if self.states(axis, columns) else 0.0
 
     @property
     def counts_per_g(self) -> float | None:
@@ -204,11 +187,6 @@ class Column(NamedTuple):
     sign: int = 1  # -1: the values are turned
 
     @property
-    def minus(self) -> str:
-        """A minus where the values are turned."""
-        return "-" * (self.sign < 0)
-
-    @property
     def described(self) -> str:
         """Its number, and its name if that is another."""
         number = str(self.position + 1)
@@ -244,8 +222,7 @@ def _named(columns: Sequence[Column], name: str) -> list[Column]:
 
 def is_unit(text: str) -> bool:
     """Whether a field is the unit of an acceleration or of a time."""
-    unit = _column(0, "", text).unit
-    return unit in _ACCELERATION or unit in _TIME or unit in _COUNTS
+    return _column(0, "", text).unit in _UNITS | _TIME
 
 
 def _columns(names: Sequence[str], units: Sequence[str]) -> list[Column]:
@@ -273,42 +250,34 @@ def choose(names: Sequence[str], units: Sequence[str], mapping: SensorMapping) -
         if column.position not in taken:
             letter = _AXIS_NAME.fullmatch(column.base)
             key = f"a{letter[1]}" if letter else "time" if _TIME_NAME.fullmatch(column.base) else None
-            if key and key not in mapping.named:
+            if key and key not in mapping.named and (key, mapping.time) != ("time", "none"):
                 chosen.setdefault(key, []).append(column)
     return chosen
 
 
-def unit_of(path: Path, column: Column, mapping: SensorMapping, stated: bool = True) -> str:
-    """Unit of an axis: the one that the user states (``stated``: for this column), or else that of its header.
+def unit_of(path: Path, column: Column, mapping: SensorMapping, stated: bool, gravity: float) -> tuple[str, float]:
+    """Unit of an axis in words, and g a unit: as the user states it (``stated``: for this column), or else the header.
 
-    g, mg, m/s2, cm/s2, mm/s2 or counts. Raises `InputError`: neither states one that is known.
+    ``gravity`` is one g, m/s2. Raises `InputError`: neither states a unit that is known.
     """
-    own = "counts" if column.unit in _COUNTS else _ACCELERATION.get(column.unit)
-    as_stated = "counts" if mapping.counts_per_g else mapping.unit
-    if as_stated and (stated or not column.unit or own == as_stated):
-        return as_stated
-    remedy = "give --scale, the units of the file per g, or --unit, what they are"
-    if column.unit and own is None:
+    own, counts = _UNITS.get(column.unit), mapping.counts_per_g
+    unit: str | None = "counts" if counts else mapping.unit
+    if not (unit and (stated or not column.unit or own == unit)):
+        unit = own
+    in_g = {"g": 1.0, "mg": 1e-3} | {name: metres / gravity for name, metres in _METRES.items()}
+    units = ", ".join(in_g)
+    if counts:
+        in_g["counts"] = 1.0 / counts
+    if unit not in in_g:
+        said = f"has the unit {shown(column.unit)}" if column.unit else "does not say its unit"
         raise InputError(
-            f"{path}: column {shown(column.name)} has the unit {shown(column.unit)}; {remedy} "
-            f"({', '.join(dict.fromkeys(_ACCELERATION.values()))}), or choose another column with --axis."
+            f"{path}: column {shown(column.name)} {said}; give --unit ({units}), or --scale, the counts or mV per g, "
+            "or --range and --bits, or choose another column with --axis."
         )
-    if own == "counts":
-        raise InputError(
-            f"{path}: column {shown(column.name)} holds counts; give --scale, the counts per g, or --range and --bits."
-        )
-    if own is None:
-        raise InputError(
-            f"{path}: column {shown(column.name)} does not say its unit; give --unit g, --unit m/s2 or --unit mg, or "
-            "for raw counts --scale, the counts per g."
-        )
-    return own
-
-
-def said_otherwise(column: Column, unit: str) -> str:
-    """A remark on a unit that is not the one of the column's header; empty if it is, or the header has none."""
-    own = "counts" if column.unit in _COUNTS else _ACCELERATION.get(column.unit, column.unit)
-    return f" as stated, not in {column.unit} as the file says" if own and own != unit else ""
+    words = f"counts of 1/{counts:.6g} g" if unit == "counts" else unit
+    if column.unit and unit != (own or column.unit):
+        words += f" as stated, not in {column.unit} as the file says"
+    return words, in_g[unit]
 
 
 _TIME_WORDS = re.compile(
@@ -325,19 +294,8 @@ NAME_IT = (
 def time_like(names: Sequence[str], units: Sequence[str]) -> list[Column]:
     """Columns that may be the time by their names or units."""
     columns = _columns(names, units)
-    named = [column for column in columns if _TIME_WORDS.search(_apart(column.name))]
+    named = [column for column in columns if _TIME_WORDS.search(column.name.casefold())]
     return named + [column for column in columns if column.unit in _TIME and column not in named]
-
-
-def typed_name(column: Column) -> str:
-    """The name of a column as a shell takes it; its number where a keyboard may lack the name."""
-    typed = column.name.isascii() and column.name.isprintable()
-    return shlex.quote(column.name if typed else f"#{column.position + 1}")
-
-
-def _apart(name: str) -> str:
-    """A name whose words are apart, in small letters: ``accelerationY`` is acceleration y."""
-    return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name).casefold()
 
 
 def time_unit_of(path: Path, column: Column) -> str | None:

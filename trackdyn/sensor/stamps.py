@@ -50,18 +50,10 @@ class Stamps(NamedTuple):
 
 
 class Rate(NamedTuple):
-    """Samples a second, Hz, and the name of the number that states them."""
+    """Samples a second, Hz, and words on what states them."""
 
     hz: float
-    name: str
-
-
-class Clock(NamedTuple):
-    """Samples a second, whether the rows are even, and a line about the steps."""
-
-    rate_hz: float
-    even: bool
-    steps: str
+    source: str
 
 
 def seconds_of(path: Path, name: str, texts: list[str], first_line: int, day_first: bool | None) -> np.ndarray:
@@ -112,12 +104,6 @@ def _instants(texts: list[str], day_first: bool) -> pd.DatetimeIndex:
     return instants
 
 
-def never_falls(values: np.ndarray) -> bool:
-    """Whether values rise and never fall: they may be stamps."""
-    step = np.diff(values, axis=0)
-    return bool((step >= 0).all() and step.any())
-
-
 def in_seconds(path: Path, name: str, values: np.ndarray, unit: str | None) -> Stamps:
     """Stamps of ``values``, (N,), in s since the first; ``unit`` None is the one that gives a rate in ``TOLD_APART``.
 
@@ -155,25 +141,25 @@ def _rounding(values: np.ndarray) -> float:
     return float(rounding)
 
 
-def lost_rows(stamps: Stamps | None, count: int, rate: float | None, resample: bool) -> np.ndarray:
+def lost_rows(stamps: Stamps | None, count: int, rate: Rate | None, resample: bool) -> np.ndarray:
     """(N - 1,) numbers of rows missing between ``count`` rows, by their stamps; none without stamps.
 
-    ``rate`` and ``resample`` are as the user has them.
+    ``rate`` and ``resample`` are as in `judge_stamps`.
     """
     if stamps is None:
         return np.zeros(count - 1)
     step = np.diff(stamps.t)
-    usual = 1.0 / rate if rate else float(np.median(step) or np.mean(step))
+    usual = 1.0 / rate.hz if rate else float(np.median(step) or np.mean(step))
     lost = np.maximum(np.round(step / usual) - 1.0, 0.0)
     return np.where(step > (_GAP if resample else 1.5) * usual, lost, 0.0)
 
 
 def judge_stamps(
-    path: Path, stamps: Stamps, first_line: int, rate: float | None, resample: bool, by_file: str = ""
-) -> Clock:
-    """Rate of a record, and whether its rows are even; ``rate`` is what the user, or ``by_file`` the file, says it is.
+    path: Path, stamps: Stamps, first_line: int, rate: Rate | None, resample: bool
+) -> tuple[Rate, bool, str]:
+    """Rate of a record, whether its rows are even, and words about the steps; ``rate`` is what user or file states.
 
-    Raises `InputError`: rows are missing, jitter or drift without leave to resample, or have not the rate given.
+    Raises `InputError`: rows are missing, jitter or drift without leave to resample, or have not the rate stated.
     """
     t, q, n = stamps.t, stamps.rounding, stamps.t.size
     step = np.diff(t)
@@ -193,13 +179,12 @@ def judge_stamps(
     row = np.arange(n)
     fitted = 1.0 / np.polyfit(row, t, 1)[0] if n > 2 else 1.0 / t[1]
     fitted = float(round(fitted)) if abs(fitted / round(fitted) - 1.0) < 1e-6 else float(fitted)
-    if rate is not None and abs(fitted / rate - 1.0) > (10 if resample else 1) * _SAME_RATE + q / t[-1]:
-        said, remedy = f"--rate {rate:g}", "leave it out, or give --time none if the stamps are wrong"
-        if by_file:
-            said = f"{rate:.6g} Hz as the file states ({by_file})"
-            remedy = f"give --rate {fitted:.6g} if the stamps are right, else --time none --rate HZ"
-        raise InputError(f"{path}: the stamps run at {fitted:.6g} Hz, not at {said}; {remedy}.")
-    hz = rate or fitted
+    if rate and abs(fitted / rate.hz - 1.0) > (10 if resample else 1) * _SAME_RATE + q / t[-1]:
+        raise InputError(
+            f"{path}: the stamps run at {fitted:.6g} Hz, not at {rate.hz:.6g} Hz, {rate.source}; give --rate "
+            f"{fitted:.6g} if the stamps are right, else --time none --rate HZ."
+        )
+    hz = rate.hz if rate else fitted
     odd = np.abs(step * hz - 1.0)
     low, high, scatter = 1e3 * step.min(), 1e3 * step.max(), 1e3 * np.std(step)
     line = f"steps {low:.4g} to {high:.4g} ms, {scatter:.2g} ms rms about their mean"
@@ -220,7 +205,7 @@ def judge_stamps(
         drift = t[half] / (t[2 * half] - t[half]) - 1.0 if half else 0.0
         even = odd.max() <= _EVEN + q * hz and abs(drift) <= _SAME_RATE + 4 * q / t[-1] + 4 * _EVEN / n
     if even or (resample and step.min() > 0.0):
-        return Clock(hz, bool(even), line)
+        return rate or Rate(hz, "from the stamps"), bool(even), line
     k = int(np.argmin(step) if step.min() == 0.0 else np.argmax(odd))
     raise InputError(
         f"{path}: the stamps before line {first_line + k + 1} are {step[k]:.6g} s apart, "
