@@ -89,7 +89,7 @@ def random_rig(number: int) -> Rig:
     span = float(np.diff(path.start)[1::2].max())
     # what hangs below the strand that is tensioned, and more, so that the lowest one is taut
     low = float((circles[:, 1] - circles[:, 2]).min())
-    hanging = weight * (float(path.at(0.5 * (path.start[-2] + path.length))[0][1]) - low)
+    hanging = weight * (float(path.along([0.5 * (path.start[-2] + path.length)])[0][0, 1]) - low)
     tension = max(base.tension.pre_tension * rng.uniform(0.5, 1.5), hanging + weight * span * rng.uniform(1.0, 3.0))
     # the wheel that takes up most, along the middle of its wrap
     k = max((k for k in range(len(order)) if order[k] != 0), key=lambda k: float(path.wrap[k]))

@@ -1,6 +1,6 @@
 """The belt path around the wheels and the chain laid along it."""
 
-from math import acos, asin, dist, pi, sqrt
+from math import acos, asin, pi, sqrt
 
 import numpy as np
 import pytest
@@ -26,25 +26,22 @@ def test_wraps_are_one_turn_and_the_path_is_smooth(rig, circles):
     path = belt_around(rig)[0] if circles == "rig" else belt_path(circles)
     assert path.wrap.sum() == pytest.approx(2 * pi, abs=1e-12)
     step = 1e-7
-    for s in [*path.start[:-1], *np.linspace(0.01, path.length, 37)]:
-        for alone, of_many in zip(path.at(s), path.along([s]), strict=True):  # one statement for a point, one for many
-            np.testing.assert_allclose(alone, of_many[0], rtol=0, atol=1e-14)
-        before, after = path.at(s - step), path.at(s + step)
-        bend = (after[1] - before[1] + pi) % (2 * pi) - pi
-        # position and heading change by the step alone, also across the ends of arcs
-        assert dist(after[0], before[0]) == pytest.approx(2 * step, rel=1e-6)
-        assert abs(bend) <= 2 * step / 0.25 + 1e-12
-        heading = np.arctan2(*np.subtract(after[0], before[0])[::-1])
-        # differences of positions of 1 m over 2e-7 m carry 1e-9
-        assert abs((heading - path.at(s)[1] + pi) % (2 * pi) - pi) < 1e-6
-        inside = min(abs(s - end) for end in path.start) > 2 * step
-        assert not inside or -bend / (2 * step) == pytest.approx(path.at(s)[2], abs=1e-6)
+    s = np.concatenate([path.start[:-1], np.linspace(0.01, path.length, 37)])
+    before, (_, heading, curvature), after = (path.along(s + shift) for shift in (-step, 0.0, step))
+    bend, way = (after[1] - before[1] + pi) % (2 * pi) - pi, after[0] - before[0]
+    # position and heading change by the step alone, also where arcs end
+    np.testing.assert_allclose(np.hypot(*way.T), 2 * step, rtol=1e-6)
+    assert (np.abs(bend) <= 2 * step / 0.25 + 1e-12).all()
+    # differences of positions of 1 m over 2e-7 m carry 1e-9
+    assert np.abs((np.arctan2(way[:, 1], way[:, 0]) - heading + pi) % (2 * pi) - pi).max() < 1e-6
+    inside = np.abs(s[:, None] - path.start).min(axis=1) > 2 * step
+    np.testing.assert_allclose(-bend[inside] / (2 * step), curvature[inside], rtol=0, atol=1e-6)
 
 
 @pytest.mark.parametrize("circles", [TRIANGLE, UNEQUAL])
 def test_path_keeps_outside_of_the_circles_and_touches_each(circles):
     path = belt_path(circles)
-    points = np.array([path.at(s)[0] for s in np.linspace(0, path.length, 2001)])
+    points = path.along(np.linspace(0, path.length, 2001))[0]
     for x, y, r in circles:
         distance = np.hypot(points[:, 0] - x, points[:, 1] - y)
         assert distance.min() == pytest.approx(r, abs=1e-12)

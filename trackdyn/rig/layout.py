@@ -4,9 +4,7 @@ The chain runs clockwise; bodies are numbered along the run, so the left arc of 
 input pin) trails and a link's y axis points outward.
 """
 
-from bisect import bisect_right
 from dataclasses import dataclass
-from functools import cached_property
 from math import asin, atan2, cos, hypot, pi, sin, sqrt
 
 import numpy as np
@@ -21,6 +19,8 @@ CLEAR = 0.02
 LEAST_LEVER = 0.05
 # Angle (rad) below which runs to two wheels count as one line.
 ONE_LINE = 1e-9
+# Steps that lay a chain: four are usual, and one below the last (m) leaves its square, which is rounding.
+MOST_STEPS, LAST_STEP = 40, 1e-9
 
 
 @dataclass(frozen=True)
@@ -57,28 +57,6 @@ class BeltPath:
             [x - r * np.sin(heading) + further * np.cos(heading), y + r * np.cos(heading) + further * np.sin(heading)]
         )
         return point, heading, np.where(on_run, 0.0, 1.0 / r)
-
-    @cached_property
-    def _plain(self) -> tuple[list[float], list[tuple[float, ...]]]:
-        """Where pieces begin, and circle, heading and wrap of each wheel: numbers of Python, to find single places."""
-        wheels = np.column_stack([self.circles, self.heading, self.wrap])
-        return self.start.tolist(), [tuple(wheel) for wheel in wheels.tolist()]
-
-    def at(self, s: float) -> tuple[tuple[float, float], float, float]:
-        """Position (x, y), heading (rad) and curvature (1/m, clockwise positive) at arc length ``s``, as `along`."""
-        start, wheels = self._plain
-        s %= start[-1]
-        piece = min(bisect_right(start, s) - 1, 2 * len(wheels) - 1)
-        x, y, r, heading, wrap = wheels[piece // 2]
-        further = s - start[piece]
-        curvature = 0.0
-        if piece % 2 == 0:
-            heading, further, curvature = heading + wrap - further / r, 0.0, 1.0 / r
-        return (
-            (x - r * sin(heading) + further * cos(heading), y + r * cos(heading) + further * sin(heading)),
-            heading,
-            curvature,
-        )
 
 
 def belt_path(circles, names=None) -> BeltPath:
@@ -243,27 +221,29 @@ def tensioner(rig: Rig) -> int:
 
 
 def _lay(path: BeltPath, lengths: np.ndarray) -> np.ndarray:
-    """Arc lengths of the pins of a chain laid along the path, each chord of its exact length."""
-    s = np.zeros(len(lengths) + 1)
+    """Arc lengths (n + 1,) of the pins of a chain laid along the path, each chord of its exact length; m.
+
+    Newton's method, with every pin between half a chord and 1.6 chords further on than the one before it. Raises
+    `InputError`: a body is too long for the wheels.
+    """
     # the cut joint stands in the middle of the last run, where its load is the tension of that strand
-    s[0] = 0.5 * (path.start[-2] + path.start[-1])
-    for i, chord in enumerate(lengths):
-        here = float(s[i])
-        (x, y), _, _ = path.at(here)
-
-        def excess(ds, here=here, x=x, y=y, chord=float(chord)):
-            (there_x, there_y), _, _ = path.at(here + ds)
-            return hypot(there_x - x, there_y - y) - chord
-
-        try:
-            s[i + 1] = here + root(excess, 0.5 * chord, 1.6 * chord, 1e-14)
-        except ValueError:
-            raise InputError(
-                f"a body of {chord:g} m from pin to pin (chain.link_length, or the connector that "
-                "fits to it) cannot be laid "
-                f"around these wheels; it must be a fraction of their smallest radius, {path.circles[:, 2].min():.4g} m"
-            ) from None
-    return s
+    s = 0.5 * (path.start[-2] + path.start[-1]) + np.concatenate([[0.0], np.cumsum(lengths)])
+    for _ in range(MOST_STEPS):
+        pins, heading, _ = path.along(s)
+        apart, tangent = np.diff(pins, axis=0), np.column_stack([np.cos(heading), np.sin(heading)])
+        chord = np.hypot(*apart.T)
+        # derivatives of a chord by the arc lengths of its two pins, but for the sign of the first
+        behind, ahead = ((apart * side).sum(axis=1) / chord for side in (tangent[:-1], tangent[1:]))
+        moves = [0.0]
+        for missing, first, second in zip((lengths - chord).tolist(), behind.tolist(), ahead.tolist(), strict=True):
+            moves.append((missing + first * moves[-1]) / second)
+        s[1:] = s[0] + np.cumsum(np.clip(np.diff(s + moves), 0.5 * lengths, 1.6 * lengths))
+        if np.abs(moves).max() < LAST_STEP:
+            return s
+    raise InputError(
+        f"a body of {lengths.max():g} m from pin to pin (chain.link_length, or the connector that fits to it) cannot "
+        f"be laid around these wheels; it must be a fraction of their smallest radius, {path.circles[:, 2].min():.4g} m"
+    )
 
 
 @dataclass(frozen=True)

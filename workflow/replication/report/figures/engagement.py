@@ -67,10 +67,10 @@ def _pins_around(path: BeltPath, s: float, chord: float) -> np.ndarray:
     """(2, 2) pins of a body of a length in m whose middle is at arc length ``s`` of the path."""
 
     def excess(half):
-        return dist(path.at(s + half)[0], path.at(s - half)[0]) - chord
+        return dist(*path.along([s - half, s + half])[0]) - chord
 
     half = root(excess, 0.25 * chord, chord)
-    return np.array([path.at(s - half)[0], path.at(s + half)[0]])
+    return path.along([s - half, s + half])[0]
 
 
 def _flank_is_touched(rig: Rig, places) -> bool:
