@@ -1,27 +1,30 @@
 """The ten arcs of a groove: tangent, symmetric, on their circles; and what is refused."""
 
-from math import asin, cos, pi, radians, sin, sqrt
+from math import asin, cos, degrees, pi, sin, sqrt
 
 import numpy as np
 import pytest
 
 from trackdyn.errors import InputError
 from trackdyn.rig.groove import build_groove, coarse_groove, connector_length, equal_pitch_radius, true_depth
+from trackdyn.rig.sections import GrooveParameters
 
 EXACT = 1e-12  # m or a unit vector: coordinates below 1 m carry about 1e-16 through ten operations
 
 # Another groove than the shipped one: every property below must hold for both.
 WIDE = {
-    "teeth": 13, "connector_length": 0.0577, "connector_radius": 0.030,
-    "pin_circle": 0.3268,
-    "seat_depth": 0.001, "slope_bottom": radians(25), "slope_low": 0.0, "slope_seat": radians(30),
-    "slope_tip": radians(65), "r2": 0.052, "r3": 0.033, "r4": 0.030, "r5": 0.045,
+    "seat_depth": 0.001, "slope_bottom": 25, "slope_low": 0.0, "slope_seat": 30, "slope_tip": 65, "r2": 0.052,
+    "r3": 0.033, "r4": 0.030, "r5": 0.045,
 }  # fmt: skip
+
+
+def wide(**changes):
+    return build_groove(GrooveParameters(**WIDE | changes), 13, 0.0577, 0.030, 0.3268)
 
 
 @pytest.fixture(params=["shipped", "wide"])
 def groove(request, rig):
-    return rig.groove_profile if request.param == "shipped" else build_groove(**WIDE)
+    return rig.groove_profile if request.param == "shipped" else wide()
 
 
 def free_side(groove, area, point):
@@ -72,12 +75,11 @@ def test_seat_holds_the_connector_at_its_depth(rig):
 
 def test_groove_worked_out_in_another_order_is_reproduced():
     """A groove that was designed from its addendum circle and its pins; lengths rounded to 1e-6 m."""
-    alpha5 = asin(35.519 / 90)
-    groove = build_groove(
-        teeth=13, connector_length=0.060, connector_radius=0.022, pin_circle=0.336164,
-        seat_depth=0.0, slope_bottom=alpha5, slope_low=radians(6), slope_seat=radians(38),
-        slope_tip=radians(58.905), r2=0.034, r3=0.0228, r4=0.030, r5=0.060,
+    design = GrooveParameters(
+        seat_depth=0.0, slope_bottom=degrees(asin(35.519 / 90)), slope_low=6, slope_seat=38, slope_tip=58.905,
+        r2=0.034, r3=0.0228, r4=0.030, r5=0.060,
     )  # fmt: skip
+    groove = build_groove(design, 13, 0.060, 0.022, 0.336164)
     centre = [(-76.902, 312.002), (-23.105, 344.448), (-30.0, 335.622), (-35.519, 283.112), (0, 365.806)]
     np.testing.assert_allclose(groove.centre[:5], np.array(centre) / 1e3, rtol=0, atol=2e-6)
     np.testing.assert_allclose(groove.radius[:5] * 1e3, [28.8241, 34.0, 22.8, 30.0, 60.0], rtol=0, atol=2e-3)
@@ -133,10 +135,10 @@ def test_equal_pitch_radius_returns_what_the_connector_was_made_from(rig):
 @pytest.mark.parametrize(
     ("changes", "field"),
     [
-        ({"slope_bottom": -0.1}, "slope_bottom"),
-        ({"slope_low": radians(26)}, "slope_bottom"),
-        ({"slope_seat": -0.01}, "slope_seat"),
-        ({"slope_tip": radians(20)}, "slope_tip"),
+        ({"slope_bottom": -6}, "slope_bottom"),
+        ({"slope_low": 26}, "slope_bottom"),
+        ({"slope_seat": -0.6}, "slope_seat"),
+        ({"slope_tip": 20}, "slope_tip"),
         ({"r2": 0.030}, "r2"),
         ({"r3": 0.029}, "r3"),
         ({"r5": 0.020}, "r5"),
@@ -145,7 +147,7 @@ def test_equal_pitch_radius_returns_what_the_connector_was_made_from(rig):
 )
 def test_groove_that_is_not_tangent_is_refused(changes, field):
     with pytest.raises(InputError, match=rf"^groove\.{field} = ") as caught:
-        build_groove(**{**WIDE, **changes})
+        wide(**changes)
     assert "\n" not in str(caught.value)
 
 

@@ -7,11 +7,12 @@ the groove, x_k clockwise from it, so areas 1 to 5 (the left flank) have x <= 0.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import acos, asin, atan2, cos, degrees, hypot, pi, sin, sqrt
+from math import acos, asin, atan2, cos, hypot, pi, sin, sqrt
 
 import numpy as np
 
 from trackdyn.errors import InputError
+from trackdyn.rig.sections import GrooveParameters
 
 CONVEX = (1, 4, 7, 10)
 
@@ -114,52 +115,40 @@ def flank_arcs(signs: np.ndarray, radii: np.ndarray, slopes: np.ndarray, bottom:
 
 
 def build_groove(
-    *,
-    teeth: int,
-    connector_length: float,
-    connector_radius: float,
-    pin_circle: float,
-    seat_depth: float,
-    slope_bottom: float,
-    slope_low: float,
-    slope_seat: float,
-    slope_tip: float,
-    r2: float,
-    r3: float,
-    r4: float,
-    r5: float,
+    design: GrooveParameters, teeth: int, connector_length: float, connector_radius: float, pin_circle: float
 ) -> Groove:
-    """Ten arcs with a common tangent at every joint, from a few design values: lengths in m, slopes in rad.
+    """Ten arcs with a common tangent at every joint; lengths in m.
 
-    Slopes are those of the left flank at the joints 5|4, 4|3, 3|2 and 2|1, positive upward. The height follows from the
-    seat: an arc resting on the lowest point of area 3 has its centre ``seat_depth`` below the pin of a connector on the
-    pin circle. Raises `InputError`: neighbours cannot be tangent, an arc is empty or reversed, a concave area is
-    narrower than the connector's arc, or the tip closes up.
+    Slopes of the design are those of the left flank at the joints 5|4, 4|3, 3|2 and 2|1, positive upward. The height
+    follows from the seat: an arc resting on the lowest point of area 3 has its centre ``seat_depth`` below the pin of a
+    connector on the pin circle. Raises `InputError`: neighbours cannot be tangent, an arc is empty or reversed, a
+    concave area is narrower than the connector's arc, or the tip closes up.
     """
 
-    def refuse(field, value, remedy):
-        shown = f"{degrees(value):.6g} deg" if field.startswith("slope") else f"{value:.6g} m"
-        raise InputError(f"groove.{field} = {shown} gives a profile that is not tangent: {remedy}")
+    def refuse(field, remedy):
+        unit = "deg" if field.startswith("slope") else "m"
+        stated = f"groove.{field} = {getattr(design, field):.6g} {unit}"
+        raise InputError(f"{stated} gives a profile that is not tangent: {remedy}")
 
-    slopes = {"bottom": slope_bottom, "low": slope_low, "seat": slope_seat, "tip": slope_tip}
-    for higher, lower in (("bottom", "low"), ("seat", "low"), ("tip", "seat")):
-        if not slopes[higher] > slopes[lower]:
-            remedy = f"it must exceed slope_{lower} = {degrees(slopes[lower]):.6g} deg"
-            refuse(f"slope_{higher}", slopes[higher], remedy)
-    for name, radius in (("r2", r2), ("r3", r3), ("r5", r5)):
-        if radius <= connector_radius:
-            refuse(name, radius, f"a concave area must be wider than the connector's arc, {connector_radius} m")
+    for higher, lower in (("slope_bottom", "slope_low"), ("slope_seat", "slope_low"), ("slope_tip", "slope_seat")):
+        least = getattr(design, lower)
+        if not getattr(design, higher) > least:
+            refuse(higher, f"it must exceed {lower} = {least:.6g} deg")
+    for name in ("r2", "r3", "r5"):
+        if getattr(design, name) <= connector_radius:
+            refuse(name, f"a concave area must be wider than the connector's arc, {connector_radius} m")
 
     signs = np.where(np.isin(np.arange(1, 6), CONVEX), 1.0, -1.0)
-    radii, ends = np.array([r2, r3, r4, r5]), np.array([slope_tip, slope_seat, slope_low, slope_bottom])
+    radii = np.array([design.r2, design.r3, design.r4, design.r5])
+    ends = np.radians([design.slope_tip, design.slope_seat, design.slope_low, design.slope_bottom])
     # the arc's centre over the lowest seat point is r3 - r_C below O_3
-    third = sqrt(pin_circle**2 - connector_length**2 / 4) - seat_depth + r3 - connector_radius
+    third = sqrt(pin_circle**2 - connector_length**2 / 4) - design.seat_depth + design.r3 - connector_radius
     bottom = third - float(flank_arcs(signs, radii, ends, 0.0, teeth)[2, 1])
     arcs = flank_arcs(signs, radii, ends, bottom, teeth)
     if arcs[0, 2] <= 0:
         left = f"{teeth} teeth leave {connector_length:.3g} m for a connector between links"
         remedy = f"the tip radius would be {arcs[0, 2]:.4g} m; {left}: enlarge sprocket.equal_pitch_radius, or take a "
-        refuse("slope_tip", slope_tip, remedy + "smaller r2 or slope")
+        refuse("slope_tip", remedy + "smaller r2 or slope")
     return groove_of_flank(teeth, arcs, [-pi / teeth, *ends, 0.0])
 
 

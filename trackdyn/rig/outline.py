@@ -7,7 +7,7 @@ mirrors them. A sign is +1 for a convex arc and -1 for a concave one.
 from decimal import Decimal
 from functools import lru_cache
 from itertools import product
-from math import atan2, cos, hypot, pi, sin, sqrt, tan
+from math import cos, pi, sin, sqrt, tan
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -102,17 +102,14 @@ def groove_of_arcs(arcs: np.ndarray, teeth: int) -> Groove:
     centre, radius, sign = arcs[:, :2], arcs[:, 2], arcs[:, 3]
     if not (radius > 0).all() or not np.isin(sign, (-1.0, 1.0)).all():
         raise InputError("profile.arcs needs positive radii and signs of 1 or -1")
-    half = pi / teeth
-    ends = [-half]
-    for i in range(len(arcs) - 1):
-        between, reach = centre[i + 1] - centre[i], sign[i] * radius[i] - sign[i + 1] * radius[i + 1]
-        if abs(hypot(*between) - abs(reach)) > TANGENT or reach == 0:
-            raise InputError(
-                f"profile.arcs: arcs {i + 1} and {i + 2} miss each other by "
-                f"{1e3 * abs(hypot(*between) - abs(reach)):.3g} mm; centres {abs(reach):.6g} m apart would be tangent"
-            )
-        ends.append(atan2(between[0] / reach, between[1] / reach))
-    ends.append(0.0)
+    half, (between, reach, misses) = pi / teeth, _joints(arcs)
+    if (apart := (misses > TANGENT) | (reach == 0)).any():
+        k = int(apart.argmax())
+        raise InputError(
+            f"profile.arcs: arcs {k + 1} and {k + 2} miss each other by {1e3 * misses[k]:.3g} mm; centres "
+            f"{abs(reach[k]):.6g} m apart would be tangent"
+        )
+    ends = np.array([-half, *np.arctan2(*(between / reach[:, None]).T), 0.0])
     for name, miss in (
         ("the first arc is not centred on the tooth line", abs(centre[0, 0] * cos(half) + centre[0, 1] * sin(half))),
         ("the last arc is not centred in the middle of the groove", abs(centre[-1, 0])),
@@ -124,24 +121,27 @@ def groove_of_arcs(arcs: np.ndarray, teeth: int) -> Groove:
     # along the flank a convex arc's slope rises from the tip on, a concave one's falls
     rise = sign * np.diff(ends)
     if (rise <= 0).any():
-        k = int(np.argmax(rise <= 0))
-        raise InputError(
-            f"profile.arcs: arc {k + 1} runs backwards, by {abs(np.degrees(rise[k])):.3g} deg; other "
-            "radii would leave it room"
-        )
+        k, room = int(np.argmax(rise <= 0)), "other radii would leave it room"
+        raise InputError(f"profile.arcs: arc {k + 1} runs backwards, by {abs(np.degrees(rise[k])):.3g} deg; {room}")
     return groove_of_flank(teeth, arcs, ends)
 
 
-def half_unit(values: Any) -> float:
-    """Half a unit of the last decimal that any of some numbers is written with."""
-    last = [int(Decimal(repr(float(value))).as_tuple().exponent) for value in values]
-    return 0.5 * 10.0 ** min(last)
+def _joints(arcs: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Ways (k - 1, 2) between the centres of neighbouring arcs (k, 4), their lengths along the normals if these are
+    common, and by how much the arcs miss each other; m.
+    """
+    between, reach = np.diff(arcs[:, :2], axis=0), -np.diff(arcs[:, 3] * arcs[:, 2])
+    return between, reach, np.abs(np.hypot(*between.T) - np.abs(reach))
 
 
 def rounding(arcs: np.ndarray) -> float:
     """By how much arcs (k, 4) may miss each other because print has rounded centres and radii, m."""
-    centre, radius = (min(half_unit(np.ravel(column)), COARSEST / 2) for column in (arcs[:, :2], arcs[:, 2]))
-    return TANGENT + 2 * sqrt(2) * centre + 2 * radius
+
+    def half_unit(values: np.ndarray) -> float:  # of the last decimal
+        last = min(int(Decimal(repr(value)).as_tuple().exponent) for value in values.ravel().tolist())
+        return min(0.5 * 10.0**last, COARSEST / 2)
+
+    return TANGENT + 2 * sqrt(2) * half_unit(arcs[:, :2]) + 2 * half_unit(arcs[:, 2])
 
 
 def joined(arcs: np.ndarray, teeth: int) -> np.ndarray:
@@ -150,13 +150,11 @@ def joined(arcs: np.ndarray, teeth: int) -> np.ndarray:
     Kept are all radii but the tip's, the directions in which the centres lie from each other, and the height of the
     last one. Arcs that are tangent, and those that miss by more, are returned as they are.
     """
-    between, reach = np.diff(arcs[:, :2], axis=0), -np.diff(arcs[:, 3] * arcs[:, 2])
-    half = pi / teeth
-    ends = arcs[0, 0] * cos(half) + arcs[0, 1] * sin(half), arcs[-1, 0]
-    worst = np.abs([*(np.hypot(*between.T) - np.abs(reach)), *ends]).max()
+    half, (between, reach, misses) = pi / teeth, _joints(arcs)
+    worst = np.abs([*misses, arcs[0, 0] * cos(half) + arcs[0, 1] * sin(half), arcs[-1, 0]]).max()
     if worst <= TANGENT or worst > rounding(arcs) or not reach.all():
         return arcs
-    slopes = np.arctan2(between[:, 0] / reach, between[:, 1] / reach)
+    slopes = np.arctan2(*(between / reach[:, None]).T)
     return flank_arcs(arcs[:, 3], arcs[1:, 2], slopes, float(arcs[-1, 1]), teeth)
 
 

@@ -4,7 +4,7 @@ from collections.abc import Collection, Iterator, Mapping
 from difflib import get_close_matches
 from functools import cached_property, reduce
 from itertools import pairwise
-from math import pi, radians, tan
+from math import pi, tan
 from operator import getitem
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -237,14 +237,8 @@ class Rig(Section):
                     f"chain.connector_radius = {arc:g} m"
                 )
             return groove
-        design = {name: radians(v) if name.startswith("slope") else v for name, v in self.groove.model_dump().items()}
-        return build_groove(
-            teeth=self.sprocket.teeth,
-            connector_length=self.connector_length,
-            connector_radius=self.chain.connector_radius,
-            pin_circle=self.pin_circle,
-            **design,
-        )
+        bodies = self.connector_length, self.chain.connector_radius, self.pin_circle
+        return build_groove(self.groove, self.sprocket.teeth, *bodies)
 
     def composite_modulus(self, surface: Surface) -> float:
         """E* of a surface against steel by Eq. (9), Pa."""
