@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from trackdyn.model.constants import Chain
-from trackdyn.scene.build import build_chain, mobility_across, mobility_of_slip
+from trackdyn.scene.build import build_chain, mobility_of_slip
 
 
 def by_mass_matrix(chain, body, along, arm=0.0, x=1.0):
@@ -42,13 +42,6 @@ def uneven():
 
 
 @pytest.mark.parametrize("fraction", [0.0, 0.4, 1.0])
-def test_mobility_is_that_of_the_mass_matrix(uneven, fraction):
-    chain, middle, rolled = uneven
-    along = fraction * chain.length[middle]
-    assert mobility_across(rolled, 0, along) == pytest.approx(by_mass_matrix(chain, middle, along), rel=1e-9)
-
-
-@pytest.mark.parametrize("fraction", [0.0, 0.4, 1.0])
 @pytest.mark.parametrize("x", [-0.8, 0.0, 0.5, 1.0])
 def test_mobility_of_a_sliding_point_is_that_of_the_mass_matrix(uneven, fraction, x):
     """The normal has the component x along the chain."""
@@ -63,7 +56,7 @@ def test_arcs_of_a_pitch_meet_the_same_mass(make_scene, kind):
     """Links and connectors are symmetric, so are the places of the two arcs of a connector."""
     scene = make_scene(chain=kind)
     model = scene.model
-    left, right = (mobility_across(model.chain, model.shoes.arc_body[k], model.shoes.arc_x[k]) for k in (0, 1))
+    left, right = (mobility_of_slip(model.chain, model.shoes.arc_body[k], model.shoes.arc_x[k], 0.0)[0] for k in (0, 1))
     assert left == pytest.approx(right, rel=1e-12)
     assert left == pytest.approx(model.tooth.mobility, rel=1e-12)
     chain = build_chain(scene.rig, kind)

@@ -13,7 +13,6 @@ from trackdyn.model.constants import (
     INDEPENDENT,
     LAW,
     NO_BRANCHES,
-    NO_MOTOR,
     SPROCKET,
     TANGENTIAL,
     Branches,
@@ -33,26 +32,17 @@ from trackdyn.model.constants import (
 from trackdyn.rig.laws import NORMAL_LAWS, loss_branches
 from trackdyn.rig.layout import body_lengths, tensioner, wheel_circles, wheel_names
 from trackdyn.rig.rig import Rig
-from trackdyn.rig.sections import Arm, SensorParameters, Sprocket, Surface, Tension, Wheel
-
-
-def mobility_across(chain: Chain, body: int, along: float) -> float:
-    """Acceleration across a straight chain per unit of force on a body, ``along`` (m) from its input pin, 1/kg.
-
-    Pins turn freely: within a few steps a bushing adds nothing. Each half of the chain is reduced to the mass that it
-    shows at the pin of the body, from its far end on, as the sweep of Eqs. 2 to 5 reduces it.
-    """
-    fraction = along / chain.length[body]
-    weights = np.array([1.0 - fraction, fraction])
-    return float(weights @ _mobility_of_pins(chain, body) @ weights)
+from trackdyn.rig.sections import Arm, SensorParameters, Sprocket, Surface, Wheel
 
 
 def mobility_of_slip(chain: Chain, body: int, along: float, arm: float) -> tuple[float, float, float]:
-    """Acceleration of a sliding point per unit of friction in a straight chain: ``a, b, c``, 1/kg.
+    """Acceleration of a point of a straight chain per unit of force on it: ``a, b, c``, 1/kg.
 
-    The point is ``arm`` (m) from a point on the body (`mobility_across`), against the contact's normal. With the
-    normal's component x along the chain it is ``a x^2 + b x + c``: the point moves across the chain, and the body turns
-    about it.
+    The point is ``arm`` (m) from a point on the body, ``along`` (m) from its input pin, against the contact's normal.
+    Friction accelerates it by ``a x^2 + b x + c`` with the normal's component x along the chain: the point moves across
+    the chain, and the body turns about it. A force across the chain accelerates it by ``a``. Pins turn freely: within a
+    few steps a bushing adds nothing. Each half of the chain is reduced to the mass that it shows at the pin of the
+    body, from its far end on, as the sweep of Eqs. 2 to 5 reduces it.
     """
     fraction, lever = along / chain.length[body], arm / chain.length[body]
     weights, spin = np.array([1.0 - fraction, fraction]), np.array([lever, -lever])
@@ -159,7 +149,7 @@ def build_shoes(rig: Rig, chain: str = "double_pin") -> Shoes:
     return Shoes(link_body=body, arc_body=arc_body, arc_x=np.tile(arcs, n), **ends)
 
 
-def build_sensors(rig: Rig, shoes: Shoes, sensors: Collection[SensorParameters]) -> Sensors:
+def build_sensors(shoes: Shoes, sensors: Collection[SensorParameters]) -> Sensors:
     """Where sensors sit: on a link from its end A on, on a connector from its first pin on."""
     on_link = np.array([sensor.body == "link" for sensor in sensors])
     pitch = np.array([sensor.pitch for sensor in sensors]) - 1
@@ -187,18 +177,18 @@ def build_wheels(scene) -> Wheels:
     rollers = list(rig.wheels.values()) if scene.loop == "on_wheels" else []
     count = 1 + len(rollers)
     surfaces = [rig.ring_contact, *(rig.contact_surfaces[roller.surface] for roller in rollers)]
-    rolling = np.zeros(count)
-    drag = [roller.bearing_drag * (scene.drag == "viscous") for roller in rollers]
-    if scene.drag == "rolling" and rollers:
-        drag = [roller.seal_drag for roller in rollers]
-        rolling = np.array([0.0, *(roller.rolling_arm for roller in rollers)])
     x, y, radius = np.ascontiguousarray(circles[:count].T)
-    torque = [roller.bearing_torque * (scene.drag == "coulomb") for roller in rollers]
+
+    def column(field: str, law: str = scene.drag) -> np.ndarray:
+        """A field of the wheels beside the sprocket, zero where the scene has another law of drag."""
+        return np.array([0.0, *(getattr(roller, field) * (scene.drag == law) for roller in rollers)])
+
     return Wheels(
         present=np.array([int(scene.ring_radius is not None)] + [1] * len(rollers)), x=x, y=y, radius=radius,
-        inertia=np.array([0.0, *(roller.inertia for roller in rollers)]), drag=np.array([0.0, *drag]),
-        torque=np.array([0.0, *torque]), half_thickness=rig.chain.link_thickness / 2, slip=np.zeros(count),
-        law=np.array([_law(rig, surface, scene) for surface in surfaces], LAW), rolling=rolling,
+        inertia=column("inertia"), drag=column("bearing_drag", "viscous") + column("seal_drag", "rolling"),
+        torque=column("bearing_torque", "coulomb"), half_thickness=rig.chain.link_thickness / 2, slip=np.zeros(count),
+        law=np.array([_law(rig, surface, scene) for surface in surfaces], LAW),
+        rolling=column("rolling_arm", "rolling"),
     )  # fmt: skip
 
 
@@ -214,18 +204,12 @@ def _slip_on_wheels(chain: Chain, wheels: Wheels, link: int) -> np.ndarray:
 
 def build_drive(scene) -> Drive:
     """The sprocket's speed as the scene asks for it, and what the rig's drive makes of it."""
-    line = scene.rig.drive
-    drive = Drive(float(scene.sprocket_rate), float(scene.ramp))
-    if line is None:
+    line, drive = scene.rig.drive, Drive(float(scene.sprocket_rate), float(scene.ramp))
+    if line is None or line.kind == "speed":
         return drive
-    motor = NO_MOTOR
-    if line.kind != "speed":
-        free = line.kind == "free"
-        release = line.release if line.release is not None else np.inf
-        motor = Motor(
-            line.inertia, 0.0 if free else line.slope, 0.0 if free else line.torque, float(release), int(free)
-        )
-    return drive._replace(motor=motor)
+    slope, torque = (0.0, 0.0) if line.kind == "free" else (line.slope, line.torque)
+    release = np.inf if line.release is None else line.release
+    return drive._replace(motor=Motor(line.inertia, slope, torque, float(release), int(line.kind == "free")))
 
 
 def wheel_frame(toe: float, camber: float) -> np.ndarray:
@@ -284,12 +268,12 @@ def build_model(scene) -> Model:
     if METHODS[scene.integrator].staggered:
         arc, at = shoes.arc_body, shoes.arc_x
         slip = [mobility_of_slip(chain, arc[side], at[side], tooth.arc_radius) for side in range(2)]
-        tooth = tooth._replace(mobility=mobility_across(chain, arc[0], at[0]), slip=np.array(slip))
+        tooth = tooth._replace(mobility=slip[0][0], slip=np.array(slip))
         wheels = wheels._replace(slip=_slip_on_wheels(chain, wheels, int(shoes.link_body[0])))
     c = rig.closure
     return Model(
         chain=chain, shoes=shoes, tooth=tooth, wheels=wheels, drive=build_drive(scene),
-        sensors=build_sensors(rig, shoes, rig.sensors.values()),
+        sensors=build_sensors(shoes, rig.sensors.values()),
         closure=Closure(
             compliant=int(scene.closure == "elastic_damping"), stiffness=c.stiffness, damping=c.damping
         ),
@@ -310,28 +294,25 @@ def make_carriers(rig: Rig, model: Model, tension: str, shift: float) -> Carrier
 
     ``tension`` is the scene's tension: with `CARRIED` the tensioning wheel, shifted by ``shift`` (m), is one of them.
     """
-    rows, force = [], NO_FORCE
+    rows, forced = [], tension == "forced"
     for k, name in enumerate(wheel_names(rig)):
-        x, y = float(model.wheels.x[k]), float(model.wheels.y[k])
         tensions = k == tensioner(rig) and tension in CARRIED
         carrier = rig.tension if tensions else rig.wheels[name].carrier if k else None
         if carrier is None:
             continue
-        row = {"wheel": k, "arm": 0, "x": x, "y": y, "mass": carrier.mass, "weight": 0.0}
-        row |= {"stiffness": carrier.stiffness, "damping": carrier.damping, "low": -carrier.travel}
-        row["high"] = carrier.travel
+        x, y = float(model.wheels.x[k]), float(model.wheels.y[k])
+        row = {"wheel": k, "damping": carrier.damping}
+        row["stiffness"] = 0.0 if tensions and forced else carrier.stiffness
         if isinstance(carrier, Arm):
             dx, dy, travel = x - carrier.x, y - carrier.y, radians(carrier.travel)
             row |= {"arm": 1, "x": carrier.x, "y": carrier.y, "along_x": -dy, "along_y": dx, "low": -travel}
             row |= {"mass": carrier.mass * (dx**2 + dy**2), "weight": carrier.mass * rig.gravity, "high": travel}
         else:
-            direction = radians(carrier.direction)
-            row |= {"along_x": cos(direction), "along_y": sin(direction)}
-        if tensions:
-            row |= {"low": -carrier.travel - shift, "high": carrier.travel - shift}
-            if tension == "forced" and isinstance(carrier, Tension):
-                row["stiffness"], force = 0.0, np.array(carrier.force, dtype=float)
+            direction, at = radians(carrier.direction), shift if tensions else 0.0
+            row |= {"arm": 0, "x": x, "y": y, "along_x": cos(direction), "along_y": sin(direction)}
+            row |= {"mass": carrier.mass, "weight": 0.0, "low": -carrier.travel - at, "high": carrier.travel - at}
         rows.append(row)
+    force = np.array(rig.tension.force, dtype=float) if forced else NO_FORCE
     return carriers_of(rows, len(model.wheels.x), tensioner(rig), force)
 
 

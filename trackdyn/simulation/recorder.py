@@ -98,7 +98,7 @@ class Recorder:
         loop.arrays.work.alternating[:] = 0.0
         stride = round(scene.frame_interval * rate)
         frames = -(-self.samples // stride) if stride else 0
-        self.sensors = build_sensors(scene.rig, loop.model.shoes, scene.sensors.values())
+        self.sensors = build_sensors(loop.model.shoes, scene.sensors.values())
         self.record: Record = make_record(
             round(room * rate),
             loop.state,
