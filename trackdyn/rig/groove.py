@@ -5,7 +5,6 @@ concave. Everything is in the groove frame {O_S, x_k, y_k}: y_k points from the 
 the groove, x_k clockwise from it, so areas 1 to 5 (the left flank) have x <= 0.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from math import acos, asin, atan2, cos, hypot, pi, sin, sqrt
 
@@ -72,13 +71,13 @@ class Groove:
         return np.vstack([self.arc(area, points) for area in range(1, len(self.radius) + 1)])
 
 
-def groove_of_flank(teeth: int, arcs: np.ndarray, ends: Sequence[float]) -> Groove:
+def groove_of_flank(teeth: int, arcs: np.ndarray, ends: np.ndarray) -> Groove:
     """Groove of its left flank and the mirror image of that.
 
     The flank is its arcs (k, 4), tip first: centre x, y, radius (m), and 1 for convex or -1 for concave; and the slopes
     (k + 1,) at which they begin and the last one ends, rad.
     """
-    middle, sign = (np.array(ends[:-1]) + ends[1:]) / 2, arcs[:, 3]
+    middle, sign = (ends[:-1] + ends[1:]) / 2, arcs[:, 3]
     vectors = arcs[:, :2], sign[:, None] * np.column_stack([np.sin(middle), np.cos(middle)])
     centre, direction = (np.vstack([left, left[::-1] * [-1.0, 1.0]]) for left in vectors)
     numbers = arcs[:, 2], sign * np.diff(ends) / 2, sign > 0
@@ -149,7 +148,7 @@ def build_groove(
         left = f"{teeth} teeth leave {connector_length:.3g} m for a connector between links"
         remedy = f"the tip radius would be {arcs[0, 2]:.4g} m; {left}: enlarge sprocket.equal_pitch_radius, or take a "
         refuse("slope_tip", remedy + "smaller r2 or slope")
-    return groove_of_flank(teeth, arcs, [-pi / teeth, *ends, 0.0])
+    return groove_of_flank(teeth, arcs, np.array([-pi / teeth, *ends, 0.0]))
 
 
 EDGE = 1e-9  # radius of an edge, m
