@@ -10,7 +10,7 @@ from tests.conftest import recorded
 from trackdyn import Scene
 from trackdyn.errors import InputError
 from trackdyn.measure import planner
-from trackdyn.measure.planner import Trial, _judge, _next, check_tolerances, plan, settings
+from trackdyn.measure.planner import Trial, _cheapest, _judge, check_tolerances, plan, settings
 from trackdyn.measure.uncertainty import Series
 from trackdyn.measure.whole_loop import whole_loop
 
@@ -18,8 +18,8 @@ from trackdyn.measure.whole_loop import whole_loop
 def tried(step, value, integrator="semi_implicit", scatter=0.0):
     """A setting whose measure has one value in all of twelve passages, or one that scatters."""
     trial = Trial("made up", {"integrator": integrator, "step": step})
-    scene, model = SimpleNamespace(integrator=integrator), SimpleNamespace(step=step)
-    trial.writer = SimpleNamespace(loop=SimpleNamespace(model=model, scene=scene))
+    scene = SimpleNamespace(integrator=integrator, rig=SimpleNamespace(rate=1000.0))
+    trial.writer = SimpleNamespace(loop=SimpleNamespace(model=SimpleNamespace(step=step), scene=scene), done=1000)
     trial.measures["rms"] = Series(np.full(12, value) + scatter, np.arange(12))
     return trial
 
@@ -50,21 +50,22 @@ def test_another_method_is_no_half_step():
     assert [run.error["rms"].bias for run in runs] == pytest.approx([0.2, 0.1])
 
 
-def test_a_plan_goes_the_cheapest_way():
-    """Records that are long enough end it, those that scatter go on, and a difference asks for a finer step."""
+def test_the_cheapest_setting_that_fits_is_recorded():
+    """Of records that are long enough the finest, of others the one with the least work within the longest record."""
 
-    def way(difference, half_width, most=20.0):
+    def chosen(difference, half_width, longest=20.0):
         runs = [tried(2e-4, 1.0 + difference), tried(1e-4, 1.0)]
-        _judge(runs, tolerances := {"rms": 0.01})
+        _judge(runs, {"rms": 0.01})
         for run in runs:
             run.error["rms"] = run.error["rms"]._replace(half_width=half_width, scatter=half_width)
-        chosen, longer = _next(runs, tolerances, True, most)
-        return chosen and runs.index(chosen), longer
+        trial = _cheapest(runs, {"rms": 0.01}, longest)
+        return trial and runs.index(trial)
 
-    assert way(0.001, 0.005) == (1, 0.0)  # the finer one of two that are known
-    assert way(0.001, 0.02)[0] == 0  # the cheaper one goes on, whose error of 0.2 % leaves enough
-    assert way(0.02, 0.005) == (None, 0.0)
-    assert way(0.0079, 0.5, most=1.0) == (None, 0.0)  # a finer step, since the record may not last longer
+    assert chosen(0.001, 0.005) == 1
+    assert chosen(0.001, 0.02) == 0  # its error of 0.2 % leaves enough
+    assert chosen(0.005, 0.02) == 1  # the error of the other one is 1 %
+    assert chosen(0.02, 0.005) is None and chosen(0.001, 0.05) is None
+    assert chosen(0.001, 0.05, longest=100.0) == 0
 
 
 def test_what_is_stated_stays_and_no_two_implicit_steps_judge_each_other(rig):

@@ -1,17 +1,17 @@
 """The planner: the cheapest method and step that keep a tolerance, found while the answer is recorded.
 
 1. Settings are tried from cheap to dear. All start from one state of the loop at speed and record the same passages, so
-   that two of them differ by their errors alone.
+   that two of them differ by their errors alone. Records grow while scatter hides that difference.
 2. The two finest ones give the limit that all are compared with. A linearly implicit step is judged by a semi-implicit
    one, since two of its own may agree and be wrong alike; a semi-implicit step is judged by half of it.
-3. The cheapest whose error and scatter can fit within the tolerances is recorded until they do. Where neither longer
-   records nor a finer step are cheaper, that is the answer, and as a rule the trial was long enough for it.
+3. Of the settings whose errors and intervals can fit within the tolerances the cheapest is recorded until they do. As a
+   rule the trial was long enough for it.
 """
 
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from math import hypot, inf
+from math import inf
 from typing import Any, NamedTuple
 
 from trackdyn.errors import InputError, TrackdynError
@@ -32,21 +32,21 @@ from trackdyn.measure.uncertainty import (
 )
 from trackdyn.measure.whole_loop import series
 from trackdyn.rig.validation import within
-from trackdyn.scene.scene import LONGEST_RUN, Scene
+from trackdyn.scene.scene import LONGEST_RUN, Periods, Scene
 from trackdyn.scene.step import first_that_runs, halved_steps, round_step, turn_limit
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recorder import Recorder
 from trackdyn.simulation.recording import Recording
 from trackdyn.simulation.step_check import OPEN, Resolution
 
-SETTING_SHARE = 0.8  # share of the tolerance for the error of a setting; the rest is for scatter
+SETTING_SHARE = 0.8  # share of the tolerance for the error of a setting, of which the rest is left for its record
 IMPLICIT_STEP, LARGEST_STEP = 5e-4, 1e-4  # s
 # Cost of a step over that of a semi-implicit one. Plans go by steps and not by the clock, which compilation and other
 # processes hold up: the same question has the same answer.
 WORK = {"linearly_implicit": 2.0}
 WARM_UP = 2  # passages in which a setting follows its own way before it is recorded
-LONGER, GROWTH = 1.1, 2.0  # trials grow at least and at most by these from one judgement to the next
-JUDGED = 1.3  # times as long a record is judged again
+GROWTH = 1.5  # times as long a trial is judged again
+JUDGED = 1.3  # times as long the record of the answer is
 # Turns of the loop at constant speed before a record. In 17 scenes of six rigs the RMS of the first quarter of a turn
 # was up to 1.3 % off; after half a turn nothing was left beyond the scatter.
 WAIT = 0.5
@@ -91,27 +91,21 @@ class Trial:
         """Cost of a simulated second, in semi-implicit steps."""
         return WORK.get(self.writer.loop.scene.integrator, 1.0) / self.writer.loop.model.step
 
-    def growth(self, tolerances: Mapping[str, float], together: bool = False, falls: float = 1.0) -> float:
-        """Times that the record must be as long for all tolerances, above 1 if it must.
+    def growth(self, tolerances: Mapping[str, float]) -> float:
+        """Times that the record must be as long for all tolerances, above 1 if it must; infinite if its setting errs.
 
-        ``together`` with the records that give the limit, whose scatter falls, too; ``falls`` is the share of the
-        setting's error that is left by then. Infinite if the setting errs too much.
+        An interval falls as one over the root of the length.
         """
-        return max(
-            _growth(error._replace(bias=falls * error.bias), tolerances[name], together)
-            for name, error in self.error.items()
-        )
-
-
-def _growth(error: WholeError, tolerance: float, together: bool) -> float:
-    """Times that a record must be as long for a tolerance; an interval falls as one over the root of the length."""
-    doubt, room = (error.doubt, tolerance - error.bias) if together else (0.0, error.room(tolerance))
-    if error.bias > SETTING_SHARE * tolerance or not room:
-        return inf
-    if (half_width := hypot(doubt, error.half_width)) <= room:
-        return (half_width / room) ** 2
-    # few batches widen an interval, which more of them do not
-    return max((hypot(doubt, error.scatter) / room) ** 2, LONGER)
+        times = [0.0] if self.error else [inf]
+        for name, error in self.error.items():
+            room = error.room(tolerances[name])
+            if not error.bias + error.doubt <= SETTING_SHARE * tolerances[name]:  # also of a measure that is 0
+                times.append(inf)
+            elif error.half_width <= room:
+                times.append((error.half_width / room) ** 2)
+            else:  # few batches widen an interval, which more of them do not
+                times.append(max((error.scatter / room) ** 2, JUDGED))
+        return max(times)
 
 
 class Plan(NamedTuple):
@@ -191,37 +185,57 @@ def plan(scene: Scene, tolerances: Mapping[str, float], longest: float = 60.0, m
     rate, wait = scene.rig.rate, WAIT * scene.periods.loop
     record = {"duration": whole_samples(rate, longest), "lead_in": whole_samples(rate, wait), "every_link": True}
     at_rest = Loop(scene.with_(**record, pitches=(), frame_interval=0.0, contact_log=True))
-    pending = settings(at_rest.scene, at_rest.model.step, method)
-    base = _at_speed(at_rest, pending)
-    span, teeth = scene.periods.passage, scene.rig.sprocket.teeth
-    count, most = float(LEAST + 1), float(LEAST + PEAK_TURNS * teeth)
-    tried: list[Trial] = []
+    choices = settings(at_rest.scene, at_rest.model.step, method)
+    base = _at_speed(at_rest, choices)
+    passages, tried = float(LEAST + 1), list[Trial]()
+    for trial in choices:
+        tried.append(_start(base, trial))
+        passages = _compare(tried, tolerances, passages, scene.periods, longest)
+        if chosen := _cheapest(tried, tolerances, longest):
+            break
+    else:
+        chosen = _cheapest(tried, tolerances, inf)
+    if chosen is None:
+        raise InputError(_refusal(tried, tolerances, longest))
+    left = {name: chosen.error[name].room(tolerance) for name, tolerance in tolerances.items()}
+    duration = min(max(chosen.growth(tolerances), 1.0) * chosen.seconds, longest)
+    cpu_s = chosen.cpu_s * (duration / chosen.seconds - 1.0)
+    return Plan(chosen, left, duration, cpu_s, time.process_time() - begin, tuple(tried))
+
+
+def _compare(
+    tried: list[Trial], tolerances: Mapping[str, float], passages: float, periods: Periods, longest: float
+) -> float:
+    """Record settings for so many passages, and more while scatter hides their errors; returns how many there are.
+
+    Raises `InputError`: a measure has too few values in records in which every arc has had its peaks.
+    """
+    span = periods.passage
     while True:
         running = [trial for trial in tried if not trial.refused]
         # the two finest judge; the others go on while they may be chosen
         running = [trial for trial in running if trial in running[-2:] or trial.growth(tolerances) < inf]
         for trial in running:
-            _record(trial, tolerances, count * span)
+            _record(trial, tolerances, passages * span)
         running = [trial for trial in running if not trial.refused]
         if lacking := [name for name in tolerances for trial in running if name not in trial.measures]:
-            if count < most:
-                count = min(1.5 * count, most)
-                continue
-            raise InputError(f"tolerance: {lacking[0]} has fewer than {LEAST} values in {count:.0f} passages")
-        if len(running) > 1:
+            if passages * span >= LEAST * span + PEAK_TURNS * periods.turn:
+                raise InputError(f"tolerance: {lacking[0]} has fewer than {LEAST} values in {passages:.0f} passages")
+        elif len(running) < 2:
+            return passages
+        else:
             _judge(running, tolerances)
-            chosen, longer = _next(running, tolerances, bool(pending), longest / span / count)
-            if chosen is not None:
-                left = {name: chosen.error[name].room(tolerance) for name, tolerance in tolerances.items()}
-                duration = min(max(chosen.growth(tolerances), 1.0) * chosen.seconds, longest)
-                cpu_s = chosen.cpu_s * (duration / chosen.seconds - 1.0)
-                return Plan(chosen, left, duration, cpu_s, time.process_time() - begin, tuple(tried))
-            if longer:
-                count *= longer
-                continue
-        if not pending:
-            raise InputError(_refusal(tried, tolerances, longest))
-        tried.append(_start(base, pending.pop(0)))
+            hides = all(running[-1].error[name].bias <= SETTING_SHARE * tolerances[name] for name in tolerances)
+            if not hides or passages * span >= longest or _cheapest(running, tolerances, longest):
+                return passages
+        passages *= GROWTH
+
+
+def _cheapest(tried: list[Trial], tolerances: Mapping[str, float], longest: float) -> Trial | None:
+    """The setting whose record keeps the tolerances for the least work within ``longest`` (s): the finest of equals."""
+    growths = {trial: trial.growth(tolerances) for trial in reversed(tried) if not trial.refused}
+    fitting = [trial for trial, growth in growths.items() if growth < inf and growth * trial.seconds <= longest]
+    return min(fitting, key=lambda trial: trial.work * max(growths[trial] - 1.0, 0.0), default=None)
 
 
 def _at_speed(settled: Loop, choices: list[Trial]) -> Loop:
@@ -272,39 +286,13 @@ def _judge(running: list[Trial], tolerances: Mapping[str, float]) -> None:
     order 1, is the same.
     """
     coarser, finest = running[-2:]
-    weight = weight_of_finer(*(trial.writer.loop.model.step for trial in (finest, coarser)))
+    alike = coarser.fields.get("integrator") == finest.fields.get("integrator")
+    weight = weight_of_finer(finest.writer.loop.model.step, coarser.writer.loop.model.step) if alike else 1.0
     for name in tolerances:
         measure = finest.measures[name]
-        limit = extrapolated(measure, coarser.measures[name], weight if _alike(coarser, finest) else 1.0)
+        limit = extrapolated(measure, coarser.measures[name], weight)
         for trial in running:
             trial.error[name] = whole_error(trial.measures[name], limit, scale_of(name, measure.estimate().value))
-
-
-def _alike(first: Trial, second: Trial) -> bool:
-    """Whether two settings have one method."""
-    return first.fields.get("integrator") == second.fields.get("integrator")
-
-
-def _next(
-    running: list[Trial], tolerances: Mapping[str, float], finer: bool, most: float
-) -> tuple[Trial | None, float]:
-    """Find the cheapest way on: the setting to record; or times that trials must be longer; or neither.
-
-    Neither means a finer setting, if there is one. Records may become ``most`` times as long. Of settings whose records
-    are long enough the finest is chosen.
-    """
-    coarser, finest = running[-2:]
-    ways: list[tuple[float, Trial | None, float]] = []
-    for trial in reversed(running):
-        if (growth := trial.growth(tolerances)) <= 1.0 or (growth < inf and most > 1.0):
-            ways.append((trial.work * max(growth - 1.0, 0.0), trial, 0.0))
-    # trials tell settings apart and are the beginning of the answer, so that both scatters fall
-    if (growth := max(1.0, finest.growth(tolerances, True))) < inf and most > 1.0:
-        ways.append((sum(trial.work for trial in running) * (growth - 1.0), None, min(growth, GROWTH, most)))
-    if finer:
-        growth = max(1.0, finest.growth(tolerances, True, 1 / 2 if _alike(coarser, finest) else 1 / 8))
-        ways.append((finest.work * (3.0 * growth - 1.0), None, 0.0))
-    return min(ways, key=lambda way: way[0], default=(inf, None, 0.0))[1:]
 
 
 def _refusal(tried: list[Trial], tolerances: Mapping[str, float], longest: float) -> str:
