@@ -128,7 +128,7 @@ def _run(model: Model, state: State, work: Work, record: Record, rows, space, im
                 for slot in range(work.friction.shape[1]):
                     work.friction[1, slot] = work.friction[0, slot]
             evaluate_loads(model, state, work, space, implicit)
-            if record.contact_log.enabled:
+            if record.contact_log.rows.size:
                 log_contacts(record.contact_log, state, work, state.steps[0] * model.step, model.step)
             _watch(work)
         _write_sample(model, state, work, record, sample, space)

@@ -140,7 +140,7 @@ def rk_step(model: Model, state: State, work: Work, record: Record, stages: Stag
         accumulate(model, work, stages.sensed[s], stages.b[s])
     _copy_memory(stages.tooth_impact, stages.wheel_impact, state.tooth_impact, state.wheel_impact)
     evaluate_loads(model, state, work, None, None)
-    if contact_log.enabled:
+    if contact_log.rows.size:
         log_contacts(contact_log, state, work, begin + step, step)
     state.steps[0] += 1
     return -1

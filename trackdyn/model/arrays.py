@@ -21,8 +21,8 @@ SLIDE = np.dtype([(name, float) for name in ("q", "rate", "rate_before", "along_
 class Plane(NamedTuple):
     """State of the plane of the chain (`integrate.plane`)."""
 
-    # (4,) offset and speed of the plane along its normal (m, m/s): z components of the pin's position and velocity; its
-    # angular velocities p and q (rad/s). All in components of the plane's frame
+    # (4,) offset and speed of the plane along its normal (m, m/s), z components of the pin's position and velocity; its
+    # angular velocities p and q (rad/s). All in its own frame
     motion: np.ndarray
     attitude: np.ndarray  # (4,) Euler parameters of ``A_P``, the scalar first
 
@@ -59,10 +59,10 @@ def make_state(n: int, pitches: int, wheels: int, carriers: int = 0, branches: i
 
 
 # entries of the energy balance, J: work since the start of the run, then energies of the state
-SPROCKET_WORK, TOOTH_NORMAL, TOOTH_FRICTION, RING_FRICTION, WHEEL_NORMAL, WHEEL_FRICTION, BEARING, BUSHING_LOSS = range(
-    8
-)
-KINETIC, GRAVITY, BUSHING_ELASTIC = range(8, 11)
+(
+    SPROCKET_WORK, TOOTH_NORMAL, TOOTH_FRICTION, RING_FRICTION, WHEEL_NORMAL, WHEEL_FRICTION, BEARING, BUSHING_LOSS,
+    KINETIC, GRAVITY, BUSHING_ELASTIC,
+) = range(11)  # fmt: skip
 ENERGY_NAMES = (
     "sprocket_work", "tooth_normal", "tooth_friction", "ring_friction", "wheel_normal", "wheel_friction", "bearing",
     "bushing_loss", "kinetic", "gravity", "bushing_elastic",
@@ -90,12 +90,11 @@ CONTACT_INTERVAL = np.dtype({
 class ContactLog(NamedTuple):
     """Log of the contacts with the sprocket, a `CONTACT_INTERVAL` each."""
 
-    enabled: int  # 0: not logged
     # open, last: (3 p,) contacts that have begun and not ended, of left arc, right arc and ring of each pitch; (3 p, 2)
     # forces of their last step and of the one before, N
     open: np.ndarray
     last: np.ndarray
-    rows: np.ndarray  # (m,) ended intervals
+    rows: np.ndarray  # (m,) ended intervals; no rows: nothing is logged
     count: np.ndarray  # (1,) integers: number of ended intervals; more than ``m`` if some had no room
 
 
@@ -108,9 +107,8 @@ class PlaneRecord(NamedTuple):
 
 
 class Record(NamedTuple):
-    """One row a sample of what `recording.Recording` describes."""
+    """One row a sample of what `recording.Recording` describes by the same names."""
 
-    # raw, mean, gap, cut, link_position, wheel_rate, energy, force, area, groove: as in `recording.Recording`
     raw: np.ndarray
     mean: np.ndarray
     gap: np.ndarray
@@ -146,7 +144,7 @@ def make_record(
         **zeros(np.int8, area=sides, groove=sides),
         pitches=np.array([i - 1 for i in pitches], np.int64),
         frame_stride=frame_stride,
-        contact_log=ContactLog(enabled=int(log_rows > 0), count=np.zeros(1, np.int64), **room),
+        contact_log=ContactLog(count=np.zeros(1, np.int64), **room),
         plane=None if state.plane is None else plane,
     )
 
@@ -172,8 +170,8 @@ def components(rows: np.ndarray, name: str, axes: str = "xy") -> np.ndarray:
 class SweepWork(NamedTuple):
     """Solution of the chain (`chain.riccati`)."""
 
-    # (n, 8) of the joint behind body i: the angular acceleration across it as a linear function, ``[S_31, S_32, -h c,
-    # E_3x, E_3y, E_3m, E_31 - tau] / D`` (eighth entry unused)
+    # (n, 8) angular acceleration across the joint behind body i as a linear function, ``[S_31, S_32, -h c, E_3x, E_3y,
+    # E_3m, E_31 - tau] / D`` (eighth entry unused)
     gain: np.ndarray
     response: np.ndarray  # (n, 4) angular acceleration of body i for unit ``[lambda_x, lambda_y, lambda_m, 1]``
     end: np.ndarray  # (3, 4) acceleration ``z_b`` at the output of body N
@@ -199,9 +197,7 @@ class ImplicitWork(NamedTuple):
     # base, end: (w, 2), (w, 3) the same for the input pin of body 1 and the output of the last body
     base: np.ndarray
     end: np.ndarray
-    # (w, w + 3) accelerations of the bodies on each wheel, weighted with their coupling: three cut loads, constant
-    # part, wheels
-    row: np.ndarray
+    row: np.ndarray  # (w, w + 3) accelerations of the bodies on each wheel, weighted: cut loads, constant part, wheels
     matrix: np.ndarray  # (w + 2, w + 3) equations for the cut loads and the wheels
     load: np.ndarray  # (w + 3,) cut loads, 1, and the accelerations of the wheels but the sprocket
 
@@ -214,8 +210,7 @@ class Stages(NamedTuple):
     start: np.ndarray  # (m,) state at the start of a step
     slope: np.ndarray  # (s, m) derivative of the state at each stage
     sensed: np.ndarray  # (s, k, 3) ``Work.sensed`` of each stage
-    # tooth_impact, wheel_impact: initial impact velocities at the start of the step: the stages do not change the
-    # memory
+    # tooth_impact, wheel_impact: those of the state at the start of the step: the stages do not change the memory
     tooth_impact: np.ndarray
     wheel_impact: np.ndarray
 
@@ -246,14 +241,12 @@ class SpaceWork(NamedTuple):
 class ContactCandidates(NamedTuple):
     """Lists of what is close to a wheel (`contact.neighbours`), for ``n`` bodies, ``p`` pitches and ``w`` wheels."""
 
-    # (3,) integers: arcs close to the sprocket (-1: no lists yet), pairs of a link and a wheel close to each other, and
-    # 1 where the lists were made at the present state
+    # (3,) integers: arcs close to the sprocket (-1: no lists yet), pairs of a link and a wheel, 1: of the present state
     count: np.ndarray
     arc: np.ndarray  # (2 p,) integers: these arcs, in rising order
     link: np.ndarray  # (p w, 2) integers: link and wheel of these pairs, in rising order
     groove: np.ndarray  # (2 p,) integers: the groove that each arc touched last, 0 before
-    # pin_x, pin_y: (n + 1,), wheel : (w, 2), plane : (4, 3) where pins and wheels were when the lists were made, and
-    # attitude and offset of the plane of the chain
+    # pin_x, pin_y: (n + 1,), wheel: (w, 2), plane: (4, 3) pins, wheels, plane's attitude and offset of these lists
     pin_x: np.ndarray
     pin_y: np.ndarray
     wheel: np.ndarray
@@ -346,19 +339,24 @@ def make_work(n: int, pitches: int, wheels: int, sensors: int = 1) -> Work:
     )
 
 
-def make_arrays(model: Model) -> tuple[State, Work]:
-    """State and work of a model in the plane, of a step of semi-implicit Euler, everything 0."""
+def make_arrays(model: Model, method) -> tuple[State, Work]:
+    """State in the plane and work of a model and a method (`integrate.methods`), everything 0."""
     sizes = len(model.chain.length), len(model.shoes.link_body), len(model.wheels.x)
     state = make_state(*sizes, len(model.carriers.wheel), len(model.branches.time))
-    return state, make_work(*sizes, len(model.sensors.body))
+    return state, allocate_method(make_work(*sizes, len(model.sensors.body)), method, model)
 
 
 def allocate_method(work: Work, method, model: Model) -> Work:
     """Work with the arrays of a method (`integrate.methods`) and, if the model moves in space, of that; of no other."""
-    n, (pitches, wheels), sensors = len(work.cos), work.wheel_force.shape, len(work.sensed)
-    sizes = n, pitches, wheels, sensors, len(model.branches.time)
+    n, (pitches, wheels) = len(work.cos), work.wheel_force.shape
+    stages = None
+    if method.tableau is not None:
+        a, b = (np.array(coefficients, dtype=float) for coefficients in method.tableau)
+        size = 4 + KINETIC + (2 + len(model.branches.time)) * n + 2 * wheels
+        room = zeros(start=size, slope=(len(b), size), sensed=(len(b), len(work.sensed), 3))
+        stages = Stages(a, b, **room, **zeros(tooth_impact=2 * pitches, wheel_impact=(pitches, wheels)))
     return work._replace(
-        stages=None if method.tableau is None else make_stages(*method.tableau, *sizes),
+        stages=stages,
         implicit=make_implicit(n, wheels) if method.linearly_implicit else None,
         space=None if model.space is None else make_space_work(n, wheels),
     )
@@ -371,16 +369,6 @@ def make_implicit(n: int, wheels: int) -> ImplicitWork:
         **zeros(inertia=(n, 6), couple=(n, w, 3), wheel_inertia=w, column=(w, 3), gain=(n, w), response=(n, w)),
         **zeros(base=(w, 2), end=(w, 3), row=(w, w + 3), matrix=(w + 2, w + 3), load=w + 3),
     )
-
-
-def make_stages(a, b, n: int, pitches: int, wheels: int, sensors: int, branches: int = 0) -> Stages:
-    """Allocate the stages of an explicit Runge-Kutta method."""
-    size = 4 + KINETIC + (2 + branches) * n + 2 * wheels
-    return Stages(
-        a=np.array(a, dtype=float), b=np.array(b, dtype=float),
-        **zeros(start=size, slope=(len(b), size), sensed=(len(b), sensors, 3)),
-        **zeros(tooth_impact=2 * pitches, wheel_impact=(pitches, wheels)),
-    )  # fmt: skip
 
 
 def make_space_work(n: int, wheels: int) -> SpaceWork:

@@ -10,7 +10,7 @@ from psutil import virtual_memory
 from trackdyn.errors import InputError
 from trackdyn.files import read_npz, write_npz
 from trackdyn.integrate.methods import METHODS
-from trackdyn.model.arrays import Plane, State, Work, allocate_method, make_arrays
+from trackdyn.model.arrays import Plane, State, Work, make_arrays
 from trackdyn.model.constants import Model
 from trackdyn.rig.layout import tensioner, wheel_circles
 from trackdyn.rig.rig import Rig
@@ -136,10 +136,10 @@ def allocate(scene: Scene, step: float) -> LoopArrays:
     model = copy_wheels(scene.model_of_step(step))
     if scene.loop == "on_wheels":
         model = model._replace(carriers=make_carriers(scene.rig, model, scene.tension, 0.0))
-    state, work = make_arrays(model)
+    state, work = make_arrays(model, METHODS[scene.integrator])
     if model.space is not None:
         state = state._replace(plane=Plane(np.zeros(4), np.zeros(4)))
-    return LoopArrays(model, state, allocate_method(work, METHODS[scene.integrator], model))
+    return LoopArrays(model, state, work)
 
 
 def shift_tensioner(model: Model, rig: Rig, shift: float) -> None:

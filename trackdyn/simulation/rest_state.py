@@ -10,7 +10,7 @@ import numpy as np
 from trackdyn.errors import InputError
 from trackdyn.integrate.methods import METHODS
 from trackdyn.integrate.run import Integration
-from trackdyn.model.arrays import SLIDE, Work, allocate_method, make_arrays, make_record
+from trackdyn.model.arrays import SLIDE, Work, make_arrays, make_record
 from trackdyn.model.constants import SPROCKET, Drive, Model
 from trackdyn.rig.groove import depths_on_sprocket
 from trackdyn.rig.layout import Assembly
@@ -69,9 +69,9 @@ class DampedLoop:
             tooth=model.tooth._replace(present=0),
         )  # fmt: skip
         shift_tensioner(self.model, scene.rig, self.shift)
-        self.state, work = make_arrays(self.model)
         linearly = METHODS[scene.integrator].linearly_implicit
-        self.work = allocate_method(work, METHODS["linearly_implicit" if linearly else "semi_implicit"], self.model)
+        method = METHODS["linearly_implicit" if linearly else "semi_implicit"]
+        self.state, self.work = make_arrays(self.model, method)
         self.state.pin[:2] = assembly.pins[0]
         self.state.angle[:] = assembly.angle
         self.state.wheel_angle[SPROCKET] = assembly.sprocket_angle
