@@ -82,18 +82,14 @@ def rig():
     return load_rig(RIG)
 
 
-def scenes_of(rig):
+@pytest.fixture(scope="session")
+def make_scene(rig):
     """Function that makes a short scene: ``make_scene(115, ring_radius=None)``."""
 
     def make(motor_rpm=115.0, rig=rig, **fields):
         return Scene(rig, motor_rpm, **{**SHORT, **fields})
 
     return make
-
-
-@pytest.fixture(scope="session")
-def make_scene(rig):
-    return scenes_of(rig)
 
 
 Ended = namedtuple("Ended", "code out err")
@@ -119,6 +115,12 @@ def recorded(scene, **options):
     return loop.record(scene.duration, **options)
 
 
+def assert_same_arrays(recording, expected):
+    """The arrays of two recordings are equal to the last bit."""
+    for name in Recording.ARRAYS:
+        np.testing.assert_array_equal(getattr(recording, name), getattr(expected, name), err_msg=name)
+
+
 def contact_table(recording):
     """`contacts` as a table, pitches from 1 and sides by name."""
     rows = pd.DataFrame(contacts(recording))
@@ -136,12 +138,14 @@ def made_recording(scene, time, force, begin=0.0, layout=None, **arrays):
         "contact_log": np.zeros(0, CONTACT_INTERVAL),
         "frame_time": np.zeros(0),
     }
+    blank |= dict.fromkeys(("plane", "wheel_offset", "axial_force"), np.zeros((0, 0)))
     blank |= {"frame": np.zeros((0, scene.bodies + 3)), "pitches": np.arange(1, force.shape[1] + 1)} | arrays
     blank = {"groove": np.zeros_like(blank["area"])} | blank
     return Recording(time=time, force=force, begin=begin, meta=provenance(scene, layout or {}), **blank)
 
 
-def driven(make_scene):
+@pytest.fixture(scope="session")
+def driven_loop(make_scene):
     """Function that gives the loop some time after the start, as an own copy.
 
     ``driven_loop(ring_radius=0.303)``; None is a sprocket without ring.
@@ -156,11 +160,6 @@ def driven(make_scene):
         return made[key].copy()
 
     return make
-
-
-@pytest.fixture(scope="session")
-def driven_loop(make_scene):
-    return driven(make_scene)
 
 
 # --- a browser for the pages --------------------------------------------------------------------------------

@@ -6,7 +6,7 @@ import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
-from tests.viscous import VISCOUS
+from tests.conftest import RIG
 from trackdyn.commands.cli import app
 from trackdyn.errors import InputError
 from trackdyn.integrate.methods import METHODS
@@ -106,7 +106,7 @@ def test_the_standard_step_is_halved_without_a_ring_and_no_other():
 
 
 def test_a_scene_of_another_rig_follows_it_but_for_what_was_asked():
-    first, second = load_rig(VISCOUS), load_rig("parts")
+    first, second = load_rig(RIG), load_rig("parts")
     scene = Scene(first, 115.0, bushing_law="viscous")
     changed = scene.with_(rig=second, duration=3.0)
     assert (changed.drag, changed.tension) == (second.drag, second.tension.kept) != (first.drag, first.tension.kept)

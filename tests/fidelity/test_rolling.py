@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from tests.conftest import RIG
 from tests.rigs.conftest import scene_of
-from tests.viscous import VISCOUS
 from trackdyn.chain.kinematics import SLOW, bearing_drag
 from trackdyn.errors import InputError
 from trackdyn.integrate.run import common_arrays
@@ -28,7 +28,7 @@ def bench(tmp_path_factory):
     path = tmp_path_factory.mktemp("rolling") / "bench.yaml"
     path.write_text(
         f"""
-like: {VISCOUS}
+like: {RIG}
 chain: {{source: tests, pitches: 26}}
 wheels:
   source: tests

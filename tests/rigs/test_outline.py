@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.viscous import VISCOUS
+from tests.conftest import RIG
 from trackdyn.errors import InputError
 from trackdyn.rig.outline import ToothProfile, distance_to, fit_outline, groove_of_arcs
 from trackdyn.rig.rig import load_rig
@@ -17,7 +17,7 @@ def arcs_of(groove):
     return np.column_stack([groove.centre, groove.radius, sign])[:half]
 
 
-@pytest.mark.parametrize("name", ["paper", "parts", "m113", "robot", VISCOUS])
+@pytest.mark.parametrize("name", ["paper", "parts", "m113", "robot", RIG])
 @pytest.mark.parametrize("decimals", [7, 6, 5, 4])
 def test_arcs_as_print_rounds_them_are_joined(name, decimals):
     """Radii stay as they are printed; how far the contour is off depends on how much the radii of neighbours differ.
@@ -47,7 +47,7 @@ def test_arcs_of_three_decimals_are_not_joined(rig):
 
 def test_measured_points_are_followed_to_their_noise():
     """Points of the shipped groove with noise: the residual is the noise, and the seat stands where it was."""
-    groove = load_rig(VISCOUS).groove_profile
+    groove = load_rig(RIG).groove_profile
     rng = np.random.default_rng(7)
     points = groove.profile(12) + NOISE * rng.standard_normal((120, 2))
     fitted = fit_outline(points, "+--+-", groove.teeth)

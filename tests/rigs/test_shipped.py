@@ -5,8 +5,8 @@ import pytest
 
 from replication.peers.comparison import require_exudyn, run_peer
 from replication.study.settings import PEER_LAWS
+from tests.conftest import RIG
 from tests.rigs.conftest import NAMES
-from tests.viscous import VISCOUS
 from trackdyn.errors import DivergenceError
 from trackdyn.integrate.carriers import along, push
 from trackdyn.model.constants import SPROCKET
@@ -75,7 +75,7 @@ def test_a_step_that_flips_is_refused_within_two_seconds(monkeypatch):
     monkeypatch.setattr("trackdyn.scene.step.step_limits", lambda *_: {"none": 1.0})
     waited = []
     for step in (2e-4, 2.5e-4, 1e-3 / 3):
-        loop = Loop(Scene(load_rig(VISCOUS), 150.0, None, ramp=0.5, step=step))
+        loop = Loop(Scene(load_rig(RIG), 150.0, None, ramp=0.5, step=step))
         loop.advance(loop.scene.ramp)
         before = loop.time
         try:

@@ -1,1 +1,10 @@
-from tests.viscous import make_scene, rig, rig_path  # noqa: F401
+"""Commands of these tests run the rig that does not move with the default one."""
+
+import pytest
+
+from tests.conftest import RIG
+
+
+@pytest.fixture(scope="session")
+def rig_path():
+    return RIG

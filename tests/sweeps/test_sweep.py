@@ -12,7 +12,7 @@ from types import SimpleNamespace
 import pandas as pd
 import pytest
 
-from tests.viscous import VISCOUS
+from tests.conftest import RIG
 from trackdyn.errors import InputError
 from trackdyn.measure.metrics import run_metrics
 from trackdyn.scene.choices import preset
@@ -123,7 +123,7 @@ def test_damaged_and_foreign_rows_of_a_store_are_counted_and_computed_again(tmp_
 )
 def test_what_makes_no_sweep_is_refused(arguments, said):
     with pytest.raises(InputError, match=said):
-        sweep(**{"design": design(1), "rig": VISCOUS} | arguments)
+        sweep(**{"design": design(1), "rig": RIG} | arguments)
 
 
 def test_a_full_disk_ends_in_one_sentence(tmp_path, monkeypatch):
@@ -183,7 +183,7 @@ def test_a_killed_sweep_goes_on_where_it_was(tmp_path, rig_path):
     def begin(most):
         """The command in a group of its own, whose rows wait where ``most`` are stored."""
         limit.write_text(str(most), encoding="utf-8")
-        line = [sys.executable, "-c", RUN, "sweep", designed, "--out", out, "--rig", VISCOUS, "-j2", "-q"]
+        line = [sys.executable, "-c", RUN, "sweep", designed, "--out", out, "--rig", RIG, "-j2", "-q"]
         return subprocess.Popen(
             list(map(str, line)), start_new_session=True, stderr=subprocess.PIPE, env=os.environ | environment
         )

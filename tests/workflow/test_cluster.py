@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 from snakemake.iocontainers import Namedlist
 
-from tests.viscous import VISCOUS
+from tests.conftest import RIG
 from trackdyn.errors import TrackdynError
 from trackdyn.jit import cache_folder
 from trackdyn.sweeps import batch_jobs
@@ -50,7 +50,7 @@ def test_a_module_gives_the_bytes_of_one_sweep(tmp_path):
     (tmp_path / "Snakefile").write_text(MODULE.format(root=ROOT), encoding="utf-8")
     result = snakemake(tmp_path, "-j2", "--quiet")
     assert result.returncode == 0, result.stdout + result.stderr
-    alone = sweep(tmp_path / "d.csv", tmp_path / "alone.parquet", VISCOUS, jobs=1)
+    alone = sweep(tmp_path / "d.csv", tmp_path / "alone.parquet", RIG, jobs=1)
     assert alone.state.tolist() == ["done"] * 3 + ["refused"]
     assert (tmp_path / "alone.parquet").read_bytes() == (tmp_path / "r/s.parquet").read_bytes()
     again = snakemake(tmp_path, "-n", "--quiet", "rules")

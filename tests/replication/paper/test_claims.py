@@ -34,7 +34,7 @@ from replication.paper.scorecard import (
     sentence_verdicts,
     statements,
 )
-from tests.viscous import VISCOUS
+from tests import conftest
 from trackdyn.errors import InputError
 from trackdyn.rig.rig import load_rig
 
@@ -45,7 +45,7 @@ TESTS = [name for name, claim in CLAIMS.items() if claim.rule not in ("no_test",
 SPEEDS = [115.0, 150.0, 180.0, 210.0]
 RADII = [0.303, 0.304, 0.305, 0.307, 0.308, 0.313]
 # a rig whose equal-pitch radius, by the arc, is the radius that serves
-RIG = load_rig(VISCOUS).changed(sprocket__equal_pitch_radius=0.3051)
+RIG = load_rig(conftest.RIG).changed(sprocket__equal_pitch_radius=0.3051)
 MEAN, AFTER = ", mean over 0.01 s", ", after the touch"
 
 

@@ -1,1 +1,0 @@
-from tests.viscous import driven_loop, make_scene, rig  # noqa: F401
