@@ -64,10 +64,12 @@ def mean_events(recording: Recording) -> pd.DataFrame:
     A table with ``event, median_s, mean_s, sd_s`` and the ``passages`` in which it happens; NaN where none or only one
     does.
     """
-    times = passage_events(recording)
-    table = times.median().rename("median_s").rename_axis("event").reset_index()
-    table = table.assign(mean_s=times.mean().to_numpy(), sd_s=times.std().to_numpy(), passages=times.count().to_numpy())
-    return pd.concat([table, smoothed_maxima(recording)], ignore_index=True)
+    return pd.concat([_over_passages(passage_events(recording)), smoothed_maxima(recording)], ignore_index=True)
+
+
+def _over_passages(times: pd.DataFrame) -> pd.DataFrame:
+    columns = {"median_s": times.median(), "mean_s": times.mean(), "sd_s": times.std(), "passages": times.count()}
+    return pd.DataFrame(columns).rename_axis("event").reset_index()
 
 
 def event_times(recording: Recording) -> dict[str, float]:
@@ -107,8 +109,5 @@ def smoothed_maxima(recording: Recording) -> pd.DataFrame:
                     event = f"{side} maximum, {name}"
                     times.setdefault(event, []).append(float(recording.time[highest] - first))
                     areas.setdefault(event, []).append(0 if side == "ring" else int(recording.area[highest, column, i]))
-    return pd.DataFrame(
-        [{"event": event, "median_s": np.median(t), "mean_s": np.mean(t), "sd_s": pd.Series(t).std(),
-          "passages": len(t), "area": np.bincount(areas[event]).argmax()} for event, t in times.items()],
-        columns=["event", "median_s", "mean_s", "sd_s", "passages", "area"],
-    )  # fmt: skip
+    means = _over_passages(pd.DataFrame({event: pd.Series(values) for event, values in times.items()}))
+    return means.assign(area=[np.bincount(areas[event]).argmax() for event in means["event"]])
