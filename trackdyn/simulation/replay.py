@@ -75,27 +75,23 @@ def replay(recording: Recording, seconds: float | None = None, progress: bool = 
         begins, complete = scene.ramp + min(scene.lead_in, SHORT_LEAD), False
     bar = {"disable": not progress, "unit": "s", "desc": "looking again",
            "bar_format": "{desc} |{bar}| {n:.1f} of {total:.1f} s simulated"}  # fmt: skip
-    with tqdm(total=begins + seconds + 1e-6, **bar) as progress_bar:
-        loop.advance(begins, progress_bar.update)
-        return _observe(loop, recording, complete, frames, stride, progress_bar.update)
-
-
-def _observe(loop: Loop, recording: Recording, complete: bool, frames: int, stride: int, tick) -> Replay:
-    scene, model, state = loop.scene, loop.model, loop.state
+    model, state = loop.model, loop.state
     n, wheels, pitches = len(state.angle), len(model.wheels.x), scene.rig.chain.pitches
-    rate, begins = scene.rig.rate, loop.time
     record = make_record(frames * stride, state, len(model.sensors.body), range(1, pitches + 1))
     bodies, around, turned = np.zeros((frames, n, 3)), np.zeros((frames, wheels, 3)), np.zeros(frames)
     tension, contacts = np.zeros((frames, n)), []
-    for k in range(frames):
-        loop._fill(record, k * stride, (k + 1) * stride)
-        pins = loop.pins  # makes all else that of this instant
-        bodies[k] = np.column_stack([pins[:n], state.angle])
-        around[k] = np.column_stack([model.wheels.x, model.wheels.y, model.wheels.radius])
-        turned[k] = state.wheel_angle[SPROCKET]
-        tension[k] = np.hypot(*loop.joint_forces.T)
-        contacts.append(_contacts(loop))
-        tick(stride / rate)
+    with tqdm(total=begins + seconds + 1e-6, **bar) as progress_bar:
+        loop.advance(begins, progress_bar.update)
+        begins = loop.time
+        for k in range(frames):
+            loop._fill(record, k * stride, (k + 1) * stride)
+            pins = loop.pins  # makes all else that of this instant
+            bodies[k] = np.column_stack([pins[:n], state.angle])
+            around[k] = np.column_stack([model.wheels.x, model.wheels.y, model.wheels.radius])
+            turned[k] = state.wheel_angle[SPROCKET]
+            tension[k] = np.hypot(*loop.joint_forces.T)
+            contacts.append(_contacts(loop))
+            progress_bar.update(stride / rate)
     first = turned[0] - scene.sprocket_rate * stride / rate
     moved = np.abs(turned - first) / (2 * pi) * model.tooth.teeth
     length = np.cumsum(model.chain.length)
