@@ -43,7 +43,7 @@ def test_aligned_scene_repeats_the_planar_run(aligned):
     np.testing.assert_allclose(record.frame, planar.frame, rtol=0, atol=1e-9)
     np.testing.assert_allclose(record.energy, planar.energy, rtol=0, atol=1e-9 * np.abs(planar.energy).max())
     assert (record.force > 0).any() and (record.wheel_rate[-1] != 0).all()
-    assert not record.plane.motion[:, :4].any() and not record.plane.axial.any()
+    assert not record.plane[:, :4].any() and not record.axial_force.any()
     assert np.array_equal(loop.state.plane.attitude, [1.0, 0.0, 0.0, 0.0])
 
 
@@ -63,10 +63,10 @@ def test_loop_stays_between_the_flanges(misaligned):
     connectors between the flanges carry with less than 1 mm.
     """
     loop, record = misaligned
-    guide, plane = loop.scene.rig.guide, record.plane
-    assert np.abs(plane.offset).max() < guide.clearance + 5000.0 / (6 * guide.stiffness)
-    assert np.abs(plane.offset).max() > 1e-3  # it does move
-    assert np.abs(plane.axial).mean(axis=0).max() > 5.0  # N
+    guide = loop.scene.rig.guide
+    assert np.abs(record.wheel_offset).max() < guide.clearance + 5000.0 / (6 * guide.stiffness)
+    assert np.abs(record.wheel_offset).max() > 1e-3  # it does move
+    assert np.abs(record.axial_force).mean(axis=0).max() > 5.0  # N
 
 
 def test_energy_account_of_a_misaligned_loop(misaligned):
@@ -133,13 +133,12 @@ def test_runs_repeat_bit_for_bit_and_mirror(rig, make_scene):
     motions = []
     for toe in (0.5, 0.5, -0.5):
         scene = make_scene(210.0, rig=rig.changed(idler__toe=toe), **LAWS)
-        record = filled(Loop(scene), 500)
-        motions.append((record.frame, record.plane))
-    (frame, plane), (again_frame, again), (mirror_frame, mirror) = motions
-    assert np.array_equal(frame, again_frame) and np.array_equal(plane.motion, again.motion)
-    assert np.abs(plane.motion[-1, 0]) > 1e-5
+        motions.append(filled(Loop(scene), 500))
+    record, again, mirror = motions
+    assert np.array_equal(record.frame, again.frame) and np.array_equal(record.plane, again.plane)
+    assert np.abs(record.plane[-1, 0]) > 1e-5
     signs = [-1, -1, -1, -1, 1, -1, -1, 1]
     # every operation has its mirror image with the same rounding
-    np.testing.assert_allclose(mirror.motion, plane.motion * signs, rtol=0, atol=1e-12)
-    np.testing.assert_allclose(mirror_frame, frame, rtol=0, atol=1e-12)
-    np.testing.assert_allclose(mirror.axial, -plane.axial, rtol=0, atol=1e-6)
+    np.testing.assert_allclose(mirror.plane, record.plane * signs, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(mirror.frame, record.frame, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(mirror.axial_force, -record.axial_force, rtol=0, atol=1e-6)

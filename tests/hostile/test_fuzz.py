@@ -226,5 +226,5 @@ def test_the_files_that_are_damaged_are_sound(folder):
     assert load_rig(RIG) == Scene(load_rig(RIG), 115.0).rig
     (folder / "sensor.csv").write_text(SENSOR, encoding="utf-8")
     assert len(read_sensor_csv(folder / "sensor.csv").t_s) == 200
-    assert load_recording(folder / "belt.npz").fault() is None
+    load_recording(folder / "belt.npz").checked()
     assert "records" in read_yaml(CONFIG)

@@ -25,7 +25,6 @@ SCENES = [
     ],
     *[({name: "long"}, f"{name} = 'long'", NUMBER) for name in ("ring_radius", "duration", "step")],
     ({"motor_rpm": -1}, "motor_rpm = -1.0", "between 0 and 100000 rev/min"),
-    ({"motor_rpm": 1e300, **BELT}, "motor_rpm = 1e+300", "and 100000"),
     (
         {"ring_radius": 1e300},
         "ring_radius = 1e+300",
@@ -33,12 +32,10 @@ SCENES = [
     ),
     ({"ring_radius": -0.3}, "ring_radius = -0.3", "must be a radius in m, or null"),
     ({"duration": 1e-300}, "duration = 1e-300", "between 0.001 and"),
-    ({"duration": 1e9}, "duration", "and 36000 s"),
-    ({"lead_in": -1}, "lead_in = -1.0", "between 0 and"),
+    ({"lead_in": 1e9}, "lead_in", "and 36000 s"),
     ({"ramp": 5e-324}, "ramp = 5e-324", "between 1e-06 and"),
     ({"step": 1e-12}, "step = 1e-12", "at least 1e-08 s"),
-    ({"step": 0.0}, "step = 0.0", "such as 5e-05"),
-    ({"step": -1e-4}, "step = -0.0001", "must divide"),
+    ({"step": 0.0}, "step = 0.0: must divide", "such as 5e-05"),
     ({"step": 1e-8, "duration": 36000}, "step = 1e-08", "3.6e+12 steps"),
     ({"frame_interval": 1e308}, "frame_interval = 1e+308", "no longer than the duration"),
     ({"frame_interval": -0.1}, "frame_interval = -0.1", "a multiple"),
@@ -54,14 +51,11 @@ SCENES = [
     ],
     *[({name: value}, f"{name} = ", ": use ") for name in CHOICES for value in NO_CHOICES],
     ({"motor_rpm": np.timedelta64(5, "s")}, "motor_rpm", NUMBER),
-    ({"chain": "x" * 2000}, "chain = 'xxx", "double_pin"),
-    ({"integrator": np.ma.masked_array([1, 2], mask=[0, 1])}, "integrator", "semi_implicit"),
     ({"motor_rpm": np.ma.array(115.0, mask=True), "chain": "x" * 2000}, "scene: "),
     ({"rig": None}, "rig = None", "an instance of Rig"),
     ({"rig": "config/rigs/paper.yaml"}, "rig = 'config/rigs/paper.yaml'", "an instance of Rig"),
     ({"rig": Scene}, "rig", "an instance of Rig"),
     *[({name: 3}, f"{name} is not a known parameter", "") for name in ("speed", "solver", "joint", "tolerance")],
-    ({"integrator": "adaptive"}, "integrator = 'adaptive'", "'rk4'"),
 ]
 
 

@@ -1,31 +1,28 @@
 """Settled loops that are shared give every scene the bytes that it would get alone."""
 
-import numpy as np
 import pytest
 
+from tests.conftest import assert_same_arrays
 from trackdyn.errors import InputError
 from trackdyn.rig.rig import load_rig
 from trackdyn.scene.scene import Scene
-from trackdyn.simulation.recording import Recording
 from trackdyn.simulation.settling import SettledLoops
 from trackdyn.simulation.simulate import simulate
 
 SHORT = {"duration": 0.05, "lead_in": 0.0, "ramp": 0.05, "integrator": "linearly_implicit", "step": 5e-4}
 
 
-def same(recording, expected):
-    """Whether all arrays and the description are equal, bit for bit."""
-    return recording.meta == expected.meta and all(
-        np.asarray(getattr(recording, name)).tobytes() == np.asarray(getattr(expected, name)).tobytes()
-        for name in Recording.ARRAYS
-    )
+def assert_shared(scene, starts):
+    """A run from a loop that was settled before is the run alone, bit for bit."""
+    recording, expected = simulate(scene, starts=starts), simulate(scene)
+    assert recording.meta == expected.meta
+    assert_same_arrays(recording, expected)
 
 
 def test_a_series_of_scenes_is_what_each_would_be_alone(make_scene):
     starts = SettledLoops()
     for rpm, ring in ((115.0, 0.308), (210.0, None), (210.0, 0.308)):
-        scene = make_scene(rpm, ring_radius=ring, **SHORT)
-        assert same(simulate(scene), simulate(scene, starts=starts)), (rpm, ring)
+        assert_shared(make_scene(rpm, ring_radius=ring, **SHORT), starts)
 
 
 @pytest.mark.parametrize("fields", [{"chain": "single_pin"}, {"tension": "retensioned", "ring_radius": 0.311}], ids=str)
@@ -33,8 +30,7 @@ def test_scenes_that_settle_otherwise_do_not_share(make_scene, fields):
     """After a loop of the plain scene, which a wrong key would take for theirs: all but `LATER` is in it."""
     starts = SettledLoops()
     simulate(make_scene(115.0, **SHORT | {"ring_radius": fields.get("ring_radius", 0.308)}), starts=starts)
-    scene = make_scene(130.0, **SHORT | fields)
-    assert same(simulate(scene), simulate(scene, starts=starts))
+    assert_shared(make_scene(130.0, **SHORT | fields), starts)
 
 
 def test_only_so_many_are_kept(make_scene):

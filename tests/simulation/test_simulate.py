@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from tests.conftest import LAWS, recorded
+from tests.conftest import LAWS, assert_same_arrays, recorded
 from trackdyn.commands.cli import app
 from trackdyn.errors import DivergenceError
 from trackdyn.measure.metrics import run_metrics
@@ -14,7 +14,7 @@ from trackdyn.model.arrays import ENERGY_NAMES
 from trackdyn.rig.layout import body_lengths
 from trackdyn.simulation.energy_balance import energy_residual
 from trackdyn.simulation.loop import Loop
-from trackdyn.simulation.recording import Recording, load_recording
+from trackdyn.simulation.recording import load_recording
 from trackdyn.simulation.simulate import simulate
 
 # printed in the paper (C01)
@@ -99,8 +99,7 @@ def read_back(run, path):
     run.save(path)
     back = load_recording(path)
     assert back.scene == run.scene
-    for name in Recording.ARRAYS:
-        np.testing.assert_array_equal(getattr(back, name), getattr(run, name), name)
+    assert_same_arrays(back, run)
     np.testing.assert_equal(run_metrics("", back), run_metrics("", run))
     return back
 

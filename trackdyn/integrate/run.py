@@ -231,10 +231,10 @@ def _write_sample(model: Model, state: State, work: Work, record: Record, sample
         record.frame[frame, 2 + n] = state.wheel_angle[SPROCKET]
     if space is not None:
         for k in range(4):
-            record.plane.motion[sample, k] = state.plane.motion[k]
-            record.plane.motion[sample, 4 + k] = state.plane.attitude[k]
+            record.plane[sample, k] = state.plane.motion[k]
+            record.plane[sample, 4 + k] = state.plane.attitude[k]
         for wheel in range(space.axial.shape[0]):
             # the plane crosses the axis, direction (b20, b21, b22) in P, where its normal component is the offset
             across = state.plane.motion[OFFSET] - space.centre[wheel, 2]
-            record.plane.offset[sample, wheel] = across / space.relative[wheel, 2, 2]
-            record.plane.axial[sample, wheel] = space.axial[wheel]
+            record.wheel_offset[sample, wheel] = across / space.relative[wheel, 2, 2]
+            record.axial_force[sample, wheel] = space.axial[wheel]

@@ -11,11 +11,11 @@ from typing import TypeVar
 from trackdyn.errors import InputError
 from trackdyn.measure.contacts import LONGEST_CONTACT, PASSAGE, TOUCHING, passages
 from trackdyn.measure.uncertainty import Series, judge_series
-from trackdyn.model.arrays import SIDES
+from trackdyn.model.arrays import SAMPLED, SIDES
 from trackdyn.scene.scene import Scene, StopRule
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recorder import Recorder
-from trackdyn.simulation.recording import IN_SPACE, SAMPLED, Recording
+from trackdyn.simulation.recording import Recording
 from trackdyn.simulation.settling import SettledLoops
 
 GROWTH = 1.1  # times that a record is longer from one judgement to the next
@@ -49,8 +49,6 @@ def later(recording: Recording, seconds: float) -> Recording:
     begin, count = recording.begin + first / recording.rate, len(recording.time) - first
     lead_in = recording.scene.lead_in + first / recording.rate
     scene = {"duration": count / recording.rate, "lead_in": lead_in, "frame_interval": 0.0}
-    rows = (*SAMPLED, *IN_SPACE)
-    cut = {name: getattr(recording, name)[first:] for name in rows if len(getattr(recording, name))}
     return replace(
         recording,
         time=recording.time[:count],
@@ -59,7 +57,7 @@ def later(recording: Recording, seconds: float) -> Recording:
         frame=recording.frame[:0],
         frame_time=recording.frame_time[:0],
         meta=recording.meta | {"scene": recording.meta["scene"] | scene},
-        **cut,
+        **{name: getattr(recording, name)[first:] for name in SAMPLED},
     )
 
 

@@ -98,14 +98,6 @@ class ContactLog(NamedTuple):
     count: np.ndarray  # (1,) integers: number of ended intervals; more than ``m`` if some had no room
 
 
-class PlaneRecord(NamedTuple):
-    """Out-of-plane samples of a record, one row a sample."""
-
-    motion: np.ndarray  # (s, 8) offset (m), speed (m/s), p, q (rad/s) and the Euler parameters of the plane
-    offset: np.ndarray  # (s, w) where the plane of the chain crosses the axis of every wheel, from its middle, m
-    axial: np.ndarray  # (s, w) force on every wheel along its axis, mean over the sample, N
-
-
 class Record(NamedTuple):
     """One row a sample of what `recording.Recording` describes by the same names."""
 
@@ -119,11 +111,16 @@ class Record(NamedTuple):
     force: np.ndarray
     area: np.ndarray
     groove: np.ndarray
+    plane: np.ndarray
+    wheel_offset: np.ndarray
+    axial_force: np.ndarray
     pitches: np.ndarray  # (p,) integers: pitches whose contacts are recorded (0-based)
     frame: np.ndarray  # (f, n + 3) configuration every ``frame_stride`` samples: pin x, y, angles, sprocket angle
     frame_stride: int  # samples between frames
     contact_log: ContactLog  # log of the contacts with the sprocket
-    plane: PlaneRecord | None = None  # motion of the chain's plane; None in planar motion
+
+
+SAMPLED = Record._fields[: Record._fields.index("pitches")]  # arrays with a row a sample
 
 
 def make_record(
@@ -137,15 +134,15 @@ def make_record(
     p, n, (loop, wheels) = len(pitches), len(state.angle), state.wheel_impact.shape
     s, pair, sides = samples, (samples, 2), (samples, p, 2)
     room = {"last": np.zeros((3 * loop, 2)), **zeros(CONTACT_INTERVAL, open=3 * loop, rows=log_rows)}
-    plane = PlaneRecord(**zeros(motion=(s, 8), offset=(s, wheels), axial=(s, wheels)))
+    in_space = {"plane": 8, "wheel_offset": wheels, "axial_force": wheels}
     return Record(
         **zeros(raw=(s, sensors, 3), mean=(s, sensors, 3), gap=s, cut=pair, link_position=pair),
         **zeros(wheel_rate=(s, wheels), energy=(s, len(ENERGY_NAMES)), force=(s, p, 3), frame=(frames, n + 3)),
         **zeros(np.int8, area=sides, groove=sides),
+        **zeros(**{name: (0, 0) if state.plane is None else (s, columns) for name, columns in in_space.items()}),
         pitches=np.array([i - 1 for i in pitches], np.int64),
         frame_stride=frame_stride,
         contact_log=ContactLog(count=np.zeros(1, np.int64), **room),
-        plane=None if state.plane is None else plane,
     )
 
 

@@ -1,20 +1,19 @@
 """A recording that grows chunk by chunk, so that it can be watched, checkpointed and resumed; what it needs."""
 
 import time
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from psutil import virtual_memory
 
 from trackdyn.errors import DivergenceError, OutOfMemoryError
 from trackdyn.integrate.methods import METHODS
-from trackdyn.model.arrays import CONTACT_INTERVAL, Plane, PlaneRecord, Record, make_record, make_state
+from trackdyn.model.arrays import CONTACT_INTERVAL, SAMPLED, Plane, make_record, make_state
 from trackdyn.model.constants import SPROCKET
 from trackdyn.scene.build import build_sensors
 from trackdyn.simulation.energy_balance import check_account
 from trackdyn.simulation.loop_arrays import filled, flat
-from trackdyn.simulation.recording import SAMPLED, Recording, provenance
+from trackdyn.simulation.recording import Recording, provenance
 from trackdyn.simulation.step_check import HALF, Difference, RunStatistics, StepCheck, again, run_statistics
 
 # Time of a body's step with the Riccati sweep, s, on the machine of the benchmarks; settling takes so many seconds.
@@ -99,7 +98,7 @@ class Recorder:
         stride = round(scene.frame_interval * rate)
         frames = -(-self.samples // stride) if stride else 0
         self.sensors = build_sensors(loop.model.shoes, scene.sensors.values())
-        self.record: Record = make_record(
+        self.record = make_record(
             round(room * rate),
             loop.state,
             len(scene.sensors),
@@ -119,10 +118,12 @@ class Recorder:
         """Make room for so many samples: twice as many as there are, but not more than are asked for."""
         count = min(max(GROWTH * len(self.record.gap), least), self.samples)
         check_memory(self.scene, count / self.scene.rig.rate)
-        rows = count - len(self.record.gap)
-        self.record = _mapped(
-            self.record, lambda array: np.concatenate([array, np.zeros_like(array, shape=(rows, *array.shape[1:]))])
-        )
+        arrays = {name: getattr(self.record, name) for name in SAMPLED}
+        for name, array in arrays.items():
+            if len(array):  # in space alone
+                arrays[name] = np.zeros((count, *array.shape[1:]), array.dtype)
+                arrays[name][: len(array)] = array
+        self.record = self.record._replace(**arrays)
 
     def chunk(self) -> float:
         """Record the next chunk; returns its length, s.
@@ -203,7 +204,8 @@ class Recorder:
         rate, stride = scene.rig.rate, record.frame_stride
         if self.done < self.samples:
             frames = -(-self.done // stride) if 0 < stride <= self.done else 0
-            record = _mapped(record, lambda array: array[: self.done])._replace(frame=record.frame[:frames])
+            rows = {name: getattr(record, name)[: self.done] for name in SAMPLED}
+            record = record._replace(**rows, frame=record.frame[:frames])
             scene = scene.with_(duration=self.done / rate, frame_interval=scene.frame_interval if frames else 0.0)
         resolution = self.step_check.resolution()
         share = None if np.isnan(resolution.share) else resolution.share
@@ -217,10 +219,3 @@ class Recorder:
         )
         vars(recording)["scene"] = scene  # not built from its description again
         return recording
-
-
-def _mapped(record: Record, change: Callable[[np.ndarray], np.ndarray]) -> Record:
-    """A record whose arrays of samples are changed; its frames are left."""
-    plane = record.plane and PlaneRecord._make(map(change, record.plane))
-    changed: dict[str, Any] = {name: change(getattr(record, name)) for name in SAMPLED}
-    return record._replace(**changed, plane=plane)

@@ -13,7 +13,7 @@ from psutil import virtual_memory
 
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.files import read_npz, write_npz
-from trackdyn.model.arrays import Record
+from trackdyn.model.arrays import SAMPLED, Record
 from trackdyn.model.constants import SPROCKET
 from trackdyn.rig.rig import Rig
 from trackdyn.rig.sections import SensorParameters
@@ -23,13 +23,6 @@ from trackdyn.simulation.loop_arrays import LARGEST
 from trackdyn.sources import source_hash
 
 FORMAT = 11
-# Arrays of a record, and of a recording, that have a row a sample; those of a recording in space.
-SAMPLED = ("raw", "mean", "gap", "cut", "link_position", "wheel_rate", "energy", "force", "area", "groove")
-IN_SPACE = ("plane", "wheel_offset", "axial_force")
-
-
-def _nothing() -> np.ndarray:
-    return np.zeros((0, 0))
 
 
 @dataclass(frozen=True)
@@ -100,12 +93,12 @@ class Recording:
     begin: float
     frame: np.ndarray
     frame_time: np.ndarray
+    plane: np.ndarray
+    wheel_offset: np.ndarray
+    axial_force: np.ndarray
     meta: dict
     wall: float = field(default=float("nan"), compare=False)
     checkpoint: Path | None = field(default=None, compare=False)
-    plane: np.ndarray = field(default_factory=_nothing)
-    wheel_offset: np.ndarray = field(default_factory=_nothing)
-    axial_force: np.ndarray = field(default_factory=_nothing)
 
     def __repr__(self) -> str:
         """Two lines: what was recorded, of which scene."""
@@ -120,15 +113,12 @@ class Recording:
 
         Raises `DivergenceError` as `checked`.
         """
-        arrays = {name: getattr(record, name) for name in SAMPLED}
-        if record.plane is not None:
-            arrays |= dict(zip(IN_SPACE, record.plane, strict=True))
         return cls(
+            **{name: getattr(record, name) for name in SAMPLED},
             time=np.arange(1, len(record.gap) + 1) / rate,
             pitches=record.pitches + 1,
             frame=record.frame,
             frame_time=(np.arange(len(record.frame)) * record.frame_stride + 1) / rate,
-            **arrays,
             **others,
         ).checked()
 
@@ -222,27 +212,22 @@ class Recording:
         at = np.r_[0.0, np.interp(edges[1:-1], self.turns, self._edges), self.seconds]
         return edges[1] / np.diff(at) * 60 * self.scene.rig.sprocket.transmission_ratio
 
-    def fault(self) -> str | None:
-        """First array with a number that is not finite, or beyond `LARGEST`, in words; None if there is none."""
-        for name in self.ARRAYS:
-            values = getattr(self, name)
-            array = np.asarray(values.view(float) if name == "contact_log" else values)
-            if not np.isfinite(array).all():
-                return f"{name} holds a value that is not a finite number"
-            if array.size and not np.abs(array).max() <= LARGEST:
-                return f"{name} holds a value beyond {LARGEST:g}"
-        return None
-
     def checked(self) -> "Recording":
-        """Return this recording if all its numbers are finite.
+        """Return this recording if all its numbers are finite, and none is beyond `LARGEST`.
 
         Raises
         ------
         DivergenceError
-            Names the array that holds one that is not finite.
+            Names the first array that holds another one.
         """
-        if fault := self.fault():
-            raise DivergenceError(f"the run left the physical range: {fault}; use a smaller step or a milder rig")
+        for name in self.ARRAYS:
+            values = getattr(self, name)
+            array = np.asarray(values.view(float) if name == "contact_log" else values)
+            if not np.abs(array).max(initial=0) <= LARGEST:
+                wrong = f"beyond {LARGEST:g}" if np.isfinite(array).all() else "that is not a finite number"
+                raise DivergenceError(
+                    f"the run left the physical range: {name} holds a value {wrong}; use a smaller step or a milder rig"
+                )
         return self
 
     @typed
