@@ -123,9 +123,9 @@ def test_scene_command_and_sweep_agree_on_the_step(name, ring, preset_name, monk
     rig = load_rig(name)
     fields = ({} if ring == "of the rig" else {"ring_radius": None}) | ({"preset": preset_name} if preset_name else {})
     expected = Scene(rig, 90.0, **fields).time_step
-    row = {"motor_rpm": [90.0], "rig": [name]} | ({} if ring == "of the rig" else {"ring_radius": ["none"]})
-    (asked_for,) = requested_rows(pd.DataFrame(row | ({"preset": [preset_name]} if preset_name else {})))
-    assert Scene(Rig.model_validate(asked_for.rig), **asked_for.scene).time_step == expected
+    cells = {"motor_rpm": [90.0], "rig": [name]} | ({} if ring == "of the rig" else {"ring_radius": ["none"]})
+    (row,) = requested_rows(pd.DataFrame(cells | ({"preset": [preset_name]} if preset_name else {})))
+    assert Scene(Rig.model_validate(row.task["rig"]), **row.task["scene"]).time_step == expected
     scenes = []
     monkeypatch.setattr(simulation, "simulate", lambda scene, **_: scenes.append(scene) or sys.exit(3))
     words = [] if ring == "of the rig" else ["--ring-radius", "none"]
