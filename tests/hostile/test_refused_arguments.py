@@ -6,7 +6,7 @@ from sentences import BELT, one_sentence
 
 import trackdyn
 from trackdyn.errors import InputError, shown
-from trackdyn.measure.axes import doubtful_axes
+from trackdyn.measure.axes import judge_axes
 from trackdyn.measure.compare import compare_with_sensor
 from trackdyn.rig.rig import Rig, load_rig
 from trackdyn.rig.sections import Wheel
@@ -42,7 +42,7 @@ CALLS = {
     "read_sensor_csv, gravity": (lambda rig, run, x: read_sensor_csv("a.csv", gravity=x), [*NAMES, "x"]),
     "read_sensor_csv, mapping": (lambda rig, run, x: read_sensor_csv("a.csv", x), [*JUNK, "x"]),
     "load_mapping": (lambda rig, run, x: load_mapping(x), JUNK),
-    "doubtful_axes": (lambda rig, run, x: doubtful_axes(run, x), NAMES),
+    "judge_axes": (lambda rig, run, x: judge_axes(run, x), NAMES),
     "compare_with_sensor": (lambda rig, run, x: compare_with_sensor(x, x), NAMES),
     "save": (lambda rig, run, x: run.save(x), [*NAMES, "b\0"]),
     "value": (lambda rig, run, x: rig.value(x), NAMES),

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 from trackdyn.commands.cli import app
 from trackdyn.errors import InputError
-from trackdyn.measure.axes import doubtful_axes, require_axes
+from trackdyn.measure.axes import judge_axes, require_axes
 from trackdyn.measure.compare import compare_with_sensor, in_words, other_speed
 from trackdyn.measure.sensor import measured_loop_hz, record_metrics, sense
 from trackdyn.plots.style import save
@@ -104,8 +104,8 @@ def axes_of(record, **axes):
     ],
 )
 def test_a_flipped_or_exchanged_axis_is_noticed(recording, synthetic, read, fits):
-    sentence = doubtful_axes(recording, axes_of(synthetic, **read))
-    assert sentence is None if not fits else fits in (sentence or ""), sentence
+    doubt = judge_axes(recording, axes_of(synthetic, **read))
+    assert fits in doubt.sentence if fits else doubt is None, doubt
     # without a run, a belt turns through gravity as the chain does
     if fits:
         with pytest.raises(InputError, match=re.escape(fits)):
@@ -127,7 +127,7 @@ def test_missing_gravity_is_named_and_only_what_compares_is_compared(recording, 
     signal = sense(recording)
     ax, ay = filtered(signal, hz, order)
     sensor = SensorRecord("sensor.csv", signal.time, ax if axes == 2 else None, ay, None, 1000.0, 0)
-    sentence = doubtful_axes(recording, sensor)
+    sentence = judge_axes(recording, sensor).sentence
     assert "gravity is missing" in sentence and "AC-coupled" in sentence and "check its column" not in sentence
     table = compare_with_sensor(recording, sensor)
     assert list(table.measure) == ["rate_hz", "clipped", "high_frequency_g"]
@@ -142,9 +142,9 @@ def test_a_zero_that_is_not_0_is_named(recording, shift):
     signal = sense(recording)
     sensor = SensorRecord("sensor.csv", signal.time, signal.ax, signal.ay + shift, None, 1000.0, 0)
     for zero, factor in ((0.0, 1.0), (100.0, 1 / 68)):
-        sentence = doubtful_axes(recording, replace(sensor, scales={"ay": (zero, factor)}))
+        sentence = judge_axes(recording, replace(sensor, scales={"ay": (zero, factor)})).sentence
         assert float(sentence.partition("--zero ay=")[2]) == pytest.approx(zero + shift / factor, abs=0.001 / factor)
-    assert doubtful_axes(recording, replace(sensor, ay_g=signal.ay)) is None
+    assert judge_axes(recording, replace(sensor, ay_g=signal.ay)) is None
 
 
 @pytest.mark.parametrize(("seconds", "faster", "seen"), [(30.0, 0.9, True), (12.0, 1.03, True), (30.0, 1.005, False)])

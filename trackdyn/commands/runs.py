@@ -330,7 +330,7 @@ def _compare(recording, record, path: str):
     """Say how a sensor's record was read and how it compares with the simulated one; returns the table."""
     import pandas as pd
 
-    from trackdyn.measure.axes import doubtful_axes
+    from trackdyn.measure.axes import judge_axes
     from trackdyn.measure.cells import cell, plain, with_error
     from trackdyn.measure.compare import compare_with_sensor, in_words, other_speed
     from trackdyn.measure.uncertainty import whole_errors
@@ -348,8 +348,9 @@ def _compare(recording, record, path: str):
     no_line, rests = "", not recording.periods.loop_hz
     if "rms_g" in set(table.measure) and "line_hz_binfree" not in set(table.measure):
         no_line = f"no line, {'the loop rests' if rests else 'for which both records must hold two turns of the loop'}"
-    doubts = doubtful_axes(recording, record), other_speed(recording, record, table)
-    _warn(recording, *record.doubts, *filter(None, doubts), no_line)
+    doubt = judge_axes(recording, record)
+    doubts = *record.doubts, doubt.sentence if doubt else "", other_speed(recording, record, table) or "", no_line
+    _warn(recording, *doubts)
     return table
 
 

@@ -58,69 +58,37 @@ class Doubt(NamedTuple):
 Axes = tuple[tuple[int, str], ...]  # sign and name of the recorded axis for ay, and for ax where there is one
 
 
-class Misfits(NamedTuple):
-    """Distances (g) of a record from the simulation: as it is read, and with one cause of a difference taken away."""
+def _shapes(recording: Recording, record: SensorRecord) -> tuple[list[np.ndarray], dict[Axes, np.ndarray], float]:
+    """Shapes of a turn (`turn_shape`): the simulated one, also as its mirror image, and the recorded by choice of axes.
 
-    as_read: float
-    exchanged: float  # with the ``axes`` that fit best
-    shifted: float  # without the ``zeros``
-    filtered: float  # from the simulation behind a high-pass filter
-    ay: float  # the y axis alone
-    axes: Axes
-    zeros: list[float]  # difference of the means of ay, and of ax, g
-    corner_hz: float  # corner of the high-pass filter
-    size: float  # size of the simulated y axis, g
-
-    def explains(self, misfit: float, *others: float) -> bool:
-        """Whether the record is clearly nearer to the simulation with one cause taken away than with the others."""
-        nearer = self.as_read > CLEARLY * misfit and self.as_read - misfit > LEAST_G
-        return nearer and all(CLEARLY * misfit < other for other in others)
-
-
-def misfits(recording: Recording, record: SensorRecord) -> Misfits:
-    """Compare mean and first harmonics of the loop's frequency, in y, and in x where the record has it.
-
-    The simulated loop may turn either way: its mirror image does.
+    The first choice is the axes as they are read. The last number is the turns of the recorded loop a second, Hz.
     """
     signal, loop_hz = sense(recording), recording.periods.loop_hz
-    measured = {axis: getattr(record, f"{axis}_g") for axis in ("ax", "ay", "az")}
-    measured = {axis: values for axis, values in measured.items() if values is not None}
-    as_read: Axes = ((1, "ay"), (1, "ax")) if "ax" in measured else ((1, "ay"),)
-    simulated = turn_shape(np.array([signal.ay, signal.ax][: len(as_read)]), recording.rate, loop_hz)
-    mirrored = simulated.conj() * np.array([[1], [-1]])[: len(as_read)]
+    recorded = {axis: getattr(record, f"{axis}_g") for axis in ("ay", "ax", "az")}
+    recorded = {axis: values for axis, values in recorded.items() if values is not None}
+    count = 1 + ("ax" in recorded)
+    simulated = turn_shape(np.array([signal.ay, signal.ax][:count]), recording.rate, loop_hz)
     band = loop_hz / OTHER_SPEED, loop_hz * OTHER_SPEED
-    strongest = max(measured.values(), key=lambda axis: highest_line(axis, record.rate_hz, *band)[1])
+    strongest = max(recorded.values(), key=lambda axis: highest_line(axis, record.rate_hz, *band)[1])
     hz = measured_loop_hz(strongest, record.rate_hz, loop_hz)
-
-    def shape_of(axes: Axes) -> np.ndarray:
-        return turn_shape(np.array([sign * measured[axis] for sign, axis in axes]), record.rate_hz, hz)
-
-    def misfit(shape: np.ndarray, *forms: np.ndarray) -> float:
-        return float(min(np.linalg.norm(shape - form[: len(shape)]) for form in forms))
-
-    scores: dict[Axes, float] = {}
-    for chosen in permutations(measured, len(as_read)):
-        for signs in product((1, -1), repeat=len(as_read)):
-            axes = tuple(zip(signs, chosen, strict=True))
-            scores[axes] = misfit(shape_of(axes), simulated, mirrored)
-    shape, best = shape_of(as_read), min(scores, key=scores.__getitem__)
-    filtered, corner_hz = min(
-        (misfit(shape, *(high_passed_shape(form, hz, corner, order) for form in (simulated, mirrored))), corner)
-        for corner, order in product(hz * np.geomspace(0.2, 2000, 60), (1, 2))
-    )
-    return Misfits(
-        as_read=scores[as_read],
-        exchanged=scores[best],
-        shifted=misfit(shape[:, 1:], simulated[:, 1:], mirrored[:, 1:]),
-        filtered=filtered,
-        ay=misfit(shape_of(((1, "ay"),)), simulated, mirrored),
-        axes=best,
-        zeros=(shape[:, 0] - simulated[:, 0]).real.tolist(),
-        corner_hz=corner_hz,
-        size=float(np.linalg.norm(simulated[0])),
-    )
+    choices = [
+        tuple(zip(signs, names, strict=True))
+        for names in permutations(recorded, count)
+        for signs in product((1, -1), repeat=count)
+    ]
+    shapes = {
+        axes: turn_shape(np.array([sign * recorded[axis] for sign, axis in axes]), record.rate_hz, hz)
+        for axes in choices
+    }
+    return [simulated, simulated.conj() * np.array([[1], [-1]])[:count]], shapes, hz
 
 
+def _misfit(shape: np.ndarray, forms: list[np.ndarray]) -> float:
+    """Distance (g) of a shape from the nearest of some forms."""
+    return min(float(np.linalg.norm(shape - form[: len(shape)])) for form in forms)
+
+
+@typed
 def judge_axes(recording: Recording, record: SensorRecord) -> Doubt | None:
     """Say what seems wrong with the axes of a sensor's record, and which options mend it; None if nothing does.
 
@@ -130,64 +98,73 @@ def judge_axes(recording: Recording, record: SensorRecord) -> Doubt | None:
     """
     if not (recording.scene.rig.gravity and recording.periods.loop_hz):
         return None
-    fit = misfits(recording, record)
-    if fit.explains(fit.shifted, fit.exchanged, fit.filtered):
-        zeros = []
-        for axis, shift in zip(("ay", "ax"), fit.zeros, strict=False):
-            zero, factor = record.scales.get(axis, (0.0, 1.0))
-            if abs(shift) > LEAST_G:
-                zeros.append(f"--zero {axis}={zero + shift / factor:.5g}")
+    forms, shapes, hz = _shapes(recording, record)
+    misfits = {axes: _misfit(shape, forms) for axes, shape in shapes.items()}
+    (own, shape), best = next(iter(shapes.items())), min(misfits, key=misfits.__getitem__)
+    as_read, exchanged = misfits[own], misfits[best]
+    shifted = _misfit(shape[:, 1:], [form[:, 1:] for form in forms])
+    filtered, corner_hz = min(
+        (_misfit(shape, [high_passed_shape(form, hz, corner, order) for form in forms]), corner)
+        for corner, order in product(hz * np.geomspace(0.2, 2000, 60), (1, 2))
+    )
+
+    def explains(misfit: float, *others: float) -> bool:
+        """Whether the record is clearly nearer with one cause taken away than as it is read, and than with others."""
+        nearer = as_read > CLEARLY * misfit and as_read - misfit > LEAST_G
+        return nearer and all(CLEARLY * misfit < other for other in others)
+
+    if explains(shifted, exchanged, filtered):
+        shifts = (shape[:, 0] - forms[0][:, 0]).real
+        scales = [record.scales.get(axis, (0.0, 1.0)) for _, axis in own]
+        zeros = [
+            f"--zero {axis}={zero + shift / factor:.5g}"
+            for (_, axis), shift, (zero, factor) in zip(own, shifts, scales, strict=True)
+            if abs(shift) > LEAST_G
+        ]
         return Doubt(
-            f"{record.path}: gravity turns in its axes as in the simulated ones, but ay lies {fit.zeros[0]:.3g} g off: "
+            f"{record.path}: gravity turns in its axes as in the simulated ones, but ay lies {shifts[0]:.3g} g off: "
             f"the value of the file that is 0 g may be another one, {' '.join(zeros)}"
         )
     content = high_frequency_rms(record.ay_g, record.rate_hz)
     expected = high_frequency_rms(sense(recording).ay, recording.rate)
-    without_gravity = fit.explains(fit.filtered, fit.exchanged)
+    without_gravity = explains(filtered, exchanged)
     if without_gravity and expected / SAME_CONTENT < content < expected * SAME_CONTENT:
         return Doubt(
-            f"{record.path}: gravity is missing, as behind a high-pass filter of about {fit.corner_hz:.2g} Hz: an "
+            f"{record.path}: gravity is missing, as behind a high-pass filter of about {corner_hz:.2g} Hz: an "
             "AC-coupled (IEPE) sensor, or one whose gravity was filtered out; only high_frequency_g compares",
             without_gravity=True,
         )
-    if fit.explains(fit.exchanged):
+    if explains(exchanged):
         options = " ".join(
-            f"--axis {shlex.quote(f'{axis}={_column(record, sign, name)}')}"
-            for axis, (sign, name) in zip(("ay", "ax"), fit.axes, strict=False)
-            if (sign, name) != (1, axis)
+            f"--axis {shlex.quote(f'{axis}={_column(record, *chosen)}')}"
+            for chosen, (_, axis) in zip(best, own, strict=True)
+            if chosen != (1, axis)
         )
         return Doubt(
             f"{record.path}: its axes do not turn through gravity as the simulated ones do, but with {options} they "
-            f"would (misfit {fit.exchanged:.2g} g, as read {fit.as_read:.2g} g)"
+            f"would (misfit {exchanged:.2g} g, as read {as_read:.2g} g)"
         )
-    if CLEARLY * fit.ay > fit.size:
+    misfit, size = _misfit(shape[:1], forms), float(np.linalg.norm(forms[0][0]))
+    if CLEARLY * misfit > size:
         filter_too = "; or gravity is missing (an AC-coupled or IEPE sensor): only high_frequency_g compares"
         return Doubt(
             f"{record.path}: ay does not turn through gravity as the simulated y acceleration does (misfit "
-            f"{fit.ay:.2g} of {fit.size:.2g} g); check its column and sign (--axis ay=NAME, ay=-NAME), and its unit"
-            + filter_too
-            * without_gravity
+            f"{misfit:.2g} of {size:.2g} g); check its column and sign (--axis ay=NAME, ay=-NAME), and its unit"
+            f"{filter_too * without_gravity}"
         )
     return None
 
 
 @typed
-def doubtful_axes(recording: Recording, record: SensorRecord) -> str | None:
-    """Return the sentence of `judge_axes`, None where nothing seems wrong."""
-    doubt = judge_axes(recording, record)
-    return doubt and doubt.sentence
-
-
-@typed
 def require_axes(record: SensorRecord, rig: Rig, motor_rpm: float) -> None:
-    """Refuse (`InputError`) a record of a turn at least whose axes are doubtful (`doubtful_axes`), before a simulation.
+    """Refuse (`InputError`) a record of a turn at least whose axes are doubtful (`judge_axes`), before a simulation.
 
     Links on a belt of this rig at this motor speed (rev/min) turn through gravity, too.
     """
     scene = Scene(rig, motor_rpm, ring_radius=None, chain="belt", contact_log=False)
     duration = whole_samples(rig.rate, scene.periods.loop)
-    if doubt := doubtful_axes(belt_recording(scene.with_(duration=duration)), record):
-        raise InputError(f"{doubt}; in the pipeline, state axes in the file that sensor_mapping names")
+    if doubt := judge_axes(belt_recording(scene.with_(duration=duration)), record):
+        raise InputError(f"{doubt.sentence}; in the pipeline, state axes in the file that sensor_mapping names")
 
 
 def _column(record: SensorRecord, sign: int, axis: str) -> str:

@@ -71,35 +71,31 @@ def compare_with_sensor(recording: Recording, record: SensorRecord, name: str = 
     if loop_hz:
         record.require_turns(1 / loop_hz)
     faster, slower = whole_ratio(record, recording.rate)
-    whole = record
-    signal, rate, record = sense(recording, slower), recording.rate / slower, record.averaged(faster)
+    signal, rate, slow = sense(recording, slower), recording.rate / slower, record.averaged(faster)
     with naming(record.path):
-        own_hz = measured_loop_hz(record.ay_g, record.rate_hz, loop_hz) if loop_hz else 0.0
-    both = []
-    for ay, hz, at, clipped in (
-        (signal.ay, loop_hz, rate, signal.clipped),
-        (record.ay_g, own_hz, record.rate_hz, record.clipped),
-    ):
-        mean = {MEAN: np.mean(ay[: whole_revolutions(len(ay), at, hz)])}
-        if holds_line(len(ay), at, hz):
-            mean["mean_error_g"] = turn_error(ay, 1 / hz * at, np.mean)
-        both.append(sensor_metrics(ay, at, hz) | mean | {"rate_hz": at, "clipped": clipped})
+        own_hz = measured_loop_hz(slow.ay_g, slow.rate_hz, loop_hz) if loop_hz else 0.0
     errors = {"rate_hz": "", "clipped": "", MEAN: "mean_error_g"} | {name: error_of(name) for name in COMPARED}
-    columns = {
-        f"{side}{ending}": [values.get(name, np.nan) for name in names]
-        for side, values in zip(("simulation", "sensor"), both, strict=True)
-        for ending, names in (("", errors.keys()), ("_error", errors.values()))
-    }
-    table = pd.DataFrame({"measure": list(errors), **columns})
+    columns: dict[str, list] = {"measure": list(errors)}
+    for side, ay, hz, at, clipped in (
+        ("simulation", signal.ay, loop_hz, rate, signal.clipped),
+        ("sensor", slow.ay_g, own_hz, slow.rate_hz, record.clipped),
+    ):
+        values = sensor_metrics(ay, at, hz) | {"rate_hz": at, "clipped": clipped}
+        values[MEAN] = np.mean(ay[: whole_revolutions(len(ay), at, hz)])
+        if holds_line(len(ay), at, hz):
+            values["mean_error_g"] = turn_error(ay, 1 / hz * at, np.mean)
+        columns[side] = [values[name] for name in errors]
+        columns[f"{side}_error"] = [values.get(name, np.nan) for name in errors.values()]
+    table = pd.DataFrame(columns)
     excess = (table.simulation - table.sensor).where(table.index > 1)  # rate and clipped samples are no measures
     scatter = np.hypot(table.simulation_error, table.sensor_error)
     table["difference_pct"] = 100 * excess / table.sensor.abs().replace(0, np.nan)
     table["standard_errors"] = excess / scatter.replace(0, np.nan)
-    binned = table.measure.isin(["line_hz", "line_g"]) & (len(signal.ay) != len(record.ay_g))
-    lines = table.measure.str.startswith("line")
-    if (doubt := judge_axes(recording, whole)) and doubt.without_gravity:
-        return table[table.measure.isin(["rate_hz", "clipped", HIGH])].reset_index(drop=True)
-    return table[~(binned | lines & (table.simulation.isna() | table.sensor.isna()))].reset_index(drop=True)
+    binned = table.measure.isin(["line_hz", "line_g"]) & (len(signal.ay) != len(slow.ay_g))
+    compared = ~binned & table[["simulation", "sensor"]].notna().all(axis=1)
+    if (doubt := judge_axes(recording, record)) and doubt.without_gravity:
+        compared = table.measure.isin(["rate_hz", "clipped", HIGH])
+    return table[compared].reset_index(drop=True)
 
 
 def in_words(table: pd.DataFrame) -> str:
@@ -107,22 +103,20 @@ def in_words(table: pd.DataFrame) -> str:
 
     Where gravity is missing, it is the content from 20 Hz on instead.
     """
-    sentences = []
     rows = table.set_index("measure")
-    for measure, name in (("rms_g", "RMS"), ("sd_g", "SD"), (HIGH, "content from 20 Hz on")):
-        if measure not in rows.index or (measure == HIGH and "rms_g" in rows.index):
-            continue
+    names = {"rms_g": "RMS", "sd_g": "SD"} if "rms_g" in rows.index else {HIGH: "content from 20 Hz on"}
+    sentences = []
+    for measure, name in names.items():
         excess, errors = rows.difference_pct[measure], rows.standard_errors[measure]
-        by = f"{abs(excess):.3g} % {'above' if excess > 0 else 'below'} the sensor's"
         if not np.isfinite(excess):
             continue
+        by = f": differs by {abs(errors):.2g} standard errors"
         if not np.isfinite(errors):
-            by += " (no standard error: a record holds fewer than two turns of the loop)"
+            by = " (no standard error: a record holds fewer than two turns of the loop)"
         elif abs(errors) < CLEAR:
-            by += f", within {CLEAR:g} standard errors: no difference that these records tell"
-        else:
-            by += f": differs by {abs(errors):.2g} standard errors"
-        sentences.append(f"{name} of the simulation {by}")
+            by = f", within {CLEAR:g} standard errors: no difference that these records tell"
+        side = "above" if excess > 0 else "below"
+        sentences.append(f"{name} of the simulation {abs(excess):.3g} % {side} the sensor's{by}")
     return "; ".join(sentences)
 
 
