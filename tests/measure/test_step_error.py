@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from trackdyn.measure.columns import SIDE_COLUMNS, error_of
-from trackdyn.measure.metrics import SHOWN, gravity_sentence, range_sentence, shown_measures
+from trackdyn.measure.metrics import SHOWN, remarks, shown_measures
 from trackdyn.measure.uncertainty import whole_errors
 from trackdyn.rig.rig import load_rig
 from trackdyn.rig.rig_file import shipped_rigs
@@ -48,16 +48,16 @@ def test_scatter_and_step_are_added_and_a_step_that_is_not_known_gives_no_error(
 
 def test_a_range_that_limits_the_rms_is_said_with_both_values(rig):
     recording = belt_recording(Scene(rig, 150.0, **BELT))
-    assert range_sentence(recording) == "" and gravity_sentence(recording) == ""
+    assert remarks(recording) == []
     small = rig.changed(sensor__range=0.9)
     limited = belt_recording(Scene(small, 150.0, **BELT))
     without, with_it = (shown_measures(run)[0]["value"] for run in (recording, limited))
-    text = range_sentence(limited)
+    (text,) = remarks(limited)
     assert f"RMS is {with_it:.4g} g with this sensor and {without:.4g} g without" in text and with_it < without
     assert "range of 0.9 g" in text
 
 
 def test_g_of_another_gravity_is_said(rig):
     moon = belt_recording(Scene(rig.changed(gravity=1.62), 150.0, **BELT))
-    assert "1 g is the rig's gravity of 1.62 m/s2" in gravity_sentence(moon)
-    assert gravity_sentence(belt_recording(Scene(rig.changed(gravity=0.0), 150.0, **BELT))) == ""
+    assert "1 g is the rig's gravity of 1.62 m/s2" in remarks(moon)[-1]
+    assert remarks(belt_recording(Scene(rig.changed(gravity=0.0), 150.0, **BELT))) == []

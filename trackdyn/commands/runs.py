@@ -143,14 +143,14 @@ def _say_loop(scene, recording, quiet: bool) -> None:
 
 def _for_its_duration(scene, out: Path, checkpoint: Path | None, rig: str, quiet: bool) -> None:
     from trackdyn.simulation.simulate import simulate as run
-    from trackdyn.simulation.step_check import again, brief
+    from trackdyn.simulation.step_check import BRIEF, again
 
     needed = _prepare(scene, out, checkpoint, rig)
     if not quiet:
         _say_decisions(scene)
         typer.echo(f"{'needs':>22}  {needed}, more if kernels must be compiled")
         if seconds := again(scene):
-            typer.echo(f"{'run again':>22}  {seconds:.3g} s with half the step, to judge it: {brief(scene)}")
+            typer.echo(f"{'run again':>22}  {seconds:.3g} s with half the step, to judge it: {BRIEF}")
     recording = run(scene, progress=not quiet, checkpoint=checkpoint)
     if not quiet:
         from trackdyn.measure.cells import plain, with_error

@@ -88,13 +88,28 @@ def needed_lengths(recording: Recording) -> dict[str, float]:
 
 
 def remarks(recording: Recording) -> list[str]:
-    """Sentences that belong to the numbers of a run: on its speed, the range of the sensor and the unit g."""
-    count = 1 if recording.scene.every_link else len(recording.sensors)
-    ranges = (range_sentence(recording, sensor) for sensor in range(count))
-    return list(filter(None, (speed_sentence(recording), *ranges, gravity_sentence(recording))))
+    """Sentences that belong to the numbers of a run.
+
+    On a speed that is not the one asked for or not steady, to a percent; on accelerations beyond the range of a sensor;
+    on the unit g of a rig that is not on the earth.
+    """
+    scene, made, speeds, sentences = recording.scene, recording.made_rpm, recording.speeds, []
+    drifts = np.ptp(speeds) > SAME_SPEED * made
+    if drifts or abs(made - scene.motor_rpm) > SAME_SPEED * scene.motor_rpm:
+        drift = f", from {speeds[0]:.4g} to {speeds[-1]:.4g} within the record" if drifts else ""
+        sentences.append(
+            f"the motor speed was {made:.4g} of {scene.motor_rpm:.4g} rev/min{drift}; shares, phases and passages are "
+            "those of the turns that the sprocket made"
+        )
+    count = 1 if scene.every_link else len(recording.sensors)
+    sentences += filter(None, (_range_sentence(recording, sensor) for sensor in range(count)))
+    gravity = scene.rig.gravity
+    if gravity and abs(gravity / 9.81 - 1) >= OF_THE_EARTH:
+        sentences.append(f"1 g is the rig's gravity of {gravity:g} m/s2; a sensor shows multiples of 9.81 m/s2")
+    return sentences
 
 
-def range_sentence(recording: Recording, sensor: int = 0) -> str:
+def _range_sentence(recording: Recording, sensor: int) -> str:
     """Sentence on accelerations beyond the range of a sensor, or of those on every link; empty without any."""
     scene, (name, mounted) = recording.scene, list(recording.sensors.items())[sensor]
     columns = slice(len(scene.rig.sensors), None) if scene.every_link else slice(sensor, sensor + 1)
@@ -105,25 +120,4 @@ def range_sentence(recording: Recording, sensor: int = 0) -> str:
     return (
         f"{beyond} of {ay.size} samples of the y acceleration are beyond the sensor's range of {limit:g} g and limited "
         f"to it: RMS is {limited:.4g} g with this sensor and {free:.4g} g without a limit ({name}.range of the rig)"
-    )
-
-
-def gravity_sentence(recording: Recording) -> str:
-    """Sentence on the unit g of a rig that is not on the earth; empty for the others."""
-    gravity = recording.scene.rig.gravity
-    if not gravity or abs(gravity / 9.81 - 1) < OF_THE_EARTH:
-        return ""
-    return f"1 g is the rig's gravity of {gravity:g} m/s2; a sensor shows multiples of 9.81 m/s2"
-
-
-def speed_sentence(recording: Recording) -> str:
-    """Sentence on a speed that is not the one asked for or not steady, to a percent; empty where it is."""
-    set_rpm, made, speeds = recording.scene.motor_rpm, recording.made_rpm, recording.speeds
-    drifts = np.ptp(speeds) > SAME_SPEED * made
-    if not drifts and abs(made - set_rpm) <= SAME_SPEED * set_rpm:
-        return ""
-    drift = f", from {speeds[0]:.4g} to {speeds[-1]:.4g} within the record" if drifts else ""
-    return (
-        f"the motor speed was {made:.4g} of {set_rpm:.4g} rev/min{drift}; shares, phases and passages are those of the "
-        "turns that the sprocket made"
     )

@@ -180,25 +180,21 @@ FINER = 4  # times smaller step of a piece that is doubtful
 HALF = 2
 LEAD = 5.0  # s before a record that are at most run again with it
 PIECE, BETWEEN = 2.0, 20.0  # s that are run again, and from the beginning of one piece to that of the next
-
-
-def brief(scene) -> str:
-    """Why a scene is run again for its length alone, or an empty string: it is shorter than a turn of the loop.
-
-    Its sensor's link comes onto each wheel at most once, and an impact has an error of the order of the step, so that
-    its RMS may be off. Not asked of `Loop.record`, where every part of a longer run would be run again.
-    """
-    if scene.loop != "on_wheels" or scene.chain == "belt" or not METHODS[scene.integrator].staggered:
-        return ""
-    pitches = scene.duration / scene.periods.passage  # not a number at rest
-    # rounded: a record of one turn ends at a sample
-    shorter = pitches >= 1.0 and round(pitches) < scene.rig.chain.pitches
-    return "the run is shorter than a turn of the loop" if shorter else ""
+BRIEF = "the run is shorter than a turn of the loop"
 
 
 def again(scene) -> float:
-    """Seconds of a scene that are run again with half its step, since it is `brief`."""
-    return min(PIECE, scene.duration) if brief(scene) else 0.0
+    """Seconds of a scene that are run again with half its step for its length alone (`BRIEF`).
+
+    The link of its sensor comes onto each wheel at most once, and an impact has an error of the order of the step, so
+    that its RMS may be off. Not asked of `Loop.record`, where every part of a longer run would be run again.
+    """
+    if scene.loop != "on_wheels" or scene.chain == "belt" or not METHODS[scene.integrator].staggered:
+        return 0.0
+    pitches = scene.duration / scene.periods.passage  # not a number at rest
+    # rounded: a record of one turn ends at a sample
+    shorter = pitches >= 1.0 and round(pitches) < scene.rig.chain.pitches
+    return min(PIECE, scene.duration) if shorter else 0.0
 
 
 class StepCheck:
@@ -257,8 +253,8 @@ class StepCheck:
         reason = doubt(alternating, coarse)
         self.reason = self.reason or reason  # also where no finer step can be tried
         start, times, doubled = self.origin, FINER, 1.0
-        if not reason and self.first_of_run and (reason := brief(self.recorder.scene)):
-            start, times, doubled = self.start, HALF, 2.0
+        if not reason and self.first_of_run and again(self.recorder.scene):
+            reason, start, times, doubled = BRIEF, self.start, HALF, 2.0
         # where somebody steered in between, another run would be another motion
         if not reason or model.drive != start.model.drive:
             return
