@@ -6,6 +6,7 @@ It runs in the Python of whoever imports the unit, in which trackdyn must be ins
 import ctypes
 import functools
 import json
+from copy import deepcopy
 from pathlib import Path
 from weakref import WeakSet
 
@@ -23,8 +24,7 @@ UNITS = {
     "rad/s": {"rad": 1, "s": -1}, "rev/min": {"rad": 1, "s": -1, "factor": 0.10471975511965977},
     "g": {"m": 1, "s": -2, "factor": 9.81},
 }  # fmt: skip
-
-
+NOT_SERIALIZED = "a state of this unit cannot be written to a file (canSerializeFMUState)"
 _ALIVE = WeakSet()
 
 
@@ -43,23 +43,25 @@ def _sentence(error: Exception) -> str:
     return " ".join(text.split())
 
 
-def refusing(method, *modes: str):
-    """A method that is called in some modes only, if any are given, and says in the log why it refuses."""
+def refusing(*modes: str):
+    """Decorator of a method that is called in some modes only, if any are given; the log says why it refuses."""
 
-    @functools.wraps(method)
-    def call(self, *arguments):
-        try:
-            if modes and self.mode not in modes:
-                raise InputError(
-                    f"{method.__name__} cannot be called while the unit is {self.mode}; it must be {' or '.join(modes)}"
-                )
-            return method(self, *arguments)
-        except Exception as error:
-            self.log(_sentence(error), Fmi3Status.error)
-            _hold(self)
-            raise InputError(_sentence(error)) from None
+    def decorate(method):
+        @functools.wraps(method)
+        def call(self, *arguments):
+            try:
+                if modes and self.mode not in modes:
+                    must = f"it must be {' or '.join(modes)}"
+                    raise InputError(f"{method.__name__} cannot be called while the unit is {self.mode}; {must}")
+                return method(self, *arguments)
+            except Exception as error:
+                self.log(_sentence(error), Fmi3Status.error)
+                _hold(self)
+                raise InputError(_sentence(error)) from None
 
-    return call
+        return call
+
+    return decorate
 
 
 class Track(Fmi3Slave):
@@ -86,23 +88,23 @@ class Track(Fmi3Slave):
             getter=lambda: self.unit.speed_ramp, setter=lambda value: setattr(self.unit, "speed_ramp", value),
         ))  # fmt: skip
         for signal in self.unit.inputs:
-            self._register(signal, self.unit.wanted, Fmi3Causality.input)
-        self.values = dict.fromkeys((signal.name for signal in self.unit.outputs), 0.0)
+            self._register(signal, "wanted", causality=Fmi3Causality.input, start=signal.start)
         for signal in self.unit.outputs:
-            self._register(signal, self.values, Fmi3Causality.output)
+            self._register(signal, "values", causality=Fmi3Causality.output, initial=Fmi3Initial.calculated)
 
-    def _register(self, signal, values, causality) -> None:
-        taken = causality == Fmi3Causality.input
+    def _register(self, signal, numbers, **fields) -> None:
+        """Register a signal, whose present value the unit has among its ``numbers``."""
         self.register_variable(Float64(
-            signal.name, start=signal.start if taken else None, unit=signal.unit, description=signal.text,
-            causality=causality, variability=Fmi3Variability.continuous,
-            initial=None if taken else Fmi3Initial.calculated,
-            getter=lambda: values[signal.name], setter=lambda value: values.__setitem__(signal.name, value),
+            signal.name, unit=signal.unit, description=signal.text, variability=Fmi3Variability.continuous,
+            getter=lambda: getattr(self.unit, numbers)[signal.name],
+            setter=lambda value: getattr(self.unit, numbers).__setitem__(signal.name, value), **fields,
         ))  # fmt: skip
 
+    @refusing("instantiated")
     def enter_initialization_mode(self):
         self.mode = "initialising"
 
+    @refusing("initialising")
     def exit_initialization_mode(self):
         """Settle the loop with the inputs as they are."""
         if self.sources != source_hash():
@@ -110,7 +112,6 @@ class Track(Fmi3Slave):
         self.mode = "failed"
         self.unit.start()
         self.mode = "stepping"
-        self.values.update(self.unit.values)
 
     def do_step(self, current_time, step_size):
         """One exchange; what is refused ends the simulation with one sentence in the log."""
@@ -122,12 +123,13 @@ class Track(Fmi3Slave):
             self.log(_sentence(error), Fmi3Status.error)
             return Fmi3StepResult(status=Fmi3Status.error)
         self.time = current_time + step_size
-        self.values.update(self.unit.values)
         return Fmi3StepResult(status=Fmi3Status.ok)
 
+    @refusing("instantiated", "initialising", "stepping", "failed")
     def terminate(self):
         self.mode = "terminated"
 
+    @refusing("instantiated", "initialising", "stepping")
     def set_float64(self, vrs, values):
         """Take inputs and parameters; `InputError` for another variable."""
         for vr in vrs:
@@ -137,40 +139,27 @@ class Track(Fmi3Slave):
                 raise InputError(f"{name} cannot be written; only inputs and parameters can")
         super().set_float64(vrs, values)
 
+    @refusing("stepping")
     def _get_fmu_state(self):
-        return {"unit": self.unit.keep(), "time": self.time}
+        return deepcopy((self.unit, self.time))
 
+    @refusing("stepping", "failed")
     def _set_fmu_state(self, state):
-        wanted = self.unit.wanted
-        self.unit.back(state["unit"])
-        wanted.update(self.unit.wanted)  # the one that the variables write to
-        self.unit.wanted, self.time, self.mode = wanted, state["time"], "stepping"
-        self.values.update(self.unit.values)
+        self.unit, self.time = deepcopy(state)
+        self.mode = "stepping"
 
     @staticmethod
     def _fmu_state_to_bytes(state):
         for instance in _ALIVE:  # the call does not say whose state it is
-            instance.log("a state of this unit cannot be written to a file (canSerializeFMUState)", Fmi3Status.error)
+            instance.log(NOT_SERIALIZED, Fmi3Status.error)
             _hold(instance)
-        raise InputError("a state of this unit cannot be written to a file (canSerializeFMUState)")
+        raise InputError(NOT_SERIALIZED)
 
     _fmu_state_from_bytes = _fmu_state_to_bytes
 
-    enter_initialization_mode = refusing(enter_initialization_mode, "instantiated")
-    exit_initialization_mode = refusing(exit_initialization_mode, "initialising")
-    terminate = refusing(terminate, "instantiated", "initialising", "stepping", "failed")
-    set_float64 = refusing(set_float64, "instantiated", "initialising", "stepping")
-    _get_fmu_state = refusing(_get_fmu_state, "stepping")
-    _set_fmu_state = refusing(_set_fmu_state, "stepping", "failed")
 
-
-def _refuse_other_types():
-    """Every variable is a Float64: whoever asks for another kind is told so."""
-    for kind in ("float64", "int32", "int64", "uint64", "boolean", "string"):
-        for verb in ("get", "set"):
-            name = f"{verb}_{kind}"
-            if name not in vars(Track):
-                setattr(Track, name, refusing(getattr(Fmi3Slave, name)))
-
-
-_refuse_other_types()
+# every variable is a Float64: whoever asks for another kind is refused in a sentence
+for _kind in ("float64", "int32", "int64", "uint64", "boolean", "string"):
+    for _name in (f"get_{_kind}", f"set_{_kind}"):
+        if _name not in vars(Track):
+            setattr(Track, _name, refusing()(getattr(Fmi3Slave, _name)))

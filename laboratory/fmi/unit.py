@@ -1,7 +1,5 @@
 """Variables at the border of a co-simulation unit: inputs that a rig has, outputs, and one exchange after another."""
 
-from collections.abc import Callable
-from copy import copy
 from math import inf, isfinite
 from typing import NamedTuple
 
@@ -11,6 +9,7 @@ from trackdyn.errors import InputError
 from trackdyn.measure.sensor import readings
 from trackdyn.model.constants import SPROCKET
 from trackdyn.rig.layout import belt_around, belt_path, wheel_circles, wheel_names
+from trackdyn.rig.rig import Rig
 from trackdyn.rig.validation import within
 from trackdyn.scene.build import CARRIED
 from trackdyn.scene.scene import LEAST_RAMP, LONGEST_RUN, Scene
@@ -18,7 +17,6 @@ from trackdyn.simulation.loop import Loop
 
 LATEST = 1e9  # s; an importer's clock, whose rounding must stay far below a step
 ROUNDING = 1e-12  # share of an input by which it may change and is the same
-STATE = ("wanted", "torque", "speed_ramp", "now", "_applied", "_origin")  # of a unit, beside its loop
 
 
 class Signal(NamedTuple):
@@ -30,82 +28,39 @@ class Signal(NamedTuple):
     start: float = 0.0
 
 
-class Steering(NamedTuple):
-    """An input: whether a scene has it, the signal, and what a new value does to a unit within an exchange (s)."""
-
-    present: Callable[[Scene], bool]
-    signal: Callable[[Scene], Signal]
-    apply: Callable[["Unit", float, float], None]
-
-
-def _limit(unit: "Unit", torque: float, exchange: float) -> None:
-    if not 0.0 <= torque < inf:
-        raise InputError(f"torque_limit = {torque:g} N m: must be finite and at least 0")
-    drive = unit.loop.model.drive
-    unit.loop._steer(drive._replace(motor=drive.motor._replace(torque=float(torque))))
-
-
-def _push(unit: "Unit", force: float, exchange: float) -> None:
-    if not isfinite(force):
-        raise InputError(f"tensioner_force = {force:g} N: must be finite")
-    unit.loop.arrays.model.carriers.force[:, 1] = force
+def inputs_of(scene: Scene) -> list[Signal]:
+    """Inputs that the unit of a scene has."""
+    speed = "speed of the motor, at least 0; a new one is reached within the exchange or speed_ramp"
+    signals, rig = [Signal("motor_rpm", "rev/min", speed, scene.motor_rpm)], scene.rig
+    if rig.drive is not None and rig.drive.kind == "motor":
+        limit = "largest torque of the drive at the sprocket, which it gives while it is far from its speed"
+        signals.append(Signal("torque_limit", "N.m", limit, rig.drive.torque))
+    if scene.tension == "forced":
+        force = "force that pushes the tensioning wheel along its line; taken at once"
+        signals.append(Signal("tensioner_force", "N", force, rig.tension.force[0][1]))
+    if scene.tension not in CARRIED:
+        shift = "way of the tensioning wheel along its line from where the loop settled; taken at once"
+        signals.append(Signal("tensioner_shift", "m", shift))
+    return signals
 
 
-def _drive(unit: "Unit", motor_rpm: float, exchange: float) -> None:
-    unit.loop.drive(motor_rpm, max(unit.speed_ramp or exchange, LEAST_RAMP))
-
-
-def _shift(unit: "Unit", shift: float, exchange: float) -> None:
-    settled, travel = unit.settled_shift, unit.scene.rig.tension.travel
-    if not abs(settled + shift) <= travel:
-        raise InputError(
-            f"tensioner_shift = {shift:g} m: must be between {-travel - settled:.4g} and "
-            f"{travel - settled:.4g} m, the tensioner's travel from where the loop settled"
-        )
-    unit.loop.shift_tensioner(unit.settled_shift + shift)
-    unit.locate_strands()
-
-
-# Every input that some rig has; a unit has those that its own does.
-STEERINGS = (
-    Steering(
-        lambda scene: True,
-        lambda scene: Signal(
-            "motor_rpm", "rev/min",
-            "speed of the motor, at least 0; a new one is reached within the exchange or speed_ramp", scene.motor_rpm,
-        ),
-        _drive,
-    ),
-    Steering(
-        lambda scene: scene.rig.drive is not None and scene.rig.drive.kind == "motor",
-        lambda scene: Signal(
-            "torque_limit", "N.m",
-            "largest torque of the drive at the sprocket, which it gives while it is far from its speed",
-            scene.rig.drive.torque,
-        ),
-        _limit,
-    ),
-    Steering(
-        lambda scene: scene.tension == "forced",
-        lambda scene: Signal(
-            "tensioner_force", "N", "force that pushes the tensioning wheel along its line; taken at once",
-            scene.rig.tension.force[0][1],
-        ),
-        _push,
-    ),
-    Steering(
-        lambda scene: scene.tension not in CARRIED,
-        lambda scene: Signal(
-            "tensioner_shift", "m",
-            "way of the tensioning wheel along its line from where the loop settled; taken at once",
-        ),
-        _shift,
-    ),
-)  # fmt: skip
+def outputs_of(rig: Rig) -> list[Signal]:
+    """Outputs of the unit of a rig."""
+    names, order = wheel_names(rig), belt_around(rig)[1]
+    strands = [f"{names[i]}_to_{names[k]}" for i, k in zip(order, np.roll(order, -1), strict=True)]
+    torque = "mean torque of the sprocket on the chain over the exchange: its work over the turn; 0 while it stands"
+    return [
+        *(Signal(f"tension_{name}", "N", "force in the chain in the middle of this strand") for name in strands),
+        Signal("sprocket_torque", "N.m", torque),
+        *(Signal(f"rate_{name}", "rad/s", "angular velocity; negative is clockwise") for name in names),
+        Signal("sensor_ax", "g", "what the sensor reports along its link (Eq. 40), mean over the exchange"),
+        Signal("sensor_ay", "g", "what the sensor reports across its link (Eq. 40), mean over the exchange"),
+        Signal("gap", "m", "distance of the two pins of the cut joint"),
+    ]
 
 
 class Unit:
-    """A loop that takes inputs and gives outputs from exchange to exchange.
+    """A loop that takes inputs and gives outputs from exchange to exchange; a deep copy goes on from the same state.
 
     Parameters
     ----------
@@ -115,8 +70,8 @@ class Unit:
     Attributes
     ----------
     inputs, outputs : list of Signal
-    wanted : dict
-        Present value of every input by name; to be written between exchanges.
+    wanted, values : dict
+        Present value of every input, to be written between exchanges, and of every output, by name.
     speed_ramp : float
         Time in which a new speed is reached, s; 0: within the exchange.
     now : float or None
@@ -134,29 +89,12 @@ class Unit:
                 raise InputError(f"scene: {field} = {refused!r}: a unit needs a chain on wheels; use {accepted!r}")
         if scene.fidelity["space"].setting != "planar":
             raise InputError("scene: space = 'spatial': a unit moves in the plane; align the wheels")
-        self.scene = scene
-        self.names = wheel_names(scene.rig)
-        self.order = belt_around(scene.rig)[1]
-        self.steerings = [steering for steering in STEERINGS if steering.present(scene)]
-        self.inputs = [steering.signal(scene) for steering in self.steerings]
+        self.scene, self.order = scene, belt_around(scene.rig)[1]
+        self.inputs, self.outputs = inputs_of(scene), outputs_of(scene.rig)
         self.wanted = {signal.name: signal.start for signal in self.inputs}
+        self.values = {signal.name: signal.start for signal in self.outputs}
         self.speed_ramp = 0.0
         self.now: float | None = None
-        names = [self.names[i] for i in self.order]
-        strands = [f"{name}_to_{names[(i + 1) % len(names)]}" for i, name in enumerate(names)]
-        self.outputs = [
-            *(Signal(f"tension_{name}", "N", "force in the chain in the middle of this strand") for name in strands),
-            Signal(
-                "sprocket_torque",
-                "N.m",
-                "mean torque of the sprocket on the chain over the exchange: its work over the turn; 0 while it stands",
-            ),
-            *(Signal(f"rate_{name}", "rad/s", "angular velocity; negative is clockwise") for name in self.names),
-            Signal("sensor_ax", "g", "what the sensor reports along its link (Eq. 40), mean over the exchange"),
-            Signal("sensor_ay", "g", "what the sensor reports across its link (Eq. 40), mean over the exchange"),
-            Signal("gap", "m", "distance of the two pins of the cut joint"),
-        ]
-        self._applied = dict(self.wanted)
         self.loop: Loop | None = None
 
     def start(self) -> None:
@@ -165,20 +103,45 @@ class Unit:
         self.loop = Loop(scene)
         self._applied = self.wanted | {"motor_rpm": scene.motor_rpm}
         self.settled_shift = self.loop.layout["tensioner_shift_m"]
-        self.locate_strands()
-        if shift := self.wanted.get("tensioner_shift"):
-            _shift(self, shift, 0.0)
+        self._locate_strands()
+        if self.wanted.get("tensioner_shift"):
+            self._apply("tensioner_shift", 0.0)
         if scene.lead_in:
             self.loop.advance(scene.ramp + scene.lead_in)
         self.now, self._origin = None, 0.0
-        self._account(0.0)
+        self._read(0.0)
 
-    def locate_strands(self) -> None:
-        """Find the strands again, where the wheels are now."""
-        wheels = self.loop.model.wheels
-        circles = wheel_circles(self.scene.rig, body=float(self.loop.model.chain.length[0]))[self.order]
-        circles[:, :2] = np.column_stack([wheels.x, wheels.y])[self.order]
-        self.strands = Strands(circles, [self.names[i] for i in self.order])
+    def _locate_strands(self) -> None:
+        """Find the strands where the wheels are now."""
+        wheels, names = self.loop.model.wheels, wheel_names(self.scene.rig)
+        circles = wheel_circles(self.scene.rig, body=float(self.loop.model.chain.length[0]))
+        circles[:, :2] = np.column_stack([wheels.x, wheels.y])
+        self.strands = Strands(circles[self.order], [names[i] for i in self.order])
+
+    def _apply(self, name: str, exchange: float) -> None:
+        """Give the loop the wanted value of an input for an exchange (s)."""
+        value, loop = self.wanted[name], self.loop
+        if name == "motor_rpm":
+            loop.drive(value, max(self.speed_ramp or exchange, LEAST_RAMP))
+        elif name == "torque_limit":
+            if not 0.0 <= value < inf:
+                raise InputError(f"torque_limit = {value:g} N m: must be finite and at least 0")
+            drive = loop.model.drive
+            loop._steer(drive._replace(motor=drive.motor._replace(torque=float(value))))
+        elif name == "tensioner_force":
+            if not isfinite(value):
+                raise InputError(f"tensioner_force = {value:g} N: must be finite")
+            loop.arrays.model.carriers.force[:, 1] = value
+        else:
+            settled, travel = self.settled_shift, self.scene.rig.tension.travel
+            if not abs(settled + value) <= travel:
+                raise InputError(
+                    f"tensioner_shift = {value:g} m: must be between {-travel - settled:.4g} and "
+                    f"{travel - settled:.4g} m, the tensioner's travel from where the loop settled"
+                )
+            loop.shift_tensioner(settled + value)
+            self._locate_strands()
+        self._applied[name] = value
 
     def step(self, time: float, exchange: float) -> None:
         """Go on from ``time`` of the importer by an exchange, both s, to the nearest step of the loop.
@@ -204,41 +167,26 @@ class Unit:
         if self.now is None:
             self._origin = time - self.loop.time
         within("speed_ramp", self.speed_ramp, 0.0, LONGEST_RUN, " s")
-        for steering, signal in zip(self.steerings, self.inputs, strict=True):
-            value, applied = self.wanted[signal.name], self._applied[signal.name]
+        for name, value in self.wanted.items():
+            applied = self._applied[name]
             if not abs(value - applied) <= ROUNDING * abs(applied):  # importers interpolate a constant input, too
-                steering.apply(self, value, exchange)
-                self._applied[signal.name] = value
+                self._apply(name, exchange)
         end = round((time + exchange - self._origin) / step)
-        before = self.loop.energy["sprocket_work"], float(self.loop.state.wheel_angle[SPROCKET])
+        work, angle = self.loop.energy["sprocket_work"], float(self.loop.state.wheel_angle[SPROCKET])
         self.loop.step(max(end - int(self.loop.state.steps[0]), 1))
         if len(self.loop.model.carriers.wheel):
-            self.locate_strands()
+            self._locate_strands()
         self.now = time + exchange
-        turned = float(self.loop.state.wheel_angle[SPROCKET]) - before[1]
-        self._account((self.loop.energy["sprocket_work"] - before[0]) / turned if turned else 0.0)
+        turned = float(self.loop.state.wheel_angle[SPROCKET]) - angle
+        self._read((self.loop.energy["sprocket_work"] - work) / turned if turned else 0.0)
 
-    def _account(self, torque: float) -> None:
-        self.torque = torque
+    def _read(self, torque: float) -> None:
+        """Set the outputs from the loop and the mean ``torque`` of the sprocket (N m)."""
         loop, rig = self.loop, self.scene.rig
         tension = self.strands.tension(loop.pins[1:], loop.joint_forces)
         felt = readings(loop.sensor_acceleration[0], rig, rig.first_sensor.range)
         values = [*tension, torque, *loop.wheel_rates, *felt, loop.gap]
-        self.values = dict(zip((signal.name for signal in self.outputs), map(float, values), strict=True))
-
-    # -- keeping -------------------------------------------------------------------------------------------------------
-
-    def keep(self) -> dict:
-        """The present state, to which `back` returns."""
-        return {name: copy(getattr(self, name)) for name in STATE} | {"loop": self.loop.copy()}
-
-    def back(self, saved: dict) -> None:
-        """Return to a state that `keep` gave; it may be returned to again."""
-        for name in STATE:
-            setattr(self, name, copy(saved[name]))
-        self.loop = saved["loop"].copy()
-        self.locate_strands()
-        self._account(self.torque)
+        self.values = dict(zip(self.values, map(float, values), strict=True))
 
 
 class Strands:
@@ -253,15 +201,12 @@ class Strands:
 
     Attributes
     ----------
-    names : list of (str, str)
-        Wheels that a strand leaves and reaches.
     middle, along : (w, 2) arrays
         Middle of each strand (m) and its direction.
     """
 
     def __init__(self, circles, names):
         path = belt_path(circles, names)
-        self.names = [(name, names[(i + 1) % len(names)]) for i, name in enumerate(names)]
         self.along = np.column_stack([np.cos(path.heading), np.sin(path.heading)])
         self.middle = path.along(0.5 * (path.start[1::2] + path.start[2::2]))[0]
 
