@@ -44,7 +44,9 @@ def identify(
         int, typer.Option(help="Rigs of the first wave, a power of two; the second has half as many.")
     ] = 128,
     waves: Annotated[int, typer.Option(min=1, max=2, help="1: no rigs more where the first answer lies.")] = 2,
-    steps: Annotated[int, typer.Option(max=10**6, help="Steps of the walkers that draw from the posterior.")] = 3000,
+    steps: Annotated[
+        int, typer.Option(min=100, max=10**6, help="Steps of the walkers that draw from the posterior.")
+    ] = 3000,
     jobs: Jobs = None,
     seed: Annotated[int, typer.Option(min=0, max=2**32 - 1, help="The same seed gives the same draws.")] = 0,
     resume: Annotated[
@@ -70,15 +72,18 @@ def identify(
 
     from laboratory.inference.identification.identify import Settings
     from laboratory.inference.identification.informative import unknown_of
+    from laboratory.inference.identification.measured import read_records
     from laboratory.report.identification import write_identification
     from trackdyn.files import check_writable
+    from trackdyn.rig.rig import load_rig
+    from trackdyn.sensor.sensor_mapping import load_mapping
 
     if simulations < 16 or simulations & (simulations - 1):
         raise InputError(f"--simulations = {simulations}: must be a power of two of at least 16, such as 128")
-    if steps < 100:
-        raise InputError(f"--steps = {steps}: must be at least 100")
-    settings = Settings(simulations, waves, steps, jobs or cpu_count(), seed, not quiet)
-    measured = _measured(records, rig, rpm, ring_radius, preset, (mapping, unit, axis))
+    settings, base = Settings(simulations, waves, steps, jobs or cpu_count(), seed, not quiet), load_rig(rig)
+    radius = base.ring_radius if ring_radius is None else ring_radius.radius
+    reading = load_mapping(mapping, unit=unit, axes=parse_axes(axis))
+    measured = read_records(records, base, reading, rpm or [], radius, preset)
     unknowns = [unknown_of(text) for text in unknown or []]
     check_writable(out / "index.html")
     if out.exists() and any(out.iterdir()) and not resume:
@@ -87,22 +92,3 @@ def identify(
         )
     say = (lambda text: None) if quiet else typer.echo
     write_identification(measured, rig, unknowns, out, store or out / "simulations", settings, synthetic, say)
-
-
-def _measured(records, rig, rpm, ring_radius, preset, reading):
-    """Read the records (`measured.read_records`) and refuse what no scene can be simulated beside; ``reading`` is how
-    their files are read: mapping, unit, axes.
-    """
-    from laboratory.inference.identification.experiment import scene_of_speed
-    from laboratory.inference.identification.measured import read_records
-    from trackdyn.rig.rig import load_rig
-    from trackdyn.sensor.sensor_mapping import load_mapping
-
-    mapping, unit, axis = reading
-    base = load_rig(rig)
-    radius = base.ring_radius if ring_radius is None else ring_radius.radius
-    mapping = load_mapping(mapping, unit=unit, axes=parse_axes(axis))
-    measured = read_records(records, base, mapping, rpm or [], radius, preset)
-    for measurement in measured:
-        scene_of_speed(base, measurement.speed, measurement.turn_s)
-    return measured

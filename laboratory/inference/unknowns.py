@@ -1,4 +1,4 @@
-"""Unknown parameters of a rig: what each can be, the source of that range, and the way from the unit cube to rigs."""
+"""Unknown parameters of a rig: the range of each, and the way from the unit cube to rigs."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -7,8 +7,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from trackdyn.errors import InputError, TrackdynError
-from trackdyn.rig.layout import can_close
+from trackdyn.errors import InputError
 from trackdyn.rig.rig import Rig, parameter_table
 from trackdyn.rig.validation import Section, plain_number, shown
 
@@ -24,31 +23,28 @@ class Unknown(Section):
     names : list of str
         Fields of the rig by dotted name (`Rig.value`) that share the value.
     low, high : float or None
-        Its range; the one in the rig's file where it is not given.
-    ranges : list of pairs
-        Several ranges instead of one, such as the readings of a printed number; each is as likely as it is wide.
+        Its range; None: the one in the rig's file.
     scale : str
         ``linear`` or ``log``: in what the unknown is evenly spread.
     of : str or None
         The value is a ratio to this other field of the rig.
     source : str
-        Where the range comes from; the words in the rig's file where it is not given.
+        Where that range comes from.
     """
 
     names: Annotated[list[str], Field(min_length=1)]
     low: float | None = None
     high: float | None = None
-    ranges: list[Annotated[list[float], Field(min_length=2, max_length=2)]] = Field(default_factory=list)
     scale: Literal["linear", "log"] = "linear"
     of: str | None = None
     source: str = ""
 
     @model_validator(mode="after")
     def _complete(self):
-        for low, high in self.intervals:
-            if not low < high or (self.scale == "log" and not low > 0):
-                positive = " and above 0" if self.scale == "log" else ""
-                raise InputError(f"unknown {self.label}: range {low:g} to {high:g}: bounds must be rising{positive}")
+        if self.ranged and (not self.low < self.high or (self.scale == "log" and not self.low > 0)):
+            positive = " and above 0" if self.scale == "log" else ""
+            message = f"range {self.low:g} to {self.high:g}: bounds must be rising{positive}"
+            raise InputError(f"unknown {self.label}: {message}")
         return self
 
     @property
@@ -57,43 +53,23 @@ class Unknown(Section):
         return self.names[0]
 
     @property
-    def intervals(self) -> list[tuple[float, float]]:
-        """Ranges of a number; none as long as the rig's file is to give them."""
-        if self.ranges:
-            return [(low, high) for low, high in self.ranges]
-        return [(self.low, self.high)] if self.low is not None and self.high is not None else []
-
-    def _edges(self) -> tuple[np.ndarray, np.ndarray]:
-        """Lower ends in the scale, and where on 0 to 1 each interval begins and the last one ends."""
-        ends = np.array(self.intervals, dtype=float)
-        ends = np.log(ends) if self.scale == "log" else ends
-        width = ends[:, 1] - ends[:, 0]
-        return ends[:, 0], np.concatenate([[0.0], np.cumsum(width) / width.sum()])
+    def ranged(self) -> bool:
+        """Whether it has its own range."""
+        return self.low is not None and self.high is not None
 
     def value(self, x: float) -> float:
         """Value at a position of 0 to 1 in the range."""
-        low, begins = self._edges()
-        ends = np.array(self.intervals, dtype=float)
-        k = int(np.clip(np.searchsorted(begins, x, side="right") - 1, 0, len(low) - 1))
-        share = (x - begins[k]) / (begins[k + 1] - begins[k])
         if self.scale == "log":
-            return float(ends[k, 0] * (ends[k, 1] / ends[k, 0]) ** share)
-        return float(ends[k, 0] + share * (ends[k, 1] - ends[k, 0]))
+            return float(self.low * (self.high / self.low) ** x)
+        return float(self.low + x * (self.high - self.low))
 
     def position(self, value: float) -> float:
-        """Position of a value; NaN for one outside all ranges."""
-        _, begins = self._edges()
-        for k, (low, high) in enumerate(self.intervals):
-            scaled = np.log([low, high, value]) if self.scale == "log" and value > 0 else np.array([low, high, value])
-            share = (scaled[2] - scaled[0]) / (scaled[1] - scaled[0])
-            if -EDGE <= share <= 1 + EDGE:
-                return float(begins[k] + np.clip(share, 0, 1) * (begins[k + 1] - begins[k]))
-        return float("nan")
-
-    def inside(self, value: float) -> float:
-        """The value, or the end of the ranges that is nearest to it."""
-        ends = [end for interval in self.intervals for end in interval]
-        return min(ends, key=lambda end: abs(end - value)) if np.isnan(self.position(value)) else value
+        """Position of a value; NaN for one outside the range."""
+        low, high = self.low, self.high
+        if self.scale == "log" and value > 0:
+            low, high, value = np.log([low, high, value])
+        x = (value - low) / (high - low)
+        return float(np.clip(x, 0, 1)) if -EDGE <= x <= 1 + EDGE else float("nan")
 
 
 class Unknowns:
@@ -106,7 +82,7 @@ class Unknowns:
     rig : Rig
         Everything else.
     ranges : mapping
-        ``section.field`` to low, high and source, for unknowns without a range (`file_ranges`).
+        ``section.field`` to low and high, for unknowns without a range (`file_ranges`).
 
     Raises
     ------
@@ -114,8 +90,7 @@ class Unknowns:
         One sentence: a field that the rig does not have, one that occurs twice, one without a range.
     """
 
-    def __init__(self, unknowns, rig: Rig, ranges: Mapping[str, tuple[float, float, str]] | None = None):
-        ranges = dict(ranges or {})
+    def __init__(self, unknowns, rig: Rig, ranges: Mapping[str, tuple[float, float]] | None = None):
         self.rig = rig
         self.unknowns: list[Unknown] = []
         names: set[str] = set()
@@ -126,7 +101,14 @@ class Unknowns:
                 if name in names:
                     raise InputError(f"unknown {name}: occurs twice; keep one of them")
                 names.add(name)
-            self.unknowns.append(_ranged(unknown, ranges))
+            if not unknown.ranged:
+                if unknown.of or unknown.label not in (ranges or {}):
+                    raise InputError(
+                        f"unknown {unknown.label}: has no range; give low and high, here or in the rig's file"
+                    )
+                low, high = ranges[unknown.label]
+                unknown = Unknown(**unknown.model_dump() | {"low": low, "high": high})
+            self.unknowns.append(unknown)
 
     def __len__(self) -> int:
         return len(self.unknowns)
@@ -137,14 +119,9 @@ class Unknowns:
         return [unknown.label for unknown in self.unknowns]
 
     def values(self, x) -> dict[str, float]:
-        """Value of every unknown at a (d,) point of the unit cube, by label; `InputError` for one outside of it."""
-        x = np.asarray(x, dtype=float)
-        if x.shape != (len(self),) or not ((x >= 0) & (x <= 1)).all():
-            raise InputError(f"x = {shown(x.tolist())}: must be {len(self)} numbers between 0 and 1")
-        return {
-            unknown.label: unknown.value(float(coordinate))
-            for unknown, coordinate in zip(self.unknowns, x, strict=True)
-        }
+        """Value of every unknown at a (d,) point of the unit cube, by label."""
+        pairs = zip(self.unknowns, x, strict=True)
+        return {unknown.label: unknown.value(float(coordinate)) for unknown, coordinate in pairs}
 
     def position(self, values: Mapping[str, float]) -> np.ndarray:
         """(d,) point of the unit cube for values by label; NaN where one lies outside its range."""
@@ -155,67 +132,37 @@ class Unknowns:
         fields: dict[str, float] = {}
         for unknown in self.unknowns:
             base = unknown.of
-            factor = 1.0 if base is None else fields[base] if base in fields else _number(self.rig, base, base)
+            factor = 1.0 if base is None else fields[base] if base in fields else self.rig.value(base)
             fields |= dict.fromkeys(unknown.names, float(values[unknown.label]) * factor)
         return fields
+
+    def changes_at(self, points) -> list[dict[str, float]]:
+        """Fields of the rig that (m, d) points of the unit cube set."""
+        return [self.changes(self.values(x)) for x in points]
 
     def to_rig(self, x) -> Rig:
         """The rig at a point of the unit cube."""
         return self.rig.changed(**self.changes(self.values(x)))
 
-    def near(self, values: Mapping[str, float], factors) -> Rig:
-        """The rig with every unknown of ``values`` by label times its factor, within its range; readings of a printed
-        number (``ranges``) stay.
-        """
-        pairs = zip(self.unknowns, factors, strict=True)
-        moved = {
-            unknown.label: unknown.inside(values[unknown.label] * factor)
-            for unknown, factor in pairs
-            if not unknown.ranges
-        }
-        return self.rig.changed(**self.changes({**values, **moved}))
-
     def of_rig(self, rig: Rig) -> dict[str, float]:
         """Value of every unknown in a rig, by label."""
-        values = {}
-        for unknown in self.unknowns:
-            value = _number(rig, unknown.names[0], unknown.label)
-            values[unknown.label] = value / _number(rig, unknown.of, unknown.label) if unknown.of else value
-        return values
+        return {
+            unknown.label: rig.value(unknown.label) / (rig.value(unknown.of) if unknown.of else 1.0)
+            for unknown in self.unknowns
+        }
 
 
-def buildable(unknowns: Unknowns, x) -> bool:
-    """Whether there is a rig at a point: its groove can be cut, its loop closes around its wheels."""
-    try:
-        return can_close(unknowns.to_rig(x))
-    except TrackdynError:
-        return False
-
-
-def file_ranges(path: Path | str) -> dict[str, tuple[float, float, str]]:
-    """``section.field`` of a rig's file to low, high and the source of the range, where it has one."""
+def file_ranges(path: Path | str) -> dict[str, tuple[float, float]]:
+    """``section.field`` of a rig's file to low and high, where it has them."""
     table = parameter_table(path).dropna(subset=["low", "high"])
-    message = table["source"].str.rpartition("range:")[2].str.strip()
-    rows = zip(table["name"], table["low"], table["high"], message, strict=True)
-    return {name: (float(low), float(high), source) for name, low, high, source in rows}
+    return {row.name: (float(row.low), float(row.high)) for row in table.itertuples(index=False)}
 
 
-def _ranged(unknown: Unknown, ranges: Mapping[str, tuple[float, float, str]]) -> Unknown:
-    """The unknown with what is known of its range from the rig's file."""
-    if unknown.intervals:
-        return unknown
-    if unknown.of or unknown.names[0] not in ranges:
-        raise InputError(f"unknown {unknown.label}: has no range; give low and high, here or in the rig's file")
-    low, high, source = ranges[unknown.names[0]]
-    fields = unknown.model_dump() | {"low": low, "high": high, "source": unknown.source or source}
-    return Unknown(**fields)
-
-
-def _number(rig: Rig, name: str, label: str) -> float:
-    """Value of a field that is a number."""
+def _number(rig: Rig, name: str, label: str) -> None:
+    """Refuse (`InputError`) a field that is no number of the rig."""
     try:
         value = rig.value(name)
-        return plain_number(value)
+        plain_number(value)
     except InputError as error:
         raise InputError(f"unknown {shown(label)}: {error}") from None
     except ValueError:

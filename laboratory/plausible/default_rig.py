@@ -10,11 +10,11 @@ import numpy as np
 import pandas as pd
 
 from laboratory.inference.unknowns import Unknowns, file_ranges
-from laboratory.plausible.draws import EQUAL_PITCH, RigScenes, run_rigs, scenes
+from laboratory.plausible.draws import EQUAL_PITCH, run_rigs, scenes
 from laboratory.plausible.search import Searching, free_unknowns
 from laboratory.plausible.settings import PlausibleConfig, Scenario, load_plausible
 from laboratory.plausible.study import judged_claims
-from laboratory.plausible.verdicts import judge_rig, shown_sentences
+from laboratory.plausible.verdicts import judge_rig
 from replication.paper.claims import load_sentences
 from trackdyn.errors import InputError
 from trackdyn.files import write_text
@@ -22,7 +22,6 @@ from trackdyn.rig.rig import Rig
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.settling import settle
 from trackdyn.sweeps.design import write_table
-from trackdyn.sweeps.engine import DONE
 
 PITCH_PASSING_RPM, PITCH_PASSING_HZ = 115.0, 4.47  # where a damper loses what rubber of a loss factor does
 ABOUT = "the rig of the paper: real parts and one assumption, a ring that slips; searched to show most of its sentences"
@@ -82,14 +81,11 @@ def rig_entries(
     ranges, fields, entries = file_ranges(config.rig), unknowns.changes(values), {}
     for unknown in unknowns.unknowns:
         factor = fields.get(unknown.of, 1.0) if unknown.of else 1.0
-        low, high = ranges[EQUAL_PITCH][:2] if unknown.label == EQUAL_PITCH else unknown.intervals[0]
+        low, high = ranges[EQUAL_PITCH] if unknown.label == EQUAL_PITCH else (unknown.low, unknown.high)
         entry = {"low": low * factor, "high": high * factor, "kind": "fitted", "source": source}
         entries |= {name: entry | {"value": fields[name]} for name in unknown.names}
-    rig, radius, tension = (
-        unknowns.rig.changed(**fields),
-        entries["chain.connector_radius"],
-        entries["tension.pre_tension"],
-    )
+    rig = unknowns.rig.changed(**fields)
+    radius, tension = entries["chain.connector_radius"], entries["tension.pre_tension"]
     radius["high"] = min(radius["high"], (1 - 1e-5) * rig.connector_length / 2)
     tension["low"] = _least_tension(rig, tension["low"])
     stiffness, loss = fields["bushing.stiffness"], entries["bushing.loss_factor"]
@@ -117,17 +113,17 @@ def slip_entries(config: PlausibleConfig) -> dict[str, dict]:
     }
 
 
-def judged_end(config: PlausibleConfig, rows: pd.DataFrame, searching: Searching, claims, sentences) -> dict:
+def judged_end(config: PlausibleConfig, rows: pd.DataFrame, searching: Searching, sentences) -> dict:
     """The row of least cost of a search (``rows``), with its verdicts on all scenes.
 
-    ``shown_on_all_scenes`` counts the ``sentences`` that are shown by ``claims``.
+    ``shown_on_all_scenes`` counts the ``sentences`` that are shown.
     """
     best = rows.loc[rows["cost"].idxmin()].to_dict()
     unknowns = free_unknowns(config, Scenario(best["ring"], best["equal_pitch"]))
     rig = unknowns.rig.changed(**unknowns.changes(best))
-    (row,) = run_rigs(config, [RigScenes(rig, config.scene, scenes(config))], searching.jobs, searching.store)
-    verdicts = judge_rig(config, row["values"], rig, claims, sentences) if row["state"] == DONE else {}
-    return best | verdicts | {"shown_on_all_scenes": shown_sentences(verdicts, sentences)}
+    (row,) = run_rigs(config, [rig], scenes(config), searching.jobs, searching.store)
+    verdicts = judge_rig(config, row, rig, searching.claims, sentences)
+    return best | verdicts | {"shown_on_all_scenes": sum(verdicts.get(str(number)) == 1 for number in sentences)}
 
 
 def searched_rig(config: PlausibleConfig, ends: pd.DataFrame) -> str:
@@ -142,11 +138,10 @@ def searched_rig(config: PlausibleConfig, ends: pd.DataFrame) -> str:
 @run_job
 def main(job) -> None:
     """Rule `default_rig`."""
-    config, claims = load_plausible(job.input.config), judged_claims(job.input.claims)
-    sentences = load_sentences(job.input.claims)
-    searching = Searching(config, claims, job.threads, job.params.store)
+    config, sentences = load_plausible(job.input.config), load_sentences(job.input.claims)
+    searching = Searching(config, judged_claims(job.input.claims), job.threads, job.params.store)
     searched = [searching.search(name) for name in config.search.starts]
-    ends = pd.DataFrame([judged_end(config, rows, searching, claims, sentences) for rows in searched])
+    ends = pd.DataFrame([judged_end(config, rows, searching, sentences) for rows in searched])
     write_table(pd.concat(searched, ignore_index=True), job.output.rows)
     write_table(ends, job.output.ends)
     write_text(Path(job.output.rig), searched_rig(config, ends))

@@ -1,6 +1,6 @@
 """Rigs drawn from the ranges of real parts, run in every scenario."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -8,13 +8,12 @@ import numpy as np
 import pandas as pd
 from scipy.stats import qmc
 
-from laboratory.inference.unknowns import Unknowns
 from laboratory.plausible.rows import SOURCES, run_rig
 from laboratory.plausible.settings import PlausibleConfig, Scenario
 from trackdyn.errors import InputError, TrackdynError
 from trackdyn.rig.layout import can_close
 from trackdyn.rig.rig import Rig, load_rig, parameter_table
-from trackdyn.sweeps.engine import check_completed, key_of, results
+from trackdyn.sweeps.engine import REFUSED, check_completed, key_of, results, without_values
 
 EQUAL_PITCH = "sprocket.equal_pitch_radius"
 
@@ -39,14 +38,12 @@ def drawn_rigs(config: PlausibleConfig) -> Iterator[DrawnRig]:
             low, high = config.equal_pitch_m[scenario.equal_pitch]
             fields = unknowns.changes(unknowns.values(x)) | config.ring[scenario.ring]
             fields[EQUAL_PITCH] = low + pitch * (high - low)
-            yield DrawnRig(draw, scenario, _named(unknowns, fields), *_rig(unknowns.rig, fields))
+            values = {label: fields[label] for label in (EQUAL_PITCH, *unknowns.labels)}
+            yield DrawnRig(draw, scenario, values, *built(unknowns.rig, fields))
 
 
-def _named(unknowns: Unknowns, fields: dict[str, float]) -> dict[str, float]:
-    return {EQUAL_PITCH: fields[EQUAL_PITCH]} | {label: fields[label] for label in unknowns.labels}
-
-
-def _rig(rig: Rig, fields: dict[str, float]) -> tuple[Rig | None, str]:
+def built(rig: Rig, fields: dict[str, float]) -> tuple[Rig | None, str]:
+    """A rig with other values, or None and why there is none: its groove cannot be cut, its loop does not close."""
     try:
         changed = rig.changed(**fields)
         if can_close(changed):
@@ -67,25 +64,25 @@ def tooth_scenes(config: PlausibleConfig) -> list[list]:
     return [[rpm, ring, True] for rpm in config.speeds_rpm for ring in (None, config.ring_radius_m)]
 
 
-class RigScenes(NamedTuple):
-    """A rig, the laws of its scenes, and the scenes."""
+def run_rigs(
+    config: PlausibleConfig,
+    rigs: Sequence[Rig | None],
+    rig_scenes: list[list],
+    jobs: int,
+    store: Path | str,
+    laws: Mapping[str, str] | None = None,
+) -> list[dict]:
+    """Rows (`rows.run_rig`) of rigs, in their order; a stored row is not computed again.
 
-    rig: Rig
-    laws: dict
-    scenes: list[list]
-
-
-def run_rigs(config: PlausibleConfig, requested: Sequence[RigScenes], jobs: int, store: Path | str) -> list[dict]:
-    """Rows (`rows.run_rig`) of rigs, in their order; a stored row is not computed again."""
-    tasks: dict[str, dict] = {}
-    keys = []
-    for rig, laws, rig_scenes in requested:
-        task = {"rig": rig.model_dump(), "scenes": rig_scenes, "fields": laws, "row": config.row.model_dump()}
-        keys.append(key_of(task, SOURCES))
-        tasks[keys[-1]] = task
-    rows = results(run_rig, tasks, jobs, store, "plausible tracks")
+    ``laws`` are choices in place of those of the configuration. None in place of a rig gives a refused row.
+    """
+    content = {"scenes": rig_scenes, "fields": config.scene | dict(laws or {}), "row": config.row.model_dump()}
+    tasks = [None if rig is None else content | {"rig": rig.model_dump()} for rig in rigs]
+    keys = ["" if task is None else key_of(task, SOURCES) for task in tasks]
+    requested = {key: task for key, task in zip(keys, tasks, strict=True) if task is not None}
+    rows = results(run_rig, requested, jobs, store, "plausible tracks")
     check_completed(rows.values(), "the same command goes on from there")
-    return [rows[key] for key in keys]
+    return [rows[key] if key else without_values("", REFUSED, "") for key in keys]
 
 
 def neighbours(config: PlausibleConfig) -> list[Rig]:
@@ -98,7 +95,7 @@ def neighbours(config: PlausibleConfig) -> list[Rig]:
     rigs = [rig]
     while len(rigs) <= config.near.rigs:
         factors = 1 + random.uniform(-config.near.share, config.near.share, len(values))
-        moved, reason = _rig(rig, dict(values * factors))
+        moved, reason = built(rig, dict(values * factors))
         if moved is None:
             raise InputError(f"{config.near.rig}: a neighbour cannot be built ({reason}); take a smaller share")
         rigs.append(moved)

@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from laboratory.inference.unknowns import Unknown, Unknowns, buildable, file_ranges
+from laboratory.inference.unknowns import Unknown, Unknowns, file_ranges
 from laboratory.plausible.distances import by_sentence, cost, statement_distances
-from laboratory.plausible.draws import EQUAL_PITCH, RigScenes, run_rigs
+from laboratory.plausible.draws import EQUAL_PITCH, built, run_rigs
 from laboratory.plausible.settings import PlausibleConfig, Scenario
 from replication.paper.claims import Claim
 from trackdyn.extras import required
@@ -43,18 +43,15 @@ class Searching:
 
     def costs(self, unknowns: Unknowns, points: Sequence[np.ndarray]) -> list[tuple[float, int]]:
         """Cost (`distances.cost`) and number of sentences shown of points; the largest cost for what does not run."""
-        built = [x for x in points if buildable(unknowns, x)]
-        rigs = [unknowns.to_rig(x) for x in built]
-        rows = run_rigs(
-            self.config, [RigScenes(rig, self.config.scene, self.scenes) for rig in rigs], self.jobs, self.store
-        )
-        costs = {}
-        for x, rig, row in zip(built, rigs, rows, strict=True):
+        rigs = [built(unknowns.rig, fields)[0] for fields in unknowns.changes_at(points)]
+        costs = []
+        for rig, row in zip(rigs, run_rigs(self.config, rigs, self.scenes, self.jobs, self.store), strict=True):
             if row["state"] == DONE:
                 distances = statement_distances(self.config, self.scenes, row["values"], rig, self.claims)
-                shown = sum(max(sizes) <= 1 for sizes in by_sentence(distances).values())
-                costs[x.tobytes()] = cost(distances), shown
-        return [costs.get(x.tobytes(), (float(self.sentences), 0)) for x in points]
+                costs.append((cost(distances), sum(max(sizes) <= 1 for sizes in by_sentence(distances).values())))
+            else:
+                costs.append((float(self.sentences), 0))
+        return costs
 
     def search(self, name: str) -> pd.DataFrame:
         """CMA-ES from a start: ``start, ring, equal_pitch, row, cost, shown, ended`` and every unknown, a row each.

@@ -4,16 +4,15 @@ from trackdyn.sweeps.snakemake_job import run_job
 
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 
-from laboratory.plausible.draws import EQUAL_PITCH, RigScenes, drawn_rigs, neighbours, run_rigs, scenes, tooth_scenes
+from laboratory.plausible.draws import EQUAL_PITCH, drawn_rigs, neighbours, run_rigs, scenes, tooth_scenes
 from laboratory.plausible.settings import PlausibleConfig, load_plausible
 from laboratory.plausible.shares import separating_values, shares, tooth_detail
 from laboratory.plausible.verdicts import judge_rig, judge_rows
 from replication.paper.claims import Claim, load_claims, load_sentences
 from trackdyn.sweeps.design import write_table
-from trackdyn.sweeps.engine import DONE, without_values
+from trackdyn.sweeps.engine import DONE
 
 # decided by kinematics and by the wheels, whose places no draw changes
 SET_BY_WHEELS = ("C07", "C08")
@@ -45,26 +44,19 @@ def run_draws(config: PlausibleConfig, path: Path | str, jobs: int, store: Path 
     Rows that ``store`` has are not computed again; ``jobs`` processes compute the others.
     """
     drawn = list(drawn_rigs(config))
-    built = [RigScenes(track.rig, config.scene, scenes(config)) for track in drawn if track.rig is not None]
-    rows = iter(run_rigs(config, built, jobs, store))
-    every = [next(rows) if track.rig is not None else without_values("", "refused", track.reason) for track in drawn]
-    return judge_rows(config, drawn, every, judged_claims(path), load_sentences(path))
+    rows = run_rigs(config, [track.rig for track in drawn], scenes(config), jobs, store)
+    return judge_rows(config, drawn, rows, judged_claims(path), load_sentences(path))
 
 
 def run_tooth_detail(config: PlausibleConfig, jobs: int, store: Path | str) -> pd.DataFrame:
     """Run the first draws of the first scenario with both tooth profiles; ``jobs`` and ``store`` as in `run_draws`."""
     first = config.model_copy(update={"draws": min(config.draws, config.tooth_detail)})
     drawn = [track for track in drawn_rigs(first) if track.rig is not None and track.scenario == config.scenarios[0]]
-    requested = [
-        RigScenes(track.rig, config.scene | {"tooth_contact": profile}, tooth_scenes(config))
-        for track in drawn
-        for profile in PROFILES
-        if track.rig is not None
-    ]
-    rows = run_rigs(config, requested, jobs, store)
+    rigs, how = [track.rig for track in drawn], (tooth_scenes(config), jobs, store)
+    rows = [run_rigs(config, rigs, *how, {"tooth_contact": profile}) for profile in PROFILES]
     pairs = [
-        (track.draw, dict(zip(PROFILES, (row["values"] for row in pair), strict=True)))
-        for track, pair in zip(drawn, zip(rows[::2], rows[1::2], strict=True), strict=True)
+        (track.draw, {profile: row["values"] for profile, row in zip(PROFILES, pair, strict=True)})
+        for track, *pair in zip(drawn, *rows, strict=True)
         if all(row["state"] == DONE for row in pair)
     ]
     return tooth_detail(pairs, config.speeds_rpm, (None, config.ring_radius_m))
@@ -76,17 +68,12 @@ def run_neighbours(config: PlausibleConfig, path: Path | str, jobs: int, store: 
     Arguments are those of `run_draws`. A neighbour that does not run shows none.
     """
     rigs = neighbours(config)
-    rows = run_rigs(config, [RigScenes(rig, config.scene, scenes(config)) for rig in rigs], jobs, store)
+    rows = run_rigs(config, rigs, scenes(config), jobs, store)
     claims, sentences = judged_claims(path), load_sentences(path)
-    table = []
-    for number, (rig, row) in enumerate(zip(rigs, rows, strict=True)):
-        verdicts = judge_rig(config, row["values"], rig, claims, sentences) if row["state"] == DONE else {}
-        by_number = {str(n): verdicts.get(str(n), np.nan) for n in sentences}
-        shown = np.array(list(by_number.values()))
-        table.append(
-            {"rig": number, "shown": int(np.nansum(shown)), "judged": int(np.isfinite(shown).sum()), **by_number}
-        )
-    return pd.DataFrame(table)
+    verdicts = [judge_rig(config, row, rig, claims, sentences) for rig, row in zip(rigs, rows, strict=True)]
+    table = pd.DataFrame(verdicts).reindex(columns=map(str, sentences)).astype(float)
+    head = {"rig": range(len(rigs)), "shown": table.sum(axis=1).astype(int), "judged": table.notna().sum(axis=1)}
+    return pd.concat([pd.DataFrame(head), table], axis=1)
 
 
 @run_job

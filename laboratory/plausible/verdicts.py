@@ -56,24 +56,22 @@ def judge_rows(
     """
     table = []
     for track, row in zip(drawn, rows, strict=True):
-        entry = {
-            "draw": track.draw,
-            **track.scenario._asdict(),
-            "state": row["state"],
-            "reason": row["reason"],
-            **track.values,
-        }
-        if row["state"] == DONE and track.rig is not None:
-            entry |= judge_rig(config, row["values"], track.rig, claims, sentences)
-        table.append(entry)
+        outcome = {"state": row["state"], "reason": row["reason"] or track.reason}
+        verdicts = judge_rig(config, row, track.rig, claims, sentences)
+        table.append({"draw": track.draw, **track.scenario._asdict(), **outcome, **track.values, **verdicts})
     return pd.DataFrame(table)
 
 
 def judge_rig(
-    config: PlausibleConfig, values: Mapping[str, dict], rig: Rig, claims: list[Claim], sentences: Mapping[int, str]
+    config: PlausibleConfig, row: Mapping, rig: Rig | None, claims: list[Claim], sentences: Mapping[int, str]
 ) -> dict[str, float]:
-    """Radius to choose at each speed, and 1 or 0 for every sentence and claim that the row of a rig decides."""
-    card, numbers = judge_all(claims, evidence(config, scenes(config), values, rig))
+    """Radius to choose at each speed, and 1 or 0 for every sentence and claim that the row of a rig decides.
+
+    A row that is not done decides none.
+    """
+    if rig is None or row["state"] != DONE:
+        return {}
+    card, numbers = judge_all(claims, evidence(config, scenes(config), row["values"], rig))
     whole = sentence_verdicts(card, sentences)
     radii = numbers[numbers["id"] + numbers["part"] == RADIUS]
     judged = {f"radius_{rpm:g}": value for rpm, value in zip(radii["rpm"], radii["value"], strict=True)}
@@ -83,8 +81,3 @@ def judge_rig(
     ]:
         judged[name] = float(verdict == SHOWN)  # where no force acts a claim cannot be judged, and is not shown
     return judged
-
-
-def shown_sentences(verdicts: Mapping[str, float], sentences: Iterable[int]) -> int:
-    """Count the sentences that a rig shows (`judge_rig`)."""
-    return sum(verdicts.get(str(number), 0) == 1 for number in sentences)

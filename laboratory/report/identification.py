@@ -9,19 +9,19 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from laboratory.inference.identification.answer import discrepancies, features_table, tables, write_answer
+from laboratory.inference.identification.answer import write_answer
 from laboratory.inference.identification.calibration import CalibrationConfig
 from laboratory.inference.identification.experiment import simulated_ay
 from laboratory.inference.identification.features import turns_of
 from laboratory.inference.identification.identify import Identification, Settings, identify
 from laboratory.inference.identification.informative import requested_unknowns, tellable, unknown_of
 from laboratory.inference.identification.measured import Measured, read_records
-from laboratory.inference.identification.posterior import contradicted
+from laboratory.inference.identification.tables import wider
 from laboratory.inference.unknowns import Unknown
 from laboratory.inference.verdict import IDENTIFIED, IN_DOUBT, ONE_SIDED
 from laboratory.report.figures.identification import features_figure, posterior_figure, spectra_figure
 from replication.report.page.builder import embedded_picture
-from trackdyn.files import write_csv, write_text
+from trackdyn.files import write_text
 from trackdyn.plots.rendering import environment
 from trackdyn.plots.style import save
 from trackdyn.rig.rig import Rig, load_rig
@@ -62,69 +62,55 @@ def write_identification(
         scale = "its logarithm" if unknown.scale == "log" else "itself"
         say(f"unknown: {unknown.label} within {unknown.low:g} to {unknown.high:g}, even in {scale}")
     answer = identify(measured, requested, store, settings, say)
-    best = write_answer(answer, rig_path, out)
     if widths is not None:
-        write_csv(out / "tellable.csv", widths)
-    page = write_identification_page(answer, best, out, synthetic, widths)
-    say(answer.table.drop(columns=["scale"]).to_string(index=False, float_format=lambda value: f"{value:.4g}"))
-    say(identification_headline(answer))
+        answer.tables["tellable"] = widths
+    page = write_identification_page(answer, write_answer(answer, rig_path, out), out, synthetic)
+    table = answer.tables["unknowns"]
+    say(table.drop(columns=["scale"]).to_string(index=False, float_format=lambda value: f"{value:.4g}"))
+    say(identification_headline(table))
     say(f"written: {page}")
 
 
-def write_identification_page(
-    answer: Identification, rig: Rig, out: Path, synthetic: str = "", widths: pd.DataFrame | None = None
-) -> Path:
-    """Draw the figures and write ``index.html``.
+def write_identification_page(answer: Identification, rig: Rig, out: Path, synthetic: str = "") -> Path:
+    """Draw the figures and write ``index.html`` into ``out``.
 
-    ``synthetic`` is what records are called that were not measured, ``widths`` the table of `informative.tellable`.
+    ``rig`` is the rig of the best values, ``synthetic`` what records are called that were not measured.
     """
-    count, called = len(answer.unknowns), f"{synthetic} record" if synthetic else "record"
-    draws, features = answer.draws, features_table(answer)
-    best = draws.points[np.argmax(draws.density), :count]
+    called = f"{synthetic} record" if synthetic else "record"
+    tables, unknowns = answer.tables, answer.unknowns.unknowns
+    points, verdicts = answer.draws.points[:, : len(unknowns)], list(tables["unknowns"]["verdict"])
     figures = {
-        "posterior": posterior_figure(
-            answer.unknowns.unknowns, draws.points[:, :count], best, list(answer.table["verdict"])
-        ),
-        "features": features_figure(features, called),
+        "posterior": posterior_figure(unknowns, points, answer.best, verdicts),
+        "features": features_figure(tables["features"], called),
         "spectra": spectra_figure(_spectra(answer, rig), called),
     }
-    if answer.held_out is not None:
-        figures["held_out"] = features_figure(answer.held_out, called)
+    held_out = tables.get("held_out")
+    if held_out is not None:
+        figures["held_out"] = features_figure(held_out, called)
     for name, figure in figures.items():
         save(figure, out / f"{name}.png")
-    sizes = discrepancies(answer)
-    answer_tables = tables(answer)
-    left_out = answer.held_out
-    text = (
-        environment(HERE)
-        .get_template("identification.html.j2")
-        .render(
-            headline=identification_headline(answer),
-            synthetic=synthetic,
-            unknowns=_rows(answer.table[COLUMNS]),
-            correlations=_rows(answer_tables["correlations"]),
-            discrepancies=_rows(sizes),
-            wider=", ".join(contradicted(answer.posterior, answer.draws.points)),
-            held=None if left_out is None else {"inside": int(left_out["inside"].sum()), "count": len(left_out)},
-            records=_rows(_records(answer)),
-            tellable=None if widths is None else _rows(widths),
-            simulated=(
-                f"{len(answer.emulator.x)} rigs were simulated at every speed, "
-                f"{len(answer.failed)} more could not run. "
-                f"The chain of {len(draws.points)} draws moved in {100 * draws.acceptance:.0f} % of its steps."
-            ),
-            pictures={name: embedded_picture(out / f"{name}.png") for name in figures}
-            | ({"held_out": None} if left_out is None else {}),
-        )
+    template = environment(HERE).get_template("identification.html.j2")
+    text = template.render(
+        headline=identification_headline(tables["unknowns"]),
+        synthetic=synthetic,
+        unknowns=_rows(tables["unknowns"][COLUMNS]),
+        correlations=_rows(tables["correlations"]),
+        discrepancies=_rows(tables["discrepancies"]),
+        wider=wider(tables["discrepancies"]),
+        held=None if held_out is None else {"inside": int(held_out["inside"].sum()), "count": len(held_out)},
+        records=_rows(_records(answer)),
+        tellable=_rows(tables["tellable"]) if "tellable" in tables else None,
+        simulated=answer.effort,
+        pictures={name: embedded_picture(out / f"{name}.png") for name in figures},
     )
     write_text(out / "index.html", text)
     return out / "index.html"
 
 
-def identification_headline(answer: Identification) -> str:
-    """The answer in a sentence."""
+def identification_headline(table: pd.DataFrame) -> str:
+    """The answer in a sentence, from the ``table`` of the unknowns."""
     parts = []
-    for row in answer.table.to_dict("records"):
+    for row in table.to_dict("records"):
         interval = f"{row['q05']:.3g} to {row['q95']:.3g}"
         if row["verdict"] == IDENTIFIED:
             parts.append(f"{row['unknown']} is {row['median']:.3g} ({interval})")
@@ -150,15 +136,12 @@ def _spectra(answer: Identification, rig: Rig) -> list[tuple[str, float, np.ndar
 
 
 def _records(answer: Identification) -> pd.DataFrame:
-    rows = []
-    for measurement in answer.measured:
-        about = {
-            "record": measurement.record.path.name,
-            "speed_rpm": measurement.speed.rpm,
-            "turn_s": measurement.turn_s,
-        }
-        of_record = {name: getattr(measurement.record, name) for name in ("rate_hz", "seconds", "clipped")}
-        rows.append(about | {"turns": len(measurement.statistics)} | of_record)
+    rows = [
+        {"record": measurement.record.path.name, "speed_rpm": measurement.speed.rpm, "turn_s": measurement.turn_s}
+        | {"turns": len(measurement.statistics)}
+        | {name: getattr(measurement.record, name) for name in ("rate_hz", "seconds", "clipped")}
+        for measurement in answer.measured
+    ]
     return pd.DataFrame(rows)
 
 

@@ -12,6 +12,7 @@ from laboratory.plausible.shares import DEPENDS, FOLLOWS, NEVER, NOT_JUDGED, out
 from replication.paper.scorecard import MARKS, learned_sentences
 from trackdyn.measure.cells import significant
 from trackdyn.plots.style import COLOURS, MARKERS, SMALL, new_figure, save, styled
+from trackdyn.rig.rig import load_rig
 
 CLASSES = {
     FOLLOWS: "Follow from the model",
@@ -19,14 +20,7 @@ CLASSES = {
     NEVER: "Shown by no track",
     NOT_JUDGED: "Kinematics and the wheels decide sentences",
 }
-UNITS = {
-    "equal_pitch_radius": (1e3, "mm"), "seat_depth": (1e3, "mm"), "radius": (1e3, "mm"), "r2": (1e3, "mm"),
-    "r3": (1e3, "mm"), "r4": (1e3, "mm"), "r5": (1e3, "mm"), "pre_tension": (1e-3, "kN"),
-    "youngs_modulus": (1e-6, "MPa"), "connector_radius": (1e3, "mm"), "slope_bottom": (1, "deg"),
-    "slope_seat": (1, "deg"),    "slope_low": (1, "deg"), "slope_tip": (1, "deg"),
-    "rolling_arm": (1e3, "mm"), "link_mass": (1, "kg"), "stiffness": (1, "N m/rad"),
-    "transition_velocity": (1, "m/s"),
-}  # fmt: skip
+UNITS = {"m": (1e3, "mm"), "N": (1e-3, "kN"), "Pa": (1e-6, "MPa"), "1": (1, "")}  # in place of those of a rig
 
 
 def scenario_name(ring: str, equal_pitch: str) -> str:
@@ -63,12 +57,7 @@ def shares_figure(sentences: pd.DataFrame, default: pd.DataFrame, rig: str) -> F
     return figure
 
 
-def answer_text(
-    sentences: pd.DataFrame,
-    claims: pd.DataFrame,
-    draws: pd.DataFrame,
-    values: pd.DataFrame,
-) -> str:
+def answer_text(sentences: pd.DataFrame, claims: pd.DataFrame, draws: pd.DataFrame, values: pd.DataFrame) -> str:
     """The 22 sentences in classes with their shares, the radius, and what separates the rigs."""
     paragraphs = [_outcomes_text(draws), *learned_sentences(claims)]
     for kind, title in CLASSES.items():
@@ -77,11 +66,7 @@ def answer_text(
             paragraphs.append(f"{title}: {', '.join(map(str, dict.fromkeys(rows['name'])))}.")
         elif len(rows):
             paragraphs += [f"**{title}**", _class_text(rows)]
-    paragraphs += [
-        _radius_text(draws),
-        _values_text(values),
-    ]
-    return "\n\n".join(paragraphs) + "\n"
+    return "\n\n".join([*paragraphs, _radius_text(draws), _values_text(values)]) + "\n"
 
 
 def _class_text(rows: pd.DataFrame) -> str:
@@ -110,9 +95,10 @@ def _outcomes_text(draws: pd.DataFrame) -> str:
 def _values_text(values: pd.DataFrame) -> str:
     if values.empty:
         return "No single value separates the tracks that show a sentence from the others beyond chance."
-    parts = []
+    parts, fields = [], load_rig("parts").fields
     for row in values.drop_duplicates("name").itertuples():  # the value that separates most
-        factor, unit = UNITS.get(row.value.rpartition(".")[2], (1, ""))
+        unit = fields[row.value].unit
+        factor, unit = UNITS.get(unit, (1, unit))
         shown, others = (significant(factor * number, 2) for number in (row.median_shown, row.median_not))
         parts.append(f"{row.name}: `{row.value}` ({shown} against {others} {unit}".rstrip() + ")")
     return "Medians of tracks that show a sentence, against others: " + "; ".join(parts) + "."

@@ -10,16 +10,13 @@ rule calibration:
         config="config/calibration.yaml",
         kernels=KERNELS,
     output:
-        csv=f"{L}/identify/calibration.csv",
         ranks=f"{L}/identify/ranks.csv",
-        rank_figures=[f"{L}/identify/ranks.{ending}" for ending in ("png", "svg")],
         summary=f"{L}/tables/calibration.csv",
-        summary_md=f"{L}/tables/calibration.md",
     params: store=f"{L}/identify/calibration_rows"
     threads: 64 # that is, all there are
     log: f"{L}/logs/calibration.log"
     message: "Calibration of the identification: truths from the prior"
-    script: "../report/figures/identification.py"
+    script: "../inference/identification/calibration.py"
 
 
 rule identify_synthetic:

@@ -10,6 +10,7 @@ then held 82 % of the truths, and damping was overestimated.
 """
 
 import warnings
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -40,15 +41,22 @@ LEAST_DEGREES, MOST_DEGREES = 2.0, 200.0  # freedom of Student's distribution: h
 LEAST_JUDGED = 32  # simulations whose errors make a covariance; of fewer, all simulations' errors do
 
 
-class Prediction(NamedTuple):
-    """Features at m points: ``mean`` (m, p) and ``covariance`` (m, p, p) of a simulation there."""
+class Emulator(NamedTuple):
+    """Emulator of p features over the d-dimensional unit cube."""
 
-    mean: np.ndarray
+    mean: Callable[[np.ndarray], np.ndarray]  # features (m, p) at (m, d) points
+    # (p, p), of the errors up to a factor, which is inverse gamma with half of ``degrees`` as shape and rate, and the
+    # same for all features at a point: the errors have a Student distribution (`tails`)
     covariance: np.ndarray
+    degrees: float  # of freedom
+
+    def subset(self, which: np.ndarray) -> "Emulator":
+        """Emulator of some of the features, ``which`` (p,) of them."""
+        return Emulator(lambda points: self.mean(points)[:, which], self.covariance[np.ix_(which, which)], self.degrees)
 
 
-class FeatureEmulator:
-    """Emulator of p features over d inputs from n simulations.
+def fitted_emulator(x, features, scale: np.ndarray, judged: int = 0) -> Emulator:
+    """Fit an emulator of p features over d inputs to n simulations.
 
     Parameters
     ----------
@@ -62,58 +70,42 @@ class FeatureEmulator:
         So many simulations, the last ones, are where the posterior is: their errors make the covariance, if there are
         `LEAST_JUDGED`. 0: all.
 
-    Attributes
-    ----------
-    x : (n, d) array
-        As given.
-    degrees : float
-        Of freedom of the Student distribution of the errors (`tails`), whose covariance matrix a prediction gives up
-        to a factor: inverse gamma with half of these degrees as shape and rate, the same for all features at a point.
+    Raises
+    ------
+    InputError
+        A feature of a simulation is no number.
     """
-
-    def __init__(self, x, features, scale, judged: int = 0):
-        x, y = np.atleast_2d(np.asarray(x, dtype=float)), np.asarray(features, dtype=float)
-        if not np.isfinite(y).all():
-            raise InputError("emulator: a feature of a simulation is no number")
-        self.x, scale = x, np.asarray(scale, dtype=float)
-        with threadpool_limits(1):  # matrices so small lose by being shared out
-            self._components = Components(x, y, scale)
-            self._covariance = self._learnt(y, scale, judged if judged >= LEAST_JUDGED else len(x))
-
-    def _learnt(self, y: np.ndarray, scale: np.ndarray, judged: int) -> np.ndarray:
-        """Covariance (p, p) of the errors."""
-        fold, errors = np.arange(len(self.x)) % FOLDS, np.empty_like(y)
+    if not np.isfinite(features).all():
+        raise InputError("emulator: a feature of a simulation is no number")
+    judged = judged if judged >= LEAST_JUDGED else len(x)
+    with threadpool_limits(1):  # matrices so small lose by being shared out
+        components = Components(x, features, scale)
+        fold, errors = np.arange(len(x)) % FOLDS, np.empty_like(features)
         for left_out in range(FOLDS):
             out = fold == left_out
-            errors[out] = (y[out] - Components(self.x[~out], y[~out], scale)(self.x[out])) / scale
-        points, errors, fold = self.x[-judged:], errors[-judged:], fold[-judged:]
-        axes = self._components.axes
-        weighted, slopes = np.empty_like(errors), self._slopes(points) / scale
+            errors[out] = (features[out] - Components(x[~out], features[~out], scale)(x[out])) / scale
+        errors, fold, axes = errors[-judged:], fold[-judged:], components.axes
+        weighted, slopes = np.empty_like(errors), _slopes(components, x[-judged:]) / scale
         known = np.empty(slopes.shape[:2])
         for left_out in range(FOLDS):  # a covariance fits the errors that it was learnt from too well
             out = fold == left_out
             inverse = np.linalg.inv(error_covariance(errors[~out], axes))
             weighted[out] = errors[out] @ inverse
             known[:, out] = np.einsum("dnp,pq,dnq->dn", slopes[:, out], inverse, slopes[:, out])
-        variance, self.degrees = tails((errors * weighted).sum(axis=1), y.shape[1])
+        variance, degrees = tails((errors * weighted).sum(axis=1), features.shape[1])
         # A resonance at the wrong frequency errs along the slope of the features, which shifts a posterior.
         # The median is compared with that of Student's distribution: few points at the edge of a design err far more.
         along = (slopes * weighted).sum(axis=2) ** 2 / known / variance
-        widened = max(float(np.median(along) / stats.f.median(1, self.degrees)), 1.0)
-        return error_covariance(errors, axes) * variance * widened * np.outer(scale, scale)
+        widened = max(float(np.median(along) / stats.f.median(1, degrees)), 1.0)
+        covariance = error_covariance(errors, axes) * variance * widened * np.outer(scale, scale)
+    return Emulator(components, covariance, degrees)
 
-    def _slopes(self, points: np.ndarray) -> np.ndarray:
-        """(d, m, p) differences of the features along each input, up to a factor."""
-        moved = SLOPE_STEP * np.eye(points.shape[1])
-        low, high = (
-            [self._components(np.clip(points + sign * change, 0.0, 1.0)) for change in moved] for sign in (-1, 1)
-        )
-        return np.array(high) - np.array(low)
 
-    def __call__(self, points) -> Prediction:
-        """Features at (m, d) points of the unit cube."""
-        mean = self._components(np.atleast_2d(points))
-        return Prediction(mean, np.broadcast_to(self._covariance, (len(mean), *self._covariance.shape)))
+def _slopes(components: "Components", points: np.ndarray) -> np.ndarray:
+    """(d, m, p) differences of the features along each input at (m, d) points, up to a factor."""
+    moved = SLOPE_STEP * np.eye(points.shape[1])
+    low, high = ([components(np.clip(points + sign * change, 0.0, 1.0)) for change in moved] for sign in (-1, 1))
+    return np.array(high) - np.array(low)
 
 
 def error_covariance(errors: np.ndarray, axes: np.ndarray) -> np.ndarray:
@@ -143,21 +135,11 @@ def tails(distance: np.ndarray, count: int) -> tuple[float, float]:
     return float(variance), float(degrees)
 
 
-class Subset:
-    """Some features of an emulator, in an order of one's own."""
-
-    def __init__(self, emulator: FeatureEmulator, which):
-        self._emulator, self._which = emulator, np.asarray(which)
-        self.degrees = emulator.degrees
-
-    def __call__(self, points) -> Prediction:
-        """As that of the emulator."""
-        mean, covariance = self._emulator(points)
-        return Prediction(mean[:, self._which], covariance[:, self._which[:, None], self._which])
-
-
 class Components:
-    """Principal components of p features from n simulations, and a process for each.
+    """Principal components of p features (n, p) from n simulations at points (n, d), and a process for each.
+
+    Lengths and noise of each process are fitted to some simulations, then all are used. Predicted one after the other,
+    by scikit-learn, they take several times as long. Called with (m, d) points it gives the features (m, p).
 
     Attributes
     ----------
@@ -165,27 +147,14 @@ class Components:
         Of the components, orthonormal in features over ``scale``.
     """
 
-    def __init__(self, x: np.ndarray, y: np.ndarray, scale: np.ndarray):
-        self._middle = y.mean(axis=0)
-        _, size, axes = np.linalg.svd((y - self._middle) / scale, full_matrices=False)
+    def __init__(self, x: np.ndarray, features: np.ndarray, scale: np.ndarray):
+        self._middle, self._scale = features.mean(axis=0), scale
+        scaled = (features - self._middle) / scale
+        _, size, axes = np.linalg.svd(scaled, full_matrices=False)
         share = np.cumsum(size**2) / np.sum(size**2)
         self.axes = axes[: min(int(np.searchsorted(share, EXPLAINED)) + 1, MOST, len(size))]
-        self._processes = Processes(x, self.axes @ ((y - self._middle) / scale).T)
-        self._scale = scale
+        outputs = self.axes @ scaled.T
 
-    def __call__(self, points: np.ndarray) -> np.ndarray:
-        """Features (m, p) at (m, d) points."""
-        return self._middle + self._scale * (self._processes(points).T @ self.axes)
-
-
-class Processes:
-    """Means of k outputs (k, n) over the same inputs (n, d).
-
-    Lengths and noise of each are fitted to some simulations, then all are used. Predicted one after the other, by
-    scikit-learn, they take several times as long.
-    """
-
-    def __init__(self, x: np.ndarray, outputs: np.ndarray):
         self._scaler = StandardScaler().fit(x)
         inputs = self._scaler.transform(x)
         trends = [RidgeCV(alphas=np.logspace(-3, 3, 13)).fit(inputs, output) for output in outputs]
@@ -195,38 +164,37 @@ class Processes:
         self._size = np.maximum(rest.std(axis=1, keepdims=True), 1e-12 * (1.0 + np.abs(outputs).max()))
         self._lengths, self._weights = np.empty(self._slope.shape), np.empty(outputs.shape)
         for k, errors in enumerate(rest / self._size):
-            kernel = self._searched(inputs[:SEARCHED], errors[:SEARCHED])
-            smooth = kernel.k1
+            kernel = _searched(inputs[:SEARCHED], errors[:SEARCHED])
+            smooth, noise = kernel.k1, kernel.k2.noise_level
             self._lengths[k] = smooth.k2.length_scale
-            noise = kernel.k2.noise_level
             solved = cho_solve(cho_factor(smooth(inputs) + noise * np.eye(len(x)), lower=True), errors)
             self._weights[k] = smooth.k1.constant_value * solved
         self._trained = inputs / self._lengths[:, None, :]
-
-    @staticmethod
-    def _searched(inputs: np.ndarray, output: np.ndarray):
-        """Kernel of the greatest likelihood."""
-
-        def search(objective, start, bounds):
-            options = {"maxiter": ITERATIONS}
-            optimum = minimize(objective, start, jac=True, bounds=bounds, method="L-BFGS-B", options=options)
-            return optimum.x, optimum.fun
-
-        lengths = np.full(inputs.shape[1], 2.0 * np.sqrt(inputs.shape[1]))
-        kernel = ConstantKernel(1.0, (1e-3, 1e3)) * Matern(lengths, LENGTHS, nu=2.5) + WhiteKernel(0.1, NOISE)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", ConvergenceWarning)  # a length at its bound: an input without effect
-            return GaussianProcessRegressor(kernel, optimizer=search).fit(inputs, output).kernel_
 
     def _trend(self, inputs: np.ndarray) -> np.ndarray:
         return self._slope @ inputs.T + self._offset[:, None]
 
     def __call__(self, points: np.ndarray) -> np.ndarray:
-        """Outputs (k, m) at (m, d) points."""
         inputs = self._scaler.transform(points)
         scaled = inputs / self._lengths[:, None, :]
         squared = (scaled**2).sum(-1)[:, :, None] + (self._trained**2).sum(-1)[:, None, :]
         squared -= 2.0 * scaled @ self._trained.transpose(0, 2, 1)
         far = np.sqrt(5.0 * np.maximum(squared, 0.0))
         kernel = (1.0 + far + far**2 / 3.0) * np.exp(-far)  # Matern, nu = 5/2
-        return self._trend(inputs) + self._size * (kernel @ self._weights[:, :, None])[:, :, 0]
+        outputs = self._trend(inputs) + self._size * (kernel @ self._weights[:, :, None])[:, :, 0]
+        return self._middle + self._scale * (outputs.T @ self.axes)
+
+
+def _searched(inputs: np.ndarray, output: np.ndarray):
+    """Kernel of the greatest likelihood."""
+
+    def search(objective, start, bounds):
+        options = {"maxiter": ITERATIONS}
+        optimum = minimize(objective, start, jac=True, bounds=bounds, method="L-BFGS-B", options=options)
+        return optimum.x, optimum.fun
+
+    lengths = np.full(inputs.shape[1], 2.0 * np.sqrt(inputs.shape[1]))
+    kernel = ConstantKernel(1.0, (1e-3, 1e3)) * Matern(lengths, LENGTHS, nu=2.5) + WhiteKernel(0.1, NOISE)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ConvergenceWarning)  # a length at its bound: an input without effect
+        return GaussianProcessRegressor(kernel, optimizer=search).fit(inputs, output).kernel_

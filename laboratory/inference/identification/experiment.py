@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from laboratory.inference.identification.features import features, turn_statistics
-from trackdyn.errors import DivergenceError
+from trackdyn.errors import DivergenceError, InputError
 from trackdyn.integrate.methods import METHODS
 from trackdyn.measure.sensor import sense
 from trackdyn.rig.rig import Rig
@@ -48,25 +48,21 @@ class MeasuredSpeed(NamedTuple):
         return self.rate / self.every
 
 
-def scene_of_speed(rig: Rig, speed: MeasuredSpeed, seconds: float, later: float = 0.0) -> Scene:
+def scene_of_speed(rig: Rig, speed: MeasuredSpeed, seconds: float) -> Scene:
     """The scene of a speed whose record holds ``seconds``, with the largest step up to the preset's that the rig
-    allows; it begins ``later`` than others, s.
+    allows.
     """
     fields = preset(speed.preset, speed.ring_radius is not None) | dict(speed.choices)
     rig = rig.sampled(speed.rate)
-    duration = ceil(seconds * speed.rate + 1) / speed.rate
-    made = {"duration": duration, "lead_in": LEAD_IN + later, "contact_log": False}
+    made = {"duration": ceil(seconds * speed.rate + 1) / speed.rate, "lead_in": LEAD_IN, "contact_log": False}
     scene = Scene(rig, speed.rpm, speed.ring_radius, **fields | made | {"step": None})
     largest = largest_step(scene.model, rig.tension.pre_tension, method=METHODS[scene.integrator])
     return scene.with_(step=round_step(min(fields["step"], MARGIN * largest), 1.0 / speed.rate))
 
 
-def simulated_ay(
-    rig: Rig, speed: MeasuredSpeed, turns: int, starts: SettledLoops | None = None, begin: float = 0.0
-) -> np.ndarray:
-    """(samples,) y acceleration that a sensor reports over so many turns of the loop, g; begins later by a fraction."""
-    loop_s = Periods.at(rig, speed.rpm).loop
-    scene = scene_of_speed(rig, speed, turns * loop_s, begin * loop_s)
+def simulated_ay(rig: Rig, speed: MeasuredSpeed, turns: int, starts: SettledLoops | None = None) -> np.ndarray:
+    """(samples,) y acceleration that a sensor reports over so many turns of the loop, g."""
+    scene = scene_of_speed(rig, speed, turns * Periods.at(rig, speed.rpm).loop)
     steps = halved_steps(scene.time_step, 1.0 / speed.rate, HALVINGS)
     recording = first_that_runs(steps, lambda step: simulate(scene.with_(step=step), starts=starts), (DivergenceError,))
     return sense(recording, speed.every).ay
@@ -79,21 +75,14 @@ class Experiment(NamedTuple):
     speeds: tuple[MeasuredSpeed, ...]  # at which records are simulated
     turns: int = 1  # recorded turns of the loop; where motion repeats, one suffices
     noise: float = 0.0  # white noise that is added to the records, g: for records that play a sensor's
-    begin: float = 0.0  # fraction of a turn by which the records begin later
-
-    def tasks(self, changes: Sequence[dict]) -> list[tuple[str, dict]]:
-        """Keys and arguments of rows (`sweeps.engine.results`), one a rig (``section__field`` changes)."""
-        content = self._asdict() | {"rig": self.rig.model_dump()}
-        tasks = [content | {"changes": change} for change in changes]
-        return [(key_of(task, module_hash(__name__)), task | {"seed": int(key_of(task), 16)}) for task in tasks]
 
 
-def run_rig(rig: dict, changes: dict, speeds: list, turns: int, noise: float, begin: float, seed: int) -> dict:
+def run_rig(rig: dict, changes: dict, speeds: list, turns: int, noise: float, seed: int) -> dict:
     """Simulate a rig: `turn_statistics` of every speed, the values of a row of the sweep engine."""
     changed, starts, rng = Rig.model_validate(rig).changed(**changes), SettledLoops(), np.random.default_rng(seed)
     values = {}
     for k, speed in enumerate(MeasuredSpeed(*fields) for fields in speeds):
-        ay = simulated_ay(changed, speed, turns, starts, begin)
+        ay = simulated_ay(changed, speed, turns, starts)
         ay = ay + noise * rng.standard_normal(ay.shape)
         period = Periods.at(changed, speed.rpm).loop
         values[str(k)] = turn_statistics(ay, speed.record_rate, period, changed.chain.pitches).tolist()
@@ -103,32 +92,45 @@ def run_rig(rig: dict, changes: dict, speeds: list, turns: int, noise: float, be
 class Simulated(NamedTuple):
     """Results of a list of rigs."""
 
-    # for every rig that ran, `turn_statistics` of every speed; None for one that could not run
-    statistics: list[list[np.ndarray] | None]
-    reasons: list[str]  # why; empty for one that ran
-
-    @property
-    def ran(self) -> np.ndarray:
-        """Which rigs ran."""
-        return np.array([statistics is not None for statistics in self.statistics])
-
-    def features(self, experiment: Experiment) -> np.ndarray:
-        """(rigs that ran, features of all speeds)."""
-        rates = [speed.record_rate for speed in experiment.speeds]
-        ran = [zip(statistics, rates, strict=True) for statistics in self.statistics if statistics is not None]
-        return np.array([np.concatenate([features(statistic, rate) for statistic, rate in pairs]) for pairs in ran])
+    ran: np.ndarray  # which of them ran
+    statistics: list[list[np.ndarray]]  # of every rig that ran, `turn_statistics` of every speed
+    features: np.ndarray  # (rigs that ran, features of all speeds)
+    reasons: list[str]  # why the others did not run
 
 
 def run_experiment(
-    experiment: Experiment, changes: Sequence[dict], store: Path | str | None, jobs: int = 1, progress: str = ""
+    experiment: Experiment,
+    changes: Sequence[dict],
+    store: Path | str | None,
+    jobs: int = 1,
+    progress: str = "",
+    most_failed: float = 1.0,
 ) -> Simulated:
-    """Simulate rigs, those that the store does not know; ``progress`` is what the bar is called, none if empty."""
-    tasks = experiment.tasks(changes)
-    rows_by_key = results(run_rig, dict(tasks), jobs, store, progress, "rig")
+    """Simulate rigs (fields by dotted name), those that the store does not know.
+
+    ``progress`` is what the bar is called, none if empty; ``most_failed`` the share of rigs that need not run.
+
+    Raises
+    ------
+    InputError
+        More rigs cannot run.
+    """
+    content = experiment._asdict() | {"rig": experiment.rig.model_dump()}
+    tasks = [content | {"changes": change} for change in changes]
+    keys = [key_of(task, module_hash(__name__)) for task in tasks]
+    seeded = {key: task | {"seed": int(key_of(task), 16)} for key, task in zip(keys, tasks, strict=True)}
+    rows_by_key = results(run_rig, seeded, jobs, store, progress, "rig")
     check_completed(rows_by_key.values(), "--resume goes on from there")
-    rows = [rows_by_key[key] for key, _ in tasks]
-    statistics = [
-        [np.array(row["values"][str(k)]) for k in range(len(experiment.speeds))] if row["state"] == DONE else None
-        for row in rows
-    ]
-    return Simulated(statistics, [row["reason"] for row in rows])
+    rows = [rows_by_key[key] for key in keys]
+    ran = np.array([row["state"] == DONE for row in rows])
+    reasons = [row["reason"] for row in rows if row["state"] != DONE]
+    if len(reasons) > most_failed * len(rows):
+        raise InputError(
+            f"{len(reasons)} of {len(rows)} rigs within the ranges cannot run; the reason of the first one: "
+            f"{reasons[0]}; use narrower ranges (--unknown NAME=LOW:HIGH)"
+        )
+    rates = [speed.record_rate for speed in experiment.speeds]
+    done = [row["values"] for row in rows if row["state"] == DONE]
+    statistics = [[np.array(values[str(k)]) for k in range(len(rates))] for values in done]
+    of_rigs = [np.concatenate(list(map(features, values, rates))) for values in statistics]
+    return Simulated(ran, statistics, np.array(of_rigs), reasons)

@@ -50,14 +50,9 @@ def features_in_a_row(rates: Sequence[float]) -> tuple[tuple[Feature, ...], np.n
 
 
 def turns_of(ay, rate: float, turn_s: float) -> np.ndarray:
-    """(turns, samples) A record ``ay`` of this ``rate`` (Hz), cut into whole turns of the loop of ``turn_s``, s.
-
-    Raises `InputError`: the record is shorter than a turn.
-    """
+    """(turns, samples) A record ``ay`` of this ``rate`` (Hz), cut into whole turns of the loop of ``turn_s``, s."""
     samples = turn_s * rate
     count = int(len(ay) / samples + 1e-9)
-    if count < 1:
-        raise InputError(f"the record of {len(ay) / rate:.4g} s holds no turn of the loop of {turn_s:.4g} s")
     starts = np.rint(np.arange(count) * samples).astype(int)
     length = int(samples + 1e-9)  # a last sample is left out where turns are no whole number of them
     return np.stack([ay[start : start + length] for start in starts])

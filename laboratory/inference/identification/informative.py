@@ -7,7 +7,6 @@ import numpy as np
 import pandas as pd
 
 from laboratory.inference.identification.experiment import Experiment, run_experiment
-from laboratory.inference.identification.identify import changed
 from laboratory.inference.identification.measured import Measured, joined
 from laboratory.inference.identification.posterior import MEDIANS, evidence_shares, groups_of
 from laboratory.inference.unknowns import Unknown, Unknowns, file_ranges
@@ -46,22 +45,15 @@ def unknown_of(text: str) -> Unknown:
 
 def requested_unknowns(unknowns: Sequence[Unknown], rig: Rig, path: Path | str) -> Unknowns:
     """Unknowns with the ranges of the rig's file where none is given, each spread in the scale that suits its range."""
-    complete = Unknowns(unknowns, rig, file_ranges(path)).unknowns
-    return Unknowns([unknown.model_copy(update={"scale": _scale(unknown)}) for unknown in complete], rig)
-
-
-def _scale(unknown: Unknown) -> str:
-    return "log" if unknown.low > 0 and unknown.high / unknown.low >= LOG_FROM else "linear"
+    spread = []
+    for unknown in Unknowns(unknowns, rig, file_ranges(path)).unknowns:
+        wide = unknown.low > 0 and unknown.high / unknown.low >= LOG_FROM
+        spread.append(unknown.model_copy(update={"scale": "log" if wide else "linear"}))
+    return Unknowns(spread, rig)
 
 
 def tellable(
-    measured: Sequence[Measured],
-    rig: Rig,
-    path: Path | str,
-    store,
-    jobs: int = 1,
-    progress: bool = True,
-    most: int = MOST,
+    measured: Sequence[Measured], rig: Rig, path: Path | str, store, jobs: int = 1, progress: bool = True
 ) -> tuple[list[Unknown], pd.DataFrame]:
     """The unknowns that the records can tell side by side, the best told first.
 
@@ -73,7 +65,7 @@ def tellable(
     Returns
     -------
     unknowns : list of Unknown
-        Chosen ones, at most ``most``.
+        Chosen ones, at most `MOST`.
     table : DataFrame
         ``unknown, alone, beside, chosen``: widths of 90 % intervals as shares of the prior's.
 
@@ -86,51 +78,39 @@ def tellable(
     names = *CANDIDATES, OF_BUSHINGS[rig.bushing.law], *(f"{wheel}.{DRAG_FIELDS[rig.drag][0]}" for wheel in rig.wheels)
     candidates = requested_unknowns([Unknown(names=[name]) for name in names if name in ranges], rig, path)
     # the slowest and the fastest record say what changes with speed
-    ends = sorted({0, len(measured) - 1}, key=lambda k: measured[k].speed.rpm)
-    chosen_records = [measured[k] for k in ends] if len(measured) > 1 else list(measured)
-    experiment = Experiment(rig, tuple(measurement.speed for measurement in chosen_records))
-    changes = [
-        changed(Unknowns([unknown], rig), {unknown.label: unknown.value(x)})
-        for unknown in candidates.unknowns
-        for x in BETWEEN
-    ]
-    simulated = run_experiment(experiment, changes, store, jobs, "what the records can tell" if progress else "")
-    records = joined(chosen_records)
+    by_speed = sorted(measured, key=lambda measurement: measurement.speed.rpm)
+    ends = by_speed[:: max(len(by_speed) - 1, 1)]
+    speeds = tuple(measurement.speed for measurement in ends)
+    records = joined([measurement.statistics for measurement in ends], speeds)
+    changes = [{unknown.label: unknown.value(x)} for unknown in candidates.unknowns for x in BETWEEN]
+    bar = "what the records can tell" if progress else ""
+    simulated = run_experiment(Experiment(rig, speeds), changes, store, jobs, bar)
+    features = np.full((len(changes), len(records.values)), np.nan)
+    features[simulated.ran] = simulated.features.reshape(-1, len(records.values))
+    # a candidate of which one rig did not run changes nothing
+    slopes = np.nan_to_num((features[1::2] - features[::2]) / (BETWEEN[1] - BETWEEN[0]))
     sizes = np.array([MEDIANS[group] for group in groups_of(records.features)])
     shares = evidence_shares(records.features, records.record)
     covariance = records.covariance + np.einsum("g,gpq->pq", sizes**2, shares)
-    slopes = _slopes(simulated.features(experiment), simulated.ran, len(records.values))
     information = slopes @ np.linalg.solve(covariance, slopes.T)
-    alone = _widths(information, [])
-    chosen: list[int] = []
-    while len(chosen) < most:
-        comparison = np.where(np.isin(np.arange(len(candidates)), chosen), np.inf, _widths(information, chosen))
-        best = int(np.argmin(comparison))
-        if comparison[best] * 0.9 > NARROW:
+    alone, chosen = _widths(information, []), []
+    while len(chosen) < MOST:
+        widths = _widths(information, chosen)
+        widths[chosen] = np.inf
+        best = int(np.argmin(widths))
+        if widths[best] * 0.9 > NARROW:
             break
         chosen.append(best)
-    table = pd.DataFrame({"unknown": candidates.labels, "alone": alone, "beside": _widths(information, chosen)})
-    table["chosen"] = np.isin(np.arange(len(candidates)), chosen)
     if not chosen:
-        best = table.loc[table["alone"].idxmin()]
+        best = int(np.argmin(alone))
         raise InputError(
             f"the records are not informative about any of {', '.join(candidates.labels)}: the best one, "
-            f"{best['unknown']}, keeps {100 * best['alone']:.0f} % of its range; use longer records, more speeds or "
-            "--unknown with wider ranges"
+            f"{candidates.labels[best]}, keeps {100 * alone[best]:.0f} % of its range; use longer records, more speeds "
+            "or --unknown with wider ranges"
         )
+    table = pd.DataFrame({"unknown": candidates.labels, "alone": alone, "beside": _widths(information, chosen)})
+    table["chosen"] = np.isin(np.arange(len(candidates)), chosen)
     return [candidates.unknowns[k] for k in chosen], table.sort_values("alone", ignore_index=True)
-
-
-def _slopes(features: np.ndarray, ran: np.ndarray, count: int) -> np.ndarray:
-    """(candidates, count) change of the features over the whole range of each candidate.
-
-    ``ran`` says which of the rigs ran, two a candidate; the (rigs that ran, count) features are theirs. A candidate of
-    which one did not run changes nothing.
-    """
-    values = np.full((len(ran), count), np.nan)
-    values[ran] = features.reshape(-1, count)
-    low, high = values[::2], values[1::2]
-    return np.nan_to_num((high - low) / (BETWEEN[1] - BETWEEN[0]))
 
 
 def _widths(information: np.ndarray, chosen: list[int]) -> np.ndarray:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from scipy.linalg import block_diag
 
-from laboratory.inference.identification.experiment import MeasuredSpeed
+from laboratory.inference.identification.experiment import MeasuredSpeed, scene_of_speed
 from laboratory.inference.identification.features import (
     LEAST_TURNS,
     covariance,
@@ -59,7 +59,8 @@ def read_records(
     Raises
     ------
     InputError
-        A file is invalid, a record is too short, or two records have the same name or speed.
+        A file is invalid, a record is too short, two records have the same name or speed, or no scene can be simulated
+        beside one.
     """
     if rpm and len(rpm) != len(paths):
         raise InputError(
@@ -79,6 +80,7 @@ def read_records(
                     f"{measurement.record.path}: has the same speed as {other.record.path}, "
                     f"{measurement.speed.rpm:.5g} rev/min; leave one out, or join them in one file"
                 )
+        scene_of_speed(rig, measurement.speed, measurement.turn_s)
     return records
 
 
@@ -97,7 +99,6 @@ def _measured(record: SensorRecord, rig: Rig, rpm: float | None, ring_radius: fl
         )
     with naming(record.path):
         line = highest_line(record.ay_g, record.rate_hz, low, high)[0]
-        record.require_turns(1 / line, LEAST_TURNS)
         loop_hz = main_line_binfree(record.ay_g, record.rate_hz, expected or line)[0]
     record.require_turns(1 / loop_hz, LEAST_TURNS)
     require_axes(record, rig, rpm or loop_hz * a_turn_at_1_rpm)
@@ -112,12 +113,9 @@ def _measured(record: SensorRecord, rig: Rig, rpm: float | None, ring_radius: fl
     return Measured(record, speed, 1 / loop_hz, statistics)
 
 
-def joined(measured: Sequence[Measured]) -> MeasuredRecords:
-    """The features of several records in a row."""
-    rates = [measurement.speed.record_rate for measurement in measured]
+def joined(statistics: Sequence[np.ndarray], speeds: Sequence[MeasuredSpeed]) -> MeasuredRecords:
+    """The features of several records in a row, from the `turn_statistics` of each."""
+    rates = [speed.record_rate for speed in speeds]
     names, record = features_in_a_row(rates)
-    values = [features(measurement.statistics, rate) for measurement, rate in zip(measured, rates, strict=True)]
-    scatter = block_diag(
-        *(covariance(measurement.statistics, rate) for measurement, rate in zip(measured, rates, strict=True))
-    )
-    return MeasuredRecords(names, record, np.concatenate(values), scatter)
+    scatter = block_diag(*map(covariance, statistics, rates))
+    return MeasuredRecords(names, record, np.concatenate(list(map(features, statistics, rates))), scatter)

@@ -6,16 +6,14 @@ It is normal, independent between features, of one size for each group of featur
 variance is the same at every speed: more speeds do not average it away.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import emcee
 import numpy as np
-from scipy.linalg import block_diag
 from threadpoolctl import threadpool_limits
-from tqdm import tqdm
 
-from laboratory.inference.identification.emulation import Prediction
+from laboratory.inference.identification.emulation import Emulator
 from laboratory.inference.identification.features import Feature
 from trackdyn.errors import TrackdynError
 
@@ -30,8 +28,6 @@ SHARED = 0.5  # fraction of a discrepancy's variance that is the same at every s
 WALKERS, STEPS, BURN = 32, 3000, 0.4
 LARGEST_FACTOR = 10.0  # logarithm of the factor on the emulator's errors, either way
 CHAIN_LENGTHS = 20  # autocorrelation times that the kept steps must hold
-
-Emulates = Callable[[np.ndarray], Prediction]
 
 
 class MeasuredRecords(NamedTuple):
@@ -73,53 +69,50 @@ def evidence_shares(features: Sequence[Feature], record: np.ndarray) -> np.ndarr
 
 
 class Posterior:
-    """Density of the unknowns, as points of the unit cube, and of the logarithms of the discrepancies' sizes.
+    """Density of d unknowns, of the logarithms of the discrepancies' sizes, and of that of the emulator's factor.
+
+    A point of its ``dimension`` coordinates holds the unknowns as a point of the unit cube, a size for each group, and
+    the factor that makes the emulator's errors, normal at a given factor, Student's.
 
     Parameters
     ----------
-    records : Records
+    records : MeasuredRecords
         Measured.
-    emulator : callable
-        Of the same features: a `FeatureEmulator` or a `Subset` of one.
+    emulator : Emulator
+        Of the same features.
     unknowns : int
-        Their number.
+        Their number d.
 
     Attributes
     ----------
     groups : list of str
         Groups of features, each with a size of its discrepancies.
-    degrees : float or None
-        Of freedom of the emulator's errors. The factor that makes normal errors Student's is sampled, too: its
-        logarithm is the last coordinate of a point. None: the errors are normal, and there is no such coordinate.
     prior_middle : (groups,) array
-        Logarithms of the medians of these sizes before.
+        Logarithms of the prior medians of these sizes.
     """
 
-    def __init__(self, records: MeasuredRecords, emulator: Emulates, unknowns: int):
+    def __init__(self, records: MeasuredRecords, emulator: Emulator, unknowns: int):
         self.records, self.emulator, self.unknowns = records, emulator, unknowns
         self.groups = groups_of(records.features)
-        self.degrees: float | None = getattr(emulator, "degrees", None)
-        self._shares = evidence_shares(records.features, records.record)
+        self.dimension = unknowns + len(self.groups) + 1
+        self.shares = evidence_shares(records.features, records.record)
         self.prior_middle = np.log([MEDIANS[name] for name in self.groups])
         self._jitter = 1e-10 * np.eye(len(records.values))
 
-    @property
-    def dimension(self) -> int:
-        """Unknowns, sizes of discrepancies, and the factor on the emulator's errors."""
-        return self.unknowns + len(self.groups) + (self.degrees is not None)
+    def subset(self, known: np.ndarray) -> "Posterior":
+        """That of some of the features, ``known`` (p,) of them."""
+        return Posterior(self.records.subset(known), self.emulator.subset(known), self.unknowns)
 
     def sizes(self, points: np.ndarray) -> np.ndarray:
         """(m, groups) logarithms of the discrepancies' sizes at points."""
-        return points[:, self.unknowns : self.unknowns + len(self.groups)]
+        return points[:, self.unknowns : -1]
 
     def model(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Mean (m, p) and covariance (m, p, p) of the measured features at points of unknowns and sizes."""
-        predicted = self.emulator(points[:, : self.unknowns])
-        discrepancy = np.einsum("mg,gpq->mpq", np.exp(2.0 * self.sizes(points)), self._shares)
-        emulated = predicted.covariance
-        if self.degrees is not None:
-            emulated = emulated * np.exp(points[:, -1])[:, None, None]
-        return predicted.mean, emulated + discrepancy + self.records.covariance + self._jitter
+        """Mean (m, p) and covariance (m, p, p) of the measured features at (m, dimension) points."""
+        mean = self.emulator.mean(points[:, : self.unknowns])
+        discrepancy = np.einsum("mg,gpq->mpq", np.exp(2.0 * self.sizes(points)), self.shares)
+        emulated = self.emulator.covariance * np.exp(points[:, -1])[:, None, None]
+        return mean, emulated + discrepancy + self.records.covariance + self._jitter
 
     def density(self, points: np.ndarray) -> np.ndarray:
         """(m,) logarithm of the posterior at (m, dimension) points; minus infinity outside the unit cube."""
@@ -128,36 +121,35 @@ class Posterior:
         position, sizes = points[:, : self.unknowns], self.sizes(points)
         inside = ((position >= 0) & (position <= 1)).all(axis=1)
         inside &= (np.abs(sizes - self.prior_middle) < 8 * SPREAD).all(axis=1)
-        if self.degrees is not None:
-            inside &= np.abs(points[:, -1]) < LARGEST_FACTOR
+        inside &= np.abs(points[:, -1]) < LARGEST_FACTOR
         if inside.any():
             mean, covariance = self.model(points[inside])
             lower = np.linalg.cholesky(covariance)
             residuals = np.linalg.solve(lower, (self.records.values - mean)[:, :, None])[:, :, 0]
             determinant = np.log(np.diagonal(lower, axis1=1, axis2=2)).sum(axis=1)
             prior = ((sizes[inside] - self.prior_middle) ** 2).sum(axis=1) / (2.0 * SPREAD**2)
-            if self.degrees is not None:  # the logarithm of an inverse gamma variate
-                factor = points[inside, -1]
-                prior = prior + 0.5 * self.degrees * (factor + np.exp(-factor))
+            factor = points[inside, -1]  # the logarithm of an inverse gamma variate
+            prior = prior + 0.5 * self.emulator.degrees * (factor + np.exp(-factor))
             log_density[inside] = -0.5 * (residuals**2).sum(axis=1) - determinant - prior
         return log_density
 
     def draw_prior(self, count: int, rng: np.random.Generator) -> np.ndarray:
         """(count, dimension) points of the prior."""
         sizes = self.prior_middle + SPREAD * rng.standard_normal((count, len(self.groups)))
-        points = np.column_stack([rng.uniform(size=(count, self.unknowns)), sizes])
-        if self.degrees is None:
-            return points
-        return np.column_stack([points, -np.log(rng.gamma(0.5 * self.degrees, 2.0 / self.degrees, count))])
+        points, degrees = rng.uniform(size=(count, self.unknowns)), self.emulator.degrees
+        return np.column_stack([points, sizes, -np.log(rng.gamma(0.5 * degrees, 2.0 / degrees, count))])
 
 
 class Draws(NamedTuple):
-    """Draws of a posterior: ``points`` (s, dimension), their log densities, and autocorrelation times (dimension,)."""
+    """Draws of a posterior: ``points`` (s, dimension), their log densities, and the share of steps that moved."""
 
     points: np.ndarray
     density: np.ndarray
-    times: np.ndarray
     acceptance: float
+
+    def thinned(self, count: int) -> np.ndarray:
+        """(count, dimension) points, evenly from the first to the last; all, if there are fewer."""
+        return self.points[np.linspace(0, len(self.points) - 1, min(count, len(self.points))).astype(int)]
 
 
 def sample(
@@ -170,7 +162,7 @@ def sample(
     Raises
     ------
     TrackdynError
-        The density is zero at all points of the prior.
+        The density is zero at all points of the prior, or no walker has moved.
     """
     with threadpool_limits(1):  # matrices so small lose by being shared out
         return _sample(posterior, steps, seed, progress, walkers, rounds)
@@ -184,30 +176,24 @@ def _sample(posterior: Posterior, steps: int, seed: int, progress: str, walkers:
         raise TrackdynError("no point of the ranges explains the records at all: the density is nowhere a number")
     # chances in proportion to a flattened density: several modes keep their walkers
     chance = np.exp((density - density.max()) / max(np.ptp(np.sort(density)[-4 * walkers :]) / 3.0, 1.0))
-    start = many[rng.choice(len(many), walkers, replace=False, p=chance / chance.sum())]
+    last = many[rng.choice(len(many), walkers, replace=False, p=chance / chance.sum())]
     moves = [(emcee.moves.DEMove(), 0.7), (emcee.moves.DESnookerMove(), 0.1), (emcee.moves.StretchMove(), 0.2)]
     sampler = emcee.EnsembleSampler(walkers, posterior.dimension, posterior.density, moves=moves, vectorize=True)
     sampler.random_state = np.random.RandomState(seed).get_state()
-    last = start
-    with tqdm(total=steps, disable=not progress, unit="step", desc=progress) as bar:
-        for round_ in range(rounds):
-            if round_:
-                bar.total += steps
-            for state in sampler.sample(last, iterations=steps):
-                last = state
-                bar.update()
-            discard = int(BURN * sampler.iteration)
-            chain = sampler.get_chain(discard=discard)
-            moved = np.ptp(chain, axis=0).all(axis=1)  # a walker that stays has no autocorrelation
-            if not moved.any():
-                raise TrackdynError(f"no walker has moved in {len(chain)} steps; use more steps")
-            times = emcee.autocorr.integrated_time(chain[:, moved], tol=0)
-            if moved.all() and len(chain) >= CHAIN_LENGTHS * times.max():
-                break
+    for _ in range(rounds):
+        last = sampler.run_mcmc(last, steps, progress=bool(progress), progress_kwargs={"desc": progress})
+        discard = int(BURN * sampler.iteration)
+        chain = sampler.get_chain(discard=discard)
+        moved = np.ptp(chain, axis=0).all(axis=1)  # a walker that stays has no autocorrelation
+        if not moved.any():
+            raise TrackdynError(f"no walker has moved in {len(chain)} steps; use more steps")
+        times = emcee.autocorr.integrated_time(chain[:, moved], tol=0)
+        if moved.all() and len(chain) >= CHAIN_LENGTHS * times.max():
+            break
     thin = max(int(np.min(times) / 2), 1)
     points = sampler.get_chain(discard=discard, thin=thin, flat=True)
     density = sampler.get_log_prob(discard=discard, thin=thin, flat=True)
-    return Draws(points, density, times, float(sampler.acceptance_fraction.mean()))
+    return Draws(points, density, float(sampler.acceptance_fraction.mean()))
 
 
 def contradicted(posterior: Posterior, points: np.ndarray) -> list[str]:
@@ -217,40 +203,32 @@ def contradicted(posterior: Posterior, points: np.ndarray) -> list[str]:
     return [group for group, low, high in zip(posterior.groups, least, most, strict=True) if low > high]
 
 
-def predict(
-    posterior: Posterior, left_out: MeasuredRecords, emulator: Emulates, draws: np.ndarray, seed: int = 0
-) -> np.ndarray:
-    """(draws, q) features of further records, given those of the posterior.
+def normal_draws(mean: np.ndarray, covariance: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """(m, p) draw from each of m normal distributions with the covariance (m, p, p)."""
+    return mean + (np.linalg.cholesky(covariance) @ rng.standard_normal((*mean.shape, 1)))[:, :, 0]
+
+
+def predict(joint: Posterior, known: np.ndarray, draws: np.ndarray, seed: int = 0) -> np.ndarray:
+    """(draws, q) features of further records, given those that are known.
 
     Parameters
     ----------
-    posterior : Posterior
-        Of the records that are known.
-    left_out : Records
-        The others, q features; their values are not looked at, their scatter is.
-    emulator : callable
-        Of the known records' features followed by those of the others.
+    joint : Posterior
+        Of all records; the values of the others are not looked at, their scatter is.
+    known : (p,) array of bool
+        Which of its features are known; q are not.
     draws : (s, dimension) array
-        Of the posterior.
+        Of the posterior of the known ones (`Posterior.subset`).
     """
-    known, rng = posterior.records, np.random.default_rng(seed)
-    both = MeasuredRecords(
-        known.features + left_out.features,
-        np.concatenate([known.record, left_out.record]),
-        np.concatenate([known.values, np.zeros_like(left_out.values)]),
-        block_diag(known.covariance, left_out.covariance),
-    )
-    count, names = len(known.values), groups_of(both.features)
-    joint = Posterior(both, emulator, posterior.unknowns)
+    posterior, rng = joint.subset(known), np.random.default_rng(seed)
     sizes = dict(zip(posterior.groups, posterior.sizes(draws).T, strict=True))
-    extra = [sizes.get(name, np.log(MEDIANS[name]) + SPREAD * rng.standard_normal(len(draws))) for name in names]
-    factor = [] if posterior.degrees is None else [draws[:, -1]]
+    extra = [sizes.get(name, np.log(MEDIANS[name]) + SPREAD * rng.standard_normal(len(draws))) for name in joint.groups]
     predictions = []
-    for draws_at_once in in_parts(np.column_stack([draws[:, : posterior.unknowns], *extra, *factor])):
+    for draws_at_once in in_parts(np.column_stack([draws[:, : joint.unknowns], *extra, draws[:, -1]])):
         mean, covariance = joint.model(draws_at_once)
-        gain = np.linalg.solve(covariance[:, :count, :count], covariance[:, :count, count:]).transpose(0, 2, 1)
-        middle = mean[:, count:] + (gain @ (known.values - mean[:, :count])[:, :, None])[:, :, 0]
-        left = covariance[:, count:, count:] - gain @ covariance[:, :count, count:]
-        lower = np.linalg.cholesky(0.5 * (left + left.transpose(0, 2, 1)))
-        predictions.append(middle + (lower @ rng.standard_normal((*middle.shape, 1)))[:, :, 0])
+        across = covariance[:, known][:, :, ~known]
+        gain = np.linalg.solve(covariance[:, known][:, :, known], across).transpose(0, 2, 1)
+        middle = mean[:, ~known] + (gain @ (posterior.records.values - mean[:, known])[:, :, None])[:, :, 0]
+        left = covariance[:, ~known][:, :, ~known] - gain @ across
+        predictions.append(normal_draws(middle, 0.5 * (left + left.transpose(0, 2, 1)), rng))
     return np.concatenate(predictions)

@@ -1,29 +1,17 @@
 """Pictures of an identification: the posterior of the unknowns, and records beside what is predicted of them."""
 
-from trackdyn.sweeps.snakemake_job import run_job
-
 from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
+from scipy.ndimage import gaussian_filter
 
-from laboratory.inference.identification.calibration import (
-    PRIOR,
-    CalibrationConfig,
-    calibrate,
-    histogram,
-    rank_band,
-)
 from laboratory.inference.unknowns import Unknown
-from replication.report.tables import write_captioned_table
-from trackdyn.files import write_csv
 from trackdyn.plots.style import (
     BLACK,
     BLUE,
     DASHES,
-    ORANGE,
     PAGE,
     SENSOR,
     SIMULATION,
@@ -31,12 +19,9 @@ from trackdyn.plots.style import (
     VERMILION,
     WIDTH,
     new_figure,
-    save,
     styled,
     thin,
 )
-from trackdyn.rig.validation import validated
-from trackdyn.rig.yaml_file import read_yaml
 
 CELLS = 30
 SMOOTHED, LEAST_CELLS = 1.3, 2.5  # cells: standard deviations of the smoothing, and of the draws that are smoothed
@@ -88,9 +73,7 @@ def _contours(ax, x, y) -> None:
         ax.plot(x, y, ".", color=BLUE, markersize=1, alpha=0.3)
         return
     heights, _, _ = np.histogram2d(x, y, bins=CELLS, range=[[0, 1], [0, 1]])
-    kernel = np.exp(-0.5 * (np.arange(-4, 5) / SMOOTHED) ** 2)
-    for axis in (0, 1):
-        heights = np.apply_along_axis(np.convolve, axis, heights, kernel / kernel.sum(), "same")
+    heights = gaussian_filter(heights, SMOOTHED, mode="constant")
     falling = np.sort(heights.ravel())[::-1]
     levels = [falling[np.searchsorted(np.cumsum(falling) / falling.sum(), mass)] for mass in MASSES]
     middle = (np.arange(CELLS) + 0.5) / CELLS
@@ -147,41 +130,3 @@ def spectra_figure(pairs: Sequence[tuple[str, float, np.ndarray, np.ndarray]], s
     axes[-1].set_xlabel("frequency (Hz)")
     axes[0].legend(loc="lower left", ncols=2)
     return figure
-
-
-@styled
-def rank_figure(ranks: pd.DataFrame, discrepancy: str) -> Figure:
-    """Truths by their ranks among the draws, with the band in which all bins lie at 95 % if ranks are uniform.
-
-    ``ranks`` as `identification.calibration.Calibration.ranks`; one panel an unknown or size of a discrepancy.
-    """
-    parts = list(ranks[ranks["discrepancy"] == discrepancy].groupby("parameter", sort=False))
-    columns = min(len(parts), 3)
-    lines = -(-len(parts) // columns)
-    figure = new_figure(1.9 * lines, PAGE)
-    axes = figure.subplots(lines, columns, squeeze=False, sharex=True, sharey=True)
-    for ax in axes.flat[len(parts) :]:
-        ax.set_axis_off()
-    for ax, (name, rows) in zip(axes.flat, parts, strict=False):
-        counts = histogram(rows)
-        low, high = rank_band(len(rows), len(counts))
-        ax.set_title(name, fontsize=SMALL)
-        ax.xaxis.set_major_locator(MaxNLocator(3))
-        ax.fill_between([0, 1], low, high, color=ORANGE, alpha=0.3, linewidth=0)
-        ax.axhline(len(rows) / len(counts), color=BLACK, linewidth=0.6, linestyle="-")
-        ax.stairs(counts, np.linspace(0, 1, len(counts) + 1), color=BLUE)
-        ax.set_ylim(bottom=0)
-    figure.supxlabel("rank of the true value", fontsize="medium")
-    figure.supylabel("cases", fontsize="medium")
-    return figure
-
-
-@run_job
-def main(job) -> None:
-    """Rule `calibration`."""
-    config, out = validated(CalibrationConfig, read_yaml(job.input.config), job.input.config), job.output
-    result = calibrate(config, job.params.store, job.threads)
-    write_csv(out.csv, result.covered)
-    write_csv(out.ranks, result.ranks)
-    write_captioned_table(result.summary, out.summary, "How often intervals of `trackdyn identify` hold the truth.")
-    save(rank_figure(result.ranks, PRIOR), out.rank_figures[0])

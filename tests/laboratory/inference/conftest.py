@@ -7,13 +7,13 @@ from laboratory.inference.identification import experiment
 from trackdyn.scene.scene import Periods
 
 
-def closed_form_ay(rig, speed, turns, starts=None, begin=0.0):
+def closed_form_ay(rig, speed, turns, starts=None):
     """ay in g: the turn of the loop, pitches whose first and second harmonic tell stiffness and tension, a ring that
     tells damping.
     """
     period = Periods.at(rig, speed.rpm).loop
     rate = speed.rate / speed.every
-    phase = 2 * np.pi * np.arange(int(turns * period * rate) + 2) / rate / period + 2 * np.pi * begin
+    phase = 2 * np.pi * np.arange(int(turns * period * rate) + 2) / rate / period
     stiff, tight = np.log(rig.bushing.stiffness / 600), np.log(rig.tension.pre_tension / 5000)
     damped = np.log(rig.bushing.loss_factor / 0.125)
     pitches = rig.chain.pitches

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.stats import qmc
 
-from laboratory.inference.identification.emulation import FeatureEmulator
+from laboratory.inference.identification.emulation import fitted_emulator
 
 
 def points(count, d, seed=1):
@@ -18,7 +18,7 @@ def test_errors_are_as_large_as_the_noise_of_simulations():
     """Two inputs of four matter, noise has a variance of 0.04: that is promised, and half as much again at most."""
     rng, x = np.random.default_rng(3), points(200, 4)
     y = bent(x)[:, None] + rng.normal(0, 0.2, (200, 2))
-    variances = np.diagonal(FeatureEmulator(x, y, np.ones(2))(points(1, 4, seed=2)).covariance[0])
+    variances = np.diagonal(fitted_emulator(x, y, np.ones(2)).covariance)
     assert (variances > 0.02).all()
     assert (variances < 0.06).all()
 
@@ -29,7 +29,7 @@ def test_errors_count_where_the_last_simulations_are():
     x = np.concatenate([rng.uniform(0.5, 1.0, (64, 1)), rng.uniform(0.0, 0.5, (64, 1))])
     y = np.column_stack([np.sin(3 * x[:, 0]), np.cos(3 * x[:, 0])])
     y[:64] += rng.normal(0, 0.3, (64, 2))
-    everywhere, there = (np.trace(FeatureEmulator(x, y, np.ones(2), last)([[0.2]]).covariance[0]) for last in (0, 64))
+    everywhere, there = (np.trace(fitted_emulator(x, y, np.ones(2), last).covariance) for last in (0, 64))
     assert there < everywhere / 3
 
 
@@ -46,10 +46,11 @@ def test_errors_that_look_like_another_value_of_an_unknown_are_promised():
         return np.exp(-0.5 * (away / 0.12) ** 2)
 
     x, unseen = qmc.Sobol(1, seed=1).random(64), rng.uniform(0.02, 0.98, (300, 1))
-    emulator = FeatureEmulator(x, simulated(x), np.full(16, 0.1))
-    mean, covariance = emulator(unseen)
-    slope = emulator(unseen + 0.01).mean - emulator(unseen - 0.01).mean
-    weight = np.linalg.solve(covariance, slope[:, :, None])[:, :, 0]
-    standard = (weight * (simulated(unseen) - mean)).sum(axis=1) / np.sqrt((weight * slope).sum(axis=1))
+    emulator = fitted_emulator(x, simulated(x), np.full(16, 0.1))
+    slope = emulator.mean(unseen + 0.01) - emulator.mean(unseen - 0.01)
+    weight = np.linalg.solve(emulator.covariance, slope.T).T
+    standard = (weight * (simulated(unseen) - emulator.mean(unseen))).sum(axis=1) / np.sqrt(
+        (weight * slope).sum(axis=1)
+    )
     inside = (abs(standard) < 1.645).mean()
     assert 0.8 < inside < 0.97  # 90 %, learnt from 64 points: three standard deviations of both samples

@@ -9,7 +9,6 @@ from laboratory.inference.identification.features import (
     features,
     features_of,
     turn_statistics,
-    turns_of,
 )
 from trackdyn.errors import InputError
 
@@ -71,5 +70,3 @@ def test_a_short_record_is_refused():
     statistics = turn_statistics(played(3), RATE, PERIOD, PITCHES)
     with pytest.raises(InputError, match="3 whole turns of the loop; at least 4 are needed"):
         covariance(statistics, RATE)
-    with pytest.raises(InputError, match="holds no turn"):
-        turns_of(np.zeros(100), RATE, PERIOD)

@@ -71,8 +71,8 @@ def test_resuming_simulates_nothing_twice_and_says_the_same(folder, unpainted, m
     said = run_command("identify", *words)
     assert said.code == 1 and "--out identified already exists; use --resume to go on" in said.err
     counted = []
-    compute = experiment._statistics
-    monkeypatch.setattr(experiment, "_statistics", lambda **task: counted.append(task) or compute(**task))
+    compute = experiment.run_rig
+    monkeypatch.setattr(experiment, "run_rig", lambda **task: counted.append(task) or compute(**task))
     assert run_command("identify", *words, "--resume").code == 0
     assert not counted
     assert (folder / "identified" / "draws.csv").read_bytes() == first
