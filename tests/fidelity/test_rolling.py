@@ -110,20 +110,12 @@ def test_a_belt_over_a_wheel_pulls_harder_by_the_arm_times_the_load_over_the_rad
     assert added == pytest.approx(ARM * load / radius, rel=0.02)
 
 
-def test_a_rig_of_before_says_what_it_lacks_or_which_law_it_has(rig, tmp_path):
-    """A wheel with a bearing drag alone is not left without any; a rig that says viscous is, and so is its scene."""
-    wheels = "wheels:\n  source: measured\n  idler: {x: -1.05 m, y: 0.0 m, radius: 0.28 m, inertia: 3.0 kg m2%s}\n"
-    law = "drag: {value: viscous, unit: name, kind: assumed, source: as it was}\n"
-    path = tmp_path / "old.yaml"
-    path.write_text("like: bench\n" + wheels % ", bearing_drag: 10.0 N m s/rad", encoding="utf-8")
-    old = load_rig(path)
-    assert not {"rolling_arm", "seal_drag"} & set(old.model_dump()["wheels"]["idler"])
+def test_a_wheel_with_a_bearing_drag_alone_is_not_left_without_any(rig):
+    bare = rig.changed(idler__rolling_arm=0.0, idler__seal_drag=0.0, idler__bearing_drag=10.0)
     with pytest.raises(InputError, match=r"drag = 'rolling': wheel idler .*rolling_arm.*'viscous'"):
-        Scene(old, 30.0, drag="rolling", step=1e-6)
-    assert Scene(old, 30.0, drag="viscous", step=1e-6).model.wheels.drag[IDLER] == 10.0
-    path.write_text(path.read_text(encoding="utf-8") + law, encoding="utf-8")
-    assert Scene(load_rig(path), 30.0, step=1e-6).drag == "viscous"
-    path.write_text("like: bench\n" + wheels % "", encoding="utf-8")  # a wheel without any loss is one
-    assert not Scene(load_rig(path), 30.0, drag="rolling", step=1e-6).model.wheels.rolling[IDLER]
+        Scene(bare, 30.0, drag="rolling")
+    assert Scene(bare, 30.0, drag="viscous").model.wheels.drag[IDLER] == 10.0
+    lossless = bare.changed(idler__bearing_drag=0.0, idler__bearing_torque=0.0)
+    assert not Scene(lossless, 30.0, drag="rolling").model.wheels.rolling[IDLER]
     with pytest.raises(InputError, match=r"idler\.rolling_arm"):
         rig.changed(idler__rolling_arm=-0.001)

@@ -53,7 +53,7 @@ def settle(scene: Scene, loops: "SettledLoops | None" = None) -> Start:
     """
     if scene.loop == "free":
         return _spinning_loop(scene)
-    return _start(scene, loops.at_rest(scene) if loops else _rested(scene, lambda divisor: tensioned(scene, divisor)))
+    return _start(scene, (loops or SettledLoops(kept=0)).at_rest(scene))
 
 
 def tension_words(scene: Scene, layout: dict[str, float]) -> str:
@@ -81,50 +81,46 @@ class SettledLoops:
         self._settled: dict[str, TensionedLoop] = {}
 
     def at_rest(self, scene: Scene) -> TensionedLoop:
-        """The loop of a scene at rest; it may be used up."""
+        """The loop of a scene at rest, with half the step, or less, if it does not come to rest; it may be used up.
+
+        Raises `InputError`: the tension cannot be set, or the loop does not come to rest or mesh.
+        """
         # the step of the settling heeds the step limits, and they the speed and the ring
         settings = {name: value for name, value in scene.describe().items() if name not in LATER}
         settings |= {"step": scene.time_step, "settling_step": settling_step(scene, scene.rig.tension.pre_tension)}
         ring = settings.pop("ring_radius")
         common = json.dumps(settings, sort_keys=True)
 
-        def tensioned_loop(divisor: float) -> TensionedLoop:
-            return self._copy(self._tensioned, f"{divisor} {common}", lambda: tensioned(scene, divisor))
+        def rested(divisor: float) -> TensionedLoop:
+            loop = self._copy(self._tensioned, f"{divisor} {common}", lambda: tensioned(scene, divisor))
+            loop.scene = scene
+            if scene.tension in CARRIED:
+                loop.release_carriers()
+            if scene.ring_radius != loop.reference:
+                loop.change_ring(scene.ring_radius)
+                if scene.tension != "retensioned":
+                    loop.rest(0.2)
+                elif not loop.set_tension():
+                    raise loop.refusal()
+            loop.come_to_rest()
+            loop.check_meshing()
+            return loop
 
-        return self._copy(self._settled, f"{ring!r} {common}", lambda: _rested(scene, tensioned_loop))
+        def first_rested() -> TensionedLoop:
+            step = settling_step(scene, scene.rig.tension.pre_tension, scene.time_step)
+            finer = [2.0**k for k in range(1, HALVINGS + 1) if step / 2**k >= LEAST_SETTLING_STEP]
+            return first_that_runs([1.0, *finer], rested, (DivergenceError, Restless))
+
+        return self._copy(self._settled, f"{ring!r} {common}", first_rested)
 
     def _copy(self, stored: dict[str, TensionedLoop], key: str, make: Callable[[], TensionedLoop]) -> TensionedLoop:
         loop = stored.pop(key) if key in stored else make()
+        if not self.kept:
+            return loop
         stored[key] = loop  # the last one used is the last to go
         if len(stored) > self.kept:
             del stored[next(iter(stored))]
         return copy.deepcopy(loop)
-
-
-def _rested(scene: Scene, tensioned_loop: Callable[[float], TensionedLoop]) -> TensionedLoop:
-    """The loop at rest with the scene's ring; with half the step, or less, if it does not come to rest.
-
-    Raises `InputError`: the tension cannot be set, or the loop does not come to rest or mesh.
-    """
-
-    def rested(divisor: float) -> TensionedLoop:
-        loop = tensioned_loop(divisor)
-        loop.scene = scene
-        if scene.tension in CARRIED:
-            loop.release_carriers()
-        if scene.ring_radius != loop.reference:
-            loop.change_ring(scene.ring_radius)
-            if scene.tension != "retensioned":
-                loop.rest(0.2)
-            elif not loop.set_tension():
-                raise loop.refusal()
-        loop.come_to_rest()
-        loop.check_meshing()
-        return loop
-
-    step = settling_step(scene, scene.rig.tension.pre_tension, scene.time_step)
-    finer = [2.0**k for k in range(1, HALVINGS + 1) if step / 2**k >= LEAST_SETTLING_STEP]
-    return first_that_runs([1.0, *finer], rested, (DivergenceError, Restless))
 
 
 def _start(scene: Scene, settled: TensionedLoop) -> Start:
