@@ -32,46 +32,49 @@ def write(path, content):
 
 CLEAN = "\n".join([HEADER, *rows()]) + "\n"
 
+BARE = "\n".join(rows()) + "\n"
+AY = [1.0, 1.01, 1.02, 1.03, 1.04, 1.05]
+
+
+def raw(header, values):
+    """A file of counts at 1 kHz."""
+    return header + "\n" + "".join(f"{k / 1000:.3f},0,{value},7\n" for k, value in enumerate(values))
+
+
+def wave(lines):
+    """A file at 1 kHz whose rows are functions of their numbers."""
+    return HEADER + "\n" + "".join(lines)
+
+
+# contents, and words of the sentence that refuses them
 DEFECTS = {
     "empty": ("", ("empty", HEADER)),
     "comments only": ("# made by hand\n", ("comments only", HEADER)),
-    "no rows": (HEADER + "\n", ("0 data rows", "at least 2")),
     "one row": (HEADER + "\n0.000,0,1,0\n", ("1 data rows", "at least 2")),
-    "another header": (changed(5, HEADER), ("t_s in line 5", "remove the line")),
-    "no header": ("\n".join(rows()) + "\n", ("line 1", "numbers", "--axis ay=3")),
+    "no header": (BARE, ("line 1", "numbers", "--axis ay=3")),
     "one name too few": (CLEAN.replace(",az_g", ""), ("line 2", "4 fields", "3 names", "'ay_g'")),
-    "one name too many": (changed(1, HEADER + ",temp_c"), ("line 2", "4 fields", "temp_c")),
     "no unit": (changed(1, "t_s,ax_g,ay,az_g"), ("'ay'", "does not say its unit", "m/s2")),
     "another unit": (changed(1, "t_s,ax_g,ay (N),az_g"), ("'ay (N)'", "'n'", "m/s2")),
     "another unit of time": (changed(1, "t (min),ax_g,ay_g,az_g"), ("'t (min)'", "'min'", "--time none --rate HZ")),
+    "counts": (raw("t_s,ax,ay (counts),az", [1, 2, 3]), ("the unit 'counts'", "--scale", "--range and --bits")),
     "no ay": (changed(1, "t_s,ax_g,channel2,az_g"), ("no column for ay", "'channel2'", "--axis ay=NAME")),
     "gravity taken out": (changed(1, "t_s,ax_g,Linear Acceleration y (g),az_g"), ("no column for ay", "Linear")),
     "two of a name": (changed(1, "t_s,ax_g,ay_g,AY (g)"), ("columns 3 ('ay_g') and 4 ('AY (g)')", "--axis ay=#3")),
     "no time": (changed(1, "n,ax_g,ay_g,az_g"), ("no column of time", "'n'", "--time none --rate HZ")),
     "truncated last line": (changed(7, "0.005,0.1"), ("line 7", "2 fields", "ay_g")),
-    "short line inside": (changed(4, "0.002,0.1,1.0"), ("line 4", "3 fields", "az_g")),
     "short and long line": (
         changed(4, "0.002,0.1,1.0").replace("0.003,", "0.003,0.1,"),
         ("line 4", "3 fields", "has 4", "complete"),
     ),
-    "long line": (changed(4, "0.002,0.1,1.0,0.0,7"), ("line 4", "5 fields")),
     "empty line": (changed(4, ""), ("line 4", "empty")),
     "empty field": (changed(4, "0.002,,1.0,0.0"), ("ax_g", "line 4", "''", "finite")),
     "text": (changed(5, "0.003,0.1,abc,0.0"), ("ay_g", "line 5", "'abc'", "finite number")),
-    "exponent without digits": (changed(5, "0.003,1e,1.0,0.0"), ("ax_g", "line 5", "'1e'")),
     "hexadecimal": (changed(5, "0.003,0x1,1.0,0.0"), ("ax_g", "line 5", "'0x1'")),
     "comment among the rows": (changed(5, "# 0.003: shock"), ("line 5", "comment", "remove")),
-    "zero byte": (changed(5, "0.003,0.1\x00,1.0,0.0"), ("ax_g", "line 5", "finite number")),
-    "comment behind a row": (changed(5, "0.003,0.1,1.0,0.0 # shock"), ("az_g", "line 5", "finite number")),
     "nan": (changed(5, "0.003,0.1,1.0,NaN"), ("az_g", "line 5", "'NaN'", "finite")),
-    "inf": (changed(5, "0.003,-inf,1.0,0.0"), ("ax_g", "line 5", "'-inf'", "finite")),
     "overflow": (changed(5, "0.003,1e999,1.0,0.0"), ("ax_g", "line 5", "'1e999'", "finite")),
     "semicolons below a good header": (changed(2, "0.000;0.1;1.0;0.0"), ("line 2", "1 fields between commas")),
-    "semicolons in one row": (changed(4, "0.002;0.1;1.0;0.0"), ("line 4", "1 fields between commas")),
-    "decimal commas between commas": (
-        HEADER + "\n" + "".join(r.replace(".", ",") + "\n" for r in rows()),
-        ("line 2", "8 fields", "decimal commas"),
-    ),
+    "decimal commas between commas": (wave(r.replace(".", ",") + "\n" for r in rows()), ("8 fields", "decimal commas")),
     "points among decimal commas": (
         changed(5, "0.003,0.1,1.0,0.0").replace(",", ";").replace(".", ",").replace("0,003;0,1", "0,003;0.1"),
         ("ax_g", "line 5", "'0.1'", "decimal comma"),
@@ -80,41 +83,23 @@ DEFECTS = {
         "t_ms;ax_mg;ay_mg;az_mg\n" + "".join(f"{k};12;1,0{k}0;7\n" for k in range(6)),
         ("'1,000'", "thousands"),
     ),
-    "gap": (
-        HEADER + "\n" + "\n".join(rows()[:3] + rows()[4:]) + "\n",
-        ("line 5", "0.002 s apart", "missing", "--from"),
-    ),
-    "wide gap": (
-        HEADER + "\n" + "\n".join(rows(60)[:30] + rows(60)[40:]) + "\n",
-        ("gap", "line 32", "0.029", "0.04 s"),
-    ),
+    "gap": ("\n".join([HEADER, *rows()[:3], *rows()[4:]]), ("line 5", "0.002 s apart", "missing", "--from")),
+    "wide gap": ("\n".join([HEADER, *rows(60)[:30], *rows(60)[40:]]), ("gap", "line 32", "0.029", "0.04 s")),
     "step too short": (changed(5, "0.0023,0.1,1.0,0.0"), ("line 6", "apart", "--resample")),
-    "too slow": (
-        "\n".join([HEADER, *rows(step=0.02)]) + "\n",
-        ("t_s", "50 rows a second", "100 to 1,000,000", "--rate"),
-    ),
-    "too coarse": (
-        HEADER + "\n" + "".join(f"{0.001 * (k // 4):.3f},0,{k},0\n" for k in range(16)),
-        ("0.001 s", "coarse", "--time none"),
-    ),
-    "drifting rate": (
-        HEADER + "\n" + "".join(f"{0.001 * k + 4e-8 * k * k:.7f},0,{k % 9},0\n" for k in range(900)),
-        ("s apart", "mean"),
-    ),
+    "too slow": ("\n".join([HEADER, *rows(step=0.02)]), ("t_s", "50 rows a second", "100 to 1,000,000", "--rate")),
+    "too coarse": (wave(f"{0.001 * (k // 4):.3f},0,{k},0\n" for k in range(16)), ("0.001 s", "coarse", "--time none")),
+    "drifting rate": (wave(f"{0.001 * k + 4e-8 * k * k:.7f},0,{k % 9},0\n" for k in range(900)), ("s apart", "mean")),
     "time stands": (changed(5, "0.002,0.1,1.0,0.0"), ("line 5", "0 s apart", "no two are equal")),
     "time falls": (changed(5, "0.001,0.1,1.0,0.0"), ("line 5", "0.001 s before", "sort")),
-    "beyond the range": (changed(5, "0.003,0.1,-20.5,0.0"), ("ay_g", "line 5", "-20.5", "20 g", "--range")),
-    "constant": (
-        HEADER + "\n" + "".join(f"{0.001 * k:.3f},0.1,0.98,0\n" for k in range(9)),
-        ("'ay_g'", "0.98 in every row"),
-    ),
-    "clipped": (
-        HEADER + "\n" + "".join(f"{0.001 * k:.3f},0,{20 if k % 2 else -20},0\n" for k in range(9)),
-        ("9 of 9 rows", "20 g", "--range"),
-    ),
-    "just beyond the range": (changed(5, "0.003,0.1,1.0,20.0021"), ("az_g", "line 5", "20.0021", "20 g")),
+    "just beyond the range": (changed(5, "0.003,0.1,1.0,20.0021"), ("az_g", "line 5", "20.0021", "20 g", "--range")),
+    "constant": (wave(f"{0.001 * k:.3f},0.1,0.98,0\n" for k in range(9)), ("'ay_g'", "0.98 in every row")),
+    "clipped": (wave(f"{0.001 * k:.3f},0,{20 if k % 2 else -20},0\n" for k in range(9)), ("9 of 9 rows", "--range")),
     "late bad byte": (CLEAN.encode() + b"\x80", ("line 8", "1 fields")),
     "half of a double byte": (CLEAN.encode("utf-16")[:-1], ("--axis ay=NAME",)),
+    "a spreadsheet": (b"PK\x03\x04" + bytes(100), ("an archive or a spreadsheet",)),
+    "a database": (b"SQLite format 3\0", ("SQLite", "MDF", "Parquet")),
+    "EDF": (b"0".ljust(8) + b"X X X X".ljust(1000) + bytes(900), ("EDF", "MDF", "Parquet")),
+    "binary data": (np.arange(500, dtype="<i2").tobytes(), ("binary data",)),
 }
 
 
@@ -135,7 +120,7 @@ def test_defect_is_refused_in_one_sentence(name, tmp_path):
     refused(write(tmp_path / "record.csv", content), words)
 
 
-@pytest.mark.parametrize("name", ["text", "nan", "gap", "beyond the range", "truncated last line"])
+@pytest.mark.parametrize("name", ["text", "gap", "truncated last line"])
 def test_line_numbers_count_comments_and_survive_foreign_newlines(name, tmp_path):
     content, words = DEFECTS[name]
     number = next(word for word in words if word.startswith("line"))
@@ -160,14 +145,10 @@ def test_senseless_options_are_refused(options, tmp_path):
 @pytest.mark.parametrize(
     "content",
     [
-        CLEAN,
-        CLEAN.rstrip("\n"),
         CLEAN + "\n\n",
-        CLEAN.replace("\n", "\r\n"),
         CLEAN.replace("\n", "\r"),
         "# one\n# two, with commas; and more\n" + CLEAN,
         b"\xef\xbb\xbf" + CLEAN.encode(),
-        CLEAN.replace("\n0.003,", "\n 0.003, "),
         CLEAN.encode("utf-16"),
         b"# B\xfcro\n" + CLEAN.encode(),
         CLEAN.replace("0.003,0.1000", '0.003,"0.1"'),
@@ -177,11 +158,9 @@ def test_senseless_options_are_refused(options, tmp_path):
         CLEAN.replace(HEADER, "t,ax,ay,az\ns,g,g,g"),
         CLEAN.replace(HEADER, "Time (s),Acceleration x (g),Acceleration y (g),Acceleration z (g)"),
         CLEAN.replace("\n", ",\n"),
-        CLEAN.replace("000\n", "000,\n"),
         CLEAN + "# end of record\n\n#\n",
         CLEAN + "\x1a",
         CLEAN.replace(",", ";"),
-        CLEAN.replace(",", "\t"),
         CLEAN.replace(",", " "),
         CLEAN.replace(",", ";").replace(".", ","),
         CLEAN.replace(",", "\t").replace(".", ","),
@@ -244,22 +223,6 @@ def test_unusable_arrays_are_not_written(columns, word, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-UNITS = {"gn": "g", "m/(s^2)": "m/s2", "cm/s^2": "cm/s2", "Gal": "cm/s2"}  # as the command has them
-
-
-@pytest.mark.parametrize(
-    ("unit", "of_g"),
-    [("gn", 1.0), ("mg", 1e3), ("m/s2", 9.81), ("m/(s^2)", 9.81), ("cm/s^2", 981.0), ("Gal", 981.0), ("mm/s2", 9810.0)],
-)
-def test_every_unit_of_acceleration_is_read(unit, of_g, tmp_path):
-    text = f"t_s,ay ({unit})\n" + "".join(f"{k / 1000:.3f},{(1 + 0.01 * k) * of_g:.6f}\n" for k in range(6))
-    path = write(tmp_path / "record.csv", text)
-    np.testing.assert_allclose(read_sensor_csv(path).ay_g, AY, rtol=1e-6)
-    stated = SensorMapping(unit=UNITS.get(unit, unit))
-    path.write_text(text.replace(f" ({unit})", ""), encoding="utf-8")
-    np.testing.assert_allclose(read_sensor_csv(path, stated).ay_g, AY, rtol=1e-6)
-
-
 def test_a_large_file_is_refused_at_once(tmp_path, monkeypatch):
     monkeypatch.setattr(logger_files, "MOST_BYTES", 100)
     refused(write(tmp_path / "record.csv", CLEAN), ["more than 0 MB"])
@@ -288,48 +251,74 @@ def test_columns_are_chosen_with_a_sign(tmp_path):
     assert "in counts of 1/100 g as stated, not in mv as the file says" in record.done["columns"]
 
 
-BARE = "\n".join(rows()) + "\n"
+def by(time, ay, **more):
+    """Options that choose columns."""
+    return {"time": time, "axes": {"ay": ay}, "unit": "g"} | more
+
+
 CLEAR = BARE.replace(",", ";").replace(".", ",")
 DATED = "".join(f"2024-05-01 10:00:00.{k:03d},0.1,{1 + 0.01 * k:.2f}\n" for k in range(6))
-AY = [1.0, 1.01, 1.02, 1.03, 1.04, 1.05]
-# (text, columns, their name if there is one): the right column is read, whichever rows hold the number itself
-BY_NUMBER = {
-    "rows": (BARE, "1 3", None),
-    "turned": (BARE, "1 -3", None),
-    "a row that holds the numbers": (BARE.replace("0.1000", "3", 4), "1 3", None),
-    "sequence numbers": ("".join(f"{k},{3 - k},{1 + 0.01 * k:.2f}\n" for k in range(6)), "1 3", None),
-    "exponents": ("".join(f"{k / 1000:.3E} -1E-1 {1 + 0.01 * k:.3E}\n" for k in range(6)), "1 3", None),
-    "tabs": (BARE.replace(",", "\t"), "1 3", None),
-    "semicolons and decimal commas": (CLEAR, "1 3", None),
-    "blanks and decimal commas": (CLEAR.replace(";", " "), "1 3", None),
-    "dates": (DATED, "1 3", None),
-    "dates that are not used": (DATED, "none 3", None),
-    "times of day": (DATED.replace("2024-05-01 ", ""), "1 3", None),
-    "comments": ("# made by hand\n# a,b\n" + BARE, "1 3", None),
-    "a preamble of numbers": ("1000\n" + BARE, "1 3", None),
-    "names below a preamble of numbers": ("1000\n4 8\nt,x,y,z\n" + BARE, "1 3", "y"),
-    "a header with more names": (";Headers,t,x,y,z\n" + BARE, "1 3", None),
-    "names": ("t,x,y,z\n" + BARE, "1 3", "y"),
-    "a name and a number": ("a,b,c,d\nClock,x,y,z\n" + BARE, "clock 3", "y"),
-    "equal names": ("t,a,a,a\n" + BARE, "1 3", "a"),
-    "names that are numbers": ("t,1,2,3\n" + BARE, "#1 #3", "2"),
-    "names of a table of pandas": (",0,1,2\n" + BARE, "#1 #3", "1"),
-    "two sensors": ("".join(f"{row},9,{row}\n" for row in rows()), "6 8", None),
-    "remarks": ("".join(f"{row},{'shock' * (k == 2)}\n" for k, row in enumerate(rows())), "1 3", None),
-    "a defect in a column that is not used": (BARE.replace("-0.2000", "ERR", 1), "1 3", None),
+LEVELS = "".join(f"{k},{512 + round(68 * (1 + 0.01 * k))},{500 + k}\n" for k in range(6))
+MONITOR = "".join(f"10:00:00.{k:03d} -> {1 + k / 100},{k}\n" for k in range(6))
+UNITS = {
+    "gn": ("g", 1.0),
+    "mg": ("mg", 1e3),
+    "m/(s^2)": ("m/s2", 9.81),
+    "Gal": ("cm/s2", 981.0),
+    "mm/s2": ("mm/s2", 9810.0),
 }
+BY_UNIT = {unit: "".join(f"{k},{(1 + 0.01 * k) * of_g:.6f}\n" for k in range(6)) for unit, (_, of_g) in UNITS.items()}
+# files of AY, the options that they need, and words on how they are read
+FORMS = {
+    **{f"in {unit}": (f"t_ms,ay ({unit})\n{text}", {}, ()) for unit, text in BY_UNIT.items()},
+    **{f"stated {unit}": (f"t_ms,ay\n{text}", {"unit": UNITS[unit][0]}, ()) for unit, text in BY_UNIT.items()},
+    # columns by number, whichever rows hold the number itself
+    "a row that holds the numbers": (BARE.replace("0.1000", "3", 4), by("1", "3"), ["column 3 in g, first value 1"]),
+    "sequence numbers": ("".join(f"{k},{3 - k},{1 + 0.01 * k:.2f}\n" for k in range(6)), by("1", "3"), ()),
+    "exponents": ("".join(f"{k / 1000:.3E} -1E-1 {1 + 0.01 * k:.3E}\n" for k in range(6)), by("1", "3"), ()),
+    "blanks and decimal commas": (CLEAR.replace(";", " "), by("1", "3"), ()),
+    "dates": (DATED, by("1", "3"), ()),
+    "dates that are not used": (DATED, by("none", "3", rate=1000), ["rows counted"]),
+    "names below a preamble of numbers": ("1000\n4 8\nt,x,y,z\n" + BARE, by("1", "3"), ["column 3 'y'"]),
+    "a header with more names": (";Headers,t,x,y,z\n" + BARE, by("1", "3"), ["column 3 in g"]),
+    "names": ("t,x,y,z\n" + BARE, by("1", "3"), ["column 3 'y'"]),
+    "a name and a number": ("a,b,c,d\nClock,x,y,z\n" + BARE, by("clock", "3"), ["column 3 'y'"]),
+    "names that are numbers": ("t,1,2,3\n" + BARE, by("#1", "#3"), ["column 3 '2'"]),
+    "names of a table of pandas": (",0,1,2\n" + BARE, by("#1", "#3"), ["column 3 '1'"]),
+    "two sensors": ("".join(f"{row},9,{row}\n" for row in rows()), by("6", "8"), ()),
+    "remarks": ("".join(f"{row},{'shock' * (k == 2)}\n" for k, row in enumerate(rows())), by("1", "3"), ()),
+    "a defect in a column that is not used": (BARE.replace("-0.2000", "ERR", 1), by("1", "3"), ()),
+    "two lines of names": ("x-axis,1,2\nsecond,Volt,Volt\n" + BARE, by("#1", "#3"), ()),
+    "zero of an axis": ("t_ms,ay,ax\n" + LEVELS, {"scale": 68, "zero": {"ay": 512}}, ()),
+    "zero of bits": ("t_ms,ay,ax\n" + LEVELS, {"bits": 10, "range": 512 / 68, "zero": 512}, ()),
+    "zero, turned": (
+        "t_ms,up,x\n" + LEVELS.replace(",5", ",-5"), {"axes": {"ay": "-up"}, "scale": 68, "zero": -512}, (),
+    ),
+    "zero in g": ("t_ms,ay (g)\n" + "".join(f"{k},{1.5 + 0.01 * k}\n" for k in range(6)), {"zero": 0.5}, ()),
+    "exponents with D": ("t_s,ay_g\n" + "".join(f"{k}.D-3,{100 + k}.d-2\n" for k in range(6)), {}, ()),
+    "sections": ("[names]\nt_s ax_g ay_g az_g\n\n[data]\n" + BARE.replace(",", " "), {}, ()),
+    "a serial monitor": (MONITOR, by("3", "1"), ()),
+    "a monitor's brackets": (
+        "".join(f"[10:00:00.{k:03d}] {1 + k / 100}\t{k}\n" for k in range(6)), by("none", "1", rate=1000), ()
+    ),
+    "a monitor with names": ("10:00:00.000 -> ay_g,t_ms\n" + MONITOR, {}, ()),
+    "words below a blank line": (CLEAN + "\n\nSamples recorded: six; device off\n", {}, ["left out: 'Samples"]),
+    "comments behind semicolons": (CLEAN.replace(HEADER, ";A logger\n;Headers, t_s,ax_g,ay_g,az_g"), {}, ()),
+    "Japanese": (
+        ("\u6642\u9593(s),X(g),\u52a0\u901f\u5ea6Y(g),Z(g)\n" + BARE).encode("cp932"),
+        {"time": "#1", "axes": {"ay": "#3"}}, (),
+    ),
+}  # fmt: skip
 
 
-@pytest.mark.parametrize("name", BY_NUMBER)
-def test_a_number_is_the_position_of_a_column(name, tmp_path):
-    text, columns, named = BY_NUMBER[name]
-    time, ay = columns.split()
-    mapping = SensorMapping(time=time, rate=1000, axes={"ay": ay}, unit="g")
-    record = read_sensor_csv(write(tmp_path / "record.csv", text), mapping)
-    sign, position = -1 if ay[0] == "-" else 1, ay.strip("-#")
-    np.testing.assert_allclose(record.ay_g, sign * np.array(AY), rtol=1e-15)
-    said = f"{'-' * (sign < 0)}column {position}{f' {named!r}' if named else ''} in g, first value 1"
-    assert f"ay = {said}" in record.done["columns"].replace("1,0", "1.0")
+@pytest.mark.parametrize("name", FORMS)
+def test_other_forms_are_read(name, tmp_path):
+    text, options, words = FORMS[name]
+    record = read_sensor_csv(write(tmp_path / "record.csv", text), load_mapping(**options))
+    np.testing.assert_allclose(record.ay_g, AY, atol=0.5 / 68 if "zero" in name else 1e-6)
+    assert record.rate_hz == pytest.approx(1000)
+    said = "; ".join(record.done.values())
+    assert all(word in said for word in words) and ("left out" in said) == ("words below" in name), said
 
 
 @pytest.mark.parametrize(
@@ -340,23 +329,17 @@ def test_a_number_is_the_position_of_a_column(name, tmp_path):
         ("1,2,3,4\nt,x,y,z\n" + BARE, "1 3", ("field 3 in line 2 is 'y'", "remove the line")),
         (BARE[:28] + "t_s,ax_g,ay_g,az_g\n" + BARE[28:], "t_s ay_g", ("line 1 holds numbers", "line 2")),
         (BARE.replace("1.0000", "abc"), "1 3", ("field 3 in line 1 is 'abc'",)),
-        (BARE.replace("1.0100", ""), "1 3", ("field 3 in line 2 is ''",)),
         ("Device;7\n" + "".join(f"{k};{1 + 0.01 * k}\n" for k in range(9)), "none 2", ("line 1 ('Device;7')", "text")),
         (BARE, "1 9", ("no column 9", "4 fields")),
         (BARE, "1 1", ("'1' is named for ay and time",)),
         (BARE, "t_s 3", ("line 1 holds numbers", "all columns by number")),
         ("".join(f"noon {k},{k}\n" for k in range(6)), "1 2", ("column 1 and 2", "--time none --rate HZ")),
-        (
-            "".join(f"2024-05-01T10:00:00.{k:03d},{k}\n" for k in range(6)),
-            "2 1",
-            ("field 1 in line 1", "finite number"),
-        ),
+        (DATED, "3 1", ("field 1 in line 1", "finite number")),
         ("t,y\n" + "".join(f"noon {k},{k}\n" for k in range(6)), "t y", ("or a date and time as",)),
     ],
 )
 def test_a_column_by_number_is_refused(text, columns, words, tmp_path):
-    time, ay = columns.split()
-    mapping = SensorMapping(time=time, rate=1000, axes={"ay": ay}, unit="g")
+    mapping = SensorMapping(**by(*columns.split(), rate=1000))
     refused(write(tmp_path / "record.csv", text), words, mapping=mapping)
 
 
@@ -411,13 +394,10 @@ def test_a_mapping_is_refused_in_one_sentence(text, words, tmp_path):
     assert all(word in sentence for word in words), sentence
 
 
-def raw(header, values, rate=1000):
-    """A file of counts."""
-    return header + "\n" + "".join(f"{k / rate:.3f},0,{value},7\n" for k, value in enumerate(values))
-
-
-@pytest.mark.parametrize("header", ["t_s,ax,ay,az", "t_s,ax,ay (counts),az", "t_s,ax,ay [LSB],az (g)"])
-@pytest.mark.parametrize("options", [{"scale": 2048}, {"range": 16, "bits": 16}])
+@pytest.mark.parametrize(
+    ("header", "options"),
+    [("t_s,ax,ay,az", {"scale": 2048}), ("t_s,ax,ay [LSB],az (g)", {"range": 16, "bits": 16})],
+)
 def test_raw_counts_are_read(header, options, tmp_path):
     path = write(tmp_path / "raw.csv", raw(header, [2048, -1024, 32767, -32768, 0]))
     record = read_sensor_csv(path, load_mapping(**options))
@@ -426,9 +406,7 @@ def test_raw_counts_are_read(header, options, tmp_path):
     assert record.clipped == (2 if "bits" in options else 0)
 
 
-def test_raw_counts_without_a_scale_are_refused(tmp_path):
-    path = write(tmp_path / "raw.csv", raw("t_s,ax,ay (counts),az", [1, 2, 3]))
-    refused(path, ["'ay (counts)' has the unit 'counts'", "--scale", "--range and --bits"])
+def test_counts_beyond_the_range_and_contradictions_are_refused(tmp_path):
     path = write(tmp_path / "beyond.csv", raw("t_s,ax,ay,az", [1, 65535, 3]))
     refused(path, ["31.9995 g", "counts of 1/2048 g", "--scale"], mapping=SensorMapping(range=16, bits=16))
     for options, word in (
@@ -436,40 +414,28 @@ def test_raw_counts_without_a_scale_are_refused(tmp_path):
         ({"bits": 16, "range": 16, "scale": 2048}, "give one of them"),
         ({"scale": 2048, "unit": "g"}, "give one of them"),
         ({"bits": 99, "range": 16}, "bits = 99"),
-        ({"scale": 0}, "scale = 0"),
+        ({"zero": {"a": 1.0}}, "zero"),
+        ({"zero": np.inf}, "zero"),
     ):
         with pytest.raises(InputError, match=word):
             load_mapping(**options)
 
 
-def test_what_is_no_text_is_refused_by_name(tmp_path):
+def test_a_recording_is_refused_by_name(tmp_path):
     np.savez(tmp_path / "run.csv", meta=np.array("{}"), time=np.zeros(3))
     refused(tmp_path / "run.csv.npz", ["is a recording, not a sensor's file"])
-    refused(write(tmp_path / "sheet.csv", b"PK\x03\x04" + bytes(100)), ["an archive or a spreadsheet"])
-    refused(write(tmp_path / "raw.csv", np.arange(500, dtype="<i2").tobytes()), ["binary data"])
-    head = b"0".ljust(8) + b"X X X X".ljust(1000)
-    for content, kind in (
-        (b"SQLite format 3\0", "SQLite"),
-        (head + bytes(900), "EDF"),
-        (head[8:] + bytes(900), "binary"),
-    ):
-        refused(write(tmp_path / "record.csv", content), [kind, "MDF", "Parquet"])
 
 
 STAMPS = {
     "ISO, over the end of a year": ("%Y-%m-%dT%H:%M:%S.%fZ", "2023-12-31T23:59:57"),
-    "ISO with a blank": ("%Y-%m-%d %H:%M:%S.%f", "2024-05-01T10:00:00"),
     "ISO with a comma and a zone": ("%Y-%m-%dT%H:%M:%S,%f+02:00", "2024-05-01T10:00:00"),
     "ISO in quotes": ('"%Y-%m-%dT%H:%M:%S.%fZ"', "2024-05-01T10:00:00"),
-    "American": ("%m/%d/%Y %H:%M:%S.%f", "2024-05-01T10:00:00"),
     "American, short": ("%-m/%-d/%Y %H:%M:%S.%f", "2024-05-01T10:00:00"),
     "half a day": ("%m/%d/%Y %I:%M:%S.%f %p", "2024-05-01T11:59:57"),
-    "German": ("%d.%m.%Y %H:%M:%S.%f", "2024-05-01T10:00:00"),
     "two digits": ("%d.%m.%y %H:%M:%S.%f", "2024-05-30T10:00:00"),
     "over the end of a month": ("%d/%m/%Y %H:%M:%S.%f", "2024-05-31T23:59:57"),
     "month by name": ("%d-%b-%Y %H:%M:%S.%f", "2024-04-30T23:59:57"),
     "slashes, year first": ("%Y/%m/%d %H:%M:%S.%f", "2024-04-30T23:59:57"),
-    "time of day": ("%H:%M:%S.%f", "2024-05-01T10:00:00"),
     "over midnight": ("%H:%M:%S.%f", "2024-05-01T23:59:57"),
     "half a day without date": ("%I:%M:%S.%f %p", "2024-05-01T11:59:57"),
     "minutes": ("%M:%S.%f", "2024-05-01T10:20:00"),
@@ -512,7 +478,7 @@ def holed(n=2000, missing=(), kept=True):
 
 
 @pytest.mark.parametrize("kept", [True, False])
-@pytest.mark.parametrize("missing", [[700], [3, 4, 5, 900], list(range(1500, 1510))])
+@pytest.mark.parametrize("missing", [[3, 4, 5, 900], list(range(1500, 1510))])
 def test_a_gap_is_bridged_or_the_longest_part_taken(missing, kept, tmp_path):
     path = write(tmp_path / "record.csv", holed(missing=missing, kept=kept))
     refused(path, ["--gaps longest" if kept else "--"])
@@ -529,7 +495,7 @@ def test_a_gap_is_bridged_or_the_longest_part_taken(missing, kept, tmp_path):
     assert record.t_s[0] == 0.0 and "the longest part without a gap" in record.done["gaps"]
 
 
-@pytest.mark.parametrize("mark", ["\N{INFINITY}", "-inf", "OVLD", "*****", "1.#INF"])
+@pytest.mark.parametrize("mark", ["\N{INFINITY}", "-inf", "OVLD"])
 def test_a_mark_of_overload_is_bridged(mark, tmp_path):
     path = write(tmp_path / "record.csv", holed(missing=[700, 900]).replace("NaN", mark))
     refused(path, [mark, "--gaps bridge"])
@@ -545,8 +511,8 @@ def test_too_much_is_not_bridged(missing, tmp_path):
     assert read_sensor_csv(path, SensorMapping(gaps="longest")).ay_g.size >= 59
 
 
-@pytest.mark.parametrize("lost", [[5000], [2000, 2001], [700, 3100, 3200], [100, 2000, 4000, 6500]])
-@pytest.mark.parametrize(("rate", "decimals"), [(1000, 3), (1000, 6), (998.9, 6), (1000.9, 6)])
+@pytest.mark.parametrize("lost", [[5000], [2000, 2001], [100, 2000, 4000, 6500]])
+@pytest.mark.parametrize(("rate", "decimals"), [(1000, 3), (1000.9, 6)])
 def test_lost_rows_are_not_taken_for_rounding(lost, rate, decimals, tmp_path):
     t = np.delete(np.arange(9000), lost) / rate
     for mapping in (SensorMapping(), SensorMapping(rate=1000)):
@@ -555,62 +521,20 @@ def test_lost_rows_are_not_taken_for_rounding(lost, rate, decimals, tmp_path):
 
 @pytest.mark.parametrize(("unit", "scale"), [("s", 1.0), ("ms", 1e3), ("us", 1e6), ("ns", 1e9)])
 @pytest.mark.parametrize("named", [True, False])
-@pytest.mark.parametrize("rate", [100, 1000, 20000])
+@pytest.mark.parametrize("rate", [100, 20000])
 def test_the_unit_of_time_follows_from_the_rate(unit, scale, named, rate, tmp_path):
     rows = "".join(f"{1.7e9 * (unit == 'ns') + k / rate * scale:.9g},{k % 7}\n" for k in range(40))
     record = read_sensor_csv(write(tmp_path / "record.csv", f"time{f' ({unit})' * named},ay_g\n{rows}"))
     assert record.rate_hz == pytest.approx(rate, rel=1e-3)
 
 
-LEVELS = "".join(f"{k},{512 + round(68 * (1 + 0.01 * k))},{500 + k}\n" for k in range(6))
-EXPONENTS = "".join(f"{k / 1000:.4e},{1 + k / 100:.4e}\n" for k in range(6))
-# forms of records and the options with which they are those of AY
-FORMS = {
-    "zero in the middle": ("t_ms,ay,ax\n" + LEVELS, {"scale": 68, "zero": 512}),
-    "zero of an axis": ("t_ms,ay,ax\n" + LEVELS, {"scale": 68, "zero": {"ay": 512}}),
-    "zero of bits": ("t_ms,ay,ax\n" + LEVELS, {"bits": 10, "range": 512 / 68, "zero": 512}),
-    "zero, turned": ("t_ms,up,ax\n" + LEVELS.replace(",5", ",-5"), {"axes": {"ay": "-up"}, "scale": 68, "zero": -512}),
-    "zero in g": ("t_ms,ay (g)\n" + "".join(f"{k},{1.5 + 0.01 * k}\n" for k in range(6)), {"zero": 0.5}),
-    "exponents with D": ("t_s,ay_g\n" + EXPONENTS.replace("e", "D"), {}),
-    "exponents with d": ("t_s,ay_g\n" + EXPONENTS.replace("e+", "d").replace("e", "d"), {}),
-    "two lines of names": ("x-axis,1,2\nsecond,Volt,Volt\n" + BARE, {"time": "#1", "axes": {"ay": "#3"}, "scale": 1}),
-    "sections": ("[names]\nt_s ax_g ay_g az_g\n\n[data]\n" + BARE.replace(",", " "), {}),
-    "a serial monitor": ("".join(f"10:00:00.{k:03d} -> {1 + k / 100},{k}\n" for k in range(6)),
-                         {"time": "3", "axes": {"ay": "1"}, "unit": "g"}),
-    "a monitor's brackets": ("".join(f"[10:00:00.{k:03d}] {1 + k / 100}\t{k}\n" for k in range(6)),
-                             {"time": "none", "rate": 1000, "axes": {"ay": "1"}, "unit": "g"}),
-    "footer": (CLEAN + "End of file\n", {}),
-    "footer below a blank line": (CLEAN + "\n\nSamples recorded: six; device off\n", {}),
-    "comments behind semicolons": (CLEAN.replace(HEADER, ";A logger\n;Headers, t_s,ax_g,ay_g,az_g"), {}),
-    "comments behind percent signs": (CLEAN.replace(HEADER, "% A logger, 6\n% t_s,ax_g,ay_g,az_g"), {}),
-    "Japanese": (("\u6642\u9593(s),X(g),\u52a0\u901f\u5ea6Y(g),Z(g)\n" + BARE).encode("cp932"),
-                 {"time": "#1", "axes": {"ay": "#3"}}),
-    "a monitor with names": (
-        "10:00:00.000 -> t_ms,ay_g\n" + "".join(f"10:00:00.{k:03d} -> {k},{1 + k / 100}\n" for k in range(6)),
-        {},
-    ),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("name", FORMS)
-def test_other_forms_are_read(name, tmp_path):
-    text, options = FORMS[name]
-    record = read_sensor_csv(write(tmp_path / "record.csv", text), load_mapping(**options))
-    np.testing.assert_allclose(record.ay_g, AY, atol=0.5 / 68 if "zero" in name else 1e-3)
-    assert record.rate_hz == pytest.approx(1000)
-    assert ("left out" in record.done["rows"]) == ("footer" in name)
-
-
 def test_a_zero_beyond_the_range_is_suggested(tmp_path):
     text = "t_ms,ay\n" + "".join(f"{k},{2048 + (100 if k % 2 else -100)}\n" for k in range(40))
     path = write(tmp_path / "record.csv", text)
     refused(path, ["21.48 g", "where 0 g is not 0, --zero, perhaps 2048"], mapping=SensorMapping(scale=100))
-    for options, word in (({"zero": {"a": 1.0}}, "zero"), ({"zero": "512"}, "zero"), ({"zero": np.inf}, "zero")):
-        with pytest.raises(InputError, match=word):
-            load_mapping(**options)
 
 
-@pytest.mark.parametrize(("low", "high"), [(-1.0, 1.0), (-9.0, 1.2), (-0.4, 9.0)])
+@pytest.mark.parametrize(("low", "high"), [(-1.0, 1.0), (-9.0, 1.2)])
 @pytest.mark.parametrize("levels", [None, 68])
 def test_a_saturated_record_says_so(low, high, levels, tmp_path):
     rng = np.random.default_rng(4)
