@@ -11,7 +11,7 @@ from scipy.stats import t as student
 
 from trackdyn.measure import uncertainty
 from trackdyn.measure.sensor import sensor_metrics
-from trackdyn.measure.uncertainty import batch_error, line_error, ratio_error
+from trackdyn.measure.uncertainty import batch_error, line_error, ratio_values
 
 RATE, SAMPLES, TURNS, REPLICAS = 250.0, 500.37, 12, 400  # samples of a revolution, not a whole number
 LOOP_HZ = RATE / SAMPLES
@@ -47,8 +47,10 @@ def test_errors_of_a_ratio_cover_the_truth():
     for _ in range(REPLICAS):
         times = 1 + 0.2 * memory(rng, 400, 0.3)
         squares = 3 * times + 0.1 * memory(rng, 400, 0.3)
-        error = ratio_error(squares, times)
-        covered += abs(squares.sum() / times.sum() - 3) <= student.ppf(0.975, 19) * error
+        values = ratio_values(squares, times)
+        assert values.mean() == pytest.approx(squares.sum() / times.sum())
+        error, half_width = batch_error(values)
+        covered += abs(values.mean() - 3) <= half_width
         apart += error < 0.5 * batch_error(squares)[0]
     assert 0.85 <= covered / REPLICAS <= 0.99
     assert apart > 0.95 * REPLICAS  # scatter that both have in common does not count

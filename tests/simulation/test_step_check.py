@@ -110,26 +110,29 @@ def test_differences_that_fall_with_the_step_foretell_the_next_but_scatter_does_
     assert step == pytest.approx(holds) and len(tried) == count
 
 
-def test_the_trial_of_a_run_settles_with_its_own_step(make_scene, monkeypatch):
-    """A loop that the coarse step had settled wrongly was taken for the start of the finer run as well."""
-    made, init = [], Loop.__init__
+@pytest.fixture
+def settled(monkeypatch):
+    """Steps of the loops that are settled."""
+    steps, init = [], Loop.__init__
     monkeypatch.setattr(
-        Loop, "__init__", lambda loop, scene, *more: made.append(scene.step) or init(loop, scene, *more)
+        Loop, "__init__", lambda loop, scene, *more: steps.append(scene.step) or init(loop, scene, *more)
     )
+    return steps
+
+
+def test_the_trial_of_a_run_settles_with_its_own_step(make_scene, settled, monkeypatch):
+    """A loop that the coarse step had settled wrongly was taken for the start of the finer run as well."""
     monkeypatch.setattr("trackdyn.simulation.step_check.doubt", lambda *_: "it flips")
     simulate(make_scene(115.0, ring_radius=None, step=1e-4))
-    assert made == [1e-4, 1e-4 / FINER]
+    assert settled == [1e-4, 1e-4 / FINER]
 
 
-def test_a_short_run_is_tried_with_half_the_step_from_the_same_start(make_scene, monkeypatch):
+def test_a_short_run_is_tried_with_half_the_step_from_the_same_start(make_scene, settled, monkeypatch):
     """Half of an error of order 1 is seen, so that differences count twice; nothing is settled again."""
     scene = make_scene(115.0, ring_radius=None, step=1e-4)
     assert again(scene) == min(scene.duration, 2.0)
     assert not again(scene.with_(duration=scene.periods.loop)) and not again(scene.with_(motor_rpm=0))
-    made, tried, init, rerun = [], [], Loop.__init__, StepCheck._rerun
-    monkeypatch.setattr(
-        Loop, "__init__", lambda loop, scene, *more: made.append(scene.step) or init(loop, scene, *more)
-    )
+    tried, rerun = [], StepCheck._rerun
 
     def off(check, *arguments):
         """A finer run whose RMS is 1.5 % below that of the run: beyond 1 % in the limit."""
@@ -141,7 +144,7 @@ def test_a_short_run_is_tried_with_half_the_step_from_the_same_start(make_scene,
     monkeypatch.setattr(StepCheck, "_rerun", off)
     with pytest.raises(DivergenceError, match="shorter than a turn of the loop, and with a step 2 times smaller RMS"):
         simulate(scene)
-    assert made == [1e-4] and tried == [(pytest.approx(scene.ramp + scene.lead_in), HALF)]
+    assert settled == [1e-4] and tried == [(pytest.approx(scene.ramp + scene.lead_in), HALF)]
 
 
 @pytest.mark.parametrize("missed", [0.9, 1.1])

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from trackdyn.measure.columns import SIDE_COLUMNS
-from trackdyn.measure.uncertainty import NAN, Series, ratio_error
+from trackdyn.measure.uncertainty import NAN, Series, ratio_values
 from trackdyn.model.arrays import CONTACT_INTERVAL, SIDES
 from trackdyn.model.constants import SPROCKET
 from trackdyn.rig.rig import Rig
@@ -202,16 +202,12 @@ def meshing_summary(recording: Recording) -> dict:
         # by measure: passages of which it is the mean, or the root of the mean
         series = {name: (rows[name], False) for name in ("share_pct", "peak_n", "phase_start", "phase_end")}
         series |= {"rms_n": (square, True), "sd_n": (variance, True)}
+        series["rms_contact_n"] = ratio_values(rows["square_n2s"], rows["touching_s"]), True
         values: dict[str, float | str] = {}
         for name, (each, root) in series.items():
             known = each[~np.isnan(each)]
             value, error, _ = Series(known, np.arange(len(known)), root).estimate()
             values |= {name: value, SIDE_COLUMNS[name][-1]: error}
-        touching = rows["touching_s"].sum()
-        rms = float((rows["square_n2s"].sum() / touching) ** 0.5) if touching else (0.0 if count else NAN)
-        # to first order
-        rms_error = ratio_error(rows["square_n2s"], rows["touching_s"]) / (2 * rms) if touching else rms
-        values |= {"rms_contact_n": rms, "rms_contact_error_n": rms_error}
         values["peak_largest_n"] = float(rows["peak_n"].max()) if count else NAN
         if side != "ring":
             shares = sampled_shares(recording.area[:, :, k], recording.wheel_rate, recording.scene.rig)

@@ -59,15 +59,16 @@ def student(batches: int) -> float:
     return sqrt(degrees) * tan(root(beyond, 0.0, pi / 2))
 
 
-def ratio_error(numerator, denominator) -> float:
-    """Standard error of ``sum(numerator) / sum(denominator)``, both over passages in order of time.
+def ratio_values(numerator: np.ndarray, denominator: np.ndarray) -> np.ndarray:
+    """(m,) values whose mean is ``sum(numerator) / sum(denominator)``, 0 of zeros, and whose scatter is that of it.
 
-    To first order that of the mean of what the numerator is off its share of the denominator (Cochran, Sampling
-    Techniques, 3rd edition, 1977, Eq. 6.13), by batch means.
+    To first order that of what the numerator is off its share of the denominator (Cochran, Sampling Techniques, 3rd
+    edition, 1977, Eq. 6.13). Both are (m,), over passages in order of time.
     """
-    numerator, denominator = np.asarray(numerator, dtype=float), np.asarray(denominator, dtype=float)
+    if not denominator.sum():
+        return np.zeros(len(numerator))
     ratio = numerator.sum() / denominator.sum()
-    return batch_error(numerator - ratio * denominator)[0] / float(denominator.mean())
+    return ratio + (numerator - ratio * denominator) / denominator.mean()
 
 
 def turn_edges(samples: int, turn: float) -> np.ndarray:
