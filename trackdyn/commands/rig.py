@@ -91,48 +91,37 @@ def check(
 
 def rig_text(like: str) -> str:
     """A rig file that begins with all of a shipped rig (else `InputError`); most of it stands in comments."""
-    from trackdyn.rig.quantities import outside_range
     from trackdyn.rig.rig import load_rig
-    from trackdyn.rig.rig_file import GROUPS, SHIPPED, read_rig, rig_path, shipped_rigs
+    from trackdyn.rig.rig_file import GROUPS, SHIPPED, read_rig, shipped_rigs
 
     if like not in shipped_rigs():
         raise InputError(f"--like = {shown(like)} is not a shipped rig; choose {', '.join(shipped_rigs())}")
-    rig, entries = load_rig(like), read_rig(rig_path(like))
-    ignored = rig.without_effect
+    ignored, entries = load_rig(like).without_effect, read_rig(like)
 
     def short(entry: dict) -> str:
-        value, unit = entry["value"], entry["unit"]
-        if unit in ("name", "1"):
-            return f"{value}"
-        return f"{float(value)!r} {unit}"
+        return str(entry["value"]) if entry["unit"] in ("name", "1") else f"{float(entry['value'])!r} {entry['unit']}"
 
-    def flow(section: dict, wheel: str = "") -> str:
-        unread = [name.partition(".")[2] for name in ignored if wheel and name.startswith(f"{wheel}.")]
-        items = ((key, item) for key, item in section.items() if key not in unread)
-        return (
-            "{" + ", ".join(f"{key}: {flow(item) if 'value' not in item else short(item)}" for key, item in items) + "}"
-        )
+    def read(section: dict, name: str) -> dict:
+        """Entries of a section that are no table and have an effect."""
+        return {
+            key: item
+            for key, item in section.items()
+            if f"{name}.{key}" not in ignored and not isinstance(item.get("value"), (list, tuple))
+        }
 
-    def comments(name: str, section: dict) -> list[str]:
-        rows = [f"# {name}:", "#   source: ..."]
-        for key, item in section.items():
-            source = textwrap.shorten(str(item["source"]).removeprefix(f"{item['kind']}: "), 90, placeholder=" ...")
-            side = outside_range(item)
-            outside = f"; {side} its range, {item['low']:g} to {item['high']:g}" if side else ""
-            rows.append(f"#   {key}: {short(item)}  # {item['kind']}: {source}{outside}")
-        return rows
+    def flow(section: dict) -> str:
+        items = (f"{key}: {short(item) if 'value' in item else flow(item)}" for key, item in section.items())
+        return "{" + ", ".join(items) + "}"
 
-    tension = [
-        f"  {key}: {short(item)}"
-        for key, item in entries["tension"].items()
-        if not isinstance(item["value"], (list, tuple)) and f"tension.{key}" not in ignored
-    ]
-    named = "\n".join(f"  {name}: {flow(section, name)}" for name, section in entries["wheels"].items())
+    def comment(key: str, item: dict) -> str:
+        source = textwrap.shorten(str(item["source"]).removeprefix(f"{item['kind']}: "), 90, placeholder=" ...")
+        return f"#   {key}: {short(item)}  # {item['kind']}: {source}"
+
+    wheels = [f"  {name}: {flow(read(section, name))}" for name, section in entries["wheels"].items()]
+    tension = [f"  {key}: {short(item)}" for key, item in read(entries["tension"], "tension").items()]
     head = (SHIPPED / "template.txt").read_text(encoding="utf-8")
-    rows = [head.format(like=like, wheels=named, tension="\n".join(tension))]
+    rows = [head.format(like=like, wheels="\n".join(wheels), tension="\n".join(tension))]
     for name, section in (entries | entries["sensors"]).items():
-        if name in ("tension", "surfaces", *GROUPS) or "value" in section:
-            continue
-        plain_values = {key: item for key, item in section.items() if not isinstance(item["value"], (list, tuple))}
-        rows += [*comments(name, plain_values), ""]
+        if name not in ("tension", "surfaces", *GROUPS) and "value" not in section:
+            rows += [f"# {name}:", "#   source: ...", *(comment(*pair) for pair in read(section, "").items()), ""]
     return "\n".join(rows)

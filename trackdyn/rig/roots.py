@@ -9,42 +9,31 @@ MOST_STEPS = 200  # halving alone needs 60 from the widest interval to the last 
 
 
 def root(function: Callable[[float], float], low: float, high: float, tolerance: float = 0.0) -> float:
-    """A root between two places where a continuous function has different signs, by Brent's method.
+    """A root between two places where a continuous function has different signs, by Chandrupatla's method.
 
     ``tolerance`` is the largest error beyond rounding. Raises `ValueError`: the function has one sign at both ends.
-    Source: R. P. Brent: Algorithms for Minimization without Derivatives. Prentice-Hall, 1973, chapter 4.
+    Source: T. R. Chandrupatla: A new hybrid quadratic/bisection algorithm for finding the zero of a nonlinear function
+    without using derivatives. Advances in Engineering Software 28 (1997) 145-149.
     """
-    a, b = low, high
+    a, b, share = high, low, 0.5
     fa, fb = function(a), function(b)
     if fa * fb > 0.0:
         raise ValueError("the function has one sign at both ends")
-    c, fc, d, e = a, fa, b - a, b - a
     for _ in range(MOST_STEPS):
-        if abs(fc) < abs(fb):
-            a, b, c, fa, fb, fc = b, c, b, fb, fc, fb
-        near, half = 2.0 * np.finfo(float).eps * abs(b) + 0.5 * tolerance, 0.5 * (c - b)
-        if fb == 0.0 or abs(half) <= near:
+        best, width = a if abs(fa) < abs(fb) else b, abs(b - a)
+        near = 2.0 * np.finfo(float).eps * abs(best) + 0.5 * tolerance
+        if fa == 0.0 or fb == 0.0 or 2.0 * near > width:
             break
-        if abs(e) < near or abs(fa) <= abs(fb):
-            d = e = half
-        else:
-            s = fb / fa
-            if a == c:
-                p, q = 2.0 * half * s, 1.0 - s
-            else:
-                q, r = fa / fc, fb / fc
-                p, q = s * (2.0 * half * q * (q - r) - (b - a) * (r - 1.0)), (q - 1.0) * (r - 1.0) * (s - 1.0)
-            p, q = abs(p), -q if p > 0.0 else q
-            if 2.0 * p < min(3.0 * half * q - abs(near * q), abs(e * q)):
-                d, e = p / q, d
-            else:
-                d = e = half
-        a, fa = b, fb
-        b += d if abs(d) > near else (near if half > 0.0 else -near)
-        fb = function(b)
-        if fb * fc > 0.0:
-            c, fc, d, e = a, fa, b - a, b - a
-    return b
+        x = a + min(max(share, near / width), 1.0 - near / width) * (b - a)
+        c, fc, fx = a, fa, function(x)
+        if fx * fa < 0.0:
+            b, c, fb, fc = a, b, fa, fb
+        a, fa = x, fx
+        xi, phi = (a - b) / (c - b), (fa - fb) / (fc - fb)
+        share = 0.5
+        if phi**2 < xi and (1.0 - phi) ** 2 < 1.0 - xi:  # inverse quadratic interpolation lies between a and b
+            share = fa / (fb - fa) * fc / (fb - fc) + (c - a) / (b - a) * fa / (fc - fa) * fb / (fc - fb)
+    return best
 
 
 def nonnegative_least_squares(matrix: np.ndarray, target: np.ndarray) -> np.ndarray:
