@@ -20,72 +20,63 @@ ATTEMPTS = 400  # draws of wheels for one layout; most sets of nine do not fit i
 GAP = 1.05  # of two wheels, in sums of their radii
 
 
-class Drawn:
-    """What a layout is drawn from: a generator of its own, and the chain of a shipped rig."""
+def pin_radius(base: Rig, radius) -> np.ndarray:
+    """Radius of the pins of links on wheels of a ``radius``, m."""
+    body = base.pitch if base.chain.kind == "single_pin" else base.chain.link_length
+    return np.hypot(np.asarray(radius) + base.chain.link_thickness / 2, body / 2)
 
-    def __init__(self, number: int):
-        self.rng = np.random.default_rng([SEED, number])
-        self.base = load_rig(str(self.rng.choice(CHAINS)))
-        c = self.base.chain
-        single = c.kind == "single_pin"
-        self.body = self.base.single_pin_pitch if single else c.link_length
-        self.pitch = self.base.single_pin_pitch if single else c.link_length + self.base.connector_length
 
-    def pins(self, radius):
-        """Radius of the pins of links on a wheel, m."""
-        return np.hypot(np.asarray(radius) + self.base.chain.link_thickness / 2, self.body / 2)
+def drawn_wheels(rng: np.random.Generator, base: Rig, pitches: int, count: int) -> np.ndarray | None:
+    """Places and radii (count, 3) of wheels around which so many pitches fit, m; None if these ones do not."""
+    size = base.sprocket.ring_radius
+    radius = np.append(size, rng.uniform(0.45, 1.0, count - 1) * size)
+    turn = 2 * pi * (np.arange(count) + rng.uniform(-0.3, 0.3, count)) / count
+    flat, tilt = rng.uniform(0.15, 1.0), rng.uniform(0, 2 * pi)
+    x, y = np.cos(turn), flat * np.sin(turn)
+    shape = np.column_stack([cos(tilt) * x - sin(tilt) * y, sin(tilt) * x + cos(tilt) * y])
+    shape -= shape[0]
+    pins = pin_radius(base, radius)
 
-    def wheels(self, pitches: int, count: int) -> np.ndarray | None:
-        """Places and radii (count, 3) of wheels around which so many pitches fit, m; None if these ones do not."""
-        rng = self.rng
-        size = self.base.sprocket.ring_radius
-        radius = np.append(size, rng.uniform(0.45, 1.0, count - 1) * size)
-        turn = 2 * pi * (np.arange(count) + rng.uniform(-0.3, 0.3, count)) / count
-        flat, tilt = rng.uniform(0.15, 1.0), rng.uniform(0, 2 * pi)
-        x, y = np.cos(turn), flat * np.sin(turn)
-        shape = np.column_stack([cos(tilt) * x - sin(tilt) * y, sin(tilt) * x + cos(tilt) * y])
-        shape -= shape[0]
+    def circles(scale):
+        return np.column_stack([scale * shape, pins])
 
-        def circles(scale):
-            return np.column_stack([scale * shape, self.pins(radius)])
+    def excess(scale):
+        laid = circles(scale)
+        return belt_path(laid[run_order(laid)]).length - pitches * base.pitch
 
-        def excess(scale):
-            laid = circles(scale)
-            return belt_path(laid[run_order(laid)]).length - pitches * self.pitch
-
-        least = max(
-            GAP * (radius[i] + radius[k] + (0.1 * size if i == 0 else 0.0)) / hypot(*(shape[i] - shape[k]))
-            for i in range(count)
-            for k in range(i + 1, count)
-        )
-        try:
-            if excess(least) >= 0:
-                return None
-            scale = brentq(excess, least, least + pitches * self.pitch / np.ptp(shape, axis=0).max(), xtol=1e-9)
-        except (InputError, ValueError):
+    least = max(
+        GAP * (radius[i] + radius[k] + (0.1 * size if i == 0 else 0.0)) / hypot(*(shape[i] - shape[k]))
+        for i in range(count)
+        for k in range(i + 1, count)
+    )
+    try:
+        if excess(least) >= 0:
             return None
-        order = run_order(circles(scale))
-        if order[0] != 0 or set(order) != set(range(count)):
-            return None
-        return np.column_stack([scale * shape, radius])
+        scale = brentq(excess, least, least + pitches * base.pitch / np.ptp(shape, axis=0).max(), xtol=1e-9)
+    except (InputError, ValueError):
+        return None
+    order = run_order(circles(scale))
+    if order[0] != 0 or set(order) != set(range(count)):
+        return None
+    return np.column_stack([scale * shape, radius])
 
 
 def random_rig(number: int) -> Rig:
     """The rig of a layout."""
-    drawn = Drawn(number)
-    rng, base = drawn.rng, drawn.base
+    rng = np.random.default_rng([SEED, number])
+    base = load_rig(str(rng.choice(CHAINS)))
     pitches = int(round(np.exp(rng.uniform(*np.log(PITCHES)))))
     for _ in range(ATTEMPTS):
-        placed = drawn.wheels(pitches, int(rng.integers(WHEELS[0], WHEELS[1] + 1)))
+        placed = drawn_wheels(rng, base, pitches, int(rng.integers(WHEELS[0], WHEELS[1] + 1)))
         if placed is not None:
             break
     else:
         raise AssertionError(f"layout {number}: no wheels fit into {pitches} pitches")  # of two wheels some always do
-    circles = np.column_stack([placed[:, :2], drawn.pins(placed[:, 2])])
+    circles = np.column_stack([placed[:, :2], pin_radius(base, placed[:, 2])])
     order = run_order(circles)
     path = belt_path(circles[order])
     c = base.chain
-    weight = base.gravity * (c.link_mass + c.connector_mass) / drawn.pitch
+    weight = base.gravity * (c.link_mass + c.connector_mass) / base.pitch
     span = float(np.diff(path.start)[1::2].max())
     # what hangs below the strand that is tensioned, and more, so that the lowest one is taut
     low = float((circles[:, 1] - circles[:, 2]).min())
@@ -99,9 +90,8 @@ def random_rig(number: int) -> Rig:
     for i, name in enumerate(names, 1):
         x, y, radius = (float(coordinate) for coordinate in placed[i])
         wheels[name] = {
-            "x": x, "y": y, "radius": radius, "inertia": 0.5 * 4 * c.link_mass * radius**2, "axial_offset": 0.0,
-            "toe": 0.0, "camber": 0.0, "bearing_drag": float(base.wheels["idler"].bearing_drag), "bearing_torque": 0.0,
-            "rolling_arm": float(base.wheels["idler"].rolling_arm),
+            "x": x, "y": y, "radius": radius, "inertia": 0.5 * 4 * c.link_mass * radius**2,
+            "bearing_drag": base.wheels["idler"].bearing_drag, "rolling_arm": base.wheels["idler"].rolling_arm,
         }  # fmt: skip
         if i != order[k] and rng.random() < 0.15:
             wheels[name]["arm"] = _arm(rng, x, y, radius, 4 * c.link_mass, tension)
@@ -110,7 +100,7 @@ def random_rig(number: int) -> Rig:
     stiffness = tension / (0.1 * placed[order[k], 2])
     changes = {
         "wheels": wheels, "chain__pitches": pitches,
-        "tension__wheel": names[order[k] - 1], "tension__direction": direction, "tension__travel": 0.7 * drawn.pitch,
+        "tension__wheel": names[order[k] - 1], "tension__direction": direction, "tension__travel": 0.7 * base.pitch,
         "tension__pre_tension": tension, "tension__kept": mode, "tension__mass": mass, "tension__stiffness": stiffness,
         "tension__damping": 0.2 * sqrt(stiffness * mass),
     }  # fmt: skip
@@ -123,5 +113,5 @@ def _arm(rng, x: float, y: float, radius: float, mass: float, tension: float) ->
     stiffness = 10.0 * tension * radius
     return {
         "x": x + radius * cos(turn), "y": y + radius * sin(turn), "mass": mass, "stiffness": stiffness,
-        "damping": 0.2 * radius * sqrt(stiffness * mass), "travel": 25.0, "preload": None,
+        "damping": 0.2 * radius * sqrt(stiffness * mass), "travel": 25.0,
     }  # fmt: skip

@@ -11,50 +11,27 @@ from trackdyn.errors import InputError, shown
 from trackdyn.rig.rig import load_rig
 from trackdyn.scene.scene import Scene
 
+# keys of what must be a mapping, and where its sentence says that it is
+MAPPINGS = [
+    *((name, name) for name in ("chain", "wheels", "sensors")),
+    *((name, f"wheels.{name}") for name in ("idler", "road_wheel")),
+    ("sensor", "sensors.sensor"),
+]
+NO_MAPPING = "= None: must be a mapping of names to values"
 CHANGES = [
     *[({"gravity": value}, "gravity", NUMBER) for value in NO_NUMBERS if not isinstance(value, dict)],
-    ({"gravity": -1}, "gravity = -1", "greater than or equal to 0"),
-    ({"gravity": 1e300}, "gravity = 1e+300", "less than or equal to"),
-    *[
-        ({name: None}, f"{path} = None: must be a mapping of names to values")
-        for name, path in (
-            ("chain", "chain"),
-            ("wheels", "wheels"),
-            ("idler", "wheels.idler"),
-            ("road_wheel", "wheels.road_wheel"),
-            ("sensor", "sensors.sensor"),
-            ("surfaces", "surfaces"),
-        )
-    ],
+    *[({name: None}, f"{where} {NO_MAPPING}") for name, where in MAPPINGS],
     ({"profile": 5}, "profile = 5: must be a mapping of names to values, or in Python an instance of ToothProfile"),
-    ({"chain__pitches": 10**8}, "chain.pitches = 100000000", "20000"),
+    ({"gravity": 1e300}, "gravity = 1e+300", "less than or equal to"),
     ({"chain__pitches": 35.5}, "chain.pitches = 35.5", "must be a whole number"),
     ({"chain__link_mass": 0}, "chain.link_mass = 0", "greater than 0"),
     ({"steel__youngs_modulus": 2e-309}, "steel.youngs_modulus = 2e-309", "at least 1e-40"),
-    ({"chain__link_length": 1e20}, "chain.link_length = 1e+20", "1000"),
-    ({"sprocket__teeth": 200}, "sprocket.teeth = 200", "127"),
-    ({"sensor__rate": 1e300}, "sensor.rate = ", "less than or equal to"),
-    ({"sensor__rate": 0.5}, "sensor.rate = 0.5", "a whole number"),
-    *[
-        ({f"{section}__{name}": value}, f"{section}.{name} = {value!r}")
-        for section, name, value in (
-            ("chain", "link_mass", -10.0),
-            ("chain", "connector_inertia", 0),
-            ("chain", "pitches", "35"),
-            ("chain", "link_length", 0.2),
-            ("sprocket", "teeth", 4),
-            ("bushing", "damping", -1.0),
-            ("tooth_contact", "restitution", 1.2),
-            ("tooth_contact", "poisson_ratio", 0.5),
-            ("ring_contact", "transition_velocity", 0.0),
-            ("ring_contact", "friction_dynamic", 0.5),
-            ("tension", "wheel", "sprocket"),
-            ("sensor", "pitch", 36),
-            ("groove", "r2", 0.018),
-            ("groove", "r5", 0.02),
-        )
-    ],
-    ({"tension__wheel": 3}, "tension.wheel = 3", "'idler' or 'road_wheel'"),
+    ({"chain__pitches": "35"}, "chain.pitches = '35'", NUMBER),
+    ({"chain__link_length": 0.2}, "chain.link_length = 0.2", "leaves no room for a connector"),
+    ({"ring_contact__friction_dynamic": 0.5}, "ring_contact.friction_dynamic = 0.5", "exceeds friction_static"),
+    ({"sensor__pitch": 36}, "sensor.pitch = 36", "1 to 35 are"),
+    ({"groove__r5": 0.02}, "groove.r5 = 0.02", "wider than the connector's arc"),
+    ({"tension__wheel": "sprocket"}, "tension.wheel = 'sprocket'", "'idler' or 'road_wheel'"),
     ({"tension__wheel": np.array(["idler"])}, "tension.wheel", "'idler' or 'road_wheel'"),
 ]
 
@@ -94,40 +71,24 @@ def entry(value, unit="m/s2", **more):
 
 
 RIGS = [
-    *[
-        ({"gravity": value}, f"gravity = {value!r} has no unit", "unit: m/s2")
-        for value in (9.81, "9.81", True, None, [1])
-    ],
+    *[({"gravity": value}, f"gravity = {value!r} has no unit", "unit: m/s2") for value in ("9.81", None)],
+    *[({name: None}, f"{where} {NO_MAPPING}") for name, where in MAPPINGS],
     ({"profile": {"arcs": [[0, 0, 1]]}}, 'unit: "m, m, m, 1", kind'),
     ({"gravity": entry(True)}, "gravity = True", "a number in m/s2"),
-    ({"gravity": entry("fast")}, "gravity = 'fast'", "a number in m/s2"),
     ({"gravity": entry(LONGER)}, "not valid YAML"),
     ({"gravity": entry(float("nan"))}, "gravity = nan", NUMBER),
     ({"gravity": entry(9.81, "ft/s2")}, "'ft/s2'", "'m/s2'"),
     ({"gravity": entry(9.81, unit=None)}, "gravity has the unit None"),
-    ({"gravity": entry(9.81, kind="guessed")}, "'guessed'", "printed, derived"),
-    ({"gravity": entry(9.81, kind=["printed"])}, "gravity has the kind ['printed']"),
+    ({"gravity": entry(9.81, kind=["printed"])}, "gravity has the kind ['printed']", "printed, derived"),
     ({"gravity": entry(9.81, source=5)}, "gravity has no source"),
     ({"gravity": entry(9.81, low=10, high=1)}, "gravity needs low and high as rising numbers"),
     ({"gravity": entry(9.81, **{"a\nb": 1})}, "unknown key 'a\\nb'"),
-    (
-        {"profile": {"arcs": entry([[0, 0, 1], [1, 1, 1]], "m, m, m, 1")}},
-        "profile.arcs = [[0, 0, 1], [1, 1, 1]]",
-        "4 numbers each",
-    ),
+    ({"profile": {"arcs": entry([[0, 0, 1]], "m, m, m, 1")}}, "profile.arcs = [[0, 0, 1]]", "4 numbers each"),
     ({"gravity": {}}, "gravity lacks kind, source, unit, value"),
-    *[
-        ({name: None}, f"{path} = None: must be a mapping of names to values")
-        for name, path in (
-            ("chain", "chain"),
-            ("wheels", "wheels"),
-            ("idler", "wheels.idler"),
-            ("sensor", "sensors.sensor"),
-        )
-    ],
+    ({"drag": entry(True, "name")}, "drag = True: input should be 'viscous', "),
     ({"a\nb": 1}, "'a\\nb' is not a known parameter"),
-    ({"chain": {"link_wieght": entry(10.0, "kg")}}, "chain.link_wieght is not a known parameter"),
     ({"chain": {"link_mass": entry(10.0, "kg")}}, "chain.pitches is missing; add it"),
+    ({"chain": {"pitchs": entry(35, "1")}}, "chain.pitchs is not a known parameter", "(pitches?)"),
     ({5: 1}, "5", "string"),
 ]
 

@@ -51,12 +51,6 @@ def test_table_1_is_mirror_symmetric(groove):
     assert (np.flatnonzero(groove.convex) + 1).tolist() == [1, 4, 7, 10]
 
 
-def test_bottom_arcs_are_one_circle_and_lowest_in_the_middle(groove):
-    assert groove.centre[4, 0] == groove.centre[5, 0] == 0.0
-    profile = groove.profile(400)
-    assert abs(profile[np.argmin(np.hypot(*profile.T)), 0]) < EXACT
-
-
 def test_tip_lies_on_the_addendum_circle_and_on_the_tooth_line(groove):
     profile = groove.profile(400)
     half = pi / groove.teeth

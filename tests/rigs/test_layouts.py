@@ -5,33 +5,24 @@ from math import hypot
 import numpy as np
 import pytest
 
-from tests.layouts import PITCHES, WHEELS, random_rig
+from tests.layouts import random_rig
 from trackdyn.errors import InputError
-from trackdyn.rig.layout import assemble, wheel_circles
+from trackdyn.rig.layout import assemble, body_lengths, wheel_circles
 from trackdyn.scene.scene import Scene
 from trackdyn.scene.step import largest_step
 from trackdyn.simulation.settling import settle
 
 
-def test_layouts_are_drawn_again_from_their_numbers():
-    for number in range(12):
-        rig = random_rig(number)
-        assert rig == random_rig(number)
-        assert PITCHES[0] <= rig.chain.pitches <= PITCHES[1]
-        assert WHEELS[0] <= 1 + len(rig.wheels) <= WHEELS[1]
-    assert random_rig(0) != random_rig(1)
-
-
 @pytest.mark.parametrize("number", range(25))
 def test_a_drawn_layout_is_laid_exactly(number):
     """Every wheel is met, no two overlap, the chain runs clockwise on the path of the pins and closes on itself, and a
-    groove stands under a connector: by the pins alone.
+    groove stands under a connector: by the pins alone. A layout is drawn again from its number.
     """
     rig = random_rig(number)
+    assert rig == random_rig(number) != random_rig(number + 1)
     single = rig.chain.kind == "single_pin"
-    lengths = np.full(rig.chain.pitches, rig.single_pin_pitch) if single else None
+    lengths = body_lengths(rig, rig.chain.kind)
     laid = assemble(rig, lengths)
-    lengths = np.tile([rig.chain.link_length, rig.connector_length], rig.chain.pitches) if lengths is None else lengths
     path, order = laid.path, laid.order
     assert set(order) == set(range(1 + len(rig.wheels))) and path.wrap.sum() == pytest.approx(2 * np.pi)
     ends = np.vstack([laid.pins, laid.pins[:1]])

@@ -98,9 +98,7 @@ def test_a_wheel_is_a_section_by_its_name():
             ["idler.surface = 'soft'", "wheel_contact"],
         ),
         ("like: bench\ntension: {source: s, kept: forced}\n", ["tension.force is missing"]),
-        ("like: bench\ntension: {source: s, kept: glued}\n", ["tension.kept = 'glued'", "'locked'"]),
         ("like: bench\ndrive: {source: s, kind: motor}\n", ["drive.inertia is missing"]),
-        ("like: bench\ndrive: {source: s, ripple: 0.1}\n", ["drive.ripple is not a known parameter"]),
         ("like: bench\nprofile: {source: s}\n", ["profile needs arcs or outline"]),
         (
             f"like: bench\nwheels: {{source: s, idler: {WHEEL[:-1]}, arm: {{x: 1.0 m, y: 0.0 m, mass: "
