@@ -1,5 +1,4 @@
-"""Verdict of the draws of a posterior on each unknown, by a rule that was written before any
-fit.
+"""Verdict of the draws of a posterior on each unknown, by a rule that was written before any fit.
 
 Positions are those of the unit cube, over which the prior is even: its 90 % interval is 0.9 wide.
 
@@ -13,9 +12,7 @@ not identified
     Neither.
 in doubt
     Instead of the first two, where the records contradict the model: of some group of features the discrepancy's 90 %
-    interval lies wholly above that of the prior. The interval is then one of a model that does not explain the
-    records. This clause came last: without it, records that no rig had made were told a stiffness and a
-    tension.
+    interval lies wholly above that of the prior. The interval is then one of a model that does not explain the records.
 """
 
 from typing import NamedTuple

@@ -30,15 +30,11 @@ SURE, LOST, FAR = 0.7, 1.3, 2.0
 
 
 def statement_distances(
-    config: PlausibleConfig,
-    row_scenes: list[list],
-    values: Mapping[str, dict],
-    rig: Rig,
-    claims: Sequence[Claim],
+    config: PlausibleConfig, row_scenes: list[list], values: Mapping[str, dict], rig: Rig, claims: Sequence[Claim]
 ) -> list[tuple[Claim, float]]:
     """Largest distance (tolerances) of each of the ``claims`` from the paper's words; one is shown up to 1.
 
-    ``values`` is the row of ``rig``, by the names of ``row_scenes`` (`search.search_scenes`).
+    ``values`` is the row of ``rig``, by the names of ``row_scenes`` (`draws.scenes`).
     """
     row = evidence(config, row_scenes, values, rig)
     distances = []

@@ -27,18 +27,13 @@ def free_unknowns(config: PlausibleConfig, scenario: Scenario) -> Unknowns:
     return Unknowns([pitch, *others], load_rig(config.rig).changed(**ring), file_ranges(config.rig))
 
 
-def search_scenes(config: PlausibleConfig) -> list[list]:
-    """Speed, ring radius and whether sensors are read, of every scene of a row."""
-    radii = config.search.radii_m.items()
-    return [[rpm, ring, ring == config.ring_radius_m] for rpm, rings in radii for ring in rings]
-
-
 class Searching:
     """Rows of searches: costs of points, each a row of the sweep engine."""
 
     def __init__(self, config: PlausibleConfig, claims: Sequence[Claim], jobs: int, store: Path | str):
         self.config, self.claims, self.jobs, self.store = config, claims, jobs, store
-        self.scenes = search_scenes(config)
+        radii = config.search.radii_m.items()
+        self.scenes = [[rpm, ring, ring == config.ring_radius_m] for rpm, rings in radii for ring in rings]
         self.sentences = len({claim.sentence for claim in claims})
 
     def costs(self, unknowns: Unknowns, points: Sequence[np.ndarray]) -> list[tuple[float, int]]:

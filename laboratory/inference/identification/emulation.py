@@ -55,6 +55,7 @@ class Emulator(NamedTuple):
         return Emulator(lambda points: self.mean(points)[:, which], self.covariance[np.ix_(which, which)], self.degrees)
 
 
+@threadpool_limits.wrap(limits=1)  # matrices so small lose by being shared out
 def fitted_emulator(x, features, scale: np.ndarray, judged: int = 0) -> Emulator:
     """Fit an emulator of p features over d inputs to n simulations.
 
@@ -78,26 +79,25 @@ def fitted_emulator(x, features, scale: np.ndarray, judged: int = 0) -> Emulator
     if not np.isfinite(features).all():
         raise InputError("emulator: a feature of a simulation is no number")
     judged = judged if judged >= LEAST_JUDGED else len(x)
-    with threadpool_limits(1):  # matrices so small lose by being shared out
-        components = Components(x, features, scale)
-        fold, errors = np.arange(len(x)) % FOLDS, np.empty_like(features)
-        for left_out in range(FOLDS):
-            out = fold == left_out
-            errors[out] = (features[out] - Components(x[~out], features[~out], scale)(x[out])) / scale
-        errors, fold, axes = errors[-judged:], fold[-judged:], components.axes
-        weighted, slopes = np.empty_like(errors), _slopes(components, x[-judged:]) / scale
-        known = np.empty(slopes.shape[:2])
-        for left_out in range(FOLDS):  # a covariance fits the errors that it was learnt from too well
-            out = fold == left_out
-            inverse = np.linalg.inv(error_covariance(errors[~out], axes))
-            weighted[out] = errors[out] @ inverse
-            known[:, out] = np.einsum("dnp,pq,dnq->dn", slopes[:, out], inverse, slopes[:, out])
-        variance, degrees = tails((errors * weighted).sum(axis=1), features.shape[1])
-        # A resonance at the wrong frequency errs along the slope of the features, which shifts a posterior.
-        # The median is compared with that of Student's distribution: few points at the edge of a design err far more.
-        along = (slopes * weighted).sum(axis=2) ** 2 / known / variance
-        widened = max(float(np.median(along) / stats.f.median(1, degrees)), 1.0)
-        covariance = error_covariance(errors, axes) * variance * widened * np.outer(scale, scale)
+    components = Components(x, features, scale)
+    fold, errors = np.arange(len(x)) % FOLDS, np.empty_like(features)
+    for left_out in range(FOLDS):
+        out = fold == left_out
+        errors[out] = (features[out] - Components(x[~out], features[~out], scale)(x[out])) / scale
+    errors, fold, axes = errors[-judged:], fold[-judged:], components.axes
+    weighted, slopes = np.empty_like(errors), _slopes(components, x[-judged:]) / scale
+    known = np.empty(slopes.shape[:2])
+    for left_out in range(FOLDS):  # a covariance fits the errors that it was learnt from too well
+        out = fold == left_out
+        inverse = np.linalg.inv(error_covariance(errors[~out], axes))
+        weighted[out] = errors[out] @ inverse
+        known[:, out] = np.einsum("dnp,pq,dnq->dn", slopes[:, out], inverse, slopes[:, out])
+    variance, degrees = tails((errors * weighted).sum(axis=1), features.shape[1])
+    # A resonance at the wrong frequency errs along the slope of the features, which shifts a posterior.
+    # The median is compared with that of Student's distribution: few points at the edge of a design err far more.
+    along = (slopes * weighted).sum(axis=2) ** 2 / known / variance
+    widened = max(float(np.median(along) / stats.f.median(1, degrees)), 1.0)
+    covariance = error_covariance(errors, axes) * variance * widened * np.outer(scale, scale)
     return Emulator(components, covariance, degrees)
 
 

@@ -152,9 +152,8 @@ class Draws(NamedTuple):
         return self.points[np.linspace(0, len(self.points) - 1, min(count, len(self.points))).astype(int)]
 
 
-def sample(
-    posterior: Posterior, steps: int = STEPS, seed: int = 0, progress: str = "", walkers: int = WALKERS, rounds: int = 3
-) -> Draws:
+@threadpool_limits.wrap(limits=1)  # matrices so small lose by being shared out
+def sample(posterior: Posterior, steps: int = STEPS, seed: int = 0, progress: str = "", rounds: int = 3) -> Draws:
     """Draw from a posterior with an ensemble sampler (emcee) that starts at the best of many points of the prior.
 
     A chain shorter than `CHAIN_LENGTHS` autocorrelation times is continued, up to ``rounds`` times ``steps``.
@@ -164,21 +163,16 @@ def sample(
     TrackdynError
         The density is zero at all points of the prior, or no walker has moved.
     """
-    with threadpool_limits(1):  # matrices so small lose by being shared out
-        return _sample(posterior, steps, seed, progress, walkers, rounds)
-
-
-def _sample(posterior: Posterior, steps: int, seed: int, progress: str, walkers: int, rounds: int) -> Draws:
     rng = np.random.default_rng(seed)
     many = posterior.draw_prior(64 * posterior.dimension, rng)
     density = np.concatenate([posterior.density(points_at_once) for points_at_once in in_parts(many)])
-    if np.isfinite(density).sum() < walkers:
+    if np.isfinite(density).sum() < WALKERS:
         raise TrackdynError("no point of the ranges explains the records at all: the density is nowhere a number")
     # chances in proportion to a flattened density: several modes keep their walkers
-    chance = np.exp((density - density.max()) / max(np.ptp(np.sort(density)[-4 * walkers :]) / 3.0, 1.0))
-    last = many[rng.choice(len(many), walkers, replace=False, p=chance / chance.sum())]
+    chance = np.exp((density - density.max()) / max(np.ptp(np.sort(density)[-4 * WALKERS :]) / 3.0, 1.0))
+    last = many[rng.choice(len(many), WALKERS, replace=False, p=chance / chance.sum())]
     moves = [(emcee.moves.DEMove(), 0.7), (emcee.moves.DESnookerMove(), 0.1), (emcee.moves.StretchMove(), 0.2)]
-    sampler = emcee.EnsembleSampler(walkers, posterior.dimension, posterior.density, moves=moves, vectorize=True)
+    sampler = emcee.EnsembleSampler(WALKERS, posterior.dimension, posterior.density, moves=moves, vectorize=True)
     sampler.random_state = np.random.RandomState(seed).get_state()
     for _ in range(rounds):
         last = sampler.run_mcmc(last, steps, progress=bool(progress), progress_kwargs={"desc": progress})

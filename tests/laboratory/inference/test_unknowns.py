@@ -20,7 +20,7 @@ def test_a_point_becomes_a_rig_and_is_found_again():
     damping = Unknown(names=["bushing.damping"], of="bushing.stiffness", low=0.002, high=0.01)
     drag = Unknown(names=["idler.bearing_drag", "road_wheel.bearing_drag"])
     unknowns = Unknowns([STIFFNESS, damping, drag], RIG, RANGES)
-    rig = unknowns.to_rig([0.5, 0.5, 0.5])
+    rig = RIG.changed(**unknowns.changes_at([[0.5, 0.5, 0.5]])[0])
     low, high = RANGES["bushing.stiffness"]
     assert rig.bushing.stiffness == pytest.approx((low * high) ** 0.5)
     assert rig.bushing.damping == pytest.approx(0.006 * rig.bushing.stiffness)
