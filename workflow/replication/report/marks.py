@@ -1,6 +1,6 @@
 """Marks of technical drawings: arrows, dimensions, angles, named points, scales in mm."""
 
-from math import atan2, cos, degrees, hypot, pi, radians, sin
+from math import atan2, cos, degrees, pi, radians, sin
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -15,9 +15,9 @@ HALO = [withStroke(linewidth=2.0, foreground="white")]
 STEPS = {"left": (-1, 0), "right": (1, 0), "above": (0, 1), "below": (0, -1)}
 
 
-def millimetres(length: float, digits: int = 1) -> str:
+def millimetres(length: float) -> str:
     """A length in m as text in mm."""
-    return f"{1e3 * length:.{digits}f} mm"
+    return f"{1e3 * length:.1f} mm"
 
 
 def polar(angle: float) -> np.ndarray:
@@ -25,13 +25,19 @@ def polar(angle: float) -> np.ndarray:
     return np.array([cos(angle), sin(angle)])
 
 
-def frame_axes(ax: Axes, name: str) -> None:
-    """Equal scales, numbered in mm, of the frame whose axes carry the index ``name``; no grid."""
+def directions(start, end) -> tuple[np.ndarray, np.ndarray]:
+    """Unit vectors from one point to another, and to the left of that."""
+    along = (np.asarray(end, float) - start) / np.hypot(*(np.asarray(end, float) - start))
+    return along, np.array([-along[1], along[0]])
+
+
+def frame_axes(ax: Axes) -> None:
+    """Equal scales, numbered in mm, of the frame of groove k; no grid."""
     ax.set_aspect("equal")
     ax.grid(False)
     for axis, letter in ((ax.xaxis, "x"), (ax.yaxis, "y")):
         axis.set_major_formatter(lambda value, _: f"{1e3 * value:g}".replace("-", "\N{MINUS SIGN}"))
-        axis.set_label_text(f"${letter}_{{{name}}}$ (mm)")
+        axis.set_label_text(f"${letter}_{{k}}$ (mm)")
 
 
 def bare(ax: Axes) -> None:
@@ -62,22 +68,13 @@ def arrow(ax: Axes, start, end, style: str = "-|>", **look) -> None:
     ax.add_patch(FancyArrowPatch(tuple(start), tuple(end), arrowstyle=style, shrinkA=0, shrinkB=0, **look))
 
 
-def point(ax: Axes, position, name: str = "", side: str = "right", gap: float = 5.0, **look) -> None:
+def point(ax: Axes, position, name: str = "", side: str = "right", gap: float = 5.0) -> None:
     """A dot and its name, ``gap`` points beside it (left, right, above, below, or two of them)."""
-    colour = look.pop("color", BLACK)
-    ax.plot(*position, linestyle="none", marker="o", markersize=3.5, color=colour, zorder=Z_MARK + 2)
-    steps = [STEPS[direction] for direction in side.split()]
-    dx, dy = np.sum(steps, axis=0)
-    horizontal, vertical = ("right", "center", "left")[int(dx) + 1], ("top", "center", "bottom")[int(dy) + 1]
-    look = {
-        "fontsize": 8.5,
-        "ha": horizontal,
-        "va": vertical,
-        "annotation_clip": True,
-        "textcoords": "offset points",
-    } | look
-    look |= {"textcoords": "offset points", "path_effects": HALO, "zorder": Z_MARK + 3}
-    ax.annotate(name, tuple(position), (gap * dx, gap * dy), color=colour, **look)
+    ax.plot(*position, linestyle="none", marker="o", markersize=3.5, color=BLACK, zorder=Z_MARK + 2)
+    dx, dy = np.sum([STEPS[direction] for direction in side.split()], axis=0)
+    look = {"ha": ("right", "center", "left")[dx + 1], "va": ("top", "center", "bottom")[dy + 1], "fontsize": 8.5}
+    look |= {"color": BLACK, "zorder": Z_MARK + 3, "annotation_clip": True, "path_effects": HALO}
+    ax.annotate(name, tuple(position), (gap * dx, gap * dy), textcoords="offset points", **look)
 
 
 def leader(ax: Axes, position, text: str, label_at, **look) -> None:
@@ -93,16 +90,15 @@ def text_beside(ax: Axes, start, end, text: str, at: float = 0.5, side: int = 1,
     ``turned`` text runs along the line and stands above it (``side`` 1) or below it, read from below or from the right.
     """
     start, end = np.asarray(start, float), np.asarray(end, float)
-    along = (end - start) / hypot(*(end - start))
-    left = side * np.array([-along[1], along[0]])
+    along, left = directions(start, end)
     look = {"fontsize": 8, "ha": "center", "va": "center", "zorder": Z_MARK + 3, "annotation_clip": True} | look
     if turned:
         angle = (degrees(atan2(along[1], along[0])) + 90.0) % 180.0 - 90.0
-        left = side * np.array([-sin(radians(angle)), cos(radians(angle))])
+        left = polar(radians(angle + 90.0))
         look |= {"rotation": angle}
-    position = start + at * (end - start)
-    gap = 0.95 * look["fontsize"] * left
-    ax.annotate(text, tuple(position), tuple(gap), textcoords="offset points", path_effects=HALO, **look)
+    gap = 0.95 * side * look["fontsize"] * left
+    position = tuple(start + at * (end - start))
+    ax.annotate(text, position, tuple(gap), textcoords="offset points", path_effects=HALO, **look)
 
 
 def vector(ax: Axes, start, end, text: str, at: float = 0.5, side: int = 1, **look) -> None:
@@ -114,12 +110,11 @@ def vector(ax: Axes, start, end, text: str, at: float = 0.5, side: int = 1, **lo
 
 def dimension(ax: Axes, start, end, text: str, offset: float = 0.0, side: int = 1, turned: bool = True, **look) -> None:
     """Dimension line between two points, moved by ``offset`` (m) to the left of their direction."""
-    start, end = np.asarray(start, float), np.asarray(end, float)
-    along = (end - start) / hypot(*(end - start))
-    a, b = (here + offset * np.array([-along[1], along[0]]) for here in (start, end))
+    shift = offset * directions(start, end)[1]
     if offset:
-        for here, there in ((start, a), (end, b)):
-            line(ax, here, there + 0.1 * (there - here), color="0.45", linewidth=0.6)
+        for here in (start, end):
+            line(ax, here, here + 1.1 * shift, color="0.45", linewidth=0.6)
+    a, b = start + shift, end + shift
     arrow(ax, a, b, "<|-|>", linewidth=0.8, mutation_scale=7)
     text_beside(ax, a, b, text, side=side, turned=turned, **look)
 

@@ -3,6 +3,8 @@
 Depths are drawn far larger than any that occurs, so that they can be seen.
 """
 
+from math import atan2
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -22,46 +24,15 @@ SHOWN_LINK_DEPTH = 0.5  # drawn depth of a link, in parts of half its thickness
 LINK_CASES = {"left end contact": -0.7, "vertical contact": 0.4, "right end contact": 1.7}
 
 
-def touching_centre(rig: Rig, area: int) -> np.ndarray:
-    """Centre of a connector's arc that penetrates an area, a little off the middle of its sector, m."""
-    groove, rc = rig.groove_profile, rig.chain.connector_radius
-    u, r = groove.direction[area - 1], groove.radius[area - 1]
-    distance = r + (1 - SHOWN_DEPTH) * rc * (1.0 if groove.convex[area - 1] else -1.0)
-    return groove.centre[area - 1] + distance * marks.polar(np.arctan2(u[1], u[0]) + 0.3 * groove.half_angle[area - 1])
-
-
-def placed_link(rig: Rig, fraction: float) -> tuple[np.ndarray, np.ndarray]:
-    """Ends A and B of a link that penetrates the ring so that the perpendicular meets AB at ``fraction``, m.
-
-    The ring's centre is the origin, and the link's point nearest to it is straight above it.
-    """
-    length = rig.chain.link_length
-    height = rig.sprocket.ring_radius + (1 - SHOWN_LINK_DEPTH) * rig.chain.link_thickness / 2
-    end = min(max(fraction, 0.0), 1.0)
-    # beyond an end the link leans, so that the perpendicular meets its line outside of it
-    along = marks.polar(-np.arcsin((fraction - end) * length / height))
-    start = np.array([0.0, height]) - end * length * along
-    return start, start + length * along
-
-
 @styled
-def convex_figure(rig: Rig) -> Figure:
-    """Figure 9: contact of the left arc with a convex area."""
-    return _arc_figure(rig, 1)
-
-
-@styled
-def concave_figure(rig: Rig) -> Figure:
-    """Figure 10: contact of the left arc with a concave area."""
-    return _arc_figure(rig, 2)
-
-
-def _arc_figure(rig: Rig, area: int) -> Figure:
+def arc_figure(rig: Rig, area: int) -> Figure:
+    """Contact of the left arc with an area: Figure 9, a convex one; Figure 10, a concave one."""
     groove, rc = rig.groove_profile, rig.chain.connector_radius
-    convex = bool(groove.convex[area - 1])
-    point, centre, r = touching_centre(rig, area), groove.centre[area - 1], groove.radius[area - 1]
-    tooth = make_tooth(groove, rc, 0)
-    touched, depth, nx, ny, effective = find_area(tooth, float(point[0]), float(point[1]))
+    convex, centre, r = bool(groove.convex[area - 1]), groove.centre[area - 1], groove.radius[area - 1]
+    # the arc is a little off the middle of the sector
+    bearing = np.arctan2(*groove.direction[area - 1][::-1]) + 0.3 * groove.half_angle[area - 1]
+    point = centre + (r + (1 - SHOWN_DEPTH) * rc * (1.0 if convex else -1.0)) * marks.polar(bearing)
+    touched, depth, nx, ny, effective = find_area(make_tooth(groove, rc, 0), float(point[0]), float(point[1]))
     n, tau = np.array([nx, ny]), np.array([-ny, nx])
     deepest = point - rc * n
     surface = deepest + depth * n
@@ -71,13 +42,10 @@ def _arc_figure(rig: Rig, area: int) -> Figure:
     draw_groove(ax, rig, 0.03, emphasized=(touched,))
     face = {"facecolor": drawing.CONNECTOR, "alpha": 0.65, "edgecolor": "none", "zorder": drawing.Z_SPROCKET + 0.2}
     ax.add_patch(Circle(point, rc, **face))
-    z = drawing.Z_CONNECTOR
-    ax.add_patch(Circle(point, rc, fill=False, edgecolor=BLACK, linewidth=1.3, zorder=z + 0.1, label="arc"))
+    ax.add_patch(Circle(point, rc, fill=False, edgecolor=BLACK, linewidth=1.3, zorder=drawing.Z_CONNECTOR + 0.1))
     dashed = {"edgecolor": "0.35", "linestyle": (0, (5, 2)), "linewidth": 0.8}
-    ax.add_patch(Circle(centre, r, fill=False, **dashed, zorder=z + 0.2))
-    # e and the radii lie on one line: the radii are drawn beside it
-    along = (point - centre) / np.hypot(*(point - centre))
-    aside = 0.16 * rc * np.array([-along[1], along[0]])
+    ax.add_patch(Circle(centre, r, fill=False, **dashed, zorder=drawing.Z_CONNECTOR + 0.2))
+    aside = 0.16 * rc * marks.directions(centre, point)[1]  # e and the radii lie on one line: these are drawn beside it
     marks.vector(ax, centre, point, f"$e_{area}$", 0.75 if convex else 0.5, side=-1, linewidth=1.2)
     marks.radius(ax, point + aside, deepest + aside, "$r_C$", 0.4 if convex else 0.5)
     marks.radius(ax, centre - 2 * aside, surface - 2 * aside, f"$r_{area}$", 0.5, side=-1)
@@ -94,7 +62,7 @@ def _arc_figure(rig: Rig, area: int) -> Figure:
     points = np.array([point + rc, point - rc, centre - 2 * aside, deepest - 0.4 * rc])
     low, high = points.min(axis=0) - 0.1 * rc, points.max(axis=0) + 0.1 * rc
     ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
-    marks.frame_axes(ax, "k")
+    marks.frame_axes(ax)
     ax.set_title(f"the left arc in area {touched}")
     # result of the search for the drawn state, with the equations
     length, rj = f"|e_{area}|", f"r_{area}"
@@ -120,7 +88,7 @@ def link_figure(rig: Rig) -> Figure:
     figure = new_figure(4.2)
     *axes, words = figure.subplots(2, 2).ravel()
     for ax, letter, (case, fraction) in zip(axes, "abc", LINK_CASES.items(), strict=True):
-        s = _draw_link_case(ax, rig, *placed_link(rig, fraction))
+        s = _draw_link_case(ax, rig, fraction)
         ax.set_title(f"({letter}) {case}, $s$ = {s:.2f}".replace("-", "\N{MINUS SIGN}"))
     text = (
         "$s$: where the perpendicular\nfrom $O_S$ meets the line $AB$,\nin lengths of $AB$ from $A$\n\n"
@@ -131,26 +99,33 @@ def link_figure(rig: Rig) -> Figure:
     return figure
 
 
-def _draw_link_case(ax: Axes, rig: Rig, start, end) -> float:
-    """A link with the ends A and B (m) on the ring; returns where the perpendicular meets AB, 0 to 1 within."""
-    ring, half = rig.sprocket.ring_radius, rig.chain.link_thickness / 2
+def _draw_link_case(ax: Axes, rig: Rig, fraction: float) -> float:
+    """A link that penetrates the ring, the perpendicular meeting its line AB at ``fraction``; returns the kernel's.
+
+    The ring's centre is the origin, and the link's point nearest to it is straight above it.
+    """
+    ring, half, length = rig.sprocket.ring_radius, rig.chain.link_thickness / 2, rig.chain.link_length
+    height, end_share = ring + (1 - SHOWN_LINK_DEPTH) * half, min(max(fraction, 0.0), 1.0)
+    # beyond an end the link leans, so that the perpendicular meets its line outside of it
+    lean = marks.polar(-np.arcsin((fraction - end_share) * length / height))
+    start = np.array([0.0, height]) - end_share * length * lean
+    end = start + length * lean
     s, qx, qy, distance = foot(*map(float, (*start, *end, 0.0, 0.0)))
     q = np.array([qx, qy])
     p = ring * q / distance
-    along = (end - start) / np.hypot(*(end - start))
-    angle = float(np.arctan2(along[1], along[0]))
+    along, up = marks.directions(start, end)
     rubber = {"facecolor": "0.8", "edgecolor": drawing.RUBBER, "linewidth": 1.6, "zorder": drawing.Z_RING}
-    ax.add_patch(Circle((0, 0), ring, **rubber, label="ring"))
-    link, z = drawing.placed(drawing.link_outline(rig), start, angle), drawing.Z_LINK
-    ax.add_patch(Polygon(link, facecolor=drawing.LINK, alpha=0.75, edgecolor="none", zorder=z))
+    ax.add_patch(Circle((0, 0), ring, **rubber))
     # body of the link in the law of contact: the points within half the thickness of the line AB
-    outline = drawing.placed(drawing.stadium(rig.chain.link_length, half, 30), start, angle)
-    ax.add_patch(Polygon(outline, fill=False, edgecolor=BLACK, linewidth=1.0, zorder=z + 0.1, label="link"))
+    outlines = drawing.link_outline(rig), drawing.stadium(length, half, 30)
+    link, outline = (drawing.placed(points, start, atan2(along[1], along[0])) for points in outlines)
+    ax.add_patch(Polygon(link, facecolor=drawing.LINK, alpha=0.75, edgecolor="none", zorder=drawing.Z_LINK))
+    ax.add_patch(Polygon(outline, fill=False, edgecolor=BLACK, linewidth=1.0, zorder=drawing.Z_LINK + 0.1))
     marks.line(ax, start, end, linestyle=(0, (8, 2, 1, 2)), linewidth=0.8)
     if not 0 <= s <= 1:  # the perpendicular, outside of the link
-        on_line = start + s * rig.chain.link_length * along
-        marks.line(ax, q, on_line, linestyle=(0, (1, 1)), linewidth=0.9)
-        marks.line(ax, on_line, 0.87 * on_line, linestyle=(0, (1, 1)), linewidth=0.9)
+        on_line = start + s * length * along
+        for ends in ((q, on_line), (on_line, 0.87 * on_line)):
+            marks.line(ax, *ends, linestyle=(0, (1, 1)), linewidth=0.9)
     low = ring - 2.6 * half
     marks.line(ax, q * low / q[1], q, linewidth=0.9)
     marks.arrow(ax, q * (low + 0.012) / q[1], q * low / q[1], linewidth=0.9)
@@ -165,8 +140,7 @@ def _draw_link_case(ax: Axes, rig: Rig, start, end) -> float:
     marks.dimension(ax, near, p, r"$\delta_r$", offset=-0.9 * sign * half, side=-sign, turned=False, fontsize=9)
     far, middle = (end if s < 0.5 else start), 0.5 * (start + end)
     inside = far + 0.5 * (middle - far)
-    up = half * np.array([-along[1], along[0]])
-    marks.dimension(ax, inside, inside + up, "$D/2$", side=sign, turned=False, fontsize=9)
+    marks.dimension(ax, inside, inside + half * up, "$D/2$", side=sign, turned=False, fontsize=9)
     span = 0.085
     ax.set(xlim=(middle[0] - span, middle[0] + span), ylim=(low - 0.004, low + 1.6 * span))
     marks.bare(ax)

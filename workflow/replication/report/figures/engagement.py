@@ -3,7 +3,6 @@
 The way is kinematic: the chain as it lies around the wheels, moved along its path. No recording is needed.
 """
 
-from dataclasses import dataclass
 from math import atan2, dist, pi
 
 import numpy as np
@@ -30,19 +29,18 @@ FLANK = (1, 2)  # areas behind the left arc, which drive
 LARGEST_PHASE = 0.05  # phase of the chain on the sprocket, rad
 
 
-@dataclass(frozen=True)
-class Passage:
-    """A connector passing the sprocket, seen from its groove."""
-
-    angle: np.ndarray  # (t,) of the sprocket since the groove was in the middle of the wrap, rad
-    pins: np.ndarray  # (t, 2, 2) its input (left) and output pin in the groove frame, m
-
-
-def passage(rig: Rig, points: int = 121) -> Passage:
+def passage(rig: Rig, points: int = 121) -> tuple[np.ndarray, np.ndarray]:
     """Kinematic passage of a connector through its groove.
 
     The links lie on the ring, the runs are straight, and one pitch follows each groove. What this leaves
     open, the phase of the chain on the sprocket, is such that the left arc just touches its flank once.
+
+    Returns
+    -------
+    angle : (t,) array
+        Angle of the sprocket since the groove was in the middle of the wrap, rad.
+    pins : (t, 2, 2) array
+        Input (left) and output pin of the connector in the groove's frame, m.
     """
     path, _ = belt_around(rig)
     wrap, r = path.wrap[0], path.circles[0, 2]
@@ -55,27 +53,20 @@ def passage(rig: Rig, points: int = 121) -> Passage:
         middle = 0.5 * wrap * r + angle[i] * pitch * rig.sprocket.teeth / (2 * pi)
         both = _pins_around(path, middle, rig.connector_length) - path.circles[0, :2]
         pins[i] = drawing.placed(both, (0.0, 0.0), pi / 2 - bearing[i])
+    tooth = make_tooth(rig.groove_profile, rig.chain.connector_radius, 0)
     free, touching = -LARGEST_PHASE, LARGEST_PHASE
     for _ in range(24):
         phase = 0.5 * (free + touching)
-        touched = _flank_is_touched(rig, drawing.placed(pins[:, 0], (0.0, 0.0), phase))
+        left = drawing.placed(pins[:, 0], (0.0, 0.0), phase)
+        touched = any(find_area(tooth, float(x), float(y))[0] in FLANK for x, y in left)
         free, touching = (free, phase) if touched else (phase, touching)
-    return Passage(angle, drawing.placed(pins.reshape(-1, 2), (0.0, 0.0), free).reshape(pins.shape))
+    return angle, drawing.placed(pins.reshape(-1, 2), (0.0, 0.0), free).reshape(pins.shape)
 
 
 def _pins_around(path: BeltPath, s: float, chord: float) -> np.ndarray:
     """(2, 2) pins of a body of a length in m whose middle is at arc length ``s`` of the path."""
-
-    def excess(half):
-        return dist(*path.along([s - half, s + half])[0]) - chord
-
-    half = root(excess, 0.25 * chord, chord)
+    half = root(lambda half: dist(*path.along([s - half, s + half])[0]) - chord, 0.25 * chord, chord)
     return path.along([s - half, s + half])[0]
-
-
-def _flank_is_touched(rig: Rig, places) -> bool:
-    tooth = make_tooth(rig.groove_profile, rig.chain.connector_radius, 0)
-    return any(find_area(tooth, float(x), float(y))[0] in FLANK for x, y in places)
 
 
 def seated_pins(rig: Rig) -> np.ndarray:
@@ -90,32 +81,28 @@ def engagement_figure(rig: Rig) -> Figure:
     """Figure 6: frames of sprocket and groove (a), a connector on its way into the groove (b)."""
     figure = new_figure(7.0)
     complete, close = figure.subplots(2, 1, height_ratios=(1.2, 1.0))
-    way = passage(rig)
-    _draw_frames(complete, rig, way.pins[0])
+    angle, path = passage(rig)
+    _draw_frames(complete, rig, path[0])
     section.draw_groove(close, rig, 0.012, emphasized=())
     places = (-1.0, "-", "approaching"), (-0.8, (0, (5, 1.5)), "entering"), (0.0, (0, (1, 1)), "on the ring")
     for share, dashes, name in places:
-        pins = way.pins[np.argmin(np.abs(way.angle - share * way.angle[-1]))]
+        pins = path[np.argmin(np.abs(angle - share * angle[-1]))]
         look = {"edgecolor": BLACK, "linestyle": dashes, "linewidth": 1.1, "zorder": drawing.Z_CONNECTOR + 0.1}
         close.add_patch(drawing.connector_patch(rig, pins, **look, facecolor="none", label=name))
         marks.point(close, pins[0])
     close.add_patch(drawing.connector_patch(rig, seated_pins(rig), **SOLID, linewidth=0.5, label="at rest on the seat"))
-    coming = way.angle <= 0
     for k, (name, look) in enumerate(PINS.items()):
-        close.plot(*way.pins[coming, k].T, **look, zorder=drawing.Z_MARK, label=f"path of the {name} pin")
-    heights = way.pins[0, :, 1]
+        close.plot(*path[angle <= 0, k].T, **look, zorder=drawing.Z_MARK, label=f"path of the {name} pin")
+    heights = path[0, :, 1]
     close.set(xlim=(-0.095, 0.095), ylim=(heights.min() - 0.065, heights.max() + 0.045))
-    marks.frame_axes(close, "k")
-    handles = [
-        handle for handle in close.get_legend_handles_labels()[0] if handle.get_label() not in ("steel", "profile")
-    ]
-    figure.legend(handles=handles, loc="outside lower center", ncols=2)
+    marks.frame_axes(close)
+    figure.legend(handles=close.get_legend_handles_labels()[0], loc="outside lower center", ncols=2)
     close.set_title("(b) a connector enters its groove")
     return figure
 
 
 def _draw_frames(ax: Axes, rig: Rig, pins) -> None:
-    """Sprocket, frames of Eqs. 12 to 20 and a connector whose pins are given in the groove frame."""
+    """Sprocket, frames of Eqs. 12 to 20 and a connector with its pins in the groove's frame."""
     teeth, reach, k = rig.sprocket.teeth, rig.groove_profile.addendum, 2
     beta = (2 * k - 1) * pi / teeth - pi / 2  # Eq. 12; the groove points up
     drawing.draw_sprocket(ax, rig.changed(sprocket__x=0.0, sprocket__y=0.0), -beta, None)
@@ -147,8 +134,8 @@ def sector_figure(rig: Rig) -> Figure:
     rolling, sectors = figure.subplots(2, 1, sharex=True, sharey=True)
     for ax in (rolling, sectors):
         section.draw_groove(ax, rig, 0.012)
-        ax.plot(*path.T, **section.TRAJECTORY, zorder=drawing.Z_MARK, label="trajectory")
-        marks.frame_axes(ax, "k")
+        ax.plot(*path.T, **section.TRAJECTORY, zorder=drawing.Z_MARK)
+        marks.frame_axes(ax)
     for area in (1, 2, 5, 9):
         centre = path[(area - 1) * section.POINTS + section.POINTS // 2]
         foot = centre - rc * section.free_side(groove, area)
@@ -170,9 +157,9 @@ def sector_figure(rig: Rig) -> Figure:
         else:
             end = centre + (outer + 0.008) * u
             marks.leader(sectors, centre + (outer - 0.3 * rc) * u, str(area), end, fontsize=10)
-    way = passage(rig)
-    for k, (name, look) in enumerate(PINS.items()):
-        sectors.plot(*way.pins[:, k].T, **look, zorder=drawing.Z_MARK + 1, label=f"{name} arc")
+    pins = passage(rig)[1]
+    for k, look in enumerate(PINS.values()):
+        sectors.plot(*pins[:, k].T, **look, zorder=drawing.Z_MARK + 1)
     looks = {"convex": section.CONVEX_SECTOR, "concave": section.CONCAVE_SECTOR}
     faces = [Patch(**look, linewidth=0.8, label=f"sector of a {kind} area") for kind, look in looks.items()]
     paths = [marks.handle(f"way of the {name} arc's centre", **look) for name, look in PINS.items()]

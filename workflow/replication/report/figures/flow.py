@@ -4,7 +4,7 @@ The order of the areas comes from the search itself; the functions that the char
 those that do the steps.
 """
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -30,54 +30,58 @@ def search_order(rig: Rig, left: bool) -> list[int]:
     """
     groove = rig.groove_profile
     tooth = make_tooth(groove, rig.chain.connector_radius, 0)
-    point = np.array([-1e-3 if left else 1e-3, float(groove.addendum)])
+    x, y = -1e-3 if left else 1e-3, float(groove.addendum)
     width = 0.5 * tooth.arc_radius
     tooth = tooth._replace(
         # the point lies straight above every centre, in the middle between inner and outer radius
-        centre_x=np.full(10, point[0]),
-        centre_y=point[1] - groove.radius - np.where(groove.convex, width, -width),
+        centre_x=np.full(10, x),
+        centre_y=y - groove.radius - np.where(groove.convex, width, -width),
         direction_x=np.zeros(10),
         direction_y=np.ones(10),
     )
     order = []
-    while area := find_area(tooth, *map(float, point))[0]:
+    while area := find_area(tooth, x, y)[0]:
         order.append(area)
         tooth.cos_half_angle[area - 1] = 2.0  # no angle has this cosine
     return order
 
 
-@dataclass(frozen=True)
-class FlowStep:
+class Step(NamedTuple):
     """A box of the flow chart."""
 
     text: str  # action or question
-    centre: tuple[float, float]  # (2,) middle of the box
-    function: str = ""  # function that does it, ``module:name`` within ``trackdyn.contact``; empty: a mere end
-    equations: tuple[int, ...] = ()  # numbers of the paper
+    x: float
+    y: float
+    function: str  # that does it
     question: bool = False  # drawn as a decision
 
+    @property
+    def half(self) -> np.ndarray:
+        """Half width and half height."""
+        return np.array([2.5, 0.62] if self.question else [2.3 if self.x == MIDDLE else 1.72, 0.36])
 
-def contact_steps(rig: Rig) -> dict[str, FlowStep]:
-    """Boxes of Figure 11, in the order of the program."""
+
+def contact_steps(rig: Rig) -> dict[str, Step]:
+    """Boxes of Figure 11, in the order of the program, with functions of ``trackdyn.contact`` and equation numbers."""
     left, right = (", ".join(map(str, search_order(rig, side))) for side in (True, False))
     return {
-        "start": FlowStep("next arc of a connector: left, right", (5, 13.0), "detect:tooth_loads"),
-        "reach": FlowStep(r"$|l_{S,O_S C}| \leq r_a + r_C$ ?", (5, 11.8), "detect:tooth_loads", (15, 18), True),
-        "groove": FlowStep("groove $k$ under the arc's centre $C$", (5, 10.5), "laws:groove_index", (16, 17)),
-        "frame": FlowStep("$C$ in the frame of groove $k$", (5, 9.4), "detect:tooth_loads", (13, 14, 20)),
-        "side": FlowStep(r"$l^{\,x}_{k,O_S C} \leq 0$ ?", (5, 8.2), "laws:find_area", (20,), True),
-        "left": FlowStep(f"areas {left}", (2.1, 7.4), "laws:find_area"),
-        "right": FlowStep(f"areas {right}", (7.9, 7.4), "laws:find_area"),
-        "sector": FlowStep("$C$ in annular sector $j$ ?", (5, 5.9), "laws:find_area", (21, 23), True),
-        "kind": FlowStep("area $j$ convex ?", (5, 4.4), "laws:find_area", (), True),
-        "convex": FlowStep(r"$\delta = r_C + r_j - |e_j|$", (2.1, 3.5), "laws:find_area", (29,)),
-        "concave": FlowStep(r"$\delta = |e_j| + r_C - r_j$", (7.9, 3.5), "laws:find_area", (33,)),
-        "rate": FlowStep(r"penetration velocity $\dot{\delta}$", (5, 2.6), "detect:tooth_loads", (27, 30, 34)),
-        "impact": FlowStep(r"$\dot{\delta}^{(-)}$, kept from first touch", (5, 1.5), "laws:stored_impact_speed"),
-        "normal": FlowStep("normal force $f_n$", (5, 0.4), "laws:force_and_slopes", (8,)),
-        "friction": FlowStep(r"friction $f_\tau$", (5, -0.7), "laws:friction_coefficient", (10,)),
-        "none": FlowStep(r"no force, $\dot{\delta}^{(-)}$ cleared", (10.4, 5.9), "detect:tooth_loads"),
-        "end": FlowStep("loads of connector and sprocket", (5, -1.8), "detect:contact_loads"),
+        "start": Step("next arc of a connector: left, right", 5, 13.0, "tooth_loads"),
+        "reach": Step(r"$|l_{S,O_S C}| \leq r_a + r_C$ ?", 5, 11.8, "tooth_loads  (15, 18)", True),
+        "groove": Step("groove $k$ under the arc's centre $C$", 5, 10.5, "groove_index  (16, 17)"),
+        "frame": Step("$C$ in the frame of groove $k$", 5, 9.4, "tooth_loads  (13, 14, 20)"),
+        "side": Step(r"$l^{\,x}_{k,O_S C} \leq 0$ ?", 5, 8.2, "find_area  (20)", True),
+        "left": Step(f"areas {left}", 2.1, 7.4, "find_area"),
+        "right": Step(f"areas {right}", 7.9, 7.4, "find_area"),
+        "sector": Step("$C$ in annular sector $j$ ?", 5, 5.9, "find_area  (21, 23)", True),
+        "kind": Step("area $j$ convex ?", 5, 4.4, "find_area", True),
+        "convex": Step(r"$\delta = r_C + r_j - |e_j|$", 2.1, 3.5, "find_area  (29)"),
+        "concave": Step(r"$\delta = |e_j| + r_C - r_j$", 7.9, 3.5, "find_area  (33)"),
+        "rate": Step(r"penetration velocity $\dot{\delta}$", 5, 2.6, "tooth_loads  (27, 30, 34)"),
+        "impact": Step(r"$\dot{\delta}^{(-)}$, kept from first touch", 5, 1.5, "stored_impact_speed"),
+        "normal": Step("normal force $f_n$", 5, 0.4, "force_and_slopes  (8)"),
+        "friction": Step(r"friction $f_\tau$", 5, -0.7, "friction_coefficient  (10)"),
+        "none": Step(r"no force, $\dot{\delta}^{(-)}$ cleared", 10.4, 5.9, "tooth_loads"),
+        "end": Step("loads of connector and sprocket", 5, -1.8, "contact_loads"),
     }
 
 
@@ -101,8 +105,8 @@ def flow_figure(rig: Rig) -> Figure:
     figure = new_figure(8.4)
     ax = figure.subplots()
     steps = contact_steps(rig)
-    for step in steps.values():
-        _draw_step(ax, step)
+    for name, step in steps.items():
+        _draw_step(ax, step, "round,pad=0,rounding_size=0.3" if name in ("start", "end") else "square,pad=0")
     for start, end, text, *corners in WAYS:
         _draw_way(ax, steps[start], steps[end], text, corners)
     ax.set(xlim=(0.0, 12.3), ylim=(-2.4, 13.6))
@@ -111,34 +115,23 @@ def flow_figure(rig: Rig) -> Figure:
     return figure
 
 
-def _half(step: FlowStep) -> np.ndarray:
-    """Half width and half height of a box."""
-    if step.question:
-        return np.array([2.5, 0.62])
-    return np.array([2.3 if step.centre[0] == MIDDLE else 1.72, 0.36])
-
-
-def _draw_step(ax: Axes, step: FlowStep) -> None:
-    centre, half = np.array(step.centre), _half(step)
+def _draw_step(ax: Axes, step: Step, box: str) -> None:
+    centre = np.array([step.x, step.y])
     look = {"edgecolor": BLACK, "linewidth": 0.9, "zorder": Z_MARK}
     if step.question:
-        corners = centre + half * np.array([[-1, 0], [0, 1], [1, 0], [0, -1]])
+        corners = centre + step.half * np.array([[-1, 0], [0, 1], [1, 0], [0, -1]])
         ax.add_patch(Polygon(corners, facecolor=CONNECTOR, **look))
     else:
-        rounding = "round,pad=0,rounding_size=0.3" if step.text[:4] in ("next", "load") else "square,pad=0"
-        ax.add_patch(FancyBboxPatch(centre - half, *(2 * half), boxstyle=rounding, facecolor=ACTION, **look))
-    name = step.function.partition(":")[2]
-    if step.equations:
-        name += f"  ({', '.join(map(str, step.equations))})"
-    look = {"ha": "center", "va": "center", "zorder": Z_MARK + 1}
-    ax.text(*(centre + [0, 0.13]), step.text, fontsize=SMALL, **look)
-    ax.text(*(centre - [0, 0.19]), name, fontsize=SMALL, family="DejaVu Sans Mono", **look)
+        ax.add_patch(FancyBboxPatch(centre - step.half, *(2 * step.half), boxstyle=box, facecolor=ACTION, **look))
+    look = {"ha": "center", "va": "center", "zorder": Z_MARK + 1, "fontsize": SMALL}
+    ax.text(*(centre + [0, 0.13]), step.text, **look)
+    ax.text(*(centre - [0, 0.19]), step.function, family="DejaVu Sans Mono", **look)
 
 
-def _draw_way(ax: Axes, start: FlowStep, end: FlowStep, text: str, corners) -> None:
-    points = np.array([start.centre, *corners, end.centre], dtype=float)
+def _draw_way(ax: Axes, start: Step, end: Step, text: str, corners) -> None:
+    points = np.array([(start.x, start.y), *corners, (end.x, end.y)], dtype=float)
     for at, neighbour, step in ((0, 1, start), (-1, -2, end)):
-        points[at] += np.sign(points[neighbour] - points[at]) * _half(step)
+        points[at] += np.sign(points[neighbour] - points[at]) * step.half
     ax.plot(*points[:-1].T, "-", color=BLACK, linewidth=0.9, zorder=Z_MARK - 1)
     marks.arrow(ax, points[-2], points[-1], linewidth=0.9)
     if text:

@@ -52,9 +52,9 @@ def sector_patch(rig: Rig, area: int) -> Wedge:
     inner, outer = sector_radii(rig, area)
     middle = atan2(*groove.direction[area - 1][::-1])
     ends = (degrees(middle + sign * groove.half_angle[area - 1]) for sign in (-1, 1))
-    look = (CONVEX_SECTOR if groove.convex[area - 1] else CONCAVE_SECTOR) | {"zorder": drawing.Z_CONNECTOR}
-    label = f"sector {area}"
-    return Wedge(groove.centre[area - 1], outer, *ends, width=outer - inner, linewidth=0.8, label=label, **look)
+    look = (CONVEX_SECTOR if groove.convex[area - 1] else CONCAVE_SECTOR) | {"label": f"sector {area}"}
+    look |= {"linewidth": 0.8, "zorder": drawing.Z_CONNECTOR}
+    return Wedge(groove.centre[area - 1], outer, *ends, width=outer - inner, **look)
 
 
 def draw_groove(ax: Axes, rig: Rig, depth: float, emphasized=range(1, 11)) -> None:
@@ -67,13 +67,13 @@ def draw_groove(ax: Axes, rig: Rig, depth: float, emphasized=range(1, 11)) -> No
     z = drawing.Z_SPROCKET
     for k in (-1, 0, 1):
         angle = 2 * pi * k / groove.teeth
-        look = {"facecolor": drawing.STEEL, "edgecolor": drawing.STEEL, "linewidth": 0.5, "zorder": z}
-        ax.add_patch(Polygon(drawing.placed(steel, (0.0, 0.0), angle), **look, label="steel"))
-        edge = drawing.placed(profile, (0.0, 0.0), angle)
-        marks.line(ax, *edge, color=drawing.STEEL_EDGE, linewidth=1.0, zorder=z + 0.4, label="profile")
+        body, edge = (drawing.placed(points, (0.0, 0.0), angle) for points in (steel, profile))
+        look = {"facecolor": drawing.STEEL, "edgecolor": drawing.STEEL, "linewidth": 0.5}
+        ax.add_patch(Polygon(body, **look, zorder=z))
+        marks.line(ax, *edge, color=drawing.STEEL_EDGE, linewidth=1.0, zorder=z + 0.4)
     for area in emphasized:
         look = CONVEX_ARC if groove.convex[area - 1] else CONCAVE_ARC
-        ax.plot(*groove.arc(area, POINTS).T, **look, zorder=z + 0.5, label=f"area {area}")
+        ax.plot(*groove.arc(area, POINTS).T, **look, zorder=z + 0.5)
     if len(emphasized):
         ends = np.vstack([profile[:1], groove.joints(), profile[-1:]])
         ax.plot(*ends.T, linestyle="none", marker="|", color=BLACK, markersize=7, zorder=z + 0.6)
@@ -89,17 +89,6 @@ def free_side(groove: Groove, area: int) -> np.ndarray:
     return groove.direction[area - 1] * (1.0 if groove.convex[area - 1] else -1.0)
 
 
-def _number_areas(ax: Axes, groove: Groove, depth: float) -> None:
-    """Numbers of the areas, ``depth`` (m) below their middles; short ones deeper, those of the tips above."""
-    for area in range(1, 11):
-        short = 2 * groove.half_angle[area - 1] * groove.radius[area - 1] < 0.5 * NARROW
-        at = groove.arc(area, 3)[1]
-        end = at - {1: -1.0, 10: -1.0}.get(area, 2.8 if short else 1.0) * depth * free_side(groove, area)
-        if short:
-            marks.line(ax, at, end, linewidth=0.5, zorder=drawing.Z_SPROCKET + 0.7)
-        marks.write_mark(ax, end, str(area), fontsize=9)
-
-
 @styled
 def section_figure(rig: Rig) -> Figure:
     """Figure 5: sections of connector (a) and groove (b) with arcs, centres, radii and numbers."""
@@ -108,11 +97,18 @@ def section_figure(rig: Rig) -> Figure:
     _draw_connector_section(connector, rig)
     groove = rig.groove_profile
     draw_groove(section, rig, 0.034)
-    _number_areas(section, groove, 0.0055)
+    for area in range(1, 11):  # numbers below the middles of the areas; of short ones deeper, those of the tips above
+        short = 2 * groove.half_angle[area - 1] * groove.radius[area - 1] < 0.5 * NARROW
+        at = groove.arc(area, 3)[1]
+        depth = -0.0055 if area in (1, 10) else (2.8 if short else 1.0) * 0.0055
+        end = at - depth * free_side(groove, area)
+        if short:
+            marks.line(section, at, end, linewidth=0.5, zorder=drawing.Z_SPROCKET + 0.7)
+        marks.write_mark(section, end, str(area), fontsize=9)
     for area, (comparison, points) in {
         1: ("below", 2), 2: ("above left", 4), 3: ("right", 1), 4: ("below", 7), 5: ("right", 4),
     }.items():  # fmt: skip
-        # radii of arcs from nearly the same centre end apart from each other
+        # radii of arcs from nearly one centre end apart
         centre, end = groove.centre[area - 1], groove.arc(area, 9)[points]
         text = f"$r_{area}$ = {1e3 * groove.radius[area - 1]:.1f}"
         marks.point(section, centre, "$O_5, O_6$" if area == 5 else f"$O_{area}$", comparison, gap=4)
@@ -127,13 +123,13 @@ def section_figure(rig: Rig) -> Figure:
         marks.point(section, groove.centre[area - 1], f"$O_{{{area}}}$", side, gap=4)
     ends = (pi / 2 + sign * 1.15 * pi / rig.sprocket.teeth for sign in (-1, 1))
     addendum = drawing.circle_points((0.0, 0.0), groove.addendum, *ends, 80)
-    section.plot(*addendum.T, linestyle=(0, (8, 2, 1, 2)), color="0.35", linewidth=0.8, label="addendum circle")
+    section.plot(*addendum.T, linestyle=(0, (8, 2, 1, 2)), color="0.35", linewidth=0.8)
     marks.leader(section, addendum[12], f"$r_a$ = {1e3 * groove.addendum:.1f}", addendum[12] + [0.0, 0.02])
     floor = groove.profile()[:, 1].min() - 0.034
     marks.arrow(section, (0.0, floor + 0.018), (0.0, floor + 0.004))
     marks.write_mark(section, (0.003, floor + 0.011), "to $O_S$", ha="left")
     section.set(xlim=(-0.095, 0.095), ylim=(floor, groove.centre[:, 1].max() + 0.014))
-    marks.frame_axes(section, "k")
+    marks.frame_axes(section)
     figure.legend(handles=kinds(), loc="outside lower center", ncols=2)
     section.set_title("(b) groove, radii in mm")
     return figure
@@ -141,12 +137,12 @@ def section_figure(rig: Rig) -> Figure:
 
 def _draw_connector_section(ax: Axes, rig: Rig) -> None:
     rc, length = rig.chain.connector_radius, rig.connector_length
-    look = {"facecolor": drawing.CONNECTOR, "edgecolor": "none", "label": "connector"}
+    look = {"facecolor": drawing.CONNECTOR, "edgecolor": "none"}
     ax.add_patch(Polygon(drawing.connector_outline(rig), **look))
     for k, (name, dashes) in enumerate((("left arc", "-"), ("right arc", (0, (5, 1.5))))):
         centre, flip = np.array([k * length, 0.0]), 1 - 2 * k
         arc = centre + drawing.circle_points((0.0, 0.0), rc, pi / 2, 3 * pi / 2, POINTS) * [flip, 1]
-        ax.plot(*arc.T, color=BLACK, linestyle=dashes, linewidth=2.2, label=name)
+        ax.plot(*arc.T, color=BLACK, linestyle=dashes, linewidth=2.2)
         marks.leader(ax, arc[18], name, centre + 1.5 * rc * np.array([-flip, 0.75]))
         end = centre + rc * marks.polar(pi / 2 + flip * 0.75 * pi)
         marks.radius(ax, centre, end, "$r_C$")
@@ -186,7 +182,7 @@ def detection_figure(rig: Rig) -> Figure:
         marks.point(ax, point, "$C$", "above" if convex else "left")
         marks.point(ax, centre, f"$O_{area}$", "below left" if convex else "right")
         ax.set(xlim=(low[0], low[0] + 2 * half), ylim=(low[1], low[1] + 2 * half))
-        marks.frame_axes(ax, "k")
+        marks.frame_axes(ax)
         kind, bounds = "concave", r"$r_j - r_C \leq |e_j| \leq r_j$"
         if convex:
             kind, bounds = "convex", r"$r_j \leq |e_j| \leq r_j + r_C$"

@@ -51,7 +51,7 @@ def model_figure(rig: Rig, frame, shift: float, missing: str = "") -> Figure:
     look = {"fill": False, "linewidth": 0.8, "linestyle": (0, (4, 2)), "label": "connector on the pin circle"}
     tooth.add_patch(drawing.connector_patch(rig, [(-half, height), (half, height)], **look))
     tooth.margins(0.04, 0.1)
-    marks.frame_axes(tooth, "k")
+    marks.frame_axes(tooth)
     tooth.set_title("(b) one groove, in its own frame; dots: where its arcs meet")
     figure.legend(loc="outside lower center", ncols=1)
     return figure

@@ -2,23 +2,22 @@
 
 from trackdyn.sweeps.snakemake_job import run_job
 
+from functools import partial
 from pathlib import Path
 
-from replication.report.figures.chain_piece import piece_figure
-from replication.report.figures.contact_cases import concave_figure, convex_figure, link_figure
+from replication.report.figures.chain import piece_figure, topology_figure
+from replication.report.figures.contact_cases import arc_figure, link_figure
 from replication.report.figures.engagement import engagement_figure, sector_figure
 from replication.report.figures.flow import flow_figure
 from replication.report.figures.groove import detection_figure, section_figure
-from replication.report.figures.locations import locations_figure
-from replication.report.figures.system import setup_figure, system_figure
-from replication.report.figures.topology import topology_figure
+from replication.report.figures.system import locations_figure, setup_figure, system_figure
 from trackdyn.plots.style import save
 from trackdyn.rig.rig import load_rig
 
 FIGURES = {
     1: system_figure, 2: piece_figure, 3: topology_figure, 4: locations_figure, 5: section_figure,
-    6: engagement_figure, 7: sector_figure, 8: detection_figure, 9: convex_figure, 10: concave_figure,
-    11: flow_figure, 12: link_figure, 16: setup_figure,
+    6: engagement_figure, 7: sector_figure, 8: detection_figure, 9: partial(arc_figure, area=1),
+    10: partial(arc_figure, area=2), 11: flow_figure, 12: link_figure, 16: setup_figure,
 }  # fmt: skip
 
 

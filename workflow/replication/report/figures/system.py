@@ -1,4 +1,4 @@
-"""Figures 1 and 16: the system and its model, the test set-up."""
+"""Figures 1, 4 and 16: the system and its model, the surfaces that touch, the test set-up."""
 
 from math import pi
 
@@ -9,6 +9,7 @@ from matplotlib.patches import Circle, FancyBboxPatch, Polygon
 from matplotlib.path import Path
 
 from replication.report import marks
+from replication.report.figures.engagement import seated_pins
 from trackdyn.contact.laws import foot
 from trackdyn.measure.columns import words
 from trackdyn.plots import drawing
@@ -22,6 +23,8 @@ GROUND = 0.18  # depth of the ground under the lowest pin, m
 ZIGZAG = Path([(-3, 0), (-2, 0), *((-1.75 + 0.5 * i, 0.4 * (-1) ** i) for i in range(8)), (2, 0), (3, 0)])
 WIRE = {"markerfacecolor": "none", "markeredgecolor": BLACK, "markeredgewidth": 0.8}
 BOX = {"facecolor": "white", "edgecolor": "none", "pad": 1.0}  # behind the names of the wheels
+ON_CHAIN = {"color": BLUE, "linestyle": "-", "linewidth": 2.4}
+ON_WHEEL = {"color": VERMILION, "linestyle": (0, (3, 1)), "linewidth": 2.4}
 
 
 @styled
@@ -102,18 +105,11 @@ def touching_links(rig: Rig, frame, shift: float) -> list[tuple[int, int, np.nda
     return touching
 
 
-def reaching_pins(rig: Rig, frame) -> list[int]:
-    """Pins within reach of the teeth (Eq. 18)."""
-    pins, _, _ = drawing.chain_points(rig, frame)
-    away = np.hypot(*(pins[:-1] - drawing.sprocket_centre(rig)).T)
-    return np.flatnonzero(away <= rig.groove_profile.addendum + rig.chain.connector_radius).tolist()
-
-
 def _draw_model(ax: Axes, rig: Rig, frame, shift: float) -> None:
     pins, _, _ = drawing.chain_points(rig, frame)
     circles = wheel_circles(rig, shift, surface=True)
     _draw_base(ax, circles, pins)
-    looks = (("link", {"color": BLUE, "linewidth": 3.0}), ("connector", {"color": ORANGE, "linewidth": 1.6}))
+    looks = [("link", {"color": BLUE, "linewidth": 3.0}), ("connector", {"color": ORANGE, "linewidth": 1.6})]
     for first, (_, look) in enumerate(looks):
         for body in range(first, len(pins) - 1, 2):
             ax.plot(*pins[body : body + 2].T, "-", **look, zorder=drawing.Z_LINK)
@@ -129,30 +125,106 @@ def _draw_model(ax: Axes, rig: Rig, frame, shift: float) -> None:
     contact = {"color": BLACK, "linewidth": 0.8, "linestyle": "-"}
     tooth = {"color": VERMILION, "linewidth": 1.1, "linestyle": (0, (2, 1))}
     for _, wheel, q in touching_links(rig, frame, shift):
-        x, y, r = circles[wheel]
-        marks.line(ax, *_spring(np.array([x, y]), q, 0.6 * r), **contact, zorder=drawing.Z_CONNECTOR)
-    for pin in reaching_pins(rig, frame):
-        away = pins[pin] - circles[0, :2]
-        start = circles[0, :2] + 0.6 * circles[0, 2] * (away / np.hypot(*away))
+        spring = _spring(circles[wheel, :2], q, 0.6 * circles[wheel, 2])
+        marks.line(ax, *spring, **contact, zorder=drawing.Z_CONNECTOR)
+    away = np.hypot(*(pins[:-1] - drawing.sprocket_centre(rig)).T)
+    reach = rig.groove_profile.addendum + rig.chain.connector_radius  # Eq. 18
+    for pin in np.flatnonzero(away <= reach):
+        start = circles[0, :2] + 0.6 * circles[0, 2] * marks.directions(circles[0, :2], pins[pin])[0]
         marks.line(ax, start, pins[pin], **tooth, zorder=drawing.Z_CONNECTOR)
-    looks += (
+    looks += [
         ("revolute joint with bushing", joint),
         ("cut joint", cut),
         ("bearing on the base", bearing),
         ("contact of link and wheel", {"linestyle": "none", "marker": ZIGZAG, "markersize": 18} | WIRE),
         ("arc within reach of the teeth", tooth),
-    )
+    ]
     handles = [marks.handle(name, **look) for name, look in looks]
     ax.figure.legend(handles=handles, loc="outside lower center", ncols=2)
 
 
 def _spring(centre, end, start: float) -> np.ndarray:
     """Zigzag from the distance ``start`` (m) of a centre to a point."""
-    along = (end - centre) / np.hypot(*(end - centre))
-    shares = np.linspace(0, 1, 12)
+    along, left = marks.directions(centre, end)
     sway = 0.012 * np.array([0, 0, *([1, -1] * 4), 0, 0])
-    reach = np.hypot(*(end - centre)) - start
-    return centre + np.outer(start + shares * reach, along) + np.outer(sway, [-along[1], along[0]])
+    reach = np.linspace(start, np.hypot(*(end - centre)), 12)
+    return centre + np.outer(reach, along) + np.outer(sway, left)
+
+
+@styled
+def locations_figure(rig: Rig) -> Figure:
+    """Figure 4: surfaces that touch: connector and groove (a), link and ring (b), and the next two wheels (c, d)."""
+    frame, shift = drawing.laid_frame(rig)
+    figure = new_figure(3.6)
+    axes = figure.subplots(2, 2).ravel()
+    _draw_seat(axes[0], rig)
+    axes[0].set_title("(a) connector and groove")
+    wheels = {wheel for _, wheel, _ in touching_links(rig, frame, shift)}
+    for wheel, (ax, name, letter) in enumerate(zip(axes[1:], wheel_names(rig), "bcd", strict=False)):
+        if wheel in wheels:
+            _draw_link_on(ax, rig, frame, shift, wheel)
+        ax.set_title(f"({letter}) link and {words(name) if wheel else 'rubber ring'}")
+    for ax in axes[1 + len(wheel_names(rig)) :]:
+        ax.set_axis_off()
+    handles = [marks.handle("surface of the chain", **ON_CHAIN), marks.handle("surface that it touches", **ON_WHEEL)]
+    figure.legend(handles=handles, loc="outside lower center", ncols=2)
+    return figure
+
+
+def _draw_seat(ax: Axes, rig: Rig) -> None:
+    """A connector at rest in its groove, both arcs and the ten areas emphasized."""
+    home = rig.changed(sprocket__x=0.0, sprocket__y=0.0)
+    beta = pi / rig.sprocket.teeth - pi / 2  # angle of groove 1 (Eq. 12), which points up
+    drawing.draw_sprocket(ax, home, -beta, None)
+    pins = seated_pins(rig)
+    look = {"facecolor": drawing.CONNECTOR, "alpha": 0.85, "zorder": drawing.Z_CONNECTOR}
+    ax.add_patch(drawing.connector_patch(rig, pins, **look))
+    end = drawing.circle_points((0.0, 0.0), rig.chain.connector_radius, pi / 2, 3 * pi / 2, 40)
+    for pin, flip in zip(pins, (1, -1), strict=True):
+        marks.line(ax, *(pin + end * [flip, 1]), **ON_CHAIN)
+        marks.point(ax, pin)
+    marks.line(ax, *drawing.groove_points(home, -beta, 1, rig.groove_profile.profile()), **ON_WHEEL)
+    _close_view(ax, np.array([0.0, pins[0, 1] - 0.3 * rig.chain.connector_radius]))
+    marks.write_mark(ax, pins.mean(axis=0) + [0.0, 0.013], "connector")
+    marks.write_mark(ax, pins.mean(axis=0) - [0, 1.9 * rig.chain.connector_radius], "sprocket")
+
+
+def _draw_link_on(ax: Axes, rig: Rig, frame, shift: float, wheel: int) -> None:
+    """A link in the middle of those on a wheel, turned so that it lies on top."""
+    on_it = [(body, q) for body, on, q in touching_links(rig, frame, shift) if on == wheel]
+    body, q = on_it[len(on_it) // 2]
+    x, y, r = wheel_circles(rig, shift, surface=True)[wheel]
+    angle = pi / 2 - np.arctan2(*(q - [x, y])[::-1])
+    # move the wheel's centre to the sprocket's, then turn everything about it
+    centre = drawing.sprocket_centre(rig)
+    view = np.array(frame)
+    view[:2] += centre - [x, y]
+    view = drawing.turned(rig, view, angle)
+    if wheel == 0:
+        drawing.draw_sprocket(ax, rig, view[-1], r)
+    else:
+        for size, face, edge in ((r, drawing.RUBBER, BLACK), (0.9 * r, drawing.STEEL, drawing.STEEL_EDGE)):
+            ax.add_patch(Circle(centre, size, facecolor=face, edgecolor=edge, zorder=drawing.Z_RING))
+    drawing.draw_chain(ax, rig, view, opacity=0.85)
+    for bodies in ax.collections:  # connectors stand beside ring and tyres: here behind them
+        if bodies.get_zorder() == drawing.Z_CONNECTOR:
+            bodies.set_zorder(drawing.Z_RING - 0.5)
+    pins, angles, _ = drawing.chain_points(rig, view)
+    lower = drawing.placed(drawing.link_outline(rig)[:2], pins[body], angles[body])
+    marks.line(ax, *lower, **ON_CHAIN, zorder=drawing.Z_MARK + 1)
+    ends = (pi / 2 + fraction * rig.chain.link_length / r for fraction in (0.75, -0.75))
+    marks.line(ax, *drawing.circle_points(centre, r, *ends, 80), **ON_WHEEL)
+    middle = 0.5 * (pins[body] + pins[body + 1])
+    _close_view(ax, middle - [0.0, 0.5 * rig.chain.link_thickness])
+    marks.write_mark(ax, middle, "link")
+    marks.write_mark(ax, centre + [-0.03, r - 0.042], words(wheel_names(rig)[wheel]))
+    if wheel == 0:
+        marks.leader(ax, centre + (r - 0.009) * marks.polar(pi / 2 - 0.15), "ring", centre + [0.06, r - 0.042])
+
+
+def _close_view(ax: Axes, middle) -> None:
+    drawing.view(ax, middle, (0.115, 0.07))
+    marks.bare(ax)
 
 
 @styled
