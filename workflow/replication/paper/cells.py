@@ -1,19 +1,30 @@
-"""Cells of the article's Tables 2 to 4 that our text of it lacks, and the measures of claims that need them.
+"""Cells of the article's Tables 2 to 4 that our text of it lacks.
 
 A reader who has the article fills them in (``config/article.csv``); an empty cell leaves its claims not comparable.
 """
 
 from math import isfinite
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from replication.paper import printed
-from replication.paper.evidence import Cell, Evidence, NotThere
-from replication.paper.measures import coarse_rms_difference, measure, register_all
 from trackdyn.errors import InputError, shown
 from trackdyn.rig.validation import parse_number
 from trackdyn.sweeps.design import read_table
+
+
+class Cell(NamedTuple):
+    """Name of a cell of the article's tables."""
+
+    table: str
+    row: str
+    column: str
+
+    def __str__(self) -> str:
+        return f"table {self.table}, row {self.row}, column {self.column}"
+
 
 TIMES = (Cell("2", "one simulation", "proposed_s"), Cell("2", "one simulation", "recurdyn_s"))
 COLUMNS = {
@@ -75,50 +86,3 @@ def load_cells(path: Path | str) -> dict[Cell, float]:
 def value_difference(simulated, measured):
     """The paper's value difference ``|simulation - sensor| / sensor``, %."""
     return 100 * np.abs(np.asarray(simulated) - measured) / measured
-
-
-def _by_speed(e: Evidence, table: str, column: str, speeds) -> np.ndarray:
-    """Cells of a column at some speeds; `NotThere` names those that are empty."""
-    cells = [Cell(table, f"{rpm:g}", column) for rpm in speeds]
-    if missing := [cell.row for cell in cells if cell not in e.cells]:
-        raise NotThere(f"Table {table} is not filled in: {column} at {', '.join(missing)} rpm")
-    return np.array([e.cells[cell] for cell in cells])
-
-
-def _against(what, e, speeds):
-    """Difference of a column of our records from a column of Table 3, % of the latter."""
-    ours, column = what
-    return value_difference(e.records(speeds)[ours], _by_speed(e, "3", column, speeds)).tolist()
-
-
-register_all(
-    _against, "records", by_speed=True,
-    rms_against_experiment=("rms_g", "rms_experiment_g"), sd_against_experiment=("sd_g", "sd_experiment_g"),
-    rms_against_simulation=("rms_g", "rms_simulation_g"), sd_against_simulation=("sd_g", "sd_simulation_g"),
-)  # fmt: skip
-
-
-@measure("records", by_speed=True)
-def coarse_less_accurate(e, speeds):
-    """How much farther from the article's measured RMS three surfaces are than ten arcs, points."""
-    measured, fine = _by_speed(e, "3", "rms_experiment_g", speeds), e.records(speeds)["rms_g"].to_numpy()
-    coarse = fine * (1 + np.array(coarse_rms_difference(e, speeds)) / 100)
-    return (value_difference(coarse, measured) - value_difference(fine, measured)).tolist()
-
-
-@measure("records", by_speed=True)
-def coarse_change_over_printed(e, speeds):
-    """Change of the RMS by three surfaces less that by the algorithm of Ref. [2] in the article, points."""
-    change = 100 * (_by_speed(e, "4", "rms_g", speeds) / _by_speed(e, "3", "rms_simulation_g", speeds) - 1)
-    return (np.array(coarse_rms_difference(e, speeds)) - change).tolist()
-
-
-@measure("peer")
-def speed_over_printed(e, speeds):
-    """CPU time of the independent code over ours at equal accuracy, over Recurdyn's over the article's."""
-    if not {*TIMES} <= e.cells.keys():
-        raise NotThere("Table 2 is not filled in")
-    chosen = e.costs[e.costs["chosen"] == "yes"].set_index("code")["cpu_s_per_s"] if "chosen" in e.costs else {}
-    if not {"trackdyn", "exudyn"} <= set(getattr(chosen, "index", ())):
-        raise NotThere("not run")
-    return float(chosen["exudyn"] / chosen["trackdyn"] * e.cells[TIMES[0]] / e.cells[TIMES[1]])

@@ -8,7 +8,6 @@ import numpy as np
 import pandas as pd
 from pydantic import Field, model_validator
 
-from replication.paper import cells  # noqa: F401 -- registers its measures
 from replication.paper.evidence import Evidence
 from replication.paper.measures import MEASURES, NotThere, Range
 from trackdyn.errors import InputError

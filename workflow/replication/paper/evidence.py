@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
+from replication.paper.cells import Cell
 from trackdyn.measure.sensor import sense
 from trackdyn.measure.spectra import holds_line, main_line
 from trackdyn.rig.rig import Rig
@@ -18,17 +19,6 @@ LEAST_RADII = 5  # from which on a ring study shows how something depends on the
 
 class NotThere(Exception):
     """A run or a record that a measure needs is missing; the message says which."""
-
-
-class Cell(NamedTuple):
-    """Name of a cell of the article's tables."""
-
-    table: str
-    row: str
-    column: str
-
-    def __str__(self) -> str:
-        return f"table {self.table}, row {self.row}, column {self.column}"
 
 
 class Range(NamedTuple):

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
+from replication.paper.cells import TIMES, Cell, value_difference
 from replication.paper.evidence import Evidence, NotThere, Range
 from trackdyn.measure.ring_rule import RULE, parse_rule
 
@@ -17,35 +18,34 @@ SAME = 1e-9  # radii are compared with printed ones, m
 
 
 class Measure(NamedTuple):
-    """A measure: function of the evidence and the speeds that are judged, the runs whose speeds those are, whether
-    it gives a value for each of them, the column of ``metrics.csv`` that it reads, if it is one, and a run with events
-    of its passages (`measure.events`), if it is made of those.
-    """
+    """A measure of the evidence."""
 
-    evaluate: Callable[[Evidence, list[float]], Any]
-    table: str
-    by_speed: bool
-    column: str = ""
-    events: tuple[str, ...] = ()
+    evaluate: Callable[[Evidence, list[float]], Any]  # of the evidence and the speeds that are judged
+    table: str  # the runs whose speeds those are: ``records``, ``study``, ``meshing`` or ``peer``
+    by_speed: bool  # whether it gives a value for each of them
+    column: str = ""  # of ``metrics.csv``, if it is one
+    events: tuple[str, ...] = ()  # a run and events of its passages (`measure.events`), if it is made of those
 
 
 MEASURES: dict[str, Measure] = {}
 
 
-def measure(table: str, by_speed: bool = False, events: tuple[str, ...] = ()):
-    """Register a measure under its function's name; ``table`` names the runs that it looks at."""
+def measure(table: str, by_speed: bool = False, events: tuple[str, ...] = (), **names):
+    """Register a function under its own name, or as several measures: ``names`` have what each takes first.
+
+    That is a column, a run, a side, or a run with events.
+    """
 
     def register(function):
-        MEASURES[function.__name__] = Measure(function, table, by_speed, events=events)
+        if not names:
+            MEASURES[function.__name__] = Measure(function, table, by_speed, events=events)
+        for name, what in names.items():
+            column = what if function.__name__ == "_values" else ""
+            of_events = what if function.__name__ == "_times" else ()
+            MEASURES[name] = Measure(partial(function, what), table, by_speed, column, of_events)
         return function
 
     return register
-
-
-def register_all(function, table: str, by_speed: bool = False, **measured) -> None:
-    """Register measures that are one function of something (a column, a run, events), by their names."""
-    for name, what in measured.items():
-        MEASURES[name] = Measure(partial(function, what), table, by_speed, what if function is _values else "")
 
 
 def _range(values) -> Range:
@@ -74,14 +74,10 @@ def _some(values):
     return values
 
 
-def _from(values, radius: float):
-    """Part of a table by radius that begins at one."""
-    return _some(values[values.index >= radius - SAME])
-
-
-def _below(values, radius: float):
-    """Part of a table by radius that ends before one."""
-    return _some(values[values.index < radius - SAME])
+def _radii(e: Evidence, speeds, column: str, least: float = 0.0, below: float = np.inf) -> list[pd.Series]:
+    """A column of the ring study by radius, at every speed, from a radius on and below another one (m)."""
+    columns = [e.study(rpm)[column] for rpm in speeds]
+    return [_some(values[(values.index >= least - SAME) & (values.index < below - SAME)]) for values in columns]
 
 
 # Long records (Sect. 5)
@@ -94,29 +90,29 @@ def _column(evidence: Evidence, speeds, name: str, missing: str = "not recorded"
     return rows[name]
 
 
+@measure(
+    "records", by_speed=True, rms="rms_g", sd="sd_g", high_frequency="high_frequency_g",
+    line_frequencies_binfree="line_hz_binfree",
+)  # fmt: skip
 def _values(column, evidence, speeds):
     """A column of the long records (`measure.columns`), at every speed."""
     return _column(evidence, speeds, column).tolist()
 
 
+@measure(
+    "records", gap_after_projection="loop_gap_max_m", gap_before_projection="gap_before_projection_m",
+    velocity_gap="velocity_gap_m_s",
+)  # fmt: skip
 def _largest(column, evidence, speeds):
     """Its largest value."""
     return float(_column(evidence, speeds, column).max())
 
 
+@measure("records", by_speed=True, line_frequencies="line_hz", line_amplitudes="line_g")
 def _by_start(column, evidence, speeds):
     """Range of a column over records that begin anywhere in a turn of the loop, at every speed."""
     starts = _some(evidence.starts).set_index("rpm")[column]
     return [_range(starts.loc[[rpm]]) for rpm in speeds]
-
-
-register_all(_values, "records", by_speed=True, rms="rms_g", sd="sd_g", high_frequency="high_frequency_g")
-register_all(_values, "records", by_speed=True, line_frequencies_binfree="line_hz_binfree")
-register_all(
-    _largest, "records", gap_after_projection="loop_gap_max_m", gap_before_projection="gap_before_projection_m"
-)
-register_all(_largest, "records", velocity_gap="velocity_gap_m_s")
-register_all(_by_start, "records", by_speed=True, line_frequencies="line_hz", line_amplitudes="line_g")
 
 
 @measure("records", by_speed=True)
@@ -138,6 +134,7 @@ def high_frequency_growth(evidence, speeds):
 # The independent code (Fig. 14)
 
 
+@measure("peer", peer_difference="difference_pct", peer_difference_of_a_belt="difference_belt_pct")
 def _peer(column, evidence, speeds):
     """Largest difference of the vertical displacement from another code's, % of its range."""
     if column not in evidence.peer or evidence.peer[column].isna().all():
@@ -145,53 +142,46 @@ def _peer(column, evidence, speeds):
     return evidence.peer[column].tolist()
 
 
-register_all(_peer, "peer", peer_difference="difference_pct", peer_difference_of_a_belt="difference_belt_pct")
-
-
 # The meshing process (Sect. 6.1)
 
 
+@measure("meshing", areas_with_ring="ring", areas_without_ring="no_ring")
 def _areas(run, evidence, speeds):
     """Areas that the left and the right arc visit."""
     row = evidence.meshing(run)
     return f"left {row['left_areas']}, right {row['right_areas']}"
 
 
+@measure(
+    "meshing",
+    left_maximum_without_ring=("no_ring", *(f"left {reading}" for reading in READINGS)),
+    right_maximum_without_ring=("no_ring", *(f"right {reading}" for reading in READINGS)),
+    ends_without_ring=("no_ring", "right gone", "out"),
+    left_touches_with_ring=("ring", "left touches"),
+    ring_maximum_with_ring=("ring", *(f"ring {reading}" for reading in READINGS)),
+    left_maximum_with_ring=("ring", *(f"left {reading}" for reading in READINGS)),
+    ends_with_ring=("ring", "ring left", "out"),
+)
 def _times(events, evidence, speeds):
     """Times of events after the first contact, s; without a ring that of an arc, else the ring's first touch."""
     run, *names = events
     return evidence.event_times(run, names)
 
 
+@measure(
+    "meshing", ring_share=("ring", "ring"), left_share=("ring", "left"), left_share_without_ring=("no_ring", "left"),
+    right_share_without_ring=("no_ring", "right"),
+)  # fmt: skip
 def _share(contact, evidence, speeds):
     """Time in contact, % of a turn."""
     run, side = contact
     return float(evidence.meshing(run)[f"{side}_share_pct"])
 
 
+@measure("meshing", left_share_ratio="left_share_pct", left_force_ratio="left_rms_n", left_peak_ratio="left_peak_n")
 def _ratio(column, evidence, speeds):
     """A measure of the left arc with the ring over that without."""
     return _over(evidence.meshing("ring")[column], evidence.meshing("no_ring")[column])
-
-
-register_all(_areas, "meshing", areas_with_ring="ring", areas_without_ring="no_ring")
-for name, events in {
-    "left_maximum_without_ring": ("no_ring", *(f"left {reading}" for reading in READINGS)),
-    "right_maximum_without_ring": ("no_ring", *(f"right {reading}" for reading in READINGS)),
-    "ends_without_ring": ("no_ring", "right gone", "out"),
-    "left_touches_with_ring": ("ring", "left touches"),
-    "ring_maximum_with_ring": ("ring", *(f"ring {reading}" for reading in READINGS)),
-    "left_maximum_with_ring": ("ring", *(f"left {reading}" for reading in READINGS)),
-    "ends_with_ring": ("ring", "ring left", "out"),
-}.items():
-    MEASURES[name] = Measure(partial(_times, events), "meshing", by_speed=False, events=events)
-register_all(_share, "meshing", ring_share=("ring", "ring"), left_share=("ring", "left"))
-register_all(
-    _share, "meshing", left_share_without_ring=("no_ring", "left"), right_share_without_ring=("no_ring", "right")
-)
-register_all(
-    _ratio, "meshing", left_share_ratio="left_share_pct", left_force_ratio="left_rms_n", left_peak_ratio="left_peak_n"
-)
 
 
 @measure("meshing")
@@ -256,24 +246,19 @@ def _growth(evidence: Evidence, speeds, side: str) -> list[pd.Series]:
     return [_ratios(high[f"{side}_{name}"], low[f"{side}_{name}"]) for name in ("rms_n", "sd_n")]
 
 
+@measure("study", left_growth_with_speed="left", ring_growth_with_speed="ring")
 def _growths(side, evidence, speeds):
     """Range of both over all radii, from each speed to the next."""
     pairs = [_growth(evidence, pair, side) for pair in pairwise(_some(speeds))]
     return [_range(np.concatenate(growths)) for growths in zip(*_some(pairs), strict=True)]
 
 
+@measure("study", by_speed=True, ring_rms_steps="ring_rms_n", ring_sd_steps="ring_sd_n")
 def _steps(column, evidence, speeds):
     """Least ratio of a force at neighbouring radii, larger over smaller, at every speed."""
-    ratios = []
-    for rpm in speeds:
-        values = evidence.study(rpm)[column].reset_index(drop=True)
-        # keeps missing values
-        ratios.append(float(_ratios(values[1:], values.shift()[1:]).min(skipna=False)))
-    return ratios
-
-
-register_all(_growths, "study", left_growth_with_speed="left", ring_growth_with_speed="ring")
-register_all(_steps, "study", by_speed=True, ring_rms_steps="ring_rms_n", ring_sd_steps="ring_sd_n")
+    columns = [values.reset_index(drop=True) for values in _radii(evidence, speeds, column)]
+    # keeps missing values
+    return [float(_ratios(values[1:], values.shift()[1:]).min(skipna=False)) for values in columns]
 
 
 @measure("study")
@@ -294,53 +279,93 @@ def largest_growth_with_speed(evidence, speeds):
 @measure("study", by_speed=True)
 def ring_growth_with_radius(evidence, speeds):
     """RMS of the ring force at the largest radius over that at the smallest, at every speed."""
-    columns = [evidence.study(rpm)["ring_rms_n"] for rpm in speeds]
-    return [_over(column.iloc[-1], column.iloc[0]) for column in columns]
+    return [_over(values.iloc[-1], values.iloc[0]) for values in _radii(evidence, speeds, "ring_rms_n")]
 
 
 @measure("study", by_speed=True)
 def right_share_from_0305(evidence, speeds):
     """Largest share of right-arc contact for radii of 0.305 m and more, % of a turn, at every speed."""
-    return [_range(_from(evidence.study(rpm)["right_share_pct"], 0.305)).high for rpm in speeds]
+    return [_range(values).high for values in _radii(evidence, speeds, "right_share_pct", 0.305)]
 
 
 @measure("study", by_speed=True)
 def right_share_below_0305(evidence, speeds):
     """Share of right-arc contact at the largest radius below 0.305 m, % of a turn, at every speed."""
-    return [float(_below(evidence.study(rpm)["right_share_pct"], 0.305).iloc[-1]) for rpm in speeds]
+    return [float(values.iloc[-1]) for values in _radii(evidence, speeds, "right_share_pct", below=0.305)]
 
 
 @measure("study", by_speed=True)
 def left_spread(evidence, speeds):
     """Largest deviation of the left-arc RMS from its mean over all radii, %, at every speed."""
-    spreads = []
-    for rpm in speeds:
-        values = evidence.study(rpm)["left_rms_n"].to_numpy()  # keeps missing values
-        if not values.any():
-            raise NotThere("no force acts")
-        spreads.append(float(100 * np.abs(values / values.mean() - 1).max()))
-    return spreads
+    columns = [values.to_numpy() for values in _radii(evidence, speeds, "left_rms_n")]  # keeps missing values
+    if not all(values.any() for values in columns):
+        raise NotThere("no force acts")
+    return [float(100 * np.abs(values / values.mean() - 1).max()) for values in columns]
 
 
 @measure("study", by_speed=True)
 def left_shares_from_0307(evidence, speeds):
     """Least and largest left-arc share over the radii of 0.307 m and more, % of a turn, at every speed."""
-    return [_range(_from(evidence.study(rpm)["left_share_pct"], 0.307)) for rpm in speeds]
-
-
-def _serving(evidence: Evidence, speeds) -> list[float]:
-    rule = parse_rule(RULE, evidence.rig.sprocket.teeth)
-    return [rule.radius(evidence.study(rpm).reset_index()) for rpm in speeds]
+    return [_range(values) for values in _radii(evidence, speeds, "left_share_pct", 0.307)]
 
 
 @measure("study", by_speed=True)
 def radius_to_choose(evidence, speeds):
     """Radius to choose (m) at every speed, where the right arc is free and the left one touches for little."""
-    return _serving(evidence, speeds)
+    rule = parse_rule(RULE, evidence.rig.sprocket.teeth)
+    return [rule.radius(evidence.study(rpm).reset_index()) for rpm in speeds]
 
 
 @measure("study", by_speed=True)
 def excess_over_equal_pitch(evidence, speeds):
-    """Smallest radius of the first reading less the nearest reading of the rig's equal-pitch radius, m, by speed."""
-    readings = evidence.rig.equal_pitch_radii.values()
-    return [min((radius - reading for reading in readings), key=abs) for radius in _serving(evidence, speeds)]
+    """The radius to choose less the nearest reading of the rig's equal-pitch radius, m, at every speed."""
+    readings, radii = evidence.rig.equal_pitch_radii.values(), radius_to_choose(evidence, speeds)
+    return [min((radius - reading for reading in readings), key=abs) for radius in radii]
+
+
+# Cells of the article
+
+
+def _cells(e: Evidence, table: str, column: str, speeds) -> np.ndarray:
+    """Cells of a column at some speeds; `NotThere` names those that are empty."""
+    cells = [Cell(table, f"{rpm:g}", column) for rpm in speeds]
+    if missing := [cell.row for cell in cells if cell not in e.cells]:
+        raise NotThere(f"Table {table} is not filled in: {column} at {', '.join(missing)} rpm")
+    return np.array([e.cells[cell] for cell in cells])
+
+
+@measure(
+    "records", by_speed=True,
+    rms_against_experiment=("rms_g", "rms_experiment_g"), sd_against_experiment=("sd_g", "sd_experiment_g"),
+    rms_against_simulation=("rms_g", "rms_simulation_g"), sd_against_simulation=("sd_g", "sd_simulation_g"),
+)  # fmt: skip
+def _against(what, e, speeds):
+    """Difference of a column of our records from a column of Table 3, % of the latter."""
+    ours, column = what
+    return value_difference(e.records(speeds)[ours], _cells(e, "3", column, speeds)).tolist()
+
+
+@measure("records", by_speed=True)
+def coarse_less_accurate(e, speeds):
+    """How much farther from the article's measured RMS three surfaces are than ten arcs, points."""
+    measured, fine = _cells(e, "3", "rms_experiment_g", speeds), e.records(speeds)["rms_g"].to_numpy()
+    coarse = fine * (1 + np.array(coarse_rms_difference(e, speeds)) / 100)
+    return (value_difference(coarse, measured) - value_difference(fine, measured)).tolist()
+
+
+@measure("records", by_speed=True)
+def coarse_change_over_printed(e, speeds):
+    """Change of the RMS by three surfaces less that by the algorithm of Ref. [2] in the article, points."""
+    change = 100 * (_cells(e, "4", "rms_g", speeds) / _cells(e, "3", "rms_simulation_g", speeds) - 1)
+    return (np.array(coarse_rms_difference(e, speeds)) - change).tolist()
+
+
+@measure("peer")
+def speed_over_printed(e, speeds):
+    """CPU time of the independent code over ours at equal accuracy, over Recurdyn's over the article's."""
+    if not {*TIMES} <= e.cells.keys():
+        raise NotThere("Table 2 is not filled in")
+    chosen = e.costs[e.costs["chosen"] == "yes"].set_index("code")["cpu_s_per_s"] if "chosen" in e.costs else {}
+    if not {"trackdyn", "exudyn"} <= set(getattr(chosen, "index", ())):
+        raise NotThere("not run")
+    return float(chosen["exudyn"] / chosen["trackdyn"] * e.cells[TIMES[0]] / e.cells[TIMES[1]])
