@@ -15,7 +15,6 @@ rule calibration:
     params: store=f"{L}/identify/calibration_rows"
     threads: 64 # that is, all there are
     log: f"{L}/logs/calibration.log"
-    message: "Calibration of the identification: truths from the prior"
     script: "../inference/identification/calibration.py"
 
 
@@ -32,5 +31,4 @@ rule identify_synthetic:
     params: store=f"{L}/identify/calibration_rows" # whose simulations serve here, too
     threads: 64 # that is, all there are
     log: f"{L}/logs/identify_synthetic.log"
-    message: "Identification from the synthetic records"
     script: "../report/identification.py"

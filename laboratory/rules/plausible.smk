@@ -18,7 +18,6 @@ rule plausible_tables:
     threads: lambda wildcards: 1 if wildcards.short else 2
     priority: 60
     log: f"{L}/logs/{{short}}plausible.log"
-    message: "Plausible tracks"
     script: "../plausible/study.py"
 
 
@@ -30,7 +29,6 @@ rule plausible_figure:
     output: multiext(f"{L}/{{short}}figures/plausible", ".png", ".svg")
     params: rig=Path(CONFIG.rig).stem
     log: f"{L}/logs/{{short}}plausible_figure.log"
-    message: "Shares of plausible tracks"
     script: "../report/plausible.py"
 
 
@@ -47,7 +45,6 @@ rule default_rig:
     params: store=f"{L}/plausible"
     threads: 2
     log: f"{L}/logs/default_rig.log"
-    message: "The default rig"
     script: "../plausible/default_rig.py"
 
 

@@ -23,5 +23,4 @@ rule claims:
         seconds=CONFIG.records.duration_s,
         rig=Path(CONFIG.rig).stem,
     log: f"{R}/logs/claims.log"
-    message: "Judging the claims"
     script: "../replication/report/claims.py"

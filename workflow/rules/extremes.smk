@@ -32,7 +32,6 @@ rule extremes_form:
         figures_svg=[f"{R}/{{short}}figures/extremes_{name}.svg" for name in EXTREMES],
     params: form=form("extremes")
     log: f"{R}/logs/{{short}}extremes.log"
-    message: "Extremes: every case completes within bounds or is refused"
     script: "../replication/report/figures/extremes.py"
 
 

@@ -37,7 +37,11 @@ def contents(wildcards, reader):
 
 
 def follow_contents():
-    """Rerun what reads a file of other content, whatever its date: a record copied from a card is older than results."""
+    """Rerun what reads a file of other content, whatever its date: a record copied from a card is older than results.
+
+    A rule without a message has its docstring for one.
+    """
     for reader in workflow.rules:
+        reader.message = reader.message or reader.docstring
         if reader.output and "contents" not in reader.params.keys():
             reader.set_params(contents=partial(contents, reader=reader))

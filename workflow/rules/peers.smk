@@ -15,7 +15,6 @@ rule peer_runs:
     params: options=CONFIG.peers.model_dump()
     priority: 50 # the longest job: it begins early
     log: f"{R}/logs/peer_runs.log"
-    message: "The same loop in an independent code"
     script: "../replication/peers/comparison.py"
 
 
@@ -31,7 +30,6 @@ rule peer:
         figure14=figure("fig14"),
     params: accuracy_pct=CONFIG.peers.accuracy_pct
     log: f"{R}/logs/peer.log"
-    message: "Figures 13 and 14 and Table 2"
     script: "../replication/report/figures/peer.py"
 
 
@@ -43,5 +41,4 @@ rule peer_trade:
     output: f"{R}/peers/trade.csv"
     params: steps_s=sorted(CONFIG.peers.exudyn_steps_s)[-2:]
     log: f"{R}/logs/peer_trade.log"
-    message: "The independent code in the picture of accuracy against cost"
     script: "../replication/peers/trade_point.py"

@@ -49,7 +49,6 @@ rule parameters:
         groove=f"{R}/tables/table1.csv",
         groove_md=f"{R}/tables/table1.md",
     log: f"{R}/logs/parameters.log"
-    message: "Table 1 and the list of parameters"
     script: "../replication/report/parameters.py"
 
 
@@ -68,7 +67,6 @@ rule sensor_records:
         synthetic=CONFIG.synthetic,
     priority: 100 # a fault of a record is said before anything is simulated
     log: f"{R}/logs/sensor_records.log"
-    message: "Reading the sensor's records"
     script: "../replication/report/sensor_records.py"
 
 
@@ -89,7 +87,6 @@ rule statistics:
         speeds=CONFIG.records.speeds_rpm,
         synthetic=CONFIG.synthetic,
     log: f"{R}/logs/statistics.log"
-    message: "Tables 3 and 4"
     script: "../replication/report/statistics.py"
 
 
@@ -100,7 +97,6 @@ rule closure:
     output: figure("fig15")
     params: speeds=CONFIG.records.speeds_rpm
     log: f"{R}/logs/fig15.log"
-    message: "Figure 15"
     script: "../replication/report/figures/closure.py"
 
 
@@ -116,7 +112,6 @@ rule sensor_figures:
         spectra_svg=[f"{R}/figures/fig18_{letter}.svg" for letter in LETTERS],
     params: synthetic=CONFIG.synthetic
     log: f"{R}/logs/fig17_18.log"
-    message: "Figures 17 and 18"
     script: "../replication/report/figures/records.py"
 
 

@@ -22,7 +22,6 @@ rule animation_run:
     output: recording("animation")
     params: scenes=[MOVING]
     log: f"{R}/logs/animation_run.log"
-    message: "A run for the moving picture"
     script: "../replication/pipeline/runs.py"
 
 
@@ -32,7 +31,6 @@ rule animation:
         ring=rules.animation_run.output[0],
     output: f"{R}/figures/animation.gif"
     log: f"{R}/logs/animation.log"
-    message: "The loop in motion"
     script: "../replication/report/figures/animation.py"
 
 
@@ -67,7 +65,6 @@ rule page:
         own=CONFIG.peers is None,
         teeth=RIG.sprocket.teeth,
     log: f"{R}/logs/page.log"
-    message: "The page"
     script: "../replication/report/page/builder.py"
 
 
@@ -102,7 +99,6 @@ rule article:
         values=f"{R}/article.json",
     params: accuracy_pct=CONFIG.peers and CONFIG.peers.accuracy_pct
     log: f"{R}/logs/article.log"
-    message: "The article"
     script: "../replication/report/article.py"
 
 
@@ -118,7 +114,6 @@ rule manifest:
         inputs=RUN_INPUTS,
     output: f"{R}/manifest.json"
     log: f"{R}/logs/manifest.log"
-    message: "The manifest"
     script: "../replication/certify/manifest.py"
 
 
@@ -141,7 +136,6 @@ rule pictures:
             f"{R}/short/figures/trade.png",
         ],
     log: f"{R}/logs/pictures.log"
-    message: "Pictures and measured parts of the pages"
     shell:
         "{sys.executable:q} -m replication.report.filled {input.tables:q} {input.trade:q} {input.by_name:q} {input.pictures:q}"
         " > {log:q} 2>&1"

@@ -8,7 +8,6 @@ rule meshing_figures:
         ring=recording("meshing/ring"),
     output: **{name: figure(name) for name in ("fig19", "fig20", "fig21", "fig22")}
     log: f"{R}/logs/meshing_figures.log"
-    message: "Figures 19 to 22"
     script: "../replication/report/figures/screenshots.py"
 
 
@@ -18,7 +17,6 @@ rule ring_figures:
         metrics=f"{R}/measured/ring.csv",
     output: **{name: figure(name) for name in ("fig23_a", "fig23_b", "fig24")}
     log: f"{R}/logs/ring_figures.log"
-    message: "Figures 23 and 24"
     script: "../replication/report/figures/ring_study.py"
 
 

@@ -7,5 +7,4 @@ rule schematics:
         rig=CONFIG.rig,
     output: [figure(f"fig{number:02d}") for number in (*range(1, 13), 16)]
     log: f"{R}/logs/schematics.log"
-    message: "Figures 1 to 12 and 16"
     script: "../replication/report/figures/schematics.py"

@@ -16,7 +16,6 @@ rule warm_up:
     output: KERNELS
     params: scenes=[compiling("semi_implicit")]
     log: f"{R}/logs/warm_up.log"
-    message: "Compiling the kernels"
     script: "../replication/pipeline/runs.py"
 
 

@@ -35,7 +35,6 @@ rule fidelity:
         md=f"{R}/tables/fidelity.md",
         wide=f"{R}/tables/fidelity.csv",
     log: f"{R}/logs/fidelity.log"
-    message: "The ladder of fidelities"
     script: "../replication/report/fidelity.py"
 
 
@@ -84,7 +83,6 @@ rule trade_form:
         planner=f"{R}/{{short}}planner.csv",
         figure=figure("trade", "{short}"),
     log: f"{R}/logs/{{short}}trade.log"
-    message: "Accuracy against cost"
     script: "../replication/report/figures/trade.py"
 
 
@@ -95,7 +93,6 @@ rule default_step:
         kernels=KERNELS,
     output: f"{R}/default_step.csv"
     log: f"{R}/logs/default_step.log"
-    message: "The default step of every included rig"
     script: "../replication/study/accuracy/default_step.py"
 
 

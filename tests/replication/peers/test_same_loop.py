@@ -59,7 +59,7 @@ def test_a_loop_that_the_other_code_has_not_is_refused_with_one_that_it_has(rig)
     ):
         run_peer(Scene(rig, 115.0, tension="sprung", duration=0.01, contact_log=False, **PEER_LAWS), 5e-4)
     scene = Scene(rig, 115.0, chain="double_pin", tension="locked", space="planar", **PEER_LAWS)
-    assert free_wheels(scene, scene.model).drag == tuple(wheel.bearing_drag for wheel in rig.wheels.values())
+    assert free_wheels(scene, scene.model)[:, 1].tolist() == [wheel.bearing_drag for wheel in rig.wheels.values()]
 
 
 @pytest.mark.parametrize("other", [{"drag": "rolling"}, {"drag": "coulomb"}, {"bushing_law": "hysteretic"}])

@@ -12,7 +12,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from replication.paper.contents import PAPER
-from replication.paper.item import SENSORS
+from replication.paper.printed import SENSORS
 from replication.report.figures.closure import closure_figure
 from replication.report.figures.ring_study import MARKS, STEADY
 from replication.report.parameters import table1

@@ -5,6 +5,8 @@ shares in percent, as printed. The cells of Tables 1 to 4 and all curves are not
 may be invented for what is not to be had. A reader who has the article fills them in (`paper.cells`).
 """
 
+# names of a sensor's record: synthetic, measured, or none there
+SENSORS = {True: "synthetic sensor", False: "sensor", None: "no sensor record"}
 SPEEDS_RPM = (115, 150, 180, 210)
 
 

@@ -4,7 +4,6 @@ from trackdyn.sweeps.snakemake_job import run_job
 
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
 
 import numpy as np
 import pandas as pd
@@ -21,27 +20,6 @@ from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.loop_arrays import allocate
 from trackdyn.simulation.simulate import simulate
-
-
-@dataclass(frozen=True)
-class Result:
-    """Tables and pictures' data of the comparison of both codes."""
-
-    # ``reading, time_s, trackdyn_m, belt_m, exudyn_m``: vertical displacement of the selected link, since the start of
-    # the sprocket, after its ramp. The belt knows no forces: what it reaches says how much the comparison can tell.
-    curves: pd.DataFrame
-    costs: pd.DataFrame  # rows of Table 2
-    # ``reading, speed_rpm, range_m, trackdyn_step_s, difference_belt_pct, exudyn_step_s, difference_pct, gap_m``
-    summary: pd.DataFrame
-    missing: str  # why the other code was not run, or nothing
-    # configuration for Figure 13 (``Recording.frame``), of the other code where it ran
-    frame: np.ndarray = field(repr=False)
-    shift: float = 0.0  # shift of the tensioning wheel, m
-
-
-def belt_of(scene: Scene) -> Scene:
-    """A scene with the chain as a kinematic belt on its wheels, at its speed: no contact, no forces."""
-    return scene.with_(chain="belt", ring_radius=None, pitches=(), contact_log=False, frame_interval=0.0)
 
 
 def percent_of_range(difference, reference) -> float:
@@ -71,60 +49,70 @@ def compare_codes(
     steps_s: Sequence[float],
     exudyn_steps_s: Sequence[float],
     accuracy_pct: float,
-) -> Result:
-    """Run both codes.
+) -> tuple[dict[str, pd.DataFrame], dict]:
+    """Run both codes; without Exudyn, or where it has no such loop, ours alone.
 
     Table 2 is made with the first reading, which is recorded for ``duration_s`` after the ramp; another one takes a
     turn of the loop. The smallest step of a code is its reference; one is good enough whose error is below
     ``accuracy_pct`` of the range.
+
+    Returns
+    -------
+    tables : dict
+        ``curves``: vertical displacement of the selected link (m) over the time since the start of the sprocket (s), by
+        reading and code; that of a belt, which knows no forces, says how much the comparison can tell. ``costs``: rows
+        of Table 2. ``summary``: a row a reading, the largest differences in percent of the range.
+    model : dict
+        For Figure 13: a configuration ``frame`` (``Recording.frame``), of the other code where it ran; the ``shift`` of
+        the tensioning wheel, m; ``missing``, why the other code was not run, or nothing.
     """
     missing = ""
     first = peer_scene(rig, readings[0], speed_rpm, duration_s, steps_s[0])
     try:
         require_exudyn()
         free_wheels(first, allocate(first, first.time_step)[0])
-    except InputError as error:  # it is not installed, or has no such loop
+    except InputError as error:
         missing = f"not run: {error}"
     simulate(first.with_(duration=0.01, frame_interval=0.0))  # compile before the clock runs
 
     ours = {step: timed_run(first.with_(step=step)) for step in steps_s}
     costs = {h: (run.recording.link_position[:, 1], run.wall_s_per_s, run.cpu_s_per_s) for h, run in ours.items()}
     table, step = _ladder(OURS, costs, accuracy_pct)
-    peer_step = float("nan")
-    if not missing:
+    if missing:
+        table.append({"code": f"{PEER}, {missing}"})
+    else:
         seconds = first.ramp + first.duration
         run_peer(first.with_(duration=0.01, frame_interval=0.0), exudyn_steps_s[0])
         peers = {h: run_peer(first.with_(step=step), h) for h in exudyn_steps_s}
         costs = {h: (y, run.wall / seconds, run.cpu / seconds) for h, (run, y) in peers.items()}
         rows, peer_step = _ladder(PEER, costs, accuracy_pct)
         table += rows
-    else:
-        table.append({"code": f"{PEER}, {missing}"})
 
-    curves, summary, frame, shift = [], [], None, 0.0
+    curves, summary, frames = [], [], []
     for reading in readings:
         scene = peer_scene(rig, reading, speed_rpm, duration_s, step)
         if reading != readings[0]:
             samples = round(rig.rate / scene.periods.loop_hz)
             scene = peer_scene(rig, reading, speed_rpm, samples / rig.rate, step)
         recording = ours[step].recording if reading == readings[0] else simulate(scene)
-        if frame is None:
-            frame, shift = recording.frame[0], float(recording.meta["layout"]["tensioner_shift_m"])
+        frames.append(recording.frame[0])
         y = recording.link_position[:, 1]
-        belt = simulate(belt_of(scene)).link_position[:, 1]
-        curve = {"reading": reading, "time_s": recording.begin + recording.time, "trackdyn_m": y, "belt_m": belt}
+        belt = scene.with_(chain="belt", ring_radius=None, pitches=(), contact_log=False, frame_interval=0.0)
+        on_belt = simulate(belt).link_position[:, 1]
+        curve = {"reading": reading, "time_s": recording.begin + recording.time, "trackdyn_m": y, "belt_m": on_belt}
         row = {"reading": reading, "speed_rpm": speed_rpm, "range_m": float(np.ptp(y)), "trackdyn_step_s": step}
-        row["difference_belt_pct"] = percent_of_range(belt - y, y)
+        row["difference_belt_pct"] = percent_of_range(on_belt - y, y)
         if not missing:
             run, other = peers[peer_step] if reading == readings[0] else run_peer(scene, peer_step)
             curve |= {"exudyn_m": other}
             row |= {"exudyn_step_s": peer_step, "difference_pct": percent_of_range(other - y, y)}
             row |= {"gap_m": float(run.gap.max())}
-            if reading == readings[0]:
-                frame = _frame(scene, run, recording.frame[0][-1])
+            frames[-1] = _frame(scene, run, recording.frame[0][-1])
         curves.append(pd.DataFrame(curve))
         summary.append(row)
-    return Result(pd.concat(curves), pd.DataFrame(table), pd.DataFrame(summary), missing, frame, shift)
+    shift = float(ours[step].recording.meta["layout"]["tensioner_shift_m"])
+    model = {"frame": frames[0].tolist(), "shift": shift, "missing": missing}
+    return {"curves": pd.concat(curves), "costs": pd.DataFrame(table), "summary": pd.DataFrame(summary)}, model
 
 
 def _ladder(code: str, runs: dict, accuracy_pct: float) -> tuple[list[dict], float]:
@@ -155,9 +143,8 @@ def _frame(scene: Scene, run: PeerRun, sprocket_angle: float) -> np.ndarray:
 @run_job
 def main(job) -> None:
     """Rule `peer_runs`."""
-    out, result = job.output, compare_codes(load_rig(job.input.rig), **job.params.options)
-    for path, table in ((out.curves, result.curves), (out.summary, result.summary), (out.costs, result.costs)):
-        write_csv(path, table)
-    model = {"frame": result.frame.tolist(), "shift": result.shift, "missing": result.missing}
-    write_text(out.model, json.dumps(model))
-    print(result.summary.to_string(index=False))
+    tables, model = compare_codes(load_rig(job.input.rig), **job.params.options)
+    for name, table in tables.items():
+        write_csv(job.output[name], table)
+    write_text(job.output.model, json.dumps(model))
+    print(tables["summary"].to_string(index=False))

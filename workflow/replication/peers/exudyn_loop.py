@@ -35,14 +35,6 @@ def require_exudyn():
 
 
 @dataclass(frozen=True)
-class PeerWheels:
-    """Wheels beside the sprocket: moments of inertia (kg m2), bearing drag (N m s/rad); they start at rest."""
-
-    inertia: tuple[float, ...]
-    drag: tuple[float, ...]
-
-
-@dataclass(frozen=True)
 class PeerRun:
     """Motion and computing time of a run of the independent code."""
 
@@ -54,8 +46,11 @@ class PeerRun:
     cpu: float
 
 
-def free_wheels(scene: Scene, model: Model) -> PeerWheels:
-    """The wheels of a loop as its model has them; a loop that this code has not is refused."""
+def free_wheels(scene: Scene, model: Model) -> np.ndarray:
+    """Inertia (kg m2) and bearing drag (N m s/rad) of the wheels beside the sprocket, (w - 1, 2).
+
+    Raises `InputError`: this code has no such loop.
+    """
     plain = model.drive.motor == NO_MOTOR and scene.chain == "double_pin"
     laws = {name: getattr(scene, name) for name in PEER_LAWS}
     if len(model.carriers.wheel) or model.space is not None or not plain or laws != PEER_LAWS:
@@ -64,7 +59,7 @@ def free_wheels(scene: Scene, model: Model) -> PeerWheels:
             "and double pins in the plane; chain = double_pin, tension = locked, space = planar, drag = viscous, "
             "bushing_law = viscous is accepted"
         )
-    return PeerWheels(tuple(map(float, model.wheels.inertia[1:])), tuple(map(float, model.wheels.drag[1:])))
+    return np.column_stack([model.wheels.inertia, model.wheels.drag])[1:]
 
 
 def drive_at(drive: Drive, t: float) -> tuple[float, float]:
@@ -93,7 +88,7 @@ def run_exudyn_loop(
     step: float,
     sample: float,
     contacts: Contacts,
-    wheels: PeerWheels,
+    wheels: np.ndarray,
     watch: Callable | None = None,
 ) -> PeerRun:
     """Integrate the closed chain with Exudyn.
@@ -106,8 +101,10 @@ def run_exudyn_loop(
         Where the run begins; it is read only.
     duration, step, sample : float
         Simulated time, time step and time between samples, s; the sample is a multiple of the step.
-    contacts, wheels
-        Contacts with the wheels, and the free wheels.
+    contacts : Contacts
+        Contacts with the wheels.
+    wheels : (w - 1, 2) array
+        `free_wheels`, which begin at rest.
     watch : function, optional
         Called after every step with time (s), coordinates, their rates and the memory of the contacts.
 
@@ -176,7 +173,7 @@ def _add_chain(mbs, chain: Chain, q: np.ndarray, v: np.ndarray) -> list:
     return nodes
 
 
-def _add_wheels(mbs, wheels: PeerWheels) -> list:
+def _add_wheels(mbs, wheels: np.ndarray) -> list:
     """Add the free wheels with the drag of their bearings; returns the nodes."""
     import exudyn.itemInterface as items
 
@@ -184,7 +181,7 @@ def _add_wheels(mbs, wheels: PeerWheels) -> list:
     fixed = mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=floor, coordinate=0))
     at_rest = {"referenceCoordinates": [0.0], "initialCoordinates": [0.0], "initialVelocities": [0.0]}
     nodes = []
-    for inertia, drag in zip(wheels.inertia, wheels.drag, strict=True):
+    for inertia, drag in wheels.tolist():
         nodes.append(mbs.AddNode(items.Node1D(**at_rest)))
         mbs.AddObject(items.ObjectRotationalMass1D(inertia=inertia, nodeNumber=nodes[-1]))
         wheel = mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=nodes[-1], coordinate=0))

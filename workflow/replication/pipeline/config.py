@@ -26,12 +26,13 @@ from trackdyn.scene.rings import study_radii
 from trackdyn.scene.scene import Periods, Scene, StopRule, steady_fields
 from trackdyn.sensor.sensor_mapping import load_mapping
 
+Speeds = Annotated[list[Annotated[float, Field(ge=1, lt=1e5)]], Field(min_length=1)]
+
 
 class Records(Section):
     """The records of Sect. 5: one a motor speed, compared with the sensor's."""
 
-    # a figure letter, a to h, for every speed
-    speeds_rpm: Annotated[list[Annotated[float, Field(ge=1, lt=1e5)]], Field(min_length=1, max_length=8)]
+    speeds_rpm: Annotated[Speeds, Field(max_length=8)]  # a figure letter, a to h, for each
     ring_radius_m: Positive | None  # None: the rig's own
     duration_s: Positive
     lead_in_s: NotNegative
@@ -53,7 +54,7 @@ class Meshing(Section):
 class RingStudy(Section):
     """The ring study of Sect. 6.2: every radius and no ring at every speed, each until its contacts are known."""
 
-    speeds_rpm: Annotated[list[Annotated[float, Field(ge=1, lt=1e5)]], Field(min_length=1)]
+    speeds_rpm: Speeds
     radii_m: Annotated[list[Positive], Field(min_length=1)] | None  # None: `trackdyn.scene.rings.study_radii`
     without_ring: bool
     steps_s: Allowed | None
@@ -88,7 +89,7 @@ class Peers(Section):
 class FidelityStudy(Section):
     """The ladder of fidelities: every setting against the paper's; no settings: all of them."""
 
-    speeds_rpm: Annotated[list[Annotated[float, Field(ge=1, lt=1e5)]], Field(min_length=1)]
+    speeds_rpm: Speeds
     without_ring: bool
     settings: list[Literal[tuple(SETTINGS)]]
 
@@ -140,15 +141,14 @@ class Config(Section):
                     problem = "occurs twice" if after == before else f"comes after {before:g}"
                     raise InputError(f"{where} = {values}: {after:g} {problem}; give rising values")
         rising("ring_study.steps_s", self.ring_study.steps_s or ())
-        if self.sensor_csv is None:
-            return self
-        try:
-            self.sensor_csv.format(rpm="1")
-        except (KeyError, IndexError, ValueError, AttributeError):
-            raise InputError(f"sensor_csv = {self.sensor_csv!r}: the only field in braces is {{rpm}}") from None
-        if "{rpm}" not in self.sensor_csv and len(self.records.speeds_rpm) > 1:
-            problem = "it names one file for several speeds; write {rpm} where the motor speed belongs"
-            raise InputError(f"sensor_csv = {self.sensor_csv!r}: {problem}")
+        if self.sensor_csv:
+            try:
+                names = [self.sensor_csv.format(rpm=f"{rpm:g}") for rpm in self.records.speeds_rpm]
+            except (KeyError, IndexError, ValueError, AttributeError):
+                raise InputError(f"sensor_csv = {self.sensor_csv!r}: the only field in braces is {{rpm}}") from None
+            if len(set(names)) < len(names):
+                problem = "it names one file for several speeds; write {rpm} where the motor speed belongs"
+                raise InputError(f"sensor_csv = {self.sensor_csv!r}: {problem}")
         return self
 
     @property
@@ -201,30 +201,24 @@ class Config(Section):
         study, records, meshing = self.ring_study, self.records, self.meshing
         radii = study.radii_m or study_radii(rig)
         equal = min(radii, key=lambda radius: abs(radius - rig.sprocket.equal_pitch_radius))
-        ring = rig.ring_radius if records.ring_radius_m is None else records.ring_radius_m
-        least, passage = _least(rig, "records", min(records.speeds_rpm)), _least(rig, "meshing", meshing.speed_rpm)
-        meshing_fields = {
-            "ring_radius_m": meshing.ring_radius_m or rig.ring_radius or equal,
-            "duration_s": max(meshing.duration_s or 0, passage),
-        }
-        return self.model_copy(
-            update={
-                "rig": str(rig_path(self.rig)),
-                "ring_study": study.model_copy(update={"radii_m": radii}),
-                "records": records.model_copy(
-                    update={"ring_radius_m": ring, "duration_s": max(records.duration_s, least)}
-                ),
-                "meshing": meshing.model_copy(update=meshing_fields),
-            }
-        )
 
-    def check_sensor_files(self) -> None:
-        """Refuse sensor files that are not there, and a mapping that cannot be used."""
-        load_mapping(self.sensor_mapping)
-        for path in self.sensor_files:
-            if not Path(path).is_file():
-                needed = "every speed of records.speeds_rpm needs its file"
-                raise InputError(f"sensor_csv = {self.sensor_csv!r}: {path} does not exist; {needed}")
+        def longer(seconds: float | None, turns: float, rpm: float) -> float:
+            return max(seconds or 0, ceil(turns * Periods.at(rig, rpm).loop))
+
+        changes = {
+            "ring_study": {"radii_m": radii},
+            "records": {
+                "ring_radius_m": rig.ring_radius if records.ring_radius_m is None else records.ring_radius_m,
+                "duration_s": longer(records.duration_s, 2.0, min(records.speeds_rpm)),  # for its line
+            },
+            "meshing": {
+                "ring_radius_m": meshing.ring_radius_m or rig.ring_radius or equal,
+                # a whole passage with what is around it
+                "duration_s": longer(meshing.duration_s, 2.1, meshing.speed_rpm),
+            },
+        }
+        sections = {name: getattr(self, name).model_copy(update=fields) for name, fields in changes.items()}
+        return self.model_copy(update={"rig": str(rig_path(self.rig))} | sections)
 
     def scenes(self, rig: Rig) -> dict[str, Scene]:
         """Every run of the pipeline by name, such as ``115rpm`` or ``ring/115rpm_0.303``.
@@ -275,15 +269,6 @@ class Config(Section):
                 Scene(rig, rpm, radius, **steady_fields(rig, rpm, self.stop_rule), **PRESETS[REFERENCE])
 
 
-# turns of the loop that a record lasts at least: two for its line, and more for a whole passage with what is around it
-LEAST_TURNS = {"records": 2.0, "meshing": 2.1}
-
-
-def _least(rig: Rig, section: str, rpm: float) -> int:
-    """Seconds that a record lasts at least."""
-    return ceil(LEAST_TURNS[section] * Periods.at(rig, rpm).loop)
-
-
 def check_config(data: Any, name: str) -> tuple[Config, Rig, dict[str, Scene]]:
     """Validate a configuration with the rig and all scenes that it leads to."""
     config = validated(Config, data, name)
@@ -292,7 +277,11 @@ def check_config(data: Any, name: str) -> tuple[Config, Rig, dict[str, Scene]]:
     with naming(name):
         for field, files in config.files.items():
             _refuse_braces(field, files)
-        config.check_sensor_files()
+        load_mapping(config.sensor_mapping)
+        for path in config.sensor_files:
+            if not Path(path).is_file():
+                problem = f"{path} does not exist; every speed of records.speeds_rpm needs its file"
+                raise InputError(f"sensor_csv = {config.sensor_csv!r}: {problem}")
         if config.article is not None:
             load_cells(config.article)
         scenes = config.scenes(rig)

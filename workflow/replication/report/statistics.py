@@ -13,7 +13,7 @@ import pandas as pd
 from replication.paper import printed
 from replication.paper.cells import value_difference
 from replication.paper.contents import caption
-from replication.paper.item import SENSORS
+from replication.paper.printed import SENSORS
 from replication.report.tables import headed, write_captioned_table
 from trackdyn.errors import InputError
 from trackdyn.measure.columns import error_of

@@ -6,7 +6,7 @@ form of a long one lies in the folder ``short`` of the results, where the rule `
 
 from itertools import pairwise
 from math import ceil
-from typing import Annotated, Any, Generic, Literal, TypeVar
+from typing import Annotated, Generic, Literal, TypeVar
 
 from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
@@ -62,12 +62,6 @@ def peer_scene(rig: Rig, reading: str, speed_rpm: float, duration: float, step: 
     return Scene(rig, motor, tension="locked", **PEER_LAWS, **about)
 
 
-def _extrapolates(where: str, steps: Steps) -> None:
-    """Refuse steps over which no limit can be extrapolated."""
-    if len(set(steps.get("semi_implicit", []))) < 2:
-        raise InputError(f"{where}: needs at least two steps of semi_implicit, over which limits are extrapolated")
-
-
 class StatisticErrors(Section):
     """Error of the statistics of a record; ``coarse_steps_s`` for all but the full physics.
 
@@ -83,7 +77,9 @@ class StatisticErrors(Section):
 
     @model_validator(mode="after")
     def _limit(self):
-        _extrapolates("trade: statistics.steps_s", self.steps_s)
+        if len(set(self.steps_s.get("semi_implicit", []))) < 2:
+            needed = "needs at least two steps of semi_implicit, over which limits are extrapolated"
+            raise InputError(f"trade: statistics.steps_s: {needed}")
         return self
 
 
@@ -143,13 +139,12 @@ class Studies(Section):
 STUDIES = (*Studies.model_fields, "fidelity")
 
 
-def _read(path: Any) -> Any:
-    """The studies of the file that a configuration names."""
-    return validated(Studies, read_yaml(path), path) if isinstance(path, str) else path
-
-
-# a field of a configuration that is the name of a file, and holds what stands there
-StudiesFile = Annotated[Studies, BeforeValidator(_read), WithJsonSchema({"type": "string"})]
+# a field of a configuration that is the name of a file, and holds the studies of that
+StudiesFile = Annotated[
+    Studies,
+    BeforeValidator(lambda path: validated(Studies, read_yaml(path), path) if isinstance(path, str) else path),
+    WithJsonSchema({"type": "string"}),
+]
 
 
 def scene_name(rpm: float, ring: float | None) -> str:
@@ -159,17 +154,17 @@ def scene_name(rpm: float, ring: float | None) -> str:
 
 def measured_scenes(form: TradeForm) -> dict[str, StatisticErrors]:
     """Settings of each scene that is measured, by its name."""
-    statistics = form.statistics
-    return {_file(scene_name(*key)): statistics.model_copy(update={"scenes": [key]}) for key in statistics.scenes}
+    scenes = form.statistics.scenes
+    return {_file_name(key): form.statistics.model_copy(update={"scenes": [key]}) for key in scenes}
 
 
 def promised_scenes(form: TradeForm) -> dict[str, SceneKey]:
     """Scenes kept apart, on which the planner is judged, by their names."""
-    return {_file(scene_name(*key)): key for key in form.kept_apart}
+    return {_file_name(key): key for key in form.kept_apart}
 
 
-def _file(name: str) -> str:
-    return name.replace(" ", "_")
+def _file_name(key: tuple[float, float | None]) -> str:
+    return scene_name(*key).replace(" ", "_")
 
 
 def parts_of(form: ExtremesForm) -> list[str]:

@@ -61,7 +61,7 @@ def model_figure(rig: Rig, frame, shift: float, missing: str = "") -> Figure:
 def displacement_figure(curves: pd.DataFrame, summary: pd.DataFrame, missing: str = "") -> Figure:
     """Vertical displacement of the selected link in both codes, and their difference.
 
-    Tables are those of ``replication.peers.comparison.Result``; ``missing`` says why the other code was not run.
+    Tables are those of `replication.peers.comparison.compare_codes`; ``missing`` says why the other code was not run.
     """
     readings = list(summary["reading"])
     figure = new_figure(2.6 * len(readings) + 0.7)

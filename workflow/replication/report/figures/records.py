@@ -5,8 +5,7 @@ from trackdyn.sweeps.snakemake_job import run_job
 from itertools import zip_longest
 from math import inf
 
-from replication.paper.item import SENSORS
-from replication.paper.printed import lettered, peaks
+from replication.paper.printed import SENSORS, lettered, peaks
 from trackdyn.plots.spectra import history_figure, spectrum_figure
 from trackdyn.plots.style import save
 from trackdyn.sensor.sensor_csv import read_sensor_csv

@@ -9,7 +9,7 @@ from replication.study.extremes import transfer_product
 from replication.study.extremes.judge import COMPLETED, attempted, below, within_bounds
 from replication.study.extremes.restitution import lighter
 from trackdyn.chain import riccati
-from trackdyn.model.arrays import State, Work, make_state, make_work
+from trackdyn.model.arrays import make_state, make_work
 from trackdyn.model.constants import Chain
 from trackdyn.rig.rig import Rig
 from trackdyn.scene.build import build_chain
@@ -72,23 +72,17 @@ def make_pose(chain: Chain, seed: int) -> Pose:
     return Pose(angle, rate, *wrench, torque)
 
 
-def posed(pose: Pose) -> tuple[State, Work]:
-    """State and work that a solver reads for a pose."""
+def solve(solver: str, chain: Chain, pose: Pose) -> tuple[np.ndarray, np.ndarray]:
+    """Angular accelerations (rad/s2) and that of the first pin (m/s2) of a ``chain`` in a ``pose``, by a ``solver``."""
+    if solver == "transfer_product":
+        alpha, start = transfer_product.accelerations(chain, *pose)
+        return alpha, start[:2]
     n = len(pose.angle)
     state, work = make_state(n, 1, 1), make_work(n, 1, 1)
     state.angle[:], state.rate[:] = pose.angle, pose.rate
     work.cos[:], work.sin[:] = np.cos(pose.angle), np.sin(pose.angle)
     for name in ("force_x", "force_y", "moment", "torque"):
         getattr(work, name)[:] = getattr(pose, name)
-    return state, work
-
-
-def solve(solver: str, chain: Chain, pose: Pose) -> tuple[np.ndarray, np.ndarray]:
-    """Angular accelerations (rad/s2) and that of the first pin (m/s2) of a ``chain`` in a ``pose``, by a ``solver``."""
-    if solver == "transfer_product":
-        alpha, start = transfer_product.accelerations(chain, *pose)
-        return alpha, start[:2]
-    state, work = posed(pose)
     riccati.accelerations(chain, state, work, 0.0)
     sweep = work.sweep
     return sweep.response @ sweep.load, sweep.base @ sweep.load
@@ -155,7 +149,7 @@ def solver_error(solver: str, chain: Chain) -> float:
 def predicted_error(chain: Chain) -> float:
     """Rounding times the growth along the chain (`transfer_product.growth`)."""
     with np.errstate(over="ignore"):
-        return float(EPS * np.float64(transfer_product.growth(chain).pitch) ** (len(chain.length) / 2))
+        return float(EPS * np.float64(transfer_product.growth(chain)) ** (len(chain.length) / 2))
 
 
 def digits(rig: Rig, bodies: list[int]) -> Iterator[dict]:
@@ -179,16 +173,17 @@ def _digits(solver: str, chain: Chain, kind: str) -> dict:
 
 
 def growth_rates(rig: Rig) -> Iterator[dict]:
-    """Growth of the literal product's error a body, between six bodies and the last that keeps a digit."""
+    """Growth of the literal product's error a body, for two kinds of chain."""
     for kind in KINDS[:2]:
         yield attempted(FAMILY, f"growth of the literal product, {kind}", _growth, rig, kind)
 
 
 def _growth(rig: Rig, kind: str) -> dict:
+    """Columns of the growth between six bodies and the last number that keeps a digit."""
     errors = {n: solver_error("transfer_product", make_chain(rig, kind, n)) for n in range(6, 30, 2)}
     sizes = [n for n, error in errors.items() if error < 1e-2]
     rate = np.exp(np.polyfit(sizes, np.log([errors[n] for n in sizes]), 1)[0])
-    closed = transfer_product.growth(make_chain(rig, kind, 6)).pitch ** 0.5
+    closed = transfer_product.growth(make_chain(rig, kind, 6)) ** 0.5
     value, expected = float(np.log10(rate)), float(np.log10(closed))
     return within_bounds(value, expected, GROWTH_TOLERANCE * expected, "digits lost a body")
 

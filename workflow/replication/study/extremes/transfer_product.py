@@ -9,8 +9,6 @@ give the state at the input of body 1, and multiplication every other state. Its
 it serves short chains and shows why longer ones need `trackdyn.chain.riccati`.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
 from trackdyn.model.constants import Chain
@@ -30,15 +28,13 @@ def body_matrix(mass, inertia, r_ic, r_io, omega, force, moment) -> np.ndarray:
     ``inertia`` (3, 3) is about the mass centre in the inertial frame, kg m2; ``r_ic`` and ``r_io`` lead from the input
     to the mass centre and to the output, m; ``omega`` is the angular velocity, rad/s; ``force`` (N) and ``moment`` (N
     m, about the mass centre) are resultants of the external loads with gravity.
-
-    Rows of ``r''`` and ``Omega'``: motion of a rigid body. Rows of ``q``: Newton's law. Rows of ``m``: Euler's law
-    about the mass centre, with ``q`` of the output replaced by the rows above it.
     """
     spin, centre_to_output = skew(omega), skew(r_io - r_ic)
     centripetal = spin @ (spin @ r_ic)
     out = np.eye(STATES)
     out[0:3, 3:6] = -skew(r_io)
     out[0:3, 12] = spin @ (spin @ r_io)
+    # Euler's law about the mass centre, with q of the output by Newton's law below it
     out[6:9, 0:3] = mass * centre_to_output
     out[6:9, 3:6] = -inertia - mass * centre_to_output @ skew(r_ic)
     out[6:9, 9:12] = -skew(r_io)
@@ -83,8 +79,8 @@ def elements_of(chain: Chain, angle, rate, force_x, force_y, moment, torque) -> 
 
     Loads as in `accelerations`. Nothing turns out of the plane: transverse moments of inertia cannot matter.
     """
-    n, bodies = len(angle), []
-    for i in range(n):
+    bodies = []
+    for i in range(len(angle)):
         along = np.array([np.cos(angle[i]), np.sin(angle[i]), 0.0])
         r_ic = chain.com_x[i] * along + chain.com_y[i] * np.cross(AXIS, along)
         force = np.array([force_x[i], force_y[i] - chain.mass[i] * chain.gravity, 0.0])
@@ -92,9 +88,9 @@ def elements_of(chain: Chain, angle, rate, force_x, force_y, moment, torque) -> 
         arms = r_ic, chain.length[i] * along
         bodies.append(body_matrix(chain.mass[i], inertia, *arms, rate[i] * AXIS, force, moment[i] * AXIS))
     elements = [bodies[0]]
-    for i in range(n - 1):
+    for body, behind in zip(bodies[1:], torque[1:], strict=True):
         # the angular velocity is parallel to the axis, so that zeta vanishes in the plane
-        elements += [joint_matrix(bodies[i + 1], AXIS, AXIS, np.zeros(3), torque[i + 1]), bodies[i + 1]]
+        elements += [joint_matrix(body, AXIS, AXIS, np.zeros(3), behind), body]
     return elements
 
 
@@ -168,33 +164,16 @@ def accelerations(chain: Chain, angle, rate, force_x, force_y, moment, torque) -
     return np.array(alpha), start
 
 
-class Growth(NamedTuple):
-    """Factors by which the product of transfer matrices enlarges an error."""
-
-    body: np.ndarray  # (n,) of each body alone
-    pitch: float  # growth over the first two bodies together, the period of an alternating chain
-
-
-def growth(chain: Chain) -> Growth:
-    """Growth of an error along a straight chain of two bodies or more; inf where pins are mutual centres of percussion.
+def growth(chain: Chain) -> float:
+    """Growth of an error over two bodies of a straight chain; inf where pins are mutual centres of percussion.
 
     Across a straight chain, one body from pin to pin maps transverse acceleration and force by a matrix of determinant
-    1, so that its eigenvalues are ``mu`` and ``1 / mu``. With the distances ``a`` and ``b`` of the mass centre from the
-    pins along the body, its offset ``e`` and the radius of gyration ``k``, ``|mu + 1 / mu| = (a^2 + b^2 + 2 (k^2 +
-    e^2)) / |a b - k^2 - e^2|``. For a mass centre half-way between the pins this is ``|mu| = (a + k) / |a - k|``.
-    Factors of different bodies do not simply multiply: that of a pitch is the largest eigenvalue of the product of its
-    four matrices, body and joint twice.
+    1, so that its eigenvalues are ``mu`` and ``1 / mu``; with its mass centre half-way between the pins, at a distance
+    ``a``, and a radius of gyration ``k``, ``|mu| = (a + k) / |a - k|``. Factors of different bodies do not simply
+    multiply: the growth is the largest eigenvalue of the product of their four matrices, body and joint twice.
     """
-    ahead = chain.length - chain.com_x
-    gyration = chain.inertia / chain.mass + chain.com_y**2
-    with np.errstate(divide="ignore"):
-        half_trace = 0.5 * (chain.com_x**2 + ahead**2 + 2.0 * gyration) / np.abs(chain.com_x * ahead - gyration)
-    # the square root of half_trace^2 - 1, without overflow
-    body = half_trace + np.sqrt(np.maximum(half_trace - 1.0, 0.0)) * np.sqrt(half_trace + 1.0)
-    # a straight pitch at rest, without loads, and the joint behind it
+    # at rest, without loads, and the joint behind the second body
     straight = chain._replace(**{name: getattr(chain, name)[[0, 1, 0]] for name in chain._fields[:5]}, gravity=0.0)
     with np.errstate(invalid="ignore", over="ignore"):
-        pitch = multiply(elements_of(straight, *np.zeros((6, 3)))[:4])
-    if not np.isfinite(pitch).all():
-        return Growth(body, np.inf)
-    return Growth(body, float(np.abs(np.linalg.eigvals(pitch)).max()))
+        product = multiply(elements_of(straight, *np.zeros((6, 3)))[:4])
+    return float(np.abs(np.linalg.eigvals(product)).max()) if np.isfinite(product).all() else np.inf
