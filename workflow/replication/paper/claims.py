@@ -15,9 +15,7 @@ from trackdyn.measure.columns import TABLES, error_of
 from trackdyn.rig.validation import NotNegative, Positive, Section, validated
 from trackdyn.rig.yaml_file import read_yaml
 
-SHOWN, NOT_SHOWN = "shown", "not shown"
-NO_TEST = "no test"
-NOT_COMPARABLE = "not comparable"
+SHOWN, NOT_SHOWN, NO_TEST, NOT_COMPARABLE = "shown", "not shown", "no test", "not comparable"
 JUDGED = (SHOWN, NOT_SHOWN)
 VERDICTS = (*JUDGED, NO_TEST, NOT_COMPARABLE)
 ONE_SIDED = ("at_most", "at_least")
@@ -78,36 +76,26 @@ class Claims(Section):
     claims: Annotated[list[Claim], Field(min_length=1)]
 
     @model_validator(mode="after")
-    def _numbered(self):
+    def _complete(self):
         numbers = {claim.sentence for claim in self.claims} - {None}
         for number in sorted(numbers ^ set(self.sentences)):
             missing = "is not among the sentences" if number in numbers else "has no claim"
             raise InputError(f"sentence {number} {missing}; every sentence needs a claim, and every number a sentence")
-        return self
-
-    @model_validator(mode="after")
-    def _unique(self):
         names = [claim.name for claim in self.claims]
-        for name in names:
-            if names.count(name) > 1:
-                raise InputError(
-                    f"claim {name} occurs twice; give every claim its own id, every statement its own letter"
-                )
+        if twice := [name for name in names if names.count(name) > 1]:
+            remedy = "give every claim its own id, every statement its own letter"
+            raise InputError(f"claim {twice[0]} occurs twice; {remedy}")
         return self
 
 
 def load_claims(path: Path | str) -> list[Claim]:
     """Read and validate the claims; `InputError` for an unknown measure, or an id that occurs twice."""
-    return _load(path).claims
+    return validated(Claims, read_yaml(path), str(path), missing="every claim needs it").claims
 
 
 def load_sentences(path: Path | str) -> dict[int, str]:
-    """Sentences of the paper by their numbers, in its order."""
-    return _load(path).sentences
-
-
-def _load(path: Path | str) -> Claims:
-    return validated(Claims, read_yaml(path), str(path), missing="every claim needs it")
+    """Sentences of the paper by their numbers, in its order; `InputError` as `load_claims`."""
+    return validated(Claims, read_yaml(path), str(path), missing="every claim needs it").sentences
 
 
 class Value(NamedTuple):
@@ -131,16 +119,6 @@ class Judgement(NamedTuple):
     verdict: str
     speeds: list[float]  # at which it was judged, rev/min
     values: tuple[Value, ...] = ()  # basis of the verdict: none for text, and for a claim that is not comparable
-
-
-def _speeds(claim: Claim, e: Evidence) -> list[float]:
-    speeds = e.speeds(MEASURES[claim.measure].table)
-    return [rpm for rpm in speeds if not isinstance(claim.printed, dict) or rpm in claim.printed]
-
-
-def _bounds(claim: Claim, speeds) -> np.ndarray:
-    printed = [claim.printed[rpm] for rpm in speeds] if isinstance(claim.printed, dict) else claim.printed
-    return np.asarray(printed, dtype=float)
 
 
 def _named(claim: Claim, measured, speeds) -> list[tuple[float, str, float]]:
@@ -169,7 +147,8 @@ def _values(claim: Claim, measured, speeds) -> tuple[Value, ...]:
     away, met = printed.copy(), [None] * len(numbers)
     compared = one_sided or claim.rule == "equal"
     if compared or (claim.rule == "no_test" and claim.printed is not None):
-        bounds, shape = _bounds(claim, speeds), np.shape(measured)
+        printed_values = [claim.printed[rpm] for rpm in speeds] if isinstance(claim.printed, dict) else claim.printed
+        bounds, shape = np.asarray(printed_values, dtype=float), np.shape(measured)
         if bounds.ndim < len(shape):  # a bound for both ends of a range
             bounds = bounds[..., None]
         printed = np.broadcast_to(bounds, shape).ravel()
@@ -193,14 +172,19 @@ def judge(claim: Claim, e: Evidence) -> Judgement:
     """Judge a claim by the evidence of a rig; one whose evidence is not there (`NotThere`) is not comparable."""
     if claim.rule == "not_comparable":
         return Judgement("", NOT_COMPARABLE, list(claim.printed) if isinstance(claim.printed, dict) else [])
-    speeds = _speeds(claim, e)
+    speeds = e.speeds(MEASURES[claim.measure].table)
+    speeds = [rpm for rpm in speeds if not isinstance(claim.printed, dict) or rpm in claim.printed]
     try:
         if not speeds:
             raise NotThere("not run")
         if claim.rule == "rising" and len(speeds) < 2:
             raise NotThere("one speed alone")
         measured = MEASURES[claim.measure].evaluate(e, speeds)
-        _refuse_scatter(claim, e)
+        run, *events = MEASURES[claim.measure].events or ("",)
+        for name, scatter in zip(events, e.event_times(run, events, "sd_s"), strict=True):
+            # at the mean of events whose times scatter by more nothing may happen
+            if claim.tolerance is not None and scatter > SLACK * claim.tolerance:
+                raise NotThere(f"{name}: passages scatter by {scatter:.2g} {claim.unit}, more than the tolerance")
     except NotThere as missing:
         return Judgement(str(missing), NOT_COMPARABLE, speeds)
     values = _values(claim, measured, speeds)
@@ -211,16 +195,6 @@ def judge(claim: Claim, e: Evidence) -> Judgement:
     else:
         verdict = SHOWN if values and all(value.met for value in values) else NOT_SHOWN
     return Judgement(_text(measured), verdict, speeds, values)
-
-
-def _refuse_scatter(claim: Claim, e: Evidence) -> None:
-    """Refuse events whose times scatter by more than the tolerance: at such a mean nothing may happen."""
-    if claim.tolerance is None or not (events := MEASURES[claim.measure].events):
-        return
-    run, *names = events
-    for name, scatter in zip(names, e.event_times(run, names, "sd_s"), strict=True):
-        if scatter > SLACK * claim.tolerance:
-            raise NotThere(f"{name}: passages scatter by {scatter:.2g} {claim.unit}, more than the tolerance")
 
 
 NO_VALUE = "no value"  # such as a ratio of forces that never act
@@ -266,15 +240,6 @@ def _row(rig: str, claim: Claim, judgement: Judgement) -> dict:
     }
 
 
-def _standard_error(claim: Claim, e: Evidence, rpm: float) -> float:
-    """Standard error of a number that is a column of the long records; NaN for others."""
-    column = MEASURES[claim.measure].column
-    if not column:
-        return float("nan")
-    row = e.records([rpm]).iloc[0]
-    return float(row.get(error_of(column), np.nan))
-
-
 def judge_all(claims: list[Claim], e: Evidence, rig: str = "") -> tuple[pd.DataFrame, pd.DataFrame]:
     """The scorecard of a rig of this name, and its numbers.
 
@@ -285,13 +250,16 @@ def judge_all(claims: list[Claim], e: Evidence, rig: str = "") -> tuple[pd.DataF
     values : DataFrame
         A row for every number that a verdict is made from, columns ``VALUE_COLUMNS``.
     """
-    judged = [(claim, judge(claim, e)) for claim in claims]
-    card = [_row(rig, claim, judgement) for claim, judgement in judged]
-    values = [
-        claim.model_dump(include={"id", "part", "unit", "rule", "tolerance"})
-        | value._asdict()
-        | {"rig": rig, "standard_error": _standard_error(claim, e, value.rpm), "verdict": judgement.verdict}
-        for claim, judgement in judged
-        for value in judgement.values
-    ]
+    card, values = [], []
+    for claim in claims:
+        judgement = judge(claim, e)
+        card.append(_row(rig, claim, judgement))
+        column = claim.measure and MEASURES[claim.measure].column
+        for value in judgement.values:
+            # of a number that is a column of the long records
+            error = float(e.records([value.rpm]).iloc[0].get(error_of(column), np.nan)) if column else np.nan
+            about = {"rig": rig, "standard_error": error, "verdict": judgement.verdict}
+            values.append(
+                claim.model_dump(include={"id", "part", "unit", "rule", "tolerance"}) | value._asdict() | about
+            )
     return pd.DataFrame(card, columns=list(COLUMNS)), pd.DataFrame(values, columns=list(VALUE_COLUMNS))

@@ -140,11 +140,10 @@ def radius_sentence(card: pd.DataFrame, own: bool = False) -> str:
     if rows.empty:
         return "Without a ring study of enough radii no radius is chosen."
     row = rows.iloc[0]
+    radii, rpms = str(row["measured"]).split(", "), str(row["speeds"]).removesuffix(".0").split(", ")
     speeds: dict[str, list[str]] = {}  # that a radius is chosen at
-    for radius, rpm in zip(
-        str(row["measured"]).split(","), str(row["speeds"]).removesuffix(".0").split(","), strict=True
-    ):
-        speeds.setdefault(radius.strip(), []).append(rpm.strip())
+    for radius, rpm in zip(radii, rpms, strict=True):
+        speeds.setdefault(radius, []).append(rpm)
     unserved = speeds.pop(NO_VALUE, [])
     rule = (
         "Our rule takes the smallest ring with which right arcs hardly touch (below 0.5 % of a turn) and left arcs "
@@ -168,12 +167,10 @@ def _listed(words: Sequence[str]) -> str:
 
 def outside_sentence(parameters: pd.DataFrame, rig: str) -> str:
     """Sentence on what is fitted, and on the values that no real part has, each beside its range."""
-    kinds = parameters["kind"].value_counts()
-    fitted = kinds.get("fitted", 0)
-    known = len(parameters) - fitted - kinds.get("assumed", 0)
-    count = len(parameters)
-    text = f"The paper prints or implies {known} of the {count} parameters of the rig `{rig}`; {fitted} are fitted."
-    cells = outside_values(parameters)
+    kinds, cells = parameters["kind"].value_counts(), outside_values(parameters)
+    fitted, known = kinds.get("fitted", 0), kinds.get("printed", 0) + kinds.get("derived", 0)
+    count = f"{known} of the {len(parameters)} parameters of the rig `{rig}`"
+    text = f"The paper prints or implies {count}; {fitted} are fitted."
     return f"{text} Values that no real part has: {'; '.join(cells)}." if cells else text
 
 
@@ -213,17 +210,17 @@ def statements_by_label(
     labels: dict[int, str] = {}  # a sentence stands where its first statement does
     for position, row in enumerate(_records(card)):
         number = int(row["sentence"] or 0)
-        label = labels.setdefault(number or -1 - position, _label(row["place"]))
-        sentence = groups.setdefault(label, {}).setdefault(
-            number,
-            {
-                "number": number,
-                "sentence": sentences["sentence"].get(number, ""),
-                "verdict": sentences["verdict"].get(number, NOT_COMPARABLE),
-                "shares": _percents(tracks.get("sentences"), str(number)),
-                "statements": [],
-            },
-        )
+        named = re.search(r"(Fig|Table)s?\.? (\d+)", row["place"])  # the first: ``Figs. 19, 20`` is Figure 19
+        place = f"{'Figure' if named[1] == 'Fig' else named[1]} {named[2]}" if named else row["place"]
+        label = labels.setdefault(number or -1 - position, place)
+        whole = {
+            "number": number,
+            "sentence": sentences["sentence"].get(number, ""),
+            "verdict": sentences["verdict"].get(number, NOT_COMPARABLE),
+            "shares": _percents(tracks.get("sentences"), str(number)),
+            "statements": [],
+        }
+        sentence = groups.setdefault(label, {}).setdefault(number, whole)
         sentence["statements"].append(_statement(row) | {"shares": _percents(tracks.get("claims"), row["name"])})
     return {label: sorted(rows.values(), key=lambda row: row["number"] or 99) for label, rows in groups.items()}
 
@@ -248,12 +245,6 @@ def _statement(row: Mapping) -> dict:
     }
 
 
-def _label(place: str) -> str:
-    """Figure or table that a place names first: ``Figs. 19, 20`` is Figure 19."""
-    named = re.search(r"(Fig|Table)s?\.? (\d+)", place)
-    return f"{'Figure' if named[1] == 'Fig' else named[1]} {named[2]}" if named else place
-
-
 def judged_sentences(judged: pd.DataFrame, shares: pd.DataFrame) -> list[list[str]]:
     """``number, sentence, verdict``, and the shares of plausible tracks (%) whose ring slips and grips."""
     tracks = track_rows(shares)
@@ -269,19 +260,12 @@ def statements(card: pd.DataFrame) -> pd.DataFrame:
     DataFrame
         ``statement, printed``, ``rig <name>``, and ``difference``.
     """
-    rows = []
-    by_name = {row["name"]: row for row in _records(card)}
+    rows, by_name = [], {row["name"]: row for row in _records(card)}
     for name in (name for name in SHORT if name in by_name):
-        row, printed = _statement(by_name[name]), str(by_name[name]["printed"])
-        rows.append(
-            {
-                "statement": SHORT[name],
-                "printed": IN_WORDS.get(name, printed),
-                f"rig {card['rig'].iloc[0]}": f"{row['measured']} {MARKS[row['verdict']]}".strip(),
-                "difference": row["difference"],
-            }
-        )
-    return pd.DataFrame(rows)
+        row, printed = _statement(by_name[name]), IN_WORDS.get(name, str(by_name[name]["printed"]))
+        measured = f"{row['measured']} {MARKS[row['verdict']]}".strip()
+        rows.append([SHORT[name], printed, measured, row["difference"]])
+    return pd.DataFrame(rows, columns=["statement", "printed", f"rig {card['rig'].iloc[0]}", "difference"])
 
 
 def _difference(printed: str, measured: str) -> str:
