@@ -7,6 +7,7 @@ from trackdyn.errors import DivergenceError
 from trackdyn.model.arrays import CONTACT_INTERVAL, ENERGY_NAMES
 from trackdyn.simulation.energy_balance import OPEN_SHARE, PATH, check_account, open_share, path_energy
 from trackdyn.simulation.loop import Loop
+from trackdyn.simulation.recorder import Recorder
 from trackdyn.simulation.rig_check import try_steps
 from trackdyn.simulation.simulate import simulate
 from trackdyn.simulation.step_check import (
@@ -45,6 +46,14 @@ def test_what_alternates_and_peaks_of_one_step_are_doubted(share, alone):
     run = statistics([1.0], [1.0], alone)
     assert bool(doubt(Alternation(share, 100, 1.1), run)) == (share > NOTICED or alone > ONE_STEP)
     assert not doubt(Alternation(share, 100, 0.9), run) and not doubt(Alternation(share, 9, 1.1), run)
+
+
+def test_what_alternates_is_a_share_of_what_the_sensor_reads(running):
+    writer = Recorder(running.copy(), checked=False)
+    writer.chunk()
+    writer.record.mean[:] = 0.0  # level: 1 g
+    writer.alternating = 100 * np.array([0.03 * (9.81 * running.model.step) ** 2, 1.0])
+    assert writer.step_check.resolution().share == pytest.approx(0.03)
 
 
 @pytest.mark.parametrize(
