@@ -4,8 +4,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from trackdyn.measure.columns import SIDE_COLUMNS, error_of
-from trackdyn.measure.metrics import SHOWN, remarks, shown_measures
+from trackdyn.measure.columns import SHOWN, SIDE_COLUMNS, error_of
+from trackdyn.measure.metrics import remarks, shown_measures
 from trackdyn.measure.uncertainty import whole_errors
 from trackdyn.rig.rig import load_rig
 from trackdyn.rig.rig_file import shipped_rigs

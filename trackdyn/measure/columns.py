@@ -16,7 +16,9 @@ _DICTIONARY = read_yaml(Path(__file__).with_suffix(".yaml"))
 # columns of metrics.csv: type, unit, description, standard error or why there is none (None of errors themselves)
 COLUMNS: dict[str, tuple[str, str, str, str | None]] = {}
 SIDE_COLUMNS: dict[str, list] = _DICTIONARY["side_columns"]  # columns of a side, without type
-UNITS, MEASURES, HEADINGS, WORDS = (_DICTIONARY[name] for name in ("units", "measures", "headings", "words"))
+SHOWN, UNITS, MEASURES, HEADINGS, WORDS = (
+    _DICTIONARY[name] for name in ("shown", "units", "measures", "headings", "words")
+)
 
 
 def _describe(over: str, name: str, kind: str, unit: str, text: str, error: str | None) -> None:

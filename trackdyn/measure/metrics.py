@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from trackdyn.measure.columns import table_schema
+from trackdyn.measure.columns import SHOWN, table_schema
 from trackdyn.measure.contacts import LONGEST_CONTACT, PASSAGE, meshing_summary
 from trackdyn.measure.sensor import readings, sense, sensor_metrics
 from trackdyn.measure.spectra import LEAST_PERIODS, rms
@@ -12,11 +12,6 @@ from trackdyn.scene.choices import label
 from trackdyn.simulation.energy_balance import energy_residual
 from trackdyn.simulation.recording import Recording
 
-SHOWN = (
-    "rms_g", "sd_g", "line_hz_binfree", "line_g_binfree", "high_frequency_g", "left_share_pct", "right_share_pct",
-    "ring_share_pct", "left_peak_n", "right_peak_n", "ring_peak_n", "teeth_sliding_j", "ring_sliding_j", "passages",
-    "clipped_samples", "loop_gap_max_m", "energy_residual",
-)  # fmt: skip
 OF_THE_EARTH = 0.005  # share by which gravity differs between poles and equator
 SAME_SPEED = 0.01  # share of a speed, from which on a difference or a drift is said
 

@@ -105,14 +105,11 @@ class RingRule(NamedTuple):
 
     def band(self, study: pd.DataFrame) -> dict[float, float]:
         """Radii that the rule chooses with each of `MARGINS` over a tooth's share, m; empty for a rule without it."""
-        if not any(bound.tooth for bound in self.bounds):
-            return {}
-
-        def with_margin(margin: float) -> RingRule:
+        radii = {}
+        for margin in MARGINS if any(bound.tooth for bound in self.bounds) else ():
             bounds = (bound._replace(number=margin) if bound.tooth else bound for bound in self.bounds)
-            return self._replace(bounds=tuple(bounds))
-
-        return {margin: with_margin(margin).radius(study) for margin in MARGINS}
+            radii[margin] = self._replace(bounds=tuple(bounds)).radius(study)
+        return radii
 
 
 def parse_rule(text: str, teeth: int) -> RingRule:
