@@ -1,14 +1,40 @@
-"""The row of a run: what depends on where a record begins and ends, and what may not have been recorded."""
+"""The row of a run and its table: records that begin and end anywhere, whole errors, remarks, a picture."""
 
 import copy
 
+import matplotlib
 import numpy as np
+import pandas as pd
 import pytest
 
-from trackdyn.measure.columns import table_schema
-from trackdyn.measure.metrics import run_metrics
+import trackdyn
+from trackdyn.measure.columns import SHOWN, SIDE_COLUMNS, error_of, table_schema
+from trackdyn.measure.metrics import remarks, run_metrics, shown_measures
 from trackdyn.measure.sensor import sensor_metrics, whole_revolutions
-from trackdyn.simulation.simulate import simulate
+from trackdyn.measure.uncertainty import whole_errors
+from trackdyn.rig.rig import load_rig
+from trackdyn.rig.rig_file import shipped_rigs
+from trackdyn.scene.scene import Scene
+from trackdyn.simulation.belt import belt_recording
+
+BELT = {"chain": "belt", "ring_radius": None, "contact_log": False, "duration": 2.0}
+COLUMN = {"rms": "rms_g", "sd": "sd_g", "line": "line_g", "high_frequency": "high_frequency_g"}
+COLUMN |= {f"{side}_peak": f"{side}_peak_n" for side in ("left", "right")}
+COLUMN |= {f"{side}_share": f"{side}_share_pct" for side in ("left", "right", "ring")}
+
+
+@pytest.fixture(scope="module")
+def run(rig):
+    return trackdyn.simulate(trackdyn.Scene(rig, 115.0, duration=0.5))
+
+
+def test_the_table_has_the_values_errors_and_units_of_the_metrics(run):
+    table, row = trackdyn.measures(run), run_metrics("", run)
+    assert list(table.columns) == ["value", "error", "unit", "measure"] and table.index.name == "name"
+    assert {"rms_g", "sd_g", "passages", "clipped_samples"} <= set(table.index)
+    assert table["value"].to_dict() == {name: row[name] for name in table.index}
+    assert table.loc["rms_g", "unit"] == "g" and table["error"].dtype == float
+    assert all(table["measure"].str.len() > 5) and table["value"].notna().all()
 
 
 def test_whole_revolutions():
@@ -26,12 +52,73 @@ def test_statistics_of_whole_revolutions_do_not_depend_on_what_is_left_over():
     assert abs(row["rms_g"] - 1.5**0.5) > 0.01
 
 
-def test_the_cut_is_measured_where_it_was_recorded(make_scene):
-    recording = simulate(make_scene())
+def test_the_cut_is_measured_where_it_was_recorded(run):
     for cut, expected in ((np.zeros((0, 2)), (np.nan, np.nan)), (np.array([[1e-9, 2e-5], [3e-9, 1e-5]]), (3e-9, 2e-5))):
-        known = copy.copy(recording)
+        known = copy.copy(run)
         object.__setattr__(known, "cut", cut)  # a frozen recording, which may not have this array
         row = run_metrics("some", known)
         gaps = row["gap_before_projection_m"], row["velocity_gap_m_s"]
         np.testing.assert_equal(gaps, expected)
         assert [field["name"] for field in table_schema(row)["fields"]] == list(row)
+
+
+def test_the_step_of_every_included_rig_is_within_what_is_said(request):
+    """Errors count that the study knows to half of themselves; 5 % are for its own scatter."""
+    rows = pd.read_csv(request.config.rootpath / "docs" / "measured" / "default_step.csv")
+    rings = {"own": 0.308, "none": None}
+    whole = {ring: whole_errors(Scene(load_rig("paper"), 150.0, radius)) for ring, radius in rings.items()}
+    assert set(rows["rig"]) == set(shipped_rigs())
+    for row in rows[rows["uncertainty"] < 0.5 * rows["error"].abs()].itertuples():
+        size = 100.0 if row.measure.endswith("_share") else row.limit
+        accepted = whole[row.ring](COLUMN[row.measure], row.limit, 0.0)
+        assert abs(row.error) * size <= 1.05 * accepted, (row.rig, row.rpm, row.measure)
+
+
+def test_scatter_and_step_are_added_and_a_step_that_is_not_known_gives_no_error(rig):
+    scene = Scene(rig, 150.0)
+    whole = whole_errors(scene)
+    assert whole("rms_g", 1.0, 0.0) == pytest.approx(1e-3)
+    assert whole("rms_g", -1.0, 1e-3) == pytest.approx(np.hypot(1e-3, 1e-3))
+    assert whole("ring_share_pct", 47.64861, 0.00023) == pytest.approx(0.02, rel=1e-3)
+    assert whole("left_peak_n", 0.0, 0.5) == 0.5 and np.isnan(whole("rms_g", 1.0, np.nan))
+    half = whole_errors(scene.with_(step=scene.time_step / 2))
+    assert half("rms_g", 1.0, 0.0) == pytest.approx(5e-4)
+    assert np.isnan(whole_errors(scene.with_(integrator="linearly_implicit", step=5e-4))("rms_g", 1.0, 1e-3))
+    assert whole_errors(Scene(rig, 150.0, **BELT))("rms_g", 1.0, 1e-4) == 1e-4
+    # every measure that a run prints with an error has one
+    for name in (*SHOWN, *(f"left_{name}" for name in SIDE_COLUMNS)):
+        assert " " in error_of(name) or not np.isnan(whole(name, 1.0, 0.0)), name
+
+
+def test_a_range_that_limits_the_rms_is_said_with_both_values(rig):
+    recording = belt_recording(Scene(rig, 150.0, **BELT))
+    assert remarks(recording) == []
+    small = rig.changed(sensor__range=0.9)
+    limited = belt_recording(Scene(small, 150.0, **BELT))
+    without, with_it = (shown_measures(run)[0]["value"] for run in (recording, limited))
+    (text,) = remarks(limited)
+    assert f"RMS is {with_it:.4g} g with this sensor and {without:.4g} g without" in text and with_it < without
+    assert "range of 0.9 g" in text
+
+
+def test_g_of_another_gravity_is_said(rig):
+    moon = belt_recording(Scene(rig.changed(gravity=1.62), 150.0, **BELT))
+    assert "1 g is the rig's gravity of 1.62 m/s2" in remarks(moon)[-1]
+    assert remarks(belt_recording(Scene(rig.changed(gravity=0.0), 150.0, **BELT))) == []
+
+
+def test_what_is_printed_is_short(run):
+    for thing in (run, run.scene, run.scene.rig):
+        for text in (repr(thing), str(thing)):
+            assert len(text.splitlines()) <= 10 and len(text) < 400
+    assert "115 rev/min" in repr(run.scene) and "35 pitches" in repr(run.scene.rig) and repr(run.scene) in repr(run)
+
+
+def test_the_picture_of_the_sensor_has_labels(run):
+    matplotlib.use("agg")
+    signal = trackdyn.sense(run)
+    axes = signal.plot()
+    assert axes.get_xlabel() == "time (s)" and axes.get_ylabel() == "acceleration (g)"
+    assert [text.get_text().split(",")[0] for text in axes.get_legend().get_texts()] == ["ay", "ax"]
+    assert signal.plot(axes) is axes and len(axes.lines) == 4
+    assert (axes.lines[0].get_ydata() == signal.ay).all()
