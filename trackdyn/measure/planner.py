@@ -128,25 +128,24 @@ class Plan(NamedTuple):
 
         Half widths of the answer's measures, the asked ones alone, hold the error of the setting, too.
         """
+
+        def judge(recording: Recording):
+            cut, means, reached = judge_series(series(recording, self.left), self.left)
+            return (recording, cut, means, reached), all(reached.values())
+
         # scatter may fall faster than it is expected to, where passages make up for each other
         first = min(self.duration, GROWTH * self.chosen.seconds)
-
-        def judge(recording: Recording) -> tuple[StopResult, bool]:
-            cut, means, reached = judge_series(series(recording, self.left), self.left)
-            left_out = recording.scene.lead_in + cut * recording.periods.passage
-            answer = StopResult(means, reached, left_out, recording)
-            return answer, answer.converged
-
-        answer, _ = record_until(self.chosen.writer, first, judge, JUDGED)
+        (recording, cut, means, reached), _ = record_until(self.chosen.writer, first, judge, JUDGED)
         measures = {}
-        for name, mean in answer.measures.items():
+        for name, mean in means.items():
             scale = scale_of(name, mean.value)
             error = self.chosen.error[name]._replace(half_width=mean.half_width / scale).total
             measures[name] = mean._replace(half_width=error * scale)
-        meta, share = answer.recording.meta, answer.recording.meta["resolved"]["share"]
         reason = f"the step was chosen for {', '.join(self.left)}; other measures may be less accurate"
-        meta = meta | {"resolved": Resolution(OPEN, share, reason)._asdict()}
-        return replace(answer, measures=measures, recording=replace(answer.recording, meta=meta))
+        resolved = Resolution(OPEN, recording.meta["resolved"]["share"], reason)._asdict()
+        left_out = recording.scene.lead_in + cut * recording.periods.passage
+        recording = replace(recording, meta=recording.meta | {"resolved": resolved})
+        return StopResult(measures, reached, left_out, recording)
 
 
 def settings(scene: Scene, step: float, method: bool) -> list[Trial]:
