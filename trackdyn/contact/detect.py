@@ -89,7 +89,6 @@ def tooth_loads(model: Model, state: State, work: Work, space, implicit):
             slip_compliance=half * slides, guide=0.0,
         )  # fmt: skip
         work.tooth_force[arc] = forces.apply(model, state, work, point, penetration, space, implicit)
-        work.contact[work.count[0] - 1]["area"] = area
 
 
 @kernel

@@ -184,7 +184,7 @@ def list_contact(state: State, row, space, point: ContactPoint, guide, places, v
     row["arm_x"], row["arm_y"] = ax, ay
     row["speed_x"], row["speed_y"] = velocity[0], velocity[1]
     row["rate"] = state.wheel_rate[wheel]
-    row["body"], row["wheel"], row["kind"] = point.body, wheel, point.kind
+    row["body"], row["wheel"], row["kind"], row["slot"] = point.body, wheel, point.kind, point.slot
     if space is not None:
         row["normal_z"], row["friction_z"], row["spin_z"] = normal_z, friction_z, spin_z
         row["arm_z"], row["speed_z"] = z - state.plane.motion[OFFSET], velocity[2]

@@ -150,12 +150,12 @@ def make_record(
 SURFACE, FLANK, RING, GUIDE = range(4)
 # A row of the contact list. Normal and friction: force on the body, N; arm: from the body's mass centre to the point,
 # m; speed: velocity of the body's point, m/s; spin: velocity of the wheel's point at unit rate, m; rate: that of the
-# wheel, rad/s; slopes: of the forces that a linearly implicit step takes, kg. The z components, across the plane of
-# the chain, and pin, the point's x and y from the pin of body 1, in space alone. area: of an arc in a groove.
+# wheel, rad/s; slopes: of the forces that a linearly implicit step takes, kg; slot: in `Work.friction`, arcs first. The
+# z components, across the plane of the chain, and pin, the point's x and y from the pin of body 1, in space alone.
 CONTACT = np.dtype(
     [(f"{name}_{axis}", float) for name in ("normal", "friction", "arm", "speed", "spin") for axis in "xyz"]
     + [(name, float) for name in ("pin_x", "pin_y", "rate", "normal_slope", "friction_slope")]
-    + [(name, np.int64) for name in ("body", "wheel", "kind", "area")]
+    + [(name, np.int64) for name in ("body", "wheel", "kind", "slot")]
 )
 
 

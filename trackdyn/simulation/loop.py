@@ -156,14 +156,8 @@ class Loop(Readings):
         ----------
         seconds : float
             A whole number of sample intervals.
-        pitches : sequence of int
-            Pitches whose contacts are recorded (1-based); empty: those of the sensors.
-        frame_interval : float
-            Time between recorded configurations, s; 0: none.
-        contact_log : bool
-            Log every contact with the sprocket.
-        every_link : bool
-            Record a sensor on every link as well, and the contacts of every pitch.
+        pitches, frame_interval, contact_log, every_link
+            As the fields of a `Scene`.
 
         Raises
         ------

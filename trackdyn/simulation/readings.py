@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from trackdyn.chain.kinematics import rotated
 from trackdyn.integrate.energy import energies
 from trackdyn.integrate.run import common_arrays, refresh
 from trackdyn.model.arrays import ENERGY_NAMES, Record, State, Work
@@ -134,5 +135,4 @@ class Readings:
     def _arms(self) -> np.ndarray:
         """(n, 2) from the input pin of each body to its mass centre, m."""
         chain, work = self.arrays.model.chain, self.arrays.work
-        x = chain.com_x * work.cos - chain.com_y * work.sin
-        return np.column_stack([x, chain.com_x * work.sin + chain.com_y * work.cos])
+        return np.column_stack(rotated.py_func(chain.com_x, chain.com_y, work.cos, work.sin))

@@ -110,26 +110,16 @@ def replay(recording: Recording, seconds: float | None = None, progress: bool = 
 
 def _contacts(loop: Loop) -> np.ndarray:
     """(k, 9) contacts of the present state; see `Replay`."""
-    shoes, tooth, work = loop.model.shoes, loop.model.tooth, loop.work
+    work = loop.work
     rows = work.contact[: work.count[0]]
     rows = rows[(rows["kind"] != GUIDE) & components(rows, "normal").any(axis=1)]
-    body = rows["body"]
-    points = loop.mass_centres[body] + components(rows, "arm")
-    contacts = np.zeros((len(rows), 9))
-    contacts[:, 0] = np.where(rows["kind"] == RING, 2, 2 + rows["wheel"])
-    contacts[:, 1:5] = np.column_stack([points, components(rows, "normal")])
-    contacts[:, 7], contacts[:, 8] = body, rows["wheel"]
-    touching = np.flatnonzero(work.tooth_area)
-    centre = np.column_stack([
-        work.pin_x[shoes.arc_body] + shoes.arc_x * work.cos[shoes.arc_body],
-        work.pin_y[shoes.arc_body] + shoes.arc_x * work.sin[shoes.arc_body],
-    ])  # fmt: skip
-    for k in np.flatnonzero(rows["kind"] == FLANK):
-        # several arcs of a body may touch: it is the one around whose middle the point lies
-        arcs = touching[shoes.arc_body[touching] == body[k]]
-        arc = arcs[np.argmin(np.abs(np.hypot(*(centre[arcs] - contacts[k, 1:3]).T) - tooth.arc_radius))]
-        contacts[k, [0, 5, 6]] = arc % 2, work.tooth_area[arc], work.tooth_groove[arc]
-    return contacts
+    points = loop.mass_centres[rows["body"]] + components(rows, "arm")
+    side, flank = np.where(rows["kind"] == RING, 2, 2 + rows["wheel"]), rows["kind"] == FLANK
+    arc = rows["slot"][flank]
+    side[flank] = arc % 2
+    area, groove = np.zeros((2, len(rows)))
+    area[flank], groove[flank] = work.tooth_area[arc], work.tooth_groove[arc]
+    return np.column_stack([side, points, components(rows, "normal"), area, groove, rows["body"], rows["wheel"]])
 
 
 def _spans(contacts, middles, moved, wheels: int, pitches: int) -> tuple[np.ndarray, float]:
