@@ -22,6 +22,7 @@ CHANGES = [
     *[({"gravity": value}, "gravity", NUMBER) for value in NO_NUMBERS if not isinstance(value, dict)],
     *[({name: None}, f"{where} {NO_MAPPING}") for name, where in MAPPINGS],
     ({"profile": 5}, "profile = 5: must be a mapping of names to values, or in Python an instance of ToothProfile"),
+    ({"wheels": {}, "idler__x": 1.0}, "idler__x is in a section that another change replaces"),
     ({"gravity": 1e300}, "gravity = 1e+300", "less than or equal to"),
     ({"chain__pitches": 35.5}, "chain.pitches = 35.5", "must be a whole number"),
     ({"chain__link_mass": 0}, "chain.link_mass = 0", "greater than 0"),

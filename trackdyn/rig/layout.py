@@ -5,7 +5,7 @@ input pin) trails and a link's y axis points outward.
 """
 
 from dataclasses import dataclass
-from math import asin, atan2, cos, hypot, pi, sin, sqrt
+from math import atan2, cos, hypot, pi, sin, sqrt
 
 import numpy as np
 
@@ -66,21 +66,16 @@ def belt_path(circles, names=None) -> BeltPath:
     Raises `InputError` if no tangent of two exists, or one does not touch the belt.
     """
     circles = np.asarray(circles, dtype=float)
-    count = len(circles)
-    names = names or [str(i + 1) for i in range(count)]
-    heading, run = np.zeros(count), np.zeros(count)
-    for i in range(count):
-        j = (i + 1) % count
-        dx, dy = circles[j, :2] - circles[i, :2]
-        distance = hypot(dx, dy)
-        difference = circles[i, 2] - circles[j, 2]
-        if distance <= abs(difference):
-            raise InputError(
-                f"wheels {names[i]} and {names[j]} are {distance:.4g} m apart and overlap with the chain on "
-                f"them; the distance must exceed {abs(difference):.4g} m"
-            )
-        heading[i] = atan2(dy, dx) - asin(difference / distance)
-        run[i] = sqrt(distance**2 - difference**2)
+    names = names or [str(i + 1) for i in range(len(circles))]
+    dx, dy, wider = (np.roll(circles, -1, axis=0) - circles).T
+    distance = np.hypot(dx, dy)
+    if (contained := distance <= np.abs(wider)).any():
+        i = int(contained.argmax())
+        raise InputError(
+            f"wheels {names[i]} and {names[(i + 1) % len(names)]} are {distance[i]:.4g} m apart and overlap with the "
+            f"chain on them; the distance must exceed {abs(wider[i]):.4g} m"
+        )
+    heading = np.arctan2(dy, dx) + np.arcsin(wider / distance)
     wrap = (np.roll(heading, 1) - heading) % (2 * pi)
     if abs(wrap.sum() - 2 * pi) > 1e-9:
         worst = int(np.argmax(wrap))
@@ -88,7 +83,7 @@ def belt_path(circles, names=None) -> BeltPath:
             f"wheel {names[worst]} at ({circles[worst, 0]:.4g}, {circles[worst, 1]:.4g}) m would not touch the "
             "loop; the wheels must stand in clockwise order on a convex path"
         )
-    pieces = np.column_stack([wrap * circles[:, 2], run]).ravel()
+    pieces = np.column_stack([wrap * circles[:, 2], np.sqrt(distance**2 - wider**2)]).ravel()
     return BeltPath(circles, heading, np.concatenate([[0.0], np.cumsum(pieces)]), wrap)
 
 

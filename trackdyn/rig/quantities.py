@@ -128,7 +128,6 @@ Inertia = Annotated[float, Quantity("kg m2", gt=0)]
 Tilt = Annotated[float, Quantity("deg", ge=-10, le=10)]
 Slope = Annotated[float, Quantity("deg", gt=-90, lt=90)]
 Friction = Annotated[float, Quantity("1", ge=0, le=2)]
-RollingArm = Annotated[float, Quantity("m", ge=0, le=1)]
 
 
 NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")  # a wheel or a sensor may have it

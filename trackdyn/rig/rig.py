@@ -172,13 +172,8 @@ class Rig(Section):
     @property
     def without_effect(self) -> list[str]:
         """Values that the laws of this rig do not read, by name; zeros aside."""
-        ignored = {
-            f"{name}.{field}"
-            for name in self.wheels
-            for law, fields in DRAG_FIELDS.items()
-            if law != self.drag
-            for field in fields
-        }
+        unread = [field for law, fields in DRAG_FIELDS.items() if law != self.drag for field in fields]
+        ignored = {f"{name}.{field}" for name in self.wheels for field in unread}
         ignored.add("bushing.loss_factor" if self.bushing.law == "viscous" else "bushing.damping")
         if self.tension.kept not in ("sprung", "forced"):
             ignored |= {"tension.mass", "tension.stiffness", "tension.damping"}
@@ -212,10 +207,9 @@ class Rig(Section):
     @cached_property
     def equal_pitch_radii(self) -> dict[str, float]:
         """Ring radii of equal pitch (m) by their readings (`groove.equal_pitch_radius`)."""
-        bodies = (self.chain.link_length, self.connector_length)
-        if self.chain.kind == "single_pin":
-            bodies = (self.single_pin_pitch, 0.0)
-        return equal_pitch_radius(self.sprocket.teeth, *bodies, self.chain.link_thickness)
+        single = self.chain.kind == "single_pin"
+        link = self.single_pin_pitch if single else self.chain.link_length
+        return equal_pitch_radius(self.sprocket.teeth, link, self.pitch - link, self.chain.link_thickness)
 
     @cached_property
     def groove_profile(self) -> Groove:
@@ -242,11 +236,7 @@ class Rig(Section):
 
     def composite_modulus(self, surface: Surface) -> float:
         """E* of a surface against steel by Eq. (9), Pa."""
-        steel = self.steel
-        return 1 / (
-            (1 - surface.poisson_ratio**2) / surface.youngs_modulus
-            + (1 - steel.poisson_ratio**2) / steel.youngs_modulus
-        )
+        return 1 / sum((1 - solid.poisson_ratio**2) / solid.youngs_modulus for solid in (surface, self.steel))
 
     @cached_property
     def fields(self) -> dict[str, FieldValue]:
@@ -292,7 +282,10 @@ class Rig(Section):
         data, fields = self.model_dump() | {TRIED: ()}, dict(fields_of(self))  # the steps were tried on another rig
         for name, value in changes.items():
             *sections, field = self._field(name.replace("__", "."), fields).keys
-            reduce(getitem, sections, data)[field] = value
+            try:
+                reduce(getitem, sections, data)[field] = value
+            except (KeyError, TypeError):
+                raise InputError(f"{name} is in a section that another change replaces; set it there") from None
         return _validated(data, "rig")
 
     def sampled(self, rate: int) -> "Rig":

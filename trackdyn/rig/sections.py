@@ -11,7 +11,6 @@ from trackdyn.rig.quantities import (
     Mass,
     Position,
     Quantity,
-    RollingArm,
     Slope,
     Table,
     Tilt,
@@ -66,7 +65,7 @@ class Wheel(Section):
     inertia: Inertia
     bearing_drag: Annotated[float, Quantity("N m s/rad", ge=0)] = 0.0
     bearing_torque: Annotated[float, Quantity("N m", ge=0)] = 0.0
-    rolling_arm: RollingArm = 0.0
+    rolling_arm: Annotated[float, Quantity("m", ge=0, le=1)] = 0.0
     seal_drag: Annotated[float, Quantity("N m s/rad", ge=0)] = 0.0
     surface: Annotated[str, Quantity("name")] = "wheel_contact"
     arm: Arm | None = None

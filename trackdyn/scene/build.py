@@ -52,7 +52,11 @@ def mobility_of_slip(chain: Chain, body: int, along: float, arm: float) -> tuple
 
 def _mobility_of_pins(chain: Chain, body: int) -> np.ndarray:
     """(2, 2) accelerations of a body's pins across a straight chain per unit of force at each, 1/kg."""
-    first, both, last = _masses_of_ends(chain)
+    share, spin = chain.com_x / chain.length, chain.inertia / chain.length**2
+    rest, mass = 1.0 - share, chain.mass
+    # entries 00, 01 and 11 of every body's mass matrix over the velocities of its pins across itself, kg
+    entries = mass * (rest * rest) + spin, mass * (rest * share) - spin, mass * (share * share) + spin
+    first, both, last = (entry.tolist() for entry in entries)
     n = len(first)
     ahead = behind = 0.0  # masses that the chain shows at the output and at the input pin, kg
     for i in range(n - 1, 0, -1):
@@ -62,14 +66,6 @@ def _mobility_of_pins(chain: Chain, body: int) -> np.ndarray:
         behind = last[k] - both[k] ** 2 / (first[k] + behind)
     own = np.array([[first[body], both[body]], [both[body], last[body]]])
     return np.linalg.inv(own + np.diag([behind, ahead]))
-
-
-def _masses_of_ends(chain: Chain) -> tuple[list[float], list[float], list[float]]:
-    """Entries 00, 01 and 11 of every body's mass matrix over the velocities of its pins across itself, kg."""
-    k, spin = chain.com_x / chain.length, chain.inertia / chain.length**2
-    ahead = 1.0 - k
-    entries = chain.mass * (ahead * ahead) + spin, chain.mass * (ahead * k) - spin, chain.mass * (k * k) + spin
-    return entries[0].tolist(), entries[1].tolist(), entries[2].tolist()
 
 
 FRICTION = {"none": TANGENTIAL, "tangential": TANGENTIAL, "independent": INDEPENDENT}
