@@ -101,28 +101,14 @@ def test_coarse_groove_keeps_the_ends_of_the_flanks_and_their_symmetry(groove, r
     np.testing.assert_allclose(both, seat * (1 + radius / coarse.radius[2]), rtol=0, atol=EXACT)
 
 
-@pytest.mark.parametrize(("teeth", "link", "radius"), [(13, 0.1, 0.3273), (13, 0.102, 0.336164), (10, 0.0984, 0.25)])
-def test_connector_length_solves_the_equal_pitch_equation(teeth, link, radius):
-    connector = connector_length(teeth, link, radius)
+@pytest.mark.parametrize(("teeth", "link", "circle"), [(13, 0.1, 0.3273), (13, 0.102, 0.336164), (10, 0.0984, 0.25)])
+def test_equal_pitch_radius_returns_what_the_connector_was_made_from(teeth, link, circle):
+    """Two closed forms: bodies of two lengths on a circle, and the circle around them."""
+    connector, thickness = connector_length(teeth, link, circle), 0.05
     assert connector > 0
-    # pi in double precision
-    assert teeth * (asin(link / (2 * radius)) + asin(connector / (2 * radius))) == pytest.approx(pi, abs=1e-14)
-
-
-@pytest.mark.parametrize(("link", "radius"), [(0.16, 0.3273), (0.7, 0.3273), (0.1, 0.15)])
-def test_link_that_leaves_no_room_for_a_connector_is_refused(link, radius):
-    with pytest.raises(InputError, match=rf"chain\.link_length = {link} m leaves no room") as caught:
-        connector_length(13, link, radius)
-    assert "\n" not in str(caught.value)
-
-
-def test_equal_pitch_radius_returns_what_the_connector_was_made_from(rig):
-    radii = equal_pitch_radius(
-        rig.sprocket.teeth, rig.chain.link_length, rig.connector_length, rig.chain.link_thickness
-    )
-    assert radii["polygonal"] == pytest.approx(rig.sprocket.equal_pitch_radius, abs=EXACT)
-    pitch = rig.chain.link_length + rig.connector_length
-    assert 2 * pi * (radii["arc"] + rig.chain.link_thickness / 2) == pytest.approx(13 * pitch, abs=EXACT)
+    radii = equal_pitch_radius(teeth, link, connector, thickness)
+    assert np.hypot(radii["polygonal"] + thickness / 2, link / 2) == pytest.approx(circle, abs=EXACT)
+    assert 2 * pi * (radii["arc"] + thickness / 2) == pytest.approx(teeth * (link + connector), abs=EXACT)
     assert radii["arc"] > radii["polygonal"]
 
 

@@ -11,7 +11,6 @@ import pytest
 from trackdyn.errors import InputError
 from trackdyn.rig.layout import assemble, belt_around, run_order, wheel_names
 from trackdyn.rig.rig import load_rig, parameter_table
-from trackdyn.rig.rig_file import shipped_rigs
 from trackdyn.scene.build import make_carriers
 from trackdyn.scene.scene import Scene
 
@@ -68,16 +67,6 @@ def test_every_parameter_of_a_rig_is_read_by_something():
         except InputError:
             continue  # refused: it is read
     assert unread == NOT_IN_A_MODEL
-
-
-def test_a_wheel_is_a_section_by_its_name():
-    rig = load_rig("m113")
-    assert wheel_names(rig)[:2] == ("sprocket", "idler")
-    assert rig.changed(road_3__arm__stiffness=3e4).wheels["road_3"].arm.stiffness == 3e4
-    assert rig.changed(road_3__arm=None).wheels["road_3"].carrier is None
-    with pytest.raises(InputError, match=r"road_3\.radius = -0\.3"):
-        rig.changed(road_3__radius=-0.3)
-    assert {"road_3.radius", "road_3.arm.stiffness"} <= set(parameter_table(shipped_rigs()["m113"])["name"])
 
 
 @pytest.mark.parametrize(
