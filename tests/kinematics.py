@@ -38,12 +38,6 @@ def pins(chain, state):
     return along_chain(state.pin[:2], chain.length * np.array([np.cos(state.angle), np.sin(state.angle)]))
 
 
-def pin_velocities(chain, state):
-    """(n + 1, 2) velocities of the pins."""
-    turned = np.array([-np.sin(state.angle), np.cos(state.angle)])
-    return along_chain(state.pin[2:], state.rate * chain.length * turned)
-
-
 def mass_centre_arms(chain, state):
     """(n, 2) mass centres from the input pins."""
     c, s = np.cos(state.angle), np.sin(state.angle)

@@ -23,11 +23,19 @@ _SCALINGS = 4
 class Accelerations(NamedTuple):
     """Accelerations and joint forces of a closed chain of ``n`` bodies (inertial frame, SI units)."""
 
-    pin_ax: float  # acceleration of the input pin of body 0, m/s2
-    pin_ay: float
+    pins: np.ndarray  # (n, 2) accelerations of the input pins, m/s2
     alpha: np.ndarray  # (n,) angular accelerations, rad/s2
     # (n, 2) force on the outboard body ``j + 1`` at joint ``j``, N; the outboard body of the last joint is body 0
     pin_force: np.ndarray
+    wheels: np.ndarray  # (w,) angular accelerations of the wheels, rad/s2
+
+
+class WheelTerms(NamedTuple):
+    """What contacts and ``w`` wheels add to the dense system; the first wheel does not accelerate."""
+
+    matrix: np.ndarray  # (3 n + w, 3 n + w) inertia over input pins and angle of every body, and the wheels
+    inertia: np.ndarray  # (w,) of the wheels, kg m2
+    torque: np.ndarray  # (w,) on the wheels, N m
 
 
 def reference_accelerations(
@@ -38,6 +46,10 @@ def reference_accelerations(
     force_y: np.ndarray,
     moment: np.ndarray,
     implicit_step: float = 0.0,
+    torque: np.ndarray | None = None,
+    implicit_damping: float | None = None,
+    wheels: WheelTerms | None = None,
+    cut: tuple[float, tuple[float, float]] | None = None,
 ) -> Accelerations:
     """Solve the Newton-Euler equations of all bodies together with the joint constraints.
 
@@ -52,6 +64,12 @@ def reference_accelerations(
     implicit_step : float
         Step of the linearly implicit bushing damping, s: the torque on the outboard body is
         ``-k (phi - phi0) - c (phi' + implicit_step phi'')``.
+    torque, implicit_damping
+        Torques (n,) on the outboard bodies, N m, and their fall with the joint's acceleration, N m s2, in place of it.
+    wheels : WheelTerms or None
+        Contacts and wheels.
+    cut : (float, (float, float)) or None
+        Of a compliant last joint: its ``h^2 K + h C``, kg, and its force on body 0, N. None: its pins coincide.
 
     Returns
     -------
@@ -67,41 +85,56 @@ def reference_accelerations(
     Newton-Euler equations of the bodies of Eqs. 2-7. Assembly and residual use extended precision
     (where the platform has it), so that the refinements leave only the final rounding.
     """
-    n = len(chain.length)
+    n, w = len(chain.length), 0 if wheels is None else len(wheels.inertia)
     angle, rate, force_x, force_y, moment = (
         np.asarray(v, dtype=np.longdouble) for v in (angle, rate, force_x, force_y, moment)
     )
     to_input, to_output = _pin_arms(chain, angle)
-    inboard = np.arange(n)
-    outboard = (inboard + 1) % n
+    joints = [(i, (i + 1) % n) for i in range(n)]
+    if torque is None:
+        turn = np.array([angle[o] - angle[i] - (2.0 * np.pi if o < i else 0.0) for i, o in joints])
+        torque = -chain.stiffness * (turn - chain.free_angle) - chain.damping * (np.roll(rate, -1) - rate)
+        implicit_damping = implicit_step * chain.damping
 
-    mass_matrix = np.diag(np.stack([chain.mass, chain.mass, chain.inertia], axis=1).ravel().astype(np.longdouble))
-    load = np.stack([force_x, force_y - np.asarray(chain.mass) * chain.gravity, moment], axis=1).ravel()
-
-    jacobian = np.zeros((2 * len(inboard), 3 * n), dtype=np.longdouble)
-    gamma = np.zeros(2 * len(inboard), dtype=np.longdouble)
-    implicit_damping = implicit_step * chain.damping
-    for j, (i, o) in enumerate(zip(inboard, outboard, strict=True)):
+    size = 3 * n + w
+    mass_matrix, load = np.zeros((size, size), dtype=np.longdouble), np.zeros(size, dtype=np.longdouble)
+    mass_matrix[range(3 * n), range(3 * n)] = np.stack([chain.mass, chain.mass, chain.inertia], axis=1).ravel()
+    load[: 3 * n] = np.stack([force_x, force_y - np.asarray(chain.mass) * chain.gravity, moment], axis=1).ravel()
+    jacobian, gamma = np.zeros((2 * n, size), dtype=np.longdouble), np.zeros(2 * n, dtype=np.longdouble)
+    for j, (i, o) in enumerate(joints):
         rows = slice(2 * j, 2 * j + 2)
         jacobian[rows, 3 * o : 3 * o + 3] = _pin_jacobian(to_input[o])
         jacobian[rows, 3 * i : 3 * i + 3] = -_pin_jacobian(to_output[i])
         gamma[rows] = rate[o] ** 2 * to_input[o] - rate[i] ** 2 * to_output[i]
-
-        phi = angle[o] - angle[i] - (2.0 * np.pi if o < i else 0.0)
-        torque = -chain.stiffness * (phi - chain.free_angle) - chain.damping * (rate[o] - rate[i])
-        turn_o, turn_i = 3 * o + 2, 3 * i + 2
-        load[turn_o] += torque
-        load[turn_i] -= torque
-        mass_matrix[[turn_o, turn_i], [turn_o, turn_i]] += implicit_damping
-        mass_matrix[[turn_o, turn_i], [turn_i, turn_o]] -= implicit_damping
+        bend = np.zeros(size, dtype=np.longdouble)
+        bend[3 * o + 2], bend[3 * i + 2] = 1.0, -1.0
+        load += torque[j] * bend
+        mass_matrix += implicit_damping * np.outer(bend, bend)
+    if wheels is not None:
+        # from mass centres to pins: their accelerations are those of the coordinates and the centripetal ones
+        to_pins, centripetal = np.eye(size, dtype=np.longdouble), np.zeros(size, dtype=np.longdouble)
+        for i in range(n):
+            to_pins[3 * i : 3 * i + 2, 3 * i : 3 * i + 3] = _pin_jacobian(to_input[i])
+            centripetal[3 * i : 3 * i + 2] = -(rate[i] ** 2) * to_input[i]
+        mass_matrix += to_pins.T @ wheels.matrix @ to_pins
+        mass_matrix[range(3 * n, size), range(3 * n, size)] += wheels.inertia
+        load -= to_pins.T @ (wheels.matrix @ centripetal)
+        load[3 * n :] += wheels.torque
+    if cut is not None:
+        stiff, force = cut
+        end, known = jacobian[-2:], gamma[-2:]
+        mass_matrix += stiff * end.T @ end
+        load += end.T @ (np.asarray(force) + stiff * known)
+        jacobian, gamma = jacobian[:-2], gamma[:-2]
+    if wheels is not None:
+        jacobian, gamma = np.vstack([jacobian, np.eye(size)[3 * n]]), np.append(gamma, 0.0)
 
     zero = np.zeros((len(gamma), len(gamma)), dtype=np.longdouble)
     solution = _solve_symmetric(np.block([[mass_matrix, jacobian.T], [jacobian, zero]]), np.concatenate([load, gamma]))
-
     motion = solution[: 3 * n].reshape(n, 3)
-    pin = _pin_jacobian(to_input[0]) @ motion[0] - rate[0] ** 2 * to_input[0]
-    force = -solution[3 * n :].reshape(-1, 2).astype(float)
-    return Accelerations(float(pin[0]), float(pin[1]), motion[:, 2].astype(float), force)
+    pins = np.array([_pin_jacobian(to_input[i]) @ motion[i] - rate[i] ** 2 * to_input[i] for i in range(n)])
+    force = -solution[size : size + 2 * (n - (cut is not None))].reshape(-1, 2)
+    return Accelerations(*(array.astype(float) for array in (pins, motion[:, 2], force, solution[3 * n : size])))
 
 
 def _pin_arms(chain, angle):

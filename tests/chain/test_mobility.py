@@ -42,7 +42,7 @@ def uneven():
 
 
 @pytest.mark.parametrize("fraction", [0.0, 0.4, 1.0])
-@pytest.mark.parametrize("x", [-0.8, 0.0, 0.5, 1.0])
+@pytest.mark.parametrize("x", [-0.8, 0.5])
 def test_mobility_of_a_sliding_point_is_that_of_the_mass_matrix(uneven, fraction, x):
     """The normal has the component x along the chain."""
     (chain, middle, rolled), arm = uneven, 0.03

@@ -21,7 +21,7 @@ from trackdyn.scene.scene import Scene
 
 STEEL = 1.154e11
 RADIUS, MASS, SPEED = 0.05, 2.5, 0.5
-RESTITUTIONS = [0.01, 0.02, 0.03, 0.05, 0.2, 0.5, 0.8, 0.95, 0.999, 0.9999, 0.99999]
+RESTITUTIONS = [0.01, 0.02, 0.03, 0.05, 0.2, 0.5, 0.8, 0.95, 0.999, 0.9999, 0.99990001, 0.99999, 1.0]
 
 
 def law(normal_law="printed", restitution=0.5, mu_s=0.15, mu_d=0.10, v_t=0.05, limit=3.0):
@@ -49,20 +49,14 @@ def test_friction_peaks_at_the_transition_velocity_with_the_static_coefficient(m
 
 
 def test_friction_is_odd_and_tends_to_the_dynamic_coefficient():
+    """Near 0 it has the slope that the step limit assumes; the next term is of the order of (slip / v_t)^2."""
     contact = law()
+    assert friction_coefficient(contact, 1e-9) / 1e-9 == pytest.approx((4 * 0.10 + 16 / 9 * 0.05) / 0.05, rel=1e-12)
     for slip in np.geomspace(1e-9, 1e3, 40):
         assert friction_coefficient(contact, -slip) == -friction_coefficient(contact, slip)
     assert friction_coefficient(contact, 0.0) == 0.0
     # the peak's term falls as 16 (mu_s - mu_d) / x^3
     assert friction_coefficient(contact, 100 * 0.05) == pytest.approx(0.10, abs=1e-6)
-
-
-def test_friction_has_the_slope_that_the_step_limit_assumes():
-    contact = law()
-    slip = 1e-9
-    slope = (4 * 0.10 + 16 / 9 * 0.05) / 0.05
-    # next term of the series: of the order of (slip / v_t)^2
-    assert friction_coefficient(contact, slip) / slip == pytest.approx(slope, rel=1e-12)
 
 
 # --- normal force, Eq. 8
@@ -77,19 +71,6 @@ def test_elastic_force_is_equation_8(depth, radius):
     # at rest no damping; the factor is 1 + 3 (1 - c^2) / 4 at the initial impact velocity
     assert normal_force(contact, depth, 0.0, 0.3, radius) == pytest.approx(expected, rel=1e-14)
     assert normal_force(contact, depth, 0.3, 0.3, radius) == pytest.approx(1.5625 * expected, rel=1e-14)
-
-
-def test_contact_never_pulls_and_its_factor_is_limited():
-    contact = law(restitution=0.5, limit=2.0)
-    depth, radius, impact = 1e-4, 0.05, 0.1
-    elastic, _ = elastic_force(contact, depth, radius)
-    for speed in np.linspace(-20, 20, 801):
-        force = normal_force(contact, depth, speed, impact, radius)
-        assert 0.0 <= force <= 2.0 * elastic
-    assert normal_force(contact, depth, -10.0, impact, radius) == 0.0
-    assert normal_force(contact, depth, 10.0, impact, radius) == 2.0 * elastic
-    # inside of the limits the factor is linear in the velocity
-    assert normal_force(contact, depth, -0.05, impact, radius) == pytest.approx((1 - 0.5625 / 2) * elastic, rel=1e-14)
 
 
 @pytest.mark.parametrize("compliance", [1e-8, 1e-5, 1e-2])
@@ -175,17 +156,6 @@ def test_the_delivering_factor_is_the_inverse_of_what_a_factor_delivers(restitut
     assert delivered_restitution(delivering_loss(restitution)) == pytest.approx(restitution, abs=1e-11)
 
 
-def test_a_factor_and_what_it_delivers_fall_together():
-    """Monotonous through the change to the series and through the range where chi e rounds to 1."""
-    loss = np.array([delivering_loss(e) for e in [*RESTITUTIONS, 0.99989999, 0.99990001, 1.0]])
-    order = np.argsort([*RESTITUTIONS, 0.99989999, 0.99990001, 1.0])
-    assert (np.diff(loss[order]) < 0).all()
-    assert loss[-1] == 0.0 and delivered_restitution(0.0) == 1.0
-    # small losses: 1 - e = 2 chi / 3; large ones: e = 1 / chi
-    assert delivering_loss(1 - 1e-6) == pytest.approx(1.5e-6, rel=2e-6)
-    assert delivering_loss(0.01) == pytest.approx(100.0, rel=1e-12)
-
-
 def rebound(contact):
     """Quotient of the velocities after and before the impact of a mass on a surface at rest."""
 
@@ -209,9 +179,14 @@ def rebound(contact):
 
 @pytest.mark.parametrize(
     ("normal_law", "restitution"),
-    [("delivered", e) for e in (0.05, 0.1, 0.3, 0.5, 0.7, 0.9, 0.99)]
-    + [("printed", e) for e in (0.01, 0.05, 0.5, 0.9)]
-    + [("elastic", 0.3)],
+    [
+        ("delivered", 0.05),
+        ("delivered", 0.5),
+        ("delivered", 0.99),
+        ("printed", 0.01),
+        ("printed", 0.9),
+        ("elastic", 0.3),
+    ],
 )
 def test_an_impact_delivers_the_restitution_of_the_law(normal_law, restitution):
     """The delivered law does at 0.05, too, where chi is 20 and the bracket of Eq. 8 would be clipped long before.

@@ -54,9 +54,7 @@ def missed(loop):
 @pytest.mark.parametrize(
     "fields",
     [
-        {"motor_rpm": 115.0, "ring_radius": 0.308},
         {"motor_rpm": 210.0, "ring_radius": None},
-        {"motor_rpm": 2000.0, "ring_radius": 0.295, "step": 5e-5},
         {"motor_rpm": 10000.0, "ring_radius": 0.308, "step": 1e-5},
         {"motor_rpm": 210.0, "ring_radius": 0.308, "tension": "sprung"},
         {"motor_rpm": 210.0, "ring_radius": 0.308, "space": "spatial", **LAWS},

@@ -49,10 +49,10 @@ def test_limits_of_rk4_are_larger_by_its_reach(make_scene, ring):
     assert set(rk4) - set(euler) == {"damping of the bushing"}
 
 
-def free_loop(rig, pitches, integrator="rk4", closure="rigid", chain="double_pin", **changes):
+def free_loop(rig, pitches, closure="rigid", chain="double_pin", **changes):
     small = rig.changed(chain__pitches=pitches, sensor__pitch=1, gravity=0.0, **changes)
     return Scene(
-        small, 0.0, ring_radius=None, contact_log=False, loop="free", integrator=integrator, closure=closure,
+        small, 0.0, ring_radius=None, contact_log=False, loop="free", integrator="rk4", closure=closure,
         chain=chain, step=1e-6,
     )  # fmt: skip
 
@@ -83,31 +83,29 @@ def measured(scene, guess):
     return low
 
 
-@pytest.mark.parametrize(("pitches", "chain"), [(5, "double_pin"), (35, "double_pin"), (35, "single_pin")])
-def test_bushing_damping_limits_rk4_where_predicted(rig, pitches, chain):
-    """The zigzag of a straight strand decays fastest; in a small round loop it is slower by a seventh."""
-    scene = free_loop(rig, pitches, chain=chain, bushing__stiffness=0.0, bushing__damping=12.4)
-    bounds = limits(scene, "rk4")
-    assert list(bounds) == ["damping of the bushing"]
-    predicted = bounds["damping of the bushing"]
-    ratio = measured(scene, predicted) / predicted
-    assert 0.95 < ratio < 1.4
+NO_SPRING = {"bushing__stiffness": 0.0, "bushing__damping": 12.4}
+CUT = {"closure": "elastic_damping", "bushing__stiffness": 0.0, "bushing__damping": 0.1}
 
 
 @pytest.mark.parametrize(
-    ("stiffness", "damping", "cause"),
-    [(1e9, 100.0, "stiffness of the cut (closure)"), (1e6, 1e4, "damping of the cut (closure)")],
+    ("pitches", "fields", "cause"),
+    [
+        (5, NO_SPRING, "damping of the bushing"),
+        (35, NO_SPRING, "damping of the bushing"),
+        (35, NO_SPRING | {"chain": "single_pin"}, "damping of the bushing"),
+        (5, CUT | {"closure__stiffness": 1e9, "closure__damping": 100.0}, "stiffness of the cut (closure)"),
+        (5, CUT | {"closure__stiffness": 1e6, "closure__damping": 1e4}, "damping of the cut (closure)"),
+    ],
 )
-def test_compliant_cut_limits_rk4_where_predicted(rig, stiffness, damping, cause):
-    scene = free_loop(
-        rig, 5, closure="elastic_damping", bushing__stiffness=0.0, bushing__damping=0.1,
-        closure__stiffness=stiffness, closure__damping=damping,
-    )  # fmt: skip
+def test_damping_and_a_compliant_cut_limit_rk4_where_predicted(rig, pitches, fields, cause):
+    """The zigzag of a straight strand decays fastest; in a small round loop it is slower by a seventh. The bodies
+    beyond the two at the cut make it a little slower.
+    """
+    scene = free_loop(rig, pitches, **fields)
     bounds = limits(scene, "rk4")
     assert min(bounds, key=bounds.get) == cause
     ratio = measured(scene, bounds[cause]) / bounds[cause]
-    # the bodies beyond the two at the cut make it a little slower
-    assert 0.9 < ratio < 1.4
+    assert (0.95 if fields["bushing__damping"] > 1 else 0.9) < ratio < 1.4
 
 
 @pytest.mark.parametrize("stiffness", [1e12, 1e8, 1.0, 1e-200])

@@ -1,6 +1,5 @@
 """An integrator is one entry: set from outside it is chosen, limited and run."""
 
-import numpy as np
 import pytest
 
 from trackdyn.integrate.methods import METHODS, Method, Tableau
@@ -24,23 +23,3 @@ def test_an_entry_from_outside_is_an_integrator(rig, monkeypatch):
     for cause, limit in limits.items():
         ratio = rk3.decay / rk4.decay if "damping" in cause else rk3.oscillation / rk4.oscillation
         assert limit / expected[cause] == pytest.approx(ratio, rel=1e-12)
-
-
-def test_every_method_declares_what_its_order_needs():
-    """Conditions of the orders 1 to 4 on a tableau; stages know only earlier ones."""
-    for name, method in METHODS.items():
-        assert method.order >= 1 and method.oscillation > 0 and method.decay > 0, name
-        if method.tableau is None:
-            continue
-        a, b = np.array(method.tableau.a), np.array(method.tableau.b)
-        c = a.sum(axis=1)
-        assert not np.triu(a).any(), name
-        conditions = {
-            1: [(b.sum(), 1)],
-            2: [(b @ c, 1 / 2)],
-            3: [(b @ c**2, 1 / 3), (b @ a @ c, 1 / 6)],
-            4: [(b @ c**3, 1 / 4), (b * c @ a @ c, 1 / 8), (b @ a @ c**2, 1 / 12), (b @ a @ a @ c, 1 / 24)],
-        }
-        for order in range(1, min(method.order, 4) + 1):
-            for value, expected in conditions[order]:
-                assert value == pytest.approx(expected, abs=1e-14), (name, order)

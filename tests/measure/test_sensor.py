@@ -43,11 +43,9 @@ def test_reading_in_a_run_is_the_acceleration_of_the_point(driven_loop, pitch):
     record = filled(loop, 1, 1)
     scale = np.abs(expected.alpha).max() * 0.1
     for k, body in enumerate(bodies):
-        point = np.array([expected.pin_ax, expected.pin_ay])
-        for i, (along, normal) in enumerate([(model.chain.length[i], 0.0) for i in range(body)] + [(x[k], y[k])]):
-            c, s = np.cos(angle[i]), np.sin(angle[i])
-            arm = np.array([c * along - s * normal, s * along + c * normal])
-            point += expected.alpha[i] * np.array([-arm[1], arm[0]]) - rate[i] ** 2 * arm
+        c, s = np.cos(angle[body]), np.sin(angle[body])
+        arm = np.array([c * x[k] - s * y[k], s * x[k] + c * y[k]])
+        point = expected.pins[body] + expected.alpha[body] * np.array([-arm[1], arm[0]]) - rate[body] ** 2 * arm
         # rounding of the sweep against that of the reference
         np.testing.assert_allclose(record.raw[0, k, :2], body_components(angle[body], point), rtol=0, atol=1e-9 * scale)
 
