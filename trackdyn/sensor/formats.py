@@ -5,7 +5,7 @@ A file is opened as groups of channels. How many samples a channel has is known 
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager, suppress
+from contextlib import ExitStack, suppress
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -27,7 +27,7 @@ _WAV_HEAD = 10_000  # bytes of a WAV file in which its form is stated
 _UNITS = ("unit", "units", "unit_string", "NI_UnitDescription")
 _NAMES = ("names", "columns", "column_names", "channels", "channel_names", "labels")
 _SCALED = ("scale_factor", "add_offset", "_FillValue")  # attributes of a dataset that change its numbers
-BITS = ("format", "bits")  # in a sample of a WAV file
+BITS = "bits in a sample of the file"
 _NUMBERS = "iuf"
 
 
@@ -41,15 +41,18 @@ class Item(NamedTuple):
     load: Callable[[], np.ndarray]  # reads them
 
 
+Groups = Mapping[str, Iterable[Item]]  # channels of a file by the name of their group
+
+
 class Format(NamedTuple):
     """A format of files: what it is called, what reads it, and how its files begin and end.
 
-    ``read`` opens a file and gives its groups by name.
+    ``read`` opens a file, for as long as an `ExitStack` is open, and gives its groups.
     """
 
     name: str
     package: str
-    read: Callable[[Path], AbstractContextManager[Mapping[str, Iterable[Item]]]]
+    read: Callable[[Path, ExitStack], Groups]
     begins: re.Pattern[bytes]
     endings: tuple[str, ...]
 
@@ -61,10 +64,10 @@ def format_of(path: Path) -> Format | None:
             head = file.read(_HEAD) if path.is_file() else b""
     except (OSError, ValueError):
         head = b""
-    matching = [form for form in FORMATS if form.begins.match(head)]
+    if by_content := [form for form in FORMATS if form.begins.match(head)]:
+        return by_content[0]
     text = head and not re.search(rb"[\0-\x08\x0e-\x19\x1b-\x1f]", head)
-    ending = path.suffix.lower()
-    return next(iter(matching), None) or next((form for form in FORMATS if ending in form.endings and not text), None)
+    return next((form for form in FORMATS if path.suffix.lower() in form.endings and not text), None)
 
 
 def decoded(data: bytes) -> str:
@@ -84,10 +87,10 @@ class _Unread(NamedTuple):
 
     dtype: np.dtype
     shape: tuple[int, ...]
-    load: Callable[[], np.ndarray]
+    read: Callable[[Any], np.ndarray]  # by index
 
     def __getitem__(self, index):
-        return self.load()[index]
+        return self.read(index)
 
 
 def _items(array, at: Sequence[str], name: str = "", unit: str = "", names: Sequence[str] = ()) -> Iterator[Item]:
@@ -99,8 +102,8 @@ def _items(array, at: Sequence[str], name: str = "", unit: str = "", names: Sequ
     at, shape = tuple(at) or ("1",), tuple(array.shape)
     if array.dtype.names:
         for field in array.dtype.names:
-            of_field = array.dtype[field]
-            unread = _Unread(of_field.base, shape + of_field.shape, partial(array.__getitem__, field))
+            own = array.dtype[field]
+            unread = _Unread(own.base, shape + own.shape, partial(_field, array, field))
             yield from _items(unread, (*at, field), f"{name} {field}".strip(), unit)
         return
     axes = [axis for axis, count in enumerate(shape) if count != 1]
@@ -115,11 +118,16 @@ def _items(array, at: Sequence[str], name: str = "", unit: str = "", names: Sequ
         yield Item(own, (*at, own) if names else at, unit, count, partial(array.__getitem__, index))
 
 
-def _number(at: Sequence[str], value: Any) -> Iterator[Item]:
-    """A number beside channels, if a value is one."""
-    values = np.asarray(value)
-    if values.size == 1 and values.dtype.kind in _NUMBERS:
-        yield Item("/".join(at), tuple(at), "", 1, lambda: values)
+def _field(records, name: str, index: Any) -> np.ndarray:
+    return records[name][index]
+
+
+def _numbers(at: Sequence[str], properties: Mapping[str, Any]) -> Iterator[Item]:
+    """Numbers beside channels, out of the properties of what stands at ``at``."""
+    for key, value in properties.items():
+        values = np.asarray(value)
+        if values.size == 1 and values.dtype.kind in _NUMBERS:
+            yield Item(key, (*at, key), "", 1, partial(np.asarray, value))
 
 
 def _whole(path: Path) -> Path:
@@ -138,58 +146,50 @@ def _require_samples(path: Path, name: str, count: int, stated: float) -> None:
         )
 
 
-def _unique(name: str, number: int, names: Iterable[str]) -> str:
-    """The name of a group, with its number where it has none or another one has it, too."""
-    return name if name and name not in names else f"{name or 'group'} {number}"
+def _mdf(path: Path, opened: ExitStack) -> Groups:
+    file = opened.enter_context(required("asammdf").MDF(path))
+    groups: dict[str, list[Item]] = {}
+    for index, group in enumerate(file.groups):
+        items: list[Item] = []
+        count = group.channel_group.cycles_nr
+        for k, channel in enumerate(group.channels if count > 1 else ()):
+            if k != file.masters_db.get(index):
+                first = file.get(group=index, index=k, record_count=1)
+                read = partial(_signal, file, index, k)
+                samples = _Unread(first.samples.dtype, (count, *first.samples.shape[1:]), read)
+                items += _items(samples, (channel.name,), channel.name, first.unit or "")
+        if items:
+            items.append(Item("time", ("time",), "s", count, partial(file.get_master, index)))
+        name = str(getattr(group.channel_group, "acq_name", "") or "")
+        # its number where it has no name or another one has it, too
+        groups[name if name and name not in groups else f"{name or 'group'} {index + 1}"] = items
+    return groups
 
 
-@contextmanager
-def _mdf(path: Path) -> Iterator[dict[str, list[Item]]]:
-    with required("asammdf").MDF(path) as file:
-        groups: dict[str, list[Item]] = {}
-        for index, group in enumerate(file.groups):
-            items: list[Item] = []
-            count = group.channel_group.cycles_nr
-            for k, channel in enumerate(group.channels if count > 1 else ()):
-                if k != file.masters_db.get(index):
-                    first = file.get(group=index, index=k, record_count=1)
-                    load = partial(_signal, file, index, k)
-                    samples = _Unread(first.samples.dtype, (count, *first.samples.shape[1:]), load)
-                    items += _items(samples, (channel.name,), channel.name, first.unit or "")
-            if items:
-                items.append(Item("time", ("time",), "s", count, partial(file.get_master, index)))
-            name = str(getattr(group.channel_group, "acq_name", "") or "")
-            groups[_unique(name, index + 1, groups)] = items
-        yield groups
+def _signal(file, group: int, channel: int, index: Any) -> np.ndarray:
+    return file.get(group=group, index=channel).samples[index]
 
 
-def _signal(file, group: int, channel: int) -> np.ndarray:
-    return file.get(group=group, index=channel).samples
+def _tdms(path: Path, opened: ExitStack) -> Groups:
+    file = opened.enter_context(required("nptdms").TdmsFile.open(path))
+    groups: dict[str, list[Item]] = {}
+    for group in file.groups():
+        items = groups.setdefault(group.name, [])
+        for channel in group.channels():
+            at = group.name, channel.name
+            if len(channel):
+                samples = _Unread(channel.dtype, (len(channel),), partial(_channel, channel))
+                items += _items(samples, at, channel.name, _unit(channel.properties))
+            items += _numbers(at, channel.properties)
+        items += [*_numbers((), file.properties), *_numbers((group.name,), group.properties)]
+    return groups
 
 
-@contextmanager
-def _tdms(path: Path) -> Iterator[dict[str, list[Item]]]:
-    with required("nptdms").TdmsFile.open(path) as file:
-        groups: dict[str, list[Item]] = {}
-        for group in file.groups():
-            items = groups.setdefault(group.name, [])
-            for channel in group.channels():
-                at = group.name, channel.name
-                if len(channel):
-                    samples = _Unread(channel.dtype, (len(channel),), partial(channel.__getitem__, slice(None)))
-                    items += _items(samples, at, channel.name, _unit(channel.properties))
-                items += _properties(at, channel.properties)
-            items += [*_properties((), file.properties), *_properties((group.name,), group.properties)]
-        yield groups
+def _channel(channel, index: Any) -> np.ndarray:
+    return channel[:][index]
 
 
-def _properties(at: Sequence[str], properties: Mapping) -> Iterator[Item]:
-    for key, value in properties.items():
-        yield from _number((*at, key), value)
-
-
-@contextmanager
-def _lvm(path: Path) -> Iterator[dict[str, list[Item]]]:
+def _lvm(path: Path, opened: ExitStack) -> Groups:
     text = decoded(_whole(path).read_bytes())
     data = required("lvm_read").read_str(text)  # its `read` would open a pickle beside the file
     stated = re.search(r"^Separator(.)", text, re.MULTILINE)
@@ -214,8 +214,8 @@ def _lvm(path: Path) -> Iterator[dict[str, list[Item]]]:
                 items += _items(stamps, (names[k], "time"), "time", "s")
             items += _items(table[: int(count), k], (names[k],), names[k], unit)
             if timed and number < len(steps):
-                items += _number((names[k], "sampling interval"), steps[number])
-    yield {f"group {k + 1}": items for k, items in enumerate(groups.values())}
+                items += _numbers((names[k],), {"sampling interval": steps[number]})
+    return {f"group {k + 1}": items for k, items in enumerate(groups.values())}
 
 
 def _require_fields(path: Path, text: str, separator: str) -> None:
@@ -236,8 +236,7 @@ def _require_fields(path: Path, text: str, separator: str) -> None:
                 )
 
 
-@contextmanager
-def _uff(path: Path) -> Iterator[dict[str, list[Item]]]:
+def _uff(path: Path, opened: ExitStack) -> Groups:
     file = required("pyuff").UFF(str(_whole(path)))
     sets = [file.read_sets(k) for k, kind in enumerate(file.get_set_types()) if str(kind).startswith("58")]
     # time responses, or of an unknown kind over time
@@ -255,11 +254,11 @@ def _uff(path: Path) -> Iterator[dict[str, list[Item]]]:
         items = groups.setdefault(b"" if even else stamps.tobytes(), [])
         label = str(dataset.get("ordinate_axis_units_lab", "")).strip()
         if even:
-            items += _number((name, "sampling interval"), dataset["abscissa_inc"])
+            items += _numbers((name,), {"sampling interval": dataset["abscissa_inc"]})
         elif not items:
             items += _items(stamps, ("time",), "time", "s")
         items += _items(dataset["data"], (name,), name, "" if label.upper() == "NONE" else label)
-    yield {f"group {k + 1}": items for k, items in enumerate(groups.values())}
+    return {f"group {k + 1}": items for k, items in enumerate(groups.values())}
 
 
 def _direction(number: float) -> str:
@@ -267,55 +266,49 @@ def _direction(number: float) -> str:
     return f"{'-' if number < 0 else '+'}{letter}" if letter else "scalar"
 
 
-@contextmanager
-def _mat(path: Path) -> Iterator[dict[str, list[Item]]]:
+def _mat(path: Path, opened: ExitStack) -> Groups:
     arrays, others = read_mat(_whole(path))
     if others and not any(values.size > 1 for values in arrays.values()):
         raise InputError(
             f"{path}: holds no arrays of numbers but {', '.join(map(shown, others[:8]))}, such as a table or a "
             "timetable, which only MATLAB reads; save its columns as arrays, ay = T.ay; save record.mat ay -v7."
         )
-    yield {"": [item for name, values in arrays.items() for item in _items(values, name.split("."), name)]}
+    return {"": [item for name, values in arrays.items() for item in _items(values, name.split("."), name)]}
 
 
-@contextmanager
-def _hdf5(path: Path) -> Iterator[dict[str, list[Item]]]:
+def _hdf5(path: Path, opened: ExitStack) -> Groups:
     library = required("h5py")
-    with library.File(path, "r") as file:
-        items, seen = list(_properties((), file.attrs)), []
+    file = opened.enter_context(library.File(path, "r"))
+    items, seen = list(_numbers((), file.attrs)), []
 
-        def visit(name, item):
-            seen.append(name)
-            at = tuple(name.split("/"))
-            if len(at) > MOST_NESTED or len(seen) > MOST_OBJECTS:
-                raise InputError(
-                    f"{path}: holds more than {MOST_OBJECTS} datasets and groups, or {MOST_NESTED} within each other; "
-                    "export the channels of the sensor alone."
-                )
-            items.extend(_properties(at, item.attrs))
-            # other files may stand behind external and virtual datasets
-            if isinstance(item, library.Dataset) and not item.external and not item.is_virtual:
-                names = next((list(item.attrs[key]) for key in _NAMES if key in item.attrs), [])
-                names = [text.decode() if isinstance(text, bytes) else str(text) for text in names]
-                items.extend(_items(_Scaled(item), at, name, _unit(item.attrs), names))
+    def visit(name, item):
+        seen.append(name)
+        at = tuple(name.split("/"))
+        if len(at) > MOST_NESTED or len(seen) > MOST_OBJECTS:
+            raise InputError(
+                f"{path}: holds more than {MOST_OBJECTS} datasets and groups, or {MOST_NESTED} within each other; "
+                "export the channels of the sensor alone."
+            )
+        items.extend(_numbers(at, item.attrs))
+        # other files may stand behind external and virtual datasets
+        if isinstance(item, library.Dataset) and not item.external and not item.is_virtual:
+            names = next((list(item.attrs[key]) for key in _NAMES if key in item.attrs), [])
+            names = [text.decode() if isinstance(text, bytes) else str(text) for text in names]
+            unread = _Unread(item.dtype, item.shape or (0,), partial(_scaled, item))
+            items.extend(_items(unread, at, name, _unit(item.attrs), names))
 
-        file.visititems(visit)
-        yield {"": items}
+    file.visititems(visit)
+    return {"": items}
 
 
-class _Scaled:
-    """A dataset whose numbers are a factor and an offset away, as the conventions for climate data write it."""
-
-    def __init__(self, dataset) -> None:
-        self.dataset, self.dtype, self.shape = dataset, dataset.dtype, dataset.shape or (0,)
-
-    def __getitem__(self, index):
-        values = self.dataset[index]
-        stated = {key: np.ravel(value)[0] for key, value in self.dataset.attrs.items() if key in _SCALED}
-        if not stated:
-            return values
-        scaled = values * stated.get("scale_factor", 1.0) + stated.get("add_offset", 0.0)
-        return np.where(values == stated["_FillValue"], np.nan, scaled) if "_FillValue" in stated else scaled
+def _scaled(dataset, index: Any) -> np.ndarray:
+    """Numbers of a dataset, which may be a factor and an offset away, as the conventions for climate data write it."""
+    values = dataset[index]
+    stated = {key: np.ravel(value)[0] for key, value in dataset.attrs.items() if key in _SCALED}
+    if not stated:
+        return values
+    scaled = values * stated.get("scale_factor", 1.0) + stated.get("add_offset", 0.0)
+    return np.where(values == stated["_FillValue"], np.nan, scaled) if "_FillValue" in stated else scaled
 
 
 def _unit(properties: Mapping) -> str:
@@ -323,8 +316,7 @@ def _unit(properties: Mapping) -> str:
     return unit.decode() if isinstance(unit, bytes) else unit if isinstance(unit, str) else ""
 
 
-@contextmanager
-def _wav(path: Path) -> Iterator[dict[str, list[Item]]]:
+def _wav(path: Path, opened: ExitStack) -> Groups:
     rate, values = required("scipy.io.wavfile").read(_whole(path))
     form = re.search(rb"fmt .{18}(..)", path.read_bytes()[:_WAV_HEAD], re.DOTALL)
     bits = int.from_bytes(form[1], "little") if form and values.dtype.kind in "iu" else 0
@@ -332,35 +324,31 @@ def _wav(path: Path) -> Iterator[dict[str, list[Item]]]:
         values = values.astype(np.int16) - 128  # their zero
     elif bits == 24:
         values = values >> 8  # they come at the top of 32
-    yield {"": [*_items(values, ()), *_number(("sample rate",), rate), *_number(BITS, bits)]}
+    return {"": [*_items(values, ()), *_numbers((), {"sample rate": rate, BITS: bits})]}
 
 
-@contextmanager
-def _npy(path: Path) -> Iterator[dict[str, list[Item]]]:
-    yield {"": list(_items(np.load(path, mmap_mode="r", allow_pickle=False), ()))}
+def _npy(path: Path, opened: ExitStack) -> Groups:
+    return {"": list(_items(np.load(path, mmap_mode="r", allow_pickle=False), ()))}
 
 
-@contextmanager
-def _parquet(path: Path) -> Iterator[dict[str, list[Item]]]:
-    with required("pyarrow.parquet").ParquetFile(path) as file:
-        items: list[Item] = []
-        schema, types = file.schema_arrow, required("pyarrow").types
-        for k, column in enumerate(schema):
-            numbers = types.is_integer(column.type) or types.is_floating(column.type)
-            if not (numbers or types.is_timestamp(column.type)):
-                continue
+def _parquet(path: Path, opened: ExitStack) -> Groups:
+    file, types = opened.enter_context(required("pyarrow.parquet").ParquetFile(path)), required("pyarrow").types
+    items: list[Item] = []
+    schema = file.schema_arrow
+    for k, column in enumerate(schema):
+        numbers = types.is_integer(column.type) or types.is_floating(column.type)
+        if numbers or types.is_timestamp(column.type):
             kind = np.dtype(column.type.to_pandas_dtype() if numbers else "M8[ns]")
             name = "time" if column.name.startswith("__index_level_") else column.name
-            number = schema.names[:k].count(column.name)
-            samples = _Unread(kind, (file.metadata.num_rows,), partial(_parquet_column, file, column.name, number))
-            items += _items(samples, (name,), name)
-        yield {"": items}
+            read = partial(_parquet_column, file, column.name, schema.names[:k].count(column.name))
+            items += _items(_Unread(kind, (file.metadata.num_rows,), read), (name,), name)
+    return {"": items}
 
 
-def _parquet_column(file, name: str, number: int) -> np.ndarray:
+def _parquet_column(file, name: str, number: int, index: Any) -> np.ndarray:
     """A column, the ``number``-th of its name."""
     table = file.read(columns=[name], use_pandas_metadata=False)
-    return table.column(min(number, table.num_columns - 1)).to_numpy()
+    return table.column(min(number, table.num_columns - 1)).to_numpy()[index]
 
 
 FORMATS = (

@@ -137,7 +137,7 @@ def read_channels(
     required(kind.package)
     remarks: list[str] = []
     read = partial(_by_library, path, kind, remarks)
-    named = read(lambda: opened.enter_context(kind.read(path)))
+    named = read(lambda: kind.read(path, opened))
     groups = read(lambda: [one for name, items in named.items() for one in _groups(path, name, items, read, remarks)])
     usable = [group for group in groups if ay_of(group.names, group.group)]
     names = [name for group in groups for name in group.names]
@@ -233,7 +233,7 @@ def _groups(path, name: str, items: Iterable[Item], read, remarks) -> Iterator[C
                 return Rate(*next(iter(stated.items()))) if len(stated) == 1 else None
         return None
 
-    bits = int(numbers.pop(BITS, 0)) or None
+    bits = int(numbers.pop((BITS,), 0)) or None
     doubtful = tuple(
         f"{'/'.join(at)} = {number:g}"
         for at, number in numbers.items()
