@@ -7,11 +7,11 @@ the source names), ``derived`` from printed numbers, ``assumed``, or ``fitted`` 
 
 import re
 from collections.abc import Iterator
+from functools import cache
 from types import NoneType
 from typing import Annotated, Any, NamedTuple, get_args, get_origin
 
 from pydantic import BeforeValidator, Field, GetCoreSchemaHandler, ValidationInfo
-from pydantic.fields import FieldInfo
 from pydantic_core import CoreSchema
 
 from trackdyn.errors import shown
@@ -141,16 +141,20 @@ class FieldValue(NamedTuple):
     keys: tuple[str, ...]
 
 
-def _unit(info: FieldInfo) -> str | None:
-    """Unit of a field; None for a section."""
-    return next((item.unit for item in info.metadata if isinstance(item, Quantity)), None)
+@cache
+def _units(model: type[Section]) -> dict[str, str | None]:
+    """Units of the fields of a type of section by name; None for a section in it."""
+    return {
+        name: next((item.unit for item in info.metadata if isinstance(item, Quantity)), None)
+        for name, info in model.model_fields.items()
+    }
 
 
 def fields_of(section: Section, prefix: str = "", keys: tuple[str, ...] = ()) -> Iterator[tuple[str, FieldValue]]:
     """Dotted name of every field and section in a section; a wheel, a surface or a sensor is a section by its name."""
-    for name, info in type(section).model_fields.items():
+    for name, unit in _units(type(section)).items():
         value, here = getattr(section, name), (*keys, name)
-        yield prefix + name, FieldValue(value, _unit(info), here)
+        yield prefix + name, FieldValue(value, unit, here)
         if isinstance(value, Section):
             yield from fields_of(value, f"{prefix}{name}.", here)
         elif isinstance(value, dict):
@@ -159,15 +163,16 @@ def fields_of(section: Section, prefix: str = "", keys: tuple[str, ...] = ()) ->
                 yield from fields_of(entry, f"{key}.", (*here, key))
 
 
-def possible_fields(model: type[Section], prefix: str = "") -> Iterator[str]:
+@cache
+def possible_fields(model: type[Section], prefix: str = "") -> frozenset[str]:
     """Dotted names that fields in a section of this type may have, ``*`` for a wheel, a surface or a sensor."""
+    names = {prefix + name for name, unit in _units(model).items() if unit}
     for name, info in model.model_fields.items():
-        if _unit(info):
-            yield prefix + name
         inner = "*." if get_origin(info.annotation) is dict else f"{prefix}{name}."
         for kind in get_args(info.annotation) or (info.annotation,):  # a section, or one that may be left out
             if isinstance(kind, type) and issubclass(kind, Section):
-                yield from possible_fields(kind, inner)
+                names |= possible_fields(kind, inner)
+    return frozenset(names)
 
 
 def outside_range(entry: dict) -> str:

@@ -248,7 +248,7 @@ class Rig(Section):
         """Whether some rig has a field of this dotted name."""
         first, _, rest = name.partition(".")
         member = first not in cls.model_fields and NAME.fullmatch(first) and f"*.{rest}"
-        return not {name, member}.isdisjoint(possible_fields(cls))
+        return bool(possible_fields(cls) & {name, member})
 
     def _field(self, name: str, fields: Mapping[str, FieldValue]) -> FieldValue:
         if name in fields:
