@@ -129,8 +129,8 @@ def label(decisions: dict) -> str:
     return "/".join(decisions[name]["setting"] for name in names if decisions[name]["setting"] != "none")
 
 
-# Combinations that make no sense: the field to name, when it is refused, asked of `_facts`, and why and what to use
-# instead, formatted with them.
+# Combinations that make no sense: the field to name, when the facts of `check_choices` refuse it, why and what to use
+# instead, formatted with these facts.
 Refusal = tuple[str, Callable[[SimpleNamespace], object], str]
 # A row may rely on those above it.
 REFUSALS: tuple[Refusal, ...] = (
@@ -188,8 +188,8 @@ REFUSALS: tuple[Refusal, ...] = (
 )  # fmt: skip
 
 
-def _facts(scene) -> SimpleNamespace:
-    """The fields of a scene, and what `REFUSALS` asks beyond them."""
+def check_choices(scene) -> None:
+    """Refuse (`InputError`) combinations of choices that make no sense (`REFUSALS`)."""
     rig, integrator = scene.rig, scene.integrator
     spatial = decide(scene)["space"].setting == "spatial"
     on_wheels = scene.loop == "on_wheels" and scene.chain != "belt"
@@ -200,7 +200,7 @@ def _facts(scene) -> SimpleNamespace:
         for name, wheel in rig.wheels.items()
         if wheel.bearing_drag + wheel.bearing_torque > 0 and wheel.rolling_arm + wheel.seal_drag == 0
     ]
-    return SimpleNamespace(
+    facts = SimpleNamespace(
         **{name: getattr(scene, name) for name in type(scene).model_fields},
         bodies=scene.bodies, belt=scene.chain == "belt", free=scene.loop == "free",
         method=METHODS[integrator], tilted=wheel_out_of_plane(rig), spatial=spatial,
@@ -209,11 +209,6 @@ def _facts(scene) -> SimpleNamespace:
         driven=on_wheels and rig.drive is not None and rig.drive.kind != "speed",
         carried=carried[0] if on_wheels and carried else None, armless=armless[0] if on_wheels and armless else None,
     )  # fmt: skip
-
-
-def check_choices(scene) -> None:
-    """Refuse (`InputError`) combinations of choices that make no sense (`REFUSALS`)."""
-    facts = _facts(scene)
     for field, when, remedy in REFUSALS:
         if when(facts):
             value = shown(getattr(scene, field))

@@ -72,7 +72,7 @@ class TensionedLoop(DampedLoop):
         # wanted tension, N; metres of chain a metre of shift
         self.target, self.lever = taut or rig.tension.pre_tension, assembly.lever
         step = settling_step(scene, self.target, inf if taut else scene.time_step) / divisor
-        super().__init__(scene, assembly, rig.sprocket.ring_radius, step)
+        super().__init__(scene, assembly, step)
         # the ring with which the tension is set, m; without teeth a chain needs one
         self.reference = rig.ring_radius if scene.model.tooth.present else rig.sprocket.ring_radius
         # tension at rest (N), and what the wheel moves for a change of it over `_shift_for` (shipped rigs)
@@ -94,11 +94,6 @@ class TensionedLoop(DampedLoop):
         shift_tensioner(self.model, self.scene.rig, self.shift)
         self.chunk()
         return self.shift - before
-
-    def shift_tensioner(self, shift: float) -> float:
-        """Shift the tensioning wheel in small steps, m; by how much it went."""
-        chunks = round(0.5 * PERIOD / CHUNK)
-        return sum(self._shift(shift / chunks) for _ in range(chunks))
 
     def follow_tension(self, seconds: float) -> None:
         """Move the tensioning wheel towards the wanted tension for a time, s."""
@@ -136,7 +131,9 @@ class TensionedLoop(DampedLoop):
     def secant_step(self, tension: float, longest: float) -> bool:
         """Secant step (at most ``longest`` m) towards a tension at rest (N); whether the wheel could move."""
         target = self.compliance_ratio * (self._shift_for(tension) - self._shift_for(self.reached))
-        shift = self.shift_tensioner(min(max(target, -longest), longest))
+        chunks = round(0.5 * PERIOD / CHUNK)
+        small = min(max(target, -longest), longest) / chunks
+        shift = sum(self._shift(small) for _ in range(chunks))
         before, self.reached = self.reached, self.equalize_strands()
         expected = self._shift_for(self.reached) - self._shift_for(before)
         ratio = shift / expected / self.compliance_ratio if shift * expected > 0 else None

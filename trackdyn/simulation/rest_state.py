@@ -45,13 +45,11 @@ class DampedLoop:
         What is asked for.
     assembly : Assembly
         The chain as it is laid.
-    ring_radius : float
-        Radius of the sprocket's ring, m.
     step : float
         Largest step, s.
     """
 
-    def __init__(self, scene: Scene, assembly: Assembly, ring_radius: float, step: float):
+    def __init__(self, scene: Scene, assembly: Assembly, step: float):
         self.scene = scene
         self.shift = assembly.shift  # tensioning wheel along its line, m
         chain = scene.model.chain
@@ -61,7 +59,7 @@ class DampedLoop:
         self.swing = 0.0  # largest rate of a body, rad/s
         model = copy_wheels(scene.model)
         model.wheels.present[SPROCKET] = 1
-        model.wheels.radius[SPROCKET] = ring_radius
+        model.wheels.radius[SPROCKET] = scene.rig.sprocket.ring_radius
         # at rest rolling resistance would keep the strands' tensions apart for seconds
         model = model._replace(wheels=model.wheels._replace(rolling=np.zeros_like(model.wheels.rolling)))
         self.model = model._replace(

@@ -153,21 +153,13 @@ def _start(scene: Scene, settled: TensionedLoop) -> Start:
 
 
 def _spinning_loop(scene: Scene) -> Start:
-    """An oblong loop without wheels that spins with the rate of the sprocket and is otherwise at rest."""
-    arrays, spin = allocate(scene, scene.time_step), scene.sprocket_rate
-    state = arrays.state
-    state.pin[:2], state.angle[:] = free_loop(arrays.model.chain.length)
-    state.rate[:] = spin
-    state.pin[2:] = [-spin * state.pin[1], spin * state.pin[0]]
-    return Start(arrays, {})
-
-
-def free_loop(lengths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """First pin (m) and angles (rad) of an oblong, closed clockwise loop of bodies around the origin, without wheels.
+    """An oblong clockwise loop around the origin that spins with the rate of the sprocket and is otherwise at rest.
 
     The angle of body i is ``-2 pi i / n`` with a second harmonic that makes the loop oblong, and a first one that
     closes it. Raises `InputError`: the bodies do not close so.
     """
+    arrays, spin = allocate(scene, scene.time_step), scene.sprocket_rate
+    state, lengths = arrays.state, arrays.model.chain.length
     n = len(lengths)
     phase = -2 * pi * np.arange(n) / n
 
@@ -181,10 +173,13 @@ def free_loop(lengths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     first, _, success, _ = scipy.optimize.fsolve(gap, [0.0, 0.0], xtol=1e-15, full_output=True)
     if success != 1 and np.hypot(*gap(first)) > 1e-12 * lengths.sum():
         raise InputError(f"a free loop of {n} bodies does not close; it needs at least three bodies of similar length")
-    angle = angles(first)
+    state.angle[:] = angle = angles(first)
     step = np.column_stack([np.cos(angle), np.sin(angle)]) * lengths[:, None]
     pins = np.vstack([np.zeros(2), np.cumsum(step, axis=0)[:-1]])
-    return pins[0] - pins.mean(axis=0), angle
+    state.pin[:2] = pins[0] - pins.mean(axis=0)
+    state.rate[:] = spin
+    state.pin[2:] = [-spin * state.pin[1], spin * state.pin[0]]
+    return Start(arrays, {})
 
 
 def start_plane(centres: np.ndarray, state: State) -> Plane:
