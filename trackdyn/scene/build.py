@@ -29,6 +29,7 @@ from trackdyn.model.constants import (
     Tooth,
     Wheels,
 )
+from trackdyn.rig.groove import PROFILES
 from trackdyn.rig.laws import NORMAL_LAWS, loss_branches
 from trackdyn.rig.layout import body_lengths, tensioner, wheel_circles, wheel_names
 from trackdyn.rig.rig import Rig
@@ -252,6 +253,7 @@ def build_model(scene) -> Model:
     """The model that a scene requires, the tensioning wheel at its nominal position; see ``Scene.model``."""
     rig = scene.rig
     toothed = scene.tooth_contact != "none" and scene.loop == "on_wheels"
+    groove = PROFILES.get(scene.tooth_contact, PROFILES["ten_arcs"])(rig)  # the rig's own where there is no contact
     shoes = build_shoes(rig, scene.chain)
     hysteretic = scene.bushing_law == "hysteretic"
     chain = build_chain(rig, scene.chain, not hysteretic)
@@ -259,7 +261,7 @@ def build_model(scene) -> Model:
     if hysteretic and rig.bushing.loss_factor * rig.bushing.stiffness > 0:
         share, time = loss_branches(rig.bushing.loss_factor)
         branches = Branches(chain.stiffness * share, time)
-    tooth = make_tooth(scene.groove, rig.chain.connector_radius, _law(rig, rig.tooth_contact, scene), toothed)
+    tooth = make_tooth(groove, rig.chain.connector_radius, _law(rig, rig.tooth_contact, scene), toothed)
     wheels = build_wheels(scene)
     if METHODS[scene.integrator].staggered:
         arc, at = shoes.arc_body, shoes.arc_x

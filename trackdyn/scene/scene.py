@@ -9,7 +9,6 @@ from pydantic import BeforeValidator, Field
 
 from trackdyn.errors import InputError
 from trackdyn.model.constants import Model
-from trackdyn.rig.groove import PROFILES, Groove
 from trackdyn.rig.rig import Rig
 from trackdyn.rig.sections import SensorParameters
 from trackdyn.rig.validation import Positive, Section, plain_count, plain_number, shown
@@ -234,11 +233,6 @@ class Scene(Choices):
     def fidelity(self) -> dict[str, Decision]:
         """Setting and reason of every choice."""
         return decide(self)
-
-    @cached_property
-    def groove(self) -> Groove:
-        """Arcs of a groove: with ``tooth_contact``, or the rig's own where there is none."""
-        return PROFILES.get(self.tooth_contact, PROFILES["ten_arcs"])(self.rig)
 
     @staticmethod
     def ring_range(rig: Rig) -> tuple[float, float]:

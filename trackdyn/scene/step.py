@@ -66,9 +66,13 @@ def allowed_step(scene, step: float, tension: float, share: float = 1.0) -> floa
         return step
     sample = 1.0 / scene.rig.rate
     if scene.step is not None or limit < LEAST_SHARE * step:
+        remedy = f"must be at most {limit:.2g} s, such as {round_step(limit, sample):.7g} s"
+        if limit < LEAST_STEP:
+            remedy = f"no step of {LEAST_STEP:g} s or more is small enough; "
+            remedy += "use less tension, softer contacts or heavier bodies"
         raise InputError(
             f"scene: step = {step!r}: too large for the {cause} at a tension of {tension:.4g} N, a bound that was not "
-            f"tried on this rig (trackdyn check tries); {_advice(limit, sample)}"
+            f"tried on this rig (trackdyn check tries); {remedy}"
         )
     return round_step(share * limit, sample)
 
@@ -83,15 +87,6 @@ def settling_step(scene, tension: float, longest: float = inf) -> float:
     if not METHODS[scene.integrator].linearly_implicit:
         step = min(step, max(largest_step(scene.model, tension), LEAST_SETTLING_STEP))
     return round_step(step, 1.0 / scene.rig.rate)
-
-
-def _advice(limit: float, sample: float) -> str:
-    """The largest step below a limit, in words; no accepted step may be small enough."""
-    if limit < LEAST_STEP:
-        return (
-            f"no step of {LEAST_STEP:g} s or more is small enough; use less tension, softer contacts or heavier bodies"
-        )
-    return f"must be at most {limit:.2g} s, such as {round_step(limit, sample):.7g} s"
 
 
 # -- limits ------------------------------------------------------------------------------------------------------------

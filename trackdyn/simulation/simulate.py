@@ -63,7 +63,12 @@ def simulate(
     )
     with bar:
         if checkpoint is not None and Path(checkpoint).exists():
-            writer = _resumed(checkpoint, scene)
+            data = read_checkpoint(checkpoint)
+            loop = Loop.restored(data)
+            if loop.scene != scene:
+                raise InputError(f"{checkpoint}: is the checkpoint of another scene; name another file to start again")
+            writer = Recorder(loop)
+            writer.restore(data)
             bar.update(lead + writer.done / scene.rig.rate)
         else:
             loop = Loop(scene, starts)
@@ -92,13 +97,3 @@ def check_turning(recording: Recording) -> None:
             f"drive: the motor made {made:.2g} of {scene.motor_rpm:g} rev/min, it cannot turn the loop; raise "
             f"drive.torque = {drive.torque:g} N m or drive.slope = {drive.slope:g} N m s/rad, or lower the tension"
         )
-
-
-def _resumed(path: Path | str, scene: Scene) -> Recorder:
-    data = read_checkpoint(path)
-    loop = Loop.restored(data)
-    if loop.scene != scene:
-        raise InputError(f"{path}: is the checkpoint of another scene; name another file to start again")
-    writer = Recorder(loop)
-    writer.restore(data)
-    return writer
