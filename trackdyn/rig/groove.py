@@ -226,15 +226,14 @@ def _sector(first: np.ndarray, last: np.ndarray) -> tuple[np.ndarray, float]:
 def _nearest_crossing(centre: np.ndarray, radius: float, about_origin: float, target: np.ndarray) -> np.ndarray:
     """Where a circle crosses one about the origin, the point nearer to ``target``, m; `InputError` if nowhere."""
     distance = hypot(*centre)
-    along = (distance**2 + about_origin**2 - radius**2) / (2 * distance)
-    half_chord2 = about_origin**2 - along**2
-    if radius <= 0 or half_chord2 < 0:
+    cosine = (distance**2 + about_origin**2 - radius**2) / (2 * distance * about_origin)
+    if radius <= 0 or abs(cosine) > 1:
         raise InputError(
             "three surfaces: an arc of chain.connector_radius touches no flank and seat at once; use ten_arcs, or a "
             "smaller connector_radius"
         )
-    unit = centre / distance
-    points = along * unit + np.outer([1.0, -1.0], sqrt(half_chord2) * np.array([-unit[1], unit[0]]))
+    angles = atan2(centre[1], centre[0]) + acos(cosine) * np.array([1.0, -1.0])
+    points = about_origin * np.column_stack([np.cos(angles), np.sin(angles)])
     return min(points, key=lambda point: hypot(*(point - target)))
 
 

@@ -117,27 +117,23 @@ def run_order(circles: np.ndarray) -> list[int]:
     (0) is the first where it is met.
     """
     x, y, r = circles.T
-    here, heading = int(np.argmax(y + r)), 0.0
-    order, turned = [], 0.0
+    here, heading, turned = int(np.argmax(y + r)), 0.0, 0.0
+    order = []
     for _ in range(2 * len(circles) + 1):
         order.append(here)
-        dx, dy = x - x[here], y - y[here]
+        dx, dy, wider = x - x[here], y - y[here], r - r[here]
         distance = np.hypot(dx, dy)
-        difference = r[here] - r
-        outside = distance > np.abs(difference)
-        outside[here] = False
-        if not outside.any():
+        others = np.flatnonzero(distance > np.abs(wider))
+        if not len(others):
             break
-        away = np.where(outside, distance, 1.0)
-        tangent = np.arctan2(dy, dx) - np.arcsin(np.clip(difference / away, -1.0, 1.0))
+        tangent = np.arctan2(dy[others], dx[others]) + np.arcsin(wider[others] / distance[others])
         bend = (heading - tangent + ONE_LINE) % (2 * pi)
-        bend[~outside] = np.inf
         in_line = np.flatnonzero(bend <= bend.min() + ONE_LINE)
-        there = int(in_line[np.argmin(distance[in_line])])
-        turned += float(bend[there]) - ONE_LINE
+        k = in_line[np.argmin(distance[others[in_line]])]
+        turned += float(bend[k]) - ONE_LINE
         if turned > 2 * pi - 1e-6:
             break
-        here, heading = there, float(tangent[there])
+        here, heading = int(others[k]), float(tangent[k])
     if len(order) > 1 and order[0] == order[-1]:
         order.pop()
     first = order.index(0) if 0 in order else 0

@@ -74,7 +74,7 @@ def _fitted(outline: Table, pattern: str | None, teeth: int, arc_radius: float) 
     points = np.array(outline)
     if pattern is not None:
         return fit_outline(points, pattern, teeth)
-    fits: list[tuple[float, int, Groove]] = []
+    fits: list[tuple[float, Groove]] = []
     for signs in PATTERNS:
         try:
             groove = fit_outline(points, signs, teeth)
@@ -83,12 +83,12 @@ def _fitted(outline: Table, pattern: str | None, teeth: int, arc_radius: float) 
             continue
         if groove.radius[~groove.convex].min(initial=np.inf) > arc_radius:
             rms = float(np.sqrt((distance_to(groove, points) ** 2).mean()))
-            fits.append((rms * MORE_ARCS ** len(signs), len(fits), groove))
+            fits.append((rms * MORE_ARCS ** len(signs), groove))
             if rms < FOLLOWED:
                 break
     if not fits:
         raise refusal
-    return min(fits)[-1]
+    return min(fits, key=lambda fit: fit[0])[1]
 
 
 def groove_of_arcs(arcs: np.ndarray, teeth: int) -> Groove:
@@ -205,18 +205,16 @@ def fit_outline(points: np.ndarray, pattern: str, teeth: int) -> Groove:
         except (InputError, OverflowError, ZeroDivisionError, FloatingPointError):
             return np.full(len(flank), size)
 
-    best = None
-    for scale in (0.1, 0.25, 0.5):
-        for rise in (0.4, 0.7, 1.0, 1.3):
-            start = _start(flank, signs, scale * size, rise, pi / teeth)
-            if misses(start)[0] == size:
-                continue
-            fit = scipy.optimize.least_squares(misses, start, x_scale="jac", max_nfev=400)
-            if best is None or fit.cost < best.cost:
-                best = fit
-    if best is None:
+    sizes = product((0.1, 0.25, 0.5), (0.4, 0.7, 1.0, 1.3))
+    starts = [_start(flank, signs, scale * size, rise, pi / teeth) for scale, rise in sizes]
+    fits = [
+        scipy.optimize.least_squares(misses, start, x_scale="jac", max_nfev=400)
+        for start in starts
+        if misses(start)[0] != size
+    ]
+    if not fits:
         raise InputError(f"profile.outline cannot be followed by the arcs {pattern}; try another pattern of signs")
-    return groove(best.x)
+    return groove(min(fits, key=lambda fit: fit.cost).x)
 
 
 def _start(flank: np.ndarray, signs: np.ndarray, radius: float, rise: float, half: float) -> np.ndarray:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeVar, Union, cast, get_args
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, PlainSerializer, ValidationError, WrapValidator
 
-from trackdyn.errors import InputError, shown
+from trackdyn.errors import InputError, naming, shown
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
@@ -87,12 +87,11 @@ def validated(
     """``data`` as an object of ``schema`` (``context``: for its validators); or `InputError` with file and field."""
     if not isinstance(data, dict):
         raise InputError(f"{name}: must hold sections, a mapping of names to values")
-    try:
-        return schema.model_validate(data, context=context)
-    except ValidationError as error:
-        raise InputError(sentence(name, _first(error.errors()), missing)) from None
-    except InputError as error:
-        raise InputError(f"{name}: {error}") from None
+    with naming(name):
+        try:
+            return schema.model_validate(data, context=context)
+        except ValidationError as error:
+            raise InputError(sentence(name, _first(error.errors()), missing)) from None
 
 
 def plain_number(value: Any) -> Any:
