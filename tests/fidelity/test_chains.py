@@ -69,7 +69,7 @@ def test_sensor_sits_at_the_same_place_of_its_link(rig):
 
 
 def test_a_body_is_a_link_with_half_a_connector_at_each_end(rig):
-    """Mass and moment of inertia composed by Steiner from bars of any mass distribution that gives the rig's own."""
+    """Mass and moment of inertia composed by Steiner's theorem."""
     single, double = build_chain(rig, "single_pin"), build_chain(rig, "double_pin")
     n = rig.chain.pitches
     assert len(single.length) == n == 35 and len(double.length) == 2 * n
@@ -77,23 +77,13 @@ def test_a_body_is_a_link_with_half_a_connector_at_each_end(rig):
     np.testing.assert_array_equal(single.com_x, single.length / 2)
     np.testing.assert_array_equal(single.com_y, 0.0)
 
-    c, b, pitch = rig.chain, rig.connector_length, rig.single_pin_pitch
-
-    def point_masses(mass, inertia, middle):
-        """Two equal points that have this mass and this moment of inertia about ``middle``."""
-        radius = np.sqrt(inertia / mass)
-        return [(mass / 2, middle - radius), (mass / 2, middle + radius)]
-
+    c, b, half_mass = rig.chain, rig.connector_length, rig.chain.connector_mass / 2
     # a connector cut in the middle: both halves at b / 4 from the cut have the connector's inertia together
-    half_inertia = c.connector_inertia / 2 - c.connector_mass / 2 * (b / 4) ** 2
+    half_inertia = c.connector_inertia / 2 - half_mass * (b / 4) ** 2
     assert half_inertia > 0
-    points = point_masses(c.link_mass, c.link_inertia, 0.0)
-    for side in (-1, 1):
-        points += point_masses(c.connector_mass / 2, half_inertia, side * (pitch / 2 - b / 4))
-    mass, position = np.array(points).T
-    assert single.mass[0] == pytest.approx(mass.sum(), rel=1e-14)
-    assert mass @ position == pytest.approx(0.0, abs=1e-14)
-    assert single.inertia[0] == pytest.approx(mass @ position**2, rel=1e-13)
+    halves = 2 * (half_inertia + half_mass * (rig.single_pin_pitch / 2 - b / 4) ** 2)
+    assert single.mass[0] == pytest.approx(c.link_mass + c.connector_mass, rel=1e-14)
+    assert single.inertia[0] == pytest.approx(c.link_inertia + halves, rel=1e-13)
 
 
 def test_its_bushings_are_two_in_series(rig):
