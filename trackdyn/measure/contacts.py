@@ -69,11 +69,11 @@ def contacts(recording: Recording) -> dict[str, np.ndarray]:
     return rows | {"passage": number}
 
 
-def extreme(which: np.ufunc, values: np.ndarray, index: np.ndarray, size: int) -> np.ndarray:
-    """Smallest (``np.fmin``) or largest (``np.fmax``) of the values of every index, NaN where there is none."""
-    extremes = np.full(size, NAN)
-    which.at(extremes, index, values)
-    return extremes
+def gathered(which: np.ufunc, values, index: tuple[np.ndarray, ...], shape: tuple[int, ...], empty=0.0) -> np.ndarray:
+    """Values joined by a function of two, such as ``np.add``, at their indices in a new array; ``empty`` elsewhere."""
+    array = np.full(shape, empty)
+    which.at(array, index, values)
+    return array
 
 
 def first_of_highest(values: np.ndarray, group: np.ndarray) -> np.ndarray:
@@ -125,7 +125,8 @@ def _number_passages(rows: dict[str, np.ndarray], recording: Recording) -> tuple
     complete = np.flatnonzero((first >= margin) & (last <= recording.seconds - margin))
     number = np.full(len(index), -1)
     number[complete[np.argsort(first[complete], kind="stable")]] = np.arange(len(complete))
-    began = extreme(np.fmin, start[lasting := rows["lasting"]], group[lasting], len(index))
+    lasting = rows["lasting"]
+    began = gathered(np.fmin, start[lasting], (group[lasting],), index.shape, NAN)
     return number[group], np.where(number >= 0, began, NAN)[group]
 
 
@@ -156,29 +157,28 @@ def passage_arrays(recording: Recording) -> dict[str, np.ndarray]:
     """Columns of `passages` as (m, 3) arrays, sides as in `SIDES`."""
     turn, rows = recording.periods.turn, contacts(recording)
     rows = {name: column[rows["passage"] >= 0] for name, column in rows.items()}
-    number, lasting = rows["passage"], rows["lasting"]
+    number, lasting, connectors = rows["passage"], rows["lasting"], rows["connector"] + 1
     shape = int(number.max(initial=-1)) + 1, len(SIDES)
-    entry, size = len(SIDES) * number + rows["side"], shape[0] * shape[1]
-    table: dict = {name: np.bincount(entry, rows[name], size) for name in ("touching_s", *INTEGRALS)}
-    table |= {"count": np.bincount(entry, minlength=size), "areas": np.zeros(size, int), "peak_n": np.zeros(size)}
-    table["share_pct"] = 100 * np.bincount(entry, rows["touching"], size) / turn
-    for name in ("start_s", "phase_start"):
-        table[name] = extreme(np.fmin, rows[name][lasting], entry[lasting], size)
-    for name in ("end_s", "phase_end"):
-        table[name] = extreme(np.fmax, rows[name][lasting], entry[lasting], size)
-    highest = np.flatnonzero(lasting)[first_of_highest(rows["peak_n"][lasting], entry[lasting])]
-    table["peak_s"] = np.full(size, NAN)
-    for name in ("peak_n", "peak_s"):
-        table[name][entry[highest]] = rows[name][highest]
-    np.bitwise_or.at(table["areas"], entry, rows["areas"])
-    table["areas"] = np.array([_area_names(bits) for bits in table["areas"]], dtype=object)
-    table = {name: column.reshape(shape) for name, column in table.items()}
-    first = extreme(np.fmin, rows["start"][lasting], number[lasting], shape[0])
+    entry, (passage, side) = (number, rows["side"]), np.indices(shape)
+    table = {name: gathered(np.add, rows[name], entry, shape) for name in ("touching_s", "touching", *INTEGRALS)}
+    table |= {"count": gathered(np.add, 1, entry, shape, 0), "share_pct": 100 * table["touching"] / turn}
+    areas = gathered(np.bitwise_or, rows["areas"], entry, shape, 0)
+    names = {bits: ",".join(str(area) for area in range(1, 11) if bits >> (area - 1) & 1) for bits in np.unique(areas)}
+    table["areas"] = np.array([names[bits] for bits in areas.ravel()], dtype=object).reshape(shape)
+
+    rows = {name: column[lasting] for name, column in rows.items()}
+    entry = rows["passage"], rows["side"]
+    for which, ends in ((np.fmin, ("start_s", "phase_start")), (np.fmax, ("end_s", "phase_end"))):
+        table |= {name: gathered(which, rows[name], entry, shape, NAN) for name in ends}
+    highest = first_of_highest(rows["peak_n"], np.ravel_multi_index(entry, shape))
+    for name, empty in (("peak_n", 0.0), ("peak_s", NAN)):
+        table[name] = np.full(shape, empty)
+        table[name][entry[0][highest], entry[1][highest]] = rows[name][highest]
+    first = gathered(np.fmin, rows["start"], entry[:1], shape[:1], NAN)
     table["peak_phase"] = (recording.steady_time(table["peak_s"]) - first[:, None]) / turn
     connector = np.zeros(shape[0], int)
-    connector[number] = rows["connector"] + 1
-    of_passage = {"passage": np.arange(shape[0])[:, None], "connector": connector[:, None], "side": np.array(SIDES)}
-    return table | {name: np.broadcast_to(column, shape) for name, column in of_passage.items()}
+    connector[number] = connectors
+    return table | {"passage": passage, "side": np.array(SIDES)[side], "connector": connector[passage]}
 
 
 def meshing_summary(recording: Recording) -> dict:
@@ -228,8 +228,3 @@ def sampled_shares(area: np.ndarray, wheel_rate: np.ndarray, rig: Rig) -> np.nda
     counted = np.bincount(area.ravel(), np.repeat(weight, area.shape[1]), 11)
     passed = weight.sum() * area.shape[1] * rig.sprocket.teeth / rig.chain.pitches
     return 100 * counted / passed if passed else np.full(11, NAN)
-
-
-def _area_names(bits: int) -> str:
-    """``2,3`` for the bits of areas 2 and 3."""
-    return ",".join(str(area) for area in range(1, 11) if bits >> (area - 1) & 1)
