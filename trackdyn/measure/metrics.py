@@ -8,7 +8,6 @@ from trackdyn.measure.sensor import readings, sense, sensor_metrics
 from trackdyn.measure.spectra import LEAST_PERIODS, rms
 from trackdyn.measure.uncertainty import NAN, whole_errors
 from trackdyn.measure.whole_loop import sliding_work
-from trackdyn.scene.choices import label
 from trackdyn.simulation.energy_balance import energy_residual
 from trackdyn.simulation.recording import Recording
 
@@ -26,6 +25,7 @@ def sensor_row(recording: Recording, sensor: str | int = 0) -> dict:
 def run_metrics(name: str, recording: Recording) -> dict:
     """The row of a run: what ran, what its first sensor and the contacts show."""
     scene, sensed = recording.scene, sensor_row(recording)
+    choices = (scene.fidelity[name].setting for name in ("space", "chain", "tooth_contact", "integrator"))
     clipped = sensed.pop("clipped_samples")
     speeds, gaps = recording.speeds, recording.cut.max(axis=0) if len(recording.cut) else (NAN, NAN)
     return {
@@ -34,7 +34,7 @@ def run_metrics(name: str, recording: Recording) -> dict:
         "rpm_made": recording.made_rpm,
         "rpm_drift_pct": 100 * float(np.ptp(speeds)) / recording.made_rpm if recording.made_rpm else 0.0,
         "ring_radius_m": NAN if scene.ring_radius is None else scene.ring_radius,
-        "fidelity": label(recording.meta["fidelity"]),
+        "fidelity": "/".join(choice for choice in choices if choice != "none"),
         "step_s": scene.time_step,
         "simulated_s": recording.seconds,
         **sensed,

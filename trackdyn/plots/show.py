@@ -107,11 +107,11 @@ def _page(recording: Recording, stretch: Replay | None, title: str) -> str:
     decisions = [
         {
             "choice": words(name),
-            "here": "left out" if decision["setting"] == "none" else "modelled",
-            "setting": words(decision["setting"]),
-            "reason": decision["reason"],
+            "here": "left out" if decision.setting == "none" else "modelled",
+            "setting": words(decision.setting),
+            "reason": decision.reason,
         }
-        for name, decision in recording.meta["fidelity"].items()
+        for name, decision in recording.scene.fidelity.items()
     ]
     moving = len(stretch.time) * stretch.interval if stretch and stretch.apart is not None else None
     tables = {"measures.csv": measures, "work.csv": work, "decisions.csv": decisions}

@@ -123,12 +123,6 @@ def decide(scene) -> dict[str, Decision]:
     return decisions
 
 
-def label(decisions: dict) -> str:
-    """The choices that tell runs apart, in a few words; ``decisions`` as stored in a recording's provenance."""
-    names = ("space", "chain", "tooth_contact", "integrator")
-    return "/".join(decisions[name]["setting"] for name in names if decisions[name]["setting"] != "none")
-
-
 # Combinations that make no sense: the field to name, when the facts of `check_choices` refuse it, why and what to use
 # instead, formatted with these facts.
 Refusal = tuple[str, Callable[[SimpleNamespace], object], str]

@@ -262,13 +262,12 @@ def made_with() -> tuple[str, dict[str, str]]:
 
 
 def provenance(scene: Scene, layout: dict) -> dict:
-    """Scene, rig, layout, decisions with their reasons, versions and sources."""
+    """Scene, rig, layout, versions and sources."""
     described, (sources, versions) = scene.describe(), made_with()
     return {
         "scene": {name: value for name, value in described.items() if name != "rig"},
         "rig": described["rig"],
         "layout": layout,
-        "fidelity": {name: {"setting": d.setting, "reason": d.reason} for name, d in scene.fidelity.items()},
         "sources": sources,
         "versions": dict(versions),
         "python": platform.python_version(),
