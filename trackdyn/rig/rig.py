@@ -84,6 +84,7 @@ class Rig(Section):
             raise InputError(fault)
 
     def _faults(self) -> Iterator[str]:
+        """Sentences about surfaces, tooth and tension that cannot be."""
         for name, surface in self.contact_surfaces.items():
             static, dynamic = surface.friction_static, surface.friction_dynamic
             if dynamic > static:
@@ -108,6 +109,7 @@ class Rig(Section):
             yield f"tension.force = {shown(tension.force)}: must be rows of time (s, rising) and force (N)"
 
     def _wheel_faults(self) -> Iterator[str]:
+        """Sentences about wheels that cannot be."""
         yield from self._name_faults("wheels", (), "idler")
         for name, wheel in self.wheels.items():
             if wheel.surface not in self.contact_surfaces:
@@ -119,6 +121,7 @@ class Rig(Section):
                 yield f"{name}.arm.x = {wheel.arm.x:g} m, and its y, are the wheel's own position; move the pivot"
 
     def _sensor_faults(self) -> Iterator[str]:
+        """Sentences about sensors that cannot be."""
         yield from self._name_faults("sensors", {*self.wheels, *self.surfaces}, "sensor")
         pitches = self.chain.pitches
         for name, sensor in self.sensors.items():
@@ -251,6 +254,7 @@ class Rig(Section):
         return bool(possible_fields(cls) & {name, member})
 
     def _field(self, name: str, fields: Mapping[str, FieldValue]) -> FieldValue:
+        """The field of a name, or `InputError` with names that are close."""
         if name in fields:
             return fields[name]
         close = get_close_matches(name, self.fields, 2)
