@@ -130,35 +130,17 @@ def parts(driven_loop):
     )
 
 
-def without_friction(model):
-    law = model.wheels.law.copy()
-    law["friction_static"] = law["friction_dynamic"] = 0.0
-    wheels = model.wheels._replace(law=law)
-    return model._replace(
-        tooth=model.tooth._replace(law=model.tooth.law._replace(friction_static=0.0, friction_dynamic=0.0)),
-        wheels=wheels,
-    )
-
-
-def elastic(model):
-    model = without_friction(model)
-    model.wheels.law["loss"] = 0.0  # a copy
-    return model._replace(tooth=model.tooth._replace(law=model.tooth.law._replace(loss=0.0)))
-
-
-def normal_forces(work):
-    return ContactList(work).force
-
-
-def test_forces_are_led_along_the_path_of_the_step(parts):
+def test_forces_are_led_along_the_path_of_the_step(parts, make_scene):
     """An elastic normal force led over a fraction of a step is that of the position reached by then."""
     model, state, work, implicit_work = parts
-    model = elastic(model)
+    laws = make_scene(normal_law="elastic", friction="none").model
+    tooth, wheels = model.tooth._replace(law=laws.tooth.law), model.wheels._replace(law=laws.wheels.law)
+    model = model._replace(tooth=tooth, wheels=wheels)
     h = 1e-6  # central: what is left is of third order
     evaluate(model, state, implicit_work, h)
-    led = normal_forces(implicit_work)
+    led = ContactList(implicit_work).force
     evaluate(model, state, work)
-    now = normal_forces(work)
+    now = ContactList(work).force
     there = []
     for sign in (-1, 1):
         pin = state.pin.copy()
@@ -167,7 +149,7 @@ def test_forces_are_led_along_the_path_of_the_step(parts):
             x + sign * h * v for x, v in ((state.angle, state.rate), (state.wheel_angle, state.wheel_rate))
         )
         evaluate(model, state._replace(pin=pin, angle=angle, wheel_angle=wheel_angle), work)
-        there.append(normal_forces(work))
+        there.append(ContactList(work).force)
     change = AHEAD * (there[1] - there[0]) / 2
     assert np.abs(change).max() > 1e-2
     # rounding of places of 1 m over a penetration of 1e-5 m leaves 1e-6 N

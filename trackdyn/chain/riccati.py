@@ -9,10 +9,9 @@ coincide) and the torque law of the cut joint then fix it. ``-S`` is the articul
 swept: symmetric positive definite, so the recursion cannot break down.
 """
 
-import numpy as np
-
+from trackdyn.chain.cholesky import factored, solve_factored
 from trackdyn.chain.kinematics import mass_centre
-from trackdyn.chain.wheel_columns import add_slopes, hinge_columns, meet_columns, return_columns, solve_factored
+from trackdyn.chain.wheel_columns import add_slopes, hinge_columns, meet_columns, return_columns
 from trackdyn.jit import fused, inlined, kernel
 from trackdyn.model.arrays import SweepWork, Work
 from trackdyn.model.constants import Chain
@@ -180,13 +179,7 @@ def _meet(work: Work, s, e, behind_s, behind_e, implicit):
     """Acceleration ``z_b`` (3 x 4) where the sweeps meet, into ``end``: both relations added, by Cholesky of -S."""
     s11, s12, s13, s22, s23, s33 = s
     t11, t12, t13, t22, t23, t33 = behind_s
-    l11 = np.sqrt(-(s11 + t11))
-    l21 = -(s12 + t12) / l11
-    l31 = -(s13 + t13) / l11
-    l22 = np.sqrt(-(s22 + t22) - l21 * l21)
-    l32 = (-(s23 + t23) - l31 * l21) / l22
-    l33 = np.sqrt(-(s33 + t33) - l31 * l31 - l32 * l32)
-    factor = (l11, l21, l31, l22, l32, l33)
+    factor = factored(-(s11 + t11), -(s12 + t12), -(s13 + t13), -(s22 + t22), -(s23 + t23), -(s33 + t33))
     end = work.sweep.end
     for k in range(4):
         right = (e[0][k] + behind_e[0][k], e[1][k] + behind_e[1][k], e[2][k] + behind_e[2][k])

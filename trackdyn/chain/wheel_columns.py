@@ -4,19 +4,9 @@ Friction on a wheel that turns freely couples the bodies on it to the wheel's ac
 gets a column for every wheel but the sprocket, beside the three of the cut load and the constant one.
 """
 
-from trackdyn.jit import fused, inlined
+from trackdyn.chain.cholesky import solve_factored
+from trackdyn.jit import fused
 from trackdyn.model.arrays import Work
-
-
-@inlined
-def solve_factored(factor, right):
-    """Solution of three equations by the Cholesky factor ``(l11, l21, l31, l22, l32, l33)`` of their matrix."""
-    l11, l21, l31, l22, l32, l33 = factor
-    y1 = right[0] / l11
-    y2 = (right[1] - l21 * y1) / l22
-    z3 = (right[2] - l31 * y1 - l32 * y2) / l33 / l33
-    z2 = (y2 - l32 * z3) / l22
-    return (y1 - l21 * z2 - l31 * z3) / l11, z2, z3
 
 
 @fused

@@ -94,10 +94,10 @@ def friction_coefficients(space, law, slip, axial_slip):
 
     ``space`` is ``model.space``.
     """
-    if space is None:
-        return friction_coefficient(law, slip), 0.0
-    axial = friction_coefficient(law, axial_slip) if space.friction == INDEPENDENT else 0.0
-    return friction_coefficient(law, slip), axial
+    mu = friction_coefficient(law, slip)
+    if space is None or space.friction != INDEPENDENT:
+        return mu, 0.0
+    return mu, friction_coefficient(law, axial_slip)
 
 
 @kernel

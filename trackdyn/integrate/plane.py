@@ -26,6 +26,7 @@ the sums of the z forces and of the moments about the pin's x and y axes give ``
 from math import sin as sine
 from math import sqrt
 
+from trackdyn.chain.cholesky import factored, solve_factored
 from trackdyn.chain.kinematics import mass_centre
 from trackdyn.jit import fused, kernel, summed
 from trackdyn.model.arrays import OFFSET, SPEED, P, Q, SpaceWork, State, Work
@@ -115,20 +116,9 @@ def plane_dynamics(model: Model, state: State, work: Work, space: SpaceWork):
         # p L_y - q L_x
         a, b = model.space.along[i], model.space.across[i]
         work.moment[i] -= (a - b) * (s * c * (p * p - q * q) + (s * s - c * c) * p * q)
-    l00 = sqrt(m00)
-    l10 = m01 / l00
-    l20 = m02 / l00
-    l11 = sqrt(m11 - l10 * l10)
-    l21 = (m12 - l20 * l10) / l11
-    l22 = sqrt(m22 - l20 * l20 - l21 * l21)
-    f0 /= l00
-    f1 = (f1 - l10 * f0) / l11
-    f2 = (f2 - l20 * f0 - l21 * f1) / l22
-    f2 /= l22
-    f1 = (f1 - l21 * f2) / l11
-    space.acceleration[0] = (f0 - l10 * f1 - l20 * f2) / l00
-    space.acceleration[1] = f1
-    space.acceleration[2] = f2
+    factor = factored(m00, m01, m02, m11, m12, m22)
+    for k, acceleration in enumerate(solve_factored(factor, (f0, f1, f2))):
+        space.acceleration[k] = acceleration
 
 
 @kernel

@@ -117,24 +117,6 @@ def test_the_unit_is_the_loop(imported, native):
     assert np.abs(outputs[310:, 0]).min() > np.abs(outputs[:300, 0]).max()  # the input was heard
 
 
-def test_torque_and_turn_are_the_work_of_the_drive_and_it_is_lost(scene):
-    unit = Unit(scene.with_(lead_in=0.5))
-    unit.start()
-    before = unit.loop.energy
-    work = 0.0
-    for k in range(400):
-        angle = unit.loop.state.wheel_angle[0]
-        unit.step(k * EXCHANGE, EXCHANGE)
-        work += unit.values["sprocket_torque"] * (unit.loop.state.wheel_angle[0] - angle)
-    change = {name: value - before[name] for name, value in unit.loop.energy.items()}
-    assert work == pytest.approx(change["sprocket_work"], rel=1e-9)
-    # work is stored or lost; the account of the fast preset leaves 0.13 % open, and four times that is refused
-    others = sum(value for name, value in change.items() if name != "sprocket_work")
-    exchanged = sum(abs(value) for value in change.values())
-    assert abs(work - others) < 5e-3 * exchanged
-    assert work > 0
-
-
 @pytest.mark.parametrize(
     ("fields", "sentence"),
     [
