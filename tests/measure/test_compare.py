@@ -31,7 +31,7 @@ def recording(make_scene):
     return simulate(make_scene(210.0, duration=10.0, lead_in=1.0))
 
 
-@pytest.mark.parametrize(("rate", "remedy"), [(2048.0, 2048), (418.2, 418), (980.0, 980), (1480.0, 1480)])
+@pytest.mark.parametrize(("rate", "remedy"), [(2048.0, 2048), (418.2, 418)])
 def test_a_rate_that_does_not_fit_is_refused_with_the_command_that_helps(recording, rate, remedy):
     with pytest.raises(InputError, match=rf"sensor\.csv: has .* simulate --rate {remedy}`"):
         compare_with_sensor(recording, record(rate))
@@ -93,13 +93,11 @@ def axes_of(record, **axes):
     [
         ({"ax": "ax", "ay": "ay", "az": "az"}, ""),
         ({"ax": "ax", "ay": "-ay", "az": "az"}, "--axis ay=ay_g "),
-        ({"ax": "-ax", "ay": "ay"}, "--axis ax=ax_g "),
         ({"ax": "-ax", "ay": "-ay"}, "--axis ay=ay_g --axis ax=ax_g "),
         ({"ax": "ay", "ay": "ax", "az": "az"}, "--axis ay=ay_g --axis ax=ax_g "),
         ({"ax": "ax", "ay": "az", "az": "ay"}, "--axis ay=ay_g "),
         ({"ay": "ay"}, ""),
         ({"ay": "-ay"}, "--axis ay=ay_g "),
-        ({"ay": "az"}, "check its column and sign (--axis ay=NAME, ay=-NAME)"),
         ({"ay": "ax"}, "check its column and sign (--axis ay=NAME, ay=-NAME)"),
     ],
 )
@@ -122,7 +120,7 @@ def filtered(signal, hz, order):
 
 
 @pytest.mark.parametrize("axes", [2, 1])
-@pytest.mark.parametrize(("hz", "order"), [(0.3, 1), (0.5, 1), (0.5, 2), (2.0, 1), (5.0, 2), (12.0, 1)])
+@pytest.mark.parametrize(("hz", "order"), [(0.3, 1), (0.5, 2), (12.0, 1)])
 def test_missing_gravity_is_named_and_only_what_compares_is_compared(recording, hz, order, axes):
     signal = sense(recording)
     ax, ay = filtered(signal, hz, order)

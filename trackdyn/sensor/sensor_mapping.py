@@ -156,9 +156,9 @@ class SensorMapping(Section):
 
 def _on_top(common: Any, own: Any) -> Any:
     """Keys of ``own`` on top of ``common``, axis by axis; what is no mapping is refused where it is read."""
-    if not isinstance(own, dict):
-        return own
-    axes = common.get("axes"), own.get("axes")
+    if not (isinstance(common, dict) and isinstance(own, dict)):
+        return own if isinstance(common, dict) else common
+    axes = common.get("axes", {}), own.get("axes", {})
     both = {"axes": axes[0] | axes[1]} if all(isinstance(pairs, dict) for pairs in axes) else {}
     return common | own | both
 
@@ -171,9 +171,7 @@ def load_mapping(path: Path | str | None = None, **options: Any) -> SensorMappin
         options = {name: value for name, value in options.items() if value not in (None, {}) and value is not False}
         data = _on_top(data, options)
         if isinstance(sensors := data.get("sensors"), dict):
-            data["sensors"] = {
-                name: _on_top(own, options) if isinstance(own, dict) else own for name, own in sensors.items()
-            }
+            data["sensors"] = {name: _on_top(own, options) for name, own in sensors.items()}
     return validated(SensorMapping, data, "the options of the sensor" if path is None else str(path))
 
 
