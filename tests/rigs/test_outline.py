@@ -5,6 +5,7 @@ import pytest
 
 from tests.conftest import RIG
 from trackdyn.errors import InputError
+from trackdyn.rig import outline
 from trackdyn.rig.outline import ToothProfile, distance_to, fit_outline, groove_of_arcs
 from trackdyn.rig.rig import load_rig
 
@@ -119,6 +120,14 @@ def test_lengths_in_mm_are_named_by_the_size_of_the_sprocket(rig):
     ):
         with pytest.raises(InputError, match=r"profile lies [23]\d\d\.?\d* m from .* in m, not in mm"):
             rig.changed(groove=None, profile=ToothProfile(**profile))
+
+
+@pytest.mark.parametrize("pattern", ["+-", None])
+def test_an_outline_that_connectors_do_not_fit_into_is_refused(monkeypatch, pattern):
+    monkeypatch.setattr(outline, "PATTERNS", ("+-",))
+    points = ToothProfile(arcs=[[0.0, 0.3, 0.089, -1]]).groove(10).profile(30)
+    with pytest.raises(InputError, match=r"concave area of radius 0\.0\d+ m; it must be wider than"):
+        ToothProfile(outline=points.tolist(), pattern=pattern).groove(10, 0.1)
 
 
 def test_the_pattern_of_an_outline_is_the_best_one():

@@ -61,11 +61,25 @@ class ToothProfile(Section):
         return abs(y + sign * radius)
 
     def groove(self, teeth: int, arc_radius: float = 0.0) -> Groove:
-        """The groove of the arcs, or of those fitted to the outline for a connector's arc of ``arc_radius`` (m)."""
-        if self.arcs is None:
-            assert self.outline is not None, "a profile has arcs or an outline"
-            return _fitted(self.outline, self.pattern, teeth, arc_radius)
-        return groove_of_arcs(joined(tipped(np.array(self.arcs), teeth), teeth), teeth)
+        """The groove of the arcs, or of those fitted to the outline, for connectors with arcs of ``arc_radius`` (m).
+
+        Raises `InputError`: the arcs make no groove, or one that these connectors do not fit into.
+        """
+        if self.arcs is not None:
+            return _wide(groove_of_arcs(joined(tipped(np.array(self.arcs), teeth), teeth), teeth), arc_radius)
+        assert self.outline is not None, "a profile has arcs or an outline"
+        return _fitted(self.outline, self.pattern, teeth, arc_radius)
+
+
+def _wide(groove: Groove, arc_radius: float) -> Groove:
+    """The groove, unless (`InputError`) a concave area is narrower than a connector's arc (m)."""
+    narrow = groove.radius[~groove.convex].min(initial=np.inf)
+    if narrow <= arc_radius:
+        raise InputError(
+            f"profile gives a concave area of radius {narrow:.6g} m; it must be wider than chain.connector_radius = "
+            f"{arc_radius:g} m"
+        )
+    return groove
 
 
 @lru_cache(maxsize=8)  # a sweep makes many rigs with one tooth
@@ -73,19 +87,18 @@ def _fitted(outline: Table, pattern: str | None, teeth: int, arc_radius: float) 
     """Arcs of a pattern fitted to an outline, or of the pattern that follows it best and lets the connectors in."""
     points = np.array(outline)
     if pattern is not None:
-        return fit_outline(points, pattern, teeth)
+        return _wide(fit_outline(points, pattern, teeth), arc_radius)
     fits: list[tuple[float, Groove]] = []
     for signs in PATTERNS:
         try:
-            groove = fit_outline(points, signs, teeth)
+            groove = _wide(fit_outline(points, signs, teeth), arc_radius)
         except InputError as error:
             refusal = error
             continue
-        if groove.radius[~groove.convex].min(initial=np.inf) > arc_radius:
-            rms = float(np.sqrt((distance_to(groove, points) ** 2).mean()))
-            fits.append((rms * MORE_ARCS ** len(signs), groove))
-            if rms < FOLLOWED:
-                break
+        rms = float(np.sqrt((distance_to(groove, points) ** 2).mean()))
+        fits.append((rms * MORE_ARCS ** len(signs), groove))
+        if rms < FOLLOWED:
+            break
     if not fits:
         raise refusal
     return min(fits, key=lambda fit: fit[0])[1]

@@ -9,7 +9,6 @@ from operator import getitem
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import numpy as np
 from pydantic import Field
 
 from trackdyn.errors import InputError
@@ -226,14 +225,7 @@ class Rig(Section):
                     f"profile lies {size:.4g} m from the sprocket's centre, where sprocket.equal_pitch_radius is "
                     f"{equal:.4g} m; its lengths must be in m{unit}"
                 )
-            groove = self.profile.groove(self.sprocket.teeth, arc)
-            narrow = groove.radius[~groove.convex].min(initial=np.inf)
-            if narrow <= arc:
-                raise InputError(
-                    f"profile gives a concave area of radius {narrow:.6g} m; it must be wider than "
-                    f"chain.connector_radius = {arc:g} m"
-                )
-            return groove
+            return self.profile.groove(self.sprocket.teeth, arc)
         bodies = self.connector_length, self.chain.connector_radius, self.pin_circle
         return build_groove(self.groove, self.sprocket.teeth, *bodies)
 
