@@ -10,7 +10,7 @@ from trackdyn.contact.axial import friction_coefficients, overlap_ratio
 from trackdyn.contact.laws import friction_coefficient, wheel_law
 from trackdyn.integrate.run import refresh
 from trackdyn.model.arrays import FLANK, GUIDE, RING, SURFACE, make_space_work, make_work
-from trackdyn.model.constants import INDEPENDENT, SPROCKET
+from trackdyn.model.constants import SPROCKET
 from trackdyn.scene.build import build_space, wheel_centres
 from trackdyn.simulation.settling import start_plane
 
@@ -68,25 +68,12 @@ def test_less_overlap_gives_less_force(make_spatial):
 
 
 @pytest.mark.parametrize("friction", ["tangential", "independent"])
-def test_axial_friction_is_odd_and_bounded(make_spatial, friction):
+def test_axial_friction_is_that_of_the_axial_slip_or_none(make_spatial, friction):
     model, _ = make_spatial(friction)
-    space, law = model.space, model.tooth.law
-    rng = np.random.default_rng(2)
-    worst = 0.0
-    for slip, axial in rng.normal(0.0, 0.1, (500, 2)):
-        t, a = friction_coefficients(space, law, slip, axial)
-        assert (t * slip >= 0) and (a * axial >= 0)  # the force is the negative of it: against the slip
-        assert friction_coefficients(space, law, slip, -axial) == (t, -a)
-        assert friction_coefficients(space, law, -slip, axial) == (-t, a)
-        worst = max(worst, np.hypot(t, a))
-        assert t == friction_coefficient(law, slip)
-        assert a == (friction_coefficient(law, axial) if space.friction == INDEPENDENT else 0.0)
-    # the peak of Eq. 10 lies within 1 % of mu_s
-    if space.friction == INDEPENDENT:
-        assert 1.3 * law.friction_static < worst < 1.01 * 2**0.5 * law.friction_static
-    else:
-        assert worst < 1.01 * law.friction_static
-    assert friction_coefficients(space, law, 0.0, 0.0) == (0.0, 0.0)
+    law = model.tooth.law
+    for slip, axial in [*np.random.default_rng(2).normal(0.0, 0.1, (100, 2)), (0.0, 0.0)]:
+        expected = friction_coefficient(law, axial) if friction == "independent" else 0.0
+        assert friction_coefficients(model.space, law, slip, axial) == (friction_coefficient(law, slip), expected)
 
 
 @pytest.mark.parametrize("speed", [0.03, -0.03])
