@@ -138,7 +138,9 @@ def read_channels(
     remarks: list[str] = []
     read = partial(_by_library, path, kind, remarks)
     named = read(lambda: kind.read(path, opened))
-    groups = read(lambda: [one for name, items in named.items() for one in _groups(path, name, items, read, remarks)])
+    groups = read(
+        lambda: [group for name, items in named.items() for group in _groups(path, name, items, read, remarks)]
+    )
     usable = [group for group in groups if ay_of(group.names, group.group)]
     names = [name for group in groups for name in group.names]
     if not usable:

@@ -65,18 +65,20 @@ def seconds_of(path: Path, name: str, texts: list[str], first_line: int, day_fir
     clock = bool(_TIME_OF_DAY.fullmatch(texts[0]))
     if clock and texts[0].count(":") == 1:
         texts = [f"00:{text}" for text in texts]  # minutes and seconds
-    readings = {}
-    for reading in (True, False) if day_first is None else (day_first,):
-        instants = _instants([f"2000-01-01 {text}" for text in texts] if clock else texts, reading)
+    dates = [f"2000-01-01 {text}" for text in texts] if clock else texts
+    both = day_first is None and not _ISO.fullmatch(dates[0])
+    readings = []
+    for reading in (True, False) if both else (bool(day_first),):
+        instants = _instants(dates, reading)
         wrong = [k for k, text in enumerate(texts) if not DATE.fullmatch(text) or instants[k] is pd.NaT]
-        readings[reading] = wrong, (instants - instants[0]).to_numpy() / np.timedelta64(1, "s")
-    least = min((wrong for wrong, _ in readings.values()), key=lambda wrong: -wrong[0] if wrong else -np.inf)
+        readings.append((wrong, (instants - instants[0]).to_numpy() / np.timedelta64(1, "s")))
+    least = min((wrong for wrong, _ in readings), key=lambda wrong: -wrong[0] if wrong else -np.inf)
     if least:
         raise InputError(
             f"{path}: field {name} in line {first_line + least[0]} is {shown(texts[least[0]])}, not a date and time as "
             "2024-05-01T12:00:00.001; correct it, or read no stamps, --time none --rate HZ."
         )
-    instants = [seconds for wrong, seconds in readings.values() if not wrong]
+    instants = [seconds for wrong, seconds in readings if not wrong]
     if len(instants) > 1 and not np.array_equal(*instants):
         raise InputError(
             f"{path}: the dates of column {name} ({shown(texts[0])} to {shown(texts[-1])}) may begin with the day or "
