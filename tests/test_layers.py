@@ -40,8 +40,9 @@ MODULES = {
 }
 LONGEST = 600  # lines
 # libraries of the rooms that compute
-COMPUTING = {room: {"numpy"} for room in ("files", "model", "chain", "contact", "integrate")} | {
+COMPUTING = {room: {"numpy"} for room in ("model", "chain", "contact", "integrate")} | {
     "errors": set(),
+    "files": {"numpy", "psutil"},
     "rig": {"numpy", "scipy", "pandas", "pydantic", "pydantic_core", "yaml"},
 }
 CORNERS = {  # a library, and the rooms that alone may import it

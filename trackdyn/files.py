@@ -43,38 +43,26 @@ def _target(path: Path | str) -> tuple[Path, int | None]:
     return target, stat.S_IMODE(mode)
 
 
-# name of a file that is being written, with machine, process and thread
-_PART = re.compile(r"\..*\.([0-9a-f]{8})-(\d+)-\d+\.trackdyn-part(\.\w+)?")
-
-
-def _machine() -> str:
-    """Digits for the machine, among those that may share a folder."""
-    return f"{crc32(platform.node().encode()):08x}"
+# of those that may share a folder
+MACHINE = f"{crc32(platform.node().encode()):08x}"
+# name of a file that is being written here, with process and thread
+_PART = re.compile(rf"\..*\.{MACHINE}-(\d{{1,9}})-\d+\.trackdyn-part(\.\w+)?")
 
 
 def _part(target: Path) -> Path:
     """The name under which a file is written: one a process and thread."""
-    return target.with_name(f".{target.stem}.{_machine()}-{os.getpid()}-{get_native_id()}.trackdyn-part{target.suffix}")
+    return target.with_name(f".{target.stem}.{MACHINE}-{os.getpid()}-{get_native_id()}.trackdyn-part{target.suffix}")
 
 
 def remove_abandoned(folder: Path | str) -> None:
     """Remove what `replacing` began below a folder in processes of this machine that are gone, and nothing else."""
+    from psutil import pid_exists
+
     for path in Path(folder).rglob(".*.trackdyn-part*"):
         match = _PART.fullmatch(path.name)
-        if match and match[1] == _machine() and not _runs(int(match[2])):
+        if match and not pid_exists(int(match[1])):
             with suppress(OSError):
                 path.unlink()
-
-
-def _runs(process: int) -> bool:
-    """Whether there is a process of this number."""
-    try:
-        os.kill(process, 0)
-    except ProcessLookupError:
-        return False
-    except (OSError, OverflowError):  # a process of another user; no number of a process
-        pass
-    return True
 
 
 @contextmanager

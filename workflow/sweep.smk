@@ -12,8 +12,6 @@ Wildcards in ``design`` and ``out``, for words without dots and slashes, make on
 rule `all` then. Memory and time of the jobs are those of the profile.
 """
 
-import importlib.util
-import os
 from pathlib import Path
 
 from pydantic import PositiveInt
@@ -22,7 +20,7 @@ from snakemake.io import get_wildcard_names
 
 from trackdyn.errors import InputError
 from trackdyn.rig.validation import Section, validated
-from trackdyn.sources import imported_files
+from trackdyn.sources import module_hash
 from trackdyn.sweeps.snakemake_job import drive
 
 drive(workflow)
@@ -48,12 +46,7 @@ RETRIES = 2 # of a batch some of whose rows failed for a reason that may pass; t
 BESIDE = str(Path(SWEEP.out).with_suffix(""))
 STORE = f"{BESIDE}.rows" # folder of rows as they come
 LOGS = f"{BESIDE}.logs/"
-PACKAGE = Path(importlib.util.find_spec("trackdyn").submodule_search_locations[0])
-# modules that the jobs import of the package, so that an edit there makes their results due
-SOURCES = [
-    os.path.relpath(file) if file.is_relative_to(Path.cwd()) else str(file)
-    for file in imported_files(PACKAGE / "sweeps" / "batch_jobs.py", PACKAGE.parent)
-]
+SOURCES = module_hash("trackdyn.sweeps.batch_jobs") # an edit in what the jobs import makes their results due
 
 
 # Otherwise a batch's results would be one more sweep's.
@@ -69,7 +62,6 @@ rule all:
 rule batch:
     """Rows of one batch, stored as they come: a batch that is killed goes on where it was."""
     input:
-        SOURCES,
         SWEEP.rigs,
         design=SWEEP.design,
         rig=SWEEP.rig,
@@ -77,6 +69,7 @@ rule batch:
     wildcard_constraints: batch=r"\d+"
     params:
         store=STORE,
+        sources=SOURCES,
         batch=lambda wildcards: int(wildcards.batch),
         batches=SWEEP.batches,
         retries=RETRIES,
@@ -91,13 +84,14 @@ rule batch:
 rule gather:
     """All rows in the order of the design, known by now; what failed for a passing reason is tried once more."""
     input:
-        SOURCES,
         SWEEP.rigs,
         expand(rules.batch.output, batch=range(SWEEP.batches), allow_missing=True),
         design=SWEEP.design,
         rig=SWEEP.rig,
     output: SWEEP.out
-    params: store=STORE
+    params:
+        store=STORE,
+        sources=SOURCES,
     threads: SWEEP.threads
     log: f"{LOGS}gather.log"
     message: "Gathering {output[0]}"

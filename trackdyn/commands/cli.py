@@ -9,8 +9,9 @@ from typing import Annotated, Any
 
 import typer
 
+from trackdyn.commands.records import compare, show
 from trackdyn.commands.rig import check, new, rigs
-from trackdyn.commands.runs import compare, plan, show, simulate
+from trackdyn.commands.runs import plan, simulate
 from trackdyn.commands.studies import ring, sweep
 from trackdyn.errors import TrackdynError
 from trackdyn.extras import missing

@@ -113,9 +113,9 @@ def _notes(study: "pd.DataFrame", rig, lost: "pd.DataFrame") -> list[str]:
     from trackdyn.scene.scene import StopRule
 
     rule = StopRule()
-    notes = (
-        [f"{len(lost)} of {len(study)} scenes are not known, the first: {lost['reason'].iloc[0]}"] if len(lost) else []
-    )
+    notes = []
+    if len(lost):
+        notes.append(f"{len(lost)} of {len(study)} scenes are not known, the first: {lost['reason'].iloc[0]}")
     if short := int((~study["contacts_converged"].fillna(True).astype(bool)).sum()):
         known = f"{rule.share_pct:g} points of a turn and forces to {100 * rule.force:g} %"
         notes.append(f"{short} scenes ended before contacts were known to {known}")
@@ -135,18 +135,12 @@ def _shown(study: "pd.DataFrame") -> list[dict]:
 
     rows = []
     for scene in study.sort_values(["rpm", "ring_radius_m"], na_position="first").to_dict("records"):
-        row = {
-            "rpm": cell(scene["rpm"]),
-            "ring_radius_m": "none"
-            if scene["ring_radius_m"] != scene["ring_radius_m"]
-            else f"{scene['ring_radius_m']:.5g}",
-        }
+        radius = scene["ring_radius_m"]
+        row = {"rpm": cell(scene["rpm"]), "ring_radius_m": f"{radius:.5g}" if radius == radius else "none"}
         row["settled_tension_n"] = cell(scene["settled_tension_n"])
         for name, error in (("share_pct", "share_error_pct"), ("rms_n", "rms_error_n")):
-            values = {f"{side}_{name}": (scene[f"{side}_{name}"], scene[f"{side}_{error}"]) for side in SIDES}
-            row |= {key: with_error(value if value == value else None, error) for key, (value, error) in values.items()}
-        row |= {name: cell(scene[name]) for name in WORK}
-        rows.append(row)
+            row |= {f"{side}_{name}": with_error(scene[f"{side}_{name}"], scene[f"{side}_{error}"]) for side in SIDES}
+        rows.append(row | {name: cell(scene[name]) for name in WORK})
     return rows
 
 

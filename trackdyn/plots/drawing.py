@@ -45,14 +45,9 @@ def require_frames(recording: Recording) -> None:
         raise InputError("the recording holds no configurations: simulate with a frame interval above 0")
 
 
-def radius_words(radius: float | None) -> str:
-    """A ring's radius (m) as text; None or NaN: no ring."""
-    return "no ring" if radius is None or np.isnan(radius) else f"{radius:.3f} m"
-
-
 def ring_words(radius: float | None) -> str:
-    """A ring (m) in words."""
-    return "no ring" if radius is None else f"ring {radius_words(radius)}"
+    """A ring (radius in m) in words."""
+    return "no ring" if radius is None else f"ring {radius:.3f} m"
 
 
 def chain_points(rig: Rig, frame) -> tuple[np.ndarray, np.ndarray, float]:
@@ -134,40 +129,25 @@ def draw_chain(ax: Axes, rig: Rig, frame, highlight: Highlight = (), opacity: fl
     through in close views.
     """
     pins, angles, _ = chain_points(rig, frame)
-    if len(angles) == rig.chain.pitches:
-        _draw_single_pins(ax, rig, pins, angles, opacity)
-        return
     looks = highlight if isinstance(highlight, Mapping) else dict.fromkeys(highlight, MARKED)
-    for first, outline, face, z in (
-        (0, link_outline(rig), LINK, Z_LINK),
-        (1, connector_outline(rig), CONNECTOR, Z_CONNECTOR),
-    ):
-        bodies = [placed(outline, pins[i], angles[i]) for i in range(first, len(angles), 2)]
+    links, connectors = range(0, len(angles), 2), range(1, len(angles), 2)
+    link, ends, dot = link_outline(rig), [connector_outline(rig)], 2.0
+    if len(angles) == rig.chain.pitches:  # single pins: both arcs that bear on the sprocket beside every pin
+        links = connectors = range(len(angles))
+        end, dot = (rig.single_pin_pitch - rig.chain.link_length) / 2, 3.0
+        link, middles = link + [end, 0.0], (end, end + rig.chain.link_length)
+        ends = [circle_points((x, 0.0), rig.chain.connector_radius, 0.0, 2 * pi, 4 * POINTS_AN_ARC) for x in middles]
+    for numbers, outlines, face, z in ((links, [link], LINK, Z_LINK), (connectors, ends, CONNECTOR, Z_CONNECTOR)):
+        bodies = [placed(outline, pins[i], angles[i]) for i in numbers for outline in outlines]
         plain = to_rgba(face, opacity)
         ax.add_collection(PolyCollection(bodies, facecolor=plain, edgecolor=EDGE, linewidth=0.6, zorder=z))
         for i in sorted(looks):
-            if i % 2 == first:
-                body, look = bodies[i // 2], looks[i]
+            if i in numbers:
+                body, look = bodies[numbers.index(i)], looks[i]
                 look = look | {"facecolor": to_rgba(look["facecolor"], opacity)}
                 ax.add_patch(Polygon(body, **look, linewidth=0, zorder=z + 0.1))  # an edge has its hatch's colour
                 ax.add_patch(Polygon(body, fill=False, edgecolor=BLACK, linewidth=0.9, zorder=z + 0.1))
-    ax.plot(*pins.T, linestyle="none", marker=".", markersize=2.0, color=BLACK, zorder=Z_LINK + 0.5)
-
-
-def _draw_single_pins(ax: Axes, rig: Rig, pins: np.ndarray, angles: np.ndarray, opacity: float) -> None:
-    """Bodies of a single-pin chain: the link in the middle, both arcs that bear on the sprocket beside every pin."""
-    end = (rig.single_pin_pitch - rig.chain.link_length) / 2
-    link = link_outline(rig) + [end, 0.0]
-    ends = [
-        circle_points((x, 0.0), rig.chain.connector_radius, 0.0, 2 * pi, 4 * POINTS_AN_ARC)
-        for x in (end, end + rig.chain.link_length)
-    ]
-    for outlines, face, z in (([link], LINK, Z_LINK), (ends, CONNECTOR, Z_CONNECTOR)):
-        bodies = [placed(outline, pins[i], angles[i]) for i in range(len(angles)) for outline in outlines]
-        ax.add_collection(
-            PolyCollection(bodies, facecolor=to_rgba(face, opacity), edgecolor=EDGE, linewidth=0.6, zorder=z)
-        )
-    ax.plot(*pins.T, linestyle="none", marker=".", markersize=3.0, color=BLACK, zorder=Z_LINK + 0.5)
+    ax.plot(*pins.T, linestyle="none", marker=".", markersize=dot, color=BLACK, zorder=Z_LINK + 0.5)
 
 
 def groove_points(rig: Rig, sprocket_angle: float, groove: int, points) -> np.ndarray:

@@ -1,9 +1,8 @@
 """The link's y acceleration over two revolutions of the loop and its amplitude spectra, simulation and sensor."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property
 from itertools import zip_longest
+from typing import NamedTuple
 
 import numpy as np
 import scipy  # its parts are loaded where they are used
@@ -19,6 +18,32 @@ from trackdyn.simulation.recording import Recording
 
 REVOLUTIONS = 2.0
 CENTRAL = 0.999  # fraction of a sensor's samples that is always in view; the rest may be cut off
+BINS = 4.5  # lines of the FFT that are drawn to both sides of the dominant peaks
+DENSE = 500  # points of the continuous spectrum
+MARK_EVERY_HZ = 25.0  # on the smoothed curves
+
+
+class _Curve(NamedTuple):
+    """The y acceleration of a simulation or a sensor, and how it is drawn."""
+
+    label: str
+    ay: np.ndarray  # (samples,), g
+    rate: float  # samples a second, Hz
+    hz: float  # frequency of its loop, Hz
+    look: dict
+    marker: str
+    hollow_size: float  # sizes differ, so that one hollow mark may stand within the other
+
+
+def _curves(recording: Recording, record: SensorRecord | None, sensor_label: str) -> list[_Curve]:
+    """The simulation, and the sensor where there is a record."""
+    loop_hz, dashed = recording.periods.loop_hz, SENSOR | {"linestyle": (0, (4, 1.2))}
+    name = "simulation" if record else f"simulation; {sensor_label}"
+    curves = [_Curve(name, sense(recording).ay, recording.rate, loop_hz, SIMULATION, "o", 11)]
+    if record:
+        own_hz = measured_loop_hz(record.ay_g, record.rate_hz, loop_hz)
+        curves.append(_Curve(sensor_label, record.ay_g, record.rate_hz, own_hz, dashed, "s", 7))
+    return curves
 
 
 def first_crest(ay, rate: float, hz: float) -> int:
@@ -49,34 +74,28 @@ def history_figure(
     figure.set_layout_engine("none")  # margins that do not depend on the numbers at the ticks: panels are alike
     margins = {"left": 0.11, "right": 0.97, "bottom": 0.11, "top": 0.93, "hspace": 0.22}
     axes = figure.subplots(2 if record else 1, 1, sharex=True, sharey=True, squeeze=False, gridspec_kw=margins)[:, 0]
-    draw_histories(axes, recording, record, sensor_label)
+    _draw_histories(axes, _curves(recording, record, sensor_label))
     axes[0].set_title(title)
     return figure
 
 
-def draw_histories(axes: Sequence[Axes], recording: Recording, record: SensorRecord | None, sensor_label: str) -> None:
+def _draw_histories(axes: Sequence[Axes], curves: list[_Curve]) -> None:
     """The panels of `history_figure`; axes of a figure share theirs."""
-    loop_hz = recording.periods.loop_hz
-    name = "simulation" if record else f"simulation; {sensor_label}"
-    curves = [(sense(recording).ay, recording.rate, loop_hz, name, SIMULATION)]
-    if record:
-        own_hz = measured_loop_hz(record.ay_g, record.rate_hz, loop_hz)
-        curves.append((record.ay_g, record.rate_hz, own_hz, sensor_label, SENSOR))
-    span = REVOLUTIONS / loop_hz
+    span = REVOLUTIONS / curves[0].hz
     shown = []
-    for ax, (ay, rate, hz, label, look) in zip(axes, curves, strict=True):
-        start = first_crest(ay, rate, hz)
-        shown.append(ay[start : start + round(span * rate) + 1])
-        ax.plot(np.arange(len(shown[-1])) / rate, shown[-1], linewidth=0.6, **look)
+    for ax, curve in zip(axes, curves, strict=True):
+        start = first_crest(curve.ay, curve.rate, curve.hz)
+        shown.append(curve.ay[start : start + round(span * curve.rate) + 1])
+        ax.plot(np.arange(len(shown[-1])) / curve.rate, shown[-1], linewidth=0.6, **curve.look | {"linestyle": "-"})
         ax.set_ylabel("y acceleration (g)")
-        ax.set_title(label, loc="right")
+        ax.set_title(curve.label, loc="right")
     tail = (1 - CENTRAL) / 2
     low = min(shown[0].min(), np.quantile(shown[-1], tail))
     high = max(shown[0].max(), np.quantile(shown[-1], 1 - tail))
     axes[0].set_xlim(0, span)
     axes[0].set_ylim(low - 0.08 * (high - low), high + 0.08 * (high - low))
-    if record:
-        _mark_cut(axes[1], np.arange(len(shown[1])) / record.rate_hz, shown[1])
+    for ax, curve, ay in list(zip(axes, curves, shown, strict=True))[1:]:
+        _mark_cut(ax, np.arange(len(ay)) / curve.rate, ay)
     axes[-1].set_xlabel("time since a crest of each curve's own fundamental (s)")
 
 
@@ -91,36 +110,6 @@ def _mark_cut(ax: Axes, time: np.ndarray, ay: np.ndarray) -> None:
         ax.set_title(text.replace("-", "\N{MINUS SIGN}"), loc="right")
 
 
-BINS = 4.5  # lines of the FFT that are drawn to both sides of the dominant peaks
-DENSE = 500  # points of the continuous spectrum
-MARK_EVERY_HZ = 25.0  # on the smoothed curves
-
-
-@dataclass(frozen=True)
-class _Curve:
-    """A spectrum with its dominant peak: as the FFT shows it, and free of scalloping loss."""
-
-    label: str
-    ay: np.ndarray
-    rate: float
-    hz: float  # frequency of its loop, Hz
-    look: dict
-    marker: str
-    hollow_size: float  # sizes differ, so that one hollow mark may stand within the other
-
-    @cached_property
-    def line(self):
-        return main_line(self.ay, self.rate, self.hz)
-
-    @cached_property
-    def free(self):
-        return main_line_binfree(self.ay, self.rate, expected_hz=self.hz)[:2]
-
-    @cached_property
-    def spectrum(self):
-        return spectrum(self.ay, self.rate)
-
-
 @styled
 def spectrum_figure(
     recording: Recording, record: SensorRecord | None, title="", sensor_label="synthetic sensor", others=()
@@ -130,28 +119,28 @@ def spectrum_figure(
     Above: lines around the loop frequency on the curve that they sample, with the dominant peak as the paper takes it
     (highest line of the FFT, filled mark), its value free of scalloping loss (hollow) and others. Middle: 0
     to 2 Hz. Below: root mean square of the lines in bands of 2 Hz over the whole range. Parameters are those of
-    :func:`trackdyn.plots.spectra.history_figure`; ``others`` are a dominant peak from elsewhere for
+    `history_figure`; ``others`` are a dominant peak from elsewhere for
     either record, such as a printed one: label, frequency (Hz), amplitude (g), marker.
     """
     loop_hz = recording.periods.loop_hz
     curves = _curves(recording, record, sensor_label)
-    simulated = curves[0]
+    peaks = [main_line_binfree(curve.ay, curve.rate, expected_hz=curve.hz)[:2] for curve in curves]
     figure = new_figure(6.4)
     main, low, complete = figure.subplots(3, 1, height_ratios=(1.3, 1.0, 1.0))
-    position = loop_hz * len(simulated.ay) / recording.rate
+    bin_hz = recording.rate / len(curves[0].ay)
+    position = loop_hz / bin_hz
     factor = np.abs(np.sinc(position - np.rint(position)))
     fence = f"Loop frequency {loop_hz:.5f} Hz, bin {position:.2f} of the\nFFT, which shows a sine there with"
     main.set_title(f"{title}. {fence} {100 * factor:.0f} % of its amplitude")
     main.axvline(loop_hz, color=BLACK, linestyle=(0, (1, 1)), linewidth=0.8)
-    bin_hz = recording.rate / len(simulated.ay)
-    frequencies = (loop_hz, *(curve.free[0] for curve in curves))
+    frequencies = (loop_hz, *(hz for hz, _ in peaks))
     near = max(min(frequencies) - BINS * bin_hz, 0.1 * bin_hz), max(frequencies) + BINS * bin_hz
     look = {"linestyle": "none", "color": BLACK, "markerfacecolor": "none", "markersize": 6, "zorder": 5}
-    for curve, peak in zip_longest(curves, others):
+    for curve, peak, other in zip_longest(curves, peaks, others):
         if curve:
-            _draw_main(main, curve, near)
-        if peak:
-            source, hz, g, mark = peak
+            _draw_main(main, curve, near, peak)
+        if other:
+            source, hz, g, mark = other
             main.plot(hz, g, **look, marker=mark, label=f"{source}: {hz:.4g} Hz, {g:.4g} g")
     _draw_ranges(low, complete, curves)
     main.set(xlim=near, ymargin=0.13, xlabel="frequency (Hz)", ylabel="amplitude (g)")
@@ -165,7 +154,7 @@ def spectrum_figure(
 def comparison_figure(recording: Recording, record: SensorRecord, sensor_label="sensor") -> Figure:
     """A record beside the simulation: histories of two revolutions, spectra up to 2 Hz and over the whole range.
 
-    Parameters are those of :func:`trackdyn.plots.spectra.history_figure`. Raises `InputError`: the loop is at rest.
+    Parameters are those of `history_figure`. Raises `InputError`: the loop is at rest.
     """
     if not recording.periods.loop_hz:
         raise InputError(
@@ -177,32 +166,22 @@ def comparison_figure(recording: Recording, record: SensorRecord, sensor_label="
     upper, lower, low, complete = figure.subplots(4, 1, gridspec_kw=margins)
     lower.sharex(upper)
     lower.sharey(upper)
-    draw_histories((upper, lower), recording, record, sensor_label)
+    curves = _curves(recording, record, sensor_label)
+    _draw_histories((upper, lower), curves)
     upper.set_title(f"{recording.scene.motor_rpm:g} rpm")
-    _draw_ranges(low, complete, _curves(recording, record, sensor_label))
+    _draw_ranges(low, complete, curves)
     low.legend()
     figure.align_ylabels()
     return figure
 
 
-def _curves(recording: Recording, record: SensorRecord | None, sensor_label: str) -> list[_Curve]:
-    """The simulation, and the sensor where there is a record."""
-    loop_hz, dashed = recording.periods.loop_hz, SENSOR | {"linestyle": (0, (4, 1.2))}
-    name = "simulation" if record else f"simulation; {sensor_label}"
-    curves = [_Curve(name, sense(recording).ay, recording.rate, loop_hz, SIMULATION, "o", 11)]
-    if record:
-        own_hz = measured_loop_hz(record.ay_g, record.rate_hz, loop_hz)
-        curves.append(_Curve(sensor_label, record.ay_g, record.rate_hz, own_hz, dashed, "s", 7))
-    return curves
-
-
 def _draw_ranges(low: Axes, complete: Axes, curves: list[_Curve]) -> None:
     """Spectra of the curves up to 2 Hz, and in bands over the whole range of the first one."""
     for curve in curves:
-        freq, amplitude = curve.spectrum
+        freq, amplitude = spectrum(curve.ay, curve.rate)
         inside = (freq > 0) & (freq <= 1.05 * LOW_RANGE_HZ)
         low.plot(freq[inside], amplitude[inside], linewidth=0.9, label=curve.label, **curve.look)
-        middle, smooth = in_bands(*(values[1:] for values in curve.spectrum))
+        middle, smooth = in_bands(freq[1:], amplitude[1:])
         every = max(1, round(MARK_EVERY_HZ / BAND_HZ))
         begin = 0 if curve.marker == "o" else every // 2  # marks of the two curves stand beside each other
         mark = {"marker": curve.marker, "markersize": 4, "markeredgecolor": BLACK, "markeredgewidth": 0.5}
@@ -214,18 +193,21 @@ def _draw_ranges(low: Axes, complete: Axes, curves: list[_Curve]) -> None:
     complete.set_title(f"root mean square of the lines in bands of {BAND_HZ:g} Hz")
 
 
-def _draw_main(ax: Axes, curve: _Curve, near: tuple[float, float]) -> None:
-    """Lines of the FFT in a range of frequencies, the continuous spectrum that they sample, and the dominant peak."""
+def _draw_main(ax: Axes, curve: _Curve, near: tuple[float, float], free: tuple[float, float]) -> None:
+    """Lines of the FFT in a range of frequencies, the continuous spectrum that they sample, and the dominant peak: as
+    the FFT has it, and ``free`` of scalloping loss (Hz, g).
+    """
     ay, colour = curve.ay - np.mean(curve.ay), curve.look["color"]
     sums = scipy.signal.zoom_fft(ay, near, m=DENSE, fs=curve.rate, endpoint=True)
     look = curve.look | {"marker": curve.marker, "markersize": 3.5, "linewidth": 0.8, "label": curve.label}
     ax.plot(np.linspace(*near, DENSE), 2 / len(ay) * np.abs(sums), **look, markevery=[])
-    freq, lines = curve.spectrum
+    freq, lines = spectrum(curve.ay, curve.rate)
     inside = (freq >= near[0]) & (freq <= near[1])
     ax.vlines(freq[inside], 0, lines[inside], color=colour, linewidth=0.6)
     ax.plot(freq[inside], lines[inside], linestyle="none", marker=curve.marker, markersize=3.5, color=colour)
     filled = {"markersize": 5, "markeredgecolor": BLACK, "markeredgewidth": 0.6}
     hollow = {"markersize": curve.hollow_size, "markerfacecolor": "none", "markeredgewidth": 1.2}
     common = {"linestyle": "none", "marker": curve.marker, "color": colour, "zorder": 4}
-    for name, (hz, g), look in (("FFT", curve.line, filled), ("bin-free", curve.free, hollow)):
+    line = main_line(curve.ay, curve.rate, curve.hz)
+    for name, (hz, g), look in (("FFT", line, filled), ("bin-free", free, hollow)):
         ax.plot(hz, g, **common, **look, label=f"{name}: {hz:.4f} Hz, {g:.3f} g")
