@@ -136,8 +136,8 @@ def summarised(ranks: pd.DataFrame) -> pd.DataFrame:
     unknowns, which are not independent within a truth, the normal one from the scatter between truths. ``p_uniform``
     is the probability of ranks at least as uneven as these (chi-squared).
     """
-    place = (ranks["rank"] + 0.5) / (ranks["of"] + 1)  # of the truth among the draws, between 0 and 1
-    ranks = ranks.assign(place=place, **{level: (place - 0.5).abs() <= 0.005 * int(level) for level in ("50", "90")})
+    below = (ranks["rank"] + 0.5) / (ranks["of"] + 1)  # share of the draws below the truth
+    ranks = ranks.assign(below=below, **{level: (below - 0.5).abs() <= 0.005 * int(level) for level in ("50", "90")})
     rows = []
     for discrepancy, group in ranks.groupby("discrepancy", sort=False):
         for parameter, ranked in [*group.groupby("parameter", sort=False), (ALL, group[group["verdict"] != ""])]:
@@ -151,7 +151,7 @@ def summarised(ranks: pd.DataFrame) -> pd.DataFrame:
                 else:
                     low, high = binomtest(int(shares.sum()), truths).proportion_ci(0.95)
                 row |= {f"covered_{level}": shares.mean(), f"low_{level}": low, f"high_{level}": high}
-            counts, _ = np.histogram(ranked["place"], max(min(BINS, truths // 5), 2), (0, 1))
+            counts, _ = np.histogram(ranked["below"], max(min(BINS, truths // 5), 2), (0, 1))
             rows.append(row | {"p_uniform": np.nan if parameter == ALL else chisquare(counts).pvalue})
     return pd.DataFrame(rows)
 

@@ -81,9 +81,8 @@ def identify(
         bar = name if settings.progress else ""
         return run_experiment(experiment, unknowns.changes_at(points), store, settings.jobs, bar, MOST_FAILED)
 
-    def drawn(posterior, name, share=1, **options):
-        bar = name if settings.progress else ""
-        return sample(posterior, settings.steps // share, settings.seed, bar, **options)
+    def drawn(posterior, name):
+        return sample(posterior, settings.steps, settings.seed, name if settings.progress else "")
 
     x = sobol_points(settings.simulations, count, settings.seed)
     first = simulated(x, "first wave")
@@ -127,12 +126,7 @@ def identify(
         "draws": tables.values(unknowns, posterior, points),
     }
     if len(measured) > 1:
-        held_out = []
-        for number, name in enumerate(names):
-            known = records.record != number
-            others = drawn(posterior.subset(known), f"without {name}", share=2, rounds=2).thinned(DRAWS // 2)
-            held_out.append(tables.features(records.subset(~known), names, predict(posterior, known, others)))
-        answer["held_out"] = pd.concat(held_out, ignore_index=True)
+        answer["held_out"] = _held_out(posterior, names, settings)
     effort = (
         f"{len(x)} rigs were simulated at every speed, {failed} more could not run. "
         f"The chain of {len(draws.points)} draws moved in {100 * draws.acceptance:.0f} % of its steps."
@@ -153,6 +147,17 @@ def spread_out(points: np.ndarray, count: int, seed: int) -> np.ndarray:
     scaled = wide / np.maximum(wide.std(axis=0), 1e-9)
     # each is drawn as its squared distance to the nearest before it
     return wide[kmeans_plusplus(scaled, min(count, len(wide)), random_state=seed, n_local_trials=1)[1]]
+
+
+def _held_out(posterior: Posterior, names: Sequence[str], settings: Settings) -> pd.DataFrame:
+    """Features of each record (`tables.features`) beside what the others predict of it."""
+    records, predicted = posterior.records, []
+    for number, name in enumerate(names):
+        known = records.record != number
+        bar = f"without {name}" if settings.progress else ""
+        draws = sample(posterior.subset(known), settings.steps // 2, settings.seed, bar, rounds=2).thinned(DRAWS // 2)
+        predicted.append(tables.features(records.subset(~known), names, predict(posterior, known, draws)))
+    return pd.concat(predicted, ignore_index=True)
 
 
 def _check_identified(unknowns: Unknowns, draws: Draws) -> None:

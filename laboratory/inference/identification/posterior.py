@@ -220,9 +220,9 @@ def predict(joint: Posterior, known: np.ndarray, draws: np.ndarray, seed: int = 
     predictions = []
     for draws_at_once in in_parts(np.column_stack([draws[:, : joint.unknowns], *extra, draws[:, -1]])):
         mean, covariance = joint.model(draws_at_once)
-        across = covariance[:, known][:, :, ~known]
-        gain = np.linalg.solve(covariance[:, known][:, :, known], across).transpose(0, 2, 1)
+        shared = covariance[:, known][:, :, ~known]
+        gain = np.linalg.solve(covariance[:, known][:, :, known], shared).transpose(0, 2, 1)
         middle = mean[:, ~known] + (gain @ (posterior.records.values - mean[:, known])[:, :, None])[:, :, 0]
-        left = covariance[:, ~known][:, :, ~known] - gain @ across
+        left = covariance[:, ~known][:, :, ~known] - gain @ shared
         predictions.append(normal_draws(middle, 0.5 * (left + left.transpose(0, 2, 1)), rng))
     return np.concatenate(predictions)
