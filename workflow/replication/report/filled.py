@@ -35,16 +35,19 @@ def settings_text(rows: pd.DataFrame, default_step: pd.DataFrame, short_runs: pd
         named = PHYSICS_WORDS[physics] if physics in PHYSICS_WORDS else METHOD_WORDS[method]
         setting = named if pd.isna(step) else f"{named}, {1e3 * step:g} ms"
         worst = 100 * group.groupby(["measure", "bare"])["error"].max()
-        pairs = {words: [worst.get((name, bare)) for bare in (False, True)] for name, words in ERRORS}
-        shown = {
-            words: "/".join("–" if pd.isna(value) else significant(value, 2) for value in pair)
-            for words, pair in pairs.items()
-        }
-        lines.append({"setting": setting, "CPU s": group["cpu_s"].mean()} | shown)
+        line = {"setting": setting, "CPU s": group["cpu_s"].mean()}
+        for name, words in ERRORS:
+            pair = (worst.get((name, bare)) for bare in (False, True))
+            line[words] = "/".join("–" if pd.isna(value) else significant(value, 2) for value in pair)
+        lines.append(line)
     table = pd.DataFrame(lines).sort_values("CPU s", kind="stable")
     table["CPU s"] = table["CPU s"].map("{:.2g}".format)
     others = f"{default_step_text(default_step)}\n{short_runs_verdict(short_runs)}"
-    return f"{table.to_markdown(index=False, disable_numparse=True)}\n\n{others}"
+    return f"{_markdown(table)}\n\n{others}"
+
+
+def _markdown(table: pd.DataFrame) -> str:
+    return table.to_markdown(index=False, disable_numparse=True)
 
 
 def readme_text(
@@ -56,12 +59,11 @@ def readme_text(
     promises: pd.DataFrame,
 ) -> str:
     """The answer, its table, and what an answer costs."""
-    table = statements(card).to_markdown(index=False, disable_numparse=True)
     marks = ", ".join(f"{mark} {verdict}" for verdict, mark in MARKS.items() if verdict != NO_TEST)
     rig = card["rig"].iloc[0]
     sentences = *answer_sentences(card, judged, claims), outside_sentence(parameters, rig), neighbours_sentence(near)
     answer = "\n".join(f"- {sentence}" for sentence in sentences)
-    return f"{answer}\n\n{table}\n\n{marks}. {trade_sentence(promises)}"
+    return f"{answer}\n\n{_markdown(statements(card))}\n\n{marks}. {trade_sentence(promises)}"
 
 
 def departures_text(rows: pd.DataFrame) -> str:
@@ -78,9 +80,7 @@ def departures_text(rows: pd.DataFrame) -> str:
             unchanged.append(name)
         else:
             lines.append([f"`{name}`", *cells])
-    table = pd.DataFrame(lines, columns=["setting", *DEPARTURES.values()]).to_markdown(
-        index=False, disable_numparse=True
-    )
+    table = _markdown(pd.DataFrame(lines, columns=["setting", *DEPARTURES.values()]))
     others = (
         f"{words}: {', '.join(f'`{name}`' for name in names)}."
         for words, names in (("No change", unchanged), ("Not possible", lost))
@@ -102,12 +102,10 @@ def ring_text(rows: pd.DataFrame) -> str:
             grid.loc[which, [*columns]].mean()
             for which in (grid["ring_radius_m"].isna(), grid["ring_radius_m"] == rule.radius(grid))
         )
-        line |= {
-            words: f"{significant(float(bare[name]))} → {significant(float(ring[name]))}"
-            for name, words in columns.items()
-        }
+        for name, words in columns.items():
+            line[words] = " → ".join(significant(float(mean[name])) for mean in (bare, ring))
         lines.append(line)
-    return pd.DataFrame(lines).to_markdown(index=False, disable_numparse=True)
+    return _markdown(pd.DataFrame(lines))
 
 
 def fill(page: Path, sources: Sequence[Path], write: Callable[..., str]) -> None:
@@ -129,9 +127,8 @@ def fill(page: Path, sources: Sequence[Path], write: Callable[..., str]) -> None
 def write_pages(files: Iterable[str], pages: Iterable[tuple[str, tuple[str, ...], Callable[..., str]]]) -> None:
     """Keep results in ``docs``, pictures and tables, and write the measured parts of pages anew."""
     for file in map(Path, files):
-        with replacing(
-            Path("docs", "pictures" if file.suffix in (".gif", ".png") else "measured", file.name)
-        ) as temporary:
+        folder = "pictures" if file.suffix in (".gif", ".png") else "measured"
+        with replacing(Path("docs", folder, file.name)) as temporary:
             temporary.write_bytes(file.read_bytes())
     for page, sources, write in pages:
         fill(Path(page), [Path("docs", "measured", source) for source in sources], write)

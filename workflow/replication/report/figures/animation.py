@@ -38,15 +38,6 @@ BAR, BAR_IN_LOOP = 0.12, 0.2  # scale bar of the forces in pictures of the sproc
 NAMES = dict(zip(SIDES, SIDE_WORDS, strict=True))
 
 
-def _rig(recording: Recording) -> Rig:
-    require_frames(recording)
-    rig = recording.scene.rig
-    if len(recording.pitches) < rig.chain.pitches:
-        reason = f"the recording holds the forces of {len(recording.pitches)} pitches"
-        raise InputError(f"{reason}: simulate with pitches 1 to {rig.chain.pitches}")
-    return rig
-
-
 def draw_moment(ax: Axes, rig: Rig, recording: Recording, index: int, near: bool) -> None:
     """Wheels, chain and forces at one recorded configuration: ``near`` the sprocket, or the whole loop."""
     frame = recording.frame[index]
@@ -96,7 +87,11 @@ def write_animation(recording: Recording, path: Path | str) -> int:
     After a turn every body stands where another of its kind stood, so the GIF repeats without a jump. The run takes
     a turn or more, with configurations and all pitches recorded.
     """
-    rig, between = _rig(recording), recording.scene.frame_interval
+    require_frames(recording)
+    rig, between = recording.scene.rig, recording.scene.frame_interval
+    if len(recording.pitches) < rig.chain.pitches:
+        reason = f"the recording holds the forces of {len(recording.pitches)} pitches"
+        raise InputError(f"{reason}: simulate with pitches 1 to {rig.chain.pitches}")
     Path(path).parent.mkdir(parents=True, exist_ok=True)
     stride = max(1, round(INTERVAL / between))
     step = stride * between

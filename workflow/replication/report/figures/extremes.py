@@ -16,8 +16,7 @@ from replication.study.settings import LONG_RUN, ExtremesForm, parts_of
 from trackdyn.files import write_csv
 from trackdyn.plots.style import BLACK, BLUE, ORANGE, VERMILION, new_figure, save, styled
 
-SOLVERS = {"riccati": BLUE, "transfer_product": VERMILION}
-SOLVER_NAMES = {"riccati": "Riccati", "transfer_product": "literal product"}
+SOLVERS = {"riccati": (BLUE, "Riccati"), "transfer_product": (VERMILION, "literal product")}
 KIND_LOOKS = {"link and connector": ("-", "o"), "uniform bars": ("--", "s"), "centres of percussion": (":", "^")}
 # above this every digit is lost: points beyond say no more
 ALL_LOST = 1e6
@@ -31,24 +30,22 @@ def solvers_figure(rows: pd.DataFrame) -> Figure:
     errors, residuals = figure.subplots(2, 1, height_ratios=(2.0, 1.0))
     for group, group_rows in table.groupby("group", sort=False):
         solver, kind = group.split(", ")
-        dashes, marker = KIND_LOOKS[kind]
+        (dashes, marker), (colour, name) = KIND_LOOKS[kind], SOLVERS[solver]
         group_rows = group_rows.astype({"at": float, "value": float, "expected": float}).sort_values("at")
         measured = group_rows[np.isfinite(group_rows["value"]) & (group_rows["value"] < ALL_LOST)]
         # measured points of the literal product stand by their prediction; the sweep has none
-        look = {"color": SOLVERS[solver], "linestyle": "none" if solver == "transfer_product" else dashes}
+        look = {"color": colour, "linestyle": "none" if solver == "transfer_product" else dashes}
         for ax, here in ((errors, measured["measure"] != "residual"), (residuals, measured["measure"] == "residual")):
-            label = f"{SOLVER_NAMES[solver]}, {kind}" if here.any() else None
+            label = f"{name}, {kind}" if here.any() else None
             ax.plot(measured["at"][here], measured["value"][here], **look, marker=marker, label=label)
         predicted = group_rows[group_rows["expected"].notna() & (group_rows["expected"] < ALL_LOST)]
         if len(predicted) > 1:
             look = {"color": BLACK, "linestyle": dashes, "linewidth": 1.2}
             errors.plot(predicted["at"], predicted["expected"], **look, label=f"predicted growth, {kind}")
-    lengths = table["at"].astype(float)
-    short = lengths[table["measure"] != "residual"]
-    errors.set(xscale="log", yscale="log", xlim=(5, 1.2 * short.max()), ylim=(3e-17, ALL_LOST))
-    residuals.set(xscale="log", yscale="log", xlabel="bodies of the chain")
+    longest = table.loc[table["measure"] != "residual", "at"].astype(float).max()
+    errors.set(xscale="log", yscale="log", xlim=(5, 1.2 * longest), ylim=(3e-17, ALL_LOST))
     errors.set_ylabel("relative difference")
-    residuals.set_ylabel("relative residual")
+    residuals.set(xscale="log", yscale="log", xlabel="bodies of the chain", ylabel="relative residual")
     errors.set_title("(a) literal product: difference of the accelerations from the sweep's, median of three poses")
     residuals.set_title("(b) Riccati sweep: residual of the equations of motion")
     figure.legend(loc="outside lower center", ncols=2)
@@ -88,10 +85,6 @@ def stability_figure(rows: pd.DataFrame) -> Figure:
     return figure
 
 
-# in the order of the rule's outputs
-FIGURES = (solvers_figure, stability_figure)
-
-
 WORDS = dict.fromkeys(("family", "case", "outcome", "reason", "measure", "group"), str)
 
 
@@ -107,14 +100,13 @@ def main(job) -> None:
     write_csv(out.chunks, tables[LONG_RUN])
     counts = extremes_summary(rows)
     last = counts.iloc[-1]
-    write_captioned_table(
-        counts,
-        out.summary,
+    sentence = (
         f"Extremes: {last['rows']} cases, of which {last['completed']} completed with every invariant in bounds, "
         f"{last['marked']} completed and say that they are not resolved, {last['refused']} were refused in one "
-        f"sentence and {last['defects']} ended in none of these ways.",
+        f"sentence and {last['defects']} ended in none of these ways."
     )
+    write_captioned_table(counts, out.summary, sentence)
     short_runs = short_runs_summary(rows)
     write_captioned_table(short_runs, out.short_runs[0], short_runs_verdict(short_runs))
-    for draw, path in zip(FIGURES, out.figures, strict=True):
+    for draw, path in zip((solvers_figure, stability_figure), out.figures, strict=True):
         save(draw(rows), path)

@@ -61,16 +61,14 @@ def select_passage(recording: Recording) -> Selected:
 
     Raises `InputError`: the record holds no such passage, or not the ring's force on the link ahead.
     """
-    count = recording.scene.rig.chain.pitches
     columns = {int(pitch): i for i, pitch in enumerate(recording.pitches)}
+    ahead = {pitch: pitch % recording.scene.rig.chain.pitches + 1 for pitch in columns}  # the link, of a connector
     ring = recording.scene.ring_radius is not None
-    connectors = [pitch for pitch in columns if not ring or pitch % count + 1 in columns]
+    connectors = [pitch for pitch in columns if not ring or ahead[pitch] in columns]
     if not connectors:
-        pitch = int(recording.pitches[0])
-        raise InputError(
-            f"the recording lacks the ring force of link {pitch % count + 1}, which runs ahead of connector "
-            f"{pitch}; simulate with pitches ({pitch}, {pitch % count + 1})"
-        )
+        pitch, link = next(iter(ahead.items()))
+        reason = f"the recording lacks the ring force of link {link}, which runs ahead of connector {pitch}"
+        raise InputError(f"{reason}; simulate with pitches ({pitch}, {link})")
     table = passages(recording)
     table = table[table["connector"].isin(connectors)]
     if table.empty:
@@ -83,7 +81,7 @@ def select_passage(recording: Recording) -> Selected:
     first, last, connector = float(start[number]), float(end[number]), int(sides["connector"].iloc[0])
     force = recording.force[:, columns[connector]].copy()
     if ring:
-        force[:, 2] = recording.force[:, columns[connector % count + 1], 2]
+        force[:, 2] = recording.force[:, columns[ahead[connector]], 2]
     touching = contacts(recording)
     grooves = touching["groove"][(touching["passage"] == number) & (touching["groove"] > 0)]
     groove = int(grooves[0]) if len(grooves) else 0

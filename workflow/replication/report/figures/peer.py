@@ -74,9 +74,8 @@ def displacement_figure(curves: pd.DataFrame, summary: pd.DataFrame, missing: st
         below.sharex(above)
         above.tick_params(labelbottom=False)
     axes[-1].set_xlabel("time since the start of the sprocket (s)")
-    entries = dict(zip(*reversed(axes[0].get_legend_handles_labels()), strict=True))
-    entries |= dict(zip(*reversed(axes[1].get_legend_handles_labels()), strict=True))
-    figure.legend(entries.values(), entries.keys(), loc="outside lower center", ncols=2)
+    handles = [handle for ax in axes[:2] for handle in ax.get_legend_handles_labels()[0]]
+    figure.legend(handles=handles, loc="outside lower center", ncols=2)
     figure.align_ylabels()
     return figure
 
@@ -105,12 +104,6 @@ def _draw_reading(above: Axes, below: Axes, curve: pd.DataFrame, row: dict, miss
     below.set_title(f"largest difference: {row['difference_pct']:.2g} %")
 
 
-def cost_ratio(table: pd.DataFrame) -> float:
-    """CPU time of the other code over ours, both with the chosen step; not a number where it did not run."""
-    chosen = table[table["chosen"] == "yes"].set_index("code")["cpu_s_per_s"]
-    return float(chosen[peers.PEER] / chosen[peers.OURS]) if peers.PEER in chosen else float("nan")
-
-
 def table2_outcome(costs: pd.DataFrame, missing: str, accuracy_pct: float) -> str:
     """Outcome of the comparison, a sentence below the caption of Table 2.
 
@@ -119,7 +112,9 @@ def table2_outcome(costs: pd.DataFrame, missing: str, accuracy_pct: float) -> st
     """
     if missing:
         return f"Exudyn: {missing}."
-    return f"At an error below {accuracy_pct:g} % Exudyn takes {cost_ratio(costs):.3g} times the CPU time of trackdyn."
+    chosen = costs[costs["chosen"] == "yes"].set_index("code")["cpu_s_per_s"]
+    ratio = chosen.get(peers.PEER, np.nan) / chosen[peers.OURS]
+    return f"At an error below {accuracy_pct:g} % Exudyn takes {ratio:.3g} times the CPU time of trackdyn."
 
 
 @run_job

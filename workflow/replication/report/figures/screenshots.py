@@ -3,7 +3,7 @@
 from trackdyn.sweeps.snakemake_job import run_job
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -40,15 +40,14 @@ WITH_RING = (
 )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Moment:
-    """Content of a panel."""
+class Moment(NamedTuple):
+    """Content of a panel; times in s since the first contact."""
 
     title: str  # name of the event
-    time: float  # when it happens here, s since the first contact
-    printed: float  # when it happens in the paper, s since the first contact
+    time: float  # here
+    printed: float  # in the paper
     frame: int  # the configuration drawn
-    sample: int  # the sample of the same instant
+    sample: int  # of the same instant
     peak: str  # at a maximum: the largest force of all time steps with its time
 
 
@@ -63,17 +62,19 @@ def moments(recording: Recording, shown: Selected) -> list[Moment]:
     # a configuration is of the end of its interval, as a sample is
     frames = recording.frame_time - shown.first
     measured = passage_events(recording).loc[shown.number]
-    special = {
-        ENGAGE: printed.get(ENGAGE),
-        BOTH: max(measured.get("first left", 0.0), measured.get("first right", 0.0)),
-    }
-    chosen = []
+    both = max(measured.get("first left", 0.0), measured.get("first right", 0.0))
+    special = {ENGAGE: printed.get(ENGAGE), BOTH: both}
+    inside, chosen = (shown.time >= 0) & (shown.time <= shown.last - shown.first), []
     for title, event, index in WITH_RING if ring else WITHOUT_RING:
         side, _, what = title.partition(" ")
         maximum = what == "maximum" and side in SIDES
         if maximum and not shown.sides.loc[side, "count"]:
             continue
-        time = _maximum(recording, shown, side) if maximum else special[title] if event is None else measured[event]
+        if maximum:
+            force = uniform_filter1d(shown.force[:, SIDES.index(side)], max(round(WINDOW * recording.rate), 1))
+            time = float(shown.time[inside][np.argmax(force[inside])])
+        else:
+            time = special[title] if event is None else measured[event]
         if not np.isfinite(time):
             continue
         peak, frame = "", min(int(np.searchsorted(frames, time - 1e-9)), len(frames) - 1)
@@ -98,12 +99,11 @@ def screenshot_figure(rig: Rig, recording: Recording) -> Figure:
     panels = moments(recording, shown)
     figure = new_figure(6.6, PAGE)
     axes = figure.subplots(2, 3).ravel()
-    for ax, letter in zip(axes, "abcdef", strict=True):
+    for ax in axes:
         ax.set_axis_off()
-        ax.set_label(letter)
-    for ax, moment in zip(axes, panels, strict=False):
+    for ax, letter, moment in zip(axes, "abcdef", panels, strict=False):
         _draw_panel(ax, rig, recording, shown, moment)
-        text = f"({ax.get_label()}) {moment.title}\n{moment.time:.3f} s (printed {moment.printed:.2f} s)\n{moment.peak}"
+        text = f"({letter}) {moment.title}\n{moment.time:.3f} s (printed {moment.printed:.2f} s)\n{moment.peak}"
         ax.set_title(text.replace("-", "\N{MINUS SIGN}"), fontsize=8)
     ring, rpm = recording.scene.ring_radius, recording.scene.motor_rpm
     late = max(abs(recording.frame_time[m.frame] - shown.first - m.time) for m in panels)
@@ -128,13 +128,6 @@ def _handles(rig: Rig, shown: Selected, ring: float | None) -> list:
             look = LOOKS[side] | {"linestyle": "-"}
             handles.append(Line2D([], [], **look, markersize=4, linewidth=1.6, label=f"force, {NAMES[side]}"))
     return [*handles, Line2D([], [], **drawing.JOINT, label="joint of two areas")]
-
-
-def _maximum(recording: Recording, shown: Selected, side: str) -> float:
-    """When the mean over ``WINDOW`` of a side's force is largest, s since the first contact."""
-    force = uniform_filter1d(shown.force[:, SIDES.index(side)], max(round(WINDOW * recording.rate), 1))
-    inside = (shown.time >= 0) & (shown.time <= shown.last - shown.first)
-    return float(shown.time[inside][np.argmax(force[inside])])
 
 
 def _draw_panel(ax: Axes, rig: Rig, recording: Recording, shown: Selected, moment: Moment) -> None:
@@ -164,10 +157,8 @@ def _draw_panel(ax: Axes, rig: Rig, recording: Recording, shown: Selected, momen
         box = {"boxstyle": "square,pad=0.15", "facecolor": "white", "edgecolor": LOOKS[side]["color"], "linewidth": 0.8}
         beyond = end + (np.abs(normal) @ LABEL + 0.004) * normal
         position = np.clip(beyond, middle - HALF + LABEL, middle + HALF - LABEL)
-        look = {
-            "fontsize": 7, "ha": "center", "va": "center", "bbox": box, "zorder": drawing.Z_MARK + 1.5, "clip_on": True,
-        }  # fmt: skip
-        ax.text(*position, f"{force:.0f} N", **look)
+        look = {"ha": "center", "va": "center", "fontsize": 7, "bbox": box, "clip_on": True}
+        ax.text(*position, f"{force:.0f} N", **look, zorder=drawing.Z_MARK + 1.5)
     drawing.view(inset, drawing.sprocket_centre(rig), 1.35 * rig.groove_profile.addendum)
     inset.add_patch(Circle(middle, 0.09, fill=False, edgecolor=BLACK, linewidth=1.2, zorder=drawing.Z_MARK))
 
@@ -190,8 +181,7 @@ def tooth_contact(rig: Rig, sprocket_angle: float, groove: int, area: int, pin) 
     """Point where an area (1 to 10) touches the arc around a pin (m), and the normal of the force on the arc."""
     shape = rig.groove_profile
     centre = drawing.groove_points(rig, sprocket_angle, groove, [shape.centre[area - 1]])[0]
-    outward = np.asarray(pin) - centre
-    outward = outward / np.hypot(*outward)
+    outward = marks.directions(centre, pin)[0]
     return centre + shape.radius[area - 1] * outward, outward if shape.convex[area - 1] else -outward
 
 
@@ -201,7 +191,7 @@ def ring_contact(rig: Rig, pin, angle: float) -> tuple[np.ndarray, np.ndarray]:
     along = float((centre - pin) @ marks.polar(angle))
     foot = [[np.clip(along, 0.0, rig.chain.link_length), -rig.chain.link_thickness / 2]]
     point = drawing.placed(foot, pin, angle)[0]
-    return point, (point - centre) / np.hypot(*(point - centre))
+    return point, marks.directions(centre, point)[0]
 
 
 def draw_force(ax: Axes, side: str, point, end, linewidth=1.6, head=7.0, halo=3.0, mark=4.0) -> None:

@@ -88,10 +88,13 @@ def build_page(
         entries = list(pool.map(partial(_entry, results, synthetic), (*PAPER, *OWN, *OF_STUDIES)))
     by_key = {entry["item"].key: entry for entry in entries if entry["pictures"] or entry["rows"]}
     of_paper = sorted((item.key for item in PAPER), key=lambda key: AFTER.get(key, key))
-    first, parts = "", {}
-    for words, end in PARTS.items():
-        parts[words] = [by_key[key] for key in of_paper if key in by_key and first <= AFTER.get(key, key) < end]
-        first = end
+    parts: dict[str, list] = {}
+    for key in (key for key in of_paper if key in by_key):
+        part = next(words for words, end in PARTS.items() if AFTER.get(key, key) < end)
+        parts.setdefault(part, []).append(by_key[key])
+    parameters, planner = _rows(results, "tables/parameters.csv"), _rows(results, "planner.csv") or []
+    for row in planner:
+        row["measure"] = "{} ({})".format(*MEASURES[row["measure"]])
     return render(
         "page.html.j2",
         SCRIPTS,
@@ -102,14 +105,14 @@ def build_page(
         own=own,
         symbols=MARKS,
         synthetic=synthetic,
-        parameters=_parameters(results),
+        parameters=parameters and {kind: [row for row in parameters if row["kind"] == kind] for kind in KINDS},
         kinds=KINDS,
         fidelity=by_key.get("fidelity"),
-        planner=_promises(_rows(results, "planner.csv")),
+        planner=[{name: row[name] for name in PROMISED if name in row} for row in planner],
         recordings=recordings,
         version=__version__,
         sources=source_hash(),
-        parts={words: entries for words, entries in parts.items() if entries},
+        parts=parts,
         beside=WITH,
         entries=by_key,
         of_ring=_ring_study(results, teeth),
@@ -139,13 +142,11 @@ def check_sources(recordings: Iterable[Path]) -> int:
 
 def _card(results: Path, own: bool, plausible: Mapping[str, str] | None) -> dict | None:
     """Statements of the paper by the figure or table that they are about, and the answer in sentences."""
-    path = results / "claims.csv"
-    if not path.is_file():
+    if not (results / "claims.csv").is_file():
         return None
-    card, judged = pd.read_csv(path, dtype={"part": str}), pd.read_csv(results / "sentences.csv")
-    parameters = results / "tables" / "parameters.csv"
+    card, judged = pd.read_csv(results / "claims.csv", dtype={"part": str}), pd.read_csv(results / "sentences.csv")
     shares = {name: pd.read_csv(path, dtype={"name": str}) for name, path in (plausible or {}).items()}
-    rig = card["rig"].iloc[0]
+    rig, parameters = card["rig"].iloc[0], results / "tables" / "parameters.csv"
     known = [outside_sentence(pd.read_csv(parameters), rig)] if parameters.is_file() and not own else []
     return {
         "rig": rig,
@@ -163,14 +164,13 @@ def _ring_study(results: Path, teeth: int | None) -> dict:
     path = _first(results, "metrics.csv")
     metrics = pd.read_csv(path) if path else pd.DataFrame(columns=["run"])
     study = metrics[metrics["run"].str.startswith("ring/")]
-    columns = [column for column in COMPARED if column in study]
-    if study.empty or len(columns) < len(COMPARED) or not teeth:
+    if study.empty or not {*COMPARED} <= {*study} or not teeth:
         return {}
     rows = []
     for radius, group in study.groupby(study["ring_radius_m"].fillna(0.0)):
         spans = {
             column: " to ".join(dict.fromkeys(map(significant, (group[column].min(), group[column].max()))))
-            for column in columns
+            for column in COMPARED
         }
         rows.append({"ring_radius_m": f"{radius:g}" if radius else "none"} | spans)
     return {"advice": advice(study, parse_rule(RULE, teeth)), "rows": rows}
@@ -194,19 +194,6 @@ def _rows(results: Path, name: str) -> list[dict] | None:
         return None
     table = pd.read_csv(path)
     return table.astype(object).where(table.notna(), None).to_dict("records")
-
-
-def _promises(rows: list[dict] | None) -> list[dict] | None:
-    """Rows of the planner's promises in words; the file has the other columns."""
-    return rows and [
-        {name: row[name] for name in PROMISED if name in row} | {"measure": "{} ({})".format(*MEASURES[row["measure"]])}
-        for row in rows
-    ]
-
-
-def _parameters(results: Path) -> dict[str, list[dict]] | None:
-    rows = _rows(results, "tables/parameters.csv")
-    return None if rows is None else {kind: [row for row in rows if row["kind"] == kind] for kind in KINDS}
 
 
 def _entry(results: Path, synthetic: bool | None, item) -> dict:

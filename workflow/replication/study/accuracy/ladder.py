@@ -82,18 +82,13 @@ def compare_rungs(rungs: pd.DataFrame) -> pd.DataFrame:
     """
     key = ["scene", "measure"]
     reference = rungs.loc[rungs["setting"] == f"preset={REFERENCE}"].set_index(key)["value"]
-    rows = []
     by_scene = rungs.iloc[pd.factorize(rungs["scene"])[0].argsort(kind="stable")]
-    for _, row in by_scene.iterrows():
-        value, expected = row["value"], reference[row["scene"], row["measure"]]
-        difference = change(row["measure"], expected, value) if row["measure"] in RELATIVE + SHARES else NAN
-        difference *= 100 if row["measure"] in RELATIVE else 1
-        rows.append(
-            [
-                row["scene"], row["setting"], REFERENCE, row["measure"], value, expected, difference,
-                row["wall_s_per_s"], row["note"],
-            ]
-        )  # fmt: skip
+    rows = []
+    for row in by_scene.to_dict("records"):
+        measure, expected = row["measure"], reference[row["scene"], row["measure"]]
+        difference = change(measure, expected, row["value"]) if measure in RELATIVE + SHARES else NAN
+        difference *= 100 if measure in RELATIVE else 1
+        rows.append(row | {"reference": REFERENCE, "reference_value": expected, "difference_pct": difference})
     return pd.DataFrame(rows, columns=COLUMNS)
 
 

@@ -23,7 +23,7 @@ from replication.study.accuracy.statistics import (
     statistics_of,
     study_scene,
 )
-from replication.study.settings import StatisticErrors, Steps, TradeForm, measured_scenes, scene_name
+from replication.study.settings import StatisticErrors, TradeForm, measured_scenes, scene_name
 from replication.study.timed_run import timed_run
 from replication.study.variants import PHYSICS
 from trackdyn.errors import InputError, TrackdynError
@@ -44,13 +44,6 @@ FULL_PHYSICS = next(iter(PHYSICS))  # that errors of the others are taken agains
 EXTRAPOLATED = "semi_implicit"  # over whose steps limits are extrapolated
 
 
-def _methods_of(fidelity: str, requested: StatisticErrors) -> list[dict]:
-    """Methods and steps of a physics; a belt has none, and explicit friction along the axes allows no larger step."""
-    if fidelity in ("belt", "spatial"):
-        return [{"integrator": "semi_implicit", "step": 5e-5} if fidelity == "spatial" else {}]
-    return _each_step(requested.steps_s if fidelity == FULL_PHYSICS else requested.coarse_steps_s)
-
-
 class AnswerCost(NamedTuple):
     """Measures of a record of every link (`answers_of`), the CPU seconds to settle its loop, and those of a
     simulated one.
@@ -59,10 +52,6 @@ class AnswerCost(NamedTuple):
     series: dict[str, Series]
     start_cpu_s: float
     cpu_s_per_s: float
-
-
-def _each_step(steps: Steps) -> list[dict]:
-    return [{"integrator": method, "step": step} for method in steps for step in steps[method]]
 
 
 def run_answer(scene: Scene) -> AnswerCost:
@@ -91,12 +80,13 @@ def statistic_trade(rig: Rig, requested: StatisticErrors) -> pd.DataFrame:
 
     Raises `InputError`: in some scene fewer than two steps ran, over which the limit is extrapolated.
     """
-    rows, compiled = [], set()
-    cases = [
-        (fidelity, physics | method)
-        for fidelity, physics in PHYSICS.items()
-        for method in _methods_of(fidelity, requested)
-    ]
+    rows, compiled, cases = [], set(), []
+    for fidelity, physics in PHYSICS.items():
+        steps = requested.steps_s if fidelity == FULL_PHYSICS else requested.coarse_steps_s
+        methods = [{"integrator": method, "step": step} for method in steps for step in steps[method]]
+        if fidelity in ("belt", "spatial"):  # a belt has none; explicit friction along the axes allows no larger step
+            methods = [{"integrator": "semi_implicit", "step": 5e-5} if fidelity == "spatial" else {}]
+        cases += [(fidelity, physics | method) for method in methods]
     for rpm, ring in requested.scenes:
         name = scene_name(rpm, ring)
         turns = requested.loop_turns_without_ring if ring is None else requested.loop_turns
@@ -139,14 +129,8 @@ def _rows_of(point: list, run: AnswerCost | None, limits: dict[str, Limit], seco
             about = [value, 0.0, abs(value), 0.0, 0.0, 0]
         else:
             unused = int(seconds / span + 1e-6) - len(measured.values)
-            about = [
-                value,
-                error,
-                abs(bias) / scale,
-                noise / scale,
-                error * len(measured.values) ** 0.5 / scale,
-                unused,
-            ]
+            scatter = error * len(measured.values) ** 0.5
+            about = [value, error, abs(bias) / scale, noise / scale, scatter / scale, unused]
         rows.append([*point, run.start_cpu_s, run.cpu_s_per_s, seconds, span, measure, *about, False])
     return rows
 
