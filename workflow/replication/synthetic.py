@@ -11,8 +11,8 @@ a damped resonance. Noise, 16 bit and the range of +-20 g complete the sensor.
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -62,8 +62,7 @@ TOP_G = RANGE_G * (1.0 - 2.0 ** (1 - BITS))  # highest value that the converter 
 OVERSAMPLING = 8  # impacts of 1 ms and the ringing need more than the sampling rate
 
 
-@dataclass(frozen=True)
-class SyntheticSpeed:
+class SyntheticSpeed(NamedTuple):
     """One motor speed: what the paper prints, and what is fitted to it, to 1e-5.
 
     The printed amplitude is that of the highest line of 90,000 points at 1000 Hz: lines are 1/90 Hz apart, and a belt
@@ -110,7 +109,8 @@ def generate(rpm: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     signal[:2] += _belt_acceleration(path, s, v, vdot)
     signal[2] += CROSS_AXIS * signal[1]
     signal += NOISE_G * rng.standard_normal(signal.shape)
-    return (t, *_digitise(signal))
+    half = 2 ** (BITS - 1)  # steps of the converter, which is cut at its range
+    return (t, *np.clip(np.rint(signal * (half / RANGE_G)), -half, half - 1) * (RANGE_G / half))
 
 
 def closeness(records: Mapping[int, np.ndarray]) -> pd.DataFrame:
@@ -119,23 +119,18 @@ def closeness(records: Mapping[int, np.ndarray]) -> pd.DataFrame:
     ``records`` are y accelerations (g, sampled at 1000 Hz) by motor speed. Differences are in lines of the spectrum and
     in percent, ``clipped`` counts samples.
     """
-    rows = {}
+    rows = []
     for rpm, ay in records.items():
-        speed = SPEEDS[rpm]
-        hz, amplitude = main_line(ay, RATE_HZ, speed.printed_hz)
-        rows[rpm] = {
-            "printed_hz": speed.printed_hz,
-            "achieved_hz": hz,
-            "difference_bins": (hz - speed.printed_hz) * len(ay) / RATE_HZ,
-            "printed_g": speed.printed_g,
-            "achieved_g": amplitude,
-            "difference_percent": 100.0 * (amplitude / speed.printed_g - 1.0),
-            "rms_g": rms(ay),
-            "sd_g": standard_deviation(ay),
-            "peak_g": float(np.max(np.abs(ay))),
-            "clipped": int(np.sum(np.abs(ay) >= TOP_G)),
+        printed_hz, printed_g, *_ = SPEEDS[rpm]
+        hz, g = main_line(ay, RATE_HZ, printed_hz)
+        row = {"rpm": rpm, "printed_hz": printed_hz, "achieved_hz": hz, "printed_g": printed_g, "achieved_g": g}
+        row |= {
+            "difference_bins": (hz - printed_hz) * len(ay) / RATE_HZ,
+            "difference_percent": 100 * (g / printed_g - 1),
         }
-    return pd.DataFrame.from_dict(rows, orient="index").rename_axis("rpm")
+        row |= {"rms_g": rms(ay), "sd_g": standard_deviation(ay), "peak_g": float(np.max(np.abs(ay)))}
+        rows.append(row | {"clipped": int(np.sum(np.abs(ay) >= TOP_G))})
+    return pd.DataFrame(rows).set_index("rpm")
 
 
 def write_record(folder, rpm: int) -> np.ndarray:
@@ -159,14 +154,11 @@ def write_dataset(folder) -> pd.DataFrame:
         resource["fitted"] = {"loop_hz": speed.loop_hz, "fluctuation": speed.fluctuation}
         resource["printed"] = {"main_hz": speed.printed_hz, "amplitude_g": speed.printed_g}
         resource["achieved"] = {
-            "main_hz": round(row.achieved_hz, 5),
-            "amplitude_g": round(row.achieved_g, 4),
+            "main_hz": round(row.achieved_hz, 5), "amplitude_g": round(row.achieved_g, 4),
             "amplitude_difference_percent": round(row.difference_percent, 2) + 0.0,  # no -0.0
-            "rms_g": round(row.rms_g, 4),
-            "sd_g": round(row.sd_g, 4),
-            "peak_g": round(row.peak_g, 3),
+            "rms_g": round(row.rms_g, 4), "sd_g": round(row.sd_g, 4), "peak_g": round(row.peak_g, 3),
             "clipped_samples": int(row.clipped),
-        }
+        }  # fmt: skip
     write_text(description, json.dumps(package, indent=2, ensure_ascii=False) + "\n")
     return table
 
@@ -195,10 +187,9 @@ def _belt_acceleration(path: BeltPath, s, v, vdot):
 
     (rear, of_rear), (front, of_front) = pin(s - LINK_LENGTH / 2), pin(s + LINK_LENGTH / 2)
     along = (front - rear) / np.hypot(*(front - rear))
-    outward = np.array([-along[1], along[0]])
     force = 0.5 * (of_rear + of_front)
     force[1] += GRAVITY
-    return np.array([np.sum(force * along, axis=0), np.sum(force * outward, axis=0)]) / GRAVITY
+    return np.array([np.sum(force * axis, axis=0) for axis in (along, [-along[1], along[0]])]) / GRAVITY
 
 
 def _impacts(t, s, path, speed, rng):
@@ -236,12 +227,6 @@ def _glue(a):
     damping = 2.0 * GLUE_DAMPING * w0 * w
     below = [w**2 + damping + w0**2, 2.0 * (w0**2 - w**2), w**2 - damping + w0**2]
     return lfilter([w0**2 + damping, 2.0 * w0**2, w0**2 - damping], below, a, axis=1)
-
-
-def _digitise(a):
-    """Round to the steps of the converter and cut at its range, g."""
-    half = 2 ** (BITS - 1)
-    return np.clip(np.rint(a * (half / RANGE_G)), -half, half - 1) * (RANGE_G / half)
 
 
 def _comments(rpm):

@@ -70,15 +70,16 @@ def drive_at(drive: Drive, t: float) -> tuple[float, float]:
 
 def coordinates(chain: Chain, state: State) -> tuple[np.ndarray, np.ndarray]:
     """(n, 3) coordinates (mass centre, m, and angle, rad) of the bodies in a state, and their (n, 3) rates."""
-    c, s, w = np.cos(state.angle), np.sin(state.angle), state.rate
+    c, s, w = np.cos(state.angle), np.sin(state.angle), state.rate[:, None]
     step = chain.length[:, None] * np.column_stack([c, s])
-    swings = chain.length[:, None] * np.column_stack([-s * w, c * w])
-    pin = state.pin[:2] + np.vstack([np.zeros(2), np.cumsum(step, axis=0)[:-1]])
-    speed = state.pin[2:] + np.vstack([np.zeros(2), np.cumsum(swings, axis=0)[:-1]])
     x, y = chain.com_x, chain.com_y
     arm = np.column_stack([x * c - y * s, x * s + y * c])
-    swing = np.column_stack([-w * arm[:, 1], w * arm[:, 0]])
-    return np.column_stack([pin + arm, state.angle]), np.column_stack([speed + swing, w])
+    left = [[0.0, 1.0], [-1.0, 0.0]]  # times a row: the row turned by 90 degrees
+    centre, speed = (
+        start + np.vstack([np.zeros(2), np.cumsum(steps, axis=0)[:-1]]) + arms
+        for start, steps, arms in ((state.pin[:2], step, arm), (state.pin[2:], w * step @ left, w * arm @ left))
+    )
+    return np.column_stack([centre, state.angle]), np.column_stack([speed, state.rate])
 
 
 def run_exudyn_loop(

@@ -65,6 +65,7 @@ def article_values(tables: Mapping[str, pd.DataFrame], missing: str, accuracy_pc
     parameters, outcomes = tables["parameters"], tables["outcomes"].iloc[-1]
     steps, tracks = stable_steps(tables["extremes"]), track_rows(tables["plausible_claims"])
     near = tables["plausible_near"]
+    at_rig, others = near.loc[near["rig"] == 0, "shown"].iloc[0], near.loc[near["rig"] > 0, "shown"]
     shown, total = count(judged)
     return {
         "rig": card["rig"].iloc[0],
@@ -77,9 +78,9 @@ def article_values(tables: Mapping[str, pd.DataFrame], missing: str, accuracy_pc
         },
         "tooth": _tooth(tables["plausible_tooth"]),
         "near": {
-            "shown": f"{near.loc[near['rig'] == 0, 'shown'].iloc[0]:g}",
-            "least": f"{near.loc[near['rig'] > 0, 'shown'].quantile(0.1, interpolation='lower'):g}",
-            "median": f"{near.loc[near['rig'] > 0, 'shown'].median():g}",
+            "shown": f"{at_rig:g}",
+            "least": f"{others.quantile(0.1, interpolation='lower'):g}",
+            "median": f"{others.median():g}",
         },
         "radius": radius_sentence(card),
         "outside": "; ".join(outside_values(parameters)) or "none",

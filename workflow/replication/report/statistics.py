@@ -3,7 +3,7 @@
 from trackdyn.sweeps.snakemake_job import run_job
 
 from collections import defaultdict
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from itertools import zip_longest
 from math import inf, nan
 
@@ -20,18 +20,21 @@ from trackdyn.measure.columns import error_of
 from trackdyn.measure.sensor import record_metrics
 from trackdyn.sensor.sensor_csv import SensorRecord, read_sensor_csv
 
-
-def _row_of(metrics: pd.DataFrame, rpm: float) -> pd.Series:
-    rows = metrics[np.isclose(metrics["rpm"].astype(float), rpm)]
-    if len(rows) != 1:
-        problem = f"metrics: {len(rows)} rows stand for {rpm:g} rpm"
-        raise InputError(f"{problem}; give the one run that belongs to its sensor record")
-    return rows.iloc[0]
+Sensors = Mapping[float, SensorRecord | None]
 
 
-def table3(
-    metrics: pd.DataFrame, sensors: Mapping[float, SensorRecord | None], label: str = "synthetic sensor"
-) -> pd.DataFrame:
+def _pairs(metrics: pd.DataFrame, sensors: Sensors) -> Iterator[tuple[float, pd.Series, dict | None]]:
+    """Speed, metrics of the simulation, and those of the sensor's record, None where there is none."""
+    for rpm, record in sorted(sensors.items()):
+        rows = metrics[np.isclose(metrics["rpm"].astype(float), rpm)]
+        if len(rows) != 1:
+            problem = f"metrics: {len(rows)} rows stand for {rpm:g} rpm"
+            raise InputError(f"{problem}; give the one run that belongs to its sensor record")
+        run = rows.iloc[0]
+        yield rpm, run, record and record_metrics(record.ay_g, record.rate_hz, run["line_hz_binfree"])
+
+
+def table3(metrics: pd.DataFrame, sensors: Sensors, label: str = "synthetic sensor") -> pd.DataFrame:
     """RMS and SD of simulation and sensor over whole turns of the loop, g; printed differences (%) are the paper's,
     against its own measured data.
 
@@ -39,11 +42,8 @@ def table3(
     record is, stands in every row.
     """
     rows = []
-    for rpm, record in sorted(sensors.items()):
-        run = _row_of(metrics, rpm)
-        sensor = (
-            record_metrics(record.ay_g, record.rate_hz, run["line_hz_binfree"]) if record else defaultdict(lambda: nan)
-        )
+    for rpm, run, measured in _pairs(metrics, sensors):
+        sensor = measured or defaultdict(lambda: nan)
         row = {"speed_rpm": rpm, "sensor_record": label}
         for name, paper in (("rms", printed.RMS_DIFFERENCE), ("sd", printed.SD_DIFFERENCE)):
             simulated, error = float(run[f"{name}_whole_g"]), float(run[f"{name}_whole_error_g"])
@@ -65,9 +65,7 @@ def ratio_of_runs(value: float, error: float, base: float, base_error: float) ->
     return ratio, float(np.hypot(error, ratio * base_error) / abs(base)) if base else float("nan")
 
 
-def lines_table(
-    metrics: pd.DataFrame, sensors: Mapping[float, SensorRecord | None], label: str = "synthetic sensor"
-) -> pd.DataFrame:
+def lines_table(metrics: pd.DataFrame, sensors: Sensors, label: str = "synthetic sensor") -> pd.DataFrame:
     """Dominant peaks of the spectra, two rows a speed: simulation and sensor, each beside its printed value.
 
     Parameters are those of :func:`table3`.
@@ -78,9 +76,7 @@ def lines_table(
         for name in ("hz", "error_hz", "g", "error_g")
         for prefix, ending in (("", ""), ("binfree_", "_binfree"))
     }
-    for rpm, record in sorted(sensors.items()):
-        run = _row_of(metrics, rpm)
-        measured = record_metrics(record.ay_g, record.rate_hz, run["line_hz_binfree"]) if record else None
+    for rpm, run, measured in _pairs(metrics, sensors):
         for source, of_paper, line, paper_hz, paper_g in (
             ("simulation", "simulation", run, printed.SIMULATED_LINE_HZ, printed.SIMULATED_LINE_G),
             (label, "experiment", measured, printed.MEASURED_LINE_HZ, printed.MEASURED_LINE_G),

@@ -46,15 +46,6 @@ def forced_run(start: Loop, step: float) -> float:
     return most
 
 
-def _changed(rig: Rig, quantity: str, value: float) -> tuple[Rig, dict]:
-    """A rig and fields of its scene with one quantity at a value."""
-    if quantity == "stiffness":
-        return rig.changed(**dict.fromkeys(STEEL_AND_TOOTH, value)), {}
-    if quantity == "tension":
-        return rig.changed(tension__pre_tension=value), {}
-    return rig, {"speed": {"motor_rpm": value}, "ring": {"ring_radius": value}}[quantity]
-
-
 def stability_map(rig: Rig, quantity: str, values: Iterable[float], steps_per_ms: Iterable[float]) -> Iterator[dict]:
     """One quantity (`QUANTITIES`) against step, without friction and loss: only stiffness of contacts limits the step.
 
@@ -65,8 +56,10 @@ def stability_map(rig: Rig, quantity: str, values: Iterable[float], steps_per_ms
     steps, starts = [1e-3 / count for count in steps_per_ms], SettledLoops()
     bare = {"motor_rpm": 210.0, "ring_radius": None, "friction": "none", "normal_law": "elastic", "ramp": 0.05}
     for value in values:
-        changed, fields = _changed(rig, quantity, value)
-        scene = Scene(changed, step=1e-5, **(FAST | bare | fields))
+        of_rig = {"stiffness": dict.fromkeys(STEEL_AND_TOOTH, value), "tension": {"tension__pre_tension": value}}
+        of_scene = {"speed": {"motor_rpm": value}, "ring": {"ring_radius": value}}
+        changed = rig.changed(**of_rig.get(quantity, {}))
+        scene = Scene(changed, step=1e-5, **(FAST | bare | of_scene.get(quantity, {})))
         start = Loop(scene, starts)
         limits = step_limits(start.model, start.layout["settled_tension_n"])
         limit = min(step for name, step in limits.items() if "contact stiffness" in name)
