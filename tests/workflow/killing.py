@@ -14,8 +14,7 @@ from pathlib import Path
 
 import psutil
 
-from replication.certify.comparison import BYTES, EQUAL, compare_files
-from replication.certify.manifest import describe
+from replication.certify import BYTES, EQUAL, compare_files, describe
 
 ROOT = Path(__file__).parents[2]
 TINY = Path("tests", "workflow", "tiny.yaml")

@@ -20,22 +20,21 @@ def verify(
 
     Example: `trackdyn verify results --against other/results` compares two runs of the pipeline, file by file.
     """
-    from replication.certify import comparison
-    from replication.certify.manifest import NAME, describe, load_manifest
+    from replication import certify
 
-    reference = results / NAME if against is None else against
+    reference = results / certify.NAME if against is None else against
     if reference.is_dir():
-        findings = comparison.compare_files(results, describe(reference))
+        findings = certify.compare_files(results, certify.describe(reference))
     else:
-        manifest = load_manifest(reference)
-        findings = comparison.compare_inputs(results, manifest.inputs)
-        findings += comparison.compare_files(results, manifest.files)
+        manifest = certify.load_manifest(reference)
+        findings = certify.compare_inputs(results, manifest.inputs)
+        findings += certify.compare_files(results, manifest.files)
     for finding in findings:
-        if finding.status != comparison.EQUAL:
+        if finding.status != certify.EQUAL:
             typer.echo(f"{finding.status:>8}  {finding.name}  {finding.text}".rstrip())
     counts = Counter(finding.status for finding in findings)
-    typer.echo(", ".join(f"{counts[status]} {words}" for status, words in comparison.WORDS.items() if counts[status]))
-    if bad := sum(counts[status] for status in (comparison.WRONG_EXACTLY if exact else comparison.WRONG)):
+    typer.echo(", ".join(f"{counts[status]} {words}" for status, words in certify.WORDS.items() if counts[status]))
+    if bad := sum(counts[status] for status in (certify.WRONG_EXACTLY if exact else certify.WRONG)):
         raise InputError(f"{results}: {bad} of {len(findings)} files are not those of {reference}")
 
 

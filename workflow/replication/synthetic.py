@@ -105,7 +105,12 @@ def generate(rpm: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
 
     fine = np.arange(count * OVERSAMPLING) / (RATE_HZ * OVERSAMPLING)
     shocks = _impacts(fine, _travel(fine, speed, path.length, start, phase)[0], path, speed, rng)
-    signal = _glue(shocks).reshape(3, count, OVERSAMPLING).mean(axis=2)
+    # a mass on a spring and damper, the glue, by the bilinear transformation
+    w, w0 = 2.0 * RATE_HZ * OVERSAMPLING, 2.0 * np.pi * GLUE_HZ
+    damping = 2.0 * GLUE_DAMPING * w0 * w
+    below = [w**2 + damping + w0**2, 2.0 * (w0**2 - w**2), w**2 - damping + w0**2]
+    shocks = lfilter([w0**2 + damping, 2.0 * w0**2, w0**2 - damping], below, shocks, axis=1)
+    signal = shocks.reshape(3, count, OVERSAMPLING).mean(axis=2)
     signal[:2] += _belt_acceleration(path, s, v, vdot)
     signal[2] += CROSS_AXIS * signal[1]
     signal += NOISE_G * rng.standard_normal(signal.shape)
@@ -219,14 +224,6 @@ def _impacts(t, s, path, speed, rng):
         shape = np.where(since < length[:, None], np.sin(np.pi * since / length[:, None]), 0.0)
         np.add.at(out, (slice(None), index), vector[:, :, None] * shape)
     return out[:, : t.size]
-
-
-def _glue(a):
-    """Response (3, n) of a mass on a spring and damper to the acceleration of its base, bilinear."""
-    w, w0 = 2.0 * RATE_HZ * OVERSAMPLING, 2.0 * np.pi * GLUE_HZ
-    damping = 2.0 * GLUE_DAMPING * w0 * w
-    below = [w**2 + damping + w0**2, 2.0 * (w0**2 - w**2), w**2 - damping + w0**2]
-    return lfilter([w0**2 + damping, 2.0 * w0**2, w0**2 - damping], below, a, axis=1)
 
 
 def _comments(rpm):

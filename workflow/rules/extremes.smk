@@ -5,9 +5,7 @@ EXTREMES = ("solvers", "stability")
 
 rule extremes_part:
     """Some families of the extremes."""
-    input:
-        rig=CONFIG.rig,
-        kernels=SEVERAL_METHODS,
+    input: rig=CONFIG.rig, kernels=SEVERAL_METHODS
     output: f"{R}/{{short}}extremes/{{family}}.csv"
     params: form=form("extremes")
     priority: 30

@@ -4,9 +4,7 @@
 
 rule peer_runs:
     """The same loop in Exudyn. Without Exudyn, our side alone."""
-    input:
-        rig=CONFIG.rig,
-        kernels=KERNELS,
+    input: rig=CONFIG.rig, kernels=KERNELS
     output:
         curves=f"{R}/peers/fig14.csv",
         summary=f"{R}/peers/summary.csv",
@@ -35,9 +33,7 @@ rule peer:
 
 rule peer_trade:
     """The point of Exudyn in the picture of accuracy against cost; without Exudyn there is none."""
-    input:
-        rig=CONFIG.rig,
-        kernels=KERNELS,
+    input: rig=CONFIG.rig, kernels=KERNELS
     output: f"{R}/peers/trade.csv"
     params: steps_s=sorted(CONFIG.peers.exudyn_steps_s)[-2:]
     log: f"{R}/logs/peer_trade.log"

@@ -13,8 +13,7 @@ RUNS = {kind: [run for run in SCENES if re.fullmatch(pattern, run)] for kind, pa
 
 rule measure:
     """The numbers of some runs, a row a run."""
-    input:
-        recordings=lambda wildcards: [recording(run) for run in RUNS[wildcards.kind]],
+    input: recordings=lambda wildcards: [recording(run) for run in RUNS[wildcards.kind]]
     output: csv=f"{R}/measured/{{kind}}.csv"
     params: runs=lambda wildcards: RUNS[wildcards.kind]
     wildcard_constraints: kind="records|ring"
@@ -41,8 +40,7 @@ rule metrics:
 
 rule parameters:
     """Every parameter with its kind: what is printed, derived, assumed and fitted."""
-    input:
-        rig=CONFIG.rig,
+    input: rig=CONFIG.rig
     output:
         csv=f"{R}/tables/parameters.csv",
         md=f"{R}/tables/parameters.md",
@@ -92,8 +90,7 @@ rule statistics:
 
 rule closure:
     """Figure 15: the closure error."""
-    input:
-        recordings=[recording(run) for run in SPEEDS],
+    input: recordings=[recording(run) for run in SPEEDS]
     output: figure("fig15")
     params: speeds=CONFIG.records.speeds_rpm
     log: f"{R}/logs/fig15.log"

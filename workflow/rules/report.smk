@@ -16,9 +16,7 @@ MOVING = {
 
 rule animation_run:
     """A short run in steady motion with every pitch recorded."""
-    input:
-        rig=CONFIG.rig,
-        kernels=KERNELS,
+    input: rig=CONFIG.rig, kernels=KERNELS
     output: recording("animation")
     params: scenes=[MOVING]
     log: f"{R}/logs/animation_run.log"
@@ -27,8 +25,7 @@ rule animation_run:
 
 rule animation:
     """One turn of the sprocket as a GIF."""
-    input:
-        ring=rules.animation_run.output[0],
+    input: ring=rules.animation_run.output[0]
     output: f"{R}/figures/animation.gif"
     log: f"{R}/logs/animation.log"
     script: "../replication/report/figures/animation.py"
@@ -114,7 +111,7 @@ rule manifest:
         inputs=RUN_INPUTS,
     output: f"{R}/manifest.json"
     log: f"{R}/logs/manifest.log"
-    script: "../replication/certify/manifest.py"
+    script: "../replication/certify.py"
 
 
 rule studies:

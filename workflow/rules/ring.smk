@@ -13,8 +13,7 @@ rule meshing_figures:
 
 rule ring_figures:
     """Figures 23 and 24: force and duration against the radius."""
-    input:
-        metrics=f"{R}/measured/ring.csv",
+    input: metrics=f"{R}/measured/ring.csv"
     output: **{name: figure(name) for name in ("fig23_a", "fig23_b", "fig24")}
     log: f"{R}/logs/ring_figures.log"
     script: "../replication/report/figures/ring_study.py"

@@ -11,8 +11,7 @@ def compiling(method):
 
 rule warm_up:
     """Compile the kernels once: parallel jobs on a cold cache would each compile them."""
-    input:
-        rig=CONFIG.rig,
+    input: rig=CONFIG.rig
     output: KERNELS
     params: scenes=[compiling("semi_implicit")]
     log: f"{R}/logs/warm_up.log"
@@ -37,9 +36,7 @@ def scenes_of(runs):
 
 rule simulate:
     """One run: settle, start, record."""
-    input:
-        rig=CONFIG.rig,
-        kernels=KERNELS,
+    input: rig=CONFIG.rig, kernels=KERNELS
     output: recording("{run}")
     # fields of the scene: a change in the configuration reruns only the runs it touches
     params: scenes=scenes_of(["{run}"])
@@ -53,9 +50,7 @@ OF_A_SPEED = [f"ring/{{rpm}}rpm_{ring_name(radius)}" for radius in CONFIG.ring_s
 
 rule ring_runs:
     """Every ring of the study at one speed: a process for each would spend a third of its time on its start."""
-    input:
-        rig=CONFIG.rig,
-        kernels=KERNELS,
+    input: rig=CONFIG.rig, kernels=KERNELS
     output: [recording(run) for run in OF_A_SPEED]
     params:
         scenes=scenes_of(OF_A_SPEED),

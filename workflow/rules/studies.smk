@@ -28,8 +28,7 @@ rule fidelity_setting:
 
 rule fidelity:
     """Every setting of the ladder against the paper's fidelity: difference and cost."""
-    input:
-        settings=[f"{R}/fidelity/{setting}.csv" for setting in CONFIG.ladder_settings],
+    input: settings=[f"{R}/fidelity/{setting}.csv" for setting in CONFIG.ladder_settings]
     output:
         csv=f"{R}/fidelity.csv",
         md=f"{R}/tables/fidelity.md",
@@ -53,9 +52,7 @@ rule trade_scene:
 
 rule trade_promises:
     """The planner on one scene kept apart."""
-    input:
-        rig=CONFIG.rig,
-        kernels=SEVERAL_METHODS,
+    input: rig=CONFIG.rig, kernels=SEVERAL_METHODS
     output: f"{R}/{{short}}trade/promises_{{scenes}}.csv"
     params: form=form("trade")
     priority: 40

@@ -3,7 +3,9 @@
 A reader who has the article fills them in (``config/article.csv``); an empty cell leaves its claims not comparable.
 """
 
-from math import isfinite
+from contextlib import suppress
+from itertools import product
+from math import inf, nan
 from pathlib import Path
 from typing import NamedTuple
 
@@ -27,13 +29,10 @@ class Cell(NamedTuple):
 
 
 TIMES = (Cell("2", "one simulation", "proposed_s"), Cell("2", "one simulation", "recurdyn_s"))
-COLUMNS = {
-    "3": [f"{value}_{source}_g" for value in ("rms", "sd") for source in ("simulation", "experiment")],
-    "4": ["rms_g"],
-}
-CELLS = (
-    *TIMES,
-    *(Cell(table, str(rpm), name) for table, names in COLUMNS.items() for rpm in printed.SPEEDS_RPM for name in names),
+PAIRS = {name: (f"{name}_simulation_g", f"{name}_experiment_g") for name in ("rms", "sd")}  # columns of Table 3
+COLUMNS = {"3": (*PAIRS["rms"], *PAIRS["sd"]), "4": ("rms_g",)}
+CELLS = TIMES + tuple(
+    Cell(table, str(rpm), name) for table, names in COLUMNS.items() for rpm in printed.SPEEDS_RPM for name in names
 )
 # points by which printed cells may miss a printed difference: two cells near 1 g with two decimals, 0.005 g off each
 ROUNDED_DIFFERENCE = 1.1
@@ -59,27 +58,22 @@ def load_cells(path: Path | str) -> dict[Cell, float]:
             continue
         if cell in cells:
             raise InputError(f"{path}: {cell} is given twice; keep one of its rows")
-        try:
+        with suppress(ValueError):
             cells[cell] = parse_number(text)
-        except ValueError:
-            cells[cell] = float("nan")
-        if not (isfinite(cells[cell]) and cells[cell] > 0):
+        if not 0 < cells.get(cell, 0.0) < inf:
             raise InputError(f"{path}: {cell} = {shown(text)}: must be a number above 0, or empty")
     for cell, other in (TIMES, TIMES[::-1]):
         if cell in cells and other not in cells:
             raise InputError(f"{path}: {other} is empty and {cell.column} is given: give both times, or none")
-    for name, text in (("rms", printed.RMS_DIFFERENCE), ("sd", printed.SD_DIFFERENCE)):
-        for rpm, known in text.items():
-            pair = [Cell("3", str(rpm), f"{name}_{source}_g") for source in ("simulation", "experiment")]
-            if not {*pair} <= cells.keys():
-                continue
-            simulated, measured = (cells[cell] for cell in pair)
-            difference = value_difference(simulated, measured)
-            if abs(difference - known) > ROUNDED_DIFFERENCE:
-                raise InputError(
-                    f"{path}: {pair[0]} = {simulated:g} and {pair[1].column} = {measured:g} differ by {difference:.3g} "
-                    f"% where the text prints {known:g} %; cells that differ as printed are accepted"
-                )
+    for rpm, name in product(printed.SPEEDS_RPM, PAIRS):
+        pair = [Cell("3", str(rpm), column) for column in PAIRS[name]]
+        simulated, measured = (cells.get(cell, nan) for cell in pair)
+        difference, known = value_difference(simulated, measured), printed.DIFFERENCES[name][rpm]
+        if abs(difference - known) > ROUNDED_DIFFERENCE:
+            raise InputError(
+                f"{path}: {pair[0]} = {simulated:g} and {pair[1].column} = {measured:g} differ by {difference:.3g} "
+                f"% where the text prints {known:g} %; cells that differ as printed are accepted"
+            )
     return cells
 
 

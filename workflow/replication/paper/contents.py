@@ -3,6 +3,7 @@
 `contents.yaml` beside this file is the one list: from a rule to its figures and tables with their titles and captions.
 """
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -25,11 +26,8 @@ class Item:
     @property
     def label(self) -> str:
         """``Figure 7``, ``Table 2``; for our own nothing."""
-        for word, name in (("fig", "Figure"), ("table", "Table")):
-            number = self.key.removeprefix(word)
-            if number != self.key and number.isdigit():
-                return f"{name} {int(number)}"
-        return ""
+        numbered = re.fullmatch(r"(fig|table)(\d+)", self.key)
+        return f"{'Figure' if numbered[1] == 'fig' else 'Table'} {int(numbered[2])}" if numbered else ""
 
     def caption(self, synthetic: bool | None) -> list[str]:
         """Paragraphs of the caption, plain text, names of files and columns in backquotes (`printed.SENSORS`)."""

@@ -100,9 +100,11 @@ def collect(results: Path | str, rpm: float, radius: float, cells: Mapping[Cell,
     ``rpm`` (rev/min) and ``radius`` (m) are those of the meshing process; ``peers/summary.csv`` may be missing.
     """
     results = Path(results)
-    metrics = pd.read_csv(results / "metrics.csv")
-    peer, costs = results / "peers" / "summary.csv", results / "tables" / "table2.csv"
-    starts = []
+    metrics, starts = pd.read_csv(results / "metrics.csv"), []
+    peer, costs = (
+        pd.read_csv(path) if (path := results / name).is_file() else pd.DataFrame()
+        for name in ("peers/summary.csv", "tables/table2.csv")
+    )
     for run in metrics["run"][metrics["run"].str.fullmatch(r"[\d.]+rpm")]:
         recording = load_recording(results / "runs" / f"{run}.npz")
         starts.append(lines_by_start(recording).assign(rpm=recording.scene.motor_rpm))
@@ -113,7 +115,7 @@ def collect(results: Path | str, rpm: float, radius: float, cells: Mapping[Cell,
         rpm=rpm,
         radius=radius,
         starts=pd.concat(starts, ignore_index=True),
-        peer=pd.read_csv(peer) if peer.is_file() else pd.DataFrame(),
-        costs=pd.read_csv(costs) if costs.is_file() else pd.DataFrame(),
+        peer=peer,
+        costs=costs,
         cells=cells or {},
     )

@@ -11,8 +11,8 @@ import pandas as pd
 from replication.peers import OURS, PEER
 from replication.peers.contact import make_contacts
 from replication.peers.exudyn_loop import PeerRun, free_wheels, require_exudyn, run_exudyn_loop
+from replication.study.accuracy.statistics import timed_run
 from replication.study.settings import peer_scene
-from replication.study.timed_run import timed_run
 from trackdyn.errors import InputError
 from trackdyn.files import write_csv, write_text
 from trackdyn.rig.rig import Rig, load_rig
@@ -28,6 +28,11 @@ def percent_of_range(difference, reference) -> float:
     return float(100 * np.abs(difference).max() / (reference.max() - reference.min()))
 
 
+def first_sample(scene: Scene) -> int:
+    """Number of the sample of the other code that is the recording's first."""
+    return round(scene.ramp * scene.rig.rate) + 1
+
+
 def run_peer(scene: Scene, step: float, watch: Callable | None = None) -> tuple[PeerRun, np.ndarray]:
     """The other code from the same settled start, and the vertical displacement at the recording's samples, m.
 
@@ -37,8 +42,7 @@ def run_peer(scene: Scene, step: float, watch: Callable | None = None) -> tuple[
     times = scene.ramp + scene.duration, step, 1.0 / scene.rig.rate
     contacts, wheels = make_contacts(scene, loop.layout["tensioner_shift_m"]), free_wheels(scene, loop.model)
     run = run_exudyn_loop(loop.model, loop.state, *times, contacts, wheels, watch)
-    first = round(scene.ramp * scene.rig.rate) + 1
-    return run, run.centre[first:, 2 * (scene.rig.first_sensor.pitch - 1), 1]
+    return run, run.centre[first_sample(scene) :, 2 * (scene.rig.first_sensor.pitch - 1), 1]
 
 
 def compare_codes(
@@ -107,7 +111,9 @@ def compare_codes(
             curve |= {"exudyn_m": other}
             row |= {"exudyn_step_s": peer_step, "difference_pct": percent_of_range(other - y, y)}
             row |= {"gap_m": float(run.gap.max())}
-            frames[-1] = _frame(scene, run, recording.frame[0][-1])
+            angle, centre = run.angle[first_sample(scene)], run.centre[first_sample(scene), 0]
+            pin = centre - 0.5 * rig.chain.link_length * np.array([np.cos(angle[0]), np.sin(angle[0])])
+            frames[-1] = np.concatenate([pin, angle, recording.frame[0][-1:]])
         curves.append(pd.DataFrame(curve))
         summary.append(row)
     shift = float(ours[step].recording.meta["layout"]["tensioner_shift_m"])
@@ -129,15 +135,6 @@ def _ladder(code: str, runs: dict, accuracy_pct: float) -> tuple[list[dict], flo
         row["chosen"] = "yes" if row["step_s"] == chosen else ""
         row["printed_in_the_paper"] = "lost"
     return rows, chosen
-
-
-def _frame(scene: Scene, run: PeerRun, sprocket_angle: float) -> np.ndarray:
-    """Configuration of the other code at the first recorded sample, as the pictures want it."""
-    k = round(scene.ramp * scene.rig.rate) + 1
-    angle = run.angle[k]
-    arm = 0.5 * scene.rig.chain.link_length
-    pin = run.centre[k, 0] - arm * np.array([np.cos(angle[0]), np.sin(angle[0])])
-    return np.concatenate([pin, angle, [sprocket_angle]])
 
 
 @run_job

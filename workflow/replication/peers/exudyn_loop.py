@@ -120,7 +120,7 @@ def run_exudyn_loop(
     chain, start = model.chain, coordinates(model.chain, state)
     container = exu.SystemContainer()
     mbs = container.AddSystem()
-    nodes = _add_chain(mbs, chain, *start) + _add_wheels(mbs, wheels)
+    nodes = _add_bodies(mbs, chain, *start, wheels)
     after_step, memory = _add_contacts(exu, mbs, nodes, model, state, contacts)
     positions = np.zeros((round(duration / sample) + 1, *start[0].shape))
     positions[0] = start[0]
@@ -143,12 +143,18 @@ def run_exudyn_loop(
     mbs.SetPostStepUserFunction(at_end_of_step)
     mbs.Assemble()
     wall, cpu = _solve(exu, mbs, duration, step)
-    times, gap = np.arange(len(positions)) * sample, _gaps(chain, positions)
-    return PeerRun(times, positions[:, :, :2].copy(), positions[:, :, 2].copy(), gap, wall, cpu)
+    centre, angle = positions[:, :, :2].copy(), positions[:, :, 2].copy()
+    c, s = np.cos(angle), np.sin(angle)
+    first, second = (  # pins of every body
+        centre + np.stack([x * c + chain.com_y * s, x * s - chain.com_y * c], axis=2)
+        for x in (-chain.com_x, chain.length - chain.com_x)
+    )
+    gap = np.hypot(*(np.roll(first, -1, axis=1) - second).transpose(2, 0, 1)).max(axis=1)
+    return PeerRun(np.arange(len(positions)) * sample, centre, angle, gap, wall, cpu)
 
 
-def _add_chain(mbs, chain: Chain, q: np.ndarray, v: np.ndarray) -> list:
-    """Add bodies, joints and bushings at (n, 3) coordinates with their rates; returns the nodes."""
+def _add_bodies(mbs, chain: Chain, q: np.ndarray, v: np.ndarray, wheels: np.ndarray) -> list:
+    """Add the chain at (n, 3) coordinates with their rates, joints and bushings, and free wheels; returns the nodes."""
     import exudyn.itemInterface as items
 
     nodes, bodies, angles = [], [], []
@@ -171,17 +177,9 @@ def _add_chain(mbs, chain: Chain, q: np.ndarray, v: np.ndarray) -> list:
         free_angle = chain.free_angle + (2 * pi if k == 0 else 0.0)  # angles fall by one turn along the loop
         spring = {"markerNumbers": [angles[i], angles[k]], "offset": free_angle} | bushing
         mbs.AddObject(items.ObjectConnectorCoordinateSpringDamper(**spring))
-    return nodes
-
-
-def _add_wheels(mbs, wheels: np.ndarray) -> list:
-    """Add the free wheels with the drag of their bearings; returns the nodes."""
-    import exudyn.itemInterface as items
-
-    floor = mbs.AddNode(items.NodePointGround())
-    fixed = mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=floor, coordinate=0))
+    ground = mbs.AddNode(items.NodePointGround())
+    fixed = mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=ground, coordinate=0))
     at_rest = {"referenceCoordinates": [0.0], "initialCoordinates": [0.0], "initialVelocities": [0.0]}
-    nodes = []
     for inertia, drag in wheels.tolist():
         nodes.append(mbs.AddNode(items.Node1D(**at_rest)))
         mbs.AddObject(items.ObjectRotationalMass1D(inertia=inertia, nodeNumber=nodes[-1]))
@@ -212,16 +210,6 @@ def _solve(exu, mbs, duration: float, step: float) -> tuple[float, float]:
     if reached is False:
         raise DivergenceError(f"exudyn: its solver gave up with a step of {step:g} s")
     return time.perf_counter() - wall, time.process_time() - cpu
-
-
-def _gaps(chain: Chain, q: np.ndarray) -> np.ndarray:
-    """Largest distance between the pins of any joint in every sample (s, n, 3), m."""
-    c, s = np.cos(q[:, :, 2]), np.sin(q[:, :, 2])
-    first, second = (
-        q[:, :, :2] + np.stack([x * c + chain.com_y * s, x * s - chain.com_y * c], axis=2)
-        for x in (-chain.com_x, chain.length - chain.com_x)
-    )
-    return np.hypot(*(np.roll(first, -1, axis=1) - second).transpose(2, 0, 1)).max(axis=1)
 
 
 def _add_contacts(exu, mbs, nodes: list, model: Model, state: State, contacts: Contacts) -> tuple[Callable, Memory]:

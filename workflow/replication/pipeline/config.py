@@ -14,7 +14,7 @@ from pydantic import Field, model_validator
 from replication.paper.cells import load_cells
 from replication.paper.evidence import LEAST_RADII
 from replication.paper.printed import RECORD_DURATION
-from replication.study.settings import STUDIES, Allowed, StudiesFile, longest_step, peer_scene, rising
+from replication.study.settings import STUDIES, Allowed, StudiesFile, longest_step, peer_scene
 from replication.study.variants import REFERENCE, SETTINGS
 from trackdyn.errors import InputError, TrackdynError, naming
 from trackdyn.rig.rig import Rig, load_rig
@@ -134,13 +134,13 @@ class Config(Section):
         above = next(ancestor for ancestor in (folder, *folder.parents) if ancestor.exists())
         if not os.access(above, os.W_OK):
             raise InputError(f"results = {shown(self.results)}: {above} is not writable; choose another folder")
-        for where in ("records.speeds_rpm", "ring_study.speeds_rpm", "ring_study.radii_m", "fidelity.speeds_rpm"):
+        of_study = ("ring_study.speeds_rpm", "ring_study.radii_m", "ring_study.steps_s")
+        for where in ("records.speeds_rpm", *of_study, "fidelity.speeds_rpm"):
             values = attrgetter(where)(self) or ()
-            for before, after in pairwise(values):
+            for before, after in pairwise(value[0] if isinstance(value, tuple) else value for value in values):
                 if after <= before:
                     problem = "occurs twice" if after == before else f"comes after {before:g}"
                     raise InputError(f"{where} = {values}: {after:g} {problem}; give rising values")
-        rising("ring_study.steps_s", self.ring_study.steps_s or ())
         if self.sensor_csv:
             try:
                 names = [self.sensor_csv.format(rpm=f"{rpm:g}") for rpm in self.records.speeds_rpm]

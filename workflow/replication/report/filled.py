@@ -50,15 +50,9 @@ def _markdown(table: pd.DataFrame) -> str:
     return table.to_markdown(index=False, disable_numparse=True)
 
 
-def readme_text(
-    card: pd.DataFrame,
-    judged: pd.DataFrame,
-    parameters: pd.DataFrame,
-    claims: pd.DataFrame,
-    near: pd.DataFrame,
-    promises: pd.DataFrame,
-) -> str:
-    """The answer, its table, and what an answer costs."""
+def readme_text(*tables: pd.DataFrame) -> str:
+    """The answer, its table, and what an answer costs; tables in the order of `README`."""
+    card, judged, parameters, claims, near, promises = tables
     marks = ", ".join(f"{mark} {verdict}" for verdict, mark in MARKS.items() if verdict != NO_TEST)
     rig = card["rig"].iloc[0]
     sentences = *answer_sentences(card, judged, claims), outside_sentence(parameters, rig), neighbours_sentence(near)
@@ -134,12 +128,12 @@ def write_pages(files: Iterable[str], pages: Iterable[tuple[str, tuple[str, ...]
         fill(Path(page), [Path("docs", "measured", source) for source in sources], write)
 
 
-README = ("claims.csv", "sentences.csv", "parameters.csv", "plausible_claims.csv", "plausible_near.csv")
+README = ("claims", "sentences", "parameters", "plausible_claims", "plausible_near", "planner")
 PAGES = (
     ("docs/speed-and-accuracy.md", ("trade.csv", "default_step.csv", "extremes_short_runs.csv"), settings_text),
     ("docs/deviations.md", ("fidelity.csv",), departures_text),
     ("docs/choose-a-ring.md", ("ring_trials.csv",), ring_text),
-    ("README.md", (*README, "planner.csv"), readme_text),
+    ("README.md", tuple(f"{name}.csv" for name in README), readme_text),
 )
 
 if __name__ == "__main__":

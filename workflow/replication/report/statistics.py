@@ -45,7 +45,7 @@ def table3(metrics: pd.DataFrame, sensors: Sensors, label: str = "synthetic sens
     for rpm, run, measured in _pairs(metrics, sensors):
         sensor = measured or defaultdict(lambda: nan)
         row = {"speed_rpm": rpm, "sensor_record": label}
-        for name, paper in (("rms", printed.RMS_DIFFERENCE), ("sd", printed.SD_DIFFERENCE)):
+        for name, paper in printed.DIFFERENCES.items():
             simulated, error = float(run[f"{name}_whole_g"]), float(run[f"{name}_whole_error_g"])
             measured, standard_error = sensor[f"{name}_whole_g"], sensor[f"{name}_whole_error_g"]
             row |= {

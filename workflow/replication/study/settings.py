@@ -4,7 +4,6 @@ A study has the name of its rule, and ``<name>.csv`` is a file of the results th
 form of a long one lies in the folder ``short`` of the results, where the rule ``<name>_form`` makes both forms.
 """
 
-from itertools import pairwise
 from math import ceil
 from typing import Annotated, Generic, Literal, TypeVar
 
@@ -35,14 +34,6 @@ PICTURED = (115.0, 0.308)  # scene of the picture of accuracy against cost
 # beyond
 Pair = Annotated[tuple[Positive, Positive], Field(strict=False)]
 Allowed = Annotated[list[Pair], Field(min_length=1)]
-
-
-def rising(where: str, steps: Allowed) -> None:
-    """Refuse upper bounds that do not rise."""
-    for (before, _), (after, _) in pairwise(steps):
-        if after <= before:
-            pairs = [list(pair) for pair in steps]
-            raise InputError(f"{where} = {pairs}: {after:g} comes after {before:g}; give rising values")
 
 
 def longest_step(steps: Allowed | None, value: float | None) -> float | None:

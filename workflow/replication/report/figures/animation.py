@@ -66,20 +66,6 @@ def draw_moment(ax: Axes, rig: Rig, recording: Recording, index: int, near: bool
     draw_force_bar(ax, bar)
 
 
-def _canvas(recording: Recording) -> Figure:
-    """A figure that says what runs and what the arrows are."""
-    figure = Figure(figsize=(WIDTH, HEIGHT), dpi=DPI, layout="none")  # axes are placed by hand
-    FigureCanvasAgg(figure)
-    scene = recording.scene
-    figure.suptitle(f"{scene.motor_rpm:g} rpm, {ring_words(scene.ring_radius)}", x=0.02, ha="left", fontsize=9)
-    present = [side for i, side in enumerate(NAMES) if (recording.force[:, :, i] > 0).any()]
-    handles = [Line2D([], [], **LOOKS[side] | {"linestyle": "-"}, markersize=4, label=NAMES[side]) for side in present]
-    if handles:
-        where = {"loc": "upper right", "bbox_to_anchor": (0.995, 0.995), "ncols": len(handles), "frameon": False}
-        figure.legend(handles=handles, fontsize=8, handlelength=1.0, columnspacing=1.0, **where)
-    return figure
-
-
 @styled
 def write_animation(recording: Recording, path: Path | str) -> int:
     """Write one turn of the sprocket as a GIF: the sprocket beside the whole loop; returns how many pictures.
@@ -96,7 +82,15 @@ def write_animation(recording: Recording, path: Path | str) -> int:
     stride = max(1, round(INTERVAL / between))
     step = stride * between
     indices = [i * stride for i in range(round(recording.periods.turn / step)) if i * stride < len(recording.frame)]
-    figure = _canvas(recording)
+    figure = Figure(figsize=(WIDTH, HEIGHT), dpi=DPI, layout="none")  # axes are placed by hand
+    FigureCanvasAgg(figure)
+    scene = recording.scene
+    figure.suptitle(f"{scene.motor_rpm:g} rpm, {ring_words(scene.ring_radius)}", x=0.02, ha="left", fontsize=9)
+    present = [side for i, side in enumerate(NAMES) if (recording.force[:, :, i] > 0).any()]
+    handles = [Line2D([], [], **LOOKS[side] | {"linestyle": "-"}, markersize=4, label=NAMES[side]) for side in present]
+    if handles:
+        where = {"loc": "upper right", "bbox_to_anchor": (0.995, 0.995), "ncols": len(handles), "frameon": False}
+        figure.legend(handles=handles, fontsize=8, handlelength=1.0, columnspacing=1.0, **where)
     near = figure.add_axes((0.0, 0.0, 0.43, 0.91))
     complete = figure.add_axes((0.43, 0.0, 0.57, 0.91))
     pictures: list[Image.Image] = []

@@ -8,7 +8,6 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 
 from replication.report import marks
-from trackdyn.model.constants import Chain
 from trackdyn.plots import drawing
 from trackdyn.plots.drawing import Z_MARK
 from trackdyn.plots.style import BLACK, SMALL, VERMILION, new_figure, styled
@@ -105,18 +104,12 @@ def topology_figure(rig: Rig) -> Figure:
     figure = new_figure(6.0)
     chains = (("(a) links and connectors", build_chain(rig)), ("(b) one body a pitch", build_chain(rig, "single_pin")))
     for ax, (title, chain) in zip(figure.subplots(2, 1), chains, strict=True):
-        kinds = _body_kinds(rig, chain)
+        bodies = len(chain.length)
+        links = np.isclose(chain.length, rig.chain.link_length)
+        kinds = ["pitch"] * bodies if bodies == rig.chain.pitches else np.where(links, "link", "connector").tolist()
         _draw_loop(ax, kinds)
-        bodies = len(kinds)
         ax.set_title(f"{title}: {bodies} bodies, {bodies - 1} joints in the tree, joint {2 * bodies} cut")
     return figure
-
-
-def _body_kinds(rig: Rig, chain: Chain) -> list[str]:
-    """Kind of every body of a simulated chain, by its length."""
-    if len(chain.length) == rig.chain.pitches:
-        return ["pitch"] * rig.chain.pitches
-    return ["link" if np.isclose(length, rig.chain.link_length) else "connector" for length in chain.length]
 
 
 def _draw_loop(ax: Axes, kinds: list[str]) -> None:

@@ -8,9 +8,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
 from replication.report.tables import write_captioned_table
-from replication.study.extremes.judge import extremes_summary
+from replication.study.extremes.judge import COLUMNS, extremes_summary
+from replication.study.extremes.long_run import long_run
 from replication.study.extremes.resolved import short_runs_summary, short_runs_verdict
-from replication.study.extremes.run import gathered
 from replication.study.extremes.stability_map import QUANTITIES, stable_steps
 from replication.study.settings import LONG_RUN, ExtremesForm, parts_of
 from trackdyn.files import write_csv
@@ -95,9 +95,9 @@ def main(job) -> None:
     # words stay words, and one that is not there is empty
     read = [pd.read_csv(path, dtype=WORDS).fillna(dict.fromkeys(WORDS, "")) for path in job.input.parts]
     tables = dict(zip(parts_of(form), read, strict=True))
-    rows = gathered(form, tables)
+    write_csv(out.chunks, chunks := tables.pop(LONG_RUN))
+    rows = pd.concat([pd.DataFrame(long_run(chunks), columns=COLUMNS), *tables.values()], ignore_index=True)
     write_csv(out.csv, rows)
-    write_csv(out.chunks, tables[LONG_RUN])
     counts = extremes_summary(rows)
     last = counts.iloc[-1]
     sentence = (

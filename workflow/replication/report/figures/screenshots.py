@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Patch
 from matplotlib.patheffects import withStroke
 from scipy.ndimage import uniform_filter1d
@@ -113,21 +112,17 @@ def screenshot_figure(rig: Rig, recording: Recording) -> Figure:
         f"Arrows: forces at the instant drawn, at most {1000 * late:.1f} ms from the event.\n "
     )
     figure.suptitle(text, x=0.01, ha="left", fontsize=8)
-    figure.legend(handles=_handles(rig, shown, ring), loc="outside lower center", ncols=3, fontsize=7.5)
-    return figure
-
-
-def _handles(rig: Rig, shown: Selected, ring: float | None) -> list:
-    """Legend: the marked bodies, the forces, the joints."""
     handles: list = [Patch(**drawing.MARKED, label=f"connector {shown.connector}")]
     if ring is not None:
         ahead = shown.connector % rig.chain.pitches + 1
         handles.append(Patch(**drawing.MARKED_TOO, label=f"link {ahead}, ahead of it"))
     for side in SIDES[: 2 if ring is None else 3]:
         if shown.sides.loc[side, "count"]:
-            look = LOOKS[side] | {"linestyle": "-"}
-            handles.append(Line2D([], [], **look, markersize=4, linewidth=1.6, label=f"force, {NAMES[side]}"))
-    return [*handles, Line2D([], [], **drawing.JOINT, label="joint of two areas")]
+            look = LOOKS[side] | {"linestyle": "-", "markersize": 4, "linewidth": 1.6}
+            handles.append(marks.handle(f"force, {NAMES[side]}", **look))
+    handles.append(marks.handle("joint of two areas", **drawing.JOINT))
+    figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=7.5)
+    return figure
 
 
 def _draw_panel(ax: Axes, rig: Rig, recording: Recording, shown: Selected, moment: Moment) -> None:

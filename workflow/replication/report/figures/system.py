@@ -33,7 +33,8 @@ def system_figure(rig: Rig) -> Figure:
     frame, shift = drawing.laid_frame(rig)
     figure = new_figure(6.9)
     system, model = figure.subplots(2, 1, sharex=True, sharey=True)
-    _draw_system(system, rig, frame, shift)
+    drawing.draw_loop(system, rig, frame, shift, rig.sprocket.ring_radius)
+    _draw_base(system, rig, frame, shift)
     ring = "\nwith ring" if rig.ring_radius else ""
     for name, (x, y, _) in zip(wheel_names(rig), wheel_circles(rig, shift, surface=True), strict=True):
         marks.write_mark(system, (x, y + 0.13), f"{words(name)}{ring * (name == 'sprocket')}", bbox=BOX)
@@ -70,15 +71,11 @@ def _above(rig: Rig, pins, first: int, fraction: float) -> int:
     return 2 * int(np.argmin(away[first::2])) + first
 
 
-def _draw_system(ax: Axes, rig: Rig, frame, shift: float, sensor_body: tuple[int, ...] = ()) -> None:
-    drawing.draw_loop(ax, rig, frame, shift, rig.sprocket.ring_radius, highlight=sensor_body)
-    _draw_base(ax, wheel_circles(rig, shift), drawing.chain_points(rig, frame)[0])
-
-
-def _draw_base(ax: Axes, circles, pins) -> None:
+def _draw_base(ax: Axes, rig: Rig, frame, shift: float) -> None:
     """Ground, and the posts that hold the wheels' bearings."""
+    pins = drawing.chain_points(rig, frame)[0]
     low = pins[:, 1].min() - GROUND
-    for x, y, _ in circles:
+    for x, y, _ in wheel_circles(rig, shift):
         post = [[x - 0.02, y], [x + 0.02, y], [x + 0.05, low], [x - 0.05, low]]
         ax.add_patch(Polygon(post, facecolor="0.75", edgecolor="0.3", linewidth=0.6, zorder=drawing.Z_RING - 0.5))
     ends = pins[:, 0].min(), pins[:, 0].max()
@@ -108,7 +105,7 @@ def touching_links(rig: Rig, frame, shift: float) -> list[tuple[int, int, np.nda
 def _draw_model(ax: Axes, rig: Rig, frame, shift: float) -> None:
     pins, _, _ = drawing.chain_points(rig, frame)
     circles = wheel_circles(rig, shift, surface=True)
-    _draw_base(ax, circles, pins)
+    _draw_base(ax, rig, frame, shift)
     looks = [("link", {"color": BLUE, "linewidth": 3.0}), ("connector", {"color": ORANGE, "linewidth": 1.6})]
     for first, (_, look) in enumerate(looks):
         for body in range(first, len(pins) - 1, 2):
@@ -235,7 +232,8 @@ def setup_figure(rig: Rig) -> Figure:
     body = _above(rig, pins, 0, 0.5)  # where the selected link may be seen
     figure = new_figure(3.5)
     ax = figure.subplots()
-    _draw_system(ax, rig, frame, shift, (body,))
+    drawing.draw_loop(ax, rig, frame, shift, rig.sprocket.ring_radius, highlight=(body,))
+    _draw_base(ax, rig, frame, shift)
     angles = drawing.chain_points(rig, frame)[1]
     sensor = drawing.placed([[rig.first_sensor.x, rig.first_sensor.y]], pins[body], angles[body])[0]
     up = marks.polar(angles[body] + pi / 2)

@@ -65,7 +65,6 @@ def default_step_text(rows: pd.DataFrame) -> str:
 
 
 def _worst(rows: pd.DataFrame, rings: str) -> str:
-    """The sentence of rigs with their rings, or without."""
     known = rows["measure"].isin(["rms", "left_peak"]) & (rows["uncertainty"] < KNOWN * rows["error"].abs())
     worst = rows.loc[known].assign(error=rows["error"].abs())
     worst = worst.loc[worst.groupby("measure")["error"].idxmax()].set_index("measure")

@@ -8,7 +8,7 @@ curve and where on its axis the row stands.
 """
 
 import warnings
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 
 import numpy as np
 import pandas as pd
@@ -17,10 +17,10 @@ from trackdyn.errors import DivergenceError, InputError
 
 COMPLETED, MARKED, REFUSED, DEFECT = "completed", "marked", "refused", "defect"
 OUTCOMES = (COMPLETED, MARKED, REFUSED, DEFECT)
-COLUMNS = (
+COLUMNS = [
     "family", "case", "outcome", "reason", "loop_gap_max_m", "energy_residual", "measure", "value", "expected",
     "bound", "group", "at",
-)  # fmt: skip
+]  # fmt: skip
 
 GAP = 1.1e-10  # closure error of a rigid cut, m: the largest that the paper prints, fixed before the runs
 # the tensioner is locked: one on its spring would leave out the methods and the motion in space that it does not have
@@ -29,9 +29,9 @@ FAST = {"duration": 0.05, "lead_in": 0.0, "ramp": 0.1, "contact_log": False, "te
 
 def row(family: str, case: str, outcome: str, reason: str = "", **more) -> dict:
     """A row with every column: those of a ``case`` of a ``family`` that ended in an ``outcome``, the others empty."""
-    return dict.fromkeys(COLUMNS, "") | dict.fromkeys(COLUMNS[4:6] + ("value", "expected", "bound", "at"), np.nan) | {
-        "family": family, "case": case, "outcome": outcome, "reason": reason, **more,
-    }  # fmt: skip
+    numbers = ("loop_gap_max_m", "energy_residual", "value", "expected", "bound", "at")
+    about = {"family": family, "case": case, "outcome": outcome, "reason": reason}
+    return dict.fromkeys(COLUMNS, "") | dict.fromkeys(numbers, np.nan) | about | more
 
 
 def attempted(family: str, case: str, attempt: Callable[..., dict], *arguments) -> dict:
@@ -64,11 +64,6 @@ def below(value: float, bound: float, measure: str, **more) -> dict:
     """Columns of a measured number that must not exceed ``bound``."""
     reason = "" if value <= bound else f"{measure} is {value:.3g}, more than {bound:.2g}"
     return {"reason": reason, "measure": measure, "value": value, "bound": bound, **more}
-
-
-def as_table(rows: Iterable[dict]) -> pd.DataFrame:
-    """Rows in the order of the columns."""
-    return pd.DataFrame(list(rows), columns=list(COLUMNS))
 
 
 def extremes_summary(table: pd.DataFrame) -> pd.DataFrame:

@@ -1,7 +1,6 @@
 """Extremes of the chain: 3 to 5,000 pitches, light connectors, digits of the sweep and of the literal product."""
 
 from collections.abc import Iterator
-from typing import NamedTuple
 
 import numpy as np
 
@@ -27,15 +26,8 @@ LEAST_ERROR = 1e-12
 GROWTH_TOLERANCE = 0.2
 
 
-class Pose(NamedTuple):
-    """A chain in motion: angles, rates, wrenches at the mass centres and bushing torques."""
-
-    angle: np.ndarray
-    rate: np.ndarray
-    force_x: np.ndarray
-    force_y: np.ndarray
-    moment: np.ndarray
-    torque: np.ndarray
+# a chain in motion: angles and rates, forces x and y and moments at the mass centres, bushing torques
+Pose = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
 
 def make_chain(rig: Rig, kind: str, bodies: int) -> Chain:
@@ -69,7 +61,7 @@ def make_pose(chain: Chain, seed: int) -> Pose:
     relative = np.append(np.diff(rate), rate[0] - rate[-1])
     torque = -chain.stiffness * (joint - chain.free_angle) - chain.damping * relative
     wrench = rng.normal(0.0, 1.0, (3, n)) * np.array([[2000.0], [2000.0], [60.0]])
-    return Pose(angle, rate, *wrench, torque)
+    return angle, rate, *wrench, torque
 
 
 def solve(solver: str, chain: Chain, pose: Pose) -> tuple[np.ndarray, np.ndarray]:
@@ -77,12 +69,12 @@ def solve(solver: str, chain: Chain, pose: Pose) -> tuple[np.ndarray, np.ndarray
     if solver == "transfer_product":
         alpha, start = transfer_product.accelerations(chain, *pose)
         return alpha, start[:2]
-    n = len(pose.angle)
-    state, work = make_state(n, 1, 1), make_work(n, 1, 1)
-    state.angle[:], state.rate[:] = pose.angle, pose.rate
-    work.cos[:], work.sin[:] = np.cos(pose.angle), np.sin(pose.angle)
-    for name in ("force_x", "force_y", "moment", "torque"):
-        getattr(work, name)[:] = getattr(pose, name)
+    angle, rate, *loads = pose
+    state, work = make_state(len(angle), 1, 1), make_work(len(angle), 1, 1)
+    state.angle[:], state.rate[:] = angle, rate
+    work.cos[:], work.sin[:] = np.cos(angle), np.sin(angle)
+    for array, load in zip((work.force_x, work.force_y, work.moment, work.torque), loads, strict=True):
+        array[:] = load
     riccati.accelerations(chain, state, work, 0.0)
     sweep = work.sweep
     return sweep.response @ sweep.load, sweep.base @ sweep.load
@@ -146,12 +138,6 @@ def solver_error(solver: str, chain: Chain) -> float:
     return float(np.median(errors))
 
 
-def predicted_error(chain: Chain) -> float:
-    """Rounding times the growth along the chain (`transfer_product.growth`)."""
-    with np.errstate(over="ignore"):
-        return float(EPS * np.float64(transfer_product.growth(chain)) ** (len(chain.length) / 2))
-
-
 def digits(rig: Rig, bodies: list[int]) -> Iterator[dict]:
     """Sweep and literal product on every kind of chain; the product of up to `LONGEST_PRODUCT`."""
     for kind in KINDS:
@@ -167,7 +153,8 @@ def _digits(solver: str, chain: Chain, kind: str) -> dict:
     marks = {"group": f"{solver}, {kind}", "at": n}
     if solver == "transfer_product":
         if kind != KINDS[2]:  # there the prediction is infinite but for rounding
-            marks |= {"expected": predicted_error(chain)}
+            with np.errstate(over="ignore"):  # rounding times the growth along the chain
+                marks |= {"expected": float(EPS * np.float64(transfer_product.growth(chain)) ** (n / 2))}
         return {"outcome": COMPLETED, "measure": "error", "value": solver_error(solver, chain)} | marks
     return below(solver_error(solver, chain), max(LEAST_ERROR, EPS * n**2), "residual", **marks)
 

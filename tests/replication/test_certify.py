@@ -8,8 +8,16 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from replication.certify.comparison import DIFFERS, EQUAL, WITHIN, compare_files
-from replication.certify.manifest import FORMAT, describe, load_manifest, write_manifest
+from replication.certify import (
+    DIFFERS,
+    EQUAL,
+    FORMAT,
+    WITHIN,
+    compare_files,
+    describe,
+    load_manifest,
+    write_manifest,
+)  # fmt: skip
 from tests.conftest import run_command
 from trackdyn.errors import InputError
 

@@ -1,0 +1,241 @@
+"""The manifest of a results folder, hashes of files and numbers of tables, and its comparison with another run.
+
+On one kind of machine equal runs are equal byte for byte. Between kinds of processor the last digits differ
+(docs/running.md has what was measured), so that the numbers of tables are compared.
+"""
+
+from trackdyn.sweeps.snakemake_job import run_job
+
+import hashlib
+import io
+import json
+import platform
+import re
+from collections.abc import Iterable, Mapping
+from importlib.metadata import version
+from pathlib import Path
+from typing import Annotated, NamedTuple
+
+import numpy as np
+import pandas as pd
+from pydantic import Field
+
+from trackdyn.errors import InputError
+from trackdyn.files import read_text, write_text
+from trackdyn.jit import target_hash
+from trackdyn.rig.validation import Section, shown, validated
+from trackdyn.sources import source_hash
+from trackdyn.version import __version__
+
+FORMAT = 3
+NAME = "manifest.json"
+LARGEST = 50_000_000  # bytes of a manifest that is read; that of the full run has less than one million
+LONGEST_TEXT = 120_000  # bytes; a longer table is known by its hash only
+PACKAGES = ("numpy", "scipy", "numba", "pandas", "matplotlib", "snakemake")
+ENDS = {  # kinds of files, and how whole ones end
+    ".csv": rb"\n", ".md": rb"\n", ".json": rb"[}\]]\s*", ".svg": rb"</svg>\s*", ".png": rb"IEND\xaeB`\x82",
+    ".gif": rb";", ".npz": rb"PK\x05\x06.{18}",
+}  # fmt: skip
+# Files that no two runs share: caches, costs, and what shows times of computing or follows from them (the planner takes
+# what was cheapest); and files that are being written.
+LEFT_OUT = re.compile(
+    r"(kernels|benchmarks)/.*|README\.md|manifest\.json|article\.json|(.*/)?\..*"
+    r"|(.*/)?(tables/fidelity\.md|figures/trade\.(png|svg)|planner\.csv|promises_[^/]+\.csv)"
+)
+TIMED_COLUMN = re.compile(r"(start_)?(wall|cpu)_s(_per_s)?|resident_mb")
+
+# Written before the runs that test it: tables are written with six digits or more, a last digit that turns over is at
+# most 1e-5 of a value, and two may.
+RELATIVE = 2e-5
+# Columns that hold rounding and nothing else, and how large it may be: the tests hold the loop closed to 1e-10 m.
+ROUNDING = {"loop_gap_max_m": 1e-10, "gap_before_projection_m": 1e-9, "loop_gap_m": 1e-10, "gap_m": 1e-10}
+NOTHING = 1e-9  # a smaller difference counts as none, relative to the largest value of its column
+SIZE = 0.1  # by which the size of a picture or recording may differ: other last digits hardly change how it packs
+TEXTS = {".csv", ".md", ".json", ".svg"}
+EQUAL, WITHIN, BYTES, DIFFERS, MISSING, EXTRA = "equal", "within", "bytes", "differs", "missing", "extra"
+WORDS = {
+    EQUAL: "equal", WITHIN: "within the tolerance between processors",
+    BYTES: "known by their bytes alone, which differ", DIFFERS: "different", MISSING: "missing",
+    EXTRA: "not in the manifest",
+}  # fmt: skip
+WRONG = (DIFFERS, MISSING)  # statuses that contradict a manifest
+WRONG_EXACTLY = (*WRONG, WITHIN, BYTES)  # where runs must be equal byte for byte
+
+Hash = Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
+
+
+class File(Section):
+    """Hash and size of a file, without columns of times, and the text of a table."""
+
+    sha256: Hash
+    bytes: int
+    text: str | None = None
+
+
+class Manifest(Section):
+    """Content of a manifest."""
+
+    format: int
+    made_with: dict[str, str]  # versions of program, packages and machine
+    inputs: dict[str, Hash]
+    files: dict[str, File]
+
+
+def describe(results: Path | str) -> dict[str, File]:
+    """Describe the files that a run has made in a results folder, by name.
+
+    A folder in it that has kernels of its own, such as ``results/quick``, is another run. Raises `InputError`: there is
+    no such folder, or no file in it.
+    """
+    results = Path(results)
+    if not results.is_dir():
+        raise InputError(f"{results}: no such folder; give the results of a run, such as results")
+    others = [path.parent for path in results.rglob("kernels") if path.parent != results]
+    files = {}
+    for path in sorted(results.rglob("*")):
+        name = path.relative_to(results).as_posix()
+        foreign = any(path.is_relative_to(other) for other in others)
+        if path.suffix in ENDS and path.is_file() and not (foreign or LEFT_OUT.fullmatch(name)):
+            files[name] = _entry(path)
+    if not files:
+        raise InputError(f"{results}: holds no figure, table or recording; make them with `snakemake -j2`")
+    return files
+
+
+def file_hash(path: Path | str) -> str:
+    """SHA-256 of a file, hexadecimal."""
+    return hashlib.sha256(Path(path).read_bytes()).hexdigest()
+
+
+def write_manifest(results: Path | str, inputs: Iterable[Path | str] = ()) -> Path:
+    """Write ``manifest.json`` into a results folder; the same results give the same bytes."""
+    about = {"trackdyn": __version__, "sources": source_hash(), "target": target_hash()}
+    about |= {"python": platform.python_version(), "machine": platform.machine(), "system": platform.system()}
+    manifest = Manifest(
+        format=FORMAT,
+        made_with=about | {name: version(name) for name in PACKAGES},
+        inputs={Path(path).as_posix(): file_hash(path) for path in inputs},
+        files=describe(results),
+    )
+    path, content = Path(results, NAME), manifest.model_dump(exclude_none=True)
+    write_text(path, json.dumps(content, indent=1, ensure_ascii=False) + "\n")
+    return path
+
+
+def load_manifest(path: Path | str) -> Manifest:
+    """Read a manifest; `InputError` for a file that is none, or of another format."""
+    try:
+        data = json.loads(read_text(path, "manifest", LARGEST))
+    except (ValueError, RecursionError):
+        raise InputError(f"{path}: not a trackdyn manifest, or damaged; make one by `snakemake -j2`") from None
+    if isinstance(data, dict) and data.get("format", FORMAT) != FORMAT:
+        raise InputError(
+            f"{path}: has manifest format {shown(data['format'])}, this version reads {FORMAT}; write it again"
+        )
+    return validated(Manifest, data, str(path), "`snakemake -j2` makes a manifest")
+
+
+def read_cells(text: str) -> pd.DataFrame:
+    """A CSV as it is written, every cell a text."""
+    return pd.read_csv(io.StringIO(text), dtype=str, keep_default_na=False)
+
+
+def _entry(path: Path) -> File:
+    data, text = path.read_bytes(), None
+    if path.suffix == ".csv":
+        text = re.sub("^(#.*\n)+", "", data.decode("utf-8", errors="replace"))
+        times = [name for name in text.partition("\n")[0].split(",") if TIMED_COLUMN.fullmatch(name)]
+        if times:
+            text = read_cells(text).drop(columns=times).to_csv(index=False, lineterminator="\n")
+            data = text.encode("utf-8")
+    text = None if len(data) > LONGEST_TEXT else text
+    return File(sha256=hashlib.sha256(data).hexdigest(), bytes=len(data), text=text)
+
+
+class Finding(NamedTuple):
+    """Result of the comparison of one file."""
+
+    name: str  # the file below the results
+    status: str  # of `WORDS`
+    text: str = ""  # by how much it differs, and where
+
+
+def compare_files(results: Path | str, expected: Mapping[str, File]) -> list[Finding]:
+    """Compare the files of ``results`` with those of another run (`describe`): a finding for every file.
+
+    Columns of times are left out.
+    """
+    ours = describe(results)
+    names = sorted({*ours, *expected})
+    return [Finding(name, *_judge(Path(results, name), ours.get(name), expected.get(name))) for name in names]
+
+
+def compare_inputs(results: Path | str, inputs: Mapping[str, str]) -> list[Finding]:
+    """Compare the inputs of a run, hashes by name, with the files that lie there now: a finding for every input.
+
+    Their names are relative to the present folder, or to one that holds the results.
+    """
+    folders = [Path(), *Path(results).resolve().parents]
+    findings = []
+    for name, expected in inputs.items():
+        path = next((path for folder in folders if (path := folder / name).is_file()), None)
+        status = MISSING if path is None else EQUAL if file_hash(path) == expected else DIFFERS
+        text = "is another input than the results were made from; run `snakemake -j2` again"
+        findings.append(Finding(name, status, text if status == DIFFERS else ""))
+    return findings
+
+
+def _judge(path: Path, ours: File | None, theirs: File | None) -> tuple[str, str]:
+    """Status and text of a file from its entries of two manifests."""
+    if ours is None or theirs is None:
+        return (MISSING, "") if ours is None else (EXTRA, "")
+    if ours.sha256 == theirs.sha256:
+        return EQUAL, ""
+    if fault := _damage(path):
+        return DIFFERS, fault
+    if ours.text is not None and theirs.text is not None:
+        try:
+            return _tables(read_cells(ours.text), read_cells(theirs.text))
+        except ValueError:  # pandas' own are such, too
+            return DIFFERS, "is no table"
+    # a page in Markdown stands beside the table of its numbers
+    if abs(ours.bytes - theirs.bytes) > SIZE * theirs.bytes and path.suffix != ".md":
+        return DIFFERS, f"has {ours.bytes} bytes, expected {theirs.bytes}"
+    return BYTES, "bytes differ; the manifest holds no numbers of it"
+
+
+def _damage(path: Path) -> str:
+    """Why a file is no whole one of its kind, such as a cut one; nothing if it is."""
+    data = path.read_bytes()
+    if path.suffix in TEXTS:
+        try:
+            data.decode("utf-8")
+        except UnicodeDecodeError:
+            return "is damaged"
+    return "" if re.search(ENDS[path.suffix] + rb"\Z", data[-1024:], re.DOTALL) else "is cut or damaged"
+
+
+def _tables(ours: pd.DataFrame, theirs: pd.DataFrame) -> tuple[str, str]:
+    """Status and text of a table."""
+    if list(ours) != list(theirs):
+        other = sorted(set(ours) ^ set(theirs))
+        return DIFFERS, f"columns differ: {', '.join(other[:3])}" if other else "the order of the columns differs"
+    if len(ours) != len(theirs):
+        return DIFFERS, f"{len(ours)} rows, expected {len(theirs)}"
+    bad = []
+    for name in ours:
+        a, b = (pd.to_numeric(table[name], errors="coerce").to_numpy(float) for table in (ours, theirs))
+        floor = max(NOTHING * np.max(np.abs(b), initial=0.0, where=np.isfinite(b)), ROUNDING.get(name, 0.0))
+        same = (ours[name] == theirs[name]) | np.isclose(a, b, rtol=RELATIVE, atol=floor)
+        bad += [(name, row) for row in ours.index[~same]]
+    if not bad:
+        return WITHIN, "its numbers are within the tolerance"
+    name, row = bad[0]
+    text = f"{name} in row {row + 1} is {shown(ours[name][row])[1:-1]}, expected {shown(theirs[name][row])[1:-1]}"
+    return DIFFERS, text + (f"; {len(bad)} values are out of tolerance" if len(bad) > 1 else "")
+
+
+@run_job
+def main(job) -> None:
+    """Rule `manifest`."""
+    print(write_manifest(Path(job.output[0]).parent, job.input.inputs))
