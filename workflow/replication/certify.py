@@ -111,14 +111,11 @@ def write_manifest(results: Path | str, inputs: Iterable[Path | str] = ()) -> Pa
     """Write ``manifest.json`` into a results folder; the same results give the same bytes."""
     about = {"trackdyn": __version__, "sources": source_hash(), "target": target_hash()}
     about |= {"python": platform.python_version(), "machine": platform.machine(), "system": platform.system()}
-    manifest = Manifest(
-        format=FORMAT,
-        made_with=about | {name: version(name) for name in PACKAGES},
-        inputs={Path(path).as_posix(): file_hash(path) for path in inputs},
-        files=describe(results),
-    )
-    path, content = Path(results, NAME), manifest.model_dump(exclude_none=True)
-    write_text(path, json.dumps(content, indent=1, ensure_ascii=False) + "\n")
+    about |= {name: version(name) for name in PACKAGES}
+    hashes = {Path(path).as_posix(): file_hash(path) for path in inputs}
+    manifest = Manifest(format=FORMAT, made_with=about, inputs=hashes, files=describe(results))
+    content = json.dumps(manifest.model_dump(exclude_none=True), indent=1, ensure_ascii=False)
+    write_text(path := Path(results, NAME), f"{content}\n")
     return path
 
 
@@ -129,9 +126,8 @@ def load_manifest(path: Path | str) -> Manifest:
     except (ValueError, RecursionError):
         raise InputError(f"{path}: not a trackdyn manifest, or damaged; make one by `snakemake -j2`") from None
     if isinstance(data, dict) and data.get("format", FORMAT) != FORMAT:
-        raise InputError(
-            f"{path}: has manifest format {shown(data['format'])}, this version reads {FORMAT}; write it again"
-        )
+        problem = f"has manifest format {shown(data['format'])}, this version reads {FORMAT}"
+        raise InputError(f"{path}: {problem}; write it again")
     return validated(Manifest, data, str(path), "`snakemake -j2` makes a manifest")
 
 

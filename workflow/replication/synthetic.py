@@ -140,8 +140,16 @@ def closeness(records: Mapping[int, np.ndarray]) -> pd.DataFrame:
 
 def write_record(folder, rpm: int) -> np.ndarray:
     """Write ``{rpm}rpm.csv`` into an existing folder and return its y acceleration, g."""
-    record = generate(rpm)
-    write_sensor_csv(Path(folder) / f"{rpm}rpm.csv", *record, comments=_comments(rpm))
+    record, speed = generate(rpm), SPEEDS[rpm]
+    comments = (
+        "SYNTHETIC: not measured. Stand-in for the unpublished record of the paper's experiment;",
+        "agreement of a simulation with it is no validation.",
+        f"motor speed {rpm} rev/min; {RATE_HZ} Hz; range +-{RANGE_G:g} g in {BITS} bit",
+        "t_s: time, s; ax_g along the link, ay_g along its outward normal, az_g lateral: specific force, g",
+        f"made by replication.synthetic {GENERATOR_VERSION}, seed {rpm} (PCG64)",
+        f"mean loop frequency {speed.loop_hz:.5f} Hz, fluctuation of the speed {speed.fluctuation:.5f} (RMS)",
+    )
+    write_sensor_csv(Path(folder) / f"{rpm}rpm.csv", *record, comments=comments)
     return record[2]
 
 
@@ -224,19 +232,6 @@ def _impacts(t, s, path, speed, rng):
         shape = np.where(since < length[:, None], np.sin(np.pi * since / length[:, None]), 0.0)
         np.add.at(out, (slice(None), index), vector[:, :, None] * shape)
     return out[:, : t.size]
-
-
-def _comments(rpm):
-    """Comment lines at the top of a file."""
-    speed = SPEEDS[rpm]
-    return (
-        "SYNTHETIC: not measured. Stand-in for the unpublished record of the paper's experiment;",
-        "agreement of a simulation with it is no validation.",
-        f"motor speed {rpm} rev/min; {RATE_HZ} Hz; range +-{RANGE_G:g} g in {BITS} bit",
-        "t_s: time, s; ax_g along the link, ay_g along its outward normal, az_g lateral: specific force, g",
-        f"made by replication.synthetic {GENERATOR_VERSION}, seed {rpm} (PCG64)",
-        f"mean loop frequency {speed.loop_hz:.5f} Hz, fluctuation of the speed {speed.fluctuation:.5f} (RMS)",
-    )
 
 
 if __name__ == "__main__":

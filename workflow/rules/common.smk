@@ -50,8 +50,8 @@ KERNELS = f"{R}/kernels/{source_hash()}.npz"
 
 
 def method_kernels(integrator):
-    """The same of a method that several studies run side by side: one of them would compile it, and so would the next."""
-    return KERNELS.replace(".npz", f"_{integrator}.npz")
+    """The same of another method: of studies side by side one would compile it, and so would the next."""
+    return KERNELS if integrator == "semi_implicit" else KERNELS.replace(".npz", f"_{integrator}.npz")
 
 
 SEVERAL_METHODS = [KERNELS, method_kernels("linearly_implicit"), method_kernels("rk4")]

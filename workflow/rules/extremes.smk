@@ -1,8 +1,5 @@
 # Extremes of parameters, steps and states: every case completes with its invariants in bounds or is refused.
 
-EXTREMES = ("solvers", "stability")
-
-
 rule extremes_part:
     """Some families of the extremes."""
     input: rig=CONFIG.rig, kernels=SEVERAL_METHODS
@@ -26,8 +23,8 @@ rule extremes_form:
         md=f"{R}/{{short}}tables/extremes.md",
         summary=f"{R}/{{short}}tables/extremes.csv",
         short_runs=multiext(f"{R}/{{short}}tables/extremes_short_runs", ".csv", ".md"),
-        figures=[f"{R}/{{short}}figures/extremes_{name}.png" for name in EXTREMES],
-        figures_svg=[f"{R}/{{short}}figures/extremes_{name}.svg" for name in EXTREMES],
+        solvers=figure("extremes_solvers", "{short}"),
+        stability=figure("extremes_stability", "{short}"),
     params: form=form("extremes")
     log: f"{R}/logs/{{short}}extremes.log"
     script: "../replication/report/figures/extremes.py"

@@ -39,9 +39,6 @@ OF_STUDIES = {
 }
 
 
-SHARES = {name: PLAUSIBLE[name] for name in ("sentences", "claims")}
-
-
 rule page:
     """Page of results: verdicts, figures, tables and their origin."""
     input:
@@ -49,26 +46,20 @@ rule page:
         rules.ring.input,
         rules.claims.output,
         rules.schematics.output,
-        [*rules.peer.output, *SHARES.values()] if CONFIG.peers else [],
+        [*rules.peer.output, PLAUSIBLE["sentences"], PLAUSIBLE["claims"]] if CONFIG.peers else [],
         lambda wildcards: [file for name in requested_studies(wildcards) for file in OF_STUDIES[name]],
     output: f"{R}/report.html"
     params:
         results=R,
         synthetic=CONFIG.synthetic,
         studies=requested_studies,
-        plausible=SHARES if CONFIG.peers else None,
+        plausible={name: PLAUSIBLE[name] for name in ("sentences", "claims")} if CONFIG.peers else None,
         layers=[below_root(path) for path in workflow.configfiles[:-1]],
         short=CONFIG.shorter,
         own=CONFIG.peers is None,
         teeth=RIG.sprocket.teeth,
     log: f"{R}/logs/page.log"
     script: "../replication/report/page/builder.py"
-
-
-rule report_page:
-    input:
-        rules.page.output,
-        rules.animation.output,
 
 
 # Studies whose short forms the article shows: a run without them makes none. The study of plausible tracks is too long.
@@ -106,7 +97,8 @@ def article_of_run(wildcards):
 rule manifest:
     """Hashes of all that was made, and the numbers of the tables: what another run is verified against."""
     input:
-        rules.report_page.input,
+        rules.page.output,
+        rules.animation.output,
         article_of_run,
         inputs=RUN_INPUTS,
     output: f"{R}/manifest.json"

@@ -1,19 +1,12 @@
 # Cost of accuracy: the ladder of fidelities, work-precision data, the planner. `trade` is asked for by
 # name; a short form of it belongs to the default target. Costs are CPU time: jobs may run side by side.
 
-# settings of the ladder whose method is not the standard one
-LADDER_KERNELS = {
-    setting: method_kernels(variant.scene["integrator"])
-    for setting, variant in SETTINGS.items()
-    if variant.scene.get("integrator", "semi_implicit") != "semi_implicit"
-}
-
 
 rule fidelity_setting:
     """One setting of the ladder at every speed, with and without the ring."""
     input:
         rig=CONFIG.rig,
-        kernels=lambda wildcards: LADDER_KERNELS.get(wildcards.setting, KERNELS),
+        kernels=lambda wildcards: method_kernels(SETTINGS[wildcards.setting].scene.get("integrator", "semi_implicit")),
     output: f"{R}/fidelity/{{setting}}.csv"
     params:
         speeds=CONFIG.fidelity.speeds_rpm,

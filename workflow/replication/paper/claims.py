@@ -258,8 +258,6 @@ def judge_all(claims: list[Claim], e: Evidence, rig: str = "") -> tuple[pd.DataF
         for value in judgement.values:
             # of a number that is a column of the long records
             error = float(e.records([value.rpm]).iloc[0].get(error_of(column), np.nan)) if column else np.nan
-            about = {"rig": rig, "standard_error": error, "verdict": judgement.verdict}
-            values.append(
-                claim.model_dump(include={"id", "part", "unit", "rule", "tolerance"}) | value._asdict() | about
-            )
+            about = {"rig": rig, "standard_error": error, "verdict": judgement.verdict} | value._asdict()
+            values.append(claim.model_dump(include={"id", "part", "unit", "rule", "tolerance"}) | about)
     return pd.DataFrame(card, columns=list(COLUMNS)), pd.DataFrame(values, columns=list(VALUE_COLUMNS))

@@ -69,10 +69,8 @@ class Evidence:
 
     def speeds(self, table: str) -> list[float]:
         """Speeds at which something was run: ``records``, ``study``, ``meshing`` or ``peer``, rev/min."""
-        if table == "meshing":
-            return [self.rpm]
-        if table == "peer":
-            return sorted(set(self.peer.get("speed_rpm", ())))
+        if table in ("meshing", "peer"):
+            return [self.rpm] if table == "meshing" else sorted(set(self.peer.get("speed_rpm", ())))
         pattern = r"[\d.]+rpm" if table == "records" else r"ring/.*"
         return sorted(self.metrics[self.metrics["run"].str.fullmatch(pattern)]["rpm"].unique())
 

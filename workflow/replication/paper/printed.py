@@ -24,10 +24,10 @@ DISPLACEMENT_DIFFERENCE = 6.03  # %; Sect. 5, text on Fig. 14
 DIFFERENCES = {  # %; Sect. 5, text on Table 3
     "rms": _by_speed(4.96, 8.53, 12.73, 7.02), "sd": _by_speed(5.14, 8.40, 12.09, 8.05),
 }  # fmt: skip
-SIMULATED_LINE_HZ = _by_speed(0.122, 0.167, 0.200, 0.233)  # Hz; Sect. 5, text on Fig. 18
-SIMULATED_LINE_G = _by_speed(0.793, 1.174, 1.167, 1.162)  # g; Sect. 5, text on Fig. 18
-MEASURED_LINE_HZ = _by_speed(0.131, 0.176, 0.2090, 0.253)  # Hz; Sect. 5, text on Fig. 18
-MEASURED_LINE_G = _by_speed(1.083, 1.1200, 1.1720, 0.7698)  # g; Sect. 5, text on Fig. 18
+LINES = {  # dominant peaks: Hz, g, marker; Sect. 5, text on Fig. 18
+    "simulation": (_by_speed(0.122, 0.167, 0.200, 0.233), _by_speed(0.793, 1.174, 1.167, 1.162), "D"),
+    "experiment": (_by_speed(0.131, 0.176, 0.2090, 0.253), _by_speed(1.083, 1.1200, 1.1720, 0.7698), "X"),
+}
 
 # Section 6.1: one engagement at 115 rpm, times as printed (their zero is not given), s
 EVENTS_WITHOUT_RING = {  # text on Figs. 19 and 20
@@ -53,8 +53,4 @@ def lettered(title: str, rpm: float) -> str:
 
 def peaks(rpm: float) -> list[tuple[str, float, float, str]]:
     """The printed dominant peaks at a motor speed: label, frequency (Hz), amplitude (g), marker."""
-    of_paper = (
-        ("simulation", SIMULATED_LINE_HZ, SIMULATED_LINE_G, "D"),
-        ("experiment", MEASURED_LINE_HZ, MEASURED_LINE_G, "X"),
-    )
-    return [(f"printed, {what}", hz[rpm], g[rpm], mark) for what, hz, g, mark in of_paper if rpm in hz]
+    return [(f"printed, {source}", hz[rpm], g[rpm], mark) for source, (hz, g, mark) in LINES.items() if rpm in hz]

@@ -13,8 +13,6 @@ import numpy as np
 
 from trackdyn.jit import kernel
 from trackdyn.rig.layout import wheel_circles
-from trackdyn.rig.rig import Rig
-from trackdyn.rig.sections import Surface
 from trackdyn.scene.scene import Scene
 
 POSITION_NUDGE, RATE_NUDGE = 1e-8, 1e-6  # steps of the difference quotients: m or rad, m/s or rad/s
@@ -54,18 +52,18 @@ def make_contacts(scene: Scene, shift: float) -> Contacts:
     columns = (groove.centre, groove.radius, groove.direction, groove.half_angle)
     arc = np.column_stack([column[flank] for column in columns])
     surfaces = [rig.contact_surfaces[wheel.surface] for wheel in rig.wheels.values()]
-    law = np.array([_law(rig, surface) for surface in (rig.tooth_contact, rig.ring_contact, *surfaces)])
+    law = [
+        (
+            pi * surface.contact_length * rig.composite_modulus(surface) / sqrt(8),
+            0.75 * (1 - surface.restitution**2), surface.friction_static, surface.friction_dynamic,
+            surface.transition_velocity, rig.impact.speed_floor, rig.impact.factor_limit,
+        )
+        for surface in (rig.tooth_contact, rig.ring_contact, *surfaces)
+    ]  # fmt: skip
     sign, teeth = np.where(groove.convex[flank], 1.0, -1.0), rig.sprocket.teeth
     arc_radius, half_thickness = rig.chain.connector_radius, rig.chain.link_thickness / 2
-    return Contacts(circle, law, arc, sign, teeth, groove.addendum + arc_radius, arc_radius, half_thickness)
-
-
-def _law(rig: Rig, surface: Surface) -> tuple[float, ...]:
-    return (
-        pi * surface.contact_length * rig.composite_modulus(surface) / sqrt(8), 0.75 * (1 - surface.restitution**2),
-        surface.friction_static, surface.friction_dynamic, surface.transition_velocity, rig.impact.speed_floor,
-        rig.impact.factor_limit,
-    )  # fmt: skip
+    reach = groove.addendum + arc_radius
+    return Contacts(circle, np.array(law), arc, sign, teeth, reach, arc_radius, half_thickness)
 
 
 @kernel

@@ -28,13 +28,14 @@ def main(job) -> None:
     evidence = collect(Path(job.input.metrics).parent, params.rpm, params.radius, cells)
     card, values = judge_all(load_claims(job.input.claims), evidence, params.rig)
     sentences = sentence_verdicts(card, load_sentences(job.input.claims))
-    message = [headline(sentences)]
+    message = [headline(sentences), caption("claims")]
     if params.seconds < RECORD_DURATION:
-        message.append(
+        message.insert(
+            1,
             f"These records last {params.seconds:g} s where the paper's last {RECORD_DURATION:g}: bins are wider, so "
-            "the amplitudes (C08) cannot come out, and records hold no whole number of revolutions (C06)."
+            "the amplitudes (C08) cannot come out, and records hold no whole number of revolutions (C06).",
         )
-    text = "\n\n".join([*message, caption("claims")])
+    text = "\n\n".join(message)
     write_captioned_table(card, output.csv, text, shown=card[SHOWN])
     write_csv(output.sentences, sentences)
     write_csv(output.values, values, float_format="%.9g")

@@ -2,8 +2,6 @@
 
 from trackdyn.sweeps.snakemake_job import run_job
 
-from pathlib import Path
-
 import pandas as pd
 
 from replication.paper.contents import caption
@@ -37,7 +35,6 @@ def main(job) -> None:
             )
         record = record.averaged(faster)
         rows.append({"speed_rpm": rpm, "file": path, **record.done})
-        Path(out).parent.mkdir(parents=True, exist_ok=True)
         comments = [f"{path}: {what}", *(f"{name}: {text}" for name, text in record.done.items())]
         write_sensor_csv(out, record.t_s, record.ax_g, record.ay_g, record.az_g, comments)
     write_captioned_table(pd.DataFrame(rows), job.output.csv, caption("sensor_records"))

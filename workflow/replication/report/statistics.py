@@ -53,7 +53,7 @@ def table3(metrics: pd.DataFrame, sensors: Sensors, label: str = "synthetic sens
                 f"{name}_sensor_g": measured, f"{name}_sensor_error_g": standard_error,
                 f"{name}_difference_pct": value_difference(simulated, measured),
                 f"{name}_difference_error_pct": 100 * ratio_of_runs(simulated, error, measured, standard_error)[1],
-                f"{name}_difference_printed_against_papers_own_data_pct": paper.get(rpm, float("nan")),
+                f"{name}_difference_printed_against_papers_own_data_pct": paper.get(rpm, nan),
             }  # fmt: skip
         rows.append(row)
     return pd.DataFrame(rows)
@@ -61,8 +61,8 @@ def table3(metrics: pd.DataFrame, sensors: Sensors, label: str = "synthetic sens
 
 def ratio_of_runs(value: float, error: float, base: float, base_error: float) -> tuple[float, float]:
     """Ratio of two independent results and its standard error, to first order (JCGM 100:2008, 5.1.2); NaN over zero."""
-    ratio = value / base if base else float("nan")
-    return ratio, float(np.hypot(error, ratio * base_error) / abs(base)) if base else float("nan")
+    ratio = value / base if base else nan
+    return ratio, float(np.hypot(error, ratio * base_error) / abs(base)) if base else nan
 
 
 def lines_table(metrics: pd.DataFrame, sensors: Sensors, label: str = "synthetic sensor") -> pd.DataFrame:
@@ -77,15 +77,12 @@ def lines_table(metrics: pd.DataFrame, sensors: Sensors, label: str = "synthetic
         for prefix, ending in (("", ""), ("binfree_", "_binfree"))
     }
     for rpm, run, measured in _pairs(metrics, sensors):
-        for source, of_paper, line, paper_hz, paper_g in (
-            ("simulation", "simulation", run, printed.SIMULATED_LINE_HZ, printed.SIMULATED_LINE_G),
-            (label, "experiment", measured, printed.MEASURED_LINE_HZ, printed.MEASURED_LINE_G),
-        ):
-            if line is None:
-                continue
-            row = {"speed_rpm": rpm, "source": source} | {name: float(line[column]) for name, column in names.items()}
-            row |= {"printed_of_papers": of_paper, "line_printed_hz": paper_hz.get(rpm, float("nan"))}
-            rows.append(row | {"line_printed_g": paper_g.get(rpm, float("nan"))})
+        for source, of_paper, line in (("simulation", "simulation", run), (label, "experiment", measured)):
+            if line is not None:
+                row = {"speed_rpm": rpm, "source": source}
+                row |= {name: float(line[column]) for name, column in names.items()} | {"printed_of_papers": of_paper}
+                hz, g, _ = printed.LINES[of_paper]
+                rows.append(row | {"line_printed_hz": hz.get(rpm, nan), "line_printed_g": g.get(rpm, nan)})
     return pd.DataFrame(rows)
 
 

@@ -43,12 +43,10 @@ def write_captioned_table(
 
     The Markdown table has so many significant ``digits``; ``shown`` is another form of the table for it.
     """
-    csv_path = Path(csv_path)
-    csv_path.parent.mkdir(parents=True, exist_ok=True)
-    shown = frame if shown is None else shown
+    csv_path, shown = Path(csv_path), frame if shown is None else shown
     cells = shown.astype(object).apply(lambda column: [table_cell(column.name, value, digits) for value in column])
-    right = [kind.kind in "if" for kind in shown.dtypes]
-    body = cells.to_markdown(index=False, disable_numparse=True, colalign=["right" if r else "left" for r in right])
+    align = ["right" if kind.kind in "if" else "left" for kind in shown.dtypes]
+    body = cells.to_markdown(index=False, disable_numparse=True, colalign=align)
     with replacing(csv_path) as csv, replacing(csv_path.with_suffix(".md")) as markdown:
         csv.write_text(frame.to_csv(index=False, lineterminator="\n"), encoding="utf-8", newline="")
         markdown.write_text(f"{caption}\n\n{body}\n", encoding="utf-8", newline="")

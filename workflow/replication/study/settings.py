@@ -89,9 +89,8 @@ class TradeForm(Section):
     @model_validator(mode="after")
     def _apart(self):
         if both := [list(key) for key in self.kept_apart if key in self.statistics.scenes]:
-            raise InputError(
-                f"trade: kept_apart = {both[0]}: statistics.scenes holds it too; choose a scene that is not measured"
-            )
+            problem = f"kept_apart = {both[0]}: statistics.scenes holds it too"
+            raise InputError(f"trade: {problem}; choose a scene that is not measured")
         return self
 
 

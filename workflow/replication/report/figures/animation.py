@@ -78,7 +78,6 @@ def write_animation(recording: Recording, path: Path | str) -> int:
     if len(recording.pitches) < rig.chain.pitches:
         reason = f"the recording holds the forces of {len(recording.pitches)} pitches"
         raise InputError(f"{reason}: simulate with pitches 1 to {rig.chain.pitches}")
-    Path(path).parent.mkdir(parents=True, exist_ok=True)
     stride = max(1, round(INTERVAL / between))
     step = stride * between
     indices = [i * stride for i in range(round(recording.periods.turn / step)) if i * stride < len(recording.frame)]

@@ -26,13 +26,13 @@ def closure_figure(recordings: Mapping[int, Recording]) -> Figure:
     figure = new_figure(4.0)
     ax = figure.subplots()
     for i, (rpm, recording) in enumerate(sorted(recordings.items())):
-        edges, largest = upper_edge(np.maximum(recording.gap, LEAST_GAP), STRETCHES)
-        time = 0.5 * (edges[:-1] + edges[1:]) / recording.rate
-        look = {"color": COLOURS[i % len(COLOURS)], "linestyle": DASHES[i % len(DASHES)]}
-        opened = upper_edge(np.maximum(recording.cut[:, 0], LEAST_GAP), STRETCHES)[1]
-        after, before = (power_of_ten(gap.max(), 2) for gap in (recording.gap, recording.cut[:, 0]))
-        ax.plot(time, largest, **look, label=f"{rpm:g} rpm: largest {after} m, before {before} m")
-        ax.plot(time, opened, color=look["color"], linestyle="none", marker=".", markersize=2.0)
+        gaps = recording.gap, recording.cut[:, 0]
+        (edges, largest), (_, opened) = (upper_edge(np.maximum(gap, LEAST_GAP), STRETCHES) for gap in gaps)
+        time, colour = 0.5 * (edges[:-1] + edges[1:]) / recording.rate, COLOURS[i % len(COLOURS)]
+        after, before = (power_of_ten(gap.max(), 2) for gap in gaps)
+        label = f"{rpm:g} rpm: largest {after} m, before {before} m"
+        ax.plot(time, largest, color=colour, linestyle=DASHES[i % len(DASHES)], label=label)
+        ax.plot(time, opened, color=colour, linestyle="none", marker=".", markersize=2.0)
     limit = printed.LOOP_GAP
     ax.axhline(limit, **PRINTED, linewidth=1.4, zorder=4, label=f"printed in the paper: {power_of_ten(limit, 4)} m")
     ax.set_yscale("log")

@@ -138,7 +138,7 @@ def sector_figure(rig: Rig) -> Figure:
         marks.frame_axes(ax)
     for area in (1, 2, 5, 9):
         centre = path[(area - 1) * section.POINTS + section.POINTS // 2]
-        foot = centre - rc * section.free_side(groove, area)
+        foot = centre - rc * groove.direction[area - 1] * (1.0 if groove.convex[area - 1] else -1.0)
         rolling.add_patch(Circle(centre, rc, fill=False, **section.ROLLING))
         marks.line(rolling, centre, foot, **section.ROLLING | {"linestyle": "-", "zorder": 2})
         marks.point(rolling, centre)

@@ -108,5 +108,5 @@ def main(job) -> None:
     write_captioned_table(counts, out.summary, sentence)
     short_runs = short_runs_summary(rows)
     write_captioned_table(short_runs, out.short_runs[0], short_runs_verdict(short_runs))
-    for draw, path in zip((solvers_figure, stability_figure), out.figures, strict=True):
-        save(draw(rows), path)
+    save(solvers_figure(rows), out.solvers[0])
+    save(stability_figure(rows), out.stability[0])

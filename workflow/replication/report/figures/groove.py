@@ -15,7 +15,6 @@ from matplotlib.patches import Polygon, Wedge
 from replication.report import marks
 from trackdyn.plots import drawing
 from trackdyn.plots.style import BLACK, BLUE, SMALL, VERMILION, new_figure, styled
-from trackdyn.rig.groove import Groove
 from trackdyn.rig.rig import Rig
 
 # convex and concave areas: colour and dashes of their arcs, face and hatch of their sectors
@@ -84,11 +83,6 @@ def kinds() -> list[Line2D]:
     return [marks.handle("convex area", **CONVEX_ARC), marks.handle("concave area", **CONCAVE_ARC)]
 
 
-def free_side(groove: Groove, area: int) -> np.ndarray:
-    """Unit normal in the middle of an area, away from the steel."""
-    return groove.direction[area - 1] * (1.0 if groove.convex[area - 1] else -1.0)
-
-
 @styled
 def section_figure(rig: Rig) -> Figure:
     """Figure 5: sections of connector (a) and groove (b) with arcs, centres, radii and numbers."""
@@ -97,11 +91,12 @@ def section_figure(rig: Rig) -> Figure:
     _draw_connector_section(connector, rig)
     groove = rig.groove_profile
     draw_groove(section, rig, 0.034)
+    free_side = groove.direction * np.where(groove.convex, 1.0, -1.0)[:, None]  # unit normals, away from the steel
     for area in range(1, 11):  # numbers below the middles of the areas; of short ones deeper, those of the tips above
         short = 2 * groove.half_angle[area - 1] * groove.radius[area - 1] < 0.5 * NARROW
         at = groove.arc(area, 3)[1]
         depth = -0.0055 if area in (1, 10) else (2.8 if short else 1.0) * 0.0055
-        end = at - depth * free_side(groove, area)
+        end = at - depth * free_side[area - 1]
         if short:
             marks.line(section, at, end, linewidth=0.5, zorder=drawing.Z_SPROCKET + 0.7)
         marks.write_mark(section, end, str(area), fontsize=9)
