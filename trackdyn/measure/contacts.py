@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from trackdyn.measure.columns import SIDE_COLUMNS
 from trackdyn.measure.uncertainty import NAN, Series, ratio_values
 from trackdyn.model.arrays import CONTACT_INTERVAL, SIDES
 from trackdyn.model.constants import SPROCKET
@@ -184,7 +183,7 @@ def passage_arrays(recording: Recording) -> dict[str, np.ndarray]:
 def meshing_summary(recording: Recording) -> dict:
     """Shares, phases and forces of a run, as means over its complete passages, with standard errors by batch means.
 
-    Keys are those of `columns`: ``passages``, ``left_areas``, ``right_areas``, and ``SIDE_COLUMNS`` of each side.
+    Keys are those of `columns`: ``passages``, ``left_areas``, ``right_areas``, and those of each side.
     Forces over the run are those of an appointed connector (link), free running included as zero. The largest force of
     all has no standard error: what it estimates depends on how many passages it is the largest of (Coles, Introduction
     to Statistical Modeling of Extreme Values, 2001, ch. 3). Areas are those that the recorded connectors visit for
@@ -199,22 +198,27 @@ def meshing_summary(recording: Recording) -> dict:
         force, square = rows["impulse_ns"] / loop, rows["square_n2s"] / loop
         mean = force.sum() / max(count, 1)
         variance = square - 2 * mean * force + mean**2
-        # by measure: passages of which it is the mean, or the root of the mean
-        series = {name: (rows[name], False) for name in ("share_pct", "peak_n", "phase_start", "phase_end")}
-        series |= {"rms_n": (square, True), "sd_n": (variance, True)}
-        series["rms_contact_n"] = ratio_values(rows["square_n2s"], rows["touching_s"]), True
+        # by measure: its standard error, passages of which it is the mean, or the root of the mean
+        series = {
+            "share_pct": ("share_error_pct", rows["share_pct"], False), "rms_n": ("rms_error_n", square, True),
+            "sd_n": ("sd_error_n", variance, True),
+            "rms_contact_n": ("rms_contact_error_n", ratio_values(rows["square_n2s"], rows["touching_s"]), True),
+            "peak_n": ("peak_error_n", rows["peak_n"], False),
+            "phase_start": ("phase_start_error", rows["phase_start"], False),
+            "phase_end": ("phase_end_error", rows["phase_end"], False),
+        }  # fmt: skip
         values: dict[str, float | str] = {}
-        for name, (each, root) in series.items():
+        for name, (error_name, each, root) in series.items():
             known = each[~np.isnan(each)]
             value, error, _ = Series(known, np.arange(len(known)), root).estimate()
-            values |= {name: value, SIDE_COLUMNS[name][-1]: error}
-        values["peak_largest_n"] = float(rows["peak_n"].max()) if count else NAN
+            values |= {name: value, error_name: error}
+            if name == "peak_n":
+                values["peak_largest_n"] = float(each.max()) if count else NAN
         if side != "ring":
             shares = sampled_shares(recording.area[:, :, k], recording.wheel_rate, recording.scene.rig)
             visited = ",".join(str(area) for area in range(1, 11) if shares[area] >= LEAST_SHARE)
             values["areas"] = (visited or "none") if count else ""
-        columns = [name for column, (*_, error) in SIDE_COLUMNS.items() for name in (column, error)]
-        summary |= {f"{side}_{name}": values[name] for name in (*columns, "areas") if name in values}
+        summary |= {f"{side}_{name}": value for name, value in values.items()}
     return summary
 
 

@@ -1,7 +1,4 @@
-"""Material of the studies of accuracy: scenes of whole revolutions, statistics of a record, timed runs."""
-
-from time import perf_counter, process_time
-from typing import NamedTuple
+"""Material of the studies of accuracy: scenes of whole revolutions, the statistics of a record, their errors."""
 
 import numpy as np
 
@@ -13,7 +10,6 @@ from trackdyn.measure.uncertainty import RELATIVE, SHARES, Series
 from trackdyn.measure.whole_loop import series
 from trackdyn.scene.scene import Periods, Scene
 from trackdyn.simulation.energy_balance import energy_residual
-from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recording import Recording
 
 NAN = float("nan")
@@ -69,24 +65,3 @@ def answers_of(recording: Recording) -> dict[str, Series]:
 def scale_of(measure: str, reference: float) -> float:
     """Value that an error is a part of, as a tolerance is (`measure.uncertainty.scale_of`); 1 for gap and residual."""
     return 1.0 if measure in ABSOLUTE else uncertainty.scale_of(measure, reference)
-
-
-class TimedRun(NamedTuple):
-    """A recording, CPU seconds to settle its loop, and wall and CPU seconds of a simulated one."""
-
-    recording: Recording
-    start_cpu_s: float
-    wall_s_per_s: float
-    cpu_s_per_s: float
-
-
-def timed_run(scene: Scene) -> TimedRun:
-    """Settle, start and record a scene; kernels are compiled beforehand, or count."""
-    begin = process_time()
-    loop = Loop(scene)
-    wall, cpu = perf_counter(), process_time()
-    loop.advance(scene.ramp + scene.lead_in)
-    options = {name: getattr(scene, name) for name in ("frame_interval", "contact_log", "every_link")}
-    recording = loop.record(scene.duration, **options)
-    seconds = scene.ramp + scene.lead_in + scene.duration
-    return TimedRun(recording, cpu - begin, (perf_counter() - wall) / seconds, (process_time() - cpu) / seconds)

@@ -22,9 +22,9 @@ from replication.study.accuracy.statistics import (
     scale_of,
     statistics_of,
     study_scene,
-    timed_run,
 )
 from replication.study.settings import StatisticErrors, TradeForm, measured_scenes, scene_name
+from replication.study.timed_run import timed_run
 from replication.study.variants import PHYSICS
 from trackdyn.errors import InputError, TrackdynError
 from trackdyn.files import write_csv
