@@ -14,7 +14,6 @@ early. `trackdyn.jit` does without either where a release of numba lacks what is
 import gc
 import hashlib
 from contextlib import contextmanager
-from functools import cache
 from itertools import accumulate
 from typing import get_args
 
@@ -187,30 +186,6 @@ class _Text(JITCodeLibrary):
         self._finalized = True
 
 
-class _Typing:
-    """numba's typing, which remembers the types of sums, products and comparisons of numbers.
-
-    numba looks up each of them anew among all that it adds, arrays and strings included, some times a kernel.
-    """
-
-    def __init__(self, typing):
-        self._typing = typing
-
-    def __getattr__(self, name):
-        return getattr(self._typing, name)
-
-    def resolve_function_type(self, function, arguments, keywords):
-        operator = getattr(getattr(function, "typing_key", None), "__module__", None) == "_operator"
-        if operator and all(isinstance(argument, types.Number) for argument in arguments):
-            return _of_numbers(self._typing, function, arguments)
-        return self._typing.resolve_function_type(function, arguments, keywords)
-
-
-@cache
-def _of_numbers(typing, operator, numbers):
-    return typing.resolve_function_type(operator, numbers, {})
-
-
 # Passes of numba's for closures, array expressions, generators and the like, none of which is in a kernel. After each
 # numba looks through the whole function, so that together they took as long as typing it.
 UNUSED = {
@@ -226,7 +201,7 @@ class Inner(Compiler):
     def __init__(self, typing, target, library, arguments, result, flags, variables):
         library = _Text(target.codegen(), "inner")
         flags.no_compile = True
-        super().__init__(_Typing(typing), target, library, arguments, result, flags, variables)
+        super().__init__(typing, target, library, arguments, result, flags, variables)
 
     def define_pipelines(self):  # noqa: D102
         (pipeline,) = super().define_pipelines()

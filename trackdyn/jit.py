@@ -13,7 +13,6 @@ import pickle
 import sys
 import tempfile
 from collections.abc import Callable
-from contextlib import suppress
 from pathlib import Path
 
 import numba
@@ -25,23 +24,6 @@ from platformdirs import user_cache_dir
 
 from trackdyn.sources import KERNEL_SOURCES, source_hash
 
-
-def _without_blas() -> None:
-    """Load numba's functions of arrays without scipy's linear algebra, which no kernel calls.
-
-    numba imports it only to know whether it is there, which takes as long as to load all kernels.
-    """
-    with suppress(ImportError, AttributeError):  # names of numba's own
-        from numba.np import linalg
-
-        ensure_blas, linalg.ensure_blas = linalg.ensure_blas, lambda: None
-        try:
-            import numba.np.arraymath  # noqa: F401
-        finally:
-            linalg.ensure_blas = ensure_blas
-
-
-_without_blas()
 try:
     if os.environ.get("TRACKDYN_PLAIN_KERNELS"):
         raise ImportError
@@ -68,19 +50,14 @@ def cache_folder() -> Path:
     return Path(base).absolute() / f"{source_hash()}-{target_hash()}"
 
 
-_warned = False
-
-
+@functools.cache
 def _warn(folder, reason):
-    """Say once a process that nothing is kept."""
-    global _warned
-    if not _warned:
-        print(
-            f"trackdyn: the cache folder {folder} cannot be used ({reason}), so every process compiles its kernels "
-            "anew, about half a minute; TRACKDYN_CACHE names another folder",
-            file=sys.stderr,
-        )
-    _warned = True
+    """Say once that nothing is kept in a folder."""
+    print(
+        f"trackdyn: the cache folder {folder} cannot be used ({reason}), so every process compiles its kernels "
+        "anew, about half a minute; TRACKDYN_CACHE names another folder",
+        file=sys.stderr,
+    )
 
 
 def _writable(folder):
