@@ -7,15 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from replication.synthetic import (
-    RANGE_G,
-    RATE_HZ,
-    RECORD_S,
-    SPEEDS,
-    closeness,
-    write_dataset,
-    write_record,
-)
+from replication.synthetic import RANGE_G, RATE_HZ, RECORD_S, SPEEDS, closeness, write_dataset, write_record
 from trackdyn.sensor.sensor_csv import read_sensor_csv
 
 ROOT = Path(__file__).parents[2]

@@ -65,8 +65,6 @@ def changed(path, keys, value):
         ("config/rigs/paper.yaml", ("chain", "link_mass", "source"), None, "$.chain.link_mass"),
         ("config/rigs/paper.yaml", ("chain", "link_mass"), 10.0, "$.chain.link_mass"),
         ("config/rigs/paper.yaml", ("chain", "link_mass", "low"), None, "$.chain.link_mass"),
-        ("config/rigs/paper.yaml", ("steel",), None, "$"),
-        ("config/quick.yaml", ("records", "duration_s"), -20, "$.records.duration_s"),
         ("config/quick.yaml", ("recrods",), {}, "$"),
         ("config/quick.yaml", ("studies",), {"trade": 1}, "$.studies"),
         ("config/studies.yaml", ("trade", "short"), None, "$.trade"),
