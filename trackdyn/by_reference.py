@@ -11,9 +11,7 @@ By reference uses what numba offers to extensions; for linking only a code libra
 early. `trackdyn.jit` does without either where a release of numba lacks what is imported or named here.
 """
 
-import gc
 import hashlib
-from contextlib import contextmanager
 from itertools import accumulate
 from typing import get_args
 
@@ -209,22 +207,9 @@ class Inner(Compiler):
         return [pipeline]
 
     def compile_extra(self, function):  # noqa: D102
-        with _uncollected():
-            result = super().compile_extra(function)._replace(entry_point=_entry())
+        result = super().compile_extra(function)._replace(entry_point=_entry())
         result.target_context.insert_user_function(result.entry_point, result.fndesc, [result.library])
         return result
-
-
-@contextmanager
-def _uncollected():
-    """Look for no garbage meanwhile: hardly any of numba's many objects is, and to look takes a tenth of the time."""
-    collects = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if collects:
-            gc.enable()
 
 
 def _entry():
