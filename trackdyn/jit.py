@@ -16,7 +16,6 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numba
-from llvmlite.binding import parse_assembly, parse_bitcode
 from numba.core import event
 from numba.core.caching import IndexDataCacheFile
 from numba.core.registry import cpu_target
@@ -142,20 +141,10 @@ def _compiled(function, package, **options):
     if "pipeline_class" in options:
         by_reference.keep_text(cache)
     else:
-        cache._impl.reduce = _without_text
         # numba would set up all that it compiles with before it reads a file, which takes longer than to read it
         cache.load_overload = cache._load_overload
     cache._cache_file = _CheckedFile(_file_of(dispatcher, folder))
     return dispatcher
-
-
-def _without_text(result):
-    """What numba keeps of a kernel, but of its text the names alone: no other kernel is linked to it."""
-    (name, form, (code, text)), *others = result._reduce()
-    module = parse_bitcode(text)
-    names = (of.name for of in (*module.functions, *module.global_variables) if not of.is_declaration)
-    text = parse_assembly("".join(f'@"{defined}" = global i8 0\n' for defined in names)).as_bitcode()
-    return ((name, form, (code, text)), *others)
 
 
 class _Kernel:
