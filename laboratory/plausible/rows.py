@@ -24,7 +24,7 @@ def run_rig(rig: dict, scenes: list[list], fields: dict, row: dict) -> dict:
 
 
 def _scenes(rig: Rig, scenes: list[list], fields: dict, row: dict) -> dict:
-    starts = SettledLoops(kept=len(scenes))
+    starts = SettledLoops(capacity=len(scenes))
     least = Scene.ring_range(rig)[0]
     settings: dict = {}
     for rpm, ring, sensed in scenes:

@@ -34,7 +34,7 @@ def test_scenes_that_settle_otherwise_do_not_share(make_scene, fields):
 
 
 def test_only_so_many_are_kept(make_scene):
-    starts = SettledLoops(kept=1)
+    starts = SettledLoops(capacity=1)
     for ring in (0.308, 0.310):
         simulate(make_scene(115.0, ring_radius=ring, **SHORT), starts=starts)
         assert len(starts._settled) == len(starts._tensioned) == 1

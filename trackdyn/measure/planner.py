@@ -273,7 +273,7 @@ def _record(trial: Trial, tolerances: Mapping[str, float], seconds: float) -> No
         trial.refused = str(error)
         return
     trial.cpu_s += time.process_time() - begin
-    if any(name.endswith("_peak") for name in tolerances) and trial.writer.statistics().stands_for_one_step:
+    if any(name.endswith("_peak") for name in tolerances) and trial.writer.statistics().doubtful_peaks:
         trial.refused = "peaks stand for one step: the true ones may be twice as large"
     trial.measures = {name: measure for name, measure in measures.items() if len(measure.values) >= LEAST}
 
@@ -285,8 +285,8 @@ def _judge(running: list[Trial], tolerances: Mapping[str, float]) -> None:
     order 1, is the same.
     """
     coarser, finest = running[-2:]
-    alike = coarser.fields.get("integrator") == finest.fields.get("integrator")
-    weight = weight_of_finer(finest.writer.loop.model.step, coarser.writer.loop.model.step) if alike else 1.0
+    same_method = coarser.fields.get("integrator") == finest.fields.get("integrator")
+    weight = weight_of_finer(finest.writer.loop.model.step, coarser.writer.loop.model.step) if same_method else 1.0
     for name in tolerances:
         measure = finest.measures[name]
         limit = extrapolated(measure, coarser.measures[name], weight)

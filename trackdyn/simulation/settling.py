@@ -53,7 +53,7 @@ def settle(scene: Scene, loops: "SettledLoops | None" = None) -> Start:
     """
     if scene.loop == "free":
         return _spinning_loop(scene)
-    return _start(scene, (loops or SettledLoops(kept=0)).at_rest(scene))
+    return _start(scene, (loops or SettledLoops(capacity=0)).at_rest(scene))
 
 
 def tension_words(scene: Scene, layout: dict[str, float]) -> str:
@@ -69,14 +69,14 @@ def tension_words(scene: Scene, layout: dict[str, float]) -> str:
 
 
 class SettledLoops:
-    """The last ``kept`` settled loops, for a series of scenes; every scene gets the bytes that it would get alone.
+    """The last ``capacity`` settled loops, for a series of scenes; every scene gets the bytes that it would get alone.
 
     Settling takes most of the time of a short scene. The speed and all that concerns the record matter only
     afterwards, and the ring only in the last quarter of it.
     """
 
-    def __init__(self, kept: int = 8):
-        self.kept = kept
+    def __init__(self, capacity: int = 8):
+        self.capacity = capacity
         self._tensioned: dict[str, TensionedLoop] = {}
         self._settled: dict[str, TensionedLoop] = {}
 
@@ -115,10 +115,10 @@ class SettledLoops:
 
     def _copy(self, stored: dict[str, TensionedLoop], key: str, make: Callable[[], TensionedLoop]) -> TensionedLoop:
         loop = stored.pop(key) if key in stored else make()
-        if not self.kept:
+        if not self.capacity:
             return loop
         stored[key] = loop  # the last one used is the last to go
-        if len(stored) > self.kept:
+        if len(stored) > self.capacity:
             del stored[next(iter(stored))]
         return copy.deepcopy(loop)
 

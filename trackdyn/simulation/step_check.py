@@ -69,8 +69,8 @@ class RunStatistics(NamedTuple):
     isolated: float  # share of ``peaks`` in forces that stand for one step, the largest of the sides
 
     @property
-    def stands_for_one_step(self) -> bool:
-        """Whether so much of the peaks stands for one step that they are doubtful."""
+    def doubtful_peaks(self) -> bool:
+        """Whether peaks of a single step make up more than `ONE_STEP` of the mean peak."""
         return self.isolated > ONE_STEP
 
     def difference(self, finer: "RunStatistics") -> Difference:
@@ -109,7 +109,7 @@ def doubt(alternating: Alternation, statistics: RunStatistics | None = None) -> 
         return ""
     if alternating.share > NOTICED:
         return f"what flips from step to step is {alternating.share:.2g} of the mean square that the sensor reads"
-    if statistics and statistics.stands_for_one_step:
+    if statistics and statistics.doubtful_peaks:
         return f"{statistics.isolated:.0%} of the mean peak are forces that stand for one step"
     return ""
 

@@ -201,7 +201,7 @@ def _judge(path: Path, ours: File | None, theirs: File | None) -> tuple[str, str
 
 
 def _damage(path: Path) -> str:
-    """Why a file is no whole one of its kind, such as a cut one; nothing if it is."""
+    """Why a file is not a whole file of its kind, for instance cut; empty if it is."""
     data = path.read_bytes()
     if path.suffix in TEXTS:
         try:
