@@ -1,6 +1,7 @@
 """The engine of rows with made-up ones: states, processes, and what a kill costs."""
 
 import json
+import subprocess
 import sys
 
 import pytest
@@ -27,6 +28,18 @@ def compute(number, ends="", flag=""):
     if ends == "failed":
         return {"of a kind that no row has": object()}["another"]
     return {"third": number / 3, "missing": float("nan")}
+
+def blocked():
+    return {"blocked": [number.name for number in signal.pthread_sigmask(signal.SIG_BLOCK, [])]}
+"""
+
+
+BLOCKED = """
+import made_up_rows
+from trackdyn.sweeps.engine import results
+
+rows = results(made_up_rows.blocked, {str(k): {} for k in range(4)}, 2)
+print([row["values"]["blocked"] for row in rows.values()])
 """
 
 
@@ -62,6 +75,12 @@ def test_what_comes_of_a_row_is_its_state(compute, tmp_path, jobs):
     with pytest.raises(TrackdynError, match=r"may pass \(KeyError: .*\); try again"):
         check_completed(rows.values(), "try again")
     check_completed([row for row in rows.values() if row["state"] != "failed"], "try again")
+
+
+def test_an_interrupt_is_not_for_the_processes_of_a_pool(compute):
+    """In a new process, since nothing that a test before left may run there."""
+    run = subprocess.run([sys.executable, "-c", BLOCKED], capture_output=True, text=True, timeout=120)
+    assert run.stdout.split("\n")[0] == str([["SIGINT"]] * 4), run.stderr
 
 
 def test_a_row_that_always_kills_its_process_fails_and_no_other(compute, tmp_path, monkeypatch):

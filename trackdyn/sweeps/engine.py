@@ -16,6 +16,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import nullcontext
 from functools import partial
+from multiprocessing import resource_tracker
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from threading import Thread
@@ -172,6 +173,8 @@ def _pooled(compute: Compute, tasks: Tasks, jobs: int, size: int, store: Store) 
     # trackers remove what a killed sweep leaves, each with a warning
     os.environ.setdefault("PYTHONWARNINGS", "ignore:resource_tracker:UserWarning")
     # A Ctrl-C is for the one who started them: processes and threads begin with the signals that their maker blocks.
+    # The tracker runs before, since its start unblocks them.
+    resource_tracker.ensure_running()
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         pool = ProcessPoolExecutor(jobs, timeout=None, initializer=_begin, initargs=(os.getpid(),))
