@@ -36,7 +36,7 @@ ROWS = {
     "import": [sys.executable, "-c", "import trackdyn; trackdyn.simulate"],
     "check": [*COMMAND, "check", "paper", "--out", "{folder}/paper.png", "--overwrite"],
     "simulate 20 s": [*SIMULATE, "--duration", "20"],
-    "show": [*COMMAND, "show", "{folder}/run.npz", "--out", "{folder}/run.html"],
+    "show": [*COMMAND, "show", "{folder}/run.npz", "--out", "{folder}/run.html", "--overwrite"],
     "planar step": [sys.executable, "-c", STEPS.replace("{fields}", "{}")],
     "step without ring": [sys.executable, "-c", STEPS.replace("{fields}", "{'ring_radius': None, 'step': 5e-5}")],
     "spatial step": [sys.executable, "-c", STEPS.replace("{fields}", SPATIAL)],
