@@ -52,6 +52,8 @@ def test_what_is_no_field_is_refused_with_what_is_close(name, hint):
     assert hint in str(refusal.value) and "\n" not in str(refusal.value)
 
 
-@pytest.mark.parametrize("name", ["idler", "wheels.x", "road_1.arm", "road_1.arm.colour", "Big Wheel.x", "x.y.z", ""])
+@pytest.mark.parametrize(
+    "name", ["idler", "wheels.x", "road_1.arm", "road_1.arm.colour", "Big Wheel.x", "*.x", "x.y.z", ""]
+)
 def test_what_no_rig_may_have(name):
     assert not Rig.may_have(name)

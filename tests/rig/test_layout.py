@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from trackdyn.errors import InputError
-from trackdyn.rig.layout import assemble, belt_around, belt_path, wheel_circles
+from trackdyn.rig.layout import _lay, assemble, belt_around, belt_path, wheel_circles
 
 TRIANGLE = [(0, 0, 0.3), (2 * 0.5, sqrt(3), 0.3), (2, 0, 0.3)]  # clockwise, sides 2
 UNEQUAL = [(0.0, 0.0, 0.31), (1.1, 0.15, 0.25), (1.7, -0.4, 0.28)]
@@ -70,6 +70,14 @@ def test_links_on_the_sprocket_circle_touch_its_ring_at_their_middle(rig):
         atol=1e-15,
     )
     assert asin(half_link / circles[0, 2]) < pi / rig.sprocket.teeth
+
+
+@pytest.mark.parametrize("body", [pi + 4.0, 2 * (pi + 4.0)])
+def test_a_body_that_lies_straight_across_or_closes_on_itself_is_refused(body):
+    """The derivatives by which a chain is laid vanish there, or there are none."""
+    path = belt_path([[0.0, 0.0, 1.0], [-4.0, 0.0, 1.0]])
+    with pytest.raises(InputError, match="cannot be laid around these wheels"):
+        _lay(path, np.full(4, body))
 
 
 @pytest.mark.parametrize(("pitches", "state"), [(32, "short"), (37, "long")])

@@ -191,6 +191,7 @@ sprocket: {source: x, teeth: 21}
         ),
         ("teeth: 12", "teeth: 12, equal_pitch_radius: 0.29 m", "chain.pitch gives sprocket.equal_pitch_radius; leave"),
         ("pitch: 0.17 m", "pitch: 0.01 m", "chain.pitch = 0.01: must be a length in m, such as 0.17 m"),
+        ("pitch: 0.17 m", "pitch: -0.17 m", "chain.pitch = -0.17: must be a length in m, such as 0.17 m"),
         ("pitch: 0.17 m", "pitch: 170 mm", "chain.pitch has the unit 'mm'; it must be given in 'm'"),
         ("pitch: 0.17 m", "pitch: {value: 0.17, unit: m}", "chain.pitch lacks kind, source"),
         ("teeth: 12", "teeth: .inf", "sprocket.teeth = inf: must be a finite number"),

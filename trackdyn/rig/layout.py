@@ -223,11 +223,13 @@ def _lay(path: BeltPath, lengths: np.ndarray) -> np.ndarray:
         pins, heading, _ = path.along(s)
         apart, tangent = np.diff(pins, axis=0), np.column_stack([np.cos(heading), np.sin(heading)])
         chord = np.hypot(*apart.T)
-        # derivatives of a chord by the arc lengths of its two pins, but for the sign of the first
-        behind, ahead = ((apart * side).sum(axis=1) / chord for side in (tangent[:-1], tangent[1:]))
+        # derivatives of a chord by the arc lengths of its two pins, but for the sign of the first; none where they meet
+        behind, ahead = (
+            (apart * side).sum(axis=1) / np.maximum(chord, LAST_STEP) for side in (tangent[:-1], tangent[1:])
+        )
         moves = [0.0]
         for missing, first, second in zip((lengths - chord).tolist(), behind.tolist(), ahead.tolist(), strict=True):
-            moves.append((missing + first * moves[-1]) / second)
+            moves.append((missing + first * moves[-1]) / (second or 1.0))  # 0: straight across the path
         s[1:] = s[0] + np.cumsum(np.clip(np.diff(s + moves), 0.5 * lengths, 1.6 * lengths))
         if np.abs(moves).max() < LAST_STEP:
             return s

@@ -242,8 +242,9 @@ class Rig(Section):
     def may_have(cls, name: str) -> bool:
         """Whether some rig has a field of this dotted name."""
         first, _, rest = name.partition(".")
-        member = first not in cls.model_fields and NAME.fullmatch(first) and f"*.{rest}"
-        return bool(possible_fields(cls) & {name, member})
+        if first not in cls.model_fields:
+            name = f"*.{rest}" if NAME.fullmatch(first) else ""
+        return name in possible_fields(cls)
 
     def _field(self, name: str, fields: Mapping[str, FieldValue]) -> FieldValue:
         """The field of a name, or `InputError` with names that are close."""

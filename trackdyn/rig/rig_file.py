@@ -187,7 +187,7 @@ def _with_pitch(rig: dict[str, Any]) -> dict[str, Any]:
     except ValueError as error:
         raise InputError(f"chain.pitch {error}") from None
     if _section(chain, "kind").get("value") == "single_pin":
-        accepted, body, possible = "a length in m, such as 0.17 m", pitch, True
+        accepted, body, possible = "a length in m, such as 0.17 m", pitch, pitch > 0
     else:
         accepted = f"in m, more than chain.link_length = {length:g} m and less than {LONGEST_PITCH} times as much"
         body, possible = length, length < pitch < LONGEST_PITCH * length
