@@ -60,7 +60,7 @@ def imported_files(script: Path, root: Path) -> list[Path]:
     for: ``from trackdyn import load_rig`` leads to the module that defines ``load_rig``. Python does run all of
     ``__init__``; taken so, every result would depend on every module, although none of them can change it. Where
     ``__init__`` itself defines what is asked for, all that it imports counts. Files that are not Python's
-    belong to the module of their name, or else to whoever imports a module of their folder.
+    belong to the module of their name, or else to whoever is, or imports, a module of their folder.
     """
     places = root, root / "workflow"
     files: set[Path] = set()
@@ -85,7 +85,7 @@ def imported_files(script: Path, root: Path) -> list[Path]:
 
     for source, what, _ in _imports(script, ()):
         need(source, what)
-    packages = {file.parent for file in files if file.name == "__init__.py"}
+    packages = {file.parent for file in (*files, script.with_name("__init__.py")) if file.name == "__init__.py"}
     beside = {
         path
         for folder in packages

@@ -222,6 +222,10 @@ EDITS = {
         },
         {"claims", "page", "manifest"}, {"measure", "parameters", "schematics", "peer_runs"},
     ),
+    "the template of the page": (
+        {"workflow/replication/report/page/page.html.j2": in_place_of("<", "{# another #}<")},
+        {"page", "manifest"}, {"measure", "claims", "article", "schematics"},
+    ),
 }  # fmt: skip
 
 
