@@ -92,7 +92,7 @@ def _coarse_difference(evidence, speeds) -> np.ndarray:
 def _high_frequency_growth(evidence, speeds) -> float:
     """Content at and above 20 Hz at the highest speed over that at the lowest."""
     values = _column(evidence, speeds, "high_frequency_g")
-    return _over(_some(values[1:]).iloc[-1], values.iloc[0])
+    return _over(_some(values.iloc[1:]).iloc[-1], values.iloc[0])
 
 
 RECORDS = {
@@ -311,7 +311,7 @@ def _by_radius(value: Callable[[pd.Series], Any], column: str, least: float = 0.
 def _least_step(values: pd.Series) -> float:
     """Least ratio of a force at neighbouring radii, larger over smaller; missing values count."""
     values = values.reset_index(drop=True)
-    return float(_ratios(values[1:], values.shift()[1:]).min(skipna=False))
+    return float(_ratios(values.iloc[1:], values.shift().iloc[1:]).min(skipna=False))
 
 
 def _spread(values: pd.Series) -> float:
