@@ -13,8 +13,9 @@ rule `all` then. Memory and time of the jobs are those of the profile.
 """
 
 from pathlib import Path
+from typing import Annotated
 
-from pydantic import PositiveInt
+from pydantic import BeforeValidator, PositiveInt
 from snakemake.exceptions import WorkflowError
 from snakemake.io import get_wildcard_names
 
@@ -26,13 +27,17 @@ from trackdyn.sweeps.snakemake_job import drive
 drive(workflow)
 
 
+# of a file, as text or as a path
+Name = Annotated[str, BeforeValidator(lambda name: str(name) if isinstance(name, Path) else name)]
+
+
 class Settings(Section):
     """Configuration of a sweep."""
 
-    design: str # a row a scene (.csv, .parquet)
-    out: str # a row a result (.csv, .parquet); its folders lie beside it
-    rig: str = "config/rigs/paper.yaml" # of rows that name no other
-    rigs: list[str] = [] # files that rows name themselves
+    design: Name # a row a scene (.csv, .parquet)
+    out: Name # a row a result (.csv, .parquet); its folders lie beside it
+    rig: Name = "config/rigs/paper.yaml" # of rows that name no other
+    rigs: list[Name] = [] # files that rows name themselves
     batches: PositiveInt = 10 # jobs; a minute or more of rows in each makes their start cheap
     threads: PositiveInt = 1 # of a job
 

@@ -12,10 +12,13 @@ from trackdyn.sweeps.engine import check_completed, key_of, results
 
 # A row is refused, diverges, fails or kills its process at its first attempt, as it is told.
 MADE_UP = """
-import os, pathlib, signal
+import os, pathlib, signal, time
 from trackdyn.errors import DivergenceError, InputError
 
 def compute(number, ends="", flag=""):
+    if ends == "waits for the others":
+        while len(os.listdir(flag)) < 3:
+            time.sleep(0.01)
     if ends == "killed" and not pathlib.Path(flag).exists():
         pathlib.Path(flag).touch()
         os.kill(os.getpid(), signal.SIGKILL)
@@ -97,6 +100,14 @@ def test_a_row_that_always_kills_its_process_fails_and_no_other(compute, tmp_pat
     assert sorted(path.stem for path in (tmp_path / "store").iterdir()) == sorted(asked)
     monkeypatch.setattr(engine, "outcome", lambda *row: pytest.fail("was computed again"))
     assert json.dumps(results(compute, asked, 2, tmp_path / "store")) == json.dumps({key: first[key] for key in asked})
+
+
+def test_a_long_row_holds_back_no_others(compute, tmp_path):
+    """They are counted as they come: the first row waits until the others are stored."""
+    ends = {0: "waits for the others"}
+    asked = tasks(*({"number": k, "ends": ends.get(k, ""), "flag": str(tmp_path / "store")} for k in range(4)))
+    rows = results(compute, asked, 2, tmp_path / "store")
+    assert list(rows)[-1] == next(iter(asked))
 
 
 def test_processes_that_cannot_start_are_said(compute, tmp_path, monkeypatch):

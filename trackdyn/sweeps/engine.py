@@ -15,14 +15,13 @@ import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import nullcontext
-from functools import partial
 from multiprocessing import resource_tracker
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from threading import Thread
 from typing import Any
 
-from joblib.externals.loky import ProcessPoolExecutor
+from joblib.externals.loky import ProcessPoolExecutor, as_completed
 from joblib.externals.loky.process_executor import TerminatedWorkerError
 from tqdm import tqdm
 
@@ -145,12 +144,12 @@ def _computed(compute: Compute, due: Tasks, jobs: int, store: Store) -> Iterator
                 yield row
         except TerminatedWorkerError:
             remove_abandoned(store.folder)
-            rows = list(store.read(waiting, say=False).values())  # stored before the processes ended
-            in_hand = [key for key in waiting if key not in {row["key"] for row in rows}][: jobs * size]
+            stored = store.read(waiting, say=False)  # before the processes ended
+            in_hand = [key for key in waiting if key not in stored][: jobs * size]
             alone = [_alone(compute, key, waiting[key], store) for key in in_hand]
             if len(alone) > 1 and all(row["state"] == FAILED for row in alone):
                 raise TrackdynError(f"all {len(alone)} rows failed: {alone[0]['reason']}") from None
-            for row in rows + alone:
+            for row in [*stored.values(), *alone]:
                 del waiting[row["key"]]
                 yield row
 
@@ -178,13 +177,21 @@ def _pooled(compute: Compute, tasks: Tasks, jobs: int, size: int, store: Store) 
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         pool = ProcessPoolExecutor(jobs, timeout=None, initializer=_begin, initargs=(os.getpid(),))
-        rows = pool.map(partial(outcome, compute, store), tasks, tasks.values(), chunksize=size)
+        items = list(tasks.items())
+        pieces = (items[k : k + size] for k in range(0, len(items), size))
+        rows = [pool.submit(_piece, compute, store, piece) for piece in pieces]
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
     try:
-        yield from rows
+        for piece in as_completed(rows):  # a long row holds back no others, which the bar counts
+            yield from piece.result()
     finally:
         pool.shutdown(wait=True, kill_workers=True)
+
+
+def _piece(compute: Compute, store: Store, items: list[tuple[str, dict]]) -> list[dict]:
+    """Rows that a process takes at once."""
+    return [outcome(compute, store, key, task) for key, task in items]
 
 
 def _begin(parent: int) -> None:

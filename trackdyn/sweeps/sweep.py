@@ -131,7 +131,7 @@ def _value(cell: Any) -> Any:
 
 
 def _field(name: str, value: Any) -> Any:
-    """A field of a scene out of the value of its cell. Raises `InputError`: one of several steps is none."""
+    """A field of a scene out of the value of its cell. Raises `InputError`: several steps, one or all missing."""
     if isinstance(value, str):
         if name in ("pitches", "step"):
             value = _value(value.replace(";", " ").split())
@@ -143,6 +143,8 @@ def _field(name: str, value: Any) -> Any:
         pitches = value if isinstance(value, list) else [value]
         return [int(pitch) if isinstance(pitch, float) and pitch.is_integer() else pitch for pitch in pitches]
     if name == "step" and isinstance(value, list):
+        if not value:
+            raise InputError("step holds no number; expected seconds, or an empty cell")
         return [within("step", step, LEAST_STEP, LONGEST_RUN, " s") for step in value]
     return value
 
