@@ -68,6 +68,11 @@ DEFECTS = {
     "gravity taken out": (changed(1, "t_s,ax_g,Linear Acceleration y (g),az_g"), ("no column for ay", "Linear")),
     "two of a name": (changed(1, "t_s,ax_g,ay_g,AY (g)"), ("columns 3 ('ay_g') and 4 ('AY (g)')", "--axis ay=#3")),
     "no time": (changed(1, "n,ax_g,ay_g,az_g"), ("no column of time", "'n'", "--time none --rate HZ")),
+    "time in a form that is not read": (
+        "ay_g;TimeOfDay\n" + "".join(f"{k};1,00{k}\n" for k in range(6)),
+        ("the time may be in column 2",),
+        {"rate": 1e3},
+    ),
     "truncated last line": (changed(7, "0.005,0.1"), ("line 7", "2 fields", "ay_g")),
     "short and long line": (
         changed(4, "0.002,0.1,1.0").replace("0.003,", "0.003,0.1,"),
@@ -305,6 +310,10 @@ FORMS = {
     "exponents": ("".join(f"{k / 1000:.3E} -1E-1 {1 + 0.01 * k:.3E}\n" for k in range(6)), by("1", "3"), ()),
     "blanks and decimal commas": (CLEAR.replace(";", " "), by("1", "3"), ()),
     "dates": (DATED, by("1", "3"), ()),
+    # no time, though temps is one in French
+    "a sensor of temperature": (
+        "ay_g,TempSensor\n" + "".join(f"{1 + k / 100},{20 + k}\n" for k in range(6)), {"rate": 1000}, ["rows counted"]
+    ),
     "dates that are not used": (DATED, by("none", "3", rate=1000), ["rows counted"]),
     "names below a preamble of numbers": ("1000\n4 8\nt,x,y,z\n" + BARE, by("1", "3"), ["column 3 'y'"]),
     "a header with more names": (";Headers,t,x,y,z\n" + BARE, by("1", "3"), ["column 3 in g"]),

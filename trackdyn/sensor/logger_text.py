@@ -58,7 +58,10 @@ class Source:
         """Whether a column may hold stamps: dates, words, or numbers that rise and never fall."""
         if column in self.dated:
             return True
-        values = self.table([column], gaps=True)
+        try:
+            values = self.table([column], gaps=True)
+        except InputError:
+            return True  # a form that is not read, such as 1,000
         values = values[np.isfinite(values)]
         return values.size < 2 or bool((np.diff(values) >= 0).all() and np.ptp(values) > 0)
 

@@ -292,7 +292,9 @@ NAME_IT = (
 def time_like(names: Sequence[str], units: Sequence[str]) -> list[Column]:
     """Columns that may be the time by their names or units."""
     columns = _columns(names, units)
-    named = [column for column in columns if _TIME_WORDS.search(column.name.casefold())]
+    # words are apart: TempSensor has temp and sensor, no temps
+    apart = [re.sub(r"(?<=[a-z])(?=[A-Z])", " ", column.name).casefold() for column in columns]
+    named = [column for column, name in zip(columns, apart, strict=True) if _TIME_WORDS.search(name)]
     return named + [column for column in columns if column.unit in _TIME and column not in named]
 
 
