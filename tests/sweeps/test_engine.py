@@ -57,8 +57,8 @@ def compute(tmp_path, monkeypatch):
     return made_up_rows.compute
 
 
-def tasks(*asked):
-    return {key_of(task, "sources"): task for task in asked}
+def tasks(*due):
+    return {key_of(task, "sources"): task for task in due}
 
 
 def states(rows):
@@ -67,9 +67,9 @@ def states(rows):
 
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_what_comes_of_a_row_is_its_state(compute, tmp_path, jobs):
-    asked = tasks(*({"number": 1, "ends": ends} for ends in ("", "refused", "diverged", "failed")))
-    rows = results(compute, asked, jobs, tmp_path / "store")
-    assert states(rows[key] for key in asked) == [
+    due = tasks(*({"number": 1, "ends": ends} for ends in ("", "refused", "diverged", "failed")))
+    rows = results(compute, due, jobs, tmp_path / "store")
+    assert states(rows[key] for key in due) == [
         ("done", "", ["missing", "third"]),
         ("refused", "no such rig", []),
         ("diverged", "it flew apart", []),
@@ -81,7 +81,7 @@ def test_what_comes_of_a_row_is_its_state(compute, tmp_path, jobs):
 
 
 def test_an_interrupt_is_not_for_the_processes_of_a_pool(compute):
-    """In a new process, since nothing that a test before left may run there."""
+    """Run in a new process: in this one an earlier test may have started the tracker already."""
     run = subprocess.run([sys.executable, "-c", BLOCKED], capture_output=True, text=True, timeout=120)
     assert run.stdout.split("\n")[0] == str([["SIGINT"]] * 4), run.stderr
 
@@ -89,25 +89,25 @@ def test_an_interrupt_is_not_for_the_processes_of_a_pool(compute):
 def test_a_row_that_always_kills_its_process_fails_and_no_other(compute, tmp_path, monkeypatch):
     """One that does so once is tried again; what had come stays. Also where a single row is left."""
     ends = {3: "killed", 9: "always killed"}
-    asked = tasks(*({"number": k, "ends": ends.get(k, ""), "flag": str(tmp_path / "f")} for k in range(24)))
-    first = results(compute, asked, 2, tmp_path / "store")
+    due = tasks(*({"number": k, "ends": ends.get(k, ""), "flag": str(tmp_path / "f")} for k in range(24)))
+    first = results(compute, due, 2, tmp_path / "store")
     (lost,) = [key for key, row in first.items() if row["state"] != "done"]
-    assert asked[lost]["number"] == 9 and first[lost]["state"] == "failed" and (tmp_path / "f").exists()
+    assert due[lost]["number"] == 9 and first[lost]["state"] == "failed" and (tmp_path / "f").exists()
     assert first[lost]["reason"].startswith("its process was ended (SIGKILL(-9)), perhaps out of memory")
-    del asked[lost]
-    alone = results(compute, asked, 1)
-    assert json.dumps([first[key]["values"] for key in asked]) == json.dumps([alone[key]["values"] for key in asked])
-    assert sorted(path.stem for path in (tmp_path / "store").iterdir()) == sorted(asked)
+    del due[lost]
+    alone = results(compute, due, 1)
+    assert json.dumps([first[key]["values"] for key in due]) == json.dumps([alone[key]["values"] for key in due])
+    assert sorted(path.stem for path in (tmp_path / "store").iterdir()) == sorted(due)
     monkeypatch.setattr(engine, "outcome", lambda *row: pytest.fail("was computed again"))
-    assert json.dumps(results(compute, asked, 2, tmp_path / "store")) == json.dumps({key: first[key] for key in asked})
+    assert json.dumps(results(compute, due, 2, tmp_path / "store")) == json.dumps({key: first[key] for key in due})
 
 
 def test_a_long_row_holds_back_no_others(compute, tmp_path):
-    """They are counted as they come: the first row waits until the others are stored."""
+    """Rows are counted as they come, although the first one waits until the others are stored."""
     ends = {0: "waits for the others"}
-    asked = tasks(*({"number": k, "ends": ends.get(k, ""), "flag": str(tmp_path / "store")} for k in range(4)))
-    rows = results(compute, asked, 2, tmp_path / "store")
-    assert list(rows)[-1] == next(iter(asked))
+    due = tasks(*({"number": k, "ends": ends.get(k, ""), "flag": str(tmp_path / "store")} for k in range(4)))
+    rows = results(compute, due, 2, tmp_path / "store")
+    assert list(rows)[-1] == next(iter(due))
 
 
 def test_processes_that_cannot_start_are_said(compute, tmp_path, monkeypatch):
