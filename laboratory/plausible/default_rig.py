@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from laboratory.inference.unknowns import Unknowns, file_ranges
 from laboratory.plausible.draws import EQUAL_PITCH, run_rigs, scenes
 from laboratory.plausible.search import Searching, free_unknowns
 from laboratory.plausible.settings import PlausibleConfig, Scenario, load_plausible
 from laboratory.plausible.study import judged_claims
+from laboratory.plausible.unknowns import Unknowns, file_ranges
 from laboratory.plausible.verdicts import judge_rig
 from replication.paper.claims import load_sentences
 from trackdyn.errors import InputError

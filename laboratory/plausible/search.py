@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from laboratory.inference.unknowns import Unknown, Unknowns, file_ranges
 from laboratory.plausible.distances import by_sentence, cost, statement_distances
 from laboratory.plausible.draws import EQUAL_PITCH, built, run_rigs
 from laboratory.plausible.settings import PlausibleConfig, Scenario
+from laboratory.plausible.unknowns import Unknown, Unknowns, file_ranges
 from replication.paper.claims import Claim
 from trackdyn.extras import required
 from trackdyn.rig.rig import load_rig

@@ -5,7 +5,7 @@ from typing import Annotated, Any, NamedTuple
 
 from pydantic import Field
 
-from laboratory.inference.unknowns import Unknown, Unknowns, file_ranges
+from laboratory.plausible.unknowns import Unknown, Unknowns, file_ranges
 from trackdyn.rig.rig import load_rig
 from trackdyn.rig.validation import Positive, Section, validated
 from trackdyn.rig.yaml_file import read_yaml

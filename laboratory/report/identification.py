@@ -17,8 +17,8 @@ from laboratory.inference.identification.identify import Identification, Setting
 from laboratory.inference.identification.informative import requested_unknowns, tellable, unknown_of
 from laboratory.inference.identification.measured import Measured, read_records
 from laboratory.inference.identification.tables import wider
-from laboratory.inference.unknowns import Unknown
 from laboratory.inference.verdict import IDENTIFIED, IN_DOUBT, ONE_SIDED
+from laboratory.plausible.unknowns import Unknown
 from laboratory.report.figures.identification import features_figure, posterior_figure, spectra_figure
 from replication.report.page.builder import embedded_picture
 from trackdyn.files import write_text

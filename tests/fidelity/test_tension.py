@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 
-from laboratory.inference.unknowns import file_ranges
+from laboratory.plausible.unknowns import file_ranges
 from tests.conftest import recorded
 from tests.layouts import random_rig
 from trackdyn.errors import InputError

@@ -23,8 +23,8 @@ from laboratory.inference.identification.experiment import Experiment, MeasuredS
 from laboratory.inference.identification.identify import LEAST_SPREAD, sobol_points
 from laboratory.inference.identification.measured import joined
 from laboratory.inference.identification.posterior import Posterior, medians, sample
-from laboratory.inference.unknowns import Unknown, Unknowns, file_ranges
 from laboratory.inference.verdict import IDENTIFIED, verdict
+from laboratory.plausible.unknowns import Unknown, Unknowns, file_ranges
 from trackdyn.rig.rig import load_rig
 from trackdyn.rig.validation import Section, validated
 from trackdyn.rig.yaml_file import read_yaml

@@ -25,8 +25,8 @@ from laboratory.inference.identification.posterior import (
     predict,
     sample,
 )
-from laboratory.inference.unknowns import Unknowns
 from laboratory.inference.verdict import NOT_IDENTIFIED
+from laboratory.plausible.unknowns import Unknowns
 from trackdyn.errors import InputError
 
 LEAST_SPREAD = 1e-3  # relative spread of a feature over the ranges: less says nothing

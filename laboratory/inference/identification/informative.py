@@ -9,8 +9,8 @@ import pandas as pd
 from laboratory.inference.identification.experiment import Experiment, run_experiment
 from laboratory.inference.identification.measured import Measured, joined
 from laboratory.inference.identification.posterior import MEDIANS, evidence_shares, groups_of
-from laboratory.inference.unknowns import Unknown, Unknowns, file_ranges
 from laboratory.inference.verdict import NARROW
+from laboratory.plausible.unknowns import Unknown, Unknowns, file_ranges
 from trackdyn.errors import InputError
 from trackdyn.rig.rig import Rig
 from trackdyn.rig.rig_file import DRAG_FIELDS

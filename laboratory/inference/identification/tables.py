@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 
 from laboratory.inference.identification.posterior import SPREAD, MeasuredRecords, Posterior
-from laboratory.inference.unknowns import Unknowns
 from laboratory.inference.verdict import IN_DOUBT, NOT_IDENTIFIED, verdict
+from laboratory.plausible.unknowns import Unknowns
 
 INTERVAL = {"q05": 0.05, "median": 0.5, "q95": 0.95}
 BEYOND = "wider"  # a discrepancy that contradicts the model

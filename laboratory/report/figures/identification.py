@@ -7,7 +7,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 from scipy.ndimage import gaussian_filter
 
-from laboratory.inference.unknowns import Unknown
+from laboratory.plausible.unknowns import Unknown
 from trackdyn.plots.style import (
     BLACK,
     BLUE,

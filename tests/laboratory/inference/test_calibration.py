@@ -4,7 +4,7 @@ import pytest
 
 from laboratory.inference.identification import calibration
 from laboratory.inference.identification.calibration import CalibrationConfig, calibrate, summarised
-from laboratory.inference.unknowns import Unknown
+from laboratory.plausible.unknowns import Unknown
 from tests.conftest import RIG
 
 pytestmark = pytest.mark.slow

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from laboratory.inference.unknowns import Unknown, Unknowns, file_ranges
+from laboratory.plausible.unknowns import Unknown, Unknowns, file_ranges
 from trackdyn.errors import InputError
 from trackdyn.rig.rig import load_rig
 
