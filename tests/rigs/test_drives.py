@@ -7,13 +7,12 @@ import pytest
 
 from tests.rigs.conftest import scene_of
 from trackdyn.errors import InputError
-from trackdyn.integrate.carriers import advance_carriers, tabled_force
+from trackdyn.integrate.carriers import advance_carriers
 from trackdyn.integrate.run import common_arrays
 from trackdyn.integrate.semi_implicit import driven_rate
 from trackdyn.model.arrays import SPROCKET_WORK
 from trackdyn.model.constants import NO_MOTOR, SPROCKET, Drive, Motor
 from trackdyn.rig.rig import load_rig
-from trackdyn.scene.build import make_carriers
 from trackdyn.simulation.energy_balance import open_share
 from trackdyn.simulation.loop import Loop
 
@@ -79,29 +78,14 @@ def test_a_wheel_on_an_arm_swings_as_its_spring_says(settled):
     assert state.slide["rate"][k] != 0.0
 
 
-def test_a_given_force_is_straight_between_its_rows(settled):
-    loop = settled("m113")
-    rig = loop.scene.rig.changed(tension__force=[[0.0, 100.0], [2.0, 300.0]])
-    carriers = make_carriers(rig, loop.arrays.model, "forced", 0.0)
-    k = carriers.tensioner
-    for time, force in ((-1.0, 100.0), (0.5, 150.0), (2.0, 300.0), (9.0, 300.0)):
-        assert tabled_force(carriers, k, time, carriers.force) == pytest.approx(force)
-    assert tabled_force(carriers, (k + 1) % len(carriers.wheel), 1.0, carriers.force) == 0.0
-
-
 def test_all_of_them_in_one_loop_keep_the_account():
-    """A sprocket that runs down, a tensioner under a given force, a wheel with a surface of its own, arms."""
+    """A sprocket that runs down, a tensioner on a spring, a wheel with a surface of its own, arms."""
     rig = load_rig("robot")
     soft = rig.wheel_contact.model_dump() | {"youngs_modulus": 2e7}
     free = {"kind": "free", "inertia": 0.05, "release": 0.5}
-    pulled = 2.2 * rig.tension.pre_tension
-    changed = rig.changed(
-        surfaces={"soft": soft}, front__surface="soft", drive=free, tension__kept="forced",
-        tension__force=[[0.0, pulled], [2.0, 1.2 * pulled]],
-    )  # fmt: skip
+    changed = rig.changed(surfaces={"soft": soft}, front__surface="soft", drive=free, tension__kept="sprung")
     loop = Loop(scene_of(changed, 60.0))
     assert len(set(loop.model.wheels.law.tolist())) == 3 and loop.model.drive.motor != NO_MOTOR
-    assert loop.layout["settled_tension_n"] == pytest.approx(pulled / 2, rel=0.15)  # both strands pull
     loop.advance(0.5)
     before, work = loop.wheel_rates[SPROCKET], loop.state.work_done[SPROCKET_WORK]
     recording = loop.record(0.4, contact_log=False)
@@ -121,5 +105,3 @@ def test_what_springs_and_motors_cannot_be_moved_by_is_refused():
     driven = bench.changed(drive={"kind": "motor", "inertia": 5.0, "slope": 500.0, "torque": 2000.0})
     with pytest.raises(InputError, match=r"integrator = 'rk4'.*the rig's drive"):
         scene_of(driven, integrator="rk4", step=1e-5)
-    with pytest.raises(InputError, match=r"tension = 'forced'.*no tension\.force"):
-        scene_of(bench, tension="forced")

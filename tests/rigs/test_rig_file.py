@@ -86,7 +86,6 @@ def test_every_parameter_of_a_rig_is_read_by_something():
             f"like: bench\nwheels: {{source: s, idler: {WHEEL[:-1]}, surface: soft}}}}\n",
             ["idler.surface = 'soft'", "wheel_contact"],
         ),
-        ("like: bench\ntension: {source: s, kept: forced}\n", ["tension.force is missing"]),
         ("like: bench\ndrive: {source: s, kind: motor}\n", ["drive.inertia is missing"]),
         ("like: bench\nprofile: {source: s}\n", ["profile needs arcs or outline"]),
         (

@@ -207,15 +207,12 @@ def test_a_tensioner_on_its_spring_is_not_shifted_and_stays_where_it_hangs(make_
 def test_scenes_of_one_method_share_their_kernels(make_scene, rig):
     """Other types would compile the whole time loop once more: for a law, a tensioner, or the settling alone."""
     soft = rig.wheel_contact.model_dump() | {"youngs_modulus": 2e7}
-    force = 2.0 * rig.tension.pre_tension  # both strands pull
-    pulled = rig.changed(tension__kept="forced", tension__force=[[0.0, force], [2.0, 0.9 * force]])
     scenes = [
         make_scene(0.0),
         make_scene(0.0, ring_radius=None),
         make_scene(0.0, drag="coulomb"),
         make_scene(0.0, **LAWS),
         make_scene(0.0, tension="sprung"),
-        make_scene(0.0, rig=pulled, tension="forced"),
         make_scene(0.0, rig=rig.changed(drive={"kind": "free", "inertia": 0.05, "release": 0.5})),
         make_scene(0.0, rig=rig.changed(surfaces={"soft": soft}, idler__surface="soft")),
     ]

@@ -46,26 +46,10 @@ def push(work: Work, wheel):
 
 
 @kernel
-def tabled_force(carriers: Carriers, k, time, force):
-    """Force (N) on carrier ``k`` of the tensioner's table of times and forces, straight between its rows; 0 without."""
-    last = force.shape[0] - 1
-    if last < 0 or k != carriers.tensioner:
-        return 0.0
-    if time <= force[0, 0]:
-        return force[0, 1]
-    for i in range(last):
-        if time < force[i + 1, 0]:
-            share = (time - force[i, 0]) / (force[i + 1, 0] - force[i, 0])
-            return force[i, 1] + share * (force[i + 1, 1] - force[i, 1])
-    return force[last, 1]
-
-
-@kernel
 def advance_carriers(model: Model, state: State, work: Work, carriers):
     """Advance the carriers by semi-implicit Euler, their dampers taken at the end of the step.
 
-    At a stop a carrier stays where it is and loses its velocity; that and the damper's work count as bearing losses,
-    and so does, with its sign, what a tabled force puts in.
+    At a stop a carrier stays where it is and loses its velocity; that and the damper's work count as bearing losses.
     """
     h = model.step
     for k in range(carriers.wheel.shape[0]):
@@ -74,8 +58,6 @@ def advance_carriers(model: Model, state: State, work: Work, carriers):
         fx, fy = push(work, carriers.wheel[k])
         force = tx * fx + ty * fy + carriers.preload[k] - carriers.stiffness[k] * moved["q"]
         force -= carriers.weight[k] * ty
-        tabled = tabled_force(carriers, k, state.steps[0] * h, carriers.force)
-        force += tabled
         old = moved["rate"]
         rate = (mass * old + h * force) / (mass + h * carriers.damping[k])
         free = rate
@@ -88,7 +70,7 @@ def advance_carriers(model: Model, state: State, work: Work, carriers):
                 rate = 0.0
         mean = 0.5 * (old + free)
         lost = h * carriers.damping[k] * free * mean + 0.5 * mass * (free * free - rate * rate)
-        state.work_done[BEARING] += lost - h * tabled * mean
+        state.work_done[BEARING] += lost
         moved["q"] = position
         moved["rate"] = rate
         moved["rate_before"] = old

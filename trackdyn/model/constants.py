@@ -150,9 +150,6 @@ class Carriers(NamedTuple):
     # low, high: (k,) stops, m or rad
     low: np.ndarray
     high: np.ndarray
-    tensioner: int  # the carrier that ``force`` acts on
-    # (m, 2) times (s) and forces (N) of a tensioner that is pushed and not sprung; otherwise without rows
-    force: np.ndarray
 
 
 class Motor(NamedTuple):

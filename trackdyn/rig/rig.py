@@ -3,7 +3,6 @@
 from collections.abc import Collection, Iterator, Mapping
 from difflib import get_close_matches
 from functools import cached_property, reduce
-from itertools import pairwise
 from math import pi, tan
 from operator import getitem
 from pathlib import Path
@@ -102,10 +101,6 @@ class Rig(Section):
                 f"tension.wheel = {tension.wheel!r} has an arm or a slider of its own, which tension.kept = sprung "
                 "gives to the tensioner; choose a fixed wheel"
             )
-        if tension.kept == "forced" and tension.force is None:
-            yield "tension.force is missing; kept = forced needs it: rows of time (s) and force (N)"
-        if any(a[0] >= b[0] for a, b in pairwise(tension.force or ())):
-            yield f"tension.force = {shown(tension.force)}: must be rows of time (s, rising) and force (N)"
 
     def _wheel_faults(self) -> Iterator[str]:
         """Sentences about wheels that cannot be."""
@@ -177,10 +172,8 @@ class Rig(Section):
         unread = [field for law, fields in DRAG_FIELDS.items() if law != self.drag for field in fields]
         ignored = {f"{name}.{field}" for name in self.wheels for field in unread}
         ignored.add("bushing.loss_factor" if self.bushing.law == "viscous" else "bushing.damping")
-        if self.tension.kept not in ("sprung", "forced"):
+        if self.tension.kept != "sprung":
             ignored |= {"tension.mass", "tension.stiffness", "tension.damping"}
-        if self.tension.kept != "forced":
-            ignored.add("tension.force")
         return [name for name, field in self.fields.items() if name in ignored and field.value]
 
     @cached_property

@@ -12,7 +12,6 @@ from trackdyn.rig.quantities import (
     Position,
     Quantity,
     Slope,
-    Table,
     Tilt,
 )
 from trackdyn.rig.validation import Positive, Section
@@ -77,7 +76,7 @@ class Wheel(Section):
         return self.arm or self.slider
 
 
-Kept = Literal["locked", "retensioned", "sprung", "forced"]
+Kept = Literal["locked", "retensioned", "sprung"]
 Drag = Literal["viscous", "coulomb", "rolling"]
 
 
@@ -156,7 +155,6 @@ class Tension(Section):
     stiffness: Annotated[float, Quantity("N/m", gt=0)]
     damping: Annotated[float, Quantity("N s/m", ge=0)]
     kept: Annotated[Kept, Quantity("name")] = "locked"
-    force: Annotated[Table | None, Quantity("s, N")] = None
 
 
 class Guide(Section):

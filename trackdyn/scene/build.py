@@ -283,24 +283,22 @@ def build_model(scene) -> Model:
 
 # fields of a row of carriers, and those that are integers
 ROW = ("wheel", "arm", "x", "y", "along_x", "along_y", "mass", "stiffness", "damping", "weight", "low", "high")
-INTEGER, NO_FORCE = {"wheel": int, "arm": int}, np.empty((0, 2))
-CARRIED = ("sprung", "forced")  # how a tensioner that moves while the chain runs is kept
+INTEGER = {"wheel": int, "arm": int}
 
 
 def make_carriers(rig: Rig, model: Model, tension: str, shift: float) -> Carriers:
     """Carriers at rest where the model's wheels stand, their springs without preload.
 
-    ``tension`` is the scene's tension: with `CARRIED` the tensioning wheel, shifted by ``shift`` (m), is one of them.
+    ``tension`` is the scene's tension: with ``sprung`` the tensioning wheel, shifted by ``shift`` (m), is one of them.
     """
-    rows, forced = [], tension == "forced"
+    rows = []
     for k, name in enumerate(wheel_names(rig)):
-        tensions = k == tensioner(rig) and tension in CARRIED
+        tensions = k == tensioner(rig) and tension == "sprung"
         carrier = rig.tension if tensions else rig.wheels[name].carrier if k else None
         if carrier is None:
             continue
         x, y = float(model.wheels.x[k]), float(model.wheels.y[k])
-        row = {"wheel": k, "damping": carrier.damping}
-        row["stiffness"] = 0.0 if tensions and forced else carrier.stiffness
+        row = {"wheel": k, "damping": carrier.damping, "stiffness": carrier.stiffness}
         if isinstance(carrier, Arm):
             dx, dy, travel = x - carrier.x, y - carrier.y, radians(carrier.travel)
             row |= {"arm": 1, "x": carrier.x, "y": carrier.y, "along_x": -dy, "along_y": dx, "low": -travel}
@@ -310,26 +308,21 @@ def make_carriers(rig: Rig, model: Model, tension: str, shift: float) -> Carrier
             row |= {"arm": 0, "x": x, "y": y, "along_x": cos(direction), "along_y": sin(direction)}
             row |= {"mass": carrier.mass, "weight": 0.0, "low": -carrier.travel - at, "high": carrier.travel - at}
         rows.append(row)
-    force = np.array(rig.tension.force, dtype=float) if forced else NO_FORCE
-    return carriers_of(rows, len(model.wheels.x), tensioner(rig), force)
+    return carriers_of(rows, len(model.wheels.x))
 
 
-def carriers_of(rows: list[dict], wheels: int, tensions: int = SPROCKET, force: np.ndarray = NO_FORCE) -> Carriers:
-    """Carriers from a row of fields each, without preload; ``tensions`` is the wheel that ``force`` pushes."""
+def carriers_of(rows: list[dict], wheels: int) -> Carriers:
+    """Carriers from a row of fields each, without preload."""
     columns = {name: np.array([row[name] for row in rows], INTEGER.get(name, float)) for name in ROW}
     of_wheel = np.full(wheels, -1)
     of_wheel[columns["wheel"]] = np.arange(len(rows))
-    return Carriers(
-        **columns, of_wheel=of_wheel, preload=np.zeros(len(rows)), tensioner=int(of_wheel[tensions]), force=force
-    )
+    return Carriers(**columns, of_wheel=of_wheel, preload=np.zeros(len(rows)))
 
 
 def preloads(rig: Rig, carriers: Carriers, work: Work, q: np.ndarray) -> np.ndarray:
     """(k,) preloads that hold the chain with the carriers at ``q``, or the rig's; `InputError` beyond their travel."""
     names, forces = wheel_names(rig), np.zeros(len(carriers.wheel))
     for k, wheel in enumerate(carriers.wheel):
-        if len(carriers.force) and k == carriers.tensioner:  # its force is prescribed
-            continue
         carrier = None if wheel == tensioner(rig) else rig.wheels[names[wheel]].carrier
         tx, ty = along(carriers, k, float(q[k]))
         fx, fy = push(work, wheel)

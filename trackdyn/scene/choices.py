@@ -157,10 +157,8 @@ REFUSALS: tuple[Refusal, ...] = (
     ("integrator", lambda s: s.spatial and s.integrator != "semi_implicit",
      "motion in space is solved with 'semi_implicit' only; use it, or space='planar'"),
     # tensioners, drives and wheels that move
-    ("tension", lambda s: s.tension in ("sprung", "forced") and not s.stepped,
+    ("tension", lambda s: s.tension == "sprung" and not s.stepped,
      "a {tension} tensioner moves in the plane by semi- or linearly implicit steps, not with {how}; use 'locked'"),
-    ("tension", lambda s: s.tension == "forced" and s.rig.tension.force is None,
-     "the rig has no tension.force; use 'locked'"),
     ("space", lambda s: s.driven and s.spatial,
      "the rig's drive moves in the plane by semi-implicit Euler, not with {how}; "
      "use wheels in the plane and 'planar'"),

@@ -120,8 +120,8 @@ class Scene(Choices):
         ``semi_implicit``, ``linearly_implicit`` or ``rk4``.
     tension : str
         ``locked`` (the tensioning wheel stays where the rig's own ring put it), ``retensioned`` (the pre-tension is
-        set again with the scene's ring), ``sprung`` (it slides on a spring and a damper while the chain runs) or
-        ``forced`` (the rig's force pushes it); the rig's own by default.
+        set again with the scene's ring) or ``sprung`` (it slides on a spring and a damper while the chain runs);
+        the rig's own by default.
     drag : str
         ``rolling`` (rolling resistance in proportion to the load of a wheel, beside the viscous drag of its seals),
         ``viscous`` (bearing drag grows with the rate of a wheel) or ``coulomb`` (a torque that does not); the rig's

@@ -11,7 +11,6 @@ from math import inf
 
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.rig.layout import assemble, travel_range
-from trackdyn.scene.build import CARRIED
 from trackdyn.scene.scene import Scene
 from trackdyn.scene.step import settling_step
 from trackdyn.simulation.loop_arrays import shift_tensioner
@@ -112,7 +111,7 @@ class TensionedLoop(DampedLoop):
         self.follow_tension(0.6)
         if self.reference is None:
             self.change_ring(None)
-        if self.scene.tension not in CARRIED and any(wheel.carrier for wheel in self.scene.rig.wheels.values()):
+        if self.scene.tension != "sprung" and any(wheel.carrier for wheel in self.scene.rig.wheels.values()):
             self.release_carriers()
 
     def slacken(self) -> None:

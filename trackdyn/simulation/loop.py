@@ -11,10 +11,9 @@ from trackdyn.errors import InputError
 from trackdyn.integrate.run import Integration
 from trackdyn.integrate.semi_implicit import sprocket_rate
 from trackdyn.model.arrays import Record, make_record
-from trackdyn.model.constants import Drive
 from trackdyn.rig.rig import Rig
 from trackdyn.rig.validation import typed, within
-from trackdyn.scene.build import CARRIED, wheel_centres
+from trackdyn.scene.build import wheel_centres
 from trackdyn.scene.scene import LONGEST_RUN, MOST_STEPS, Scene
 from trackdyn.scene.step import allowed_step
 from trackdyn.simulation.loop_arrays import (
@@ -206,10 +205,7 @@ class Loop(Readings):
         scene.with_(step=self.model.step)  # refused where the step is too large for the speed
         self.scene = scene
         rate, ramp = float(self.scene.sprocket_rate), float(self.scene.ramp)
-        self._steer(self.arrays.model.drive._replace(rate=rate, ramp=ramp, start=float(now), begin=self.time))
-
-    def _steer(self, drive: Drive) -> None:
-        """Take a drive with other numbers."""
+        drive = self.arrays.model.drive._replace(rate=rate, ramp=ramp, start=float(now), begin=self.time)
         self._show(self.arrays._replace(model=self.arrays.model._replace(drive=drive)))
 
     def shift_tensioner(self, shift: float) -> None:
@@ -227,7 +223,7 @@ class Loop(Readings):
             Beyond the travel, or the tensioner is on a spring.
         """
         rig = self.scene.rig
-        if self.scene.tension in CARRIED:
+        if self.scene.tension == "sprung":
             raise InputError(f"shift = {shift!r} m: the tensioner slides on its spring; use tension='locked'")
         shift = within("shift", shift, -rig.tension.travel, rig.tension.travel, " m, the tensioner's travel,")
         shift_tensioner(self.arrays.model, rig, shift)

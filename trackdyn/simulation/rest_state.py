@@ -134,7 +134,6 @@ class DampedLoop:
         rig = self.scene.rig
         carriers = make_carriers(rig, self.model, self.scene.tension, self.shift)
         slide = np.zeros(len(carriers.wheel))
-        carriers = carriers._replace(force=carriers.force[:1].copy())  # as when the run starts, however long this takes
         self.model = self.model._replace(carriers=carriers._replace(preload=preloads(rig, carriers, self.work, slide)))
         self.state = self.state._replace(slide=np.zeros(len(slide), SLIDE))
         self._samples = Integration(self.work)

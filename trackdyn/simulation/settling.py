@@ -20,8 +20,8 @@ from trackdyn.errors import DivergenceError, InputError
 from trackdyn.integrate.methods import METHODS
 from trackdyn.model.arrays import Plane, State, allocate_method
 from trackdyn.model.constants import SPROCKET
-from trackdyn.rig.layout import check_overlap
-from trackdyn.scene.build import CARRIED, check_stops, wheel_centres
+from trackdyn.rig.layout import check_overlap, tensioner
+from trackdyn.scene.build import check_stops, wheel_centres
 from trackdyn.scene.scene import RECORD_FIELDS, Scene
 from trackdyn.scene.step import LEAST_SETTLING_STEP, allowed_step, first_that_runs, settling_step
 from trackdyn.simulation.initial_tension import TensionedLoop, tensioned
@@ -94,7 +94,7 @@ class SettledLoops:
         def rested(divisor: float) -> TensionedLoop:
             loop = self._copy(self._tensioned, f"{divisor} {common}", lambda: tensioned(scene, divisor))
             loop.scene = scene
-            if scene.tension in CARRIED:
+            if scene.tension == "sprung":
                 loop.release_carriers()
             if scene.ring_radius != loop.reference:
                 loop.change_ring(scene.ring_radius)
@@ -131,12 +131,10 @@ def _start(scene: Scene, settled: TensionedLoop) -> Start:
         "tensioner_shift_m": float(settled.shift), "tension_n": settled.reached, "settled_tension_n": tension,
     }  # fmt: skip
     carriers, state = settled.model.carriers, settled.state
-    if len(carriers.force):
-        carriers = carriers._replace(force=np.array(rig.tension.force, dtype=float))
     if len(state.slide):
         check_stops(rig, carriers, state.slide)
-        if scene.tension in CARRIED:
-            layout |= {"tensioner_slide_m": float(state.slide["q"][carriers.tensioner])}
+        if scene.tension == "sprung":
+            layout |= {"tensioner_slide_m": float(state.slide["q"][carriers.of_wheel[tensioner(rig)]])}
         for name in ("rate", "rate_before", "along_x", "along_y"):
             state.slide[name] = 0.0
     centres = wheel_centres(rig, settled.model.wheels)

@@ -1,1 +1,0 @@
-"""A track as a unit for co-simulation by the FMI standard."""
