@@ -1,6 +1,6 @@
 """The replication: `snakemake -j2` for everything, `--configfile config/quick.yaml` for a short form of it.
 
-The laboratory stands on top of it: `snakemake -s laboratory/Snakefile -j2 answer`.
+The laboratory stands on top of it: `snakemake -s laboratory/Snakefile -j2 plausible`.
 """
 
 import re

@@ -6,13 +6,12 @@ What is checked when a file is read is more: values that must fit each other, to
 import json
 from pathlib import Path
 
-from laboratory.inference.identification.calibration import CalibrationConfig
 from laboratory.plausible.settings import PlausibleConfig
 from replication.pipeline.schemas import MODELS, schema
 from trackdyn.files import write_text
 
 FOLDER = Path(__file__).parents[1] / "config" / "schemas"
-EVERY = MODELS | {"calibration": CalibrationConfig, "plausible": PlausibleConfig}
+EVERY = MODELS | {"plausible": PlausibleConfig}
 
 
 if __name__ == "__main__":

@@ -30,7 +30,7 @@ ROOMS = {
         "__init__", "studies", "synthetic", "paper", "study", "peers", "certify", "pipeline", "report", "commands",
     ),
     "laboratory": (
-        "__init__", "plausible", "inference", "schemas", "report", "commands",
+        "__init__", "plausible", "schemas", "report", "commands",
     ),
 }  # fmt: skip
 MODULES = {

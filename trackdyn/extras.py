@@ -10,7 +10,6 @@ from trackdyn.errors import InputError
 # modules whose package has another name
 PACKAGES = {
     "PIL": "pillow",
-    "sklearn": "scikit-learn",
     "nptdms": "npTDMS",
     "lvm_read": "lvm-read",
 }

@@ -1,5 +1,3 @@
-"""Commands that the laboratory adds to ``trackdyn``."""
+"""Commands that the laboratory adds to ``trackdyn``: none."""
 
-from laboratory.commands.identify import identify
-
-COMMANDS = ("Laboratory", {"": ("", (identify,))})
+COMMANDS = ("Laboratory", {})

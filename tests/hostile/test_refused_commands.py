@@ -42,8 +42,6 @@ COMMANDS = [
     ("show short.npz --out run.pdf", "the name must end in .html"),
     ("plan --tolerance 2", "tolerance = '2': must be between 0 and 1"),
     ("plan --tolerance 2% --rpm 0", "motor_rpm = 0: passages need a loop that turns"),
-    ("identify plain --seed -1", "'--seed'", "greater than or equal to 0"),
-    (f"identify plain --steps {'9' * 300}", "'--steps'", "less than or equal to 1000000"),
     ("check long.yaml", "long.csv: is no CSV file of points", "expected x_m,y_m"),
     ("check arcs.yaml", "profile.arcs", "it must be given in 'm, m, m, 1'"),
 ]

@@ -1,6 +1,6 @@
 """The engine of rows: computes rows by key on the cores of one machine, and stores each as it comes.
 
-Sweeps, identification and the fit hand their rows to it. Its pool is joblib's (loky).
+Sweeps and studies hand their rows to it. Its pool is joblib's (loky).
 
 The store has a file a row, so that sweeps beside each other need no lock: the SHA-256 of the row in its first line and
 the row as JSON in its second. A file without such a checksum, or with another one, is not read as a row.

@@ -1,1 +1,0 @@
-"""Identification of a track from a record of it: features, posterior, calibration."""
