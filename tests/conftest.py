@@ -124,7 +124,7 @@ def assert_same_arrays(recording, expected):
 def contact_table(recording):
     """`contacts` as a table, pitches from 1 and sides by name."""
     rows = pd.DataFrame(contacts(recording))
-    side, share = np.array(SIDES, object)[rows["side"]], 100 * rows["touching"] / recording.periods.turn
+    side, share = np.array(SIDES, object)[rows["side"]], 100 * rows["touching_s"] / recording.periods.turn
     return rows.assign(side=side, share_pct=share, pitch=rows["pitch"] + 1, connector=rows["connector"] + 1)
 
 

@@ -71,12 +71,11 @@ def stitched_contacts(recording: Recording) -> Recording:
     at = np.concatenate([last_rows[-half:], *(rows for rows, _ in revolutions), rows[:half]])
     pairs = np.concatenate([last_pair[-half:], *(pair for _, pair in revolutions), pair[:half]])
     force, area = recording.force[at[:, None], pairs], recording.area[at[:, None], pairs]
-    rate_made = -2 * np.pi / recording.periods.turn
     empty = {name: getattr(recording, name)[:0] for name in ("raw", "mean", "gap", "cut", "link_position", "energy")}
     return replace(
         recording,
         time=np.arange(1, len(at) + 1) / rate,
-        wheel_rate=np.full((len(at), 1), rate_made),
+        wheel_rate=np.full((len(at), 1), recording.scene.sprocket_rate),
         force=force,
         area=area,
         groove=np.zeros_like(area),

@@ -15,7 +15,6 @@ from trackdyn.measure.metrics import needed_lengths, remarks, run_metrics
 from trackdyn.model.arrays import CONTACT_INTERVAL
 from trackdyn.rig.rig import load_rig
 from trackdyn.scene.scene import Scene
-from trackdyn.simulation.simulate import check_turning
 
 RIG = load_rig("paper")
 PITCHES, TEETH = RIG.chain.pitches, RIG.sprocket.teeth
@@ -234,86 +233,28 @@ def test_passages_without_a_contact_count_as_zero_in_shares_but_not_in_phases():
     assert summary["left_phase_start"] == pytest.approx(0.45)
 
 
-# -- turns that are made -----------------------------------------------------------------------------------------------
+def test_shares_of_samples_are_those_of_all_pitches():
+    """Of 35 pitches two are in area 2 at every instant: of 13 teeth 2/13 of a turn."""
+    area = np.zeros((40, PITCHES), np.int8)
+    area[:, [3, 20]] = 2
+    shares = sampled_shares(area, RIG)
+    assert shares[2] == pytest.approx(100 * 2 / TEETH) and shares[3:].sum() == 0.0
 
 
-def driven(kind, seconds, rates):
-    """Recording of a drive whose sprocket turns with these rates (rad/s, of evenly spaced instants), arcs by its angle.
-
-    Connector k is on the left arc from 0.10 to 0.25 of a turn after the sprocket took it up, and its link
-    ahead on the ring from 0.05 to 0.50; contacts are logged and sampled.
-    """
-    rig = RIG.changed(drive=DRIVES[kind])
-    samples = round(seconds * rig.rate)
-    time = np.arange(1, samples + 1) / rig.rate
-    rate = np.interp(time, np.linspace(0, seconds, len(rates)), rates)
-    turns = np.cumsum(rate) / rig.rate / (2 * np.pi)
-    force, area, rows = np.zeros((samples, PITCHES, 3)), np.zeros((samples, PITCHES, 2), np.int8), []
-    for visit in range(-13, int(turns[-1] * TEETH) + 1):
-        k = visit % PITCHES
-        for side, pitch, begin, end in ((LEFT, k, 0.10, 0.25), (RING, (k + 1) % PITCHES, 0.05, 0.50)):
-            begin, end = (visit / TEETH + at for at in (begin, end))
-            on = (turns > begin) & (turns <= end)
-            force[on, pitch, side] = 100.0
-            if side == LEFT:
-                area[on, pitch, side] = 2
-            if turns[0] < begin and end < turns[-1]:
-                rows.append(interval(pitch + 1, side, *np.interp((begin, end), turns, time)))
-    log = np.array([tuple(row) for row in rows], CONTACT_INTERVAL)
-    wheel_rate = np.column_stack([-rate, rate, rate])
-    made = {"time": time, "force": force, "area": area, "contact_log": log, "wheel_rate": wheel_rate}
-    return made_recording(Scene(rig, RPM, 0.308, step=STEP), **made, begin=BEGIN), turns
-
-
-DRIVES = {
-    "speed": {"kind": "speed"},
-    "motor": {"kind": "motor", "inertia": 5.0, "slope": 60.0, "torque": 2000.0},
-    "free": {"kind": "free", "inertia": 5.0, "release": 1.0},
-}
-
-
-@settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.too_slow])
-@given(kind=st.sampled_from(["motor", "free"]), rates=st.lists(st.floats(0.3, 8.0), min_size=2, max_size=6))
-def test_shares_and_phases_are_those_of_the_turns_that_were_made(kind, rates):
-    """Whatever the speed does, an arc that touches for 0.15 of every turn has a share of 15 %."""
-    run, turns = driven(kind, 20.0, rates)
-    assert run.made_rpm == pytest.approx(turns[-1] / 20 * TURN * RPM, rel=2e-3)
-    slack = 100 * max(rates) / 2 / np.pi / RIG.rate * 2  # two samples
-    summary = meshing_summary(run)
-    whole = max(0, int((turns[-1] - 2 * 2 / 3 - 0.45) * TEETH))
-    assert abs(summary["passages"] - whole) <= 2
-    if summary["passages"]:
-        for side, share, end in (("left", 15.0, 0.20), ("ring", 45.0, 0.45)):
-            assert summary[f"{side}_share_pct"] == pytest.approx(share, abs=slack)
-            assert summary[f"{side}_phase_end"] == pytest.approx(end, abs=slack / 100)
-        assert summary["left_phase_start"] == pytest.approx(0.05, abs=slack / 100)
-        table = passages(run)
-        assert table["share_pct"].between(0.0, 100.0).all()
-    if turns[-1] > 0.5:  # samples say the same: over all pitches, weighted by the turn of the sprocket
-        shares = sampled_shares(run.area[:, :, 0], run.wheel_rate, RIG)
-        assert shares[2] == pytest.approx(15.0, abs=15 / turns[-1] / TEETH + slack)
-    assert bool(remarks(run)) == (np.ptp(run.speeds) > 0.01 * run.made_rpm or abs(run.made_rpm / RPM - 1) > 0.01)
-
-
-def test_a_drive_that_keeps_its_speed_counts_turns_at_it_and_a_stalled_one_is_refused():
-    rate = 2 * np.pi / TURN
-    run, _ = driven("speed", 8.0, [rate, rate])
-    assert run.turns is None and run.made_rpm == RPM and remarks(run) == []
-    assert run.periods == run.scene.periods
-    steered, turns = driven("speed", 20.0, [rate, rate, 0.0, 0.0])
-    assert steered.turns[-1] == pytest.approx(turns[-1], rel=1e-3)
-    assert np.isfinite(meshing_summary(steered)["left_share_pct"])
-    assert meshing_summary(steered)["left_areas"] == "2"
-    stalled, _ = driven("motor", 3.0, [0.005, 0.005])
-    with pytest.raises(InputError, match="it cannot turn the loop; raise drive"):
-        check_turning(stalled)
-    check_turning(run)
+def test_a_record_at_changing_speed_is_not_measured():
+    run = recording(with_ring(3.0))
+    assert run.periods == run.scene.periods and np.isfinite(meshing_summary(run)["left_share_pct"])
+    rates = run.wheel_rate.copy()
+    rates[:1000] *= 0.5
+    slower = replace(run, wheel_rate=rates)
+    for measure in (meshing_summary, passages, needed_lengths, lambda run: run_metrics("run", run)):
+        with pytest.raises(InputError, match=r"the motor speed goes from 83\.55 to 167\.1 rev/min .*the ramp"):
+            measure(slower)
 
 
 def test_a_loop_at_rest_has_no_shares_and_nothing_that_fails():
-    still, _ = driven("speed", 3.0, [0.0, 0.0])
-    still = replace(still, meta=still.meta | {"scene": still.meta["scene"] | {"motor_rpm": 0.0}})
+    still = recording([], 3.0, rpm=0.0)
     row = run_metrics("rest", still)
     assert row["passages"] == 0 and np.isnan(row["left_share_pct"]) and np.isnan(row["line_hz"])
-    assert row["rpm_made"] == row["rpm_drift_pct"] == 0.0 and remarks(still) == []
+    assert remarks(still) == []
     assert needed_lengths(still) == {}

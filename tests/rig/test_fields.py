@@ -40,7 +40,7 @@ def test_a_wheel_and_a_surface_are_sections_by_their_names():
         ("bushing.stifness", "did you mean bushing.stiffness"),
         ("road_7.bearing_drag", "did you mean road_"),
         ("tension", "did you mean tension."),
-        ("drive.kind", "did you mean "),  # the rig has no drive
+        ("groove.r1", "did you mean "),  # the rig has a profile
         ("rollers.idler.x", "did you mean idler.x"),
         ("", "a name such as"),
         ("no\nsuch", "a name such as"),

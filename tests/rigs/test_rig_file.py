@@ -86,7 +86,9 @@ def test_every_parameter_of_a_rig_is_read_by_something():
             f"like: bench\nwheels: {{source: s, idler: {WHEEL[:-1]}, surface: soft}}}}\n",
             ["idler.surface = 'soft'", "wheel_contact"],
         ),
-        ("like: bench\ndrive: {source: s, kind: motor}\n", ["drive.inertia is missing"]),
+        ("like: bench\ndrive: {source: s, kind: motor}\n", ["drive is not a known parameter; remove it"]),
+        ("like: bench\ntension: {source: s, force: 10.0 N}\n", ["tension.force is not a known parameter; remove it"]),
+        ("like: bench\ntension: {source: s, kept: forced}\n", ["tension.kept = 'forced': ", "'sprung'"]),
         ("like: bench\nprofile: {source: s}\n", ["profile needs arcs or outline"]),
         (
             f"like: bench\nwheels: {{source: s, idler: {WHEEL[:-1]}, arm: {{x: 1.0 m, y: 0.0 m, mass: "

@@ -213,7 +213,6 @@ def test_scenes_of_one_method_share_their_kernels(make_scene, rig):
         make_scene(0.0, drag="coulomb"),
         make_scene(0.0, **LAWS),
         make_scene(0.0, tension="sprung"),
-        make_scene(0.0, rig=rig.changed(drive={"kind": "free", "inertia": 0.05, "release": 0.5})),
         make_scene(0.0, rig=rig.changed(surfaces={"soft": soft}, idler__surface="soft")),
     ]
     kinds = {

@@ -6,7 +6,7 @@ from typer.testing import CliRunner
 
 from tests.conftest import LAWS, assert_same_arrays, recorded
 from trackdyn.commands.cli import app
-from trackdyn.errors import DivergenceError
+from trackdyn.errors import DivergenceError, InputError
 from trackdyn.measure.metrics import run_metrics
 from trackdyn.measure.sensor import sense
 from trackdyn.measure.stopping import later
@@ -125,11 +125,13 @@ def test_what_a_scene_records_is_read_back(make_scene, tmp_path, fields):
             assert read_back(shorter, tmp_path / "part.npz").seconds < run.seconds
 
 
-def test_a_loop_that_is_driven_to_rest_is_measured_and_read_back(make_scene, tmp_path):
+def test_a_loop_that_is_driven_to_rest_is_read_back_and_measured_there(make_scene, tmp_path):
     loop = Loop(make_scene())
     loop.advance(0.6)
     loop.drive(0.0, 0.2)
     run = loop.record(0.5, frame_interval=0.1)
-    assert 0.0 < run.made_rpm < 0.3 * 115 and run.speeds[-1] < run.speeds[0]
-    read_back(run, tmp_path / "run.npz")
+    run.save(tmp_path / "run.npz")
+    assert_same_arrays(load_recording(tmp_path / "run.npz"), run)
+    with pytest.raises(InputError, match=r"the motor speed goes from 0 to .*record after the ramp"):
+        run_metrics("", run)
     read_back(loop.record(0.3), tmp_path / "still.npz")

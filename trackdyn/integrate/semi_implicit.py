@@ -38,24 +38,6 @@ def sprocket_acceleration(drive: Drive, time):
     return 6.0 * (drive.rate - drive.start) / drive.ramp * x * (1.0 - x) if x < 1.0 else 0.0
 
 
-@kernel
-def driven_rate(drive: Drive, old, torque, time, h, motor):
-    """Rate of the sprocket at the end of a step of ``h`` that ends at ``time``: prescribed, or under a motor's torque.
-
-    ``torque`` is that of the contacts (N m); the line of the motor is taken at the end of the step.
-    """
-    wanted = sprocket_rate(drive, time)
-    if time > motor.release:
-        return old + h * torque / motor.inertia
-    if motor.prescribed:
-        return wanted
-    rate = (motor.inertia * old + h * (torque + motor.slope * wanted)) / (motor.inertia + h * motor.slope)
-    if motor.slope * abs(wanted - rate) > motor.torque:
-        largest = motor.torque if wanted > rate else -motor.torque
-        rate = old + h * (torque + largest) / motor.inertia
-    return rate
-
-
 @fused
 def _first_beyond(rate):
     """First body whose angular velocity is beyond the physical range, or not a number."""
@@ -128,9 +110,8 @@ def _project(model: Model, state: State, work: Work):
 def _advance_wheels(model: Model, state: State, work: Work, implicit):
     """Rates and angles of the wheels at the end of the step, and the work of their bearings."""
     wheels, h = model.wheels, model.step
-    time = state.steps[0] * h
     old = state.wheel_rate[SPROCKET]
-    state.wheel_rate[SPROCKET] = driven_rate(model.drive, old, work.wheel_torque[SPROCKET], time, h, model.drive.motor)
+    state.wheel_rate[SPROCKET] = sprocket_rate(model.drive, state.steps[0] * h)
     # the mean of both rates: exact for a constant speed and of second order on the ramp
     state.wheel_angle[SPROCKET] += 0.5 * h * (old + state.wheel_rate[SPROCKET])
     for wheel in range(1, wheels.x.shape[0]):

@@ -6,7 +6,6 @@ import pandas as pd
 from trackdyn.errors import InputError, naming
 from trackdyn.measure.axes import judge_axes
 from trackdyn.measure.columns import error_of
-from trackdyn.measure.metrics import SAME_SPEED
 from trackdyn.measure.sensor import measured_loop_hz, sense, sensor_metrics, whole_revolutions
 from trackdyn.measure.spectra import holds_line
 from trackdyn.measure.uncertainty import turn_error
@@ -18,6 +17,7 @@ COMPARED = ("rms_g", "sd_g", "line_hz", "line_g", "line_hz_binfree", "line_g_bin
 HIGH = "high_frequency_g"
 MEAN = "mean_whole_g"
 CLEAR = 2.0  # standard errors, from which on a difference is more than scatter
+SAME_SPEED = 0.01  # share of a speed, from which on a difference is said
 SAME_RATE = 0.01  # changes what the mean over a sample leaves of 300 Hz by 0.3 %
 
 
@@ -127,7 +127,7 @@ def other_speed(recording: Recording, record: SensorRecord, table: pd.DataFrame)
     ``table`` is that of `compare_with_sensor`. Another speed is one that differs by more than two standard errors and
     by more than 1 %: over 2.5 turns the line of a noisy record is that of the whole record to 0.9 %.
     """
-    hz, rpm, lines = recording.periods.loop_hz, recording.made_rpm, table.set_index("measure")
+    hz, rpm, lines = recording.periods.loop_hz, recording.scene.motor_rpm, table.set_index("measure")
     if "line_hz_binfree" not in lines.index:
         return None
     own_hz, error = lines.loc["line_hz_binfree", ["sensor", "sensor_error"]].astype(float).fillna(0.0)

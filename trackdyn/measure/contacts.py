@@ -7,8 +7,6 @@ the link behind would touch first and leave last. Phases count from the first co
 of the sprocket. Statistics are taken over complete passages: a record of no whole number of loop revolutions would
 weigh contact and free running wrongly. A share is a mean over passages, a mean over a run the sum over passages divided
 by their number and by the time of a revolution.
-
-Turns are those that the sprocket made (`Recording.steady_time`): a motor does not hold the speed that is asked for.
 """
 
 from typing import TYPE_CHECKING
@@ -17,7 +15,6 @@ import numpy as np
 
 from trackdyn.measure.uncertainty import NAN, Series, ratio_values
 from trackdyn.model.arrays import CONTACT_INTERVAL, SIDES
-from trackdyn.model.constants import SPROCKET
 from trackdyn.rig.rig import Rig
 from trackdyn.simulation.recording import Recording
 
@@ -48,8 +45,7 @@ def contacts(recording: Recording) -> dict[str, np.ndarray]:
     dict of (k,) arrays
         - ``pitch``: from 0, of the arc's connector or of the link on the ring; ``connector``: whose passage it belongs
           to, the one behind for a link; ``side``: index in `SIDES`; ``groove``: 1 to m, 0 for the ring; ``areas``: bits
-        - ``start_s, end_s``: since the beginning of the record; ``touching_s``: time in contact, without merged gaps;
-          ``start, end, touching``: the same at the record's mean speed (`Recording.steady_time`)
+        - ``start_s, end_s``: since the beginning of the record; ``touching_s``: time in contact, without merged gaps
         - ``lasting``: whether it is not short (`SHORT`); ``phase_start, phase_end``: turns since the first lasting
           contact of the passage; ``passage``: number of the complete passage, in order of first contact; -1 and NaN
           phases for one that the record may cut
@@ -57,14 +53,14 @@ def contacts(recording: Recording) -> dict[str, np.ndarray]:
     """
     short = SHORT * recording.periods.turn
     rows = _merged(recording, short)
-    rows["lasting"] = rows["end"] - rows["start"] >= short
+    rows["lasting"] = rows["end_s"] - rows["start_s"] >= short
     ring, pitches = SIDES.index("ring"), recording.scene.rig.chain.pitches
     rows["connector"] = np.where(rows["side"] == ring, (rows["pitch"] - 1) % pitches, rows["pitch"])
     order = np.lexsort((rows["side"], rows["start_s"], rows["connector"]))
     rows = {name: column[order] for name, column in rows.items()}
     number, first = _number_passages(rows, recording)
     for end in ("start", "end"):
-        rows[f"phase_{end}"] = (rows[end] - first) / recording.periods.turn
+        rows[f"phase_{end}"] = (rows[f"{end}_s"] - first) / recording.periods.turn
     return rows | {"passage": number}
 
 
@@ -91,15 +87,14 @@ def _merged(recording: Recording, gap: float) -> dict[str, np.ndarray]:
     log = {name: begun[name] for name in CONTACT_INTERVAL.names or ()}
     log |= {name: log[name].astype(int) for name in integers}
     log |= {name: log[name] - recording.begin for name in times}
-    log |= {name: recording.steady_time(log[f"{name}_s"]) for name in ("start", "end")}
-    log |= {"touching_s": log["end_s"] - log["start_s"], "touching": log["end"] - log["start"]}
+    log["touching_s"] = log["end_s"] - log["start_s"]
     begins = np.ones(len(begun), bool)
     same = np.all([np.diff(log[name]) == 0 for name in integers[:3]], axis=0)
     begins[1:] = ~(same & (log["start_s"][1:] - log["end_s"][:-1] < gap))
     first = np.flatnonzero(begins)
-    rows = {name: log[name][begins] for name in (*integers[:3], "start_s", "start")}
-    rows |= {name: log[name][np.roll(begins, -1)] for name in ("end_s", "end")}
-    rows |= {name: np.add.reduceat(log[name], first) for name in ("touching_s", "touching", *INTEGRALS)}
+    rows = {name: log[name][begins] for name in (*integers[:3], "start_s")}
+    rows["end_s"] = log["end_s"][np.roll(begins, -1)]
+    rows |= {name: np.add.reduceat(log[name], first) for name in ("touching_s", *INTEGRALS)}
     rows["areas"] = np.bitwise_or.reduceat(log["areas"], first)
     highest = first_of_highest(log["peak_n"], np.cumsum(begins))
     return rows | {name: log[name][highest] for name in ("peak_n", "peak_s")}
@@ -108,10 +103,10 @@ def _merged(recording: Recording, gap: float) -> dict[str, np.ndarray]:
 def _number_passages(rows: dict[str, np.ndarray], recording: Recording) -> tuple[np.ndarray, np.ndarray]:
     """Number of the complete passage (or -1) and its first lasting contact (or NaN) of every row.
 
-    Rows are sorted by connector and start; times are those at the record's mean speed. A pause of half of what a
-    connector runs free in a loop revolution parts two passages.
+    Rows are sorted by connector and start. A pause of half of what a connector runs free in a loop revolution parts two
+    passages.
     """
-    start, end, connector, period = rows["start"], rows["end"], rows["connector"], recording.periods
+    start, end, connector, period = rows["start_s"], rows["end_s"], rows["connector"], recording.periods
     if not len(start):
         return np.zeros(0, int), np.zeros(0)
     pause = 0.5 * (period.loop - 0.5 * period.turn)
@@ -159,8 +154,8 @@ def passage_arrays(recording: Recording) -> dict[str, np.ndarray]:
     number, lasting, connectors = rows["passage"], rows["lasting"], rows["connector"] + 1
     shape = int(number.max(initial=-1)) + 1, len(SIDES)
     entry, (passage, side) = (number, rows["side"]), np.indices(shape)
-    table = {name: gathered(np.add, rows[name], entry, shape) for name in ("touching_s", "touching", *INTEGRALS)}
-    table |= {"count": gathered(np.add, 1, entry, shape, 0), "share_pct": 100 * table["touching"] / turn}
+    table = {name: gathered(np.add, rows[name], entry, shape) for name in ("touching_s", *INTEGRALS)}
+    table |= {"count": gathered(np.add, 1, entry, shape, 0), "share_pct": 100 * table["touching_s"] / turn}
     areas = gathered(np.bitwise_or, rows["areas"], entry, shape, 0)
     names = {bits: ",".join(str(area) for area in range(1, 11) if bits >> (area - 1) & 1) for bits in np.unique(areas)}
     table["areas"] = np.array([names[bits] for bits in areas.ravel()], dtype=object).reshape(shape)
@@ -173,8 +168,8 @@ def passage_arrays(recording: Recording) -> dict[str, np.ndarray]:
     for name, empty in (("peak_n", 0.0), ("peak_s", NAN)):
         table[name] = np.full(shape, empty)
         table[name][entry[0][highest], entry[1][highest]] = rows[name][highest]
-    first = gathered(np.fmin, rows["start"], entry[:1], shape[:1], NAN)
-    table["peak_phase"] = (recording.steady_time(table["peak_s"]) - first[:, None]) / turn
+    first = gathered(np.fmin, rows["start_s"], entry[:1], shape[:1], NAN)
+    table["peak_phase"] = (table["peak_s"] - first[:, None]) / turn
     connector = np.zeros(shape[0], int)
     connector[number] = connectors
     return table | {"passage": passage, "side": np.array(SIDES)[side], "connector": connector[passage]}
@@ -215,20 +210,18 @@ def meshing_summary(recording: Recording) -> dict:
             if name == "peak_n":
                 values["peak_largest_n"] = float(each.max()) if count else NAN
         if side != "ring":
-            shares = sampled_shares(recording.area[:, :, k], recording.wheel_rate, recording.scene.rig)
+            shares = sampled_shares(recording.area[:, :, k], recording.scene.rig)
             visited = ",".join(str(area) for area in range(1, 11) if shares[area] >= LEAST_SHARE)
             values["areas"] = (visited or "none") if count else ""
         summary |= {f"{side}_{name}": value for name, value in values.items()}
     return summary
 
 
-def sampled_shares(area: np.ndarray, wheel_rate: np.ndarray, rig: Rig) -> np.ndarray:
-    """(11,) time that pitches are in each area, % of a turn of the sprocket a passage; NaN where it does not turn.
+def sampled_shares(area: np.ndarray, rig: Rig) -> np.ndarray:
+    """(11,) time that pitches of a loop that turns are in each area, % of a turn of the sprocket a passage.
 
-    ``area`` (s, p) by sample and pitch is 0 without contact. A sample counts by what the sprocket turned in it, after
-    the rates of the wheels (s, w), rad/s.
+    ``area`` (s, p) by sample and pitch is 0 without contact.
     """
-    weight = abs(wheel_rate[:, SPROCKET])
-    counted = np.bincount(area.ravel(), np.repeat(weight, area.shape[1]), 11)
-    passed = weight.sum() * area.shape[1] * rig.sprocket.teeth / rig.chain.pitches
-    return 100 * counted / passed if passed else np.full(11, NAN)
+    if not area.size:
+        return np.full(11, NAN)
+    return 100 * np.bincount(area.ravel(), minlength=11) / area.size * rig.chain.pitches / rig.sprocket.teeth

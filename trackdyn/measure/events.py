@@ -35,12 +35,12 @@ def peaks(recording: Recording, side: str) -> pd.DataFrame:
     record and ``peak_n``.
     """
     rows = pd.DataFrame(contacts(recording))
-    rows = rows[rows["lasting"] & (rows["side"] == SIDES.index(side))].sort_values(["connector", "start"])
+    rows = rows[rows["lasting"] & (rows["side"] == SIDES.index(side))].sort_values(["connector", "start_s"])
     # an arc is on the sprocket for about half a turn, and off it for longer than that
     free = VISIT * recording.periods.turn
-    visit = (rows["start"].diff().gt(free) | rows["connector"].diff().ne(0)).cumsum()
-    visits = rows.groupby(visit).agg(start=("start", "min"), end_s=("end_s", "max"), peak_n=("peak_n", "max"))
-    return visits[visits["start"] > free].sort_values("end_s")[["end_s", "peak_n"]]
+    visit = (rows["start_s"].diff().gt(free) | rows["connector"].diff().ne(0)).cumsum()
+    visits = rows.groupby(visit).agg({"start_s": "min", "end_s": "max", "peak_n": "max"})
+    return visits[visits["start_s"] > free].sort_values("end_s")[["end_s", "peak_n"]]
 
 
 def passage_events(recording: Recording) -> pd.DataFrame:

@@ -12,7 +12,6 @@ from trackdyn.simulation.energy_balance import energy_residual
 from trackdyn.simulation.recording import Recording
 
 OF_THE_EARTH = 0.005  # share by which gravity differs between poles and equator
-SAME_SPEED = 0.01  # share of a speed, from which on a difference or a drift is said
 
 
 def sensor_row(recording: Recording, sensor: str | int = 0) -> dict:
@@ -27,12 +26,10 @@ def run_metrics(name: str, recording: Recording) -> dict:
     scene, sensed = recording.scene, sensor_row(recording)
     choices = (scene.fidelity[name].setting for name in ("space", "chain", "tooth_contact", "integrator"))
     clipped = sensed.pop("clipped_samples")
-    speeds, gaps = recording.speeds, recording.cut.max(axis=0) if len(recording.cut) else (NAN, NAN)
+    gaps = recording.cut.max(axis=0) if len(recording.cut) else (NAN, NAN)
     return {
         "run": name,
         "rpm": scene.motor_rpm,
-        "rpm_made": recording.made_rpm,
-        "rpm_drift_pct": 100 * float(np.ptp(speeds)) / recording.made_rpm if recording.made_rpm else 0.0,
         "ring_radius_m": NAN if scene.ring_radius is None else scene.ring_radius,
         "fidelity": "/".join(choice for choice in choices if choice != "none"),
         "step_s": scene.time_step,
@@ -85,19 +82,11 @@ def needed_lengths(recording: Recording) -> dict[str, float]:
 def remarks(recording: Recording) -> list[str]:
     """Sentences that belong to the numbers of a run.
 
-    On a speed that is not the one asked for or not steady, to a percent; on accelerations beyond the range of a sensor;
-    on the unit g of a rig that is not on the earth.
+    On accelerations beyond the range of a sensor; on the unit g of a rig that is not on the earth.
     """
-    scene, made, speeds, sentences = recording.scene, recording.made_rpm, recording.speeds, []
-    drifts = np.ptp(speeds) > SAME_SPEED * made
-    if drifts or abs(made - scene.motor_rpm) > SAME_SPEED * scene.motor_rpm:
-        drift = f", from {speeds[0]:.4g} to {speeds[-1]:.4g} within the record" if drifts else ""
-        sentences.append(
-            f"the motor speed was {made:.4g} of {scene.motor_rpm:.4g} rev/min{drift}; shares, phases and passages are "
-            "those of the turns that the sprocket made"
-        )
+    scene = recording.scene
     count = 1 if scene.every_link else len(recording.sensors)
-    sentences += filter(None, (_range_sentence(recording, sensor) for sensor in range(count)))
+    sentences = list(filter(None, (_range_sentence(recording, sensor) for sensor in range(count))))
     gravity = scene.rig.gravity
     if gravity and abs(gravity / 9.81 - 1) >= OF_THE_EARTH:
         sentences.append(f"1 g is the rig's gravity of {gravity:g} m/s2; a sensor shows multiples of 9.81 m/s2")

@@ -34,7 +34,7 @@ def passage_edges(recording: Recording) -> np.ndarray:
     if not recording.seconds + 1e-6 * passage >= passage:
         raise InputError(f"recording: {recording.seconds:g} s hold no passage of {passage:.4g} s")
     edges = np.arange(int(recording.seconds / passage + 1e-6) + 1) * passage
-    return np.rint(recording.real_time(edges) * recording.rate).astype(int)
+    return np.rint(edges * recording.rate).astype(int)
 
 
 def revolution_samples(recording: Recording, first: int, links: int) -> tuple[np.ndarray, np.ndarray]:

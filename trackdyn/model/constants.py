@@ -6,7 +6,6 @@ first one (the joint that is cut, element 70 of the paper). All vectors are in t
 the direction of the line input pin -> output pin, counter-clockwise from the inertial x axis.
 """
 
-from math import inf
 from typing import NamedTuple
 
 import numpy as np
@@ -152,34 +151,13 @@ class Carriers(NamedTuple):
     high: np.ndarray
 
 
-class Motor(NamedTuple):
-    """A sprocket that is not prescribed: ``inertia`` (kg m2) under contacts and a motor (`rig.sections`).
-
-    The torque is ``slope`` (N m s/rad) times what lacks of the prescribed rate, at most ``torque`` (N m), until
-    ``release`` (s). ``prescribed`` 1: until then the rate is the prescribed one.
-    """
-
-    inertia: float
-    slope: float
-    torque: float
-    release: float
-    prescribed: int
-
-
-NO_MOTOR = Motor(inertia=1.0, slope=0.0, torque=0.0, release=inf, prescribed=1)
-
-
 class Drive(NamedTuple):
-    """Rate of the sprocket: from ``start`` to ``rate`` (rad/s) in ``ramp`` seconds from ``begin``, then constant.
-
-    ``motor`` does nothing where the speed is prescribed.
-    """
+    """Rate of the sprocket: from ``start`` to ``rate`` (rad/s) in ``ramp`` seconds from ``begin``, then constant."""
 
     rate: float
     ramp: float
     start: float = 0.0
     begin: float = 0.0
-    motor: Motor = NO_MOTOR
 
 
 class Sensors(NamedTuple):

@@ -296,7 +296,7 @@ def shares(stretch: Replay) -> dict | None:
     if stretch.loop.scene.loop != "on_wheels" or not record.wheel_rate[:, SPROCKET].any():
         return None
     touching = (*np.moveaxis(record.area, 2, 0), (record.force[:, :, 2] > 0).astype(int))
-    left, right, ring = (sampled_shares(area, record.wheel_rate, rig)[1:] for area in touching)
+    left, right, ring = (sampled_shares(area, rig)[1:] for area in touching)
     areas = len(stretch.loop.model.tooth.radius)
     return {
         "names": list(SIDE_WORDS),

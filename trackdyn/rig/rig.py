@@ -53,7 +53,6 @@ class Rig(Section):
     profile: ToothProfile | None = None
     wheels: dict[str, Wheel] = Field(default_factory=dict)
     drag: Annotated[sections.Drag, Quantity("name")] = "rolling"
-    drive: sections.DriveParameters | None = None
     tension: sections.Tension
     steel: sections.Steel
     tooth_contact: Surface

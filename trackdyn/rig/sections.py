@@ -2,7 +2,6 @@
 
 from typing import Annotated, Any, Literal
 
-from trackdyn.errors import InputError
 from trackdyn.rig.laws import BushingLaw
 from trackdyn.rig.quantities import (
     Friction,
@@ -213,24 +212,3 @@ class TestedStep(Section):
 
     rpm: Positive
     step: Positive
-
-
-class DriveParameters(Section):
-    """The drive of the sprocket; everything is as the sprocket sees it, behind the gear."""
-
-    # ``speed``: the scene's speed is prescribed. ``motor``: a torque that falls along a line from that speed, which is
-    # the motor's without load: ``slope`` times what the sprocket lacks of it, at most ``torque``. ``free``: prescribed
-    # until ``release``, then nothing drives it
-    kind: Annotated[Literal["speed", "motor", "free"], Quantity("name")] = "speed"
-    # inertia, slope, torque: of sprocket, gear and rotor (kg m2); of the line (N m s/rad); the largest torque (N m)
-    inertia: Annotated[float | None, Quantity("kg m2", gt=0)] = None
-    slope: Annotated[float | None, Quantity("N m s/rad", gt=0)] = None
-    torque: Annotated[float | None, Quantity("N m", gt=0)] = None
-    release: Annotated[float | None, Quantity("s", ge=0)] = None  # s after the start
-
-    def model_post_init(self, context: Any) -> None:
-        """Refuse (`InputError`) a drive without the values that its kind needs."""
-        needed = {"speed": (), "motor": ("inertia", "slope", "torque"), "free": ("inertia", "release")}[self.kind]
-        for name in needed:
-            if getattr(self, name) is None:
-                raise InputError(f"drive.{name} is missing; a drive of kind {self.kind!r} needs {', '.join(needed)}")

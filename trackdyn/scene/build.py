@@ -22,7 +22,6 @@ from trackdyn.model.constants import (
     Drive,
     Law,
     Model,
-    Motor,
     Sensors,
     Shoes,
     Space,
@@ -199,16 +198,6 @@ def _slip_on_wheels(chain: Chain, wheels: Wheels, link: int) -> np.ndarray:
     return 1.0 / chain.mass[link] + turning + ratio
 
 
-def build_drive(scene) -> Drive:
-    """The sprocket's speed as the scene asks for it, and what the rig's drive makes of it."""
-    line, drive = scene.rig.drive, Drive(float(scene.sprocket_rate), float(scene.ramp))
-    if line is None or line.kind == "speed":
-        return drive
-    slope, torque = (0.0, 0.0) if line.kind == "free" else (line.slope, line.torque)
-    release = np.inf if line.release is None else line.release
-    return drive._replace(motor=Motor(line.inertia, slope, torque, float(release), int(line.kind == "free")))
-
-
 def wheel_frame(toe: float, camber: float) -> np.ndarray:
     """``A_W``: the wheel's frame to the inertial one, ``A_y(toe) A_x(camber)``; angles in rad."""
     ct, st, cc, sc = np.cos(toe), np.sin(toe), np.cos(camber), np.sin(camber)
@@ -268,9 +257,9 @@ def build_model(scene) -> Model:
         slip = [mobility_of_slip(chain, arc[side], at[side], tooth.arc_radius) for side in range(2)]
         tooth = tooth._replace(mobility=slip[0][0], slip=np.array(slip))
         wheels = wheels._replace(slip=_slip_on_wheels(chain, wheels, int(shoes.link_body[0])))
-    c = rig.closure
+    c, drive = rig.closure, Drive(float(scene.sprocket_rate), float(scene.ramp))
     return Model(
-        chain=chain, shoes=shoes, tooth=tooth, wheels=wheels, drive=build_drive(scene),
+        chain=chain, shoes=shoes, tooth=tooth, wheels=wheels, drive=drive,
         sensors=build_sensors(shoes, rig.sensors.values()),
         closure=Closure(
             compliant=int(scene.closure == "elastic_damping"), stiffness=c.stiffness, damping=c.damping

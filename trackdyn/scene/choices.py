@@ -56,10 +56,6 @@ PRESETS = {
 # all rigs (study `default_step`)
 WITHOUT_RING: dict[str, dict] = {"standard": {"step": 5e-5}}
 
-DRIVES = {
-    "speed": "the sprocket's speed is prescribed", "motor": "a motor drives the sprocket",
-    "free": "the sprocket's speed is prescribed until it is released",
-}  # fmt: skip
 ASKED = "as the scene asks"  # reason of a choice that the scene did not leave open
 
 
@@ -116,8 +112,8 @@ def decide(scene) -> dict[str, Decision]:
     if on_wheels:
         names = [name.replace("_", " ") for name in scene.rig.wheels]
         listed = " and ".join(names) if len(names) < 3 else f"{len(names)} wheels"
-        drive = DRIVES[scene.rig.drive.kind if scene.rig.drive else "speed"]
-        decisions["wheels"] = Decision("turning", f"{listed} turn{'s' * (len(names) == 1)} freely; {drive}")
+        freely = f"{listed} turn{'s' * (len(names) == 1)} freely"
+        decisions["wheels"] = Decision("turning", f"{freely}; the sprocket's speed is prescribed")
     else:
         decisions["wheels"] = Decision("none", "no wheel is touched")
     return decisions
@@ -156,14 +152,9 @@ REFUSALS: tuple[Refusal, ...] = (
      "motion in space is solved with 'rigid' only; use it, or space='planar'"),
     ("integrator", lambda s: s.spatial and s.integrator != "semi_implicit",
      "motion in space is solved with 'semi_implicit' only; use it, or space='planar'"),
-    # tensioners, drives and wheels that move
+    # tensioners and wheels that move
     ("tension", lambda s: s.tension == "sprung" and not s.stepped,
      "a {tension} tensioner moves in the plane by semi- or linearly implicit steps, not with {how}; use 'locked'"),
-    ("space", lambda s: s.driven and s.spatial,
-     "the rig's drive moves in the plane by semi-implicit Euler, not with {how}; "
-     "use wheels in the plane and 'planar'"),
-    ("integrator", lambda s: s.driven and s.integrator != "semi_implicit",
-     "the rig's drive moves in the plane by semi-implicit Euler, not with {how}; use 'semi_implicit'"),
     ("space", lambda s: s.carried and s.spatial,
      "wheel {carried} stands on a spring and moves in the plane by semi- or linearly implicit steps, not with "
      "{how}; use wheels in the plane and 'planar'"),
@@ -198,7 +189,6 @@ def check_choices(scene) -> None:
         method=METHODS[integrator], tilted=wheel_out_of_plane(rig), spatial=spatial,
         stepped=integrator in ("semi_implicit", "linearly_implicit") and not spatial,
         how="motion in space" if spatial else f"integrator={integrator!r}",
-        driven=on_wheels and rig.drive is not None and rig.drive.kind != "speed",
         carried=carried[0] if on_wheels and carried else None, armless=armless[0] if on_wheels and armless else None,
     )  # fmt: skip
     for field, when, remedy in REFUSALS:

@@ -22,7 +22,8 @@ from trackdyn.scene.scene import Periods, Scene
 from trackdyn.simulation.loop_arrays import LARGEST
 from trackdyn.sources import source_hash
 
-FORMAT = 11
+FORMAT = 12
+SAME_RATE = 1e-6  # share of the speed that is asked for within which the sprocket holds it
 
 
 @dataclass(frozen=True)
@@ -156,61 +157,26 @@ class Recording:
         """Samples per second."""
         return float(self.scene.rig.rate)
 
-    @cached_property
-    def turns(self) -> np.ndarray | None:
-        """(s + 1,) turns that the sprocket has made since the record began; None at the speed that is asked for.
-
-        From the wheel's own rate, which a motor, a wheel that coasts and a drive that is steered do not hold. Rolling
-        back undoes no turn.
-        """
-        requested, made, drive = -self.scene.sprocket_rate, -self.wheel_rate[:, SPROCKET], self.scene.rig.drive
-        if (drive is None or drive.kind == "speed") and (abs(made - requested) <= 1e-6 * requested).all():
-            return None
-        between = 0.5 * (made + np.r_[made[0], made[:-1]]) / (2 * pi * self.rate)
-        return np.maximum.accumulate(np.r_[0.0, np.cumsum(between)])
-
-    def steady_time(self, time: np.ndarray) -> np.ndarray:
-        """When a sprocket at the record's mean speed would have turned as far as this one at ``time`` (s)."""
-        if self.turns is None or not self.turns[-1]:
-            return time
-        return np.interp(time, self._edges, self.turns) * self.periods.turn
-
-    def real_time(self, steady: np.ndarray) -> np.ndarray:
-        """Inverse of `steady_time`, s."""
-        if self.turns is None or not self.turns[-1]:
-            return steady
-        return np.interp(steady / self.periods.turn, self.turns, self._edges)
-
-    @property
-    def _edges(self) -> np.ndarray:
-        """(s + 1,) ends of the sample intervals since the beginning of the record, s."""
-        return np.arange(len(self.time) + 1) / self.rate
-
     @property
     def seconds(self) -> float:
         """Length of the record, s."""
         return len(self.time) / self.rate
 
     @cached_property
-    def made_rpm(self) -> float:
-        """Motor speed over the record, rev/min: the one that is asked for, or the mean of what the sprocket made."""
-        if self.turns is None:
-            return self.scene.motor_rpm
-        return float(self.turns[-1] / self.seconds * 60 * self.scene.rig.sprocket.transmission_ratio)
-
-    @property
     def periods(self) -> Periods:
-        """Periods of sprocket, loop and pitch at the speed that was made."""
-        return Periods.at(self.scene.rig, self.made_rpm)
+        """Periods of sprocket, loop and pitch at the scene's speed.
 
-    @cached_property
-    def speeds(self) -> np.ndarray:
-        """(n,) motor speed over each turn of the sprocket, rev/min; over each half of what a shorter record turns."""
-        if self.turns is None or not self.turns[-1]:
-            return np.array([self.made_rpm])
-        edges = np.linspace(0.0, self.turns[-1], max(2, int(self.turns[-1])) + 1)
-        at = np.r_[0.0, np.interp(edges[1:-1], self.turns, self._edges), self.seconds]
-        return edges[1] / np.diff(at) * 60 * self.scene.rig.sprocket.transmission_ratio
+        Raises `InputError`: the sprocket does not hold this speed over the record, but is on a ramp (`Loop.drive`).
+        """
+        asked, made = -self.scene.sprocket_rate, -self.wheel_rate[:, SPROCKET]
+        if (abs(made - asked) > SAME_RATE * asked).any():
+            to_rpm = 60 / (2 * pi) * self.scene.rig.sprocket.transmission_ratio
+            raise InputError(
+                f"recording: the motor speed goes from {made.min() * to_rpm:.4g} to {made.max() * to_rpm:.4g} "
+                f"rev/min within the record, and measures need the {self.scene.motor_rpm:g} rev/min of its scene; "
+                "record after the ramp"
+            )
+        return self.scene.periods
 
     def checked(self) -> "Recording":
         """Return this recording if all its numbers are finite, and none is beyond `LARGEST`.

@@ -18,7 +18,6 @@ from trackdyn.simulation.settling import SettledLoops
 
 # Time between two checkpoints, s of computing; writing one takes little of it.
 BETWEEN_CHECKPOINTS = 30.0
-STALLED = 0.01  # share of the requested speed below which a motor counts as stalled
 
 
 @typed
@@ -84,16 +83,4 @@ def simulate(
                 write_checkpoint(checkpoint, writer.describe())
                 saved = time.monotonic()
     recording = writer.recording()
-    check_turning(recording)
     return recording if checkpoint is None else replace(recording, checkpoint=Path(checkpoint).resolve())
-
-
-def check_turning(recording: Recording) -> None:
-    """Refuse (`InputError`) a run whose motor cannot turn the loop."""
-    scene, made = recording.scene, recording.made_rpm
-    drive = scene.rig.drive
-    if drive is not None and drive.kind == "motor" and made < STALLED * scene.motor_rpm:
-        raise InputError(
-            f"drive: the motor made {made:.2g} of {scene.motor_rpm:g} rev/min, it cannot turn the loop; raise "
-            f"drive.torque = {drive.torque:g} N m or drive.slope = {drive.slope:g} N m s/rad, or lower the tension"
-        )

@@ -19,7 +19,7 @@ from replication.study.settings import PEER_LAWS
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.extras import required
 from trackdyn.model.arrays import State
-from trackdyn.model.constants import NO_MOTOR, Chain, Drive, Model
+from trackdyn.model.constants import Chain, Drive, Model
 from trackdyn.scene.scene import Scene
 
 # Newton's iteration ends when the residual has fallen by the first or below the second: Exudyn's own defaults.
@@ -51,11 +51,10 @@ def free_wheels(scene: Scene, model: Model) -> np.ndarray:
 
     Raises `InputError`: this code has no such loop.
     """
-    plain = model.drive.motor == NO_MOTOR and scene.chain == "double_pin"
     laws = {name: getattr(scene, name) for name in PEER_LAWS}
-    if len(model.carriers.wheel) or model.space is not None or not plain or laws != PEER_LAWS:
+    if len(model.carriers.wheel) or model.space is not None or scene.chain != "double_pin" or laws != PEER_LAWS:
         raise InputError(
-            "the loop in Exudyn has wheels without arms or sliders, a prescribed speed, viscous drag and bushings, "
+            "the loop in Exudyn has wheels without arms or sliders, viscous drag and bushings, "
             "and double pins in the plane; chain = double_pin, tension = locked, space = planar, drag = viscous, "
             "bushing_law = viscous is accepted"
         )

@@ -1,0 +1,59 @@
+"""Wheels on springs: a closed form, and one run with all of them."""
+
+from math import pi
+
+import numpy as np
+import pytest
+
+from tests.rigs.conftest import scene_of
+from trackdyn.errors import InputError
+from trackdyn.integrate.carriers import advance_carriers
+from trackdyn.integrate.run import common_arrays
+from trackdyn.rig.rig import load_rig
+from trackdyn.simulation.energy_balance import open_share
+from trackdyn.simulation.loop import Loop
+
+
+def test_a_wheel_on_an_arm_swings_as_its_spring_says(settled):
+    """Without contacts: ``I q'' = -k q``, its weight held by the preload at rest."""
+    loop = settled("m113")
+    model, state, work = common_arrays(*loop.arrays)
+    work.count[0] = 0
+    carriers, k = model.carriers, 2
+    arm = loop.scene.rig.wheels["road_3"].arm
+    dx, dy = np.array([loop.scene.rig.wheels["road_3"].x - arm.x, loop.scene.rig.wheels["road_3"].y - arm.y])
+    weight = arm.mass * loop.scene.rig.gravity
+    carriers = carriers._replace(damping=0 * carriers.damping, preload=carriers.weight * carriers.along_y)
+    state.slide[:] = 0.0
+    state.slide["q"][k] = 1e-3
+    crossings, before = [], 1e-3
+    for step in range(20_000):
+        advance_carriers(model, state, work, carriers)
+        if before < 0 <= state.slide["q"][k]:
+            crossings.append(step)
+        before = state.slide["q"][k]
+    period = np.diff(crossings).mean() * model.step
+    # the weight's lever arm changes with the turn: a stiffness of its own, -W y of the arm
+    stiffness = arm.stiffness - weight * dy
+    expected = 2 * pi * np.sqrt(arm.mass * (dx**2 + dy**2) / stiffness)
+    assert period == pytest.approx(expected, rel=1e-3)
+    assert abs(weight * dy / arm.stiffness) > 2e-3, "else the test says nothing of the weight"
+    assert state.slide["rate"][k] != 0.0
+
+
+def test_all_of_them_in_one_loop_keep_the_account():
+    """A tensioner on a spring, a wheel with a surface of its own, arms."""
+    rig = load_rig("robot")
+    soft = rig.wheel_contact.model_dump() | {"youngs_modulus": 2e7}
+    changed = rig.changed(surfaces={"soft": soft}, front__surface="soft", tension__kept="sprung")
+    loop = Loop(scene_of(changed, 60.0))
+    assert len(set(loop.model.wheels.law.tolist())) == 3
+    loop.advance(0.5)
+    recording = loop.record(0.4, contact_log=False)
+    assert recording.gap.max() < 1.1e-10
+    assert abs(open_share(recording.energy, loop.model, 0.4)[0]) < 2e-2
+
+
+def test_what_springs_cannot_be_moved_by_is_refused():
+    with pytest.raises(InputError, match=r"integrator = 'rk4'.*wheel front stands on a spring"):
+        scene_of(load_rig("robot"), integrator="rk4", step=1e-5)
