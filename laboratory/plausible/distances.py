@@ -63,7 +63,8 @@ def _form(
 
 def _sizes(claim: Claim, values: Sequence[Value]) -> list[float]:
     if claim.rule != "rising":
-        return [value.distance for value in values]
+        sizes = [value.distance for value in values]
+        return [min(sizes)] if claim.any_reading and sizes else sizes
     ratios = [after.value / before.value for before, after in pairwise(values) if before.value]
     return [max(0.0, 1 + (1 - claim.within - ratio) / TREND) for ratio in ratios]
 

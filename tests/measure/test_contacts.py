@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from tests.conftest import contact_table, made_recording
 from trackdyn.errors import InputError
 from trackdyn.measure.contacts import SHORT, meshing_summary, passages, sampled_shares
-from trackdyn.measure.events import mean_events, passage_events, smoothed_maxima
+from trackdyn.measure.events import like_peaks, mean_events, passage_events, smoothed_maxima
 from trackdyn.measure.metrics import needed_lengths, remarks, run_metrics
 from trackdyn.model.arrays import CONTACT_INTERVAL
 from trackdyn.rig.rig import load_rig
@@ -178,6 +178,18 @@ def test_a_maximum_after_the_touch_is_not_the_spike_of_the_touch():
     assert table["left maximum, after the touch"] == pytest.approx(0.060)
     # the mean over 0.01 s of the spike, (900 + 9 * 100) / 10 N, is above 150 N as well
     assert table["left maximum, mean over 0.01 s"] == pytest.approx(0.001, abs=0.01)
+
+
+def test_peaks_of_like_height_are_those_half_a_pitch_apart_and_nearly_as_high_as_the_largest():
+    """Four plateaus of 0.04 s, 0.2 s apart, of 100, 84, 90 and 86 N, and one of 99 N close behind the first."""
+    run = recording([interval(1, LEFT, 3.0, 4.0)], ring_radius=None)
+    force = np.zeros_like(run.force)
+    for at, height in ((3.1, 100.0), (3.3, 84.0), (3.5, 90.0), (3.7, 86.0), (3.16, 99.0)):
+        force[round(1000 * at) : round(1000 * at) + 41, 0, LEFT] = height
+    table = like_peaks(replace(run, force=force))
+    assert table["event"].tolist() == [f"left maximum, peak {k} of like height" for k in (1, 2, 3)]
+    assert table["median_s"].tolist() == pytest.approx([0.12, 0.52, 0.72], abs=0.011)
+    assert like_peaks(recording([], ring_radius=None)).empty
 
 
 @settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])

@@ -1,13 +1,17 @@
 """Events of a passage (Sect. 6.1) and the largest force of every visit: when arcs and ring touch, peak and let go."""
 
+from collections.abc import Iterator
+
 import numpy as np
 import pandas as pd
-import scipy
+from scipy.ndimage import uniform_filter1d
+from scipy.signal import find_peaks
 
-from trackdyn.measure.contacts import VISIT, contacts, passages
+from trackdyn.measure.contacts import VISIT, contacts, passage_arrays
 from trackdyn.model.arrays import SIDES
 from trackdyn.simulation.recording import Recording
 
+LIKE_HEIGHT = 0.85  # of the largest force: within 15 %, the share below which an effect counts as practically none
 RESOLUTION = 0.01  # to which the paper prints the times of events, s
 AFTER_TOUCH = "after the touch"
 EVENTS_WITHOUT_RING = {
@@ -49,12 +53,12 @@ def passage_events(recording: Recording) -> pd.DataFrame:
     A row a passage, a column an event: s since the first contact of the passage, NaN for what does not happen. ``out``
     is the last contact of either arc.
     """
-    events, times = EVENTS_WITHOUT_RING if recording.scene.ring_radius is None else EVENTS_WITH_RING, []
-    for _, passage in passages(recording).groupby("passage"):
-        rows, first = passage.set_index("side"), passage["start_s"].min()
-        sides = {side: rows.loc[side] for side in SIDES} | {"arcs": rows.loc[["left", "right"]].max(numeric_only=True)}
-        times.append({event: float(sides[side][column] - first) for event, (side, column) in events.items()})
-    return pd.DataFrame(times, columns=list(events), dtype=float)
+    events = EVENTS_WITHOUT_RING if recording.scene.ring_radius is None else EVENTS_WITH_RING
+    table = passage_arrays(recording)
+    first = np.fmin.reduce(table["start_s"], axis=1)
+    at = {column: dict(zip(SIDES, table[column].T, strict=True)) for column in ("start_s", "peak_s", "end_s")}
+    at["end_s"]["arcs"] = np.fmax(at["end_s"]["left"], at["end_s"]["right"])
+    return pd.DataFrame({event: at[column][side] - first for event, (side, column) in events.items()}, dtype=float)
 
 
 def mean_events(recording: Recording) -> pd.DataFrame:
@@ -77,6 +81,25 @@ def event_times(recording: Recording) -> dict[str, float]:
     return mean_events(recording).set_index("event")["median_s"].to_dict()
 
 
+def _forces(recording: Recording) -> Iterator[tuple[int, int, float, float, slice]]:
+    """Column of the record, side, first contact (s), touch of the side (s) and samples of every passage and side."""
+    count = recording.scene.rig.chain.pitches
+    columns = {int(pitch): i for i, pitch in enumerate(recording.pitches)}
+    table = passage_arrays(recording)
+    for connector, starts, ends in zip(table["connector"][:, 0], table["start_s"], table["end_s"], strict=True):
+        first, last = np.fmin.reduce(starts), np.fmax.reduce(ends)
+        for i in range(len(SIDES)):
+            column = columns.get(connector % count + 1 if SIDES[i] == "ring" else connector)
+            if connector in columns and column is not None and not np.isnan(starts[i]):
+                begin, end = np.searchsorted(recording.time, first), np.searchsorted(recording.time, last, "right")
+                yield column, i, float(first), float(starts[i]), slice(int(begin), int(end))
+
+
+def _smooth(recording: Recording, column: int, side: int) -> np.ndarray:
+    """Mean of a force over `RESOLUTION`, N."""
+    return uniform_filter1d(recording.force[:, column, side], max(round(RESOLUTION * recording.rate), 1))
+
+
 def smoothed_maxima(recording: Recording) -> pd.DataFrame:
     """Times of the largest force in two readings that leave out the spike of a touch-down, of the recorded connectors.
 
@@ -85,29 +108,44 @@ def smoothed_maxima(recording: Recording) -> pd.DataFrame:
     so do the samples of the record from so long after the touch of that side on. A table as of `mean_events` with the
     ``area`` of the groove, the most frequent one (1 to 10; 0 on the ring).
     """
-    count = recording.scene.rig.chain.pitches
-    columns = {int(pitch): i for i, pitch in enumerate(recording.pitches)}
-    window = max(round(RESOLUTION * recording.rate), 1)
-    table = passages(recording)
-    table = table[table["connector"].isin(columns)]
     times: dict[str, list[float]] = {}
     areas: dict[str, list[int]] = {}
-    for _, rows in table.groupby("passage"):
-        first, last = rows["start_s"].min(), rows["end_s"].max()
-        connector, starts = int(rows["connector"].iloc[0]), rows.set_index("side")["start_s"]
-        for i, side in enumerate(SIDES):
-            column = columns.get(connector % count + 1 if side == "ring" else connector)
-            if column is None or np.isnan(starts[side]):
-                continue
-            force = recording.force[:, column, i]
-            smooth = scipy.ndimage.uniform_filter1d(force, window)
-            touch = starts[side] + RESOLUTION
-            for name, values, begin in ((f"mean over {RESOLUTION:g} s", smooth, first), (AFTER_TOUCH, force, touch)):
-                inside = np.flatnonzero((recording.time >= begin) & (recording.time <= last))
-                if len(inside):
-                    highest = inside[np.argmax(values[inside])]
-                    event = f"{side} maximum, {name}"
-                    times.setdefault(event, []).append(float(recording.time[highest] - first))
-                    areas.setdefault(event, []).append(0 if side == "ring" else int(recording.area[highest, column, i]))
+    smoothed: dict[tuple[int, int], np.ndarray] = {}
+    for column, i, first, touch, samples in _forces(recording):
+        side, force = SIDES[i], recording.force[:, column, i]
+        if (column, i) not in smoothed:
+            smoothed[column, i] = _smooth(recording, column, i)
+        loaded = max(samples.start, int(np.searchsorted(recording.time, touch + RESOLUTION)))
+        readings = ((f"mean over {RESOLUTION:g} s", smoothed[column, i], samples.start), (AFTER_TOUCH, force, loaded))
+        for name, values, begin in readings:
+            if begin < samples.stop:
+                highest = begin + np.argmax(values[begin : samples.stop])
+                event = f"{side} maximum, {name}"
+                times.setdefault(event, []).append(float(recording.time[highest] - first))
+                areas.setdefault(event, []).append(0 if side == "ring" else int(recording.area[highest, column, i]))
     means = _over_passages(pd.DataFrame({event: pd.Series(values) for event, values in times.items()}))
     return means.assign(area=[np.bincount(areas[event]).argmax() for event in means["event"]])
+
+
+def like_peaks(recording: Recording) -> pd.DataFrame:
+    """Peaks that are nearly the largest force of a side: further readings of when that force is largest.
+
+    A force that peaks once a pitch has several maxima of like height, and a little damping decides which is the
+    largest. Peaks are those of the mean over `RESOLUTION`, averaged over the passages, half a pitch apart or more, that
+    reach `LIKE_HEIGHT` of the largest. A table as of `mean_events`, without scatter.
+    """
+    series: dict[int, list[np.ndarray]] = {}
+    smoothed: dict[tuple[int, int], np.ndarray] = {}
+    for column, i, _, _, samples in _forces(recording):
+        if (column, i) not in smoothed:
+            smoothed[column, i] = _smooth(recording, column, i)
+        series.setdefault(i, []).append(smoothed[column, i][samples])
+    apart = max(recording.periods.turn / recording.scene.rig.sprocket.teeth / 2 * recording.rate, 1)
+    rows = []
+    for i, forces in sorted(series.items()):
+        mean = np.mean([force[: min(map(len, forces))] for force in forces], axis=0)
+        padded = np.r_[0.0, mean, 0.0]  # a force that begins or ends at its largest peaks there
+        peaks = find_peaks(padded, height=LIKE_HEIGHT * padded.max(), distance=apart)[0] - 1
+        for number, time in enumerate(peaks / recording.rate, 1):
+            rows.append([f"{SIDES[i]} maximum, peak {number} of like height", time, time, np.nan, len(forces)])
+    return pd.DataFrame(rows, columns=["event", "median_s", "mean_s", "sd_s", "passages"])

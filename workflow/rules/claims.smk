@@ -13,6 +13,8 @@ rule claims:
     output:
         csv=f"{R}/claims.csv",
         sentences=f"{R}/sentences.csv",
+        numbers=f"{R}/printed_numbers.csv",
+        numbers_schema=f"{R}/printed_numbers.schema.json",
         values=f"{R}/claims_values.csv",
         schema=f"{R}/claims.schema.json",
         values_schema=f"{R}/claims_values.schema.json",

@@ -23,6 +23,7 @@ from replication.paper.claims import (
     judge_all,
     load_claims,
     load_sentences,
+    printed_numbers,
 )
 from replication.paper.evidence import Evidence, Range
 from replication.paper.measures import MEASURES
@@ -37,8 +38,7 @@ SENTENCES = load_sentences(CONFIG / "claims.yaml")
 TESTS = [name for name, claim in CLAIMS.items() if claim.rule not in ("no_test", "not_comparable")]
 SPEEDS = [115.0, 150.0, 180.0, 210.0]
 RADII = [0.303, 0.304, 0.305, 0.307, 0.308, 0.313]
-# a rig whose equal-pitch radius, by the arc, is the radius that serves
-RIG = load_rig(conftest.RIG).changed(sprocket__equal_pitch_radius=0.3051)
+RIG = load_rig(conftest.RIG)
 MEAN, AFTER = ", mean over 0.01 s", ", after the touch"
 
 
@@ -72,11 +72,11 @@ def good() -> Evidence:
                      "velocity_gap_m_s": 1e-5})  # fmt: skip
         rows.append({"run": f"coarse/{rpm:g}rpm", "rpm": rpm, "rms_g": 0.99 * (0.9 + 0.1 * i)})
         for j, radius in enumerate(RADII):
-            left, ring = (199 if radius == 0.308 else 200) * (1 + 0.1 * i), 500 * 1.25**j * (1 + 0.02 * i)
+            left, ring = (199 if radius == 0.308 else 200) * (1 + 0.08 * i), 500 * 1.25**j * (1 + 0.02 * i)
             rows.append({"run": f"ring/{rpm:g}rpm_{radius}", "rpm": rpm, "ring_radius_m": radius,
                          "left_share_pct": 30.0 if radius < 0.307 else 11.9 if radius < 0.308 else 9.0,
                          "right_share_pct": 20.0 if radius < 0.305 else 0.0, "left_rms_n": left, "left_sd_n": left,
-                         "ring_rms_n": ring, "ring_sd_n": ring})  # fmt: skip
+                         "ring_rms_n": ring, "ring_sd_n": ring, "ring_share_pct": 45.0})  # fmt: skip
         rows.append({"run": f"ring/{rpm:g}rpm_none", "rpm": rpm, "left_share_pct": 45.0})
     rows.append({"run": "meshing/no_ring", "rpm": 115.0, "left_areas": "2", "right_areas": "7",
                  "left_share_pct": 45.0, "right_share_pct": 44.0, "left_peak_n": 1500.0,
@@ -158,39 +158,40 @@ SPOILT = {
     "C13c": lambda e: changed(e, "rms_g", 0.96, "coarse/.*", [150.0]),
     "C06a": lambda e: changed(e, "rms_g", 0.88, RECORDS, [150.0]),
     "C06b": lambda e: changed(e, "sd_g", 1.13, RECORDS, [180.0]),
-    "C08": lambda e: starts(e, 115.0, line_g=0.76),
+    "C08": lambda e: replace(e, starts=e.starts.assign(line_g=e.starts["line_g"].replace(0.793, 0.76))),
     "C12a": lambda e: changed(e, "high_frequency_g", 0.31, RECORDS, [150.0]),
     "C12b": lambda e: changed(e, "high_frequency_g", 0.35, RECORDS, [115.0, 150.0, 180.0]),
     "C15": lambda e: changed(e, "right_areas", "7,9", NO_RING),
     "C16a": lambda e: later(e, "first left", 0.02),
-    "C16b": lambda e: later(e, "left maximum" + MEAN, 0.33),
-    "C16c": lambda e: later(e, "right maximum" + AFTER, 0.9),
+    "C16b": lambda e: later(later(e, "left maximum" + MEAN, 0.33), "left maximum" + AFTER, 0.33),
+    "C16c": lambda e: later(later(e, "right maximum" + MEAN, 0.9), "right maximum" + AFTER, 0.9),
     "C16d": lambda e: later(e, "out", 1.47),
     "C16e": lambda e: elsewhere(e, "right maximum" + AFTER, 8),
     "C16f": lambda e: later(e, "right gone", 1.305),
+    "C16g": lambda e: later(e, "first right", 0.07),
     "C17a": lambda e: later(e, "left touches", 1.41, RING),
-    "C17b": lambda e: later(e, "ring maximum" + AFTER, 0.29, RING),
-    "C17c": lambda e: later(e, "left maximum" + AFTER, 1.35, RING),
+    "C17b": lambda e: later(later(e, "ring maximum" + AFTER, 0.29, RING), "ring maximum" + MEAN, 0.29, RING),
+    "C17c": lambda e: later(later(e, "left maximum" + AFTER, 1.35, RING), "left maximum" + MEAN, 1.35, RING),
     "C17d": lambda e: later(e, "ring left", 1.5, RING),
     "C18": lambda e: changed(e, "right_areas", "7", RING),
     "C19a": lambda e: changed(e, "left_share_pct", 38.5, RING),
     "C19b": lambda e: changed(e, "left_rms_n", 390.0, RING),
     "C19c": lambda e: changed(e, "left_rms_contact_n", 580.0, RING),
     "C20a": lambda e: changed(e, "left_rms_n", 2000.0, RING),
-    "C20b": lambda e: changed(e, "ring_sd_n", 410.0, RING),
-    "C21a": lambda e: changed(e, "left_sd_n", 197.0, "ring/.*", [150.0], [0.304]),
-    "C21b": lambda e: changed(e, "ring_rms_n", 511.0, "ring/.*", [210.0], [0.303]),
-    "C21c": lambda e: changed(e, "ring_sd_n", 700.0, "ring/.*", [210.0], [0.303]),
-    "C21d": lambda e: changed(e, "left_rms_n", 290.0, "ring/.*", [210.0], [0.313]),
+    "C20b": lambda e: changed(changed(e, ["ring_sd_n", "left_rms_n"], 410.0, RING), "left_sd_n", 405.0, RING),
+    "C21a": lambda e: changed(e, "left_sd_n", 197.0, "ring/.*", [210.0]),
+    "C21b": lambda e: changed(e, "ring_rms_n", 480.0, "ring/.*", [210.0]),
+    "C21c": lambda e: changed(e, "ring_sd_n", 4000.0, "ring/.*", [210.0]),
+    "C21d": lambda e: changed(e, "left_rms_n", 265.0, "ring/.*", [210.0]),
     "C22a": lambda e: changed(e, "ring_rms_n", 504.0, "ring/.*", [150.0], [0.304]),
     "C22b": lambda e: changed(e, "ring_sd_n", 710.0, "ring/.*", [150.0], [0.303]),
-    "C22c": lambda e: changed(e, "ring_rms_n", 620.0, "ring/.*", [180.0], [0.313]),
+    "C22c": lambda e: changed(e, "ring_rms_n", 770.0, "ring/.*", [180.0], [0.313]),
     "C23a": lambda e: changed(e, "right_share_pct", 0.6, "ring/.*", [210.0], [0.313]),
     "C23b": lambda e: changed(e, "right_share_pct", 0.4, "ring/.*", [180.0], [0.304]),
-    "C24": lambda e: changed(e, "left_rms_n", 270.0, "ring/.*", [115.0], [0.303]),
+    "C24a": lambda e: changed(e, "left_rms_n", 270.0, "ring/.*", [115.0], [0.303]),
+    "C24b": lambda e: changed(e, "left_rms_n", 270.0, "ring/.*", [115.0], [0.305]),
     "C25": lambda e: changed(e, "left_share_pct", 4.9, "ring/.*", [180.0], [0.313]),
     "C26a": lambda e: changed(e, "left_share_pct", 12.1, "ring/.*", [210.0], [0.307, 0.308]),
-    "C26b": lambda e: replace(e, rig=RIG.changed(sprocket__equal_pitch_radius=0.3035)),
     "C27a": lambda e: changed(e, "left_share_pct", 43.0, NO_RING),
     "C27b": lambda e: changed(e, "right_share_pct", 25.4, NO_RING),
     "C28a": lambda e: changed(e, "ring_share_pct", 44.1, RING),
@@ -312,7 +313,7 @@ def test_a_study_that_lacks_speeds_or_radii_shows_nothing_rather_than_success():
     for name in ("C08", "C21a", "C21b", "C21c", "C21d"):
         assert judge(CLAIMS[name], slowest).verdict == NOT_COMPARABLE
     three = replace(e, metrics=e.metrics[~e.metrics["ring_radius_m"].isin([0.304, 0.305, 0.307])])
-    for name in ("C21a", "C21d", "C22a", "C22b", "C22c", "C23a", "C23b", "C24", "C25", "C26a", "C26b"):
+    for name in ("C21a", "C21d", "C22a", "C22b", "C22c", "C23a", "C23b", "C24a", "C25", "C26a", "C26b"):
         assert judge(CLAIMS[name], single).verdict == NOT_COMPARABLE
         assert judge(CLAIMS[name], three)[:2] == ("radii at 115 rpm: 3, and 5 are needed", NOT_COMPARABLE)
 
@@ -322,20 +323,21 @@ def test_times_that_scatter_beyond_the_tolerance_are_not_judged(name):
     """At the mean of two humps nothing happens; the median passage is judged."""
     run, *events = MEASURES[CLAIMS[name].measure].events
     tolerance = CLAIMS[name].tolerance
-    for event in events:
-        here = (good().events["run"] == f"meshing/{run}") & (good().events["event"] == event)
+    every = [events] if CLAIMS[name].any_reading else [[event] for event in events]  # of readings one is enough
+    for scattering in every:
+        here = (good().events["run"] == f"meshing/{run}") & good().events["event"].isin(scattering)
         for factor, verdict in ((0.99, SHOWN), (1.01, NOT_COMPARABLE if tolerance else SHOWN)):
             sd = good().events["sd_s"].where(~here, factor * (tolerance or 1.0))
             judged = judge(CLAIMS[name], replace(good(), events=good().events.assign(sd_s=sd, mean_s=99.0)))
-            assert here.sum() == 1 and judged.verdict == verdict
-            assert verdict == SHOWN or event in judged.measured
+            assert here.sum() == len(scattering) and judged.verdict == verdict
+            assert verdict == SHOWN or scattering[0] in judged.measured
 
 
 def test_a_ring_that_bears_nothing_shows_no_growth():
     e = good()
     for columns in (["ring_rms_n", "ring_sd_n"], ["left_rms_n", "left_sd_n"]):
         nothing = changed(e, columns, 0.0, "ring/.*")
-        for name in ("C22a", "C22b", "C22c") if "ring_rms_n" in columns else ("C21a", "C24"):
+        for name in ("C22a", "C22b", "C22c") if "ring_rms_n" in columns else ("C21a", "C24a"):
             assert judge(CLAIMS[name], nothing)[:2] == ("no force acts", NOT_COMPARABLE)
     # at one radius alone: the others are judged
     let_go = changed(e, ["left_rms_n", "left_sd_n"], 0.0, "ring/.*", None, [0.313])
@@ -344,7 +346,7 @@ def test_a_ring_that_bears_nothing_shows_no_growth():
     free = changed(e, ["ring_rms_n", "ring_sd_n"], 0.0, "ring/.*", None, [0.303, 0.304])
     assert judge(CLAIMS["C22a"], free).verdict == SHOWN
     # that a force ends with the speed is no growth
-    ends = changed(e, ["left_rms_n", "left_sd_n"], 0.0, "ring/.*", [210.0], [0.313])
+    ends = changed(e, ["left_rms_n", "left_sd_n"], 0.0, "ring/.*", [210.0])
     assert judge(CLAIMS["C21a"], ends).verdict == NOT_SHOWN
 
 
@@ -364,7 +366,7 @@ def test_equal_within_the_tolerance_at_every_speed_or_not_shown(share, verdict):
 
 
 def test_a_sentence_is_judged_whole_and_counted_once():
-    for evidence, shown in ((good(), 21), (SPOILT["C20b"](SPOILT["C23b"](good())), 19)):
+    for evidence, shown in ((good(), 21), (SPOILT["C20b"](SPOILT["C23a"](good())), 19)):
         card, _ = judge_all(list(CLAIMS.values()), evidence, "mine")
         assert tuple(card.columns) == COLUMNS and len(card) == len(CLAIMS)
         assert card["verdict"].isin(JUDGED).sum() == len(TESTS)
@@ -378,7 +380,7 @@ def test_a_sentence_is_judged_whole_and_counted_once():
     )
     lost = judged[judged["verdict"] == NOT_SHOWN].set_index("number")
     assert lost["sentence"].to_dict() == {number: SENTENCES[number] for number in (15, 19)}
-    assert lost["statements"][19] == "C23b"
+    assert lost["statements"][19] == "C23a"
 
 
 def test_the_summary_has_the_cells_of_the_scorecard_with_their_marks():
@@ -461,19 +463,67 @@ def test_a_ratio_of_forces_that_never_act_is_no_number():
 
 
 @pytest.mark.parametrize(
-    ("radii", "words"),
+    ("radius", "radii", "words"),
     [
-        ("0.308, 0.308", "a radius of 0.308 m at every speed. Our rule"),
-        ("0.307, 0.308", "a radius of 0.307 m at 115 rpm and 0.308 m at 150 rpm. Our rule"),
-        ("no value, 0.308", "a radius of 0.308 m at 150 rpm. At 115 rpm no radius"),
-        ("no value, no value", "No radius of the study serves. Our rule"),
+        ("0.308", "0.308, 0.308", "a radius of 0.308 m. Our rule"),
+        (
+            "0.308",
+            "0.307, 0.308",
+            "a radius of 0.308 m. For one speed alone it would be 0.307 m at 115 rpm and 0.308 m at 150 rpm.",
+        ),
+        (
+            "no value",
+            "no value, 0.308",
+            "every speed. For one speed alone it would be none at 115 rpm and 0.308 m at 150 rpm.",
+        ),
+        ("no value", "no value, no value", "For one speed alone it would be none at 115 and 150 rpm. Our rule"),
     ],
 )
-def test_the_radius_is_said_speed_by_speed(radii, words):
+def test_one_radius_is_said_for_all_speeds(radius, radii, words):
     card = pd.DataFrame(
-        [["one", "C26", "a", "0.308", radii, "115, 150", NOT_SHOWN]],
+        [
+            ["one", "C26", "a", "0.308", radius, "115, 150", NOT_SHOWN],
+            ["one", "C26", "c", "0.308", radii, "115, 150", NO_TEST],
+        ],
         columns=["rig", "id", "part", "printed", "measured", "speeds", "verdict"],
     )
     said = radius_sentence(card)
     assert words in said and said.endswith("The paper chooses 0.308 m and states no rule.")
-    assert ("At 115 rpm no radius of the study serves." in said) == (radii == "no value, 0.308")
+
+
+def test_a_reading_that_is_met_suffices_and_a_peak_of_like_height_is_one():
+    other = later(later(good(), "left maximum" + MEAN, 0.4), "left maximum" + AFTER, 0.5)
+    assert judge(CLAIMS["C16b"], other).verdict == NOT_SHOWN
+    peak = other.events[other.events["event"] == "left maximum" + MEAN].iloc[:1]
+    peaks = [
+        peak.assign(event=f"left maximum, peak {k} of like height", median_s=at) for k, at in ((1, 0.15), (2, 0.4))
+    ]
+    judgement = judge(CLAIMS["C16b"], replace(other, events=pd.concat([other.events, *peaks])))
+    assert judgement.verdict == SHOWN and len(judgement.values) == 4
+
+
+def test_a_printed_amplitude_within_the_range_over_the_starts_is_met():
+    spread = starts(starts(good(), 115.0, line_g=0.70), 115.0, line_g=0.70)
+    table = spread.starts.copy()
+    table.loc[table.index[table["rpm"] == 115.0], "line_g"] = [0.70, 0.72, 0.85, 0.90]
+    assert judge(CLAIMS["C08"], replace(spread, starts=table)).verdict == SHOWN
+    table.loc[table.index[table["rpm"] == 115.0], "line_g"] = 0.70
+    assert judge(CLAIMS["C08"], replace(spread, starts=table)).verdict == NOT_SHOWN
+
+
+def test_printed_numbers_are_counted_one_by_one():
+    numbers = printed_numbers(list(CLAIMS.values()), good())
+    assert len(numbers) == sum(claim.numbers for claim in CLAIMS.values()) == 25 and numbers["met"].all()
+    numbers = printed_numbers(list(CLAIMS.values()), later(good(), "out", 1.40))
+    assert numbers.loc[~numbers["met"], ["id", "part", "printed", "measured"]].values.tolist() == [
+        ["C16", "d", "1.31", "1.4"]
+    ]
+    lost = printed_numbers(list(CLAIMS.values()), replace(good(), starts=pd.DataFrame()))
+    assert len(lost) == 25 and list(lost.loc[~lost["met"], "id"]) == ["C08"] * 4
+
+
+def test_a_ring_that_carries_nothing_has_no_influence_to_judge():
+    idle = changed(good(), "ring_share_pct", 0.0, "ring/.*", [150.0], [0.303])
+    for name in ("C20b", "C21d", "C24a", "C24b"):
+        judgement = judge(CLAIMS[name], idle)
+        assert judgement[:2] == ("a ring of 0.303 m carries nothing at 150 rpm", NOT_COMPARABLE)

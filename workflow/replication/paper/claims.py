@@ -1,5 +1,6 @@
 """Every claim of the paper judged by what the runs of a rig gave."""
 
+from collections.abc import Iterable
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple
@@ -28,8 +29,9 @@ class Claim(Section):
 
     ``sentence`` is the number of the paper's sentence that the claim belongs to; one without is not counted.
     ``printed`` by motor speed stands for the numbers at the speeds that are judged. A direction holds within the share
-    ``within``. ``scale`` is what counts as one tolerance in the distance of a one-sided claim (`Value`); no verdict
-    depends on it.
+    ``within``. Of a quantity with ``any_reading`` one reading that is met suffices, at every speed. ``numbers`` says
+    how many printed or implied numbers it holds (`printed_numbers`). ``scale`` is what counts as one tolerance in the
+    distance of a one-sided claim (`Value`); no verdict depends on it.
     """
 
     id: Annotated[str, Field(pattern=r"^C\d\d$")]
@@ -44,6 +46,8 @@ class Claim(Section):
     rule: Literal["equal", "at_most", "at_least", "rising", "same", "no_test", "not_comparable"]
     tolerance: float | None = None
     within: NotNegative = 0.0
+    any_reading: bool = False
+    numbers: Annotated[int, Field(ge=0)] = 0
     scale: Positive | None = None
     fails_if: str = ""
     reason: Annotated[str, Field(min_length=10)]
@@ -162,6 +166,12 @@ def _values(claim: Claim, measured, speeds) -> tuple[Value, ...]:
             away = np.where(np.isfinite(difference), away, np.inf)
     elif claim.rule == "rising":
         met = list(np.isfinite(numbers) & np.r_[True, numbers[1:] > (1 - claim.within) * numbers[:-1]])
+    if (
+        compared and claim.any_reading and measured and isinstance(measured[0], Range)
+    ):  # any value within a range is a reading
+        low, high = numbers.reshape(-1, 2).T
+        inside = np.repeat((low <= printed[::2]) & (printed[::2] <= high), 2)
+        away, met = np.where(inside, 0.0, away), list(inside | met)
     rows = zip(named, printed, away, met, strict=True)
     return tuple(
         Value(*name, float(bound), float(far), None if good is None else bool(good)) for name, bound, far, good in rows
@@ -181,10 +191,14 @@ def judge(claim: Claim, e: Evidence) -> Judgement:
             raise NotThere("one speed alone")
         measured = MEASURES[claim.measure].evaluate(e, speeds)
         run, *events = MEASURES[claim.measure].events or ("",)
-        for name, scatter in zip(events, e.event_times(run, events, "sd_s"), strict=True):
-            # at the mean of events whose times scatter by more nothing may happen
-            if claim.tolerance is not None and scatter > SLACK * claim.tolerance:
-                raise NotThere(f"{name}: passages scatter by {scatter:.2g} {claim.unit}, more than the tolerance")
+        scatter = dict(zip(events, e.event_times(run, events, "sd_s"), strict=True))
+        # at the mean of events whose times scatter by more nothing may happen
+        wide = [name for name in events if claim.tolerance is not None and scatter[name] > SLACK * claim.tolerance]
+        if wide and claim.any_reading:
+            measured = [value for k, value in enumerate(measured) if k >= len(events) or events[k] not in wide]
+        if wide and not (claim.any_reading and measured):
+            reason = f"{wide[0]}: passages scatter by {scatter[wide[0]]:.2g} {claim.unit}, more than the tolerance"
+            raise NotThere(reason)
     except NotThere as missing:
         return Judgement(str(missing), NOT_COMPARABLE, speeds)
     values = _values(claim, measured, speeds)
@@ -193,8 +207,17 @@ def judge(claim: Claim, e: Evidence) -> Judgement:
     elif claim.rule == "same":
         verdict = SHOWN if measured == claim.printed else NOT_SHOWN
     else:
-        verdict = SHOWN if values and all(value.met for value in values) else NOT_SHOWN
+        verdict = SHOWN if values and all(_met(claim, values).values()) else NOT_SHOWN
     return Judgement(_text(measured), verdict, speeds, values)
+
+
+def _met(claim: Claim, values: Iterable[Value]) -> dict[tuple[float, str], bool]:
+    """Whether the numbers of a claim are met, by speed and name; with `Claim.any_reading` by speed alone."""
+    met: dict[tuple[float, str], bool] = {}
+    for value in values:
+        name = value.rpm, "" if claim.any_reading else value.reading
+        met[name] = met.get(name, False) or bool(value.met)
+    return met
 
 
 NO_VALUE = "no value"  # such as a ratio of forces that never act
@@ -261,3 +284,37 @@ def judge_all(claims: list[Claim], e: Evidence, rig: str = "") -> tuple[pd.DataF
             about = {"rig": rig, "standard_error": error, "verdict": judgement.verdict} | value._asdict()
             values.append(claim.model_dump(include={"id", "part", "unit", "rule", "tolerance"}) | about)
     return pd.DataFrame(card, columns=list(COLUMNS)), pd.DataFrame(values, columns=list(VALUE_COLUMNS))
+
+
+def printed_numbers(claims: list[Claim], e: Evidence, rig: str = "") -> pd.DataFrame:
+    """Numbers that the paper prints or implies of its simulation, a row each, beside those of a rig.
+
+    Returns
+    -------
+    DataFrame
+        ``rig, id, part, claim, rpm`` (NaN: all speeds), ``printed, measured`` (of several readings the nearest),
+        ``tolerance, unit, met``. A number whose evidence is not there is not met.
+    """
+    rows = []
+    for claim in (claim for claim in claims if claim.numbers):
+        judgement = judge(claim, e)
+        met = _met(claim, judgement.values)
+        about = {"rig": rig, **claim.model_dump(include={"id", "part", "claim", "unit"}), "tolerance": claim.tolerance}
+        if claim.numbers == 1 or not met:  # a word, a range or a limit is one number, whatever it is judged by
+            number = {"rpm": np.nan, "printed": printed_text(claim, judgement.speeds), "measured": judgement.measured}
+            if claim.any_reading and judgement.values:
+                number["measured"] = _text(min(judgement.values, key=lambda value: value.distance).value)
+            rows += [about | number | {"met": judgement.verdict == SHOWN}] * claim.numbers
+            continue
+        for (rpm, reading), is_met in met.items():
+            same = [
+                value
+                for value in judgement.values
+                if value.rpm == rpm and (claim.any_reading or value.reading == reading)
+            ]
+            nearest = min(same, key=lambda value: value.distance)
+            ends = Range(min(value.value for value in same), max(value.value for value in same))
+            measured = _text(nearest.value if ends.low == ends.high or not claim.any_reading else ends)
+            rows.append(about | {"rpm": rpm, "printed": _text(nearest.printed), "measured": measured, "met": is_met})
+    columns = ["rig", "id", "part", "claim", "rpm", "printed", "measured", "tolerance", "unit", "met"]
+    return pd.DataFrame(rows, columns=columns)

@@ -1,7 +1,6 @@
 """Named measures of the evidence: what each claim compares with what is printed."""
 
 from collections.abc import Callable
-from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -9,6 +8,7 @@ import pandas as pd
 
 from replication.paper.cells import TIMES, Cell, value_difference
 from replication.paper.evidence import Evidence, NotThere, Range
+from trackdyn.measure.contacts import TOUCHING
 from trackdyn.measure.ring_rule import RULE, parse_rule
 
 SAME = 1e-9  # radii are compared with printed ones, m
@@ -176,7 +176,8 @@ OTHERS = {
 
 # The meshing process (Sect. 6.1)
 
-# Two readings of a maximum, neither of which is the spike of a touch-down (`measure.events.smoothed_maxima`).
+# Two readings of a maximum, neither of which is the spike of a touch-down (`measure.events.smoothed_maxima`). Others
+# are its peaks of like height (`measure.events.like_peaks`).
 READINGS = ("maximum, mean over 0.01 s", "maximum, after the touch")
 
 
@@ -186,8 +187,13 @@ def _times(run: str, *names: str) -> Measure:
 
 
 def _maximum(run: str, side: str) -> Measure:
-    """Time of the largest force of a side, in both readings."""
-    return _times(run, *(f"{side} {reading}" for reading in READINGS))
+    """Time of the largest force of a side, in every reading."""
+    names = [f"{side} {reading}" for reading in READINGS]
+
+    def evaluate(e, speeds):
+        return [*e.event_times(run, names), *e.events_of(run, f"{side} maximum, peak")]
+
+    return Measure(evaluate, "meshing", events=(run, *names))
 
 
 def _apart(first: str, second: str, size: Callable[[float], float] = float) -> Measure:
@@ -234,6 +240,7 @@ def _areas_at_maxima(evidence, speeds) -> str:
 
 def _variation_of_forces(evidence, speeds) -> list[float]:
     """SD with the ring over that without: of the force that varies most, and of the left arc's."""
+    _carrying(evidence, evidence.speeds("study"))
     ring, without = evidence.meshing("ring"), evidence.meshing("no_ring")
     largest = _over(ring[["left_sd_n", "right_sd_n", "ring_sd_n"]].max(), without[["left_sd_n", "right_sd_n"]].max())
     return [largest, _over(ring["left_sd_n"], without["left_sd_n"])]
@@ -256,6 +263,7 @@ MESHING = {
     "ends_without_ring": _times("no_ring", "right gone", "out"), "ends_with_ring": _times("ring", "ring left", "out"),
     "left_touches_with_ring": _times("ring", "left touches"), "left_outlasts_right": _apart("right gone", "out"),
     "first_contacts_apart": _apart("first left", "first right", abs),
+    "first_contacts_without_ring": _times("no_ring", "first left", "first right"),
     "ring_share": _share("ring", "ring"), "left_share": _share("ring", "left"),
     "left_share_without_ring": _share("no_ring", "left"), "right_share_without_ring": _share("no_ring", "right"),
     "left_share_ratio": _ratio("left_share_pct"), "left_force_ratio": _ratio("left_rms_n"),
@@ -268,33 +276,39 @@ MESHING = {
 # The ring study (Sect. 6.2)
 
 
-def _growth(evidence: Evidence, speeds, side: str) -> list[pd.Series]:
-    """RMS and SD at the highest speed over those at the lowest, by radius; none where no force acts at either."""
+def _carrying(evidence: Evidence, speeds) -> list[pd.DataFrame]:
+    """The ring study at every speed; `NotThere` where the ring carries nothing: what does not touch changes nothing."""
+    tables = [evidence.study(rpm) for rpm in speeds]
+    for rpm, table in zip(speeds, tables, strict=True):
+        if len(idle := table.index[table["ring_share_pct"] <= TOUCHING]):
+            raise NotThere(f"a ring of {idle[0]:g} m carries nothing at {rpm:g} rpm")
+    return tables
+
+
+def _growth(evidence: Evidence, speeds, side: str) -> list[float]:
+    """RMS and SD at the highest speed over those at the lowest, means over the radii."""
     _some(speeds[1:])  # one speed shows no growth
     low, high = evidence.study(min(speeds)), evidence.study(max(speeds))
-    return [_ratios(high[f"{side}_{name}"], low[f"{side}_{name}"]) for name in ("rms_n", "sd_n")]
+    return [
+        float(_ratios(high[f"{side}_{name}"], low[f"{side}_{name}"]).mean(skipna=False)) for name in ("rms_n", "sd_n")
+    ]
 
 
 def _growths(side: str) -> Measure:
-    """Range of both over all radii, from each speed to the next."""
-
-    def evaluate(evidence, speeds):
-        pairs = [_growth(evidence, pair, side) for pair in pairwise(_some(speeds))]
-        return [_range(np.concatenate(growths)) for growths in zip(*_some(pairs), strict=True)]
-
-    return Measure(evaluate, "study")
+    """Growth of both from the lowest speed to the highest."""
+    return Measure(lambda e, speeds: _growth(e, speeds, side), "study")
 
 
-def _left_over_ring_growth(evidence, speeds) -> list[Range]:
-    """Growth of the left arc's RMS and SD with speed over the ring's, over all radii."""
+def _left_over_ring_growth(evidence, speeds) -> list[float]:
+    """Growth of the left arc's RMS and SD with speed over the ring's."""
     pairs = zip(_growth(evidence, speeds, "left"), _growth(evidence, speeds, "ring"), strict=True)
-    return [_range(_ratios(left, ring)) for left, ring in pairs]
+    return [_over(left, ring) for left, ring in pairs]
 
 
 def _largest_growth(evidence, speeds) -> list[float]:
-    """Largest growth of RMS or SD with speed over all radii: left arc, ring."""
-    both = (_growth(evidence, speeds, side) for side in ("left", "ring"))
-    return [max(float(growth.max(skipna=False)) for growth in growths) for growths in both]
+    """The larger growth of RMS and SD with speed: left arc, ring."""
+    _carrying(evidence, speeds)
+    return [max(_growth(evidence, speeds, side)) for side in ("left", "ring")]
 
 
 def _by_radius(value: Callable[[pd.Series], Any], column: str, least: float = 0.0, below: float = np.inf) -> Measure:
@@ -314,24 +328,28 @@ def _least_step(values: pd.Series) -> float:
     return float(_ratios(values.iloc[1:], values.shift().iloc[1:]).min(skipna=False))
 
 
-def _spread(values: pd.Series) -> float:
-    """Largest deviation from the mean over all radii, %; missing values count."""
-    numbers = values.to_numpy()
-    if not numbers.any():
-        raise NotThere("no force acts")
-    return float(100 * np.abs(numbers / numbers.mean() - 1).max())
+def _spread(least: float = 0.0) -> Measure:
+    """Largest deviation of the left arc's RMS from its mean over the radii from ``least`` (m) on, %, at every speed."""
+
+    def evaluate(evidence, speeds):
+        values = [table["left_rms_n"][table.index >= least - SAME] for table in _carrying(evidence, speeds)]
+        if not all(forces.any() for forces in values):
+            raise NotThere("no force acts")
+        return [float(100 * (_some(forces) / forces.mean() - 1).abs().max(skipna=False)) for forces in values]
+
+    return Measure(evaluate, "study", True)
 
 
-def _radius_to_choose(evidence, speeds) -> list[float]:
-    """Radius to choose (m) at every speed, where the right arc is free and the left one touches for little."""
-    rule = parse_rule(RULE, evidence.rig.sprocket.teeth)
-    return [rule.radius(evidence.study(rpm).reset_index()) for rpm in speeds]
+def _radius(evidence: Evidence, speeds) -> float:
+    """Radius of the one ring to choose for some speeds, m; NaN: none serves (`measure.ring_rule`)."""
+    study = pd.concat([evidence.study(rpm).reset_index() for rpm in speeds])
+    return parse_rule(RULE, evidence.rig.sprocket.teeth).radius(study)
 
 
 def _excess_over_equal_pitch(evidence, speeds) -> list[float]:
-    """The radius to choose less the nearest reading of the rig's equal-pitch radius, m, at every speed."""
-    readings, radii = evidence.rig.equal_pitch_radii.values(), _radius_to_choose(evidence, speeds)
-    return [min((radius - reading for reading in readings), key=abs) for radius in radii]
+    """The radius to choose less each reading of the rig's equal-pitch radius, m."""
+    radius = _radius(evidence, speeds)
+    return [radius - reading for reading in evidence.rig.equal_pitch_radii.values()]
 
 
 STUDY = {
@@ -342,10 +360,11 @@ STUDY = {
     "ring_growth_with_radius": _by_radius(lambda values: _over(values.iloc[-1], values.iloc[0]), "ring_rms_n"),
     "right_share_from_0305": _by_radius(lambda values: _range(values).high, "right_share_pct", 0.305),
     "right_share_below_0305": _by_radius(lambda values: float(values.iloc[-1]), "right_share_pct", below=0.305),
-    "left_spread": _by_radius(_spread, "left_rms_n"),
+    "left_spread": _spread(), "left_spread_from_0305": _spread(0.305),
     "left_shares_from_0307": _by_radius(_range, "left_share_pct", 0.307),
-    "radius_to_choose": Measure(_radius_to_choose, "study", True),
-    "excess_over_equal_pitch": Measure(_excess_over_equal_pitch, "study", True),
+    "radius_to_choose": Measure(_radius, "study"),
+    "radius_by_speed": Measure(lambda e, speeds: [_radius(e, [rpm]) for rpm in speeds], "study", True),
+    "excess_over_equal_pitch": Measure(_excess_over_equal_pitch, "study"),
 }  # fmt: skip
 
 MEASURES: dict[str, Measure] = RECORDS | OTHERS | MESHING | STUDY

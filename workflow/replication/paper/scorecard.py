@@ -9,11 +9,11 @@ import pandas as pd
 from replication.paper.claims import JUDGED, NO_VALUE, NOT_COMPARABLE, NOT_SHOWN, SHOWN, VERDICTS
 from trackdyn.measure.cells import significant
 
-RADIUS = "C26a"  # the radius to choose
+RADIUS, RADIUS_BY_SPEED = "C26a", "C26c"  # of the ring to choose: one for all speeds, one for each
 CONCLUSION = r"^Conclusion (\d)"  # numbered by the paper, in Sect. 6.2; two sentences may be one of them
 MARKS = dict(zip(VERDICTS, ("●", "○", "◇", "–"), strict=True))
 SHORT = {  # parts of claims in a few words, in the order of a summary
-    "C26a": "radius to choose by our rule, by speed (m)",
+    "C26a": "radius to choose by our rule, one ring for all speeds (m)",
     "C06a": "RMS of the acceleration, by speed (g)",
     "C08": "amplitude of the dominant peak, by speed (g)",
     "C15": "no ring: areas that the arcs touch",
@@ -23,13 +23,13 @@ SHORT = {  # parts of claims in a few words, in the order of a summary
     "C28b": "ring: contact duration of the left arc (% of a turn)",
     "C20a": "ring: its force over that of both arcs",
     "C23a": "ring from 0.305 m on: contact duration of the right arc, by speed (% of a turn)",
-    "C24": "force of the left arc: largest deviation from its mean over all radii, by speed (%)",
+    "C24a": "force of the left arc: largest deviation from its mean over all radii, by speed (%)",
 }
 IN_WORDS = {  # words of the paper, which prints no number
     "C06a": "grows",
     "C20a": "mainly the ring",
     "C23a": "no contact",
-    "C24": "practically none",
+    "C24a": "practically none",
 }
 
 
@@ -64,6 +64,11 @@ def _records(card: pd.DataFrame) -> list[dict]:
 def count(judged: pd.DataFrame) -> tuple[int, int]:
     """Sentences that are shown, and how many are judged (`sentence_verdicts`)."""
     return int((judged["verdict"] == SHOWN).sum()), int(judged["verdict"].isin(JUDGED).sum())
+
+
+def number_count(numbers: pd.DataFrame) -> str:
+    """Count of the printed numbers that a rig meets (`claims.printed_numbers`)."""
+    return f"{int(numbers['met'].astype(bool).sum())} of {len(numbers)} printed numbers within their tolerance"
 
 
 def headline(judged: pd.DataFrame) -> str:
@@ -135,29 +140,28 @@ def neighbours_sentence(near: pd.DataFrame) -> str:
 
 
 def radius_sentence(card: pd.DataFrame, own: bool = False) -> str:
-    """The ring to choose by speed, and why; the paper's choice beside it but for an ``own`` rig."""
-    rows = card[(_names(card) == RADIUS) & card["verdict"].isin(JUDGED)]
-    if rows.empty:
+    """The ring to choose, at all speeds and at each alone, and why; the paper's choice but for an ``own`` rig."""
+    measured = {name: card[_names(card) == name] for name in (RADIUS, RADIUS_BY_SPEED)}
+    row, by_speed = (rows.iloc[0] if len(rows) else None for rows in measured.values())
+    if row is None or row["verdict"] not in JUDGED:
         return "Without a ring study of enough radii no radius is chosen."
-    row = rows.iloc[0]
-    radii, rpms = str(row["measured"]).split(", "), str(row["speeds"]).removesuffix(".0").split(", ")
-    speeds: dict[str, list[str]] = {}  # that a radius is chosen at
-    for radius, rpm in zip(radii, rpms, strict=True):
-        speeds.setdefault(radius, []).append(rpm)
-    unserved = speeds.pop(NO_VALUE, [])
     rule = (
         "Our rule takes the smallest ring with which right arcs hardly touch (below 0.5 % of a turn) and left arcs "
-        "touch for at most a tooth's share of a turn (100 % / teeth) plus 2 %."
+        "touch for at most a tooth's share of a turn (100 % / teeth) plus 2 %, at every speed."
     )
     paper = "" if own else f" The paper chooses {row['printed']} m and states no rule."
-    if not speeds:
-        return f"No radius of the study serves. {rule}{paper}"
-    everywhere = len(speeds) == 1 and not unserved
-    chosen = _listed(
-        [f"{radius} m at {'every speed' if everywhere else f'{_listed(rpm)} rpm'}" for radius, rpm in speeds.items()]
-    )
-    lost = f" At {_listed(unserved)} rpm no radius of the study serves." if unserved else ""
-    return f"The ring to choose has a radius of {chosen}.{lost} {rule}{paper}"
+    alone = ""
+    if by_speed is not None and "," in str(by_speed["measured"]):
+        radii, rpms = str(by_speed["measured"]).split(", "), str(by_speed["speeds"]).removesuffix(".0").split(", ")
+        speeds: dict[str, list[str]] = {}  # that a radius is chosen at
+        for radius, rpm in zip(radii, rpms, strict=True):
+            speeds.setdefault("none" if radius == NO_VALUE else f"{radius} m", []).append(rpm)
+        if set(speeds) != {f"{row['measured']} m"}:
+            chosen = _listed([f"{radius} at {_listed(rpm)} rpm" for radius, rpm in speeds.items()])
+            alone = f" For one speed alone it would be {chosen}."
+    if row["measured"] == NO_VALUE:
+        return f"No radius of the study serves at every speed.{alone} {rule}{paper}"
+    return f"The ring to choose has a radius of {row['measured']} m.{alone} {rule}{paper}"
 
 
 def _listed(words: Sequence[str]) -> str:

@@ -8,7 +8,7 @@ import pandas as pd
 
 from trackdyn.files import write_csv, write_text
 from trackdyn.measure.columns import schema_text
-from trackdyn.measure.events import mean_events
+from trackdyn.measure.events import like_peaks, mean_events
 from trackdyn.measure.metrics import run_metrics
 from trackdyn.simulation.recording import load_recording
 
@@ -25,6 +25,10 @@ def main(job) -> None:
     if not parts:
         return
     write_text(out.schema, schema_text(runs.columns))
-    events = [mean_events(recording).assign(run=run) for run, recording in recordings.items()]
+    events = [
+        events(recording).assign(run=run)
+        for run, recording in recordings.items()
+        for events in (mean_events, like_peaks)
+    ]
     write_csv(out.events, table := pd.concat(events))
     write_text(out.events_schema, schema_text(table.columns, "events"))
