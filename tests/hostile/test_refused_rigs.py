@@ -7,6 +7,7 @@ import pytest
 import yaml
 from sentences import LONGER, NO_NUMBERS, NUMBER, RIG, one_sentence
 
+from tests.conftest import run_command
 from trackdyn.errors import InputError, shown
 from trackdyn.rig.rig import load_rig
 from trackdyn.scene.scene import Scene
@@ -31,6 +32,7 @@ CHANGES = [
     ({"chain__link_length": 0.2}, "chain.link_length = 0.2", "leaves no room for a connector"),
     ({"ring_contact__friction_dynamic": 0.5}, "ring_contact.friction_dynamic = 0.5", "exceeds friction_static"),
     ({"sensor__pitch": 36}, "sensor.pitch = 36", "1 to 35 are"),
+    ({"sprocket__ring_radius": 0.33}, "sprocket.ring_radius = 0.33 m", "more than 5% off", "sprocket.ring = none"),
     ({"tension__wheel": "sprocket"}, "tension.wheel = 'sprocket'", "'idler' or 'road_wheel'"),
     ({"tension__wheel": np.array(["idler"])}, "tension.wheel", "'idler' or 'road_wheel'"),
 ]
@@ -93,17 +95,45 @@ RIGS = [
 ]
 
 
-@pytest.mark.parametrize("row", RIGS, ids=lambda row: shown(row[0]))
-def test_a_rig_file_is_refused(tmp_path, row):
-    changes, *words = row
+def rig_file(folder, changes):
+    """A file of the rig with other sections, or other values of fields (``section__field``)."""
     limit = sys.get_int_max_str_digits()
     sys.set_int_max_str_digits(0)
     try:
-        text = yaml.safe_dump(yaml.safe_load(RIG.read_text(encoding="utf-8")) | changes)
+        data = yaml.safe_load(RIG.read_text(encoding="utf-8"))
+        for name, value in changes.items():
+            section, _, field = str(name).rpartition("__")
+            if section:
+                data[section][field] |= {"value": value}
+            else:
+                data[name] = value
+        text = yaml.safe_dump(data)
     finally:
         sys.set_int_max_str_digits(limit)
-    path = tmp_path / "mine.yaml"
+    path = folder / "mine.yaml"
     path.write_text(text, encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("row", RIGS, ids=lambda row: shown(row[0]))
+def test_a_rig_file_is_refused(tmp_path, row):
+    changes, *words = row
+    path = rig_file(tmp_path, changes)
     with pytest.raises(InputError) as caught:
         load_rig(path)
     assert one_sentence(caught, *words).startswith(f"{path}: ")
+
+
+PLAIN = [row for row in (*CHANGES, *IMPOSSIBLE) if isinstance(next(iter(row[0].values())), (int, float, str))]
+
+
+@pytest.mark.parametrize("row", [*RIGS, *PLAIN], ids=lambda row: shown(row[0]))
+def test_check_and_simulate_refuse_the_same_rigs(tmp_path, monkeypatch, row):
+    monkeypatch.chdir(tmp_path)
+    path = rig_file(tmp_path, row[0])
+    checked = run_command("check", path, "--no-settle")
+    simulated = run_command("simulate", "run.npz", "-q", "--rig", path)
+    # the rig is the first argument of the one, an option of the other: only the former names it in every sentence
+    assert checked.code == simulated.code == 1
+    assert checked.err.replace(f"{path}: ", "") == simulated.err.replace(f"{path}: ", "")
+    assert "Traceback" not in checked.err and not (tmp_path / "run.npz").exists()

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 
 
 WORN = 0.035  # share by which a chain's pitch may differ from the one that a groove was made for: worn out at 3 %
+RING_OFF = 0.05  # share by which a ring may differ from the one at which links and grooves have one pitch
 OTHER_ARC = 0.01  # share by which the radius of the connectors' arcs may differ
 
 
@@ -91,6 +92,13 @@ class Rig(Section):
                 )
         if (self.groove is None) == (self.profile is None):
             yield "groove is missing; a tooth has groove or profile, and one of them only"
+        ring, equal = self.ring_radius, self.sprocket.equal_pitch_radius
+        if ring is not None and abs(ring - equal) > RING_OFF * equal:
+            yield (
+                f"sprocket.ring_radius = {ring:g} m is more than {RING_OFF:.0%} off sprocket.equal_pitch_radius = "
+                f"{equal:.4g} m; links and grooves would not have one pitch; change either, or state "
+                "sprocket.ring = none"
+            )
         tension = self.tension
         if not isinstance(tension.wheel, str) or tension.wheel not in self.wheels:
             names = " or ".join(map(repr, self.wheels))

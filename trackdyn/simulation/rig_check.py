@@ -5,7 +5,7 @@ from math import degrees, gcd, hypot, inf
 
 import numpy as np
 
-from trackdyn.errors import DivergenceError, InputError
+from trackdyn.errors import DivergenceError
 from trackdyn.rig.layout import assemble, body_lengths, longest_strand, wheel_circles, wheel_names
 from trackdyn.rig.outline import distance_to
 from trackdyn.rig.rig import Rig
@@ -155,10 +155,4 @@ def _unusual(rig: Rig, path, wraps: dict[str, float], step: float, names: tuple[
         if rig.profile.pattern is None:
             text += f" (state pattern: '{signs}', which saves the search)"
         remarks.append(text if rms > 1e3 * ROUGH_OUTLINE else text + ", which is fine")
-    equal = rig.sprocket.equal_pitch_radius
-    if rig.sprocket.ring == "present" and abs(rig.sprocket.ring_radius - equal) > 0.05 * equal:
-        raise InputError(
-            "sprocket.ring_radius is more than 5 % off sprocket.equal_pitch_radius; links and "
-            "grooves would not have one pitch"
-        )
     return remarks
