@@ -259,6 +259,8 @@ def test_a_record_at_changing_speed_is_not_measured():
     rates = run.wheel_rate.copy()
     rates[:1000] *= 0.5
     slower = replace(run, wheel_rate=rates)
+    rounded = replace(run, wheel_rate=np.r_[run.wheel_rate[:1] * 0.9995, run.wheel_rate[1:]])
+    assert rounded.periods == run.periods  # a ramp ends within half a step
     for measure in (meshing_summary, passages, needed_lengths, lambda run: run_metrics("run", run)):
         with pytest.raises(InputError, match=r"the motor speed goes from 83\.55 to 167\.1 rev/min .*the ramp"):
             measure(slower)

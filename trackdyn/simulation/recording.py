@@ -23,7 +23,9 @@ from trackdyn.simulation.loop_arrays import LARGEST
 from trackdyn.sources import source_hash
 
 FORMAT = 12
-SAME_RATE = 1e-6  # share of the speed that is asked for within which the sprocket holds it
+# Share of the speed that is asked for within which the sprocket holds it: a ramp ends within half a step, at the end of
+# which its rate is not quite reached, and a thousandth of the speed changes no measure by more than that.
+SAME_RATE = 1e-3
 
 
 @dataclass(frozen=True)
