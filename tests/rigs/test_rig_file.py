@@ -89,7 +89,8 @@ def test_every_parameter_of_a_rig_is_read_by_something():
         ("like: bench\ndrive: {source: s, kind: motor}\n", ["drive is not a known parameter; remove it"]),
         ("like: bench\ntension: {source: s, force: 10.0 N}\n", ["tension.force is not a known parameter; remove it"]),
         ("like: bench\ntension: {source: s, kept: forced}\n", ["tension.kept = 'forced': ", "'sprung'"]),
-        ("like: bench\nprofile: {source: s}\n", ["profile needs arcs or outline"]),
+        ("like: bench\nprofile: {source: s}\n", ["profile.arcs is missing"]),
+        ("like: bench\nprofile: {source: s, outline: tooth.csv}\n", ["profile.outline is not a known parameter"]),
         (
             f"like: bench\nwheels: {{source: s, idler: {WHEEL[:-1]}, arm: {{x: 1.0 m, y: 0.0 m, mass: "
             "1.0 kg, stiffness: 1.0 N m/rad, "

@@ -90,7 +90,7 @@ class Quantity:
     """Unit and bounds of a parameter, behind its Python type; a number is at most ``LARGEST`` in size.
 
     ``Annotated[float, Quantity("N/m", gt=0)]`` is a number that must be there, ``Annotated[float | None, ...]`` one
-    that may be left out, ``Annotated[Table | None, Quantity("m, m")]`` a table whose columns have these units.
+    that may be left out, ``Annotated[Table, Quantity("m, m, m, 1")]`` a table whose columns have these units.
     """
 
     def __init__(self, unit: str, **bounds: float):

@@ -12,8 +12,8 @@ from pydantic import Field
 
 from trackdyn.errors import InputError
 from trackdyn.rig import sections
+from trackdyn.rig.arcs import ToothProfile
 from trackdyn.rig.groove import Groove, build_groove, connector_length, equal_pitch_radius
-from trackdyn.rig.outline import ToothProfile
 from trackdyn.rig.quantities import (
     FROM_FILE,
     NAME,

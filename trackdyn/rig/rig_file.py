@@ -21,7 +21,6 @@ TRIED = "tried"  # steps that were tried on this rig, not on those that are like
 LONGEST_PITCH = 4  # lengths of a link
 LARGEST = 1000.0  # pitch and sprocket, m, and number of teeth
 MOST_LIKE = 5  # files that take from one another
-OUTLINE = "profile.outline"
 OTHER_CHAIN = {"kind", "link_length", "teeth"}  # a file with one of them describes another chain, not a worn one
 # sections that stand for a wheel or a sensor of that name, by the group that has it
 MEMBERS = {"idler": "wheels", "road_wheel": "wheels", "sensor": "sensors"}
@@ -56,7 +55,7 @@ def read_rig(name: Path | str) -> dict[str, Any]:
     for path, content in reversed(_files(name)):
         with naming(path):
             own = {
-                key: _written_out(value, str(key), {}, path.parent)
+                key: _written_out(value, str(key), {})
                 for key, value in content.items()
                 if key not in ("like", "about", TRIED)  # words of this file alone
             }
@@ -90,13 +89,8 @@ def _files(name: Path | str) -> list[tuple[Path, dict[str, Any]]]:
 
 
 def rig_files(name: Path | str) -> list[Path]:
-    """List the files that a valid rig is read from: its own, those that it is like, and those of its outlines."""
-    files = []
-    for path, data in _files(name):
-        outline = _section(data, "profile").get("outline")
-        outline = outline.get("value") if isinstance(outline, dict) else outline
-        files += [path, *([path.parent / outline] if isinstance(outline, str) else [])]
-    return files
+    """List the files that a valid rig is read from: its own, and those that it is like."""
+    return [path for path, _ in _files(name)]
 
 
 def groove_origin(name: Path | str) -> Path | None:
@@ -211,11 +205,8 @@ def _with_pitch(rig: dict[str, Any]) -> dict[str, Any]:
     return rig | {"chain": chain, "sprocket": {"ring_radius": equal} | sprocket | {"equal_pitch_radius": equal}}
 
 
-def _written_out(content: Any, name: str, about: dict[str, str], folder: Path) -> Any:
-    """A section, or an entry, with the entries of its short form written out; ``about`` is its kind and source.
-
-    The name of a CSV file of points gives way to the points: a rig holds all that it is made of.
-    """
+def _written_out(content: Any, name: str, about: dict[str, str]) -> Any:
+    """A section, or an entry, with the entries of its short form written out; ``about`` is its kind and source."""
     if isinstance(content, dict) and not content.keys() & {"value", "unit"}:
         own = {
             key: word
@@ -224,9 +215,7 @@ def _written_out(content: Any, name: str, about: dict[str, str], folder: Path) -
             if (key == "source" and isinstance(word, str | None)) or (key == "kind" and word in (*KINDS, None))
         }
         about = about | {key: word for key, word in own.items() if word is not None}
-        return {
-            key: _written_out(value, f"{name}.{key}", about, folder) for key, value in content.items() if key not in own
-        }
+        return {key: _written_out(value, f"{name}.{key}", about) for key, value in content.items() if key not in own}
     match = NUMBER.fullmatch(content) if isinstance(content, str) else None
     if match and not about.get("source"):
         raise InputError(
@@ -238,12 +227,6 @@ def _written_out(content: Any, name: str, about: dict[str, str], folder: Path) -
             value, unit = float(match[1]), match[2]
             value = int(value) if value.is_integer() and match[1].lstrip("+-").isdigit() else value
         elif isinstance(content, str):
-            unit = "m, m" if name == OUTLINE else "name"
+            unit = "name"
         content = {"value": value, "unit": unit, "kind": "assumed"} | about
-    entry = isinstance(content, dict) and content.keys() >= ENTRY_KEYS
-    if not (entry and name == OUTLINE and isinstance(content["value"], str)):
-        return content
-    from trackdyn.rig.outline import read_outline
-
-    path = folder / content["value"]
-    return content | {"value": read_outline(path), "source": f"{content['source']} ({path.name})"}
+    return content

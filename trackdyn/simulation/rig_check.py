@@ -7,7 +7,6 @@ import numpy as np
 
 from trackdyn.errors import DivergenceError
 from trackdyn.rig.layout import assemble, body_lengths, longest_strand, wheel_circles, wheel_names
-from trackdyn.rig.outline import distance_to
 from trackdyn.rig.rig import Rig
 from trackdyn.scene.scene import Scene
 from trackdyn.scene.step import halved_steps, largest_step, round_step, turn_limit
@@ -19,7 +18,6 @@ from trackdyn.simulation.step_check import NO, RECOMMENDED
 SMALL_WRAP = 90.0  # deg of the sprocket below which few teeth share the load
 DEEP_SAG = 0.1  # share of a span
 SHORT_STEP = 2e-5  # s
-ROUGH_OUTLINE = 2e-4  # m, RMS
 SECONDS, RAMP = 1.0, 0.3  # s at speed, and until then
 LARGEST = 1e-4
 
@@ -143,16 +141,4 @@ def _unusual(rig: Rig, path, wraps: dict[str, float], step: float, names: tuple[
         remarks.append(f"the longest strand, {span:.3g} m, sags by {100 * sag:.3g} % of its span")
     if step < SHORT_STEP:
         remarks.append(f"the step must be {step:.2g} s or less: stiff surfaces, light bodies or much tension")
-    if rig.profile is not None and rig.profile.outline is not None:
-        misses = distance_to(rig.groove_profile, np.array(rig.profile.outline))
-        convex = rig.groove_profile.convex
-        signs = "".join("-+"[int(sign)] for sign in convex[: len(convex) // 2])
-        rms, worst = 1e3 * np.sqrt((misses**2).mean()), 1e3 * np.abs(misses).max()
-        text = (
-            f"the measured outline of the tooth is followed to {rms:.3g} mm RMS, {worst:.3g} mm at most, "
-            f"by the arcs {signs}"
-        )
-        if rig.profile.pattern is None:
-            text += f" (state pattern: '{signs}', which saves the search)"
-        remarks.append(text if rms > 1e3 * ROUGH_OUTLINE else text + ", which is fine")
     return remarks

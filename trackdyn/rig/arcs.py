@@ -1,0 +1,141 @@
+"""Tooth grooves from any list of tangent arcs.
+
+Arcs are those of the left flank from the tip to the bottom, in the groove frame (`rig.groove`); the right flank
+mirrors them. A sign is +1 for a convex arc and -1 for a concave one.
+"""
+
+from decimal import Decimal
+from math import cos, pi, sin, sqrt
+from typing import Annotated, Any
+
+import numpy as np
+
+from trackdyn.errors import InputError
+from trackdyn.rig.groove import Groove, flank_arcs, groove_of_flank
+from trackdyn.rig.quantities import Quantity, Table
+from trackdyn.rig.validation import Section
+
+TANGENT = 1e-6  # m by which neighbouring arcs may miss each other: less than machining and more than rounding of a file
+COARSEST = 1e-4  # m, the last decimal of arcs that print has rounded
+TIP = 0.1  # radius of a tip over that of its hollow, beyond half the land between two hollows
+MOST_ARCS = 15  # on a flank: the areas of a groove are stored as bits
+
+
+class ToothProfile(Section):
+    """A groove that is not the design of `groove`: a list of arcs."""
+
+    # rows ``centre x, centre y, radius`` (m) and sign of the left flank's arcs, tip first; rounded ones are joined
+    arcs: Annotated[Table, Quantity("m, m, m, 1")]
+
+    def model_post_init(self, context: Any) -> None:
+        """Refuse (`InputError`) values that do not fit each other."""
+        if len(self.arcs) > MOST_ARCS:
+            raise InputError(f"profile.arcs has {len(self.arcs)} rows; it must have 1 to {MOST_ARCS}")
+
+    @property
+    def size(self) -> float:
+        """Distance of the bottom of the arcs from the sprocket's centre, m."""
+        _, y, radius, sign = self.arcs[-1]
+        return abs(y + sign * radius)
+
+    def groove(self, teeth: int, arc_radius: float = 0.0) -> Groove:
+        """The groove of the arcs, for connectors with arcs of ``arc_radius`` (m).
+
+        Raises `InputError`: the arcs make no groove, or one that these connectors do not fit into.
+        """
+        return _wide(groove_of_arcs(joined(tipped(np.array(self.arcs), teeth), teeth), teeth), arc_radius)
+
+
+def _wide(groove: Groove, arc_radius: float) -> Groove:
+    """The groove, unless (`InputError`) a concave area is narrower than a connector's arc (m)."""
+    narrow = groove.radius[~groove.convex].min(initial=np.inf)
+    if narrow <= arc_radius:
+        raise InputError(
+            f"profile gives a concave area of radius {narrow:.6g} m; it must be wider than chain.connector_radius = "
+            f"{arc_radius:g} m"
+        )
+    return groove
+
+
+def groove_of_arcs(arcs: np.ndarray, teeth: int) -> Groove:
+    """Groove of the left flank's arcs (k, 4): centre x, y, radius, sign; tip first.
+
+    With ``nu(alpha) = (sin alpha, cos alpha)`` a surface point is ``O + s r nu``; neighbours share point and slope, so
+    ``O_j - O_i = (s_i r_i - s_j r_j) nu(alpha)`` gives the slope of their joint. The first arc ends on the tooth line
+    with its centre on it, the last one in the middle of the groove. Raises `InputError`: neighbours are not tangent,
+    arcs run backwards, or an end is not where it must be.
+    """
+    centre, radius, sign = arcs[:, :2], arcs[:, 2], arcs[:, 3]
+    if not (radius > 0).all() or not np.isin(sign, (-1.0, 1.0)).all():
+        raise InputError("profile.arcs needs positive radii and signs of 1 or -1")
+    half, (between, reach, misses) = pi / teeth, _joints(arcs)
+    if (apart := (misses > TANGENT) | (reach == 0)).any():
+        k = int(apart.argmax())
+        raise InputError(
+            f"profile.arcs: arcs {k + 1} and {k + 2} miss each other by {1e3 * misses[k]:.3g} mm; centres "
+            f"{abs(reach[k]):.6g} m apart would be tangent"
+        )
+    ends = np.array([-half, *np.arctan2(*(between / reach[:, None]).T), 0.0])
+    for name, miss in (
+        ("the first arc is not centred on the tooth line", abs(centre[0, 0] * cos(half) + centre[0, 1] * sin(half))),
+        ("the last arc is not centred in the middle of the groove", abs(centre[-1, 0])),
+    ):
+        if miss > TANGENT:
+            raise InputError(
+                f"profile.arcs: {name} but {1e3 * miss:.3g} mm off; at most {1e3 * TANGENT:g} mm is allowed"
+            )
+    # along the flank a convex arc's slope rises from the tip on, a concave one's falls
+    rise = sign * np.diff(ends)
+    if (rise <= 0).any():
+        k, room = int(np.argmax(rise <= 0)), "other radii would leave it room"
+        raise InputError(f"profile.arcs: arc {k + 1} runs backwards, by {abs(np.degrees(rise[k])):.3g} deg; {room}")
+    return groove_of_flank(teeth, arcs, ends)
+
+
+def _joints(arcs: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Ways (k - 1, 2) between the centres of neighbouring arcs (k, 4), their lengths along the normals if these are
+    common, and by how much the arcs miss each other; m.
+    """
+    between, reach = np.diff(arcs[:, :2], axis=0), -np.diff(arcs[:, 3] * arcs[:, 2])
+    return between, reach, np.abs(np.hypot(*between.T) - np.abs(reach))
+
+
+def rounding(arcs: np.ndarray) -> float:
+    """By how much arcs (k, 4) may miss each other because print has rounded centres and radii, m."""
+
+    def half_unit(values: np.ndarray) -> float:  # of the last decimal
+        last = min(int(Decimal(repr(value)).as_tuple().exponent) for value in values.ravel().tolist())
+        return min(0.5 * 10.0**last, COARSEST / 2)
+
+    return TANGENT + 2 * sqrt(2) * half_unit(arcs[:, :2]) + 2 * half_unit(arcs[:, 2])
+
+
+def joined(arcs: np.ndarray, teeth: int) -> np.ndarray:
+    """Arcs (k, 4) of a flank that miss each other by no more than their last decimal, with common tangents.
+
+    Kept are all radii but the tip's, the directions in which the centres lie from each other, and the height of the
+    last one. Arcs that are tangent, and those that miss by more, are returned as they are.
+    """
+    half, (between, reach, misses) = pi / teeth, _joints(arcs)
+    worst = np.abs([*misses, arcs[0, 0] * cos(half) + arcs[0, 1] * sin(half), arcs[-1, 0]]).max()
+    if worst <= TANGENT or worst > rounding(arcs) or not reach.all():
+        return arcs
+    slopes = np.arctan2(*(between / reach[:, None]).T)
+    return flank_arcs(arcs[:, 3], arcs[1:, 2], slopes, float(arcs[-1, 1]), teeth)
+
+
+def tipped(arcs: np.ndarray, teeth: int) -> np.ndarray:
+    """Arcs (k, 4) of a flank; one concave arc alone gets a tip that is tangent to it, centred on the tooth line.
+
+    Raises `InputError`: the only arc is not a concave one in the middle of the groove.
+    """
+    if len(arcs) > 1:
+        return arcs
+    x, y, radius, sign = arcs[0]
+    half = pi / teeth
+    to_line, along = x * cos(half) + y * sin(half), y * cos(half) - x * sin(half)
+    if sign != -1.0 or not radius > 0.0 or to_line <= 0.0:
+        raise InputError("profile.arcs has one row, which must be a concave arc (sign -1) in the middle of the groove")
+    tip = max(to_line - radius, 0.0) + TIP * radius
+    along -= sqrt((tip + radius) ** 2 - to_line**2)
+    return np.vstack([[-along * sin(half), along * cos(half), tip, 1.0], arcs])
