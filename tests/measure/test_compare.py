@@ -13,7 +13,10 @@ from trackdyn.commands.cli import app
 from trackdyn.errors import InputError
 from trackdyn.measure.axes import judge_axes, require_axes
 from trackdyn.measure.compare import compare_with_sensor, in_words, other_speed
+from trackdyn.measure.metrics import shown_measures
 from trackdyn.measure.sensor import measured_loop_hz, record_metrics, sense
+from trackdyn.measure.spectra import rms
+from trackdyn.plots.spectra import comparison_figure
 from trackdyn.plots.style import save
 from trackdyn.rig.rig import load_rig
 from trackdyn.sensor.sensor_csv import SensorRecord, read_sensor_csv
@@ -169,6 +172,58 @@ def test_differences_have_a_sign_and_their_standard_errors(recording, synthetic)
     assert f"% {sides[1]} the sensor's, within 2 standard errors" in in_words(swapped)
 
 
+def test_a_record_does_not_differ_from_any_part_of_itself(make_scene):
+    """Cuts of one turn and more, begun and ended anywhere: of 100 cuts 95 are within four of the errors printed."""
+    long = simulate(make_scene(210.0, duration=26.0, lead_in=1.0))
+    signal, rng, turn = sense(long), np.random.default_rng(0), long.periods.loop
+    assert 5 < long.seconds / turn < 7
+    differences, free = [], []
+    for _ in range(100):
+        count = rng.integers(round(1.02 * turn * long.rate), len(signal.ay) - 100)
+        first = rng.integers(0, len(signal.ay) - count)
+        cut = [values[first : first + count] for values in (signal.time, signal.ax, signal.ay)]
+        table = compare_with_sensor(long, SensorRecord("cut.csv", *cut, None, long.rate, 0)).set_index("measure")
+        differences.append(table.standard_errors.abs())
+        free.append(rms(cut[2]) / rms(signal.ay) - 1)
+    differences = pd.DataFrame(differences)
+    names = ["mean_g", "rms_g", "sd_g", "line_hz_binfree", "line_g_binfree", "high_frequency_g"]
+    assert ((differences[names] > 4).mean() <= 0.05).all(), differences.describe().loc["max"]
+    assert (differences[names].notna().sum() > 50).all()
+    assert np.ptp(free) > 0.01  # over all samples, from one cut to another
+
+
+def test_a_difference_is_counted_in_the_errors_that_are_printed(recording):
+    """The step adds a thousandth of the RMS, which two turns that repeat do not show."""
+    signal = sense(recording)
+    louder = SensorRecord("sensor.csv", signal.time, None, 1.002 * signal.ay, None, 1000.0, 0)
+    row = compare_with_sensor(recording, louder).set_index("measure").loc["rms_g"]
+    printed = {row["name"]: row["error"] for row in shown_measures(recording)}
+    assert row.simulation_error == printed["rms_g"] > 1e-4
+    expected = (row.simulation - row.sensor) / np.hypot(row.simulation_error, row.sensor_error)
+    assert row.standard_errors == pytest.approx(expected) and abs(row.standard_errors) < 3
+
+
+def test_equal_signals_look_equal_whatever_their_lengths(recording):
+    """A line at the third harmonic and one at 90 Hz: twice the record, by a part of a turn more."""
+    hz, rate = recording.periods.loop_hz, 1000.0
+
+    def ay(count):
+        time = np.arange(count) / rate
+        return sum(a * np.sin(2 * np.pi * n * hz * time) for a, n in ((1.0, 1), (0.5, 3), (0.02, 90 // hz)))
+
+    mean = np.zeros_like(recording.mean)
+    mean[:, 0, 1], mean[:, 0, 2] = 9.81 * ay(len(mean)), np.pi / 2
+    other = ay(round(4.7 * rate / hz))
+    sensor = SensorRecord("sensor.csv", np.arange(len(other)) / rate, None, other, None, rate, 0)
+    figure = comparison_figure(replace(recording, mean=mean), sensor, "sensor")
+    for ax in figure.axes[2:]:
+        simulated, measured = (line.get_ydata() for line in ax.lines)
+        # the turn of 4 s ends between two samples
+        np.testing.assert_allclose(measured, simulated, atol=2e-3 * simulated.max())
+    middle, bands = figure.axes[3].lines[0].get_data()
+    assert bands[np.argmin(abs(middle - 90))] == pytest.approx(0.02 / 2**0.5, rel=0.01)
+
+
 def test_the_command_draws_and_writes_the_comparison(recording, tmp_path, monkeypatch):
     recording.save(tmp_path / "run.npz")
     drawn = []
@@ -178,10 +233,10 @@ def test_the_command_draws_and_writes_the_comparison(recording, tmp_path, monkey
     line = ["compare", str(tmp_path / "run.npz"), "data/synthetic/210rpm.csv"]
     run = CliRunner().invoke(app, [*line, "--figure", str(tmp_path / "a.svg"), "--out", str(tmp_path / "a.csv")])
     assert run.exit_code == 0 and run.output.count("warning") == 1, run.output
-    assert "% slower; compare with a run at 229.8 rpm" in run.output and "standard errors" in run.output
+    assert "% slower; compare with a run at 230 rpm" in run.output and "standard errors" in run.output
     assert b"<svg" in (tmp_path / "a.svg").read_bytes()
     table = pd.read_csv(tmp_path / "a.csv").set_index("measure")
-    assert table.sensor["mean_whole_g"] == pytest.approx(-0.215, abs=0.005)  # towards the inside of the bends
+    assert table.sensor["mean_g"] == pytest.approx(-0.215, abs=0.005)  # towards the inside of the bends
     upper, lower, low, whole = drawn[0].axes
     assert lower.get_title("right").startswith("synthetic sensor")
     assert [text.get_text() for text in low.get_legend().get_texts()] == ["simulation", "synthetic sensor"]

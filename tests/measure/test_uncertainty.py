@@ -77,8 +77,8 @@ def replicas():
 
 @pytest.mark.parametrize(
     ("name", "error"),
-    [("rms_g", "rms_error_g"), ("sd_g", "sd_error_g"), ("rms_whole_g", "rms_whole_error_g"),
-     ("sd_whole_g", "sd_whole_error_g"), ("line_g", "line_error_g"), ("line_hz_binfree", "line_error_hz_binfree"),
+    [("rms_g", "rms_error_g"), ("sd_g", "sd_error_g"),
+     ("line_g", "line_error_g"), ("line_hz_binfree", "line_error_hz_binfree"),
      ("line_g_binfree", "line_error_g_binfree"), ("high_frequency_g", "high_frequency_error_g")],
 )  # fmt: skip
 def test_intervals_of_the_sensors_measures_hold_the_truth(replicas, name, error):

@@ -102,14 +102,13 @@ def _compare(recording, record, path: str):
     from trackdyn.measure.axes import judge_axes
     from trackdyn.measure.cells import cell, plain, with_error
     from trackdyn.measure.compare import compare_with_sensor, in_words, other_speed
-    from trackdyn.measure.uncertainty import whole_errors
 
     for name, text in record.done.items():
         typer.echo(f"{name:>10}  {text}")
     table = compare_with_sensor(recording, record, path)
-    whole, rows = whole_errors(recording.scene), []
+    rows = []
     for row in table.itertuples():
-        simulated = with_error(row.simulation, whole(row.measure, row.simulation, row.simulation_error))
+        simulated = with_error(row.simulation, row.simulation_error)
         compared = cell(row.difference_pct), cell(row.standard_errors)
         rows.append([row.measure, simulated, with_error(row.sensor, row.sensor_error), *compared])
     shown = pd.DataFrame(rows, columns=[name for name in table if not name.endswith("_error")])

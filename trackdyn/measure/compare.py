@@ -8,14 +8,14 @@ from trackdyn.measure.axes import judge_axes
 from trackdyn.measure.columns import error_of
 from trackdyn.measure.sensor import measured_loop_hz, sense, sensor_metrics, whole_revolutions
 from trackdyn.measure.spectra import holds_line
-from trackdyn.measure.uncertainty import turn_error
+from trackdyn.measure.uncertainty import turn_error, whole_errors
 from trackdyn.rig.validation import typed
 from trackdyn.sensor.sensor_csv import SensorRecord
 from trackdyn.simulation.recording import Recording
 
 COMPARED = ("rms_g", "sd_g", "line_hz", "line_g", "line_hz_binfree", "line_g_binfree", "high_frequency_g")
 HIGH = "high_frequency_g"
-MEAN = "mean_whole_g"
+MEAN = "mean_g"
 CLEAR = 2.0  # standard errors, from which on a difference is more than scatter
 SAME_SPEED = 0.01  # share of a speed, from which on a difference is said
 SAME_RATE = 0.01  # changes what the mean over a sample leaves of 300 Hz by 0.3 %
@@ -53,9 +53,10 @@ def compare_with_sensor(recording: Recording, record: SensorRecord, name: str = 
     Returns
     -------
     DataFrame
-        ``measure, simulation, simulation_error, sensor, sensor_error, difference_pct, standard_errors``: standard
-        errors over revolutions of the loop (`sensor_metrics`); what the simulation is above the sensor, in percent of
-        the sensor's value and in standard errors of the difference. Rows of the line are left out where a record holds
+        ``measure, simulation, simulation_error, sensor, sensor_error, difference_pct, standard_errors``: values and
+        standard errors over whole revolutions of the loop (`sensor_metrics`), those of the simulation with what its
+        step adds (`measure.uncertainty.whole_errors`); what the simulation is above the sensor, in percent of the
+        sensor's value and in standard errors of the difference. Rows of the line are left out where a record holds
         fewer than two turns of the loop, and those of its bin where the records differ in length; all that gravity is
         part of, where it is missing in the sensor's record (`judge_axes`).
 
@@ -86,7 +87,9 @@ def compare_with_sensor(recording: Recording, record: SensorRecord, name: str = 
             values["mean_error_g"] = turn_error(ay, 1 / hz * at, np.mean)
         columns[side] = [values[name] for name in errors]
         columns[f"{side}_error"] = [values.get(name, np.nan) for name in errors.values()]
-    table = pd.DataFrame(columns)
+    table, whole = pd.DataFrame(columns), whole_errors(recording.scene)
+    simulated = table[["measure", "simulation", "simulation_error"]].itertuples(index=False)
+    table["simulation_error"] = [whole(*row) for row in simulated]
     excess = (table.simulation - table.sensor).where(table.index > 1)  # rate and clipped samples are no measures
     scatter = np.hypot(table.simulation_error, table.sensor_error)
     table["difference_pct"] = 100 * excess / table.sensor.abs().replace(0, np.nan)
@@ -112,7 +115,7 @@ def in_words(table: pd.DataFrame) -> str:
             continue
         by = f": differs by {abs(errors):.2g} standard errors"
         if not np.isfinite(errors):
-            by = " (no standard error: a record holds fewer than two turns of the loop)"
+            by = " (no standard error: a record holds fewer than two turns of the loop, or its step has no known error)"
         elif abs(errors) < CLEAR:
             by = f", within {CLEAR:g} standard errors: no difference that these records tell"
         side = "above" if excess > 0 else "below"

@@ -134,36 +134,32 @@ def measured_loop_hz(ay, rate: float, expected_hz: float) -> float:
 def sensor_metrics(ay, rate: float, loop_hz: float) -> dict:
     """Columns of `columns` about the y acceleration ay in g, each before its standard error over revolutions.
 
-    The whole revolutions are those that the errors of the record are taken from, too, and the content from 20 Hz on:
-    some parts of a turn have more of it than others. Lines and errors are NaN where the record holds fewer than two.
+    RMS, SD and content from 20 Hz on are those of whole revolutions, which the errors are taken from, too: parts of a
+    turn differ. A record of less than one is taken as it is. Lines and errors are NaN where it holds fewer than two.
     """
     ay = np.asarray(ay)
     has_line = holds_line(len(ay), rate, loop_hz) and bool(np.ptp(ay))
-    line = main_line(ay, rate, loop_hz) if has_line else (NAN, NAN)
-    free = main_line_binfree(ay, rate, expected_hz=loop_hz)[:2] if has_line else (NAN, NAN)
-    errors = line_error(ay, rate, line[0], free[0]) if has_line else LineError(NAN, NAN, NAN, NAN)
     turns = ay[: whole_revolutions(len(ay), rate, loop_hz)]
-    complete = turns if has_line else ay
+    line = main_line(ay, rate, loop_hz) if has_line else (NAN, NAN)
+    # a sample more: two turns are the least that has a line, and end between two samples
+    free = main_line_binfree(ay[: len(turns) + 1], rate, expected_hz=loop_hz)[:2] if has_line else (NAN, NAN)
+    errors = line_error(ay, rate, line[0], free[0]) if has_line else LineError(NAN, NAN, NAN, NAN, NAN)
     below_a_revolution = len(ay) / rate * loop_hz < 1
 
     def error(statistic) -> float:
         return turn_error(ay, 1 / loop_hz * rate, statistic) if has_line else NAN
 
-    rms_error, sd_error = error(rms), error(standard_deviation)
     return {
-        "rms_g": rms(ay),
-        "rms_error_g": rms_error,
-        "sd_g": standard_deviation(ay),
-        "sd_error_g": sd_error,
-        "rms_whole_g": rms(complete),
-        "rms_whole_error_g": rms_error,
-        "sd_whole_g": standard_deviation(complete),
-        "sd_whole_error_g": sd_error,
+        "rms_g": rms(turns),
+        "rms_error_g": error(rms),
+        "sd_g": standard_deviation(turns),
+        "sd_error_g": error(standard_deviation),
         "line_hz": line[0],
         "line_error_hz": errors.bin_hz,
         "line_g": line[1],
         "line_error_g": errors.bin_amplitude,
-        "line_hz_binfree": free[0],
+        # harmonics beyond the fitted ones move the fit, by the phase at which a record begins, but no turn's phase
+        "line_hz_binfree": free[0] + errors.beyond_hz,
         "line_error_hz_binfree": errors.hz,
         "line_g_binfree": free[1],
         "line_error_g_binfree": errors.amplitude,

@@ -8,7 +8,7 @@ from trackdyn.errors import InputError, shown
 LOOP_HZ = 0.05, 20.0  # where the line of a loop of unknown speed lies
 LEAST_PERIODS = 2.0  # periods of a line in the record that it is taken from
 LOW_RANGE_HZ = 2.0  # that is drawn line by line
-BAND_HZ = 2.0  # width of the bands of the smoothed spectrum over the whole range
+BAND_HZ = 2.0  # width of the bands over the whole range, to half a turn of the loop
 _HARMONICS = 8
 MOST_TERMS = 100_000_000  # fundamentals times samples: of more, scipy.signal is worth its import
 _GRID_PER_LOBE = 4  # grid points in one bin's width of the highest harmonic
@@ -39,14 +39,20 @@ def spectrum(a, rate_hz: float) -> tuple[np.ndarray, np.ndarray]:
     return np.fft.rfftfreq(a.size, 1.0 / rate_hz), amplitude
 
 
-def in_bands(freq: np.ndarray, amplitude: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Middle frequencies (Hz) of bands of 2 Hz and the root mean square of the lines of a spectrum in them.
+def in_bands(a, rate_hz: float, loop_hz: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+    """Middle frequencies (Hz) of bands of 2 Hz, and the root mean square of a signal in them, without its mean.
 
-    ``freq, amplitude`` are those of :func:`spectrum` without the mean.
+    It is that of the signal, not of the lines, whose number and heights depend on the length of the record. Bands end
+    half way between two harmonics of ``loop_hz`` (Hz), where whole turns of the loop have no line; what is above the
+    last whole band is left out.
     """
-    first = np.arange(0, len(freq), max(1, round(BAND_HZ / freq[0])))
-    count = np.diff(np.append(first, len(freq)))
-    return np.add.reduceat(freq, first) / count, np.sqrt(np.add.reduceat(amplitude**2, first) / count)
+    freq, amplitude = spectrum(a, rate_hz)
+    width = max(BAND_HZ, freq[1])  # of a short record a line
+    if loop_hz:
+        width = max(round(width / loop_hz), 1) * loop_hz
+    edges = np.arange(0.5 * loop_hz, freq[-1], width)
+    power, _ = np.histogram(freq[1:], edges, weights=0.5 * amplitude[1:] ** 2)
+    return edges[:-1] + 0.5 * width, np.sqrt(power)
 
 
 def holds_line(samples: int, rate_hz: float, hz: float) -> bool:

@@ -89,6 +89,7 @@ class LineError(NamedTuple):
     bin_amplitude: float
     hz: float
     amplitude: float
+    beyond_hz: float  # frequency of the line by the phases of the revolutions, above the one that was stated, Hz
 
 
 def line_error(a, rate_hz: float, bin_hz: float, loop_hz: float) -> LineError:
@@ -110,16 +111,16 @@ def line_error(a, rate_hz: float, bin_hz: float, loop_hz: float) -> LineError:
     count = len(edges) - 1
     resolution = float(width / np.sqrt(12.0))
     if count < 2:
-        return LineError(resolution, NAN, NAN, NAN)
+        return LineError(resolution, NAN, NAN, NAN, NAN)
     times = 0.5 * (edges[:-1] + edges[1:] - 1) / rate_hz
     first = _demodulated(a, rate_hz, edges, loop_hz)
     mean = first.mean()
     turned = first * np.conj(mean) / abs(mean)
     amplitude = float(turned.real.std(ddof=1) / np.sqrt(count))
-    hz = NAN
+    hz, phase, since = NAN, turned.imag / abs(mean), times - times.mean()
+    slope = float(since @ phase / (since @ since))
     if count > 2:
-        phase, since = turned.imag / abs(mean), times - times.mean()
-        rest = phase - phase.mean() - since * (since @ phase) / (since @ since)
+        rest = phase - phase.mean() - since * slope
         hz = float(np.sqrt(rest @ rest / (count - 2) / (since @ since)) / (2 * np.pi))
     # the harmonic of the loop that the bin belongs to
     harmonic = max(1, round(bin_hz / loop_hz))
@@ -127,7 +128,8 @@ def line_error(a, rate_hz: float, bin_hz: float, loop_hz: float) -> LineError:
     phase_factor = np.exp(-2j * np.pi * (bin_hz - harmonic * loop_hz) * times)
     complete = (lines * phase_factor).mean()
     scatter = ((lines - lines.mean()) * phase_factor * np.conj(complete) / abs(complete)).real
-    return LineError(resolution, float(np.sqrt(scatter @ scatter / (count - 1) / count)), hz, amplitude)
+    bin_amplitude = float(np.sqrt(scatter @ scatter / (count - 1) / count))
+    return LineError(resolution, bin_amplitude, hz, amplitude, slope / (2 * np.pi))
 
 
 def _demodulated(a: np.ndarray, rate_hz: float, edges: np.ndarray, hz: float) -> np.ndarray:
@@ -315,7 +317,7 @@ def error_against(series: Series, limit: Limit) -> tuple[float, float]:
 # to 210 rev/min (study `default_step`; forces and sliding work: against a quarter of the step), with a ring and
 # without, by columns of a run (`measure.columns`): relative, but for shares (points of a turn) and phases (turns).
 STEP_ERRORS = {
-    r"(rms|sd|mean)(_whole)?_g": (1e-3, 1e-3),
+    r"(rms|sd|mean)_g": (1e-3, 1e-3),
     r"line_g(_binfree)?": (1e-4, 2e-3),
     r"line_hz(_binfree)?": (0.0, 0.0),  # the speed's own
     r"high_frequency_g": (3e-3, 3e-3),

@@ -15,7 +15,7 @@ from trackdyn.files import write_text
 from trackdyn.measure.columns import words
 from trackdyn.measure.contacts import sampled_shares
 from trackdyn.measure.metrics import remarks, shown_measures
-from trackdyn.measure.sensor import sense
+from trackdyn.measure.sensor import sense, whole_revolutions
 from trackdyn.measure.spectra import LOW_RANGE_HZ, holds_line, in_bands, main_line, main_line_binfree, spectrum
 from trackdyn.model.arrays import ENERGY_NAMES, SIDE_WORDS
 from trackdyn.model.constants import SPROCKET, Tooth
@@ -180,8 +180,8 @@ def signal(recording: Recording, stretch: float | None) -> dict:
         freq, amplitude = (values[1:] for values in spectrum(ay, rate))
         low = freq <= LOW_RANGE_HZ
         shown["low"] = [short(freq[low]), short(amplitude[low])] if low.any() else None
-        shown["band"] = [short(values) for values in in_bands(freq, amplitude)]
         hz = recording.periods.loop_hz
+        shown["band"] = [short(values) for values in in_bands(ay[: whole_revolutions(len(ay), rate, hz)], rate, hz)]
         if holds_line(len(ay), rate, hz) and np.ptp(ay) > 0:
             shown["line"] = [short(main_line(ay, rate, hz)), short(main_line_binfree(ay, rate, expected_hz=hz)[:2])]
     return shown

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from trackdyn.errors import InputError
-from trackdyn.measure.sensor import measured_loop_hz, sense
+from trackdyn.measure.sensor import measured_loop_hz, sense, whole_revolutions
 from trackdyn.measure.spectra import BAND_HZ, LOW_RANGE_HZ, in_bands, main_line, main_line_binfree, spectrum
 from trackdyn.plots.style import BLACK, SENSOR, SIMULATION, new_figure, styled
 from trackdyn.sensor.sensor_csv import SensorRecord
@@ -117,10 +117,9 @@ def spectrum_figure(
     """Single-sided amplitude spectra of the whole records.
 
     Above: lines around the loop frequency on the curve that they sample, with the dominant peak as the paper takes it
-    (highest line of the FFT, filled mark), its value free of scalloping loss (hollow) and others. Middle: 0
-    to 2 Hz. Below: root mean square of the lines in bands of 2 Hz over the whole range. Parameters are those of
-    `history_figure`; ``others`` are a dominant peak from elsewhere for
-    either record, such as a printed one: label, frequency (Hz), amplitude (g), marker.
+    (highest line of the FFT, filled mark), its value free of scalloping loss (hollow) and others. Middle and below:
+    `_draw_ranges`. Parameters are those of `history_figure`; ``others`` are a dominant peak from elsewhere for either
+    record, such as a printed one: label, frequency (Hz), amplitude (g), marker.
     """
     loop_hz = recording.periods.loop_hz
     curves = _curves(recording, record, sensor_label)
@@ -176,12 +175,19 @@ def comparison_figure(recording: Recording, record: SensorRecord, sensor_label="
 
 
 def _draw_ranges(low: Axes, complete: Axes, curves: list[_Curve]) -> None:
-    """Spectra of the curves up to 2 Hz, and in bands over the whole range of the first one."""
+    """Spectra of the curves up to 2 Hz, and their root mean square in bands over the whole range of the first one.
+
+    Over whole turns of the loop, and up to 2 Hz over as many of all curves, so that equal signals look equal whatever
+    the lengths of their records.
+    """
+    turns = int(min(len(curve.ay) / curve.rate * curve.hz for curve in curves) + 1e-6)
     for curve in curves:
-        freq, amplitude = spectrum(curve.ay, curve.rate)
+        count = whole_revolutions(len(curve.ay), curve.rate, curve.hz)
+        equal = round(turns / curve.hz * curve.rate) if turns else count
+        freq, amplitude = spectrum(curve.ay[:equal], curve.rate)
         inside = (freq > 0) & (freq <= 1.05 * LOW_RANGE_HZ)
         low.plot(freq[inside], amplitude[inside], linewidth=0.9, label=curve.label, **curve.look)
-        middle, smooth = in_bands(freq[1:], amplitude[1:])
+        middle, smooth = in_bands(curve.ay[:count], curve.rate, curve.hz)
         every = max(1, round(MARK_EVERY_HZ / BAND_HZ))
         begin = 0 if curve.marker == "o" else every // 2  # marks of the two curves stand beside each other
         mark = {"marker": curve.marker, "markersize": 4, "markeredgecolor": BLACK, "markeredgewidth": 0.5}
@@ -190,7 +196,8 @@ def _draw_ranges(low: Axes, complete: Axes, curves: list[_Curve]) -> None:
     low.set(xlim=(0, LOW_RANGE_HZ), xlabel="frequency (Hz)", ylabel="amplitude (g)")
     low.set_ylim(bottom=0)
     complete.set(yscale="log", xlim=(0, 0.5 * curves[0].rate), xlabel="frequency (Hz)", ylabel="amplitude (g)")
-    complete.set_title(f"root mean square of the lines in bands of {BAND_HZ:g} Hz")
+    low.set_title("lines of equally many whole turns of the loop")
+    complete.set_title(f"root mean square in bands of {BAND_HZ:g} Hz")
 
 
 def _draw_main(ax: Axes, curve: _Curve, near: tuple[float, float], free: tuple[float, float]) -> None:

@@ -46,8 +46,8 @@ def table3(metrics: pd.DataFrame, sensors: Sensors, label: str = "synthetic sens
         sensor = measured or defaultdict(lambda: nan)
         row = {"speed_rpm": rpm, "sensor_record": label}
         for name, paper in printed.DIFFERENCES.items():
-            simulated, error = float(run[f"{name}_whole_g"]), float(run[f"{name}_whole_error_g"])
-            measured, standard_error = sensor[f"{name}_whole_g"], sensor[f"{name}_whole_error_g"]
+            simulated, error = float(run[f"{name}_g"]), float(run[f"{name}_error_g"])
+            measured, standard_error = sensor[f"{name}_g"], sensor[f"{name}_error_g"]
             row |= {
                 f"{name}_simulation_g": simulated, f"{name}_standard_error_g": error,
                 f"{name}_sensor_g": measured, f"{name}_sensor_error_g": standard_error,
