@@ -22,7 +22,7 @@ from replication.study.settings import STUDIES, Studies, longest_step, measured_
 from replication.study.variants import SETTINGS
 from trackdyn.errors import TrackdynError
 from trackdyn.files import remove_abandoned
-from trackdyn.sources import imported_files, source_hash
+from trackdyn.sources import imported_files, kernel_digest, meaning
 from trackdyn.sweeps.snakemake_job import drive
 
 if " " in sys.executable:  # Snakemake does not quote it

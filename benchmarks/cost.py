@@ -268,7 +268,7 @@ def cpu_model() -> str:
 
 def machine() -> dict:
     """What the numbers were measured on."""
-    from trackdyn.sources import source_hash
+    from trackdyn.jit import source_hash
 
     return {
         "platform": platform.platform(),

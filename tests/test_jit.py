@@ -12,8 +12,8 @@ import pytest
 
 import trackdyn.jit
 import trackdyn.sources
-from trackdyn.jit import cache_folder
-from trackdyn.sources import KERNEL_SOURCES, source_hash
+from trackdyn.jit import cache_folder, source_hash
+from trackdyn.sources import KERNEL_SOURCES, kernel_digest
 
 PACKAGE = Path(trackdyn.jit.__file__).parent
 
@@ -59,6 +59,13 @@ from typing import NamedTuple
 import numba.core.codegen
 if "--lacking" in sys.argv:
     del numba.core.codegen.JITCodeLibrary
+if "--renamed" in sys.argv:  # what numba's own modules then know, asked for when a kernel is compiled and not before
+    library = numba.core.codegen.CPUCodeLibrary
+    def renamed(self, linked=library._get_module_for_linking):
+        if sys._getframe(1).f_globals["__name__"] == "trackdyn.by_reference":
+            raise AttributeError("_get_module_for_linking")
+        return linked(self)
+    library._get_module_for_linking = renamed
 import numpy as np
 from trackdyn import jit
 from trackdyn.jit import kernel, on_stack
@@ -144,11 +151,11 @@ def copy(tmp_path):
 
 
 def hash_of(root):
-    """`source_hash` of the package in this folder."""
+    """`kernel_digest` of the package in this folder."""
     spec = importlib.util.spec_from_file_location("copied_sources", root / "sources.py")
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
-    return module.source_hash()
+    return module.kernel_digest()
 
 
 def kept(folder):
@@ -216,10 +223,52 @@ def test_the_hash_follows_sources_and_options(copy):
 
 @pytest.mark.parametrize("package", ["numba", "llvmlite"])
 def test_the_hash_follows_the_compiler(monkeypatch, package):
-    before, version = source_hash(), trackdyn.sources.version
-    assert cache_folder().name.startswith(before)
+    before, version = kernel_digest(), trackdyn.sources.version
+    assert cache_folder().name.startswith(source_hash()) and source_hash().startswith(before)
     monkeypatch.setattr(trackdyn.sources, "version", lambda name: "0.0.0" if name == package else version(name))
-    assert source_hash.__wrapped__() != before
+    assert kernel_digest.__wrapped__() != before
+
+
+EDITS = {
+    "a comment and a docstring": (("def inner(x):", '# of x\ndef inner(x):\n    """Some of x."""'), True),
+    "layout": (("{factor} * x", "(\n        {factor}\n        * x\n    )"), True),
+    "a number": (("{factor}", "7.0"), False),
+}
+
+
+@pytest.mark.parametrize(("change", "same"), EDITS.values(), ids=EDITS)
+def test_kernels_are_known_by_what_they_do(copy, change, same):
+    folder = copy()[2]
+    (copy.root / "chain" / "inner.py").write_text(INNER.replace(*change).format(factor=2.0))
+    value, hits, again, said = copy()
+    assert (value, hits, again == folder, said) == ((3.0, 1, True, "") if same else (8.0, 0, False, ""))
+
+
+# an edit by another process after `trackdyn.jit` is imported, and what it leaves when the kernel runs
+MEANWHILE = """
+import sys
+from pathlib import Path
+sys.path.insert(0, sys.argv[1])
+from trackdyn import jit
+inner = Path(sys.argv[1], "trackdyn", "chain", "inner.py")
+text = inner.read_text()
+inner.write_text(text.replace("2.0", "7.0"))
+from trackdyn.chain.outer import both
+if sys.argv[2] == "put back":
+    inner.write_text(text)
+print(both(1.0)[0])
+"""
+
+
+@pytest.mark.parametrize("end", ["edited", "put back"])
+def test_code_of_sources_that_were_edited_meanwhile_is_not_kept(copy, end):
+    meanwhile = subprocess.run(
+        [sys.executable, "-c", MEANWHILE, str(copy.root.parent), end], capture_output=True, text=True,
+        env=os.environ | {"TRACKDYN_CACHE": str(copy.root.parents[1] / "cache"), "PYTHONDONTWRITEBYTECODE": "1"},
+    )  # fmt: skip
+    assert meanwhile.stdout == "8.0\n" and "inner.py was edited after this process began" in meanwhile.stderr
+    (copy.root / "chain" / "inner.py").write_text(INNER.format(factor=2.0))
+    assert copy()[:2] == (3.0, 0)
 
 
 def test_the_processor_names_the_folder_but_not_the_program(copy):
@@ -269,9 +318,10 @@ def test_code_of_another_signature_is_not_taken(copy):
         (False, [], {}),
         (True, [], {"TRACKDYN_PLAIN_KERNELS": "1"}),
         (True, ["--lacking"], {}),
-        (False, [], {"NUMBA_DISABLE_JIT": "1"}),
+        (True, ["--renamed"], {}),
+        (True, [], {"NUMBA_DISABLE_JIT": "1"}),
     ],
-    ids=["by reference", "plain", "numba lacks something", "interpreted"],
+    ids=["by reference", "plain", "numba lacks something", "numba renames something", "interpreted"],
 )
 def test_named_tuples_reach_kernels_in_every_way(tmp_path, plain, words, environment):
     """By reference with the numba that is installed; by value where the switch or a lack of numba's says so."""

@@ -8,13 +8,15 @@ A kernel within another is **linked only**: neither optimised on its own nor mad
 of the kernel that Python calls and is optimised there. Its text is kept on disk, where integrators share it.
 
 By reference uses what numba offers to extensions; for linking only a code library of numba's own is told to end
-early. `trackdyn.jit` does without either where a release of numba lacks what is imported or named here.
+early. `trackdyn.jit` does without either where `try_out` fails with the release of numba that is installed.
 """
 
 import hashlib
 from itertools import accumulate
-from typing import get_args
+from typing import NamedTuple, get_args
 
+import numba
+import numpy as np
 from llvmlite import ir
 from llvmlite.binding import parse_bitcode
 from numba.core import cgutils, types
@@ -238,3 +240,21 @@ def _rebuilt(target, content):
         fndesc=description, environment=environment, signature=signature, objectmode=False, lifted=(),
         typing_error=None, type_annotation="", call_helper=None, metadata=None, reload_init=[], referenced_envs=[],
     )  # fmt: skip
+
+
+class _Sample(NamedTuple):
+    terms: np.ndarray
+
+
+def try_out(options) -> None:
+    """Compile a kernel within another, and keep and take its text; raises whatever numba makes of it."""
+    register(_Sample)
+    inner = numba.njit(
+        lambda sample: sample.terms[0], pipeline_class=Inner, no_cpython_wrapper=True, forceinline=True, _nrt=False,
+        **options,
+    )  # fmt: skip
+    outer = numba.njit(lambda sample: inner(on_stack(sample)), forceinline=True, _nrt=False, **options)
+    if outer(_Sample(np.array([2.0]))) != 2.0:
+        raise ValueError("numba reads another number")
+    (result,) = inner.overloads.values()
+    _rebuilt(result.target_context, _reduced(result))

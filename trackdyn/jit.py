@@ -2,8 +2,9 @@
 
 numba's cache sees an edit in the file of a function but not in the files it calls, nor another processor's
 settings, so code from before an edit could run silently. The cache folder therefore carries a hash of everything
-that decides which code runs: any edit starts a new folder. Where that folder cannot be written there is no cache,
-never one elsewhere. ``NUMBA_DISABLE_JIT=1`` runs every kernel as plain Python.
+that decides which code runs: any edit of what a kernel does starts a new folder, and nothing is kept once a file was
+edited after this process read it. Where that folder cannot be written there is no cache, never one elsewhere.
+``NUMBA_DISABLE_JIT=1`` runs every kernel as plain Python.
 """
 
 import functools
@@ -13,22 +14,16 @@ import pickle
 import sys
 import tempfile
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 import numba
 from numba.core import event
 from numba.core.caching import IndexDataCacheFile
 from numba.core.registry import cpu_target
-from platformdirs import user_cache_dir
 
-from trackdyn.sources import KERNEL_SOURCES, source_hash
+from trackdyn.sources import KERNEL_SOURCES, cache_base, edited, kernel_digest, kernel_files
 
-try:
-    if os.environ.get("TRACKDYN_PLAIN_KERNELS"):
-        raise ImportError
-    from trackdyn import by_reference
-except (ImportError, AttributeError):  # a release of numba without what it builds on: slower to compile, no more
-    by_reference = None  # type: ignore[assignment]
 # No fastmath: results must be the same bit for bit from run to run and NaN must stay visible.
 OPTIONS = {"error_model": "numpy", "boundscheck": False, "no_cfunc_wrapper": True}
 _HASHED = {f"trackdyn.{name.removesuffix('.py')}" for name in KERNEL_SOURCES}
@@ -39,14 +34,44 @@ _SETTINGS = ("OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE", "BOUNDSCHECK", "DEBUGINFO
 def target_hash() -> str:
     """Hash of what numba compiles for: processor, its features, Python, settings (8 hexadecimal digits)."""
     target = cpu_target.target_context.codegen().magic_tuple()  # heeds NUMBA_CPU_NAME and NUMBA_CPU_FEATURES
-    settings = [by_reference is None, *(getattr(numba.config, name, None) for name in _SETTINGS)]
+    settings = [getattr(numba.config, name, None) for name in _SETTINGS]
     return hashlib.sha256(repr((target, sys.implementation.cache_tag, settings)).encode()).hexdigest()[:8]
+
+
+def _by_reference():
+    """The module `by_reference`; None where kernels are compiled as numba does of itself, which takes longer.
+
+    Whether it works with this release of numba is tried before the first kernels are compiled.
+    """
+    if numba.config.DISABLE_JIT or os.environ.get("TRACKDYN_PLAIN_KERNELS"):
+        return None
+    tried = cache_base() / f"{kernel_digest()}-{target_hash()}" / "tried"
+    try:
+        from trackdyn import by_reference
+
+        if not tried.exists():
+            by_reference.try_out(OPTIONS)
+    except Exception:  # whatever another release makes of its internals
+        return None
+    with suppress(OSError):
+        tried.parent.mkdir(parents=True, exist_ok=True)
+        tried.touch()
+    return by_reference
+
+
+by_reference = _by_reference()
+# By value, by reference and without a compiler the last digits differ.
+COMPILER = "-interpreted" if numba.config.DISABLE_JIT else "-plain" if by_reference is None else ""
+
+
+def source_hash() -> str:
+    """Hash of the kernels, which make a recording, and of what compiles them."""
+    return kernel_digest() + COMPILER
 
 
 def cache_folder() -> Path:
     """Folder of the compiled kernels in ``TRACKDYN_CACHE`` or the user's cache: one a program and processor."""
-    base = os.environ.get("TRACKDYN_CACHE") or user_cache_dir("trackdyn", appauthor=False)
-    return Path(base).absolute() / f"{source_hash()}-{target_hash()}"
+    return cache_base() / f"{source_hash()}-{target_hash()}"
 
 
 @functools.cache
@@ -80,6 +105,8 @@ class _CheckedFile:
         self._file = file
 
     def save(self, key, data):
+        if not _current(kernel_files()):
+            return
         content = self._file._dump((key, data))
         checked = hashlib.sha256(content).digest(), content
         try:
@@ -92,6 +119,8 @@ class _CheckedFile:
             _warn(FOLDER, error.strerror or error)
 
     def load(self, key):
+        if not _CURRENT:
+            return None
         try:
             digest, content = self._file.load(key)
             if hashlib.sha256(content).digest() != digest:
@@ -103,6 +132,28 @@ class _CheckedFile:
 
     def flush(self):
         self._file.flush()
+
+
+@functools.cache
+def _warn_edited(file):
+    """Say once that no code is kept because of a file."""
+    print(
+        f"trackdyn: {file} was edited after this process began, which keeps no compiled kernels therefore; start it "
+        "again",
+        file=sys.stderr,
+    )
+
+
+_CURRENT = True
+
+
+def _current(files):
+    """Whether all code in memory is of the sources that ``FOLDER`` is named by, these files among them."""
+    global _CURRENT
+    if _CURRENT and (file := edited(files)):
+        _CURRENT = False
+        _warn_edited(file)
+    return _CURRENT
 
 
 FOLDER = None if numba.config.DISABLE_JIT else _writable(cache_folder())
@@ -194,6 +245,9 @@ def direct(kernel, *arguments) -> Callable:
 
 
 def _made(function, **options):
+    file = Path(function.__code__.co_filename)
+    if file in kernel_files():  # its code is as old as this moment
+        _current([file])
     if not numba.config.DISABLE_JIT:
         return _Kernel(function, **options)
     function.py_func = function

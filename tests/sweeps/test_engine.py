@@ -1,12 +1,14 @@
 """The engine of rows with made-up ones: states, processes, and what a kill costs."""
 
 import json
+import os
 import subprocess
 import sys
 
 import pytest
 
 from trackdyn.errors import TrackdynError
+from trackdyn.sources import module_files, module_hash
 from trackdyn.sweeps import engine
 from trackdyn.sweeps.engine import check_completed, key_of, results
 
@@ -48,9 +50,14 @@ print([row["values"]["blocked"] for row in rows.values()])
 
 @pytest.fixture
 def compute(tmp_path, monkeypatch):
-    (tmp_path / "made_up_rows.py").write_text(MADE_UP, encoding="utf-8")
-    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
-    monkeypatch.syspath_prepend(tmp_path)
+    folder = tmp_path / "program"
+    folder.mkdir()
+    (folder / "made_up_rows.py").write_text(MADE_UP, encoding="utf-8")
+    os.utime(folder / "made_up_rows.py", (0, 0))  # or it was edited after this process began
+    for cached in (module_files, module_hash):
+        cached.cache_clear()
+    monkeypatch.setenv("PYTHONPATH", str(folder))
+    monkeypatch.syspath_prepend(folder)
     monkeypatch.delitem(sys.modules, "made_up_rows", raising=False)
     import made_up_rows
 
@@ -78,6 +85,20 @@ def test_what_comes_of_a_row_is_its_state(compute, tmp_path, jobs):
     with pytest.raises(TrackdynError, match=r"may pass \(KeyError: .*\); try again"):
         check_completed(rows.values(), "try again")
     check_completed([row for row in rows.values() if row["state"] != "failed"], "try again")
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+@pytest.mark.parametrize(
+    ("edit", "state"), [(("number / 3", "number / 4"), "failed"), (("import os", "# one\nimport os"), "done")]
+)
+def test_no_row_is_stored_under_the_key_of_other_sources(compute, tmp_path, jobs, edit, state):
+    due = tasks({"number": 1}, {"number": 2})
+    results(compute, due, jobs, tmp_path / "before")
+    (tmp_path / "program" / "made_up_rows.py").write_text(MADE_UP.replace(*edit), encoding="utf-8")
+    rows = results(compute, due, jobs, tmp_path / "store")
+    assert {row["state"] for row in rows.values()} == {state}
+    assert len(list((tmp_path / "store").iterdir())) == (2 if state == "done" else 0)
+    assert all(state == "done" or "was edited while it ran; start it again" in row["reason"] for row in rows.values())
 
 
 def test_an_interrupt_is_not_for_the_processes_of_a_pool(compute):
@@ -113,6 +134,6 @@ def test_a_long_row_holds_back_no_others(compute, tmp_path):
 def test_processes_that_cannot_start_are_said(compute, tmp_path, monkeypatch):
     import made_up_rows
 
-    (tmp_path / "made_up_rows.py").write_text("import os; os._exit(1)", encoding="utf-8")
+    (tmp_path / "program" / "made_up_rows.py").write_text("import os; os._exit(1)", encoding="utf-8")
     with pytest.raises(TrackdynError, match=r"all 2 rows failed: its process was ended \(EXIT\(1\)"):
         results(made_up_rows.compute, tasks({"number": 1}, {"number": 2}, {"number": 3}), 2)

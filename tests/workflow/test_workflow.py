@@ -251,11 +251,19 @@ INPUTS = [
 
 @pytest.mark.parametrize(("names", "readers", "other"), INPUTS)
 def test_a_file_of_an_older_date_is_another_file(pretended, names, readers, other):
-    with pretended.edited(dict.fromkeys(names, lambda text: f"{text}\n# another\n")):
+    endings = {name: "\nANOTHER = 1\n" if name.endswith(".py") else "\n# another\n" for name in names}
+    with pretended.edited({name: f"{{}}{ending}".format for name, ending in endings.items()}):
         for name in names:
             os.utime(pretended.root / name, (1.5e9, 1.5e9))
         due = pretended.due()
     assert readers | {"manifest"} <= due.keys() and other not in due
+
+
+def test_a_comment_makes_nothing_due(pretended):
+    names = ("trackdyn/contact/laws.py", "trackdyn/measure/metrics.py", "workflow/replication/paper/claims.py")
+    assert all((pretended.root / name).is_file() for name in names)
+    with pretended.edited(dict.fromkeys(names, in_place_of("\n\n\n", "\n\n\n# another\n"))):
+        assert pretended.due() == {}
 
 
 def test_one_more_radius_costs_runs_of_rings_alone(pretended):

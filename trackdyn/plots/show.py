@@ -12,6 +12,7 @@ import pandas as pd
 from plotly.offline import get_plotlyjs
 
 from trackdyn.files import write_text
+from trackdyn.jit import source_hash
 from trackdyn.measure.columns import words
 from trackdyn.measure.contacts import sampled_shares
 from trackdyn.measure.metrics import remarks, shown_measures
@@ -24,7 +25,6 @@ from trackdyn.rig.validation import typed
 from trackdyn.simulation.energy_balance import LOSSES, STORED
 from trackdyn.simulation.recording import Recording, load_recording
 from trackdyn.simulation.replay import Replay, replay
-from trackdyn.sources import source_hash
 
 SCRIPTS = ("shared", "animation", "plots", "show")  # one module, in this order
 LONG_HISTORY, INTERVALS = 20_000, 2_000  # samples of a history that is drawn whole; else its extremes in so many parts

@@ -13,6 +13,7 @@ from psutil import virtual_memory
 
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.files import read_npz, write_npz
+from trackdyn.jit import source_hash
 from trackdyn.model.arrays import SAMPLED, Record
 from trackdyn.model.constants import SPROCKET
 from trackdyn.rig.rig import Rig
@@ -20,7 +21,6 @@ from trackdyn.rig.sections import SensorParameters
 from trackdyn.rig.validation import shown, typed, within
 from trackdyn.scene.scene import Periods, Scene
 from trackdyn.simulation.loop_arrays import LARGEST
-from trackdyn.sources import source_hash
 
 FORMAT = 12
 # Share of the speed that is asked for within which the sprocket holds it: a ramp ends within half a step, at the end of

@@ -15,6 +15,7 @@ import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import nullcontext
+from functools import partial
 from multiprocessing import resource_tracker
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -27,7 +28,9 @@ from tqdm import tqdm
 
 from trackdyn.errors import DivergenceError, InputError, OutOfMemoryError, TrackdynError
 from trackdyn.files import broken_off, read_bytes, remove_abandoned, replacing
+from trackdyn.jit import COMPILER
 from trackdyn.rig.validation import shown
+from trackdyn.sources import edited, module_files, module_hash
 
 # States of a row: its numbers came; its input is refused; its run left the physical range; nothing came, for a reason
 # that may pass.
@@ -40,7 +43,8 @@ Tasks = Mapping[str, dict]  # arguments of rows by their keys, plain data
 
 
 def key_of(*content: Any) -> str:
-    """Key of a row: a hash of all that it depends on, plain data."""
+    """Key of a row: a hash of all that it depends on, plain data, and of what compiles the kernels."""
+    content = (*content, COMPILER) if COMPILER else content
     return hashlib.sha256(json.dumps(content, sort_keys=True, default=str).encode()).hexdigest()[:24]
 
 
@@ -106,17 +110,34 @@ def results(
 
     ``compute`` makes the values of a row from its arguments in ``tasks``, neighbours alike, on ``jobs`` processes (1:
     in this one). ``store`` is a folder in which rows are stored as they come; a bar called ``progress`` counts rows in
-    ``unit``, none if empty. Raises `TrackdynError`: no process can start.
+    ``unit``, none if empty. Rows fail once the sources of ``compute`` are not those that this process began with: they
+    would be stored under a key of others. Raises `TrackdynError`: no process can start.
     """
+    checked = partial(_values, compute, module_hash(compute.__module__))
     with TemporaryDirectory() if store is None else nullcontext(store) as folder:
         rows_store = Store(folder)
         rows = rows_store.read(tasks)
         due = {key: task for key, task in tasks.items() if key not in rows}
         with tqdm(total=len(due), disable=not progress, unit=unit, desc=progress, smoothing=0.05) as bar:
-            for row in _computed(compute, due, jobs, rows_store):
+            for row in _computed(checked, due, jobs, rows_store):
                 rows[row["key"]] = row
                 bar.update()
     return rows
+
+
+def _values(compute: Compute, sources: str, /, **task) -> dict:
+    """What ``compute`` makes of a row, in this process or another, as long as its ``sources`` mean what they meant."""
+    module = compute.__module__
+
+    def check() -> None:
+        if module_hash(module) != sources or edited(module_files(module)):
+            raise TrackdynError("the program was edited while it ran; start it again: rows that are stored stay")
+
+    check()
+    try:
+        return compute(**task)
+    finally:
+        check()  # the first row imports some of them
 
 
 def check_completed(rows: Iterable[dict], advice: str) -> None:
@@ -218,6 +239,8 @@ def outcome(compute: Compute, store: Store, key: str, task: dict) -> dict:
         row |= {"state": REFUSED, "reason": str(error)}
     except DivergenceError as error:
         row |= {"state": DIVERGED, "reason": str(error)}
+    except TrackdynError as error:
+        row |= {"state": FAILED, "reason": str(error)}
     except Exception as error:  # a row never stops the others
         row |= {"state": FAILED, "reason": f"{type(error).__name__}: {shown(str(error))}"}
     row = json.loads(json.dumps(row, default=lambda number: number.item()))  # as it comes back from its file

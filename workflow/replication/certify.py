@@ -22,9 +22,8 @@ from pydantic import Field
 
 from trackdyn.errors import InputError
 from trackdyn.files import read_text, write_text
-from trackdyn.jit import target_hash
+from trackdyn.jit import source_hash, target_hash
 from trackdyn.rig.validation import Section, shown, validated
-from trackdyn.sources import source_hash
 from trackdyn.version import __version__
 
 FORMAT = 3

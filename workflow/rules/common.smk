@@ -46,7 +46,7 @@ def recording(run):
 
 
 # Named by the hash of the kernels' sources: other sources, another file, and everything that needs it runs.
-KERNELS = f"{R}/kernels/{source_hash()}.npz"
+KERNELS = f"{R}/kernels/{kernel_digest()}.npz"
 
 
 def method_kernels(integrator):

@@ -20,9 +20,9 @@ from replication.paper.claims import VERDICTS
 from replication.report.page.builder import build_page, embedded_picture
 from tests.conftest import made_recording
 from trackdyn.errors import InputError
+from trackdyn.jit import source_hash
 from trackdyn.rig.rig import load_rig
 from trackdyn.scene.scene import Scene
-from trackdyn.sources import source_hash
 
 ROOT = Path(__file__).parents[3]
 RIG_FILE = ROOT / "config" / "rigs" / "paper.yaml"

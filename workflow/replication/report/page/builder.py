@@ -20,12 +20,12 @@ from replication.report.tables import LEFT_OUT
 from replication.study.settings import STUDIES
 from trackdyn.errors import InputError
 from trackdyn.files import read_npz, write_text
+from trackdyn.jit import source_hash
 from trackdyn.measure.cells import significant
 from trackdyn.measure.columns import MEASURES
 from trackdyn.measure.ring_rule import COMPARED, RULE, advice, parse_rule
 from trackdyn.plots.rendering import render
 from trackdyn.plots.style import DPI
-from trackdyn.sources import source_hash
 from trackdyn.version import __version__
 
 # kinds of parameters, uncertain ones first
