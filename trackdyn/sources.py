@@ -50,9 +50,11 @@ def _stamp(file: Path) -> tuple[int, int]:
 def _read(file: Path) -> bytes:
     if file not in _READ:
         stamp = _stamp(file)  # before its content, so that a change between the two shows
-        outdated = stamp[0] > BEGAN and file.resolve() in {
-            Path(name).resolve() for module in [*sys.modules.values()] if (name := getattr(module, "__file__", None))
-        }
+        outdated = stamp[0] > BEGAN and any(
+            Path(name).resolve() == file.resolve()
+            for module in [*sys.modules.values()]
+            if (name := getattr(module, "__file__", None)) and name.endswith(file.name)
+        )
         _READ[file] = _Source(stamp, file.read_bytes(), outdated)
     return _READ[file].content
 
