@@ -1,87 +1,128 @@
-"""How far the row of a rig is from the paper's sentences: what a search makes small."""
+"""How far the row of a rig is from the printed numbers and from the sentences: what a search makes small.
 
-from collections.abc import Iterable, Mapping, Sequence
+Each residual is signed and in units of a tolerance, so that differences show which way to go; none saturates, so that
+what is far off still pulls. Printed numbers come first, then what the sentences ask beside them.
+"""
+
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
 import numpy as np
 
-from laboratory.plausible.rows import scene_name
+from laboratory.plausible.rows import Values, scene_name
 from laboratory.plausible.settings import PlausibleConfig
-from laboratory.plausible.verdicts import evidence
-from replication.paper.claims import JUDGED, SHOWN, Claim, Value, judge
-from trackdyn.measure.contacts import LEAST_SHARE
-from trackdyn.rig.rig import Rig
 
-# Smooth forms (`revolution.summary`) of statements whose own measure is text or jumps: with a ring or without, column,
-# value that is wanted, tolerance
-FORMS: dict[str, tuple[tuple[bool, str, float, float], ...]] = {
-    "C15": ((False, "left_outside_2_pct", 0.0, LEAST_SHARE), (False, "right_outside_7_pct", 0.0, LEAST_SHARE)),
-    "C16b": ((False, "left_at_printed", 1.0, 0.1),),
-    "C16c": ((False, "right_at_printed", 1.0, 0.1),),
-    "C17a": ((True, "left_early_pct", 0.0, 0.5),),
-    "C18": ((True, "left_outside_2_pct", 0.0, LEAST_SHARE), (True, "right_share_pct", 0.0, 0.5)),
-}
-BESIDE = ("C17a",)  # judged by its own distance, too
-TREND = 0.05  # a trend that falls by so much more than it may is a tolerance further off
 MISSING = 6.0  # tolerances, for a number that does not exist
-# Half of a sentence's cost grows with its worst statement between these distances, so that a rig on the edge of a
-# verdict costs more than one that holds it; the other half is the mean of its statements, and saturates beyond `FAR`.
-SURE, LOST, FAR = 0.7, 1.3, 2.0
+# without a ring and with it: what is printed (config/claims.yaml)
+SHARES = {False: {"left": 45.1, "right": 44.4}, True: {"ring": 49.2, "left": 8.9}}
+TIMES = {False: {"right gone": 1.29, "out": 1.31}, True: {"left touches": 1.25, "ring left": 1.43, "out": 1.51}}
+MAXIMA = {False: {"left": 0.17, "right": 1.07}, True: {"ring": 0.22, "left": 1.42}}
+POINTS, SECONDS = 1.3, 0.045  # two thirds of the tolerances, so that the end is not on their edge
+OUTSIDE = 0.7  # % of a turn, in other areas
+FREE = 0.4  # % of a turn of the right arc: none
+TOUCHES = 1.2  # % of a turn that the right arc touches at the radius below the threshold
+THRESHOLD, STEADY = 0.305, 0.307  # m
+NEAR_TEN = 8.7, 11.3  # % of a turn
+FLAT = 0.12  # share by which the left arc's force may be off its mean
 
 
-def statement_distances(
-    config: PlausibleConfig, row_scenes: list[list], values: Mapping[str, dict], rig: Rig, claims: Sequence[Claim]
-) -> list[tuple[Claim, float]]:
-    """Largest distance (tolerances) of each of the ``claims`` from the paper's words; one is shown up to 1.
-
-    ``values`` is the row of ``rig``, by the names of ``row_scenes`` (`draws.scenes`).
-    """
-    row = evidence(config, row_scenes, values, rig)
-    distances = []
-    for claim in claims:
-        judgement = judge(claim, row)
-        if judgement.verdict not in JUDGED:
-            distances.append((claim, MISSING))
-            continue
-        sizes = [_form(config, values, *form) for form in FORMS.get(claim.name, ())]
-        if claim.name not in FORMS or claim.name in BESIDE:
-            sizes += _sizes(claim, judgement.values)
-        sizes = np.abs(np.nan_to_num(sizes, nan=MISSING, posinf=MISSING, neginf=MISSING))
-        largest = float(sizes.max(initial=0.0))
-        if claim.name in FORMS and judgement.verdict != SHOWN:  # the smooth form may be small all the same
-            largest = max(largest, 1.0)
-        distances.append((claim, largest))
-    return distances
+def outside(value: float, low: float, high: float, size: float) -> float:
+    """Distance of a value from a range, in units of ``size``: 0 within it, negative below."""
+    return (value - high) / size if value > high else (value - low) / size if value < low else 0.0
 
 
-def _form(
-    config: PlausibleConfig, values: Mapping[str, dict], ring: bool, column: str, wanted: float, tolerance: float
-) -> float:
-    value = values[scene_name(config.speed_rpm, config.ring_radius_m if ring else None)][column]
-    return float("nan") if value is None else (value - wanted) / tolerance
+def residuals(config: PlausibleConfig, values: Values) -> dict[str, float]:
+    """Residuals of a start by name (``values`` by the name of the scene): a fixed set for the scenes of a search."""
+    scenes = {
+        ring: values[scene_name(config.speed_rpm, config.ring_radius_m if ring else None)] for ring in (False, True)
+    }
+    found: dict[str, float] = {}
+    for ring, scene in scenes.items():
+        where = "ring" if ring else "no ring"
+        for side, share in SHARES[ring].items():
+            found[f"{where}: {side} share"] = (scene[f"{side}_share_pct"] - share) / POINTS
+        for event, at in TIMES[ring].items():
+            found[f"{where}: {event}"] = _late(scene, event, at)
+        for side, at in MAXIMA[ring].items():
+            found[f"{where}: {side} maximum"] = _late_maximum(scene, side, at)
+        found[f"{where}: left areas"] = scene["left_outside_pct"] / OUTSIDE
+    bare, ringed = scenes[False], scenes[True]
+    found["no ring: right areas"] = bare["right_outside_pct"] / OUTSIDE
+    first_left, first_right, gone, out = (
+        bare.get(f"event {name}") for name in ("first left", "first right", "right gone", "out")
+    )
+    found["no ring: at once"] = MISSING if None in (first_left, first_right) else (first_left - first_right) / SECONDS
+    found["no ring: outlasts"] = MISSING if None in (gone, out) else (out - gone - 0.02) / SECONDS
+    found["ring: left early"] = ringed["left_early_pct"] / FREE
+    found["ring: shorter force"] = outside(_ratio(ringed, bare, "left_rms_contact_n"), 0.0, 0.8, 0.1)
+    found["ring: varies less"] = outside(_ratio(ringed, bare, "left_sd_n"), 0.0, 0.95, 0.1)
+    return found | _by_radius(config, values) | _by_speed(config, values)
 
 
-def _sizes(claim: Claim, values: Sequence[Value]) -> list[float]:
-    if claim.rule != "rising":
-        sizes = [value.distance for value in values]
-        return [min(sizes)] if claim.any_reading and sizes else sizes
-    ratios = [after.value / before.value for before, after in pairwise(values) if before.value]
-    return [max(0.0, 1 + (1 - claim.within - ratio) / TREND) for ratio in ratios]
+def _late(scene: Mapping, event: str, at: float) -> float:
+    time = scene.get(f"event {event}")
+    return MISSING if time is None else (time - at) / SECONDS
 
 
-def by_sentence(distances: Iterable[tuple[Claim, float]]) -> dict[int, list[float]]:
-    """Distances of the statements of each sentence."""
-    sentences: dict[int, list[float]] = {}
-    for claim, size in distances:
-        if claim.sentence is not None:
-            sentences.setdefault(claim.sentence, []).append(size)
-    return sentences
+def _late_maximum(scene: Mapping, side: str, at: float) -> float:
+    """Of the readings of a maximum the one that is nearest to what is printed."""
+    times = [time for name, time in scene.items() if name.startswith(f"event {side} maximum, ") and time is not None]
+    return min(((time - at) / SECONDS for time in times), key=abs, default=MISSING)
 
 
-def cost(distances: Iterable[tuple[Claim, float]]) -> float:
-    """Sum over sentences: 0 for one that is shown with a margin, 1 for one that is far away."""
-    total = 0.0
-    for sizes in by_sentence(distances).values():
-        worst = np.clip((max(sizes) - SURE) / (LOST - SURE), 0, 1)
-        total += 0.5 * worst + 0.5 * np.mean([size**2 / (size**2 + FAR**2) for size in sizes])
-    return float(total)
+def _ratio(scene: Mapping, reference: Mapping, column: str) -> float:
+    return scene[column] / max(reference[column], 1.0)
+
+
+def _by_radius(config: PlausibleConfig, values: Values) -> dict[str, float]:
+    """What is printed or said of the ring study at every speed."""
+    found = {}
+    for rpm, radii in _radii(config).items():
+        study = {radius: values[scene_name(rpm, radius)] for radius in radii}
+        forces = np.array([scene["left_rms_n"] for scene in study.values()])
+        ring = [scene["ring_rms_n"] for scene in study.values()]
+        steps = [after / max(before, 1.0) for before, after in pairwise(ring)]
+        found[f"{rpm:g}: ring grows"] = outside(min(steps), 1.01, 99.0, 0.04)
+        for (radius, scene), force in zip(study.items(), forces, strict=True):
+            name = f"{rpm:g} {radius:g}"
+            found[f"{name}: flat"] = outside(force / max(forces.mean(), 1.0) - 1, -FLAT, FLAT, FLAT)
+            if radius >= THRESHOLD:
+                found[f"{name}: right"] = scene["right_share_pct"] / FREE
+            elif radius >= THRESHOLD - 0.001:
+                found[f"{name}: right"] = outside(scene["right_share_pct"], TOUCHES, 99.0, 0.5)
+            if radius >= STEADY:
+                found[f"{name}: left"] = outside(scene["left_share_pct"], *NEAR_TEN, 1.0)
+    return found
+
+
+def _by_speed(config: PlausibleConfig, values: Values) -> dict[str, float]:
+    """What is said of the acceleration and of the forces as the speed grows."""
+    found, speeds = {}, list(_radii(config))
+    for slow, fast in pairwise(speeds):
+        before, after = (values[scene_name(rpm, config.ring_radius_m)] for rpm in (slow, fast))
+        for column in ("rms_g", "high_frequency_g"):
+            found[f"{fast:g}: {column}"] = outside(after[column] / max(before[column], 1e-3), 1.008, 99.0, 0.012)
+    first, last = speeds[0], speeds[-1]
+    radii = [radius for radius in _radii(config)[first] if radius in _radii(config)[last]]
+    for column in ("rms_n", "sd_n"):
+        growth = {
+            side: np.mean([
+                _ratio(values[scene_name(last, radius)], values[scene_name(first, radius)], f"{side}_{column}")
+                for radius in radii
+            ])
+            for side in ("left", "ring")
+        }  # fmt: skip
+        for side, ratio in growth.items():
+            found[f"{side} {column} grows"] = outside(float(ratio), 1.02, 1.24, 0.05)
+        found[f"left {column} above all"] = outside(float(growth["left"] / growth["ring"]), 1.02, 99.0, 0.05)
+    return found
+
+
+def _radii(config: PlausibleConfig) -> dict[float, Sequence[float]]:
+    assert config.search is not None, "a search has its own radii"
+    return {rpm: [radius for radius in radii if radius is not None] for rpm, radii in config.search.radii_m.items()}
+
+
+def cost(found: Mapping[str, float]) -> float:
+    """Sum of the squares of arcsinh of residuals, which weighs a number far off by a logarithm."""
+    return float(np.sum(np.arcsinh(list(found.values())) ** 2))

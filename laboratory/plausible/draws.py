@@ -1,4 +1,4 @@
-"""Rigs drawn from the ranges of real parts, run in every scenario."""
+"""Tracks drawn from assumed ranges, and the rows of their scenes."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -9,37 +9,57 @@ import pandas as pd
 from scipy.stats import qmc
 
 from laboratory.plausible.rows import SOURCES, run_rig
-from laboratory.plausible.settings import PlausibleConfig, Scenario
+from laboratory.plausible.settings import PlausibleConfig
+from laboratory.plausible.unknowns import Unknowns
 from trackdyn.errors import InputError, TrackdynError
 from trackdyn.rig.layout import can_close
 from trackdyn.rig.rig import Rig, load_rig, parameter_table
 from trackdyn.sweeps.engine import REFUSED, check_completed, key_of, results, without_values
 
 EQUAL_PITCH = "sprocket.equal_pitch_radius"
+TIP, SEAT = "groove.slope_tip", "groove.slope_seat"
+HALVINGS = 8  # of the range of the tip's slope
 
 
 class DrawnRig(NamedTuple):
-    """A point of the sequence in a scenario: values by name, and the rig or why there is none."""
+    """A point of the sequence: values by name, and the rig or why there is none."""
 
     draw: int
-    scenario: Scenario
     values: dict[str, float]
     rig: Rig | None
     reason: str
 
 
 def drawn_rigs(config: PlausibleConfig) -> Iterator[DrawnRig]:
-    """Every draw in every scenario, in the order of the sequence, so that fewer draws are the first of more."""
+    """Every draw in the order of the sequence, so that fewer draws are the first of more."""
     unknowns = config.drawn_unknowns()
-    sequence = qmc.Sobol(1 + len(unknowns), scramble=True, seed=config.seed)
+    sequence = qmc.Sobol(len(unknowns), scramble=True, seed=config.seed)
     points = sequence.random_base2(int(np.ceil(np.log2(config.draws))))
-    for draw, (pitch, *x) in enumerate(points[: config.draws]):
-        for scenario in config.scenarios:
-            low, high = config.equal_pitch_m[scenario.equal_pitch]
-            fields = unknowns.changes(unknowns.values(x)) | config.ring[scenario.ring]
-            fields[EQUAL_PITCH] = low + pitch * (high - low)
-            values = {label: fields[label] for label in (EQUAL_PITCH, *unknowns.labels)}
-            yield DrawnRig(draw, scenario, values, *built(unknowns.rig, fields))
+    for draw, x in enumerate(points[: config.draws]):
+        values = cut_tip(unknowns, unknowns.values(x))
+        fields = unknowns.changes(values)
+        yield DrawnRig(draw, {name: fields[name] for name in unknowns.labels}, *built(unknowns.rig, fields))
+
+
+def cut_tip(unknowns: Unknowns, values: Mapping[str, float]) -> dict[str, float]:
+    """Values whose tip slope is as far along the slopes with which the groove closes as along its range.
+
+    A steep tip needs more room than some grooves have. The largest slope that can be cut is bracketed by halving; where
+    it lies below the range, slopes begin at that of the seat.
+    """
+    unknown = next(unknown for unknown in unknowns.unknowns if unknown.label == TIP)
+
+    def can_be_cut(slope: float) -> bool:
+        return built(unknowns.rig, unknowns.changes({**values, TIP: slope}))[0] is not None
+
+    low, high, steep = unknown.low, unknown.high, unknown.high
+    if not can_be_cut(steep):
+        high = values[SEAT]
+        for _ in range(HALVINGS):
+            middle = (high + steep) / 2
+            high, steep = (middle, steep) if can_be_cut(middle) else (high, middle)
+        low = low if high > low else values[SEAT]
+    return {**values, TIP: low + unknown.position(values[TIP]) * (high - low)}
 
 
 def built(rig: Rig, fields: dict[str, float]) -> tuple[Rig | None, str]:
@@ -54,14 +74,16 @@ def built(rig: Rig, fields: dict[str, float]) -> tuple[Rig | None, str]:
 
 
 def scenes(config: PlausibleConfig) -> list[list]:
-    """Speed, ring radius and whether sensors are read, of every scene of a row."""
-    rings = (None, *config.radii_m)
-    return [[rpm, ring, ring == config.ring_radius_m] for rpm in config.speeds_rpm for ring in rings]
+    """Speed, ring radius and whether it is measured in detail, of every scene of a row."""
+    detailed = {(rpm, config.ring_radius_m) for rpm in config.radii_m} | {(config.speed_rpm, None)}
+    # without a ring the paper shows one speed
+    runs = [(config.speed_rpm, None), *((rpm, ring) for rpm, rings in config.radii_m.items() for ring in rings)]
+    return [[rpm, ring, (rpm, ring) in detailed] for rpm, ring in runs]
 
 
 def tooth_scenes(config: PlausibleConfig) -> list[list]:
-    """Scenes in which the tooth profiles are compared: every speed, without a ring and with the paper's, all sensed."""
-    return [[rpm, ring, True] for rpm in config.speeds_rpm for ring in (None, config.ring_radius_m)]
+    """Scenes in which the tooth profiles are compared: every speed, without a ring and with the paper's."""
+    return [[rpm, ring, True] for rpm in config.radii_m for ring in (None, config.ring_radius_m)]
 
 
 def run_rigs(
@@ -90,11 +112,13 @@ def neighbours(config: PlausibleConfig) -> list[Rig]:
     table = parameter_table(config.near.rig)
     fitted = table[(table["kind"] == "fitted") & pd.to_numeric(table["value"], errors="coerce").notna()]
     values = fitted.set_index("name")["value"].astype(float)
+    # equal pitch moves by the rounding of what is printed of it, all others by a share of themselves
+    shares = np.where(values.index == EQUAL_PITCH, config.near.equal_pitch_m / values, config.near.share)
     rig = load_rig(config.near.rig)
     random = np.random.default_rng(config.seed)
     rigs = [rig]
     while len(rigs) <= config.near.rigs:
-        factors = 1 + random.uniform(-config.near.share, config.near.share, len(values))
+        factors = 1 + random.uniform(-shares, shares)
         moved, reason = built(rig, dict(values * factors))
         if moved is None:
             raise InputError(f"{config.near.rig}: a neighbour cannot be built ({reason}); take a smaller share")

@@ -6,30 +6,33 @@ What is taken from whole passages of a long record comes here from samples of a 
 from dataclasses import replace
 
 import numpy as np
-from scipy.ndimage import uniform_filter1d
+import pandas as pd
 
 from trackdyn.measure.contacts import meshing_summary
-from trackdyn.measure.events import RESOLUTION, event_times, smoothed_maxima
+from trackdyn.measure.events import like_peaks, mean_events
 from trackdyn.measure.whole_loop import passage_edges, revolution_samples
-from trackdyn.model.arrays import CONTACT_INTERVAL
+from trackdyn.model.arrays import CONTACT_INTERVAL, SIDES
 from trackdyn.simulation.recording import Recording
 
-PRINTED = (("left", 2, 0.17), ("right", 7, 1.07))  # area that the arc touches without a ring, time of its maximum (s)
-NEAR = 0.15  # s around a printed time
 EARLY = 0.35  # turns after the first contact of a passage
+PRINTED_AREAS = (2, 7)  # of the left and the right arc without a ring
 
 
-def summary(recording: Recording) -> tuple[dict, dict[str, float]]:
-    """Columns of `meshing_summary` that claims are judged by, smooth forms of what jumps, and `event_times`.
+def summary(recording: Recording, detailed: bool = True) -> dict:
+    """Columns of `meshing_summary` that claims are judged by; if ``detailed``, events and forms without jumps.
 
-    Smooth forms: ``left_outside_2_pct, right_outside_7_pct``: contact in other areas, each times its distance in areas,
-    % of a turn; ``left_early_pct``: contact of the left arc in the first 0.35 turns of a passage, % of a turn;
-    ``left_at_printed, right_at_printed``: largest force (mean over 0.01 s) near the printed time of the maximum without
-    a ring, over the largest of the passage. Beside them ``area <event>``: areas of `smoothed_maxima`.
+    ``event <name>, scatter <name>, area <name>`` are those of `mean_events` and `like_peaks`. Forms without jumps:
+    ``left_outside_pct, right_outside_pct``: contact in other areas than the printed ones, each times its distance in
+    areas, % of a turn; ``left_early_pct``: contact of the left arc in the first 0.35 turns of a passage, % of a turn.
     """
     contacts = stitched_contacts(recording)
     values = {name: value for name, value in meshing_summary(contacts).items() if "_error" not in name}
-    values |= {f"area {row.event}": int(row.area) for row in smoothed_maxima(contacts).itertuples()}
+    if not detailed:
+        return values
+    for row in pd.concat([mean_events(contacts), like_peaks(contacts)]).itertuples():
+        values |= {f"event {row.event}": row.median_s, f"scatter {row.event}": row.sd_s}
+        if row.area == row.area:
+            values[f"area {row.event}"] = int(row.area)
     turn = contacts.periods.turn * contacts.rate
     # a revolution of the connector a row, from the middle of its free way on
     samples, count = round(contacts.periods.loop * contacts.rate), values["passages"]
@@ -40,17 +43,13 @@ def summary(recording: Recording) -> tuple[dict, dict[str, float]]:
     )
     touching = area[:, :, 0].any(axis=2) | (force[:, :, 1, 2] > 0)
     start = touching.argmax(axis=1)
-    arcs = np.stack([np.roll(rows[:, 0], -k, axis=0) for rows, k in zip(force, start, strict=True)])
-    values["left_early_pct"] = 100 * float((arcs[:, : round(EARLY * turn), 0] > 0).sum(axis=1).mean()) / turn
-    smooth = uniform_filter1d(arcs, max(round(RESOLUTION * contacts.rate), 1), axis=1, mode="wrap")
-    seconds = np.arange(samples) / contacts.rate
-    for i, (side, printed, time) in enumerate(PRINTED):
+    left = np.stack([np.roll(rows, -k) for rows, k in zip(force[:, :, 0, 0], start, strict=True)])
+    values["left_early_pct"] = 100 * float((left[:, : round(EARLY * turn)] > 0).sum(axis=1).mean()) / turn
+    for i, (side, printed) in enumerate(zip(SIDES, PRINTED_AREAS, strict=False)):
         touched = area[:, :, 0, i]
         away = np.where(touched > 0, abs(touched - printed), 0)
-        values[f"{side}_outside_{printed}_pct"] = 100 * float(away.sum(axis=1).mean()) / turn
-        highest, near = smooth[..., i].max(axis=1), smooth[:, abs(seconds - time) < NEAR, i].max(axis=1)
-        values[f"{side}_at_printed"] = float(np.mean(near / np.where(highest > 0, highest, np.inf)))
-    return values, event_times(contacts)
+        values[f"{side}_outside_pct"] = 100 * float(away.sum(axis=1).mean()) / turn
+    return values
 
 
 def stitched_contacts(recording: Recording) -> Recording:

@@ -1,80 +1,129 @@
-"""A rig that shows as much as it can within the ranges of real parts: CMA-ES."""
+"""A rig that meets as many printed numbers as it can: damped least squares (Levenberg and Marquardt)."""
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
 
-from laboratory.plausible.distances import by_sentence, cost, statement_distances
-from laboratory.plausible.draws import EQUAL_PITCH, built, run_rigs
-from laboratory.plausible.settings import PlausibleConfig, Scenario
-from laboratory.plausible.unknowns import Unknown, Unknowns, file_ranges
-from replication.paper.claims import Claim
-from trackdyn.extras import required
-from trackdyn.rig.rig import load_rig
+from laboratory.plausible.distances import cost, residuals
+from laboratory.plausible.draws import built, run_rigs
+from laboratory.plausible.settings import PlausibleConfig
+from laboratory.plausible.unknowns import Unknowns, file_ranges
+from laboratory.plausible.verdicts import evidence
+from replication.paper.claims import judge_all, load_claims, load_sentences, printed_numbers
+from replication.paper.scorecard import count, sentence_verdicts
+from trackdyn.rig.rig import Rig, load_rig
 from trackdyn.sweeps.engine import DONE
 
-LEAST_ROWS = 250  # before which a search is not judged to have ended: it has hardly left its start
+DAMPINGS = (0.1, 0.5, 2.0, 8.0, 30.0, 120.0)  # steps of an iteration, run side by side
+INSIDE = 0.001, 0.999  # of the ranges
+LARGEST_STEP = 0.18  # of a range
+GAIN = 0.03  # share of the cost below which the differences are taken anew
+LEAST_DIFFERENCE = 0.002  # of a range, at which a search ends
 
 
-def free_unknowns(config: PlausibleConfig, scenario: Scenario) -> Unknowns:
-    """Equal-pitch radius, then the unknowns of a draw but for those that the way of the ring sets."""
-    ring, equal_pitch = config.ring[scenario.ring], scenario.equal_pitch
-    low, high = config.equal_pitch_m[equal_pitch]
-    pitch = Unknown(names=[EQUAL_PITCH], low=low, high=high, source=f"printed 0.308 m, {equal_pitch}")
-    others = [unknown for unknown in config.unknowns if unknown.label not in ring]
-    return Unknowns([pitch, *others], load_rig(config.rig).changed(**ring), file_ranges(config.rig))
+def searched_unknowns(config: PlausibleConfig, name: str) -> Unknowns:
+    """Unknowns of a draw, some in other ranges, but for those that the search sets."""
+    assert config.search is not None, "config/plausible.yaml has no search"
+    search = config.search.searches[name]
+    own = {unknown.label: unknown for unknown in search.unknowns}
+    drawn = [own.pop(unknown.label, unknown) for unknown in config.unknowns if unknown.label not in search.fields]
+    return Unknowns([*drawn, *own.values()], load_rig(config.rig).changed(**search.fields), file_ranges(config.rig))
+
+
+class Outcome(NamedTuple):
+    """What a rig gave: residuals (`distances.residuals`), printed numbers that it meets, sentences that it shows."""
+
+    residuals: dict[str, float]
+    numbers: int
+    sentences: int
 
 
 class Searching:
-    """Rows of searches: costs of points, each a row of the sweep engine."""
+    """Searches whose rows are rows of the sweep engine, judged by the ``claims`` of a file."""
 
-    def __init__(self, config: PlausibleConfig, claims: Sequence[Claim], jobs: int, store: Path | str):
-        self.config, self.claims, self.jobs, self.store = config, claims, jobs, store
+    def __init__(self, config: PlausibleConfig, claims: Path | str, jobs: int, store: Path | str):
+        assert config.search is not None, "config/plausible.yaml has no search"
+        self.settings, self.jobs, self.store = config.search, jobs, store
+        self.claims, self.sentences = load_claims(claims), load_sentences(claims)
+        one_start = config.row.model_copy(update={"ramps_s": config.row.ramps_s[:1]})
+        self.config = config.model_copy(update={"row": one_start})
         radii = config.search.radii_m.items()
-        self.scenes = [[rpm, ring, ring == config.ring_radius_m] for rpm, rings in radii for ring in rings]
-        self.sentences = len({claim.sentence for claim in claims})
+        detailed = {(rpm, config.ring_radius_m) for rpm, _ in radii} | {(config.speed_rpm, None)}
+        self.scenes = [[rpm, ring, (rpm, ring) in detailed] for rpm, rings in radii for ring in rings]
 
-    def costs(self, unknowns: Unknowns, points: Sequence[np.ndarray]) -> list[tuple[float, int]]:
-        """Cost (`distances.cost`) and number of sentences shown of points; the largest cost for what does not run."""
+    def outcomes(self, unknowns: Unknowns, points: Sequence[np.ndarray]) -> list[Outcome | None]:
+        """Outcomes of points of the unit cube; None for what does not run."""
         rigs = [built(unknowns.rig, fields)[0] for fields in unknowns.changes_at(points)]
-        costs = []
-        for rig, row in zip(rigs, run_rigs(self.config, rigs, self.scenes, self.jobs, self.store), strict=True):
-            if row["state"] == DONE:
-                distances = statement_distances(self.config, self.scenes, row["values"], rig, self.claims)
-                costs.append((cost(distances), sum(max(sizes) <= 1 for sizes in by_sentence(distances).values())))
-            else:
-                costs.append((float(self.sentences), 0))
-        return costs
+        rows = run_rigs(self.config, rigs, self.scenes, self.jobs, self.store)
+        return [self._outcome(rig, row) for rig, row in zip(rigs, rows, strict=True)]
+
+    def _outcome(self, rig: Rig | None, row: dict) -> Outcome | None:
+        if rig is None or row["state"] != DONE:
+            return None
+        values = row["values"]["starts"][0]
+        shown_by = evidence(self.config, self.scenes, values, rig)
+        numbers = printed_numbers(self.claims, shown_by)["met"].sum()
+        judged = sentence_verdicts(judge_all(self.claims, shown_by)[0], self.sentences)
+        return Outcome(residuals(self.config, values), int(numbers), count(judged)[0])
 
     def search(self, name: str) -> pd.DataFrame:
-        """CMA-ES from a start: ``start, ring, equal_pitch, row, cost, shown, ended`` and every unknown, a row each.
+        """Every row of a search: ``search, row, cost, numbers, sentences`` and every unknown.
 
-        It ends when the last rows have gained too little, or are as many as may be (``ended`` of the last one).
+        An iteration takes differences of all unknowns, and steps of several dampings of which the best is kept.
+        Broyden's update corrects the Jacobian by what the steps gave, as long as they gain enough.
         """
-        settings, unknowns = self.config.search, free_unknowns(self.config, self.config.search.scenario)
-        start = np.asarray(unknowns.position(settings.starts[name]))
-        options = {"bounds": [0.0, 1.0], "seed": settings.seed, "verbose": -9}
-        strategy = required("cma").CMAEvolutionStrategy(np.clip(start, 0.001, 0.999), settings.spread, options)
+        unknowns = searched_unknowns(self.config, name)
+        values = self.settings.searches[name].values
+        start = np.array(
+            [np.nan_to_num(unknown.position(values[unknown.label]), nan=0.5) for unknown in unknowns.unknowns]
+        )
+        start = np.clip(start, *INSIDE)
         rows: list[dict] = []
 
-        def evaluate(points: list[np.ndarray]) -> list[float]:
-            costs = self.costs(unknowns, points)
-            for x, (value, shown) in zip(points, costs, strict=True):
-                head = {"start": name, **settings.scenario._asdict(), "row": len(rows) + 1}
-                rows.append(head | {"cost": value, "shown": shown} | unknowns.values(x))
-            return [value for value, _ in costs]
+        def evaluate(points: Sequence[np.ndarray]) -> list[np.ndarray | None]:
+            points = [np.round(x, 12) for x in points]
+            vectors = []
+            for x, outcome in zip(points, self.outcomes(unknowns, points), strict=True):
+                at = {"search": name, "row": len(rows) + 1}
+                if outcome is not None:
+                    at |= {"cost": cost(outcome.residuals), "numbers": outcome.numbers, "sentences": outcome.sentences}
+                rows.append(at | unknowns.values(x))
+                vectors.append(None if outcome is None else np.arcsinh(list(outcome.residuals.values())))
+            return vectors
 
-        evaluate([start])
-        ended = ""
-        while not ended:
-            points = strategy.ask()
-            strategy.tell(points, evaluate([np.clip(np.round(x, 12), 0, 1) for x in points]))
-            best = np.minimum.accumulate([row["cost"] for row in rows])
-            before = best[int((1 - settings.last) * len(best)) - 1]
-            if len(rows) > LEAST_ROWS and before - best[-1] < settings.gain * before:
-                ended = "gains too little"
-            elif len(rows) + strategy.popsize > settings.rows:
-                ended = "rows are spent"
-        return pd.DataFrame(rows).assign(ended=[""] * (len(rows) - 1) + [ended])
+        (vector,) = evaluate([start])
+        if vector is not None:
+            self._descend(start, vector, evaluate, rows)
+        return pd.DataFrame(rows)
+
+    def _descend(self, x: np.ndarray, vector: np.ndarray, evaluate, rows: list) -> None:
+        difference, jacobian = self.settings.difference, None
+        while len(rows) < self.settings.rows and difference > LEAST_DIFFERENCE:
+            points, vectors = [], []
+            if fresh := jacobian is None:
+                moves = np.diag(np.where(x + difference < 1, difference, -difference))
+                points = [x + move for move in moves]
+                vectors = evaluate(points)
+                slopes = [
+                    np.zeros_like(vector) if moved is None else (moved - vector) / move[i]
+                    for i, (move, moved) in enumerate(zip(moves, vectors, strict=True))
+                ]
+                jacobian = np.column_stack(slopes)
+            normal, slope = jacobian.T @ jacobian, -jacobian.T @ vector
+            steps = [np.linalg.solve(normal + damping * np.eye(len(x)), slope) for damping in DAMPINGS]
+            tried = [np.clip(x + np.clip(step, -LARGEST_STEP, LARGEST_STEP), *INSIDE) for step in steps]
+            results = evaluate(tried)
+            for point, moved in zip(tried, results, strict=True):
+                step = point - x
+                if moved is not None and step @ step > 0:
+                    jacobian = jacobian + np.outer(moved - vector - jacobian @ step, step) / (step @ step + 1e-4)
+            costs = [np.inf if moved is None else float(moved @ moved) for moved in (*vectors, *results)]
+            best, before = int(np.argmin(costs)), float(vector @ vector)
+            if costs[best] < before:
+                x, vector = [*points, *tried][best], [*vectors, *results][best]
+            if min(costs[best], before) > (1 - GAIN) * before:
+                jacobian = None
+                difference *= 0.6 if fresh else 1.0

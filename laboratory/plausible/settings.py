@@ -1,7 +1,7 @@
 """Settings of the study of plausible tracks: ``config/plausible.yaml``, whose head explains the fields."""
 
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any
 
 from pydantic import Field
 
@@ -15,53 +15,61 @@ Numbers = Annotated[list[Positive], Field(min_length=1)]
 
 
 class Row(Section):
-    """How a rig is run: steps (s) that are tried one after the other until every scene runs; start of the motor (s);
-    wait (s); pitch passages that are recorded.
+    """How a rig is run: steps (s) that are tried one after the other until every scene runs; starts, each with so long
+    a ramp of the motor (s); wait (s) in steps so many times coarser, of the linearly implicit method; further wait (s)
+    as the record; method and pitch passages of the record.
     """
 
     steps_s: Numbers
-    ramp_s: Positive
-    lead_in_s: Positive
+    ramps_s: Numbers
+    wait_s: Positive
+    coarser: Count
+    last_s: Positive
+    integrator: str
     passages: Count
 
 
 class Near(Section):
-    """Neighbours of a rig: how many, and by how much their values are moved."""
+    """Neighbours of a rig: how many, by what share of themselves their values are moved, and equal pitch (m)."""
 
     rig: str
     rigs: Count
     share: Positive
+    equal_pitch_m: Positive
 
 
-class Scenario(NamedTuple):
-    """A way of the ring and a reading of the printed equal-pitch radius."""
+class Engaged(Section):
+    """The printed engagement, a condition on tracks: how far its times (s) and its share (% of a turn) may be off."""
 
-    ring: str
-    equal_pitch: str
+    time_s: Positive
+    share_pct: Positive
 
 
 class Search(Section):
-    """A search (`search.Searching`): its scenario; radii (m) of a row by speed (rev/min); values by unknown of each
-    start; standard deviation of the first steps, as a share of the ranges; most rows of a start; share of the last
-    rows, and the least share of the cost that they gain.
+    """A search (`search.Searching`): radii (m) of a row by speed (rev/min); by name what each looks for: values that it
+    sets, unknowns in other ranges than those of a draw, and where it starts; differences of the first Jacobian, as a
+    share of the ranges; most rows of a search.
     """
 
-    scenario: Scenario
     radii_m: dict[float, list[float | None]]
-    starts: dict[str, dict[str, float]]
-    spread: Positive
-    seed: int
+    searches: dict[str, "Start"]
+    difference: Positive
     rows: Count
-    last: Positive
-    gain: Positive
+
+
+class Start(Section):
+    """What a search sets (``fields`` of the rig), its own ``unknowns``, and the ``values`` by unknown of its start."""
+
+    fields: dict[str, float]
+    unknowns: list[Unknown]
+    values: dict[str, float]
 
 
 class Short(Section):
     """The short form: so many draws, at fewer radii and speeds; its numbers say nothing."""
 
     draws: Count
-    radii_m: Numbers
-    speeds_rpm: Numbers
+    radii_m: dict[float, Numbers]
 
 
 class PlausibleConfig(Section):
@@ -69,26 +77,19 @@ class PlausibleConfig(Section):
 
     speed_rpm: Positive
     ring_radius_m: Positive
-    speeds_rpm: Numbers
-    radii_m: Numbers
+    radii_m: dict[float, Numbers]
     row: Row
     rig: str
     scene: dict[str, Any]
     draws: Count
     seed: int
-    ring: dict[str, dict[str, float]]
-    equal_pitch_m: dict[str, Annotated[list[Positive], Field(min_length=2, max_length=2)]]
+    engaged: Engaged
     tooth_detail: Count
     follows: Positive
     near: Near
-    search: Search
+    search: Search | None = None
     unknowns: Annotated[list[Unknown], Field(min_length=2)]
     short: Short
-
-    @property
-    def scenarios(self) -> list[Scenario]:
-        """Every way of the ring with every reading of the equal pitch."""
-        return [Scenario(ring, reading) for reading in self.equal_pitch_m for ring in self.ring]
 
     @property
     def rigs(self) -> list[str]:
@@ -101,7 +102,7 @@ class PlausibleConfig(Section):
         return self.model_copy(update=self.short.model_dump() | {"tooth_detail": 1, "near": near})
 
     def drawn_unknowns(self) -> Unknowns:
-        """Unknowns of a draw, in the ranges of real parts."""
+        """Unknowns of a draw, in the assumed ranges."""
         return Unknowns(self.unknowns, load_rig(self.rig), file_ranges(self.rig))
 
 

@@ -1,28 +1,39 @@
-"""Shares of rigs that show a sentence, and which values part those that do from those that do not."""
+"""Shares of tracks that show a sentence, maps of them, and which values part those that do from those that do not."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from itertools import pairwise
 
 import numpy as np
 import pandas as pd
-from scipy.stats import binomtest, spearmanr
+from scipy.stats import binomtest, rankdata
 
+from laboratory.plausible.draws import EQUAL_PITCH
 from laboratory.plausible.rows import scene_name
 from laboratory.plausible.settings import PlausibleConfig
 from trackdyn.sweeps.engine import DONE
 
 FOLLOWS, DEPENDS, NEVER, NOT_JUDGED = "follows", "depends", "never", "not judged"
+ALL, ENGAGED = "all", "engaged"  # tracks: all, and those that meet the printed engagement
 LEVEL = 0.9  # probability of the intervals
-CHANCE = 0.01  # a rank correlation that chance reaches as often, over all values together, separates nothing
-SEPARATING = 2  # values that are named
+CREEP = "creep"  # creep slope of the ring, s/m
+PITCH_EDGES = (0.3015, 0.303, 0.3045, 0.306, 0.3085)  # of the bins of a map, m
+CREEP_EDGES = (0.2, 0.6, 2.0, 10.0, 80.0)  # s/m; the bounds of rubber, 2 and 80, are edges
+PERMUTATIONS, CHANCE = 2000, 0.01
+WITHOUT_RING = "No ring"  # begins the words of a sentence on the sprocket alone
+
+
+def with_creep(judged: pd.DataFrame, friction: float) -> pd.DataFrame:
+    """Judged tracks with the creep slope of their rings, s/m: a friction over its transition velocity."""
+    return judged.assign(**{CREEP: friction / judged["ring_contact.transition_velocity"]})
 
 
 def shares(config: PlausibleConfig, judged: pd.DataFrame, statements: Mapping[str, str]) -> pd.DataFrame:
-    """Share of rigs that show a sentence or a claim, by scenario, with its 90 % interval (Clopper and Pearson).
+    """Share of tracks that show a sentence or a claim, with its 90 % interval (Clopper and Pearson).
 
     Parameters
     ----------
     config : PlausibleConfig
-        Scenarios, and the share from which on a sentence follows from the model.
+        The share from which on a sentence follows from the model.
     judged : DataFrame
         `verdicts.judge_rows`.
     statements : mapping
@@ -31,72 +42,101 @@ def shares(config: PlausibleConfig, judged: pd.DataFrame, statements: Mapping[st
     Returns
     -------
     DataFrame
-        ``name, statement, ring, equal_pitch, rigs, shown, share, low, high, class``; the class is that of all scenarios
-        together: ``follows`` where each has at least the configured share, ``never`` where no rig shows it, else
+        ``name, statement, tracks`` (``all``, or the ``engaged`` ones alone), ``decided, undecided, shown, share, low,
+        high, class``; the class is ``follows`` from the configured share on, ``never`` where no track shows it, else
         ``depends``.
     """
     rows = []
+    ran = judged[judged["state"] == DONE]
     for name, statement in statements.items():
-        scenarios = []
-        for scenario in config.scenarios:
-            in_scenario = (judged["ring"] == scenario.ring) & (judged["equal_pitch"] == scenario.equal_pitch)
-            shown = judged.loc[in_scenario, name].dropna() if name in judged else pd.Series(dtype=float)
-            row = {"name": name, "statement": statement, **scenario._asdict(), "rigs": len(shown)}
+        for tracks, chosen in ((ALL, ran), (ENGAGED, ran[ran["engaged"] == 1] if "engaged" in ran else ran[:0])):
+            verdicts = chosen[name] if name in chosen else pd.Series(dtype=float)
+            shown = verdicts.dropna()
+            row = {"name": name, "statement": statement, "tracks": tracks, "decided": len(shown)}
+            row |= {"undecided": len(verdicts) - len(shown), "class": NOT_JUDGED}
             if len(shown):
                 interval = binomtest(int(shown.sum()), len(shown)).proportion_ci(LEVEL)
                 row |= {"shown": int(shown.sum()), "share": shown.mean(), "low": interval.low, "high": interval.high}
-            scenarios.append(row)
-        parts = [row.get("share", np.nan) for row in scenarios]
-        if np.isnan(parts).all():
-            kind = NOT_JUDGED
-        else:
-            kind = FOLLOWS if np.nanmin(parts) >= config.follows else NEVER if np.nanmax(parts) == 0 else DEPENDS
-        rows += [row | {"class": kind} for row in scenarios]
-    columns = ["name", "statement", "ring", "equal_pitch", "rigs", "shown", "share", "low", "high", "class"]
+                row["class"] = FOLLOWS if row["share"] >= config.follows else DEPENDS if row["shown"] else NEVER
+            rows.append(row)
+    columns = ["name", "statement", "tracks", "decided", "undecided", "shown", "share", "low", "high", "class"]
     return pd.DataFrame(rows, columns=columns)
 
 
-def separating_values(judged: pd.DataFrame, names: Iterable[str], values: Sequence[str]) -> pd.DataFrame:
-    """Those of the ``values`` whose ranks correlate most with showing a sentence or claim, within the scenarios.
-
-    ``names`` are the columns of ``judged`` (`verdicts.judge_rows`) that hold the verdicts.
+def share_map(judged: pd.DataFrame, names: Iterable[str]) -> pd.DataFrame:
+    """Share of tracks that show a sentence by equal-pitch radius and creep slope of the ring (`with_creep`), binned.
 
     Returns
     -------
     DataFrame
-        ``name, value, correlation, median_shown, median_not``, at most two rows a name, the larger correlation first;
-        correlations that chance alone reaches are left out.
+        ``name, pitch_low, pitch_high`` (m), ``creep_low, creep_high`` (s/m), ``decided, shown``.
     """
-    rows = []
+    ran, rows = judged[judged["state"] == DONE], []
     for name in names:
-        rigs = judged.dropna(subset=name) if name in judged else judged[:0]
-        if rigs[name].nunique() < 2 if name in rigs else True:
-            continue
-        # ranks within a scenario: what a scenario changes is no value of a rig
-        groups = rigs.groupby(["ring", "equal_pitch"])
-        centred = rigs[name] - groups[name].transform("mean")
-        drawn = [value for value in values if rigs[value].nunique() > len(groups)]
-        results = [spearmanr(groups[value].rank(pct=True), centred) for value in drawn]
-        ordered = sorted(zip(results, drawn, strict=True), key=lambda result: -abs(result[0].statistic))
-        medians = rigs.groupby(name)[drawn].median()
-        rows += [
-            [name, value, result.statistic, medians.at[1.0, value], medians.at[0.0, value]]
-            for result, value in ordered[:SEPARATING]
-            if result.pvalue * len(drawn) < CHANCE
-        ]
-    return pd.DataFrame(rows, columns=["name", "value", "correlation", "median_shown", "median_not"])
+        for low, high in pairwise(PITCH_EDGES):
+            for slow, fast in pairwise(CREEP_EDGES):
+                inside = ran[EQUAL_PITCH].between(low, high) & ran[CREEP].between(slow, fast)
+                shown = ran.loc[inside, name].dropna() if name in ran else pd.Series(dtype=float)
+                rows.append([name, low, high, slow, fast, len(shown), int(shown.sum())])
+    columns = ["name", "pitch_low", "pitch_high", "creep_low", "creep_high", "decided", "shown"]
+    return pd.DataFrame(rows, columns=columns)
+
+
+def separating_values(
+    judged: pd.DataFrame, statements: Mapping[str, str], values: Sequence[str], seed: int
+) -> pd.DataFrame:
+    """Values whose ranks correlate with showing a sentence by more than chance, over all values and sentences at once.
+
+    The largest rank correlation of all pairs is taken under `PERMUTATIONS` of the draws; a pair counts that it exceeds
+    in less than `CHANCE` of them. Values of the ring are not tried on a sentence without one.
+
+    Returns
+    -------
+    DataFrame
+        ``name, value, correlation, chance, median_shown, median_not``, by sentence, the larger correlation first.
+    """
+    ran = judged[judged["state"] == DONE]
+    names = [name for name in statements if name in ran and ran[name].nunique() > 1]
+    if not names:
+        return pd.DataFrame(columns=["name", "value", "correlation", "chance", "median_shown", "median_not"])
+    ranks = np.column_stack([rankdata(ran[value]) for value in values])
+    ranks = (ranks - ranks.mean(axis=0)) / ranks.std(axis=0)
+    decided = ran[names].notna().to_numpy()
+    verdicts = ran[names].to_numpy(dtype=float)
+    centred = np.where(decided, verdicts - np.nanmean(verdicts, axis=0), 0.0)
+    scale = np.sqrt((centred**2).sum(axis=0) * decided.sum(axis=0))
+    ring = np.array([value.startswith("ring_contact") or value == CREEP for value in values])
+    bare = np.array([statements[name].startswith(WITHOUT_RING) for name in names])
+    tried = ~(ring[:, None] & bare)
+
+    def correlations(order: np.ndarray) -> np.ndarray:
+        return np.where(tried, ranks[order].T @ centred / scale, 0.0)
+
+    random = np.random.default_rng(seed)
+    here = correlations(np.arange(len(ran)))
+    largest = np.array([abs(correlations(random.permutation(len(ran)))).max() for _ in range(PERMUTATIONS)])
+    chance = (largest[:, None, None] >= abs(here)).mean(axis=0)
+    rows = []
+    for j, name in enumerate(names):
+        medians = ran.groupby(name)[list(values)].median()
+        for i in np.argsort(-abs(here[:, j]), kind="stable"):
+            if chance[i, j] < CHANCE:
+                value = values[i]
+                ends = (medians.at[1.0, value], medians.at[0.0, value])
+                rows.append([name, value, here[i, j], chance[i, j], *ends])
+    return pd.DataFrame(rows, columns=["name", "value", "correlation", "chance", "median_shown", "median_not"])
 
 
 def tooth_detail(
-    rows: Sequence[tuple[int, dict]], speeds: Sequence[float], rings: Sequence[float | None]
+    rows: Sequence[tuple[int, dict]], speeds: Iterable[float], rings: Sequence[float | None]
 ) -> pd.DataFrame:
     """Change of the RMS of the acceleration by three surfaces in place of ten arcs.
 
     Parameters
     ----------
     rows : sequence of (draw, values)
-        Values of a rig's row (`rows.run_rig`) by profile: ``ten_arcs``, ``three_surfaces``.
-    speeds, rings : sequence
+        `rows.Values` of a rig by profile: ``ten_arcs``, ``three_surfaces``.
+    speeds, rings : iterable
         Motor speeds, rev/min; ring radii, m.
 
     Returns
@@ -115,8 +155,7 @@ def tooth_detail(
 
 
 def outcomes(judged: pd.DataFrame) -> pd.DataFrame:
-    """Count drawn rigs by scenario: ``ring, equal_pitch, draws, ran`` and how many were refused for which reason."""
+    """Count drawn tracks by what became of them: ``reason`` (``ran``, or why not) and ``rigs``."""
     reasons = judged["reason"].where(judged["state"] != DONE, "ran").fillna("").str.split(":").str[0]
     reasons = reasons.str.replace(r"[\d.e+-]+", "…", regex=True)
-    table = judged.assign(reason=reasons).groupby(["ring", "equal_pitch", "reason"]).size().rename("rigs")
-    return table.reset_index()
+    return judged.assign(reason=reasons).groupby("reason").size().rename("rigs").reset_index()

@@ -1,4 +1,4 @@
-"""Which sentences of the paper follow from the model: rigs of real parts, drawn, run and judged."""
+"""What the sentences of the paper depend on: tracks from assumed ranges, drawn, run and judged."""
 
 from trackdyn.sweeps.snakemake_job import run_job
 
@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pandas as pd
 
-from laboratory.plausible.draws import EQUAL_PITCH, drawn_rigs, neighbours, run_rigs, scenes, tooth_scenes
+from laboratory.plausible.draws import drawn_rigs, neighbours, run_rigs, scenes, tooth_scenes
 from laboratory.plausible.settings import PlausibleConfig, load_plausible
-from laboratory.plausible.shares import separating_values, shares, tooth_detail
+from laboratory.plausible.shares import CREEP, separating_values, share_map, shares, tooth_detail, with_creep
 from laboratory.plausible.verdicts import judge_rig, judge_rows
 from replication.paper.claims import Claim, load_claims, load_sentences
 from trackdyn.sweeps.design import write_table
@@ -16,25 +16,29 @@ from trackdyn.sweeps.engine import DONE
 
 # decided by kinematics and by the wheels, whose places no draw changes
 SET_BY_WHEELS = ("C07", "C08")
+VELOCITY = "ring_contact.transition_velocity"
 PROFILES = ("ten_arcs", "three_surfaces")
 
 
 def judged_claims(path: Path | str) -> list[Claim]:
-    """Claims of numbered sentences that a draw can decide."""
-    return [claim for claim in load_claims(path) if claim.sentence and claim.name not in SET_BY_WHEELS]
+    """Claims of sentences and printed numbers that a draw can decide."""
+    claims = load_claims(path)
+    return [claim for claim in claims if (claim.sentence or claim.numbers) and claim.name not in SET_BY_WHEELS]
 
 
 def tables(config: PlausibleConfig, judged: pd.DataFrame, path: Path | str) -> dict[str, pd.DataFrame]:
-    """Tables of shares and of separating values, from ``judged`` rows (`verdicts.judge_rows`) and a file of claims."""
+    """Tables of shares, maps and separating values, from ``judged`` rows and the file of claims."""
     statements = {str(number): sentence for number, sentence in load_sentences(path).items()}
-    claims = {claim.name: claim.claim for claim in judged_claims(path)}
-    assumed = {name for ring in config.ring.values() for name in ring}
-    values = [EQUAL_PITCH, *(name for name in config.drawn_unknowns().labels if name not in assumed)]
+    claims = {claim.name: claim.claim for claim in load_claims(path) if claim.name in judged}
+    unknowns = config.drawn_unknowns()
+    known = with_creep(judged, unknowns.rig.ring_contact.friction_static)
+    values = [CREEP if name == VELOCITY else name for name in unknowns.labels]
     return {
         "draws": judged,
-        "sentences": shares(config, judged, statements),
-        "claims": shares(config, judged, claims),
-        "values": separating_values(judged, statements, values),
+        "sentences": shares(config, known, statements),
+        "claims": shares(config, known, claims),
+        "map": share_map(known, [name for name in statements if name in known]),
+        "values": separating_values(known, statements, values, config.seed),
     }
 
 
@@ -48,18 +52,23 @@ def run_draws(config: PlausibleConfig, path: Path | str, jobs: int, store: Path 
     return judge_rows(config, drawn, rows, judged_claims(path), load_sentences(path))
 
 
-def run_tooth_detail(config: PlausibleConfig, jobs: int, store: Path | str) -> pd.DataFrame:
-    """Run the first draws of the first scenario with both tooth profiles; ``jobs`` and ``store`` as in `run_draws`."""
-    first = config.model_copy(update={"draws": min(config.draws, config.tooth_detail)})
-    drawn = [track for track in drawn_rigs(first) if track.rig is not None and track.scenario == config.scenarios[0]]
+def run_tooth_detail(config: PlausibleConfig, judged: pd.DataFrame, jobs: int, store: Path | str) -> pd.DataFrame:
+    """Run the first tracks that meet the printed engagement with both tooth profiles, from one start.
+
+    ``judged`` are the draws (`run_draws`), whose ``jobs`` and ``store`` are those of `run_draws`.
+    """
+    engaged = set(judged.loc[judged["engaged"] == 1, "draw"][: config.tooth_detail]) if "engaged" in judged else set()
+    drawn = [track for track in drawn_rigs(config) if track.draw in engaged]
+    row = config.row.model_copy(update={"ramps_s": config.row.ramps_s[:1]})
+    config = config.model_copy(update={"row": row})
     rigs, how = [track.rig for track in drawn], (tooth_scenes(config), jobs, store)
     rows = [run_rigs(config, rigs, *how, {"tooth_contact": profile}) for profile in PROFILES]
     pairs = [
-        (track.draw, {profile: row["values"] for profile, row in zip(PROFILES, pair, strict=True)})
+        (track.draw, {profile: row["values"]["starts"][0] for profile, row in zip(PROFILES, pair, strict=True)})
         for track, *pair in zip(drawn, *rows, strict=True)
         if all(row["state"] == DONE for row in pair)
     ]
-    return tooth_detail(pairs, config.speeds_rpm, (None, config.ring_radius_m))
+    return tooth_detail(pairs, config.radii_m, (None, config.ring_radius_m))
 
 
 def run_neighbours(config: PlausibleConfig, path: Path | str, jobs: int, store: Path | str) -> pd.DataFrame:
@@ -82,7 +91,8 @@ def main(job) -> None:
     config, path = load_plausible(job.input.config), job.input.claims
     config = config.shortened() if job.params.short else config
     how = (job.threads, job.params.store)
-    made = tables(config, run_draws(config, path, *how), path)
-    made |= {"tooth": run_tooth_detail(config, *how), "near": run_neighbours(config, path, *how)}
+    judged = run_draws(config, path, *how)
+    made = tables(config, judged, path)
+    made |= {"tooth": run_tooth_detail(config, judged, *how), "near": run_neighbours(config, path, *how)}
     for name, table in made.items():
         write_table(table, job.output[name])

@@ -7,35 +7,41 @@ import numpy as np
 import pandas as pd
 
 from laboratory.plausible.draws import DrawnRig, scenes
-from laboratory.plausible.rows import scene_name
+from laboratory.plausible.rows import Values, scene_name
 from laboratory.plausible.settings import PlausibleConfig
 from replication.paper.claims import SHOWN, Claim, judge_all
 from replication.paper.evidence import LEAST_RADII, Evidence
+from replication.paper.printed import EVENTS_WITH_RING, EVENTS_WITHOUT_RING
 from replication.paper.scorecard import RADIUS, sentence_verdicts
+from trackdyn.measure.contacts import TOUCHING
 from trackdyn.rig.rig import Rig
-from trackdyn.sweeps.engine import DONE
+from trackdyn.sweeps.engine import DONE, REFUSED
+
+JAMMED = "the ring of 0.308 m carries nothing"
 
 
-def evidence(config: PlausibleConfig, row_scenes: list[list], values: Mapping[str, dict], rig: Rig) -> Evidence:
-    """Return the row of a rig as what claims are judged by; a speed at too few radii belongs to no ring study.
+def evidence(config: PlausibleConfig, row_scenes: list[list], values: Values, rig: Rig) -> Evidence:
+    """Return what a start of a rig gave as what claims are judged by; too few radii of a speed make no ring study.
 
-    ``row_scenes`` are speed (rev/min), ring radius (m) and whether sensors are read, ``values`` the row by scene.
+    ``row_scenes`` are speed (rev/min), ring radius (m) and whether it is measured in detail.
     """
     metrics, events = [], []
     radii = Counter(rpm for rpm, ring, _ in row_scenes if ring is not None)
-    for rpm, ring, sensed in row_scenes:
+    for rpm, ring, detailed in row_scenes:
         row = values[scene_name(rpm, ring)]
         columns = {"rpm": rpm, "ring_radius_m": np.nan if ring is None else ring, **row}
-        runs = [f"ring/{rpm:g}rpm_{ring}"] * (radii[rpm] >= LEAST_RADII) + [f"{rpm:g}rpm"] * sensed
+        runs = [f"ring/{rpm:g}rpm_{ring}"] * (radii[rpm] >= LEAST_RADII)
+        runs += [f"{rpm:g}rpm"] * (detailed and ring is not None)
         if rpm == config.speed_rpm and ring in (None, config.ring_radius_m):
             runs.append(f"meshing/{'no_ring' if ring is None else 'ring'}")
-            times = {key.removeprefix("event "): time for key, time in row.items() if key.startswith("event ")}
-            events += [
-                {"run": runs[-1], "event": event, "median_s": time, "sd_s": np.nan, "area": row.get(f"area {event}")}
-                for event, time in times.items()
-            ]
+            for name, time in row.items():
+                if name.startswith("event "):
+                    event = name.removeprefix("event ")
+                    scatter, area = row.get(f"scatter {event}"), row.get(f"area {event}")
+                    events.append({"run": runs[-1], "event": event, "median_s": time, "sd_s": scatter, "area": area})
         metrics += [{"run": run, **columns} for run in runs]
-    return Evidence(pd.DataFrame(metrics), pd.DataFrame(events), rig, config.speed_rpm, config.ring_radius_m)
+    table = pd.DataFrame(events).astype({"median_s": float, "sd_s": float})
+    return Evidence(pd.DataFrame(metrics), table, rig, config.speed_rpm, config.ring_radius_m)
 
 
 def judge_rows(
@@ -50,34 +56,76 @@ def judge_rows(
     Returns
     -------
     DataFrame
-        A row a drawn rig: ``draw, ring, equal_pitch, state, reason``, the values that were drawn, the radius to choose
-        at each speed (``radius_115`` and so on, m), and ``1`` or ``0`` for every sentence (by number) and every claim
-        that is judged; empty where none is.
+        A row a drawn rig: ``draw, state, reason``, the values that were drawn, the readings of its equal-pitch radius
+        (``equal_pitch <reading>``, m), ``engaged`` (`is_engaged`), the ring to choose (``radius``, m), and ``1`` or
+        ``0`` for every sentence (by number) and every claim that is judged; empty where none is, or where starts
+        differ.
     """
     table = []
     for track, row in zip(drawn, rows, strict=True):
         outcome = {"state": row["state"], "reason": row["reason"] or track.reason}
         verdicts = judge_rig(config, row, track.rig, claims, sentences)
-        table.append({"draw": track.draw, **track.scenario._asdict(), **outcome, **track.values, **verdicts})
+        if row["state"] == DONE and not verdicts:
+            outcome = {"state": REFUSED, "reason": JAMMED}
+        readings = track.rig.equal_pitch_radii if track.rig is not None else {}
+        equal = {f"equal_pitch {name}": radius for name, radius in readings.items()}
+        table.append({"draw": track.draw, **outcome, **track.values, **equal, **verdicts})
     return pd.DataFrame(table)
 
 
 def judge_rig(
     config: PlausibleConfig, row: Mapping, rig: Rig | None, claims: list[Claim], sentences: Mapping[int, str]
 ) -> dict[str, float]:
-    """Radius to choose at each speed, and 1 or 0 for every sentence and claim that the row of a rig decides.
+    """Whether a rig is engaged as printed, the ring to choose, and 1 or 0 for every sentence and claim of its row.
 
-    A row that is not done decides none.
+    NaN where its starts differ. A row that is not done decides nothing, nor does one whose ring of the paper's radius
+    carries nothing: its chain jams between the teeth.
     """
     if rig is None or row["state"] != DONE:
         return {}
-    card, numbers = judge_all(claims, evidence(config, scenes(config), row["values"], rig))
+    starts = [_judged(config, values, rig, claims, sentences) for values in row["values"]["starts"]]
+    if not all(starts):
+        return {}
+    first = starts[0]
+    return {
+        name: value if all(_same(value, other[name]) for other in starts) else np.nan for name, value in first.items()
+    }
+
+
+def _same(value: float, other: float) -> bool:
+    return value == other or (np.isnan(value) and np.isnan(other))
+
+
+def _judged(
+    config: PlausibleConfig, values: Values, rig: Rig, claims: list[Claim], sentences: Mapping[int, str]
+) -> dict[str, float]:
+    """What one start decides; empty for a chain that jams."""
+    at_radius = [values[scene_name(rpm, config.ring_radius_m)] for rpm in config.radii_m]
+    if min(scene["ring_share_pct"] for scene in at_radius) < TOUCHING:
+        return {}
+    card, numbers = judge_all(claims, evidence(config, scenes(config), values, rig))
     whole = sentence_verdicts(card, sentences)
-    radii = numbers[numbers["id"] + numbers["part"] == RADIUS]
-    judged = {f"radius_{rpm:g}": value for rpm, value in zip(radii["rpm"], radii["value"], strict=True)}
+    radius = numbers.loc[numbers["id"] + numbers["part"] == RADIUS, "value"]
+    judged = {
+        "engaged": float(is_engaged(config, values, rig)),
+        "radius": float(radius.iloc[0]) if len(radius) else np.nan,
+    }
     for name, verdict in [
         *zip(whole["number"].astype(str), whole["verdict"], strict=True),
         *zip(card["id"] + card["part"], card["verdict"], strict=True),
     ]:
         judged[name] = float(verdict == SHOWN)  # where no force acts a claim cannot be judged, and is not shown
     return judged
+
+
+def is_engaged(config: PlausibleConfig, values: Values, rig: Rig) -> bool:
+    """Whether connectors are in mesh as long as the paper prints, without a ring and with its own."""
+    without, ring = (values[scene_name(config.speed_rpm, radius)] for radius in (None, config.ring_radius_m))
+    begin, ended = EVENTS_WITHOUT_RING["first contact of the right arc"], config.engaged.time_s
+    for event, at in (("right gone", "right contact gone"), ("out", "out of engagement")):
+        time = without[f"event {event}"]
+        if time is None or not abs(time - (EVENTS_WITHOUT_RING[at] - begin)) <= ended:
+            return False
+    turn = 60 * rig.sprocket.transmission_ratio / config.speed_rpm
+    share = 100 * (EVENTS_WITH_RING["ring left"] - EVENTS_WITH_RING["ring first touched"]) / turn
+    return abs(ring["ring_share_pct"] - share) <= config.engaged.share_pct

@@ -1,57 +1,70 @@
-"""Plausible tracks: what is drawn, how a row is judged beside a long run, shares, and values that separate."""
+"""Plausible tracks: what is drawn, how a row is judged, shares, maps, and values that separate."""
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from laboratory.plausible.draws import EQUAL_PITCH, drawn_rigs, neighbours
-from laboratory.plausible.revolution import summary
+from laboratory.plausible.draws import EQUAL_PITCH, SEAT, TIP, drawn_rigs, neighbours, scenes
+from laboratory.plausible.rows import run_rig
 from laboratory.plausible.settings import load_plausible
-from laboratory.plausible.shares import DEPENDS, FOLLOWS, NEVER, NOT_JUDGED, separating_values, shares, tooth_detail
+from laboratory.plausible.shares import (
+    CREEP,
+    DEPENDS,
+    ENGAGED,
+    FOLLOWS,
+    NEVER,
+    NOT_JUDGED,
+    separating_values,
+    share_map,
+    shares,
+    tooth_detail,
+)
 from laboratory.plausible.study import judged_claims
-from laboratory.plausible.verdicts import judge_rows
+from laboratory.plausible.verdicts import JAMMED, judge_rig, judge_rows
+from replication.paper.claims import load_sentences
 from trackdyn.measure.sensor import whole_samples
+from trackdyn.rig.rig import load_rig
 from trackdyn.scene.scene import Periods, Scene
 from trackdyn.simulation.simulate import simulate
-from trackdyn.sweeps.engine import without_values
+from trackdyn.sweeps.engine import DONE, REFUSED, without_values
 from trackdyn.sweeps.sweep_row import run_values
 
 CONFIG = load_plausible("config/plausible.yaml")
 CLAIMS = "config/claims.yaml"
 
 
-def test_a_point_is_one_track_in_every_scenario_within_the_ranges_of_real_parts():
-    """But for the slipping ring; fewer draws are the first of more."""
-    few, drawn = (list(drawn_rigs(CONFIG.model_copy(update={"draws": count}))) for count in (2, 4))
+def test_a_point_is_one_track_with_its_own_equal_pitch_and_ring_within_the_ranges():
+    """Fewer draws are the first of more."""
+    few, drawn = (list(drawn_rigs(CONFIG.model_copy(update={"draws": count}))) for count in (2, 8))
     assert [track.values for track in few] == [track.values for track in drawn[: len(few)]]
-    assert [track.draw for track in drawn] == [k for k in range(4) for _ in CONFIG.scenarios]
-    grips, slips, polygon = drawn[:3]
-    assert {name for name in grips.values if grips.values[name] != slips.values[name]} == set(CONFIG.ring["slips"])
-    assert {name for name in grips.values if grips.values[name] != polygon.values[name]} == {EQUAL_PITCH}
+    assert len({track.values[EQUAL_PITCH] for track in drawn}) == len(drawn)
+    assert len({track.values["ring_contact.transition_velocity"] for track in drawn}) == len(drawn)
     for track in drawn:
-        low, high = CONFIG.equal_pitch_m[track.scenario.equal_pitch]
-        assert low <= track.values[EQUAL_PITCH] <= high
         assert (track.rig is None) == bool(track.reason)
         for unknown in CONFIG.drawn_unknowns().unknowns:
-            if unknown.of is None and not (track.scenario.ring == "slips" and unknown.label in CONFIG.ring["slips"]):
+            if unknown.of is None:
                 edge = 1e-9 * max(abs(unknown.low), abs(unknown.high))
-                assert unknown.low - edge <= track.values[unknown.label] <= unknown.high + edge, unknown.label
+                low = track.values[SEAT] if unknown.label == TIP else unknown.low
+                assert low - edge <= track.values[unknown.label] <= unknown.high + edge, unknown.label
 
 
-def test_neighbours_move_every_fitted_value_wheels_and_equal_pitch_included():
+def test_nearly_every_groove_that_is_drawn_can_be_cut():
+    drawn = list(drawn_rigs(CONFIG.model_copy(update={"draws": 64})))
+    assert sum(track.rig is None for track in drawn) <= 0.1 * len(drawn)
+
+
+def test_neighbours_move_every_fitted_value_wheels_included_and_equal_pitch_by_its_rounding():
     near = CONFIG.near.model_copy(update={"rigs": 2})
     rig, *others = neighbours(CONFIG.model_copy(update={"near": near}))
     for other in others:
-        for name in (EQUAL_PITCH, "idler.x", "road_wheel.y", "groove.r2", "bushing.loss_factor"):
+        for name in ("idler.x", "road_wheel.y", "groove.r2", "bushing.loss_factor"):
             assert 0 < abs(other.value(name) / rig.value(name) - 1) <= CONFIG.near.share, name
+        assert 0 < abs(other.value(EQUAL_PITCH) - rig.value(EQUAL_PITCH)) <= CONFIG.near.equal_pitch_m
 
 
 def judged(**columns) -> pd.DataFrame:
-    """Twenty tracks a scenario with columns of verdicts."""
-    rows = [scenario._asdict() for scenario in CONFIG.scenarios for _ in range(20)]
-    return pd.DataFrame(rows).assign(
-        **{name: np.tile(values, len(CONFIG.scenarios)) for name, values in columns.items()}
-    )
+    """Twenty tracks that ran, of which the first ten are engaged, with columns of verdicts."""
+    return pd.DataFrame({"state": DONE, "engaged": np.arange(20) < 10, **columns})
 
 
 @pytest.mark.parametrize(
@@ -60,28 +73,49 @@ def judged(**columns) -> pd.DataFrame:
 )
 def test_a_share_has_its_interval_and_its_class(count, kind, low, high):
     """Bounds of Clopper and Pearson at 90 % as tables have them."""
-    table = shares(CONFIG, judged(**{"1": np.arange(20) < count}), {"1": "a sentence", "2": "another"})
-    first = table[table["name"] == "1"]
-    assert (first["class"] == kind).all() and first["share"].tolist() == [count / 20] * len(CONFIG.scenarios)
-    assert first["low"].iloc[0] == pytest.approx(low, abs=5e-4) and first["high"].iloc[0] == pytest.approx(
-        high, abs=5e-4
-    )
+    table = shares(CONFIG, judged(**{"1": (np.arange(20) < count).astype(float)}), {"1": "a sentence", "2": "another"})
+    first = table[table["name"] == "1"].iloc[0]
+    assert first["class"] == kind and first["share"] == count / 20
+    assert first["low"] == pytest.approx(low, abs=5e-4) and first["high"] == pytest.approx(high, abs=5e-4)
     assert (table[table["name"] == "2"]["class"] == NOT_JUDGED).all()
 
 
-def test_one_scenario_that_shows_less_makes_a_sentence_depend():
-    table = judged(**{"1": np.ones(20)})
-    table.loc[table["ring"] == "slips", "1"] = 0.0
-    assert set(shares(CONFIG, table, {"1": "a sentence"})["class"]) == {DEPENDS}
+def test_what_starts_judge_differently_is_not_decided_and_engaged_tracks_are_counted_apart():
+    verdicts = np.where(np.arange(20) < 5, np.nan, 0.0)
+    verdicts[5:10] = 1.0
+    table = shares(CONFIG, judged(**{"1": verdicts}), {"1": "a sentence"}).set_index("tracks")
+    assert table.loc["all", ["decided", "undecided", "shown"]].tolist() == [15, 5, 5]
+    assert table.loc[ENGAGED, ["decided", "undecided", "shown"]].tolist() == [5, 5, 5]
+    refused = judged(**{"1": np.ones(20)}).assign(state=REFUSED)
+    assert shares(CONFIG, refused, {"1": "a sentence"})["class"].eq(NOT_JUDGED).all()
+
+
+def test_a_map_counts_every_track_once():
+    random = np.random.default_rng(5)
+    table = judged(**{"1": (np.arange(20) % 2).astype(float)})
+    table = table.assign(**{EQUAL_PITCH: random.uniform(0.3015, 0.3085, 20), CREEP: random.uniform(0.2, 80, 20)})
+    counted = share_map(table, ["1"])
+    assert counted["decided"].sum() == 20 and counted["shown"].sum() == 10 and len(counted) == 16
 
 
 def test_the_value_that_decides_is_named_and_chance_is_not():
     random = np.random.default_rng(3)
     mass, noise = random.uniform(6, 20, 80), random.uniform(0, 1, 80)
-    table = judged(**{"1": np.zeros(20)}).assign(**{"1": (mass > 13).astype(float), "mass": mass, "noise": noise})
-    named = separating_values(table, ["1"], ["mass", "noise"])
-    assert named["value"].tolist() == ["mass"]
+    table = pd.DataFrame(
+        {"state": DONE, "1": (mass > 13).astype(float), "2": random.integers(0, 2, 80), "mass": mass, CREEP: noise}
+    )
+    named = separating_values(table, {"1": "a sentence", "2": "chance"}, ["mass", CREEP], 1)
+    assert named[["name", "value"]].values.tolist() == [["1", "mass"]]
     assert named["median_not"][0] < 13 < named["median_shown"][0] and named["correlation"][0] > 0.7
+
+
+def test_no_value_of_the_ring_separates_a_sentence_without_one():
+    creep = np.linspace(0.2, 80, 60)
+    table = pd.DataFrame(
+        {"state": DONE, "5": (creep > 30).astype(float), CREEP: creep, "mass": np.tile([1.0, 2.0], 30)}
+    )
+    assert separating_values(table, {"5": "No ring: both arcs"}, [CREEP, "mass"], 1).empty
+    assert separating_values(table, {"5": "Ring: free"}, [CREEP, "mass"], 1)["value"].tolist() == [CREEP]
 
 
 def test_tooth_detail_is_the_change_from_ten_arcs_to_three_surfaces():
@@ -96,17 +130,51 @@ def test_a_track_that_cannot_be_built_stands_in_the_table_with_its_reason():
     assert table["reason"].tolist() == ["no loop"] and "1" not in table
 
 
-def test_eight_passages_of_all_connectors_say_what_a_long_run_says(rig):
+def test_a_row_is_judged_from_two_starts_and_a_chain_that_jams_is_refused():
+    """What one start alone shows is not decided."""
+    small = CONFIG.model_copy(update={"radii_m": {115.0: [0.303, 0.304, 0.305, 0.308, 0.313]}})
+    rig, claims, sentences = load_rig("parts"), judged_claims(CLAIMS), load_sentences(CLAIMS)
+    values = run_rig(rig.model_dump(), scenes(small), small.scene, small.row.model_dump())
+    assert len(values["starts"]) == len(small.row.ramps_s) == 2
+    one = {"state": DONE, "values": {"starts": values["starts"][:1]}}
+    alone = judge_rig(small, one, rig, claims, sentences)
+    for number in (7, 9, 10, 14):
+        parts = [alone[claim.name] for claim in claims if claim.sentence == number]
+        assert alone[str(number)] == min(parts)
+    free = {name: scene | {"right_share_pct": 0.0} for name, scene in values["starts"][0].items()}
+    caught = {name: scene | {"right_share_pct": 9.0} for name, scene in values["starts"][0].items()}
+    both = judge_rig(small, {"state": DONE, "values": {"starts": [free, caught]}}, rig, claims, sentences)
+    assert np.isnan(both["19"]) and both["10"] == alone["10"]
+    jammed = {name: scene | {"ring_share_pct": 0.0} for name, scene in free.items()}
+    row = {"state": DONE, "reason": "", "values": {"starts": [jammed]}}
+    track = next(drawn_rigs(CONFIG))._replace(rig=rig)
+    table = judge_rows(small, [track], [row], claims, sentences)
+    assert table[["state", "reason"]].values.tolist() == [[REFUSED, JAMMED]]
+
+
+def test_passages_of_all_connectors_say_what_a_long_run_says(rig):
     """Within three samples of a turn, and 1 % of forces or 1 N, of the passages of a record of 6.4 s."""
-    fields = {"rig": rig, "motor_rpm": 115, "ring_radius": 0.308, "step": 1e-4, "integrator": "linearly_implicit"}
-    fields["pitches"] = list(range(1, rig.chain.pitches + 1))
-    wait = {"ramp": CONFIG.row.ramp_s, "lead_in": CONFIG.row.lead_in_s}
-    duration = whole_samples(1000, CONFIG.row.passages * Periods.at(rig, 115).passage) + 0.002
-    short, times = summary(simulate(Scene(**fields, **wait, duration=duration, contact_log=False)))
-    known = run_values(simulate(Scene(**fields, **wait, duration=6.4)))
+    small = CONFIG.model_copy(update={"row": CONFIG.row.model_copy(update={"ramps_s": [0.3], "passages": 8})})
+    row = small.row.model_dump() | {"steps_s": [1e-4]}
+    values = run_rig(rig.model_dump(), [[115, 0.308, True]], {}, row)["starts"][0]["115 0.308"]
+    known = run_values(
+        simulate(
+            Scene(
+                rig,
+                115,
+                0.308,
+                step=1e-4,
+                ramp=0.3,
+                lead_in=5.0,
+                duration=6.4,
+                pitches=list(range(1, rig.chain.pitches + 1)),
+            )
+        )
+    )
     for side in ("left", "right", "ring"):
-        assert short[f"{side}_share_pct"] == pytest.approx(known[f"{side}_share_pct"], abs=0.1)
-        assert short[f"{side}_rms_n"] == pytest.approx(known[f"{side}_rms_n"], rel=0.01, abs=1.0)
-    assert known["left_share_pct"] > 1 and short["left_areas"] == known["left_areas"]
+        assert values[f"{side}_share_pct"] == pytest.approx(known[f"{side}_share_pct"], abs=0.1)
+        assert values[f"{side}_rms_n"] == pytest.approx(known[f"{side}_rms_n"], rel=0.01, abs=1.0)
+    assert known["left_share_pct"] > 1 and values["left_areas"] == known["left_areas"]
     for event in ("left touches", "ring left", "out"):
-        assert times[event] == pytest.approx(known[f"event {event}"], abs=0.003)
+        assert values[f"event {event}"] == pytest.approx(known[f"event {event}"], abs=0.003)
+    assert whole_samples(rig.rate, 8 * Periods.at(rig, 115).passage) > 0

@@ -1,4 +1,4 @@
-"""The file of the default rig: the end of the search."""
+"""Files of the searched rigs: the ends of the searches, one of them the default rig."""
 
 from trackdyn.sweeps.snakemake_job import run_job
 
@@ -9,13 +9,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from laboratory.plausible.draws import EQUAL_PITCH, run_rigs, scenes
-from laboratory.plausible.search import Searching, free_unknowns
-from laboratory.plausible.settings import PlausibleConfig, Scenario, load_plausible
-from laboratory.plausible.study import judged_claims
+from laboratory.plausible.search import Searching, searched_unknowns
+from laboratory.plausible.settings import PlausibleConfig, load_plausible
 from laboratory.plausible.unknowns import Unknowns, file_ranges
-from laboratory.plausible.verdicts import judge_rig
-from replication.paper.claims import load_sentences
 from trackdyn.errors import InputError
 from trackdyn.files import write_text
 from trackdyn.rig.rig import Rig
@@ -24,8 +20,11 @@ from trackdyn.simulation.settling import settle
 from trackdyn.sweeps.design import write_table
 
 PITCH_PASSING_RPM, PITCH_PASSING_HZ = 115.0, 4.47  # where a damper loses what rubber of a loss factor does
-ABOUT = "the rig of the paper: real parts and one assumption, a ring that slips; searched to show most of its sentences"
-SLIPS = "the one assumption: the ring slips nearly freely (docs/answer.md)"
+ABOUT = {
+    "slips": "the rig of the paper: searched for its printed numbers within assumed ranges, but for a ring that slips",
+    "grips": "a rig searched for the printed numbers within assumed ranges, with a ring that grips as rubber does",
+}
+SLIPS = "set by the search (docs/answer.md)"
 DAMPER = (
     "loss_factor of that stiffness at 4.47 Hz, the pitch-passing frequency of 115 rpm; only for bushing_law: viscous"
 )
@@ -37,9 +36,9 @@ about: "{about}"
 # The rig: every parameter with value, unit, kind and source.
 # kind: printed (stands in the paper), derived (from printed numbers), assumed (not in the paper),
 # fitted (chosen so that the model shows a printed result; the source says which).
-# low, high: what the part can be; the source of the range stands after "range:".
-# `snakemake -s laboratory/Snakefile -j2 default_rig` makes this file (docs/answer.md).
-# Outside what a part can be: {outside}.
+# low, high: the range that is assumed for the part; the source or the judgement behind it stands after "range:".
+# `snakemake -s laboratory/Snakefile -j2 searched_rigs` makes this file (docs/answer.md).
+# Outside these ranges: {outside}.
 """
 
 
@@ -81,7 +80,10 @@ def rig_entries(
     ranges, fields, entries = file_ranges(config.rig), unknowns.changes(values), {}
     for unknown in unknowns.unknowns:
         factor = fields.get(unknown.of, 1.0) if unknown.of else 1.0
-        low, high = ranges[EQUAL_PITCH] if unknown.label == EQUAL_PITCH else (unknown.low, unknown.high)
+        # the range of the file where it has one, so that a value beyond it is seen
+        low, high = (
+            (unknown.low, unknown.high) if unknown.of else ranges.get(unknown.label, (unknown.low, unknown.high))
+        )
         entry = {"low": low * factor, "high": high * factor, "kind": "fitted", "source": source}
         entries |= {name: entry | {"value": fields[name]} for name in unknown.names}
     rig = unknowns.rig.changed(**fields)
@@ -104,44 +106,28 @@ def _least_tension(rig: Rig, low: float) -> float:
     return rig.tension.pre_tension
 
 
-def slip_entries(config: PlausibleConfig) -> dict[str, dict]:
-    """Entries of the ring that the search assumes."""
-    ranges = file_ranges(config.rig)
-    return {
-        name: {"value": value, "low": ranges[name][0], "high": ranges[name][1], "kind": "assumed", "source": SLIPS}
-        for name, value in config.ring[config.search.scenario.ring].items()
+def searched_rig(config: PlausibleConfig, rows: pd.DataFrame, name: str) -> str:
+    """File of the row of a search that meets most printed numbers, then shows most sentences, then costs least."""
+    assert config.search is not None, "config/plausible.yaml has no search"
+    order = {"by": ["numbers", "sentences", "cost"], "ascending": [False, False, True]}
+    best = rows.dropna(subset="cost").sort_values(**order, kind="stable").iloc[0].to_dict()
+    unknowns, ranges = searched_unknowns(config, name), file_ranges(config.rig)
+    source = f"least squares, {name}, row {best['row']:g} (docs/answer.md)"
+    set_fields = {
+        field: {"value": value, "low": ranges[field][0], "high": ranges[field][1], "kind": "assumed", "source": SLIPS}
+        for field, value in config.search.searches[name].fields.items()
     }
-
-
-def judged_end(config: PlausibleConfig, rows: pd.DataFrame, searching: Searching, sentences) -> dict:
-    """The row of least cost of a search (``rows``), with its verdicts on all scenes.
-
-    ``shown_on_all_scenes`` counts the ``sentences`` that are shown.
-    """
-    best = rows.loc[rows["cost"].idxmin()].to_dict()
-    unknowns = free_unknowns(config, Scenario(best["ring"], best["equal_pitch"]))
-    rig = unknowns.rig.changed(**unknowns.changes(best))
-    (row,) = run_rigs(config, [rig], scenes(config), searching.jobs, searching.store)
-    verdicts = judge_rig(config, row, rig, searching.claims, sentences)
-    return best | verdicts | {"shown_on_all_scenes": sum(verdicts.get(str(number)) == 1 for number in sentences)}
-
-
-def searched_rig(config: PlausibleConfig, ends: pd.DataFrame) -> str:
-    """File of the end that shows most sentences on all scenes, of as many the one of least cost."""
-    best = ends.sort_values(["shown_on_all_scenes", "cost"], ascending=[False, True], kind="stable").iloc[0].to_dict()
-    unknowns = free_unknowns(config, Scenario(best["ring"], best["equal_pitch"]))
-    source = f"CMA-ES from {best['start']}, row {best['row']:g} (docs/answer.md)"
-    entries = rig_entries(config, unknowns, best, source) | slip_entries(config)
-    return rig_text(Path(config.rig).read_text(encoding="utf-8"), entries, ABOUT)
+    entries = rig_entries(config, unknowns, best, source) | set_fields
+    return rig_text(Path(config.rig).read_text(encoding="utf-8"), entries, ABOUT[name])
 
 
 @run_job
 def main(job) -> None:
-    """Rule `default_rig`."""
-    config, sentences = load_plausible(job.input.config), load_sentences(job.input.claims)
-    searching = Searching(config, judged_claims(job.input.claims), job.threads, job.params.store)
-    searched = [searching.search(name) for name in config.search.starts]
-    ends = pd.DataFrame([judged_end(config, rows, searching, sentences) for rows in searched])
-    write_table(pd.concat(searched, ignore_index=True), job.output.rows)
-    write_table(ends, job.output.ends)
-    write_text(Path(job.output.rig), searched_rig(config, ends))
+    """Rule `searched_rigs`."""
+    config = load_plausible(job.input.config)
+    searching = Searching(config, job.input.claims, job.threads, job.params.store)
+    tables = []
+    for name, path in zip(job.params.searches, job.output.rigs, strict=True):
+        tables.append(rows := searching.search(name))
+        write_text(Path(path), searched_rig(config, rows, name))
+    write_table(pd.concat(tables, ignore_index=True), job.output.rows)
