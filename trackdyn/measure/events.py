@@ -83,13 +83,13 @@ def event_times(recording: Recording) -> dict[str, float]:
 
 def _forces(recording: Recording) -> Iterator[tuple[int, int, float, float, slice]]:
     """Column of the record, side, first contact (s), touch of the side (s) and samples of every passage and side."""
-    count = recording.scene.rig.chain.pitches
+    rig = recording.scene.rig
     columns = {int(pitch): i for i, pitch in enumerate(recording.pitches)}
     table = passage_arrays(recording)
     for connector, starts, ends in zip(table["connector"][:, 0], table["start_s"], table["end_s"], strict=True):
         first, last = np.fmin.reduce(starts), np.fmax.reduce(ends)
         for i in range(len(SIDES)):
-            column = columns.get(connector % count + 1 if SIDES[i] == "ring" else connector)
+            column = columns.get(rig.link_ahead(connector) if SIDES[i] == "ring" else connector)
             if connector in columns and column is not None and not np.isnan(starts[i]):
                 begin, end = np.searchsorted(recording.time, first), np.searchsorted(recording.time, last, "right")
                 yield column, i, float(first), float(starts[i]), slice(int(begin), int(end))

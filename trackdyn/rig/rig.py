@@ -183,6 +183,10 @@ class Rig(Section):
             ignored |= {"tension.mass", "tension.stiffness", "tension.damping"}
         return [name for name, field in self.fields.items() if name in ignored and field.value]
 
+    def link_ahead(self, connector: int) -> int:
+        """Pitch, from 1, of the link that runs ahead of a connector."""
+        return connector % self.chain.pitches + 1
+
     @cached_property
     def pin_circle(self) -> float:
         """Radius of the circle of pins when links touch a ring of the equal-pitch radius, m."""

@@ -242,7 +242,7 @@ class Config(Section):
             runs[f"coarse/{rpm:g}rpm"] = runs[f"{rpm:g}rpm"].with_(tooth_contact="three_surfaces", frame_interval=0.0)
         for name, radius in (("meshing/no_ring", None), ("meshing/ring", m.ring_radius_m)):
             # the sensor's pitch and the one whose link runs ahead of its connector
-            pitches = (rig.first_sensor.pitch, rig.first_sensor.pitch % rig.chain.pitches + 1)
+            pitches = (rig.first_sensor.pitch, rig.link_ahead(rig.first_sensor.pitch))
             add(
                 name, "meshing", motor_rpm=m.speed_rpm, ring_radius=radius, duration=m.duration_s,
                 frame_interval=m.frame_interval_s, pitches=pitches, step=m.step_s,

@@ -62,7 +62,7 @@ def select_passage(recording: Recording) -> Selected:
     Raises `InputError`: the record holds no such passage, or not the ring's force on the link ahead.
     """
     columns = {int(pitch): i for i, pitch in enumerate(recording.pitches)}
-    ahead = {pitch: pitch % recording.scene.rig.chain.pitches + 1 for pitch in columns}  # the link, of a connector
+    ahead = {pitch: recording.scene.rig.link_ahead(pitch) for pitch in columns}  # the link, of a connector
     ring = recording.scene.ring_radius is not None
     connectors = [pitch for pitch in columns if not ring or ahead[pitch] in columns]
     if not connectors:

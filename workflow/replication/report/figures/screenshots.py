@@ -114,7 +114,7 @@ def screenshot_figure(rig: Rig, recording: Recording) -> Figure:
     figure.suptitle(text, x=0.01, ha="left", fontsize=8)
     handles: list = [Patch(**drawing.MARKED, label=f"connector {shown.connector}")]
     if ring is not None:
-        ahead = shown.connector % rig.chain.pitches + 1
+        ahead = rig.link_ahead(shown.connector)
         handles.append(Patch(**drawing.MARKED_TOO, label=f"link {ahead}, ahead of it"))
     for side in SIDES[: 2 if ring is None else 3]:
         if shown.sides.loc[side, "count"]:
