@@ -1,12 +1,14 @@
 """The ring study of any rig: which radii, which one to choose and by which rule, and what the command writes."""
 
+import contextlib
+
 import pandas as pd
 import pytest
 
 from tests.conftest import run_command
 from trackdyn.errors import InputError
 from trackdyn.measure.contacts import meshing_summary
-from trackdyn.measure.ring_rule import RULE, advice, parse_rule
+from trackdyn.measure.ring_rule import RULE, SPAN, advice, parse_rule
 from trackdyn.measure.stopping import run_steady
 from trackdyn.measure.uncertainty import whole_errors
 from trackdyn.rig.rig import load_rig
@@ -17,7 +19,7 @@ from trackdyn.scene.scene import Scene, StopRule, steady_fields
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.settling import SettledLoops
 from trackdyn.sweeps.engine import Store
-from trackdyn.sweeps.ring import _design, check_same_study
+from trackdyn.sweeps.ring import _design, check_same_study, ring_study
 from trackdyn.sweeps.sweep import requested_rows
 
 TEETH = 13  # 7.7 % of a turn, and 9.7 % with two points
@@ -52,16 +54,18 @@ def test_the_smallest_ring_that_keeps_every_bound_at_every_speed_is_chosen():
     assert rows == [[[0.304, 115.0], [0.304, 210.0], [0.305, 210.0]], [[0.304, 115.0], [0.305, 115.0], [0.304, 210.0]]]
     assert rule.band(study()) == {1.0: 0.308, 3.0: 0.306}
     said = advice(study(), rule)
-    assert said[:2] == [
+    assert said[:4] == [
         "choose a ring of 0.306 m",
+        "the rule holds from 0.3055 to 0.308 m, known to 0.5 mm",
         "points over a tooth's share: the rule would choose 0.308 m with 1, 0.306 m with 3",
+        "least sliding on the teeth: 0.308 m, 16 J a turn in place of 18 J, for +0.067 % of strand tension",
     ]
-    assert "at 210 rpm is 0.60 +- 0.10, must be < 0.5; " in said[2] and said[3].endswith("keeps every bound, too")
-    assert said[5] == (
+    assert "at 210 rpm is 0.60 +- 0.10, must be < 0.5; " in said[4] and said[5].endswith("keeps every bound, too")
+    assert said[7] == (
         "0.306 m: strand 3000 N, RMS force of the ring 9 N, of the left arc 200 N, "
         "sliding work on the teeth 18 J, on the ring 3 J a turn"
     )
-    assert said[8].startswith("no ring: ") and "on the teeth 70 J" in said[8]
+    assert said[10].startswith("no ring: ") and "on the teeth 70 J" in said[10]
     assert said[-1] == "at one speed alone: 115 rpm 0.306 m, 210 rpm 0.306 m"
     assert not any("_pct" in sentence for sentence in said)
 
@@ -82,6 +86,97 @@ def test_a_radius_that_serves_alone_is_not_chosen():
     )
     wide = near.assign(ring_radius_m=0.3 + 4 * (near["ring_radius_m"] - 0.3))
     assert rule_of().radius(wide) == pytest.approx(0.32)
+
+
+@pytest.mark.parametrize("choice", ["largest", "least teeth_sliding_j"])
+def test_a_smaller_radius_is_not_said_to_miss_what_it_keeps(choice):
+    said = advice(study(), rule_of(f"right_share_pct < 0.5, {choice}"))
+    assert "choose a ring of 0.308 m" in said[:2] and "a slightly larger one does not" not in str(said)
+    assert any(text.startswith("the next smaller radius, 0.307 m: keeps every bound, too") for text in said)
+
+
+def curve(radius, rpm):
+    """Left and right arcs that let go near 0.306 m, with a second window of 0.4 mm below it."""
+    left = 9.0 if 0.3041 <= radius <= 0.3045 or radius >= 0.30613 + 1e-6 * rpm else 11.0
+    return {"left_share_pct": left, "right_share_pct": 0.0}
+
+
+def made_up_study(monkeypatch, radii, of=curve, rule=RULE):
+    """A study of the rig bench whose runs are a curve, and the lists of radii that were run."""
+    run = []
+
+    def table(loaded, rig, design, *_):
+        rows = [
+            {"rpm": row.motor_rpm, "ring_radius_m": float("nan"), "state": "done"}
+            if row.ring_radius == "none"
+            else {
+                "rpm": row.motor_rpm, "ring_radius_m": row.ring_radius, "state": "done",
+                "settled_tension_n": 3000.0, "teeth_sliding_j": 1.0, "ring_sliding_j": 1.0, "left_rms_n": 1.0,
+                "ring_rms_n": 1.0, **of(row.ring_radius, row.motor_rpm),
+            }
+            for row in design.itertuples()
+        ]  # fmt: skip
+        run.append(sorted(design.loc[design["ring_radius"] != "none", "ring_radius"].astype(float).unique()))
+        return pd.DataFrame(rows)
+
+    monkeypatch.setattr("trackdyn.sweeps.ring._study", table)
+    return ring_study("bench", [115.0, 210.0], radii, rule=rule_of(rule)), run
+
+
+GRIDS = [[0.3000 + k * 0.0016 + first for k in range(8)] for first in (0.0, 0.0005, 0.0011)]
+
+
+def test_three_grids_name_windows_that_overlap(monkeypatch):
+    """A study looks between the last radius that misses and the first that serves, and a millimetre above that."""
+    ends, chosen = [], []
+    for grid in GRIDS:
+        made, run = made_up_study(monkeypatch, grid)
+        window, radius = rule_of().window(made), rule_of().radius(made)
+        chosen.append(radius)
+        ends.append(window.ends)
+        assert len(run[-1]) - len(grid) <= 6 and made["added"].sum() == 2 * (len(run[-1]) - len(grid))
+        assert any(radius < other <= radius * (1 + SPAN) for other in run[-1])
+        assert not window.narrow and window.first - window.below <= 5e-4
+    assert max(low for low, _ in ends) < min(high for _, high in ends)
+    assert min(chosen) > 0.3061 and max(chosen) - min(chosen) <= 5e-4
+
+
+def test_a_narrow_window_is_said_and_not_chosen(monkeypatch):
+    """The bounds hold over 0.4 mm alone, which is looked for around any radius that keeps them."""
+
+    def dip(radius, rpm):
+        return {"left_share_pct": 9.0 if 0.3041 <= radius <= 0.3045 else 11.0, "right_share_pct": 0.0}
+
+    made, _ = made_up_study(monkeypatch, [0.3030, 0.3043, 0.3060, 0.3070], dip)
+    said = advice(made, rule_of())
+    assert said[0].startswith("no radius of these serves at every speed: 0.3043")
+    assert "narrower than 0.5 mm, which a ring as made may miss" in said[1], said
+    low, high = rule_of().window(made).ends
+    assert low < 0.3043 < high and high - low < 5e-4
+
+
+def test_a_margin_that_decides_by_more_than_the_window_is_said():
+    left = {115.0: (20.0, 12.0, 9.6, 12.0, 12.0), 210.0: (21.0, 9.0, 8.9, 8.8, 8.6)}
+    said = advice(study(left), rule_of("left_share_pct <= tooth + 2, largest"))
+    assert said[0] == "choose a ring of 0.306 m"
+    assert said[2].endswith(
+        "none with 1, 0.306 m with 3: this margin, which is ours, moves the choice by more than that window"
+    )
+    assert "this margin" not in str(advice(study(), rule_of("left_share_pct <= tooth + 2, largest")))
+
+
+def test_radii_that_a_study_added_belong_to_it(monkeypatch, tmp_path):
+    """Rows of radii that nobody asked for are those of another study, unless the study took them on its way."""
+    radii = [0.305, 0.307]
+    rows = requested_rows(_design(load_rig("bench"), [115.0], [*radii, 0.306], ()), "bench")
+    table = pd.DataFrame({"key": [row.key for row in rows]})
+    table["ring_radius_m"], table["state"] = [None, *radii, 0.306], "done"
+    for added, refused in ((True, False), (False, True)):
+        path = tmp_path / f"{added}.csv"
+        table.assign(added=[False] * 3 + [added]).to_csv(path, index=False)
+        monkeypatch.setattr("trackdyn.sweeps.ring.check_replaceable", lambda *_: None)
+        with pytest.raises(InputError, match="1 of its runs") if refused else contextlib.nullcontext():
+            check_same_study(path, "bench", [115.0], radii)
 
 
 def test_what_is_not_known_does_not_serve_and_another_rule_chooses_otherwise():

@@ -47,9 +47,9 @@ def ring(
 ) -> None:
     """Run every ring, and none, at every speed; say which radius to choose, and draw contacts and work over the radius.
 
-    If the rule chooses the last radius, larger ones are run, as far as the default radii go. A killed study goes on by
-    the same command. Into the folder go ring.csv, fig23_a, fig23_b, fig24 and sliding (.png, .svg), ring.html and the
-    rows as they come.
+    If the rule chooses the last radius, larger ones are run, as far as the default radii go; then some around its
+    choice, where the window of the rule ends. A killed study goes on by the same command. Into the folder go ring.csv,
+    fig23_a, fig23_b, fig24 and sliding (.png, .svg), ring.html and the rows as they come.
 
     Example: `trackdyn ring my_rig.yaml --rpm 115,210` tries eleven radii at two speeds and says which one serves both.
     """

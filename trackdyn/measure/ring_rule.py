@@ -6,6 +6,7 @@ the left arc.
 
 import operator
 import re
+from math import floor, isnan
 from typing import NamedTuple
 
 import numpy as np
@@ -24,6 +25,10 @@ MARGIN, MARGINS = 2.0, (1.0, 3.0)
 # The radii above the smallest one that must serve, too, as a share of its own: a millimetre at 0.3 m, the paper's step.
 # A radius that serves between others that do not is a dip of a curve that is not monotonic, and moves with the grid.
 SPAN = 1 / 300
+# Gap between a radius that serves and one that does not, m, to which a study is refined around its choice, in at most
+# so many steps; of a window in which the rule holds that is narrower this is said.
+NARROW, ROUNDS = 5e-4, 3
+ROUNDED = 5  # decimals of a radius that is added, m
 RULE = f"right_share_pct < {TOUCHING:g}, left_share_pct <= tooth + {MARGIN:g}, smallest"
 WORK = ("teeth_sliding_j", "ring_sliding_j")
 COLUMNS = ("rms_g", "sd_g", *WORK, *(f"{side}_{name}" for side in SIDES for name in SIDE_COLUMNS))
@@ -89,10 +94,14 @@ class RingRule(NamedTuple):
         choice = self.choice if self.choice in ("smallest", "largest") else f"least {self.choice}"
         return ", ".join((*map(str, self.bounds), choice))
 
+    def missed(self, study: pd.DataFrame) -> set[float]:
+        """Radii that do not keep every bound at every speed, m."""
+        rings = study.dropna(subset="ring_radius_m")
+        return set().union(*(bound.missed(rings)["ring_radius_m"] for bound in self.bounds))
+
     def radius(self, study: pd.DataFrame) -> float:
         """The radius to choose, m; NaN if none serves. ``study`` has a row a radius and speed, columns of metrics."""
-        rings = study.dropna(subset="ring_radius_m")
-        missed = set().union(*(bound.missed(rings)["ring_radius_m"] for bound in self.bounds))
+        rings, missed = study.dropna(subset="ring_radius_m"), self.missed(study)
         rings = rings[~rings["ring_radius_m"].isin(missed)]
         if self.choice == "smallest":
             alone = [
@@ -103,6 +112,37 @@ class RingRule(NamedTuple):
             return float(rings["ring_radius_m"].max() if self.choice == "largest" else rings["ring_radius_m"].min())
         return float(rings.groupby("ring_radius_m")[self.choice].max().idxmin())
 
+    def window(self, study: pd.DataFrame) -> "Window | None":
+        """The radii that keep every bound around the one to choose; around the smallest that does if none serves."""
+        radii, missed = sorted(study["ring_radius_m"].dropna().unique()), self.missed(study)
+        chosen = self.radius(study)
+        keep = [radius for radius in radii if radius not in missed]
+        if not keep:
+            return None
+        first = last = radii.index(chosen if chosen == chosen else keep[0])
+        while first and radii[first - 1] not in missed:
+            first -= 1
+        while last < len(radii) - 1 and radii[last + 1] not in missed:
+            last += 1
+        below, above = (radii[k] if 0 <= k < len(radii) else float("nan") for k in (first - 1, last + 1))
+        return Window(below, radii[first], radii[last], above)
+
+    def refined(self, study: pd.DataFrame) -> list[float]:
+        """Radii, m, by which a study would say more of its choice: the middle of gaps at the ends of its `window`, and
+        for the ``smallest`` one within `SPAN` above it, where none was run; empty if the window is known to `NARROW`.
+        """
+        if (window := self.window(study)) is None:
+            return []
+        radii, chosen, more = sorted(study["ring_radius_m"].dropna().unique()), self.radius(study), []
+        smallest = self.choice == "smallest"
+        if window.first - window.below > NARROW:
+            more.append((window.below + window.first) / 2)
+        if window.above - window.last > NARROW and not (smallest and window.last - window.first > 2 * NARROW):
+            more.append((window.last + window.above) / 2)
+        if smallest and chosen == chosen != radii[-1] and not any(chosen < r <= chosen * (1 + SPAN) for r in radii):
+            more.append(floor(chosen * (1 + SPAN) * 10**ROUNDED) / 10**ROUNDED)
+        return sorted({round(float(radius), ROUNDED) for radius in more} - set(radii))
+
     def band(self, study: pd.DataFrame) -> dict[float, float]:
         """Radii that the rule chooses with each of `MARGINS` over a tooth's share, m; empty for a rule without it."""
         radii = {}
@@ -110,6 +150,32 @@ class RingRule(NamedTuple):
             bounds = (bound._replace(number=margin) if bound.tooth else bound for bound in self.bounds)
             radii[margin] = self._replace(bounds=tuple(bounds)).radius(study)
         return radii
+
+
+class Window(NamedTuple):
+    """Neighbouring radii of a study that keep every bound, m, and the next ones, which do not; NaN: there is none."""
+
+    below: float
+    first: float
+    last: float
+    above: float
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Ends of the window, m: half way to the radii that do not keep the bounds."""
+        low = self.first if isnan(self.below) else (self.below + self.first) / 2
+        return low, self.last if isnan(self.above) else (self.last + self.above) / 2
+
+    @property
+    def narrow(self) -> bool:
+        """Whether the window is narrower than `NARROW`; one at the end of the study may be wider than is known."""
+        return self.ends[1] - self.ends[0] < NARROW and not (isnan(self.below) or isnan(self.above))
+
+    def __str__(self) -> str:
+        text = "the rule holds from {:.5g} to {:.5g} m".format(*self.ends)
+        gaps = [gap for gap in (self.first - self.below, self.above - self.last) if gap == gap]
+        text += f", known to {1e3 * max(gaps) / 2:.2g} mm" if gaps else ""
+        return text + (f": narrower than {1e3 * NARROW:g} mm, which a ring as made may miss" if self.narrow else "")
 
 
 def parse_rule(text: str, teeth: int) -> RingRule:
@@ -134,34 +200,42 @@ def parse_rule(text: str, teeth: int) -> RingRule:
 
 
 def advice(study: pd.DataFrame, rule: RingRule) -> list[str]:
-    """Sentences: the radius to choose, how wide the choice is, and what decides; or that no radius serves.
+    """Sentences: the one radius to choose for all speeds, the window in which the rule holds, what its margin moves,
+    the ring of least sliding on the teeth, and what decides; or that no radius serves.
 
     Then tension, forces and sliding work at that radius, the next ones and without a ring, what every bound is kept by,
     and what would be chosen at one speed alone. A choice at the end of the study is said first.
     """
-    rings, chosen = study.dropna(subset="ring_radius_m"), rule.radius(study)
+    rings, chosen, window = study.dropna(subset="ring_radius_m"), rule.radius(study), rule.window(study)
     radii, sentences = sorted(rings["ring_radius_m"].unique()), ["no radius of these serves at every speed"]
     misses = {bound: dict(list(bound.missed(rings).groupby("ring_radius_m"))) for bound in rule.bounds}
-    if chosen == chosen:
+    if window and chosen == chosen:
         sentences, index = [f"choose a ring of {chosen:.4g} m"], radii.index(chosen)
         if index == len(radii) - 1:
             sentences.insert(0, f"the largest radius of the study won, {chosen:.5g} m: a larger one may serve better")
+        sentences.append(str(window))
         if band := rule.band(study):
             each = (
                 f"{radius:.4g} m with {margin:g}" if radius == radius else f"none with {margin:g}"
                 for margin, radius in band.items()
             )
-            sentences.append(f"points over a tooth's share: the rule would choose {', '.join(each)}")
+            low, high = window.ends
+            moves = any(not abs(radius - chosen) <= high - low for radius in band.values())
+            more = ": this margin, which is ours, moves the choice by more than that window" if moves else ""
+            sentences.append(f"points over a tooth's share: the rule would choose {', '.join(each)}{more}")
+        sentences += _least_sliding(rings, chosen)
         for words, k in (("smaller", index - 1), ("larger", index + 1)):
             if 0 <= k < len(radii):
                 missed = "; ".join(bound.worst(rows[radii[k]]) for bound, rows in misses.items() if radii[k] in rows)
-                serves = "keeps every bound" + (", too" if k > index else ", but a slightly larger one does not")
+                dip = words == "smaller" and rule.choice == "smallest"
+                serves = "keeps every bound" + (", but a slightly larger one does not" if dip else ", too")
                 sentences.append(f"the next {words} radius, {radii[k]:.5g} m: {missed or serves}")
         sentences += [_compared(rings, radius) for radius in radii[max(index - 1, 0) : index + 3]]
         if len(bare := study[study["ring_radius_m"].isna()]):
             sentences.append(_compared(bare))
     elif lonely := [f"{radius:.5g}" for radius in radii if not any(radius in rows for rows in misses.values())]:
         sentences[0] += f": {', '.join(lonely)} m keep every bound, but not all radii up to {SPAN:.1%} above them"
+        sentences.append(str(window))
     for bound, rows in misses.items():
         keep = [f"{radius:.5g}" for radius in radii if radius not in rows]
         sentences.append(f"{bound.words}, at every speed: {', '.join(keep) + ' m' if keep else 'no radius'}")
@@ -170,6 +244,23 @@ def advice(study: pd.DataFrame, rule: RingRule) -> list[str]:
         each = (f"{rpm:g} rpm {f'{radius:.4g} m' if radius == radius else 'none'}" for rpm, radius in alone.items())
         sentences.append(f"at one speed alone: {', '.join(each)}")
     return sentences
+
+
+def _least_sliding(rings: pd.DataFrame, chosen: float) -> list[str]:
+    """Sentence on the ring with the least sliding work on the teeth at its worst speed, beside the chosen one."""
+    by_radius = rings.groupby("ring_radius_m")
+    complete = by_radius["teeth_sliding_j"].count() == rings["rpm"].nunique()
+    work = by_radius["teeth_sliding_j"].max()[complete]
+    if work.empty or chosen not in work.index:
+        return []
+    least = float(work.idxmin())
+    if least == chosen:
+        return ["no ring of the study slides less on the teeth"]
+    tension = by_radius["settled_tension_n"].max()
+    return [
+        f"least sliding on the teeth: {least:.5g} m, {work[least]:.3g} J a turn in place of {work[chosen]:.3g} J, for "
+        f"{100 * (tension[least] / tension[chosen] - 1):+.2g} % of strand tension"
+    ]
 
 
 def _compared(rows: pd.DataFrame, radius: float | None = None) -> str:

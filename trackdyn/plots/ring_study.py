@@ -66,7 +66,7 @@ def _panels(
     radii = sorted(study["ring_radius_m"].dropna().unique())
     gaps, digits = np.diff(radii), 3 if np.allclose(radii, np.round(radii, 3), atol=1e-9) else 4
     gap = gaps.min() if len(gaps) else 0.001
-    none = (radii[0] if radii else 0.0) - 1.5 * gap
+    none = (radii[0] if radii else 0.0) - 1.5 * (np.median(gaps) if len(gaps) else gap)
     with_none = bool(study["ring_radius_m"].isna().any())
     speeds = sorted(study["rpm"].unique())
     # errors of neighbouring speeds shall not hide each other

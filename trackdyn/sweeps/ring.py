@@ -9,7 +9,7 @@ import pandas as pd
 from trackdyn.errors import InputError
 from trackdyn.measure.columns import COLUMNS
 from trackdyn.measure.ring_rule import COLUMNS as MEASURES
-from trackdyn.measure.ring_rule import RingRule
+from trackdyn.measure.ring_rule import ROUNDS, RingRule
 from trackdyn.measure.stopping import check_driven
 from trackdyn.measure.uncertainty import whole_errors
 from trackdyn.rig.rig import Rig, load_rig
@@ -20,7 +20,7 @@ from trackdyn.sweeps.design import read_table
 from trackdyn.sweeps.engine import DONE
 from trackdyn.sweeps.sweep import check_replaceable, requested_rows, sweep
 
-ASKED, ENDED = ["rpm", "ring_radius_m"], ["state", "reason", "contacts_converged"]
+ASKED, ENDED = ["rpm", "ring_radius_m"], ["added", "state", "reason", "contacts_converged"]
 
 
 def _design(rig: Rig, speeds: Sequence[float], radii: Sequence[float], step: Sequence[float]) -> pd.DataFrame:
@@ -44,15 +44,18 @@ def check_same_study(
 ) -> None:
     """Refuse (`InputError`) to replace the table of another study: one with a run that this one does not ask for.
 
-    ``path`` is the table, other arguments are those of `ring_study`. Larger radii, which a study may take on its way,
-    belong to it.
+    ``path`` is the table, other arguments are those of `ring_study`. Radii that a study adds on its way belong to it.
     """
     check_replaceable(path, Path(path).parent / "rows")
-    loaded, wider = load_rig(rig), list(radii)
-    while more := larger_radii(loaded, wider):
-        wider += more
-    due = {row.key for row in requested_rows(_design(loaded, speeds, wider, step), str(rig))}
-    if Path(path).exists() and (others := len(set(read_table(path)["key"]) - due)):
+    if not Path(path).exists():
+        return
+    table, loaded = read_table(path), load_rig(rig)
+    further = set[float]()
+    if "added" in table:
+        added = table.loc[table["added"].astype(str) == "True", "ring_radius_m"]
+        further = set(pd.to_numeric(added, errors="coerce").dropna()) - set(radii)
+    due = {row.key for row in requested_rows(_design(loaded, speeds, [*radii, *sorted(further)], step), str(rig))}
+    if others := len(set(table["key"]) - due):
         raise InputError(
             f"{path}: {others} of its runs are of another rig or version, or of speeds, radii or steps that are not "
             "asked for; give --out another folder, or --overwrite to replace the study"
@@ -74,19 +77,33 @@ def ring_study(
 
     ``jobs, store, progress`` are as in `sweep`: a killed study goes on from its store. Of several steps (s) the first
     counts that is neither refused nor diverges; by default the rig's own. Where ``rule`` chooses the largest radius,
-    larger ones are run (`scene.rings.larger_radii`).
+    larger ones are run (`scene.rings.larger_radii`), and around its choice those that it needs (`RingRule.refined`).
 
-    The table has a row a scene, no ring first: ``rpm``, ``ring_radius_m`` (empty: no ring), ``state``, ``reason``,
+    The table has a row a scene, no ring first: ``rpm``, ``ring_radius_m`` (empty: no ring), ``added`` (whether the
+    study took that radius on its way), ``state``, ``reason``,
     ``contacts_converged``, the columns of ``metrics.csv`` and ``key``; errors hold what the step
     adds (`measure.uncertainty`). Raises `InputError` where the rig, a speed or a radius cannot be used; what is wrong
     with one scene is its ``reason``.
     """
     loaded = load_rig(rig)
-    radii = study_radii(loaded) if radii is None else sorted(set(radii))
-    study = _study(loaded, rig, _design(loaded, speeds, radii, step), jobs, store, progress)
-    while rule and rule.radius(study) == radii[-1] and (more := larger_radii(loaded, radii)):
-        radii += more
-        study = _study(loaded, rig, _design(loaded, speeds, radii, step), jobs, store, progress)
+    asked, rounds = study_radii(loaded) if radii is None else sorted(set(radii)), 0
+    radii = list(asked)
+
+    def run(radii: Sequence[float]) -> pd.DataFrame:
+        table = _study(loaded, rig, _design(loaded, speeds, radii, step), jobs, store, progress)
+        table["added"] = table["ring_radius_m"].notna() & ~table["ring_radius_m"].isin(asked)
+        return table
+
+    study = run(radii)
+    while rule:
+        more = larger_radii(loaded, radii) if rule.radius(study) == radii[-1] else []
+        if not more and rounds < ROUNDS:
+            rounds, high = rounds + 1, Scene.ring_range(loaded)[1]
+            more = [radius for radius in rule.refined(study) if radius <= high]
+        if not more:
+            break
+        radii = sorted({*radii, *more})
+        study = run(radii)
     return study
 
 

@@ -88,10 +88,12 @@ def ring_text(rows: pd.DataFrame) -> str:
     columns = {"settled_tension_n": "strand (N)", "teeth_sliding_j": "teeth (J)", "ring_sliding_j": "ring (J)"}
     lines = []
     for track, group in rows.groupby("track", sort=False):
-        rule, grid = parse_rule(RULE, int(group["teeth"].iloc[0])), group[group["grid"].isin(["default", "no ring"])]
+        rule, grid = parse_rule(RULE, int(group["teeth"].iloc[0])), group[group["grid"] != "beyond"]
+        by_speed = [f"{rule.radius(rows):.4f}".replace("nan", "none") for _, rows in grid.groupby("rpm")]
         band = dict.fromkeys(f"{radius:.4f}".replace("nan", "none") for radius in rule.band(grid).values())
         line = {"track": track, "rpm": ", ".join(f"{rpm:g}" for rpm in grid["rpm"].unique())}
-        line |= {"radius (m)": f"{rule.radius(grid):.4f}", "1 and 3 points (m)": ", ".join(band)}
+        line |= {"radius (m)": f"{rule.radius(grid):.4f}", "by speed (m)": ", ".join(by_speed)}
+        line |= {"1 and 3 points (m)": ", ".join(band)}
         bare, ring = (
             grid.loc[which, [*columns]].mean()
             for which in (grid["ring_radius_m"].isna(), grid["ring_radius_m"] == rule.radius(grid))
