@@ -8,9 +8,11 @@ import re
 import numpy as np
 import pytest
 
+from tests.conftest import run_command
 from trackdyn.errors import InputError
 from trackdyn.rig.layout import assemble, belt_around, run_order, wheel_names
-from trackdyn.rig.rig import load_rig, parameter_table
+from trackdyn.rig.rig import foreign_groove, load_rig, parameter_table
+from trackdyn.rig.rig_file import shipped_rigs
 from trackdyn.scene.build import make_carriers
 from trackdyn.scene.scene import Scene
 
@@ -218,6 +220,19 @@ def test_a_worn_chain_is_one_line_and_leaves_tooth_and_ring_as_they_are(tmp_path
     np.testing.assert_allclose(worn.groove_profile.profile(), new.groove_profile.profile(), rtol=0, atol=1e-12)
     (tmp_path / "older.yaml").write_text("like: mine.yaml\nsensor: {source: x, x: 0.01 m}\n", encoding="utf-8")
     assert load_rig(tmp_path / "older.yaml").groove == worn.groove
+
+
+def test_a_groove_of_other_arcs_is_said_of_a_file_and_of_a_recording_and_by_simulate(tmp_path, monkeypatch):
+    arc = 0.98 * load_rig("bench").chain.connector_radius
+    path = written(tmp_path, f"like: bench\nchain: {{source: x, connector_radius: {arc!r} m}}\n")
+    said = foreign_groove(load_rig(path), path)
+    assert said.startswith("the groove is that of parts (13 teeth") and said.endswith("state groove or profile")
+    assert foreign_groove(load_rig(path)).startswith("the groove is that of ")  # a recording knows no file
+    for name in shipped_rigs():
+        assert not foreign_groove(load_rig(name)) and not foreign_groove(load_rig(name), name)
+    monkeypatch.setattr("trackdyn.commands.runs._for_its_duration", lambda *_: None)
+    for rig, warned in ((path, True), ("bench", False)):
+        assert (said in run_command("simulate", tmp_path / "run.npz", "--rig", rig, "--rpm", "115").err) == warned
 
 
 def test_a_groove_of_another_pitch_is_named_before_its_geometry_fails(tmp_path):

@@ -179,6 +179,20 @@ def test_radii_that_a_study_added_belong_to_it(monkeypatch, tmp_path):
             check_same_study(path, "bench", [115.0], radii)
 
 
+def test_a_ring_study_says_that_a_groove_is_another_tracks(monkeypatch, tmp_path):
+    made = study().assign(state="done", reason="", contacts_converged=True, resolved="yes", step_s=1e-4)
+    notes = []
+    monkeypatch.setattr("trackdyn.sweeps.ring.ring_study", lambda *_: made)
+    monkeypatch.setattr("trackdyn.commands.studies._shown", lambda _: [])
+    monkeypatch.setattr("trackdyn.commands.studies._write_study", lambda *_, **shown: notes.extend(shown["notes"]))
+    path, arc = tmp_path / "mine.yaml", 0.98 * load_rig("bench").chain.connector_radius
+    path.write_text(f"like: bench\nchain: {{source: x, connector_radius: {arc!r} m}}\n", encoding="utf-8")
+    for rig, said in ((path, 1), ("bench", 0)):
+        notes.clear()
+        assert run_command("ring", rig, "--rpm", "115,210", "--out", tmp_path / "out", "--quiet").code == 0
+        assert sum("the groove is that of parts" in note for note in notes) == said
+
+
 def test_what_is_not_known_does_not_serve_and_another_rule_chooses_otherwise():
     unknown = LEFT | {210.0: (21.0, 9.0, float("nan"), 8.8, 8.7)}
     assert rule_of().radius(study(unknown)) == 0.307

@@ -81,7 +81,7 @@ def check(
         checks = check_rig(loaded, rpm, settle)
     except TrackdynError as error:
         raise type(error)(f"{rig}: {error}") from None
-    unusual = [*outside_ranges(rig), *filter(None, [foreign_groove(rig, loaded)]), *checks.unusual]
+    unusual = [*outside_ranges(rig), *filter(None, [foreign_groove(loaded, rig)]), *checks.unusual]
     figure = draw_rig(loaded, checks.frame, checks.wheels)
     save(figure, out, out.suffix.removeprefix("."), mark=mark, dpi=SCREEN_DPI)
     remarks = [("unusual", text) for text in unusual or ["nothing"]]

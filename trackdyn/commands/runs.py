@@ -52,7 +52,7 @@ def simulate(
     from tqdm import tqdm
 
     from trackdyn.jit import announce
-    from trackdyn.rig.rig import load_rig
+    from trackdyn.rig.rig import foreign_groove, load_rig
     from trackdyn.scene.scene import Scene
 
     if measure and tolerance is None:
@@ -71,6 +71,8 @@ def simulate(
     )
     if rate is not None:
         scene = scene.sampled(rate)
+    if foreign := foreign_groove(loaded, rig):
+        printed.warn(foreign)
     if not quiet:
         announce(lambda text: tqdm.write(f"trackdyn: {text}", file=sys.stderr))  # above a bar
     if tolerance is None:

@@ -54,7 +54,7 @@ def ring(
     Example: `trackdyn ring my_rig.yaml --rpm 115,210` tries eleven radii at two speeds and says which one serves both.
     """
     from trackdyn.measure.ring_rule import RULE, advice, parse_rule
-    from trackdyn.rig.rig import load_rig
+    from trackdyn.rig.rig import foreign_groove, load_rig
     from trackdyn.scene.rings import study_radii
     from trackdyn.sweeps.engine import DONE
     from trackdyn.sweeps.ring import check_same_study, ring_study
@@ -71,7 +71,8 @@ def ring(
     lost = study[study["state"] != DONE]
     if len(lost) == len(study):
         raise InputError(f"no scene completed; the reason of the first one: {lost['reason'].iloc[0]}")
-    said, notes, shown = advice(study, judge), _notes(study, loaded, lost), _shown(study)
+    notes = [*filter(None, [foreign_groove(loaded, rig)]), *_notes(study, loaded, lost)]
+    said, shown = advice(study, judge), _shown(study)
     _write_study(out, study, loaded, judge, title=Path(rig).stem, of_rig=rig, advice=said, notes=notes, rows=shown)
     if not quiet:
         _say_table(shown)

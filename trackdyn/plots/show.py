@@ -21,6 +21,7 @@ from trackdyn.measure.spectra import LOW_RANGE_HZ, holds_line, in_bands, main_li
 from trackdyn.model.arrays import ENERGY_NAMES, SIDE_WORDS
 from trackdyn.model.constants import SPROCKET, Tooth
 from trackdyn.plots.rendering import CONFIGURATION, differences, packed, render, short
+from trackdyn.rig.rig import foreign_groove
 from trackdyn.rig.validation import typed
 from trackdyn.simulation.energy_balance import LOSSES, STORED
 from trackdyn.simulation.recording import Recording, load_recording
@@ -136,7 +137,7 @@ def _page(recording: Recording, stretch: Replay | None, title: str) -> str:
         work=work,
         seconds=recording.seconds,
         decisions=decisions,
-        remarks=remarks(recording),
+        remarks=[*filter(None, [foreign_groove(recording.scene.rig)]), *remarks(recording)],
         asked=[{"field": words(name), "value": json.dumps(value)} for name, value in recording.meta["scene"].items()],
         present=source_hash(),
         plotly=packed(get_plotlyjs()),

@@ -24,7 +24,7 @@ from trackdyn.rig.quantities import (
     outside_range,
     possible_fields,
 )
-from trackdyn.rig.rig_file import DEFAULT, DRAG_FIELDS, TRIED, groove_origin, read_rig, rig_path
+from trackdyn.rig.rig_file import DEFAULT, DRAG_FIELDS, TRIED, groove_origin, read_rig, rig_path, shipped_rigs
 from trackdyn.rig.sections import Surface, TestedStep, Wheel
 from trackdyn.rig.validation import Section, shown, typed, validated
 from trackdyn.rig.yaml_file import read_yaml
@@ -299,7 +299,7 @@ def _validated(data: Any, name: str, context: str | None = None, path: Path | st
     try:
         rig.groove_profile  # noqa: B018 -- an impossible groove is refused here, not in mid-run
     except InputError as error:
-        foreign = "" if path is None else foreign_groove(path, rig)
+        foreign = "" if path is None else foreign_groove(rig, path)
         raise InputError(f"{name}: {foreign + '; as it is, ' if foreign else ''}{error}") from None
     return rig
 
@@ -333,16 +333,27 @@ def outside_ranges(path: Path | str) -> list[str]:
     ]
 
 
-def foreign_groove(path: Path | str, rig: Rig) -> str:
-    """Name the tooth whose groove or profile a rig file inherits, if it is that of another chain; else empty."""
-    origin = groove_origin(path)
-    if origin is None:
-        return ""
-    numbers = [(r.sprocket.teeth, r.pitch, r.chain.connector_radius) for r in (load_rig(origin), rig)]
-    if all(abs(here / there - 1) <= share for there, here, share in zip(*numbers, (0.0, WORN, OTHER_ARC), strict=True)):
-        return ""
-    theirs, ours = ("{} teeth, pitch {:.4g} m, arcs of {:.3g} m".format(*row) for row in numbers)
-    return f"the groove is that of {origin.stem} ({theirs}), this rig has {ours}: state groove or profile"
+def foreign_groove(rig: Rig, path: Path | str | None = None) -> str:
+    """Name the tooth whose groove or profile a rig has, if it is that of another chain; else empty.
+
+    The tooth is that of the file which the rig's own, ``path``, takes it from; without a file an included one.
+    """
+    if path is None:
+        tooth = rig.groove, rig.profile
+        included = {name: load_rig(name) for name in shipped_rigs()}
+        same = {name: other for name, other in included.items() if (other.groove, other.profile) == tooth}
+    else:
+        origin = groove_origin(path)
+        same = {} if origin is None else {origin.stem: load_rig(origin)}
+    remarks = []
+    for name, other in same.items():
+        numbers = [(r.sprocket.teeth, r.pitch, r.chain.connector_radius) for r in (other, rig)]
+        shares = zip(*numbers, (0.0, WORN, OTHER_ARC), strict=True)
+        if all(abs(here / there - 1) <= share for there, here, share in shares):
+            return ""
+        theirs, ours = ("{} teeth, pitch {:.4g} m, arcs of {:.3g} m".format(*row) for row in numbers)
+        remarks.append(f"the groove is that of {name} ({theirs}), this rig has {ours}: state groove or profile")
+    return next(iter(remarks), "")
 
 
 def parameter_table(path: Path | str) -> "pd.DataFrame":
