@@ -23,6 +23,7 @@ _MODULES = {
     "Scene": "scene.scene",
     "TrackdynError": "errors",
     "__version__": "version",
+    "compare": "measure.compare",
     "load_recording": "simulation.recording",
     "load_rig": "rig.rig",
     "measures": "measure.measures",
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
     from trackdyn.errors import DivergenceError as DivergenceError
     from trackdyn.errors import InputError as InputError
     from trackdyn.errors import TrackdynError as TrackdynError
+    from trackdyn.measure.compare import compare as compare
     from trackdyn.measure.measures import measures as measures
     from trackdyn.measure.sensor import sense as sense
     from trackdyn.plots.show import show as show

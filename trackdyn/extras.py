@@ -10,8 +10,6 @@ from trackdyn.errors import InputError
 # modules whose package has another name
 PACKAGES = {
     "PIL": "pillow",
-    "nptdms": "npTDMS",
-    "lvm_read": "lvm-read",
 }
 
 

@@ -95,13 +95,13 @@ def axes_of(record, **axes):
     ("read", "fits"),
     [
         ({"ax": "ax", "ay": "ay", "az": "az"}, ""),
-        ({"ax": "ax", "ay": "-ay", "az": "az"}, "--axis ay=ay_g "),
-        ({"ax": "-ax", "ay": "-ay"}, "--axis ay=ay_g --axis ax=ax_g "),
-        ({"ax": "ay", "ay": "ax", "az": "az"}, "--axis ay=ay_g --axis ax=ax_g "),
-        ({"ax": "ax", "ay": "az", "az": "ay"}, "--axis ay=ay_g "),
+        ({"ax": "ax", "ay": "-ay", "az": "az"}, "`axes: {ay: ay_g}` "),
+        ({"ax": "-ax", "ay": "-ay"}, "`axes: {ay: ay_g, ax: ax_g}` "),
+        ({"ax": "ay", "ay": "ax", "az": "az"}, "`axes: {ay: ay_g, ax: ax_g}` "),
+        ({"ax": "ax", "ay": "az", "az": "ay"}, "`axes: {ay: ay_g}` "),
         ({"ay": "ay"}, ""),
-        ({"ay": "-ay"}, "--axis ay=ay_g "),
-        ({"ay": "ax"}, "check its column and sign (--axis ay=NAME, ay=-NAME)"),
+        ({"ay": "-ay"}, "`axes: {ay: ay_g}` "),
+        ({"ay": "ax"}, "check its column and sign (`axes: {ay: NAME}`, `axes: {ay: -NAME}`)"),
     ],
 )
 def test_a_flipped_or_exchanged_axis_is_noticed(recording, synthetic, read, fits):
@@ -144,7 +144,8 @@ def test_a_zero_that_is_not_0_is_named(recording, shift):
     sensor = SensorRecord("sensor.csv", signal.time, signal.ax, signal.ay + shift, None, 1000.0, 0)
     for zero, factor in ((0.0, 1.0), (100.0, 1 / 68)):
         sentence = judge_axes(recording, replace(sensor, scales={"ay": (zero, factor)})).sentence
-        assert float(sentence.partition("--zero ay=")[2]) == pytest.approx(zero + shift / factor, abs=0.001 / factor)
+        named = float(sentence.partition("zero: {ay: ")[2].strip("}`"))
+        assert named == pytest.approx(zero + shift / factor, abs=0.001 / factor)
     assert judge_axes(recording, replace(sensor, ay_g=signal.ay)) is None
 
 

@@ -6,7 +6,7 @@ import pytest
 from trackdyn.errors import InputError
 from trackdyn.measure import ring_rule
 from trackdyn.rig import rig_file
-from trackdyn.sensor import logger_files
+from trackdyn.sensor import text_file
 from trackdyn.sensor.logger_text import NUMBER
 from trackdyn.sensor.sensor_csv import read_sensor_csv, write_sensor_csv
 from trackdyn.sensor.sensor_mapping import SensorMapping, _column, load_mapping
@@ -58,16 +58,16 @@ DEFECTS = {
     "empty": ("", ("empty", HEADER)),
     "comments only": ("# made by hand\n", ("comments only", HEADER)),
     "one row": (HEADER + "\n0.000,0,1,0\n", ("1 data rows", "at least 2")),
-    "no header": (BARE, ("line 1", "numbers", "--axis ay=3")),
+    "no header": (BARE, ("line 1", "numbers", "axes: {ay: 3}")),
     "one name too few": (CLEAN.replace(",az_g", ""), ("line 2", "4 fields", "3 names", "'ay_g'")),
     "no unit": (changed(1, "t_s,ax_g,ay,az_g"), ("'ay'", "does not say its unit", "m/s2")),
     "another unit": (changed(1, "t_s,ax_g,ay (N),az_g"), ("'ay (N)'", "'n'", "m/s2")),
-    "another unit of time": (changed(1, "t (min),ax_g,ay_g,az_g"), ("'t (min)'", "'min'", "--time none --rate HZ")),
-    "counts": (raw("t_s,ax,ay (counts),az", [1, 2, 3]), ("the unit 'counts'", "--scale", "--range and --bits")),
-    "no ay": (changed(1, "t_s,ax_g,channel2,az_g"), ("no column for ay", "'channel2'", "--axis ay=NAME")),
+    "another unit of time": (changed(1, "t (min),ax_g,ay_g,az_g"), ("'t (min)'", "'min'", "time: none, rate: HZ")),
+    "counts": (raw("t_s,ax,ay (counts),az", [1, 2, 3]), ("the unit 'counts'", "scale: N", "range: G, bits: N")),
+    "no ay": (changed(1, "t_s,ax_g,channel2,az_g"), ("no column for ay", "'channel2'", "axes: {ay: NAME}")),
     "gravity taken out": (changed(1, "t_s,ax_g,Linear Acceleration y (g),az_g"), ("no column for ay", "Linear")),
-    "two of a name": (changed(1, "t_s,ax_g,ay_g,AY (g)"), ("columns 3 ('ay_g') and 4 ('AY (g)')", "--axis ay=#3")),
-    "no time": (changed(1, "n,ax_g,ay_g,az_g"), ("no column of time", "'n'", "--time none --rate HZ")),
+    "two of a name": (changed(1, "t_s,ax_g,ay_g,AY (g)"), ("columns 3 ('ay_g') and 4 ('AY (g)')", "axes: {ay: '#3'}")),
+    "no time": (changed(1, "n,ax_g,ay_g,az_g"), ("no column of time", "'n'", "time: none, rate: HZ")),
     "time in a form that is not read": (
         "ay_g;TimeOfDay\n" + "".join(f"{k};1,00{k}\n" for k in range(6)),
         ("the time may be in column 2",),
@@ -78,7 +78,7 @@ DEFECTS = {
         changed(4, "0.002,0.1,1.0").replace("0.003,", "0.003,0.1,"),
         ("line 4", "3 fields", "has 4", "complete"),
     ),
-    "empty line": (changed(4, ""), ("line 4", "empty")),
+    "empty line": (changed(4, ""), ("line 5", "0.002 s apart")),
     "empty field": (changed(4, "0.002,,1.0,0.0"), ("ax_g", "line 4", "''", "finite")),
     "text": (changed(5, "0.003,0.1,abc,0.0"), ("ay_g", "line 5", "'abc'", "finite number")),
     "hexadecimal": (changed(5, "0.003,0x1,1.0,0.0"), ("ax_g", "line 5", "'0x1'")),
@@ -95,25 +95,25 @@ DEFECTS = {
         "t_ms;ax_mg;ay_mg;az_mg\n" + "".join(f"{k};12;1,0{k}0;7\n" for k in range(6)),
         ("'1,000'", "thousands"),
     ),
-    "gap": ("\n".join([HEADER, *rows()[:3], *rows()[4:]]), ("line 5", "0.002 s apart", "missing", "--from")),
+    "gap": ("\n".join([HEADER, *rows()[:3], *rows()[4:]]), ("line 5", "0.002 s apart", "missing", "from: S")),
     "wide gap": ("\n".join([HEADER, *rows(60)[:30], *rows(60)[40:]]), ("gap", "line 32", "0.029", "0.04 s")),
-    "step too short": (changed(5, "0.0023,0.1,1.0,0.0"), ("line 6", "apart", "--resample")),
-    "too slow": ("\n".join([HEADER, *rows(step=0.02)]), ("t_s", "50 rows a second", "100 to 1,000,000", "--rate")),
-    "too coarse": (wave(f"{0.001 * (k // 4):.3f},0,{k},0\n" for k in range(16)), ("0.001 s", "coarse", "--time none")),
+    "step too short": (changed(5, "0.0023,0.1,1.0,0.0"), ("line 6", "apart", "resample: true")),
+    "too slow": ("\n".join([HEADER, *rows(step=0.02)]), ("t_s", "50 rows a second", "100 to 1,000,000", "rate: HZ")),
+    "too coarse": (wave(f"{0.001 * (k // 4):.3f},0,{k},0\n" for k in range(16)), ("0.001 s", "coarse", "time: none")),
     "drifting rate": (wave(f"{0.001 * k + 4e-8 * k * k:.7f},0,{k % 9},0\n" for k in range(900)), ("s apart", "mean")),
     "time stands": (changed(5, "0.002,0.1,1.0,0.0"), ("line 5", "0 s apart", "no two are equal")),
     "time falls": (changed(5, "0.001,0.1,1.0,0.0"), ("line 5", "0.001 s before", "sort")),
-    "just beyond the range": (changed(5, "0.003,0.1,1.0,20.0021"), ("az_g", "line 5", "20.0021", "20 g", "--range")),
+    "just beyond the range": (changed(5, "0.003,0.1,1.0,20.0021"), ("az_g", "line 5", "20.0021", "20 g", "range: G")),
     "constant": (wave(f"{0.001 * k:.3f},0.1,0.98,0\n" for k in range(9)), ("'ay_g'", "0.98 in every row")),
-    "clipped": (wave(f"{0.001 * k:.3f},0,{20 if k % 2 else -20},0\n" for k in range(9)), ("9 of 9 rows", "--range")),
+    "clipped": (wave(f"{0.001 * k:.3f},0,{20 if k % 2 else -20},0\n" for k in range(9)), ("9 of 9 rows", "range: G")),
     "late bad byte": (CLEAN.encode() + b"\x80", ("line 8", "1 fields")),
-    "half of a double byte": (CLEAN.encode("utf-16")[:-1], ("--axis ay=NAME",)),
+    "half of a double byte": (CLEAN.encode("utf-16")[:-1], ("axes: {ay: NAME}",)),
     "a spreadsheet": (b"PK\x03\x04" + bytes(100), ("an archive or a spreadsheet",)),
-    "a database": (b"SQLite format 3\0", ("SQLite", "MDF", "Parquet")),
-    "EDF": (b"0".ljust(8) + b"X X X X".ljust(1000) + bytes(900), ("EDF", "MDF", "Parquet")),
+    "a database": (b"SQLite format 3\0", ("SQLite", "docs/your-loggers-file.md")),
+    "EDF": (b"0".ljust(8) + b"X X X X".ljust(1000) + bytes(900), ("EDF", "docs/your-loggers-file.md")),
     "binary data": (np.arange(500, dtype="<i2").tobytes(), ("binary data",)),
     # columns by number
-    "two named 3": ("t,1,2,3\n" + BARE, ("columns 3 ('2') and 4 ('3')", "--axis ay=#3"), by("1", "3")),
+    "two named 3": ("t,1,2,3\n" + BARE, ("columns 3 ('2') and 4 ('3')", "axes: {ay: '#3'}"), by("1", "3")),
     "numbers above": ("0,1,2,3\n" + BARE, ("line 1 ('0,1,2,3')", "remove it"), by("1", "3")),
     "numbers above names": ("1,2,3,4\nt,x,y,z\n" + BARE, ("field 3 in line 2 is 'y'", "remove"), by("1", "3")),
     "rows above names": (BARE[:28] + CLEAN, ("line 1 holds numbers", "line 2"), by("t_s", "ay_g")),
@@ -126,18 +126,18 @@ DEFECTS = {
     "no such number": (BARE, ("no column 9", "4 fields"), by("1", "9")),
     "a number twice": (BARE, ("'1' is named for ay and time",), by("1", "1")),
     "a name and a number": (BARE, ("line 1 holds numbers", "all columns by number"), by("t_s", "3")),
-    "stamps of no form": (NOON, ("column 1 and 2", "--time none --rate HZ"), by("1", "2")),
+    "stamps of no form": (NOON, ("column 1 and 2", "time: none, rate: HZ"), by("1", "2")),
     "stamps of no form below names": ("t,y\n" + NOON, ("or a date and time as",), by("t", "y")),
     "dates for ay": (DATED, ("field 1 in line 1", "finite number"), by("3", "1")),
     # units and zeros
     "counts beyond the range": (
-        raw("t_s,ax,ay,az", [1, 65535, 3]),
-        ("31.9995 g", "counts of 1/2048 g", "--scale"),
+        raw("t_s,ax,ay,az", [1, 40000, 3]),
+        ("19.5312 g", "counts of 1/2048 g", "scale: N"),
         {"range": 16, "bits": 16},
     ),
     "another zero": (
         "t_ms,ay\n" + "".join(f"{k},{2048 + (100 if k % 2 else -100)}\n" for k in range(40)),
-        ("21.48 g", "where 0 g is not 0, --zero, perhaps 2048"),
+        ("21.48 g", "where 0 g is not 0, perhaps `zero: 2048`"),
         {"scale": 100},
     ),
 }
@@ -262,7 +262,7 @@ def test_unusable_arrays_are_not_written(columns, word, tmp_path):
 
 
 def test_a_large_file_is_refused_at_once(tmp_path, monkeypatch):
-    monkeypatch.setattr(logger_files, "MOST_BYTES", 100)
+    monkeypatch.setattr(text_file, "MOST_BYTES", 100)
     refused(write(tmp_path / "record.csv", CLEAN), ["more than 0 MB"])
 
 
@@ -382,7 +382,7 @@ def test_jitter_is_resampled_on_request_and_its_size_said(tmp_path):
     rng = np.random.default_rng(3)
     t = np.arange(5000) / 1000 + rng.uniform(-2e-4, 2e-4, 5000)
     path = stamped(tmp_path / "record.csv", t - t[0], 6)
-    refused(path, ["--resample", "0.001 s is the mean"])
+    refused(path, ["resample: true", "0.001 s is the mean"])
     record = read_sensor_csv(path, SensorMapping(resample=True))
     assert record.done["resampled"].startswith("5000 rows onto")
     assert "steps 0.606 to 1.393 ms, 0.16 ms rms" in record.done["time"]
@@ -425,7 +425,7 @@ def test_raw_counts_are_read(header, options, tmp_path):
 
 def test_a_recording_is_refused_by_name(tmp_path):
     np.savez(tmp_path / "run.csv", meta=np.array("{}"), time=np.zeros(3))
-    refused(tmp_path / "run.csv.npz", ["is a recording, not a sensor's file"])
+    refused(tmp_path / "run.csv.npz", ["this is a recording, not a table in text; give the sensor's file"])
 
 
 STAMPS = {
@@ -463,7 +463,7 @@ def test_dates_whose_order_matters_are_asked_for(tmp_path):
     t = np.datetime64("2024-01-04T23:59:59.5") + np.arange(1000).astype("m8[ms]")
     lines = [f"{stamp.item():%d.%m.%Y %H:%M:%S.%f};{k % 7}" for k, stamp in enumerate(t)]
     path = write(tmp_path / "record.csv", "\n".join(["Time;ay (g)", *lines]))
-    refused(path, ["('04.01.2024", "--dates day-first or --dates month-first"])
+    refused(path, ["('04.01.2024", "`dates: day-first` or `dates: month-first`"])
     record = read_sensor_csv(path, SensorMapping(dates="day-first"))
     assert record.rate_hz == pytest.approx(1000.0) and record.done["time"].endswith("dates are day-first")
     refused(path, ["gap"], mapping=SensorMapping(dates="month-first"))
@@ -483,7 +483,7 @@ def holed(missing, mark="NaN"):
 @pytest.mark.parametrize("missing", [[3, 4, 5, 900], list(range(1500, 1510))])
 def test_a_gap_is_bridged_or_the_longest_part_taken(missing, mark, tmp_path):
     path = write(tmp_path / "record.csv", holed(missing, mark))
-    refused(path, [mark, "--gaps longest" if mark else "--"])
+    refused(path, [mark, "gaps: longest"])
     record = read_sensor_csv(path, SensorMapping(gaps="bridge"))
     np.testing.assert_allclose(record.ay_g, 1 + 0.5 * np.sin(0.02 * np.arange(2000)), atol=1e-3)
     groups = 1 + np.count_nonzero(np.diff(missing) > 1)
@@ -500,7 +500,7 @@ def test_a_gap_is_bridged_or_the_longest_part_taken(missing, mark, tmp_path):
 @pytest.mark.parametrize("missing", [range(1500, 1511), range(0, 2000, 60)])
 def test_too_much_is_not_bridged(missing, tmp_path):
     path = write(tmp_path / "record.csv", holed(missing))
-    refused(path, ["at most 10 in a row and 1% are bridged", "--gaps longest"], mapping=SensorMapping(gaps="bridge"))
+    refused(path, ["at most 10 in a row and 1% are bridged", "gaps: longest"], mapping=SensorMapping(gaps="bridge"))
     assert read_sensor_csv(path, SensorMapping(gaps="longest")).ay_g.size >= 59
 
 
@@ -509,7 +509,7 @@ def test_too_much_is_not_bridged(missing, tmp_path):
 def test_lost_rows_are_not_taken_for_rounding(lost, rate, decimals, tmp_path):
     t = np.delete(np.arange(9000), lost) / rate
     for mapping in (SensorMapping(), SensorMapping(rate=1000)):
-        refused(stamped(tmp_path / "record.csv", t, decimals), ["--"], mapping=mapping)
+        refused(stamped(tmp_path / "record.csv", t, decimals), ["`"], mapping=mapping)
 
 
 @pytest.mark.parametrize(("unit", "scale"), [("s", 1.0), ("ms", 1e3), ("us", 1e6), ("ns", 1e9)])

@@ -4,11 +4,13 @@ import os
 import sys
 import warnings
 from importlib.metadata import entry_points
+from inspect import unwrap
 from itertools import groupby
 from typing import Annotated, Any
 
 import typer
 
+from trackdyn.commands import options
 from trackdyn.commands.records import compare, show
 from trackdyn.commands.rig import check, new, rigs
 from trackdyn.commands.runs import plan, simulate
@@ -54,6 +56,20 @@ class _Command(typer.core.TyperCommand):
                     formatter.write_dl(described)
 
 
+class _WithMapping(_Command):
+    """A command `options.with_mapping`: its options are made where they are asked for, since that takes a second."""
+
+    completed = False
+
+    def get_params(self, ctx: typer.Context) -> list[Any]:
+        if not self.completed:
+            alone = typer.Typer(add_completion=False)
+            alone.command()(options.complete(unwrap(self.callback)))
+            full = typer.main.get_command(alone)
+            self.params, self.callback, self.completed = full.params, full.callback, True
+        return super().get_params(ctx)
+
+
 # rich takes twice as long to load as all else that a help needs
 app = typer.Typer(
     cls=_Panels, rich_markup_mode=None, pretty_exceptions_enable=False,
@@ -61,7 +77,8 @@ app = typer.Typer(
 )  # fmt: skip
 for panel, commands in COMMANDS.items():
     for command in commands:
-        app.command(cls=_Command, rich_help_panel=panel)(command)
+        kind = _WithMapping if hasattr(command, "__signature__") else _Command
+        app.command(cls=kind, rich_help_panel=panel)(command)
 for others in entry_points(group="trackdyn.commands"):  # commands of packages that build on this one
     try:
         panel, groups = others.load()

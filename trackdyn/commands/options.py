@@ -1,9 +1,13 @@
 """Options that several commands have: each is read, and what it cannot be is refused, before a command begins."""
 
 import os
-from collections.abc import Callable
-from contextlib import suppress
+import re
+import shlex
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from inspect import Parameter, Signature, signature
+from keyword import iskeyword
 from math import isfinite
 from pathlib import Path
 from typing import Annotated, Any
@@ -164,36 +168,6 @@ Mapping = Annotated[Path | None, typer.Option("--mapping", help="YAML file that 
 SensorOption = Annotated[
     str | None, typer.Option("--sensor", help="Sensor of the rig whose record this is, where it has several.")
 ]
-# how a sensor's file is read, as `sensor.sensor_mapping.SensorMapping` has it
-TimeOption = Annotated[str | None, typer.Option(help="Column of the time stamps, or none (with --rate).")]
-RateOption = Annotated[float | None, number("--rate", "Samples a second, Hz; from the stamps by default.")]
-UnitOption = Annotated[
-    str | None, typer.Option("--unit", help="Unit of the axes, g, mg, m/s2, cm/s2 or mm/s2; the header's by default.")
-]
-AxisOption = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--axis",
-        metavar="AXIS=COLUMN",
-        help="Which column an axis is, such as ay=channel3 or ay=-channel3; repeatable.",
-    ),
-]
-RangeOption = Annotated[float | None, number("--range", "Range of the sensor, g; the rig's by default.")]
-ScaleOption = Annotated[float | None, number("--scale", "Counts per g, where the columns hold raw counts.")]
-ZeroOption = Annotated[
-    list[str] | None,
-    typer.Option("--zero", help="Value of the file that is 0 g, 512 or by axis ay=512.", metavar="[AXIS=]NUMBER"),
-]
-BitsOption = Annotated[
-    int | None, typer.Option(help="Bits of raw counts whose full scale is --range, instead of --scale.")
-]
-ResampleOption = Annotated[bool, typer.Option("--resample", help="Put samples whose stamps jitter onto even instants.")]
-GapsOption = Annotated[
-    str | None, typer.Option(help="bridge: interpolate over few lost samples; longest: keep the longest part.")
-]
-DatesOption = Annotated[str | None, typer.Option(help="day-first or month-first, where both are possible.")]
-FromOption = Annotated[float | None, number("--from", "First instant to keep, s since the first row.")]
-ToOption = Annotated[float | None, number("--to", "Last instant to keep, s since the first row.")]
 Choose = Annotated[
     list[str] | None,
     typer.Option(
@@ -203,6 +177,93 @@ Choose = Annotated[
     ),
 ]
 LongestRun = Annotated[float, number("--longest", "Bound of a run with a --tolerance, s.")]
+
+
+IRREGULAR = {"axes": "axis"}  # fields that an option gives one by one
+
+
+def _option_of(field: str) -> str:
+    return f"--{IRREGULAR.get(field, field)}"
+
+
+def of_mapping() -> dict[str, Parameter]:
+    """Options for the fields of a sensor's mapping but ``sensors``, by the names of the fields."""
+    from trackdyn.sensor.sensor_mapping import SensorMapping
+
+    options = {}
+    for field, schema in SensorMapping.model_json_schema()["$defs"]["SensorMapping"]["properties"].items():
+        name, help = _option_of(field), schema.get("description", "")
+        kinds = {kind.get("type") for kind in (schema, *schema.get("anyOf", ()))}
+        if "boolean" in kinds:
+            option: Any = Annotated[bool, typer.Option(name, help=help)]
+        elif "object" in kinds:
+            metavar = "[AXIS=]NUMBER" if "number" in kinds else "AXIS=COLUMN"
+            option = Annotated[list[str] | None, typer.Option(name, metavar=metavar, help=f"{help} Repeatable.")]
+        elif "number" in kinds:
+            option = Annotated[float | None, number(name, help)]
+        else:
+            plain: Any = int if "integer" in kinds else str
+            option = Annotated[plain | None, typer.Option(name, help=help)]
+        default = False if "boolean" in kinds else None
+        options[field] = Parameter(
+            f"{field}_" if iskeyword(field) else field, Parameter.KEYWORD_ONLY, default=default, annotation=option
+        )
+    del options["sensors"]
+    return options
+
+
+def mapping_fields(**given: Any) -> dict[str, Any]:
+    """Fields of a sensor's mapping that options state (`of_mapping`)."""
+    fields = {name.removesuffix("_"): value for name, value in given.items()}
+    return fields | {"axes": parse_axes(fields["axes"]), "zero": parse_zero(fields["zero"])}
+
+
+def as_options(sentence: str) -> str:
+    """A sentence that names fields of a sensor's mapping in YAML between backquotes, with options in their place."""
+    return re.sub(r"`(\w+: [^`]+)`", lambda field: _words(field[1]), sentence)
+
+
+def _words(fields: str) -> str:
+    import yaml
+
+    try:
+        stated = yaml.safe_load(f"{{{fields}}}")
+    except yaml.YAMLError:  # the name of a column may look like fields
+        return f"`{fields}`"
+    words = []
+    for name, value in stated.items():
+        for key, part in value.items() if isinstance(value, dict) else [("", value)]:
+            text = f"{key}={part}" if key else str(part)
+            words += [_option_of(name)] if part is True else [_option_of(name), shlex.quote(text)]
+    return " ".join(words)
+
+
+def with_mapping(command: Callable) -> Callable:
+    """Mark a command that has the fields of a sensor's mapping as its last arguments, by any name."""
+    stated = [p for p in signature(command).parameters.values() if p.kind is not p.VAR_KEYWORD]
+    command.__signature__ = Signature(stated)  # type: ignore[attr-defined]
+    return command
+
+
+def complete(command: Callable) -> Callable:
+    """A command `with_mapping` whose arguments are stated."""
+
+    def stated(**arguments: Any) -> None:
+        command(**arguments)
+
+    parameters = [*signature(command).parameters.values(), *of_mapping().values()]
+    stated.__signature__ = Signature(parameters)  # type: ignore[attr-defined]
+    stated.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
+    return stated
+
+
+@contextmanager
+def speaking_options() -> Iterator[None]:
+    """Put options into an `InputError` that names fields of a sensor's mapping."""
+    try:
+        yield
+    except InputError as error:
+        raise type(error)(as_options(error.args[0])) from None
 
 
 def scene_fields(ring: Ring | None, step: float | None = None, choose: list[str] | None = None) -> dict[str, Any]:

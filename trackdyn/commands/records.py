@@ -2,7 +2,7 @@
 
 from contextlib import suppress
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -10,34 +10,18 @@ from trackdyn.commands import options, printed
 from trackdyn.errors import InputError
 
 
+@options.with_mapping
 def compare(
     recording: options.RecordingFile,
-    sensor: Annotated[
-        Path,
-        typer.Argument(
-            help="Sensor's file: CSV with columns by name, or MDF, TDMS, LVM, UFF 58, MAT, HDF5, WAV, NPY, Parquet."
-        ),
-    ],
+    sensor: Annotated[Path, typer.Argument(help="Sensor's file: a table in text, with columns by name.")],
     mapping: options.Mapping = None,
     name: options.SensorOption = None,
-    time: options.TimeOption = None,
-    rate: options.RateOption = None,
-    unit: options.UnitOption = None,
-    axis: options.AxisOption = None,
-    sensor_range: options.RangeOption = None,
-    scale: options.ScaleOption = None,
-    zero: options.ZeroOption = None,
-    bits: options.BitsOption = None,
-    resample: options.ResampleOption = False,
-    gaps: options.GapsOption = None,
-    dates: options.DatesOption = None,
-    start: options.FromOption = None,
-    to: options.ToOption = None,
     figure: Annotated[
         Path | None, options.file_option("--figure", "Picture to write: two turns of the loop, spectra", ".png", ".svg")
     ] = None,
     out: Annotated[Path | None, options.file_option("--out", "Table to write", ".csv")] = None,
     overwrite: options.Overwrite = False,
+    **fields: Any,
 ) -> None:
     """Compare the simulated y acceleration with a sensor's: mean, RMS, SD and dominant peak.
 
@@ -49,9 +33,7 @@ def compare(
     from trackdyn.sensor.sensor_csv import read_sensor_csv
     from trackdyn.sensor.sensor_mapping import load_mapping
 
-    requested = {"time": time, "rate": rate, "unit": unit, "range": sensor_range, "resample": resample, "scale": scale}
-    requested |= {"axes": options.parse_axes(axis), "zero": options.parse_zero(zero), "bits": bits, "gaps": gaps}
-    chosen = load_mapping(mapping, **requested | {"dates": dates, "from": start, "to": to})
+    chosen = load_mapping(mapping, **options.mapping_fields(**fields))
     for path in filter(None, (figure, out)):
         options.check_output(path, overwrite, recording, sensor, mapping)
     loaded = _load_first(recording, sensor)
@@ -61,15 +43,17 @@ def compare(
     mappings = chosen.of_sensors(rig.sensors, sensor, name)
     if figure is not None and len(mappings) > 1:
         raise InputError(f"--figure {figure}: shows one sensor; name it with --sensor, {', '.join(mappings)}")
-    records = {
-        name: read_sensor_csv(sensor, own, range_g=loaded.sensors[name].range, gravity=rig.g)
-        for name, own in mappings.items()
-    }
+    with options.speaking_options():
+        records = {
+            name: read_sensor_csv(sensor, own, range_g=loaded.sensors[name].range, gravity=rig.g)
+            for name, own in mappings.items()
+        }
     tables = {}
     for name, record in records.items():
         if len(rig.sensors) > 1:
             typer.echo(f"sensor {name}")
-        tables[name] = _compare(loaded.with_sensor(name), record, str(recording))
+        with options.speaking_options():
+            tables[name] = _compare(loaded.with_sensor(name), record, str(recording))
     if out is not None:
         table = pd.concat(tables, names=["name"]).reset_index(level=0) if len(tables) > 1 else tables[name]
         write_csv(out, table)
@@ -118,7 +102,7 @@ def _compare(recording, record, path: str):
         no_line = f"no line, {'the loop rests' if rests else 'for which both records must hold two turns of the loop'}"
     doubt = judge_axes(recording, record)
     doubts = *record.doubts, doubt.sentence if doubt else "", other_speed(recording, record, table) or "", no_line
-    printed.remarks(recording, *doubts)
+    printed.remarks(recording, *map(options.as_options, doubts))
     return table
 
 

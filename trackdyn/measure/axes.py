@@ -2,7 +2,7 @@
 (Eq. 40).
 """
 
-import shlex
+import re
 from itertools import permutations, product
 from typing import NamedTuple
 
@@ -21,6 +21,9 @@ from trackdyn.simulation.recording import Recording
 HARMONICS = 3  # multiples of the loop's frequency; in a loop of straight runs they hold nearly all of gravity
 LEAST_G = 0.1  # zero offset of a cheap sensor: a smaller difference tells nothing
 CLEARLY = 2.0  # times better
+LEAST_DEG, LEAST_FACTOR = 5.0, 1.2  # a smaller angle, or a factor nearer to 1, is not named
+LIKELY_FACTORS = [2.0**k for k in range(-6, 7)] + [1e-3, 1e3, 9.81, 1 / 9.81]  # ranges of a sensor, units
+SAME_FACTOR = 0.05  # by which a fitted factor may be off, of its logarithm
 SAME_CONTENT = 1.5  # ratio of the contents from 20 Hz on, up to which two records may be of the same unit
 
 
@@ -83,6 +86,39 @@ def _shapes(recording: Recording, record: SensorRecord) -> tuple[list[np.ndarray
     return [simulated, simulated.conj() * np.array([[1], [-1]])[:count]], shapes, hz
 
 
+def _turned_and_scaled(shape: np.ndarray, forms: list[np.ndarray]) -> tuple[float, float, float]:
+    """The angle about z (deg) and the factor with which a shape is nearest to one of some forms, behind its misfit (g).
+
+    A shape of one axis has no angle.
+    """
+    fits, order = [], np.arange(shape.shape[1])
+    for angle in range(-179, 181) if len(shape) > 1 else (0,):
+        c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
+        turned = np.array([[c, -s], [s, c]]) @ shape if len(shape) > 1 else shape
+        turned = turned * np.exp(-1j * np.angle(turned[:1, 1:2])) ** order
+        for form in forms:
+            factor = np.vdot(turned, form).real / np.vdot(turned, turned).real
+            if factor > 0:
+                fits.append((float(np.linalg.norm(factor * turned - form)), float(angle), float(factor)))
+    return min(fits)
+
+
+def _fit_in_words(record: SensorRecord, angle: float, factor: float, misfits: str) -> str:
+    """Say by which angle (deg) and factor a record is off, and how to mend it."""
+    causes, remedies = [], []
+    if abs(angle) >= LEAST_DEG:
+        causes.append(f"its axes are turned by {abs(angle):g} deg about z")
+        c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
+        remedies.append(f"turn them back, ay = {c:.4f} ay {-s:+.4f} ax and ax = {s:.4f} ay {c:+.4f} ax, or the sensor")
+    if abs(np.log(factor)) > np.log(LEAST_FACTOR):
+        likely = min(LIKELY_FACTORS, key=lambda other: abs(np.log(other / factor)))
+        factor = likely if abs(np.log(likely / factor)) < SAME_FACTOR else factor
+        causes.append(f"gravity turns with {1 / factor:.3g} of its size")
+        _, of_a_unit = record.scales.get("ay", (0.0, 1.0))
+        remedies.append(f"check range and unit, perhaps `scale: {1 / abs(factor * of_a_unit):.6g}`")
+    return f"{record.path}: {' and '.join(causes)} {misfits}: {'; '.join(remedies)}"
+
+
 def _misfit(shape: np.ndarray, forms: list[np.ndarray]) -> float:
     """Distance (g) of a shape from the nearest of some forms."""
     return min(float(np.linalg.norm(shape - form[: len(shape)])) for form in forms)
@@ -94,7 +130,7 @@ def judge_axes(recording: Recording, record: SensorRecord) -> Doubt | None:
 
     Gravity crosses the axes in an order that a flipped or exchanged one reverses, and the mean of y points inwards. A
     loop that runs the other way round, as its mirror image does, is not doubted. Other causes that are tried are zeros
-    of the sensor that are not 0, and a high-pass filter.
+    of the sensor that are not 0, a high-pass filter, a wrong scale, and an angle about z.
     """
     if not (recording.scene.rig.gravity and recording.periods.loop_hz):
         return None
@@ -117,13 +153,13 @@ def judge_axes(recording: Recording, record: SensorRecord) -> Doubt | None:
         shifts = (shape[:, 0] - forms[0][:, 0]).real
         scales = [record.scales.get(axis, (0.0, 1.0)) for _, axis in own]
         zeros = [
-            f"--zero {axis}={zero + shift / factor:.5g}"
+            f"{axis}: {zero + shift / factor:.5g}"
             for (_, axis), shift, (zero, factor) in zip(own, shifts, scales, strict=True)
             if abs(shift) > LEAST_G
         ]
         return Doubt(
             f"{record.path}: gravity turns in its axes as in the simulated ones, but ay lies {shifts[0]:.3g} g off: "
-            f"the value of the file that is 0 g may be another one, {' '.join(zeros)}"
+            f"the value of the file that is 0 g may be another one, `zero: {{{', '.join(zeros)}}}`"
         )
     content = high_frequency_rms(record.ay_g, record.rate_hz)
     expected = high_frequency_rms(sense(recording).ay, recording.rate)
@@ -134,23 +170,26 @@ def judge_axes(recording: Recording, record: SensorRecord) -> Doubt | None:
             "AC-coupled (IEPE) sensor, or one whose gravity was filtered out; only high_frequency_g compares",
             without_gravity=True,
         )
+    fitted, angle, factor = _turned_and_scaled(shape, forms)
+    if explains(fitted, exchanged, shifted) and expected / SAME_CONTENT < factor * content < expected * SAME_CONTENT:
+        return Doubt(_fit_in_words(record, angle, factor, f"(misfit {fitted:.2g} g, as read {as_read:.2g} g)"))
     if explains(exchanged):
-        options = " ".join(
-            f"--axis {shlex.quote(f'{axis}={_column(record, *chosen)}')}"
+        fields = ", ".join(
+            f"{axis}: {_column(record, *chosen)}"
             for chosen, (_, axis) in zip(best, own, strict=True)
             if chosen != (1, axis)
         )
         return Doubt(
-            f"{record.path}: its axes do not turn through gravity as the simulated ones do, but with {options} they "
-            f"would (misfit {exchanged:.2g} g, as read {as_read:.2g} g)"
+            f"{record.path}: its axes do not turn through gravity as the simulated ones do, but with "
+            f"`axes: {{{fields}}}` they would (misfit {exchanged:.2g} g, as read {as_read:.2g} g)"
         )
     misfit, size = _misfit(shape[:1], forms), float(np.linalg.norm(forms[0][0]))
     if CLEARLY * misfit > size:
         filter_too = "; or gravity is missing (an AC-coupled or IEPE sensor): only high_frequency_g compares"
         return Doubt(
             f"{record.path}: ay does not turn through gravity as the simulated y acceleration does (misfit "
-            f"{misfit:.2g} of {size:.2g} g); check its column and sign (--axis ay=NAME, ay=-NAME), and its unit"
-            f"{filter_too * without_gravity}"
+            f"{misfit:.2g} of {size:.2g} g); check its column and sign (`axes: {{ay: NAME}}`, `axes: {{ay: -NAME}}`), "
+            f"and its unit{filter_too * without_gravity}"
         )
     return None
 
@@ -164,10 +203,11 @@ def require_axes(record: SensorRecord, rig: Rig, motor_rpm: float) -> None:
     scene = Scene(rig, motor_rpm, ring_radius=None, chain="belt", contact_log=False)
     duration = whole_samples(rig.rate, scene.periods.loop)
     if doubt := judge_axes(belt_recording(scene.with_(duration=duration)), record):
-        raise InputError(f"{doubt.sentence}; in the pipeline, state axes in the file that sensor_mapping names")
+        raise InputError(doubt.sentence)
 
 
 def _column(record: SensorRecord, sign: int, axis: str) -> str:
-    """Column of an axis as ``--axis`` takes it, with its sign turned if ``sign`` is -1."""
+    """Column of an axis as a mapping in YAML names it, with its sign turned if ``sign`` is -1."""
     name = record.columns.get(axis, axis)
-    return name if sign > 0 else name[1:] if name.startswith("-") else f"-{name}"
+    name = name if sign > 0 else name[1:] if name.startswith("-") else f"-{name}"
+    return name if re.fullmatch(r"-?\w+", name) else "'" + name.replace("'", "''") + "'"

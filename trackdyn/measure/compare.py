@@ -1,5 +1,8 @@
 """A simulated record beside a sensor's: the rows of Table 3 and the lines of Figure 18."""
 
+import warnings
+from pathlib import Path
+
 import numpy as np
 import pandas as pd
 
@@ -10,7 +13,8 @@ from trackdyn.measure.sensor import measured_loop_hz, sense, sensor_metrics, who
 from trackdyn.measure.spectra import holds_line
 from trackdyn.measure.uncertainty import turn_error, whole_errors
 from trackdyn.rig.validation import typed
-from trackdyn.sensor.sensor_csv import SensorRecord
+from trackdyn.sensor.sensor_csv import SensorRecord, read_sensor_csv, read_sensor_frame
+from trackdyn.sensor.sensor_mapping import SensorMapping
 from trackdyn.simulation.recording import Recording
 
 COMPARED = ("rms_g", "sd_g", "line_hz", "line_g", "line_hz_binfree", "line_g_binfree", "high_frequency_g")
@@ -35,6 +39,26 @@ def whole_ratio(record: SensorRecord, rate: float) -> tuple[int, int]:
             "with that sensor.rate in the rig"
         )
     return counts
+
+
+@typed
+def compare(
+    recording: Recording, sensor: pd.DataFrame | Path | str, mapping: SensorMapping | None = None
+) -> pd.DataFrame:
+    """Compare a recording with a sensor's record: a table of pandas, or a file, with the columns that a mapping says.
+
+    Returned is the table of `compare_with_sensor`; what seems wrong with the record is warned of. Raises `InputError`:
+    the record cannot be read without a guess, or does not fit the recording.
+    """
+    own = next(iter(recording.sensors.values()))
+    read = read_sensor_frame if isinstance(sensor, pd.DataFrame) else read_sensor_csv
+    record = read(sensor, mapping, own.range, recording.scene.rig.g)
+    table = compare_with_sensor(recording, record)
+    doubt = judge_axes(recording, record)
+    doubts = *record.doubts, doubt and doubt.sentence, other_speed(recording, record, table)
+    for sentence in filter(None, doubts):
+        warnings.warn(sentence, stacklevel=2)
+    return table
 
 
 @typed

@@ -4,11 +4,10 @@ import re
 from collections.abc import Callable, Sequence
 from itertools import takewhile
 from pathlib import Path
-from typing import NoReturn
 
 from trackdyn.errors import InputError, shown
-from trackdyn.sensor.logger_text import SEPARATORS, Text, is_value, listed, refuse_fields, rows_of, split_fields
-from trackdyn.sensor.sensor_mapping import NAME_IT, is_unit
+from trackdyn.sensor.logger_text import SEPARATORS, Text, are_split, is_value, refuse_fields, rows_of, split_fields
+from trackdyn.sensor.sensor_mapping import is_unit
 
 _HEAD = 200  # lines in which the header is looked for
 _LONGEST = 20_000  # characters of such a line
@@ -27,16 +26,14 @@ def _of_values(line: str) -> str | None:
     return None
 
 
-def find_rows(
-    path: Path, text: str, recognised: Callable[[Sequence[str]], bool], sought: str, numbers: Sequence[int] = ()
-) -> Text:
+def find_rows(path: Path, text: str, recognised: Callable[[Sequence[str]], bool], numbers: Sequence[int] = ()) -> Text:
     """Find header and rows.
 
     The header is the first line, perhaps behind a ``#``, whose names are ``recognised`` and are as many as the fields
     of the row that follows. If all columns are chosen by position (``numbers``, from 0), the rows are located by the
     values in these columns, and the header, if there is one, is the line above; else columns are named "1", "2" and so
-    on. ``sought`` says in a refusal which column is missing. Raises `InputError`: no line is such a header, or no line
-    is such a row.
+    on. Where no line is recognised it is the one above the first row of numbers. Raises `InputError`: no line is a
+    header, or no line is such a row.
     """
     head = text.split("\n", _HEAD)[:_HEAD]
     if long := next((i + 1 for i, line in enumerate(head) if len(line) > _LONGEST), 0):
@@ -65,16 +62,11 @@ def find_rows(
                 names = names[1:]  # a label of the line, such as Headers
             if not recognised(names):
                 continue
-            units = [""] * len(names)
-            if len(below) > 1:
-                row = split_fields(head[below[0]], separator)
-                if len(row) == len(names) and not any(map(is_value, row)):
-                    units = row
-                    del below[0]
+            units, below = _below(head, below, separator, len(names))
             if not below or len(split_fields(head[below[0]], separator, len(names))) == len(names):
                 for j in rows[: rows.index(below[0]) if below else None]:
                     fields = split_fields(head[j], separator, len(names))
-                    if len(fields) == len(names) and all(map(is_value, fields)):
+                    if j < i and len(fields) == len(names) and all(map(is_value, fields)):
                         raise InputError(
                             f"{path}: line {j + 1} holds numbers ({shown(head[j])}) above the names in line {i + 1}; "
                             "remove it, or write the names above it."
@@ -85,20 +77,48 @@ def find_rows(
     if unequal:
         i, names, separator, first = unequal
         refuse_fields(path, head[first], first + 1, names, separator, f"the header in line {i + 1}")
-    _refuse_header(path, head, rows, sought)
+    return _likely(path, text, head, rows)
 
 
-def _refuse_header(path: Path, head: Sequence[str], rows: Sequence[int], sought: str) -> NoReturn:
-    """Say that no line is a header, and show the line that looks most like it: above the first row of numbers."""
+def _below(head: Sequence[str], below: list[int], separator: str, count: int) -> tuple[list[str], list[int]]:
+    """Units of the columns, and the lines below a header from the first row on.
+
+    What is no row has fewer values than other fields, and no value where all of the next lines have one: a row of
+    units, of methods, or the number of samples.
+    """
+    units = [""] * count
+    while below:
+        fields = split_fields(head[below[0]], separator, count)
+        following = [row for j in below[1:11] if len(row := split_fields(head[j], separator, count)) == count]
+        values = list(map(is_value, fields))
+        unlike = len(below) > 1 and any(
+            not value and (not any(values) or (len(following) > 1 and all(is_value(row[k]) for row in following)))
+            for k, value in enumerate(values)
+        )
+        if len(fields) != count or not unlike or 2 * sum(values) > count:
+            break
+        if any(map(is_unit, fields)) and not any(units):
+            units = fields
+        below = below[1:]
+    return units, below
+
+
+def _likely(path: Path, text: str, head: Sequence[str], rows: list[int]) -> Text:
+    """Rows below the line that looks most like a header: the one above the first row of numbers, and its units."""
     first = next((k for k, j in enumerate(rows) if _of_values(head[j])), 1)
     if first == 0:
         raise InputError(
             f"{path}: line {rows[0] + 1} holds numbers ({shown(head[rows[0]])}) where the names of the columns must "
-            "be; write them above, or give all columns by number, such as --time 1 --axis ay=3 --unit g."
+            "be; write them above, or give all columns by number, such as `time: 1, axes: {ay: 3}, unit: g`."
         )
     separator = (_of_values(head[rows[first]]) if first < len(rows) else None) or _separators(head[rows[first - 1]])[0]
-    names = split_fields(head[rows[first - 1]], separator)
-    raise InputError(f"{path}: no {sought} in line {rows[first - 1] + 1} ({listed(names)}); {NAME_IT}.")
+    count = len(split_fields(head[rows[first - 1]], separator))
+    at = first - 1
+    while at > 0 and len(split_fields(head[rows[at - 1]], separator)) == count:
+        at -= 1  # to the first of several rows of names
+    units, below = _below(head, rows[at + 1 :], separator, count)
+    names = split_fields(head[rows[at]], separator)
+    return rows_of(path, text, names, units, separator, below[0] if below else len(head))
 
 
 def _layout_by_position(path, head, rows, numbers) -> tuple[list[str], list[str], str, int]:
@@ -116,7 +136,7 @@ def _layout_by_position(path, head, rows, numbers) -> tuple[list[str], list[str]
     wanted = " and ".join(str(k + 1) for k in sorted(numbers))
     raise InputError(
         f"{path}: no rows with numbers in column {wanted} within {len(head)} lines; give another column, or, if only "
-        "the stamps are neither numbers nor dates as 2024-05-01T12:00:00.001, --time none --rate HZ."
+        "the stamps are neither numbers nor dates as 2024-05-01T12:00:00.001, `time: none, rate: HZ`."
     )
 
 
@@ -137,9 +157,13 @@ def _rows_from(path, head, rows, at, separator, numbers) -> tuple[list[str], lis
     def mostly_values(texts):
         return 2 * sum(map(is_value, texts)) > sum(map(bool, texts))
 
+    def lacks_values(i):
+        below = [fields(i) for i in rows[at + 1 : at + 11] if len(fields(i)) == count]
+        return any(not field and below and all(is_value(row[k]) for row in below) for k, field in enumerate(fields(i)))
+
     def text_above_values(i):
         below = [fields(i) for i in rows[at + 1 : at + 11] if len(fields(i)) == count]
-        return any(
+        return lacks_values(i) or any(
             field and not is_value(field) and mostly_values([row[k] or "empty" for row in below])
             for k, field in enumerate(fields(i))
         )
@@ -151,7 +175,7 @@ def _rows_from(path, head, rows, at, separator, numbers) -> tuple[list[str], lis
     header = named[: 1 + (len(named) > 1 and any(map(is_unit, fields(named[0]))))]
     # a row above is a row, too: what follows it is a defect
     earlier = [i for i in rows[:at] if i not in header and (chosen(i) or mostly_values(fields(i)))]
-    earlier = [i for i in earlier if len(fields(i)) == count]
+    earlier = [i for i in earlier if len(fields(i)) == count and not lacks_values(i)]
     if earlier and not mostly_values(fields(earlier[0])) and text_above_values(earlier[0]):
         raise InputError(
             f"{path}: line {earlier[0] + 1} ({shown(head[earlier[0]])}) holds text where line {first + 1} holds "
@@ -162,6 +186,12 @@ def _rows_from(path, head, rows, at, separator, numbers) -> tuple[list[str], lis
     elif not header and _are_indices(fields(first), [fields(i) for i in rows[at + 1 : at + 2]]):
         raise InputError(
             f"{path}: line {first + 1} ({shown(head[first])}) may hold the numbers of the columns or values; remove it."
+        )
+    pairs = [fields(i)[k : k + 2] for i in rows[at : at + 50] for k in numbers]
+    if separator == "," and not header and any(map(are_split, pairs)):
+        raise InputError(
+            f"{path}: line {first + 1} ({shown(head[first])}) seems to hold decimal commas among commas; save it with "
+            "decimal points, or with semicolons or tabs between the columns."
         )
     if not header:
         return [str(k + 1) for k in range(count)], [""] * count, separator, first

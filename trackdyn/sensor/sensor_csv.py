@@ -5,26 +5,27 @@ doubtful is refused with the option that decides it, because a gap, a wrong rate
 everything derived from the record.
 """
 
-from collections.abc import Iterable, Mapping
-from contextlib import ExitStack
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import combinations
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+import pandas as pd
 
 from trackdyn.errors import InputError, shown
 from trackdyn.files import write_text
 from trackdyn.rig.validation import typed
 from trackdyn.sensor import samples, stamps
-from trackdyn.sensor.formats import format_of
+from trackdyn.sensor.columns import TIMES, Axis, Columns, columns_in
 from trackdyn.sensor.header import find_rows
-from trackdyn.sensor.logger_files import read_channels, read_logger_text
-from trackdyn.sensor.logger_text import Source, listed
-from trackdyn.sensor.sensor_mapping import AXES, Column, SensorMapping, choose, time_like, time_unit_of, unit_of
-from trackdyn.sensor.stamps import RATES, Rate
+from trackdyn.sensor.logger_text import Source, listed, table_of
+from trackdyn.sensor.other_sensors import require_one_sensor, rows_of_group
+from trackdyn.sensor.sensor_mapping import AXES, UNITS, SensorMapping, choose, time_unit_of
+from trackdyn.sensor.stamps import Rate
+from trackdyn.sensor.text_file import read_logger_text
 
+MOST_MESSAGES = 0.5  # share of rows that are no samples, up to which the others are a record
 COLUMNS = ("t_s", "ax_g", "ay_g", "az_g")
 
 
@@ -73,8 +74,9 @@ class SensorRecord:
         """Refuse (`InputError`) a record of fewer turns of the loop, each of ``turn_s`` seconds."""
         if self.seconds < turns * turn_s:
             raise InputError(
-                f"{self.path}: the record of {self.seconds:.4g} s is shorter than {turns:g} "
-                f"turn{'s' * (turns != 1)} of the loop; record at least {turns * turn_s:.4g} s."
+                f"{self.path}: the record of {self.seconds:.4g} s ({self.done.get('time', 'no stamps')}; "
+                f"{self.rate_hz:.7g} Hz) is shorter than {turns:g} turn{'s' * (turns != 1)} of the loop; record at "
+                f"least {turns * turn_s:.4g} s, or, if that is not its rate, read no stamps, `time: none, rate: HZ`."
             )
 
 
@@ -82,167 +84,126 @@ class SensorRecord:
 def read_sensor_csv(
     path: Path | str, mapping: SensorMapping | None = None, range_g: float = 20.0, gravity: float = 9.81
 ) -> SensorRecord:
-    """Read a sensor's file, CSV or a format of `trackdyn.sensor.logger_files`, and check every value of it.
+    """Read a sensor's file, a table in the text of any logger, and check every value of it.
 
     ``range_g`` is the range of the sensor, g, unless the mapping has it (infinity: not known), ``gravity`` one g in
     m/s2. Raises `InputError`: what is doubtful or defective, by file, field, line and value.
     """
     path, mapping = Path(path), mapping or SensorMapping()
+
+    def recognised(names: Sequence[str]) -> bool:
+        # a line of a preamble may have as many fields as a number asks for: what is named tells the header
+        candidates = choose(names, [""] * len(names), mapping)
+        return bool(candidates.get("ay")) and (
+            "ay" not in mapping.numbers or all(candidates[key] for key in mapping.named)
+        )
+
+    numbers = mapping.numbers if "ay" in mapping.numbers and mapping.numbers.keys() == mapping.named.keys() else {}
+    source = find_rows(path, read_logger_text(path), recognised, list(numbers.values()))
+    return _read(source, mapping, range_g, gravity)
+
+
+@typed
+def read_sensor_frame(
+    frame: pd.DataFrame, mapping: SensorMapping | None = None, range_g: float = 20.0, gravity: float = 9.81
+) -> SensorRecord:
+    """Read a sensor's record out of a DataFrame, as `read_sensor_csv` reads one out of a file, and judge it alike."""
+    return _read(table_of(frame), mapping or SensorMapping(), range_g, gravity)
+
+
+def _read(source: Source, mapping: SensorMapping, range_g: float, gravity: float) -> SensorRecord:
     range_g = mapping.range or range_g
     for name, value in (("range_g", range_g), ("gravity", gravity)):
         if not value > 0:
-            raise InputError(f"{path}: {name} is {value!r}; give a number above zero.")
-    with ExitStack() as opened:
-        source, mapping = _source(path, mapping, opened)
-        columns = _columns(source, mapping)
-        axes = _axes(path, columns, mapping, gravity)
-        time = columns["time"].position if "time" in columns else None
-        day_first = mapping.dates and mapping.dates == "day-first"
-        used = {key: column for key, column in columns.items() if key in axes or key == "time"}
-        positions = [column.position for column in used.values()]
-        table = source.table(positions, time, mapping.gaps is not None, day_first)
-    return _record(source, mapping, columns.get("time"), axes, dict(zip(used, table.T, strict=True)), float(range_g))
+            raise InputError(f"{source.path}: {name} is {value!r}; give a number above zero.")
+    if mapping.group:
+        source = rows_of_group(source, mapping.group)
+    columns, axes = columns_in(source, mapping, gravity)
+    samples_of_one = _samples(source, columns, mapping)
+    require_one_sensor(samples_of_one.source, columns, samples_of_one.values)
+    return _record(samples_of_one, mapping, columns, axes, float(range_g))
 
 
-def _source(path: Path, mapping: SensorMapping, opened: ExitStack) -> tuple[Source, SensorMapping]:
-    """Rows of a text, or the channels of a group, which are read while ``opened`` is; with the mapping for them."""
-    sought = f"column {mapping.axes['ay']!r} for ay" if "ay" in mapping.axes else "column for ay"
-    sought += f" of the group {mapping.group!r}" * bool(mapping.group)
+class _Samples(NamedTuple):
+    """Rows of a source that are samples, and their numbers by axis, time and fraction."""
 
-    def ay_of(names, group=""):
-        if group and mapping.group and mapping.group != group:
-            return ""
-        own = mapping.within(group)
-        # a line of a preamble may have as many fields as a number asks for: what is named tells the header
-        candidates = choose(names, [""] * len(names), own)
-        if candidates.get("ay") and ("ay" not in own.numbers or all(candidates[key] for key in own.named)):
-            return candidates["ay"][0].name
-        return ""
-
-    if kind := format_of(path):
-        channels = read_channels(path, kind, ay_of, sought, opened)
-        if mapping.bits and channels.bits and mapping.bits > channels.bits:
-            raise InputError(f"{path}: has {channels.bits} bits a sample; give --bits {channels.bits}.")
-        return channels, mapping.within(channels.group)
-    numbers = mapping.numbers if "ay" in mapping.numbers and mapping.numbers.keys() == mapping.named.keys() else {}
-    text = read_logger_text(path)
-    return find_rows(path, text, lambda names: bool(ay_of(names)), sought, list(numbers.values())), mapping
+    source: Source
+    values: dict[str, np.ndarray]
+    broken: np.ndarray  # (N,) whether what is no sample stands above a row
 
 
-def _columns(source: Source, mapping: SensorMapping) -> dict[str, Column]:
-    """Columns of time and axes. Raises `InputError`: one is missing or may be several."""
-    path, columns = source.path, {}
-    for key, candidates in choose(source.names, source.units, mapping).items():
-        if len(candidates) > 1:
-            said = " and ".join(f"{column.position + 1} ({shown(column.name)})" for column in candidates)
-            number = f"#{candidates[0].position + 1}"
-            option = f"--time '{number}'" if key == "time" else f"--axis {key}={number}"
-            raise InputError(f"{path}: columns {said} may all be {key}; say which with {option}.")
-        if not candidates:
-            raise InputError(f"{path}: no column {mapping.named[key]!r} for {key}; there are {listed(source.names)}.")
-        columns[key] = candidates[0]
-    rate = source.rates.get(columns["ay"].position)
-    for key, column in list(columns.items()):
-        other = source.rates.get(column.position)
-        if rate and other and abs(other.hz / rate.hz - 1) > 1e-6:
-            if key in mapping.named:
-                raise InputError(
-                    f"{path}: {shown(column.name)} has {other.hz:.7g} samples a second and ay {rate.hz:.7g}; "
-                    f"name another column for {key} or none."
-                )
-            del columns[key]
-    if not ("time" in columns or mapping.time == "none" or rate):
-        _require_no_time(source, mapping, {column.position for column in columns.values()})
-    for (key, column), (second, same) in combinations(columns.items(), 2):
-        if column.position == same.position:
-            raise InputError(f"{path}: column {shown(column.name)} is named for {key} and {second}; name two columns.")
-    if "time" in columns and columns["time"].position in source.dated:
-        columns["time"] = columns["time"]._replace(unit="s")
-    return columns
+def _samples(source: Source, columns: Columns, mapping: SensorMapping) -> _Samples:
+    """The rows without those of other sensors and, if there may be gaps, without messages.
+
+    Raises `InputError`: a cell that holds no number, unless there may be gaps.
+    """
+    keys, positions = list(columns), [column.position for column in columns.values()]
+    time = columns["time"].position if "time" in columns else None
+    table = source.numbers(positions, time, mapping.dates and mapping.dates == "day-first")
+    wrong = np.isnan(table)
+    absent = wrong[:, [k for k, key in enumerate(keys) if key in AXES]].all(axis=1)
+    if time is not None and absent.any():
+        t = table[:, positions.index(time)]
+        others = absent & np.isfinite(t) & (np.array(source.texts(columns["ay"].position)) == "")
+        step = np.diff(t[~absent])
+        if step.size and 10 * np.count_nonzero(step > 1.5 * np.nanmedian(step)) < np.count_nonzero(others):
+            source, table, wrong = source.only(~others), table[~others], wrong[~others]
+    broken = np.zeros(len(table), bool)
+    if wrong.any():
+        row, index = map(int, np.argwhere(wrong)[0])
+        messages = source.misfits()
+        if time is not None:
+            messages |= wrong[:, positions.index(time)]
+        if mapping.gaps is None or messages.mean() > MOST_MESSAGES:
+            source.refuse(row, positions[index], keys[index] in TIMES)
+        broken = np.diff(np.cumsum(messages)[~messages], prepend=0) > 0
+        source, table = source.only(~messages) if messages.any() else source, table[~messages]
+    return _Samples(source, dict(zip(keys, table.T, strict=True)), broken)
 
 
-def _require_no_time(source: Source, mapping: SensorMapping, used: set[int]) -> None:
-    """Refuse (`InputError`) columns that may be the time but are not ``used``, or a file that has no rate at all."""
-    candidates = [
-        column
-        for column in time_like(source.names, source.units)
-        if column.position not in used and source.rises(column.position)
-    ]
-    if candidates:
-        raise InputError(
-            f"{source.path}: the time may be in {' or '.join(column.described for column in candidates)}; say so with "
-            f"--time '#{candidates[0].position + 1}', or that it is not with --time none --rate HZ."
-        )
-    if mapping.rate is None:
-        numbers = f", and no number that is surely the sampling rate ({', '.join(source.doubtful[:8])})"
-        raise InputError(
-            f"{source.path}: no column of time among {listed(source.names)}{numbers * bool(source.doubtful)}; name it "
-            f"with --time NAME, or give its rate, {RATES[0]:,.0f} to {RATES[1]:,.0f} Hz, with --time none --rate HZ."
-        )
-
-
-class _Axis(NamedTuple):
-    """Column of an axis, and how its numbers become g."""
-
-    column: Column
-    unit: str  # in words
-    zero: float  # value of the file that is 0 g
-    factor: float  # acceleration of a unit of the file, g, with the sign of the axis
-
-
-def _axes(path: Path, columns: dict[str, Column], mapping: SensorMapping, gravity: float) -> dict[str, _Axis]:
-    """Axes with their units. Raises `InputError`: that of ay, or of an axis that was named, is not known."""
-    axes: dict[str, _Axis] = {}
-    for axis in AXES:
-        if column := columns.get(axis):
-            # unit, scale and zero are stated of an axis that is named, and of those with the unit of ay
-            stated = axis in mapping.axes or column.unit == columns["ay"].unit
-            zero = mapping.zero.get(axis, 0.0) if isinstance(mapping.zero, dict) else mapping.zero * stated
-            try:
-                unit, factor = unit_of(path, column, mapping, stated, gravity)
-            except InputError:
-                if axis == "ay" or axis in mapping.axes:
-                    raise
-            else:
-                axes[axis] = _Axis(column, unit, zero, column.sign * factor)
-    return axes
-
-
-def _record(source, mapping, time, axes, values, range_g) -> SensorRecord:
-    """The record out of ``values``, (N,) by axis and time: cropped, in s and g, checked, evenly timed."""
-    path, count, line = source.path, values["ay"].size, source.first_line
+def _record(samples_of_one: _Samples, mapping, columns: Columns, axes: dict[str, Axis], range_g) -> SensorRecord:
+    """The record out of the samples: cropped, in s and g, checked, evenly timed."""
+    source, values, broken = samples_of_one
+    path, count, time = source.path, values["ay"].size, columns.get("time")
     if count < 2:
         raise InputError(f"{path}: the file holds {count} data rows; give at least 2.")
-    by_file = source.rates.get(axes["ay"].column.position)
-    stated = Rate(mapping.rate, "as given") if mapping.rate else by_file
+    if "fraction" in columns:
+        values["time"] = values["time"] - values["time"][0] + values["fraction"] * UNITS[columns["fraction"].unit]
+    stated: Any = Rate(mapping.rate, "as given") if mapping.rate else None
     seen = time and stamps.in_seconds(path, time.name, values["time"], time_unit_of(path, time))
     window = samples.window_of(path, seen.t if seen else np.arange(count) / stated.hz, mapping)
-    signals = {key: axis.factor * (values[key][window] - axis.zero) for key, axis in axes.items()}
-    line, seen = line + window.start, seen and seen.within(window)
-    done = _described(source, axes, time, values)
-    done["dropped"] = f"{count - signals['ay'].size} rows outside of --from and --to"
+    counts = {key: samples.signed(values[key], mapping.bits) for key in axes}
+    signals = {key: axis.factor * (counts[key][0][window] - axis.zero) for key, axis in axes.items()}
+    lines, seen, broken = np.asarray(source.lines)[window], seen and seen.within(window), broken[window]
+    done = _described(source, axes, columns, counts)
+    done["dropped"] = f"{count - signals['ay'].size} rows outside of from and to"
     if mapping.gaps:
         lost = stamps.lost_rows(seen, signals["ay"].size, stated, mapping.resample)
+        if not seen or mapping.gaps == "longest":  # nobody knows how many samples a message stands for
+            lost = np.where(broken[1:], np.inf, lost)
         seen, signals, skipped, done["gaps"] = samples.without_gaps(path, seen, lost, signals, mapping.gaps)
-        line += skipped
+        lines = lines[skipped:]
+
+    def where(row: int) -> str:
+        return source.where(int(np.searchsorted(source.lines, lines[min(row, lines.size - 1)])))
+
     rate, even, done["time"] = stated, True, "rows counted, no stamps"
     if seen and time:
-        rate, even, steps = stamps.judge_stamps(path, seen, line, stated, mapping.resample)
-        done["time"] = f"{time.described} in {seen.unit}, to {seen.rounding:.2g} s; {steps}"
+        rate, even, steps = stamps.judge_stamps(path, seen, where, stated, mapping.resample)
+        described = " and ".join(columns[key].described for key in TIMES if key in columns)
+        done["time"] = f"{described} in {seen.unit}, to {seen.rounding:.2g} s; {steps}"
         done["time"] += f"; dates are {mapping.dates}" * bool(mapping.dates)
     done["rate"] = f"{rate.hz:.7g} Hz, {rate.source}"
-    if by_file and abs(rate.hz / by_file.hz - 1) > 1e-6:
-        done["rate"] += f", not {by_file.hz:.7g} Hz, {by_file.source}"
-    _require_range(path, signals, axes, line, range_g)
+    _require_range(path, signals, axes, where, range_g)
     # the highest count is one less than the lowest
     largest = range_g - 1.0 / mapping.counts_per_g if mapping.bits and mapping.counts_per_g else range_g
     clipped, done["clipped"], doubts = samples.clipped(path, signals, largest, range_g)
-    doubts += [f"{path}: the library that reads it says: {remark}" for remark in source.remarks]
     if np.ptp(signals["ay"]) <= 1e-9 * max(1.0, np.abs(signals["ay"]).max()):
         raise InputError(
             f"{path}: column {shown(axes['ay'].column.name)} is {values['ay'][window.start]:.6g} in every row; choose "
-            "another one for ay with --axis ay=NAME, or record the moving track."
+            "another one for ay, `axes: {ay: NAME}`, or record the moving track."
         )
+    doubts = doubts or samples.standing_still(path, signals, rate.hz, largest, where)
     hz = rate.hz
     if seen and not even:
         signals, done["resampled"] = samples.on_even_instants(seen.t, signals, hz, range_g)
@@ -257,21 +218,22 @@ def _record(source, mapping, time, axes, values, range_g) -> SensorRecord:
     )  # fmt: skip
 
 
-def _described(source, axes, time, values) -> dict[str, str]:
+def _described(source: Source, axes: dict[str, Axis], columns: Columns, counts) -> dict[str, str]:
     """Words on the rows and columns that are read."""
     said = [
-        f"{key} = {'-' * (axis.column.sign < 0)}{axis.column.described} in {axis.unit}, first value {values[key][0]:g}"
+        f"{key} = {'-' * (axis.column.sign < 0)}{axis.column.described} in {axis.unit}{counts[key][1]}, first value "
+        f"{counts[key][0][0]:g}"
         for key, axis in axes.items()
     ]
-    used = {column.position for column in (time, *(axis.column for axis in axes.values())) if column}
+    used = {column.position for column in columns.values()}
     if unused := [name for k, name in enumerate(source.names) if k not in used and name]:
         said.append(f"not used: {listed(unused)}")
     below = f"; below them, left out: {listed(source.left_out)}" if source.left_out else ""
-    rows = f"{values['ay'].size}, from line {source.first_line} on{below}"
+    rows = f"{counts['ay'][0].size}, from {source.where(0)} on{below}"
     return {"rows": rows, "columns": "; ".join(said)}
 
 
-def _require_range(path: Path, signals: samples.Axes, axes: dict[str, _Axis], line: int, range_g: float) -> None:
+def _require_range(path: Path, signals: samples.Axes, axes: dict[str, Axis], where, range_g: float) -> None:
     """Refuse (`InputError`) a value beyond the range of the sensor, perhaps as the zero of the file is not 0."""
     beyond = np.abs(list(signals.values())) > range_g * 1.0001
     if not beyond.any():
@@ -280,11 +242,11 @@ def _require_range(path: Path, signals: samples.Axes, axes: dict[str, _Axis], li
     (key, signal), mean = list(signals.items())[index], float(np.mean(list(signals.values())[index]))
     axis = axes[key]
     shifted = np.abs(signal - mean).max() <= range_g
-    remedy = f"where 0 g is not 0, --zero, perhaps {axis.zero + mean / axis.factor:.4g}, or " * bool(shifted)
+    remedy = f"where 0 g is not 0, perhaps `zero: {axis.zero + mean / axis.factor:.4g}`, or " * bool(shifted)
     raise InputError(
-        f"{path}: field {axis.column.name} in line {line + k} is {signal[k]:.6g} g if it is in {axis.unit}, beyond the "
-        f"sensor's range of +-{range_g:g} g; check the unit (--unit, for raw counts --scale), {remedy}give the range "
-        "of the sensor, --range G."
+        f"{path}: field {axis.column.name} in {where(k)} is {signal[k]:.6g} g if it is in {axis.unit}, beyond the "
+        f"sensor's range of +-{range_g:g} g; check the unit, `unit: g`, for raw counts `scale: N`, {remedy}give the "
+        "range of the sensor, `range: G`."
     )
 
 

@@ -10,8 +10,9 @@ from pydantic import BeforeValidator, ConfigDict, Field, model_validator
 from trackdyn.errors import InputError, shown
 from trackdyn.rig.validation import Finite, NotNegative, Positive, Section, typed, validated
 from trackdyn.rig.yaml_file import read_yaml
-from trackdyn.sensor.stamps import RATES, UNITS
 
+RATES = (100.0, 1_000_000.0)  # Hz, of any record, whatever states its rate
+UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 Axis = Literal["ax", "ay", "az"]
 AXES: tuple[Axis, ...] = get_args(Axis)
 _PER_S2 = ("{}/s2", "{}/s/s", "{}_s2", "{}s-2", "{}.s-2", "{}s2", "{}ps2", "{}/sec2")
@@ -19,72 +20,78 @@ _ACCELERATION = {"g": "g", "gn": "g", "mg": "mg", "gal": "cm/s2"} | {
     form.format(length): f"{length}/s2" for length in ("m", "cm", "mm") for form in _PER_S2
 }
 _METRES = {"m/s2": 1.0, "cm/s2": 1e-2, "mm/s2": 1e-3}  # m/s2 in each
-_TIME = {unit: unit for unit in UNITS} | {"msec": "ms", "milliseconds": "ms", "\N{GREEK SMALL LETTER MU}s": "us"}
-_TIME |= dict.fromkeys(("sec", "second", "seconds"), "s")
+_TIME = {"\N{GREEK SMALL LETTER MU}s": "us"} | {
+    name: unit
+    for unit, names in {
+        "s": "s sec secs second seconds", "ms": "ms msec msecs millis millisec millisecond milliseconds",
+        "us": "us usec usecs micros microsec microsecond microseconds",
+        "ns": "ns nsec nsecs nanos nanosec nanosecs nanosecond nanoseconds",
+    }.items()
+    for name in names.split()
+}  # fmt: skip
 _UNIT = "|".join(map(re.escape, sorted(_ACCELERATION | _TIME, key=len, reverse=True)))
+_IN_CELL = re.compile(rf"([+-]? ?[\d.,]+(?:e[+-]?\d+)?) ?({_UNIT})", re.IGNORECASE)  # a number and its unit
+_PART = re.compile(rf"(.*?)({'|'.join(sorted(_TIME, key=len, reverse=True))})")  # of a time that two columns hold
 _IN_BRACKETS = re.compile(r"(.*?)\s*[\[(]((?:[^\[\]()]|\([^()]*\))*)[\])]")
 _AT_THE_END = re.compile(rf"(.+?)(?<![\s_/,:])[\s_/,:]+({_UNIT})")
 _AXIS_NAME = re.compile(r"(?:a|acc|accel|acceleration|accelerometer)[\s_.-]*([xyz])")
 _UNITS = _ACCELERATION | dict.fromkeys(("counts", "count", "raw", "lsb", "digits"), "counts")
-_TIME_NAME = re.compile(r"t|(?:date[\s_-]?)?time|time[\s_-]?stamp|elapsed[\s_-]?time")
+_TIME_NAME = re.compile(r"t|(?:date[\s_-]?)?time|time[\s_-]?stamps?|elapsed[\s_-]?time")
 
 Name = Annotated[str, BeforeValidator(lambda value: str(value) if type(value) is int else value), Field(min_length=1)]
 
 
 class SensorMapping(Section):
-    """Facts that a sensor's file does not state itself: the options of ``trackdyn compare``, or a small YAML file.
-
-    Attributes
-    ----------
-    time : str, optional
-        Column of the time stamps, or ``none``: the rows are evenly timed at ``rate``.
-    rate : float, optional
-        Samples a second, Hz; without it the stamps tell.
-    unit : str, optional
-        ``g``, ``mg``, ``m/s2``, ``cm/s2`` or ``mm/s2`` of ay and of columns of its unit, whatever the header says.
-    axes : mapping
-        ``ax``, ``ay``, ``az`` to columns, by name or by number from 1 (``#3`` where a name is a number, too), a minus
-        in front turns the sign. Others are recognised by their names.
-    range : float, optional
-        Range of the sensor, g; the rig's if not given.
-    scale : float, optional
-        Units of the file per g, such as counts or mV, of ay and of columns of its unit, whatever the header says.
-    zero : float or mapping
-        Value of the file that is 0 g, of ay and of columns of its unit, or by axis.
-    bits : int, optional
-        Bits of a raw count whose full scale is ``range``, instead of ``scale``.
-    resample : bool
-        Put samples whose stamps jitter onto even instants.
-    gaps : str, optional
-        ``bridge`` interpolates over few missing samples, ``longest`` keeps the longest part without any.
-    dates : str, optional
-        ``day-first`` or ``month-first``, where both readings of the dates are possible and differ.
-    from, to : float, optional
-        Part to keep, s since the first row; ``start`` and ``to`` in Python.
-    group : str, optional
-        Group of channels that the columns belong to, or words in front of their names: ``front`` of ``front/ay``.
-    sensors : mapping
-        For a file with records of several sensors: by the name of each in the rig, the keys that are its own, such as
-        ``group`` or ``axes``. All others hold for every sensor.
-    """
+    """Facts that a sensor's file does not state itself: the options of ``trackdyn compare``, or a small YAML file."""
 
     model_config = ConfigDict(populate_by_name=True)
 
-    time: Name | None = None
-    rate: Annotated[float, Field(ge=RATES[0], le=RATES[1])] | None = None
-    unit: Literal["g", "mg", "m/s2", "cm/s2", "mm/s2"] | None = None
-    axes: dict[Axis, Name] = Field(default_factory=dict)
-    range: Positive | None = None
-    scale: Positive | None = None
-    zero: dict[Axis, Finite] | Finite = 0.0
-    bits: Annotated[int, Field(ge=8, le=32)] | None = None
-    resample: bool = False
-    gaps: Literal["bridge", "longest"] | None = None
-    dates: Literal["day-first", "month-first"] | None = None
-    start: NotNegative = Field(default=0.0, alias="from")
-    to: Positive | None = None
-    group: Name | None = None
-    sensors: dict[str, "SensorMapping"] = Field(default_factory=dict)
+    time: Name | None = Field(
+        None, description="Column of the time stamps, or none: the rows are evenly timed (with a rate)."
+    )
+    rate: Annotated[float, Field(ge=RATES[0], le=RATES[1])] | None = Field(
+        None, description="Samples a second, Hz; from the stamps by default."
+    )
+    unit: Literal["g", "mg", "m/s2", "cm/s2", "mm/s2"] | None = Field(
+        None, description="Unit of ay and of columns of its unit, g, mg, m/s2, cm/s2 or mm/s2; the header's by default."
+    )
+    axes: dict[Axis, Name] = Field(
+        default_factory=dict,
+        description=(
+            "Column of an axis by its name or number from 1 (#3 where a name is a number, too), such as ay=channel3; a "
+            "minus in front, ay=-channel3, turns its sign."
+        ),
+    )
+    range: Positive | None = Field(None, description="Range of the sensor, g; the rig's by default.")
+    scale: Positive | None = Field(
+        None, description="Units of the file per g, such as counts or mV, of ay and of columns of its unit."
+    )
+    zero: dict[Axis, Finite] | Finite = Field(
+        0.0, description="Value of the file that is 0 g, of ay and of columns of its unit, 512, or of an axis, ay=512."
+    )
+    bits: Annotated[int, Field(ge=8, le=32)] | None = Field(
+        None, description="Bits of raw counts whose full scale is the range, instead of a scale."
+    )
+    resample: bool = Field(False, description="Put samples whose stamps jitter onto even instants.")
+    gaps: Literal["bridge", "longest"] | None = Field(
+        None, description="bridge: interpolate over few lost samples; longest: keep the longest part without a gap."
+    )
+    dates: Literal["day-first", "month-first"] | None = Field(
+        None, description="day-first or month-first, where both readings of the dates are possible and differ."
+    )
+    start: NotNegative = Field(0.0, alias="from", description="First instant to keep, s since the first row.")
+    to: Positive | None = Field(None, description="Last instant to keep, s since the first row.")
+    group: Name | None = Field(
+        None,
+        description=(
+            "Words in front of the names of columns, front of front/ay; or what rows of this sensor hold, ACC, where a "
+            "column says of which sensor a row is."
+        ),
+    )
+    sensors: dict[str, "SensorMapping"] = Field(
+        default_factory=dict,
+        description="By the name of each sensor of the rig, the keys that are its own; all others hold for every one.",
+    )
 
     @model_validator(mode="before")
     @classmethod
@@ -120,14 +127,6 @@ class SensorMapping(Section):
             raise InputError("scale, bits and unit say the same of a column; give one of them")
         return self
 
-    def within(self, group: str) -> "SensorMapping":
-        """The mapping for columns of a group, whose name may stand in front of theirs: ``group/ay``."""
-        if not group:
-            return self
-        axes = {axis: re.sub(rf"^(-?){re.escape(group)}/", r"\1", name) for axis, name in self.axes.items()}
-        time = self.time and self.time.removeprefix(f"{group}/")
-        return self.model_copy(update={"axes": axes, "time": time, "group": None})
-
     def of_sensors(
         self, names: Iterable[str], path: Path | str, alone: str | None = None
     ) -> dict[str, "SensorMapping"]:
@@ -144,7 +143,7 @@ class SensorMapping(Section):
             raise InputError(
                 f"{path}: the rig has {len(names)} sensor{'s' * (len(names) > 1)}, {', '.join(names)}, and the mapping "
                 f"names {mapped}; write sensors: {{{names[0]}: {{group: NAME}}, ...}} into the mapping, one group a "
-                "sensor, or compare one with --sensor NAME"
+                "sensor, or name the one that is compared"
             )
         return {name: self.sensors[name] for name in compared}
 
@@ -223,18 +222,17 @@ def is_unit(text: str) -> bool:
     return _column(0, "", text).unit in _UNITS | _TIME
 
 
-def _columns(names: Sequence[str], units: Sequence[str]) -> list[Column]:
+def columns_of(names: Sequence[str], units: Sequence[str]) -> list[Column]:
+    """Columns by their names and the units below them."""
     return [_column(k, *both) for k, both in enumerate(zip(names, units, strict=True))]
 
 
 def choose(names: Sequence[str], units: Sequence[str], mapping: SensorMapping) -> dict[str, list[Column]]:
     """Columns of ``names`` and ``units`` that may be meant by ``time``, ``ax``, ``ay`` and ``az``."""
-    columns = _columns(names, units)
-    if mapping.group:
-        prefix = re.compile(rf"{re.escape(_plain(mapping.group))}[\s/_.:-]+")
-        of_group = {column.position for column in columns if prefix.match(column.base)}
+    columns = columns_of(names, units)
+    if mapping.group and (of_group := of_group_in(columns, mapping.group)):
         columns = [
-            column._replace(base=prefix.sub("", column.base, count=1)) if column.position in of_group else column
+            of_group.get(column.position, column)
             for column in columns
             if column.position in of_group or not _AXIS_NAME.fullmatch(column.base)
         ]
@@ -253,49 +251,71 @@ def choose(names: Sequence[str], units: Sequence[str], mapping: SensorMapping) -
     return chosen
 
 
-def unit_of(path: Path, column: Column, mapping: SensorMapping, stated: bool, gravity: float) -> tuple[str, float]:
+def of_group_in(columns: Iterable[Column], group: str) -> dict[int, Column]:
+    """Columns whose names begin with a group, by position and without it."""
+    prefix = re.compile(rf"{re.escape(_plain(group))}[\s/_.:-]+")
+    return {
+        column.position: column._replace(base=prefix.sub("", column.base, count=1))
+        for column in columns
+        if prefix.match(column.base)
+    }
+
+
+def unit_of(column: Column, mapping: SensorMapping, stated: bool, gravity: float) -> tuple[str, float] | None:
     """Unit of an axis in words, and g a unit: as the user states it (``stated``: for this column), or else the header.
 
-    ``gravity`` is one g, m/s2. Raises `InputError`: neither states a unit that is known.
+    ``gravity`` is one g, m/s2. None: neither states a unit that is known.
     """
     own, counts = _UNITS.get(column.unit), mapping.counts_per_g
     unit: str | None = "counts" if counts else mapping.unit
     if not (unit and (stated or not column.unit or own == unit)):
         unit = own
     in_g = {"g": 1.0, "mg": 1e-3} | {name: metres / gravity for name, metres in _METRES.items()}
-    units = ", ".join(in_g)
     if counts:
         in_g["counts"] = 1.0 / counts
     if unit not in in_g:
-        said = f"has the unit {shown(column.unit)}" if column.unit else "does not say its unit"
-        raise InputError(
-            f"{path}: column {shown(column.name)} {said}; give --unit ({units}), or --scale, the counts or mV per g, "
-            "or --range and --bits, or choose another column with --axis."
-        )
+        return None
     words = f"counts of 1/{counts:.6g} g" if unit == "counts" else unit
     if column.unit and unit != (own or column.unit):
         words += f" as stated, not in {column.unit} as the file says"
     return words, in_g[unit]
 
 
+UNIT_ASKED = (
+    f"give its unit, `unit: g`, {', '.join(['mg', *_METRES])}, or the counts or mV per g, `scale: N`, or "
+    "`range: G, bits: N`"
+)
 _TIME_WORDS = re.compile(
     "time|stamp|zeit|temps|tiempo|tempo|tijd|tid|clock|date|datum|seconds|x_value|\N{CJK UNIFIED IDEOGRAPH-6642}"
 )
 
 
-NAME_IT = (
-    "name it with --axis ay=NAME or by its number, ay=2, with a minus to turn its sign, ay=-NAME, and the time with "
-    "--time NAME, or --time none --rate HZ"
-)
+def in_cell(cell: str) -> tuple[str, str]:
+    """The text of a number and its unit, where a cell holds both; else the whole cell, and an empty text."""
+    match = None if cell[-1:].isdigit() else _IN_CELL.fullmatch(cell)
+    return (match[1], match[2]) if match else (cell, "")
 
 
 def time_like(names: Sequence[str], units: Sequence[str]) -> list[Column]:
     """Columns that may be the time by their names or units."""
-    columns = _columns(names, units)
+    columns = columns_of(names, units)
     # words are apart: TempSensor has temp and sensor, no temps
     apart = [re.sub(r"(?<=[a-z])(?=[A-Z])", " ", column.name).casefold() for column in columns]
     named = [column for column, name in zip(columns, apart, strict=True) if _TIME_WORDS.search(name)]
+    named += [column for column in columns if column.base in _TIME and column not in named]
     return named + [column for column in columns if column.unit in _TIME and column not in named]
+
+
+def parts_of_time(names: Sequence[str], units: Sequence[str]) -> list[tuple[Column, str, str]]:
+    """Columns of a unit of time, such as ``secs`` and ``nsecs``: column, what stands before the unit, and the unit."""
+    parts = []
+    for column in columns_of(names, units):
+        match = _PART.fullmatch(column.base)
+        if match and not match[1][-1:].isalnum():
+            parts.append((column, match[1], _TIME[match[2]]))
+        elif column.unit in _TIME:
+            parts.append((column, column.base, _TIME[column.unit]))
+    return parts
 
 
 def time_unit_of(path: Path, column: Column) -> str | None:
@@ -303,6 +323,6 @@ def time_unit_of(path: Path, column: Column) -> str | None:
     if column.unit and column.unit not in _TIME:
         raise InputError(
             f"{path}: column {shown(column.name)} has the unit {shown(column.unit)}; {', '.join(UNITS)} are read, "
-            "choose another column with --time or give --time none --rate HZ."
+            "choose another column, `time: NAME`, or give `time: none, rate: HZ`."
         )
     return _TIME.get(column.unit)

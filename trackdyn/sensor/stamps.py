@@ -6,6 +6,7 @@ Rounding is told from lost rows by the straight line through all stamps: rounded
 
 import re
 import warnings
+from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
@@ -14,16 +15,15 @@ import pandas as pd
 from pandas.tseries.api import guess_datetime_format
 
 from trackdyn.errors import InputError, shown
+from trackdyn.sensor.sensor_mapping import RATES, UNITS
 
-RATES = (100.0, 1_000_000.0)  # Hz, of any record, whatever states its rate
 TOLD_APART = (100.0, 20_000.0)  # Hz; narrow enough that they tell s, ms, us and ns apart
-UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 _EVEN = 0.1  # intervals by which a step may differ beyond rounding
 _SAME_RATE = 1e-3
 _GAP = 2.5  # intervals; what lies between is no longer interpolated
 _REMEDY = (
-    "cut the record with --from and --to, mend few with --gaps bridge or keep the longest part with --gaps longest, or "
-    "read it without stamps, --time none --rate HZ, if only these are at fault"
+    "cut the record with `from: S` and `to: S`, mend few with `gaps: bridge` or keep the longest part with "
+    "`gaps: longest`, or read it without stamps, `time: none, rate: HZ`, if only these are at fault"
 )
 
 
@@ -33,8 +33,12 @@ _DAY = (
     r"(\d{4}[-/.]\d{1,2}[-/.]\d{1,2}|\d{1,2}[-/.]\d{1,2}[-/.](\d{4}|\d\d)|\d{8}"
     r"|\d{1,2}[- ]?[A-Za-z]{3,9}\.?[- ]?\d{2,4}|[A-Za-z]{3,9} \d{1,2},? \d{4})"
 )
-_TIME_OF_DAY = re.compile(_CLOCK, re.ASCII)
-DATE = re.compile(rf"{_DAY}((T|,? +|_){_CLOCK} ?(Z|UTC|[+-]\d\d(:?\d\d)?)?)?|{_CLOCK}", re.ASCII)
+_HALF = re.compile(r"(?<=\d)\s?([AaPp])\.?[Mm]\.?")  # of the day
+# days and a clock without halves of the day
+_DURATION = re.compile(r"((?P<days>\d{1,6}) days?,? )?(?P<clock>\d{1,3}:\d\d(:\d\d)?(\.\d{1,9})?)", re.ASCII)
+DATE = re.compile(
+    rf"{_DAY}((T|,? +|_){_CLOCK} ?(Z|UTC|[+-]\d\d(:?\d\d)?)?)?|(\d{{1,6}} days?,? )?\d?{_CLOCK}", re.ASCII
+)
 
 
 class Stamps(NamedTuple):
@@ -56,48 +60,67 @@ class Rate(NamedTuple):
     source: str
 
 
-def seconds_of(path: Path, name: str, texts: list[str], first_line: int, day_first: bool | None) -> np.ndarray:
-    """Seconds since the first row of dates and times, or of times of the day, also over midnight.
+def seconds_of(path: Path, name: str, texts: list[str], day_first: bool | None) -> np.ndarray:
+    """(N,) seconds since the first row of dates and times, of times of the day or durations; NaN where there is none.
 
-    ``day_first`` tells whether 1/2 is in February; without it both readings must give the same, else `InputError`.
+    A clock goes on over midnight, noon of one of 12 hours, and the hour of one of minutes. ``day_first`` tells whether
+    1/2 is in February; without it both readings must give the same, else `InputError`.
     """
     texts = [re.sub(r"(?<=\d),(?=\d)|(?<=:\d\d):(?=\d{3})", ".", text).replace("_", " ") for text in texts]
-    clock = bool(_TIME_OF_DAY.fullmatch(texts[0]))
-    if clock and texts[0].count(":") == 1:
-        texts = [f"00:{text}" for text in texts]  # minutes and seconds
-    dates = [f"2000-01-01 {text}" for text in texts] if clock else texts
-    both = day_first is None and not _ISO.fullmatch(dates[0])
+    valid = [bool(DATE.fullmatch(text)) for text in texts]
+    first = texts[valid.index(True)] if any(valid) else ""
+    if _DURATION.fullmatch(first):
+        parts = [_DURATION.fullmatch(text) for text in texts]
+        seconds = np.array([_seconds(part) if part else np.nan for part in parts])
+        rows = np.flatnonzero(np.isfinite(seconds))
+        step = np.diff(seconds[rows], prepend=seconds[rows[:1]])
+        over = np.zeros(rows.size)
+        for turn in (3600.0,) if first.count(":") == 1 else (86_400.0, 43_200.0):
+            over = np.where((over == 0) & (-step > turn / 2) & (-step <= turn), turn, over)
+        seconds[rows] += np.cumsum(over)
+        return seconds - seconds[rows[0]]
+    dates = [f"2000-01-01 {text}" for text in texts] if re.fullmatch(_CLOCK, first, re.ASCII) else texts
+    both = day_first is None and not _ISO.fullmatch(first)
     readings = []
     for reading in (True, False) if both else (bool(day_first),):
-        instants = _instants(dates, reading)
-        wrong = [k for k, text in enumerate(texts) if not DATE.fullmatch(text) or instants[k] is pd.NaT]
-        readings.append((wrong, (instants - instants[0]).to_numpy() / np.timedelta64(1, "s")))
-    least = min((wrong for wrong, _ in readings), key=lambda wrong: -wrong[0] if wrong else -np.inf)
-    if least:
+        instants = _instants(dates, valid, reading)
+        readings.append((instants - instants[instants.notna().argmax()]).to_numpy() / np.timedelta64(1, "s"))
+    least = min(np.count_nonzero(np.isnan(seconds)) for seconds in readings)
+    readings = [seconds for seconds in readings if np.count_nonzero(np.isnan(seconds)) == least]
+    if not all(np.array_equal(readings[0], seconds, equal_nan=True) for seconds in readings):
         raise InputError(
-            f"{path}: field {name} in line {first_line + least[0]} is {shown(texts[least[0]])}, not a date and time as "
-            "2024-05-01T12:00:00.001; correct it, or read no stamps, --time none --rate HZ."
+            f"{path}: the dates of column {name} ({shown(first)} to {shown(texts[-1])}) may begin with the day or "
+            "the month; say so with `dates: day-first` or `dates: month-first`."
         )
-    instants = [seconds for wrong, seconds in readings if not wrong]
-    if len(instants) > 1 and not np.array_equal(*instants):
-        raise InputError(
-            f"{path}: the dates of column {name} ({shown(texts[0])} to {shown(texts[-1])}) may begin with the day or "
-            "the month; say so with --dates day-first or --dates month-first."
-        )
-    step = np.diff(instants[0], prepend=0.0)
-    return instants[0] + 86_400.0 * np.cumsum(clock & (step < -43_200.0))
+    seconds, rows = readings[0], np.flatnonzero(np.isfinite(readings[0]))
+    step = np.diff(seconds[rows], prepend=0.0)
+    seconds[rows] += 86_400.0 * np.cumsum((dates is not texts) & (step < -43_200.0))
+    return seconds
 
 
-def _instants(texts: list[str], day_first: bool) -> pd.DatetimeIndex:
-    """Instants of texts, all as the first one is written, with or without decimals; NaT where one is not."""
-    if _ISO.fullmatch(texts[0]):
+def _seconds(duration: re.Match[str]) -> float:
+    """Seconds of days, and of two or three numbers between colons."""
+    parts = duration["clock"].split(":")
+    return 86_400.0 * int(duration["days"] or 0) + sum(float(x) * 60.0**k for k, x in enumerate(reversed(parts)))
+
+
+def _instants(texts: list[str], valid: list[bool], day_first: bool) -> pd.DatetimeIndex:
+    """Instants of texts, all as the first valid one is written, with or without decimals; NaT where one is not."""
+    texts = [text if right else "" for text, right in zip(texts, valid, strict=True)]
+    first = next(filter(None, texts), "")
+    if _ISO.fullmatch(first):
         return pd.to_datetime(texts, format="ISO8601", utc=True, errors="coerce")
-    if re.match(r"\d{1,2}[-/.]\d{1,2}[-/.]\d\d\D", texts[0]):  # a year of two digits
+    if re.match(r"\d{1,2}[-/.]\d{1,2}[-/.]\d\d\D", first):  # a year of two digits
         texts = [re.sub(r"^(\d{1,2}[-/.]\d{1,2}[-/.])(?=\d\d\D)", r"\g<1>20", text) for text in texts]
+        first = next(filter(None, texts))
+    if half := _HALF.search(first):
+        # pandas guesses no form where the hour of the day is not the hour as written, and knows no a.m.
+        first = re.sub(r"\d{1,2}(?=:\d\d)", "10", first[: half.start()], count=1) + " AM"
+        texts = [_HALF.sub(lambda half: f" {half[1].upper()}M", text) for text in texts]
     # pandas, told that the day is first, also takes it for first in 2024/05/01, and elsewhere swaps what does not fit
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)
-        form = guess_datetime_format(texts[0], dayfirst=day_first and not re.match(r"\d{4}", texts[0]))
+        form = guess_datetime_format(first, dayfirst=day_first and not re.match(r"\d{4}", first))
     instants = pd.to_datetime(texts, format=form or "NaT", utc=True, errors="coerce")
     if form and instants.hasnans:
         other = form.replace(".%f", "") if ".%f" in form else form.replace("%S", "%S.%f")
@@ -119,7 +142,7 @@ def in_seconds(path: Path, name: str, values: np.ndarray, unit: str | None) -> S
     if not fits:
         raise InputError(
             f"{path}: field {name} gives {rates[unit or 's']:.6g} rows a second if it is in {unit or 's'}, {low:,.0f} "
-            f"to {high:,.0f} are accepted; name another column with --time, or give --time none --rate HZ."
+            f"to {high:,.0f} are accepted; name another column with `time: NAME`, or give `time: none, rate: HZ`."
         )
     return Stamps((values - values[0]) * UNITS[fits[0]], fits[0], _rounding(values) * UNITS[fits[0]])
 
@@ -157,9 +180,11 @@ def lost_rows(stamps: Stamps | None, count: int, rate: Rate | None, resample: bo
 
 
 def judge_stamps(
-    path: Path, stamps: Stamps, first_line: int, rate: Rate | None, resample: bool
+    path: Path, stamps: Stamps, where: Callable[[int], str], rate: Rate | None, resample: bool
 ) -> tuple[Rate, bool, str]:
-    """Rate of a record, whether its rows are even, and words about the steps; ``rate`` is what user or file states.
+    """Rate of a record, whether its rows are even, and words about the steps.
+
+    ``rate`` is what the user states, and ``where`` says in words which line holds a row.
 
     Raises `InputError`: rows are missing, jitter or drift without leave to resample, or have not the rate stated.
     """
@@ -168,23 +193,23 @@ def judge_stamps(
     if step.min() < 0.0:
         k = int(np.argmax(step < 0.0))
         raise InputError(
-            f"{path}: the time in line {first_line + k + 1} is {-step[k]:.6g} s before that of the row above; sort the "
-            "rows or cut the record with --from and --to."
+            f"{path}: the time in {where(k + 1)} is {-step[k]:.6g} s before that of the row above; sort the rows or "
+            "cut the record with `from: S` and `to: S`."
         )
     gaps = np.flatnonzero(step > _GAP * max(np.median(step), np.mean(step)) + q)
     if gaps.size:
         k = int(gaps[0])
         raise InputError(
-            f"{path}: a gap from {t[k]:.9g} to {t[k + 1]:.9g} s (since the first row) before line "
-            f"{first_line + k + 1}, {np.median(step):.6g} s is usual; {_REMEDY}."
+            f"{path}: a gap from {t[k]:.9g} to {t[k + 1]:.9g} s (since the first row) before "
+            f"{where(k + 1)}, {np.median(step):.6g} s is usual; {_REMEDY}."
         )
     row = np.arange(n)
     fitted = 1.0 / np.polyfit(row, t, 1)[0] if n > 2 else 1.0 / t[1]
     fitted = float(round(fitted)) if abs(fitted / round(fitted) - 1.0) < 1e-6 else float(fitted)
     if rate and abs(fitted / rate.hz - 1.0) > (10 if resample else 1) * _SAME_RATE + q / t[-1]:
         raise InputError(
-            f"{path}: the stamps run at {fitted:.6g} Hz, not at {rate.hz:.6g} Hz, {rate.source}; give --rate "
-            f"{fitted:.6g} if the stamps are right, else --time none --rate HZ."
+            f"{path}: the stamps run at {fitted:.6g} Hz, not at {rate.hz:.6g} Hz, {rate.source}; give "
+            f"`rate: {fitted:.6g}` if the stamps are right, else `time: none, rate: HZ`."
         )
     hz = rate.hz if rate else fitted
     odd = np.abs(step * hz - 1.0)
@@ -195,7 +220,7 @@ def judge_stamps(
     if q * hz > 1.5:
         raise InputError(
             f"{path}: stamps of {q:.2g} s are too coarse for {hz:.5g} rows a second; read it without "
-            "them, --time none --rate HZ."
+            "them, `time: none, rate: HZ`."
         )
     if q * hz >= 0.4:
         # a step cannot tell a lost row from rounding; a few odd ones cannot either, many at even distances can
@@ -210,7 +235,7 @@ def judge_stamps(
         return rate or Rate(hz, "from the stamps"), bool(even), line
     k = int(np.argmin(step) if step.min() == 0.0 else np.argmax(odd))
     raise InputError(
-        f"{path}: the stamps before line {first_line + k + 1} are {step[k]:.6g} s apart, "
+        f"{path}: the stamps before {where(k + 1)} are {step[k]:.6g} s apart, "
         f"{1.0 / hz:.6g} s is the mean ({line}), rows are missing or unevenly timed; "
-        f"--resample interpolates onto an even grid if no two are equal, else {_REMEDY}."
+        f"`resample: true` interpolates onto an even grid if no two are equal, else {_REMEDY}."
     )

@@ -1,0 +1,42 @@
+"""The lines of the page on loggers' files make a table that is the record, where their library is installed."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+import scipy.io
+import scipy.io.wavfile
+
+from trackdyn.sensor.sensor_csv import read_sensor_frame
+from trackdyn.sensor.sensor_mapping import SensorMapping
+
+PAGE = (Path(__file__).parents[2] / "docs" / "your-loggers-file.md").read_text(encoding="utf-8")
+BLOCKS = [block for block in re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL) if '("record.' in block]
+T = np.arange(2000) / 1000
+COUNTS = np.round(8192 * (1 + np.sin(2 * np.pi * 3 * T))).astype(np.int16)
+TABLE = pd.DataFrame({"t_s": T, "ay": COUNTS})
+WRITERS = {
+    "record.mat": lambda: scipy.io.savemat("record.mat", {"t": T, "ay": COUNTS}),
+    "record.wav": lambda: scipy.io.wavfile.write("record.wav", 1000, COUNTS),
+    "record.npy": lambda: np.save("record.npy", TABLE.to_numpy()),
+    "record.parquet": lambda: TABLE.to_parquet("record.parquet"),
+}
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_the_lines_of_a_format_make_the_record(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    WRITERS[name]()
+    (block,) = [block for block in BLOCKS if f'"{name}"' in block]
+    made = {}
+    exec(block, made)
+    timed = {"time": "none", "rate": made["rate"]} if "rate" in made else {}
+    record = read_sensor_frame(made["frame"], SensorMapping(scale=8192, **timed))
+    np.testing.assert_allclose(record.ay_g, COUNTS / 8192)
+    assert record.rate_hz == pytest.approx(1000)
+
+
+def test_every_block_is_run():
+    assert len(BLOCKS) == len(WRITERS)

@@ -1,0 +1,76 @@
+"""Tables of several sensors, in which a column says of which of them a row is."""
+
+import numpy as np
+import pandas as pd
+
+from trackdyn.errors import InputError, shown
+from trackdyn.sensor.logger_text import NUMBER, Source
+from trackdyn.sensor.sensor_mapping import Column, columns_of, of_group_in, parts_of_time, time_like
+
+_MOST = 20  # sensors of a table
+# of two sensors, not of one: mean length of a run of rows, and how much shorter a step within a sensor's own rows is,
+# or how much other their scatter or mean (in standard deviations) is
+_SHORT_RUN, _SHORTER, _OTHER_SCATTER, _OTHER_MEAN = 3.0, 1.5, 1.5, 0.5
+_UNEVEN, _EVEN = 0.3, 0.1  # standard deviation of the steps between stamps over their mean
+
+
+def rows_of_group(source: Source, group: str) -> Source:
+    """The rows of one sensor; all of them where a group is of columns. Raises `InputError`: there is neither."""
+    if of_group_in(columns_of(source.names, source.units), group):
+        return source
+    for column in range(len(source.names)):
+        chosen = np.array(source.texts(column)) == group
+        if chosen.any():
+            return source.only(chosen)
+    raise InputError(f"{source.path}: no column's name begins with the group {group!r}, and no row holds it.")
+
+
+def require_one_sensor(source: Source, used: dict[str, Column], values: dict[str, np.ndarray]) -> None:
+    """Refuse (`InputError`) rows of several sensors, which would be read as those of one."""
+    stamps = [values["time"]] if "time" in values else []
+    positions = {column.position for column in used.values()}
+    if not stamps:
+        timed = {column.position for column in time_like(source.names, source.units)} | source.dated
+        fractions = {column.position for column, _, unit in parts_of_time(source.names, source.units) if unit != "s"}
+        stamps = [source.stamps(k) for k in timed - fractions - positions]
+        stamps = [t for t in stamps if t.size == values["ay"].size]
+    for column in set(range(len(source.names))) - positions - source.dated:
+        texts = source.texts(column)
+        names = sorted(set(texts))
+        if not 2 <= len(names) <= _MOST or len(texts) <= 2 * len(names):
+            continue
+        numbers, codes = [name for name in names if NUMBER.fullmatch(name)], np.array(list(map(names.index, texts)))
+        if any("." in name for name in numbers) or not _tells(codes, values["ay"], stamps, len(numbers) < len(names)):
+            continue
+        first = next(filter(None, names))
+        raise InputError(
+            f"{source.path}: column {column + 1} ({shown(source.names[column])}) says of which sensor a row is "
+            f"({', '.join(map(shown, names))}); choose the rows of one, `group: {first}`."
+        )
+
+
+def _tells(codes: np.ndarray, ay: np.ndarray, stamps: list[np.ndarray], words: bool) -> bool:
+    """Whether rows with another code are those of another sensor."""
+    change = codes[1:] != codes[:-1]
+    for t in stamps:
+        falls = np.diff(t) < 0
+        if falls.any() and change[falls].all() and not change[~falls].any():
+            return True  # one sensor below the other
+    if codes.size > _SHORT_RUN * (1 + np.count_nonzero(change)):
+        return False
+    period = int(np.argmax(codes[1:] == codes[0])) + 1
+    if words and (codes[period:] == codes[:-period]).all():
+        return True
+    own = pd.Series(ay).groupby(codes)
+    whole = float(np.nanstd(ay))
+    spreads, means = own.std(), own.mean()
+    if np.ptp(means) > _OTHER_MEAN * whole or spreads.max() > _OTHER_SCATTER * spreads.min():
+        return True
+    if np.nanstd(np.diff(ay)[change]) > _SHORTER * np.nanstd(own.diff()):
+        return True
+    return any(_scatter(t) > _UNEVEN and max(_scatter(t[codes == code]) for code in set(codes)) < _EVEN for t in stamps)
+
+
+def _scatter(t: np.ndarray) -> float:
+    step = np.diff(t)
+    return float(np.std(step) / np.mean(step)) if step.size and np.mean(step) > 0 else 0.0
