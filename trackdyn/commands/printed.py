@@ -39,8 +39,10 @@ def needs(scene, needed) -> None:
     from trackdyn.simulation.step_check import BRIEF, again
 
     line("needs", f"{needed}, more if kernels must be compiled")
-    if seconds := again(scene):
-        line("run again", f"{seconds:.3g} s with half the step, to judge it: {BRIEF}")
+    seconds, why = again(scene)
+    if seconds:
+        finer = "with half the step" if why == BRIEF else "with an explicit step"
+        line("run again", f"{seconds:.3g} s {finer}, to judge it: {why}")
 
 
 def tension(scene, recording, quiet: bool) -> None:

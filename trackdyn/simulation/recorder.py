@@ -14,7 +14,16 @@ from trackdyn.scene.build import build_sensors
 from trackdyn.simulation.energy_balance import check_account
 from trackdyn.simulation.loop_arrays import filled, flat
 from trackdyn.simulation.recording import Recording, provenance
-from trackdyn.simulation.step_check import HALF, Difference, RunStatistics, StepCheck, again, run_statistics
+from trackdyn.simulation.step_check import (
+    DAMPED,
+    HALF,
+    Difference,
+    RunStatistics,
+    StepCheck,
+    again,
+    explicit,
+    run_statistics,
+)
 
 # Time of a body's step with the Riccati sweep, s, on the machine of the benchmarks; settling takes so many seconds.
 BODY_STEP, SETTLING = 1e-7, 2.1
@@ -50,7 +59,9 @@ def cost(scene) -> Cost:
     if scene.chain == "belt":
         return Cost(COPIES * file + 8 * BELT_FLOATS * samples, file, 1e-5 * samples)
     tableau = METHODS[scene.integrator].tableau
-    seconds = SETTLING + scene.lead_in + scene.ramp + scene.duration + HALF * again(scene)
+    extra, why = again(scene)
+    times = scene.time_step / explicit(scene)["step"] if why == DAMPED else HALF
+    seconds = SETTLING + scene.lead_in + scene.ramp + scene.duration + times * extra
     steps = seconds / scene.time_step * (len(tableau.b) if tableau else 1)
     return Cost(COPIES * file, file, steps * scene.bodies * BODY_STEP)
 

@@ -9,7 +9,7 @@ was too large, too (`energy_balance.check_account`).
 """
 
 from math import nan
-from typing import NamedTuple
+from typing import Any, NamedTuple
 from weakref import proxy
 
 import numpy as np
@@ -181,20 +181,33 @@ HALF = 2
 LEAD = 5.0  # s before a record that are at most run again with it
 PIECE, BETWEEN = 2.0, 20.0  # s that are run again, and from the beginning of one piece to that of the next
 BRIEF = "the run is shorter than a turn of the loop"
+# Damping in proportion to the step hides what `doubt` looks for.
+DAMPED = "the method damps contacts in proportion to its step"
 
 
-def again(scene) -> float:
-    """Seconds of a scene that are run again with half its step for its length alone (`BRIEF`).
+def again(scene) -> tuple[float, str]:
+    """Seconds of a scene that are run again with a smaller step whatever its contacts show, and why; or 0, "".
 
-    The link of its sensor comes onto each wheel at most once, and an impact has an error of the order of the step, so
-    that its RMS may be off. Not asked of `Loop.record`, where every part of a longer run would be run again.
+    A linearly implicit method (`DAMPED`), of which nothing else tells how wrong it is; or a record in which the link of
+    its sensor comes onto each wheel at most once (`BRIEF`): an impact has an error of the order of the step, so that
+    its RMS may be off. Not asked of `Loop.record`, where every part of a longer run would be run again.
     """
-    if scene.loop != "on_wheels" or scene.chain == "belt" or not METHODS[scene.integrator].staggered:
-        return 0.0
+    if scene.loop != "on_wheels" or scene.chain == "belt":
+        return 0.0, ""
     pitches = scene.duration / scene.periods.passage  # not a number at rest
+    if not pitches >= 1.0:
+        return 0.0, ""
+    if METHODS[scene.integrator].linearly_implicit:
+        return min(PIECE, scene.duration), DAMPED
     # rounded: a record of one turn ends at a sample
-    shorter = pitches >= 1.0 and round(pitches) < scene.rig.chain.pitches
-    return min(PIECE, scene.duration) if shorter else 0.0
+    shorter = METHODS[scene.integrator].staggered and round(pitches) < scene.rig.chain.pitches
+    return (min(PIECE, scene.duration), BRIEF) if shorter else (0.0, "")
+
+
+def explicit(scene) -> dict[str, Any]:
+    """Fields of the explicit run by which a linearly implicit one is judged; its step (s) is at most as large."""
+    other = scene.with_(integrator="semi_implicit", step=None)
+    return {"integrator": other.integrator, "step": min(scene.time_step, other.time_step)}
 
 
 class StepCheck:
@@ -253,8 +266,10 @@ class StepCheck:
         reason = doubt(alternating, coarse)
         self.reason = self.reason or reason  # also where no finer step can be tried
         start, times, doubled = self.origin, FINER, 1.0
-        if not reason and self.first_of_run and again(self.recorder.scene):
-            reason, start, times, doubled = BRIEF, self.start, HALF, 2.0
+        if self.recorder.loop.work.implicit is not None:
+            start, times = self.start, 1
+        if not reason and self.first_of_run and (why := again(self.recorder.scene)[1]):
+            reason, start, times, doubled = why, self.start, *((HALF, 2.0) if why == BRIEF else (1, 1.0))
         # where somebody steered in between, another run would be another motion
         if not reason or model.drive != start.model.drive:
             return
@@ -269,19 +284,23 @@ class StepCheck:
         # is said, and refused only where contacts flip.
         missed = difference.rms > RMS and self.recorder.loop.work.implicit is None
         if missed or (not difference.within() and alternating.share > 1.0):
+            finer = f"a step {times} times smaller" if times > 1 else "an explicit step"
             raise DivergenceError(
-                f"contacts are not resolved: {reason}, and with a step {times} times smaller RMS over "
+                f"contacts are not resolved: {reason}, and with {finer} RMS over "
                 f"{seconds:.3g} s differs by {differences.rms:.2g} and the mean peak by {differences.peaks:.2g} of it, "
                 f"more than {RMS / doubled:g} and {PEAKS / doubled:g}; use a step smaller than {model.step:g} s "
                 "(trackdyn check finds one)"
             )
 
     def _rerun(self, loop, seconds: float, times: int) -> RunStatistics:
-        """The piece from a loop on, with a step so many times smaller; that of a doubtful run is settled anew."""
+        """The piece from a loop on, with a step so many times smaller; that of a doubtful run is settled anew.
+
+        ``times`` of 1 is that of `explicit`: two linearly implicit steps may agree and be wrong alike.
+        """
         scene = self.recorder.scene
-        step = loop.model.step / times
+        fields = explicit(scene) if times == 1 else {"step": loop.model.step / times}
         settled = self.first_of_run and loop.time == 0.0 and times == FINER
-        finer = loop.__class__(loop.scene.with_(step=step)) if settled else loop.changed(step=step)
+        finer = loop.__class__(loop.scene.with_(**fields)) if settled else loop.changed(**fields)
         finer.advance(self.start.time - loop.time)
         piece = {"duration": seconds, "pitches": (), "frame_interval": 0.0}
         piece |= {"contact_log": scene.contact_log, "every_link": scene.every_link}
@@ -291,5 +310,8 @@ class StepCheck:
 
     def resolution(self) -> Resolution:
         """State of the resolution of the record so far."""
-        alternating = self._alternation(0, 0.0)
-        return resolution(alternating, self.recorder.loop.model, self.reason or doubt(alternating), self.difference)
+        alternating, reason = self._alternation(0, 0.0), self.reason
+        reason = reason or doubt(alternating)
+        if not reason and alternating.looks and self.recorder.loop.work.implicit is not None:
+            return Resolution(OPEN, alternating.share, f"{DAMPED}, and no piece of the run was tried with another one")
+        return resolution(alternating, self.recorder.loop.model, reason, self.difference)
