@@ -104,7 +104,8 @@ def test_the_stored_searches_began_where_the_configuration_says():
 def test_a_rig_file_has_the_values_their_ranges_and_names_what_is_outside(name, tmp_path):
     unknowns = searched_unknowns(CONFIG, name)
     values = unknowns.values(np.full(len(unknowns), 0.4))
-    ends = [(1, 3.0, 20, 9, 0.5), (2, 9.0, 21, 9, 0.4), (3, 8.0, 21, 8, 0.6)]  # most numbers, then most sentences
+    # most numbers, then most sentences, then the first
+    ends = [(1, 3.0, 20, 9, 0.5), (2, 9.0, 21, 9, 0.4), (3, 8.0, 21, 8, 0.6), (4, 1.0, 21, 9, 0.7)]
     rows = pd.DataFrame([
         {"search": name, "row": row, "cost": cost, "numbers": numbers, "sentences": sentences}
         | unknowns.values(np.full(len(unknowns), at))

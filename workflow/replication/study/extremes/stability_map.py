@@ -60,7 +60,11 @@ def stability_map(rig: Rig, quantity: str, values: Iterable[float], steps_per_ms
         of_scene = {"speed": {"motor_rpm": value}, "ring": {"ring_radius": value}}
         changed = rig.changed(**of_rig.get(quantity, {}))
         scene = Scene(changed, step=1e-5, **(FAST | bare | of_scene.get(quantity, {})))
-        start = Loop(scene, starts)
+        try:
+            start = Loop(scene, starts)
+        except InputError:  # without friction and loss it may not come to rest
+            yield attempted(f"step and {quantity}", f"{QUANTITIES[quantity]} {value:g}", Loop, scene, starts)
+            continue
         limits = step_limits(start.model, start.layout["settled_tension_n"])
         limit = min(step for name, step in limits.items() if "contact stiffness" in name)
         finest = forced_run(start, max(min(steps), 1e-5))
