@@ -11,7 +11,7 @@ from replication.report.tables import write_captioned_table
 from replication.study.extremes.judge import COLUMNS, extremes_summary
 from replication.study.extremes.long_run import long_run
 from replication.study.extremes.resolved import short_runs_summary, short_runs_verdict
-from replication.study.extremes.stability_map import QUANTITIES, stable_steps
+from replication.study.extremes.stability_map import QUANTITIES, map_rows, stable_steps
 from replication.study.settings import LONG_RUN, ExtremesForm, parts_of
 from trackdyn.files import write_csv
 from trackdyn.plots.style import BLACK, BLUE, ORANGE, VERMILION, new_figure, save, styled
@@ -60,8 +60,7 @@ def stability_figure(rows: pd.DataFrame) -> Figure:
     figure = new_figure(2.2 * ((len(kinds) + 1) // 2))
     panels = figure.subplots((len(kinds) + 1) // 2, 2, squeeze=False).ravel()
     for ax, name in zip(panels, kinds, strict=False):
-        table = rows[rows["family"] == f"step and {name}"]
-        table = table.astype({"group": float, "at": float, "value": float, "expected": float, "bound": float})
+        table = map_rows(rows, name)
         stable, bounded = table["value"] <= table["bound"], np.isfinite(table["value"])
         for mask, look, label in (
             (stable, {"marker": "o", "color": BLUE}, "stable"),

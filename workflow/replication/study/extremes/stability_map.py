@@ -87,15 +87,20 @@ def _forced(start: Loop, scene: Scene, step: float, finest: float, marks: dict) 
     return row | ({"outcome": COMPLETED} if excess <= EXCESS else {"reason": f"{excess:.3g} times the kinetic energy"})
 
 
+def map_rows(rows: pd.DataFrame, quantity: str) -> pd.DataFrame:
+    """Forced runs of a quantity, as numbers; without the values at which no loop came to rest."""
+    table = rows[(rows["family"] == f"step and {quantity}") & pd.to_numeric(rows["group"], "coerce").notna()]
+    return table.astype(dict.fromkeys(("group", "at", "value", "expected", "bound"), float))
+
+
 def stable_steps(rows: pd.DataFrame) -> pd.DataFrame:
     """Predicted limit, largest stable and smallest unstable step tried, s, of each value of a quantity.
 
     ``quantity, value, limit, stable, unstable``; NaN where no step was stable, or none unstable.
     """
-    numbers = dict.fromkeys(("group", "at", "value", "expected", "bound"), float)
     parts = []
     for name in QUANTITIES:
-        table = rows[rows["family"] == f"step and {name}"].astype(numbers)
+        table = map_rows(rows, name)
         stable = table["value"] <= table["bound"]
         steps = {"limit": table.groupby("group")["expected"].first()}
         steps["stable"] = table[stable].groupby("group")["at"].max()
