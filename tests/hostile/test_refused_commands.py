@@ -37,7 +37,7 @@ COMMANDS = [
     ("compare plain plain", "plain: not a trackdyn recording, or damaged"),
     ("compare absent.npz plain", "absent.npz: no such file"),
     ("compare short.npz plain", "plain: no column for ay", "--axis ay=NAME"),
-    ("compare short.npz short.npz", "short.npz: this is a recording, not a sensor's file"),
+    ("compare short.npz short.npz", "short.npz: this is a recording, not a table in text; give the sensor's file"),
     ("show .", ".: is a folder"),
     ("show short.npz --out run.pdf", "the name must end in .html"),
     ("plan --tolerance 2", "tolerance = '2': must be between 0 and 1"),
