@@ -29,9 +29,7 @@ ROOMS = {
     "replication": (
         "__init__", "studies", "synthetic", "paper", "study", "peers", "certify", "pipeline", "report", "commands",
     ),
-    "laboratory": (
-        "__init__", "plausible", "schemas", "report", "commands",
-    ),
+    "laboratory": ("__init__", "plausible", "schemas", "report"),
 }  # fmt: skip
 MODULES = {
     ".".join((package, *path.relative_to(folder).with_suffix("").parts)).removesuffix(".__init__"): path

@@ -1,3 +1,0 @@
-"""Commands that the laboratory adds to ``trackdyn``: none."""
-
-COMMANDS = ("Laboratory", {})
