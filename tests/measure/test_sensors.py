@@ -206,7 +206,7 @@ def test_each_sensor_is_compared_with_its_own_group(compared, sensors):
         (None, (), "has 2 sensors, front, rear, and the mapping names the columns of one"),
         (GROUPS | {"third": {}}, (), "those of front, rear, third"),
         (GROUPS, ("--sensor", "middle"), "sensor = 'middle'"),
-        (GROUPS | {"rear": {"group": "box 3"}}, (), "of the group 'box 3'"),
+        (GROUPS | {"rear": {"group": "box 3"}}, (), "no column's name begins with the group 'box 3'"),
         (GROUPS, ("--figure", "both.png"), "shows one sensor; name it with --sensor, front, rear"),
         ({"front": {"sensors": GROUPS}}, (), "must not stand within the mapping of a sensor"),
         ({"front": 5}, (), "sensors.front = 5"),
