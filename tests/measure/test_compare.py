@@ -149,6 +149,22 @@ def test_a_zero_that_is_not_0_is_named(recording, shift):
     assert judge_axes(recording, replace(sensor, ay_g=signal.ay)) is None
 
 
+@pytest.mark.parametrize(
+    ("angle", "size", "words"),
+    [
+        (0, 0.5, "gravity turns with 0.5 of its size .* `scale: 4096`"),
+        (0, 2, "gravity turns with 2 of its size .* `scale: 16384`"),
+        (45, 1, "turned by 45 deg about z .* ay = 0.7071 ay -0.7071 ax"),
+        (-30, 2, "turned by 30 deg about z and gravity turns with 2 .* ay = 0.8660 ay [+]0.5000 ax .* `scale: 16384`"),
+    ],
+)
+def test_a_wrong_scale_and_a_turned_sensor_are_named(recording, angle, size, words):
+    signal, (c, s) = sense(recording), (np.cos(np.radians(angle)), np.sin(np.radians(angle)))
+    ax, ay = size * (c * signal.ax - s * signal.ay), size * (c * signal.ay + s * signal.ax)
+    sensor = SensorRecord("a.csv", signal.time, ax, ay, None, 1000.0, 0, scales={"ay": (0.0, 1 / 8192)})
+    assert re.search(words, judge_axes(recording, sensor).sentence)
+
+
 @pytest.mark.parametrize(("seconds", "faster", "seen"), [(30.0, 0.9, True), (12.0, 1.03, True), (30.0, 1.005, False)])
 def test_a_record_at_another_speed_is_noticed(recording, seconds, faster, seen):
     hz = faster * recording.periods.loop_hz
