@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from trackdyn.errors import InputError
-from trackdyn.rig.groove import build_groove, coarse_groove, connector_length, equal_pitch_radius, true_depth
+from trackdyn.rig.groove import build_groove, coarse_groove, connector_length, equal_pitch_radii, true_depth
 from trackdyn.rig.sections import GrooveParameters
 
 EXACT = 1e-12  # m or a unit vector: coordinates below 1 m carry about 1e-16 through ten operations
@@ -101,15 +101,43 @@ def test_coarse_groove_keeps_the_ends_of_the_flanks_and_their_symmetry(groove, r
     np.testing.assert_allclose(both, seat * (1 + radius / coarse.radius[2]), rtol=0, atol=EXACT)
 
 
-@pytest.mark.parametrize(("teeth", "link", "circle"), [(13, 0.1, 0.3273), (13, 0.102, 0.336164), (10, 0.0984, 0.25)])
-def test_equal_pitch_radius_returns_what_the_connector_was_made_from(teeth, link, circle):
-    """Two closed forms: bodies of two lengths on a circle, and the circle around them."""
-    connector, thickness = connector_length(teeth, link, circle), 0.05
-    assert connector > 0
-    radii = equal_pitch_radius(teeth, link, connector, thickness)
-    assert np.hypot(radii["polygonal"] + thickness / 2, link / 2) == pytest.approx(circle, abs=EXACT)
-    assert 2 * pi * (radii["arc"] + thickness / 2) == pytest.approx(teeth * (link + connector), abs=EXACT)
-    assert radii["arc"] > radii["polygonal"]
+def closed_walk(lengths, turn: float) -> np.ndarray:
+    """(n, 2) corners, from their mean, of a walk of sides of these lengths that turns by an angle at each corner."""
+    heading = turn * np.arange(len(lengths))
+    corners = np.cumsum(lengths * np.array([np.cos(heading), np.sin(heading)]), axis=1).T
+    np.testing.assert_allclose(corners[-1], 0, atol=1e-9)
+    return corners - corners.mean(axis=0)
+
+
+@pytest.mark.parametrize(
+    ("teeth", "link", "polygon", "thickness", "expected"),
+    [
+        (13, 0.1023812, 0.3031331, 0.03859795, (0.3031, 0.3062, 0.3072, 0.3093)),
+        (10, 0.0984, 0.208796, 0.05, None),
+    ],
+)
+def test_readings_of_equal_pitch_are_radii_of_drawn_chains(teeth, link, polygon, thickness, expected):
+    """Sides of two lengths that turn by pi / teeth at every pin close after a turn of the sprocket."""
+    middle = polygon + thickness / 2
+    connector = connector_length(teeth, link, np.hypot(middle, link / 2))
+    pins = closed_walk(np.tile([link, connector], teeth), pi / teeth)
+    assert np.hypot(*pins.T) == pytest.approx(np.hypot(*pins[0]), rel=1e-9)
+    links = 0.5 * (
+        pins[0::2] + np.roll(pins, 1, axis=0)[0::2]
+    )  # middles of the sides that end at the corners 0, 2, ...
+    pitch_circle = closed_walk(np.full(teeth, link + connector), 2 * pi / teeth)
+    bent = np.exp(2j * pi * np.linspace(0, 1, 20001))  # a circle as long as the chain
+    drawn = {
+        "polygon": np.hypot(*links.T).mean(),
+        "arc": teeth * (link + connector) / np.abs(np.diff(bent)).sum(),
+        "pins": np.hypot(*pins.T).mean(),
+        "chord": np.hypot(*pitch_circle.T).mean(),
+    }
+    radii = equal_pitch_radii(teeth, link, connector, thickness)
+    assert radii == pytest.approx({reading: radius - thickness / 2 for reading, radius in drawn.items()}, abs=1e-8)
+    assert radii["polygon"] == pytest.approx(polygon, abs=EXACT)
+    if expected:
+        assert tuple(radii.values()) == pytest.approx(expected, abs=5e-5)
 
 
 @pytest.mark.parametrize(

@@ -48,4 +48,5 @@ def test_a_groove_that_another_tooth_left_behind_is_reported(tmp_path, monkeypat
     for name, reported in (("first", True), ("second", True), ("fits", False)):
         done = run_command("check", f"{name}.yaml", "--no-settle")
         assert done.code == 0, done.err
+        assert "equal pitch  a ring of 0." in done.out and "m (chord)" in done.out
         assert ("the groove is that of " in done.out and "this rig has 15 teeth" in done.out) == reported

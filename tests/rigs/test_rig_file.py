@@ -165,7 +165,10 @@ def test_the_pitch_of_a_single_pin_chain_gives_the_equal_pitch_radius(tmp_path):
     rig = load_rig(written(tmp_path, PINS))
     assert rig.sprocket.equal_pitch_radius == rig.sprocket.ring_radius == pytest.approx(0.28722, abs=5e-6)
     assert rig.single_pin_pitch == pytest.approx(0.17, rel=1e-12)
-    assert rig.equal_pitch_radii["polygonal"] == pytest.approx(rig.sprocket.equal_pitch_radius, rel=1e-9)
+    readings = rig.equal_pitch_radii
+    assert readings["polygon"] == pytest.approx(rig.sprocket.equal_pitch_radius, rel=1e-9)
+    assert readings["pins"] == pytest.approx(readings["chord"], rel=1e-12)  # a pitch is one chord
+    assert readings["pins"] == pytest.approx(0.298415, abs=5e-7)
     assert (
         parameter_table(tmp_path / "mine.yaml").set_index("name").at["sprocket.equal_pitch_radius", "kind"] == "derived"
     )

@@ -237,19 +237,28 @@ def _nearest_crossing(centre: np.ndarray, radius: float, about_origin: float, ta
     return min(points, key=lambda point: hypot(*(point - target)))
 
 
-def equal_pitch_radius(teeth: float, link_length: float, connector_length: float, thickness: float) -> dict[str, float]:
-    """Ring radius (m) at which ``teeth`` pitches fill a sprocket turn, by two readings; lengths in m.
+def equal_pitch_radii(teeth: float, link_length: float, connector_length: float, thickness: float) -> dict[str, float]:
+    """Ring radius (m) at which ``teeth`` pitches fill a sprocket turn, by four readings; lengths in m.
 
-    ``polygonal``: pins on a circle, links touching the ring in their middle, the inverse of `connector_length`. Two
-    bodies a and b span a chord c of that circle: ``c^2 = a^2 + b^2 + 2 a b cos(pi / teeth)``, ``c = 2 rp sin(pi /
-    teeth)``. ``arc``: the links' centre line bent to a circle, ``teeth (a + b) = 2 pi (r + D/2)``.
+    The paper prints the radius and does not say which one it means. All pins lie on one circle in ``polygon`` and
+    ``pins``, links and connectors its chords: those of a pitch span the chord ``c = 2 rp sin(pi / teeth)``,
+    ``c^2 = a^2 + b^2 + 2 a b cos(pi / teeth)``, the inverse of `connector_length`.
+
+    - ``polygon``: links touch the ring in their middle; the reading of ``sprocket.equal_pitch_radius``
+    - ``arc``: the middle line of the chain bent to a circle, ``teeth (a + b) = 2 pi (r + D/2)``
+    - ``pins``: half the thickness of a link below the circle of the pins, ``rp = r + D/2``
+    - ``chord``: the same below the pitch circle of a sprocket whose pitch is one chord,
+      ``a + b = 2 (r + D/2) sin(pi / teeth)``
     """
     a, b, half = link_length, connector_length, pi / teeth
     pin_circle = sqrt(a**2 + b**2 + 2 * a * b * cos(half)) / (2 * sin(half))
-    return {
-        "polygonal": sqrt(pin_circle**2 - a**2 / 4) - thickness / 2,
-        "arc": teeth * (a + b) / (2 * pi) - thickness / 2,
+    middle = {
+        "polygon": sqrt(pin_circle**2 - a**2 / 4),
+        "arc": (a + b) / (2 * half),
+        "pins": pin_circle,
+        "chord": (a + b) / (2 * sin(half)),
     }
+    return {reading: radius - thickness / 2 for reading, radius in middle.items()}
 
 
 # Tooth profiles by name, from coarse to fine: the groove that a rig (`rig.rig.Rig`) has with each.

@@ -13,7 +13,7 @@ from pydantic import Field
 from trackdyn.errors import InputError
 from trackdyn.rig import sections
 from trackdyn.rig.arcs import ToothProfile
-from trackdyn.rig.groove import Groove, build_groove, connector_length, equal_pitch_radius
+from trackdyn.rig.groove import Groove, build_groove, connector_length, equal_pitch_radii
 from trackdyn.rig.quantities import (
     FROM_FILE,
     NAME,
@@ -212,10 +212,10 @@ class Rig(Section):
 
     @cached_property
     def equal_pitch_radii(self) -> dict[str, float]:
-        """Ring radii of equal pitch (m) by their readings (`groove.equal_pitch_radius`)."""
+        """Ring radii of equal pitch (m) by their four readings (`groove.equal_pitch_radii`)."""
         single = self.chain.kind == "single_pin"
         link = self.single_pin_pitch if single else self.chain.link_length
-        return equal_pitch_radius(self.sprocket.teeth, link, self.pitch - link, self.chain.link_thickness)
+        return equal_pitch_radii(self.sprocket.teeth, link, self.pitch - link, self.chain.link_thickness)
 
     @cached_property
     def groove_profile(self) -> Groove:

@@ -168,7 +168,7 @@ def _with_pitch(rig: dict[str, Any]) -> dict[str, Any]:
     chain, sprocket, groove = (dict(_section(rig, name)) for name in ("chain", "sprocket", "groove"))
     if "pitch" not in chain or not sprocket:
         return rig
-    from trackdyn.rig.groove import equal_pitch_radius, pin_height
+    from trackdyn.rig.groove import equal_pitch_radii, pin_height
     from trackdyn.rig.quantities import entry_value, number_of
 
     def number(section: dict, key: str) -> float:
@@ -188,7 +188,7 @@ def _with_pitch(rig: dict[str, Any]) -> dict[str, Any]:
     if not 2 < teeth < LARGEST:
         return rig | {"chain": chain}  # refused with the sprocket
     if possible and pitch < LARGEST:
-        radius = equal_pitch_radius(teeth, body, pitch - body, thickness)["polygonal"]
+        radius = equal_pitch_radii(teeth, body, pitch - body, thickness)["polygon"]
     if not 0 < radius < LARGEST:
         raise InputError(f"chain.pitch = {shown(entry['value'])}: must be {accepted}")
 

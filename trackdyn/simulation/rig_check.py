@@ -45,6 +45,8 @@ def check_rig(rig: Rig, rpm: float, settle: bool = True) -> RigReport:
             f"{rig.chain.pitches} pitches of {1e3 * rig.pitch:.4g} mm, {lengths.sum():.4g} m; "
             f"{rig.chain.kind.replace('_', '-')}, {rig.sprocket.teeth} teeth"
         ),
+        "equal pitch": "a ring of "
+        + ", ".join(f"{radius:.4f} m ({reading})" for reading, radius in rig.equal_pitch_radii.items()),
         **{f"wrap of {name}": f"{wrap:.4g} deg" for name, wrap in wraps.items()},
         "tensioner": _tensioner(rig, laid.shift) + " as the chain is laid",
         "laws": f"drag is {rig.drag}, bushing.law {rig.bushing.law}, tension.kept {rig.tension.kept}"
