@@ -163,6 +163,7 @@ def test_a_wrong_scale_and_a_turned_sensor_are_named(recording, angle, size, wor
     ax, ay = size * (c * signal.ax - s * signal.ay), size * (c * signal.ay + s * signal.ax)
     sensor = SensorRecord("a.csv", signal.time, ax, ay, None, 1000.0, 0, scales={"ay": (0.0, 1 / 8192)})
     assert re.search(words, judge_axes(recording, sensor).sentence)
+    assert re.search(words, judge_axes(recording, sensor.averaged(8)).sentence)  # 125 Hz
 
 
 @pytest.mark.parametrize(("seconds", "faster", "seen"), [(30.0, 0.9, True), (12.0, 1.03, True), (30.0, 1.005, False)])

@@ -171,6 +171,9 @@ def judge_axes(recording: Recording, record: SensorRecord) -> Doubt | None:
             without_gravity=True,
         )
     fitted, angle, factor = _turned_and_scaled(shape, forms)
+    if record.ax_g is not None:
+        c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
+        content = high_frequency_rms(c * record.ay_g - s * record.ax_g, record.rate_hz)
     if explains(fitted, exchanged, shifted) and expected / SAME_CONTENT < factor * content < expected * SAME_CONTENT:
         return Doubt(_fit_in_words(record, angle, factor, f"(misfit {fitted:.2g} g, as read {as_read:.2g} g)"))
     if explains(exchanged):
