@@ -175,6 +175,25 @@ def passage_arrays(recording: Recording) -> dict[str, np.ndarray]:
     return table | {"passage": passage, "side": np.array(SIDES)[side], "connector": connector[passage]}
 
 
+def contact_series(table: dict[str, np.ndarray], loop: float) -> dict[str, Series]:
+    """Measures of each side passage by passage, by columns of a run such as ``left_share_pct``; without NaN.
+
+    ``table`` is that of `passage_arrays`, ``loop`` the time of a revolution of the loop, s.
+    """
+    count, measures = len(table["passage"]), dict[str, Series]()
+    for k, side in enumerate(SIDES):
+        rows = {name: column[:, k] for name, column in table.items()}
+        force, square = rows["impulse_ns"] / loop, rows["square_n2s"] / loop
+        mean = force.sum() / max(count, 1)
+        in_contact = ratio_values(rows["square_n2s"], rows["touching_s"])
+        each = {name: (rows[name], False) for name in ("share_pct", "peak_n", "phase_start", "phase_end")}
+        each |= {"rms_n": (square, True), "sd_n": (square - 2 * mean * force + mean**2, True)}
+        for name, (values, root) in (each | {"rms_contact_n": (in_contact, True)}).items():
+            known = values[~np.isnan(values)]
+            measures[f"{side}_{name}"] = Series(known, np.arange(len(known)), root)
+    return measures
+
+
 def meshing_summary(recording: Recording) -> dict:
     """Shares, phases and forces of a run, as means over its complete passages, with standard errors by batch means.
 
@@ -186,29 +205,20 @@ def meshing_summary(recording: Recording) -> dict:
     contact of the kind shares and forces are 0 and phases NaN.
     """
     table, loop = passage_arrays(recording), recording.periods.loop
-    count = len(table["passage"])
+    count, series = len(table["passage"]), contact_series(table, loop)
     summary: dict = {"passages": count}
+    errors = {
+        "share_pct": "share_error_pct", "rms_n": "rms_error_n", "sd_n": "sd_error_n",
+        "rms_contact_n": "rms_contact_error_n", "peak_n": "peak_error_n", "phase_start": "phase_start_error",
+        "phase_end": "phase_end_error",
+    }  # fmt: skip
     for k, side in enumerate(SIDES):
-        rows = {name: column[:, k] for name, column in table.items()}
-        force, square = rows["impulse_ns"] / loop, rows["square_n2s"] / loop
-        mean = force.sum() / max(count, 1)
-        variance = square - 2 * mean * force + mean**2
-        # by measure: its standard error, passages of which it is the mean, or the root of the mean
-        series = {
-            "share_pct": ("share_error_pct", rows["share_pct"], False), "rms_n": ("rms_error_n", square, True),
-            "sd_n": ("sd_error_n", variance, True),
-            "rms_contact_n": ("rms_contact_error_n", ratio_values(rows["square_n2s"], rows["touching_s"]), True),
-            "peak_n": ("peak_error_n", rows["peak_n"], False),
-            "phase_start": ("phase_start_error", rows["phase_start"], False),
-            "phase_end": ("phase_end_error", rows["phase_end"], False),
-        }  # fmt: skip
         values: dict[str, float | str] = {}
-        for name, (error_name, each, root) in series.items():
-            known = each[~np.isnan(each)]
-            value, error, _ = Series(known, np.arange(len(known)), root).estimate()
+        for name, error_name in errors.items():
+            value, error, _ = series[f"{side}_{name}"].estimate()
             values |= {name: value, error_name: error}
             if name == "peak_n":
-                values["peak_largest_n"] = float(each.max()) if count else NAN
+                values["peak_largest_n"] = float(table["peak_n"][:, k].max()) if count else NAN
         if side != "ring":
             shares = sampled_shares(recording.area[:, :, k], recording.scene.rig)
             visited = ",".join(str(area) for area in range(1, 11) if shares[area] >= LEAST_SHARE)

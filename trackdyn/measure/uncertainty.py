@@ -7,10 +7,12 @@ Analysis, 5th edition, 2015, ch. 11.2). Runs at several steps give the limit at 
 of the included rigs say what the step of a scene adds (`whole_errors`).
 """
 
+import csv
 from collections.abc import Callable, Mapping
 from functools import cache
 from itertools import pairwise
 from math import cos, hypot, nan, pi, sin, sqrt, tan
+from pathlib import Path
 from re import fullmatch
 from typing import NamedTuple
 
@@ -313,22 +315,17 @@ def error_against(series: Series, limit: Limit) -> tuple[float, float]:
     return float(series.estimate().value - limit.value), float(error)
 
 
-# The largest difference from the limit at a step of zero that the included rigs have at their default steps, from 115
-# to 210 rev/min (study `default_step`; forces and sliding work: against a quarter of the step), with a ring and
-# without, by columns of a run (`measure.columns`): relative, but for shares (points of a turn) and phases (turns).
+# The largest difference from the limit at a step of zero that the included rigs have at their default steps, with rings
+# and without one, by columns of a run (`measure.columns`): relative, but for `ABSOLUTE`. The study `default_step`
+# writes this file.
 STEP_ERRORS = {
-    r"(rms|sd|mean)_g": (1e-3, 1e-3),
-    r"line_g(_binfree)?": (1e-4, 2e-3),
-    r"line_hz(_binfree)?": (0.0, 0.0),  # the speed's own
-    r"high_frequency_g": (3e-3, 3e-3),
-    r"(left|right|ring)_share_pct": (0.02, 0.05),
-    r"(left|right|ring)_phase_(start|end)": (2e-4, 5e-4),
-    r"(left|right|ring)_(rms|sd|rms_contact)_n": (5e-4, 5e-3),
-    r"(left|right|ring)_peak_n": (5e-3, 2.6e-2),
-    r"(teeth|ring)_sliding_j": (2e-3, 1e-2),
+    columns: (float(with_ring), float(without_ring))
+    for columns, with_ring, without_ring in csv.reader(
+        Path(__file__).with_name("step_errors.csv").read_text(encoding="utf-8").splitlines()[1:]
+    )
 }
 JUDGED = ("semi_implicit", "rk4")  # methods: a linearly implicit step is coarse on purpose
-ABSOLUTE = ("_share_pct", "_phase_start", "_phase_end")
+ABSOLUTE = ("_share_pct", "_phase_start", "_phase_end")  # columns in points of a turn, and in turns
 
 
 def whole_errors(scene: Scene) -> Callable[[str, float, float], float]:

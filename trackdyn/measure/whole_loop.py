@@ -104,23 +104,29 @@ def series(recording: Recording, names: Collection[str] = RELATIVE + SHARES) -> 
     return measures
 
 
-def sliding_work(recording: Recording) -> dict[str, float]:
-    """Friction work on the teeth and on the ring, summed over all contacts, in one turn of the sprocket, J.
-
-    Keys are ``teeth_sliding_j`` and ``ring_sliding_j``, and those of their standard errors by batch means over passages
-    of a pitch; NaN for a record without a whole passage.
-    """
+def sliding_series(recording: Recording) -> dict[str, Series]:
+    """``teeth_sliding_j`` and ``ring_sliding_j`` passage by passage (`sliding_work`); empty without a whole one."""
     work = {"teeth": TOOTH_FRICTION, "ring": RING_FRICTION}
     try:
         edges = passage_edges(recording)
     except InputError:
         edges = np.zeros(1, int)
     rows = recording.energy[edges[edges < len(recording.energy)]]
+    by_turn = {f"{surface}_sliding_j": np.diff(rows[:, entry]) for surface, entry in work.items()}
+    teeth = recording.scene.rig.sprocket.teeth
+    return {name: Series(teeth * values, np.arange(len(values))) for name, values in by_turn.items()}
+
+
+def sliding_work(recording: Recording) -> dict[str, float]:
+    """Friction work on the teeth and on the ring, summed over all contacts, in one turn of the sprocket, J.
+
+    Keys are ``teeth_sliding_j`` and ``ring_sliding_j``, and those of their standard errors by batch means over passages
+    of a pitch; NaN for a record without a whole passage.
+    """
     values: dict[str, float] = {}
-    for surface, entry in work.items():
-        work_a_turn = recording.scene.rig.sprocket.teeth * np.diff(rows[:, entry])
-        value, error, _ = Series(work_a_turn, np.arange(len(rows) - 1)).estimate()
-        values |= {f"{surface}_sliding_j": value, f"{surface}_sliding_error_j": error}
+    for name, measure in sliding_series(recording).items():
+        value, error, _ = measure.estimate()
+        values |= {name: value, name.replace("sliding", "sliding_error"): error}
     return values
 
 

@@ -118,7 +118,7 @@ rule pictures:
     input:
         tables=[f"{R}/{name}.csv" for name in ("claims", "sentences", "tables/parameters")],
         trade=[f"{R}/short/{name}.csv" for name in ("trade", "planner")],
-        by_name=[f"{R}/{name}.csv" for name in ("default_step", "tables/fidelity")],
+        by_name=[f"{R}/{name}.csv" for name in ("default_step", "step_errors", "tables/fidelity")],
         manifest=f"{R}/manifest.json",
         pictures=[
             *(f"{R}/figures/{name}" for name in ("animation.gif", "fig19.png", "fig24.png")),

@@ -81,7 +81,7 @@ rule default_step:
     input:
         rigs=sorted(str(path.relative_to(ROOT)) for path in (ROOT / "trackdyn" / "rigs").glob("*.yaml")),
         kernels=KERNELS,
-    output: f"{R}/default_step.csv"
+    output: rows=f"{R}/default_step.csv", table=f"{R}/step_errors.csv"
     log: f"{R}/logs/default_step.log"
     script: "../replication/study/accuracy/default_step.py"
 

@@ -12,7 +12,7 @@ from replication.report.figures.trade import answers, trade_figure
 from replication.study.accuracy import default_step, trade
 from replication.study.settings import StatisticErrors
 from trackdyn.errors import DivergenceError, InputError
-from trackdyn.measure.uncertainty import Series
+from trackdyn.measure.uncertainty import STEP_ERRORS, Series
 from trackdyn.scene.scene import Periods
 
 REQUESTED = {
@@ -91,16 +91,32 @@ def test_what_fails_is_a_row_and_a_scene_without_a_limit_is_refused(study, rig):
         trade.statistic_trade(rig, requested)
 
 
-def test_the_default_step_of_an_included_rig_is_judged_by_its_halves(monkeypatch):
-    monkeypatch.setattr(default_step, "run_answer", lambda scene: trade.AnswerCost(made_up(scene, 20), 0.3, 0.1))
-    rows = default_step.default_step_errors(["bench", "m113"], {"own": [115.0], "none": [115.0]})
-    assert set(zip(rows["rig"], rows["ring"], strict=True)) == {("bench", "own"), ("bench", "none"), ("m113", "none")}
-    rows = rows[rows["ring"] == "own"].set_index("measure")
-    assert rows.loc["rms", "step_s"] == 1e-4
-    assert rows.loc[["rms", "left_peak"], "error"].tolist() == pytest.approx([-0.02, -0.02], abs=1e-4)
-    text = default_step.default_step_text(rows.reset_index())
-    assert "at 115 rpm have errors of at most: RMS 2 +- " in text
-    assert text.count("% (bench, 115 rpm)") == 2
+def test_the_default_step_of_an_included_rig_is_judged_by_its_halves_and_written_as_the_program_reads_it(monkeypatch):
+    def measures(scene):
+        """Errors grow with the ring."""
+        values = made_up(scene, 20)
+        times = 1 + 10 * ((scene.ring_radius or 0.29) - 0.29)
+        peak = Series(1000 + times * (values["left_peak"].values - 1000), np.arange(20))
+        return {"rms_g": values["rms"], "left_peak_n": peak, "ring_share_pct": values["ring_share"]}
+
+    monkeypatch.setattr(default_step, "simulate", lambda scene: scene)
+    monkeypatch.setattr(default_step, "measures_of", measures)
+    speeds = {default_step.RING: (115.0,), default_step.NONE: (115.0,)}
+    rows = default_step.default_step_errors(["bench", "m113"], speeds)
+    assert rows.groupby("rig")["ring_radius_m"].nunique().to_dict() == {"bench": 4, "m113": 3}  # one has its own ring
+    assert rows.groupby("rig")["ring_radius_m"].apply(lambda radii: radii.isna().any()).all()
+    bench = rows[(rows["rig"] == "bench") & (rows["ring_radius_m"] == 0.308)].set_index("measure")
+    assert bench.loc["rms_g", "step_s"] == 1e-4
+    assert bench.loc["rms_g", "error"] == pytest.approx(-0.02, abs=1e-4)
+    table = default_step.step_errors(rows).set_index("columns")
+    assert list(table.index) == list(STEP_ERRORS)
+    assert 0.0199 < table.loc["(rms|sd|mean)_g", "with_ring"] <= 0.021
+    largest = rows[rows["measure"] == "left_peak_n"].set_index("ring_radius_m")["error"].abs().max() / 1000
+    peaks = table.loc["(left|right|ring)_peak_n", "with_ring"]
+    assert 0.02 < largest <= peaks <= 1.1 * largest  # rounded up, of the tightest ring
+    assert (table.loc["(left|right|ring)_share_pct"] == 0).all()
+    text = default_step.default_step_text(rows)
+    assert "with a ring, at 115 rpm have errors of at most: RMS 2 +- " in text and "without a ring, at 115 rpm" in text
 
 
 def test_names_in_the_picture_of_the_readme_cover_no_point_and_no_other_name():

@@ -121,10 +121,11 @@ def fill(page: Path, sources: Sequence[Path], write: Callable[..., str]) -> None
 
 
 def write_pages(files: Iterable[str], pages: Iterable[tuple[str, tuple[str, ...], Callable[..., str]]]) -> None:
-    """Keep results in ``docs``, pictures and tables, and write the measured parts of pages anew."""
+    """Keep results in ``docs``, pictures and tables, and what the program reads; write measured parts of pages anew."""
     for file in map(Path, files):
-        folder = "pictures" if file.suffix in (".gif", ".png") else "measured"
-        with replacing(Path("docs", folder, file.name)) as temporary:
+        folder = Path("docs", "pictures" if file.suffix in (".gif", ".png") else "measured")
+        folder = Path("trackdyn", "measure") if file.name == "step_errors.csv" else folder
+        with replacing(folder / file.name) as temporary:
             temporary.write_bytes(file.read_bytes())
     for page, sources, write in pages:
         fill(Path(page), [Path("docs", "measured", source) for source in sources], write)

@@ -1,77 +1,130 @@
-"""How far every included rig is off its limits at the step that a scene takes by default."""
+"""How far every included rig is off its limits at the step that a scene takes by default, with several rings."""
 
 from trackdyn.sweeps.snakemake_job import run_job
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
+from math import floor, log10
+from re import fullmatch
 
 import numpy as np
 import pandas as pd
 
-from replication.study.accuracy.statistics import LEAD_IN, scale_of
-from replication.study.accuracy.trade import limits_of, run_answer
+from replication.study.accuracy.statistics import LEAD_IN, answers_of
+from replication.study.accuracy.trade import limits_of
 from trackdyn.errors import TrackdynError
 from trackdyn.files import write_csv
+from trackdyn.measure.contacts import TOUCHING, contact_series, passage_arrays
 from trackdyn.measure.sensor import whole_samples
-from trackdyn.measure.uncertainty import RELATIVE, SHARES, error_against
-from trackdyn.rig.rig import load_rig
+from trackdyn.measure.uncertainty import ABSOLUTE, STEP_ERRORS, Series, error_against
+from trackdyn.measure.whole_loop import sliding_series
+from trackdyn.rig.rig import Rig, load_rig
 from trackdyn.rig.rig_file import shipped_rigs
+from trackdyn.scene.rings import study_radii
 from trackdyn.scene.scene import Periods, Scene
+from trackdyn.simulation.recording import Recording
+from trackdyn.simulation.simulate import simulate
 
-COLUMNS = ["rig", "ring", "rpm", "step_s", "measure", "limit", "error", "uncertainty"]
-SPEEDS = {"own": (150.0, 210.0), "none": (150.0, 180.0, 210.0)}  # motor, rev/min, with the ring of the rig and without
-RINGS = {"own": "with their rings", "none": "without a ring"}
+COLUMNS = ["rig", "ring_radius_m", "rpm", "step_s", "measure", "limit", "error", "uncertainty"]
+RING, NONE = "with a ring", "without a ring"
+SPEEDS = {RING: (150.0, 190.0), NONE: (150.0, 180.0, 210.0)}  # motor, rev/min
+RADII = 3  # of a rig, from the least ring of a study to the largest, beside its own
 KNOWN = 0.5
 TURNS = 2.5  # turns of the sprocket in a record of all links: some whole passages
 FINER = (1, 2, 4)  # times: the steps over which a limit is extrapolated
+# measures of all links (`measure.whole_loop.series`) as columns of a run, which all others are
+OF_LINKS = {"rms": "rms_g", "sd": "sd_g", "line": "line_g", "high_frequency": "high_frequency_g"}
 
 
-def default_step_errors(rigs: Iterable[str], speeds: Mapping[str, Iterable[float]] = SPEEDS) -> pd.DataFrame:
-    """Error and its standard error of every measure of a rig with its own ring and none: relative, shares in turns.
+def measures_of(recording: Recording) -> dict[str, Series]:
+    """Measures of a record of all links by columns of a run, passage by passage: acceleration, contacts, sliding."""
+    of_links = answers_of(recording)
+    measures = {column: of_links[name] for name, column in OF_LINKS.items()}
+    contacts = contact_series(passage_arrays(recording), recording.periods.loop)
+    for name, measure in contacts.items():  # a side that hardly touches has no force to speak of
+        share = contacts[f"{name.partition('_')[0]}_share_pct"].values
+        if len(share) and share.mean() >= TOUCHING:
+            measures[name] = measure
+    return measures | sliding_series(recording)
+
+
+def rings_of(rig: Rig) -> list[float | None]:
+    """The rig's own ring, some of a ring study, and none."""
+    return [*sorted({*study_radii(rig, RADII), *([rig.ring_radius] if rig.ring_radius else [])}), None]
+
+
+def default_step_errors(rigs: Iterable[str], speeds: Mapping[str, Sequence[float]] = SPEEDS) -> pd.DataFrame:
+    """Error and its standard error of every measure of a rig with several rings and none, in the unit of the limit.
 
     Returns
     -------
     DataFrame
-        ``COLUMNS``; the limits are those of all links over the default step, its half and its quarter.
+        ``COLUMNS``, ``ring_radius_m`` empty without a ring; the limits are those over the default step, its half and
+        its quarter.
     """
     rows = []
     for name in rigs:
         rig = load_rig(name)
-        for ring, rpm in ((ring, rpm) for ring, rpms in speeds.items() for rpm in rpms):
-            if ring == "own" and rig.ring_radius is None:
-                continue
+        scenes = [(ring, rpm) for ring in rings_of(rig) for rpm in speeds[RING if ring else NONE]]
+        for ring, rpm in scenes:
             seconds = whole_samples(rig.rate, TURNS * Periods.at(rig, rpm).turn + 0.01)
-            fields = {"duration": seconds, "lead_in": LEAD_IN, "every_link": True}
-            scene = Scene(rig, rpm, rig.ring_radius if ring == "own" else None, **fields)
             try:
+                scene = Scene(rig, rpm, ring, duration=seconds, lead_in=LEAD_IN, every_link=True)
                 step = scene.time_step
-                runs = {step / by: run_answer(scene.with_(step=step / by)) for by in FINER}
+                runs = {step / by: measures_of(simulate(scene.with_(step=step / by))) for by in FINER}
             except TrackdynError as error:  # refused by the program: no record, and so no error
-                print(f"{name}, {rpm:g} rpm: {error}", flush=True)
+                print(f"{name}, {ring} m, {rpm:g} rpm: {error}", flush=True)
                 continue
             for measure, limit in limits_of(runs).items():
-                if measure in RELATIVE + SHARES and limit.value:
-                    errors = np.array(error_against(runs[step].series[measure], limit)) / scale_of(measure, limit.value)
-                    rows.append([name, ring, rpm, step, measure, limit.value, *errors])
-            print(f"{name}, ring {ring}, {rpm:g} rpm, {step:g} s", flush=True)
+                rows.append([name, ring, rpm, step, measure, limit.value, *error_against(runs[step][measure], limit)])
+            print(f"{name}, {ring} m, {rpm:g} rpm, {step:g} s", flush=True)
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
-def default_step_text(rows: pd.DataFrame) -> str:
-    """The largest errors of RMS and mean left peak over rigs and speeds, with rings and without, a sentence each.
+def known_errors(rows: pd.DataFrame) -> pd.DataFrame:
+    """Rows whose error is known to half of itself (`KNOWN`), with its ``size``: relative, or absolute as `ABSOLUTE`."""
+    known = rows[rows["uncertainty"] < KNOWN * rows["error"].abs()]
+    scale = np.where(known["measure"].str.endswith(ABSOLUTE), 1.0, known["limit"].abs())
+    return known.assign(size=known["error"].abs() / scale, uncertainty=known["uncertainty"] / scale)
 
-    An error that is not known to half of itself (`KNOWN`) is left out.
+
+def step_errors(rows: pd.DataFrame) -> pd.DataFrame:
+    """The largest known errors by groups of columns, with rings and without, rounded up to two digits.
+
+    Its groups are those of the table that the program reads (`measure.uncertainty.STEP_ERRORS`).
     """
-    return "\n".join(_worst(group, RINGS[ring]) for ring, group in rows.groupby("ring", sort=False))
+    known, table = known_errors(rows), []
+    for pattern in STEP_ERRORS:
+        of_group = known[[fullmatch(pattern, name) is not None for name in known["measure"]]]
+        bare = of_group["ring_radius_m"].isna()
+        table.append([pattern, *(_rounded_up(of_group.loc[rows, "size"].max()) for rows in (~bare, bare))])
+    return pd.DataFrame(table, columns=["columns", "with_ring", "without_ring"])
+
+
+def _rounded_up(size: float) -> float:
+    if not size > 0:
+        return 0.0
+    unit = 10.0 ** (floor(log10(size)) - 1)
+    return float(f"{np.ceil(size / unit) * unit:.2g}")
+
+
+def default_step_text(rows: pd.DataFrame) -> str:
+    """The largest errors of RMS and mean left peak over rigs, rings and speeds: a sentence with rings, one without.
+
+    Errors as in `known_errors`.
+    """
+    bare = rows["ring_radius_m"].isna()
+    return "\n".join(_worst(rows[group], words) for group, words in ((~bare, RING), (bare, NONE)) if group.any())
 
 
 def _worst(rows: pd.DataFrame, rings: str) -> str:
-    known = rows["measure"].isin(["rms", "left_peak"]) & (rows["uncertainty"] < KNOWN * rows["error"].abs())
-    worst = rows.loc[known].assign(error=rows["error"].abs())
-    worst = worst.loc[worst.groupby("measure")["error"].idxmax()].set_index("measure")
-    parts = [
-        f"{words} {100 * row['error']:.2g} +- {100 * row['uncertainty']:.2g} % ({row['rig']}, {row['rpm']:g} rpm)"
-        for words, row in (("RMS", worst.loc["rms"]), ("mean left peak", worst.loc["left_peak"]))
-    ]
+    known = known_errors(rows).set_index("measure")
+    parts = []
+    for words, column in (("RMS", "rms_g"), ("mean left peak", "left_peak_n")):
+        if column in known.index:
+            row = known.loc[[column]].sort_values("size").iloc[-1]
+            ring = "" if pd.isna(row["ring_radius_m"]) else f"{row['ring_radius_m']:.4g} m, "
+            size = f"{100 * row['size']:.2g} +- {100 * row['uncertainty']:.2g} %"
+            parts.append(f"{words} {size} ({row['rig']}, {ring}{row['rpm']:g} rpm)")
     speeds = ", ".join(f"{rpm:g}" for rpm in sorted(rows["rpm"].unique()))
     return (
         f"The {rows['rig'].nunique()} included rigs at their default steps, {rings}, at {speeds} rpm have errors of at "
@@ -82,4 +135,6 @@ def _worst(rows: pd.DataFrame, rings: str) -> str:
 @run_job
 def main(job) -> None:
     """Rule `default_step`."""
-    write_csv(job.output[0], default_step_errors(shipped_rigs()))
+    rows = default_step_errors(shipped_rigs())
+    write_csv(job.output[0], rows)
+    write_csv(job.output[1], step_errors(rows))

@@ -41,7 +41,7 @@ def judge_promises(
         tolerance that cannot be promised is a row with an empty error, an empty ``met``, and its ``reason``.
     """
     base, rows = study_scene(rig, rpm, ring, turns, every_link=True), []
-    limits = limits_of({step: run_answer(base.with_(step=step)) for step in steps})
+    limits = limits_of({step: run_answer(base.with_(step=step)).series for step in steps})
     for measure in (m for m in PLANNED if m in limits and limits[m].value):
         limit = limits[measure]
         for tolerance in tolerances:

@@ -8,6 +8,7 @@ beside.
 
 from trackdyn.sweeps.snakemake_job import run_job
 
+from collections.abc import Mapping
 from time import process_time
 from typing import NamedTuple
 
@@ -67,12 +68,12 @@ def run_answer(scene: Scene) -> AnswerCost:
     return AnswerCost(answers_of(run.recording), run.start_cpu_s, run.cpu_s_per_s)
 
 
-def limits_of(runs: dict[float, AnswerCost]) -> dict[str, Limit]:
-    """Limit of every measure from runs of the full physics, by step."""
+def limits_of(runs: Mapping[float, Mapping[str, Series]]) -> dict[str, Limit]:
+    """Limit of every measure from those of runs of the full physics, by step."""
     finest = dict(sorted(runs.items())[:3])
-    measures = [run.series for run in finest.values()]
-    names = [name for name in measures[0] if all(name in series and len(series[name].values) for series in measures)]
-    return {name: limit_of({step: run.series[name] for step, run in finest.items()}) for name in names}
+    first, *others = finest.values()
+    names = [name for name in first if all(name in run and len(run[name].values) for run in (first, *others))]
+    return {name: limit_of({step: run[name] for step, run in finest.items()}) for name in names}
 
 
 def statistic_trade(rig: Rig, requested: StatisticErrors) -> pd.DataFrame:
@@ -103,7 +104,8 @@ def statistic_trade(rig: Rig, requested: StatisticErrors) -> pd.DataFrame:
             except TrackdynError:
                 runs[point] = None
             print(f"{name}, {', '.join(map(str, point))} s", flush=True)
-        fine = {point[2]: run for point, run in runs.items() if point[:2] == (FULL_PHYSICS, EXTRAPOLATED) and run}
+        extrapolated = FULL_PHYSICS, EXTRAPOLATED
+        fine = {point[2]: run.series for point, run in runs.items() if point[:2] == extrapolated and run}
         if len(fine) < 2:
             raise InputError(
                 f"trade: {name}: fewer than two steps of {EXTRAPOLATED} ran in this scene; add finer steps"
