@@ -157,5 +157,5 @@ def tooth_detail(
 def outcomes(judged: pd.DataFrame) -> pd.DataFrame:
     """Count drawn tracks by what became of them: ``reason`` (``ran``, or why not) and ``rigs``."""
     reasons = judged["reason"].where(judged["state"] != DONE, "ran").fillna("").str.split(":").str[0]
-    reasons = reasons.str.replace(r"[\d.e+-]+", "…", regex=True)
+    reasons = reasons.str.replace(r"\d[\d.]*(e[+-]?\d+)?", "…", regex=True)
     return judged.assign(reason=reasons).groupby("reason").size().rename("rigs").reset_index()

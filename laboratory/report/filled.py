@@ -6,8 +6,9 @@ from laboratory.report.plausible import answer_text
 from replication.report.filled import write_pages
 from trackdyn.errors import InputError
 
-PLAUSIBLE = ("sentences", "claims", "draws", "values")
-PAGES = (("docs/answer.md", tuple(f"plausible_{name}.csv" for name in PLAUSIBLE), answer_text),)
+PLAUSIBLE = ("sentences", "map", "draws", "values", "near")
+OF_THE_RIG = ("sentences.csv", "parameters.csv")
+PAGES = (("docs/answer.md", (*(f"plausible_{name}.csv" for name in PLAUSIBLE), *OF_THE_RIG), answer_text),)
 
 if __name__ == "__main__":
     try:

@@ -1,4 +1,4 @@
-"""Results of the study of plausible tracks: a picture, and the measured part of docs/answer.md."""
+"""Results of the study of plausible tracks: maps, and the measured part of docs/answer.md."""
 
 from trackdyn.sweeps.snakemake_job import run_job
 
@@ -6,90 +6,175 @@ import textwrap
 
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.transforms import blended_transform_factory
 
-from laboratory.plausible.shares import DEPENDS, FOLLOWS, NEVER, NOT_JUDGED, outcomes
-from replication.paper.scorecard import MARKS, learned_sentences
+from laboratory.plausible.draws import EQUAL_PITCH
+from laboratory.plausible.settings import load_plausible
+from laboratory.plausible.shares import CREEP, outcomes
+from replication.paper.printed import RADIUS_CHOSEN
+from replication.paper.scorecard import (
+    MARKS,
+    RUBBER,
+    TRACKS,
+    chosen_distances,
+    creep_counts,
+    distance_sentence,
+    follows_sentence,
+    neighbours_sentence,
+    track_rows,
+)
 from trackdyn.measure.cells import significant
-from trackdyn.plots.style import COLOURS, MARKERS, SMALL, new_figure, save, styled
+from trackdyn.plots.style import BLACK, MARKERS, PAGE, SMALL, VERMILION, new_figure, save, styled
 from trackdyn.rig.rig import load_rig
 
-CLASSES = {
-    FOLLOWS: "Follow from the model",
-    DEPENDS: "Depend on values or on a scenario",
-    NEVER: "Shown by no track",
-    NOT_JUDGED: "Kinematics and the wheels decide sentences",
-}
 UNITS = {"m": (1e3, "mm"), "N": (1e-3, "kN"), "Pa": (1e-6, "MPa"), "1": (1, "")}  # in place of those of a rig
+READING = "equal_pitch "  # begins the columns of readings
+COLUMNS, PANEL = 3, 1.42  # of the maps; height of one, inch
+PALE, DARK = 0.04, 0.75  # of the map of colours, so that black and white text can be read
+LIGHT = 0.55  # share from which on text is white
 
 
-def scenario_name(ring: str, equal_pitch: str) -> str:
-    """Words for a scenario: ``slips, arc length``."""
-    return f"{ring}, {equal_pitch}"
+def readings(draws: pd.DataFrame) -> dict[str, float]:
+    """Polygonal radius (m) at which each reading of equal pitch is the printed one: median over the tracks."""
+    return {
+        name.removeprefix(READING): float((draws[EQUAL_PITCH] + RADIUS_CHOSEN - draws[name]).median())
+        for name in draws
+        if name.startswith(READING) and draws[name].notna().any()
+    }
 
 
 @styled
-def shares_figure(sentences: pd.DataFrame, default: pd.DataFrame, rig: str) -> Figure:
-    """Share of rigs by scenario with its interval, a row a sentence; beside it the verdict of the fitted rig."""
-    names = list(dict.fromkeys(sentences["name"]))
-    figure = new_figure(0.34 * len(names) + 0.9, 7.0)
-    ax = figure.subplots()
-    scenarios = list(sentences.groupby(["ring", "equal_pitch"], sort=False))
-    for k, (scenario, rows) in enumerate(scenarios):
-        rows = rows.set_index("name").loc[names]
-        y = np.arange(len(names)) + 0.18 * (k - (len(scenarios) - 1) / 2)
-        share, low, high = (100 * rows[column].to_numpy() for column in ("share", "low", "high"))
-        ax.errorbar(
-            share, y, xerr=[share - low, high - share], fmt=MARKERS[k], color=COLOURS[k], markersize=3.5, linewidth=0.7,
-            label=scenario_name(*scenario),
-        )  # fmt: skip
-    verdicts = default[default["rig"] == rig].set_index("number")["verdict"]
+def map_figure(sentences: pd.DataFrame, binned: pd.DataFrame, draws: pd.DataFrame) -> Figure:
+    """Share of tracks that show each sentence over equal-pitch radius and creep slope of the ring, a map a sentence.
+
+    Parameters
+    ----------
+    sentences, binned, draws : DataFrame
+        `shares.shares` of the sentences, `shares.share_map`, and `verdicts.judge_rows`.
+    """
     words = sentences.drop_duplicates("name").set_index("name")["statement"]
-    for y, name in enumerate(names):
-        ax.text(106, y, MARKS[verdicts.get(int(name), "not comparable")], ha="center", va="center")
-    ax.text(106, -1.1, f"rig\n{rig}", ha="center", va="bottom", fontsize=SMALL)
-    labels = ["\n".join(textwrap.wrap(f"{name}  {words[name]}", 52)) for name in names]
-    ax.set_yticks(range(len(names)), labels, fontsize=SMALL)
-    ax.set(xlim=(-2, 110), ylim=(len(names) - 0.5, -0.7), xlabel="share of plausible tracks that show it (%)")
-    ax.set_xticks(range(0, 101, 20))
-    ax.axvspan(90, 100, color="0.93", zorder=0)
-    ax.legend(loc="upper center", bbox_to_anchor=(0.3, -0.07), ncols=2, fontsize=SMALL)
+    names = list(dict.fromkeys(binned["name"]))
+    rows = -(-(len(names) + 1) // COLUMNS)  # with the legend
+    figure = new_figure(PANEL * rows + 0.3, PAGE)
+    axes = figure.subplots(rows, COLUMNS, squeeze=False).ravel()
+    marked = readings(draws)
+    for ax, name in zip(axes, names, strict=False):
+        _draw_map(ax, binned[binned["name"] == name], marked)
+        ax.set_title("\n".join(textwrap.wrap(f"{name}. {words[name]}", 44)), fontsize=SMALL, pad=9)
+    for ax in axes[len(names) :]:
+        ax.axis("off")
+    for ax in axes[max(0, len(names) - COLUMNS) : len(names)]:
+        ax.set_xlabel("equal-pitch radius (m)")
+    for ax in axes[: len(names) : COLUMNS]:
+        ax.set_ylabel("creep (s/m)")
+    _draw_legend(axes[len(names)], marked)
     return figure
 
 
-def answer_text(sentences: pd.DataFrame, claims: pd.DataFrame, draws: pd.DataFrame, values: pd.DataFrame) -> str:
-    """The 22 sentences in classes with their shares, the radius, and what separates the rigs."""
-    paragraphs = [_outcomes_text(draws), *learned_sentences(claims)]
-    for kind, title in CLASSES.items():
-        rows = sentences[sentences["class"] == kind]
-        if kind == NOT_JUDGED:
-            paragraphs.append(f"{title}: {', '.join(map(str, dict.fromkeys(rows['name'])))}.")
-        elif len(rows):
-            paragraphs += [f"**{title}**", _class_text(rows)]
-    return "\n\n".join([*paragraphs, _radius_text(draws), _values_text(values)]) + "\n"
+def _draw_map(ax: Axes, cells: pd.DataFrame, marked: dict[str, float]) -> None:
+    """Cells of one sentence with their counts; readings of equal pitch above them, rubber beside them."""
+    colours = colour_map()
+    for cell in cells.itertuples():
+        share = cell.shown / cell.decided if cell.decided else np.nan
+        colour = colours(PALE + (DARK - PALE) * share) if cell.decided else "0.9"
+        span, middle = cell.pitch_high - cell.pitch_low, (cell.pitch_low + cell.pitch_high) / 2
+        ax.bar(
+            middle,
+            cell.creep_high - cell.creep_low,
+            span,
+            cell.creep_low,
+            color=colour,
+            edgecolor="white",
+            linewidth=0.6,
+        )
+        text = f"{cell.shown}/{cell.decided}" if cell.decided else "–"
+        colour = "white" if share > LIGHT else BLACK
+        where = {"ha": "center", "va": "center_baseline", "fontsize": SMALL, "color": colour}
+        ax.text(middle, np.sqrt(cell.creep_low * cell.creep_high), text, **where)
+    pitches, creeps = (sorted({*cells[f"{name}_low"], *cells[f"{name}_high"]}) for name in ("pitch", "creep"))
+    ax.set(yscale="log", xlim=(pitches[0], pitches[-1]), ylim=(creeps[0], creeps[-1]))
+    ax.grid(visible=False)
+    ax.set_xticks(pitches, [f"{pitch:g}" for pitch in pitches])
+    ax.set_yticks(creeps, [f"{creep:g}" for creep in creeps])
+    ax.minorticks_off()
+    ax.tick_params(length=2)
+    above = blended_transform_factory(ax.transData, ax.transAxes)
+    for marker, radius in zip(MARKERS, marked.values(), strict=False):
+        ax.plot(radius, 1.06, marker, transform=above, color=VERMILION, markersize=3.5, clip_on=False)
+    beside = blended_transform_factory(ax.transAxes, ax.transData)
+    rubber = [max(RUBBER[0], creeps[0]), min(RUBBER[1], creeps[-1])]
+    ax.plot([1.025, 1.025], rubber, transform=beside, color=BLACK, linewidth=2.5, clip_on=False, solid_capstyle="butt")
 
 
-def _class_text(rows: pd.DataFrame) -> str:
-    """Shares of tracks (%), a column a ring, equal pitch read both ways in a cell; all zero: the sentences alone."""
-    words = rows.drop_duplicates("name").set_index("name")["statement"]
-    if not (rows["share"] > 0).any():
-        return "\n".join(f"- {name}. {statement}" for name, statement in words.items())
-    cells = rows.assign(percent=(100 * rows["share"]).map("{:.0f}".format))
-    table = cells.groupby(["name", "ring"], sort=False)["percent"].agg("/".join).unstack()
-    table = table.sort_index(key=lambda names: names.astype(int))
-    table.insert(0, "% of the tracks, arc/polygon", [f"{name}. {words[name]}" for name in table.index])
-    return table.to_markdown(index=False, disable_numparse=True)
+def _draw_legend(ax: Axes, marked: dict[str, float]) -> None:
+    """What marks and colours mean, in a panel of its own."""
+    for marker, (name, radius) in zip(MARKERS, marked.items(), strict=False):
+        ax.plot([], [], marker, color=VERMILION, label=f"0.308 m read as {name}: {radius:.4f} m")
+    ax.plot([], [], color=BLACK, linewidth=2.5, label=f"creep of rubber, {RUBBER[0]:g} to {RUBBER[1]:g} s/m")
+    for share in (0.0, 0.5, 1.0):
+        colour = colour_map()(PALE + (DARK - PALE) * share)
+        ax.plot([], [], "s", color=colour, markeredgecolor="0.6", markersize=7, label=f"{100 * share:.0f} % show it")
+    ax.legend(loc="center", title="cells: tracks that show it/decided", title_fontsize=SMALL, frameon=False)
+
+
+def colour_map():
+    """Blues from pale to dark, which a print in grey keeps apart."""
+    from matplotlib import colormaps
+
+    return colormaps["Blues"]
+
+
+def answer_text(
+    sentences: pd.DataFrame,
+    binned: pd.DataFrame,
+    draws: pd.DataFrame,
+    values: pd.DataFrame,
+    near: pd.DataFrame,
+    default: pd.DataFrame,
+    parameters: pd.DataFrame,
+) -> str:
+    """What holds; outcomes; a table of sentences; what separates; the default rig's ring; the radius; neighbours."""
+    paragraphs = [
+        f"**{follows_sentence(sentences, draws)}** {_outcomes_text(draws)}",
+        _table(sentences, default),
+        _values_text(values),
+        _creep_text(binned, values, default, parameters),
+        _radius_text(draws),
+        neighbours_sentence(near),
+    ]
+    return "\n\n".join(paragraphs) + "\n"
 
 
 def _outcomes_text(draws: pd.DataFrame) -> str:
-    counts = outcomes(draws)
-    ran = counts[counts["reason"] == "ran"]["rigs"]
-    lost = len(draws) - ran.sum()
-    return (
-        f"The first {draws['draw'].nunique()} draws are stored. Of their {len(draws)} tracks {ran.sum()} ran "
-        f"({ran.min()} to {ran.max()} a scenario); {lost} could not be built, did not come to rest or left the "
-        "physical range."
-    )
+    counts = outcomes(draws).set_index("reason")["rigs"]
+    ran, refused = int(counts.get("ran", 0)), counts.drop("ran", errors="ignore")
+    reasons = "; ".join(f"{count} ({reason})" for reason, count in refused.sort_values(ascending=False).items())
+    engaged = int((draws["engaged"] == 1).sum()) if "engaged" in draws else 0
+    lost = f"{refused.sum()} were refused: {reasons}" if len(refused) else "none was refused"
+    return f"Of {len(draws)} draws {ran} ran, {engaged} of them engaged; {lost}."
+
+
+def _table(sentences: pd.DataFrame, default: pd.DataFrame) -> str:
+    """Shares of all tracks and of the engaged ones with their intervals, what is not decided, and the default rig."""
+    rows = track_rows(sentences)
+    verdicts = default.assign(number=default["number"].astype(str)).set_index("number")["verdict"]
+    lines, unjudged = [], []
+    for name in rows.index.unique("name"):
+        pair = [rows.loc[(name, tracks)] for tracks in TRACKS]
+        if not pair[0]["decided"]:
+            unjudged.append(name)
+            continue
+        shares = [
+            f"{100 * row['share']:.0f} ({100 * row['low']:.0f}–{100 * row['high']:.0f})" if row["decided"] else "–"
+            for row in pair
+        ]
+        mark = MARKS[verdicts.get(name, "not comparable")]
+        lines.append([f"{name}. {pair[0]['statement']}", *shares, f"{pair[0]['undecided']:.0f}", mark])
+    heads = ["% of tracks (90 %)", *TRACKS, "undecided", default["rig"].iloc[0]]
+    table = pd.DataFrame(lines, columns=heads).to_markdown(index=False, disable_numparse=True)
+    return table + (f"\n\nDecided by kinematics and the wheels alone: {', '.join(unjudged)}." if unjudged else "")
 
 
 def _values_text(values: pd.DataFrame) -> str:
@@ -97,32 +182,51 @@ def _values_text(values: pd.DataFrame) -> str:
         return "No single value separates the tracks that show a sentence from the others beyond chance."
     parts, fields = [], load_rig("parts").fields
     for row in values.drop_duplicates("name").itertuples():  # the value that separates most
-        unit = fields[row.value].unit
+        unit = "s/m" if row.value == CREEP else fields[row.value].unit
         factor, unit = UNITS.get(unit, (1, unit))
-        shown, others = (significant(factor * number, 2) for number in (row.median_shown, row.median_not))
+        digits = 4 if row.value == EQUAL_PITCH else 2
+        shown, others = (significant(factor * number, digits) for number in (row.median_shown, row.median_not))
         parts.append(f"{row.name}: `{row.value}` ({shown} against {others} {unit}".rstrip() + ")")
-    return "Medians of tracks that show a sentence, against others: " + "; ".join(parts) + "."
+    return "**What separates**, medians of tracks that show a sentence, against others: " + "; ".join(parts) + "."
+
+
+def _creep_text(binned: pd.DataFrame, values: pd.DataFrame, default: pd.DataFrame, parameters: pd.DataFrame) -> str:
+    """The creep slope that the default rig assumes, and which of its sentences go with a low one."""
+    of_rig = parameters.set_index("name")["value"]
+    friction, velocity = (float(of_rig[f"ring_contact.{name}"]) for name in ("friction_static", "transition_velocity"))
+    slope = friction / velocity
+    inside = "within" if RUBBER[0] <= slope <= RUBBER[1] else "outside"
+    text = (
+        f"**What the default rig assumes**: its ring has a creep slope of {significant(slope, 2)} s/m, {inside} the "
+        f"{RUBBER[0]:g} to {RUBBER[1]:g} of rubber."
+    )
+    shown = set(default.loc[default["verdict"] == "shown", "number"].astype(str))
+    low = values[(values["value"] == CREEP) & (values["correlation"] < 0)]["name"].astype(str)
+    gained = [name for name in low if name in shown]
+    if not gained:
+        return f"{text} None of the sentences that it shows goes with a low creep slope beyond chance."
+    parts = ("{} ({}, else {})".format(name, *creep_counts(binned, name)) for name in gained)
+    return f"{text} Of its sentences these go with a low one, below {RUBBER[0]:g} s/m: {'; '.join(parts)}."
 
 
 def _radius_text(draws: pd.DataFrame) -> str:
-    columns = [name for name in draws if name.startswith("radius_")]
-    parts = []
-    for scenario, rows in draws.groupby(["ring", "equal_pitch"], sort=False):
-        chosen = rows[columns].to_numpy().ravel()
-        chosen = chosen[np.isfinite(chosen)]
-        if len(chosen):
-            low, middle, high = np.quantile(chosen, [0.1, 0.5, 0.9])
-            parts.append(f"{scenario_name(*scenario)} {middle:.3f} ({low:.3f} to {high:.3f})")
+    ran = draws[draws["state"] == "done"]
+    distances, config = chosen_distances(ran), load_plausible("config/plausible.yaml")
+    if distances.empty:
+        return distance_sentence(ran)
+    radii = [radius for row in config.radii_m.values() if len(row) > 1 for radius in row]
+    ends = ran.loc[distances.index, "radius"].isin([min(radii), max(radii)]).mean()
+    without = 1 - len(distances) / len(ran)
     return (
-        "**Radius to choose** by our rule, median and 80 % of the choices over tracks and speeds, m: "
-        f"{'; '.join(parts)}."
+        f"**Radius to choose**: {distance_sentence(ran)} {100 * without:.0f} % have no choice: no ring serves at every "
+        f"speed, or two starts differ. {100 * ends:.0f} % of the choices are at an end of the grid ({min(radii):g} and "
+        f"{max(radii):g} m)."
     )
 
 
 @run_job
 def main(job) -> None:
     """Rule `plausible_figure`."""
-    figure = shares_figure(
-        pd.read_csv(job.input.sentences, dtype={"name": str}), pd.read_csv(job.input.default), job.params.rig
-    )
-    save(figure, job.output[0])
+    text = {"name": str}
+    sentences, binned = (pd.read_csv(job.input[name], dtype=text) for name in ("sentences", "map"))
+    save(map_figure(sentences, binned, pd.read_csv(job.input.draws)), job.output[0])

@@ -4,7 +4,7 @@ PLAUSIBLE = ("draws", "sentences", "claims", "map", "values", "tooth", "near")
 
 
 rule plausible_tables:
-    """Rigs drawn from the ranges of real parts, in every scenario; tooth profiles; neighbours of the default rig."""
+    """Tracks drawn from assumed ranges, run and judged; tooth profiles; neighbours of the default rig."""
     input:
         config="config/plausible.yaml",
         claims="config/claims.yaml",
@@ -22,12 +22,12 @@ rule plausible_tables:
 
 
 rule plausible_figure:
-    """Share of plausible tracks that show each sentence, beside the default rig."""
+    """Maps of the share of plausible tracks that show each sentence."""
     input:
         sentences=f"{L}/{{short}}plausible_sentences.csv",
-        default=f"{R}/sentences.csv",
+        map=f"{L}/{{short}}plausible_map.csv",
+        draws=f"{L}/{{short}}plausible_draws.csv",
     output: multiext(f"{L}/{{short}}figures/plausible", ".png", ".svg")
-    params: rig=Path(CONFIG.rig).stem
     log: f"{L}/logs/{{short}}plausible_figure.log"
     script: "../report/plausible.py"
 

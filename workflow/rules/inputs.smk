@@ -6,13 +6,15 @@ def below_root(path):
     return str(Path(path)).removeprefix(f"{ROOT}/")
 
 
-PLAUSIBLE = {name: f"docs/measured/plausible_{name}.csv" for name in ("sentences", "claims", "tooth", "near")}
+TABLES_OF_TRACKS = ("sentences", "claims", "map", "draws", "tooth", "near")
+PLAUSIBLE = {name: f"docs/measured/plausible_{name}.csv" for name in TABLES_OF_TRACKS}
+TRACKS = {name: PLAUSIBLE[name] for name in TABLES_OF_TRACKS[:4]} | {"picture": "docs/pictures/plausible.png"}
 # all that the results are made from, but for the program
 RUN_INPUTS = [
     below_root(path)
     for paths in (
         reversed(workflow.configfiles),
-        ("config/claims.yaml", config["studies"], *PLAUSIBLE.values()),
+        ("config/claims.yaml", config["studies"], *PLAUSIBLE.values(), TRACKS["picture"]),
         *CONFIG.files.values(),
     )
     for path in paths

@@ -46,14 +46,14 @@ rule page:
         rules.ring.input,
         rules.claims.output,
         rules.schematics.output,
-        [*rules.peer.output, PLAUSIBLE["sentences"], PLAUSIBLE["claims"]] if CONFIG.peers else [],
+        [*rules.peer.output, *TRACKS.values()] if CONFIG.peers else [],
         lambda wildcards: [file for name in requested_studies(wildcards) for file in OF_STUDIES[name]],
     output: f"{R}/report.html"
     params:
         results=R,
         synthetic=CONFIG.synthetic,
         studies=requested_studies,
-        plausible={name: PLAUSIBLE[name] for name in ("sentences", "claims")} if CONFIG.peers else None,
+        plausible=TRACKS if CONFIG.peers else None,
         layers=[below_root(path) for path in workflow.configfiles[:-1]],
         short=CONFIG.shorter,
         own=CONFIG.peers is None,
@@ -73,6 +73,7 @@ rule article:
         references="workflow/article/references.bib",
         claims=f"{R}/claims.csv",
         sentences=f"{R}/sentences.csv",
+        numbers=f"{R}/printed_numbers.csv",
         parameters=f"{R}/tables/parameters.csv",
         **{f"table{k}": f"{R}/tables/table{k}.csv" for k in range(1, 5)},
         model=f"{R}/peers/model.json",
@@ -116,7 +117,7 @@ rule studies:
 rule pictures:
     """Pictures and measured parts of the pages from the present results. Asked for by name: they stand in version control."""
     input:
-        tables=[f"{R}/{name}.csv" for name in ("claims", "sentences", "tables/parameters")],
+        tables=[f"{R}/{name}.csv" for name in ("claims", "sentences", "printed_numbers", "tables/parameters")],
         trade=[f"{R}/short/{name}.csv" for name in ("trade", "planner")],
         by_name=[f"{R}/{name}.csv" for name in ("default_step", "step_errors", "tables/fidelity")],
         manifest=f"{R}/manifest.json",

@@ -27,7 +27,15 @@ from replication.paper.claims import (
 )
 from replication.paper.evidence import Evidence, Range
 from replication.paper.measures import MEASURES
-from replication.paper.scorecard import SHORT, count, headline, radius_sentence, sentence_verdicts, statements
+from replication.paper.scorecard import (
+    SHORT,
+    count,
+    headline,
+    radius_sentence,
+    sentence_verdicts,
+    statements,
+    verdict_line,
+)
 from tests import conftest
 from trackdyn.errors import InputError
 from trackdyn.rig.rig import load_rig
@@ -372,12 +380,15 @@ def test_a_sentence_is_judged_whole_and_counted_once():
         assert card["verdict"].isin(JUDGED).sum() == len(TESTS)
         judged = sentence_verdicts(card, SENTENCES)
         assert judged["number"].tolist() == list(SENTENCES) and count(judged) == (shown, 21)
-    assert headline(judged) == (
-        "The rig `mine` shows 19 of the 21 sentences of Sects. 5.2 and 6 that can be judged. Of the paper's four "
-        "conclusions on the ring it shows 1 (larger speed, larger forces, above all of the left arc; the influence of "
-        "the speed is limited), 2 (the force of the ring grows significantly with its radius) and 4 (the radius has "
-        "practically no effect on the force of the left arc)."
+    numbers = printed_numbers(list(CLAIMS.values()), evidence)
+    assert headline(judged, numbers) == (
+        "The rig `mine` meets 24 of 25 printed numbers within their tolerance, and shows 19 of the 21 sentences of "
+        "Sects. 5.2 and 6 that can be judged. Of the paper's four conclusions on the ring it shows no. 1 (larger "
+        "speed, larger forces, above all of the left arc; the influence of the speed is limited), no. 2 (the force of "
+        "the ring grows significantly with its radius) and no. 4 (the radius has practically no effect on the force of "
+        "the left arc)."
     )
+    assert verdict_line(judged, numbers).endswith("19 of 21 sentences, 3 of 4 conclusions")
     lost = judged[judged["verdict"] == NOT_SHOWN].set_index("number")
     assert lost["sentence"].to_dict() == {number: SENTENCES[number] for number in (15, 19)}
     assert lost["statements"][19] == "C23a"

@@ -14,7 +14,7 @@ from trackdyn.errors import TrackdynError
 ROOT = Path(__file__).parents[3]
 MEASURED = ROOT / "docs" / "measured"
 TEMPLATE = ROOT / "workflow" / "article" / "article.typ"
-OF_TRACKS = [f"plausible_{name}" for name in ("sentences", "claims", "tooth", "near")]
+OF_TRACKS = [f"plausible_{name}" for name in ("sentences", "map", "draws", "tooth", "near")]
 BLANK = '<svg xmlns="http://www.w3.org/2000/svg" width="90" height="60"><rect width="90" height="60"/></svg>'
 
 
@@ -22,6 +22,7 @@ BLANK = '<svg xmlns="http://www.w3.org/2000/svg" width="90" height="60"><rect wi
 def values():
     read = {name: pd.read_csv(MEASURED / f"{name}.csv") for name in ("claims", "sentences", "parameters", "planner")}
     read |= {name: pd.read_csv(MEASURED / f"{name}.csv") for name in OF_TRACKS}
+    read["numbers"] = pd.read_csv(MEASURED / "printed_numbers.csv")
     for name in ("table1", "table2", "table3", "table4"):
         read[name] = pd.DataFrame([dict.fromkeys(COLUMNS[name], 0.25)])
     read["table2"] = read["table2"].assign(code=["trackdyn"], chosen=["yes"])

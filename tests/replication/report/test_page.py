@@ -19,6 +19,7 @@ from PIL import Image
 from replication.paper.claims import VERDICTS
 from replication.report.page.builder import build_page, embedded_picture
 from tests.conftest import made_recording
+from tests.invented_tracks import invented_tables
 from trackdyn.errors import InputError
 from trackdyn.jit import source_hash
 from trackdyn.rig.rig import load_rig
@@ -56,6 +57,8 @@ def results(tmp_path_factory):
     sentences = [["paper", i, f"Sentence {i}", VERDICTS[i - 1]] for i in (1, 2)]
     columns = ["rig", "number", "sentence", "verdict"]
     pd.DataFrame(sentences, columns=columns).to_csv(results / "sentences.csv", index=False)
+    numbers = pd.read_csv("docs/measured/printed_numbers.csv", dtype={"part": str})
+    numbers.to_csv(results / "printed_numbers.csv", index=False)
     (results / "metrics.csv").write_text("run,rpm\n210rpm,210\n", encoding="utf-8")
     (results / "tables").mkdir()
     pd.DataFrame({"area": [1, 2], "r_mm": [30.0, 40.0]}).to_csv(results / "tables" / "table1.csv", index=False)
@@ -152,20 +155,25 @@ def test_the_page_carries_everything_and_is_small(page_file):
 
 def test_the_page_goes_in_the_order_of_the_paper_with_its_statements_at_their_figures(results):
     """A sentence stands above the statements that decide it, with the share of plausible tracks."""
-    shares = results / "shares.csv"
-    rows = [[name, ring, "arc length", 0.25 * (ring == "slips")]
-            for name in ("C02", "C20a", "C23a") for ring in ("slips", "grips")]  # fmt: skip
-    rows += [[2, "slips", "arc length", 0.125], [2, "grips", "polygon", 0.9]]
-    table = pd.DataFrame(rows, columns=["name", "ring", "equal_pitch", "share"])
-    table.assign(rigs=8, low=0.0, high=1.0).to_csv(shares, index=False)
-    page = build_page(results, plausible={"claims": shares, "sentences": shares})
-    shares.unlink()
+    tables = {
+        name: table for name, table in invented_tables().items() if name in ("claims", "sentences", "map", "draws")
+    }
+    for name, of in (("claims", "C02"), ("sentences", "2")):
+        table = tables[name].iloc[:2].assign(name=of, tracks=["all", "engaged"], share=[0.125, 0.9])
+        tables[name] = pd.concat([tables[name][tables[name]["name"] != of], table])
+    plausible = {name: results / f"tracks_{name}.csv" for name in tables}
+    for name, table in tables.items():
+        table.to_csv(plausible[name], index=False)
+    picture = results / "figures" / "fig24.png"
+    page = build_page(results, plausible=plausible | {"picture": picture})
+    for path in plausible.values():
+        path.unlink()
     sections = re.findall(r'<figure id="(fig\d+|table\d)">', page)
     assert sections == ["fig05", "table1", "fig15", "fig18", "fig24"]
     of_15 = page[page.index('<figure id="fig15">') : page.index('<figure id="fig18">')]
     cells = [re.sub("<.*?>", "", cell) for cell in re.findall(r"<t[hd]\b.*?</t[hd]>", of_15)]
-    assert cells[6:11] == ["2. Sentence 2", "○ not shown", "", "12", "–"]
-    assert cells[12] == "ours: at most 1.5" and cells[15:17] == ["25", "0"]
+    assert cells[6:11] == ["2. Sentence 2", "○ not shown", "", "12", "90"]
+    assert cells[12] == "ours: at most 1.5" and cells[15:17] == ["12", "90"]
     assert "Statement 3" in of_15 and "Statement 1" not in of_15 and "<img" in of_15
 
 

@@ -10,6 +10,10 @@ from replication.paper.claims import JUDGED, NO_VALUE, NOT_COMPARABLE, NOT_SHOWN
 from trackdyn.measure.cells import significant
 
 RADIUS, RADIUS_BY_SPEED = "C26a", "C26c"  # of the ring to choose: one for all speeds, one for each
+TRACKS = ("all", "engaged")  # tracks that ran, and those that are in mesh as long as printed
+FOLLOWS = "follows"  # class of a sentence that nine of ten tracks show
+RUBBER = (2.0, 90.0)  # creep slope of a solid rubber wheel, s/m (ring_contact.transition_velocity of the rigs' files)
+FREE, BEARS = "19", "14"  # sentences that a summary of the tracks names
 CONCLUSION = r"^Conclusion (\d)"  # numbered by the paper, in Sect. 6.2; two sentences may be one of them
 MARKS = dict(zip(VERDICTS, ("●", "○", "◇", "–"), strict=True))
 SHORT = {  # parts of claims in a few words, in the order of a summary
@@ -71,71 +75,138 @@ def number_count(numbers: pd.DataFrame) -> str:
     return f"{int(numbers['met'].astype(bool).sum())} of {len(numbers)} printed numbers within their tolerance"
 
 
-def headline(judged: pd.DataFrame) -> str:
-    """The count of a rig, and which of the numbered conclusions on the ring it shows."""
+def number_rows(numbers: pd.DataFrame) -> list[dict]:
+    """Rows of a table of printed numbers: ``what, printed, here, tolerance, met``."""
+    rows = []
+    for row in numbers.astype(object).where(numbers.notna(), "").to_dict("records"):
+        speed = f", {row['rpm']:g} rpm" if row["rpm"] and row["id"] == "C08" else ""
+        unit = "" if row["unit"] == "1" else f" {row['unit']}"
+        tolerance = f"± {row['tolerance']:g}{unit}" if row["tolerance"] != "" else "as it reads"
+        about = {"what": f"{row['claim']}{speed}", "printed": str(row["printed"]), "here": str(row["measured"])}
+        rows.append(about | {"tolerance": tolerance, "met": "●" if row["met"] else "○"})
+    return rows
+
+
+def verdict_line(judged: pd.DataFrame, numbers: pd.DataFrame) -> str:
+    """The counts of a rig, printed numbers first."""
+    (shown, total), by_number = count(judged), _conclusions(judged)
+    held = sum(set(rows["verdict"]) == {SHOWN} for _, rows in by_number)
+    return f"{number_count(numbers)}, {shown} of {total} sentences, {held} of {len(by_number)} conclusions"
+
+
+def headline(judged: pd.DataFrame, numbers: pd.DataFrame) -> str:
+    """The counts of a rig in a sentence, and which of the numbered conclusions on the ring it shows."""
     shown, total = count(judged)
     return (
-        f"The rig `{judged['rig'].iloc[0]}` shows {shown} of the {total} sentences of Sects. 5.2 and 6 that can be "
-        f"judged. Of the paper's four conclusions on the ring it shows {conclusions(judged)}."
+        f"The rig `{judged['rig'].iloc[0]}` meets {number_count(numbers)}, and shows {shown} of the {total} sentences "
+        "of Sects. 5.2 and 6 that can be judged. Of the paper's four conclusions on the ring it shows "
+        f"{conclusions(judged)}."
     )
 
 
 def conclusions(judged: pd.DataFrame) -> str:
     """The numbered conclusions on the ring that a rig shows, in the words of the paper."""
-    numbers = judged["sentence"].str.extract(CONCLUSION, expand=False)
     words = [
-        f"{number} ({'; '.join(rows['sentence'].str.partition(': ')[2])})"
-        for number, rows in judged.groupby(numbers)
+        f"no. {number} ({'; '.join(rows['sentence'].str.partition(': ')[2])})"
+        for number, rows in _conclusions(judged)
         if set(rows["verdict"]) == {SHOWN}
     ]
     return _listed(words) or "none"
 
 
+def _conclusions(judged: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
+    """Sentences by the number of their conclusion."""
+    return list(judged.groupby(judged["sentence"].str.extract(CONCLUSION, expand=False)))
+
+
 def track_rows(table: pd.DataFrame) -> pd.DataFrame:
     """Rows of a table of plausible tracks (``docs/measured/plausible_claims.csv`` or ``plausible_sentences.csv``) by
-    name and ring, equal pitch read along the arc.
+    name and `TRACKS`.
     """
-    rows = table[table["equal_pitch"] == "arc length"]
-    return rows.assign(name=rows["name"].astype(str)).set_index(["name", "ring"])
+    return table.assign(name=table["name"].astype(str)).set_index(["name", "tracks"])
 
 
 def _percents(rows: pd.DataFrame | None, name: str) -> list[str]:
-    """Shares (%) of tracks whose ring slips and grips, of `track_rows`; a dash for what is not there."""
-    values = [np.nan if rows is None else rows["share"].get((name, ring), np.nan) for ring in ("slips", "grips")]
+    """Shares (%) of all tracks and of the engaged ones, of `track_rows`; a dash for what is not there."""
+    values = [np.nan if rows is None else rows["share"].get((name, tracks), np.nan) for tracks in TRACKS]
     return ["–" if np.isnan(value) else f"{100 * value:.0f}" for value in values]
 
 
-def share_of_tracks(rows: pd.DataFrame, name: str, ring: str) -> str:
+def share_of_tracks(rows: pd.DataFrame, name: str, tracks: str) -> str:
     """Share of the tracks that show a statement, % with its 90 % interval; ``rows`` of `track_rows`."""
-    row = rows.loc[(name, ring)]
+    row = rows.loc[(name, tracks)]
+    if not row["decided"]:
+        return "none that was decided"
     return f"{100 * row['share']:.0f} % ({100 * row['low']:.0f} to {100 * row['high']:.0f})"
 
 
-def learned_sentences(claims: pd.DataFrame) -> list[str]:
-    """Sentences on plausible tracks: with a ring that slips and one that grips, equal pitch read along the arc.
-
-    ``claims`` are shares by scenario (``docs/measured/plausible_claims.csv``).
-    """
-    rows = track_rows(claims)
-    free, bears = (
-        {ring: share_of_tracks(rows, name, ring) for ring in ("slips", "grips")} for name in ("C23a", "C20a")
-    )
+def learned_sentences(tables: Mapping[str, pd.DataFrame]) -> list[str]:
+    """What plausible tracks say: tables ``sentences``, ``map``, ``draws`` of ``docs/measured/plausible_*.csv``."""
+    rows = track_rows(tables["sentences"])
+    free, bears = ([share_of_tracks(rows, name, tracks) for tracks in TRACKS] for name in (FREE, BEARS))
+    soft, rubber = creep_counts(tables["map"], FREE)
     return [
-        f"We drew tracks from the ranges of real parts, and {rows['rigs'].max()} ran. With a ring of 0.305 m or more, "
-        f"no right arc touches a tooth on {free['slips']} of them if the ring slips nearly freely, and on "
-        f"{free['grips']} if it grips as rubber does.",
-        f"The ring bears most of the force on {bears['slips']} of the tracks if it slips, and on {bears['grips']} if "
-        "it grips. Brackets hold 90 % intervals.",
+        follows_sentence(tables["sentences"], tables["draws"]),
+        f"With rings from 0.305 m on no right arc touches a tooth (conclusion 3) on {free[0]} of them, and on "
+        f"{free[1]} of those in mesh as long as printed; on {soft} if the ring creeps more easily than rubber, else on "
+        f"{rubber}.",
+        f"The ring bears most of the force on {bears[0]} of all, {bears[1]} of those. Brackets hold 90 % intervals.",
+        distance_sentence(tables["draws"]),
     ]
 
 
-def neighbours_sentence(near: pd.DataFrame) -> str:
-    """Count that nine of ten neighbours of the fitted rig hold (``docs/measured/plausible_near.csv``)."""
-    others, at_rig = near[near["rig"] > 0]["shown"], near[near["rig"] == 0].iloc[0]
+def follows_sentence(sentences: pd.DataFrame, draws: pd.DataFrame) -> str:
+    """How many sentences nine of ten tracks show."""
+    rows = track_rows(sentences).xs(TRACKS[0], level="tracks")
+    held = [name for name, kind in rows["class"].items() if kind == FOLLOWS]
+    which = {0: "No sentence holds", 1: f"Sentence {_listed(held)} alone holds"}
+    words = which.get(len(held), f"Sentences {_listed(held)} hold")
+    ran = int((draws["state"] == "done").sum())
+    return f"{words} on nine of ten tracks; {ran} ran, sampled from assumed ranges."
+
+
+def creep_counts(binned: pd.DataFrame, name: str) -> tuple[str, str]:
+    """Tracks that show a sentence of those with a ring that creeps more easily than rubber, and of the others."""
+    rows = binned[binned["name"].astype(str) == name]
+    soft = rows["creep_high"] <= RUBBER[0]
+    sums = (rows.loc[which, ["shown", "decided"]].sum() for which in (soft, ~soft))
+    first, second = (f"{row['shown']:.0f} of {row['decided']:.0f}" for row in sums)
+    return first, second
+
+
+def chosen_distances(draws: pd.DataFrame) -> pd.Series:
+    """The ring to choose less the equal-pitch radius, mm, of every track that has a choice."""
+    if "radius" not in draws:
+        return pd.Series(dtype=float)
+    return (1e3 * (draws["radius"] - draws["sprocket.equal_pitch_radius"])).dropna()
+
+
+def distance_sentence(draws: pd.DataFrame) -> str:
+    """The ring to choose as its distance from equal pitch."""
+    distances = chosen_distances(draws)
+    if distances.empty:
+        return "No track has one ring to choose."
+    low, middle, high = distances.quantile([0.1, 0.5, 0.9])
+    side = "above" if middle >= 0 else "below"
     return (
-        "A neighbour of the rig has every fitted value changed by up to 1 %. Nine of ten neighbours show at least "
-        f"{int(others.quantile(0.1, interpolation='lower'))} sentences, and their median is {others.median():g}; in "
-        f"records as short as theirs the rig itself shows {at_rig['shown']:g}."
+        f"By our rule the ring to choose lies {abs(middle):.1f} mm {side} the equal-pitch radius "
+        f"(median; 80 % of the choices {low:+.1f} to {high:+.1f} mm)."
+    )
+
+
+def neighbours_sentence(near: pd.DataFrame) -> str:
+    """What neighbours of the default rig show and lose (``docs/measured/plausible_near.csv``)."""
+    others, at_rig = near[near["rig"] > 0], near[near["rig"] == 0].iloc[0]
+    least = others["shown"].quantile(0.1, interpolation="lower")
+    lost = [
+        f"{name} ({missing} of {len(others)})"
+        for name in near.columns
+        if name.isdigit() and at_rig[name] == 1 and (missing := int((others[name] != 1).sum())) > 0.1 * len(others)
+    ]
+    return (
+        f"Neighbours of the default rig have each fitted value moved by up to 1 %, equal pitch by up to 0.5 mm: "
+        f"nine of ten show at least {least:g} sentences where it shows {at_rig['shown']:g}; lost are "
+        f"{_listed(lost) or 'none by more than one in ten'}."
     )
 
 
@@ -170,34 +241,37 @@ def _listed(words: Sequence[str]) -> str:
 
 
 def outside_sentence(parameters: pd.DataFrame, rig: str) -> str:
-    """Sentence on what is fitted, and on the values that no real part has, each beside its range."""
+    """Sentence on what is fitted, and on the values outside of their assumed ranges."""
     kinds, cells = parameters["kind"].value_counts(), outside_values(parameters)
     fitted, known = kinds.get("fitted", 0), kinds.get("printed", 0) + kinds.get("derived", 0)
     count = f"{known} of the {len(parameters)} parameters of the rig `{rig}`"
     text = f"The paper prints or implies {count}; {fitted} are fitted."
-    return f"{text} Values that no real part has: {'; '.join(cells)}." if cells else text
+    return f"{text} Values outside of the assumed ranges: {'; '.join(cells)}." if cells else text
 
 
 def outside_values(parameters: pd.DataFrame) -> list[str]:
-    """Values that no real part has, each beside its range."""
+    """Values outside of their assumed ranges, each beside its range."""
     outside = parameters[parameters["outside"].notna() & (parameters["outside"] != "")]
     return [
-        f"{re.sub('[._]', ' ', name)} {significant(float(value), 3)} {unit} (real parts: {low:g} to {high:g})"
+        f"{re.sub('[._]', ' ', name)} {significant(float(value), 3)} {unit} (assumed: {low:g} to {high:g})"
         for name, value, unit, low, high in outside[["name", "value", "unit", "low", "high"]].itertuples(index=False)
     ]
 
 
 def answer_sentences(
-    card: pd.DataFrame, judged: pd.DataFrame, claims: pd.DataFrame | None = None, own: bool = False
+    card: pd.DataFrame,
+    judged: pd.DataFrame,
+    numbers: pd.DataFrame,
+    tracks: Mapping[str, pd.DataFrame] | None = None,
+    own: bool = False,
 ) -> list[str]:
-    """The answer in sentences: what plausible tracks say (``claims``), the ring to choose and why, and the count.
+    """The answer in sentences: the counts, what plausible tracks say (``tracks``), the ring to choose and why.
 
     Nothing of an ``own`` rig was fitted to the paper, which does not speak of it: the radius alone is said.
     """
     if own:
         return [radius_sentence(card, own)]
-    learned = learned_sentences(claims) if claims is not None else []
-    return [*learned, radius_sentence(card), headline(judged)]
+    return [headline(judged, numbers), *(learned_sentences(tracks) if tracks else []), radius_sentence(card)]
 
 
 def statements_by_label(
@@ -205,10 +279,10 @@ def statements_by_label(
 ) -> dict[str, list[dict]]:
     """Statements of the paper on each figure or table, by its label: sentences, and the statements that decide them.
 
-    ``shares`` are those of plausible tracks (``sentences``, ``claims``) or empty. Statements without a sentence follow
-    from another one or are not judged; they stand last, under a sentence of no number.
+    ``shares`` are the tables of plausible tracks (``sentences``, ``claims``) or empty. Statements without a sentence
+    follow from another one or are not judged; they stand last, under a sentence of no number.
     """
-    tracks = {name: track_rows(table) for name, table in shares.items()}
+    tracks = {name: track_rows(shares[name]) for name in ("sentences", "claims") if name in shares}
     sentences = judged.set_index("number")
     groups: dict[str, dict[int, dict]] = {}
     labels: dict[int, str] = {}  # a sentence stands where its first statement does
@@ -250,7 +324,7 @@ def _statement(row: Mapping) -> dict:
 
 
 def judged_sentences(judged: pd.DataFrame, shares: pd.DataFrame) -> list[list[str]]:
-    """``number, sentence, verdict``, and the shares of plausible tracks (%) whose ring slips and grips."""
+    """``number, sentence, verdict``, and the shares (%) of all plausible tracks and of the engaged ones."""
     tracks = track_rows(shares)
     rows = judged[["number", "sentence", "verdict"]].astype(str).values.tolist()
     return [row + _percents(tracks, row[0]) for row in rows]

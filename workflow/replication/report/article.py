@@ -10,14 +10,21 @@ from typing import Any
 import pandas as pd
 
 from replication.paper.scorecard import (
-    conclusions,
+    TRACKS,
     count,
+    creep_counts,
+    distance_sentence,
+    headline,
     judged_sentences,
+    learned_sentences,
+    neighbours_sentence,
+    number_rows,
     outside_values,
     radius_sentence,
     share_of_tracks,
     statements,
     track_rows,
+    verdict_line,
 )
 from replication.report.figures.peer import table2_outcome
 from replication.report.figures.trade import trade_sentence
@@ -28,8 +35,8 @@ from trackdyn.extras import required
 from trackdyn.files import replacing, write_text
 from trackdyn.measure.cells import cell
 
-# statements of which the text gives the share of plausible tracks
-SHARES = {"free": "C23a", "bears": "C20a", "near_ten": "C25", "flat": "C24"}
+# sentences of which the text gives the share of plausible tracks
+SHARES = {"free": "19", "bears": "14", "near_ten": "21", "flat": "20"}
 EXTREMES = ("rows", "completed", "refused", "defects")
 COLUMNS = {  # columns of the article's tables, by the table of the results
     "table1": ("area", "type", "O_x_mm", "O_y_mm", "r_mm", "theta_deg"),
@@ -53,9 +60,10 @@ def article_values(tables: Mapping[str, pd.DataFrame], missing: str, accuracy_pc
     Parameters
     ----------
     tables : mapping
-        Of the results: ``claims``, ``sentences``, ``parameters``, ``table1`` to ``table4``, ``planner``, ``extremes``
-        (all cases) and ``outcomes`` (their counts); of the study of plausible tracks (docs/measured):
-        ``plausible_sentences``, ``plausible_claims``, ``plausible_tooth``, ``plausible_near``.
+        Of the results: ``claims``, ``sentences``, ``numbers`` (printed ones), ``parameters``, ``table1`` to ``table4``,
+        ``planner``, ``extremes`` (all cases) and ``outcomes`` (their counts); of the study of plausible tracks
+        (docs/measured): ``plausible_sentences``, ``plausible_map``, ``plausible_draws``, ``plausible_tooth``,
+        ``plausible_near``.
     missing : str
         Why the independent code did not run; empty if it did.
     accuracy_pct : float
@@ -63,27 +71,31 @@ def article_values(tables: Mapping[str, pd.DataFrame], missing: str, accuracy_pc
     """
     card, judged = tables["claims"], tables["sentences"]
     parameters, outcomes = tables["parameters"], tables["outcomes"].iloc[-1]
-    steps, tracks = stable_steps(tables["extremes"]), track_rows(tables["plausible_claims"])
-    near = tables["plausible_near"]
-    at_rig, others = near.loc[near["rig"] == 0, "shown"].iloc[0], near.loc[near["rig"] > 0, "shown"]
+    steps, tracks = stable_steps(tables["extremes"]), track_rows(tables["plausible_sentences"])
+    learned = {name: tables[f"plausible_{name}"] for name in ("sentences", "map", "draws")}
+    drawn, ran = learned["draws"], learned["draws"]["state"] == "done"
     shown, total = count(judged)
     return {
         "rig": card["rig"].iloc[0],
         "count": {"shown": str(shown), "judged": str(total)},
-        "conclusions": conclusions(judged),
-        "tracks": str(tracks["rigs"].max()),
+        "verdict": verdict_line(judged, tables["numbers"]),
+        "headline": headline(judged, tables["numbers"]),
+        "learned": learned_sentences(learned),
+        "tracks": {
+            "drawn": str(len(drawn)),
+            "ran": str(ran.sum()),
+            "engaged": str(int((drawn.loc[ran, "engaged"] == 1).sum())),
+        },
         "share": {
-            words: {ring: share_of_tracks(tracks, name, ring) for ring in ("slips", "grips")}
-            for words, name in SHARES.items()
+            words: {group: share_of_tracks(tracks, name, group) for group in TRACKS} for words, name in SHARES.items()
         },
+        "creep": dict(zip(("soft", "rubber"), creep_counts(learned["map"], SHARES["free"]), strict=True)),
+        "distance": distance_sentence(drawn),
         "tooth": _tooth(tables["plausible_tooth"]),
-        "near": {
-            "shown": f"{at_rig:g}",
-            "least": f"{others.quantile(0.1, interpolation='lower'):g}",
-            "median": f"{others.median():g}",
-        },
+        "near": neighbours_sentence(tables["plausible_near"]),
         "radius": radius_sentence(card),
         "outside": "; ".join(outside_values(parameters)) or "none",
+        "numbers": [list(row.values()) for row in number_rows(tables["numbers"])],
         "sentences": judged_sentences(judged, tables["plausible_sentences"]),
         "statements": _texts(statements(card)),
         "kinds": {kind: str(n) for kind, n in parameters["kind"].value_counts().items()}
@@ -109,6 +121,9 @@ def _tooth(changes: pd.DataFrame) -> dict[str, str]:
     """How far three surfaces in place of ten arcs change the RMS, with a ring and without one."""
     words = {"tracks": str(changes["draw"].nunique())}
     for name, rows in (("ring", changes.dropna()), ("bare", changes[changes["ring_radius_m"].isna()])):
+        if rows.empty:
+            words[name] = "–"
+            continue
         low, middle, high = rows["change_pct"].abs().quantile([0.05, 0.5, 0.95])
         words[name] = f"{middle:.1f} % ({low:.1f} to {high:.1f})"
     return words

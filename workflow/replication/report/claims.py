@@ -9,7 +9,7 @@ from replication.paper.claims import judge_all, load_claims, load_sentences, pri
 from replication.paper.contents import caption
 from replication.paper.evidence import collect
 from replication.paper.printed import RECORD_DURATION
-from replication.paper.scorecard import headline, number_count, sentence_verdicts
+from replication.paper.scorecard import headline, sentence_verdicts
 from replication.report.tables import write_captioned_table
 from trackdyn.files import write_csv, write_text
 from trackdyn.measure.columns import schema_text
@@ -30,10 +30,10 @@ def main(job) -> None:
     card, values = judge_all(claims, evidence, params.rig)
     numbers = printed_numbers(claims, evidence, params.rig)
     sentences = sentence_verdicts(card, load_sentences(job.input.claims))
-    message = [f"The rig `{params.rig}` meets {number_count(numbers)}.", headline(sentences), caption("claims")]
+    message = [headline(sentences, numbers), caption("claims")]
     if params.seconds < RECORD_DURATION:
         message.insert(
-            2,
+            1,
             f"These records last {params.seconds:g} s where the paper's last {RECORD_DURATION:g}: bins are wider, so "
             "the amplitudes (C08) cannot come out, and records hold no whole number of revolutions (C06).",
         )

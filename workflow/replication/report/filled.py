@@ -7,7 +7,14 @@ from pathlib import Path
 import pandas as pd
 
 from replication.paper.claims import NO_TEST
-from replication.paper.scorecard import MARKS, answer_sentences, neighbours_sentence, outside_sentence, statements
+from replication.paper.scorecard import (
+    MARKS,
+    learned_sentences,
+    neighbours_sentence,
+    outside_sentence,
+    statements,
+    verdict_line,
+)
 from replication.report.figures.trade import answers, trade_sentence
 from replication.study.accuracy.default_step import default_step_text
 from replication.study.extremes.resolved import short_runs_verdict
@@ -18,6 +25,7 @@ from trackdyn.measure.cells import significant
 from trackdyn.measure.ring_rule import RULE, parse_rule
 
 BEGIN, END = "<!-- measured -->", "<!-- end -->"
+Page = tuple[str, tuple[str, ...], Callable[..., str | list[str]]]  # its tables in docs/measured, what makes its blocks
 
 
 # column of the table of fidelities, heading of the largest change
@@ -50,14 +58,15 @@ def _markdown(table: pd.DataFrame) -> str:
     return table.to_markdown(index=False, disable_numparse=True)
 
 
-def readme_text(*tables: pd.DataFrame) -> str:
-    """The answer, its table, and what an answer costs; tables in the order of `README`."""
-    card, judged, parameters, claims, near, promises = tables
+def readme_text(*tables: pd.DataFrame) -> list[str]:
+    """The verdict; what was learned; the table of statements with what an answer costs; tables as in `README`."""
+    card, judged, numbers, parameters, promises, near, *tracks = tables
     marks = ", ".join(f"{mark} {verdict}" for verdict, mark in MARKS.items() if verdict != NO_TEST)
+    learned = learned_sentences(dict(zip(TRACK_TABLES, tracks, strict=True)))
     rig = card["rig"].iloc[0]
-    sentences = *answer_sentences(card, judged, claims), outside_sentence(parameters, rig), neighbours_sentence(near)
-    answer = "\n".join(f"- {sentence}" for sentence in sentences)
-    return f"{answer}\n\n{_markdown(statements(card))}\n\n{marks}. {trade_sentence(promises)}"
+    verdict = f"**The default rig `{rig}` reproduces {verdict_line(judged, numbers)} of the paper.**"
+    table = f"{_markdown(statements(card))}\n\n{marks}. {outside_sentence(parameters, rig)} {trade_sentence(promises)}"
+    return [verdict, " ".join([*learned, neighbours_sentence(near)]), table]
 
 
 def departures_text(rows: pd.DataFrame) -> str:
@@ -104,23 +113,25 @@ def ring_text(rows: pd.DataFrame) -> str:
     return _markdown(pd.DataFrame(lines))
 
 
-def fill(page: Path, sources: Sequence[Path], write: Callable[..., str]) -> None:
-    """Replace the measured block of a page by what ``write`` makes of one or more tables.
+def fill(page: Path, sources: Sequence[Path], write: Callable[..., str | list[str]]) -> None:
+    """Replace the measured blocks of a page, in their order, by what ``write`` makes of one or more tables.
 
-    Raises `InputError`: a table or a mark of the block is not there.
+    Raises `InputError`: a table or a mark of a block is not there.
     """
     for source in sources:
         if not source.exists():
             raise InputError(f"{source}: no measured data; make them with `snakemake -j2`")
-    text = page.read_text(encoding="utf-8")
-    if text.count(BEGIN) != 1 or text.count(END) != 1:
-        raise InputError(f"{page}: the marks {BEGIN} and {END} must occur once each")
-    before, rest = text.split(BEGIN)
     written = write(*[pd.read_csv(source, keep_default_na=True) for source in sources])
-    write_text(page, f"{before}{BEGIN}\n\n{written}\n{END}{rest.split(END)[1]}")
+    texts = [written] if isinstance(written, str) else written
+    before, *blocks = page.read_text(encoding="utf-8").split(BEGIN)
+    if len(blocks) != len(texts) or any(block.count(END) != 1 for block in blocks) or END in before:
+        often = "once" if len(texts) == 1 else f"{len(texts)} times"
+        raise InputError(f"{page}: the marks {BEGIN} and {END} must occur {often} each")
+    filled = [f"{BEGIN}\n\n{text}\n{END}{block.split(END)[1]}" for text, block in zip(texts, blocks, strict=True)]
+    write_text(page, before + "".join(filled))
 
 
-def write_pages(files: Iterable[str], pages: Iterable[tuple[str, tuple[str, ...], Callable[..., str]]]) -> None:
+def write_pages(files: Iterable[str], pages: Iterable[Page]) -> None:
     """Keep results in ``docs``, pictures and tables, and what the program reads; write measured parts of pages anew."""
     for file in map(Path, files):
         folder = Path("docs", "pictures" if file.suffix in (".gif", ".png") else "measured")
@@ -131,7 +142,11 @@ def write_pages(files: Iterable[str], pages: Iterable[tuple[str, tuple[str, ...]
         fill(Path(page), [Path("docs", "measured", source) for source in sources], write)
 
 
-README = ("claims", "sentences", "parameters", "plausible_claims", "plausible_near", "planner")
+TRACK_TABLES = ("sentences", "map", "draws")  # of `learned_sentences`
+README = (
+    *("claims", "sentences", "printed_numbers", "parameters", "planner", "plausible_near"),
+    *(f"plausible_{name}" for name in TRACK_TABLES),
+)
 PAGES = (
     ("docs/speed-and-accuracy.md", ("trade.csv", "default_step.csv", "extremes_short_runs.csv"), settings_text),
     ("docs/deviations.md", ("fidelity.csv",), departures_text),

@@ -15,7 +15,7 @@ import pandas as pd
 from PIL import Image
 
 from replication.paper.contents import OF_STUDIES, OWN, PAPER, missing_items
-from replication.paper.scorecard import MARKS, answer_sentences, outside_sentence, statements_by_label
+from replication.paper.scorecard import MARKS, answer_sentences, number_rows, outside_sentence, statements_by_label
 from replication.report.tables import LEFT_OUT
 from replication.study.settings import STUDIES
 from trackdyn.errors import InputError
@@ -78,7 +78,8 @@ def build_page(
     own : bool
         Whether the rig is another one than that which was fitted to the paper.
     plausible : mapping or None
-        Files of the study of plausible tracks: ``sentences``, ``claims``; None for another rig than the paper's.
+        Tables of the study of plausible tracks (``sentences``, ``claims``, ``map``, ``draws``) and its ``picture``;
+        None for another rig than the paper's.
     teeth : int or None
         Of the sprocket, for the choice of the ring; None: nothing is said of it.
     """
@@ -145,14 +146,19 @@ def _card(results: Path, own: bool, plausible: Mapping[str, str] | None) -> dict
     if not (results / "claims.csv").is_file():
         return None
     card, judged = pd.read_csv(results / "claims.csv", dtype={"part": str}), pd.read_csv(results / "sentences.csv")
-    shares = {name: pd.read_csv(path, dtype={"name": str}) for name, path in (plausible or {}).items()}
+    tables = {name: path for name, path in (plausible or {}).items() if name != "picture"}
+    shares = {name: pd.read_csv(path, dtype={"name": str}) for name, path in tables.items()}
+    numbers = pd.read_csv(results / "printed_numbers.csv", dtype={"part": str})
     rig, parameters = card["rig"].iloc[0], results / "tables" / "parameters.csv"
     known = [outside_sentence(pd.read_csv(parameters), rig)] if parameters.is_file() and not own else []
     return {
         "rig": rig,
         "said": {} if own else statements_by_label(card, judged, shares),
         "shares": bool(shares),
-        "answer": _caption_html(answer_sentences(card, judged, shares.get("claims"), own)),
+        "answer": _caption_html(answer_sentences(card, judged, numbers, shares, own)),
+        "numbers": [] if own else number_rows(numbers),
+        "marks": [] if own else judged.to_dict("records"),
+        "picture": embedded_picture(Path(plausible["picture"])) if plausible else None,
         "known": _caption_html(known),
     }
 
