@@ -86,8 +86,12 @@ def run_console(text, where):
             assert done.code == 0, f"{where}: {line}: {printed}"
 
 
+# whose lines read files of loggers: test_logger_page runs them
+RUN_APART = "your-loggers-file.md"
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("path", PAGES, ids=name_of)
+@pytest.mark.parametrize("path", [path for path in PAGES if path.name != RUN_APART], ids=name_of)
 def test_page_does_what_it_shows(path, folder, pyplot):
     namespace = {"__name__": "page"}
     for language, line, text in blocks(path, "python", "console"):
