@@ -155,7 +155,7 @@ def tooth_detail(
 
 
 def outcomes(judged: pd.DataFrame) -> pd.DataFrame:
-    """Count drawn tracks by what became of them: ``reason`` (``ran``, or why not) and ``rigs``."""
+    """Count sampled tracks by ``reason``: ``ran``, or why a track was refused; their number is ``rigs``."""
     reasons = judged["reason"].where(judged["state"] != DONE, "ran").fillna("").str.split(":").str[0]
     reasons = reasons.str.replace(r"\d[\d.]*(e[+-]?\d+)?", "…", regex=True)
     return judged.assign(reason=reasons).groupby("reason").size().rename("rigs").reset_index()

@@ -82,9 +82,9 @@ def test_the_content_above_a_corner_and_the_peaks_of_each_side(make_scene):
     fake, _ = made_up(lambda t: 2.0 * np.sin(2 * np.pi * 3.0 * t) + 0.5 * np.sin(2 * np.pi * 50.0 * t), seconds=3.0)
     # whole periods in the record: no line of 3 Hz leaks above 20 Hz
     assert whole_loop(fake)["high_frequency"].value == pytest.approx(0.5 / np.sqrt(2), rel=1e-3)
-    recording = Loop(make_scene(motor_rpm=210.0, ring_radius=None, step=5e-5)).record(
-        3.0, contact_log=True, every_link=True
-    )
+    loop = Loop(make_scene(motor_rpm=210.0, ring_radius=None, step=5e-5))
+    loop.advance(loop.scene.ramp)
+    recording = loop.record(3.0, contact_log=True, every_link=True)
     measures, table = whole_loop(recording), contact_table(recording)
     for side in ("left", "right"):
         peaks = table.loc[table["side"] == side, "peak_n"]

@@ -46,7 +46,7 @@ def test_a_damaged_parquet_file_is_refused(tmp_path):
 
 def test_every_field_of_a_scene_and_of_a_rig_can_be_a_column():
     assert {"motor_rpm", "every_link", "stop_rule.force", "preset", "name"} <= set(COLUMNS)
-    of_rigs = ("sprocket.ring_radius", "gravity", "profile.pattern", "road_1.bearing_drag", "road_1.arm.stiffness")
+    of_rigs = ("sprocket.ring_radius", "gravity", "profile.arcs", "road_1.bearing_drag", "road_1.arm.stiffness")
     read_design(pd.DataFrame({name: [1] for name in ("motor_rpm", *of_rigs)}))
 
 

@@ -40,7 +40,7 @@ def columns_in(source: Source, mapping: SensorMapping, gravity: float) -> tuple[
 
     Raises `InputError`: a column that may be several, or all that is missing at once.
     """
-    path, asked = source.path, []
+    path, questions = source.path, []
     columns: Columns = {}
     for key, candidates in choose(source.names, source.units, mapping).items():
         if len(candidates) > 1:
@@ -55,22 +55,22 @@ def columns_in(source: Source, mapping: SensorMapping, gravity: float) -> tuple[
         if column.position == same.position:
             raise InputError(f"{path}: column {shown(column.name)} is named for {key} and {second}; name two columns.")
     if "ay" not in columns:
-        asked.append(
+        questions.append(
             f"no column for ay among {listed(source.names)}; name it, `axes: {{ay: NAME}}`, or by its number, "
             "`axes: {ay: 2}`, with a minus to turn its sign, `axes: {ay: -NAME}`"
         )
-    axes = _axes(source, columns, mapping, gravity, asked)
+    axes = _axes(source, columns, mapping, gravity, questions)
     if mapping.time != "none":
-        columns |= _times(source, columns, mapping, asked)
-    if asked:
-        raise InputError(f"{path}: {'; '.join(asked)}.")
+        columns |= _times(source, columns, mapping, questions)
+    if questions:
+        raise InputError(f"{path}: {'; '.join(questions)}.")
     return {key: column for key, column in columns.items() if key in axes or key in TIMES}, axes
 
 
 def _axes(
-    source: Source, columns: Columns, mapping: SensorMapping, gravity: float, asked: list[str]
+    source: Source, columns: Columns, mapping: SensorMapping, gravity: float, questions: list[str]
 ) -> dict[str, Axis]:
-    """Axes with their units; that of ay, or of an axis that was named, is ``asked`` for where it is not known."""
+    """Axes with their units; for a unit of ay, or of a named axis, that is not known a sentence joins ``questions``."""
     axes: dict[str, Axis] = {}
     for axis in AXES:
         if column := columns.get(axis):
@@ -81,15 +81,15 @@ def _axes(
                 axes[axis] = Axis(column, unit[0], zero, column.sign * unit[1])
             elif axis == "ay" or axis in mapping.axes:
                 said = f"has the unit {shown(column.unit)}" if column.unit else "does not say its unit"
-                asked.append(f"column {shown(column.name)} {said}; {UNIT_ASKED}")
+                questions.append(f"column {shown(column.name)} {said}; {UNIT_ASKED}")
     everything = columns_of(source.names, source.units)
     if "ay" not in columns and not any(unit_of(column, mapping, True, gravity) for column in everything):
-        asked.append(UNIT_ASKED)
+        questions.append(UNIT_ASKED)
     return axes
 
 
-def _times(source: Source, columns: Columns, mapping: SensorMapping, asked: list[str]) -> Columns:
-    """The column of time, if there is one, and the one of its fractions; what is missing is ``asked`` for."""
+def _times(source: Source, columns: Columns, mapping: SensorMapping, questions: list[str]) -> Columns:
+    """The column of time, if there is one, and that of its fractions; what is missing joins ``questions``."""
     used = {column.position for column in columns.values()}
     parts = [part for part in parts_of_time(source.names, source.units) if part[0].position not in used]
     time = columns.get("time")
@@ -98,10 +98,16 @@ def _times(source: Source, columns: Columns, mapping: SensorMapping, asked: list
     fine = [(column, prefix, unit) for column, prefix, unit in parts if unit != "s" and prefix in prefixes]
     if not time and len(fine) == 1:
         time = whole[fine[0][1]]
-    elif not time and 0 not in used and re.fullmatch(r"|.*[=:]", source.names[0]) and _counts_up(source, 0):
+    elif (
+        not time
+        and source.names
+        and 0 not in used
+        and re.fullmatch(r"|.*[=:]", source.names[0])
+        and _counts_up(source, 0)
+    ):
         time = columns_of(source.names, source.units)[0]
     if not time:
-        _ask_time(source, mapping, used, asked)
+        _ask_time(source, mapping, used, questions)
         return {}
     if time.position in source.dated:
         time = time._replace(unit="s")
@@ -125,7 +131,7 @@ def _counts_up(source: Source, column: int) -> bool:
     return step.size > 8 and bool((step > 0).all() and (step != 1).any())
 
 
-def _ask_time(source: Source, mapping: SensorMapping, used: set[int], asked: list[str]) -> None:
+def _ask_time(source: Source, mapping: SensorMapping, used: set[int], questions: list[str]) -> None:
     """Ask for a column of time that is not used but may be one, or for the rate of a file that has none."""
     named = [column for column in time_like(source.names, source.units) if column.position not in used]
     candidates = [column for column in named if source.rises(column.position)] + [
@@ -134,13 +140,13 @@ def _ask_time(source: Source, mapping: SensorMapping, used: set[int], asked: lis
         if column.position not in used and column not in named and _counts_up(source, column.position)
     ]
     if candidates:
-        asked.append(
+        questions.append(
             f"the time may be in {' or '.join(column.described for column in candidates[:4])}; say so, "
             f"`time: '#{candidates[0].position + 1}'`, or that it is not, `time: none, rate: HZ`"
         )
     elif mapping.rate is None:
-        among = "" if asked else f" among {listed(source.names)}"
-        asked.append(
+        among = "" if questions else f" among {listed(source.names)}"
+        questions.append(
             f"no column of time{among}; name it, `time: NAME`, or give the rate of the samples, "
             f"{RATES[0]:,.0f} to {RATES[1]:,.0f} Hz, `time: none, rate: HZ`"
         )

@@ -61,7 +61,7 @@ def without_gaps(
         return stamps and stamps.within(window), _axes_of(rows[window]), window.start, done
     if np.isinf(lost).any():
         raise InputError(
-            f"{path}: there are no stamps, so nobody knows how many samples a message among the rows stands for; keep "
+            f"{path}: without stamps it is not known how many samples a message among the rows replaces; keep "
             "the longest part, `gaps: longest`."
         )
     rows["t"] = np.arange(count) if stamps is None else stamps.t

@@ -179,7 +179,7 @@ def _record(samples_of_one: _Samples, mapping, columns: Columns, axes: dict[str,
     done["dropped"] = f"{count - signals['ay'].size} rows outside of from and to"
     if mapping.gaps:
         lost = stamps.lost_rows(seen, signals["ay"].size, stated, mapping.resample)
-        if not seen or mapping.gaps == "longest":  # nobody knows how many samples a message stands for
+        if not seen or mapping.gaps == "longest":  # without stamps the samples behind a message cannot be counted
             lost = np.where(broken[1:], np.inf, lost)
         seen, signals, skipped, done["gaps"] = samples.without_gaps(path, seen, lost, signals, mapping.gaps)
         lines = lines[skipped:]

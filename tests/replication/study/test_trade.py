@@ -129,7 +129,8 @@ def test_names_in_the_picture_of_the_readme_cover_no_point_and_no_other_name():
     figure.draw_without_rendering()
     names = {text.get_text(): text for text in axis.texts if text.get_visible()}
     assert {"belt", "preset paper, 0.05 ms", "--tolerance 1%, its trial included"} <= names.keys()
-    assert len(names) == len(axis.lines) == 8 and axis.get_xlim()[0] <= 0.1
+    # two semi-implicit and two linearly implicit steps, RK4, three coarser or dearer models, the planner and the peer
+    assert len(names) == len(axis.lines) == 10 and axis.get_xlim()[0] <= 0.1
     boxes = [Text.get_window_extent(text, figure.canvas.get_renderer()) for text in names.values()]
     points = axis.transData.transform([line.get_xydata()[0] for line in axis.lines])
     assert not any(box.overlaps(other) for box, other in combinations(boxes, 2))
