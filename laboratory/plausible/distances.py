@@ -36,27 +36,29 @@ def residuals(config: PlausibleConfig, values: Values) -> dict[str, float]:
     scenes = {
         ring: values[scene_name(config.speed_rpm, config.ring_radius_m if ring else None)] for ring in (False, True)
     }
-    found: dict[str, float] = {}
+    distances: dict[str, float] = {}
     for ring, scene in scenes.items():
         where = "ring" if ring else "no ring"
         for side, share in SHARES[ring].items():
-            found[f"{where}: {side} share"] = (scene[f"{side}_share_pct"] - share) / POINTS
+            distances[f"{where}: {side} share"] = (scene[f"{side}_share_pct"] - share) / POINTS
         for event, at in TIMES[ring].items():
-            found[f"{where}: {event}"] = _late(scene, event, at)
+            distances[f"{where}: {event}"] = _late(scene, event, at)
         for side, at in MAXIMA[ring].items():
-            found[f"{where}: {side} maximum"] = _late_maximum(scene, side, at)
-        found[f"{where}: left areas"] = scene["left_outside_pct"] / OUTSIDE
+            distances[f"{where}: {side} maximum"] = _late_maximum(scene, side, at)
+        distances[f"{where}: left areas"] = scene["left_outside_pct"] / OUTSIDE
     bare, ringed = scenes[False], scenes[True]
-    found["no ring: right areas"] = bare["right_outside_pct"] / OUTSIDE
+    distances["no ring: right areas"] = bare["right_outside_pct"] / OUTSIDE
     first_left, first_right, gone, out = (
         bare.get(f"event {name}") for name in ("first left", "first right", "right gone", "out")
     )
-    found["no ring: at once"] = MISSING if None in (first_left, first_right) else (first_left - first_right) / SECONDS
-    found["no ring: outlasts"] = MISSING if None in (gone, out) else (out - gone - 0.02) / SECONDS
-    found["ring: left early"] = ringed["left_early_pct"] / FREE
-    found["ring: shorter force"] = outside(_ratio(ringed, bare, "left_rms_contact_n"), 0.0, 0.8, 0.1)
-    found["ring: varies less"] = outside(_ratio(ringed, bare, "left_sd_n"), 0.0, 0.95, 0.1)
-    return found | _by_radius(config, values) | _by_speed(config, values)
+    distances["no ring: at once"] = (
+        MISSING if None in (first_left, first_right) else (first_left - first_right) / SECONDS
+    )
+    distances["no ring: outlasts"] = MISSING if None in (gone, out) else (out - gone - 0.02) / SECONDS
+    distances["ring: left early"] = ringed["left_early_pct"] / FREE
+    distances["ring: shorter force"] = outside(_ratio(ringed, bare, "left_rms_contact_n"), 0.0, 0.8, 0.1)
+    distances["ring: varies less"] = outside(_ratio(ringed, bare, "left_sd_n"), 0.0, 0.95, 0.1)
+    return distances | _by_radius(config, values) | _by_speed(config, values)
 
 
 def _late(scene: Mapping, event: str, at: float) -> float:
@@ -76,32 +78,32 @@ def _ratio(scene: Mapping, reference: Mapping, column: str) -> float:
 
 def _by_radius(config: PlausibleConfig, values: Values) -> dict[str, float]:
     """What is printed or said of the ring study at every speed."""
-    found = {}
+    distances = {}
     for rpm, radii in _radii(config).items():
         study = {radius: values[scene_name(rpm, radius)] for radius in radii}
         forces = np.array([scene["left_rms_n"] for scene in study.values()])
         ring = [scene["ring_rms_n"] for scene in study.values()]
         steps = [after / max(before, 1.0) for before, after in pairwise(ring)]
-        found[f"{rpm:g}: ring grows"] = outside(min(steps), 1.01, 99.0, 0.04)
+        distances[f"{rpm:g}: ring grows"] = outside(min(steps), 1.01, 99.0, 0.04)
         for (radius, scene), force in zip(study.items(), forces, strict=True):
             name = f"{rpm:g} {radius:g}"
-            found[f"{name}: flat"] = outside(force / max(forces.mean(), 1.0) - 1, -FLAT, FLAT, FLAT)
+            distances[f"{name}: flat"] = outside(force / max(forces.mean(), 1.0) - 1, -FLAT, FLAT, FLAT)
             if radius >= THRESHOLD:
-                found[f"{name}: right"] = scene["right_share_pct"] / FREE
+                distances[f"{name}: right"] = scene["right_share_pct"] / FREE
             elif radius >= THRESHOLD - 0.001:
-                found[f"{name}: right"] = outside(scene["right_share_pct"], TOUCHES, 99.0, 0.5)
+                distances[f"{name}: right"] = outside(scene["right_share_pct"], TOUCHES, 99.0, 0.5)
             if radius >= STEADY:
-                found[f"{name}: left"] = outside(scene["left_share_pct"], *NEAR_TEN, 1.0)
-    return found
+                distances[f"{name}: left"] = outside(scene["left_share_pct"], *NEAR_TEN, 1.0)
+    return distances
 
 
 def _by_speed(config: PlausibleConfig, values: Values) -> dict[str, float]:
     """What is said of the acceleration and of the forces as the speed grows."""
-    found, speeds = {}, list(_radii(config))
+    distances, speeds = {}, list(_radii(config))
     for slow, fast in pairwise(speeds):
         before, after = (values[scene_name(rpm, config.ring_radius_m)] for rpm in (slow, fast))
         for column in ("rms_g", "high_frequency_g"):
-            found[f"{fast:g}: {column}"] = outside(after[column] / max(before[column], 1e-3), 1.008, 99.0, 0.012)
+            distances[f"{fast:g}: {column}"] = outside(after[column] / max(before[column], 1e-3), 1.008, 99.0, 0.012)
     first, last = speeds[0], speeds[-1]
     radii = [radius for radius in _radii(config)[first] if radius in _radii(config)[last]]
     for column in ("rms_n", "sd_n"):
@@ -113,9 +115,9 @@ def _by_speed(config: PlausibleConfig, values: Values) -> dict[str, float]:
             for side in ("left", "ring")
         }  # fmt: skip
         for side, ratio in growth.items():
-            found[f"{side} {column} grows"] = outside(float(ratio), 1.02, 1.24, 0.05)
-        found[f"left {column} above all"] = outside(float(growth["left"] / growth["ring"]), 1.02, 99.0, 0.05)
-    return found
+            distances[f"{side} {column} grows"] = outside(float(ratio), 1.02, 1.24, 0.05)
+        distances[f"left {column} above all"] = outside(float(growth["left"] / growth["ring"]), 1.02, 99.0, 0.05)
+    return distances
 
 
 def _radii(config: PlausibleConfig) -> dict[float, Sequence[float]]:
@@ -123,6 +125,6 @@ def _radii(config: PlausibleConfig) -> dict[float, Sequence[float]]:
     return {rpm: [radius for radius in radii if radius is not None] for rpm, radii in config.search.radii_m.items()}
 
 
-def cost(found: Mapping[str, float]) -> float:
+def cost(distances: Mapping[str, float]) -> float:
     """Sum of the squares of arcsinh of residuals, which weighs a number far off by a logarithm."""
-    return float(np.sum(np.arcsinh(list(found.values())) ** 2))
+    return float(np.sum(np.arcsinh(list(distances.values())) ** 2))

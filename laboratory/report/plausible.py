@@ -74,7 +74,7 @@ def map_figure(sentences: pd.DataFrame, binned: pd.DataFrame, draws: pd.DataFram
 
 
 def _draw_map(ax: Axes, cells: pd.DataFrame, marked: dict[str, float]) -> None:
-    """Cells of one sentence with their counts; readings of equal pitch above them, rubber beside them."""
+    """Cells of one sentence with their counts; readings of equal pitch above them, rubber's range at their side."""
     colours = colour_map()
     for cell in cells.itertuples():
         share = cell.shown / cell.decided if cell.decided else np.nan
@@ -103,9 +103,11 @@ def _draw_map(ax: Axes, cells: pd.DataFrame, marked: dict[str, float]) -> None:
     above = blended_transform_factory(ax.transData, ax.transAxes)
     for marker, radius in zip(MARKERS, marked.values(), strict=False):
         ax.plot(radius, 1.06, marker, transform=above, color=VERMILION, markersize=3.5, clip_on=False)
-    beside = blended_transform_factory(ax.transAxes, ax.transData)
+    margin_axes = blended_transform_factory(ax.transAxes, ax.transData)
     rubber = [max(RUBBER[0], creeps[0]), min(RUBBER[1], creeps[-1])]
-    ax.plot([1.025, 1.025], rubber, transform=beside, color=BLACK, linewidth=2.5, clip_on=False, solid_capstyle="butt")
+    ax.plot(
+        [1.025, 1.025], rubber, transform=margin_axes, color=BLACK, linewidth=2.5, clip_on=False, solid_capstyle="butt"
+    )
 
 
 def _draw_legend(ax: Axes, marked: dict[str, float]) -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from laboratory.plausible.distances import TIMES, cost, outside, residuals
+from laboratory.plausible.distances import MAXIMA, SHARES, TIMES, cost, outside, residuals
 from laboratory.plausible.draws import EQUAL_PITCH
 from laboratory.plausible.rows import scene_name
 from laboratory.plausible.search import Outcome, Searching, searched_unknowns
@@ -45,8 +45,8 @@ def printed_values() -> dict[str, dict]:
 
 
 def test_what_is_printed_costs_nothing_and_each_number_pulls_however_far_it_is_off():
-    found = residuals(CONFIG, printed_values())
-    assert {name for name, size in found.items() if abs(size) > 1e-9} == set()
+    distances = residuals(CONFIG, printed_values())
+    assert {name for name, size in distances.items() if abs(size) > 1e-9} == set()
     for scene, column, name in (
         ("115 none", "left_share_pct", "no ring: left share"), ("115 0.308", "ring_share_pct", "ring: ring share"),
         ("115 none", "event out", "no ring: out"), ("210 0.305", "right_share_pct", "210 0.305: right"),
@@ -56,7 +56,7 @@ def test_what_is_printed_costs_nothing_and_each_number_pulls_however_far_it_is_o
             values = printed_values()
             values[scene][column] += off
             sizes.append(residuals(CONFIG, values)[name])
-            assert cost(residuals(CONFIG, values)) > cost(found)
+            assert cost(residuals(CONFIG, values)) > cost(distances)
         assert sizes == sorted(sizes) and sizes[0] > 0
     missing = printed_values()
     missing["115 none"]["event out"] = None
@@ -68,6 +68,11 @@ def test_targets_are_those_of_the_claims():
         list(TIMES[False].values()) == CLAIMS["C16d"].printed and TIMES[True]["left touches"] == CLAIMS["C17a"].printed
     )
     assert [TIMES[True]["ring left"], TIMES[True]["out"]] == CLAIMS["C17d"].printed
+    for names, targets in (
+        (("C27a", "C27b"), SHARES[False]), (("C28a", "C28b"), SHARES[True]),
+        (("C16b", "C16c"), MAXIMA[False]), (("C17b", "C17c"), MAXIMA[True]),
+    ):  # fmt: skip
+        assert [CLAIMS[name].printed for name in names] == list(targets.values())
     assert (
         outside(9.0, 8.0, 12.0, 2.0) == 0 and outside(14.0, 8.0, 12.0, 2.0) == 1 and outside(6.0, 8.0, 12.0, 2.0) == -1
     )

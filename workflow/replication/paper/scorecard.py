@@ -90,8 +90,8 @@ def number_rows(numbers: pd.DataFrame) -> list[dict]:
 def verdict_line(judged: pd.DataFrame, numbers: pd.DataFrame) -> str:
     """The counts of a rig, printed numbers first."""
     (shown, total), by_number = count(judged), _conclusions(judged)
-    held = sum(set(rows["verdict"]) == {SHOWN} for _, rows in by_number)
-    return f"{number_count(numbers)}, {shown} of {total} sentences, {held} of {len(by_number)} conclusions"
+    reproduced = sum(set(rows["verdict"]) == {SHOWN} for _, rows in by_number)
+    return f"{number_count(numbers)}, {shown} of {total} sentences, {reproduced} of {len(by_number)} conclusions"
 
 
 def headline(judged: pd.DataFrame, numbers: pd.DataFrame) -> str:
@@ -158,9 +158,9 @@ def learned_sentences(tables: Mapping[str, pd.DataFrame]) -> list[str]:
 def follows_sentence(sentences: pd.DataFrame, draws: pd.DataFrame) -> str:
     """How many sentences nine of ten tracks show."""
     rows = track_rows(sentences).xs(TRACKS[0], level="tracks")
-    held = [name for name, kind in rows["class"].items() if kind == FOLLOWS]
-    which = {0: "No sentence holds", 1: f"Sentence {_listed(held)} alone holds"}
-    words = which.get(len(held), f"Sentences {_listed(held)} hold")
+    follow = [name for name, kind in rows["class"].items() if kind == FOLLOWS]
+    which = {0: "No sentence holds", 1: f"Sentence {_listed(follow)} alone holds"}
+    words = which.get(len(follow), f"Sentences {_listed(follow)} hold")
     ran = int((draws["state"] == "done").sum())
     return f"{words} on nine of ten tracks; {ran} ran, sampled from assumed ranges."
 
