@@ -5,6 +5,7 @@ sprockets are those of shipped rigs; everything around the sprocket is drawn.
 """
 
 from math import cos, degrees, hypot, pi, sin, sqrt
+from pathlib import Path
 
 import numpy as np
 from scipy.optimize import brentq
@@ -14,7 +15,7 @@ from trackdyn.rig.layout import belt_path, run_order
 from trackdyn.rig.rig import Rig, load_rig
 
 SEED = 20261122
-CHAINS = ("paper", "m113", "robot")
+CHAINS = (str(Path(__file__).with_name("stiff.yaml")), "m113", "robot")  # none moves with the default rig
 WHEELS, PITCHES = (2, 9), (20, 120)
 ATTEMPTS = 400  # draws of wheels for one layout; most sets of nine do not fit into a short loop
 GAP = 1.05  # of two wheels, in sums of their radii
