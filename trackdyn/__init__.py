@@ -23,10 +23,13 @@ _MODULES = {
     "Scene": "scene.scene",
     "TrackdynError": "errors",
     "__version__": "version",
+    "check": "simulation.rig_check",
     "compare": "measure.compare",
     "load_recording": "simulation.recording",
     "load_rig": "rig.rig",
     "measures": "measure.measures",
+    "read_sensor": "sensor.sensor_csv",
+    "ring_study": "sweeps.ring",
     "sense": "measure.sensor",
     "show": "plots.show",
     "simulate": "simulation.simulate",
@@ -45,10 +48,13 @@ if TYPE_CHECKING:
     from trackdyn.rig.rig import Rig as Rig
     from trackdyn.rig.rig import load_rig as load_rig
     from trackdyn.scene.scene import Scene as Scene
+    from trackdyn.sensor.sensor_csv import read_sensor as read_sensor
     from trackdyn.simulation.loop import Loop as Loop
     from trackdyn.simulation.recording import Recording as Recording
     from trackdyn.simulation.recording import load_recording as load_recording
+    from trackdyn.simulation.rig_check import check as check
     from trackdyn.simulation.simulate import simulate as simulate
+    from trackdyn.sweeps.ring import ring_study as ring_study
     from trackdyn.sweeps.sweep import sweep as sweep
     from trackdyn.version import __version__ as __version__
 else:  # to a type checker every name would then be one of the package
@@ -66,4 +72,4 @@ else:  # to a type checker every name would then be one of the package
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+    return sorted(__all__)

@@ -45,7 +45,7 @@ def test_what_only_prints_loads_no_library_that_computes(words):
 
 
 def test_the_package_is_imported_without_its_libraries():
-    modules, _ = loaded("import trackdyn; assert 'Scene' in dir(trackdyn)")
+    modules, _ = loaded("import trackdyn; assert {'Scene', 'ring_study'} < {*dir(trackdyn)} == {*trackdyn.__all__}")
     assert not modules & {*HEAVY, "numpy", "pydantic", "yaml"}
     modules, _ = loaded("from trackdyn import InputError")
     assert not modules & {*HEAVY, "numpy", "pydantic", "yaml"}

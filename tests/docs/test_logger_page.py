@@ -9,7 +9,7 @@ import pytest
 import scipy.io
 import scipy.io.wavfile
 
-from trackdyn.sensor.sensor_csv import read_sensor_frame
+from trackdyn.sensor.sensor_csv import read_sensor
 from trackdyn.sensor.sensor_mapping import SensorMapping
 
 PAGE = (Path(__file__).parents[2] / "docs" / "your-loggers-file.md").read_text(encoding="utf-8")
@@ -33,9 +33,9 @@ def test_the_lines_of_a_format_make_the_record(name, tmp_path, monkeypatch):
     made = {}
     exec(block, made)
     timed = {"time": "none", "rate": made["rate"]} if "rate" in made else {}
-    record = read_sensor_frame(made["frame"], SensorMapping(scale=8192, **timed))
-    np.testing.assert_allclose(record.ay_g, COUNTS / 8192)
-    assert record.rate_hz == pytest.approx(1000)
+    record = read_sensor(made["frame"], SensorMapping(scale=8192, **timed))
+    np.testing.assert_allclose(record.ay, COUNTS / 8192)
+    assert record.rate == pytest.approx(1000)
 
 
 def test_every_block_is_run():

@@ -20,7 +20,7 @@ from trackdyn.errors import TrackdynError
 from trackdyn.rig.rig import load_rig
 from trackdyn.rig.yaml_file import read_yaml
 from trackdyn.scene.scene import Scene
-from trackdyn.sensor.sensor_csv import read_sensor_csv
+from trackdyn.sensor.sensor_csv import read_sensor
 from trackdyn.simulation.belt import belt_recording
 from trackdyn.simulation.recording import load_recording
 
@@ -155,7 +155,7 @@ def test_configurations(data):
     ("name", "readers"),
     [
         ("config/rigs/paper.yaml", (load_rig, read_layer)),
-        ("sensor.csv", (read_sensor_csv,)),
+        ("sensor.csv", (read_sensor,)),
         ("belt.npz", (load_recording,)),
     ],
 )
@@ -221,6 +221,6 @@ def test_commands(folder, arguments):
 def test_the_files_that_are_damaged_are_sound(folder):
     """Else the tests above would only see them refused for something else."""
     assert load_rig(RIG) == Scene(load_rig(RIG), 115.0).rig
-    assert len(read_sensor_csv(folder / "sensor.csv").t_s) == 200
+    assert len(read_sensor(folder / "sensor.csv").time) == 200
     load_recording(folder / "belt.npz").checked()
     assert "records" in read_yaml(CONFIG)

@@ -12,7 +12,7 @@ from trackdyn.rig.rig import Rig, load_rig
 from trackdyn.rig.sections import Wheel
 from trackdyn.rig.validation import typed
 from trackdyn.scene.scene import Scene
-from trackdyn.sensor.sensor_csv import read_sensor_csv
+from trackdyn.sensor.sensor_csv import read_sensor
 from trackdyn.sensor.sensor_mapping import load_mapping
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recording import load_recording
@@ -38,9 +38,9 @@ CALLS = {
     "sweep": (lambda rig, run, x: trackdyn.sweep(x), NAMES),
     "sweep, store": (lambda rig, run, x: trackdyn.sweep("design.csv", store=x), JUNK),
     "ring_study": (lambda rig, run, x: ring_study("paper", x), [None, 115.0, "115", {"a": 1}]),
-    "read_sensor_csv": (lambda rig, run, x: read_sensor_csv(x), [*NAMES, -1]),
-    "read_sensor_csv, gravity": (lambda rig, run, x: read_sensor_csv("a.csv", gravity=x), [*NAMES, "x"]),
-    "read_sensor_csv, mapping": (lambda rig, run, x: read_sensor_csv("a.csv", x), [*JUNK, "x"]),
+    "read_sensor": (lambda rig, run, x: read_sensor(x), [*NAMES, -1]),
+    "read_sensor, gravity": (lambda rig, run, x: read_sensor("a.csv", gravity=x), [*NAMES, "x"]),
+    "read_sensor, mapping": (lambda rig, run, x: read_sensor("a.csv", x), [*JUNK, "x"]),
     "load_mapping": (lambda rig, run, x: load_mapping(x), JUNK),
     "judge_axes": (lambda rig, run, x: judge_axes(run, x), NAMES),
     "compare_with_sensor": (lambda rig, run, x: compare_with_sensor(x, x), NAMES),

@@ -19,7 +19,7 @@ from trackdyn.measure.spectra import rms
 from trackdyn.plots.spectra import comparison_figure
 from trackdyn.plots.style import save
 from trackdyn.rig.rig import load_rig
-from trackdyn.sensor.sensor_csv import SensorRecord, read_sensor_csv
+from trackdyn.sensor.sensor_csv import SensorRecord, read_sensor
 from trackdyn.simulation.simulate import simulate
 
 
@@ -80,14 +80,14 @@ def test_a_record_that_has_no_line_is_refused_by_name(recording):
 
 @pytest.fixture(scope="module")
 def synthetic():
-    return read_sensor_csv("data/synthetic/210rpm.csv")
+    return read_sensor("data/synthetic/210rpm.csv")
 
 
 def axes_of(record, **axes):
     """The record as a mapping of its columns would have read it: ``ay="-ax"``."""
-    compared = {f"{axis}_g": None for axis in ("ax", "ay", "az")}
+    compared = dict.fromkeys(("ax", "ay", "az"))
     for axis, name in axes.items():
-        compared[f"{axis}_g"] = getattr(record, f"{name.strip('-')}_g") * (-1 if name.startswith("-") else 1)
+        compared[axis] = getattr(record, name.strip("-")) * (-1 if name.startswith("-") else 1)
     return replace(record, **compared, columns={axis: f"{name}_g" for axis, name in axes.items()})
 
 
@@ -146,7 +146,7 @@ def test_a_zero_that_is_not_0_is_named(recording, shift):
         sentence = judge_axes(recording, replace(sensor, scales={"ay": (zero, factor)})).sentence
         named = float(sentence.partition("zero: {ay: ")[2].strip("}`"))
         assert named == pytest.approx(zero + shift / factor, abs=0.001 / factor)
-    assert judge_axes(recording, replace(sensor, ay_g=signal.ay)) is None
+    assert judge_axes(recording, replace(sensor, ay=signal.ay)) is None
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from trackdyn.measure.metrics import remarks
 from trackdyn.measure.sensor import sense
 from trackdyn.rig.rig import load_rig
 from trackdyn.scene.scene import Scene
-from trackdyn.sensor.sensor_csv import read_sensor_csv
+from trackdyn.sensor.sensor_csv import read_sensor
 from trackdyn.sensor.sensor_mapping import load_mapping
 from trackdyn.simulation.recording import load_recording
 from trackdyn.simulation.simulate import simulate
@@ -187,7 +187,7 @@ def test_each_sensor_is_compared_with_its_own_group(compared, sensors):
     recording, mapping = load_recording(compared / "run.npz"), load_mapping(mapped(compared, sensors))
     rms = {}
     for name in PLACES:
-        record = read_sensor_csv(compared / "two.csv", mapping.sensors[name])
+        record = read_sensor(compared / "two.csv", mapping.sensors[name])
         table = compare_with_sensor(recording.with_sensor(name), record).set_index("measure")
         assert abs(table.difference_pct.rms_g) < 1e-3
         rms[name] = table.sensor.rms_g

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from replication.synthetic import RANGE_G, RATE_HZ, RECORD_S, SPEEDS, closeness, write_dataset, write_record
-from trackdyn.sensor.sensor_csv import read_sensor_csv
+from trackdyn.sensor.sensor_csv import read_sensor
 
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "data" / "synthetic"
@@ -21,11 +21,11 @@ AMPLITUDE = 2.0  # percent
 
 @pytest.fixture(scope="module")
 def records():
-    return {rpm: read_sensor_csv(FOLDER / f"{rpm}rpm.csv", range_g=RANGE_G) for rpm in SPEEDS}
+    return {rpm: read_sensor(FOLDER / f"{rpm}rpm.csv", range_g=RANGE_G) for rpm in SPEEDS}
 
 
 def test_committed_records_show_the_printed_main_lines(records):
-    table = closeness({rpm: record.ay_g for rpm, record in records.items()})
+    table = closeness({rpm: record.ay for rpm, record in records.items()})
     assert list(table.index) == [115, 150, 180, 210]
     assert (table.difference_bins.abs() < HALF_A_LINE).all(), table.to_string()
     assert (table.difference_percent.abs() < AMPLITUDE).all(), table.to_string()
@@ -33,9 +33,9 @@ def test_committed_records_show_the_printed_main_lines(records):
 
 def test_committed_records_are_whole_and_hardly_clipped(records):
     for record in records.values():
-        assert record.t_s.size == RATE_HZ * RECORD_S
-        assert record.t_s[0] == 0.0
-        assert all(np.max(np.abs(a)) <= RANGE_G for a in (record.ax_g, record.ay_g, record.az_g))
+        assert record.time.size == RATE_HZ * RECORD_S
+        assert record.time[0] == 0.0
+        assert all(np.max(np.abs(a)) <= RANGE_G for a in (record.ax, record.ay, record.az))
         assert record.clipped <= 10  # a ten-thousandth of the rows
 
 

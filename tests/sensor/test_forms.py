@@ -11,7 +11,7 @@ import pytest
 import trackdyn.sensor
 from trackdyn.commands.options import as_options
 from trackdyn.errors import InputError
-from trackdyn.sensor.sensor_csv import read_sensor_csv, read_sensor_frame
+from trackdyn.sensor.sensor_csv import read_sensor
 from trackdyn.sensor.sensor_mapping import load_mapping
 
 T = np.arange(400) / 125
@@ -57,9 +57,9 @@ FORMS = {
 def test_a_form_holds_the_signal(form, tmp_path):
     text, options = FORMS[form]
     (tmp_path / "record.csv").write_text(text)
-    record = read_sensor_csv(tmp_path / "record.csv", load_mapping(**options))
-    np.testing.assert_allclose(record.ay_g, AY, atol=7e-5)  # half a count
-    assert record.rate_hz == pytest.approx(125, rel=1e-4) and not record.doubts
+    record = read_sensor(tmp_path / "record.csv", load_mapping(**options))
+    np.testing.assert_allclose(record.ay, AY, atol=7e-5)  # half a count
+    assert record.rate == pytest.approx(125, rel=1e-4) and not record.doubts
 
 
 @pytest.mark.parametrize("form", ["plain", "one of two sensors", "counts without a sign"])
@@ -67,18 +67,18 @@ def test_a_dataframe_is_read_as_its_file(form):
     text, options = FORMS[form]
     frame = pd.read_csv(io.StringIO(text))
     for same in (frame, frame.set_index("t_s"), frame.assign(t_s=pd.to_timedelta(frame.t_s, "s"))):
-        record = read_sensor_frame(same, load_mapping(**options))
-        np.testing.assert_allclose(record.ay_g, AY, atol=7e-5)
-        assert record.rate_hz == pytest.approx(125, rel=1e-4)
+        record = read_sensor(same, load_mapping(**options))
+        np.testing.assert_allclose(record.ay, AY, atol=7e-5)
+        assert record.rate == pytest.approx(125, rel=1e-4)
 
 
 def test_a_message_among_the_rows_is_a_gap(tmp_path):
     lines = FORMS["plain"][0].splitlines()
     (tmp_path / "record.csv").write_text("\n".join([*lines[:301], "FIFO overflow!", *lines[301:]]))
     with pytest.raises(InputError, match=r"line 302 .*`gaps: longest`"):
-        read_sensor_csv(tmp_path / "record.csv")
-    record = read_sensor_csv(tmp_path / "record.csv", load_mapping(gaps="longest"))
-    np.testing.assert_allclose(record.ay_g, AY[:300])
+        read_sensor(tmp_path / "record.csv")
+    record = read_sensor(tmp_path / "record.csv", load_mapping(gaps="longest"))
+    np.testing.assert_allclose(record.ay, AY[:300])
 
 
 @pytest.mark.parametrize(
@@ -92,13 +92,13 @@ def test_a_message_among_the_rows_is_a_gap(tmp_path):
 def test_what_has_two_meanings_is_refused(text, words, tmp_path):
     (tmp_path / "record.csv").write_text(text)
     with pytest.raises(InputError, match=words):
-        read_sensor_csv(tmp_path / "record.csv")
+        read_sensor(tmp_path / "record.csv")
 
 
 def test_rows_that_stand_still_are_named(tmp_path):
     ay = np.where(T < 1, 0.0, AY)
     (tmp_path / "record.csv").write_text("t_s,ay_g\n" + "".join(f"{t:.3f},{a}\n" for t, a in zip(T, ay, strict=True)))
-    (doubt,) = read_sensor_csv(tmp_path / "record.csv").doubts
+    (doubt,) = read_sensor(tmp_path / "record.csv").doubts
     assert "the 125 rows from line 2 to line 126 are all the same" in doubt and "`from: 1`" in doubt
 
 

@@ -30,7 +30,7 @@ def compare(
     import pandas as pd
 
     from trackdyn.files import write_csv
-    from trackdyn.sensor.sensor_csv import read_sensor_csv
+    from trackdyn.sensor.sensor_csv import read_sensor
     from trackdyn.sensor.sensor_mapping import load_mapping
 
     chosen = load_mapping(mapping, **options.mapping_fields(**fields))
@@ -45,7 +45,7 @@ def compare(
         raise InputError(f"--figure {figure}: shows one sensor; name it with --sensor, {', '.join(mappings)}")
     with options.speaking_options():
         records = {
-            name: read_sensor_csv(sensor, own, range_g=loaded.sensors[name].range, gravity=rig.g)
+            name: read_sensor(sensor, own, range_g=loaded.sensors[name].range, gravity=rig.g)
             for name, own in mappings.items()
         }
     tables = {}

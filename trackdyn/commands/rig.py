@@ -69,7 +69,7 @@ def check(
     from trackdyn.plots.drawing import draw_rig
     from trackdyn.plots.style import SCREEN_DPI, marked, save
     from trackdyn.rig.rig import foreign_groove, load_rig, outside_ranges
-    from trackdyn.simulation.rig_check import check_rig
+    from trackdyn.simulation.rig_check import check as report_of
 
     loaded = load_rig(rig)
     out = out or Path(f"{Path(rig).stem}.png")
@@ -78,7 +78,7 @@ def check(
     if settle:
         typer.echo("settling; kernels that are not compiled yet take a minute or two more", err=True)
     try:
-        checks = check_rig(loaded, rpm, settle)
+        checks = report_of(loaded, rpm, settle)
     except TrackdynError as error:
         raise type(error)(f"{rig}: {error}") from None
     unusual = [*outside_ranges(rig), *filter(None, [foreign_groove(loaded, rig)]), *checks.unusual]

@@ -67,21 +67,20 @@ def _shapes(recording: Recording, record: SensorRecord) -> tuple[list[np.ndarray
     The first choice is the axes as they are read. The last number is the turns of the recorded loop a second, Hz.
     """
     signal, loop_hz = sense(recording), recording.periods.loop_hz
-    recorded = {axis: getattr(record, f"{axis}_g") for axis in ("ay", "ax", "az")}
+    recorded = {axis: getattr(record, axis) for axis in ("ay", "ax", "az")}
     recorded = {axis: values for axis, values in recorded.items() if values is not None}
     count = 1 + ("ax" in recorded)
     simulated = turn_shape(np.array([signal.ay, signal.ax][:count]), recording.rate, loop_hz)
     band = loop_hz / OTHER_SPEED, loop_hz * OTHER_SPEED
-    strongest = max(recorded.values(), key=lambda axis: highest_line(axis, record.rate_hz, *band)[1])
-    hz = measured_loop_hz(strongest, record.rate_hz, loop_hz)
+    strongest = max(recorded.values(), key=lambda axis: highest_line(axis, record.rate, *band)[1])
+    hz = measured_loop_hz(strongest, record.rate, loop_hz)
     choices = [
         tuple(zip(signs, names, strict=True))
         for names in permutations(recorded, count)
         for signs in product((1, -1), repeat=count)
     ]
     shapes = {
-        axes: turn_shape(np.array([sign * recorded[axis] for sign, axis in axes]), record.rate_hz, hz)
-        for axes in choices
+        axes: turn_shape(np.array([sign * recorded[axis] for sign, axis in axes]), record.rate, hz) for axes in choices
     }
     return [simulated, simulated.conj() * np.array([[1], [-1]])[:count]], shapes, hz
 
@@ -161,7 +160,7 @@ def judge_axes(recording: Recording, record: SensorRecord) -> Doubt | None:
             f"{record.path}: gravity turns in its axes as in the simulated ones, but ay lies {shifts[0]:.3g} g off: "
             f"the value of the file that is 0 g may be another one, `zero: {{{', '.join(zeros)}}}`"
         )
-    content = high_frequency_rms(record.ay_g, record.rate_hz)
+    content = high_frequency_rms(record.ay, record.rate)
     expected = high_frequency_rms(sense(recording).ay, recording.rate)
     without_gravity = explains(filtered, exchanged)
     if without_gravity and expected / SAME_CONTENT < content < expected * SAME_CONTENT:
@@ -171,9 +170,9 @@ def judge_axes(recording: Recording, record: SensorRecord) -> Doubt | None:
             without_gravity=True,
         )
     fitted, angle, factor = _turned_and_scaled(shape, forms)
-    if record.ax_g is not None:
+    if record.ax is not None:
         c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
-        content = high_frequency_rms(c * record.ay_g - s * record.ax_g, record.rate_hz)
+        content = high_frequency_rms(c * record.ay - s * record.ax, record.rate)
     if explains(fitted, exchanged, shifted) and expected / SAME_CONTENT < factor * content < expected * SAME_CONTENT:
         return Doubt(_fit_in_words(record, angle, factor, f"(misfit {fitted:.2g} g, as read {as_read:.2g} g)"))
     if explains(exchanged):

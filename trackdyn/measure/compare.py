@@ -13,7 +13,7 @@ from trackdyn.measure.sensor import measured_loop_hz, sense, sensor_metrics, who
 from trackdyn.measure.spectra import holds_line
 from trackdyn.measure.uncertainty import turn_error, whole_errors
 from trackdyn.rig.validation import typed
-from trackdyn.sensor.sensor_csv import SensorRecord, read_sensor_csv, read_sensor_frame
+from trackdyn.sensor.sensor_csv import SensorRecord, read_sensor
 from trackdyn.sensor.sensor_mapping import SensorMapping
 from trackdyn.simulation.recording import Recording
 
@@ -30,12 +30,12 @@ def whole_ratio(record: SensorRecord, rate: float) -> tuple[int, int]:
 
     Raises `InputError`: neither rate is a multiple of the other, to ``SAME_RATE``.
     """
-    ratio = record.rate_hz / rate
+    ratio = record.rate / rate
     counts = max(round(ratio), 1), max(round(1 / ratio), 1)
     if abs(ratio * counts[1] / counts[0] - 1) > SAME_RATE:
         raise InputError(
-            f"{record.path}: has {record.rate_hz:.6g} samples a second, the simulation {rate:g}, and neither is a "
-            f"multiple of the other; simulate with `trackdyn simulate --rate {round(record.rate_hz)}`, in the pipeline "
+            f"{record.path}: has {record.rate:.6g} samples a second, the simulation {rate:g}, and neither is a "
+            f"multiple of the other; simulate with `trackdyn simulate --rate {round(record.rate)}`, in the pipeline "
             "with that sensor.rate in the rig"
         )
     return counts
@@ -43,16 +43,17 @@ def whole_ratio(record: SensorRecord, rate: float) -> tuple[int, int]:
 
 @typed
 def compare(
-    recording: Recording, sensor: pd.DataFrame | Path | str, mapping: SensorMapping | None = None
+    recording: Recording, sensor: SensorRecord | pd.DataFrame | Path | str, mapping: SensorMapping | None = None
 ) -> pd.DataFrame:
-    """Compare a recording with a sensor's record: a table of pandas, or a file, with the columns that a mapping says.
+    """Compare a recording with what `read_sensor` read, or reads now from a table of pandas or a file, with a mapping.
 
     Returned is the table of `compare_with_sensor`; what seems wrong with the record is warned of. Raises `InputError`:
     the record cannot be read without a guess, or does not fit the recording.
     """
-    own = next(iter(recording.sensors.values()))
-    read = read_sensor_frame if isinstance(sensor, pd.DataFrame) else read_sensor_csv
-    record = read(sensor, mapping, own.range, recording.scene.rig.g)
+    record = sensor
+    if not isinstance(record, SensorRecord):
+        own = next(iter(recording.sensors.values()))
+        record = read_sensor(record, mapping, own.range, recording.scene.rig.g)
     table = compare_with_sensor(recording, record)
     doubt = judge_axes(recording, record)
     doubts = *record.doubts, doubt and doubt.sentence, other_speed(recording, record, table)
@@ -96,14 +97,14 @@ def compare_with_sensor(recording: Recording, record: SensorRecord, name: str = 
     if loop_hz:
         record.require_turns(1 / loop_hz)
     faster, slower = whole_ratio(record, recording.rate)
-    signal, rate, slow = sense(recording, slower), recording.rate / slower, record.averaged(faster)
+    signal, slow = sense(recording, slower), record.averaged(faster)
     with naming(record.path):
-        own_hz = measured_loop_hz(slow.ay_g, slow.rate_hz, loop_hz) if loop_hz else 0.0
+        own_hz = measured_loop_hz(slow.ay, slow.rate, loop_hz) if loop_hz else 0.0
     errors = {"rate_hz": "", "clipped": "", MEAN: "mean_error_g"} | {name: error_of(name) for name in COMPARED}
     columns: dict[str, list] = {"measure": list(errors)}
     for side, ay, hz, at, clipped in (
-        ("simulation", signal.ay, loop_hz, rate, signal.clipped),
-        ("sensor", slow.ay_g, own_hz, slow.rate_hz, record.clipped),
+        ("simulation", signal.ay, loop_hz, signal.rate, signal.clipped),
+        ("sensor", slow.ay, own_hz, slow.rate, record.clipped),
     ):
         values = sensor_metrics(ay, at, hz) | {"rate_hz": at, "clipped": clipped}
         values[MEAN] = np.mean(ay[: whole_revolutions(len(ay), at, hz)])
@@ -118,7 +119,7 @@ def compare_with_sensor(recording: Recording, record: SensorRecord, name: str = 
     scatter = np.hypot(table.simulation_error, table.sensor_error)
     table["difference_pct"] = 100 * excess / table.sensor.abs().replace(0, np.nan)
     table["standard_errors"] = excess / scatter.replace(0, np.nan)
-    binned = table.measure.isin(["line_hz", "line_g"]) & (len(signal.ay) != len(slow.ay_g))
+    binned = table.measure.isin(["line_hz", "line_g"]) & (len(signal.ay) != len(slow.ay))
     compared = ~binned & table[["simulation", "sensor"]].notna().all(axis=1)
     if (doubt := judge_axes(recording, record)) and doubt.without_gravity:
         compared = table.measure.isin(["rate_hz", "clipped", HIGH])

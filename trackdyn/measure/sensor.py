@@ -35,6 +35,7 @@ class SensorSignal:
     # sample, limited to the range
     ax: np.ndarray
     ay: np.ndarray
+    rate: float  # sampling rate, Hz
     clipped: int  # number of samples of ``ax`` and ``ay`` that the range cut
 
     def plot(self, axes: Any = None) -> Any:
@@ -105,7 +106,8 @@ def sense(recording: Recording, every: int = 1, sensor: str | int = 0) -> Sensor
     motion = recording.mean[: len(recording.mean) // every * every, index].reshape(-1, every, 3).mean(axis=1)
     free = readings(motion, recording.scene.rig)
     ax, ay = np.clip(free, -limit, limit).T
-    return SensorSignal(recording.time[every - 1 :: every], ax, ay, int((np.abs(free) > limit).sum()))
+    clipped = int((np.abs(free) > limit).sum())
+    return SensorSignal(recording.time[every - 1 :: every], ax, ay, recording.rate / every, clipped)
 
 
 def whole_samples(rate: float, seconds: float) -> float:

@@ -41,8 +41,8 @@ def _curves(recording: Recording, record: SensorRecord | None, sensor_label: str
     name = "simulation" if record else f"simulation; {sensor_label}"
     curves = [_Curve(name, sense(recording).ay, recording.rate, loop_hz, SIMULATION, "o", 11)]
     if record:
-        own_hz = measured_loop_hz(record.ay_g, record.rate_hz, loop_hz)
-        curves.append(_Curve(sensor_label, record.ay_g, record.rate_hz, own_hz, dashed, "s", 7))
+        own_hz = measured_loop_hz(record.ay, record.rate, loop_hz)
+        curves.append(_Curve(sensor_label, record.ay, record.rate, own_hz, dashed, "s", 7))
     return curves
 
 

@@ -34,12 +34,12 @@ class SensorRecord:
     """One record of the sensor (Eq. 40), N samples."""
 
     path: Path  # file it was read from
-    t_s: np.ndarray  # (N,) time from its first sample on, s
-    # ax_g, ay_g, az_g: (N,) specific force in the sensor's axes, g; None for an axis that the file lacks
-    ax_g: np.ndarray | None
-    ay_g: np.ndarray
-    az_g: np.ndarray | None
-    rate_hz: float  # sampling rate, Hz
+    time: np.ndarray  # (N,) time from its first sample on, s
+    # ax, ay, az: (N,) specific force in the sensor's axes, g; None for an axis that the file lacks
+    ax: np.ndarray | None
+    ay: np.ndarray
+    az: np.ndarray | None
+    rate: float  # sampling rate, Hz
     clipped: int  # number of rows with an axis at the end of the sensor's range, or at a value where it is saturated
     # how it was read, by name: rows, columns, time, rate, steps, dropped, clipped
     done: Mapping[str, str] = field(default_factory=dict, compare=False)
@@ -53,21 +53,21 @@ class SensorRecord:
     @property
     def seconds(self) -> float:
         """Length of the record, s."""
-        return self.ay_g.size / self.rate_hz
+        return self.ay.size / self.rate
 
     def averaged(self, count: int) -> "SensorRecord":
         """The record of a sensor that is slower by a whole factor: means of ``count`` samples each."""
         if count == 1:
             return self
-        complete = self.t_s.size // count * count
+        complete = self.time.size // count * count
 
         def mean(values):
             return None if values is None else values[:complete].reshape(-1, count).mean(axis=1)
 
         return replace(
-            self, t_s=self.t_s[:complete:count], ax_g=mean(self.ax_g), ay_g=mean(self.ay_g), az_g=mean(self.az_g),
-            rate_hz=self.rate_hz / count,
-            done={**self.done, "averaged": f"over {count} samples each, to {self.rate_hz / count:g} Hz"},
+            self, time=self.time[:complete:count], ax=mean(self.ax), ay=mean(self.ay), az=mean(self.az),
+            rate=self.rate / count,
+            done={**self.done, "averaged": f"over {count} samples each, to {self.rate / count:g} Hz"},
         )  # fmt: skip
 
     def require_turns(self, turn_s: float, turns: float = 1.0) -> None:
@@ -75,21 +75,45 @@ class SensorRecord:
         if self.seconds < turns * turn_s:
             raise InputError(
                 f"{self.path}: the record of {self.seconds:.4g} s ({self.done.get('time', 'no stamps')}; "
-                f"{self.rate_hz:.7g} Hz) is shorter than {turns:g} turn{'s' * (turns != 1)} of the loop; record at "
+                f"{self.rate:.7g} Hz) is shorter than {turns:g} turn{'s' * (turns != 1)} of the loop; record at "
                 f"least {turns * turn_s:.4g} s, or, if that is not its rate, read no stamps, `time: none, rate: HZ`."
             )
 
 
 @typed
-def read_sensor_csv(
-    path: Path | str, mapping: SensorMapping | None = None, range_g: float = 20.0, gravity: float = 9.81
+def read_sensor(
+    source: pd.DataFrame | Path | str,
+    mapping: SensorMapping | None = None,
+    range_g: float = 20.0,
+    gravity: float = 9.81,
 ) -> SensorRecord:
-    """Read a sensor's file, a table in the text of any logger, and check every value of it.
+    """Read a sensor's record and check every value of it.
 
-    ``range_g`` is the range of the sensor, g, unless the mapping has it (infinity: not known), ``gravity`` one g in
-    m/s2. Raises `InputError`: what is doubtful or defective, by file, field, line and value.
+    Parameters
+    ----------
+    source : DataFrame, Path or str
+        A table, or a file of one in the text of any logger.
+    mapping : SensorMapping, optional
+        What its columns are, where their names and values do not tell.
+    range_g : float
+        Range of the sensor, g, unless the mapping has it; infinity if it is not known.
+    gravity : float
+        One g, m/s2.
+
+    Returns
+    -------
+    SensorRecord
+        Time in s and axes in g; ``done`` says how it was read.
+
+    Raises
+    ------
+    InputError
+        What is doubtful or defective, by file, field, line and value.
     """
-    path, mapping = Path(path), mapping or SensorMapping()
+    mapping = mapping or SensorMapping()
+    if isinstance(source, pd.DataFrame):
+        return _read(table_of(source), mapping, range_g, gravity)
+    path = Path(source)
 
     def recognised(names: Sequence[str]) -> bool:
         # a line of a preamble may have as many fields as a number asks for: what is named tells the header
@@ -99,16 +123,8 @@ def read_sensor_csv(
         )
 
     numbers = mapping.numbers if "ay" in mapping.numbers and mapping.numbers.keys() == mapping.named.keys() else {}
-    source = find_rows(path, read_logger_text(path), recognised, list(numbers.values()))
-    return _read(source, mapping, range_g, gravity)
-
-
-@typed
-def read_sensor_frame(
-    frame: pd.DataFrame, mapping: SensorMapping | None = None, range_g: float = 20.0, gravity: float = 9.81
-) -> SensorRecord:
-    """Read a sensor's record out of a DataFrame, as `read_sensor_csv` reads one out of a file, and judge it alike."""
-    return _read(table_of(frame), mapping or SensorMapping(), range_g, gravity)
+    rows = find_rows(path, read_logger_text(path), recognised, list(numbers.values()))
+    return _read(rows, mapping, range_g, gravity)
 
 
 def _read(source: Source, mapping: SensorMapping, range_g: float, gravity: float) -> SensorRecord:
@@ -210,8 +226,8 @@ def _record(samples_of_one: _Samples, mapping, columns: Columns, axes: dict[str,
     if hz > samples.FASTEST:
         signals, hz, done["decimated"] = samples.decimated(signals, hz, range_g)
     return SensorRecord(
-        path=path, t_s=np.arange(signals["ay"].size) / hz, rate_hz=float(hz), clipped=clipped, done=done,
-        ax_g=signals.get("ax"), ay_g=signals["ay"], az_g=signals.get("az"),
+        path=path, time=np.arange(signals["ay"].size) / hz, rate=float(hz), clipped=clipped, done=done,
+        ax=signals.get("ax"), ay=signals["ay"], az=signals.get("az"),
         columns={key: f"{'-' * (axis.column.sign < 0)}{axis.column.name}" for key, axis in axes.items()},
         scales={key: (axis.zero, axis.factor) for key, axis in axes.items()},
         doubts=tuple(doubts), synthetic=source.synthetic,

@@ -2,12 +2,14 @@
 
 from dataclasses import dataclass
 from math import degrees, gcd, hypot, inf
+from pathlib import Path
 
 import numpy as np
 
 from trackdyn.errors import DivergenceError
 from trackdyn.rig.layout import assemble, body_lengths, longest_strand, wheel_circles, wheel_names
-from trackdyn.rig.rig import Rig
+from trackdyn.rig.rig import Rig, load_rig
+from trackdyn.rig.validation import typed
 from trackdyn.scene.scene import Scene
 from trackdyn.scene.step import halved_steps, largest_step, round_step, turn_limit
 from trackdyn.simulation.loop import Loop
@@ -24,7 +26,7 @@ LARGEST = 1e-4
 
 @dataclass(frozen=True)
 class RigReport:
-    """Loop, step limits and unusual values of a rig (`check_rig`)."""
+    """Loop, step limits and unusual values of a rig (`check`)."""
 
     wheels: np.ndarray  # (w, 3) centres and radii of the wheels' surfaces as the loop stands, m
     frame: np.ndarray  # (n + 3,) configuration as a row of ``Recording.frame``
@@ -32,8 +34,13 @@ class RigReport:
     unusual: list[str]  # sentences
 
 
-def check_rig(rig: Rig, rpm: float, settle: bool = True) -> RigReport:
-    """Lay a rig's loop (else `InputError`), and with ``settle`` tension it and try steps at ``rpm`` (rev/min)."""
+@typed
+def check(rig: Rig | Path | str, rpm: float = 115.0, settle: bool = True) -> RigReport:
+    """Lay the loop of a rig, or of its file or name, and with ``settle`` tension it and try steps at ``rpm`` (rev/min).
+
+    Raises `InputError`: the loop cannot be laid.
+    """
+    rig = rig if isinstance(rig, Rig) else load_rig(rig)
     lengths = body_lengths(rig, rig.chain.kind)
     laid = assemble(rig, lengths)
     names = wheel_names(rig)

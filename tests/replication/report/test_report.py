@@ -191,7 +191,7 @@ def test_table3_takes_the_value_difference_of_the_paper():
     # ten turns of a loop whose mean is 1 and whose SD is 1, by turns 0.02 more and less
     time = np.arange(20000) / 1000
     swing = 1 + 0.02 * np.tile(np.repeat([1.0, -1.0], 2000), 5)
-    record = SimpleNamespace(ay_g=1 + 2**0.5 * swing * np.cos(np.pi * time), rate_hz=1000.0)
+    record = SimpleNamespace(ay=1 + 2**0.5 * swing * np.cos(np.pi * time), rate=1000.0)
     row = table3(metrics(rms_g=1.1 * 2**0.5, sd_g=0.75), {RPM: record}).iloc[0]
     assert row["rms_sensor_g"] == pytest.approx(2**0.5, rel=1e-3)
     assert row["rms_difference_pct"] == pytest.approx(10.0, abs=0.1)
@@ -209,7 +209,7 @@ def test_table3_takes_whole_turns_of_the_loop_as_compare_does():
     """A record of two and a half turns is worth two, in the simulation as in the record."""
     time = np.arange(round(2.5 / LOOP_HZ * RATE)) / RATE
     ay = 1 + 0.5 * np.sin(2 * np.pi * LOOP_HZ * time)
-    record = SimpleNamespace(ay_g=ay, rate_hz=float(RATE))
+    record = SimpleNamespace(ay=ay, rate=float(RATE))
     both = sensor_metrics(ay, RATE, LOOP_HZ)
     row = table3(metrics(**{name: both[name] for name in metrics() if name in both}), {RPM: record}).iloc[0]
     assert row["rms_simulation_g"] == pytest.approx((1 + 0.125) ** 0.5, rel=1e-4)

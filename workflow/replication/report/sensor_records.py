@@ -12,7 +12,7 @@ from trackdyn.measure.compare import whole_ratio
 from trackdyn.measure.spectra import LEAST_PERIODS
 from trackdyn.rig.rig import load_rig
 from trackdyn.scene.scene import Periods
-from trackdyn.sensor.sensor_csv import read_sensor_csv, write_sensor_csv
+from trackdyn.sensor.sensor_csv import read_sensor, write_sensor_csv
 from trackdyn.sensor.sensor_mapping import load_mapping
 
 
@@ -24,17 +24,17 @@ def main(job) -> None:
     mapping = mapping.sensors.get(next(iter(rig.sensors)), mapping)
     what = "synthetic, not measured" if params.synthetic else "as compared"
     for rpm, path, out in zip(params.speeds, job.input.sensors, job.output.records, strict=True):
-        record = read_sensor_csv(path, mapping, rig.first_sensor.range, rig.g)
+        record = read_sensor(path, mapping, rig.first_sensor.range, rig.g)
         record.require_turns(Periods.at(rig, rpm).loop, LEAST_PERIODS)
         require_axes(record, rig, rpm)
         faster, slower = whole_ratio(record, rig.rate)
         if slower > 1:
             raise InputError(
-                f"{path}: has {record.rate_hz:.6g} samples a second, fewer than the simulation's {rig.rate:g}; "
-                f"set sensor.rate of the rig to {round(record.rate_hz)}"
+                f"{path}: has {record.rate:.6g} samples a second, fewer than the simulation's {rig.rate:g}; "
+                f"set sensor.rate of the rig to {round(record.rate)}"
             )
         record = record.averaged(faster)
         rows.append({"speed_rpm": rpm, "file": path, **record.done})
         comments = [f"{path}: {what}", *(f"{name}: {text}" for name, text in record.done.items())]
-        write_sensor_csv(out, record.t_s, record.ax_g, record.ay_g, record.az_g, comments)
+        write_sensor_csv(out, record.time, record.ax, record.ay, record.az, comments)
     write_captioned_table(pd.DataFrame(rows), job.output.csv, caption("sensor_records"))

@@ -18,7 +18,7 @@ from replication.report.tables import headed, write_captioned_table
 from trackdyn.errors import InputError
 from trackdyn.measure.columns import error_of
 from trackdyn.measure.sensor import record_metrics
-from trackdyn.sensor.sensor_csv import SensorRecord, read_sensor_csv
+from trackdyn.sensor.sensor_csv import SensorRecord, read_sensor
 
 Sensors = Mapping[float, SensorRecord | None]
 
@@ -31,7 +31,7 @@ def _pairs(metrics: pd.DataFrame, sensors: Sensors) -> Iterator[tuple[float, pd.
             problem = f"metrics: {len(rows)} rows stand for {rpm:g} rpm"
             raise InputError(f"{problem}; give the one run that belongs to its sensor record")
         run = rows.iloc[0]
-        yield rpm, run, record and record_metrics(record.ay_g, record.rate_hz, run["line_hz_binfree"])
+        yield rpm, run, record and record_metrics(record.ay, record.rate, run["line_hz_binfree"])
 
 
 def table3(metrics: pd.DataFrame, sensors: Sensors, label: str = "synthetic sensor") -> pd.DataFrame:
@@ -114,7 +114,7 @@ def main(job) -> None:
     label, metrics = SENSORS[params.synthetic], pd.read_csv(job.input.metrics)
     records = metrics.set_index("run").loc[params.runs].reset_index()
     paths = zip_longest(params.speeds, job.input.get("sensors", ()))
-    sensors = {rpm: read_sensor_csv(path, range_g=inf) if path else None for rpm, path in paths}
+    sensors = {rpm: read_sensor(path, range_g=inf) if path else None for rpm, path in paths}
     for key, table, path, digits in (
         ("table3", table3(records, sensors, label), output.csv, 3),
         ("lines", lines_table(records, sensors, label), output.lines, 4),

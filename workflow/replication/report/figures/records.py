@@ -8,7 +8,7 @@ from math import inf
 from replication.paper.printed import SENSORS, lettered, peaks
 from trackdyn.plots.spectra import history_figure, spectrum_figure
 from trackdyn.plots.style import save
-from trackdyn.sensor.sensor_csv import read_sensor_csv
+from trackdyn.sensor.sensor_csv import read_sensor
 from trackdyn.simulation.recording import load_recording
 
 
@@ -18,7 +18,7 @@ def main(job) -> None:
     inputs, out = job.input, job.output
     label, sensors = SENSORS[job.params.synthetic], inputs.get("sensors", ())
     for path, sensor, history, spectrum in zip_longest(inputs.recordings, sensors, out.histories, out.spectra):
-        recording, record = load_recording(path), read_sensor_csv(sensor, range_g=inf) if sensor else None
+        recording, record = load_recording(path), read_sensor(sensor, range_g=inf) if sensor else None
         rpm = recording.scene.motor_rpm
         title = lettered(f"{rpm:g} rpm", rpm)
         save(history_figure(recording, record, title, label), history)
