@@ -38,6 +38,7 @@ def arc_figure(rig: Rig, area: int) -> Figure:
     surface = deepest + depth * n
 
     figure = new_figure(3.8)
+    figure.set_layout_engine("compressed")  # which knows of axes of equal scales
     ax, words = figure.subplots(1, 2, width_ratios=(1.0, 0.56))
     draw_groove(ax, rig, 0.03, emphasized=(touched,))
     face = {"facecolor": drawing.CONNECTOR, "alpha": 0.65, "edgecolor": "none", "zorder": drawing.Z_SPROCKET + 0.2}
@@ -46,20 +47,21 @@ def arc_figure(rig: Rig, area: int) -> Figure:
     dashed = {"edgecolor": "0.35", "linestyle": (0, (5, 2)), "linewidth": 0.8}
     ax.add_patch(Circle(centre, r, fill=False, **dashed, zorder=drawing.Z_CONNECTOR + 0.2))
     aside = 0.16 * rc * marks.directions(centre, point)[1]  # e and the radii lie on one line: these are drawn beside it
+    far = aside * (-2 if convex else -3.6)  # beyond the tangent
     marks.vector(ax, centre, point, f"$e_{area}$", 0.75 if convex else 0.5, side=-1, linewidth=1.2)
     marks.radius(ax, point + aside, deepest + aside, "$r_C$", 0.4 if convex else 0.5)
-    marks.radius(ax, centre - 2 * aside, surface - 2 * aside, f"$r_{area}$", 0.5, side=-1)
-    for end, away in ((point, aside), (deepest, aside), (centre, -2 * aside), (surface, -2 * aside)):
+    marks.radius(ax, centre + far, surface + far, f"$r_{area}$", 0.5, side=-1)
+    for end, away in ((point, aside), (deepest, aside), (centre, far), (surface, far)):
         marks.line(ax, end, end + 1.15 * away, color="0.45", linewidth=0.6)
     ends, offset = ((deepest, surface), 0.55) if convex else ((surface, deepest), 0.75)
     marks.dimension(ax, *ends, r"$\delta$", offset=offset * rc, turned=False, fontsize=9)
-    for direction, name, side in ((n, "$n$", 1 if convex else -1), (tau, r"$\tau$", -1)):
+    for direction, name, side in ((n, "$n$", 1), (tau, r"$\tau$", -1)):
         end = surface + 0.45 * rc * direction
         marks.arrow(ax, surface, end, color=PURPLE, linewidth=2.2)
         marks.text_beside(ax, surface, end, name, 0.8, side, color=PURPLE, fontsize=10)
     marks.point(ax, point, "$C$", "right" if convex else "left", gap=5)
     marks.point(ax, centre, f"$O_{area}$", "right below" if convex else "right", gap=4)
-    points = np.array([point + rc, point - rc, centre - 2 * aside, deepest - 0.4 * rc])
+    points = np.array([point + rc, point - rc, centre + far, deepest - 0.4 * rc])
     low, high = points.min(axis=0) - 0.1 * rc, points.max(axis=0) + 0.1 * rc
     ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
     marks.frame_axes(ax)
