@@ -23,6 +23,7 @@ from replication.paper.scorecard import (
     distance_sentence,
     follows_sentence,
     neighbours_sentence,
+    number_count,
     track_rows,
 )
 from trackdyn.measure.cells import significant
@@ -33,6 +34,7 @@ UNITS = {"m": (1e3, "mm"), "N": (1e-3, "kN"), "Pa": (1e-6, "MPa"), "1": (1, "")}
 READING = "equal_pitch "  # begins the columns of readings
 COLUMNS, PANEL = 3, 1.42  # of the maps; height of one, inch
 PALE, DARK = 0.04, 0.75  # of the map of colours, so that black and white text can be read
+AMPLITUDES = "C08"  # claim
 LIGHT = 0.55  # share from which on text is white
 
 
@@ -62,11 +64,11 @@ def map_figure(sentences: pd.DataFrame, binned: pd.DataFrame, draws: pd.DataFram
     marked = readings(draws)
     for ax, name in zip(axes, names, strict=False):
         _draw_map(ax, binned[binned["name"] == name], marked)
-        ax.set_title("\n".join(textwrap.wrap(f"{name}. {words[name]}", 44)), fontsize=SMALL, pad=9)
+        ax.set_title("\n".join(textwrap.wrap(f"{name}. {words[name]}", 40)), fontsize=SMALL, pad=9)
     for ax in axes[len(names) :]:
         ax.axis("off")
     for ax in axes[max(0, len(names) - COLUMNS) : len(names)]:
-        ax.set_xlabel("equal-pitch radius (m)")
+        ax.set_xlabel("equal-pitch radius (mm)")
     for ax in axes[: len(names) : COLUMNS]:
         ax.set_ylabel("creep (s/m)")
     _draw_legend(axes[len(names)], marked)
@@ -96,7 +98,7 @@ def _draw_map(ax: Axes, cells: pd.DataFrame, marked: dict[str, float]) -> None:
     pitches, creeps = (sorted({*cells[f"{name}_low"], *cells[f"{name}_high"]}) for name in ("pitch", "creep"))
     ax.set(yscale="log", xlim=(pitches[0], pitches[-1]), ylim=(creeps[0], creeps[-1]))
     ax.grid(visible=False)
-    ax.set_xticks(pitches, [f"{pitch:g}" for pitch in pitches])
+    ax.set_xticks(pitches, [f"{1e3 * pitch:g}" for pitch in pitches])
     ax.set_yticks(creeps, [f"{creep:g}" for creep in creeps])
     ax.minorticks_off()
     ax.tick_params(length=2)
@@ -136,17 +138,22 @@ def answer_text(
     near: pd.DataFrame,
     default: pd.DataFrame,
     parameters: pd.DataFrame,
-) -> str:
-    """What holds; outcomes; a table of sentences; what separates; the default rig's ring; the radius; neighbours."""
-    paragraphs = [
+    numbers: pd.DataFrame,
+    search: pd.DataFrame,
+) -> list[str]:
+    """What holds for the tracks; then the default rig: its ring, its bushings, the numbers it does not meet."""
+    tracks = [
         f"**{follows_sentence(sentences, draws)}** {_outcomes_text(draws)}",
         _table(sentences, default),
         _values_text(values),
-        _creep_text(binned, values, default, parameters),
         _radius_text(draws),
-        neighbours_sentence(near),
     ]
-    return "\n\n".join(paragraphs) + "\n"
+    rig = [
+        f"{_creep_text(binned, values, default, parameters)} {_wrap_text(parameters)}",
+        neighbours_sentence(near),
+        _numbers_text(numbers, search),
+    ]
+    return ["\n\n".join(paragraphs) + "\n" for paragraphs in (tracks, rig)]
 
 
 def _outcomes_text(draws: pd.DataFrame) -> str:
@@ -159,7 +166,7 @@ def _outcomes_text(draws: pd.DataFrame) -> str:
 
 
 def _table(sentences: pd.DataFrame, default: pd.DataFrame) -> str:
-    """Shares of all tracks and of the engaged ones with their intervals, what is not decided, and the default rig."""
+    """Shares of all tracks and of the engaged ones with intervals, what is not decided, the default rig; by number."""
     rows = track_rows(sentences)
     verdicts = default.assign(number=default["number"].astype(str)).set_index("number")["verdict"]
     lines, unjudged = [], []
@@ -173,8 +180,8 @@ def _table(sentences: pd.DataFrame, default: pd.DataFrame) -> str:
             for row in pair
         ]
         mark = MARKS[verdicts.get(name, "not comparable")]
-        lines.append([f"{name}. {pair[0]['statement']}", *shares, f"{pair[0]['undecided']:.0f}", mark])
-    heads = ["% of tracks (90 %)", *TRACKS, "undecided", default["rig"].iloc[0]]
+        lines.append([name, *shares, f"{pair[0]['undecided']:.0f}", mark])
+    heads = ["sentence", *(f"% of {tracks} (90 %)" for tracks in TRACKS), "undecided", default["rig"].iloc[0]]
     table = pd.DataFrame(lines, columns=heads).to_markdown(index=False, disable_numparse=True)
     return table + (f"\n\nDecided by kinematics and the wheels alone: {', '.join(unjudged)}." if unjudged else "")
 
@@ -209,6 +216,31 @@ def _creep_text(binned: pd.DataFrame, values: pd.DataFrame, default: pd.DataFram
         return f"{text} None of the sentences that it shows goes with a low creep slope beyond chance."
     parts = ("{} ({}, else {})".format(name, *creep_counts(binned, name)) for name in gained)
     return f"{text} Of its sentences these go with a low one, below {RUBBER[0]:g} s/m: {'; '.join(parts)}."
+
+
+def _wrap_text(parameters: pd.DataFrame) -> str:
+    """The bushings' moment in the wrap over that of the tension: a chain of stiff bushings stands off the sprocket."""
+    rig = load_rig("paper")
+    of_rig = parameters.set_index("name")["value"]
+    stiffness, tension, radius = (
+        float(of_rig[name]) for name in ("bushing.stiffness", "tension.pre_tension", EQUAL_PITCH)
+    )
+    ratio = stiffness * rig.pitch / 2 / (tension * radius**2)
+    return f"Its bushings let the chain wrap: k (p/2)/(T R²) is {significant(ratio, 2)}; at 0.4 the chain stands off."
+
+
+def _numbers_text(numbers: pd.DataFrame, search: pd.DataFrame) -> str:
+    """Printed numbers that the default rig does not meet, and what the searches' rows meet."""
+    missed = []
+    for row in numbers[~numbers["met"]].itertuples():
+        speed = "" if pd.isna(row.rpm) else f", {row.rpm:g} rpm"
+        missed.append(f"{row.claim}{speed}: {row.measured} {row.unit} (printed: {row.printed})")
+    most = search.groupby("search", sort=False)["numbers"].max()
+    rows = ", ".join(f"{count} in those of `{name}`" for name, count in most.items())
+    return (
+        f"It meets {number_count(numbers)}; not met: {'; '.join(missed) or 'none'}. Rows of the searches, which "
+        f"have no record long enough for the {(numbers['id'] == AMPLITUDES).sum()} amplitudes, meet at most {rows}."
+    )
 
 
 def _radius_text(draws: pd.DataFrame) -> str:
