@@ -53,7 +53,7 @@ SPEEDS = [f"{rpm:g}rpm" for rpm in CONFIG.records.speeds_rpm]
 
 
 wildcard_constraints:
-    run=r"\d[\w.]*rpm|(meshing|coarse)/[\w.]+",
+    run=r"\d[\w.]*rpm|(meshing|coarse|rounded)/[\w.]+",
     rpm=r"\d[\w.]*",
     short="(short/)?",
 

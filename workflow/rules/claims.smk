@@ -9,7 +9,7 @@ rule claims:
         events=f"{R}/events.csv",
         peers=[f"{R}/peers/summary.csv", f"{R}/tables/table2.csv"] if CONFIG.peers else [],
         cells=CONFIG.files["article"],
-        records=[recording(run) for run in SPEEDS],
+        records=[recording(run) for run in SPEEDS + ROUNDED],
     output:
         csv=f"{R}/claims.csv",
         sentences=f"{R}/sentences.csv",
@@ -22,6 +22,7 @@ rule claims:
     params:
         rpm=CONFIG.meshing.speed_rpm,
         radius=CONFIG.meshing.ring_radius_m,
+        rounded=CONFIG.rounded_speeds,
         seconds=CONFIG.records.duration_s,
         rig=Path(CONFIG.rig).stem,
     log: f"{R}/logs/claims.log"

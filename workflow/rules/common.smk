@@ -45,6 +45,9 @@ def recording(run):
     return f"{R}/runs/{run}.npz"
 
 
+ROUNDED = [f"rounded/{rpm:g}rpm" for rpm in CONFIG.rounded_speeds]
+
+
 # Named by the hash of the kernels' sources: other sources, another file, and everything that needs it runs.
 KERNELS = f"{R}/kernels/{kernel_digest()}.npz"
 

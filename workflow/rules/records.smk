@@ -101,13 +101,16 @@ rule sensor_figures:
     """Figures 17 and 18: time histories and spectra of every speed beside the sensor's."""
     input:
         recordings=[recording(run) for run in SPEEDS],
+        rounded=[recording(run) for run in ROUNDED],
         sensors=RECORDS,
     output:
         histories=[f"{R}/figures/fig17_{letter}.png" for letter in LETTERS],
         histories_svg=[f"{R}/figures/fig17_{letter}.svg" for letter in LETTERS],
         spectra=[f"{R}/figures/fig18_{letter}.png" for letter in LETTERS],
         spectra_svg=[f"{R}/figures/fig18_{letter}.svg" for letter in LETTERS],
-    params: synthetic=CONFIG.synthetic
+    params:
+        speeds=CONFIG.rounded_speeds,
+        synthetic=CONFIG.synthetic,
     log: f"{R}/logs/fig17_18.log"
     script: "../replication/report/figures/records.py"
 

@@ -55,14 +55,24 @@ def refusal(data, name="mine.yaml"):
     return sentence
 
 
+def test_a_rounded_speed_is_run_beside_the_speed_that_it_stands_for(data):
+    _, rig, scenes = check_config(data, "mine.yaml")
+    run = scenes["rounded/115rpm"]
+    assert run.motor_rpm == pytest.approx(20.6 * rig.sprocket.transmission_ratio)
+    assert run.with_(motor_rpm=115.0) == scenes["115rpm"].with_(frame_interval=0.0)
+    data["records"]["speeds_rpm"] = [150, 210]
+    assert not [name for name in check_config(data, "mine.yaml")[2] if name.startswith("rounded")]
+
+
 @pytest.mark.parametrize("path", SHIPPED)
 def test_shipped_configurations_are_valid(path):
     config, rig, scenes = load(path)
     assert rig.model_dump() == load_rig(config.rig).model_dump()
     study = config.ring_study
     rings = len(study.radii_m) + study.without_ring
-    # every record also with the coarse tooth, meshing with and without the ring
-    assert len(scenes) == 2 * len(config.records.speeds_rpm) + 2 + len(study.speeds_rpm) * rings
+    # every record also with the coarse tooth, some with a rounded speed, meshing with and without the ring
+    records = 2 * len(config.records.speeds_rpm) + len(config.rounded_speeds)
+    assert len(scenes) == records + 2 + len(study.speeds_rpm) * rings
 
 
 def test_the_full_configuration_is_the_papers_matrix():

@@ -1,6 +1,6 @@
 """Evidence from the runs of a rig: the results that claims are judged by, collected from a folder."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
@@ -37,7 +37,8 @@ class Evidence:
     rig: Rig  # the rig of the runs
     rpm: float  # speed of the meshing process (Sect. 6.1), to which the rig was fitted
     radius: float  # its ring radius, m
-    # ``rpm, start_s, line_hz, line_g``: dominant peak of records that begin anywhere in a turn of the loop
+    # ``rpm, start_s, line_hz, line_g``: dominant peak of records that begin anywhere in a turn of the loop; ``rpm``
+    # is the paper's motor speed, also where the sprocket turns at a rounded one
     starts: pd.DataFrame = field(default_factory=pd.DataFrame)
     # ``peers/summary.csv``: the comparison with an independent code and with a belt
     peer: pd.DataFrame = field(default_factory=pd.DataFrame)
@@ -97,10 +98,17 @@ def lines_by_start(recording: Recording, starts: int = 16) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=["start_s", "line_hz", "line_g"])
 
 
-def collect(results: Path | str, rpm: float, radius: float, cells: Mapping[Cell, float] | None = None) -> Evidence:
+def collect(
+    results: Path | str,
+    rpm: float,
+    radius: float,
+    cells: Mapping[Cell, float] | None = None,
+    rounded: Collection[float] = (),
+) -> Evidence:
     """The evidence that lies in a folder of results.
 
-    ``rpm`` (rev/min) and ``radius`` (m) are those of the meshing process; ``peers/summary.csv`` may be missing.
+    ``rpm`` (rev/min) and ``radius`` (m) are those of the meshing process; ``peers/summary.csv`` may be missing. Lines
+    at the motor speeds ``rounded`` are those of the runs with the rounded speed of the sprocket.
     """
     results = Path(results)
     metrics, starts = pd.read_csv(results / "metrics.csv"), []
@@ -109,8 +117,10 @@ def collect(results: Path | str, rpm: float, radius: float, cells: Mapping[Cell,
         for name in ("peers/summary.csv", "tables/table2.csv")
     )
     for run in metrics["run"][metrics["run"].str.fullmatch(r"[\d.]+rpm")]:
-        recording = load_recording(results / "runs" / f"{run}.npz")
-        starts.append(lines_by_start(recording).assign(rpm=recording.scene.motor_rpm))
+        motor_rpm = float(run.removesuffix("rpm"))
+        name = f"rounded/{run}" if motor_rpm in rounded else run
+        recording = load_recording(results / "runs" / f"{name}.npz")
+        starts.append(lines_by_start(recording).assign(rpm=motor_rpm))
     return Evidence(
         metrics=metrics,
         events=pd.read_csv(results / "events.csv"),

@@ -39,6 +39,8 @@ class Records(Section):
     ramp_s: Positive
     step_s: Positive | None
     frame_interval_s: NotNegative
+    # by motor speed, rev/min: run once more with the sprocket at this speed, which a printed line tells; None: nowhere
+    rounded_sprocket_rpm: dict[float, Positive] | None = None
 
 
 class Meshing(Section):
@@ -163,6 +165,11 @@ class Config(Section):
         return [name for name in SETTINGS if not requested or name in requested or name == f"preset={REFERENCE}"]
 
     @property
+    def rounded_speeds(self) -> list[float]:
+        """Motor speeds that are also run with the sprocket's speed rounded, rev/min."""
+        return [rpm for rpm in self.records.speeds_rpm if rpm in (self.records.rounded_sprocket_rpm or {})]
+
+    @property
     def sensor_files(self) -> list[str]:
         """Files of the sensor's records, one a motor speed; empty: there are none."""
         name = self.sensor_csv
@@ -239,7 +246,11 @@ class Config(Section):
                 f"{rpm:g}rpm", "records", motor_rpm=rpm, ring_radius=r.ring_radius_m, duration=r.duration_s,
                 lead_in=r.lead_in_s, ramp=r.ramp_s, frame_interval=r.frame_interval_s, step=r.step_s,
             )  # fmt: skip
-            runs[f"coarse/{rpm:g}rpm"] = runs[f"{rpm:g}rpm"].with_(tooth_contact="three_surfaces", frame_interval=0.0)
+            run = runs[f"{rpm:g}rpm"]
+            runs[f"coarse/{rpm:g}rpm"] = run.with_(tooth_contact="three_surfaces", frame_interval=0.0)
+            if rpm in self.rounded_speeds:
+                motor_rpm = (r.rounded_sprocket_rpm or {})[rpm] * rig.sprocket.transmission_ratio
+                runs[f"rounded/{rpm:g}rpm"] = run.with_(motor_rpm=motor_rpm, frame_interval=0.0)
         for name, radius in (("meshing/no_ring", None), ("meshing/ring", m.ring_radius_m)):
             # the sensor's pitch and the one whose link runs ahead of its connector
             pitches = (rig.first_sensor.pitch, rig.link_ahead(rig.first_sensor.pitch))
@@ -319,7 +330,7 @@ def read_layer(path: Path | str) -> dict:
 RIG_FIELDS: dict[str, Any] = {
     "sensor_csv": None,
     "short_studies": [],
-    "records": {"ring_radius_m": None, "step_s": None},
+    "records": {"ring_radius_m": None, "step_s": None, "rounded_sprocket_rpm": None},
     "meshing": {"ring_radius_m": None, "duration_s": None, "step_s": None},
     "ring_study": {"radii_m": None, "steps_s": None},
 }

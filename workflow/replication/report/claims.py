@@ -25,7 +25,7 @@ def main(job) -> None:
     """Rule `claims`."""
     params, output = job.params, job.output
     cells = load_cells(job.input.cells[0]) if job.input.cells else None
-    evidence = collect(Path(job.input.metrics).parent, params.rpm, params.radius, cells)
+    evidence = collect(Path(job.input.metrics).parent, params.rpm, params.radius, cells, params.rounded)
     claims = load_claims(job.input.claims)
     card, values = judge_all(claims, evidence, params.rig)
     numbers = printed_numbers(claims, evidence, params.rig)

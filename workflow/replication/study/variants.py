@@ -44,7 +44,7 @@ VARIANTS = (
     Variant("impact.factor_limit=1000", rig={"impact__factor_limit": 1000.0}),
     Variant("impact.speed_floor=0.01", rig={"impact__speed_floor": 0.01}),
     Variant("impact.speed_floor=0.001", rig={"impact__speed_floor": 0.001}),
-    Variant("equal_pitch_radius=0.3034", rig={"sprocket__equal_pitch_radius": 0.3034}),
+    Variant("equal_pitch_radius=0.305", rig={"sprocket__equal_pitch_radius": 0.305}),
     Variant("equal_pitch_radius=0.308", rig={"sprocket__equal_pitch_radius": 0.308}),
     Variant("integrator=linearly_implicit", {"integrator": "linearly_implicit"}),
     Variant("integrator=rk4", {"integrator": "rk4"}),

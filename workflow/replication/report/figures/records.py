@@ -3,13 +3,15 @@
 from trackdyn.sweeps.snakemake_job import run_job
 
 from itertools import zip_longest
-from math import inf
+from math import inf, pi
 
 from replication.paper.printed import SENSORS, lettered, peaks
+from trackdyn.measure.sensor import sense
+from trackdyn.measure.spectra import main_line
 from trackdyn.plots.spectra import history_figure, spectrum_figure
 from trackdyn.plots.style import save
 from trackdyn.sensor.sensor_csv import read_sensor
-from trackdyn.simulation.recording import load_recording
+from trackdyn.simulation.recording import Recording, load_recording
 
 
 @run_job
@@ -17,9 +19,18 @@ def main(job) -> None:
     """Rule `sensor_figures`."""
     inputs, out = job.input, job.output
     label, sensors = SENSORS[job.params.synthetic], inputs.get("sensors", ())
+    rounded = dict(zip(job.params.speeds, inputs.rounded, strict=True))
     for path, sensor, history, spectrum in zip_longest(inputs.recordings, sensors, out.histories, out.spectra):
         recording, record = load_recording(path), read_sensor(sensor, range_g=inf) if sensor else None
         rpm = recording.scene.motor_rpm
         title = lettered(f"{rpm:g} rpm", rpm)
         save(history_figure(recording, record, title, label), history)
-        save(spectrum_figure(recording, record, title, label, peaks(rpm)), spectrum)
+        others = peaks(rpm) + [rounded_peak(load_recording(rounded[rpm]))] * (rpm in rounded)
+        save(spectrum_figure(recording, record, title, label, others), spectrum)
+
+
+def rounded_peak(recording: Recording) -> tuple[str, float, float, str]:
+    """Dominant peak of a run with the rounded speed of the sprocket: label, frequency (Hz), amplitude (g), marker."""
+    sprocket_rpm = abs(recording.scene.sprocket_rate) * 30 / pi
+    line = main_line(sense(recording).ay, recording.rate, recording.periods.loop_hz)
+    return f"simulation, sprocket at {sprocket_rpm:.4g} rev/min", *line, "^"
