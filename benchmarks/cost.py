@@ -292,7 +292,7 @@ def main() -> None:
     from trackdyn.files import write_text
     from trackdyn.rig.rig import load_rig
 
-    rig_path = ROOT / "config" / "rigs" / "paper.yaml"
+    rig_path = ROOT / "trackdyn" / "rigs" / "paper.yaml"
     rig = load_rig(rig_path)
     result = {"machine": machine(), "compilation": compilation(rig_path)}
     print(f"compilation: {result['compilation']['compile_s']:.1f} s, once for every version of the sources")

@@ -25,7 +25,7 @@ SIMULATE = [*COMMAND, "simulate", "{folder}/run.npz", "-q", "--rpm", "115"]
 STEPS = """
 import time
 from trackdyn import Loop, Scene, load_rig
-rig = load_rig("config/rigs/paper.yaml")
+rig = load_rig("trackdyn/rigs/paper.yaml")
 loop = Loop(Scene(rig, 115.0, **{fields}))
 loop.advance(20.0)
 """

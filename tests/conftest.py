@@ -24,6 +24,7 @@ from trackdyn.commands import cli
 from trackdyn.measure.contacts import contacts
 from trackdyn.model.arrays import CONTACT_INTERVAL, SIDES
 from trackdyn.rig.rig import load_rig
+from trackdyn.rig.rig_file import SHIPPED
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recording import Recording, provenance
@@ -73,7 +74,7 @@ def pytest_terminal_summary(terminalreporter):
 @pytest.fixture(scope="session")
 def rig_path():
     """File of the default rig."""
-    return CONFIG / "rigs" / "paper.yaml"
+    return SHIPPED / "paper.yaml"
 
 
 @pytest.fixture(scope="session")

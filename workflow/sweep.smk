@@ -36,7 +36,7 @@ class Settings(Section):
 
     design: Name # a row a scene (.csv, .parquet)
     out: Name # a row a result (.csv, .parquet); its folders lie beside it
-    rig: Name = "config/rigs/paper.yaml" # of rows that name no other
+    rig: Name = "trackdyn/rigs/paper.yaml" # of rows that name no other
     rigs: list[Name] = [] # files that rows name themselves
     batches: PositiveInt = 10 # jobs; a minute or more of rows in each makes their start cheap
     threads: PositiveInt = 1 # of a job

@@ -152,7 +152,7 @@ def test_one_least_tension_in_all_refusals_and_it_can_stand():
 @pytest.mark.parametrize("name", ["paper", "parts"])
 def test_a_chain_can_stand_at_both_ends_of_the_range_of_its_tension(name):
     """An identification and a search draw from it."""
-    path = f"config/rigs/{name}.yaml"
+    path = f"trackdyn/rigs/{name}.yaml"
     for tension in file_ranges(path)["tension.pre_tension"]:
         scene = Scene(load_rig(path).changed(tension__pre_tension=tension), 0.0)
         assert settle(scene).layout["tension_n"] == pytest.approx(tension, rel=0.01)

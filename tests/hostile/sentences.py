@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 ROOT = Path(__file__).parents[2]
-RIG = ROOT / "config" / "rigs" / "paper.yaml"
+RIG = ROOT / "trackdyn" / "rigs" / "paper.yaml"
 HUGE, LONGER = 10**400, 10**5000  # beyond a float; beyond what Python writes as text
 NUMBER = "must be a finite number"
 BELT = {"chain": "belt", "ring_radius": None, "contact_log": False}

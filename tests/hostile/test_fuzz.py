@@ -154,7 +154,7 @@ def test_configurations(data):
 @pytest.mark.parametrize(
     ("name", "readers"),
     [
-        ("config/rigs/paper.yaml", (load_rig, read_layer)),
+        ("trackdyn/rigs/paper.yaml", (load_rig, read_layer)),
         ("sensor.csv", (read_sensor,)),
         ("belt.npz", (load_recording,)),
     ],
@@ -191,7 +191,7 @@ def test_recordings(folder, seed, changes):
 WORDS = (
     "simulate", "compare", "plan", "--rpm", "--step", "--choose", "chain=belt", "chain=rope", "tolerance=1",
     "--tolerance", "2%", "--measure", "left_peak", "--ring-radius", "none", "0.308", "--duration", "1e999", "-1",
-    "-q", "--quiet", "--rig", "config/rigs/paper.yaml", "belt.npz", "x.csv", "--preset", "fast", "--help",
+    "-q", "--quiet", "--rig", "trackdyn/rigs/paper.yaml", "belt.npz", "x.csv", "--preset", "fast", "--help",
     "--checkpoint", ".", "--measure", "rms", "--frame-interval", "0",
 )  # fmt: skip
 words = st.one_of(

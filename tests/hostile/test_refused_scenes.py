@@ -53,7 +53,7 @@ SCENES = [
     ({"motor_rpm": np.timedelta64(5, "s")}, "motor_rpm", NUMBER),
     ({"motor_rpm": np.ma.array(115.0, mask=True), "chain": "x" * 2000}, "scene: "),
     ({"rig": None}, "rig = None", "an instance of Rig"),
-    ({"rig": "config/rigs/paper.yaml"}, "rig = 'config/rigs/paper.yaml'", "an instance of Rig"),
+    ({"rig": "trackdyn/rigs/paper.yaml"}, "rig = 'trackdyn/rigs/paper.yaml'", "an instance of Rig"),
     ({"rig": Scene}, "rig", "an instance of Rig"),
     *[({name: 3}, f"{name} is not a known parameter", "") for name in ("speed", "solver", "joint", "tolerance")],
 ]

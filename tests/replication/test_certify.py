@@ -63,7 +63,7 @@ def test_what_a_run_has_made_is_in_it_and_nothing_else(results):
 
 
 def test_the_same_results_give_the_same_manifest(results):
-    rig = "config/rigs/paper.yaml"
+    rig = "trackdyn/rigs/paper.yaml"
     path = write_manifest(results, [rig])
     before = path.read_bytes()
     assert write_manifest(results, [rig]).read_bytes() == before

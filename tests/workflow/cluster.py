@@ -18,7 +18,7 @@ import numpy as np
 import pandas as pd
 
 ROOT = Path(__file__).parents[2]
-RIG = ROOT / "config" / "rigs" / "paper.yaml"
+RIG = ROOT / "trackdyn" / "rigs" / "paper.yaml"
 PROGRAMS = ("munged", "slurmctld", "slurmd", "sbatch", "srun", "squeue", "scontrol", "scancel")
 UP, PATIENCE = 30.0, 1800.0  # s until a daemon answers, and for any one command
 CONF = """\

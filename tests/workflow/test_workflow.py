@@ -245,7 +245,7 @@ INPUTS = [
         {"sensor_records", "claims"},
         "simulate",
     ),
-    (["config/rigs/paper.yaml", "trackdyn/plots/style.py"], {"simulate", "ring_runs", "closure", "claims"}, ""),
+    (["trackdyn/rigs/paper.yaml", "trackdyn/plots/style.py"], {"simulate", "ring_runs", "closure", "claims"}, ""),
 ]
 
 

@@ -9,7 +9,7 @@ from laboratory.plausible.unknowns import Unknown, Unknowns, file_ranges
 from trackdyn.errors import InputError
 from trackdyn.rig.rig import load_rig
 
-RIG_FILE = Path(__file__).parents[3] / "config" / "rigs" / "paper.yaml"
+RIG_FILE = Path(__file__).parents[3] / "trackdyn" / "rigs" / "paper.yaml"
 RIG = load_rig(RIG_FILE)
 RANGES = file_ranges(RIG_FILE)
 STIFFNESS = Unknown(names=["bushing.stiffness"], scale="log")

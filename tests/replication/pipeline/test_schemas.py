@@ -14,9 +14,8 @@ from replication.pipeline.schemas import schema
 from trackdyn.rig.yaml_file import read_yaml
 
 ROOT = Path(__file__).parents[3]
-# but for the record of another rig's fit, which no program reads
-RECORD = ROOT / "config" / "fits" / "printed_equal_pitch.yaml"
-FILES = sorted({*(ROOT / "config").rglob("*.yaml"), *(ROOT / "tests" / "workflow").rglob("*.yaml")} - {RECORD})
+WHOLE_RIGS = [ROOT / "trackdyn" / "rigs" / f"{name}.yaml" for name in ("paper", "parts")]  # others are like one
+FILES = sorted([*(ROOT / "config").rglob("*.yaml"), *(ROOT / "tests" / "workflow").rglob("*.yaml"), *WHOLE_RIGS])
 LINE = re.compile(r"# yaml-language-server: \$schema=(\S+)")
 
 
@@ -60,11 +59,11 @@ def changed(path, keys, value):
 @pytest.mark.parametrize(
     ("path", "keys", "value", "where"),
     [
-        ("config/rigs/paper.yaml", ("chain", "link_mass", "unit"), "g", "$.chain.link_mass.unit"),
-        ("config/rigs/paper.yaml", ("chain", "link_mass", "value"), -1, "$.chain.link_mass.value"),
-        ("config/rigs/paper.yaml", ("chain", "link_mass", "source"), None, "$.chain.link_mass"),
-        ("config/rigs/paper.yaml", ("chain", "link_mass"), 10.0, "$.chain.link_mass"),
-        ("config/rigs/paper.yaml", ("chain", "link_mass", "low"), None, "$.chain.link_mass"),
+        ("trackdyn/rigs/paper.yaml", ("chain", "link_mass", "unit"), "g", "$.chain.link_mass.unit"),
+        ("trackdyn/rigs/paper.yaml", ("chain", "link_mass", "value"), -1, "$.chain.link_mass.value"),
+        ("trackdyn/rigs/paper.yaml", ("chain", "link_mass", "source"), None, "$.chain.link_mass"),
+        ("trackdyn/rigs/paper.yaml", ("chain", "link_mass"), 10.0, "$.chain.link_mass"),
+        ("trackdyn/rigs/paper.yaml", ("chain", "link_mass", "low"), None, "$.chain.link_mass"),
         ("config/quick.yaml", ("recrods",), {}, "$"),
         ("config/quick.yaml", ("studies",), {"trade": 1}, "$.studies"),
         ("config/studies.yaml", ("trade", "short"), None, "$.trade"),

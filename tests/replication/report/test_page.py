@@ -26,7 +26,7 @@ from trackdyn.rig.rig import load_rig
 from trackdyn.scene.scene import Scene
 
 ROOT = Path(__file__).parents[3]
-RIG_FILE = ROOT / "config" / "rigs" / "paper.yaml"
+RIG_FILE = ROOT / "trackdyn" / "rigs" / "paper.yaml"
 RIG = load_rig(RIG_FILE)
 RATE = RIG.rate
 

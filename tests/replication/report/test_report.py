@@ -32,7 +32,7 @@ from trackdyn.sensor.sensor_csv import SensorRecord
 
 pytestmark = pytest.mark.slow
 
-RIG = load_rig(Path(__file__).parents[3] / "config" / "rigs" / "paper.yaml")
+RIG = load_rig(Path(__file__).parents[3] / "trackdyn" / "rigs" / "paper.yaml")
 RATE = 1000
 RPM = 210.0
 LOOP_HZ = RPM / 5.57 / 60 * 13 / 35
