@@ -16,10 +16,12 @@ from replication.certify import (
     compare_files,
     describe,
     load_manifest,
+    rig_hash,
     write_manifest,
 )  # fmt: skip
 from tests.conftest import run_command
 from trackdyn.errors import InputError
+from trackdyn.files import write_npz
 
 TABLE = "run,rms_g,wall_s,loop_gap_max_m,note\n115rpm,0.924182,6.4,2.8e-14,\n150rpm,1.08251,7.1,3.1e-14,loose\n"
 
@@ -85,6 +87,27 @@ def test_an_input_that_is_another_file_or_gone_is_no_equal_run(results, tmp_path
     record.unlink()
     code, said, _ = run_command("verify", results)
     assert code == 1 and "missing  115rpm.csv" in said
+
+
+def test_a_recording_of_another_configuration_is_no_equal_run(results):
+    """What a profile with `rerun-triggers: mtime` leaves: a configuration was changed, and no run was made again."""
+    scene, rig = {"duration": 90.0, "step": 1e-4, "pitches": []}, {"chain": {"pitches": 35}}
+    stated = {f"runs/{name}rpm.npz": scene | {"rig": rig_hash(rig)} for name in (115, 150)}
+    for name in stated:
+        write_npz(results / name, {"scene": scene | {"ramp": 1.0}, "rig": rig}, {"time": np.zeros(1)})
+    write_manifest(results, [], stated)
+    assert run_command("verify", results).code == 0
+    changes = ({"duration": 80.0}, "duration = 90.0, now 80.0"), ({"rig": rig_hash({"chain": {}})}, "(rig)")
+    for change, said in changes:
+        changed = {name: fields | change for name, fields in stated.items()}
+        with pytest.raises(InputError, match=r"of another configuration .*, and so are runs/150rpm.npz; run") as refusal:
+            write_manifest(results, [], changed)
+        assert said in str(refusal.value)
+    write_npz(results / "runs/115rpm.npz", {"scene": scene | {"duration": 80.0}, "rig": rig}, {"time": np.zeros(1)})
+    done = run_command("verify", results)
+    assert (
+        done.code == 1 and "differs  runs/115rpm.npz  is of another configuration (duration = 80.0, now 90" in done.out
+    )
 
 
 # text of metrics.csv, its replacement, status, words of what is said

@@ -1,5 +1,7 @@
 """Fields of a rig by dotted name: one way to list, read and set them, on every shipped rig."""
 
+import re
+
 import pytest
 
 from trackdyn.errors import InputError
@@ -32,6 +34,14 @@ def test_a_wheel_and_a_surface_are_sections_by_their_names():
     rig = rig.changed(surfaces={"bare": steel}, idler__surface="bare")
     assert rig.changed(bare__restitution=0.25).value("bare.restitution") == 0.25
     assert rig.value("wheel_contact.restitution") == steel["restitution"]
+
+
+@pytest.mark.parametrize("name", [*Rig.model_fields, "idler", "a.b", "<b>", ""])
+def test_a_surface_has_no_name_of_something_else(name):
+    """Else `value` and `changed` would act on the surface where a section is meant, or on none."""
+    rig = load_rig("m113")
+    with pytest.raises(InputError, match=f"surfaces.'{re.escape(name)}' is not a valid name: .* of a section, a wheel"):
+        rig.changed(surfaces={name: rig.wheel_contact.model_dump()})
 
 
 @pytest.mark.parametrize(

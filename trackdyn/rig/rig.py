@@ -1,6 +1,6 @@
 """Every parameter of the rig with value, unit, kind and source, read from YAML (`rig_file`) and validated."""
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from difflib import get_close_matches
 from functools import cached_property, reduce
 from math import pi, tan
@@ -78,7 +78,7 @@ class Rig(Section):
 
     def model_post_init(self, context: Any) -> None:
         """Refuse (`InputError`) values that do not fit each other."""
-        for fault in (*self._wheel_faults(), *self._sensor_faults(), *self._faults()):
+        for fault in (*self._name_faults(), *self._wheel_faults(), *self._sensor_faults(), *self._faults()):
             raise InputError(fault)
 
     def _faults(self) -> Iterator[str]:
@@ -111,7 +111,6 @@ class Rig(Section):
 
     def _wheel_faults(self) -> Iterator[str]:
         """Sentences about wheels that cannot be."""
-        yield from self._name_faults("wheels", (), "idler")
         for name, wheel in self.wheels.items():
             if wheel.surface not in self.contact_surfaces:
                 choice = ", ".join(self.contact_surfaces)
@@ -123,7 +122,6 @@ class Rig(Section):
 
     def _sensor_faults(self) -> Iterator[str]:
         """Sentences about sensors that cannot be."""
-        yield from self._name_faults("sensors", {*self.wheels, *self.surfaces}, "sensor")
         pitches = self.chain.pitches
         for name, sensor in self.sensors.items():
             if sensor.pitch > pitches:
@@ -132,16 +130,19 @@ class Rig(Section):
                 others = f"another sensor has {self.rate} Hz; all sensors of a rig have one rate"
                 yield f"{name}.rate = {sensor.rate} Hz: {others}"
 
-    def _name_faults(self, group: str, taken: Collection[str], example: str) -> Iterator[str]:
-        """Faults of an empty group, and of names of its members that mean something else in a dotted name."""
-        if not getattr(self, group):
-            yield f"{group} is missing; a rig needs at least one, such as {example}"
-        for name in getattr(self, group):
-            if name in taken or name in type(self).model_fields or not NAME.fullmatch(name):
-                yield (
-                    f"{group}.{shown(name)} is not a valid name: use lower-case letters, digits and _, and not the "
-                    "name of a section, a wheel or a surface"
-                )
+    def _name_faults(self) -> Iterator[str]:
+        """Sentences about groups without members, and members whose names mean something else in a dotted name."""
+        taken = {*type(self).model_fields}
+        for group, example in (("wheels", "idler"), ("surfaces", ""), ("sensors", "sensor")):
+            if example and not getattr(self, group):
+                yield f"{group} is missing; a rig needs at least one, such as {example}"
+            for name in getattr(self, group):
+                if name in taken or not NAME.fullmatch(name):
+                    yield (
+                        f"{group}.{shown(name)} is not a valid name: use lower-case letters, digits and _, and not the "
+                        "name of a section, a wheel or a surface"
+                    )
+            taken.update(getattr(self, group))
 
     @property
     def first_sensor(self) -> sections.SensorParameters:

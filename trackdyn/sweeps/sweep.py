@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from functools import cache
+from math import isfinite, nan
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -11,6 +12,7 @@ from joblib import cpu_count
 
 from trackdyn.errors import InputError
 from trackdyn.files import check_writable
+from trackdyn.measure.columns import COLUMNS as RESULT_COLUMNS
 from trackdyn.rig.rig import Rig, load_rig
 from trackdyn.rig.rig_file import DEFAULT
 from trackdyn.rig.validation import parse_number, shown, typed, within
@@ -34,6 +36,12 @@ DEFAULTS = {
 }
 # columns that do not define the scene: the name of the row, and names that set several fields
 OWN = ("name", "preset", "rig")
+# types of values in a stored row, in which NaN is a number that is missing
+NUMBER = (int, float)
+KINDS: dict[str, tuple[type, ...]] = {"number": NUMBER, "integer": NUMBER, "string": (str,)}
+SCALAR = (str, int, float, type(None))  # of columns without description
+# columns of a result that no run leaves empty
+ALWAYS = ("rpm", "step_s", "simulated_s", "rms_g", "sd_g")
 # every column that a design may have beside the fields of a rig
 COLUMNS = (*OWN, *(name for name in Scene.model_fields if name != "rig"), *STOP_RULE)
 
@@ -203,7 +211,8 @@ def sweep(
     rows = requested_rows(table, str(rig))
     results_by_key = {row.key: without_values(row.key, REFUSED, row.reason) for row in rows if row.reason}
     due = {row.key: row.task for row in sorted(rows, key=lambda row: row.same_start) if not row.reason}
-    results_by_key |= computed(run_row, due, jobs or cpu_count(), store, "sweep" if progress else "")
+    bar = "sweep" if progress else ""
+    results_by_key |= computed(run_row, due, jobs or cpu_count(), store, bar, valid=_can_be)
     by_row = [results_by_key[row.key] for row in rows]
     message = pd.DataFrame({name: [result[name] for result in by_row] for name in ("key", "state", "reason")})
     values = pd.DataFrame([result["values"] for result in by_row])
@@ -233,7 +242,9 @@ def check_replaceable(out: Path | str, store: Path | str | None = None) -> None:
         computed = set(table.loc[table["state"].isin((DONE, DIVERGED)), "key"])
     except (InputError, KeyError):
         raise InputError(f"{out} exists and is no result of a sweep; {remedy}") from None
-    if missing := len(computed - (Store(folder).read(computed, say=False).keys() if folder.is_dir() else set())):
+    if missing := len(
+        computed - (Store(folder, _can_be).read(computed, say=False).keys() if folder.is_dir() else set())
+    ):
         raise InputError(f"{out} exists, and {folder} does not hold {missing} of its rows; {remedy}")
 
 
@@ -244,6 +255,15 @@ def batches(design: pd.DataFrame | Path | str, rig: Path | str, count: int) -> l
     first = {row.key: k for k, row in reversed(list(enumerate(rows)))}
     order = sorted(first.values(), key=lambda k: rows[k].same_start)
     return [table.iloc[sorted(part) if len(part) else order[:1]] for part in np.array_split(order, count)]
+
+
+def _can_be(values: dict[str, Any]) -> bool:
+    """Whether a row that is done can have these values: numbers where the dictionary of columns says so, and an RMS."""
+    for name, value in values.items():
+        kind = RESULT_COLUMNS[name][0] if name in RESULT_COLUMNS else ""
+        if (kind and isinstance(value, bool)) or not isinstance(value, KINDS.get(kind, SCALAR)):
+            return False
+    return all(isfinite(values.get(name, nan)) for name in ALWAYS)
 
 
 def _storable(column: pd.Series) -> pd.Series:

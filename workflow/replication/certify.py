@@ -13,16 +13,18 @@ import platform
 import re
 from collections.abc import Iterable, Mapping
 from importlib.metadata import version
+from math import inf
 from pathlib import Path
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 from pydantic import Field
 
 from trackdyn.errors import InputError
-from trackdyn.files import read_text, write_text
+from trackdyn.files import read_npz, read_text, write_text
 from trackdyn.jit import source_hash, target_hash
+from trackdyn.rig.rig import load_rig
 from trackdyn.rig.validation import Section, shown, validated
 from trackdyn.version import __version__
 
@@ -77,6 +79,8 @@ class Manifest(Section):
     format: int
     made_with: dict[str, str]  # versions of program, packages and machine
     inputs: dict[str, Hash]
+    # what the configuration states of each recording: fields of its scene, and the hash of its rig
+    runs: dict[str, dict[str, Any]] = Field(default_factory=dict)
     files: dict[str, File]
 
 
@@ -106,13 +110,26 @@ def file_hash(path: Path | str) -> str:
     return hashlib.sha256(Path(path).read_bytes()).hexdigest()
 
 
-def write_manifest(results: Path | str, inputs: Iterable[Path | str] = ()) -> Path:
-    """Write ``manifest.json`` into a results folder; the same results give the same bytes."""
+def write_manifest(
+    results: Path | str, inputs: Iterable[Path | str] = (), runs: Mapping[str, Mapping[str, Any]] | None = None
+) -> Path:
+    """Write ``manifest.json`` into a results folder; the same results give the same bytes.
+
+    Raises `InputError`: a recording is not the one that the configuration states for it in ``runs``.
+    """
+    if others := compare_runs(results, runs or {}):
+        names = ", ".join(finding.name for finding in others[1:4])
+        raise InputError(
+            f"{Path(results, others[0].name)} {others[0].text}{', and so are ' + names if names else ''}"
+            f"{', ...' if others[4:] else ''}; run `snakemake -j2 --rerun-triggers mtime params`, for a profile with "
+            "`rerun-triggers: mtime` sees no change in the configuration"
+        )
     about = {"trackdyn": __version__, "sources": source_hash(), "target": target_hash()}
     about |= {"python": platform.python_version(), "machine": platform.machine(), "system": platform.system()}
     about |= {name: version(name) for name in PACKAGES}
     hashes = {Path(path).as_posix(): file_hash(path) for path in inputs}
-    manifest = Manifest(format=FORMAT, made_with=about, inputs=hashes, files=describe(results))
+    stated = {name: dict(fields) for name, fields in (runs or {}).items()}
+    manifest = Manifest(format=FORMAT, made_with=about, inputs=hashes, runs=stated, files=describe(results))
     content = json.dumps(manifest.model_dump(exclude_none=True), indent=1, ensure_ascii=False)
     write_text(path := Path(results, NAME), f"{content}\n")
     return path
@@ -180,6 +197,30 @@ def compare_inputs(results: Path | str, inputs: Mapping[str, str]) -> list[Findi
     return findings
 
 
+def rig_hash(rig: Mapping[str, Any]) -> str:
+    """Hash of a rig as plain data (`Scene.describe`)."""
+    return hashlib.sha256(json.dumps(rig, sort_keys=True).encode()).hexdigest()
+
+
+def compare_runs(results: Path | str, runs: Mapping[str, Mapping[str, Any]]) -> list[Finding]:
+    """Recordings in ``results`` whose scenes are not those of the configuration, which ``runs`` states."""
+    findings = []
+    for name, stated in runs.items():
+        if not (path := Path(results, name)).is_file():
+            continue
+        try:
+            meta, _ = read_npz(path, "trackdyn recording", inf, arrays=False)
+            made = {**meta["scene"], "rig": rig_hash(meta["rig"])}
+        except (InputError, KeyError, TypeError):  # damaged, as its bytes say
+            continue
+        for field, value in stated.items():
+            if made.get(field) != value:
+                difference = "rig" if field == "rig" else f"{field} = {made.get(field)}, now {value}"
+                findings.append(Finding(name, DIFFERS, f"is of another configuration ({difference})"))
+                break
+    return findings
+
+
 def _judge(path: Path, ours: File | None, theirs: File | None) -> tuple[str, str]:
     """Status and text of a file from its entries of two manifests."""
     if ours is None or theirs is None:
@@ -233,4 +274,6 @@ def _tables(ours: pd.DataFrame, theirs: pd.DataFrame) -> tuple[str, str]:
 @run_job
 def main(job) -> None:
     """Rule `manifest`."""
-    print(write_manifest(Path(job.output[0]).parent, job.input.inputs))
+    rig = rig_hash(load_rig(job.input.rig).model_dump(mode="json", exclude_defaults=False))
+    runs = {name: fields | {"rig": rig} for name, fields in job.params.runs.items()}
+    print(write_manifest(Path(job.output[0]).parent, job.input.inputs, runs))

@@ -29,6 +29,8 @@ def verify(
         manifest = certify.load_manifest(reference)
         findings = certify.compare_inputs(results, manifest.inputs)
         findings += certify.compare_files(results, manifest.files)
+        others = {finding.name: finding for finding in certify.compare_runs(results, manifest.runs)}
+        findings = [others.get(finding.name, finding) for finding in findings]
     for finding in findings:
         if finding.status != certify.EQUAL:
             typer.echo(f"{finding.status:>8}  {finding.name}  {finding.text}".rstrip())

@@ -95,6 +95,10 @@ def article_of_run(wildcards):
     return rules.article.output if CONFIG.peers and {*IN_ARTICLE} <= {*requested_studies(wildcards)} else []
 
 
+# what a run that ends by a rule (`stop_rule`) states in its recording differs from what the configuration does
+BY_RULE = {"duration", "lead_in", "frame_interval", "contact_log"}
+
+
 rule manifest:
     """Hashes of all that was made, and the numbers of the tables: what another run is verified against."""
     input:
@@ -102,7 +106,15 @@ rule manifest:
         rules.animation.output,
         article_of_run,
         inputs=RUN_INPUTS,
+        rig=CONFIG.rig,
     output: f"{R}/manifest.json"
+    params:
+        runs={
+            f"runs/{name}.npz": scene.model_dump(
+                mode="json", exclude={"rig", *(BY_RULE if name.startswith("ring/") else ())}
+            )
+            for name, scene in SCENES.items()
+        },
     log: f"{R}/logs/manifest.log"
     script: "../replication/certify.py"
 
