@@ -100,7 +100,7 @@ def test_a_recording_of_another_configuration_is_no_equal_run(results):
     changes = ({"duration": 80.0}, "duration = 90.0, now 80.0"), ({"rig": rig_hash({"chain": {}})}, "(rig)")
     for change, said in changes:
         changed = {name: fields | change for name, fields in stated.items()}
-        with pytest.raises(InputError, match=r"of another configuration .*, and so are runs/150rpm.npz; run") as refusal:
+        with pytest.raises(InputError, match=r"another configuration .*, and so are runs/150rpm.npz; run") as refusal:
             write_manifest(results, [], changed)
         assert said in str(refusal.value)
     write_npz(results / "runs/115rpm.npz", {"scene": scene | {"duration": 80.0}, "rig": rig}, {"time": np.zeros(1)})
