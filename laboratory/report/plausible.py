@@ -119,8 +119,10 @@ def _draw_legend(ax: Axes, marked: dict[str, float]) -> None:
     ax.plot([], [], color=BLACK, linewidth=2.5, label=f"creep of rubber, {RUBBER[0]:g} to {RUBBER[1]:g} s/m")
     for share in (0.0, 0.5, 1.0):
         colour = colour_map()(PALE + (DARK - PALE) * share)
-        ax.plot([], [], "s", color=colour, markeredgecolor="0.6", markersize=7, label=f"{100 * share:.0f} % show it")
-    ax.legend(loc="center", title="cells: tracks that show it/decided", title_fontsize=SMALL, frameon=False)
+        ax.plot(
+            [], [], "s", color=colour, markeredgecolor="0.6", markersize=7, label=f"{100 * share:.0f} % reproduce it"
+        )
+    ax.legend(loc="center", title="cells: tracks that reproduce it/decided", title_fontsize=SMALL, frameon=False)
 
 
 def colour_map():
@@ -188,7 +190,7 @@ def _table(sentences: pd.DataFrame, default: pd.DataFrame) -> str:
 
 def _values_text(values: pd.DataFrame) -> str:
     if values.empty:
-        return "No single value separates the tracks that show a sentence from the others beyond chance."
+        return "No single value separates the tracks that reproduce a sentence from the others beyond chance."
     parts, fields = [], load_rig("parts").fields
     for row in values.drop_duplicates("name").itertuples():  # the value that separates most
         unit = "s/m" if row.value == CREEP else fields[row.value].unit
@@ -196,7 +198,7 @@ def _values_text(values: pd.DataFrame) -> str:
         digits = 4 if row.value == EQUAL_PITCH else 2
         shown, others = (significant(factor * number, digits) for number in (row.median_shown, row.median_not))
         parts.append(f"{row.name}: `{row.value}` ({shown} against {others} {unit}".rstrip() + ")")
-    return "**What separates**, medians of tracks that show a sentence, against others: " + "; ".join(parts) + "."
+    return "**What separates**, medians of tracks that reproduce a sentence, against others: " + "; ".join(parts) + "."
 
 
 def _creep_text(binned: pd.DataFrame, values: pd.DataFrame, default: pd.DataFrame, parameters: pd.DataFrame) -> str:
@@ -213,7 +215,7 @@ def _creep_text(binned: pd.DataFrame, values: pd.DataFrame, default: pd.DataFram
     low = values[(values["value"] == CREEP) & (values["correlation"] < 0)]["name"].astype(str)
     gained = [name for name in low if name in shown]
     if not gained:
-        return f"{text} None of the sentences that it shows goes with a low creep slope beyond chance."
+        return f"{text} None of the sentences that it reproduces goes with a low creep slope beyond chance."
     parts = ("{} ({}, else {})".format(name, *creep_counts(binned, name)) for name in gained)
     return f"{text} Of its sentences these go with a low one, below {RUBBER[0]:g} s/m: {'; '.join(parts)}."
 
@@ -252,9 +254,9 @@ def _radius_text(draws: pd.DataFrame) -> str:
     ends = ran.loc[distances.index, "radius"].isin([min(radii), max(radii)]).mean()
     without = 1 - len(distances) / len(ran)
     return (
-        f"**Radius to choose**: {distance_sentence(ran)} {100 * without:.0f} % have no choice: no ring serves at every "
-        f"speed, or two starts differ. {100 * ends:.0f} % of the choices are at an end of the grid ({min(radii):g} and "
-        f"{max(radii):g} m)."
+        f"**Recommended radius**: {distance_sentence(ran)} {100 * without:.0f} % have no choice: no ring serves at "
+        f"every speed, or two starts differ. {100 * ends:.0f} % of the choices are at an end of the grid "
+        f"({min(radii):g} and {max(radii):g} m)."
     )
 
 

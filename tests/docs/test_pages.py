@@ -128,7 +128,7 @@ pip() {{
   command pip "$@" --quiet --no-deps --no-build-isolation --disable-pip-version-check
 }}
 trackdyn() {{
-  if [ "$1" = ring ]; then command trackdyn "$@" --rpm 210 --radii 0.307; else command trackdyn "$@"; fi
+  case "$*" in "ring my_rig"*) command trackdyn "$@" --rpm 210 --radii 0.307;; *) command trackdyn "$@";; esac
 }}
 make() {{ command make --dry-run "$@"; }}
 snakemake() {{ python -m snakemake --dry-run --quiet all "$@"; }}
@@ -190,6 +190,9 @@ def test_the_readme_is_a_script_that_runs_in_a_fresh_folder(tmp_path):
         text=True,
     )
     assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
+    said = " ".join(done.stdout.split())
+    printed = re.findall(r"^#> (.+)$", script, re.MULTILINE)
+    assert len(printed) == 3 and [line for line in printed if " ".join(line.split()) not in said] == []
 
 
 @pytest.mark.parametrize("path", DOCUMENTS, ids=name_of)

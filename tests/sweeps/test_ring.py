@@ -55,10 +55,10 @@ def test_the_smallest_ring_that_keeps_every_bound_at_every_speed_is_chosen():
     assert rule.band(study()) == {1.0: 0.308, 3.0: 0.306}
     said = advice(study(), rule)
     assert said[:4] == [
-        "choose a ring of 0.306 m",
+        "recommended: a ring of radius 0.306 m",
         "the rule holds from 0.3055 to 0.308 m, known to 0.5 mm",
-        "points over a tooth's share: the rule would choose 0.308 m with 1, 0.306 m with 3",
-        "least sliding on the teeth: 0.308 m, 16 J a turn in place of 18 J, for +0.067 % of strand tension",
+        "with another margin than 2 points the rule would recommend 0.308 m with 1, 0.306 m with 3",
+        "least sliding on the teeth: 0.308 m, 16 J a turn in place of 18 J, for +0 % of strand tension",
     ]
     assert "at 210 rpm is 0.60 +- 0.10, must be < 0.5; " in said[4] and said[5].endswith("keeps every bound, too")
     assert said[7] == (
@@ -66,13 +66,14 @@ def test_the_smallest_ring_that_keeps_every_bound_at_every_speed_is_chosen():
         "sliding work on the teeth 18 J, on the ring 3 J a turn"
     )
     assert said[10].startswith("no ring: ") and "on the teeth 70 J" in said[10]
-    assert said[-1] == "at one speed alone: 115 rpm 0.306 m, 210 rpm 0.306 m"
+    assert said[-1] == "for one speed alone: 115 rpm 0.306 m, 210 rpm 0.306 m"
     assert not any("_pct" in sentence for sentence in said)
 
 
 def test_a_choice_at_the_end_of_the_study_is_said_first():
     said = advice(study({115.0: (20.0, 12.0, 11.0, 10.0, 8.5), 210.0: LEFT[210.0]}), rule_of())
-    assert said[0].startswith("the largest radius of the study won, 0.308 m") and said[1] == "choose a ring of 0.308 m"
+    assert said[0].startswith("the recommended radius is the largest of the study, 0.308 m")
+    assert said[1] == "recommended: a ring of radius 0.308 m"
 
 
 def test_a_radius_that_serves_alone_is_not_chosen():
@@ -91,7 +92,7 @@ def test_a_radius_that_serves_alone_is_not_chosen():
 @pytest.mark.parametrize("choice", ["largest", "least teeth_sliding_j"])
 def test_a_smaller_radius_is_not_said_to_miss_what_it_keeps(choice):
     said = advice(study(), rule_of(f"right_share_pct < 0.5, {choice}"))
-    assert "choose a ring of 0.308 m" in said[:2] and "a slightly larger one does not" not in str(said)
+    assert "recommended: a ring of radius 0.308 m" in said[:2] and "a slightly larger one does not" not in str(said)
     assert any(text.startswith("the next smaller radius, 0.307 m: keeps every bound, too") for text in said)
 
 
@@ -158,7 +159,7 @@ def test_a_narrow_window_is_said_and_not_chosen(monkeypatch):
 def test_a_margin_that_decides_by_more_than_the_window_is_said():
     left = {115.0: (20.0, 12.0, 9.6, 12.0, 12.0), 210.0: (21.0, 9.0, 8.9, 8.8, 8.6)}
     said = advice(study(left), rule_of("left_share_pct <= tooth + 2, largest"))
-    assert said[0] == "choose a ring of 0.306 m"
+    assert said[0] == "recommended: a ring of radius 0.306 m"
     assert said[2].endswith(
         "none with 1, 0.306 m with 3: this margin, which is ours, moves the choice by more than that window"
     )
@@ -303,7 +304,7 @@ def test_the_command_writes_its_files_and_goes_on_with_the_same_numbers(tmp_path
     assert names | {"ring.csv", "ring.html", "rows"} == {path.name for path in (tmp_path / "mine").iterdir()}
     stamps = {path: path.stat().st_mtime_ns for path in (tmp_path / "mine/rows").iterdir()}
     done = run_command(*line, "--rule", "smallest")
-    assert done.code == 0 and "choose a ring of 0.307 m" in done.out
+    assert done.code == 0 and "recommended: a ring of radius 0.307 m" in done.out
     assert stamps == {path: path.stat().st_mtime_ns for path in (tmp_path / "mine/rows").iterdir()}
 
 

@@ -72,7 +72,7 @@ class Bound(NamedTuple):
     def worst(self, missed: pd.DataFrame) -> str:
         """The speed at which rows miss the bound by most, and at how many others they do."""
         row = missed.loc[(missed[self.column] - self.limit).abs().fillna(float("inf")).idxmax()]
-        others = f", and at {len(missed) - 1} more of the speeds" if len(missed) > 1 else ""
+        others = f", and at {len(missed) - 1} other speed{'s' * (len(missed) > 2)}" if len(missed) > 1 else ""
         value, error = row[self.column], row.get(error_of(self.column) or "", 0.0)
         if value != value:
             return f"{heading(self.column)} at {row['rpm']:g} rpm is not known{others}"
@@ -210,9 +210,11 @@ def advice(study: pd.DataFrame, rule: RingRule) -> list[str]:
     radii, sentences = sorted(rings["ring_radius_m"].unique()), ["no radius of these serves at every speed"]
     misses = {bound: dict(list(bound.missed(rings).groupby("ring_radius_m"))) for bound in rule.bounds}
     if window and chosen == chosen:
-        sentences, index = [f"choose a ring of {chosen:.4g} m"], radii.index(chosen)
+        sentences, index = [f"recommended: a ring of radius {chosen:.4g} m"], radii.index(chosen)
         if index == len(radii) - 1:
-            sentences.insert(0, f"the largest radius of the study won, {chosen:.5g} m: a larger one may serve better")
+            sentences.insert(
+                0, f"the recommended radius is the largest of the study, {chosen:.5g} m: a larger one may serve better"
+            )
         sentences.append(str(window))
         if band := rule.band(study):
             each = (
@@ -222,7 +224,9 @@ def advice(study: pd.DataFrame, rule: RingRule) -> list[str]:
             low, high = window.ends
             moves = any(not abs(radius - chosen) <= high - low for radius in band.values())
             more = ": this margin, which is ours, moves the choice by more than that window" if moves else ""
-            sentences.append(f"points over a tooth's share: the rule would choose {', '.join(each)}{more}")
+            sentences.append(
+                f"with another margin than {MARGIN:g} points the rule would recommend {', '.join(each)}{more}"
+            )
         sentences += _least_sliding(rings, chosen)
         for words, k in (("smaller", index - 1), ("larger", index + 1)):
             if 0 <= k < len(radii):
@@ -242,7 +246,7 @@ def advice(study: pd.DataFrame, rule: RingRule) -> list[str]:
     if study["rpm"].nunique() > 1:
         alone = {rpm: rule.radius(rows) for rpm, rows in study.groupby("rpm")}
         each = (f"{rpm:g} rpm {f'{radius:.4g} m' if radius == radius else 'none'}" for rpm, radius in alone.items())
-        sentences.append(f"at one speed alone: {', '.join(each)}")
+        sentences.append(f"for one speed alone: {', '.join(each)}")
     return sentences
 
 
@@ -259,7 +263,7 @@ def _least_sliding(rings: pd.DataFrame, chosen: float) -> list[str]:
     tension = by_radius["settled_tension_n"].max()
     return [
         f"least sliding on the teeth: {least:.5g} m, {work[least]:.3g} J a turn in place of {work[chosen]:.3g} J, for "
-        f"{100 * (tension[least] / tension[chosen] - 1):+.2g} % of strand tension"
+        f"{100 * (tension[least] / tension[chosen] - 1):+.0f} % of strand tension"
     ]
 
 

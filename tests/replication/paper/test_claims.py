@@ -382,11 +382,11 @@ def test_a_sentence_is_judged_whole_and_counted_once():
         assert judged["number"].tolist() == list(SENTENCES) and count(judged) == (shown, 21)
     numbers = printed_numbers(list(CLAIMS.values()), evidence)
     assert headline(judged, numbers) == (
-        "The rig `mine` meets 24 of 25 printed numbers within their tolerance, and shows 19 of the 21 sentences of "
-        "Sects. 5.2 and 6 that can be judged. Of the paper's four conclusions on the ring it shows no. 1 (larger "
-        "speed, larger forces, above all of the left arc; the influence of the speed is limited), no. 2 (the force of "
-        "the ring grows significantly with its radius) and no. 4 (the radius has practically no effect on the force of "
-        "the left arc)."
+        "The rig `mine` meets 24 of 25 printed numbers within their tolerance, and reproduces 19 of the 21 sentences "
+        "of Sects. 5.2 and 6 that can be judged. Of the paper's four conclusions on the ring it reproduces no. 1 "
+        "(larger speed, larger forces, above all of the left arc; the influence of the speed is limited), no. 2 "
+        "(the force of the ring grows significantly with its radius) and no. 4 (the radius has practically no effect "
+        "on the force of the left arc)."
     )
     assert verdict_line(judged, numbers).endswith("19 of 21 sentences, 3 of 4 conclusions")
     lost = judged[judged["verdict"] == NOT_SHOWN].set_index("number")

@@ -16,8 +16,9 @@ RUBBER = (2.0, 90.0)  # creep slope of a solid rubber wheel, s/m (ring_contact.t
 FREE, BEARS = "19", "14"  # sentences that a summary of the tracks names
 CONCLUSION = r"^Conclusion (\d)"  # numbered by the paper, in Sect. 6.2; two sentences may be one of them
 MARKS = dict(zip(VERDICTS, ("●", "○", "◇", "–"), strict=True))
+VERDICT_WORDS = {name: name for name in VERDICTS} | {SHOWN: "reproduced", NOT_SHOWN: "not reproduced"}
 SHORT = {  # parts of claims in a few words, in the order of a summary
-    "C26a": "radius to choose by our rule, one ring for all speeds (m)",
+    "C26a": "recommended radius by our rule, one ring for all speeds (m)",
     "C06a": "RMS of the acceleration, by speed (g)",
     "C08": "amplitude of the dominant peak, by speed (g)",
     "C15": "no ring: areas that the arcs touch",
@@ -98,8 +99,8 @@ def headline(judged: pd.DataFrame, numbers: pd.DataFrame) -> str:
     """The counts of a rig in a sentence, and which of the numbered conclusions on the ring it shows."""
     shown, total = count(judged)
     return (
-        f"The rig `{judged['rig'].iloc[0]}` meets {number_count(numbers)}, and shows {shown} of the {total} sentences "
-        "of Sects. 5.2 and 6 that can be judged. Of the paper's four conclusions on the ring it shows "
+        f"The rig `{judged['rig'].iloc[0]}` meets {number_count(numbers)}, and reproduces {shown} of the {total} "
+        "sentences of Sects. 5.2 and 6 that can be judged. Of the paper's four conclusions on the ring it reproduces "
         f"{conclusions(judged)}."
     )
 
@@ -143,14 +144,13 @@ def share_of_tracks(rows: pd.DataFrame, name: str, tracks: str) -> str:
 def learned_sentences(tables: Mapping[str, pd.DataFrame]) -> list[str]:
     """What plausible tracks say: tables ``sentences``, ``map``, ``draws`` of ``docs/measured/plausible_*.csv``."""
     rows = track_rows(tables["sentences"])
-    free, bears = ([share_of_tracks(rows, name, tracks) for tracks in TRACKS] for name in (FREE, BEARS))
+    free, bears = (share_of_tracks(rows, name, TRACKS[0]) for name in (FREE, BEARS))
     soft, rubber = creep_counts(tables["map"], FREE)
     return [
         follows_sentence(tables["sentences"], tables["draws"]),
-        f"With rings from 0.305 m on no right arc touches a tooth (conclusion 3) on {free[0]} of them, and on "
-        f"{free[1]} of those in mesh as long as printed; on {soft} if the ring creeps more easily than rubber, else on "
-        f"{rubber}.",
-        f"The ring bears most of the force on {bears[0]} of all, {bears[1]} of those. Brackets hold 90 % intervals.",
+        f"With rings from 0.305 m on, no right arc touches a tooth (conclusion 3) on {free} of them: on {soft} if the "
+        f"ring creeps more easily than rubber, else on {rubber}.",
+        f"The ring bears most of the force on {bears}; brackets hold 90 % intervals.",
         distance_sentence(tables["draws"]),
     ]
 
@@ -185,11 +185,11 @@ def distance_sentence(draws: pd.DataFrame) -> str:
     """The ring to choose as its distance from equal pitch."""
     distances = chosen_distances(draws)
     if distances.empty:
-        return "No track has one ring to choose."
+        return "Our rule recommends no ring for any track."
     low, middle, high = distances.quantile([0.1, 0.5, 0.9])
     side = "above" if middle >= 0 else "below"
     return (
-        f"By our rule the ring to choose lies {abs(middle):.1f} mm {side} the equal-pitch radius "
+        f"The ring that our rule recommends lies {abs(middle):.1f} mm {side} the equal-pitch radius "
         f"(median; 80 % of the choices {low:+.1f} to {high:+.1f} mm)."
     )
 
@@ -205,7 +205,7 @@ def neighbours_sentence(near: pd.DataFrame) -> str:
     ]
     return (
         f"Neighbours of the default rig have each fitted value moved by up to 1 %, equal pitch by up to 0.5 mm: "
-        f"nine of ten show at least {least:g} sentences where it shows {at_rig['shown']:g}; lost are "
+        f"nine of ten reproduce at least {least:g} sentences where it reproduces {at_rig['shown']:g}; lost are "
         f"{_listed(lost) or 'none by more than one in ten'}."
     )
 
@@ -232,7 +232,7 @@ def radius_sentence(card: pd.DataFrame, own: bool = False) -> str:
             alone = f" For one speed alone it would be {chosen}."
     if row["measured"] == NO_VALUE:
         return f"No radius of the study serves at every speed.{alone} {rule}{paper}"
-    return f"The ring to choose has a radius of {row['measured']} m.{alone} {rule}{paper}"
+    return f"The recommended ring has a radius of {row['measured']} m.{alone} {rule}{paper}"
 
 
 def _listed(words: Sequence[str]) -> str:

@@ -9,8 +9,8 @@ import pandas as pd
 from replication.paper.claims import NO_TEST
 from replication.paper.scorecard import (
     MARKS,
+    VERDICT_WORDS,
     learned_sentences,
-    neighbours_sentence,
     outside_sentence,
     statements,
     verdict_line,
@@ -60,13 +60,13 @@ def _markdown(table: pd.DataFrame) -> str:
 
 def readme_text(*tables: pd.DataFrame) -> list[str]:
     """The verdict; what was learned; the table of statements with what an answer costs; tables as in `README`."""
-    card, judged, numbers, parameters, promises, near, *tracks = tables
-    marks = ", ".join(f"{mark} {verdict}" for verdict, mark in MARKS.items() if verdict != NO_TEST)
-    learned = learned_sentences(dict(zip(TRACK_TABLES, tracks, strict=True)))
+    card, judged, numbers, parameters, promises, *tracks = tables
+    marks = ", ".join(f"{mark} {VERDICT_WORDS[name]}" for name, mark in MARKS.items() if name != NO_TEST)
+    learned = " ".join(learned_sentences(dict(zip(TRACK_TABLES, tracks, strict=True))))
     rig = card["rig"].iloc[0]
     verdict = f"**The default rig `{rig}` reproduces {verdict_line(judged, numbers)} of the paper.**"
     table = f"{_markdown(statements(card))}\n\n{marks}. {outside_sentence(parameters, rig)} {trade_sentence(promises)}"
-    return [verdict, " ".join([*learned, neighbours_sentence(near)]), table]
+    return [verdict, learned, table]
 
 
 def departures_text(rows: pd.DataFrame) -> str:
@@ -144,7 +144,7 @@ def write_pages(files: Iterable[str], pages: Iterable[Page]) -> None:
 
 TRACK_TABLES = ("sentences", "map", "draws")  # of `learned_sentences`
 README = (
-    *("claims", "sentences", "printed_numbers", "parameters", "planner", "plausible_near"),
+    *("claims", "sentences", "printed_numbers", "parameters", "planner"),
     *(f"plausible_{name}" for name in TRACK_TABLES),
 )
 PAGES = (
