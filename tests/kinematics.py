@@ -1,9 +1,14 @@
 """Places and velocities of the bodies of a loop, its contacts as rows, and loops that move as a test wants them."""
 
 import numpy as np
+from scipy.optimize import fsolve
 
-from trackdyn.model.arrays import components, make_record
+from trackdyn.integrate.methods import METHODS
+from trackdyn.model.arrays import components, make_arrays, make_record
 from trackdyn.model.constants import Chain
+from trackdyn.scene.build import carriers_of
+from trackdyn.simulation.loop import Loop
+from trackdyn.simulation.loop_arrays import LoopArrays, allocate
 
 
 class ContactList:
@@ -80,6 +85,42 @@ def without_extrapolation(model, work):
         change[:] = 0.0
     wheels = model.wheels._replace(slip=np.zeros_like(model.wheels.slip))
     return model._replace(tooth=model.tooth._replace(mobility=0.0), wheels=wheels)
+
+
+def unsettled_loop(scene):
+    """A loop whose state is allocated and zero: nothing is compiled for it."""
+    loop = Loop.__new__(Loop)
+    loop.scene, loop.layout, loop.arrays = scene, {}, allocate(scene, scene.time_step)
+    return loop
+
+
+def spinning_loop(scene):
+    """The chain of a scene as an oblong clockwise loop that touches nothing and spins as its sprocket.
+
+    The angle of body i is ``-2 pi i / n`` with a second harmonic that makes the loop oblong, so that the joints at its
+    ends turn by more, and a first one that closes it.
+    """
+    loop = unsettled_loop(scene)
+    model, spin = loop.arrays.model, scene.sprocket_rate
+    wheels = {name: column[:1] for name, column in model.wheels._asdict().items() if np.ndim(column)}
+    wheels = model.wheels._replace(**wheels | {"present": np.zeros(1, int)})
+    model = model._replace(wheels=wheels, tooth=model.tooth._replace(present=0), carriers=carriers_of([], 1))
+    state, work = make_arrays(model, METHODS[scene.integrator])
+    lengths = model.chain.length
+    phase = -2 * np.pi * np.arange(len(lengths)) / len(lengths)
+
+    def angles(first):
+        return phase + 0.3 * np.sin(2 * phase) + first @ [np.cos(phase), np.sin(phase)]
+
+    def gap(first):
+        return [np.cos(angles(first)) @ lengths, np.sin(angles(first)) @ lengths]
+
+    state.angle[:] = angles(fsolve(gap, np.zeros(2), xtol=1e-15, full_output=True)[0])
+    state.pin[:2] -= pins(model.chain, state)[:-1].mean(axis=0)
+    state.rate[:] = spin
+    state.pin[2:] = [-spin * state.pin[1], spin * state.pin[0]]
+    loop.arrays = LoopArrays(model, state, work)
+    return loop
 
 
 def set_model(loop, **fields):

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from tests.kinematics import spinning_loop
 from trackdyn.chain.kinematics import add_moments, relax, stored
 from trackdyn.errors import InputError
 from trackdyn.model.arrays import BUSHING_LOSS
@@ -34,8 +35,8 @@ def test_branches_have_the_loss_factor_over_the_band(loss_factor):
 
 @pytest.fixture
 def hysteretic(make_scene):
-    """A free loop with Maxwell branches at rest, its moments 0."""
-    loop = Loop(make_scene(0.0, loop="free", ring_radius=None, contact_log=False, bushing_law="hysteretic"))
+    """A loop without wheels, with Maxwell branches at rest, its moments 0."""
+    loop = spinning_loop(make_scene(0.0, ring_radius=None, bushing_law="hysteretic"))
     loop.arrays.state.rate[:] = 0.0
     return loop
 

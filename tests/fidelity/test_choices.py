@@ -18,7 +18,6 @@ from trackdyn.scene.scene import Scene
 from trackdyn.simulation import simulate as simulation
 from trackdyn.sweeps.sweep import requested_rows
 
-FREE = {"loop": "free", "ring_radius": None, "contact_log": False}
 BELT = {"chain": "belt", "ring_radius": None, "contact_log": False}
 TOE = {"idler__toe": 0.5}
 
@@ -50,7 +49,6 @@ def refusal(rig):
         ),
         # motion in space
         (TOE, {"chain": "single_pin"}, "chain = 'single_pin'", "'double_pin' only"),
-        ({}, {"space": "spatial", **FREE}, "loop = 'free'", "use space='planar' or space='auto'"),
         ({}, {"space": "spatial", "closure": "elastic_damping"}, "closure = 'elastic_damping'", "'rigid' only"),
         (TOE, {"integrator": "rk4"}, "integrator = 'rk4'", "'semi_implicit' only"),
         # a tensioner that moves
@@ -59,8 +57,6 @@ def refusal(rig):
         ({}, {"chain": "belt", "contact_log": False}, "ring_radius = 0.308", "use None"),
         ({}, {"chain": "belt", "ring_radius": None}, "contact_log = True", "contact_log=False"),
         ({}, BELT | {"pitches": (3,)}, "pitches = (3,)", "pitches=()"),
-        ({}, BELT | {"loop": "free"}, "loop = 'free'", "use 'on_wheels'"),
-        ({}, FREE | {"ring_radius": 0.308}, "ring_radius = 0.308", "use None"),
     ],
 )
 def test_nonsense_is_refused_by_name_with_what_to_use(refusal, changes, fields, field, remedy):
@@ -75,7 +71,7 @@ def test_nonsense_is_refused_by_name_with_what_to_use(refusal, changes, fields, 
 )
 def test_an_entry_that_is_added_from_outside_is_a_setting(rig, refusal, monkeypatch, field, registry, like):
     monkeypatch.setitem(registry, "mine", registry[like])
-    fields = FREE | {"step": 1e-5, field: "mine"}
+    fields = {"step": 1e-5, field: "mine"}
     scene = Scene(rig, 115.0, **fields)
     assert scene.describe()[field] == getattr(scene, field) == "mine" and scene.model is not None
     assert refusal(**{field: "min"}).endswith("'mine'; did you mean 'mine'?")

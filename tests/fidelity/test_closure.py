@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from tests.conftest import recorded
+from tests.kinematics import set_model, spinning_loop
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 
@@ -32,7 +33,7 @@ def test_compliant_cut_tends_to_the_closed_one(rig, make_scene, integrator):
     assert difference[2] < 0.02 * np.sqrt(np.mean(rigid.mean[:, :2] ** 2))
 
 
-# --- a free loop with a soft, damped cut that is pulled open
+# --- a loop without wheels, with a soft, damped cut that is pulled open
 
 
 def open_loop(rig, integrator, **changes):
@@ -40,11 +41,8 @@ def open_loop(rig, integrator, **changes):
         chain__pitches=5, sensor__pitch=1, gravity=0.0, bushing__stiffness=20.0, bushing__damping=0.05,
         closure__stiffness=1e5, closure__damping=200.0, **changes,
     )  # fmt: skip
-    scene = Scene(
-        small, 300.0, ring_radius=None, contact_log=False, loop="free", closure="elastic_damping", step=1e-5,
-        integrator=integrator,
-    )  # fmt: skip
-    loop = Loop(scene)
+    scene = Scene(small, 300.0, ring_radius=None, closure="elastic_damping", step=1e-5, integrator=integrator)
+    loop = spinning_loop(scene)
     # open by some millimetres, the ends moving past each other: the couple is then not zero
     rng = np.random.default_rng(1)
     loop.arrays.state.angle[:] += rng.normal(0.0, 0.15, len(loop.angles))
@@ -57,7 +55,8 @@ def open_loop(rig, integrator, **changes):
 
 def after(loop, step, seconds):
     """The loop ``seconds`` later, in steps of ``step``."""
-    later = loop.changed(step=step)
+    later = loop.copy()
+    set_model(later, step=step)
     later.advance(seconds)
     return later
 

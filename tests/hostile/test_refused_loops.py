@@ -5,10 +5,10 @@ import sys
 import pytest
 from sentences import BELT, NUMBER, one_sentence
 
+from tests.kinematics import unsettled_loop
 from trackdyn.errors import InputError
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation import recorder as needs
-from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recorder import Recorder
 from trackdyn.simulation.simulate import simulate
 
@@ -30,9 +30,9 @@ CALLS = [
 
 @pytest.mark.parametrize("row", CALLS, ids=lambda row: row[1][:40])
 def test_a_call_of_a_loop_is_refused(rig, row):
-    """A free loop that has taken no step: nothing is compiled."""
+    """A loop that was not settled: nothing is compiled."""
     call, *words = row
-    loop = Loop(Scene(rig, 0.0, loop="free", ring_radius=None))
+    loop = unsettled_loop(Scene(rig, 0.0, ring_radius=None))
     with pytest.raises(InputError) as caught:
         call(loop)
     one_sentence(caught, *words)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from sentences import RIG, one_sentence
 
+from tests.kinematics import unsettled_loop
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.rig.rig import load_rig
 from trackdyn.scene.scene import Scene
@@ -105,9 +106,9 @@ def test_numbers_that_no_run_gives_never_leave_one(belt_file, name, change, word
 
 @pytest.fixture
 def checkpoint(tmp_path):
-    """A checkpoint of a free loop, for which nothing is compiled, and its arrays."""
+    """A checkpoint of a loop for which nothing is compiled, and its arrays."""
     path = tmp_path / "loop.npz"
-    Loop(Scene(load_rig(RIG), 0.0, loop="free", ring_radius=None)).save(path)
+    unsettled_loop(Scene(load_rig(RIG), 0.0)).save(path)
     with np.load(path) as data:
         return path, dict(data)
 
@@ -127,12 +128,16 @@ def test_a_damaged_checkpoint_is_refused(checkpoint):
 
 def test_a_checkpoint_of_other_sources_or_of_another_scene_says_so(checkpoint, monkeypatch):
     path, _ = checkpoint
-    free = Scene(load_rig(RIG), 0.0, loop="free", ring_radius=None)
-    for other in (Scene(load_rig(RIG), 115.0), free.with_(duration=2.0), free.with_(rig=free.rig.changed(gravity=9.8))):
+    scene = Scene(load_rig(RIG), 0.0)
+    for other in (
+        Scene(load_rig(RIG), 115.0),
+        scene.with_(duration=2.0),
+        scene.with_(rig=scene.rig.changed(gravity=9.8)),
+    ):
         with pytest.raises(InputError, match="is the checkpoint of another scene; name another file to start again"):
             simulate(other, checkpoint=path)
     monkeypatch.setattr("trackdyn.simulation.loop_arrays.source_hash", lambda: "other")
-    for read in (Loop.load, lambda name: simulate(free, checkpoint=name)):
+    for read in (Loop.load, lambda name: simulate(scene, checkpoint=name)):
         assert_refused(read, path, "was written by another version", "name another file to start again")
     assert path.exists()
 

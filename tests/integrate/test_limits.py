@@ -1,22 +1,23 @@
-"""Predicted step limits: how they follow the method, and where a free loop really becomes unstable."""
+"""Predicted step limits: how they follow the method, and where a loop without wheels really becomes unstable."""
 
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from tests.kinematics import closed_rates, set_model
+from tests.kinematics import closed_rates, set_model, spinning_loop
 from trackdyn.errors import DivergenceError
 from trackdyn.integrate.methods import METHODS
 from trackdyn.scene.scene import Scene
 from trackdyn.scene.step import FRICTION_LEEWAY, elastic_depth, step_limits
-from trackdyn.simulation.loop import Loop
 
 RK4 = METHODS["rk4"]
 
 
-def limits(scene, integrator):
-    return step_limits(scene.model, scene.rig.tension.pre_tension, METHODS[integrator])
+def limits(of, integrator):
+    """Limits of a scene or a loop at the pre-tension of its rig."""
+    rig = getattr(of, "scene", of).rig
+    return step_limits(of.model, rig.tension.pre_tension, METHODS[integrator])
 
 
 def test_reach_is_the_edge_of_the_stability_region():
@@ -49,12 +50,10 @@ def test_limits_of_rk4_are_larger_by_its_reach(make_scene, ring):
     assert set(rk4) - set(euler) == {"damping of the bushing"}
 
 
-def free_loop(rig, pitches, closure="rigid", chain="double_pin", **changes):
+def resting_loop(rig, pitches, closure="rigid", chain="double_pin", **changes):
     small = rig.changed(chain__pitches=pitches, sensor__pitch=1, gravity=0.0, **changes)
-    return Scene(
-        small, 0.0, ring_radius=None, contact_log=False, loop="free", integrator="rk4", closure=closure,
-        chain=chain, step=1e-6,
-    )  # fmt: skip
+    scene = Scene(small, 0.0, ring_radius=None, integrator="rk4", closure=closure, chain=chain, step=1e-6)
+    return spinning_loop(scene)
 
 
 def grows(start, step, steps=120):
@@ -73,9 +72,9 @@ def grows(start, step, steps=120):
     return not np.abs(loop.rates).max() < 0.3
 
 
-def measured(scene, guess):
+def measured(start, guess):
     """Largest step at which the loop stays calm, by bisection within a decade around ``guess``."""
-    start, low, high = Loop(scene), guess / 5, guess * 5
+    low, high = guess / 5, guess * 5
     assert not grows(start, low) and grows(start, high)
     for _ in range(7):  # to 4 %
         middle = np.sqrt(low * high)
@@ -101,10 +100,10 @@ def test_damping_and_a_compliant_cut_limit_rk4_where_predicted(rig, pitches, fie
     """The zigzag of a straight strand decays fastest; in a small round loop it is slower by a seventh. The bodies
     beyond the two at the cut make it a little slower.
     """
-    scene = free_loop(rig, pitches, **fields)
-    bounds = limits(scene, "rk4")
+    loop = resting_loop(rig, pitches, **fields)
+    bounds = limits(loop, "rk4")
     assert min(bounds, key=bounds.get) == cause
-    ratio = measured(scene, bounds[cause]) / bounds[cause]
+    ratio = measured(loop, bounds[cause]) / bounds[cause]
     assert (0.95 if fields["bushing__damping"] > 1 else 0.9) < ratio < 1.4
 
 

@@ -1,16 +1,15 @@
-"""Orders of the integrators and what they conserve, on a free loop: smooth, spinning, no contacts."""
+"""Orders of the integrators and what they conserve, on a loop without wheels: smooth, spinning, no contacts."""
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from tests.kinematics import closed_rates
+from tests.kinematics import closed_rates, spinning_loop
 from trackdyn.chain.kinematics import add_moments, bushing_torques, orient
 from trackdyn.chain.riccati import accelerations
 from trackdyn.integrate.methods import METHODS
 from trackdyn.model.arrays import BUSHING_LOSS, ENERGY_NAMES, allocate_method, make_state, make_work
 from trackdyn.scene.scene import Scene
-from trackdyn.simulation.loop import Loop
 
 PITCHES = 5
 # long enough for the loop to change its shape by a third of a radian, short enough to stay smooth
@@ -24,7 +23,7 @@ def make_loop(rig, law):
     small = rig.changed(chain__pitches=PITCHES, sensor__pitch=1, bushing__free_angle=-0.5, **changes)
     # no contact, no rolling resistance: asked for, it makes the kernels those of the default laws
     drag = "rolling" if law == "hysteretic" else "viscous"
-    loop = Loop(Scene(small, 300.0, ring_radius=None, contact_log=False, loop="free", step=2e-5, drag=drag))
+    loop = spinning_loop(Scene(small, 300.0, ring_radius=None, step=2e-5, drag=drag))
     # a few modes more than the spin: rates that keep the loop closed
     extra = np.random.default_rng(3).normal(0.0, 3.0, len(loop.angles))
     loop.arrays.state.rate[:] += closed_rates(loop.model.chain.length, loop.angles, extra)

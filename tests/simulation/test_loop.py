@@ -8,7 +8,7 @@ import pytest
 
 from tests import reference
 from tests.conftest import LAWS, assert_same_arrays
-from tests.kinematics import closed_rates, next_samples, set_model
+from tests.kinematics import closed_rates, next_samples, set_model, spinning_loop
 from trackdyn.errors import InputError
 from trackdyn.integrate.run import common_arrays
 from trackdyn.model.arrays import SAMPLED
@@ -42,10 +42,10 @@ def loop(driven_loop):
 
 
 @pytest.fixture(scope="module")
-def free_start(rig):
-    """A free loop of five pitches without gravity that spins and swings; bushings soft enough for every method."""
+def spinning(rig):
+    """A loop of five pitches without wheels or gravity that spins and swings; bushings soft enough for every method."""
     small = rig.changed(chain__pitches=5, sensor__pitch=1, gravity=0.0, bushing__stiffness=20.0, bushing__damping=0.05)
-    loop = Loop(Scene(small, 300.0, ring_radius=None, contact_log=False, loop="free", step=1e-4))
+    loop = spinning_loop(Scene(small, 300.0, ring_radius=None, step=1e-4))
     extra = np.random.default_rng(1).normal(0.0, 3.0, len(loop.angles))
     loop.arrays.state.rate[:] += closed_rates(loop.model.chain.length, loop.angles, extra)
     loop.arrays.state.pin[2:] += 0.3, 0.8
@@ -103,12 +103,12 @@ def test_a_copy_goes_its_own_way(loop):
 # --- looking
 
 
-def test_joint_forces_are_those_of_the_multipliers(free_start):
+def test_joint_forces_are_those_of_the_multipliers(spinning):
     """Accelerations belong to the start of the last step, places to its end: an error of first order, none of sign."""
-    chain, none = free_start.model.chain, np.zeros(10)
+    chain, none = spinning.model.chain, np.zeros(10)
     errors = []
     for step in (1e-6, 1e-7):
-        loop = free_start.copy()
+        loop = spinning.copy()
         set_model(loop, step=step)
         angle, rate = loop.angles.copy(), loop.rates.copy()
         expected = reference.reference_accelerations(

@@ -280,6 +280,6 @@ def scene_fields(ring: Ring | None, step: float | None = None, choose: list[str]
                 f"--choose = {shown(pair)}: expected name=setting with one of the names {', '.join(CHOICES)}"
             )
         fields[name] = value
-        if (name, value) in (("chain", "belt"), ("loop", "free")):
+        if (name, value) == ("chain", "belt"):
             fields |= {"ring_radius": None, "contact_log": False}
     return fields

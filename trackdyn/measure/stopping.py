@@ -107,5 +107,5 @@ def check_driven(scene: Scene) -> None:
     """Refuse (`InputError`) a scene that has no chain driven on its wheels, and so no passages of pitches."""
     if scene.motor_rpm == 0:
         raise InputError("scene: motor_rpm = 0: passages need a loop that turns; give a speed above 0 rev/min")
-    if scene.chain == "belt" or scene.loop == "free":
+    if scene.chain == "belt":
         raise InputError("scene: passages of pitches need a chain that is driven on its wheels; use chain='double_pin'")

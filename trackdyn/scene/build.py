@@ -165,15 +165,14 @@ def _law(rig: Rig, surface: Surface, scene) -> Law:
 
 
 def build_wheels(scene) -> Wheels:
-    """The wheels that a scene has; a free loop has the sprocket alone, without ring."""
+    """The wheels of a scene, the sprocket with its ring first."""
     rig = scene.rig
     circles = wheel_circles(rig, surface=True)
     if scene.ring_radius is not None:
         circles[SPROCKET, 2] = scene.ring_radius
-    rollers = list(rig.wheels.values()) if scene.loop == "on_wheels" else []
-    count = 1 + len(rollers)
+    rollers = list(rig.wheels.values())
     surfaces = [rig.ring_contact, *(rig.contact_surfaces[roller.surface] for roller in rollers)]
-    x, y, radius = np.ascontiguousarray(circles[:count].T)
+    x, y, radius = np.ascontiguousarray(circles.T)
 
     def column(field: str, law: str = scene.drag) -> np.ndarray:
         """A field of the wheels beside the sprocket, zero where the scene has another law of drag."""
@@ -182,7 +181,7 @@ def build_wheels(scene) -> Wheels:
     return Wheels(
         present=np.array([int(scene.ring_radius is not None)] + [1] * len(rollers)), x=x, y=y, radius=radius,
         inertia=column("inertia"), drag=column("bearing_drag", "viscous") + column("seal_drag", "rolling"),
-        torque=column("bearing_torque", "coulomb"), half_thickness=rig.chain.link_thickness / 2, slip=np.zeros(count),
+        torque=column("bearing_torque", "coulomb"), half_thickness=rig.chain.link_thickness / 2, slip=np.zeros(len(x)),
         law=np.array([_law(rig, surface, scene) for surface in surfaces], LAW),
         rolling=column("rolling_arm", "rolling"),
     )  # fmt: skip
@@ -241,7 +240,7 @@ def build_space(scene, tooth: Tooth, wheels: Wheels) -> Space:
 def build_model(scene) -> Model:
     """The model that a scene requires, the tensioning wheel at its nominal position; see ``Scene.model``."""
     rig = scene.rig
-    toothed = scene.tooth_contact != "none" and scene.loop == "on_wheels"
+    toothed = scene.tooth_contact != "none"
     groove = PROFILES.get(scene.tooth_contact, PROFILES["ten_arcs"])(rig)  # the rig's own where there is no contact
     shoes = build_shoes(rig, scene.chain)
     hysteretic = scene.bushing_law == "hysteretic"

@@ -29,7 +29,6 @@ class Choices(Section):
     """Settings of each choice of a scene, the cheapest first, and entries added to a registry from outside."""
 
     rig: Rig  # fields after it may follow it
-    loop: Annotated[Literal["on_wheels", "free"], OneOf()] = "on_wheels"
     chain: Annotated[Literal["belt", "single_pin", "double_pin"], OneOf()] = of_rig(lambda rig: rig.chain.kind)
     space: Annotated[Literal["auto", "planar", "spatial"], OneOf()] = "auto"
     tooth_contact: Annotated[Literal["none", "three_surfaces", "ten_arcs"], OneOf(PROFILES)] = "ten_arcs"
@@ -43,7 +42,6 @@ class Choices(Section):
 
 
 CHOICES = {name: get_args(field.annotation) for name, field in Choices.model_fields.items() if name != "rig"}
-CONTACT_CHOICES = ("tooth_contact", "normal_law", "friction", "tension", "drag")
 
 # name -> choices and step; each measured against the next one up (rule `fidelity`)
 PRESETS = {
@@ -86,7 +84,7 @@ def decide(scene) -> dict[str, Decision]:
     """Setting and reason of every choice of a scene, the sprocket's ring and the wheels included."""
     decisions = {name: Decision(getattr(scene, name), ASKED) for name in CHOICES}
     tilted = wheel_out_of_plane(scene.rig)
-    on_wheels = scene.loop == "on_wheels" and scene.chain != "belt"
+    on_wheels = scene.chain != "belt"
     if scene.space == "auto":
         if tilted and on_wheels:
             decisions["space"] = Decision(
@@ -102,9 +100,7 @@ def decide(scene) -> dict[str, Decision]:
             decisions["friction"] = Decision("tangential", "planar: nothing moves along the axes")
     if scene.chain == "belt":
         nothing = Decision("none", "a kinematic path has no forces and no equations to solve")
-        decisions |= dict.fromkeys((*CONTACT_CHOICES, "bushing_law", "closure", "integrator"), nothing)
-    elif scene.loop == "free":
-        decisions |= dict.fromkeys(CONTACT_CHOICES, Decision("none", "a free loop touches nothing"))
+        decisions |= dict.fromkeys(CHOICES.keys() - {"chain", "space"}, nothing)
     if on_wheels and scene.ring_radius is not None:
         decisions["ring"] = Decision("present", f"ring_radius = {scene.ring_radius:g} m")
     else:
@@ -127,7 +123,6 @@ REFUSALS: tuple[Refusal, ...] = (
     # a belt, and what else has no contacts
     ("ring_radius", lambda s: s.belt and s.ring_radius is not None,
      "a belt is a path without contact (chain='belt'); use None, or chain='double_pin'"),
-    ("loop", lambda s: s.belt and s.free, "a belt lies on its wheels (chain='belt'); use 'on_wheels'"),
     ("contact_log", lambda s: s.belt and s.contact_log,
      "a belt has no contacts to log (chain='belt'); use contact_log=False and pitches=()"),
     ("pitches", lambda s: s.belt and s.pitches,
@@ -137,17 +132,13 @@ REFUSALS: tuple[Refusal, ...] = (
     ("chain",
      lambda s: s.chain == "single_pin" and "connector" in {sensor.body for sensor in s.rig.sensors.values()},
      "the rig has a sensor on a connector, which that chain has not; use 'double_pin', or put it on a link"),
-    ("ring_radius", lambda s: s.free and s.ring_radius is not None,
-     "a free loop touches no ring (loop='free'); use None"),
     # motion in space
-    ("space", lambda s: s.space == "planar" and s.tilted and not s.free,
+    ("space", lambda s: s.space == "planar" and s.tilted,
      "{tilted} moves the chain out of its plane; use 'spatial' or 'auto'"),
     ("friction", lambda s: s.friction == "independent" and not s.spatial,
      "axial friction needs motion in space; use 'tangential', or space='spatial'"),
     ("chain", lambda s: s.spatial and s.chain != "double_pin",
      "motion in space is modelled for 'double_pin' only"),
-    ("loop", lambda s: s.spatial and s.free,
-     "a free loop is mirror-symmetric; use space='planar' or space='auto'"),
     ("closure", lambda s: s.spatial and s.closure != "rigid",
      "motion in space is solved with 'rigid' only; use it, or space='planar'"),
     ("integrator", lambda s: s.spatial and s.integrator != "semi_implicit",
@@ -175,7 +166,7 @@ def check_choices(scene) -> None:
     """Refuse (`InputError`) combinations of choices that make no sense (`REFUSALS`)."""
     rig, integrator = scene.rig, scene.integrator
     spatial = decide(scene)["space"].setting == "spatial"
-    on_wheels = scene.loop == "on_wheels" and scene.chain != "belt"
+    on_wheels = scene.chain != "belt"
     carried = [name for name, wheel in rig.wheels.items() if wheel.carrier is not None]
     # a wheel that another law slows must not lose its drag silently
     armless = [
@@ -185,7 +176,7 @@ def check_choices(scene) -> None:
     ]
     facts = SimpleNamespace(
         **{name: getattr(scene, name) for name in type(scene).model_fields},
-        bodies=scene.bodies, belt=scene.chain == "belt", free=scene.loop == "free",
+        bodies=scene.bodies, belt=scene.chain == "belt",
         method=METHODS[integrator], tilted=wheel_out_of_plane(rig), spatial=spatial,
         stepped=integrator in ("semi_implicit", "linearly_implicit") and not spatial,
         how="motion in space" if spatial else f"integrator={integrator!r}",

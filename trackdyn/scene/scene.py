@@ -100,8 +100,6 @@ class Scene(Choices):
         Log every contact with the sprocket.
     every_link : bool
         Record a sensor on every link as well, at the place of the rig's first one, and the contacts of every pitch.
-    loop : str
-        ``on_wheels``, or ``free``: an oblong loop without wheels that starts with the spin of the sprocket.
     chain : str
         ``double_pin`` (a link and a connector a pitch), ``single_pin`` (one rigid body a pitch, as the
         paper counts) or ``belt`` (a kinematic path at constant speed).

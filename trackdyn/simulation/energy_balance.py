@@ -34,13 +34,11 @@ def open_share(energy, model, seconds: float) -> tuple[float, float]:
     """Open rest of the energy balance over a record as a share of the energy exchanged, and that energy (J).
 
     Energy exchanged is the sum of all changes in the account (``energy``, (s, 11), ``model.arrays.ENERGY_NAMES``, over
-    ``seconds`` from first to last row) and the kinetic energy of the bodies that pass the sprocket, all of them in a
-    loop without wheels. The sprocket's work alone would not do: it vanishes where nothing is driven.
+    ``seconds`` from first to last row) and the kinetic energy of the bodies that pass the
+    sprocket. The sprocket's work alone would not do: it vanishes where nothing is driven.
     """
     change = energy[-1] - energy[0]
-    on_wheels = len(model.wheels.x) > 1
-    passed = _turns(model, seconds) if on_wheels else 1.0
-    carried = passed * float(energy[:, ENERGY_NAMES.index("kinetic")].max())
+    carried = _turns(model, seconds) * float(energy[:, ENERGY_NAMES.index("kinetic")].max())
     noise = float(model.chain.mass.sum()) * max(model.chain.gravity, 1.0) * NOISE_HEIGHT
     exchanged = max(float(np.abs(change).sum()) + carried, noise)
     return float(change[0] - change[1:].sum()) / exchanged, exchanged
@@ -53,7 +51,7 @@ def _turns(model, seconds: float) -> float:
 
 def path_energy(energy, model, seconds: float) -> float:
     """Energy (J) that a step of order 1 may leave open in ``seconds``, however well contacts are resolved."""
-    turns = passed_pitches(model, seconds) / model.tooth.teeth if len(model.wheels.x) > 1 else 0.0
+    turns = passed_pitches(model, seconds) / model.tooth.teeth
     return PATH * model.step * abs(model.drive.rate) * turns * float(energy[:, ENERGY_NAMES.index("kinetic")].mean())
 
 

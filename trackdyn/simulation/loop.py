@@ -36,7 +36,7 @@ from trackdyn.simulation.settling import SettledLoops, settle
 
 @typed
 class Loop(Readings):
-    """A chain on its wheels, or a free one.
+    """A chain on its wheels.
 
     Parameters
     ----------
@@ -247,12 +247,13 @@ class Loop(Readings):
             Another chain, ring, joints or plane of motion would need another state.
         """
         changed = Loop.__new__(Loop)
-        tension = self.layout.get("settled_tension_n", self.scene.rig.tension.pre_tension)
         changed.scene, changed.layout = self.scene.with_(**fields), dict(self.layout)
-        for name in ("loop", "chain", "ring_radius"):
+        for name in ("chain", "ring_radius"):
             if (value := getattr(changed.scene, name)) != getattr(self.scene, name):
                 raise InputError(f"scene: {name} = {value!r}: cannot change in a loop; make a new Loop")
-        model, state, work = allocate(changed.scene, allowed_step(changed.scene, changed.scene.time_step, tension))
+        model, state, work = allocate(
+            changed.scene, allowed_step(changed.scene, changed.scene.time_step, self.layout["settled_tension_n"])
+        )
         leaves = flat(self.arrays.state)
         if [leaf.shape for leaf in flat(state).values()] != [leaf.shape for leaf in leaves.values()]:
             raise InputError(

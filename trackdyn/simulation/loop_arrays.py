@@ -134,8 +134,7 @@ def set_arrays(state: State, values: dict[str, Any]) -> None:
 def allocate(scene: Scene, step: float) -> LoopArrays:
     """Arrays of a scene with a step (s), every one of the state and the work 0."""
     model = copy_wheels(scene.model_of_step(step))
-    if scene.loop == "on_wheels":
-        model = model._replace(carriers=make_carriers(scene.rig, model, scene.tension, 0.0))
+    model = model._replace(carriers=make_carriers(scene.rig, model, scene.tension, 0.0))
     state, work = make_arrays(model, METHODS[scene.integrator])
     if model.space is not None:
         state = state._replace(plane=Plane(np.zeros(4), np.zeros(4)))

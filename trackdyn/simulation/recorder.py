@@ -47,8 +47,7 @@ class Cost(NamedTuple):
 def cost(scene) -> Cost:
     """Memory, disk and computing time of a scene; see `Cost`."""
     samples = scene.duration * scene.rig.rate
-    wheels = 1 + len(scene.rig.wheels) if scene.loop == "on_wheels" else 1
-    state = make_state(scene.bodies, 1, wheels)
+    state = make_state(scene.bodies, 1, 1 + len(scene.rig.wheels))
     if scene.fidelity["space"].setting == "spatial":
         state = state._replace(plane=Plane(np.zeros(4), np.zeros(4)))
     rooms = (make_record(count, state, len(scene.sensors), scene.recorded_pitches) for count in (1, 2))
@@ -116,7 +115,7 @@ class Recorder:
             scene.recorded_pitches,
             frames,
             stride,
-            INTERVALS_A_CHUNK if scene.contact_log and scene.loop == "on_wheels" else 0,
+            INTERVALS_A_CHUNK if scene.contact_log else 0,
         )
         self.step_check = StepCheck(self, origin)
 

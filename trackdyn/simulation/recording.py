@@ -22,7 +22,7 @@ from trackdyn.rig.validation import shown, typed, within
 from trackdyn.scene.scene import Periods, Scene
 from trackdyn.simulation.loop_arrays import LARGEST
 
-FORMAT = 12
+FORMAT = 13
 # Share of the speed that is asked for within which the sprocket holds it: a ramp ends within half a step, at the end of
 # which its rate is not quite reached, and a thousandth of the speed changes no measure by more than that.
 SAME_RATE = 1e-3

@@ -1,4 +1,4 @@
-"""Where a run begins: the loop laid on its wheels, tensioned and at rest, or a free loop that spins.
+"""Where a run begins: the loop laid on its wheels, tensioned and at rest.
 
 1. The chain is laid on its wheels and tensioned at rest, with the rig's own ring (`initial_tension`).
 2. Wheels on carriers are released, and the ring changes to that of the scene; the tension is set again where the scene
@@ -10,13 +10,11 @@
 import copy
 import json
 from collections.abc import Callable
-from math import pi
 from typing import NamedTuple
 
 import numpy as np
-import scipy  # its parts are loaded where they are used
 
-from trackdyn.errors import DivergenceError, InputError
+from trackdyn.errors import DivergenceError
 from trackdyn.integrate.methods import METHODS
 from trackdyn.model.arrays import Plane, State, allocate_method
 from trackdyn.model.constants import SPROCKET
@@ -25,13 +23,11 @@ from trackdyn.scene.build import check_stops, wheel_centres
 from trackdyn.scene.scene import RECORD_FIELDS, Scene
 from trackdyn.scene.step import LEAST_SETTLING_STEP, allowed_step, first_that_runs, settling_step
 from trackdyn.simulation.initial_tension import TensionedLoop, tensioned
-from trackdyn.simulation.loop_arrays import LoopArrays, allocate, copy_wheels, move_wheels
+from trackdyn.simulation.loop_arrays import LoopArrays, copy_wheels, move_wheels
 from trackdyn.simulation.rest_state import Restless
 
 # A loop that does not come to rest is settled anew with half the step, so many times.
 HALVINGS = 2
-# A free loop is oblong: the joints turn by more at its ends than along its sides.
-SQUASH = 0.3
 # Fields of a scene on which a loop at rest does not depend.
 LATER = ("motor_rpm", *RECORD_FIELDS)
 
@@ -40,7 +36,7 @@ class Start(NamedTuple):
     """A loop that is ready to run: the sprocket at rest, the energy balance at zero."""
 
     arrays: LoopArrays  # the model with the step that the tension of the loop allows
-    # shift of the tensioning wheel (m), tension as it was set and as the loop stands (N); of a free loop nothing
+    # shift of the tensioning wheel (m), tension as it was set and as the loop stands (N)
     layout: dict[str, float]
 
 
@@ -51,8 +47,6 @@ def settle(scene: Scene, loops: "SettledLoops | None" = None) -> Start:
     locked. Every other ring starts from there, as the paper's wheels stay where they are. Raises `InputError`: the
     tension cannot be set, the loop does not come to rest, or the step is too large for its tension.
     """
-    if scene.loop == "free":
-        return _spinning_loop(scene)
     return _start(scene, (loops or SettledLoops(capacity=0)).at_rest(scene))
 
 
@@ -148,36 +142,6 @@ def _start(scene: Scene, settled: TensionedLoop) -> Start:
     move_wheels(model, centres)
     work = allocate_method(settled.work, METHODS[scene.integrator], model)
     return Start(LoopArrays(model, state, work), layout)
-
-
-def _spinning_loop(scene: Scene) -> Start:
-    """An oblong clockwise loop around the origin that spins with the rate of the sprocket and is otherwise at rest.
-
-    The angle of body i is ``-2 pi i / n`` with a second harmonic that makes the loop oblong, and a first one that
-    closes it. Raises `InputError`: the bodies do not close so.
-    """
-    arrays, spin = allocate(scene, scene.time_step), scene.sprocket_rate
-    state, lengths = arrays.state, arrays.model.chain.length
-    n = len(lengths)
-    phase = -2 * pi * np.arange(n) / n
-
-    def angles(first):
-        return phase + SQUASH * np.sin(2 * phase) + first[0] * np.cos(phase) + first[1] * np.sin(phase)
-
-    def gap(first):
-        a = angles(first)
-        return [lengths @ np.cos(a), lengths @ np.sin(a)]
-
-    first, _, success, _ = scipy.optimize.fsolve(gap, [0.0, 0.0], xtol=1e-15, full_output=True)
-    if success != 1 and np.hypot(*gap(first)) > 1e-12 * lengths.sum():
-        raise InputError(f"a free loop of {n} bodies does not close; it needs at least three bodies of similar length")
-    state.angle[:] = angle = angles(first)
-    step = np.column_stack([np.cos(angle), np.sin(angle)]) * lengths[:, None]
-    pins = np.vstack([np.zeros(2), np.cumsum(step, axis=0)[:-1]])
-    state.pin[:2] = pins[0] - pins.mean(axis=0)
-    state.rate[:] = spin
-    state.pin[2:] = [-spin * state.pin[1], spin * state.pin[0]]
-    return Start(arrays, {})
 
 
 def start_plane(centres: np.ndarray, state: State) -> Plane:

@@ -157,8 +157,6 @@ def resolution(alternating: Alternation, model: Model, reason: str, difference: 
     share = alternating.share
     if not alternating.looks:
         return Resolution(OPEN, share, "steps of this integrator are not watched")
-    if len(model.wheels.x) < 2:
-        return Resolution(YES, share, "")  # a free loop touches nothing
     if reason and not (difference.within(RMS / 2, PEAKS / 2) and share <= FLIPS):
         if not np.isnan(difference.rms):
             rms, peaks = difference
@@ -192,7 +190,7 @@ def again(scene) -> tuple[float, str]:
     its sensor comes onto each wheel at most once (`BRIEF`): an impact has an error of the order of the step, so that
     its RMS may be off. Not asked of `Loop.record`, where every part of a longer run would be run again.
     """
-    if scene.loop != "on_wheels" or scene.chain == "belt":
+    if scene.chain == "belt":
         return 0.0, ""
     pitches = scene.duration / scene.periods.passage  # not a number at rest
     if not pitches >= 1.0:
