@@ -143,7 +143,6 @@ RingRadius = Annotated[
         help="Radius of the rubber ring in m, or none; the rig's by default.",
     ),
 ]
-Preset = Annotated[str, preset("Bundle of choices: fast, standard, paper or reference.")]
 StepOption = Annotated[float | None, number("--step", "Time step, s; the preset's by default.")]
 Tolerance = Annotated[
     float | None,
