@@ -66,7 +66,7 @@ def not_one_of(value: Any, accepted: Iterable[str]) -> str:
 
 @dataclass(frozen=True)
 class OneOf:
-    """Mark of a `Literal`: its names and those of a registry are accepted, and `not_one_of` says so of others."""
+    """Mark of a `Literal` or ``str``: its names and a registry's are accepted; `not_one_of` says so of others."""
 
     registry: Mapping[str, Any] = field(default_factory=dict)
 
