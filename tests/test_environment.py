@@ -12,6 +12,8 @@ from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 from packaging.version import Version
 
+from trackdyn.extras import EXTRAS
+
 ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 LOCKED = re.compile(r"([\w.-]+)==(\S+)(?: ; [^\\]+)?((?: --hash=sha256:[0-9a-f]{64})+)")  # its marker, its hashes
@@ -68,6 +70,15 @@ from trackdyn.commands.cli import main
 main()
 """
 MODULES = {"pillow": "PIL"}
+
+
+def test_a_missing_module_is_named_with_the_extra_that_brings_it():
+    brought = set()
+    for extra, modules in EXTRAS.items():
+        names = [Requirement(text).name for text in PROJECT["optional-dependencies"][extra]]
+        new = {MODULES.get(name, name.replace("-", "_")) for name in names} - {"trackdyn", *brought}
+        assert new == {*modules}, extra
+        brought |= new
 
 
 def without_extras(*arguments):

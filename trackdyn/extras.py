@@ -1,15 +1,16 @@
 """Packages beyond the simulator's own: an extra of trackdyn brings each, and who lacks one is told which."""
 
-import re
 from importlib import import_module
-from importlib.metadata import PackageNotFoundError, requires
 from types import ModuleType
 
 from trackdyn.errors import InputError
 
-# modules whose package has another name
-PACKAGES = {
-    "PIL": "pillow",
+# extra -> modules that it brings; of several extras that bring a module, the one with least beside it
+EXTRAS = {
+    "report": ("jinja2", "matplotlib", "PIL", "plotly", "tabulate", "typst"),
+    "sweep": ("pyarrow",),
+    "pipeline": ("snakemake",),
+    "peers": ("exudyn",),
 }
 
 
@@ -22,20 +23,11 @@ def required(name: str) -> ModuleType:
 
 
 def missing(error: ModuleNotFoundError) -> InputError:
-    """What is said of a package that is not installed; an error within trackdyn itself stays as it is."""
+    """What is said of a module that is not installed; an error within trackdyn itself stays as it is."""
     module = (error.name or "").partition(".")[0]
     if module in ("", "trackdyn"):
         raise error
-    package = PACKAGES.get(module, module)
-    try:
-        requirements = requires("trackdyn") or []
-    except PackageNotFoundError:  # a copy that was never installed
-        requirements = []
-    stated = re.compile(r"([\w.-]+)\b.*extra == ['\"](\w+)['\"]")
-    pairs = [match.groups() for text in requirements if (match := stated.match(text))]
-    extras = [extra for name, extra in pairs if name.lower() == package.lower()]
-    # of several the one that brings least
-    extra = min(extras, key=[extra for _, extra in pairs].count, default="")
+    extra = next((extra for extra, modules in EXTRAS.items() if module in modules), None)
     # from the clone, since no index has trackdyn
-    remedy = f"in the clone: pip install -e '.[{extra}]'" if extra else f"pip install {package}"
-    return InputError(f"{package} is not installed; {remedy}")
+    remedy = f"in the clone: pip install -e '.[{extra}]'" if extra else f"pip install {module}"
+    return InputError(f"{module} is not installed; {remedy}")
