@@ -225,8 +225,10 @@ def test_one_cell_that_lacks_is_named():
     assert judgement.measured == "Table 3 is not filled in: rms_experiment_g at 150 rpm"
 
 
-def cells_file(tmp_path, rows):
+def cells_file(tmp_path, cells):
+    """A file of all cells, some of them filled in."""
     path = tmp_path / "article.csv"
+    rows = [",".join((*cell, str(cells.get(cell, "")))) for cell in [*CELLS, *(cells.keys() - {*CELLS})]]
     path.write_text("table,row,column,value\n" + "\n".join(rows), encoding="utf-8")
     return path
 
@@ -234,33 +236,25 @@ def cells_file(tmp_path, rows):
 def test_cells_are_read_as_they_are_filled_in(tmp_path):
     cells = invented()
     assert set(cells) == set(CELLS)
-    assert load_cells(cells_file(tmp_path, [f"{','.join(cell)},{value!r}" for cell, value in cells.items()])) == cells
-
-
-def test_the_file_of_the_repository_names_every_cell_and_has_none_filled_in():
-    path = CONFIG / "article.csv"
-    assert load_cells(path) == {}
-    assert [tuple(line.split(",")[:3]) for line in path.read_text(encoding="utf-8").splitlines()[1:]] == list(CELLS)
+    assert load_cells(cells_file(tmp_path, cells)) == cells
+    assert load_cells(CONFIG / "article.csv") == {}
 
 
 @pytest.mark.parametrize(
-    "rows, words",
+    "cells, words",
     [
-        (["3,115,rms_experimental_g,1.0"], "column rms_experimental_g is no cell"),
-        (["5,115,rms_g,1.0"], "table 5, row 115, column rms_g is no cell"),
-        (["4,115,rms_g,0"], "table 4, row 115, column rms_g = '0': must be a number above 0"),
-        (["4,115,rms_g,nan"], "must be a number above 0"),
-        (["4,115,rms_g,1.0", "4,115,rms_g,1.1"], "is given twice"),
-        (["2,one simulation,proposed_s,5"], "column recurdyn_s is empty and proposed_s is given"),
+        ({("5", "115", "rms_g"): 1.0}, "its cells are not those of config/article.csv"),
+        ({("4", "115", "rms_g"): 0}, "table 4, row 115, column rms_g = '0': must be a number above 0"),
+        ({("4", "115", "rms_g"): "nan"}, "must be a number above 0"),
+        ({("4", "150", "rms_g"): "1,1"}, "line 21 has 5 cells"),
         (
-            ["3,180,sd_simulation_g,1.0", "3,180,sd_experiment_g,1.2"],
-            "table 3, row 180, column sd_simulation_g = 1 and sd_experiment_g = 1.2 differ by 16.7 % where the text "
-            "prints 12.09 %",
+            {("3", "180", "sd_simulation_g"): 1.0, ("3", "180", "sd_experiment_g"): 1.2},
+            "table 3, row 180, column sd_simulation_g and sd_experiment_g differ by 16.7 %; printed is 12.09 %",
         ),
     ],
 )
-def test_cells_that_cannot_be_are_refused_in_one_sentence(tmp_path, rows, words):
-    path = cells_file(tmp_path, rows)
+def test_cells_that_cannot_be_are_refused_in_one_sentence(tmp_path, cells, words):
+    path = cells_file(tmp_path, cells)
     with pytest.raises(InputError) as caught:
         load_cells(path)
     assert str(caught.value).startswith(f"{path}: ") and words in str(caught.value) and "\n" not in str(caught.value)

@@ -3,17 +3,16 @@
 A reader who has the article fills them in (``config/article.csv``); an empty cell leaves its claims not comparable.
 """
 
-from contextlib import suppress
 from itertools import product
 from math import inf, nan
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+import pandas as pd
 
 from replication.paper import printed
 from trackdyn.errors import InputError, shown
-from trackdyn.rig.validation import parse_number
 from trackdyn.sweeps.design import read_table
 
 
@@ -39,40 +38,28 @@ ROUNDED_DIFFERENCE = 1.1
 
 
 def load_cells(path: Path | str) -> dict[Cell, float]:
-    """Read the cells that are filled in, from a CSV file ``table,row,column,value``.
+    """Read the cells that are filled in, from a CSV file ``table,row,column,value`` with a row for every cell.
 
-    Raises
-    ------
-    InputError
-        A cell that the article does not have, one given twice, a value that is no positive number, one computing time
-        without the other, or an RMS or SD that contradicts the differences that the text prints.
+    Raises `InputError`: other rows, a value that is no positive number, or an RMS or SD that contradicts the
+    differences that the text prints.
     """
-    table, cells = read_table(path), {}
-    if list(table.columns) != [*Cell._fields, "value"]:
-        raise InputError(f"{path}: has the columns {', '.join(table.columns)}; needed are table,row,column,value")
-    for *names, text in table.itertuples(index=False):
-        cell = Cell(*names)
-        if cell not in CELLS:
-            raise InputError(f"{path}: {cell} is no cell; those of config/article.csv in the repository are accepted")
-        if not text:
-            continue
-        if cell in cells:
-            raise InputError(f"{path}: {cell} is given twice; keep one of its rows")
-        with suppress(ValueError):
-            cells[cell] = parse_number(text)
-        if not 0 < cells.get(cell, 0.0) < inf:
-            raise InputError(f"{path}: {cell} = {shown(text)}: must be a number above 0, or empty")
-    for cell, other in (TIMES, TIMES[::-1]):
-        if cell in cells and other not in cells:
-            raise InputError(f"{path}: {other} is empty and {cell.column} is given: give both times, or none")
+    table = read_table(path)
+    names = [*Cell._fields]
+    if [*table.columns] != [*names, "value"] or table[names].values.tolist() != [[*cell] for cell in CELLS]:
+        raise InputError(f"{path}: its cells are not those of config/article.csv in the repository; change values only")
+    values = pd.to_numeric(table["value"].replace("", "nan"), errors="coerce")
+    filled = table["value"] != ""
+    if (wrong := filled & ~values.between(0, inf, inclusive="neither")).any():
+        k = int(wrong.argmax())
+        raise InputError(f"{path}: {CELLS[k]} = {shown(table['value'][k])}: must be a number above 0, or empty")
+    cells = {cell: float(value) for cell, value, here in zip(CELLS, values, filled, strict=True) if here}
     for rpm, name in product(printed.SPEEDS_RPM, PAIRS):
         pair = [Cell("3", str(rpm), column) for column in PAIRS[name]]
-        simulated, measured = (cells.get(cell, nan) for cell in pair)
-        difference, known = value_difference(simulated, measured), printed.DIFFERENCES[name][rpm]
+        difference, known = value_difference(*(cells.get(cell, nan) for cell in pair)), printed.DIFFERENCES[name][rpm]
         if abs(difference - known) > ROUNDED_DIFFERENCE:
             raise InputError(
-                f"{path}: {pair[0]} = {simulated:g} and {pair[1].column} = {measured:g} differ by {difference:.3g} "
-                f"% where the text prints {known:g} %; cells that differ as printed are accepted"
+                f"{path}: {pair[0]} and {pair[1].column} differ by {difference:.3g} %; printed is {known:g} %, correct "
+                "them"
             )
     return cells
 

@@ -130,26 +130,27 @@ def _cells(e: Evidence, table: str, column: str, speeds) -> np.ndarray:
     return np.array([e.cells[cell] for cell in cells])
 
 
+def _beside(compare: Callable[..., np.ndarray], *columns: tuple[str, str]) -> Measure:
+    """A comparison of the long records with columns of the article's tables, in % or points, at every speed."""
+    return Measure(
+        lambda e, at: compare(e, at, *(_cells(e, *column, at) for column in columns)).tolist(), "records", True
+    )
+
+
 def _against(ours: str, column: str) -> Measure:
     """Difference of a column of our records from a column of Table 3, % of the latter."""
-
-    def evaluate(e, speeds):
-        return value_difference(e.records(speeds)[ours], _cells(e, "3", column, speeds)).tolist()
-
-    return Measure(evaluate, "records", True)
+    return _beside(lambda e, speeds, theirs: value_difference(e.records(speeds)[ours], theirs), ("3", column))
 
 
-def _coarse_less_accurate(e, speeds) -> list[float]:
+def _coarse_less_accurate(e, speeds, measured) -> np.ndarray:
     """How much farther from the article's measured RMS three surfaces are than ten arcs, points."""
-    measured, fine = _cells(e, "3", "rms_experiment_g", speeds), e.records(speeds)["rms_g"].to_numpy()
-    coarse = fine * (1 + _coarse_difference(e, speeds) / 100)
-    return (value_difference(coarse, measured) - value_difference(fine, measured)).tolist()
+    fine, coarse = e.records(speeds)["rms_g"].to_numpy(), 1 + _coarse_difference(e, speeds) / 100
+    return value_difference(fine * coarse, measured) - value_difference(fine, measured)
 
 
-def _coarse_over_printed(e, speeds) -> list[float]:
+def _coarse_over_printed(e, speeds, coarse, fine) -> np.ndarray:
     """Change of the RMS by three surfaces less that by the algorithm of Ref. [2] in the article, points."""
-    change = 100 * (_cells(e, "4", "rms_g", speeds) / _cells(e, "3", "rms_simulation_g", speeds) - 1)
-    return (_coarse_difference(e, speeds) - change).tolist()
+    return _coarse_difference(e, speeds) - 100 * (coarse / fine - 1)
 
 
 def _speed_over_printed(e, speeds) -> float:
@@ -168,8 +169,8 @@ OTHERS = {
     "sd_against_experiment": _against("sd_g", "sd_experiment_g"),
     "rms_against_simulation": _against("rms_g", "rms_simulation_g"),
     "sd_against_simulation": _against("sd_g", "sd_simulation_g"),
-    "coarse_less_accurate": Measure(_coarse_less_accurate, "records", True),
-    "coarse_change_over_printed": Measure(_coarse_over_printed, "records", True),
+    "coarse_less_accurate": _beside(_coarse_less_accurate, ("3", "rms_experiment_g")),
+    "coarse_change_over_printed": _beside(_coarse_over_printed, ("4", "rms_g"), ("3", "rms_simulation_g")),
     "speed_over_printed": Measure(_speed_over_printed, "peer"),
 }  # fmt: skip
 
