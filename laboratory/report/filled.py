@@ -7,7 +7,7 @@ from replication.report.filled import write_pages
 from trackdyn.errors import InputError
 
 PLAUSIBLE = ("sentences", "map", "draws", "values", "near")
-OF_THE_RIG = ("sentences.csv", "parameters.csv", "printed_numbers.csv", "search_rows.csv")
+OF_THE_RIG = ("sentences.csv", "parameters.csv", "printed_numbers.csv", "grips_numbers.csv", "grips_sentences.csv")
 PAGES = (("docs/answer.md", (*(f"plausible_{name}.csv" for name in PLAUSIBLE), *OF_THE_RIG), answer_text),)
 
 if __name__ == "__main__":

@@ -25,6 +25,7 @@ from replication.paper.scorecard import (
     neighbours_sentence,
     number_count,
     track_rows,
+    verdict_line,
 )
 from trackdyn.measure.cells import significant
 from trackdyn.plots.style import BLACK, MARKERS, PAGE, SMALL, VERMILION, new_figure, save, styled
@@ -34,7 +35,6 @@ UNITS = {"m": (1e3, "mm"), "N": (1e-3, "kN"), "Pa": (1e-6, "MPa"), "1": (1, "")}
 READING = "equal_pitch "  # begins the columns of readings
 COLUMNS, PANEL = 3, 1.42  # of the maps; height of one, inch
 PALE, DARK = 0.04, 0.75  # of the map of colours, so that black and white text can be read
-AMPLITUDES = "C08"  # claim
 LIGHT = 0.55  # share from which on text is white
 
 
@@ -141,7 +141,8 @@ def answer_text(
     default: pd.DataFrame,
     parameters: pd.DataFrame,
     numbers: pd.DataFrame,
-    search: pd.DataFrame,
+    grips: pd.DataFrame,
+    grips_sentences: pd.DataFrame,
 ) -> list[str]:
     """What holds for the tracks; then the default rig: its ring, its bushings, the numbers it does not meet."""
     tracks = [
@@ -153,7 +154,7 @@ def answer_text(
     rig = [
         f"{_creep_text(binned, values, default, parameters)} {_wrap_text(parameters)}",
         neighbours_sentence(near),
-        _numbers_text(numbers, search),
+        _numbers_text(numbers, grips, grips_sentences),
     ]
     return ["\n\n".join(paragraphs) + "\n" for paragraphs in (tracks, rig)]
 
@@ -231,17 +232,17 @@ def _wrap_text(parameters: pd.DataFrame) -> str:
     return f"Its bushings let the chain wrap: k (p/2)/(T R²) is {significant(ratio, 2)}; at 0.4 the chain stands off."
 
 
-def _numbers_text(numbers: pd.DataFrame, search: pd.DataFrame) -> str:
-    """Printed numbers that the default rig does not meet, and what the searches' rows meet."""
+def _numbers_text(numbers: pd.DataFrame, grips: pd.DataFrame, grips_sentences: pd.DataFrame) -> str:
+    """Printed numbers that the default rig does not meet, and what a ring that grips meets."""
     missed = []
     for row in numbers[~numbers["met"]].itertuples():
         speed = "" if pd.isna(row.rpm) else f", {row.rpm:g} rpm"
         missed.append(f"{row.claim}{speed}: {row.measured} {row.unit} (printed: {row.printed})")
-    most = search.groupby("search", sort=False)["numbers"].max()
-    rows = ", ".join(f"{count} in those of `{name}`" for name, count in most.items())
+    worth = int(numbers["met"].sum() - grips["met"].sum())
     return (
-        f"It meets {number_count(numbers)}; not met: {'; '.join(missed) or 'none'}. Rows of the searches, which "
-        f"have no record long enough for the {(numbers['id'] == AMPLITUDES).sum()} amplitudes, meet at most {rows}."
+        f"It meets {number_count(numbers)}; not met: {'; '.join(missed) or 'none'}.\n\n"
+        "**With a ring that grips**, every value in its range, the same search ends at "
+        f"{verdict_line(grips_sentences, grips)}: what the default rig assumes of the ring is worth {worth} numbers."
     )
 
 

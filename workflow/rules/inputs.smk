@@ -9,12 +9,14 @@ def below_root(path):
 TABLES_OF_TRACKS = ("sentences", "claims", "map", "draws", "tooth", "near")
 PLAUSIBLE = {name: f"docs/measured/plausible_{name}.csv" for name in TABLES_OF_TRACKS}
 TRACKS = {name: PLAUSIBLE[name] for name in TABLES_OF_TRACKS[:4]} | {"picture": "docs/pictures/plausible.png"}
+# of the rig that `searched_rigs` finds with a ring that grips (config/grips.yaml)
+GRIPS = {"ring": "docs/measured/grips_ring.csv"}
 # all that the results are made from, but for the program
 RUN_INPUTS = [
     below_root(path)
     for paths in (
         reversed(workflow.configfiles),
-        ("config/claims.yaml", config["studies"], *PLAUSIBLE.values(), TRACKS["picture"]),
+        ("config/claims.yaml", config["studies"], *PLAUSIBLE.values(), TRACKS["picture"], *GRIPS.values()),
         *CONFIG.files.values(),
     )
     for path in paths
