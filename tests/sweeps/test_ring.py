@@ -20,7 +20,7 @@ from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.settling import SettledLoops
 from trackdyn.sweeps.engine import Store
 from trackdyn.sweeps.ring import _design, check_same_study, ring_study
-from trackdyn.sweeps.sweep import requested_rows
+from trackdyn.sweeps.sweep import ALWAYS, requested_rows
 
 TEETH = 13  # 7.7 % of a turn, and 9.7 % with two points
 RADII = (0.304, 0.305, 0.306, 0.307, 0.308)
@@ -333,7 +333,7 @@ def test_a_folder_belongs_to_its_study(tmp_path):
     table, store = tmp_path / "ring.csv", Store(tmp_path / "rows")
     rows = requested_rows(_design(load_rig("bench"), [115.0, 210.0], [0.305, 0.307], ()), "bench")
     for row in rows:
-        store.keep({"key": row.key, "state": "done", "reason": "", "values": {}})
+        store.keep({"key": row.key, "state": "done", "reason": "", "values": dict.fromkeys(ALWAYS, 1.0)})
     pd.DataFrame([{"key": row.key, "state": "done"} for row in rows]).to_csv(table, index=False)
     before = table.read_bytes()
     for speeds, radii in (([115.0, 210.0], [0.305, 0.307]), ([210.0, 115.0, 150.0], [0.304, 0.305, 0.307])):
