@@ -1,6 +1,8 @@
 """The commands of many runs: ``trackdyn ring`` and ``sweep``."""
 
 import re
+import shlex
+from math import nan
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -53,7 +55,7 @@ def ring(
 
     Example: `trackdyn ring my_rig.yaml --rpm 115,210` tries eleven radii at two speeds and says which one serves both.
     """
-    from trackdyn.measure.ring_rule import RULE, advice, parse_rule
+    from trackdyn.measure.ring_rule import RULE, advice, compared, parse_rule
     from trackdyn.rig.rig import foreign_groove, load_rig
     from trackdyn.scene.rings import study_radii
     from trackdyn.sweeps.engine import DONE
@@ -72,8 +74,9 @@ def ring(
     if len(lost) == len(study):
         raise InputError(f"no scene completed; the reason of the first one: {lost['reason'].iloc[0]}")
     notes = [*filter(None, [foreign_groove(loaded, rig)]), *_notes(study, loaded, lost)]
-    said, shown = advice(study, judge), _shown(study)
-    _write_study(out, study, loaded, judge, title=Path(rig).stem, of_rig=rig, advice=said, notes=notes, rows=shown)
+    said, shown, beside = advice(study, judge), _shown(study), _beside(compared(study, judge))
+    about = {"advice": said, "notes": notes, "rows": shown, "compared": beside}
+    _write_study(out, study, loaded, judge, title=Path(rig).stem, of_rig=rig, **about)
     if not quiet:
         _say_table(shown)
         typer.echo("\n".join([*(f"note: {note}" for note in notes), *said, f"look at {out / 'ring.html'}"]))
@@ -82,18 +85,23 @@ def ring(
 def _write_study(out: Path, study: "pd.DataFrame", rig, rule, of_rig: str, **shown) -> None:
     """Write the table of a study, its pictures and its page."""
     from trackdyn.files import write_csv
-    from trackdyn.plots.ring_study import figures, sliding_figure, write_page
+    from trackdyn.plots.ring_study import RECOMMENDED, figures, sliding_figure, write_page
     from trackdyn.plots.style import save
 
     write_csv(out / "ring.csv", study, float_format="%.9g")
     marks = {f"equal pitch, {name}": radius for name, radius in rig.equal_pitch_radii.items()}
     if (chosen := rule.radius(study)) == chosen:
-        marks["to choose"] = chosen
+        marks[RECOMMENDED] = chosen
     for name, figure in zip(PICTURES, (*figures(study, marks).values(), sliding_figure(study, marks)), strict=True):
         save(figure, out / f"{name}.png")
+    run = ""
+    if chosen == chosen:
+        file, page = shlex.quote(str(out / "run.npz")), shlex.quote(str(out / "run.html"))
+        asked = f"--rig {shlex.quote(str(of_rig))} --rpm {study['rpm'].min():g} --ring-radius {chosen:.5g}"
+        run = f"trackdyn simulate {file} {asked} && trackdyn show {file} --out {page}"
     origin = f"Rig {of_rig}; {', '.join(f'{name} {radius:.5g} m' for name, radius in marks.items())}."
     pictures = [out / f"{name}.svg" for name in PICTURES]
-    write_page(out / "ring.html", pictures, csv="ring.csv", names=CAPTIONS, rule=str(rule), origin=origin, **shown)
+    write_page(out / "ring.html", pictures, csv="ring.csv", names=CAPTIONS, rule=str(rule), origin=origin, run=run, **shown)
 
 
 def _numbers(text: str, option: str) -> list[float]:
@@ -145,6 +153,21 @@ def _shown(study: "pd.DataFrame") -> list[dict]:
     return rows
 
 
+def _beside(rings: "pd.DataFrame") -> list[dict]:
+    """Rows of the page on the rings that the advice names: tension, RMS and mean peak of the forces, sliding work."""
+    from trackdyn.measure.cells import significant
+    from trackdyn.measure.ring_rule import WORK
+    from trackdyn.model.arrays import SIDES
+
+    forces = (f"{side}_{name}" for name in ("rms_n", "peak_n") for side in SIDES)
+    columns = ("settled_tension_n", *forces, *WORK)
+    return [
+        {"rpm": f"{row['rpm']:g}", "ring": row["ring"], "ring_radius_m": significant(row["ring_radius_m"], 5)}
+        | {name: significant(row.get(name, nan)) for name in columns}
+        for row in rings.to_dict("records")
+    ]
+
+
 def _say_table(shown: list[dict]) -> None:
     """The table of a terminal, a block a speed."""
     import pandas as pd
@@ -156,7 +179,7 @@ def _say_table(shown: list[dict]) -> None:
     for rpm, rows in pd.DataFrame(shown).groupby("rpm", sort=False):
         table = rows.drop(columns="rpm").set_axis(names, axis=1)
         text = plain(table.to_string(index=False))
-        typer.echo(f"{rpm} rpm: tension, N; contact, % of a turn; RMS force, N; sliding work, J a turn\n{text}\n")
+        typer.echo(f"{rpm} rpm: tension, N; contact, % of a turn; RMS force, N; sliding work, J per turn\n{text}\n")
 
 
 def sweep(

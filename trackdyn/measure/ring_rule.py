@@ -34,12 +34,6 @@ WORK = ("teeth_sliding_j", "ring_sliding_j")
 COLUMNS = ("rms_g", "sd_g", *WORK, *(f"{side}_{name}" for side in SIDES for name in SIDE_COLUMNS))
 _KNOWN = f"rms_g, sd_g, {', '.join(WORK)}, or left_, right_ or ring_ with {', '.join(SIDE_COLUMNS)}"
 _BOUND = re.compile(r"(\w+)\s*(<=?|>=?)\s*(?:(tooth)\s*\+\s*)?(-?\d+(?:\.\d*)?(?:e-?\d+)?)")
-# columns and their words, in the sentences on the radius to choose and the next ones
-COMPARED = {
-    "settled_tension_n": "strand {} N", "ring_rms_n": "RMS force of the ring {} N",
-    "left_rms_n": "of the left arc {} N", "teeth_sliding_j": "sliding work on the teeth {} J",
-    "ring_sliding_j": "on the ring {} J a turn",
-}  # fmt: skip
 KEEPS = {"<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge}
 
 
@@ -203,8 +197,8 @@ def advice(study: pd.DataFrame, rule: RingRule) -> list[str]:
     """Sentences: the one radius to choose for all speeds, the window in which the rule holds, what its margin moves,
     the ring of least sliding on the teeth, and what decides; or that no radius serves.
 
-    Then tension, forces and sliding work at that radius, the next ones and without a ring, what every bound is kept by,
-    and what would be chosen at one speed alone. A choice at the end of the study is said first.
+    Then what every bound is kept by, and what would be chosen at one speed alone. A choice at the end of the study is
+    said first.
     """
     rings, chosen, window = study.dropna(subset="ring_radius_m"), rule.radius(study), rule.window(study)
     radii, sentences = sorted(rings["ring_radius_m"].unique()), ["no radius of these serves at every speed"]
@@ -227,16 +221,13 @@ def advice(study: pd.DataFrame, rule: RingRule) -> list[str]:
             sentences.append(
                 f"with another margin than {MARGIN:g} points the rule would recommend {', '.join(each)}{more}"
             )
-        sentences += _least_sliding(rings, chosen)
+        sentences += _sliding_sentences(rings, chosen)
         for words, k in (("smaller", index - 1), ("larger", index + 1)):
             if 0 <= k < len(radii):
                 missed = "; ".join(bound.worst(rows[radii[k]]) for bound, rows in misses.items() if radii[k] in rows)
                 dip = words == "smaller" and rule.choice == "smallest"
                 serves = "keeps every bound" + (", but a slightly larger one does not" if dip else ", too")
                 sentences.append(f"the next {words} radius, {radii[k]:.5g} m: {missed or serves}")
-        sentences += [_compared(rings, radius) for radius in radii[max(index - 1, 0) : index + 3]]
-        if len(bare := study[study["ring_radius_m"].isna()]):
-            sentences.append(_compared(bare))
     elif lonely := [f"{radius:.5g}" for radius in radii if not any(radius in rows for rows in misses.values())]:
         sentences[0] += f": {', '.join(lonely)} m keep every bound, but not all radii up to {SPAN:.1%} above them"
         sentences.append(str(window))
@@ -250,28 +241,34 @@ def advice(study: pd.DataFrame, rule: RingRule) -> list[str]:
     return sentences
 
 
-def _least_sliding(rings: pd.DataFrame, chosen: float) -> list[str]:
-    """Sentence on the ring with the least sliding work on the teeth at its worst speed, beside the chosen one."""
-    by_radius = rings.groupby("ring_radius_m")
-    complete = by_radius["teeth_sliding_j"].count() == rings["rpm"].nunique()
-    work = by_radius["teeth_sliding_j"].max()[complete]
-    if work.empty or chosen not in work.index:
-        return []
-    least = float(work.idxmin())
-    if least == chosen:
-        return ["no ring of the study slides less on the teeth"]
-    tension = by_radius["settled_tension_n"].max()
+def _least_sliding(rings: pd.DataFrame) -> float | None:
+    """The radius of the least sliding work on the teeth at its worst speed, m; None if no work is known."""
+    by_radius = rings.groupby("ring_radius_m")["teeth_sliding_j"]
+    work = by_radius.max()[by_radius.count() == rings["rpm"].nunique()]
+    return None if work.empty else float(work.idxmin())
+
+
+def _sliding_sentences(rings: pd.DataFrame, chosen: float) -> list[str]:
+    """Sentence on the ring of least sliding beside the chosen one, and on what it costs in tension."""
+    least, by_radius = _least_sliding(rings), rings.groupby("ring_radius_m")
+    if least is None or least == chosen:
+        return [] if least is None else ["no ring of the study slides less on the teeth"]
+    work, tension = by_radius["teeth_sliding_j"].max(), by_radius["settled_tension_n"].max()
     return [
-        f"least sliding on the teeth: {least:.5g} m, {work[least]:.3g} J a turn in place of {work[chosen]:.3g} J, for "
-        f"{100 * (tension[least] / tension[chosen] - 1):+.0f} % of strand tension"
+        f"least sliding on the teeth: {least:.5g} m, {work[least]:.3g} J per turn in place of {work[chosen]:.3g} J, "
+        f"for {100 * (tension[least] / tension[chosen] - 1):+.0f} % of strand tension"
     ]
 
 
-def _compared(rows: pd.DataFrame, radius: float | None = None) -> str:
-    """Least and largest measures of a ring over all speeds in a sentence; of all rows, without a ring, by default."""
-    rows = rows if radius is None else rows[rows["ring_radius_m"] == radius]
-    ranges = []
-    for column, words in COMPARED.items():
-        ends = (float(f"{value:.3g}") for value in (rows[column].min(), rows[column].max()))
-        ranges.append(words.format(" to ".join(dict.fromkeys(f"{value:g}" for value in ends))))
-    return f"{'no ring' if radius is None else f'{radius:.5g} m'}: {', '.join(ranges)}"
+def compared(study: pd.DataFrame, rule: RingRule) -> pd.DataFrame:
+    """Rows of a study of the rings that an advice names, and without one, by speed; ``ring`` says which it is."""
+    radii, chosen = sorted(study["ring_radius_m"].dropna().unique()), rule.radius(study)
+    if chosen != chosen:
+        return study.iloc[:0].assign(ring="")
+    index = radii.index(chosen)
+    named = {radii[k]: words for words, k in (("smaller", index - 1), ("larger", index + 1)) if 0 <= k < len(radii)}
+    least = _least_sliding(study.dropna(subset="ring_radius_m"))
+    if least is not None:
+        named[least] = "least sliding"
+    words = study["ring_radius_m"].map(named | {chosen: "recommended"}).mask(study["ring_radius_m"].isna(), "none")
+    return study.assign(ring=words).dropna(subset="ring").sort_values(["rpm", "ring_radius_m"], na_position="first")

@@ -14,11 +14,12 @@ from matplotlib.figure import Figure
 from trackdyn.files import write_text
 from trackdyn.model.arrays import SIDE_WORDS, SIDES
 from trackdyn.plots.rendering import environment
-from trackdyn.plots.style import COLOURS, COLUMN, DASHES, MARKERS, PRINTED, SMALL, new_figure, styled
+from trackdyn.plots.style import COLOURS, COLUMN, DASHES, GREEN, MARKERS, PRINTED, SMALL, new_figure, styled
 
 NAMES = dict(zip(SIDE_WORDS, SIDES, strict=True))
 SURFACES = {surface: (f"{surface}_sliding_j", f"{surface}_sliding_error_j") for surface in ("teeth", "ring")}
-WHITE = {"facecolor": "white", "edgecolor": "none", "pad": 1.0}
+RECOMMENDED = "recommended"  # mark of the radius that a rule chooses
+THICK = {"color": GREEN, "linewidth": 4, "alpha": 0.4}
 
 
 @styled
@@ -49,7 +50,7 @@ def figures(
 @styled
 def sliding_figure(study: pd.DataFrame, marks: Mapping[str, float]) -> Figure:
     """Sliding work on the teeth and on the ring in a turn of the sprocket; arguments as of `figures`."""
-    return _panels(study, SURFACES, "sliding work (J a turn of the sprocket)", "Sliding work", marks)[0]
+    return _panels(study, SURFACES, "sliding work (J per turn of the sprocket)", "Sliding work", marks)[0]
 
 
 def quiet_from(study: pd.DataFrame, value: str) -> float | None:
@@ -73,6 +74,7 @@ def _panels(
     spread = 0.06 * gap * (np.arange(len(speeds)) - 0.5 * (len(speeds) - 1))
     figure = new_figure(5.0, COLUMN)
     axes = list(figure.subplots(len(columns), 1, sharex=True))
+    lines = list[str]()  # below the legend: text in a panel covers data
     hidden = True  # whether every error bar is smaller than its mark
     for ax, (name, (value, error)) in zip(axes, columns.items(), strict=True):
         for i, rpm in enumerate(speeds):
@@ -85,8 +87,11 @@ def _panels(
                 ax.errorbar(
                     position[rows_drawn], rows.loc[rows_drawn, value], errors, **look, linestyle=dashes, label=label
                 )
-        for radius in marks.values():
-            ax.axvline(radius, **PRINTED, linewidth=0.6, zorder=1)
+        for mark, radius in marks.items():
+            look = (
+                {"color": GREEN, "linewidth": 4, "alpha": 0.4} if mark == RECOMMENDED else PRINTED | {"linewidth": 0.6}
+            )
+            ax.axvline(radius, **look, zorder=1)
         if with_none and radii:
             ax.axvline(0.5 * (none + radii[0]) - 0.25 * (radii[0] - none), color="0.6", linewidth=0.8)
         ax.set_ylabel(name)
@@ -96,12 +101,12 @@ def _panels(
         hidden &= bool(study[error].fillna(0.0).max() * inch * 72 * 1.3 < 0.5 * mpl.rcParams["lines.markersize"])
         quiet = quiet_from(study, value)
         if quiet is not None and quiet < radii[-1]:
-            text = f"no contact from {quiet:.{digits}f} m on"
-            ax.text(radii[-1], 0.3 * top, text, ha="right", bbox=WHITE)
+            lines.append(f"{name}: none from {quiet:.{digits}f} m on")
     largest = study[[error for _, error in columns.values()]].max(axis=None)
     size = f", {largest:.2g} {unit.rpartition('(')[2].rstrip(')')} at most" if largest > 0 else ""
     note = ("standard errors are smaller than the marks" if hidden else "bars: standard errors") + size
-    lines = [note, *(f"broken line at {radius:.4g} m, {name}" for name, radius in marks.items())]
+    looks = (("green" if mark == RECOMMENDED else "broken", mark, radius) for mark, radius in marks.items())
+    lines = [*(f"{look} line at {radius:.4g} m: {mark}" for look, mark, radius in looks), *lines, note]
     handles, labels = axes[0].get_legend_handles_labels()
     note = "\n".join(textwrap.fill(line, 55) for line in lines)
     figure.legend(
@@ -111,8 +116,11 @@ def _panels(
     figure.supylabel(unit, fontsize=8)
     figure.align_ylabels()
     ticks = ([none] if with_none else []) + radii
-    every = 1 + len(radii) // 5  # one radius in so many has a number
-    names = (["none"] if with_none else []) + [f"{r:.{digits}f}" if i % every == 0 else "" for i, r in enumerate(radii)]
+    apart, last, names = (ticks[-1] - ticks[0]) / 5 if ticks else 0.0, -np.inf, list[str]()
+    for tick in ticks:  # a number has room
+        number = "none" if tick == none else f"{tick:.{digits}f}"
+        names.append(number if tick - last >= apart else "")
+        last = tick if names[-1] else last
     axes[-1].set_xticks(ticks, names)
     axes[-1].set_xlabel("radius of the ring (m)")
     return figure, axes, radii
