@@ -101,7 +101,9 @@ def _write_study(out: Path, study: "pd.DataFrame", rig, rule, of_rig: str, **sho
         run = f"trackdyn simulate {file} {asked} && trackdyn show {file} --out {page}"
     origin = f"Rig {of_rig}; {', '.join(f'{name} {radius:.5g} m' for name, radius in marks.items())}."
     pictures = [out / f"{name}.svg" for name in PICTURES]
-    write_page(out / "ring.html", pictures, csv="ring.csv", names=CAPTIONS, rule=str(rule), origin=origin, run=run, **shown)
+    write_page(
+        out / "ring.html", pictures, csv="ring.csv", names=CAPTIONS, rule=str(rule), origin=origin, run=run, **shown
+    )
 
 
 def _numbers(text: str, option: str) -> list[float]:

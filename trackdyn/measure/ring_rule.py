@@ -31,6 +31,7 @@ NARROW, ROUNDS = 5e-4, 3
 ROUNDED = 5  # decimals of a radius that is added, m
 RULE = f"right_share_pct < {TOUCHING:g}, left_share_pct <= tooth + {MARGIN:g}, smallest"
 WORK = ("teeth_sliding_j", "ring_sliding_j")
+COMPARED = ("settled_tension_n", "ring_rms_n", "left_rms_n", *WORK)  # what a choice weighs
 COLUMNS = ("rms_g", "sd_g", *WORK, *(f"{side}_{name}" for side in SIDES for name in SIDE_COLUMNS))
 _KNOWN = f"rms_g, sd_g, {', '.join(WORK)}, or left_, right_ or ring_ with {', '.join(SIDE_COLUMNS)}"
 _BOUND = re.compile(r"(\w+)\s*(<=?|>=?)\s*(?:(tooth)\s*\+\s*)?(-?\d+(?:\.\d*)?(?:e-?\d+)?)")

@@ -246,5 +246,5 @@ def test_where_contact_ends_is_computed():
     assert quiet_from(study(), "right_share_pct") == 0.305
     assert quiet_from(study(right=(5.0, 0.0, 1.0, 0.0)), "right_share_pct") == 0.306
     assert quiet_from(study(), "left_share_pct") is None
-    assert "no contact from 0.305 m on" in texts(figures(study(), MARKS)["fig23_a"])
-    assert "no contact" not in texts(figures(study(right=(1.0, 1.0, 1.0, 1.0)), MARKS, STEADY)["fig24"])
+    assert "right arc: none from 0.305 m on" in texts(figures(study(), MARKS)["fig23_a"])
+    assert ": none from" not in texts(figures(study(right=(1.0, 1.0, 1.0, 1.0)), MARKS, STEADY)["fig24"])
