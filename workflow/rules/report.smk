@@ -46,17 +46,18 @@ rule page:
         rules.ring.input,
         rules.claims.output,
         rules.schematics.output,
-        [*rules.peer.output, *TRACKS.values()] if CONFIG.peers else [],
+        rules.peer.output if CONFIG.peers else [],
+        [*TRACKS.values()] if CONFIG.is_paper else [],
         lambda wildcards: [file for name in requested_studies(wildcards) for file in OF_STUDIES[name]],
     output: f"{R}/report.html"
     params:
         results=R,
         synthetic=CONFIG.synthetic,
         studies=requested_studies,
-        plausible=TRACKS if CONFIG.peers else None,
+        plausible=TRACKS if CONFIG.is_paper else None,
         layers=[below_root(path) for path in workflow.configfiles[:-1]],
         short=CONFIG.shorter,
-        own=CONFIG.peers is None,
+        own=not CONFIG.is_paper,
         teeth=RIG.sprocket.teeth,
     log: f"{R}/logs/page.log"
     script: "../replication/report/page/builder.py"

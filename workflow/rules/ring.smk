@@ -15,8 +15,8 @@ rule ring_figures:
     """Figures 23 and 24: force and duration against the radius; beside the paper's rig, durations with a ring that grips."""
     input:
         metrics=f"{R}/measured/ring.csv",
-        grips=[GRIPS["ring"]] if CONFIG.peers else [],
-    output: **{name: figure(name) for name in ("fig23_a", "fig23_b", "fig24", *(["creep"] if CONFIG.peers else []))}
+        grips=[GRIPS["ring"]] if CONFIG.is_paper else [],
+    output: **{name: figure(name) for name in ("fig23_a", "fig23_b", "fig24", *(["creep"] if CONFIG.is_paper else []))}
     log: f"{R}/logs/ring_figures.log"
     script: "../replication/report/figures/ring_study.py"
 

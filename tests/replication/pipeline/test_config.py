@@ -162,6 +162,7 @@ def test_records_last_two_turns_of_the_loop_of_every_rig(tmp_path, rig):
     mine.write_text(f"rig: {rig}\nrecords: {{duration_s: 1}}\nmeshing: {{duration_s: 1}}\n", encoding="utf-8")
     config, loaded, scenes = check_layers([BASE, QUICK, mine], {}, update_config)
     assert config.peers is None and check_layers([BASE, QUICK], {}, update_config)[0].peers
+    assert not config.is_paper and check_layers([BASE, QUICK], {}, update_config)[0].is_paper
     # 60 s times transmission over motor speed, times pitches over teeth
     period = 60 * loaded.sprocket.transmission_ratio / 115 * loaded.chain.pitches / loaded.sprocket.teeth
     assert 2 * period <= scenes["115rpm"].duration == config.records.duration_s < 2 * period + 1

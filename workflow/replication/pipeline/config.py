@@ -176,6 +176,11 @@ class Config(Section):
         return [] if name is None else [name.format(rpm=f"{rpm:g}") for rpm in self.records.speeds_rpm]
 
     @property
+    def is_paper(self) -> bool:
+        """Whether the rig is the one that was fitted to the paper."""
+        return Path(rig_path(self.rig)).resolve() == Path(rig_path("paper")).resolve()
+
+    @property
     def files(self) -> dict[str, list[Path]]:
         """Files that the runs read, by the field that leads to them."""
         return {
