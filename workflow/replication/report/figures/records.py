@@ -14,6 +14,13 @@ from trackdyn.sensor.sensor_csv import read_sensor
 from trackdyn.simulation.recording import Recording, load_recording
 
 
+def rounded_peak(recording: Recording) -> tuple[str, float, float, str]:
+    """Dominant peak of a run with the rounded speed of the sprocket: label, frequency (Hz), amplitude (g), marker."""
+    sprocket_rpm = abs(recording.scene.sprocket_rate) * 30 / pi
+    line = main_line(sense(recording).ay, recording.rate, recording.periods.loop_hz)
+    return f"simulation, sprocket at {sprocket_rpm:.4g} rev/min", *line, "^"
+
+
 @run_job
 def main(job) -> None:
     """Rule `sensor_figures`."""
@@ -27,10 +34,3 @@ def main(job) -> None:
         save(history_figure(recording, record, title, label), history)
         others = peaks(rpm) + [rounded_peak(load_recording(rounded[rpm]))] * (rpm in rounded)
         save(spectrum_figure(recording, record, title, label, others), spectrum)
-
-
-def rounded_peak(recording: Recording) -> tuple[str, float, float, str]:
-    """Dominant peak of a run with the rounded speed of the sprocket: label, frequency (Hz), amplitude (g), marker."""
-    sprocket_rpm = abs(recording.scene.sprocket_rate) * 30 / pi
-    line = main_line(sense(recording).ay, recording.rate, recording.periods.loop_hz)
-    return f"simulation, sprocket at {sprocket_rpm:.4g} rev/min", *line, "^"
