@@ -32,5 +32,5 @@ def main(job) -> None:
         rpm = recording.scene.motor_rpm
         title = lettered(f"{rpm:g} rpm", rpm)
         save(history_figure(recording, record, title, label), history)
-        others = peaks(rpm) + [rounded_peak(load_recording(rounded[rpm]))] * (rpm in rounded)
+        others = peaks(rpm) + [rounded_peak(load_recording(path)) for speed, path in rounded.items() if speed == rpm]
         save(spectrum_figure(recording, record, title, label, others), spectrum)
