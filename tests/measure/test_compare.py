@@ -14,8 +14,9 @@ from trackdyn.errors import InputError
 from trackdyn.measure.axes import judge_axes, require_axes
 from trackdyn.measure.compare import compare_with_sensor, in_words, other_speed
 from trackdyn.measure.metrics import shown_measures
-from trackdyn.measure.sensor import measured_loop_hz, record_metrics, sense
+from trackdyn.measure.sensor import measured_loop_hz, sense
 from trackdyn.measure.spectra import rms
+from trackdyn.measure.taken import record_metrics
 from trackdyn.plots.spectra import comparison_figure
 from trackdyn.plots.style import save
 from trackdyn.rig.rig import load_rig

@@ -8,11 +8,11 @@ import pandas as pd
 import pytest
 
 import trackdyn
-from trackdyn.measure.columns import SHOWN, SIDE_COLUMNS, error_of, table_schema
-from trackdyn.measure.metrics import remarks, run_metrics, shown_measures
-from trackdyn.measure.sensor import sensor_metrics, whole_revolutions
+from trackdyn.measure.catalogue import CATALOGUE
+from trackdyn.measure.columns import error_of, table_schema
+from trackdyn.measure.metrics import remarks, run_metrics, shown_measures, whole_errors
 from trackdyn.measure.spectra import rms
-from trackdyn.measure.uncertainty import whole_errors
+from trackdyn.measure.taken import sensor_metrics
 from trackdyn.rig.rig import load_rig
 from trackdyn.rig.rig_file import shipped_rigs
 from trackdyn.scene.scene import Scene
@@ -33,12 +33,6 @@ def test_the_table_has_the_values_errors_and_units_of_the_metrics(run):
     assert table["value"].to_dict() == {name: row[name] for name in table.index}
     assert table.loc["rms_g", "unit"] == "g" and table["error"].dtype == float
     assert all(table["measure"].str.len() > 5) and table["value"].notna().all()
-
-
-def test_whole_revolutions():
-    assert whole_revolutions(10_000, 1000.0, 0.3) == round(3 / 0.3 * 1000)
-    assert whole_revolutions(10_000, 1000.0, 0.37) == round(3 / 0.37 * 1000)
-    assert whole_revolutions(1000, 1000.0, 0.3) == 1000
 
 
 def test_statistics_of_whole_revolutions_do_not_depend_on_what_is_left_over():
@@ -83,8 +77,8 @@ def test_scatter_and_step_are_added_and_a_step_that_is_not_known_gives_no_error(
     assert half("rms_g", 1.0, 0.0) == pytest.approx(5e-4)
     assert np.isnan(whole_errors(scene.with_(integrator="linearly_implicit", step=5e-4))("rms_g", 1.0, 1e-3))
     assert whole_errors(Scene(rig, 150.0, **BELT))("rms_g", 1.0, 1e-4) == 1e-4
-    # every measure that a run prints with an error has one
-    for name in (*SHOWN, *(f"left_{name}" for name in SIDE_COLUMNS)):
+    # every measure with an error has one
+    for name in (measure.column for measure in CATALOGUE if measure.text):
         assert " " in error_of(name) or not np.isnan(whole(name, 1.0, 0.0)), name
 
 

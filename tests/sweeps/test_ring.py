@@ -7,10 +7,10 @@ import pytest
 
 from tests.conftest import run_command
 from trackdyn.errors import InputError
-from trackdyn.measure.contacts import meshing_summary
+from trackdyn.measure.metrics import whole_errors
 from trackdyn.measure.ring_rule import RULE, SPAN, advice, compared, parse_rule
 from trackdyn.measure.stopping import run_steady
-from trackdyn.measure.uncertainty import whole_errors
+from trackdyn.measure.taken import meshing_summary
 from trackdyn.rig.rig import load_rig
 from trackdyn.rig.rig_file import shipped_rigs
 from trackdyn.scene import rings

@@ -238,6 +238,14 @@ def test_what_is_measured_or_said_of_runs_reruns_none(pretended, name):
     assert not [rule for rule in reruns if SIMULATING.fullmatch(rule)], reruns
 
 
+def test_a_measure_reruns_the_studies_whose_rows_are_measures_and_no_other_run(pretended):
+    added = in_place_of("OTHERS = (", 'OTHERS = (Measure("sway_g", "a sum", "g", "sway"),')
+    with pretended.edited({"trackdyn/measure/catalogue.py": added}):
+        due = pretended.due()
+    studies = {"fidelity_setting", "peer_trade", "trade_promises", "trade_scene"}
+    assert {rule for rule in due if SIMULATING.fullmatch(rule)} == studies and {"measure", "metrics"} <= due.keys()
+
+
 # files that the default run reads, the rules that read them, and one that does not (all read the rig)
 INPUTS = [
     (

@@ -16,10 +16,10 @@ import typer
 
 from trackdyn.errors import InputError, shown
 from trackdyn.files import check_writable
+from trackdyn.measure.catalogue import TOLERATED
 
 DEFAULT_RIG = "paper"
 PRESETS = ("fast", "standard", "paper", "reference")
-MEASURES = "rms, sd, line, high_frequency, left_peak, right_peak, left_share, right_share or ring_share"
 
 
 def included(incomplete: str) -> list[str]:
@@ -155,8 +155,8 @@ Measures = Annotated[
     typer.Option(
         "--measure",
         metavar="NAME",
-        autocompletion=_beginning(*MEASURES.replace(" or ", ", ").split(", ")),
-        help=f"{MEASURES}; may be given several times.",
+        autocompletion=_beginning(*TOLERATED),
+        help=f"{', '.join(TOLERATED[:-1])} or {TOLERATED[-1]}; may be given several times.",
     ),
 ]
 Jobs = Annotated[int | None, typer.Option("--jobs", "-j", min=1, max=1024, help="Processes; all cores by default.")]

@@ -89,11 +89,11 @@ def plan(plan) -> None:
 
 def answer(answer) -> None:
     """Print the measures of a run that ends by their tolerances (`planner.StopResult`)."""
+    from trackdyn.measure.catalogue import NAMED
     from trackdyn.measure.cells import plain, with_error
-    from trackdyn.measure.uncertainty import unit_of
 
     for name, estimate in answer.measures.items():
         message = "converged" if answer.reached[name] else "tolerance not reached"
-        line(name, f"{plain(with_error(estimate.value, estimate.half_width))} {unit_of(name)}  {message}")
+        line(name, f"{plain(with_error(estimate.value, estimate.half_width))} {NAMED[name].said_unit}  {message}")
     recorded = len(answer.recording.time) / answer.recording.rate
     line("left out, recorded (s)", f"{answer.transient:.3g}, {recorded:.4g}")

@@ -9,31 +9,22 @@ from itertools import groupby
 from pathlib import Path
 
 from trackdyn.errors import InputError
+from trackdyn.measure.catalogue import ACCELERATION, CATALOGUE, NAMED, SHARES
 from trackdyn.model.arrays import SIDE_WORDS, SIDES
 from trackdyn.rig.yaml_file import read_yaml
 
 _DICTIONARY = read_yaml(Path(__file__).with_suffix(".yaml"))
+UNITS, HEADINGS, WORDS = (_DICTIONARY[name] for name in ("units", "headings", "words"))
+SHOWN = (*(measure.column for measure in CATALOGUE if measure.shown), *_DICTIONARY["shown"])  # that a run prints
 # columns of metrics.csv: type, unit, description, standard error or why there is none (None of errors themselves)
-COLUMNS: dict[str, tuple[str, str, str, str | None]] = {}
-SIDE_COLUMNS: dict[str, list] = _DICTIONARY["side_columns"]  # columns of a side, without type
-SHOWN, UNITS, MEASURES, HEADINGS, WORDS = (
-    _DICTIONARY[name] for name in ("shown", "units", "measures", "headings", "words")
-)
-
-
-def _describe(over: str, name: str, kind: str, unit: str, text: str, error: str | None) -> None:
-    """Add a column, and that of its standard error where none is described."""
-    COLUMNS[name] = (kind, unit, text, error)
-    if error and " " not in error and error not in _DICTIONARY["columns"]:
-        COLUMNS[error] = ("number", unit, f"standard error {over}: {text}", None)
-
-
-for _name, _column in _DICTIONARY["columns"].items():
-    _describe("over revolutions of the loop", _name, *_column)
-for _side, _words in zip(SIDES, ("the left arc", "the right arc", "a link on the ring"), strict=True):
-    for _name, (_unit, _text, _error) in SIDE_COLUMNS.items():
-        _error = _error if " " in _error else f"{_side}_{_error}"
-        _describe("by batch means over passages", f"{_side}_{_name}", "number", _unit, _text.format(_words), _error)
+COLUMNS: dict[str, tuple[str, str, str, str | None]] = {k: tuple(v) for k, v in _DICTIONARY["columns"].items()}
+for _measure in CATALOGUE:
+    if _measure.text:
+        _over = "over revolutions of the loop" if _measure in ACCELERATION else "by batch means over passages"
+        _column = "number", _measure.unit, _measure.text
+        COLUMNS[_measure.column] = (*_column, _measure.error)
+        if " " not in _measure.error:
+            COLUMNS.setdefault(_measure.error, (*_column[:2], f"standard error {_over}: {_measure.text}", None))
 # published tables: the columns that identify a row, then type, unit and description of every column
 TABLES: dict[str, tuple[list[str], dict]] = {"metrics": (["run"], COLUMNS)}
 TABLES |= {name: (table["key"], table["columns"]) for name, table in _DICTIONARY["tables"].items()}
@@ -87,9 +78,8 @@ def heading(column: str, change: bool = False) -> str:
         return HEADINGS[column]
     if side in SIDES and rest in HEADINGS:
         return f"{SIDE_WORDS[SIDES.index(side)]}, {HEADINGS[rest]}"
-    if column in MEASURES:
-        unit = "% of a turn" if column.endswith("share") else "%"
-        return MEASURES[column][0] + (f" ({unit})" if change else "")
+    if column in NAMED and NAMED[column].words:
+        return NAMED[column].words + (f" ({'% of a turn' if column in SHARES else '%'})" if change else "")
     for ending, unit in UNITS.items():
         before, separator, after = f"_{column}_".partition(f"_{ending}_")
         if separator:

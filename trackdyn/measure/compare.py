@@ -8,18 +8,16 @@ import pandas as pd
 
 from trackdyn.errors import InputError, naming
 from trackdyn.measure.axes import judge_axes
-from trackdyn.measure.columns import error_of
-from trackdyn.measure.sensor import measured_loop_hz, sense, sensor_metrics, whole_revolutions
-from trackdyn.measure.spectra import holds_line
-from trackdyn.measure.uncertainty import turn_error, whole_errors
+from trackdyn.measure.catalogue import ACCELERATION
+from trackdyn.measure.metrics import whole_errors
+from trackdyn.measure.sensor import measured_loop_hz, sense
+from trackdyn.measure.taken import Sensed
 from trackdyn.rig.validation import typed
 from trackdyn.sensor.sensor_csv import SensorRecord, read_sensor
 from trackdyn.sensor.sensor_mapping import SensorMapping
 from trackdyn.simulation.recording import Recording
 
-COMPARED = ("rms_g", "sd_g", "line_hz", "line_g", "line_hz_binfree", "line_g_binfree", "high_frequency_g")
 HIGH = "high_frequency_g"
-MEAN = "mean_g"
 CLEAR = 2.0  # standard errors, from which on a difference is more than scatter
 SAME_SPEED = 0.01  # share of a speed, from which on a difference is said
 SAME_RATE = 0.01  # changes what the mean over a sample leaves of 300 Hz by 0.3 %
@@ -80,7 +78,7 @@ def compare_with_sensor(recording: Recording, record: SensorRecord, name: str = 
     DataFrame
         ``measure, simulation, simulation_error, sensor, sensor_error, difference_pct, standard_errors``: values and
         standard errors over whole revolutions of the loop (`sensor_metrics`), those of the simulation with what its
-        step adds (`measure.uncertainty.whole_errors`); what the simulation is above the sensor, in percent of the
+        step adds (`measure.metrics.whole_errors`); what the simulation is above the sensor, in percent of the
         sensor's value and in standard errors of the difference. Rows of the line are left out where a record holds
         fewer than two turns of the loop, and those of its bin where the records differ in length; all that gravity is
         part of, where it is missing in the sensor's record (`judge_axes`).
@@ -100,18 +98,15 @@ def compare_with_sensor(recording: Recording, record: SensorRecord, name: str = 
     signal, slow = sense(recording, slower), record.averaged(faster)
     with naming(record.path):
         own_hz = measured_loop_hz(slow.ay, slow.rate, loop_hz) if loop_hz else 0.0
-    errors = {"rate_hz": "", "clipped": "", MEAN: "mean_error_g"} | {name: error_of(name) for name in COMPARED}
-    columns: dict[str, list] = {"measure": list(errors)}
+    measures = [measure for measure in ACCELERATION if measure.compared]
+    columns: dict[str, list] = {"measure": ["rate_hz", "clipped", *(measure.column for measure in measures)]}
     for side, ay, hz, at, clipped in (
         ("simulation", signal.ay, loop_hz, signal.rate, signal.clipped),
         ("sensor", slow.ay, own_hz, slow.rate, record.clipped),
     ):
-        values = sensor_metrics(ay, at, hz) | {"rate_hz": at, "clipped": clipped}
-        values[MEAN] = np.mean(ay[: whole_revolutions(len(ay), at, hz)])
-        if holds_line(len(ay), at, hz):
-            values["mean_error_g"] = turn_error(ay, 1 / hz * at, np.mean)
-        columns[side] = [values[name] for name in errors]
-        columns[f"{side}_error"] = [values.get(name, np.nan) for name in errors.values()]
+        sensed = Sensed(ay, at, hz)
+        values = [(at, np.nan), (clipped, np.nan), *(measure.sensed(sensed) for measure in measures)]
+        columns[side], columns[f"{side}_error"] = map(list, zip(*values, strict=True))
     table, whole = pd.DataFrame(columns), whole_errors(recording.scene)
     simulated = table[["measure", "simulation", "simulation_error"]].itertuples(index=False)
     table["simulation_error"] = [whole(*row) for row in simulated]

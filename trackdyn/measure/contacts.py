@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from trackdyn.measure.uncertainty import NAN, Series, ratio_values
+from trackdyn.measure.uncertainty import NAN
 from trackdyn.model.arrays import CONTACT_INTERVAL, SIDES
 from trackdyn.rig.rig import Rig
 from trackdyn.simulation.recording import Recording
@@ -124,8 +124,6 @@ def _number_passages(rows: dict[str, np.ndarray], recording: Recording) -> tuple
     return number[group], np.where(number >= 0, began, NAN)[group]
 
 
-# Areas that an arc visits for less than this share of a turn a passage do not count in the summary, %.
-LEAST_SHARE = 0.1
 # From this share of a turn on an arc counts as touching, %; a force that acts for less has no error of its own.
 TOUCHING = 0.5
 PASSAGE_COLUMNS = [
@@ -173,58 +171,6 @@ def passage_arrays(recording: Recording) -> dict[str, np.ndarray]:
     connector = np.zeros(shape[0], int)
     connector[number] = connectors
     return table | {"passage": passage, "side": np.array(SIDES)[side], "connector": connector[passage]}
-
-
-def contact_series(table: dict[str, np.ndarray], loop: float) -> dict[str, Series]:
-    """Measures of each side passage by passage, by columns of a run such as ``left_share_pct``; without NaN.
-
-    ``table`` is that of `passage_arrays`, ``loop`` the time of a revolution of the loop, s.
-    """
-    count, measures = len(table["passage"]), dict[str, Series]()
-    for k, side in enumerate(SIDES):
-        rows = {name: column[:, k] for name, column in table.items()}
-        force, square = rows["impulse_ns"] / loop, rows["square_n2s"] / loop
-        mean = force.sum() / max(count, 1)
-        in_contact = ratio_values(rows["square_n2s"], rows["touching_s"])
-        each = {name: (rows[name], False) for name in ("share_pct", "peak_n", "phase_start", "phase_end")}
-        each |= {"rms_n": (square, True), "sd_n": (square - 2 * mean * force + mean**2, True)}
-        for name, (values, root) in (each | {"rms_contact_n": (in_contact, True)}).items():
-            known = values[~np.isnan(values)]
-            measures[f"{side}_{name}"] = Series(known, np.arange(len(known)), root)
-    return measures
-
-
-def meshing_summary(recording: Recording) -> dict:
-    """Shares, phases and forces of a run, as means over its complete passages, with standard errors by batch means.
-
-    Keys are those of `columns`: ``passages``, ``left_areas``, ``right_areas``, and those of each side.
-    Forces over the run are those of an appointed connector (link), free running included as zero. The largest force of
-    all has no standard error: what it estimates depends on how many passages it is the largest of (Coles, Introduction
-    to Statistical Modeling of Extreme Values, 2001, ch. 3). Areas are those that the recorded connectors visit for
-    0.1 % of a turn or more a passage. Without a complete passage all other numbers are NaN and areas empty; without a
-    contact of the kind shares and forces are 0 and phases NaN.
-    """
-    table, loop = passage_arrays(recording), recording.periods.loop
-    count, series = len(table["passage"]), contact_series(table, loop)
-    summary: dict = {"passages": count}
-    errors = {
-        "share_pct": "share_error_pct", "rms_n": "rms_error_n", "sd_n": "sd_error_n",
-        "rms_contact_n": "rms_contact_error_n", "peak_n": "peak_error_n", "phase_start": "phase_start_error",
-        "phase_end": "phase_end_error",
-    }  # fmt: skip
-    for k, side in enumerate(SIDES):
-        values: dict[str, float | str] = {}
-        for name, error_name in errors.items():
-            value, error, _ = series[f"{side}_{name}"].estimate()
-            values |= {name: value, error_name: error}
-            if name == "peak_n":
-                values["peak_largest_n"] = float(table["peak_n"][:, k].max()) if count else NAN
-        if side != "ring":
-            shares = sampled_shares(recording.area[:, :, k], recording.scene.rig)
-            visited = ",".join(str(area) for area in range(1, 11) if shares[area] >= LEAST_SHARE)
-            values["areas"] = (visited or "none") if count else ""
-        summary |= {f"{side}_{name}": value for name, value in values.items()}
-    return summary
 
 
 def sampled_shares(area: np.ndarray, rig: Rig) -> np.ndarray:

@@ -1,17 +1,26 @@
 """One row of numbers a run: the columns of ``metrics.csv``. A new metric is added here; no simulation depends on it."""
 
+from collections.abc import Callable
+from math import hypot, nan
+from re import fullmatch
+
 import numpy as np
 
+from trackdyn.measure.catalogue import BY_COLUMN
 from trackdyn.measure.columns import SHOWN, table_schema
-from trackdyn.measure.contacts import LONGEST_CONTACT, PASSAGE, meshing_summary
-from trackdyn.measure.sensor import readings, sense, sensor_metrics
+from trackdyn.measure.contacts import LONGEST_CONTACT, PASSAGE
+from trackdyn.measure.sensor import readings, sense
 from trackdyn.measure.spectra import LEAST_PERIODS, rms
-from trackdyn.measure.uncertainty import NAN, whole_errors
+from trackdyn.measure.taken import meshing_summary, sensor_metrics
+from trackdyn.measure.uncertainty import NAN, STEP_ERRORS
 from trackdyn.measure.whole_loop import sliding_work
+from trackdyn.scene.scene import Scene
 from trackdyn.simulation.energy_balance import energy_residual
 from trackdyn.simulation.recording import Recording
 
 OF_THE_EARTH = 0.005  # share by which gravity differs between poles and equator
+
+JUDGED = ("semi_implicit", "rk4")  # methods: a linearly implicit step is coarse on purpose
 
 
 def sensor_row(recording: Recording, sensor: str | int = 0) -> dict:
@@ -67,6 +76,23 @@ def shown_measures(recording: Recording) -> list[dict]:
                 shown |= {"error": None if error != error else error, "unit": unit}
                 rows.append(shown | ({"sensor": sensor} if several else {}))
     return rows
+
+
+def whole_errors(scene: Scene) -> Callable[[str, float, float], float]:
+    """Function of a column of a run of a scene, its value and standard error: the error with what the step adds.
+
+    That is in proportion to the step. Other rigs may have more than the included ones: `step_check` judges their steps.
+    NaN where the standard error or what the step adds is not known; a value of zero has the standard error.
+    """
+    times = 0.0 if scene.chain == "belt" else scene.time_step / scene.with_(step=None).time_step
+    times = times if scene.chain == "belt" or scene.integrator in JUDGED else nan
+
+    def whole(column: str, value: float, error: float) -> float:
+        of_step = next((errors for name, errors in STEP_ERRORS.items() if fullmatch(name, column)), (nan, nan))
+        size = BY_COLUMN[column].size(value) if column in BY_COLUMN else abs(value)
+        return hypot(error, times * of_step[scene.ring_radius is None] * size) if value else error
+
+    return whole
 
 
 def needed_lengths(recording: Recording) -> dict[str, float]:

@@ -15,18 +15,16 @@ from math import inf
 from typing import Any, NamedTuple
 
 from trackdyn.errors import InputError, TrackdynError
+from trackdyn.measure.catalogue import TOLERATED, scale_of
 from trackdyn.measure.sensor import whole_samples
 from trackdyn.measure.stopping import check_driven, record_until
 from trackdyn.measure.uncertainty import (
     LEAST,
-    RELATIVE,
-    SHARES,
     Estimate,
     Series,
     WholeError,
     extrapolated,
     judge_series,
-    scale_of,
     weight_of_finer,
     whole_error,
 )
@@ -168,7 +166,7 @@ def plan(scene: Scene, tolerances: Mapping[str, float], longest: float = 60.0, m
     scene : Scene
         Duration and lead-in are not used.
     tolerances : mapping of str to float
-        Measure (`whole_loop.series`) and tolerance: relative, or for shares of contact a share of a sprocket turn.
+        Measure (`catalogue.TOLERATED`) and tolerance: relative, or for shares of contact a share of a sprocket turn.
     longest : float
         s at constant speed of the longest record.
     method : bool
@@ -317,8 +315,8 @@ def check_tolerances(scene: Scene, tolerances: Mapping[str, float], longest: flo
     if not isinstance(tolerances, Mapping) or not tolerances:
         raise InputError(f"tolerances = {tolerances!r}: name measures with a tolerance each, such as {{'rms': 0.01}}")
     for name, value in tolerances.items():
-        if name not in RELATIVE + SHARES:
-            raise InputError(f"measure = {name!r}: choose {', '.join(RELATIVE + SHARES)}")
+        if name not in TOLERATED:
+            raise InputError(f"measure = {name!r}: choose {', '.join(TOLERATED)}")
         within(f"tolerance of {name}", value, LEAST_TOLERANCE, 1.0, ", such as 0.01")
     check_driven(scene)
     least = (LEAST + 1) * scene.periods.passage  # the first one is cut

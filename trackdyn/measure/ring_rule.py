@@ -13,11 +13,11 @@ import numpy as np
 import pandas as pd
 
 from trackdyn.errors import InputError, shown
+from trackdyn.measure.catalogue import OF_SIDES
 from trackdyn.measure.cells import plain, with_error
-from trackdyn.measure.columns import SIDE_COLUMNS, error_of, heading
+from trackdyn.measure.columns import error_of, heading
 from trackdyn.measure.contacts import TOUCHING
 from trackdyn.measure.uncertainty import ROUNDING
-from trackdyn.model.arrays import SIDES
 
 # Points of a turn that the left arc may touch for beyond a tooth's share of it, 100 over the number of teeth, for which
 # connectors that drive one after the other touch at least. Ours; the paper has a plateau near 10 %, and no rule.
@@ -32,8 +32,9 @@ ROUNDED = 5  # decimals of a radius that is added, m
 RULE = f"right_share_pct < {TOUCHING:g}, left_share_pct <= tooth + {MARGIN:g}, smallest"
 WORK = ("teeth_sliding_j", "ring_sliding_j")
 COMPARED = ("settled_tension_n", "ring_rms_n", "left_rms_n", *WORK)  # what a choice weighs
-COLUMNS = ("rms_g", "sd_g", *WORK, *(f"{side}_{name}" for side in SIDES for name in SIDE_COLUMNS))
-_KNOWN = f"rms_g, sd_g, {', '.join(WORK)}, or left_, right_ or ring_ with {', '.join(SIDE_COLUMNS)}"
+COLUMNS = ("rms_g", "sd_g", *WORK, *(measure.column for side in OF_SIDES.values() for measure in side))
+_OF_A_SIDE = (measure.column.removeprefix("left_") for measure in OF_SIDES["left"])
+_KNOWN = f"rms_g, sd_g, {', '.join(WORK)}, or left_, right_ or ring_ with {', '.join(_OF_A_SIDE)}"
 _BOUND = re.compile(r"(\w+)\s*(<=?|>=?)\s*(?:(tooth)\s*\+\s*)?(-?\d+(?:\.\d*)?(?:e-?\d+)?)")
 KEEPS = {"<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge}
 

@@ -1,24 +1,13 @@
 """The acceleration sensor on the link (Eq. 40), its sampling and its range, and the measures of its record."""
 
 from dataclasses import dataclass
-from functools import partial
 from math import ceil
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trackdyn.measure.spectra import (
-    high_frequency_rms,
-    high_passed,
-    highest_line,
-    holds_line,
-    main_line,
-    main_line_binfree,
-    rms,
-    standard_deviation,
-)
-from trackdyn.measure.uncertainty import NAN, LineError, line_error, turn_error
+from trackdyn.measure.spectra import highest_line, holds_line, main_line_binfree
 from trackdyn.rig.rig import Rig
 from trackdyn.rig.validation import typed, within
 from trackdyn.simulation.recording import Recording
@@ -131,45 +120,3 @@ def measured_loop_hz(ay, rate: float, expected_hz: float) -> float:
         return expected_hz
     hz = highest_line(ay, rate, expected_hz / OTHER_SPEED, expected_hz * OTHER_SPEED)[0]
     return main_line_binfree(ay, rate, hz)[0] if holds_line(len(ay), rate, hz) else hz
-
-
-def sensor_metrics(ay, rate: float, loop_hz: float) -> dict:
-    """Columns of `columns` about the y acceleration ay in g, each before its standard error over revolutions.
-
-    RMS, SD and content from 20 Hz on are those of whole revolutions, which the errors are taken from, too: parts of a
-    turn differ. A record of less than one is taken as it is. Lines and errors are NaN where it holds fewer than two.
-    """
-    ay = np.asarray(ay)
-    has_line = holds_line(len(ay), rate, loop_hz) and bool(np.ptp(ay))
-    turns = ay[: whole_revolutions(len(ay), rate, loop_hz)]
-    line = main_line(ay, rate, loop_hz) if has_line else (NAN, NAN)
-    # a sample more: two turns are the least that has a line, and end between two samples
-    free = main_line_binfree(ay[: len(turns) + 1], rate, expected_hz=loop_hz)[:2] if has_line else (NAN, NAN)
-    errors = line_error(ay, rate, line[0], free[0]) if has_line else LineError(NAN, NAN, NAN, NAN, NAN)
-    below_a_revolution = len(ay) / rate * loop_hz < 1
-
-    def error(statistic) -> float:
-        return turn_error(ay, 1 / loop_hz * rate, statistic) if has_line else NAN
-
-    return {
-        "rms_g": rms(turns),
-        "rms_error_g": error(rms),
-        "sd_g": standard_deviation(turns),
-        "sd_error_g": error(standard_deviation),
-        "line_hz": line[0],
-        "line_error_hz": errors.bin_hz,
-        "line_g": line[1],
-        "line_error_g": errors.bin_amplitude,
-        # harmonics beyond the fitted ones move the fit, by the phase at which a record begins, but no turn's phase
-        "line_hz_binfree": free[0] + errors.beyond_hz,
-        "line_error_hz_binfree": errors.hz,
-        "line_g_binfree": free[1],
-        "line_error_g_binfree": errors.amplitude,
-        "high_frequency_g": rms(high_passed(ay, rate)) if below_a_revolution else high_frequency_rms(turns, rate),
-        "high_frequency_error_g": error(partial(high_frequency_rms, rate_hz=rate)),
-    }
-
-
-def record_metrics(ay, rate: float, expected_hz: float) -> dict:
-    """`sensor_metrics` of a record ``ay`` whose loop turns at a speed of its own, near ``expected_hz`` (Hz)."""
-    return sensor_metrics(ay, rate, measured_loop_hz(ay, rate, expected_hz))

@@ -90,7 +90,7 @@ def steady_from(recording: Recording, rule: StopRule) -> tuple[float, bool]:
     for side in SIDES:
         rows = table[table["side"] == side]
         number = rows["passage"].to_numpy()
-        measures[f"{side}_share"] = share = Series(rows["share_pct"].to_numpy(), number)
+        measures[f"{side}_share"] = share = Series(rows["share_pct"].to_numpy(), number, scale=100.0)
         measures[f"{side}_force"] = Series(rows["square_n2s"].to_numpy(), number, root=True)
         tolerances[f"{side}_share"] = rule.share_pct / 100
         if share.estimate().value >= TOUCHING:  # a force that hardly touches is not judged

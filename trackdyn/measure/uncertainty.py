@@ -3,23 +3,20 @@
 A measure of a record in steady running is a mean over passages of a pitch (`Series`). Batches of passages give the
 scatter of the mean, the marginal standard error rule its transient, and pairs of passages at equal times the difference
 of two runs that start alike, which scatters less than either (common random numbers: Law, Simulation Modeling and
-Analysis, 5th edition, 2015, ch. 11.2). Runs at several steps give the limit at a step of zero (`limit_of`), and errors
-of the included rigs say what the step of a scene adds (`whole_errors`).
+Analysis, 5th edition, 2015, ch. 11.2). Runs at several steps give the limit at a step of zero (`limit_of`).
 """
 
 import csv
 from collections.abc import Callable, Mapping
 from functools import cache
 from itertools import pairwise
-from math import cos, hypot, nan, pi, sin, sqrt, tan
+from math import cos, hypot, pi, sin, sqrt, tan
 from pathlib import Path
-from re import fullmatch
 from typing import NamedTuple
 
 import numpy as np
 
 from trackdyn.rig.roots import root
-from trackdyn.scene.scene import Scene
 
 CONFIDENCE = 0.95
 ROUNDING = 1e-9  # share of a value: a smaller standard error is rounding, and is not shown
@@ -140,9 +137,6 @@ def _demodulated(a: np.ndarray, rate_hz: float, edges: np.ndarray, hz: float) ->
     return 2.0 * np.add.reduceat(products[: edges[-1]], edges[:-1]) / np.diff(edges)
 
 
-# measures whose tolerances are a share of the value, and a share of a sprocket turn
-RELATIVE = ("rms", "sd", "line", "high_frequency", "left_peak", "right_peak")
-SHARES = ("left_share", "right_share", "ring_share")
 # Passages that a record needs at least: fewer batches than three say little about their own scatter.
 LEAST = 9
 SURE = 2.0  # standard errors: the 95 % of a normal distribution
@@ -162,6 +156,7 @@ class Series(NamedTuple):
     values: np.ndarray  # (m,) what is averaged: a mean square for RMS and SD, the measure itself for the others
     passage: np.ndarray  # (m,) integers: passage of the record that each belongs to
     root: bool = False  # the measure is the root of the mean
+    scale: float | None = None  # what its tolerances refer to; None: its value
 
     def since(self, first: int) -> "Series":
         """Without the passages before ``first``."""
@@ -196,16 +191,6 @@ class Series(NamedTuple):
         return int(self.passage[np.argmin(marginal[: count // 2 + 1])])
 
 
-def scale_of(measure: str, value: float) -> float:
-    """Size that a tolerance refers to: a turn of the sprocket (shares are in %), or that of a value; NaN for 0."""
-    return 100.0 if measure in SHARES else abs(value) or NAN
-
-
-def unit_of(measure: str) -> str:
-    """Unit of a measure's value."""
-    return "% of a turn" if measure in SHARES else "N" if measure.endswith("_peak") else "g"
-
-
 def paired(first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The last values of two series, as many as both have: runs that end alike have passages at equal times."""
     count = min(len(first), len(second))
@@ -234,7 +219,7 @@ class WholeError(NamedTuple):
 def whole_error(run: Series, limit: np.ndarray, scale: float) -> WholeError:
     """Whole error of a measure of a run, whose ``limit`` passage by passage (`extrapolated`) a finer run gives.
 
-    ``scale`` is as from `scale_of`.
+    ``scale`` is as from `catalogue.scale_of`.
     """
     bias, doubt = difference(run, limit)
     _, error, half_width = run.estimate()
@@ -263,7 +248,7 @@ def judge_series(
         reached = {
             name: name in rest
             and len(rest[name].values) >= least
-            and bool(means[name].half_width <= tolerance * scale_of(name, means[name].value))
+            and bool(means[name].half_width <= tolerance * (rest[name].scale or abs(means[name].value) or NAN))
             for name, tolerance in tolerances.items()
         }
         if all(reached.values()):
@@ -316,30 +301,10 @@ def error_against(series: Series, limit: Limit) -> tuple[float, float]:
 
 
 # The largest difference from the limit at a step of zero that the included rigs have at their default steps, with rings
-# and without one, by columns of a run (`measure.columns`): relative, but for `ABSOLUTE`. The study `default_step`
-# writes this file.
+# and without one, by columns of a run, in parts of `catalogue.Measure.size`. The study `default_step` writes this file.
 STEP_ERRORS = {
     columns: (float(with_ring), float(without_ring))
     for columns, with_ring, without_ring in csv.reader(
         Path(__file__).with_name("step_errors.csv").read_text(encoding="utf-8").splitlines()[1:]
     )
 }
-JUDGED = ("semi_implicit", "rk4")  # methods: a linearly implicit step is coarse on purpose
-ABSOLUTE = ("_share_pct", "_phase_start", "_phase_end")  # columns in points of a turn, and in turns
-
-
-def whole_errors(scene: Scene) -> Callable[[str, float, float], float]:
-    """Function of a column of a run of a scene, its value and standard error: the error with what the step adds.
-
-    That is in proportion to the step. Other rigs may have more than the included ones: `step_check` judges their steps.
-    NaN where the standard error or what the step adds is not known; a value of zero has the standard error.
-    """
-    times = 0.0 if scene.chain == "belt" else scene.time_step / scene.with_(step=None).time_step
-    times = times if scene.chain == "belt" or scene.integrator in JUDGED else nan
-
-    def whole(column: str, value: float, error: float) -> float:
-        of_step = next((errors for name, errors in STEP_ERRORS.items() if fullmatch(name, column)), (nan, nan))
-        size = 1.0 if column.endswith(ABSOLUTE) else abs(value)
-        return hypot(error, times * of_step[scene.ring_radius is None] * size) if value else error
-
-    return whole

@@ -7,15 +7,17 @@ so that the correlation between links does not matter, and the means of successi
 scatter gives the standard error of the whole mean (`uncertainty.batch_error`).
 """
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
 
 from trackdyn.errors import InputError
+from trackdyn.measure.catalogue import NAMED, SCALES, TOLERATED
 from trackdyn.measure.sensor import readings
 from trackdyn.measure.spectra import high_passed
-from trackdyn.measure.uncertainty import RELATIVE, SHARES, Estimate, Series
+from trackdyn.measure.uncertainty import Estimate, Series
 from trackdyn.model.arrays import RING_FRICTION, SIDES, TOOTH_FRICTION
 from trackdyn.simulation.recording import Recording
 
@@ -63,45 +65,50 @@ def stitch(recording: Recording, first: int = 0, ay: np.ndarray | None = None) -
     return ay[revolution_samples(recording, first, ay.shape[1])]
 
 
-def series(recording: Recording, names: Collection[str] = RELATIVE + SHARES) -> dict[str, Series]:
-    """Measures of a record with every link, passage by passage.
+class Links:
+    """What measures of a record with every link are taken from, passage by passage; refuses as `passage_edges`."""
 
-    They are, all of them by default: ``rms``, ``sd`` (g); ``line`` (amplitude at the loop's frequency of the stitched
-    revolution, g); ``high_frequency`` (RMS at and above 20 Hz, g); ``left_share``, ``right_share``, ``ring_share`` (%
-    of a sprocket turn); ``left_peak``, ``right_peak`` (N: the largest force of an arc on its way through the sprocket,
-    if contacts are logged and that arc has some).
-    """
-    from trackdyn.measure.events import peaks  # with pandas: half a second that a run does without
+    def __init__(self, recording: Recording) -> None:
+        self.ay, self.edges, self.recording = every_ay(recording), passage_edges(recording), recording
+        self.number = np.arange(len(self.edges) - 1)
+        self.high_passed = partial(high_passed, rate_hz=recording.rate)
 
-    ay, edges, teeth = every_ay(recording), passage_edges(recording), recording.scene.rig.sprocket.teeth
-    number = np.arange(len(edges) - 1)
+    def series(self, values: np.ndarray, root: bool = False, statistic: Callable = np.mean) -> Series:
+        """A measure whose passages have a statistic of ``values`` (s, ...), or the root of it."""
+        return Series(np.array([statistic(values[a:b]) for a, b in pairwise(self.edges)]), self.number, root)
 
-    def means(values: np.ndarray) -> np.ndarray:
-        """Means of the passages."""
-        return np.array([values[a:b].mean() for a, b in pairwise(edges)])
+    def sd(self) -> Series:
+        """Deviation from the mean of the whole record, g."""
+        square, mean = self.series(self.ay**2).values, self.series(self.ay).values
+        return Series((square - 2 * mean.mean() * mean) + mean.mean() ** 2, self.number, True)
 
-    measures = {}
-    if "rms" in names:
-        measures["rms"] = Series(means(ay**2), number, True)
-    if "sd" in names:
-        mean = means(ay)
-        measures["sd"] = Series((means(ay**2) - 2 * mean.mean() * mean) + mean.mean() ** 2, number, True)
-    if "high_frequency" in names:
-        measures["high_frequency"] = Series(means(high_passed(ay, recording.rate) ** 2), number, True)
-    if "line" in names:
-        room = len(ay) - int(np.ceil(recording.periods.passage * recording.rate)) - 1
-        ways = [stitch(recording, first, ay) for first in edges[:-1] if first < room]
-        # amplitude of one period a revolution
+    def line(self) -> Series:
+        """Amplitude at the loop's frequency of the stitched revolution, g: one period a revolution."""
+        room = len(self.ay) - int(np.ceil(self.recording.periods.passage * self.recording.rate)) - 1
+        ways = [stitch(self.recording, first, self.ay) for first in self.edges[:-1] if first < room]
         lines = [2 * abs((ay * np.exp(-2j * np.pi * np.arange(len(ay)) / len(ay))).mean()) for ay in ways]
-        measures["line"] = Series(np.array(lines), number[: len(lines)])
-    for k, side in enumerate(SIDES):
-        if (name := f"{side}_share") in names:
-            # arcs that touch at an instant, over teeth, is the fraction of a sprocket turn that each of them touches
-            measures[name] = Series(means((recording.force[:, :, k] > 0.0).sum(axis=1) * (100.0 / teeth)), number)
-        if (name := f"{side}_peak") in names and len(recording.contact_log) and len(visits := peaks(recording, side)):
-            passage = np.searchsorted(edges / recording.rate, visits["end_s"]) - 1
-            measures[name] = Series(visits["peak_n"].to_numpy(), passage)
-    return measures
+        return Series(np.array(lines), self.number[: len(lines)])
+
+    def share(self, side: str) -> Series:
+        """Arcs that touch at an instant, over teeth: the fraction of a sprocket turn that each of them touches, %."""
+        touching = (self.recording.force[:, :, SIDES.index(side)] > 0.0).sum(axis=1)
+        return self.series(touching * (100.0 / self.recording.scene.rig.sprocket.teeth))
+
+    def peaks(self, side: str) -> Series | None:
+        """The largest force (N) of an arc on its way through the sprocket, if contacts are logged and it has some."""
+        from trackdyn.measure.events import peaks  # with pandas: half a second that a run does without
+
+        if not len(self.recording.contact_log) or not len(visits := peaks(self.recording, side)):
+            return None
+        passage = np.searchsorted(self.edges / self.recording.rate, visits["end_s"]) - 1
+        return Series(visits["peak_n"].to_numpy(), passage)
+
+
+def series(recording: Recording, names: Collection[str] = TOLERATED) -> dict[str, Series]:
+    """Measures (`catalogue.TOLERATED`) of a record with every link, passage by passage; those that have values."""
+    links = Links(recording)
+    taken = {name: take(links) for name, measure in NAMED.items() if name in names and (take := measure.series)}
+    return {name: one._replace(scale=SCALES.get(NAMED[name].kind)) for name, one in taken.items() if one is not None}
 
 
 def sliding_series(recording: Recording) -> dict[str, Series]:

@@ -19,8 +19,8 @@ from replication.report.parameters import table1
 from replication.report.statistics import lines_table, table3
 from tests.conftest import made_recording
 from trackdyn.errors import InputError
-from trackdyn.measure.sensor import sensor_metrics
 from trackdyn.measure.spectra import rms
+from trackdyn.measure.taken import sensor_metrics
 from trackdyn.plots.drawing import chain_points, groove_points
 from trackdyn.plots.ring_study import figures, quiet_from
 from trackdyn.plots.spectra import first_crest, history_figure, spectrum_figure

@@ -6,8 +6,8 @@ import pytest
 from replication.report.fidelity import ladder_table
 from replication.report.filled import departures_text
 from replication.study.accuracy.ladder import MEASURED, compare_rungs
-from replication.study.accuracy.statistics import MEASURES
 from replication.study.variants import PHYSICS, REFERENCE, SETTINGS, VARIANTS, change
+from trackdyn.measure.catalogue import ABSOLUTE, TOLERATED
 from trackdyn.scene.choices import PRESETS
 from trackdyn.scene.scene import Scene
 
@@ -28,7 +28,7 @@ def test_a_departure_has_its_largest_change_and_says_what_is_not_possible():
     scenes = {"a scene": settings, "another": settings | {"drag=coulomb": 0.9, "friction=none": 1.0}}
     rungs = [
         [scene, name, measure, value, 0.1, ""]
-        for scene, values in scenes.items() for name, value in values.items() for measure in MEASURES
+        for scene, values in scenes.items() for name, value in values.items() for measure in TOLERATED + ABSOLUTE
     ]  # fmt: skip
     lines = departures_text(ladder_table(compare_rungs(pd.DataFrame(rungs, columns=MEASURED)))).splitlines()[2:]
     assert [cell.strip() for cell in lines[0].strip("|").split("|")] == ["`drag=coulomb`", "-10.0", "-10.0", "-0.1"]

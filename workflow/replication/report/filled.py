@@ -21,6 +21,7 @@ from replication.study.extremes.resolved import short_runs_verdict
 from replication.study.variants import METHOD_WORDS, PHYSICS_WORDS, VARIANTS
 from trackdyn.errors import InputError
 from trackdyn.files import replacing, write_text
+from trackdyn.measure.catalogue import NAMED
 from trackdyn.measure.cells import significant
 from trackdyn.measure.ring_rule import RULE, parse_rule
 
@@ -28,10 +29,9 @@ BEGIN, END = "<!-- measured -->", "<!-- end -->"
 Page = tuple[str, tuple[str, ...], Callable[..., str | list[str]]]  # its tables in docs/measured, what makes its blocks
 
 
-# column of the table of fidelities, heading of the largest change
-DEPARTURES = {"rms": "RMS, %", "high_frequency": "above 20 Hz, %", "left_share": "left contact, points"}
-# measure of the study `trade`, heading of its column
-ERRORS = (("rms", "RMS, %"), ("left_peak", "left peak, %"), ("left_share", "left contact, points"))
+# measures of the tables of fidelities, and of the study `trade`
+DEPARTURES = ("rms", "high_frequency", "left_share")
+ERRORS = ("rms", "left_peak", "left_share")
 
 
 def settings_text(rows: pd.DataFrame, default_step: pd.DataFrame, short_runs: pd.DataFrame) -> str:
@@ -44,9 +44,9 @@ def settings_text(rows: pd.DataFrame, default_step: pd.DataFrame, short_runs: pd
         setting = named if pd.isna(step) else f"{named}, {1e3 * step:g} ms"
         worst = 100 * group.groupby(["measure", "bare"])["error"].max()
         line = {"setting": setting, "CPU s": group["cpu_s"].mean()}
-        for name, words in ERRORS:
+        for name in ERRORS:
             pair = (worst.get((name, bare)) for bare in (False, True))
-            line[words] = "/".join("–" if pd.isna(value) else significant(value, 2) for value in pair)
+            line[NAMED[name].short] = "/".join("–" if pd.isna(value) else significant(value, 2) for value in pair)
         lines.append(line)
     table = pd.DataFrame(lines).sort_values("CPU s", kind="stable")
     table["CPU s"] = table["CPU s"].map("{:.2g}".format)
@@ -83,7 +83,7 @@ def departures_text(rows: pd.DataFrame) -> str:
             unchanged.append(name)
         else:
             lines.append([f"`{name}`", *cells])
-    table = _markdown(pd.DataFrame(lines, columns=["setting", *DEPARTURES.values()]))
+    table = _markdown(pd.DataFrame(lines, columns=["setting", *(NAMED[name].short for name in DEPARTURES)]))
     others = (
         f"{words}: {', '.join(f'`{name}`' for name in names)}."
         for words, names in (("No change", unchanged), ("Not possible", lost))

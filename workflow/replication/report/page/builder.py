@@ -21,8 +21,8 @@ from replication.study.settings import STUDIES
 from trackdyn.errors import InputError
 from trackdyn.files import read_npz, write_text
 from trackdyn.jit import source_hash
+from trackdyn.measure.catalogue import NAMED
 from trackdyn.measure.cells import significant
-from trackdyn.measure.columns import MEASURES
 from trackdyn.measure.ring_rule import COMPARED, RULE, advice, parse_rule
 from trackdyn.plots.rendering import render
 from trackdyn.plots.style import DPI
@@ -95,7 +95,7 @@ def build_page(
         parts.setdefault(part, []).append(by_key[key])
     parameters, planner = _rows(results, "tables/parameters.csv"), _rows(results, "planner.csv") or []
     for row in planner:
-        row["measure"] = "{} ({})".format(*MEASURES[row["measure"]])
+        row["measure"] = "{0.words} ({0.kind})".format(NAMED[row["measure"]])
     return render(
         "page.html.j2",
         SCRIPTS,

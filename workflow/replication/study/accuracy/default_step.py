@@ -13,9 +13,11 @@ from replication.study.accuracy.statistics import LEAD_IN, answers_of
 from replication.study.accuracy.trade import limits_of
 from trackdyn.errors import TrackdynError
 from trackdyn.files import write_csv
-from trackdyn.measure.contacts import TOUCHING, contact_series, passage_arrays
+from trackdyn.measure.catalogue import BY_COLUMN, NAMED, SENSED
+from trackdyn.measure.contacts import TOUCHING, passage_arrays
 from trackdyn.measure.sensor import whole_samples
-from trackdyn.measure.uncertainty import ABSOLUTE, STEP_ERRORS, Series, error_against
+from trackdyn.measure.taken import contact_series
+from trackdyn.measure.uncertainty import STEP_ERRORS, Series, error_against
 from trackdyn.measure.whole_loop import sliding_series
 from trackdyn.rig.rig import Rig, load_rig
 from trackdyn.rig.rig_file import shipped_rigs
@@ -32,7 +34,7 @@ KNOWN = 0.5
 TURNS = 2.5  # turns of the sprocket in a record of all links: some whole passages
 FINER = (1, 2, 4)  # times: the steps over which a limit is extrapolated
 # measures of all links (`measure.whole_loop.series`) as columns of a run, which all others are
-OF_LINKS = {"rms": "rms_g", "sd": "sd_g", "line": "line_g", "high_frequency": "high_frequency_g"}
+OF_LINKS = {name: NAMED[name].column for name in SENSED} | {"line": "line_g"}
 
 
 def measures_of(recording: Recording) -> dict[str, Series]:
@@ -40,6 +42,7 @@ def measures_of(recording: Recording) -> dict[str, Series]:
     of_links = answers_of(recording)
     measures = {column: of_links[name] for name, column in OF_LINKS.items()}
     contacts = contact_series(passage_arrays(recording), recording.periods.loop)
+    contacts = {name: measure for name, measure in contacts.items() if BY_COLUMN[name].has_error}
     for name, measure in contacts.items():  # a side that hardly touches has no force to speak of
         share = contacts[f"{name.partition('_')[0]}_share_pct"].values
         if len(share) and share.mean() >= TOUCHING:
@@ -81,19 +84,21 @@ def default_step_errors(rigs: Iterable[str], speeds: Mapping[str, Sequence[float
 
 
 def known_errors(rows: pd.DataFrame) -> pd.DataFrame:
-    """Rows whose error is known to half of itself (`KNOWN`), with its ``size``: relative, or absolute as `ABSOLUTE`."""
+    """Rows whose error is known to half of itself (`KNOWN`), with its ``size``, a part of `Measure.size`."""
     known = rows[rows["uncertainty"] < KNOWN * rows["error"].abs()]
-    scale = np.where(known["measure"].str.endswith(ABSOLUTE), 1.0, known["limit"].abs())
+    scale = np.array([BY_COLUMN[row.measure].size(row.limit) for row in known.itertuples()])
     return known.assign(size=known["error"].abs() / scale, uncertainty=known["uncertainty"] / scale)
 
 
 def step_errors(rows: pd.DataFrame) -> pd.DataFrame:
     """The largest known errors by groups of columns, with rings and without, rounded up to two digits.
 
-    Its groups are those of the table that the program reads (`measure.uncertainty.STEP_ERRORS`).
+    Its groups are those of the table that the program reads (`uncertainty.STEP_ERRORS`), and each column that none
+    of them has.
     """
     known, table = known_errors(rows), []
-    for pattern in STEP_ERRORS:
+    others = (name for name in known["measure"].unique() if not any(fullmatch(group, name) for group in STEP_ERRORS))
+    for pattern in (*STEP_ERRORS, *others):
         of_group = known[[fullmatch(pattern, name) is not None for name in known["measure"]]]
         bare = of_group["ring_radius_m"].isna()
         table.append([pattern, *(_rounded_up(of_group.loc[rows, "size"].max()) for rows in (~bare, bare))])

@@ -7,10 +7,11 @@ from itertools import product
 
 import pandas as pd
 
-from replication.study.accuracy.statistics import BELT_TURNS, MEASURES, NAN, RELATIVE, SHARES, TENSION, statistics_of
+from replication.study.accuracy.statistics import BELT_TURNS, NAN, TENSION, statistics_of
 from replication.study.variants import REFERENCE, SETTINGS, change
 from trackdyn.errors import TrackdynError
 from trackdyn.files import write_csv
+from trackdyn.measure.catalogue import ABSOLUTE, RELATIVE, SENSED, TOLERATED
 from trackdyn.measure.stopping import run_steady
 from trackdyn.measure.whole_loop import whole_loop
 from trackdyn.rig.rig import Rig, load_rig
@@ -49,7 +50,7 @@ def measure_setting(
             measures, wall, note = *(_belt(scene) if scene.chain == "belt" else _run(scene, rule, starts)), ""
         except TrackdynError as error:
             measures, wall, note = {}, NAN, str(error)
-        rows += [[name, setting, measure, measures.get(measure, NAN), wall, note] for measure in MEASURES]
+        rows += [[name, setting, measure, measures.get(measure, NAN), wall, note] for measure in TOLERATED + ABSOLUTE]
         print(f"{name}: {setting}", flush=True)
     return pd.DataFrame(rows, columns=MEASURED)
 
@@ -59,7 +60,7 @@ def _run(scene: Scene, rule: StopRule, starts: SettledLoops) -> tuple[dict[str, 
     simulate(scene.with_(duration=0.01, lead_in=0.0), starts=starts)  # compiled before anything is timed
     recording, _ = run_steady(scene.with_(every_link=True), rule, starts)
     loop = whole_loop(recording)
-    measures = {name: loop[name].value for name in ("rms", "sd", "line", "high_frequency")}
+    measures = {name: loop[name].value for name in SENSED}
     return statistics_of(recording) | measures, recording.wall / (len(recording.time) / recording.rate)
 
 
@@ -86,7 +87,7 @@ def compare_rungs(rungs: pd.DataFrame) -> pd.DataFrame:
     rows = []
     for row in by_scene.to_dict("records"):
         measure, expected = row["measure"], reference[row["scene"], row["measure"]]
-        difference = change(measure, expected, row["value"]) if measure in RELATIVE + SHARES else NAN
+        difference = change(measure, expected, row["value"]) if measure in TOLERATED else NAN
         difference *= 100 if measure in RELATIVE else 1
         rows.append(row | {"reference": REFERENCE, "reference_value": expected, "difference_pct": difference})
     return pd.DataFrame(rows, columns=COLUMNS)

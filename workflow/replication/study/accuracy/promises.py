@@ -8,18 +8,18 @@ from time import process_time
 import numpy as np
 import pandas as pd
 
-from replication.study.accuracy.statistics import scale_of, study_scene
+from replication.study.accuracy.statistics import study_scene
 from replication.study.accuracy.trade import limits_of, run_answer
 from replication.study.settings import TradeForm, promised_scenes, scene_name
 from trackdyn.errors import InputError
 from trackdyn.files import write_csv
+from trackdyn.measure.catalogue import TOLERATED, scale_of
 from trackdyn.measure.planner import plan
-from trackdyn.measure.uncertainty import RELATIVE, SHARES
 from trackdyn.rig.rig import Rig, load_rig
 from trackdyn.scene.scene import Scene
 
 # with a ring, right arcs touch in few scenes or none: too little to promise their peaks by
-PLANNED = (*(name for name in RELATIVE if name != "right_peak"), *SHARES)
+PLANNED = tuple(name for name in TOLERATED if name != "right_peak")
 LONGEST_RECORD = 60.0  # s of a record
 PROMISES = [
     "scene", "measure", "tolerance", "achieved_error", "limit_error", "met", "setting", "step_s", "expected_error",

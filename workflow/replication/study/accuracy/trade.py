@@ -15,20 +15,13 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from replication.study.accuracy.statistics import (
-    ABSOLUTE,
-    BELT_TURNS,
-    TENSION,
-    answers_of,
-    scale_of,
-    statistics_of,
-    study_scene,
-)
+from replication.study.accuracy.statistics import BELT_TURNS, TENSION, answers_of, statistics_of, study_scene
 from replication.study.settings import StatisticErrors, TradeForm, measured_scenes, scene_name
 from replication.study.timed_run import timed_run
 from replication.study.variants import PHYSICS
 from trackdyn.errors import InputError, TrackdynError
 from trackdyn.files import write_csv
+from trackdyn.measure.catalogue import ABSOLUTE, SENSED, scale_of
 from trackdyn.measure.sensor import whole_samples
 from trackdyn.measure.uncertainty import Limit, Series, error_against, limit_of
 from trackdyn.rig.rig import Rig, load_rig
@@ -61,8 +54,7 @@ def run_answer(scene: Scene) -> AnswerCost:
         begin = process_time()
         scene = scene.with_(duration=whole_samples(scene.rig.rate, BELT_TURNS / scene.periods.loop_hz))
         statistics = statistics_of(simulate(scene))
-        names = ("rms", "sd", "line", "high_frequency")
-        series = {name: Series(np.array([statistics[name]]), np.array([0])) for name in names}
+        series = {name: Series(np.array([statistics[name]]), np.array([0])) for name in SENSED}
         return AnswerCost(series, process_time() - begin, 0.0)
     run = timed_run(scene)
     return AnswerCost(answers_of(run.recording), run.start_cpu_s, run.cpu_s_per_s)
