@@ -18,7 +18,7 @@ def rounded_peak(recording: Recording) -> tuple[str, float, float, str]:
     """Dominant peak of a run with the rounded speed of the sprocket: label, frequency (Hz), amplitude (g), marker."""
     sprocket_rpm = abs(recording.scene.sprocket_rate) * 30 / pi
     line = main_line(sense(recording).ay, recording.rate, recording.periods.loop_hz)
-    return f"simulation, sprocket at {sprocket_rpm:.4g} rev/min", *line, "^"
+    return f"at {sprocket_rpm:.4g} rev/min", *line, "^"
 
 
 @run_job
