@@ -71,6 +71,31 @@ def top_level(tree):
             yield from top_level(node)
 
 
+def defined_in(tree, name):
+    """Dotted names of what a module or a class defines: functions, classes, variables, fields."""
+    for node in ast.iter_child_nodes(tree):
+        if isinstance(node, (ast.FunctionDef, ast.ClassDef)):
+            yield f"{name}.{node.name}"
+        if isinstance(node, ast.ClassDef):
+            yield from defined_in(node, f"{name}.{node.name}")
+        elif isinstance(node, (ast.Assign, ast.AnnAssign)):
+            yield from (f"{name}.{part.id}" for part in ast.walk(node) if isinstance(part, ast.Name))
+
+
+def test_dotted_names_in_backticks_are_names_of_this_repository():
+    trees = {module: ast.parse(path.read_bytes()) for module, path in MODULES.items()}
+    known = {name for module, tree in trees.items() for name in (module, *defined_in(tree, module))}
+    endings = {".".join(name.split(".")[first:]) for name in known for first in range(name.count(".") + 1)}
+    others = (*sys.stdlib_module_names, "numpy", "scipy")
+    wrong = [
+        f"{module}: {name}"
+        for module, path in MODULES.items()
+        for name in re.findall(r"(?<!`)`([A-Za-z_]\w*(?:\.\w+)+)`(?!`)", path.read_text(encoding="utf-8"))
+        if name not in endings and name.partition(".")[0] not in others
+    ]
+    assert not wrong
+
+
 def room_of(module):
     """Package and room of a module."""
     package, _, rest = module.partition(".")

@@ -29,7 +29,7 @@ def add_slopes(implicit, i, dx, dy, s):
 
 @fused
 def hinge_columns(implicit, joint, s, implicit_damping):
-    """The wheels' columns on the other side of a joint, as in `riccati.hinge`."""
+    """The wheels' columns on the other side of a joint, as in `riccati._hinge`."""
     column = implicit.column
     d = 1.0 / (s[5] - implicit_damping)
     for wheel in range(1, column.shape[0]):

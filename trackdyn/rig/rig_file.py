@@ -211,7 +211,7 @@ def _written_out(content: Any, name: str, about: dict[str, str]) -> Any:
         own = {
             key: word
             for key, word in content.items()
-            # kind may be one of the section's values (`drive.kind`)
+            # kind may be one of the section's values (``chain.kind``)
             if (key == "source" and isinstance(word, str | None)) or (key == "kind" and word in (*KINDS, None))
         }
         about = about | {key: word for key, word in own.items() if word is not None}

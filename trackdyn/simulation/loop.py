@@ -161,7 +161,7 @@ class Loop(Readings):
         Raises
         ------
         DivergenceError
-            Also if the contact chatters, or the energy balance stays open (`measure.energy`).
+            Also if the contact chatters, or the energy balance stays open (`energy_balance.check_account`).
         """
         requested = self.scene.with_(
             duration=seconds,

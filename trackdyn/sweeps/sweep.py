@@ -173,7 +173,7 @@ def sweep(
     design : DataFrame or path
         A row a scene: fields of `Scene`, parameters of the rig as ``section.field``, a ``preset``, a ``rig`` file, a
         ``name``; ``stop_rule.share_pct``, ``stop_rule.force`` and ``stop_rule.passages`` end it when its contacts have
-        converged (`measure.stopping.StopRule`). ``step`` may be several: the first counts that is neither refused nor
+        converged (`StopRule`). ``step`` may be several: the first counts that is neither refused nor
         diverges. An empty cell leaves the field to its default.
     out : path or None
         Table to write (.csv, .parquet).

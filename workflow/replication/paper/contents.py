@@ -1,6 +1,7 @@
 """Contents of a complete replication: the 24 figures and 4 tables of the paper, and those of our own.
 
-`contents.yaml` beside this file is the one list: from a rule to its figures and tables with their titles and captions.
+``contents.yaml`` beside this file is the one list: from a rule to its figures and tables with their titles and
+captions.
 """
 
 import re

@@ -71,7 +71,7 @@ def lines_table(metrics: pd.DataFrame, sensors: Sensors, label: str = "synthetic
     Parameters are those of :func:`table3`.
     """
     rows = []
-    names = {  # of a column here, and in `measure.sensor.sensor_metrics`
+    names = {  # of a column here, and in `measure.taken.sensor_metrics`
         f"line_{prefix}{name}": f"line_{name}{ending}"
         for name in ("hz", "error_hz", "g", "error_g")
         for prefix, ending in (("", ""), ("binfree_", "_binfree"))

@@ -54,7 +54,7 @@ def trade_sentence(promises: pd.DataFrame) -> str:
 def trade_figure(rows: pd.DataFrame, promises: pd.DataFrame, peers: pd.DataFrame | None = None) -> Figure:
     """Error of the RMS against the CPU time of the answer in one scene with a ring, every point with its name.
 
-    Of the planner's ``promises`` (`promises.py`) those of the RMS are drawn with their trials, and the points of
+    Of the planner's ``promises`` (`accuracy.promises`) those of the RMS are drawn with their trials, and the points of
     ``peers`` (`peers.trade_point`).
     """
     data, pictured = answers(rows), scene_name(*PICTURED)
