@@ -12,6 +12,7 @@ Wildcards in ``design`` and ``out``, for words without dots and slashes, make on
 rule `all` then. Memory and time of the jobs are those of the profile.
 """
 
+from functools import cache
 from pathlib import Path
 from typing import Annotated
 
@@ -20,9 +21,11 @@ from snakemake.exceptions import WorkflowError
 from snakemake.io import get_wildcard_names
 
 from trackdyn.errors import InputError
+from trackdyn.rig.rig_file import DEFAULT, rig_path
 from trackdyn.rig.validation import Section, validated
 from trackdyn.sources import module_hash
 from trackdyn.sweeps.snakemake_job import drive
+from trackdyn.sweeps.sweep import content_key
 
 drive(workflow)
 
@@ -36,7 +39,7 @@ class Settings(Section):
 
     design: Name # a row a scene (.csv, .parquet)
     out: Name # a row a result (.csv, .parquet); its folders lie beside it
-    rig: Name = "trackdyn/rigs/paper.yaml" # of rows that name no other
+    rig: Name = DEFAULT # of rows that name no other
     rigs: list[Name] = [] # files that rows name themselves
     batches: PositiveInt = 10 # jobs; a minute or more of rows in each makes their start cheap
     threads: PositiveInt = 1 # of a job
@@ -44,6 +47,7 @@ class Settings(Section):
 
 try:
     SWEEP = validated(Settings, dict(config), "sweep", "set it by --config or in the module's config")
+    RIG, *RIGS = (str(rig_path(rig)) for rig in (SWEEP.rig, *SWEEP.rigs))
 except InputError as error:
     raise WorkflowError(str(error)) from None
 
@@ -52,6 +56,17 @@ BESIDE = str(Path(SWEEP.out).with_suffix(""))
 STORE = f"{BESIDE}.rows" # folder of rows as they come
 LOGS = f"{BESIDE}.logs/"
 SOURCES = module_hash("trackdyn.sweeps.batch_jobs") # an edit in what the jobs import makes their results due
+
+
+@cache
+def contents_at(design, time): # when it was written last
+    return content_key(design, RIG, *RIGS)
+
+
+def contents(wildcards):
+    """Key of the design and all rigs: whatever is other than it was is due, also with an older date."""
+    design = Path(SWEEP.design.format(**wildcards))
+    return contents_at(design, design.stat().st_mtime_ns) if design.is_file() else "" # another rule makes it first
 
 
 # Otherwise a batch's results would be one more sweep's.
@@ -67,14 +82,15 @@ rule all:
 rule batch:
     """Rows of one batch, stored as they come: a batch that is killed goes on where it was."""
     input:
-        SWEEP.rigs,
+        RIGS,
         design=SWEEP.design,
-        rig=SWEEP.rig,
+        rig=RIG,
     output: f"{BESIDE}.batches/{{batch}}.parquet"
     wildcard_constraints: batch=r"\d+"
     params:
         store=STORE,
         sources=SOURCES,
+        contents=contents,
         batch=lambda wildcards: int(wildcards.batch),
         batches=SWEEP.batches,
         retries=RETRIES,
@@ -89,14 +105,15 @@ rule batch:
 rule gather:
     """All rows in the order of the design, known by now; what failed for a passing reason is tried once more."""
     input:
-        SWEEP.rigs,
+        RIGS,
         expand(rules.batch.output, batch=range(SWEEP.batches), allow_missing=True),
         design=SWEEP.design,
-        rig=SWEEP.rig,
+        rig=RIG,
     output: SWEEP.out
     params:
         store=STORE,
         sources=SOURCES,
+        contents=contents,
     threads: SWEEP.threads
     log: f"{LOGS}gather.log"
     message: "Gathering {output[0]}"

@@ -1,14 +1,16 @@
 """Designs: how they are read and refused."""
 
 import sys
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 
+from tests.conftest import RIG
 from trackdyn.errors import InputError
 from trackdyn.sweeps.design import read_table, write_table
-from trackdyn.sweeps.sweep import COLUMNS, read_design, requested_rows, sweep
+from trackdyn.sweeps.sweep import COLUMNS, content_key, read_design, requested_rows, sweep
 
 
 @pytest.mark.parametrize(
@@ -115,3 +117,25 @@ def test_a_table_that_cannot_be_written_is_refused_before_a_row_runs(tmp_path, r
     with pytest.raises(InputError, match="pyarrow is not installed"):
         sweep(pd.DataFrame([{"motor_rpm": 115}]), tmp_path / "o.parquet", rig_path)
     assert not list(tmp_path.iterdir())
+
+
+def test_the_content_of_a_design_is_also_that_of_its_rigs(tmp_path, monkeypatch):
+    """Of the table, of the rig of its rows, of one that a row names, and of the file that this one is like."""
+    texts = {"base.yaml": f"like: {RIG}\n", "mine.yaml": "like: base.yaml\n", "d.csv": "motor_rpm,rig\n1,mine.yaml\n"}
+    monkeypatch.chdir(tmp_path)
+
+    def key(**edits):
+        for name, text in (texts | edits).items():
+            Path(name).write_text(text, encoding="utf-8")
+        return content_key("d.csv", "bench")
+
+    known = {
+        key(),
+        key(**{"base.yaml": texts["base.yaml"] + "chain: {source: assumed, link_mass: 12 kg}\n"}),
+        key(**{"mine.yaml": "like: bench\n"}),
+        key(**{"d.csv": "motor_rpm,rig\n2,mine.yaml\n"}),
+        key(**{"mine.yaml": "like: no_such_rig\n"}),
+        content_key("d.csv", "parts"),
+    }
+    assert len(known) == 6
+    assert key(**{"base.yaml": texts["base.yaml"] + "# a comment\n"}) == key()

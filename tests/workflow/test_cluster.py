@@ -55,6 +55,10 @@ def test_a_module_gives_the_bytes_of_one_sweep(tmp_path):
     assert (tmp_path / "alone.parquet").read_bytes() == (tmp_path / "r/s.parquet").read_bytes()
     again = snakemake(tmp_path, "-n", "--quiet", "rules")
     assert "Nothing to be done" in again.stdout + again.stderr
+    design.assign(motor_rpm=116).to_csv(tmp_path / "d.csv", index=False)
+    os.utime(tmp_path / "d.csv", (1e9, 1e9))
+    other = snakemake(tmp_path, "-n", "--quiet", "rules")
+    assert "Nothing to be done" not in other.stdout + other.stderr, "a design of an older date is another one, too"
 
 
 def test_a_module_without_its_config_says_what_is_missing(tmp_path):

@@ -14,7 +14,7 @@ from trackdyn.errors import InputError
 from trackdyn.files import check_writable
 from trackdyn.measure.columns import COLUMNS as RESULT_COLUMNS
 from trackdyn.rig.rig import Rig, load_rig
-from trackdyn.rig.rig_file import DEFAULT
+from trackdyn.rig.rig_file import DEFAULT, read_rig
 from trackdyn.rig.validation import parse_number, shown, typed, within
 from trackdyn.scene.scene import LONGEST_RUN, Scene, StopRule
 from trackdyn.scene.step import LEAST_STEP
@@ -255,6 +255,25 @@ def batches(design: pd.DataFrame | Path | str, rig: Path | str, count: int) -> l
     first = {row.key: k for k, row in reversed(list(enumerate(rows)))}
     order = sorted(first.values(), key=lambda k: rows[k].same_start)
     return [table.iloc[sorted(part) if len(part) else order[:1]] for part in np.array_split(order, count)]
+
+
+def content_key(design: Path | str, *rigs: Path | str) -> str:
+    """Key of what a design holds and what its rigs do, ``rigs`` and those that rows name, with all that they are like.
+
+    What cannot be read is known by its refusal.
+    """
+    try:
+        table = read_table(design)
+        named = {*table["rig"].map(str)} if "rig" in table.columns else set()
+        content: list[Any] = [table.to_csv()]
+    except InputError as error:
+        named, content = set(), [str(error)]
+    for rig in sorted(named.union(map(str, rigs)) - {""}):
+        try:
+            content.append(read_rig(rig))
+        except InputError as error:
+            content.append(str(error))
+    return key_of(*content)
 
 
 def _can_be(values: dict[str, Any]) -> bool:
