@@ -8,11 +8,15 @@ from importlib import import_module
 from pathlib import Path
 
 import pytest
-from sentences import one_sentence
+from sentences import BELT, one_sentence
 
 from tests.conftest import run_command
 from trackdyn.errors import InputError
+from trackdyn.rig.rig import load_rig
+from trackdyn.rig.rig_file import shipped_rigs
+from trackdyn.scene.scene import Scene
 from trackdyn.simulation.recording import load_recording
+from trackdyn.simulation.simulate import simulate
 
 COMMANDS = [
     ("", "Missing command"),
@@ -76,6 +80,35 @@ def test_check_replaces_its_own_picture_and_no_other_rigs(folder, words, picture
     done = run_command("check", "rigs/mine.yaml", "--no-settle", *words)
     assert done.code == 1 and f"{picture} exists; give another name" in done.err
     assert before == Path(picture).read_bytes()
+
+
+def test_a_command_replaces_what_it_wrote_itself_and_no_edited_file(folder, rig):
+    """Every command of the README can be run twice."""
+    sensor = "turn.npz mine.csv --unit g --time t_s"
+    simulate(Scene(rig, 115.0, **BELT, duration=8.5)).save("turn.npz")
+    rows = [f"{k / 1000},{k % 7 / 10}\n" for k in range(8500)]
+    Path("mine.csv").write_text("t_s,ay\n" + "".join(rows), encoding="utf-8")
+    commands = {
+        "new mine.yaml": "mine.yaml", "show short.npz -q": "short.html",
+        f"compare {sensor} --figure c.png": "c.png", f"compare {sensor} --out c.csv": "c.csv",
+    }  # fmt: skip
+    for line, name in commands.items():
+        for _ in range(2):
+            done = run_command(*line.split())
+            assert done.code == 0, done.err
+        (file := Path(name)).write_bytes(edited := file.read_bytes().replace(b"a", b"A").replace(b"trackdyn", b""))
+        done = run_command(*line.split())
+        assert done.code == 1 and f"{name} exists; give another name, or --overwrite" in done.err, line
+        assert file.read_bytes() == edited
+
+
+def test_a_folder_of_the_name_of_a_rig_is_no_rig(folder):
+    Path("paper").mkdir()
+    Path("like.yaml").write_text("like: paper\n", encoding="utf-8")
+    assert load_rig("paper") == load_rig("like.yaml") == load_rig(shipped_rigs()["paper"])
+    assert run_command("rigs").code == run_command("check", "paper", "--no-settle").code == 0
+    Path("mine").mkdir()
+    assert "mine: is a folder" in run_command("check", "mine").err
 
 
 def test_exchanged_arguments_of_compare_are_told_apart(folder):

@@ -33,6 +33,9 @@ def test_the_table_has_the_values_errors_and_units_of_the_metrics(run):
     assert table["value"].to_dict() == {name: row[name] for name in table.index}
     assert table.loc["rms_g", "unit"] == "g" and table["error"].dtype == float
     assert all(table["measure"].str.len() > 5) and table["value"].notna().all()
+    header, _, *printed = str(table).splitlines()
+    assert header.split() == list(table.columns) and "..." not in str(table) and len(printed) == len(table)
+    assert f"{row['rms_g']:.5g}" in str(table)
 
 
 def test_statistics_of_whole_revolutions_do_not_depend_on_what_is_left_over():

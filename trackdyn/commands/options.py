@@ -1,5 +1,6 @@
 """Options that several commands have: each is read, and what it cannot be is refused, before a command begins."""
 
+import hashlib
 import os
 import re
 import shlex
@@ -110,6 +111,30 @@ def check_output(path: Path, overwrite: bool, *inputs: Path | str | None, size: 
     check_writable(path, size)
     if path.exists() and not overwrite:
         raise InputError(f"{path} exists; give another name, or --overwrite to replace it")
+
+
+def holds(path: Path, text: str) -> bool:
+    """Whether a file is this text: a command that writes it again changes nothing."""
+    return path.is_file() and path.read_bytes() == text.encode()
+
+
+def mark_of(command: str, *inputs: Path | str) -> str:
+    """What a file says that a command made of these inputs: the same command replaces it."""
+    names = "\n".join(map(str, inputs))
+    return f"trackdyn {command} {hashlib.sha256(names.encode(errors='surrogateescape')).hexdigest()}"
+
+
+def sealed(page: str, mark: str) -> str:
+    """A page with a mark and its own hash in the last line, by which `is_sealed` tells it from one that was edited."""
+    return f"{page}<!-- {mark} {hashlib.sha256(page.encode()).hexdigest()} -->\n"
+
+
+def is_sealed(path: Path, mark: str) -> bool:
+    """Whether a file is a page as `sealed` with this mark."""
+    if not path.is_file():
+        return False
+    page = path.read_bytes().decode(errors="replace").rpartition("<!-- ")[0]
+    return holds(path, sealed(page, mark))
 
 
 def parse_axes(pairs: list[str] | None) -> dict[str, str]:

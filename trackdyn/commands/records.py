@@ -29,13 +29,18 @@ def compare(
     """
     import pandas as pd
 
-    from trackdyn.files import write_csv
+    from trackdyn.files import write_text
     from trackdyn.sensor.sensor_csv import read_sensor
     from trackdyn.sensor.sensor_mapping import load_mapping
 
     chosen = load_mapping(mapping, **options.mapping_fields(**fields))
-    for path in filter(None, (figure, out)):
-        options.check_output(path, overwrite, recording, sensor, mapping)
+    mark = options.mark_of("compare", recording, sensor, name or "")
+    if figure is not None:
+        from trackdyn.plots.style import marked
+
+        options.check_output(figure, overwrite or marked(figure, mark), recording, sensor, mapping)
+    if out is not None:  # one that exists is looked at when its table is known
+        options.check_output(out, True, recording, sensor, mapping)
     loaded = _load_first(recording, sensor)
     rig = loaded.scene.rig
     if name is not None:
@@ -56,13 +61,15 @@ def compare(
             tables[name] = _compare(loaded.with_sensor(name), record, str(recording))
     if out is not None:
         table = pd.concat(tables, names=["name"]).reset_index(level=0) if len(tables) > 1 else tables[name]
-        write_csv(out, table)
+        text = table.to_csv(index=False, lineterminator="\n")
+        options.check_output(out, overwrite or options.holds(out, text))
+        write_text(out, text)
     if figure is not None:
         from trackdyn.plots.spectra import comparison_figure
         from trackdyn.plots.style import save
 
         label = "synthetic sensor" if record.synthetic else "sensor"
-        save(comparison_figure(loaded.with_sensor(name), record, label), figure, figure.suffix[1:])
+        save(comparison_figure(loaded.with_sensor(name), record, label), figure, figure.suffix[1:], mark=mark)
 
 
 def _load_first(recording: Path, sensor: Path):
@@ -123,12 +130,15 @@ def show(
 
     Example: `trackdyn show run.npz` writes run.html, which any browser opens.
     """
+    from trackdyn.files import write_text
     from trackdyn.plots.show import show as make
     from trackdyn.simulation.recording import load_recording
 
     loaded = load_recording(recording)
     out = recording.with_suffix(".html") if out is None else out
-    options.check_output(out, overwrite, recording)
-    page = make(loaded, out, seconds, recording.stem, progress=not quiet)
+    mark = options.mark_of("show", recording)
+    options.check_output(out, overwrite or options.is_sealed(out, mark), recording)
+    page = make(loaded, None, seconds, recording.stem, progress=not quiet)
+    write_text(out, options.sealed(page.text, mark))
     if not quiet:
         typer.echo(f"{out}: {len(page.text.encode()) / 1e6:.1f} MB, {page.summary}")

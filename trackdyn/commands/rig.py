@@ -1,6 +1,5 @@
 """The commands about rigs: ``trackdyn check``, ``trackdyn new`` and ``trackdyn rigs``."""
 
-import hashlib
 import textwrap
 from pathlib import Path
 from typing import Annotated
@@ -45,7 +44,7 @@ def new(
     from trackdyn.files import write_text
 
     text = rig_text(like)
-    options.check_output(out, overwrite)
+    options.check_output(out, overwrite or options.holds(out, text))
     write_text(out, text)
     typer.echo(f"{out}: edit it, then  trackdyn check {out}  and  trackdyn simulate run.npz --rig {out}")
 
@@ -73,7 +72,7 @@ def check(
 
     loaded = load_rig(rig)
     out = out or Path(f"{Path(rig).stem}.png")
-    mark = f"trackdyn check {hashlib.sha256(str(rig).encode(errors='surrogateescape')).hexdigest()}"
+    mark = options.mark_of("check", rig)
     options.check_output(out, overwrite or marked(out, mark), rig)  # this rig's picture of before an edit is replaced
     if settle:
         typer.echo("settling; kernels that are not compiled yet take a minute or two more", err=True)

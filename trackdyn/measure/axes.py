@@ -4,6 +4,7 @@
 
 import re
 from itertools import permutations, product
+from math import inf
 from typing import NamedTuple
 
 import numpy as np
@@ -88,7 +89,7 @@ def _shapes(recording: Recording, record: SensorRecord) -> tuple[list[np.ndarray
 def _turned_and_scaled(shape: np.ndarray, forms: list[np.ndarray]) -> tuple[float, float, float]:
     """The angle about z (deg) and the factor with which a shape is nearest to one of some forms, behind its misfit (g).
 
-    A shape of one axis has no angle.
+    A shape of one axis has no angle. The misfit is infinite where no positive factor brings it nearer.
     """
     fits, order = [], np.arange(shape.shape[1])
     for angle in range(-179, 181) if len(shape) > 1 else (0,):
@@ -99,7 +100,7 @@ def _turned_and_scaled(shape: np.ndarray, forms: list[np.ndarray]) -> tuple[floa
             factor = np.vdot(turned, form).real / np.vdot(turned, turned).real
             if factor > 0:
                 fits.append((float(np.linalg.norm(factor * turned - form)), float(angle), float(factor)))
-    return min(fits)
+    return min(fits, default=(inf, 0.0, 1.0))
 
 
 def _fit_in_words(record: SensorRecord, angle: float, factor: float, misfits: str) -> str:

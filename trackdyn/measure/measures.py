@@ -7,6 +7,15 @@ from trackdyn.rig.validation import typed
 from trackdyn.simulation.recording import Recording
 
 
+class Measures(pd.DataFrame):
+    """A table of measures; as text it holds all rows and columns."""
+
+    def __repr__(self) -> str:
+        return self.to_string(float_format="{:.5g}".format, na_rep="-")
+
+    __str__ = __repr__
+
+
 @typed
 def measures(recording: Recording) -> pd.DataFrame:
     """Return the measures of a run with their errors and units.
@@ -30,4 +39,4 @@ def measures(recording: Recording) -> pd.DataFrame:
     ``measures(recording).loc["rms_g", ["value", "error"]]``
     """
     table = pd.DataFrame(shown_measures(recording)).set_index("name")
-    return table.astype({"error": float})[["value", "error", "unit", "measure", *table.columns[4:]]]
+    return Measures(table.astype({"error": float})[["value", "error", "unit", "measure", *table.columns[4:]]])

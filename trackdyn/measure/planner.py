@@ -29,7 +29,7 @@ from trackdyn.measure.uncertainty import (
     whole_error,
 )
 from trackdyn.measure.whole_loop import series
-from trackdyn.rig.validation import within
+from trackdyn.rig.validation import typed, within
 from trackdyn.scene.scene import LONGEST_RUN, Periods, Scene
 from trackdyn.scene.step import first_that_runs, halved_steps, round_step, turn_limit
 from trackdyn.simulation.loop import Loop
@@ -158,6 +158,7 @@ def settings(scene: Scene, step: float, method: bool) -> list[Trial]:
     return [Trial(f"{name}, {step:.3g} s", {"integrator": name, "step": step}) for name, step in steps]
 
 
+@typed
 def plan(scene: Scene, tolerances: Mapping[str, float], longest: float = 60.0, method: bool = True) -> Plan:
     """The cheapest setting that keeps tolerances on a scene.
 

@@ -37,10 +37,15 @@ def shipped_rigs() -> dict[str, Path]:
 
 
 def rig_path(name: Path | str) -> Path | str:
-    """The file of a rig, given by its path or the name of a shipped one; `InputError` if a word is neither."""
-    if not isinstance(name, str) or not PLAIN_WORD.fullmatch(name) or exists(name):
+    """The file of a rig, given by its path or the name of a shipped one; `InputError` if a word is neither.
+
+    A file of the name of a shipped rig is meant before it, a folder is not.
+    """
+    if not isinstance(name, str) or not PLAIN_WORD.fullmatch(name) or isfile(name):
         return name
     shipped = shipped_rigs()
+    if name not in shipped and exists(name):
+        return name  # a folder: refused as such
     if name not in shipped:
         raise InputError(
             f"rig = {shown(name)}: no such file, and no shipped rig of that name; the shipped "

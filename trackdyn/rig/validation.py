@@ -173,9 +173,10 @@ def within(name: str, value: float, least: float, most: float, what: str = "") -
     return number
 
 
-_TYPES = {
+_TYPES: dict[Any, str] = {
     bool: "True or False", float: "a finite number", int: "a whole number",
-    str: "text", Path: "a path", type(None): "None",
+    str: "text", Path: "a path", type(None): "None", Callable: "a function", Mapping: "a mapping", dict: "a mapping",
+    Sequence: "a sequence such as a list", list: "a list", np.ndarray: "an array",
 }  # fmt: skip
 Typed = TypeVar("Typed", bound=Callable[..., Any])
 
@@ -205,11 +206,18 @@ def typed(target: Typed) -> Typed:
         declared = hints()
         for name, value in (*zip(names, args, strict=False), *kwargs.items()):
             if name in declared and not _is_a(value, declared[name]):
-                accepted = (_TYPES.get(t) or t.__name__ for t in get_args(declared[name]) or [declared[name]])
-                raise InputError(f"{name} = {shown(value)}: must be {' or '.join(accepted)}")
+                raise InputError(f"{name} = {shown(value)}: must be {_words_of(declared[name])}")
         return target(*args, **kwargs)
 
     return cast(Typed, call)
+
+
+def _words_of(declared: Any) -> str:
+    """What a declared type accepts, in words."""
+    kind = get_origin(declared) or declared
+    if kind in (Union, UnionType):
+        return " or ".join(map(_words_of, get_args(declared)))
+    return _TYPES.get(kind) or getattr(kind, "__name__", str(kind))
 
 
 def _is_a(value: Any, declared: Any) -> bool:

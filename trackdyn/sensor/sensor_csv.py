@@ -272,11 +272,13 @@ def write_sensor_csv(path, t_s, ax, ay, az, comments: Iterable[str] = ()) -> Non
     Times have 3 decimals, or up to 9 where they are no whole milliseconds, axes 4. Raises `InputError`: arrays of
     unequal length, of fewer than 2 samples or not finite, or a folder that cannot be written.
     """
-    columns = {
-        name: np.asarray(values, dtype=float)
-        for name, values in zip(COLUMNS, (t_s, ax, ay, az), strict=True)
-        if values is not None
-    }
+    columns = {}
+    for name, values in zip(COLUMNS, (t_s, ax, ay, az), strict=True):
+        if values is not None or name == "t_s":
+            try:
+                columns[name] = np.asarray(values, dtype=float)
+            except (TypeError, ValueError):
+                raise InputError(f"{path}: {name} = {shown(values)}: must be an array of numbers") from None
     t = columns["t_s"]
     for name, values in columns.items():
         if values.ndim != 1 or values.size != t.size or values.size < 2 or not np.isfinite(values).all():

@@ -7,6 +7,7 @@ from pathlib import Path
 from tqdm import tqdm
 
 from trackdyn.errors import InputError
+from trackdyn.files import check_writable
 from trackdyn.rig.validation import typed
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.belt import belt_recording
@@ -50,6 +51,8 @@ def simulate(
         The checkpoint belongs to another scene or other sources; the recording does not fit into the memory.
     """
     check_memory(scene)
+    if checkpoint is not None:
+        check_writable(checkpoint)
     if scene.chain == "belt":
         return belt_recording(scene)
     lead = scene.ramp + scene.lead_in
