@@ -217,7 +217,7 @@ def _words_of(declared: Any) -> str:
     kind = get_origin(declared) or declared
     if kind in (Union, UnionType):
         return " or ".join(map(_words_of, get_args(declared)))
-    return _TYPES.get(kind) or getattr(kind, "__name__", str(kind))
+    return _TYPES.get(kind) or str(getattr(kind, "__name__", kind))
 
 
 def _is_a(value: Any, declared: Any) -> bool:
