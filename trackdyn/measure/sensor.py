@@ -28,17 +28,9 @@ class SensorSignal:
     clipped: int  # number of samples of ``ax`` and ``ay`` that the range cut
 
     def plot(self, axes: Any = None) -> Any:
-        """Draw both accelerations over time.
+        """Draw both accelerations over time, in a new figure by default; returns the axes.
 
-        Parameters
-        ----------
-        axes : matplotlib.axes.Axes, optional
-            Where to draw; by default a new figure.
-
-        Returns
-        -------
-        matplotlib.axes.Axes
-            With labels, units and a legend; ``axes.figure.savefig("acceleration.png")`` writes it.
+        ``axes.figure.savefig("acceleration.png")`` writes them.
         """
         import pandas as pd  # half a second that a run does without
 

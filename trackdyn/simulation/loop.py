@@ -113,25 +113,11 @@ class Loop(Readings):
     # -- stepping ------------------------------------------------------------------------------------------------------
 
     def step(self, count: int = 1) -> None:
-        """Take steps.
-
-        Parameters
-        ----------
-        count : int
-            Number of steps of ``model.step`` s.
-        """
+        """Take ``count`` steps of ``model.step`` s."""
         self._fill(self._scratch, 0, 1, stride=int(within("count", count, 1, MOST_STEPS)))
 
     def advance(self, seconds: float, tick: Callable[[float], object] = lambda seconds: None) -> None:
-        """Integrate for a time, rounded to whole steps.
-
-        Parameters
-        ----------
-        seconds : float
-            Time, s.
-        tick : function
-            Called with the seconds that every chunk adds.
-        """
+        """Integrate for a time (s) in whole steps; ``tick`` is called with the seconds that every chunk adds."""
         seconds = within("seconds", seconds, 0.0, LONGEST_RUN)
         with self._exclusive():
             left = round(seconds / self.arrays.model.step)
@@ -176,30 +162,16 @@ class Loop(Readings):
     # -- steering ------------------------------------------------------------------------------------------------------
 
     def set_state(self, **values: Any) -> None:
-        """Change the state between steps.
+        """Change the state between steps: arrays of `model.arrays.State` by name, such as ``rate``.
 
-        Parameters
-        ----------
-        **values : array_like
-            Arrays of `model.arrays.State` by name, such as ``rate``; two underscores stand for a dot, as in
-            ``plane__motion``.
-
-        Raises
-        ------
-        InputError
-            The name is unknown, the shape differs, or a number is not finite or too large. The state stays.
+        Two underscores stand for a dot, as in ``plane__motion``. Raises `InputError`: the name is unknown, the shape
+        differs, or a number is not finite or too large. The state then stays.
         """
         with self._exclusive():
             set_arrays(self.arrays.state, {name.replace("__", "."): value for name, value in values.items()})
 
     def drive(self, motor_rpm: float, ramp: float = 1e-3) -> None:
-        """Change the motor speed on a ramp that is smooth at both ends.
-
-        Parameters
-        ----------
-        motor_rpm, ramp : float
-            New speed, rev/min, and the time in which it is reached, s.
-        """
+        """Change the motor speed (rev/min) on a ramp that is smooth at both ends and takes ``ramp`` s."""
         now = sprocket_rate(self.arrays.model.drive, self.time)
         scene = self.scene.with_(motor_rpm=motor_rpm, ramp=ramp)
         scene.with_(step=self.model.step)  # refused where the step is too large for the speed
@@ -209,18 +181,10 @@ class Loop(Readings):
         self._show(self.arrays._replace(model=self.arrays.model._replace(drive=drive)))
 
     def shift_tensioner(self, shift: float) -> None:
-        """Move a locked tensioning wheel along its line.
+        """Move a locked tensioning wheel along its line to ``shift`` (m) from its position in the rig.
 
-        Parameters
-        ----------
-        shift : float
-            Displacement from its position in the rig, m, within its travel; ``layout["tensioner_shift_m"]`` has the
-            present one.
-
-        Raises
-        ------
-        InputError
-            Beyond the travel, or the tensioner is on a spring.
+        ``layout["tensioner_shift_m"]`` has the present one. Raises `InputError`: beyond the travel, or the tensioner is
+        on a spring.
         """
         rig = self.scene.rig
         if self.scene.tension == "sprung":
@@ -277,10 +241,7 @@ class Loop(Readings):
     def load(cls, path: Path | str) -> "Loop":
         """Read the loop that `save` wrote to ``path``.
 
-        Raises
-        ------
-        InputError
-            There is no such checkpoint, or other sources wrote it.
+        Raises `InputError`: there is no such checkpoint, or other sources wrote it.
         """
         return cls.restored(read_checkpoint(path))
 

@@ -200,19 +200,9 @@ class Recording:
 
     @typed
     def save(self, path: Path | str, compress: bool = False) -> None:
-        """Write an npz file, under a temporary name first, so that an interruption leaves no half file.
+        """Write an npz file, or replace one, under a temporary name first: an interruption leaves no half file.
 
-        Parameters
-        ----------
-        path : path
-            File to write; an existing one is replaced.
-        compress : bool
-            Write a fifth less, which takes some time.
-
-        Raises
-        ------
-        InputError
-            The file cannot be written.
+        If it is to be compressed it takes a fifth less, and some time. Raises `InputError`: it cannot be written.
         """
         arrays = {name: getattr(self, name) for name in self.ARRAYS}
         write_npz(path, self.meta | {"format": FORMAT}, arrays, compress)
@@ -244,21 +234,9 @@ def provenance(scene: Scene, layout: dict) -> dict:
 
 @typed
 def load_recording(path: Path | str) -> Recording:
-    """Read a recording.
+    """Read the file that `Recording.save` wrote.
 
-    Parameters
-    ----------
-    path : path
-        File written by `Recording.save`.
-
-    Returns
-    -------
-    Recording
-
-    Raises
-    ------
-    InputError
-        The file is missing, damaged, no recording, or has another format.
+    Raises `InputError`: it is missing, damaged, no recording, or has another format.
     """
     meta, _ = read_npz(path, "trackdyn recording", np.inf, arrays=False)
     if meta.get("format") != FORMAT:
