@@ -87,3 +87,4 @@ def test_loop_of_the_wrong_length_is_refused(rig, pitches, state):
     sentence = str(caught.value)
     assert "\n" not in sentence
     assert f"tension.travel = {rig.tension.travel:g} m" in sentence
+    assert f"one pitch is {1e3 * rig.pitch:.4g} mm, unless chain.pitch states another" in sentence

@@ -330,7 +330,8 @@ def assemble(rig: Rig, lengths: np.ndarray | None = None) -> Assembly:
             remedy = f"use about {needed} pitches"
         raise InputError(
             f"the loop of {rig.chain.pitches} pitches (chain.pitches) is {abs(nearest):.4g} m too {state} for its "
-            f"wheels even at the end of tension.travel = {travel} m; {remedy}, move the wheels or enlarge the travel"
+            f"wheels even at the end of tension.travel = {travel} m; one pitch is {1e3 * rig.pitch:.4g} mm, unless "
+            f"chain.pitch states another: {remedy}, move the wheels or enlarge the travel"
         ) from None
     path, order = belt_around(rig, shift, body)
     lever = _lever(rig, path, order)

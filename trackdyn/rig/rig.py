@@ -96,8 +96,8 @@ class Rig(Section):
         if ring is not None and abs(ring - equal) > RING_OFF * equal:
             yield (
                 f"sprocket.ring_radius = {ring:g} m is more than {RING_OFF:.0%} off sprocket.equal_pitch_radius = "
-                f"{equal:.4g} m; links and grooves would not have one pitch; change either, or state "
-                "sprocket.ring = none"
+                f"{equal:.4g} m; links and grooves would not have one pitch; state both, or "
+                "chain.pitch in place of both, or sprocket.ring = none"
             )
         tension = self.tension
         if not isinstance(tension.wheel, str) or tension.wheel not in self.wheels:
