@@ -59,7 +59,7 @@ def test_a_value_stands_in_the_text_and_makes_the_bytes(values, article):
     first, text = article(values)
     assert first == article(values)[0]
     assert (
-        f"shows {values['count']['shown']} of the {values['count']['judged']}" in text
+        f"reproduces {values['count']['shown']} of the {values['count']['judged']}" in text
         and f"No step below {values['unstable_from']} times" in text
         and float(values["unstable_from"]) == 3.0
     )

@@ -57,7 +57,7 @@ PHYSICS = {variant.physics: variant.scene for variant in VARIANTS if variant.phy
 # words for methods and for coarser physics, in tables and pictures
 METHOD_WORDS = {"semi_implicit": "semi-implicit Euler", "linearly_implicit": "linearly implicit", "rk4": "RK4"}
 PHYSICS_WORDS = {
-    "spatial": "in space", "three_surfaces": "three surfaces", "single_pin": "one body a pitch", "belt": "belt",
+    "spatial": "3D", "three_surfaces": "three surfaces", "single_pin": "one body per pitch", "belt": "belt",
 }  # fmt: skip
 
 

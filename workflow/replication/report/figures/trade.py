@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.path import Path
 from matplotlib.text import Text
-from matplotlib.ticker import FixedLocator, NullLocator
+from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 from matplotlib.transforms import Bbox
 
 from replication.study.accuracy.statistics import LEAD_IN
@@ -26,6 +26,7 @@ PAPERS = PRESETS[REFERENCE]["step"]  # s, of our preset; the article prints no s
 STARTING = 1.0  # s, the ramp of the scenes
 # offsets of a name from its point, in points: beside it, then further and further off
 PLACES = ((8, 0), (-8, 0), *((side, lift) for by in range(14, 80, 14) for lift in (by, -by) for side in (6, -6)))
+PLANNED = {"rms": "an RMS", "left_peak": "a mean peak force of the left arc"}  # measures of answers in words
 LEAST_ERROR = 1e-6  # smaller errors are drawn there
 
 
@@ -38,7 +39,7 @@ def answers(rows: pd.DataFrame) -> pd.DataFrame:
 def trade_sentence(promises: pd.DataFrame) -> str:
     """CPU seconds of answers to the least tolerance, with the planner's trial, over the scenes kept apart."""
     judged, parts = promises[promises["achieved_error"].notna()], []
-    for measure, words in (("rms", "an RMS"), ("left_peak", "a mean peak force of the left arc")):
+    for measure, words in PLANNED.items():
         rows = judged[judged["measure"] == measure]
         rows = rows[rows["tolerance"] == rows["tolerance"].min()]
         if len(rows):
@@ -47,15 +48,31 @@ def trade_sentence(promises: pd.DataFrame) -> str:
             parts.append(f"{words} to {100 * rows['tolerance'].iloc[0]:g} % costs {' to '.join(span)} CPU s")
     scenes = "; ".join(dict.fromkeys(judged["scene"]))
     costs = " and ".join(parts)
-    return f"{costs[0].upper()}{costs[1:]}, for all links and with the choice of the step (one machine, {scenes})."
+    text = f"{costs[0].upper()}{costs[1:]}, for all links and with the choice of the step (one machine, {scenes})."
+    return " ".join(filter(None, (text, same_answer(judged[judged["measure"] == "rms"]))))
+
+
+def same_answer(rows: pd.DataFrame) -> str:
+    """Sentence on the tolerances of a measure for which the planner picks one step: those from one on; else empty."""
+    if len(rows) < 2:
+        return ""
+    rows = rows.sort_values("tolerance", ascending=False)
+    same = rows[rows["step_s"].eq(rows["step_s"].iloc[0]).cumprod().astype(bool)]
+    if len(same) < 2:
+        return ""
+    least, worst = same["tolerance"].iloc[-1], same["achieved_error"].max()
+    return (
+        f"A tolerance of {100 * least:g} % or more gets one answer, a step of {1e3 * same['step_s'].iloc[0]:g} ms: its "
+        f"RMS is within {100 * worst:.2g} %."
+    )
 
 
 @styled
 def trade_figure(rows: pd.DataFrame, promises: pd.DataFrame, peers: pd.DataFrame | None = None) -> Figure:
     """Error of the RMS against the CPU time of the answer in one scene with a ring, every point with its name.
 
-    Of the planner's ``promises`` (`accuracy.promises`) those of the RMS are drawn with their trials, and the points of
-    ``peers`` (`peers.trade_point`).
+    Below stand the planner's ``promises`` (`accuracy.promises`) of `PLANNED` with their trials, of the scenes kept
+    apart. The points of ``peers`` are those of `peers.trade_point`.
     """
     data, pictured = answers(rows), scene_name(*PICTURED)
     here = data[(data["scene"] == pictured) & (data["measure"] == "rms")]
@@ -72,29 +89,45 @@ def trade_figure(rows: pd.DataFrame, promises: pd.DataFrame, peers: pd.DataFrame
                 words = f"preset {REFERENCE}, {1e3 * step:g} ms"
             colour = COLOURS[list(METHOD_WORDS).index(row["integrator"])] if full else "0.35"
             points.append((row["cpu_s"], row["error"], words, colour, mark))
-    planned = promises[(promises["measure"] == "rms") & promises["achieved_error"].notna()]
-    planned = planned[planned["scene"] == pictured]  # a point of another scene would be compared with these
-    for _, row in planned.sort_values("tolerance").head(1).iterrows():
-        words = f"--tolerance {100 * row['tolerance']:g}%, its trial included"
-        points.append((row["cpu_s"] + row["trial_cpu_s"], row["achieved_error"], words, PURPLE, "P"))
     for _, row in () if peers is None else peers.iterrows():
         points.append((row["cpu_s"], row["error"], f"Exudyn, {1e3 * row['step_s']:g} ms", GREEN, "*"))
-    figure = new_figure(3.2)
-    axis = figure.subplots()
+    figure = new_figure(4.6)
+    axis, planned = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
     points = sorted((x, max(error, LEAST_ERROR), *look) for x, error, *look in points)
     for x, error, _, colour, mark in points:
-        axis.loglog(x, error, mark, color=colour, ms=6, mfc=colour if mark in "oP*" else "none")
+        axis.loglog(x, 100 * error, mark, color=colour, ms=6, mfc=colour if mark in "o*" else "none")
     ends = axis.get_xlim()
     axis.set_xlim(min(0.1, ends[0]), max(20.0, ends[1]))
     axis.xaxis.set_major_locator(FixedLocator([0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50]))
     axis.xaxis.set_major_formatter("{x:g}")
     axis.xaxis.set_minor_locator(NullLocator())
     axis.margins(y=0.15)
-    axis.set_xlabel("CPU time of the answer (s)")
-    axis.set_ylabel("relative error of the RMS")
-    axis.set_title(pictured)
-    _name_points(axis, points)
+    axis.yaxis.set_major_formatter(FuncFormatter(lambda percent, _: f"{percent:g}"))
+    axis.set_ylabel("error of the RMS (%)")
+    axis.set_title(f"Model, method and step ({pictured})")
+    _draw_planned(planned, promises[promises["achieved_error"].notna()])
+    planned.set_xlabel("CPU time of the answer (s)")
+    figure.legend(loc="outside lower center", ncols=2)
+    _name_points(axis, [(x, 100 * error, *look) for x, error, *look in points])
     return figure
+
+
+def _draw_planned(axis: Axes, promises: pd.DataFrame) -> None:
+    """What the planner takes for each tolerance, its trial included, and the step that it picks."""
+    tolerances = sorted(promises["tolerance"].unique())
+    for (measure, words), mark, colour in zip(PLANNED.items(), "PD", (PURPLE, GREEN), strict=True):
+        rows = promises[promises["measure"] == measure]
+        axis.plot([], [], mark, color=colour, label=words)
+        for row in rows.itertuples():
+            seconds = row.cpu_s + row.trial_cpu_s
+            axis.plot(seconds, tolerances.index(row.tolerance), mark, color=colour, ms=6)
+            note = f"{1e3 * row.step_s:g} ms"
+            near = {"xytext": (7, 0), "textcoords": "offset points", "va": "center", "fontsize": SMALL}
+            axis.annotate(note, (seconds, tolerances.index(row.tolerance)), color=colour, **near)
+    axis.set_yticks(range(len(tolerances)), [f"{100 * tolerance:g} %" for tolerance in tolerances])
+    axis.margins(y=0.25)
+    axis.set_ylabel("tolerance")
+    axis.set_title(f"What --tolerance picks, and its whole cost ({'; '.join(promises['scene'].unique())})")
 
 
 def _name_points(axis: Axes, points: Sequence[tuple]) -> None:

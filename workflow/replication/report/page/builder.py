@@ -15,7 +15,15 @@ import pandas as pd
 from PIL import Image
 
 from replication.paper.contents import OF_STUDIES, OWN, PAPER, missing_items
-from replication.paper.scorecard import MARKS, answer_sentences, number_rows, outside_sentence, statements_by_label
+from replication.paper.scorecard import (
+    MARKS,
+    VERDICT_WORDS,
+    answer_sentences,
+    number_rows,
+    outside_sentence,
+    statements_by_label,
+)
+from replication.report.figures.trade import same_answer
 from replication.report.tables import LEFT_OUT
 from replication.study.settings import STUDIES
 from trackdyn.errors import InputError
@@ -35,13 +43,25 @@ KINDS = {
 }  # fmt: skip
 SCRIPTS = ("shared", "page")  # one module, in this order
 COLOURS_OF_A_PICTURE = 16
-FRONT = "fig24"  # on the first screen, with what stands beside the sensor
-BESIDE_THE_SENSOR = ("fig17", "fig18")
+FRONT = "fig24"  # on the first screen
 # The order of the paper's text, where tables stand between figures; the parts that it has.
 AFTER = {"table1": "fig07+", "table2": "fig14+", "table3": "fig17+", "table4": "fig18+"}
-PARTS = {"The model": "fig14", "The loop beside another code and beside the sensor": "fig19", "The sprocket": "fig25"}
+PARTS = {
+    "The model": "fig14",
+    "The loop compared with another code and with the sensor": "fig19",
+    "The sprocket": "fig25",
+}
 WITH = {"fig18": "lines"}  # a table of ours below a figure of the paper
-PROMISED = ("scene", "measure", "tolerance", "achieved_error", "met", "setting", "duration_s", "cpu_s")
+PROMISED = (
+    "scene",
+    "measure",
+    "tolerance",
+    "achieved_error",
+    "met",
+    "setting",
+    "duration_s",
+    "cpu_s",
+)  # trial included
 OTHERS = [name for name in STUDIES if name not in ("trade", "fidelity")]  # studies with a section of their own
 # tables whose files the page hands out; the first folder that has one
 TABLES = (
@@ -94,7 +114,10 @@ def build_page(
         part = next(words for words, end in PARTS.items() if AFTER.get(key, key) < end)
         parts.setdefault(part, []).append(by_key[key])
     parameters, planner = _rows(results, "tables/parameters.csv"), _rows(results, "planner.csv") or []
+    same = same_answer(pd.DataFrame([row for row in planner if row["measure"] == "rms" and row["met"] is not None]))
     for row in planner:
+        if row["met"] is not None:
+            row["cpu_s"] += row["trial_cpu_s"]
         row["measure"] = "{0.words} ({0.kind})".format(NAMED[row["measure"]])
     return render(
         "page.html.j2",
@@ -105,10 +128,12 @@ def build_page(
         short=short,
         own=own,
         symbols=MARKS,
+        verdict_words=VERDICT_WORDS,
         synthetic=synthetic,
         parameters=parameters and {kind: [row for row in parameters if row["kind"] == kind] for kind in KINDS},
         kinds=KINDS,
         fidelity=by_key.get("fidelity"),
+        same_answer=same,
         planner=[{name: row[name] for name in PROMISED if name in row} for row in planner],
         recordings=recordings,
         version=__version__,
@@ -119,7 +144,6 @@ def build_page(
         of_ring=_ring_study(results, teeth),
         others={name: [entry for entry in by_key.values() if entry["item"].rule == name] for name in OTHERS},
         front=by_key.get(FRONT),
-        sensor=[by_key[key] for key in BESIDE_THE_SENSOR if key in by_key],
         missing=missing_items(results),
         forms={name: _form(results, f"{name}.csv", name in studies) for name in STUDIES},
         layers=" ".join(["", "--configfile", *layers]) if layers else "",
