@@ -40,10 +40,11 @@ def _start(rig: Rig, scenes: list[list], fields: dict, row: Mapping, settled: Se
     values: dict = {}
     for rpm, ring, detailed in scenes:
         without = scene_name(rpm, None)
-        if ring is not None and ring < least and without in values:  # the ring touches nothing
+        touching = None if ring is None or ring < least else ring  # a smaller ring touches nothing
+        if touching != ring and without in values:
             values[scene_name(rpm, ring)] = values[without]
             continue
-        recording = _recorded(rig, rpm, ring, detailed, fields, row, settled)
+        recording = _recorded(rig, rpm, touching, detailed, fields, row, settled)
         values[scene_name(rpm, ring)] = summary(recording, detailed) | (_sensed(recording) if detailed else {})
     return values
 
