@@ -152,6 +152,14 @@ def test_a_row_is_judged_from_two_starts_and_a_chain_that_jams_is_refused():
     assert table[["state", "reason"]].values.tolist() == [[REFUSED, JAMMED]]
 
 
+def test_a_ring_that_touches_nothing_runs_as_none(rig):
+    """Also at a speed that has no run without a ring."""
+    row = CONFIG.row.model_dump() | {"steps_s": [1e-4], "ramps_s": [0.3], "wait_s": 0.05, "passages": 1}
+    small = Scene.ring_range(rig)[0] - 0.001
+    alone, none = (run_rig(rig.model_dump(), [[210, ring, False]], {}, row)["starts"][0] for ring in (small, None))
+    assert alone[f"210 {small:g}"] == none["210 none"]
+
+
 def test_passages_of_all_connectors_say_what_a_long_run_says(rig):
     """Within three samples of a turn, and 1 % of forces or 1 N, of the passages of a record of 6.4 s."""
     small = CONFIG.model_copy(update={"row": CONFIG.row.model_copy(update={"ramps_s": [0.3], "passages": 8})})

@@ -60,11 +60,14 @@ def _markdown(table: pd.DataFrame) -> str:
 
 def readme_text(*tables: pd.DataFrame) -> list[str]:
     """The verdict; what was learned; the table of statements with what an answer costs; tables as in `README`."""
-    card, judged, numbers, parameters, promises, *tracks = tables
+    card, judged, numbers, grips_judged, grips, parameters, promises, *tracks = tables
     marks = ", ".join(f"{mark} {VERDICT_WORDS[name]}" for name, mark in MARKS.items() if name != NO_TEST)
     learned = " ".join(learned_sentences(dict(zip(TRACK_TABLES, tracks, strict=True))))
     rig = card["rig"].iloc[0]
-    verdict = f"**The default rig `{rig}` reproduces {verdict_line(judged, numbers)} of the paper.**"
+    verdict = (
+        f"**The default rig `{rig}` reproduces {verdict_line(judged, numbers)} of the paper**; its ring creeps more "
+        f"easily than rubber. With a ring that grips: {verdict_line(grips_judged, grips)} ([both](docs/answer.md))."
+    )
     table = f"{_markdown(statements(card))}\n\n{marks}. {outside_sentence(parameters, rig)} {trade_sentence(promises)}"
     return [verdict, learned, table]
 
@@ -144,7 +147,7 @@ def write_pages(files: Iterable[str], pages: Iterable[Page]) -> None:
 
 TRACK_TABLES = ("sentences", "map", "draws")  # of `learned_sentences`
 README = (
-    *("claims", "sentences", "printed_numbers", "parameters", "planner"),
+    *("claims", "sentences", "printed_numbers", "grips_sentences", "grips_numbers", "parameters", "planner"),
     *(f"plausible_{name}" for name in TRACK_TABLES),
 )
 PAGES = (
