@@ -357,6 +357,15 @@ def test_other_forms_are_read(name, tmp_path):
     assert all(word in said for word in words) and ("left out" in said) == ("words below" in name), said
 
 
+@pytest.mark.parametrize("comma", [False, True])
+def test_signs_between_thousands_are_read_beside_a_decimal_sign(comma, tmp_path):
+    milli = [-1451.25, 506.5, 12.25, 1592.0, -0.5, 1001.75]
+    text = "t_ms;ay_mg\n" + "".join(f"{1000 + k:,.1f};{value:,.2f}\n" for k, value in enumerate(milli))
+    text = text.translate(str.maketrans(",.", ".,")) if comma else text
+    record = read_sensor(write(tmp_path / "record.csv", text), SensorMapping(unit="mg"))
+    assert record.ay == pytest.approx([value / 1000 for value in milli]) and record.rate == pytest.approx(1000)
+
+
 def stamped(path, t, decimals=None):
     """A file whose ay is a sine of 7 Hz at the true times, with stamps of some decimals or in single precision."""
     text = (str(x) for x in t.astype(np.float32)) if decimals is None else (f"{x:.{decimals}f}" for x in t)
@@ -399,7 +408,7 @@ def test_jitter_is_resampled_on_request_and_its_size_said(tmp_path):
         ("from: 5\nto: 5", ("to = 5", "after")), ("- 1", ("mapping",)), ("axes: [ay]", ("axes",)),
         ("bits: 16", ("needs the range",)), ("{bits: 16, range: 16, scale: 2048}", ("give one of them",)),
         ("{scale: 2048, unit: g}", ("give one of them",)), ("{bits: 99, range: 16}", ("bits = 99",)),
-        ("zero: {a: 1.0}", ("zero",)), ("zero: .inf", ("zero",)),
+        ("zero: {a: 1.0}", ("zero",)), ("zero: .inf", ("zero",)), ("axes: {ay: #3}\nunit: g", ("line", '"#3"')),
     ],
 )  # fmt: skip
 def test_a_mapping_is_refused_in_one_sentence(text, words, tmp_path):

@@ -81,7 +81,10 @@ def read_yaml(path: Path | str) -> Any:
     except (yaml.YAMLError, ValueError) as error:
         mark = getattr(error, "problem_mark", None)
         line = f" at line {mark.line + 1}" if mark else ""
-        raise InputError(f"{path}: is not valid YAML{line}; correct the syntax there") from None
+        remedy = "correct the syntax there"
+        if mark and re.search(r"[\s,\[{:]#\S", "\n".join(text.split("\n")[max(0, mark.line - 1) : mark.line + 1])):
+            remedy += ', such as quotes around a value that begins with #: "#3"'
+        raise InputError(f"{path}: is not valid YAML{line}; {remedy}") from None
 
 
 @lru_cache(8)

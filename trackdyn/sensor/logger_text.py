@@ -25,6 +25,8 @@ SEPARATORS = {"\t": "tabs", ";": "semicolons", ",": "commas", "|": "vertical bar
 NUMBER = re.compile(r"([+-] ?)?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity)", re.IGNORECASE)
 _GROUPED = {sign: re.compile(rf"[+-]?[1-9]\d{{0,2}}([{sign}]\d{{3}})+", re.ASCII) for sign in ",."}
+# by their decimal sign, numbers whose other sign stands between thousands: -1.451,5 and -1,451.5
+_WITH_THOUSANDS = {",": re.compile(rf"{_GROUPED['.'].pattern},\d+"), ".": re.compile(rf"{_GROUPED[','].pattern}\.\d+")}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -218,7 +220,15 @@ def is_value(field: str) -> bool:
     """Whether a field is a number, perhaps with its unit, or a date and time: data, not a name."""
     if DATE.fullmatch(field) or _NOT_FINITE.fullmatch(field):
         return True
-    return bool(NUMBER.fullmatch(in_cell(field)[0].replace(",", ".", 1)))
+    return bool(NUMBER.fullmatch(_plain(in_cell(field)[0]).replace(",", ".", 1)))
+
+
+def _plain(number: str) -> str:
+    """A number without signs between its thousands, where a decimal sign tells them apart."""
+    for decimal, thousands in (",.", ".,"):
+        if _WITH_THOUSANDS[decimal].fullmatch(number):
+            return number.replace(thousands, "")
+    return number
 
 
 def _is_stamp(field: str) -> bool:
@@ -227,7 +237,7 @@ def _is_stamp(field: str) -> bool:
 
 def _number(cell: str, decimal: str) -> float:
     """The number in a cell, whose unit and blank behind the sign do not count; NaN if it is none."""
-    plain = in_cell(cell)[0]
+    plain = _plain(in_cell(cell)[0])
     plain = plain.replace(".", "?").replace(",", ".") if decimal == "," else plain
     value = float(plain.replace(" ", "")) if NUMBER.fullmatch(plain) else np.nan
     return value if np.isfinite(value) else np.nan
@@ -266,7 +276,8 @@ def rows_of(path: Path, text: str, names: list[str], units: list[str], separator
 
 def _decimal_sign(text: Text, columns: Sequence[int]) -> str:
     head = (split_fields(line, text.separator) for line in text.body.split("\n", 100)[:100])
-    commas = [field for fields in head for k, field in enumerate(fields) if k in columns and "," in field]
+    fields = [in_cell(field)[0] for fields in head for k, field in enumerate(fields) if k in columns]
+    commas = [field for field in fields if "," in field and not _WITH_THOUSANDS["."].fullmatch(field)]
     if commas and all(map(_GROUPED[","].fullmatch, commas)):
         _refuse_thousands(text.path, "comma", commas[0])
     return "," if commas else "."

@@ -53,10 +53,9 @@ def _read_csv(path: Path | str) -> pd.DataFrame:
     check_header(header, str(path))
     for line, row in body:
         if len(row) != len(header):
-            raise InputError(
-                f"{path}: line {line} has {len(row)} cells and the header {len(header)}; put text with a comma into "
-                "quotes"
-            )
+            semicolons = len(header) == 1 and ";" in header[0]
+            remedy = "separate cells by commas, not semicolons" if semicolons else "put text with a comma into quotes"
+            raise InputError(f"{path}: line {line} has {len(row)} cells and the header {len(header)}; {remedy}")
     return pd.DataFrame([row for _, row in body], columns=header, dtype=str)
 
 
