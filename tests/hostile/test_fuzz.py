@@ -109,9 +109,9 @@ def mangled(draw, content):
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """A folder with a copy of the configuration, a short recording and measured data."""
+    """A folder with a rig, a short recording and measured data."""
     folder = tmp_path_factory.mktemp("fuzz")
-    shutil.copytree(ROOT / "config", folder / "config")
+    shutil.copy(ROOT / "trackdyn" / "rigs" / "paper.yaml", folder / "rig.yaml")
     belt_recording(Scene(load_rig(RIG), 115.0, **BELT, duration=0.05)).save(folder / "belt.npz")
     (folder / "sensor.csv").write_text(SENSOR, encoding="utf-8")
     return folder
@@ -154,7 +154,7 @@ def test_configurations(data):
 @pytest.mark.parametrize(
     ("name", "readers"),
     [
-        ("trackdyn/rigs/paper.yaml", (load_rig, read_layer)),
+        ("rig.yaml", (load_rig, read_layer)),
         ("sensor.csv", (read_sensor,)),
         ("belt.npz", (load_recording,)),
     ],

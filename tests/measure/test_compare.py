@@ -247,7 +247,8 @@ def test_the_command_draws_and_writes_the_comparison(recording, tmp_path, monkey
     recording.save(tmp_path / "run.npz")
     drawn = []
     monkeypatch.setattr(
-        "trackdyn.plots.style.save", lambda figure, *where: drawn.append(figure) or save(figure, *where)
+        "trackdyn.plots.style.save",
+        lambda figure, *where, **mark: drawn.append(figure) or save(figure, *where, **mark),
     )
     line = ["compare", str(tmp_path / "run.npz"), "data/synthetic/210rpm.csv"]
     run = CliRunner().invoke(app, [*line, "--figure", str(tmp_path / "a.svg"), "--out", str(tmp_path / "a.csv")])
@@ -260,6 +261,7 @@ def test_the_command_draws_and_writes_the_comparison(recording, tmp_path, monkey
     assert lower.get_title("right").startswith("synthetic sensor")
     assert [text.get_text() for text in low.get_legend().get_texts()] == ["simulation", "synthetic sensor"]
     assert all(len(ax.lines) >= 1 for ax in (upper, lower)) and all(len(ax.lines) == 2 for ax in (low, whole))
+    (tmp_path / "a.csv").write_text("mine\n", encoding="utf-8")
     for bad, words in (
         (["--figure", "both.pdf"], ".png or .svg"),
         (["--out", str(tmp_path / "a.csv")], "exists"),

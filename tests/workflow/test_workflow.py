@@ -65,8 +65,8 @@ def quick_config(tmp_path, change=lambda data: None):
 
 def test_a_quick_run_with_its_studies_is_planned_from_nothing(tmp_path):
     planned = planned_jobs(tmp_path, "studies", "--configfile", quick_config(tmp_path))
-    # 4 records, each with the coarse tooth, too, and 2 of meshing; rings at 2 speeds
-    assert (planned["simulate"], planned["warm_up"]) == (2 * 4 + 2, 1)
+    # 4 records, each with the coarse tooth, too, 1 at a rounded speed, and 2 of meshing; rings at 2 speeds
+    assert (planned["simulate"], planned["warm_up"]) == (2 * 4 + 1 + 2, 1)
     assert (planned["ring_runs"], planned["runs_without_ring"]) == (2, 1)
     assert (planned["metrics"], planned["measure"]) == (1, 2)
     assert {f"{name}_form" if name in Studies.model_fields else name for name in STUDIES} <= planned.keys()
