@@ -61,9 +61,9 @@ def test_the_smallest_ring_that_keeps_every_bound_at_every_speed_is_chosen():
         "least sliding on the teeth: 0.308 m, 16 J per turn in place of 18 J, for +0 % of strand tension",
     ]
     assert "at 210 rpm is 0.60 +- 0.10, must be < 0.5; " in said[4] and said[5].endswith("keeps every bound, too")
-    beside = compared(study(), rule)
-    assert set(beside["ring"]) == {"none", "smaller", "recommended", "larger", "least sliding"}
-    assert beside.set_index("ring").loc["none", "teeth_sliding_j"].max() == 70
+    rings = compared(study(), rule)
+    assert set(rings["ring"]) == {"none", "smaller", "recommended", "larger", "least sliding"}
+    assert rings.set_index("ring").loc["none", "teeth_sliding_j"].max() == 70
     assert said[-1] == "for one speed alone: 115 rpm 0.306 m, 210 rpm 0.306 m"
     assert not any("_pct" in sentence for sentence in said)
 
@@ -182,7 +182,7 @@ def test_a_ring_study_says_that_a_groove_is_another_tracks(monkeypatch, tmp_path
     made = study().assign(state="done", reason="", contacts_converged=True, resolved="yes", step_s=1e-4)
     notes = []
     monkeypatch.setattr("trackdyn.sweeps.ring.ring_study", lambda *_: made)
-    monkeypatch.setattr("trackdyn.commands.studies._shown", lambda _: [])
+    monkeypatch.setattr("trackdyn.commands.studies._study_rows", lambda _: [])
     monkeypatch.setattr("trackdyn.commands.studies._write_study", lambda *_, **shown: notes.extend(shown["notes"]))
     path, arc = tmp_path / "mine.yaml", 0.98 * load_rig("bench").chain.connector_radius
     path.write_text(f"like: bench\nchain: {{source: x, connector_radius: {arc!r} m}}\n", encoding="utf-8")

@@ -74,15 +74,16 @@ def ring(
     if len(lost) == len(study):
         raise InputError(f"no scene completed; the reason of the first one: {lost['reason'].iloc[0]}")
     notes = [*filter(None, [foreign_groove(loaded, rig)]), *_notes(study, loaded, lost)]
-    said, shown, beside = advice(study, judge), _shown(study), _beside(compared(study, judge))
-    about = {"advice": said, "notes": notes, "rows": shown, "compared": beside}
-    _write_study(out, study, loaded, judge, title=Path(rig).stem, of_rig=rig, **about)
+    sentences, rows = advice(study, judge), _study_rows(study)
+    about = {"advice": sentences, "notes": notes, "rows": rows}
+    about["compared"] = _comparison_rows(compared(study, judge))
+    _write_study(out, study, loaded, judge, title=Path(rig).stem, rig_name=rig, **about)
     if not quiet:
-        _say_table(shown)
-        typer.echo("\n".join([*(f"note: {note}" for note in notes), *said, f"look at {out / 'ring.html'}"]))
+        _say_table(rows)
+        typer.echo("\n".join([*(f"note: {note}" for note in notes), *sentences, f"look at {out / 'ring.html'}"]))
 
 
-def _write_study(out: Path, study: "pd.DataFrame", rig, rule, of_rig: str, **shown) -> None:
+def _write_study(out: Path, study: "pd.DataFrame", rig, rule, rig_name: str, **shown) -> None:
     """Write the table of a study, its pictures and its page."""
     from trackdyn.files import write_csv
     from trackdyn.plots.ring_study import RECOMMENDED, figures, sliding_figure, write_page
@@ -97,9 +98,9 @@ def _write_study(out: Path, study: "pd.DataFrame", rig, rule, of_rig: str, **sho
     run = ""
     if chosen == chosen:
         file, page = shlex.quote(str(out / "run.npz")), shlex.quote(str(out / "run.html"))
-        asked = f"--rig {shlex.quote(str(of_rig))} --rpm {study['rpm'].min():g} --ring-radius {chosen:.5g}"
-        run = f"trackdyn simulate {file} {asked} && trackdyn show {file} --out {page}"
-    origin = f"Rig {of_rig}; {', '.join(f'{name} {radius:.5g} m' for name, radius in marks.items())}."
+        scene_options = f"--rig {shlex.quote(str(rig_name))} --rpm {study['rpm'].min():g} --ring-radius {chosen:.5g}"
+        run = f"trackdyn simulate {file} {scene_options} && trackdyn show {file} --out {page}"
+    origin = f"Rig {rig_name}; {', '.join(f'{name} {radius:.5g} m' for name, radius in marks.items())}."
     pictures = [out / f"{name}.svg" for name in PICTURES]
     write_page(
         out / "ring.html", pictures, csv="ring.csv", names=CAPTIONS, rule=str(rule), origin=origin, run=run, **shown
@@ -138,7 +139,7 @@ def _notes(study: "pd.DataFrame", rig, lost: "pd.DataFrame") -> list[str]:
     return notes
 
 
-def _shown(study: "pd.DataFrame") -> list[dict]:
+def _study_rows(study: "pd.DataFrame") -> list[dict]:
     """Rows of the page: speed, radius, tension, durations and forces with their errors, as text."""
     from trackdyn.measure.cells import cell, with_error
     from trackdyn.measure.ring_rule import WORK
@@ -155,7 +156,7 @@ def _shown(study: "pd.DataFrame") -> list[dict]:
     return rows
 
 
-def _beside(rings: "pd.DataFrame") -> list[dict]:
+def _comparison_rows(rings: "pd.DataFrame") -> list[dict]:
     """Rows of the page on the rings that the advice names: tension, RMS and mean peak of the forces, sliding work."""
     from trackdyn.measure.cells import significant
     from trackdyn.measure.ring_rule import WORK

@@ -241,7 +241,7 @@ class Loop(Readings):
     def load(cls, path: Path | str) -> "Loop":
         """Read the loop that `save` wrote to ``path``.
 
-        Raises `InputError`: there is no such checkpoint, or other sources wrote it.
+        Raises `InputError`: the checkpoint does not exist, or other sources wrote it.
         """
         return cls.restored(read_checkpoint(path))
 
