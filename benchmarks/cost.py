@@ -289,7 +289,7 @@ def main() -> None:
     if arguments.repeats < 1:
         parser.error(f"--repeats = {arguments.repeats}: must be at least 1")
 
-    from trackdyn.files import write_text
+    from trackdyn.inputs.files import write_text
     from trackdyn.rig.rig import load_rig
 
     rig_path = ROOT / "trackdyn" / "rigs" / "paper.yaml"

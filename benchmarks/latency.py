@@ -87,7 +87,7 @@ def main() -> None:
     """Measure and write the table."""
     import pandas as pd
 
-    from trackdyn.files import write_csv
+    from trackdyn.inputs.files import write_csv
 
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("commit", help="what is compared with")

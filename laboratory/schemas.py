@@ -8,7 +8,7 @@ from pathlib import Path
 
 from laboratory.plausible.settings import PlausibleConfig
 from replication.pipeline.schemas import MODELS, schema
-from trackdyn.files import write_text
+from trackdyn.inputs.files import write_text
 
 FOLDER = Path(__file__).parents[1] / "config" / "schemas"
 EVERY = MODELS | {"plausible": PlausibleConfig}

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import brentq
 
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
 from trackdyn.rig.layout import belt_path, run_order
 from trackdyn.rig.rig import Rig, load_rig
 

@@ -7,8 +7,8 @@ from threading import Barrier, Thread
 
 import pytest
 
-from trackdyn.errors import InputError
-from trackdyn.files import MACHINE, check_writable, remove_abandoned, replacing, write_csv, write_text
+from trackdyn.inputs.errors import InputError
+from trackdyn.inputs.files import MACHINE, check_writable, remove_abandoned, replacing, write_csv, write_text
 
 
 def test_what_breaks_off_leaves_what_was_there(tmp_path):
@@ -24,7 +24,7 @@ def test_what_breaks_off_leaves_what_was_there(tmp_path):
 def test_only_what_a_process_that_is_gone_was_writing_is_removed(tmp_path):
     write = """
 import os, sys
-from trackdyn.files import replacing
+from trackdyn.inputs.files import replacing
 with replacing(sys.argv[1]) as part:
     part.touch()
     os._exit(0)

@@ -22,8 +22,8 @@ FOLDERS = {
 BELOW = {"trackdyn": set(), "replication": {"trackdyn"}, "laboratory": {"trackdyn", "replication"}}
 ROOMS = {
     "trackdyn": (
-        "errors", "extras", "files", "sources", "version", "by_reference", "jit", "model", "chain", "contact",
-        "integrate", "rig", "scene", "sensor", "simulation", "measure", "sweeps", "plots", "commands",
+        "inputs", "sources", "version", "by_reference", "jit", "model", "chain", "contact", "integrate", "rig",
+        "scene", "sensor", "simulation", "measure", "sweeps", "plots", "commands",
         "__init__", "__main__",
     ),
     "replication": (
@@ -39,9 +39,8 @@ MODULES = {
 LONGEST = 600  # lines
 # libraries of the rooms that compute
 COMPUTING = {room: {"numpy"} for room in ("model", "chain", "contact", "integrate")} | {
-    "errors": set(),
-    "files": {"numpy", "psutil"},
-    "rig": {"numpy", "scipy", "pandas", "pydantic", "pydantic_core", "yaml"},
+    "inputs": {"numpy", "psutil", "pydantic", "pydantic_core", "yaml"},
+    "rig": {"numpy", "scipy", "pandas", "pydantic"},
 }
 CORNERS = {  # a library, and the rooms that alone may import it
     "matplotlib": {"trackdyn.plots", "replication.report", "laboratory.report"},

@@ -38,9 +38,9 @@ _MODULES = {
 __all__ = list(_MODULES)
 
 if TYPE_CHECKING:
-    from trackdyn.errors import DivergenceError as DivergenceError
-    from trackdyn.errors import InputError as InputError
-    from trackdyn.errors import TrackdynError as TrackdynError
+    from trackdyn.inputs.errors import DivergenceError as DivergenceError
+    from trackdyn.inputs.errors import InputError as InputError
+    from trackdyn.inputs.errors import TrackdynError as TrackdynError
     from trackdyn.measure.compare import compare as compare
     from trackdyn.measure.measures import measures as measures
     from trackdyn.measure.sensor import sense as sense
@@ -65,7 +65,7 @@ else:  # to a type checker every name would then be one of the package
         try:
             globals()[name] = value = getattr(import_module(f"{__name__}.{_MODULES[name]}"), name)
         except ModuleNotFoundError as error:
-            from trackdyn.extras import missing
+            from trackdyn.inputs.extras import missing
 
             raise missing(error) from None
         return value

@@ -14,7 +14,7 @@ def leave(number: int, _) -> None:
     shell.
     """
     # before that module is there nothing is written
-    end = getattr(sys.modules.get("trackdyn.files"), "broken_off", lambda: "no file is left half-written")
+    end = getattr(sys.modules.get("trackdyn.inputs.files"), "broken_off", lambda: "no file is left half-written")
     said = f"trackdyn: {'stopped' if number == signal.SIGTERM else 'interrupted'}; {end()}\n"
     os.write(2, b"\n" * (sys.stderr.isatty() or "tqdm" in sys.modules) + said.encode())  # a bar may stand on the line
     os._exit(128 + number)

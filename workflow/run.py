@@ -28,7 +28,7 @@ def main(arguments: list[str]) -> None:
     from snakemake.cli import main as snakemake
 
     from replication.pipeline.config import read_layer
-    from trackdyn.errors import InputError
+    from trackdyn.inputs.errors import InputError
 
     try:
         Path(user_cache_dir("snakemake")).mkdir(parents=True, exist_ok=True)
@@ -46,7 +46,7 @@ def main(arguments: list[str]) -> None:
 
 if __name__ == "__main__":
     try:
-        from trackdyn.errors import TrackdynError
+        from trackdyn.inputs.errors import TrackdynError
 
         try:
             main(sys.argv[1:])

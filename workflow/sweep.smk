@@ -20,9 +20,9 @@ from pydantic import BeforeValidator, PositiveInt
 from snakemake.exceptions import WorkflowError
 from snakemake.io import get_wildcard_names
 
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
 from trackdyn.rig.rig_file import DEFAULT, rig_path
-from trackdyn.rig.validation import Section, validated
+from trackdyn.inputs.validation import Section, validated
 from trackdyn.sources import module_hash
 from trackdyn.sweeps.snakemake_job import drive
 from trackdyn.sweeps.sweep import content_key

@@ -11,7 +11,7 @@ from scipy.stats import qmc
 from laboratory.plausible.rows import SOURCES, run_rig
 from laboratory.plausible.settings import PlausibleConfig
 from laboratory.plausible.unknowns import Unknowns
-from trackdyn.errors import InputError, TrackdynError
+from trackdyn.inputs.errors import InputError, TrackdynError
 from trackdyn.rig.layout import can_close
 from trackdyn.rig.rig import Rig, load_rig, parameter_table
 from trackdyn.sweeps.engine import REFUSED, check_completed, key_of, results, without_values

@@ -12,8 +12,8 @@ import pandas as pd
 from laboratory.plausible.search import Searching, searched_unknowns
 from laboratory.plausible.settings import PlausibleConfig, load_plausible
 from laboratory.plausible.unknowns import Unknowns, file_ranges
-from trackdyn.errors import InputError
-from trackdyn.files import write_text
+from trackdyn.inputs.errors import InputError
+from trackdyn.inputs.files import write_text
 from trackdyn.rig.rig import Rig
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.settling import settle

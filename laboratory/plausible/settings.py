@@ -6,9 +6,9 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from laboratory.plausible.unknowns import Unknown, Unknowns, file_ranges
+from trackdyn.inputs.validation import Positive, Section, validated
+from trackdyn.inputs.yaml_file import read_yaml
 from trackdyn.rig.rig import load_rig
-from trackdyn.rig.validation import Positive, Section, validated
-from trackdyn.rig.yaml_file import read_yaml
 
 Count = Annotated[int, Field(ge=1)]
 Numbers = Annotated[list[Positive], Field(min_length=1)]

@@ -7,9 +7,9 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
+from trackdyn.inputs.validation import Section, shown
 from trackdyn.rig.rig import Rig, parameter_table
-from trackdyn.rig.validation import Section, shown
 
 # how far from its bounds a value may be rounded, as a share of the range
 EDGE = 1e-9

@@ -4,7 +4,7 @@ import sys
 
 from laboratory.report.plausible import answer_text
 from replication.report.filled import write_pages
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
 
 PLAUSIBLE = ("sentences", "map", "draws", "values", "near")
 OF_THE_RIG = ("sentences.csv", "parameters.csv", "printed_numbers.csv", "grips_numbers.csv", "grips_sentences.csv")

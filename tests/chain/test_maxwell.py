@@ -5,7 +5,7 @@ import pytest
 
 from tests.kinematics import spinning_loop
 from trackdyn.chain.kinematics import add_moments, relax, stored
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
 from trackdyn.model.arrays import BUSHING_LOSS
 from trackdyn.model.constants import Branches
 from trackdyn.rig.laws import BAND, loss_branches

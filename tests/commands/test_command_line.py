@@ -12,7 +12,7 @@ import typer.main
 from typer.testing import CliRunner
 
 from trackdyn.commands.cli import app
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
 
 ROOT = Path(__file__).parents[2]
 ENTRY = "from trackdyn.__main__ import main; main()"

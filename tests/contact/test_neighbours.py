@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.conftest import LAWS
-from trackdyn.errors import TrackdynError
+from trackdyn.inputs.errors import TrackdynError
 from trackdyn.model.arrays import OFFSET
 from trackdyn.model.constants import SPROCKET
 from trackdyn.simulation.loop import Loop

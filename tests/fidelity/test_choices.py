@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 
 from tests.conftest import RIG
 from trackdyn.commands.cli import app
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
 from trackdyn.integrate.methods import METHODS
 from trackdyn.rig.groove import PROFILES
 from trackdyn.rig.laws import NORMAL_LAWS

@@ -6,7 +6,7 @@ import pytest
 from tests.conftest import RIG
 from tests.rigs.conftest import scene_of
 from trackdyn.chain.kinematics import SLOW, bearing_drag
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
 from trackdyn.integrate.run import common_arrays
 from trackdyn.integrate.semi_implicit import advance
 from trackdyn.model.arrays import BEARING

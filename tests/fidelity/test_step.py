@@ -2,7 +2,7 @@
 
 import pytest
 
-from trackdyn.errors import DivergenceError, InputError
+from trackdyn.inputs.errors import DivergenceError, InputError
 from trackdyn.rig.rig import load_rig
 from trackdyn.scene.scene import Scene
 from trackdyn.scene.step import first_that_runs, halved_steps, round_step

@@ -10,7 +10,7 @@ import pytest
 from laboratory.plausible.unknowns import file_ranges
 from tests.conftest import recorded
 from tests.layouts import random_rig
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
 from trackdyn.integrate.carriers import push
 from trackdyn.model.arrays import BEARING, ENERGY_NAMES
 from trackdyn.model.constants import SPROCKET

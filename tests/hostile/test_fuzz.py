@@ -16,9 +16,9 @@ from sentences import BELT, RIG, ROOT
 
 from replication.pipeline.config import check_config, read_layer
 from trackdyn.commands import cli
-from trackdyn.errors import TrackdynError
+from trackdyn.inputs.errors import TrackdynError
+from trackdyn.inputs.yaml_file import read_yaml
 from trackdyn.rig.rig import load_rig
-from trackdyn.rig.yaml_file import read_yaml
 from trackdyn.scene.scene import Scene
 from trackdyn.sensor.sensor_csv import read_sensor
 from trackdyn.simulation.belt import belt_recording

@@ -7,13 +7,13 @@ import pytest
 from sentences import BELT, one_sentence
 
 import trackdyn
-from trackdyn.errors import InputError, shown
+from trackdyn.inputs.errors import InputError, shown
+from trackdyn.inputs.validation import typed
 from trackdyn.measure.axes import judge_axes
 from trackdyn.measure.compare import compare_with_sensor
 from trackdyn.measure.planner import plan
 from trackdyn.rig.rig import Rig, load_rig
 from trackdyn.rig.sections import Wheel
-from trackdyn.rig.validation import typed
 from trackdyn.scene.scene import Scene
 from trackdyn.sensor.sensor_csv import read_sensor, write_sensor_csv
 from trackdyn.sensor.sensor_mapping import load_mapping

@@ -11,7 +11,7 @@ import pytest
 from sentences import BELT, one_sentence
 
 from tests.conftest import run_command
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
 from trackdyn.rig.rig import load_rig
 from trackdyn.rig.rig_file import shipped_rigs
 from trackdyn.scene.scene import Scene
@@ -198,6 +198,6 @@ def test_a_full_disk_names_the_file_and_leaves_what_was_there(folder, belt_file,
         resource.setrlimit(resource.RLIMIT_FSIZE, limits)
     one_sentence(caught, "short.npz: cannot be written (File too large)", "free disk space")
     assert Path("short.npz").read_bytes() == old and sorted(folder.rglob("*")) == before
-    monkeypatch.setattr("trackdyn.files.disk_usage", lambda path: type("Usage", (), {"free": 1000}))
+    monkeypatch.setattr("trackdyn.inputs.files.disk_usage", lambda path: type("Usage", (), {"free": 1000}))
     assert run_command("simulate", "run.npz").code == 1
     assert sorted(folder.rglob("*")) == before

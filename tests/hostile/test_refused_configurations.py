@@ -6,9 +6,9 @@ import pytest
 from sentences import HUGE, ROOT, one_sentence
 
 from replication.pipeline.config import RIG_FIELDS, check_config, check_layers
-from trackdyn.errors import InputError, shown
+from trackdyn.inputs.errors import InputError, shown
+from trackdyn.inputs.yaml_file import read_yaml
 from trackdyn.rig.rig_file import shipped_rigs
-from trackdyn.rig.yaml_file import read_yaml
 
 SETTINGS = [
     ("results", "", "results = ''", "the name of a folder"),

@@ -7,9 +7,9 @@ from sentences import ROOT, one_sentence
 from snakemake.utils import update_config
 
 from replication.pipeline.config import check_layers, read_layer
-from trackdyn.errors import InputError, shown
+from trackdyn.inputs.errors import InputError, shown
+from trackdyn.inputs.yaml_file import read_yaml
 from trackdyn.rig.rig import load_rig
-from trackdyn.rig.yaml_file import read_yaml
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recording import load_recording
 

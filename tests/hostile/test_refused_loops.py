@@ -6,7 +6,7 @@ import pytest
 from sentences import BELT, NUMBER, one_sentence
 
 from tests.kinematics import unsettled_loop
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation import recorder as needs
 from trackdyn.simulation.recorder import Recorder

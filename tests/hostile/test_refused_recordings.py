@@ -9,7 +9,7 @@ import pytest
 from sentences import RIG, one_sentence
 
 from tests.kinematics import unsettled_loop
-from trackdyn.errors import DivergenceError, InputError
+from trackdyn.inputs.errors import DivergenceError, InputError
 from trackdyn.rig.rig import load_rig
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop

@@ -8,7 +8,7 @@ import yaml
 from sentences import LONGER, NO_NUMBERS, NUMBER, RIG, one_sentence
 
 from tests.conftest import run_command
-from trackdyn.errors import InputError, shown
+from trackdyn.inputs.errors import InputError, shown
 from trackdyn.rig.rig import load_rig
 from trackdyn.scene.scene import Scene
 

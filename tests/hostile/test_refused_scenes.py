@@ -8,7 +8,7 @@ import pytest
 from sentences import BELT, HUGE, LONGER, NO_NUMBERS, NUMBER, one_sentence
 
 from tests.conftest import RIG
-from trackdyn.errors import InputError, shown
+from trackdyn.inputs.errors import InputError, shown
 from trackdyn.rig.rig import load_rig
 from trackdyn.scene.choices import CHOICES
 from trackdyn.scene.scene import Scene

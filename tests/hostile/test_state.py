@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from sentences import one_sentence
 
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
 from trackdyn.simulation.loop_arrays import flat
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.kinematics import closed_rates, set_model, spinning_loop
-from trackdyn.errors import DivergenceError
+from trackdyn.inputs.errors import DivergenceError
 from trackdyn.integrate.methods import METHODS
 from trackdyn.scene.scene import Scene
 from trackdyn.scene.step import FRICTION_LEEWAY, elastic_depth, step_limits

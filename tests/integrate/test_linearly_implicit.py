@@ -15,7 +15,7 @@ from trackdyn.chain import implicit
 from trackdyn.chain.kinematics import SLOW
 from trackdyn.chain.riccati import accelerate
 from trackdyn.contact.forces import AHEAD
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
 from trackdyn.integrate.dynamics import solve_chain
 from trackdyn.integrate.run import common_arrays, refresh
 from trackdyn.measure.sensor import sense

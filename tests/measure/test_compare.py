@@ -10,7 +10,7 @@ from scipy.signal import butter, sosfilt
 from typer.testing import CliRunner
 
 from trackdyn.commands.cli import app
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
 from trackdyn.measure.axes import judge_axes, require_axes
 from trackdyn.measure.compare import compare_with_sensor, in_words, other_speed
 from trackdyn.measure.metrics import shown_measures

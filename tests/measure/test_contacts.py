@@ -8,7 +8,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from tests.conftest import contact_table, made_recording
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
 from trackdyn.measure.contacts import SHORT, passages, sampled_shares
 from trackdyn.measure.events import like_peaks, mean_events, passage_events, smoothed_maxima
 from trackdyn.measure.metrics import needed_lengths, remarks, run_metrics

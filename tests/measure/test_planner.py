@@ -8,7 +8,7 @@ import pytest
 
 from tests.conftest import recorded
 from trackdyn import Scene
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
 from trackdyn.measure import planner
 from trackdyn.measure.planner import Trial, _cheapest, _judge, check_tolerances, plan, settings
 from trackdyn.measure.uncertainty import Series

@@ -5,7 +5,7 @@ import pytest
 import yaml
 
 from tests.conftest import LAWS, recorded, run_command
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
 from trackdyn.measure.compare import compare_with_sensor
 from trackdyn.measure.measures import measures
 from trackdyn.measure.metrics import remarks

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.conftest import contact_table, made_recording
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
 from trackdyn.measure.whole_loop import every_ay, stitch, whole_loop
 from trackdyn.rig.rig import load_rig
 from trackdyn.scene.scene import Scene

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
 from trackdyn.measure.cells import with_error
 from trackdyn.measure.columns import heading
 from trackdyn.plots.show import geometry, show, signal, work_of

@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
 from trackdyn.rig.rig import Rig, load_rig, parameter_table
 from trackdyn.rig.rig_file import shipped_rigs
 

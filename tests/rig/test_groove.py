@@ -5,7 +5,7 @@ from math import asin, cos, degrees, pi, sin, sqrt
 import numpy as np
 import pytest
 
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
 from trackdyn.rig.groove import build_groove, coarse_groove, connector_length, equal_pitch_radii, true_depth
 from trackdyn.rig.sections import GrooveParameters
 

@@ -5,7 +5,7 @@ from math import acos, asin, pi, sqrt
 import numpy as np
 import pytest
 
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
 from trackdyn.rig.layout import _lay, assemble, belt_around, belt_path, wheel_circles
 
 TRIANGLE = [(0, 0, 0.3), (2 * 0.5, sqrt(3), 0.3), (2, 0, 0.3)]  # clockwise, sides 2

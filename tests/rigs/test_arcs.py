@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.conftest import RIG
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
 from trackdyn.rig.arcs import ToothProfile, groove_of_arcs
 from trackdyn.rig.rig import load_rig
 

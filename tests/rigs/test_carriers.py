@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.rigs.conftest import scene_of
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
 from trackdyn.integrate.carriers import advance_carriers
 from trackdyn.integrate.run import common_arrays
 from trackdyn.rig.rig import load_rig

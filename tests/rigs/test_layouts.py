@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.layouts import random_rig
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
 from trackdyn.rig.layout import assemble, body_lengths, wheel_circles
 from trackdyn.scene.scene import Scene
 from trackdyn.scene.step import largest_step

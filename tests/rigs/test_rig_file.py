@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.conftest import run_command
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
 from trackdyn.rig.layout import assemble, belt_around, run_order, wheel_names
 from trackdyn.rig.rig import foreign_groove, load_rig, parameter_table
 from trackdyn.rig.rig_file import shipped_rigs

@@ -7,7 +7,7 @@ from replication.peers.comparison import require_exudyn, run_peer
 from replication.study.settings import PEER_LAWS
 from tests.conftest import RIG
 from tests.rigs.conftest import NAMES
-from trackdyn.errors import DivergenceError
+from trackdyn.inputs.errors import DivergenceError
 from trackdyn.integrate.carriers import along, push
 from trackdyn.model.constants import SPROCKET
 from trackdyn.rig.rig import load_rig

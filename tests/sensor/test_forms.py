@@ -10,7 +10,7 @@ import pytest
 
 import trackdyn.sensor
 from trackdyn.commands.options import as_options
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
 from trackdyn.sensor.sensor_csv import read_sensor
 from trackdyn.sensor.sensor_mapping import load_mapping
 

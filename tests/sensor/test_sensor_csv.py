@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
 from trackdyn.measure import ring_rule
 from trackdyn.rig import rig_file
 from trackdyn.sensor import text_file

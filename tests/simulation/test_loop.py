@@ -9,7 +9,7 @@ import pytest
 from tests import reference
 from tests.conftest import LAWS, assert_same_arrays
 from tests.kinematics import closed_rates, next_samples, set_model, spinning_loop
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
 from trackdyn.integrate.run import common_arrays
 from trackdyn.model.arrays import SAMPLED
 from trackdyn.rig.layout import belt_around

@@ -3,7 +3,7 @@
 import pytest
 
 from tests.conftest import assert_same_arrays
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
 from trackdyn.rig.rig import load_rig
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.settling import SettledLoops

@@ -6,7 +6,7 @@ from typer.testing import CliRunner
 
 from tests.conftest import LAWS, assert_same_arrays, recorded
 from trackdyn.commands.cli import app
-from trackdyn.errors import DivergenceError, InputError
+from trackdyn.inputs.errors import DivergenceError, InputError
 from trackdyn.measure.metrics import run_metrics
 from trackdyn.measure.sensor import sense
 from trackdyn.measure.stopping import later

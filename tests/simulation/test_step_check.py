@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from trackdyn.errors import DivergenceError, InputError
+from trackdyn.inputs.errors import DivergenceError, InputError
 from trackdyn.model.arrays import CONTACT_INTERVAL, ENERGY_NAMES
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.energy_balance import OPEN_SHARE, PATH, check_account, open_share, path_energy

@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from tests.conftest import RIG
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
 from trackdyn.sweeps.design import read_table, write_table
 from trackdyn.sweeps.sweep import COLUMNS, content_key, read_design, requested_rows, sweep
 

@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from trackdyn.errors import TrackdynError
+from trackdyn.inputs.errors import TrackdynError
 from trackdyn.sources import module_files, module_hash
 from trackdyn.sweeps import engine
 from trackdyn.sweeps.engine import check_completed, key_of, results
@@ -15,7 +15,7 @@ from trackdyn.sweeps.engine import check_completed, key_of, results
 # A row is refused, diverges, fails or kills its process at its first attempt, as it is told.
 MADE_UP = """
 import os, pathlib, signal, time
-from trackdyn.errors import DivergenceError, InputError
+from trackdyn.inputs.errors import DivergenceError, InputError
 
 def compute(number, ends="", flag=""):
     if ends == "waits for the others":

@@ -6,7 +6,7 @@ import pandas as pd
 import pytest
 
 from tests.conftest import run_command
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
 from trackdyn.measure.metrics import whole_errors
 from trackdyn.measure.ring_rule import RULE, SPAN, advice, compared, parse_rule
 from trackdyn.measure.stopping import run_steady

@@ -15,7 +15,7 @@ import pandas as pd
 import pytest
 
 from tests.conftest import RIG
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
 from trackdyn.measure.metrics import run_metrics
 from trackdyn.scene.choices import preset
 from trackdyn.simulation.simulate import simulate

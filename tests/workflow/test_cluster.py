@@ -12,7 +12,7 @@ import pytest
 from snakemake.iocontainers import Namedlist
 
 from tests.conftest import RIG
-from trackdyn.errors import TrackdynError
+from trackdyn.inputs.errors import TrackdynError
 from trackdyn.jit import cache_folder
 from trackdyn.sweeps import batch_jobs
 from trackdyn.sweeps.sweep import batches, sweep

@@ -11,7 +11,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parents[2] / "workflow"))
 
 import run
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
 
 ROOT = Path(__file__).parents[2]
 ENVIRONMENT = os.environ | {"PYTHONPATH": f"{ROOT}{os.pathsep}{ROOT / 'workflow'}"}
@@ -126,13 +126,13 @@ def test_a_job_whose_run_was_killed_does_not_begin():
     [
         (
             "import runpy; runpy.run_path('workflow/run.py', run_name='__main__')",
-            "trackdyn.errors",
+            "trackdyn.inputs.errors",
             1,
             "interrupted; the same command goes on\n",
         ),
         (
-            "snakemake = 1; from trackdyn.sweeps.snakemake_job import run_job; import trackdyn.errors",
-            "trackdyn.errors",
+            "snakemake = 1; from trackdyn.sweeps.snakemake_job import run_job; import trackdyn.inputs.errors",
+            "trackdyn.inputs.errors",
             130,
             "",
         ),

@@ -15,8 +15,8 @@ from trackdyn.commands.records import compare, show
 from trackdyn.commands.rig import check, new, rigs
 from trackdyn.commands.runs import plan, simulate
 from trackdyn.commands.studies import ring, sweep
-from trackdyn.errors import TrackdynError
-from trackdyn.extras import missing
+from trackdyn.inputs.errors import TrackdynError
+from trackdyn.inputs.extras import missing
 from trackdyn.version import __version__
 
 COMMANDS = {"Runs": (simulate, plan, compare, show), "Rigs": (check, new, rigs), "Many runs": (ring, sweep)}

@@ -15,8 +15,8 @@ from typing import Annotated, Any
 
 import typer
 
-from trackdyn.errors import InputError, shown
-from trackdyn.files import check_writable
+from trackdyn.inputs.errors import InputError, shown
+from trackdyn.inputs.files import check_writable
 from trackdyn.measure.catalogue import TOLERATED
 
 DEFAULT_RIG = "paper"
@@ -48,7 +48,7 @@ class Ring:
 
 def parse_number(name: str, text: str | float, accepted: str = "must be a finite number") -> float:
     """A finite number. Raises `InputError`: the text is none; ``name`` is the option."""
-    from trackdyn.rig.validation import parse_number as parse  # with what help does without
+    from trackdyn.inputs.validation import parse_number as parse  # with what help does without
 
     with suppress(ValueError):
         if isfinite(number := parse(text)):

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import typer
 
 from trackdyn.commands import options, printed
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
 
 
 @options.with_mapping
@@ -29,7 +29,7 @@ def compare(
     """
     import pandas as pd
 
-    from trackdyn.files import write_text
+    from trackdyn.inputs.files import write_text
     from trackdyn.sensor.sensor_csv import read_sensor
     from trackdyn.sensor.sensor_mapping import load_mapping
 
@@ -130,7 +130,7 @@ def show(
 
     Example: `trackdyn show run.npz` writes run.html, which any browser opens.
     """
-    from trackdyn.files import write_text
+    from trackdyn.inputs.files import write_text
     from trackdyn.plots.show import show as make
     from trackdyn.simulation.recording import load_recording
 

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from trackdyn.commands import options
-from trackdyn.errors import InputError, TrackdynError, shown
+from trackdyn.inputs.errors import InputError, TrackdynError, shown
 
 
 def rigs() -> None:
@@ -15,8 +15,8 @@ def rigs() -> None:
 
     Example: `trackdyn rigs` prints the name of each, its pitches, teeth and wheels, and what it is.
     """
+    from trackdyn.inputs.yaml_file import read_yaml
     from trackdyn.rig.rig_file import DEFAULT, read_rig, shipped_rigs
-    from trackdyn.rig.yaml_file import read_yaml
 
     for name, path in shipped_rigs().items():
         rig = read_rig(name)  # not `load_rig`: a list needs no library that computes
@@ -41,7 +41,7 @@ def new(
 
     Example: `trackdyn new my_rig.yaml --like bench` begins a track of your own with the wheels of a test bench.
     """
-    from trackdyn.files import write_text
+    from trackdyn.inputs.files import write_text
 
     text = rig_text(like)
     options.check_output(out, overwrite or options.holds(out, text))

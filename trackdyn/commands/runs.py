@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from trackdyn.commands import options, printed
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
 
 FRAMES = 0.05  # s between recorded configurations
 
@@ -87,7 +87,7 @@ def _prepare(scene, out: Path, checkpoint: Path | None, rig: str):
 
     Raises `InputError`: a file cannot be written, or is an input.
     """
-    from trackdyn.files import keep
+    from trackdyn.inputs.files import keep
     from trackdyn.simulation.recorder import cost
 
     needed = cost(scene)

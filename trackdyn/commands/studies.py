@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from trackdyn.commands import options
-from trackdyn.errors import InputError, shown
+from trackdyn.inputs.errors import InputError, shown
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -85,7 +85,7 @@ def ring(
 
 def _write_study(out: Path, study: "pd.DataFrame", rig, rule, rig_name: str, **shown) -> None:
     """Write the table of a study, its pictures and its page."""
-    from trackdyn.files import write_csv
+    from trackdyn.inputs.files import write_csv
     from trackdyn.plots.ring_study import RECOMMENDED, figures, sliding_figure, write_page
     from trackdyn.plots.style import save
 

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from math import sqrt
 
 from trackdyn.chain.kinematics import damping_weight, forward_kinematics, orient, relax
-from trackdyn.errors import DivergenceError
+from trackdyn.inputs.errors import DivergenceError
 from trackdyn.integrate.carriers import advance_carriers
 from trackdyn.integrate.contact_log import log_contacts
 from trackdyn.integrate.dynamics import accumulate, evaluate_loads, sense, solve_chain

@@ -8,10 +8,10 @@ from collections.abc import Iterable
 from itertools import groupby
 from pathlib import Path
 
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
+from trackdyn.inputs.yaml_file import read_yaml
 from trackdyn.measure.catalogue import ACCELERATION, CATALOGUE, NAMED, SHARES
 from trackdyn.model.arrays import SIDE_WORDS, SIDES
-from trackdyn.rig.yaml_file import read_yaml
 
 _DICTIONARY = read_yaml(Path(__file__).with_suffix(".yaml"))
 UNITS, HEADINGS, WORDS = (_DICTIONARY[name] for name in ("units", "headings", "words"))

@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from trackdyn.errors import InputError, naming
+from trackdyn.inputs.errors import InputError, naming
+from trackdyn.inputs.validation import typed
 from trackdyn.measure.axes import judge_axes
 from trackdyn.measure.catalogue import ACCELERATION
 from trackdyn.measure.metrics import whole_errors
 from trackdyn.measure.sensor import measured_loop_hz, sense
 from trackdyn.measure.taken import Sensed
-from trackdyn.rig.validation import typed
 from trackdyn.sensor.sensor_csv import SensorRecord, read_sensor
 from trackdyn.sensor.sensor_mapping import SensorMapping
 from trackdyn.simulation.recording import Recording

@@ -2,8 +2,8 @@
 
 import pandas as pd
 
+from trackdyn.inputs.validation import typed
 from trackdyn.measure.metrics import shown_measures
-from trackdyn.rig.validation import typed
 from trackdyn.simulation.recording import Recording
 
 

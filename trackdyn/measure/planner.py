@@ -14,7 +14,8 @@ from dataclasses import dataclass, field, replace
 from math import inf
 from typing import Any, NamedTuple
 
-from trackdyn.errors import InputError, TrackdynError
+from trackdyn.inputs.errors import InputError, TrackdynError
+from trackdyn.inputs.validation import typed, within
 from trackdyn.measure.catalogue import TOLERATED, scale_of
 from trackdyn.measure.sensor import whole_samples
 from trackdyn.measure.stopping import check_driven, record_until
@@ -29,7 +30,6 @@ from trackdyn.measure.uncertainty import (
     whole_error,
 )
 from trackdyn.measure.whole_loop import series
-from trackdyn.rig.validation import typed, within
 from trackdyn.scene.scene import LONGEST_RUN, Periods, Scene
 from trackdyn.scene.step import first_that_runs, halved_steps, round_step, turn_limit
 from trackdyn.simulation.loop import Loop

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from trackdyn.errors import InputError, shown
+from trackdyn.inputs.errors import InputError, shown
 from trackdyn.measure.catalogue import OF_SIDES
 from trackdyn.measure.cells import plain, with_error
 from trackdyn.measure.columns import error_of, heading

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from trackdyn.inputs.validation import typed, within
 from trackdyn.measure.spectra import highest_line, holds_line, main_line_binfree
 from trackdyn.rig.rig import Rig
-from trackdyn.rig.validation import typed, within
 from trackdyn.simulation.recording import Recording
 
 OTHER_SPEED = 4.0  # largest ratio of the speeds of a sensor's record and of a run beside it

@@ -3,7 +3,7 @@
 import numpy as np
 import scipy  # its parts are loaded where they are used: together they take half a second
 
-from trackdyn.errors import InputError, shown
+from trackdyn.inputs.errors import InputError, shown
 
 LOOP_HZ = 0.05, 20.0  # where the line of a loop of unknown speed lies
 LEAST_PERIODS = 2.0  # periods of a line in the record that it is taken from

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import TypeVar
 
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
 from trackdyn.measure.contacts import LONGEST_CONTACT, PASSAGE, TOUCHING, passages
 from trackdyn.measure.uncertainty import Series, judge_series
 from trackdyn.model.arrays import SAMPLED, SIDES

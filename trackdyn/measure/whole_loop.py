@@ -13,7 +13,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
 from trackdyn.measure.catalogue import NAMED, SCALES, TOLERATED
 from trackdyn.measure.sensor import readings
 from trackdyn.measure.spectra import high_passed

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 from matplotlib.patheffects import withStroke
 
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
 from trackdyn.plots.style import BLACK, BLUE, SMALL, VERMILION, new_figure, styled
 from trackdyn.rig.layout import assemble, body_lengths, wheel_circles, wheel_names
 from trackdyn.rig.rig import Rig

@@ -11,7 +11,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from trackdyn.files import write_text
+from trackdyn.inputs.files import write_text
 from trackdyn.model.arrays import SIDE_WORDS, SIDES
 from trackdyn.plots.rendering import environment
 from trackdyn.plots.style import COLOURS, COLUMN, DASHES, GREEN, MARKERS, PRINTED, SMALL, new_figure, styled

@@ -11,7 +11,8 @@ import numpy as np
 import pandas as pd
 from plotly.offline import get_plotlyjs
 
-from trackdyn.files import write_text
+from trackdyn.inputs.files import write_text
+from trackdyn.inputs.validation import typed
 from trackdyn.jit import source_hash
 from trackdyn.measure.columns import words
 from trackdyn.measure.contacts import sampled_shares
@@ -22,7 +23,6 @@ from trackdyn.model.arrays import ENERGY_NAMES, SIDE_WORDS
 from trackdyn.model.constants import SPROCKET, Tooth
 from trackdyn.plots.rendering import CONFIGURATION, differences, packed, render, short
 from trackdyn.rig.rig import foreign_groove
-from trackdyn.rig.validation import typed
 from trackdyn.simulation.energy_balance import LOSSES, STORED
 from trackdyn.simulation.recording import Recording, load_recording
 from trackdyn.simulation.replay import Replay, replay

@@ -13,7 +13,7 @@ from cycler import cycler
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from trackdyn.files import replacing
+from trackdyn.inputs.files import replacing
 
 WIDTH, PAGE = 4.8, 7.2  # widths, inch: of a figure, legible in a column of 84 mm; of pictures that fill a page
 COLUMN = 3.3  # width of a figure that a column, a phone or a third of a web page shows in its own size, inch

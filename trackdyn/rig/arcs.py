@@ -10,10 +10,10 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
+from trackdyn.inputs.quantities import Quantity, Table
+from trackdyn.inputs.validation import Section
 from trackdyn.rig.groove import Groove, flank_arcs, groove_of_flank
-from trackdyn.rig.quantities import Quantity, Table
-from trackdyn.rig.validation import Section
 
 TANGENT = 1e-6  # m by which neighbouring arcs may miss each other: less than machining and more than rounding of a file
 COARSEST = 1e-4  # m, the last decimal of arcs that print has rounded

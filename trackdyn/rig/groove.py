@@ -10,7 +10,7 @@ from math import acos, asin, atan2, cos, hypot, pi, sin, sqrt
 
 import numpy as np
 
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
 from trackdyn.rig.sections import GrooveParameters
 
 CONVEX = (1, 4, 7, 10)

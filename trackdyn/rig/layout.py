@@ -9,7 +9,7 @@ from math import atan2, cos, hypot, pi, sin, sqrt
 
 import numpy as np
 
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
 from trackdyn.rig.rig import Rig
 from trackdyn.rig.roots import root
 

@@ -10,11 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field
 
-from trackdyn.errors import InputError
-from trackdyn.rig import sections
-from trackdyn.rig.arcs import ToothProfile
-from trackdyn.rig.groove import Groove, build_groove, connector_length, equal_pitch_radii
-from trackdyn.rig.quantities import (
+from trackdyn.inputs.errors import InputError
+from trackdyn.inputs.quantities import (
     FROM_FILE,
     NAME,
     FieldValue,
@@ -24,10 +21,13 @@ from trackdyn.rig.quantities import (
     outside_range,
     possible_fields,
 )
+from trackdyn.inputs.validation import Section, shown, typed, validated
+from trackdyn.inputs.yaml_file import read_yaml
+from trackdyn.rig import sections
+from trackdyn.rig.arcs import ToothProfile
+from trackdyn.rig.groove import Groove, build_groove, connector_length, equal_pitch_radii
 from trackdyn.rig.rig_file import DEFAULT, DRAG_FIELDS, TRIED, groove_origin, read_rig, rig_path, shipped_rigs
 from trackdyn.rig.sections import Surface, TestedStep, Wheel
-from trackdyn.rig.validation import Section, shown, typed, validated
-from trackdyn.rig.yaml_file import read_yaml
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -12,8 +12,8 @@ from os.path import exists, isfile
 from pathlib import Path
 from typing import Any
 
-from trackdyn.errors import InputError, naming, shown
-from trackdyn.rig.yaml_file import ENTRY_KEYS, KINDS, RANGE_KEYS, read_yaml
+from trackdyn.inputs.errors import InputError, naming, shown
+from trackdyn.inputs.yaml_file import ENTRY_KEYS, KINDS, RANGE_KEYS, read_yaml
 
 SHIPPED = Path(__file__).parents[1] / "rigs"
 DEFAULT = "paper"
@@ -173,8 +173,8 @@ def _with_pitch(rig: dict[str, Any]) -> dict[str, Any]:
     chain, sprocket, groove = (dict(_section(rig, name)) for name in ("chain", "sprocket", "groove"))
     if "pitch" not in chain or not sprocket:
         return rig
+    from trackdyn.inputs.quantities import entry_value, number_of
     from trackdyn.rig.groove import equal_pitch_radii, pin_height
-    from trackdyn.rig.quantities import entry_value, number_of
 
     def number(section: dict, key: str) -> float:
         return number_of(_section(section, key).get("value", nan))

@@ -2,8 +2,7 @@
 
 from typing import Annotated, Any, Literal
 
-from trackdyn.rig.laws import BushingLaw
-from trackdyn.rig.quantities import (
+from trackdyn.inputs.quantities import (
     Friction,
     Inertia,
     Length,
@@ -13,7 +12,8 @@ from trackdyn.rig.quantities import (
     Slope,
     Tilt,
 )
-from trackdyn.rig.validation import Positive, Section
+from trackdyn.inputs.validation import Positive, Section
+from trackdyn.rig.laws import BushingLaw
 
 # contact surfaces that every rig has, by the name under which a wheel may ask for one
 CONTACTS = ("wheel_contact", "ring_contact", "tooth_contact")

@@ -5,7 +5,7 @@ from math import cos, nan, pi, radians, sin, sqrt, tan
 
 import numpy as np
 
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
 from trackdyn.integrate.carriers import along, push
 from trackdyn.integrate.methods import METHODS
 from trackdyn.model.arrays import Work

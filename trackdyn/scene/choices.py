@@ -11,13 +11,13 @@ from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import Field
 
-from trackdyn.errors import InputError, shown
+from trackdyn.inputs.errors import InputError, shown
+from trackdyn.inputs.validation import OneOf, Section, not_one_of
 from trackdyn.integrate.methods import METHODS
 from trackdyn.rig.groove import PROFILES
 from trackdyn.rig.laws import NORMAL_LAWS, BushingLaw
 from trackdyn.rig.rig import Rig
 from trackdyn.rig.sections import Drag, Kept
-from trackdyn.rig.validation import OneOf, Section, not_one_of
 
 
 def of_rig(value: Callable[[Rig], Any]) -> Any:

@@ -4,7 +4,7 @@ from math import ceil, floor, log10, pi, sin
 
 import numpy as np
 
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
 from trackdyn.model.constants import Law
 from trackdyn.rig.groove import true_depth
 from trackdyn.rig.layout import assemble, body_lengths

@@ -7,11 +7,11 @@ from typing import Annotated, Any, NamedTuple, NoReturn
 import numpy as np
 from pydantic import BeforeValidator, Field
 
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
+from trackdyn.inputs.validation import Positive, Section, plain_count, plain_number, shown
 from trackdyn.model.constants import Model
 from trackdyn.rig.rig import Rig
 from trackdyn.rig.sections import SensorParameters
-from trackdyn.rig.validation import Positive, Section, plain_count, plain_number, shown
 from trackdyn.scene.build import build_model
 from trackdyn.scene.choices import Choices, Decision, check_choices, decide, of_rig
 from trackdyn.scene.choices import preset as preset_fields

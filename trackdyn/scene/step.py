@@ -8,7 +8,7 @@ from typing import TypeVar
 import numpy as np
 
 from trackdyn.contact.laws import elastic_force
-from trackdyn.errors import DivergenceError, InputError
+from trackdyn.inputs.errors import DivergenceError, InputError
 from trackdyn.integrate.methods import METHODS, Method
 from trackdyn.model.constants import Law
 from trackdyn.scene.choices import preset

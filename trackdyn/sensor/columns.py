@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from trackdyn.errors import InputError, shown
+from trackdyn.inputs.errors import InputError, shown
 from trackdyn.sensor.logger_text import Source, listed
 from trackdyn.sensor.sensor_mapping import (
     AXES,

@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from itertools import takewhile
 from pathlib import Path
 
-from trackdyn.errors import InputError, shown
+from trackdyn.inputs.errors import InputError, shown
 from trackdyn.sensor.logger_text import SEPARATORS, Text, are_split, is_value, refuse_fields, rows_of, split_fields
 from trackdyn.sensor.sensor_mapping import is_unit
 

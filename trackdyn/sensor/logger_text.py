@@ -17,7 +17,7 @@ from typing import NoReturn
 import numpy as np
 import pandas as pd
 
-from trackdyn.errors import InputError, shown
+from trackdyn.inputs.errors import InputError, shown
 from trackdyn.sensor.sensor_mapping import in_cell
 from trackdyn.sensor.stamps import DATE, seconds_of
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from trackdyn.errors import InputError, shown
+from trackdyn.inputs.errors import InputError, shown
 from trackdyn.sensor.logger_text import NUMBER, Source
 from trackdyn.sensor.sensor_mapping import Column, columns_of, of_group_in, parts_of_time, time_like
 

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import scipy  # its parts are loaded where they are used
 
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
 from trackdyn.sensor.sensor_mapping import SensorMapping
 from trackdyn.sensor.stamps import Stamps
 

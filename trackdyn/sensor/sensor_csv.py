@@ -13,9 +13,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from trackdyn.errors import InputError, shown
-from trackdyn.files import write_text
-from trackdyn.rig.validation import typed
+from trackdyn.inputs.errors import InputError, shown
+from trackdyn.inputs.files import write_text
+from trackdyn.inputs.validation import typed
 from trackdyn.sensor import samples, stamps
 from trackdyn.sensor.columns import TIMES, Axis, Columns, columns_in
 from trackdyn.sensor.header import find_rows

@@ -7,9 +7,9 @@ from typing import Annotated, Any, Literal, NamedTuple, get_args
 
 from pydantic import BeforeValidator, ConfigDict, Field, model_validator
 
-from trackdyn.errors import InputError, shown
-from trackdyn.rig.validation import Finite, NotNegative, Positive, Section, typed, validated
-from trackdyn.rig.yaml_file import read_yaml
+from trackdyn.inputs.errors import InputError, shown
+from trackdyn.inputs.validation import Finite, NotNegative, Positive, Section, typed, validated
+from trackdyn.inputs.yaml_file import read_yaml
 
 RATES = (100.0, 1_000_000.0)  # Hz, of any record, whatever states its rate
 UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}

@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 from pandas.tseries.api import guess_datetime_format
 
-from trackdyn.errors import InputError, shown
+from trackdyn.inputs.errors import InputError, shown
 from trackdyn.sensor.sensor_mapping import RATES, UNITS
 
 TOLD_APART = (100.0, 20_000.0)  # Hz; narrow enough that they tell s, ms, us and ns apart

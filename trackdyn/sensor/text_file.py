@@ -6,8 +6,8 @@ import zlib
 from contextlib import suppress
 from pathlib import Path
 
-from trackdyn.errors import InputError
-from trackdyn.files import plain_file
+from trackdyn.inputs.errors import InputError
+from trackdyn.inputs.files import plain_file
 from trackdyn.sensor.stamps import DATE
 
 MOST_BYTES = 128_000_000  # an hour of three axes at 1 kHz; the text and its numbers take some ten times that

@@ -4,7 +4,7 @@ from math import pi
 
 import numpy as np
 
-from trackdyn.errors import DivergenceError
+from trackdyn.inputs.errors import DivergenceError
 from trackdyn.model.arrays import ENERGY_NAMES, KINETIC
 from trackdyn.model.constants import Model
 

@@ -9,7 +9,7 @@
 
 from math import inf
 
-from trackdyn.errors import DivergenceError, InputError
+from trackdyn.inputs.errors import DivergenceError, InputError
 from trackdyn.rig.layout import assemble, travel_range
 from trackdyn.scene.scene import Scene
 from trackdyn.scene.step import settling_step

@@ -7,12 +7,12 @@ from pathlib import Path
 from threading import RLock
 from typing import Any
 
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
+from trackdyn.inputs.validation import typed, within
 from trackdyn.integrate.run import Integration
 from trackdyn.integrate.semi_implicit import sprocket_rate
 from trackdyn.model.arrays import Record, make_record
 from trackdyn.rig.rig import Rig
-from trackdyn.rig.validation import typed, within
 from trackdyn.scene.build import wheel_centres
 from trackdyn.scene.scene import LONGEST_RUN, MOST_STEPS, Scene
 from trackdyn.scene.step import allowed_step

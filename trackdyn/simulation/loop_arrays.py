@@ -7,15 +7,15 @@ from typing import Any, NamedTuple
 import numpy as np
 from psutil import virtual_memory
 
-from trackdyn.errors import InputError
-from trackdyn.files import read_npz, write_npz
+from trackdyn.inputs.errors import InputError
+from trackdyn.inputs.files import read_npz, write_npz
+from trackdyn.inputs.validation import shown
 from trackdyn.integrate.methods import METHODS
 from trackdyn.jit import source_hash
 from trackdyn.model.arrays import Plane, State, Work, make_arrays
 from trackdyn.model.constants import Model
 from trackdyn.rig.layout import tensioner, wheel_circles
 from trackdyn.rig.rig import Rig
-from trackdyn.rig.validation import shown
 from trackdyn.scene.build import make_carriers, wheel_centres
 from trackdyn.scene.scene import Scene
 

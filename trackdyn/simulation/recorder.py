@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from psutil import virtual_memory
 
-from trackdyn.errors import DivergenceError, OutOfMemoryError
+from trackdyn.inputs.errors import DivergenceError, OutOfMemoryError
 from trackdyn.integrate.methods import METHODS
 from trackdyn.model.arrays import CONTACT_INTERVAL, SAMPLED, Plane, make_record, make_state
 from trackdyn.model.constants import SPROCKET

@@ -11,14 +11,14 @@ from typing import Any, ClassVar
 import numpy as np
 from psutil import virtual_memory
 
-from trackdyn.errors import DivergenceError, InputError
-from trackdyn.files import read_npz, write_npz
+from trackdyn.inputs.errors import DivergenceError, InputError
+from trackdyn.inputs.files import read_npz, write_npz
+from trackdyn.inputs.validation import shown, typed, within
 from trackdyn.jit import source_hash
 from trackdyn.model.arrays import SAMPLED, Record
 from trackdyn.model.constants import SPROCKET
 from trackdyn.rig.rig import Rig
 from trackdyn.rig.sections import SensorParameters
-from trackdyn.rig.validation import shown, typed, within
 from trackdyn.scene.scene import Periods, Scene
 from trackdyn.simulation.loop_arrays import LARGEST
 

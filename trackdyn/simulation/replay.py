@@ -10,10 +10,10 @@ from math import pi
 import numpy as np
 from tqdm import tqdm
 
+from trackdyn.inputs.validation import within
 from trackdyn.model.arrays import FLANK, GUIDE, RING, Record, components, make_record
 from trackdyn.model.constants import SPROCKET
 from trackdyn.rig.layout import wheel_names
-from trackdyn.rig.validation import within
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recorder import BODY_STEP
 from trackdyn.simulation.recording import Recording

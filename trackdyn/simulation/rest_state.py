@@ -7,7 +7,7 @@ from math import inf, pi
 
 import numpy as np
 
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
 from trackdyn.integrate.methods import METHODS
 from trackdyn.integrate.run import Integration
 from trackdyn.model.arrays import SLIDE, Work, make_arrays, make_record

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
-from trackdyn.errors import DivergenceError
+from trackdyn.inputs.errors import DivergenceError
+from trackdyn.inputs.validation import typed
 from trackdyn.rig.layout import assemble, body_lengths, longest_strand, wheel_circles, wheel_names
 from trackdyn.rig.rig import Rig, load_rig
-from trackdyn.rig.validation import typed
 from trackdyn.scene.scene import Scene
 from trackdyn.scene.step import halved_steps, largest_step, round_step, turn_limit
 from trackdyn.simulation.loop import Loop

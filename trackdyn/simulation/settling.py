@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from trackdyn.errors import DivergenceError
+from trackdyn.inputs.errors import DivergenceError
 from trackdyn.integrate.methods import METHODS
 from trackdyn.model.arrays import Plane, State, allocate_method
 from trackdyn.model.constants import SPROCKET

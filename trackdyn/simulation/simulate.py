@@ -6,9 +6,9 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from trackdyn.errors import InputError
-from trackdyn.files import check_writable
-from trackdyn.rig.validation import typed
+from trackdyn.inputs.errors import InputError
+from trackdyn.inputs.files import check_writable
+from trackdyn.inputs.validation import typed
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.belt import belt_recording
 from trackdyn.simulation.loop import Loop

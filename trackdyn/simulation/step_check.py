@@ -14,7 +14,7 @@ from weakref import proxy
 
 import numpy as np
 
-from trackdyn.errors import DivergenceError, InputError
+from trackdyn.inputs.errors import DivergenceError, InputError
 from trackdyn.integrate.methods import METHODS
 from trackdyn.model.arrays import SIDES, Record
 from trackdyn.model.constants import Model

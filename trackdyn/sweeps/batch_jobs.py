@@ -2,7 +2,7 @@
 
 from trackdyn.sweeps.snakemake_job import run_job
 
-from trackdyn.errors import TrackdynError
+from trackdyn.inputs.errors import TrackdynError
 from trackdyn.sweeps.engine import FAILED
 from trackdyn.sweeps.sweep import batches, states_summary, sweep
 

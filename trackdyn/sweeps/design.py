@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pandas as pd
 
-from trackdyn.errors import InputError
-from trackdyn.extras import required
-from trackdyn.files import plain_file, read_text, replacing
-from trackdyn.rig.validation import shown
+from trackdyn.inputs.errors import InputError
+from trackdyn.inputs.extras import required
+from trackdyn.inputs.files import plain_file, read_text, replacing
+from trackdyn.inputs.validation import shown
 
 LARGEST = 500_000_000  # bytes of a CSV, and of a Parquet file as it unpacks
 ENDINGS = (".csv", ".parquet")

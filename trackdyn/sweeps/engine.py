@@ -26,10 +26,10 @@ from joblib.externals.loky import ProcessPoolExecutor, as_completed
 from joblib.externals.loky.process_executor import TerminatedWorkerError
 from tqdm import tqdm
 
-from trackdyn.errors import DivergenceError, InputError, OutOfMemoryError, TrackdynError
-from trackdyn.files import broken_off, read_bytes, remove_abandoned, replacing
+from trackdyn.inputs.errors import DivergenceError, InputError, OutOfMemoryError, TrackdynError
+from trackdyn.inputs.files import broken_off, read_bytes, remove_abandoned, replacing
+from trackdyn.inputs.validation import shown
 from trackdyn.jit import COMPILER
-from trackdyn.rig.validation import shown
 from trackdyn.sources import edited, module_files, module_hash
 
 # States of a row: its numbers came; its input is refused; its run left the physical range; nothing came, for a reason

@@ -6,14 +6,14 @@ from pathlib import Path
 
 import pandas as pd
 
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
+from trackdyn.inputs.validation import typed
 from trackdyn.measure.columns import COLUMNS
 from trackdyn.measure.metrics import whole_errors
 from trackdyn.measure.ring_rule import COLUMNS as MEASURES
 from trackdyn.measure.ring_rule import ROUNDS, RingRule
 from trackdyn.measure.stopping import check_driven
 from trackdyn.rig.rig import Rig, load_rig
-from trackdyn.rig.validation import typed
 from trackdyn.scene.rings import larger_radii, study_radii
 from trackdyn.scene.scene import Scene, StopRule, steady_fields
 from trackdyn.sweeps.design import read_table

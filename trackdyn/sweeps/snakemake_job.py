@@ -25,7 +25,7 @@ def run_job(task):
     """
     if task.__module__ != "__main__":
         return task
-    from trackdyn.errors import TrackdynError
+    from trackdyn.inputs.errors import TrackdynError
 
     job = sys.modules["__main__"].snakemake
     leave_when_stopped()
@@ -46,7 +46,7 @@ def _spent(log):
 
     Snakemake's own benchmarks sample: they miss up to half a minute of a core's time, and take some of it themselves.
     """
-    from trackdyn.files import write_text
+    from trackdyn.inputs.files import write_text
 
     used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
     seconds = time.perf_counter() - BEGAN
@@ -106,7 +106,9 @@ def _join(log):
 
 def _leave(number, _):
     """End at once, as Snakemake asks; what is being written is removed."""
-    broken_off = getattr(sys.modules.get("trackdyn.files"), "broken_off", None)  # imported as a whole, or not yet
+    broken_off = getattr(
+        sys.modules.get("trackdyn.inputs.files"), "broken_off", None
+    )  # imported as a whole, or not yet
     if broken_off:
         broken_off()
     os._exit(128 + number)

@@ -10,12 +10,12 @@ import numpy as np
 import pandas as pd
 from joblib import cpu_count
 
-from trackdyn.errors import InputError
-from trackdyn.files import check_writable
+from trackdyn.inputs.errors import InputError
+from trackdyn.inputs.files import check_writable
+from trackdyn.inputs.validation import parse_number, shown, typed, within
 from trackdyn.measure.columns import COLUMNS as RESULT_COLUMNS
 from trackdyn.rig.rig import Rig, load_rig
 from trackdyn.rig.rig_file import DEFAULT, read_rig
-from trackdyn.rig.validation import parse_number, shown, typed, within
 from trackdyn.scene.scene import LONGEST_RUN, Scene, StopRule
 from trackdyn.scene.step import LEAST_STEP
 from trackdyn.simulation.settling import LATER

@@ -1,12 +1,12 @@
 """One row: a scene in, numbers or a reason out."""
 
+from trackdyn.inputs.validation import validated
 from trackdyn.jit import target_hash
 from trackdyn.measure.events import event_times
 from trackdyn.measure.metrics import run_metrics
 from trackdyn.measure.stopping import check_driven, run_steady
 from trackdyn.measure.whole_loop import whole_loop
 from trackdyn.rig.rig import Rig
-from trackdyn.rig.validation import validated
 from trackdyn.scene.scene import Scene, StopRule
 from trackdyn.scene.step import first_that_runs
 from trackdyn.simulation.recording import Recording, made_with

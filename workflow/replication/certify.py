@@ -21,11 +21,11 @@ import numpy as np
 import pandas as pd
 from pydantic import Field
 
-from trackdyn.errors import InputError
-from trackdyn.files import read_npz, read_text, write_text
+from trackdyn.inputs.errors import InputError
+from trackdyn.inputs.files import read_npz, read_text, write_text
+from trackdyn.inputs.validation import Section, shown, validated
 from trackdyn.jit import source_hash, target_hash
 from trackdyn.rig.rig import load_rig
-from trackdyn.rig.validation import Section, shown, validated
 from trackdyn.version import __version__
 
 FORMAT = 3

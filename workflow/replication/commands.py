@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
 
 
 def verify(

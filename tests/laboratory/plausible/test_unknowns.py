@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from laboratory.plausible.unknowns import Unknown, Unknowns, file_ranges
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
 from trackdyn.rig.rig import load_rig
 
 RIG_FILE = Path(__file__).parents[3] / "trackdyn" / "rigs" / "paper.yaml"

@@ -37,7 +37,7 @@ from replication.paper.scorecard import (
     verdict_line,
 )
 from tests import conftest
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
 from trackdyn.rig.rig import load_rig
 
 CONFIG = Path(__file__).parents[3] / "config"

@@ -9,7 +9,7 @@ from replication.peers import exudyn_loop
 from replication.peers.contact import Memory, force_vector, jacobian_triplets, make_contacts, peer_contact_loads
 from replication.peers.exudyn_loop import drive_at, require_exudyn
 from tests.kinematics import without_extrapolation
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
 from trackdyn.integrate.run import refresh
 from trackdyn.scene.scene import Scene
 

@@ -12,7 +12,7 @@ from replication.peers.exudyn_loop import PeerRun, drive_at, free_wheels
 from replication.peers.trade_point import links_rms, peer_point
 from replication.study.settings import PEER_LAWS
 from tests.conftest import contact_table
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
 from trackdyn.measure.spectra import high_frequency_rms
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop

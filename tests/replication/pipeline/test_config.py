@@ -7,9 +7,9 @@ import pytest
 from snakemake.utils import update_config
 
 from replication.pipeline.config import check_config, check_layers
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
+from trackdyn.inputs.yaml_file import read_yaml
 from trackdyn.rig.rig import load_rig
-from trackdyn.rig.yaml_file import read_yaml
 from trackdyn.scene.rings import study_radii
 
 ROOT = Path(__file__).parents[3]

@@ -11,7 +11,7 @@ import pytest
 
 from laboratory.schemas import EVERY, FOLDER
 from replication.pipeline.schemas import schema
-from trackdyn.rig.yaml_file import read_yaml
+from trackdyn.inputs.yaml_file import read_yaml
 
 ROOT = Path(__file__).parents[3]
 WHOLE_RIGS = [ROOT / "trackdyn" / "rigs" / f"{name}.yaml" for name in ("paper", "parts")]  # others are like one

@@ -9,7 +9,7 @@ import pytest
 from pypdf import PdfReader
 
 from replication.report.article import COLUMNS, EXTREMES, article_values, write_article
-from trackdyn.errors import TrackdynError
+from trackdyn.inputs.errors import TrackdynError
 
 ROOT = Path(__file__).parents[3]
 MEASURED = ROOT / "docs" / "measured"

@@ -20,7 +20,7 @@ from replication.paper.claims import VERDICTS
 from replication.report.page.builder import build_page, embedded_picture
 from tests.conftest import made_recording
 from tests.invented_tracks import invented_tables
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
 from trackdyn.jit import source_hash
 from trackdyn.rig.rig import load_rig
 from trackdyn.scene.scene import Scene

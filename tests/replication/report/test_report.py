@@ -18,7 +18,7 @@ from replication.report.figures.ring_study import MARKS, STEADY
 from replication.report.parameters import table1
 from replication.report.statistics import lines_table, table3
 from tests.conftest import made_recording
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
 from trackdyn.measure.spectra import rms
 from trackdyn.measure.taken import sensor_metrics
 from trackdyn.plots.drawing import chain_points, groove_points

@@ -2,7 +2,7 @@
 
 import pytest
 
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
 from trackdyn.measure.columns import table_schema
 
 

@@ -7,9 +7,9 @@ import pytest
 from pydantic import TypeAdapter
 
 from replication.study.settings import Studies, StudiesFile
-from trackdyn.errors import InputError
-from trackdyn.rig.validation import validated
-from trackdyn.rig.yaml_file import read_yaml
+from trackdyn.inputs.errors import InputError
+from trackdyn.inputs.validation import validated
+from trackdyn.inputs.yaml_file import read_yaml
 
 FILE = Path(__file__).parents[3] / "config" / "studies.yaml"
 TURNS = {"loop_turns": 1, "loop_turns_without_ring": 1}

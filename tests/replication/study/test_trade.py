@@ -11,7 +11,7 @@ from matplotlib.text import Text
 from replication.report.figures.trade import answers, trade_figure
 from replication.study.accuracy import default_step, trade
 from replication.study.settings import StatisticErrors
-from trackdyn.errors import DivergenceError, InputError
+from trackdyn.inputs.errors import DivergenceError, InputError
 from trackdyn.measure.uncertainty import STEP_ERRORS, Series
 from trackdyn.scene.scene import Periods
 

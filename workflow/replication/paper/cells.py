@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from replication.paper import printed
-from trackdyn.errors import InputError, shown
+from trackdyn.inputs.errors import InputError, shown
 from trackdyn.sweeps.design import read_table
 
 

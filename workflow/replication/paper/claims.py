@@ -11,10 +11,10 @@ from pydantic import Field, model_validator
 
 from replication.paper.evidence import Evidence
 from replication.paper.measures import MEASURES, NotThere, Range
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
+from trackdyn.inputs.validation import NotNegative, Positive, Section, validated
+from trackdyn.inputs.yaml_file import read_yaml
 from trackdyn.measure.columns import TABLES, error_of
-from trackdyn.rig.validation import NotNegative, Positive, Section, validated
-from trackdyn.rig.yaml_file import read_yaml
 
 SHOWN, NOT_SHOWN, NO_TEST, NOT_COMPARABLE = "shown", "not shown", "no test", "not comparable"
 JUDGED = (SHOWN, NOT_SHOWN)

@@ -8,7 +8,7 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from trackdyn.rig.yaml_file import read_yaml
+from trackdyn.inputs.yaml_file import read_yaml
 
 WITHOUT_SENSOR = "There is no sensor record (`sensor_csv`): the simulation stands alone."
 

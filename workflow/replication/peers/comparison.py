@@ -13,8 +13,8 @@ from replication.peers.contact import make_contacts
 from replication.peers.exudyn_loop import PeerRun, free_wheels, require_exudyn, run_exudyn_loop
 from replication.study.settings import peer_scene
 from replication.study.timed_run import timed_run
-from trackdyn.errors import InputError
-from trackdyn.files import write_csv, write_text
+from trackdyn.inputs.errors import InputError
+from trackdyn.inputs.files import write_csv, write_text
 from trackdyn.rig.rig import Rig, load_rig
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop

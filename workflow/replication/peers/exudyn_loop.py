@@ -16,8 +16,8 @@ import numpy as np
 
 from replication.peers.contact import Contacts, Memory, force_vector, jacobian_triplets, peer_contact_loads
 from replication.study.settings import PEER_LAWS
-from trackdyn.errors import DivergenceError, InputError
-from trackdyn.extras import required
+from trackdyn.inputs.errors import DivergenceError, InputError
+from trackdyn.inputs.extras import required
 from trackdyn.model.arrays import State
 from trackdyn.model.constants import Chain, Drive, Model
 from trackdyn.scene.scene import Scene

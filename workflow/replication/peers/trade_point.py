@@ -12,8 +12,8 @@ from replication.peers.comparison import run_peer
 from replication.peers.exudyn_loop import require_exudyn
 from replication.study.accuracy.statistics import study_scene
 from replication.study.settings import PEER_LAWS, PICTURED
-from trackdyn.errors import InputError
-from trackdyn.files import write_csv
+from trackdyn.inputs.errors import InputError
+from trackdyn.inputs.files import write_csv
 from trackdyn.measure.sensor import whole_samples
 from trackdyn.measure.uncertainty import weight_of_finer
 from trackdyn.rig.rig import Rig, load_rig

@@ -16,11 +16,11 @@ from replication.paper.evidence import LEAST_RADII
 from replication.paper.printed import RECORD_DURATION
 from replication.study.settings import STUDIES, Allowed, StudiesFile, longest_step, peer_scene
 from replication.study.variants import REFERENCE, SETTINGS
-from trackdyn.errors import InputError, TrackdynError, naming
+from trackdyn.inputs.errors import InputError, TrackdynError, naming
+from trackdyn.inputs.validation import NotNegative, Positive, Section, shown, validated
+from trackdyn.inputs.yaml_file import read_yaml
 from trackdyn.rig.rig import Rig, load_rig
 from trackdyn.rig.rig_file import rig_files, rig_path
-from trackdyn.rig.validation import NotNegative, Positive, Section, shown, validated
-from trackdyn.rig.yaml_file import read_yaml
 from trackdyn.scene.choices import PRESETS
 from trackdyn.scene.rings import study_radii
 from trackdyn.scene.scene import Periods, Scene, StopRule, steady_fields

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from trackdyn.files import write_csv, write_text
+from trackdyn.inputs.files import write_csv, write_text
 from trackdyn.measure.columns import schema_text
 from trackdyn.measure.events import like_peaks, mean_events
 from trackdyn.measure.metrics import run_metrics

@@ -30,9 +30,9 @@ from replication.report.figures.peer import table2_outcome
 from replication.report.figures.trade import trade_sentence
 from replication.report.tables import table_cell
 from replication.study.extremes.stability_map import stable_steps
-from trackdyn.errors import TrackdynError
-from trackdyn.extras import required
-from trackdyn.files import replacing, write_text
+from trackdyn.inputs.errors import TrackdynError
+from trackdyn.inputs.extras import required
+from trackdyn.inputs.files import replacing, write_text
 from trackdyn.measure.cells import cell
 
 # sentences of which the text gives the share of plausible tracks

@@ -11,7 +11,7 @@ from replication.paper.evidence import collect
 from replication.paper.printed import RECORD_DURATION
 from replication.paper.scorecard import headline, sentence_verdicts
 from replication.report.tables import write_captioned_table
-from trackdyn.files import write_csv, write_text
+from trackdyn.inputs.files import write_csv, write_text
 from trackdyn.measure.columns import schema_text
 
 # columns of the table in Markdown

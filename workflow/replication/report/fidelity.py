@@ -7,7 +7,7 @@ import pandas as pd
 from replication.paper.contents import caption
 from replication.report.tables import headed, write_captioned_table
 from replication.study.accuracy.ladder import compare_rungs
-from trackdyn.files import write_csv
+from trackdyn.inputs.files import write_csv
 
 
 def ladder_table(rows: pd.DataFrame) -> pd.DataFrame:

@@ -19,8 +19,8 @@ from replication.report.figures.trade import answers, trade_sentence
 from replication.study.accuracy.default_step import default_step_text
 from replication.study.extremes.resolved import short_runs_verdict
 from replication.study.variants import METHOD_WORDS, PHYSICS_WORDS, VARIANTS
-from trackdyn.errors import InputError
-from trackdyn.files import replacing, write_text
+from trackdyn.inputs.errors import InputError
+from trackdyn.inputs.files import replacing, write_text
 from trackdyn.measure.catalogue import NAMED
 from trackdyn.measure.cells import significant
 from trackdyn.measure.ring_rule import RULE, parse_rule

@@ -6,7 +6,7 @@ import pandas as pd
 
 from replication.paper.contents import caption
 from replication.report.tables import write_captioned_table
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
 from trackdyn.measure.axes import require_axes
 from trackdyn.measure.compare import whole_ratio
 from trackdyn.measure.spectra import LEAST_PERIODS

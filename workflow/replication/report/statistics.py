@@ -15,7 +15,7 @@ from replication.paper.cells import value_difference
 from replication.paper.contents import caption
 from replication.paper.printed import SENSORS
 from replication.report.tables import headed, write_captioned_table
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
 from trackdyn.measure.columns import error_of
 from trackdyn.measure.taken import record_metrics
 from trackdyn.sensor.sensor_csv import SensorRecord, read_sensor

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from trackdyn.files import replacing
+from trackdyn.inputs.files import replacing
 from trackdyn.measure.cells import significant
 from trackdyn.measure.columns import groups, heading, words
 

@@ -9,10 +9,10 @@ from typing import Annotated, Generic, Literal, TypeVar
 
 from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
+from trackdyn.inputs.validation import Positive, Section, validated
+from trackdyn.inputs.yaml_file import read_yaml
 from trackdyn.rig.rig import Rig
-from trackdyn.rig.validation import Positive, Section, validated
-from trackdyn.rig.yaml_file import read_yaml
 from trackdyn.scene.scene import Scene
 
 Values = Annotated[list[Positive], Field(min_length=1)]

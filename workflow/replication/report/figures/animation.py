@@ -13,8 +13,8 @@ from PIL import Image
 
 from replication.report.figures.meshing import LOOKS
 from replication.report.figures.screenshots import contacts_at, draw_force
-from trackdyn.errors import InputError
-from trackdyn.files import replacing
+from trackdyn.inputs.errors import InputError
+from trackdyn.inputs.files import replacing
 from trackdyn.model.arrays import SIDE_WORDS, SIDES
 from trackdyn.plots.drawing import (
     chain_points,

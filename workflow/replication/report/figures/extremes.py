@@ -13,7 +13,7 @@ from replication.study.extremes.long_run import long_run
 from replication.study.extremes.resolved import short_runs_summary, short_runs_verdict
 from replication.study.extremes.stability_map import QUANTITIES, map_rows, stable_steps
 from replication.study.settings import LONG_RUN, ExtremesForm, parts_of
-from trackdyn.files import write_csv
+from trackdyn.inputs.files import write_csv
 from trackdyn.plots.style import BLACK, BLUE, ORANGE, VERMILION, new_figure, save, styled
 
 SOLVERS = {"riccati": (BLUE, "Riccati"), "transfer_product": (VERMILION, "literal product")}

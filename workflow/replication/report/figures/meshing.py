@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 
 from replication.paper import printed
 from replication.report.marks import HALO
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
 from trackdyn.measure.contacts import contacts, passages
 from trackdyn.measure.events import mean_events
 from trackdyn.model.arrays import SIDE_WORDS, SIDES

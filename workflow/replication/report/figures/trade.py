@@ -16,7 +16,7 @@ from matplotlib.transforms import Bbox
 from replication.study.accuracy.statistics import LEAD_IN
 from replication.study.settings import PICTURED, scene_name
 from replication.study.variants import METHOD_WORDS, PHYSICS_WORDS, REFERENCE
-from trackdyn.files import write_csv
+from trackdyn.inputs.files import write_csv
 from trackdyn.measure.cells import significant
 from trackdyn.plots.style import COLOURS, GREEN, PURPLE, SMALL, new_figure, save, styled
 from trackdyn.scene.choices import PRESETS

@@ -26,8 +26,8 @@ from replication.paper.scorecard import (
 from replication.report.figures.trade import same_answer
 from replication.report.tables import LEFT_OUT
 from replication.study.settings import STUDIES
-from trackdyn.errors import InputError
-from trackdyn.files import read_npz, write_text
+from trackdyn.inputs.errors import InputError
+from trackdyn.inputs.files import read_npz, write_text
 from trackdyn.jit import source_hash
 from trackdyn.measure.catalogue import NAMED
 from trackdyn.measure.cells import significant

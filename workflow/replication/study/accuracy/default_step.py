@@ -11,8 +11,8 @@ import pandas as pd
 
 from replication.study.accuracy.statistics import LEAD_IN, answers_of
 from replication.study.accuracy.trade import limits_of
-from trackdyn.errors import TrackdynError
-from trackdyn.files import write_csv
+from trackdyn.inputs.errors import TrackdynError
+from trackdyn.inputs.files import write_csv
 from trackdyn.measure.catalogue import BY_COLUMN, NAMED, SENSED
 from trackdyn.measure.contacts import TOUCHING, passage_arrays
 from trackdyn.measure.sensor import whole_samples

@@ -9,8 +9,8 @@ import pandas as pd
 
 from replication.study.accuracy.statistics import BELT_TURNS, NAN, TENSION, statistics_of
 from replication.study.variants import REFERENCE, SETTINGS, change
-from trackdyn.errors import TrackdynError
-from trackdyn.files import write_csv
+from trackdyn.inputs.errors import TrackdynError
+from trackdyn.inputs.files import write_csv
 from trackdyn.measure.catalogue import ABSOLUTE, RELATIVE, SENSED, TOLERATED
 from trackdyn.measure.stopping import run_steady
 from trackdyn.measure.whole_loop import whole_loop

@@ -11,8 +11,8 @@ import pandas as pd
 from replication.study.accuracy.statistics import study_scene
 from replication.study.accuracy.trade import limits_of, run_answer
 from replication.study.settings import TradeForm, promised_scenes, scene_name
-from trackdyn.errors import InputError
-from trackdyn.files import write_csv
+from trackdyn.inputs.errors import InputError
+from trackdyn.inputs.files import write_csv
 from trackdyn.measure.catalogue import TOLERATED, scale_of
 from trackdyn.measure.planner import plan
 from trackdyn.rig.rig import Rig, load_rig

@@ -19,8 +19,8 @@ from replication.study.accuracy.statistics import BELT_TURNS, TENSION, answers_o
 from replication.study.settings import StatisticErrors, TradeForm, measured_scenes, scene_name
 from replication.study.timed_run import timed_run
 from replication.study.variants import PHYSICS
-from trackdyn.errors import InputError, TrackdynError
-from trackdyn.files import write_csv
+from trackdyn.inputs.errors import InputError, TrackdynError
+from trackdyn.inputs.files import write_csv
 from trackdyn.measure.catalogue import ABSOLUTE, SENSED, scale_of
 from trackdyn.measure.sensor import whole_samples
 from trackdyn.measure.uncertainty import Limit, Series, error_against, limit_of

@@ -13,7 +13,7 @@ from collections.abc import Callable
 import numpy as np
 import pandas as pd
 
-from trackdyn.errors import DivergenceError, InputError
+from trackdyn.inputs.errors import DivergenceError, InputError
 
 COMPLETED, MARKED, REFUSED, DEFECT = "completed", "marked", "refused", "defect"
 OUTCOMES = (COMPLETED, MARKED, REFUSED, DEFECT)

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from replication.study.extremes.judge import COMPLETED, DEFECT, MARKED, REFUSED, row
-from trackdyn.errors import DivergenceError, InputError
+from trackdyn.inputs.errors import DivergenceError, InputError
 from trackdyn.rig.rig import Rig, load_rig
 from trackdyn.scene.scene import Scene
 from trackdyn.scene.step import largest_step, round_step

@@ -12,7 +12,7 @@ from replication.study.extremes.long_run import run_long
 from replication.study.extremes.resolved import run_short
 from replication.study.extremes.stability_map import stability_map
 from replication.study.settings import LONG_RUN, ExtremesForm, short_run_chunks
-from trackdyn.files import write_csv
+from trackdyn.inputs.files import write_csv
 from trackdyn.rig.rig import Rig, load_rig
 
 

@@ -7,7 +7,7 @@ import pandas as pd
 
 from replication.study.extremes.judge import COMPLETED, FAST, REFUSED, attempted
 from replication.study.extremes.restitution import STEEL_AND_TOOTH
-from trackdyn.errors import DivergenceError, InputError
+from trackdyn.inputs.errors import DivergenceError, InputError
 from trackdyn.rig.rig import Rig
 from trackdyn.scene.scene import Scene
 from trackdyn.scene.step import step_limits

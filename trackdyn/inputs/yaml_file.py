@@ -9,12 +9,12 @@ from typing import Any
 import yaml
 from yaml.composer import Composer
 
-from trackdyn.errors import InputError, shown
-from trackdyn.files import read_text
+from trackdyn.inputs.errors import InputError, shown
+from trackdyn.inputs.files import read_text
 
 LARGEST_YAML = 1_000_000  # bytes; the longest that is shipped has 24,000
 DEEPEST = 20
-# keys that every parameter states in the file of a rig (`rig.quantities`)
+# keys that every parameter states in the file of a rig (`inputs.quantities`)
 ENTRY_KEYS = {"value", "unit", "kind", "source"}
 RANGE_KEYS = ("low", "high")  # range that a real part can have, of a value that is assumed or fitted
 KINDS = ("printed", "derived", "assumed", "fitted")

@@ -14,9 +14,9 @@ from typing import Annotated, Any, NamedTuple, get_args, get_origin
 from pydantic import BeforeValidator, Field, GetCoreSchemaHandler, ValidationInfo
 from pydantic_core import CoreSchema
 
-from trackdyn.errors import shown
-from trackdyn.rig.validation import Section, plain_count, plain_number
-from trackdyn.rig.yaml_file import ENTRY_KEYS, KINDS, RANGE_KEYS
+from trackdyn.inputs.errors import shown
+from trackdyn.inputs.validation import Section, plain_count, plain_number
+from trackdyn.inputs.yaml_file import ENTRY_KEYS, KINDS, RANGE_KEYS
 
 WORD = "name"  # unit of values that are words
 FROM_FILE = "from a file"  # there every entry states its unit, in Python none does

@@ -3,7 +3,7 @@
 from importlib import import_module
 from types import ModuleType
 
-from trackdyn.errors import InputError
+from trackdyn.inputs.errors import InputError
 
 # extra -> modules that it brings; of several extras that bring a module, the one with least beside it
 EXTRAS = {

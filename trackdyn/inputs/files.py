@@ -17,7 +17,7 @@ from threading import get_native_id
 from typing import TYPE_CHECKING
 from zlib import crc32
 
-from trackdyn.errors import InputError, shown
+from trackdyn.inputs.errors import InputError, shown
 
 if TYPE_CHECKING:
     import numpy as np
