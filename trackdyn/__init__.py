@@ -15,13 +15,13 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 _MODULES = {
-    "DivergenceError": "errors",
-    "InputError": "errors",
+    "DivergenceError": "inputs.errors",
+    "InputError": "inputs.errors",
     "Loop": "simulation.loop",
     "Recording": "simulation.recording",
     "Rig": "rig.rig",
     "Scene": "scene.scene",
-    "TrackdynError": "errors",
+    "TrackdynError": "inputs.errors",
     "__version__": "version",
     "check": "simulation.rig_check",
     "compare": "measure.compare",
