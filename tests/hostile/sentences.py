@@ -3,6 +3,9 @@
 from pathlib import Path
 
 import numpy as np
+import pytest
+
+from trackdyn.inputs.errors import InputError
 
 ROOT = Path(__file__).parents[2]
 RIG = ROOT / "trackdyn" / "rigs" / "paper.yaml"
@@ -11,7 +14,10 @@ NUMBER = "must be a finite number"
 BELT = {"chain": "belt", "ring_radius": None, "contact_log": False}
 
 
-def one_sentence(caught, *words):
+def refused(call, *arguments, words=(), error=InputError):
+    """What a call is refused with: one sentence that holds these words."""
+    with pytest.raises(error) as caught:
+        call(*arguments)
     sentence = str(caught.value)
     assert "\n" not in sentence and len(sentence) < 700, sentence
     for word in words:

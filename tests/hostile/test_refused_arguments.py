@@ -1,76 +1,53 @@
-"""Arguments of a wrong type to what a program in Python calls: one sentence each, before anything is computed."""
+"""A value of another type than a public function declares is refused by its name, before anything else is asked."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from inspect import isclass, isfunction
+from types import NoneType
+from typing import Any, get_args, get_origin, get_type_hints
 
 import numpy as np
 import pytest
-from sentences import BELT, one_sentence
+from sentences import refused
 
 import trackdyn
 from trackdyn.inputs.errors import InputError, shown
 from trackdyn.inputs.validation import typed
-from trackdyn.measure.axes import judge_axes
 from trackdyn.measure.compare import compare_with_sensor
 from trackdyn.measure.planner import plan
-from trackdyn.rig.rig import Rig, load_rig
-from trackdyn.rig.sections import Wheel
-from trackdyn.scene.scene import Scene
-from trackdyn.sensor.sensor_csv import read_sensor, write_sensor_csv
-from trackdyn.sensor.sensor_mapping import load_mapping
-from trackdyn.simulation.loop import Loop
-from trackdyn.simulation.recording import load_recording
-from trackdyn.sweeps.ring import ring_study
 
-JUNK = [3.7, True, b"bytes", [1], {"a": 1}, object, 1j, np.zeros(3)]
-NAMES = [None, *JUNK]  # for what must be a name or a thing of a class
-CALLS = {
-    "Loop": (lambda rig, run, x: Loop(x), [*NAMES, "paper"]),
-    "Loop, starts": (lambda rig, run, x: Loop(run.scene, x), [*JUNK, "x"]),
-    "Loop.load": (lambda rig, run, x: Loop.load(x), NAMES),
-    "simulate": (lambda rig, run, x: trackdyn.simulate(x), [*NAMES, "paper"]),
-    "simulate, by name": (lambda rig, run, x: trackdyn.simulate(scene=x), [*NAMES, "paper"]),
-    "simulate, progress": (lambda rig, run, x: trackdyn.simulate(run.scene, progress=x), [None, 3.7, "yes", [1]]),
-    "simulate, checkpoint": (lambda rig, run, x: trackdyn.simulate(run.scene, checkpoint=x), [*JUNK, "b\0"]),
-    "plan": (lambda rig, run, x: plan(x, {"rms": 0.01}), [*NAMES, "/"]),
-    "write_sensor_csv": (lambda rig, run, x: write_sensor_csv("a.csv", [0, 1], x, None, None), [*JUNK, "x"]),
-    "write_sensor_csv, times": (lambda rig, run, x: write_sensor_csv("a.csv", x, [0, 1], None, None), NAMES),
-    "load_rig": (lambda rig, run, x: load_rig(x), NAMES),
-    "load_recording": (lambda rig, run, x: load_recording(x), NAMES),
-    "sense": (lambda rig, run, x: trackdyn.sense(x), [*NAMES, "run.npz"]),
-    "sense, every": (lambda rig, run, x: trackdyn.sense(run, x), [*NAMES, "2"]),
-    "measures": (lambda rig, run, x: trackdyn.measures(x), [*NAMES, "run.npz"]),
-    "show": (lambda rig, run, x: trackdyn.show(x), NAMES),
-    "show, seconds": (lambda rig, run, x: trackdyn.show(run, seconds=x), [True, "1", [1], 1j]),
-    "sweep": (lambda rig, run, x: trackdyn.sweep(x), NAMES),
-    "sweep, store": (lambda rig, run, x: trackdyn.sweep("design.csv", store=x), JUNK),
-    "ring_study": (lambda rig, run, x: ring_study("paper", x), [None, 115.0, 115, "115", {"a": 1}]),
-    "read_sensor": (lambda rig, run, x: read_sensor(x), [*NAMES, -1]),
-    "read_sensor, gravity": (lambda rig, run, x: read_sensor("a.csv", gravity=x), [*NAMES, "x"]),
-    "read_sensor, mapping": (lambda rig, run, x: read_sensor("a.csv", x), [*JUNK, "x"]),
-    "load_mapping": (lambda rig, run, x: load_mapping(x), JUNK),
-    "judge_axes": (lambda rig, run, x: judge_axes(run, x), NAMES),
-    "compare_with_sensor": (lambda rig, run, x: compare_with_sensor(x, x), NAMES),
-    "save": (lambda rig, run, x: run.save(x), [*NAMES, "b\0"]),
-    "value": (lambda rig, run, x: rig.value(x), NAMES),
-    "Rig": (lambda rig, run, x: Rig(chain=x), [*NAMES, "x"]),
-    "Wheel": (lambda rig, run, x: Wheel(x=x), [*NAMES, "x"]),
-    "Scene": (lambda rig, run, x: Scene(rig, x), [None, *JUNK[1:], "fast"]),
+VALUES = [None, 3.7, True, b"bytes", [1], {"a": 1}, object, 1j, np.zeros(3), "x"]
+ACCEPTED = {  # by what is declared; anything else is a class, of which none of the values is an instance
+    NoneType: (NoneType,), float: (float,), bool: (bool,), str: (str,),
+    Callable: (type,), Mapping: (dict,), Sequence: (list, np.ndarray),
+}  # fmt: skip
+FUNCTIONS = {
+    **{name: value for name in trackdyn.__all__ if isfunction(value := getattr(trackdyn, name))},
+    **{f"Loop.{name}": partial(value, None) for name, value in vars(trackdyn.Loop).items()
+       if isfunction(value) and not name.startswith("_")},
+    "Loop": trackdyn.Loop, "Loop.load": trackdyn.Loop.load, "Recording.save": partial(trackdyn.Recording.save, None),
+    "Rig.value": partial(trackdyn.Rig.value, None), "plan": plan, "compare_with_sensor": compare_with_sensor,
 }  # fmt: skip
 
 
-@pytest.fixture(scope="module")
-def run(rig):
-    return trackdyn.simulate(Scene(rig, 115.0, **BELT, duration=0.5))
+def wrong_values(function):
+    """Every argument of a function with every value that it cannot take."""
+    function = function.__init__ if isclass(function) else getattr(function, "func", function)
+    for name, declared in get_type_hints(function).items():
+        kinds = [get_origin(kind) or kind for kind in get_args(declared) or [declared]]
+        kinds = [get_origin(declared)] if get_origin(declared) in ACCEPTED else kinds
+        if name != "return" and Any not in kinds:
+            accepted = tuple(kind for declared in kinds for kind in ACCEPTED.get(declared, ()))
+            yield from ((name, value) for value in VALUES if not isinstance(value, accepted))
 
 
-@pytest.mark.parametrize("row", [(name, x) for name, (_, junk) in CALLS.items() for x in junk], ids=shown)
-def test_an_argument_of_another_type_is_refused(rig, run, row, monkeypatch, tmp_path):
-    monkeypatch.chdir(tmp_path)
-    (name, value), (call, _) = row, CALLS[row[0]]
-    with pytest.raises(InputError) as caught:
-        call(rig, run, value)
-    one_sentence(caught)
-    assert not list(tmp_path.iterdir()), name
+ROWS = [(function, *row) for function in FUNCTIONS for row in wrong_values(FUNCTIONS[function])]
+
+
+@pytest.mark.parametrize("row", ROWS, ids=lambda row: f"{row[0]}({row[1]}={shown(row[2])})")
+def test_an_argument_of_another_type_is_refused(row):
+    function, name, value = row
+    assert refused(partial(FUNCTIONS[function], **{name: value})).startswith(f"{name} = ")
 
 
 def test_containers_and_callables_are_said_in_words():

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from sentences import RIG, one_sentence
+from sentences import RIG, refused
 
 from tests.kinematics import unsettled_loop
 from trackdyn.inputs.errors import DivergenceError, InputError
@@ -15,13 +15,6 @@ from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recording import Recording, load_recording
 from trackdyn.simulation.simulate import simulate
-
-
-def assert_refused(read, path, *words):
-    """Reading a file is refused in one sentence; returns it."""
-    with pytest.raises(InputError) as caught:
-        read(path)
-    return one_sentence(caught, *words)
 
 
 def changed(name, value):
@@ -67,14 +60,14 @@ def test_a_damaged_recording_is_refused(tmp_path, belt_file, row):
     damage(arrays)
     path = tmp_path / "run.npz"
     np.savez(path, **arrays)
-    assert assert_refused(load_recording, path, word).startswith(f"{path}: ")
+    assert refused(load_recording, path, words=[word]).startswith(f"{path}: ")
 
 
 @pytest.mark.parametrize("share", [0.0, 0.1, 0.5, 0.9, 0.999])
 def test_a_recording_that_was_cut_off_is_refused(tmp_path, belt_file, share):
     path = tmp_path / "run.npz"
     path.write_bytes((content := belt_file.read_bytes())[: int(share * len(content))])
-    assert_refused(load_recording, path, DAMAGED)
+    refused(load_recording, path, words=[DAMAGED])
 
 
 def test_a_small_file_that_unpacks_to_more_than_the_memory_is_refused(tmp_path, belt_file, monkeypatch):
@@ -83,11 +76,11 @@ def test_a_small_file_that_unpacks_to_more_than_the_memory_is_refused(tmp_path, 
     path = tmp_path / "run.npz"
     np.savez_compressed(path, **arrays | {"mean": np.zeros((1_000_000, 3))})
     monkeypatch.setattr("trackdyn.simulation.recording.virtual_memory", lambda: type("Memory", (), {"available": 4e6}))
-    assert_refused(load_recording, path, "takes 24 MB of memory, more than the 2 MB")
+    refused(load_recording, path, words=["takes 24 MB of memory, more than the 2 MB"])
     monkeypatch.undo()
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("meta.npy", b" " * 20_000_000)
-    assert_refused(load_recording, path, DAMAGED)
+    refused(load_recording, path, words=[DAMAGED])
 
 
 @pytest.mark.parametrize(
@@ -99,9 +92,8 @@ def test_a_small_file_that_unpacks_to_more_than_the_memory_is_refused(tmp_path, 
 )
 def test_numbers_that_no_run_gives_never_leave_one(belt_file, name, change, words):
     recording = load_recording(belt_file).checked()
-    with pytest.raises(DivergenceError) as caught:
-        replace(recording, **{name: change(getattr(recording, name))}).checked()
-    one_sentence(caught, words, "a smaller step")
+    bad = replace(recording, **{name: change(getattr(recording, name))})
+    refused(bad.checked, words=[words, "a smaller step"], error=DivergenceError)
 
 
 @pytest.fixture
@@ -122,7 +114,7 @@ def test_a_damaged_checkpoint_is_refused(checkpoint):
     for name, array in changes[::7] + changes[-2:]:
         np.savez(path, **arrays | {name: array})
         for read in (Loop.load, lambda name: simulate(Scene(load_rig(RIG), 115.0), checkpoint=name)):
-            assert_refused(read, path, "not a checkpoint, or damaged")
+            refused(read, path, words=["not a checkpoint, or damaged"])
     assert path.exists()
 
 
@@ -138,9 +130,9 @@ def test_a_checkpoint_of_other_sources_or_of_another_scene_says_so(checkpoint, m
             simulate(other, checkpoint=path)
     monkeypatch.setattr("trackdyn.simulation.loop_arrays.source_hash", lambda: "other")
     for read in (Loop.load, lambda name: simulate(scene, checkpoint=name)):
-        assert_refused(read, path, "was written by another version", "name another file to start again")
+        refused(read, path, words=["was written by another version", "name another file to start again"])
     assert path.exists()
 
 
 def test_a_recording_is_no_checkpoint(belt_file):
-    assert_refused(Loop.load, belt_file, "is a recording, not a checkpoint; name another file")
+    refused(Loop.load, belt_file, words=["is a recording, not a checkpoint; name another file"])

@@ -5,7 +5,7 @@ import threading
 
 import numpy as np
 import pytest
-from sentences import one_sentence
+from sentences import refused
 
 from trackdyn.inputs.errors import InputError
 from trackdyn.simulation.loop_arrays import flat
@@ -46,9 +46,8 @@ STATES = {
 def test_a_state_that_no_loop_can_have_is_refused_and_changes_nothing(loop, name):
     changes, *words = STATES[name]
     before = loop.copy()
-    with pytest.raises(InputError) as caught:
-        loop.set_state(**{field: change(getattr(loop.state, field, None)) for field, change in changes.items()})
-    one_sentence(caught, *words)
+    stated = {field: change(getattr(loop.state, field, None)) for field, change in changes.items()}
+    refused(lambda: loop.set_state(**stated), words=words)
     for field, array in flat(loop.state).items():
         np.testing.assert_array_equal(array, flat(before.state)[field])
 

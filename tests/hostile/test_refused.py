@@ -1,0 +1,401 @@
+"""What cannot be is refused in one sentence: the field, the value and what is accepted. No kernel is compiled."""
+
+import json
+import os
+import sys
+from fractions import Fraction
+from functools import reduce
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import yaml
+from sentences import BELT, HUGE, LONGER, NO_NUMBERS, NUMBER, RIG, ROOT, refused
+from snakemake.utils import update_config
+
+from replication.pipeline.config import RIG_FIELDS, check_config, check_layers, read_layer
+from tests.conftest import RIG as VISCOUS
+from tests.conftest import run_command
+from tests.kinematics import unsettled_loop
+from trackdyn.inputs.errors import InputError, shown
+from trackdyn.inputs.yaml_file import read_yaml
+from trackdyn.rig.rig import Rig, load_rig
+from trackdyn.rig.rig_file import shipped_rigs
+from trackdyn.rig.sections import Wheel
+from trackdyn.scene.choices import CHOICES
+from trackdyn.scene.scene import Scene
+from trackdyn.sensor.sensor_csv import write_sensor_csv
+from trackdyn.simulation.loop import Loop
+from trackdyn.simulation.recorder import Recorder
+from trackdyn.simulation.recording import load_recording
+from trackdyn.simulation.simulate import simulate
+
+# -- tables: what is stated, then words of the sentence ----------------------------------------------------------------
+
+# keys of what must be a mapping, and where its sentence says that it is
+MAPPINGS = [
+    *((name, name) for name in ("chain", "wheels", "sensors")),
+    *((name, f"wheels.{name}") for name in ("idler", "road_wheel")),
+    ("sensor", "sensors.sensor"),
+]
+NO_MAPPING = "= None: must be a mapping of names to values"
+CHANGES = [
+    *[({"gravity": value}, "gravity", NUMBER) for value in NO_NUMBERS if not isinstance(value, dict)],
+    *[({name: None}, f"{where} {NO_MAPPING}") for name, where in MAPPINGS],
+    ({"profile": 5}, "profile = 5: must be a mapping of names to values, or in Python an instance of ToothProfile"),
+    ({"wheels": {}, "idler__x": 1.0}, "idler__x is in a section that another change replaces"),
+    ({"gravity": 1e300}, "gravity = 1e+300", "less than or equal to"),
+    ({"chain__pitches": 35.5}, "chain.pitches = 35.5", "must be a whole number"),
+    ({"idler__radius": -0.3}, "wheels.idler.radius = -0.3", "greater than 0"),
+    ({"steel__youngs_modulus": 2e-309}, "steel.youngs_modulus = 2e-309", "at least 1e-40"),
+    ({"chain__pitches": "35"}, "chain.pitches = '35'", NUMBER),
+    ({"chain__link_length": 0.2}, "chain.link_length = 0.2", "leaves no room for a connector"),
+    ({"ring_contact__friction_dynamic": 0.5}, "ring_contact.friction_dynamic = 0.5", "exceeds friction_static"),
+    ({"sensor__pitch": 36}, "sensor.pitch = 36", "1 to 35 are"),
+    ({"sprocket__ring_radius": 0.33}, "sprocket.ring_radius = 0.33 m", "more than 5% off", "sprocket.ring = none"),
+    ({"tension__wheel": "sprocket"}, "tension.wheel = 'sprocket'", "'idler' or 'road_wheel'"),
+    ({"tension__wheel": np.array(["idler"])}, "tension.wheel", "'idler' or 'road_wheel'"),
+]
+# values that are allowed one by one and lead nowhere: refused when the scene is made
+IMPOSSIBLE = [
+    ({"gravity": 1e7}, "step = 0.0001", "no step of 1e-08 s or more is small enough"),
+    ({"tension__pre_tension": 1e9}, "step = 0.0001", "no step of 1e-08 s or more is small enough"),
+    ({"steel__youngs_modulus": 1e19, "tooth_contact__youngs_modulus": 1e19}, "step = 0.0001", "at most"),
+    ({"chain__link_mass": 1e-39}, "step = 0.0001", "no step of 1e-08 s or more is small enough"),
+]
+
+
+def entry(value, unit="m/s2", **more):
+    return {"value": value, "unit": unit, "kind": "assumed", "source": "a test", **more}
+
+
+RIG_FILES = [
+    *[({"gravity": value}, f"gravity = {value!r} has no unit", "unit: m/s2") for value in ("9.81", None)],
+    *[({name: None}, f"{where} {NO_MAPPING}") for name, where in MAPPINGS],
+    ({"profile": {"arcs": [[0, 0, 1]]}}, 'unit: "m, m, m, 1", kind'),
+    ({"gravity": entry(True)}, "gravity = True", "a number in m/s2"),
+    ({"gravity": entry(LONGER)}, "not valid YAML"),
+    ({"gravity": entry(float("nan"))}, "gravity = nan", NUMBER),
+    ({"gravity": entry(9.81, "ft/s2")}, "'ft/s2'", "'m/s2'"),
+    ({"gravity": entry(9.81, unit=None)}, "gravity has the unit None"),
+    ({"gravity": entry(9.81, kind=["printed"])}, "gravity has the kind ['printed']", "printed, derived"),
+    ({"gravity": entry(9.81, source=5)}, "gravity has no source"),
+    ({"gravity": entry(9.81, low=10, high=1)}, "gravity needs low and high as rising numbers"),
+    ({"gravity": entry(9.81, **{"a\nb": 1})}, "unknown key 'a\\nb'"),
+    ({"profile": {"arcs": entry([[0, 0, 1]], "m, m, m, 1")}}, "profile.arcs = [[0, 0, 1]]", "4 numbers each"),
+    ({"gravity": {}}, "gravity lacks kind, source, unit, value"),
+    ({"drag": entry(True, "name")}, "drag = True: input should be 'viscous', "),
+    ({"a\nb": 1}, "'a\\nb' is not a known parameter"),
+    ({"chain": {"link_mass": entry(10.0, "kg")}}, "chain.pitches is missing; add it"),
+    ({"chain": {"pitchs": entry(35, "1")}}, "chain.pitchs is not a known parameter", "(pitches?)"),
+    ({5: 1}, "5", "string"),
+]
+
+NO_CHOICES = (
+    np.array(["a", "b"]), None, np.timedelta64(1), np.ma.array(["free"], mask=[True]), np.ma.masked, ["free"], b"free",
+    LONGER,
+)  # fmt: skip
+SCENES = [
+    *[({"motor_rpm": value}, "motor_rpm", NUMBER) for value in NO_NUMBERS],
+    *[
+        ({name: HUGE}, name, NUMBER)
+        for name in ("ring_radius", "duration", "lead_in", "ramp", "step", "frame_interval")
+    ],
+    *[({name: "long"}, f"{name} = 'long'", NUMBER) for name in ("ring_radius", "duration", "step")],
+    ({"motor_rpm": -1}, "motor_rpm = -1.0", "between 0 and 100000 rev/min"),
+    (
+        {"ring_radius": 1e300},
+        "ring_radius = 1e+300",
+        "between {:.4f} m (touches no link) and {:.4f} m".format(*Scene.ring_range(load_rig(VISCOUS))),
+    ),
+    ({"ring_radius": -0.3}, "ring_radius = -0.3", "must be a radius in m, or null"),
+    ({"duration": 1e-300}, "duration = 1e-300", "between 0.001 and"),
+    ({"lead_in": 1e9}, "lead_in", "and 36000 s"),
+    ({"ramp": 5e-324}, "ramp = 5e-324", "between 1e-06 and"),
+    ({"step": 1e-12}, "step = 1e-12", "at least 1e-08 s"),
+    ({"step": 0.0}, "step = 0.0: must divide", "such as 5e-05"),
+    ({"step": 1e-8, "duration": 36000}, "step = 1e-08", "3.6e+12 steps"),
+    ({"frame_interval": 1e308}, "frame_interval = 1e+308", "no longer than the duration"),
+    ({"frame_interval": -0.1}, "frame_interval = -0.1", "a multiple"),
+    *[
+        ({"pitches": value}, "pitches", "a list of whole numbers")
+        for value in ("12", 3, None, LONGER, [1.5], [True], {1, 2}, [[1]], iter([1]))
+    ],
+    ({"pitches": [HUGE]}, "pitches", "between 1 and 35"),
+    ({"pitches": [36]}, "pitches = 36", "between 1 and 35"),
+    *[
+        ({"contact_log": value}, "contact_log", "True or False")
+        for value in (1, "yes", None, b"1", np.array([True, False]))
+    ],
+    *[({"chain": value}, "chain = ", ": use ") for value in NO_CHOICES],
+    *[({name: None}, f"{name} = None: use ") for name in CHOICES],
+    ({"motor_rpm": np.timedelta64(5, "s")}, "motor_rpm", NUMBER),
+    ({"motor_rpm": np.ma.array(115.0, mask=True), "chain": "x" * 2000}, "scene: "),
+    ({"rig": None}, "rig = None", "an instance of Rig"),
+    ({"rig": "trackdyn/rigs/paper.yaml"}, "rig = 'trackdyn/rigs/paper.yaml'", "an instance of Rig"),
+    ({"rig": Scene}, "rig", "an instance of Rig"),
+    *[({name: 3}, f"{name} is not a known parameter", "") for name in ("speed", "solver", "joint", "tolerance")],
+]
+LOOPS = [
+    (lambda loop: loop.step(0), "count = 0: must be between 1 and"),
+    (lambda loop: loop.step("ten"), "count = 'ten'", "must be a whole number"),
+    (lambda loop: loop.advance(float("nan")), "seconds = nan", NUMBER),
+    (lambda loop: loop.advance(-1), "seconds = -1", "between 0 and"),
+    (lambda loop: loop.record(0), "duration = 0.0", "between 0.001 and"),
+    (lambda loop: loop.record(0.1, pitches=[99]), "pitches = 99"),
+    (lambda loop: loop.record(0.1, frame_interval=1e-9), "frame_interval = 1e-09"),
+    (lambda loop: loop.drive("fast"), "motor_rpm = 'fast'", NUMBER),
+    (lambda loop: loop.drive(115, ramp=0), "ramp = 0.0"),
+    (lambda loop: loop.drive(60000), "step = 5e-05: too large for the turn of the sprocket (motor_rpm)"),
+    (lambda loop: loop.shift_tensioner(1), "shift = 1:", "the tensioner's travel"),
+    (lambda loop: loop.save("/proc/state"), "/proc/state: cannot be written"),
+    (lambda loop: loop.save("b\0"), "must be the name of"),
+    (lambda loop: simulate(loop.scene, checkpoint="b\0"), "must be the name of"),
+    (lambda loop: Rig(chain="x"), "rig: gravity is missing"),
+    (lambda loop: Wheel(x="x"), "wheel: x = 'x'", NUMBER),
+    (lambda loop: write_sensor_csv("a.csv", [0, 1], "x", None, None), "x"),
+]
+YAML_FILES = [
+    (b"", "must hold sections"),
+    (b"- 1\n", "must hold sections"),
+    (b"a: [1\n", "is not valid YAML at line 2"),
+    ("a: \u00b5\n".encode("latin-1"), "cannot be read as UTF-8 text, byte 0xb5 in line 1"),
+    ("a: 1\n".encode("utf-16"), "cannot be read as UTF-8"),
+    (b"\0\1\2", "is not valid YAML"),
+    (b"a: &x [*x]\n", "line 1 holds an alias (*)"),
+    (b"a: &x 1\nb: *x\n", "line 2 holds an alias (*)", "write the value out"),
+    (b"a: " + b"[" * 5000, "line 1 is nested more than 20 levels deep"),
+    (b"a: 1\nb: 2\na: 3\n", "line 3 gives 'a' a second time"),
+    (b"a: {b: 1, b: 2}\n", "line 1 gives 'b' a second time"),
+    (b"a: !!python/object/apply:os.system ['touch ran']\n", "is not valid YAML at line 1"),
+    (b"a: !!python/name:os.system\n", "is not valid YAML"),
+    (b"a: " + b"9" * 5000, "is not valid YAML"),
+    (b"#" * 1_000_001, "is larger than 1 MB"),
+]
+SETTINGS = [
+    ("results", "", "results = ''", "the name of a folder"),
+    ("results", "~/x", "results = '~/x'", "in letters, digits and"),
+    ("results", "r$(touch$IFS'x')", "results = ", "in letters, digits and"),
+    ("results", "x{run}", "results = 'x{run}'"),
+    ("results", "README.md", "README.md is a file"),
+    ("results", "x" * 300, "the name of a folder"),
+    ("results", 5, "valid string"),
+    ("records.duration_s", -90, "records.duration_s = -90", "greater than 0"),
+    ("records.duration_s", "long", "valid number"),
+    (
+        "ring_study.steps_s",
+        [[0.309, 5e-5], [0.305, 1e-4]],
+        "0.305 comes after 0.309; give rising",
+    ),
+    ("records.speeds_rpm", [], "records.speeds_rpm", "at least 1 item"),
+    ("records", [1, 2], "records = [1, 2]", "a mapping of names to values"),
+    ("records.lead_in_s", True, "records.lead_in_s = True"),
+    ("sensor_is_synthetic", "yes", "sensor_is_synthetic = 'yes'"),
+    (
+        "records.speeds_rpm",
+        [115, 150, 150],
+        "records.speeds_rpm = [115.0, 150.0, 150.0]: 150 occurs twice; give rising",
+    ),
+    ("ring_study.speeds_rpm", [150, 115], "ring_study.speeds_rpm = [150.0, 115.0]: 115 comes after 150; give rising"),
+    ("ring_study.radii_m", [0.3080, 0.30801], "ring_study: two runs would share the name ring/115rpm_0.308"),
+    ("ring_study.radii_m", [0.303, 0.5], "ring_study (run ring/115rpm_0.5)", "ring_radius = 0.5", "or no ring"),
+    ("records.ring_radius_m", 0.5, "records (run 115rpm)", "ring_radius = 0.5", "or no ring"),
+    ("meshing.durations_s", 3, "meshing.durations_s is not a known parameter; remove it or correct its spelling"),
+    ("records.speeds_rpm", [HUGE], "records.speeds_rpm.0"),
+    ("records.speeds_rpm", [1e9], "records.speeds_rpm.0 = 1000000000.0", "less than 100000"),
+    ("records.duration_s", 1e300, "records (run 115rpm): scene: duration = 1e+300", "and 36000 s"),
+    ("stop_rule.longest_turns", 10**30, "stop_rule.longest_turns", "less than or equal to 1000000"),
+    ("ring_study.without_ring", 5, "ring_study.without_ring = 5"),
+    ("peers.steps_s", [1e-4, 1e-4], "peers: steps_s = [0.0001, 0.0001]", "occurs twice"),
+    ("peers.steps_s", [1e-4, 3e-5], "peers: scene: step = 3e-05", "must divide"),
+    ("peers.readings", ["motor", "motor"], "peers: readings", "occurs twice"),
+    ("peers.speed_rpm", 9e4, "peers: scene: motor_rpm = 501300.0"),
+    ("fidelity.speeds_rpm", [210, 115], "fidelity.speeds_rpm", "give rising values"),
+    ("fidelity.settings", ["preset=best"], "fidelity.settings", "preset=paper"),
+    ("sensor_csv", "nowhere/{rpm}.csv", "nowhere/115.csv does not exist"),
+    ("sensor_csv", "{0.__class__}", "the only field in braces is {rpm}"),
+    ("sensor_csv", "/dev/zero", "it names one file for several speeds; write {rpm} where the motor speed belongs"),
+    ("rig", "/dev/zero", "no plain file"),
+    ("rig", "absent.yaml", "absent.yaml: no such file"),
+    ("sensor_csv", "d{{x}}/{rpm}.csv", "sensor_csv = 'd{x}/115.csv': holds a brace; rename the file or folder"),
+    ("sensor_mapping", "{a}.yaml", "sensor_mapping = '{a}.yaml': holds a brace"),
+    ("studies", "absent.yaml", "absent.yaml: no such file"),
+]
+
+# -- and what refuses it ---------------------------------------------------------------------------------------------
+
+
+def rig_file(changes):
+    """A file of the rig with other sections, or other values of fields (``section__field``)."""
+    limit = sys.get_int_max_str_digits()
+    sys.set_int_max_str_digits(0)
+    try:
+        data = yaml.safe_load(RIG.read_text(encoding="utf-8"))
+        for name, value in changes.items():
+            section, _, field = str(name).rpartition("__")
+            if section:
+                data[section][field] |= {"value": value}
+            else:
+                data[name] = value
+        text = yaml.safe_dump(data)
+    finally:
+        sys.set_int_max_str_digits(limit)
+    path = Path("mine.yaml")
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def write(content):
+    (path := Path("mine.yaml")).write_bytes(content)
+    return path
+
+
+def configured(key, value):
+    """The configuration with one other value, of a field ``section.field``."""
+    os.chdir(ROOT)
+    data = read_yaml("config/config.yaml")
+    *sections, field = key.split(".")
+    reduce(lambda section, name: section.setdefault(name, {}), sections, data)[field] = value
+    check_config(data, "mine.yaml")
+
+
+# what of a rig that was read, what its sentence begins with, and rows
+TABLES = {
+    "rig": (lambda rig, changes: rig.changed(**changes), "", CHANGES),
+    "impossible rig": (lambda rig, changes: Scene(rig.changed(**changes), 115.0), "", IMPOSSIBLE),
+    "rig file": (lambda rig, changes: load_rig(rig_file(changes)), "mine.yaml: ", RIG_FILES),
+    "scene": (lambda rig, fields: Scene(**{"rig": rig, "motor_rpm": 115.0} | fields), "scene: ", SCENES),
+    "loop": (lambda rig, call: call(unsettled_loop(Scene(rig, 0.0, ring_radius=None))), "", LOOPS),
+    "YAML file": (lambda rig, content: load_rig(write(content)), "mine.yaml: ", YAML_FILES),
+    "layer": (lambda rig, content: read_layer(write(content)), "mine.yaml: ", YAML_FILES),
+    "configuration": (lambda rig, setting: configured(*setting), "", [(row[:2], *row[2:]) for row in SETTINGS]),
+}
+ROWS = [(table, *row) for table, (_, _, rows) in TABLES.items() for row in rows]
+
+
+@pytest.mark.parametrize("row", ROWS, ids=lambda row: f"{row[0]}: {row[2] if callable(row[1]) else shown(row[1])[:36]}")
+def test_a_row_is_refused(rig, row, tmp_path, monkeypatch):
+    table, stated, *words = row
+    call, start, _ = TABLES[table]
+    monkeypatch.chdir(tmp_path)
+    assert refused(call, rig, stated, words=words).startswith(start)
+    assert not {*os.listdir(tmp_path)} - {"mine.yaml"}  # nothing in a file is run
+
+
+# -- beside the tables ----------------------------------------------------------------------------------------------
+
+PLAIN = [row for row in (*CHANGES, *IMPOSSIBLE) if isinstance(next(iter(row[0].values())), (int, float, str))]
+
+
+@pytest.mark.parametrize("row", [*RIG_FILES, *PLAIN], ids=lambda row: shown(row[0]))
+def test_check_and_simulate_refuse_the_same_rigs(tmp_path, monkeypatch, row):
+    monkeypatch.chdir(tmp_path)
+    path = rig_file(row[0]).absolute()
+    checked = run_command("check", path, "--no-settle")
+    simulated = run_command("simulate", "run.npz", "-q", "--rig", path)
+    # the rig is the first argument of the one, an option of the other: only the former names it in every sentence
+    assert checked.code == simulated.code == 1
+    assert checked.err.replace(f"{path}: ", "") == simulated.err.replace(f"{path}: ", "")
+    assert "Traceback" not in checked.err and not (tmp_path / "run.npz").exists()
+
+
+@pytest.mark.parametrize(
+    "value", [150, np.float32(150), np.int64(150), np.array(150.0), np.array(150), Fraction(300, 2)], ids=shown
+)
+def test_a_number_is_a_number_whichever_library_it_comes_from(rig, value):
+    """Scenes of equal numbers have the same description."""
+    described = Scene(rig, value, **BELT, pitches=()).describe()
+    assert json.dumps(described) == json.dumps(Scene(rig, 150.0, **BELT).describe())
+    assert type(Scene(rig, 150.0, **BELT | {"chain": np.str_("belt")}).chain) is str
+    assert Scene(rig, 115.0, pitches=np.array([1, 2]), contact_log=np.bool_(True)).describe()["pitches"] == [1, 2]
+
+
+def test_a_recording_that_does_not_fit_into_the_memory_is_refused_before_it_starts(rig, monkeypatch):
+    """Each of the ways to ask for one: by scene, as a belt, of a loop that runs."""
+    monkeypatch.setattr("trackdyn.simulation.recorder.virtual_memory", lambda: SimpleNamespace(available=1e6))
+    words, scene = ("duration = 90 s:", "MB of memory and 1 MB are free", "use at most"), Scene(rig, 115.0)
+    for call in (
+        lambda: simulate(scene),
+        lambda: simulate(Scene(rig, 115.0, **BELT)),
+        lambda: Recorder(unsettled_loop(scene), scene.with_(duration=90.0)),
+    ):
+        refused(call, words=words)
+
+
+# as YAML 1.2 has it: 1.1 makes 29, 8, 70, 10.5, 10 and truth values of the first ones, and text of 2e11
+NUMBERS = [
+    ("035", 35), ("-010", -10), ("1:10", "1:10"), ("1_0.5", "1_0.5"), ("0x0A", "0x0A"), ("0o17", "0o17"),
+    ("yes", "yes"), ("off", "off"), ("2024-01-01", "2024-01-01"), ("2e11", 2e11), ("1.0e9", 1e9), ("-.5e3", -500.0),
+    ("5.", 5.0), ("true", True), ("'7'", "7"), ("~", None),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "value"), NUMBERS)
+def test_a_number_is_read_as_it_stands(tmp_path, text, value):
+    path = tmp_path / "mine.yaml"
+    path.write_text(f"a: {text}\nb: [{text}]\n", encoding="utf-8")
+    data = read_yaml(path)
+    assert data == {"a": value, "b": [value]} and type(data["a"]) is type(value)
+
+
+def test_a_later_file_is_on_top_of_an_earlier_one_and_the_command_line_on_top_of_both(tmp_path, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    path = tmp_path / "mine.yaml"
+    path.write_text("records: {duration_s: 0100, lead_in_s: 2e1}\n", encoding="utf-8")
+    config, _, _ = check_layers(["config/config.yaml", path], {"records": {"ramp_s": 0.75}}, update_config)
+    assert (config.records.duration_s, config.records.lead_in_s, config.records.ramp_s) == (100, 20.0, 0.75)
+
+
+def test_a_template_is_refused_before_it_is_run(tmp_path):
+    """Snakemake's own loader would run it."""
+    path = tmp_path / "mine.yaml"
+    path.write_text("__use_yte__: true\n?if True:\n  results: x\n", encoding="utf-8")
+    with pytest.raises(InputError, match=r"mine\.yaml: __use_yte__ is not a known parameter"):
+        read_layer(path)
+
+
+PLACES = [
+    ("/dev/zero", "no plain file but a pipe or a device"), ("/dev/stdin", "a"), (".", "is a folder"),
+    ("absent", "no such file"), ("a\0b", "must be the name of"), ("x" * 300, "File name too long"),
+    (None, "path = None:"), (b"rig.yaml", "path = b'rig.yaml':"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("reader", [load_rig, load_recording, Loop.load, read_yaml])
+@pytest.mark.parametrize("row", PLACES, ids=lambda row: shown(row[0]))
+def test_a_place_that_holds_no_file_is_refused(tmp_path, monkeypatch, reader, row):
+    path, *words = row
+    monkeypatch.chdir(tmp_path)
+    refused(reader, path, words=words)
+
+
+def test_files_whose_names_hold_braces_are_refused(monkeypatch, tmp_path):
+    """Those of a rig and of what it is like, and configurations; in names of files that are there."""
+    monkeypatch.chdir(tmp_path)
+    base, rig = read_yaml(ROOT / "config/config.yaml"), shipped_rigs()["bench"].read_text(encoding="utf-8")
+    for name in ("a{b}.yaml", "base}.yaml"):
+        Path(name).write_text(rig, encoding="utf-8")
+    Path("mine.yaml").write_text("like: base}.yaml\n", encoding="utf-8")
+    for stated, words in (
+        ({"rig": "a{b}.yaml"}, "rig = 'a{b}.yaml': holds a brace"),
+        ({"rig": "mine.yaml"}, "rig = 'base}.yaml': holds a brace"),
+    ):
+        data = base | RIG_FIELDS | {"article": None, "studies": str(ROOT / base["studies"])}
+        data |= {name: base[name] | RIG_FIELDS[name] for name in ("records", "meshing", "ring_study")} | stated
+        refused(check_config, data, "mine.yaml", words=[words])
+    with pytest.raises(InputError, match=r"^--configfile = '\{x\}\.yaml': holds a brace"):
+        check_layers(["{x}.yaml"], {}, dict.update)
+
+
+def test_a_folder_that_cannot_be_written_is_refused_before_anything_runs(monkeypatch):
+    monkeypatch.chdir(ROOT)
+    # root may write anywhere else
+    monkeypatch.setattr("replication.pipeline.config.os.access", lambda path, mode: False)
+    words = "results = 'mine/new'", "is not writable; choose another folder"
+    refused(configured, "results", "mine/new", words=words)
+
+
+def test_a_loop_without_weight_and_tension_has_a_step_limit(rig):
+    """Its contacts carry nothing, and a stiffness of nothing was divided by."""
+    assert Scene(rig.changed(gravity=0, tension__pre_tension=0), 115.0).time_step == 1e-4
