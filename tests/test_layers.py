@@ -139,6 +139,14 @@ def test_parsing_the_workflow_reads_nothing_of_the_laboratory(tmp_path):
     assert not [path for path in read if path.is_relative_to(FOLDERS["laboratory"])]
 
 
+def test_only_commands_speak_of_options():
+    """Whatever is below them names fields, for who calls it from Python; a command puts its options in their place."""
+    for module, path in MODULES.items():
+        package, room = room_of(module)
+        said = re.findall(r"--[a-z]+", path.read_text(encoding="utf-8"))
+        assert package != "trackdyn" or room == "commands" or not said, module
+
+
 def test_no_file_is_too_long():
     rules = [path for folder in (ROOT / "workflow", ROOT / "laboratory") for path in folder.rglob("*.smk")]
     sources = [*MODULES.values(), ROOT / "Snakefile", *(ROOT / "workflow").rglob("*.py"), *rules]

@@ -11,8 +11,11 @@ import pytest
 import typer.main
 from typer.testing import CliRunner
 
+from trackdyn.commands import options
 from trackdyn.commands.cli import app
 from trackdyn.inputs.errors import InputError
+from trackdyn.rig import rig_file
+from trackdyn.scene import choices
 
 ROOT = Path(__file__).parents[2]
 ENTRY = "from trackdyn.__main__ import main; main()"
@@ -59,6 +62,11 @@ def test_a_help_has_types_in_words_and_an_example_that_the_command_takes(name):
     words = example[1].split()
     assert words[0] == name
     COMMANDS[name].make_context(name, words[1:])  # reads the words, and runs nothing
+
+
+def test_what_options_state_anew_is_what_the_rooms_below_have():
+    """A help is printed without them: importing them takes a second."""
+    assert (rig_file.DEFAULT, tuple(choices.PRESETS)) == (options.DEFAULT_RIG, options.PRESETS)
 
 
 def test_names_of_rigs_and_choices_complete(tmp_path, monkeypatch):

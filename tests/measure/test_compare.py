@@ -36,8 +36,8 @@ def recording(make_scene):
 
 
 @pytest.mark.parametrize(("rate", "remedy"), [(2048.0, 2048), (418.2, 418)])
-def test_a_rate_that_does_not_fit_is_refused_with_the_command_that_helps(recording, rate, remedy):
-    with pytest.raises(InputError, match=rf"sensor\.csv: has .* simulate --rate {remedy}`"):
+def test_a_rate_that_does_not_fit_is_refused_with_the_rate_that_does(recording, rate, remedy):
+    with pytest.raises(InputError, match=rf"sensor\.csv: has .* simulate with `rate: {remedy}`"):
         compare_with_sensor(recording, record(rate))
 
 

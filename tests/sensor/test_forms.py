@@ -1,14 +1,11 @@
 """One signal in the forms of many loggers: each is read as what it is, from a file and as a DataFrame, or refused."""
 
 import io
-import re
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 
-import trackdyn.sensor
 from trackdyn.commands.options import as_options
 from trackdyn.inputs.errors import InputError
 from trackdyn.sensor.sensor_csv import read_sensor
@@ -117,8 +114,3 @@ def test_rows_that_stand_still_are_named(tmp_path):
 )
 def test_fields_become_options(fields, options):
     assert as_options(f"give {fields}.") == f"give {options}."
-
-
-def test_no_option_is_named_below_the_commands():
-    for path in Path(trackdyn.sensor.__file__).parent.glob("*.py"):
-        assert not re.findall(r"(?<![-\w])--[a-z]+", path.read_text(encoding="utf-8")), path

@@ -313,11 +313,11 @@ def test_the_command_writes_its_files_and_goes_on_with_the_same_numbers(tmp_path
         ("--rpm 210 --radii 0.305,0.5", "ring_radius = 0.5: must be between"),
         ("--rpm 210 --radii 0.305:0.307", "--radii = '0.305:0.307': must be low:high:count"),
         ("--rpm 210 --radii 0.307:0.305:3", "must be low:high:count"),
-        ("--rpm 210 --rule best", "--rule: 'best' is no choice"),
+        ("--rpm 210 --rule best", "rule: 'best' is no choice"),
         ("--rpm 0", "motor_rpm = 0"),
         ("--rpm 210 --radii=", "--radii = '': must be finite numbers"),  # of a variable of the shell that is not set
         ("--rpm 210 --step=", "--step = '': must be finite numbers"),
-        ("--rpm 210 --rule=", "--rule"),
+        ("--rpm 210 --rule=", "rule: '' is no choice"),
     ],
 )
 def test_what_a_study_cannot_run_is_refused_before_it_runs(tmp_path, monkeypatch, options, says):
@@ -342,7 +342,7 @@ def test_a_folder_belongs_to_its_study(tmp_path):
         ("bench", [115.0, 210.0], [0.305], ()),
         ("bench", [115.0, 210.0], [0.305, 0.307], (5e-5,)),
     ):
-        with pytest.raises(InputError, match="give --out another folder, or --overwrite"):
+        with pytest.raises(InputError, match="give another folder, or `overwrite: true` to"):
             check_same_study(table, rig, speeds, radii, step)
     options = ["--rpm", "115", "--radii", "0.305", "--out", str(tmp_path)]
     done = run_command("ring", "bench", *options)

@@ -136,7 +136,7 @@ def test_damaged_and_foreign_rows_of_a_store_are_counted_and_computed_again(tmp_
         ({"design": [1, 2]}, "design = \\[1, 2\\]:"),
         ({"design": pd.DataFrame({0: [1]})}, "a column without a name"),
         ({"jobs": 0}, "jobs = 0:"),
-        ({"out": "r.txt"}, "--out = 'r.txt':"),
+        ({"out": "r.txt"}, "out = 'r.txt':"),
         ({"out": "/proc/r.csv"}, "cannot be written"),
         ({"rig": "no.yaml"}, "no.yaml: no such file"),
     ],

@@ -127,7 +127,7 @@ def main() -> None:
             sys.stdout.flush()
         return
     except TrackdynError as error:
-        sentence = str(error)
+        sentence = options.as_options(str(error))
     except ModuleNotFoundError as error:
         sentence = str(missing(error))
     except UnicodeEncodeError as error:

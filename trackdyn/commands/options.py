@@ -4,8 +4,8 @@ import hashlib
 import os
 import re
 import shlex
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from inspect import Parameter, Signature, signature
 from keyword import iskeyword
@@ -243,7 +243,7 @@ def mapping_fields(**given: Any) -> dict[str, Any]:
 
 
 def as_options(sentence: str) -> str:
-    """A sentence that names fields of a sensor's mapping in YAML between backquotes, with options in their place."""
+    """A sentence with options in place of the fields that it names as YAML between backquotes, such as `step: 1e-4`."""
     return re.sub(r"`(\w+: [^`]+)`", lambda field: _words(field[1]), sentence)
 
 
@@ -279,15 +279,6 @@ def complete(command: Callable) -> Callable:
     stated.__signature__ = Signature(parameters)  # type: ignore[attr-defined]
     stated.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
     return stated
-
-
-@contextmanager
-def speaking_options() -> Iterator[None]:
-    """Put options into an `InputError` that names fields of a sensor's mapping."""
-    try:
-        yield
-    except InputError as error:
-        raise type(error)(as_options(error.args[0])) from None
 
 
 def scene_fields(ring: Ring | None, step: float | None = None, choose: list[str] | None = None) -> dict[str, Any]:

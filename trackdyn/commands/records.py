@@ -48,17 +48,15 @@ def compare(
     mappings = chosen.of_sensors(rig.sensors, sensor, name)
     if figure is not None and len(mappings) > 1:
         raise InputError(f"--figure {figure}: shows one sensor; name it with --sensor, {', '.join(mappings)}")
-    with options.speaking_options():
-        records = {
-            name: read_sensor(sensor, own, range_g=loaded.sensors[name].range, gravity=rig.g)
-            for name, own in mappings.items()
-        }
+    records = {
+        name: read_sensor(sensor, own, range_g=loaded.sensors[name].range, gravity=rig.g)
+        for name, own in mappings.items()
+    }
     tables = {}
     for name, record in records.items():
         if len(rig.sensors) > 1:
             typer.echo(f"sensor {name}")
-        with options.speaking_options():
-            tables[name] = _compare(loaded.with_sensor(name), record, str(recording))
+        tables[name] = _compare(loaded.with_sensor(name), record, str(recording))
     if out is not None:
         table = pd.concat(tables, names=["name"]).reset_index(level=0) if len(tables) > 1 else tables[name]
         text = table.to_csv(index=False, lineterminator="\n")

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from trackdyn.commands import options
+from trackdyn.commands import options, printed
 from trackdyn.inputs.errors import InputError, TrackdynError, shown
 
 
@@ -85,7 +85,7 @@ def check(
     save(figure, out, out.suffix.removeprefix("."), mark=mark, dpi=SCREEN_DPI)
     remarks = [("unusual", text) for text in unusual or ["nothing"]]
     for name, text in (*checks.values.items(), *remarks, ("picture", out)):
-        typer.echo(f"{name:>22}  {text}")
+        printed.line(name, options.as_options(str(text)))
 
 
 def rig_text(like: str) -> str:

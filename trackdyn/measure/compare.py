@@ -33,8 +33,8 @@ def whole_ratio(record: SensorRecord, rate: float) -> tuple[int, int]:
     if abs(ratio * counts[1] / counts[0] - 1) > SAME_RATE:
         raise InputError(
             f"{record.path}: has {record.rate:.6g} samples a second, the simulation {rate:g}, and neither is a "
-            f"multiple of the other; simulate with `trackdyn simulate --rate {round(record.rate)}`, in the pipeline "
-            "with that sensor.rate in the rig"
+            f"multiple of the other; simulate with `rate: {round(record.rate)}`, in the pipeline with that "
+            "sensor.rate in the rig"
         )
     return counts
 

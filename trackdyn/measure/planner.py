@@ -301,7 +301,7 @@ def _refusal(tried: list[Trial], tolerances: Mapping[str, float], longest: float
         return f"tolerance: {reason}"
     least = {name: min(error[name].bias for error in known) for name in tolerances}
     name = max(tolerances, key=lambda name: least[name] / tolerances[name])
-    reason = f"records of {longest:g} s scatter by more than that; use a larger one, or --longest"
+    reason = f"records of {longest:g} s scatter by more than that; use a larger one, or a larger longest"
     if least[name] > SETTING_SHARE * tolerances[name]:
         reason = f"what was tried leaves an error of {least[name]:.2g}; use at least {least[name] / SETTING_SHARE:.2g}"
     return f"tolerance = {tolerances[name]:g} of {name}: {reason}"

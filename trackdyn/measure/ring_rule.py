@@ -185,13 +185,13 @@ def parse_rule(text: str, teeth: int) -> RingRule:
         match = _BOUND.fullmatch(term)
         if match is None:
             expected = "a column, <, <=, > or >=, and a number or tooth + a number"
-            raise InputError(f"--rule: {shown(term)} is no bound; expected {expected}, as in {RULE!r}")
+            raise InputError(f"rule: {shown(term)} is no bound; expected {expected}, as in {RULE!r}")
         bounds.append(Bound(match[1], match[2], float(match[4]), 100.0 / teeth if match[3] else 0.0))
     if choice not in ("smallest", "largest") and (choice == last or choice not in COLUMNS):
-        raise InputError(f"--rule: {shown(last)} is no choice; end with smallest, largest or least COLUMN: {_KNOWN}")
+        raise InputError(f"rule: {shown(last)} is no choice; end with smallest, largest or least COLUMN: {_KNOWN}")
     for bound in bounds:
         if bound.column not in COLUMNS:
-            raise InputError(f"--rule: {shown(bound.column)} is no column that a rule can bound: {_KNOWN}")
+            raise InputError(f"rule: {shown(bound.column)} is no column that a rule can bound: {_KNOWN}")
     return RingRule(tuple(bounds), choice)
 
 

@@ -58,7 +58,7 @@ def check(rig: Rig | Path | str, rpm: float = 115.0, settle: bool = True) -> Rig
         "tensioner": _tensioner(rig, laid.shift) + " as the chain is laid",
         "laws": f"drag is {rig.drag}, bushing.law {rig.bushing.law}, tension.kept {rig.tension.kept}"
         + (f"; no effect: {', '.join(ignored)}" if (ignored := rig.without_effect) else ""),
-        "step": f"--step {round_step(step, sample):.7g}: not tried; at most {step:.2g} s at {rpm:g} rev/min",
+        "step": f"`step: {round_step(step, sample):.7g}`: not tried; at most {step:.2g} s at {rpm:g} rev/min",
     }
     frame = np.concatenate([laid.pins[0], laid.angle, [laid.sprocket_angle]])
     wheels = wheel_circles(rig, laid.shift, surface=True)
@@ -82,7 +82,7 @@ def check(rig: Rig | Path | str, rpm: float = 115.0, settle: bool = True) -> Rig
             f"the smallest was {min(tried, default=float('nan')):.3g} s"
         )
         if holds is not None:
-            words = f"--step {holds:.7g}: tried, RMS and mean peak hold to {RECOMMENDED:.0%} with half of it"
+            words = f"`step: {holds:.7g}`: tried, RMS and mean peak hold to {RECOMMENDED:.0%} with half of it"
             words += ", as differences between larger steps foretell" if holds == tried[-1] else ""
         values["step"] = f"{words}; at most {limit:.2g} s at {rpm:g} rev/min"
     return RigReport(wheels, frame, values, unusual)

@@ -58,7 +58,7 @@ def check_same_study(
     if others := len(set(table["key"]) - due):
         raise InputError(
             f"{path}: {others} of its runs are of another rig or version, or of speeds, radii or steps that are not "
-            "asked for; give --out another folder, or --overwrite to replace the study"
+            "asked for; give another folder, or `overwrite: true` to replace the study"
         )
 
 

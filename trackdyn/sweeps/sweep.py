@@ -202,10 +202,10 @@ def sweep(
     if jobs is not None:
         jobs = int(within("jobs", jobs, 1, 1024, " processes"))
     if out is not None:
-        check_ending(out, "--out")
+        check_ending(out, "out")
         check_writable(out)
         if isinstance(design, (Path, str)) and Path(out).resolve() == Path(design).resolve():
-            raise InputError(f"--out = {shown(str(out))}: is the design itself; give another name")
+            raise InputError(f"out = {shown(str(out))}: is the design itself; give another name")
         store = store or store_of(out)
     table = read_design(design)
     rows = requested_rows(table, str(rig))
@@ -232,8 +232,8 @@ def check_replaceable(out: Path | str, store: Path | str | None = None) -> None:
 
     A sweep goes on from its store, and its results may be replaced: whatever was computed for them is kept there.
     """
-    check_ending(out, "--out")
-    remedy = "give another name, or --overwrite to replace it"
+    check_ending(out, "out")
+    remedy = "give another name, or `overwrite: true` to replace it"
     if not Path(out).exists():
         return
     folder = Path(store or store_of(out))
