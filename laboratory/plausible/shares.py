@@ -152,10 +152,3 @@ def tooth_detail(
                 table.append([draw, ring, rpm, ten, three, 100 * (three / ten - 1)])
     columns = ["draw", "ring_radius_m", "rpm", "ten_arcs_g", "three_surfaces_g", "change_pct"]
     return pd.DataFrame(table, columns=columns)
-
-
-def outcomes(judged: pd.DataFrame) -> pd.DataFrame:
-    """Count sampled tracks by ``reason``: ``ran``, or why a track was refused; their number is ``rigs``."""
-    reasons = judged["reason"].where(judged["state"] != DONE, "ran").fillna("").str.split(":").str[0]
-    reasons = reasons.str.replace(r"\d[\d.]*(e[+-]?\d+)?", "…", regex=True)
-    return judged.assign(reason=reasons).groupby("reason").size().rename("rigs").reset_index()

@@ -15,9 +15,9 @@ from replication.paper.printed import EVENTS_WITH_RING, EVENTS_WITHOUT_RING
 from replication.paper.scorecard import RADIUS, sentence_verdicts
 from trackdyn.measure.contacts import TOUCHING
 from trackdyn.rig.rig import Rig
-from trackdyn.sweeps.engine import DONE, REFUSED
+from trackdyn.sweeps.engine import DONE
 
-JAMMED = "the ring of 0.308 m carries nothing"
+JAMMED = "jammed"  # state of a row that ran and whose chain does not lie on the ring
 
 
 def evidence(config: PlausibleConfig, row_scenes: list[list], values: Values, rig: Rig) -> Evidence:
@@ -66,7 +66,7 @@ def judge_rows(
         outcome = {"state": row["state"], "reason": row["reason"] or track.reason}
         verdicts = judge_rig(config, row, track.rig, claims, sentences)
         if row["state"] == DONE and not verdicts:
-            outcome = {"state": REFUSED, "reason": JAMMED}
+            outcome = {"state": JAMMED, "reason": "the ring of the paper carries nothing"}
         readings = track.rig.equal_pitch_radii if track.rig is not None else {}
         equal = {f"equal_pitch {name}": radius for name, radius in readings.items()}
         table.append({"draw": track.draw, **outcome, **track.values, **equal, **verdicts})

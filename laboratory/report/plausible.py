@@ -12,7 +12,8 @@ from matplotlib.transforms import blended_transform_factory
 
 from laboratory.plausible.draws import EQUAL_PITCH
 from laboratory.plausible.settings import load_plausible
-from laboratory.plausible.shares import CREEP, outcomes
+from laboratory.plausible.shares import CREEP
+from laboratory.plausible.verdicts import JAMMED
 from replication.paper.printed import RADIUS_CHOSEN
 from replication.paper.scorecard import (
     MARKS,
@@ -30,8 +31,10 @@ from replication.paper.scorecard import (
 from trackdyn.measure.cells import significant
 from trackdyn.plots.style import BLACK, MARKERS, PAGE, SMALL, VERMILION, new_figure, save, styled
 from trackdyn.rig.rig import load_rig
+from trackdyn.sweeps.engine import DONE
 
 UNITS = {"m": (1e3, "mm"), "N": (1e-3, "kN"), "Pa": (1e-6, "MPa"), "1": (1, "")}  # in place of those of a rig
+PRECISE = r"\d[\d.]*(e[+-]?\d+)?"  # numbers in the reason of a refusal
 READING = "equal_pitch "  # begins the columns of readings
 COLUMNS, PANEL = 3, 1.42  # of the maps; height of one, inch
 PALE, DARK = 0.04, 0.75  # of the map of colours, so that black and white text can be read
@@ -160,12 +163,15 @@ def answer_text(
 
 
 def _outcomes_text(draws: pd.DataFrame) -> str:
-    counts = outcomes(draws).set_index("reason")["rigs"]
-    ran, refused = int(counts.get("ran", 0)), counts.drop("ran", errors="ignore")
-    reasons = "; ".join(f"{count} ({reason})" for reason, count in refused.sort_values(ascending=False).items())
-    engaged = int((draws["engaged"] == 1).sum()) if "engaged" in draws else 0
-    lost = f"{refused.sum()} were refused: {reasons}" if len(refused) else "none was refused"
-    return f"Of {len(draws)} draws {ran} ran, {engaged} of them engaged; {lost}."
+    """How many draws are judged, how many jam, and how many were refused, with the reasons by number."""
+    judged, jammed = (draws["state"] == state for state in (DONE, JAMMED))
+    reasons = draws.loc[~judged & ~jammed, "reason"].fillna("").replace(PRECISE, "…", regex=True).value_counts()
+    words = "; ".join(f"{count} ({reason.split(';')[0]})" for reason, count in reasons.items()) or "none"
+    return (
+        f"Of {len(draws)} draws {judged.sum() + jammed.sum()} ran: {jammed.sum()} jam, the ring of "
+        f"{RADIUS_CHOSEN:g} m carrying nothing, and {judged.sum()} are judged, {(draws['engaged'] == 1).sum()} of them "
+        f"engaged. Refused, {reasons.sum() / len(draws):.1%}: {words}."
+    )
 
 
 def _table(sentences: pd.DataFrame, default: pd.DataFrame) -> str:
@@ -247,7 +253,7 @@ def _numbers_text(numbers: pd.DataFrame, grips: pd.DataFrame, grips_sentences: p
 
 
 def _radius_text(draws: pd.DataFrame) -> str:
-    ran = draws[draws["state"] == "done"]
+    ran = draws[draws["state"] == DONE]
     distances, config = chosen_distances(ran), load_plausible("config/plausible.yaml")
     if distances.empty:
         return distance_sentence(ran)

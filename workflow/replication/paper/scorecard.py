@@ -162,7 +162,7 @@ def follows_sentence(sentences: pd.DataFrame, draws: pd.DataFrame) -> str:
     which = {0: "No sentence holds", 1: f"Sentence {_listed(follow)} alone holds"}
     words = which.get(len(follow), f"Sentences {_listed(follow)} hold")
     ran = int((draws["state"] == "done").sum())
-    return f"{words} on nine of ten tracks; {ran} ran, sampled from assumed ranges."
+    return f"{words} on nine of ten tracks; {ran} are judged, sampled from assumed ranges."
 
 
 def creep_counts(binned: pd.DataFrame, name: str) -> tuple[str, str]:
