@@ -239,16 +239,14 @@ def _wrap_text(parameters: pd.DataFrame) -> str:
 
 
 def _numbers_text(numbers: pd.DataFrame, grips: pd.DataFrame, grips_sentences: pd.DataFrame) -> str:
-    """Printed numbers that the default rig does not meet, and what a ring that grips meets."""
-    missed = []
-    for row in numbers[~numbers["met"]].itertuples():
-        speed = "" if pd.isna(row.rpm) else f", {row.rpm:g} rpm"
-        missed.append(f"{row.claim}{speed}: {row.measured} {row.unit} (printed: {row.printed})")
+    """Count of printed numbers that the default rig meets, the others, and what a ring that grips meets."""
+    rows = numbers[~numbers["met"]].fillna("").itertuples()
+    missed = [f"{row.id}{row.part} ({row.measured} for {row.printed} {row.unit})" for row in rows]
     worth = int(numbers["met"].sum() - grips["met"].sum())
     return (
-        f"It meets {number_count(numbers)}; not met: {'; '.join(missed) or 'none'}.\n\n"
-        "**With a ring that grips**, every value in its range, the same search ends at "
-        f"{verdict_line(grips_sentences, grips)}: what the default rig assumes of the ring is worth {worth} numbers."
+        f"It meets {number_count(numbers)}, not {', '.join(missed) or 'one less'}. **With a ring that grips**, every "
+        f"value in its range, the same search ends at {verdict_line(grips_sentences, grips)}: what the default rig "
+        f"assumes of the ring is worth {worth} numbers."
     )
 
 
