@@ -11,14 +11,15 @@ from trackdyn import Scene
 from trackdyn.inputs.errors import InputError
 from trackdyn.measure import planner
 from trackdyn.measure.planner import Trial, _cheapest, _judge, check_tolerances, plan, settings
-from trackdyn.measure.uncertainty import Series
+from trackdyn.measure.uncertainty import Estimate, Series, WholeError, drifts, judge_series
 from trackdyn.measure.whole_loop import whole_loop
 
 
 def tried(step, value, integrator="semi_implicit", scatter=0.0):
     """A setting whose measure has one value in all of twelve passages, or one that scatters."""
     trial = Trial("made up", {"integrator": integrator, "step": step})
-    scene = SimpleNamespace(integrator=integrator, rig=SimpleNamespace(rate=1000.0))
+    turn = SimpleNamespace(loop=0.5)
+    scene = SimpleNamespace(integrator=integrator, rig=SimpleNamespace(rate=1000.0), periods=turn)
     trial.writer = SimpleNamespace(loop=SimpleNamespace(model=SimpleNamespace(step=step), scene=scene), done=1000)
     trial.measures["rms"] = Series(np.full(12, value) + scatter, np.arange(12))
     return trial
@@ -66,6 +67,31 @@ def test_the_cheapest_setting_that_fits_is_recorded():
     assert chosen(0.005, 0.02) == 1  # the error of the other one is 1 %
     assert chosen(0.02, 0.005) is None and chosen(0.001, 0.05) is None
     assert chosen(0.001, 0.05, longest=100.0) == 0
+
+
+def test_a_start_that_dies_away_is_not_known():
+    """Batches of neighbours do not see a decay of three turns, of which the record holds one: the halves do."""
+    rng = np.random.default_rng(4)
+    passages = np.arange(36)
+    for drift, seen in ((0.0, False), (0.03, True)):
+        values = (1.0 + drift * np.exp(-passages / 60)) ** 2 + 1e-3 * rng.standard_normal(36)
+        measures = {"rms": Series(values, passages, True)}
+        assert judge_series(measures, {"rms": 0.01})[2] == {"rms": True}
+        assert drifts(measures, {"rms": 0.01}) == seen
+        assert not drifts(measures, {"rms": 0.1})  # within what is asked for
+    assert not drifts({"rms": Series(values[:10], passages[:10], True)}, {"rms": 0.01})
+
+
+def test_a_record_that_grew_beyond_its_forecast_gives_way_to_a_finer_setting_with_more_room():
+    """An error of 0.9 % leaves the interval 0.1 % of a tolerance of 1 %: a finer setting with ten times the room."""
+    runs = [tried(2e-4, 1.009), tried(1e-4, 1.0)]
+    runs[0].error["rms"], runs[1].error["rms"] = WholeError(0.009, 0.0, 0.01, 0.01), WholeError(0.0, 0.0, 0.01, 0.01)
+    runs[0].writer.done = 20_000
+    planned = planner.Plan(runs[0], {"rms": 0.001}, 10.0, 0.0, 0.0, tuple(runs))
+    other, room, length = planned._cheaper(runs[0], planned.left, {"rms": Estimate(1.0, 0.0015, 0.003)})
+    assert other is runs[1] and room["rms"] == pytest.approx(0.01) and length == pytest.approx(20 * 0.3**2)
+    runs[1].refused = "it diverged"
+    assert planned._cheaper(runs[0], planned.left, {"rms": Estimate(1.0, 0.0015, 0.003)})[0] is runs[0]
 
 
 def test_what_is_stated_stays_and_no_two_implicit_steps_judge_each_other(rig):

@@ -9,10 +9,12 @@
 """
 
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from math import inf
 from typing import Any, NamedTuple
+
+import numpy as np
 
 from trackdyn.inputs.errors import InputError, TrackdynError
 from trackdyn.inputs.validation import typed, within
@@ -24,6 +26,7 @@ from trackdyn.measure.uncertainty import (
     Estimate,
     Series,
     WholeError,
+    drifts,
     extrapolated,
     judge_series,
     weight_of_finer,
@@ -45,9 +48,11 @@ WORK = {"linearly_implicit": 2.0}
 WARM_UP = 2  # passages in which a setting follows its own way before it is recorded
 GROWTH = 1.5  # times as long a trial is judged again
 JUDGED = 1.3  # times as long the record of the answer is
-# Turns of the loop at constant speed before a record. In 17 scenes of six rigs the RMS of the first quarter of a turn
-# was up to 1.3 % off; after half a turn nothing was left beyond the scatter.
-WAIT = 0.5
+# Turns of the loop at constant speed before a record, in linearly implicit steps, which cost less, and in others. On
+# tight rings a start takes up to four turns to die away: halves of a record show what is left of it (`drifts`).
+WAIT, DEAR_WAIT = 2.0, 0.5
+LEAST_TURNS = 1.0  # turns of the loop that a record has at least before it may be known
+GROWN = 2.0  # times its forecast that a record has before another setting is weighed
 LEAST_TOLERANCE = 1e-9  # share of a value: rounding
 PEAK_TURNS = 3  # turns of the sprocket: until then an arc has had its peaks, or has none
 
@@ -105,6 +110,15 @@ class Trial:
                 times.append(max((error.scatter / room) ** 2, JUDGED))
         return max(times)
 
+    def needed(self, tolerances: Mapping[str, float], longest: float) -> float:
+        """Length of the record for all tolerances, s: a turn of the loop at least, if ``longest`` (s) has one."""
+        return max(self.growth(tolerances) * self.seconds, least_record(self.writer.loop.scene, longest))
+
+
+def least_record(scene: Scene, longest: float) -> float:
+    """Length that a record has at least before it may be known, s."""
+    return min(LEAST_TURNS * scene.periods.loop, longest)
+
 
 class Plan(NamedTuple):
     """The setting to run for tolerances, and how far its record has come."""
@@ -124,26 +138,72 @@ class Plan(NamedTuple):
     def run(self) -> StopResult:
         """Go on with the record until its intervals are within ``left``.
 
-        Half widths of the answer's measures, the asked ones alone, hold the error of the setting, too.
+        Half widths of the answer's measures, the asked ones alone, hold the error of the setting, too. The record has a
+        turn of the loop at least, and its halves agree; until they do its first half is left out. One that has grown to
+        `GROWN` times its forecast gives way to a finer setting that was tried, if that takes less work.
         """
-
-        def judge(recording: Recording):
-            cut, means, reached = judge_series(series(recording, self.left), self.left)
-            return (recording, cut, means, reached), all(reached.values())
-
-        # scatter may fall faster than it is expected to, where passages make up for each other
-        first = min(self.duration, GROWTH * self.chosen.seconds)
-        (recording, cut, means, reached), _ = record_until(self.chosen.writer, first, judge, JUDGED)
+        trial, left, duration = self.chosen, self.left, self.duration
+        while True:
+            # scatter may fall faster than it is expected to, where passages make up for each other
+            least = least_record(trial.writer.loop.scene, trial.writer.loop.scene.duration)
+            first = max(min(duration, GROWTH * trial.seconds), least)
+            last = GROWN * max(duration, least)
+            (recording, cut, means, reached), converged = record_until(
+                trial.writer, first, _judge_record(left, least), JUDGED, last
+            )
+            if converged or trial.writer.finished:
+                break
+            trial, left, duration = self._cheaper(trial, left, means)
         measures = {}
         for name, mean in means.items():
             scale = scale_of(name, mean.value)
-            error = self.chosen.error[name]._replace(half_width=mean.half_width / scale).total
+            error = trial.error[name]._replace(half_width=mean.half_width / scale).total
             measures[name] = mean._replace(half_width=error * scale)
         reason = f"the step was chosen for {', '.join(self.left)}; other measures may be less accurate"
         resolved = Resolution(OPEN, recording.meta["resolved"]["share"], reason)._asdict()
         left_out = recording.scene.lead_in + cut * recording.periods.passage
         recording = replace(recording, meta=recording.meta | {"resolved": resolved})
         return StopResult(measures, reached, left_out, recording)
+
+    def _cheaper(
+        self, trial: Trial, left: Mapping[str, float], means: Mapping[str, Estimate]
+    ) -> tuple[Trial, dict[str, float], float]:
+        """The setting with the least work to the end, of a record that grew and of finer ones; its room and length, s.
+
+        An interval falls as one over the root of the length.
+        """
+        tolerances = {name: trial.error[name].tolerance(room) for name, room in left.items()}
+        plans = []
+        for other in self.tried[self.tried.index(trial) :]:
+            if other.refused or not other.error:
+                continue
+            room = {name: other.error[name].room(tolerance) for name, tolerance in tolerances.items()}
+            if min(room.values()) > 0:
+                wide = [mean.half_width / scale_of(name, mean.value) / room[name] for name, mean in means.items()]
+                grown = max(wide) ** 2 if np.isfinite(wide).all() else inf
+                length = max(trial.seconds * grown, JUDGED * other.seconds)
+                plans.append((other.work * (length - other.seconds), other, room, length))
+        _, other, room, length = min(plans, key=lambda plan: plan[0])
+        return other, room, length
+
+
+def _judge_record(left: Mapping[str, float], least: float) -> Callable[[Recording], tuple[tuple, bool]]:
+    """Judge of a record: its measures, the passages left out at its beginning, and whether all that is known.
+
+    ``least`` is the length of what is left, s.
+    """
+
+    def judge(recording: Recording):
+        measures, passage, skipped = series(recording, left), recording.periods.passage, 0
+        while drifts(rest := {name: measure.since(skipped) for name, measure in measures.items()}, left):
+            skipped += max((int(recording.seconds / passage) - skipped) // 2, 1)
+        cut, means, reached = judge_series(rest, left)
+        cut = max(cut, skipped)
+        turn = recording.seconds - cut * passage >= (1 - 1e-6) * least
+        reached = {name: value and turn for name, value in reached.items()}
+        return (recording, cut, means, reached), all(reached.values())
+
+    return judge
 
 
 def settings(scene: Scene, step: float, method: bool) -> list[Trial]:
@@ -180,7 +240,7 @@ def plan(scene: Scene, tolerances: Mapping[str, float], longest: float = 60.0, m
     """
     check_tolerances(scene, tolerances, longest)
     begin = time.process_time()
-    rate, wait = scene.rig.rate, WAIT * scene.periods.loop
+    rate, wait = scene.rig.rate, (WAIT if method else DEAR_WAIT) * scene.periods.loop
     record = {"duration": whole_samples(rate, longest), "lead_in": whole_samples(rate, wait), "every_link": True}
     at_rest = Loop(scene.with_(**record, pitches=(), frame_interval=0.0, contact_log=True))
     choices = settings(at_rest.scene, at_rest.model.step, method)
@@ -196,7 +256,7 @@ def plan(scene: Scene, tolerances: Mapping[str, float], longest: float = 60.0, m
     if chosen is None:
         raise InputError(_refusal(tried, tolerances, longest))
     left = {name: chosen.error[name].room(tolerance) for name, tolerance in tolerances.items()}
-    duration = min(max(chosen.growth(tolerances), 1.0) * chosen.seconds, longest)
+    duration = min(max(chosen.needed(tolerances, longest), chosen.seconds), longest)
     cpu_s = chosen.cpu_s * (duration / chosen.seconds - 1.0)
     return Plan(chosen, left, duration, cpu_s, time.process_time() - begin, tuple(tried))
 
@@ -231,9 +291,9 @@ def _compare(
 
 def _cheapest(tried: list[Trial], tolerances: Mapping[str, float], longest: float) -> Trial | None:
     """The setting whose record keeps the tolerances for the least work within ``longest`` (s): the finest of equals."""
-    growths = {trial: trial.growth(tolerances) for trial in reversed(tried) if not trial.refused}
-    fitting = [trial for trial, growth in growths.items() if growth < inf and growth * trial.seconds <= longest]
-    return min(fitting, key=lambda trial: trial.work * max(growths[trial] - 1.0, 0.0), default=None)
+    lengths = {trial: trial.needed(tolerances, longest) for trial in reversed(tried) if not trial.refused}
+    fitting = [trial for trial, length in lengths.items() if length < inf and length <= longest]
+    return min(fitting, key=lambda trial: trial.work * max(lengths[trial] - trial.seconds, 0.0), default=None)
 
 
 def _at_speed(settled: Loop, choices: list[Trial]) -> Loop:

@@ -6,6 +6,7 @@ which every pitch is a sample (`run_steady`).
 
 from collections.abc import Callable
 from dataclasses import replace
+from math import inf
 from typing import TypeVar
 
 from trackdyn.inputs.errors import InputError
@@ -23,20 +24,25 @@ Judged = TypeVar("Judged")
 
 
 def record_until(
-    writer: Recorder, first: float, judge: Callable[[Recording], tuple[Judged, bool]], growth: float = GROWTH
+    writer: Recorder,
+    first: float,
+    judge: Callable[[Recording], tuple[Judged, bool]],
+    growth: float = GROWTH,
+    last: float = inf,
 ) -> tuple[Judged, bool]:
-    """Go on with a record until ``judge`` says that its answer has converged, or to its end.
+    """Go on with a record until ``judge`` says that its answer has converged, for ``last`` seconds, or to its end.
 
     The first judgement is after ``first`` seconds of the record, the next one when it is ``growth`` times as long.
     Returns what the last one said.
     """
-    judged = first * writer.loop.scene.rig.rate
+    rate = writer.loop.scene.rig.rate
+    judged = first * rate
     while True:
         if not writer.finished and writer.done < judged:
             writer.chunk()
             continue
         answer, converged = judge(writer.recording())
-        if converged or writer.finished:
+        if converged or writer.finished or writer.done >= last * rate:
             return answer, converged
         judged = growth * writer.done
 

@@ -139,6 +139,7 @@ def _demodulated(a: np.ndarray, rate_hz: float, edges: np.ndarray, hz: float) ->
 
 # Passages that a record needs at least: fewer batches than three say little about their own scatter.
 LEAST = 9
+DRIFT = 0.25  # share of a tolerance that halves of a record may differ by
 SURE = 2.0  # standard errors: the 95 % of a normal distribution
 
 
@@ -215,6 +216,10 @@ class WholeError(NamedTuple):
         rest = tolerance - self.bias
         return sqrt(rest**2 - self.doubt**2) if rest > self.doubt else 0.0
 
+    def tolerance(self, room: float) -> float:
+        """The tolerance that leaves a ``room``."""
+        return self.bias + hypot(room, self.doubt)
+
 
 def whole_error(run: Series, limit: np.ndarray, scale: float) -> WholeError:
     """Whole error of a measure of a run, whose ``limit`` passage by passage (`extrapolated`) a finer run gives.
@@ -254,6 +259,22 @@ def judge_series(
         if all(reached.values()):
             break
     return first, means, reached
+
+
+def drifts(measures: Mapping[str, Series], tolerances: Mapping[str, float]) -> bool:
+    """Whether the halves of a record differ: a start that has not died away, which batches of neighbours do not see.
+
+    By more than their scatter, and by more than `DRIFT` of a tolerance.
+    """
+    for name, tolerance in tolerances.items():
+        if name in measures and len(measures[name].values) >= 2 * LEAST:
+            halves = np.array_split(measures[name].linear(), 2)
+            first, second = (float(half.mean()) for half in halves)
+            scatter = hypot(*(batch_error(half)[0] for half in halves))
+            scale = measures[name].scale or abs(first + second) / 2
+            if abs(second - first) > max(SURE * scatter, DRIFT * tolerance * scale):
+                return True
+    return False
 
 
 class Limit(NamedTuple):
