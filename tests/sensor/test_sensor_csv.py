@@ -262,7 +262,7 @@ def test_unusable_arrays_are_not_written(columns, word, tmp_path):
 
 
 def test_a_large_file_is_refused_at_once(tmp_path, monkeypatch):
-    monkeypatch.setattr(text_file, "MOST_BYTES", 100)
+    monkeypatch.setattr(text_file, "MAX_TEXT_BYTES", 100)
     refused(write(tmp_path / "record.csv", CLEAN), ["more than 0 MB"])
 
 
@@ -556,4 +556,4 @@ def test_a_long_field_is_refused_in_no_more_than_linear_time(character, tmp_path
     refused(write(tmp_path / "a.csv", f"t_s,ay_g\n0.001,{character * 1_000_000}\n0.002,1\n"), ["characters", "export"])
     long = character * 200_000 + "x"
     assert _column(0, long, "").position == 0 and not NUMBER.fullmatch(long)
-    assert not rig_file.NUMBER.fullmatch(long) and not ring_rule._BOUND.fullmatch(f"rms_g < {long}")
+    assert not rig_file.QUANTITY.fullmatch(long) and not ring_rule._BOUND.fullmatch(f"rms_g < {long}")

@@ -10,7 +10,7 @@ import pytest
 from tests.conftest import RIG
 from trackdyn.inputs.errors import InputError
 from trackdyn.sweeps.design import read_table, write_table
-from trackdyn.sweeps.sweep import COLUMNS, content_key, read_design, requested_rows, sweep
+from trackdyn.sweeps.sweep import DESIGN_COLUMNS, content_key, read_design, requested_rows, sweep
 
 
 @pytest.mark.parametrize(
@@ -47,7 +47,7 @@ def test_a_damaged_parquet_file_is_refused(tmp_path):
 
 
 def test_every_field_of_a_scene_and_of_a_rig_can_be_a_column():
-    assert {"motor_rpm", "every_link", "stop_rule.force", "preset", "name"} <= set(COLUMNS)
+    assert {"motor_rpm", "every_link", "stop_rule.force", "preset", "name"} <= set(DESIGN_COLUMNS)
     of_rigs = ("sprocket.ring_radius", "gravity", "profile.arcs", "road_1.bearing_drag", "road_1.arm.stiffness")
     read_design(pd.DataFrame({name: [1] for name in ("motor_rpm", *of_rigs)}))
 

@@ -31,7 +31,7 @@ class _Panels(typer.core.TyperGroup):
                 formatter.write_dl([(name, (command.help or "").partition("\n\n")[0]) for name, command in named])
 
 
-WORDS = {"path": "FILE", "int": "COUNT", "int range": "COUNT"}  # for types; every other one is text
+TYPE_WORDS = {"path": "FILE", "int": "COUNT", "int range": "COUNT"}  # for types; every other one is text
 
 
 class _Command(typer.core.TyperCommand):
@@ -48,7 +48,7 @@ class _Command(typer.core.TyperCommand):
                 if param.param_type_name == "argument":
                     rows["Arguments"].append((name.upper(), record[1]))
                 else:
-                    word = WORDS.get(kind, "TEXT") if kind else ""
+                    word = TYPE_WORDS.get(kind, "TEXT") if kind else ""
                     rows["Options"].append((f"{name} {word}".strip(), record[1]))
         for title, described in rows.items():
             if described:

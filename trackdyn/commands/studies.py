@@ -86,13 +86,13 @@ def ring(
 def _write_study(out: Path, study: "pd.DataFrame", rig, rule, rig_name: str, **shown) -> None:
     """Write the table of a study, its pictures and its page."""
     from trackdyn.inputs.files import write_csv
-    from trackdyn.plots.ring_study import RECOMMENDED, figures, sliding_figure, write_page
+    from trackdyn.plots.ring_study import CHOSEN, figures, sliding_figure, write_page
     from trackdyn.plots.style import save
 
     write_csv(out / "ring.csv", study, float_format="%.9g")
     marks = {f"equal pitch, {name}": radius for name, radius in rig.equal_pitch_radii.items()}
     if (chosen := rule.radius(study)) == chosen:
-        marks[RECOMMENDED] = chosen
+        marks[CHOSEN] = chosen
     for name, figure in zip(PICTURES, (*figures(study, marks).values(), sliding_figure(study, marks)), strict=True):
         save(figure, out / f"{name}.png")
     run = ""
@@ -142,7 +142,7 @@ def _notes(study: "pd.DataFrame", rig, lost: "pd.DataFrame") -> list[str]:
 def _study_rows(study: "pd.DataFrame") -> list[dict]:
     """Rows of the page: speed, radius, tension, durations and forces with their errors, as text."""
     from trackdyn.measure.cells import cell, with_error
-    from trackdyn.measure.ring_rule import WORK
+    from trackdyn.measure.ring_rule import WORK_COLUMNS
     from trackdyn.model.arrays import SIDES
 
     rows = []
@@ -152,18 +152,18 @@ def _study_rows(study: "pd.DataFrame") -> list[dict]:
         row["settled_tension_n"] = cell(scene["settled_tension_n"])
         for name, error in (("share_pct", "share_error_pct"), ("rms_n", "rms_error_n")):
             row |= {f"{side}_{name}": with_error(scene[f"{side}_{name}"], scene[f"{side}_{error}"]) for side in SIDES}
-        rows.append(row | {name: cell(scene[name]) for name in WORK})
+        rows.append(row | {name: cell(scene[name]) for name in WORK_COLUMNS})
     return rows
 
 
 def _comparison_rows(rings: "pd.DataFrame") -> list[dict]:
     """Rows of the page on the rings that the advice names: tension, RMS and mean peak of the forces, sliding work."""
     from trackdyn.measure.cells import significant
-    from trackdyn.measure.ring_rule import WORK
+    from trackdyn.measure.ring_rule import WORK_COLUMNS
     from trackdyn.model.arrays import SIDES
 
     forces = (f"{side}_{name}" for name in ("rms_n", "peak_n") for side in SIDES)
-    columns = ("settled_tension_n", *forces, *WORK)
+    columns = ("settled_tension_n", *forces, *WORK_COLUMNS)
     return [
         {"rpm": f"{row['rpm']:g}", "ring": row["ring"], "ring_radius_m": significant(row["ring_radius_m"], 5)}
         | {name: significant(row.get(name, nan)) for name in columns}

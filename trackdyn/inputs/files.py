@@ -46,7 +46,7 @@ def _target(path: Path | str) -> tuple[Path, int | None]:
 # of those that may share a folder
 MACHINE = f"{crc32(platform.node().encode()):08x}"
 # name of a file that is being written here, with process and thread
-_PART = re.compile(rf"\..*\.{MACHINE}-(\d{{1,9}})-\d+\.trackdyn-part(\.\w+)?")
+_PART_FILE = re.compile(rf"\..*\.{MACHINE}-(\d{{1,9}})-\d+\.trackdyn-part(\.\w+)?")
 
 
 def _part(target: Path) -> Path:
@@ -59,7 +59,7 @@ def remove_abandoned(folder: Path | str) -> None:
     from psutil import pid_exists
 
     for path in Path(folder).rglob(".*.trackdyn-part*"):
-        match = _PART.fullmatch(path.name)
+        match = _PART_FILE.fullmatch(path.name)
         if match and not pid_exists(int(match[1])):
             with suppress(OSError):
                 path.unlink()

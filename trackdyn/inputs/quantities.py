@@ -22,8 +22,8 @@ WORD = "name"  # unit of values that are words
 FROM_FILE = "from a file"  # there every entry states its unit, in Python none does
 # bounds as pydantic puts them into a schema behind a validator of our own, and as JSON Schema writes them
 BOUNDS = {"gt": "exclusiveMinimum", "ge": "minimum", "lt": "exclusiveMaximum", "le": "maximum"}
-LARGEST = 1e20  # size of any value in its unit: squares and ratios of such values are still numbers
-LEAST = 1e-40  # size of any value that is not 0, for the same reason
+LARGEST_VALUE = 1e20  # size of any value in its unit: squares and ratios of such values are still numbers
+LEAST_VALUE = 1e-40  # size of any value that is not 0, for the same reason
 
 
 def number_of(value: Any) -> float:
@@ -53,8 +53,8 @@ def _unwrap(unit: str, kind: type, absent: bool = False):
         plain = {float: plain_number, int: plain_count, tuple: _rows}.get(kind, lambda name: name)(value)
         if kind is tuple and len(plain[0]) != (columns := unit.count(",") + 1):
             raise ValueError(f"= {shown(value)}: rows must have {columns} numbers each, in {unit}")
-        if kind is float and 0.0 < abs(plain) < LEAST:
-            raise ValueError(f"= {shown(value)}: must be 0 or at least {LEAST:g} in size")
+        if kind is float and 0.0 < abs(plain) < LEAST_VALUE:
+            raise ValueError(f"= {shown(value)}: must be 0 or at least {LEAST_VALUE:g} in size")
         return plain
 
     return BeforeValidator(unwrap)
@@ -87,7 +87,7 @@ def entry_value(entry: Any, unit: str) -> Any:
 
 
 class Quantity:
-    """Unit and bounds of a parameter, behind its Python type; a number is at most ``LARGEST`` in size.
+    """Unit and bounds of a parameter, behind its Python type; a number is at most ``LARGEST_VALUE`` in size.
 
     ``Annotated[float, Quantity("N/m", gt=0)]`` is a number that must be there, ``Annotated[float | None, ...]`` one
     that may be left out, ``Annotated[Table, Quantity("m, m, m, 1")]`` a table whose columns have these units.
@@ -100,7 +100,7 @@ class Quantity:
         absent = NoneType in get_args(source)
         kind = next(variant for variant in get_args(source) if variant is not NoneType) if absent else source
         unwrap = _unwrap(self.unit, get_origin(kind) or kind, absent)
-        bounds: dict[str, Any] = {"le": LARGEST, "ge": -LARGEST} if kind in (float, int) else {}
+        bounds: dict[str, Any] = {"le": LARGEST_VALUE, "ge": -LARGEST_VALUE} if kind in (float, int) else {}
         field = Field(**bounds | self.bounds)
         if absent:
             return handler.generate_schema(Annotated[Annotated[kind, field] | None, unwrap])

@@ -17,16 +17,16 @@ _DICTIONARY = read_yaml(Path(__file__).with_suffix(".yaml"))
 UNITS, HEADINGS, WORDS = (_DICTIONARY[name] for name in ("units", "headings", "words"))
 SHOWN = (*(measure.column for measure in CATALOGUE if measure.shown), *_DICTIONARY["shown"])  # that a run prints
 # columns of metrics.csv: type, unit, description, standard error or why there is none (None of errors themselves)
-COLUMNS: dict[str, tuple[str, str, str, str | None]] = {k: tuple(v) for k, v in _DICTIONARY["columns"].items()}
+METRIC_COLUMNS: dict[str, tuple[str, str, str, str | None]] = {k: tuple(v) for k, v in _DICTIONARY["columns"].items()}
 for _measure in CATALOGUE:
     if _measure.text:
         _over = "over revolutions of the loop" if _measure in ACCELERATION else "by batch means over passages"
         _column = "number", _measure.unit, _measure.text
-        COLUMNS[_measure.column] = (*_column, _measure.error)
+        METRIC_COLUMNS[_measure.column] = (*_column, _measure.error)
         if " " not in _measure.error:
-            COLUMNS.setdefault(_measure.error, (*_column[:2], f"standard error {_over}: {_measure.text}", None))
+            METRIC_COLUMNS.setdefault(_measure.error, (*_column[:2], f"standard error {_over}: {_measure.text}", None))
 # published tables: the columns that identify a row, then type, unit and description of every column
-TABLES: dict[str, tuple[list[str], dict]] = {"metrics": (["run"], COLUMNS)}
+TABLES: dict[str, tuple[list[str], dict]] = {"metrics": (["run"], METRIC_COLUMNS)}
 TABLES |= {name: (table["key"], table["columns"]) for name, table in _DICTIONARY["tables"].items()}
 
 

@@ -18,19 +18,19 @@ from trackdyn.sensor.sensor_mapping import SensorMapping
 from trackdyn.simulation.recording import Recording
 
 HIGH = "high_frequency_g"
-CLEAR = 2.0  # standard errors, from which on a difference is more than scatter
-SAME_SPEED = 0.01  # share of a speed, from which on a difference is said
-SAME_RATE = 0.01  # changes what the mean over a sample leaves of 300 Hz by 0.3 %
+CLEAR_ERRORS = 2.0  # standard errors, from which on a difference is more than scatter
+SPEED_TOLERANCE = 0.01  # share of a speed, from which on a difference is said
+RATE_TOLERANCE = 0.01  # changes what the mean over a sample leaves of 300 Hz by 0.3 %
 
 
 def whole_ratio(record: SensorRecord, rate: float) -> tuple[int, int]:
     """Numbers of the sensor's samples, and of those at ``rate`` (Hz), that take the same time: one of them is 1.
 
-    Raises `InputError`: neither rate is a multiple of the other, to ``SAME_RATE``.
+    Raises `InputError`: neither rate is a multiple of the other, to ``RATE_TOLERANCE``.
     """
     ratio = record.rate / rate
     counts = max(round(ratio), 1), max(round(1 / ratio), 1)
-    if abs(ratio * counts[1] / counts[0] - 1) > SAME_RATE:
+    if abs(ratio * counts[1] / counts[0] - 1) > RATE_TOLERANCE:
         raise InputError(
             f"{record.path}: has {record.rate:.6g} samples a second, the simulation {rate:g}, and neither is a "
             f"multiple of the other; simulate with `rate: {round(record.rate)}`, in the pipeline with that "
@@ -136,8 +136,8 @@ def in_words(table: pd.DataFrame) -> str:
         by = f": differs by {abs(errors):.2g} standard errors"
         if not np.isfinite(errors):
             by = " (no standard error: a record holds fewer than two turns of the loop, or its step has no known error)"
-        elif abs(errors) < CLEAR:
-            by = f", within {CLEAR:g} standard errors: no difference that these records tell"
+        elif abs(errors) < CLEAR_ERRORS:
+            by = f", within {CLEAR_ERRORS:g} standard errors: no difference that these records tell"
         side = "above" if excess > 0 else "below"
         sentences.append(f"{name} of the simulation {abs(excess):.3g} % {side} the sensor's{by}")
     return "; ".join(sentences)
@@ -154,7 +154,7 @@ def other_speed(recording: Recording, record: SensorRecord, table: pd.DataFrame)
     if "line_hz_binfree" not in lines.index:
         return None
     own_hz, error = lines.loc["line_hz_binfree", ["sensor", "sensor_error"]].astype(float).fillna(0.0)
-    if abs(own_hz - hz) <= max(SAME_SPEED * hz, CLEAR * error):
+    if abs(own_hz - hz) <= max(SPEED_TOLERANCE * hz, CLEAR_ERRORS * error):
         return None
     return (
         f"{record.path}: its loop turns {own_hz:.4g} times a second{f' (+- {error:.2g})' if error else ''}, the "

@@ -20,7 +20,7 @@ from trackdyn.simulation.recording import Recording
 
 OF_THE_EARTH = 0.005  # share by which gravity differs between poles and equator
 
-JUDGED = ("semi_implicit", "rk4")  # methods: a linearly implicit step is coarse on purpose
+JUDGED_METHODS = ("semi_implicit", "rk4")  # methods: a linearly implicit step is coarse on purpose
 
 
 def sensor_row(recording: Recording, sensor: str | int = 0) -> dict:
@@ -85,7 +85,7 @@ def whole_errors(scene: Scene) -> Callable[[str, float, float], float]:
     NaN where the standard error or what the step adds is not known; a value of zero has the standard error.
     """
     times = 0.0 if scene.chain == "belt" else scene.time_step / scene.with_(step=None).time_step
-    times = times if scene.chain == "belt" or scene.integrator in JUDGED else nan
+    times = times if scene.chain == "belt" or scene.integrator in JUDGED_METHODS else nan
 
     def whole(column: str, value: float, error: float) -> float:
         of_step = next((errors for name, errors in STEP_ERRORS.items() if fullmatch(name, column)), (nan, nan))

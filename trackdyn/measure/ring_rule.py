@@ -21,7 +21,7 @@ from trackdyn.measure.uncertainty import ROUNDING
 
 # Points of a turn that the left arc may touch for beyond a tooth's share of it, 100 over the number of teeth, for which
 # connectors that drive one after the other touch at least. Ours; the paper has a plateau near 10 %, and no rule.
-MARGIN, MARGINS = 2.0, (1.0, 3.0)
+MARGIN_PCT, MARGINS_PCT = 2.0, (1.0, 3.0)
 # The radii above the smallest one that must serve, too, as a share of its own: a millimetre at 0.3 m, the paper's step.
 # A radius that serves between others that do not is a dip of a curve that is not monotonic, and moves with the grid.
 SPAN = 1 / 300
@@ -29,12 +29,12 @@ SPAN = 1 / 300
 # so many steps; of a window in which the rule holds that is narrower this is said.
 NARROW, ROUNDS = 5e-4, 3
 ROUNDED = 5  # decimals of a radius that is added, m
-RULE = f"right_share_pct < {TOUCHING:g}, left_share_pct <= tooth + {MARGIN:g}, smallest"
-WORK = ("teeth_sliding_j", "ring_sliding_j")
-COMPARED = ("settled_tension_n", "ring_rms_n", "left_rms_n", *WORK)  # what a choice weighs
-COLUMNS = ("rms_g", "sd_g", *WORK, *(measure.column for side in OF_SIDES.values() for measure in side))
+RULE = f"right_share_pct < {TOUCHING:g}, left_share_pct <= tooth + {MARGIN_PCT:g}, smallest"
+WORK_COLUMNS = ("teeth_sliding_j", "ring_sliding_j")
+COMPARED = ("settled_tension_n", "ring_rms_n", "left_rms_n", *WORK_COLUMNS)  # what a choice weighs
+RULE_COLUMNS = ("rms_g", "sd_g", *WORK_COLUMNS, *(measure.column for side in OF_SIDES.values() for measure in side))
 _OF_A_SIDE = (measure.column.removeprefix("left_") for measure in OF_SIDES["left"])
-_KNOWN = f"rms_g, sd_g, {', '.join(WORK)}, or left_, right_ or ring_ with {', '.join(_OF_A_SIDE)}"
+_KNOWN = f"rms_g, sd_g, {', '.join(WORK_COLUMNS)}, or left_, right_ or ring_ with {', '.join(_OF_A_SIDE)}"
 _BOUND = re.compile(r"(\w+)\s*(<=?|>=?)\s*(?:(tooth)\s*\+\s*)?(-?\d+(?:\.\d*)?(?:e-?\d+)?)")
 KEEPS = {"<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge}
 
@@ -140,9 +140,9 @@ class RingRule(NamedTuple):
         return sorted({round(float(radius), ROUNDED) for radius in more} - set(radii))
 
     def band(self, study: pd.DataFrame) -> dict[float, float]:
-        """Radii that the rule chooses with each of `MARGINS` over a tooth's share, m; empty for a rule without it."""
+        """Radii that the rule chooses with each of `MARGINS_PCT` over a tooth's share, m; empty without that share."""
         radii = {}
-        for margin in MARGINS if any(bound.tooth for bound in self.bounds) else ():
+        for margin in MARGINS_PCT if any(bound.tooth for bound in self.bounds) else ():
             bounds = (bound._replace(number=margin) if bound.tooth else bound for bound in self.bounds)
             radii[margin] = self._replace(bounds=tuple(bounds)).radius(study)
         return radii
@@ -187,10 +187,10 @@ def parse_rule(text: str, teeth: int) -> RingRule:
             expected = "a column, <, <=, > or >=, and a number or tooth + a number"
             raise InputError(f"rule: {shown(term)} is no bound; expected {expected}, as in {RULE!r}")
         bounds.append(Bound(match[1], match[2], float(match[4]), 100.0 / teeth if match[3] else 0.0))
-    if choice not in ("smallest", "largest") and (choice == last or choice not in COLUMNS):
+    if choice not in ("smallest", "largest") and (choice == last or choice not in RULE_COLUMNS):
         raise InputError(f"rule: {shown(last)} is no choice; end with smallest, largest or least COLUMN: {_KNOWN}")
     for bound in bounds:
-        if bound.column not in COLUMNS:
+        if bound.column not in RULE_COLUMNS:
             raise InputError(f"rule: {shown(bound.column)} is no column that a rule can bound: {_KNOWN}")
     return RingRule(tuple(bounds), choice)
 
@@ -221,7 +221,7 @@ def advice(study: pd.DataFrame, rule: RingRule) -> list[str]:
             moves = any(not abs(radius - chosen) <= high - low for radius in band.values())
             more = ": this margin, which is ours, moves the choice by more than that window" if moves else ""
             sentences.append(
-                f"with another margin than {MARGIN:g} points the rule would recommend {', '.join(each)}{more}"
+                f"with another margin than {MARGIN_PCT:g} points the rule would recommend {', '.join(each)}{more}"
             )
         sentences += _sliding_sentences(rings, chosen)
         for words, k in (("smaller", index - 1), ("larger", index + 1)):

@@ -13,7 +13,7 @@ from trackdyn.measure.uncertainty import NAN, LineError, Series, line_error, rat
 from trackdyn.simulation.recording import Recording
 
 # Areas that an arc visits for less than this share of a turn a passage do not count in the summary, %.
-LEAST_SHARE = 0.1
+LEAST_TOUCH_PCT = 0.1
 
 
 class Sensed:
@@ -103,6 +103,6 @@ def meshing_summary(recording: Recording) -> dict:
                 summary[measure.column] = float(taken.values.max()) if count else NAN
         if side != "ring":
             shares = sampled_shares(recording.area[:, :, k], recording.scene.rig)
-            visited = ",".join(str(area) for area in range(1, 11) if shares[area] >= LEAST_SHARE)
+            visited = ",".join(str(area) for area in range(1, 11) if shares[area] >= LEAST_TOUCH_PCT)
             summary[f"{side}_areas"] = (visited or "none") if count else ""
     return summary

@@ -16,9 +16,9 @@ from trackdyn.model.arrays import SIDE_WORDS, SIDES
 from trackdyn.plots.rendering import environment
 from trackdyn.plots.style import COLOURS, COLUMN, DASHES, GREEN, MARKERS, PRINTED, SMALL, new_figure, styled
 
-NAMES = dict(zip(SIDE_WORDS, SIDES, strict=True))
+SIDE_NAMES = dict(zip(SIDE_WORDS, SIDES, strict=True))
 SURFACES = {surface: (f"{surface}_sliding_j", f"{surface}_sliding_error_j") for surface in ("teeth", "ring")}
-RECOMMENDED = "recommended"  # mark of the radius that a rule chooses
+CHOSEN = "recommended"  # mark of the radius that a rule chooses
 THICK = {"color": GREEN, "linewidth": 4, "alpha": 0.4}
 
 
@@ -34,10 +34,10 @@ def figures(
     """
     drawn = {}
     for letter, statistic, words in (("a", "rms", "RMS"), ("b", "sd", "SD")):
-        columns = {name: (f"{side}_{statistic}_n", f"{side}_{statistic}_error_n") for name, side in NAMES.items()}
+        columns = {name: (f"{side}_{statistic}_n", f"{side}_{statistic}_error_n") for name, side in SIDE_NAMES.items()}
         title = f"{words} of the normal force over the run"
         drawn[f"fig23_{letter}"] = _panels(study, columns, f"{words} of the normal force (N)", title, marks)[0]
-    columns = {name: (f"{side}_share_pct", f"{side}_share_error_pct") for name, side in NAMES.items()}
+    columns = {name: (f"{side}_share_pct", f"{side}_share_error_pct") for name, side in SIDE_NAMES.items()}
     figure, axes, radii = _panels(study, columns, "contact duration (% of a turn)", "Contact duration", marks)
     large = [radius for radius in radii if steady and radius >= steady[1] - 1e-9]
     if steady and large:
@@ -88,9 +88,7 @@ def _panels(
                     position[rows_drawn], rows.loc[rows_drawn, value], errors, **look, linestyle=dashes, label=label
                 )
         for mark, radius in marks.items():
-            look = (
-                {"color": GREEN, "linewidth": 4, "alpha": 0.4} if mark == RECOMMENDED else PRINTED | {"linewidth": 0.6}
-            )
+            look = {"color": GREEN, "linewidth": 4, "alpha": 0.4} if mark == CHOSEN else PRINTED | {"linewidth": 0.6}
             ax.axvline(radius, **look, zorder=1)
         if with_none and radii:
             ax.axvline(0.5 * (none + radii[0]) - 0.25 * (radii[0] - none), color="0.6", linewidth=0.8)
@@ -105,7 +103,7 @@ def _panels(
     largest = study[[error for _, error in columns.values()]].max(axis=None)
     size = f", {largest:.2g} {unit.rpartition('(')[2].rstrip(')')} at most" if largest > 0 else ""
     note = ("standard errors are smaller than the marks" if hidden else "bars: standard errors") + size
-    looks = (("green" if mark == RECOMMENDED else "broken", mark, radius) for mark, radius in marks.items())
+    looks = (("green" if mark == CHOSEN else "broken", mark, radius) for mark, radius in marks.items())
     lines = [*(f"{look} line at {radius:.4g} m: {mark}" for look, mark, radius in looks), *lines, note]
     handles, labels = axes[0].get_legend_handles_labels()
     note = "\n".join(textwrap.fill(line, 55) for line in lines)

@@ -19,13 +19,13 @@ SHIPPED = Path(__file__).parents[1] / "rigs"
 DEFAULT = "paper"
 TRIED = "tried"  # steps that were tried on this rig, not on those that are like it
 LONGEST_PITCH = 4  # lengths of a link
-LARGEST = 1000.0  # pitch and sprocket, m, and number of teeth
+LARGEST_SIZE = 1000.0  # pitch and sprocket, m, and number of teeth
 MOST_LIKE = 5  # files that take from one another
 OTHER_CHAIN = {"kind", "link_length", "teeth"}  # a file with one of them describes another chain, not a worn one
 # sections that stand for a wheel or a sensor of that name, by the group that has it
 MEMBERS = {"idler": "wheels", "road_wheel": "wheels", "sensor": "sensors"}
 GROUPS = ("wheels", "sensors")
-NUMBER = re.compile(r"\s*([-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?)\s+(\S(?:.*\S)?)\s*")
+QUANTITY = re.compile(r"\s*([-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?)\s+(\S(?:.*\S)?)\s*")
 PLAIN_WORD = re.compile(r"[A-Za-z0-9_]{1,40}")
 # fields of a wheel that a law of drag reads
 DRAG_FIELDS = {"viscous": ("bearing_drag",), "coulomb": ("bearing_torque",), "rolling": ("rolling_arm", "seal_drag")}
@@ -190,11 +190,11 @@ def _with_pitch(rig: dict[str, Any]) -> dict[str, Any]:
     else:
         accepted = f"in m, more than chain.link_length = {length:g} m and less than {LONGEST_PITCH} times as much"
         body, possible = length, length < pitch < LONGEST_PITCH * length
-    if not 2 < teeth < LARGEST:
+    if not 2 < teeth < LARGEST_SIZE:
         return rig | {"chain": chain}  # refused with the sprocket
-    if possible and pitch < LARGEST:
+    if possible and pitch < LARGEST_SIZE:
         radius = equal_pitch_radii(teeth, body, pitch - body, thickness)["polygon"]
-    if not 0 < radius < LARGEST:
+    if not 0 < radius < LARGEST_SIZE:
         raise InputError(f"chain.pitch = {shown(entry['value'])}: must be {accepted}")
 
     def derived(value: float, source: str) -> dict[str, Any]:
@@ -202,7 +202,7 @@ def _with_pitch(rig: dict[str, Any]) -> dict[str, Any]:
 
     equal = derived(radius, f"{entry['source']}: {teeth:g} pitches of {pitch:g} m fill the polygon of pins")
     seat, designed_for = _section(groove, "seat_depth"), number(sprocket, "equal_pitch_radius")
-    if seat.keys() >= ENTRY_KEYS and 0 < designed_for < LARGEST:
+    if seat.keys() >= ENTRY_KEYS and 0 < designed_for < LARGEST_SIZE:
         new, old = (pin_height(int(teeth), length, thickness, equal) for equal in (radius, designed_for))
         source = f"{seat['source']}; the pins of this pitch stand {1e3 * (new - old):.3g} mm higher"
         groove["seat_depth"] = derived(number(groove, "seat_depth") + new - old, source)
@@ -221,7 +221,7 @@ def _written_out(content: Any, name: str, about: dict[str, str]) -> Any:
         }
         about = about | {key: word for key, word in own.items() if word is not None}
         return {key: _written_out(value, f"{name}.{key}", about) for key, value in content.items() if key not in own}
-    match = NUMBER.fullmatch(content) if isinstance(content, str) else None
+    match = QUANTITY.fullmatch(content) if isinstance(content, str) else None
     if match and not about.get("source"):
         raise InputError(
             f"{name} = {shown(content)} has no source; write source: in its section, or value, unit, kind and source"

@@ -11,8 +11,8 @@ from trackdyn.sensor.logger_text import Source, listed
 from trackdyn.sensor.sensor_mapping import (
     AXES,
     RATES,
+    TIME_UNITS,
     UNIT_ASKED,
-    UNITS,
     Column,
     SensorMapping,
     choose,
@@ -22,7 +22,7 @@ from trackdyn.sensor.sensor_mapping import (
     unit_of,
 )
 
-TIMES = ("time", "fraction")
+TIME_KEYS = ("time", "fraction")
 Columns = dict[str, Column]  # by axis, time, and fraction of a second
 
 
@@ -64,7 +64,7 @@ def columns_in(source: Source, mapping: SensorMapping, gravity: float) -> tuple[
         columns |= _times(source, columns, mapping, questions)
     if questions:
         raise InputError(f"{path}: {'; '.join(questions)}.")
-    return {key: column for key, column in columns.items() if key in axes or key in TIMES}, axes
+    return {key: column for key, column in columns.items() if key in axes or key in TIME_KEYS}, axes
 
 
 def _axes(
@@ -112,7 +112,7 @@ def _times(source: Source, columns: Columns, mapping: SensorMapping, questions: 
     if time.position in source.dated:
         time = time._replace(unit="s")
     fractions = [
-        column._replace(unit=unit) for column, _, unit in fine if _are_fractions(source, time, column, UNITS[unit])
+        column._replace(unit=unit) for column, _, unit in fine if _are_fractions(source, time, column, TIME_UNITS[unit])
     ]
     return {"time": time} | ({"fraction": fractions[0]} if len(fractions) == 1 else {})
 

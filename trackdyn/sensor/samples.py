@@ -12,7 +12,7 @@ from trackdyn.inputs.errors import InputError
 from trackdyn.sensor.sensor_mapping import SensorMapping
 from trackdyn.sensor.stamps import Stamps
 
-FASTEST = 20_000.0  # Hz; a faster record is decimated to it
+HIGHEST_RATE_HZ = 20_000.0  # Hz; a faster record is decimated to it
 _CLIPPED = 0.5  # share of clipped rows from which on nothing is left of the motion
 # rows at the extreme value, and times the rows at the value next to it, from which on a sensor is taken for saturated:
 # a sine of few levels stands 2.4 times as often at its highest one
@@ -178,8 +178,8 @@ def on_even_instants(t: np.ndarray, axes: Axes, rate: float, range_g: float) -> 
 
 
 def decimated(axes: Axes, rate: float, range_g: float) -> tuple[Axes, float, str]:
-    """Axes of ``rate`` Hz at ``FASTEST`` Hz or so behind an anti-alias filter, their rate, Hz, and words on it."""
-    ratio = Fraction(FASTEST / rate).limit_denominator(1000)
+    """Axes of ``rate`` Hz at ``HIGHEST_RATE_HZ`` Hz or so behind an anti-alias filter, their rate (Hz), and words."""
+    ratio = Fraction(HIGHEST_RATE_HZ / rate).limit_denominator(1000)
     slower = {
         axis: np.clip(
             scipy.signal.resample_poly(samples, ratio.numerator, ratio.denominator, padtype="line"), -range_g, range_g

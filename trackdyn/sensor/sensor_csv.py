@@ -17,16 +17,16 @@ from trackdyn.inputs.errors import InputError, shown
 from trackdyn.inputs.files import write_text
 from trackdyn.inputs.validation import typed
 from trackdyn.sensor import samples, stamps
-from trackdyn.sensor.columns import TIMES, Axis, Columns, columns_in
+from trackdyn.sensor.columns import TIME_KEYS, Axis, Columns, columns_in
 from trackdyn.sensor.header import find_rows
 from trackdyn.sensor.logger_text import Source, listed, table_of
 from trackdyn.sensor.other_sensors import require_one_sensor, rows_of_group
-from trackdyn.sensor.sensor_mapping import AXES, UNITS, SensorMapping, choose, time_unit_of
+from trackdyn.sensor.sensor_mapping import AXES, TIME_UNITS, SensorMapping, choose, time_unit_of
 from trackdyn.sensor.stamps import Rate
 from trackdyn.sensor.text_file import read_logger_text
 
 MOST_MESSAGES = 0.5  # share of rows that are no samples, up to which the others are a record
-COLUMNS = ("t_s", "ax_g", "ay_g", "az_g")
+CSV_COLUMNS = ("t_s", "ax_g", "ay_g", "az_g")
 
 
 @dataclass(frozen=True)
@@ -171,7 +171,7 @@ def _samples(source: Source, columns: Columns, mapping: SensorMapping) -> _Sampl
         if time is not None:
             messages |= wrong[:, positions.index(time)]
         if mapping.gaps is None or messages.mean() > MOST_MESSAGES:
-            source.refuse(row, positions[index], keys[index] in TIMES)
+            source.refuse(row, positions[index], keys[index] in TIME_KEYS)
         broken = np.diff(np.cumsum(messages)[~messages], prepend=0) > 0
         source, table = source.only(~messages) if messages.any() else source, table[~messages]
     return _Samples(source, dict(zip(keys, table.T, strict=True)), broken)
@@ -184,7 +184,7 @@ def _record(samples_of_one: _Samples, mapping, columns: Columns, axes: dict[str,
     if count < 2:
         raise InputError(f"{path}: the file holds {count} data rows; give at least 2.")
     if "fraction" in columns:
-        values["time"] = values["time"] - values["time"][0] + values["fraction"] * UNITS[columns["fraction"].unit]
+        values["time"] = values["time"] - values["time"][0] + values["fraction"] * TIME_UNITS[columns["fraction"].unit]
     stated: Any = Rate(mapping.rate, "as given") if mapping.rate else None
     seen = time and stamps.in_seconds(path, time.name, values["time"], time_unit_of(path, time))
     window = samples.window_of(path, seen.t if seen else np.arange(count) / stated.hz, mapping)
@@ -206,7 +206,7 @@ def _record(samples_of_one: _Samples, mapping, columns: Columns, axes: dict[str,
     rate, even, done["time"] = stated, True, "rows counted, no stamps"
     if seen and time:
         rate, even, steps = stamps.judge_stamps(path, seen, where, stated, mapping.resample)
-        described = " and ".join(columns[key].described for key in TIMES if key in columns)
+        described = " and ".join(columns[key].described for key in TIME_KEYS if key in columns)
         done["time"] = f"{described} in {seen.unit}, to {seen.rounding:.2g} s; {steps}"
         done["time"] += f"; dates are {mapping.dates}" * bool(mapping.dates)
     done["rate"] = f"{rate.hz:.7g} Hz, {rate.source}"
@@ -223,7 +223,7 @@ def _record(samples_of_one: _Samples, mapping, columns: Columns, axes: dict[str,
     hz = rate.hz
     if seen and not even:
         signals, done["resampled"] = samples.on_even_instants(seen.t, signals, hz, range_g)
-    if hz > samples.FASTEST:
+    if hz > samples.HIGHEST_RATE_HZ:
         signals, hz, done["decimated"] = samples.decimated(signals, hz, range_g)
     return SensorRecord(
         path=path, time=np.arange(signals["ay"].size) / hz, rate=float(hz), clipped=clipped, done=done,
@@ -273,7 +273,7 @@ def write_sensor_csv(path, t_s, ax, ay, az, comments: Iterable[str] = ()) -> Non
     unequal length, of fewer than 2 samples or not finite, or a folder that cannot be written.
     """
     columns = {}
-    for name, values in zip(COLUMNS, (t_s, ax, ay, az), strict=True):
+    for name, values in zip(CSV_COLUMNS, (t_s, ax, ay, az), strict=True):
         if values is not None or name == "t_s":
             try:
                 columns[name] = np.asarray(values, dtype=float)

@@ -12,7 +12,7 @@ from trackdyn.inputs.validation import Finite, NotNegative, Positive, Section, t
 from trackdyn.inputs.yaml_file import read_yaml
 
 RATES = (100.0, 1_000_000.0)  # Hz, of any record, whatever states its rate
-UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 Axis = Literal["ax", "ay", "az"]
 AXES: tuple[Axis, ...] = get_args(Axis)
 _PER_S2 = ("{}/s2", "{}/s/s", "{}_s2", "{}s-2", "{}.s-2", "{}s2", "{}ps2", "{}/sec2")
@@ -31,7 +31,7 @@ _TIME = {"\N{GREEK SMALL LETTER MU}s": "us"} | {
 }  # fmt: skip
 _UNIT = "|".join(map(re.escape, sorted(_ACCELERATION | _TIME, key=len, reverse=True)))
 _IN_CELL = re.compile(rf"([+-]? ?[\d.,]+(?:e[+-]?\d+)?) ?({_UNIT})", re.IGNORECASE)  # a number and its unit
-_PART = re.compile(rf"(.*?)({'|'.join(sorted(_TIME, key=len, reverse=True))})")  # of a time that two columns hold
+_TIME_PART = re.compile(rf"(.*?)({'|'.join(sorted(_TIME, key=len, reverse=True))})")  # of a time that two columns hold
 _IN_BRACKETS = re.compile(r"(.*?)\s*[\[(]((?:[^\[\]()]|\([^()]*\))*)[\])]")
 _AT_THE_END = re.compile(rf"(.+?)(?<![\s_/,:])[\s_/,:]+({_UNIT})")
 _AXIS_NAME = re.compile(r"(?:a|acc|accel|acceleration|accelerometer)[\s_.-]*([xyz])")
@@ -310,7 +310,7 @@ def parts_of_time(names: Sequence[str], units: Sequence[str]) -> list[tuple[Colu
     """Columns of a unit of time, such as ``secs`` and ``nsecs``: column, what stands before the unit, and the unit."""
     parts = []
     for column in columns_of(names, units):
-        match = _PART.fullmatch(column.base)
+        match = _TIME_PART.fullmatch(column.base)
         if match and not match[1][-1:].isalnum():
             parts.append((column, match[1], _TIME[match[2]]))
         elif column.unit in _TIME:
@@ -322,7 +322,7 @@ def time_unit_of(path: Path, column: Column) -> str | None:
     """Unit of the time stamps by their header; None if it names none. Raises `InputError`: it is none of time."""
     if column.unit and column.unit not in _TIME:
         raise InputError(
-            f"{path}: column {shown(column.name)} has the unit {shown(column.unit)}; {', '.join(UNITS)} are read, "
+            f"{path}: column {shown(column.name)} has the unit {shown(column.unit)}; {', '.join(TIME_UNITS)} are read, "
             "choose another column, `time: NAME`, or give `time: none, rate: HZ`."
         )
     return _TIME.get(column.unit)

@@ -15,7 +15,7 @@ import pandas as pd
 from pandas.tseries.api import guess_datetime_format
 
 from trackdyn.inputs.errors import InputError, shown
-from trackdyn.sensor.sensor_mapping import RATES, UNITS
+from trackdyn.sensor.sensor_mapping import RATES, TIME_UNITS
 
 TOLD_APART = (100.0, 20_000.0)  # Hz; narrow enough that they tell s, ms, us and ns apart
 _EVEN = 0.1  # intervals by which a step may differ beyond rounding
@@ -135,7 +135,7 @@ def in_seconds(path: Path, name: str, values: np.ndarray, unit: str | None) -> S
     Raises `InputError`: no unit fits, or not the one that is known.
     """
     step = np.median(np.diff(values)) or np.mean(np.diff(values))
-    rates = {u: 1.0 / (step * s) if step > 0 else np.inf for u, s in UNITS.items()}
+    rates = {u: 1.0 / (step * s) if step > 0 else np.inf for u, s in TIME_UNITS.items()}
     low, high = RATES if unit else TOLD_APART
     # a rate at the end of the range may come out a little beyond it
     fits = [u for u, hz in rates.items() if low / 1.01 <= hz <= high * 1.01 and u == (unit or u)]
@@ -144,7 +144,7 @@ def in_seconds(path: Path, name: str, values: np.ndarray, unit: str | None) -> S
             f"{path}: field {name} gives {rates[unit or 's']:.6g} rows a second if it is in {unit or 's'}, {low:,.0f} "
             f"to {high:,.0f} are accepted; name another column with `time: NAME`, or give `time: none, rate: HZ`."
         )
-    return Stamps((values - values[0]) * UNITS[fits[0]], fits[0], _rounding(values) * UNITS[fits[0]])
+    return Stamps((values - values[0]) * TIME_UNITS[fits[0]], fits[0], _rounding(values) * TIME_UNITS[fits[0]])
 
 
 def _rounding(values: np.ndarray) -> float:

@@ -10,7 +10,7 @@ from trackdyn.inputs.errors import InputError
 from trackdyn.inputs.files import plain_file
 from trackdyn.sensor.stamps import DATE
 
-MOST_BYTES = 128_000_000  # an hour of three axes at 1 kHz; the text and its numbers take some ten times that
+MAX_TEXT_BYTES = 128_000_000  # an hour of three axes at 1 kHz; the text and its numbers take some ten times that
 _WIDE = (b"\xff\xfe", b"\xfe\xff")  # marks of UTF-16
 _PAGE = "docs/your-loggers-file.md has the lines that turn it into a table"
 # how files begin that are not read
@@ -32,7 +32,7 @@ _SIGNS = str.maketrans({"\N{NO-BREAK SPACE}": " ", "\N{NARROW NO-BREAK SPACE}": 
 
 
 def read_logger_text(path: Path) -> str:
-    """A whole text file of at most ``MOST_BYTES``, in one form (`_in_one_form`).
+    """A whole text file of at most ``MAX_TEXT_BYTES``, in one form (`_in_one_form`).
 
     UTF-8, UTF-16 with its mark, Shift-JIS or Latin-1: numbers are the same in all of them, names and units may not be.
     A file packed by gzip is unpacked. Raises `InputError`: the file cannot be read, is larger, or holds no text.
@@ -42,7 +42,7 @@ def read_logger_text(path: Path) -> str:
         with path.open("rb") as file, gzip.GzipFile(fileobj=file) as unpacked:
             packed = file.read(2) == b"\x1f\x8b"
             file.seek(0)
-            data = (unpacked if packed else file).read(MOST_BYTES + 1)
+            data = (unpacked if packed else file).read(MAX_TEXT_BYTES + 1)
     except (gzip.BadGzipFile, EOFError, zlib.error) as error:
         raise InputError(f"{path}: the gzip file is damaged ({error}); pack it again.") from None
     except OSError as error:
@@ -53,8 +53,8 @@ def read_logger_text(path: Path) -> str:
     if kind:
         remedy = "give the sensor's file" if kind == "a recording" else _PAGE
         raise InputError(f"{path}: this is {kind}, not a table in text; {remedy}.")
-    if len(data) > MOST_BYTES:
-        raise InputError(f"{path}: the file holds more than {MOST_BYTES / 1e6:.0f} MB; give a part of it.")
+    if len(data) > MAX_TEXT_BYTES:
+        raise InputError(f"{path}: the file holds more than {MAX_TEXT_BYTES / 1e6:.0f} MB; give a part of it.")
     return _in_one_form(_decoded(data))
 
 

@@ -20,8 +20,8 @@ from trackdyn.simulation.step_check import NO, RECOMMENDED
 SMALL_WRAP = 90.0  # deg of the sprocket below which few teeth share the load
 DEEP_SAG = 0.1  # share of a span
 SHORT_STEP = 2e-5  # s
-SECONDS, RAMP = 1.0, 0.3  # s at speed, and until then
-LARGEST = 1e-4
+TRIAL_S, RAMP_S = 1.0, 0.3  # s at speed, and until then
+COARSEST_STEP_S = 1e-4
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ def check(rig: Rig | Path | str, rpm: float = 115.0, settle: bool = True) -> Rig
         limit = min(step, largest_step(model, reached))
         holds, tried = try_steps(loop, rpm)
         words = (
-            f"no step tried holds RMS and mean peak to {RECOMMENDED:.0%} over {SECONDS:g} s: the motion scatters, "
+            f"no step tried holds RMS and mean peak to {RECOMMENDED:.0%} over {TRIAL_S:g} s: the motion scatters, "
             f"the smallest was {min(tried, default=float('nan')):.3g} s"
         )
         if holds is not None:
@@ -95,16 +95,16 @@ def try_steps(settled: Loop, rpm: float) -> tuple[float | None, list[float]]:
     is returned, and half of it is not run, where differences that fall with the step foretell that it holds.
     """
     sample = 1.0 / settled.scene.rig.rate
-    scene = {"motor_rpm": rpm, "ramp": RAMP, "every_link": True, "duration": SECONDS}
+    scene = {"motor_rpm": rpm, "ramp": RAMP_S, "every_link": True, "duration": TRIAL_S}
     # a scene is judged at the pre-tension, a loop at the tension that it settles at
     tensions = settled.layout["settled_tension_n"], settled.scene.rig.tension.pre_tension
     rate_limits = turn_limit(settled.scene.with_(motor_rpm=rpm).sprocket_rate).values()
     before: Recorder | None = None
     tried, last = list[float](), 0.0
-    for step in halved_steps(min(LARGEST, largest_step(settled.model, *tensions), *rate_limits), sample):
+    for step in halved_steps(min(COARSEST_STEP_S, largest_step(settled.model, *tensions), *rate_limits), sample):
         try:
             loop = settled.changed(step=step, **scene)
-            loop.advance(RAMP)
+            loop.advance(RAMP_S)
             run = Recorder(loop, checked=False).finish()
         except DivergenceError:
             before, last = None, 0.0

@@ -11,7 +11,7 @@ from trackdyn.inputs.extras import required
 from trackdyn.inputs.files import plain_file, read_text, replacing
 from trackdyn.inputs.validation import shown
 
-LARGEST = 500_000_000  # bytes of a CSV, and of a Parquet file as it unpacks
+MAX_TABLE_BYTES = 500_000_000  # bytes of a CSV, and of a Parquet file as it unpacks
 ENDINGS = (".csv", ".parquet")
 
 
@@ -34,17 +34,18 @@ def read_table(path: Path | str) -> pd.DataFrame:
         described = parquet.read_metadata(path)
         size = sum(described.row_group(k).total_byte_size for k in range(described.num_row_groups))
         names = parquet.read_schema(path).names
-        table = pd.read_parquet(path) if size <= LARGEST else None
+        table = pd.read_parquet(path) if size <= MAX_TABLE_BYTES else None
     except (pyarrow.ArrowException, OSError, ValueError, TypeError, KeyError):
         raise InputError(f"{path}: not a Parquet file, or damaged") from None
     if table is None:
-        raise InputError(f"{path}: takes {size / 1e6:.0f} MB as it unpacks, more than {LARGEST / 1e6:.0f} MB; split it")
+        most = MAX_TABLE_BYTES / 1e6
+        raise InputError(f"{path}: takes {size / 1e6:.0f} MB as it unpacks, more than {most:.0f} MB; split it")
     check_header([name for name in names if name in table.columns], str(path))
     return table.reset_index(drop=True)
 
 
 def _read_csv(path: Path | str) -> pd.DataFrame:
-    reader = csv.reader(io.StringIO(read_text(path, "CSV file", LARGEST), newline=""), strict=True)
+    reader = csv.reader(io.StringIO(read_text(path, "CSV file", MAX_TABLE_BYTES), newline=""), strict=True)
     try:
         rows = [(reader.line_num, [cell.strip() for cell in row]) for row in reader]
     except csv.Error as error:

@@ -35,7 +35,7 @@ from trackdyn.sources import edited, module_files, module_hash
 # States of a row: its numbers came; its input is refused; its run left the physical range; nothing came, for a reason
 # that may pass.
 DONE, REFUSED, DIVERGED, FAILED = "done", "refused", "diverged", "failed"
-LARGEST = 100_000_000  # bytes; a row of a sweep takes 4,000
+MAX_ROW_BYTES = 100_000_000  # bytes; a row of a sweep takes 4,000
 # Rows that a process takes at once: some, to share what settling gives, and few, so that all processes end together.
 PIECES, LONGEST_PIECE = 8, 8
 Compute = Callable[..., dict]  # computes the values of a row; other processes look it up by its name
@@ -77,7 +77,7 @@ class Store:
     def _row(self, path: Path, key: str) -> dict[str, Any] | None:
         """The row of a file; None: it is damaged, another row's, or what no row can be."""
         try:
-            checksum, _, content = read_bytes(path, "row", LARGEST).partition(b"\n")
+            checksum, _, content = read_bytes(path, "row", MAX_ROW_BYTES).partition(b"\n")
             row = json.loads(content) if checksum == _checksum(content[:-1]) and content.endswith(b"\n") else None
         except (InputError, ValueError, RecursionError):
             return None

@@ -8,10 +8,9 @@ import pandas as pd
 
 from trackdyn.inputs.errors import InputError
 from trackdyn.inputs.validation import typed
-from trackdyn.measure.columns import COLUMNS
+from trackdyn.measure.columns import METRIC_COLUMNS
 from trackdyn.measure.metrics import whole_errors
-from trackdyn.measure.ring_rule import COLUMNS as MEASURES
-from trackdyn.measure.ring_rule import ROUNDS, RingRule
+from trackdyn.measure.ring_rule import ROUNDS, RULE_COLUMNS, RingRule
 from trackdyn.measure.stopping import check_driven
 from trackdyn.rig.rig import Rig, load_rig
 from trackdyn.scene.rings import larger_radii, study_radii
@@ -20,7 +19,7 @@ from trackdyn.sweeps.design import read_table
 from trackdyn.sweeps.engine import DONE
 from trackdyn.sweeps.sweep import check_replaceable, requested_rows, sweep
 
-ASKED, ENDED = ["rpm", "ring_radius_m"], ["added", "state", "reason", "contacts_converged"]
+SCENE_COLUMNS, OUTCOME_COLUMNS = ["rpm", "ring_radius_m"], ["added", "state", "reason", "contacts_converged"]
 
 
 def _design(rig: Rig, speeds: Sequence[float], radii: Sequence[float], step: Sequence[float]) -> pd.DataFrame:
@@ -110,11 +109,11 @@ def ring_study(
 def _study(loaded: Rig, rig: Path | str, design: pd.DataFrame, jobs, store, progress: bool) -> pd.DataFrame:
     table = sweep(design, rig=rig, jobs=jobs, store=store, progress=progress)
     table["rpm"], table["ring_radius_m"] = design["motor_rpm"], pd.to_numeric(design["ring_radius"], errors="coerce")
-    metrics = [name for name in table if name in COLUMNS and name not in (*ASKED, "run")]
-    errors = {name: error for name in metrics if (error := COLUMNS[name][3]) in table}
+    metrics = [name for name in table if name in METRIC_COLUMNS and name not in (*SCENE_COLUMNS, "run")]
+    errors = {name: error for name in metrics if (error := METRIC_COLUMNS[name][3]) in table}
     for k, row in table[table["state"] == DONE].iterrows():
         ring = None if isnan(row["ring_radius_m"]) else row["ring_radius_m"]
         whole = whole_errors(Scene(loaded, row["rpm"], ring, step=row["step_s"]))
         table.loc[k, list(errors.values())] = [whole(name, row[name], row[error]) for name, error in errors.items()]
-    columns = [*ASKED, *ENDED, *dict.fromkeys((*metrics, *MEASURES)), "key"]
-    return table.reindex(columns=columns).sort_values(ASKED[::-1], na_position="first", ignore_index=True)
+    columns = [*SCENE_COLUMNS, *OUTCOME_COLUMNS, *dict.fromkeys((*metrics, *RULE_COLUMNS)), "key"]
+    return table.reindex(columns=columns).sort_values(SCENE_COLUMNS[::-1], na_position="first", ignore_index=True)

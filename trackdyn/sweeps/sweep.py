@@ -13,7 +13,7 @@ from joblib import cpu_count
 from trackdyn.inputs.errors import InputError
 from trackdyn.inputs.files import check_writable
 from trackdyn.inputs.validation import parse_number, shown, typed, within
-from trackdyn.measure.columns import COLUMNS as RESULT_COLUMNS
+from trackdyn.measure.columns import METRIC_COLUMNS
 from trackdyn.rig.rig import Rig, load_rig
 from trackdyn.rig.rig_file import DEFAULT, read_rig
 from trackdyn.scene.scene import LONGEST_RUN, Scene, StopRule
@@ -35,15 +35,15 @@ DEFAULTS = {
     if not field.is_required()
 }
 # columns that do not define the scene: the name of the row, and names that set several fields
-OWN = ("name", "preset", "rig")
+ROW_COLUMNS = ("name", "preset", "rig")
 # types of values in a stored row, in which NaN is a number that is missing
-NUMBER = (int, float)
-KINDS: dict[str, tuple[type, ...]] = {"number": NUMBER, "integer": NUMBER, "string": (str,)}
-SCALAR = (str, int, float, type(None))  # of columns without description
+NUMBER_TYPES = (int, float)
+CELL_TYPES: dict[str, tuple[type, ...]] = {"number": NUMBER_TYPES, "integer": NUMBER_TYPES, "string": (str,)}
+SCALAR_TYPES = (str, int, float, type(None))  # of columns without description
 # columns of a result that no run leaves empty
 ALWAYS = ("rpm", "step_s", "simulated_s", "rms_g", "sd_g")
 # every column that a design may have beside the fields of a rig
-COLUMNS = (*OWN, *(name for name in Scene.model_fields if name != "rig"), *STOP_RULE)
+DESIGN_COLUMNS = (*ROW_COLUMNS, *(name for name in Scene.model_fields if name != "rig"), *STOP_RULE)
 
 
 class SweepRow(NamedTuple):
@@ -65,7 +65,7 @@ def read_design(design: pd.DataFrame | Path | str) -> pd.DataFrame:
     table, where = (design, "design") if isinstance(design, pd.DataFrame) else (read_table(design), str(design))
     check_header(list(table.columns), where)
     for name in table.columns:
-        if name not in COLUMNS and not Rig.may_have(name):
+        if name not in DESIGN_COLUMNS and not Rig.may_have(name):
             raise InputError(
                 f"{where}: {shown(name)} is not a column of a design; expected a field of the scene such as "
                 "motor_rpm, one of the rig such as sprocket.ring_radius, name, preset or rig"
@@ -108,7 +108,7 @@ def _row(cells: dict[str, Any], rig: str, read: Callable[[str], dict]) -> SweepR
                 fields[name] = _field(name, value)
             elif name in STOP_RULE:
                 task["stop_rule"][name.removeprefix("stop_rule.")] = value
-            elif name not in OWN:
+            elif name not in ROW_COLUMNS:
                 task["changes"][name.replace(".", "__")] = value
         if fields["motor_rpm"] == 0:
             raise InputError("motor_rpm = 0: must be above 0, for a row records a running track")
@@ -279,8 +279,8 @@ def content_key(design: Path | str, *rigs: Path | str) -> str:
 def _can_be(values: dict[str, Any]) -> bool:
     """Whether a row that is done can have these values: numbers where the dictionary of columns says so, and an RMS."""
     for name, value in values.items():
-        kind = RESULT_COLUMNS[name][0] if name in RESULT_COLUMNS else ""
-        if (kind and isinstance(value, bool)) or not isinstance(value, KINDS.get(kind, SCALAR)):
+        kind = METRIC_COLUMNS[name][0] if name in METRIC_COLUMNS else ""
+        if (kind and isinstance(value, bool)) or not isinstance(value, CELL_TYPES.get(kind, SCALAR_TYPES)):
             return False
     return all(isfinite(values.get(name, nan)) for name in ALWAYS)
 
