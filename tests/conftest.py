@@ -21,6 +21,7 @@ import pytest
 
 from trackdyn import jit
 from trackdyn.commands import cli
+from trackdyn.inputs.errors import InputError
 from trackdyn.measure.contacts import contacts
 from trackdyn.model.arrays import CONTACT_INTERVAL, SIDES
 from trackdyn.rig.rig import load_rig
@@ -107,6 +108,16 @@ def run_command(*words):
         except SystemExit as end:
             code = end.code or 0
     return Ended(code, out.getvalue(), err.getvalue())
+
+
+def refused(call, *arguments, words=(), start="", error=InputError, **keywords):
+    """What a call is refused with: one sentence that begins so and holds these words."""
+    with pytest.raises(error) as caught:
+        call(*arguments, **keywords)
+    sentence = str(caught.value)
+    assert "\n" not in sentence and len(sentence) < 700 and sentence.startswith(str(start)), sentence
+    assert not [word for word in words if word not in sentence], sentence
+    return sentence
 
 
 def recorded(scene, **options):

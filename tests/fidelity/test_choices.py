@@ -6,9 +6,8 @@ import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
-from tests.conftest import RIG
+from tests.conftest import RIG, refused
 from trackdyn.commands.cli import app
-from trackdyn.inputs.errors import InputError
 from trackdyn.integrate.methods import METHODS
 from trackdyn.rig.groove import PROFILES
 from trackdyn.rig.laws import NORMAL_LAWS
@@ -25,15 +24,7 @@ TOE = {"idler__toe": 0.5}
 @pytest.fixture
 def refusal(rig):
     """Function that makes a scene that must be refused and gives the sentence."""
-
-    def make(rig_changes=(), **fields):
-        with pytest.raises(InputError) as caught:
-            Scene(rig.changed(**dict(rig_changes)), 115.0, **fields)
-        sentence = str(caught.value)
-        assert "\n" not in sentence
-        return sentence
-
-    return make
+    return lambda changes=(), **fields: refused(lambda: Scene(rig.changed(**dict(changes)), 115.0, **fields))
 
 
 @pytest.mark.parametrize(

@@ -11,12 +11,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import yaml
-from sentences import BELT, HUGE, LONGER, NO_NUMBERS, NUMBER, RIG, ROOT, refused
+from sentences import BELT, HUGE, LONGER, NO_NUMBERS, NUMBER, RIG, ROOT
 from snakemake.utils import update_config
 
 from replication.pipeline.config import RIG_FIELDS, check_config, check_layers, read_layer
 from tests.conftest import RIG as VISCOUS
-from tests.conftest import run_command
+from tests.conftest import refused, run_command
 from tests.kinematics import unsettled_loop
 from trackdyn.inputs.errors import InputError, shown
 from trackdyn.inputs.yaml_file import read_yaml
@@ -279,7 +279,7 @@ def test_a_row_is_refused(rig, row, tmp_path, monkeypatch):
     table, stated, *words = row
     call, start, _ = TABLES[table]
     monkeypatch.chdir(tmp_path)
-    assert refused(call, rig, stated, words=words).startswith(start)
+    refused(call, rig, stated, words=words, start=start)
     assert not {*os.listdir(tmp_path)} - {"mine.yaml"}  # nothing in a file is run
 
 

@@ -8,9 +8,9 @@ from importlib import import_module
 from pathlib import Path
 
 import pytest
-from sentences import BELT, refused
+from sentences import BELT
 
-from tests.conftest import run_command
+from tests.conftest import refused, run_command
 from trackdyn.inputs.errors import InputError
 from trackdyn.rig.rig import load_rig
 from trackdyn.rig.rig_file import shipped_rigs

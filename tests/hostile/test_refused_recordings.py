@@ -6,8 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from sentences import RIG, refused
+from sentences import RIG
 
+from tests.conftest import refused
 from tests.kinematics import unsettled_loop
 from trackdyn.inputs.errors import DivergenceError, InputError
 from trackdyn.rig.rig import load_rig
@@ -60,7 +61,7 @@ def test_a_damaged_recording_is_refused(tmp_path, belt_file, row):
     damage(arrays)
     path = tmp_path / "run.npz"
     np.savez(path, **arrays)
-    assert refused(load_recording, path, words=[word]).startswith(f"{path}: ")
+    refused(load_recording, path, words=[word], start=f"{path}: ")
 
 
 @pytest.mark.parametrize("share", [0.0, 0.1, 0.5, 0.9, 0.999])

@@ -5,8 +5,8 @@ import threading
 
 import numpy as np
 import pytest
-from sentences import refused
 
+from tests.conftest import refused
 from trackdyn.inputs.errors import InputError
 from trackdyn.simulation.loop_arrays import flat
 

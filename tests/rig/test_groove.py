@@ -154,9 +154,8 @@ def test_readings_of_equal_pitch_are_radii_of_drawn_chains(teeth, link, polygon,
     ],
 )
 def test_groove_that_is_not_tangent_is_refused(changes, field):
-    with pytest.raises(InputError, match=rf"^groove\.{field} = ") as caught:
+    with pytest.raises(InputError, match=rf"^groove\.{field} = "):
         wide(**changes)
-    assert "\n" not in str(caught.value)
 
 
 def test_true_depth_is_the_signed_distance_to_the_profile(rig):

@@ -48,16 +48,14 @@ def test_path_keeps_outside_of_the_circles_and_touches_each(circles):
 
 
 def test_overlapping_wheels_are_refused():
-    with pytest.raises(InputError, match=r"sprocket and idler are 0\.15 m apart") as caught:
+    with pytest.raises(InputError, match=r"sprocket and idler are 0\.15 m apart"):
         belt_path([(0, 0, 0.3), (0.15, 0, 0.1), (2, -1, 0.3)], ["sprocket", "idler", "road_wheel"])
-    assert "\n" not in str(caught.value)
 
 
 def test_wheel_inside_the_loop_is_refused():
     # counter-clockwise order: the belt would have to bend the other way
-    with pytest.raises(InputError, match="clockwise order") as caught:
+    with pytest.raises(InputError, match="clockwise order"):
         belt_path(TRIANGLE[::-1])
-    assert "\n" not in str(caught.value)
 
 
 def test_links_on_the_sprocket_circle_touch_its_ring_at_their_middle(rig):
@@ -85,6 +83,5 @@ def test_loop_of_the_wrong_length_is_refused(rig, pitches, state):
     with pytest.raises(InputError, match=rf"loop of {pitches} pitches .* m too {state} ") as caught:
         assemble(rig.changed(chain__pitches=pitches))
     sentence = str(caught.value)
-    assert "\n" not in sentence
     assert f"tension.travel = {rig.tension.travel:g} m" in sentence
     assert f"one pitch is {1e3 * rig.pitch:.4g} mm, unless chain.pitch states another" in sentence

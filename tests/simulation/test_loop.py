@@ -265,9 +265,8 @@ def test_a_changed_loop_is_driven_on(loop):
     ],
 )
 def test_what_a_state_cannot_take_is_refused(loop, fields, says):
-    with pytest.raises(InputError, match=says) as caught:
+    with pytest.raises(InputError, match=says):
         loop.changed(**fields)
-    assert "\n" not in str(caught.value)
 
 
 def test_scenes_are_compared_by_their_fields(make_scene, rig_path):

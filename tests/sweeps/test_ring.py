@@ -5,7 +5,7 @@ import contextlib
 import pandas as pd
 import pytest
 
-from tests.conftest import run_command
+from tests.conftest import refused, run_command
 from trackdyn.inputs.errors import InputError
 from trackdyn.measure.metrics import whole_errors
 from trackdyn.measure.ring_rule import RULE, SPAN, advice, compared, parse_rule
@@ -170,11 +170,11 @@ def test_radii_that_a_study_added_belong_to_it(monkeypatch, tmp_path):
     rows = requested_rows(_design(load_rig("bench"), [115.0], [*radii, 0.306], ()), "bench")
     table = pd.DataFrame({"key": [row.key for row in rows]})
     table["ring_radius_m"], table["state"] = [None, *radii, 0.306], "done"
-    for added, refused in ((True, False), (False, True)):
+    for added, other in ((True, False), (False, True)):
         path = tmp_path / f"{added}.csv"
         table.assign(added=[False] * 3 + [added]).to_csv(path, index=False)
         monkeypatch.setattr("trackdyn.sweeps.ring.check_replaceable", lambda *_: None)
-        with pytest.raises(InputError, match="1 of its runs") if refused else contextlib.nullcontext():
+        with pytest.raises(InputError, match="1 of its runs") if other else contextlib.nullcontext():
             check_same_study(path, "bench", [115.0], radii)
 
 
@@ -217,9 +217,7 @@ def test_what_is_not_known_does_not_serve_and_another_rule_chooses_otherwise():
     ],
 )
 def test_a_rule_that_cannot_be_read_is_refused(text, says):
-    with pytest.raises(InputError) as caught:
-        parse_rule(text, TEETH)
-    assert says in str(caught.value)
+    refused(parse_rule, text, TEETH, words=[says])
 
 
 @pytest.mark.parametrize("name", shipped_rigs())

@@ -7,6 +7,7 @@ import pytest
 from snakemake.utils import update_config
 
 from replication.pipeline.config import check_config, check_layers
+from tests.conftest import refused
 from trackdyn.inputs.errors import InputError
 from trackdyn.inputs.yaml_file import read_yaml
 from trackdyn.rig.rig import load_rig
@@ -47,12 +48,7 @@ def put(data, dotted, value):
 
 
 def refusal(data, name="mine.yaml"):
-    with pytest.raises(InputError) as caught:
-        check_config(data, name)
-    sentence = str(caught.value)
-    assert "\n" not in sentence
-    assert sentence.startswith(f"{name}: "), sentence
-    return sentence
+    return refused(check_config, data, name, start=f"{name}: ")
 
 
 def test_a_rounded_speed_is_run_beside_the_speed_that_it_stands_for(data):

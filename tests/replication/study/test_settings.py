@@ -7,6 +7,7 @@ import pytest
 from pydantic import TypeAdapter
 
 from replication.study.settings import Studies, StudiesFile
+from tests.conftest import refused
 from trackdyn.inputs.errors import InputError
 from trackdyn.inputs.validation import validated
 from trackdyn.inputs.yaml_file import read_yaml
@@ -40,6 +41,4 @@ def test_a_configuration_names_the_file_and_holds_what_stands_there(data):
 )
 def test_what_cannot_be_meant_is_refused(data, form, field, value, says):
     data[form]["short"][field] = value
-    with pytest.raises(InputError) as caught:
-        validated(Studies, data, "mine.yaml")
-    assert str(caught.value).startswith("mine.yaml: ") and says in str(caught.value) and "\n" not in str(caught.value)
+    refused(validated, Studies, data, "mine.yaml", words=[says], start="mine.yaml: ")
