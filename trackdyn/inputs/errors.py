@@ -1,4 +1,4 @@
-"""The two ways a run can end without a result, each said in one sentence."""
+"""The ways a run can end without a result, each said in one sentence."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager

@@ -173,10 +173,12 @@ def within(name: str, value: float, least: float, most: float, what: str = "") -
     return number
 
 
-_TYPES: dict[Any, str] = {
-    bool: "True or False", float: "a finite number", int: "a whole number",
-    str: "text", Path: "a path", type(None): "None", Callable: "a function", Mapping: "a mapping", dict: "a mapping",
-    Sequence: "a sequence such as a list", list: "a list", np.ndarray: "an array",
+# what a declared type accepts, in words, and of which classes that is
+_ACCEPTED: dict[Any, tuple[str, tuple[type, ...]]] = {
+    bool: ("True or False", (bool, np.bool_)), float: ("a finite number", (Real,)), int: ("a whole number", (Real,)),
+    str: ("text", (str,)), Path: ("a path", (Path,)), type(None): ("None", (type(None),)),
+    Callable: ("a function", (Callable,)), Mapping: ("a mapping", (Mapping,)), dict: ("a mapping", (dict,)),
+    Sequence: ("a sequence such as a list", (Sequence, np.ndarray)), Any: ("anything", (object,)),
 }  # fmt: skip
 Typed = TypeVar("Typed", bound=Callable[..., Any])
 
@@ -205,32 +207,22 @@ def typed(target: Typed) -> Typed:
     def call(*args: Any, **kwargs: Any) -> Any:
         declared = hints()
         for name, value in (*zip(names, args, strict=False), *kwargs.items()):
-            if name in declared and not _is_a(value, declared[name]):
-                raise InputError(f"{name} = {shown(value)}: must be {_words_of(declared[name])}")
+            of_union = get_origin(declared.get(name)) in (Union, UnionType)
+            members = get_args(declared[name]) if of_union else [declared.get(name, Any)]
+            kinds = [get_origin(member) or member for member in members]
+            if not any(_is_a(value, kind) for kind in kinds):
+                accepted = (_ACCEPTED[kind][0] if kind in _ACCEPTED else kind.__name__ for kind in kinds)
+                raise InputError(f"{name} = {shown(value)}: must be {' or '.join(accepted)}")
         return target(*args, **kwargs)
 
     return cast(Typed, call)
 
 
-def _words_of(declared: Any) -> str:
-    """What a declared type accepts, in words."""
-    kind = get_origin(declared) or declared
-    if kind in (Union, UnionType):
-        return " or ".join(map(_words_of, get_args(declared)))
-    return _TYPES.get(kind) or str(getattr(kind, "__name__", kind))
-
-
-def _is_a(value: Any, declared: Any) -> bool:
-    """Whether a value is of a declared type, as far as `typed` tells."""
-    kind = get_origin(declared) or declared
-    if kind in (Union, UnionType):
-        return any(_is_a(value, member) for member in get_args(declared))
-    if kind in (float, int):
-        scalar = value[()] if isinstance(value, np.ndarray) and value.ndim == 0 else value
-        number = isinstance(scalar, Real) and not isinstance(scalar, (bool, np.bool_))
-        return number and (kind is float or scalar == scalar // 1)
-    if kind is bool:
-        return isinstance(value, (bool, np.bool_))
-    if kind is Sequence:
-        return isinstance(value, (Sequence, np.ndarray)) and not isinstance(value, (str, bytes))
-    return isinstance(value, kind) if isinstance(kind, type) else True
+def _is_a(value: Any, kind: Any) -> bool:
+    """Whether a value is of a declared class, as far as `typed` tells."""
+    if kind in (float, int) and isinstance(value, np.ndarray) and value.ndim == 0:
+        value = value[()]
+    accepted = _ACCEPTED[kind][1] if kind in _ACCEPTED else kind
+    if isinstance(value, {float: (bool, np.bool_), int: (bool, np.bool_), Sequence: (str, bytes)}.get(kind, ())):
+        return False
+    return isinstance(value, accepted) and (kind is not int or value == value // 1)

@@ -10,7 +10,6 @@ from typing import NamedTuple
 import numpy as np
 
 from trackdyn.inputs.errors import InputError
-from trackdyn.inputs.validation import typed
 from trackdyn.measure.sensor import OTHER_SPEED, measured_loop_hz, sense, whole_samples
 from trackdyn.measure.spectra import high_frequency_rms, highest_line
 from trackdyn.rig.rig import Rig
@@ -124,7 +123,6 @@ def _misfit(shape: np.ndarray, forms: list[np.ndarray]) -> float:
     return min(float(np.linalg.norm(shape - form[: len(shape)])) for form in forms)
 
 
-@typed
 def judge_axes(recording: Recording, record: SensorRecord) -> Doubt | None:
     """Say what seems wrong with the axes of a sensor's record, and which options mend it; None if nothing does.
 
@@ -197,7 +195,6 @@ def judge_axes(recording: Recording, record: SensorRecord) -> Doubt | None:
     return None
 
 
-@typed
 def require_axes(record: SensorRecord, rig: Rig, motor_rpm: float) -> None:
     """Refuse (`InputError`) a record of a turn at least whose axes are doubtful (`judge_axes`), before a simulation.
 

@@ -143,7 +143,6 @@ def in_words(table: pd.DataFrame) -> str:
     return "; ".join(sentences)
 
 
-@typed
 def other_speed(recording: Recording, record: SensorRecord, table: pd.DataFrame) -> str | None:
     """Say at which speed a sensor's record was made, if the simulated loop turns at another; None if it does not.
 

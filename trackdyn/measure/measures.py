@@ -18,25 +18,13 @@ class Measures(pd.DataFrame):
 
 @typed
 def measures(recording: Recording) -> pd.DataFrame:
-    """Return the measures of a run with their errors and units.
+    """Return the measures of a run, such as ``measures(recording).loc["rms_g", ["value", "error"]]``.
 
-    Parameters
-    ----------
-    recording : Recording
-        A run.
-
-    Returns
-    -------
-    DataFrame
-        One row a measure by its name, such as ``rms_g`` or ``left_share_pct``, with the columns ``value``, ``error``
-        (standard error of scatter and step, NaN where it is not known), ``unit`` and ``measure``, a description. RMS,
-        SD and lines of the acceleration; contact durations and peaks of the sprocket's arcs and the ring, if the scene
-        logs contacts; sliding work, if all links are logged. What the run is too short for is left out. A rig with
-        several sensors gives RMS, SD and lines of each, a row each with its name in one more column, ``sensor``.
-
-    Examples
-    --------
-    ``measures(recording).loc["rms_g", ["value", "error"]]``
+    One row a measure by its name, such as ``rms_g`` or ``left_share_pct``, with the columns ``value``, ``error``
+    (standard error of scatter and step, NaN where it is not known), ``unit`` and ``measure``, a description. RMS,
+    SD and lines of the acceleration; contact durations and peaks of the sprocket's arcs and the ring, if the scene
+    logs contacts; sliding work, if all links are logged. What the run is too short for is left out. A rig with
+    several sensors gives RMS, SD and lines of each, a row each with its name in one more column, ``sensor``.
     """
     table = pd.DataFrame(shown_measures(recording)).set_index("name")
     return Measures(table.astype({"error": float})[["value", "error", "unit", "measure", *table.columns[4:]]])

@@ -265,21 +265,10 @@ class Rig(Section):
         return self._field(name, self.fields).value
 
     def changed(self, **changes: Any) -> "Rig":
-        """Return a rig with some values replaced.
+        """Return a rig with some values replaced, in SI units by dotted name; None removes an optional section.
 
-        Parameters
-        ----------
-        **changes
-            Values in SI units by dotted name; two underscores stand for a dot; None removes an optional section.
-
-        Raises
-        ------
-        InputError
-            There is no such field, or the values give no rig.
-
-        Examples
-        --------
-        ``rig.changed(sprocket__ring_radius=0.305, idler__bearing_drag=0.0)``, ``rig.changed(**{"road_1.arm": None})``.
+        Two underscores stand for a dot: ``rig.changed(sprocket__ring_radius=0.305, idler__bearing_drag=0.0)``,
+        ``rig.changed(**{"road_1.arm": None})``. Raises `InputError`: there is no such field, or the values give no rig.
         """
         data, fields = self.model_dump() | {TRIED: ()}, dict(fields_of(self))  # the steps were tried on another rig
         for name, value in changes.items():
@@ -307,17 +296,9 @@ def _validated(data: Any, name: str, context: str | None = None, path: Path | st
 
 @typed
 def load_rig(path: Path | str = DEFAULT) -> Rig:
-    """Read and validate a rig.
+    """Read a rig from a YAML file, or a shipped one by its name (`rig_file.shipped_rigs`).
 
-    Parameters
-    ----------
-    path : path or str
-        A YAML file, or the name of a shipped rig (`rig_file.shipped_rigs`).
-
-    Raises
-    ------
-    InputError
-        One sentence with file, field, value and what is accepted.
+    Raises `InputError`: it is none, in one sentence with file, field, value and what is accepted.
     """
     data = read_rig(path)
     tried = read_yaml(rig_path(path)).get(TRIED)

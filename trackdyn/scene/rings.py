@@ -26,10 +26,7 @@ def usual_rings(rig: Rig) -> tuple[float, float]:
     from the rig's own ring on, or from the least one if the rig's own bears nothing. Settled loops of shipped rigs
     stand at 3 to 7 times the pre-tension there; where tensioner or wheels yield, at less.
 
-    Raises
-    ------
-    InputError
-        The least ring that carries the chain is larger than the tensioner's travel allows.
+    Raises `InputError`: the least ring that carries the chain is larger than the tensioner's travel allows.
     """
     low, high = Scene.ring_range(rig)
     least = max(rig.sprocket.equal_pitch_radius - _seat_depth(rig), low)

@@ -205,10 +205,7 @@ class Loop(Readings):
         Step, integrator, motor speed, laws, masses and the like may change; bodies, joints and wheels may not.
         The drive continues, or changes its speed from the present one (`drive`).
 
-        Raises
-        ------
-        InputError
-            Another chain, ring, joints or plane of motion would need another state.
+        Raises `InputError`: another chain, ring, joints or plane of motion would need another state.
         """
         changed = Loop.__new__(Loop)
         changed.scene, changed.layout = self.scene.with_(**fields), dict(self.layout)

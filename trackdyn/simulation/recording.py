@@ -183,10 +183,7 @@ class Recording:
     def checked(self) -> "Recording":
         """Return this recording if all its numbers are finite, and none is beyond `LARGEST`.
 
-        Raises
-        ------
-        DivergenceError
-            Names the first array that holds another one.
+        Raises `DivergenceError`, which names the first array that holds another one.
         """
         for name in self.ARRAYS:
             values = getattr(self, name)
