@@ -23,12 +23,13 @@ from trackdyn import jit
 from trackdyn.commands import cli
 from trackdyn.inputs.errors import InputError
 from trackdyn.measure.contacts import contacts
-from trackdyn.model.arrays import CONTACT_INTERVAL, SIDES
+from trackdyn.model.arrays import SIDES, make_record, make_state
 from trackdyn.rig.rig import load_rig
 from trackdyn.rig.rig_file import SHIPPED
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recording import Recording, provenance
+from trackdyn.simulation.settling import Layout
 
 CONFIG = Path(__file__).parents[1] / "config"
 RIG = Path(__file__).with_name("viscous.yaml")  # which does not move with the default one
@@ -140,20 +141,13 @@ def contact_table(recording):
     return rows.assign(side=side, share_pct=share, pitch=rows["pitch"] + 1, connector=rows["connector"] + 1)
 
 
-def made_recording(scene, time, force, begin=0.0, layout=None, **arrays):
+def made_recording(scene, time, force, begin=0.0, layout=Layout(), **arrays):
     """A recording with these arrays, of contacts above all; others are zero or empty."""
-    samples = len(time)
-    blank = {name: np.zeros((samples, size)) for name, size in (("cut", 2), ("link_position", 2), ("energy", 10))}
-    blank |= {"raw": np.zeros((samples, 1, 3)), "mean": np.zeros((samples, 1, 3)), "gap": np.zeros(samples)}
-    blank |= {
-        "area": np.zeros((*force.shape[:2], 2), np.int8),
-        "contact_log": np.zeros(0, CONTACT_INTERVAL),
-        "frame_time": np.zeros(0),
-    }
-    blank |= dict.fromkeys(("plane", "wheel_offset", "axial_force"), np.zeros((0, 0)))
-    blank |= {"frame": np.zeros((0, scene.bodies + 3)), "pitches": np.arange(1, force.shape[1] + 1)} | arrays
-    blank = {"groove": np.zeros_like(blank["area"])} | blank
-    return Recording(time=time, force=force, begin=begin, meta=provenance(scene, layout or {}), **blank)
+    state, pitches = make_state(scene.bodies, scene.rig.chain.pitches, 1 + len(scene.rig.wheels)), force.shape[1]
+    record = make_record(len(time), state, 1, range(1, pitches + 1))
+    blank = record.samples._asdict() | {"frame": record.frame, "frame_time": np.zeros(0)}
+    blank |= {"contact_log": record.contact_log.rows, "pitches": record.pitches + 1, "force": force} | arrays
+    return Recording(time=time, begin=begin, meta=provenance(scene, layout), **blank)
 
 
 @pytest.fixture(scope="session")

@@ -1,5 +1,7 @@
 """Places and velocities of the bodies of a loop, its contacts as rows, and loops that move as a test wants them."""
 
+from types import SimpleNamespace
+
 import numpy as np
 from scipy.optimize import fsolve
 
@@ -9,6 +11,7 @@ from trackdyn.model.constants import Chain
 from trackdyn.scene.build import carriers_of
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.loop_arrays import LoopArrays, allocate
+from trackdyn.simulation.settling import Layout
 
 
 class ContactList:
@@ -90,7 +93,7 @@ def without_extrapolation(model, work):
 def unsettled_loop(scene):
     """A loop whose state is allocated and zero: nothing is compiled for it."""
     loop = Loop.__new__(Loop)
-    loop.scene, loop.layout, loop.arrays = scene, {}, allocate(scene, scene.time_step)
+    loop.scene, loop.layout, loop.arrays = scene, Layout(), allocate(scene, scene.time_step)
     return loop
 
 
@@ -105,7 +108,7 @@ def spinning_loop(scene):
     wheels = {name: column[:1] for name, column in model.wheels._asdict().items() if np.ndim(column)}
     wheels = model.wheels._replace(**wheels | {"present": np.zeros(1, int)})
     model = model._replace(wheels=wheels, tooth=model.tooth._replace(present=0), carriers=carriers_of([], 1))
-    state, work = make_arrays(model, METHODS[scene.integrator])
+    state, work, optional = make_arrays(model, METHODS[scene.integrator])
     lengths = model.chain.length
     phase = -2 * np.pi * np.arange(len(lengths)) / len(lengths)
 
@@ -119,7 +122,7 @@ def spinning_loop(scene):
     state.pin[:2] -= pins(model.chain, state)[:-1].mean(axis=0)
     state.rate[:] = spin
     state.pin[2:] = [-spin * state.pin[1], spin * state.pin[0]]
-    loop.arrays = LoopArrays(model, state, work)
+    loop.arrays = LoopArrays(model, state, work, optional)
     return loop
 
 
@@ -129,9 +132,9 @@ def set_model(loop, **fields):
 
 
 def next_samples(loop, samples, pitches=(), frame_stride=0, log_rows=0):
-    """Record of the next samples by the time loop alone, ``log_rows`` contacts that end among them."""
+    """Arrays of the next samples by the time loop alone, ``log_rows`` contacts that end among them."""
     frames = -(-samples // frame_stride) if frame_stride else 0
     sensors = len(loop.model.sensors.body)
     record = make_record(samples, loop.state, sensors, pitches, frames, frame_stride, log_rows)
     loop._fill(record, 0, samples)
-    return record
+    return SimpleNamespace(**record._asdict() | record.samples._asdict())

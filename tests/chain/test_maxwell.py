@@ -44,7 +44,7 @@ def hysteretic(make_scene):
 @pytest.mark.parametrize("frequency", [0.5, 4.47, 50.0])
 def test_a_sinusoid_loses_what_the_law_says(hysteretic, rig, frequency):
     """Body 1 swings alone, so that the joints on both of its sides are bent, by opposite angles."""
-    model, state, work = hysteretic.arrays
+    model, state, work, _ = hysteretic.arrays
     share, time = loss_branches(rig.bushing.loss_factor)
     steps, omega, size = 2500, 2 * np.pi * frequency, 0.05
     h = 1.0 / frequency / steps
@@ -76,7 +76,7 @@ def test_a_step_is_exact_however_long(hysteretic):
     """Ten steps at one rate or one of ten times their length: the same moments, loss and energy."""
     branches, states = Branches(np.array([30.0, 200.0]), np.array([1e-4, 0.3])), []
     for h, count in ((1e-3, 10), (1e-2, 1)):
-        model, state, work = hysteretic.copy().arrays
+        model, state, work, _ = hysteretic.copy().arrays
         state = state._replace(branch=np.array([[1.0], [-4.0]]) * np.ones(len(state.rate)))
         state.rate[::2] = 0.7
         before = stored(state, branches)

@@ -14,8 +14,8 @@ def distances(loop):
     """Of every arc's centre from the sprocket's axis, (2 p,), and of every link's middle line from every wheel's, (p,
     w); m.
     """
-    model, state, work = loop.arrays
-    shoes, space = model.shoes, work.space
+    model, state, work, (space, *_) = loop.arrays
+    shoes = model.shoes
     height = 0.0 if space is None else state.plane.motion[OFFSET]
 
     def places(body, along):

@@ -9,7 +9,7 @@ from tests.kinematics import ContactList, mass_centres
 from trackdyn.contact.axial import friction_coefficients, overlap_ratio
 from trackdyn.contact.laws import friction_coefficient, wheel_law
 from trackdyn.integrate.run import refresh
-from trackdyn.model.arrays import FLANK, GUIDE, RING, SURFACE, make_space_work, make_work
+from trackdyn.model.arrays import FLANK, GUIDE, RING, SURFACE, OptionalWork, make_space_work, make_work
 from trackdyn.model.constants import SPROCKET
 from trackdyn.scene.build import build_space, wheel_centres
 from trackdyn.simulation.settling import start_plane
@@ -21,11 +21,11 @@ TILTED = {
 
 
 def evaluate(model, state):
-    """Loads of a state from scratch."""
+    """Loads of a state from scratch, in the plane and across it."""
     n, (pitches, wheels) = len(state.angle), state.wheel_impact.shape
-    work = make_work(n, pitches, wheels)._replace(space=make_space_work(n, wheels))
-    refresh(model, state, work)
-    return work
+    work, optional = make_work(n, pitches, wheels), OptionalWork(make_space_work(n, wheels))
+    refresh(model, state, work, optional)
+    return work, optional.space
 
 
 @pytest.fixture
@@ -57,13 +57,13 @@ def test_less_overlap_gives_less_force(make_spatial):
     # each depth by itself: nothing of the force that was there before
     tooth = model.tooth._replace(mobility=0.0)
     model = model._replace(space=model.space._replace(guide_reach=np.zeros_like(model.space.guide_reach)), tooth=tooth)
-    full = evaluate(model, copy.deepcopy(state))
+    full, _ = evaluate(model, copy.deepcopy(state))
     state.plane.motion[0] = 0.02
-    partial = evaluate(model, copy.deepcopy(state))
+    partial, _ = evaluate(model, copy.deepcopy(state))
     np.testing.assert_allclose(partial.tooth_force, 0.7 * full.tooth_force, rtol=1e-14)
     np.testing.assert_allclose(partial.wheel_force, 0.96 * full.wheel_force, rtol=1e-14)
     state.plane.motion[0] = -0.06
-    none = evaluate(model, state)
+    none, _ = evaluate(model, state)
     assert not none.tooth_force.any() and not none.tooth_area.any() and not state.tooth_impact.any()
 
 
@@ -82,7 +82,7 @@ def test_chain_that_moves_along_the_axes_is_braked(make_spatial, speed):
     # by the slip as it is, not as friction leaves it
     tooth, wheels = model.tooth, model.wheels
     model = model._replace(tooth=tooth._replace(mobility=0.0), wheels=wheels._replace(slip=np.zeros_like(wheels.slip)))
-    touched = ContactList(evaluate(model, state), axes="xyz")
+    touched = ContactList(evaluate(model, state)[0], axes="xyz")
     laws = {FLANK: model.tooth.law, RING: wheel_law(model.wheels, 0), SURFACE: wheel_law(model.wheels, 1)}
     assert len(touched.kind) > 5
     for kind, push, rub in zip(touched.kind, touched.normal, touched.friction, strict=True):
@@ -96,8 +96,8 @@ def test_action_and_reaction(make_spatial):
     model, state = make_spatial(motion=motion, **TILTED)
     # flanks touch some 1e-5 m deep, less than the tilt lifts them
     model = model._replace(tooth=model.tooth._replace(arc_radius=model.tooth.arc_radius + 2e-4))
-    work = evaluate(model, state)
-    room, space = work.space, model.space
+    work, room = evaluate(model, state)
+    space = model.space
     a_p = room.attitude
     at = np.insert(mass_centres(model.chain, state), 2, state.plane.motion[0], axis=1) @ a_p.T
     force = np.column_stack([work.force_x, work.force_y, room.force_z]) @ a_p.T
@@ -122,7 +122,7 @@ def test_action_and_reaction(make_spatial):
 def test_contact_that_turns_with_its_tilted_wheel_does_not_slip(make_spatial, wheel):
     """The whole loop turns as if fixed to the wheel, about the wheel's tilted axis."""
     model, state = make_spatial(**TILTED)
-    room, rate = evaluate(model, state).space, -2.16
+    room, rate = evaluate(model, state)[1], -2.16
     omega = rate * room.relative[wheel, 2]  # the axis in P
     pin = np.array([*state.pin[:2], state.plane.motion[0]])
     velocity = np.cross(omega, pin - room.centre[wheel])
@@ -132,7 +132,7 @@ def test_contact_that_turns_with_its_tilted_wheel_does_not_slip(make_spatial, wh
     state.wheel_rate[wheel] = rate
     state.tooth_impact[:] = 0.0
     state.wheel_impact[:] = 0.0
-    work = evaluate(model, state)
+    work, _ = evaluate(model, state)
     touched = ContactList(work, wheel, (SURFACE, FLANK, RING), "xyz")
     assert len(touched.kind) > 0 and np.abs(omega[:2]).max() > 1e-3
     # slip of rounding alone, 1e-15 m/s, times the slope of the law, 25 s/m
@@ -147,8 +147,8 @@ def test_contact_that_turns_with_its_tilted_wheel_does_not_slip(make_spatial, wh
 
 def test_guides_push_back_beyond_their_play_and_never_pull(make_spatial):
     def guides(offset, speed):
-        work = evaluate(*make_spatial("tangential", motion=(offset, speed, 0.0, 0.0)))
-        return ContactList(work, kinds=(GUIDE,), axes="xyz"), work.space
+        work, space = evaluate(*make_spatial("tangential", motion=(offset, speed, 0.0, 0.0)))
+        return ContactList(work, kinds=(GUIDE,), axes="xyz"), space
 
     assert len(guides(0.0049, 0.5)[0].body) == 0
     touched, room = guides(0.0055, 0.1)

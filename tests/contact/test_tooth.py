@@ -159,7 +159,7 @@ def test_groove_frames_stand_on_the_middles_of_the_grooves(tooth):
 @pytest.mark.parametrize("ring_radius", [None, 0.303])
 def test_turning_the_sprocket_by_a_groove_changes_no_force(driven_loop, ring_radius):
     loop = driven_loop(ring_radius)
-    model, state, work = loop.arrays
+    model, state, work, _ = loop.arrays
     impact = state.tooth_impact.copy(), state.wheel_impact.copy()
     refresh(model, state, work)
     force, area, groove = work.tooth_force.copy(), work.tooth_area.copy(), work.tooth_groove.copy()

@@ -93,7 +93,7 @@ def test_its_bushings_are_two_in_series(rig):
         model = Scene(rig, 0.0, chain=kind).model
         n = len(model.chain.length)
         share = np.arange(n) / n
-        state, work = make_arrays(model, METHODS["semi_implicit"])
+        state, work, _ = make_arrays(model, METHODS["semi_implicit"])
         state.angle[:], state.rate[:] = -2 * np.pi * share, 35.0 * share  # 1 rad/s a pitch
         bushing_torques(model.chain, state, work)
         torque[kind] = work.torque[: -n // 35]  # the rate closes the loop by a jump at its cut

@@ -22,7 +22,7 @@ def test_compliant_cut_tends_to_the_closed_one(rig, make_scene, integrator):
         scene = make_scene(150.0, rig=soft, integrator=integrator, closure="elastic_damping")
         loop = Loop(scene)
         # the tensioner is locked a little before the loop has come to rest
-        assert loop.gap * stiffness == pytest.approx(loop.layout["tension_n"], rel=0.1)
+        assert loop.gap * stiffness == pytest.approx(loop.layout.tension_n, rel=0.1)
         loop.advance(scene.ramp + scene.lead_in)
         recording = loop.record(scene.duration)
         # the tension of running, at most three times that of rest

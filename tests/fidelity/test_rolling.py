@@ -7,7 +7,6 @@ from tests.conftest import RIG
 from tests.rigs.conftest import scene_of
 from trackdyn.chain.kinematics import SLOW, bearing_drag
 from trackdyn.inputs.errors import InputError
-from trackdyn.integrate.run import common_arrays
 from trackdyn.integrate.semi_implicit import advance
 from trackdyn.model.arrays import BEARING
 from trackdyn.model.constants import SPROCKET
@@ -53,7 +52,7 @@ def test_drag_of_a_load_is_odd_bounded_and_steepest_at_rest(bench):
 def test_a_wheel_rolled_by_hand_slows_down_as_its_closed_form(bench):
     """``J w' = -a N tanh(w / s)``: ``sinh(w / s)`` decays exponentially, far from rest w falls by ``a N t / J``."""
     loop = Loop(scene_of(bench, **LAWS))
-    model, state, work = common_arrays(*loop.arrays)
+    model, state, work, _ = loop.arrays
     for array in work.sweep:
         array[...] = 0.0
     state.rate[:] = 0.0

@@ -36,7 +36,7 @@ def settled(make_scene):
 
 
 def test_a_large_ring_tightens_a_locked_loop_and_no_other(settled, rig):
-    tension = {kind: loop.layout["settled_tension_n"] for kind, loop in settled.items()}
+    tension = {kind: loop.layout.settled_tension_n for kind, loop in settled.items()}
     assert tension["locked"] > 2 * rig.tension.pre_tension
     for kind in ("retensioned", "sprung"):
         assert tension[kind] == pytest.approx(rig.tension.pre_tension, rel=0.15), kind
@@ -108,7 +108,7 @@ def test_a_step_that_nobody_chose_follows_the_tension():
     rig = load_rig("parts").changed(chain__link_mass=6.0)  # light links bear small steps
     scene = Scene(rig, 115.0, LARGE)
     loop = Loop(scene)
-    tension = loop.layout["settled_tension_n"]
+    tension = loop.layout.settled_tension_n
     assert tension > 2 * rig.tension.pre_tension
     assert loop.scene.step is None and loop.model.step <= largest_step(scene.model, tension) < scene.time_step
     assert loop.changed(motor_rpm=150.0).model.step == loop.model.step == loop.record(0.01).scene.step
@@ -127,7 +127,7 @@ CHATTERING = {
 
 def test_a_loop_that_chatters_while_it_settles_is_settled_in_finer_steps(rig, monkeypatch):
     stiff = rig.changed(**CHATTERING)
-    assert settle(Scene(stiff, 0.0, None)).layout["tension_n"] == pytest.approx(stiff.tension.pre_tension, rel=0.01)
+    assert settle(Scene(stiff, 0.0, None)).layout.tension_n == pytest.approx(stiff.tension.pre_tension, rel=0.01)
     monkeypatch.setattr("trackdyn.simulation.settling.HALVINGS", 0)
     with pytest.raises(InputError, match=r"does not come to rest: .* 5e-05 s a body still turns at [1-9]\.\d rad/s"):
         settle(Scene(stiff, 0.0, None))
@@ -143,8 +143,8 @@ def test_one_least_tension_in_all_refusals_and_it_can_stand():
     assert len(least) == 1
     tension = 1.02 * least.pop()
     layout = settle(Scene(bench.changed(tension__pre_tension=tension), 0.0)).layout
-    assert layout["settled_tension_n"] == pytest.approx(tension, rel=0.01)
-    assert abs(layout["tensioner_shift_m"]) <= bench.tension.travel
+    assert layout.settled_tension_n == pytest.approx(tension, rel=0.01)
+    assert abs(layout.tensioner_shift_m) <= bench.tension.travel
     with pytest.raises(InputError, match=r"cannot be reached; .* by 4 mm of tension\.travel = 4 mm"):
         settle(Scene(bench.changed(tension__travel=0.004, tension__pre_tension=15e3), 0.0))
 
@@ -155,15 +155,15 @@ def test_a_chain_can_stand_at_both_ends_of_the_range_of_its_tension(name):
     path = f"trackdyn/rigs/{name}.yaml"
     for tension in file_ranges(path)["tension.pre_tension"]:
         scene = Scene(load_rig(path).changed(tension__pre_tension=tension), 0.0)
-        assert settle(scene).layout["tension_n"] == pytest.approx(tension, rel=0.01)
+        assert settle(scene).layout.tension_n == pytest.approx(tension, rel=0.01)
 
 
 def test_a_rig_without_a_ring_is_tensioned_without_one(rig):
     bare = rig.changed(sprocket__ring="none")
-    assert settle(Scene(bare, 0.0)).layout["settled_tension_n"] == pytest.approx(rig.tension.pre_tension, rel=0.01)
+    assert settle(Scene(bare, 0.0)).layout.settled_tension_n == pytest.approx(rig.tension.pre_tension, rel=0.01)
     layout = settle(Scene(bare, 0.0, rig.sprocket.ring_radius)).layout
-    assert layout["tension_n"] == pytest.approx(rig.tension.pre_tension, rel=0.01)
-    assert layout["settled_tension_n"] > 1.2 * layout["tension_n"], "a ring that comes then tightens the loop"
+    assert layout.tension_n == pytest.approx(rig.tension.pre_tension, rel=0.01)
+    assert layout.settled_tension_n > 1.2 * layout.tension_n, "a ring that comes then tightens the loop"
 
 
 @pytest.mark.parametrize("number", range(3))
@@ -177,11 +177,11 @@ def test_a_tension_is_set_to_a_hundredth_or_refused(number):
     except InputError as error:
         assert re.search(r"pre_tension = .* N: (must exceed|cannot be reached)|does not come to rest", str(error))
     else:
-        assert layout["tension_n"] == pytest.approx(tension, rel=0.01)
-        assert abs(layout["tensioner_shift_m"]) <= rig.tension.travel
+        assert layout.tension_n == pytest.approx(tension, rel=0.01)
+        assert abs(layout.tensioner_shift_m) <= rig.tension.travel
 
 
 def test_friction_at_a_tension_far_beyond_that_of_its_limit_does_not_flip(make_scene):
     """Explicit friction on the teeth diverged at 1e-4 s at the 13 kN of the large ring."""
-    resolved = simulate(make_scene(115.0, ring_radius=LARGE, step=1e-4, duration=2.0, lead_in=1.0)).meta["resolved"]
-    assert resolved["share"] < 1e-3 and resolved["state"] == "yes"
+    resolved = simulate(make_scene(115.0, ring_radius=LARGE, step=1e-4, duration=2.0, lead_in=1.0)).resolution
+    assert resolved.share < 1e-3 and resolved.state == "yes"

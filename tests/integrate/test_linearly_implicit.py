@@ -17,9 +17,9 @@ from trackdyn.chain.riccati import accelerate
 from trackdyn.contact.forces import AHEAD
 from trackdyn.inputs.errors import InputError
 from trackdyn.integrate.dynamics import solve_chain
-from trackdyn.integrate.run import common_arrays, refresh
+from trackdyn.integrate.run import refresh
 from trackdyn.measure.sensor import sense
-from trackdyn.model.arrays import make_implicit, make_state, make_work
+from trackdyn.model.arrays import OptionalWork, make_implicit, make_state, make_work
 from trackdyn.simulation.loop import Loop
 
 # as for the plain sweep: the end and closure matrices have condition numbers up to 1e5
@@ -89,8 +89,8 @@ def test_sweep_solves_the_dense_system_of_the_step(make_scene, n, carried, cut):
         work.force_x[:], work.force_y[:], work.moment[:] = loads
         work.torque[:], work.wheel_torque[:] = torque, wheel_torque
         closed = (1.0 / cut[0], *cut[1]) if cut else (0.0, 0.0, 0.0)
-        implicit.accelerations(*common_arrays(here, state, work), terms, closed)
-        accelerate(chain, state, common_arrays(here, state, work)[2], n - 1)
+        implicit.accelerations(here, state, work, terms, closed)
+        accelerate(chain, state, work, n - 1)
         drag = drag + rolling * carried * np.tanh(wheel_rate / SLOW) / wheel_rate  # secant of the load's torque
         damping = STEP * chain.damping + STEP**2 * chain.stiffness
         extra = reference.WheelTerms(matrix, inertia + STEP * drag, wheel_torque - drag * wheel_rate)
@@ -109,36 +109,36 @@ def test_sweep_solves_the_dense_system_of_the_step(make_scene, n, carried, cut):
 # --- the loads that contacts hand to the sweep
 
 
-def evaluate(model, state, work, step=STEP):
-    """Loads of a state, led to the end of a step if the work is implicit; its memory of impacts stays as it is."""
+def evaluate(model, state, work, implicit=None, step=STEP):
+    """Loads of a state, led to the end of a step if there is ``implicit`` work; its memory of impacts stays."""
     model = model._replace(step=step)
     state = state._replace(tooth_impact=state.tooth_impact.copy(), wheel_impact=state.wheel_impact.copy())
-    refresh(model, state, work)
+    refresh(model, state, work, OptionalWork(implicit=implicit))
     return model, state
 
 
 @pytest.fixture
 def parts(driven_loop):
-    """Model and state of the running loop, its work without and with the terms of a linearly implicit step."""
+    """Model, state and work of the running loop, and the terms of a linearly implicit step."""
     loop = driven_loop()
     work = loop.arrays.work
     return (
         without_extrapolation(loop.arrays.model, work),
         loop.arrays.state,
         work,
-        work._replace(implicit=make_implicit(len(loop.angles), WHEELS)),
+        make_implicit(len(loop.angles), WHEELS),
     )
 
 
 def test_forces_are_led_along_the_path_of_the_step(parts, make_scene):
     """An elastic normal force led over a fraction of a step is that of the position reached by then."""
-    model, state, work, implicit_work = parts
+    model, state, work, terms = parts
     laws = make_scene(normal_law="elastic", friction="none").model
     tooth, wheels = model.tooth._replace(law=laws.tooth.law), model.wheels._replace(law=laws.wheels.law)
     model = model._replace(tooth=tooth, wheels=wheels)
     h = 1e-6  # central: what is left is of third order
-    evaluate(model, state, implicit_work, h)
-    led = ContactList(implicit_work).force
+    evaluate(model, state, work, terms, h)
+    led = ContactList(work).force
     evaluate(model, state, work)
     now = ContactList(work).force
     there = []
@@ -172,12 +172,12 @@ def test_contacts_act_on_chain_and_wheels_alike(implicit_loop):
     loop = implicit_loop.copy()
     loop.drive(150.0, ramp=0.2)  # in steady motion the wheels hardly change their speed
     loop.advance(0.1)
-    model, state, work = loop.arrays
+    model, state, work, (_, terms, _) = loop.arrays
     chain, wheels = model.chain, model.wheels
-    evaluate(model, state, work)
-    solve_chain(*common_arrays(model, state, work), STEP, work.implicit)
+    evaluate(model, state, work, terms)
+    solve_chain(model, state, work, STEP, terms)
     alpha, pins = work.alpha, np.array([work.pin_ax, work.pin_ay])
-    spin = np.concatenate([[0.0], work.implicit.load[4:]])
+    spin = np.concatenate([[0.0], terms.load[4:]])
     centre = mass_centre_arms(chain, state).T
 
     def turned(arm, alpha, rate):
@@ -210,17 +210,17 @@ def test_contacts_act_on_chain_and_wheels_alike(implicit_loop):
 
 def test_step_tends_to_the_semi_implicit_one(parts):
     """Accelerations of the chain and of the wheels, to first order in the step."""
-    model, state, work, led = parts
+    model, state, work, terms = parts
     evaluate(model, state, work)
     solve_chain(model, state, work, 0.0, None)
     explicit = work.alpha.copy()
     wheel = (work.wheel_torque - model.wheels.drag * state.wheel_rate)[1:] / model.wheels.inertia[1:]
     error, lag = [], []
     for h in (2e-8, 1e-8):
-        here, there = evaluate(model, state, led, h)
-        solve_chain(*common_arrays(here, there, led), h, led.implicit)
-        error.append(np.abs(led.alpha - explicit).max())
-        lag.append(np.abs(led.implicit.load[4:] - wheel).max())
+        here, there = evaluate(model, state, work, terms, h)
+        solve_chain(here, there, work, h, terms)
+        error.append(np.abs(work.alpha - explicit).max())
+        lag.append(np.abs(terms.load[4:] - wheel).max())
     assert error[1] < 1e-3 * np.abs(explicit).max()
     # of the torque, of which drag and contacts nearly cancel
     assert lag[1] < 1e-4 * np.abs(work.wheel_torque[1:] / model.wheels.inertia[1:]).max()

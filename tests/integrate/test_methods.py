@@ -17,7 +17,7 @@ def test_an_entry_from_outside_is_an_integrator(rig, monkeypatch):
     assert scene.fidelity["integrator"].setting == "rk3"
     loop = spinning_loop(scene)
     loop.step(2)
-    assert len(loop.work.stages.b) == 3
+    assert len(loop.arrays.optional.stages.b) == 3
     assert loop.time == pytest.approx(1e-4) and loop.gap < 1.1e-10
     limits, expected = (step_limits(loop.model, 0.0, method) for method in (rk3, rk4))
     for cause, limit in limits.items():

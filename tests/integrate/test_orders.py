@@ -8,7 +8,7 @@ from tests.kinematics import closed_rates, spinning_loop
 from trackdyn.chain.kinematics import add_moments, bushing_torques, orient
 from trackdyn.chain.riccati import accelerations
 from trackdyn.integrate.methods import METHODS
-from trackdyn.model.arrays import BUSHING_LOSS, ENERGY_NAMES, allocate_method, make_state, make_work
+from trackdyn.model.arrays import BUSHING_LOSS, ENERGY_NAMES, make_optional, make_state, make_work
 from trackdyn.scene.scene import Scene
 
 PITCHES = 5
@@ -35,8 +35,8 @@ def march_on(loop, integrator, step):
     """The loop after `SECONDS` in steps that no scene need accept."""
     after = loop.copy()
     parts = after.arrays
-    work = allocate_method(parts.work, METHODS[integrator], parts.model)
-    after.arrays = parts._replace(model=parts.model._replace(step=step), work=work)
+    optional = make_optional(parts.model, METHODS[integrator])
+    after.arrays = parts._replace(model=parts.model._replace(step=step), optional=optional)
     after.step(round(SECONDS / step))
     return after
 

@@ -119,7 +119,7 @@ def test_a_promise_is_kept(rig, limit, measure, tolerance):
     assert abs(promised.value - limit[measure].value) <= promised.half_width <= tolerance * promised.value
     assert answer.transient >= 0.5 * scene.periods.loop
     answer.recording.checked()
-    assert answer.recording.meta["resolved"]["reason"].startswith(f"the step was chosen for {measure};")
+    assert answer.recording.resolution.reason.startswith(f"the step was chosen for {measure};")
 
 
 def test_scatter_is_not_fought_with_a_smaller_step_and_the_clock_chooses_nothing(rig, monkeypatch):

@@ -34,7 +34,7 @@ def test_reading_in_a_run_is_the_acceleration_of_the_point(driven_loop, pitch):
     loop = driven_loop(0.308, 210.0)
     bodies, x, y = np.array([2 * (pitch - 1), 2 * pitch - 1]), np.array([0.031, 0.012]), np.array([0.017, -0.02])
     set_model(loop, sensors=Sensors(bodies, x, y))
-    model, state, work = loop.arrays
+    model, state, work, _ = loop.arrays
     refresh(model, state, work)
     angle, rate = state.angle.copy(), state.rate.copy()
     expected = reference.reference_accelerations(

@@ -46,5 +46,5 @@ def test_a_thousand_pitches_are_laid_settled_and_run():
     loop = Loop(scene_of(rig, 20.0))
     loop.advance(0.4)
     assert loop.gap < 1e-9  # rounding of a sum of 157 m
-    assert loop.layout["tension_n"] == pytest.approx(rig.tension.pre_tension, rel=0.1)
+    assert loop.layout.tension_n == pytest.approx(rig.tension.pre_tension, rel=0.1)
     assert abs(loop.wheel_rates[0]) > 2.0

@@ -8,7 +8,6 @@ import pytest
 from tests.rigs.conftest import scene_of
 from trackdyn.inputs.errors import InputError
 from trackdyn.integrate.carriers import advance_carriers
-from trackdyn.integrate.run import common_arrays
 from trackdyn.rig.rig import load_rig
 from trackdyn.simulation.energy_balance import open_share
 from trackdyn.simulation.loop import Loop
@@ -17,7 +16,7 @@ from trackdyn.simulation.loop import Loop
 def test_a_wheel_on_an_arm_swings_as_its_spring_says(settled):
     """Without contacts: ``I q'' = -k q``, its weight held by the preload at rest."""
     loop = settled("m113")
-    model, state, work = common_arrays(*loop.arrays)
+    model, state, work, _ = loop.arrays
     work.count[0] = 0
     carriers, k = model.carriers, 2
     arm = loop.scene.rig.wheels["road_3"].arm

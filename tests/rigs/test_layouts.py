@@ -64,8 +64,8 @@ def test_slow_and_slack_strands_are_tensioned(number):
     """
     rig = random_rig(number)
     layout = settle(at_an_allowed_step(rig)).layout
-    assert layout["settled_tension_n"] == pytest.approx(rig.tension.pre_tension, rel=0.01)
-    assert abs(layout["tensioner_shift_m"]) < rig.tension.travel
+    assert layout.settled_tension_n == pytest.approx(rig.tension.pre_tension, rel=0.01)
+    assert abs(layout.tensioner_shift_m) < rig.tension.travel
 
 
 def test_a_tension_that_the_hanging_chain_exceeds_is_refused():

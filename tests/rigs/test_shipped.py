@@ -37,9 +37,9 @@ def test_it_settles_with_its_tension_and_nothing_in_steel(name, settled):
     loop = settled(name)
     rig, depth = loop.scene.rig, arc_depths(loop.scene, loop.model, loop.work, loop.state.wheel_angle[SPROCKET])
     # strands still swing when the tensioner stops
-    assert loop.layout["tension_n"] == pytest.approx(rig.tension.pre_tension, rel=0.01)
+    assert loop.layout.tension_n == pytest.approx(rig.tension.pre_tension, rel=0.01)
     # a chain without its ring sits deeper, and its strands are slacker
-    assert loop.layout["settled_tension_n"] == pytest.approx(rig.tension.pre_tension, rel=0.01)
+    assert loop.layout.settled_tension_n == pytest.approx(rig.tension.pre_tension, rel=0.01)
     if loop.model.tooth.present:
         assert depth.max() < explained_depth(loop.model, rig.tension.pre_tension)
     check_stops(rig, loop.arrays.model.carriers, loop.arrays.state.slide)

@@ -58,7 +58,7 @@ def test_what_alternates_and_peaks_of_one_step_are_doubted(share, alone):
 def test_what_alternates_is_a_share_of_what_the_sensor_reads(running):
     writer = Recorder(running.copy(), checked=False)
     writer.chunk()
-    writer.record.mean[:] = 0.0  # level: 1 g
+    writer.record.samples.mean[:] = 0.0  # level: 1 g
     writer.alternating = 100 * np.array([0.03 * (9.81 * running.model.step) ** 2, 1.0])
     assert writer.step_check.resolution().share == pytest.approx(0.03)
 
@@ -104,8 +104,8 @@ def test_a_record_that_flips_and_holds_with_a_finer_step_completes_and_says_so(m
     """Doubt that a finer run does not share is said, not refused."""
     monkeypatch.setattr("trackdyn.simulation.step_check.doubt", lambda *_: "it flips")
     monkeypatch.setattr("trackdyn.simulation.step_check.FLIPS", -1.0)
-    resolved = simulate(make_scene(150.0, lead_in=0.1)).meta["resolved"]
-    assert resolved["state"] == NO and "it flips, and by a finer step RMS is " in resolved["reason"]
+    resolved = simulate(make_scene(150.0, lead_in=0.1)).resolution
+    assert resolved.state == NO and "it flips, and by a finer step RMS is " in resolved.reason
 
 
 def test_a_trial_halves_until_the_answer_holds(running):

@@ -49,10 +49,9 @@ def tension(scene, recording, quiet: bool) -> None:
     """Print the tension of the loop and a step that follows it; warn where the scene's own ring misses it."""
     from trackdyn.simulation.settling import tension_words
 
-    layout, step = recording.meta["layout"], recording.meta["scene"]["step"]
-    if not layout.get("settled_tension_n"):
+    if not recording.layout.settled_tension_n > 0:
         return
-    words = tension_words(scene, layout)
+    words, step = tension_words(scene, recording.layout), recording.meta["scene"]["step"]
     if ":" in words and scene.ring_radius == scene.rig.ring_radius:
         warn(f"tension: {words}")
     if not quiet:

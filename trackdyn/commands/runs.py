@@ -115,7 +115,7 @@ def _for_its_duration(scene, out: Path, checkpoint: Path | None, rig: str, quiet
         measures = shown_measures(recording)  # before it is written: what has no measures leaves no file
     recording.save(out)
     printed.tension(scene, recording, quiet)
-    printed.remarks(recording, recording.meta.get("resolved", {}).get("reason", ""))
+    printed.remarks(recording, recording.resolution.reason)
     if not quiet:
         printed.measures(recording, measures)
 

@@ -18,7 +18,7 @@ from trackdyn.integrate.plane import plane_dynamics, turn_plane
 from trackdyn.integrate.runge_kutta import rk_step
 from trackdyn.integrate.semi_implicit import RATE_LIMIT, advance
 from trackdyn.jit import direct, kernel, on_stack
-from trackdyn.model.arrays import BUSHING_LOSS, OFFSET, P, Q, Record, State, Work
+from trackdyn.model.arrays import BUSHING_LOSS, OFFSET, OptionalWork, P, Q, Record, State, Work
 from trackdyn.model.constants import SPROCKET, Model
 
 # Steps from one look at what alternates in the motion to the next: three of them are looked at. A power of two, and
@@ -39,22 +39,15 @@ def check_range(body: int, model: Model, state: State, phase: str = "the run") -
 
 
 class Integration:
-    """The kernel of a method with its work.
+    """The kernel of a method with its work, whose arrays stay the same from call to call, but for the numbers in them.
 
-    Parameters
-    ----------
-    work : Work
-        Of a model; its arrays and those that kernels get with it stay the same from call to call, but for the numbers
-        in them, and so do their types.
+    The types of all that kernels get with it stay, too.
     """
 
-    def __init__(self, work: Work):
-        # numba compiles a kernel again for other types of its arguments: arrays that only some methods have are
-        # arguments of their own, so that all methods share the kernels that do without
-        self._work = work._replace(stages=None, space=None, implicit=None)
-        self._kernel, self._beside = _run, (work.space, work.implicit)
-        if work.stages is not None:
-            self._kernel, self._beside = _run_stages, (work.stages,)
+    def __init__(self, work: Work, optional: OptionalWork):
+        self._work, self._kernel, self._optional = work, _run, (optional.space, optional.implicit)
+        if optional.stages is not None:
+            self._kernel, self._optional = _run_stages, (optional.stages,)
         self._call: Callable | None = None
 
     def __call__(self, model: Model, state: State, record: Record, first: int, last: int, phase: str = "the run"):
@@ -62,21 +55,15 @@ class Integration:
 
         Raises `DivergenceError`: the run, in the phase of this name, leaves the physical range.
         """
-        arguments = model, state, self._work, record, (first, last), *self._beside
+        arguments = model, state, self._work, record, (first, last), *self._optional
         if self._call is None:
             self._call = direct(self._kernel, *arguments)
         check_range(self._call(*arguments), model, state, phase)
 
 
-def refresh(model: Model, state: State, work: Work):
+def refresh(model: Model, state: State, work: Work, optional: OptionalWork = OptionalWork()):
     """Compute positions, velocities and loads of a state that something else than a step has set."""
-    model, state, common = common_arrays(model, state, work)
-    _refresh(model, state, common, work.space, work.implicit)
-
-
-def common_arrays(model: Model, state: State, work: Work) -> tuple[Model, State, Work]:
-    """Model, state and work without the arrays of single methods, so that all methods share their kernels."""
-    return model, state, work._replace(stages=None, space=None, implicit=None)
+    _refresh(model, state, work, optional.space, optional.implicit)
 
 
 @kernel
@@ -200,28 +187,28 @@ def _detect_chatter(model: Model, state: State, work: Work):
 @kernel
 def _write_sample(model: Model, state: State, work: Work, record: Record, sample, space):
     """Fill the rows of one sample."""
-    n = state.angle.shape[0]
+    n, rows = state.angle.shape[0], record.samples
     for sensor in range(model.sensors.body.shape[0]):
         for k in range(3):
-            record.raw[sample, sensor, k] = work.sensed[sensor, k]
-            record.mean[sample, sensor, k] = work.sensed[sensor, 3 + k] / model.stride
-    record.gap[sample] = sqrt(work.worst[0])
-    record.cut[sample, 0] = sqrt(work.worst[2])
-    record.cut[sample, 1] = sqrt(work.worst[1])
+            rows.raw[sample, sensor, k] = work.sensed[sensor, k]
+            rows.mean[sample, sensor, k] = work.sensed[sensor, 3 + k] / model.stride
+    rows.gap[sample] = sqrt(work.worst[0])
+    rows.cut[sample, 0] = sqrt(work.worst[2])
+    rows.cut[sample, 1] = sqrt(work.worst[1])
     body = model.sensors.body[0]
     middle = 0.5 * model.chain.length[body]
-    record.link_position[sample, 0] = work.pin_x[body] + middle * work.cos[body]
-    record.link_position[sample, 1] = work.pin_y[body] + middle * work.sin[body]
+    rows.link_position[sample, 0] = work.pin_x[body] + middle * work.cos[body]
+    rows.link_position[sample, 1] = work.pin_y[body] + middle * work.sin[body]
     for wheel in range(state.wheel_rate.shape[0]):
-        record.wheel_rate[sample, wheel] = state.wheel_rate[wheel]
-    energies(model, state, work, space, record.energy[sample])
+        rows.wheel_rate[sample, wheel] = state.wheel_rate[wheel]
+    energies(model, state, work, space, rows.energy[sample])
     for i in range(record.pitches.shape[0]):
         pitch = record.pitches[i]
         for side in range(2):
-            record.force[sample, i, side] = work.tooth_force[2 * pitch + side]
-            record.area[sample, i, side] = work.tooth_area[2 * pitch + side]
-            record.groove[sample, i, side] = work.tooth_groove[2 * pitch + side]
-        record.force[sample, i, 2] = work.wheel_force[pitch, SPROCKET]
+            rows.force[sample, i, side] = work.tooth_force[2 * pitch + side]
+            rows.area[sample, i, side] = work.tooth_area[2 * pitch + side]
+            rows.groove[sample, i, side] = work.tooth_groove[2 * pitch + side]
+        rows.force[sample, i, 2] = work.wheel_force[pitch, SPROCKET]
     if record.frame_stride > 0 and sample % record.frame_stride == 0:
         frame = sample // record.frame_stride
         record.frame[frame, 0] = state.pin[0]
@@ -231,10 +218,10 @@ def _write_sample(model: Model, state: State, work: Work, record: Record, sample
         record.frame[frame, 2 + n] = state.wheel_angle[SPROCKET]
     if space is not None:
         for k in range(4):
-            record.plane[sample, k] = state.plane.motion[k]
-            record.plane[sample, 4 + k] = state.plane.attitude[k]
+            rows.plane[sample, k] = state.plane.motion[k]
+            rows.plane[sample, 4 + k] = state.plane.attitude[k]
         for wheel in range(space.axial.shape[0]):
             # the plane crosses the axis, direction (b20, b21, b22) in P, where its normal component is the offset
             across = state.plane.motion[OFFSET] - space.centre[wheel, 2]
-            record.wheel_offset[sample, wheel] = across / space.relative[wheel, 2, 2]
-            record.axial_force[sample, wheel] = space.axial[wheel]
+            rows.wheel_offset[sample, wheel] = across / space.relative[wheel, 2, 2]
+            rows.axial_force[sample, wheel] = space.axial[wheel]

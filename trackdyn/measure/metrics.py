@@ -48,9 +48,9 @@ def run_metrics(name: str, recording: Recording) -> dict:
         "gap_before_projection_m": float(gaps[0]),
         "velocity_gap_m_s": float(gaps[1]),
         "energy_residual": energy_residual(recording),
-        "resolved": recording.meta.get("resolved", {}).get("state", "not judged"),
+        "resolved": recording.resolution.state,
         "clipped_samples": clipped,
-        "settled_tension_n": recording.meta["layout"].get("settled_tension_n", NAN),
+        "settled_tension_n": recording.layout.settled_tension_n,
         **meshing_summary(recording),
         **sliding_work(recording),
     }

@@ -38,7 +38,7 @@ from trackdyn.scene.step import first_that_runs, halved_steps, round_step, turn_
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recorder import Recorder
 from trackdyn.simulation.recording import Recording
-from trackdyn.simulation.step_check import OPEN, Resolution
+from trackdyn.simulation.step_check import OPEN
 
 SETTING_SHARE = 0.8  # share of the tolerance for the error of a setting, of which the rest is left for its record
 IMPLICIT_STEP, LARGEST_STEP = 5e-4, 1e-4  # s
@@ -160,7 +160,7 @@ class Plan(NamedTuple):
             error = trial.error[name]._replace(half_width=mean.half_width / scale).total
             measures[name] = mean._replace(half_width=error * scale)
         reason = f"the step was chosen for {', '.join(self.left)}; other measures may be less accurate"
-        resolved = Resolution(OPEN, recording.meta["resolved"]["share"], reason)._asdict()
+        resolved = recording.resolution._replace(state=OPEN, reason=reason)._asdict()
         left_out = recording.scene.lead_in + cut * recording.periods.passage
         recording = replace(recording, meta=recording.meta | {"resolved": resolved})
         return StopResult(measures, reached, left_out, recording)

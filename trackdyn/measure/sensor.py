@@ -52,7 +52,7 @@ def specific_force(acceleration: ArrayLike, angle: ArrayLike, gravity: float = 9
 def readings(motion: np.ndarray, rig: Rig, limit: float = np.inf) -> np.ndarray:
     """(..., 2) what sensors report (Eq. 40), along their bodies and along the outward normals, g, up to ``limit`` (g).
 
-    ``motion`` (..., 3) holds accelerations (m/s2) and angles (rad) as in `Recording.mean`.
+    ``motion`` (..., 3) holds accelerations (m/s2) and angles (rad) as in ``Recording.mean``.
     """
     return np.clip(specific_force(motion[..., :2], motion[..., 2], rig.gravity) / rig.g, -limit, limit)
 

@@ -1,6 +1,8 @@
 """Arrays that kernels write: state of a loop, arrays of a step, record of a run; and the names of their columns."""
 
-from typing import Any, NamedTuple
+from collections import namedtuple
+from dataclasses import dataclass
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
@@ -98,29 +100,61 @@ class ContactLog(NamedTuple):
     count: np.ndarray  # (1,) integers: number of ended intervals; more than ``m`` if some had no room
 
 
-class Record(NamedTuple):
-    """One row a sample of what `recording.Recording` describes by the same names."""
+class Row(NamedTuple):
+    """What a sample adds to a recorded array; an array of motion in space is empty in the plane."""
 
-    raw: np.ndarray
-    mean: np.ndarray
-    gap: np.ndarray
-    cut: np.ndarray
-    link_position: np.ndarray
-    wheel_rate: np.ndarray
-    energy: np.ndarray
-    force: np.ndarray
-    area: np.ndarray
-    groove: np.ndarray
-    plane: np.ndarray
-    wheel_offset: np.ndarray
-    axial_force: np.ndarray
+    shape: tuple[int | str, ...]  # numbers, or ``sensors``, ``pitches`` (the recorded ones), ``wheels``
+    kind: type = float
+    in_space: bool = False
+
+
+@dataclass(frozen=True)
+class Samples:
+    """The recorded arrays with a row a sample, which `integrate.run` fills; all that hold them are made from these."""
+
+    #: (s, k, 3) accelerations of the sensors' points in the frames of their bodies, x and y (m/s2), and the bodies'
+    #: angles (rad) at the start of the interval's last step; in the order of ``sensors``.
+    raw: Annotated[np.ndarray, Row(("sensors", 3))]
+    #: (s, k, 3) the same, mean over the sample interval.
+    mean: Annotated[np.ndarray, Row(("sensors", 3))]
+    #: (s,) largest distance of the two pins of the cut joint within the interval, m.
+    gap: Annotated[np.ndarray, Row(())]
+    #: (s, 2) what the gap was before the projection of a step (m), and the velocity at which the two pins separate
+    #: (m/s): largest values within the interval.
+    cut: Annotated[np.ndarray, Row((2,))]
+    #: (s, 2) middle of the body that carries the first sensor, m.
+    link_position: Annotated[np.ndarray, Row((2,))]
+    #: (s, w) angular velocities of the sprocket and the other wheels, rad/s.
+    wheel_rate: Annotated[np.ndarray, Row(("wheels",))]
+    #: (s, 11) energy balance and energies, J (``model.arrays.ENERGY_NAMES``).
+    energy: Annotated[np.ndarray, Row((len(ENERGY_NAMES),))]
+    #: (s, p, 3) normal force of left arc, right arc and ring of the recorded pitches, N.
+    force: Annotated[np.ndarray, Row(("pitches", 3))]
+    #: (s, p, 2) area of the left and the right arc, 0 without contact.
+    area: Annotated[np.ndarray, Row(("pitches", 2), np.int8)]
+    #: (s, p, 2) groove of the left and the right arc, 0 without contact.
+    groove: Annotated[np.ndarray, Row(("pitches", 2), np.int8)]
+    #: (s, 8) motion in space, offset (m) and speed (m/s) of the chain's plane along its normal, its angular velocity p,
+    #: q (rad/s) and its Euler parameters. Every other position and velocity is given in the frame of that plane.
+    plane: Annotated[np.ndarray, Row((8,), in_space=True)]
+    #: (s, w) where the chain's plane crosses the axis of each wheel, from the wheel's middle, m.
+    wheel_offset: Annotated[np.ndarray, Row(("wheels",), in_space=True)]
+    #: (s, w) force of the chain on each wheel along its axis, mean over the sample interval, N.
+    axial_force: Annotated[np.ndarray, Row(("wheels",), in_space=True)]
+
+
+SAMPLED: dict[str, Row] = {name: hint.__metadata__[0] for name, hint in Samples.__annotations__.items()}
+SampleArrays = namedtuple("SampleArrays", SAMPLED)  # `Samples` as kernels take them
+
+
+class Record(NamedTuple):
+    """What a run fills."""
+
+    samples: Any  # `SampleArrays`
     pitches: np.ndarray  # (p,) integers: pitches whose contacts are recorded (0-based)
     frame: np.ndarray  # (f, n + 3) configuration every ``frame_stride`` samples: pin x, y, angles, sprocket angle
     frame_stride: int  # samples between frames
     contact_log: ContactLog  # log of the contacts with the sprocket
-
-
-SAMPLED = Record._fields[: Record._fields.index("pitches")]  # arrays with a row a sample
 
 
 def make_record(
@@ -131,18 +165,24 @@ def make_record(
     Bodies, wheels and plane are those of ``state``. Contacts are recorded of ``pitches`` (1-based), configurations
     ``frame_stride`` samples apart, with room for ``log_rows`` contacts (0: not logged).
     """
-    p, n, (loop, wheels) = len(pitches), len(state.angle), state.wheel_impact.shape
-    s, pair, sides = samples, (samples, 2), (samples, p, 2)
-    room = {"last": np.zeros((3 * loop, 2)), **zeros(CONTACT_INTERVAL, open=3 * loop, rows=log_rows)}
-    in_space = {"plane": 8, "wheel_offset": wheels, "axial_force": wheels}
+    loop, wheels = state.wheel_impact.shape
+    counts = {"sensors": sensors, "pitches": len(pitches), "wheels": wheels}
+
+    def rows(row: Row) -> np.ndarray:
+        if row.in_space and state.plane is None:
+            return np.zeros((0, 0), row.kind)
+        return np.zeros((samples, *(counts.get(size, size) for size in row.shape)), row.kind)
+
     return Record(
-        **zeros(raw=(s, sensors, 3), mean=(s, sensors, 3), gap=s, cut=pair, link_position=pair),
-        **zeros(wheel_rate=(s, wheels), energy=(s, len(ENERGY_NAMES)), force=(s, p, 3), frame=(frames, n + 3)),
-        **zeros(np.int8, area=sides, groove=sides),
-        **zeros(**{name: (0, 0) if state.plane is None else (s, columns) for name, columns in in_space.items()}),
+        samples=SampleArrays._make(map(rows, SAMPLED.values())),
         pitches=np.array([i - 1 for i in pitches], np.int64),
+        frame=np.zeros((frames, len(state.angle) + 3)),
         frame_stride=frame_stride,
-        contact_log=ContactLog(count=np.zeros(1, np.int64), **room),
+        contact_log=ContactLog(
+            last=np.zeros((3 * loop, 2)),
+            count=np.zeros(1, np.int64),
+            **zeros(CONTACT_INTERVAL, open=3 * loop, rows=log_rows),
+        ),
     )
 
 
@@ -309,9 +349,17 @@ class Work(NamedTuple):
     alternating: np.ndarray
     sweep: SweepWork  # solution of the chain
     candidates: ContactCandidates  # who may touch whom
-    implicit: ImplicitWork | None = None  # arrays of a linearly implicit integrator
-    stages: Stages | None = None  # arrays of an explicit Runge-Kutta method
-    space: SpaceWork | None = None  # arrays of motion in space
+
+
+class OptionalWork(NamedTuple):
+    """Arrays of a step that only some scenes have, each an argument of its own, so that all share one type of `Work`.
+
+    numba compiles a kernel again for other types of its arguments, and the code of what is None falls away.
+    """
+
+    space: SpaceWork | None = None  # motion in space
+    implicit: ImplicitWork | None = None  # a linearly implicit integrator
+    stages: Stages | None = None  # an explicit Runge-Kutta method
 
 
 def make_work(n: int, pitches: int, wheels: int, sensors: int = 1) -> Work:
@@ -336,26 +384,26 @@ def make_work(n: int, pitches: int, wheels: int, sensors: int = 1) -> Work:
     )
 
 
-def make_arrays(model: Model, method) -> tuple[State, Work]:
+def make_arrays(model: Model, method) -> tuple[State, Work, OptionalWork]:
     """State in the plane and work of a model and a method (`integrate.methods`), everything 0."""
     sizes = len(model.chain.length), len(model.shoes.link_body), len(model.wheels.x)
     state = make_state(*sizes, len(model.carriers.wheel), len(model.branches.time))
-    return state, allocate_method(make_work(*sizes, len(model.sensors.body)), method, model)
+    return state, make_work(*sizes, len(model.sensors.body)), make_optional(model, method)
 
 
-def allocate_method(work: Work, method, model: Model) -> Work:
-    """Work with the arrays of a method (`integrate.methods`) and, if the model moves in space, of that; of no other."""
-    n, (pitches, wheels) = len(work.cos), work.wheel_force.shape
+def make_optional(model: Model, method) -> OptionalWork:
+    """Allocate the arrays of a method (`integrate.methods`) and, if the model moves in space, of that."""
+    n, pitches, wheels = len(model.chain.length), len(model.shoes.link_body), len(model.wheels.x)
     stages = None
     if method.tableau is not None:
         a, b = (np.array(coefficients, dtype=float) for coefficients in method.tableau)
         size = 4 + KINETIC + (2 + len(model.branches.time)) * n + 2 * wheels
-        room = zeros(start=size, slope=(len(b), size), sensed=(len(b), len(work.sensed), 3))
+        room = zeros(start=size, slope=(len(b), size), sensed=(len(b), len(model.sensors.body) + pitches, 3))
         stages = Stages(a, b, **room, **zeros(tooth_impact=2 * pitches, wheel_impact=(pitches, wheels)))
-    return work._replace(
-        stages=stages,
-        implicit=make_implicit(n, wheels) if method.linearly_implicit else None,
+    return OptionalWork(
         space=None if model.space is None else make_space_work(n, wheels),
+        implicit=make_implicit(n, wheels) if method.linearly_implicit else None,
+        stages=stages,
     )
 
 

@@ -293,7 +293,7 @@ def tension(stretch: Replay) -> dict:
 
 def shares(stretch: Replay) -> dict | None:
     """Time in contact by area and of the ring, % of a turn of the sprocket a passage."""
-    record, rig = stretch.record, stretch.loop.scene.rig
+    record, rig = stretch.record.samples, stretch.loop.scene.rig
     if not record.wheel_rate[:, SPROCKET].any():
         return None
     touching = (*np.moveaxis(record.area, 2, 0), (record.force[:, :, 2] > 0).astype(int))

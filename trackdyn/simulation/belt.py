@@ -8,6 +8,7 @@ from trackdyn.model.arrays import make_record, make_state
 from trackdyn.model.constants import SPROCKET
 from trackdyn.rig.layout import belt_around
 from trackdyn.simulation.recording import Recording, provenance
+from trackdyn.simulation.settling import Layout
 
 # parts of a sample interval over which the mean is taken
 PARTS = 8
@@ -28,6 +29,7 @@ def belt_recording(scene) -> Recording:
     travelled = (scene.lead_in + scene.ramp / 2) * loop_hz
     sensors, time_s = list(scene.sensors.values()), np.arange(1, samples * PARTS + 1) / (rate * PARTS)
     record = make_record(samples, make_state(2 * pitches, pitches, 1 + len(rig.wheels)), len(sensors))
+    rows = record.samples
     for k, sensor in reversed(list(enumerate(sensors))):
         on_link = sensor.body == "link"
         around = travelled + (sensor.pitch - (0.5 if on_link else 0.0)) / pitches
@@ -36,16 +38,16 @@ def belt_recording(scene) -> Recording:
         dx, dy = sensor.x - (rig.chain.link_length if on_link else rig.connector_length) / 2, sensor.y
         rate_of_turn = speed * curvature
         motion = np.column_stack([-(rate_of_turn**2) * dx, -speed * rate_of_turn - rate_of_turn**2 * dy, heading])
-        record.raw[:, k] = motion[PARTS - 1 :: PARTS]
-        record.mean[:, k] = motion.reshape(samples, PARTS, 3).mean(axis=1)
-        record.mean[:, k, 2] = motion[PARTS // 2 - 1 :: PARTS, 2]
-    record.link_position[:] = point[PARTS - 1 :: PARTS]  # the loop ends with the first sensor
-    record.wheel_rate[:, SPROCKET] = scene.sprocket_rate
+        rows.raw[:, k] = motion[PARTS - 1 :: PARTS]
+        rows.mean[:, k] = motion.reshape(samples, PARTS, 3).mean(axis=1)
+        rows.mean[:, k, 2] = motion[PARTS // 2 - 1 :: PARTS, 2]
+    rows.link_position[:] = point[PARTS - 1 :: PARTS]  # the loop ends with the first sensor
+    rows.wheel_rate[:, SPROCKET] = scene.sprocket_rate
     return Recording.of_record(
         record,
         rate,
         contact_log=record.contact_log.rows,
         begin=scene.lead_in + scene.ramp,
-        meta=provenance(scene.with_(step=scene.time_step), {"path_m": path.length}),
+        meta=provenance(scene.with_(step=scene.time_step), Layout(path_m=path.length)),
         wall=time.perf_counter() - begin,
     )

@@ -31,7 +31,7 @@ from trackdyn.simulation.loop_arrays import (
 from trackdyn.simulation.readings import Readings
 from trackdyn.simulation.recorder import CHUNK, Recorder
 from trackdyn.simulation.recording import Recording
-from trackdyn.simulation.settling import SettledLoops, settle
+from trackdyn.simulation.settling import Layout, SettledLoops, settle
 
 
 @typed
@@ -49,7 +49,7 @@ class Loop(Readings):
     Attributes
     ----------
     scene : Scene
-    layout : dict
+    layout : Layout
         Shift of the tensioning wheel (m), tension as it was set with the rig's own ring, and as the loop settled (N).
 
     Raises
@@ -78,7 +78,7 @@ class Loop(Readings):
     def arrays(self, arrays: LoopArrays) -> None:
         self._scratch, self._lock = make_record(1, arrays.state, len(arrays.model.sensors.body)), RLock()
         self._show(copy.deepcopy(arrays))
-        self._integration = Integration(self._written.work)
+        self._integration = Integration(self._written.work, self._written.optional)
 
     def _show(self, arrays: LoopArrays) -> None:
         """Take arrays as they are, and show them to all others."""
@@ -107,8 +107,7 @@ class Loop(Readings):
         ``changes`` are those of the model: steps a sample, sensors.
         """
         with self._exclusive():
-            model, state, _ = self._written
-            self._integration(model._replace(**changes), state, record, first, last)
+            self._integration(self._written.model._replace(**changes), self._written.state, record, first, last)
 
     # -- stepping ------------------------------------------------------------------------------------------------------
 
@@ -183,7 +182,7 @@ class Loop(Readings):
     def shift_tensioner(self, shift: float) -> None:
         """Move a locked tensioning wheel along its line to ``shift`` (m) from its position in the rig.
 
-        ``layout["tensioner_shift_m"]`` has the present one. Raises `InputError`: beyond the travel, or the tensioner is
+        ``layout.tensioner_shift_m`` has the present one. Raises `InputError`: beyond the travel, or the tensioner is
         on a spring.
         """
         rig = self.scene.rig
@@ -191,7 +190,7 @@ class Loop(Readings):
             raise InputError(f"shift = {shift!r} m: the tensioner slides on its spring; use tension='locked'")
         shift = within("shift", shift, -rig.tension.travel, rig.tension.travel, " m, the tensioner's travel,")
         shift_tensioner(self.arrays.model, rig, shift)
-        self.layout["tensioner_shift_m"] = float(shift)
+        self.layout = self.layout._replace(tensioner_shift_m=float(shift))
 
     # -- keeping -------------------------------------------------------------------------------------------------------
 
@@ -208,14 +207,13 @@ class Loop(Readings):
         Raises `InputError`: another chain, ring, joints or plane of motion would need another state.
         """
         changed = Loop.__new__(Loop)
-        changed.scene, changed.layout = self.scene.with_(**fields), dict(self.layout)
+        changed.scene, changed.layout = self.scene.with_(**fields), self.layout
         for name in ("chain", "ring_radius"):
             if (value := getattr(changed.scene, name)) != getattr(self.scene, name):
                 raise InputError(f"scene: {name} = {value!r}: cannot change in a loop; make a new Loop")
-        model, state, work = allocate(
-            changed.scene, allowed_step(changed.scene, changed.scene.time_step, self.layout["settled_tension_n"])
-        )
-        leaves = flat(self.arrays.state)
+        step = allowed_step(changed.scene, changed.scene.time_step, self.layout.settled_tension_n)
+        made = allocate(changed.scene, step)
+        model, state, leaves = made.model, made.state, flat(self.arrays.state)
         if [leaf.shape for leaf in flat(state).values()] != [leaf.shape for leaf in leaves.values()]:
             raise InputError(
                 "scene: rig, space or joints differ: a loop keeps bodies, plane and joints; make a new Loop"
@@ -225,7 +223,7 @@ class Loop(Readings):
         move_wheels(model, wheel_centres(self.scene.rig, before.wheels))
         filled(state, leaves)
         state.steps[0] = round(self.time / model.step)
-        changed.arrays = LoopArrays(model._replace(drive=before.drive, carriers=before.carriers), state, work)
+        changed.arrays = made._replace(model=model._replace(drive=before.drive, carriers=before.carriers))
         if fields.keys() & {"motor_rpm", "ramp"}:
             changed.drive(changed.scene.motor_rpm, changed.scene.ramp)
         return changed
@@ -252,7 +250,7 @@ class Loop(Readings):
         loop = cls.__new__(cls)
         fields = data["scene"]
         loop.scene = Scene(**fields | {"rig": Rig.model_validate(fields["rig"])})
-        loop.layout = data["layout"]
+        loop.layout = filled(Layout(), data["layout"])
         room = allocate(loop.scene, loop.scene.time_step)._asdict()
-        loop.arrays = LoopArrays(**{name: filled(arrays, data[name]) for name, arrays in room.items()})
+        loop.arrays = LoopArrays(**{name: filled(arrays, data.get(name, {})) for name, arrays in room.items()})
         return loop

@@ -12,7 +12,7 @@ from trackdyn.inputs.files import read_npz, write_npz
 from trackdyn.inputs.validation import shown
 from trackdyn.integrate.methods import METHODS
 from trackdyn.jit import source_hash
-from trackdyn.model.arrays import Plane, State, Work, make_arrays
+from trackdyn.model.arrays import OptionalWork, Plane, State, Work, make_arrays
 from trackdyn.model.constants import Model
 from trackdyn.rig.layout import tensioner, wheel_circles
 from trackdyn.rig.rig import Rig
@@ -92,6 +92,7 @@ class LoopArrays(NamedTuple):
     model: Model
     state: State
     work: Work
+    optional: OptionalWork = OptionalWork()
 
 
 def read_only(arrays: LoopArrays) -> LoopArrays:
@@ -135,10 +136,10 @@ def allocate(scene: Scene, step: float) -> LoopArrays:
     """Arrays of a scene with a step (s), every one of the state and the work 0."""
     model = copy_wheels(scene.model_of_step(step))
     model = model._replace(carriers=make_carriers(scene.rig, model, scene.tension, 0.0))
-    state, work = make_arrays(model, METHODS[scene.integrator])
+    state, work, optional = make_arrays(model, METHODS[scene.integrator])
     if model.space is not None:
         state = state._replace(plane=Plane(np.zeros(4), np.zeros(4)))
-    return LoopArrays(model, state, work)
+    return LoopArrays(model, state, work, optional)
 
 
 def shift_tensioner(model: Model, rig: Rig, shift: float) -> None:

@@ -4,7 +4,7 @@ import numpy as np
 
 from trackdyn.chain.kinematics import rotated
 from trackdyn.integrate.energy import energies
-from trackdyn.integrate.run import common_arrays, refresh
+from trackdyn.integrate.run import refresh
 from trackdyn.model.arrays import ENERGY_NAMES, Record, State, Work
 from trackdyn.model.constants import Model
 from trackdyn.simulation.loop_arrays import LoopArrays
@@ -90,7 +90,7 @@ class Readings:
         if not self.arrays.state.steps[0]:
             angle = self.arrays.state.angle[self.arrays.model.sensors.body]
             return np.column_stack([np.zeros((len(angle), 2)), angle])
-        return self._scratch.mean[0].copy()
+        return self._scratch.samples.mean[0].copy()
 
     @property
     def tension(self) -> float:
@@ -122,7 +122,7 @@ class Readings:
         """Energy balance and energies by name (`model.arrays.ENERGY_NAMES`), J."""
         refresh(*self.arrays)
         out = np.zeros(len(ENERGY_NAMES))
-        energies(*common_arrays(*self.arrays), self.arrays.work.space, out)
+        energies(*self.arrays[:3], self.arrays.optional.space, out)
         return dict(zip(ENERGY_NAMES, out.tolist(), strict=True))
 
     @property

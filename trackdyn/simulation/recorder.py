@@ -8,7 +8,7 @@ from psutil import virtual_memory
 
 from trackdyn.inputs.errors import DivergenceError, OutOfMemoryError
 from trackdyn.integrate.methods import METHODS
-from trackdyn.model.arrays import CONTACT_INTERVAL, SAMPLED, Plane, make_record, make_state
+from trackdyn.model.arrays import CONTACT_INTERVAL, Plane, make_record, make_state
 from trackdyn.model.constants import SPROCKET
 from trackdyn.scene.build import build_sensors
 from trackdyn.simulation.energy_balance import check_account
@@ -126,14 +126,15 @@ class Recorder:
 
     def _grow(self, least: int) -> None:
         """Make room for so many samples: twice as many as there are, but not more than are asked for."""
-        count = min(max(GROWTH * len(self.record.gap), least), self.samples)
+        count = min(max(GROWTH * len(self.record.samples.gap), least), self.samples)
         check_memory(self.scene, count / self.scene.rig.rate)
-        arrays = {name: getattr(self.record, name) for name in SAMPLED}
-        for name, array in arrays.items():
-            if len(array):  # in space alone
-                arrays[name] = np.zeros((count, *array.shape[1:]), array.dtype)
-                arrays[name][: len(array)] = array
-        self.record = self.record._replace(**arrays)
+
+        def grown(array: np.ndarray) -> np.ndarray:
+            larger = np.zeros((count if len(array) else 0, *array.shape[1:]), array.dtype)  # empty: in space alone
+            larger[: len(array)] = array
+            return larger
+
+        self.record = self.record._replace(samples=self.record.samples._make(map(grown, self.record.samples)))
 
     def chunk(self) -> float:
         """Record the next chunk; returns its length, s.
@@ -142,7 +143,7 @@ class Recorder:
         """
         loop, rate = self.loop, self.scene.rig.rate
         last = min(self.done + max(round(CHUNK * rate), 1), self.samples)
-        if last > len(self.record.gap):
+        if last > len(self.record.samples.gap):
             self._grow(last)
         start = time.perf_counter()
         loop._fill(self.record, self.done, last, sensors=self.sensors)
@@ -168,11 +169,11 @@ class Recorder:
     def driven(self, first: int = 0) -> float:
         """Seconds in which the speed that is asked for turns the sprocket as far as it turned since a sample."""
         rate, drive_rate = self.scene.rig.rate, abs(self.loop.model.drive.rate)
-        made = np.abs(self.record.wheel_rate[first : self.done, SPROCKET])
+        made = np.abs(self.record.samples.wheel_rate[first : self.done, SPROCKET])
         return round(float(made.sum() / drive_rate if drive_rate else len(made)) / rate, 9)
 
     def _check_account(self) -> None:
-        check_account(self.record.energy[: self.done], self.loop.model, self.driven())
+        check_account(self.record.samples.energy[: self.done], self.loop.model, self.driven())
 
     def finish(self) -> "Recorder":
         """Record to the end."""
@@ -214,17 +215,15 @@ class Recorder:
         rate, stride = scene.rig.rate, record.frame_stride
         if self.done < self.samples:
             frames = -(-self.done // stride) if 0 < stride <= self.done else 0
-            rows = {name: getattr(record, name)[: self.done] for name in SAMPLED}
-            record = record._replace(**rows, frame=record.frame[:frames])
+            rows = record.samples._make(array[: self.done] for array in record.samples)
+            record = record._replace(samples=rows, frame=record.frame[:frames])
             scene = scene.with_(duration=self.done / rate, frame_interval=scene.frame_interval if frames else 0.0)
-        resolution = self.step_check.resolution()
-        share = None if np.isnan(resolution.share) else resolution.share
         recording = Recording.of_record(
             record,
             rate,
             contact_log=np.concatenate(self.ended or [np.zeros(0, CONTACT_INTERVAL)]),
             begin=float(self.begin),
-            meta=provenance(scene, self.loop.layout) | {"resolved": resolution._asdict() | {"share": share}},
+            meta=provenance(scene, self.loop.layout) | {"resolved": self.step_check.resolution()._asdict()},
             wall=self.wall,
         )
         vars(recording)["scene"] = scene  # not built from its description again

@@ -15,12 +15,14 @@ from trackdyn.inputs.errors import DivergenceError, InputError
 from trackdyn.inputs.files import read_npz, write_npz
 from trackdyn.inputs.validation import shown, typed, within
 from trackdyn.jit import source_hash
-from trackdyn.model.arrays import SAMPLED, Record
+from trackdyn.model.arrays import Record, Samples
 from trackdyn.model.constants import SPROCKET
 from trackdyn.rig.rig import Rig
 from trackdyn.rig.sections import SensorParameters
 from trackdyn.scene.scene import Periods, Scene
 from trackdyn.simulation.loop_arrays import LARGEST
+from trackdyn.simulation.settling import Layout
+from trackdyn.simulation.step_check import Resolution
 
 FORMAT = 13
 # Share of the speed that is asked for within which the sprocket holds it: a ramp ends within half a step, at the end of
@@ -29,84 +31,36 @@ SAME_RATE = 1e-3
 
 
 @dataclass(frozen=True)
-class Recording:
-    """Arrays of a run; ``s`` samples, ``k`` sensors, ``p`` recorded pitches, ``w`` wheels, ``n`` bodies.
+class Recording(Samples):
+    """Arrays of a run, those of `Samples` and what belongs to them.
 
-    Attributes
-    ----------
-    time : (s,) array
-        Time since the start of the record, at the end of each sample interval, s.
-    raw, mean : (s, k, 3) arrays
-        Accelerations of the sensors' points in the frames of their bodies, x and y (m/s2), and the bodies' angles
-        (rad): at the start of the interval's last step, and the mean over the sample interval. Their order is that of
-        ``sensors``.
-    gap : (s,) array
-        Largest distance of the two pins of the cut joint within the interval, m.
-    cut : (s, 2) array
-        What the gap was before the projection of a step (m), and the velocity at which the two pins separate
-        (m/s): largest values within the interval.
-    link_position : (s, 2) array
-        Middle of the body that carries the first sensor, m.
-    wheel_rate : (s, w) array
-        Angular velocities of the sprocket and the other wheels, rad/s.
-    energy : (s, 11) array
-        Energy balance and energies, J (``model.arrays.ENERGY_NAMES``).
-    force : (s, p, 3) array
-        Normal force of left arc, right arc and ring, N.
-    area, groove : (s, p, 2) integer arrays
-        Area and groove of the left and the right arc, 0 without contact.
-    pitches : (p,) integer array
-        The recorded pitches, 1-based.
-    contact_log : (k,) structured array
-        Every contact with the sprocket that ended (`model.arrays.CONTACT_INTERVAL`); times since the start of the run.
-    begin : float
-        Time since the start of the run at which the record begins, s.
-    frame : (f, n + 3) array
-        Configurations: pin x, y (m), angles of the bodies and of the sprocket (rad).
-    frame_time : (f,) array
-        Their times, s.
-    plane : (s, 8) array
-        Motion in space: offset (m) and speed (m/s) of the chain's plane along its normal, its angular
-        velocity p, q (rad/s) and its Euler parameters. Every other position and velocity of a recording is
-        given in the frame of that plane. Empty for a planar run.
-    wheel_offset, axial_force : (s, w) arrays
-        Where the chain's plane crosses the axis of each wheel, from the wheel's middle, m; force of the
-        chain on each wheel along its axis, mean over the sample interval, N. Empty for a planar run.
-    meta : dict
-        Scene, rig, derived layout, versions and source hash.
-    wall : float
-        Computing time of the record, s; not written to the file, so that the same scene gives the same bytes.
-    checkpoint : Path or None
-        File from which the run could go on: `save` removes it once the recording is written.
+    It has ``s`` samples, ``k`` sensors, ``p`` recorded pitches, ``w`` wheels and ``n`` bodies.
     """
 
+    #: (s,) time since the start of the record, at the end of each sample interval, s.
     time: np.ndarray
-    raw: np.ndarray
-    mean: np.ndarray
-    gap: np.ndarray
-    cut: np.ndarray
-    link_position: np.ndarray
-    wheel_rate: np.ndarray
-    energy: np.ndarray
-    force: np.ndarray
-    area: np.ndarray
-    groove: np.ndarray
+    #: (p,) integers, the recorded pitches, 1-based.
     pitches: np.ndarray
+    #: (c,) every contact with the sprocket that ended (`model.arrays.CONTACT_INTERVAL`); times since the start of the
+    #: run.
     contact_log: np.ndarray
+    #: Time since the start of the run at which the record begins, s.
     begin: float
+    #: (f, n + 3) configurations, pin x, y (m), angles of the bodies and of the sprocket (rad).
     frame: np.ndarray
+    #: (f,) their times, s.
     frame_time: np.ndarray
-    plane: np.ndarray
-    wheel_offset: np.ndarray
-    axial_force: np.ndarray
+    #: Scene, rig, derived layout, versions and source hash.
     meta: dict
+    #: Computing time of the record, s; not written to the file, so that the same scene gives the same bytes.
     wall: float = field(default=float("nan"), compare=False)
+    #: File from which the run could go on, which `save` removes once the recording is written.
     checkpoint: Path | None = field(default=None, compare=False)
 
     def __repr__(self) -> str:
         """Two lines: what was recorded, of which scene."""
-        resolved = self.meta.get("resolved", {}).get("state", "not judged")
-        return f"<Recording: {self.seconds:g} s, {len(self.time)} samples, resolved: {resolved}; of\n {self.scene!r}>"
+        state = self.resolution.state
+        return f"<Recording: {self.seconds:g} s, {len(self.time)} samples, resolved: {state}; of\n {self.scene!r}>"
 
     ARRAYS: ClassVar[tuple[str, ...]]  # names of what the file holds beside ``meta``
 
@@ -117,8 +71,8 @@ class Recording:
         Raises `DivergenceError` as `checked`.
         """
         return cls(
-            **{name: getattr(record, name) for name in SAMPLED},
-            time=np.arange(1, len(record.gap) + 1) / rate,
+            **record.samples._asdict(),
+            time=np.arange(1, len(record.samples.gap) + 1) / rate,
             pitches=record.pitches + 1,
             frame=record.frame,
             frame_time=(np.arange(len(record.frame)) * record.frame_stride + 1) / rate,
@@ -129,6 +83,16 @@ class Recording:
     def scene(self) -> Scene:
         """The scene that was run."""
         return Scene(Rig.model_validate(self.meta["rig"]), **self.meta["scene"])
+
+    @property
+    def layout(self) -> Layout:
+        """How the loop was laid."""
+        return Layout(**self.meta["layout"])
+
+    @property
+    def resolution(self) -> Resolution:
+        """Whether the step resolves the record."""
+        return Resolution(**self.meta.get("resolved", {}))
 
     @property
     def sensors(self) -> dict[str, SensorParameters]:
@@ -216,13 +180,13 @@ def made_with() -> tuple[str, dict[str, str]]:
     return source_hash(), {name: version(name) for name in ("numpy", "numba", "scipy")}
 
 
-def provenance(scene: Scene, layout: dict) -> dict:
+def provenance(scene: Scene, layout: Layout) -> dict:
     """Scene, rig, layout, versions and sources."""
     described, (sources, versions) = scene.describe(), made_with()
     return {
         "scene": {name: value for name, value in described.items() if name != "rig"},
         "rig": described["rig"],
-        "layout": layout,
+        "layout": layout.known(),
         "sources": sources,
         "versions": dict(versions),
         "python": platform.python_version(),

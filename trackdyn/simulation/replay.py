@@ -98,9 +98,10 @@ def replay(recording: Recording, seconds: float | None = None, progress: bool = 
     joints = length / length[-1] * pitches
     middles = (length - model.chain.length / 2) / length[-1] * pitches
     spans, origin = _spans(contacts, middles, moved, wheels, pitches)
-    both, sensors = min(len(record.gap), len(recording.time)), record.mean.shape[1]
-    distance = np.abs(record.link_position[:both] - recording.link_position[:both]).max()
-    apart = np.array([distance, np.abs((record.mean[:both] - recording.mean[:both, :sensors])[..., :2]).max()])
+    rows, sensors = record.samples, len(model.sensors.body)
+    both = min(len(rows.gap), len(recording.time))
+    distance = np.abs(rows.link_position[:both] - recording.link_position[:both]).max()
+    apart = np.array([distance, np.abs((rows.mean[:both] - recording.mean[:both, :sensors])[..., :2]).max()])
     return Replay(
         loop, np.arange(1, frames + 1) * stride / rate, stride / rate, bodies, around, turned, contacts, tension,
         (joints[None, :] + moved[:, None] - origin) % pitches, spans, record, begins,

@@ -69,12 +69,12 @@ class DampedLoop:
         shift_tensioner(self.model, scene.rig, self.shift)
         linearly = METHODS[scene.integrator].linearly_implicit
         method = METHODS["linearly_implicit" if linearly else "semi_implicit"]
-        self.state, self.work = make_arrays(self.model, method)
+        self.state, self.work, self._optional = make_arrays(self.model, method)
         self.state.pin[:2] = assembly.pins[0]
         self.state.angle[:] = assembly.angle
         self.state.wheel_angle[SPROCKET] = assembly.sprocket_angle
         self.record = make_record(1, self.state, len(self.model.sensors.body))
-        self._samples = Integration(self.work)
+        self._samples = Integration(self.work, self._optional)
 
     def tension(self) -> float:
         """Tension of the chain at the cut joint, in the middle of the last strand, N."""
@@ -136,7 +136,7 @@ class DampedLoop:
         slide = np.zeros(len(carriers.wheel))
         self.model = self.model._replace(carriers=carriers._replace(preload=preloads(rig, carriers, self.work, slide)))
         self.state = self.state._replace(slide=np.zeros(len(slide), SLIDE))
-        self._samples = Integration(self.work)
+        self._samples = Integration(self.work, self._optional)
         self.rest(0.4)
 
     def equalize_strands(self) -> float:

@@ -68,8 +68,8 @@ def check(rig: Rig | Path | str, rpm: float = 115.0, settle: bool = True) -> Rig
         model, state = loop.model, loop.state
         frame = np.concatenate([state.pin[:2], state.angle, state.wheel_angle[:1]])
         wheels[:, 0], wheels[:, 1] = model.wheels.x, model.wheels.y
-        reached = loop.layout["settled_tension_n"]
-        values["tensioner"] = _tensioner(rig, loop.layout["tensioner_shift_m"])
+        reached = loop.layout.settled_tension_n
+        values["tensioner"] = _tensioner(rig, loop.layout.tensioner_shift_m)
         values["settled tension"] = tension_words(loop.scene, loop.layout)
         load = loop.wheel_forces.sum(axis=0)
         idle = [names[k] for k in range(1, len(names)) if load[k] == 0.0]
@@ -97,7 +97,7 @@ def try_steps(settled: Loop, rpm: float) -> tuple[float | None, list[float]]:
     sample = 1.0 / settled.scene.rig.rate
     scene = {"motor_rpm": rpm, "ramp": RAMP_S, "every_link": True, "duration": TRIAL_S}
     # a scene is judged at the pre-tension, a loop at the tension that it settles at
-    tensions = settled.layout["settled_tension_n"], settled.scene.rig.tension.pre_tension
+    tensions = settled.layout.settled_tension_n, settled.scene.rig.tension.pre_tension
     rate_limits = turn_limit(settled.scene.with_(motor_rpm=rpm).sprocket_rate).values()
     before: Recorder | None = None
     tried, last = list[float](), 0.0

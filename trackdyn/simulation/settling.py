@@ -10,13 +10,14 @@
 import copy
 import json
 from collections.abc import Callable
+from math import nan
 from typing import NamedTuple
 
 import numpy as np
 
 from trackdyn.inputs.errors import DivergenceError
 from trackdyn.integrate.methods import METHODS
-from trackdyn.model.arrays import Plane, State, allocate_method
+from trackdyn.model.arrays import Plane, State, make_optional
 from trackdyn.model.constants import SPROCKET
 from trackdyn.rig.layout import check_overlap, tensioner
 from trackdyn.scene.build import check_stops, wheel_centres
@@ -32,12 +33,25 @@ HALVINGS = 2
 LATER = ("motor_rpm", *RECORD_FIELDS)
 
 
+class Layout(NamedTuple):
+    """How a loop is laid; NaN is what its chain or its tensioner does not have."""
+
+    tensioner_shift_m: float = nan  # of the tensioning wheel along its line, m
+    tension_n: float = nan  # as it was set with the rig's own ring, N
+    settled_tension_n: float = nan  # as the loop settled, N
+    tensioner_slide_m: float = nan  # of a sprung tensioner from there, m
+    path_m: float = nan  # length of a belt, m
+
+    def known(self) -> dict[str, float]:
+        """Those of its numbers that there are, by name."""
+        return {name: value for name, value in self._asdict().items() if value == value}
+
+
 class Start(NamedTuple):
     """A loop that is ready to run: the sprocket at rest, the energy balance at zero."""
 
     arrays: LoopArrays  # the model with the step that the tension of the loop allows
-    # shift of the tensioning wheel (m), tension as it was set and as the loop stands (N)
-    layout: dict[str, float]
+    layout: Layout
 
 
 def settle(scene: Scene, loops: "SettledLoops | None" = None) -> Start:
@@ -50,14 +64,14 @@ def settle(scene: Scene, loops: "SettledLoops | None" = None) -> Start:
     return _start(scene, (loops or SettledLoops(capacity=0)).at_rest(scene))
 
 
-def tension_words(scene: Scene, layout: dict[str, float]) -> str:
+def tension_words(scene: Scene, layout: Layout) -> str:
     """Say at which tension (N) a loop stands, which was wanted, and what lies between: a ring, or a carrier."""
-    target, settled = scene.rig.tension.pre_tension, layout["settled_tension_n"]
+    target, settled = scene.rig.tension.pre_tension, layout.settled_tension_n
     words = f"{settled:.4g} N in the strand onto the sprocket, pre_tension {target:.4g} N"
     if abs(settled - target) > 0.01 * target:
         radius = scene.rig.ring_radius
         ring = "without a ring" if radius is None else f"with the ring of {radius:.4g} m"
-        words += f": set to {layout['tension_n']:.4g} N {ring}, changed by "
+        words += f": set to {layout.tension_n:.4g} N {ring}, changed by "
         words += "another ring" if scene.ring_radius != radius else f"the tensioner, which is {scene.tension}"
     return words
 
@@ -121,14 +135,12 @@ def _start(scene: Scene, settled: TensionedLoop) -> Start:
     """A settled loop as the scene runs it."""
     rig, tension = scene.rig, settled.tension()
     step = allowed_step(scene, scene.time_step, tension)
-    layout = {
-        "tensioner_shift_m": float(settled.shift), "tension_n": settled.reached, "settled_tension_n": tension,
-    }  # fmt: skip
+    layout = Layout(float(settled.shift), settled.reached, tension)
     carriers, state = settled.model.carriers, settled.state
     if len(state.slide):
         check_stops(rig, carriers, state.slide)
         if scene.tension == "sprung":
-            layout |= {"tensioner_slide_m": float(state.slide["q"][carriers.of_wheel[tensioner(rig)]])}
+            layout = layout._replace(tensioner_slide_m=float(state.slide["q"][carriers.of_wheel[tensioner(rig)]]))
         for name in ("rate", "rate_before", "along_x", "along_y"):
             state.slide[name] = 0.0
     centres = wheel_centres(rig, settled.model.wheels)
@@ -140,8 +152,7 @@ def _start(scene: Scene, settled: TensionedLoop) -> Start:
         state = state._replace(plane=start_plane(centres, state))
     model = copy_wheels(scene.model_of_step(step))._replace(carriers=carriers)
     move_wheels(model, centres)
-    work = allocate_method(settled.work, METHODS[scene.integrator], model)
-    return Start(LoopArrays(model, state, work), layout)
+    return Start(LoopArrays(model, state, settled.work, make_optional(model, METHODS[scene.integrator])), layout)
 
 
 def start_plane(centres: np.ndarray, state: State) -> Plane:

@@ -8,7 +8,7 @@ the loop is doubtful for its length. None of this says how wrong a record is: a 
 was too large, too (`energy_balance.check_account`).
 """
 
-from math import nan
+from math import isnan, nan
 from typing import Any, NamedTuple
 from weakref import proxy
 
@@ -45,9 +45,9 @@ class Resolution(NamedTuple):
 
     # ``yes``; ``no``: doubtful, and beyond half of ``RMS`` or ``PEAKS`` with a finer step, or more than ``FLIPS``
     # alternates; ``not judged``
-    state: str
-    share: float  # `Alternation.share`
-    reason: str  # a sentence; empty for ``yes``
+    state: str = OPEN
+    share: float | None = None  # `Alternation.share`
+    reason: str = ""  # a sentence; empty for ``yes``
 
 
 class Difference(NamedTuple):
@@ -135,7 +135,7 @@ def largest_forces(ended, lasting, pitches: int, step: float, begin: float) -> t
 
 def run_statistics(record: Record, rows: slice, ended: list[np.ndarray], model: Model, begin: float) -> RunStatistics:
     """Statistics of samples, of contacts that ended in them and of open ones; ``begin`` of their log, s."""
-    chain, mean, own = model.chain, record.mean[rows], len(model.sensors.body)
+    chain, mean, own = model.chain, record.samples.mean[rows], len(model.sensors.body)
 
     def rms(mean):
         ay = mean[..., 1] + chain.gravity * np.cos(mean[..., 2])
@@ -154,10 +154,10 @@ def run_statistics(record: Record, rows: slice, ended: list[np.ndarray], model: 
 
 def resolution(alternating: Alternation, model: Model, reason: str, difference: Difference) -> Resolution:
     """State of the resolution of a record; ``reason`` is what speaks against it, or nothing."""
-    share = alternating.share
+    share = None if isnan(alternating.share) else alternating.share
     if not alternating.looks:
         return Resolution(OPEN, share, "steps of this integrator are not watched")
-    if reason and not (difference.within(RMS / 2, PEAKS / 2) and share <= FLIPS):
+    if reason and not (difference.within(RMS / 2, PEAKS / 2) and alternating.share <= FLIPS):
         if not np.isnan(difference.rms):
             rms, peaks = difference
             reason += f", and by a finer step RMS is {rms:.2g} and the mean peak {peaks:.2g} of it off"
@@ -220,6 +220,7 @@ class StepCheck:
     def __init__(self, recorder, origin=None):
         # weak: in a cycle, records wait for the garbage collector, which comes by objects and not by bytes
         self.recorder, self.reason, self.difference = proxy(recorder), "", Difference(nan, nan)
+        self._damped = METHODS[recorder.scene.integrator].linearly_implicit
         self.begin()
         self.first_of_run = origin is not None
         if origin is not None and recorder.begin - origin.time <= LEAD:
@@ -251,7 +252,7 @@ class StepCheck:
         """Alternation from a sample on, until which its sums (`model.arrays.Work`) were those ``before``."""
         recorder, model = self.recorder, self.recorder.loop.model
         squares, looks = recorder.alternating - before
-        mean, share = recorder.record.mean[first : recorder.done, 0], nan
+        mean, share = recorder.record.samples.mean[first : recorder.done, 0], nan
         if looks and len(mean):
             read = float(((mean[:, 1] + model.chain.gravity * np.cos(mean[:, 2])) ** 2).mean())
             # without gravity and motion there is rounding alone
@@ -264,7 +265,7 @@ class StepCheck:
         reason = doubt(alternating, coarse)
         self.reason = self.reason or reason  # also where no finer step can be tried
         start, times, doubled = self.origin, FINER, 1.0
-        if self.recorder.loop.work.implicit is not None:
+        if self._damped:
             start, times = self.start, 1
         if not reason and self.first_of_run and (why := again(self.recorder.scene)[1]):
             reason, start, times, doubled = why, self.start, *((HALF, 2.0) if why == BRIEF else (1, 1.0))
@@ -280,7 +281,7 @@ class StepCheck:
         self.difference = Difference(*map(float, np.fmax(self.difference, difference)))
         # An implicit step is coarse on purpose, and single impacts need steps that nothing else needs: what is missed
         # is said, and refused only where contacts flip.
-        missed = difference.rms > RMS and self.recorder.loop.work.implicit is None
+        missed = difference.rms > RMS and not self._damped
         if missed or (not difference.within() and alternating.share > 1.0):
             finer = f"a step {times} times smaller" if times > 1 else "an explicit step"
             raise DivergenceError(
@@ -310,6 +311,6 @@ class StepCheck:
         """State of the resolution of the record so far."""
         alternating, reason = self._alternation(0, 0.0), self.reason
         reason = reason or doubt(alternating)
-        if not reason and alternating.looks and self.recorder.loop.work.implicit is not None:
+        if not reason and alternating.looks and self._damped:
             return Resolution(OPEN, alternating.share, f"{DAMPED}, and no piece of the run was tried with another one")
         return resolution(alternating, self.recorder.loop.model, reason, self.difference)

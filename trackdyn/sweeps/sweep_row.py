@@ -49,7 +49,7 @@ def run_values(recording: Recording) -> dict:
     made = {"python": recording.meta["python"]} | versions
     if recording.scene.pitches:  # where contacts are recorded pitch by pitch, more is known of them
         values |= {f"event {name}": seconds for name, seconds in event_times(recording).items()}
-    return values | recording.meta["layout"] | {
+    return values | recording.layout.known() | {
         "kernel_sources": sources, "row_sources": module_hash(__name__), "processor": target_hash(),
         "versions": ", ".join(f"{name} {version}" for name, version in made.items()),
     }  # fmt: skip

@@ -22,7 +22,7 @@ def both_contacts(rig, driven_loop):
 
     def make(ring_radius):
         loop = driven_loop(ring_radius)
-        model, state, work = loop.arrays
+        model, state, work, _ = loop.arrays
         model = without_extrapolation(model, work)
         w = model.wheels
         contacts = make_contacts(Scene(rig, 115.0, ring_radius=ring_radius), 0.0)

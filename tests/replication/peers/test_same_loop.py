@@ -88,7 +88,7 @@ def test_accelerations_of_all_links_and_peaks_of_tooth_forces_are_those_of_the_o
     pytest.importorskip("exudyn")
     scene = Scene(rig, 210.0, 0.308, step=2e-5, ramp=0.3, lead_in=0.2, duration=0.6, **PEER_LAWS)
     loop, rate, begin = Loop(scene), rig.rate, scene.ramp + scene.lead_in
-    contacts, drive, chain = make_contacts(scene, loop.layout["tensioner_shift_m"]), loop.model.drive, loop.model.chain
+    contacts, drive, chain = make_contacts(scene, loop.layout.tensioner_shift_m), loop.model.drive, loop.model.chain
     smooth = contacts.law.copy()
     smooth[:, 2:4] = 0.0  # friction
     normal = contacts._replace(law=smooth)

@@ -29,6 +29,7 @@ from trackdyn.rig.layout import assemble
 from trackdyn.rig.rig import load_rig
 from trackdyn.scene.scene import Scene
 from trackdyn.sensor.sensor_csv import SensorRecord
+from trackdyn.simulation.settling import Layout
 
 pytestmark = pytest.mark.slow
 
@@ -53,7 +54,7 @@ def recording(ring_radius=0.308, rpm=RPM, frames=1):
     mean = np.column_stack([np.zeros(s), (ay - 1) * RIG.gravity, np.zeros(s)])[:, None]
     gap, rate = 1e-13 * (1.5 + np.sin(time)) * (time > 0.01), np.full((s, 3), -2 * np.pi * rpm / 5.57 / 60)
     made = {"raw": mean, "mean": mean, "gap": gap, "wheel_rate": rate, "frame": np.tile(FRAME, (frames, 1))}
-    made |= {"frame_time": np.arange(frames) * 0.01, "layout": {"tensioner_shift_m": ASSEMBLY.shift}}
+    made |= {"frame_time": np.arange(frames) * 0.01, "layout": Layout(ASSEMBLY.shift)}
     return made_recording(Scene(RIG, rpm, ring_radius), time, np.zeros((s, 1, 3)), 6.0, **made)
 
 

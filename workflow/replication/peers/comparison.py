@@ -40,7 +40,7 @@ def run_peer(scene: Scene, step: float, watch: Callable | None = None) -> tuple[
     """
     loop = Loop(scene)
     times = scene.ramp + scene.duration, step, 1.0 / scene.rig.rate
-    contacts, wheels = make_contacts(scene, loop.layout["tensioner_shift_m"]), free_wheels(scene, loop.model)
+    contacts, wheels = make_contacts(scene, loop.layout.tensioner_shift_m), free_wheels(scene, loop.model)
     run = run_exudyn_loop(loop.model, loop.state, *times, contacts, wheels, watch)
     return run, run.centre[first_sample(scene) :, 2 * (scene.rig.first_sensor.pitch - 1), 1]
 
@@ -116,7 +116,7 @@ def compare_codes(
             frames[-1] = np.concatenate([pin, angle, recording.frame[0][-1:]])
         curves.append(pd.DataFrame(curve))
         summary.append(row)
-    shift = float(ours[step].recording.meta["layout"]["tensioner_shift_m"])
+    shift = ours[step].recording.layout.tensioner_shift_m
     model = {"frame": frames[0].tolist(), "shift": shift, "missing": missing}
     return {"curves": pd.concat(curves), "costs": pd.DataFrame(table), "summary": pd.DataFrame(summary)}, model
 

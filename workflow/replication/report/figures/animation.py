@@ -41,7 +41,7 @@ NAMES = dict(zip(SIDES, SIDE_WORDS, strict=True))
 def draw_moment(ax: Axes, rig: Rig, recording: Recording, index: int, near: bool) -> None:
     """Wheels, chain and forces at one recorded configuration: ``near`` the sprocket, or the whole loop."""
     frame = recording.frame[index]
-    shift = recording.meta["layout"]["tensioner_shift_m"]
+    shift = recording.layout.tensioner_shift_m
     draw_loop(ax, rig, frame, shift, recording.scene.ring_radius)
     # a configuration and a sample are both taken at the end of their interval
     sample = int(np.clip(round(recording.frame_time[index] * recording.rate) - 1, 0, len(recording.time) - 1))

@@ -40,7 +40,7 @@ def run_long(rig: Rig, seconds: float, turns: int, rpm: float = 210.0) -> pd.Dat
     piece = scene.with_(duration=chunk)
     rows = []
     for _ in range(round(seconds / chunk)):
-        record = Recorder(loop, piece, checked=False).finish().record
+        record = Recorder(loop, piece, checked=False).finish().record.samples
         ay = readings(record.mean[:, 0], rig, rig.first_sensor.range)[:, 1]
         row = {"time_s": loop.time, "loop_gap_max_m": float(record.gap.max())}
         row |= {"energy_residual": open_share(record.energy, loop.model, chunk)[0]}

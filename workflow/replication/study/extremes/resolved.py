@@ -73,7 +73,7 @@ def run_short(number: int, seed: int = SEED) -> dict:
     try:
         probe = Scene(rig, settings["rpm"], every_link=True, **fields)
         loop = Loop(probe)
-        limit = largest_step(loop.model, rig.tension.pre_tension, loop.layout["settled_tension_n"])
+        limit = largest_step(loop.model, rig.tension.pre_tension, loop.layout.settled_tension_n)
         limit = min(limit, LARGEST)
         step = round_step(settings["share"] * limit, 1.0 / rig.rate)
         loop = Loop(probe.with_(step=step))

@@ -65,7 +65,7 @@ def stability_map(rig: Rig, quantity: str, values: Iterable[float], steps_per_ms
         except InputError:  # without friction and loss it may not come to rest
             yield attempted(f"step and {quantity}", f"{QUANTITIES[quantity]} {value:g}", Loop, scene, starts)
             continue
-        limits = step_limits(start.model, start.layout["settled_tension_n"])
+        limits = step_limits(start.model, start.layout.settled_tension_n)
         limit = min(step for name, step in limits.items() if "contact stiffness" in name)
         finest = forced_run(start, max(min(steps), 1e-5))
         for step in steps:
