@@ -136,5 +136,5 @@ def next_samples(loop, samples, pitches=(), frame_stride=0, log_rows=0):
     frames = -(-samples // frame_stride) if frame_stride else 0
     sensors = len(loop.model.sensors.body)
     record = make_record(samples, loop.state, sensors, pitches, frames, frame_stride, log_rows)
-    loop._fill(record, 0, samples)
+    loop.fill(record, 0, samples)
     return SimpleNamespace(**record._asdict() | record.samples._asdict())

@@ -13,8 +13,8 @@ import pytest
 from tests.kinematics import pins, without_extrapolation
 from trackdyn.contact.laws import elastic_force, find_area, groove_index
 from trackdyn.integrate.run import refresh
-from trackdyn.measure.sensor import specific_force
 from trackdyn.model.constants import SPROCKET
+from trackdyn.simulation.readings import specific_force
 
 ROOT = Path(__file__).parents[1]
 TABLE = pd.read_csv(ROOT / "docs" / "equations.csv", keep_default_na=False)

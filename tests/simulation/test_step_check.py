@@ -1,7 +1,5 @@
 """Is a record resolved by its step? Judged from the first contacts on, whatever the record's length."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
@@ -34,7 +32,6 @@ from trackdyn.simulation.step_check import (
     doubt,
     explicit,
     largest_forces,
-    resolution,
 )
 
 
@@ -60,16 +57,19 @@ def test_what_alternates_is_a_share_of_what_the_sensor_reads(running):
     writer.chunk()
     writer.record.samples.mean[:] = 0.0  # level: 1 g
     writer.alternating = 100 * np.array([0.03 * (9.81 * running.model.step) ** 2, 1.0])
-    assert writer.step_check.resolution().share == pytest.approx(0.03)
+    assert writer.resolution().share == pytest.approx(0.03)
 
 
 @pytest.mark.parametrize(
     ("difference", "state"),
     [((np.nan, np.nan), NO), ((0.0, 0.0), YES), ((0.6 * RMS, 0.0), NO), ((0.0, 0.6 * PEAKS), NO)],
 )
-def test_a_finer_step_decides_what_is_doubtful(running, difference, state):
+def test_a_finer_step_decides_what_is_doubtful(make_scene, difference, state):
+    check = StepCheck(make_scene(115.0), 1e-4)
+    check.reason, check.difference = "it flips", Difference(*difference)
+
     def judged(share):
-        return resolution(Alternation(share, 100, 5.0), running.model, "it flips", Difference(*difference))
+        return check.resolution(Alternation(share, 100, 5.0))
 
     resolved = judged(0.9 * FLIPS)
     assert resolved.state == state and resolved.share == 0.9 * FLIPS
@@ -148,32 +148,26 @@ def test_a_short_run_is_tried_with_half_the_step_from_the_same_start(make_scene,
     scene = make_scene(115.0, ring_radius=None, step=1e-4)
     assert again(scene) == (min(scene.duration, 2.0), BRIEF)
     assert not again(scene.with_(duration=scene.periods.loop))[0] and not again(scene.with_(motor_rpm=0))[0]
-    tried, rerun = [], StepCheck._rerun
+    tried, rerun, changed = [], Recorder._rerun, Loop.changed
 
-    def off(check, *arguments):
+    def off(writer, times):
         """A finer run whose RMS is 1.5 % below that of the run: beyond 1 % in the limit."""
-        tried.append((arguments[0].time, arguments[2]))
-        finer = rerun(check, *arguments)
-        coarse = check.recorder.statistics(check.first, check.ended)
+        finer, coarse = rerun(writer, times), writer.statistics()
         return finer._replace(rms=coarse.rms / 1.015, peaks=coarse.peaks)
 
-    monkeypatch.setattr(StepCheck, "_rerun", off)
+    monkeypatch.setattr(Recorder, "_rerun", off)
+    monkeypatch.setattr(
+        Loop, "changed", lambda loop, **to: tried.append((loop.time, to["step"])) or changed(loop, **to)
+    )
     with pytest.raises(DivergenceError, match="shorter than a turn of the loop, and with a step 2 times smaller RMS"):
         simulate(scene)
-    assert settled == [1e-4] and tried == [(pytest.approx(scene.ramp + scene.lead_in), HALF)]
-
-
-class MadeUpRecorder(SimpleNamespace):
-    """A recorder of a linearly implicit run in which nothing flips, with statistics that are made up."""
-
-    def statistics(self, *_):
-        return statistics([1.0], [100.0, 0.0, 0.0])
+    assert settled == [1e-4] and tried == [(pytest.approx(scene.ramp + scene.lead_in), 1e-4 / HALF)]
 
 
 @pytest.mark.parametrize(
     ("rms", "left", "state"), [(1.0, 100.0, YES), (1.066, 100.0, NO), (1.0, 144.0, NO), (None, None, OPEN)]
 )
-def test_a_linearly_implicit_run_is_judged_by_an_explicit_piece_alone(rig, monkeypatch, rms, left, state):
+def test_a_linearly_implicit_run_is_judged_by_an_explicit_piece_alone(rig, rms, left, state):
     """Its damping hides what flips: RMS 6.6 % too small was called resolved. Where no explicit run is allowed, or at
     a part of a run, nothing is known.
     """
@@ -181,27 +175,19 @@ def test_a_linearly_implicit_run_is_judged_by_an_explicit_piece_alone(rig, monke
     other = explicit(scene)
     assert other["integrator"] == "semi_implicit" and other["step"] <= scene.time_step
     assert again(scene) == (2.0, DAMPED)
-    loop = SimpleNamespace(model=scene.model, work=SimpleNamespace(implicit=1))
-    log = SimpleNamespace(open=np.zeros(1), last=np.zeros(1))
-    recorder = MadeUpRecorder(
-        scene=scene, loop=loop, done=0, ended=[], alternating=np.zeros(2), record=SimpleNamespace(contact_log=log)
-    )
-    loop.copy = lambda: loop
-    tried = []
+    quiet, tried = Alternation(0.0, 100, 5.0), []
 
-    def rerun(check, start, seconds, times):
+    def rerun(times):
         tried.append(times)
         if rms is None:
             raise InputError("no such run")
         return statistics([rms], [left, 0.0, 0.0])
 
-    monkeypatch.setattr(StepCheck, "_rerun", rerun)
-    monkeypatch.setattr(StepCheck, "_alternation", lambda *_: Alternation(0.0, 100, 5.0))
-    check = StepCheck(recorder)
-    assert check.resolution().state == OPEN
-    check.first_of_run = True
-    check._judge(2.0)
-    assert check.resolution().state == state and tried == [1]
+    check, coarse = StepCheck(scene, scene.time_step), statistics([1.0], [100.0, 0.0, 0.0])
+    check.judge(2.0, quiet, coarse, rerun)
+    assert check.resolution(quiet).state == OPEN and not tried
+    check.judge(2.0, quiet, coarse, rerun, first=True)
+    assert check.resolution(quiet).state == state and tried == [1]
 
 
 @pytest.mark.parametrize("missed", [0.9, 1.1])

@@ -5,11 +5,11 @@ from math import ceil
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from trackdyn.inputs.validation import typed, within
 from trackdyn.measure.spectra import highest_line, holds_line, main_line_binfree
 from trackdyn.rig.rig import Rig
+from trackdyn.simulation.readings import specific_force
 from trackdyn.simulation.recording import Recording
 
 OTHER_SPEED = 4.0  # largest ratio of the speeds of a sensor's record and of a run beside it
@@ -37,16 +37,6 @@ class SensorSignal:
         named = {"ay, along the outward normal of the link": self.ay, "ax, along the link": self.ax}
         labels = {"xlabel": "time (s)", "ylabel": "acceleration (g)", "title": "Sensor on the link"}
         return pd.DataFrame(named, index=self.time).plot(ax=axes, **labels)
-
-
-def specific_force(acceleration: ArrayLike, angle: ArrayLike, gravity: float = 9.81) -> np.ndarray:
-    """Eq. (40): ``a_t = a_s + A_t^T G``, (..., 2) in the link frame, m/s2; +gravity along y at rest on a level link.
-
-    ``acceleration`` (..., 2) of the sensor's point is in the link frame already, m/s2; ``angle`` (...) is that of the
-    link's x axis, rad.
-    """
-    projection = np.stack([np.sin(angle), np.cos(angle)], axis=-1) * gravity
-    return np.asarray(acceleration, dtype=float) + projection
 
 
 def readings(motion: np.ndarray, rig: Rig, limit: float = np.inf) -> np.ndarray:

@@ -101,7 +101,7 @@ class Loop(Readings):
         finally:
             self._lock.release()
 
-    def _fill(self, record: Record, first: int, last: int, **changes: Any) -> None:
+    def fill(self, record: Record, first: int, last: int, **changes: Any) -> None:
         """Integrate and fill rows ``first`` to ``last - 1`` of a record made for this loop; kernels check no bounds.
 
         ``changes`` are those of the model: steps a sample, sensors.
@@ -113,7 +113,7 @@ class Loop(Readings):
 
     def step(self, count: int = 1) -> None:
         """Take ``count`` steps of ``model.step`` s."""
-        self._fill(self._scratch, 0, 1, stride=int(within("count", count, 1, MOST_STEPS)))
+        self.fill(self._scratch, 0, 1, stride=int(within("count", count, 1, MOST_STEPS)))
 
     def advance(self, seconds: float, tick: Callable[[float], object] = lambda seconds: None) -> None:
         """Integrate for a time (s) in whole steps; ``tick`` is called with the seconds that every chunk adds."""

@@ -1,6 +1,7 @@
 """Readings of a loop: where its bodies are, how fast they move, what its joints and wheels bear."""
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from trackdyn.chain.kinematics import rotated
 from trackdyn.integrate.energy import energies
@@ -8,6 +9,16 @@ from trackdyn.integrate.run import refresh
 from trackdyn.model.arrays import ENERGY_NAMES, Record, State, Work
 from trackdyn.model.constants import Model
 from trackdyn.simulation.loop_arrays import LoopArrays
+
+
+def specific_force(acceleration: ArrayLike, angle: ArrayLike, gravity: float = 9.81) -> np.ndarray:
+    """Eq. (40): ``a_t = a_s + A_t^T G``, (..., 2) in the link frame, m/s2; +gravity along y at rest on a level link.
+
+    ``acceleration`` (..., 2) of the sensor's point is in the link frame already, m/s2; ``angle`` (...) is that of the
+    link's x axis, rad.
+    """
+    projection = np.stack([np.sin(angle), np.cos(angle)], axis=-1) * gravity
+    return np.asarray(acceleration, dtype=float) + projection
 
 
 class Readings:

@@ -1,27 +1,34 @@
 """A recording that grows chunk by chunk, so that it can be watched, checkpointed and resumed; what it needs."""
 
 import time
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from psutil import virtual_memory
 
-from trackdyn.inputs.errors import DivergenceError, OutOfMemoryError
+from trackdyn.inputs.errors import DivergenceError, InputError, OutOfMemoryError
 from trackdyn.integrate.methods import METHODS
 from trackdyn.model.arrays import CONTACT_INTERVAL, Plane, make_record, make_state
 from trackdyn.model.constants import SPROCKET
 from trackdyn.scene.build import build_sensors
-from trackdyn.simulation.energy_balance import check_account
+from trackdyn.simulation.energy_balance import check_account, passed_pitches
 from trackdyn.simulation.loop_arrays import filled, flat
 from trackdyn.simulation.recording import Recording, provenance
 from trackdyn.simulation.step_check import (
+    BETWEEN,
     DAMPED,
+    FINER,
     HALF,
+    LEAD,
+    PIECE,
+    Alternation,
     Difference,
+    Resolution,
     RunStatistics,
     StepCheck,
     again,
     explicit,
+    mean_square,
     run_statistics,
 )
 
@@ -84,12 +91,23 @@ GROWTH = 2  # times the room for a record
 JUDGED = 10.0  # s of a record between two judgements of its energy balance
 
 
+class Piece(NamedTuple):
+    """Where a piece of a record begins that may be run again to judge its step."""
+
+    loop: Any  # as it was then; None once the piece is judged
+    origin: Any  # the loop from which it is run again with a much smaller step: what a step spoils before counts, too
+    first_of_run: bool
+    done: int  # samples, ended contacts and alternating sums of the record until then
+    ended: int
+    alternating: np.ndarray
+    log: tuple[np.ndarray, np.ndarray]  # contacts that last, and their last forces (`model.arrays.ContactLog`)
+
+
 class Recorder:
     """Records a loop as a ``scene``, its own by default, has it.
 
-    Not ``checked`` it goes on unresolved; ``origin`` is as in `StepCheck`.
-
-    A record that may end sooner takes ``room`` (s) of memory at first, and grows.
+    Not ``checked`` it goes on unresolved. ``origin`` is the loop before it came to where the record begins, so that the
+    way there is run again, too. A record that may end sooner takes ``room`` (s) of memory at first, and grows.
     """
 
     def __init__(self, loop, scene=None, checked: bool = True, origin=None, room: float | None = None):
@@ -117,7 +135,9 @@ class Recorder:
             stride,
             INTERVALS_A_CHUNK if scene.contact_log else 0,
         )
-        self.step_check = StepCheck(self, origin)
+        self.step_check = StepCheck(scene, loop.model.step)
+        if checked:
+            self._begin_piece(origin)
 
     @property
     def finished(self) -> bool:
@@ -146,7 +166,7 @@ class Recorder:
         if last > len(self.record.samples.gap):
             self._grow(last)
         start = time.perf_counter()
-        loop._fill(self.record, self.done, last, sensors=self.sensors)
+        loop.fill(self.record, self.done, last, sensors=self.sensors)
         self.wall += time.perf_counter() - start
         contact_log = self.record.contact_log
         count, room = int(contact_log.count[0]), len(contact_log.rows)
@@ -163,8 +183,57 @@ class Recorder:
         if last // (JUDGED * rate) > first // (JUDGED * rate):  # not only after hours
             self._check_account()
         if self.checked:
-            self.step_check.check()
+            self._check_step()
         return (last - first) / rate
+
+    def _begin_piece(self, origin=None) -> None:
+        loop, log = self.loop.copy(), self.record.contact_log
+        near = origin is not None and self.begin - origin.time <= LEAD
+        self._piece = Piece(
+            loop, origin if near else loop, origin is not None,
+            self.done, len(self.ended), self.alternating.copy(), (log.open.copy(), log.last.copy()),
+        )  # fmt: skip
+
+    def _check_step(self) -> None:
+        """Judge a piece when it is over; raises `DivergenceError` as `StepCheck.judge`."""
+        piece = self._piece
+        seconds = (self.done - piece.done) / self.scene.rig.rate
+        if piece.loop is not None and (seconds >= PIECE or self.finished):
+            alternating = self.alternation(piece.done, piece.alternating)
+            coarse = self.statistics(piece.done, piece.ended)
+            self.step_check.judge(seconds, alternating, coarse, self._rerun, piece.first_of_run)
+            self._piece = piece._replace(loop=None, origin=None)
+        if seconds >= BETWEEN and not self.finished:
+            self._begin_piece()
+
+    def _rerun(self, times: int) -> RunStatistics:
+        """Statistics of the piece with a step so many times smaller; the loop of a doubtful run is settled anew."""
+        piece, scene = self._piece, self.scene
+        loop = piece.origin if times == FINER else piece.loop
+        if self.loop.model.drive != loop.model.drive:
+            raise InputError("the loop was steered: another run would be another motion")
+        fields = explicit(scene) if times == 1 else {"step": loop.model.step / times}
+        settled = piece.first_of_run and loop.time == 0.0 and times == FINER
+        finer = type(loop)(loop.scene.with_(**fields)) if settled else loop.changed(**fields)
+        finer.advance(piece.loop.time - loop.time)
+        fields |= {"duration": (self.done - piece.done) / scene.rig.rate, "pitches": (), "frame_interval": 0.0}
+        again = Recorder(finer, scene.with_(**fields), checked=False)
+        again.record.contact_log.open[:], again.record.contact_log.last[:] = piece.log
+        return again.finish().statistics()
+
+    def alternation(self, first: int = 0, before=0.0) -> Alternation:
+        """Alternation from a sample on, until which its sums (`model.arrays.Work`) were those ``before``."""
+        model, (squares, looks) = self.loop.model, self.alternating - before
+        share = np.nan
+        if looks and first < self.done:
+            read = mean_square(self.record.samples.mean[first : self.done, 0], model.chain.gravity)
+            # without gravity and motion there is rounding alone
+            share = float(squares / looks / model.step**2 / max(read, 1e-6))
+        return Alternation(share, int(looks), passed_pitches(model, self.driven(first)))
+
+    def resolution(self) -> Resolution:
+        """Whether the step resolves the record so far."""
+        return self.step_check.resolution(self.alternation())
 
     def driven(self, first: int = 0) -> float:
         """Seconds in which the speed that is asked for turns the sprocket as far as it turned since a sample."""
@@ -201,7 +270,7 @@ class Recorder:
         progress = data["progress"]
         self.done, self.begin, self.wall = (progress[name] for name in ("done", "begin", "wall"))
         self.alternating = np.array(progress["alternating"])
-        self.step_check = StepCheck(self)
+        self._begin_piece()
         self.step_check.reason = progress["unresolved"]
         self.step_check.difference = Difference(*progress["difference"])
 
@@ -223,7 +292,7 @@ class Recorder:
             rate,
             contact_log=np.concatenate(self.ended or [np.zeros(0, CONTACT_INTERVAL)]),
             begin=float(self.begin),
-            meta=provenance(scene, self.loop.layout) | {"resolved": self.step_check.resolution()._asdict()},
+            meta=provenance(scene, self.loop.layout) | {"resolved": self.resolution()._asdict()},
             wall=self.wall,
         )
         vars(recording)["scene"] = scene  # not built from its description again

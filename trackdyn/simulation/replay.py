@@ -84,7 +84,7 @@ def replay(recording: Recording, seconds: float | None = None, progress: bool = 
         loop.advance(begins, progress_bar.update)
         begins = loop.time
         for k in range(frames):
-            loop._fill(record, k * stride, (k + 1) * stride)
+            loop.fill(record, k * stride, (k + 1) * stride)
             pins = loop.pins  # makes all else that of this instant
             bodies[k] = np.column_stack([pins[:n], state.angle])
             around[k] = np.column_stack([model.wheels.x, model.wheels.y, model.wheels.radius])

@@ -112,11 +112,11 @@ def try_steps(settled: Loop, rpm: float) -> tuple[float | None, list[float]]:
         tried.append(step)
         if before is not None:
             difference = max(before.statistics().difference(run.statistics()))
-            if difference <= RECOMMENDED and before.step_check.resolution().state != NO:
+            if difference <= RECOMMENDED and before.resolution().state != NO:
                 return tried[-2], tried
             # a method of order 1 halves them at best
             foretold = max(difference / 2, difference**2 / last) if last else inf
-            if foretold <= RECOMMENDED and run.step_check.resolution().state != NO:
+            if foretold <= RECOMMENDED and run.resolution().state != NO:
                 return step, tried
             last = difference
         before = run

@@ -8,9 +8,9 @@ the loop is doubtful for its length. None of this says how wrong a record is: a 
 was too large, too (`energy_balance.check_account`).
 """
 
+from collections.abc import Callable
 from math import isnan, nan
 from typing import Any, NamedTuple
-from weakref import proxy
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from trackdyn.inputs.errors import DivergenceError, InputError
 from trackdyn.integrate.methods import METHODS
 from trackdyn.model.arrays import SIDES, Record
 from trackdyn.model.constants import Model
-from trackdyn.simulation.energy_balance import passed_pitches
+from trackdyn.simulation.readings import specific_force
 
 # Most that RMS and mean peak may differ with a finer step; half of it counts as resolved.
 RMS, PEAKS = 0.02, 0.05
@@ -133,43 +133,24 @@ def largest_forces(ended, lasting, pitches: int, step: float, begin: float) -> t
     return largest, isolated
 
 
+def mean_square(motion: np.ndarray, gravity: float) -> float:
+    """Mean square of the y acceleration (m2/s4) that sensors report (Eq. 40), ``motion`` as in ``Recording.mean``."""
+    return float((specific_force(motion[..., :2], motion[..., 2], gravity)[..., 1] ** 2).mean())
+
+
 def run_statistics(record: Record, rows: slice, ended: list[np.ndarray], model: Model, begin: float) -> RunStatistics:
     """Statistics of samples, of contacts that ended in them and of open ones; ``begin`` of their log, s."""
-    chain, mean, own = model.chain, record.samples.mean[rows], len(model.sensors.body)
-
-    def rms(mean):
-        ay = mean[..., 1] + chain.gravity * np.cos(mean[..., 2])
-        return np.sqrt((ay**2).mean())
-
+    mean, own = record.samples.mean[rows], len(model.sensors.body)
+    sensors = [mean[:, which] for which in (*range(own), slice(own, None))]
     lasting = record.contact_log.open[record.contact_log.open["end_s"] > 0]
     largest, isolated = largest_forces(np.concatenate(ended), lasting, len(model.shoes.link_body), model.step, begin)
     peaks = largest.sum(axis=0)
     carries = _carries(peaks)
     return RunStatistics(
-        np.array([rms(mean[:, sensors]) for sensors in (*range(own), slice(own, None)) if mean[:, sensors].size]),
+        np.sqrt([mean_square(motion, model.chain.gravity) for motion in sensors if motion.size]),
         peaks,
         float((isolated.sum(axis=0)[carries] / peaks[carries]).max(initial=0.0)),
     )
-
-
-def resolution(alternating: Alternation, model: Model, reason: str, difference: Difference) -> Resolution:
-    """State of the resolution of a record; ``reason`` is what speaks against it, or nothing."""
-    share = None if isnan(alternating.share) else alternating.share
-    if not alternating.looks:
-        return Resolution(OPEN, share, "steps of this integrator are not watched")
-    if reason and not (difference.within(RMS / 2, PEAKS / 2) and alternating.share <= FLIPS):
-        if not np.isnan(difference.rms):
-            rms, peaks = difference
-            reason += f", and by a finer step RMS is {rms:.2g} and the mean peak {peaks:.2g} of it off"
-        advice = f"compare with a step smaller than {model.step:g} s"
-        return Resolution(NO, share, f"contacts are hardly resolved: {reason}; {advice}")
-    if not reason and not alternating.enough(LEAST_PITCHES):
-        return Resolution(
-            OPEN, share,
-            f"{alternating.pitches:.2g} pitches came onto the sprocket, too few to tell whether contacts are resolved; "
-            f"{LEAST_PITCHES:g} are needed",
-        )  # fmt: skip
-    return Resolution(YES, share, "")
 
 
 FINER = 4  # times smaller step of a piece that is doubtful
@@ -208,74 +189,43 @@ def explicit(scene) -> dict[str, Any]:
     return {"integrator": other.integrator, "step": min(scene.time_step, other.time_step)}
 
 
-class StepCheck:
-    """Check of the step of a `Recorder`: the first two seconds of a record, and two in every twenty from there on.
+Rerun = Callable[[int], RunStatistics]
 
-    ``origin`` is the loop before it came to where the record begins, so that the way there is run again, too: what a
-    step that is too large has done until then belongs to its record. Where nothing but its length speaks against a
-    record, only its own impacts are in doubt: it is run again from its beginning. ``reason`` says what speaks against
-    the record so far, ``difference`` is the largest one of the pieces that were run again.
+
+class StepCheck:
+    """Check of the step (s) of a record: of its first two seconds, and of two in every twenty from there on.
+
+    ``reason`` says what speaks against the record so far, ``difference`` is the largest one of the pieces that were run
+    again.
     """
 
-    def __init__(self, recorder, origin=None):
-        # weak: in a cycle, records wait for the garbage collector, which comes by objects and not by bytes
-        self.recorder, self.reason, self.difference = proxy(recorder), "", Difference(nan, nan)
-        self._damped = METHODS[recorder.scene.integrator].linearly_implicit
-        self.begin()
-        self.first_of_run = origin is not None
-        if origin is not None and recorder.begin - origin.time <= LEAD:
-            self.origin = origin
+    def __init__(self, scene, step: float):
+        self.scene, self.step, self.reason, self.difference = scene, step, "", Difference(nan, nan)
+        self._damped = METHODS[scene.integrator].linearly_implicit
 
-    def begin(self) -> None:
-        """Begin a piece."""
-        recorder = self.recorder
-        self.origin = self.start = recorder.loop.copy()
-        self.first_of_run = False
-        self.first, self.ended, self.alternating = recorder.done, len(recorder.ended), recorder.alternating.copy()
-        self.open = recorder.record.contact_log.open.copy(), recorder.record.contact_log.last.copy()
+    def judge(
+        self, seconds: float, alternating: Alternation, coarse: RunStatistics, rerun: Rerun, first: bool = False
+    ) -> None:
+        """Judge a piece of so many seconds, which may be the ``first`` of a run.
 
-    def check(self) -> None:
-        """Judge a piece when it is over.
+        ``rerun`` returns the statistics of the piece with a step so many times smaller: `FINER` from where the run
+        began, if that is near, `HALF` from its own beginning, 1 from there with the step of `explicit`, for two
+        linearly implicit steps may agree and be wrong alike. It raises `InputError` where no such run is possible.
 
-        Raises `DivergenceError`: it is doubtful, and with a finer step RMS differs by more than `RMS`, or
-        peaks by more than `PEAKS` where contacts flip.
+        Raises `DivergenceError`: the piece is doubtful, and with a finer step RMS differs by more than `RMS`, or peaks
+        by more than `PEAKS` where contacts flip.
         """
-        recorder, rate = self.recorder, self.recorder.scene.rig.rate
-        seconds = (recorder.done - self.first) / rate
-        if self.origin is not None and (seconds >= PIECE or recorder.finished):
-            self._judge(seconds)
-            self.origin = self.start = None
-        if seconds >= BETWEEN and not recorder.finished:
-            self.begin()
-
-    def _alternation(self, first: int, before) -> Alternation:
-        """Alternation from a sample on, until which its sums (`model.arrays.Work`) were those ``before``."""
-        recorder, model = self.recorder, self.recorder.loop.model
-        squares, looks = recorder.alternating - before
-        mean, share = recorder.record.samples.mean[first : recorder.done, 0], nan
-        if looks and len(mean):
-            read = float(((mean[:, 1] + model.chain.gravity * np.cos(mean[:, 2])) ** 2).mean())
-            # without gravity and motion there is rounding alone
-            share = float(squares / looks / model.step**2 / max(read, 1e-6))
-        return Alternation(share, int(looks), passed_pitches(model, recorder.driven(first)))
-
-    def _judge(self, seconds: float) -> None:
-        model, alternating = self.recorder.loop.model, self._alternation(self.first, self.alternating)
-        coarse = self.recorder.statistics(self.first, self.ended)
         reason = doubt(alternating, coarse)
         self.reason = self.reason or reason  # also where no finer step can be tried
-        start, times, doubled = self.origin, FINER, 1.0
-        if self._damped:
-            start, times = self.start, 1
-        if not reason and self.first_of_run and (why := again(self.recorder.scene)[1]):
-            reason, start, times, doubled = why, self.start, *((HALF, 2.0) if why == BRIEF else (1, 1.0))
-        # where somebody steered in between, another run would be another motion
-        if not reason or model.drive != start.model.drive:
+        times = 1 if self._damped else FINER if reason else HALF
+        # only the length of the record speaks against it: its own impacts alone are in doubt
+        if not (reason := reason or (again(self.scene)[1] if first else "")):
             return
         try:
-            differences = coarse.difference(self._rerun(start, seconds, times))
-        except InputError:  # no finer step is allowed
+            differences = coarse.difference(rerun(times))
+        except InputError:
             return
+        doubled = 2.0 if times == HALF else 1.0
         difference = Difference(*(doubled * value for value in differences))
         self.reason = self.reason or reason
         self.difference = Difference(*map(float, np.fmax(self.difference, difference)))
@@ -287,30 +237,27 @@ class StepCheck:
             raise DivergenceError(
                 f"contacts are not resolved: {reason}, and with {finer} RMS over "
                 f"{seconds:.3g} s differs by {differences.rms:.2g} and the mean peak by {differences.peaks:.2g} of it, "
-                f"more than {RMS / doubled:g} and {PEAKS / doubled:g}; use a step smaller than {model.step:g} s "
+                f"more than {RMS / doubled:g} and {PEAKS / doubled:g}; use a step smaller than {self.step:g} s "
                 "(trackdyn check finds one)"
             )
 
-    def _rerun(self, loop, seconds: float, times: int) -> RunStatistics:
-        """The piece from a loop on, with a step so many times smaller; that of a doubtful run is settled anew.
-
-        ``times`` of 1 is that of `explicit`: two linearly implicit steps may agree and be wrong alike.
-        """
-        scene = self.recorder.scene
-        fields = explicit(scene) if times == 1 else {"step": loop.model.step / times}
-        settled = self.first_of_run and loop.time == 0.0 and times == FINER
-        finer = loop.__class__(loop.scene.with_(**fields)) if settled else loop.changed(**fields)
-        finer.advance(self.start.time - loop.time)
-        piece = {"duration": seconds, "pitches": (), "frame_interval": 0.0}
-        piece |= {"contact_log": scene.contact_log, "every_link": scene.every_link}
-        again = self.recorder.__class__(finer, finer.scene.with_(**piece), checked=False)
-        again.record.contact_log.open[:], again.record.contact_log.last[:] = self.open
-        return again.finish().statistics()
-
-    def resolution(self) -> Resolution:
+    def resolution(self, alternating: Alternation) -> Resolution:
         """State of the resolution of the record so far."""
-        alternating, reason = self._alternation(0, 0.0), self.reason
-        reason = reason or doubt(alternating)
-        if not reason and alternating.looks and self._damped:
-            return Resolution(OPEN, alternating.share, f"{DAMPED}, and no piece of the run was tried with another one")
-        return resolution(alternating, self.recorder.loop.model, reason, self.difference)
+        reason, share = self.reason or doubt(alternating), None if isnan(alternating.share) else alternating.share
+        if not alternating.looks:
+            return Resolution(OPEN, share, "steps of this integrator are not watched")
+        if not reason and self._damped:
+            return Resolution(OPEN, share, f"{DAMPED}, and no piece of the run was tried with another one")
+        if reason and not (self.difference.within(RMS / 2, PEAKS / 2) and alternating.share <= FLIPS):
+            if not isnan(self.difference.rms):
+                rms, peaks = self.difference
+                reason += f", and by a finer step RMS is {rms:.2g} and the mean peak {peaks:.2g} of it off"
+            advice = f"compare with a step smaller than {self.step:g} s"
+            return Resolution(NO, share, f"contacts are hardly resolved: {reason}; {advice}")
+        if not reason and not alternating.enough(LEAST_PITCHES):
+            return Resolution(
+                OPEN, share,
+                f"{alternating.pitches:.2g} pitches came onto the sprocket, too few to tell whether contacts are "
+                f"resolved; {LEAST_PITCHES:g} are needed",
+            )  # fmt: skip
+        return Resolution(YES, share)

@@ -104,7 +104,7 @@ def _run(loop: Loop, seconds: float, checked: bool):
     loop_copy = loop.copy()
     loop_copy.advance(RAMP)
     writer = Recorder(loop_copy, loop.scene.with_(duration=seconds, every_link=True), checked, loop).finish()
-    return writer.statistics(), writer.step_check.resolution()
+    return writer.statistics(), writer.resolution()
 
 
 def short_runs_summary(rows: pd.DataFrame) -> pd.DataFrame:
