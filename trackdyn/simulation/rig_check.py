@@ -1,7 +1,7 @@
 """Check of a rig file before anything runs: the loop that it makes, the steps that it allows, unusual values."""
 
 from dataclasses import dataclass
-from math import degrees, gcd, hypot, inf
+from math import degrees, gcd, hypot
 from pathlib import Path
 
 import numpy as np
@@ -83,7 +83,6 @@ def check(rig: Rig | Path | str, rpm: float = 115.0, settle: bool = True) -> Rig
         )
         if holds is not None:
             words = f"`step: {holds:.7g}`: tried, RMS and mean peak hold to {RECOMMENDED:.0%} with half of it"
-            words += ", as differences between larger steps foretell" if holds == tried[-1] else ""
         values["step"] = f"{words}; at most {limit:.2g} s at {rpm:g} rev/min"
     return RigReport(wheels, frame, values, unusual)
 
@@ -91,8 +90,7 @@ def check(rig: Rig | Path | str, rpm: float = 115.0, settle: bool = True) -> Rig
 def try_steps(settled: Loop, rpm: float) -> tuple[float | None, list[float]]:
     """Halve the step of a second's run at ``rpm`` (rev/min) from rest until RMS and mean peak hold to `RECOMMENDED`.
 
-    Returned are the largest step that holds with half of it, s, None if none does, and the steps that ran. The last one
-    is returned, and half of it is not run, where differences that fall with the step foretell that it holds.
+    Returned are the largest step that holds with half of it, s, None if none does, and the steps that ran.
     """
     sample = 1.0 / settled.scene.rig.rate
     scene = {"motor_rpm": rpm, "ramp": RAMP_S, "every_link": True, "duration": TRIAL_S}
@@ -100,25 +98,20 @@ def try_steps(settled: Loop, rpm: float) -> tuple[float | None, list[float]]:
     tensions = settled.layout.settled_tension_n, settled.scene.rig.tension.pre_tension
     rate_limits = turn_limit(settled.scene.with_(motor_rpm=rpm).sprocket_rate).values()
     before: Recorder | None = None
-    tried, last = list[float](), 0.0
+    tried = list[float]()
     for step in halved_steps(min(COARSEST_STEP_S, largest_step(settled.model, *tensions), *rate_limits), sample):
         try:
             loop = settled.changed(step=step, **scene)
             loop.advance(RAMP_S)
             run = Recorder(loop, checked=False).finish()
         except DivergenceError:
-            before, last = None, 0.0
+            before = None
             continue
         tried.append(step)
         if before is not None:
-            difference = max(before.statistics().difference(run.statistics()))
-            if difference <= RECOMMENDED and before.resolution().state != NO:
+            difference = before.statistics().difference(run.statistics())
+            if difference.within(RECOMMENDED, RECOMMENDED) and before.resolution().state != NO:
                 return tried[-2], tried
-            # a method of order 1 halves them at best
-            foretold = max(difference / 2, difference**2 / last) if last else inf
-            if foretold <= RECOMMENDED and run.resolution().state != NO:
-                return step, tried
-            last = difference
         before = run
     return None, tried
 
