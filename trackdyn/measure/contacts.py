@@ -39,17 +39,15 @@ def contacts(recording: Recording) -> dict[str, np.ndarray]:
 
     Contacts of the same pitch, side and groove less than `SHORT` apart count as one (chatter). Those that the beginning
     of the record cuts are dropped; those still open at its end are not logged.
+    Returned are (k,) arrays by name:
 
-    Returns
-    -------
-    dict of (k,) arrays
-        - ``pitch``: from 0, of the arc's connector or of the link on the ring; ``connector``: whose passage it belongs
-          to, the one behind for a link; ``side``: index in `SIDES`; ``groove``: 1 to m, 0 for the ring; ``areas``: bits
-        - ``start_s, end_s``: since the beginning of the record; ``touching_s``: time in contact, without merged gaps
-        - ``lasting``: whether it is not short (`SHORT`); ``phase_start, phase_end``: turns since the first lasting
-          contact of the passage; ``passage``: number of the complete passage, in order of first contact; -1 and NaN
-          phases for one that the record may cut
-        - ``peak_n, peak_s``: largest force and when; ``impulse_ns, square_n2s``: integrals of force and its square
+    - ``pitch``: from 0, of the arc's connector or of the link on the ring; ``connector``: whose passage it belongs to,
+      the one behind for a link; ``side``: index in `SIDES`; ``groove``: 1 to m, 0 for the ring; ``areas``: bits
+    - ``start_s, end_s``: since the beginning of the record; ``touching_s``: time in contact, without merged gaps
+    - ``lasting``: whether it is not short (`SHORT`); ``phase_start, phase_end``: turns since the first lasting contact
+      of the passage; ``passage``: number of the complete passage, in order of first contact; -1 and NaN phases for one
+      that the record may cut
+    - ``peak_n, peak_s``: largest force and when; ``impulse_ns, square_n2s``: integrals of force and its square
     """
     short = SHORT * recording.periods.turn
     rows = _merged(recording, short)

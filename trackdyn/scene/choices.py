@@ -29,15 +29,30 @@ class Choices(Section):
     """Settings of each choice of a scene, the cheapest first, and entries added to a registry from outside."""
 
     rig: Rig  # fields after it may follow it
+    #: ``double_pin`` (a link and a connector a pitch), ``single_pin`` (one rigid body a pitch, as the paper counts) or
+    #: ``belt`` (a kinematic path at constant speed).
     chain: Annotated[Literal["belt", "single_pin", "double_pin"], OneOf()] = of_rig(lambda rig: rig.chain.kind)
+    #: ``planar``, ``spatial``, or ``auto``, spatial only if a wheel is out of the plane.
     space: Annotated[Literal["auto", "planar", "spatial"], OneOf()] = "auto"
+    #: ``ten_arcs``, ``three_surfaces`` (left, seating and right surface, of the kind in Ref. [2]) or ``none``.
     tooth_contact: Annotated[Literal["none", "three_surfaces", "ten_arcs"], OneOf(PROFILES)] = "ten_arcs"
+    #: ``printed`` (Eq. 8), ``delivered`` (its damping factor delivers the restitution) or ``elastic``.
     normal_law: Annotated[str, OneOf(NORMAL_LAWS)] = "printed"
+    #: ``none``, ``tangential``, in space also ``independent`` (tangential and axial as printed); ``auto`` is what the
+    #: space allows.
     friction: Annotated[Literal["auto", "none", "tangential", "independent"], OneOf()] = "auto"
+    #: ``rigid``, or ``elastic_damping`` with a spring and damper at the cut joint.
     closure: Annotated[Literal["elastic_damping", "rigid"], OneOf()] = "rigid"
+    #: ``semi_implicit``, ``linearly_implicit`` or ``rk4``.
     integrator: Annotated[str, OneOf(METHODS)] = "semi_implicit"
+    #: ``locked`` (the tensioning wheel stays where the rig's own ring put it), ``retensioned`` (the pre-tension is set
+    #: again with the scene's ring) or ``sprung`` (it slides on a spring and a damper while the chain runs).
     tension: Annotated[Kept, OneOf()] = of_rig(lambda rig: rig.tension.kept)
+    #: ``rolling`` (rolling resistance in proportion to the load of a wheel, beside the viscous drag of its seals),
+    #: ``viscous`` (bearing drag grows with the rate of a wheel) or ``coulomb`` (a torque that does not).
     drag: Annotated[Drag, OneOf()] = of_rig(lambda rig: rig.drag)
+    #: ``hysteretic`` (Maxwell branches, nearly the same share of its energy is lost in a cycle of any frequency from
+    #: 0.5 to 50 Hz) or ``viscous`` (a damper beside the spring of every bushing).
     bushing_law: Annotated[BushingLaw, OneOf()] = of_rig(lambda rig: rig.bushing.law)
 
 

@@ -67,77 +67,31 @@ class Periods(NamedTuple):
 class Scene(Choices):
     """A run to be made, and how faithfully (`trackdyn.scene.choices`).
 
-    Parameters
-    ----------
-    preset : str, optional
-        Integrator and step of `trackdyn.scene.choices.PRESETS`; ``standard`` if none is given.
-    **fields
-        The attributes. Ring, chain, tension, drag and bushing law are the rig's where none is given.
-
-    Attributes
-    ----------
-    rig : Rig
-        Parameters.
-    motor_rpm : float
-        Motor speed, rev/min; the sprocket turns clockwise at ``motor_rpm / ratio``.
-    ring_radius : float or None
-        Radius of the sprocket's rubber ring, m; None: no ring; the rig's own by default.
-    duration : float
-        Recorded time, s.
-    lead_in : float
-        Time at constant speed before the record begins, s.
-    ramp : float
-        Start-up ramp of the sprocket speed, s.
-    step : float or None
-        Time step that is asked for, s; the sample interval must be a multiple of it. None, by default: that of the
-        preset, or a smaller one that was tried on the rig or that its contacts need at the pre-tension (`time_step`); a
-        loop that settles at more tension takes a smaller one.
-    pitches : tuple of int
-        Pitches whose contacts are recorded (1-based); empty: those of the sensors.
-    frame_interval : float
-        Time between recorded configurations, s; 0: none.
-    contact_log : bool
-        Log every contact with the sprocket.
-    every_link : bool
-        Record a sensor on every link as well, at the place of the rig's first one, and the contacts of every pitch.
-    chain : str
-        ``double_pin`` (a link and a connector a pitch), ``single_pin`` (one rigid body a pitch, as the
-        paper counts) or ``belt`` (a kinematic path at constant speed).
-    space : str
-        ``planar``, ``spatial``, or ``auto``: spatial only if a wheel is out of the plane.
-    tooth_contact : str
-        ``ten_arcs``, ``three_surfaces`` (left, seating and right surface, of the kind in Ref. [2]) or ``none``.
-    normal_law : str
-        ``printed`` (Eq. 8), ``delivered`` (its damping factor delivers the restitution) or ``elastic``.
-    friction : str
-        ``none``, ``tangential``, in space also ``independent`` (tangential and axial as printed); ``auto``: what the
-        space allows.
-    closure : str
-        ``rigid``, or ``elastic_damping``: a spring and damper at the cut joint.
-    integrator : str
-        ``semi_implicit``, ``linearly_implicit`` or ``rk4``.
-    tension : str
-        ``locked`` (the tensioning wheel stays where the rig's own ring put it), ``retensioned`` (the pre-tension is
-        set again with the scene's ring) or ``sprung`` (it slides on a spring and a damper while the chain runs);
-        the rig's own by default.
-    drag : str
-        ``rolling`` (rolling resistance in proportion to the load of a wheel, beside the viscous drag of its seals),
-        ``viscous`` (bearing drag grows with the rate of a wheel) or ``coulomb`` (a torque that does not); the rig's
-        own by default.
-    bushing_law : str
-        ``hysteretic`` (Maxwell branches: nearly the same share of its energy is lost in a cycle of any frequency from
-        0.5 to 50 Hz) or ``viscous`` (a damper beside the spring of every bushing); the rig's own by default.
+    ``preset`` sets integrator and step (`trackdyn.scene.choices.PRESETS`), ``standard`` if none is given. Ring, chain,
+    tension, drag and bushing law are the rig's where none is given.
     """
 
+    #: Motor speed, rev/min; the sprocket turns clockwise at ``motor_rpm / ratio``.
     motor_rpm: Number
+    #: Radius of the sprocket's rubber ring, m, None for no ring; the rig's own by default.
     ring_radius: Number | None = of_rig(lambda rig: rig.ring_radius)
+    #: Recorded time, s.
     duration: Number = 90.0
+    #: Time at constant speed before the record begins, s.
     lead_in: Number = 5.0
+    #: Start-up ramp of the sprocket speed, s.
     ramp: Number = 1.0
+    #: Time step that is asked for, s; the sample interval must be a multiple of it. None, by default, is that of the
+    #: preset, or a smaller one that was tried on the rig or that its contacts need at the pre-tension (`time_step`); a
+    #: loop that settles at more tension takes a smaller one.
     step: Number | None = None
+    #: Pitches whose contacts are recorded (1-based); if empty those of the sensors.
     pitches: Annotated[tuple[int, ...], BeforeValidator(_pitches)] = ()
+    #: Time between recorded configurations, s; none with 0.
     frame_interval: Number = 0.0
+    #: Log every contact with the sprocket.
     contact_log: Annotated[bool, BeforeValidator(_flag)] = True
+    #: Record a sensor on every link as well, at the place of the rig's first one, and the contacts of every pitch.
     every_link: Annotated[bool, BeforeValidator(_flag)] = False
 
     def __init__(

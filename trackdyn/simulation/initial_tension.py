@@ -52,17 +52,7 @@ def tensioned(scene: Scene, divisor: float) -> "TensionedLoop":
 
 
 class TensionedLoop(DampedLoop):
-    """A loop with a wanted tension.
-
-    Parameters
-    ----------
-    scene : Scene
-        What is asked for.
-    divisor : float
-        The step is the usual one over this.
-    taut : float or None
-        Tension that is aimed at first (N), in place of the rig's.
-    """
+    """A loop with a wanted tension (N), at first ``taut`` in place of the rig's; its step is divided by a divisor."""
 
     def __init__(self, scene: Scene, divisor: float = 1, taut: float | None = None):
         rig, length = scene.rig, scene.model.chain.length

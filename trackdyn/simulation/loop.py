@@ -36,28 +36,12 @@ from trackdyn.simulation.settling import Layout, SettledLoops, settle
 
 @typed
 class Loop(Readings):
-    """A chain on its wheels.
+    """A chain on its wheels: its ``scene``, its ``layout`` (`Layout`), and where it is.
 
-    Parameters
-    ----------
-    scene : Scene
-        What is asked for. The loop is laid, tensioned and settled; the sprocket rests until the first step. A step that
-        nobody chose follows the tension at which the loop settles: ``model.step``.
-    starts : SettledLoops or None
-        Loops that were settled before, among which this one may be.
-
-    Attributes
-    ----------
-    scene : Scene
-    layout : Layout
-        Shift of the tensioning wheel (m), tension as it was set with the rig's own ring, and as the loop settled (N).
-
-    Raises
-    ------
-    DivergenceError
-        A body leaves the physical range, also in every method that takes steps.
-    InputError
-        Another thread steps this loop, in every method that takes steps.
+    The loop of the scene is laid, tensioned and settled, or taken from ``starts``, loops that were settled before; the
+    sprocket rests until the first step. A step that nobody chose follows the tension at which the loop settles:
+    ``model.step``. Methods that take steps raise `DivergenceError`, also here, if a body leaves the physical range, and
+    `InputError` if another thread steps this loop.
     """
 
     def __init__(self, scene: Scene, starts: SettledLoops | None = None):

@@ -24,13 +24,8 @@ def specific_force(acceleration: ArrayLike, angle: ArrayLike, gravity: float = 9
 class Readings:
     """Present state of a loop that has ``n`` bodies, ``p`` pitches, ``w`` wheels and ``k`` sensors.
 
-    Attributes
-    ----------
-    arrays : LoopArrays
-        Model, state and work that kernels write.
-    model, state, work
-        Read-only views of the three (`trackdyn.model`); `Loop.set_state` changes the state, and `arrays` can be written
-        to, unchecked.
+    ``model``, ``state`` and ``work`` are read-only views of what kernels write (`trackdyn.model`). `Loop.set_state`
+    changes the state, and ``arrays`` can be written to, unchecked.
     """
 
     arrays: LoopArrays

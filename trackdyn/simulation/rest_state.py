@@ -37,17 +37,7 @@ class Restless(InputError):
 
 
 class DampedLoop:
-    """An assembled loop in the plane, the sprocket at rest, first without teeth and with the rig's own ring.
-
-    Parameters
-    ----------
-    scene : Scene
-        What is asked for.
-    assembly : Assembly
-        The chain as it is laid.
-    step : float
-        Largest step, s.
-    """
+    """The chain of an assembly, in the plane, the sprocket at rest, first without teeth and with the rig's own ring."""
 
     def __init__(self, scene: Scene, assembly: Assembly, step: float):
         self.scene = scene

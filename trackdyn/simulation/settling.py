@@ -61,7 +61,27 @@ def settle(scene: Scene, loops: "SettledLoops | None" = None) -> Start:
     locked. Every other ring starts from there, as the paper's wheels stay where they are. Raises `InputError`: the
     tension cannot be set, the loop does not come to rest, or the step is too large for its tension.
     """
-    return _start(scene, (loops or SettledLoops(capacity=0)).at_rest(scene))
+    settled = (loops or SettledLoops(capacity=0)).at_rest(scene)
+    rig, tension = scene.rig, settled.tension()
+    step = allowed_step(scene, scene.time_step, tension)
+    layout = Layout(float(settled.shift), settled.reached, tension)
+    carriers, state = settled.model.carriers, settled.state
+    if len(state.slide):
+        check_stops(rig, carriers, state.slide)
+        if scene.tension == "sprung":
+            layout = layout._replace(tensioner_slide_m=float(state.slide["q"][carriers.of_wheel[tensioner(rig)]]))
+        for name in ("rate", "rate_before", "along_x", "along_y"):
+            state.slide[name] = 0.0
+    centres = wheel_centres(rig, settled.model.wheels)
+    check_overlap(rig, centres[:, :2])
+    settled.scale_rates(0.0)
+    state.steps[0] = 0
+    state.work_done[:] = 0.0
+    if scene.model.space is not None:
+        state = state._replace(plane=start_plane(centres, state))
+    model = copy_wheels(scene.model_of_step(step))._replace(carriers=carriers)
+    move_wheels(model, centres)
+    return Start(LoopArrays(model, state, settled.work, make_optional(model, METHODS[scene.integrator])), layout)
 
 
 def tension_words(scene: Scene, layout: Layout) -> str:
@@ -129,30 +149,6 @@ class SettledLoops:
         if len(stored) > self.capacity:
             del stored[next(iter(stored))]
         return copy.deepcopy(loop)
-
-
-def _start(scene: Scene, settled: TensionedLoop) -> Start:
-    """A settled loop as the scene runs it."""
-    rig, tension = scene.rig, settled.tension()
-    step = allowed_step(scene, scene.time_step, tension)
-    layout = Layout(float(settled.shift), settled.reached, tension)
-    carriers, state = settled.model.carriers, settled.state
-    if len(state.slide):
-        check_stops(rig, carriers, state.slide)
-        if scene.tension == "sprung":
-            layout = layout._replace(tensioner_slide_m=float(state.slide["q"][carriers.of_wheel[tensioner(rig)]]))
-        for name in ("rate", "rate_before", "along_x", "along_y"):
-            state.slide[name] = 0.0
-    centres = wheel_centres(rig, settled.model.wheels)
-    check_overlap(rig, centres[:, :2])
-    settled.scale_rates(0.0)
-    state.steps[0] = 0
-    state.work_done[:] = 0.0
-    if scene.model.space is not None:
-        state = state._replace(plane=start_plane(centres, state))
-    model = copy_wheels(scene.model_of_step(step))._replace(carriers=carriers)
-    move_wheels(model, centres)
-    return Start(LoopArrays(model, state, settled.work, make_optional(model, METHODS[scene.integrator])), layout)
 
 
 def start_plane(centres: np.ndarray, state: State) -> Plane:
