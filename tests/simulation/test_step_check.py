@@ -9,7 +9,7 @@ from trackdyn.scene.scene import Scene
 from trackdyn.simulation.energy_balance import OPEN_SHARE, PATH, check_account, open_share, path_energy
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recorder import Recorder
-from trackdyn.simulation.rig_check import try_steps
+from trackdyn.simulation.rig_check import check, try_steps
 from trackdyn.simulation.simulate import simulate
 from trackdyn.simulation.step_check import (
     BRIEF,
@@ -112,6 +112,12 @@ def test_a_trial_halves_until_the_answer_holds(running):
     step, tried = try_steps(running, 115.0)
     assert step == tried[-2] and tried[0] == 1e-4
     assert running.time == 0.0
+
+
+def test_no_step_is_tried_at_a_speed_that_takes_too_many(rig):
+    """It says so, in seconds."""
+    step = check(rig, 1e5).values["step"]
+    assert step.startswith("no step was tried") and "nan" not in step
 
 
 def test_a_trial_asks_the_judge_of_steps_and_may_find_none(running, monkeypatch):

@@ -21,6 +21,7 @@ SMALL_WRAP = 90.0  # deg of the sprocket below which few teeth share the load
 DEEP_SAG = 0.1  # share of a span
 SHORT_STEP = 2e-5  # s
 TRIAL_S, RAMP_S = 1.0, 0.3  # s at speed, and until then
+MOST_STEPS = 1_000_000  # of all trials of a check: some seconds of computing
 COARSEST_STEP_S = 1e-4
 
 
@@ -77,10 +78,12 @@ def check(rig: Rig | Path | str, rpm: float = 115.0, settle: bool = True) -> Rig
             unusual.append(f"at rest nothing lies on {', '.join(idle)}")
         limit = min(step, largest_step(model, reached))
         holds, tried = try_steps(loop, rpm)
-        words = (
-            f"no step tried holds RMS and mean peak to {RECOMMENDED:.0%} over {TRIAL_S:g} s: the motion scatters, "
-            f"the smallest was {min(tried, default=float('nan')):.3g} s"
-        )
+        words = "no step was tried: none ran a second of this speed within some seconds of computing"
+        if tried:
+            words = (
+                f"no step tried holds RMS and mean peak to {RECOMMENDED:.0%} over {TRIAL_S:g} s: the motion scatters, "
+                f"the smallest was {min(tried):.3g} s"
+            )
         if holds is not None:
             words = f"`step: {holds:.7g}`: tried, RMS and mean peak hold to {RECOMMENDED:.0%} with half of it"
         values["step"] = f"{words}; at most {limit:.2g} s at {rpm:g} rev/min"
@@ -90,7 +93,8 @@ def check(rig: Rig | Path | str, rpm: float = 115.0, settle: bool = True) -> Rig
 def try_steps(settled: Loop, rpm: float) -> tuple[float | None, list[float]]:
     """Halve the step of a second's run at ``rpm`` (rev/min) from rest until RMS and mean peak hold to `RECOMMENDED`.
 
-    Returned are the largest step that holds with half of it, s, None if none does, and the steps that ran.
+    Returned are the largest step that holds with half of it, s, None if none does, and the steps that ran; runs take
+    `MOST_STEPS` together.
     """
     sample = 1.0 / settled.scene.rig.rate
     scene = {"motor_rpm": rpm, "ramp": RAMP_S, "every_link": True, "duration": TRIAL_S}
@@ -98,8 +102,11 @@ def try_steps(settled: Loop, rpm: float) -> tuple[float | None, list[float]]:
     tensions = settled.layout.settled_tension_n, settled.scene.rig.tension.pre_tension
     rate_limits = turn_limit(settled.scene.with_(motor_rpm=rpm).sprocket_rate).values()
     before: Recorder | None = None
-    tried = list[float]()
+    tried, steps = list[float](), 0.0
     for step in halved_steps(min(COARSEST_STEP_S, largest_step(settled.model, *tensions), *rate_limits), sample):
+        steps += (RAMP_S + TRIAL_S) / step
+        if steps > MOST_STEPS:
+            break
         try:
             loop = settled.changed(step=step, **scene)
             loop.advance(RAMP_S)
