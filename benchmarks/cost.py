@@ -137,8 +137,8 @@ FEATURES = {
     "no friction": {"friction": "none"},
     "elastic contact": {"normal_law": "elastic"},
     "compliant cut": {"closure": "elastic_damping"},
-    "one body a pitch": {"chain": "single_pin"},
-    "motion in space": {"space": "spatial"},
+    "one body per pitch": {"chain": "single_pin"},
+    "3D motion": {"space": "spatial"},
     "linearly implicit": {"integrator": "linearly_implicit"},
     "RK4": {"integrator": "rk4", "step": 5e-5},
 }

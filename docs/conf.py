@@ -94,11 +94,11 @@ def thumbnails(folder: Path) -> str:
     return "\n".join([*lines, "</div>"])
 
 
-MARKS = {"shown": "●", "not shown": "○"}
+MARKS = {"reproduced": "●", "not reproduced": "○"}
 
 
 def results() -> str:
-    """Statements of the paper beside the rig's values, a row a statement that can be judged."""
+    """Statements of the paper beside the rig's values, a row per statement that can be judged."""
     card = pd.read_csv(ROOT / "docs" / "measured" / "claims.csv", keep_default_na=False)
     judged = card[card["verdict"].isin(MARKS)]
     rows = []

@@ -37,7 +37,7 @@ Name = Annotated[str, BeforeValidator(lambda name: str(name) if isinstance(name,
 class Settings(Section):
     """Configuration of a sweep."""
 
-    design: Name # a row a scene (.csv, .parquet)
+    design: Name # a row per scene (.csv, .parquet)
     out: Name # a row a result (.csv, .parquet); its folders lie beside it
     rig: Name = DEFAULT # of rows that name no other
     rigs: list[Name] = [] # files that rows name themselves

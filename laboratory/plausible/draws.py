@@ -1,4 +1,4 @@
-"""Tracks drawn from assumed ranges, and the rows of their scenes."""
+"""Tracks sampled from assumed ranges, and the rows of their scenes."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path

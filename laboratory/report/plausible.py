@@ -14,6 +14,7 @@ from laboratory.plausible.draws import EQUAL_PITCH
 from laboratory.plausible.settings import load_plausible
 from laboratory.plausible.shares import CREEP
 from laboratory.plausible.verdicts import JAMMED
+from replication.paper.claims import REPRODUCED
 from replication.paper.printed import RADIUS_CHOSEN
 from replication.paper.scorecard import (
     MARKS,
@@ -218,7 +219,7 @@ def _creep_text(binned: pd.DataFrame, values: pd.DataFrame, default: pd.DataFram
         f"**What the default rig assumes**: its ring has a creep slope of {significant(slope, 2)} s/m, {inside} the "
         f"{RUBBER[0]:g} to {RUBBER[1]:g} of rubber."
     )
-    shown = set(default.loc[default["verdict"] == "shown", "number"].astype(str))
+    shown = set(default.loc[default["verdict"] == REPRODUCED, "number"].astype(str))
     low = values[(values["value"] == CREEP) & (values["correlation"] < 0)]["name"].astype(str)
     gained = [name for name in low if name in shown]
     if not gained:

@@ -4,7 +4,7 @@ PLAUSIBLE = ("draws", "sentences", "claims", "map", "values", "tooth", "near")
 
 
 rule plausible_tables:
-    """Tracks drawn from assumed ranges, run and judged; tooth profiles; neighbours of the default rig."""
+    """Tracks sampled from assumed ranges, run and judged; tooth profiles; neighbours of the default rig."""
     input:
         config="config/plausible.yaml",
         claims="config/claims.yaml",

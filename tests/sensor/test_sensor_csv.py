@@ -99,7 +99,7 @@ DEFECTS = {
     "gap": ("\n".join([HEADER, *rows()[:3], *rows()[4:]]), ("line 5", "0.002 s apart", "missing", "from: S")),
     "wide gap": ("\n".join([HEADER, *rows(60)[:30], *rows(60)[40:]]), ("gap", "line 32", "0.029", "0.04 s")),
     "step too short": (changed(5, "0.0023,0.1,1.0,0.0"), ("line 6", "apart", "resample: true")),
-    "too slow": ("\n".join([HEADER, *rows(step=0.02)]), ("t_s", "50 rows a second", "100 to 1,000,000", "rate: HZ")),
+    "too slow": ("\n".join([HEADER, *rows(step=0.02)]), ("t_s", "50 rows per second", "100 to 1,000,000", "rate: HZ")),
     "too coarse": (wave(f"{0.001 * (k // 4):.3f},0,{k},0\n" for k in range(16)), ("0.001 s", "coarse", "time: none")),
     "drifting rate": (wave(f"{0.001 * k + 4e-8 * k * k:.7f},0,{k % 9},0\n" for k in range(900)), ("s apart", "mean")),
     "time stands": (changed(5, "0.002,0.1,1.0,0.0"), ("line 5", "0 s apart", "no two are equal")),

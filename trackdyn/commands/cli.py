@@ -106,7 +106,7 @@ def trackdyn(
         bool, typer.Option("--version", help="Print the version and exit.", callback=_say_version, is_eager=True)
     ] = False,
 ) -> None:
-    """Simulate a double-pin track drive and compare it with a sensor."""
+    """Simulate a track drive, compare it with a sensor, choose its rubber ring."""
 
 
 def _sentence(error) -> str:

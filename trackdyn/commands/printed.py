@@ -78,7 +78,7 @@ def plan(plan) -> None:
         message = f"rejected: {trial.refused}"
         if not trial.refused:
             errors = ", ".join(f"{name} {error.bias + error.doubt:.2g}" for name, error in trial.error.items())
-            message = f"error of {errors}; {trial.cpu_s / trial.seconds:.2g} CPU s a second"
+            message = f"error of {errors}; {trial.cpu_s / trial.seconds:.2g} CPU s per second"
         line("chosen" if trial is plan.chosen else "tried", f"{trial.name}: {message}")
     ends = ", ".join(f"{name} to {tolerance:.2g}" for name, tolerance in plan.left.items())
     line("stops", f"when the 95 % intervals keep {ends}; expected after {plan.duration:.3g} s at speed")

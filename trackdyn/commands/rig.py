@@ -65,9 +65,11 @@ def check(
 
     Example: `trackdyn check my_rig.yaml --rpm 150` lays the track of that file, lets it settle, and writes my_rig.png.
     """
+    from trackdyn.inputs.quantities import entries_of
     from trackdyn.plots.drawing import draw_rig
     from trackdyn.plots.style import SCREEN_DPI, marked, save
     from trackdyn.rig.rig import foreign_groove, load_rig, outside_ranges
+    from trackdyn.rig.rig_file import read_rig, rig_files
     from trackdyn.simulation.rig_check import check as report_of
 
     loaded = load_rig(rig)
@@ -81,6 +83,10 @@ def check(
     except TrackdynError as error:
         raise type(error)(f"{rig}: {error}") from None
     unusual = [*outside_ranges(rig), *filter(None, [foreign_groove(loaded, rig)]), *checks.unusual]
+    for base in rig_files(rig)[1:2]:
+        own, other = (entries_of(read_rig(file)) for file in (rig, base))
+        changed = sum(other.get(name) != entry for name, entry in own.items())
+        checks.values["values"] = f"{changed} of {rig}, {len(own) - changed} of {base.stem}"
     figure = draw_rig(loaded, checks.frame, checks.wheels)
     save(figure, out, out.suffix.removeprefix("."), mark=mark, dpi=SCREEN_DPI)
     remarks = [("unusual", text) for text in unusual or ["nothing"]]
@@ -94,7 +100,7 @@ def rig_text(like: str) -> str:
     from trackdyn.rig.rig_file import GROUPS, SHIPPED, read_rig, shipped_rigs
 
     if like not in shipped_rigs():
-        raise InputError(f"--like = {shown(like)} is not a shipped rig; choose {', '.join(shipped_rigs())}")
+        raise InputError(f"--like = {shown(like)} is not an included rig; choose {', '.join(shipped_rigs())}")
     ignored, entries = load_rig(like).without_effect, read_rig(like)
 
     def short(entry: dict) -> str:
@@ -113,8 +119,10 @@ def rig_text(like: str) -> str:
         return "{" + ", ".join(items) + "}"
 
     def comment(key: str, item: dict) -> str:
-        source = textwrap.shorten(str(item["source"]).removeprefix(f"{item['kind']}: "), 90, placeholder=" ...")
-        return f"#   {key}: {short(item)}  # {item['kind']}: {source}"
+        source = str(item["source"]).removeprefix(f"{item['kind']}: ").partition("; range")[0]
+        source = textwrap.shorten(source, 70, placeholder=" ...")
+        limits = f"; range {item['low']:g} to {item['high']:g}" if item.keys() >= {"low", "high"} else ""
+        return f"#   {key}: {short(item)}  # {item['kind']}: {source}{limits}"
 
     wheels = [f"  {name}: {flow(read(section, name))}" for name, section in entries["wheels"].items()]
     tension = [f"  {key}: {short(item)}" for key, item in read(entries["tension"], "tension").items()]

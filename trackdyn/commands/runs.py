@@ -18,7 +18,9 @@ def simulate(
     rpm: options.SpeedOption = 115.0,
     ring_radius: options.RingRadius = None,
     duration: Annotated[float, options.number("--duration", "Recorded time, s.")] = 20.0,
-    lead_in: Annotated[float, options.number("--lead-in", "Time at constant speed before the record, s.")] = 5.0,
+    lead_in: Annotated[
+        float, options.number("--lead-in", "Time at constant speed before the record, s; 1 s of start-up comes before.")
+    ] = 5.0,
     preset: Annotated[
         str | None,
         options.preset("Bundle of choices: fast, standard, paper or reference; standard, or what a --tolerance needs."),
@@ -34,10 +36,12 @@ def simulate(
     longest: options.LongestRun = 60.0,
     rate: Annotated[
         float | None,
-        options.number("--rate", "Samples a second, Hz, such as your sensor's; the rig's by default. The step adapts."),
+        options.number(
+            "--rate", "Samples per second, Hz, such as your sensor's; the rig's by default. The step follows."
+        ),
     ] = None,
     checkpoint: Annotated[
-        Path | None, typer.Option(help="File kept while a long run records; the same command goes on from it.")
+        Path | None, typer.Option(help="File that stores the state of a long run; the same command resumes from it.")
     ] = None,
     quiet: options.Quiet = False,
 ) -> None:

@@ -2,7 +2,7 @@
 
 import re
 import shlex
-from math import nan
+from math import isnan, nan
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -111,7 +111,7 @@ def _numbers(text: str, option: str) -> list[float]:
     """The numbers of ``a,b,c``, or of ``low:high:count``, both ends included."""
     import numpy as np
 
-    accepted = "must be finite numbers, such as 115,210 or 0.303:0.313:11"
+    accepted = f"must be finite numbers, such as {'115,210' if option == '--rpm' else '0.303,0.308 or 0.303:0.313:11'}"
     numbers = [options.parse_number(option, number, accepted) for number in re.split("[,:]", text)]
     if ":" not in text:
         return numbers
@@ -121,19 +121,22 @@ def _numbers(text: str, option: str) -> list[float]:
 
 
 def _notes(study: "pd.DataFrame", rig, lost: "pd.DataFrame") -> list[str]:
-    """Sentences on scenes that are not known, or known less well."""
+    """Sentences on runs without a result, or with one that is less certain."""
     from trackdyn.scene.scene import StopRule
 
     rule = StopRule()
     notes = []
     if len(lost):
-        notes.append(f"{len(lost)} of {len(study)} scenes are not known, the first: {lost['reason'].iloc[0]}")
+        first = lost.iloc[0]
+        ring = "no ring" if isnan(radius := first["ring_radius_m"]) else f"{radius:.5g} m"
+        runs = f"{len(lost)} of {len(study)} runs have no result, the first at {first['rpm']:g} rpm, {ring}"
+        notes.append(f"{runs}: {first['reason']}")
     if short := int((~study["contacts_converged"].fillna(True).astype(bool)).sum()):
         known = f"{rule.share_pct:g} points of a turn and forces to {100 * rule.force:g} %"
-        notes.append(f"{short} scenes ended before contacts were known to {known}")
+        notes.append(f"{short} runs ended before contacts were known to {known}")
     if rough := int((study["resolved"] == "no").sum()):
         finer = f"ask for a smaller one, such as --step {study['step_s'].min() / 2:.3g}"
-        notes.append(f"the step does not resolve the contacts of {rough} scenes; {finer}")
+        notes.append(f"the step does not resolve the contacts of {rough} runs; {finer}")
     if rig.ring_radius is None:
         notes.append("this rig has no ring: one is assumed, with the stiffness and friction of ring_contact")
     return notes
@@ -186,18 +189,18 @@ def _say_table(shown: list[dict]) -> None:
 
 
 def sweep(
-    design: Annotated[Path, typer.Argument(help="Design: a row a scene (.csv, .parquet).")],
-    out: Annotated[Path, options.file_option("--out", "Results to write: a row a result", ".csv", ".parquet")],
+    design: Annotated[Path, typer.Argument(help="Design: a row per scene (.csv, .parquet).")],
+    out: Annotated[Path, options.file_option("--out", "Results to write: a row per scene", ".csv", ".parquet")],
     rig: options.RigName = options.DEFAULT_RIG,
     jobs: options.Jobs = None,
     store: Annotated[
         Path | None,
-        typer.Option(help="Folder in which rows are kept as they come; the results' name with .rows by default."),
+        typer.Option(metavar="FOLDER", help="Folder of stored rows; the results' name with .rows by default."),
     ] = None,
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
 ) -> None:
-    """Run a design of many scenes; what a killed run had computed is not computed again.
+    """Run a design of many scenes; an interrupted sweep is resumed by the same command.
 
     Results that a sweep has written are replaced where the store still holds their rows; any other file needs
     --overwrite.

@@ -10,6 +10,7 @@ from trackdyn.inputs.errors import InputError, naming
 from trackdyn.inputs.validation import typed
 from trackdyn.measure.axes import judge_axes
 from trackdyn.measure.catalogue import ACCELERATION
+from trackdyn.measure.cells import significant
 from trackdyn.measure.metrics import whole_errors
 from trackdyn.measure.sensor import measured_loop_hz, sense
 from trackdyn.measure.taken import Sensed
@@ -32,7 +33,7 @@ def whole_ratio(record: SensorRecord, rate: float) -> tuple[int, int]:
     counts = max(round(ratio), 1), max(round(1 / ratio), 1)
     if abs(ratio * counts[1] / counts[0] - 1) > RATE_TOLERANCE:
         raise InputError(
-            f"{record.path}: has {record.rate:.6g} samples a second, the simulation {rate:g}, and neither is a "
+            f"{record.path}: has {record.rate:.6g} samples per second, the simulation {rate:g}, and neither is a "
             f"multiple of the other; simulate with `rate: {round(record.rate)}`, in the pipeline with that "
             "sensor.rate in the rig"
         )
@@ -133,7 +134,7 @@ def in_words(table: pd.DataFrame) -> str:
         excess, errors = rows.difference_pct[measure], rows.standard_errors[measure]
         if not np.isfinite(excess):
             continue
-        by = f": differs by {abs(errors):.2g} standard errors"
+        by = f": differs by {significant(abs(errors), 2)} standard errors"
         if not np.isfinite(errors):
             by = " (no standard error: a record holds fewer than two turns of the loop, or its step has no known error)"
         elif abs(errors) < CLEAR_ERRORS:
@@ -156,7 +157,7 @@ def other_speed(recording: Recording, record: SensorRecord, table: pd.DataFrame)
     if abs(own_hz - hz) <= max(SPEED_TOLERANCE * hz, CLEAR_ERRORS * error):
         return None
     return (
-        f"{record.path}: its loop turns {own_hz:.4g} times a second{f' (+- {error:.2g})' if error else ''}, the "
+        f"{record.path}: its loop turns {own_hz:.4g} times per second{f' (+- {error:.2g})' if error else ''}, the "
         f"simulated one {hz:.4g} times at {rpm:g} rpm, {abs(hz / own_hz - 1):.1%} "
         f"{'slower' if hz < own_hz else 'faster'}; compare with a run at {rpm * own_hz / hz:.4g} rpm"
     )

@@ -48,8 +48,8 @@ def rig_path(name: Path | str) -> Path | str:
         return name  # a folder: refused as such
     if name not in shipped:
         raise InputError(
-            f"rig = {shown(name)}: no such file, and no shipped rig of that name; the shipped "
-            f"ones are {', '.join(shipped)}, see trackdyn rigs"
+            f"rig = {shown(name)}: no such file, and no included rig of that name; these are "
+            f"{', '.join(shipped)}, see trackdyn rigs"
         )
     return shipped[name]
 
@@ -84,7 +84,7 @@ def _files(name: Path | str) -> list[tuple[Path, dict[str, Any]]]:
         files.append((path, data))
         if (like := data.get("like")) is not None:
             if not isinstance(like, str) or not 0 < len(like) < 256:
-                raise InputError(f"{path}: like = {shown(like)}: must be the name of a shipped rig or of a file")
+                raise InputError(f"{path}: like = {shown(like)}: must be the name of an included rig or of a file")
             if len(files) > MOST_LIKE:
                 raise InputError(
                     f"{path}: like = {shown(like)}: leads from file to file without an end; name a complete rig"

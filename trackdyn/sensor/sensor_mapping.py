@@ -50,7 +50,7 @@ class SensorMapping(Section):
         None, description="Column of the time stamps, or none: the rows are evenly timed (with a rate)."
     )
     rate: Annotated[float, Field(ge=RATES[0], le=RATES[1])] | None = Field(
-        None, description="Samples a second, Hz; from the stamps by default."
+        None, description="Samples per second, Hz; from the stamps by default."
     )
     unit: Literal["g", "mg", "m/s2", "cm/s2", "mm/s2"] | None = Field(
         None, description="Unit of ay and of columns of its unit, g, mg, m/s2, cm/s2 or mm/s2; the header's by default."

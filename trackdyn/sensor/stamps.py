@@ -141,8 +141,8 @@ def in_seconds(path: Path, name: str, values: np.ndarray, unit: str | None) -> S
     fits = [u for u, hz in rates.items() if low / 1.01 <= hz <= high * 1.01 and u == (unit or u)]
     if not fits:
         raise InputError(
-            f"{path}: field {name} gives {rates[unit or 's']:.6g} rows a second if it is in {unit or 's'}, {low:,.0f} "
-            f"to {high:,.0f} are accepted; name another column with `time: NAME`, or give `time: none, rate: HZ`."
+            f"{path}: field {name} gives {rates[unit or 's']:.6g} rows per second if it is in {unit or 's'}, {low:,.0f}"
+            f" to {high:,.0f} are accepted; name another column with `time: NAME`, or give `time: none, rate: HZ`."
         )
     return Stamps((values - values[0]) * TIME_UNITS[fits[0]], fits[0], _rounding(values) * TIME_UNITS[fits[0]])
 
@@ -219,7 +219,7 @@ def judge_stamps(
         line = "equal steps"
     if q * hz > 1.5:
         raise InputError(
-            f"{path}: stamps of {q:.2g} s are too coarse for {hz:.5g} rows a second; read it without "
+            f"{path}: stamps of {q:.2g} s are too coarse for {hz:.5g} rows per second; read it without "
             "them, `time: none, rate: HZ`."
         )
     if q * hz >= 0.4:

@@ -73,7 +73,7 @@ def replay(recording: Recording, seconds: float | None = None, progress: bool = 
     begins, complete = recording.begin, True
     if (begins - scene.ramp) / scene.time_step * scene.bodies * BODY_STEP > LEAD_COST:
         begins, complete = scene.ramp + min(scene.lead_in, SHORT_LEAD), False
-    bar = {"disable": not progress, "unit": "s", "desc": "looking again",
+    bar = {"disable": not progress, "unit": "s", "desc": "replaying",
            "bar_format": "{desc} |{bar}| {n:.1f} of {total:.1f} s simulated"}  # fmt: skip
     model, state = loop.model, loop.state
     n, wheels, pitches = len(state.angle), len(model.wheels.x), scene.rig.chain.pitches

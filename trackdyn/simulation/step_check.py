@@ -108,7 +108,7 @@ def doubt(alternating: Alternation, statistics: RunStatistics | None = None) -> 
     if not alternating.enough(1.0):
         return ""
     if alternating.share > NOTICED:
-        return f"what flips from step to step is {alternating.share:.2g} of the mean square that the sensor reads"
+        return f"contacts chatter: {alternating.share:.2g} of the sensor's mean square alternates from step to step"
     if statistics and statistics.doubtful_peaks:
         return f"{statistics.isolated:.0%} of the mean peak are forces that stand for one step"
     return ""

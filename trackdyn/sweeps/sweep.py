@@ -73,7 +73,7 @@ def read_design(design: pd.DataFrame | Path | str) -> pd.DataFrame:
     if "motor_rpm" not in table.columns:
         raise InputError(f"{where}: has no column motor_rpm; add it")
     if not len(table):
-        raise InputError(f"{where}: has no rows; a row a scene is needed")
+        raise InputError(f"{where}: has no rows; give one per scene")
     return table
 
 

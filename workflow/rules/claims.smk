@@ -2,12 +2,12 @@
 
 
 rule claims:
-    """Every statement of the paper: shown, not shown, not comparable."""
+    """Every statement of the paper: reproduced, not reproduced, not comparable."""
     input:
         claims="config/claims.yaml",
         metrics=f"{R}/metrics.csv",
         events=f"{R}/events.csv",
-        peers=[f"{R}/peers/summary.csv", f"{R}/tables/table2.csv"] if CONFIG.peers else [],
+        peers=[f"{R}/peers/summary.csv"] if CONFIG.peers else [],
         cells=CONFIG.files["article"],
         records=[recording(run) for run in SPEEDS + ROUNDED],
     output:

@@ -12,7 +12,7 @@ RUNS = {kind: [run for run in SCENES if re.fullmatch(pattern, run)] for kind, pa
 
 
 rule measure:
-    """The numbers of some runs, a row a run."""
+    """The numbers of some runs, a row per run."""
     input: recordings=lambda wildcards: [recording(run) for run in RUNS[wildcards.kind]]
     output: csv=f"{R}/measured/{{kind}}.csv"
     params: runs=lambda wildcards: RUNS[wildcards.kind]
@@ -69,7 +69,7 @@ rule sensor_records:
 
 
 rule statistics:
-    """Table 3 and the dominant peaks, beside the sensor's; Table 4, what the coarser tooth contact changes."""
+    """Table 3 and the dominant peaks, compared with the sensor's; Table 4, what the coarser tooth contact changes."""
     input:
         metrics=f"{R}/measured/records.csv",
         sensors=RECORDS,
@@ -98,7 +98,7 @@ rule closure:
 
 
 rule sensor_figures:
-    """Figures 17 and 18: time histories and spectra of every speed beside the sensor's."""
+    """Figures 17 and 18: time histories and spectra of every speed, compared with the sensor's."""
     input:
         recordings=[recording(run) for run in SPEEDS],
         rounded=[recording(run) for run in ROUNDED],

@@ -12,7 +12,7 @@ rule meshing_figures:
 
 
 rule ring_figures:
-    """Figures 23 and 24: force and duration against the radius; beside the paper's rig, durations with a ring that grips."""
+    """Figures 23 and 24: force and duration against the radius; for the paper's rig also durations with a ring that grips."""
     input:
         metrics=f"{R}/measured/ring.csv",
         grips=[GRIPS["ring"]] if CONFIG.is_paper else [],

@@ -203,6 +203,6 @@ def test_a_filter_leaves_the_figures_whose_statements_fit(open_page):
     page.fill("#find", "statement 2")
     assert page.eval_on_selector_all("#figures figure", "all => all.filter(e => !e.hidden).map(e => e.id)") == ["fig15"]
     page.fill("#find", "")
-    page.click('button[data-verdict="shown"]')
+    page.click('button[data-verdict="reproduced"]')
     shown = page.eval_on_selector_all(".said tbody", "all => all.filter(e => !e.hidden).length")
     assert 0 < shown < page.locator(".said tbody").count()

@@ -16,8 +16,8 @@ from trackdyn.inputs.validation import NotNegative, Positive, Section, validated
 from trackdyn.inputs.yaml_file import read_yaml
 from trackdyn.measure.columns import TABLES, error_of
 
-SHOWN, NOT_SHOWN, NO_TEST, NOT_COMPARABLE = "shown", "not shown", "no test", "not comparable"
-JUDGED = (SHOWN, NOT_SHOWN)
+REPRODUCED, NOT_REPRODUCED, NO_TEST, NOT_COMPARABLE = "reproduced", "not reproduced", "no test", "not comparable"
+JUDGED = (REPRODUCED, NOT_REPRODUCED)
 VERDICTS = (*JUDGED, NO_TEST, NOT_COMPARABLE)
 ONE_SIDED = ("at_most", "at_least")
 SLACK = 1 + 1e-9  # on a tolerance: 0.309 - 0.308 is more than 0.001 in binary
@@ -205,9 +205,9 @@ def judge(claim: Claim, e: Evidence) -> Judgement:
     if claim.rule == "no_test":
         verdict = NO_TEST
     elif claim.rule == "same":
-        verdict = SHOWN if measured == claim.printed else NOT_SHOWN
+        verdict = REPRODUCED if measured == claim.printed else NOT_REPRODUCED
     else:
-        verdict = SHOWN if values and all(_met(claim, values).values()) else NOT_SHOWN
+        verdict = REPRODUCED if values and all(_met(claim, values).values()) else NOT_REPRODUCED
     return Judgement(_text(measured), verdict, speeds, values)
 
 
@@ -249,7 +249,7 @@ def printed_text(claim: Claim, speeds=()) -> str:
 
 def _row(rig: str, claim: Claim, judgement: Judgement) -> dict:
     measured, verdict, speeds, _ = judgement
-    reasons = [claim.reason] if verdict in (SHOWN, NOT_COMPARABLE) else [claim.reason, claim.otherwise]
+    reasons = [claim.reason] if verdict in (REPRODUCED, NOT_COMPARABLE) else [claim.reason, claim.otherwise]
     return {
         **claim.model_dump(include={"id", "part", "sentence", "place", "claim", "unit", "fails_if"}),
         "rig": rig,
@@ -304,7 +304,7 @@ def printed_numbers(claims: list[Claim], e: Evidence, rig: str = "") -> pd.DataF
             number = {"rpm": np.nan, "printed": printed_text(claim, judgement.speeds), "measured": judgement.measured}
             if claim.any_reading and judgement.values:
                 number["measured"] = _text(min(judgement.values, key=lambda value: value.distance).value)
-            rows += [about | number | {"met": judgement.verdict == SHOWN}] * claim.numbers
+            rows += [about | number | {"met": judgement.verdict == REPRODUCED}] * claim.numbers
             continue
         for (rpm, reading), is_met in met.items():
             same = [

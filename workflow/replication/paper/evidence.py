@@ -1,6 +1,6 @@
 """Evidence from the runs of a rig: the results that claims are judged by, collected from a folder."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from replication.paper.cells import Cell
+from replication.paper.printed import CELLS
 from trackdyn.measure.sensor import sense
 from trackdyn.measure.spectra import holds_line, main_line
 from trackdyn.rig.rig import Rig
@@ -42,9 +42,8 @@ class Evidence:
     starts: pd.DataFrame = field(default_factory=pd.DataFrame)
     # ``peers/summary.csv``: the comparison with an independent code and with a belt
     peer: pd.DataFrame = field(default_factory=pd.DataFrame)
-    # ``tables/table2.csv``: what a simulated second costs in both codes
-    costs: pd.DataFrame = field(default_factory=pd.DataFrame)
-    cells: Mapping[Cell, float] = field(default_factory=dict)  # cells of the article that a reader filled in
+    # the article's Table 3 (`printed.load_cells`), as far as a reader filled it in
+    cells: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=CELLS))
 
     def records(self, speeds) -> pd.DataFrame:
         """The long records of Sect. 5 at some speeds, in their order."""
@@ -102,7 +101,6 @@ def collect(
     results: Path | str,
     rpm: float,
     radius: float,
-    cells: Mapping[Cell, float] | None = None,
     rounded: Collection[float] = (),
 ) -> Evidence:
     """The evidence that lies in a folder of results.
@@ -112,10 +110,7 @@ def collect(
     """
     results = Path(results)
     metrics, starts = pd.read_csv(results / "metrics.csv"), []
-    peer, costs = (
-        pd.read_csv(path) if (path := results / name).is_file() else pd.DataFrame()
-        for name in ("peers/summary.csv", "tables/table2.csv")
-    )
+    peer = pd.read_csv(path) if (path := results / "peers" / "summary.csv").is_file() else pd.DataFrame()
     for run in metrics["run"][metrics["run"].str.fullmatch(r"[\d.]+rpm")]:
         motor_rpm = float(run.removesuffix("rpm"))
         name = f"rounded/{run}" if motor_rpm in rounded else run
@@ -129,6 +124,4 @@ def collect(
         radius=radius,
         starts=pd.concat(starts, ignore_index=True),
         peer=peer,
-        costs=costs,
-        cells=cells or {},
     )

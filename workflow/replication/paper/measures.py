@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from replication.paper.cells import TIMES, Cell, value_difference
 from replication.paper.evidence import Evidence, NotThere, Range
+from replication.paper.printed import CELLS, value_difference
 from trackdyn.measure.contacts import TOUCHING
 from trackdyn.measure.ring_rule import RULE, parse_rule
 
@@ -81,12 +81,12 @@ def _by_start(column: str) -> Measure:
     return Measure(evaluate, "records", True)
 
 
-def _coarse_difference(evidence, speeds) -> np.ndarray:
+def _coarse_difference(evidence, speeds) -> list[float]:
     """RMS of the y acceleration with three surfaces a groove over that with ten arcs, less one, %, at every speed."""
     coarse = evidence.metrics.set_index("run")["rms_g"].reindex([f"coarse/{rpm:g}rpm" for rpm in speeds])
     if coarse.isna().any():
         raise NotThere("not run")
-    return 100 * (coarse.to_numpy() / _column(evidence, speeds, "rms_g").to_numpy() - 1)
+    return (100 * (coarse.to_numpy() / _column(evidence, speeds, "rms_g").to_numpy() - 1)).tolist()
 
 
 def _high_frequency_growth(evidence, speeds) -> float:
@@ -100,7 +100,7 @@ RECORDS = {
     "line_frequencies_binfree": _values("line_hz_binfree"), "velocity_gap": _largest("velocity_gap_m_s"),
     "gap_after_projection": _largest("loop_gap_max_m"), "gap_before_projection": _largest("gap_before_projection_m"),
     "line_frequencies": _by_start("line_hz"), "line_amplitudes": _by_start("line_g"),
-    "coarse_rms_difference": Measure(lambda e, speeds: _coarse_difference(e, speeds).tolist(), "records", True),
+    "coarse_rms_difference": Measure(_coarse_difference, "records", True),
     "high_frequency_growth": Measure(_high_frequency_growth, "records"),
 }  # fmt: skip
 
@@ -122,56 +122,21 @@ def _peer(column: str) -> Measure:
 # Cells of the article
 
 
-def _cells(e: Evidence, table: str, column: str, speeds) -> np.ndarray:
-    """Cells of a column at some speeds; `NotThere` names those that are empty."""
-    cells = [Cell(table, f"{rpm:g}", column) for rpm in speeds]
-    if missing := [cell.row for cell in cells if cell not in e.cells]:
-        raise NotThere(f"Table {table} is not filled in: {column} at {', '.join(missing)} rpm")
-    return np.array([e.cells[cell] for cell in cells])
+def _against(cell: str) -> Measure:
+    """Difference of the long records from a column of the article's Table 3, % of the latter, at every speed."""
 
+    def evaluate(evidence, speeds):
+        theirs = evidence.cells.reindex(speeds)[cell]
+        if missing := [f"{rpm:g}" for rpm in theirs.index[theirs.isna()]]:
+            raise NotThere(f"Table 3 is not filled in: {cell} at {', '.join(missing)} rpm")
+        return value_difference(_column(evidence, speeds, f"{cell.partition('_')[0]}_g"), theirs).tolist()
 
-def _beside(compare: Callable[..., np.ndarray], *columns: tuple[str, str]) -> Measure:
-    """A comparison of the long records with columns of the article's tables, in % or points, at every speed."""
-    return Measure(
-        lambda e, at: compare(e, at, *(_cells(e, *column, at) for column in columns)).tolist(), "records", True
-    )
-
-
-def _against(ours: str, column: str) -> Measure:
-    """Difference of a column of our records from a column of Table 3, % of the latter."""
-    return _beside(lambda e, speeds, theirs: value_difference(e.records(speeds)[ours], theirs), ("3", column))
-
-
-def _coarse_less_accurate(e, speeds, measured) -> np.ndarray:
-    """How much farther from the article's measured RMS three surfaces are than ten arcs, points."""
-    fine, coarse = e.records(speeds)["rms_g"].to_numpy(), 1 + _coarse_difference(e, speeds) / 100
-    return value_difference(fine * coarse, measured) - value_difference(fine, measured)
-
-
-def _coarse_over_printed(e, speeds, coarse, fine) -> np.ndarray:
-    """Change of the RMS by three surfaces less that by the algorithm of Ref. [2] in the article, points."""
-    return _coarse_difference(e, speeds) - 100 * (coarse / fine - 1)
-
-
-def _speed_over_printed(e, speeds) -> float:
-    """CPU time of the independent code over ours at equal accuracy, over Recurdyn's over the article's."""
-    if not {*TIMES} <= e.cells.keys():
-        raise NotThere("Table 2 is not filled in")
-    chosen = e.costs[e.costs["chosen"] == "yes"].set_index("code")["cpu_s_per_s"] if "chosen" in e.costs else {}
-    if not {"trackdyn", "exudyn"} <= set(getattr(chosen, "index", ())):
-        raise NotThere("not run")
-    return float(chosen["exudyn"] / chosen["trackdyn"] * e.cells[TIMES[0]] / e.cells[TIMES[1]])
+    return Measure(evaluate, "records", True)
 
 
 OTHERS = {
     "peer_difference": _peer("difference_pct"), "peer_difference_of_a_belt": _peer("difference_belt_pct"),
-    "rms_against_experiment": _against("rms_g", "rms_experiment_g"),
-    "sd_against_experiment": _against("sd_g", "sd_experiment_g"),
-    "rms_against_simulation": _against("rms_g", "rms_simulation_g"),
-    "sd_against_simulation": _against("sd_g", "sd_simulation_g"),
-    "coarse_less_accurate": _beside(_coarse_less_accurate, ("3", "rms_experiment_g")),
-    "coarse_change_over_printed": _beside(_coarse_over_printed, ("4", "rms_g"), ("3", "rms_simulation_g")),
-    "speed_over_printed": Measure(_speed_over_printed, "peer"),
+    **{cell.removesuffix("_g").replace("_", "_against_"): _against(cell) for cell in CELLS},
 }  # fmt: skip
 
 

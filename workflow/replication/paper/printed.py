@@ -2,8 +2,18 @@
 
 Lengths in m, times in s, frequencies in Hz; accelerations in g, the unit of the sensor; differences and
 shares in percent, as printed. The cells of Tables 1 to 4 and all curves are not among them: no number
-may be invented for what is not to be had. A reader who has the article fills them in (`paper.cells`).
+may be invented for what is not to be had. A reader who has the article fills in those of Table 3 (`load_cells`).
 """
+
+from itertools import product
+from math import inf
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from trackdyn.inputs.errors import InputError, shown
+from trackdyn.sweeps.design import read_table
 
 # names of a sensor's record: synthetic, measured, or none there
 SENSORS = {True: "synthetic sensor", False: "sensor", None: "no sensor record"}
@@ -44,6 +54,39 @@ RADIUS_WITHOUT_RIGHT_CONTACT = 0.305  # m; Sect. 6.2, text on Fig. 23: from ther
 RADIUS_CHOSEN = 0.308  # m; Sect. 6, conclusion
 RADIUS_OF_STEADY_LEFT_SHARE = 0.307  # m; Sect. 6.2, text on Fig. 24
 STEADY_LEFT_SHARE = 10.0  # %; Sect. 6.2, text on Fig. 24: of a sprocket turn
+
+
+CELLS = ("rms_simulation_g", "rms_experiment_g", "sd_simulation_g", "sd_experiment_g")  # of Table 3, by motor speed
+# points by which these may miss a printed difference: two cells near 1 g with two decimals, 0.005 g off each
+ROUNDED_DIFFERENCE = 1.1
+
+
+def load_cells(path: Path | str) -> pd.DataFrame:
+    """Read the article's Table 3, g, by motor speed (rev/min); NaN where a reader has not filled in a cell.
+
+    Raises `InputError`: other rows or columns, a value that is no positive number, or an RMS or SD that contradicts the
+    differences that the text prints.
+    """
+    table = read_table(path)
+    if [*table.columns] != ["rpm", *CELLS] or table["rpm"].tolist() != [*map(str, SPEEDS_RPM)]:
+        raise InputError(f"{path}: its cells are not those of config/article.csv in the repository; change values only")
+    text = table.set_index(pd.Index(SPEEDS_RPM, dtype=float))[[*CELLS]]
+    cells = text.apply(pd.to_numeric, errors="coerce")
+    for rpm, name in product(cells.index, CELLS):
+        if text.at[rpm, name] and not 0 < cells.at[rpm, name] < inf:
+            problem = f"{rpm:g} rpm, {name} = {shown(text.at[rpm, name])}"
+            raise InputError(f"{path}: {problem}: must be a number above 0, or empty")
+    for name, known in DIFFERENCES.items():
+        differences = value_difference(cells[f"{name}_simulation_g"], cells[f"{name}_experiment_g"])
+        for rpm, difference in differences[(differences - pd.Series(known)).abs() > ROUNDED_DIFFERENCE].items():
+            pair = f"{rpm:g} rpm, {name}_simulation_g and {name}_experiment_g"
+            raise InputError(f"{path}: {pair} differ by {difference:.3g} %; printed is {known[rpm]:g} %, correct them")
+    return cells
+
+
+def value_difference(simulated, measured):
+    """The paper's value difference ``|simulation - sensor| / sensor``, %."""
+    return 100 * np.abs(simulated - measured) / measured
 
 
 def lettered(title: str, rpm: float) -> str:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import pandas as pd
 
-from replication.paper.claims import JUDGED, NO_VALUE, NOT_COMPARABLE, NOT_SHOWN, SHOWN, VERDICTS
+from replication.paper.claims import JUDGED, NO_VALUE, NOT_COMPARABLE, NOT_REPRODUCED, REPRODUCED, VERDICTS
 from trackdyn.measure.cells import significant
 
 RADIUS, RADIUS_BY_SPEED = "C26a", "C26c"  # of the ring to choose: one for all speeds, one for each
@@ -16,7 +16,6 @@ RUBBER = (2.0, 90.0)  # creep slope of a solid rubber wheel, s/m (ring_contact.t
 FREE, BEARS = "19", "14"  # sentences that a summary of the tracks names
 CONCLUSION = r"^Conclusion (\d)"  # numbered by the paper, in Sect. 6.2; two sentences may be one of them
 MARKS = dict(zip(VERDICTS, ("●", "○", "◇", "–"), strict=True))
-VERDICT_WORDS = {name: name for name in VERDICTS} | {SHOWN: "reproduced", NOT_SHOWN: "not reproduced"}
 SHORT = {  # parts of claims in a few words, in the order of a summary
     "C26a": "recommended radius by our rule, one ring for all speeds (m)",
     "C06a": "RMS of the acceleration, by speed (g)",
@@ -48,9 +47,9 @@ def sentence_verdicts(card: pd.DataFrame, sentences: Mapping[int, str]) -> pd.Da
     """
     rows = []
     for number, parts in card.dropna(subset="sentence").groupby("sentence"):
-        lost = parts[parts["verdict"] == NOT_SHOWN]
+        lost = parts[parts["verdict"] == NOT_REPRODUCED]
         verdicts = set(parts["verdict"])
-        verdict = NOT_SHOWN if len(lost) else SHOWN if verdicts == {SHOWN} else min(verdicts - {SHOWN})
+        verdict = NOT_REPRODUCED if len(lost) else min(verdicts - {REPRODUCED}, default=REPRODUCED)
         deciding = ", ".join(_names(lost if len(lost) else parts))
         rows.append([parts["rig"].iloc[0], int(number), sentences[int(number)], verdict, deciding])
     return pd.DataFrame(rows, columns=["rig", "number", "sentence", "verdict", "statements"])
@@ -68,7 +67,7 @@ def _records(card: pd.DataFrame) -> list[dict]:
 
 def count(judged: pd.DataFrame) -> tuple[int, int]:
     """Sentences that are shown, and how many are judged (`sentence_verdicts`)."""
-    return int((judged["verdict"] == SHOWN).sum()), int(judged["verdict"].isin(JUDGED).sum())
+    return int((judged["verdict"] == REPRODUCED).sum()), int(judged["verdict"].isin(JUDGED).sum())
 
 
 def number_count(numbers: pd.DataFrame) -> str:
@@ -91,7 +90,7 @@ def number_rows(numbers: pd.DataFrame) -> list[dict]:
 def verdict_line(judged: pd.DataFrame, numbers: pd.DataFrame) -> str:
     """The counts of a rig, printed numbers first."""
     (shown, total), by_number = count(judged), _conclusions(judged)
-    reproduced = sum(set(rows["verdict"]) == {SHOWN} for _, rows in by_number)
+    reproduced = sum(set(rows["verdict"]) == {REPRODUCED} for _, rows in by_number)
     return f"{number_count(numbers)}, {shown} of {total} sentences, {reproduced} of {len(by_number)} conclusions"
 
 
@@ -110,7 +109,7 @@ def conclusions(judged: pd.DataFrame) -> str:
     words = [
         f"no. {number} ({'; '.join(rows['sentence'].str.partition(': ')[2])})"
         for number, rows in _conclusions(judged)
-        if set(rows["verdict"]) == {SHOWN}
+        if set(rows["verdict"]) == {REPRODUCED}
     ]
     return _listed(words) or "none"
 
@@ -145,12 +144,13 @@ def learned_sentences(tables: Mapping[str, pd.DataFrame]) -> list[str]:
     """What plausible tracks say: tables ``sentences``, ``map``, ``draws`` of ``docs/measured/plausible_*.csv``."""
     rows = track_rows(tables["sentences"])
     free, bears = (share_of_tracks(rows, name, TRACKS[0]) for name in (FREE, BEARS))
+    free = free.replace("(", "(90 % interval ")
     soft, rubber = creep_counts(tables["map"], FREE)
     return [
         follows_sentence(tables["sentences"], tables["draws"]),
         f"With rings from 0.305 m on, no right arc touches a tooth (conclusion 3) on {free} of them: on {soft} if the "
         f"ring creeps more easily than rubber, else on {rubber}.",
-        f"The ring bears most of the force on {bears}; brackets hold 90 % intervals.",
+        f"The ring bears most of the force on {bears}.",
         distance_sentence(tables["draws"]),
     ]
 
@@ -282,6 +282,7 @@ def statements_by_label(
     ``shares`` are the tables of plausible tracks (``sentences``, ``claims``) or empty. Statements without a sentence
     follow from another one or are not judged; they stand last, under a sentence of no number.
     """
+    card = card[~_waits(card)]
     tracks = {name: track_rows(shares[name]) for name in ("sentences", "claims") if name in shares}
     sentences = judged.set_index("number")
     groups: dict[str, dict[int, dict]] = {}
@@ -301,6 +302,18 @@ def statements_by_label(
         sentence = groups.setdefault(label, {}).setdefault(number, whole)
         sentence["statements"].append(_statement(row) | {"shares": _percents(tracks.get("claims"), row["name"])})
     return {label: sorted(rows.values(), key=lambda row: row["number"] or 99) for label, rows in groups.items()}
+
+
+def _waits(card: pd.DataFrame) -> pd.Series:
+    """Which statements lack cells of the article's tables."""
+    return (card["verdict"] == NOT_COMPARABLE) & card["place"].str.startswith("Table")
+
+
+def waiting_sentence(card: pd.DataFrame) -> str:
+    """Sentence on the statements that lack cells of the article's tables; empty if none does."""
+    names = [*_names(card[_waits(card)])]
+    waits = f"{len(names)} statements ({', '.join(names)}) wait for cells of Tables 2 to 4, which our text lacks; "
+    return waits + "`config/article.csv` takes those of Table 3." if names else ""
 
 
 def _statement(row: Mapping) -> dict:

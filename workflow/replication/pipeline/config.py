@@ -11,9 +11,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from replication.paper.cells import load_cells
 from replication.paper.evidence import LEAST_RADII
-from replication.paper.printed import RECORD_DURATION
+from replication.paper.printed import RECORD_DURATION, load_cells
 from replication.study.settings import STUDIES, Allowed, StudiesFile, longest_step, peer_scene
 from replication.study.variants import REFERENCE, SETTINGS
 from trackdyn.inputs.errors import InputError, TrackdynError, naming
@@ -99,7 +98,7 @@ class FidelityStudy(Section):
 class Config(Section):
     """Everything in ``config/config.yaml``.
 
-    ``article`` names the cells of the article that a reader filled in, with which claims compare.
+    ``article`` names the cells of Table 3 that a reader of the article filled in, with which claims compare.
     ``sensor_csv`` names the measured record of a speed, None: there is none; ``{rpm}`` stands for the motor speed.
     Rings and steps that are None are those of the rig (`completed`). ``sensor_mapping`` names the file that says how
     the records are read (:class:`trackdyn.sensor.sensor_mapping.SensorMapping`). ``stop_rule`` ends the

@@ -82,7 +82,7 @@ def article_values(tables: Mapping[str, pd.DataFrame], missing: str, accuracy_pc
         "headline": headline(judged, tables["numbers"]),
         "learned": learned_sentences(learned),
         "tracks": {
-            "drawn": str(len(drawn)),
+            "sampled": str(len(drawn)),
             "ran": str(ran.sum()),
             "engaged": str(int((drawn.loc[ran, "engaged"] == 1).sum())),
         },

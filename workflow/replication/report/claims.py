@@ -2,20 +2,20 @@
 
 from trackdyn.sweeps.snakemake_job import run_job
 
+from dataclasses import replace
 from pathlib import Path
 
-from replication.paper.cells import load_cells
 from replication.paper.claims import judge_all, load_claims, load_sentences, printed_numbers
 from replication.paper.contents import caption
 from replication.paper.evidence import collect
-from replication.paper.printed import RECORD_DURATION
+from replication.paper.printed import RECORD_DURATION, load_cells
 from replication.paper.scorecard import headline, sentence_verdicts
 from replication.report.tables import write_captioned_table
 from trackdyn.inputs.files import write_csv, write_text
 from trackdyn.measure.columns import schema_text
 
 # columns of the table in Markdown
-SHOWN = [
+IN_MARKDOWN = [
     "id", "part", "place", "claim", "printed", "tolerance", "unit", "speeds", "measured", "verdict", "fails_if",
 ]  # fmt: skip
 
@@ -24,8 +24,9 @@ SHOWN = [
 def main(job) -> None:
     """Rule `claims`."""
     params, output = job.params, job.output
-    cells = load_cells(job.input.cells[0]) if job.input.cells else None
-    evidence = collect(Path(job.input.metrics).parent, params.rpm, params.radius, cells, params.rounded)
+    evidence = collect(Path(job.input.metrics).parent, params.rpm, params.radius, params.rounded)
+    if job.input.cells:
+        evidence = replace(evidence, cells=load_cells(job.input.cells[0]))
     claims = load_claims(job.input.claims)
     card, values = judge_all(claims, evidence, params.rig)
     numbers = printed_numbers(claims, evidence, params.rig)
@@ -38,7 +39,7 @@ def main(job) -> None:
             "the amplitudes (C08) cannot come out, and records hold no whole number of revolutions (C06).",
         )
     text = "\n\n".join(message)
-    write_captioned_table(card, output.csv, text, shown=card[SHOWN])
+    write_captioned_table(card, output.csv, text, shown=card[IN_MARKDOWN])
     write_csv(output.sentences, sentences)
     write_csv(output.numbers, numbers)
     write_csv(output.values, values, float_format="%.9g")

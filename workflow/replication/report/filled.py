@@ -9,7 +9,6 @@ import pandas as pd
 from replication.paper.claims import NO_TEST
 from replication.paper.scorecard import (
     MARKS,
-    VERDICT_WORDS,
     learned_sentences,
     outside_sentence,
     statements,
@@ -61,7 +60,7 @@ def _markdown(table: pd.DataFrame) -> str:
 def readme_text(*tables: pd.DataFrame) -> list[str]:
     """The verdict; what was learned; the table of statements with what an answer costs; tables as in `README`."""
     card, judged, numbers, grips_judged, grips, parameters, promises, *tracks = tables
-    marks = ", ".join(f"{mark} {VERDICT_WORDS[name]}" for name, mark in MARKS.items() if name != NO_TEST)
+    marks = ", ".join(f"{mark} {name}" for name, mark in MARKS.items() if name != NO_TEST)
     learned = " ".join(learned_sentences(dict(zip(TRACK_TABLES, tracks, strict=True))))
     rig = card["rig"].iloc[0]
     verdict = (

@@ -30,7 +30,7 @@ def main(job) -> None:
         faster, slower = whole_ratio(record, rig.rate)
         if slower > 1:
             raise InputError(
-                f"{path}: has {record.rate:.6g} samples a second, fewer than the simulation's {rig.rate:g}; "
+                f"{path}: has {record.rate:.6g} samples per second, fewer than the simulation's {rig.rate:g}; "
                 f"set sensor.rate of the rig to {round(record.rate)}"
             )
         record = record.averaged(faster)

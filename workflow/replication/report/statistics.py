@@ -11,9 +11,8 @@ import numpy as np
 import pandas as pd
 
 from replication.paper import printed
-from replication.paper.cells import value_difference
 from replication.paper.contents import caption
-from replication.paper.printed import SENSORS
+from replication.paper.printed import SENSORS, value_difference
 from replication.report.tables import headed, write_captioned_table
 from trackdyn.inputs.errors import InputError
 from trackdyn.measure.columns import error_of

@@ -21,7 +21,7 @@ ENLARGED = 5  # the free angle of the bushings, which would hardly be seen
 # face of a body in the topology, its name in the legend
 KINDS = {
     "link": (drawing.LINK, "link"), "connector": (drawing.CONNECTOR, "connector with two pins"),
-    "pitch": ("#d9e7d3", "one body a pitch"),
+    "pitch": ("#d9e7d3", "one body per pitch"),
 }  # fmt: skip
 EVERY = 10  # every tenth element of a long chain is numbered
 
@@ -102,7 +102,8 @@ def _draw_piece(ax: Axes, rig: Rig, joint_angle: float) -> np.ndarray:
 def topology_figure(rig: Rig) -> Figure:
     """Figure 3: elements of the loop as simulated (a) and as the paper counts them (b)."""
     figure = new_figure(6.0)
-    chains = (("(a) links and connectors", build_chain(rig)), ("(b) one body a pitch", build_chain(rig, "single_pin")))
+    single = build_chain(rig, "single_pin")
+    chains = (("(a) links and connectors", build_chain(rig)), ("(b) one body per pitch", single))
     for ax, (title, chain) in zip(figure.subplots(2, 1), chains, strict=True):
         bodies = len(chain.length)
         links = np.isclose(chain.length, rig.chain.link_length)

@@ -17,11 +17,11 @@ from PIL import Image
 from replication.paper.contents import OF_STUDIES, OWN, PAPER, missing_items
 from replication.paper.scorecard import (
     MARKS,
-    VERDICT_WORDS,
     answer_sentences,
     number_rows,
     outside_sentence,
     statements_by_label,
+    waiting_sentence,
 )
 from replication.report.figures.trade import same_answer
 from replication.report.tables import LEFT_OUT
@@ -128,7 +128,6 @@ def build_page(
         short=short,
         own=own,
         symbols=MARKS,
-        verdict_words=VERDICT_WORDS,
         synthetic=synthetic,
         parameters=parameters and {kind: [row for row in parameters if row["kind"] == kind] for kind in KINDS},
         kinds=KINDS,
@@ -184,6 +183,7 @@ def _card(results: Path, own: bool, plausible: Mapping[str, str] | None) -> dict
         "marks": [] if own else judged.to_dict("records"),
         "picture": embedded_picture(Path(plausible["picture"])) if plausible else None,
         "known": _caption_html(known),
+        "waiting": "" if own else _caption_html([waiting_sentence(card)]),
     }
 
 
