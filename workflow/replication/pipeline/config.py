@@ -3,6 +3,7 @@
 import os
 import re
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 from itertools import pairwise, product
 from math import ceil
 from operator import attrgetter
@@ -177,7 +178,7 @@ class Config(Section):
     @property
     def is_paper(self) -> bool:
         """Whether the rig is the one that was fitted to the paper."""
-        return Path(rig_path(self.rig)).resolve() == Path(rig_path("paper")).resolve()
+        return _rig_file(self.rig) == _rig_file("paper")
 
     @property
     def files(self) -> dict[str, list[Path]]:
@@ -330,8 +331,9 @@ def read_layer(path: Path | str) -> dict:
 
 
 # Fields that a configuration states for its own rig, with their values where a later one names another rig alone: no
-# sensor, no studies, and rings and steps as the rig has them.
+# sensor, studies or independent code, and rings and steps as the rig has them.
 RIG_FIELDS: dict[str, Any] = {
+    "peers": None,
     "sensor_csv": None,
     "short_studies": [],
     "records": {"ring_radius_m": None, "step_s": None, "rounded_sprocket_rpm": None},
@@ -340,18 +342,19 @@ RIG_FIELDS: dict[str, Any] = {
 }
 
 
-def _merged(layers: Sequence[dict], update: Callable[[dict, dict], None]) -> dict:
-    """Configurations, the later on top of the earlier; one that names another rig begins with `RIG_FIELDS`.
+def _rig_file(name: Any) -> Path | None:
+    """The file of a rig by any of its names; None for what `check_config` refuses."""
+    with suppress(InputError, TypeError):
+        return Path(rig_path(name)).resolve()
 
-    There are no peers where the rig is not that of the first configuration.
-    """
+
+def _merged(layers: Sequence[dict], update: Callable[[dict, dict], None]) -> dict:
+    """Configurations, the later on top of the earlier; one that names another rig begins with `RIG_FIELDS`."""
     merged: dict = {}
     for layer in layers:
-        if merged and layer.get("rig", merged.get("rig")) != merged.get("rig"):
+        if merged and "rig" in layer and _rig_file(layer["rig"]) != _rig_file(merged.get("rig")):
             update(merged, RIG_FIELDS)
         update(merged, layer)
-    if merged.get("rig") != layers[0].get("rig"):
-        merged["peers"] = None
     return merged
 
 
