@@ -88,9 +88,8 @@ def _compare(recording, record, path: str):
     """Say how a sensor's record was read and how it compares with the simulated one; returns the table."""
     import pandas as pd
 
-    from trackdyn.measure.axes import judge_axes
     from trackdyn.measure.cells import cell, plain, with_error
-    from trackdyn.measure.compare import compare_with_sensor, in_words, other_speed
+    from trackdyn.measure.compare import compare_with_sensor, doubts_of, in_words
 
     for name, text in record.done.items():
         typer.echo(f"{name:>10}  {text}")
@@ -105,9 +104,7 @@ def _compare(recording, record, path: str):
     no_line, rests = "", not recording.periods.loop_hz
     if "rms_g" in set(table.measure) and "line_hz_binfree" not in set(table.measure):
         no_line = f"no line, {'the loop rests' if rests else 'for which both records must hold two turns of the loop'}"
-    doubt = judge_axes(recording, record)
-    doubts = *record.doubts, doubt.sentence if doubt else "", other_speed(recording, record, table) or "", no_line
-    printed.remarks(recording, *map(options.as_options, doubts))
+    printed.remarks(recording, *map(options.as_options, doubts_of(recording, record, table)), no_line)
     return table
 
 

@@ -54,11 +54,15 @@ def compare(
         own = next(iter(recording.sensors.values()))
         record = read_sensor(record, mapping, own.range, recording.scene.rig.g)
     table = compare_with_sensor(recording, record)
-    doubt = judge_axes(recording, record)
-    doubts = *record.doubts, doubt and doubt.sentence, other_speed(recording, record, table)
-    for sentence in filter(None, doubts):
+    for sentence in doubts_of(recording, record, table):
         warnings.warn(sentence, stacklevel=2)
     return table
+
+
+def doubts_of(recording: Recording, record: SensorRecord, table: pd.DataFrame) -> list[str]:
+    """Sentences on what seems wrong with a sensor's record; arguments are those of `other_speed`."""
+    doubt = judge_axes(recording, record)
+    return [*filter(None, (*record.doubts, doubt and doubt.sentence, other_speed(recording, record, table)))]
 
 
 @typed

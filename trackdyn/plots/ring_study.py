@@ -88,8 +88,7 @@ def _panels(
                     position[rows_drawn], rows.loc[rows_drawn, value], errors, **look, linestyle=dashes, label=label
                 )
         for mark, radius in marks.items():
-            look = {"color": GREEN, "linewidth": 4, "alpha": 0.4} if mark == CHOSEN else PRINTED | {"linewidth": 0.6}
-            ax.axvline(radius, **look, zorder=1)
+            ax.axvline(radius, **THICK if mark == CHOSEN else PRINTED | {"linewidth": 0.6}, zorder=1)
         if with_none and radii:
             ax.axvline(0.5 * (none + radii[0]) - 0.25 * (radii[0] - none), color="0.6", linewidth=0.8)
         ax.set_ylabel(name)
