@@ -151,7 +151,10 @@ def belt_around(rig: Rig, shift: float = 0.0, body: float | None = None) -> tupl
         )
     path = belt_path(circles[order], [names[i] for i in order])
     for i in set(range(len(circles))) - set(order):
-        clear, allowed = _clearance(rig, path, circles[i])
+        # at which distance the taut chain passes the wheel by, and how far its longest strand may sag to it
+        points, (weight, span) = path.along(np.linspace(0.0, path.length, 4001))[0], longest_strand(rig, path)
+        clear = float(np.hypot(*(points - circles[i, :2]).T).min() - circles[i, 2])
+        allowed = max(weight * span**2 / (8 * max(rig.tension.pre_tension, weight * span)), CLEAR)
         if clear > allowed:
             raise InputError(
                 f"wheel {names[i]} at ({circles[i, 0]:.4g}, {circles[i, 1]:.4g}) m would not touch the loop: the taut "
@@ -196,14 +199,6 @@ def travel_range(rig: Rig, shift: float) -> tuple[float, float]:
             half = sqrt(needed**2 - sideways**2)
             low, high = (max(low, half - along), high) if shift > -along else (low, min(high, -half - along))
     return low, high
-
-
-def _clearance(rig: Rig, path: BeltPath, circle: np.ndarray) -> tuple[float, float]:
-    """Distance (m) at which the taut chain passes a circle of pins by, and how far its longest strand may sag to it."""
-    points, _, _ = path.along(np.linspace(0.0, path.length, 4001))
-    clear = float(np.hypot(*(points - circle[:2]).T).min() - circle[2])
-    weight, span = longest_strand(rig, path)
-    return clear, max(weight * span**2 / (8 * max(rig.tension.pre_tension, weight * span)), CLEAR)
 
 
 def tensioner(rig: Rig) -> int:

@@ -1,6 +1,6 @@
 """Rings of a study on a rig: from the least that bears load to the largest that its tensioner allows."""
 
-from math import ceil, floor, log10, pi, sin
+from math import ceil, floor, log10
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from trackdyn.rig.groove import true_depth
 from trackdyn.rig.layout import assemble, body_lengths
 from trackdyn.rig.rig import Rig
 from trackdyn.scene.scene import Scene
-from trackdyn.scene.step import elastic_depth
+from trackdyn.scene.step import elastic_depth, pitch_load
 
 # The tensioner stays where the rig's own ring put it: a larger ring tightens the loop, by this factor at most.
 TIGHTER = 5.0
@@ -75,15 +75,14 @@ def _tightened(rig: Rig, start: float) -> float:
     """Ring at which a loop stands at `TIGHTER` times its pre-tension that has it with the ring ``start``, m."""
     model, lengths = Scene(rig, 0.0, start).model, body_lengths(rig, rig.chain.kind)
     laid = assemble(rig, lengths)
-    wheels, pitch = model.wheels, float(lengths.sum()) / rig.chain.pitches
+    wheels = model.wheels
     sag = laid.path.sag(model.chain.gravity * float(model.chain.mass.sum() / lengths.sum()))
 
     def spare(tension: float) -> float:
         """Length that sag and contacts give at a tension (N), but for a constant, m."""
         length = -sag / tension**2
         for wrap, wheel in zip(laid.path.wrap, laid.order, strict=True):
-            radius = float(wheels.radius[wheel]) if wheel else start
-            load = 2 * tension * sin(min(pitch / (2 * (radius + wheels.half_thickness)), pi / 2))
+            load = pitch_load(model, tension, radius := float(wheels.radius[wheel]) if wheel else start)
             length += float(wrap) * elastic_depth(Law(*wheels.law[wheel].tolist()), load, radius)
         return length
 

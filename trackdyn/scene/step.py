@@ -114,6 +114,12 @@ def elastic_depth(law, load, radius):
     return depth
 
 
+def pitch_load(model, tension: float, radius: float) -> float:
+    """Load of a pitch (N) on a wheel of a radius (m) around which the chain runs at a tension (N)."""
+    pitch = float(model.chain.length.sum()) / len(model.shoes.link_body)
+    return 2 * tension * sin(min(pitch / (2 * (radius + model.wheels.half_thickness)), pi / 2))
+
+
 def _yield_at_end(chain, i: int) -> float:
     """Acceleration of an end of body i across its pin line for a unit force there, 1/kg."""
     return 1 / float(chain.mass[i]) + (float(chain.length[i]) / 2) ** 2 / float(chain.inertia[i])
@@ -153,13 +159,6 @@ def step_limits(model, pre_tension: float, method: Method = METHODS["semi_implic
     tension = pre_tension + chain.gravity * float(chain.mass.sum() / chain.length.sum())
     load = max(DYNAMIC_FACTOR * 2 * tension * sin(pi / tooth.teeth), LEAST_LOAD)
 
-    pitch = float(chain.length.sum()) / len(model.shoes.link_body)
-
-    def on(radius):
-        """Load of a pitch on a wheel that is smaller than the sprocket, around which the chain bends more."""
-        half_angle = min(pitch / (2 * (radius + wheels.half_thickness)), pi / 2)
-        return load * max(sin(half_angle) / sin(pi / tooth.teeth), 1.0)
-
     def friction(law, mass, load=load):
         slope = (4 * law.friction_dynamic + 16 / 9 * (law.friction_static - law.friction_dynamic)) * load
         return sliding * decay * mass * law.transition_velocity / slope if slope else float("inf")
@@ -176,7 +175,8 @@ def step_limits(model, pre_tension: float, method: Method = METHODS["semi_implic
     for k in np.flatnonzero(wheels.present):
         name = f"surface of wheel {k}" if k else "ring contact"
         law, radius = Law(*wheels.law[k].tolist()), float(wheels.radius[k])
-        bears = on(radius) if k else load
+        # around a wheel that is smaller than the sprocket the chain bends more
+        bears = max(DYNAMIC_FACTOR * pitch_load(model, tension, radius), load) if k else load
         limits[f"contact stiffness of the {name}"] = oscillation * sqrt(link / _stiffness_at(law, bears, radius))
         limits[f"friction of the {name}"] = friction(law, link, bears)
     return limits | _joint_limits(model, method)
