@@ -46,6 +46,15 @@ COMMANDS = [
     ("show short.npz --out run.pdf", "the name must end in .html"),
     ("plan --tolerance 2", "tolerance = '2': must be between 0 and 1"),
     ("plan --tolerance 2% --rpm 0", "motor_rpm = 0: passages need a loop that turns"),
+    ("ring bench --rpm 115,x", "--rpm = 'x': must be finite numbers"),
+    ("ring bench --rpm 210 --radii 0.305,0.5", "ring_radius = 0.5: must be between"),
+    ("ring bench --rpm 210 --radii 0.305:0.307", "--radii = '0.305:0.307': must be low:high:count"),
+    ("ring bench --rpm 210 --radii 0.307:0.305:3", "must be low:high:count"),
+    ("ring bench --rpm 210 --rule best", "rule: 'best' is no choice"),
+    ("ring bench --rpm 0", "motor_rpm = 0"),
+    # of a variable of the shell that is not set
+    *[(f"ring bench --rpm 210 --{name}=", f"--{name} = '': must be finite numbers") for name in ("radii", "step")],
+    ("ring bench --rpm 210 --rule=", "rule: '' is no choice"),
     ("check arcs.yaml", "profile.arcs", "it must be given in 'm, m, m, 1'"),
 ]
 # files that a command reads

@@ -304,26 +304,6 @@ def test_the_command_writes_its_files_and_goes_on_with_the_same_numbers(tmp_path
     assert stamps == {path: path.stat().st_mtime_ns for path in (tmp_path / "mine/rows").iterdir()}
 
 
-@pytest.mark.parametrize(
-    ("options", "says"),
-    [
-        ("--rpm 115,x", "--rpm = 'x': must be finite numbers"),
-        ("--rpm 210 --radii 0.305,0.5", "ring_radius = 0.5: must be between"),
-        ("--rpm 210 --radii 0.305:0.307", "--radii = '0.305:0.307': must be low:high:count"),
-        ("--rpm 210 --radii 0.307:0.305:3", "must be low:high:count"),
-        ("--rpm 210 --rule best", "rule: 'best' is no choice"),
-        ("--rpm 0", "motor_rpm = 0"),
-        ("--rpm 210 --radii=", "--radii = '': must be finite numbers"),  # of a variable of the shell that is not set
-        ("--rpm 210 --step=", "--step = '': must be finite numbers"),
-        ("--rpm 210 --rule=", "rule: '' is no choice"),
-    ],
-)
-def test_what_a_study_cannot_run_is_refused_before_it_runs(tmp_path, monkeypatch, options, says):
-    monkeypatch.chdir(tmp_path)
-    done = run_command("ring", "bench", *options.split())
-    assert done.code == 1 and says in done.err and "\n" not in done.err.strip() and not list(tmp_path.iterdir())
-
-
 def test_a_folder_belongs_to_its_study(tmp_path):
     """A study of another rig, and one with fewer radii, took the place of a study without a word."""
     table, store = tmp_path / "ring.csv", Store(tmp_path / "rows")
