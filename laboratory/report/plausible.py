@@ -35,7 +35,6 @@ from trackdyn.rig.rig import load_rig
 from trackdyn.sweeps.engine import DONE
 
 UNITS = {"m": (1e3, "mm"), "N": (1e-3, "kN"), "Pa": (1e-6, "MPa"), "1": (1, "")}  # in place of those of a rig
-PRECISE = r"\d[\d.]*(e[+-]?\d+)?"  # numbers in the reason of a refusal
 READING = "equal_pitch "  # begins the columns of readings
 COLUMNS, PANEL = 3, 1.42  # of the maps; height of one, inch
 PALE, DARK = 0.04, 0.75  # of the map of colours, so that black and white text can be read
@@ -166,12 +165,13 @@ def answer_text(
 def _outcomes_text(draws: pd.DataFrame) -> str:
     """How many draws are judged, how many jam, and how many were refused, with the reasons by number."""
     judged, jammed = (draws["state"] == state for state in (DONE, JAMMED))
-    reasons = draws.loc[~judged & ~jammed, "reason"].fillna("").replace(PRECISE, "…", regex=True).value_counts()
-    words = "; ".join(f"{count} ({reason.split(';')[0]})" for reason, count in reasons.items()) or "none"
+    causes = draws.loc[~judged & ~jammed, "reason"].fillna("").str.removeprefix("scene: ").str.removeprefix("rig: ")
+    reasons = causes.str.split("( =|:)", regex=True).str[0].value_counts()
+    words = ", ".join(f"{reason} ({count})" for reason, count in reasons.items()) or "nothing"
     return (
         f"Of {len(draws)} draws {judged.sum() + jammed.sum()} ran: {jammed.sum()} jam, the ring of "
         f"{RADIUS_CHOSEN:g} m carrying nothing, and {judged.sum()} are judged, {(draws['engaged'] == 1).sum()} of them "
-        f"engaged. Refused, {reasons.sum() / len(draws):.1%}: {words}."
+        f"engaged. {100 * reasons.sum() / len(draws):.1f} % were refused, for: {words}."
     )
 
 
