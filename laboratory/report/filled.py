@@ -1,17 +1,11 @@
 """Writes the measured parts of the pages on the laboratory from the results of its studies."""
 
-import sys
-
 from laboratory.report.plausible import answer_text
-from replication.report.filled import write_pages
-from trackdyn.inputs.errors import InputError
+from replication.report.filled import main
 
 PLAUSIBLE = ("sentences", "map", "draws", "values", "near")
 OF_THE_RIG = ("sentences.csv", "parameters.csv", "printed_numbers.csv", "grips_numbers.csv", "grips_sentences.csv")
 PAGES = (("docs/answer.md", (*(f"plausible_{name}.csv" for name in PLAUSIBLE), *OF_THE_RIG), answer_text),)
 
 if __name__ == "__main__":
-    try:
-        write_pages(sys.argv[1:], PAGES)
-    except InputError as error:
-        sys.exit(f"trackdyn: {error}")
+    main(PAGES)

@@ -6,6 +6,7 @@ import textwrap
 
 import numpy as np
 import pandas as pd
+from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.transforms import blended_transform_factory
@@ -39,6 +40,7 @@ READING = "equal_pitch "  # begins the columns of readings
 COLUMNS, PANEL = 3, 1.42  # of the maps; height of one, inch
 PALE, DARK = 0.04, 0.75  # of the map of colours, so that black and white text can be read
 LIGHT = 0.55  # share from which on text is white
+BLUES = colormaps["Blues"]  # from pale to dark, which a print in grey keeps apart
 
 
 def readings(draws: pd.DataFrame) -> dict[str, float]:
@@ -52,7 +54,7 @@ def readings(draws: pd.DataFrame) -> dict[str, float]:
 
 @styled
 def map_figure(sentences: pd.DataFrame, binned: pd.DataFrame, draws: pd.DataFrame) -> Figure:
-    """Share of tracks that show each sentence over equal-pitch radius and creep slope of the ring, a map a sentence.
+    """Share of tracks that reproduce each sentence over equal pitch and creep slope of the ring, a map per sentence.
 
     Parameters
     ----------
@@ -80,10 +82,9 @@ def map_figure(sentences: pd.DataFrame, binned: pd.DataFrame, draws: pd.DataFram
 
 def _draw_map(ax: Axes, cells: pd.DataFrame, marked: dict[str, float]) -> None:
     """Cells of one sentence with their counts; readings of equal pitch above them, rubber's range at their side."""
-    colours = colour_map()
     for cell in cells.itertuples():
         share = cell.shown / cell.decided if cell.decided else np.nan
-        colour = colours(PALE + (DARK - PALE) * share) if cell.decided else "0.9"
+        colour = BLUES(PALE + (DARK - PALE) * share) if cell.decided else "0.9"
         span, middle = cell.pitch_high - cell.pitch_low, (cell.pitch_low + cell.pitch_high) / 2
         ax.bar(
             middle,
@@ -121,18 +122,11 @@ def _draw_legend(ax: Axes, marked: dict[str, float]) -> None:
         ax.plot([], [], marker, color=VERMILION, label=f"0.308 m read as {name}: {radius:.4f} m")
     ax.plot([], [], color=BLACK, linewidth=2.5, label=f"creep of rubber, {RUBBER[0]:g} to {RUBBER[1]:g} s/m")
     for share in (0.0, 0.5, 1.0):
-        colour = colour_map()(PALE + (DARK - PALE) * share)
+        colour = BLUES(PALE + (DARK - PALE) * share)
         ax.plot(
             [], [], "s", color=colour, markeredgecolor="0.6", markersize=7, label=f"{100 * share:.0f} % reproduce it"
         )
     ax.legend(loc="center", title="cells: tracks that reproduce it/decided", title_fontsize=SMALL, frameon=False)
-
-
-def colour_map():
-    """Blues from pale to dark, which a print in grey keeps apart."""
-    from matplotlib import colormaps
-
-    return colormaps["Blues"]
 
 
 def answer_text(
@@ -241,7 +235,7 @@ def _wrap_text(parameters: pd.DataFrame) -> str:
 
 def _numbers_text(numbers: pd.DataFrame, grips: pd.DataFrame, grips_sentences: pd.DataFrame) -> str:
     """Count of printed numbers that the default rig meets, the others, and what a ring that grips meets."""
-    rows = numbers[~numbers["met"]].fillna("").itertuples()
+    rows = numbers[~numbers["met"]].astype(object).fillna("").itertuples()
     missed = [f"{row.id}{row.part} ({row.measured} for {row.printed} {row.unit})" for row in rows]
     worth = int(numbers["met"].sum() - grips["met"].sum())
     return (

@@ -156,8 +156,14 @@ PAGES = (
     ("README.md", tuple(f"{name}.csv" for name in README), readme_text),
 )
 
-if __name__ == "__main__":
+
+def main(pages: Iterable[Page]) -> None:
+    """`write_pages` with the files of the command line; a refusal is one sentence."""
     try:
-        write_pages(sys.argv[1:], PAGES)
+        write_pages(sys.argv[1:], pages)
     except InputError as error:
         sys.exit(f"trackdyn: {error}")
+
+
+if __name__ == "__main__":
+    main(PAGES)
