@@ -55,6 +55,8 @@ def test_a_turn_takes_its_share_of_the_work_of_a_record(integrator):
         change = np.ptp(run.energy[:, ENERGY_NAMES.index(name)])
         assert row[f"{surface}_sliding_j"] == pytest.approx(change / turns, rel=0.05), surface
         assert 0 < row[f"{surface}_sliding_error_j"] < 0.05 * row[f"{surface}_sliding_j"]
+    power = np.ptp(run.energy[:, ENERGY_NAMES.index("sprocket_work")]) / run.seconds
+    assert row["motor_power_w"] == pytest.approx(power, rel=0.05) and 0 < row["motor_power_error_w"] < 0.05 * power
 
 
 def test_without_a_ring_none_slides_on_it():
@@ -64,4 +66,4 @@ def test_without_a_ring_none_slides_on_it():
 
 def test_a_record_shorter_than_a_passage_has_no_sliding_work():
     row = run_metrics("", simulate(Scene(RIG, 115, 0.305, lead_in=0.5, duration=0.2)))
-    assert np.isnan(row["teeth_sliding_j"]) and np.isnan(row["ring_sliding_error_j"])
+    assert np.isnan([row[name] for name in ("teeth_sliding_j", "ring_sliding_error_j", "motor_power_w")]).all()

@@ -160,13 +160,13 @@ def _study_rows(study: "pd.DataFrame") -> list[dict]:
 
 
 def _comparison_rows(rings: "pd.DataFrame") -> list[dict]:
-    """Rows of the page on the rings that the advice names: tension, RMS and mean peak of the forces, sliding work."""
+    """Rows of the page on the rings that the advice names: tension, RMS and mean peak of the forces, work, power."""
     from trackdyn.measure.cells import significant
     from trackdyn.measure.ring_rule import WORK_COLUMNS
     from trackdyn.model.arrays import SIDES
 
     forces = (f"{side}_{name}" for name in ("rms_n", "peak_n") for side in SIDES)
-    columns = ("settled_tension_n", *forces, *WORK_COLUMNS)
+    columns = ("settled_tension_n", *forces, *WORK_COLUMNS, "motor_power_w")
     return [
         {"rpm": f"{row['rpm']:g}", "ring": row["ring"], "ring_radius_m": significant(row["ring_radius_m"], 5)}
         | {name: significant(row.get(name, nan)) for name in columns}

@@ -107,6 +107,7 @@ OTHERS = (
     *(Measure(f"{surface}_sliding_j", f"{surface}_sliding_error_j", "J",
               f"friction work on the {surface}, force times slip of all contacts, in a sprocket turn",
               shown=True) for surface in ("teeth", "ring")),
+    Measure("motor_power_w", "motor_power_error_w", "W", "mean power of the motor at the sprocket", shown=True),
     Measure("loop_gap_max_m", "the largest value of a check over the record, no estimate of a mean", "m",
             "largest distance of the two ends of the loop after projection", kind="absolute",
             name="loop_gap", words="largest closure error"),

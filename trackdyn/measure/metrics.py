@@ -13,7 +13,7 @@ from trackdyn.measure.sensor import readings, sense
 from trackdyn.measure.spectra import LEAST_PERIODS, rms
 from trackdyn.measure.taken import meshing_summary, sensor_metrics
 from trackdyn.measure.uncertainty import NAN, STEP_ERRORS
-from trackdyn.measure.whole_loop import sliding_work
+from trackdyn.measure.whole_loop import work_measures
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.energy_balance import energy_residual
 from trackdyn.simulation.recording import Recording
@@ -52,7 +52,7 @@ def run_metrics(name: str, recording: Recording) -> dict:
         "clipped_samples": clipped,
         "settled_tension_n": recording.layout.settled_tension_n,
         **meshing_summary(recording),
-        **sliding_work(recording),
+        **work_measures(recording),
     }
 
 

@@ -14,11 +14,11 @@ from itertools import pairwise
 import numpy as np
 
 from trackdyn.inputs.errors import InputError
-from trackdyn.measure.catalogue import NAMED, SCALES, TOLERATED
+from trackdyn.measure.catalogue import BY_COLUMN, NAMED, SCALES, TOLERATED
 from trackdyn.measure.sensor import readings
 from trackdyn.measure.spectra import high_passed
 from trackdyn.measure.uncertainty import Estimate, Series
-from trackdyn.model.arrays import RING_FRICTION, SIDES, TOOTH_FRICTION
+from trackdyn.model.arrays import RING_FRICTION, SIDES, SPROCKET_WORK, TOOTH_FRICTION
 from trackdyn.simulation.recording import Recording
 
 
@@ -111,29 +111,31 @@ def series(recording: Recording, names: Collection[str] = TOLERATED) -> dict[str
     return {name: one._replace(scale=SCALES.get(NAMED[name].kind)) for name, one in taken.items() if one is not None}
 
 
-def sliding_series(recording: Recording) -> dict[str, Series]:
-    """``teeth_sliding_j`` and ``ring_sliding_j`` passage by passage (`sliding_work`); empty without a whole one."""
-    work = {"teeth": TOOTH_FRICTION, "ring": RING_FRICTION}
+def work_series(recording: Recording) -> dict[str, Series]:
+    """Measures of `work_measures` passage by passage; empty without a whole one."""
+    turn = recording.periods.turn
+    work = {"teeth_sliding_j": (TOOTH_FRICTION, 1), "ring_sliding_j": (RING_FRICTION, 1),
+            "motor_power_w": (SPROCKET_WORK, 1 / turn)}  # fmt: skip
     try:
         edges = passage_edges(recording)
     except InputError:
         edges = np.zeros(1, int)
     rows = recording.energy[edges[edges < len(recording.energy)]]
-    by_turn = {f"{surface}_sliding_j": np.diff(rows[:, entry]) for surface, entry in work.items()}
     teeth = recording.scene.rig.sprocket.teeth
-    return {name: Series(teeth * values, np.arange(len(values))) for name, values in by_turn.items()}
+    by_turn = {name: teeth * factor * np.diff(rows[:, entry]) for name, (entry, factor) in work.items()}
+    return {name: Series(values, np.arange(len(values))) for name, values in by_turn.items()}
 
 
-def sliding_work(recording: Recording) -> dict[str, float]:
-    """Friction work on the teeth and on the ring, summed over all contacts, in one turn of the sprocket, J.
+def work_measures(recording: Recording) -> dict[str, float]:
+    """Friction work on the teeth and on the ring in one turn of the sprocket, J, and mean motor power, W.
 
-    Keys are ``teeth_sliding_j`` and ``ring_sliding_j``, and those of their standard errors by batch means over passages
-    of a pitch; NaN for a record without a whole passage.
+    Keys are ``teeth_sliding_j``, ``ring_sliding_j`` and ``motor_power_w``, and those of their standard errors by batch
+    means over passages of a pitch; NaN for a record without a whole passage.
     """
     values: dict[str, float] = {}
-    for name, measure in sliding_series(recording).items():
+    for name, measure in work_series(recording).items():
         value, error, _ = measure.estimate()
-        values |= {name: value, name.replace("sliding", "sliding_error"): error}
+        values |= {name: value, BY_COLUMN[name].error: error}
     return values
 
 

@@ -18,7 +18,7 @@ from trackdyn.measure.contacts import TOUCHING, passage_arrays
 from trackdyn.measure.sensor import whole_samples
 from trackdyn.measure.taken import contact_series
 from trackdyn.measure.uncertainty import STEP_ERRORS, Series, error_against
-from trackdyn.measure.whole_loop import sliding_series
+from trackdyn.measure.whole_loop import work_series
 from trackdyn.rig.rig import Rig, load_rig
 from trackdyn.rig.rig_file import shipped_rigs
 from trackdyn.scene.rings import study_radii
@@ -47,7 +47,7 @@ def measures_of(recording: Recording) -> dict[str, Series]:
         share = contacts[f"{name.partition('_')[0]}_share_pct"].values
         if len(share) and share.mean() >= TOUCHING:
             measures[name] = measure
-    return measures | sliding_series(recording)
+    return measures | work_series(recording)
 
 
 def rings_of(rig: Rig) -> list[float | None]:
