@@ -57,7 +57,7 @@ rule ring_runs:
         stop_rule=CONFIG.stop_rule.model_dump(),
     log: f"{R}/logs/ring/{{rpm}}rpm.log"
     message: "The ring study: {wildcards.rpm} rpm"
-    script: "../replication/pipeline/runs.py"
+    script: "../replication/pipeline/steady_runs.py"
 
 
 WITHOUT_RING = [f"ring/{rpm:g}rpm_none" for rpm in CONFIG.ring_study.speeds_rpm]
