@@ -218,7 +218,7 @@ EDITS = {
     "a claim and a cell of the article": (
         {
             "config/claims.yaml": in_place_of("tolerance: ", "tolerance: 1"),
-            "config/article.csv": in_place_of("4,115,rms_g,", "4,115,rms_g,11.0"),
+            "config/article.csv": in_place_of("115,,", "115,11.0,"),
         },
         {"claims", "page", "manifest"}, {"measure", "parameters", "schematics", "peer_runs"},
     ),
