@@ -248,7 +248,9 @@ def plan(scene: Scene, tolerances: Mapping[str, float], longest: float = 60.0, m
     passages, tried = float(LEAST + 1), list[Trial]()
     for trial in choices:
         tried.append(_start(base, trial))
-        passages = _compare(tried, tolerances, passages, scene.periods, longest)
+        # beyond a turn, which an answer has anyway, a finer setting tells more than a longer record
+        last = longest if trial is choices[-1] else least_record(scene, longest)
+        passages = _compare(tried, tolerances, passages, scene.periods, last)
         if chosen := _cheapest(tried, tolerances, longest):
             break
     else:
