@@ -13,6 +13,7 @@ early. `trackdyn.jit` does without either where `try_out` fails with the release
 
 import hashlib
 from itertools import accumulate
+from operator import attrgetter
 from typing import NamedTuple, get_args
 
 import numba
@@ -195,6 +196,9 @@ UNUSED = {
 }  # fmt: skip
 
 
+code_of = attrgetter("library")  # numba's name for what a compilation made
+
+
 class Inner(Compiler):
     """Compiler of a kernel within another."""
 
@@ -210,7 +214,7 @@ class Inner(Compiler):
 
     def compile_extra(self, function):  # noqa: D102
         result = super().compile_extra(function)._replace(entry_point=_entry())
-        result.target_context.insert_user_function(result.entry_point, result.fndesc, [result.library])
+        result.target_context.insert_user_function(result.entry_point, result.fndesc, [code_of(result)])
         return result
 
 
@@ -226,7 +230,7 @@ def keep_text(cache) -> None:
 
 def _reduced(result):
     result.fndesc.typemap = result.fndesc.calltypes = None  # of its own compilation alone
-    text = result.library._final_module.as_bitcode()
+    text = code_of(result)._final_module.as_bitcode()
     return text, result.fndesc, result.environment, result.signature
 
 

@@ -239,9 +239,9 @@ def _numbers_text(numbers: pd.DataFrame, grips: pd.DataFrame, grips_sentences: p
     missed = [f"{row.id}{row.part} ({row.measured} for {row.printed} {row.unit})" for row in rows]
     worth = int(numbers["met"].sum() - grips["met"].sum())
     return (
-        f"It meets {number_count(numbers)}, not {', '.join(missed) or 'one less'}. **With a ring that grips**, every "
-        f"value in its range, the same search ends at {verdict_line(grips_sentences, grips)}: what the default rig "
-        f"assumes of the ring is worth {worth} numbers."
+        f"It meets {number_count(numbers)}{', not ' if missed else ''}{', '.join(missed)}. **With a ring that "
+        f"grips**, every value in its range, the same search ends at {verdict_line(grips_sentences, grips)}: what the "
+        f"default rig assumes of the ring is worth {worth} numbers."
     )
 
 

@@ -87,11 +87,12 @@ def test_a_record_that_grew_beyond_its_forecast_gives_way_to_a_finer_setting_wit
     runs = [tried(2e-4, 1.009), tried(1e-4, 1.0)]
     runs[0].error["rms"], runs[1].error["rms"] = WholeError(0.009, 0.0, 0.01, 0.01), WholeError(0.0, 0.0, 0.01, 0.01)
     runs[0].writer.done = 20_000
-    planned = planner.Plan(runs[0], {"rms": 0.001}, 10.0, 0.0, 0.0, tuple(runs))
-    other, room, length = planned._cheaper(runs[0], planned.left, {"rms": Estimate(1.0, 0.0015, 0.003)})
-    assert other is runs[1] and room["rms"] == pytest.approx(0.01) and length == pytest.approx(20 * 0.3**2)
+    planned = planner.Plan(runs[0], {"rms": 0.01}, 10.0, 0.0, 0.0, tuple(runs))
+    assert planned.left["rms"] == pytest.approx(0.001)
+    other, length = planned._cheaper(runs[0], {"rms": Estimate(1.0, 0.0015, 0.003)})
+    assert other is runs[1] and length == pytest.approx(20 * 0.3**2)
     runs[1].refused = "it diverged"
-    assert planned._cheaper(runs[0], planned.left, {"rms": Estimate(1.0, 0.0015, 0.003)})[0] is runs[0]
+    assert planned._cheaper(runs[0], {"rms": Estimate(1.0, 0.0015, 0.003)})[0] is runs[0]
 
 
 def test_what_is_stated_stays_and_no_two_implicit_steps_judge_each_other(rig):

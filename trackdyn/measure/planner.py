@@ -110,6 +110,10 @@ class Trial:
                 times.append(max((error.scatter / room) ** 2, JUDGED))
         return max(times)
 
+    def room(self, tolerances: Mapping[str, float]) -> dict[str, float]:
+        """What the error of the setting leaves of tolerances for half of an interval, by measure."""
+        return {name: self.error[name].room(tolerance) for name, tolerance in tolerances.items()}
+
     def needed(self, tolerances: Mapping[str, float], longest: float) -> float:
         """Length of the record for all tolerances, s: a turn of the loop at least, if ``longest`` (s) has one."""
         return max(self.growth(tolerances) * self.seconds, least_record(self.writer.loop.scene, longest))
@@ -124,7 +128,7 @@ class Plan(NamedTuple):
     """The setting to run for tolerances, and how far its record has come."""
 
     chosen: Trial
-    left: dict[str, float]  # by measure, tolerances of the record: those of the question less the setting's error
+    tolerances: dict[str, float]  # by measure
     duration: float  # s at constant speed that the record is expected to take
     cpu_s: float  # CPU seconds that are expected beyond those of the trials
     trial_cpu_s: float  # CPU seconds that settling and trials took
@@ -135,6 +139,11 @@ class Plan(NamedTuple):
         """The scene with the setting; its duration is the longest one."""
         return self.chosen.writer.loop.scene
 
+    @property
+    def left(self) -> dict[str, float]:
+        """Tolerances of the record by measure: those of the question less the setting's error."""
+        return self.chosen.room(self.tolerances)
+
     def run(self) -> StopResult:
         """Go on with the record until its intervals are within ``left``.
 
@@ -142,18 +151,18 @@ class Plan(NamedTuple):
         turn of the loop at least, and its halves agree; until they do its first half is left out. One that has grown to
         `GROWN` times its forecast gives way to a finer setting that was tried, if that takes less work.
         """
-        trial, left, duration = self.chosen, self.left, self.duration
+        trial, duration = self.chosen, self.duration
         while True:
             # scatter may fall faster than it is expected to, where passages make up for each other
             least = least_record(trial.writer.loop.scene, trial.writer.loop.scene.duration)
             first = max(min(duration, GROWTH * trial.seconds), least)
             last = GROWN * max(duration, least)
             (recording, cut, means, reached), converged = record_until(
-                trial.writer, first, _judge_record(left, least), JUDGED, last
+                trial.writer, first, _judge_record(trial.room(self.tolerances), least), JUDGED, last
             )
             if converged or trial.writer.finished:
                 break
-            trial, left, duration = self._cheaper(trial, left, means)
+            trial, duration = self._cheaper(trial, means)
         measures = {}
         for name, mean in means.items():
             scale = scale_of(name, mean.value)
@@ -165,26 +174,23 @@ class Plan(NamedTuple):
         recording = replace(recording, meta=recording.meta | {"resolved": resolved})
         return StopResult(measures, reached, left_out, recording)
 
-    def _cheaper(
-        self, trial: Trial, left: Mapping[str, float], means: Mapping[str, Estimate]
-    ) -> tuple[Trial, dict[str, float], float]:
-        """The setting with the least work to the end, of a record that grew and of finer ones; its room and length, s.
+    def _cheaper(self, trial: Trial, means: Mapping[str, Estimate]) -> tuple[Trial, float]:
+        """The setting with the least work to the end, of a record that grew and of finer ones, and its length, s.
 
         An interval falls as one over the root of the length.
         """
-        tolerances = {name: trial.error[name].tolerance(room) for name, room in left.items()}
         plans = []
         for other in self.tried[self.tried.index(trial) :]:
             if other.refused or not other.error:
                 continue
-            room = {name: other.error[name].room(tolerance) for name, tolerance in tolerances.items()}
+            room = other.room(self.tolerances)
             if min(room.values()) > 0:
                 wide = [mean.half_width / scale_of(name, mean.value) / room[name] for name, mean in means.items()]
                 grown = max(wide) ** 2 if np.isfinite(wide).all() else inf
                 length = max(trial.seconds * grown, JUDGED * other.seconds)
-                plans.append((other.work * (length - other.seconds), other, room, length))
-        _, other, room, length = min(plans, key=lambda plan: plan[0])
-        return other, room, length
+                plans.append((other.work * (length - other.seconds), other, length))
+        _, other, length = min(plans, key=lambda plan: plan[0])
+        return other, length
 
 
 def _judge_record(left: Mapping[str, float], least: float) -> Callable[[Recording], tuple[tuple, bool]]:
@@ -257,10 +263,9 @@ def plan(scene: Scene, tolerances: Mapping[str, float], longest: float = 60.0, m
         chosen = _cheapest(tried, tolerances, inf)
     if chosen is None:
         raise InputError(_refusal(tried, tolerances, longest))
-    left = {name: chosen.error[name].room(tolerance) for name, tolerance in tolerances.items()}
     duration = min(max(chosen.needed(tolerances, longest), chosen.seconds), longest)
     cpu_s = chosen.cpu_s * (duration / chosen.seconds - 1.0)
-    return Plan(chosen, left, duration, cpu_s, time.process_time() - begin, tuple(tried))
+    return Plan(chosen, dict(tolerances), duration, cpu_s, time.process_time() - begin, tuple(tried))
 
 
 def _compare(
@@ -363,7 +368,7 @@ def _refusal(tried: list[Trial], tolerances: Mapping[str, float], longest: float
         return f"tolerance: {reason}"
     least = {name: min(error[name].bias for error in known) for name in tolerances}
     name = max(tolerances, key=lambda name: least[name] / tolerances[name])
-    reason = f"records of {longest:g} s scatter by more than that; use a larger one, or a larger longest"
+    reason = f"records of {longest:g} s scatter by more than that; use a larger one, or `longest: {2 * longest:g}`"
     if least[name] > SETTING_SHARE * tolerances[name]:
         reason = f"what was tried leaves an error of {least[name]:.2g}; use at least {least[name] / SETTING_SHARE:.2g}"
     return f"tolerance = {tolerances[name]:g} of {name}: {reason}"

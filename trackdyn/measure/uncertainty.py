@@ -216,10 +216,6 @@ class WholeError(NamedTuple):
         rest = tolerance - self.bias
         return sqrt(rest**2 - self.doubt**2) if rest > self.doubt else 0.0
 
-    def tolerance(self, room: float) -> float:
-        """The tolerance that leaves a ``room``."""
-        return self.bias + hypot(room, self.doubt)
-
 
 def whole_error(run: Series, limit: np.ndarray, scale: float) -> WholeError:
     """Whole error of a measure of a run, whose ``limit`` passage by passage (`extrapolated`) a finer run gives.

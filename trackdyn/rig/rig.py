@@ -268,7 +268,7 @@ class Rig(Section):
         """Return a rig with some values replaced, in SI units by dotted name; None removes an optional section.
 
         Two underscores stand for a dot: ``rig.changed(sprocket__ring_radius=0.305, idler__bearing_drag=0.0)``,
-        ``rig.changed(**{"road_1.arm": None})``. Raises `InputError`: there is no such field, or the values give no rig.
+        ``rig.changed(**{"road_1.arm": None})``. Raises `InputError`: a field is unknown, or its value is refused.
         """
         data, fields = self.model_dump() | {TRIED: ()}, dict(fields_of(self))  # the steps were tried on another rig
         for name, value in changes.items():
