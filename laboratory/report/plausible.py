@@ -23,6 +23,7 @@ from replication.paper.scorecard import (
     TRACKS,
     chosen_distances,
     creep_counts,
+    creep_slope,
     distance_sentence,
     follows_sentence,
     neighbours_sentence,
@@ -205,9 +206,7 @@ def _values_text(values: pd.DataFrame) -> str:
 
 def _creep_text(binned: pd.DataFrame, values: pd.DataFrame, default: pd.DataFrame, parameters: pd.DataFrame) -> str:
     """The creep slope that the default rig assumes, and which of its sentences go with a low one."""
-    of_rig = parameters.set_index("name")["value"]
-    friction, velocity = (float(of_rig[f"ring_contact.{name}"]) for name in ("friction_static", "transition_velocity"))
-    slope = friction / velocity
+    slope = creep_slope(parameters)
     inside = "within" if RUBBER[0] <= slope <= RUBBER[1] else "outside"
     text = (
         f"**What the default rig assumes**: its ring has a creep slope of {significant(slope, 2)} s/m, {inside} the "

@@ -10,7 +10,7 @@ from replication.paper.claims import JUDGED, NO_VALUE, NOT_COMPARABLE, NOT_REPRO
 from trackdyn.measure.cells import significant
 
 RADIUS, RADIUS_BY_SPEED = "C26a", "C26c"  # of the ring to choose: one for all speeds, one for each
-TRACKS = ("all", "engaged")  # tracks that ran, and those that are in mesh as long as printed
+TRACKS = ("all", "engaged")  # judged tracks, and those that are in mesh as long as printed
 FOLLOWS = "follows"  # class of a sentence that nine of ten tracks show
 RUBBER = (2.0, 90.0)  # creep slope of a solid rubber wheel, s/m (ring_contact.transition_velocity of the rigs' files)
 FREE, BEARS = "19", "14"  # sentences that a summary of the tracks names
@@ -161,8 +161,14 @@ def follows_sentence(sentences: pd.DataFrame, draws: pd.DataFrame) -> str:
     follow = [name for name, kind in rows["class"].items() if kind == FOLLOWS]
     which = {0: "No sentence holds", 1: f"Sentence {_listed(follow)} alone holds"}
     words = which.get(len(follow), f"Sentences {_listed(follow)} hold")
-    ran = int((draws["state"] == "done").sum())
-    return f"{words} on nine of ten tracks; {ran} are judged, sampled from assumed ranges."
+    judged = int((draws["state"] == "done").sum())
+    return f"{words} on nine of ten tracks; {judged} are judged, sampled from assumed ranges."
+
+
+def creep_slope(parameters: pd.DataFrame) -> float:
+    """Creep slope of a rig's ring, its friction over the velocity at which it is reached, s/m."""
+    of_rig = parameters.set_index("name")["value"]
+    return float(of_rig["ring_contact.friction_static"]) / float(of_rig["ring_contact.transition_velocity"])
 
 
 def creep_counts(binned: pd.DataFrame, name: str) -> tuple[str, str]:

@@ -73,7 +73,7 @@ def article_values(tables: Mapping[str, pd.DataFrame], missing: str, accuracy_pc
     parameters, outcomes = tables["parameters"], tables["outcomes"].iloc[-1]
     steps, tracks = stable_steps(tables["extremes"]), track_rows(tables["plausible_sentences"])
     learned = {name: tables[f"plausible_{name}"] for name in ("sentences", "map", "draws")}
-    drawn, ran = learned["draws"], learned["draws"]["state"] == "done"
+    sampled, judged_tracks = learned["draws"], learned["draws"]["state"] == "done"
     shown, total = count(judged)
     return {
         "rig": card["rig"].iloc[0],
@@ -82,15 +82,15 @@ def article_values(tables: Mapping[str, pd.DataFrame], missing: str, accuracy_pc
         "headline": headline(judged, tables["numbers"]),
         "learned": learned_sentences(learned),
         "tracks": {
-            "sampled": str(len(drawn)),
-            "ran": str(ran.sum()),
-            "engaged": str(int((drawn.loc[ran, "engaged"] == 1).sum())),
+            "sampled": str(len(sampled)),
+            "judged": str(judged_tracks.sum()),
+            "engaged": str(int((sampled.loc[judged_tracks, "engaged"] == 1).sum())),
         },
         "share": {
             words: {group: share_of_tracks(tracks, name, group) for group in TRACKS} for words, name in SHARES.items()
         },
         "creep": dict(zip(("soft", "rubber"), creep_counts(learned["map"], SHARES["free"]), strict=True)),
-        "distance": distance_sentence(drawn),
+        "distance": distance_sentence(sampled),
         "tooth": _tooth(tables["plausible_tooth"]),
         "near": neighbours_sentence(tables["plausible_near"]),
         "radius": radius_sentence(card),

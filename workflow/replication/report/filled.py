@@ -9,6 +9,8 @@ import pandas as pd
 from replication.paper.claims import NO_TEST
 from replication.paper.scorecard import (
     MARKS,
+    RUBBER,
+    creep_slope,
     learned_sentences,
     outside_sentence,
     statements,
@@ -63,9 +65,10 @@ def readme_text(*tables: pd.DataFrame) -> list[str]:
     marks = ", ".join(f"{mark} {name}" for name, mark in MARKS.items() if name != NO_TEST)
     learned = " ".join(learned_sentences(dict(zip(TRACK_TABLES, tracks, strict=True))))
     rig = card["rig"].iloc[0]
+    creeps = "; its ring creeps more easily than rubber" if creep_slope(parameters) < RUBBER[0] else ""
     verdict = (
-        f"**The default rig `{rig}` reproduces {verdict_line(judged, numbers)} of the paper**; its ring creeps more "
-        f"easily than rubber. With a ring that grips: {verdict_line(grips_judged, grips)} ([both](docs/answer.md))."
+        f"**The default rig `{rig}` reproduces {verdict_line(judged, numbers)} of the paper**{creeps}. With a ring "
+        f"that grips: {verdict_line(grips_judged, grips)} ([both](docs/answer.md))."
     )
     table = f"{_markdown(statements(card))}\n\n{marks}. {outside_sentence(parameters, rig)} {trade_sentence(promises)}"
     return [verdict, learned, table]
