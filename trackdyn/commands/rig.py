@@ -83,15 +83,16 @@ def check(
     except TrackdynError as error:
         raise type(error)(f"{rig}: {error}") from None
     unusual = [*outside_ranges(rig), *filter(None, [foreign_groove(loaded, rig)]), *checks.unusual]
+    figure = draw_rig(loaded, checks.frame, checks.wheels)
+    save(figure, out, out.suffix.removeprefix("."), mark=mark, dpi=SCREEN_DPI)
+    printed.rig_report(checks, settle)
     for base in rig_files(rig)[1:2]:
         own, other = (entries_of(read_rig(file)) for file in (rig, base))
         changed = sum(other.get(name) != entry for name, entry in own.items())
-        checks.values["values"] = f"{changed} of {rig}, {len(own) - changed} of {base.stem}"
-    figure = draw_rig(loaded, checks.frame, checks.wheels)
-    save(figure, out, out.suffix.removeprefix("."), mark=mark, dpi=SCREEN_DPI)
-    remarks = [("unusual", text) for text in unusual or ["nothing"]]
-    for name, text in (*checks.values.items(), *remarks, ("picture", out)):
-        printed.line(name, options.as_options(str(text)))
+        printed.line("values", f"{changed} of {rig}, {len(own) - changed} of {base.stem}")
+    for text in unusual or ["nothing"]:
+        printed.line("unusual", options.as_options(text))
+    printed.line("picture", str(out))
 
 
 def rig_text(like: str) -> str:

@@ -72,7 +72,7 @@ def allowed_step(scene, step: float, tension: float, share: float = 1.0) -> floa
             remedy += "use less tension, softer contacts or heavier bodies"
         raise InputError(
             f"scene: step = {step!r}: too large for the {cause} at a tension of {tension:.4g} N, a bound that was not "
-            f"tried on this rig (trackdyn check tries); {remedy}"
+            f"tried on this rig (`check` tries); {remedy}"
         )
     return round_step(share * limit, sample)
 

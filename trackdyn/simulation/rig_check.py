@@ -1,7 +1,7 @@
 """Check of a rig file before anything runs: the loop that it makes, the steps that it allows, unusual values."""
 
-from dataclasses import dataclass
-from math import degrees, gcd, hypot
+from dataclasses import dataclass, replace
+from math import degrees, gcd, hypot, nan
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +11,7 @@ from trackdyn.inputs.validation import typed
 from trackdyn.rig.layout import assemble, body_lengths, longest_strand, wheel_circles, wheel_names
 from trackdyn.rig.rig import Rig, load_rig
 from trackdyn.scene.scene import Scene
-from trackdyn.scene.step import halved_steps, largest_step, round_step, turn_limit
+from trackdyn.scene.step import halved_steps, largest_step, turn_limit
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recorder import Recorder
 from trackdyn.simulation.settling import tension_words
@@ -27,11 +27,19 @@ COARSEST_STEP_S = 1e-4
 
 @dataclass(frozen=True)
 class RigReport:
-    """Loop, step limits and unusual values of a rig (`check`)."""
+    """Loop, step limits and unusual values of a rig (`check`); NaN and nothing where no loop was settled."""
 
+    rig: Rig
+    rpm: float  # rev/min of the steps
+    length_m: float  # of the chain
+    wrap_deg: dict[str, float]  # by the name of a wheel that the taut chain lies on
     wheels: np.ndarray  # (w, 3) centres and radii of the wheels' surfaces as the loop stands, m
     frame: np.ndarray  # (n + 3,) configuration as a row of ``Recording.frame``
-    values: dict[str, str]  # sentences by name
+    tensioner_shift_m: float  # as the loop stands
+    largest_step_s: float  # bound of stability
+    step_s: float  # the largest step that holds RMS and mean peak to `RECOMMENDED` with half of it
+    tried_steps_s: list[float]
+    tension: str  # tension of the settled loop in words
     unusual: list[str]  # sentences
 
 
@@ -46,48 +54,32 @@ def check(rig: Rig | Path | str, rpm: float = 115.0, settle: bool = True) -> Rig
     laid = assemble(rig, lengths)
     names = wheel_names(rig)
     wraps = {names[wheel]: degrees(float(laid.path.wrap[k])) for k, wheel in enumerate(laid.order)}
-    sample = 1.0 / rig.rate
     step = largest_step(Scene(rig, rpm).model, rig.tension.pre_tension)
-    values = {
-        "loop": (
-            f"{rig.chain.pitches} pitches of {1e3 * rig.pitch:.4g} mm, {lengths.sum():.4g} m; "
-            f"{rig.chain.kind.replace('_', '-')}, {rig.sprocket.teeth} teeth"
-        ),
-        "equal pitch": "a ring of "
-        + ", ".join(f"{radius:.4f} m ({reading})" for reading, radius in rig.equal_pitch_radii.items()),
-        **{f"wrap of {name}": f"{wrap:.4g} deg" for name, wrap in wraps.items()},
-        "tensioner": _tensioner(rig, laid.shift) + " as the chain is laid",
-        "laws": f"drag is {rig.drag}, bushing.law {rig.bushing.law}, tension.kept {rig.tension.kept}"
-        + (f"; no effect: {', '.join(ignored)}" if (ignored := rig.without_effect) else ""),
-        "step": f"`step: {round_step(step, sample):.7g}`: not tried; at most {step:.2g} s at {rpm:g} rev/min",
-    }
-    frame = np.concatenate([laid.pins[0], laid.angle, [laid.sprocket_angle]])
-    wheels = wheel_circles(rig, laid.shift, surface=True)
-    unusual = _unusual(rig, laid.path, wraps, step, names)
-    if settle:
-        loop = Loop(Scene(rig, 0.0))
-        model, state = loop.model, loop.state
-        frame = np.concatenate([state.pin[:2], state.angle, state.wheel_angle[:1]])
-        wheels[:, 0], wheels[:, 1] = model.wheels.x, model.wheels.y
-        reached = loop.layout.settled_tension_n
-        values["tensioner"] = _tensioner(rig, loop.layout.tensioner_shift_m)
-        values["settled tension"] = tension_words(loop.scene, loop.layout)
-        load = loop.wheel_forces.sum(axis=0)
-        idle = [names[k] for k in range(1, len(names)) if load[k] == 0.0]
-        if idle:
-            unusual.append(f"at rest nothing lies on {', '.join(idle)}")
-        limit = min(step, largest_step(model, reached))
-        holds, tried = try_steps(loop, rpm)
-        words = "no step was tried: none ran a second of this speed within some seconds of computing"
-        if tried:
-            words = (
-                f"no step tried holds RMS and mean peak to {RECOMMENDED:.0%} over {TRIAL_S:g} s: the motion scatters, "
-                f"the smallest was {min(tried):.3g} s"
-            )
-        if holds is not None:
-            words = f"`step: {holds:.7g}`: tried, RMS and mean peak hold to {RECOMMENDED:.0%} with half of it"
-        values["step"] = f"{words}; at most {limit:.2g} s at {rpm:g} rev/min"
-    return RigReport(wheels, frame, values, unusual)
+    report = RigReport(
+        rig, rpm, float(lengths.sum()), wraps,
+        wheels=wheel_circles(rig, laid.shift, surface=True),
+        frame=np.concatenate([laid.pins[0], laid.angle, [laid.sprocket_angle]]),
+        tensioner_shift_m=laid.shift, largest_step_s=step, step_s=nan, tried_steps_s=[], tension="",
+        unusual=_unusual(rig, laid.path, wraps, step, names),
+    )  # fmt: skip
+    if not settle:
+        return report
+    loop = Loop(Scene(rig, 0.0))
+    model, state = loop.model, loop.state
+    report.wheels[:, 0], report.wheels[:, 1] = model.wheels.x, model.wheels.y
+    load = loop.wheel_forces.sum(axis=0)
+    if idle := [names[k] for k in range(1, len(names)) if load[k] == 0.0]:
+        report.unusual.append(f"at rest nothing lies on {', '.join(idle)}")
+    holds, tried = try_steps(loop, rpm)
+    return replace(
+        report,
+        frame=np.concatenate([state.pin[:2], state.angle, state.wheel_angle[:1]]),
+        tensioner_shift_m=loop.layout.tensioner_shift_m,
+        largest_step_s=min(step, largest_step(model, loop.layout.settled_tension_n)),
+        step_s=nan if holds is None else holds,
+        tried_steps_s=tried,
+        tension=tension_words(loop.scene, loop.layout),
+    )
 
 
 def try_steps(settled: Loop, rpm: float) -> tuple[float | None, list[float]]:
@@ -121,11 +113,6 @@ def try_steps(settled: Loop, rpm: float) -> tuple[float | None, list[float]]:
                 return tried[-2], tried
         before = run
     return None, tried
-
-
-def _tensioner(rig: Rig, shift: float) -> str:
-    travel = 1e3 * rig.tension.travel
-    return f"{rig.tension.wheel} shifted by {1e3 * shift:.3g} mm of {travel:.3g} mm, {rig.tension.kept}"
 
 
 def _unusual(rig: Rig, path, wraps: dict[str, float], step: float, names: tuple[str, ...]) -> list[str]:

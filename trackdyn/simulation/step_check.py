@@ -238,7 +238,7 @@ class StepCheck:
                 f"contacts are not resolved: {reason}, and with {finer} RMS over "
                 f"{seconds:.3g} s differs by {differences.rms:.2g} and the mean peak by {differences.peaks:.2g} of it, "
                 f"more than {RMS / doubled:g} and {PEAKS / doubled:g}; use a step smaller than {self.step:g} s "
-                "(trackdyn check finds one)"
+                "(`check` finds one)"
             )
 
     def resolution(self, alternating: Alternation) -> Resolution:
