@@ -50,7 +50,7 @@ if "--lost" in sys.argv:
 from trackdyn.simulation.loop_arrays import flat
 
 for path in Path(sys.argv[1]).glob("*.loop"):
-    loop = pickle.loads(path.read_bytes())  # a checkpoint belongs to the kernels that wrote it
+    loop = pickle.loads(path.read_bytes())
     samples = -(-10 // loop.model.stride)
     recording = loop.record(samples / loop.scene.rig.rate, every_link=loop.scene.every_link)
     arrays = flat(loop.state, "state") | flat(loop.work, "work")
@@ -62,7 +62,7 @@ if jit.numba.config.DISABLE_JIT:
 
 
 def ten_steps(folder, suffix, *words, **environment):
-    """What a process of its own prints that goes on from every checkpoint in a folder."""
+    """What a process of its own prints that goes on from every loop in a folder."""
     command = [sys.executable, "-c", TEN_STEPS, str(folder), suffix, *words]
     return subprocess.run(command, env=os.environ | environment, capture_output=True, text=True, check=True).stdout
 

@@ -10,9 +10,7 @@ import sys
 
 
 def leave(number: int, _) -> None:
-    """End at once; what is being written is removed, what is kept is said. The exit code is the signal's, as in a
-    shell.
-    """
+    """End at once, and remove what is being written. The exit code is the signal's, as in a shell."""
     # before that module is there nothing is written
     end = getattr(sys.modules.get("trackdyn.inputs.files"), "broken_off", lambda: "no file is left half-written")
     said = f"trackdyn: {'stopped' if number == signal.SIGTERM else 'interrupted'}; {end()}\n"

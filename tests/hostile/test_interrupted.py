@@ -4,7 +4,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 
 import pytest
 from sentences import RIG, ROOT
@@ -49,23 +48,6 @@ def test_the_first_compilation_is_said_and_can_be_stopped(tmp_path, number, code
     ends, err = ended(process)
     assert (ends, err.splitlines()[-1]) == (code, f"trackdyn: {word}; no file is left half-written")
     assert "compiling" not in err and not folder.exists()
-
-
-def test_a_checkpoint_that_is_kept_is_named(tmp_path):
-    process = start(
-        tmp_path,
-        *f"simulate run.npz --rig {RIG} --duration 3000 --lead-in 0 -q --checkpoint run.checkpoint".split(),
-        prelude="import trackdyn.simulation.simulate; trackdyn.simulation.simulate.BETWEEN_CHECKPOINTS = 0.0",
-    )
-    begin = time.monotonic()
-    while not (tmp_path / "run.checkpoint").exists() and time.monotonic() - begin < 200 and process.poll() is None:
-        time.sleep(0.05)
-    process.send_signal(signal.SIGINT)
-    code, err = ended(process)
-    assert code == 130
-    sentence = "run.checkpoint is kept, and the same command goes on from it"
-    assert err.splitlines()[-1] == f"trackdyn: interrupted; no file is left half-written; {sentence}"
-    assert [path.name for path in tmp_path.iterdir()] == ["run.checkpoint"]
 
 
 def test_a_short_command_ends_in_one_line(tmp_path):

@@ -25,7 +25,7 @@ FUNCTIONS = {
     **{name: value for name in trackdyn.__all__ if isfunction(value := getattr(trackdyn, name))},
     **{f"Loop.{name}": partial(value, None) for name, value in vars(trackdyn.Loop).items()
        if isfunction(value) and not name.startswith("_")},
-    "Loop": trackdyn.Loop, "Loop.load": trackdyn.Loop.load, "Recording.save": partial(trackdyn.Recording.save, None),
+    "Loop": trackdyn.Loop, "Recording.save": partial(trackdyn.Recording.save, None),
     "Rig.value": partial(trackdyn.Rig.value, None), "plan": plan, "compare_with_sensor": compare_with_sensor,
 }  # fmt: skip
 

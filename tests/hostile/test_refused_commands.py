@@ -30,13 +30,11 @@ COMMANDS = [
     ("simulate run.npz --tolerance 1% --measure speed", "measure = 'speed': choose rms, sd"),
     ("simulate run.npz --tolerance 1% --longest 1e-3", "longest = 0.001: must be between"),
     ("simulate run.npz --measure rms", "--measure needs --tolerance"),
-    ("simulate run.npz --tolerance 1% --checkpoint kept", "--checkpoint cannot be combined with --tolerance"),
     ("simulate run.npz --setp 1e-4", "No such option: --setp", "--step", "see trackdyn simulate --help"),
     ("simulate run.csv", "OUT = 'run.csv': the name must end in .npz"),
     ("simulate /proc/run.npz", "/proc/run.npz: cannot be written"),
     ("simulate folder.npz", "folder.npz: cannot be written (Is a directory)"),
     (f"simulate {'x' * 300}.npz", "cannot be written (File name too long)"),
-    ("simulate run.npz --checkpoint /proc/state", "/proc/state: cannot be written"),
     ("simulate run.npz --rig /dev/zero", "/dev/zero: is no plain file"),
     ("compare plain plain", "plain: not a trackdyn recording, or damaged"),
     ("compare absent.npz plain", "absent.npz: no such file"),
@@ -138,7 +136,6 @@ def test_exchanged_arguments_of_compare_are_told_apart(folder):
         ("new mine.yaml", "mine.yaml", "exists; give another name"),
         ("compare short.npz mine.csv --out mine.csv --overwrite", "mine.csv", "is an input of this command"),
         ("compare short.npz mine.csv --out link.csv --overwrite", "link.csv", "is an input of this command"),
-        ("simulate mine.npz --checkpoint mine.npz", "mine.npz", "is an input of this command"),
     ],
 )
 def test_no_command_replaces_a_file_unasked_nor_its_input(folder, line, named, reason):

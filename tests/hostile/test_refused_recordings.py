@@ -1,4 +1,4 @@
-"""A recording or checkpoint that is damaged is refused in one sentence; the recording is that of a belt."""
+"""A recording that is damaged is refused in one sentence; the recording is that of a belt."""
 
 import json
 import zipfile
@@ -6,16 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from sentences import RIG
 
 from tests.conftest import refused
-from tests.kinematics import unsettled_loop
-from trackdyn.inputs.errors import DivergenceError, InputError
-from trackdyn.rig.rig import load_rig
-from trackdyn.scene.scene import Scene
-from trackdyn.simulation.loop import Loop
+from trackdyn.inputs.errors import DivergenceError
 from trackdyn.simulation.recording import Recording, load_recording
-from trackdyn.simulation.simulate import simulate
 
 
 def changed(name, value):
@@ -95,45 +89,3 @@ def test_numbers_that_no_run_gives_never_leave_one(belt_file, name, change, word
     recording = load_recording(belt_file).checked()
     bad = replace(recording, **{name: change(getattr(recording, name))})
     refused(bad.checked, words=[words, "a smaller step"], error=DivergenceError)
-
-
-@pytest.fixture
-def checkpoint(tmp_path):
-    """A checkpoint of a loop for which nothing is compiled, and its arrays."""
-    path = tmp_path / "loop.npz"
-    unsettled_loop(Scene(load_rig(RIG), 0.0)).save(path)
-    with np.load(path) as data:
-        return path, dict(data)
-
-
-def test_a_damaged_checkpoint_is_refused(checkpoint):
-    path, arrays = checkpoint
-    assert Loop.load(path).time == 0.0
-    changes = [(name, touched(array)) for name, array in arrays.items() if array.dtype.kind != "U"]
-    changes += [("meta", np.array("{}")), ("state.rate", arrays["state.rate"].astype("f4"))]
-    assert len(changes) > 100
-    for name, array in changes[::7] + changes[-2:]:
-        np.savez(path, **arrays | {name: array})
-        for read in (Loop.load, lambda name: simulate(Scene(load_rig(RIG), 115.0), checkpoint=name)):
-            refused(read, path, words=["not a checkpoint, or damaged"])
-    assert path.exists()
-
-
-def test_a_checkpoint_of_other_sources_or_of_another_scene_says_so(checkpoint, monkeypatch):
-    path, _ = checkpoint
-    scene = Scene(load_rig(RIG), 0.0)
-    for other in (
-        Scene(load_rig(RIG), 115.0),
-        scene.with_(duration=2.0),
-        scene.with_(rig=scene.rig.changed(gravity=9.8)),
-    ):
-        with pytest.raises(InputError, match="is the checkpoint of another scene; name another file to start again"):
-            simulate(other, checkpoint=path)
-    monkeypatch.setattr("trackdyn.simulation.loop_arrays.source_hash", lambda: "other")
-    for read in (Loop.load, lambda name: simulate(scene, checkpoint=name)):
-        refused(read, path, words=["was written by another version", "name another file to start again"])
-    assert path.exists()
-
-
-def test_a_recording_is_no_checkpoint(belt_file):
-    refused(Loop.load, belt_file, words=["is a recording, not a checkpoint; name another file"])

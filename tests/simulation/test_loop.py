@@ -1,6 +1,6 @@
-"""A loop that is stepped, looked at, recorded, steered, copied, saved and resumed."""
+"""A loop that is stepped, looked at, recorded, steered, copied and pickled."""
 
-from importlib import import_module
+import pickle
 
 import numba
 import numpy as np
@@ -15,7 +15,6 @@ from trackdyn.rig.layout import belt_around
 from trackdyn.rig.rig import Rig
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation import recorder as writer
-from trackdyn.simulation.belt import belt_recording
 from trackdyn.simulation.initial_tension import TensionedLoop
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.loop_arrays import flat
@@ -24,7 +23,6 @@ from trackdyn.simulation.simulate import simulate
 # Change of half a second with contacts by exact cosines at the start of a call instead of those carried on by their
 # series: rounding of 1e-16 in angles, grown by stiff contacts.
 ROUNDING = 1e-9
-simulation = import_module("trackdyn.simulation.simulate")  # the package shows the function of that name
 VIEWS = ("angles", "rates", "wheel_rates", "wheel_forces")
 
 
@@ -278,12 +276,11 @@ def test_scenes_are_compared_by_their_fields(make_scene, rig_path):
 # --- keeping
 
 
-def test_a_saved_loop_goes_on_bit_for_bit(loop, tmp_path):
+def test_a_pickled_loop_goes_on_bit_for_bit(loop):
     loop.drive(150.0, 0.1)
     loop.shift_tensioner(loop.layout.tensioner_shift_m + 1e-4)
     loop.advance(0.03)
-    loop.save(tmp_path / "loop.npz")
-    loaded = Loop.load(tmp_path / "loop.npz")
+    loaded = pickle.loads(pickle.dumps(loop))
     assert loaded.scene == loop.scene and loaded.layout.known() == loop.layout.known() and loaded.time == loop.time
     recording, expected = (each.record(0.2, frame_interval=0.05) for each in (loaded, loop))
     assert_same_arrays(recording, expected)
@@ -294,52 +291,15 @@ def test_a_saved_loop_goes_on_bit_for_bit(loop, tmp_path):
 @pytest.mark.parametrize(
     "fields", [{"space": "spatial", **LAWS}, {"chain": "single_pin"}, {"tension": "sprung"}], ids=str
 )
-def test_every_kind_of_loop_can_be_saved(make_scene, tmp_path, fields):
+def test_every_kind_of_loop_can_be_pickled(make_scene, fields):
     loop = Loop(make_scene(**fields))
     loop.advance(0.02)
-    loop.save(tmp_path / "loop.npz")
-    loaded, same = Loop.load(tmp_path / "loop.npz"), loop.changed()
+    loaded, same = pickle.loads(pickle.dumps(loop)), loop.changed()
     for name, array in flat(loop.model).items():  # where the tensioner has put its wheel, too
         np.testing.assert_array_equal(flat(same.model)[name], array, err_msg=name)
     for each in (loop, loaded):
         each.advance(0.02)
     assert_same(loaded, loop)
-
-
-class Interrupting(simulation.Recorder):
-    """A recording that is interrupted after its second chunk."""
-
-    def chunk(self):
-        if self.done > 500:
-            raise KeyboardInterrupt
-        return super().chunk()
-
-
-def test_an_interrupted_run_goes_on_and_gives_the_same_bytes(make_scene, tmp_path, monkeypatch):
-    scene, checkpoint = make_scene(150.0, duration=1.0, frame_interval=0.1), tmp_path / "run.part"
-    monkeypatch.setattr(simulation, "BETWEEN_CHECKPOINTS", 0.0)
-    with monkeypatch.context() as patch:
-        patch.setattr(simulation, "Recorder", Interrupting)
-        with pytest.raises(KeyboardInterrupt):
-            simulate(scene, checkpoint=checkpoint)
-    assert list(tmp_path.iterdir()) == [checkpoint]
-    simulate(scene).save(tmp_path / "whole.npz")
-    # neither settled nor waited for again
-    monkeypatch.setattr(simulation, "Loop", type("Loop", (Loop,), {"__init__": None}))
-    resumed = simulate(scene, checkpoint=checkpoint)
-    assert checkpoint.exists()  # until the recording is written
-    with pytest.raises(InputError, match="cannot be written"):
-        resumed.save("/proc/resumed.npz")
-    assert checkpoint.exists()
-    resumed.save(tmp_path / "resumed.npz")
-    assert (tmp_path / "whole.npz").read_bytes() == (tmp_path / "resumed.npz").read_bytes()
-    assert not checkpoint.exists()
-
-
-def test_a_belt_needs_no_checkpoint(rig, tmp_path):
-    scene = Scene(rig, 115.0, chain="belt", ring_radius=None, contact_log=False, duration=0.1)
-    np.testing.assert_array_equal(simulate(scene, checkpoint=tmp_path / "x").raw, belt_recording(scene).raw)
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_the_account_is_judged_while_a_run_goes_on(make_scene, monkeypatch):

@@ -4,8 +4,6 @@ import sys
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 from trackdyn.commands import options, printed
 from trackdyn.inputs.errors import InputError
 
@@ -40,9 +38,6 @@ def simulate(
             "--rate", "Samples per second, Hz, such as your sensor's; the rig's by default. The step follows."
         ),
     ] = None,
-    checkpoint: Annotated[
-        Path | None, typer.Option(help="File that stores the state of a long run; the same command resumes from it.")
-    ] = None,
     quiet: options.Quiet = False,
 ) -> None:
     """Run one scene and write its recording; a file of that name is replaced when the run is done.
@@ -61,10 +56,6 @@ def simulate(
 
     if measure and tolerance is None:
         raise InputError("--measure needs --tolerance, such as --tolerance 1%")
-    if checkpoint is not None and tolerance is not None:
-        raise InputError(
-            "--checkpoint cannot be combined with --tolerance, whose runs end by themselves; leave one of them out"
-        )
     loaded, fields = load_rig(rig), options.scene_fields(ring_radius, step, choose)
     if frame_interval is None:  # whole samples; a run that is shorter records none
         sample = 1.0 / loaded.rate
@@ -80,39 +71,34 @@ def simulate(
     if not quiet:
         announce(lambda text: tqdm.write(f"trackdyn: {text}", file=sys.stderr))  # above a bar
     if tolerance is None:
-        _for_its_duration(scene, out, checkpoint, rig, quiet)
+        _for_its_duration(scene, out, rig, quiet)
     else:
         options.check_output(out, True, rig)
         _until_converged(_plan(scene, measure, tolerance, longest, preset, fields), tolerance, longest, out, rig, quiet)
 
 
-def _prepare(scene, out: Path, checkpoint: Path | None, rig: str):
+def _prepare(scene, out: Path, rig: str):
     """Prepare what a run writes; returns the memory and disk that it needs.
 
     Raises `InputError`: a file cannot be written, or is an input.
     """
-    from trackdyn.inputs.files import keep
     from trackdyn.simulation.recorder import cost
 
     needed = cost(scene)
-    for path, other in ((out, checkpoint), (checkpoint, out)):
-        if path is not None:
-            options.check_output(path, True, rig, other, size=needed.file)
-    if checkpoint is not None:
-        keep(checkpoint)
+    options.check_output(out, True, rig, size=needed.file)
     if out.exists():
         printed.warn(f"{out} exists and is replaced when the run is done; until then Ctrl-C keeps it")
     return needed
 
 
-def _for_its_duration(scene, out: Path, checkpoint: Path | None, rig: str, quiet: bool) -> None:
+def _for_its_duration(scene, out: Path, rig: str, quiet: bool) -> None:
     from trackdyn.simulation.simulate import simulate as run
 
-    needed = _prepare(scene, out, checkpoint, rig)
+    needed = _prepare(scene, out, rig)
     if not quiet:
         printed.decisions(scene)
         printed.needs(scene, needed)
-    recording = run(scene, progress=not quiet, checkpoint=checkpoint)
+    recording = run(scene, progress=not quiet)
     if not quiet:
         from trackdyn.measure.metrics import shown_measures
 
@@ -136,7 +122,7 @@ def _until_converged(plan, tolerance: float, longest: float, out: Path, rig: str
     from trackdyn.measure.sensor import whole_samples
 
     scene = plan.scene.with_(duration=whole_samples(plan.scene.rig.rate, plan.duration))
-    _prepare(scene, out, None, rig)
+    _prepare(scene, out, rig)
     if not quiet:
         printed.plan(plan)
         printed.decisions(scene)

@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     import numpy as np
 
 _OPEN: set[Path] = set()  # files being written, which a process that is stopped removes
-_KEPT: set[Path] = set()  # files that it leaves, to go on from
 
 
 def _target(path: Path | str) -> tuple[Path, int | None]:
@@ -104,18 +103,12 @@ def write_csv(path: Path | str, table, **options) -> None:
     write_text(path, table.to_csv(index=False, lineterminator="\n", **options))
 
 
-def keep(path: Path | str) -> None:
-    """Name a file that a process which is stopped leaves, and from which the same command goes on."""
-    _KEPT.add(Path(path))
-
-
 def broken_off() -> str:
-    """Remove what is being written, for a process that is about to end, and say what is kept."""
+    """Remove what is being written, for a process that is about to end, and say so."""
     for temporary in list(_OPEN):
         with suppress(OSError):
             temporary.unlink(missing_ok=True)
-    sentences = [f"{path} is kept, and the same command goes on from it" for path in sorted(_KEPT) if path.exists()]
-    return "; ".join(["no file is left half-written", *sentences])
+    return "no file is left half-written"
 
 
 def check_writable(path: Path | str, size: float = 0.0) -> None:

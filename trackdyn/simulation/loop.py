@@ -1,9 +1,8 @@
-"""Loop: one chain, settled and ready to run, that can be stepped, read, recorded, steered, saved and resumed."""
+"""Loop: one chain, settled and ready to run, that can be stepped, read, recorded, steered and copied."""
 
 import copy
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from pathlib import Path
 from threading import RLock
 from typing import Any
 
@@ -12,26 +11,22 @@ from trackdyn.inputs.validation import typed, within
 from trackdyn.integrate.run import Integration
 from trackdyn.integrate.semi_implicit import sprocket_rate
 from trackdyn.model.arrays import Record, make_record
-from trackdyn.rig.rig import Rig
 from trackdyn.scene.build import wheel_centres
 from trackdyn.scene.scene import LONGEST_RUN, MOST_STEPS, Scene
 from trackdyn.scene.step import allowed_step
 from trackdyn.simulation.loop_arrays import (
     LoopArrays,
     allocate,
-    filled,
     flat,
     move_wheels,
-    read_checkpoint,
     read_only,
     set_arrays,
     shift_tensioner,
-    write_checkpoint,
 )
 from trackdyn.simulation.readings import Readings
 from trackdyn.simulation.recorder import CHUNK, Recorder
 from trackdyn.simulation.recording import Recording
-from trackdyn.simulation.settling import Layout, SettledLoops, settle
+from trackdyn.simulation.settling import SettledLoops, settle
 
 
 @typed
@@ -197,44 +192,19 @@ class Loop(Readings):
                 raise InputError(f"scene: {name} = {value!r}: cannot change in a loop; make a new Loop")
         step = allowed_step(changed.scene, changed.scene.time_step, self.layout.settled_tension_n)
         made = allocate(changed.scene, step)
-        model, state, leaves = made.model, made.state, flat(self.arrays.state)
-        if [leaf.shape for leaf in flat(state).values()] != [leaf.shape for leaf in leaves.values()]:
+        model, state = made.model, made.state
+        leaves, present = flat(state), flat(self.arrays.state)
+        if [leaf.shape for leaf in leaves.values()] != [leaf.shape for leaf in present.values()]:
             raise InputError(
                 "scene: rig, space or joints differ: a loop keeps bodies, plane and joints; make a new Loop"
             )
         before = self.arrays.model
         model.wheels.radius[:] = before.wheels.radius
         move_wheels(model, wheel_centres(self.scene.rig, before.wheels))
-        filled(state, leaves)
+        for name, leaf in leaves.items():
+            leaf[...] = present[name]
         state.steps[0] = round(self.time / model.step)
         changed.arrays = made._replace(model=model._replace(drive=before.drive, carriers=before.carriers))
         if fields.keys() & {"motor_rpm", "ramp"}:
             changed.drive(changed.scene.motor_rpm, changed.scene.ramp)
         return changed
-
-    def save(self, path: Path | str) -> None:
-        """Write a checkpoint from which `Loop.load` continues bit for bit."""
-        write_checkpoint(path, self.describe())
-
-    @classmethod
-    def load(cls, path: Path | str) -> "Loop":
-        """Read the loop that `save` wrote to ``path``.
-
-        Raises `InputError`: the checkpoint does not exist, or other sources wrote it.
-        """
-        return cls.restored(read_checkpoint(path))
-
-    def describe(self) -> dict:
-        """Everything that a checkpoint holds: the scene, where the wheels stand, all arrays."""
-        return {"scene": self.scene.describe(), "layout": self.layout} | self.arrays._asdict()
-
-    @classmethod
-    def restored(cls, data: dict) -> "Loop":
-        """The loop of a checkpoint's data."""
-        loop = cls.__new__(cls)
-        fields = data["scene"]
-        loop.scene = Scene(**fields | {"rig": Rig.model_validate(fields["rig"])})
-        loop.layout = filled(Layout(), data["layout"])
-        room = allocate(loop.scene, loop.scene.time_step)._asdict()
-        loop.arrays = LoopArrays(**{name: filled(arrays, data.get(name, {})) for name, arrays in room.items()})
-        return loop

@@ -1,17 +1,13 @@
-"""Nested tuples of arrays that kernels read and write: made for a scene, copied, viewed, set by users, checkpointed."""
+"""Nested tuples of arrays that kernels read and write: made for a scene, viewed, set by users."""
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from psutil import virtual_memory
 
 from trackdyn.inputs.errors import InputError
-from trackdyn.inputs.files import read_npz, write_npz
 from trackdyn.inputs.validation import shown
 from trackdyn.integrate.methods import METHODS
-from trackdyn.jit import source_hash
 from trackdyn.model.arrays import OptionalWork, Plane, State, Work, make_arrays
 from trackdyn.model.constants import Model
 from trackdyn.rig.layout import tensioner, wheel_circles
@@ -27,58 +23,12 @@ def flat(value: Any, name: str = "") -> dict[str, np.ndarray]:
     return leaves
 
 
-def filled(room: Any, data: dict[str, np.ndarray]) -> Any:
-    """``room`` with the arrays written in place and the numbers replaced by those of ``data``; see `flat`.
-
-    Raises `ValueError`: an array has another shape or type.
-    """
-
-    def fill(name: str, leaf: Any) -> Any:
-        if not isinstance(leaf, np.ndarray):
-            return type(leaf)(data[name])
-        if (leaf.shape, leaf.dtype) != (data[name].shape, data[name].dtype):
-            raise ValueError(f"{name} has {data[name].dtype} of the shape {data[name].shape}, not {leaf.shape}")
-        leaf[...] = data[name]
-        return leaf
-
-    return mapped(fill, room)
-
-
 def mapped(function: Callable[[str, Any], Any], value: Any, name: str = "") -> Any:
     """Nested named tuples with ``function(name, leaf)`` instead of every array and number; see `flat`."""
     if hasattr(value, "_fields"):
         prefix = f"{name}." if name else ""
         return value._make(mapped(function, getattr(value, field), prefix + field) for field in value._fields)
     return None if value is None else function(name, value)
-
-
-def write_checkpoint(path: Path | str, parts: dict[str, Any]) -> None:
-    """Write named parts, arrays, tuples of arrays and plain data, to a temporary file and rename."""
-    arrays: dict[str, Any] = {}
-    plain = {name: content for name, content in parts.items() if not isinstance(content, (tuple, np.ndarray))}
-    for name in parts.keys() - plain.keys():
-        arrays |= flat(parts[name], name)
-    write_npz(path, {"sources": source_hash(), "parts": plain}, arrays)
-
-
-def read_checkpoint(path: Path | str) -> dict[str, Any]:
-    """Parts of a checkpoint of these sources (else `InputError`): as they were, but tuples as `filled` reads them."""
-    meta, arrays = read_npz(path, "checkpoint", virtual_memory().available / 2)
-    if "format" in meta:  # not to be removed
-        raise InputError(f"{path}: is a recording, not a checkpoint; name another file")
-    sources, parts = meta.get("sources"), meta.get("parts", {})
-    if sources != source_hash():
-        raise InputError(
-            f"{path}: was written by another version (sources {shown(sources)}, now {source_hash()}); "
-            "name another file to start again"
-        )
-    for key, array in arrays.items():
-        section, inside, name = key.partition(".")
-        if inside:
-            parts.setdefault(section, {})[name] = array
-        else:
-            parts[section] = array
-    return parts
 
 
 # Largest value of a state in SI units, and how far from the origin a chain may be (m) or how fast (m/s): further out

@@ -1,4 +1,4 @@
-"""A recording that grows chunk by chunk, so that it can be watched, checkpointed and resumed; what it needs."""
+"""A recording that grows chunk by chunk, so that it can be watched and may end sooner; what it needs."""
 
 import time
 from typing import Any, NamedTuple
@@ -12,7 +12,7 @@ from trackdyn.model.arrays import CONTACT_INTERVAL, Plane, make_record, make_sta
 from trackdyn.model.constants import SPROCKET
 from trackdyn.scene.build import build_sensors
 from trackdyn.simulation.energy_balance import check_account, passed_pitches
-from trackdyn.simulation.loop_arrays import filled, flat
+from trackdyn.simulation.loop_arrays import flat
 from trackdyn.simulation.recording import Recording, provenance
 from trackdyn.simulation.step_check import (
     BETWEEN,
@@ -22,7 +22,6 @@ from trackdyn.simulation.step_check import (
     LEAD,
     PIECE,
     Alternation,
-    Difference,
     Resolution,
     RunStatistics,
     StepCheck,
@@ -253,26 +252,6 @@ class Recorder:
     def statistics(self, first: int = 0, ended: int = 0) -> RunStatistics:
         """Statistics of samples from ``first`` on and of contacts from the chunk ``ended`` on."""
         return run_statistics(self.record, slice(first, self.done), self.ended[ended:], self.loop.model, self.begin)
-
-    def describe(self) -> dict:
-        """Content of a checkpoint, the loop included."""
-        progress = {
-            "done": self.done, "begin": self.begin, "wall": self.wall, "alternating": self.alternating.tolist(),
-            "unresolved": self.step_check.reason, "difference": self.step_check.difference,
-        }  # fmt: skip
-        parts = {"progress": progress, "record": self.record, "ended": np.concatenate(self.ended)}
-        return self.loop.describe() | parts
-
-    def restore(self, data: dict) -> None:
-        """Go on from a checkpoint's data, the loop being its loop."""
-        self.record = filled(self.record, data["record"])
-        self.ended = [data["ended"]]
-        progress = data["progress"]
-        self.done, self.begin, self.wall = (progress[name] for name in ("done", "begin", "wall"))
-        self.alternating = np.array(progress["alternating"])
-        self._begin_piece()
-        self.step_check.reason = progress["unresolved"]
-        self.step_check.difference = Difference(*progress["difference"])
 
     def recording(self) -> Recording:
         """The recording so far.

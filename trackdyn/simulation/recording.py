@@ -54,8 +54,6 @@ class Recording(Samples):
     meta: dict
     #: Computing time of the record, s; not written to the file, so that the same scene gives the same bytes.
     wall: float = field(default=float("nan"), compare=False)
-    #: File from which the run could go on, which `save` removes once the recording is written.
-    checkpoint: Path | None = field(default=None, compare=False)
 
     def __repr__(self) -> str:
         """Two lines: what was recorded, of which scene."""
@@ -167,11 +165,9 @@ class Recording(Samples):
         """
         arrays = {name: getattr(self, name) for name in self.ARRAYS}
         write_npz(path, self.meta | {"format": FORMAT}, arrays, compress)
-        if self.checkpoint is not None:
-            self.checkpoint.unlink(missing_ok=True)
 
 
-Recording.ARRAYS = tuple(array.name for array in fields(Recording) if array.name not in ("meta", "wall", "checkpoint"))
+Recording.ARRAYS = tuple(array.name for array in fields(Recording) if array.name not in ("meta", "wall"))
 
 
 @cache
