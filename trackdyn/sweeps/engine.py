@@ -116,7 +116,7 @@ def results(
     in this one). ``store`` is a folder in which rows are stored as they come; a stored one whose values are not
     ``valid`` is damaged. A bar called ``progress`` counts rows in ``unit``, none if empty. Rows fail once the sources
     of ``compute`` are not those that this process began with: they would be stored under a key of others. Raises
-    `TrackdynError`: no process can start.
+    `TrackdynError`: a process was killed.
     """
     checked = partial(_values, compute, module_hash(compute.__module__))
     with TemporaryDirectory() if store is None else nullcontext(store) as folder:
@@ -155,39 +155,21 @@ def check_completed(rows: Iterable[dict], advice: str) -> None:
 def _computed(compute: Compute, due: Tasks, jobs: int, store: Store) -> Iterator[dict]:
     """Rows as they come, in any order.
 
-    All processes end with the first one that is killed. Rows that they had in hand are then run one at a time, which
-    tells the row that ends its process: it fails. Raises `TrackdynError`: all of those failed.
+    Raises `TrackdynError`: a process was killed, with which all end. What is stored stays.
     """
     if jobs == 1 or len(due) < 2:
         yield from (outcome(compute, store, key, task) for key, task in due.items())
         return
-    waiting = dict(due)
-    size = min(max(len(waiting) // (PIECES * jobs), 1), LONGEST_PIECE)
-    while waiting:
-        try:
-            for row in _pooled(compute, waiting, min(jobs, len(waiting)), size, store):
-                del waiting[row["key"]]
-                yield row
-        except TerminatedWorkerError:
-            remove_abandoned(store.folder)
-            stored = store.read(waiting, say=False)  # before the processes ended
-            in_hand = [key for key in waiting if key not in stored][: jobs * size]
-            alone = [_alone(compute, key, waiting[key], store) for key in in_hand]
-            if len(alone) > 1 and all(row["state"] == FAILED for row in alone):
-                raise TrackdynError(f"all {len(alone)} rows failed: {alone[0]['reason']}") from None
-            for row in [*stored.values(), *alone]:
-                del waiting[row["key"]]
-                yield row
-
-
-def _alone(compute: Compute, key: str, task: dict, store: Store) -> dict:
-    """The row of a process of its own; it fails if that is killed."""
+    size = min(max(len(due) // (PIECES * jobs), 1), LONGEST_PIECE)
     try:
-        return next(_pooled(compute, {key: task}, 1, 1, store))
+        yield from _pooled(compute, due, min(jobs, len(due)), size, store)
     except TerminatedWorkerError as error:
+        remove_abandoned(store.folder)
         number = ", ".join(re.findall(r"(?:SIG|EXIT)\w*\(-?\d+\)", str(error))) or "without a word"
-        reason = f"its process was ended ({number}), perhaps out of memory; use fewer jobs or more memory"
-        return without_values(key, FAILED, reason)
+        raise TrackdynError(
+            f"a process was ended ({number}), perhaps out of memory; rows that are stored stay, and the same command "
+            "goes on from them: use fewer jobs or more memory"
+        ) from None
 
 
 def _pooled(compute: Compute, tasks: Tasks, jobs: int, size: int, store: Store) -> Iterator[dict]:
