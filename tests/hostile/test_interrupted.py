@@ -9,7 +9,7 @@ import pytest
 from sentences import RIG, ROOT
 
 ENTRY = "from trackdyn.__main__ import main; main()"
-BELT = ("--rig", RIG, "--choose", "chain=belt", "--frame-interval", "0", "--duration", "30", "--quiet")
+BELT = ("--rig", RIG, "--choose", "chain=belt", "--duration", "30", "--quiet")
 
 
 def start(folder, *arguments, prelude="", environment=None, **options):

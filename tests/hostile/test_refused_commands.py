@@ -4,14 +4,12 @@ import os
 import resource
 import subprocess
 import sys
-from importlib import import_module
 from pathlib import Path
 
 import pytest
 from sentences import BELT
 
 from tests.conftest import refused, run_command
-from trackdyn.inputs.errors import InputError
 from trackdyn.rig.rig import load_rig
 from trackdyn.rig.rig_file import shipped_rigs
 from trackdyn.scene.scene import Scene
@@ -173,21 +171,6 @@ def test_a_closed_output_a_name_of_no_letters_and_a_broken_plug_in(tmp_path, lin
     warning, *rest = run.stderr.splitlines()
     assert warning.startswith("trackdyn: warning: commands of broken_commands:COMMANDS cannot be loaded (ZeroDivision")
     assert "".join(rest).startswith(refused) and len(rest) == bool(refused), run.stderr
-
-
-@pytest.mark.parametrize(("rate", "interval"), [(1000, 0.05), (30, 1 / 30), (1, 1.0)])
-def test_an_interval_of_frames_that_nobody_asked_for_is_whole_samples(folder, monkeypatch, rate, interval):
-    scenes = []
-
-    def stop(scene, *_, **__):
-        scenes.append(scene)
-        raise InputError("stop")
-
-    monkeypatch.setattr(import_module("trackdyn.simulation.simulate"), "simulate", stop)
-    slow = f"like: paper\nsensor: {{rate: {{value: {rate}, unit: Hz, kind: derived, source: x}}}}\n"
-    Path("slow.yaml").write_text(slow, encoding="utf-8")
-    assert run_command(*["simulate", "run.npz", "-q", "--duration", "3", "--rig", "slow.yaml"]).code == 1
-    assert scenes[0].frame_interval == pytest.approx(interval)
 
 
 def test_a_full_disk_names_the_file_and_leaves_what_was_there(folder, belt_file, monkeypatch):

@@ -7,8 +7,6 @@ from typing import Annotated
 from trackdyn.commands import options, printed
 from trackdyn.inputs.errors import InputError
 
-FRAMES = 0.05  # s between recorded configurations
-
 
 def simulate(
     out: Annotated[Path, options.file_argument("Recording to write", ".npz")],
@@ -25,10 +23,6 @@ def simulate(
     ] = None,
     step: options.StepOption = None,
     choose: options.Choose = None,
-    frame_interval: Annotated[
-        float | None,
-        options.number("--frame-interval", "Time between recorded configurations, s; 0: none; 0.05 by default."),
-    ] = None,
     tolerance: options.Tolerance = None,
     measure: options.Measures = None,
     longest: options.LongestRun = 60.0,
@@ -57,13 +51,7 @@ def simulate(
     if measure and tolerance is None:
         raise InputError("--measure needs --tolerance, such as --tolerance 1%")
     loaded, fields = load_rig(rig), options.scene_fields(ring_radius, step, choose)
-    if frame_interval is None:  # whole samples; a run that is shorter records none
-        sample = 1.0 / loaded.rate
-        frame_interval = max(int(FRAMES / sample + 1e-6), 1) * sample
-        frame_interval = frame_interval if duration >= frame_interval else 0.0
-    scene = Scene(
-        loaded, rpm, duration=duration, lead_in=lead_in, frame_interval=frame_interval, preset=preset, **fields
-    )
+    scene = Scene(loaded, rpm, duration=duration, lead_in=lead_in, preset=preset, **fields)
     if rate is not None:
         scene = scene.sampled(rate)
     if foreign := foreign_groove(loaded, rig):
