@@ -1,10 +1,10 @@
-"""A design in batches, a job each: `snakemake -s workflow/sweep.smk --config design=design.csv out=results.parquet`.
+"""A design in batches, a job each: `snakemake -s workflow/sweep.smk --config design=design.csv out=results.csv`.
 
 From a Snakefile of one's own:
 
     module sweep:
         snakefile: "path/to/trackdyn/workflow/sweep.smk"
-        config: {"design": "design.csv", "out": "results.parquet"}
+        config: {"design": "design.csv", "out": "results.csv"}
 
     use rule * from sweep as sweep_*
 
@@ -37,8 +37,8 @@ Name = Annotated[str, BeforeValidator(lambda name: str(name) if isinstance(name,
 class Settings(Section):
     """Configuration of a sweep."""
 
-    design: Name # a row per scene (.csv, .parquet)
-    out: Name # a row a result (.csv, .parquet); its folders lie beside it
+    design: Name # a row per scene (.csv)
+    out: Name # a row a result (.csv); its folders lie beside it
     rig: Name = DEFAULT # of rows that name no other
     rigs: list[Name] = [] # files that rows name themselves
     batches: PositiveInt = 10 # jobs; a minute or more of rows in each makes their start cheap
@@ -85,7 +85,7 @@ rule batch:
         RIGS,
         design=SWEEP.design,
         rig=RIG,
-    output: f"{BESIDE}.batches/{{batch}}.parquet"
+    output: f"{BESIDE}.batches/{{batch}}.csv"
     wildcard_constraints: batch=r"\d+"
     params:
         store=STORE,

@@ -1,4 +1,4 @@
-"""The lines of the page on loggers' files make a table that is the record, where their library is installed."""
+"""The lines of the page on loggers' files make a table that is the record."""
 
 import re
 from pathlib import Path
@@ -21,7 +21,6 @@ WRITERS = {
     "record.mat": lambda: scipy.io.savemat("record.mat", {"t": T, "ay": COUNTS}),
     "record.wav": lambda: scipy.io.wavfile.write("record.wav", 1000, COUNTS),
     "record.npy": lambda: np.save("record.npy", TABLE.to_numpy()),
-    "record.parquet": lambda: TABLE.to_parquet("record.parquet"),
 }
 
 

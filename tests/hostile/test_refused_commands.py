@@ -29,6 +29,8 @@ COMMANDS = [
     ("simulate run.npz --tolerance 1% --longest 1e-3", "longest = 0.001: must be between"),
     ("simulate run.npz --measure rms", "--measure needs --tolerance"),
     ("simulate run.npz --setp 1e-4", "No such option: --setp", "--step", "see trackdyn simulate --help"),
+    ("sweep d.parquet --out r.csv", "table = 'd.parquet': the name must end in .csv"),
+    ("sweep plain --out r.parquet", "--out = 'r.parquet': the name must end in .csv"),
     ("simulate run.csv", "OUT = 'run.csv': the name must end in .npz"),
     ("simulate /proc/run.npz", "/proc/run.npz: cannot be written"),
     ("simulate folder.npz", "folder.npz: cannot be written (Is a directory)"),

@@ -1,6 +1,5 @@
 """Designs: how they are read and refused."""
 
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -9,8 +8,7 @@ import pytest
 
 from tests.conftest import RIG
 from trackdyn.inputs.errors import InputError
-from trackdyn.sweeps.design import read_table, write_table
-from trackdyn.sweeps.sweep import DESIGN_COLUMNS, content_key, read_design, requested_rows, sweep
+from trackdyn.sweeps.sweep import DESIGN_COLUMNS, content_key, read_design, requested_rows
 
 
 @pytest.mark.parametrize(
@@ -32,18 +30,6 @@ def test_a_file_that_is_no_design_is_refused(tmp_path, text, said):
     path.write_text(text, encoding="utf-8")
     with pytest.raises(InputError, match=said):
         read_design(path)
-
-
-def test_a_damaged_parquet_file_is_refused(tmp_path):
-    path = tmp_path / "d.parquet"
-    write_table(pd.DataFrame({"motor_rpm": [1.0, 2.0]}), path)
-    whole = path.read_bytes()
-    for content in (b"", whole[: len(whole) // 2]):
-        path.write_bytes(content)
-        with pytest.raises(InputError, match="not a Parquet file, or damaged"):
-            read_table(path)
-    with pytest.raises(InputError, match=r"end in \.csv or \.parquet"):
-        read_table(tmp_path / "d.xlsx")
 
 
 def test_every_field_of_a_scene_and_of_a_rig_can_be_a_column():
@@ -109,14 +95,6 @@ def test_rows_that_ask_for_what_their_rig_has_anyway_are_not_those_of_another_la
 )
 def test_a_cell_that_says_nothing_is_the_rows_reason(cells, said, rig_path):
     assert said in only(cells, rig_path).reason
-
-
-def test_a_table_that_cannot_be_written_is_refused_before_a_row_runs(tmp_path, rig_path, monkeypatch):
-    monkeypatch.setitem(sys.modules, "pyarrow", None)
-    monkeypatch.setattr("trackdyn.sweeps.sweep.computed", None)
-    with pytest.raises(InputError, match="pyarrow is not installed"):
-        sweep(pd.DataFrame([{"motor_rpm": 115}]), tmp_path / "o.parquet", rig_path)
-    assert not list(tmp_path.iterdir())
 
 
 def test_the_content_of_a_design_is_also_that_of_its_rigs(tmp_path, monkeypatch):

@@ -86,17 +86,17 @@ def test_a_row_beyond_the_memory_fails_for_now(tmp_path, rig_path, monkeypatch):
 
 def test_nothing_is_computed_twice(tmp_path, rig_path, counted):
     table = pd.concat([design(3), design(2)])  # two rows stand twice
-    first = sweep(table, tmp_path / "r.parquet", rig_path, jobs=1)
+    first = sweep(table, tmp_path / "r.csv", rig_path, jobs=1)
     assert len(counted) == 3 and first.key.nunique() == 3
-    sweep(table, tmp_path / "r.parquet", rig_path, jobs=1)
+    sweep(table, tmp_path / "r.csv", rig_path, jobs=1)
     assert len(counted) == 3
-    sweep(design(5), tmp_path / "r.parquet", rig_path, jobs=1)
+    sweep(design(5), tmp_path / "r.csv", rig_path, jobs=1)
     assert len(counted) == 5
 
 
 def test_damaged_and_foreign_rows_of_a_store_are_counted_and_computed_again(tmp_path, rig_path, counted, capsys):
     """A torn row, rows without a checksum, another row's, and what no row can be with a checksum of its own."""
-    out = tmp_path / "r.parquet"
+    out = tmp_path / "r.csv"
     whole = sweep(design(3), out, rig_path, jobs=1)
     file, other, _ = sorted((tmp_path / "r.rows").iterdir())
     content = file.read_bytes()
@@ -195,7 +195,7 @@ def stored_rows(store):
 
 def test_a_killed_sweep_goes_on_where_it_was(tmp_path, rig_path):
     """Killed, then interrupted by Ctrl-C, which is for the whole group; two processes end in the bytes of one."""
-    designed, out, store, limit = (tmp_path / name for name in ("d.csv", "r.parquet", "r.rows", "limit"))
+    designed, out, store, limit = (tmp_path / name for name in ("d.csv", "r.csv", "r.rows", "limit"))
     design(8).to_csv(designed, index=False)
     (tmp_path / "waiting.py").write_text(WAITING, encoding="utf-8")
     environment = {"PYTHONPATH": f"{tmp_path}{os.pathsep}{ROOT}", "STORE": str(store), "LIMIT": str(limit)}
@@ -221,5 +221,5 @@ def test_a_killed_sweep_goes_on_where_it_was(tmp_path, rig_path):
     assert said.lstrip().startswith(b"trackdyn: interrupted")
     process = begin(9)
     assert (process.wait(), process.communicate()[1]) == (0, b"")
-    sweep(pd.read_csv(designed), tmp_path / "alone.parquet", rig_path, jobs=1)
-    assert stored_rows(store) == 8 and out.read_bytes() == (tmp_path / "alone.parquet").read_bytes()
+    sweep(pd.read_csv(designed), tmp_path / "alone.csv", rig_path, jobs=1)
+    assert stored_rows(store) == 8 and out.read_bytes() == (tmp_path / "alone.csv").read_bytes()

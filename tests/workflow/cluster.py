@@ -131,15 +131,15 @@ def swept(folder: Path, slurm: Slurm, cores: int) -> bool:
     """Sweep a design here and on SLURM, where a batch is cancelled; whether both gave the same bytes."""
     rows = {"motor_rpm": np.linspace(100, 210, 24), "ring_radius": np.resize([0.308, 0.31, 0.312], 24)}
     scene = {"preset": "fast", "ramp": 0.1, "lead_in": 0, "duration": 1}
-    pd.DataFrame(rows).assign(**scene).to_parquet(folder / "design.parquet")
+    pd.DataFrame(rows).assign(**scene).to_csv(folder / "design.csv", index=False)
     environment = slurm.environment | {"PYTHONPATH": str(ROOT)}
 
     def start(*words) -> subprocess.Popen:
         return subprocess.Popen([sys.executable, "-P", "-m", *map(str, words)], cwd=folder, env=environment)
 
-    here = start("trackdyn", "sweep", "design.parquet", "--out", "here.parquet", "-q", "--rig", RIG)
+    here = start("trackdyn", "sweep", "design.csv", "--out", "here.csv", "-q", "--rig", RIG)
     profile = ("--workflow-profile", ROOT / "profiles" / "slurm", "--slurm-init-seconds-before-status-checks", 10)
-    config = ("--config", "design=design.parquet", "out=there.parquet", f"rig={RIG}", f"batches={cores}")
+    config = ("--config", "design=design.csv", "out=there.csv", f"rig={RIG}", f"batches={cores}")
     driver = start("snakemake", "-s", ROOT / "workflow" / "sweep.smk", *profile, *config) if not here.wait() else here
     batches: list[str] = []
 
@@ -154,7 +154,7 @@ def swept(folder: Path, slurm: Slurm, cores: int) -> bool:
         code = driver.wait(PATIENCE)
     finally:
         driver.kill()
-    tables = [(folder / name).read_bytes() for name in ("here.parquet", "there.parquet")] if not code else ["", None]
+    tables = [(folder / name).read_bytes() for name in ("here.csv", "there.csv")] if not code else ["", None]
     return tables[0] == tables[1]
 
 

@@ -22,7 +22,7 @@ SCENE = {"preset": "fast", "duration": 0.05, "lead_in": 0.0, "ramp": 0.05}
 MODULE = """
 module sweep:
     snakefile: "{root}/workflow/sweep.smk"
-    config: {{"design": "d.csv", "out": "r/s.parquet", "batches": 2, "rig": "{root}/tests/viscous.yaml"}}
+    config: {{"design": "d.csv", "out": "r/s.csv", "batches": 2, "rig": "{root}/tests/viscous.yaml"}}
 
 use rule * from sweep as sweep_*
 
@@ -50,9 +50,9 @@ def test_a_module_gives_the_bytes_of_one_sweep(tmp_path):
     (tmp_path / "Snakefile").write_text(MODULE.format(root=ROOT), encoding="utf-8")
     result = snakemake(tmp_path, "-j2", "--quiet")
     assert result.returncode == 0, result.stdout + result.stderr
-    alone = sweep(tmp_path / "d.csv", tmp_path / "alone.parquet", RIG, jobs=1)
+    alone = sweep(tmp_path / "d.csv", tmp_path / "alone.csv", RIG, jobs=1)
     assert alone.state.tolist() == ["done"] * 3 + ["refused"]
-    assert (tmp_path / "alone.parquet").read_bytes() == (tmp_path / "r/s.parquet").read_bytes()
+    assert (tmp_path / "alone.csv").read_bytes() == (tmp_path / "r/s.csv").read_bytes()
     again = snakemake(tmp_path, "-n", "--quiet", "rules")
     assert "Nothing to be done" in again.stdout + again.stderr
     design.assign(motor_rpm=116).to_csv(tmp_path / "d.csv", index=False)
@@ -62,7 +62,7 @@ def test_a_module_gives_the_bytes_of_one_sweep(tmp_path):
 
 
 def test_a_module_without_its_config_says_what_is_missing(tmp_path):
-    result = snakemake(tmp_path, "-s", f"{ROOT}/workflow/sweep.smk", "-n", "--config", "out=r.parquet")
+    result = snakemake(tmp_path, "-s", f"{ROOT}/workflow/sweep.smk", "-n", "--config", "out=r.csv")
     printed = result.stdout + result.stderr
     assert result.returncode == 1 and "sweep: design is missing" in printed and "Traceback" not in printed
 

@@ -189,8 +189,8 @@ def _say_table(shown: list[dict]) -> None:
 
 
 def sweep(
-    design: Annotated[Path, typer.Argument(help="Design: a row per scene (.csv, .parquet).")],
-    out: Annotated[Path, options.file_option("--out", "Results to write: a row per scene", ".csv", ".parquet")],
+    design: Annotated[Path, typer.Argument(help="Design: a row per scene (.csv).")],
+    out: Annotated[Path, options.file_option("--out", "Results to write: a row per scene", ".csv")],
     rig: options.RigName = options.DEFAULT_RIG,
     jobs: options.Jobs = None,
     store: Annotated[

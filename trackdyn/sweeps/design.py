@@ -1,4 +1,4 @@
-"""Tables of designs and results, CSV or Parquet: read whole, or refused in one sentence."""
+"""Tables of designs and results, CSV: read whole, or refused in one sentence."""
 
 import csv
 import io
@@ -7,45 +7,22 @@ from pathlib import Path
 import pandas as pd
 
 from trackdyn.inputs.errors import InputError
-from trackdyn.inputs.extras import required
-from trackdyn.inputs.files import plain_file, read_text, replacing
+from trackdyn.inputs.files import read_text, write_csv
 from trackdyn.inputs.validation import shown
 
-MAX_TABLE_BYTES = 500_000_000  # bytes of a CSV, and of a Parquet file as it unpacks
-ENDINGS = (".csv", ".parquet")
+MAX_CSV_BYTES = 500_000_000
 
 
 def check_ending(path: Path | str, option: str) -> None:
-    """Refuse (`InputError`) the name of a table that ends in neither .csv nor .parquet, or .parquet without pyarrow."""
-    if not isinstance(path, Path | str) or Path(path).suffix not in ENDINGS:
-        raise InputError(f"{option} = {shown(str(path))}: the name must end in {' or '.join(ENDINGS)}")
-    if Path(path).suffix == ".parquet":
-        required("pyarrow")
+    """Refuse (`InputError`) the name of a table that does not end in .csv."""
+    if not isinstance(path, Path | str) or Path(path).suffix != ".csv":
+        raise InputError(f"{option} = {shown(str(path))}: the name must end in .csv")
 
 
 def read_table(path: Path | str) -> pd.DataFrame:
-    """A table as it stands (a CSV's cells are text); `InputError` for names twice, ragged rows, or too large a file."""
+    """A table of text as it stands; `InputError` for names twice, ragged rows, or too large a file."""
     check_ending(path, "table")
-    if Path(path).suffix == ".csv":
-        return _read_csv(path)
-    plain_file(path, "Parquet file")
-    pyarrow, parquet = required("pyarrow"), required("pyarrow.parquet")
-    try:
-        described = parquet.read_metadata(path)
-        size = sum(described.row_group(k).total_byte_size for k in range(described.num_row_groups))
-        names = parquet.read_schema(path).names
-        table = pd.read_parquet(path) if size <= MAX_TABLE_BYTES else None
-    except (pyarrow.ArrowException, OSError, ValueError, TypeError, KeyError):
-        raise InputError(f"{path}: not a Parquet file, or damaged") from None
-    if table is None:
-        most = MAX_TABLE_BYTES / 1e6
-        raise InputError(f"{path}: takes {size / 1e6:.0f} MB as it unpacks, more than {most:.0f} MB; split it")
-    check_header([name for name in names if name in table.columns], str(path))
-    return table.reset_index(drop=True)
-
-
-def _read_csv(path: Path | str) -> pd.DataFrame:
-    reader = csv.reader(io.StringIO(read_text(path, "CSV file", MAX_TABLE_BYTES), newline=""), strict=True)
+    reader = csv.reader(io.StringIO(read_text(path, "CSV file", MAX_CSV_BYTES), newline=""), strict=True)
     try:
         rows = [(reader.line_num, [cell.strip() for cell in row]) for row in reader]
     except csv.Error as error:
@@ -72,10 +49,6 @@ def check_header(names: list, where: str) -> None:
 
 
 def write_table(table: pd.DataFrame, path: Path | str) -> None:
-    """Write CSV or Parquet, by the ending; whole or not at all. Raises `InputError`: it cannot be written."""
+    """Write a CSV, whole or not at all. Raises `InputError`: it cannot be written."""
     check_ending(path, "table")
-    with replacing(path) as temporary:
-        if Path(path).suffix == ".csv":
-            table.to_csv(temporary, index=False)
-        else:
-            table.to_parquet(temporary, index=False, engine="pyarrow")
+    write_csv(path, table)

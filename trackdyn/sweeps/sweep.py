@@ -176,7 +176,7 @@ def sweep(
         converged (`StopRule`). ``step`` may be several: the first counts that is neither refused nor
         diverges. An empty cell leaves the field to its default.
     out : path or None
-        Table to write (.csv, .parquet).
+        Table to write (.csv).
     rig : path or str
         The rig of every row that names no other: a file, or the name of a shipped one.
     jobs : int or None
