@@ -61,7 +61,7 @@ class Copy:
         self.require_end(process)
         files = [path for path in self.folder.rglob("*") if path.is_file() and not path.name.startswith(".")]
         names = {path.relative_to(self.folder).as_posix(): path.read_bytes() for path in files}
-        return {name: data for name, data in names.items() if not name.startswith(("benchmarks/", "logs/"))}
+        return {name: data for name, data in names.items() if not name.startswith("logs/")}
 
 
 def kill(process, whom, chance):

@@ -5,17 +5,12 @@ first in a script, and imports nothing that takes time.
 
 import fcntl
 import os
-import resource
 import shutil
 import signal
 import sys
-import time
 from contextlib import redirect_stdout, suppress
 from pathlib import Path
 from zlib import crc32
-
-# when this process began: loading what stands above took no longer than its processor time
-BEGAN = time.perf_counter() - time.process_time()
 
 
 def run_job(task):
@@ -37,23 +32,7 @@ def run_job(task):
             print(error)
             print(f"{job.rule}: {error}", file=sys.stderr)
             sys.exit(1)
-    _spent(Path(job.log[0]))
     return task
-
-
-def _spent(log):
-    """Write what the job took, `benchmarks/page.tsv` for `logs/page.log`: s of the clock and of a core, memory in MB.
-
-    Snakemake's own benchmarks sample: they miss up to half a minute of a core's time, and take some of it themselves.
-    """
-    from trackdyn.inputs.files import write_text
-
-    used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
-    seconds = time.perf_counter() - BEGAN
-    memory = sum(usage.ru_maxrss for usage in used) / (2**20 if sys.platform == "darwin" else 2**10)
-    cpu = sum(usage.ru_utime + usage.ru_stime for usage in used)
-    before, _, after = str(log.with_suffix(".tsv")).rpartition("logs/")
-    write_text(f"{before}benchmarks/{after}", f"s\tmax_rss\tcpu_time\n{seconds:.2f}\t{memory:.1f}\t{cpu:.2f}\n")
 
 
 # one file a folder, in which a process locks a byte; the system releases it, however the process ends
