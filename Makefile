@@ -13,7 +13,7 @@ endif
 # A process that finds no bytecode compiles all that it imports, which is half of a short job; some shells forbid to keep it.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: replicate quick test check lint docs gallery schemas benchmark synthetic lock cluster clean
+.PHONY: replicate quick test check lint docs gallery schemas benchmark synthetic lock clean
 
 replicate: $(READY)
 	$(BIN)/python workflow/run.py -j$(JOBS)
@@ -54,9 +54,6 @@ lock: $(READY)
 	$(BIN)/python -m pip install --quiet 'uv>=0.9'
 	$(BIN)/uv pip compile --quiet pyproject.toml --all-extras --universal --python-version 3.11 --generate-hashes --no-annotate \
 	    --custom-compile-command 'make lock' $(addprefix --upgrade-package ,$(NEW)) --output-file requirements.lock
-
-cluster: $(READY)
-	$(BIN)/python tests/workflow/cluster.py
 
 $(READY): requirements.lock pyproject.toml
 	$(PYTHON) -c 'import sys; assert sys.version_info >= (3, 11), "CPython 3.11 or newer is needed; set PYTHON="'

@@ -4,6 +4,7 @@ import os
 import subprocess
 import sys
 from contextlib import nullcontext
+from itertools import pairwise
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -32,8 +33,36 @@ rule mine:
 """
 
 
+# Each program of a SLURM of its own: the first job is killed, every other one is run while it is handed in.
+SLURM = """#!{python}
+import subprocess, sys
+from itertools import dropwhile
+from pathlib import Path
+
+program, words = Path(sys.argv[0]), sys.argv[1:]
+states = program.parent / "states"
+if program.name == "sbatch":
+    before = states.read_text().splitlines() if states.exists() else []
+    command, state = next(word for word in words if word.startswith("--wrap=")).partition("=")[2], "NODE_FAIL"
+    if before:
+        log = open(words[words.index("--output") + 1].replace("%j", str(len(before) + 1)), "w")
+        done = subprocess.run(command, shell=True, stdout=log, stderr=log)
+        state = "FAILED" if done.returncode else "COMPLETED"
+    states.open("a").write(f"{{len(before) + 1}}|{{state}}\\n")
+    Path(program.parent, "calls").open("a").write(" ".join(words[: words.index("-D")]) + "\\n")
+    print(len(before) + 1)
+elif program.name == "srun":
+    sys.exit(subprocess.run([*dropwhile(lambda word: word.startswith("-"), words)]).returncode)
+elif program.name == "squeue":
+    print(states.read_text())
+elif program.name == "scontrol":
+    print("MinJobAge = 600 sec")
+"""
+
+
 def snakemake(folder, *arguments):
     caches = {"XDG_CACHE_HOME": str(folder / "cache"), "TRACKDYN_CACHE": str(cache_folder().parent)}
+    caches["PATH"] = f"{folder / 'bin'}:{os.environ['PATH']}"
     return subprocess.run(
         [sys.executable, "-m", "snakemake", "--nocolor", *arguments],
         cwd=folder,
@@ -59,6 +88,25 @@ def test_a_module_gives_the_bytes_of_one_sweep(tmp_path):
     os.utime(tmp_path / "d.csv", (1e9, 1e9))
     other = snakemake(tmp_path, "-n", "--quiet", "rules")
     assert "Nothing to be done" not in other.stdout + other.stderr, "a design of an older date is another one, too"
+
+
+def test_the_profile_hands_jobs_to_slurm_and_a_job_that_failed_is_said_and_tried_with_more(tmp_path):
+    """Two rows that no kernel runs for, as one batch and its gathering."""
+    pytest.importorskip("snakemake_executor_plugin_slurm")
+    (tmp_path / "bin").mkdir()
+    for name in ("sbatch", "srun", "squeue", "scontrol", "sinfo", "sacctmgr", "sshare", "scancel"):
+        (tmp_path / "bin" / name).write_text(SLURM.format(python=sys.executable), encoding="utf-8")
+        (tmp_path / "bin" / name).chmod(0o755)
+    (tmp_path / "d.csv").write_text("motor_rpm\n0\nno\n", encoding="utf-8")
+    profile = ("--workflow-profile", f"{ROOT}/profiles/slurm", "--slurm-init-seconds-before-status-checks", "1")
+    config = ("--config", "design=d.csv", "out=r.csv", "batches=1")
+    done = snakemake(tmp_path, "-s", f"{ROOT}/workflow/sweep.smk", *profile, *config)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "Error in rule batch" in done.stderr and "NODE_FAIL" in done.stderr
+    calls = (tmp_path / "bin" / "calls").read_text(encoding="utf-8").splitlines()
+    asked = [dict(pairwise(call.split())) for call in calls]
+    assert [(call["--mem"], call["-t"]) for call in asked] == [("2000", "120"), ("4000", "240"), ("2000", "120")]
+    assert pd.read_csv(tmp_path / "r.csv").state.tolist() == ["refused"] * 2
 
 
 def test_a_module_without_its_config_says_what_is_missing(tmp_path):
