@@ -18,7 +18,7 @@ ROOT = Path(str(workflow.current_basedir))
 sys.path[:0] = [str(ROOT), str(ROOT / "workflow")]
 
 from replication.pipeline.config import check_layers, read_layer, ring_name
-from replication.study.settings import STUDIES, Studies, longest_step, measured_scenes, parts_of, promised_scenes
+from replication.study.settings import STUDIES, longest_step, measured_scenes, parts_of, promised_scenes
 from replication.study.variants import SETTINGS
 from trackdyn.inputs.errors import TrackdynError
 from trackdyn.inputs.files import remove_abandoned
@@ -55,7 +55,6 @@ SPEEDS = [f"{rpm:g}rpm" for rpm in CONFIG.records.speeds_rpm]
 wildcard_constraints:
     run=r"\d[\w.]*rpm|(meshing|coarse|rounded)/[\w.]+",
     rpm=r"\d[\w.]*",
-    short="(short/)?",
 
 
 include: "workflow/rules/inputs.smk"

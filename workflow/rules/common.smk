@@ -7,38 +7,15 @@ onstart:
     remove_abandoned(R) # files that a killed job was writing
 
 
-def figure(name, folder=""):
+def figure(name):
     """PNG and SVG of a figure; scripts name the first, the other is saved beside it."""
-    return [f"{R}/{folder}figures/{name}.{ending}" for ending in ("png", "svg")]
+    return [f"{R}/figures/{name}.{ending}" for ending in ("png", "svg")]
 
 
 def requested_studies(wildcards):
     """Studies that this run makes: those that every run has, and what is asked for; targets are known after parsing."""
-    requested = {*workflow.dag_settings.targets, *CONFIG.short_studies}
+    requested = {*workflow.dag_settings.targets, *CONFIG.default_studies}
     return [name for name in STUDIES if name in requested or "studies" in requested]
-
-
-# A long study has two forms (config/studies.yaml): its short one lies in the folder `short` of the results and belongs to
-# every run, the full one is asked for by name. One rule makes both; the wildcard `short` tells them apart.
-
-
-def form_of(study, wildcards):
-    """Settings of a study, in the short form or the full one."""
-    forms = getattr(CONFIG.studies, study)
-    return forms.short if wildcards.short else forms.full
-
-
-def form(study):
-    """Settings of a study as plain data, for the parameters of a rule."""
-    return lambda wildcards: form_of(study, wildcards).model_dump()
-
-
-def full(rule):
-    return expand(rule.output, short="")
-
-
-def short(rule):
-    return expand(rule.output, short="short/")
 
 
 def recording(run):

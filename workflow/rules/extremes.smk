@@ -3,33 +3,26 @@
 rule extremes_part:
     """Some families of the extremes."""
     input: rig=CONFIG.rig, kernels=SEVERAL_METHODS
-    output: f"{R}/{{short}}extremes/{{family}}.csv"
-    params: form=form("extremes")
+    output: f"{R}/extremes/{{family}}.csv"
+    params: study=CONFIG.studies.extremes.model_dump()
     priority: 30
-    log: f"{R}/logs/{{short}}extremes/{{family}}.log"
-    message: "Extremes: {wildcards.short}{wildcards.family}"
+    log: f"{R}/logs/extremes/{{family}}.log"
+    message: "Extremes: {wildcards.family}"
     script: "../replication/study/extremes/run.py"
 
 
-rule extremes_form:
+rule extremes:
     """The edges of every parameter: all parts together."""
     input:
-        parts=lambda wildcards: [
-            f"{R}/{wildcards.short}extremes/{family}.csv" for family in parts_of(form_of("extremes", wildcards))
-        ],
+        parts=[f"{R}/extremes/{family}.csv" for family in parts_of(CONFIG.studies.extremes)],
     output:
-        csv=f"{R}/{{short}}extremes.csv",
-        chunks=f"{R}/{{short}}extremes_long_run.csv",
-        md=f"{R}/{{short}}tables/extremes.md",
-        summary=f"{R}/{{short}}tables/extremes.csv",
-        short_runs=multiext(f"{R}/{{short}}tables/extremes_short_runs", ".csv", ".md"),
-        solvers=figure("extremes_solvers", "{short}"),
-        stability=figure("extremes_stability", "{short}"),
-    params: form=form("extremes")
-    log: f"{R}/logs/{{short}}extremes.log"
+        csv=f"{R}/extremes.csv",
+        chunks=f"{R}/extremes_long_run.csv",
+        md=f"{R}/tables/extremes.md",
+        summary=f"{R}/tables/extremes.csv",
+        short_runs=multiext(f"{R}/tables/extremes_short_runs", ".csv", ".md"),
+        solvers=figure("extremes_solvers"),
+        stability=figure("extremes_stability"),
+    params: study=CONFIG.studies.extremes.model_dump()
+    log: f"{R}/logs/extremes.log"
     script: "../replication/report/figures/extremes.py"
-
-
-rule extremes:
-    """An hour of simulated running, hundreds of short runs; by name."""
-    input: full(rules.extremes_form)

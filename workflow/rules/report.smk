@@ -31,12 +31,9 @@ rule animation:
     script: "../replication/report/figures/animation.py"
 
 
-# The page waits for the studies that every run has (`short_studies`), and for all if the target `studies` asks for them. Others
+# The page waits for the studies that every run has (`default_studies`), and for all if the target `studies` asks for them. Others
 # that lie in the results are shown as those of an earlier run.
-OF_STUDIES = {
-    name: short(getattr(rules, f"{name}_form")) if name in Studies.model_fields else list(getattr(rules, name).output)
-    for name in STUDIES
-}
+OF_STUDIES = {name: list(getattr(rules, name).output) for name in STUDIES}
 
 
 rule page:
@@ -63,7 +60,7 @@ rule page:
     script: "../replication/report/page/builder.py"
 
 
-# Studies whose short forms the article shows: a run without them makes none. The study of plausible tracks is too long.
+# Studies that the article shows: a run without them makes none. The study of plausible tracks is too long.
 IN_ARTICLE = ("trade", "extremes")
 
 
@@ -78,12 +75,12 @@ rule article:
         parameters=f"{R}/tables/parameters.csv",
         **{f"table{k}": f"{R}/tables/table{k}.csv" for k in range(1, 5)},
         model=f"{R}/peers/model.json",
-        planner=f"{R}/short/planner.csv",
-        extremes=f"{R}/short/extremes.csv",
-        outcomes=f"{R}/short/tables/extremes.csv",
+        planner=f"{R}/planner.csv",
+        extremes=f"{R}/extremes.csv",
+        outcomes=f"{R}/tables/extremes.csv",
         **{f"plausible_{name}": path for name, path in PLAUSIBLE.items()},
         figures=[f"{R}/figures/fig{name}.svg" for name in ("01", "17_a", "18_a", "19", "21", "23_a", "24")],
-        studies=[f"{R}/short/figures/{name}.svg" for name in ("trade", "extremes_stability")],
+        studies=[f"{R}/figures/{name}.svg" for name in ("trade", "extremes_stability")],
     output:
         pdf=f"{R}/article.pdf",
         values=f"{R}/article.json",
@@ -121,7 +118,7 @@ rule manifest:
 
 
 rule studies:
-    """Every study in its short form, and the page with them; asked for by name."""
+    """Every study, and the page with them; asked for by name."""
     input:
         list(OF_STUDIES.values()),
         rules.manifest.output,
@@ -131,12 +128,11 @@ rule pictures:
     """Pictures and measured parts of the pages from the present results. Asked for by name: they stand in version control."""
     input:
         tables=[f"{R}/{name}.csv" for name in ("claims", "sentences", "printed_numbers", "tables/parameters")],
-        trade=[f"{R}/short/{name}.csv" for name in ("trade", "planner")],
+        trade=[f"{R}/{name}.csv" for name in ("trade", "planner")],
         by_name=[f"{R}/{name}.csv" for name in ("default_step", "step_errors", "tables/fidelity")],
         manifest=f"{R}/manifest.json",
         pictures=[
-            *(f"{R}/figures/{name}" for name in ("animation.gif", "fig19.png", "fig24.png")),
-            f"{R}/short/figures/trade.png",
+            f"{R}/figures/{name}" for name in ("animation.gif", "fig19.png", "fig24.png", "trade.png")
         ],
     log: f"{R}/logs/pictures.log"
     shell:

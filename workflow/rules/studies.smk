@@ -1,5 +1,4 @@
-# Cost of accuracy: the ladder of fidelities, work-precision data, the planner. `trade` is asked for by
-# name; a short form of it belongs to the default target. Costs are CPU time: jobs may run side by side.
+# Cost of accuracy: the ladder of fidelities, work-precision data, the planner. Costs are CPU time: jobs may run side by side.
 
 
 rule fidelity_setting:
@@ -35,44 +34,40 @@ rule trade_scene:
     input:
         rig=CONFIG.rig,
         kernels=[*SEVERAL_METHODS, method_kernels("spatial")],
-    output: f"{R}/{{short}}trade/trade_{{scenes}}.csv"
-    params: form=form("trade")
+    output: f"{R}/trade/trade_{{scenes}}.csv"
+    params: study=CONFIG.studies.trade.model_dump()
     priority: 40 # data, promises and the study wait for it
-    log: f"{R}/logs/{{short}}trade/{{scenes}}.log"
-    message: "Accuracy against cost: {wildcards.short}{wildcards.scenes}"
+    log: f"{R}/logs/trade/{{scenes}}.log"
+    message: "Accuracy against cost: {wildcards.scenes}"
     script: "../replication/study/accuracy/trade.py"
 
 
 rule trade_promises:
     """The planner on one scene kept apart."""
     input: rig=CONFIG.rig, kernels=SEVERAL_METHODS
-    output: f"{R}/{{short}}trade/promises_{{scenes}}.csv"
-    params: form=form("trade")
+    output: f"{R}/trade/promises_{{scenes}}.csv"
+    params: study=CONFIG.studies.trade.model_dump()
     priority: 40
-    log: f"{R}/logs/{{short}}trade/promises_{{scenes}}.log"
-    message: "The planner: {wildcards.short}{wildcards.scenes}"
+    log: f"{R}/logs/trade/promises_{{scenes}}.log"
+    message: "The planner: {wildcards.scenes}"
     script: "../replication/study/accuracy/promises.py"
 
 
-rule trade_form:
+rule trade:
     """Data, and the planner on scenes kept apart. Costs are CPU time: others may run beside."""
     input:
-        parts=lambda wildcards: [
-            f"{R}/{wildcards.short}trade/trade_{name}.csv" for name in measured_scenes(form_of("trade", wildcards))
-        ],
-        promises=lambda wildcards: [
-            f"{R}/{wildcards.short}trade/promises_{name}.csv" for name in promised_scenes(form_of("trade", wildcards))
-        ],
+        parts=[f"{R}/trade/trade_{name}.csv" for name in measured_scenes(CONFIG.studies.trade)],
+        promises=[f"{R}/trade/promises_{name}.csv" for name in promised_scenes(CONFIG.studies.trade)],
         peers=lambda wildcards: (
             rules.peer_trade.output
             if CONFIG.peers and {"studies", "pictures"} & {*workflow.dag_settings.targets}
             else []
         ),
     output:
-        csv=f"{R}/{{short}}trade.csv",
-        planner=f"{R}/{{short}}planner.csv",
-        figure=figure("trade", "{short}"),
-    log: f"{R}/logs/{{short}}trade.log"
+        csv=f"{R}/trade.csv",
+        planner=f"{R}/planner.csv",
+        figure=figure("trade"),
+    log: f"{R}/logs/trade.log"
     script: "../replication/report/figures/trade.py"
 
 
@@ -84,8 +79,3 @@ rule default_step:
     output: rows=f"{R}/default_step.csv", table=f"{R}/step_errors.csv"
     log: f"{R}/logs/default_step.log"
     script: "../replication/study/accuracy/default_step.py"
-
-
-rule trade:
-    """The full form, by name: some minutes."""
-    input: full(rules.trade_form)

@@ -141,11 +141,11 @@ def test_a_rig_alone_is_a_configuration(tmp_path, rig):
     mine = tmp_path / "mine.yaml"
     mine.write_text(f"rig: {rig}\n", encoding="utf-8")
     config, loaded, scenes = check_layers([BASE, mine], {}, update_config)
-    assert (config.sensor_files, config.synthetic, config.short_studies) == ([], None, [])
+    assert (config.sensor_files, config.synthetic, config.default_studies) == ([], None, [])
     assert config.ring_study.radii_m == study_radii(loaded) and config.records.ring_radius_m == loaded.ring_radius
     assert all(scene.rig is loaded and scene.step is None for scene in scenes.values())
     radius = config.ring_study.radii_m[3]
-    mine.write_text(f"rig: {rig}\nring_study: {{radii_m: [{radius}]}}\nshort_studies: [trade]\n", encoding="utf-8")
+    mine.write_text(f"rig: {rig}\nring_study: {{radii_m: [{radius}]}}\ndefault_studies: [trade]\n", encoding="utf-8")
     for files, stated in (([BASE, mine], {}), ([BASE], {"rig": rig, "ring_study": {"radii_m": [radius]}})):
         config = check_layers(files, stated, update_config)[0]
         assert (config.ring_study.radii_m, config.sensor_csv) == ([radius], None)

@@ -66,7 +66,7 @@ def changed(path, keys, value):
         ("trackdyn/rigs/paper.yaml", ("chain", "link_mass", "low"), None, "$.chain.link_mass"),
         ("config/quick.yaml", ("recrods",), {}, "$"),
         ("config/quick.yaml", ("studies",), {"trade": 1}, "$.studies"),
-        ("config/studies.yaml", ("trade", "short"), None, "$.trade"),
+        ("config/studies.yaml", ("trade", "promised"), None, "$.trade"),
     ],
 )
 def test_a_mistake_is_seen(path, keys, value, where):

@@ -37,12 +37,10 @@ def values():
 @pytest.fixture
 def article(tmp_path):
     """Text of the article that is made of values."""
-    for folder in ("figures", "short/figures"):
-        (tmp_path / folder).mkdir(parents=True)
-    for name in ("fig01", "fig17_a", "fig18_a", "fig19", "fig21", "fig23_a", "fig24"):
+    (tmp_path / "figures").mkdir()
+    figures = ("fig01", "fig17_a", "fig18_a", "fig19", "fig21", "fig23_a", "fig24", "trade", "extremes_stability")
+    for name in figures:
         (tmp_path / "figures" / f"{name}.svg").write_text(BLANK, encoding="utf-8")
-    for name in ("trade", "extremes_stability"):
-        (tmp_path / "short" / "figures" / f"{name}.svg").write_text(BLANK, encoding="utf-8")
 
     def made(values):
         pdf = tmp_path / "article.pdf"

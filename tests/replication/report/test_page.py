@@ -76,9 +76,8 @@ def results(tmp_path_factory):
         for scene in ("no ring", "ring") for setting in ("preset=paper", "tooth_contact=three_surfaces")
     ]  # fmt: skip
     pd.DataFrame(ladder).to_csv(results / "tables" / "fidelity.csv", index=False)
-    (results / "short" / "tables").mkdir(parents=True)
     extremes = {"family": ["speed"], "rows": [23], "completed": [14], "refused": [9], "defects": [0]}
-    pd.DataFrame(extremes).to_csv(results / "short" / "tables" / "extremes.csv", index=False)
+    pd.DataFrame(extremes).to_csv(results / "tables" / "extremes.csv", index=False)
     (results / "figures").mkdir()
     figure = Figure(figsize=(7, 3))
     figure.subplots().plot([0, 1])

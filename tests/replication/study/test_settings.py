@@ -1,4 +1,4 @@
-"""The forms of the long studies: what is shipped is valid, what cannot be meant is refused in one sentence."""
+"""The settings of the long studies: what is shipped is valid, what cannot be meant is refused in one sentence."""
 
 import copy
 from pathlib import Path
@@ -29,16 +29,16 @@ def test_a_configuration_names_the_file_and_holds_what_stands_there(data):
 
 
 @pytest.mark.parametrize(
-    ("form", "field", "value", "says"),
+    ("study", "field", "value", "says"),
     [
         ("trade", "kept_apart", [[115, 0.308]], "kept_apart = [115.0, 0.308]: statistics.scenes holds"),
         ("trade", "statistics", ONE_METHOD, "steps_s: needs at least two steps"),
-        ("trade", "kept_apart", [[210, -0.308]], "trade.short.kept_apart.0.1 = -0.308:"),
-        ("extremes", "short_runs", 0, "extremes.short.short_runs = 0:"),
-        ("extremes", "bodies", [7], "extremes.short.bodies.0 = 7:"),
-        ("extremes", "depth_m", [1], "extremes.short.depth_m is not a known parameter"),
+        ("trade", "kept_apart", [[210, -0.308]], "trade.kept_apart.0.1 = -0.308:"),
+        ("extremes", "short_runs", 0, "extremes.short_runs = 0:"),
+        ("extremes", "bodies", [7], "extremes.bodies.0 = 7:"),
+        ("extremes", "depth_m", [1], "extremes.depth_m is not a known parameter"),
     ],
 )
-def test_what_cannot_be_meant_is_refused(data, form, field, value, says):
-    data[form]["short"][field] = value
+def test_what_cannot_be_meant_is_refused(data, study, field, value, says):
+    data[study][field] = value
     refused(validated, Studies, data, "mine.yaml", words=[says], start="mine.yaml: ")

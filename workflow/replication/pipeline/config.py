@@ -103,7 +103,7 @@ class Config(Section):
     ``sensor_csv`` names the measured record of a speed, None: there is none; ``{rpm}`` stands for the motor speed.
     Rings and steps that are None are those of the rig (`completed`). ``sensor_mapping`` names the file that says how
     the records are read (:class:`trackdyn.sensor.sensor_mapping.SensorMapping`). ``stop_rule`` ends the
-    runs of the ring study and the ladder. ``short_studies`` are the studies that belong to every
+    runs of the ring study and the ladder. ``default_studies`` are the studies that belong to every
     run; the target ``studies`` runs all of them.
     """
 
@@ -119,7 +119,7 @@ class Config(Section):
     ring_study: RingStudy
     peers: Peers | None  # None: another rig than the article's, which no peer runs
     fidelity: FidelityStudy
-    short_studies: list[StudyName]
+    default_studies: list[StudyName]
     studies: StudiesFile
 
     @model_validator(mode="after")
@@ -335,7 +335,7 @@ def read_layer(path: Path | str) -> dict:
 RIG_FIELDS: dict[str, Any] = {
     "peers": None,
     "sensor_csv": None,
-    "short_studies": [],
+    "default_studies": [],
     "records": {"ring_radius_m": None, "step_s": None, "rounded_sprocket_rpm": None},
     "meshing": {"ring_radius_m": None, "duration_s": None, "step_s": None},
     "ring_study": {"radii_m": None, "steps_s": None},

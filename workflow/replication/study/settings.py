@@ -1,11 +1,10 @@
-"""The studies, and the settings of the long ones in their short and full forms: ``config/studies.yaml``.
+"""The studies, and the settings of the long ones: ``config/studies.yaml``.
 
-A study has the name of its rule, and ``<name>.csv`` is a file of the results that only a run of it makes. The short
-form of a long one lies in the folder ``short`` of the results, where the rule ``<name>_form`` makes both forms.
+A study has the name of its rule, and ``<name>.csv`` is a file of the results that only a run of it makes.
 """
 
 from math import ceil
-from typing import Annotated, Generic, Literal, TypeVar
+from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
@@ -74,8 +73,8 @@ class StatisticErrors(Section):
         return self
 
 
-class TradeForm(Section):
-    """One form of the study of accuracy against cost.
+class TradeStudy(Section):
+    """The study of accuracy against cost.
 
     The planner is judged on scenes ``kept_apart``, with tolerances ``promised``,
     against limits over the steps ``limit_steps_s`` of semi_implicit.
@@ -94,8 +93,8 @@ class TradeForm(Section):
         return self
 
 
-class ExtremesForm(Section):
-    """One form of the extremes: how much of every family runs."""
+class ExtremesStudy(Section):
+    """The extremes: how much of every family runs."""
 
     long_run_s: Positive
     long_run_turns: Count
@@ -105,25 +104,11 @@ class ExtremesForm(Section):
     map_steps_per_ms: Values
 
 
-Form = TypeVar("Form", bound=Section)
-
-
-class StudySizes(Section, Generic[Form]):
-    """Both forms of a study; the full one is no larger than the short one where it is not stated."""
-
-    short: Form
-    full: Form | None = None
-
-    @model_validator(mode="after")
-    def _completed(self):
-        return self if self.full else self.model_copy(update={"full": self.short})
-
-
 class Studies(Section):
-    """Everything in ``config/studies.yaml``: a field a study that has two forms."""
+    """Everything in ``config/studies.yaml``."""
 
-    trade: StudySizes[TradeForm]
-    extremes: StudySizes[ExtremesForm]
+    trade: TradeStudy
+    extremes: ExtremesStudy
 
 
 STUDIES = (*Studies.model_fields, "fidelity")
@@ -142,27 +127,27 @@ def scene_name(rpm: float, ring: float | None) -> str:
     return f"{'no ring' if ring is None else f'ring {ring:g} m'} {rpm:g} rpm"
 
 
-def measured_scenes(form: TradeForm) -> dict[str, StatisticErrors]:
+def measured_scenes(study: TradeStudy) -> dict[str, StatisticErrors]:
     """Settings of each scene that is measured, by its name."""
-    scenes = form.statistics.scenes
-    return {_file_name(key): form.statistics.model_copy(update={"scenes": [key]}) for key in scenes}
+    scenes = study.statistics.scenes
+    return {_file_name(key): study.statistics.model_copy(update={"scenes": [key]}) for key in scenes}
 
 
-def promised_scenes(form: TradeForm) -> dict[str, SceneKey]:
+def promised_scenes(study: TradeStudy) -> dict[str, SceneKey]:
     """Scenes kept apart, on which the planner is judged, by their names."""
-    return {_file_name(key): key for key in form.kept_apart}
+    return {_file_name(key): key for key in study.kept_apart}
 
 
 def _file_name(key: tuple[float, float | None]) -> str:
     return scene_name(*key).replace(" ", "_")
 
 
-def parts_of(form: ExtremesForm) -> list[str]:
-    """Names of the parts of a form, in the order of their families."""
-    return [LONG_RUN, "chain", "steps", *(f"short_runs_{k}" for k in range(len(short_run_chunks(form))))]
+def parts_of(study: ExtremesStudy) -> list[str]:
+    """Names of the parts of a study, in the order of their families."""
+    return [LONG_RUN, "chain", "steps", *(f"short_runs_{k}" for k in range(len(short_run_chunks(study))))]
 
 
-def short_run_chunks(form: ExtremesForm) -> list[range]:
+def short_run_chunks(study: ExtremesStudy) -> list[range]:
     """Numbers of the short runs, chunk by chunk."""
-    chunks = ceil(form.short_runs / CHUNK)
-    return [range(k, form.short_runs, chunks) for k in range(chunks)]
+    chunks = ceil(study.short_runs / CHUNK)
+    return [range(k, study.short_runs, chunks) for k in range(chunks)]

@@ -12,7 +12,7 @@ from replication.study.extremes.judge import COLUMNS, extremes_summary
 from replication.study.extremes.long_run import long_run
 from replication.study.extremes.resolved import short_runs_summary, short_runs_verdict
 from replication.study.extremes.stability_map import QUANTITIES, map_rows, stable_steps
-from replication.study.settings import LONG_RUN, ExtremesForm, parts_of
+from replication.study.settings import LONG_RUN, ExtremesStudy, parts_of
 from trackdyn.inputs.files import write_csv
 from trackdyn.plots.style import BLACK, BLUE, ORANGE, VERMILION, new_figure, save, styled
 
@@ -89,11 +89,11 @@ WORDS = dict.fromkeys(("family", "case", "outcome", "reason", "measure", "group"
 
 @run_job
 def main(job) -> None:
-    """Rule `extremes_form`."""
-    form, out = ExtremesForm(**job.params.form), job.output
+    """Rule `extremes`."""
+    study, out = ExtremesStudy(**job.params.study), job.output
     # words stay words, and one that is not there is empty
     read = [pd.read_csv(path, dtype=WORDS).fillna(dict.fromkeys(WORDS, "")) for path in job.input.parts]
-    tables = dict(zip(parts_of(form), read, strict=True))
+    tables = dict(zip(parts_of(study), read, strict=True))
     write_csv(out.chunks, chunks := tables.pop(LONG_RUN))
     rows = pd.concat([pd.DataFrame(long_run(chunks), columns=COLUMNS), *tables.values()], ignore_index=True)
     write_csv(out.csv, rows)

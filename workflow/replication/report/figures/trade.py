@@ -159,7 +159,7 @@ def _name_points(axis: Axes, points: Sequence[tuple]) -> None:
 
 @run_job
 def main(job) -> None:
-    """Rule `trade_form`."""
+    """Rule `trade`."""
     inputs, out = job.input, job.output
     rows, promises = (
         pd.concat(map(pd.read_csv, paths), ignore_index=True) for paths in (inputs.parts, inputs.promises)

@@ -104,7 +104,7 @@ def build_page(
         Of the sprocket, for the choice of the ring; None: nothing is said of it.
     """
     recordings = check_sources(sorted((results / "runs").rglob("*.npz")))
-    files = {name: path.read_text(encoding="utf-8") for name in TABLES if (path := _first(results, name))}
+    files = {name: path.read_text(encoding="utf-8") for name in TABLES if (path := results / name).is_file()}
     with ThreadPoolExecutor() as pool:  # most of the time is the packing of pictures, without the interpreter
         entries = list(pool.map(partial(_entry, results, synthetic), (*PAPER, *OWN, *OF_STUDIES)))
     by_key = {entry["item"].key: entry for entry in entries if entry["pictures"] or entry["rows"]}
@@ -144,7 +144,7 @@ def build_page(
         others={name: [entry for entry in by_key.values() if entry["item"].rule == name] for name in OTHERS},
         front=by_key.get(FRONT),
         missing=missing_items(results),
-        forms={name: _form(results, f"{name}.csv", name in studies) for name in STUDIES},
+        earlier=[name for name in STUDIES if name not in studies and (results / f"{name}.csv").is_file()],
         layers=" ".join(["", "--configfile", *layers]) if layers else "",
         paper_items=len(PAPER),
     )
@@ -191,8 +191,8 @@ def _ring_study(results: Path, teeth: int | None) -> dict:
     """Advice of the rule of choice on the ring study, and the measures that it weighs: a row a radius, ranges over the
     speeds.
     """
-    path = _first(results, "metrics.csv")
-    metrics = pd.read_csv(path) if path else pd.DataFrame(columns=["run"])
+    path = results / "metrics.csv"
+    metrics = pd.read_csv(path) if path.is_file() else pd.DataFrame(columns=["run"])
     study = metrics[metrics["run"].str.startswith("ring/")]
     if study.empty or not {*COMPARED} <= {*study} or not teeth:
         return {}
@@ -206,28 +206,16 @@ def _ring_study(results: Path, teeth: int | None) -> dict:
     return {"advice": advice(study, parse_rule(RULE, teeth)), "rows": rows}
 
 
-def _first(results: Path, name: str) -> Path | None:
-    """A file of a full study, else of its short form."""
-    return next((path for folder in (results, results / "short") if (path := folder / name).is_file()), None)
-
-
-def _form(results: Path, name: str, now: bool) -> str:
-    """Words on the study of a file: whether it is in its short form, and whether an earlier run made it."""
-    path = _first(results, name)
-    words = ["short study"] if path and path.is_relative_to(results / "short") else []
-    return ", ".join(words if now or path is None else [*words, "of an earlier run"])
-
-
 def _rows(results: Path, name: str) -> list[dict] | None:
     """Rows of a CSV file with None for empty cells; None if the file does not exist."""
-    if not (path := _first(results, name)):
+    if not (path := results / name).is_file():
         return None
     table = pd.read_csv(path)
     return table.astype(object).where(table.notna(), None).to_dict("records")
 
 
 def _entry(results: Path, synthetic: bool | None, item) -> dict:
-    files = item.files(results) or item.files(results / "short")
+    files = item.files(results)
     rows = _rows(files[0].parent, files[0].name) if item.table and files else None
     if rows and item.key in LEFT_OUT:  # errors stand in the CSV file, beside their values
         dropped = {*LEFT_OUT[item.key], *(name for name in rows[0] if "error" in name)} - {"sensor_record"}

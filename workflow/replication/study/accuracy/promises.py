@@ -10,7 +10,7 @@ import pandas as pd
 
 from replication.study.accuracy.statistics import study_scene
 from replication.study.accuracy.trade import limits_of, run_answer
-from replication.study.settings import TradeForm, promised_scenes, scene_name
+from replication.study.settings import TradeStudy, promised_scenes, scene_name
 from trackdyn.inputs.errors import InputError
 from trackdyn.inputs.files import write_csv
 from trackdyn.measure.catalogue import TOLERATED, scale_of
@@ -66,8 +66,8 @@ def judge_promises(
 @run_job
 def main(job) -> None:
     """Rule `trade_promises`."""
-    form = TradeForm(**job.params.form)
-    scene = promised_scenes(form)[job.wildcards.scenes]
-    turns = form.statistics.loop_turns
-    table = judge_promises(load_rig(job.input.rig), *scene, turns, form.limit_steps_s, form.promised)
+    study = TradeStudy(**job.params.study)
+    scene = promised_scenes(study)[job.wildcards.scenes]
+    turns = study.statistics.loop_turns
+    table = judge_promises(load_rig(job.input.rig), *scene, turns, study.limit_steps_s, study.promised)
     write_csv(job.output[0], table)

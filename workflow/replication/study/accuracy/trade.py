@@ -16,7 +16,7 @@ import numpy as np
 import pandas as pd
 
 from replication.study.accuracy.statistics import BELT_TURNS, TENSION, answers_of, statistics_of, study_scene
-from replication.study.settings import StatisticErrors, TradeForm, measured_scenes, scene_name
+from replication.study.settings import StatisticErrors, TradeStudy, measured_scenes, scene_name
 from replication.study.timed_run import timed_run
 from replication.study.variants import PHYSICS
 from trackdyn.inputs.errors import InputError, TrackdynError
@@ -132,5 +132,5 @@ def _rows_of(point: list, run: AnswerCost | None, limits: dict[str, Limit], seco
 @run_job
 def main(job) -> None:
     """Rule `trade_scene`."""
-    requested = measured_scenes(TradeForm(**job.params.form))[job.wildcards.scenes]
+    requested = measured_scenes(TradeStudy(**job.params.study))[job.wildcards.scenes]
     write_csv(job.output[0], statistic_trade(load_rig(job.input.rig), requested))

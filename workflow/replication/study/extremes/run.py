@@ -1,4 +1,4 @@
-"""Every family of the extremes in parts that run side by side, as far as a form asks for it."""
+"""Every family of the extremes in parts that run side by side, as far as the settings ask for it."""
 
 from trackdyn.sweeps.snakemake_job import run_job
 
@@ -11,22 +11,22 @@ from replication.study.extremes.judge import COLUMNS
 from replication.study.extremes.long_run import run_long
 from replication.study.extremes.resolved import run_short
 from replication.study.extremes.stability_map import stability_map
-from replication.study.settings import LONG_RUN, ExtremesForm, short_run_chunks
+from replication.study.settings import LONG_RUN, ExtremesStudy, short_run_chunks
 from trackdyn.inputs.files import write_csv
 from trackdyn.rig.rig import Rig, load_rig
 
 
-def run_part(rig: Rig, form: ExtremesForm, family: str) -> pd.DataFrame:
+def run_part(rig: Rig, study: ExtremesStudy, family: str) -> pd.DataFrame:
     """Rows of a family (``COLUMNS``), or the chunks of the long run; prints how each case ends."""
     if family == LONG_RUN:
-        return run_long(rig, form.long_run_s, form.long_run_turns)
+        return run_long(rig, study.long_run_s, study.long_run_turns)
     if family == "chain":
-        cases = [solvers.digits(rig, form.bodies), solvers.growth_rates(rig), solvers.light_connectors(rig)]
+        cases = [solvers.digits(rig, study.bodies), solvers.growth_rates(rig), solvers.light_connectors(rig)]
         cases.append(restitution.restitution(rig))
     elif family == "steps":
-        cases = [stability_map(rig, *quantity, form.map_steps_per_ms) for quantity in form.map.items()]
+        cases = [stability_map(rig, *quantity, study.map_steps_per_ms) for quantity in study.map.items()]
     else:
-        cases = [map(run_short, short_run_chunks(form)[int(family.rpartition("_")[2])])]
+        cases = [map(run_short, short_run_chunks(study)[int(family.rpartition("_")[2])])]
     rows = []
     for row in chain.from_iterable(cases):
         rows.append(row)
@@ -37,5 +37,5 @@ def run_part(rig: Rig, form: ExtremesForm, family: str) -> pd.DataFrame:
 @run_job
 def main(job) -> None:
     """Rule `extremes_part`."""
-    form = ExtremesForm(**job.params.form)
-    write_csv(job.output[0], run_part(load_rig(job.input.rig), form, job.wildcards.family))
+    study = ExtremesStudy(**job.params.study)
+    write_csv(job.output[0], run_part(load_rig(job.input.rig), study, job.wildcards.family))
