@@ -13,7 +13,7 @@ endif
 # A process that finds no bytecode compiles all that it imports, which is half of a short job; some shells forbid to keep it.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: replicate quick test check lint docs gallery schemas benchmark synthetic lock clean
+.PHONY: replicate quick test check lint docs gallery benchmark synthetic lock clean
 
 replicate: $(READY)
 	$(BIN)/python workflow/run.py -j$(JOBS)
@@ -36,9 +36,6 @@ lint: $(READY)
 
 docs: $(READY)
 	$(BIN)/python -m sphinx -q -W --keep-going -b html docs docs/_site
-
-schemas: $(READY)
-	$(BIN)/python -m laboratory.schemas
 
 gallery: $(READY)
 	$(BIN)/jupyter execute --inplace --NotebookClient.record_timing=False docs/gallery/*.ipynb

@@ -29,7 +29,7 @@ ROOMS = {
     "replication": (
         "__init__", "studies", "synthetic", "paper", "study", "peers", "certify", "pipeline", "report", "commands",
     ),
-    "laboratory": ("__init__", "plausible", "schemas", "report"),
+    "laboratory": ("__init__", "plausible", "report"),
 }  # fmt: skip
 MODULES = {
     ".".join((package, *path.relative_to(folder).with_suffix("").parts)).removesuffix(".__init__"): path

@@ -31,8 +31,7 @@ DAMPER = (
 SECTION = re.compile(r"^(\w+):")
 ENTRY = re.compile(r'^  (\w+): \{value: [^,]+, unit: ("1"|[^,]+), .*range: (.*)"\}$')
 SOURCE_LINE = re.compile(r"#   (\[|judgement)")
-HEAD = """# yaml-language-server: $schema=../../config/schemas/rig.schema.json
-about: "{about}"
+HEAD = """about: "{about}"
 # The rig: every parameter with value, unit, kind and source.
 # kind: printed (stands in the paper), derived (from printed numbers), assumed (not in the paper),
 # fitted (chosen so that the model shows a printed result; the source says which).

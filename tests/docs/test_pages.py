@@ -26,7 +26,7 @@ PAGES = sorted((ROOT / "docs").glob("*.md"))
 DOCUMENTS = [*PAGES, ROOT / "README.md", ROOT / "CONTRIBUTING.md"]
 BLOCK = re.compile(r"^```([^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 # what the user brings or makes: not in the repository
-YOURS = ("logger.yaml", "my_rig.yaml", "config/schemas")
+YOURS = ("logger.yaml", "my_rig.yaml")
 ENDING = re.compile(r"\.\w{1,5}$")
 
 

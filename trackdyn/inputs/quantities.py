@@ -20,8 +20,6 @@ from trackdyn.inputs.yaml_file import ENTRY_KEYS, KINDS, RANGE_KEYS
 
 WORD = "name"  # unit of values that are words
 FROM_FILE = "from a file"  # there every entry states its unit, in Python none does
-# bounds as pydantic puts them into a schema behind a validator of our own, and as JSON Schema writes them
-BOUNDS = {"gt": "exclusiveMinimum", "ge": "minimum", "lt": "exclusiveMaximum", "le": "maximum"}
 LARGEST_VALUE = 1e20  # size of any value in its unit: squares and ratios of such values are still numbers
 LEAST_VALUE = 1e-40  # size of any value that is not 0, for the same reason
 
@@ -105,19 +103,6 @@ class Quantity:
         if absent:
             return handler.generate_schema(Annotated[Annotated[kind, field] | None, unwrap])
         return handler.generate_schema(Annotated[kind, unwrap, field])
-
-    def __get_pydantic_json_schema__(self, core_schema: Any, handler: Any) -> dict:
-        """In the schema for editors a parameter is what stands in the file: value, unit, kind and source."""
-        word, number = {"type": "string", "pattern": r"\S"}, {"type": "number"}
-        value = {BOUNDS.get(key, key): bound for key, bound in handler(core_schema).items()}
-        entry = {"value": value, "unit": {"const": self.unit}, "kind": {"enum": list(KINDS)}, "source": word}
-        return {
-            "type": "object",
-            "properties": entry | dict.fromkeys(RANGE_KEYS, number),
-            "required": sorted(ENTRY_KEYS),
-            "dependentRequired": {"low": ["high"], "high": ["low"]},
-            "additionalProperties": False,
-        }
 
 
 Table = tuple[tuple[float, ...], ...]

@@ -6,7 +6,7 @@ A study has the name of its rule, and ``<name>.csv`` is a file of the results th
 from math import ceil
 from typing import Annotated, Literal
 
-from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from trackdyn.inputs.errors import InputError
 from trackdyn.inputs.validation import Positive, Section, validated
@@ -118,7 +118,6 @@ STUDIES = (*Studies.model_fields, "fidelity")
 StudiesFile = Annotated[
     Studies,
     BeforeValidator(lambda path: validated(Studies, read_yaml(path), path) if isinstance(path, str) else path),
-    WithJsonSchema({"type": "string"}),
 ]
 
 
