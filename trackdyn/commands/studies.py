@@ -16,7 +16,11 @@ if TYPE_CHECKING:
 
 
 PICTURES = ("fig23_a", "fig23_b", "fig24", "sliding")
-CAPTIONS = ("RMS of the normal force", "SD of the normal force", "Contact duration", "Sliding work")
+CAPTIONS = {  # of the pictures on the page
+    "fig24": "How long the arcs of a connector touch a tooth, and a link the ring",
+    "fig23_a": "Normal forces on a connector and a link, root mean square over the run",
+    "sliding": "Friction work on the teeth and on the ring in a turn of the sprocket",
+}
 
 
 def ring(
@@ -100,11 +104,10 @@ def _write_study(out: Path, study: "pd.DataFrame", rig, rule, rig_name: str, **s
         file, page = shlex.quote(str(out / "run.npz")), shlex.quote(str(out / "run.html"))
         scene_options = f"--rig {shlex.quote(str(rig_name))} --rpm {study['rpm'].min():g} --ring-radius {chosen:.5g}"
         run = f"trackdyn simulate {file} {scene_options} && trackdyn show {file} --out {page}"
-    origin = f"Rig {rig_name}; {', '.join(f'{name} {radius:.5g} m' for name, radius in marks.items())}."
-    pictures = [out / f"{name}.svg" for name in PICTURES]
-    write_page(
-        out / "ring.html", pictures, csv="ring.csv", names=CAPTIONS, rule=str(rule), origin=origin, run=run, **shown
-    )
+    radii = ", ".join(f"{radius:.5g} m ({name})" for name, radius in rig.equal_pitch_radii.items())
+    origin = f"Rig {rig_name}; radius of equal pitch by each reading: {radii}."
+    pictures = {out / f"{name}.svg": caption for name, caption in CAPTIONS.items()}
+    write_page(out / "ring.html", pictures, csv="ring.csv", rule=str(rule), origin=origin, run=run, **shown)
 
 
 def _numbers(text: str, option: str) -> list[float]:

@@ -103,7 +103,7 @@ def _panels(
     size = f", {largest:.2g} {unit.rpartition('(')[2].rstrip(')')} at most" if largest > 0 else ""
     note = ("standard errors are smaller than the marks" if hidden else "bars: standard errors") + size
     looks = (("green" if mark == CHOSEN else "broken", mark, radius) for mark, radius in marks.items())
-    lines = [*(f"{look} line at {radius:.4g} m: {mark}" for look, mark, radius in looks), *lines, note]
+    lines = [*(f"{look} line, {radius:.4g} m: {mark}" for look, mark, radius in looks), *lines, note]
     handles, labels = axes[0].get_legend_handles_labels()
     note = "\n".join(textwrap.fill(line, 55) for line in lines)
     figure.legend(
@@ -123,7 +123,7 @@ def _panels(
     return figure, axes, radii
 
 
-def write_page(path: Path, pictures: list[Path], **shown) -> None:
-    """Write the page of a study (``ring.html.j2``), with pictures (SVG) in it."""
-    embedded = [base64.b64encode(picture.read_bytes()).decode("ascii") for picture in pictures]
+def write_page(path: Path, pictures: Mapping[Path, str], **shown) -> None:
+    """Write the page of a study (``ring.html.j2``), with pictures (SVG) in it and their captions."""
+    embedded = [(base64.b64encode(file.read_bytes()).decode("ascii"), words) for file, words in pictures.items()]
     write_text(path, environment().get_template("ring.html.j2").render(pictures=embedded, **shown))

@@ -24,7 +24,7 @@ if (DATA.tension) {
       { ...band, name: "all instants", y: shown.high, fill: "tonexty", fillcolor: colour("left").replace("rgb(", "rgba(").replace(")", ", 0.25)") },
       { name: "this instant", ...now(FRAME.index), mode: "lines+markers", line: { color: colour("ink"), width: 1.2 },
         marker: { size: 4, color: colour("ink") }, ...hover("%{x:.2f} pitches, %{y:.0f} N", "tension") },
-    ], { shapes, annotations, xaxis: axis("place around the loop (pitches)", { range: [0, count] }),
+    ], { shapes, annotations, xaxis: axis("position along the loop (pitches)", { range: [0, count] }),
          yaxis: axis("force in the joint (N)", { rangemode: "tozero" }) }];
   });
   let due = 0;
@@ -39,7 +39,7 @@ if (DATA.tension) {
 await chart("history-plot", () => {
   const s = DATA.signal, color = colour("left"), told = hover("%{x:.3f} s, %{y:.3f} g", "y acceleration");
   const line = { mode: "lines", line: { color, width: 1 } };
-  const axes = { xaxis: axis("time since the beginning of the record (s)"), yaxis: axis("y acceleration (g)"),
+  const axes = { xaxis: axis("time in the record (s)"), yaxis: axis("y acceleration (g)"),
                  uirevision: $("history-range").value, showlegend: false };
   if ($("history-range").value === "stretch")
     return [[{ name: "y acceleration", x: spread(s.stretch.length, 1 / s.rate).map((t) => t + 1 / s.rate), y: s.stretch, ...line, ...told }], axes];
@@ -71,7 +71,7 @@ if (DATA.shares) await chart("shares-plot", () => {
 });
 
 if (DATA.work) await chart("work-plot", () => {
-  const tones = { "put in": "accent", lost: "right", stored: "ring", open: "bad" };
+  const tones = { supplied: "accent", dissipated: "right", stored: "ring", residual: "bad" };
   const kinds = [...new Set(DATA.work.map((row) => row.kind))];
   return [kinds.map((kind) => {
     const rows = DATA.work.filter((row) => row.kind === kind);

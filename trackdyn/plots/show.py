@@ -133,7 +133,7 @@ def _page(recording: Recording, stretch: Replay | None, title: str) -> str:
         recording=recording,
         stretch=stretch,
         resolution=CONFIGURATION,
-        measures=measures,
+        measures=[{**dict([*row.items()][1:]), "name": row["name"]} for row in measures],  # a phone shows the first
         work=work,
         seconds=recording.seconds,
         decisions=decisions,
@@ -147,16 +147,18 @@ def _page(recording: Recording, stretch: Replay | None, title: str) -> str:
 def work_of(recording: Recording) -> list[dict]:
     """Change of every entry of the energy balance over the record (J), and what it leaves open."""
     change = dict(zip(ENERGY_NAMES, (recording.energy[-1] - recording.energy[0]).tolist(), strict=True))
-    put_in = change["sprocket_work"]
-    rows = [("put in", "sprocket_work", put_in)]
-    rows += [("lost", name, change[name]) for name in LOSSES] + [("stored", name, change[name]) for name in STORED]
-    rows.append(("open", "numerical error", put_in - sum(value for _, _, value in rows[1:])))
+    supplied = change["sprocket_work"]
+    rows = [("supplied", "sprocket_work", supplied)]
+    rows += [("dissipated", name, change[name]) for name in LOSSES] + [
+        ("stored", name, change[name]) for name in STORED
+    ]
+    rows.append(("residual", "numerical error", supplied - sum(value for _, _, value in rows[1:])))
     return [
         {
             "kind": kind,
             "entry": words(name),
             "work_j": value,
-            "work_share_pct": 100 * value / put_in if put_in else None,
+            "work_share_pct": 100 * value / supplied if supplied else None,
         }
         for kind, name, value in rows
     ]

@@ -67,7 +67,7 @@ def results(tmp_path_factory):
     pd.DataFrame(kinds).to_csv(results / "tables" / "parameters.csv", index=False)
     (results / "trade.csv").write_text("scene,error\nring,0.01\n", encoding="utf-8")
     promise = {"scene": "no ring 210 rpm", "measure": "left_share", "tolerance": 0.005, "cpu_s": 0.004}
-    promise |= {"trial_cpu_s": 0.41}
+    promise |= {"trial_cpu_s": 0.41, "setting": "semi_implicit, 0.0001 s"}
     promises = [promise | {"achieved_error": error, "met": met} for error, met in ((0.0093, False), (0.001, True))]
     promises.append(promise | {"achieved_error": np.nan, "met": None})
     pd.DataFrame(promises).to_csv(results / "planner.csv", index=False)
@@ -120,7 +120,7 @@ def test_a_short_run_and_a_rig_of_ones_own_are_said_to_be(results):
         and "are not public" not in first
     )
     assert own.count("The rig paper in the runs of the paper") == 2 and "A short run." not in own
-    for words in ("replicated</h1>", "sentences of Sects. 5.2", "are fitted"):
+    for words in ("caterpillar track</h1>", "sentences of Sects. 5.2", "are fitted"):
         assert words in page and words not in own
 
 

@@ -16,7 +16,7 @@ from replication.study.settings import LONG_RUN, ExtremesStudy, parts_of
 from trackdyn.inputs.files import write_csv
 from trackdyn.plots.style import BLACK, BLUE, ORANGE, VERMILION, new_figure, save, styled
 
-SOLVERS = {"riccati": (BLUE, "Riccati"), "transfer_product": (VERMILION, "literal product")}
+SOLVERS = {"riccati": (BLUE, "Riccati"), "transfer_product": (VERMILION, "transfer product")}
 KIND_LOOKS = {"link and connector": ("-", "o"), "uniform bars": ("--", "s"), "centres of percussion": (":", "^")}
 # above this every digit is lost: points beyond say no more
 ALL_LOST = 1e6
@@ -24,7 +24,7 @@ ALL_LOST = 1e6
 
 @styled
 def solvers_figure(rows: pd.DataFrame) -> Figure:
-    """Error of the literal product (a) and residual of the sweep (b) against the number of bodies."""
+    """Error of the transfer product (a) and residual of the Riccati form (b) against the number of bodies."""
     table = rows[(rows["family"] == "length of the chain") & (rows["group"] != "")]
     figure = new_figure(5.0)
     errors, residuals = figure.subplots(2, 1, height_ratios=(2.0, 1.0))
@@ -33,7 +33,7 @@ def solvers_figure(rows: pd.DataFrame) -> Figure:
         (dashes, marker), (colour, name) = KIND_LOOKS[kind], SOLVERS[solver]
         group_rows = group_rows.astype({"at": float, "value": float, "expected": float}).sort_values("at")
         measured = group_rows[np.isfinite(group_rows["value"]) & (group_rows["value"] < ALL_LOST)]
-        # measured points of the literal product stand by their prediction; the sweep has none
+        # measured points of the product stand by their prediction; the sweep has none
         look = {"color": colour, "linestyle": "none" if solver == "transfer_product" else dashes}
         for ax, here in ((errors, measured["measure"] != "residual"), (residuals, measured["measure"] == "residual")):
             label = f"{name}, {kind}" if here.any() else None
@@ -45,9 +45,12 @@ def solvers_figure(rows: pd.DataFrame) -> Figure:
     longest = table.loc[table["measure"] != "residual", "at"].astype(float).max()
     errors.set(xscale="log", yscale="log", xlim=(5, 1.2 * longest), ylim=(3e-17, ALL_LOST))
     errors.set_ylabel("relative difference")
+    errors.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    errors.xaxis.set_major_formatter("{x:g}")
+    errors.xaxis.set_minor_formatter(NullFormatter())
     residuals.set(xscale="log", yscale="log", xlabel="bodies of the chain", ylabel="relative residual")
-    errors.set_title("(a) literal product: difference of the accelerations from the sweep's, median of three poses")
-    residuals.set_title("(b) Riccati sweep: residual of the equations of motion")
+    errors.set_title("(a) transfer product: difference from (b), median of three poses")
+    residuals.set_title("(b) Riccati form: residual of the equations of motion")
     figure.legend(loc="outside lower center", ncols=2)
     return figure
 

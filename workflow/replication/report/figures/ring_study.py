@@ -10,8 +10,8 @@ from trackdyn.plots.ring_study import figures
 from trackdyn.plots.style import COLOURS, DASHES, MARKERS, PRINTED, new_figure, save, styled
 
 MARKS = {
-    "printed: the right arc lets go": printed.RADIUS_WITHOUT_RIGHT_CONTACT,
-    "printed: recommended": printed.RADIUS_CHOSEN,
+    "right arc free from here on (printed)": printed.RADIUS_WITHOUT_RIGHT_CONTACT,
+    "recommended (printed)": printed.RADIUS_CHOSEN,
 }
 STEADY = printed.STEADY_LEFT_SHARE, printed.RADIUS_OF_STEADY_LEFT_SHARE
 

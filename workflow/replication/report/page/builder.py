@@ -31,6 +31,7 @@ from trackdyn.inputs.files import read_npz, write_text
 from trackdyn.jit import source_hash
 from trackdyn.measure.catalogue import NAMED
 from trackdyn.measure.cells import significant
+from trackdyn.measure.columns import words
 from trackdyn.measure.ring_rule import COMPARED, RULE, advice, parse_rule
 from trackdyn.plots.rendering import render
 from trackdyn.plots.style import DPI
@@ -52,16 +53,8 @@ PARTS = {
     "The sprocket": "fig25",
 }
 WITH = {"fig18": "lines"}  # a table of ours below a figure of the paper
-PROMISED = (
-    "scene",
-    "measure",
-    "tolerance",
-    "achieved_error",
-    "met",
-    "setting",
-    "duration_s",
-    "cpu_s",
-)  # trial included
+# the last one with its trial
+PROMISED = ("measure", "tolerance_pct", "achieved_error_pct", "met", "setting", "duration_s", "cpu_s")
 OTHERS = [name for name in STUDIES if name not in ("trade", "fidelity")]  # studies with a section of their own
 # tables whose files the page hands out; the first folder that has one
 TABLES = (
@@ -111,20 +104,31 @@ def build_page(
     of_paper = sorted((item.key for item in PAPER), key=lambda key: AFTER.get(key, key))
     parts: dict[str, list] = {}
     for key in (key for key in of_paper if key in by_key):
-        part = next(words for words, end in PARTS.items() if AFTER.get(key, key) < end)
+        part = next(part for part, end in PARTS.items() if AFTER.get(key, key) < end)
         parts.setdefault(part, []).append(by_key[key])
     parameters, planner = _rows(results, "tables/parameters.csv"), _rows(results, "planner.csv") or []
     same = same_answer(pd.DataFrame([row for row in planner if row["measure"] == "rms" and row["met"] is not None]))
     for row in planner:
         if row["met"] is not None:
             row["cpu_s"] += row["trial_cpu_s"]
-        row["measure"] = "{0.words} ({0.kind})".format(NAMED[row["measure"]])
+            row["setting"] = ", ".join(map(words, row["setting"].split(", ")))
+        for name in ("tolerance", "achieved_error"):
+            row[f"{name}_pct"] = None if row[name] is None else 100 * row[name]
+        measure = NAMED[row["measure"]]
+        row["measure"] = measure.words + (" (of a turn)" if measure.kind == "turns" else "")
+    card, of_ring = _card(results, own, plausible), _ring_study(results, teeth)
+    there = {  # sections of the page
+        "sensor": "table3" in by_key, "numbers": card and card["numbers"], "figures": True,
+        "sprocket": "The sprocket" in parts, "ring-study": of_ring,
+        "tracks": (card and card["picture"]) or "creep" in by_key, "front": True,
+    } | dict.fromkeys((*OTHERS, "parameters", "provenance"), True)  # fmt: skip
     return render(
         "page.html.j2",
         SCRIPTS,
         {"files": files},
         Path(__file__).parent,
-        card=_card(results, own, plausible),
+        card=card,
+        sections=[name for name, shown in there.items() if shown],
         short=short,
         own=own,
         symbols=MARKS,
@@ -134,13 +138,14 @@ def build_page(
         fidelity=by_key.get("fidelity"),
         same_answer=same,
         planner=[{name: row[name] for name in PROMISED if name in row} for row in planner],
+        scenes="; ".join(dict.fromkeys(row["scene"] for row in planner)),
         recordings=recordings,
         version=__version__,
         sources=source_hash(),
         parts=parts,
         beside=WITH,
         entries=by_key,
-        of_ring=_ring_study(results, teeth),
+        of_ring=of_ring,
         others={name: [entry for entry in by_key.values() if entry["item"].rule == name] for name in OTHERS},
         front=by_key.get(FRONT),
         missing=missing_items(results),
