@@ -29,7 +29,7 @@ SCRIPTS = sorted(
 )
 # rules that simulate: what is measured or written of their runs is no matter of theirs
 SIMULATING = re.compile(
-    r"simulate|ring_runs|runs_without_ring|peer_runs|peer_trade|trade_scene|trade_promises"
+    r"simulate|ring_runs|runs_without_ring|peer_runs|trade_scene|trade_promises"
     r"|extremes_part|animation_run|warm_up.*|fidelity_setting"
 )
 
@@ -242,7 +242,7 @@ def test_a_measure_reruns_the_studies_whose_rows_are_measures_and_no_other_run(p
     added = in_place_of("OTHERS = (", 'OTHERS = (Measure("sway_g", "a sum", "g", "sway"),')
     with pretended.edited({"trackdyn/measure/catalogue.py": added}):
         due = pretended.due()
-    studies = {"fidelity_setting", "peer_trade", "trade_promises", "trade_scene"}
+    studies = {"fidelity_setting", "trade_promises", "trade_scene"}
     assert {rule for rule in due if SIMULATING.fullmatch(rule)} == studies and {"measure", "metrics"} <= due.keys()
 
 

@@ -282,9 +282,9 @@ class Limit(NamedTuple):
     values: np.ndarray  # (m,) what the limit is the mean of, passage by passage
 
 
-def weight_of_finer(fine: float, coarse: float, order: int = 1) -> float:
-    """Share of the difference of two steps (s) by which the finer one misses the limit, by a method of an order."""
-    return fine**order / (coarse**order - fine**order)
+def weight_of_finer(fine: float, coarse: float) -> float:
+    """Share of the difference of two steps (s) by which the finer one misses the limit, by a method of order 1."""
+    return fine / (coarse - fine)
 
 
 def extrapolated(fine: Series, coarse: Series, weight: float) -> np.ndarray:

@@ -29,12 +29,3 @@ rule peer:
     params: accuracy_pct=CONFIG.peers.accuracy_pct
     log: f"{R}/logs/peer.log"
     script: "../replication/report/figures/peer.py"
-
-
-rule peer_trade:
-    """The point of Exudyn in the picture of accuracy against cost; without Exudyn there is none."""
-    input: rig=CONFIG.rig, kernels=KERNELS
-    output: f"{R}/peers/trade.csv"
-    params: steps_s=sorted(CONFIG.peers.exudyn_steps_s)[-2:]
-    log: f"{R}/logs/peer_trade.log"
-    script: "../replication/peers/trade_point.py"

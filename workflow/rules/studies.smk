@@ -58,11 +58,6 @@ rule trade:
     input:
         parts=[f"{R}/trade/trade_{name}.csv" for name in measured_scenes(CONFIG.studies.trade)],
         promises=[f"{R}/trade/promises_{name}.csv" for name in promised_scenes(CONFIG.studies.trade)],
-        peers=lambda wildcards: (
-            rules.peer_trade.output
-            if CONFIG.peers and {"studies", "pictures"} & {*workflow.dag_settings.targets}
-            else []
-        ),
     output:
         csv=f"{R}/trade.csv",
         planner=f"{R}/planner.csv",

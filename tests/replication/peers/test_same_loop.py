@@ -1,15 +1,11 @@
-"""A loop in Exudyn, too: its point in the picture of accuracy against cost, what it refuses, and equal motion."""
-
-import sys
+"""A loop in Exudyn, too: what it refuses, and equal motion."""
 
 import numpy as np
 import pytest
 
-from replication.peers import trade_point
 from replication.peers.comparison import run_peer
 from replication.peers.contact import make_contacts, peer_contact_loads
-from replication.peers.exudyn_loop import PeerRun, drive_at, free_wheels
-from replication.peers.trade_point import links_rms, peer_point
+from replication.peers.exudyn_loop import drive_at, free_wheels
 from replication.study.settings import PEER_LAWS
 from tests.conftest import contact_table
 from trackdyn.inputs.errors import InputError
@@ -17,39 +13,6 @@ from trackdyn.measure.spectra import high_frequency_rms
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.simulate import simulate
-
-
-def circles(samples, rate, radius=1.0):
-    """Mass centres of 35 links on circles at 2 rad/s, each in its own phase, (s, 35, 2)."""
-    angle = 2 * np.arange(samples)[:, None] / rate + np.linspace(0, 6, 35)
-    return radius * np.stack([np.cos(angle), np.sin(angle)], axis=2)
-
-
-def test_rms_of_a_known_motion():
-    """Links on circles of 1 m at 2 rad/s have 4 m/s2 each; second differences see it to (w T)^2 / 12."""
-    assert links_rms(circles(1001, 1000.0), 1000.0) == pytest.approx(4.0, rel=1e-6)
-
-
-def test_error_of_the_point_is_that_of_its_step(rig, monkeypatch):
-    """Made-up runs with an error of 1 % at a step of 1 ms, of order 2; what comes before the record is left out."""
-    rate = rig.rate
-
-    def run(scene, step):
-        samples = round((scene.ramp + scene.duration) * rate) + 1
-        centre = np.repeat(circles(samples, rate, 1 + 0.01 * (step / 1e-3) ** 2), 2, axis=1)
-        centre[: round(scene.ramp * rate)] = 1e3 * np.random.default_rng(1).standard_normal(2)
-        return PeerRun(None, centre, None, None, 0.0, 0.0), None
-
-    monkeypatch.setattr(trade_point, "run_peer", run)
-    monkeypatch.setattr(trade_point, "require_exudyn", lambda: None)
-    (row,) = peer_point(rig, [5e-4, 1e-3]).to_dict("records")
-    assert row["step_s"] == 1e-3 and row["error"] == pytest.approx(0.01, rel=1e-3)
-
-
-def test_without_the_other_code_there_is_no_point(rig, monkeypatch, capsys):
-    monkeypatch.setitem(sys.modules, "exudyn", None)
-    assert peer_point(rig, [1e-3, 5e-4]).empty
-    assert "exudyn is not installed; in the clone: pip install -e '.[peers]'" in capsys.readouterr().out
 
 
 def test_a_loop_that_the_other_code_has_not_is_refused_with_one_that_it_has(rig):

@@ -123,8 +123,7 @@ def test_names_in_the_picture_of_the_readme_cover_no_point_and_no_other_name():
     rows = pd.read_csv(Path(__file__).parents[3] / "docs" / "measured" / "trade.csv")
     planned = {"measure": "rms", "tolerance": 0.01, "achieved_error": 2e-3, "cpu_s": 0.7, "trial_cpu_s": 0.9}
     planned |= {"scene": "ring 0.306 m 195 rpm", "step_s": 1e-4}
-    peers = {"step_s": 5e-4, "error": 1.6e-3, "cpu_s": 23.0}
-    figure = trade_figure(rows, pd.DataFrame([planned]), pd.DataFrame([peers]))
+    figure = trade_figure(rows, pd.DataFrame([planned]))
     axis, below = figure.axes
     assert [line.get_xdata()[0] for line in below.lines if len(line.get_xdata())] == [
         pytest.approx(1.6)
@@ -132,8 +131,8 @@ def test_names_in_the_picture_of_the_readme_cover_no_point_and_no_other_name():
     figure.draw_without_rendering()
     names = {text.get_text(): text for text in axis.texts if text.get_visible()}
     assert {"belt", "preset paper, 0.05 ms", "3D, 0.05 ms"} <= names.keys()
-    # two semi-implicit and two linearly implicit steps, RK4, three coarser or dearer models, and the peer
-    assert len(names) == len(axis.lines) == 9 and axis.get_xlim()[0] <= 0.1
+    # two semi-implicit and two linearly implicit steps, RK4, and three coarser or dearer models
+    assert len(names) == len(axis.lines) == 8 and axis.get_xlim()[0] <= 0.1
     boxes = [Text.get_window_extent(text, figure.canvas.get_renderer()) for text in names.values()]
     points = axis.transData.transform([line.get_xydata()[0] for line in axis.lines])
     assert not any(box.overlaps(other) for box, other in combinations(boxes, 2))

@@ -68,11 +68,11 @@ def same_answer(rows: pd.DataFrame) -> str:
 
 
 @styled
-def trade_figure(rows: pd.DataFrame, promises: pd.DataFrame, peers: pd.DataFrame | None = None) -> Figure:
+def trade_figure(rows: pd.DataFrame, promises: pd.DataFrame) -> Figure:
     """Error of the RMS against the CPU time of the answer in one scene with a ring, every point with its name.
 
     Below stand the planner's ``promises`` (`accuracy.promises`) of `PLANNED` with their trials, of the scenes kept
-    apart. The points of ``peers`` are those of `peers.trade_point`.
+    apart.
     """
     data, pictured = answers(rows), scene_name(*PICTURED)
     here = data[(data["scene"] == pictured) & (data["measure"] == "rms")]
@@ -89,13 +89,11 @@ def trade_figure(rows: pd.DataFrame, promises: pd.DataFrame, peers: pd.DataFrame
                 words = f"preset {REFERENCE}, {1e3 * step:g} ms"
             colour = COLOURS[list(METHOD_WORDS).index(row["integrator"])] if full else "0.35"
             points.append((row["cpu_s"], row["error"], words, colour, mark))
-    for _, row in () if peers is None else peers.iterrows():
-        points.append((row["cpu_s"], row["error"], f"Exudyn, {1e3 * row['step_s']:g} ms", GREEN, "*"))
     figure = new_figure(4.6)
     axis, planned = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
     points = sorted((x, max(error, LEAST_ERROR), *look) for x, error, *look in points)
     for x, error, _, colour, mark in points:
-        axis.loglog(x, 100 * error, mark, color=colour, ms=6, mfc=colour if mark in "o*" else "none")
+        axis.loglog(x, 100 * error, mark, color=colour, ms=6, mfc=colour if mark == "o" else "none")
     ends = axis.get_xlim()
     axis.set_xlim(min(0.1, ends[0]), max(20.0, ends[1]))
     axis.xaxis.set_major_locator(FixedLocator([0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50]))
@@ -167,5 +165,4 @@ def main(job) -> None:
     )
     write_csv(out.csv, rows)
     write_csv(out.planner, promises)
-    peers = pd.read_csv(inputs.peers[0]) if inputs.peers else None
-    save(trade_figure(rows, promises, peers), out.figure[0])
+    save(trade_figure(rows, promises), out.figure[0])
