@@ -29,7 +29,7 @@ def significant(value, digits: int = 3) -> str:
 
 
 def cell(value, digits: int = 3) -> str:
-    """A cell as text, as in the Markdown tables (`significant`), with a proper minus."""
+    """A cell as text (`significant`), with a proper minus."""
     text = significant(value, digits)
     return text.replace("-", "\N{MINUS SIGN}") if isinstance(value, float) else text
 

@@ -34,14 +34,14 @@ LARGEST = 50_000_000  # bytes of a manifest that is read; that of the full run h
 LONGEST_TEXT = 120_000  # bytes; a longer table is known by its hash only
 PACKAGES = ("numpy", "scipy", "numba", "pandas", "matplotlib", "snakemake")
 ENDS = {  # kinds of files, and how whole ones end
-    ".csv": rb"\n", ".md": rb"\n", ".json": rb"[}\]]\s*", ".svg": rb"</svg>\s*", ".png": rb"IEND\xaeB`\x82",
+    ".csv": rb"\n", ".json": rb"[}\]]\s*", ".svg": rb"</svg>\s*", ".png": rb"IEND\xaeB`\x82",
     ".gif": rb";", ".npz": rb"PK\x05\x06.{18}",
 }  # fmt: skip
 # Files that no two runs share: caches, costs, and what shows times of computing or follows from them (the planner takes
 # what was cheapest); and files that are being written.
 LEFT_OUT = re.compile(
     r"(kernels|benchmarks)/.*|README\.md|manifest\.json|article\.json|(.*/)?\..*"
-    r"|(.*/)?(tables/fidelity\.md|figures/trade\.(png|svg)|planner\.csv|promises_[^/]+\.csv)"
+    r"|(.*/)?(figures/trade\.(png|svg)|planner\.csv|promises_[^/]+\.csv)"
 )
 TIMED_COLUMN = re.compile(r"(start_)?(wall|cpu)_s(_per_s)?|resident_mb")
 
@@ -52,7 +52,7 @@ RELATIVE = 2e-5
 ROUNDING = {"loop_gap_max_m": 1e-10, "gap_before_projection_m": 1e-9, "loop_gap_m": 1e-10, "gap_m": 1e-10}
 NOTHING = 1e-9  # a smaller difference counts as none, relative to the largest value of its column
 SIZE = 0.1  # by which the size of a picture or recording may differ: other last digits hardly change how it packs
-TEXTS = {".csv", ".md", ".json", ".svg"}
+TEXTS = {".csv", ".json", ".svg"}
 EQUAL, WITHIN, BYTES, DIFFERS, MISSING, EXTRA = "equal", "within", "bytes", "differs", "missing", "extra"
 WORDS = {
     EQUAL: "equal", WITHIN: "within the tolerance between processors",
@@ -234,8 +234,7 @@ def _judge(path: Path, ours: File | None, theirs: File | None) -> tuple[str, str
             return _tables(read_cells(ours.text), read_cells(theirs.text))
         except ValueError:  # pandas' own are such, too
             return DIFFERS, "is no table"
-    # a page in Markdown stands beside the table of its numbers
-    if abs(ours.bytes - theirs.bytes) > SIZE * theirs.bytes and path.suffix != ".md":
+    if abs(ours.bytes - theirs.bytes) > SIZE * theirs.bytes:
         return DIFFERS, f"has {ours.bytes} bytes, expected {theirs.bytes}"
     return BYTES, "bytes differ; the manifest holds no numbers of it"
 

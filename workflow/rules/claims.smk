@@ -18,12 +18,10 @@ rule claims:
         values=f"{R}/claims_values.csv",
         schema=f"{R}/claims.schema.json",
         values_schema=f"{R}/claims_values.schema.json",
-        md=f"{R}/claims.md",
     params:
         rpm=CONFIG.meshing.speed_rpm,
         radius=CONFIG.meshing.ring_radius_m,
         rounded=CONFIG.rounded_speeds,
-        seconds=CONFIG.records.duration_s,
         rig=Path(CONFIG.rig).stem,
     log: f"{R}/logs/claims.log"
     script: "../replication/report/claims.py"

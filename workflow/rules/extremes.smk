@@ -18,9 +18,8 @@ rule extremes:
     output:
         csv=f"{R}/extremes.csv",
         chunks=f"{R}/extremes_long_run.csv",
-        md=f"{R}/tables/extremes.md",
         summary=f"{R}/tables/extremes.csv",
-        short_runs=multiext(f"{R}/tables/extremes_short_runs", ".csv", ".md"),
+        short_runs=f"{R}/tables/extremes_short_runs.csv",
         solvers=figure("extremes_solvers"),
         stability=figure("extremes_stability"),
     params: study=CONFIG.studies.extremes.model_dump()

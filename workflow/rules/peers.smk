@@ -23,7 +23,6 @@ rule peer:
         **rules.peer_runs.output,
     output:
         table=f"{R}/tables/table2.csv",
-        table_md=f"{R}/tables/table2.md",
         figure13=figure("fig13"),
         figure14=figure("fig14"),
     params: accuracy_pct=CONFIG.peers.accuracy_pct

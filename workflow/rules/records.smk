@@ -43,9 +43,7 @@ rule parameters:
     input: rig=CONFIG.rig
     output:
         csv=f"{R}/tables/parameters.csv",
-        md=f"{R}/tables/parameters.md",
         groove=f"{R}/tables/table1.csv",
-        groove_md=f"{R}/tables/table1.md",
     log: f"{R}/logs/parameters.log"
     script: "../replication/report/parameters.py"
 
@@ -59,7 +57,6 @@ rule sensor_records:
     output:
         records=RECORDS,
         csv=f"{R}/tables/sensor_records.csv",
-        md=f"{R}/tables/sensor_records.md",
     params:
         speeds=CONFIG.records.speeds_rpm,
         synthetic=CONFIG.synthetic,
@@ -75,11 +72,8 @@ rule statistics:
         sensors=RECORDS,
     output:
         csv=f"{R}/tables/table3.csv",
-        md=f"{R}/tables/table3.md",
         lines=f"{R}/tables/lines.csv",
-        lines_md=f"{R}/tables/lines.md",
         coarse=f"{R}/tables/table4.csv",
-        coarse_md=f"{R}/tables/table4.md",
     params:
         runs=SPEEDS,
         speeds=CONFIG.records.speeds_rpm,

@@ -23,7 +23,6 @@ rule fidelity:
     input: settings=[f"{R}/fidelity/{setting}.csv" for setting in CONFIG.ladder_settings]
     output:
         csv=f"{R}/fidelity.csv",
-        md=f"{R}/tables/fidelity.md",
         wide=f"{R}/tables/fidelity.csv",
     log: f"{R}/logs/fidelity.log"
     script: "../replication/report/fidelity.py"

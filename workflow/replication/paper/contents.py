@@ -59,12 +59,3 @@ PAPER, OWN, OF_STUDIES = (_GROUPS[group] for group in ("paper", "own", "studies"
 def missing_items(results: Path | str) -> list[Item]:
     """The figures and tables of the paper that a results folder lacks, in the paper's order."""
     return [item for item in PAPER if not item.files(results)]
-
-
-def caption(key: str, synthetic: bool | None = True) -> str:
-    """Caption of the figure or table ``key`` after its label, as it stands above a written table.
-
-    ``synthetic`` says what the sensor's records are (`printed.SENSORS`).
-    """
-    (item,) = (item for item in (*PAPER, *OWN, *OF_STUDIES) if item.key == key)
-    return (f"{item.label}. " if item.label else "") + "\n\n".join(item.caption(synthetic))

@@ -28,12 +28,11 @@ from replication.paper.scorecard import (
 )
 from replication.report.figures.peer import table2_outcome
 from replication.report.figures.trade import trade_sentence
-from replication.report.tables import table_cell
 from replication.study.extremes.stability_map import stable_steps
 from trackdyn.inputs.errors import TrackdynError
 from trackdyn.inputs.extras import required
 from trackdyn.inputs.files import replacing, write_text
-from trackdyn.measure.cells import cell
+from trackdyn.measure.cells import cell, significant
 
 # sentences of which the text gives the share of plausible tracks
 SHARES = {"free": "19", "bears": "14", "near_ten": "21", "flat": "20"}
@@ -110,11 +109,17 @@ def article_values(tables: Mapping[str, pd.DataFrame], missing: str, accuracy_pc
 def _texts(frame: pd.DataFrame) -> list[list[str]]:
     return [
         [
-            table_cell(name, value) if name.endswith("difference_pct") else cell(value)
+            _percent(value) if name.endswith("difference_pct") else cell(value)
             for name, value in zip(frame, row, strict=True)
         ]
         for row in frame.itertuples(index=False)
     ]
+
+
+def _percent(value) -> str:
+    """Percent have no more than two decimals."""
+    small = isinstance(value, float) and abs(value) < 10
+    return f"{value:.2f}".replace("-0.00", "0.00") if small else significant(value)
 
 
 def _tooth(changes: pd.DataFrame) -> dict[str, str]:

@@ -4,8 +4,6 @@ from trackdyn.sweeps.snakemake_job import run_job
 
 import pandas as pd
 
-from replication.paper.contents import caption
-from replication.report.tables import headed, write_captioned_table
 from replication.study.accuracy.ladder import compare_rungs
 from trackdyn.inputs.files import write_csv
 
@@ -25,5 +23,4 @@ def main(job) -> None:
     """Rule `fidelity`."""
     rows = compare_rungs(pd.concat(map(pd.read_csv, job.input.settings), ignore_index=True))
     write_csv(job.output.csv, rows)
-    table = ladder_table(rows)
-    write_captioned_table(table, job.output.wide, caption("fidelity"), shown=headed(table, "fidelity"))
+    write_csv(job.output.wide, ladder_table(rows))

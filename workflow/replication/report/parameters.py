@@ -5,8 +5,7 @@ from trackdyn.sweeps.snakemake_job import run_job
 import numpy as np
 import pandas as pd
 
-from replication.paper.contents import caption
-from replication.report.tables import write_captioned_table
+from trackdyn.inputs.files import write_csv
 from trackdyn.rig.groove import Groove
 from trackdyn.rig.rig import load_rig, parameter_table
 
@@ -25,6 +24,6 @@ def table1(groove: Groove) -> pd.DataFrame:
 def main(job) -> None:
     """Rule `parameters`."""
     table, groove = parameter_table(job.input.rig), load_rig(job.input.rig).groove_profile
-    write_captioned_table(table, job.output.csv, caption("parameters"), digits=9)  # as they were given
-    write_captioned_table(table1(groove), job.output.groove, caption("table1"), digits=4)
+    write_csv(job.output.csv, table)
+    write_csv(job.output.groove, table1(groove))
     print(table["kind"].value_counts())

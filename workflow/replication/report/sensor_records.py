@@ -4,9 +4,8 @@ from trackdyn.sweeps.snakemake_job import run_job
 
 import pandas as pd
 
-from replication.paper.contents import caption
-from replication.report.tables import write_captioned_table
 from trackdyn.inputs.errors import InputError
+from trackdyn.inputs.files import write_csv
 from trackdyn.measure.axes import require_axes
 from trackdyn.measure.compare import whole_ratio
 from trackdyn.measure.spectra import LEAST_PERIODS
@@ -37,4 +36,4 @@ def main(job) -> None:
         rows.append({"speed_rpm": rpm, "file": path, **record.done})
         comments = [f"{path}: {what}", *(f"{name}: {text}" for name, text in record.done.items())]
         write_sensor_csv(out, record.time, record.ax, record.ay, record.az, comments)
-    write_captioned_table(pd.DataFrame(rows), job.output.csv, caption("sensor_records"))
+    write_csv(job.output.csv, pd.DataFrame(rows))

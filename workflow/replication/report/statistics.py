@@ -11,10 +11,9 @@ import numpy as np
 import pandas as pd
 
 from replication.paper import printed
-from replication.paper.contents import caption
 from replication.paper.printed import SENSORS, value_difference
-from replication.report.tables import headed, write_captioned_table
 from trackdyn.inputs.errors import InputError
+from trackdyn.inputs.files import write_csv
 from trackdyn.measure.columns import error_of
 from trackdyn.measure.taken import record_metrics
 from trackdyn.sensor.sensor_csv import SensorRecord, read_sensor
@@ -114,9 +113,6 @@ def main(job) -> None:
     records = metrics.set_index("run").loc[params.runs].reset_index()
     paths = zip_longest(params.speeds, job.input.get("sensors", ()))
     sensors = {rpm: read_sensor(path, range_g=inf) if path else None for rpm, path in paths}
-    for key, table, path, digits in (
-        ("table3", table3(records, sensors, label), output.csv, 3),
-        ("lines", lines_table(records, sensors, label), output.lines, 4),
-        ("table4", table4(metrics, params.speeds), output.coarse, 3),
-    ):
-        write_captioned_table(table, path, caption(key, params.synthetic), digits, headed(table, key))
+    write_csv(output.csv, table3(records, sensors, label))
+    write_csv(output.lines, lines_table(records, sensors, label))
+    write_csv(output.coarse, table4(metrics, params.speeds))

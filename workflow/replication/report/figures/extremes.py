@@ -7,7 +7,6 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
-from replication.report.tables import write_captioned_table
 from replication.study.extremes.judge import COLUMNS, extremes_summary
 from replication.study.extremes.long_run import long_run
 from replication.study.extremes.resolved import short_runs_summary, short_runs_verdict
@@ -102,13 +101,13 @@ def main(job) -> None:
     write_csv(out.csv, rows)
     counts = extremes_summary(rows)
     last = counts.iloc[-1]
-    sentence = (
+    print(
         f"Extremes: {last['rows']} cases, of which {last['completed']} completed with every invariant in bounds, "
         f"{last['marked']} completed and say that they are not resolved, {last['refused']} were refused in one "
         f"sentence and {last['defects']} ended in none of these ways."
     )
-    write_captioned_table(counts, out.summary, sentence)
-    short_runs = short_runs_summary(rows)
-    write_captioned_table(short_runs, out.short_runs[0], short_runs_verdict(short_runs))
+    write_csv(out.summary, counts)
+    write_csv(out.short_runs, short_runs := short_runs_summary(rows))
+    print(short_runs_verdict(short_runs))
     save(solvers_figure(rows), out.solvers[0])
     save(stability_figure(rows), out.stability[0])
