@@ -1,5 +1,7 @@
 """Ranges: one rig has every value within its own, and jointly; the others say which they have outside."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -71,7 +73,8 @@ def test_rigs_of_real_parts_have_no_value_outside_its_range(name):
     ],
 )
 def test_values_outside_the_range_that_they_inherit_are_listed(tmp_path, text, starts):
-    for name, content in (("mine", f"like: bench\n{text}\n"), ("child", "like: mine.yaml\n")):
+    children = ((child, f"like: {name}.yaml\n") for name, child in pairwise(["mine", *"abcdef"]))
+    for name, content in (("mine", f"like: bench\n{text}\n"), *children):
         path = tmp_path / f"{name}.yaml"
         path.write_text(content, encoding="utf-8")
         sentences = outside_ranges(path)

@@ -28,6 +28,13 @@ def clock(t, hours=True):
     )
 
 
+# packets of ten rows, of two sensors in turn
+PACKETS = "t_s,ay_g,box\n" + "".join(
+    f"{T[first + k]:.3f},{ay[first + k]},{box}\n"
+    for first in range(0, T.size, 10)
+    for box, ay in (("a", AY), ("b", np.roll(AY, 177)))
+    for k in range(10)
+)
 FORMS = {
     "plain": (table("t_s,ay_g", lambda k, t, a: f"{t:.3f},{a}"), {}),
     "afternoon": (
@@ -39,6 +46,13 @@ FORMS = {
     "past the hour": (table("time,ay_g", lambda k, t, a: f"{clock(3598.5 + t, False)},{a}"), {}),
     "blank lines": (table("t_s,ay_g", lambda k, t, a: f"{t:.3f},{a}\n"), {}),
     "units in cells": (table("t_s,ay", lambda k, t, a: f"{t:.3f},{a} g"), {}),
+    "units with raised signs": (table("t_s,ay", lambda k, t, a: f"{t:.3f},{9.81 * a:.5f} m/s\N{SUPERSCRIPT TWO}"), {}),
+    "apostrophes": (table("t_ms;ay_mg", lambda k, t, a: f"{8 * k};{1000 * a:,.1f}".replace(",", "'")), {}),
+    "blanks in thousands": (
+        table("t_ms;ay", lambda k, t, a: f"{8 * k};{1000 * a:,.1f} mg".replace(",", "\N{NO-BREAK SPACE}")),
+        {},
+    ),
+    "stamps in brackets": (table("time;ay_g", lambda k, t, a: f"[10:00:{t:06.3f}];{a}"), {}),
     "quoted lines": (table('"t_s,ay_g"', lambda k, t, a: f'"{t:.3f},{a}"'), {}),
     "secs and nsecs": (table("secs,nsecs,ay_g", lambda k, t, a: f"{int(17 + t)},{round(t % 1 * 1e9)},{a}"), {}),
     "a row of another sensor": (table("t_s,ay_g,temp", lambda k, t, a: f"{t:.3f},{a},\n{t + 0.004:.3f},,20"), {}),
@@ -82,7 +96,21 @@ def test_a_message_among_the_rows_is_a_gap(tmp_path):
     ("text", "words"),
     [
         (table("t_s,kind,ay_g", lambda k, t, a: f"{t:.3f},ACC,{a}\n{t:.3f},GYR,{a}"), "`group: ACC`"),
+        (table("t_s,id,ay_g", lambda k, t, a: f"{t:.3f},1.0,{a}\n{t + 0.004:.3f},2.0,{-a}"), "`group: 1.0`"),
+        (PACKETS, "`group: a`"),
         (table("t_ms,ay_g", lambda k, t, a: f"{8 * k},{a - 0.7:.4f}".replace(".", ",")), "decimal commas among commas"),
+        (table("t_ms,ay_mg", lambda k, t, a: f"{8 * k},{1000 * a:.1f}".replace(".", ",")), "decimal commas among"),
+        (
+            table("t_s,ay", lambda k, t, a: f"{t:.3f},{a} g" if k % 9 else f"{t:.3f},{1000 * a:.1f} mg"),
+            "number .* in mg",
+        ),
+        (table("t_s,ay_mg", lambda k, t, a: f"{t:.3f},{a} g"), "the unit 'mg and g'"),
+        (table("t_s,ay_g", lambda k, t, a: f"{T[-1] - t:.3f},{a}"), "sort the rows"),
+        (table("t_s,ay_g", lambda k, t, a: f"{T[k ^ 1]:.3f},{AY[k ^ 1]}"), "sort the rows"),
+        (
+            table("t;ay_g", lambda k, t, a: f"{8 * k:,};{a}".replace(",", "*").replace(".", ",").replace("*", ".")),
+            "thous",
+        ),
         (table("t_s,channel", lambda k, t, a: f"{t:.3f},{a}"), "axes: {ay: NAME}`.*`unit: g`"),
     ],
 )
@@ -92,11 +120,19 @@ def test_what_has_two_meanings_is_refused(text, words, tmp_path):
         read_sensor(tmp_path / "record.csv")
 
 
-def test_rows_that_stand_still_are_named(tmp_path):
-    ay = np.where(T < 1, 0.0, AY)
-    (tmp_path / "record.csv").write_text("t_s,ay_g\n" + "".join(f"{t:.3f},{a}\n" for t, a in zip(T, ay, strict=True)))
-    (doubt,) = read_sensor(tmp_path / "record.csv").doubts
-    assert "the 125 rows from line 2 to line 126 are all the same" in doubt and "`from: 1`" in doubt
+@pytest.mark.parametrize(
+    ("still", "start", "words"),
+    [
+        (T < 1, 0, ("125 rows from line 2 to line 126", "`from: 1`")),
+        ((T < 1) | (T > 2.9), 1, ("37 rows from line 365 to line 401", "`to: 2.896`")),
+        ((T > 1.5) & (T < 2), 0, ("62 rows from line 190", "`from: 2` or `to: 1.496`")),
+    ],
+)
+def test_rows_that_stand_still_are_named(still, start, words, tmp_path):
+    rows = zip(T, np.where(still, 0.0, AY), strict=True)
+    (tmp_path / "record.csv").write_text("t_s,ay_g,ax_g\n" + "".join(f"{t:.3f},{a},{t % 0.3:.3f}\n" for t, a in rows))
+    (doubt,) = read_sensor(tmp_path / "record.csv", load_mapping(start=start)).doubts
+    assert all(word in doubt for word in words), doubt
 
 
 @pytest.mark.parametrize(

@@ -112,6 +112,7 @@ DEFECTS = {
     "a spreadsheet": (b"PK\x03\x04" + bytes(100), ("an archive or a spreadsheet",)),
     "a database": (b"SQLite format 3\0", ("SQLite", "docs/your-loggers-file.md")),
     "EDF": (b"0".ljust(8) + b"X X X X".ljust(1000) + bytes(900), ("EDF", "docs/your-loggers-file.md")),
+    "packed otherwise": (b"BZh91AY&SY" + bytes(100), ("an archive", "unpack")),
     "binary data": (np.arange(500, dtype="<i2").tobytes(), ("binary data",)),
     # columns by number
     "two named 3": ("t,1,2,3\n" + BARE, ("columns 3 ('2') and 4 ('3')", "axes: {ay: '#3'}"), by("1", "3")),
@@ -185,6 +186,12 @@ def test_senseless_options_are_refused(options, tmp_path):
         "# one\n# two, with commas; and more\n" + CLEAN,
         b"\xef\xbb\xbf" + CLEAN.encode(),
         CLEAN.encode("utf-16"),
+        CLEAN.encode("utf-16-le"),
+        CLEAN.encode("utf-16-be"),
+        CLEAN.encode("utf-32"),
+        CLEAN + ",,,\n,,,\n",
+        CLEAN.replace(HEADER, HEADER + "\n" + "-" * 20),
+        CLEAN.replace(HEADER, HEADER + "\nlogger ready"),
         b"# B\xfcro\n" + CLEAN.encode(),
         CLEAN.replace("0.003,0.1000", '0.003,"0.1"'),
         CLEAN.replace(HEADER, "T_s, AX_G ,'ay_g',\"Az_g\""),
@@ -292,6 +299,7 @@ UNITS = {
     "mg": ("mg", 1e3),
     "m/(s^2)": ("m/s2", 9.81),
     "Gal": ("cm/s2", 981.0),
+    "m\N{MIDDLE DOT}s\N{SUPERSCRIPT MINUS}\N{SUPERSCRIPT TWO}": ("m/s2", 9.81),
     "mm/s2": ("mm/s2", 9810.0),
 }
 BY_UNIT = {unit: "".join(f"{k},{(1 + 0.01 * k) * of_g:.6f}\n" for k in range(6)) for unit, (_, of_g) in UNITS.items()}
@@ -431,6 +439,11 @@ def test_a_recording_is_refused_by_name(tmp_path):
 STAMPS = {
     "ISO, over the end of a year": ("%Y-%m-%dT%H:%M:%S.%fZ", "2023-12-31T23:59:57"),
     "ISO with a comma and a zone": ("%Y-%m-%dT%H:%M:%S,%f+02:00", "2024-05-01T10:00:00"),
+    "a zone by name": ("%Y-%m-%d %H:%M:%S.%f CEST", "2024-05-01T23:59:57"),
+    "ISO without signs": ("%Y%m%dT%H%M%S.%fZ", "2024-05-01T23:59:57"),
+    "day of the week": ("%A %d %B %Y %H:%M:%S.%f", "2024-05-01T23:59:57"),
+    "a dash before the hour": ("%Y/%m/%d-%H:%M:%S.%f", "2024-05-01T23:59:57"),
+    "days and a point": ("1.%H:%M:%S.%f", "2024-05-01T20:00:00"),
     "ISO in quotes": ('"%Y-%m-%dT%H:%M:%S.%fZ"', "2024-05-01T10:00:00"),
     "American, short": ("%-m/%-d/%Y %H:%M:%S.%f", "2024-05-01T10:00:00"),
     "half a day": ("%m/%d/%Y %I:%M:%S.%f %p", "2024-05-01T11:59:57"),
@@ -454,7 +467,7 @@ def test_dates_of_any_form_are_stamps(name, tmp_path):
     record = read_sensor(path)
     assert record.rate == pytest.approx(1000.0, rel=1e-9) and record.ay.size == 6000
     assert record.done["time"].startswith("column 1 'Time' in s, to ")
-    lines[4] = lines[4].replace(":", ":9", 1)
+    lines[4] = "x" + lines[4]
     refused(write(path, "\n".join(["Time;ay (g)", *lines])), ["Time in line 6", "date and time"])
 
 

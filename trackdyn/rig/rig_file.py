@@ -8,7 +8,7 @@ or add it. A value may be text, ``radius: 0.305 m``, or a bare number without un
 
 import re
 from math import nan
-from os.path import exists, isfile
+from os.path import exists, isfile, realpath
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +20,6 @@ DEFAULT = "paper"
 TRIED = "tried"  # steps that were tried on this rig, not on those that are like it
 LONGEST_PITCH = 4  # lengths of a link
 LARGEST_SIZE = 1000.0  # pitch and sprocket, m, and number of teeth
-MOST_LIKE = 5  # files that take from one another
 OTHER_CHAIN = {"kind", "link_length", "teeth"}  # a file with one of them describes another chain, not a worn one
 # sections that stand for a wheel or a sensor of that name, by the group that has it
 MEMBERS = {"idler": "wheels", "road_wheel": "wheels", "sensor": "sensors"}
@@ -85,11 +84,12 @@ def _files(name: Path | str) -> list[tuple[Path, dict[str, Any]]]:
         if (like := data.get("like")) is not None:
             if not isinstance(like, str) or not 0 < len(like) < 256:
                 raise InputError(f"{path}: like = {shown(like)}: must be the name of an included rig or of a file")
-            if len(files) > MOST_LIKE:
+            named = Path(path.parent / like if isfile(path.parent / like) else rig_path(like))
+            if realpath(named) in [realpath(other) for other, _ in files]:
                 raise InputError(
                     f"{path}: like = {shown(like)}: leads from file to file without an end; name a complete rig"
                 )
-            path = path.parent / like if isfile(path.parent / like) else rig_path(like)
+            path = named
     return files
 
 

@@ -23,6 +23,7 @@ from trackdyn.sensor.sensor_mapping import (
 )
 
 TIME_KEYS = ("time", "fraction")
+_HEAD = 500  # rows that tell most columns from stamps
 Columns = dict[str, Column]  # by axis, time, and fraction of a second
 
 
@@ -134,10 +135,13 @@ def _counts_up(source: Source, column: int) -> bool:
 def _ask_time(source: Source, mapping: SensorMapping, used: set[int], questions: list[str]) -> None:
     """Ask for a column of time that is not used but may be one, or for the rate of a file that has none."""
     named = [column for column in time_like(source.names, source.units) if column.position not in used]
+    head = source.only(np.arange(len(source.lines)) < _HEAD)
     candidates = [column for column in named if source.rises(column.position)] + [
         column
         for column in columns_of(source.names, source.units)
-        if column.position not in used and column not in named and _counts_up(source, column.position)
+        if column.position not in used
+        and column not in named
+        and all(_counts_up(rows, column.position) for rows in (head, source))
     ]
     if candidates:
         questions.append(

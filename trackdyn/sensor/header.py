@@ -6,10 +6,20 @@ from itertools import takewhile
 from pathlib import Path
 
 from trackdyn.inputs.errors import InputError, shown
-from trackdyn.sensor.logger_text import SEPARATORS, Text, are_split, is_value, refuse_fields, rows_of, split_fields
+from trackdyn.sensor.logger_text import (
+    SEPARATORS,
+    Text,
+    are_split,
+    is_value,
+    is_words,
+    refuse_fields,
+    rows_of,
+    split_fields,
+)
 from trackdyn.sensor.sensor_mapping import is_unit
 
 _HEAD = 200  # lines in which the header is looked for
+_BELOW = 5  # lines between names and rows
 _LONGEST = 20_000  # characters of such a line
 _SECTION = re.compile(r"\[[^\[\]]*\]")  # title of a part of a file
 
@@ -87,7 +97,7 @@ def _below(head: Sequence[str], below: list[int], separator: str, count: int) ->
     units, of methods, or the number of samples.
     """
     units = [""] * count
-    while below:
+    for _ in range(min(_BELOW, len(below))):
         fields = split_fields(head[below[0]], separator, count)
         following = [row for j in below[1:11] if len(row := split_fields(head[j], separator, count)) == count]
         values = list(map(is_value, fields))
@@ -95,7 +105,9 @@ def _below(head: Sequence[str], below: list[int], separator: str, count: int) ->
             not value and (not any(values) or (len(following) > 1 and all(is_value(row[k]) for row in following)))
             for k, value in enumerate(values)
         )
-        if len(fields) != count or not unlike or 2 * sum(values) > count:
+        # a message, or a line of dashes, above the first row
+        message = len(fields) != count and len(following) > 1 and is_words(head[below[0]], separator)
+        if not message and (len(fields) != count or not unlike or 2 * sum(values) > count):
             break
         if any(map(is_unit, fields)) and not any(units):
             units = fields
@@ -188,7 +200,11 @@ def _rows_from(path, head, rows, at, separator, numbers) -> tuple[list[str], lis
             f"{path}: line {first + 1} ({shown(head[first])}) may hold the numbers of the columns or values; remove it."
         )
     pairs = [fields(i)[k : k + 2] for i in rows[at : at + 50] for k in numbers]
-    if separator == "," and not header and any(map(are_split, pairs)):
+    fewer = (
+        above and 1 < len(names := split_fields(head[above[0]], separator)) < count and not any(map(is_value, names))
+    )
+    whole = fewer and all(re.fullmatch(r"-?\d+", field) for field in fields(first))
+    if separator == "," and not header and (whole or any(map(are_split, pairs))):
         raise InputError(
             f"{path}: line {first + 1} ({shown(head[first])}) seems to hold decimal commas among commas; save it with "
             "decimal points, or with semicolons or tabs between the columns."

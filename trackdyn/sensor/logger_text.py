@@ -27,6 +27,7 @@ _NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity)", re.IGNORECASE)
 _GROUPED = {sign: re.compile(rf"[+-]?[1-9]\d{{0,2}}([{sign}]\d{{3}})+", re.ASCII) for sign in ",."}
 # by their decimal sign, numbers whose other sign stands between thousands: -1.451,5 and -1,451.5
 _WITH_THOUSANDS = {",": re.compile(rf"{_GROUPED['.'].pattern},\d+"), ".": re.compile(rf"{_GROUPED[','].pattern}\.\d+")}
+_APART = re.compile(r"(?<=\d)['\u2019 \u2009](?=\d{3}(?!\d))")  # signs that stand between thousands alone
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,6 +46,10 @@ class Source:
         """The N cells of a column as they are written."""
         raise NotImplementedError
 
+    def columns(self) -> list[Sequence[str]]:
+        """The cells of every column as they are written."""
+        return [self.texts(column) for column in range(len(self.names))]
+
     def numbers(self, columns: Sequence[int], time: int | None = None, day_first: bool | None = None) -> np.ndarray:
         """(N, c) numbers of some columns, NaN where a cell holds none.
 
@@ -54,7 +59,8 @@ class Source:
 
     def refuse(self, row: int, column: int, time: bool, decimal: str = ".") -> NoReturn:
         """Refuse (`InputError`) a cell that holds no number, nor a ``time``."""
-        wanted = f"a finite number with a decimal {'comma' if decimal == ',' else 'point'}"
+        unit = in_cell(self.texts(column)[0])[1]
+        wanted = f"a finite number with a decimal {'comma' if decimal == ',' else 'point'}{f' in {unit}' * bool(unit)}"
         wanted += " or a date and time as 2024-05-01T12:00:00.001" * time
         remedy = "read no stamps, `time: none, rate: HZ`" if time else "give `gaps: bridge` or `gaps: longest`"
         raise InputError(
@@ -115,7 +121,7 @@ class Table(Source):
             return np.where(np.isfinite(values), values, np.nan)
         if time and column in self.dated:
             return seconds_of(self.path, self.names[column], self.texts(column), day_first)
-        return np.array([_number(text, ".") for text in self.texts(column)])
+        return _numbers(self.texts(column), ".")
 
     def where(self, row: int) -> str:
         """Where a row stands, in words."""
@@ -156,6 +162,11 @@ class Text(Source):
         """The cells of a column without quotes and blanks around them."""
         return [fields[column] if len(fields) > column else "" for fields in self._fields()]
 
+    def columns(self) -> list[Sequence[str]]:
+        """The cells of every column."""
+        count = len(self.names)
+        return list(zip(*((fields + [""] * count)[:count] for fields in self._fields()), strict=True))
+
     def _fields(self) -> list[list[str]]:
         lines = self.body.split("\n") if self.body else []
         return [split_fields(line, self.separator, len(self.names)) for line in lines]
@@ -175,10 +186,8 @@ class Text(Source):
         if clean is not None:
             table = clean
         else:
-            table = np.full((len(self.lines), len(columns)), np.nan)
-            for row, fields in enumerate(self._fields()):
-                if len(fields) == len(self.names):
-                    table[row] = [_number(fields[column], decimal) for column in columns]
+            rows = [fields if len(fields) == len(self.names) else [""] * len(self.names) for fields in self._fields()]
+            table = np.column_stack([_numbers([fields[column] for fields in rows], decimal) for column in columns])
         for column, values in zip(columns, table.T, strict=True):
             _require_decimals(self, column, values, decimal)
         return table
@@ -192,11 +201,13 @@ class Text(Source):
         line = self.body.split("\n")[row]
         if len(split_fields(line, self.separator, len(self.names))) != len(self.names):
             refuse_fields(self.path, line, self.lines[row], self.names, self.separator, "the file")
+        if re.fullmatch(r"[+-]?\d{1,3}(,\d\d,\d{3}|(\.\d{3})+|(,\d{3})+)", cell := self.texts(column)[row]):
+            _refuse_thousands(self.path, cell)
         super().refuse(row, column, time, _decimal_sign(self, [column]))
 
     def only(self, chosen: np.ndarray) -> "Text":
         """Some of the rows."""
-        lines = self.body.split("\n")
+        lines = self.body.split("\n") if self.body else []
         body = "\n".join(line for line, take in zip(lines, chosen, strict=True) if take)
         return replace(self, body=body, lines=np.asarray(self.lines)[chosen])
 
@@ -223,8 +234,16 @@ def is_value(field: str) -> bool:
     return bool(NUMBER.fullmatch(_plain(in_cell(field)[0]).replace(",", ".", 1)))
 
 
+def is_words(line: str, separator: str) -> bool:
+    """Whether a line that is no row holds words, or is a rule such as -----, and no value."""
+    letters = re.search(r"[^\W\d_]{2}", line) or re.fullmatch(r"[-=+*_| ]+", line)
+    return bool(letters) and not any(map(is_value, split_fields(line, separator)))
+
+
 def _plain(number: str) -> str:
     """A number without signs between its thousands, where a decimal sign tells them apart."""
+    if len(number) > 4 and re.match(rf"[+-]?\d{{1,3}}{_APART.pattern}", number):
+        number = _APART.sub("", number)
     for decimal, thousands in (",.", ".,"):
         if _WITH_THOUSANDS[decimal].fullmatch(number):
             return number.replace(thousands, "")
@@ -235,9 +254,16 @@ def _is_stamp(field: str) -> bool:
     return bool(DATE.fullmatch(field) and not NUMBER.fullmatch(field))
 
 
-def _number(cell: str, decimal: str) -> float:
-    """The number in a cell, whose unit and blank behind the sign do not count; NaN if it is none."""
-    plain = _plain(in_cell(cell)[0])
+def _numbers(cells: Sequence[str], decimal: str) -> np.ndarray:
+    """Numbers in the cells of a column; NaN where there is none, or one of another unit than others have."""
+    parted = [in_cell(cell) for cell in cells]
+    unit = next((unit for _, unit in parted if unit), "")
+    return np.array([_number(text, decimal) if own in ("", unit) else np.nan for text, own in parted], float)
+
+
+def _number(text: str, decimal: str) -> float:
+    """The number in a text, whose blank behind the sign does not count; NaN if it is none."""
+    plain = _plain(text)
     plain = plain.replace(".", "?").replace(",", ".") if decimal == "," else plain
     value = float(plain.replace(" ", "")) if NUMBER.fullmatch(plain) else np.nan
     return value if np.isfinite(value) else np.nan
@@ -253,9 +279,8 @@ def rows_of(path: Path, text: str, names: list[str], units: list[str], separator
     body, below = text[position:].rstrip(" \n\x1a"), []
     while body:
         line = body[(cut := body.rfind("\n") + 1) :].strip()
-        comment = line.startswith("#")
-        words = re.search(r"[^\W\d_]{2}", line) and not any(map(is_value, split_fields(line, separator)))
-        if not (comment or words):
+        comment = line.startswith("#") or not line.strip(separator)
+        if not comment and not is_words(line, separator):
             break
         below += [] if comment else [line]
         body = body[:cut].rstrip(" \n\x1a")
@@ -279,7 +304,7 @@ def _decimal_sign(text: Text, columns: Sequence[int]) -> str:
     fields = [in_cell(field)[0] for fields in head for k, field in enumerate(fields) if k in columns]
     commas = [field for field in fields if "," in field and not _WITH_THOUSANDS["."].fullmatch(field)]
     if commas and all(map(_GROUPED[","].fullmatch, commas)):
-        _refuse_thousands(text.path, "comma", commas[0])
+        _refuse_thousands(text.path, commas[0])
     return "," if commas else "."
 
 
@@ -294,13 +319,13 @@ def _require_decimals(text: Text, column: int, values: np.ndarray, decimal: str)
         cells = [cell for cell in text.texts(column) if cell]
         points = [cell for cell in cells if "." in cell]
         if len(points) < len(cells) and all(map(_GROUPED["."].fullmatch, points)):
-            _refuse_thousands(text.path, "point", points[0])
+            _refuse_thousands(text.path, points[0])
 
 
-def _refuse_thousands(path: Path, sign: str, cell: str) -> NoReturn:
+def _refuse_thousands(path: Path, cell: str) -> NoReturn:
     raise InputError(
-        f"{path}: the {sign} in {shown(cell)} may mark decimals or thousands; save the file with decimal points and "
-        "without signs between thousands."
+        f"{path}: the {'comma' if ',' in cell else 'point'} in {shown(cell)} may mark decimals or thousands; save the "
+        "file with decimal points and without signs between thousands."
     )
 
 
@@ -340,10 +365,11 @@ def refuse_fields(path, line, number, names, separator, what) -> NoReturn:
         raise InputError(f"{where} is a comment among the rows; remove the line.")
     fields = split_fields(line, separator, len(names))
     between = f"{where} has {len(fields)} fields between {SEPARATORS[separator]} and {what} has {len(names)} names"
-    if separator == "," and are_split(fields):
+    whole = len(fields) > len(names) and all(re.fullmatch(r"-?\d+", field) for field in fields)
+    if separator == "," and (are_split(fields) or whole):
         raise InputError(
-            f"{between} ({listed(names)}): decimal commas among commas; save it with decimal points, or with "
-            "semicolons or tabs between the columns."
+            f"{between} ({listed(names)}): decimal commas among commas{', or names are missing' * whole}; save it with "
+            f"decimal points, or with semicolons or tabs between the columns{', or complete the names' * whole}."
         )
     raise InputError(
         f"{between} ({listed(names)}); complete or remove it, use one separator everywhere, give all columns by "

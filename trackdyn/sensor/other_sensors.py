@@ -7,7 +7,8 @@ from trackdyn.inputs.errors import InputError, shown
 from trackdyn.sensor.logger_text import NUMBER, Source
 from trackdyn.sensor.sensor_mapping import Column, columns_of, of_group_in, parts_of_time, time_like
 
-_MOST = 20  # sensors of a table
+_MOST = 100  # sensors of a table
+_SEEN = 500  # rows at the beginning, and over the whole table, that tell how many names a column holds
 # of two sensors, not of one: mean length of a run of rows, and how much shorter a step within a sensor's own rows is,
 # or how much other their scatter or mean (in standard deviations) is
 _SHORT_RUN, _SHORTER, _OTHER_SCATTER, _OTHER_MEAN = 3.0, 1.5, 1.5, 0.5
@@ -34,13 +35,18 @@ def require_one_sensor(source: Source, used: dict[str, Column], values: dict[str
         fractions = {column.position for column, _, unit in parts_of_time(source.names, source.units) if unit != "s"}
         stamps = [source.stamps(k) for k in timed - fractions - positions]
         stamps = [t for t in stamps if t.size == values["ay"].size]
+    rows = np.arange(values["ay"].size)
+    texts_seen = source.only((rows < _SEEN) | (rows % (rows.size // _SEEN + 1) == 0)).columns()
     for column in set(range(len(source.names))) - positions - source.dated:
+        if not 2 <= len(set(texts_seen[column])) <= _MOST:
+            continue
         texts = source.texts(column)
         names = sorted(set(texts))
-        if not 2 <= len(names) <= _MOST or len(texts) <= 2 * len(names):
+        if not len(names) <= _MOST or len(texts) <= 2 * len(names):
             continue
         numbers, codes = [name for name in names if NUMBER.fullmatch(name)], np.array(list(map(names.index, texts)))
-        if any("." in name for name in numbers) or not _tells(codes, values["ay"], stamps, len(numbers) < len(names)):
+        measured = any(float(name.replace(" ", "")) % 1 for name in numbers)
+        if measured or not _tells(codes, values["ay"], stamps, len(numbers) < len(names)):
             continue
         first = next(filter(None, names))
         raise InputError(
@@ -51,22 +57,24 @@ def require_one_sensor(source: Source, used: dict[str, Column], values: dict[str
 
 def _tells(codes: np.ndarray, ay: np.ndarray, stamps: list[np.ndarray], words: bool) -> bool:
     """Whether rows with another code are those of another sensor."""
-    change = codes[1:] != codes[:-1]
     for t in stamps:
-        falls = np.diff(t) < 0
-        if falls.any() and change[falls].all() and not change[~falls].any():
-            return True  # one sensor below the other
-    if codes.size > _SHORT_RUN * (1 + np.count_nonzero(change)):
-        return False
-    period = int(np.argmax(codes[1:] == codes[0])) + 1
-    if words and (codes[period:] == codes[:-period]).all():
-        return True
+        # taken sensor by sensor the stamps rise, which they do not, or stand, as the rows are written
+        step, own = np.diff(t), np.concatenate([np.diff(t[codes == code]) for code in set(codes)])
+        if ((step < 0).any() and not (own < 0).any()) or (words and (step <= 0).any() and not (own <= 0).any()):
+            return True
+    change = np.flatnonzero(codes[1:] != codes[:-1])
+    returns = change[codes[change + 1] == codes[0]]
+    period = int(returns[0]) + 1 if returns.size else codes.size
+    periodic = period < codes.size / 2 and (codes[period:] == codes[:-period]).all()
     own = pd.Series(ay).groupby(codes)
+    jumps = np.nanstd(np.diff(ay)[change]) > _SHORTER * np.nanstd(own.diff())
+    if codes.size > _SHORT_RUN * (1 + change.size):
+        return bool(periodic and jumps)
+    if (words and periodic) or jumps:
+        return True
     whole = float(np.nanstd(ay))
     spreads, means = own.std(), own.mean()
     if np.ptp(means) > _OTHER_MEAN * whole or spreads.max() > _OTHER_SCATTER * spreads.min():
-        return True
-    if np.nanstd(np.diff(ay)[change]) > _SHORTER * np.nanstd(own.diff()):
         return True
     return any(_scatter(t) > _UNEVEN and max(_scatter(t[codes == code]) for code in set(codes)) < _EVEN for t in stamps)
 

@@ -140,23 +140,23 @@ def signed(values: np.ndarray, bits: int | None) -> tuple[np.ndarray, str]:
     return wrapped, f" (of {bits} bits, negative from {2 ** (bits - 1)} on)"
 
 
-def standing_still(path: Path, axes: Axes, rate: float, largest: float, where: Callable[[int], str]) -> list[str]:
-    """A sentence on the longest run of rows that repeat all axes, if it is far longer than others.
+def standing_still(path: Path, ay: np.ndarray, t: np.ndarray, largest: float, where: Callable[[int], str]) -> list[str]:
+    """A sentence on the longest run of rows that repeat ``ay``, (N,) g, if it is far longer than others.
 
-    Rows at the end of the range, ``largest`` g, are clipped: they say nothing of the logger.
+    Rows at the end of the range, ``largest`` g, are clipped: they say nothing of the logger. ``t``, (N,), is the time
+    since the first row of the file, s.
     """
-    values = np.array(list(axes.values()))
-    moved = np.flatnonzero(np.append(True, (np.diff(values) != 0).any(axis=0)))
-    runs = np.diff(moved, append=values.shape[1])
-    longest = int(np.argmax(runs))
-    first, count = int(moved[longest]), int(runs[longest])
-    at_end = np.abs(values[:, first]).max() >= largest * (1.0 - 1e-6)
+    moved = np.flatnonzero(np.append(True, np.diff(ay) != 0))
+    runs = np.diff(moved, append=ay.size)
+    first, count = int(moved[np.argmax(runs)]), int(runs.max())
+    at_end = abs(ay[first]) >= largest * (1.0 - 1e-6)
     if at_end or count < max(_STILL, _MUCH_LONGER * np.quantile(runs, 0.99, method="lower")):
         return []
     last = first + count - 1
+    cuts = [f"`from: {t[last + 1]:.6g}`" for _ in t[last + 2 :][:1]] + [f"`to: {t[first - 1]:.6g}`"] * (first > 1)
     return [
-        f"{path}: the {count} rows from {where(first)} to {where(last)} are all the same, as of a logger that had not "
-        f"begun or a sensor that hung: cut them off, `from: {(last + 1) / rate:.6g}` or `to: {first / rate:.6g}`"
+        f"{path}: the {count} rows from {where(first)} to {where(last)} have one ay, {ay[first]:.6g} g, as of a logger "
+        f"that had not begun or a sensor that hung: cut them off, {' or '.join(cuts)}"
     ]
 
 

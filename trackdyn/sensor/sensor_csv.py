@@ -187,7 +187,9 @@ def _record(samples_of_one: _Samples, mapping, columns: Columns, axes: dict[str,
         values["time"] = values["time"] - values["time"][0] + values["fraction"] * TIME_UNITS[columns["fraction"].unit]
     stated: Any = Rate(mapping.rate, "as given") if mapping.rate else None
     seen = time and stamps.in_seconds(path, time.name, values["time"], time_unit_of(path, time))
-    window = samples.window_of(path, seen.t if seen else np.arange(count) / stated.hz, mapping)
+    instants = seen.t if seen else np.arange(count) / stated.hz
+    window = samples.window_of(path, instants, mapping)
+    first = window.start
     counts = {key: samples.signed(values[key], mapping.bits) for key in axes}
     signals = {key: axis.factor * (counts[key][0][window] - axis.zero) for key, axis in axes.items()}
     lines, seen, broken = np.asarray(source.lines)[window], seen and seen.within(window), broken[window]
@@ -198,7 +200,7 @@ def _record(samples_of_one: _Samples, mapping, columns: Columns, axes: dict[str,
         if not seen or mapping.gaps == "longest":  # without stamps the samples behind a message cannot be counted
             lost = np.where(broken[1:], np.inf, lost)
         seen, signals, skipped, done["gaps"] = samples.without_gaps(path, seen, lost, signals, mapping.gaps)
-        lines = lines[skipped:]
+        lines, first = lines[skipped:], first + skipped
 
     def where(row: int) -> str:
         return source.where(int(np.searchsorted(source.lines, lines[min(row, lines.size - 1)])))
@@ -219,8 +221,8 @@ def _record(samples_of_one: _Samples, mapping, columns: Columns, axes: dict[str,
             f"{path}: column {shown(axes['ay'].column.name)} is {values['ay'][window.start]:.6g} in every row; choose "
             "another one for ay, `axes: {ay: NAME}`, or record the moving track."
         )
-    doubts = doubts or samples.standing_still(path, signals, rate.hz, largest, where)
-    hz = rate.hz
+    hz, since = rate.hz, instants[first] + np.arange(signals["ay"].size) / rate.hz
+    doubts = doubts or samples.standing_still(path, signals["ay"], since, largest, where)
     if seen and not even:
         signals, done["resampled"] = samples.on_even_instants(seen.t, signals, hz, range_g)
     if hz > samples.HIGHEST_RATE_HZ:

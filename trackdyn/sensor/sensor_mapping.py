@@ -1,6 +1,7 @@
 """The meaning of the columns of a sensor's file: by their names, and as the user states it."""
 
 import re
+import unicodedata
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple, get_args
@@ -30,7 +31,8 @@ _TIME = {"\N{GREEK SMALL LETTER MU}s": "us"} | {
     for name in names.split()
 }  # fmt: skip
 _UNIT = "|".join(map(re.escape, sorted(_ACCELERATION | _TIME, key=len, reverse=True)))
-_IN_CELL = re.compile(rf"([+-]? ?[\d.,]+(?:e[+-]?\d+)?) ?({_UNIT})", re.IGNORECASE)  # a number and its unit
+# a number and its unit
+_IN_CELL = re.compile(rf"([+-]? ?[\d.,'\u2019\u2009 ]+(?:e[+-]?\d+)?) ?({_UNIT})", re.IGNORECASE)
 _TIME_PART = re.compile(rf"(.*?)({'|'.join(sorted(_TIME, key=len, reverse=True))})")  # of a time that two columns hold
 _IN_BRACKETS = re.compile(r"(.*?)\s*[\[(]((?:[^\[\]()]|\([^()]*\))*)[\])]")
 _AT_THE_END = re.compile(rf"(.+?)(?<![\s_/,:])[\s_/,:]+({_UNIT})")
@@ -194,11 +196,15 @@ def _column(index: int, name: str, unit: str) -> Column:
     plain = _plain(name)
     match = _IN_BRACKETS.fullmatch(plain) or _AT_THE_END.fullmatch(plain.replace("^", "").replace("**", ""))
     base, own = (match[1], match[2]) if match else (plain, "")
-    return Column(index, name, base, re.sub(r"[\s()\[\]^]|\*\*", "", own or _plain(unit)))
+    of_name, beside = (re.sub(r"[\s()\[\]^*\u00b7\u22c5]", "", text) for text in (own, _plain(unit)))
+    both = _UNITS.get(of_name, _TIME.get(of_name)), _UNITS.get(beside, _TIME.get(beside))
+    contradict = all(both) and both[0] != both[1]  # of the name, and of the line or the cells below it
+    return Column(index, name, base, f"{of_name} and {beside}" if contradict else of_name or beside)
 
 
 def _plain(name: str) -> str:
-    return " ".join(name.strip("'\" ").casefold().replace("\N{SUPERSCRIPT TWO}", "2").split())
+    plain = unicodedata.normalize("NFKC", name.strip("'\" ")).casefold().replace("\N{MINUS SIGN}", "-")
+    return " ".join(plain.split())
 
 
 def _position(name: str) -> int | None:
@@ -292,8 +298,10 @@ _TIME_WORDS = re.compile(
 
 def in_cell(cell: str) -> tuple[str, str]:
     """The text of a number and its unit, where a cell holds both; else the whole cell, and an empty text."""
-    match = None if cell[-1:].isdigit() else _IN_CELL.fullmatch(cell)
-    return (match[1], match[2]) if match else (cell, "")
+    if cell[-1:].isdecimal() and "s" not in cell:
+        return cell, ""
+    match = _IN_CELL.fullmatch(cell.replace("\N{SUPERSCRIPT TWO}", "2").replace("^", ""))
+    return (match[1].rstrip(), match[2]) if match else (cell, "")
 
 
 def time_like(names: Sequence[str], units: Sequence[str]) -> list[Column]:

@@ -33,12 +33,25 @@ _DAY = (
     r"(\d{4}[-/.]\d{1,2}[-/.]\d{1,2}|\d{1,2}[-/.]\d{1,2}[-/.](\d{4}|\d\d)|\d{8}"
     r"|\d{1,2}[- ]?[A-Za-z]{3,9}\.?[- ]?\d{2,4}|[A-Za-z]{3,9} \d{1,2},? \d{4})"
 )
+_ZONE = r"([A-Z]{3,4}|Z|[+-]\d\d(:?\d\d)?)"
+_WEEKDAY = r"(Mon|Tue|Wed|Thu|Fri|Sat|Sun)[a-z]*,? "
 _HALF = re.compile(r"(?<=\d)\s?([AaPp])\.?[Mm]\.?")  # of the day
 # days and a clock without halves of the day
-_DURATION = re.compile(r"((?P<days>\d{1,6}) days?,? )?(?P<clock>\d{1,3}:\d\d(:\d\d)?(\.\d{1,9})?)", re.ASCII)
+_DURATION = re.compile(r"((?P<days>\d{1,6})( days?,? |\.))?(?P<clock>\d{1,3}:\d\d(:\d\d)?(\.\d{1,9})?)", re.ASCII)
 DATE = re.compile(
-    rf"{_DAY}((T|,? +|_){_CLOCK} ?(Z|UTC|[+-]\d\d(:?\d\d)?)?)?|(\d{{1,6}} days?,? )?\d?{_CLOCK}", re.ASCII
+    rf"({_WEEKDAY})?{_DAY}((T|,? +|[_-]){_CLOCK} ?{_ZONE}?)?|(\d{{1,6}}( days?,? |\.))?\d?{_CLOCK}"
+    rf"|\d{{8}}[T _-]?\d{{6}}[.,]\d{{1,9}}{_ZONE}?",
+    re.ASCII,
 )
+
+
+_FORMS = {  # of dates and times, and how they are read
+    r"(?<=\d),(?=\d)|(?<=:\d\d):(?=\d{3})": ".",
+    rf"^{_WEEKDAY}": "",
+    r"(?<=\d) ?[A-Z]{3,4}$": "",  # the name of a zone
+    r"^(\d{4})(\d\d)(\d\d)[T _-]?(\d\d)(\d\d)(\d\d\.)": r"\1-\2-\3 \4:\5:\6",
+    r"^([^:]*\d)[_-](\d{1,2}:)": r"\1 \2",
+}
 
 
 class Stamps(NamedTuple):
@@ -66,8 +79,10 @@ def seconds_of(path: Path, name: str, texts: list[str], day_first: bool | None) 
     A clock goes on over midnight, noon of one of 12 hours, and the hour of one of minutes. ``day_first`` tells whether
     1/2 is in February; without it both readings must give the same, else `InputError`.
     """
-    texts = [re.sub(r"(?<=\d),(?=\d)|(?<=:\d\d):(?=\d{3})", ".", text).replace("_", " ") for text in texts]
     valid = [bool(DATE.fullmatch(text)) for text in texts]
+    for written, form in _FORMS.items():
+        if any(re.search(written, text) for text in texts[:100]):
+            texts = [re.sub(written, form, text) for text in texts]
     first = texts[valid.index(True)] if any(valid) else ""
     if _DURATION.fullmatch(first):
         parts = [_DURATION.fullmatch(text) for text in texts]
@@ -134,7 +149,7 @@ def in_seconds(path: Path, name: str, values: np.ndarray, unit: str | None) -> S
 
     Raises `InputError`: no unit fits, or not the one that is known.
     """
-    step = np.median(np.diff(values)) or np.mean(np.diff(values))
+    step = np.median(np.abs(np.diff(values))) or np.mean(np.diff(values))
     rates = {u: 1.0 / (step * s) if step > 0 else np.inf for u, s in TIME_UNITS.items()}
     low, high = RATES if unit else TOLD_APART
     # a rate at the end of the range may come out a little beyond it
@@ -220,7 +235,7 @@ def judge_stamps(
     if q * hz > 1.5:
         raise InputError(
             f"{path}: stamps of {q:.2g} s are too coarse for {hz:.5g} rows per second; read it without "
-            "them, `time: none, rate: HZ`."
+            "them, `time: none, rate: HZ`, if all rows are of one sensor."
         )
     if q * hz >= 0.4:
         # a step cannot tell a lost row from rounding; a few odd ones cannot either, many at even distances can
