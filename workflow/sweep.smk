@@ -8,8 +8,7 @@ From a Snakefile of one's own:
 
     use rule * from sweep as sweep_*
 
-Wildcards in ``design`` and ``out``, for words without dots and slashes, make one module serve many designs; leave out the
-rule `all` then. Memory and time of the jobs are those of the profile.
+Memory and time of the jobs are those of the profile.
 """
 
 from functools import cache
@@ -18,7 +17,6 @@ from typing import Annotated
 
 from pydantic import BeforeValidator, PositiveInt
 from snakemake.exceptions import WorkflowError
-from snakemake.io import get_wildcard_names
 
 from trackdyn.inputs.errors import InputError
 from trackdyn.rig.rig_file import DEFAULT, rig_path
@@ -59,19 +57,14 @@ SOURCES = module_hash("trackdyn.sweeps.batch_jobs") # an edit in what the jobs i
 
 
 @cache
-def contents_at(design, time): # when it was written last
-    return content_key(design, RIG, *RIGS)
+def contents_at(time): # when it was written last
+    return content_key(SWEEP.design, RIG, *RIGS)
 
 
 def contents(wildcards):
     """Key of the design and all rigs: whatever is other than it was is due, also with an older date."""
-    design = Path(SWEEP.design.format(**wildcards))
-    return contents_at(design, design.stat().st_mtime_ns) if design.is_file() else "" # another rule makes it first
-
-
-# Otherwise a batch's results would be one more sweep's.
-wildcard_constraints:
-    **{name: r"[^./]+" for name in get_wildcard_names(SWEEP.out)},
+    design = Path(SWEEP.design)
+    return contents_at(design.stat().st_mtime_ns) if design.is_file() else "" # another rule makes it first
 
 
 rule all:
@@ -106,7 +99,7 @@ rule gather:
     """All rows in the order of the design, known by now; what failed for a passing reason is tried once more."""
     input:
         RIGS,
-        expand(rules.batch.output, batch=range(SWEEP.batches), allow_missing=True),
+        expand(rules.batch.output, batch=range(SWEEP.batches)),
         design=SWEEP.design,
         rig=RIG,
     output: SWEEP.out

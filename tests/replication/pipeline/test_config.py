@@ -60,7 +60,7 @@ def test_a_rounded_speed_is_run_beside_the_speed_that_it_stands_for(data):
     assert not [name for name in check_config(data, "mine.yaml")[2] if name.startswith("rounded")]
 
 
-@pytest.mark.parametrize("path", SHIPPED)
+@pytest.mark.parametrize("path", [*SHIPPED, "config/full.yaml"])
 def test_shipped_configurations_are_valid(path):
     config, rig, scenes = load(path)
     assert rig.model_dump() == load_rig(config.rig).model_dump()

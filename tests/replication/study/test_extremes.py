@@ -60,7 +60,7 @@ def test_an_attempt_ends_in_one_of_three_ways(attempt, outcome):
     assert bool(row["reason"]) == (outcome != COMPLETED)
 
 
-# Fast cases; `snakemake studies` has the short form of every family
+# Fast cases; `snakemake studies` runs every family
 
 
 def test_sweep_keeps_its_digits_and_the_literal_product_loses_them(rig):
