@@ -72,6 +72,11 @@ def test_arguments_of_the_declared_type_pass():
 
     assert call(np.float32(1), 2.0, flag=np.True_) == (1.0, 2.0, None, True)
     assert call(np.array(3), np.int64(2), "a")[:2] == (3, 2)
-    for arguments, field in (((1.0, 1.5), "count"), ((float("nan"), True), "count"), ((1.0, 1, 2), "text")):
+    for arguments, field in (
+        ((1.0, 1.5), "count"),
+        ((10**400,), "number"),
+        ((float("nan"), True), "count"),
+        ((1.0, 1, 2), "text"),
+    ):
         with pytest.raises(InputError, match=f"^{field} = "):
             call(*arguments)

@@ -105,6 +105,7 @@ def test_a_message_among_the_rows_is_a_gap(tmp_path):
             "number .* in mg",
         ),
         (table("t_s,ay_mg", lambda k, t, a: f"{t:.3f},{a} g"), "the unit 'mg and g'"),
+        (table("", lambda k, t, a: f"t:{t:.3f},ay:{a}")[1:], "no column for ay among 't:0.000'"),
         (table("t_s,ay_g", lambda k, t, a: f"{T[-1] - t:.3f},{a}"), "sort the rows"),
         (table("t_s,ay_g", lambda k, t, a: f"{T[k ^ 1]:.3f},{AY[k ^ 1]}"), "sort the rows"),
         (

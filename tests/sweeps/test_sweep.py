@@ -11,6 +11,7 @@ from math import inf, nan
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pandas as pd
 import pytest
 
@@ -56,6 +57,8 @@ def test_broken_rows_say_why_and_stop_nobody(tmp_path, rig_path):
     said = {
         "": {},
         "motor_rpm = 'fast': must be a finite number": {"motor_rpm": "fast"},
+        "motor_rpm = [1.0, 2.0]: must be a finite number": {"motor_rpm": np.array([1, 2])},
+        "motor_rpm = 1000": {"motor_rpm": 10**400},
         "chain.link_mass = -1": {"chain.link_mass": "-1"},
         "the loop of 20 pitches (chain.pitches) is": {"chain.pitches": "20"},
         "preset = 'quick':": {"preset": "quick"},

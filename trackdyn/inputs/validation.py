@@ -9,6 +9,7 @@ from inspect import isfunction, signature
 from math import isfinite
 from numbers import Real
 from pathlib import Path
+from sys import float_info
 from types import UnionType
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar, Union, cast, get_args, get_origin, get_type_hints
 
@@ -224,5 +225,7 @@ def _is_a(value: Any, kind: Any) -> bool:
         value = value[()]
     accepted = _ACCEPTED[kind][1] if kind in _ACCEPTED else kind
     if isinstance(value, {float: (bool, np.bool_), int: (bool, np.bool_), Sequence: (str, bytes)}.get(kind, ())):
+        return False
+    if kind is float and isinstance(value, int) and abs(value) > float_info.max:
         return False
     return isinstance(value, accepted) and (kind is not int or value == value // 1)

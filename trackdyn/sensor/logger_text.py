@@ -201,7 +201,7 @@ class Text(Source):
         line = self.body.split("\n")[row]
         if len(split_fields(line, self.separator, len(self.names))) != len(self.names):
             refuse_fields(self.path, line, self.lines[row], self.names, self.separator, "the file")
-        if re.fullmatch(r"[+-]?\d{1,3}(,\d\d,\d{3}|(\.\d{3})+|(,\d{3})+)", cell := self.texts(column)[row]):
+        if re.fullmatch(r"[+-]?\d{1,3}(,\d\d,\d{3}|(\.\d{3})+|(,\d{3})+)", cell := self.texts(column)[row], re.ASCII):
             _refuse_thousands(self.path, cell)
         super().refuse(row, column, time, _decimal_sign(self, [column]))
 
@@ -337,7 +337,7 @@ def _parse_fast(text: Text, columns: list[int], decimal: str) -> np.ndarray | No
     rows = len(text.lines)
     # told which columns to use, pandas drops what a row has too much; where separators cannot be counted it reads all
     some = None if separator == " " or '"' in body else sorted(set(columns))
-    if some and body.count(separator) != rows * (width - 1):
+    if not body or (some and body.count(separator) != rows * (width - 1)):
         return None
     try:
         with warnings.catch_warnings():

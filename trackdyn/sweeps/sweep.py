@@ -289,7 +289,8 @@ def _storable(column: pd.Series) -> pd.Series:
     """Numbers where all cells are, text elsewhere."""
     try:
         return pd.to_numeric(column) if column.dtype != bool else column
-    except (ValueError, TypeError):
+    except (ValueError, TypeError, OverflowError):
+        column = column.map(lambda cell: cell.tolist() if isinstance(cell, np.ndarray) else cell)
         return column.map(lambda cell: " ".join(map(str, cell)) if isinstance(cell, (list, tuple)) else cell).map(
             lambda cell: "" if cell is None or cell != cell else str(cell)
         )
