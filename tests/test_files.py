@@ -69,7 +69,7 @@ def test_a_pipe_and_a_device_are_refused(tmp_path, write):
     os.mkfifo(tmp_path / "pipe")
     (tmp_path / "link").symlink_to("/dev/null")
     for path in (tmp_path / "pipe", tmp_path / "link", "/dev/null"):
-        with pytest.raises(InputError, match="is no plain file but a pipe or a device; give the name of a file"):
+        with pytest.raises(InputError, match="is a pipe or a device, not a file; give the name of a file"):
             write(path)
     assert (tmp_path / "pipe").is_fifo() and not os.path.isfile("/dev/null")
 

@@ -36,7 +36,7 @@ class Settings(Section):
     """Configuration of a sweep."""
 
     design: Name # a row per scene (.csv)
-    out: Name # a row a result (.csv); its folders lie beside it
+    out: Name # a row per result (.csv); its folders lie beside it
     rig: Name = DEFAULT # of rows that name no other
     rigs: list[Name] = [] # files that rows name themselves
     batches: PositiveInt = 10 # jobs; a minute or more of rows in each makes their start cheap

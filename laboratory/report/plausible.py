@@ -164,9 +164,9 @@ def _outcomes_text(draws: pd.DataFrame) -> str:
     reasons = causes.str.split("( =|:)", regex=True).str[0].value_counts()
     words = ", ".join(f"{reason} ({count})" for reason, count in reasons.items()) or "nothing"
     return (
-        f"Of {len(draws)} draws {judged.sum() + jammed.sum()} ran: {jammed.sum()} jam, the ring of "
-        f"{RADIUS_CHOSEN:g} m carrying nothing, and {judged.sum()} are judged, {(draws['engaged'] == 1).sum()} of them "
-        f"engaged. {100 * reasons.sum() / len(draws):.1f} % were refused, for: {words}."
+        f"Of {len(draws)} draws {judged.sum() + jammed.sum()} ran: {jammed.sum()} jam (the ring of "
+        f"{RADIUS_CHOSEN:g} m carries nothing), and {judged.sum()} are judged, {(draws['engaged'] == 1).sum()} of them "
+        f"engaged. {100 * reasons.sum() / len(draws):.1f} % were refused: {words}."
     )
 
 
@@ -201,7 +201,8 @@ def _values_text(values: pd.DataFrame) -> str:
         digits = 4 if row.value == EQUAL_PITCH else 2
         shown, others = (significant(factor * number, digits) for number in (row.median_shown, row.median_not))
         parts.append(f"{row.name}: `{row.value}` ({shown} against {others} {unit}".rstrip() + ")")
-    return "**What separates**, medians of tracks that reproduce a sentence, against others: " + "; ".join(parts) + "."
+    about = "**What separates** (median of the tracks that reproduce a sentence, against the others)"
+    return f"{about}: {'; '.join(parts)}."
 
 
 def _creep_text(binned: pd.DataFrame, values: pd.DataFrame, default: pd.DataFrame, parameters: pd.DataFrame) -> str:
@@ -216,9 +217,9 @@ def _creep_text(binned: pd.DataFrame, values: pd.DataFrame, default: pd.DataFram
     low = values[(values["value"] == CREEP) & (values["correlation"] < 0)]["name"].astype(str)
     gained = [name for name in low if name in shown]
     if not gained:
-        return f"{text} None of the sentences that it reproduces goes with a low creep slope beyond chance."
+        return f"{text} None of its sentences goes with a low creep slope beyond chance."
     parts = ("{} ({}, else {})".format(name, *creep_counts(binned, name)) for name in gained)
-    return f"{text} Of its sentences these go with a low one, below {RUBBER[0]:g} s/m: {'; '.join(parts)}."
+    return f"{text} More tracks below {RUBBER[0]:g} s/m reproduce its sentences {'; '.join(parts)}."
 
 
 def _wrap_text(parameters: pd.DataFrame) -> str:
@@ -240,7 +241,7 @@ def _numbers_text(numbers: pd.DataFrame, grips: pd.DataFrame, grips_sentences: p
     return (
         f"It meets {number_count(numbers)}{', not ' if missed else ''}{', '.join(missed)}. **With a ring that "
         f"grips**, every value in its range, the same search ends at {verdict_line(grips_sentences, grips)}: what the "
-        f"default rig assumes of the ring is worth {worth} numbers."
+        f"default rig assumes about its ring gains {worth} numbers."
     )
 
 
@@ -253,7 +254,7 @@ def _radius_text(draws: pd.DataFrame) -> str:
     ends = ran.loc[distances.index, "radius"].isin([min(radii), max(radii)]).mean()
     without = 1 - len(distances) / len(ran)
     return (
-        f"**Recommended radius**: {distance_sentence(ran)} {100 * without:.0f} % have no choice: no ring serves at "
+        f"**Recommended radius**: {distance_sentence(ran)} For {100 * without:.0f} % there is none: no ring serves at "
         f"every speed, or two starts differ. {100 * ends:.0f} % of the choices are at an end of the grid "
         f"({min(radii):g} and {max(radii):g} m)."
     )

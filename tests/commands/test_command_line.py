@@ -113,7 +113,7 @@ def test_a_sweep_replaces_nothing_but_its_own_results(tmp_path, monkeypatch):
     for words in (("--out", "d.csv"), ("--out", "d.csv", "--overwrite"), ("--out", "../" + tmp_path.name + "/d.csv")):
         assert isinstance(swept(*words).exception, InputError) and Path("d.csv").read_bytes() == asked
     Path("r.csv").write_text("a,b\n1,2\n", encoding="utf-8")
-    assert "r.csv exists and is no result of a sweep" in str(swept("--out", "r.csv").exception)
+    assert "r.csv exists and is not the result of a sweep" in str(swept("--out", "r.csv").exception)
     assert Path("r.csv").read_text(encoding="utf-8") == "a,b\n1,2\n" and not Path("r.rows").exists()
     assert swept("--out", "r.csv", "--overwrite").exit_code == 0
     first = Path("r.csv").read_bytes()

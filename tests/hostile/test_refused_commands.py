@@ -35,7 +35,7 @@ COMMANDS = [
     ("simulate /proc/run.npz", "/proc/run.npz: cannot be written"),
     ("simulate folder.npz", "folder.npz: cannot be written (Is a directory)"),
     (f"simulate {'x' * 300}.npz", "cannot be written (File name too long)"),
-    ("simulate run.npz --rig /dev/zero", "/dev/zero: is no plain file"),
+    ("simulate run.npz --rig /dev/zero", "/dev/zero: is a pipe or a device, not a file"),
     ("compare plain plain", "plain: not a trackdyn recording, or damaged"),
     ("compare absent.npz plain", "absent.npz: no such file"),
     ("compare short.npz plain", "plain: no column for ay", "--axis ay=NAME"),
@@ -48,11 +48,11 @@ COMMANDS = [
     ("ring bench --rpm 210 --radii 0.305,0.5", "ring_radius = 0.5: must be between"),
     ("ring bench --rpm 210 --radii 0.305:0.307", "--radii = '0.305:0.307': must be low:high:count"),
     ("ring bench --rpm 210 --radii 0.307:0.305:3", "must be low:high:count"),
-    ("ring bench --rpm 210 --rule best", "rule: 'best' is no choice"),
+    ("ring bench --rpm 210 --rule best", "rule: 'best' is not a choice"),
     ("ring bench --rpm 0", "motor_rpm = 0"),
     # of a variable of the shell that is not set
     *[(f"ring bench --rpm 210 --{name}=", f"--{name} = '': must be finite numbers") for name in ("radii", "step")],
-    ("ring bench --rpm 210 --rule=", "rule: '' is no choice"),
+    ("ring bench --rpm 210 --rule=", "rule: '' is not a choice"),
     ("check arcs.yaml", "profile.arcs", "it must be given in 'm, m, m, 1'"),
 ]
 # files that a command reads

@@ -37,7 +37,7 @@ STATES = {
     "not a number": ({"pin": lambda a: a * np.nan}, "state.pin holds nan"),
     "far away": ({"pin": lambda a: a + 1e300}, "state.pin holds 1e+300: must be between -1e+06 and 1e+06"),
     "before the start": ({"steps": lambda a: a * 0 - 9}, "state.steps holds -9"),
-    "of space": ({"plane__motion": lambda a: 1.0}, "state: 'plane.motion' is none of its arrays, steps, pin, angle"),
+    "of space": ({"plane__motion": lambda a: 1.0}, "state: 'plane.motion' is not one of its arrays, steps, pin, angle"),
     "the second one": ({"rate": lambda a: 0 * a, "pin": lambda a: a * np.nan}, "state.pin holds nan"),
 }
 

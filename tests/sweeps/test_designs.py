@@ -18,7 +18,7 @@ from trackdyn.sweeps.sweep import DESIGN_COLUMNS, content_key, read_design, requ
         ("motor_rpm,\n1,2\n", "a column without a name"),
         ("motor_rpm,motor_rpm\n1,2\n", "has the column 'motor_rpm' twice"),
         ("motor_rpm,ramp\n1,2\n3\n", "line 3 has 1 cells and the header 2"),
-        ('motor_rpm\n"1\n', "is no CSV"),
+        ('motor_rpm\n"1\n', "is not CSV"),
         ("motor_rpm,speed\n1,2\n", "'speed' is not a column of a design"),
         ("motor_rpm,road_1.arm\n1,2\n", "'road_1.arm' is not a column"),
         ("ramp\n1\n", "no column motor_rpm"),

@@ -56,15 +56,15 @@ def test_the_smallest_ring_that_keeps_every_bound_at_every_speed_is_chosen():
     said = advice(study(), rule)
     assert said[:4] == [
         "recommended: a ring of radius 0.306 m",
-        "the rule holds from 0.3055 to 0.308 m, known to 0.5 mm",
-        "with another margin than 2 points the rule would recommend 0.308 m with 1, 0.306 m with 3",
-        "least sliding on the teeth: 0.308 m, 16 J per turn in place of 18 J, for +0 % of strand tension",
+        "the rule holds from 0.3055 to 0.308 m, ends known to 0.5 mm",
+        "with another margin instead of 2 points the rule recommends 0.308 m with 1, 0.306 m with 3",
+        "least sliding on the teeth: 0.308 m, 16 J per turn instead of 18 J, with +0 % strand tension",
     ]
     assert "at 210 rpm is 0.60 +- 0.10, must be < 0.5; " in said[4] and said[5].endswith("keeps every bound, too")
     rings = compared(study(), rule)
     assert set(rings["ring"]) == {"none", "smaller", "recommended", "larger", "least sliding"}
     assert rings.set_index("ring").loc["none", "teeth_sliding_j"].max() == 70
-    assert said[-1] == "for one speed alone: 115 rpm 0.306 m, 210 rpm 0.306 m"
+    assert said[-1] == "for a single speed: 0.306 m at 115 rpm, 0.306 m at 210 rpm"
     assert not any("_pct" in sentence for sentence in said)
 
 
@@ -159,9 +159,9 @@ def test_a_margin_that_decides_by_more_than_the_window_is_said():
     said = advice(study(left), rule_of("left_share_pct <= tooth + 2, largest"))
     assert said[0] == "recommended: a ring of radius 0.306 m"
     assert said[2].endswith(
-        "none with 1, 0.306 m with 3: this margin, which is ours, moves the choice by more than that window"
+        "none with 1, 0.306 m with 3; the margin, which is ours, moves the choice by more than that window"
     )
-    assert "this margin" not in str(advice(study(), rule_of("left_share_pct <= tooth + 2, largest")))
+    assert "the margin" not in str(advice(study(), rule_of("left_share_pct <= tooth + 2, largest")))
 
 
 def test_radii_that_a_study_added_belong_to_it(monkeypatch, tmp_path):
@@ -209,11 +209,11 @@ def test_what_is_not_known_does_not_serve_and_another_rule_chooses_otherwise():
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("left_share_pct <= 2", "is no choice; end with smallest, largest or least COLUMN"),
-        ("left <= 2, smallest", "'left' is no column that a rule can bound: rms_g, sd_g, teeth_sliding_j,"),
-        ("left_share_pct <= least + 2, smallest", "is no bound; expected a column"),
-        ("left_share_pct <= nan, smallest", "is no bound; expected a column"),
-        ("left_rms_n", "is no choice"),
+        ("left_share_pct <= 2", "is not a choice; end with smallest, largest or least COLUMN"),
+        ("left <= 2, smallest", "'left' is not a column that a rule can bound: rms_g, sd_g, teeth_sliding_j,"),
+        ("left_share_pct <= least + 2, smallest", "is not a bound; expected a column"),
+        ("left_share_pct <= nan, smallest", "is not a bound; expected a column"),
+        ("left_rms_n", "is not a choice"),
     ],
 )
 def test_a_rule_that_cannot_be_read_is_refused(text, says):

@@ -119,7 +119,7 @@ def show(
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
 ) -> None:
-    """Show a run on one page: the loop moving, tension, sensor, contacts, work, decisions.
+    """Show a run on one page: the loop moving, tension, sensor, contacts, energy, choices.
 
     What moves is simulated again from the recording's scene, lead-in included.
 

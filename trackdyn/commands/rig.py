@@ -32,14 +32,14 @@ def new(
     like: Annotated[
         str,
         typer.Option(
-            metavar="RIG", autocompletion=options.included, help="Included rig that it begins with (trackdyn rigs)."
+            metavar="RIG", autocompletion=options.included, help="Included rig to start from (trackdyn rigs)."
         ),
     ] = "bench",
     overwrite: options.Overwrite = False,
 ) -> None:
     """Write a rig file to edit: the wheels and the tension of an included rig, and all else as comments.
 
-    Example: `trackdyn new my_rig.yaml --like bench` begins a track of your own with the wheels of a test bench.
+    Example: `trackdyn new my_rig.yaml --like bench` starts a track of your own from the wheels of a bench.
     """
     from trackdyn.inputs.files import write_text
 

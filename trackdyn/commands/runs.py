@@ -36,9 +36,9 @@ def simulate(
 ) -> None:
     """Run one scene and write its recording; a file of that name is replaced when the run is done.
 
-    With --tolerance the run takes the cheapest method and step that keep it (see `plan`), unless they are stated, and
-    ends when every --measure has an error of at most that share, whatever --duration: of its own value, or of a
-    sprocket turn for shares.
+    With --tolerance the run takes the cheapest method and step that keep it (see `plan`), unless they are stated. It
+    ends when the error of every --measure is at most that share of its value, or of a sprocket turn for contact
+    durations, regardless of --duration.
 
     Example: `trackdyn simulate run.npz --rpm 150 --duration 12` records 12 s of the default rig at 150 rev/min.
     """

@@ -26,7 +26,7 @@ CAPTIONS = {  # of the pictures on the page
 def ring(
     rig: options.RigArgument,
     rpm: Annotated[str, typer.Option("--rpm", metavar="SPEEDS", help="Motor speeds, rev/min, such as 115,210.")],
-    out: Annotated[Path, typer.Option("--out", metavar="FOLDER", help="Folder of what is written.")] = Path("ring"),
+    out: Annotated[Path, typer.Option("--out", metavar="FOLDER", help="Folder for the results.")] = Path("ring"),
     radii: Annotated[
         str | None,
         typer.Option(
@@ -44,18 +44,18 @@ def ring(
     step: Annotated[
         str | None,
         typer.Option(
-            "--step", metavar="STEPS", help="Time step, s; of several, such as 1e-4,5e-5, the first that runs counts."
+            "--step", metavar="STEPS", help="Time step, s; of several, such as 1e-4,5e-5, the first that runs is used."
         ),
     ] = None,
     jobs: options.Jobs = None,
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
 ) -> None:
-    """Run every ring, and none, at every speed; say which radius to choose, and draw contacts and work over the radius.
+    """Recommend a ring: run every radius, and no ring, at every speed, and draw contacts and work over the radius.
 
-    If the rule chooses the last radius, larger ones are run, as far as the default radii go; then some around its
-    choice, where the window of the rule ends. A killed study goes on by the same command. Into the folder go ring.csv,
-    fig23_a, fig23_b, fig24 and sliding (.png, .svg), ring.html and the rows as they come.
+    If the rule chooses the last radius, larger ones are run, up to the end of the default radii; then the gaps around
+    its choice are refined. The same command resumes a study that was stopped. The folder has ring.html, ring.csv, the
+    figures fig23_a, fig23_b, fig24 and sliding (.png, .svg), and the stored rows.
 
     Example: `trackdyn ring my_rig.yaml --rpm 115,210` tries eleven radii at two speeds and says which one serves both.
     """
@@ -178,7 +178,7 @@ def _comparison_rows(rings: "pd.DataFrame") -> list[dict]:
 
 
 def _say_table(shown: list[dict]) -> None:
-    """The table of a terminal, a block a speed."""
+    """The table of a terminal, a block per speed."""
     import pandas as pd
 
     from trackdyn.measure.cells import plain

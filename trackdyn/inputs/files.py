@@ -38,7 +38,7 @@ def _target(path: Path | str) -> tuple[Path, int | None]:
     if stat.S_ISDIR(mode):
         raise OSError(EISDIR, os.strerror(EISDIR))
     if not stat.S_ISREG(mode):
-        raise InputError(f"{path}: is no plain file but a pipe or a device; give the name of a file")
+        raise InputError(f"{path}: is a pipe or a device, not a file; give the name of a file")
     return target, stat.S_IMODE(mode)
 
 
@@ -49,7 +49,7 @@ _PART_FILE = re.compile(rf"\..*\.{MACHINE}-(\d{{1,9}})-\d+\.trackdyn-part(\.\w+)
 
 
 def _part(target: Path) -> Path:
-    """The name under which a file is written: one a process and thread."""
+    """The name under which a file is written: one per process and thread."""
     return target.with_name(f".{target.stem}.{MACHINE}-{os.getpid()}-{get_native_id()}.trackdyn-part{target.suffix}")
 
 
@@ -229,6 +229,6 @@ def plain_file(path: Path | str, what: str) -> Path:
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror}); give a {what} that you may read") from None
     if not stat.S_ISREG(mode):
-        kind = "a folder" if stat.S_ISDIR(mode) else "no plain file but a pipe or a device"
+        kind = "a folder" if stat.S_ISDIR(mode) else "a pipe or a device, not a file"
         raise InputError(f"{path}: is {kind}; give the path of a {what}")
     return path

@@ -172,7 +172,7 @@ def passage_arrays(recording: Recording) -> dict[str, np.ndarray]:
 
 
 def sampled_shares(area: np.ndarray, rig: Rig) -> np.ndarray:
-    """(11,) time that pitches of a loop that turns are in each area, % of a turn of the sprocket a passage.
+    """(11,) time that pitches of a loop that turns are in each area, % of a turn of the sprocket per passage.
 
     ``area`` (s, p) by sample and pitch is 0 without contact.
     """

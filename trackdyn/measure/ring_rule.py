@@ -58,7 +58,7 @@ class Bound(NamedTuple):
     @property
     def words(self) -> str:
         """The bound as a person reads it."""
-        share = f", a tooth's share of a turn and {self.number:g} points" if self.tooth else ""
+        share = f" (a tooth's share of a turn + {self.number:g} points)" if self.tooth else ""
         return f"{heading(self.column)} {self.sign} {self.limit:.3g}{share}"
 
     def missed(self, rings: pd.DataFrame) -> pd.DataFrame:
@@ -96,7 +96,7 @@ class RingRule(NamedTuple):
         return set().union(*(bound.missed(rings)["ring_radius_m"] for bound in self.bounds))
 
     def radius(self, study: pd.DataFrame) -> float:
-        """The radius to choose, m; NaN if none serves. ``study`` has a row a radius and speed, columns of metrics."""
+        """The radius to choose, m; NaN if none serves. ``study`` has a row per radius and speed, columns of metrics."""
         rings, missed = study.dropna(subset="ring_radius_m"), self.missed(study)
         rings = rings[~rings["ring_radius_m"].isin(missed)]
         if self.choice == "smallest":
@@ -170,7 +170,7 @@ class Window(NamedTuple):
     def __str__(self) -> str:
         text = "the rule holds from {:.5g} to {:.5g} m".format(*self.ends)
         gaps = [gap for gap in (self.first - self.below, self.above - self.last) if gap == gap]
-        text += f", known to {1e3 * max(gaps) / 2:.2g} mm" if gaps else ""
+        text += f", ends known to {1e3 * max(gaps) / 2:.2g} mm" if gaps else ""
         return text + (f": narrower than {1e3 * NARROW:g} mm, which a ring as made may miss" if self.narrow else "")
 
 
@@ -185,13 +185,13 @@ def parse_rule(text: str, teeth: int) -> RingRule:
         match = _BOUND.fullmatch(term)
         if match is None:
             expected = "a column, <, <=, > or >=, and a number or tooth + a number"
-            raise InputError(f"rule: {shown(term)} is no bound; expected {expected}, as in {RULE!r}")
+            raise InputError(f"rule: {shown(term)} is not a bound; expected {expected}, as in {RULE!r}")
         bounds.append(Bound(match[1], match[2], float(match[4]), 100.0 / teeth if match[3] else 0.0))
     if choice not in ("smallest", "largest") and (choice == last or choice not in RULE_COLUMNS):
-        raise InputError(f"rule: {shown(last)} is no choice; end with smallest, largest or least COLUMN: {_KNOWN}")
+        raise InputError(f"rule: {shown(last)} is not a choice; end with smallest, largest or least COLUMN: {_KNOWN}")
     for bound in bounds:
         if bound.column not in RULE_COLUMNS:
-            raise InputError(f"rule: {shown(bound.column)} is no column that a rule can bound: {_KNOWN}")
+            raise InputError(f"rule: {shown(bound.column)} is not a column that a rule can bound: {_KNOWN}")
     return RingRule(tuple(bounds), choice)
 
 
@@ -214,14 +214,14 @@ def advice(study: pd.DataFrame, rule: RingRule) -> list[str]:
         sentences.append(str(window))
         if band := rule.band(study):
             each = (
-                f"{radius:.4g} m with {margin:g}" if radius == radius else f"none with {margin:g}"
+                f"{f'{radius:.4g} m' if radius == radius else 'none'} with {margin:g}"
                 for margin, radius in band.items()
             )
             low, high = window.ends
             moves = any(not abs(radius - chosen) <= high - low for radius in band.values())
-            more = ": this margin, which is ours, moves the choice by more than that window" if moves else ""
+            more = "; the margin, which is ours, moves the choice by more than that window" if moves else ""
             sentences.append(
-                f"with another margin than {MARGIN_PCT:g} points the rule would recommend {', '.join(each)}{more}"
+                f"with another margin instead of {MARGIN_PCT:g} points the rule recommends {', '.join(each)}{more}"
             )
         sentences += _sliding_sentences(rings, chosen)
         for words, k in (("smaller", index - 1), ("larger", index + 1)):
@@ -238,8 +238,8 @@ def advice(study: pd.DataFrame, rule: RingRule) -> list[str]:
         sentences.append(f"{bound.words}, at every speed: {', '.join(keep) + ' m' if keep else 'no radius'}")
     if study["rpm"].nunique() > 1:
         alone = {rpm: rule.radius(rows) for rpm, rows in study.groupby("rpm")}
-        each = (f"{rpm:g} rpm {f'{radius:.4g} m' if radius == radius else 'none'}" for rpm, radius in alone.items())
-        sentences.append(f"for one speed alone: {', '.join(each)}")
+        each = (f"{f'{radius:.4g} m' if radius == radius else 'none'} at {rpm:g} rpm" for rpm, radius in alone.items())
+        sentences.append(f"for a single speed: {', '.join(each)}")
     return sentences
 
 
@@ -257,8 +257,8 @@ def _sliding_sentences(rings: pd.DataFrame, chosen: float) -> list[str]:
         return [] if least is None else ["no ring of the study slides less on the teeth"]
     work, tension = by_radius["teeth_sliding_j"].max(), by_radius["settled_tension_n"].max()
     return [
-        f"least sliding on the teeth: {least:.5g} m, {work[least]:.3g} J per turn in place of {work[chosen]:.3g} J, "
-        f"for {100 * (tension[least] / tension[chosen] - 1):+.0f} % of strand tension"
+        f"least sliding on the teeth: {least:.5g} m, {work[least]:.3g} J per turn instead of {work[chosen]:.3g} J, "
+        f"with {100 * (tension[least] / tension[chosen] - 1):+.0f} % strand tension"
     ]
 
 

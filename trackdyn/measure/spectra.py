@@ -174,7 +174,9 @@ def _signal(a):
     except ValueError:  # rows of different lengths
         real = False
     if not real:
-        raise InputError(f"the signal, {shown(a)}, is no series of finite numbers: give two or more, one per sample.")
+        raise InputError(
+            f"the signal, {shown(a)}, is not a series of finite numbers: give two or more, one per sample."
+        )
     return values.astype(float)
 
 

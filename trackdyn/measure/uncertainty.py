@@ -100,7 +100,7 @@ def line_error(a, rate_hz: float, bin_hz: float, loop_hz: float) -> LineError:
     numbers, each turned by as much as the bin is off the line. The frequency of a bin is known to its width: as of an
     even distribution, its standard uncertainty is the width over the root of 12 (JCGM 100:2008, 4.3.7).
 
-    ``a`` is a signal of ``rate_hz`` samples a second, ``bin_hz`` the highest bin (`spectra.main_line`) and ``loop_hz``
+    ``a`` is a signal of ``rate_hz`` samples per second, ``bin_hz`` the highest bin (`spectra.main_line`), ``loop_hz``
     the line itself (`spectra.main_line_binfree`). Errors are in Hz and the unit of the signal. Of fewer than two whole
     revolutions amplitudes have no error, of fewer than three the frequency has none: NaN.
     """

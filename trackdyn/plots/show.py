@@ -294,7 +294,7 @@ def tension(stretch: Replay) -> dict:
 
 
 def shares(stretch: Replay) -> dict | None:
-    """Time in contact by area and of the ring, % of a turn of the sprocket a passage."""
+    """Time in contact by area and of the ring, % of a turn of the sprocket per passage."""
     record, rig = stretch.record.samples, stretch.loop.scene.rig
     if not record.wheel_rate[:, SPROCKET].any():
         return None

@@ -28,7 +28,7 @@ class _Curve(NamedTuple):
 
     label: str
     ay: np.ndarray  # (samples,), g
-    rate: float  # samples a second, Hz
+    rate: float  # samples per second, Hz
     hz: float  # frequency of its loop, Hz
     look: dict
     marker: str

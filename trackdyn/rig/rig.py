@@ -280,7 +280,7 @@ class Rig(Section):
         return _validated(data, "rig")
 
     def sampled(self, rate: int) -> "Rig":
-        """Return a rig whose sensors take ``rate`` samples a second, Hz; `InputError` as in `changed`."""
+        """Return a rig whose sensors take ``rate`` samples per second, Hz; `InputError` as in `changed`."""
         return self.changed(**{f"{name}.rate": rate for name in self.sensors})
 
 

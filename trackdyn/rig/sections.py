@@ -157,7 +157,7 @@ class Tension(Section):
 
 
 class Guide(Section):
-    """Lateral guide of the chain, in space."""
+    """Lateral guide of the chain, in 3D."""
 
     clearance: Annotated[float, Quantity("m", ge=0)]
     stiffness: Annotated[float, Quantity("N/m", gt=0)]

@@ -29,7 +29,7 @@ class Choices(Section):
     """Settings of each choice of a scene, the cheapest first, and entries added to a registry from outside."""
 
     rig: Rig  # fields after it may follow it
-    #: ``double_pin`` (a link and a connector a pitch), ``single_pin`` (one rigid body a pitch, as the paper counts) or
+    #: ``double_pin`` (link and connector per pitch), ``single_pin`` (one rigid body per pitch, as the paper counts) or
     #: ``belt`` (a kinematic path at constant speed).
     chain: Annotated[Literal["belt", "single_pin", "double_pin"], OneOf()] = of_rig(lambda rig: rig.chain.kind)
     #: ``planar``, ``spatial``, or ``auto``, spatial only if a wheel is out of the plane.
@@ -38,7 +38,7 @@ class Choices(Section):
     tooth_contact: Annotated[Literal["none", "three_surfaces", "ten_arcs"], OneOf(PROFILES)] = "ten_arcs"
     #: ``printed`` (Eq. 8), ``delivered`` (its damping factor delivers the restitution) or ``elastic``.
     normal_law: Annotated[str, OneOf(NORMAL_LAWS)] = "printed"
-    #: ``none``, ``tangential``, in space also ``independent`` (tangential and axial as printed); ``auto`` is what the
+    #: ``none``, ``tangential``, in 3D also ``independent`` (tangential and axial as printed); ``auto`` is what the
     #: space allows.
     friction: Annotated[Literal["auto", "none", "tangential", "independent"], OneOf()] = "auto"
     #: ``rigid``, or ``elastic_damping`` with a spring and damper at the cut joint.
@@ -110,7 +110,7 @@ def decide(scene) -> dict[str, Decision]:
             decisions["space"] = Decision("planar", reason)
     if scene.friction == "auto":
         if decisions["space"].setting == "spatial":
-            decisions["friction"] = Decision("independent", "motion in space: tangential and axial friction as printed")
+            decisions["friction"] = Decision("independent", "3D motion: tangential and axial friction as printed")
         else:
             decisions["friction"] = Decision("tangential", "planar: nothing moves along the axes")
     if scene.chain == "belt":
@@ -146,18 +146,18 @@ REFUSALS: tuple[Refusal, ...] = (
      "on a belt every link does the same one pitch later (chain='belt'); use False"),
     ("chain",
      lambda s: s.chain == "single_pin" and "connector" in {sensor.body for sensor in s.rig.sensors.values()},
-     "the rig has a sensor on a connector, which that chain has not; use 'double_pin', or put it on a link"),
+     "the rig has a sensor on a connector, which that chain does not have; use 'double_pin', or put it on a link"),
     # motion in space
     ("space", lambda s: s.space == "planar" and s.tilted,
      "{tilted} moves the chain out of its plane; use 'spatial' or 'auto'"),
     ("friction", lambda s: s.friction == "independent" and not s.spatial,
-     "axial friction needs motion in space; use 'tangential', or space='spatial'"),
+     "axial friction needs 3D motion; use 'tangential', or space='spatial'"),
     ("chain", lambda s: s.spatial and s.chain != "double_pin",
-     "motion in space is modelled for 'double_pin' only"),
+     "3D motion is modelled for 'double_pin' only"),
     ("closure", lambda s: s.spatial and s.closure != "rigid",
-     "motion in space is solved with 'rigid' only; use it, or space='planar'"),
+     "3D motion is solved with 'rigid' only; use it, or space='planar'"),
     ("integrator", lambda s: s.spatial and s.integrator != "semi_implicit",
-     "motion in space is solved with 'semi_implicit' only; use it, or space='planar'"),
+     "3D motion is solved with 'semi_implicit' only; use it, or space='planar'"),
     # tensioners and wheels that move
     ("tension", lambda s: s.tension == "sprung" and not s.stepped,
      "a {tension} tensioner moves in the plane by semi- or linearly implicit steps, not with {how}; use 'locked'"),
@@ -194,7 +194,7 @@ def check_choices(scene) -> None:
         bodies=scene.bodies, belt=scene.chain == "belt",
         method=METHODS[integrator], tilted=wheel_out_of_plane(rig), spatial=spatial,
         stepped=integrator in ("semi_implicit", "linearly_implicit") and not spatial,
-        how="motion in space" if spatial else f"integrator={integrator!r}",
+        how="3D motion" if spatial else f"integrator={integrator!r}",
         carried=carried[0] if on_wheels and carried else None, armless=armless[0] if on_wheels and armless else None,
     )  # fmt: skip
     for field, when, remedy in REFUSALS:

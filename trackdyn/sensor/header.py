@@ -148,7 +148,7 @@ def _layout_by_position(path, head, rows, numbers) -> tuple[list[str], list[str]
     wanted = " and ".join(str(k + 1) for k in sorted(numbers))
     raise InputError(
         f"{path}: no rows with numbers in column {wanted} within {len(head)} lines; give another column, or, if only "
-        "the stamps are neither numbers nor dates as 2024-05-01T12:00:00.001, `time: none, rate: HZ`."
+        "the stamps are neither numbers nor dates such as 2024-05-01T12:00:00.001, `time: none, rate: HZ`."
     )
 
 

@@ -61,7 +61,7 @@ class SensorMapping(Section):
         default_factory=dict,
         description=(
             "Column of an axis by its name or number from 1 (#3 where a name is a number, too), such as ay=channel3; a "
-            "minus in front, ay=-channel3, turns its sign."
+            "minus in front, ay=-channel3, flips its sign."
         ),
     )
     range: Positive | None = Field(None, description="Range of the sensor, g; the rig's by default.")
@@ -74,7 +74,7 @@ class SensorMapping(Section):
     bits: Annotated[int, Field(ge=8, le=32)] | None = Field(
         None, description="Bits of raw counts whose full scale is the range, instead of a scale."
     )
-    resample: bool = Field(False, description="Put samples whose stamps jitter onto even instants.")
+    resample: bool = Field(False, description="Interpolate samples with jittery time stamps to a constant rate.")
     gaps: Literal["bridge", "longest"] | None = Field(
         None, description="bridge: interpolate over few lost samples; longest: keep the longest part without a gap."
     )
@@ -86,8 +86,8 @@ class SensorMapping(Section):
     group: Name | None = Field(
         None,
         description=(
-            "Words in front of the names of columns, front of front/ay; or what rows of this sensor hold, ACC, where a "
-            "column says of which sensor a row is."
+            "Prefix of the columns, such as front in front/ay; or, where a column names the sensor of each row, that "
+            "name, such as ACC."
         ),
     )
     sensors: dict[str, "SensorMapping"] = Field(

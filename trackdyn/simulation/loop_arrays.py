@@ -65,7 +65,7 @@ def set_arrays(state: State, values: dict[str, Any]) -> None:
     arrays, checked = flat(state), {}
     for name, value in values.items():
         if name not in arrays:
-            raise InputError(f"state: {shown(name)} is none of its arrays, {', '.join(arrays)}")
+            raise InputError(f"state: {shown(name)} is not one of its arrays, {', '.join(arrays)}")
         array, most = arrays[name], FARTHEST if name == "pin" else LARGEST
         try:
             new = np.asarray(value).astype(array.dtype, casting="same_kind")

@@ -64,7 +64,7 @@ class Recording(Samples):
 
     @classmethod
     def of_record(cls, record: Record, rate: float, **others: Any) -> "Recording":
-        """A filled record of ``rate`` samples a second as a recording, with the ``others`` of its fields.
+        """A filled record of ``rate`` samples per second as a recording, with the ``others`` of its fields.
 
         Raises `DivergenceError` as `checked`.
         """

@@ -26,7 +26,7 @@ def read_table(path: Path | str) -> pd.DataFrame:
     try:
         rows = [(reader.line_num, [cell.strip() for cell in row]) for row in reader]
     except csv.Error as error:
-        raise InputError(f"{path}: line {reader.line_num} is no CSV ({error}); correct its quotes") from None
+        raise InputError(f"{path}: line {reader.line_num} is not CSV ({error}); correct its quotes") from None
     (_, header), *body = [(line, row) for line, row in rows if any(row)] or [(1, [])]
     check_header(header, str(path))
     for line, row in body:

@@ -78,7 +78,7 @@ def ring_study(
     counts that is neither refused nor diverges; by default the rig's own. Where ``rule`` chooses the largest radius,
     larger ones are run (`scene.rings.larger_radii`), and around its choice those that it needs (`RingRule.refined`).
 
-    The table has a row a scene, no ring first: ``rpm``, ``ring_radius_m`` (empty: no ring), ``added`` (whether the
+    The table has a row per scene, no ring first: ``rpm``, ``ring_radius_m`` (empty: no ring), ``added`` (whether the
     study took that radius on its way), ``state``, ``reason``,
     ``contacts_converged``, the columns of ``metrics.csv`` and ``key``; errors hold what the step
     adds (`measure.uncertainty`). Raises `InputError` where the rig, a speed or a radius cannot be used; what is wrong

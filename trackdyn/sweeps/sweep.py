@@ -1,4 +1,4 @@
-"""A sweep: a row a scene goes in, a row a result comes out; a result is stored by a key of all that it depends on."""
+"""A sweep: a row per scene in, a row per result out; a result is stored by a key of all that it depends on."""
 
 from collections.abc import Callable
 from functools import cache
@@ -241,7 +241,7 @@ def check_replaceable(out: Path | str, store: Path | str | None = None) -> None:
         table = read_table(out)
         computed = set(table.loc[table["state"].isin((DONE, DIVERGED)), "key"])
     except (InputError, KeyError):
-        raise InputError(f"{out} exists and is no result of a sweep; {remedy}") from None
+        raise InputError(f"{out} exists and is not the result of a sweep; {remedy}") from None
     if missing := len(
         computed - (Store(folder, _can_be).read(computed, say=False).keys() if folder.is_dir() else set())
     ):

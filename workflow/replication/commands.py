@@ -14,7 +14,7 @@ def verify(
     against: Annotated[
         Path | None, typer.Option(help="Manifest, or folder, of another run; the manifest in RESULTS by default.")
     ] = None,
-    exact: Annotated[bool, typer.Option("--exact", help="Byte for byte, as runs on one kind of machine are.")] = False,
+    exact: Annotated[bool, typer.Option("--exact", help="Compare bytes, for runs on one kind of machine.")] = False,
 ) -> None:
     """Compare the results and inputs of a run with a manifest: which file differs, and by how much.
 

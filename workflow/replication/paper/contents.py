@@ -37,7 +37,7 @@ class Item:
         return [" ".join(text.split()) for text in texts]
 
     def files(self, results: Path | str) -> list[Path]:
-        """The files that show it: one, or one a letter (``fig17_a.png``); none if it is missing."""
+        """The files that show it: one, or one per letter (``fig17_a.png``); none if it is missing."""
         results = Path(results)
         if self.table:
             return [path for path in [results / "tables" / f"{self.key}.csv"] if path.is_file()]

@@ -65,7 +65,7 @@ def compare_codes(
     tables : dict
         ``curves``: vertical displacement of the selected link (m) over the time since the start of the sprocket (s), by
         reading and code; that of a belt, which knows no forces, says how much the comparison can tell. ``costs``: rows
-        of Table 2. ``summary``: a row a reading, the largest differences in percent of the range.
+        of Table 2. ``summary``: a row per reading, the largest differences in percent of the range.
     model : dict
         For Figure 13: a configuration ``frame`` (``Recording.frame``), of the other code where it ran; the ``shift`` of
         the tensioning wheel, m; ``missing``, why the other code was not run, or nothing.

@@ -209,7 +209,7 @@ def jacobian_triplets(c: Contacts, length, q, v, angle, spin, memory: Memory, by
     """Nonzero entries of ``-by_q dF/dq - by_v dF/dv`` as rows (row, column, value).
 
     A body's loads depend on its own coordinates and on the wheels that it touches, so all bodies are
-    nudged at once: six evaluations, and one a wheel, for the whole matrix. ``loads`` (2, n, 3) and ``torques``
+    nudged at once: six evaluations, and one per wheel, for the whole matrix. ``loads`` (2, n, 3) and ``torques``
     (2, n, w) are overwritten.
 
     Returns

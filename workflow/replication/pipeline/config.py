@@ -30,7 +30,7 @@ Speeds = Annotated[list[Annotated[float, Field(ge=1, lt=1e5)]], Field(min_length
 
 
 class Records(Section):
-    """The records of Sect. 5: one a motor speed, compared with the sensor's."""
+    """The records of Sect. 5: one per motor speed, compared with the sensor's."""
 
     speeds_rpm: Annotated[Speeds, Field(max_length=8)]  # a figure letter, a to h, for each
     ring_radius_m: Positive | None  # None: the rig's own
@@ -171,7 +171,7 @@ class Config(Section):
 
     @property
     def sensor_files(self) -> list[str]:
-        """Files of the sensor's records, one a motor speed; empty: there are none."""
+        """Files of the sensor's records, one per motor speed; empty: there are none."""
         name = self.sensor_csv
         return [] if name is None else [name.format(rpm=f"{rpm:g}") for rpm in self.records.speeds_rpm]
 

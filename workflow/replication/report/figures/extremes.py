@@ -56,7 +56,7 @@ def solvers_figure(rows: pd.DataFrame) -> Figure:
 
 @styled
 def stability_figure(rows: pd.DataFrame) -> Figure:
-    """Forced runs over step and one quantity a panel, beside the step limit predicted beforehand."""
+    """Forced runs over step and one quantity per panel, beside the step limit predicted beforehand."""
     kinds = [name for name in QUANTITIES if (rows["family"] == f"step and {name}").any()]
     limits = stable_steps(rows)
     figure = new_figure(2.2 * ((len(kinds) + 1) // 2))

@@ -197,8 +197,8 @@ def _card(results: Path, own: bool, plausible: Mapping[str, str] | None) -> dict
 
 
 def _ring_study(results: Path, teeth: int | None) -> dict:
-    """Advice of the rule of choice on the ring study, and the measures that it weighs: a row a radius, ranges over the
-    speeds.
+    """Advice of the rule of choice on the ring study, and the measures that it weighs: a row per radius, ranges over
+    the speeds.
     """
     path = results / "metrics.csv"
     metrics = pd.read_csv(path) if path.is_file() else pd.DataFrame(columns=["run"])

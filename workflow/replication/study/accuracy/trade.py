@@ -109,7 +109,7 @@ def statistic_trade(rig: Rig, requested: StatisticErrors) -> pd.DataFrame:
 
 
 def _rows_of(point: list, run: AnswerCost | None, limits: dict[str, Limit], seconds: float, span: float) -> list[list]:
-    """Rows of a setting: one a measure that has an error, or one that says that it failed."""
+    """Rows of a setting: one per measure that has an error, or one that says that it failed."""
     if run is None:
         return [[*point, *[np.nan] * 4, "all", *[np.nan] * 6, True]]
     rows = []
