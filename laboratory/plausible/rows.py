@@ -28,9 +28,7 @@ def run_rig(rig: dict, scenes: list[list], fields: dict, row: dict) -> dict[str,
     settled = SettledLoops(capacity=len(scenes))
 
     def run(step: float) -> list[dict]:
-        return [
-            _start(loaded, scenes, fields, row | {"step_s": step, "ramp_s": ramp}, settled) for ramp in row["ramps_s"]
-        ]
+        return [_start(loaded, scenes, fields, row | start | {"step_s": step}, settled) for start in row["starts"]]
 
     return {"starts": first_that_runs(row["steps_s"], run)}
 

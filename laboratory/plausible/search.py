@@ -48,8 +48,7 @@ class Searching:
         assert config.search is not None, "config/plausible.yaml has no search"
         self.settings, self.jobs, self.store = config.search, jobs, store
         self.claims, self.sentences = load_claims(claims), load_sentences(claims)
-        one_start = config.row.model_copy(update={"ramps_s": config.row.ramps_s[:1]})
-        self.config = config.model_copy(update={"row": one_start})
+        self.config = config.with_one_start
         radii = config.search.radii_m.items()
         detailed = {(rpm, config.ring_radius_m) for rpm, _ in radii} | {(config.speed_rpm, None)}
         self.scenes = [[rpm, ring, (rpm, ring) in detailed] for rpm, rings in radii for ring in rings]

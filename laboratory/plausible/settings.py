@@ -14,15 +14,21 @@ Count = Annotated[int, Field(ge=1)]
 Numbers = Annotated[list[Positive], Field(min_length=1)]
 
 
+class Beginning(Section):
+    """A start: ramp of the motor (s), and wait (s) in coarse steps."""
+
+    ramp_s: Positive
+    wait_s: Positive
+
+
 class Row(Section):
-    """How a rig is run: steps (s) that are tried one after the other until every scene runs; starts, each with so long
-    a ramp of the motor (s); wait (s) in steps so many times coarser, of the linearly implicit method; further wait (s)
-    as the record; method and pitch passages of the record.
+    """How a rig is run: steps (s) that are tried one after the other until every scene runs; starts, whose waits take
+    steps so many times coarser, of the linearly implicit method; further wait (s) as the record; method and pitch
+    passages of the record.
     """
 
     steps_s: Numbers
-    ramps_s: Numbers
-    wait_s: Positive
+    starts: Annotated[list[Beginning], Field(min_length=1)]
     coarser: Count
     last_s: Positive
     integrator: str
@@ -90,6 +96,11 @@ class PlausibleConfig(Section):
     search: Search | None = None
     unknowns: Annotated[list[Unknown], Field(min_length=2)]
     short: Short
+
+    @property
+    def with_one_start(self) -> "PlausibleConfig":
+        """The same with rows of the first start alone."""
+        return self.model_copy(update={"row": self.row.model_copy(update={"starts": self.row.starts[:1]})})
 
     @property
     def rigs(self) -> list[str]:

@@ -59,10 +59,8 @@ def run_tooth_detail(config: PlausibleConfig, judged: pd.DataFrame, jobs: int, s
     """
     engaged = set(judged.loc[judged["engaged"] == 1, "draw"][: config.tooth_detail]) if "engaged" in judged else set()
     drawn = [track for track in drawn_rigs(config) if track.draw in engaged]
-    row = config.row.model_copy(update={"ramps_s": config.row.ramps_s[:1]})
-    config = config.model_copy(update={"row": row})
     rigs, how = [track.rig for track in drawn], (tooth_scenes(config), jobs, store)
-    rows = [run_rigs(config, rigs, *how, {"tooth_contact": profile}) for profile in PROFILES]
+    rows = [run_rigs(config.with_one_start, rigs, *how, {"tooth_contact": profile}) for profile in PROFILES]
     pairs = [
         (track.draw, {profile: row["values"]["starts"][0] for profile, row in zip(PROFILES, pair, strict=True)})
         for track, *pair in zip(drawn, *rows, strict=True)

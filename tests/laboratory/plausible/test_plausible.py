@@ -135,7 +135,7 @@ def test_a_row_is_judged_from_two_starts_unless_its_chain_jams():
     small = CONFIG.model_copy(update={"radii_m": {115.0: [0.303, 0.304, 0.305, 0.308, 0.313]}})
     rig, claims, sentences = load_rig("parts"), judged_claims(CLAIMS), load_sentences(CLAIMS)
     values = run_rig(rig.model_dump(), scenes(small), small.scene, small.row.model_dump())
-    assert len(values["starts"]) == len(small.row.ramps_s) == 2
+    assert len(values["starts"]) == len(small.row.starts) == 2
     one = {"state": DONE, "values": {"starts": values["starts"][:1]}}
     alone = judge_rig(small, one, rig, claims, sentences)
     for number in (7, 9, 10, 14):
@@ -154,7 +154,7 @@ def test_a_row_is_judged_from_two_starts_unless_its_chain_jams():
 
 def test_a_ring_that_touches_nothing_runs_as_none(rig):
     """Also at a speed that has no run without a ring."""
-    row = CONFIG.row.model_dump() | {"steps_s": [1e-4], "ramps_s": [0.3], "wait_s": 0.05, "passages": 1}
+    row = CONFIG.row.model_dump() | {"steps_s": [1e-4], "starts": [{"ramp_s": 0.3, "wait_s": 0.05}], "passages": 1}
     small = Scene.ring_range(rig)[0] - 0.001
     alone, none = (run_rig(rig.model_dump(), [[210, ring, False]], {}, row)["starts"][0] for ring in (small, None))
     assert alone[f"210 {small:g}"] == none["210 none"]
@@ -162,8 +162,7 @@ def test_a_ring_that_touches_nothing_runs_as_none(rig):
 
 def test_passages_of_all_connectors_say_what_a_long_run_says(rig):
     """Within three samples of a turn, and 1 % of forces or 1 N, of the passages of a record of 6.4 s."""
-    small = CONFIG.model_copy(update={"row": CONFIG.row.model_copy(update={"ramps_s": [0.3], "passages": 8})})
-    row = small.row.model_dump() | {"steps_s": [1e-4]}
+    row = CONFIG.with_one_start.row.model_dump() | {"steps_s": [1e-4], "passages": 8}
     values = run_rig(rig.model_dump(), [[115, 0.308, True]], {}, row)["starts"][0]["115 0.308"]
     known = run_values(
         simulate(

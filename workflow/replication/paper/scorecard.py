@@ -219,7 +219,8 @@ def neighbours_sentence(near: pd.DataFrame) -> str:
     ]
     return (
         f"Neighbours of the default rig have each fitted value moved by up to 1 %, equal pitch by up to 0.5 mm: "
-        f"nine of ten reproduce at least {least:g} sentences where it reproduces {at_rig['shown']:g}; lost are "
+        f"nine of ten reproduce at least {least:g} sentences where it reproduces {at_rig['shown']:g}; lost or not "
+        f"decided are "
         f"{_listed(lost) or 'none by more than one in ten'}."
     )
 
