@@ -175,14 +175,14 @@ def imported_files(script: Path, root: Path) -> list[Path]:
     for source, what, _ in _imports(script, ()):
         need(source, what)
     packages = {file.parent for file in (*files, script.with_name("__init__.py")) if file.name == "__init__.py"}
-    beside = {
+    siblings = {
         path
         for folder in packages
         for path in folder.iterdir()
         if path.is_file() and path.suffix not in (".py", ".typed")
         if (module := path.with_suffix(".py")) in files or not module.is_file()
     }
-    return sorted(files | beside)
+    return sorted(files | siblings)
 
 
 def digest(files: Iterable[Path], root: Path) -> str:

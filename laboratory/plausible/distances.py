@@ -38,14 +38,14 @@ def residuals(config: PlausibleConfig, values: Values) -> dict[str, float]:
     }
     distances: dict[str, float] = {}
     for ring, scene in scenes.items():
-        where = "ring" if ring else "no ring"
+        case = "ring" if ring else "no ring"
         for side, share in SHARES[ring].items():
-            distances[f"{where}: {side} share"] = (scene[f"{side}_share_pct"] - share) / POINTS
+            distances[f"{case}: {side} share"] = (scene[f"{side}_share_pct"] - share) / POINTS
         for event, at in TIMES[ring].items():
-            distances[f"{where}: {event}"] = _late(scene, event, at)
+            distances[f"{case}: {event}"] = _late(scene, event, at)
         for side, at in MAXIMA[ring].items():
-            distances[f"{where}: {side} maximum"] = _late_maximum(scene, side, at)
-        distances[f"{where}: left areas"] = scene["left_outside_pct"] / OUTSIDE
+            distances[f"{case}: {side} maximum"] = _late_maximum(scene, side, at)
+        distances[f"{case}: left areas"] = scene["left_outside_pct"] / OUTSIDE
     bare, ringed = scenes[False], scenes[True]
     distances["no ring: right areas"] = bare["right_outside_pct"] / OUTSIDE
     first_left, first_right, gone, out = (

@@ -98,14 +98,14 @@ def _free_way(touching: np.ndarray) -> int:
     return int(at[longest] - pauses[longest] // 2) % len(touching)
 
 
-def _sampled_intervals(force: np.ndarray, area: np.ndarray, who: tuple[int, int], rate: float) -> np.ndarray:
+def _sampled_intervals(force: np.ndarray, area: np.ndarray, pitch_and_side: tuple[int, int], rate: float) -> np.ndarray:
     """(k,) intervals (`model.arrays.CONTACT_INTERVAL`) of a pitch and side from samples of its force and area."""
     edges = np.flatnonzero(np.diff(np.r_[0, force > 0, 0]))
     begins, ends = edges[::2], edges[1::2]
     rows = []
     for begin, end in zip(begins, ends, strict=True):
         of = force[begin:end]
-        bits = np.bitwise_or.reduce(1 << (area[begin:end].astype(int) - 1)) if who[1] < 2 else 0
+        bits = np.bitwise_or.reduce(1 << (area[begin:end].astype(int) - 1)) if pitch_and_side[1] < 2 else 0
         peak = of.max(), (begin + of.argmax() + 0.5) / rate
-        rows.append((*who, 0, bits, begin / rate, end / rate, *peak, of.sum() / rate, of @ of / rate))
+        rows.append((*pitch_and_side, 0, bits, begin / rate, end / rate, *peak, of.sum() / rate, of @ of / rate))
     return np.array(rows, CONTACT_INTERVAL)

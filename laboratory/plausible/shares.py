@@ -51,12 +51,12 @@ def shares(config: PlausibleConfig, judged: pd.DataFrame, statements: Mapping[st
     for name, statement in statements.items():
         for tracks, chosen in ((ALL, ran), (ENGAGED, ran[ran["engaged"] == 1] if "engaged" in ran else ran[:0])):
             verdicts = chosen[name] if name in chosen else pd.Series(dtype=float)
-            shown = verdicts.dropna()
-            row = {"name": name, "statement": statement, "tracks": tracks, "decided": len(shown)}
-            row |= {"undecided": len(verdicts) - len(shown), "class": NOT_JUDGED}
-            if len(shown):
-                interval = binomtest(int(shown.sum()), len(shown)).proportion_ci(LEVEL)
-                row |= {"shown": int(shown.sum()), "share": shown.mean(), "low": interval.low, "high": interval.high}
+            valid = verdicts.dropna()
+            row = {"name": name, "statement": statement, "tracks": tracks, "decided": len(valid)}
+            row |= {"undecided": len(verdicts) - len(valid), "class": NOT_JUDGED}
+            if len(valid):
+                interval = binomtest(int(valid.sum()), len(valid)).proportion_ci(LEVEL)
+                row |= {"shown": int(valid.sum()), "share": valid.mean(), "low": interval.low, "high": interval.high}
                 row["class"] = FOLLOWS if row["share"] >= config.follows else DEPENDS if row["shown"] else NEVER
             rows.append(row)
     columns = ["name", "statement", "tracks", "decided", "undecided", "shown", "share", "low", "high", "class"]
@@ -76,8 +76,8 @@ def share_map(judged: pd.DataFrame, names: Iterable[str]) -> pd.DataFrame:
         for low, high in pairwise(PITCH_EDGES):
             for slow, fast in pairwise(CREEP_EDGES):
                 inside = ran[EQUAL_PITCH].between(low, high) & ran[CREEP].between(slow, fast)
-                shown = ran.loc[inside, name].dropna() if name in ran else pd.Series(dtype=float)
-                rows.append([name, low, high, slow, fast, len(shown), int(shown.sum())])
+                valid = ran.loc[inside, name].dropna() if name in ran else pd.Series(dtype=float)
+                rows.append([name, low, high, slow, fast, len(valid), int(valid.sum())])
     columns = ["name", "pitch_low", "pitch_high", "creep_low", "creep_high", "decided", "shown"]
     return pd.DataFrame(rows, columns=columns)
 
@@ -113,17 +113,17 @@ def separating_values(
         return np.where(tried, ranks[order].T @ centred / scale, 0.0)
 
     random = np.random.default_rng(seed)
-    here = correlations(np.arange(len(ran)))
+    observed = correlations(np.arange(len(ran)))
     largest = np.array([abs(correlations(random.permutation(len(ran)))).max() for _ in range(PERMUTATIONS)])
-    chance = (largest[:, None, None] >= abs(here)).mean(axis=0)
+    chance = (largest[:, None, None] >= abs(observed)).mean(axis=0)
     rows = []
     for j, name in enumerate(names):
         medians = ran.groupby(name)[list(values)].median()
-        for i in np.argsort(-abs(here[:, j]), kind="stable"):
+        for i in np.argsort(-abs(observed[:, j]), kind="stable"):
             if chance[i, j] < CHANCE:
                 value = values[i]
                 ends = (medians.at[1.0, value], medians.at[0.0, value])
-                rows.append([name, value, here[i, j], chance[i, j], *ends])
+                rows.append([name, value, observed[i, j], chance[i, j], *ends])
     return pd.DataFrame(rows, columns=["name", "value", "correlation", "chance", "median_shown", "median_not"])
 
 

@@ -59,8 +59,8 @@ def run_tooth_detail(config: PlausibleConfig, judged: pd.DataFrame, jobs: int, s
     """
     engaged = set(judged.loc[judged["engaged"] == 1, "draw"][: config.tooth_detail]) if "engaged" in judged else set()
     drawn = [track for track in drawn_rigs(config) if track.draw in engaged]
-    rigs, how = [track.rig for track in drawn], (tooth_scenes(config), jobs, store)
-    rows = [run_rigs(config.with_one_start, rigs, *how, {"tooth_contact": profile}) for profile in PROFILES]
+    rigs, execution = [track.rig for track in drawn], (tooth_scenes(config), jobs, store)
+    rows = [run_rigs(config.with_one_start, rigs, *execution, {"tooth_contact": profile}) for profile in PROFILES]
     pairs = [
         (track.draw, {profile: row["values"]["starts"][0] for profile, row in zip(PROFILES, pair, strict=True)})
         for track, *pair in zip(drawn, *rows, strict=True)
@@ -88,9 +88,9 @@ def main(job) -> None:
     """Rule `plausible_tables`."""
     config, path = load_plausible(job.input.config), job.input.claims
     config = config.shortened() if job.params.short else config
-    how = (job.threads, job.params.store)
-    judged = run_draws(config, path, *how)
-    made = tables(config, judged, path)
-    made |= {"tooth": run_tooth_detail(config, judged, *how), "near": run_neighbours(config, path, *how)}
-    for name, table in made.items():
+    execution = (job.threads, job.params.store)
+    judged = run_draws(config, path, *execution)
+    results = tables(config, judged, path)
+    results |= {"tooth": run_tooth_detail(config, judged, *execution), "near": run_neighbours(config, path, *execution)}
+    for name, table in results.items():
         write_table(table, job.output[name])

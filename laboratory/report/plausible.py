@@ -98,8 +98,8 @@ def _draw_map(ax: Axes, cells: pd.DataFrame, marked: dict[str, float]) -> None:
         )
         text = f"{cell.shown}/{cell.decided}" if cell.decided else "–"
         colour = "white" if share > LIGHT else BLACK
-        where = {"ha": "center", "va": "center_baseline", "fontsize": SMALL, "color": colour}
-        ax.text(middle, np.sqrt(cell.creep_low * cell.creep_high), text, **where)
+        alignment = {"ha": "center", "va": "center_baseline", "fontsize": SMALL, "color": colour}
+        ax.text(middle, np.sqrt(cell.creep_low * cell.creep_high), text, **alignment)
     pitches, creeps = (sorted({*cells[f"{name}_low"], *cells[f"{name}_high"]}) for name in ("pitch", "creep"))
     ax.set(yscale="log", xlim=(pitches[0], pitches[-1]), ylim=(creeps[0], creeps[-1]))
     ax.grid(visible=False)
@@ -199,8 +199,8 @@ def _values_text(values: pd.DataFrame) -> str:
         unit = "s/m" if row.value == CREEP else fields[row.value].unit
         factor, unit = UNITS.get(unit, (1, unit))
         digits = 4 if row.value == EQUAL_PITCH else 2
-        shown, others = (significant(factor * number, digits) for number in (row.median_shown, row.median_not))
-        parts.append(f"{row.name}: `{row.value}` ({shown} against {others} {unit}".rstrip() + ")")
+        reproducing, others = (significant(factor * number, digits) for number in (row.median_shown, row.median_not))
+        parts.append(f"{row.name}: `{row.value}` ({reproducing} against {others} {unit}".rstrip() + ")")
     about = "**What separates** (median of the tracks that reproduce a sentence, against the others)"
     return f"{about}: {'; '.join(parts)}."
 
@@ -213,9 +213,9 @@ def _creep_text(binned: pd.DataFrame, values: pd.DataFrame, default: pd.DataFram
         f"**What the default rig assumes**: its ring has a creep slope of {significant(slope, 2)} s/m, {inside} the "
         f"{RUBBER[0]:g} to {RUBBER[1]:g} of rubber."
     )
-    shown = set(default.loc[default["verdict"] == REPRODUCED, "number"].astype(str))
+    reproduced = set(default.loc[default["verdict"] == REPRODUCED, "number"].astype(str))
     low = values[(values["value"] == CREEP) & (values["correlation"] < 0)]["name"].astype(str)
-    gained = [name for name in low if name in shown]
+    gained = [name for name in low if name in reproduced]
     if not gained:
         return f"{text} None of its sentences goes with a low creep slope beyond chance."
     parts = ("{} ({}, else {})".format(name, *creep_counts(binned, name)) for name in gained)

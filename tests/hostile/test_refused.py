@@ -212,7 +212,7 @@ SETTINGS = [
     ("sensor_csv", "nowhere/{rpm}.csv", "nowhere/115.csv does not exist"),
     ("sensor_csv", "{0.__class__}", "the only field in braces is {rpm}"),
     ("sensor_csv", "/dev/zero", "it names one file for several speeds; write {rpm} where the motor speed belongs"),
-    ("rig", "/dev/zero", "no plain file"),
+    ("rig", "/dev/zero", "not a file"),
     ("rig", "absent.yaml", "absent.yaml: no such file"),
     ("sensor_csv", "d{{x}}/{rpm}.csv", "sensor_csv = 'd{x}/115.csv': holds a brace; rename the file or folder"),
     ("sensor_mapping", "{a}.yaml", "sensor_mapping = '{a}.yaml': holds a brace"),
@@ -352,7 +352,7 @@ def test_a_template_is_refused_before_it_is_run(tmp_path):
 
 
 PLACES = [
-    ("/dev/zero", "no plain file but a pipe or a device"), ("/dev/stdin", "a"), (".", "is a folder"),
+    ("/dev/zero", "is a pipe or a device, not a file"), ("/dev/stdin", "a"), (".", "is a folder"),
     ("absent", "no such file"), ("a\0b", "must be the name of"), ("x" * 300, "File name too long"),
     (None, "path = None:"), (b"rig.yaml", "path = b'rig.yaml':"),
 ]  # fmt: skip

@@ -236,9 +236,9 @@ def of_mapping() -> dict[str, Parameter]:
     return options
 
 
-def mapping_fields(**given: Any) -> dict[str, Any]:
+def mapping_fields(**arguments: Any) -> dict[str, Any]:
     """Fields of a sensor's mapping that options state (`of_mapping`)."""
-    fields = {name.removesuffix("_"): value for name, value in given.items()}
+    fields = {name.removesuffix("_"): value for name, value in arguments.items()}
     return fields | {"axes": parse_axes(fields["axes"]), "zero": parse_zero(fields["zero"])}
 
 
@@ -251,21 +251,21 @@ def _words(fields: str) -> str:
     import yaml
 
     try:
-        stated = yaml.safe_load(f"{{{fields}}}")
+        content = yaml.safe_load(f"{{{fields}}}")
     except yaml.YAMLError:  # the name of a column may look like fields
         return f"`{fields}`"
     words = []
-    for name, value in stated.items():
-        for key, part in value.items() if isinstance(value, dict) else [("", value)]:
-            text = f"{key}={part}" if key else str(part)
-            words += [_option_of(name)] if part is True else [_option_of(name), shlex.quote(text)]
+    for name, value in content.items():
+        for key, item in value.items() if isinstance(value, dict) else [("", value)]:
+            text = f"{key}={item}" if key else str(item)
+            words += [_option_of(name)] if item is True else [_option_of(name), shlex.quote(text)]
     return " ".join(words)
 
 
 def with_mapping(command: Callable) -> Callable:
     """Mark a command that has the fields of a sensor's mapping as its last arguments, by any name."""
-    stated = [p for p in signature(command).parameters.values() if p.kind is not p.VAR_KEYWORD]
-    command.__signature__ = Signature(stated)  # type: ignore[attr-defined]
+    parameters = [p for p in signature(command).parameters.values() if p.kind is not p.VAR_KEYWORD]
+    command.__signature__ = Signature(parameters)  # type: ignore[attr-defined]
     return command
 
 

@@ -99,8 +99,8 @@ def _compare(recording, record, path: str):
         simulated = with_error(row.simulation, row.simulation_error)
         compared = cell(row.difference_pct), cell(row.standard_errors)
         rows.append([row.measure, simulated, with_error(row.sensor, row.sensor_error), *compared])
-    shown = pd.DataFrame(rows, columns=[name for name in table if not name.endswith("_error")])
-    typer.echo(f"\n{plain(shown.to_string(index=False))}\n\n{in_words(table)}")
+    display = pd.DataFrame(rows, columns=[name for name in table if not name.endswith("_error")])
+    typer.echo(f"\n{plain(display.to_string(index=False))}\n\n{in_words(table)}")
     no_line, rests = "", not recording.periods.loop_hz
     if "rms_g" in set(table.measure) and "line_hz_binfree" not in set(table.measure):
         no_line = f"no line, {'the loop rests' if rests else 'for which both records must hold two turns of the loop'}"

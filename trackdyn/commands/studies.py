@@ -87,7 +87,7 @@ def ring(
         typer.echo("\n".join([*(f"note: {note}" for note in notes), *sentences, f"look at {out / 'ring.html'}"]))
 
 
-def _write_study(out: Path, study: "pd.DataFrame", rig, rule, rig_name: str, **shown) -> None:
+def _write_study(out: Path, study: "pd.DataFrame", rig, rule, rig_name: str, **content) -> None:
     """Write the table of a study, its pictures and its page."""
     from trackdyn.inputs.files import write_csv
     from trackdyn.plots.ring_study import CHOSEN, figures, sliding_figure, write_page
@@ -107,7 +107,7 @@ def _write_study(out: Path, study: "pd.DataFrame", rig, rule, rig_name: str, **s
     radii = ", ".join(f"{radius:.5g} m ({name})" for name, radius in rig.equal_pitch_radii.items())
     origin = f"Rig {rig_name}; radius of equal pitch by each reading: {radii}."
     pictures = {out / f"{name}.svg": caption for name, caption in CAPTIONS.items()}
-    write_page(out / "ring.html", pictures, csv="ring.csv", rule=str(rule), origin=origin, run=run, **shown)
+    write_page(out / "ring.html", pictures, csv="ring.csv", rule=str(rule), origin=origin, run=run, **content)
 
 
 def _numbers(text: str, option: str) -> list[float]:
@@ -177,7 +177,7 @@ def _comparison_rows(rings: "pd.DataFrame") -> list[dict]:
     ]
 
 
-def _say_table(shown: list[dict]) -> None:
+def _say_table(study_rows: list[dict]) -> None:
     """The table of a terminal, a block per speed."""
     import pandas as pd
 
@@ -185,7 +185,7 @@ def _say_table(shown: list[dict]) -> None:
     from trackdyn.model.arrays import SIDES
 
     names = ["ring, m", "strand", *SIDES, *SIDES, "teeth", "ring"]
-    for rpm, rows in pd.DataFrame(shown).groupby("rpm", sort=False):
+    for rpm, rows in pd.DataFrame(study_rows).groupby("rpm", sort=False):
         table = rows.drop(columns="rpm").set_axis(names, axis=1)
         text = plain(table.to_string(index=False))
         typer.echo(f"{rpm} rpm: tension, N; contact, % of a turn; RMS force, N; sliding work, J per turn\n{text}\n")

@@ -115,10 +115,10 @@ def check_writable(path: Path | str, size: float = 0.0) -> None:
     """Refuse a name that cannot be written (as `replacing` would), or a disk with less than ``size`` bytes free."""
     try:
         target, _ = _target(path)
-        made = next((folder for folder in target.parents if folder.exists()), target.parent)
+        existing = next((folder for folder in target.parents if folder.exists()), target.parent)
         _part(target).exists()  # a name too long
-        TemporaryFile(dir=made).close()
-        free = disk_usage(made).free
+        TemporaryFile(dir=existing).close()
+        free = disk_usage(existing).free
     except OSError as error:
         reason = error.strerror or error
         raise InputError(f"{path}: cannot be written ({reason}); choose another folder") from None
@@ -132,28 +132,28 @@ def check_writable(path: Path | str, size: float = 0.0) -> None:
 LARGEST_META = 10_000_000  # bytes; a recording's description takes 70,000
 
 
-def read_bytes(path: Path | str, what: str, limit: int) -> bytes:
+def read_bytes(path: Path | str, label: str, limit: int) -> bytes:
     """Contents of a plain file of at most ``limit`` bytes, whatever the file system says of its size.
 
-    ``what`` names the kind of file in a refusal, such as "YAML file". Raises `InputError`: there is no such file, it is
-    a folder or a device, cannot be read, or is larger.
+    ``label`` stands in a refusal, such as "YAML file". Raises `InputError`: there is no such file, it is a folder or
+    a device, cannot be read, or is larger.
     """
-    path = plain_file(path, what)
+    path = plain_file(path, label)
     try:
         with open(path, "rb") as file:
             data = file.read(limit + 1)
     except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror}); give a {what} that you may read") from None
+        raise InputError(f"{path}: cannot be read ({error.strerror}); give a {label} that you may read") from None
     if len(data) > limit:
         raise InputError(
-            f"{path}: is larger than {limit / 1e6:g} MB, the most that a {what} may have; give a shorter one"
+            f"{path}: is larger than {limit / 1e6:g} MB, the most that a {label} may have; give a shorter one"
         )
     return data
 
 
-def read_text(path: Path | str, what: str, limit: int) -> str:
+def read_text(path: Path | str, label: str, limit: int) -> str:
     """Contents of a file (`read_bytes`) as UTF-8 text (else `InputError`), without byte order mark, newlines plain."""
-    data = read_bytes(path, what, limit)
+    data = read_bytes(path, label, limit)
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -185,7 +185,7 @@ def write_npz(path: Path | str, meta: dict, arrays: "dict[str, np.ndarray]", com
         write(file, meta=np.array(text), checksum=np.array(_checksum(text, arrays)), **arrays)
 
 
-def read_npz(path: Path | str, what: str, limit: float, arrays: bool = True) -> "tuple[dict, dict[str, np.ndarray]]":
+def read_npz(path: Path | str, label: str, limit: float, arrays: bool = True) -> "tuple[dict, dict[str, np.ndarray]]":
     """Description (``meta``, JSON) and arrays of an npz file, whatever they are packed into; nothing is unpickled.
 
     Without ``arrays`` they are not read, and the checksum of `write_npz` is not compared. The arrays may take
@@ -195,7 +195,7 @@ def read_npz(path: Path | str, what: str, limit: float, arrays: bool = True) -> 
     """
     import numpy as np  # by those alone who read arrays: what lists the rigs reads text
 
-    path = plain_file(path, what)
+    path = plain_file(path, label)
     try:
         with zipfile.ZipFile(path) as archive:
             size = sum(entry.file_size for entry in archive.infolist())
@@ -210,25 +210,25 @@ def read_npz(path: Path | str, what: str, limit: float, arrays: bool = True) -> 
                     raise ValueError
                 return meta, loaded
     except Exception:  # whatever a damaged file makes of zip, of JSON, of the header of an array or its size
-        raise InputError(f"{path}: not a {what}, or damaged; give the path of a whole one") from None
+        raise InputError(f"{path}: not a {label}, or damaged; give the path of a whole one") from None
     raise InputError(
         f"{path}: takes {size / 1e6:.0f} MB of memory, more than the {limit / 1e6:.0f} MB available "
-        f"for a {what}; use a shorter one"
+        f"for a {label}; use a shorter one"
     )
 
 
-def plain_file(path: Path | str, what: str) -> Path:
+def plain_file(path: Path | str, label: str) -> Path:
     """The path of a plain file; `InputError` for nothing, a folder, a pipe or a device, which may never end."""
     try:
         path = Path(path)
         mode = os.stat(path).st_mode
     except (TypeError, ValueError):  # no name at all; a name with a byte that no name has
-        raise InputError(f"path = {path!r}: must be the name of a {what}") from None
+        raise InputError(f"path = {path!r}: must be the name of a {label}") from None
     except FileNotFoundError:
-        raise InputError(f"{path}: no such file; give the path of an existing {what}") from None
+        raise InputError(f"{path}: no such file; give the path of an existing {label}") from None
     except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror}); give a {what} that you may read") from None
+        raise InputError(f"{path}: cannot be read ({error.strerror}); give a {label} that you may read") from None
     if not stat.S_ISREG(mode):
         kind = "a folder" if stat.S_ISDIR(mode) else "a pipe or a device, not a file"
-        raise InputError(f"{path}: is {kind}; give the path of a {what}")
+        raise InputError(f"{path}: is {kind}; give the path of a {label}")
     return path

@@ -144,14 +144,14 @@ def sentence(name: str, error: Mapping[str, Any], missing: str) -> str:
     ``missing`` says what to do about a missing field.
     """
     keys = (str(key) for key in error["loc"])
-    where = ".".join(key if re.fullmatch(r"\w{1,60}", key) else shown(key) for key in keys) or "the file"
+    location = ".".join(key if re.fullmatch(r"\w{1,60}", key) else shown(key) for key in keys) or "the file"
     if error["type"] == "extra_forbidden":
         meant = f" ({error['meant'][0]}?)" if error.get("meant") else ""
-        return f"{name}: {where} is not a known parameter; remove it or correct its spelling{meant}"
+        return f"{name}: {location} is not a known parameter; remove it or correct its spelling{meant}"
     if error["type"] == "missing":
-        return f"{name}: {where} is missing; {missing}"
+        return f"{name}: {location} is missing; {missing}"
     if error["type"] == "value_error":
-        return f"{name}: {where} {error['ctx']['error']}"
+        return f"{name}: {location} {error['ctx']['error']}"
     value = error["input"]
     value = value.get("value", value) if isinstance(value, dict) else value
     problem = error["msg"][0].lower() + error["msg"][1:]
@@ -160,17 +160,17 @@ def sentence(name: str, error: Mapping[str, Any], missing: str) -> str:
         problem += (
             f", or in Python an instance of {error['ctx']['class_name']}" if error["type"] == "model_type" else ""
         )
-    return f"{name}: {where} = {shown(value)}: {problem}"
+    return f"{name}: {location} = {shown(value)}: {problem}"
 
 
-def within(name: str, value: float, least: float, most: float, what: str = "") -> float:
-    """A number between two, else `InputError` with name, value and range; ``what`` the bounds are of, with a unit."""
+def within(name: str, value: float, least: float, most: float, suffix: str = "") -> float:
+    """A number between two, else `InputError` with name, value and range; ``suffix`` the bounds are of, with a unit."""
     try:
         number = plain_number(value)
     except ValueError as error:
         raise InputError(f"{name} {error}") from None
     if not least <= number <= most:
-        raise InputError(f"{name} = {number:g}: must be between {least:g} and {most:g}{what}")
+        raise InputError(f"{name} = {number:g}: must be between {least:g} and {most:g}{suffix}")
     return number
 
 

@@ -62,10 +62,10 @@ def contacts(recording: Recording) -> dict[str, np.ndarray]:
     return rows | {"passage": number}
 
 
-def gathered(which: np.ufunc, values, index: tuple[np.ndarray, ...], shape: tuple[int, ...], empty=0.0) -> np.ndarray:
+def gathered(reduce: np.ufunc, values, index: tuple[np.ndarray, ...], shape: tuple[int, ...], empty=0.0) -> np.ndarray:
     """Values joined by a function of two, such as ``np.add``, at their indices in a new array; ``empty`` elsewhere."""
     array = np.full(shape, empty)
-    which.at(array, index, values)
+    reduce.at(array, index, values)
     return array
 
 
@@ -158,8 +158,8 @@ def passage_arrays(recording: Recording) -> dict[str, np.ndarray]:
 
     rows = {name: column[lasting] for name, column in rows.items()}
     entry = rows["passage"], rows["side"]
-    for which, ends in ((np.fmin, ("start_s", "phase_start")), (np.fmax, ("end_s", "phase_end"))):
-        table |= {name: gathered(which, rows[name], entry, shape, NAN) for name in ends}
+    for reduce, ends in ((np.fmin, ("start_s", "phase_start")), (np.fmax, ("end_s", "phase_end"))):
+        table |= {name: gathered(reduce, rows[name], entry, shape, NAN) for name in ends}
     highest = first_of_highest(rows["peak_n"], np.ravel_multi_index(entry, shape))
     for name, empty in (("peak_n", 0.0), ("peak_s", NAN)):
         table[name] = np.full(shape, empty)

@@ -72,9 +72,9 @@ def shown_measures(recording: Recording) -> list[dict]:
             value, error = columns[name], columns.get(field.get("standardError"), NAN)
             if value == value:
                 error = whole(name, value, error)
-                shown = {"name": name, "measure": field["description"], "value": value}
-                shown |= {"error": None if error != error else error, "unit": unit}
-                rows.append(shown | ({"sensor": sensor} if several else {}))
+                entry = {"name": name, "measure": field["description"], "value": value}
+                entry |= {"error": None if error != error else error, "unit": unit}
+                rows.append(entry | ({"sensor": sensor} if several else {}))
     return rows
 
 

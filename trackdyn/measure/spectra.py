@@ -123,8 +123,8 @@ def main_line_binfree(a, rate_hz: float, expected_hz: float) -> tuple[float, flo
     # the vertex of a parabola through three points, ever closer; `scipy.optimize` takes a fifth of a second to import
     hz, step = start, grid[1] - grid[0]
     while step > 1e-7 * bin_hz:
-        below, here, above = fitted(hz + step * np.array([-1.0, 0.0, 1.0]))[0]
-        bend = 2.0 * here - below - above
+        below, middle, above = fitted(hz + step * np.array([-1.0, 0.0, 1.0]))[0]
+        bend = 2.0 * middle - below - above
         hz += 0.5 * step * (np.clip((above - below) / bend, -2.0, 2.0) if bend > 0.0 else np.sign(above - below))
         step *= 0.1
     first = fitted(np.array([hz]))[1][0, harmonics + 1]

@@ -190,9 +190,9 @@ def _number_areas(ax: Axes, rig: Rig, sprocket_angle: float, groove: int) -> Non
     for area, angle in zip(range(1, 11), np.linspace(-spread / 2, spread / 2, 10), strict=True):
         # areas run from the tip at negative x of the groove's frame to that at positive x
         point = groove_points(rig, sprocket_angle, groove, [[below * sin(angle), below * cos(angle)]])[0]
-        here = groove_points(rig, sprocket_angle, groove, [shape.arc(area, 3)[1]])[0]
-        end = here + 0.8 * (point - here)
-        ax.plot(*np.transpose([here, end]), color=STEEL_EDGE, linestyle="-", linewidth=0.5, zorder=Z_MARK - 0.1)
+        position = groove_points(rig, sprocket_angle, groove, [shape.arc(area, 3)[1]])[0]
+        end = position + 0.8 * (point - position)
+        ax.plot(*np.transpose([position, end]), color=STEEL_EDGE, linestyle="-", linewidth=0.5, zorder=Z_MARK - 0.1)
         text = ax.text(*point, str(area), ha="center", va="center", fontsize=SMALL, clip_on=True, zorder=Z_MARK)
         text.set_path_effects(halo)
     joints = groove_points(rig, sprocket_angle, groove, shape.joints())

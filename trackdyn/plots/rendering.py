@@ -42,7 +42,7 @@ def environment(folder: Path = HERE) -> Environment:
     return templates
 
 
-def render(template: str, scripts: tuple[str, ...], data: dict, folder: Path = HERE, **shown) -> str:
+def render(template: str, scripts: tuple[str, ...], data: dict, folder: Path = HERE, **content) -> str:
     """A page as HTML text: template and scripts, with its data packed in; ``data["files"]`` are texts it hands out."""
     files = [next(path for path in (folder / f"{name}.js", HERE / f"{name}.js") if path.is_file()) for name in scripts]
     return (
@@ -53,7 +53,7 @@ def render(template: str, scripts: tuple[str, ...], data: dict, folder: Path = H
             embedded=packed(json.dumps(data, allow_nan=False, separators=(",", ":"))),
             data=data,
             files=data["files"],
-            **shown,
+            **content,
         )
     )
 

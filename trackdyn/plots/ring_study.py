@@ -123,7 +123,7 @@ def _panels(
     return figure, axes, radii
 
 
-def write_page(path: Path, pictures: Mapping[Path, str], **shown) -> None:
+def write_page(path: Path, pictures: Mapping[Path, str], **content) -> None:
     """Write the page of a study (``ring.html.j2``), with pictures (SVG) in it and their captions."""
     embedded = [(base64.b64encode(file.read_bytes()).decode("ascii"), words) for file, words in pictures.items()]
-    write_text(path, environment().get_template("ring.html.j2").render(pictures=embedded, **shown))
+    write_text(path, environment().get_template("ring.html.j2").render(pictures=embedded, **content))

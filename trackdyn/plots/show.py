@@ -167,14 +167,14 @@ def work_of(recording: Recording) -> list[dict]:
 def signal(recording: Recording, stretch: float | None) -> dict:
     """The sensor's y acceleration (g): history of the stretch and of the record, and its spectrum."""
     ay, rate = sense(recording).ay, recording.rate
-    shown: dict[str, Any] = {"rate": rate, "stretch": None, "whole": None, "low": None, "band": None, "line": None}
+    chart: dict[str, Any] = {"rate": rate, "stretch": None, "whole": None, "low": None, "band": None, "line": None}
     if stretch is not None:
-        shown["stretch"] = short(ay[: round(stretch * rate)])
+        chart["stretch"] = short(ay[: round(stretch * rate)])
     if len(ay) <= LONG_HISTORY:
-        shown["whole"] = {"time": short(np.arange(1, len(ay) + 1) / rate, 7), "low": short(ay), "high": None}
+        chart["whole"] = {"time": short(np.arange(1, len(ay) + 1) / rate, 7), "low": short(ay), "high": None}
     else:
         edges = np.linspace(0, len(ay), INTERVALS + 1).astype(int)[:-1]
-        shown["whole"] = {
+        chart["whole"] = {
             "time": short((edges + 0.5 * len(ay) / INTERVALS) / rate, 7),
             "low": short(np.minimum.reduceat(ay, edges)),
             "high": short(np.maximum.reduceat(ay, edges)),
@@ -182,12 +182,12 @@ def signal(recording: Recording, stretch: float | None) -> dict:
     if len(ay) >= LEAST_SPECTRUM:
         freq, amplitude = (values[1:] for values in spectrum(ay, rate))
         low = freq <= LOW_RANGE_HZ
-        shown["low"] = [short(freq[low]), short(amplitude[low])] if low.any() else None
+        chart["low"] = [short(freq[low]), short(amplitude[low])] if low.any() else None
         hz = recording.periods.loop_hz
-        shown["band"] = [short(values) for values in in_bands(ay[: whole_revolutions(len(ay), rate, hz)], rate, hz)]
+        chart["band"] = [short(values) for values in in_bands(ay[: whole_revolutions(len(ay), rate, hz)], rate, hz)]
         if holds_line(len(ay), rate, hz) and np.ptp(ay) > 0:
-            shown["line"] = [short(main_line(ay, rate, hz)), short(main_line_binfree(ay, rate, expected_hz=hz)[:2])]
-    return shown
+            chart["line"] = [short(main_line(ay, rate, hz)), short(main_line_binfree(ay, rate, expected_hz=hz)[:2])]
+    return chart
 
 
 def geometry(recording: Recording, stretch: Replay) -> dict:

@@ -82,19 +82,19 @@ def history_figure(
 def _draw_histories(axes: Sequence[Axes], curves: list[_Curve]) -> None:
     """The panels of `history_figure`; axes of a figure share theirs."""
     span = REVOLUTIONS / curves[0].hz
-    shown = []
+    drawn = []
     for ax, curve in zip(axes, curves, strict=True):
         start = first_crest(curve.ay, curve.rate, curve.hz)
-        shown.append(curve.ay[start : start + round(span * curve.rate) + 1])
-        ax.plot(np.arange(len(shown[-1])) / curve.rate, shown[-1], linewidth=0.6, **curve.look | {"linestyle": "-"})
+        drawn.append(curve.ay[start : start + round(span * curve.rate) + 1])
+        ax.plot(np.arange(len(drawn[-1])) / curve.rate, drawn[-1], linewidth=0.6, **curve.look | {"linestyle": "-"})
         ax.set_ylabel("y acceleration (g)")
         ax.set_title(curve.label, loc="right")
     tail = (1 - CENTRAL) / 2
-    low = min(shown[0].min(), np.quantile(shown[-1], tail))
-    high = max(shown[0].max(), np.quantile(shown[-1], 1 - tail))
+    low = min(drawn[0].min(), np.quantile(drawn[-1], tail))
+    high = max(drawn[0].max(), np.quantile(drawn[-1], 1 - tail))
     axes[0].set_xlim(0, span)
     axes[0].set_ylim(low - 0.08 * (high - low), high + 0.08 * (high - low))
-    for ax, curve, ay in list(zip(axes, curves, shown, strict=True))[1:]:
+    for ax, curve, ay in list(zip(axes, curves, drawn, strict=True))[1:]:
         _mark_cut(ax, np.arange(len(ay)) / curve.rate, ay)
     axes[-1].set_xlabel("time since a crest of each curve's own fundamental (s)")
 

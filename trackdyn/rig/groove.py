@@ -126,8 +126,8 @@ def build_groove(
 
     def refuse(field, remedy):
         unit = "deg" if field.startswith("slope") else "m"
-        stated = f"groove.{field} = {getattr(design, field):.6g} {unit}"
-        raise InputError(f"{stated} gives a profile that is not tangent: {remedy}")
+        entry = f"groove.{field} = {getattr(design, field):.6g} {unit}"
+        raise InputError(f"{entry} gives a profile that is not tangent: {remedy}")
 
     for higher, lower in (("slope_bottom", "slope_low"), ("slope_seat", "slope_low"), ("slope_tip", "slope_seat")):
         least = getattr(design, lower)

@@ -117,11 +117,11 @@ def run_order(circles: np.ndarray) -> list[int]:
     (0) is the first where it is met.
     """
     x, y, r = circles.T
-    here, heading, turned = int(np.argmax(y + r)), 0.0, 0.0
+    wheel, heading, turned = int(np.argmax(y + r)), 0.0, 0.0
     order = []
     for _ in range(2 * len(circles) + 1):
-        order.append(here)
-        dx, dy, wider = x - x[here], y - y[here], r - r[here]
+        order.append(wheel)
+        dx, dy, wider = x - x[wheel], y - y[wheel], r - r[wheel]
         distance = np.hypot(dx, dy)
         others = np.flatnonzero(distance > np.abs(wider))
         if not len(others):
@@ -133,7 +133,7 @@ def run_order(circles: np.ndarray) -> list[int]:
         turned += float(bend[k]) - ONE_LINE
         if turned > 2 * pi - 1e-6:
             break
-        here, heading = int(others[k]), float(tangent[k])
+        wheel, heading = int(others[k]), float(tangent[k])
     if len(order) > 1 and order[0] == order[-1]:
         order.pop()
     first = order.index(0) if 0 in order else 0

@@ -331,7 +331,7 @@ def foreign_groove(rig: Rig, path: Path | str | None = None) -> str:
     for name, other in same.items():
         numbers = [(r.sprocket.teeth, r.pitch, r.chain.connector_radius) for r in (other, rig)]
         shares = zip(*numbers, (0.0, WORN, OTHER_ARC), strict=True)
-        if all(abs(here / there - 1) <= share for there, here, share in shares):
+        if all(abs(own / other_value - 1) <= share for other_value, own, share in shares):
             return ""
         theirs, ours = ("{} teeth, pitch {:.4g} m, arcs of {:.3g} m".format(*row) for row in numbers)
         remarks.append(f"the groove is that of {name} ({theirs}), this rig has {ours}: state groove or profile")

@@ -131,8 +131,8 @@ def _over(base: dict[str, Any], data: dict[str, Any]) -> dict[str, Any]:
     for name, other in (("groove", "profile"), ("profile", "groove")):
         if name in data:
             rig.pop(other, None)
-    stated = {field for name in own_wheels for field in _section(own_wheels, name)}
-    laws = [law for law, fields in DRAG_FIELDS.items() if stated.intersection(fields)]
+    own_fields = {field for name in own_wheels for field in _section(own_wheels, name)}
+    laws = [law for law, fields in DRAG_FIELDS.items() if own_fields.intersection(fields)]
     if len(laws) == 1:
         source = "the one law that the values of the wheels are for"
         data = {"drag": {"value": laws[0], "unit": "name", "kind": "assumed", "source": source}} | data

@@ -150,15 +150,15 @@ class TensionedLoop(DampedLoop):
         tension, travel = self.scene.rig.tension, 1e3 * self.scene.rig.tension.travel
         reached, shift = least or (self.reached, self.shift)
         low, high = 1e3 * self.low, 1e3 * self.high
-        where = f"with the {tension.wheel} shifted by {1e3 * shift:.4g} mm of tension.travel = {travel:.4g} mm"
+        position = f"with the {tension.wheel} shifted by {1e3 * shift:.4g} mm of tension.travel = {travel:.4g} mm"
         if max(-low, high) < travel or min(-low, high) < travel:
-            where += f" ({low:.4g} to {high:.4g} mm until it overlaps another wheel)"
+            position += f" ({low:.4g} to {high:.4g} mm until it overlaps another wheel)"
         if least:
             return InputError(
                 f"tension.pre_tension = {tension.pre_tension:g} N: must exceed {reached:.4g} N, the least that the "
-                f"strand onto the sprocket holds, {where}; {self.hanging:.4g} N of chain hang below it"
+                f"strand onto the sprocket holds, {position}; {self.hanging:.4g} N of chain hang below it"
             )
         return InputError(
             f"tension.pre_tension = {tension.pre_tension:g} N: cannot be reached; the strand holds {reached:.4g} N "
-            f"{where}; change the pre-tension, enlarge the travel or move the wheels"
+            f"{position}; change the pre-tension, enlarge the travel or move the wheels"
         )

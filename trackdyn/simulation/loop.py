@@ -191,8 +191,8 @@ class Loop(Readings):
             if (value := getattr(changed.scene, name)) != getattr(self.scene, name):
                 raise InputError(f"scene: {name} = {value!r}: cannot change in a loop; make a new Loop")
         step = allowed_step(changed.scene, changed.scene.time_step, self.layout.settled_tension_n)
-        made = allocate(changed.scene, step)
-        model, state = made.model, made.state
+        allocated = allocate(changed.scene, step)
+        model, state = allocated.model, allocated.state
         leaves, present = flat(state), flat(self.arrays.state)
         if [leaf.shape for leaf in leaves.values()] != [leaf.shape for leaf in present.values()]:
             raise InputError(
@@ -204,7 +204,7 @@ class Loop(Readings):
         for name, leaf in leaves.items():
             leaf[...] = present[name]
         state.steps[0] = round(self.time / model.step)
-        changed.arrays = made._replace(model=model._replace(drive=before.drive, carriers=before.carriers))
+        changed.arrays = allocated._replace(model=model._replace(drive=before.drive, carriers=before.carriers))
         if fields.keys() & {"motor_rpm", "ramp"}:
             changed.drive(changed.scene.motor_rpm, changed.scene.ramp)
         return changed

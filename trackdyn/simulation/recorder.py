@@ -216,9 +216,9 @@ class Recorder:
         finer = type(loop)(loop.scene.with_(**fields)) if settled else loop.changed(**fields)
         finer.advance(piece.loop.time - loop.time)
         fields |= {"duration": (self.done - piece.done) / scene.rig.rate, "pitches": (), "frame_interval": 0.0}
-        again = Recorder(finer, scene.with_(**fields), checked=False)
-        again.record.contact_log.open[:], again.record.contact_log.last[:] = piece.log
-        return again.finish().statistics()
+        rerun = Recorder(finer, scene.with_(**fields), checked=False)
+        rerun.record.contact_log.open[:], rerun.record.contact_log.last[:] = piece.log
+        return rerun.finish().statistics()
 
     def alternation(self, first: int = 0, before=0.0) -> Alternation:
         """Alternation from a sample on, until which its sums (`model.arrays.Work`) were those ``before``."""
@@ -237,8 +237,8 @@ class Recorder:
     def driven(self, first: int = 0) -> float:
         """Seconds in which the speed that is asked for turns the sprocket as far as it turned since a sample."""
         rate, drive_rate = self.scene.rig.rate, abs(self.loop.model.drive.rate)
-        made = np.abs(self.record.samples.wheel_rate[first : self.done, SPROCKET])
-        return round(float(made.sum() / drive_rate if drive_rate else len(made)) / rate, 9)
+        rates = np.abs(self.record.samples.wheel_rate[first : self.done, SPROCKET])
+        return round(float(rates.sum() / drive_rate if drive_rate else len(rates)) / rate, 9)
 
     def _check_account(self) -> None:
         check_account(self.record.samples.energy[: self.done], self.loop.model, self.driven())

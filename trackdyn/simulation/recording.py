@@ -132,11 +132,11 @@ class Recording(Samples):
 
         Raises `InputError`: the sprocket does not hold this speed over the record, but is on a ramp (`Loop.drive`).
         """
-        asked, made = -self.scene.sprocket_rate, -self.wheel_rate[:, SPROCKET]
-        if (abs(made - asked) > SAME_RATE * asked).any():
+        prescribed, recorded = -self.scene.sprocket_rate, -self.wheel_rate[:, SPROCKET]
+        if (abs(recorded - prescribed) > SAME_RATE * prescribed).any():
             to_rpm = 60 / (2 * pi) * self.scene.rig.sprocket.transmission_ratio
             raise InputError(
-                f"recording: the motor speed goes from {made.min() * to_rpm:.4g} to {made.max() * to_rpm:.4g} "
+                f"recording: the motor speed goes from {recorded.min() * to_rpm:.4g} to {recorded.max() * to_rpm:.4g} "
                 f"rev/min within the record, and measures need the {self.scene.motor_rpm:g} rev/min of its scene; "
                 "record after the ramp"
             )

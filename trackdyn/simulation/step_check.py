@@ -141,7 +141,7 @@ def mean_square(motion: np.ndarray, gravity: float) -> float:
 def run_statistics(record: Record, rows: slice, ended: list[np.ndarray], model: Model, begin: float) -> RunStatistics:
     """Statistics of samples, of contacts that ended in them and of open ones; ``begin`` of their log, s."""
     mean, own = record.samples.mean[rows], len(model.sensors.body)
-    sensors = [mean[:, which] for which in (*range(own), slice(own, None))]
+    sensors = [mean[:, sensor] for sensor in (*range(own), slice(own, None))]
     lasting = record.contact_log.open[record.contact_log.open["end_s"] > 0]
     largest, isolated = largest_forces(np.concatenate(ended), lasting, len(model.shoes.link_body), model.step, begin)
     peaks = largest.sum(axis=0)

@@ -37,15 +37,15 @@ def read_table(path: Path | str) -> pd.DataFrame:
     return pd.DataFrame([row for _, row in body], columns=header, dtype=str)
 
 
-def check_header(names: list, where: str) -> None:
+def check_header(names: list, source: str) -> None:
     """Refuse (`InputError`) a table without columns, or with two of one name."""
     if not names:
-        raise InputError(f"{where}: is empty; a header with the names of columns is needed")
+        raise InputError(f"{source}: is empty; a header with the names of columns is needed")
     for name in names:
         if not isinstance(name, str) or not name:
-            raise InputError(f"{where}: has a column without a name; give it one")
+            raise InputError(f"{source}: has a column without a name; give it one")
         if names.count(name) > 1:
-            raise InputError(f"{where}: has the column {shown(name)} twice; keep one of them")
+            raise InputError(f"{source}: has the column {shown(name)} twice; keep one of them")
 
 
 def write_table(table: pd.DataFrame, path: Path | str) -> None:

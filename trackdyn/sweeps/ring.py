@@ -85,12 +85,12 @@ def ring_study(
     with one scene is its ``reason``.
     """
     loaded = load_rig(rig)
-    asked, rounds = study_radii(loaded) if radii is None else sorted(set(radii)), 0
-    radii = list(asked)
+    requested, rounds = study_radii(loaded) if radii is None else sorted(set(radii)), 0
+    radii = list(requested)
 
     def run(radii: Sequence[float]) -> pd.DataFrame:
         table = _study(loaded, rig, _design(loaded, speeds, radii, step), jobs, store, progress)
-        table["added"] = table["ring_radius_m"].notna() & ~table["ring_radius_m"].isin(asked)
+        table["added"] = table["ring_radius_m"].notna() & ~table["ring_radius_m"].isin(requested)
         return table
 
     study = run(radii)

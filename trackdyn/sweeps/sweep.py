@@ -62,18 +62,18 @@ def read_design(design: pd.DataFrame | Path | str) -> pd.DataFrame:
 
     Raises `InputError`: it is no table, has no rows, or a column that is not known, or lacks ``motor_rpm``.
     """
-    table, where = (design, "design") if isinstance(design, pd.DataFrame) else (read_table(design), str(design))
-    check_header(list(table.columns), where)
+    table, source = (design, "design") if isinstance(design, pd.DataFrame) else (read_table(design), str(design))
+    check_header(list(table.columns), source)
     for name in table.columns:
         if name not in DESIGN_COLUMNS and not Rig.may_have(name):
             raise InputError(
-                f"{where}: {shown(name)} is not a column of a design; expected a field of the scene such as "
+                f"{source}: {shown(name)} is not a column of a design; expected a field of the scene such as "
                 "motor_rpm, one of the rig such as sprocket.ring_radius, name, preset or rig"
             )
     if "motor_rpm" not in table.columns:
-        raise InputError(f"{where}: has no column motor_rpm; add it")
+        raise InputError(f"{source}: has no column motor_rpm; add it")
     if not len(table):
-        raise InputError(f"{where}: has no rows; give one per scene")
+        raise InputError(f"{source}: has no rows; give one per scene")
     return table
 
 
@@ -127,7 +127,7 @@ def _value(cell: Any) -> Any:
     if isinstance(cell, (np.ndarray, np.generic)):
         cell = cell.tolist()
     if isinstance(cell, (list, tuple)):
-        return [_value(each) for each in cell]
+        return [_value(item) for item in cell]
     if isinstance(cell, str):
         cell = cell.strip() or None
     if isinstance(cell, bool) or pd.isna(cell):
@@ -254,7 +254,7 @@ def batches(design: pd.DataFrame | Path | str, rig: Path | str, count: int) -> l
     rows = requested_rows(table, str(rig))
     first = {row.key: k for k, row in reversed(list(enumerate(rows)))}
     order = sorted(first.values(), key=lambda k: rows[k].same_start)
-    return [table.iloc[sorted(part) if len(part) else order[:1]] for part in np.array_split(order, count)]
+    return [table.iloc[sorted(batch) if len(batch) else order[:1]] for batch in np.array_split(order, count)]
 
 
 def content_key(design: Path | str, *rigs: Path | str) -> str:

@@ -46,10 +46,10 @@ def run_values(recording: Recording) -> dict:
     """Metrics, how the loop stands, and what computed it."""
     values = {name: value for name, value in run_metrics("", recording).items() if name != "run"}
     sources, versions = made_with()
-    made = {"python": recording.meta["python"]} | versions
+    software = {"python": recording.meta["python"]} | versions
     if recording.scene.pitches:  # where contacts are recorded pitch by pitch, more is known of them
         values |= {f"event {name}": seconds for name, seconds in event_times(recording).items()}
     return values | recording.layout.known() | {
         "kernel_sources": sources, "row_sources": module_hash(__name__), "processor": target_hash(),
-        "versions": ", ".join(f"{name} {version}" for name, version in made.items()),
+        "versions": ", ".join(f"{name} {version}" for name, version in software.items()),
     }  # fmt: skip

@@ -128,8 +128,8 @@ def write_manifest(
     about |= {"python": platform.python_version(), "machine": platform.machine(), "system": platform.system()}
     about |= {name: version(name) for name in PACKAGES}
     hashes = {Path(path).as_posix(): file_hash(path) for path in inputs}
-    stated = {name: dict(fields) for name, fields in (runs or {}).items()}
-    manifest = Manifest(format=FORMAT, made_with=about, inputs=hashes, runs=stated, files=describe(results))
+    configured = {name: dict(fields) for name, fields in (runs or {}).items()}
+    manifest = Manifest(format=FORMAT, made_with=about, inputs=hashes, runs=configured, files=describe(results))
     content = json.dumps(manifest.model_dump(exclude_none=True), indent=1, ensure_ascii=False)
     write_text(path := Path(results, NAME), f"{content}\n")
     return path
@@ -205,17 +205,17 @@ def rig_hash(rig: Mapping[str, Any]) -> str:
 def compare_runs(results: Path | str, runs: Mapping[str, Mapping[str, Any]]) -> list[Finding]:
     """Recordings in ``results`` whose scenes are not those of the configuration, which ``runs`` states."""
     findings = []
-    for name, stated in runs.items():
+    for name, configured in runs.items():
         if not (path := Path(results, name)).is_file():
             continue
         try:
             meta, _ = read_npz(path, "trackdyn recording", inf, arrays=False)
-            made = {**meta["scene"], "rig": rig_hash(meta["rig"])}
+            recorded = {**meta["scene"], "rig": rig_hash(meta["rig"])}
         except (InputError, KeyError, TypeError):  # damaged, as its bytes say
             continue
-        for field, value in stated.items():
-            if made.get(field) != value:
-                difference = "rig" if field == "rig" else f"{field} = {made.get(field)}, now {value}"
+        for field, value in configured.items():
+            if recorded.get(field) != value:
+                difference = "rig" if field == "rig" else f"{field} = {recorded.get(field)}, now {value}"
                 findings.append(Finding(name, DIFFERS, f"is of another configuration ({difference})"))
                 break
     return findings

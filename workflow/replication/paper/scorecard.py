@@ -97,16 +97,16 @@ def number_rows(numbers: pd.DataFrame) -> list[dict]:
 
 def verdict_line(judged: pd.DataFrame, numbers: pd.DataFrame) -> str:
     """The counts of a rig, printed numbers first."""
-    (shown, total), by_number = count(judged), _conclusions(judged)
+    (sentences, total), by_number = count(judged), _conclusions(judged)
     reproduced = sum(set(rows["verdict"]) == {REPRODUCED} for _, rows in by_number)
-    return f"{number_count(numbers)}, {shown} of {total} sentences, {reproduced} of {len(by_number)} conclusions"
+    return f"{number_count(numbers)}, {sentences} of {total} sentences, {reproduced} of {len(by_number)} conclusions"
 
 
 def headline(judged: pd.DataFrame, numbers: pd.DataFrame) -> str:
     """The counts of a rig in a sentence, and which of the numbered conclusions on the ring it shows."""
-    shown, total = count(judged)
+    reproduced, total = count(judged)
     return (
-        f"The rig `{judged['rig'].iloc[0]}` meets {number_count(numbers)}, and reproduces {shown} of the {total} "
+        f"The rig `{judged['rig'].iloc[0]}` meets {number_count(numbers)}, and reproduces {reproduced} of the {total} "
         "sentences of Sects. 5.2 and 6 that can be judged. Of the paper's four conclusions on the ring it reproduces "
         f"{conclusions(judged)}."
     )
@@ -167,8 +167,8 @@ def follows_sentence(sentences: pd.DataFrame, draws: pd.DataFrame) -> str:
     """How many sentences nine of ten tracks show."""
     rows = track_rows(sentences).xs(TRACKS[0], level="tracks")
     follow = [name for name, kind in rows["class"].items() if kind == FOLLOWS]
-    which = {0: "No sentence holds", 1: f"Sentence {_listed(follow)} alone holds"}
-    words = which.get(len(follow), f"Sentences {_listed(follow)} hold")
+    phrases = {0: "No sentence holds", 1: f"Sentence {_listed(follow)} alone holds"}
+    words = phrases.get(len(follow), f"Sentences {_listed(follow)} hold")
     judged = int((draws["state"] == "done").sum())
     return f"{words} on nine of ten tracks; {judged} are judged, sampled from assumed ranges."
 
@@ -183,7 +183,7 @@ def creep_counts(binned: pd.DataFrame, name: str) -> tuple[str, str]:
     """Tracks that show a sentence of those with a ring that creeps more easily than rubber, and of the others."""
     rows = binned[binned["name"].astype(str) == name]
     soft = rows["creep_high"] <= RUBBER[0]
-    sums = (rows.loc[which, ["shown", "decided"]].sum() for which in (soft, ~soft))
+    sums = (rows.loc[mask, ["shown", "decided"]].sum() for mask in (soft, ~soft))
     first, second = (f"{row['shown']:.0f} of {row['decided']:.0f}" for row in sums)
     return first, second
 
@@ -305,8 +305,8 @@ def statements_by_label(
     for position, row in enumerate(_records(card)):
         number = int(row["sentence"] or 0)
         named = re.search(r"(Fig|Table)s?\.? (\d+)", row["place"])  # the first: ``Figs. 19, 20`` is Figure 19
-        place = f"{'Figure' if named[1] == 'Fig' else named[1]} {named[2]}" if named else row["place"]
-        label = labels.setdefault(number or -1 - position, place)
+        heading = f"{'Figure' if named[1] == 'Fig' else named[1]} {named[2]}" if named else row["place"]
+        label = labels.setdefault(number or -1 - position, heading)
         whole = {
             "number": number,
             "sentence": sentences["sentence"].get(number, ""),

@@ -137,12 +137,12 @@ class Config(Section):
         if not os.access(above, os.W_OK):
             raise InputError(f"results = {shown(self.results)}: {above} is not writable; choose another folder")
         of_study = ("ring_study.speeds_rpm", "ring_study.radii_m", "ring_study.steps_s")
-        for where in ("records.speeds_rpm", *of_study, "fidelity.speeds_rpm"):
-            values = [list(value) if isinstance(value, tuple) else value for value in attrgetter(where)(self) or ()]
+        for field in ("records.speeds_rpm", *of_study, "fidelity.speeds_rpm"):
+            values = [list(value) if isinstance(value, tuple) else value for value in attrgetter(field)(self) or ()]
             for before, after in pairwise(value[0] if isinstance(value, list) else value for value in values):
                 if after <= before:
                     problem = "occurs twice" if after == before else f"comes after {before:g}"
-                    raise InputError(f"{where} = {values}: {after:g} {problem}; give rising values")
+                    raise InputError(f"{field} = {values}: {after:g} {problem}; give rising values")
         if self.sensor_csv is not None:
             try:
                 names = [self.sensor_csv.format(rpm=f"{rpm:g}") for rpm in self.records.speeds_rpm]

@@ -73,10 +73,10 @@ def article_values(tables: Mapping[str, pd.DataFrame], missing: str, accuracy_pc
     steps, tracks = stable_steps(tables["extremes"]), track_rows(tables["plausible_sentences"])
     learned = {name: tables[f"plausible_{name}"] for name in ("sentences", "map", "draws")}
     sampled, judged_tracks = learned["draws"], learned["draws"]["state"] == "done"
-    shown, total = count(judged)
+    reproduced, total = count(judged)
     return {
         "rig": card["rig"].iloc[0],
-        "count": {"shown": str(shown), "judged": str(total)},
+        "count": {"shown": str(reproduced), "judged": str(total)},
         "verdict": verdict_line(judged, tables["numbers"]),
         "headline": headline(judged, tables["numbers"]),
         "learned": learned_sentences(learned),
@@ -148,13 +148,13 @@ def write_article(values: dict[str, Any], values_path: Path, template: Path, fig
     write_text(values_path, json.dumps(values, indent=1, ensure_ascii=False) + "\n")
     inputs = {"values": str(values_path.resolve()), "results": str(figures.resolve())}
     try:
-        made = typst.compile(
+        document = typst.compile(
             str(template.resolve()), root="/", sys_inputs=inputs, format="pdf", ignore_system_fonts=True
         )
     except typst.TypstError as error:
         raise TrackdynError(f"{template}: {error}") from None
     with replacing(pdf_path) as temporary:
-        temporary.write_bytes(made)
+        temporary.write_bytes(document)
 
 
 @run_job

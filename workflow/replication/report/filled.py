@@ -109,8 +109,8 @@ def ring_text(rows: pd.DataFrame) -> str:
         line |= {"radius (m)": f"{rule.radius(grid):.4f}", "by speed (m)": ", ".join(by_speed)}
         line |= {"1 and 3 points (m)": ", ".join(band)}
         bare, ring = (
-            grid.loc[which, [*columns]].mean()
-            for which in (grid["ring_radius_m"].isna(), grid["ring_radius_m"] == rule.radius(grid))
+            grid.loc[mask, [*columns]].mean()
+            for mask in (grid["ring_radius_m"].isna(), grid["ring_radius_m"] == rule.radius(grid))
         )
         for name, words in columns.items():
             line[words] = " → ".join(significant(float(mean[name])) for mean in (bare, ring))

@@ -112,8 +112,8 @@ def dimension(ax: Axes, start, end, text: str, offset: float = 0.0, side: int = 
     """Dimension line between two points, moved by ``offset`` (m) to the left of their direction."""
     shift = offset * directions(start, end)[1]
     if offset:
-        for here in (start, end):
-            line(ax, here, here + 1.1 * shift, color="0.45", linewidth=0.6)
+        for end_point in (start, end):
+            line(ax, end_point, end_point + 1.1 * shift, color="0.45", linewidth=0.6)
     a, b = start + shift, end + shift
     arrow(ax, a, b, "<|-|>", linewidth=0.8, mutation_scale=7)
     text_beside(ax, a, b, text, side=side, turned=turned, **look)

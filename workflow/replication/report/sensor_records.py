@@ -21,7 +21,7 @@ def main(job) -> None:
     params, mapping, rows = job.params, load_mapping(*job.input.mapping), []
     rig = load_rig(job.input.rig)
     mapping = mapping.sensors.get(next(iter(rig.sensors)), mapping)
-    what = "synthetic, not measured" if params.synthetic else "as compared"
+    origin = "synthetic, not measured" if params.synthetic else "as compared"
     for rpm, path, out in zip(params.speeds, job.input.sensors, job.output.records, strict=True):
         record = read_sensor(path, mapping, rig.first_sensor.range, rig.g)
         record.require_turns(Periods.at(rig, rpm).loop, LEAST_PERIODS)
@@ -34,6 +34,6 @@ def main(job) -> None:
             )
         record = record.averaged(faster)
         rows.append({"speed_rpm": rpm, "file": path, **record.done})
-        comments = [f"{path}: {what}", *(f"{name}: {text}" for name, text in record.done.items())]
+        comments = [f"{path}: {origin}", *(f"{name}: {text}" for name, text in record.done.items())]
         write_sensor_csv(out, record.time, record.ax, record.ay, record.az, comments)
     write_csv(job.output.csv, pd.DataFrame(rows))

@@ -88,8 +88,8 @@ def write_animation(recording: Recording, path: Path | str) -> int:
     present = [side for i, side in enumerate(NAMES) if (recording.force[:, :, i] > 0).any()]
     handles = [Line2D([], [], **LOOKS[side] | {"linestyle": "-"}, markersize=4, label=NAMES[side]) for side in present]
     if handles:
-        where = {"loc": "upper right", "bbox_to_anchor": (0.995, 0.995), "ncols": len(handles), "frameon": False}
-        figure.legend(handles=handles, fontsize=8, handlelength=1.0, columnspacing=1.0, **where)
+        placement = {"loc": "upper right", "bbox_to_anchor": (0.995, 0.995), "ncols": len(handles), "frameon": False}
+        figure.legend(handles=handles, fontsize=8, handlelength=1.0, columnspacing=1.0, **placement)
     near = figure.add_axes((0.0, 0.0, 0.43, 0.91))
     complete = figure.add_axes((0.43, 0.0, 0.57, 0.91))
     pictures: list[Image.Image] = []

@@ -50,36 +50,36 @@ class Moment(NamedTuple):
     peak: str  # at a maximum: the largest force of all time steps with its time
 
 
-def moments(recording: Recording, shown: Selected) -> list[Moment]:
+def moments(recording: Recording, selected: Selected) -> list[Moment]:
     """The events of a passage that happen, in order of time.
 
     A maximum is that of the force after a mean over 0.01 s, and its configuration the nearest one; of other
     events it is the first at or after it, so that a contact that begins is there and one that ends is gone.
     """
     ring = recording.scene.ring_radius is not None
-    printed = printed_times(ring, shown.turn_s)
+    printed = printed_times(ring, selected.turn_s)
     # a configuration is of the end of its interval, as a sample is
-    frames = recording.frame_time - shown.first
-    measured = passage_events(recording).loc[shown.number]
+    frames = recording.frame_time - selected.first
+    measured = passage_events(recording).loc[selected.number]
     both = max(measured.get("first left", 0.0), measured.get("first right", 0.0))
     special = {ENGAGE: printed.get(ENGAGE), BOTH: both}
-    inside, chosen = (shown.time >= 0) & (shown.time <= shown.last - shown.first), []
+    inside, chosen = (selected.time >= 0) & (selected.time <= selected.last - selected.first), []
     for title, event, index in WITH_RING if ring else WITHOUT_RING:
-        side, _, what = title.partition(" ")
-        maximum = what == "maximum" and side in SIDES
-        if maximum and not shown.sides.loc[side, "count"]:
+        side, _, phase = title.partition(" ")
+        maximum = phase == "maximum" and side in SIDES
+        if maximum and not selected.sides.loc[side, "count"]:
             continue
         if maximum:
-            force = uniform_filter1d(shown.force[:, SIDES.index(side)], max(round(WINDOW * recording.rate), 1))
-            time = float(shown.time[inside][np.argmax(force[inside])])
+            force = uniform_filter1d(selected.force[:, SIDES.index(side)], max(round(WINDOW * recording.rate), 1))
+            time = float(selected.time[inside][np.argmax(force[inside])])
         else:
             time = special[title] if event is None else measured[event]
         if not np.isfinite(time):
             continue
         peak, frame = "", min(int(np.searchsorted(frames, time - 1e-9)), len(frames) - 1)
         if maximum:
-            row, frame = shown.sides.loc[side], int(np.argmin(np.abs(frames - time)))
-            peak = f"largest {row['peak_n']:.0f} N at {row['peak_s'] - shown.first:.3f} s"
+            row, frame = selected.sides.loc[side], int(np.argmin(np.abs(frames - time)))
+            peak = f"largest {row['peak_n']:.0f} N at {row['peak_s'] - selected.first:.3f} s"
         sample = round(recording.frame_time[frame] * recording.rate) - 1
         chosen.append(Moment(title, time, printed[index], frame, sample, peak))
     return sorted(chosen, key=lambda moment: moment.time)
@@ -94,30 +94,30 @@ def screenshot_figure(rig: Rig, recording: Recording) -> Figure:
     groove carry their numbers. Panels are in order of time (:func:`moments`).
     """
     drawing.require_frames(recording)
-    shown = select_passage(recording)
-    panels = moments(recording, shown)
+    selected = select_passage(recording)
+    panels = moments(recording, selected)
     figure = new_figure(6.6, PAGE)
     axes = figure.subplots(2, 3).ravel()
     for ax in axes:
         ax.set_axis_off()
     for ax, letter, moment in zip(axes, "abcdef", panels, strict=False):
-        _draw_panel(ax, rig, recording, shown, moment)
+        _draw_panel(ax, rig, recording, selected, moment)
         text = f"({letter}) {moment.title}\n{moment.time:.3f} s (printed {moment.printed:.2f} s)\n{moment.peak}"
         ax.set_title(text.replace("-", "\N{MINUS SIGN}"), fontsize=8)
     ring, rpm = recording.scene.ring_radius, recording.scene.motor_rpm
-    late = max(abs(recording.frame_time[m.frame] - shown.first - m.time) for m in panels)
+    late = max(abs(recording.frame_time[m.frame] - selected.first - m.time) for m in panels)
     text = (
-        f"Connector {shown.connector}, {drawing.ring_words(ring)}, {rpm:g} rpm; times since the first contact. "
+        f"Connector {selected.connector}, {drawing.ring_words(ring)}, {rpm:g} rpm; times since the first contact. "
         f"Panels are {2 * HALF:.2f} m wide.\nMaxima: of the mean over {WINDOW:g} s. "
         f"Arrows: forces at the instant drawn, at most {1000 * late:.1f} ms from the event.\n "
     )
     figure.suptitle(text, x=0.01, ha="left", fontsize=8)
-    handles: list = [Patch(**drawing.MARKED, label=f"connector {shown.connector}")]
+    handles: list = [Patch(**drawing.MARKED, label=f"connector {selected.connector}")]
     if ring is not None:
-        ahead = rig.link_ahead(shown.connector)
+        ahead = rig.link_ahead(selected.connector)
         handles.append(Patch(**drawing.MARKED_TOO, label=f"link {ahead}, ahead of it"))
     for side in SIDES[: 2 if ring is None else 3]:
-        if shown.sides.loc[side, "count"]:
+        if selected.sides.loc[side, "count"]:
             look = LOOKS[side] | {"linestyle": "-", "markersize": 4, "linewidth": 1.6}
             handles.append(marks.handle(f"force, {NAMES[side]}", **look))
     handles.append(marks.handle("joint of two areas", **drawing.JOINT))
@@ -125,17 +125,17 @@ def screenshot_figure(rig: Rig, recording: Recording) -> Figure:
     return figure
 
 
-def _draw_panel(ax: Axes, rig: Rig, recording: Recording, shown: Selected, moment: Moment) -> None:
+def _draw_panel(ax: Axes, rig: Rig, recording: Recording, selected: Selected, moment: Moment) -> None:
     frame, ring = recording.frame[moment.frame], recording.scene.ring_radius
     pins, _, sprocket_angle = chain = drawing.chain_points(rig, frame)
-    connector, link = 2 * shown.connector - 1, 2 * shown.connector % (2 * rig.chain.pitches)
+    connector, link = 2 * selected.connector - 1, 2 * selected.connector % (2 * rig.chain.pitches)
     bodies = [connector] if ring is None else [connector, link]
     middle = np.mean([pins[body + end] for body in bodies for end in (0, 1)], axis=0)
     # the small picture stands in the corner away from the sprocket and from the arrows
     up = middle[1] > rig.sprocket.y
     right = middle[0] > rig.sprocket.x + 0.5 * rig.groove_profile.addendum * up
     inset = ax.inset_axes((0.74 * right, 0.74 * up, 0.26, 0.26), zorder=drawing.Z_MARK + 2)
-    for area, groove in ((ax, shown.groove), (inset, None)):
+    for area, groove in ((ax, selected.groove), (inset, None)):
         drawing.draw_sprocket(area, rig, sprocket_angle, ring, groove)
         marked = dict(zip(bodies, (drawing.MARKED, drawing.MARKED_TOO), strict=False))
         drawing.draw_chain(area, rig, frame, highlight=marked)
@@ -144,8 +144,8 @@ def _draw_panel(ax: Axes, rig: Rig, recording: Recording, shown: Selected, momen
     ax.set_axis_on()
     drawing.view(ax, middle, HALF)
     drawing.draw_force_bar(ax, BAR, 0.03 if right or up else 0.97 - 0.5 * BAR / HALF)
-    grooves = (shown.groove, shown.groove)
-    bodies_at = (None if ring is None else link, shown.force[moment.sample], shown.area[moment.sample], grooves)
+    grooves = (selected.groove, selected.groove)
+    bodies_at = (None if ring is None else link, selected.force[moment.sample], selected.area[moment.sample], grooves)
     for side, force, point, normal in contacts_at(rig, chain, connector, *bodies_at):
         end = point + drawing.force_arrow(force, BAR) * normal
         draw_force(ax, side, point, end)

@@ -75,9 +75,9 @@ def trade_figure(rows: pd.DataFrame, promises: pd.DataFrame) -> Figure:
     apart.
     """
     data, pictured = answers(rows), scene_name(*PICTURED)
-    here = data[(data["scene"] == pictured) & (data["measure"] == "rms")]
+    pictured_rows = data[(data["scene"] == pictured) & (data["measure"] == "rms")]
     points = []
-    for _, row in here.iterrows():
+    for _, row in pictured_rows.iterrows():
         full, step = row["fidelity"] == "ten_arcs", row["step_s"]
         if full and row["integrator"] == "semi_implicit" and step < PAPERS * (1 - 1e-9):
             continue  # as RK4 shows, a finer step gains nothing here

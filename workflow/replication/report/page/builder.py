@@ -108,8 +108,8 @@ def build_page(
     of_paper = sorted((item.key for item in PAPER), key=lambda key: AFTER.get(key, key))
     parts: dict[str, list] = {}
     for key in (key for key in of_paper if key in by_key):
-        part = next(part for part, end in PARTS.items() if AFTER.get(key, key) < end)
-        parts.setdefault(part, []).append(by_key[key])
+        section = next(section for section, end in PARTS.items() if AFTER.get(key, key) < end)
+        parts.setdefault(section, []).append(by_key[key])
     parameters, planner = _rows(results, "tables/parameters.csv"), _rows(results, "planner.csv") or []
     same = same_answer(pd.DataFrame([row for row in planner if row["measure"] == "rms" and row["met"] is not None]))
     for row in planner:
