@@ -90,7 +90,7 @@ def test_a_module_gives_the_bytes_of_one_sweep(tmp_path):
     assert "Nothing to be done" not in other.stdout + other.stderr, "a design of an older date is another one, too"
 
 
-def test_the_profile_hands_jobs_to_slurm_and_a_job_that_failed_is_said_and_tried_with_more(tmp_path):
+def test_the_profile_hands_jobs_to_slurm_and_a_job_that_failed_is_reported_and_retried_with_more(tmp_path):
     """Two rows that no kernel runs for, as one batch and its gathering."""
     pytest.importorskip("snakemake_executor_plugin_slurm")
     (tmp_path / "bin").mkdir()
@@ -104,8 +104,8 @@ def test_the_profile_hands_jobs_to_slurm_and_a_job_that_failed_is_said_and_tried
     assert done.returncode == 0, done.stdout + done.stderr
     assert "Error in rule batch" in done.stderr and "NODE_FAIL" in done.stderr
     calls = (tmp_path / "bin" / "calls").read_text(encoding="utf-8").splitlines()
-    asked = [dict(pairwise(call.split())) for call in calls]
-    assert [(call["--mem"], call["-t"]) for call in asked] == [("2000", "120"), ("4000", "240"), ("2000", "120")]
+    submitted = [dict(pairwise(call.split())) for call in calls]
+    assert [(call["--mem"], call["-t"]) for call in submitted] == [("2000", "120"), ("4000", "240"), ("2000", "120")]
     assert pd.read_csv(tmp_path / "r.csv").state.tolist() == ["refused"] * 2
 
 

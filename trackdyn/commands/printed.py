@@ -21,10 +21,12 @@ def remarks(recording, *sentences: str) -> None:
         warn(text)
 
 
-def rig_report(report, settled: bool) -> None:
+def rig_report(report) -> None:
     """Print the loop of a rig and its steps (`rig_check.RigReport`)."""
+    from trackdyn.scene.scene import Scene
     from trackdyn.scene.step import round_step
     from trackdyn.simulation.rig_check import TRIAL_S
+    from trackdyn.simulation.settling import tension_words
     from trackdyn.simulation.step_check import RECOMMENDED
 
     rig, tried = report.rig, report.tried_steps_s
@@ -34,18 +36,21 @@ def rig_report(report, settled: bool) -> None:
     line("equal pitch", f"a ring of {', '.join(readings)}")
     for name, wrap in report.wrap_deg.items():
         line(f"wrap of {name}", f"{wrap:.4g} deg")
-    travel, laid = f"{1e3 * rig.tension.travel:.3g} mm, {rig.tension.kept}", "" if settled else " as the chain is laid"
+    travel, laid = (
+        f"{1e3 * rig.tension.travel:.3g} mm, {rig.tension.kept}",
+        "" if report.layout else " as the chain is laid",
+    )
     line("tensioner", f"{rig.tension.wheel} shifted by {1e3 * report.tensioner_shift_m:.3g} mm of {travel}{laid}")
     ignored = f"; no effect: {', '.join(rig.without_effect)}" if rig.without_effect else ""
     line("laws", f"drag is {rig.drag}, bushing.law {rig.bushing.law}, tension.kept {rig.tension.kept}{ignored}")
-    if settled:
-        line("settled tension", report.tension)
+    if report.layout:
+        line("settled tension", tension_words(Scene(rig, 0.0), report.layout))
     if report.step_s > 0:
         words = f"--step {report.step_s:.7g}: tried, RMS and mean peak hold to {RECOMMENDED:.0%} with half of it"
     elif tried:
         words = f"no step tried holds RMS and mean peak to {RECOMMENDED:.0%} over {TRIAL_S:g} s: the motion scatters, "
         words += f"the smallest was {min(tried):.3g} s"
-    elif settled:
+    elif report.layout:
         words = "no step was tried: none ran a second of this speed within some seconds of computing"
     else:
         words = f"--step {round_step(report.largest_step_s, 1.0 / rig.rate):.7g}: not tried"

@@ -85,7 +85,7 @@ def check(
     unusual = [*outside_ranges(rig), *filter(None, [foreign_groove(loaded, rig)]), *checks.unusual]
     figure = draw_rig(loaded, checks.frame, checks.wheels)
     save(figure, out, out.suffix.removeprefix("."), mark=mark, dpi=SCREEN_DPI)
-    printed.rig_report(checks, settle)
+    printed.rig_report(checks)
     for base in rig_files(rig)[1:2]:
         own, other = (entries_of(read_rig(file)) for file in (rig, base))
         changed = sum(other.get(name) != entry for name, entry in own.items())

@@ -164,7 +164,7 @@ def sentence(name: str, error: Mapping[str, Any], missing: str) -> str:
 
 
 def within(name: str, value: float, least: float, most: float, suffix: str = "") -> float:
-    """A number between two, else `InputError` with name, value and range; ``suffix`` the bounds are of, with a unit."""
+    """A number between two, else `InputError` with name, value and range; ``suffix``, such as a unit, follows it."""
     try:
         number = plain_number(value)
     except ValueError as error:

@@ -196,10 +196,11 @@ def _column(index: int, name: str, unit: str) -> Column:
     plain = _plain(name)
     match = _IN_BRACKETS.fullmatch(plain) or _AT_THE_END.fullmatch(plain.replace("^", "").replace("**", ""))
     base, own = (match[1], match[2]) if match else (plain, "")
-    of_name, beside = (re.sub(r"[\s()\[\]^*\u00b7\u22c5]", "", text) for text in (own, _plain(unit)))
-    both = _UNITS.get(of_name, _TIME.get(of_name)), _UNITS.get(beside, _TIME.get(beside))
-    contradict = all(both) and both[0] != both[1]  # of the name, and of the line or the cells below it
-    return Column(index, name, base, f"{of_name} and {beside}" if contradict else of_name or beside)
+    # of the name, and of the line or the cells below it
+    name_unit, row_unit = (re.sub(r"[\s()\[\]^*\u00b7\u22c5]", "", text) for text in (own, _plain(unit)))
+    known = [_UNITS.get(unit, _TIME.get(unit)) for unit in (name_unit, row_unit)]
+    contradict = all(known) and known[0] != known[1]
+    return Column(index, name, base, f"{name_unit} and {row_unit}" if contradict else name_unit or row_unit)
 
 
 def _plain(name: str) -> str:

@@ -14,7 +14,7 @@ from trackdyn.scene.scene import Scene
 from trackdyn.scene.step import halved_steps, largest_step, turn_limit
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recorder import Recorder
-from trackdyn.simulation.settling import tension_words
+from trackdyn.simulation.settling import Layout
 from trackdyn.simulation.step_check import NO, RECOMMENDED
 
 SMALL_WRAP = 90.0  # deg of the sprocket below which few teeth share the load
@@ -39,7 +39,7 @@ class RigReport:
     largest_step_s: float  # bound of stability
     step_s: float  # the largest step that holds RMS and mean peak to `RECOMMENDED` with half of it
     tried_steps_s: list[float]
-    tension: str  # tension of the settled loop in words
+    layout: Layout | None  # of the settled loop, with its tension
     unusual: list[str]  # sentences
 
 
@@ -59,7 +59,7 @@ def check(rig: Rig | Path | str, rpm: float = 115.0, settle: bool = True) -> Rig
         rig, rpm, float(lengths.sum()), wraps,
         wheels=wheel_circles(rig, laid.shift, surface=True),
         frame=np.concatenate([laid.pins[0], laid.angle, [laid.sprocket_angle]]),
-        tensioner_shift_m=laid.shift, largest_step_s=step, step_s=nan, tried_steps_s=[], tension="",
+        tensioner_shift_m=laid.shift, largest_step_s=step, step_s=nan, tried_steps_s=[], layout=None,
         unusual=_unusual(rig, laid.path, wraps, step, names),
     )  # fmt: skip
     if not settle:
@@ -78,7 +78,7 @@ def check(rig: Rig | Path | str, rpm: float = 115.0, settle: bool = True) -> Rig
         largest_step_s=min(step, largest_step(model, loop.layout.settled_tension_n)),
         step_s=nan if holds is None else holds,
         tried_steps_s=tried,
-        tension=tension_words(loop.scene, loop.layout),
+        layout=loop.layout,
     )
 
 
