@@ -1,10 +1,10 @@
-"""Draws the structure of the three packages from their imports into CONTRIBUTING.md: `python docs/structure.py`."""
+"""Draws the structure of the packages from their imports into CONTRIBUTING.md: `python docs/structure.py`."""
 
 import ast
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-FOLDERS = ("trackdyn", "workflow/replication", "laboratory")
+FOLDERS = ("trackdyn", "fieldtest", "workflow/replication", "laboratory")
 PACKAGES = {Path(folder).name: ROOT / folder for folder in FOLDERS}
 # rooms beneath all, whose imports are no arrows
 GROUND = {"trackdyn." + name for name in ("errors", "extras", "files", "jit", "sources", "version")}

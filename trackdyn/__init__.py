@@ -15,40 +15,40 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 _MODULES = {
-    "DivergenceError": "inputs.errors",
-    "InputError": "inputs.errors",
-    "Loop": "simulation.loop",
-    "Recording": "simulation.recording",
-    "Rig": "rig.rig",
-    "Scene": "scene.scene",
-    "TrackdynError": "inputs.errors",
-    "__version__": "version",
-    "check": "simulation.rig_check",
-    "compare": "measure.compare",
-    "load_recording": "simulation.recording",
-    "load_rig": "rig.rig",
-    "measures": "measure.measures",
-    "read_sensor": "sensor.sensor_csv",
-    "ring_study": "sweeps.ring",
-    "sense": "measure.sensor",
-    "show": "plots.show",
-    "simulate": "simulation.simulate",
-    "sweep": "sweeps.sweep",
+    "DivergenceError": "trackdyn.inputs.errors",
+    "InputError": "trackdyn.inputs.errors",
+    "Loop": "trackdyn.simulation.loop",
+    "Recording": "trackdyn.simulation.recording",
+    "Rig": "trackdyn.rig.rig",
+    "Scene": "trackdyn.scene.scene",
+    "TrackdynError": "trackdyn.inputs.errors",
+    "__version__": "trackdyn.version",
+    "check": "trackdyn.simulation.rig_check",
+    "compare": "fieldtest.compare",
+    "load_recording": "trackdyn.simulation.recording",
+    "load_rig": "trackdyn.rig.rig",
+    "measures": "trackdyn.measure.measures",
+    "read_sensor": "fieldtest.sensor_csv",
+    "ring_study": "trackdyn.sweeps.ring",
+    "sense": "trackdyn.measure.sensor",
+    "show": "trackdyn.plots.show",
+    "simulate": "trackdyn.simulation.simulate",
+    "sweep": "trackdyn.sweeps.sweep",
 }
 __all__ = list(_MODULES)
 
 if TYPE_CHECKING:
+    from fieldtest.compare import compare as compare
+    from fieldtest.sensor_csv import read_sensor as read_sensor
     from trackdyn.inputs.errors import DivergenceError as DivergenceError
     from trackdyn.inputs.errors import InputError as InputError
     from trackdyn.inputs.errors import TrackdynError as TrackdynError
-    from trackdyn.measure.compare import compare as compare
     from trackdyn.measure.measures import measures as measures
     from trackdyn.measure.sensor import sense as sense
     from trackdyn.plots.show import show as show
     from trackdyn.rig.rig import Rig as Rig
     from trackdyn.rig.rig import load_rig as load_rig
     from trackdyn.scene.scene import Scene as Scene
-    from trackdyn.sensor.sensor_csv import read_sensor as read_sensor
     from trackdyn.simulation.loop import Loop as Loop
     from trackdyn.simulation.recording import Recording as Recording
     from trackdyn.simulation.recording import load_recording as load_recording
@@ -63,7 +63,7 @@ else:  # to a type checker every name would then be one of the package
         if name not in _MODULES:
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
         try:
-            globals()[name] = value = getattr(import_module(f"{__name__}.{_MODULES[name]}"), name)
+            globals()[name] = value = getattr(import_module(_MODULES[name]), name)
         except ModuleNotFoundError as error:
             from trackdyn.inputs.extras import missing
 

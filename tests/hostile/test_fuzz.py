@@ -14,13 +14,13 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 from sentences import BELT, RIG, ROOT
 
+from fieldtest.sensor_csv import read_sensor
 from replication.pipeline.config import check_config, read_layer
 from trackdyn.commands import cli
 from trackdyn.inputs.errors import TrackdynError
 from trackdyn.inputs.yaml_file import read_yaml
 from trackdyn.rig.rig import load_rig
 from trackdyn.scene.scene import Scene
-from trackdyn.sensor.sensor_csv import read_sensor
 from trackdyn.simulation.belt import belt_recording
 from trackdyn.simulation.recording import load_recording
 

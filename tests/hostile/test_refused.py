@@ -14,6 +14,7 @@ import yaml
 from sentences import BELT, HUGE, LONGER, NO_NUMBERS, NUMBER, RIG, ROOT
 from snakemake.utils import update_config
 
+from fieldtest.sensor_csv import write_sensor_csv
 from replication.pipeline.config import RIG_FIELDS, check_config, check_layers, read_layer
 from tests.conftest import RIG as VISCOUS
 from tests.conftest import refused, run_command
@@ -25,7 +26,6 @@ from trackdyn.rig.rig_file import shipped_rigs
 from trackdyn.rig.sections import Wheel
 from trackdyn.scene.choices import CHOICES
 from trackdyn.scene.scene import Scene
-from trackdyn.sensor.sensor_csv import write_sensor_csv
 from trackdyn.simulation.recorder import Recorder
 from trackdyn.simulation.recording import load_recording
 from trackdyn.simulation.simulate import simulate

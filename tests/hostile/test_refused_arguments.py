@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 import trackdyn
+from fieldtest.compare import compare_with_sensor
 from tests.conftest import refused
 from trackdyn.inputs.errors import InputError, shown
 from trackdyn.inputs.validation import typed
-from trackdyn.measure.compare import compare_with_sensor
 from trackdyn.measure.planner import plan
 
 VALUES = [None, 3.7, True, b"bytes", [1], {"a": 1}, object, 1j, np.zeros(3), "x"]

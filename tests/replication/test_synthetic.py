@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fieldtest.sensor_csv import read_sensor
 from replication.synthetic import RANGE_G, RATE_HZ, RECORD_S, SPEEDS, closeness, write_dataset, write_record
-from trackdyn.sensor.sensor_csv import read_sensor
 
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "data" / "synthetic"

@@ -99,7 +99,8 @@ def test_a_broken_configuration_ends_in_one_sentence(tmp_path):
 
 
 def test_every_task_has_a_rule():
-    modules = [file for name in ("trackdyn", "workflow", "laboratory") for file in (ROOT / name).rglob("*.py")]
+    folders = (ROOT / name for name in ("trackdyn", "fieldtest", "workflow", "laboratory"))
+    modules = [file for folder in folders for file in folder.rglob("*.py")]
     assert sorted(file for file in modules if "\n@run_job\ndef main(job" in file.read_text(encoding="utf-8")) == SCRIPTS
 
 
@@ -143,7 +144,7 @@ def test_scripts_load_no_file_of_ours_that_their_rules_do_not_need():
     scripts = list({script.parent: script for script in SCRIPTS}.values())  # one of each folder
     command = [sys.executable, "-c", LOADED, str(ROOT), str(ROOT / "workflow"), *map(str, scripts)]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
-    folders = [ROOT / name for name in ("trackdyn", "workflow", "laboratory")]
+    folders = [ROOT / name for name in ("trackdyn", "fieldtest", "workflow", "laboratory")]
     for line in done.stdout.splitlines():
         script, files = json.loads(line)
         ours = {Path(file) for file in files if any(Path(file).is_relative_to(folder) for folder in folders)}

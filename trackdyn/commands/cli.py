@@ -11,7 +11,7 @@ from typing import Annotated, Any
 import typer
 
 from trackdyn.commands import options
-from trackdyn.commands.records import compare, show
+from trackdyn.commands.records import show
 from trackdyn.commands.rig import check, new, rigs
 from trackdyn.commands.runs import plan, simulate
 from trackdyn.commands.studies import ring, sweep
@@ -19,7 +19,7 @@ from trackdyn.inputs.errors import TrackdynError
 from trackdyn.inputs.extras import missing
 from trackdyn.version import __version__
 
-COMMANDS = {"Runs": (simulate, plan, compare, show), "Rigs": (check, new, rigs), "Many runs": (ring, sweep)}
+COMMANDS = {"Runs": (simulate, plan, show), "Rigs": (check, new, rigs), "Many runs": (ring, sweep)}
 
 
 class _Panels(typer.core.TyperGroup):
@@ -56,15 +56,15 @@ class _Command(typer.core.TyperCommand):
                     formatter.write_dl(described)
 
 
-class _WithMapping(_Command):
-    """A command `options.with_mapping`: its options are made where they are asked for, since that takes a second."""
+class _Completed(_Command):
+    """A command whose options are made where they are asked for, since that takes a second."""
 
     completed = False
 
     def get_params(self, ctx: typer.Context) -> list[Any]:
         if not self.completed:
             alone = typer.Typer(add_completion=False)
-            alone.command()(options.complete(unwrap(self.callback)))
+            alone.command()(unwrap(self.callback, stop=lambda function: hasattr(function, "complete")).complete())
             full = typer.main.get_command(alone)
             self.params, self.callback, self.completed = full.params, full.callback, True
         return super().get_params(ctx)
@@ -77,8 +77,7 @@ app = typer.Typer(
 )  # fmt: skip
 for panel, commands in COMMANDS.items():
     for command in commands:
-        kind = _WithMapping if hasattr(command, "__signature__") else _Command
-        app.command(cls=kind, rich_help_panel=panel)(command)
+        app.command(cls=_Command, rich_help_panel=panel)(command)
 for others in entry_points(group="trackdyn.commands"):  # commands of packages that build on this one
     try:
         panel, groups = others.load()
@@ -91,7 +90,8 @@ for others in entry_points(group="trackdyn.commands"):  # commands of packages t
             parent = typer.Typer(help=text)
             app.add_typer(parent, name=group, rich_help_panel=panel, no_args_is_help=True)
         for command in commands:
-            parent.command(cls=_Command, rich_help_panel=panel)(command)
+            kind = _Completed if hasattr(command, "complete") else _Command
+            parent.command(cls=kind, rich_help_panel=panel)(command)
 
 
 def _say_version(requested: bool) -> None:

@@ -7,8 +7,6 @@ import shlex
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
-from inspect import Parameter, Signature, signature
-from keyword import iskeyword
 from math import isfinite
 from pathlib import Path
 from typing import Annotated, Any
@@ -137,24 +135,6 @@ def is_sealed(path: Path, mark: str) -> bool:
     return holds(path, sealed(page, mark))
 
 
-def parse_axes(pairs: list[str] | None) -> dict[str, str]:
-    """Columns by axis. Raises `InputError`: a pair is not ``axis=column``."""
-    for pair in pairs or []:
-        if not all(pair.partition("=")):
-            raise InputError(f"--axis {pair}: expected an axis and its column, such as ay=channel3")
-    return dict(pair.split("=", 1) for pair in pairs or [])
-
-
-def parse_zero(texts: list[str] | None) -> float | dict[str, float] | None:
-    """Value of the file that is 0 g: ``512``, or by axis, ``ay=512``. Raises `InputError`: it is no number."""
-    accepted = "must be a number, or one of an axis, such as 512 or ay=512"
-    pairs = [text.rpartition("=") for text in texts or []]
-    numbers = {axis: parse_number("--zero", value, accepted) for axis, _, value in pairs}
-    if not numbers.keys() <= {"ax", "ay", "az"} and (len(pairs) > 1 or "" not in numbers):
-        raise InputError(f"--zero {' '.join(texts or [])}: {accepted}")
-    return numbers.get("", numbers) or None
-
-
 _RIG = "Rig: a file, or the name of an included one (trackdyn rigs)."
 RigName = Annotated[str, typer.Option("--rig", metavar="RIG", autocompletion=_rigs, help=_RIG)]
 RigArgument = Annotated[str, typer.Argument(autocompletion=_rigs, help=_RIG)]
@@ -188,10 +168,6 @@ Jobs = Annotated[int | None, typer.Option("--jobs", "-j", min=1, max=1024, help=
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar and no summary.")]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace a file that exists.")]
 RecordingFile = Annotated[Path, typer.Argument(help="Recording made by `trackdyn simulate` (.npz).")]
-Mapping = Annotated[Path | None, typer.Option("--mapping", help="YAML file that says how to read the sensor's file.")]
-SensorOption = Annotated[
-    str | None, typer.Option("--sensor", help="Sensor of the rig whose record this is, where it has several.")
-]
 Choose = Annotated[
     list[str] | None,
     typer.Option(
@@ -206,40 +182,8 @@ LongestRun = Annotated[float, number("--longest", "Bound of a run with a --toler
 IRREGULAR = {"axes": "axis"}  # fields that an option gives one by one
 
 
-def _option_of(field: str) -> str:
+def option_of(field: str) -> str:
     return f"--{IRREGULAR.get(field, field)}"
-
-
-def of_mapping() -> dict[str, Parameter]:
-    """Options for the fields of a sensor's mapping but ``sensors``, by the names of the fields."""
-    from trackdyn.sensor.sensor_mapping import SensorMapping
-
-    options = {}
-    for field, schema in SensorMapping.model_json_schema()["$defs"]["SensorMapping"]["properties"].items():
-        name, help = _option_of(field), schema.get("description", "")
-        kinds = {kind.get("type") for kind in (schema, *schema.get("anyOf", ()))}
-        if "boolean" in kinds:
-            option: Any = Annotated[bool, typer.Option(name, help=help)]
-        elif "object" in kinds:
-            metavar = "[AXIS=]NUMBER" if "number" in kinds else "AXIS=COLUMN"
-            option = Annotated[list[str] | None, typer.Option(name, metavar=metavar, help=f"{help} Repeatable.")]
-        elif "number" in kinds:
-            option = Annotated[float | None, number(name, help)]
-        else:
-            plain: Any = int if "integer" in kinds else str
-            option = Annotated[plain | None, typer.Option(name, help=help)]
-        default = False if "boolean" in kinds else None
-        options[field] = Parameter(
-            f"{field}_" if iskeyword(field) else field, Parameter.KEYWORD_ONLY, default=default, annotation=option
-        )
-    del options["sensors"]
-    return options
-
-
-def mapping_fields(**arguments: Any) -> dict[str, Any]:
-    """Fields of a sensor's mapping that options state (`of_mapping`)."""
-    fields = {name.removesuffix("_"): value for name, value in arguments.items()}
-    return fields | {"axes": parse_axes(fields["axes"]), "zero": parse_zero(fields["zero"])}
 
 
 def as_options(sentence: str) -> str:
@@ -258,27 +202,8 @@ def _words(fields: str) -> str:
     for name, value in content.items():
         for key, item in value.items() if isinstance(value, dict) else [("", value)]:
             text = f"{key}={item}" if key else str(item)
-            words += [_option_of(name)] if item is True else [_option_of(name), shlex.quote(text)]
+            words += [option_of(name)] if item is True else [option_of(name), shlex.quote(text)]
     return " ".join(words)
-
-
-def with_mapping(command: Callable) -> Callable:
-    """Mark a command that has the fields of a sensor's mapping as its last arguments, by any name."""
-    parameters = [p for p in signature(command).parameters.values() if p.kind is not p.VAR_KEYWORD]
-    command.__signature__ = Signature(parameters)  # type: ignore[attr-defined]
-    return command
-
-
-def complete(command: Callable) -> Callable:
-    """A command `with_mapping` whose arguments are stated."""
-
-    def stated(**arguments: Any) -> None:
-        command(**arguments)
-
-    parameters = [*signature(command).parameters.values(), *of_mapping().values()]
-    stated.__signature__ = Signature(parameters)  # type: ignore[attr-defined]
-    stated.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
-    return stated
 
 
 def scene_fields(ring: Ring | None, step: float | None = None, choose: list[str] | None = None) -> dict[str, Any]:

@@ -18,10 +18,10 @@ import numpy as np
 import pandas as pd
 from scipy.signal import lfilter
 
+from fieldtest.sensor_csv import write_sensor_csv
 from trackdyn.inputs.files import write_text
 from trackdyn.measure.spectra import main_line, rms, standard_deviation
 from trackdyn.rig.layout import BeltPath, belt_path
-from trackdyn.sensor.sensor_csv import write_sensor_csv
 
 FOLDER = Path("data/synthetic")
 GENERATOR_VERSION = "1.0.0"

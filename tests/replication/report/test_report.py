@@ -11,6 +11,8 @@ import pandas as pd
 import pytest
 from matplotlib.figure import Figure
 
+from fieldtest.figures import first_crest, history_figure, spectrum_figure
+from fieldtest.sensor_csv import SensorRecord
 from replication.paper.contents import PAPER
 from replication.paper.printed import SENSORS
 from replication.report.figures.closure import closure_figure
@@ -23,12 +25,10 @@ from trackdyn.measure.spectra import rms
 from trackdyn.measure.taken import sensor_metrics
 from trackdyn.plots.drawing import chain_points, groove_points
 from trackdyn.plots.ring_study import figures, quiet_from
-from trackdyn.plots.spectra import first_crest, history_figure, spectrum_figure
 from trackdyn.plots.style import new_figure, save, thin
 from trackdyn.rig.layout import assemble
 from trackdyn.rig.rig import load_rig
 from trackdyn.scene.scene import Scene
-from trackdyn.sensor.sensor_csv import SensorRecord
 from trackdyn.simulation.settling import Layout
 
 pytestmark = pytest.mark.slow

@@ -12,6 +12,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
+from fieldtest.sensor_mapping import load_mapping
 from replication.paper.evidence import LEAST_RADII
 from replication.paper.printed import RECORD_DURATION, load_cells
 from replication.study.settings import STUDIES, Allowed, StudiesFile, longest_step, peer_scene
@@ -24,7 +25,6 @@ from trackdyn.rig.rig_file import rig_files, rig_path
 from trackdyn.scene.choices import PRESETS
 from trackdyn.scene.rings import study_radii
 from trackdyn.scene.scene import Periods, Scene, StopRule, steady_fields
-from trackdyn.sensor.sensor_mapping import load_mapping
 
 Speeds = Annotated[list[Annotated[float, Field(ge=1, lt=1e5)]], Field(min_length=1)]
 
@@ -102,7 +102,7 @@ class Config(Section):
     ``article`` names the cells of Table 3 that a reader of the article filled in, with which claims compare.
     ``sensor_csv`` names the measured record of a speed, None: there is none; ``{rpm}`` stands for the motor speed.
     Rings and steps that are None are those of the rig (`completed`). ``sensor_mapping`` names the file that says how
-    the records are read (:class:`trackdyn.sensor.sensor_mapping.SensorMapping`). ``stop_rule`` ends the
+    the records are read (:class:`fieldtest.sensor_mapping.SensorMapping`). ``stop_rule`` ends the
     runs of the ring study and the ladder. ``default_studies`` are the studies that belong to every
     run; the target ``studies`` runs all of them.
     """

@@ -4,15 +4,15 @@ from trackdyn.sweeps.snakemake_job import run_job
 
 import pandas as pd
 
+from fieldtest.axes import require_axes
+from fieldtest.compare import whole_ratio
+from fieldtest.sensor_csv import read_sensor, write_sensor_csv
+from fieldtest.sensor_mapping import load_mapping
 from trackdyn.inputs.errors import InputError
 from trackdyn.inputs.files import write_csv
-from trackdyn.measure.axes import require_axes
-from trackdyn.measure.compare import whole_ratio
 from trackdyn.measure.spectra import LEAST_PERIODS
 from trackdyn.rig.rig import load_rig
 from trackdyn.scene.scene import Periods
-from trackdyn.sensor.sensor_csv import read_sensor, write_sensor_csv
-from trackdyn.sensor.sensor_mapping import load_mapping
 
 
 @run_job

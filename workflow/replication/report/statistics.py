@@ -10,13 +10,13 @@ from math import inf, nan
 import numpy as np
 import pandas as pd
 
+from fieldtest.sensor_csv import SensorRecord, read_sensor
 from replication.paper import printed
 from replication.paper.printed import SENSORS, value_difference
 from trackdyn.inputs.errors import InputError
 from trackdyn.inputs.files import write_csv
 from trackdyn.measure.columns import error_of
 from trackdyn.measure.taken import record_metrics
-from trackdyn.sensor.sensor_csv import SensorRecord, read_sensor
 
 Sensors = Mapping[float, SensorRecord | None]
 

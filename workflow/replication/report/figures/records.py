@@ -5,12 +5,12 @@ from trackdyn.sweeps.snakemake_job import run_job
 from itertools import zip_longest
 from math import inf, pi
 
+from fieldtest.figures import history_figure, spectrum_figure
+from fieldtest.sensor_csv import read_sensor
 from replication.paper.printed import SENSORS, lettered, peaks
 from trackdyn.measure.sensor import sense
 from trackdyn.measure.spectra import main_line
-from trackdyn.plots.spectra import history_figure, spectrum_figure
 from trackdyn.plots.style import save
-from trackdyn.sensor.sensor_csv import read_sensor
 from trackdyn.simulation.recording import Recording, load_recording
 
 

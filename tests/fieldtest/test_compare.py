@@ -9,18 +9,18 @@ import pytest
 from scipy.signal import butter, sosfilt
 from typer.testing import CliRunner
 
+from fieldtest.axes import judge_axes, require_axes
+from fieldtest.compare import compare_with_sensor, in_words, other_speed
+from fieldtest.figures import comparison_figure
+from fieldtest.sensor_csv import SensorRecord, read_sensor
 from trackdyn.commands.cli import app
 from trackdyn.inputs.errors import InputError
-from trackdyn.measure.axes import judge_axes, require_axes
-from trackdyn.measure.compare import compare_with_sensor, in_words, other_speed
 from trackdyn.measure.metrics import shown_measures
 from trackdyn.measure.sensor import measured_loop_hz, sense
 from trackdyn.measure.spectra import rms
 from trackdyn.measure.taken import record_metrics
-from trackdyn.plots.spectra import comparison_figure
 from trackdyn.plots.style import save
 from trackdyn.rig.rig import load_rig
-from trackdyn.sensor.sensor_csv import SensorRecord, read_sensor
 from trackdyn.simulation.simulate import simulate
 
 

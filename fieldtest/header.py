@@ -5,8 +5,7 @@ from collections.abc import Callable, Sequence
 from itertools import takewhile
 from pathlib import Path
 
-from trackdyn.inputs.errors import InputError, shown
-from trackdyn.sensor.logger_text import (
+from fieldtest.logger_text import (
     SEPARATORS,
     Text,
     are_split,
@@ -16,7 +15,8 @@ from trackdyn.sensor.logger_text import (
     rows_of,
     split_fields,
 )
-from trackdyn.sensor.sensor_mapping import is_unit
+from fieldtest.sensor_mapping import is_unit
+from trackdyn.inputs.errors import InputError, shown
 
 _HEAD = 200  # lines in which the header is looked for
 _BELOW = 5  # lines between names and rows

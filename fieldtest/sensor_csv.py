@@ -13,17 +13,17 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
+from fieldtest import samples, stamps
+from fieldtest.columns import TIME_KEYS, Axis, Columns, columns_in
+from fieldtest.header import find_rows
+from fieldtest.logger_text import Source, listed, table_of
+from fieldtest.other_sensors import require_one_sensor, rows_of_group
+from fieldtest.sensor_mapping import AXES, TIME_UNITS, SensorMapping, choose, time_unit_of
+from fieldtest.stamps import Rate
+from fieldtest.text_file import read_logger_text
 from trackdyn.inputs.errors import InputError, shown
 from trackdyn.inputs.files import write_text
 from trackdyn.inputs.validation import typed
-from trackdyn.sensor import samples, stamps
-from trackdyn.sensor.columns import TIME_KEYS, Axis, Columns, columns_in
-from trackdyn.sensor.header import find_rows
-from trackdyn.sensor.logger_text import Source, listed, table_of
-from trackdyn.sensor.other_sensors import require_one_sensor, rows_of_group
-from trackdyn.sensor.sensor_mapping import AXES, TIME_UNITS, SensorMapping, choose, time_unit_of
-from trackdyn.sensor.stamps import Rate
-from trackdyn.sensor.text_file import read_logger_text
 
 MOST_MESSAGES = 0.5  # share of rows that are no samples, up to which the others are a record
 CSV_COLUMNS = ("t_s", "ax_g", "ay_g", "az_g")

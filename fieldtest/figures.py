@@ -9,11 +9,11 @@ import scipy  # its parts are loaded where they are used
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from fieldtest.sensor_csv import SensorRecord
 from trackdyn.inputs.errors import InputError
 from trackdyn.measure.sensor import measured_loop_hz, sense, whole_revolutions
 from trackdyn.measure.spectra import BAND_HZ, LOW_RANGE_HZ, in_bands, main_line, main_line_binfree, spectrum
 from trackdyn.plots.style import BLACK, SENSOR, SIMULATION, new_figure, styled
-from trackdyn.sensor.sensor_csv import SensorRecord
 from trackdyn.simulation.recording import Recording
 
 REVOLUTIONS = 2.0

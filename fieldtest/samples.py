@@ -8,9 +8,9 @@ import numpy as np
 import pandas as pd
 import scipy  # its parts are loaded where they are used
 
+from fieldtest.sensor_mapping import SensorMapping
+from fieldtest.stamps import Stamps
 from trackdyn.inputs.errors import InputError
-from trackdyn.sensor.sensor_mapping import SensorMapping
-from trackdyn.sensor.stamps import Stamps
 
 HIGHEST_RATE_HZ = 20_000.0  # Hz; a faster record is decimated to it
 _CLIPPED = 0.5  # share of clipped rows from which on nothing is left of the motion

@@ -6,10 +6,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from fieldtest.sensor_csv import read_sensor
+from fieldtest.sensor_mapping import load_mapping
 from trackdyn.commands.options import as_options
 from trackdyn.inputs.errors import InputError
-from trackdyn.sensor.sensor_csv import read_sensor
-from trackdyn.sensor.sensor_mapping import load_mapping
 
 T = np.arange(400) / 125
 AY = np.round(np.sin(7 * T) + 0.2 * np.cos(150 * T), 4)

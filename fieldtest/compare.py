@@ -6,16 +6,16 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from fieldtest.axes import judge_axes
+from fieldtest.sensor_csv import SensorRecord, read_sensor
+from fieldtest.sensor_mapping import SensorMapping
 from trackdyn.inputs.errors import InputError, naming
 from trackdyn.inputs.validation import typed
-from trackdyn.measure.axes import judge_axes
 from trackdyn.measure.catalogue import ACCELERATION
 from trackdyn.measure.cells import significant
 from trackdyn.measure.metrics import whole_errors
 from trackdyn.measure.sensor import measured_loop_hz, sense
 from trackdyn.measure.taken import Sensed
-from trackdyn.sensor.sensor_csv import SensorRecord, read_sensor
-from trackdyn.sensor.sensor_mapping import SensorMapping
 from trackdyn.simulation.recording import Recording
 
 HIGH = "high_frequency_g"

@@ -4,16 +4,16 @@ import numpy as np
 import pytest
 import yaml
 
+from fieldtest.compare import compare_with_sensor
+from fieldtest.sensor_csv import read_sensor
+from fieldtest.sensor_mapping import load_mapping
 from tests.conftest import LAWS, recorded, refused, run_command
 from trackdyn.inputs.errors import InputError
-from trackdyn.measure.compare import compare_with_sensor
 from trackdyn.measure.measures import measures
 from trackdyn.measure.metrics import remarks
 from trackdyn.measure.sensor import sense
 from trackdyn.rig.rig import load_rig
 from trackdyn.scene.scene import Scene
-from trackdyn.sensor.sensor_csv import read_sensor
-from trackdyn.sensor.sensor_mapping import load_mapping
 from trackdyn.simulation.recording import load_recording
 from trackdyn.simulation.simulate import simulate
 

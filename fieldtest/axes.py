@@ -9,12 +9,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fieldtest.sensor_csv import SensorRecord
 from trackdyn.inputs.errors import InputError
 from trackdyn.measure.sensor import OTHER_SPEED, measured_loop_hz, sense, whole_samples
 from trackdyn.measure.spectra import high_frequency_rms, highest_line
 from trackdyn.rig.rig import Rig
 from trackdyn.scene.scene import Scene
-from trackdyn.sensor.sensor_csv import SensorRecord
 from trackdyn.simulation.belt import belt_recording
 from trackdyn.simulation.recording import Recording
 

@@ -6,9 +6,9 @@ import zlib
 from contextlib import suppress
 from pathlib import Path
 
+from fieldtest.stamps import DATE
 from trackdyn.inputs.errors import InputError
 from trackdyn.inputs.files import plain_file
-from trackdyn.sensor.stamps import DATE
 
 MAX_TEXT_BYTES = 128_000_000  # an hour of three axes at 1 kHz; the text and its numbers take some ten times that
 # encodings of two or four bytes by their mark, or as zeros stand around the first letter

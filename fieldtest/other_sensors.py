@@ -3,9 +3,9 @@
 import numpy as np
 import pandas as pd
 
+from fieldtest.logger_text import NUMBER, Source
+from fieldtest.sensor_mapping import Column, columns_of, of_group_in, parts_of_time, time_like
 from trackdyn.inputs.errors import InputError, shown
-from trackdyn.sensor.logger_text import NUMBER, Source
-from trackdyn.sensor.sensor_mapping import Column, columns_of, of_group_in, parts_of_time, time_like
 
 _MOST = 100  # sensors of a table
 _SEEN = 500  # rows at the beginning, and over the whole table, that tell how many names a column holds

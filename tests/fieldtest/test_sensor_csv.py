@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
+from fieldtest import text_file
+from fieldtest.logger_text import NUMBER
+from fieldtest.sensor_csv import read_sensor, write_sensor_csv
+from fieldtest.sensor_mapping import SensorMapping, _column, load_mapping
 from tests import conftest
 from trackdyn.inputs.errors import InputError
 from trackdyn.measure import ring_rule
 from trackdyn.rig import rig_file
-from trackdyn.sensor import text_file
-from trackdyn.sensor.logger_text import NUMBER
-from trackdyn.sensor.sensor_csv import read_sensor, write_sensor_csv
-from trackdyn.sensor.sensor_mapping import SensorMapping, _column, load_mapping
 
 HEADER = "t_s,ax_g,ay_g,az_g"
 

@@ -6,9 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from trackdyn.inputs.errors import InputError, shown
-from trackdyn.sensor.logger_text import Source, listed
-from trackdyn.sensor.sensor_mapping import (
+from fieldtest.logger_text import Source, listed
+from fieldtest.sensor_mapping import (
     AXES,
     RATES,
     TIME_UNITS,
@@ -21,6 +20,7 @@ from trackdyn.sensor.sensor_mapping import (
     time_like,
     unit_of,
 )
+from trackdyn.inputs.errors import InputError, shown
 
 TIME_KEYS = ("time", "fraction")
 _HEAD = 500  # rows that tell most columns from stamps

@@ -17,9 +17,9 @@ from typing import NoReturn
 import numpy as np
 import pandas as pd
 
+from fieldtest.sensor_mapping import in_cell
+from fieldtest.stamps import DATE, seconds_of
 from trackdyn.inputs.errors import InputError, shown
-from trackdyn.sensor.sensor_mapping import in_cell
-from trackdyn.sensor.stamps import DATE, seconds_of
 
 SEPARATORS = {"\t": "tabs", ";": "semicolons", ",": "commas", "|": "vertical bars", " ": "blanks"}
 NUMBER = re.compile(r"([+-] ?)?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?", re.ASCII)

@@ -14,8 +14,8 @@ import numpy as np
 import pandas as pd
 from pandas.tseries.api import guess_datetime_format
 
+from fieldtest.sensor_mapping import RATES, TIME_UNITS
 from trackdyn.inputs.errors import InputError, shown
-from trackdyn.sensor.sensor_mapping import RATES, TIME_UNITS
 
 TOLD_APART = (100.0, 20_000.0)  # Hz; narrow enough that they tell s, ms, us and ns apart
 _EVEN = 0.1  # intervals by which a step may differ beyond rounding
