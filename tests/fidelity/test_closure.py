@@ -45,8 +45,8 @@ def open_loop(rig, integrator, **changes):
     loop = spinning_loop(scene)
     # open by some millimetres, the ends moving past each other: the couple is then not zero
     rng = np.random.default_rng(1)
-    loop.arrays.state.angle[:] += rng.normal(0.0, 0.15, len(loop.angles))
-    loop.arrays.state.rate[:] += rng.normal(0.0, 10.0, len(loop.angles))
+    loop.arrays.state.angle[:] += rng.normal(0.0, 0.15, len(loop.state.angle))
+    loop.arrays.state.rate[:] += rng.normal(0.0, 10.0, len(loop.state.angle))
     assert loop.gap > 5e-3
     gap = loop.arrays.work.cut
     assert abs(gap[0] * gap[3] - gap[1] * gap[2]) > 1e-3  # its rate turns it
@@ -80,5 +80,5 @@ def test_explicit_and_implicit_cut_move_alike(rig, integrator):
     """An open loop moves by both implicit methods as by RK4, but for errors of order 1."""
     exact = after(open_loop(rig, "rk4"), 1e-4, 0.02)
     loop = open_loop(rig, integrator)
-    error = [np.abs(after(loop, h, 0.02).angles - exact.angles).max() for h in (4e-5, 2e-5)]
+    error = [np.abs(after(loop, h, 0.02).state.angle - exact.state.angle).max() for h in (4e-5, 2e-5)]
     assert error[0] / error[1] == pytest.approx(2.0, abs=0.2)

@@ -86,7 +86,7 @@ def tensions(loop, steps):
         force, ends = np.hypot(*loop.joint_forces.T), loop.pins[1:]
         middle = np.abs(ends[:, 0] - loop.model.wheels.x[IDLER] / 2) < 0.12
         upper, lower = (force[middle & side].mean() for side in (ends[:, 1] > 0, ends[:, 1] < 0))
-        rows.append((upper, lower, loop.work.carried[IDLER], abs(loop.wheel_rates[IDLER])))
+        rows.append((upper, lower, loop.work.carried[IDLER], abs(loop.state.wheel_rate[IDLER])))
     return np.mean(rows, axis=0)
 
 

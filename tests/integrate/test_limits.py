@@ -62,14 +62,14 @@ def grows(start, step, steps=120):
     An unstable loop does not always run away: it may rattle at some hundred rad/s.
     """
     loop = start.copy()
-    extra = np.random.default_rng(0).normal(0.0, 1e-3, len(loop.angles))
-    loop.arrays.state.rate[:] = closed_rates(loop.model.chain.length, loop.angles, extra)
+    extra = np.random.default_rng(0).normal(0.0, 1e-3, len(loop.state.angle))
+    loop.arrays.state.rate[:] = closed_rates(loop.model.chain.length, loop.state.angle, extra)
     set_model(loop, step=step)
     try:
         loop.step(steps)
     except DivergenceError:
         return True
-    return not np.abs(loop.rates).max() < 0.3
+    return not np.abs(loop.state.rate).max() < 0.3
 
 
 def measured(start, guess):

@@ -126,7 +126,7 @@ def parts(driven_loop):
         without_extrapolation(loop.arrays.model, work),
         loop.arrays.state,
         work,
-        make_implicit(len(loop.angles), WHEELS),
+        make_implicit(len(loop.state.angle), WHEELS),
     )
 
 

@@ -25,8 +25,8 @@ def make_loop(rig, law):
     drag = "rolling" if law == "hysteretic" else "viscous"
     loop = spinning_loop(Scene(small, 300.0, ring_radius=None, step=2e-5, drag=drag))
     # a few modes more than the spin: rates that keep the loop closed
-    extra = np.random.default_rng(3).normal(0.0, 3.0, len(loop.angles))
-    loop.arrays.state.rate[:] += closed_rates(loop.model.chain.length, loop.angles, extra)
+    extra = np.random.default_rng(3).normal(0.0, 3.0, len(loop.state.angle))
+    loop.arrays.state.rate[:] += closed_rates(loop.model.chain.length, loop.state.angle, extra)
     loop.arrays.state.pin[2:] += [0.3, 0.8]
     return loop
 
@@ -43,7 +43,9 @@ def march_on(loop, integrator, step):
 
 def packed(loop):
     state = loop.arrays.state
-    return np.concatenate([state.pin, loop.angles, loop.rates / 10.0, state.branch.ravel(), [loop.energy[LOSS]]])
+    return np.concatenate(
+        [state.pin, loop.state.angle, loop.state.rate / 10.0, state.branch.ravel(), [loop.energy[LOSS]]]
+    )
 
 
 def derivative(model):
@@ -103,6 +105,6 @@ def test_closure_projected_at_every_step_leaves_no_gap(loop, integrator):
     """Open by rounding after hundreds of steps of any method; 1.1e-10 m is asked for."""
     start, _ = loop
     after = march_on(start, integrator, 1e-4 if METHODS[integrator].order == 1 else 1e-3)
-    side = after.model.chain.length * np.array([np.cos(after.angles), np.sin(after.angles)])
+    side = after.model.chain.length * np.array([np.cos(after.state.angle), np.sin(after.state.angle)])
     # RK4 projects once a step of 1e-3 s: what one step opened, squared, is left
     assert np.hypot(*side.sum(axis=1)) < 1.1e-10

@@ -98,7 +98,7 @@ def test_contacts_and_weight_are_what_accelerates_the_chain(make_scene, fields):
     moment = (contacts[:, 1] * contacts[:, 4] - contacts[:, 2] * contacts[:, 3]).sum() + (centres[:, 0] * weight).sum()
     loop.step()
     # the velocities after the step are those of the places after it: arms have turned by h times the rate of the bodies
-    size, angle = np.abs(contacts[:, 3:5]).sum(), h * np.abs(loop.rates).max()
+    size, angle = np.abs(contacts[:, 3:5]).sum(), h * np.abs(loop.state.rate).max()
     assert (loop.momentum - before)[:2] / h == pytest.approx(force, abs=angle * size)
     assert (loop.momentum - before)[2] / h == pytest.approx(moment, abs=angle * size)
     assert angle < 5e-3

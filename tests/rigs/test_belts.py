@@ -47,4 +47,4 @@ def test_a_thousand_pitches_are_laid_settled_and_run():
     loop.advance(0.4)
     assert loop.gap < 1e-9  # rounding of a sum of 157 m
     assert loop.layout.tension_n == pytest.approx(rig.tension.pre_tension, rel=0.1)
-    assert abs(loop.wheel_rates[0]) > 2.0
+    assert abs(loop.state.wheel_rate[0]) > 2.0

@@ -35,7 +35,7 @@ def test_drag_of_every_law_is_a_lever_that_rubber_has_times_the_load(rig, table)
     samples = []
     for _ in range(200):
         loop.step(50)
-        samples.append([loop.work.carried[1:].copy(), np.abs(loop.wheel_rates[1:])])
+        samples.append([loop.work.carried[1:].copy(), np.abs(loop.state.wheel_rate[1:])])
     load, rate = np.mean(samples, axis=0)
     low, high = table.loc["idler.rolling_arm", ["low", "high"]]
     for wheel, force, turning in zip(rig.wheels.values(), load, rate, strict=True):

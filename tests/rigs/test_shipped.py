@@ -68,7 +68,7 @@ def test_it_runs_with_a_closed_loop_and_a_closed_account(name, settled):
     assert exchanged > 0 and abs(share) < ACCOUNT
     # wheels that the chain lies on turn with it: rim speed within a tenth of the chain's
     speed = abs(loop.scene.sprocket_rate) * loop.scene.rig.pin_circle
-    force, wheels = loop.wheel_forces.sum(axis=0), loop.arrays.model.wheels
+    force, wheels = loop.work.wheel_force.sum(axis=0), loop.arrays.model.wheels
     pressed = [k for k in range(1, len(force)) if force[k] > loop.scene.rig.tension.pre_tension]
     assert pressed
     for k in pressed:

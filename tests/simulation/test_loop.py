@@ -23,7 +23,7 @@ from trackdyn.simulation.simulate import simulate
 # Change of half a second with contacts by exact cosines at the start of a call instead of those carried on by their
 # series: rounding of 1e-16 in angles, grown by stiff contacts.
 ROUNDING = 1e-9
-VIEWS = ("angles", "rates", "wheel_rates", "wheel_forces")
+MOTION = ("angle", "rate", "wheel_rate")
 
 
 def assert_same(loop, expected):
@@ -43,8 +43,8 @@ def spinning(rig):
     """A loop of five pitches without wheels or gravity that spins and swings; bushings soft enough for every method."""
     small = rig.changed(chain__pitches=5, sensor__pitch=1, gravity=0.0, bushing__stiffness=20.0, bushing__damping=0.05)
     loop = spinning_loop(Scene(small, 300.0, ring_radius=None, step=1e-4))
-    extra = np.random.default_rng(1).normal(0.0, 3.0, len(loop.angles))
-    loop.arrays.state.rate[:] += closed_rates(loop.model.chain.length, loop.angles, extra)
+    extra = np.random.default_rng(1).normal(0.0, 3.0, len(loop.state.angle))
+    loop.arrays.state.rate[:] += closed_rates(loop.model.chain.length, loop.state.angle, extra)
     loop.arrays.state.pin[2:] += 0.3, 0.8
     return loop
 
@@ -61,9 +61,9 @@ def test_steps_and_advance_are_the_same_motion(loop):
         cut.step(100)
     assert advanced.time == again.time == cut.time == pytest.approx(loop.time + 0.05, abs=1e-12)
     assert_same(advanced, again)
-    for name in VIEWS[:3]:
-        np.testing.assert_allclose(getattr(cut, name), getattr(advanced, name), rtol=0, atol=ROUNDING)
-    assert np.abs(advanced.angles - loop.angles).max() > 0.05  # it does move
+    for name in MOTION:
+        np.testing.assert_allclose(getattr(cut.state, name), getattr(advanced.state, name), rtol=0, atol=ROUNDING)
+    assert np.abs(advanced.state.angle - loop.state.angle).max() > 0.05  # it does move
 
 
 def test_advance_says_how_far_it_has_come_and_takes_what_is_left_of_a_sample_too(loop):
@@ -76,7 +76,7 @@ def test_advance_says_how_far_it_has_come_and_takes_what_is_left_of_a_sample_too
 def test_looking_changes_nothing(loop):
     silent = loop.copy()
     for _ in range(20):
-        for name in (*VIEWS, "pins", "mass_centres", "momentum", "tension", "joint_forces", "energy", "gap", "time"):
+        for name in ("pins", "mass_centres", "momentum", "tension", "joint_forces", "energy", "gap", "time"):
             getattr(loop, name)
         loop.advance(1e-3)
         silent.advance(1e-3)
@@ -94,7 +94,7 @@ def test_a_copy_goes_its_own_way(loop):
     loop.advance(0.01)
     copied.advance(0.01)
     assert_same(loop, copied)
-    assert np.abs(loop.angles - steered.angles).max() > 1e-6
+    assert np.abs(loop.state.angle - steered.state.angle).max() > 1e-6
 
 
 # --- looking
@@ -107,7 +107,7 @@ def test_joint_forces_are_those_of_the_multipliers(spinning):
     for step in (1e-6, 1e-7):
         loop = spinning.copy()
         set_model(loop, step=step)
-        angle, rate = loop.angles.copy(), loop.rates.copy()
+        angle, rate = loop.state.angle.copy(), loop.state.rate.copy()
         expected = reference.reference_accelerations(
             chain, angle, rate, none, none, none, implicit_step=0.5 * step
         ).pin_force
@@ -168,8 +168,10 @@ def test_the_sprocket_follows_its_ramps_exactly(loop):
         while loop.time < begin + 1.4 * ramp:
             loop.step(7)
             share = smooth(min((loop.time - begin) / ramp, 1.0))
-            assert loop.wheel_rates[0] == pytest.approx(per_rpm * (start + share * (end - start)), rel=1e-12, abs=1e-14)
-    assert loop.wheel_rates[0] == 0.0
+            assert loop.state.wheel_rate[0] == pytest.approx(
+                per_rpm * (start + share * (end - start)), rel=1e-12, abs=1e-14
+            )
+    assert loop.state.wheel_rate[0] == 0.0
 
 
 def test_the_tensioner_tightens_what_it_lengthens(make_scene):
@@ -232,7 +234,7 @@ def test_a_changed_loop_goes_on_in_the_same_state(loop):
     finer.advance(0.02)
     loop.advance(0.02)
     # two paths of order 1, a fiftieth of a second long
-    assert 0 < np.abs(finer.angles - loop.angles).max() < 1e-4
+    assert 0 < np.abs(finer.state.angle - loop.state.angle).max() < 1e-4
     assert_same(loop.changed(), loop)
 
 
@@ -242,13 +244,13 @@ def test_a_changed_loop_is_driven_on(loop):
     finer = loop.changed(step=5e-5)
     finer.step()
     loop.step()
-    assert finer.wheel_rates[0] == pytest.approx(loop.wheel_rates[0], rel=1e-2)
+    assert finer.state.wheel_rate[0] == pytest.approx(loop.state.wheel_rate[0], rel=1e-2)
     loop.advance(0.05)
     faster = loop.changed(motor_rpm=210.0, ramp=0.05)
     faster.step()
-    assert faster.wheel_rates[0] == pytest.approx(loop.wheel_rates[0], rel=1e-4)  # from the present speed on
+    assert faster.state.wheel_rate[0] == pytest.approx(loop.state.wheel_rate[0], rel=1e-4)  # from the present speed on
     faster.advance(0.06)
-    assert faster.wheel_rates[0] == pytest.approx(-210 * np.pi / 30 / loop.scene.rig.sprocket.transmission_ratio)
+    assert faster.state.wheel_rate[0] == pytest.approx(-210 * np.pi / 30 / loop.scene.rig.sprocket.transmission_ratio)
 
 
 @pytest.mark.parametrize(

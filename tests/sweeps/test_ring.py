@@ -271,7 +271,7 @@ def test_the_least_ring_bears_the_chain_and_the_largest_tightens_it_as_said():
     load, tension = {}, {}
     for radius in (least - 5e-4, least + 5e-4, largest):
         loop = Loop(Scene(rig, 115.0, radius), starts)
-        load[radius], tension[radius] = loop.wheel_forces[:, 0].sum(), loop.layout.settled_tension_n
+        load[radius], tension[radius] = loop.work.wheel_force[:, 0].sum(), loop.layout.settled_tension_n
     below, above, _ = load.values()
     assert below == 0.0 and above > 100.0
     assert 3 < tension[largest] / rig.tension.pre_tension < 7

@@ -70,17 +70,6 @@ def decisions(scene) -> None:
     line("step", f"{scene.time_step:.7g} s")
 
 
-def needs(scene, needed) -> None:
-    """Print what a run of a scene needs (`recorder.Cost`), and what is run twice to judge the step."""
-    from trackdyn.simulation.step_check import BRIEF, again
-
-    line("needs", f"{needed}, more if kernels must be compiled")
-    seconds, why = again(scene)
-    if seconds:
-        finer = "with half the step" if why == BRIEF else "with an explicit step"
-        line("run again", f"{seconds:.3g} s {finer}, to judge it: {why}")
-
-
 def tension(scene, recording, quiet: bool) -> None:
     """Print the tension of the loop and a step that follows it; warn where the scene's own ring misses it."""
     from trackdyn.simulation.settling import tension_words

@@ -65,27 +65,21 @@ def simulate(
         _until_converged(_plan(scene, measure, tolerance, longest, preset, fields), tolerance, longest, out, rig, quiet)
 
 
-def _prepare(scene, out: Path, rig: str):
-    """Prepare what a run writes; returns the memory and disk that it needs.
+def _prepare(scene, out: Path, rig: str) -> None:
+    """Prepare what a run writes. Raises `InputError`: a file cannot be written, or is an input."""
+    from trackdyn.simulation.recorder import file_bytes
 
-    Raises `InputError`: a file cannot be written, or is an input.
-    """
-    from trackdyn.simulation.recorder import cost
-
-    needed = cost(scene)
-    options.check_output(out, True, rig, size=needed.file)
+    options.check_output(out, True, rig, size=file_bytes(scene))
     if out.exists():
         printed.warn(f"{out} exists and is replaced when the run is done; until then Ctrl-C keeps it")
-    return needed
 
 
 def _for_its_duration(scene, out: Path, rig: str, quiet: bool) -> None:
     from trackdyn.simulation.simulate import simulate as run
 
-    needed = _prepare(scene, out, rig)
+    _prepare(scene, out, rig)
     if not quiet:
         printed.decisions(scene)
-        printed.needs(scene, needed)
     recording = run(scene, progress=not quiet)
     if not quiet:
         from trackdyn.measure.metrics import shown_measures

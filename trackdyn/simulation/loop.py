@@ -20,7 +20,6 @@ from trackdyn.simulation.loop_arrays import (
     flat,
     move_wheels,
     read_only,
-    set_arrays,
     shift_tensioner,
 )
 from trackdyn.simulation.readings import Readings
@@ -138,15 +137,6 @@ class Loop(Readings):
             return Recorder(self, requested).finish().recording()
 
     # -- steering ------------------------------------------------------------------------------------------------------
-
-    def set_state(self, **values: Any) -> None:
-        """Change the state between steps: arrays of `model.arrays.State` by name, such as ``rate``.
-
-        Two underscores stand for a dot, as in ``plane__motion``. Raises `InputError`: the name is unknown, the shape
-        differs, or a number is not finite or too large. The state then stays.
-        """
-        with self._exclusive():
-            set_arrays(self.arrays.state, {name.replace("__", "."): value for name, value in values.items()})
 
     def drive(self, motor_rpm: float, ramp: float = 1e-3) -> None:
         """Change the motor speed (rev/min) on a ramp that is smooth at both ends and takes ``ramp`` s."""

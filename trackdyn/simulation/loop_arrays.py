@@ -5,8 +5,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from trackdyn.inputs.errors import InputError
-from trackdyn.inputs.validation import shown
 from trackdyn.integrate.methods import METHODS
 from trackdyn.model.arrays import OptionalWork, Plane, State, Work, make_arrays
 from trackdyn.model.constants import Model
@@ -31,11 +29,6 @@ def mapped(function: Callable[[str, Any], Any], value: Any, name: str = "") -> A
     return None if value is None else function(name, value)
 
 
-# Largest value of a state in SI units, and how far from the origin a chain may be (m) or how fast (m/s): further out
-# rounding is no longer small beside the depth of a contact.
-LARGEST, FARTHEST = 1e12, 1e6
-
-
 class LoopArrays(NamedTuple):
     """Arguments of a kernel: constants, motion, and everything computed from them."""
 
@@ -55,31 +48,6 @@ def read_only(arrays: LoopArrays) -> LoopArrays:
         return leaf
 
     return mapped(view, arrays)
-
-
-def set_arrays(state: State, values: dict[str, Any]) -> None:
-    """Write values into arrays of a state by their dotted names; all, or none if one of them is refused (`InputError`).
-
-    A value must be finite, at most ``LARGEST``, and ``FARTHEST`` for the position and velocity of the pin.
-    """
-    arrays, checked = flat(state), {}
-    for name, value in values.items():
-        if name not in arrays:
-            raise InputError(f"state: {shown(name)} is not one of its arrays, {', '.join(arrays)}")
-        array, most = arrays[name], FARTHEST if name == "pin" else LARGEST
-        try:
-            new = np.asarray(value).astype(array.dtype, casting="same_kind")
-        except (TypeError, ValueError):
-            new = np.asarray(None)
-        if new.shape != array.shape or new.dtype != array.dtype:
-            raise InputError(f"state.{name} = {shown(value)}: must be {array.dtype} of the shape {array.shape}")
-        numbers = new.view(float) if array.dtype.names else new
-        low = 0 if name == "steps" else -most
-        if (wrong := ~((low <= numbers) & (numbers <= most))).any():
-            raise InputError(f"state.{name} holds {numbers[wrong][0]:g}: must be between {low:g} and {most:g}")
-        checked[name] = new
-    for name, new in checked.items():
-        arrays[name][...] = new
 
 
 def allocate(scene: Scene, step: float) -> LoopArrays:

@@ -24,8 +24,8 @@ def specific_force(acceleration: ArrayLike, angle: ArrayLike, gravity: float = 9
 class Readings:
     """Present state of a loop that has ``n`` bodies, ``p`` pitches, ``w`` wheels and ``k`` sensors.
 
-    ``model``, ``state`` and ``work`` are read-only views of what kernels write (`trackdyn.model`). `Loop.set_state`
-    changes the state, and ``arrays`` can be written to, unchecked.
+    ``model``, ``state`` and ``work`` are read-only views of what kernels write (`trackdyn.model`); ``arrays`` can be
+    written to, unchecked.
     """
 
     arrays: LoopArrays
@@ -66,37 +66,6 @@ class Readings:
         (x, y), work, chain = self.mass_centres.T, self.arrays.work, self.arrays.model.chain
         px, py = chain.mass * work.com_vx, chain.mass * work.com_vy
         return np.array([px.sum(), py.sum(), (chain.inertia * self.arrays.state.rate + x * py - y * px).sum()])
-
-    @property
-    def angles(self) -> np.ndarray:
-        """(n,) orientations of the bodies, rad; read-only view."""
-        return self.state.angle
-
-    @property
-    def rates(self) -> np.ndarray:
-        """(n,) angular velocities of the bodies, rad/s; read-only view."""
-        return self.state.rate
-
-    @property
-    def wheel_rates(self) -> np.ndarray:
-        """(w,) angular velocities of the sprocket and the other wheels, rad/s; read-only view."""
-        return self.state.wheel_rate
-
-    @property
-    def wheel_forces(self) -> np.ndarray:
-        """(p, w) normal forces of the ring and the other wheels on every link, N; read-only view."""
-        return self.work.wheel_force
-
-    @property
-    def sensor_acceleration(self) -> np.ndarray:
-        """(k, 3) accelerations of the sensors in the frames of their bodies, x and y (m/s2), and angles of these (rad).
-
-        Means over the last `step`, or over the last sample interval of `advance`; at rest before the first.
-        """
-        if not self.arrays.state.steps[0]:
-            angle = self.arrays.state.angle[self.arrays.model.sensors.body]
-            return np.column_stack([np.zeros((len(angle), 2)), angle])
-        return self._scratch.samples.mean[0].copy()
 
     @property
     def tension(self) -> float:

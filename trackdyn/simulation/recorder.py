@@ -7,7 +7,6 @@ import numpy as np
 from psutil import virtual_memory
 
 from trackdyn.inputs.errors import DivergenceError, InputError, OutOfMemoryError
-from trackdyn.integrate.methods import METHODS
 from trackdyn.model.arrays import CONTACT_INTERVAL, Plane, make_record, make_state
 from trackdyn.model.constants import SPROCKET
 from trackdyn.scene.build import build_sensors
@@ -16,77 +15,51 @@ from trackdyn.simulation.loop_arrays import flat
 from trackdyn.simulation.recording import Recording, provenance
 from trackdyn.simulation.step_check import (
     BETWEEN,
-    DAMPED,
     FINER,
-    HALF,
     LEAD,
     PIECE,
     Alternation,
     Resolution,
     RunStatistics,
     StepCheck,
-    again,
     explicit,
     mean_square,
     run_statistics,
 )
 
-# Time of a body's step with the Riccati sweep, s, on the machine of the benchmarks; settling takes so many seconds.
-BODY_STEP, SETTLING = 1e-7, 2.1
 # measures and the file take as much again as the record
 COPIES = 2
 # floats that a belt keeps of a sample while it is laid
 BELT_FLOATS = 160
 
 
-class Cost(NamedTuple):
-    """Bytes of memory, of which ``file`` are written, and seconds of computing, roughly."""
-
-    memory: float
-    file: float
-    seconds: float
-
-    def __str__(self) -> str:
-        return f"about {self.memory / 1e6:.0f} MB of memory, {self.file / 1e6:.0f} MB on disk and {self.seconds:.0f} s"
-
-
-def cost(scene) -> Cost:
-    """Memory, disk and computing time of a scene; see `Cost`."""
-    samples = scene.duration * scene.rig.rate
+def file_bytes(scene) -> float:
+    """Bytes that the recording of a scene takes in its file, roughly."""
     state = make_state(scene.bodies, 1, 1 + len(scene.rig.wheels))
     if scene.fidelity["space"].setting == "spatial":
         state = state._replace(plane=Plane(np.zeros(4), np.zeros(4)))
     rooms = (make_record(count, state, len(scene.sensors), scene.recorded_pitches) for count in (1, 2))
     first, both = (sum(array.nbytes for array in flat(room).values()) for room in rooms)
-    file = samples * (both - first + 8)
-    if scene.frame_interval:
-        file += scene.duration / scene.frame_interval * (scene.bodies + 4) * 8
+    frames = scene.duration / scene.frame_interval * (scene.bodies + 4) * 8 if scene.frame_interval else 0.0
+    return scene.duration * scene.rig.rate * (both - first + 8) + frames
+
+
+def check_memory(scene) -> None:
+    """Refuse (`OutOfMemoryError`) a scene whose recording does not fit into the free memory."""
+    memory, free = COPIES * file_bytes(scene), virtual_memory().available
     if scene.chain == "belt":
-        return Cost(COPIES * file + 8 * BELT_FLOATS * samples, file, 1e-5 * samples)
-    tableau = METHODS[scene.integrator].tableau
-    extra, why = again(scene)
-    times = scene.time_step / explicit(scene)["step"] if why == DAMPED else HALF
-    seconds = SETTLING + scene.lead_in + scene.ramp + scene.duration + times * extra
-    steps = seconds / scene.time_step * (len(tableau.b) if tableau else 1)
-    return Cost(COPIES * file, file, steps * scene.bodies * BODY_STEP)
-
-
-def check_memory(scene, seconds: float | None = None) -> None:
-    """Refuse (`OutOfMemoryError`) a scene whose recording, or ``seconds`` of it, does not fit into the free memory."""
-    seconds = scene.duration if seconds is None else seconds
-    memory, free = cost(scene).memory * seconds / scene.duration, virtual_memory().available
+        memory += 8 * BELT_FLOATS * scene.duration * scene.rig.rate
     if memory > free:
         raise OutOfMemoryError(
-            f"scene: duration = {seconds:g} s: its recording needs about "
+            f"scene: duration = {scene.duration:g} s: its recording needs about "
             f"{memory / 1e6:.0f} MB of memory and {free / 1e6:.0f} MB are free; use at most "
-            f"{0.9 * seconds * free / memory:.3g} s, fewer pitches or a longer frame_interval"
+            f"{0.9 * scene.duration * free / memory:.3g} s, fewer pitches or a longer frame_interval"
         )
 
 
 # Length of a chunk, s, and contacts that may end within it.
 CHUNK = 0.25
 INTERVALS_A_CHUNK = 40000
-GROWTH = 2  # times the room for a record
 JUDGED = 10.0  # s of a record between two judgements of its energy balance
 
 
@@ -106,15 +79,14 @@ class Recorder:
     """Records a loop as a ``scene``, its own by default, has it.
 
     Not ``checked`` it goes on unresolved. ``origin`` is the loop before it came to where the record begins, so that the
-    way there is run again, too. A record that may end sooner takes ``room`` (s) of memory at first, and grows.
+    way there is run again, too.
     """
 
-    def __init__(self, loop, scene=None, checked: bool = True, origin=None, room: float | None = None):
+    def __init__(self, loop, scene=None, checked: bool = True, origin=None):
         self.loop, self.scene = loop, scene or loop.scene
         scene, rate = self.scene, self.scene.rig.rate
         self.samples = round(scene.duration * rate)
-        room = scene.duration if room is None else min(room + CHUNK, scene.duration)
-        check_memory(scene, room)
+        check_memory(scene)
         self.done = 0
         self.begin = loop.time
         self.wall = 0.0
@@ -126,7 +98,7 @@ class Recorder:
         frames = -(-self.samples // stride) if stride else 0
         self.sensors = build_sensors(loop.model.shoes, scene.sensors.values())
         self.record = make_record(
-            round(room * rate),
+            self.samples,
             loop.state,
             len(scene.sensors),
             scene.recorded_pitches,
@@ -143,18 +115,6 @@ class Recorder:
         """Whether every sample is recorded."""
         return self.done >= self.samples
 
-    def _grow(self, least: int) -> None:
-        """Make room for so many samples: twice as many as there are, but not more than are asked for."""
-        count = min(max(GROWTH * len(self.record.samples.gap), least), self.samples)
-        check_memory(self.scene, count / self.scene.rig.rate)
-
-        def grown(array: np.ndarray) -> np.ndarray:
-            larger = np.zeros((count if len(array) else 0, *array.shape[1:]), array.dtype)  # empty: in space alone
-            larger[: len(array)] = array
-            return larger
-
-        self.record = self.record._replace(samples=self.record.samples._make(map(grown, self.record.samples)))
-
     def chunk(self) -> float:
         """Record the next chunk; returns its length, s.
 
@@ -162,8 +122,6 @@ class Recorder:
         """
         loop, rate = self.loop, self.scene.rig.rate
         last = min(self.done + max(round(CHUNK * rate), 1), self.samples)
-        if last > len(self.record.samples.gap):
-            self._grow(last)
         start = time.perf_counter()
         loop.fill(self.record, self.done, last, sensors=self.sensors)
         self.wall += time.perf_counter() - start

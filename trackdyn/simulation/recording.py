@@ -20,7 +20,6 @@ from trackdyn.model.constants import SPROCKET
 from trackdyn.rig.rig import Rig
 from trackdyn.rig.sections import SensorParameters
 from trackdyn.scene.scene import Periods, Scene
-from trackdyn.simulation.loop_arrays import LARGEST
 from trackdyn.simulation.settling import Layout
 from trackdyn.simulation.step_check import Resolution
 
@@ -28,6 +27,7 @@ FORMAT = 13
 # Share of the speed that is asked for within which the sprocket holds it: a ramp ends within half a step, at the end of
 # which its rate is not quite reached, and a thousandth of the speed changes no measure by more than that.
 SAME_RATE = 1e-3
+LARGEST = 1e12  # value of a record in SI units that is still taken for motion
 
 
 @dataclass(frozen=True)

@@ -15,14 +15,13 @@ from trackdyn.model.arrays import FLANK, GUIDE, RING, Record, components, make_r
 from trackdyn.model.constants import SPROCKET
 from trackdyn.rig.layout import wheel_names
 from trackdyn.simulation.loop import Loop
-from trackdyn.simulation.recorder import BODY_STEP
 from trackdyn.simulation.recording import Recording
 
 FRAMES, BODIES_IN_FRAMES = 360, 60_000  # pictures of a stretch, fewer of a chain of many bodies: the page stays small
 STANDING = 3.0  # length of the stretch where no sprocket turns, s
 LONGEST_STRETCH = 60.0  # s
-# computing (s) that a lead-in may take; time at speed (s) that stands for a longer one
-LEAD_COST, SHORT_LEAD = 60.0, 5.0
+# steps of bodies that a lead-in may take; time at speed (s) that stands for a longer one
+LEAD_COST, SHORT_LEAD = 6e8, 5.0
 
 
 @dataclass(frozen=True)
@@ -71,7 +70,7 @@ def replay(recording: Recording, seconds: float | None = None, progress: bool = 
     frames = max(1, int(seconds * rate / stride + 1e-6))
     loop = Loop(scene)
     begins, complete = recording.begin, True
-    if (begins - scene.ramp) / scene.time_step * scene.bodies * BODY_STEP > LEAD_COST:
+    if (begins - scene.ramp) / scene.time_step * scene.bodies > LEAD_COST:
         begins, complete = scene.ramp + min(scene.lead_in, SHORT_LEAD), False
     bar = {"disable": not progress, "unit": "s", "desc": "replaying",
            "bar_format": "{desc} |{bar}| {n:.1f} of {total:.1f} s simulated"}  # fmt: skip

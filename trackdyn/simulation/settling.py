@@ -85,15 +85,10 @@ def settle(scene: Scene, loops: "SettledLoops | None" = None) -> Start:
 
 
 def tension_words(scene: Scene, layout: Layout) -> str:
-    """Say at which tension (N) a loop stands, which was wanted, and what lies between: a ring, or a carrier."""
+    """Say at which tension (N) a loop stands, and with the rig's own ring, where another one or a spring changed it."""
     target, settled = scene.rig.tension.pre_tension, layout.settled_tension_n
-    words = f"{settled:.4g} N in the strand onto the sprocket, pre_tension {target:.4g} N"
-    if abs(settled - target) > 0.01 * target:
-        radius = scene.rig.ring_radius
-        ring = "without a ring" if radius is None else f"with the ring of {radius:.4g} m"
-        words += f": set to {layout.tension_n:.4g} N {ring}, changed by "
-        words += "another ring" if scene.ring_radius != radius else f"the tensioner, which is {scene.tension}"
-    return words
+    own = f": set to {layout.tension_n:.4g} N with the rig's own ring" if abs(settled - target) > 0.01 * target else ""
+    return f"{settled:.4g} N in the strand onto the sprocket, pre_tension {target:.4g} N{own}"
 
 
 class SettledLoops:

@@ -164,23 +164,19 @@ BRIEF = "the run is shorter than a turn of the loop"
 DAMPED = "the method damps contacts in proportion to its step"
 
 
-def again(scene) -> tuple[float, str]:
-    """Seconds of a scene that are run again with a smaller step whatever its contacts show, and why; or 0, "".
+def again(scene) -> str:
+    """Why `PIECE` of a scene is run again with a smaller step whatever its contacts show, or an empty string.
 
     A linearly implicit method (`DAMPED`), of which nothing else tells how wrong it is; or a record in which the link of
     its sensor comes onto each wheel at most once (`BRIEF`): an impact has an error of the order of the step, so that
     its RMS may be off. Not asked of `Loop.record`, where every part of a longer run would be run again.
     """
-    if scene.chain == "belt":
-        return 0.0, ""
-    pitches = scene.duration / scene.periods.passage  # not a number at rest
+    pitches, method = scene.duration / scene.periods.passage, METHODS[scene.integrator]  # not a number at rest
     if not pitches >= 1.0:
-        return 0.0, ""
-    if METHODS[scene.integrator].linearly_implicit:
-        return min(PIECE, scene.duration), DAMPED
+        return ""
     # rounded: a record of one turn ends at a sample
-    shorter = METHODS[scene.integrator].staggered and round(pitches) < scene.rig.chain.pitches
-    return (min(PIECE, scene.duration), BRIEF) if shorter else (0.0, "")
+    brief = method.staggered and round(pitches) < scene.rig.chain.pitches
+    return DAMPED if method.linearly_implicit else BRIEF if brief else ""
 
 
 def explicit(scene) -> dict[str, Any]:
@@ -219,7 +215,7 @@ class StepCheck:
         self.reason = self.reason or reason  # also where no finer step can be tried
         times = 1 if self._damped else FINER if reason else HALF
         # only the length of the record speaks against it: its own impacts alone are in doubt
-        if not (reason := reason or (again(self.scene)[1] if first else "")):
+        if not (reason := reason or (again(self.scene) if first else "")):
             return
         try:
             differences = coarse.difference(rerun(times))
