@@ -53,71 +53,6 @@ hits = sum(both.dispatcher.stats.cache_hits.values()) if hasattr(both, "dispatch
 print(json.dumps([value, hits, str(jit.cache_folder())]))
 """
 
-BLOCKS = """
-import sys
-from typing import NamedTuple
-import numba.core.codegen
-if "--lacking" in sys.argv:
-    del numba.core.codegen.JITCodeLibrary
-if "--renamed" in sys.argv:  # what numba's own modules then know, asked for when a kernel is compiled and not before
-    library = numba.core.codegen.CPUCodeLibrary
-    def renamed(self, linked=library._get_module_for_linking):
-        if sys._getframe(1).f_globals["__name__"] == "trackdyn.by_reference":
-            raise AttributeError("_get_module_for_linking")
-        return linked(self)
-    library._get_module_for_linking = renamed
-import numpy as np
-from trackdyn import jit
-from trackdyn.jit import kernel, on_stack
-
-class Numbers(NamedTuple):
-    factor: float
-    flag: bool
-
-class Part(NamedTuple):
-    sums: np.ndarray
-    numbers: Numbers
-
-class Whole(NamedTuple):
-    count: int
-    nothing: None
-    part: Part | None
-    terms: np.ndarray
-
-@kernel
-def scaled(numbers, term):
-    return numbers.factor * term if numbers.flag else 0.0
-
-@kernel
-def add(part: Part, terms):
-    for i in range(terms.shape[0]):
-        part.sums[i] += scaled(part.numbers, terms[i])
-        part.sums[i] += scaled(Numbers(1.0, part.sums[i] > 7.0), 1.0)
-
-@kernel
-def repeat(whole: Whole, times):
-    whole = on_stack(whole)
-    for _ in range(times):
-        if whole.nothing is None and whole.part is not None:
-            add(whole.part, whole.terms)
-    return whole.count
-
-def whole():
-    return Whole(7, None, Part(np.zeros(3), Numbers(2.0, True)), np.arange(3.0))
-
-made = whole()
-assert repeat(made, 2) == 7
-add(made.part, made.terms)
-print(jit.by_reference is None, made.part.sums.tolist())
-
-if not jit.numba.config.DISABLE_JIT:  # in a function that counts references to arrays, for whoever writes one
-    made = whole()
-    before = sys.getrefcount(made.part.sums)
-    count = jit.numba.njit(lambda whole: repeat(whole, 3) + whole.part.sums[0])
-    assert [count(made) for _ in range(10)] == [7.0] * 10
-    assert sys.getrefcount(made.part.sums) == before
-"""
-
 
 @pytest.fixture
 def copy(tmp_path):
@@ -125,7 +60,7 @@ def copy(tmp_path):
     root = tmp_path / "copy" / "trackdyn"
     (root / "chain").mkdir(parents=True)
     (root / "__init__.py").touch()
-    for name in ("jit.py", "by_reference.py", "sources.py"):
+    for name in ("jit.py", "sources.py"):
         shutil.copy(PACKAGE / name, root)
     (root / "chain" / "inner.py").write_text(INNER.format(factor=2.0))
     (root / "chain" / "outer.py").write_text(OUTER)
@@ -310,27 +245,3 @@ def test_code_of_another_signature_is_not_taken(copy):
     (other,) = (folder / "called").rglob("outer.outer-*.nbc")
     shutil.copy(other, one)
     assert copy()[:2] == (3.0, 0)
-
-
-@pytest.mark.parametrize(
-    ("plain", "words", "environment"),
-    [
-        (False, [], {}),
-        (True, [], {"TRACKDYN_PLAIN_KERNELS": "1"}),
-        (True, ["--lacking"], {}),
-        (True, ["--renamed"], {}),
-        (True, [], {"NUMBA_DISABLE_JIT": "1"}),
-    ],
-    ids=["by reference", "plain", "numba lacks something", "numba renames something", "interpreted"],
-)
-def test_named_tuples_reach_kernels_in_every_way(tmp_path, plain, words, environment):
-    """By reference with the numba that is installed; by value where the switch or a lack of numba's says so."""
-    clean = {k: v for k, v in os.environ.items() if not k.startswith(("NUMBA_", "TRACKDYN_"))}
-    script = tmp_path / "blocks.py"
-    script.write_text(BLOCKS)
-    for _ in range(2):  # compiled, then from the cache
-        result = subprocess.run(
-            [sys.executable, script, *words], capture_output=True, text=True,
-            env=clean | {"TRACKDYN_CACHE": str(tmp_path / "cache")} | environment,
-        )  # fmt: skip
-        assert (result.stdout, result.stderr) == (f"{plain} [0.0, 6.0, 14.0]\n", "")

@@ -6,7 +6,6 @@ import subprocess
 import sys
 
 import numpy as np
-import pytest
 from numpy.lib.recfunctions import structured_to_unstructured
 
 from tests.conftest import LAWS
@@ -41,12 +40,6 @@ if jit.numba.config.DISABLE_JIT:
         counted.py_func = function
         return counted
     jit._made = made
-if "--lost" in sys.argv:
-    on_stack = jit.on_stack
-    @jit.kernel
-    def lost(block):
-        return on_stack(block)
-    jit.on_stack = lost
 from trackdyn.simulation.loop_arrays import flat
 
 for path in Path(sys.argv[1]).glob("*.loop"):
@@ -61,9 +54,9 @@ if jit.numba.config.DISABLE_JIT:
 """
 
 
-def ten_steps(folder, suffix, *words, **environment):
+def ten_steps(folder, suffix, **environment):
     """What a process of its own prints that goes on from every loop in a folder."""
-    command = [sys.executable, "-c", TEN_STEPS, str(folder), suffix, *words]
+    command = [sys.executable, "-c", TEN_STEPS, str(folder), suffix]
     return subprocess.run(command, env=os.environ | environment, capture_output=True, text=True, check=True).stdout
 
 
@@ -97,15 +90,3 @@ def assert_same(path):
         accelerations = array in ("work.alpha", "work.pin_ax", "work.pin_ay")
         atol = (1e-7 if accelerations else 1e-8) * np.nanmax(np.abs(right), initial=0.1)
         np.testing.assert_allclose(compiled[array], right, rtol=0, atol=atol, err_msg=f"{path.name}: {array}")
-
-
-@pytest.mark.slow
-def test_ten_steps_show_a_block_whose_copy_is_lost(make_scene, tmp_path):
-    """Memory on the stack of a function ends with it: a copy that another kernel makes is no copy."""
-    loop = Loop(make_scene(150.0))
-    loop.advance(0.3)
-    (tmp_path / "default.loop").write_bytes(pickle.dumps(loop))
-    ten_steps(tmp_path, ".interpreted", NUMBA_DISABLE_JIT="1")
-    with pytest.raises((AssertionError, subprocess.CalledProcessError)):
-        ten_steps(tmp_path, ".compiled", "--lost", TRACKDYN_CACHE=str(tmp_path / "cache"))
-        assert_same(tmp_path / "default")

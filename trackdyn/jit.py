@@ -9,12 +9,10 @@ edited after this process read it. Where that folder cannot be written there is 
 
 import functools
 import hashlib
-import os
 import pickle
 import sys
 import tempfile
 from collections.abc import Callable
-from contextlib import suppress
 from pathlib import Path
 
 import numba
@@ -38,30 +36,8 @@ def target_hash() -> str:
     return hashlib.sha256(repr((target, sys.implementation.cache_tag, settings)).encode()).hexdigest()[:8]
 
 
-def _by_reference():
-    """The module `by_reference`; None where kernels are compiled as numba does of itself, which takes longer.
-
-    Whether it works with this release of numba is tried before the first kernels are compiled.
-    """
-    if numba.config.DISABLE_JIT or os.environ.get("TRACKDYN_PLAIN_KERNELS"):
-        return None
-    tried = cache_base() / f"{kernel_digest()}-{target_hash()}" / "tried"
-    try:
-        from trackdyn import by_reference
-
-        if not tried.exists():
-            by_reference.try_out(OPTIONS)
-    except Exception:  # whatever another release makes of its internals
-        return None
-    with suppress(OSError):
-        tried.parent.mkdir(parents=True, exist_ok=True)
-        tried.touch()
-    return by_reference
-
-
-by_reference = _by_reference()
-# By value, by reference and without a compiler the last digits differ.
-COMPILER = "-interpreted" if numba.config.DISABLE_JIT else "-plain" if by_reference is None else ""
+# the last digits of kernels without a compiler differ
+COMPILER = "-interpreted" if numba.config.DISABLE_JIT else ""
 
 
 def source_hash() -> str:
@@ -75,12 +51,16 @@ def cache_folder() -> Path:
 
 
 @functools.cache
+def _say(sentence):
+    """Say a sentence once."""
+    print(f"trackdyn: {sentence}", file=sys.stderr)
+
+
 def _warn(folder, reason):
-    """Say once that nothing is kept in a folder."""
-    print(
-        f"trackdyn: the cache folder {folder} cannot be used ({reason}), so every process compiles its kernels "
-        "anew, about half a minute; TRACKDYN_CACHE names another folder",
-        file=sys.stderr,
+    """Say that nothing is kept in a folder."""
+    _say(
+        f"the cache folder {folder} cannot be used ({reason}), so every process compiles its kernels anew, about a "
+        "minute; TRACKDYN_CACHE names another folder"
     )
 
 
@@ -134,16 +114,6 @@ class _CheckedFile:
         self._file.flush()
 
 
-@functools.cache
-def _warn_edited(file):
-    """Say once that no code is kept because of a file."""
-    print(
-        f"trackdyn: {file} was edited after this process began, which keeps no compiled kernels therefore; start it "
-        "again",
-        file=sys.stderr,
-    )
-
-
 _CURRENT = True
 
 
@@ -152,7 +122,7 @@ def _current(files):
     global _CURRENT
     if _CURRENT and (file := edited(files)):
         _CURRENT = False
-        _warn_edited(file)
+        _say(f"{file} was edited after this process began, which keeps no compiled kernels therefore; start it again")
     return _CURRENT
 
 
@@ -173,27 +143,24 @@ def _file_of(dispatcher, folder):
 
 def _compiled(function, package, **options):
     """Dispatcher of a function, with its code kept in a folder in ``FOLDER`` or nowhere."""
+    compiled = functools.partial(numba.njit, **OPTIONS, **options)
     if FOLDER is None:
-        return numba.njit(**OPTIONS, **options)(function)
-    folder = FOLDER / package
+        return compiled()(function)
+    folder, reason = FOLDER / package, "numba chose another, where edits would not be seen"
     # numba's own setting falls back to folders without a hash, and is read anew when the environment changes
     before, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(folder)
     try:
-        dispatcher = numba.njit(**OPTIONS, **options, cache=True)(function)
+        dispatcher = compiled(cache=True)(function)
     except RuntimeError as error:  # no folder of numba's choice can be written
-        _warn(folder, error)
-        return numba.njit(**OPTIONS, **options)(function)
+        dispatcher, reason = None, error
     finally:
         numba.config.CACHE_DIR = before
-    if Path(dispatcher.stats.cache_path).parent != folder:
-        _warn(dispatcher.stats.cache_path, "numba chose it, and edits would not be seen there")
-        return numba.njit(**OPTIONS, **options)(function)
+    if dispatcher is None or Path(dispatcher.stats.cache_path).parent != folder:
+        _warn(folder, reason)
+        return compiled()(function)
     cache = dispatcher._cache
-    if "pipeline_class" in options:
-        by_reference.keep_text(cache)
-    else:
-        # numba would set up all that it compiles with before it reads a file, which takes longer than to read it
-        cache.load_overload = cache._load_overload
+    # numba would set up all that it compiles with before it reads a file, which takes longer than to read it
+    cache.load_overload = cache._load_overload
     cache._cache_file = _CheckedFile(_file_of(dispatcher, folder))
     return dispatcher
 
@@ -209,16 +176,12 @@ class _Kernel:
     def __init__(self, function, **options):
         self.py_func = function
         self._options = options
-        if by_reference is not None:
-            for kind in function.__annotations__.values():
-                by_reference.register(kind)
         functools.update_wrapper(self, function)
 
     @functools.cached_property
     def _within(self):
         """The dispatcher that other kernels call."""
-        inner = {} if by_reference is None else {"pipeline_class": by_reference.Inner}
-        return _compiled(self.py_func, "within", **self._options, **inner, no_cpython_wrapper=True)
+        return _compiled(self.py_func, "within", **self._options, no_cpython_wrapper=True)
 
     @property
     def _numba_type_(self):
@@ -273,7 +236,7 @@ def fused(function):
     """Compile a `kernel` in which a product and a sum may become one operation, rounded once.
 
     Which ones depends on the processor and on what stands around: only for what the time loop calls once, so
-    that a run that is resumed repeats it bit for bit.
+    that a run repeats it bit for bit.
     """
     return _made(function, forceinline=True, _nrt=False, fastmath={"contract"})
 
@@ -283,14 +246,6 @@ def summed(function):
     return _made(function, forceinline=True, _nrt=False, fastmath={"contract", "reassoc", "nsz"})
 
 
-@kernel
-def _same(block):
-    return block
-
-
-on_stack = _same if numba.config.DISABLE_JIT or by_reference is None else by_reference.on_stack
-
-
 class _Once(event.Listener):
     """Calls a function when the first kernel is compiled; one that is taken from the cache is not."""
 
@@ -298,7 +253,7 @@ class _Once(event.Listener):
         self.say = say
 
     def on_start(self, event):
-        self.say("compiling kernels, about half a minute; the next run finds them")
+        self.say("compiling kernels, about a minute; the next run finds them")
         self.say = lambda text: None
 
     def on_end(self, event):

@@ -27,7 +27,7 @@ from typing import NamedTuple
 from platformdirs import user_cache_dir
 
 Module = tuple[str, ...]
-KERNEL_SOURCES = ("jit.py", "by_reference.py", "model", "contact", "chain", "integrate")
+KERNEL_SOURCES = ("jit.py", "model", "contact", "chain", "integrate")
 BEGAN = time.time_ns()
 
 

@@ -17,7 +17,7 @@ from trackdyn.integrate.energy import account, energies, finish_forces
 from trackdyn.integrate.plane import plane_dynamics, turn_plane
 from trackdyn.integrate.runge_kutta import rk_step
 from trackdyn.integrate.semi_implicit import RATE_LIMIT, advance
-from trackdyn.jit import direct, kernel, on_stack
+from trackdyn.jit import direct, kernel
 from trackdyn.model.arrays import BUSHING_LOSS, OFFSET, OptionalWork, P, Q, Record, State, Work
 from trackdyn.model.constants import SPROCKET, Model
 
@@ -80,7 +80,6 @@ def _run(model: Model, state: State, work: Work, record: Record, rows, space, im
 
     A step solves the chain, advances velocities and positions, and computes the loads of the next one.
     """
-    model, state, work, record = on_stack(model), on_stack(state), on_stack(work), on_stack(record)
     weight = damping_weight(model.chain, model.step) if implicit is None else 1.0
     _refresh(model, state, work, space, implicit)
     for sample in range(rows[0], rows[1]):
@@ -125,7 +124,6 @@ def _run(model: Model, state: State, work: Work, record: Record, rows, space, im
 @kernel
 def _run_stages(model: Model, state: State, work: Work, record: Record, rows, stages):
     """Fill the rows from ``rows[0]`` to before ``rows[1]`` by steps of an explicit Runge-Kutta method."""
-    model, state, work, record = on_stack(model), on_stack(state), on_stack(work), on_stack(record)
     _refresh(model, state, work, None, None)
     for sample in range(rows[0], rows[1]):
         _begin(model, state, work)
