@@ -6,6 +6,7 @@ import pytest
 
 from tests.conftest import run_command
 from trackdyn.rig.rig import load_rig
+from trackdyn.simulation.rig_check import check
 
 
 @pytest.mark.parametrize("name", ["bench", "m113", "paper", "robot", "vehicle"])
@@ -48,3 +49,20 @@ def test_a_groove_that_another_tooth_left_behind_is_reported(tmp_path, monkeypat
         assert done.code == 0, done.err
         assert "equal pitch  a ring of 0." in done.out and "m (chord)" in done.out
         assert ("the groove is that of " in done.out and "this rig has 15 teeth" in done.out) == reported
+
+
+@pytest.mark.parametrize(
+    ("name", "changes", "words"),
+    [
+        ("bench", {}, []),
+        ("bench", {"tension__pre_tension": 0.0}, ["sags by half or more"]),
+        ("bench", {"tension__pre_tension": 20.0}, ["sags by half or more"]),
+        ("bench", {"tension__pre_tension": 1000.0}, ["the longest strand, 1.01 m, sags by 17% of its span"]),
+        ("m113", {}, ["idler and road_5 overlap in the view from the side"]),
+        ("vehicle", {}, ["the taut chain passes carrier by"]),
+    ],
+)
+def test_what_is_unusual_about_a_rig_is_named(name, changes, words):
+    rig = load_rig(name)
+    unusual = check(rig.changed(**changes) if changes else rig, settle=False).unusual
+    assert len(unusual) == len(words) and all(word in text for word, text in zip(words, unusual, strict=True))

@@ -323,7 +323,7 @@ def _start(base: Loop, trial: Trial) -> Trial:
     try:
         loop = base.changed(**trial.fields)
         loop.advance(WARM_UP * loop.scene.periods.passage)
-        trial.writer = Recorder(loop, checked=False)
+        trial.writer = Recorder(loop, checked=False, room=PEAK_TURNS * loop.scene.periods.turn)
     except TrackdynError as error:
         trial.refused = str(error)
     return trial

@@ -82,7 +82,7 @@ def run_steady(scene: Scene, rule: StopRule, starts: SettledLoops | None = None)
     turns = 2 * LONGEST_CONTACT + PASSAGE + rule.visits(scene.rig) / scene.rig.sprocket.teeth
     first = turns * scene.periods.turn
     loop.advance(scene.ramp + scene.lead_in)
-    return record_until(Recorder(loop, scene.with_(contact_log=True)), first, judge)
+    return record_until(Recorder(loop, scene.with_(contact_log=True), room=first), first, judge)
 
 
 def steady_from(recording: Recording, rule: StopRule) -> tuple[float, bool]:

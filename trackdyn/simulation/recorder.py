@@ -44,22 +44,24 @@ def file_bytes(scene) -> float:
     return scene.duration * scene.rig.rate * (both - first + 8) + frames
 
 
-def check_memory(scene) -> None:
-    """Refuse (`OutOfMemoryError`) a scene whose recording does not fit into the free memory."""
-    memory, free = COPIES * file_bytes(scene), virtual_memory().available
+def check_memory(scene, seconds: float | None = None) -> None:
+    """Refuse (`OutOfMemoryError`) a scene whose recording, or ``seconds`` of it, does not fit into the free memory."""
+    seconds = scene.duration if seconds is None else seconds
+    memory, free = COPIES * file_bytes(scene) * seconds / scene.duration, virtual_memory().available
     if scene.chain == "belt":
-        memory += 8 * BELT_FLOATS * scene.duration * scene.rig.rate
+        memory += 8 * BELT_FLOATS * seconds * scene.rig.rate
     if memory > free:
         raise OutOfMemoryError(
-            f"scene: duration = {scene.duration:g} s: its recording needs about "
+            f"scene: duration = {seconds:g} s: its recording needs about "
             f"{memory / 1e6:.0f} MB of memory and {free / 1e6:.0f} MB are free; use at most "
-            f"{0.9 * scene.duration * free / memory:.3g} s, fewer pitches or a longer frame_interval"
+            f"{0.9 * seconds * free / memory:.3g} s, fewer pitches or a longer frame_interval"
         )
 
 
 # Length of a chunk, s, and contacts that may end within it.
 CHUNK = 0.25
 INTERVALS_A_CHUNK = 40000
+GROWTH = 2  # times the room for a record
 JUDGED = 10.0  # s of a record between two judgements of its energy balance
 
 
@@ -79,14 +81,15 @@ class Recorder:
     """Records a loop as a ``scene``, its own by default, has it.
 
     Not ``checked`` it goes on unresolved. ``origin`` is the loop before it came to where the record begins, so that the
-    way there is run again, too.
+    way there is run again, too. A record that may end sooner takes ``room`` (s) of memory at first, and grows.
     """
 
-    def __init__(self, loop, scene=None, checked: bool = True, origin=None):
+    def __init__(self, loop, scene=None, checked: bool = True, origin=None, room: float | None = None):
         self.loop, self.scene = loop, scene or loop.scene
         scene, rate = self.scene, self.scene.rig.rate
         self.samples = round(scene.duration * rate)
-        check_memory(scene)
+        room = scene.duration if room is None else min(room + CHUNK, scene.duration)
+        check_memory(scene, room)
         self.done = 0
         self.begin = loop.time
         self.wall = 0.0
@@ -98,7 +101,7 @@ class Recorder:
         frames = -(-self.samples // stride) if stride else 0
         self.sensors = build_sensors(loop.model.shoes, scene.sensors.values())
         self.record = make_record(
-            self.samples,
+            round(room * rate),
             loop.state,
             len(scene.sensors),
             scene.recorded_pitches,
@@ -115,6 +118,18 @@ class Recorder:
         """Whether every sample is recorded."""
         return self.done >= self.samples
 
+    def _grow(self, least: int) -> None:
+        """Make room for so many samples: twice as many as there are, but not more than are asked for."""
+        count = min(max(GROWTH * len(self.record.samples.gap), least), self.samples)
+        check_memory(self.scene, count / self.scene.rig.rate)
+
+        def grown(array: np.ndarray) -> np.ndarray:
+            larger = np.zeros((count if len(array) else 0, *array.shape[1:]), array.dtype)  # empty: in space alone
+            larger[: len(array)] = array
+            return larger
+
+        self.record = self.record._replace(samples=self.record.samples._make(map(grown, self.record.samples)))
+
     def chunk(self) -> float:
         """Record the next chunk; returns its length, s.
 
@@ -122,6 +137,8 @@ class Recorder:
         """
         loop, rate = self.loop, self.scene.rig.rate
         last = min(self.done + max(round(CHUNK * rate), 1), self.samples)
+        if last > len(self.record.samples.gap):
+            self._grow(last)
         start = time.perf_counter()
         loop.fill(self.record, self.done, last, sensors=self.sensors)
         self.wall += time.perf_counter() - start

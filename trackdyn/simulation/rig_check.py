@@ -1,14 +1,14 @@
-"""Check of a rig file before anything runs: the loop that it makes, the steps that it allows, idle wheels."""
+"""Check of a rig file before anything runs: the loop that it makes, the steps that it allows, unusual values."""
 
 from dataclasses import dataclass, replace
-from math import degrees, nan
+from math import degrees, gcd, hypot, nan
 from pathlib import Path
 
 import numpy as np
 
 from trackdyn.inputs.errors import DivergenceError
 from trackdyn.inputs.validation import typed
-from trackdyn.rig.layout import assemble, body_lengths, wheel_circles, wheel_names
+from trackdyn.rig.layout import assemble, body_lengths, longest_strand, wheel_circles, wheel_names
 from trackdyn.rig.rig import Rig, load_rig
 from trackdyn.scene.scene import Scene
 from trackdyn.scene.step import halved_steps, largest_step, turn_limit
@@ -17,6 +17,9 @@ from trackdyn.simulation.recorder import Recorder
 from trackdyn.simulation.settling import Layout
 from trackdyn.simulation.step_check import NO, RECOMMENDED
 
+SMALL_WRAP = 90.0  # deg of the sprocket below which few teeth share the load
+DEEP_SAG = 0.1  # share of a span
+SHORT_STEP = 2e-5  # s
 TRIAL_S, RAMP_S = 1.0, 0.3  # s at speed, and until then
 MOST_STEPS = 1_000_000  # of all trials of a check: some seconds of computing
 COARSEST_STEP_S = 1e-4
@@ -24,7 +27,7 @@ COARSEST_STEP_S = 1e-4
 
 @dataclass(frozen=True)
 class RigReport:
-    """Loop, step limits and idle wheels of a rig (`check`); NaN and nothing where no loop was settled."""
+    """Loop, step limits and unusual values of a rig (`check`); NaN and nothing where no loop was settled."""
 
     rig: Rig
     rpm: float  # rev/min of the steps
@@ -37,7 +40,7 @@ class RigReport:
     step_s: float  # the largest step that holds RMS and mean peak to `RECOMMENDED` with half of it
     tried_steps_s: list[float]
     layout: Layout | None  # of the settled loop, with its tension
-    unusual: list[str]  # sentences on wheels
+    unusual: list[str]  # sentences
 
 
 @typed
@@ -51,18 +54,13 @@ def check(rig: Rig | Path | str, rpm: float = 115.0, settle: bool = True) -> Rig
     laid = assemble(rig, lengths)
     names = wheel_names(rig)
     wraps = {names[wheel]: degrees(float(laid.path.wrap[k])) for k, wheel in enumerate(laid.order)}
-    passed = [
-        f"the taut chain passes {name} by: only a sagging strand can lie on it"
-        for name in names[1:]
-        if name not in wraps
-    ]
     step = largest_step(Scene(rig, rpm).model, rig.tension.pre_tension)
     report = RigReport(
         rig, rpm, float(lengths.sum()), wraps,
         wheels=wheel_circles(rig, laid.shift, surface=True),
         frame=np.concatenate([laid.pins[0], laid.angle, [laid.sprocket_angle]]),
         tensioner_shift_m=laid.shift, largest_step_s=step, step_s=nan, tried_steps_s=[], layout=None,
-        unusual=passed,
+        unusual=_unusual(rig, laid.path, wraps, step, names),
     )  # fmt: skip
     if not settle:
         return report
@@ -115,3 +113,28 @@ def try_steps(settled: Loop, rpm: float) -> tuple[float | None, list[float]]:
                 return tried[-2], tried
         before = run
     return None, tried
+
+
+def _unusual(rig: Rig, path, wraps: dict[str, float], step: float, names: tuple[str, ...]) -> list[str]:
+    remarks = []
+    if wraps["sprocket"] < SMALL_WRAP:
+        remarks.append(f"the sprocket is wrapped by {wraps['sprocket']:.3g} deg only: few teeth share the load")
+    for name in names:
+        if name not in wraps:
+            remarks.append(f"the taut chain passes {name} by: only a sagging strand can lie on it")
+    circles = wheel_circles(rig, surface=True)
+    for i in range(1, len(names)):
+        for k in range(i + 1, len(names)):
+            if hypot(*(circles[i, :2] - circles[k, :2])) < circles[i, 2] + circles[k, 2]:
+                both = f"{names[i]} and {names[k]}"
+                remarks.append(f"{both} overlap in the view from the side: they must stand beside each other")
+    common = gcd(rig.chain.pitches, rig.sprocket.teeth)
+    if common > 1:
+        remarks.append(f"pitches and teeth have the factor {common} in common: a tooth always meets the same pitches")
+    weight, span = longest_strand(rig, path)
+    if rig.gravity and weight * span > DEEP_SAG * (flat := 8 * rig.tension.pre_tension):
+        sag = f"{weight * span / flat:.0%}" if weight * span < 0.5 * flat else "half or more"  # no parabola any more
+        remarks.append(f"the longest strand, {span:.3g} m, sags by {sag} of its span")
+    if step < SHORT_STEP:
+        remarks.append(f"the step must be {step:.2g} s or less: stiff surfaces, light bodies or much tension")
+    return remarks
