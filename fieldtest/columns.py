@@ -1,30 +1,30 @@
-"""Which columns of a source are time and axes; one question asks for all that the names do not tell."""
+"""What of a source is read, and how; one question asks for all that the names of its columns do not tell."""
 
 import re
 from itertools import combinations
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from fieldtest.logger_text import Source, listed
 from fieldtest.sensor_mapping import (
     AXES,
+    METRES,
     RATES,
     TIME_UNITS,
     UNIT_ASKED,
+    UNITS,
     Column,
     SensorMapping,
-    choose,
-    columns_of,
+    Wanted,
     parts_of_time,
     time_like,
-    unit_of,
 )
+from fieldtest.stamps import Rate
 from trackdyn.inputs.errors import InputError, shown
 
 TIME_KEYS = ("time", "fraction")
 _HEAD = 500  # rows that tell most columns from stamps
-Columns = dict[str, Column]  # by axis, time, and fraction of a second
 
 
 class Axis(NamedTuple):
@@ -36,79 +36,115 @@ class Axis(NamedTuple):
     factor: float  # acceleration of a unit of the file, g, with the sign of the axis
 
 
-def columns_in(source: Source, mapping: SensorMapping, gravity: float) -> tuple[Columns, dict[str, Axis]]:
-    """Columns of time and axes, and how the numbers of these become g.
+class Reading(NamedTuple):
+    """Columns of a source, and how their rows become a record."""
+
+    columns: dict[str, Column]  # by axis, time, and fraction of a second
+    axes: dict[str, Axis]
+    rate: Any  # `Rate` that is stated, or None: that of the stamps
+    range_g: float
+    largest: float  # highest value that the sensor writes, g
+    bits: int | None  # of raw counts
+    window: tuple[float, float]  # first and last instant, s since the first row
+    gaps: str | None  # bridge or longest; None: there are none
+    resample: bool
+    day_first: bool | None  # of dates; None: as they are written
+
+
+def reading_of(source: Source, mapping: SensorMapping, wanted: Wanted, range_g: float, gravity: float) -> Reading:
+    """Say what is read: with one g, m/s2, and the range of the sensor, unless the mapping has it.
 
     Raises `InputError`: a column that may be several, or all that is missing at once.
     """
-    path, questions = source.path, []
-    columns: Columns = {}
-    for key, candidates in choose(source.names, source.units, mapping).items():
-        if len(candidates) > 1:
-            said = " and ".join(f"{column.position + 1} ({shown(column.name)})" for column in candidates)
-            number = f"'#{candidates[0].position + 1}'"
-            field = f"time: {number}" if key == "time" else f"axes: {{{key}: {number}}}"
-            raise InputError(f"{path}: columns {said} may all be {key}; say which with `{field}`.")
-        if not candidates:
-            raise InputError(f"{path}: no column {mapping.named[key]!r} for {key}; there are {listed(source.names)}.")
-        columns[key] = candidates[0]
-    for (key, column), (second, same) in combinations(columns.items(), 2):
-        if column.position == same.position:
-            raise InputError(f"{path}: column {shown(column.name)} is named for {key} and {second}; name two columns.")
+    range_g = float(mapping.range or range_g)
+    for name, value in (("range_g", range_g), ("gravity", gravity)):
+        if not value > 0:
+            raise InputError(f"{name} is {value!r}; give a number above zero.")
+    questions: list[str] = []
+    columns = _chosen(source, wanted)
     if "ay" not in columns:
         questions.append(
             f"no column for ay among {listed(source.names)}; name it, `axes: {{ay: NAME}}`, or by its number, "
             "`axes: {ay: 2}`, with a minus to turn its sign, `axes: {ay: -NAME}`"
         )
-    axes = _axes(source, columns, mapping, gravity, questions)
-    if mapping.time != "none":
-        columns |= _times(source, columns, mapping, questions)
-    if questions:
-        raise InputError(f"{path}: {'; '.join(questions)}.")
-    return {key: column for key, column in columns.items() if key in axes or key in TIME_KEYS}, axes
-
-
-def _axes(
-    source: Source, columns: Columns, mapping: SensorMapping, gravity: float, questions: list[str]
-) -> dict[str, Axis]:
-    """Axes with their units; for a unit of ay, or of a named axis, that is not known a sentence joins ``questions``."""
+    counts = mapping.counts_per_g
     axes: dict[str, Axis] = {}
-    for axis in AXES:
-        if column := columns.get(axis):
-            # unit, scale and zero are stated of an axis that is named, and of those with the unit of ay
-            stated = axis in mapping.axes or ("ay" in columns and column.unit == columns["ay"].unit)
-            zero = mapping.zero.get(axis, 0.0) if isinstance(mapping.zero, dict) else mapping.zero * stated
-            if unit := unit_of(column, mapping, stated, gravity):
-                axes[axis] = Axis(column, unit[0], zero, column.sign * unit[1])
-            elif axis == "ay" or axis in mapping.axes:
-                said = f"has the unit {shown(column.unit)}" if column.unit else "does not say its unit"
-                questions.append(f"column {shown(column.name)} {said}; {UNIT_ASKED}")
-    everything = columns_of(source.names, source.units)
-    if "ay" not in columns and not any(unit_of(column, mapping, True, gravity) for column in everything):
+    unit_stated = "counts" if counts else mapping.unit
+    in_g = {"g": 1.0, "mg": 1e-3} | {name: metres / gravity for name, metres in METRES.items()}
+    in_g |= {"counts": 1.0 / counts} if counts else {}
+
+    def unit_of(column: Column, stated: bool) -> str | None:
+        """Unit as the user states it, or else the header; None if neither states one that is known."""
+        own = UNITS.get(column.unit)
+        unit = unit_stated if stated or not column.unit or own == unit_stated else None
+        return (unit or own) if (unit or own) in in_g else None
+
+    for key in filter(columns.get, AXES):
+        # unit, scale and zero are stated of an axis that is named, and of those with the unit of ay
+        column, stated = columns[key], key in mapping.axes
+        stated |= "ay" in columns and column.unit == columns["ay"].unit
+        zero = mapping.zero.get(key, 0.0) if isinstance(mapping.zero, dict) else mapping.zero * stated
+        if unit := unit_of(column, stated):
+            words = f"counts of 1/{counts:.6g} g" if unit == "counts" else unit
+            if column.unit and unit != UNITS.get(column.unit, column.unit):
+                words += f" as stated, not in {column.unit} as the file says"
+            axes[key] = Axis(column, words, zero, column.sign * in_g[unit])
+        elif key == "ay" or key in mapping.axes:
+            said = f"has the unit {shown(column.unit)}" if column.unit else "does not say its unit"
+            questions.append(f"column {shown(column.name)} {said}; {UNIT_ASKED}")
+    if "ay" not in columns and not any(unit_of(column, True) for column in source.columns):
         questions.append(UNIT_ASKED)
-    return axes
+    if wanted.timed:
+        columns |= _times(source, columns, mapping.rate is not None, questions)
+    if questions:
+        raise InputError(f"{'; '.join(questions)}.")
+    return Reading(
+        columns={key: column for key, column in columns.items() if key in axes or key in TIME_KEYS},
+        axes=axes,
+        rate=Rate(mapping.rate, "as given") if mapping.rate else None,
+        range_g=range_g,
+        # the highest count is one less than the lowest
+        largest=range_g - 1.0 / counts if mapping.bits and counts else range_g,
+        bits=mapping.bits,
+        window=(mapping.start, np.inf if mapping.to is None else mapping.to),
+        gaps=mapping.gaps,
+        resample=mapping.resample,
+        day_first=None if mapping.dates is None else mapping.dates == "day-first",
+    )
 
 
-def _times(source: Source, columns: Columns, mapping: SensorMapping, questions: list[str]) -> Columns:
+def _chosen(source: Source, wanted: Wanted) -> dict[str, Column]:
+    """Columns by axis and time. Raises `InputError`: one may be several, or none, or that of another key."""
+    columns: dict[str, Column] = {}
+    for key, candidates in wanted.choose(source.columns).items():
+        if len(candidates) > 1:
+            said = " and ".join(f"{column.position + 1} ({shown(column.name)})" for column in candidates)
+            number = f"'#{candidates[0].position + 1}'"
+            field = f"time: {number}" if key == "time" else f"axes: {{{key}: {number}}}"
+            raise InputError(f"columns {said} may all be {key}; say which with `{field}`.")
+        if not candidates:
+            raise InputError(f"no column {wanted.named[key]!r} for {key}; there are {listed(source.names)}.")
+        columns[key] = candidates[0]
+    for (key, column), (second, same) in combinations(columns.items(), 2):
+        if column.position == same.position:
+            raise InputError(f"column {shown(column.name)} is named for {key} and {second}; name two columns.")
+    return columns
+
+
+def _times(source: Source, columns: dict[str, Column], rated: bool, questions: list[str]) -> dict[str, Column]:
     """The column of time, if there is one, and that of its fractions; what is missing joins ``questions``."""
     used = {column.position for column in columns.values()}
-    parts = [part for part in parts_of_time(source.names, source.units) if part[0].position not in used]
-    time = columns.get("time")
+    free = [column for column in source.columns if column.position not in used]
+    parts, time = parts_of_time(free), columns.get("time")
     whole = {prefix: column for column, prefix, unit in parts if unit == "s"}
     prefixes = {"", time.base} if time else whole.keys()
     fine = [(column, prefix, unit) for column, prefix, unit in parts if unit != "s" and prefix in prefixes]
     if not time and len(fine) == 1:
         time = whole[fine[0][1]]
-    elif (
-        not time
-        and source.names
-        and 0 not in used
-        and re.fullmatch(r"|.*[=:]", source.names[0])
-        and _counts_up(source, 0)
-    ):
-        time = columns_of(source.names, source.units)[0]
+    elif not time and 0 not in used and re.fullmatch(r"|.*[=:]", free[0].name) and _counts(source, 0):
+        time = free[0]
     if not time:
-        _ask_time(source, mapping, used, questions)
+        _ask_time(source, free, rated, questions)
         return {}
     if time.position in source.dated:
         time = time._replace(unit="s")
@@ -126,29 +162,33 @@ def _are_fractions(source: Source, time: Column, fine: Column, unit_s: float) ->
     return bool((np.nan_to_num(seconds) % 1 == 0).all() and np.nanmin(rest) >= 0 and np.nanmax(rest) * unit_s < 1)
 
 
-def _counts_up(source: Source, column: int) -> bool:
+def _counts(source: Source, column: int) -> bool:
     """Whether each number of a column is above the one before, by other steps than those of a counter of its rows."""
     step = np.diff(source.stamps(column))
     return step.size > 8 and bool((step > 0).all() and (step != 1).any())
 
 
-def _ask_time(source: Source, mapping: SensorMapping, used: set[int], questions: list[str]) -> None:
+def _rises(source: Source, column: int) -> bool:
+    """Whether a column may hold stamps: dates, words, or numbers that rise and never fall."""
+    values = source.stamps(column)
+    return values.size < 2 or bool((np.diff(values) >= 0).all() and np.ptp(values) > 0)
+
+
+def _ask_time(source: Source, free: list[Column], rated: bool, questions: list[str]) -> None:
     """Ask for a column of time that is not used but may be one, or for the rate of a file that has none."""
-    named = [column for column in time_like(source.names, source.units) if column.position not in used]
+    named = time_like(free)
     head = source.only(np.arange(len(source.lines)) < _HEAD)
-    candidates = [column for column in named if source.rises(column.position)] + [
+    candidates = [column for column in named if _rises(source, column.position)] + [
         column
-        for column in columns_of(source.names, source.units)
-        if column.position not in used
-        and column not in named
-        and all(_counts_up(rows, column.position) for rows in (head, source))
+        for column in free
+        if column not in named and all(_counts(rows, column.position) for rows in (head, source))
     ]
     if candidates:
         questions.append(
             f"the time may be in {' or '.join(column.described for column in candidates[:4])}; say so, "
             f"`time: '#{candidates[0].position + 1}'`, or that it is not, `time: none, rate: HZ`"
         )
-    elif mapping.rate is None:
+    elif not rated:
         among = "" if questions else f" among {listed(source.names)}"
         questions.append(
             f"no column of time{among}; name it, `time: NAME`, or give the rate of the samples, "

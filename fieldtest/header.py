@@ -1,13 +1,12 @@
 """The header and the first row in the text of a data logger: by names of columns, or by their numbers."""
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from itertools import takewhile
-from pathlib import Path
 
 from fieldtest.logger_text import (
     SEPARATORS,
-    Text,
+    Source,
     are_split,
     is_value,
     is_words,
@@ -15,7 +14,7 @@ from fieldtest.logger_text import (
     rows_of,
     split_fields,
 )
-from fieldtest.sensor_mapping import is_unit
+from fieldtest.sensor_mapping import Wanted, is_unit
 from trackdyn.inputs.errors import InputError, shown
 
 _HEAD = 200  # lines in which the header is looked for
@@ -36,11 +35,11 @@ def _of_values(line: str) -> str | None:
     return None
 
 
-def find_rows(path: Path, text: str, recognised: Callable[[Sequence[str]], bool], numbers: Sequence[int] = ()) -> Text:
+def find_rows(text: str, wanted: Wanted) -> Source:
     """Find header and rows.
 
-    The header is the first line, perhaps behind a ``#``, whose names are ``recognised`` and are as many as the fields
-    of the row that follows. If all columns are chosen by position (``numbers``, from 0), the rows are located by the
+    The header is the first line, perhaps behind a ``#``, whose names are ``wanted`` and are as many as the fields
+    of the row that follows. If all columns are chosen by position, the rows are located by the
     values in these columns, and the header, if there is one, is the line above; else columns are named "1", "2" and so
     on. Where no line is recognised it is the one above the first row of numbers. Raises `InputError`: no line is a
     header, or no line is such a row.
@@ -48,7 +47,7 @@ def find_rows(path: Path, text: str, recognised: Callable[[Sequence[str]], bool]
     head = text.split("\n", _HEAD)[:_HEAD]
     if long := next((i + 1 for i, line in enumerate(head) if len(line) > _LONGEST), 0):
         raise InputError(
-            f"{path}: line {long} has {len(head[long - 1])} characters, at most {_LONGEST} are read; export the "
+            f"line {long} has {len(head[long - 1])} characters, at most {_LONGEST} are read; export the "
             "columns of the sensor alone, a sample a line."
         )
     rows = [
@@ -58,9 +57,10 @@ def find_rows(path: Path, text: str, recognised: Callable[[Sequence[str]], bool]
     ]
     if not rows:
         what = "holds comments only" if text.strip() else "is empty"
-        raise InputError(f"{path}: the file {what}; it must hold a header such as 't_s,ax_g,ay_g,az_g', and rows.")
+        raise InputError(f"the file {what}; it must hold a header such as 't_s,ax_g,ay_g,az_g', and rows.")
+    numbers = list(wanted.numbers.values()) if "ay" in wanted.numbers.keys() == wanted.named.keys() else []
     if numbers:
-        return rows_of(path, text, *_layout_by_position(path, head, rows, numbers))
+        return rows_of(text, *_layout_by_position(head, rows, numbers))
     unequal = None
     for i, line in enumerate(head):
         line = line.strip(" ")
@@ -70,7 +70,7 @@ def find_rows(path: Path, text: str, recognised: Callable[[Sequence[str]], bool]
             names, below = split_fields(line, separator), [j for j in rows if j > i]
             if commented and below and len(names) == len(split_fields(head[below[0]], separator)) + 1:
                 names = names[1:]  # a label of the line, such as Headers
-            if not recognised(names):
+            if not wanted.are_in(names):
                 continue
             units, below = _below(head, below, separator, len(names))
             if not below or len(split_fields(head[below[0]], separator, len(names))) == len(names):
@@ -78,16 +78,16 @@ def find_rows(path: Path, text: str, recognised: Callable[[Sequence[str]], bool]
                     fields = split_fields(head[j], separator, len(names))
                     if j < i and len(fields) == len(names) and all(map(is_value, fields)):
                         raise InputError(
-                            f"{path}: line {j + 1} holds numbers ({shown(head[j])}) above the names in line {i + 1}; "
+                            f"line {j + 1} holds numbers ({shown(head[j])}) above the names in line {i + 1}; "
                             "remove it, or write the names above it."
                         )
-                return rows_of(path, text, names, units, separator, below[0] if below else len(head))
+                return rows_of(text, names, units, separator, below[0] if below else len(head))
             if i in rows:
                 unequal = unequal or (i, names, separator, below[0])
     if unequal:
         i, names, separator, first = unequal
-        refuse_fields(path, head[first], first + 1, names, separator, f"the header in line {i + 1}")
-    return _likely(path, text, head, rows)
+        refuse_fields(head[first], first + 1, names, separator, f"the header in line {i + 1}")
+    return _likely(text, head, rows)
 
 
 def _below(head: Sequence[str], below: list[int], separator: str, count: int) -> tuple[list[str], list[int]]:
@@ -115,12 +115,12 @@ def _below(head: Sequence[str], below: list[int], separator: str, count: int) ->
     return units, below
 
 
-def _likely(path: Path, text: str, head: Sequence[str], rows: list[int]) -> Text:
+def _likely(text: str, head: Sequence[str], rows: list[int]) -> Source:
     """Rows below the line that looks most like a header: the one above the first row of numbers, and its units."""
     first = next((k for k, j in enumerate(rows) if _of_values(head[j])), 1)
     if first == 0:
         raise InputError(
-            f"{path}: line {rows[0] + 1} holds numbers ({shown(head[rows[0]])}) where the names of the columns must "
+            f"line {rows[0] + 1} holds numbers ({shown(head[rows[0]])}) where the names of the columns must "
             "be; write them above, or give all columns by number, such as `time: 1, axes: {ay: 3}, unit: g`."
         )
     separator = (_of_values(head[rows[first]]) if first < len(rows) else None) or _separators(head[rows[first - 1]])[0]
@@ -130,29 +130,27 @@ def _likely(path: Path, text: str, head: Sequence[str], rows: list[int]) -> Text
         at -= 1  # to the first of several rows of names
     units, below = _below(head, rows[at + 1 :], separator, count)
     names = split_fields(head[rows[at]], separator)
-    return rows_of(path, text, names, units, separator, below[0] if below else len(head))
+    return rows_of(text, names, units, separator, below[0] if below else len(head))
 
 
-def _layout_by_position(path, head, rows, numbers) -> tuple[list[str], list[str], str, int]:
+def _layout_by_position(head, rows, numbers) -> tuple[list[str], list[str], str, int]:
     """Names, units, separator and first row (from 0) of a file whose columns are chosen by position."""
     for at, line in enumerate(rows):
         for separator in _separators(head[line]):
-            if layout := _rows_from(path, head, rows, at, separator, numbers):
+            if layout := _rows_from(head, rows, at, separator, numbers):
                 return layout
     for i in rows:
         of_values = _of_values(head[i])
         if of_values and (width := len(split_fields(head[i], of_values))) <= max(numbers):
-            raise InputError(
-                f"{path}: no column {max(numbers) + 1}; line {i + 1} ({shown(head[i])}) has {width} fields."
-            )
+            raise InputError(f"no column {max(numbers) + 1}; line {i + 1} ({shown(head[i])}) has {width} fields.")
     wanted = " and ".join(str(k + 1) for k in sorted(numbers))
     raise InputError(
-        f"{path}: no rows with numbers in column {wanted} within {len(head)} lines; give another column, or, if only "
+        f"no rows with numbers in column {wanted} within {len(head)} lines; give another column, or, if only "
         "the stamps are neither numbers nor dates such as 2024-05-01T12:00:00.001, `time: none, rate: HZ`."
     )
 
 
-def _rows_from(path, head, rows, at, separator, numbers) -> tuple[list[str], list[str], str, int] | None:
+def _rows_from(head, rows, at, separator, numbers) -> tuple[list[str], list[str], str, int] | None:
     """See `_layout_by_position`; None if the rows do not begin at ``rows[at]`` with this separator.
 
     They begin with the first one that has values in these columns, as the next two have, and the same number of
@@ -190,14 +188,14 @@ def _rows_from(path, head, rows, at, separator, numbers) -> tuple[list[str], lis
     earlier = [i for i in earlier if len(fields(i)) == count and not lacks_values(i)]
     if earlier and not mostly_values(fields(earlier[0])) and text_above_values(earlier[0]):
         raise InputError(
-            f"{path}: line {earlier[0] + 1} ({shown(head[earlier[0]])}) holds text where line {first + 1} holds "
+            f"line {earlier[0] + 1} ({shown(head[earlier[0]])}) holds text where line {first + 1} holds "
             "numbers; correct it if it is a row, else remove it."
         )
     if earlier:
         first, header = earlier[0], []
     elif not header and _are_indices(fields(first), [fields(i) for i in rows[at + 1 : at + 2]]):
         raise InputError(
-            f"{path}: line {first + 1} ({shown(head[first])}) may hold the numbers of the columns or values; remove it."
+            f"line {first + 1} ({shown(head[first])}) may hold the numbers of the columns or values; remove it."
         )
     pairs = [fields(i)[k : k + 2] for i in rows[at : at + 50] for k in numbers]
     fewer = (
@@ -206,7 +204,7 @@ def _rows_from(path, head, rows, at, separator, numbers) -> tuple[list[str], lis
     whole = fewer and all(re.fullmatch(r"-?\d+", field) for field in fields(first))
     if separator == "," and not header and (whole or any(map(are_split, pairs))):
         raise InputError(
-            f"{path}: line {first + 1} ({shown(head[first])}) seems to hold decimal commas among commas; save it with "
+            f"line {first + 1} ({shown(head[first])}) seems to hold decimal commas among commas; save it with "
             "decimal points, or with semicolons or tabs between the columns."
         )
     if not header:

@@ -10,14 +10,14 @@ import re
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
-from pathlib import Path
+from functools import cached_property
+from itertools import compress, pairwise
 from typing import NoReturn
 
 import numpy as np
 import pandas as pd
 
-from fieldtest.sensor_mapping import in_cell
+from fieldtest.sensor_mapping import Column, columns_of, in_cell
 from fieldtest.stamps import DATE, seconds_of
 from trackdyn.inputs.errors import InputError, shown
 
@@ -32,58 +32,138 @@ _APART = re.compile(r"(?<=\d)['\u2019 \u2009](?=\d{3}(?!\d))")  # signs that sta
 
 @dataclass(frozen=True, kw_only=True)
 class Source:
-    """Columns of a file or of a table that have as many rows."""
+    """Rows of a text or of a table of pandas, N, and their c columns."""
 
-    path: Path
-    names: list[str]
-    units: list[str]  # empty texts where there is none
-    dated: frozenset[int] = frozenset()  # columns of dates and times of day: their numbers are in s
+    columns: list[Column]
+    body: str | pd.DataFrame  # the rows, without what ends the file; of a column of objects the texts are read
     lines: Sequence[int]  # number of each row, in a text of its line, from 1
+    separator: str = ""  # between the fields of a text
+    dated: frozenset[int] = frozenset()  # columns of dates and times of day: their numbers are in s
     left_out: tuple[str, ...] = ()  # lines of words below the rows
     synthetic: bool = False  # whether a comment says that the file is synthetic
 
-    def texts(self, column: int) -> list[str]:
-        """The N cells of a column as they are written."""
-        raise NotImplementedError
+    @property
+    def names(self) -> list[str]:
+        """Names of the columns."""
+        return [column.name for column in self.columns]
 
-    def columns(self) -> list[Sequence[str]]:
-        """The cells of every column as they are written."""
-        return [self.texts(column) for column in range(len(self.names))]
+    @cached_property
+    def cells(self) -> list[list[str]]:
+        """Cells of every row as they are written, without quotes and blanks around them."""
+        if isinstance(self.body, str):
+            lines = self.body.split("\n") if self.body else []
+            return [split_fields(line, self.separator, len(self.columns)) for line in lines]
+        texts = [
+            ["" if missing else str(cell).strip() for cell, missing in zip(cells, cells.isna(), strict=True)]
+            for _, cells in self.body.items()
+        ]
+        return list(map(list, zip(*texts, strict=True)))
+
+    def texts(self, column: int) -> list[str]:
+        """The N cells of a column."""
+        return [row[column] if len(row) > column else "" for row in self.cells]
 
     def numbers(self, columns: Sequence[int], time: int | None = None, day_first: bool | None = None) -> np.ndarray:
-        """(N, c) numbers of some columns, NaN where a cell holds none.
+        """(N, c) numbers of some columns, NaN where a cell holds none, or a row another number of fields than c.
 
         Dates and times in the column ``time`` are s since the first row (`stamps.seconds_of`).
         """
-        raise NotImplementedError
+        values = {} if isinstance(self.body, str) else _typed(self.body, columns)
+        if time is not None and time in self.dated and time not in values:
+            values[time] = seconds_of(self.columns[time].name, self._of_rows(time), day_first)
+        if rest := [column for column in columns if column not in values]:
+            values |= zip(rest, self._parsed(rest), strict=True)
+        return np.column_stack([values[column] for column in columns])
 
-    def refuse(self, row: int, column: int, time: bool, decimal: str = ".") -> NoReturn:
-        """Refuse (`InputError`) a cell that holds no number, nor a ``time``."""
-        unit = in_cell(self.texts(column)[0])[1]
-        wanted = f"a finite number with a decimal {'comma' if decimal == ',' else 'point'}{f' in {unit}' * bool(unit)}"
+    def _of_rows(self, column: int) -> list[str]:
+        """The cells of a column, empty in a row of another number of fields."""
+        return [row[column] if len(row) == len(self.columns) else "" for row in self.cells]
+
+    def _parsed(self, columns: Sequence[int]) -> Sequence[np.ndarray]:
+        """Numbers in columns of text."""
+        if not isinstance(self.body, str):
+            return [_numbers(self._of_rows(column), ".") for column in columns]
+        decimal = self._decimal_sign(columns)
+        clean = self._parsed_at_once(self.body, columns, decimal)
+        parsed = [_numbers(self._of_rows(column), decimal) for column in columns] if clean is None else list(clean.T)
+        for column, values in zip(columns, parsed, strict=True):
+            if decimal == ".":
+                self._require_decimals(column, values)
+        return parsed
+
+    def _decimal_sign(self, columns: Sequence[int]) -> str:
+        """The sign of decimals in a text. Raises `InputError`: it may also stand between thousands."""
+        if not isinstance(self.body, str):
+            return "."
+        head = [split_fields(line, self.separator) for line in self.body.split("\n", 100)[:100]]
+        fields = [in_cell(field)[0] for row in head for k, field in enumerate(row) if k in columns]
+        commas = [field for field in fields if "," in field and not _WITH_THOUSANDS["."].fullmatch(field)]
+        if commas and all(map(_GROUPED[","].fullmatch, commas)):
+            _refuse_thousands(commas[0])
+        return "," if commas else "."
+
+    def _require_decimals(self, column: int, values: np.ndarray) -> None:
+        """Refuse (`InputError`) points that may group thousands: 500 and 1.234, but no number between 0 and 1."""
+        broken = values[np.isfinite(values) & (values != np.round(values))]
+        if not broken.size or np.abs(broken).min() <= 1 or np.abs(broken).max() >= 1000:
+            return
+        if np.abs(1000 * broken - np.round(1000 * broken)).max() <= 1e-6 * np.abs(broken).max():
+            cells = [cell for cell in self.texts(column) if cell]
+            points = [cell for cell in cells if "." in cell]
+            if len(points) < len(cells) and all(map(_GROUPED["."].fullmatch, points)):
+                _refuse_thousands(points[0])
+
+    def _parsed_at_once(self, body: str, columns: Sequence[int], decimal: str) -> np.ndarray | None:
+        """(N, c) numbers of a clean body; None for whatever needs a closer look."""
+        separator, width, rows = self.separator, len(self.columns), len(self.lines)
+        if body.partition("\n")[0].endswith(separator):
+            body = re.sub(rf"{re.escape(separator)}+$", "", body, flags=re.MULTILINE)
+        # told which columns to use, pandas drops what a row has too much; if separators cannot be counted it reads all
+        some = None if separator == " " or '"' in body else sorted(set(columns))
+        if not body or (some and body.count(separator) != rows * (width - 1)):
+            return None
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("error", pd.errors.ParserWarning)  # fields would be lost
+                table = pd.read_csv(
+                    io.BytesIO(body.encode()), header=None, names=range(width), usecols=some, decimal=decimal,
+                    sep=r"\s+" if separator == " " else separator, dtype=dict.fromkeys(columns, np.float64),
+                    skipinitialspace=True, index_col=False,
+                )[columns].to_numpy()  # fmt: skip
+        except (ValueError, pd.errors.ParserError, pd.errors.ParserWarning):
+            return None
+        return np.where(np.isfinite(table), table, np.nan) if len(table) == rows else None
+
+    def refuse(self, row: int, column: int, time: bool) -> NoReturn:
+        """Refuse (`InputError`) a row of another number of fields, or a cell that holds no number, nor a ``time``."""
+        if isinstance(self.body, str) and len(self.cells[row]) != len(self.columns):
+            line = self.body.split("\n")[row]
+            refuse_fields(line, self.lines[row], self.names, self.separator, "the file")
+        texts = self.texts(column)
+        if re.fullmatch(r"[+-]?\d{1,3}(,\d\d,\d{3}|(\.\d{3})+|(,\d{3})+)", texts[row], re.ASCII):
+            _refuse_thousands(texts[row])
+        unit, sign = in_cell(texts[0])[1], "comma" if self._decimal_sign([column]) == "," else "point"
+        wanted = f"a finite number with a decimal {sign}{f' in {unit}' * bool(unit)}"
         wanted += " or a date and time as 2024-05-01T12:00:00.001" * time
         remedy = "read no stamps, `time: none, rate: HZ`" if time else "give `gaps: bridge` or `gaps: longest`"
         raise InputError(
-            f"{self.path}: field {self.names[column]} in {self.where(row)} is {shown(self.texts(column)[row])}, not "
-            f"{wanted}; correct it, remove the row, or {remedy}."
+            f"field {self.columns[column].name} in {self.where(row)} is {shown(texts[row])}, not {wanted}; correct it, "
+            f"remove the row, or {remedy}."
         )
 
     def where(self, row: int) -> str:
         """Where a row stands, in words."""
-        return f"line {self.lines[row]}"
+        return f"{'line' if isinstance(self.body, str) else 'row'} {self.lines[row]}"
 
     def misfits(self) -> np.ndarray:
         """(N,) whether a row has another number of fields than there are columns, so that it is no sample."""
-        return np.zeros(len(self.lines), bool)
+        return np.array([len(row) != len(self.columns) for row in self.cells], bool)
 
     def only(self, chosen: np.ndarray) -> "Source":
         """Some of the rows."""
-        raise NotImplementedError
-
-    def rises(self, column: int) -> bool:
-        """Whether a column may hold stamps: dates, words, or numbers that rise and never fall."""
-        values = self.stamps(column)
-        return values.size < 2 or bool((np.diff(values) >= 0).all() and np.ptp(values) > 0)
+        text = isinstance(self.body, str)
+        body = "\n".join(compress(self.body.split("\n"), chosen)) if text else self.body[chosen]
+        return replace(self, body=body, lines=np.asarray(self.lines)[chosen])
 
     def stamps(self, column: int) -> np.ndarray:
         """The numbers of a column that may be the time; none if it has a form that is not read, such as 1,000."""
@@ -94,45 +174,20 @@ class Source:
         return values[np.isfinite(values)]
 
 
-@dataclass(frozen=True, kw_only=True)
-class Table(Source):
-    """Columns of a DataFrame; of a column of objects the texts are read."""
-
-    frame: pd.DataFrame
-
-    def texts(self, column: int) -> list[str]:
-        """The cells of a column as texts."""
-        return ["" if missing else str(cell).strip() for cell, missing in self._cells(column)]
-
-    def _cells(self, column: int):
-        cells = self.frame.iloc[:, column]
-        return zip(cells, cells.isna(), strict=True)
-
-    def numbers(self, columns: Sequence[int], time: int | None = None, day_first: bool | None = None) -> np.ndarray:
-        """(N, c) numbers; see `Source`."""
-        return np.column_stack([self._numbers(column, column == time, day_first) for column in columns])
-
-    def _numbers(self, column: int, time: bool, day_first: bool | None) -> np.ndarray:
-        cells = self.frame.iloc[:, column]
+def _typed(frame: pd.DataFrame, columns: Sequence[int]) -> dict[int, np.ndarray]:
+    """(N,) numbers of those columns of a table that are numbers or times, in s since the first."""
+    values = {}
+    for column in columns:
+        cells = frame.iloc[:, column]
         if cells.dtype.kind in "mM":
-            return np.asarray((cells - cells.min()).dt.total_seconds(), dtype=float)
-        if pd.api.types.is_numeric_dtype(cells) and not (pd.api.types.is_bool_dtype(cells) or cells.dtype.kind == "c"):
-            values = cells.to_numpy(float, na_value=np.nan)
-            return np.where(np.isfinite(values), values, np.nan)
-        if time and column in self.dated:
-            return seconds_of(self.path, self.names[column], self.texts(column), day_first)
-        return _numbers(self.texts(column), ".")
-
-    def where(self, row: int) -> str:
-        """Where a row stands, in words."""
-        return f"row {self.lines[row]}"
-
-    def only(self, chosen: np.ndarray) -> "Table":
-        """Some of the rows."""
-        return replace(self, frame=self.frame[chosen], lines=np.asarray(self.lines)[chosen])
+            values[column] = np.asarray((cells - cells.min()).dt.total_seconds(), dtype=float)
+        elif pd.api.types.is_numeric_dtype(cells) and cells.dtype.kind not in "bc" and cells.dtype != "boolean":
+            numbers = cells.to_numpy(float, na_value=np.nan)
+            values[column] = np.where(np.isfinite(numbers), numbers, np.nan)
+    return values
 
 
-def table_of(frame: pd.DataFrame) -> Table:
+def table_of(frame: pd.DataFrame) -> Source:
     """Columns of a DataFrame, and its index where that is named or of times; names of several levels are joined."""
     index = frame.index
     numbered = index.name is None and index.dtype.kind not in "mMf"  # rows that are counted, perhaps sorted
@@ -140,76 +195,14 @@ def table_of(frame: pd.DataFrame) -> Table:
         # an index of samples is no column by this name
         frame = frame.reset_index(names=[index.name or "time"])
     if frame.columns.empty:
-        raise InputError("the table: it has no columns; give one with time and ay.")
+        raise InputError("it has no columns; give one with time and ay.")
     names = ["/".join(map(str, name)) if isinstance(name, tuple) else str(name) for name in frame.columns]
-    source = Table(path=Path("the table"), names=names, units=[""] * len(names), lines=range(len(frame)), frame=frame)
-    texts = [k for k, (_, column) in enumerate(frame.items()) if column.dtype.kind not in "iufbcmM"]
-    first = {k: next(filter(None, source.texts(k)), "") for k in texts}
-    dated = {k for k, (_, column) in enumerate(frame.items()) if column.dtype.kind in "mM"}
-    dated |= {k for k in texts if _is_stamp(first[k])}
+    source = Source(columns=columns_of(names), lines=range(len(frame)), body=frame)
+    kinds = [dtype.kind for dtype in frame.dtypes]
+    first = {k: next(filter(None, source.texts(k)), "") for k, kind in enumerate(kinds) if kind not in "iufbcmM"}
+    dated = {k for k, kind in enumerate(kinds) if kind in "mM" or (k in first and _is_stamp(first[k]))}
     units = [in_cell(first.get(k, ""))[1] for k in range(len(names))]
-    return replace(source, units=units, dated=frozenset(dated))
-
-
-@dataclass(frozen=True, kw_only=True)
-class Text(Source):
-    """Rows of a text."""
-
-    separator: str  # between the fields
-    body: str  # the rows, without what ends the file
-
-    def texts(self, column: int) -> list[str]:
-        """The cells of a column without quotes and blanks around them."""
-        return [fields[column] if len(fields) > column else "" for fields in self._fields()]
-
-    def columns(self) -> list[Sequence[str]]:
-        """The cells of every column."""
-        count = len(self.names)
-        return list(zip(*((fields + [""] * count)[:count] for fields in self._fields()), strict=True))
-
-    def _fields(self) -> list[list[str]]:
-        lines = self.body.split("\n") if self.body else []
-        return [split_fields(line, self.separator, len(self.names)) for line in lines]
-
-    def numbers(self, columns: Sequence[int], time: int | None = None, day_first: bool | None = None) -> np.ndarray:
-        """(N, c) numbers; see `Source`. A row with another number of fields than the header has names holds none."""
-        columns = list(columns)
-        if time in self.dated:
-            at = columns.index(time)
-            texts = [fields[time] if len(fields) == len(self.names) else "" for fields in self._fields()]
-            seconds = seconds_of(self.path, self.names[time], texts, day_first)
-            rest = [column for column in columns if column != time]
-            table = np.insert(self.numbers(rest), at, seconds, axis=1) if rest else seconds[:, None]
-            return np.where(np.isnan(seconds)[:, None], np.nan, table)
-        decimal = _decimal_sign(self, columns)
-        clean = _parse_fast(self, columns, decimal)
-        if clean is not None:
-            table = clean
-        else:
-            rows = [fields if len(fields) == len(self.names) else [""] * len(self.names) for fields in self._fields()]
-            table = np.column_stack([_numbers([fields[column] for fields in rows], decimal) for column in columns])
-        for column, values in zip(columns, table.T, strict=True):
-            _require_decimals(self, column, values, decimal)
-        return table
-
-    def misfits(self) -> np.ndarray:
-        """(N,) whether a row has another number of fields; see `Source`."""
-        return np.array([len(fields) != len(self.names) for fields in self._fields()], bool)
-
-    def refuse(self, row: int, column: int, time: bool, decimal: str = ".") -> NoReturn:
-        """Refuse (`InputError`) a row or a cell; see `Source`."""
-        line = self.body.split("\n")[row]
-        if len(split_fields(line, self.separator, len(self.names))) != len(self.names):
-            refuse_fields(self.path, line, self.lines[row], self.names, self.separator, "the file")
-        if re.fullmatch(r"[+-]?\d{1,3}(,\d\d,\d{3}|(\.\d{3})+|(,\d{3})+)", cell := self.texts(column)[row], re.ASCII):
-            _refuse_thousands(self.path, cell)
-        super().refuse(row, column, time, _decimal_sign(self, [column]))
-
-    def only(self, chosen: np.ndarray) -> "Text":
-        """Some of the rows."""
-        lines = self.body.split("\n") if self.body else []
-        body = "\n".join(line for line, take in zip(lines, chosen, strict=True) if take)
-        return replace(self, body=body, lines=np.asarray(self.lines)[chosen])
+    return replace(source, columns=columns_of(names, units), dated=frozenset(dated))
 
 
 def split_fields(line: str, separator: str, count: int = 0) -> list[str]:
@@ -269,7 +262,7 @@ def _number(text: str, decimal: str) -> float:
     return value if np.isfinite(value) else np.nan
 
 
-def rows_of(path: Path, text: str, names: list[str], units: list[str], separator: str, first: int) -> Text:
+def rows_of(text: str, names: list[str], units: list[str], separator: str, first: int) -> Source:
     """Rows of a text from line ``first`` (from 0) on, without blank lines, and without comments and words at its end.
 
     A column without a unit has that of its first cell.
@@ -289,78 +282,25 @@ def rows_of(path: Path, text: str, names: list[str], units: list[str], separator
         written = [(number, line) for number, line in zip(lines, body.split("\n"), strict=True) if line.strip()]
         lines, body = [number for number, _ in written], "\n".join(line for _, line in written)
     fields = split_fields(body.partition("\n")[0], separator, len(names))
-    dated = frozenset(k for k, field in enumerate(fields) if _is_stamp(field))
     if len(fields) == len(units):
         units = [unit or in_cell(field)[1] for unit, field in zip(units, fields, strict=True)]
-    comments = "".join(line for line in above if line.lstrip().startswith("#"))
-    return Text(
-        path=path, names=names, units=units, dated=dated, lines=lines, left_out=tuple(below[::-1]),
-        synthetic="synthetic" in comments.casefold(), separator=separator, body=body,
+    return Source(
+        columns=columns_of(names, units), body=body, lines=lines, separator=separator, left_out=tuple(below[::-1]),
+        dated=frozenset(k for k, field in enumerate(fields) if _is_stamp(field)),
+        synthetic="synthetic" in "".join(line for line in above if line.lstrip().startswith("#")).casefold(),
     )  # fmt: skip
 
 
-def _decimal_sign(text: Text, columns: Sequence[int]) -> str:
-    head = (split_fields(line, text.separator) for line in text.body.split("\n", 100)[:100])
-    fields = [in_cell(field)[0] for fields in head for k, field in enumerate(fields) if k in columns]
-    commas = [field for field in fields if "," in field and not _WITH_THOUSANDS["."].fullmatch(field)]
-    if commas and all(map(_GROUPED[","].fullmatch, commas)):
-        _refuse_thousands(text.path, commas[0])
-    return "," if commas else "."
-
-
-def _require_decimals(text: Text, column: int, values: np.ndarray, decimal: str) -> None:
-    """Refuse (`InputError`) points that may group thousands: 500 and 1.234, but no number between 0 and 1."""
-    if decimal == ",":
-        return
-    broken = values[np.isfinite(values) & (values != np.round(values))]
-    if broken.size and np.abs(broken).min() > 1 and np.abs(broken).max() < 1000:
-        if np.abs(1000 * broken - np.round(1000 * broken)).max() > 1e-6 * np.abs(broken).max():
-            return
-        cells = [cell for cell in text.texts(column) if cell]
-        points = [cell for cell in cells if "." in cell]
-        if len(points) < len(cells) and all(map(_GROUPED["."].fullmatch, points)):
-            _refuse_thousands(text.path, points[0])
-
-
-def _refuse_thousands(path: Path, cell: str) -> NoReturn:
+def _refuse_thousands(cell: str) -> NoReturn:
     raise InputError(
-        f"{path}: the {'comma' if ',' in cell else 'point'} in {shown(cell)} may mark decimals or thousands; save the "
-        "file with decimal points and without signs between thousands."
+        f"the {'comma' if ',' in cell else 'point'} in {shown(cell)} may mark decimals or thousands; save the file "
+        "with decimal points and without signs between thousands."
     )
 
 
-def _parse_fast(text: Text, columns: list[int], decimal: str) -> np.ndarray | None:
-    """The numbers of a clean body; None for whatever needs a closer look."""
-    body, separator, width = text.body, text.separator, len(text.names)
-    if body.partition("\n")[0].endswith(separator):
-        body = re.sub(rf"{re.escape(separator)}+$", "", body, flags=re.MULTILINE)
-    rows = len(text.lines)
-    # told which columns to use, pandas drops what a row has too much; where separators cannot be counted it reads all
-    some = None if separator == " " or '"' in body else sorted(set(columns))
-    if not body or (some and body.count(separator) != rows * (width - 1)):
-        return None
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error", pd.errors.ParserWarning)  # fields would be lost
-            table = pd.read_csv(
-                io.BytesIO(body.encode()),
-                header=None,
-                names=range(width),
-                usecols=some,
-                sep=r"\s+" if separator == " " else separator,
-                dtype=dict.fromkeys(columns, np.float64),
-                decimal=decimal,
-                skipinitialspace=True,
-                index_col=False,
-            )[columns].to_numpy()
-    except (ValueError, pd.errors.ParserError, pd.errors.ParserWarning):
-        return None
-    return np.where(np.isfinite(table), table, np.nan) if len(table) == rows else None
-
-
-def refuse_fields(path, line, number, names, separator, what) -> NoReturn:
+def refuse_fields(line: str, number: int, names: Sequence[str], separator: str, what: str) -> NoReturn:
     """Say that a row has not as many fields as the header has names."""
-    where = f"{path}: line {number} ({shown(line)})"
+    where = f"line {number} ({shown(line)})"
     if line.lstrip().startswith("#"):
         raise InputError(f"{where} is a comment among the rows; remove the line.")
     fields = split_fields(line, separator, len(names))
@@ -388,4 +328,4 @@ def are_split(fields: Sequence[str]) -> bool:
 
 def listed(names: Sequence[str]) -> str:
     """Names of columns as they may stand in a sentence."""
-    return ", ".join(map(shown, names[:8])) + (", ..." if len(names) > 8 else "")
+    return ", ".join(map(shown, names[:8])) + ", ..." * (len(names) > 8)

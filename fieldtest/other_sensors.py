@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 
 from fieldtest.logger_text import NUMBER, Source
-from fieldtest.sensor_mapping import Column, columns_of, of_group_in, parts_of_time, time_like
+from fieldtest.sensor_mapping import Column, of_group_in, parts_of_time, time_like
 from trackdyn.inputs.errors import InputError, shown
 
 _MOST = 100  # sensors of a table
@@ -17,13 +17,13 @@ _UNEVEN, _EVEN = 0.3, 0.1  # standard deviation of the steps between stamps over
 
 def rows_of_group(source: Source, group: str) -> Source:
     """The rows of one sensor; all of them where a group is of columns. Raises `InputError`: there is neither."""
-    if of_group_in(columns_of(source.names, source.units), group):
+    if of_group_in(source.columns, group):
         return source
-    for column in range(len(source.names)):
+    for column in range(len(source.columns)):
         chosen = np.array(source.texts(column)) == group
         if chosen.any():
             return source.only(chosen)
-    raise InputError(f"{source.path}: no column's name begins with the group {group!r}, and no row holds it.")
+    raise InputError(f"no column's name begins with the group {group!r}, and no row holds it.")
 
 
 def require_one_sensor(source: Source, used: dict[str, Column], values: dict[str, np.ndarray]) -> None:
@@ -31,14 +31,14 @@ def require_one_sensor(source: Source, used: dict[str, Column], values: dict[str
     stamps = [values["time"]] if "time" in values else []
     positions = {column.position for column in used.values()}
     if not stamps:
-        timed = {column.position for column in time_like(source.names, source.units)} | source.dated
-        fractions = {column.position for column, _, unit in parts_of_time(source.names, source.units) if unit != "s"}
+        timed = {column.position for column in time_like(source.columns)} | source.dated
+        fractions = {column.position for column, _, unit in parts_of_time(source.columns) if unit != "s"}
         stamps = [source.stamps(k) for k in timed - fractions - positions]
         stamps = [t for t in stamps if t.size == values["ay"].size]
     rows = np.arange(values["ay"].size)
-    texts_seen = source.only((rows < _SEEN) | (rows % (rows.size // _SEEN + 1) == 0)).columns()
-    for column in set(range(len(source.names))) - positions - source.dated:
-        if not 2 <= len(set(texts_seen[column])) <= _MOST:
+    seen = source.only((rows < _SEEN) | (rows % (rows.size // _SEEN + 1) == 0))
+    for column in set(range(len(source.columns))) - positions - source.dated:
+        if not 2 <= len(set(seen.texts(column))) <= _MOST:
             continue
         texts = source.texts(column)
         names = sorted(set(texts))
@@ -50,7 +50,7 @@ def require_one_sensor(source: Source, used: dict[str, Column], values: dict[str
             continue
         first = next(filter(None, names))
         raise InputError(
-            f"{source.path}: column {column + 1} ({shown(source.names[column])}) says of which sensor a row is "
+            f"column {column + 1} ({shown(source.columns[column].name)}) says of which sensor a row is "
             f"({', '.join(map(shown, names))}); choose the rows of one, `group: {first}`."
         )
 

@@ -2,13 +2,11 @@
 
 from collections.abc import Callable
 from fractions import Fraction
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import scipy  # its parts are loaded where they are used
 
-from fieldtest.sensor_mapping import SensorMapping
 from fieldtest.stamps import Stamps
 from trackdyn.inputs.errors import InputError
 
@@ -26,24 +24,24 @@ _WIDTHS = (8, 10, 12, 14, 16, 18, 20, 24, 32)  # bits of counts
 Axes = dict[str, np.ndarray]  # (N,) samples by axis
 
 
-def window_of(path: Path, t: np.ndarray, mapping: SensorMapping) -> slice:
-    """Rows of ``t``, (N,) s, from ``mapping.start`` to ``mapping.to`` since the first; `InputError`: below two."""
+def window_of(t: np.ndarray, start: float, to: float) -> slice:
+    """Rows of ``t``, (N,) s, from ``start`` to ``to``, s since the first. Raises `InputError`: fewer than two."""
     since = t - t[0]
-    begun = since >= mapping.start
+    begun = since >= start
     first = np.argmax(begun) if begun.any() else t.size
-    beyond = since[first:] > (np.inf if mapping.to is None else mapping.to)
+    beyond = since[first:] > to
     last = first + (np.argmax(beyond) if beyond.any() else beyond.size)
     if last - first < 2:
-        to = "the end" if mapping.to is None else f"`to: {mapping.to:g}`"
+        end = "the end" if to == np.inf else f"`to: {to:g}`"
         raise InputError(
-            f"{path}: {last - first} rows are between `from: {mapping.start:g}` and {to}, in s since the first row; "
-            f"the file holds {since[-1]:.6g} s."
+            f"{last - first} rows are between `from: {start:g}` and {end}, in s since the first row; the file holds "
+            f"{since[-1]:.6g} s."
         )
     return slice(int(first), int(last))
 
 
 def without_gaps(
-    path: Path, stamps: Stamps | None, lost: np.ndarray, axes: Axes, gaps: str
+    stamps: Stamps | None, lost: np.ndarray, axes: Axes, gaps: str
 ) -> tuple[Stamps | None, Axes, int, str]:
     """Stamps and axes without gaps, rows left out before them, and words on what was done.
 
@@ -56,12 +54,12 @@ def without_gaps(
     if gaps == "longest":
         window = _longest_stretch(lost, missing)
         if window.stop - window.start < 2:
-            raise InputError(f"{path}: no two rows without a gap between them; record the motion again.")
+            raise InputError("no two rows without a gap between them; record the motion again.")
         done = f"rows {window.start + 1} to {window.stop} of {count} kept, the longest part without a gap"
         return stamps and stamps.within(window), _axes_of(rows[window]), window.start, done
     if np.isinf(lost).any():
         raise InputError(
-            f"{path}: without stamps it is not known how many samples a message among the rows replaces; keep "
+            "without stamps it is not known how many samples a message among the rows replaces; keep "
             "the longest part, `gaps: longest`."
         )
     rows["t"] = np.arange(count) if stamps is None else stamps.t
@@ -71,7 +69,7 @@ def without_gaps(
     longest, bridged = int(between.max(initial=0)), int(between.sum())
     if longest > BRIDGED or bridged > BRIDGED_SHARE * count or len(rows) < 2:
         raise InputError(
-            f"{path}: {index[-1] + 1 - len(rows)} samples are missing, up to {longest} in a row; at most {BRIDGED} in "
+            f"{index[-1] + 1 - len(rows)} samples are missing, up to {longest} in a row; at most {BRIDGED} in "
             f"a row and {BRIDGED_SHARE:.0%} are bridged; keep the longest part, `gaps: longest`, or cut the record, "
             "`from: S` and `to: S`."
         )
@@ -94,7 +92,7 @@ def _longest_stretch(lost: np.ndarray, missing: np.ndarray) -> slice:
     return slice(int(rows[0]), int(rows[-1]) + 1)
 
 
-def clipped(path: Path, axes: Axes, largest: float, range_g: float) -> tuple[int, str, list[str]]:
+def clipped(axes: Axes, largest: float, range_g: float) -> tuple[int, str, list[str]]:
     """Rows with an axis at the end of the sensor's range, or at a value where the sensor is saturated.
 
     Returned are their number, words on where they stand, and a sentence on every axis that is saturated.
@@ -111,14 +109,14 @@ def clipped(path: Path, axes: Axes, largest: float, range_g: float) -> tuple[int
         extreme = f"{' and '.join(f'{level:.6g}' for level in levels)} g, the extreme of {axis}"
         ends += f" or at {extreme}"
         saturated.append(
-            f"{path}: {np.count_nonzero(standing)} of {samples.size} rows stand at {extreme}: the sensor is saturated "
+            f"{np.count_nonzero(standing)} of {samples.size} rows stand at {extreme}: the sensor is saturated "
             "there, RMS and peaks are too small; record with a wider range, or state this one, "
             f"`range: {abs(levels[-1]):.6g}`"
         )
     count, rows = int(np.count_nonzero(at_end)), at_end.size
     if count > _CLIPPED * rows:
         raise InputError(
-            f"{path}: {count} of {rows} rows stand {ends}; record with a wider range, or give the sensor's, `range: G`."
+            f"{count} of {rows} rows stand {ends}; record with a wider range, or give the sensor's, `range: G`."
         )
     return count, f"{count} of {rows} rows {ends}", saturated
 
@@ -140,7 +138,7 @@ def signed(values: np.ndarray, bits: int | None) -> tuple[np.ndarray, str]:
     return wrapped, f" (of {bits} bits, negative from {2 ** (bits - 1)} on)"
 
 
-def standing_still(path: Path, ay: np.ndarray, t: np.ndarray, largest: float, where: Callable[[int], str]) -> list[str]:
+def standing_still(ay: np.ndarray, t: np.ndarray, largest: float, where: Callable[[int], str]) -> list[str]:
     """A sentence on the longest run of rows that repeat ``ay``, (N,) g, if it is far longer than others.
 
     Rows at the end of the range, ``largest`` g, are clipped: they say nothing of the logger. ``t``, (N,), is the time
@@ -155,7 +153,7 @@ def standing_still(path: Path, ay: np.ndarray, t: np.ndarray, largest: float, wh
     last = first + count - 1
     cuts = [f"`from: {t[last + 1]:.6g}`" for _ in t[last + 2 :][:1]] + [f"`to: {t[first - 1]:.6g}`"] * (first > 1)
     return [
-        f"{path}: the {count} rows from {where(first)} to {where(last)} have one ay, {ay[first]:.6g} g, as of a logger "
+        f"the {count} rows from {where(first)} to {where(last)} have one ay, {ay[first]:.6g} g, as of a logger "
         f"that had not begun or a sensor that hung: cut them off, {' or '.join(cuts)}"
     ]
 

@@ -5,23 +5,22 @@ doubtful is refused with the option that decides it, because a gap, a wrong rate
 everything derived from the record.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
 
 from fieldtest import samples, stamps
-from fieldtest.columns import TIME_KEYS, Axis, Columns, columns_in
+from fieldtest.columns import TIME_KEYS, Axis, Reading, reading_of
 from fieldtest.header import find_rows
 from fieldtest.logger_text import Source, listed, table_of
 from fieldtest.other_sensors import require_one_sensor, rows_of_group
-from fieldtest.sensor_mapping import AXES, TIME_UNITS, SensorMapping, choose, time_unit_of
-from fieldtest.stamps import Rate
+from fieldtest.sensor_mapping import AXES, TIME_UNITS, SensorMapping, time_unit_of, wanted_columns
 from fieldtest.text_file import read_logger_text
-from trackdyn.inputs.errors import InputError, shown
+from trackdyn.inputs.errors import InputError, naming, shown
 from trackdyn.inputs.files import write_text
 from trackdyn.inputs.validation import typed
 
@@ -111,33 +110,16 @@ def read_sensor(
         What is doubtful or defective, by file, field, line and value.
     """
     mapping = mapping or SensorMapping()
-    if isinstance(source, pd.DataFrame):
-        return _read(table_of(source), mapping, range_g, gravity)
-    path = Path(source)
-
-    def recognised(names: Sequence[str]) -> bool:
-        # a line of a preamble may have as many fields as a number asks for: what is named tells the header
-        candidates = choose(names, [""] * len(names), mapping)
-        return bool(candidates.get("ay")) and (
-            "ay" not in mapping.numbers or all(candidates[key] for key in mapping.named)
-        )
-
-    numbers = mapping.numbers if "ay" in mapping.numbers and mapping.numbers.keys() == mapping.named.keys() else {}
-    rows = find_rows(path, read_logger_text(path), recognised, list(numbers.values()))
-    return _read(rows, mapping, range_g, gravity)
-
-
-def _read(source: Source, mapping: SensorMapping, range_g: float, gravity: float) -> SensorRecord:
-    range_g = mapping.range or range_g
-    for name, value in (("range_g", range_g), ("gravity", gravity)):
-        if not value > 0:
-            raise InputError(f"{source.path}: {name} is {value!r}; give a number above zero.")
-    if mapping.group:
-        source = rows_of_group(source, mapping.group)
-    columns, axes = columns_in(source, mapping, gravity)
-    samples_of_one = _samples(source, columns, mapping)
-    require_one_sensor(samples_of_one.source, columns, samples_of_one.values)
-    return _record(samples_of_one, mapping, columns, axes, float(range_g))
+    wanted = wanted_columns(mapping)
+    table = isinstance(source, pd.DataFrame)
+    path = Path("the table" if table else source)
+    text = "" if table else read_logger_text(path)
+    with naming(path):
+        rows = table_of(source) if table else find_rows(text, wanted)
+        if wanted.group:
+            rows = rows_of_group(rows, wanted.group)
+        reading = reading_of(rows, mapping, wanted, range_g, gravity)
+        return _record(path, rows, reading)
 
 
 class _Samples(NamedTuple):
@@ -148,19 +130,19 @@ class _Samples(NamedTuple):
     broken: np.ndarray  # (N,) whether what is no sample stands above a row
 
 
-def _samples(source: Source, columns: Columns, mapping: SensorMapping) -> _Samples:
+def _samples(source: Source, reading: Reading) -> _Samples:
     """The rows without those of other sensors and, if there may be gaps, without messages.
 
     Raises `InputError`: a cell that holds no number, unless there may be gaps.
     """
-    keys, positions = list(columns), [column.position for column in columns.values()]
-    time = columns["time"].position if "time" in columns else None
-    table = source.numbers(positions, time, mapping.dates and mapping.dates == "day-first")
+    keys, positions = list(reading.columns), [column.position for column in reading.columns.values()]
+    time = reading.columns["time"].position if "time" in reading.columns else None
+    table = source.numbers(positions, time, reading.day_first)
     wrong = np.isnan(table)
     absent = wrong[:, [k for k, key in enumerate(keys) if key in AXES]].all(axis=1)
     if time is not None and absent.any():
         t = table[:, positions.index(time)]
-        others = absent & np.isfinite(t) & (np.array(source.texts(columns["ay"].position)) == "")
+        others = absent & np.isfinite(t) & (np.array(source.texts(reading.columns["ay"].position)) == "")
         step = np.diff(t[~absent])
         if step.size and 10 * np.count_nonzero(step > 1.5 * np.nanmedian(step)) < np.count_nonzero(others):
             source, table, wrong = source.only(~others), table[~others], wrong[~others]
@@ -170,36 +152,37 @@ def _samples(source: Source, columns: Columns, mapping: SensorMapping) -> _Sampl
         messages = source.misfits()
         if time is not None:
             messages |= wrong[:, positions.index(time)]
-        if mapping.gaps is None or messages.mean() > MOST_MESSAGES:
+        if reading.gaps is None or messages.mean() > MOST_MESSAGES:
             source.refuse(row, positions[index], keys[index] in TIME_KEYS)
         broken = np.diff(np.cumsum(messages)[~messages], prepend=0) > 0
         source, table = source.only(~messages) if messages.any() else source, table[~messages]
     return _Samples(source, dict(zip(keys, table.T, strict=True)), broken)
 
 
-def _record(samples_of_one: _Samples, mapping, columns: Columns, axes: dict[str, Axis], range_g) -> SensorRecord:
-    """The record out of the samples: cropped, in s and g, checked, evenly timed."""
-    source, values, broken = samples_of_one
-    path, count, time = source.path, values["ay"].size, columns.get("time")
+def _record(path: Path, rows: Source, reading: Reading) -> SensorRecord:
+    """The record out of the rows: cropped, in s and g, checked, evenly timed."""
+    source, values, broken = _samples(rows, reading)
+    columns, axes, stated, range_g = reading.columns, reading.axes, reading.rate, reading.range_g
+    require_one_sensor(source, columns, values)
+    count, time = values["ay"].size, columns.get("time")
     if count < 2:
-        raise InputError(f"{path}: the file holds {count} data rows; give at least 2.")
+        raise InputError(f"the file holds {count} data rows; give at least 2.")
     if "fraction" in columns:
         values["time"] = values["time"] - values["time"][0] + values["fraction"] * TIME_UNITS[columns["fraction"].unit]
-    stated: Any = Rate(mapping.rate, "as given") if mapping.rate else None
-    seen = time and stamps.in_seconds(path, time.name, values["time"], time_unit_of(path, time))
+    seen = stamps.in_seconds(time.name, values["time"], time_unit_of(time)) if time else None
     instants = seen.t if seen else np.arange(count) / stated.hz
-    window = samples.window_of(path, instants, mapping)
+    window = samples.window_of(instants, *reading.window)
     first = window.start
-    counts = {key: samples.signed(values[key], mapping.bits) for key in axes}
+    counts = {key: samples.signed(values[key], reading.bits) for key in axes}
     signals = {key: axis.factor * (counts[key][0][window] - axis.zero) for key, axis in axes.items()}
     lines, seen, broken = np.asarray(source.lines)[window], seen and seen.within(window), broken[window]
-    done = _described(source, axes, columns, counts)
+    done = _described(source, reading, counts)
     done["dropped"] = f"{count - signals['ay'].size} rows outside of from and to"
-    if mapping.gaps:
-        lost = stamps.lost_rows(seen, signals["ay"].size, stated, mapping.resample)
-        if not seen or mapping.gaps == "longest":  # without stamps the samples behind a message cannot be counted
+    if reading.gaps:
+        lost = stamps.lost_rows(seen, signals["ay"].size, stated, reading.resample)
+        if not seen or reading.gaps == "longest":  # without stamps the samples behind a message cannot be counted
             lost = np.where(broken[1:], np.inf, lost)
-        seen, signals, skipped, done["gaps"] = samples.without_gaps(path, seen, lost, signals, mapping.gaps)
+        seen, signals, skipped, done["gaps"] = samples.without_gaps(seen, lost, signals, reading.gaps)
         lines, first = lines[skipped:], first + skipped
 
     def where(row: int) -> str:
@@ -207,22 +190,20 @@ def _record(samples_of_one: _Samples, mapping, columns: Columns, axes: dict[str,
 
     rate, even, done["time"] = stated, True, "rows counted, no stamps"
     if seen and time:
-        rate, even, steps = stamps.judge_stamps(path, seen, where, stated, mapping.resample)
+        rate, even, steps = stamps.judge_stamps(seen, where, stated, reading.resample)
         described = " and ".join(columns[key].described for key in TIME_KEYS if key in columns)
         done["time"] = f"{described} in {seen.unit}, to {seen.rounding:.2g} s; {steps}"
-        done["time"] += f"; dates are {mapping.dates}" * bool(mapping.dates)
+        done["time"] += {None: "", True: "; dates are day-first", False: "; dates are month-first"}[reading.day_first]
     done["rate"] = f"{rate.hz:.7g} Hz, {rate.source}"
-    _require_range(path, signals, axes, where, range_g)
-    # the highest count is one less than the lowest
-    largest = range_g - 1.0 / mapping.counts_per_g if mapping.bits and mapping.counts_per_g else range_g
-    clipped, done["clipped"], doubts = samples.clipped(path, signals, largest, range_g)
+    _require_range(signals, axes, where, range_g)
+    clipped, done["clipped"], doubts = samples.clipped(signals, reading.largest, range_g)
     if np.ptp(signals["ay"]) <= 1e-9 * max(1.0, np.abs(signals["ay"]).max()):
         raise InputError(
-            f"{path}: column {shown(axes['ay'].column.name)} is {values['ay'][window.start]:.6g} in every row; choose "
-            "another one for ay, `axes: {ay: NAME}`, or record the moving track."
+            f"column {shown(columns['ay'].name)} is {values['ay'][window.start]:.6g} in every row; choose another one "
+            "for ay, `axes: {ay: NAME}`, or record the moving track."
         )
     hz, since = rate.hz, instants[first] + np.arange(signals["ay"].size) / rate.hz
-    doubts = doubts or samples.standing_still(path, signals["ay"], since, largest, where)
+    doubts = doubts or samples.standing_still(signals["ay"], since, reading.largest, where)
     if seen and not even:
         signals, done["resampled"] = samples.on_even_instants(seen.t, signals, hz, range_g)
     if hz > samples.HIGHEST_RATE_HZ:
@@ -232,18 +213,18 @@ def _record(samples_of_one: _Samples, mapping, columns: Columns, axes: dict[str,
         ax=signals.get("ax"), ay=signals["ay"], az=signals.get("az"),
         columns={key: f"{'-' * (axis.column.sign < 0)}{axis.column.name}" for key, axis in axes.items()},
         scales={key: (axis.zero, axis.factor) for key, axis in axes.items()},
-        doubts=tuple(doubts), synthetic=source.synthetic,
+        doubts=tuple(f"{path}: {doubt}" for doubt in doubts), synthetic=source.synthetic,
     )  # fmt: skip
 
 
-def _described(source: Source, axes: dict[str, Axis], columns: Columns, counts) -> dict[str, str]:
+def _described(source: Source, reading: Reading, counts) -> dict[str, str]:
     """Words on the rows and columns that are read."""
     said = [
         f"{key} = {'-' * (axis.column.sign < 0)}{axis.column.described} in {axis.unit}{counts[key][1]}, first value "
         f"{counts[key][0][0]:g}"
-        for key, axis in axes.items()
+        for key, axis in reading.axes.items()
     ]
-    used = {column.position for column in columns.values()}
+    used = {column.position for column in reading.columns.values()}
     if unused := [name for k, name in enumerate(source.names) if k not in used and name]:
         said.append(f"not used: {listed(unused)}")
     below = f"; below them, left out: {listed(source.left_out)}" if source.left_out else ""
@@ -251,7 +232,7 @@ def _described(source: Source, axes: dict[str, Axis], columns: Columns, counts) 
     return {"rows": rows, "columns": "; ".join(said)}
 
 
-def _require_range(path: Path, signals: samples.Axes, axes: dict[str, Axis], where, range_g: float) -> None:
+def _require_range(signals: samples.Axes, axes: dict[str, Axis], where, range_g: float) -> None:
     """Refuse (`InputError`) a value beyond the range of the sensor, perhaps as the zero of the file is not 0."""
     beyond = np.abs(list(signals.values())) > range_g * 1.0001
     if not beyond.any():
@@ -262,7 +243,7 @@ def _require_range(path: Path, signals: samples.Axes, axes: dict[str, Axis], whe
     shifted = np.abs(signal - mean).max() <= range_g
     remedy = f"where 0 g is not 0, perhaps `zero: {axis.zero + mean / axis.factor:.4g}`, or " * bool(shifted)
     raise InputError(
-        f"{path}: field {axis.column.name} in {where(k)} is {signal[k]:.6g} g if it is in {axis.unit}, beyond the "
+        f"field {axis.column.name} in {where(k)} is {signal[k]:.6g} g if it is in {axis.unit}, beyond the "
         f"sensor's range of +-{range_g:g} g; check the unit, `unit: g`, for raw counts `scale: N`, {remedy}give the "
         "range of the sensor, `range: G`."
     )

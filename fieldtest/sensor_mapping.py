@@ -3,6 +3,7 @@
 import re
 import unicodedata
 from collections.abc import Iterable, Sequence
+from itertools import zip_longest
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple, get_args
 
@@ -20,7 +21,7 @@ _PER_S2 = ("{}/s2", "{}/s/s", "{}_s2", "{}s-2", "{}.s-2", "{}s2", "{}ps2", "{}/s
 _ACCELERATION = {"g": "g", "gn": "g", "mg": "mg", "gal": "cm/s2"} | {
     form.format(length): f"{length}/s2" for length in ("m", "cm", "mm") for form in _PER_S2
 }
-_METRES = {"m/s2": 1.0, "cm/s2": 1e-2, "mm/s2": 1e-3}  # m/s2 in each
+METRES = {"m/s2": 1.0, "cm/s2": 1e-2, "mm/s2": 1e-3}  # m/s2 in each
 _TIME = {"\N{GREEK SMALL LETTER MU}s": "us"} | {
     name: unit
     for unit, names in {
@@ -37,7 +38,7 @@ _TIME_PART = re.compile(rf"(.*?)({'|'.join(sorted(_TIME, key=len, reverse=True))
 _IN_BRACKETS = re.compile(r"(.*?)\s*[\[(]((?:[^\[\]()]|\([^()]*\))*)[\])]")
 _AT_THE_END = re.compile(rf"(.+?)(?<![\s_/,:])[\s_/,:]+({_UNIT})")
 _AXIS_NAME = re.compile(r"(?:a|acc|accel|acceleration|accelerometer)[\s_.-]*([xyz])")
-_UNITS = _ACCELERATION | dict.fromkeys(("counts", "count", "raw", "lsb", "digits"), "counts")
+UNITS = _ACCELERATION | dict.fromkeys(("counts", "count", "raw", "lsb", "digits"), "counts")
 _TIME_NAME = re.compile(r"t|(?:date[\s_-]?)?time|time[\s_-]?stamps?|elapsed[\s_-]?time")
 
 Name = Annotated[str, BeforeValidator(lambda value: str(value) if type(value) is int else value), Field(min_length=1)]
@@ -103,17 +104,6 @@ class SensorMapping(Section):
             return data
         common = {name: value for name, value in data.items() if name != "sensors"}
         return data | {"sensors": {name: _on_top(common, own) for name, own in sensors.items()}}
-
-    @property
-    def named(self) -> dict[str, str]:
-        """Columns that are named: of axes and of ``time``."""
-        return {**self.axes} | ({"time": self.time} if self.time not in (None, "none") else {})
-
-    @property
-    def numbers(self) -> dict[str, int]:
-        """Columns that are chosen by position, from 0."""
-        positions = {key: _position(name.removeprefix("-")) for key, name in self.named.items()}
-        return {key: position for key, position in positions.items() if position is not None}
 
     @model_validator(mode="after")
     def _consistent(self):
@@ -198,7 +188,7 @@ def _column(index: int, name: str, unit: str) -> Column:
     base, own = (match[1], match[2]) if match else (plain, "")
     # of the name, and of the line or the cells below it
     name_unit, row_unit = (re.sub(r"[\s()\[\]^*\u00b7\u22c5]", "", text) for text in (own, _plain(unit)))
-    known = [_UNITS.get(unit, _TIME.get(unit)) for unit in (name_unit, row_unit)]
+    known = [UNITS.get(unit, _TIME.get(unit)) for unit in (name_unit, row_unit)]
     contradict = all(known) and known[0] != known[1]
     return Column(index, name, base, f"{name_unit} and {row_unit}" if contradict else name_unit or row_unit)
 
@@ -226,36 +216,58 @@ def _named(columns: Sequence[Column], name: str) -> list[Column]:
 
 def is_unit(text: str) -> bool:
     """Whether a field is the unit of an acceleration or of a time."""
-    return _column(0, "", text).unit in _UNITS | _TIME
+    return _column(0, "", text).unit in UNITS | _TIME
 
 
-def columns_of(names: Sequence[str], units: Sequence[str]) -> list[Column]:
+def columns_of(names: Sequence[str], units: Sequence[str] = ()) -> list[Column]:
     """Columns by their names and the units below them."""
-    return [_column(k, *both) for k, both in enumerate(zip(names, units, strict=True))]
+    return [_column(k, *both) for k, both in enumerate(zip_longest(names, units, fillvalue=""))]
 
 
-def choose(names: Sequence[str], units: Sequence[str], mapping: SensorMapping) -> dict[str, list[Column]]:
-    """Columns of ``names`` and ``units`` that may be meant by ``time``, ``ax``, ``ay`` and ``az``."""
-    columns = columns_of(names, units)
-    if mapping.group and (of_group := of_group_in(columns, mapping.group)):
-        columns = [
-            of_group.get(column.position, column)
-            for column in columns
-            if column.position in of_group or not _AXIS_NAME.fullmatch(column.base)
-        ]
-    chosen = {}
-    for axis, name in mapping.named.items():
-        turned = name.startswith("-") and not _named(columns, name)
-        named = _named(columns, name[1:] if turned else name)
-        chosen[axis] = [column._replace(sign=-1 if turned else 1) for column in named]
-    taken = {column.position for columns_of_key in chosen.values() for column in columns_of_key}
-    for column in columns:
-        if column.position not in taken:
+class Wanted(NamedTuple):
+    """Columns that a mapping asks for, beside those whose names tell."""
+
+    named: dict[str, str]  # by axis and ``time``, as a mapping names them
+    timed: bool  # whether a column may be the time
+    group: str | None
+
+    @property
+    def numbers(self) -> dict[str, int]:
+        """Columns that are chosen by position, from 0."""
+        positions = {key: _position(name.removeprefix("-")) for key, name in self.named.items()}
+        return {key: position for key, position in positions.items() if position is not None}
+
+    def choose(self, columns: Sequence[Column]) -> dict[str, list[Column]]:
+        """Columns that may be meant by ``time``, ``ax``, ``ay`` and ``az``."""
+        if self.group and (of_group := of_group_in(columns, self.group)):
+            columns = [
+                of_group.get(column.position, column)
+                for column in columns
+                if column.position in of_group or not _AXIS_NAME.fullmatch(column.base)
+            ]
+        chosen = {}
+        for key, name in self.named.items():
+            turned = name.startswith("-") and not _named(columns, name)
+            named = _named(columns, name[1:] if turned else name)
+            chosen[key] = [column._replace(sign=-1 if turned else 1) for column in named]
+        taken = {column.position for of_key in chosen.values() for column in of_key}
+        for column in columns:
             letter = _AXIS_NAME.fullmatch(column.base)
-            key = f"a{letter[1]}" if letter else "time" if _TIME_NAME.fullmatch(column.base) else None
-            if key and key not in mapping.named and (key, mapping.time) != ("time", "none"):
+            key = f"a{letter[1]}" if letter else "time" if self.timed and _TIME_NAME.fullmatch(column.base) else ""
+            if key and key not in self.named and column.position not in taken:
                 chosen.setdefault(key, []).append(column)
-    return chosen
+        return chosen
+
+    def are_in(self, names: Sequence[str]) -> bool:
+        """Whether names are a header; a line of a preamble may have as many fields as a number asks for."""
+        chosen = self.choose(columns_of(names))
+        return bool(chosen.get("ay")) and ("ay" not in self.numbers or all(map(chosen.get, self.named)))
+
+
+def wanted_columns(mapping: SensorMapping) -> Wanted:
+    """What a mapping says of columns."""
+    time = {"time": mapping.time} if mapping.time not in (None, "none") else {}
+    return Wanted({**mapping.axes} | time, mapping.time != "none", mapping.group)
 
 
 def of_group_in(columns: Iterable[Column], group: str) -> dict[int, Column]:
@@ -268,28 +280,8 @@ def of_group_in(columns: Iterable[Column], group: str) -> dict[int, Column]:
     }
 
 
-def unit_of(column: Column, mapping: SensorMapping, stated: bool, gravity: float) -> tuple[str, float] | None:
-    """Unit of an axis in words, and g a unit: as the user states it (``stated``: for this column), or else the header.
-
-    ``gravity`` is one g, m/s2. None: neither states a unit that is known.
-    """
-    own, counts = _UNITS.get(column.unit), mapping.counts_per_g
-    unit: str | None = "counts" if counts else mapping.unit
-    if not (unit and (stated or not column.unit or own == unit)):
-        unit = own
-    in_g = {"g": 1.0, "mg": 1e-3} | {name: metres / gravity for name, metres in _METRES.items()}
-    if counts:
-        in_g["counts"] = 1.0 / counts
-    if unit not in in_g:
-        return None
-    words = f"counts of 1/{counts:.6g} g" if unit == "counts" else unit
-    if column.unit and unit != (own or column.unit):
-        words += f" as stated, not in {column.unit} as the file says"
-    return words, in_g[unit]
-
-
 UNIT_ASKED = (
-    f"give its unit, `unit: g`, {', '.join(['mg', *_METRES])}, or the counts or mV per g, `scale: N`, or "
+    f"give its unit, `unit: g`, {', '.join(['mg', *METRES])}, or the counts or mV per g, `scale: N`, or "
     "`range: G, bits: N`"
 )
 _TIME_WORDS = re.compile(
@@ -305,9 +297,8 @@ def in_cell(cell: str) -> tuple[str, str]:
     return (match[1].rstrip(), match[2]) if match else (cell, "")
 
 
-def time_like(names: Sequence[str], units: Sequence[str]) -> list[Column]:
+def time_like(columns: Sequence[Column]) -> list[Column]:
     """Columns that may be the time by their names or units."""
-    columns = columns_of(names, units)
     # words are apart: TempSensor has temp and sensor, no temps
     apart = [re.sub(r"(?<=[a-z])(?=[A-Z])", " ", column.name).casefold() for column in columns]
     named = [column for column, name in zip(columns, apart, strict=True) if _TIME_WORDS.search(name)]
@@ -315,10 +306,10 @@ def time_like(names: Sequence[str], units: Sequence[str]) -> list[Column]:
     return named + [column for column in columns if column.unit in _TIME and column not in named]
 
 
-def parts_of_time(names: Sequence[str], units: Sequence[str]) -> list[tuple[Column, str, str]]:
+def parts_of_time(columns: Sequence[Column]) -> list[tuple[Column, str, str]]:
     """Columns of a unit of time, such as ``secs`` and ``nsecs``: column, what stands before the unit, and the unit."""
     parts = []
-    for column in columns_of(names, units):
+    for column in columns:
         match = _TIME_PART.fullmatch(column.base)
         if match and not match[1][-1:].isalnum():
             parts.append((column, match[1], _TIME[match[2]]))
@@ -327,11 +318,11 @@ def parts_of_time(names: Sequence[str], units: Sequence[str]) -> list[tuple[Colu
     return parts
 
 
-def time_unit_of(path: Path, column: Column) -> str | None:
+def time_unit_of(column: Column) -> str | None:
     """Unit of the time stamps by their header; None if it names none. Raises `InputError`: it is none of time."""
     if column.unit and column.unit not in _TIME:
         raise InputError(
-            f"{path}: column {shown(column.name)} has the unit {shown(column.unit)}; {', '.join(TIME_UNITS)} are read, "
-            "choose another column, `time: NAME`, or give `time: none, rate: HZ`."
+            f"column {shown(column.name)} has the unit {shown(column.unit)}; {', '.join(TIME_UNITS)} are read, choose "
+            "another column, `time: NAME`, or give `time: none, rate: HZ`."
         )
     return _TIME.get(column.unit)

@@ -7,7 +7,6 @@ Rounding is told from lost rows by the straight line through all stamps: rounded
 import re
 import warnings
 from collections.abc import Callable
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -73,7 +72,7 @@ class Rate(NamedTuple):
     source: str
 
 
-def seconds_of(path: Path, name: str, texts: list[str], day_first: bool | None) -> np.ndarray:
+def seconds_of(name: str, texts: list[str], day_first: bool | None) -> np.ndarray:
     """(N,) seconds since the first row of dates and times, of times of the day or durations; NaN where there is none.
 
     A clock goes on over midnight, noon of one of 12 hours, and the hour of one of minutes. ``day_first`` tells whether
@@ -104,7 +103,7 @@ def seconds_of(path: Path, name: str, texts: list[str], day_first: bool | None) 
     readings = [seconds for seconds in readings if np.count_nonzero(np.isnan(seconds)) == least]
     if not all(np.array_equal(readings[0], seconds, equal_nan=True) for seconds in readings):
         raise InputError(
-            f"{path}: the dates of column {name} ({shown(first)} to {shown(texts[-1])}) may begin with the day or "
+            f"the dates of column {name} ({shown(first)} to {shown(texts[-1])}) may begin with the day or "
             "the month; say so with `dates: day-first` or `dates: month-first`."
         )
     seconds, rows = readings[0], np.flatnonzero(np.isfinite(readings[0]))
@@ -144,7 +143,7 @@ def _instants(texts: list[str], valid: list[bool], day_first: bool) -> pd.Dateti
     return instants
 
 
-def in_seconds(path: Path, name: str, values: np.ndarray, unit: str | None) -> Stamps:
+def in_seconds(name: str, values: np.ndarray, unit: str | None) -> Stamps:
     """Stamps of ``values``, (N,), in s since the first; ``unit`` None is the one that gives a rate in ``TOLD_APART``.
 
     Raises `InputError`: no unit fits, or not the one that is known.
@@ -156,7 +155,7 @@ def in_seconds(path: Path, name: str, values: np.ndarray, unit: str | None) -> S
     fits = [u for u, hz in rates.items() if low / 1.01 <= hz <= high * 1.01 and u == (unit or u)]
     if not fits:
         raise InputError(
-            f"{path}: field {name} gives {rates[unit or 's']:.6g} rows per second if it is in {unit or 's'}, {low:,.0f}"
+            f"field {name} gives {rates[unit or 's']:.6g} rows per second if it is in {unit or 's'}, {low:,.0f}"
             f" to {high:,.0f} are accepted; name another column with `time: NAME`, or give `time: none, rate: HZ`."
         )
     return Stamps((values - values[0]) * TIME_UNITS[fits[0]], fits[0], _rounding(values) * TIME_UNITS[fits[0]])
@@ -195,7 +194,7 @@ def lost_rows(stamps: Stamps | None, count: int, rate: Rate | None, resample: bo
 
 
 def judge_stamps(
-    path: Path, stamps: Stamps, where: Callable[[int], str], rate: Rate | None, resample: bool
+    stamps: Stamps, where: Callable[[int], str], rate: Rate | None, resample: bool
 ) -> tuple[Rate, bool, str]:
     """Rate of a record, whether its rows are even, and words about the steps.
 
@@ -208,14 +207,14 @@ def judge_stamps(
     if step.min() < 0.0:
         k = int(np.argmax(step < 0.0))
         raise InputError(
-            f"{path}: the time in {where(k + 1)} is {-step[k]:.6g} s before that of the row above; sort the rows or "
+            f"the time in {where(k + 1)} is {-step[k]:.6g} s before that of the row above; sort the rows or "
             "cut the record with `from: S` and `to: S`."
         )
     gaps = np.flatnonzero(step > _GAP * max(np.median(step), np.mean(step)) + q)
     if gaps.size:
         k = int(gaps[0])
         raise InputError(
-            f"{path}: a gap from {t[k]:.9g} to {t[k + 1]:.9g} s (since the first row) before "
+            f"a gap from {t[k]:.9g} to {t[k + 1]:.9g} s (since the first row) before "
             f"{where(k + 1)}, {np.median(step):.6g} s is usual; {_REMEDY}."
         )
     row = np.arange(n)
@@ -223,7 +222,7 @@ def judge_stamps(
     fitted = float(round(fitted)) if abs(fitted / round(fitted) - 1.0) < 1e-6 else float(fitted)
     if rate and abs(fitted / rate.hz - 1.0) > (10 if resample else 1) * _SAME_RATE + q / t[-1]:
         raise InputError(
-            f"{path}: the stamps run at {fitted:.6g} Hz, not at {rate.hz:.6g} Hz, {rate.source}; give "
+            f"the stamps run at {fitted:.6g} Hz, not at {rate.hz:.6g} Hz, {rate.source}; give "
             f"`rate: {fitted:.6g}` if the stamps are right, else `time: none, rate: HZ`."
         )
     hz = rate.hz if rate else fitted
@@ -234,7 +233,7 @@ def judge_stamps(
         line = "equal steps"
     if q * hz > 1.5:
         raise InputError(
-            f"{path}: stamps of {q:.2g} s are too coarse for {hz:.5g} rows per second; read it without "
+            f"stamps of {q:.2g} s are too coarse for {hz:.5g} rows per second; read it without "
             "them, `time: none, rate: HZ`, if all rows are of one sensor."
         )
     if q * hz >= 0.4:
@@ -250,7 +249,7 @@ def judge_stamps(
         return rate or Rate(hz, "from the stamps"), bool(even), line
     k = int(np.argmin(step) if step.min() == 0.0 else np.argmax(odd))
     raise InputError(
-        f"{path}: the stamps before {where(k + 1)} are {step[k]:.6g} s apart, "
+        f"the stamps before {where(k + 1)} are {step[k]:.6g} s apart, "
         f"{1.0 / hz:.6g} s is the mean ({line}), rows are missing or unevenly timed; "
         f"`resample: true` interpolates onto an even grid if no two are equal, else {_REMEDY}."
     )
