@@ -56,8 +56,3 @@ def invented_tables(count: int = 200, seed: int = 1) -> dict[str, pd.DataFrame]:
         "tooth": pd.DataFrame(tooth),
         "near": pd.concat([pd.DataFrame(head), near], axis=1),
     }
-
-
-def invented_numbers() -> pd.DataFrame:
-    """A table of printed numbers, of which twelve of 25 are met."""
-    return pd.DataFrame({"rig": "paper", "id": "C27", "met": [True] * 12 + [False] * 13})

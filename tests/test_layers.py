@@ -46,7 +46,6 @@ MODULES = {
     for package, folder in FOLDERS.items()
     for path in sorted(folder.rglob("*.py"))
 }
-LONGEST = 600  # lines
 # libraries of the rooms that compute
 COMPUTING = {room: {"numpy"} for room in ("model", "chain", "contact", "integrate")} | {
     "inputs": {"numpy", "psutil", "pydantic", "pydantic_core", "yaml"},
@@ -156,12 +155,6 @@ def test_only_commands_speak_of_options():
         package, room = room_of(module)
         said = re.findall(r"--[a-z]+", path.read_text(encoding="utf-8"))
         assert package not in ("trackdyn", "fieldtest") or room in ("commands", "command") or not said, module
-
-
-def test_no_file_is_too_long():
-    rules = [path for folder in (ROOT / "workflow", ROOT / "laboratory") for path in folder.rglob("*.smk")]
-    sources = [*MODULES.values(), ROOT / "Snakefile", *(ROOT / "workflow").rglob("*.py"), *rules]
-    assert not {path.name: n for path in sources if (n := path.read_text(encoding="utf-8").count("\n")) > LONGEST}
 
 
 def test_contributing_shows_the_imports_of_today():

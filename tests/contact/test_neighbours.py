@@ -72,11 +72,3 @@ def test_no_contact_is_missed(make_scene, fields):
         left_out, count = missed(loop)
         assert left_out == 0
         assert count > 10
-
-
-def test_lists_are_kept_and_short(driven_loop):
-    loop = driven_loop()
-    loop.step(30)
-    candidates = loop.arrays.work.candidates
-    assert candidates.count[2] == 0, "thirty steps move a link by 2 mm: the lists of the first one hold"
-    assert candidates.count[0] + candidates.count[1] < 60, "of 70 arcs and 105 pairs of a link and a wheel"

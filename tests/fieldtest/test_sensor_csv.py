@@ -167,12 +167,6 @@ def test_line_numbers_count_comments_and_survive_foreign_newlines(name, tmp_path
     refused(write(tmp_path / "windows.csv", content.replace("\n", "\r\n")), words)
 
 
-def test_what_is_no_file_is_refused(tmp_path):
-    for path, words in ((tmp_path / "absent.csv", "no such file"), (tmp_path, "a folder"), ("/dev/zero", "a device")):
-        with pytest.raises(InputError, match=words):
-            read_sensor(path)
-
-
 @pytest.mark.parametrize("options", [{"range_g": -1.0}, {"gravity": np.nan}])
 def test_senseless_options_are_refused(options, tmp_path):
     refused(write(tmp_path / "record.csv", CLEAN), list(options), **options)
@@ -429,11 +423,6 @@ def test_raw_counts_are_read(header, options, tmp_path):
     np.testing.assert_allclose(record.ay, [1, -0.5, 32767 / 2048, -16, 0])
     assert "counts of 1/2048 g" in record.done["columns"]
     assert record.clipped == (2 if "bits" in options else 0)
-
-
-def test_a_recording_is_refused_by_name(tmp_path):
-    np.savez(tmp_path / "run.csv", meta=np.array("{}"), time=np.zeros(3))
-    refused(tmp_path / "run.csv.npz", ["this is a recording, not a table in text; give the sensor's file"])
 
 
 STAMPS = {

@@ -18,7 +18,6 @@ from fieldtest.sensor_csv import read_sensor
 from replication.pipeline.config import check_config, read_layer
 from trackdyn.commands import cli
 from trackdyn.inputs.errors import TrackdynError
-from trackdyn.inputs.yaml_file import read_yaml
 from trackdyn.rig.rig import load_rig
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.belt import belt_recording
@@ -216,11 +215,3 @@ def test_commands(folder, arguments):
             cli.main()
         except SystemExit as end:
             assert end.code in (0, 1)
-
-
-def test_the_files_that_are_damaged_are_sound(folder):
-    """Else the tests above would only see them refused for something else."""
-    assert load_rig(RIG) == Scene(load_rig(RIG), 115.0).rig
-    assert len(read_sensor(folder / "sensor.csv").time) == 200
-    load_recording(folder / "belt.npz").checked()
-    assert "records" in read_yaml(CONFIG)

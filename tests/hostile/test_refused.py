@@ -2,7 +2,6 @@
 
 import json
 import os
-import sys
 from fractions import Fraction
 from functools import reduce
 from pathlib import Path
@@ -14,10 +13,10 @@ import yaml
 from sentences import BELT, HUGE, LONGER, NO_NUMBERS, NUMBER, RIG, ROOT
 from snakemake.utils import update_config
 
-from fieldtest.sensor_csv import write_sensor_csv
+from fieldtest.sensor_csv import read_sensor, write_sensor_csv
 from replication.pipeline.config import RIG_FIELDS, check_config, check_layers, read_layer
 from tests.conftest import RIG as VISCOUS
-from tests.conftest import refused, run_command
+from tests.conftest import refused
 from tests.kinematics import unsettled_loop
 from trackdyn.inputs.errors import InputError, shown
 from trackdyn.inputs.yaml_file import read_yaml
@@ -74,7 +73,6 @@ RIG_FILES = [
     *[({name: None}, f"{where} {NO_MAPPING}") for name, where in MAPPINGS],
     ({"profile": {"arcs": [[0, 0, 1]]}}, 'unit: "m, m, m, 1", kind'),
     ({"gravity": entry(True)}, "gravity = True", "a number in m/s2"),
-    ({"gravity": entry(LONGER)}, "not valid YAML"),
     ({"gravity": entry(float("nan"))}, "gravity = nan", NUMBER),
     ({"gravity": entry(9.81, "ft/s2")}, "'ft/s2'", "'m/s2'"),
     ({"gravity": entry(9.81, unit=None)}, "gravity has the unit None"),
@@ -222,29 +220,14 @@ SETTINGS = [
 # -- and what refuses it ---------------------------------------------------------------------------------------------
 
 
-def rig_file(changes):
-    """A file of the rig with other sections, or other values of fields (``section__field``)."""
-    limit = sys.get_int_max_str_digits()
-    sys.set_int_max_str_digits(0)
-    try:
-        data = yaml.safe_load(RIG.read_text(encoding="utf-8"))
-        for name, value in changes.items():
-            section, _, field = str(name).rpartition("__")
-            if section:
-                data[section][field] |= {"value": value}
-            else:
-                data[name] = value
-        text = yaml.safe_dump(data)
-    finally:
-        sys.set_int_max_str_digits(limit)
-    path = Path("mine.yaml")
-    path.write_text(text, encoding="utf-8")
-    return path
-
-
 def write(content):
     (path := Path("mine.yaml")).write_bytes(content)
     return path
+
+
+def rig_file(changes):
+    """A file of the rig with other sections."""
+    return write(yaml.safe_dump(yaml.safe_load(RIG.read_text(encoding="utf-8")) | changes).encode())
 
 
 def configured(key, value):
@@ -280,20 +263,6 @@ def test_a_row_is_refused(rig, row, tmp_path, monkeypatch):
 
 
 # -- beside the tables ----------------------------------------------------------------------------------------------
-
-PLAIN = [row for row in (*CHANGES, *IMPOSSIBLE) if isinstance(next(iter(row[0].values())), (int, float, str))]
-
-
-@pytest.mark.parametrize("row", [*RIG_FILES, *PLAIN], ids=lambda row: shown(row[0]))
-def test_check_and_simulate_refuse_the_same_rigs(tmp_path, monkeypatch, row):
-    monkeypatch.chdir(tmp_path)
-    path = rig_file(row[0]).absolute()
-    checked = run_command("check", path, "--no-settle")
-    simulated = run_command("simulate", "run.npz", "-q", "--rig", path)
-    # the rig is the first argument of the one, an option of the other: only the former names it in every sentence
-    assert checked.code == simulated.code == 1
-    assert checked.err.replace(f"{path}: ", "") == simulated.err.replace(f"{path}: ", "")
-    assert "Traceback" not in checked.err and not (tmp_path / "run.npz").exists()
 
 
 @pytest.mark.parametrize(
@@ -354,11 +323,11 @@ def test_a_template_is_refused_before_it_is_run(tmp_path):
 PLACES = [
     ("/dev/zero", "is a pipe or a device, not a file"), ("/dev/stdin", "a"), (".", "is a folder"),
     ("absent", "no such file"), ("a\0b", "must be the name of"), ("x" * 300, "File name too long"),
-    (None, "path = None:"), (b"rig.yaml", "path = b'rig.yaml':"),
+    (None, " = None:"), (b"rig.yaml", " = b'rig.yaml':"),
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("reader", [load_rig, load_recording, read_yaml])
+@pytest.mark.parametrize("reader", [load_rig, load_recording, read_yaml, read_sensor])
 @pytest.mark.parametrize("row", PLACES, ids=lambda row: shown(row[0]))
 def test_a_place_that_holds_no_file_is_refused(tmp_path, monkeypatch, reader, row):
     path, *words = row

@@ -1,6 +1,8 @@
 """A loop that is stepped, looked at, recorded, steered, copied and pickled."""
 
+import gc
 import pickle
+import weakref
 
 import numba
 import numpy as np
@@ -137,6 +139,21 @@ def test_a_recording_is_that_of_the_time_loop(loop):
         np.testing.assert_array_equal(getattr(recording, name), getattr(record, name))
     np.testing.assert_array_equal(recording.contact_log, record.contact_log.rows[: record.contact_log.count[0]])
     assert recording.begin == 1.0 and list(recording.pitches) == [3, 7]
+
+
+def test_a_record_goes_with_its_last_reference(loop):
+    """The collector of cycles counts objects, not bytes: in a cycle, records of many runs would pile up."""
+    gc.collect()
+    gc.disable()
+    try:
+        record = writer.Recorder(loop, loop.scene.with_(duration=0.05, every_link=True))
+        while not record.finished:
+            record.chunk()
+        reference = weakref.ref(record)
+        del record
+        assert reference() is None
+    finally:
+        gc.enable()
 
 
 def test_simulate_is_a_loop_that_waits_and_records(make_scene):

@@ -2,7 +2,6 @@
 
 import base64
 import gzip
-import io
 import json
 import re
 import shutil
@@ -14,10 +13,9 @@ import numpy as np
 import pandas as pd
 import pytest
 from matplotlib.figure import Figure
-from PIL import Image
 
 from replication.paper.claims import VERDICTS
-from replication.report.page.builder import build_page, embedded_picture
+from replication.report.page.builder import build_page
 from tests.conftest import made_recording
 from tests.invented_tracks import invented_tables
 from trackdyn.inputs.errors import InputError
@@ -128,19 +126,6 @@ def carried(text, name):
     """Data that a page carries compressed."""
     packed = re.search(rf'<script type="application/gzip" id="{name}">(.*?)</script>', text).group(1)
     return gzip.decompress(base64.b64decode(packed)).decode("utf-8")
-
-
-def test_a_picture_keeps_the_colour_of_a_few_marks(tmp_path):
-    figure = Figure(figsize=(5, 3))
-    axis = figure.subplots()
-    for k, colour in enumerate(("#00407A", "#D55E00", "#E69F00", "#4FBF8B")):
-        axis.plot(k, k, "o", color=colour, ms=4)
-        axis.set_title("text has many shades of grey", fontsize=12)
-    figure.savefig(tmp_path / "a.png", dpi=200)
-    uri = embedded_picture(tmp_path / "a.png")["uri"]
-    shown = Image.open(io.BytesIO(base64.b64decode(uri.partition(",")[2]))).convert("RGB").getcolors()
-    for wanted in ((0, 64, 122), (213, 94, 0), (230, 159, 0), (79, 191, 139)):
-        assert min(np.abs(np.subtract(colour, wanted)).max() for _, colour in shown) < 30
 
 
 def test_the_page_carries_everything_and_is_small(page_file):

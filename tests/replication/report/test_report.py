@@ -1,7 +1,6 @@
 """Figures and tables from small made-up recordings: files, bytes, labels, numbers."""
 
 from dataclasses import replace
-from itertools import pairwise
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -23,9 +22,9 @@ from tests.conftest import made_recording
 from trackdyn.inputs.errors import InputError
 from trackdyn.measure.spectra import rms
 from trackdyn.measure.taken import sensor_metrics
-from trackdyn.plots.drawing import chain_points, groove_points
+from trackdyn.plots.drawing import chain_points
 from trackdyn.plots.ring_study import figures, quiet_from
-from trackdyn.plots.style import new_figure, save, thin
+from trackdyn.plots.style import new_figure, save
 from trackdyn.rig.layout import assemble
 from trackdyn.rig.rig import load_rig
 from trackdyn.scene.scene import Scene
@@ -98,16 +97,6 @@ def test_a_figure_that_cannot_be_drawn_leaves_no_file(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("layout", ["constrained", "none"])
-def test_a_figure_is_drawn_once_a_file(tmp_path, monkeypatch, layout):
-    figure, drawn, draw = new_figure(2.0), [], Figure.draw
-    figure.set_layout_engine(layout)
-    figure.subplots().set_title("a title")
-    monkeypatch.setattr(Figure, "draw", lambda self, renderer: drawn.append(self) or draw(self, renderer))
-    save(figure, tmp_path / "a.png")
-    assert drawn == [figure, figure] and figure.get_layout_engine() is None
-
-
 def test_picket_fence_of_the_printed_record_at_115_rpm():
     run = recording(rpm=115.0)
     time, ay = wave(LOOP_HZ * 115 / 210, seconds=90.0)
@@ -129,15 +118,6 @@ def test_without_a_sensor_record_the_simulation_stands_alone_and_says_so():
     assert "There is no sensor record" in captions["fig17"][-1] and "no sensor" not in " ".join(captions["fig01"])
 
 
-@pytest.mark.parametrize("phase", [-3.0, -0.5, 0.0, 0.4, 2.9])
-def test_first_crest_finds_the_crest(phase):
-    hz = 0.21
-    _, ay = wave(hz, phase=phase)
-    crest = first_crest(ay, RATE, hz) / RATE
-    assert 0 <= crest <= 1 / hz
-    assert np.cos(2 * np.pi * hz * crest + phase) == pytest.approx(1, abs=1e-3)
-
-
 def test_chain_points_follow_the_bodies_and_close():
     pins, angles, sprocket_angle = chain_points(RIG, FRAME)
     assert pins.shape == (71, 2)
@@ -148,22 +128,6 @@ def test_chain_points_follow_the_bodies_and_close():
     np.testing.assert_allclose(lengths[::2], RIG.chain.link_length)
     np.testing.assert_allclose(lengths[1::2], RIG.connector_length)
     assert len(angles) == 70
-
-
-def test_grooves_stand_where_equation_12_puts_them():
-    for k in (1, 5, 13):
-        x, y = groove_points(RIG, 0.2, k, [[0.0, 1.0]])[0] - [RIG.sprocket.x, RIG.sprocket.y]
-        angle = 0.2 + (2 * k - 1) * np.pi / 13
-        np.testing.assert_allclose((x, y), (np.cos(angle), np.sin(angle)), atol=1e-12)
-
-
-def test_thin_keeps_the_extremes_and_the_order():
-    x = np.arange(100_000)
-    y = np.random.default_rng(0).standard_normal(len(x))
-    a, b = thin(x, y, groups=100)
-    assert len(a) <= 200
-    assert (b.min(), b.max()) == (y.min(), y.max())
-    assert all(first < last for first, last in pairwise(a))
 
 
 def test_table1_is_symmetric():

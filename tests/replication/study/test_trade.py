@@ -1,12 +1,10 @@
 """The study of accuracy against cost on made-up runs whose limits, errors and scatter are known."""
 
-from itertools import combinations
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
-from matplotlib.text import Text
 
 from replication.report.figures.trade import answers, trade_figure
 from replication.study.accuracy import default_step, trade
@@ -117,26 +115,6 @@ def test_the_default_step_of_an_included_rig_is_judged_by_its_halves_and_written
     assert (table.loc["(left|right|ring)_share_pct"] == 0).all()
     text = default_step.default_step_text(rows)
     assert "with a ring, at 115 rpm have errors of at most: RMS 2 +- " in text and "without a ring, at 115 rpm" in text
-
-
-def test_names_in_the_picture_of_the_readme_cover_no_point_and_no_other_name():
-    rows = pd.read_csv(Path(__file__).parents[3] / "docs" / "measured" / "trade.csv")
-    planned = {"measure": "rms", "tolerance": 0.01, "achieved_error": 2e-3, "cpu_s": 0.7, "trial_cpu_s": 0.9}
-    planned |= {"scene": "ring 0.306 m 195 rpm", "step_s": 1e-4}
-    figure = trade_figure(rows, pd.DataFrame([planned]))
-    axis, below = figure.axes
-    assert [line.get_xdata()[0] for line in below.lines if len(line.get_xdata())] == [
-        pytest.approx(1.6)
-    ]  # the trial included
-    figure.draw_without_rendering()
-    names = {text.get_text(): text for text in axis.texts if text.get_visible()}
-    assert {"belt", "preset paper, 0.05 ms", "3D, 0.05 ms"} <= names.keys()
-    # two semi-implicit and two linearly implicit steps, RK4, and three coarser or dearer models
-    assert len(names) == len(axis.lines) == 8 and axis.get_xlim()[0] <= 0.1
-    boxes = [Text.get_window_extent(text, figure.canvas.get_renderer()) for text in names.values()]
-    points = axis.transData.transform([line.get_xydata()[0] for line in axis.lines])
-    assert not any(box.overlaps(other) for box, other in combinations(boxes, 2))
-    assert not any(box.contains(*point) for box in boxes for point in points)
 
 
 def test_one_picture_has_one_scene():
