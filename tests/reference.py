@@ -51,39 +51,15 @@ def reference_accelerations(
     wheels: WheelTerms | None = None,
     cut: tuple[float, tuple[float, float]] | None = None,
 ) -> Accelerations:
-    """Solve the Newton-Euler equations of all bodies together with the joint constraints.
+    """Solve the Newton-Euler equations of all bodies (Eqs. 2-7) together with the joint constraints; SI units.
 
-    Parameters
-    ----------
-    chain : Chain
-        Data of ``n`` bodies, three or more, in order along a clockwise loop.
-    angle, rate : (n,) arrays
-        Angles, rad (not wrapped: neighbours differ by the joint angle), and their rates, rad/s.
-    force_x, force_y, moment : (n,) arrays
-        External wrench at each mass centre, N and N m, without gravity and bushings.
-    implicit_step : float
-        Step of the linearly implicit bushing damping, s: the torque on the outboard body is
-        ``-k (phi - phi0) - c (phi' + implicit_step phi'')``.
-    torque, implicit_damping
-        Torques (n,) on the outboard bodies, N m, and their fall with the joint's acceleration, N m s2, in place of it.
-    wheels : WheelTerms or None
-        Contacts and wheels.
-    cut : (float, (float, float)) or None
-        Of a compliant last joint: its ``h^2 K + h C``, kg, and its force on body 0, N. None: its pins coincide.
+    Angles along the clockwise loop are not wrapped: neighbours differ by the joint angle. Loads act at mass centres,
+    without gravity and bushings. The torque of a bushing on the outboard body is ``-k (phi - phi0) - c (phi' +
+    implicit_step phi'')``, or ``torque``, which falls with the joint's acceleration by ``implicit_damping``. ``cut`` is
+    a compliant last joint: its ``h^2 K + h C``, kg, and its force on body 0, N; without one its pins coincide.
 
-    Returns
-    -------
-    Accelerations
-
-    Raises
-    ------
-    numpy.linalg.LinAlgError
-        The constraints are dependent, for example in a chain folded into one straight line.
-
-    Notes
-    -----
-    Newton-Euler equations of the bodies of Eqs. 2-7. Assembly and residual use extended precision
-    (where the platform has it), so that the refinements leave only the final rounding.
+    Assembly and residual use extended precision where the platform has it, so that the refinements leave only the final
+    rounding.
     """
     n, w = len(chain.length), 0 if wheels is None else len(wheels.inertia)
     angle, rate, force_x, force_y, moment = (

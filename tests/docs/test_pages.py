@@ -6,8 +6,6 @@ same folder and in the order of the page; lines below them are what they must pr
 its language behind the fence, such as ``python not run``, is shown only.
 """
 
-import contextlib
-import importlib.metadata
 import os
 import re
 import shlex
@@ -117,14 +115,14 @@ def readme_script():
 
 
 # The address of the clone is the reader's. What takes minutes is planned; a study of one radius at one speed is one.
-# Nothing is loaded from an index: packages are those of this environment that the extras named in the README bring.
+# Nothing is loaded from an index: packages are those of this environment.
 AROUND = """
 set -e
 git() {{ cp -r '{tree}' "${{@: -1}}"; }}
 python3.11() {{ '{python}' "$@"; }}
 pip() {{
   rm -rf .venv/lib/python3*/site-packages/setuptools*  # too old for the clone, in a new environment
-  cp '{site}'/*.p* .venv/lib/python3*/site-packages
+  echo '{packages}' > "$(echo .venv/lib/python3*/site-packages)/ours.pth"
   command pip "$@" --quiet --no-deps --no-build-isolation --disable-pip-version-check
 }}
 trackdyn() {{
@@ -133,53 +131,19 @@ trackdyn() {{
 make() {{ command make --dry-run "$@"; }}
 snakemake() {{ python -m snakemake --dry-run --quiet all "$@"; }}
 """
-# of an environment that has only some of ours
-ONLY = """
-import sys
-
-class Missing:
-    def find_spec(self, name, path=None, target=None):
-        if name in {names!r}:
-            raise ModuleNotFoundError(f"No module named {{name!r}}", name=name)
-
-sys.meta_path.insert(0, Missing())
-"""
-
-
-def brought(extras):
-    """Names of the distributions that trackdyn with some extras needs."""
-    from packaging.requirements import Requirement
-
-    names, due = set(), [Requirement(f"trackdyn[{extras}]")]
-    while due:
-        asked = due.pop()
-        for extra in ("", *asked.extras):
-            key = asked.name.lower().replace("_", "-"), extra
-            if key not in names:
-                names.add(key)
-                with contextlib.suppress(importlib.metadata.PackageNotFoundError):
-                    needs = map(Requirement, importlib.metadata.requires(asked.name) or ())
-                    due += [of for of in needs if of.marker is None or of.marker.evaluate({"extra": extra})]
-    return {name for name, _ in names}
 
 
 @pytest.mark.slow
 def test_the_readme_is_a_script_that_runs_in_a_fresh_folder(tmp_path):
-    script, tree, site = readme_script(), tmp_path / "tree", tmp_path / "site"
+    script, tree = readme_script(), tmp_path / "tree"
     assert all(words in script for words in ("git clone", "activate", "trackdyn simulate", "trackdyn compare"))
-    site.mkdir()
     listed = ["git", "ls-files", "-co", "--exclude-standard", "-z"]
     for name in filter(None, subprocess.run(listed, cwd=ROOT, capture_output=True, check=True).stdout.split(b"\0")):
         if (source := ROOT / name.decode()).is_file():
             (tree / name.decode()).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(source, tree / name.decode())
-    needed = {"pip", "setuptools", "wheel", *brought(re.search(r"\.\[([\w,]+)\]", script)[1])}
-    modules = importlib.metadata.packages_distributions()
-    names = {name for name, of in modules.items() if not {package.lower().replace("_", "-") for package in of} & needed}
-    names = {name for name in names if not name.startswith("snakemake_")}  # it loads whichever plugin it finds
-    (site / "only.py").write_text(ONLY.format(names=names))
-    (site / "a.pth").write_text(f"{sysconfig.get_path('purelib')}\nimport only\n")
-    around = AROUND.format(tree=tree, site=site, python=getattr(sys, "_base_executable", sys.executable))
+    python = getattr(sys, "_base_executable", sys.executable)
+    around = AROUND.format(tree=tree, packages=sysconfig.get_path("purelib"), python=python)
     outside = [folder for folder in os.environ["PATH"].split(os.pathsep) if not folder.startswith(sys.prefix)]
     environment = {name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "VIRTUAL_ENV"))}
     done = subprocess.run(

@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 from matplotlib.figure import Figure
 
-from fieldtest.figures import first_crest, history_figure, spectrum_figure
+from fieldtest.figures import history_figure, spectrum_figure
 from fieldtest.sensor_csv import SensorRecord
 from replication.paper.contents import PAPER
 from replication.paper.printed import SENSORS
