@@ -25,18 +25,18 @@ from trackdyn.inputs.errors import InputError
 from trackdyn.measure.contacts import contacts
 from trackdyn.model.arrays import SIDES, make_record, make_state
 from trackdyn.rig.rig import load_rig
-from trackdyn.rig.rig_file import SHIPPED
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recording import Recording, provenance
 from trackdyn.simulation.settling import Layout
 
-CONFIG = Path(__file__).parents[1] / "config"
+ROOT = Path(__file__).parents[1]
 RIG = Path(__file__).with_name("viscous.yaml")  # which does not move with the default one
 # long enough for a steady drive of the sprocket, short enough for a test
 SHORT = {"duration": 0.5, "lead_in": 0.2, "ramp": 0.4}
 # what costs minutes is compiling: tests of spatial runs, of sprung tensioners and of other integrators share these laws
 LAWS = {"drag": "rolling", "bushing_law": "hysteretic"}
+BELT = {"chain": "belt", "ring_radius": None, "contact_log": False}
 
 
 def pytest_addoption(parser):
@@ -71,12 +71,6 @@ def pytest_terminal_summary(terminalreporter):
     skipped = Counter(report.longrepr[2] for report in terminalreporter.stats.get("skipped", []))
     for reason, count in skipped.most_common():
         terminalreporter.write_line(f"{count} skipped: {reason.removeprefix('Skipped: ')}")
-
-
-@pytest.fixture(scope="session")
-def rig_path():
-    """File of the default rig."""
-    return SHIPPED / "paper.yaml"
 
 
 @pytest.fixture(scope="session")

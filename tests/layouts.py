@@ -1,10 +1,10 @@
-"""Random layouts: wheels, arms and chains of any number, drawn around the sprocket of a shipped rig.
+"""Random layouts: wheels and chains of any number, drawn around the sprocket of a shipped rig.
 
 A layout is drawn from a seed and its number alone, so that any of them can be made again (`random_rig`). Chains and
 sprockets are those of shipped rigs; everything around the sprocket is drawn.
 """
 
-from math import cos, degrees, hypot, pi, sin, sqrt
+from math import cos, degrees, hypot, pi, sin
 from pathlib import Path
 
 import numpy as np
@@ -94,25 +94,9 @@ def random_rig(number: int) -> Rig:
             "x": x, "y": y, "radius": radius, "inertia": 0.5 * 4 * c.link_mass * radius**2,
             "bearing_drag": base.wheels["idler"].bearing_drag, "rolling_arm": base.wheels["idler"].rolling_arm,
         }  # fmt: skip
-        if i != order[k] and rng.random() < 0.15:
-            wheels[name]["arm"] = _arm(rng, x, y, radius, 4 * c.link_mass, tension)
-    mode = str(rng.choice(["locked", "locked", "locked", "sprung"]))
-    mass = 4 * c.link_mass
-    stiffness = tension / (0.1 * placed[order[k], 2])
     changes = {
         "wheels": wheels, "chain__pitches": pitches,
         "tension__wheel": names[order[k] - 1], "tension__direction": direction, "tension__travel": 0.7 * base.pitch,
-        "tension__pre_tension": tension, "tension__kept": mode, "tension__mass": mass, "tension__stiffness": stiffness,
-        "tension__damping": 0.2 * sqrt(stiffness * mass),
+        "tension__pre_tension": tension, "tension__kept": "locked",
     }  # fmt: skip
     return base.changed(**changes)
-
-
-def _arm(rng, x: float, y: float, radius: float, mass: float, tension: float) -> dict:
-    """A trailing arm as long as its wheel's radius, which a tenth of its turn's load moves little."""
-    turn = rng.uniform(0, 2 * pi)
-    stiffness = 10.0 * tension * radius
-    return {
-        "x": x + radius * cos(turn), "y": y + radius * sin(turn), "mass": mass, "stiffness": stiffness,
-        "damping": 0.2 * radius * sqrt(stiffness * mass), "travel": 25.0,
-    }  # fmt: skip

@@ -1,20 +1,18 @@
 """What is installed: the lock holds every package with its hash, and keeps to pyproject.toml as the conda file does."""
 
-import os
 import re
 import subprocess
 import sys
 import tomllib
-from pathlib import Path
 
 import pytest
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 from packaging.version import Version
 
+from tests.conftest import ROOT
 from trackdyn.inputs.extras import EXTRAS
 
-ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 LOCKED = re.compile(r"([\w.-]+)==(\S+)(?: ; [^\\]+)?((?: --hash=sha256:[0-9a-f]{64})+)")  # its marker, its hashes
 
@@ -46,14 +44,6 @@ def test_the_lock_keeps_to_the_project(locked):
     for requirement in asked(*PROJECT["optional-dependencies"]):
         version = locked.get(canonicalize_name(requirement.name))
         assert version in requirement.specifier if version else False, f"{requirement}: {version}; make lock"
-
-
-def test_make_keeps_bytecode(tmp_path):
-    """In a shell that forbids it, too: each process would compile all that it imports."""
-    (tmp_path / "shown.mk").write_text('shown:\n\t@echo "kept: $$PYTHONDONTWRITEBYTECODE"\n', encoding="utf-8")
-    make = ["make", "--no-print-directory", "-f", "Makefile", "-f", tmp_path / "shown.mk", "shown"]
-    shell = os.environ | {"PYTHONDONTWRITEBYTECODE": "1"}
-    assert subprocess.run(make, cwd=ROOT, env=shell, capture_output=True, text=True, check=True).stdout == "kept: \n"
 
 
 WITHOUT_EXTRAS = """

@@ -4,19 +4,18 @@ import ast
 import importlib
 import re
 from functools import reduce
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 
+from tests.conftest import ROOT
 from tests.kinematics import pins, without_extrapolation
 from trackdyn.contact.laws import elastic_force, find_area, groove_index
 from trackdyn.integrate.run import refresh
 from trackdyn.model.constants import SPROCKET
 from trackdyn.simulation.readings import specific_force
 
-ROOT = Path(__file__).parents[1]
 TABLE = pd.read_csv(ROOT / "docs" / "equations.csv", keep_default_na=False)
 STATUS = ("printed", "reconstructed", "corrected", "replaced")
 FUNCTIONS, TESTS = (sorted(set(" ".join(TABLE[column]).split())) for column in ("functions", "tests"))

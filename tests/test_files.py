@@ -3,7 +3,6 @@
 import os
 import subprocess
 import sys
-from threading import Barrier, Thread
 
 import pytest
 
@@ -72,23 +71,3 @@ def test_a_pipe_and_a_device_are_refused(tmp_path, write):
         with pytest.raises(InputError, match="is a pipe or a device, not a file; give the name of a file"):
             write(path)
     assert (tmp_path / "pipe").is_fifo() and not os.path.isfile("/dev/null")
-
-
-def test_threads_that_write_one_file_do_not_disturb_each_other(tmp_path):
-    together, failed = Barrier(8), []
-
-    def write(text):
-        try:
-            together.wait()
-            for _ in range(20):
-                write_text(tmp_path / "a.txt", text * 1000)
-        except InputError as error:
-            failed.append(error)
-
-    threads = [Thread(target=write, args=(text,)) for text in "abcdefgh"]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    assert failed == [] and len(set((tmp_path / "a.txt").read_text())) == 1
-    assert [path.name for path in tmp_path.iterdir()] == ["a.txt"]

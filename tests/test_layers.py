@@ -6,13 +6,12 @@ import ast
 import re
 import runpy
 import sys
-from pathlib import Path
 
 import pytest
 
+from tests.conftest import ROOT
 from trackdyn.sources import imported_files
 
-ROOT = Path(__file__).parents[1]
 # a package: its folder, the packages below it, its files and rooms from the ground up; each imports those before it
 FOLDERS = {
     "trackdyn": ROOT / "trackdyn",

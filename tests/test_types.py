@@ -1,10 +1,9 @@
 """A type checker sees the types of the public functions in a user's script, and what does not fit them."""
 
-from pathlib import Path
-
 import pytest
 
-ROOT = Path(__file__).parents[1]
+from tests.conftest import ROOT
+
 SCRIPT = """
 import numpy as np
 

@@ -61,11 +61,3 @@ def test_arcs_of_a_pitch_meet_the_same_mass(make_scene, kind):
     assert left == pytest.approx(model.tooth.mobility, rel=1e-12)
     chain = build_chain(scene.rig, kind)
     assert 1 / chain.mass.sum() < left < 1 / chain.mass.min() + chain.length.max() ** 2 / chain.inertia.min()
-
-
-@pytest.mark.parametrize(
-    ("integrator", "yields"), [("semi_implicit", True), ("linearly_implicit", False), ("rk4", False)]
-)
-def test_only_velocities_of_the_middle_of_a_step_are_led(make_scene, integrator, yields):
-    model = make_scene(integrator=integrator).model
-    assert (model.tooth.mobility > 0) == model.tooth.slip.any() == (model.wheels.slip > 0).all() == yields

@@ -11,13 +11,13 @@ import pytest
 import typer.main
 from typer.testing import CliRunner
 
+from tests.conftest import ROOT
 from trackdyn.commands import options
 from trackdyn.commands.cli import app
 from trackdyn.inputs.errors import InputError
 from trackdyn.rig import rig_file
 from trackdyn.scene import choices
 
-ROOT = Path(__file__).parents[2]
 ENTRY = "from trackdyn.__main__ import main; main()"
 HEAVY = ("numba", "pandas", "matplotlib", "scipy")
 COMMANDS = typer.main.get_command(app).commands

@@ -5,12 +5,12 @@ import io
 import math
 import re
 import shutil
-from pathlib import Path
 
 import nbformat
 import pytest
 
-ROOT = Path(__file__).parents[2]
+from tests.conftest import ROOT
+
 NOTEBOOKS = sorted((ROOT / "docs" / "gallery").glob("*.ipynb"))
 NUMBER = re.compile(r"(?<![\w.])-?(?:\d+\.?\d*(?:e[+-]?\d+)?|NaN)(?![\w.])")
 # what short records scatter by between processors; a changed model or a changed cell moves more

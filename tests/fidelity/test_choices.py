@@ -6,18 +6,16 @@ import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
-from tests.conftest import RIG, refused
+from tests.conftest import BELT, RIG, refused
 from trackdyn.commands.cli import app
 from trackdyn.integrate.methods import METHODS
 from trackdyn.rig.groove import PROFILES
 from trackdyn.rig.laws import NORMAL_LAWS
 from trackdyn.rig.rig import Rig, load_rig
-from trackdyn.scene.choices import PRESETS, preset
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation import simulate as simulation
 from trackdyn.sweeps.sweep import requested_rows
 
-BELT = {"chain": "belt", "ring_radius": None, "contact_log": False}
 TOE = {"idler__toe": 0.5}
 
 
@@ -85,11 +83,6 @@ def test_a_wheel_out_of_the_plane_makes_the_scene_spatial_by_itself(rig, wheel, 
 
 
 # --- presets and provenance
-
-
-def test_the_standard_step_is_halved_without_a_ring_and_no_other():
-    assert preset("standard", ring=False) == PRESETS["standard"] | {"step": 5e-5}
-    assert all(preset(name, ring=False) == PRESETS[name] for name in PRESETS if name != "standard")
 
 
 def test_a_scene_of_another_rig_follows_it_but_for_what_was_asked():

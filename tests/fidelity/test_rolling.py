@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.conftest import RIG
+from tests.conftest import LAWS, RIG
 from tests.rigs.conftest import scene_of
 from trackdyn.chain.kinematics import SLOW, bearing_drag
 from trackdyn.inputs.errors import InputError
@@ -15,8 +15,6 @@ from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 
 ARM, IDLER = 0.01, 1
-# Bushings do not matter here; with these the kernels are those of `tests/chain/test_maxwell.py`.
-LAWS = {"drag": "rolling", "bushing_law": "hysteretic"}
 
 
 @pytest.fixture(scope="module")

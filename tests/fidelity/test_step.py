@@ -4,10 +4,9 @@ import pytest
 
 from trackdyn.inputs.errors import DivergenceError, InputError
 from trackdyn.rig.rig import load_rig
+from trackdyn.rig.rig_file import shipped_rigs
 from trackdyn.scene.scene import Scene
 from trackdyn.scene.step import first_that_runs, halved_steps, round_step
-
-RIGS = ("bench", "m113", "robot", "vehicle", "paper", "parts")
 
 
 @pytest.mark.parametrize("rate", [1000, 1600, 3200, 44100 // 21])
@@ -19,7 +18,7 @@ def test_a_step_divides_the_sample_interval_and_is_within_its_limit(rate, limit)
     assert steps[0] == round_step(limit, 1 / rate)
 
 
-@pytest.mark.parametrize("name", RIGS)
+@pytest.mark.parametrize("name", shipped_rigs())
 @pytest.mark.parametrize("ring", [None, "own"])
 def test_the_step_of_a_scene_is_the_one_that_its_model_has(name, ring):
     rig = load_rig(name)

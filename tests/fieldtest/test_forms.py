@@ -47,6 +47,11 @@ FORMS = {
     "blank lines": (table("t_s,ay_g", lambda k, t, a: f"{t:.3f},{a}\n"), {}),
     "units in cells": (table("t_s,ay", lambda k, t, a: f"{t:.3f},{a} g"), {}),
     "units with raised signs": (table("t_s,ay", lambda k, t, a: f"{t:.3f},{9.81 * a:.5f} m/s\N{SUPERSCRIPT TWO}"), {}),
+    "commas and a point": (table("t_ms;ay_mg", lambda k, t, a: f"{8 * k:,.1f};{1000 * a:,.2f}"), {}),
+    "points and a comma": (
+        table("t_ms;ay_mg", lambda k, t, a: f"{8 * k:,.1f};{1000 * a:,.2f}".translate(str.maketrans(",.", ".,"))),
+        {},
+    ),
     "apostrophes": (table("t_ms;ay_mg", lambda k, t, a: f"{8 * k};{1000 * a:,.1f}".replace(",", "'")), {}),
     "blanks in thousands": (
         table("t_ms;ay", lambda k, t, a: f"{8 * k};{1000 * a:,.1f} mg".replace(",", "\N{NO-BREAK SPACE}")),

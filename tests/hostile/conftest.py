@@ -1,8 +1,8 @@
 """A recording that needs no kernel, a folder of odd files, and the command within this process."""
 
 import pytest
-from sentences import BELT
 
+from tests.conftest import BELT
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.belt import belt_recording
 

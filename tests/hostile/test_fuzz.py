@@ -12,18 +12,19 @@ import pytest
 import yaml
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
-from sentences import BELT, RIG, ROOT
 
 from fieldtest.sensor_csv import read_sensor
 from replication.pipeline.config import check_config, read_layer
+from tests.conftest import BELT, ROOT
 from trackdyn.commands import cli
 from trackdyn.inputs.errors import TrackdynError
 from trackdyn.rig.rig import load_rig
+from trackdyn.rig.rig_file import SHIPPED
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.belt import belt_recording
 from trackdyn.simulation.recording import load_recording
 
-CONFIG = ROOT / "config" / "config.yaml"
+CONFIG, RIG = ROOT / "config" / "config.yaml", SHIPPED / "paper.yaml"
 # every run has the same examples; no search for a smaller failure: what is drawn is small, and a search has no bound
 FUZZ = settings(
     max_examples=30,
@@ -110,7 +111,7 @@ def mangled(draw, content):
 def folder(tmp_path_factory):
     """A folder with a rig, a short recording and measured data."""
     folder = tmp_path_factory.mktemp("fuzz")
-    shutil.copy(ROOT / "trackdyn" / "rigs" / "paper.yaml", folder / "rig.yaml")
+    shutil.copy(RIG, folder / "rig.yaml")
     belt_recording(Scene(load_rig(RIG), 115.0, **BELT, duration=0.05)).save(folder / "belt.npz")
     (folder / "sensor.csv").write_text(SENSOR, encoding="utf-8")
     return folder

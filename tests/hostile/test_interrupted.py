@@ -6,10 +6,11 @@ import subprocess
 import sys
 
 import pytest
-from sentences import RIG, ROOT
+
+from tests.conftest import ROOT
 
 ENTRY = "from trackdyn.__main__ import main; main()"
-BELT = ("--rig", RIG, "--choose", "chain=belt", "--duration", "30", "--quiet")
+BELT = ("--choose", "chain=belt", "--duration", "30", "--quiet")
 
 
 def start(folder, *arguments, prelude="", environment=None, **options):
@@ -39,9 +40,7 @@ def ended(process):
 )
 def test_the_first_compilation_is_said_and_can_be_stopped(tmp_path, number, code, word):
     folder = tmp_path / "out"
-    process = start(
-        tmp_path, "simulate", folder / "run.npz", "--rig", RIG, environment={"TRACKDYN_CACHE": str(tmp_path / "k")}
-    )
+    process = start(tmp_path, "simulate", folder / "run.npz", environment={"TRACKDYN_CACHE": str(tmp_path / "k")})
     said = next(line for line in process.stderr if "compiling" in line)
     assert said.endswith("trackdyn: compiling kernels, about a minute; the next run finds them\n")
     process.send_signal(number)
@@ -66,7 +65,7 @@ threading.Thread(target=strike, daemon=True).start()
 
 def test_a_file_that_is_replaced_is_said_and_kept_until_then(tmp_path):
     (tmp_path / "run.npz").write_bytes(b"mine")
-    process = start(tmp_path, "simulate", "run.npz", "--rig", RIG, "--duration", "3000", "-q")
+    process = start(tmp_path, "simulate", "run.npz", "--duration", "3000", "-q")
     assert process.stderr.readline() == (
         "trackdyn: warning: run.npz exists and is replaced when the run is done; until then Ctrl-C keeps it\n"
     )

@@ -10,13 +10,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import yaml
-from sentences import BELT, HUGE, LONGER, NO_NUMBERS, NUMBER, RIG, ROOT
 from snakemake.utils import update_config
 
-from fieldtest.sensor_csv import read_sensor, write_sensor_csv
+from fieldtest.sensor_csv import read_sensor
 from replication.pipeline.config import RIG_FIELDS, check_config, check_layers, read_layer
-from tests.conftest import RIG as VISCOUS
-from tests.conftest import refused
+from tests.conftest import BELT, RIG, ROOT, refused
 from tests.kinematics import unsettled_loop
 from trackdyn.inputs.errors import InputError, shown
 from trackdyn.inputs.yaml_file import read_yaml
@@ -28,6 +26,12 @@ from trackdyn.scene.scene import Scene
 from trackdyn.simulation.recorder import Recorder
 from trackdyn.simulation.recording import load_recording
 from trackdyn.simulation.simulate import simulate
+
+HUGE, LONGER = 10**400, 10**5000  # beyond a float; beyond what Python writes as text
+NUMBER = "must be a finite number"
+NO_NUMBERS = (
+    HUGE, LONGER, "115", None, [115], {}, True, 1 + 2j, float("nan"), float("inf"), np.array([1.0, 2.0]), b"1",
+)  # fmt: skip
 
 # -- tables: what is stated, then words of the sentence ----------------------------------------------------------------
 
@@ -104,7 +108,7 @@ SCENES = [
     (
         {"ring_radius": 1e300},
         "ring_radius = 1e+300",
-        "between {:.4f} m (touches no link) and {:.4f} m".format(*Scene.ring_range(load_rig(VISCOUS))),
+        "between {:.4f} m (touches no link) and {:.4f} m".format(*Scene.ring_range(load_rig(RIG))),
     ),
     ({"ring_radius": -0.3}, "ring_radius = -0.3", "must be a radius in m, or null"),
     ({"duration": 1e-300}, "duration = 1e-300", "between 0.001 and"),
@@ -136,19 +140,16 @@ SCENES = [
 ]
 LOOPS = [
     (lambda loop: loop.step(0), "count = 0: must be between 1 and"),
-    (lambda loop: loop.step("ten"), "count = 'ten'", "must be a whole number"),
     (lambda loop: loop.advance(float("nan")), "seconds = nan", NUMBER),
     (lambda loop: loop.advance(-1), "seconds = -1", "between 0 and"),
     (lambda loop: loop.record(0), "duration = 0.0", "between 0.001 and"),
     (lambda loop: loop.record(0.1, pitches=[99]), "pitches = 99"),
     (lambda loop: loop.record(0.1, frame_interval=1e-9), "frame_interval = 1e-09"),
-    (lambda loop: loop.drive("fast"), "motor_rpm = 'fast'", NUMBER),
     (lambda loop: loop.drive(115, ramp=0), "ramp = 0.0"),
     (lambda loop: loop.drive(60000), "step = 5e-05: too large for the turn of the sprocket (motor_rpm)"),
     (lambda loop: loop.shift_tensioner(1), "shift = 1:", "the tensioner's travel"),
     (lambda loop: Rig(chain="x"), "rig: gravity is missing"),
     (lambda loop: Wheel(x="x"), "wheel: x = 'x'", NUMBER),
-    (lambda loop: write_sensor_csv("a.csv", [0, 1], "x", None, None), "x"),
 ]
 YAML_FILES = [
     (b"", "must hold sections"),
@@ -176,7 +177,6 @@ SETTINGS = [
     ("results", "x" * 300, "the name of a folder"),
     ("results", 5, "valid string"),
     ("records.duration_s", -90, "records.duration_s = -90", "greater than 0"),
-    ("records.duration_s", "long", "valid number"),
     (
         "ring_study.steps_s",
         [[0.309, 5e-5], [0.305, 1e-4]],
@@ -191,10 +191,8 @@ SETTINGS = [
         [115, 150, 150],
         "records.speeds_rpm = [115.0, 150.0, 150.0]: 150 occurs twice; give rising",
     ),
-    ("ring_study.speeds_rpm", [150, 115], "ring_study.speeds_rpm = [150.0, 115.0]: 115 comes after 150; give rising"),
     ("ring_study.radii_m", [0.3080, 0.30801], "ring_study: two runs would share the name ring/115rpm_0.308"),
     ("ring_study.radii_m", [0.303, 0.5], "ring_study (run ring/115rpm_0.5)", "ring_radius = 0.5", "or no ring"),
-    ("records.ring_radius_m", 0.5, "records (run 115rpm)", "ring_radius = 0.5", "or no ring"),
     ("meshing.durations_s", 3, "meshing.durations_s is not a known parameter; remove it or correct its spelling"),
     ("records.speeds_rpm", [HUGE], "records.speeds_rpm.0"),
     ("records.speeds_rpm", [1e9], "records.speeds_rpm.0 = 1000000000.0", "less than 100000"),
@@ -205,7 +203,6 @@ SETTINGS = [
     ("peers.steps_s", [1e-4, 3e-5], "peers: scene: step = 3e-05", "must divide"),
     ("peers.readings", ["motor", "motor"], "peers: readings", "occurs twice"),
     ("peers.speed_rpm", 9e4, "peers: scene: motor_rpm = 501300.0"),
-    ("fidelity.speeds_rpm", [210, 115], "fidelity.speeds_rpm", "give rising values"),
     ("fidelity.settings", ["preset=best"], "fidelity.settings", "preset=paper"),
     ("sensor_csv", "nowhere/{rpm}.csv", "nowhere/115.csv does not exist"),
     ("sensor_csv", "{0.__class__}", "the only field in braces is {rpm}"),
@@ -213,8 +210,6 @@ SETTINGS = [
     ("rig", "/dev/zero", "not a file"),
     ("rig", "absent.yaml", "absent.yaml: no such file"),
     ("sensor_csv", "d{{x}}/{rpm}.csv", "sensor_csv = 'd{x}/115.csv': holds a brace; rename the file or folder"),
-    ("sensor_mapping", "{a}.yaml", "sensor_mapping = '{a}.yaml': holds a brace"),
-    ("studies", "absent.yaml", "absent.yaml: no such file"),
 ]
 
 # -- and what refuses it ---------------------------------------------------------------------------------------------
@@ -227,7 +222,7 @@ def write(content):
 
 def rig_file(changes):
     """A file of the rig with other sections."""
-    return write(yaml.safe_dump(yaml.safe_load(RIG.read_text(encoding="utf-8")) | changes).encode())
+    return write(yaml.safe_dump(yaml.safe_load(shipped_rigs()["paper"].read_text(encoding="utf-8")) | changes).encode())
 
 
 def configured(key, value):
@@ -310,14 +305,6 @@ def test_a_later_file_is_on_top_of_an_earlier_one_and_the_command_line_on_top_of
     path.write_text("records: {duration_s: 0100, lead_in_s: 2e1}\n", encoding="utf-8")
     config, _, _ = check_layers(["config/config.yaml", path], {"records": {"ramp_s": 0.75}}, update_config)
     assert (config.records.duration_s, config.records.lead_in_s, config.records.ramp_s) == (100, 20.0, 0.75)
-
-
-def test_a_template_is_refused_before_it_is_run(tmp_path):
-    """Snakemake's own loader would run it."""
-    path = tmp_path / "mine.yaml"
-    path.write_text("__use_yte__: true\n?if True:\n  results: x\n", encoding="utf-8")
-    with pytest.raises(InputError, match=r"mine\.yaml: __use_yte__ is not a known parameter"):
-        read_layer(path)
 
 
 PLACES = [

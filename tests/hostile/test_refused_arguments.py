@@ -50,21 +50,6 @@ def test_an_argument_of_another_type_is_refused(row):
     refused(FUNCTIONS[function], start=f"{name} = ", **{name: value})
 
 
-def test_containers_and_callables_are_said_in_words():
-    @typed
-    def call(many: Sequence[float] = (), tick: Callable[[list[int]], None] | None = None, table: dict[str, int] = {}):  # noqa: B006
-        return many, tick, table
-
-    assert call([1.0], print, {"a": 1})
-    for arguments, said in (
-        ({"many": 210}, "many = 210: must be a sequence such as a list"),
-        ({"tick": 0}, "tick = 0: must be a function or None"),
-        ({"table": [1]}, "table = \\[1\\]: must be a mapping"),
-    ):
-        with pytest.raises(InputError, match=f"^{said}$"):
-            call(**arguments)
-
-
 def test_arguments_of_the_declared_type_pass():
     @typed
     def call(number: float, count: int = 1, text: str | None = None, *rest: int, flag: bool = False) -> tuple:

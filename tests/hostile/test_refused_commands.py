@@ -7,9 +7,8 @@ import sys
 from pathlib import Path
 
 import pytest
-from sentences import BELT
 
-from tests.conftest import refused, run_command
+from tests.conftest import BELT, refused, run_command
 from trackdyn.rig.rig import load_rig
 from trackdyn.rig.rig_file import shipped_rigs
 from trackdyn.scene.scene import Scene

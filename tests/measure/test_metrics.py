@@ -2,12 +2,12 @@
 
 import copy
 
-import matplotlib
 import numpy as np
 import pandas as pd
 import pytest
 
 import trackdyn
+from trackdyn.inputs.errors import InputError
 from trackdyn.measure.catalogue import CATALOGUE
 from trackdyn.measure.columns import error_of, table_schema
 from trackdyn.measure.metrics import remarks, run_metrics, shown_measures, whole_errors
@@ -104,18 +104,18 @@ def test_g_of_another_gravity_is_said(rig):
     assert remarks(belt_recording(Scene(rig.changed(gravity=0.0), 150.0, **BELT))) == []
 
 
-def test_what_is_printed_is_short(run):
-    for thing in (run, run.scene, run.scene.rig):
-        for text in (repr(thing), str(thing)):
-            assert len(text.splitlines()) <= 10 and len(text) < 400
-    assert "115 rev/min" in repr(run.scene) and "35 pitches" in repr(run.scene.rig) and repr(run.scene) in repr(run)
-
-
-def test_the_picture_of_the_sensor_has_labels(run):
-    matplotlib.use("agg")
-    signal = trackdyn.sense(run)
-    axes = signal.plot()
-    assert axes.get_xlabel() == "time (s)" and axes.get_ylabel() == "acceleration (g)"
-    assert [text.get_text().split(",")[0] for text in axes.get_legend().get_texts()] == ["ay", "ax"]
-    assert signal.plot(axes) is axes and len(axes.lines) == 4
-    assert (axes.lines[0].get_ydata() == signal.ay).all()
+def test_the_dictionary_describes_columns_and_refuses_unknown_ones():
+    schema = table_schema(["run", "rms_g", "ring_peak_n", "left_areas", "passages"])
+    assert [(field["type"], field["unit"]) for field in schema["fields"]] == [
+        ("string", ""), ("number", "g"), ("number", "N"), ("string", ""), ("integer", "1"),
+    ]  # fmt: skip
+    assert (
+        schema["fields"][2]["description"]
+        == "largest normal force on a link on the ring in a passage, mean over passages"
+    )
+    assert schema["primaryKey"] == ["run"]
+    assert [field.get("standardError") for field in schema["fields"][1:4]] == [
+        "rms_error_g", "ring_peak_error_n", "what was visited at all, no number",
+    ]  # fmt: skip
+    with pytest.raises(InputError, match="up_peak_n has no description"):
+        table_schema(["up_peak_n"])

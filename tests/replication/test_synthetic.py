@@ -2,15 +2,14 @@
 
 import hashlib
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from fieldtest.sensor_csv import read_sensor
 from replication.synthetic import RANGE_G, RATE_HZ, RECORD_S, SPEEDS, closeness, write_dataset, write_record
+from tests.conftest import ROOT
 
-ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "data" / "synthetic"
 HALF_A_LINE = 0.5  # a printed frequency that is no line of the spectrum says no more
 # The printed amplitude has four digits, but the layout is assumed: its belt turning exactly on a line shows

@@ -10,7 +10,6 @@ from trackdyn.scene.step import largest_step
 from trackdyn.simulation.loop import Loop
 
 SPROCKET_RPM = 30.0
-NAMES = ("bench", "m113", "robot", "vehicle", "paper", "parts")
 
 
 def scene_of(rig, sprocket_rpm=SPROCKET_RPM, **fields):

@@ -57,11 +57,9 @@ def at_an_allowed_step(rig, fraction=0.75) -> Scene:
     return scene.with_(step=1.0 / rig.rate / np.ceil(1.0 / rig.rate / (fraction * min(limit, 1.25e-4))))
 
 
-@pytest.mark.parametrize("number", [137, 464, 710])
+@pytest.mark.parametrize("number", [137, 710])
 def test_slow_and_slack_strands_are_tensioned(number):
-    """A strand that evens out in seconds, wheels on arms, and a slack one whose compliance once threw the wheel metres
-    away.
-    """
+    """A strand that evens out in seconds, and a slack one whose compliance once threw the wheel metres away."""
     rig = random_rig(number)
     layout = settle(at_an_allowed_step(rig)).layout
     assert layout.settled_tension_n == pytest.approx(rig.tension.pre_tension, rel=0.01)

@@ -6,12 +6,11 @@ import pytest
 from replication.peers.comparison import require_exudyn, run_peer
 from replication.study.settings import PEER_LAWS
 from tests.conftest import RIG
-from tests.rigs.conftest import NAMES
 from trackdyn.inputs.errors import DivergenceError
 from trackdyn.integrate.carriers import along, push
 from trackdyn.model.constants import SPROCKET
 from trackdyn.rig.rig import load_rig
-from trackdyn.rig.rig_file import SHIPPED
+from trackdyn.rig.rig_file import SHIPPED, shipped_rigs
 from trackdyn.scene.build import check_stops
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.energy_balance import open_share
@@ -32,7 +31,7 @@ def test_the_package_has_its_own_files():
     assert not links, "a checkout without links would lose them"
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", shipped_rigs())
 def test_it_settles_with_its_tension_and_nothing_in_steel(name, settled):
     loop = settled(name)
     rig, depth = loop.scene.rig, arc_depths(loop.scene, loop.model, loop.work, loop.state.wheel_angle[SPROCKET])
@@ -45,7 +44,7 @@ def test_it_settles_with_its_tension_and_nothing_in_steel(name, settled):
     check_stops(rig, loop.arrays.model.carriers, loop.arrays.state.slide)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", shipped_rigs())
 def test_the_wheels_carry_the_chain(name, settled):
     """Forces of all wheels on the chain at rest are its weight: one sum over contacts, the other over masses."""
     loop = settled(name)
@@ -58,7 +57,7 @@ def test_the_wheels_carry_the_chain(name, settled):
     assert abs(total[0]) < 0.05 * weight
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", shipped_rigs())
 def test_it_runs_with_a_closed_loop_and_a_closed_account(name, settled):
     loop = settled(name)
     loop.advance(loop.scene.ramp + loop.scene.lead_in)

@@ -285,7 +285,7 @@ def test_what_a_state_cannot_take_is_refused(loop, fields, says):
         loop.changed(**fields)
 
 
-def test_scenes_are_compared_by_their_fields(make_scene, rig_path):
+def test_scenes_are_compared_by_their_fields(make_scene):
     scene = make_scene()
     assert scene == make_scene() and scene == scene.with_(step=5e-5).with_(step=None)
     assert scene != scene.with_(step=5e-5) and scene != scene.with_(rig=scene.rig.changed(gravity=9.8))
@@ -319,16 +319,3 @@ def test_every_kind_of_loop_can_be_pickled(make_scene, fields):
     for each in (loop, loaded):
         each.advance(0.02)
     assert_same(loaded, loop)
-
-
-def test_the_account_is_judged_while_a_run_goes_on(make_scene, monkeypatch):
-    """Every ten seconds of a record, not only at its end, also if the chunks do not end there; by the turns made."""
-    calls = []
-    monkeypatch.setattr(writer, "check_account", lambda energy, model, driven: calls.append((len(energy), driven)))
-    monkeypatch.setattr(writer, "CHUNK", 3.0)
-    loop = Loop(make_scene(0.0, step=2e-4, integrator="linearly_implicit"))
-    loop.drive(2.0, ramp=22.0)
-    loop.record(22.0)
-    share = np.array([12.0, 21.0, 22.0]) / 22.0
-    assert [samples for samples, _ in calls] == [12000, 21000, 22000]
-    np.testing.assert_allclose([driven for _, driven in calls], 22.0 * (share**3 - share**4 / 2), rtol=1e-3)

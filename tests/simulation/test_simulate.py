@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from tests.conftest import LAWS, assert_same_arrays, recorded
+from tests.conftest import BELT, LAWS, assert_same_arrays, recorded
 from trackdyn.commands.cli import app
 from trackdyn.inputs.errors import DivergenceError, InputError
 from trackdyn.measure.metrics import run_metrics
@@ -81,16 +81,13 @@ def test_a_run_that_diverges_says_when_and_where(make_scene, rig, monkeypatch, a
         simulate(make_scene(210.0, rig=rig.changed(**stiff), **fields))
 
 
-def test_a_run_that_diverges_leaves_no_file(rig_path, tmp_path, monkeypatch):
+def test_a_run_that_diverges_leaves_no_file(tmp_path, monkeypatch):
     forget_limits(monkeypatch)
-    arguments = ["simulate", str(tmp_path / "out" / "run.npz"), "--rig", str(rig_path), "--rpm", "210", "-q"]
+    arguments = ["simulate", str(tmp_path / "out" / "run.npz"), "--rpm", "210", "-q"]
     result = CliRunner().invoke(app, [*arguments, "--ring-radius", "none", "--step", "1e-3"])
     assert isinstance(result.exception, DivergenceError)
     assert "\n" not in str(result.exception)
     assert list(tmp_path.rglob("*.npz*")) == []
-
-
-BELT = {"chain": "belt", "ring_radius": None, "contact_log": False}
 
 
 def read_back(run, path):

@@ -9,12 +9,11 @@ from trackdyn.scene.scene import Scene
 from trackdyn.simulation.energy_balance import OPEN_SHARE, PATH, check_account, open_share, path_energy
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recorder import Recorder
-from trackdyn.simulation.rig_check import check, try_steps
+from trackdyn.simulation.rig_check import try_steps
 from trackdyn.simulation.simulate import simulate
 from trackdyn.simulation.step_check import (
     BRIEF,
     DAMPED,
-    FINER,
     FLIPS,
     HALF,
     NO,
@@ -50,14 +49,6 @@ def test_what_alternates_and_peaks_of_one_step_are_doubted(share, alone):
     run = statistics([1.0], [1.0], alone)
     assert bool(doubt(Alternation(share, 100, 1.1), run)) == (share > NOTICED or alone > ONE_STEP)
     assert not doubt(Alternation(share, 100, 0.9), run) and not doubt(Alternation(share, 9, 1.1), run)
-
-
-def test_what_alternates_is_a_share_of_what_the_sensor_reads(running):
-    writer = Recorder(running.copy(), checked=False)
-    writer.chunk()
-    writer.record.samples.mean[:] = 0.0  # level: 1 g
-    writer.alternating = 100 * np.array([0.03 * (9.81 * running.model.step) ** 2, 1.0])
-    assert writer.resolution().share == pytest.approx(0.03)
 
 
 @pytest.mark.parametrize(
@@ -114,40 +105,8 @@ def test_a_trial_halves_until_the_answer_holds(running):
     assert running.time == 0.0
 
 
-def test_no_step_is_tried_at_a_speed_that_takes_too_many(rig):
-    """Within seconds."""
-    report = check(rig, 1e5)
-    assert not report.tried_steps_s and np.isnan(report.step_s) and report.largest_step_s < 1e-4
-
-
-def test_a_trial_asks_the_judge_of_steps_and_may_find_none(running, monkeypatch):
-    """The second step holds with the third, at the same bound for RMS and peaks; or none does."""
-    made = iter([Difference(0.0, 0.011), Difference(0.009, 0.009)])
-    monkeypatch.setattr(RunStatistics, "difference", lambda *_: next(made, Difference(0.02, 0.0)))
-    step, tried = try_steps(running, 115.0)
-    assert step == tried[1] and len(tried) == 3
-    assert try_steps(running, 115.0)[0] is None
-
-
-@pytest.fixture
-def settled(monkeypatch):
-    """Steps of the loops that are settled."""
-    steps, init = [], Loop.__init__
-    monkeypatch.setattr(
-        Loop, "__init__", lambda loop, scene, *more: steps.append(scene.step) or init(loop, scene, *more)
-    )
-    return steps
-
-
-def test_the_trial_of_a_run_settles_with_its_own_step(make_scene, settled, monkeypatch):
-    """A loop that the coarse step had settled wrongly was taken for the start of the finer run as well."""
-    monkeypatch.setattr("trackdyn.simulation.step_check.doubt", lambda *_: "it flips")
-    simulate(make_scene(115.0, ring_radius=None, step=1e-4))
-    assert settled == [1e-4, 1e-4 / FINER]
-
-
-def test_a_short_run_is_tried_with_half_the_step_from_the_same_start(make_scene, settled, monkeypatch):
-    """Half of an error of order 1 is seen, so that differences count twice; nothing is settled again."""
+def test_a_short_run_is_tried_with_half_the_step_from_the_same_start(make_scene, monkeypatch):
+    """Half of an error of order 1 is seen, so that differences count twice."""
     scene = make_scene(115.0, ring_radius=None, step=1e-4)
     assert again(scene) == BRIEF
     assert not again(scene.with_(duration=scene.periods.loop)) and not again(scene.with_(motor_rpm=0))
@@ -164,7 +123,7 @@ def test_a_short_run_is_tried_with_half_the_step_from_the_same_start(make_scene,
     )
     with pytest.raises(DivergenceError, match="shorter than a turn of the loop, and with a step 2 times smaller RMS"):
         simulate(scene)
-    assert settled == [1e-4] and tried == [(pytest.approx(scene.ramp + scene.lead_in), 1e-4 / HALF)]
+    assert tried == [(pytest.approx(scene.ramp + scene.lead_in), 1e-4 / HALF)]
 
 
 @pytest.mark.parametrize(

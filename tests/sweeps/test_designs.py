@@ -38,40 +38,40 @@ def test_every_field_of_a_scene_and_of_a_rig_can_be_a_column():
     read_design(pd.DataFrame({name: [1] for name in ("motor_rpm", *of_rigs)}))
 
 
-def only(cells, rig_path):
+def only(cells):
     """The row that a design of these cells asks for."""
-    return requested_rows(pd.DataFrame([cells]), str(rig_path))[0]
+    return requested_rows(pd.DataFrame([cells]), str(RIG))[0]
 
 
-def test_cells_mean_what_they_say(rig_path):
+def test_cells_mean_what_they_say():
     """Of numbers that only Python reads as such, the text goes on, to be refused by its field."""
     cells = {
         "motor_rpm": "115", "ring_radius": "none", "pitches": "1 2", "contact_log": "False", "friction": "none",
         "ramp": "", "duration": "1_15", "lead_in": "\u0661", "tension.wheel": "idler", "gravity": "9.8",
         "preset": "fast", "name": "a", "step": "1e-4; 5e-5",
     }  # fmt: skip
-    row = only(cells, rig_path)
+    row = only(cells)
     assert row.reason == ""
     assert row.task["scene"] == {
         "preset": "fast", "motor_rpm": 115.0, "ring_radius": None, "pitches": [1, 2], "contact_log": False,
         "friction": "none", "duration": "1_15", "lead_in": "\u0661", "step": [1e-4, 5e-5],
     }  # fmt: skip
     assert row.task["changes"] == {"tension__wheel": "idler", "gravity": 9.8}
-    assert only({"motor_rpm": 115.0, "pitches": "3"}, rig_path).task["scene"]["pitches"] == [3]
+    assert only({"motor_rpm": 115.0, "pitches": "3"}).task["scene"]["pitches"] == [3]
 
 
-def test_a_key_is_what_is_asked_and_not_how_it_is_said(rig_path, monkeypatch):
-    one = only({"motor_rpm": 115, "duration": 2.0}, rig_path).key
+def test_a_key_is_what_is_asked_and_not_how_it_is_said(monkeypatch):
+    one = only({"motor_rpm": 115, "duration": 2.0}).key
     for same in (
         {"duration": "2", "motor_rpm": "115.0"},
         {"motor_rpm": "115", "duration": "2", "ramp": "", "name": "other"},
         {"motor_rpm": 115.0, "duration": 2, "ramp": 1.0, "friction": "auto"},
     ):
-        assert only(same, rig_path).key == one
+        assert only(same).key == one
     for other in ({"motor_rpm": 116}, {"gravity": 9.0}, {"every_link": "true"}, {"stop_rule.force": 0.1}):
-        assert only({"motor_rpm": 115, "duration": 2} | other, rig_path).key != one
+        assert only({"motor_rpm": 115, "duration": 2} | other).key != one
     monkeypatch.setattr("trackdyn.sweeps.sweep.module_hash", lambda module: "edited")
-    assert only({"motor_rpm": 115, "duration": 2.0}, rig_path).key != one
+    assert only({"motor_rpm": 115, "duration": 2.0}).key != one
 
 
 def test_rows_that_ask_for_what_their_rig_has_anyway_are_not_those_of_another_law():
@@ -93,8 +93,8 @@ def test_rows_that_ask_for_what_their_rig_has_anyway_are_not_those_of_another_la
         ({"motor_rpm": "115", "rig": "no.yaml"}, "no.yaml: no such file"),
     ],
 )
-def test_a_cell_that_says_nothing_is_the_rows_reason(cells, said, rig_path):
-    assert said in only(cells, rig_path).reason
+def test_a_cell_that_says_nothing_is_the_rows_reason(cells, said):
+    assert said in only(cells).reason
 
 
 def test_the_content_of_a_design_is_also_that_of_its_rigs(tmp_path, monkeypatch):

@@ -87,13 +87,6 @@ def test_a_radius_that_serves_alone_is_not_chosen():
     assert rule_of().radius(wide) == pytest.approx(0.32)
 
 
-@pytest.mark.parametrize("choice", ["largest", "least teeth_sliding_j"])
-def test_a_smaller_radius_is_not_said_to_miss_what_it_keeps(choice):
-    said = advice(study(), rule_of(f"right_share_pct < 0.5, {choice}"))
-    assert "recommended: a ring of radius 0.308 m" in said[:2] and "a slightly larger one does not" not in str(said)
-    assert any(text.startswith("the next smaller radius, 0.307 m: keeps every bound, too") for text in said)
-
-
 def curve(radius, rpm):
     """Left and right arcs that let go near 0.306 m, with a second window of 0.4 mm below it."""
     left = 9.0 if 0.3041 <= radius <= 0.3045 or radius >= 0.30613 + 1e-6 * rpm else 11.0
@@ -176,20 +169,6 @@ def test_radii_that_a_study_added_belong_to_it(monkeypatch, tmp_path):
         monkeypatch.setattr("trackdyn.sweeps.ring.check_replaceable", lambda *_: None)
         with pytest.raises(InputError, match="1 of its runs") if other else contextlib.nullcontext():
             check_same_study(path, "bench", [115.0], radii)
-
-
-def test_a_ring_study_says_that_a_groove_is_another_tracks(monkeypatch, tmp_path):
-    made = study().assign(state="done", reason="", contacts_converged=True, resolved="yes", step_s=1e-4)
-    notes = []
-    monkeypatch.setattr("trackdyn.sweeps.ring.ring_study", lambda *_: made)
-    monkeypatch.setattr("trackdyn.commands.studies._study_rows", lambda _: [])
-    monkeypatch.setattr("trackdyn.commands.studies._write_study", lambda *_, **shown: notes.extend(shown["notes"]))
-    path, arc = tmp_path / "mine.yaml", 0.98 * load_rig("bench").chain.connector_radius
-    path.write_text(f"like: bench\nchain: {{source: x, connector_radius: {arc!r} m}}\n", encoding="utf-8")
-    for rig, said in ((path, 1), ("bench", 0)):
-        notes.clear()
-        assert run_command("ring", rig, "--rpm", "115,210", "--out", tmp_path / "out", "--quiet").code == 0
-        assert sum("the groove is that of parts" in note for note in notes) == said
 
 
 def test_what_is_not_known_does_not_serve_and_another_rule_chooses_otherwise():

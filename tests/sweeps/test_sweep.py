@@ -8,14 +8,12 @@ import sys
 import time
 from hashlib import sha256
 from math import inf, nan
-from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from tests.conftest import RIG
+from tests.conftest import RIG, ROOT
 from trackdyn.inputs.errors import InputError
 from trackdyn.measure.metrics import run_metrics
 from trackdyn.scene.choices import preset
@@ -24,7 +22,6 @@ from trackdyn.sweeps import engine
 from trackdyn.sweeps.engine import Store
 from trackdyn.sweeps.sweep import _can_be, sweep
 
-ROOT = Path(__file__).parents[2]
 SHORT = {"duration": 0.05, "lead_in": 0.0, "ramp": 0.05, "preset": "fast"}
 
 
@@ -40,8 +37,8 @@ def counted(monkeypatch):
     return computed
 
 
-def test_a_row_is_the_scene_alone(rig_path, make_scene):
-    table = sweep(design(2, ring_radius=0.31), rig=rig_path, jobs=1)
+def test_a_row_is_the_scene_alone(make_scene):
+    table = sweep(design(2, ring_radius=0.31), rig=RIG, jobs=1)
     fast = preset("fast")
     for k, rpm in enumerate((115.0, 120.0)):
         scene = make_scene(
@@ -53,7 +50,7 @@ def test_a_row_is_the_scene_alone(rig_path, make_scene):
             assert value == table[name][k] or (pd.isna(value) and pd.isna(table[name][k])), name
 
 
-def test_broken_rows_say_why_and_stop_nobody(tmp_path, rig_path):
+def test_broken_rows_say_why_and_stop_nobody(tmp_path):
     said = {
         "": {},
         "motor_rpm = 'fast': must be a finite number": {"motor_rpm": "fast"},
@@ -70,7 +67,7 @@ def test_broken_rows_say_why_and_stop_nobody(tmp_path, rig_path):
     table = pd.DataFrame(
         [{"motor_rpm": "115"} | {name: str(v) for name, v in SHORT.items()} | row for row in said.values()]
     )
-    swept = sweep(table.fillna(""), tmp_path / "r.csv", rig_path, jobs=1)
+    swept = sweep(table.fillna(""), tmp_path / "r.csv", RIG, jobs=1)
     assert swept.state.tolist() == ["done"] + ["refused"] * (len(said) - 1)
     for words, reason in zip(said, swept.reason, strict=True):
         assert words in reason and "\n" not in reason and bool(words) == bool(reason), reason
@@ -79,28 +76,20 @@ def test_broken_rows_say_why_and_stop_nobody(tmp_path, rig_path):
     )
 
 
-def test_a_row_beyond_the_memory_fails_for_now(tmp_path, rig_path, monkeypatch):
-    with monkeypatch.context() as little:
-        little.setattr("trackdyn.simulation.recorder.virtual_memory", lambda: SimpleNamespace(available=1000))
-        swept = sweep(design(1), rig=rig_path, jobs=1, store=tmp_path)
-    assert swept.state[0] == "failed" and "and 0 MB are free" in swept.reason[0]
-    assert sweep(design(1), rig=rig_path, jobs=1, store=tmp_path).state[0] == "done"
-
-
-def test_nothing_is_computed_twice(tmp_path, rig_path, counted):
+def test_nothing_is_computed_twice(tmp_path, counted):
     table = pd.concat([design(3), design(2)])  # two rows stand twice
-    first = sweep(table, tmp_path / "r.csv", rig_path, jobs=1)
+    first = sweep(table, tmp_path / "r.csv", RIG, jobs=1)
     assert len(counted) == 3 and first.key.nunique() == 3
-    sweep(table, tmp_path / "r.csv", rig_path, jobs=1)
+    sweep(table, tmp_path / "r.csv", RIG, jobs=1)
     assert len(counted) == 3
-    sweep(design(5), tmp_path / "r.csv", rig_path, jobs=1)
+    sweep(design(5), tmp_path / "r.csv", RIG, jobs=1)
     assert len(counted) == 5
 
 
-def test_damaged_and_foreign_rows_of_a_store_are_counted_and_computed_again(tmp_path, rig_path, counted, capsys):
+def test_damaged_and_foreign_rows_of_a_store_are_counted_and_computed_again(tmp_path, counted, capsys):
     """A torn row, rows without a checksum, another row's, and what no row can be with a checksum of its own."""
     out = tmp_path / "r.csv"
-    whole = sweep(design(3), out, rig_path, jobs=1)
+    whole = sweep(design(3), out, RIG, jobs=1)
     file, other, _ = sorted((tmp_path / "r.rows").iterdir())
     content = file.read_bytes()
     row = json.loads(content.partition(b"\n")[2])
@@ -128,7 +117,7 @@ def test_damaged_and_foreign_rows_of_a_store_are_counted_and_computed_again(tmp_
         file.write_bytes(damaged)
         assert Store(file.parent, _can_be).read([file.stem]) == {}, damaged[64:200]
         assert capsys.readouterr().err.endswith("1 damaged row was ignored; they are computed again\n")
-    again = sweep(design(3), out, rig_path, jobs=1)
+    again = sweep(design(3), out, RIG, jobs=1)
     assert counted[3:] == [file.stem]
     pd.testing.assert_frame_equal(whole, again)
 
@@ -149,31 +138,21 @@ def test_what_makes_no_sweep_is_refused(arguments, said):
         sweep(**{"design": design(1), "rig": RIG} | arguments)
 
 
-def test_a_full_disk_ends_in_one_sentence(tmp_path, monkeypatch):
-    store = Store(tmp_path / "rows")
-    monkeypatch.setattr(os, "fsync", lambda file: (_ for _ in ()).throw(OSError(28, os.strerror(28))))
-    with pytest.raises(
-        InputError, match=r"k.json: cannot be written .*No space left on device.* choose another folder"
-    ):
-        store.keep({"key": "k", "state": "done", "reason": "", "values": {}})
-    assert list(store.folder.iterdir()) == []
-
-
-def test_every_link_gives_measures_with_errors(rig_path):
+def test_every_link_gives_measures_with_errors():
     row = {"motor_rpm": 210.0, "preset": "fast", "ramp": 0.05, "lead_in": 0.0, "duration": 1.0, "every_link": True}
-    swept = sweep(pd.DataFrame([row]), rig=rig_path, jobs=1)
+    swept = sweep(pd.DataFrame([row]), rig=RIG, jobs=1)
     assert swept.state.tolist() == ["done"], swept.reason.tolist()
     assert (swept.whole_rms > 0).all() and (swept.whole_rms_error > 0).all()
 
 
-def test_a_row_takes_the_first_of_its_steps_that_comes_out(rig_path):
+def test_a_row_takes_the_first_of_its_steps_that_comes_out():
     """1e-3 s is beyond what the contacts allow, and 2e-3 s beyond any step."""
     table = design(3).assign(preset=None, step=["0.001 0.0001", "0.0001", "0.002; 0.001"])
-    swept = sweep(table, rig=rig_path, jobs=1)
+    swept = sweep(table, rig=RIG, jobs=1)
     assert swept.state.tolist() == ["done", "done", "refused"], swept.reason.tolist()
-    alone = sweep(design(1).assign(preset=None, step=1e-4), rig=rig_path, jobs=1)
+    alone = sweep(design(1).assign(preset=None, step=1e-4), rig=RIG, jobs=1)
     assert swept.step_s[0] == 1e-4 and swept.rms_g[0] == alone.rms_g[0]
-    assert swept.reason[2] == sweep(design(3).assign(preset=None, step=1e-3), rig=rig_path, jobs=1).reason[2]
+    assert swept.reason[2] == sweep(design(3).assign(preset=None, step=1e-3), rig=RIG, jobs=1).reason[2]
 
 
 # Rows that wait until there are fewer rows in the store than a file of the test says.
@@ -196,7 +175,7 @@ def stored_rows(store):
     return len(list(store.glob("[!.]*.json")))
 
 
-def test_a_killed_sweep_goes_on_where_it_was(tmp_path, rig_path):
+def test_a_killed_sweep_goes_on_where_it_was(tmp_path):
     """Killed, then interrupted by Ctrl-C, which is for the whole group; two processes end in the bytes of one."""
     designed, out, store, limit = (tmp_path / name for name in ("d.csv", "r.csv", "r.rows", "limit"))
     design(8).to_csv(designed, index=False)
@@ -224,5 +203,5 @@ def test_a_killed_sweep_goes_on_where_it_was(tmp_path, rig_path):
     assert said.lstrip().startswith(b"trackdyn: interrupted")
     process = begin(9)
     assert (process.wait(), process.communicate()[1]) == (0, b"")
-    sweep(pd.read_csv(designed), tmp_path / "alone.csv", rig_path, jobs=1)
+    sweep(pd.read_csv(designed), tmp_path / "alone.csv", RIG, jobs=1)
     assert stored_rows(store) == 8 and out.read_bytes() == (tmp_path / "alone.csv").read_bytes()

@@ -5,20 +5,18 @@ import subprocess
 import sys
 from contextlib import nullcontext
 from itertools import pairwise
-from pathlib import Path
 from types import SimpleNamespace
 
 import pandas as pd
 import pytest
 from snakemake.iocontainers import Namedlist
 
-from tests.conftest import RIG
+from tests.conftest import RIG, ROOT
 from trackdyn.inputs.errors import TrackdynError
 from trackdyn.jit import cache_folder
 from trackdyn.sweeps import batch_jobs
 from trackdyn.sweeps.sweep import batches, sweep
 
-ROOT = Path(__file__).parents[2]
 SCENE = {"preset": "fast", "duration": 0.05, "lead_in": 0.0, "ramp": 0.05}
 MODULE = """
 module sweep:
@@ -115,25 +113,25 @@ def test_a_module_without_its_config_says_what_is_missing(tmp_path):
     assert result.returncode == 1 and "sweep: design is missing" in printed and "Traceback" not in printed
 
 
-def test_batches_hold_every_row_once_and_neighbours_alike(rig_path):
+def test_batches_hold_every_row_once_and_neighbours_alike():
     """More batches than rows repeat the first row: none is empty."""
     design = pd.DataFrame(
         [{"motor_rpm": 115.0 + k, "ring_radius": (0.308, 0.31)[k % 2], **SCENE} for k in range(8)] * 2
     )
-    parts = batches(design, rig_path, 2)
+    parts = batches(design, RIG, 2)
     assert [len(rows) for rows in parts] == [4, 4]
     assert sorted(pd.concat(parts).motor_rpm) == [115.0 + k for k in range(8)]
     assert [rows.ring_radius.nunique() for rows in parts] == [1, 1]
-    assert [len(rows) for rows in batches(design, rig_path, 9)] == [1] * 9
+    assert [len(rows) for rows in batches(design, RIG, 9)] == [1] * 9
 
 
 @pytest.mark.parametrize(("attempt", "again"), [(2, True), (3, False)])
-def test_a_batch_with_failed_rows_is_tried_again_but_for_the_last_time(tmp_path, rig_path, monkeypatch, attempt, again):
+def test_a_batch_with_failed_rows_is_tried_again_but_for_the_last_time(tmp_path, monkeypatch, attempt, again):
     design = pd.DataFrame([{"motor_rpm": 115.0, **SCENE}])
     design.to_csv(tmp_path / "d.csv", index=False)
     monkeypatch.setattr("trackdyn.simulation.recorder.virtual_memory", lambda: SimpleNamespace(available=1000))
     job = SimpleNamespace(
-        input=SimpleNamespace(design=tmp_path / "d.csv", rig=rig_path), output=[tmp_path / "r.csv"], threads=1,
+        input=SimpleNamespace(design=tmp_path / "d.csv", rig=RIG), output=[tmp_path / "r.csv"], threads=1,
         resources=SimpleNamespace(attempt=attempt),
         params=Namedlist(fromdict={"batch": 0, "batches": 1, "retries": 2, "store": tmp_path / "rows"}),
     )  # fmt: skip

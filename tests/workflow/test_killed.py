@@ -8,7 +8,8 @@ import sys
 import time
 from pathlib import Path
 
-ROOT = Path(__file__).parents[2]
+from tests.conftest import ROOT
+
 TINY = Path("tests", "workflow", "tiny.yaml")
 TARGETS = tuple(f"results/{name}" for name in ("measured/ring.csv", "figures/fig24.png", "sensor/210rpm.csv"))
 LONGEST_RUN = 1800  # s, of a graph that nobody disturbs, on a busy machine

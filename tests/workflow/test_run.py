@@ -11,9 +11,9 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parents[2] / "workflow"))
 
 import run
+from tests.conftest import ROOT
 from trackdyn.inputs.errors import InputError
 
-ROOT = Path(__file__).parents[2]
 ENVIRONMENT = os.environ | {"PYTHONPATH": f"{ROOT}{os.pathsep}{ROOT / 'workflow'}"}
 
 
@@ -36,9 +36,6 @@ def test_a_configuration_that_would_be_run_is_refused_before_it_is(tmp_path, mon
     (tmp_path / "mine.yaml").write_text("__use_yte__: true\n", encoding="utf-8")
     monkeypatch.setattr("snakemake.cli.main", lambda arguments: pytest.fail("was started"))
     with pytest.raises(InputError, match="__use_yte__ is not a known parameter"):
-        run.main(["-j2", "--configfile", str(tmp_path / "mine.yaml")])
-    (tmp_path / "mine.yaml").write_text("", encoding="utf-8")
-    with pytest.raises(InputError, match=r"mine\.yaml: must hold sections"):
         run.main(["-j2", "--configfile", str(tmp_path / "mine.yaml")])
 
 

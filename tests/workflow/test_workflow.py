@@ -15,9 +15,9 @@ import pytest
 import yaml
 
 from replication.study.settings import STUDIES
+from tests.conftest import ROOT
 from trackdyn.sources import imported_files
 
-ROOT = Path(__file__).parents[2]
 RULE_FILES = [*(ROOT / "workflow/rules").glob("*.smk"), *(ROOT / "laboratory/rules").glob("*.smk")]
 SCRIPT = re.compile(r'^ +script:\s*"(\S+\.py)"$', re.MULTILINE)
 SCRIPTS = sorted(
@@ -82,11 +82,6 @@ def test_a_rig_alone_will_do(tmp_path):
     planned = planned_jobs(tmp_path, "--configfile", quick_config(tmp_path, own))
     assert {"page", "manifest", "claims"} <= planned.keys() and not {"sensor_records", "article"} & planned.keys()
     assert planned["ring_runs"] == 4  # one a speed
-
-
-def test_the_short_forms_of_the_laboratory_are_planned(tmp_path):
-    planned = planned_jobs(tmp_path, "-s", "laboratory/Snakefile", "--configfile", quick_config(tmp_path))
-    assert {"plausible_tables", "plausible_figure", "warm_up"} <= planned.keys() and "page" not in planned
 
 
 def test_a_broken_configuration_ends_in_one_sentence(tmp_path):

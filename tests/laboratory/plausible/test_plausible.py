@@ -48,11 +48,6 @@ def test_a_point_is_one_track_with_its_own_equal_pitch_and_ring_within_the_range
                 assert low - edge <= track.values[unknown.label] <= unknown.high + edge, unknown.label
 
 
-def test_nearly_every_groove_that_is_drawn_can_be_cut():
-    drawn = list(drawn_rigs(CONFIG.model_copy(update={"draws": 64})))
-    assert sum(track.rig is None for track in drawn) <= 0.1 * len(drawn)
-
-
 def test_neighbours_move_every_fitted_value_wheels_included_and_equal_pitch_by_its_rounding():
     near = CONFIG.near.model_copy(update={"rigs": 2})
     rig, *others = neighbours(CONFIG.model_copy(update={"near": near}))

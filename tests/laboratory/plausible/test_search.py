@@ -93,18 +93,6 @@ def test_a_search_goes_down_and_repeats_itself(name, monkeypatch):
     pd.testing.assert_frame_equal(rows, searching.search(name))
 
 
-def test_the_stored_searches_began_where_the_configuration_says():
-    rows = pd.read_csv("docs/measured/search_rows.csv")
-    firsts = rows[rows["row"] == 1].set_index("search")
-    assert set(firsts.index) <= set(CONFIG.search.searches)
-    for name in firsts.index:
-        unknowns = searched_unknowns(CONFIG, name)
-        position = unknowns.position({label: firsts.loc[name, label] for label in unknowns.labels})
-        assert np.all((position >= 0) & (position <= 1))
-        for label, value in CONFIG.search.searches[name].values.items():
-            assert firsts.loc[name, label] == pytest.approx(value, rel=0.02), label
-
-
 @pytest.mark.parametrize("name", CONFIG.search.searches)
 def test_a_rig_file_has_the_values_their_ranges_and_names_what_is_outside(name, tmp_path):
     unknowns = searched_unknowns(CONFIG, name)

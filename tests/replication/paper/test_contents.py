@@ -1,13 +1,12 @@
 """The list of figures and tables: complete, captioned, each with a rule that exists."""
 
 import re
-from pathlib import Path
 
 import pytest
 
 from replication.paper.contents import OF_STUDIES, OWN, PAPER, missing_items
+from tests.conftest import ROOT
 
-ROOT = Path(__file__).parents[3]
 EVERY = (*PAPER, *OWN, *OF_STUDIES)
 
 

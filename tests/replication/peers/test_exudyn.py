@@ -8,8 +8,8 @@ import pytest
 from replication.peers import exudyn_loop
 from replication.peers.contact import Memory, make_contacts, peer_contact_loads
 from replication.peers.exudyn_loop import require_exudyn
+from tests.conftest import refused
 from tests.kinematics import without_extrapolation
-from trackdyn.inputs.errors import InputError
 from trackdyn.integrate.run import refresh
 from trackdyn.scene.scene import Scene
 
@@ -54,13 +54,6 @@ def test_both_contact_laws_give_the_same_loads(ring_radius, both_contacts):
     assert np.abs(torque.sum(axis=0) - work.wheel_torque).max() < 1e-5
 
 
-@pytest.fixture
-def without_exudyn(monkeypatch):
-    """As if it were not installed."""
+def test_missing_extra_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "exudyn", None)
-
-
-def test_missing_extra_is_named(without_exudyn):
-    with pytest.raises(InputError) as caught:
-        require_exudyn()
-    assert str(caught.value) == "exudyn is not installed; in the clone: pip install -e '.[peers]'"
+    refused(require_exudyn, start="exudyn is not installed; in the clone: pip install -e '.[peers]'")

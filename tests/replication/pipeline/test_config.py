@@ -7,13 +7,12 @@ import pytest
 from snakemake.utils import update_config
 
 from replication.pipeline.config import check_config, check_layers
-from tests.conftest import refused
+from tests.conftest import ROOT, refused
 from trackdyn.inputs.errors import InputError
 from trackdyn.inputs.yaml_file import read_yaml
 from trackdyn.rig.rig import load_rig
 from trackdyn.scene.rings import study_radii
 
-ROOT = Path(__file__).parents[3]
 BASE, QUICK = SHIPPED = ("config/config.yaml", "config/quick.yaml")
 
 
@@ -89,19 +88,6 @@ def test_a_refusal_names_the_file_that_is_to_blame(tmp_path):
     base.write_text(base.read_text(encoding="utf-8") + "more: 1\n", encoding="utf-8")
     with pytest.raises(InputError, match=rf"^{base}: more is not a known parameter"):
         check_layers(files, {}, update_config)
-
-
-def test_files_of_one_name_are_different_configurations(tmp_path):
-    """As is one that is called like the base."""
-    texts = {"a": "rig: bench\nresults: results/mine\n", "b": "records: {lead_in_s: 4}\n", "c": "peers: 1\n"}
-    files = [tmp_path / folder / "config.yaml" for folder in texts]
-    for file, text in zip(files, texts.values(), strict=True):
-        file.parent.mkdir()
-        file.write_text(text, encoding="utf-8")
-    config = check_layers([BASE, *files[:2]], {}, update_config)[0]
-    assert (config.results, config.records.lead_in_s, Path(config.rig).stem) == ("results/mine", 4, "bench")
-    with pytest.raises(InputError, match=rf"^{files[2]}: peers = 1"):
-        check_layers([BASE, files[2], files[1]], {}, update_config)
 
 
 @pytest.mark.parametrize("field", ["rig", "records", "meshing.step_s", "ring_study.radii_m"])

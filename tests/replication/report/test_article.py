@@ -1,7 +1,6 @@
 """The article: what a run decided stands in its text, and nothing that it asks for may be missing."""
 
 import re
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -9,9 +8,9 @@ import pytest
 from pypdf import PdfReader
 
 from replication.report.article import COLUMNS, EXTREMES, article_values, write_article
+from tests.conftest import ROOT
 from trackdyn.inputs.errors import TrackdynError
 
-ROOT = Path(__file__).parents[3]
 MEASURED = ROOT / "docs" / "measured"
 TEMPLATE = ROOT / "workflow" / "article" / "article.typ"
 OF_TRACKS = [f"plausible_{name}" for name in ("sentences", "map", "draws", "tooth", "near")]

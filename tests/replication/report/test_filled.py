@@ -1,16 +1,13 @@
 """Measured parts of the README and the docs: what their tables say, and that they are of the present rig and claims."""
 
-from pathlib import Path
-
 import pandas as pd
 import pytest
 
 from laboratory.report.filled import PAGES as OF_THE_LABORATORY
 from replication.paper.claims import load_claims, printed_text
 from replication.report.filled import BEGIN, END, PAGES, fill
+from tests.conftest import ROOT
 from trackdyn.rig.rig import parameter_table
-
-ROOT = Path(__file__).parents[3]
 
 
 @pytest.mark.parametrize(("page", "sources", "write"), (*PAGES, *OF_THE_LABORATORY))
@@ -22,9 +19,9 @@ def test_pages_say_what_was_measured(page, sources, write, tmp_path):
     assert copy.read_text(encoding="utf-8") == (ROOT / page).read_text(encoding="utf-8")
 
 
-def test_what_was_measured_is_of_this_rig(rig_path):
+def test_what_was_measured_is_of_this_rig():
     stored = pd.read_csv(ROOT / "docs" / "measured" / "parameters.csv").set_index("name")["value"]
-    now = parameter_table(rig_path).set_index("name")["value"]
+    now = parameter_table("paper").set_index("name")["value"]
     assert list(stored.index) == list(now.index)
     for name in now.index:
         assert stored[name] == str(now[name]) or float(stored[name]) == pytest.approx(float(now[name]), rel=1e-5), name

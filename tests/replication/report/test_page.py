@@ -7,7 +7,6 @@ import re
 import shutil
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -16,13 +15,12 @@ from matplotlib.figure import Figure
 
 from replication.paper.claims import VERDICTS
 from replication.report.page.builder import build_page
-from tests.conftest import made_recording
+from tests.conftest import ROOT, made_recording
 from trackdyn.inputs.errors import InputError
 from trackdyn.jit import source_hash
 from trackdyn.rig.rig import load_rig
 from trackdyn.scene.scene import Scene
 
-ROOT = Path(__file__).parents[3]
 RIG_FILE = ROOT / "trackdyn" / "rigs" / "paper.yaml"
 RIG = load_rig(RIG_FILE)
 RATE = RIG.rate

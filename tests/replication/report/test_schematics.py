@@ -1,17 +1,15 @@
 """Schematics follow the geometry and the program: groove, sectors, elements, flow of the search, contact cases."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from matplotlib.patches import Wedge
 
 from replication.report.figures.schematics import FIGURES
+from tests.conftest import ROOT
 from trackdyn.contact.laws import find_area
 from trackdyn.rig.rig import load_rig
 from trackdyn.scene.build import make_tooth
 
-ROOT = Path(__file__).parents[3]
 RIG = load_rig(ROOT / "tests" / "viscous.yaml")
 # another groove: wider flanks, higher bumps, a smaller arc on the connector
 OTHER = RIG.changed(groove__r2=0.047, groove__r4=0.026, chain__connector_radius=0.028)
