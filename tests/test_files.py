@@ -7,7 +7,7 @@ import sys
 import pytest
 
 from trackdyn.inputs.errors import InputError
-from trackdyn.inputs.files import MACHINE, check_writable, remove_abandoned, replacing, write_csv, write_text
+from trackdyn.inputs.files import MACHINE, check_writable, remove_abandoned, replacing, write_text
 
 
 def test_what_breaks_off_leaves_what_was_there(tmp_path):
@@ -42,12 +42,6 @@ with replacing(sys.argv[1]) as part:
         remove_abandoned(tmp_path)
         assert {path.name for path in tmp_path.rglob(".*")} == {*foreign, elsewhere, ours.name}
     remove_abandoned(tmp_path / "no folder")
-
-
-def test_a_table_keeps_its_newlines(tmp_path):
-    pd = pytest.importorskip("pandas")
-    write_csv(tmp_path / "new" / "a.csv", pd.DataFrame({"a": [1.23456789], "b": ["ä"]}), float_format="%.3g")
-    assert (tmp_path / "new" / "a.csv").read_bytes() == "a,b\n1.23,ä\n".encode()
 
 
 def test_the_target_of_a_link_is_written_and_the_mode_is_kept(tmp_path):

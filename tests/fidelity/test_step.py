@@ -2,11 +2,11 @@
 
 import pytest
 
-from trackdyn.inputs.errors import DivergenceError, InputError
+from trackdyn.inputs.errors import InputError
 from trackdyn.rig.rig import load_rig
 from trackdyn.rig.rig_file import shipped_rigs
 from trackdyn.scene.scene import Scene
-from trackdyn.scene.step import first_that_runs, halved_steps, round_step
+from trackdyn.scene.step import halved_steps, round_step
 
 
 @pytest.mark.parametrize("rate", [1000, 1600, 3200, 44100 // 21])
@@ -29,16 +29,3 @@ def test_the_step_of_a_scene_is_the_one_that_its_model_has(name, ring):
     assert chosen.step == chosen.time_step == scene.time_step and chosen.with_(step=None) == scene
     with pytest.raises(InputError, match="too large for the"):
         scene.with_(step=1 / rig.rate, motor_rpm=3000.0)
-
-
-def test_the_first_step_that_runs_counts_and_the_last_error_is_said():
-    def run(step):
-        if step > 1e-4:
-            raise DivergenceError(f"{step} diverges")
-        return step
-
-    assert first_that_runs([4e-4, 2e-4, 1e-4, 5e-5], run) == 1e-4
-    with pytest.raises(DivergenceError, match=r"0\.0002 diverges"):
-        first_that_runs([4e-4, 2e-4], run)
-    with pytest.raises(DivergenceError, match=r"0\.0004 diverges"):  # refusals alone are gone around
-        first_that_runs([4e-4, 1e-4], run, (InputError,))

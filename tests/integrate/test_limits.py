@@ -111,9 +111,3 @@ def test_damping_and_a_compliant_cut_limit_rk4_where_predicted(rig, pitches, fie
 def test_a_contact_of_any_stiffness_carries_its_load_at_its_elastic_depth(stiffness):
     depth = elastic_depth(SimpleNamespace(stiffness=stiffness), 3e3, 0.02)
     assert stiffness * depth * (depth / (depth + 0.02)) ** 0.5 == pytest.approx(3e3, rel=1e-12)
-
-
-def test_the_elastic_depth_follows_the_form_of_the_law(monkeypatch):
-    square = SimpleNamespace(py_func=lambda law, depth, radius: (law.stiffness * depth**2, 2.0))
-    monkeypatch.setattr("trackdyn.scene.step.elastic_force", square)
-    assert elastic_depth(SimpleNamespace(stiffness=4e9), 1e4, 0.02) == pytest.approx((1e4 / 4e9) ** 0.5, rel=1e-12)

@@ -10,7 +10,7 @@ from trackdyn.inputs.errors import DivergenceError
 from trackdyn.integrate.carriers import along, push
 from trackdyn.model.constants import SPROCKET
 from trackdyn.rig.rig import load_rig
-from trackdyn.rig.rig_file import SHIPPED, shipped_rigs
+from trackdyn.rig.rig_file import shipped_rigs
 from trackdyn.scene.build import check_stops
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.energy_balance import open_share
@@ -24,11 +24,6 @@ STEP, PEER_STEP = 2e-5, 5e-4  # s, where the paper's rig agrees to 0.01 % of a l
 # Largest distance of a body from itself, relative to the chain's way: five times what the paper's rig shows there,
 # since other loops are longer and slacker.
 TOLERANCE = 5e-4
-
-
-def test_the_package_has_its_own_files():
-    links = [path.name for path in SHIPPED.parent.rglob("*") if path.is_symlink()]
-    assert not links, "a checkout without links would lose them"
 
 
 @pytest.mark.parametrize("name", shipped_rigs())

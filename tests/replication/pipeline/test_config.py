@@ -137,13 +137,6 @@ def test_a_rig_alone_is_a_configuration(tmp_path, rig):
         assert (config.ring_study.radii_m, config.sensor_csv) == ([radius], None)
 
 
-@pytest.mark.parametrize("name", ["paper", str(Path("trackdyn/rigs/paper.yaml").resolve())])
-def test_another_name_of_the_rig_is_the_same_rig(name):
-    plain, named = (check_layers([BASE, QUICK], stated, update_config)[0] for stated in ({}, {"rig": name}))
-    assert named.peers and named.is_paper
-    assert named.model_copy(update={"rig": plain.rig}) == plain
-
-
 @pytest.mark.parametrize("rig", ["bench", "robot", "m113", "vehicle"])
 def test_records_last_two_turns_of_the_loop_of_every_rig(tmp_path, rig):
     """Also in a quick run; and other codes have models of the article's rig alone."""
