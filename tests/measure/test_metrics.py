@@ -119,3 +119,10 @@ def test_the_dictionary_describes_columns_and_refuses_unknown_ones():
     ]  # fmt: skip
     with pytest.raises(InputError, match="up_peak_n has no description"):
         table_schema(["up_peak_n"])
+
+
+def test_what_is_printed_is_short(run):
+    for thing in (run, run.scene, run.scene.rig):
+        for text in (repr(thing), str(thing)):
+            assert len(text.splitlines()) <= 10 and len(text) < 400
+    assert "115 rev/min" in repr(run.scene) and "35 pitches" in repr(run.scene.rig) and repr(run.scene) in repr(run)

@@ -11,7 +11,7 @@ from trackdyn import Scene
 from trackdyn.inputs.errors import InputError
 from trackdyn.measure import planner
 from trackdyn.measure.planner import Trial, _cheapest, _judge, check_tolerances, plan, settings
-from trackdyn.measure.uncertainty import Series, drifts, judge_series
+from trackdyn.measure.uncertainty import Estimate, Series, WholeError, drifts, judge_series
 from trackdyn.measure.whole_loop import whole_loop
 
 
@@ -80,6 +80,19 @@ def test_a_start_that_dies_away_is_not_known():
         assert drifts(measures, {"rms": 0.01}) == seen
         assert not drifts(measures, {"rms": 0.1})  # within what is asked for
     assert not drifts({"rms": Series(values[:10], passages[:10], True)}, {"rms": 0.01})
+
+
+def test_a_record_that_grew_beyond_its_forecast_gives_way_to_a_finer_setting_with_more_room():
+    """An error of 0.9 % leaves the interval 0.1 % of a tolerance of 1 %: a finer setting with ten times the room."""
+    runs = [tried(2e-4, 1.009), tried(1e-4, 1.0)]
+    runs[0].error["rms"], runs[1].error["rms"] = WholeError(0.009, 0.0, 0.01, 0.01), WholeError(0.0, 0.0, 0.01, 0.01)
+    runs[0].writer.done = 20_000
+    planned = planner.Plan(runs[0], {"rms": 0.01}, 10.0, 0.0, 0.0, tuple(runs))
+    assert planned.left["rms"] == pytest.approx(0.001)
+    other, length = planned._cheaper(runs[0], {"rms": Estimate(1.0, 0.0015, 0.003)})
+    assert other is runs[1] and length == pytest.approx(20 * 0.3**2)
+    runs[1].refused = "it diverged"
+    assert planned._cheaper(runs[0], {"rms": Estimate(1.0, 0.0015, 0.003)})[0] is runs[0]
 
 
 def test_what_is_stated_stays_and_no_two_implicit_steps_judge_each_other(rig):

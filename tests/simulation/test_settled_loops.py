@@ -33,6 +33,13 @@ def test_scenes_that_settle_otherwise_do_not_share(make_scene, fields):
     assert_shared(make_scene(130.0, **SHORT | fields), starts)
 
 
+def test_only_so_many_are_kept(make_scene):
+    starts = SettledLoops(capacity=1)
+    for ring in (0.308, 0.310):
+        simulate(make_scene(115.0, ring_radius=ring, **SHORT), starts=starts)
+        assert len(starts._settled) == len(starts._tensioned) == 1
+
+
 def test_a_step_is_refused_with_a_shared_loop_as_alone():
     """The limits of a step know the speed, which the loop that is shared does not; a step nobody chose follows."""
     starts, rig = SettledLoops(), load_rig("parts").changed(chain__link_mass=6.0)  # light links bear small steps

@@ -9,7 +9,7 @@ from trackdyn.scene.scene import Scene
 from trackdyn.simulation.energy_balance import OPEN_SHARE, PATH, check_account, open_share, path_energy
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recorder import Recorder
-from trackdyn.simulation.rig_check import try_steps
+from trackdyn.simulation.rig_check import check, try_steps
 from trackdyn.simulation.simulate import simulate
 from trackdyn.simulation.step_check import (
     BRIEF,
@@ -103,6 +103,21 @@ def test_a_trial_halves_until_the_answer_holds(running):
     step, tried = try_steps(running, 115.0)
     assert step == tried[-2] and tried[0] == 1e-4
     assert running.time == 0.0
+
+
+def test_no_step_is_tried_at_a_speed_that_takes_too_many(rig):
+    """Within seconds."""
+    report = check(rig, 1e5)
+    assert not report.tried_steps_s and np.isnan(report.step_s) and report.largest_step_s < 1e-4
+
+
+def test_a_trial_asks_the_judge_of_steps_and_may_find_none(running, monkeypatch):
+    """The second step holds with the third, at the same bound for RMS and peaks; or none does."""
+    made = iter([Difference(0.0, 0.011), Difference(0.009, 0.009)])
+    monkeypatch.setattr(RunStatistics, "difference", lambda *_: next(made, Difference(0.02, 0.0)))
+    step, tried = try_steps(running, 115.0)
+    assert step == tried[1] and len(tried) == 3
+    assert try_steps(running, 115.0)[0] is None
 
 
 def test_a_short_run_is_tried_with_half_the_step_from_the_same_start(make_scene, monkeypatch):

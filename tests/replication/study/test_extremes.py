@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from replication.study.extremes import restitution, solvers
+from replication.study.extremes import resolved, restitution, solvers
 from replication.study.extremes.judge import COLUMNS, COMPLETED, DEFECT, FAST, REFUSED, attempted
 from replication.study.extremes.stability_map import stability_map
 from tests import reference
@@ -164,3 +164,12 @@ def test_settling_does_not_refuse_what_the_scene_allows(rig, changes, fields):
 def test_scenes_that_once_ended_in_a_third_way(rpm, changes, fields, outcome):
     # on the rig on which they failed
     assert outcome_of(load_rig(RIG), rpm, changes, fields) == outcome
+
+
+@pytest.mark.parametrize("number", range(4))
+def test_a_drawn_scene_has_values_within_a_decade_of_its_rig(number):
+    name, rig, settings = resolved.drawn(number)
+    base, *odd = name.split(", ")
+    assert odd and (name, rig, settings) == resolved.drawn(number)
+    for field in (words.split()[0] for words in odd if " " in words):  # laws are single words
+        assert 0.1 <= rig.value(field) / load_rig(base).value(field) <= 10.0, field
