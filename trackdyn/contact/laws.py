@@ -7,13 +7,16 @@ from math import atan2, exp, floor, pi, sqrt
 from trackdyn.jit import kernel
 from trackdyn.model.constants import Law, Tooth, Wheels
 
+# forms of the elastic term by the names that `rig.laws.NORMAL_LAWS` takes: two cylinders, Eq. 8
+FORMS = {"cylinders": 0}
+
 
 @kernel
 def elastic_force(law: Law, depth, radius):
     """Elastic term (N) of a law at a penetration ``depth`` (m), and its local power ``d ln F / d ln depth``.
 
     Eq. 8 has ``(pi/2) L E* d sqrt(d / (2 (R + d)))``. ``radius`` is ``|R1 - R2|`` for internal and ``R1 + R2`` for
-    external contact, m. Another form than that of ``CYLINDERS`` is chosen here by ``law.kind``.
+    external contact, m. Another of the `FORMS` is chosen here by ``law.form``.
     """
     ratio = depth / (radius + depth)
     return law.stiffness * depth * sqrt(ratio), 1.5 - 0.5 * ratio
@@ -55,7 +58,7 @@ def wheel_law(wheels: Wheels, wheel):
     """Law of the links on a wheel."""
     row = wheels.law[wheel]
     return Law(
-        kind=row["kind"], stiffness=row["stiffness"], loss=row["loss"], friction_static=row["friction_static"],
+        form=row["form"], stiffness=row["stiffness"], loss=row["loss"], friction_static=row["friction_static"],
         friction_dynamic=row["friction_dynamic"], transition_velocity=row["transition_velocity"],
         speed_floor=row["speed_floor"], factor_limit=row["factor_limit"],
     )  # fmt: skip

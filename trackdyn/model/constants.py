@@ -47,14 +47,10 @@ class Shoes(NamedTuple):
     arc_x: np.ndarray  # (2 p,) their centres on the body's pin line, from its input pin, m
 
 
-# kinds of contact laws by the form of their elastic term (`contact.laws.elastic_force`): two cylinders of Eq. 8
-CYLINDERS = 0
-
-
 class Law(NamedTuple):
     """A contact between two surfaces."""
 
-    kind: int
+    form: int  # one of `contact.laws.FORMS`
     stiffness: float  # ``pi L E* / (2 sqrt 2)`` of Eq. 8, N/m
     # factor chi of the relative penetration velocity: ``3 (1 - c_r^2) / 4`` of Eq. 8, the one that delivers c_r, or 0
     # for an elastic contact

@@ -8,7 +8,6 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from trackdyn.model.constants import CYLINDERS
 from trackdyn.rig.roots import nonnegative_least_squares, root
 
 # |1 - restitution| below which the two functions take their series: the equation itself loses its digits
@@ -48,7 +47,7 @@ class NormalLaw(NamedTuple):
 
     loss: Callable[[float], float]  # damping factor chi of a restitution
     unclipped: bool = False  # the bracket of Eq. 8 must reach 1 + chi at first
-    kind: int = CYLINDERS
+    form: str = "cylinders"  # of `contact.laws.FORMS`
 
 
 NORMAL_LAWS = {

@@ -5,6 +5,7 @@ from math import cos, nan, pi, radians, sin, sqrt, tan
 
 import numpy as np
 
+from trackdyn.contact.laws import FORMS
 from trackdyn.inputs.errors import InputError
 from trackdyn.integrate.carriers import along, push
 from trackdyn.integrate.methods import METHODS
@@ -85,7 +86,7 @@ def make_law(
     if chosen.unclipped:
         factor_limit = max(factor_limit, 1.0 + loss)
     return Law(
-        kind=chosen.kind, stiffness=stiffness, loss=loss, friction_static=mu_s, friction_dynamic=mu_d,
+        form=FORMS[chosen.form], stiffness=stiffness, loss=loss, friction_static=mu_s, friction_dynamic=mu_d,
         transition_velocity=v_t, speed_floor=speed_floor, factor_limit=factor_limit,
     )  # fmt: skip
 
