@@ -47,11 +47,9 @@ COMMANDS = [
     ("ring bench --rpm 210 --radii 0.305,0.5", "ring_radius = 0.5: must be between"),
     ("ring bench --rpm 210 --radii 0.305:0.307", "--radii = '0.305:0.307': must be low:high:count"),
     ("ring bench --rpm 210 --radii 0.307:0.305:3", "must be low:high:count"),
-    ("ring bench --rpm 210 --rule best", "rule: 'best' is not a choice"),
     ("ring bench --rpm 0", "motor_rpm = 0"),
     # of a variable of the shell that is not set
     *[(f"ring bench --rpm 210 --{name}=", f"--{name} = '': must be finite numbers") for name in ("radii", "step")],
-    ("ring bench --rpm 210 --rule=", "rule: '' is not a choice"),
     ("check arcs.yaml", "profile.arcs", "it must be given in 'm, m, m, 1'"),
 ]
 # files that a command reads

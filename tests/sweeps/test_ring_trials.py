@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from tests.sweeps.ring_trials import BEYOND, STORED, TRACKS
-from trackdyn.measure.ring_rule import RULE, parse_rule
+from trackdyn.measure.ring_rule import RingRule
 from trackdyn.rig.rig import load_rig
 from trackdyn.scene.rings import study_radii
 
@@ -40,7 +40,7 @@ def test_the_choice_stays_within_a_step_of_the_grid(track, speed, margin):
     rows = ROWS[(ROWS["track"] == track) & ROWS["ring_radius_m"].notna()]
     if speed is not None:
         rows = rows[rows["rpm"] == TRACKS[track][1][speed]]
-    rule = parse_rule(RULE.replace("tooth + 2", f"tooth + {margin:g}"), int(rows["teeth"].iloc[0]))
+    rule = RingRule(int(rows["teeth"].iloc[0]), margin)
     chosen = {name: rule.radius(of) for name, of in grids(rows).items()}
     step = np.diff(np.unique(grids(rows)["default"]["ring_radius_m"])).max()
     assert list(chosen.values()) == pytest.approx([chosen["default"]] * len(chosen), abs=1.01 * step), chosen

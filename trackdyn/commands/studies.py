@@ -34,13 +34,6 @@ def ring(
             help="Radii of the ring, m: low:high:count or a,b,c; eleven that the rig allows by default.",
         ),
     ] = None,
-    rule: Annotated[
-        str | None,
-        typer.Option(
-            metavar="RULE",
-            help="Bounds of columns, then smallest, largest or least COLUMN; the rule of the docs by default.",
-        ),
-    ] = None,
     step: Annotated[
         str | None,
         typer.Option(
@@ -53,20 +46,19 @@ def ring(
 ) -> None:
     """Recommend a ring: run every radius, and no ring, at every speed, and draw contacts and work over the radius.
 
-    If the rule chooses the last radius, larger ones are run, up to the end of the default radii; then the gaps around
-    its choice are refined. The same command resumes a study that was stopped. The folder has ring.html, ring.csv, the
-    figures fig23_a, fig23_b, fig24 and sliding (.png, .svg), and the stored rows.
+    The gaps around the choice are refined. The same command resumes a study that was stopped. The folder has ring.html,
+    ring.csv, the figures fig23_a, fig23_b, fig24 and sliding (.png, .svg), and the stored rows.
 
     Example: `trackdyn ring my_rig.yaml --rpm 115,210` tries eleven radii at two speeds and says which one serves both.
     """
-    from trackdyn.measure.ring_rule import RULE, advice, compared, parse_rule
+    from trackdyn.measure.ring_rule import RingRule, advice, compared
     from trackdyn.rig.rig import foreign_groove, load_rig
     from trackdyn.scene.rings import study_radii
     from trackdyn.sweeps.engine import DONE
     from trackdyn.sweeps.ring import check_same_study, ring_study
 
     table, loaded = out / "ring.csv", load_rig(rig)
-    judge = parse_rule(RULE if rule is None else rule, loaded.sprocket.teeth)
+    judge = RingRule(loaded.sprocket.teeth)
     speeds, steps = _numbers(rpm, "--rpm"), [] if step is None else _numbers(step, "--step")
     rings = study_radii(loaded) if radii is None else sorted(set(_numbers(radii, "--radii")))
     if not overwrite and table.exists():

@@ -5,15 +5,12 @@ the left arc.
 """
 
 import operator
-import re
+from collections.abc import Callable
 from math import floor, isnan
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-import numpy as np
 import pandas as pd
 
-from trackdyn.inputs.errors import InputError, shown
-from trackdyn.measure.catalogue import OF_SIDES
 from trackdyn.measure.cells import plain, with_error
 from trackdyn.measure.columns import error_of, heading
 from trackdyn.measure.contacts import TOUCHING
@@ -29,14 +26,9 @@ SPAN = 1 / 300
 # so many steps; of a window in which the rule holds that is narrower this is said.
 NARROW, ROUNDS = 5e-4, 3
 ROUNDED = 5  # decimals of a radius that is added, m
-RULE = f"right_share_pct < {TOUCHING:g}, left_share_pct <= tooth + {MARGIN_PCT:g}, smallest"
 WORK_COLUMNS = ("teeth_sliding_j", "ring_sliding_j")
 COMPARED = ("settled_tension_n", "ring_rms_n", "left_rms_n", *WORK_COLUMNS)  # what a choice weighs
-RULE_COLUMNS = ("rms_g", "sd_g", *WORK_COLUMNS, *(measure.column for side in OF_SIDES.values() for measure in side))
-_OF_A_SIDE = (measure.column.removeprefix("left_") for measure in OF_SIDES["left"])
-_KNOWN = f"rms_g, sd_g, {', '.join(WORK_COLUMNS)}, or left_, right_ or ring_ with {', '.join(_OF_A_SIDE)}"
-_BOUND = re.compile(r"(\w+)\s*(<=?|>=?)\s*(?:(tooth)\s*\+\s*)?(-?\d+(?:\.\d*)?(?:e-?\d+)?)")
-KEEPS = {"<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge}
+RULE_COLUMNS = ("right_share_pct", "left_share_pct", *COMPARED)
 
 
 class Bound(NamedTuple):
@@ -44,26 +36,18 @@ class Bound(NamedTuple):
 
     column: str
     sign: str
-    number: float
-    tooth: float  # share of a turn of one tooth, %, that the number is added to, or 0
-
-    def __str__(self) -> str:
-        return f"{self.column} {self.sign} {'tooth + ' if self.tooth else ''}{self.number:g}"
-
-    @property
-    def limit(self) -> float:
-        """The number that the measure is compared with."""
-        return self.tooth + self.number
+    keeps: Callable[[Any, float], Any]
+    limit: float
+    share: str = ""  # what the limit is made of
 
     @property
     def words(self) -> str:
         """The bound as a person reads it."""
-        share = f" (a tooth's share of a turn + {self.number:g} points)" if self.tooth else ""
-        return f"{heading(self.column)} {self.sign} {self.limit:.3g}{share}"
+        return f"{heading(self.column)} {self.sign} {self.limit:.3g}{self.share}"
 
     def missed(self, rings: pd.DataFrame) -> pd.DataFrame:
         """Rows of rings that do not keep the bound, or of which it is not known (NaN)."""
-        return rings[~KEEPS[self.sign](rings[self.column], self.limit)]
+        return rings[~self.keeps(rings[self.column], self.limit)]
 
     def worst(self, missed: pd.DataFrame) -> str:
         """The speed at which rows miss the bound by most, and at how many others they do."""
@@ -77,18 +61,24 @@ class Bound(NamedTuple):
 
 
 class RingRule(NamedTuple):
-    """Bounds, and which of the rings that keep all of them is chosen.
-
-    That is the ``smallest`` above which all within `SPAN` keep them, too, the ``largest``, or that of the least value
-    of a column at its worst speed.
+    """The rule for a sprocket with so many teeth: the smallest ring with which the right arc is free and the left one
+    touches briefly, at every speed, as they do with all within `SPAN` above it.
     """
 
-    bounds: tuple[Bound, ...]
-    choice: str
+    teeth: int
+    margin: float = MARGIN_PCT  # points of a turn
 
     def __str__(self) -> str:
-        choice = self.choice if self.choice in ("smallest", "largest") else f"least {self.choice}"
-        return ", ".join((*map(str, self.bounds), choice))
+        return f"right_share_pct < {TOUCHING:g}, left_share_pct <= tooth + {self.margin:g}, smallest"
+
+    @property
+    def bounds(self) -> tuple[Bound, Bound]:
+        """What both arcs must keep."""
+        share = f" (a tooth's share of a turn + {self.margin:g} points)"
+        return (
+            Bound("right_share_pct", "<", operator.lt, TOUCHING),
+            Bound("left_share_pct", "<=", operator.le, 100.0 / self.teeth + self.margin, share),
+        )
 
     def missed(self, study: pd.DataFrame) -> set[float]:
         """Radii that do not keep every bound at every speed, m."""
@@ -97,16 +87,10 @@ class RingRule(NamedTuple):
 
     def radius(self, study: pd.DataFrame) -> float:
         """The radius to choose, m; NaN if none serves. ``study`` has a row per radius and speed, columns of metrics."""
-        rings, missed = study.dropna(subset="ring_radius_m"), self.missed(study)
-        rings = rings[~rings["ring_radius_m"].isin(missed)]
-        if self.choice == "smallest":
-            alone = [
-                any(radius < other <= radius * (1 + SPAN) for other in missed) for radius in rings["ring_radius_m"]
-            ]
-            rings = rings[~np.array(alone, dtype=bool)]
-        if rings.empty or self.choice in ("smallest", "largest"):
-            return float(rings["ring_radius_m"].max() if self.choice == "largest" else rings["ring_radius_m"].min())
-        return float(rings.groupby("ring_radius_m")[self.choice].max().idxmin())
+        missed = self.missed(study)
+        radii = sorted(set(study["ring_radius_m"].dropna()) - missed)
+        serve = (radius for radius in radii if not any(radius < other <= radius * (1 + SPAN) for other in missed))
+        return float(next(serve, float("nan")))
 
     def window(self, study: pd.DataFrame) -> "Window | None":
         """The radii that keep every bound around the one to choose; around the smallest that does if none serves."""
@@ -125,27 +109,22 @@ class RingRule(NamedTuple):
 
     def refined(self, study: pd.DataFrame) -> list[float]:
         """Radii, m, by which a study would say more of its choice: the middle of gaps at the ends of its `window`, and
-        for the ``smallest`` one within `SPAN` above it, where none was run; empty if the window is known to `NARROW`.
+        one within `SPAN` above the choice, where none was run; empty if the window is known to `NARROW`.
         """
         if (window := self.window(study)) is None:
             return []
         radii, chosen, more = sorted(study["ring_radius_m"].dropna().unique()), self.radius(study), []
-        smallest = self.choice == "smallest"
         if window.first - window.below > NARROW:
             more.append((window.below + window.first) / 2)
-        if window.above - window.last > NARROW and not (smallest and window.last - window.first > 2 * NARROW):
+        if window.above - window.last > NARROW and window.last - window.first <= 2 * NARROW:
             more.append((window.last + window.above) / 2)
-        if smallest and chosen == chosen != radii[-1] and not any(chosen < r <= chosen * (1 + SPAN) for r in radii):
+        if chosen == chosen != radii[-1] and not any(chosen < r <= chosen * (1 + SPAN) for r in radii):
             more.append(floor(chosen * (1 + SPAN) * 10**ROUNDED) / 10**ROUNDED)
         return sorted({round(float(radius), ROUNDED) for radius in more} - set(radii))
 
     def band(self, study: pd.DataFrame) -> dict[float, float]:
-        """Radii that the rule chooses with each of `MARGINS_PCT` over a tooth's share, m; empty without that share."""
-        radii = {}
-        for margin in MARGINS_PCT if any(bound.tooth for bound in self.bounds) else ():
-            bounds = (bound._replace(number=margin) if bound.tooth else bound for bound in self.bounds)
-            radii[margin] = self._replace(bounds=tuple(bounds)).radius(study)
-        return radii
+        """Radii that the rule chooses with each of `MARGINS_PCT` over a tooth's share, m."""
+        return {margin: self._replace(margin=margin).radius(study) for margin in MARGINS_PCT}
 
 
 class Window(NamedTuple):
@@ -162,45 +141,21 @@ class Window(NamedTuple):
         low = self.first if isnan(self.below) else (self.below + self.first) / 2
         return low, self.last if isnan(self.above) else (self.last + self.above) / 2
 
-    @property
-    def narrow(self) -> bool:
-        """Whether the window is narrower than `NARROW`; one at the end of the study may be wider than is known."""
-        return self.ends[1] - self.ends[0] < NARROW and not (isnan(self.below) or isnan(self.above))
-
     def __str__(self) -> str:
-        text = "the rule holds from {:.5g} to {:.5g} m".format(*self.ends)
+        low, high = self.ends
+        text = f"the rule holds from {low:.5g} to {high:.5g} m"
         gaps = [gap for gap in (self.first - self.below, self.above - self.last) if gap == gap]
         text += f", ends known to {1e3 * max(gaps) / 2:.2g} mm" if gaps else ""
-        return text + (f": narrower than {1e3 * NARROW:g} mm, which a ring as made may miss" if self.narrow else "")
-
-
-def parse_rule(text: str, teeth: int) -> RingRule:
-    """A rule such as `RULE` of a sprocket with so many teeth: bounds, then the choice, with commas between.
-
-    Raises `InputError`: it cannot be read.
-    """
-    *terms, last = [words.strip() for words in text.split(",")]
-    bounds, choice = [], last.removeprefix("least ").strip()
-    for term in terms:
-        match = _BOUND.fullmatch(term)
-        if match is None:
-            expected = "a column, <, <=, > or >=, and a number or tooth + a number"
-            raise InputError(f"rule: {shown(term)} is not a bound; expected {expected}, as in {RULE!r}")
-        bounds.append(Bound(match[1], match[2], float(match[4]), 100.0 / teeth if match[3] else 0.0))
-    if choice not in ("smallest", "largest") and (choice == last or choice not in RULE_COLUMNS):
-        raise InputError(f"rule: {shown(last)} is not a choice; end with smallest, largest or least COLUMN: {_KNOWN}")
-    for bound in bounds:
-        if bound.column not in RULE_COLUMNS:
-            raise InputError(f"rule: {shown(bound.column)} is not a column that a rule can bound: {_KNOWN}")
-    return RingRule(tuple(bounds), choice)
+        # at the end of the study it may be wider than is known
+        narrow = high - low < NARROW and len(gaps) == 2
+        return text + (f": narrower than {1e3 * NARROW:g} mm, which a ring as made may miss" if narrow else "")
 
 
 def advice(study: pd.DataFrame, rule: RingRule) -> list[str]:
     """Sentences: the one radius to choose for all speeds, the window in which the rule holds, what its margin moves,
-    the ring of least sliding on the teeth, and what decides; or that no radius serves.
+    and what decides; or that no radius serves.
 
-    Then what every bound is kept by, and what would be chosen at one speed alone. A choice at the end of the study is
-    said first.
+    Then what every bound is kept by. A choice at the end of the study is said first.
     """
     rings, chosen, window = study.dropna(subset="ring_radius_m"), rule.radius(study), rule.window(study)
     radii, sentences = sorted(rings["ring_radius_m"].unique()), ["no radius of these serves at every speed"]
@@ -211,24 +166,16 @@ def advice(study: pd.DataFrame, rule: RingRule) -> list[str]:
             sentences.insert(
                 0, f"the recommended radius is the largest of the study, {chosen:.5g} m: a larger one may serve better"
             )
-        sentences.append(str(window))
-        if band := rule.band(study):
-            each = (
-                f"{f'{radius:.4g} m' if radius == radius else 'none'} with {margin:g}"
-                for margin, radius in band.items()
-            )
-            low, high = window.ends
-            moves = any(not abs(radius - chosen) <= high - low for radius in band.values())
-            more = "; the margin, which is ours, moves the choice by more than that window" if moves else ""
-            sentences.append(
-                f"with another margin instead of {MARGIN_PCT:g} points the rule recommends {', '.join(each)}{more}"
-            )
-        sentences += _sliding_sentences(rings, chosen)
+        each = (
+            f"{f'{radius:.4g} m' if radius == radius else 'none'} with {margin:g}"
+            for margin, radius in rule.band(study).items()
+        )
+        margins = f"with another margin instead of {MARGIN_PCT:g} points the rule recommends {', '.join(each)}"
+        sentences += [str(window), margins]
         for words, k in (("smaller", index - 1), ("larger", index + 1)):
             if 0 <= k < len(radii):
                 missed = "; ".join(bound.worst(rows[radii[k]]) for bound, rows in misses.items() if radii[k] in rows)
-                dip = words == "smaller" and rule.choice == "smallest"
-                serves = "keeps every bound" + (", but a slightly larger one does not" if dip else ", too")
+                serves = "keeps every bound, " + ("but a slightly larger one does not" if k < index else "too")
                 sentences.append(f"the next {words} radius, {radii[k]:.5g} m: {missed or serves}")
     elif lonely := [f"{radius:.5g}" for radius in radii if not any(radius in rows for rows in misses.values())]:
         sentences[0] += f": {', '.join(lonely)} m keep every bound, but not all radii up to {SPAN:.1%} above them"
@@ -236,41 +183,16 @@ def advice(study: pd.DataFrame, rule: RingRule) -> list[str]:
     for bound, rows in misses.items():
         keep = [f"{radius:.5g}" for radius in radii if radius not in rows]
         sentences.append(f"{bound.words}, at every speed: {', '.join(keep) + ' m' if keep else 'no radius'}")
-    if study["rpm"].nunique() > 1:
-        alone = {rpm: rule.radius(rows) for rpm, rows in study.groupby("rpm")}
-        each = (f"{f'{radius:.4g} m' if radius == radius else 'none'} at {rpm:g} rpm" for rpm, radius in alone.items())
-        sentences.append(f"for a single speed: {', '.join(each)}")
     return sentences
 
 
-def _least_sliding(rings: pd.DataFrame) -> float | None:
-    """The radius of the least sliding work on the teeth at its worst speed, m; None if no work is known."""
-    by_radius = rings.groupby("ring_radius_m")["teeth_sliding_j"]
-    work = by_radius.max()[by_radius.count() == rings["rpm"].nunique()]
-    return None if work.empty else float(work.idxmin())
-
-
-def _sliding_sentences(rings: pd.DataFrame, chosen: float) -> list[str]:
-    """Sentence on the ring of least sliding beside the chosen one, and on what it costs in tension."""
-    least, by_radius = _least_sliding(rings), rings.groupby("ring_radius_m")
-    if least is None or least == chosen:
-        return [] if least is None else ["no ring of the study slides less on the teeth"]
-    work, tension = by_radius["teeth_sliding_j"].max(), by_radius["settled_tension_n"].max()
-    return [
-        f"least sliding on the teeth: {least:.5g} m, {work[least]:.3g} J per turn instead of {work[chosen]:.3g} J, "
-        f"with {100 * (tension[least] / tension[chosen] - 1):+.0f} % strand tension"
-    ]
-
-
 def compared(study: pd.DataFrame, rule: RingRule) -> pd.DataFrame:
-    """Rows of a study of the rings that an advice names, and without one, by speed; ``ring`` says which it is."""
+    """Rows of a study of the ring to choose, its neighbours, and none, by speed; ``ring`` says which it is."""
     radii, chosen = sorted(study["ring_radius_m"].dropna().unique()), rule.radius(study)
     if chosen != chosen:
         return study.iloc[:0].assign(ring="")
     index = radii.index(chosen)
-    named = {radii[k]: words for words, k in (("smaller", index - 1), ("larger", index + 1)) if 0 <= k < len(radii)}
-    least = _least_sliding(study.dropna(subset="ring_radius_m"))
-    if least is not None:
-        named[least] = "least sliding"
-    words = study["ring_radius_m"].map(named | {chosen: "recommended"}).mask(study["ring_radius_m"].isna(), "none")
+    names = {index - 1: "smaller", index: "recommended", index + 1: "larger"}
+    named = {radius: names[k] for k, radius in enumerate(radii) if k in names}
+    words = study["ring_radius_m"].map(named).mask(study["ring_radius_m"].isna(), "none")
     return study.assign(ring=words).dropna(subset="ring").sort_values(["rpm", "ring_radius_m"], na_position="first")

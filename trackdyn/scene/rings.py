@@ -49,16 +49,6 @@ def study_radii(rig: Rig, count: int = 11) -> list[float]:
     return (np.round(inside) / grid).round(digits).tolist()
 
 
-def larger_radii(rig: Rig, radii: list[float], count: int = 3) -> list[float]:
-    """The next radii of a study (m, two or more, rising), with its last step, as far as `usual_rings`."""
-    try:
-        largest = usual_rings(rig)[1]
-    except InputError:  # on a rig whose radii are stated
-        return []
-    further = radii[-1] + np.outer(np.diff(radii)[-1:], np.arange(1, count + 1))
-    return further[further <= largest].round(8).tolist()
-
-
 def _seat_depth(rig: Rig) -> float:
     """How far below the pin circle the arcs of a connector come to rest in its groove, m; a bisection."""
     half, arc, groove = rig.connector_length / 2, rig.chain.connector_radius, rig.groove_profile

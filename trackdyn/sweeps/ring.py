@@ -13,7 +13,7 @@ from trackdyn.measure.metrics import whole_errors
 from trackdyn.measure.ring_rule import ROUNDS, RULE_COLUMNS, RingRule
 from trackdyn.measure.stopping import check_driven
 from trackdyn.rig.rig import Rig, load_rig
-from trackdyn.scene.rings import larger_radii, study_radii
+from trackdyn.scene.rings import study_radii
 from trackdyn.scene.scene import Scene, StopRule, steady_fields
 from trackdyn.sweeps.design import read_table
 from trackdyn.sweeps.engine import DONE
@@ -75,8 +75,8 @@ def ring_study(
     """Run every ring (radii in m; by default `scene.rings.study_radii`), and none, at every speed (rev/min).
 
     ``jobs, store, progress`` are as in `sweep`: a killed study goes on from its store. Of several steps (s) the first
-    counts that is neither refused nor diverges; by default the rig's own. Where ``rule`` chooses the largest radius,
-    larger ones are run (`scene.rings.larger_radii`), and around its choice those that it needs (`RingRule.refined`).
+    counts that is neither refused nor diverges; by default the rig's own. Around the choice of a ``rule`` radii are run
+    that it needs (`RingRule.refined`).
 
     The table has a row per scene, no ring first: ``rpm``, ``ring_radius_m`` (empty: no ring), ``added`` (whether the
     study took that radius on its way), ``state``, ``reason``,
@@ -85,8 +85,8 @@ def ring_study(
     with one scene is its ``reason``.
     """
     loaded = load_rig(rig)
-    requested, rounds = study_radii(loaded) if radii is None else sorted(set(radii)), 0
-    radii = list(requested)
+    requested = study_radii(loaded) if radii is None else sorted(set(radii))
+    radii, high = list(requested), Scene.ring_range(loaded)[1]
 
     def run(radii: Sequence[float]) -> pd.DataFrame:
         table = _study(loaded, rig, _design(loaded, speeds, radii, step), jobs, store, progress)
@@ -94,11 +94,8 @@ def ring_study(
         return table
 
     study = run(radii)
-    while rule:
-        more = larger_radii(loaded, radii) if rule.radius(study) == radii[-1] else []
-        if not more and rounds < ROUNDS:
-            rounds, high = rounds + 1, Scene.ring_range(loaded)[1]
-            more = [radius for radius in rule.refined(study) if radius <= high]
+    for _ in range(ROUNDS):
+        more = [radius for radius in rule.refined(study) if radius <= high] if rule else []
         if not more:
             break
         radii = sorted({*radii, *more})

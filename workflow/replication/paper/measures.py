@@ -9,7 +9,7 @@ import pandas as pd
 from replication.paper.evidence import Evidence, NotThere, Range
 from replication.paper.printed import CELLS, value_difference
 from trackdyn.measure.contacts import TOUCHING
-from trackdyn.measure.ring_rule import RULE, parse_rule
+from trackdyn.measure.ring_rule import RingRule
 
 SAME = 1e-9  # radii are compared with printed ones, m
 
@@ -309,7 +309,7 @@ def _spread(least: float = 0.0) -> Measure:
 def _radius(evidence: Evidence, speeds) -> float:
     """Radius of the one ring to choose for some speeds, m; NaN: none serves (`measure.ring_rule`)."""
     study = pd.concat([evidence.study(rpm).reset_index() for rpm in speeds])
-    return parse_rule(RULE, evidence.rig.sprocket.teeth).radius(study)
+    return RingRule(evidence.rig.sprocket.teeth).radius(study)
 
 
 def _excess_over_equal_pitch(evidence, speeds) -> list[float]:

@@ -24,7 +24,7 @@ from trackdyn.inputs.errors import InputError
 from trackdyn.inputs.files import replacing, write_text
 from trackdyn.measure.catalogue import NAMED
 from trackdyn.measure.cells import significant
-from trackdyn.measure.ring_rule import RULE, parse_rule
+from trackdyn.measure.ring_rule import RingRule
 
 BEGIN, END = "<!-- measured -->", "<!-- end -->"
 Page = tuple[str, tuple[str, ...], Callable[..., str | list[str]]]  # its tables in docs/measured, what makes its blocks
@@ -102,7 +102,7 @@ def ring_text(rows: pd.DataFrame) -> str:
     columns = {"settled_tension_n": "strand (N)", "teeth_sliding_j": "teeth (J)", "ring_sliding_j": "ring (J)"}
     lines = []
     for track, group in rows.groupby("track", sort=False):
-        rule, grid = parse_rule(RULE, int(group["teeth"].iloc[0])), group[group["grid"] != "beyond"]
+        rule, grid = RingRule(int(group["teeth"].iloc[0])), group[group["grid"] != "beyond"]
         by_speed = [f"{rule.radius(rows):.4f}".replace("nan", "none") for _, rows in grid.groupby("rpm")]
         band = dict.fromkeys(f"{radius:.4f}".replace("nan", "none") for radius in rule.band(grid).values())
         line = {"track": track, "rpm": ", ".join(f"{rpm:g}" for rpm in grid["rpm"].unique())}

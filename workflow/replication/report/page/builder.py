@@ -31,7 +31,7 @@ from trackdyn.jit import source_hash
 from trackdyn.measure.catalogue import NAMED
 from trackdyn.measure.cells import significant
 from trackdyn.measure.columns import words
-from trackdyn.measure.ring_rule import COMPARED, RULE, advice, parse_rule
+from trackdyn.measure.ring_rule import COMPARED, RingRule, advice
 from trackdyn.plots.rendering import render
 from trackdyn.plots.style import DPI
 from trackdyn.version import __version__
@@ -212,7 +212,7 @@ def _ring_study(results: Path, teeth: int | None) -> dict:
             for column in COMPARED
         }
         rows.append({"ring_radius_m": f"{radius:g}" if radius else "none"} | spans)
-    return {"advice": advice(study, parse_rule(RULE, teeth)), "rows": rows}
+    return {"advice": advice(study, RingRule(teeth)), "rows": rows}
 
 
 def _rows(results: Path, name: str) -> list[dict] | None:
