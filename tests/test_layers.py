@@ -119,8 +119,7 @@ def test_a_module_imports_what_is_below_it(module):
             theirs = theirs if theirs in rooms else "__init__"  # what the package itself hands out
             assert rooms.index(theirs) <= rooms.index(room), name
         elif other in FOLDERS:
-            # what the package itself hands out may stand on it
-            assert other in BELOW[package] or (package, room, other) == ("trackdyn", "__init__", "fieldtest"), name
+            assert other in BELOW[package], name
         else:
             assert other not in CORNERS or f"{package}.{room}" in CORNERS[other], name
             allowed = COMPUTING.get(room) if package == "trackdyn" else None

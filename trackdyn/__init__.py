@@ -12,7 +12,7 @@ Examples
 """
 
 from importlib import import_module
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 _MODULES = {
     "DivergenceError": "trackdyn.inputs.errors",
@@ -38,8 +38,6 @@ _MODULES = {
 __all__ = list(_MODULES)
 
 if TYPE_CHECKING:
-    from fieldtest.compare import compare as compare
-    from fieldtest.sensor_csv import read_sensor as read_sensor
     from trackdyn.inputs.errors import DivergenceError as DivergenceError
     from trackdyn.inputs.errors import InputError as InputError
     from trackdyn.inputs.errors import TrackdynError as TrackdynError
@@ -57,6 +55,9 @@ if TYPE_CHECKING:
     from trackdyn.sweeps.ring import ring_study as ring_study
     from trackdyn.sweeps.sweep import sweep as sweep
     from trackdyn.version import __version__ as __version__
+
+    compare: Any  # of `fieldtest`, which imports this package
+    read_sensor: Any
 else:  # to a type checker every name would then be one of the package
 
     def __getattr__(name: str):
