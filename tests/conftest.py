@@ -146,10 +146,7 @@ def made_recording(scene, time, force, begin=0.0, layout=Layout(), **arrays):
 
 @pytest.fixture(scope="session")
 def driven_loop(make_scene):
-    """Function that gives the loop some time after the start, as an own copy.
-
-    ``driven_loop(ring_radius=0.303)``; None is a sprocket without ring.
-    """
+    """Function that gives an own copy of the loop some time after the start; ``ring_radius=None`` is no ring."""
     made = {}
 
     def make(ring_radius=0.308, motor_rpm=115.0, seconds=1.0):

@@ -1,5 +1,5 @@
 """Who may import whom: the simulator below the field test, the replication and the laboratory, in each rooms from
-the ground up; libraries in their corners; no circle and no file too long to read.
+the ground up; libraries in their corners; no circle.
 """
 
 import ast

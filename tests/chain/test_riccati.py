@@ -121,9 +121,7 @@ def test_pins_and_velocities_along_the_chain():
 
 @pytest.mark.parametrize("decay", [0.0, 1e-6, 0.1, 1.0, 1.999, 2.0, 2.001, 5.0, 1e3, 1e9])
 def test_damping_of_the_bushings_is_taken_half_way_and_never_overshoots(decay):
-    """One step leaves (1 - (1 - weight) x) / (1 + weight x) of the zigzag's joint rates: second order, and never
-    below 0.
-    """
+    """One step leaves (1 - (1 - weight) x) / (1 + weight x) of the zigzag's joint rates: never less than nothing."""
     length, inertia = np.array([0.1, 0.1]), np.array([0.01, 0.01])
     # equal bodies, mass centres at rest: both turn by half of the joint's rate, each against two bushings
     mobility = 2 * 2 / 0.01

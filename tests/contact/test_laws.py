@@ -91,9 +91,7 @@ def test_implicit_speed_is_that_under_its_own_force(compliance):
 
 
 def impact_by_steps(contact, steps, impeded, mass=5.0, speed=0.35, radius=8e-4):
-    """Mean peak (N) and rebound of a mass that meets a tooth, with velocities half a step behind; ``steps`` a
-    contact.
-    """
+    """Mean peak (N) and rebound of a mass on a tooth, velocities half a step behind; ``steps`` to a contact."""
     deepest = (1.25 * mass * speed**2 * sqrt(radius) / contact.stiffness) ** 0.4
     h = 3.2 * deepest / speed / steps
     compliance, rebounds = 0.5 * h / mass, []
@@ -204,9 +202,7 @@ def test_an_impact_delivers_the_restitution_of_the_law(normal_law, restitution):
 @pytest.mark.parametrize("normal_law", NORMAL_LAWS)
 @pytest.mark.parametrize("radius", [8e-4, 0.05, 0.3])
 def test_slopes_are_those_of_the_force(normal_law, radius):
-    """Central differences, also where the bracket is clipped at 0 and at its limit: no slope with the velocity
-    there.
-    """
+    """Central differences, also where the bracket is clipped: no slope with the velocity there."""
     contact = law(normal_law, 0.3, limit=1.4)
     impact, zones = 0.2, set()
     for depth in (1e-6, 1e-4, 3e-3):

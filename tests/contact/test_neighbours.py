@@ -11,9 +11,7 @@ from trackdyn.simulation.loop import Loop
 
 
 def distances(loop):
-    """Of every arc's centre from the sprocket's axis, (2 p,), and of every link's middle line from every wheel's, (p,
-    w); m.
-    """
+    """Of arcs' centres from the sprocket's axis, (2 p,), and of links' middle lines from every wheel's, (p, w); m."""
     model, state, work, (space, *_) = loop.arrays
     shoes = model.shoes
     height = 0.0 if space is None else state.plane.motion[OFFSET]

@@ -75,9 +75,7 @@ def test_a_wheel_rolled_by_hand_slows_down_as_its_closed_form(bench):
 
 
 def tensions(loop, steps):
-    """Means of the tension in the middle of the upper and the lower strand (N), of the idler's load (N) and of its
-    rate (rad/s).
-    """
+    """Mean tension of the upper and the lower strand (N), load (N) and rate (rad/s) of the idler."""
     rows = []
     for _ in range(steps):
         loop.step(5)

@@ -1,6 +1,4 @@
-"""Tension locked, retensioned or sprung; drag viscous or Coulomb; where a loop may start; contact that is not
-resolved.
-"""
+"""Tension locked, retensioned or sprung; drag; where a loop may start; contact that is not resolved."""
 
 import re
 

@@ -30,9 +30,7 @@ def logged(make_scene):
 
 
 def test_a_peak_between_two_steps_is_found(logged):
-    """A half sine of nine steps to the period, wherever the steps fall: 0.7 % are left of what they miss, 6 %
-    at worst.
-    """
+    """A half sine of nine steps to the period, wherever they fall: 0.7 % are left of the 6 % that they miss."""
     omega = 2 * np.pi / (9 * STEP)
     missed = []
     for phase in np.linspace(0.02, 0.98, 13):

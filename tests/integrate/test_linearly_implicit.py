@@ -233,9 +233,7 @@ def test_step_tends_to_the_semi_implicit_one(parts):
 
 
 def test_long_steps_stay_stable_and_give_the_sensor_of_short_ones(make_scene):
-    """Three seconds on the ring at a step that the explicit method refuses: averaged over its interval, the sensor sees
-    the same motion, RMS within 2 % in both directions.
-    """
+    """At a step that the explicit method refuses: over its interval the sensor sees the same motion within 2 %."""
     long = make_scene(150.0, duration=3.0, lead_in=1.0, integrator="linearly_implicit", step=STEP)
     with pytest.raises(InputError, match=r"step = 0\.0005: too large"):
         long.with_(integrator="semi_implicit")

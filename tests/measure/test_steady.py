@@ -1,6 +1,4 @@
-"""Runs that end when their contacts are known: against long records, against single loops, and on constructed
-passages.
-"""
+"""Runs that end when their contacts are known, against long records and on constructed passages."""
 
 from types import SimpleNamespace
 

@@ -84,9 +84,7 @@ def test_what_moves_is_the_run(recording, stretch):
     [{"ring_radius": None}, {"chain": "single_pin"}],
 )
 def test_contacts_and_weight_are_what_accelerates_the_chain(make_scene, fields):
-    """Momentum and angular momentum change by the drawn forces at their drawn places; without friction nothing else
-    acts.
-    """
+    """Both momenta change by the drawn forces at their drawn places; without friction nothing else acts."""
     scene = make_scene(210.0, friction="none", **fields)
     loop = Loop(scene.with_(rig=scene.rig.changed(tension__travel=0.2)))  # one pin a pitch makes a longer loop
     loop.advance(0.61)  # no contact begins in the step that follows, whose force would be of its end

@@ -1,6 +1,4 @@
-"""Files of rigs: shipped ones by name, the short way of writing, what is taken from another file, and what is
-refused.
-"""
+"""Files of rigs: the short way of writing, what is taken from another file, and what is refused."""
 
 import pickle
 import re

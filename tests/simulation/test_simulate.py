@@ -40,9 +40,7 @@ def test_the_loop_stays_closed_at_every_instant(make_scene, ring, step, chain):
 
 @pytest.mark.parametrize("ring", [None, 0.308])
 def test_open_work_halves_with_the_step(make_scene, ring):
-    """The work of the discrete motion is counted exactly: only the error of its path is left, of order 1; 0.1 % of the
-    sprocket's work is asked for.
-    """
+    """Work is counted exactly: only the error of the path is left, of order 1, where 0.1 % are asked for."""
     open_work = []
     for step in (1e-4, 5e-5):
         recording = recorded(make_scene(210.0, ring_radius=ring, duration=3.0, step=step))

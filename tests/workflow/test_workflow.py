@@ -1,6 +1,4 @@
-"""The workflow parses, plans every rule, refuses a bad configuration in one sentence, and runs again what an edit
-concerns and nothing else.
-"""
+"""The workflow plans every rule, refuses a bad configuration in one sentence, and runs again what an edit concerns."""
 
 import json
 import os
@@ -151,9 +149,7 @@ def test_scripts_load_no_file_of_ours_that_their_rules_do_not_need():
 
 
 class Pretended:
-    """A copy of the project with an empty file instead of every result of a quick run and its studies, and
-    Snakemake's records of them.
-    """
+    """A copy of the project with empty files for all results of a quick run, and Snakemake's records of them."""
 
     targets = ("--configfile", "config/quick.yaml", "--", "all", "studies")
 
