@@ -333,6 +333,15 @@ def test_other_forms_are_read(name, tmp_path):
     assert all(word in said for word in words) and ("left out" in said) == ("words below" in name), said
 
 
+@pytest.mark.parametrize("comma", [False, True])
+def test_signs_between_thousands_are_read_beside_a_decimal_sign(comma, tmp_path):
+    milli = [-1451.25, 506.5, 12.25, 1592.0, -0.5, 1001.75]
+    text = "t_ms;ay_mg\n" + "".join(f"{1000 + k:,.1f};{value:,.2f}\n" for k, value in enumerate(milli))
+    text = text.translate(str.maketrans(",.", ".,")) if comma else text
+    record = read_sensor(write(tmp_path / "record.csv", text), SensorMapping(unit="mg"))
+    assert record.ay == pytest.approx([value / 1000 for value in milli]) and record.rate == pytest.approx(1000)
+
+
 def stamped(path, t, decimals=None):
     """A file whose ay is a sine of 7 Hz at the true times, with stamps of some decimals or in single precision."""
     text = (str(x) for x in t.astype(np.float32)) if decimals is None else (f"{x:.{decimals}f}" for x in t)
