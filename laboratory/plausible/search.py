@@ -65,7 +65,7 @@ class Searching:
         values = row["values"]["starts"][0]
         shown_by = evidence(self.config, self.scenes, values, rig)
         numbers = printed_numbers(self.claims, shown_by)["met"].sum()
-        judged = sentence_verdicts(judge_all(self.claims, shown_by)[0], self.sentences)
+        judged = sentence_verdicts(judge_all(self.claims, shown_by), self.sentences)
         return Outcome(residuals(self.config, values), int(numbers), count(judged)[0])
 
     def search(self, name: str) -> pd.DataFrame:

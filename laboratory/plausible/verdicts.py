@@ -9,7 +9,7 @@ import pandas as pd
 from laboratory.plausible.draws import DrawnRig, scenes
 from laboratory.plausible.rows import Values, scene_name
 from laboratory.plausible.settings import PlausibleConfig
-from replication.paper.claims import REPRODUCED, Claim, judge_all
+from replication.paper.claims import REPRODUCED, Claim, judge, judge_all
 from replication.paper.evidence import LEAST_RADII, Evidence
 from replication.paper.printed import EVENTS_WITH_RING, EVENTS_WITHOUT_RING
 from replication.paper.scorecard import RADIUS, sentence_verdicts
@@ -103,13 +103,11 @@ def _judged(
     at_radius = [values[scene_name(rpm, config.ring_radius_m)] for rpm in config.radii_m]
     if min(scene["ring_share_pct"] for scene in at_radius) < TOUCHING:
         return {}
-    card, numbers = judge_all(claims, evidence(config, scenes(config), values, rig))
+    shown_by = evidence(config, scenes(config), values, rig)
+    card = judge_all(claims, shown_by)
     whole = sentence_verdicts(card, sentences)
-    radius = numbers.loc[numbers["id"] + numbers["part"] == RADIUS, "value"]
-    judged = {
-        "engaged": float(is_engaged(config, values, rig)),
-        "radius": float(radius.iloc[0]) if len(radius) else np.nan,
-    }
+    radii = [value.value for claim in claims if claim.name == RADIUS for value in judge(claim, shown_by).values]
+    judged = {"engaged": float(is_engaged(config, values, rig)), "radius": radii[0] if radii else np.nan}
     for name, verdict in [
         *zip(whole["number"].astype(str), whole["verdict"], strict=True),
         *zip(card["id"] + card["part"], card["verdict"], strict=True),

@@ -15,9 +15,7 @@ rule claims:
         sentences=f"{R}/sentences.csv",
         numbers=f"{R}/printed_numbers.csv",
         numbers_schema=f"{R}/printed_numbers.schema.json",
-        values=f"{R}/claims_values.csv",
         schema=f"{R}/claims.schema.json",
-        values_schema=f"{R}/claims_values.schema.json",
     params:
         rpm=CONFIG.meshing.speed_rpm,
         radius=CONFIG.meshing.ring_radius_m,

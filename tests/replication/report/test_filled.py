@@ -36,6 +36,14 @@ def test_what_was_measured_is_of_these_claims():
         assert [p for p, c in zip(card["printed"], claims, strict=True) if not isinstance(c.printed, dict)] == bounds
 
 
+@pytest.mark.parametrize("rig", ["printed", "grips"])
+def test_stored_numbers_have_the_names_of_these_claims(rig):
+    stored = pd.read_csv(ROOT / "docs" / "measured" / f"{rig}_numbers.csv")["claim"].tolist()
+    claims = [claim for claim in load_claims(ROOT / "config" / "claims.yaml") if claim.numbers]
+    names = [claim.number_names or [claim.claim] for claim in claims]
+    assert stored == [name for group in names for name in (group.values() if isinstance(group, dict) else group)]
+
+
 def test_a_page_without_marks_is_named(tmp_path):
     page, source = tmp_path / "page.md", tmp_path / "rows.csv"
     page.write_text(f"{BEGIN} once {END} {END}", encoding="utf-8")

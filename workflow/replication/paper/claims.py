@@ -12,16 +12,16 @@ from pydantic import Field, model_validator
 from replication.paper.evidence import Evidence
 from replication.paper.measures import MEASURES, NotThere, Range
 from trackdyn.inputs.errors import InputError
-from trackdyn.inputs.validation import NotNegative, Positive, Section, validated
+from trackdyn.inputs.validation import NotNegative, Section, validated
 from trackdyn.inputs.yaml_file import read_yaml
-from trackdyn.measure.columns import TABLES, error_of
+from trackdyn.measure.columns import TABLES
 
 REPRODUCED, NOT_REPRODUCED, NO_TEST, NOT_COMPARABLE = "reproduced", "not reproduced", "no test", "not comparable"
 JUDGED = (REPRODUCED, NOT_REPRODUCED)
 VERDICTS = (*JUDGED, NO_TEST, NOT_COMPARABLE)
 ONE_SIDED = ("at_most", "at_least")
 SLACK = 1 + 1e-9  # on a tolerance: 0.309 - 0.308 is more than 0.001 in binary
-COLUMNS, VALUE_COLUMNS = (tuple(TABLES[name][1]) for name in ("claims", "claims_values"))
+COLUMNS, NUMBER_COLUMNS = (tuple(TABLES[name][1]) for name in ("claims", "printed_numbers"))
 
 
 class Claim(Section):
@@ -30,8 +30,8 @@ class Claim(Section):
     ``sentence`` is the number of the paper's sentence that the claim belongs to; one without is not counted.
     ``printed`` by motor speed stands for the numbers at the speeds that are judged. A direction holds within the share
     ``within``. Of a quantity with ``any_reading`` one reading that is met suffices, at every speed. ``numbers`` says
-    how many printed or implied numbers it holds (`printed_numbers`). ``scale`` is what counts as one tolerance in the
-    distance of a one-sided claim (`Value`); no verdict depends on it.
+    how many printed or implied numbers it holds (`printed_numbers`), of which several have names of their own, in the
+    form of ``printed``.
     """
 
     id: Annotated[str, Field(pattern=r"^C\d\d$")]
@@ -48,7 +48,7 @@ class Claim(Section):
     within: NotNegative = 0.0
     any_reading: bool = False
     numbers: Annotated[int, Field(ge=0)] = 0
-    scale: Positive | None = None
+    number_names: dict[float, str] | list[str] = Field(default_factory=list)
     fails_if: str = ""
     reason: Annotated[str, Field(min_length=10)]
     otherwise: str = ""
@@ -68,8 +68,9 @@ class Claim(Section):
             raise InputError(f"claim {self.name}: measure = {self.measure!r} is not a measure{meant}")
         if self.rule == "equal" and self.tolerance is None:
             raise InputError(f"claim {self.name}: tolerance is missing; the rule equal needs one, with its reason")
-        if self.scale is not None and self.rule not in ONE_SIDED:
-            raise InputError(f"claim {self.name}: scale belongs to {', '.join(ONE_SIDED)}; {self.rule} has none")
+        if len(self.number_names) != (self.numbers if self.numbers > 1 else 0):
+            named = f"number_names has {len(self.number_names)} names for {self.numbers} numbers"
+            raise InputError(f"claim {self.name}: {named}; name each of several, and none of one")
         if not self.fails_if:
             raise InputError(f"claim {self.name}: fails_if is missing; say what would have failed the claim")
         return self
@@ -106,14 +107,9 @@ class Value(NamedTuple):
     """One number that a claim is judged by."""
 
     rpm: float  # motor speed, rev/min; NaN for a number that belongs to all speeds
-    reading: str  # which of several at a speed: a reading of the paper's words, ``least``, ``largest``, a count from 1
     value: float
     printed: float  # the value it is compared with; NaN for a trend
-    # From what is printed in tolerances: at most 1 is met. A one-sided claim is at 1 on its bound (`Claim.within`
-    # beyond what is printed), one `Claim.scale` beyond it at 2, one or more on the good side of it at 0. Infinite for
-    # what never happens; NaN where there is no distance: a trend, a one-sided claim without a scale, no test
-    distance: float
-    met: bool | None  # whether it is as claimed; None where nothing is tested
+    met: bool  # whether it is as claimed
 
 
 class Judgement(NamedTuple):
@@ -122,59 +118,33 @@ class Judgement(NamedTuple):
     measured: str  # the measured value as text, or why there is none
     verdict: str
     speeds: list[float]  # at which it was judged, rev/min
-    values: tuple[Value, ...] = ()  # basis of the verdict: none for text, and for a claim that is not comparable
-
-
-def _named(claim: Claim, measured, speeds) -> list[tuple[float, str, float]]:
-    """Speed, reading and number of everything that was measured, in the order of the array that it makes."""
-    if isinstance(measured, str) or measured is None:
-        return []
-    many = isinstance(measured, list | tuple) and not isinstance(measured, Range)
-    items = list(measured) if many else [measured]
-    by_speed = MEASURES[claim.measure].by_speed and len(items) == len(speeds)
-    numbers = []
-    for i, item in enumerate(items):
-        rpm = speeds[i] if by_speed else speeds[0] if len(speeds) == 1 else float("nan")
-        count = "" if by_speed or len(items) == 1 else str(i + 1)
-        parts = (("least", item.low), ("largest", item.high)) if isinstance(item, Range) else (("", item),)
-        numbers += [(rpm, " ".join(filter(None, (count, name))), float(number)) for name, number in parts]
-    return numbers
+    values: tuple[Value, ...] = ()  # basis of the verdict: none for text, and where nothing is tested
 
 
 def _values(claim: Claim, measured, speeds) -> tuple[Value, ...]:
-    """The numbers of a measure, each with its own distance and test."""
-    if not (named := _named(claim, measured, speeds)):
+    """The numbers of a measure, each with its own test; the ends of a range are two."""
+    if isinstance(measured, str) or claim.rule not in (*ONE_SIDED, "equal", "rising"):
         return ()
-    numbers = np.array([number for _, _, number in named])
-    one_sided = claim.rule in ONE_SIDED
-    printed = np.full(len(numbers), np.nan)
-    away, met = printed.copy(), [None] * len(numbers)
-    compared = one_sided or claim.rule == "equal"
-    if compared or (claim.rule == "no_test" and claim.printed is not None):
-        printed_values = [claim.printed[rpm] for rpm in speeds] if isinstance(claim.printed, dict) else claim.printed
-        bounds, shape = np.asarray(printed_values, dtype=float), np.shape(measured)
-        if bounds.ndim < len(shape):  # a bound for both ends of a range
-            bounds = bounds[..., None]
-        printed = np.broadcast_to(bounds, shape).ravel()
-    if compared:
+    items = [measured] if isinstance(measured, Range | float) else list(measured)
+    numbers = np.array(items, dtype=float).reshape(len(items), -1)
+    printed = np.full((len(items), 1), np.nan)
+    if claim.rule == "rising":
+        met = np.isfinite(numbers) & np.r_[[[True]], numbers[1:] > (1 - claim.within) * numbers[:-1]]
+    else:
+        by_speed = isinstance(claim.printed, dict)
+        printed[:, 0] = [claim.printed[rpm] for rpm in speeds] if by_speed else claim.printed
         difference = numbers - printed
-        side = -difference if claim.rule == "at_least" else difference if one_sided else np.abs(difference)
-        leeway = claim.within * np.abs(printed) if one_sided else SLACK * claim.tolerance
-        met = list((side <= leeway) & np.isfinite(numbers))
-        if not one_sided or claim.scale:
-            away = np.maximum(0.0, 1 + (side - leeway) / claim.scale) if one_sided else side / claim.tolerance
-            away = np.where(np.isfinite(difference), away, np.inf)
-    elif claim.rule == "rising":
-        met = list(np.isfinite(numbers) & np.r_[True, numbers[1:] > (1 - claim.within) * numbers[:-1]])
-    if (
-        compared and claim.any_reading and measured and isinstance(measured[0], Range)
-    ):  # any value within a range is a reading
-        low, high = numbers.reshape(-1, 2).T
-        inside = np.repeat((low <= printed[::2]) & (printed[::2] <= high), 2)
-        away, met = np.where(inside, 0.0, away), list(inside | met)
-    rows = zip(named, printed, away, met, strict=True)
+        side = {"at_most": difference, "at_least": -difference, "equal": np.abs(difference)}[claim.rule]
+        leeway = SLACK * claim.tolerance if claim.rule == "equal" else claim.within * np.abs(printed)
+        met = (side <= leeway) & np.isfinite(numbers)
+        if claim.any_reading:  # any value within a range is a reading
+            met |= (numbers[:, :1] <= printed) & (printed <= numbers[:, -1:])
+    if not (MEASURES[claim.measure].by_speed and len(items) == len(speeds)):
+        speeds = [speeds[0] if len(speeds) == 1 else np.nan] * len(items)
     return tuple(
-        Value(*name, float(bound), float(far), None if good is None else bool(good)) for name, bound, far, good in rows
+        Value(rpm, float(value), float(bound), bool(good))
+        for rpm, row, (bound,), row_met in zip(speeds, numbers, printed, met, strict=True)
+        for value, good in zip(row, row_met, strict=True)
     )
 
 
@@ -207,17 +177,17 @@ def judge(claim: Claim, e: Evidence) -> Judgement:
     elif claim.rule == "same":
         verdict = REPRODUCED if measured == claim.printed else NOT_REPRODUCED
     else:
-        verdict = REPRODUCED if values and all(_met(claim, values).values()) else NOT_REPRODUCED
+        shown = [any(value.met for value in group) for group in _groups(claim, values)]
+        verdict = REPRODUCED if shown and all(shown) else NOT_REPRODUCED
     return Judgement(_text(measured), verdict, speeds, values)
 
 
-def _met(claim: Claim, values: Iterable[Value]) -> dict[tuple[float, str], bool]:
-    """Whether the numbers of a claim are met, by speed and name; with `Claim.any_reading` by speed alone."""
-    met: dict[tuple[float, str], bool] = {}
-    for value in values:
-        name = value.rpm, "" if claim.any_reading else value.reading
-        met[name] = met.get(name, False) or bool(value.met)
-    return met
+def _groups(claim: Claim, values: Iterable[Value]) -> list[list[Value]]:
+    """Numbers of a claim of which one that is met suffices: with `Claim.any_reading` those of a speed, else each."""
+    groups: dict[float, list[Value]] = {}
+    for k, value in enumerate(values):
+        groups.setdefault(value.rpm if claim.any_reading else k, []).append(value)
+    return list(groups.values())
 
 
 NO_VALUE = "no value"  # such as a ratio of forces that never act
@@ -263,58 +233,41 @@ def _row(rig: str, claim: Claim, judgement: Judgement) -> dict:
     }
 
 
-def judge_all(claims: list[Claim], e: Evidence, rig: str = "") -> tuple[pd.DataFrame, pd.DataFrame]:
-    """The scorecard of a rig of this name, and its numbers.
-
-    Returns
-    -------
-    card : DataFrame
-        A row for every statement, columns ``COLUMNS``.
-    values : DataFrame
-        A row for every number that a verdict is made from, columns ``VALUE_COLUMNS``.
-    """
-    card, values = [], []
-    for claim in claims:
-        judgement = judge(claim, e)
-        card.append(_row(rig, claim, judgement))
-        column = claim.measure and MEASURES[claim.measure].column
-        for value in judgement.values:
-            # of a number that is a column of the long records
-            error = float(e.records([value.rpm]).iloc[0].get(error_of(column), np.nan)) if column else np.nan
-            about = {"rig": rig, "standard_error": error, "verdict": judgement.verdict} | value._asdict()
-            values.append(claim.model_dump(include={"id", "part", "unit", "rule", "tolerance"}) | about)
-    return pd.DataFrame(card, columns=list(COLUMNS)), pd.DataFrame(values, columns=list(VALUE_COLUMNS))
+def judge_all(claims: list[Claim], e: Evidence, rig: str = "") -> pd.DataFrame:
+    """The scorecard of a rig of this name: a row for every statement, columns ``COLUMNS``."""
+    return pd.DataFrame([_row(rig, claim, judge(claim, e)) for claim in claims], columns=list(COLUMNS))
 
 
 def printed_numbers(claims: list[Claim], e: Evidence, rig: str = "") -> pd.DataFrame:
     """Numbers that the paper prints or implies of its simulation, a row each, beside those of a rig.
 
-    Returns
-    -------
-    DataFrame
-        ``rig, id, part, claim, rpm`` (NaN: all speeds), ``printed, measured`` (of several readings the nearest),
-        ``tolerance, unit, met``. A number whose evidence is not there is not met.
+    Columns are ``NUMBER_COLUMNS``. A number whose evidence is not there is not met; of several readings the nearest is
+    measured, or their range at a speed.
     """
     rows = []
     for claim in (claim for claim in claims if claim.numbers):
         judgement = judge(claim, e)
-        met = _met(claim, judgement.values)
-        about = {"rig": rig, **claim.model_dump(include={"id", "part", "claim", "unit"}), "tolerance": claim.tolerance}
-        if claim.numbers == 1 or not met:  # a word, a range or a limit is one number, whatever it is judged by
-            number = {"rpm": np.nan, "printed": printed_text(claim, judgement.speeds), "measured": judgement.measured}
-            if claim.any_reading and judgement.values:
-                number["measured"] = _text(min(judgement.values, key=lambda value: value.distance).value)
-            rows += [about | number | {"met": judgement.verdict == REPRODUCED}] * claim.numbers
+        about = {"rig": rig, **claim.model_dump(include={"id", "part", "unit"}), "tolerance": claim.tolerance}
+        names = claim.number_names or [claim.claim]
+        groups = _groups(claim, judgement.values)
+        if claim.numbers == 1 or not groups:  # a word, a range or a limit is one number, whatever it is judged by
+            number = {"printed": printed_text(claim, judgement.speeds), "measured": judgement.measured}
+            if claim.any_reading and groups:
+                number["measured"] = _text(_nearest(judgement.values).value)
+            every = names.values() if isinstance(names, dict) else names
+            rows += [about | number | {"claim": name, "met": judgement.verdict == REPRODUCED} for name in every]
             continue
-        for (rpm, reading), is_met in met.items():
-            same = [
-                value
-                for value in judgement.values
-                if value.rpm == rpm and (claim.any_reading or value.reading == reading)
-            ]
-            nearest = min(same, key=lambda value: value.distance)
-            ends = Range(min(value.value for value in same), max(value.value for value in same))
-            measured = _text(nearest.value if ends.low == ends.high or not claim.any_reading else ends)
-            rows.append(about | {"rpm": rpm, "printed": _text(nearest.printed), "measured": measured, "met": is_met})
-    columns = ["rig", "id", "part", "claim", "rpm", "printed", "measured", "tolerance", "unit", "met"]
-    return pd.DataFrame(rows, columns=columns)
+        for k, group in enumerate(groups):
+            name = names[group[0].rpm if isinstance(names, dict) else k]
+            ends = Range(min(value.value for value in group), max(value.value for value in group))
+            rows.append(about | {
+                "claim": name, "rpm": group[0].rpm, "printed": _text(group[0].printed),
+                "measured": _text(ends.low if ends.low == ends.high else ends),
+                "met": any(value.met for value in group),
+            })  # fmt: skip
+    return pd.DataFrame(rows, columns=list(NUMBER_COLUMNS))
+
+
+def _nearest(values: Iterable[Value]) -> Value:
+    """The number that is nearest to what is printed."""
+    return min(values, key=lambda value: np.nan_to_num(abs(value.value - value.printed), nan=np.inf))

@@ -20,7 +20,6 @@ class Measure(NamedTuple):
     evaluate: Callable[[Evidence, list[float]], Any]  # of the evidence and the speeds that are judged
     table: str  # the runs whose speeds those are: ``records``, ``study``, ``meshing`` or ``peer``
     by_speed: bool = False  # whether it gives a value for each of them
-    column: str = ""  # of ``metrics.csv``, if it is one
     events: tuple[str, ...] = ()  # a run and events of its passages (`measure.events`), if it is made of those
 
 
@@ -63,7 +62,7 @@ def _column(evidence: Evidence, speeds, name: str) -> pd.Series:
 
 def _values(column: str) -> Measure:
     """A column, at every speed."""
-    return Measure(lambda e, speeds: _column(e, speeds, column).tolist(), "records", True, column)
+    return Measure(lambda e, speeds: _column(e, speeds, column).tolist(), "records", True)
 
 
 def _largest(column: str) -> Measure:

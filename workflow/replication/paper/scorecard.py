@@ -9,7 +9,7 @@ import pandas as pd
 from replication.paper.claims import JUDGED, NO_VALUE, NOT_COMPARABLE, NOT_REPRODUCED, REPRODUCED, VERDICTS
 from trackdyn.measure.cells import significant
 
-AMPLITUDE, RADIUS, RADIUS_BY_SPEED = "C08", "C26a", "C26c"  # of the ring to choose: one for all speeds, one for each
+RADIUS, RADIUS_BY_SPEED = "C26a", "C26c"  # of the ring to choose: one for all speeds, one for each
 TRACKS = ("all", "engaged")  # judged tracks, and those that are in mesh as long as printed
 FOLLOWS = "follows"  # class of a sentence that nine of ten tracks show
 RUBBER = (2.0, 90.0)  # creep slope of a solid rubber wheel, s/m (ring_contact.transition_velocity of the rigs' files)
@@ -78,19 +78,10 @@ def number_count(numbers: pd.DataFrame) -> str:
 def number_rows(numbers: pd.DataFrame) -> list[dict]:
     """Rows of a table of printed numbers: ``what, printed, here, tolerance, met``."""
     rows = []
-    position = numbers.groupby(["id", "part"], dropna=False).cumcount()
-    for row, k in zip(numbers.astype(object).where(numbers.notna(), "").to_dict("records"), position, strict=True):
-        name, (about, _, each) = row["id"] + row["part"], row["claim"].partition(": ")
-        what = (
-            f"{about}: {each.split(', ')[k]}" if each.count(", ") and "," not in str(row["printed"]) else row["claim"]
-        )
-        if name == AMPLITUDE and row["rpm"]:
-            what = (
-                f"Dominant peak at {row['rpm']:g} rpm: amplitude, over the starts of the record in a turn of the loop"
-            )
+    for row in numbers.astype(object).where(numbers.notna(), "").to_dict("records"):
         unit = "" if row["unit"] == "1" else f" {row['unit']}"
         tolerance = f"± {row['tolerance']:g}{unit}" if row["tolerance"] != "" else "as it reads"
-        about = {"what": what, "printed": str(row["printed"]), "here": str(row["measured"])}
+        about = {"what": row["claim"], "printed": str(row["printed"]), "here": str(row["measured"])}
         rows.append(about | {"tolerance": tolerance, "met": "●" if row["met"] else "○"})
     return rows
 

@@ -1,4 +1,4 @@
-"""The scorecard of the claims, and its numbers."""
+"""The scorecard of the claims, and the printed numbers."""
 
 from trackdyn.sweeps.snakemake_job import run_job
 
@@ -21,14 +21,12 @@ def main(job) -> None:
     if job.input.cells:
         evidence = replace(evidence, cells=load_cells(job.input.cells[0]))
     claims = load_claims(job.input.claims)
-    card, values = judge_all(claims, evidence, params.rig)
+    card = judge_all(claims, evidence, params.rig)
     numbers = printed_numbers(claims, evidence, params.rig)
     sentences = sentence_verdicts(card, load_sentences(job.input.claims))
     write_csv(output.csv, card)
     write_csv(output.sentences, sentences)
     write_csv(output.numbers, numbers)
-    write_csv(output.values, values, float_format="%.9g")
     write_text(output.numbers_schema, schema_text(numbers.columns, "printed_numbers"))
     write_text(output.schema, schema_text(card.columns, "claims"))
-    write_text(output.values_schema, schema_text(values.columns, "claims_values"))
     print(headline(sentences, numbers))
