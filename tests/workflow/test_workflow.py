@@ -27,7 +27,7 @@ SCRIPTS = sorted(
 )
 # rules that simulate: what is measured or written of their runs is no matter of theirs
 SIMULATING = re.compile(
-    r"simulate|ring_runs|runs_without_ring|peer_runs|trade_scene|trade_promises"
+    r"simulate|ring_runs|peer_runs|trade_scene|trade_promises"
     r"|extremes_part|animation_run|warm_up.*|fidelity_setting"
 )
 
@@ -65,8 +65,7 @@ def test_a_quick_run_with_its_studies_is_planned_from_nothing(tmp_path):
     planned = planned_jobs(tmp_path, "studies", "--configfile", quick_config(tmp_path))
     # 4 records, each with the coarse tooth, too, 1 at a rounded speed, and 2 of meshing; rings at 2 speeds
     assert (planned["simulate"], planned["warm_up"]) == (2 * 4 + 1 + 2, 1)
-    assert (planned["ring_runs"], planned["runs_without_ring"]) == (2, 1)
-    assert (planned["metrics"], planned["measure"]) == (1, 2)
+    assert (planned["ring_runs"], planned["metrics"], planned["measure"]) == (2, 1, 2)
     assert {*STUDIES} <= planned.keys()
     assert {"metrics", "claims", "page", "manifest"} <= planned.keys()
     assert not (tmp_path / "results").exists()
@@ -279,5 +278,5 @@ def test_one_more_radius_costs_runs_of_rings_alone(pretended):
     with pretended.edited({"config/quick.yaml": in_place_of("0.308, 0.313]", "0.308, 0.313, 0.3135]")}):
         due = pretended.due()
     assert {"measure", "metrics", "ring_figures", "claims"} <= due.keys()
-    assert not {"simulate", "runs_without_ring", "meshing_figures", "closure", "sensor_figures", "warm_up"} & due.keys()
+    assert not {"simulate", "meshing_figures", "closure", "sensor_figures", "warm_up"} & due.keys()
     assert (due["ring_runs"], due["measure"], due["metrics"]) == (2, 1, 1)

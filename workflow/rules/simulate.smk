@@ -45,11 +45,11 @@ rule simulate:
     script: "../replication/pipeline/runs.py"
 
 
-OF_A_SPEED = [f"ring/{{rpm}}rpm_{ring_name(radius)}" for radius in CONFIG.ring_study.radii_m]
+OF_A_SPEED = [f"ring/{{rpm}}rpm_{ring_name(radius)}" for radius in CONFIG.ring_study.rings]
 
 
 rule ring_runs:
-    """Every ring of the study at one speed: a process for each would spend a third of its time on its start."""
+    """Every ring of the study at one speed, and none: a process for each would spend a third of its time on its start."""
     input: rig=CONFIG.rig, kernels=KERNELS
     output: [recording(run) for run in OF_A_SPEED]
     params:
@@ -57,16 +57,4 @@ rule ring_runs:
         stop_rule=CONFIG.stop_rule.model_dump(),
     log: f"{R}/logs/ring/{{rpm}}rpm.log"
     message: "The ring study: {wildcards.rpm} rpm"
-    script: "../replication/pipeline/steady_runs.py"
-
-
-WITHOUT_RING = [f"ring/{rpm:g}rpm_none" for rpm in CONFIG.ring_study.speeds_rpm]
-
-
-use rule ring_runs as runs_without_ring with:
-    output: [recording(run) for run in WITHOUT_RING]
-    params:
-        scenes=scenes_of(WITHOUT_RING),
-        stop_rule=CONFIG.stop_rule.model_dump(),
-    log: f"{R}/logs/ring/none.log"
-    message: "The ring study: no ring"
+    script: "../replication/pipeline/runs.py"
