@@ -121,7 +121,6 @@ def _by_speed(config: PlausibleConfig, values: Values) -> dict[str, float]:
 
 
 def _radii(config: PlausibleConfig) -> dict[float, Sequence[float]]:
-    assert config.search is not None, "a search has its own radii"
     return {rpm: [radius for radius in radii if radius is not None] for rpm, radii in config.search.radii_m.items()}
 
 

@@ -33,7 +33,7 @@ class DrawnRig(NamedTuple):
 def drawn_rigs(config: PlausibleConfig) -> Iterator[DrawnRig]:
     """Every draw in the order of the sequence, so that fewer draws are the first of more."""
     unknowns = config.drawn_unknowns()
-    sequence = qmc.Sobol(len(unknowns), scramble=True, seed=config.seed)
+    sequence = qmc.Sobol(len(unknowns.labels), scramble=True, seed=config.seed)
     points = sequence.random_base2(int(np.ceil(np.log2(config.draws))))
     for draw, x in enumerate(points[: config.draws]):
         values = cut_tip(unknowns, unknowns.values(x))

@@ -26,7 +26,6 @@ LEAST_DIFFERENCE = 0.002  # of a range, at which a search ends
 
 def searched_unknowns(config: PlausibleConfig, name: str) -> Unknowns:
     """Unknowns of a draw, some in other ranges, but for those that the search sets."""
-    assert config.search is not None, "config/plausible.yaml has no search"
     search = config.search.searches[name]
     own = {unknown.label: unknown for unknown in search.unknowns}
     drawn = [own.pop(unknown.label, unknown) for unknown in config.unknowns if unknown.label not in search.fields]
@@ -45,7 +44,6 @@ class Searching:
     """Searches whose rows are rows of the sweep engine, judged by the ``claims`` of a file."""
 
     def __init__(self, config: PlausibleConfig, claims: Path | str, jobs: int, store: Path | str):
-        assert config.search is not None, "config/plausible.yaml has no search"
         self.settings, self.jobs, self.store = config.search, jobs, store
         self.claims, self.sentences = load_claims(claims), load_sentences(claims)
         self.config = config.with_one_start
@@ -55,7 +53,7 @@ class Searching:
 
     def outcomes(self, unknowns: Unknowns, points: Sequence[np.ndarray]) -> list[Outcome | None]:
         """Outcomes of points of the unit cube; None for what does not run."""
-        rigs = [built(unknowns.rig, fields)[0] for fields in unknowns.changes_at(points)]
+        rigs = [built(unknowns.rig, fields)[0] for fields in map(unknowns.changes, map(unknowns.values, points))]
         rows = run_rigs(self.config, rigs, self.scenes, self.jobs, self.store)
         return [self._outcome(rig, row) for rig, row in zip(rigs, rows, strict=True)]
 

@@ -107,7 +107,6 @@ def _least_tension(rig: Rig, low: float) -> float:
 
 def searched_rig(config: PlausibleConfig, rows: pd.DataFrame, name: str) -> str:
     """File of the first row of a search that meets most printed numbers and, of those, shows most sentences."""
-    assert config.search is not None, "config/plausible.yaml has no search"
     order = {"by": ["numbers", "sentences", "row"], "ascending": [False, False, True]}
     best = rows.dropna(subset="cost").sort_values(**order, kind="stable").iloc[0].to_dict()
     unknowns, ranges = searched_unknowns(config, name), file_ranges(config.rig)

@@ -93,7 +93,7 @@ class PlausibleConfig(Section):
     tooth_detail: Count
     follows: Positive
     near: Near
-    search: Search | None = None
+    search: Search
     unknowns: Annotated[list[Unknown], Field(min_length=2)]
     short: Short
 

@@ -1,14 +1,14 @@
 """Unknown parameters of a rig: the range of each, and the way from the unit cube to rigs."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
 
-from trackdyn.inputs.errors import InputError
-from trackdyn.inputs.validation import Section, shown
+from trackdyn.inputs.errors import InputError, naming
+from trackdyn.inputs.validation import Section
 from trackdyn.rig.rig import Rig, parameter_table
 
 # how far from its bounds a value may be rounded, as a share of the range
@@ -16,28 +16,14 @@ EDGE = 1e-9
 
 
 class Unknown(Section):
-    """A parameter that is not known.
+    """A parameter that is not known: its range, and in what it is evenly spread."""
 
-    Attributes
-    ----------
-    names : list of str
-        Fields of the rig by dotted name (`Rig.value`) that share the value.
-    low, high : float or None
-        Its range; None: the one in the rig's file.
-    scale : str
-        ``linear`` or ``log``: in what the unknown is evenly spread.
-    of : str or None
-        The value is a ratio to this other field of the rig.
-    source : str
-        Where that range comes from.
-    """
-
-    names: Annotated[list[str], Field(min_length=1)]
-    low: float | None = None
+    names: Annotated[list[str], Field(min_length=1)]  # fields of the rig by dotted name that share the value
+    low: float | None = None  # None: as in the rig's file
     high: float | None = None
     scale: Literal["linear", "log"] = "linear"
-    of: str | None = None
-    source: str = ""
+    of: str | None = None  # another field of the rig, of which the value is a share
+    source: str = ""  # of the range
 
     @model_validator(mode="after")
     def _complete(self):
@@ -75,43 +61,29 @@ class Unknown(Section):
 class Unknowns:
     """Unknowns of a rig in a fixed order: d of them, so that a rig is a point of the d-dimensional unit cube.
 
-    Parameters
-    ----------
-    unknowns : sequence of Unknown
-        A ratio comes behind what it is a ratio to.
-    rig : Rig
-        Everything else.
-    ranges : mapping
-        ``section.field`` to low and high, for unknowns without a range (`file_ranges`).
-
-    Raises
-    ------
-    InputError
-        One sentence: a field that the rig does not have, one that occurs twice, one without a range.
+    A ratio comes behind what it is a ratio to. ``ranges`` (`file_ranges`) are those of unknowns that state none.
+    Raises `InputError`: a field that the rig does not have, one that occurs twice, one without a range.
     """
 
-    def __init__(self, unknowns, rig: Rig, ranges: Mapping[str, tuple[float, float]] | None = None):
+    def __init__(self, unknowns: Iterable[Unknown], rig: Rig, ranges: Mapping[str, tuple[float, float]]):
         self.rig = rig
         self.unknowns: list[Unknown] = []
         names: set[str] = set()
         for unknown in unknowns:
             for name in (*unknown.names, *filter(None, [unknown.of])):
-                _number(rig, name, unknown.label)
+                with naming(f"unknown {unknown.label}"):
+                    rig.value(name)
             for name in unknown.names:
                 if name in names:
                     raise InputError(f"unknown {name}: occurs twice; keep one of them")
                 names.add(name)
             if not unknown.ranged:
-                if unknown.of or unknown.label not in (ranges or {}):
-                    raise InputError(
-                        f"unknown {unknown.label}: has no range; give low and high, here or in the rig's file"
-                    )
+                if unknown.of or unknown.label not in ranges:
+                    problem = "has no range; give low and high, here or in the rig's file"
+                    raise InputError(f"unknown {unknown.label}: {problem}")
                 low, high = ranges[unknown.label]
                 unknown = Unknown(**unknown.model_dump() | {"low": low, "high": high})
             self.unknowns.append(unknown)
-
-    def __len__(self) -> int:
-        return len(self.unknowns)
 
     @property
     def labels(self) -> list[str]:
@@ -123,10 +95,6 @@ class Unknowns:
         pairs = zip(self.unknowns, x, strict=True)
         return {unknown.label: unknown.value(float(coordinate)) for unknown, coordinate in pairs}
 
-    def position(self, values: Mapping[str, float]) -> np.ndarray:
-        """(d,) point of the unit cube for values by label; NaN where one lies outside its range."""
-        return np.array([unknown.position(values[unknown.label]) for unknown in self.unknowns])
-
     def changes(self, values: Mapping[str, float]) -> dict[str, float]:
         """Fields of the rig (``section.field``) that values by label set."""
         fields: dict[str, float] = {}
@@ -136,29 +104,8 @@ class Unknowns:
             fields |= dict.fromkeys(unknown.names, float(values[unknown.label]) * factor)
         return fields
 
-    def changes_at(self, points) -> list[dict[str, float]]:
-        """Fields of the rig that (m, d) points of the unit cube set."""
-        return [self.changes(self.values(x)) for x in points]
-
-    def of_rig(self, rig: Rig) -> dict[str, float]:
-        """Value of every unknown in a rig, by label."""
-        return {
-            unknown.label: rig.value(unknown.label) / (rig.value(unknown.of) if unknown.of else 1.0)
-            for unknown in self.unknowns
-        }
-
 
 def file_ranges(path: Path | str) -> dict[str, tuple[float, float]]:
     """``section.field`` of a rig's file to low and high, where it has them."""
     table = parameter_table(path).dropna(subset=["low", "high"])
     return {row.name: (float(row.low), float(row.high)) for row in table.itertuples(index=False)}
-
-
-def _number(rig: Rig, name: str, label: str) -> None:
-    """Refuse (`InputError`) a field that is no number of the rig."""
-    try:
-        value = rig.value(name)
-    except InputError as error:
-        raise InputError(f"unknown {shown(label)}: {error}") from None
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise InputError(f"unknown {label}: {name} = {shown(value)} is not a number")

@@ -96,12 +96,12 @@ def test_a_search_goes_down_and_repeats_itself(name, monkeypatch):
 @pytest.mark.parametrize("name", CONFIG.search.searches)
 def test_a_rig_file_has_the_values_their_ranges_and_names_what_is_outside(name, tmp_path):
     unknowns = searched_unknowns(CONFIG, name)
-    values = unknowns.values(np.full(len(unknowns), 0.4))
+    values = unknowns.values(np.full(len(unknowns.labels), 0.4))
     # most numbers, then most sentences, then the first
     ends = [(1, 3.0, 20, 9, 0.5), (2, 9.0, 21, 9, 0.4), (3, 8.0, 21, 8, 0.6), (4, 1.0, 21, 9, 0.7)]
     rows = pd.DataFrame([
         {"search": name, "row": row, "cost": cost, "numbers": numbers, "sentences": sentences}
-        | unknowns.values(np.full(len(unknowns), at))
+        | unknowns.values(np.full(len(unknowns.labels), at))
         for row, cost, numbers, sentences, at in ends
     ])  # fmt: skip
     (path := tmp_path / "rig.yaml").write_text(searched_rig(CONFIG, rows, name), encoding="utf-8")

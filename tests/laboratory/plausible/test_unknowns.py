@@ -20,13 +20,13 @@ def test_a_point_becomes_a_rig_and_is_found_again():
     damping = Unknown(names=["bushing.damping"], of="bushing.stiffness", low=0.002, high=0.01)
     drag = Unknown(names=["idler.bearing_drag", "road_wheel.bearing_drag"])
     unknowns = Unknowns([STIFFNESS, damping, drag], RIG, RANGES)
-    rig = RIG.changed(**unknowns.changes_at([[0.5, 0.5, 0.5]])[0])
+    rig = RIG.changed(**unknowns.changes(unknowns.values([0.5, 0.5, 0.5])))
     low, high = RANGES["bushing.stiffness"]
     assert rig.bushing.stiffness == pytest.approx((low * high) ** 0.5)
     assert rig.bushing.damping == pytest.approx(0.006 * rig.bushing.stiffness)
     assert rig.wheels["idler"].bearing_drag == rig.wheels["road_wheel"].bearing_drag == pytest.approx(31)
-    np.testing.assert_allclose(unknowns.position(unknowns.of_rig(rig)), [0.5, 0.5, 0.5])
-    assert np.isnan(STIFFNESS.model_copy(update={"low": low, "high": high}).position(1.01 * high))
+    stiffness = STIFFNESS.model_copy(update={"low": low, "high": high})
+    assert stiffness.position(rig.bushing.stiffness) == pytest.approx(0.5) and np.isnan(stiffness.position(1.01 * high))
 
 
 @pytest.mark.parametrize(
@@ -34,7 +34,6 @@ def test_a_point_becomes_a_rig_and_is_found_again():
     [
         ([{"names": ["bushing.stifness"], "low": 1, "high": 2}], "'bushing.stifness' is not a parameter of the rig"),
         ([{"names": ["nothing"], "low": 1, "high": 2}], "'nothing' is not a parameter of the rig"),
-        ([{"names": ["tension.wheel"], "low": 1, "high": 2}], "tension.wheel = 'road_wheel' is not a number"),
         ([{"names": ["bushing.stiffness"], "low": 2, "high": 1}], "range 2 to 1: bounds must be rising"),
         ([{"names": ["bushing.stiffness"], "low": 0, "high": 1, "scale": "log"}], "bounds must be rising and above 0"),
         ([{"names": ["sprocket.ring_radius"]}], "has no range"),
