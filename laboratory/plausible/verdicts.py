@@ -41,7 +41,7 @@ def evidence(config: PlausibleConfig, row_scenes: list[list], values: Values, ri
                     events.append({"run": runs[-1], "event": event, "median_s": time, "sd_s": scatter, "area": area})
         metrics += [{"run": run, **columns} for run in runs]
     table = pd.DataFrame(events).astype({"median_s": float, "sd_s": float})
-    return Evidence(pd.DataFrame(metrics), table, rig, config.speed_rpm, config.ring_radius_m)
+    return Evidence(pd.DataFrame(metrics), table, rig, config.speed_rpm)
 
 
 def judge_rows(

@@ -154,7 +154,7 @@ class Pretended:
 
     def __init__(self, folder):
         self.folder, self.root = folder, folder / "copy"
-        for name in ("config", "data", "docs/measured", "docs/pictures", "trackdyn", "workflow"):
+        for name in ("config", "data", "docs/measured", "docs/pictures", "fieldtest", "trackdyn", "workflow"):
             shutil.copytree(ROOT / name, self.root / name, ignore=shutil.ignore_patterns("__pycache__"))
         shutil.copy(ROOT / "Snakefile", self.root)
         code, said = snakemake(folder, *self.targets, run="--summary", root=self.root)

@@ -10,12 +10,10 @@ a damped resonance. Noise, 16 bit and the range of +-20 g complete the sensor.
 
 import hashlib
 import json
-from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-import pandas as pd
 from scipy.signal import lfilter
 
 from fieldtest.sensor_csv import write_sensor_csv
@@ -118,24 +116,17 @@ def generate(rpm: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     return (t, *np.clip(np.rint(signal * (half / RANGE_G)), -half, half - 1) * (RANGE_G / half))
 
 
-def closeness(records: Mapping[int, np.ndarray]) -> pd.DataFrame:
-    """Printed and achieved dominant peak at each speed, as the paper takes it (rectangular window).
-
-    ``records`` are y accelerations (g, sampled at 1000 Hz) by motor speed. Differences are in lines of the spectrum and
-    in percent, ``clipped`` counts samples.
+def achieved(rpm: int, ay: np.ndarray) -> dict[str, float]:
+    """What a record's y acceleration (g, sampled at 1000 Hz) shows: its dominant peak as the paper takes it
+    (rectangular window), RMS, SD and largest value, and how many samples are clipped.
     """
-    rows = []
-    for rpm, ay in records.items():
-        printed_hz, printed_g, *_ = SPEEDS[rpm]
-        hz, g = main_line(ay, RATE_HZ, printed_hz)
-        row = {"rpm": rpm, "printed_hz": printed_hz, "achieved_hz": hz, "printed_g": printed_g, "achieved_g": g}
-        row |= {
-            "difference_bins": (hz - printed_hz) * len(ay) / RATE_HZ,
-            "difference_percent": 100 * (g / printed_g - 1),
-        }
-        row |= {"rms_g": rms(ay), "sd_g": standard_deviation(ay), "peak_g": float(np.max(np.abs(ay)))}
-        rows.append(row | {"clipped": int(np.sum(np.abs(ay) >= TOP_G))})
-    return pd.DataFrame(rows).set_index("rpm")
+    hz, g = main_line(ay, RATE_HZ, SPEEDS[rpm].printed_hz)
+    return {
+        "main_hz": round(hz, 5), "amplitude_g": round(g, 4),
+        "amplitude_difference_percent": round(100 * (g / SPEEDS[rpm].printed_g - 1), 2) + 0.0,  # no -0.0
+        "rms_g": round(rms(ay), 4), "sd_g": round(standard_deviation(ay), 4),
+        "peak_g": round(float(np.max(np.abs(ay))), 3), "clipped_samples": int(np.sum(np.abs(ay) >= TOP_G)),
+    }  # fmt: skip
 
 
 def write_record(folder, rpm: int) -> np.ndarray:
@@ -153,27 +144,20 @@ def write_record(folder, rpm: int) -> np.ndarray:
     return record[2]
 
 
-def write_dataset(folder) -> pd.DataFrame:
-    """Write the records of all speeds, and what they are into their ``datapackage.json``; returns `closeness`.
+def write_dataset(folder) -> None:
+    """Write the records of all speeds, and what they are into their ``datapackage.json``.
 
     Equal calls give equal bytes.
     """
     description = Path(folder) / "datapackage.json"
     package = json.loads(description.read_text(encoding="utf-8"))
-    table = closeness({rpm: write_record(folder, rpm) for rpm in SPEEDS})
-    for resource, (rpm, row) in zip(package["resources"], table.iterrows(), strict=True):
-        speed, data = SPEEDS[rpm], (Path(folder) / resource["path"]).read_bytes()
+    for resource, (rpm, speed) in zip(package["resources"], SPEEDS.items(), strict=True):
+        ay, data = write_record(folder, rpm), (Path(folder) / resource["path"]).read_bytes()
         resource |= {"bytes": len(data), "hash": f"sha256:{hashlib.sha256(data).hexdigest()}", "seed": rpm}
         resource["fitted"] = {"loop_hz": speed.loop_hz, "fluctuation": speed.fluctuation}
         resource["printed"] = {"main_hz": speed.printed_hz, "amplitude_g": speed.printed_g}
-        resource["achieved"] = {
-            "main_hz": round(row.achieved_hz, 5), "amplitude_g": round(row.achieved_g, 4),
-            "amplitude_difference_percent": round(row.difference_percent, 2) + 0.0,  # no -0.0
-            "rms_g": round(row.rms_g, 4), "sd_g": round(row.sd_g, 4), "peak_g": round(row.peak_g, 3),
-            "clipped_samples": int(row.clipped),
-        }  # fmt: skip
+        resource["achieved"] = achieved(rpm, ay)
     write_text(description, json.dumps(package, indent=2, ensure_ascii=False) + "\n")
-    return table
 
 
 def _travel(t, speed, length, start, phase):
@@ -235,4 +219,4 @@ def _impacts(t, s, path, speed, rng):
 
 
 if __name__ == "__main__":
-    print(write_dataset(FOLDER).round(4).to_string())
+    write_dataset(FOLDER)

@@ -18,7 +18,6 @@ rule claims:
         schema=f"{R}/claims.schema.json",
     params:
         rpm=CONFIG.meshing.speed_rpm,
-        radius=CONFIG.meshing.ring_radius_m,
         rounded=CONFIG.rounded_speeds,
         rig=Path(CONFIG.rig).stem,
     log: f"{R}/logs/claims.log"

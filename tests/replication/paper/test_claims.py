@@ -107,7 +107,6 @@ def good() -> Evidence:
         ),
         rig=RIG,
         rpm=115.0,
-        radius=0.308,
         starts=pd.DataFrame([{"rpm": rpm, "line_hz": hz, "line_g": g} for rpm, (hz, g) in lines.items()] * 4),
         peer=pd.DataFrame({"speed_rpm": 180.0, "difference_pct": [0.01], "difference_belt_pct": [5.0]}),
         cells=invented(),

@@ -19,7 +19,6 @@ from replication.report.figures.ring_study import MARKS, STEADY
 from replication.report.parameters import table1
 from replication.report.statistics import lines_table, table3
 from tests.conftest import made_recording
-from trackdyn.inputs.errors import InputError
 from trackdyn.measure.spectra import rms
 from trackdyn.measure.taken import sensor_metrics
 from trackdyn.plots.drawing import chain_points
@@ -180,13 +179,6 @@ def test_table3_takes_whole_turns_of_the_loop_as_compare_does():
 def test_table3_without_a_printed_value_leaves_the_cell_empty():
     row = table3(metrics(rpm=100.0), {100.0: sensor()}).iloc[0]
     assert np.isnan(row["rms_difference_printed_against_papers_own_data_pct"])
-
-
-def test_table3_wants_exactly_one_run_a_speed():
-    with pytest.raises(InputError, match="0 rows"):
-        table3(metrics(), {115: sensor()})
-    with pytest.raises(InputError, match="2 rows"):
-        table3(pd.concat([metrics(), metrics()]), {210: sensor()})
 
 
 def study(error=0.01, right=(5.0, 1.0, 0.0, 0.0)):

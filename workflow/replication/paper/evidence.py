@@ -36,7 +36,6 @@ class Evidence:
     events: pd.DataFrame  # ``events.csv``: ``run, event, median_s, sd_s`` relative to the first contact of a passage
     rig: Rig  # the rig of the runs
     rpm: float  # speed of the meshing process (Sect. 6.1), to which the rig was fitted
-    radius: float  # its ring radius, m
     # ``rpm, start_s, line_hz, line_g``: dominant peak of records that begin anywhere in a turn of the loop; ``rpm``
     # is the paper's motor speed, also where the sprocket turns at a rounded one
     starts: pd.DataFrame = field(default_factory=pd.DataFrame)
@@ -97,16 +96,11 @@ def lines_by_start(recording: Recording, starts: int = 16) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=["start_s", "line_hz", "line_g"])
 
 
-def collect(
-    results: Path | str,
-    rpm: float,
-    radius: float,
-    rounded: Collection[float] = (),
-) -> Evidence:
+def collect(results: Path | str, rpm: float, rounded: Collection[float] = ()) -> Evidence:
     """The evidence that lies in a folder of results.
 
-    ``rpm`` (rev/min) and ``radius`` (m) are those of the meshing process; ``peers/summary.csv`` may be missing. Lines
-    at the motor speeds ``rounded`` are those of the runs with the rounded speed of the sprocket.
+    ``rpm`` (rev/min) is that of the meshing process; ``peers/summary.csv`` may be missing. Lines at the motor speeds
+    ``rounded`` are those of the runs with the rounded speed of the sprocket.
     """
     results = Path(results)
     metrics, starts = pd.read_csv(results / "metrics.csv"), []
@@ -121,7 +115,6 @@ def collect(
         events=pd.read_csv(results / "events.csv"),
         rig=recording.scene.rig,
         rpm=rpm,
-        radius=radius,
         starts=pd.concat(starts, ignore_index=True),
         peer=peer,
     )

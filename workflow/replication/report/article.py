@@ -11,7 +11,6 @@ import pandas as pd
 
 from replication.paper.scorecard import (
     TRACKS,
-    count,
     creep_counts,
     distance_sentence,
     headline,
@@ -35,7 +34,7 @@ from trackdyn.inputs.files import replacing, write_text
 from trackdyn.measure.cells import cell, significant
 
 # sentences of which the text gives the share of plausible tracks
-SHARES = {"free": "19", "bears": "14", "near_ten": "21", "flat": "20"}
+SHARES = {"free": "19", "near_ten": "21", "flat": "20"}
 EXTREMES = ("rows", "completed", "refused", "defects")
 COLUMNS = {  # columns of the article's tables, by the table of the results
     "table1": ("area", "type", "O_x_mm", "O_y_mm", "r_mm", "theta_deg"),
@@ -73,10 +72,8 @@ def article_values(tables: Mapping[str, pd.DataFrame], missing: str, accuracy_pc
     steps, tracks = stable_steps(tables["extremes"]), track_rows(tables["plausible_sentences"])
     learned = {name: tables[f"plausible_{name}"] for name in ("sentences", "map", "draws")}
     sampled, judged_tracks = learned["draws"], learned["draws"]["state"] == "done"
-    reproduced, total = count(judged)
     return {
         "rig": card["rig"].iloc[0],
-        "count": {"shown": str(reproduced), "judged": str(total)},
         "verdict": verdict_line(judged, tables["numbers"]),
         "headline": headline(judged, tables["numbers"]),
         "learned": learned_sentences(learned),

@@ -17,7 +17,7 @@ from trackdyn.measure.columns import schema_text
 def main(job) -> None:
     """Rule `claims`."""
     params, output = job.params, job.output
-    evidence = collect(Path(job.input.metrics).parent, params.rpm, params.radius, params.rounded)
+    evidence = collect(Path(job.input.metrics).parent, params.rpm, params.rounded)
     if job.input.cells:
         evidence = replace(evidence, cells=load_cells(job.input.cells[0]))
     claims = load_claims(job.input.claims)

@@ -13,7 +13,6 @@ import pandas as pd
 from fieldtest.sensor_csv import SensorRecord, read_sensor
 from replication.paper import printed
 from replication.paper.printed import SENSORS, value_difference
-from trackdyn.inputs.errors import InputError
 from trackdyn.inputs.files import write_csv
 from trackdyn.measure.columns import error_of
 from trackdyn.measure.taken import record_metrics
@@ -23,12 +22,9 @@ Sensors = Mapping[float, SensorRecord | None]
 
 def _pairs(metrics: pd.DataFrame, sensors: Sensors) -> Iterator[tuple[float, pd.Series, dict | None]]:
     """Speed, metrics of the simulation, and those of the sensor's record, None where there is none."""
+    runs = metrics.set_index("rpm")
     for rpm, record in sorted(sensors.items()):
-        rows = metrics[np.isclose(metrics["rpm"].astype(float), rpm)]
-        if len(rows) != 1:
-            problem = f"metrics: {len(rows)} rows stand for {rpm:g} rpm"
-            raise InputError(f"{problem}; give the one run that belongs to its sensor record")
-        run = rows.iloc[0]
+        run = runs.loc[rpm]
         yield rpm, run, record and record_metrics(record.ay, record.rate, run["line_hz_binfree"])
 
 

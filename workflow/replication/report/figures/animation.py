@@ -13,7 +13,6 @@ from PIL import Image
 
 from replication.report.figures.meshing import LOOKS
 from replication.report.figures.screenshots import contacts_at, draw_force
-from trackdyn.inputs.errors import InputError
 from trackdyn.inputs.files import replacing
 from trackdyn.model.arrays import SIDE_WORDS, SIDES
 from trackdyn.plots.drawing import (
@@ -21,7 +20,6 @@ from trackdyn.plots.drawing import (
     draw_force_bar,
     draw_loop,
     force_arrow,
-    require_frames,
     ring_words,
     sprocket_centre,
     view,
@@ -67,17 +65,13 @@ def draw_moment(ax: Axes, rig: Rig, recording: Recording, index: int, near: bool
 
 
 @styled
-def write_animation(recording: Recording, path: Path | str) -> int:
-    """Write one turn of the sprocket as a GIF: the sprocket beside the whole loop; returns how many pictures.
+def write_animation(recording: Recording, path: Path | str) -> None:
+    """Write one turn of the sprocket as a GIF: the sprocket beside the whole loop.
 
     After a turn every body stands where another of its kind stood, so the GIF repeats without a jump. The run takes
     a turn or more, with configurations and all pitches recorded.
     """
-    require_frames(recording)
     rig, between = recording.scene.rig, recording.scene.frame_interval
-    if len(recording.pitches) < rig.chain.pitches:
-        reason = f"the recording holds the forces of {len(recording.pitches)} pitches"
-        raise InputError(f"{reason}: simulate with pitches 1 to {rig.chain.pitches}")
     stride = max(1, round(INTERVAL / between))
     step = stride * between
     indices = [i * stride for i in range(round(recording.periods.turn / step)) if i * stride < len(recording.frame)]
@@ -106,10 +100,9 @@ def write_animation(recording: Recording, path: Path | str) -> int:
         pictures[0].save(
             temporary, "GIF", save_all=True, append_images=pictures[1:], duration=round(1e3 * step * PACE), loop=0
         )
-    return len(indices)
 
 
 @run_job
 def main(job) -> None:
     """Rule `animation`."""
-    print(write_animation(load_recording(job.input.ring), job.output[0]), "pictures")
+    write_animation(load_recording(job.input.ring), job.output[0])

@@ -59,16 +59,12 @@ class Selected:
 def select_passage(recording: Recording) -> Selected:
     """The complete passage nearest to the middle of the record whose contacts are all recorded.
 
-    Raises `InputError`: the record holds no such passage, or not the ring's force on the link ahead.
+    Raises `InputError`: the record holds no such passage.
     """
     columns = {int(pitch): i for i, pitch in enumerate(recording.pitches)}
     ahead = {pitch: recording.scene.rig.link_ahead(pitch) for pitch in columns}  # the link, of a connector
     ring = recording.scene.ring_radius is not None
     connectors = [pitch for pitch in columns if not ring or ahead[pitch] in columns]
-    if not connectors:
-        pitch, link = next(iter(ahead.items()))
-        reason = f"the recording lacks the ring force of link {link}, which runs ahead of connector {pitch}"
-        raise InputError(f"{reason}; simulate with pitches ({pitch}, {link})")
     table = passages(recording)
     table = table[table["connector"].isin(connectors)]
     if table.empty:

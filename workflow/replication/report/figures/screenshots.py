@@ -93,7 +93,6 @@ def screenshot_figure(rig: Rig, recording: Recording) -> Figure:
     normal forces on connector and link at the instant drawn, on the scale of the bars; the ten areas of the connector's
     groove carry their numbers. Panels are in order of time (:func:`moments`).
     """
-    drawing.require_frames(recording)
     selected = select_passage(recording)
     panels = moments(recording, selected)
     figure = new_figure(6.6, PAGE)

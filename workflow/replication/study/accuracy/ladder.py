@@ -23,9 +23,6 @@ from trackdyn.simulation.simulate import simulate
 # At constant speed before a record, s: some settings have softer modes than the ring study, and their own transients.
 LEAD_IN = 2.0
 MEASURED = ["scene", "setting", "measure", "value", "wall_s_per_s", "note"]
-COLUMNS = [
-    "scene", "setting", "reference", "measure", "value", "reference_value", "difference_pct", "wall_s_per_s", "note",
-]  # fmt: skip
 
 
 def measure_setting(
@@ -73,24 +70,18 @@ def _belt(scene: Scene) -> tuple[dict[str, float], float]:
 
 
 def compare_rungs(rungs: pd.DataFrame) -> pd.DataFrame:
-    """Every setting (`measure_setting`) beside the reference.
+    """Every setting (`measure_setting`) beside the reference, by scene and then as the settings stand.
 
-    Returns
-    -------
-    DataFrame
-        ``COLUMNS``, by scene and then as the settings stand. ``difference_pct`` is relative for RMS, SD, line and peak,
-        in points of a sprocket turn for shares, and empty for closure error and energy residual.
+    ``difference_pct`` is relative for RMS, SD, line and peak, in points of a sprocket turn for shares, and empty for
+    closure error and energy residual.
     """
-    key = ["scene", "measure"]
-    reference = rungs.loc[rungs["setting"] == f"preset={REFERENCE}"].set_index(key)["value"]
+    reference = rungs.loc[rungs["setting"] == f"preset={REFERENCE}"].set_index(["scene", "measure"])["value"]
     by_scene = rungs.iloc[pd.factorize(rungs["scene"])[0].argsort(kind="stable")]
-    rows = []
-    for row in by_scene.to_dict("records"):
-        measure, expected = row["measure"], reference[row["scene"], row["measure"]]
-        difference = change(measure, expected, row["value"]) if measure in TOLERATED else NAN
-        difference *= 100 if measure in RELATIVE else 1
-        rows.append(row | {"reference": REFERENCE, "reference_value": expected, "difference_pct": difference})
-    return pd.DataFrame(rows, columns=COLUMNS)
+    return by_scene.assign(difference_pct=[
+        (100 if row.measure in RELATIVE else 1) * change(row.measure, reference[row.scene, row.measure], row.value)
+        if row.measure in TOLERATED else NAN
+        for row in by_scene.itertuples()
+    ])  # fmt: skip
 
 
 @run_job
