@@ -42,16 +42,10 @@ HEAD = """about: "{about}"
 
 
 def rig_text(template: str, entries: Mapping[str, dict], about: str) -> str:
-    """Text of a rig's file: another rig's with some entries exchanged.
+    """Text of the file of a rig: that of another one, the ``template``, with some entries exchanged.
 
-    Parameters
-    ----------
-    template : str
-        File in which every entry is a line, and the range stands behind ``range:`` in its source.
-    entries : mapping
-        ``section.field`` to ``value``, ``low``, ``high``, ``kind`` and ``source``.
-    about : str
-        What the rig is.
+    In the template every entry is a line, and the range stands behind ``range:`` in its source. ``entries`` are
+    ``value``, ``low``, ``high``, ``kind`` and ``source`` by ``section.field``, ``about`` says what the rig is.
     """
     section, lines, outside = "", [], []
     for line in template[template.index("\ngravity:") + 1 :].splitlines():

@@ -1,7 +1,7 @@
 """Shares of tracks that show a sentence, maps of them, and which values part those that do from those that do not."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from itertools import pairwise
+from itertools import pairwise, product
 
 import numpy as np
 import pandas as pd
@@ -28,23 +28,11 @@ def with_creep(judged: pd.DataFrame, friction: float) -> pd.DataFrame:
 
 
 def shares(config: PlausibleConfig, judged: pd.DataFrame, statements: Mapping[str, str]) -> pd.DataFrame:
-    """Share of tracks that show a sentence or a claim, with its 90 % interval (Clopper and Pearson).
+    """Share of tracks that show a sentence or a claim, with its 90 % interval (Clopper and Pearson), and its class.
 
-    Parameters
-    ----------
-    config : PlausibleConfig
-        The share from which on a sentence follows from the model.
-    judged : DataFrame
-        `verdicts.judge_rows`.
-    statements : mapping
-        Columns of ``judged`` (numbers of sentences, names of claims) and their words.
-
-    Returns
-    -------
-    DataFrame
-        ``name, statement, tracks`` (``all``, or the ``engaged`` ones alone), ``decided, undecided, shown, share, low,
-        high, class``; the class is ``follows`` from the configured share on, ``never`` where no track shows it, else
-        ``depends``.
+    ``statements`` are columns of ``judged`` (`verdicts.judge_rows`) with their words; ``tracks`` are ``all``, or the
+    ``engaged`` ones alone. The class is ``follows`` from the configured share on, ``never`` where no track shows it,
+    else ``depends``.
     """
     rows = []
     ran = judged[judged["state"] == DONE]
@@ -64,13 +52,7 @@ def shares(config: PlausibleConfig, judged: pd.DataFrame, statements: Mapping[st
 
 
 def share_map(judged: pd.DataFrame, names: Iterable[str]) -> pd.DataFrame:
-    """Share of tracks that show a sentence by equal-pitch radius and creep slope of the ring (`with_creep`), binned.
-
-    Returns
-    -------
-    DataFrame
-        ``name, pitch_low, pitch_high`` (m), ``creep_low, creep_high`` (s/m), ``decided, shown``.
-    """
+    """Share of tracks that show a sentence by equal-pitch radius (m) and creep slope of the ring (s/m), binned."""
     ran, rows = judged[judged["state"] == DONE], []
     for name in names:
         for low, high in pairwise(PITCH_EDGES):
@@ -88,12 +70,8 @@ def separating_values(
     """Values whose ranks correlate with showing a sentence by more than chance, over all values and sentences at once.
 
     The largest rank correlation of all pairs is taken under `PERMUTATIONS` of the draws; a pair counts that it exceeds
-    in less than `CHANCE` of them. Values of the ring are not tried on a sentence without one.
-
-    Returns
-    -------
-    DataFrame
-        ``name, value, correlation, chance, median_shown, median_not``, by sentence, the larger correlation first.
+    in less than `CHANCE` of them. Values of the ring are not tried on a sentence without one. Rows go by sentence, the
+    larger correlation first.
     """
     ran = judged[judged["state"] == DONE]
     names = [name for name in statements if name in ran and ran[name].nunique() > 1]
@@ -128,27 +106,15 @@ def separating_values(
 
 
 def tooth_detail(
-    rows: Sequence[tuple[int, dict]], speeds: Iterable[float], rings: Sequence[float | None]
+    rows: Iterable[tuple[int, dict]], speeds: Iterable[float], rings: Iterable[float | None]
 ) -> pd.DataFrame:
-    """Change of the RMS of the acceleration by three surfaces in place of ten arcs.
+    """Change of the RMS of the acceleration (g) by three surfaces in place of ten arcs.
 
-    Parameters
-    ----------
-    rows : sequence of (draw, values)
-        `rows.Values` of a rig by profile: ``ten_arcs``, ``three_surfaces``.
-    speeds, rings : iterable
-        Motor speeds, rev/min; ring radii, m.
-
-    Returns
-    -------
-    DataFrame
-        ``draw, ring_radius_m, rpm, ten_arcs_g, three_surfaces_g, change_pct``.
+    ``rows`` are draws with the `rows.Values` of their rigs by profile: ``ten_arcs``, ``three_surfaces``.
     """
     table = []
-    for draw, values in rows:
-        for ring in rings:
-            for rpm in speeds:
-                ten, three = (values[name][scene_name(rpm, ring)]["rms_g"] for name in ("ten_arcs", "three_surfaces"))
-                table.append([draw, ring, rpm, ten, three, 100 * (three / ten - 1)])
+    for (draw, values), ring, rpm in product(rows, rings, speeds):
+        ten, three = (values[name][scene_name(rpm, ring)]["rms_g"] for name in ("ten_arcs", "three_surfaces"))
+        table.append([draw, ring, rpm, ten, three, 100 * (three / ten - 1)])
     columns = ["draw", "ring_radius_m", "rpm", "ten_arcs_g", "three_surfaces_g", "change_pct"]
     return pd.DataFrame(table, columns=columns)

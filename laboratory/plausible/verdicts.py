@@ -51,15 +51,8 @@ def judge_rows(
     claims: list[Claim],
     sentences: Mapping[int, str],
 ) -> pd.DataFrame:
-    """Judge the rows of drawn rigs.
-
-    Returns
-    -------
-    DataFrame
-        A row a drawn rig: ``draw, state, reason``, the values that were drawn, the readings of its equal-pitch radius
-        (``equal_pitch <reading>``, m), ``engaged`` (`is_engaged`), the ring to choose (``radius``, m), and ``1`` or
-        ``0`` for every sentence (by number) and every claim that is judged; empty where none is, or where starts
-        differ.
+    """A row a drawn rig: ``draw, state, reason``, the values that were drawn, the readings of its equal-pitch radius
+    (``equal_pitch <reading>``, m), and what it decides (`judge_rig`).
     """
     table = []
     for track, row in zip(drawn, rows, strict=True):

@@ -57,10 +57,7 @@ def readings(draws: pd.DataFrame) -> dict[str, float]:
 def map_figure(sentences: pd.DataFrame, binned: pd.DataFrame, draws: pd.DataFrame) -> Figure:
     """Share of tracks that reproduce each sentence over equal pitch and creep slope of the ring, a map per sentence.
 
-    Parameters
-    ----------
-    sentences, binned, draws : DataFrame
-        `shares.shares` of the sentences, `shares.share_map`, and `verdicts.judge_rows`.
+    Tables are `shares.shares` of the sentences, `shares.share_map`, and `verdicts.judge_rows`.
     """
     words = sentences.drop_duplicates("name").set_index("name")["statement"]
     names = list(dict.fromkeys(binned["name"]))
@@ -87,15 +84,8 @@ def _draw_map(ax: Axes, cells: pd.DataFrame, marked: dict[str, float]) -> None:
         share = cell.shown / cell.decided if cell.decided else np.nan
         colour = BLUES(PALE + (DARK - PALE) * share) if cell.decided else "0.9"
         span, middle = cell.pitch_high - cell.pitch_low, (cell.pitch_low + cell.pitch_high) / 2
-        ax.bar(
-            middle,
-            cell.creep_high - cell.creep_low,
-            span,
-            cell.creep_low,
-            color=colour,
-            edgecolor="white",
-            linewidth=0.6,
-        )
+        look = {"color": colour, "edgecolor": "white", "linewidth": 0.6}
+        ax.bar(middle, cell.creep_high - cell.creep_low, span, cell.creep_low, **look)
         text = f"{cell.shown}/{cell.decided}" if cell.decided else "–"
         colour = "white" if share > LIGHT else BLACK
         alignment = {"ha": "center", "va": "center_baseline", "fontsize": SMALL, "color": colour}
@@ -130,19 +120,9 @@ def _draw_legend(ax: Axes, marked: dict[str, float]) -> None:
     ax.legend(loc="center", title="cells: tracks that reproduce it/decided", title_fontsize=SMALL, frameon=False)
 
 
-def answer_text(
-    sentences: pd.DataFrame,
-    binned: pd.DataFrame,
-    draws: pd.DataFrame,
-    values: pd.DataFrame,
-    near: pd.DataFrame,
-    default: pd.DataFrame,
-    parameters: pd.DataFrame,
-    numbers: pd.DataFrame,
-    grips: pd.DataFrame,
-    grips_sentences: pd.DataFrame,
-) -> list[str]:
+def answer_text(*tables: pd.DataFrame) -> list[str]:
     """What holds for the tracks; then the default rig: its ring, its bushings, the numbers it does not meet."""
+    sentences, binned, draws, values, near, default, parameters, numbers, grips, grips_sentences = tables
     tracks = [
         f"**{follows_sentence(sentences, draws)}** {_outcomes_text(draws)}",
         _table(sentences, default),
