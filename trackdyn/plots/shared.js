@@ -31,11 +31,10 @@ addEventListener("afterprint", () => {
   redraw();
 });
 
-// The place that the address names, also if it is folded or filtered away
+// The place that the address names, also if it is folded
 function land() {
   const target = $(decodeURIComponent(location.hash.slice(1)) || "-");
   if (!target) return;
-  target.hidden = false;
   for (const fold of target.querySelectorAll(":scope > details")) fold.open = true;
   for (let fold = target.closest("details"); fold; fold = fold.parentElement.closest("details")) fold.open = true;
   target.scrollIntoView();

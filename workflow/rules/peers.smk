@@ -25,6 +25,5 @@ rule peer:
         table=f"{R}/tables/table2.csv",
         figure13=figure("fig13"),
         figure14=figure("fig14"),
-    params: accuracy_pct=CONFIG.peers.accuracy_pct
     log: f"{R}/logs/peer.log"
     script: "../replication/report/figures/peer.py"

@@ -6,7 +6,7 @@ import pytest
 from replication.report.fidelity import ladder_table
 from replication.report.filled import departures_text
 from replication.study.accuracy.ladder import MEASURED, compare_rungs
-from replication.study.variants import PHYSICS, REFERENCE, SETTINGS, VARIANTS, change
+from replication.study.variants import PHYSICS, REFERENCE, SETTINGS, VARIANTS
 from trackdyn.measure.catalogue import ABSOLUTE, TOLERATED
 from trackdyn.scene.choices import PRESETS
 from trackdyn.scene.scene import Scene
@@ -35,7 +35,12 @@ def test_a_departure_has_its_largest_change_and_says_what_is_not_possible():
     assert lines[2:] == ["No change: `friction=none`.", "", "Not possible: `tension=sprung`."]
 
 
-def test_shares_change_by_points_and_all_else_by_a_fraction():
-    assert change("left_share_pct", 10.0, 8.0) == -2.0
-    assert change("rms", 2.0, 2.1) == pytest.approx(0.05)
-    assert change("rms", 0.0, 1.0) != change("rms", 0.0, 1.0)  # no fraction of nothing
+def test_shares_change_by_points_and_all_else_by_percent():
+    values = {"left_share": (10.0, 8.0), "rms": (2.0, 2.1), "sd": (0.0, 1.0), "loop_gap": (1.0, 2.0)}
+    rungs = [
+        ["a scene", name, measure, pair[k], 0.1, ""]
+        for k, name in enumerate((f"preset={REFERENCE}", "drag=coulomb")) for measure, pair in values.items()
+    ]  # fmt: skip
+    changes = compare_rungs(pd.DataFrame(rungs, columns=MEASURED))["difference_pct"].iloc[len(values) :]
+    # no fraction of nothing; a closure error is compared with none
+    assert changes.tolist() == pytest.approx([-2.0, 5.0, float("nan"), float("nan")], nan_ok=True)

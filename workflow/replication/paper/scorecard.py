@@ -40,10 +40,7 @@ IN_WORDS = {  # words of the paper, which prints no number
 def sentence_verdicts(card: pd.DataFrame, sentences: Mapping[int, str]) -> pd.DataFrame:
     """Sentences of the paper judged whole: shown where all of their statements are.
 
-    Returns
-    -------
-    DataFrame
-        ``rig, number, sentence, verdict, statements`` (those that decide: the ones that are not shown, else all).
+    ``statements`` are those that decide: the ones that are not shown, else all.
     """
     rows = []
     for number, parts in card.dropna(subset="sentence").groupby("sentence"):
@@ -350,13 +347,7 @@ def judged_sentences(judged: pd.DataFrame, shares: pd.DataFrame) -> list[list[st
 
 
 def statements(card: pd.DataFrame) -> pd.DataFrame:
-    """Some statements in words: what is printed, and what the rig gives, with a mark (``MARKS``).
-
-    Returns
-    -------
-    DataFrame
-        ``statement, printed``, ``rig <name>``, and ``difference``.
-    """
+    """Some statements in words: what is printed, and what the rig gives, with a mark (``MARKS``)."""
     rows, by_name = [], {row["name"]: row for row in _records(card)}
     for name in (name for name in SHORT if name in by_name):
         row, printed = _statement(by_name[name]), IN_WORDS.get(name, str(by_name[name]["printed"]))

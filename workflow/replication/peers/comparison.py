@@ -144,4 +144,3 @@ def main(job) -> None:
     for name, table in tables.items():
         write_csv(job.output[name], table)
     write_text(job.output.model, json.dumps(model))
-    print(tables["summary"].to_string(index=False))

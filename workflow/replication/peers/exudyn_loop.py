@@ -91,29 +91,11 @@ def run_exudyn_loop(
     wheels: np.ndarray,
     watch: Callable | None = None,
 ) -> PeerRun:
-    """Integrate the closed chain with Exudyn.
+    """Integrate the closed chain with Exudyn, from a state that is read only; wheels (`free_wheels`) begin at rest.
 
-    Parameters
-    ----------
-    model : Model
-        Bodies, bushings, and the motion of the sprocket.
-    state : State
-        Where the run begins; it is read only.
-    duration, step, sample : float
-        Simulated time, time step and time between samples, s; the sample is a multiple of the step.
-    contacts : Contacts
-        Contacts with the wheels.
-    wheels : (w - 1, 2) array
-        `free_wheels`, which begin at rest.
-    watch : function, optional
-        Called after every step with time (s), coordinates, their rates and the memory of the contacts.
-
-    Raises
-    ------
-    InputError
-        If Exudyn is not installed.
-    DivergenceError
-        If its solver does not reach the end.
+    Times are in s, the ``sample`` is a multiple of the ``step``. ``watch`` is called after every step with time (s),
+    coordinates, their rates and the memory of the contacts. Raises `InputError`: Exudyn is not installed;
+    `DivergenceError`: its solver does not reach the end.
     """
     exu = require_exudyn()
     chain, start = model.chain, coordinates(model.chain, state)

@@ -55,17 +55,8 @@ COLUMNS = {  # columns of the article's tables, by the table of the results
 def article_values(tables: Mapping[str, pd.DataFrame], missing: str, accuracy_pct: float) -> dict[str, Any]:
     """Everything in the article that a run decides, as text.
 
-    Parameters
-    ----------
-    tables : mapping
-        Of the results: ``claims``, ``sentences``, ``numbers`` (printed ones), ``parameters``, ``table1`` to ``table4``,
-        ``planner``, ``extremes`` (all cases) and ``outcomes`` (their counts); of the study of plausible tracks
-        (docs/measured): ``plausible_sentences``, ``plausible_map``, ``plausible_draws``, ``plausible_tooth``,
-        ``plausible_near``.
-    missing : str
-        Why the independent code did not run; empty if it did.
-    accuracy_pct : float
-        Error at which Table 2 compares the codes.
+    ``tables`` are those of the rule `article`; ``missing`` says why the independent code did not run, and
+    ``accuracy_pct`` is the error at which Table 2 compares the codes.
     """
     card, judged = tables["claims"], tables["sentences"]
     parameters, outcomes = tables["parameters"], tables["outcomes"].iloc[-1]
@@ -134,12 +125,8 @@ def _tooth(changes: pd.DataFrame) -> dict[str, str]:
 def write_article(values: dict[str, Any], values_path: Path, template: Path, figures: Path, pdf_path: Path) -> None:
     """Write the values, and the PDF that the template makes of them and of figures in a folder of results.
 
-    Raises
-    ------
-    InputError
-        The package ``typst`` is not installed.
-    TrackdynError
-        The template does not compile: it asks for a value or a figure that there is not.
+    Raises `InputError`: the package ``typst`` is not installed; `TrackdynError`: the template asks for a value or a
+    figure that there is not.
     """
     typst = required("typst")
     write_text(values_path, json.dumps(values, indent=1, ensure_ascii=False) + "\n")

@@ -8,7 +8,7 @@ from pathlib import Path
 from replication.paper.claims import judge_all, load_claims, load_sentences, printed_numbers
 from replication.paper.evidence import collect
 from replication.paper.printed import load_cells
-from replication.paper.scorecard import headline, sentence_verdicts
+from replication.paper.scorecard import sentence_verdicts
 from trackdyn.inputs.files import write_csv, write_text
 from trackdyn.measure.columns import schema_text
 
@@ -29,4 +29,3 @@ def main(job) -> None:
     write_csv(output.numbers, numbers)
     write_text(output.numbers_schema, schema_text(numbers.columns, "printed_numbers"))
     write_text(output.schema, schema_text(card.columns, "claims"))
-    print(headline(sentences, numbers))

@@ -26,4 +26,3 @@ def main(job) -> None:
     table, groove = parameter_table(job.input.rig), load_rig(job.input.rig).groove_profile
     write_csv(job.output.csv, table)
     write_csv(job.output.groove, table1(groove))
-    print(table["kind"].value_counts())

@@ -59,10 +59,3 @@ METHOD_WORDS = {"semi_implicit": "semi-implicit Euler", "linearly_implicit": "li
 PHYSICS_WORDS = {
     "spatial": "3D", "three_surfaces": "three surfaces", "single_pin": "one body per pitch", "belt": "belt",
 }  # fmt: skip
-
-
-def change(measure: str, before: float, after: float) -> float:
-    """Change of a measure: of a share, whose name says so, in points of a turn; of all else relative to ``before``."""
-    if "_share" in measure:
-        return after - before
-    return (after - before) / before if before else float("nan")

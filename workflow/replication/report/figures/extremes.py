@@ -9,7 +9,7 @@ from matplotlib.ticker import LogLocator, NullFormatter
 
 from replication.study.extremes.judge import COLUMNS, extremes_summary
 from replication.study.extremes.long_run import long_run
-from replication.study.extremes.resolved import short_runs_summary, short_runs_verdict
+from replication.study.extremes.resolved import short_runs_summary
 from replication.study.extremes.stability_map import QUANTITIES, map_rows, stable_steps
 from replication.study.settings import LONG_RUN, ExtremesStudy, parts_of
 from trackdyn.inputs.files import write_csv
@@ -99,15 +99,7 @@ def main(job) -> None:
     write_csv(out.chunks, chunks := tables.pop(LONG_RUN))
     rows = pd.concat([pd.DataFrame(long_run(chunks), columns=COLUMNS), *tables.values()], ignore_index=True)
     write_csv(out.csv, rows)
-    counts = extremes_summary(rows)
-    last = counts.iloc[-1]
-    print(
-        f"Extremes: {last['rows']} cases, of which {last['completed']} completed with every invariant in bounds, "
-        f"{last['marked']} completed and say that they are not resolved, {last['refused']} were refused in one "
-        f"sentence and {last['defects']} ended in none of these ways."
-    )
-    write_csv(out.summary, counts)
-    write_csv(out.short_runs, short_runs := short_runs_summary(rows))
-    print(short_runs_verdict(short_runs))
+    write_csv(out.summary, extremes_summary(rows))
+    write_csv(out.short_runs, short_runs_summary(rows))
     save(solvers_figure(rows), out.solvers[0])
     save(stability_figure(rows), out.stability[0])

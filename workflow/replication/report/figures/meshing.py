@@ -94,13 +94,10 @@ def printed_times(ring: bool, turn_s: float) -> dict[str, float]:
 
 
 def printed_and_measured_times(recording: Recording) -> pd.DataFrame:
-    """The events of the paper beside those of the run: what decides C16 and C17.
+    """The events of the paper beside those of the run, in its order: what decides C16 and C17.
 
-    Returns
-    -------
-    DataFrame
-        By printed event, in its order: ``printed, here, step``, s since the first contact, medians over all passages.
-        A maximum is that of the mean over 0.01 s, and of the largest single step in ``step``. NaN: none.
+    ``printed, here, step`` are s since the first contact, medians over all passages. A maximum is that of the mean over
+    0.01 s, and of the largest single step in ``step``. NaN: none.
     """
     ring = recording.scene.ring_radius is not None
     times = mean_events(recording).set_index("event")["median_s"]

@@ -122,7 +122,6 @@ def main(job) -> None:
     inputs, out = job.input, job.output
     curves, summary, costs = map(pd.read_csv, (inputs.curves, inputs.summary, inputs.costs))
     model = json.loads(Path(inputs.model).read_text(encoding="utf-8"))
-    print(table2_outcome(costs, model["missing"], job.params.accuracy_pct))
     write_csv(out.table, costs)
     frame = np.array(model["frame"])
     save(model_figure(load_rig(inputs.rig), frame, model["shift"], model["missing"]), out.figure13[0])

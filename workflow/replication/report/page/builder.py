@@ -78,27 +78,12 @@ def build_page(
     plausible: Mapping[str, str] | None = None,
     teeth: int | None = None,
 ) -> str:
-    """The page as HTML text.
+    """The page as HTML text, from the folder that the workflow wrote.
 
-    Parameters
-    ----------
-    results : path
-        Folder that the workflow wrote.
-    synthetic : bool or None
-        Whether the sensor's records are synthetic; None: there are none.
-    layers : sequence of str
-        Configurations on top of the base, which commands on the page must name.
-    studies : sequence of str
-        Made by this run; what else lies in the folder is of an earlier one, and said to be.
-    short : str
-        How the run is shorter than the paper's; empty: it is not.
-    own : bool
-        Whether the rig is another one than that which was fitted to the paper.
-    plausible : mapping or None
-        Tables of the study of plausible tracks (``sentences``, ``claims``, ``map``, ``draws``) and its ``picture``;
-        None for another rig than the paper's.
-    teeth : int or None
-        Of the sprocket, for the choice of the ring; None: nothing is said of it.
+    ``synthetic`` says whether the sensor's records are (None: there are none), ``layers`` are configurations on top of
+    the base, ``studies`` those of this run, ``short`` how it is shorter than the paper's. An ``own`` rig is not the one
+    that was fitted to the paper; for that ``plausible`` are tables of plausible tracks, and their ``picture``. Without
+    its ``teeth`` nothing is said of the choice of the ring.
     """
     recordings = check_sources(sorted((results / "runs").rglob("*.npz")))
     files = {name: path.read_text(encoding="utf-8") for name in TABLES if (path := results / name).is_file()}
@@ -265,5 +250,3 @@ def main(job) -> None:
     names = ("synthetic", "layers", "studies", "short", "own", "plausible", "teeth")
     page = build_page(Path(params.results), **{name: params[name] for name in names})
     write_text(job.output[0], page)
-    for item in missing_items(params.results):
-        print(f"missing: {item.label}, {item.title} (rule {item.rule})")

@@ -56,13 +56,8 @@ def rings_of(rig: Rig) -> list[float | None]:
 
 
 def default_step_errors(rigs: Iterable[str], speeds: Mapping[str, Sequence[float]] = SPEEDS) -> pd.DataFrame:
-    """Error and its standard error of every measure of a rig with several rings and none, in the unit of the limit.
-
-    Returns
-    -------
-    DataFrame
-        ``COLUMNS``, ``ring_radius_m`` empty without a ring; the limits are those over the default step, its half and
-        its quarter.
+    """Error and its standard error of every measure of a rig with several rings and none, in the unit of the limit
+    over the default step, its half and its quarter (``COLUMNS``).
     """
     rows = []
     for name in rigs:

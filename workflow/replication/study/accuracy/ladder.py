@@ -5,10 +5,11 @@ from trackdyn.sweeps.snakemake_job import run_job
 import time
 from itertools import product
 
+import numpy as np
 import pandas as pd
 
 from replication.study.accuracy.statistics import BELT_TURNS, NAN, TENSION, statistics_of
-from replication.study.variants import REFERENCE, SETTINGS, change
+from replication.study.variants import REFERENCE, SETTINGS
 from trackdyn.inputs.errors import TrackdynError
 from trackdyn.inputs.files import write_csv
 from trackdyn.measure.catalogue import ABSOLUTE, RELATIVE, SENSED, TOLERATED
@@ -28,12 +29,9 @@ MEASURED = ["scene", "setting", "measure", "value", "wall_s_per_s", "note"]
 def measure_setting(
     rig: Rig, setting: str, speeds: list[float], radii: list[float | None], rule: StopRule
 ) -> pd.DataFrame:
-    """Statistics of one setting for every speed and ring, the whole loop as the sensor.
+    """Statistics of one setting for every speed and ring, the whole loop as the sensor (``MEASURED``).
 
-    Returns
-    -------
-    DataFrame
-        ``MEASURED``; wall seconds a simulated one. ``note`` says why a setting has no value.
+    Cost is in wall seconds a simulated one; ``note`` says why a setting has no value.
     """
     rows, starts = [], SettledLoops()
     for rpm, radius in product(speeds, radii):
@@ -76,12 +74,11 @@ def compare_rungs(rungs: pd.DataFrame) -> pd.DataFrame:
     closure error and energy residual.
     """
     reference = rungs.loc[rungs["setting"] == f"preset={REFERENCE}"].set_index(["scene", "measure"])["value"]
-    by_scene = rungs.iloc[pd.factorize(rungs["scene"])[0].argsort(kind="stable")]
-    return by_scene.assign(difference_pct=[
-        (100 if row.measure in RELATIVE else 1) * change(row.measure, reference[row.scene, row.measure], row.value)
-        if row.measure in TOLERATED else NAN
-        for row in by_scene.itertuples()
-    ])  # fmt: skip
+    rungs = rungs.iloc[pd.factorize(rungs["scene"])[0].argsort(kind="stable")]
+    before = rungs.set_index(["scene", "measure"]).index.map(reference).to_numpy()
+    change = (rungs["value"] - before).where(rungs["measure"].isin(TOLERATED))
+    relative = rungs["measure"].isin(RELATIVE)
+    return rungs.assign(difference_pct=change.mask(relative, 100 * (change / np.where(before == 0, np.nan, before))))
 
 
 @run_job

@@ -110,13 +110,9 @@ def _run(loop: Loop, seconds: float, checked: bool):
 def short_runs_summary(rows: pd.DataFrame) -> pd.DataFrame:
     """Outcome of short runs, one line.
 
-    Returns
-    -------
-    DataFrame
-        ``scenes``; ``no_loop``, of which no run was tried; ``resolved``, ``not_judged`` and ``not_resolved``, completed
-        runs by what they say of themselves; ``rms_off_pct`` and ``peak_off_pct``, the largest errors of the resolved
-        ones; ``refused``, and ``refused_good`` of ``good``, runs within the bounds; ``beyond``, completed ones that are
-        not, by number and what they say.
+    No run of ``no_loop`` was tried; ``resolved``, ``not_judged`` and ``not_resolved`` completed, by what they say of
+    themselves, with the largest errors of the resolved ones; ``refused_good`` of ``good`` runs within the bounds were
+    refused; ``beyond`` are completed ones that are not within, by number and what they say.
     """
     rows = rows[rows["family"] == FAMILY]
     tried = rows[rows["value"].notna()]
