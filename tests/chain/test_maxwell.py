@@ -26,6 +26,7 @@ def moduli(share, time, frequency):
 
 @pytest.mark.parametrize("loss_factor", [0.05, 0.15, 0.3])
 def test_branches_have_the_loss_factor_over_the_band(loss_factor):
+    assert (loss_branches(0.5)[0] > 0.0).all()  # the largest of a rig: no branch would feed energy in
     share, time = loss_branches(loss_factor)
     frequency = np.geomspace(*BAND, 300)
     storage, loss = moduli(share, time, frequency)

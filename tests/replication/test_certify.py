@@ -33,7 +33,7 @@ def results(tmp_path):
     for name, text in {
         "metrics.csv": TABLE,
         "tables/table3.csv": TABLE,
-        "metrics.schema.json": '{"fields": [1]}\n',
+        "peers.json": '{"fields": [1]}\n',
         "report.html": "<p>6 s</p></html>\n",
         "benchmarks/a.csv": "s\n1\n",
         "kernels/a.npz": "kernels",
@@ -58,7 +58,7 @@ def edit(path, old, new):
 def test_what_a_run_has_made_is_in_it_and_nothing_else(results):
     files = describe(results)
     assert list(files) == [
-        "figures/fig24.png", "figures/fig24.svg", "metrics.csv", "metrics.schema.json", "runs/115rpm.npz",
+        "figures/fig24.png", "figures/fig24.svg", "metrics.csv", "peers.json", "runs/115rpm.npz",
         "tables/table3.csv",
     ]  # fmt: skip
     assert "wall_s" not in files["tables/table3.csv"].text
@@ -138,10 +138,10 @@ def test_a_change_is_judged_and_said(results, old, new, status, said):
 def test_the_command_names_what_differs_is_missing_or_more_and_ends_with_1(results):
     manifest = write_manifest(results)
     assert run_command("verify", results) == (0, "6 equal\n", "")
-    (results / "metrics.schema.json").write_text('{"fields": [2]}\n')
+    (results / "peers.json").write_text('{"fields": [2]}\n')
     assert run_command("verify", results).code == 0
     code, out, err = run_command("verify", results, "--exact", "--against", manifest)
-    assert code == 1 and "bytes  metrics.schema.json  bytes differ" in out
+    assert code == 1 and "bytes  peers.json  bytes differ" in out
     assert err == f"trackdyn: {results}: 1 of 6 files are not those of {manifest}\n"
     (results / "metrics.csv").rename(results / "other.csv")
     code, out, err = run_command("verify", results)

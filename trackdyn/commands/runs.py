@@ -51,9 +51,9 @@ def simulate(
     if measure and tolerance is None:
         raise InputError("--measure needs --tolerance, such as --tolerance 1%")
     loaded, fields = load_rig(rig), options.scene_fields(ring_radius, step, choose)
-    scene = Scene(loaded, rpm, duration=duration, lead_in=lead_in, preset=preset, **fields)
     if rate is not None:
-        scene = scene.sampled(rate)
+        loaded = loaded.sampled(rate)
+    scene = Scene(loaded, rpm, duration=duration, lead_in=lead_in, preset=preset, **fields)
     if foreign := foreign_groove(loaded, rig):
         printed.warn(foreign)
     if not quiet:

@@ -1,10 +1,8 @@
-"""The dictionary of columns (``columns.yaml``): type, unit and meaning of those of published CSV files, which a Table
-Schema of Frictionless Data has, and words and units of all columns that tables, page and figures show.
+"""The dictionary of columns (``columns.yaml``): type, unit and meaning of those of published CSV files, which the
+glossary lists, and words and units of all columns that tables, page and figures show.
 """
 
-import json
 import re
-from collections.abc import Iterable
 from itertools import groupby
 from pathlib import Path
 
@@ -30,40 +28,16 @@ TABLES: dict[str, tuple[list[str], dict]] = {"metrics": (["run"], METRIC_COLUMNS
 TABLES |= {name: (table["key"], table["columns"]) for name, table in _DICTIONARY["tables"].items()}
 
 
-def _described(name: str, table: str = "metrics") -> tuple:
-    if name not in TABLES[table][1]:
-        raise InputError(f"{table}: column {name} has no description; give it one in trackdyn/measure/columns.yaml")
-    return TABLES[table][1][name]
+def described(name: str) -> tuple[str, str, str, str | None]:
+    """Type, unit, description and standard error of a column of metrics.csv; `InputError` if it is not described."""
+    if name not in METRIC_COLUMNS:
+        raise InputError(f"metrics: column {name} has no description; give it one in trackdyn/measure/columns.yaml")
+    return METRIC_COLUMNS[name]
 
 
 def error_of(name: str) -> str | None:
-    """Column of a column's standard error, or why it has none; None for an error, `InputError` if not described."""
-    return _described(name)[3]
-
-
-def table_schema(columns: Iterable[str], table: str = "metrics") -> dict:
-    """Table Schema of a published CSV file: name, type, unit and description of each of its columns, in their order.
-
-    ``table`` is the file's name without ``.csv``, one of ``TABLES``. In ``metrics``, ``standardError`` is the column
-    with the standard error, or says why there is none; errors have no such entry. Raises `InputError` for a column that
-    is not described.
-    """
-    fields = []
-    for name in columns:
-        kind, unit, text, *error = _described(name, table)
-        field = {"name": name, "type": kind, "unit": unit, "description": text}
-        fields.append(field | ({"standardError": error[0]} if any(error) else {}))
-    return {
-        "$schema": "https://datapackage.org/profiles/2.0/tableschema.json",
-        "fields": fields,
-        "missingValues": [""],
-        "primaryKey": list(TABLES[table][0]),
-    }
-
-
-def schema_text(columns: Iterable[str], table: str = "metrics") -> str:
-    """`table_schema` as the JSON text that is written beside the file."""
-    return json.dumps(table_schema(columns, table), indent=1, ensure_ascii=False) + "\n"
+    """Column of a column's standard error, or why it has none; None for an error."""
+    return described(name)[3]
 
 
 def words(name: str) -> str:

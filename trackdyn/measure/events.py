@@ -81,10 +81,13 @@ def event_times(recording: Recording) -> dict[str, float]:
     return mean_events(recording).set_index("event")["median_s"].to_dict()
 
 
-def _forces(recording: Recording) -> Iterator[tuple[int, int, float, float, slice]]:
-    """Column of the record, side, first contact (s), touch of the side (s) and samples of every passage and side."""
-    rig = recording.scene.rig
+def _forces(recording: Recording) -> Iterator[tuple[int, float, float, slice, int, np.ndarray]]:
+    """Side, first contact (s), touch of the side (s), samples, column of the record and mean over `RESOLUTION` of the
+    force (N) of every passage and side.
+    """
+    rig, width = recording.scene.rig, max(round(RESOLUTION * recording.rate), 1)
     columns = {int(pitch): i for i, pitch in enumerate(recording.pitches)}
+    smoothed = uniform_filter1d(recording.force, width, axis=0)
     table = passage_arrays(recording)
     for connector, starts, ends in zip(table["connector"][:, 0], table["start_s"], table["end_s"], strict=True):
         first, last = np.fmin.reduce(starts), np.fmax.reduce(ends)
@@ -92,12 +95,8 @@ def _forces(recording: Recording) -> Iterator[tuple[int, int, float, float, slic
             column = columns.get(rig.link_ahead(connector) if SIDES[i] == "ring" else connector)
             if connector in columns and column is not None and not np.isnan(starts[i]):
                 begin, end = np.searchsorted(recording.time, first), np.searchsorted(recording.time, last, "right")
-                yield column, i, float(first), float(starts[i]), slice(int(begin), int(end))
-
-
-def _smooth(recording: Recording, column: int, side: int) -> np.ndarray:
-    """Mean of a force over `RESOLUTION`, N."""
-    return uniform_filter1d(recording.force[:, column, side], max(round(RESOLUTION * recording.rate), 1))
+                samples = slice(int(begin), int(end))
+                yield i, float(first), float(starts[i]), samples, column, smoothed[:, column, i]
 
 
 def smoothed_maxima(recording: Recording) -> pd.DataFrame:
@@ -110,13 +109,10 @@ def smoothed_maxima(recording: Recording) -> pd.DataFrame:
     """
     times: dict[str, list[float]] = {}
     areas: dict[str, list[int]] = {}
-    smoothed: dict[tuple[int, int], np.ndarray] = {}
-    for column, i, first, touch, samples in _forces(recording):
+    for i, first, touch, samples, column, smooth in _forces(recording):
         side, force = SIDES[i], recording.force[:, column, i]
-        if (column, i) not in smoothed:
-            smoothed[column, i] = _smooth(recording, column, i)
         loaded = max(samples.start, int(np.searchsorted(recording.time, touch + RESOLUTION)))
-        readings = ((f"mean over {RESOLUTION:g} s", smoothed[column, i], samples.start), (AFTER_TOUCH, force, loaded))
+        readings = ((f"mean over {RESOLUTION:g} s", smooth, samples.start), (AFTER_TOUCH, force, loaded))
         for name, values, begin in readings:
             if begin < samples.stop:
                 highest = begin + np.argmax(values[begin : samples.stop])
@@ -135,11 +131,8 @@ def like_peaks(recording: Recording) -> pd.DataFrame:
     reach `LIKE_HEIGHT` of the largest. A table as of `mean_events`, without scatter.
     """
     series: dict[int, list[np.ndarray]] = {}
-    smoothed: dict[tuple[int, int], np.ndarray] = {}
-    for column, i, _, _, samples in _forces(recording):
-        if (column, i) not in smoothed:
-            smoothed[column, i] = _smooth(recording, column, i)
-        series.setdefault(i, []).append(smoothed[column, i][samples])
+    for i, _, _, samples, _, smooth in _forces(recording):
+        series.setdefault(i, []).append(smooth[samples])
     apart = max(recording.periods.turn / recording.scene.rig.sprocket.teeth / 2 * recording.rate, 1)
     rows = []
     for i, forces in sorted(series.items()):

@@ -7,7 +7,7 @@ from re import fullmatch
 import numpy as np
 
 from trackdyn.measure.catalogue import BY_COLUMN
-from trackdyn.measure.columns import SHOWN, table_schema
+from trackdyn.measure.columns import SHOWN, described
 from trackdyn.measure.contacts import LONGEST_CONTACT, PASSAGE
 from trackdyn.measure.sensor import readings, sense
 from trackdyn.measure.spectra import LEAST_PERIODS, rms
@@ -65,15 +65,15 @@ def shown_measures(recording: Recording) -> list[dict]:
     rows, row, whole = [], run_metrics("", recording), whole_errors(recording.scene)
     names = list(recording.scene.rig.sensors)
     several = {name: sensor_row(recording, name) for name in names} if len(names) > 1 else {}
-    for field in table_schema(SHOWN)["fields"]:
-        name, unit = field["name"], "" if field["unit"] == "1" else field["unit"]
+    for name in SHOWN:
+        _, unit, text, its_error = described(name)
         sensed = {sensor: columns for sensor, columns in several.items() if name in columns}
         for sensor, columns in (sensed or {"": row}).items():
-            value, error = columns[name], columns.get(field.get("standardError"), NAN)
+            value, error = columns[name], columns.get(its_error, NAN)
             if value == value:
                 error = whole(name, value, error)
-                entry = {"name": name, "measure": field["description"], "value": value}
-                entry |= {"error": None if error != error else error, "unit": unit}
+                entry = {"name": name, "measure": text, "value": value}
+                entry |= {"error": None if error != error else error, "unit": "" if unit == "1" else unit}
                 rows.append(entry | ({"sensor": sensor} if several else {}))
     return rows
 

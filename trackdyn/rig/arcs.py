@@ -43,18 +43,14 @@ class ToothProfile(Section):
 
         Raises `InputError`: the arcs make no groove, or one that these connectors do not fit into.
         """
-        return _wide(groove_of_arcs(joined(tipped(np.array(self.arcs), teeth), teeth), teeth), arc_radius)
-
-
-def _wide(groove: Groove, arc_radius: float) -> Groove:
-    """The groove, unless (`InputError`) a concave area is narrower than a connector's arc (m)."""
-    narrow = groove.radius[~groove.convex].min(initial=np.inf)
-    if narrow <= arc_radius:
-        raise InputError(
-            f"profile gives a concave area of radius {narrow:.6g} m; it must be wider than chain.connector_radius = "
-            f"{arc_radius:g} m"
-        )
-    return groove
+        groove = groove_of_arcs(joined(tipped(np.array(self.arcs), teeth), teeth), teeth)
+        narrow = groove.radius[~groove.convex].min(initial=np.inf)
+        if narrow <= arc_radius:
+            raise InputError(
+                f"profile gives a concave area of radius {narrow:.6g} m; it must be wider than chain.connector_radius "
+                f"= {arc_radius:g} m"
+            )
+        return groove
 
 
 def groove_of_arcs(arcs: np.ndarray, teeth: int) -> Groove:

@@ -8,7 +8,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from trackdyn.rig.roots import nonnegative_least_squares, root
+from trackdyn.rig.roots import root
 
 # |1 - restitution| below which the two functions take their series: the equation itself loses its digits
 NEARLY_ELASTIC = 1e-4
@@ -69,11 +69,12 @@ def loss_branches(loss_factor: float) -> tuple[np.ndarray, np.ndarray]:
     The loss factor is loss modulus over storage modulus: the energy lost in a cycle over 2 pi times the largest stored.
     With ``x = w T``, a branch of the share g adds ``g x / (1 + x^2)`` to the loss modulus and ``g x^2 / (1 + x^2)`` to
     the storage modulus 1 at rest. The loss modulus less the loss factor times the storage modulus is linear in the
-    shares; least squares over the band, none negative. A constant loss factor means a stiffness that grows with the
+    shares; least squares over the band, which leave none negative up to 0.5. A constant loss factor means a stiffness
+    that grows with the
     frequency (Kramers-Kronig): across the band by about ``w^(2 loss_factor / pi)``.
     """
     time = 1.0 / (2 * pi * np.geomspace(*BAND, BRANCHES))
     x2 = (2 * pi * np.geomspace(*BAND, 40 * BRANCHES)[:, None] * time) ** 2
     # shares over the loss factor, which may be so small that nothing could be divided by it
-    share = nonnegative_least_squares((np.sqrt(x2) - loss_factor * x2) / (1 + x2), np.ones(len(x2)))
+    share = np.linalg.lstsq((np.sqrt(x2) - loss_factor * x2) / (1 + x2), np.ones(len(x2)), rcond=None)[0]
     return loss_factor * share, time

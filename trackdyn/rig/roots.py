@@ -1,7 +1,6 @@
-"""Roots and least squares of a few unknowns: to import `scipy.optimize` for them takes longer than to settle a loop."""
+"""Roots of functions: to import `scipy.optimize` for them takes longer than to settle a loop."""
 
 from collections.abc import Callable
-from itertools import combinations
 
 import numpy as np
 
@@ -33,17 +32,4 @@ def root(function: Callable[[float], float], low: float, high: float, tolerance:
         share = 0.5
         if phi**2 < xi and (1.0 - phi) ** 2 < 1.0 - xi:  # inverse quadratic interpolation lies between a and b
             share = fa / (fb - fa) * fc / (fb - fc) + (c - a) / (b - a) * fa / (fc - fa) * fb / (fc - fb)
-    return best
-
-
-def nonnegative_least_squares(matrix: np.ndarray, target: np.ndarray) -> np.ndarray:
-    """Least squares over a few unknowns of which none is negative: the best of all choices of those that are not 0."""
-    best, least = np.zeros(matrix.shape[1]), float(target @ target)
-    for count in range(1, len(best) + 1):
-        for free in map(list, combinations(range(len(best)), count)):
-            solution = np.linalg.lstsq(matrix[:, free], target, rcond=None)[0]
-            rest = float(np.sum((matrix[:, free] @ solution - target) ** 2))
-            if (solution >= 0.0).all() and rest < least:
-                best, least = np.zeros(len(best)), rest
-                best[free] = solution
     return best

@@ -98,36 +98,26 @@ def wheel_out_of_plane(rig) -> str | None:
 def decide(scene) -> dict[str, Decision]:
     """Setting and reason of every choice of a scene, the sprocket's ring and the wheels included."""
     decisions = {name: Decision(getattr(scene, name), ASKED) for name in CHOICES}
-    tilted = wheel_out_of_plane(scene.rig)
-    on_wheels = scene.chain != "belt"
-    if scene.space == "auto":
-        if tilted and on_wheels:
-            decisions["space"] = Decision(
-                "spatial", f"{tilted} breaks the mirror symmetry across the plane of the chain"
-            )
-        else:
-            reason = "mirror-symmetric across the plane, no axial load" if on_wheels else "nothing acts along the axes"
-            decisions["space"] = Decision("planar", reason)
+    tilted, belt = wheel_out_of_plane(scene.rig), scene.chain == "belt"
+    if scene.space == "auto" and tilted and not belt:
+        decisions["space"] = Decision("spatial", f"{tilted} breaks the mirror symmetry across the plane of the chain")
+    elif scene.space == "auto":
+        reason = "nothing acts along the axes" if belt else "mirror-symmetric across the plane, no axial load"
+        decisions["space"] = Decision("planar", reason)
     if scene.friction == "auto":
-        if decisions["space"].setting == "spatial":
-            decisions["friction"] = Decision("independent", "3D motion: tangential and axial friction as printed")
-        else:
-            decisions["friction"] = Decision("tangential", "planar: nothing moves along the axes")
-    if scene.chain == "belt":
+        decisions["friction"] = {
+            "spatial": Decision("independent", "3D motion: tangential and axial friction as printed"),
+            "planar": Decision("tangential", "planar: nothing moves along the axes"),
+        }[decisions["space"].setting]
+    ring = Decision("none", "the scene has no ring: no link is tested against one")
+    if belt:
         nothing = Decision("none", "a kinematic path has no forces and no equations to solve")
         decisions |= dict.fromkeys(set(CHOICES) - {"chain", "space"}, nothing)
-    if on_wheels and scene.ring_radius is not None:
-        decisions["ring"] = Decision("present", f"ring_radius = {scene.ring_radius:g} m")
-    else:
-        decisions["ring"] = Decision("none", "the scene has no ring: no link is tested against one")
-    if on_wheels:
-        names = [name.replace("_", " ") for name in scene.rig.wheels]
-        listed = " and ".join(names) if len(names) < 3 else f"{len(names)} wheels"
-        freely = f"{listed} turn{'s' * (len(names) == 1)} freely"
-        decisions["wheels"] = Decision("turning", f"{freely}; the sprocket's speed is prescribed")
-    else:
-        decisions["wheels"] = Decision("none", "no wheel is touched")
-    return decisions
+        return decisions | {"ring": ring, "wheels": Decision("none", "no wheel is touched")}
+    if scene.ring_radius is not None:
+        ring = Decision("present", f"ring_radius = {scene.ring_radius:g} m")
+    turning = Decision("turning", "all wheels turn freely; the sprocket's speed is prescribed")
+    return decisions | {"ring": ring, "wheels": turning}
 
 
 # Combinations that make no sense: the field to name, when the facts of `check_choices` refuse it, why and what to use

@@ -1,7 +1,7 @@
 """A scene: the rig, what it is asked to do, and the model that this requires."""
 
 from functools import cached_property
-from math import ceil, floor, nan, pi
+from math import ceil, nan, pi
 from typing import Annotated, Any, NamedTuple, NoReturn
 
 import numpy as np
@@ -238,12 +238,6 @@ class Scene(Choices):
         Raises `InputError`: a field does not exist, is out of range, or contradicts another one.
         """
         return Scene(**{name: getattr(self, name) for name in self.model_fields_set} | changes)
-
-    def sampled(self, rate: int) -> "Scene":
-        """Return the scene sampled at ``rate`` (1/s); step and frame interval become the next smaller ones that fit."""
-        frames = max(floor(self.frame_interval * rate + 1e-6), 1) / rate if self.frame_interval else 0.0
-        step = None if self.step is None else round_step(self.step, 1.0 / rate)
-        return self.with_(rig=self.rig.sampled(rate), frame_interval=frames, step=step)
 
     def __repr__(self) -> str:
         """One line: speed, ring, length and step, and the rig."""

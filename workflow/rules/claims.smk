@@ -14,8 +14,6 @@ rule claims:
         csv=f"{R}/claims.csv",
         sentences=f"{R}/sentences.csv",
         numbers=f"{R}/printed_numbers.csv",
-        numbers_schema=f"{R}/printed_numbers.schema.json",
-        schema=f"{R}/claims.schema.json",
     params:
         rpm=CONFIG.meshing.speed_rpm,
         rounded=CONFIG.rounded_speeds,

@@ -29,9 +29,7 @@ rule metrics:
         recordings=[recording(run) for run in RUNS["meshing"]],
     output:
         csv=f"{R}/metrics.csv",
-        schema=f"{R}/metrics.schema.json",
         events=f"{R}/events.csv",
-        events_schema=f"{R}/events.schema.json",
     params: runs=RUNS["meshing"]
     log: f"{R}/logs/metrics.log"
     message: "Measuring {output.csv}"

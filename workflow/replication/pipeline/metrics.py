@@ -7,7 +7,6 @@ from pathlib import Path
 import pandas as pd
 
 from trackdyn.inputs.files import write_csv, write_text
-from trackdyn.measure.columns import schema_text
 from trackdyn.measure.events import like_peaks, mean_events
 from trackdyn.measure.metrics import run_metrics
 from trackdyn.simulation.recording import load_recording
@@ -24,11 +23,9 @@ def main(job) -> None:
     write_text(out.csv, f"{head}\n{rows}" + "".join(text.partition("\n")[2] for text in parts))
     if not parts:
         return
-    write_text(out.schema, schema_text(runs.columns))
     events = [
         events(recording).assign(run=run)
         for run, recording in recordings.items()
         for events in (mean_events, like_peaks)
     ]
-    write_csv(out.events, table := pd.concat(events))
-    write_text(out.events_schema, schema_text(table.columns, "events"))
+    write_csv(out.events, pd.concat(events))

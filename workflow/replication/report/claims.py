@@ -9,8 +9,7 @@ from replication.paper.claims import judge_all, load_claims, load_sentences, pri
 from replication.paper.evidence import collect
 from replication.paper.printed import load_cells
 from replication.paper.scorecard import sentence_verdicts
-from trackdyn.inputs.files import write_csv, write_text
-from trackdyn.measure.columns import schema_text
+from trackdyn.inputs.files import write_csv
 
 
 @run_job
@@ -27,5 +26,3 @@ def main(job) -> None:
     write_csv(output.csv, card)
     write_csv(output.sentences, sentences)
     write_csv(output.numbers, numbers)
-    write_text(output.numbers_schema, schema_text(numbers.columns, "printed_numbers"))
-    write_text(output.schema, schema_text(card.columns, "claims"))
