@@ -25,31 +25,32 @@ _REMEDY = (
     "`gaps: longest`, or read it without stamps, `time: none, rate: HZ`, if only these are at fault"
 )
 
-
 _ISO = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d(:\d\d([.,]\d{1,9})?)?(Z|[+-]\d\d(:?\d\d)?)?", re.ASCII)  # ISO 8601
-_CLOCK = r"\d{1,2}:\d\d(:\d\d)?([.,:]\d{1,9})?(\s?[AaPp]\.?[Mm]\.?)?"
+_HALF = r"\s?([AaPp])\.?[Mm]\.?"  # of the day
+_CLOCK = rf"\d{{1,2}}:\d\d(:\d\d)?([.,:]\d{{1,9}})?({_HALF})?"
 _DAY = (
     r"(\d{4}[-/.]\d{1,2}[-/.]\d{1,2}|\d{1,2}[-/.]\d{1,2}[-/.](\d{4}|\d\d)|\d{8}"
     r"|\d{1,2}[- ]?[A-Za-z]{3,9}\.?[- ]?\d{2,4}|[A-Za-z]{3,9} \d{1,2},? \d{4})"
 )
 _ZONE = r"([A-Z]{3,4}|Z|[+-]\d\d(:?\d\d)?)"
 _WEEKDAY = r"(Mon|Tue|Wed|Thu|Fri|Sat|Sun)[a-z]*,? "
-_HALF = re.compile(r"(?<=\d)\s?([AaPp])\.?[Mm]\.?")  # of the day
-# days and a clock without halves of the day
-_DURATION = re.compile(r"((?P<days>\d{1,6})( days?,? |\.))?(?P<clock>\d{1,3}:\d\d(:\d\d)?(\.\d{1,9})?)", re.ASCII)
 DATE = re.compile(
     rf"({_WEEKDAY})?{_DAY}((T|,? +|[_-]){_CLOCK} ?{_ZONE}?)?|(\d{{1,6}}( days?,? |\.))?\d?{_CLOCK}"
     rf"|\d{{8}}[T _-]?\d{{6}}[.,]\d{{1,9}}{_ZONE}?",
     re.ASCII,
 )
-
-
-_FORMS = {  # of dates and times, and how they are read
+# days, and hours, minutes and seconds, or the last two
+_DURATION = re.compile(r"^(?:(\d{1,6})(?: days?,? |\.))?(?:(\d{1,3}):)?(\d{1,3}):(\d\d(?:\.\d{1,9})?)$", re.ASCII)
+# forms of dates and times, and how they are read
+_FORMS: dict[str, str | Callable[[re.Match[str]], str]] = {
     r"(?<=\d),(?=\d)|(?<=:\d\d):(?=\d{3})": ".",
     rf"^{_WEEKDAY}": "",
     r"(?<=\d) ?[A-Z]{3,4}$": "",  # the name of a zone
     r"^(\d{4})(\d\d)(\d\d)[T _-]?(\d\d)(\d\d)(\d\d\.)": r"\1-\2-\3 \4:\5:\6",
     r"^([^:]*\d)[_-](\d{1,2}:)": r"\1 \2",
+    r"^(\d{1,2}[-/.]\d{1,2}[-/.])(?=\d\d\D)": r"\g<1>20",  # a year of two digits
+    rf"(?<=\d){_HALF}$": lambda half: f" {half[1].upper()}M",
+    r"(:\d\d:\d\d)(?![\d.])": r"\1.0",
 }
 
 
@@ -84,63 +85,46 @@ def seconds_of(name: str, texts: list[str], day_first: bool | None) -> np.ndarra
             texts = [re.sub(written, form, text) for text in texts]
     first = texts[valid.index(True)] if any(valid) else ""
     if _DURATION.fullmatch(first):
-        parts = [_DURATION.fullmatch(text) for text in texts]
-        seconds = np.array([_seconds(part) if part else np.nan for part in parts])
+        days, hours, minutes, rest = pd.Series(texts).str.extract(_DURATION).astype(float).to_numpy().T
+        seconds = 86_400.0 * np.nan_to_num(days) + (rest + minutes * 60.0 + np.nan_to_num(hours) * 3600.0)
         rows = np.flatnonzero(np.isfinite(seconds))
-        step = np.diff(seconds[rows], prepend=seconds[rows[:1]])
-        over = np.zeros(rows.size)
-        for turn in (3600.0,) if first.count(":") == 1 else (86_400.0, 43_200.0):
-            over = np.where((over == 0) & (-step > turn / 2) & (-step <= turn), turn, over)
+        back = -np.diff(seconds[rows], prepend=seconds[rows[:1]])
+        turns = (3600.0,) if first.count(":") == 1 else (86_400.0, 43_200.0)
+        over = np.select([(back > turn / 2) & (back <= turn) for turn in turns], turns, 0.0)
         seconds[rows] += np.cumsum(over)
         return seconds - seconds[rows[0]]
-    dates = [f"2000-01-01 {text}" for text in texts] if re.fullmatch(_CLOCK, first, re.ASCII) else texts
+    clock = bool(re.fullmatch(_CLOCK, first, re.ASCII))
+    texts = [f"2000-01-01 {text}" for text in texts] if clock else texts
     both = day_first is None and not _ISO.fullmatch(first)
     readings = []
     for reading in (True, False) if both else (bool(day_first),):
-        instants = _instants(dates, valid, reading)
+        instants = _instants(texts, valid, reading)
         readings.append((instants - instants[instants.notna().argmax()]).to_numpy() / np.timedelta64(1, "s"))
     least = min(np.count_nonzero(np.isnan(seconds)) for seconds in readings)
     readings = [seconds for seconds in readings if np.count_nonzero(np.isnan(seconds)) == least]
     if not all(np.array_equal(readings[0], seconds, equal_nan=True) for seconds in readings):
         raise InputError(
-            f"the dates of column {name} ({shown(first)} to {shown(texts[-1])}) may begin with the day or "
-            "the month; say so with `dates: day-first` or `dates: month-first`."
+            f"the dates of column {name} ({shown(first)} to {shown(texts[-1])}) may begin with the day or the month; "
+            "say so with `dates: day-first` or `dates: month-first`."
         )
     seconds, rows = readings[0], np.flatnonzero(np.isfinite(readings[0]))
-    step = np.diff(seconds[rows], prepend=0.0)
-    seconds[rows] += 86_400.0 * np.cumsum((dates is not texts) & (step < -43_200.0))
+    seconds[rows] += 86_400.0 * np.cumsum(clock & (np.diff(seconds[rows], prepend=0.0) < -43_200.0))
     return seconds
 
 
-def _seconds(duration: re.Match[str]) -> float:
-    """Seconds of days, and of two or three numbers between colons."""
-    parts = duration["clock"].split(":")
-    return 86_400.0 * int(duration["days"] or 0) + sum(float(x) * 60.0**k for k, x in enumerate(reversed(parts)))
-
-
 def _instants(texts: list[str], valid: list[bool], day_first: bool) -> pd.DatetimeIndex:
-    """Instants of texts, all as the first valid one is written, with or without decimals; NaT where one is not."""
+    """Instants of texts, all as the first valid one is written; NaT where one is not."""
     texts = [text if right else "" for text, right in zip(texts, valid, strict=True)]
     first = next(filter(None, texts), "")
     if _ISO.fullmatch(first):
         return pd.to_datetime(texts, format="ISO8601", utc=True, errors="coerce")
-    if re.match(r"\d{1,2}[-/.]\d{1,2}[-/.]\d\d\D", first):  # a year of two digits
-        texts = [re.sub(r"^(\d{1,2}[-/.]\d{1,2}[-/.])(?=\d\d\D)", r"\g<1>20", text) for text in texts]
-        first = next(filter(None, texts))
-    if half := _HALF.search(first):
-        # pandas guesses no form where the hour of the day is not the hour as written, and knows no a.m.
-        first = re.sub(r"\d{1,2}(?=:\d\d)", "10", first[: half.start()], count=1) + " AM"
-        texts = [_HALF.sub(lambda half: f" {half[1].upper()}M", text) for text in texts]
+    # pandas guesses no form where the hour of the day is not the hour as written
+    first = re.sub(r"\d{1,2}(:\d\d:\d\d\.\d+) [AP]M$", r"10\1 AM", first)
     # pandas, told that the day is first, also takes it for first in 2024/05/01, and elsewhere swaps what does not fit
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)
         form = guess_datetime_format(first, dayfirst=day_first and not re.match(r"\d{4}", first))
-    instants = pd.to_datetime(texts, format=form or "NaT", utc=True, errors="coerce")
-    if form and instants.hasnans:
-        other = form.replace(".%f", "") if ".%f" in form else form.replace("%S", "%S.%f")
-        rest = pd.to_datetime(texts, format=other, utc=True, errors="coerce")
-        instants = instants.where(instants.notna(), rest)
-    return instants
+    return pd.to_datetime(texts, format=form or "NaT", utc=True, errors="coerce")
 
 
 def in_seconds(name: str, values: np.ndarray, unit: str | None) -> Stamps:
