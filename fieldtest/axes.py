@@ -45,10 +45,12 @@ def turn_shape(axes: np.ndarray, rate: float, hz: float) -> np.ndarray:
 
 def high_passed_shape(shape: np.ndarray, hz: float, corner_hz: float, order: int) -> np.ndarray:
     """A `turn_shape` behind a high-pass filter (Butterworth) of first or second order, as a capacitor is one."""
-    harmonics = np.arange(shape.shape[1])
-    z = 1j * harmonics * hz / corner_hz
-    filtered = shape * (z / (1 + z) if order == 1 else z**2 / (1 + 2**0.5 * z + z**2))
-    return filtered * np.exp(-1j * np.angle(filtered[:1, 1:2])) ** harmonics
+    z = 1j * np.arange(shape.shape[1]) * hz / corner_hz
+    return _begun_at_crest(shape * (z / (1 + z) if order == 1 else z**2 / (1 + 2**0.5 * z + z**2)))
+
+
+def _begun_at_crest(shape: np.ndarray) -> np.ndarray:
+    return shape * np.exp(-1j * np.angle(shape[:1, 1:2])) ** np.arange(shape.shape[1])
 
 
 class Doubt(NamedTuple):
@@ -90,32 +92,15 @@ def _turned_and_scaled(shape: np.ndarray, forms: list[np.ndarray]) -> tuple[floa
 
     A shape of one axis has no angle. The misfit is infinite where no positive factor brings it nearer.
     """
-    fits, order = [], np.arange(shape.shape[1])
+    fits = [(inf, 0.0, 1.0)]
     for angle in range(-179, 181) if len(shape) > 1 else (0,):
         c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
-        turned = np.array([[c, -s], [s, c]]) @ shape if len(shape) > 1 else shape
-        turned = turned * np.exp(-1j * np.angle(turned[:1, 1:2])) ** order
+        turned = _begun_at_crest(np.array([[c, -s], [s, c]]) @ shape if len(shape) > 1 else shape)
         for form in forms:
             factor = np.vdot(turned, form).real / np.vdot(turned, turned).real
             if factor > 0:
                 fits.append((float(np.linalg.norm(factor * turned - form)), float(angle), float(factor)))
-    return min(fits, default=(inf, 0.0, 1.0))
-
-
-def _fit_in_words(record: SensorRecord, angle: float, factor: float, misfits: str) -> str:
-    """Say by which angle (deg) and factor a record is off, and how to mend it."""
-    causes, remedies = [], []
-    if abs(angle) >= LEAST_DEG:
-        causes.append(f"its axes are turned by {abs(angle):g} deg about z")
-        c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
-        remedies.append(f"turn them back, ay = {c:.4f} ay {-s:+.4f} ax and ax = {s:.4f} ay {c:+.4f} ax, or the sensor")
-    if abs(np.log(factor)) > np.log(LEAST_FACTOR):
-        likely = min(LIKELY_FACTORS, key=lambda other: abs(np.log(other / factor)))
-        factor = likely if abs(np.log(likely / factor)) < SAME_FACTOR else factor
-        causes.append(f"gravity turns with {1 / factor:.3g} of its size")
-        _, of_a_unit = record.scales.get("ay", (0.0, 1.0))
-        remedies.append(f"check range and unit, perhaps `scale: {1 / abs(factor * of_a_unit):.6g}`")
-    return f"{record.path}: {' and '.join(causes)} {misfits}: {'; '.join(remedies)}"
+    return min(fits)
 
 
 def _misfit(shape: np.ndarray, forms: list[np.ndarray]) -> float:
@@ -141,58 +126,67 @@ def judge_axes(recording: Recording, record: SensorRecord) -> Doubt | None:
         (_misfit(shape, [high_passed_shape(form, hz, corner, order) for form in forms]), corner)
         for corner, order in product(hz * np.geomspace(0.2, 2000, 60), (1, 2))
     )
+    fitted, angle, factor = _turned_and_scaled(shape, forms)
+    (c, s), ax = (np.cos(np.radians(angle)), np.sin(np.radians(angle))), 0.0 if record.ax is None else record.ax
+    content = high_frequency_rms(sense(recording).ay, recording.rate)
 
-    def explains(misfit: float, *others: float) -> bool:
-        """Whether the record is clearly nearer with one cause taken away than as it is read, and than with others."""
+    def explains(misfit: float, *others: float, ay: np.ndarray | None = None) -> bool:
+        """Whether the record is clearly nearer with one cause taken away than as it is read, and than with others.
+
+        Its content from 20 Hz on, then in ``ay``, must be that of the simulation.
+        """
+        alike = ay is None or 1 / SAME_CONTENT < high_frequency_rms(ay, record.rate) / content < SAME_CONTENT
         nearer = as_read > CLEARLY * misfit and as_read - misfit > LEAST_G
-        return nearer and all(CLEARLY * misfit < other for other in others)
+        return nearer and all(CLEARLY * misfit < other for other in others) and alike
 
+    scales = [record.scales.get(axis, (0.0, 1.0)) for _, axis in own]
+    without_gravity = False
     if explains(shifted, exchanged, filtered):
         shifts = (shape[:, 0] - forms[0][:, 0]).real
-        scales = [record.scales.get(axis, (0.0, 1.0)) for _, axis in own]
         zeros = [
-            f"{axis}: {zero + shift / factor:.5g}"
-            for (_, axis), shift, (zero, factor) in zip(own, shifts, scales, strict=True)
+            f"{axis}: {zero + shift / of_unit:.5g}"
+            for (_, axis), shift, (zero, of_unit) in zip(own, shifts, scales, strict=True)
             if abs(shift) > LEAST_G
         ]
-        return Doubt(
-            f"{record.path}: gravity turns in its axes as in the simulated ones, but ay lies {shifts[0]:.3g} g off: "
-            f"the value of the file that is 0 g may be another one, `zero: {{{', '.join(zeros)}}}`"
+        sentence = (
+            f"gravity turns in its axes as in the simulated ones, but ay lies {shifts[0]:.3g} g off: the value of the "
+            f"file that is 0 g may be another one, `zero: {{{', '.join(zeros)}}}`"
         )
-    content = high_frequency_rms(record.ay, record.rate)
-    expected = high_frequency_rms(sense(recording).ay, recording.rate)
-    without_gravity = explains(filtered, exchanged)
-    if without_gravity and expected / SAME_CONTENT < content < expected * SAME_CONTENT:
-        return Doubt(
-            f"{record.path}: gravity is missing, as behind a high-pass filter of about {corner_hz:.2g} Hz: an "
-            "AC-coupled (IEPE) sensor, or one whose gravity was filtered out; only high_frequency_g compares",
-            without_gravity=True,
+    elif without_gravity := explains(filtered, exchanged, ay=record.ay):
+        sentence = (
+            f"gravity is missing, as behind a high-pass filter of about {corner_hz:.2g} Hz: an AC-coupled (IEPE) "
+            "sensor, or one whose gravity was filtered out; only high_frequency_g compares"
         )
-    fitted, angle, factor = _turned_and_scaled(shape, forms)
-    if record.ax is not None:
-        c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
-        content = high_frequency_rms(c * record.ay - s * record.ax, record.rate)
-    if explains(fitted, exchanged, shifted) and expected / SAME_CONTENT < factor * content < expected * SAME_CONTENT:
-        return Doubt(_fit_in_words(record, angle, factor, f"(misfit {fitted:.2g} g, as read {as_read:.2g} g)"))
-    if explains(exchanged):
-        fields = ", ".join(
-            f"{axis}: {_column(record, *chosen)}"
-            for chosen, (_, axis) in zip(best, own, strict=True)
-            if chosen != (1, axis)
+    elif explains(fitted, exchanged, shifted, ay=factor * (c * record.ay - s * ax)):
+        causes, remedies = [], []
+        if abs(angle) >= LEAST_DEG:
+            causes.append(f"its axes are turned by {abs(angle):g} deg about z")
+            turned = f"ay = {c:.4f} ay {-s:+.4f} ax and ax = {s:.4f} ay {c:+.4f} ax"
+            remedies.append(f"turn them back, {turned}, or the sensor")
+        if abs(np.log(factor)) > np.log(LEAST_FACTOR):
+            likely = min(LIKELY_FACTORS, key=lambda other: abs(np.log(other / factor)))
+            factor = likely if abs(np.log(likely / factor)) < SAME_FACTOR else factor
+            causes.append(f"gravity turns with {1 / factor:.3g} of its size")
+            remedies.append(f"check range and unit, perhaps `scale: {1 / abs(factor * scales[0][1]):.6g}`")
+        sentence = f"{' and '.join(causes)} (misfit {fitted:.2g} g, as read {as_read:.2g} g): {'; '.join(remedies)}"
+    elif explains(exchanged):
+        names = [
+            f"{axis}: {_column(record, *axes)}" for axes, (_, axis) in zip(best, own, strict=True) if axes != (1, axis)
+        ]
+        sentence = (
+            "its axes do not turn through gravity as the simulated ones do, but with "
+            f"`axes: {{{names}}}` they would (misfit {exchanged:.2g} g, as read {as_read:.2g} g)"
         )
-        return Doubt(
-            f"{record.path}: its axes do not turn through gravity as the simulated ones do, but with "
-            f"`axes: {{{fields}}}` they would (misfit {exchanged:.2g} g, as read {as_read:.2g} g)"
-        )
-    misfit, size = _misfit(shape[:1], forms), float(np.linalg.norm(forms[0][0]))
-    if CLEARLY * misfit > size:
+    elif CLEARLY * (misfit := _misfit(shape[:1], forms)) > (size := float(np.linalg.norm(forms[0][0]))):
         filter_too = "; or gravity is missing (an AC-coupled or IEPE sensor): only high_frequency_g compares"
-        return Doubt(
-            f"{record.path}: ay does not turn through gravity as the simulated y acceleration does (misfit "
-            f"{misfit:.2g} of {size:.2g} g); check its column and sign (`axes: {{ay: NAME}}`, `axes: {{ay: -NAME}}`), "
-            f"and its unit{filter_too * without_gravity}"
+        sentence = (
+            f"ay does not turn through gravity as the simulated y acceleration does (misfit {misfit:.2g} of {size:.2g} "
+            "g); check its column and sign (`axes: {ay: NAME}`, `axes: {ay: -NAME}`), and its unit"
+            f"{filter_too * explains(filtered, exchanged)}"
         )
-    return None
+    else:
+        return None
+    return Doubt(f"{record.path}: {sentence}", without_gravity)
 
 
 def require_axes(record: SensorRecord, rig: Rig, motor_rpm: float) -> None:

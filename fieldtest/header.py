@@ -21,6 +21,7 @@ _HEAD = 200  # lines in which the header is looked for
 _BELOW = 5  # lines between names and rows
 _LONGEST = 20_000  # characters of such a line
 _SECTION = re.compile(r"\[[^\[\]]*\]")  # title of a part of a file
+_Layout = tuple[list[str], list[str], int, str]  # names and units of the columns, first row, and separator
 
 
 def _separators(line: str) -> list[str]:
@@ -63,78 +64,70 @@ def find_rows(text: str, wanted: Wanted) -> Source:
         return rows_of(text, *_layout_by_position(head, rows, numbers))
     unequal = None
     for i, line in enumerate(head):
-        line = line.strip(" ")
+        line, below = line.strip(" "), [j for j in rows if j > i]
         commented = line.startswith("#")
         line = line.lstrip("#").strip() if commented else line
         for separator in _separators(line):
-            names, below = split_fields(line, separator), [j for j in rows if j > i]
+            names = split_fields(line, separator)
             if commented and below and len(names) == len(split_fields(head[below[0]], separator)) + 1:
                 names = names[1:]  # a label of the line, such as Headers
             if not wanted.are_in(names):
                 continue
-            units, below = _below(head, below, separator, len(names))
-            if not below or len(split_fields(head[below[0]], separator, len(names))) == len(names):
-                for j in rows[: rows.index(below[0]) if below else None]:
+            units, first = _below(head, below, separator, len(names))
+            if first == len(head) or len(split_fields(head[first], separator, len(names))) == len(names):
+                for j in [row for row in rows if row < i]:
                     fields = split_fields(head[j], separator, len(names))
-                    if j < i and len(fields) == len(names) and all(map(is_value, fields)):
+                    if len(fields) == len(names) and all(map(is_value, fields)):
                         raise InputError(
-                            f"line {j + 1} holds numbers ({shown(head[j])}) above the names in line {i + 1}; "
-                            "remove it, or write the names above it."
+                            f"line {j + 1} holds numbers ({shown(head[j])}) above the names in line {i + 1}; remove "
+                            "it, or write the names above it."
                         )
-                return rows_of(text, names, units, separator, below[0] if below else len(head))
+                return rows_of(text, names, units, first, separator)
             if i in rows:
-                unequal = unequal or (i, names, separator, below[0])
+                unequal = unequal or (head[first], first + 1, names, separator, f"the header in line {i + 1}")
     if unequal:
-        i, names, separator, first = unequal
-        refuse_fields(head[first], first + 1, names, separator, f"the header in line {i + 1}")
-    return _likely(text, head, rows)
+        refuse_fields(*unequal)
+    return rows_of(text, *_likely_layout(head, rows))
 
 
-def _below(head: Sequence[str], below: list[int], separator: str, count: int) -> tuple[list[str], list[int]]:
-    """Units of the columns, and the lines below a header from the first row on.
+def _below(head: Sequence[str], below: list[int], separator: str, count: int) -> tuple[list[str], int]:
+    """Units of the columns, and the first row of the lines ``below`` a header; the end of ``head`` if there is none.
 
     What is no row has fewer values than other fields, and no value where all of the next lines have one: a row of
     units, of methods, or the number of samples.
     """
     units = [""] * count
-    for _ in range(min(_BELOW, len(below))):
-        fields = split_fields(head[below[0]], separator, count)
-        following = [row for j in below[1:11] if len(row := split_fields(head[j], separator, count)) == count]
+    for k, i in enumerate(below[:_BELOW]):
+        fields = split_fields(head[i], separator, count)
+        following = [row for j in below[k + 1 : k + 11] if len(row := split_fields(head[j], separator, count)) == count]
         values = list(map(is_value, fields))
-        unlike = len(below) > 1 and any(
-            not value and (not any(values) or (len(following) > 1 and all(is_value(row[k]) for row in following)))
-            for k, value in enumerate(values)
-        )
+        alike = [len(following) > 1 and all(map(is_value, column)) for column in zip(*following, strict=True)]
+        unlike = not any(values) or any(below and not value for value, below in zip(values, alike, strict=False))
         # a message, or a line of dashes, above the first row
-        message = len(fields) != count and len(following) > 1 and is_words(head[below[0]], separator)
-        if not message and (len(fields) != count or not unlike or 2 * sum(values) > count):
-            break
+        message = len(fields) != count and len(following) > 1 and is_words(head[i], separator)
+        if not message and (len(fields) != count or i == below[-1] or not unlike or 2 * sum(values) > count):
+            return units, i
         if any(map(is_unit, fields)) and not any(units):
             units = fields
-        below = below[1:]
-    return units, below
+    return units, (below[_BELOW:] or [len(head)])[0]
 
 
-def _likely(text: str, head: Sequence[str], rows: list[int]) -> Source:
-    """Rows below the line that looks most like a header: the one above the first row of numbers, and its units."""
+def _likely_layout(head: Sequence[str], rows: list[int]) -> _Layout:
+    """Layout below the line that looks most like a header: the one above the first row of numbers, and its units."""
     first = next((k for k, j in enumerate(rows) if _of_values(head[j])), 1)
     if first == 0:
         raise InputError(
-            f"line {rows[0] + 1} holds numbers ({shown(head[rows[0]])}) where the names of the columns must "
-            "be; write them above, or give all columns by number, such as `time: 1, axes: {ay: 3}, unit: g`."
+            f"line {rows[0] + 1} holds numbers ({shown(head[rows[0]])}) where the names of the columns must be; write "
+            "them above, or give all columns by number, such as `time: 1, axes: {ay: 3}, unit: g`."
         )
     separator = (_of_values(head[rows[first]]) if first < len(rows) else None) or _separators(head[rows[first - 1]])[0]
-    count = len(split_fields(head[rows[first - 1]], separator))
-    at = first - 1
-    while at > 0 and len(split_fields(head[rows[at - 1]], separator)) == count:
-        at -= 1  # to the first of several rows of names
-    units, below = _below(head, rows[at + 1 :], separator, count)
-    names = split_fields(head[rows[at]], separator)
-    return rows_of(text, names, units, separator, below[0] if below else len(head))
+    widths = [len(split_fields(head[j], separator)) for j in rows[:first]]
+    at = first - sum(1 for _ in takewhile(lambda width: width == widths[-1], widths[::-1]))  # of several rows of names
+    return split_fields(head[rows[at]], separator), *_below(head, rows[at + 1 :], separator, widths[-1]), separator
 
 
-def _layout_by_position(head, rows, numbers) -> tuple[list[str], list[str], str, int]:
-    """Names, units, separator and first row (from 0) of a file whose columns are chosen by position."""
+def _layout_by_position(head: Sequence[str], rows: list[int], numbers: Sequence[int]) -> _Layout:
+    """Layout of a file whose columns are chosen by position."""
     for at, line in enumerate(rows):
         for separator in _separators(head[line]):
             if layout := _rows_from(head, rows, at, separator, numbers):
@@ -145,12 +138,12 @@ def _layout_by_position(head, rows, numbers) -> tuple[list[str], list[str], str,
             raise InputError(f"no column {max(numbers) + 1}; line {i + 1} ({shown(head[i])}) has {width} fields.")
     wanted = " and ".join(str(k + 1) for k in sorted(numbers))
     raise InputError(
-        f"no rows with numbers in column {wanted} within {len(head)} lines; give another column, or, if only "
-        "the stamps are neither numbers nor dates such as 2024-05-01T12:00:00.001, `time: none, rate: HZ`."
+        f"no rows with numbers in column {wanted} within {len(head)} lines; give another column, or, if only the "
+        "stamps are neither numbers nor dates such as 2024-05-01T12:00:00.001, `time: none, rate: HZ`."
     )
 
 
-def _rows_from(head, rows, at, separator, numbers) -> tuple[list[str], list[str], str, int] | None:
+def _rows_from(head: Sequence[str], rows: list[int], at: int, separator: str, numbers: Sequence[int]) -> _Layout | None:
     """See `_layout_by_position`; None if the rows do not begin at ``rows[at]`` with this separator.
 
     They begin with the first one that has values in these columns, as the next two have, and the same number of
@@ -158,58 +151,56 @@ def _rows_from(head, rows, at, separator, numbers) -> tuple[list[str], list[str]
     """
     count, first = max(len(split_fields(head[i], separator)) for i in rows[at : at + 3]), rows[at]
 
-    def fields(i):
+    def fields(i: int) -> list[str]:
         return split_fields(head[i].strip(" ").lstrip("#").strip(" "), separator, count)
 
-    def chosen(i):
-        return len(fields(i)) == count > max(numbers) and all(is_value(fields(i)[k]) for k in numbers)
+    def chosen(texts: Sequence[str]) -> bool:
+        return len(texts) == count > max(numbers) and all(is_value(texts[k]) for k in numbers)
 
-    def mostly_values(texts):
-        return 2 * sum(map(is_value, texts)) > sum(map(bool, texts))
+    below = [texts for i in rows[at + 1 : at + 11] if len(texts := fields(i)) == count]
+    shares = [sum(map(is_value, column)) / len(below) for column in zip(*below, strict=True)]
 
-    def lacks_values(i):
-        below = [fields(i) for i in rows[at + 1 : at + 11] if len(fields(i)) == count]
-        return any(not field and below and all(is_value(row[k]) for row in below) for k, field in enumerate(fields(i)))
+    def lacks_values(texts: Sequence[str]) -> bool:
+        return any(not text and share == 1 for text, share in zip(texts, shares, strict=False))
 
-    def text_above_values(i):
-        below = [fields(i) for i in rows[at + 1 : at + 11] if len(fields(i)) == count]
-        return lacks_values(i) or any(
-            field and not is_value(field) and mostly_values([row[k] or "empty" for row in below])
-            for k, field in enumerate(fields(i))
-        )
+    def text_above_values(texts: Sequence[str]) -> bool:
+        texts_above = [share for text, share in zip(texts, shares, strict=False) if text and not is_value(text)]
+        return lacks_values(texts) or any(share > 0.5 for share in texts_above)
 
-    if not all(map(chosen, rows[at : at + 3])) or text_above_values(first):
+    if not all(chosen(fields(i)) for i in rows[at : at + 3]) or text_above_values(fields(first)):
         return None
     above = [i for i in range(first) if head[i].strip(" #")][-2:][::-1]
     named = list(takewhile(lambda i: len(fields(i)) == count and _names(fields(i), numbers), above))
     header = named[: 1 + (len(named) > 1 and any(map(is_unit, fields(named[0]))))]
     # a row above is a row, too: what follows it is a defect
-    earlier = [i for i in rows[:at] if i not in header and (chosen(i) or mostly_values(fields(i)))]
-    earlier = [i for i in earlier if len(fields(i)) == count and not lacks_values(i)]
-    if earlier and not mostly_values(fields(earlier[0])) and text_above_values(earlier[0]):
-        raise InputError(
-            f"line {earlier[0] + 1} ({shown(head[earlier[0]])}) holds text where line {first + 1} holds "
-            "numbers; correct it if it is a row, else remove it."
-        )
-    if earlier:
-        first, header = earlier[0], []
-    elif not header and _are_indices(fields(first), [fields(i) for i in rows[at + 1 : at + 2]]):
-        raise InputError(
-            f"line {first + 1} ({shown(head[first])}) may hold the numbers of the columns or values; remove it."
-        )
+    for i in rows[:at]:
+        texts = fields(i)
+        values = 2 * sum(map(is_value, texts)) > sum(map(bool, texts))
+        if i in header or len(texts) != count or lacks_values(texts) or not (values or chosen(texts)):
+            continue
+        if not values and text_above_values(texts):
+            raise InputError(
+                f"line {i + 1} ({shown(head[i])}) holds text where line {first + 1} holds numbers; correct it if it is "
+                "a row, else remove it."
+            )
+        first, header = i, []
+        break
+    else:
+        if not header and _are_indices(fields(first), below[:1]):
+            raise InputError(
+                f"line {first + 1} ({shown(head[first])}) may hold the numbers of the columns or values; remove it."
+            )
     pairs = [fields(i)[k : k + 2] for i in rows[at : at + 50] for k in numbers]
-    fewer = (
-        above and 1 < len(names := split_fields(head[above[0]], separator)) < count and not any(map(is_value, names))
-    )
+    names = split_fields(head[above[0]], separator) if above else []
+    fewer = 1 < len(names) < count and not any(map(is_value, names))
     whole = fewer and all(re.fullmatch(r"-?\d+", field) for field in fields(first))
     if separator == "," and not header and (whole or any(map(are_split, pairs))):
         raise InputError(
-            f"line {first + 1} ({shown(head[first])}) seems to hold decimal commas among commas; save it with "
-            "decimal points, or with semicolons or tabs between the columns."
+            f"line {first + 1} ({shown(head[first])}) seems to hold decimal commas among commas; save it with decimal "
+            "points, or with semicolons or tabs between the columns."
         )
-    if not header:
-        return [str(k + 1) for k in range(count)], [""] * count, separator, first
-    return fields(header[-1]), fields(header[0]) if len(header) > 1 else [""] * count, separator, first
+    names = fields(header[-1]) if header else [str(k + 1) for k in range(count)]
+    return (names, fields(header[0]) if len(header) > 1 else [""] * count, first, separator)
 
 
 def _names(fields: Sequence[str], numbers: Sequence[int]) -> bool:

@@ -262,7 +262,7 @@ def _number(text: str, decimal: str) -> float:
     return value if np.isfinite(value) else np.nan
 
 
-def rows_of(text: str, names: list[str], units: list[str], separator: str, first: int) -> Source:
+def rows_of(text: str, names: list[str], units: list[str], first: int, separator: str) -> Source:
     """Rows of a text from line ``first`` (from 0) on, without blank lines, and without comments and words at its end.
 
     A column without a unit has that of its first cell.

@@ -1,4 +1,4 @@
-"""Samples of a sensor, axis by axis: cropped, without gaps, within the range of the sensor, evenly timed."""
+"""Samples of a sensor, (N,) a column by axis: cropped, without gaps, within the range of the sensor, evenly timed."""
 
 from collections.abc import Callable
 from fractions import Fraction
@@ -21,7 +21,6 @@ BRIDGED, BRIDGED_SHARE = 10, 0.01
 # rows in a row, and times the run that 99 of 100 do not pass, from which on a sensor is taken for standing still
 _STILL, _MUCH_LONGER = 20, 5.0
 _WIDTHS = (8, 10, 12, 14, 16, 18, 20, 24, 32)  # bits of counts
-Axes = dict[str, np.ndarray]  # (N,) samples by axis
 
 
 def window_of(t: np.ndarray, start: float, to: float) -> slice:
@@ -41,46 +40,39 @@ def window_of(t: np.ndarray, start: float, to: float) -> slice:
 
 
 def without_gaps(
-    stamps: Stamps | None, lost: np.ndarray, axes: Axes, gaps: str
-) -> tuple[Stamps | None, Axes, int, str]:
+    stamps: Stamps | None, lost: np.ndarray, axes: pd.DataFrame, gaps: str
+) -> tuple[Stamps | None, pd.DataFrame, int, str]:
     """Stamps and axes without gaps, rows left out before them, and words on what was done.
 
     ``lost`` are the numbers of rows missing between rows, (N - 1,); other samples of ``axes`` are missing where NaN
     stands. ``gaps`` is ``longest`` or ``bridge`` (`SensorMapping.gaps`). Raises `InputError`: too much is missing.
     """
-    rows = pd.DataFrame(axes)
-    count = len(rows)
-    missing = rows.isna().any(axis=1).to_numpy()
+    count, missing = len(axes), axes.isna().any(axis=1).to_numpy()
     if gaps == "longest":
         window = _longest_stretch(lost, missing)
         if window.stop - window.start < 2:
             raise InputError("no two rows without a gap between them; record the motion again.")
         done = f"rows {window.start + 1} to {window.stop} of {count} kept, the longest part without a gap"
-        return stamps and stamps.within(window), _axes_of(rows[window]), window.start, done
+        return stamps and stamps.within(window), axes[window], window.start, done
     if np.isinf(lost).any():
         raise InputError(
-            "without stamps it is not known how many samples a message among the rows replaces; keep "
-            "the longest part, `gaps: longest`."
+            "without stamps it is not known how many samples a message among the rows replaces; keep the longest part, "
+            "`gaps: longest`."
         )
-    rows["t"] = np.arange(count) if stamps is None else stamps.t
     index = np.concatenate([[0], np.cumsum(1 + lost)]).astype(int)
-    rows = rows.set_index(index)[~missing]
+    rows = axes.assign(t=np.arange(count) if stamps is None else stamps.t).set_index(index)[~missing]
     between = np.diff(rows.index) - 1
     longest, bridged = int(between.max(initial=0)), int(between.sum())
     if longest > BRIDGED or bridged > BRIDGED_SHARE * count or len(rows) < 2:
         raise InputError(
-            f"{index[-1] + 1 - len(rows)} samples are missing, up to {longest} in a row; at most {BRIDGED} in "
-            f"a row and {BRIDGED_SHARE:.0%} are bridged; keep the longest part, `gaps: longest`, or cut the record, "
-            "`from: S` and `to: S`."
+            f"{index[-1] + 1 - len(rows)} samples are missing, up to {longest} in a row; at most {BRIDGED} in a row "
+            f"and {BRIDGED_SHARE:.0%} are bridged; keep the longest part, `gaps: longest`, or cut the record, `from: S` "
+            "and `to: S`."
         )
     done = f"{bridged} samples in {np.count_nonzero(between)} gaps interpolated, at most {longest} in a row"
     rows = rows.reindex(range(rows.index[0], rows.index[-1] + 1)).interpolate("pchip")
     t = rows.pop("t").to_numpy()
-    return stamps and stamps._replace(t=t - t[0]), _axes_of(rows), 0, done
-
-
-def _axes_of(rows: pd.DataFrame) -> Axes:
-    return {axis: rows[axis].to_numpy() for axis in rows}
+    return stamps and stamps._replace(t=t - t[0]), rows, 0, done
 
 
 def _longest_stretch(lost: np.ndarray, missing: np.ndarray) -> slice:
@@ -92,20 +84,20 @@ def _longest_stretch(lost: np.ndarray, missing: np.ndarray) -> slice:
     return slice(int(rows[0]), int(rows[-1]) + 1)
 
 
-def clipped(axes: Axes, largest: float, range_g: float) -> tuple[int, str, list[str]]:
+def clipped(axes: pd.DataFrame, largest: float, range_g: float) -> tuple[int, str, list[str]]:
     """Rows with an axis at the end of the sensor's range, or at a value where the sensor is saturated.
 
     Returned are their number, words on where they stand, and a sentence on every axis that is saturated.
     ``largest`` is the highest value that the sensor writes, g. Raises `InputError`: most rows are such ones.
     """
-    at_end = np.max(np.abs(list(axes.values())), axis=0) >= largest * (1.0 - 1e-6)
+    at_end = (axes.abs().max(axis=1) >= largest * (1.0 - 1e-6)).to_numpy()
     ends, saturated = f"at the end of the range of {range_g:g} g", []
     for axis, samples in axes.items():
-        levels = [level for level in _standing(samples) if abs(level) < largest * (1.0 - 1e-6)]
+        levels = [level for level in _standing(samples.to_numpy()) if abs(level) < largest * (1.0 - 1e-6)]
         if not levels:
             continue
         standing = np.isin(samples, levels)
-        at_end |= standing
+        at_end = at_end | standing
         extreme = f"{' and '.join(f'{level:.6g}' for level in levels)} g, the extreme of {axis}"
         ends += f" or at {extreme}"
         saturated.append(
@@ -167,22 +159,17 @@ def _standing(values: np.ndarray) -> list[float]:
     ]
 
 
-def on_even_instants(t: np.ndarray, axes: Axes, rate: float, range_g: float) -> tuple[Axes, str]:
+def on_even_instants(t: np.ndarray, axes: pd.DataFrame, rate: float) -> tuple[pd.DataFrame, str]:
     """Axes at even instants of ``rate`` Hz by cubic splines through the stamps ``t``, s; and words on it."""
     even = np.arange(int(t[-1] * rate * (1 + 1e-12)) + 1) / rate
-    splines = {axis: scipy.interpolate.CubicSpline(t, samples) for axis, samples in axes.items()}
-    resampled = {axis: np.clip(spline(even), -range_g, range_g) for axis, spline in splines.items()}
-    return resampled, f"{t.size} rows onto {even.size} even instants, by cubic splines"
+    resampled = scipy.interpolate.CubicSpline(t, axes.to_numpy())(even)
+    words = f"{t.size} rows onto {even.size} even instants, by cubic splines"
+    return pd.DataFrame(resampled, columns=axes.columns), words
 
 
-def decimated(axes: Axes, rate: float, range_g: float) -> tuple[Axes, float, str]:
+def decimated(axes: pd.DataFrame, rate: float) -> tuple[pd.DataFrame, float, str]:
     """Axes of ``rate`` Hz at ``HIGHEST_RATE_HZ`` Hz or so behind an anti-alias filter, their rate (Hz), and words."""
     ratio = Fraction(HIGHEST_RATE_HZ / rate).limit_denominator(1000)
-    slower = {
-        axis: np.clip(
-            scipy.signal.resample_poly(samples, ratio.numerator, ratio.denominator, padtype="line"), -range_g, range_g
-        )
-        for axis, samples in axes.items()
-    }
-    rows, hz = axes["ay"].size, float(rate * ratio)
-    return slower, hz, f"{rows} rows to {slower['ay'].size}, {hz:.7g} Hz, behind an anti-alias filter"
+    slower = scipy.signal.resample_poly(axes.to_numpy(), ratio.numerator, ratio.denominator, padtype="line")
+    words = f"{len(axes)} rows to {len(slower)}, {float(rate * ratio):.7g} Hz, behind an anti-alias filter"
+    return pd.DataFrame(slower, columns=axes.columns), float(rate * ratio), words

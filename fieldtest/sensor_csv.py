@@ -8,16 +8,14 @@ everything derived from the record.
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
 
 from fieldtest import samples, stamps
-from fieldtest.columns import TIME_KEYS, Axis, Reading, reading_of
+from fieldtest.columns import TIME_KEYS, Axis, Reading, reading_of, require_one_sensor, rows_of_group
 from fieldtest.header import find_rows
 from fieldtest.logger_text import Source, listed, table_of
-from fieldtest.other_sensors import require_one_sensor, rows_of_group
 from fieldtest.sensor_mapping import AXES, TIME_UNITS, SensorMapping, time_unit_of, wanted_columns
 from fieldtest.text_file import read_logger_text
 from trackdyn.inputs.errors import InputError, naming, shown
@@ -59,15 +57,14 @@ class SensorRecord:
         if count == 1:
             return self
         complete = self.time.size // count * count
-
-        def mean(values):
-            return None if values is None else values[:complete].reshape(-1, count).mean(axis=1)
-
+        axes = {axis: values for axis in AXES if (values := getattr(self, axis)) is not None}
         return replace(
-            self, time=self.time[:complete:count], ax=mean(self.ax), ay=mean(self.ay), az=mean(self.az),
+            self,
+            time=self.time[:complete:count],
+            **{axis: values[:complete].reshape(-1, count).mean(axis=1) for axis, values in axes.items()},
             rate=self.rate / count,
             done={**self.done, "averaged": f"over {count} samples each, to {self.rate / count:g} Hz"},
-        )  # fmt: skip
+        )
 
     def require_turns(self, turn_s: float, turns: float = 1.0) -> None:
         """Refuse (`InputError`) a record of fewer turns of the loop, each of ``turn_s`` seconds."""
@@ -122,18 +119,11 @@ def read_sensor(
         return _record(path, rows, reading)
 
 
-class _Samples(NamedTuple):
-    """Rows of a source that are samples, and their numbers by axis, time and fraction."""
+def _samples(source: Source, reading: Reading) -> tuple[Source, dict[str, np.ndarray], np.ndarray]:
+    """The rows that are samples, their numbers by axis, time and fraction, and whether what is none stands above them.
 
-    source: Source
-    values: dict[str, np.ndarray]
-    broken: np.ndarray  # (N,) whether what is no sample stands above a row
-
-
-def _samples(source: Source, reading: Reading) -> _Samples:
-    """The rows without those of other sensors and, if there may be gaps, without messages.
-
-    Raises `InputError`: a cell that holds no number, unless there may be gaps.
+    Rows of other sensors are left out and, if there may be gaps, messages. Raises `InputError`: a cell that holds no
+    number, unless there may be gaps.
     """
     keys, positions = list(reading.columns), [column.position for column in reading.columns.values()]
     time = reading.columns["time"].position if "time" in reading.columns else None
@@ -156,7 +146,7 @@ def _samples(source: Source, reading: Reading) -> _Samples:
             source.refuse(row, positions[index], keys[index] in TIME_KEYS)
         broken = np.diff(np.cumsum(messages)[~messages], prepend=0) > 0
         source, table = source.only(~messages) if messages.any() else source, table[~messages]
-    return _Samples(source, dict(zip(keys, table.T, strict=True)), broken)
+    return source, dict(zip(keys, table.T, strict=True)), broken
 
 
 def _record(path: Path, rows: Source, reading: Reading) -> SensorRecord:
@@ -174,12 +164,14 @@ def _record(path: Path, rows: Source, reading: Reading) -> SensorRecord:
     window = samples.window_of(instants, *reading.window)
     first = window.start
     counts = {key: samples.signed(values[key], reading.bits) for key in axes}
-    signals = {key: axis.factor * (counts[key][0][window] - axis.zero) for key, axis in axes.items()}
+    signals = pd.DataFrame(
+        {key: axis.factor * (counts[key][0][window] - axis.zero) for key, axis in axes.items()}, copy=False
+    )
     lines, seen, broken = np.asarray(source.lines)[window], seen and seen.within(window), broken[window]
     done = _described(source, reading, counts)
-    done["dropped"] = f"{count - signals['ay'].size} rows outside of from and to"
+    done["dropped"] = f"{count - len(signals)} rows outside of from and to"
     if reading.gaps:
-        lost = stamps.lost_rows(seen, signals["ay"].size, stated, reading.resample)
+        lost = stamps.lost_rows(seen, len(signals), stated, reading.resample)
         if not seen or reading.gaps == "longest":  # without stamps the samples behind a message cannot be counted
             lost = np.where(broken[1:], np.inf, lost)
         seen, signals, skipped, done["gaps"] = samples.without_gaps(seen, lost, signals, reading.gaps)
@@ -197,20 +189,22 @@ def _record(path: Path, rows: Source, reading: Reading) -> SensorRecord:
     done["rate"] = f"{rate.hz:.7g} Hz, {rate.source}"
     _require_range(signals, axes, where, range_g)
     clipped, done["clipped"], doubts = samples.clipped(signals, reading.largest, range_g)
-    if np.ptp(signals["ay"]) <= 1e-9 * max(1.0, np.abs(signals["ay"]).max()):
+    if np.ptp(ay := signals["ay"].to_numpy()) <= 1e-9 * max(1.0, np.abs(ay).max()):
         raise InputError(
             f"column {shown(columns['ay'].name)} is {values['ay'][window.start]:.6g} in every row; choose another one "
             "for ay, `axes: {ay: NAME}`, or record the moving track."
         )
-    hz, since = rate.hz, instants[first] + np.arange(signals["ay"].size) / rate.hz
-    doubts = doubts or samples.standing_still(signals["ay"], since, reading.largest, where)
+    hz, since = rate.hz, instants[first] + np.arange(ay.size) / rate.hz
+    doubts = doubts or samples.standing_still(ay, since, reading.largest, where)
     if seen and not even:
-        signals, done["resampled"] = samples.on_even_instants(seen.t, signals, hz, range_g)
+        signals, done["resampled"] = samples.on_even_instants(seen.t, signals, hz)
     if hz > samples.HIGHEST_RATE_HZ:
-        signals, hz, done["decimated"] = samples.decimated(signals, hz, range_g)
+        signals, hz, done["decimated"] = samples.decimated(signals, hz)
+    if {"resampled", "decimated"} & done.keys():
+        signals = signals.clip(-range_g, range_g)
     return SensorRecord(
-        path=path, time=np.arange(signals["ay"].size) / hz, rate=float(hz), clipped=clipped, done=done,
-        ax=signals.get("ax"), ay=signals["ay"], az=signals.get("az"),
+        path=path, time=np.arange(len(signals)) / hz, rate=float(hz), clipped=clipped, done=done,
+        **{axis: signals[axis].to_numpy(copy=True) if axis in signals else None for axis in AXES},
         columns={key: f"{'-' * (axis.column.sign < 0)}{axis.column.name}" for key, axis in axes.items()},
         scales={key: (axis.zero, axis.factor) for key, axis in axes.items()},
         doubts=tuple(f"{path}: {doubt}" for doubt in doubts), synthetic=source.synthetic,
@@ -232,21 +226,19 @@ def _described(source: Source, reading: Reading, counts) -> dict[str, str]:
     return {"rows": rows, "columns": "; ".join(said)}
 
 
-def _require_range(signals: samples.Axes, axes: dict[str, Axis], where, range_g: float) -> None:
+def _require_range(signals: pd.DataFrame, axes: dict[str, Axis], where, range_g: float) -> None:
     """Refuse (`InputError`) a value beyond the range of the sensor, perhaps as the zero of the file is not 0."""
-    beyond = np.abs(list(signals.values())) > range_g * 1.0001
-    if not beyond.any():
-        return
-    index, k = np.argwhere(beyond)[0]
-    (key, signal), mean = list(signals.items())[index], float(np.mean(list(signals.values())[index]))
-    axis = axes[key]
-    shifted = np.abs(signal - mean).max() <= range_g
-    remedy = f"where 0 g is not 0, perhaps `zero: {axis.zero + mean / axis.factor:.4g}`, or " * bool(shifted)
-    raise InputError(
-        f"field {axis.column.name} in {where(k)} is {signal[k]:.6g} g if it is in {axis.unit}, beyond the "
-        f"sensor's range of +-{range_g:g} g; check the unit, `unit: g`, for raw counts `scale: N`, {remedy}give the "
-        "range of the sensor, `range: G`."
-    )
+    for key, signal in signals.items():
+        if not (beyond := signal.abs().to_numpy() > range_g * 1.0001).any():
+            continue
+        k, axis, mean = int(np.argmax(beyond)), axes[str(key)], float(np.mean(signal.to_numpy()))
+        shifted = (signal - mean).abs().max() <= range_g
+        remedy = f"where 0 g is not 0, perhaps `zero: {axis.zero + mean / axis.factor:.4g}`, or " * bool(shifted)
+        raise InputError(
+            f"field {axis.column.name} in {where(k)} is {signal.iloc[k]:.6g} g if it is in {axis.unit}, beyond the "
+            f"sensor's range of +-{range_g:g} g; check the unit, `unit: g`, for raw counts `scale: N`, {remedy}give "
+            "the range of the sensor, `range: G`."
+        )
 
 
 def write_sensor_csv(path, t_s, ax, ay, az, comments: Iterable[str] = ()) -> None:
@@ -272,8 +264,7 @@ def write_sensor_csv(path, t_s, ax, ay, az, comments: Iterable[str] = ()) -> Non
     if np.any(np.diff(t) <= 0.0):
         raise InputError(f"{path}: t_s = {shown(t)}: must increase from sample to sample; sort them by time.")
     lines = [f"# {line}".rstrip() for comment in comments for line in str(comment).splitlines() or [""]]
-    lines.append(",".join(columns))
     decimals = next((d for d in range(3, 9) if np.max(np.abs(t - np.round(t, d))) <= 1e-9), 9)  # to a nanosecond
-    row = f"%.{decimals}f" + ",%.4f" * (len(columns) - 1)
-    lines.extend(row % values for values in zip(*(values.tolist() for values in columns.values()), strict=True))
-    write_text(path, "\n".join(lines) + "\n")
+    table = pd.DataFrame(columns).assign(t_s=[f"{instant:.{decimals}f}" for instant in t])
+    text = table.to_csv(index=False, float_format="%.4f", lineterminator="\n")
+    write_text(path, "\n".join([*lines, text]))

@@ -32,8 +32,8 @@ ROOMS = {
         "__init__", "__main__",
     ),
     "fieldtest": (
-        "__init__", "sensor_mapping", "stamps", "text_file", "logger_text", "header", "columns", "other_sensors",
-        "samples", "sensor_csv", "axes", "compare", "figures", "command",
+        "__init__", "sensor_mapping", "stamps", "text_file", "logger_text", "header", "columns", "samples",
+        "sensor_csv", "axes", "compare", "figures", "command",
     ),
     "replication": (
         "__init__", "studies", "synthetic", "paper", "study", "peers", "certify", "pipeline", "report", "commands",
