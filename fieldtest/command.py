@@ -1,7 +1,6 @@
 """The command of a field test: ``trackdyn compare``, whose options are the fields of a sensor's mapping."""
 
 from collections.abc import Callable
-from contextlib import suppress
 from inspect import Parameter, Signature, signature
 from keyword import iskeyword
 from pathlib import Path
@@ -108,6 +107,7 @@ def compare(
     from fieldtest.sensor_csv import read_sensor
     from fieldtest.sensor_mapping import load_mapping
     from trackdyn.inputs.files import write_text
+    from trackdyn.simulation.recording import load_recording
 
     chosen = load_mapping(mapping, **mapping_fields(**fields))
     mark = options.mark_of("compare", recording, sensor, name or "")
@@ -117,7 +117,7 @@ def compare(
         options.check_output(figure, overwrite or marked(figure, mark), recording, sensor, mapping)
     if out is not None:  # one that exists is looked at when its table is known
         options.check_output(out, True, recording, sensor, mapping)
-    loaded = _load_first(recording, sensor)
+    loaded = load_recording(recording)
     rig = loaded.scene.rig
     if name is not None:
         loaded.sensor_index(name)
@@ -144,20 +144,6 @@ def compare(
 
         label = "synthetic sensor" if record.synthetic else "sensor"
         save(comparison_figure(loaded.with_sensor(name), record, label), figure, figure.suffix[1:], mark=mark)
-
-
-def _load_first(recording: Path, sensor: Path):
-    """Load the recording. Raises `InputError`: it is none, perhaps as the two files are exchanged."""
-    from trackdyn.simulation.recording import load_recording
-
-    try:
-        return load_recording(recording)
-    except InputError as reason:
-        refusal = reason
-        with suppress(InputError):
-            load_recording(sensor)
-            refusal = InputError(f"{sensor} is the recording: name it first, then the sensor's file {recording}")
-        raise refusal from None
 
 
 def _compare(recording, record, path: str):

@@ -66,8 +66,8 @@ def without_gaps(
     if longest > BRIDGED or bridged > BRIDGED_SHARE * count or len(rows) < 2:
         raise InputError(
             f"{index[-1] + 1 - len(rows)} samples are missing, up to {longest} in a row; at most {BRIDGED} in a row "
-            f"and {BRIDGED_SHARE:.0%} are bridged; keep the longest part, `gaps: longest`, or cut the record, `from: S` "
-            "and `to: S`."
+            f"and {BRIDGED_SHARE:.0%} are bridged; keep the longest part, `gaps: longest`, or cut the record, "
+            "`from: S` and `to: S`."
         )
     done = f"{bridged} samples in {np.count_nonzero(between)} gaps interpolated, at most {longest} in a row"
     rows = rows.reindex(range(rows.index[0], rows.index[-1] + 1)).interpolate("pchip")

@@ -202,9 +202,10 @@ def _record(path: Path, rows: Source, reading: Reading) -> SensorRecord:
         signals, hz, done["decimated"] = samples.decimated(signals, hz)
     if {"resampled", "decimated"} & done.keys():
         signals = signals.clip(-range_g, range_g)
+    read = {axis: signals[axis].to_numpy(copy=True) for axis in signals}
     return SensorRecord(
         path=path, time=np.arange(len(signals)) / hz, rate=float(hz), clipped=clipped, done=done,
-        **{axis: signals[axis].to_numpy(copy=True) if axis in signals else None for axis in AXES},
+        ax=read.get("ax"), ay=read["ay"], az=read.get("az"),
         columns={key: f"{'-' * (axis.column.sign < 0)}{axis.column.name}" for key, axis in axes.items()},
         scales={key: (axis.zero, axis.factor) for key, axis in axes.items()},
         doubts=tuple(f"{path}: {doubt}" for doubt in doubts), synthetic=source.synthetic,
