@@ -6,6 +6,7 @@ everything derived from the record.
 """
 
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -16,7 +17,7 @@ from fieldtest import samples, stamps
 from fieldtest.columns import TIME_KEYS, Axis, Reading, reading_of, require_one_sensor, rows_of_group
 from fieldtest.header import find_rows
 from fieldtest.logger_text import Source, listed, table_of
-from fieldtest.sensor_mapping import AXES, TIME_UNITS, SensorMapping, time_unit_of, wanted_columns
+from fieldtest.sensor_mapping import AXES, TIME_UNITS, SensorMapping, wanted_columns
 from fieldtest.text_file import read_logger_text
 from trackdyn.inputs.errors import InputError, naming, shown
 from trackdyn.inputs.files import write_text
@@ -159,7 +160,7 @@ def _record(path: Path, rows: Source, reading: Reading) -> SensorRecord:
         raise InputError(f"the file holds {count} data rows; give at least 2.")
     if "fraction" in columns:
         values["time"] = values["time"] - values["time"][0] + values["fraction"] * TIME_UNITS[columns["fraction"].unit]
-    seen = stamps.in_seconds(time.name, values["time"], time_unit_of(time)) if time else None
+    seen = stamps.in_seconds(time, values["time"]) if time else None
     instants = seen.t if seen else np.arange(count) / stated.hz
     window = samples.window_of(instants, *reading.window)
     first = window.start
@@ -248,20 +249,20 @@ def write_sensor_csv(path, t_s, ax, ay, az, comments: Iterable[str] = ()) -> Non
     Times have 3 decimals, or up to 9 where they are no whole milliseconds, axes 4. Raises `InputError`: arrays of
     unequal length, of fewer than 2 samples or not finite, or a folder that cannot be written.
     """
-    columns = {}
+    columns: dict[str, np.ndarray] = {}
     for name, values in zip(CSV_COLUMNS, (t_s, ax, ay, az), strict=True):
-        if values is not None or name == "t_s":
-            try:
-                columns[name] = np.asarray(values, dtype=float)
-            except (TypeError, ValueError):
-                raise InputError(f"{path}: {name} = {shown(values)}: must be an array of numbers") from None
-    t = columns["t_s"]
-    for name, values in columns.items():
-        if values.ndim != 1 or values.size != t.size or values.size < 2 or not np.isfinite(values).all():
+        if values is None and name != "t_s":
+            continue
+        array = np.empty(0)
+        with suppress(TypeError, ValueError):
+            array = np.asarray(values, dtype=float)
+        t = columns.setdefault("t_s", array)
+        if array.ndim != 1 or array.size < 2 or array.size != t.size or not np.isfinite(array).all():
             raise InputError(
-                f"{path}: {name} = {shown(values)}: must be an array of finite numbers, as many as t_s has and at "
-                "least 2."
+                f"{path}: {name} = {shown(array if array.size else values)}: must be an array of finite numbers, as "
+                "many as t_s has and at least 2."
             )
+        columns[name] = array
     if np.any(np.diff(t) <= 0.0):
         raise InputError(f"{path}: t_s = {shown(t)}: must increase from sample to sample; sort them by time.")
     lines = [f"# {line}".rstrip() for comment in comments for line in str(comment).splitlines() or [""]]

@@ -22,7 +22,7 @@ _ACCELERATION = {"g": "g", "gn": "g", "mg": "mg", "gal": "cm/s2"} | {
     form.format(length): f"{length}/s2" for length in ("m", "cm", "mm") for form in _PER_S2
 }
 METRES = {"m/s2": 1.0, "cm/s2": 1e-2, "mm/s2": 1e-3}  # m/s2 in each
-_TIME = {"\N{GREEK SMALL LETTER MU}s": "us"} | {
+TIMES = {"\N{GREEK SMALL LETTER MU}s": "us"} | {
     name: unit
     for unit, names in {
         "s": "s sec secs second seconds", "ms": "ms msec msecs millis millisec millisecond milliseconds",
@@ -31,10 +31,10 @@ _TIME = {"\N{GREEK SMALL LETTER MU}s": "us"} | {
     }.items()
     for name in names.split()
 }  # fmt: skip
-_UNIT = "|".join(map(re.escape, sorted(_ACCELERATION | _TIME, key=len, reverse=True)))
+_UNIT = "|".join(map(re.escape, sorted(_ACCELERATION | TIMES, key=len, reverse=True)))
 # a number and its unit
 _IN_CELL = re.compile(rf"([+-]? ?[\d.,'\u2019\u2009 ]+(?:e[+-]?\d+)?) ?({_UNIT})", re.IGNORECASE)
-_TIME_PART = re.compile(rf"(.*?)({'|'.join(sorted(_TIME, key=len, reverse=True))})")  # of a time that two columns hold
+_TIME_PART = re.compile(rf"(.*?)({'|'.join(sorted(TIMES, key=len, reverse=True))})")  # of a time that two columns hold
 _IN_BRACKETS = re.compile(r"(.*?)\s*[\[(]((?:[^\[\]()]|\([^()]*\))*)[\])]")
 _AT_THE_END = re.compile(rf"(.+?)(?<![\s_/,:])[\s_/,:]+({_UNIT})")
 _AXIS_NAME = re.compile(r"(?:a|acc|accel|acceleration|accelerometer)[\s_.-]*([xyz])")
@@ -188,7 +188,7 @@ def _column(index: int, name: str, unit: str) -> Column:
     base, own = (match[1], match[2]) if match else (plain, "")
     # of the name, and of the line or the cells below it
     name_unit, row_unit = (re.sub(r"[\s()\[\]^*\u00b7\u22c5]", "", text) for text in (own, _plain(unit)))
-    known = [UNITS.get(unit, _TIME.get(unit)) for unit in (name_unit, row_unit)]
+    known = [UNITS.get(unit, TIMES.get(unit)) for unit in (name_unit, row_unit)]
     contradict = all(known) and known[0] != known[1]
     return Column(index, name, base, f"{name_unit} and {row_unit}" if contradict else name_unit or row_unit)
 
@@ -216,7 +216,7 @@ def _named(columns: Sequence[Column], name: str) -> list[Column]:
 
 def is_unit(text: str) -> bool:
     """Whether a field is the unit of an acceleration or of a time."""
-    return _column(0, "", text).unit in UNITS | _TIME
+    return _column(0, "", text).unit in UNITS | TIMES
 
 
 def columns_of(names: Sequence[str], units: Sequence[str] = ()) -> list[Column]:
@@ -302,8 +302,8 @@ def time_like(columns: Sequence[Column]) -> list[Column]:
     # words are apart: TempSensor has temp and sensor, no temps
     apart = [re.sub(r"(?<=[a-z])(?=[A-Z])", " ", column.name).casefold() for column in columns]
     named = [column for column, name in zip(columns, apart, strict=True) if _TIME_WORDS.search(name)]
-    named += [column for column in columns if column.base in _TIME and column not in named]
-    return named + [column for column in columns if column.unit in _TIME and column not in named]
+    named += [column for column in columns if column.base in TIMES and column not in named]
+    return named + [column for column in columns if column.unit in TIMES and column not in named]
 
 
 def parts_of_time(columns: Sequence[Column]) -> list[tuple[Column, str, str]]:
@@ -312,17 +312,7 @@ def parts_of_time(columns: Sequence[Column]) -> list[tuple[Column, str, str]]:
     for column in columns:
         match = _TIME_PART.fullmatch(column.base)
         if match and not match[1][-1:].isalnum():
-            parts.append((column, match[1], _TIME[match[2]]))
-        elif column.unit in _TIME:
-            parts.append((column, column.base, _TIME[column.unit]))
+            parts.append((column, match[1], TIMES[match[2]]))
+        elif column.unit in TIMES:
+            parts.append((column, column.base, TIMES[column.unit]))
     return parts
-
-
-def time_unit_of(column: Column) -> str | None:
-    """Unit of the time stamps by their header; None if it names none. Raises `InputError`: it is none of time."""
-    if column.unit and column.unit not in _TIME:
-        raise InputError(
-            f"column {shown(column.name)} has the unit {shown(column.unit)}; {', '.join(TIME_UNITS)} are read, choose "
-            "another column, `time: NAME`, or give `time: none, rate: HZ`."
-        )
-    return _TIME.get(column.unit)

@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 from pandas.tseries.api import guess_datetime_format
 
-from fieldtest.sensor_mapping import RATES, TIME_UNITS
+from fieldtest.sensor_mapping import RATES, TIME_UNITS, TIMES, Column
 from trackdyn.inputs.errors import InputError, shown
 
 TOLD_APART = (100.0, 20_000.0)  # Hz; narrow enough that they tell s, ms, us and ns apart
@@ -127,11 +127,17 @@ def _instants(texts: list[str], valid: list[bool], day_first: bool) -> pd.Dateti
     return pd.to_datetime(texts, format=form or "NaT", utc=True, errors="coerce")
 
 
-def in_seconds(name: str, values: np.ndarray, unit: str | None) -> Stamps:
-    """Stamps of ``values``, (N,), in s since the first; ``unit`` None is the one that gives a rate in ``TOLD_APART``.
+def in_seconds(time: Column, values: np.ndarray) -> Stamps:
+    """Stamps of the ``values``, (N,), of a column, in s since the first, in its unit or the one that fits.
 
-    Raises `InputError`: no unit fits, or not the one that is known.
+    That one gives a rate in ``TOLD_APART``. Raises `InputError`: no unit fits, or not that of the column.
     """
+    unit = TIMES.get(time.unit)
+    if time.unit and not unit:
+        raise InputError(
+            f"column {shown(time.name)} has the unit {shown(time.unit)}; {', '.join(TIME_UNITS)} are read, choose "
+            "another column, `time: NAME`, or give `time: none, rate: HZ`."
+        )
     step = np.median(np.abs(np.diff(values))) or np.mean(np.diff(values))
     rates = {u: 1.0 / (step * s) if step > 0 else np.inf for u, s in TIME_UNITS.items()}
     low, high = RATES if unit else TOLD_APART
@@ -139,8 +145,8 @@ def in_seconds(name: str, values: np.ndarray, unit: str | None) -> Stamps:
     fits = [u for u, hz in rates.items() if low / 1.01 <= hz <= high * 1.01 and u == (unit or u)]
     if not fits:
         raise InputError(
-            f"field {name} gives {rates[unit or 's']:.6g} rows per second if it is in {unit or 's'}, {low:,.0f}"
-            f" to {high:,.0f} are accepted; name another column with `time: NAME`, or give `time: none, rate: HZ`."
+            f"field {time.name} gives {rates[unit or 's']:.6g} rows per second if it is in {unit or 's'}, {low:,.0f} "
+            f"to {high:,.0f} are accepted; name another column with `time: NAME`, or give `time: none, rate: HZ`."
         )
     return Stamps((values - values[0]) * TIME_UNITS[fits[0]], fits[0], _rounding(values) * TIME_UNITS[fits[0]])
 
