@@ -170,9 +170,8 @@ def judge_axes(recording: Recording, record: SensorRecord) -> Doubt | None:
             remedies.append(f"check range and unit, perhaps `scale: {1 / abs(factor * scales[0][1]):.6g}`")
         sentence = f"{' and '.join(causes)} (misfit {fitted:.2g} g, as read {as_read:.2g} g): {'; '.join(remedies)}"
     elif explains(exchanged):
-        names = [
-            f"{axis}: {_column(record, *axes)}" for axes, (_, axis) in zip(best, own, strict=True) if axes != (1, axis)
-        ]
+        changed = [(axis, chosen) for (_, axis), chosen in zip(own, best, strict=True) if chosen != (1, axis)]
+        names = ", ".join(f"{axis}: {_column(record, *chosen)}" for axis, chosen in changed)
         sentence = (
             "its axes do not turn through gravity as the simulated ones do, but with "
             f"`axes: {{{names}}}` they would (misfit {exchanged:.2g} g, as read {as_read:.2g} g)"

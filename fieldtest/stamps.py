@@ -200,6 +200,8 @@ def judge_stamps(
             f"the time in {where(k + 1)} is {-step[k]:.6g} s before that of the row above; sort the rows or "
             "cut the record with `from: S` and `to: S`."
         )
+    if t[-1] == 0.0:
+        raise InputError(f"the stamps of all {n} rows are equal; read them without, `time: none, rate: HZ`.")
     gaps = np.flatnonzero(step > _GAP * max(np.median(step), np.mean(step)) + q)
     if gaps.size:
         k = int(gaps[0])

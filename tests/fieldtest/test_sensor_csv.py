@@ -58,6 +58,10 @@ DEFECTS = {
     "empty": ("", ("empty", HEADER)),
     "comments only": ("# made by hand\n", ("comments only", HEADER)),
     "one row": (HEADER + "\n0.000,0,1,0\n", ("1 data rows", "at least 2")),
+    "a quote within quoted lines": (
+        "".join(f'"{line}"\n' for line in changed(5, '0.003,"0.1",1.03,0').splitlines()),
+        ("no column for ay",),
+    ),
     "no header": (BARE, ("line 1", "numbers", "axes: {ay: 3}")),
     "one name too few": (CLEAN.replace(",az_g", ""), ("line 2", "4 fields", "3 names", "'ay_g'")),
     "no unit": (changed(1, "t_s,ax_g,ay,az_g"), ("'ay'", "does not say its unit", "m/s2")),
@@ -100,6 +104,11 @@ DEFECTS = {
     "step too short": (changed(5, "0.0023,0.1,1.0,0.0"), ("line 6", "apart", "resample: true")),
     "too slow": ("\n".join([HEADER, *rows(step=0.02)]), ("t_s", "50 rows per second", "100 to 1,000,000", "rate: HZ")),
     "too coarse": (wave(f"{0.001 * (k // 4):.3f},0,{k},0\n" for k in range(16)), ("0.001 s", "coarse", "time: none")),
+    "equal stamps in the window": (
+        wave(f"{0.001 * (k // 4):.3f},0,{k},0\n" for k in range(16)),
+        ("all 4 rows are equal", "time: none"),
+        {"start": 0.003},
+    ),
     "drifting rate": (wave(f"{0.001 * k + 4e-8 * k * k:.7f},0,{k % 9},0\n" for k in range(900)), ("s apart", "mean")),
     "time stands": (changed(5, "0.002,0.1,1.0,0.0"), ("line 5", "0 s apart", "no two are equal")),
     "time falls": (changed(5, "0.001,0.1,1.0,0.0"), ("line 5", "0.001 s before", "sort")),
