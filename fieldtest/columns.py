@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from fieldtest.logger_text import NUMBER, Source, listed
+from fieldtest.logger_text import Source, listed, number_in
 from fieldtest.sensor_mapping import (
     AXES,
     METRES,
@@ -232,8 +232,8 @@ def require_one_sensor(source: Source, used: dict[str, Column], values: dict[str
         names = sorted(set(texts))
         if not len(names) <= _MOST or len(texts) <= 2 * len(names):
             continue
-        numbers, codes = [name for name in names if NUMBER.fullmatch(name)], np.array(list(map(names.index, texts)))
-        measured = any(float(name.replace(" ", "")) % 1 for name in numbers)
+        numbers = [number for name in names if np.isfinite(number := number_in(name))]
+        codes, measured = np.array(list(map(names.index, texts))), any(number % 1 for number in numbers)
         if measured or not _tells(codes, values["ay"], stamps, len(numbers) < len(names)):
             continue
         first = next(filter(None, names))

@@ -22,12 +22,18 @@ from fieldtest.stamps import DATE, seconds_of
 from trackdyn.inputs.errors import InputError, shown
 
 SEPARATORS = {"\t": "tabs", ";": "semicolons", ",": "commas", "|": "vertical bars", " ": "blanks"}
-NUMBER = re.compile(r"([+-] ?)?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?", re.ASCII)
-_NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity)", re.IGNORECASE)
+_THOUSANDS = "'\u2019 \u2009"  # signs that stand between thousands alone
 _GROUPED = {sign: re.compile(rf"[+-]?[1-9]\d{{0,2}}([{sign}]\d{{3}})+", re.ASCII) for sign in ",."}
-# by their decimal sign, numbers whose other sign stands between thousands: -1.451,5 and -1,451.5
-_WITH_THOUSANDS = {",": re.compile(rf"{_GROUPED['.'].pattern},\d+"), ".": re.compile(rf"{_GROUPED[','].pattern}\.\d+")}
-_APART = re.compile(r"(?<=\d)['\u2019 \u2009](?=\d{3}(?!\d))")  # signs that stand between thousands alone
+# numbers by their decimal sign: plain ones, and those with the other sign, or with signs of their own, among thousands
+NUMBER = {
+    decimal: re.compile(
+        rf"{_GROUPED[other].pattern}[{decimal}]\d+|((?:[+-] ?)?(\d+([{decimal}]\d*)?|[{decimal}]\d+)"
+        rf"|[+-]?\d{{1,3}}([{_THOUSANDS}]\d{{3}})+([{decimal}]\d*)?)([eE][+-]?\d+)?",
+        re.ASCII,
+    )
+    for decimal, other in (".,", ",.")
+}
+_NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity)", re.IGNORECASE)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -97,7 +103,7 @@ class Source:
             return "."
         head = [split_fields(line, self.separator) for line in self.body.split("\n", 100)[:100]]
         fields = [in_cell(field)[0] for row in head for k, field in enumerate(row) if k in columns]
-        commas = [field for field in fields if "," in field and not _WITH_THOUSANDS["."].fullmatch(field)]
+        commas = [field for field in fields if "," in field and not NUMBER["."].fullmatch(field)]
         if commas and all(map(_GROUPED[","].fullmatch, commas)):
             _refuse_thousands(commas[0])
         return "," if commas else "."
@@ -222,9 +228,8 @@ def split_fields(line: str, separator: str, count: int = 0) -> list[str]:
 
 def is_value(field: str) -> bool:
     """Whether a field is a number, perhaps with its unit, or a date and time: data, not a name."""
-    if DATE.fullmatch(field) or _NOT_FINITE.fullmatch(field):
-        return True
-    return bool(NUMBER.fullmatch(_plain(in_cell(field)[0]).replace(",", ".", 1)))
+    text = in_cell(field)[0]
+    return any(form.fullmatch(text) for form in (DATE, _NOT_FINITE, *NUMBER.values()))
 
 
 def is_words(line: str, separator: str) -> bool:
@@ -233,32 +238,22 @@ def is_words(line: str, separator: str) -> bool:
     return bool(letters) and not any(map(is_value, split_fields(line, separator)))
 
 
-def _plain(number: str) -> str:
-    """A number without signs between its thousands, where a decimal sign tells them apart."""
-    if len(number) > 4 and re.match(rf"[+-]?\d{{1,3}}{_APART.pattern}", number):
-        number = _APART.sub("", number)
-    for decimal, thousands in (",.", ".,"):
-        if _WITH_THOUSANDS[decimal].fullmatch(number):
-            return number.replace(thousands, "")
-    return number
-
-
 def _is_stamp(field: str) -> bool:
-    return bool(DATE.fullmatch(field) and not NUMBER.fullmatch(field))
+    return bool(DATE.fullmatch(field) and not NUMBER["."].fullmatch(field))
 
 
 def _numbers(cells: Sequence[str], decimal: str) -> np.ndarray:
     """Numbers in the cells of a column; NaN where there is none, or one of another unit than others have."""
     parted = [in_cell(cell) for cell in cells]
     unit = next((unit for _, unit in parted if unit), "")
-    return np.array([_number(text, decimal) if own in ("", unit) else np.nan for text, own in parted], float)
+    return np.array([number_in(text, decimal) if own in ("", unit) else np.nan for text, own in parted], float)
 
 
-def _number(text: str, decimal: str) -> float:
-    """The number in a text, whose blank behind the sign does not count; NaN if it is none."""
-    plain = _plain(text)
-    plain = plain.replace(".", "?").replace(",", ".") if decimal == "," else plain
-    value = float(plain.replace(" ", "")) if NUMBER.fullmatch(plain) else np.nan
+def number_in(text: str, decimal: str = ".") -> float:
+    """The number in a text, whose blanks and signs between thousands do not count; NaN if it is none."""
+    if not NUMBER[decimal].fullmatch(text):
+        return np.nan
+    value = float(re.sub(rf"[^\d{decimal}eE+-]", "", text).replace(",", "."))
     return value if np.isfinite(value) else np.nan
 
 

@@ -536,5 +536,5 @@ def test_a_long_field_is_refused_in_no_more_than_linear_time(character, tmp_path
     """Where time grew with the square of the length, these did not end within minutes."""
     refused(write(tmp_path / "a.csv", f"t_s,ay_g\n0.001,{character * 1_000_000}\n0.002,1\n"), ["characters", "export"])
     long = character * 200_000 + "x"
-    assert _column(0, long, "").position == 0 and not NUMBER.fullmatch(long)
+    assert _column(0, long, "").position == 0 and not any(form.fullmatch(long) for form in NUMBER.values())
     assert not rig_file.QUANTITY.fullmatch(long)
