@@ -47,7 +47,7 @@ def commands() -> str:
     os.environ |= {"COLUMNS": "100", "NO_COLOR": "1", "TERM": "dumb"}
     parts = ["# Commands\n"]
     names = [command.callback.__name__.replace("_", "-") for command in app.registered_commands]
-    for name in ("", *names, *(group.name for group in app.registered_groups)):
+    for name in ("", *names):
         with redirect_stdout(StringIO()) as said:
             app([*name.split(), "--help"], prog_name="trackdyn", standalone_mode=False)
         heading = f"trackdyn {name}".strip()

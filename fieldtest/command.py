@@ -11,9 +11,12 @@ import typer
 from trackdyn.commands import options, printed
 from trackdyn.inputs.errors import InputError
 
-Mapping = Annotated[Path | None, typer.Option("--mapping", help="YAML file that says how to read the sensor's file.")]
+Mapping = Annotated[
+    Path | None, typer.Option("--mapping", metavar="FILE", help="YAML file that says how to read the sensor's file.")
+]
 SensorOption = Annotated[
-    str | None, typer.Option("--sensor", help="Sensor of the rig whose record this is, where it has several.")
+    str | None,
+    typer.Option("--sensor", metavar="NAME", help="Sensor of the rig whose record this is, where it has several."),
 ]
 
 
@@ -51,8 +54,8 @@ def of_mapping() -> dict[str, Parameter]:
         elif "number" in kinds:
             option = Annotated[float | None, options.number(name, help)]
         else:
-            plain: Any = int if "integer" in kinds else str
-            option = Annotated[plain | None, typer.Option(name, help=help)]
+            plain, metavar = (int, "COUNT") if "integer" in kinds else (str, "TEXT")
+            option = Annotated[plain | None, typer.Option(name, metavar=metavar, help=help)]
         default = False if "boolean" in kinds else None
         mapped[field] = Parameter(
             f"{field}_" if iskeyword(field) else field, Parameter.KEYWORD_ONLY, default=default, annotation=option
@@ -88,7 +91,9 @@ def with_mapping(command: Callable) -> Callable:
 @with_mapping
 def compare(
     recording: options.RecordingFile,
-    sensor: Annotated[Path, typer.Argument(help="Sensor's file: a table in text, with columns by name.")],
+    sensor: Annotated[
+        Path, typer.Argument(metavar="SENSOR", help="Sensor's file: a table in text, with columns by name.")
+    ],
     mapping: Mapping = None,
     name: SensorOption = None,
     figure: Annotated[
@@ -106,17 +111,12 @@ def compare(
 
     from fieldtest.sensor_csv import read_sensor
     from fieldtest.sensor_mapping import load_mapping
-    from trackdyn.inputs.files import write_text
+    from trackdyn.inputs.files import write_csv
     from trackdyn.simulation.recording import load_recording
 
     chosen = load_mapping(mapping, **mapping_fields(**fields))
-    mark = options.mark_of("compare", recording, sensor, name or "")
-    if figure is not None:
-        from trackdyn.plots.style import marked
-
-        options.check_output(figure, overwrite or marked(figure, mark), recording, sensor, mapping)
-    if out is not None:  # one that exists is looked at when its table is known
-        options.check_output(out, True, recording, sensor, mapping)
+    for path in filter(None, (figure, out)):
+        options.check_output(path, overwrite, recording, sensor, mapping)
     loaded = load_recording(recording)
     rig = loaded.scene.rig
     if name is not None:
@@ -135,15 +135,15 @@ def compare(
         tables[name] = _compare(loaded.with_sensor(name), record, str(recording))
     if out is not None:
         table = pd.concat(tables, names=["name"]).reset_index(level=0) if len(tables) > 1 else tables[name]
-        text = table.to_csv(index=False, lineterminator="\n")
-        options.check_output(out, overwrite or options.holds(out, text))
-        write_text(out, text)
+        write_csv(out, table)
     if figure is not None:
         from fieldtest.figures import comparison_figure
         from trackdyn.plots.style import save
 
         label = "synthetic sensor" if record.synthetic else "sensor"
-        save(comparison_figure(loaded.with_sensor(name), record, label), figure, figure.suffix[1:], mark=mark)
+        save(comparison_figure(loaded.with_sensor(name), record, label), figure, figure.suffix[1:])
+    for path in filter(None, (figure, out)):
+        options.note_output(path, recording, sensor, mapping)
 
 
 def _compare(recording, record, path: str):
@@ -170,4 +170,4 @@ def _compare(recording, record, path: str):
     return table
 
 
-COMMANDS = "Field test", {"": ("", (compare,))}
+COMMANDS = (compare,)

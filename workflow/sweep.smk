@@ -58,7 +58,7 @@ SOURCES = module_hash("trackdyn.sweeps.batch_jobs") # an edit in what the jobs i
 
 @cache
 def contents_at(time): # when it was written last
-    return content_key(SWEEP.design, RIG, *RIGS)
+    return content_key(SWEEP.design, RIG)
 
 
 def contents(wildcards):

@@ -189,7 +189,7 @@ def test_recordings(folder, seed, changes):
 
 
 WORDS = (
-    "simulate", "compare", "plan", "--rpm", "--step", "--choose", "chain=belt", "chain=rope", "tolerance=1",
+    "simulate", "compare", "--rpm", "--step", "--choose", "chain=belt", "chain=rope", "tolerance=1",
     "--tolerance", "2%", "--measure", "left_peak", "--ring-radius", "none", "0.308", "--duration", "1e999", "-1",
     "-q", "--quiet", "--rig", "trackdyn/rigs/paper.yaml", "belt.npz", "x.csv", "--preset", "fast", "--help",
     "--out", ".", "--measure", "rms",

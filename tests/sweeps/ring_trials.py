@@ -40,7 +40,7 @@ def rows_of(name: str, store: Path) -> pd.DataFrame:
     """Run the study of a track and keep what rule and page need of it."""
     path, speeds, steps = TRACKS[name]
     grid, rig = radii_of(load_rig(path)), load_rig(path)
-    rows = ring_study(path, speeds, list(grid), 1, store / name.replace(" ", "_"), step=steps)
+    rows = ring_study(rig, speeds, list(grid), 1, store / name.replace(" ", "_"), step=steps)
     if not (rows["state"] == "done").all():
         raise SystemExit(f"{name}: {rows['reason'].dropna().iloc[0]}")
     rows = rows.assign(track=name, teeth=rig.sprocket.teeth, grid=rows["ring_radius_m"].map(grid).fillna("no ring"))

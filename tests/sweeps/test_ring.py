@@ -1,7 +1,5 @@
 """The ring study of any rig: which radii, which one to choose and by which rule, and what the command writes."""
 
-import contextlib
-
 import pandas as pd
 import pytest
 
@@ -18,9 +16,7 @@ from trackdyn.scene.rings import study_radii, usual_rings
 from trackdyn.scene.scene import Scene, StopRule, steady_fields
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.settling import SettledLoops
-from trackdyn.sweeps.engine import Store
-from trackdyn.sweeps.ring import _design, check_same_study, ring_study
-from trackdyn.sweeps.sweep import ALWAYS, requested_rows
+from trackdyn.sweeps.ring import ring_study
 
 TEETH = 13  # 7.7 % of a turn, and 9.7 % with two points
 RADII = (0.304, 0.305, 0.306, 0.307, 0.308)
@@ -94,22 +90,22 @@ def made_up_study(monkeypatch, radii, of=curve):
     """A study of the rig bench whose runs are a curve, and the lists of radii that were run."""
     run = []
 
-    def table(loaded, rig, design, *_):
+    def table(scenes, *_):
         rows = [
-            {"rpm": row.motor_rpm, "ring_radius_m": float("nan"), "state": "done"}
-            if row.ring_radius == "none"
+            {"rpm": scene.motor_rpm, "ring_radius_m": float("nan"), "state": "done"}
+            if scene.ring_radius is None
             else {
-                "rpm": row.motor_rpm, "ring_radius_m": row.ring_radius, "state": "done",
+                "rpm": scene.motor_rpm, "ring_radius_m": scene.ring_radius, "state": "done",
                 "settled_tension_n": 3000.0, "teeth_sliding_j": 1.0, "ring_sliding_j": 1.0, "left_rms_n": 1.0,
-                "ring_rms_n": 1.0, **of(row.ring_radius, row.motor_rpm),
+                "ring_rms_n": 1.0, **of(scene.ring_radius, scene.motor_rpm),
             }
-            for row in design.itertuples()
+            for scene in scenes
         ]  # fmt: skip
-        run.append(sorted(design.loc[design["ring_radius"] != "none", "ring_radius"].astype(float).unique()))
+        run.append(sorted({scene.ring_radius for scene in scenes} - {None}))
         return pd.DataFrame(rows)
 
     monkeypatch.setattr("trackdyn.sweeps.ring._study", table)
-    return ring_study("bench", [115.0, 210.0], radii, rule=RULE), run
+    return ring_study(load_rig("bench"), [115.0, 210.0], radii, rule=RULE), run
 
 
 GRIDS = [[0.3000 + k * 0.0016 + first for k in range(8)] for first in (0.0, 0.0005, 0.0011)]
@@ -142,20 +138,6 @@ def test_a_narrow_window_is_said_and_not_chosen(monkeypatch):
     assert "narrower than 0.5 mm, which a ring as made may miss" in said[1], said
     low, high = RULE.window(made).ends
     assert low < 0.3043 < high and high - low < 5e-4
-
-
-def test_radii_that_a_study_added_belong_to_it(monkeypatch, tmp_path):
-    """Rows of radii that nobody asked for are those of another study, unless the study took them on its way."""
-    radii = [0.305, 0.307]
-    rows = requested_rows(_design(load_rig("bench"), [115.0], [*radii, 0.306], ()), "bench")
-    table = pd.DataFrame({"key": [row.key for row in rows]})
-    table["ring_radius_m"], table["state"] = [None, *radii, 0.306], "done"
-    for added, other in ((True, False), (False, True)):
-        path = tmp_path / f"{added}.csv"
-        table.assign(added=[False] * 3 + [added]).to_csv(path, index=False)
-        monkeypatch.setattr("trackdyn.sweeps.ring.check_replaceable", lambda *_: None)
-        with pytest.raises(InputError, match="1 of its runs") if other else contextlib.nullcontext():
-            check_same_study(path, "bench", [115.0], radii)
 
 
 def test_what_is_not_known_does_not_serve_and_less_margin_may_leave_none():
@@ -224,7 +206,6 @@ def test_the_command_writes_its_files_and_goes_on_with_the_same_numbers(tmp_path
     line = ["ring", "bench", "--rpm", "210", "--radii", "0.307", "--out", "mine", "-j1"]
     done = run_command(*line)
     assert done.code == 0 and "look at mine/ring.html" in done.out
-    assert "210 rpm: tension, N; contact, % of a turn" in done.out
     table = pd.read_csv("mine/ring.csv")
     assert table["ring_radius_m"].fillna(0).tolist() == [0.0, 0.307] and set(table["state"]) == {"done"}
     rig = load_rig("bench")
@@ -244,25 +225,16 @@ def test_the_command_writes_its_files_and_goes_on_with_the_same_numbers(tmp_path
     assert stamps == {path: path.stat().st_mtime_ns for path in (tmp_path / "mine/rows").iterdir()}
 
 
-def test_a_folder_belongs_to_its_study(tmp_path):
+def test_a_folder_belongs_to_its_study(tmp_path, monkeypatch):
     """A study of another rig, and one with fewer radii, took the place of a study without a word."""
-    table, store = tmp_path / "ring.csv", Store(tmp_path / "rows")
-    rows = requested_rows(_design(load_rig("bench"), [115.0, 210.0], [0.305, 0.307], ()), "bench")
-    for row in rows:
-        store.keep({"key": row.key, "state": "done", "reason": "", "values": dict.fromkeys(ALWAYS, 1.0)})
-    pd.DataFrame([{"key": row.key, "state": "done"} for row in rows]).to_csv(table, index=False)
-    before = table.read_bytes()
-    for speeds, radii in (([115.0, 210.0], [0.305, 0.307]), ([210.0, 115.0, 150.0], [0.304, 0.305, 0.307])):
-        check_same_study(table, "bench", speeds, radii)
-    for rig, speeds, radii, step in (
-        ("paper", [115.0, 210.0], [0.305, 0.307], ()),
-        ("bench", [115.0], [0.305, 0.307], ()),
-        ("bench", [115.0, 210.0], [0.305], ()),
-        ("bench", [115.0, 210.0], [0.305, 0.307], (5e-5,)),
-    ):
-        with pytest.raises(InputError, match="give another folder, or `overwrite: true` to"):
-            check_same_study(table, rig, speeds, radii, step)
-    options = ["--rpm", "115", "--radii", "0.305", "--out", str(tmp_path)]
-    done = run_command("ring", "bench", *options)
-    assert done.code == 1 and "of its runs are of another rig or version, or of speeds" in done.err
-    assert table.read_bytes() == before
+    made = study().assign(state="done", reason="", contacts_converged=True, resolved="yes", step_s=1e-4)
+    monkeypatch.setattr("trackdyn.sweeps.ring.ring_study", lambda *_: made)
+    monkeypatch.setattr("trackdyn.commands.studies._write_study", lambda out, *_, **__: made.to_csv(out / "ring.csv"))
+    line = ["ring", "bench", "--rpm", "115,210", "--radii", "0.305,0.307", "--out", str(tmp_path)]
+    for words in (line, [*line, "--rule", "largest"]):
+        assert run_command(*words).code == 0
+    before = (tmp_path / "ring.csv").read_bytes()
+    for old, new in (("bench", "paper"), ("115,210", "115"), ("0.305,0.307", "0.305")):
+        done = run_command(*[new if word == old else word for word in line])
+        assert done.code == 1 and "ring.csv exists; give another name, or --overwrite" in done.err
+        assert (tmp_path / "ring.csv").read_bytes() == before

@@ -7,7 +7,6 @@ import subprocess
 import sys
 import time
 from hashlib import sha256
-from math import inf, nan
 
 import numpy as np
 import pandas as pd
@@ -20,7 +19,7 @@ from trackdyn.scene.choices import preset
 from trackdyn.simulation.simulate import simulate
 from trackdyn.sweeps import engine
 from trackdyn.sweeps.engine import Store
-from trackdyn.sweeps.sweep import _can_be, sweep
+from trackdyn.sweeps.sweep import sweep
 
 SHORT = {"duration": 0.05, "lead_in": 0.0, "ramp": 0.05, "preset": "fast"}
 
@@ -87,35 +86,19 @@ def test_nothing_is_computed_twice(tmp_path, counted):
 
 
 def test_damaged_and_foreign_rows_of_a_store_are_counted_and_computed_again(tmp_path, counted, capsys):
-    """A torn row, rows without a checksum, another row's, and what no row can be with a checksum of its own."""
+    """A torn row, rows without a checksum, and another row's."""
     out = tmp_path / "r.csv"
     whole = sweep(design(3), out, RIG, jobs=1)
     file, other, _ = sorted((tmp_path / "r.rows").iterdir())
     content = file.read_bytes()
     row = json.loads(content.partition(b"\n")[2])
     foreign = [b"", json.dumps(row).encode(), content[:-1], content[:80] + b"x" + content[81:], other.read_bytes()]
-    forged: list = [[], 1, None, "row", {}, {"key": row["key"]}, row | {"more": 1}]
-    forged += [
-        row | field for field in ({"state": "failed"}, {"state": []}, {"reason": None}, {"values": [1]}, {"values": {}})
-    ]
-    forged += [row | {"state": "refused"}, row | {"values": {"rms_g": 1.0}}]
-    values = [
-        {"rms_g": nan},
-        {"sd_g": inf},
-        {"rms_g": "1.0"},
-        {"resolved": 1},
-        {"line_g": None},
-        {"passages": True},
-        {"own": {}},
-    ]
-    forged += [row | {"values": row["values"] | value} for value in values]
-    for text in [*map(json.dumps, forged), "[" * 100_000, "{", "9" * 5000, "\udcff"]:
-        line = text.encode(errors="surrogateescape")
+    for line in (b"{", b"null", b"\xff"):
         foreign.append(sha256(line).hexdigest().encode() + b"\n" + line + b"\n")
     capsys.readouterr()
     for damaged in foreign:
         file.write_bytes(damaged)
-        assert Store(file.parent, _can_be).read([file.stem]) == {}, damaged[64:200]
+        assert Store(file.parent).read([file.stem]) == {}, damaged[64:200]
         assert capsys.readouterr().err.endswith("1 damaged row was ignored; they are computed again\n")
     again = sweep(design(3), out, RIG, jobs=1)
     assert counted[3:] == [file.stem]

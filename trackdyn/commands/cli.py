@@ -5,7 +5,6 @@ import sys
 import warnings
 from importlib.metadata import entry_points
 from inspect import unwrap
-from itertools import groupby
 from typing import Annotated, Any
 
 import typer
@@ -13,50 +12,16 @@ import typer
 from trackdyn.commands import options
 from trackdyn.commands.records import show
 from trackdyn.commands.rig import check, new, rigs
-from trackdyn.commands.runs import plan, simulate
+from trackdyn.commands.runs import simulate
 from trackdyn.commands.studies import ring, sweep
 from trackdyn.inputs.errors import TrackdynError
 from trackdyn.inputs.extras import missing
 from trackdyn.version import __version__
 
-COMMANDS = {"Runs": (simulate, plan, show), "Rigs": (check, new, rigs), "Many runs": (ring, sweep)}
+COMMANDS = (simulate, show, check, new, rigs, ring, sweep)
 
 
-class _Panels(typer.core.TyperGroup):
-    """The list of all commands under the headings of their panels."""
-
-    def format_commands(self, ctx: typer.Context, formatter: Any) -> None:
-        for panel, named in groupby(self.commands.items(), lambda item: getattr(item[1], "rich_help_panel", "Others")):
-            with formatter.section(panel):
-                formatter.write_dl([(name, (command.help or "").partition("\n\n")[0]) for name, command in named])
-
-
-TYPE_WORDS = {"path": "FILE", "int": "COUNT", "int range": "COUNT"}  # for types; every other one is text
-
-
-class _Command(typer.core.TyperCommand):
-    """A command whose help has types as words."""
-
-    def collect_usage_pieces(self, ctx: typer.Context) -> list[str]:
-        return [piece.replace("{", "").replace("}", "").upper() for piece in super().collect_usage_pieces(ctx)]
-
-    def format_options(self, ctx: typer.Context, formatter: Any) -> None:
-        rows: dict[str, list[tuple[str, str]]] = {"Arguments": [], "Options": []}
-        for param in self.get_params(ctx):
-            if record := param.get_help_record(ctx):
-                name, _, kind = record[0].removesuffix(">").partition(" <")
-                if param.param_type_name == "argument":
-                    rows["Arguments"].append((name.upper(), record[1]))
-                else:
-                    word = TYPE_WORDS.get(kind, "TEXT") if kind else ""
-                    rows["Options"].append((f"{name} {word}".strip(), record[1]))
-        for title, described in rows.items():
-            if described:
-                with formatter.section(title):
-                    formatter.write_dl(described)
-
-
-class _Completed(_Command):
+class _Completed(typer.core.TyperCommand):
     """A command whose options are made where they are asked for, since that takes a second."""
 
     completed = False
@@ -72,26 +37,19 @@ class _Completed(_Command):
 
 # rich takes twice as long to load as all else that a help needs
 app = typer.Typer(
-    cls=_Panels, rich_markup_mode=None, pretty_exceptions_enable=False,
+    rich_markup_mode=None, pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 120},
 )  # fmt: skip
-for panel, commands in COMMANDS.items():
-    for command in commands:
-        app.command(cls=_Command, rich_help_panel=panel)(command)
+for command in COMMANDS:
+    app.command()(command)
 for others in entry_points(group="trackdyn.commands"):  # commands of packages that build on this one
     try:
-        panel, groups = others.load()
+        added = others.load()
     except Exception as error:  # whatever a broken package raises: its commands are missing, all others work
         print(f"trackdyn: warning: commands of {others.value} cannot be loaded ({error!r})", file=sys.stderr)
         continue
-    for group, (text, commands) in groups.items():
-        parent = app
-        if group:
-            parent = typer.Typer(help=text)
-            app.add_typer(parent, name=group, rich_help_panel=panel, no_args_is_help=True)
-        for command in commands:
-            kind = _Completed if hasattr(command, "complete") else _Command
-            parent.command(cls=kind, rich_help_panel=panel)(command)
+    for command in added:
+        app.command(cls=_Completed if hasattr(command, "complete") else None)(command)
 
 
 def _say_version(requested: bool) -> None:

@@ -14,27 +14,10 @@ from typing import Annotated, Any
 import typer
 
 from trackdyn.inputs.errors import InputError, shown
-from trackdyn.inputs.files import check_writable
+from trackdyn.inputs.files import check_writable, write_text
 from trackdyn.measure.catalogue import TOLERATED
 
 DEFAULT_RIG = "paper"
-PRESETS = ("fast", "standard", "paper", "reference")
-
-
-def included(incomplete: str) -> list[str]:
-    """Names of rigs of the package that begin so, for the completion of a shell."""
-    from trackdyn.rig.rig_file import shipped_rigs
-
-    return [name for name in shipped_rigs() if name.startswith(incomplete)]
-
-
-def _rigs(incomplete: str) -> list[str]:
-    """Names of rigs of the package, and YAML files of the folder, that begin so."""
-    return included(incomplete) + [name for path in Path().glob("*.yaml") if (name := str(path)).startswith(incomplete)]
-
-
-def _beginning(*names: str) -> Callable[[str], list[str]]:
-    return lambda incomplete: [name for name in names if name.startswith(incomplete)]
 
 
 @dataclass(frozen=True)
@@ -57,11 +40,6 @@ def parse_number(name: str, text: str | float, accepted: str = "must be a finite
 def number(name: str, help: str) -> Any:
     """Option of a finite number."""
     return typer.Option(name, parser=lambda text: parse_number(name, text), metavar="NUMBER", help=help)
-
-
-def preset(help: str) -> Any:
-    """Option ``--preset``; names of presets complete in the shell."""
-    return typer.Option("--preset", metavar="NAME", autocompletion=_beginning(*PRESETS), help=help)
 
 
 def _parse_ring(text: str) -> Ring:
@@ -99,45 +77,41 @@ def file_option(name: str, help: str, *endings: str) -> Any:
 
 
 def check_output(path: Path, overwrite: bool, *inputs: Path | str | None, size: float = 0.0) -> None:
-    """Refuse (`InputError`) what a command must not write: its input, an existing file unless asked to, no plain file.
+    """Refuse (`InputError`) what a command must not write: its input, no plain file, a file that would be lost.
 
-    ``size`` (bytes) must be free.
+    That is one that exists, unless `note_output` says that it was made of these inputs and is as it was written, or
+    ``overwrite`` asks for it. ``size`` (bytes) must be free.
     """
     for file in inputs:
         if file is not None and os.path.realpath(file) == os.path.realpath(path):
             raise InputError(f"{path} is an input of this command; give the output another name")
     check_writable(path, size)
     if path.exists() and not overwrite:
-        raise InputError(f"{path} exists; give another name, or --overwrite to replace it")
+        note = _note_of(path, inputs)
+        if not note.is_file() or note.read_text(encoding="ascii") != _hash(path.read_bytes()):
+            raise InputError(f"{path} exists; give another name, or --overwrite to replace it")
 
 
-def holds(path: Path, text: str) -> bool:
-    """Whether a file is this text: a command that writes it again changes nothing."""
-    return path.is_file() and path.read_bytes() == text.encode()
+def note_output(path: Path, *inputs: Path | str | None) -> None:
+    """Note what was written and of which inputs, those of `check_output`: the same command may replace it."""
+    with suppress(InputError):  # without a cache it is asked for
+        write_text(_note_of(path, inputs), _hash(path.read_bytes()))
 
 
-def mark_of(command: str, *inputs: Path | str) -> str:
-    """What a file says that a command made of these inputs: the same command replaces it."""
-    names = "\n".join(map(str, inputs))
-    return f"trackdyn {command} {hashlib.sha256(names.encode(errors='surrogateescape')).hexdigest()}"
+def _note_of(path: Path, inputs: tuple[Path | str | None, ...]) -> Path:
+    from trackdyn.sources import cache_base
+
+    names = "\n".join(map(str, (path.absolute(), *inputs)))
+    return cache_base() / "written" / _hash(names.encode(errors="surrogateescape"))
 
 
-def sealed(page: str, mark: str) -> str:
-    """A page with a mark and its own hash in the last line, by which `is_sealed` tells it from one that was edited."""
-    return f"{page}<!-- {mark} {hashlib.sha256(page.encode()).hexdigest()} -->\n"
-
-
-def is_sealed(path: Path, mark: str) -> bool:
-    """Whether a file is a page as `sealed` with this mark."""
-    if not path.is_file():
-        return False
-    page = path.read_bytes().decode(errors="replace").rpartition("<!-- ")[0]
-    return holds(path, sealed(page, mark))
+def _hash(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()
 
 
 _RIG = "Rig: a file, or the name of an included one (trackdyn rigs)."
-RigName = Annotated[str, typer.Option("--rig", metavar="RIG", autocompletion=_rigs, help=_RIG)]
-RigArgument = Annotated[str, typer.Argument(autocompletion=_rigs, help=_RIG)]
+RigName = Annotated[str, typer.Option("--rig", metavar="RIG", help=_RIG)]
+RigArgument = Annotated[str, typer.Argument(metavar="RIG", help=_RIG)]
 SpeedOption = Annotated[float, number("--rpm", "Motor speed, rev/min.")]
 RingRadius = Annotated[
     Ring | None,
@@ -160,14 +134,18 @@ Measures = Annotated[
     typer.Option(
         "--measure",
         metavar="NAME",
-        autocompletion=_beginning(*TOLERATED),
         help=f"{', '.join(TOLERATED[:-1])} or {TOLERATED[-1]}; may be given several times.",
     ),
 ]
-Jobs = Annotated[int | None, typer.Option("--jobs", "-j", min=1, max=1024, help="Processes; all cores by default.")]
+Jobs = Annotated[
+    int | None,
+    typer.Option("--jobs", "-j", min=1, max=1024, metavar="COUNT", help="Processes; all cores by default."),
+]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar and no summary.")]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace a file that exists.")]
-RecordingFile = Annotated[Path, typer.Argument(help="Recording made by `trackdyn simulate` (.npz).")]
+RecordingFile = Annotated[
+    Path, typer.Argument(metavar="RECORDING", help="Recording made by `trackdyn simulate` (.npz).")
+]
 Choose = Annotated[
     list[str] | None,
     typer.Option(

@@ -25,15 +25,13 @@ def show(
 
     Example: `trackdyn show run.npz` writes run.html, which any browser opens.
     """
-    from trackdyn.inputs.files import write_text
     from trackdyn.plots.show import show as make
     from trackdyn.simulation.recording import load_recording
 
     loaded = load_recording(recording)
     out = recording.with_suffix(".html") if out is None else out
-    mark = options.mark_of("show", recording)
-    options.check_output(out, overwrite or options.is_sealed(out, mark), recording)
-    page = make(loaded, None, seconds, recording.stem, progress=not quiet)
-    write_text(out, options.sealed(page.text, mark))
+    options.check_output(out, overwrite, recording)
+    page = make(loaded, out, seconds, recording.stem, progress=not quiet)
+    options.note_output(out, recording)
     if not quiet:
         typer.echo(f"{out}: {len(page.text.encode()) / 1e6:.1f} MB, {page.summary}")

@@ -31,9 +31,7 @@ def new(
     out: Annotated[Path, options.file_argument("File to write", ".yaml", ".yml")],
     like: Annotated[
         str,
-        typer.Option(
-            metavar="RIG", autocompletion=options.included, help="Included rig to start from (trackdyn rigs)."
-        ),
+        typer.Option(metavar="RIG", help="Included rig to start from (trackdyn rigs)."),
     ] = "bench",
     overwrite: options.Overwrite = False,
 ) -> None:
@@ -44,8 +42,9 @@ def new(
     from trackdyn.inputs.files import write_text
 
     text = rig_text(like)
-    options.check_output(out, overwrite or options.holds(out, text))
+    options.check_output(out, overwrite)
     write_text(out, text)
+    options.note_output(out)
     typer.echo(f"{out}: edit it, then  trackdyn check {out}  and  trackdyn simulate run.npz --rig {out}")
 
 
@@ -67,15 +66,14 @@ def check(
     """
     from trackdyn.inputs.quantities import entries_of
     from trackdyn.plots.drawing import draw_rig
-    from trackdyn.plots.style import SCREEN_DPI, marked, save
+    from trackdyn.plots.style import SCREEN_DPI, save
     from trackdyn.rig.rig import foreign_groove, load_rig, outside_ranges
     from trackdyn.rig.rig_file import read_rig, rig_files
     from trackdyn.simulation.rig_check import check as report_of
 
     loaded = load_rig(rig)
     out = out or Path(f"{Path(rig).stem}.png")
-    mark = options.mark_of("check", rig)
-    options.check_output(out, overwrite or marked(out, mark), rig)  # this rig's picture of before an edit is replaced
+    options.check_output(out, overwrite, rig)
     if settle:
         typer.echo("settling; kernels that are not compiled yet take a minute or two more", err=True)
     try:
@@ -84,7 +82,8 @@ def check(
         raise type(error)(f"{rig}: {error}") from None
     unusual = [*outside_ranges(rig), *filter(None, [foreign_groove(loaded, rig)]), *checks.unusual]
     figure = draw_rig(loaded, checks.frame, checks.wheels)
-    save(figure, out, out.suffix.removeprefix("."), mark=mark, dpi=SCREEN_DPI)
+    save(figure, out, out.suffix.removeprefix("."), dpi=SCREEN_DPI)
+    options.note_output(out, rig)
     printed.rig_report(checks)
     for base in rig_files(rig)[1:2]:
         own, other = (entries_of(read_rig(file)) for file in (rig, base))

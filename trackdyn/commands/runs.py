@@ -1,8 +1,10 @@
-"""The commands that run a scene: ``trackdyn simulate`` and ``plan``."""
+"""The command that runs a scene: ``trackdyn simulate``."""
 
 import sys
 from pathlib import Path
 from typing import Annotated
+
+import typer
 
 from trackdyn.commands import options, printed
 from trackdyn.inputs.errors import InputError
@@ -19,7 +21,10 @@ def simulate(
     ] = 5.0,
     preset: Annotated[
         str | None,
-        options.preset("Bundle of choices: fast, standard, paper or reference; standard, or what a --tolerance needs."),
+        typer.Option(
+            metavar="NAME",
+            help="Bundle of choices: fast, standard, paper or reference; standard, or what a --tolerance needs.",
+        ),
     ] = None,
     step: options.StepOption = None,
     choose: options.Choose = None,
@@ -36,9 +41,9 @@ def simulate(
 ) -> None:
     """Run one scene and write its recording; a file of that name is replaced when the run is done.
 
-    With --tolerance the run takes the cheapest method and step that keep it (see `plan`), unless they are stated. It
-    ends when the error of every --measure is at most that share of its value, or of a sprocket turn for contact
-    durations, regardless of --duration.
+    With --tolerance the run takes the cheapest method and step that keep it, which trial runs tell, unless they are
+    stated, and says so before it begins. It ends when the error of every --measure is at most that share of its value,
+    or of a sprocket turn for contact durations, regardless of --duration.
 
     Example: `trackdyn simulate run.npz --rpm 150 --duration 12` records 12 s of the default rig at 150 rev/min.
     """
@@ -117,26 +122,3 @@ def _until_converged(plan, tolerance: float, longest: float, out: Path, rig: str
         raise InputError(
             f"--longest = {longest:g} s is too short for --tolerance {tolerance:g}; {out} has what was reached"
         )
-
-
-def plan(
-    tolerance: options.Tolerance,
-    measure: options.Measures = None,
-    rig: options.RigName = options.DEFAULT_RIG,
-    rpm: options.SpeedOption = 115.0,
-    ring_radius: options.RingRadius = None,
-    preset: Annotated[str | None, options.preset("Keep the method and step of a preset.")] = None,
-    step: options.StepOption = None,
-    choose: options.Choose = None,
-    longest: options.LongestRun = 60.0,
-) -> None:
-    """Say what `simulate --tolerance` runs: the cheapest method and step that keep it, from trial runs.
-
-    Example: `trackdyn plan --tolerance 1% --rpm 210` says how an RMS with an error of 1 % is reached, and its cost.
-    """
-    from trackdyn.rig.rig import load_rig
-    from trackdyn.scene.scene import Scene
-
-    fields = options.scene_fields(ring_radius, step, choose)
-    scene = Scene(load_rig(rig), motor_rpm=rpm, preset=preset, **fields)
-    printed.plan(_plan(scene, measure, tolerance, longest, preset, fields))

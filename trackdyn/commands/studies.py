@@ -55,27 +55,25 @@ def ring(
     from trackdyn.rig.rig import foreign_groove, load_rig
     from trackdyn.scene.rings import study_radii
     from trackdyn.sweeps.engine import DONE
-    from trackdyn.sweeps.ring import check_same_study, ring_study
+    from trackdyn.sweeps.ring import ring_study
 
-    table, loaded = out / "ring.csv", load_rig(rig)
+    table, loaded, asked = out / "ring.csv", load_rig(rig), (rig, rpm, radii, step)
     judge = RingRule(loaded.sprocket.teeth)
     speeds, steps = _numbers(rpm, "--rpm"), [] if step is None else _numbers(step, "--step")
     rings = study_radii(loaded) if radii is None else sorted(set(_numbers(radii, "--radii")))
-    if not overwrite and table.exists():
-        check_same_study(table, rig, speeds, rings, steps)
-    for path in (table, *(out / f"{name}.{end}" for name in PICTURES for end in ("png", "svg")), out / "ring.html"):
+    options.check_output(table, overwrite, *asked)
+    for path in (*(out / f"{name}.{end}" for name in PICTURES for end in ("png", "svg")), out / "ring.html"):
         options.check_output(path, overwrite or table.exists(), rig)
-    study = ring_study(rig, speeds, rings, jobs, out / "rows", not quiet, steps, judge)
+    study = ring_study(loaded, speeds, rings, jobs, out / "rows", not quiet, steps, judge)
     lost = study[study["state"] != DONE]
     if len(lost) == len(study):
         raise InputError(f"no scene completed; the reason of the first one: {lost['reason'].iloc[0]}")
     notes = [*filter(None, [foreign_groove(loaded, rig)]), *_notes(study, loaded, lost)]
-    sentences, rows = advice(study, judge), _study_rows(study)
-    about = {"advice": sentences, "notes": notes, "rows": rows}
-    about["compared"] = _comparison_rows(compared(study, judge))
+    sentences = advice(study, judge)
+    about = {"advice": sentences, "notes": notes, "compared": _comparison_rows(compared(study, judge))}
     _write_study(out, study, loaded, judge, title=Path(rig).stem, rig_name=rig, **about)
+    options.note_output(table, *asked)
     if not quiet:
-        _say_table(rows)
         typer.echo("\n".join([*(f"note: {note}" for note in notes), *sentences, f"look at {out / 'ring.html'}"]))
 
 
@@ -137,23 +135,6 @@ def _notes(study: "pd.DataFrame", rig, lost: "pd.DataFrame") -> list[str]:
     return notes
 
 
-def _study_rows(study: "pd.DataFrame") -> list[dict]:
-    """Rows of the page: speed, radius, tension, durations and forces with their errors, as text."""
-    from trackdyn.measure.cells import cell, with_error
-    from trackdyn.measure.ring_rule import WORK_COLUMNS
-    from trackdyn.model.arrays import SIDES
-
-    rows = []
-    for scene in study.sort_values(["rpm", "ring_radius_m"], na_position="first").to_dict("records"):
-        radius = scene["ring_radius_m"]
-        row = {"rpm": cell(scene["rpm"]), "ring_radius_m": f"{radius:.5g}" if radius == radius else "none"}
-        row["settled_tension_n"] = cell(scene["settled_tension_n"])
-        for name, error in (("share_pct", "share_error_pct"), ("rms_n", "rms_error_n")):
-            row |= {f"{side}_{name}": with_error(scene[f"{side}_{name}"], scene[f"{side}_{error}"]) for side in SIDES}
-        rows.append(row | {name: cell(scene[name]) for name in WORK_COLUMNS})
-    return rows
-
-
 def _comparison_rows(rings: "pd.DataFrame") -> list[dict]:
     """Rows of the page on the rings that the advice names: tension, RMS and mean peak of the forces, work, power."""
     from trackdyn.measure.cells import significant
@@ -169,22 +150,8 @@ def _comparison_rows(rings: "pd.DataFrame") -> list[dict]:
     ]
 
 
-def _say_table(study_rows: list[dict]) -> None:
-    """The table of a terminal, a block per speed."""
-    import pandas as pd
-
-    from trackdyn.measure.cells import plain
-    from trackdyn.model.arrays import SIDES
-
-    names = ["ring, m", "strand", *SIDES, *SIDES, "teeth", "ring"]
-    for rpm, rows in pd.DataFrame(study_rows).groupby("rpm", sort=False):
-        table = rows.drop(columns="rpm").set_axis(names, axis=1)
-        text = plain(table.to_string(index=False))
-        typer.echo(f"{rpm} rpm: tension, N; contact, % of a turn; RMS force, N; sliding work, J per turn\n{text}\n")
-
-
 def sweep(
-    design: Annotated[Path, typer.Argument(help="Design: a row per scene (.csv).")],
+    design: Annotated[Path, typer.Argument(metavar="DESIGN", help="Design: a row per scene (.csv).")],
     out: Annotated[Path, options.file_option("--out", "Results to write: a row per scene", ".csv")],
     rig: options.RigName = options.DEFAULT_RIG,
     jobs: options.Jobs = None,
@@ -197,18 +164,15 @@ def sweep(
 ) -> None:
     """Run a design of many scenes; an interrupted sweep is resumed by the same command.
 
-    Results that a sweep has written are replaced where the store still holds their rows; any other file needs
-    --overwrite.
-
     Example: `trackdyn sweep design.csv --out results.csv` runs each row of a table; columns are fields of a scene.
     """
     from trackdyn.sweeps.engine import DONE, FAILED
-    from trackdyn.sweeps.sweep import check_replaceable, states_summary
+    from trackdyn.sweeps.sweep import states_summary
     from trackdyn.sweeps.sweep import sweep as run
 
-    if not overwrite:
-        check_replaceable(out, store)
+    options.check_output(out, overwrite, design)
     results = run(design, out, rig, jobs, store, progress=not quiet)
+    options.note_output(out, design)
     rest = results.loc[results["state"] != DONE, "reason"]
     if not quiet:
         typer.echo(f"{states_summary(results)}; written to {out}")

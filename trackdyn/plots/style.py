@@ -82,8 +82,6 @@ def new_figure(height: float, width: float = WIDTH) -> Figure:
 
 # neither date nor version: the same data give the same bytes
 PLAIN: dict[str, dict[str, Any]] = {"png": {"Software": None}, "svg": {"Date": None, "Creator": None}}
-MADE_BY = {"png": "Software", "svg": "Creator"}
-HEAD = 4096  # bytes in which both formats have it
 
 
 @contextmanager
@@ -103,21 +101,12 @@ def laid_out(figure: Figure) -> Iterator[None]:
 
 
 @styled
-def save(figure: Figure, path: Path | str, *kinds: str, mark: str | None = None, dpi: float = DPI) -> None:
-    """Write a figure under a name with the ending of every kind, ``png`` and ``svg`` by default: all or none.
-
-    The files hold ``mark``, by which `marked` tells them from others.
-    """
+def save(figure: Figure, path: Path | str, *kinds: str, dpi: float = DPI) -> None:
+    """Write a figure under a name with the ending of every kind, ``png`` and ``svg`` by default: all or none."""
     with laid_out(figure), ExitStack() as files:
         for kind in kinds or PLAIN:
             file = files.enter_context(replacing(Path(path).with_suffix(f".{kind}")))
-            figure.savefig(file, format=kind, dpi=dpi, metadata=PLAIN[kind] | {MADE_BY[kind]: mark})
-
-
-def marked(path: Path | str, mark: str) -> bool:
-    """Whether `save` wrote a file with this mark: it stands at the beginning."""
-    path = Path(path)
-    return path.is_file() and mark.encode() in path.read_bytes()[:HEAD]
+            figure.savefig(file, format=kind, dpi=dpi, metadata=PLAIN[kind])
 
 
 def power_of_ten(value: float, digits: int) -> str:

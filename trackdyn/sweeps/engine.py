@@ -3,7 +3,7 @@
 Sweeps and studies hand their rows to it. Its pool is joblib's (loky).
 
 The store has a file a row, so that sweeps beside each other need no lock: the SHA-256 of the row in its first line and
-the row as JSON in its second. A file without such a checksum, with another one or with what no row is, is not read.
+the row as JSON in its second. A file without such a checksum, or with another one, is not read.
 """
 
 import hashlib
@@ -40,7 +40,6 @@ MAX_ROW_BYTES = 100_000_000  # bytes; a row of a sweep takes 4,000
 PIECES, LONGEST_PIECE = 8, 8
 Compute = Callable[..., dict]  # computes the values of a row; other processes look it up by its name
 Tasks = Mapping[str, dict]  # arguments of rows by their keys, plain data
-Valid = Callable[[dict], bool]  # whether a stored row that is done can have these values
 
 
 def key_of(*content: Any) -> str:
@@ -57,36 +56,31 @@ def without_values(key: str, state: str, reason: str) -> dict:
 class Store:
     """Rows by key in a folder, which is made if it is not there; `InputError`: it cannot be made or written."""
 
-    def __init__(self, folder: Path | str, valid: Valid = bool):
-        self.folder, self.valid = Path(folder), valid
+    def __init__(self, folder: Path | str):
+        self.folder = Path(folder)
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             reason = error.strerror or error
             raise InputError(f"{folder}: cannot be written ({reason}); choose another folder") from None
 
-    def read(self, keys: Iterable[str], say: bool = True) -> dict[str, dict]:
-        """Rows of these keys; damaged files are left out, and counted on standard error if ``say``."""
+    def read(self, keys: Iterable[str]) -> dict[str, dict]:
+        """Rows of these keys; damaged files are left out, and counted on standard error."""
         paths = {key: path for key in keys if (path := self.folder / f"{key}.json").exists()}
         rows = {key: row for key, path in paths.items() if (row := self._row(path, key))}
-        if say and (damaged := len(paths) - len(rows)):
+        if damaged := len(paths) - len(rows):
             words = "1 damaged row was" if damaged == 1 else f"{damaged} damaged rows were"
             print(f"trackdyn: {self.folder}: {words} ignored; they are computed again", file=sys.stderr)
         return rows
 
     def _row(self, path: Path, key: str) -> dict[str, Any] | None:
-        """The row of a file; None: it is damaged, another row's, or what no row can be."""
+        """The row of a file; None: it is damaged, or another row's."""
         try:
             checksum, _, content = read_bytes(path, "row", MAX_ROW_BYTES).partition(b"\n")
-            row = json.loads(content) if checksum == _checksum(content[:-1]) and content.endswith(b"\n") else None
-        except (InputError, ValueError, RecursionError):
+            row = json.loads(content) if checksum == _checksum(content[:-1]) else None
+        except (InputError, ValueError):
             return None
-        if not isinstance(row, dict) or row.get("key") != key or row.keys() != without_values("", "", "").keys():
-            return None
-        state, values = row["state"], row["values"]
-        if not isinstance(row["reason"], str) or not isinstance(values, dict):
-            return None
-        return row if (self.valid(values) if state == DONE else state in (REFUSED, DIVERGED) and not values) else None
+        return row if row and row["key"] == key else None
 
     def keep(self, row: dict) -> None:
         """Write a row, unless it failed for a reason that may pass. Raises `InputError`: the disk is full."""
@@ -108,19 +102,17 @@ def results(
     store: Path | str | None = None,
     progress: str = "",
     unit: str = "row",
-    valid: Valid = bool,
 ) -> dict[str, dict]:
     """Rows by their keys (`key_of`), each with ``key, state, reason, values``; a stored row is not computed again.
 
     ``compute`` makes the values of a row from its arguments in ``tasks``, neighbours alike, on ``jobs`` processes (1:
-    in this one). ``store`` is a folder in which rows are stored as they come; a stored one whose values are not
-    ``valid`` is damaged. A bar called ``progress`` counts rows in ``unit``, none if empty. Rows fail once the sources
-    of ``compute`` are not those that this process began with: they would be stored under a key of others. Raises
-    `TrackdynError`: a process was killed.
+    in this one). ``store`` is a folder in which rows are stored as they come. A bar called ``progress`` counts rows in
+    ``unit``, none if empty. Rows fail once the sources of ``compute`` are not those that this process began with: they
+    would be stored under a key of others. Raises `TrackdynError`: a process was killed.
     """
     checked = partial(_values, compute, module_hash(compute.__module__))
     with TemporaryDirectory() if store is None else nullcontext(store) as folder:
-        rows_store = Store(folder, valid)
+        rows_store = Store(folder)
         rows = rows_store.read(tasks)
         due = {key: task for key, task in tasks.items() if key not in rows}
         with tqdm(total=len(due), disable=not progress, unit=unit, desc=progress, smoothing=0.05) as bar:

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from functools import cache
-from math import isfinite, nan
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -13,15 +12,14 @@ from joblib import cpu_count
 from trackdyn.inputs.errors import InputError
 from trackdyn.inputs.files import check_writable
 from trackdyn.inputs.validation import parse_number, shown, typed, within
-from trackdyn.measure.columns import METRIC_COLUMNS
 from trackdyn.rig.rig import Rig, load_rig
-from trackdyn.rig.rig_file import DEFAULT, read_rig
+from trackdyn.rig.rig_file import DEFAULT
 from trackdyn.scene.scene import LONGEST_RUN, Scene, StopRule
 from trackdyn.scene.step import LEAST_STEP
 from trackdyn.simulation.settling import LATER
 from trackdyn.sources import module_hash
 from trackdyn.sweeps.design import check_ending, check_header, read_table, write_table
-from trackdyn.sweeps.engine import DIVERGED, DONE, REFUSED, Store, key_of, without_values
+from trackdyn.sweeps.engine import DONE, REFUSED, key_of, without_values
 from trackdyn.sweeps.engine import results as computed
 from trackdyn.sweeps.sweep_row import run_row
 
@@ -36,12 +34,6 @@ DEFAULTS = {
 }
 # columns that do not define the scene: the name of the row, and names that set several fields
 ROW_COLUMNS = ("name", "preset", "rig")
-# types of values in a stored row, in which NaN is a number that is missing
-NUMBER_TYPES = (int, float)
-CELL_TYPES: dict[str, tuple[type, ...]] = {"number": NUMBER_TYPES, "integer": NUMBER_TYPES, "string": (str,)}
-SCALAR_TYPES = (str, int, float, type(None))  # of columns without description
-# columns of a result that no run leaves empty
-ALWAYS = ("rpm", "step_s", "simulated_s", "rms_g", "sd_g")
 # every column that a design may have beside the fields of a rig
 DESIGN_COLUMNS = (*ROW_COLUMNS, *(name for name in Scene.model_fields if name != "rig"), *STOP_RULE)
 
@@ -114,12 +106,27 @@ def _row(cells: dict[str, Any], rig: str, read: Callable[[str], dict]) -> SweepR
             raise InputError("motor_rpm = 0: must be above 0, for a row records a running track")
     except InputError as error:
         reason = str(error)
+    return row_of(task, reason, values if reason else None)
+
+
+def row_of(task: dict[str, dict], reason: str = "", refused: dict | None = None) -> SweepRow:
+    """The row of a task (`SweepRow`), or of what is ``refused`` for a ``reason``."""
     # alike for a row that states a setting and one that leaves it to the defaults
-    scene = DEFAULTS | fields
-    key = key_of(task | {"scene": scene}, module_hash("trackdyn.sweeps.sweep_row"), values if reason else None)
+    scene = DEFAULTS | task["scene"]
+    key = key_of(task | {"scene": scene}, module_hash("trackdyn.sweeps.sweep_row"), refused)
     settles = {name: value for name, value in scene.items() if name not in (*LATER, "ring_radius")}
-    same_start = f"{key_of(task['rig'], task['changes'], settles)} {fields.get('ring_radius', '')}"
+    same_start = f"{key_of(task['rig'], task['changes'], settles)} {task['scene'].get('ring_radius', '')}"
     return SweepRow(key, same_start, task, reason)
+
+
+def computed_rows(rows: list[SweepRow], jobs: int | None, store: Path | str | None, bar: str) -> list[dict]:
+    """What came of every row (`engine.results`), in their order. Raises `InputError`: ``jobs`` is out of range."""
+    if jobs is not None:
+        jobs = int(within("jobs", jobs, 1, 1024, " processes"))
+    results_by_key = {row.key: without_values(row.key, REFUSED, row.reason) for row in rows if row.reason}
+    due = {row.key: row.task for row in sorted(rows, key=lambda row: row.same_start) if not row.reason}
+    results_by_key |= computed(run_row, due, jobs or cpu_count(), store, bar)
+    return [results_by_key[row.key] for row in rows]
 
 
 def _value(cell: Any) -> Any:
@@ -199,53 +206,20 @@ def sweep(
     InputError
         The design, ``out`` or ``store`` cannot be used. What is wrong with one row is its ``reason``.
     """
-    if jobs is not None:
-        jobs = int(within("jobs", jobs, 1, 1024, " processes"))
     if out is not None:
         check_ending(out, "out")
         check_writable(out)
         if isinstance(design, (Path, str)) and Path(out).resolve() == Path(design).resolve():
             raise InputError(f"out = {shown(str(out))}: is the design itself; give another name")
-        store = store or store_of(out)
+        store = store or Path(out).with_suffix(".rows")
     table = read_design(design)
-    rows = requested_rows(table, str(rig))
-    results_by_key = {row.key: without_values(row.key, REFUSED, row.reason) for row in rows if row.reason}
-    due = {row.key: row.task for row in sorted(rows, key=lambda row: row.same_start) if not row.reason}
-    bar = "sweep" if progress else ""
-    results_by_key |= computed(run_row, due, jobs or cpu_count(), store, bar, valid=_can_be)
-    by_row = [results_by_key[row.key] for row in rows]
+    by_row = computed_rows(requested_rows(table, str(rig)), jobs, store, "sweep" if progress else "")
     message = pd.DataFrame({name: [result[name] for result in by_row] for name in ("key", "state", "reason")})
     values = pd.DataFrame([result["values"] for result in by_row])
     results = pd.concat([table.reset_index(drop=True).apply(_storable), message, values], axis=1)
     if out is not None:
         write_table(results, out)
     return results
-
-
-def store_of(out: Path | str) -> Path:
-    """The folder in which a sweep keeps its rows if no other is named."""
-    return Path(out).with_suffix(".rows")
-
-
-def check_replaceable(out: Path | str, store: Path | str | None = None) -> None:
-    """Refuse (`InputError`) to replace a file unless it is what a sweep has written from this store: nothing is lost.
-
-    A sweep goes on from its store, and its results may be replaced: whatever was computed for them is kept there.
-    """
-    check_ending(out, "out")
-    remedy = "give another name, or `overwrite: true` to replace it"
-    if not Path(out).exists():
-        return
-    folder = Path(store or store_of(out))
-    try:
-        table = read_table(out)
-        computed = set(table.loc[table["state"].isin((DONE, DIVERGED)), "key"])
-    except (InputError, KeyError):
-        raise InputError(f"{out} exists and is not the result of a sweep; {remedy}") from None
-    if missing := len(
-        computed - (Store(folder, _can_be).read(computed, say=False).keys() if folder.is_dir() else set())
-    ):
-        raise InputError(f"{out} exists, and {folder} does not hold {missing} of its rows; {remedy}")
 
 
 def batches(design: pd.DataFrame | Path | str, rig: Path | str, count: int) -> list[pd.DataFrame]:
@@ -257,32 +231,13 @@ def batches(design: pd.DataFrame | Path | str, rig: Path | str, count: int) -> l
     return [table.iloc[sorted(batch) if len(batch) else order[:1]] for batch in np.array_split(order, count)]
 
 
-def content_key(design: Path | str, *rigs: Path | str) -> str:
-    """Key of what a design holds and what its rigs do, ``rigs`` and those that rows name, with all that they are like.
-
-    What cannot be read is known by its refusal.
-    """
+def content_key(design: Path | str, rig: Path | str) -> str:
+    """Key of what a design holds and of all that its rows depend on, or why it cannot be read."""
     try:
-        table = read_table(design)
-        named = {*table["rig"].map(str)} if "rig" in table.columns else set()
-        content: list[Any] = [table.to_csv()]
+        table = read_design(design)
+        return key_of(table.to_csv(), [row.key for row in requested_rows(table, str(rig))])
     except InputError as error:
-        named, content = set(), [str(error)]
-    for rig in sorted(named.union(map(str, rigs)) - {""}):
-        try:
-            content.append(read_rig(rig))
-        except InputError as error:
-            content.append(str(error))
-    return key_of(*content)
-
-
-def _can_be(values: dict[str, Any]) -> bool:
-    """Whether a row that is done can have these values: numbers where the dictionary of columns says so, and an RMS."""
-    for name, value in values.items():
-        kind = METRIC_COLUMNS[name][0] if name in METRIC_COLUMNS else ""
-        if (kind and isinstance(value, bool)) or not isinstance(value, CELL_TYPES.get(kind, SCALAR_TYPES)):
-            return False
-    return all(isfinite(values.get(name, nan)) for name in ALWAYS)
+        return str(error)
 
 
 def _storable(column: pd.Series) -> pd.Series:

@@ -10,9 +10,10 @@ from trackdyn.inputs.errors import InputError
 
 
 def verify(
-    results: Annotated[Path, typer.Argument(help="Results of a run, such as results.")],
+    results: Annotated[Path, typer.Argument(metavar="RESULTS", help="Results of a run, such as results.")],
     against: Annotated[
-        Path | None, typer.Option(help="Manifest, or folder, of another run; the manifest in RESULTS by default.")
+        Path | None,
+        typer.Option(metavar="PATH", help="Manifest, or folder, of another run; the manifest in RESULTS by default."),
     ] = None,
     exact: Annotated[bool, typer.Option("--exact", help="Compare bytes, for runs on one kind of machine.")] = False,
 ) -> None:
@@ -40,4 +41,4 @@ def verify(
         raise InputError(f"{results}: {bad} of {len(findings)} files are not those of {reference}")
 
 
-COMMANDS = "Replication", {"": ("", (verify,))}
+COMMANDS = (verify,)
