@@ -1,4 +1,4 @@
-"""What a file means is one hash in every release of Python, and what was edited after it was imported is known."""
+"""What a file means is its hash, and what was edited after it was imported is known."""
 
 import os
 import subprocess
@@ -34,8 +34,6 @@ match A:
 while not A and B or ~A: break
 with open(A[1:2, ::3]) as B.c: B @= {i for i in B if i for j in i}
 """
-# computed with CPython 3.11
-EXPECTED = "037bb99164d8ca8b09498ad0c38293e3bece43926a0b872130408477a9697ef5"
 
 
 @pytest.fixture
@@ -50,16 +48,14 @@ def hash_of(tmp_path):
     return of
 
 
-def test_the_hash_is_the_same_in_every_release_of_python(hash_of):
-    assert hash_of(TEXT) == EXPECTED
-
-
 @pytest.mark.parametrize("name", ["module", "function", "class"])
 def test_docstrings_comments_and_layout_mean_nothing(hash_of, name):
-    assert (
-        hash_of(TEXT.replace(f"Of the {name}.", "Another")) == hash_of(TEXT.replace("pass", "pass  # so")) == EXPECTED
-    )
-    assert hash_of(TEXT.replace("A, *B = 1,", "(A, *B) = (1,").replace("1_000", "1000)")) == EXPECTED
+    for same in (
+        TEXT.replace(f"Of the {name}.", "Another"),
+        TEXT.replace("pass", "pass  # so"),
+        TEXT.replace("A, *B = 1,", "(A, *B) = (1,").replace("1_000", "1000)"),
+    ):
+        assert same != TEXT and hash_of(same) == hash_of(TEXT)
 
 
 @pytest.mark.parametrize(
@@ -67,7 +63,7 @@ def test_docstrings_comments_and_layout_mean_nothing(hash_of, name):
     [("1.5e-9", "1.6e-9"), ("1.0", "1"), (":.3f", ":.4f"), ("np.vec", "np.Vec"), ("1 < 2", "1 <= 2"), ("/, ", "")],
 )
 def test_all_else_does(hash_of, old, new):
-    assert TEXT.replace(old, new) != TEXT and hash_of(TEXT.replace(old, new)) != EXPECTED
+    assert TEXT.replace(old, new) != TEXT and hash_of(TEXT.replace(old, new)) != hash_of(TEXT)
 
 
 EDITED = """

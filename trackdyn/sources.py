@@ -12,17 +12,12 @@ still that of the code in memory.
 import ast
 import hashlib
 import os
-import re
-import sys
 import time
 from collections.abc import Iterable, Iterator
-from contextlib import suppress
 from functools import cache
 from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
-from tempfile import NamedTemporaryFile
-from typing import NamedTuple
 
 from platformdirs import user_cache_dir
 
@@ -31,42 +26,20 @@ KERNEL_SOURCES = ("jit.py", "model", "contact", "chain", "integrate")
 BEGAN = time.time_ns()
 
 
-class _Source(NamedTuple):
-    """A file as this process first read it."""
-
-    stamp: tuple[int, int]  # time of its last change (ns) and size
-    content: bytes
-    outdated: bool  # changed after this process began, before it was read: what is in memory may be older
-
-
-_READ: dict[Path, _Source] = {}
-
-
-def _stamp(file: Path) -> tuple[int, int]:
-    status = os.stat(file)
-    return status.st_mtime_ns, status.st_size
-
-
-def _read(file: Path) -> bytes:
-    if file not in _READ:
-        stamp = _stamp(file)  # before its content, so that a change between the two shows
-        outdated = stamp[0] > BEGAN and any(
-            Path(name).resolve() == file.resolve()
-            for module in [*sys.modules.values()]
-            if (name := getattr(module, "__file__", None)) and name.endswith(file.name)
-        )
-        _READ[file] = _Source(stamp, file.read_bytes(), outdated)
-    return _READ[file].content
+@cache
+def _read(file: Path) -> tuple[int, bytes]:
+    """Time of the last change of a file (ns) and its content, as this process first read it."""
+    return file.stat().st_mtime_ns, file.read_bytes()
 
 
 def edited(files: Iterable[Path]) -> Path | None:
-    """The first of these files that means something else than when this process imported it, if any does."""
+    """The first of these files that may mean something else than when this process imported it, if any does."""
     for file in files:
-        content = _read(file)
-        if _READ[file].outdated:
-            return file
+        changed, content = _read(file)
         try:
-            if _stamp(file) != _READ[file].stamp and _meaning(file, file.read_bytes()) != _meaning(file, content):
+            if changed > BEGAN or (
+                file.stat().st_mtime_ns != changed and _meaning(file, file.read_bytes()) != _meaning(file, content)
+            ):
                 return file
         except (OSError, SyntaxError):  # gone, or half written
             return file
@@ -76,34 +49,19 @@ def edited(files: Iterable[Path]) -> Path | None:
 @cache
 def _meaning(file: Path, content: bytes) -> str:
     """Hash of the syntax tree of a file without docstrings; of another than Python's, of its bytes."""
-    if file.suffix != ".py":
-        return hashlib.sha256(content).hexdigest()
-    words: list[str] = []
-    _write(ast.parse(content), words)
-    return hashlib.sha256("\n".join(words).encode("utf-8", "surrogatepass")).hexdigest()
-
-
-def _write(node: ast.AST, words: list[str]) -> None:
-    """Put a tree into words: unlike those of `ast.dump` the same in every release of Python that can read the file."""
-    words.append(type(node).__name__)
-    for name in node._fields:
-        value = getattr(node, name, None)
-        if name == "body" and isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
-            value = value[1:] if ast.get_docstring(node, clean=False) is not None else value
-        if value is None or value == []:  # as fields are that a release adds
-            continue
-        words.append(name)
-        for each in value if isinstance(value, list) else [value]:
-            if isinstance(each, ast.AST):
-                _write(each, words)
-            else:
-                words.append(repr(each))
-    words.append(")")
+    if file.suffix == ".py":
+        tree = ast.parse(content)
+        for node in (tree, *_statements(tree)):
+            documented = isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef)
+            if documented and ast.get_docstring(node, clean=False) is not None:
+                del node.body[0]
+        content = ast.dump(tree).encode("utf-8", "surrogatepass")
+    return hashlib.sha256(content).hexdigest()
 
 
 def meaning(file: Path) -> str:
     """Hash of what a file means, as it was when this process first read it."""
-    return _meaning(file, _read(file))
+    return _meaning(file, _read(file)[1])
 
 
 @cache
@@ -129,7 +87,7 @@ def _statements(node: ast.AST) -> Iterator[ast.AST]:
 def _imports(file: Path, package: Module) -> list[tuple[Module, str | None, str]]:
     """Module, name (None: all of it) and what it is called here, of every import in a file, also in its functions."""
     imports = []
-    for node in _statements(ast.parse(_read(file))):
+    for node in _statements(ast.parse(_read(file)[1])):
         if isinstance(node, ast.Import):
             for alias in node.names:
                 parts = tuple(alias.name.split("."))
@@ -187,16 +145,10 @@ def imported_files(script: Path, root: Path) -> list[Path]:
 
 def digest(files: Iterable[Path], root: Path) -> str:
     """Hash of what files mean and where they lie below ``root``, and of the compiler's versions (16 digits)."""
-    return _hash((_below(path, root), meaning(path)) for path in files)
-
-
-def _below(path: Path, root: Path) -> str:
-    return path.relative_to(root).as_posix() if path.is_relative_to(root) else path.name
-
-
-def _hash(contents: Iterable[tuple[str, str]]) -> str:
-    compiler = f"numba {version('numba')}, llvmlite {version('llvmlite')}"
-    return hashlib.sha256("\n".join([compiler, *map(" ".join, contents)]).encode()).hexdigest()[:16]
+    words = [f"numba {version('numba')}, llvmlite {version('llvmlite')}"]
+    for path in files:
+        words.append(f"{path.relative_to(root).as_posix() if path.is_relative_to(root) else path.name} {meaning(path)}")
+    return hashlib.sha256("\n".join(words).encode()).hexdigest()[:16]
 
 
 def cache_base() -> Path:
@@ -216,22 +168,8 @@ def kernel_digest() -> str:
     """`digest` of the kernels, which make a recording.
 
     It does not cover the processor: the same program on another machine has the same hash, so that results may move.
-    To parse all of them takes 0.1 s, so it is kept by the hash of their text and of this one.
     """
-    root = Path(__file__).parent
-    files = [*kernel_files(), Path(__file__)]
-    text = _hash((_below(file, root), hashlib.sha256(_read(file)).hexdigest()) for file in files)
-    path = cache_base() / "sources" / text
-    with suppress(OSError, ValueError):
-        if re.fullmatch("[0-9a-f]{16}", known := path.read_text(encoding="ascii")):
-            return known
-    parsed = digest(kernel_files(), root)
-    with suppress(OSError):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with NamedTemporaryFile("w", dir=path.parent, delete=False) as file:
-            file.write(parsed)
-        os.replace(file.name, path)
-    return parsed
+    return digest(kernel_files(), Path(__file__).parent)
 
 
 @cache
