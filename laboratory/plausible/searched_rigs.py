@@ -13,11 +13,10 @@ from laboratory.plausible.search import Searching, searched_unknowns
 from laboratory.plausible.settings import PlausibleConfig, load_plausible
 from laboratory.plausible.unknowns import Unknowns, file_ranges
 from trackdyn.inputs.errors import InputError
-from trackdyn.inputs.files import write_text
+from trackdyn.inputs.files import write_csv, write_text
 from trackdyn.rig.rig import Rig
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.settling import settle
-from trackdyn.sweeps.design import write_table
 
 PITCH_PASSING_RPM, PITCH_PASSING_HZ = 115.0, 4.47  # where a damper loses what rubber of a loss factor does
 ABOUT = {
@@ -122,4 +121,4 @@ def main(job) -> None:
     for name, path in zip(job.params.searches, job.output.rigs, strict=True):
         tables.append(rows := searching.search(name))
         write_text(Path(path), searched_rig(config, rows, name))
-    write_table(pd.concat(tables, ignore_index=True), job.output.rows)
+    write_csv(job.output.rows, pd.concat(tables, ignore_index=True))

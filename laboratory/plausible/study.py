@@ -11,7 +11,7 @@ from laboratory.plausible.settings import PlausibleConfig, load_plausible
 from laboratory.plausible.shares import CREEP, separating_values, share_map, shares, tooth_detail, with_creep
 from laboratory.plausible.verdicts import judge_rig, judge_rows
 from replication.paper.claims import Claim, load_claims, load_sentences
-from trackdyn.sweeps.design import write_table
+from trackdyn.inputs.files import write_csv
 from trackdyn.sweeps.engine import DONE
 
 # decided by kinematics and by the wheels, whose places no draw changes
@@ -93,4 +93,4 @@ def main(job) -> None:
     results = tables(config, judged, path)
     results |= {"tooth": run_tooth_detail(config, judged, *execution), "near": run_neighbours(config, path, *execution)}
     for name, table in results.items():
-        write_table(table, job.output[name])
+        write_csv(job.output[name], table)

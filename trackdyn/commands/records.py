@@ -34,4 +34,4 @@ def show(
     page = make(loaded, out, seconds, recording.stem, progress=not quiet)
     options.note_output(out, recording)
     if not quiet:
-        typer.echo(f"{out}: {len(page.text.encode()) / 1e6:.1f} MB, {page.summary}")
+        typer.echo(f"{out}: {len(page.text.encode()) / 1e6:.1f} MB")

@@ -64,11 +64,9 @@ def check(
 
     Example: `trackdyn check my_rig.yaml --rpm 150` lays the track of that file, lets it settle, and writes my_rig.png.
     """
-    from trackdyn.inputs.quantities import entries_of
     from trackdyn.plots.drawing import draw_rig
     from trackdyn.plots.style import SCREEN_DPI, save
     from trackdyn.rig.rig import foreign_groove, load_rig, outside_ranges
-    from trackdyn.rig.rig_file import read_rig, rig_files
     from trackdyn.simulation.rig_check import check as report_of
 
     loaded = load_rig(rig)
@@ -85,10 +83,6 @@ def check(
     save(figure, out, out.suffix.removeprefix("."), dpi=SCREEN_DPI)
     options.note_output(out, rig)
     printed.rig_report(checks)
-    for base in rig_files(rig)[1:2]:
-        own, other = (entries_of(read_rig(file)) for file in (rig, base))
-        changed = sum(other.get(name) != entry for name, entry in own.items())
-        printed.line("values", f"{changed} of {rig}, {len(own) - changed} of {base.stem}")
     for text in unusual or ["nothing"]:
         printed.line("unusual", options.as_options(text))
     printed.line("picture", str(out))

@@ -15,12 +15,10 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 from matplotlib.patheffects import withStroke
 
-from trackdyn.inputs.errors import InputError
 from trackdyn.plots.style import BLACK, BLUE, SMALL, VERMILION, new_figure, styled
 from trackdyn.rig.layout import assemble, body_lengths, wheel_circles, wheel_names
 from trackdyn.rig.rig import Rig
 from trackdyn.rig.sections import Arm
-from trackdyn.simulation.recording import Recording
 
 STEEL, STEEL_EDGE = "#c9ced6", "#4d5560"
 RUBBER = "#5a5a5a"
@@ -37,12 +35,6 @@ POINTS_AN_ARC = 12
 NUMBERS_BELOW, NUMBERS_SPREAD = 0.022, 0.98
 # stacking: wheels and ring, sprocket, connectors, links, what is written on them
 Z_RING, Z_SPROCKET, Z_CONNECTOR, Z_LINK, Z_MARK = 1.0, 2.0, 3.0, 4.0, 6.0
-
-
-def require_frames(recording: Recording) -> None:
-    """Refuse a recording without configurations."""
-    if len(recording.frame) == 0:
-        raise InputError("the recording holds no configurations: simulate with a frame interval above 0")
 
 
 def ring_words(radius: float | None) -> str:

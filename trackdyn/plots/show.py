@@ -46,16 +46,6 @@ class Shown:
         """Write the page, whole or not at all. Raises `InputError`: it cannot be written."""
         write_text(path, self.text)
 
-    @property
-    def summary(self) -> str:
-        """Say in a few words how much moves on the page, and whether it is the recorded run."""
-        if self.stretch is None:
-            return "nothing moves: a belt has no bodies"
-        moves = f"{self.stretch.time[-1]:.3g} s move, simulated again"
-        if self.stretch.apart is None:
-            return f"{moves}; not the record, which begins later"
-        return f"{moves}; the sensor's position differs from the record's by {self.stretch.apart[0]:.2g} m at most"
-
     def _repr_html_(self) -> str:
         frame = 'width="100%" height="900" style="border: 0" title="A run of the track"'
         return f'<iframe srcdoc="{html.escape(self.text)}" {frame}></iframe>'

@@ -7,7 +7,7 @@ from pathlib import Path
 import pandas as pd
 
 from trackdyn.inputs.errors import InputError
-from trackdyn.inputs.files import read_text, write_csv
+from trackdyn.inputs.files import read_text
 from trackdyn.inputs.validation import shown
 
 MAX_CSV_BYTES = 500_000_000
@@ -46,9 +46,3 @@ def check_header(names: list, source: str) -> None:
             raise InputError(f"{source}: has a column without a name; give it one")
         if names.count(name) > 1:
             raise InputError(f"{source}: has the column {shown(name)} twice; keep one of them")
-
-
-def write_table(table: pd.DataFrame, path: Path | str) -> None:
-    """Write a CSV, whole or not at all. Raises `InputError`: it cannot be written."""
-    check_ending(path, "table")
-    write_csv(path, table)

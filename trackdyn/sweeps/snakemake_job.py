@@ -23,7 +23,6 @@ def run_job(task):
     from trackdyn.inputs.errors import TrackdynError
 
     job = sys.modules["__main__"].snakemake
-    leave_when_stopped()
     _join(job.log[0])
     with open(job.log[0], "w", encoding="utf-8") as log, redirect_stdout(log):
         try:
@@ -85,19 +84,11 @@ def _join(log):
 
 def _leave(number, _):
     """End at once, as Snakemake asks; what is being written is removed."""
-    broken_off = getattr(
-        sys.modules.get("trackdyn.inputs.files"), "broken_off", None
-    )  # imported as a whole, or not yet
-    if broken_off:
-        broken_off()
+    # imported as a whole, or not yet
+    getattr(sys.modules.get("trackdyn.inputs.files"), "broken_off", lambda: None)()
     os._exit(128 + number)
 
 
-def leave_when_stopped():
-    """End at once at SIGINT or SIGTERM (`_leave`)."""
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, _leave)
-
-
 if hasattr(sys.modules["__main__"], "snakemake"):  # a script of the workflow: the rest of its imports takes a second
-    leave_when_stopped()
+    for stop in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(stop, _leave)

@@ -10,7 +10,7 @@ import pandas as pd
 from joblib import cpu_count
 
 from trackdyn.inputs.errors import InputError
-from trackdyn.inputs.files import check_writable
+from trackdyn.inputs.files import check_writable, write_csv
 from trackdyn.inputs.validation import parse_number, shown, typed, within
 from trackdyn.rig.rig import Rig, load_rig
 from trackdyn.rig.rig_file import DEFAULT
@@ -18,7 +18,7 @@ from trackdyn.scene.scene import LONGEST_RUN, Scene, StopRule
 from trackdyn.scene.step import LEAST_STEP
 from trackdyn.simulation.settling import LATER
 from trackdyn.sources import module_hash
-from trackdyn.sweeps.design import check_ending, check_header, read_table, write_table
+from trackdyn.sweeps.design import check_ending, check_header, read_table
 from trackdyn.sweeps.engine import DONE, REFUSED, key_of, without_values
 from trackdyn.sweeps.engine import results as computed
 from trackdyn.sweeps.sweep_row import run_row
@@ -218,7 +218,7 @@ def sweep(
     values = pd.DataFrame([result["values"] for result in by_row])
     results = pd.concat([table.reset_index(drop=True).apply(_storable), message, values], axis=1)
     if out is not None:
-        write_table(results, out)
+        write_csv(out, results)
     return results
 
 
