@@ -21,6 +21,7 @@ from replication.pipeline.config import check_layers, read_layer, ring_name
 from replication.study.settings import STUDIES, longest_step, measured_scenes, parts_of, promised_scenes
 from replication.study.variants import SETTINGS
 from trackdyn.inputs.errors import TrackdynError
+from trackdyn.inputs.files import remove_abandoned
 from trackdyn.sources import imported_files, kernel_digest, meaning
 from trackdyn.sweeps.snakemake_job import drive
 

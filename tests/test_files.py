@@ -1,11 +1,13 @@
 """The project writes every file to a temporary file and renames it, so that no reader finds half of one."""
 
 import os
+import subprocess
+import sys
 
 import pytest
 
 from trackdyn.inputs.errors import InputError
-from trackdyn.inputs.files import check_writable, replacing, write_text
+from trackdyn.inputs.files import MACHINE, check_writable, remove_abandoned, replacing, write_text
 
 
 def test_what_breaks_off_leaves_what_was_there(tmp_path):
@@ -16,6 +18,30 @@ def test_what_breaks_off_leaves_what_was_there(tmp_path):
         1 / 0  # noqa: B018
     assert target.read_text() == "whole"
     assert [path.name for path in tmp_path.iterdir()] == ["a.txt"]
+
+
+def test_only_what_a_process_that_is_gone_was_writing_is_removed(tmp_path):
+    write = """
+import os, sys
+from trackdyn.inputs.files import replacing
+with replacing(sys.argv[1]) as part:
+    part.touch()
+    os._exit(0)
+"""
+    (tmp_path / "deep").mkdir()
+    for name in ("a.csv", "deep/b", "deep/archive.tar.gz"):
+        subprocess.run([sys.executable, "-c", write, str(tmp_path / name)], check=True)
+    left = {path.name for path in tmp_path.rglob(".*part*")}
+    assert len(left) == 3
+    foreign = (".iso.part", ".thesis.part2.docx", ".a.123-456.part.csv", ".a.trackdyn-part.csv")
+    elsewhere = next(iter(left)).replace(MACHINE, "00000000")  # of another machine, where the process may run
+    for name in (*foreign, elsewhere):
+        (tmp_path / "deep" / name).touch()
+    with replacing(tmp_path / "c.csv") as ours:
+        ours.touch()
+        remove_abandoned(tmp_path)
+        assert {path.name for path in tmp_path.rglob(".*")} == {*foreign, elsewhere, ours.name}
+    remove_abandoned(tmp_path / "no folder")
 
 
 def test_the_target_of_a_link_is_written_and_the_mode_is_kept(tmp_path):

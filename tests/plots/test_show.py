@@ -140,9 +140,10 @@ def test_the_loop_plays_pauses_and_scrubs_and_the_tension_follows(open_page, str
     side = stretch.contacts[30][:, 0]
     assert f"road wheel {(side == 4).sum()} (largest" in page.inner_text("#readout")
     assert re.search(r"The bar is \d+ N throughout", page.inner_text("#readout"))
-    before = page.evaluate(picture)
-    page.select_option("#view", "sprocket")
-    assert page.evaluate(picture) != before
+    for name, value in (("view", "sprocket"), ("view", "follow"), ("colours", "tension")):
+        before = page.evaluate(picture)
+        page.select_option(f"#{name}", value)
+        assert page.evaluate(picture) != before
 
 
 def test_shares_of_work_are_no_contact_durations(recording):
@@ -155,10 +156,12 @@ def test_a_long_history_keeps_its_extremes(recording):
     ay = np.zeros(50_000)
     longer = replace(recording, mean=np.zeros((50_000, 1, 3)), time=np.arange(50_000) / recording.rate)
     longer.mean[[1234, 40_321], 0, 1] = 5.0, -7.0
-    _, history = signal(longer)["history"]
+    whole = signal(longer, None)["whole"]
     g = recording.scene.rig.gravity
-    assert len(history) <= 8000 < len(ay)
-    assert max(history) == pytest.approx(1 + 5 / g, rel=1e-3) and min(history) == pytest.approx(1 - 7 / g, rel=1e-3)
+    assert len(whole["low"]) == 2000 < len(ay)
+    assert max(whole["high"]) == pytest.approx(1 + 5 / g, rel=1e-3) and min(whole["low"]) == pytest.approx(
+        1 - 7 / g, rel=1e-3
+    )
 
 
 @pytest.mark.parametrize("seconds", [0.0, 61.0, float("nan"), "long"])

@@ -3,6 +3,8 @@
 import hashlib
 import json
 import os
+import platform
+import re
 import stat
 import zipfile
 from collections.abc import Iterator
@@ -11,8 +13,9 @@ from errno import EISDIR
 from pathlib import Path
 from shutil import disk_usage
 from tempfile import TemporaryFile
+from threading import get_native_id
 from typing import TYPE_CHECKING
-from uuid import uuid4
+from zlib import crc32
 
 from trackdyn.inputs.errors import InputError, shown
 
@@ -39,9 +42,26 @@ def _target(path: Path | str) -> tuple[Path, int | None]:
     return target, stat.S_IMODE(mode)
 
 
+# of those that may share a folder
+MACHINE = f"{crc32(platform.node().encode()):08x}"
+# name of a file that is being written here, with process and thread
+_PART_FILE = re.compile(rf"\..*\.{MACHINE}-(\d{{1,9}})-\d+\.trackdyn-part(\.\w+)?")
+
+
 def _part(target: Path) -> Path:
-    """A name of its own under which a file is written."""
-    return target.with_name(f".{target.stem}.{uuid4().hex[:12]}.trackdyn-part{target.suffix}")
+    """The name under which a file is written: one per process and thread."""
+    return target.with_name(f".{target.stem}.{MACHINE}-{os.getpid()}-{get_native_id()}.trackdyn-part{target.suffix}")
+
+
+def remove_abandoned(folder: Path | str) -> None:
+    """Remove what `replacing` began below a folder in processes of this machine that are gone, and nothing else."""
+    from psutil import pid_exists
+
+    for path in Path(folder).rglob(".*.trackdyn-part*"):
+        match = _PART_FILE.fullmatch(path.name)
+        if match and not pid_exists(int(match[1])):
+            with suppress(OSError):
+                path.unlink()
 
 
 @contextmanager

@@ -18,15 +18,28 @@ const FRAME = { index: 0, shown: [] }; // what else follows the picture
         const [side, x, y, u, v, area, groove] = flat.slice(7 * k, 7 * k + 7), force = Math.hypot(u, v);
         return { side, foot: [x * picture.unit, y * picture.unit], n: [u / force, v / force], force, area, groove };
       }));
-    return { ...picture, contacts };
+    return { ...picture, frame: summed(picture), contacts };
+  }
+
+  // Places and angles from their second differences in time
+  function summed({ frame, start, frames, unit }) {
+    const out = new Float32Array(frame.length);
+    start.forEach((value, k) => {
+      for (let i = 0, rate = 0; i < frames; i++) {
+        rate += frame[k * frames + i];
+        value += rate;
+        out[i * start.length + k] = value * unit;
+      }
+    });
+    return out;
   }
 
   function state(i) {
-    const f = run.frame.map((column) => column[i] * run.unit), n = run.bodies;
+    const width = run.start.length, f = run.frame.subarray(i * width, (i + 1) * width), n = run.bodies;
     // x of all bodies, y, angles, x and y of the wheels, angle of the sprocket
     const wheels = run.wheels.map(([r], k) => [f[3 * n + 2 * k], f[3 * n + 2 * k + 1], r]);
     const pins = Array.from({ length: n + 1 }, (_, b) => [f[b % n], f[n + (b % n)]]);
-    return { pins, angle: (b) => f[2 * n + b], sprocket: f.at(-1), wheels };
+    return { pins, angle: (b) => f[2 * n + b], sprocket: f[width - 1], wheels };
   }
 
   // A point of a body in the inertial frame
@@ -54,8 +67,21 @@ const FRAME = { index: 0, shown: [] }; // what else follows the picture
     return ratio;
   }
 
+  // The connector that stands before the sprocket at the beginning: it passes while the run lasts.
+  function followed() {
+    const now = state(0), before = [G.sprocket[0] - 0.5 * G.addendum, G.sprocket[1] + G.addendum];
+    const away = (p) => Math.hypot(arc(now, p, 0)[0] - before[0], arc(now, p, 0)[1] - before[1]);
+    let best = 0;
+    for (let p = 1; p < pitches(); p++) if (away(p) < away(best)) best = p;
+    return best;
+  }
+
   function window_of(now) {
     if ($("view").value === "sprocket" && G.teeth) return [G.sprocket[0], G.sprocket[1], 1.42 * G.addendum, 1.42 * G.addendum];
+    if ($("view").value === "follow") {
+      const p = arc(now, followed(), 0), q = arc(now, followed(), 1), size = G.follow;
+      return [(p[0] + q[0]) / 2, (p[1] + q[1]) / 2, 1.33 * size, size];
+    }
     const xs = now.pins.map((p) => p[0]), ys = now.pins.map((p) => p[1]);
     const [l, r, b, t] = [Math.min(...xs), Math.max(...xs), Math.min(...ys), Math.max(...ys)];
     const margin = G.margin;
@@ -118,20 +144,22 @@ const FRAME = { index: 0, shown: [] }; // what else follows the picture
 
   function chain(now, at, path, ratio, scale) {
     context.globalAlpha = $("view").value === "loop" ? 1 : 0.72;
+    const inColours = $("colours").value === "tension", tint = (b, plain) =>
+      inColours ? tensionColour((tensionOf(b) - run.low) / Math.max(run.high - run.low, 1)) : colour(plain);
     for (let p = 0; p < pitches(); p++) {
-      if (arcs(p)[0] !== arcs(p)[2]) { shoe(now, p, at, path, ratio, scale); continue; }
+      if (arcs(p)[0] !== arcs(p)[2]) { shoe(now, p, at, path, ratio, scale, tint); continue; }
       const l = arc(now, p, 0), [px, py] = at(l), r = arc(now, p, 1), [qx, qy] = at(r);
       const a = Math.atan2(r[1] - l[1], r[0] - l[0]);
       context.beginPath();
       context.arc(px, py, G.arc * scale, Math.PI / 2 - a, 1.5 * Math.PI - a);
       context.arc(qx, qy, G.arc * scale, -Math.PI / 2 - a, Math.PI / 2 - a);
       context.closePath();
-      context.fillStyle = colour("connectors"); context.fill(); context.lineWidth = 0.8 * ratio; context.stroke();
+      context.fillStyle = tint(arcs(p)[0], "connectors"); context.fill(); context.lineWidth = 0.8 * ratio; context.stroke();
     }
     for (let p = 0; p < pitches(); p++) {
       const [b, from, to] = link(p), h = G.thickness / 2, sensor = G.sensors.some(([body]) => body === b);
       path([[from, -h], [to, -h], [to, h], [from, h]].map((point) => ofBody(now, b, point)), true);
-      context.fillStyle = colour("links");
+      context.fillStyle = tint(b, "links");
       context.fill(); context.lineWidth = (sensor ? 2.6 : 0.8) * ratio; context.stroke();
     }
     for (const [body, x, y] of G.sensors) {
@@ -143,19 +171,21 @@ const FRAME = { index: 0, shown: [] }; // what else follows the picture
   }
 
   // A single-pin chain has no connectors: the two arcs at a joint belong to the bodies on either side of it, a half each.
-  function shoe(now, p, at, path, ratio, scale) {
+  function shoe(now, p, at, path, ratio, scale, tint) {
     const pin = now.pins[arcs(p)[2]];
     for (const side of [0, 1]) {
-      const centre = arc(now, p, side), [x, y] = at(centre);
+      const centre = arc(now, p, side), [x, y] = at(centre), body = arcs(p)[2 * side];
       const a = Math.atan2(centre[1] - pin[1], centre[0] - pin[0]), h = [-G.arc * Math.sin(a), G.arc * Math.cos(a)];
       path([[centre[0] + h[0], centre[1] + h[1]], [pin[0] + h[0], pin[1] + h[1]], [pin[0] - h[0], pin[1] - h[1]], [centre[0] - h[0], centre[1] - h[1]]]);
       context.arc(x, y, G.arc * scale, Math.PI / 2 - a, -Math.PI / 2 - a, true);
       context.closePath();
-      context.fillStyle = colour("links"); context.fill(); context.lineWidth = 0.8 * ratio; context.stroke();
+      context.fillStyle = tint(body, "links"); context.fill(); context.lineWidth = 0.8 * ratio; context.stroke();
     }
     context.beginPath(); context.arc(...at(pin), 0.35 * G.arc * scale, 0, 2 * Math.PI);
     context.fillStyle = colour("card"); context.fill(); context.stroke();
   }
+
+  const tensionOf = (b) => run.tension[index * run.bodies + b];
 
   function forces(now, at, path, pen, ratio) {
     const counts = NAMES.map(() => 0), most = NAMES.map(() => 0), scale = BAR[$("view").value] / G.force_bar;
@@ -234,10 +264,17 @@ const FRAME = { index: 0, shown: [] }; // what else follows the picture
     $("scrub").max = run.frames - 1;
     go(Math.min(index, run.frames - 1));
   }
-  $("view").addEventListener("input", draw);
+  for (const name of ["view", "colours"]) $(name).addEventListener("input", draw);
   $("scrub").addEventListener("input", () => { play(false); go(Number($("scrub").value)); });
   $("play").addEventListener("click", () => play(!playing));
   window.addEventListener("resize", draw);
   REDRAWS.push(draw);
   take(DATA.pictures[0]);
 })();
+
+// From little (blue) to much (red), the same in both themes; also of a reader who sees no red
+function tensionColour(part) {
+  const stops = [[69, 117, 180], [171, 217, 233], [254, 224, 144], [244, 109, 67], [165, 0, 38]];
+  const x = Math.min(Math.max(part, 0), 1) * (stops.length - 1), k = Math.min(Math.floor(x), stops.length - 2);
+  return `rgb(${stops[k].map((value, i) => Math.round(value + (x - k) * (stops[k + 1][i] - value))).join(",")})`;
+}

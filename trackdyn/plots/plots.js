@@ -37,3 +37,4 @@ async function chart(id, draw, ...controls) {
 
 const axis = (text, extra = {}) => ({ title: { text }, ...extra });
 const hover = (text, name) => ({ hovertemplate: text + "<extra>" + name + "</extra>" });
+const spread = (n, step) => Float64Array.from({ length: n }, (_, i) => i * step);

@@ -11,11 +11,21 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from trackdyn.measure.cells import FILTERS
 
 HERE = Path(__file__).parent
+CONFIGURATION = 2e-4  # the moving picture shows places and angles to this, m and rad
 
 
 def short(values, digits: int = 4) -> list[float]:
     """Numbers with a few significant digits."""
     return [float(f"{value:.{digits}g}") for value in np.asarray(values).tolist()]
+
+
+def differences(columns: np.ndarray) -> dict:
+    """Columns of numbers over time in whole ``CONFIGURATION``: a start and second differences, for a small file."""
+    steps = np.rint(columns / CONFIGURATION).astype(int)
+    return {
+        "start": steps[0].tolist(),
+        "frame": np.diff(steps, 2, axis=0, prepend=np.repeat(steps[:1], 2, axis=0)).T.ravel().tolist(),
+    }
 
 
 def environment(folder: Path = HERE) -> Environment:

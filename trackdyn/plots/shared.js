@@ -51,7 +51,16 @@ function download(name, text) {
 
 const DATA = JSON.parse(await opened("data"));
 
+// A chart as rows: curve, what its axes are, and its points
+function csvOf(plot) {
+  const quoted = (text) => '"' + String(text ?? "").replaceAll('"', '""') + '"';
+  const title = (letter, at) => quoted(plot.layout[letter + "axis" + (at || letter).slice(1)].title.text);
+  const rows = plot.data.flatMap(({ name, x, y, xaxis, yaxis }) => Array.from(x, (value, i) =>
+    y[i] === null ? [] : [[quoted(name), title("x", xaxis), quoted(value), title("y", yaxis), y[i]].join(",")]).flat());
+  return ["curve,x_axis,x,y_axis,y", ...rows].join("\n") + "\n";
+}
 document.addEventListener("click", ({ target }) => {
-  const { file } = target.closest("button.csv")?.dataset ?? {};
+  const { file, chart } = target.closest("button.csv")?.dataset ?? {};
   if (file) download(file.split("/").pop(), DATA.files[file]);
+  if (chart && $(chart).data) download(chart.replace("-plot", ".csv"), csvOf($(chart)));
 });

@@ -1,6 +1,10 @@
 // The charts of one run; the tension follows the picture that moves.
 if (DATA.tension) {
   const run = DATA.pictures[0], shown = DATA.tension, count = shown.pitches;
+  $("scale").style.background =
+    `linear-gradient(to right, ${[0, 0.25, 0.5, 0.75, 1].map(tensionColour).join(",")})`;
+  $("scale-low").textContent = run.ends[0];
+  $("scale-high").textContent = run.ends[1];
   const now = (i) => {
     const joints = shown.first.map((place, b) => [(place + shown.moved[i]) % count, run.tension[i * run.bodies + b]]);
     joints.sort((a, b) => a[0] - b[0]);
@@ -33,10 +37,17 @@ if (DATA.tension) {
 }
 
 await chart("history-plot", () => {
-  const [x, y] = DATA.signal.history;
-  const line = { x, y, mode: "lines", line: { color: colour("left"), width: 1 }, ...hover("%{x:.3f} s, %{y:.3f} g", "y acceleration") };
-  return [[line], { xaxis: axis("time in the record (s)"), yaxis: axis("y acceleration (g)"), showlegend: false }];
-});
+  const s = DATA.signal, color = colour("left"), told = hover("%{x:.3f} s, %{y:.3f} g", "y acceleration");
+  const line = { mode: "lines", line: { color, width: 1 } };
+  const axes = { xaxis: axis("time in the record (s)"), yaxis: axis("y acceleration (g)"),
+                 uirevision: $("history-range").value, showlegend: false };
+  if ($("history-range").value === "stretch")
+    return [[{ name: "y acceleration", x: spread(s.stretch.length, 1 / s.rate).map((t) => t + 1 / s.rate), y: s.stretch, ...line, ...told }], axes];
+  const { time, low, high } = s.whole;
+  if (!high) return [[{ name: "y acceleration", x: time, y: low, ...line, ...told }], axes];
+  return [[{ name: "least", x: time, y: low, ...line, ...told },
+           { name: "largest", x: time, y: high, ...line, fill: "tonexty", ...told }], axes];
+}, "history-range");
 
 if ($("spectrum-plot")) await chart("spectrum-plot", () => {
   const range = $("spectrum-range").value, [x, y] = DATA.signal[range], color = colour("left");
@@ -49,6 +60,25 @@ if ($("spectrum-plot")) await chart("spectrum-plot", () => {
   return [traces, { showlegend: false, xaxis: axis("frequency (Hz)"), uirevision: range,
                     yaxis: axis("amplitude (g)", { type: range === "low" ? "linear" : "log" }) }];
 }, "spectrum-range");
+
+if (DATA.shares) await chart("shares-plot", () => {
+  const s = DATA.shares, areas = s.left.map((_, i) => "area " + (i + 1));
+  const looks = [["left", "/"], ["right", "\\"], ["ring", ""]];
+  const bars = [[areas, s.left], [areas, s.right], [["ring"], [s.ring]]];
+  return [bars.map(([x, y], i) => ({ type: "bar", name: s.names[i], x, y, ...hover("%{x}: %{y:.3g} % of a turn", s.names[i]),
+    marker: { color: colour(looks[i][0]), pattern: { shape: looks[i][1], fgcolor: colour("card"), fillmode: "overlay" } } })),
+  { barmode: "group", xaxis: axis("", { type: "category" }), yaxis: axis("contact duration (% of a turn)", { rangemode: "tozero" }) }];
+});
+
+if (DATA.work) await chart("work-plot", () => {
+  const tones = { supplied: "accent", dissipated: "right", stored: "ring", residual: "bad" };
+  const kinds = [...new Set(DATA.work.map((row) => row.kind))];
+  return [kinds.map((kind) => {
+    const rows = DATA.work.filter((row) => row.kind === kind);
+    return { type: "bar", orientation: "h", name: kind, x: rows.map((row) => row.work_j), y: rows.map((row) => row.entry),
+             marker: { color: colour(tones[kind]) }, ...hover("%{y}: %{x:.4g} J", kind) };
+  }), { xaxis: axis("work (J)"), yaxis: axis("", { autorange: "reversed", type: "category" }), barmode: "overlay" }];
+});
 
 if (!moved) land();
 root.dataset.drawn = Math.round(performance.now()); // every chart is there, ms

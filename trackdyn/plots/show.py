@@ -15,23 +15,23 @@ from trackdyn.inputs.files import write_text
 from trackdyn.inputs.validation import typed
 from trackdyn.jit import source_hash
 from trackdyn.measure.columns import words
+from trackdyn.measure.contacts import sampled_shares
 from trackdyn.measure.metrics import remarks, shown_measures
 from trackdyn.measure.sensor import sense, whole_revolutions
 from trackdyn.measure.spectra import LOW_RANGE_HZ, holds_line, in_bands, main_line, main_line_binfree, spectrum
-from trackdyn.model.arrays import ENERGY_NAMES
-from trackdyn.model.constants import Tooth
-from trackdyn.plots.rendering import packed, render, short
-from trackdyn.plots.style import thin
+from trackdyn.model.arrays import ENERGY_NAMES, SIDE_WORDS
+from trackdyn.model.constants import SPROCKET, Tooth
+from trackdyn.plots.rendering import CONFIGURATION, differences, packed, render, short
 from trackdyn.rig.rig import foreign_groove
 from trackdyn.simulation.energy_balance import LOSSES, STORED
 from trackdyn.simulation.recording import Recording, load_recording
 from trackdyn.simulation.replay import Replay, replay
 
 SCRIPTS = ("shared", "animation", "plots", "show")  # one module, in this order
-CONFIGURATION = 2e-4  # the moving picture shows places and angles to this, m and rad
-PARTS = 4_000  # of a history of more than twice as many samples the extremes in so many parts are drawn
+LONG_HISTORY, INTERVALS = 20_000, 2_000  # samples of a history that is drawn whole; else its extremes in so many parts
 LEAST_SPECTRUM = 16  # samples
-BARS = {"loop": 0.06, "sprocket": 0.25}  # scale bar over the width of the loop, the teeth's reach
+# scale bar over the width of the loop, the teeth's reach, a pitch
+BARS = {"loop": 0.06, "sprocket": 0.25, "follow": 0.35}
 
 
 @dataclass(frozen=True)
@@ -104,12 +104,15 @@ def _page(recording: Recording, stretch: Replay | None, title: str) -> str:
         }
         for name, decision in recording.scene.fidelity.items()
     ]
+    moving = len(stretch.time) * stretch.interval if stretch and stretch.apart is not None else None
     tables = {"measures.csv": measures, "work.csv": work, "decisions.csv": decisions}
     embedded = {
         "geometry": stretch and geometry(recording, stretch),
         "pictures": [picture(recording, stretch)] if stretch else [],
         "tension": stretch and tension(stretch),
-        "signal": signal(recording),
+        "signal": signal(recording, moving),
+        "shares": shares(stretch) if stretch else None,
+        "work": work if any(row["work_j"] for row in work) else None,
         "files": {name: pd.DataFrame(rows).to_csv(index=False) for name, rows in tables.items()},
     }
     return render(
@@ -121,7 +124,7 @@ def _page(recording: Recording, stretch: Replay | None, title: str) -> str:
         stretch=stretch,
         resolution=CONFIGURATION,
         measures=[{**dict([*row.items()][1:]), "name": row["name"]} for row in measures],  # a phone shows the first
-        work=work if any(row["work_j"] for row in work) else None,
+        work=work,
         seconds=recording.seconds,
         decisions=decisions,
         remarks=[*filter(None, [foreign_groove(recording.scene.rig)]), *remarks(recording)],
@@ -151,11 +154,21 @@ def work_of(recording: Recording) -> list[dict]:
     ]
 
 
-def signal(recording: Recording) -> dict:
-    """The sensor's y acceleration (g): its history and its spectrum."""
+def signal(recording: Recording, stretch: float | None) -> dict:
+    """The sensor's y acceleration (g): history of the stretch and of the record, and its spectrum."""
     ay, rate = sense(recording).ay, recording.rate
-    time, extremes = thin(np.arange(1, len(ay) + 1) / rate, ay, PARTS)
-    chart: dict[str, Any] = {"history": [short(time, 7), short(extremes)], "low": None, "band": None, "line": None}
+    chart: dict[str, Any] = {"rate": rate, "stretch": None, "whole": None, "low": None, "band": None, "line": None}
+    if stretch is not None:
+        chart["stretch"] = short(ay[: round(stretch * rate)])
+    if len(ay) <= LONG_HISTORY:
+        chart["whole"] = {"time": short(np.arange(1, len(ay) + 1) / rate, 7), "low": short(ay), "high": None}
+    else:
+        edges = np.linspace(0, len(ay), INTERVALS + 1).astype(int)[:-1]
+        chart["whole"] = {
+            "time": short((edges + 0.5 * len(ay) / INTERVALS) / rate, 7),
+            "low": short(np.minimum.reduceat(ay, edges)),
+            "high": short(np.maximum.reduceat(ay, edges)),
+        }
     if len(ay) >= LEAST_SPECTRUM:
         freq, amplitude = (values[1:] for values in spectrum(ay, rate))
         low = freq <= LOW_RANGE_HZ
@@ -179,6 +192,7 @@ def geometry(recording: Recording, stretch: Replay) -> dict:
     power = 10.0 ** math.floor(math.log10(longest_bar)) if largest else 0.0
     bar = power * max(step for step in (1, 2, 5) if step * power <= longest_bar * (1 + 1e-9))
     width = float(np.ptp(stretch.bodies[0, :, :2], axis=0).max())
+    pitch = float(model.chain.length.sum()) / rig.chain.pitches
     arms, carriers = [], model.carriers
     if carriers is not None:
         arms = [
@@ -204,7 +218,8 @@ def geometry(recording: Recording, stretch: Replay) -> dict:
         ],
         "arms": arms,
         "wheels": stretch.names[1:],
-        "bars": {name: BARS[name] * size for name, size in zip(BARS, (width, groove.addendum), strict=True)},
+        "bars": {name: BARS[name] * size for name, size in zip(BARS, (width, groove.addendum, pitch), strict=True)},
+        "follow": 0.85 * pitch,
         "force_bar": bar,
         "force_most": 3 * bar if max(largest, default=0.0) > 3 * bar else None,
         "margin": 2.4 * BARS["loop"] * width,
@@ -226,6 +241,7 @@ def picture(recording: Recording, stretch: Replay) -> dict:
     wheels = stretch.wheels[:, 1:]
     centres = wheels[:, :, :2].reshape(frames, -1)
     columns = np.column_stack([*stretch.bodies.transpose(2, 0, 1), centres, stretch.turned])
+    low, high = np.percentile(stretch.tension, [1, 99])
     # contacts of half a newton or more: the others would be drawn as none
     loaded = [rows[np.hypot(rows[:, 3], rows[:, 4]) >= 1.0] for rows in stretch.contacts]
     units = [1, CONFIGURATION, CONFIGURATION, 1, 1, 1, 1]  # side, position (m), force (N), area, groove
@@ -237,9 +253,12 @@ def picture(recording: Recording, stretch: Replay) -> dict:
         "bodies": bodies,
         "wheels": [[float(radius)] for radius in wheels[0, :, 2]],
         "unit": CONFIGURATION,
-        "frame": np.rint(columns.T / CONFIGURATION).astype(int).tolist(),
+        **differences(columns),
         "contacts": [np.rint(rows[:, :7] / units).astype(int).ravel().tolist() for rows in loaded],
         "tension": np.rint(stretch.tension).astype(int).ravel().tolist(),
+        "low": float(low),
+        "high": float(high),
+        "ends": [f"{low:.0f}", f"{high:.0f}"],
     }
 
 
@@ -261,4 +280,20 @@ def tension(stretch: Replay) -> dict:
         "first": short(stretch.along[0], 6),
         "moved": short((stretch.along[:, 0] - stretch.along[0, 0]) % pitches, 6),
         "spans": [[name, *short(span)] for name, span in spans if span[0] == span[0]],
+    }
+
+
+def shares(stretch: Replay) -> dict | None:
+    """Time in contact by area and of the ring, % of a turn of the sprocket per passage."""
+    record, rig = stretch.record.samples, stretch.loop.scene.rig
+    if not record.wheel_rate[:, SPROCKET].any():
+        return None
+    touching = (*np.moveaxis(record.area, 2, 0), (record.force[:, :, 2] > 0).astype(int))
+    left, right, ring = (sampled_shares(area, rig)[1:] for area in touching)
+    areas = len(stretch.loop.model.tooth.radius)
+    return {
+        "names": list(SIDE_WORDS),
+        "left": short(left[:areas]),
+        "right": short(right[:areas]),
+        "ring": float(ring[0]),
     }

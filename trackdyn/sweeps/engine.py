@@ -27,7 +27,7 @@ from joblib.externals.loky.process_executor import TerminatedWorkerError
 from tqdm import tqdm
 
 from trackdyn.inputs.errors import DivergenceError, InputError, OutOfMemoryError, TrackdynError
-from trackdyn.inputs.files import broken_off, read_bytes, replacing
+from trackdyn.inputs.files import broken_off, read_bytes, remove_abandoned, replacing
 from trackdyn.inputs.validation import shown
 from trackdyn.jit import COMPILER
 from trackdyn.sources import edited, module_files, module_hash
@@ -156,6 +156,7 @@ def _computed(compute: Compute, due: Tasks, jobs: int, store: Store) -> Iterator
     try:
         yield from _pooled(compute, due, min(jobs, len(due)), size, store)
     except TerminatedWorkerError as error:
+        remove_abandoned(store.folder)
         number = ", ".join(re.findall(r"(?:SIG|EXIT)\w*\(-?\d+\)", str(error))) or "without a word"
         raise TrackdynError(
             f"a process was ended ({number}), perhaps out of memory; rows that are stored stay, and the same command "

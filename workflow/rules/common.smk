@@ -4,6 +4,7 @@
 onstart:
     # Snakemake's own handler waits for a lock that the loop which it interrupts may hold, and then hangs
     signal.signal(signal.SIGTERM, signal.default_int_handler)
+    remove_abandoned(R) # files that a killed job was writing
 
 
 def figure(name):
