@@ -103,7 +103,9 @@ def compare(
     overwrite: options.Overwrite = False,
     **fields: Any,
 ) -> None:
-    """Compare the simulated y acceleration with a sensor's: mean, RMS, SD and dominant peak.
+    """Compare the simulated y acceleration with a sensor's.
+
+    Compared are mean, RMS, SD and dominant peak.
 
     Example: `trackdyn compare run.npz logger.csv --unit g` puts the column ay of a logger's file beside a run.
     """

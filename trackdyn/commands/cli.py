@@ -21,7 +21,14 @@ from trackdyn.version import __version__
 COMMANDS = (simulate, show, check, new, rigs, ring, sweep)
 
 
-class _Completed(typer.core.TyperCommand):
+class _Command(typer.core.TyperCommand):
+    """A command whose usage names its arguments as its help does."""
+
+    def collect_usage_pieces(self, ctx: typer.Context) -> list[str]:
+        return [piece.strip("{}") for piece in super().collect_usage_pieces(ctx)]
+
+
+class _Completed(_Command):
     """A command whose options are made where they are asked for, since that takes a second."""
 
     completed = False
@@ -41,7 +48,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 120},
 )  # fmt: skip
 for command in COMMANDS:
-    app.command()(command)
+    app.command(cls=_Command)(command)
 for others in entry_points(group="trackdyn.commands"):  # commands of packages that build on this one
     try:
         added = others.load()
@@ -49,7 +56,7 @@ for others in entry_points(group="trackdyn.commands"):  # commands of packages t
         print(f"trackdyn: warning: commands of {others.value} cannot be loaded ({error!r})", file=sys.stderr)
         continue
     for command in added:
-        app.command(cls=_Completed if hasattr(command, "complete") else None)(command)
+        app.command(cls=_Completed if hasattr(command, "complete") else _Command)(command)
 
 
 def _say_version(requested: bool) -> None:

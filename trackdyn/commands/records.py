@@ -19,9 +19,10 @@ def show(
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
 ) -> None:
-    """Show a run on one page: the loop moving, tension, sensor, contacts, energy, choices.
+    """Show a run on one page.
 
-    What moves is simulated again from the recording's scene, lead-in included.
+    It has the loop in motion, tension, sensor, contacts, energy and choices. What moves is simulated again from the
+    recording's scene, lead-in included.
 
     Example: `trackdyn show run.npz` writes run.html, which any browser opens.
     """

@@ -35,7 +35,9 @@ def new(
     ] = "bench",
     overwrite: options.Overwrite = False,
 ) -> None:
-    """Write a rig file to edit: the wheels and the tension of an included rig, and all else as comments.
+    """Write a rig file to edit.
+
+    It has the wheels and the tension of an included rig, and all else as comments.
 
     Example: `trackdyn new my_rig.yaml --like bench` starts a track of your own from the wheels of a bench.
     """
@@ -60,7 +62,9 @@ def check(
     ] = True,
     overwrite: options.Overwrite = False,
 ) -> None:
-    """Lay a rig's loop, draw it, and say how the chain wraps, which step it allows and what is unusual.
+    """Draw a rig's loop, and say what is unusual about it.
+
+    It also says how the chain wraps the wheels and which step the rig allows.
 
     Example: `trackdyn check my_rig.yaml --rpm 150` lays the track of that file, lets it settle, and writes my_rig.png.
     """

@@ -39,11 +39,11 @@ def simulate(
     ] = None,
     quiet: options.Quiet = False,
 ) -> None:
-    """Run one scene and write its recording; a file of that name is replaced when the run is done.
+    """Run one scene and write its recording.
 
-    With --tolerance the run takes the cheapest method and step that keep it, which trial runs tell, unless they are
-    stated, and says so before it begins. It ends when the error of every --measure is at most that share of its value,
-    or of a sprocket turn for contact durations, regardless of --duration.
+    A file of that name is replaced when the run is done. With --tolerance trial runs find the cheapest method and step
+    that keep it, unless they are stated, and the plan is printed. The run then ends when the error of every --measure
+    is at most that share of its value, or of a sprocket turn for contact durations, regardless of --duration.
 
     Example: `trackdyn simulate run.npz --rpm 150 --duration 12` records 12 s of the default rig at 150 rev/min.
     """

@@ -44,10 +44,11 @@ def ring(
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
 ) -> None:
-    """Recommend a ring: run every radius, and no ring, at every speed, and draw contacts and work over the radius.
+    """Recommend a ring for all speeds.
 
-    The gaps around the choice are refined. The same command resumes a study that was stopped. The folder has ring.html,
-    ring.csv, the figures fig23_a, fig23_b, fig24 and sliding (.png, .svg), and the stored rows.
+    Every radius, and no ring, is run at every speed, and contacts and work are drawn over the radius. The gaps around
+    the choice are refined. The same command resumes a study that was stopped. The folder has ring.html, ring.csv, the
+    figures fig23_a, fig23_b, fig24 and sliding (.png, .svg), and the stored rows.
 
     Example: `trackdyn ring my_rig.yaml --rpm 115,210` tries eleven radii at two speeds and says which one serves both.
     """
@@ -162,7 +163,9 @@ def sweep(
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
 ) -> None:
-    """Run a design of many scenes; an interrupted sweep is resumed by the same command.
+    """Run a design of many scenes.
+
+    An interrupted sweep is resumed by the same command.
 
     Example: `trackdyn sweep design.csv --out results.csv` runs each row of a table; columns are fields of a scene.
     """

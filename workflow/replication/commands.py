@@ -17,7 +17,9 @@ def verify(
     ] = None,
     exact: Annotated[bool, typer.Option("--exact", help="Compare bytes, for runs on one kind of machine.")] = False,
 ) -> None:
-    """Compare the results and inputs of a run with a manifest: which file differs, and by how much.
+    """Compare the results and inputs of a run with a manifest.
+
+    It says which file differs, and by how much.
 
     Example: `trackdyn verify results --against other/results` compares two runs of the pipeline, file by file.
     """
