@@ -18,6 +18,7 @@ from matplotlib.patheffects import withStroke
 from trackdyn.plots.style import BLACK, BLUE, SMALL, VERMILION, new_figure, styled
 from trackdyn.rig.layout import assemble, body_lengths, wheel_circles, wheel_names
 from trackdyn.rig.rig import Rig
+from trackdyn.rig.sections import Arm
 
 STEEL, STEEL_EDGE = "#c9ced6", "#4d5560"
 RUBBER = "#5a5a5a"
@@ -252,14 +253,14 @@ def draw_rig(rig: Rig, frame, wheels) -> Figure:
     label = {"ha": "center", "va": "center", "fontsize": SMALL, "color": BLACK, "bbox": box}
     label["zorder"] = Z_MARK + 1
     for name, (x, y, radius) in zip(wheel_names(rig), wheels, strict=True):
-        arm = None if name == "sprocket" else rig.wheels[name].arm
-        if arm is not None:
+        carrier = None if name == "sprocket" else rig.wheels[name].carrier
+        if isinstance(carrier, Arm):
             look = {"color": BLUE, "zorder": Z_MARK}
-            ends = [arm.x, x], [arm.y, y]
+            ends = [carrier.x, x], [carrier.y, y]
             ax.plot(*ends, linestyle="-", linewidth=2.0, solid_capstyle="round", **look)
-            ax.plot([arm.x], [arm.y], marker="o", markersize=4, **look)
-        if name == rig.tension.wheel:
-            direction = np.radians(rig.tension.direction)
+            ax.plot([carrier.x], [carrier.y], marker="o", markersize=4, **look)
+        if name == rig.tension.wheel or (carrier is not None and not isinstance(carrier, Arm)):
+            direction = np.radians(rig.tension.direction if name == rig.tension.wheel else carrier.direction)
             along = 0.35 * radius * np.array([np.cos(direction), np.sin(direction)])
             ax.annotate("", (x + along[0], y + along[1]), (x - along[0], y - along[1]), zorder=Z_MARK,
                         arrowprops={"arrowstyle": "<->", "color": VERMILION, "linewidth": 1.4})  # fmt: skip

@@ -103,10 +103,10 @@ class Rig(Section):
         if not isinstance(tension.wheel, str) or tension.wheel not in self.wheels:
             names = " or ".join(map(repr, self.wheels))
             yield f"tension.wheel = {shown(tension.wheel)} is not a wheel of this rig; choose {names}"
-        elif self.wheels[tension.wheel].arm is not None:
+        elif self.wheels[tension.wheel].carrier is not None:
             yield (
-                f"tension.wheel = {tension.wheel!r} has an arm of its own, and tension.kept = sprung puts "
-                "the tensioner on a slider; choose a fixed wheel"
+                f"tension.wheel = {tension.wheel!r} has an arm or a slider of its own, which tension.kept = sprung "
+                "gives to the tensioner; choose a fixed wheel"
             )
 
     def _wheel_faults(self) -> Iterator[str]:
@@ -115,6 +115,8 @@ class Rig(Section):
             if wheel.surface not in self.contact_surfaces:
                 choice = ", ".join(self.contact_surfaces)
                 yield f"{name}.surface = {shown(wheel.surface)} is not a surface of this rig; choose {choice}"
+            if wheel.arm is not None and wheel.slider is not None:
+                yield f"{name}.slider is not allowed together with {name}.arm; a wheel has one of them or is fixed"
             if wheel.arm is not None and (wheel.arm.x, wheel.arm.y) == (wheel.x, wheel.y):
                 yield f"{name}.arm.x = {wheel.arm.x:g} m, and its y, are the wheel's own position; move the pivot"
 

@@ -36,6 +36,17 @@ class Arm(Section):
     preload: Annotated[float | None, Quantity("N m")] = None
 
 
+class Slider(Section):
+    """A straight guide with spring and damper along ``direction``; ``preload`` as of `Arm`, positive along it."""
+
+    direction: Annotated[float, Quantity("deg")]
+    mass: Mass
+    stiffness: Annotated[float, Quantity("N/m", gt=0)]
+    damping: Annotated[float, Quantity("N s/m", ge=0)]
+    travel: Length
+    preload: Annotated[float | None, Quantity("N")] = None
+
+
 class Wheel(Section):
     """A wheel that turns freely: where it stands, what it is, which surface links touch, and what it stands on.
 
@@ -56,6 +67,12 @@ class Wheel(Section):
     seal_drag: Annotated[float, Quantity("N m s/rad", ge=0)] = 0.0
     surface: Annotated[str, Quantity("name")] = "wheel_contact"
     arm: Arm | None = None
+    slider: Slider | None = None
+
+    @property
+    def carrier(self) -> Arm | Slider | None:
+        """Arm or slider that the wheel stands on, None where it is fixed."""
+        return self.arm or self.slider
 
 
 Kept = Literal["locked", "retensioned", "sprung"]

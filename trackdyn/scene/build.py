@@ -283,7 +283,7 @@ def make_carriers(rig: Rig, model: Model, tension: str, shift: float) -> Carrier
     rows = []
     for k, name in enumerate(wheel_names(rig)):
         tensions = k == tensioner(rig) and tension == "sprung"
-        carrier = rig.tension if tensions else rig.wheels[name].arm if k else None
+        carrier = rig.tension if tensions else rig.wheels[name].carrier if k else None
         if carrier is None:
             continue
         x, y = float(model.wheels.x[k]), float(model.wheels.y[k])
@@ -293,9 +293,9 @@ def make_carriers(rig: Rig, model: Model, tension: str, shift: float) -> Carrier
             row |= {"arm": 1, "x": carrier.x, "y": carrier.y, "along_x": -dy, "along_y": dx, "low": -travel}
             row |= {"mass": carrier.mass * (dx**2 + dy**2), "weight": carrier.mass * rig.gravity, "high": travel}
         else:
-            direction = radians(carrier.direction)
+            direction, at = radians(carrier.direction), shift if tensions else 0.0
             row |= {"arm": 0, "x": x, "y": y, "along_x": cos(direction), "along_y": sin(direction)}
-            row |= {"mass": carrier.mass, "weight": 0.0, "low": -carrier.travel - shift, "high": carrier.travel - shift}
+            row |= {"mass": carrier.mass, "weight": 0.0, "low": -carrier.travel - at, "high": carrier.travel - at}
         rows.append(row)
     return carriers_of(rows, len(model.wheels.x))
 
@@ -312,13 +312,14 @@ def preloads(rig: Rig, carriers: Carriers, work: Work, q: np.ndarray) -> np.ndar
     """(k,) preloads that hold the chain with the carriers at ``q``, or the rig's; `InputError` beyond their travel."""
     names, forces = wheel_names(rig), np.zeros(len(carriers.wheel))
     for k, wheel in enumerate(carriers.wheel):
-        arm = None if wheel == tensioner(rig) else rig.wheels[names[wheel]].arm
+        carrier = None if wheel == tensioner(rig) else rig.wheels[names[wheel]].carrier
         tx, ty = along(carriers, k, float(q[k]))
         fx, fy = push(work, wheel)
-        if arm is None or arm.preload is None:
+        if carrier is None or carrier.preload is None:
             forces[k] = carriers.stiffness[k] * q[k] - (tx * fx + ty * fy) + carriers.weight[k] * ty
         else:
-            forces[k] = arm.preload
+            slid = 0.0 if isinstance(carrier, Arm) else carrier.mass * rig.gravity * ty
+            forces[k] = carrier.preload - slid
     return forces
 
 
@@ -327,8 +328,8 @@ def check_stops(rig: Rig, carriers: Carriers, slide: np.ndarray) -> None:
     for k, wheel in enumerate(carriers.wheel):
         q, name = float(slide["q"][k]), wheel_names(rig)[wheel]
         if not carriers.low[k] < q < carriers.high[k]:
-            field = f"{name}.arm" if carriers.arm[k] else "tension"
+            kind = "tension" if wheel == tensioner(rig) else f"{name}.{'arm' if carriers.arm[k] else 'slider'}"
             raise InputError(
-                f"{field}.travel: wheel {name} rests on a stop once the loop has settled; change the preload or force, "
-                "stiffen the spring or allow more travel"
+                f"{kind}.travel: wheel {name} rests on a stop of its {'arm' if carriers.arm[k] else 'slider'} once the "
+                "loop has settled; change the preload or force, stiffen the spring or allow more travel"
             )
