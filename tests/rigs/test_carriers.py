@@ -8,6 +8,7 @@ import pytest
 from tests.rigs.conftest import scene_of
 from trackdyn.inputs.errors import InputError
 from trackdyn.integrate.carriers import advance_carriers
+from trackdyn.model.arrays import components
 from trackdyn.rig.rig import load_rig
 from trackdyn.simulation.energy_balance import open_share
 from trackdyn.simulation.loop import Loop
@@ -38,6 +39,17 @@ def test_a_wheel_on_an_arm_swings_as_its_spring_says(settled):
     assert period == pytest.approx(expected, rel=1e-3)
     assert abs(weight * dy / arm.stiffness) > 2e-3, "else the test says nothing of the weight"
     assert state.slide["rate"][k] != 0.0
+
+
+@pytest.mark.parametrize("preload", [0.0, 2000.0])
+def test_a_wheel_on_a_slider_stands_where_its_spring_bears_chain_and_wheel(preload):
+    slider = {"direction": 90.0, "mass": 20.0, "stiffness": 2e5, "damping": 500.0, "travel": 0.05, "preload": preload}
+    loop = Loop(scene_of(load_rig("paper").changed(idler__slider=slider), 0.0))
+    contacts = loop.work.contact[: loop.work.count[0]]
+    on_links = components(contacts[contacts["wheel"] == 1], "normal").sum(axis=0)[1]
+    weight = slider["mass"] * loop.scene.rig.gravity
+    spring = preload - slider["stiffness"] * loop.state.slide["q"][0]
+    assert on_links > 3000 and spring == pytest.approx(on_links + weight, rel=0.01)  # the loop rests to so much
 
 
 def test_all_of_them_in_one_loop_keep_the_account():

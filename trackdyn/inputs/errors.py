@@ -36,7 +36,8 @@ def naming(name: Any) -> Iterator[None]:
         yield
     except InputError as error:
         text = str(error)
-        raise (error if text.startswith(str(name)) else InputError(f"{name}: {text}")) from None
+        named = text.startswith((f"{name}:", f"{name} "))
+        raise (error if named else InputError(f"{name}: {text}")) from None
 
 
 def shown(value: Any) -> str:
