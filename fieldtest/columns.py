@@ -148,7 +148,7 @@ def _times(source: Source, columns: dict[str, Column], rated: bool, questions: l
     fine = [(column, prefix, unit) for column, prefix, unit in parts if unit != "s" and prefix in prefixes]
     if not time and len(fine) == 1:
         time = whole[fine[0][1]]
-    elif not time and 0 not in used and re.fullmatch(r"|.*[=:]", free[0].name) and _counts(source, 0):
+    elif not time and free and not free[0].position and re.fullmatch(r"|.*[=:]", free[0].name) and _counts(source, 0):
         time = free[0]
     if not time:
         _ask_time(source, free, rated, questions)

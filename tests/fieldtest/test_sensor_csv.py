@@ -82,6 +82,10 @@ DEFECTS = {
         changed(4, "0.002,0.1,1.0").replace("0.003,", "0.003,0.1,"),
         ("line 4", "3 fields", "has 4", "complete"),
     ),
+    "no names": (
+        ",\n" + "".join(f"0.00{k},1.{k}\n" for k in range(6)),
+        ("no column for ay among columns without names",),
+    ),
     "empty line": (changed(4, ""), ("line 5", "0.002 s apart")),
     "empty field": (changed(4, "0.002,,1.0,0.0"), ("ax_g", "line 4", "''", "finite")),
     "text": (changed(5, "0.003,0.1,abc,0.0"), ("ay_g", "line 5", "'abc'", "finite number")),
