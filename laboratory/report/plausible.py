@@ -3,6 +3,7 @@
 from trackdyn.sweeps.snakemake_job import run_job
 
 import textwrap
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -31,6 +32,7 @@ from replication.paper.scorecard import (
     track_rows,
     verdict_line,
 )
+from replication.report.filled import blocks
 from trackdyn.measure.cells import significant
 from trackdyn.plots.style import BLACK, MARKERS, PAGE, SMALL, VERMILION, new_figure, save, styled
 from trackdyn.rig.rig import load_rig
@@ -123,34 +125,38 @@ def _draw_legend(ax: Axes, marked: dict[str, float]) -> None:
 def answer_text(*tables: pd.DataFrame) -> list[str]:
     """What holds for the tracks; then the default rig: its ring, its bushings, the numbers it does not meet."""
     sentences, binned, draws, values, near, default, parameters, numbers, grips, grips_sentences = tables
-    tracks = [
-        f"**{follows_sentence(sentences, draws)}** {_outcomes_text(draws)}",
-        _table(sentences, default),
-        _values_text(values),
-        _radius_text(draws),
-    ]
-    rig = [
-        f"{_creep_text(binned, values, default, parameters)} {_wrap_text(parameters)}",
-        neighbours_sentence(near),
-        _numbers_text(numbers, grips, grips_sentences),
-    ]
-    return ["\n\n".join(paragraphs) + "\n" for paragraphs in (tracks, rig)]
+    table, unjudged = _table(sentences, default)
+    missed = numbers[~numbers["met"]].astype(object).fillna("").itertuples()
+    texts = blocks(
+        Path(__file__).with_name("answer.md.j2"),
+        **_outcomes(draws) | _chosen(draws) | _creep(binned, values, default, parameters),
+        follows=follows_sentence(sentences, draws),
+        table=table,
+        unjudged=", ".join(unjudged),
+        separating="; ".join(_separating(values)),
+        wrap=significant(_wrap(parameters), 2),
+        neighbours=neighbours_sentence(near),
+        numbers=number_count(numbers),
+        missed=", ".join(f"{row.id}{row.part} ({row.measured} for {row.printed} {row.unit})" for row in missed),
+        grips=verdict_line(grips_sentences, grips),
+        gain=int(numbers["met"].sum() - grips["met"].sum()),
+    )
+    return [f"{text}\n" for text in texts]
 
 
-def _outcomes_text(draws: pd.DataFrame) -> str:
+def _outcomes(draws: pd.DataFrame) -> dict:
     """How many draws are judged, how many jam, and how many were refused, with the reasons by number."""
     judged, jammed = (draws["state"] == state for state in (DONE, JAMMED))
     causes = draws.loc[~judged & ~jammed, "reason"].fillna("").str.removeprefix("scene: ").str.removeprefix("rig: ")
     reasons = causes.str.split("( =|:)", regex=True).str[0].value_counts()
-    words = ", ".join(f"{reason} ({count})" for reason, count in reasons.items()) or "nothing"
-    return (
-        f"Of {len(draws)} draws {judged.sum() + jammed.sum()} ran: {jammed.sum()} jam (the ring of "
-        f"{RADIUS_CHOSEN:g} m carries nothing), and {judged.sum()} are judged, {(draws['engaged'] == 1).sum()} of them "
-        f"engaged. {100 * reasons.sum() / len(draws):.1f} % were refused: {words}."
-    )
+    return {
+        "draws": len(draws), "judged": judged.sum(), "jammed": jammed.sum(), "engaged": (draws["engaged"] == 1).sum(),
+        "refused_pct": 100 * reasons.sum() / len(draws), "chosen": RADIUS_CHOSEN,
+        "reasons": ", ".join(f"{reason} ({count})" for reason, count in reasons.items()),
+    }  # fmt: skip
 
 
-def _table(sentences: pd.DataFrame, default: pd.DataFrame) -> str:
+def _table(sentences: pd.DataFrame, default: pd.DataFrame) -> tuple[str, list[str]]:
     """Shares of all tracks and of the engaged ones with intervals, what is not decided, the default rig; by number."""
     rows = track_rows(sentences)
     verdicts = default.assign(number=default["number"].astype(str)).set_index("number")["verdict"]
@@ -167,77 +173,48 @@ def _table(sentences: pd.DataFrame, default: pd.DataFrame) -> str:
         mark = MARKS[verdicts.get(name, "not comparable")]
         lines.append([name, *shares, f"{pair[0]['undecided']:.0f}", mark])
     heads = ["sentence", *(f"% of {tracks} (90 %)" for tracks in TRACKS), "undecided", default["rig"].iloc[0]]
-    table = pd.DataFrame(lines, columns=heads).to_markdown(index=False, disable_numparse=True)
-    return table + (f"\n\nDecided by kinematics and the wheels alone: {', '.join(unjudged)}." if unjudged else "")
+    return pd.DataFrame(lines, columns=heads).to_markdown(index=False, disable_numparse=True), unjudged
 
 
-def _values_text(values: pd.DataFrame) -> str:
-    if values.empty:
-        return "No single value separates the tracks that reproduce a sentence from the others beyond chance."
+def _separating(values: pd.DataFrame) -> list[str]:
+    """The value that separates most for each sentence, with the medians of its tracks and of the others."""
     parts, fields = [], load_rig("parts").fields
-    for row in values.drop_duplicates("name").itertuples():  # the value that separates most
+    for row in values.drop_duplicates("name").itertuples():
         unit = "s/m" if row.value == CREEP else fields[row.value].unit
         factor, unit = UNITS.get(unit, (1, unit))
         digits = 4 if row.value == EQUAL_PITCH else 2
         reproducing, others = (significant(factor * number, digits) for number in (row.median_shown, row.median_not))
         parts.append(f"{row.name}: `{row.value}` ({reproducing} against {others} {unit}".rstrip() + ")")
-    about = "**What separates** (median of the tracks that reproduce a sentence, against the others)"
-    return f"{about}: {'; '.join(parts)}."
+    return parts
 
 
-def _creep_text(binned: pd.DataFrame, values: pd.DataFrame, default: pd.DataFrame, parameters: pd.DataFrame) -> str:
+def _creep(binned: pd.DataFrame, values: pd.DataFrame, default: pd.DataFrame, parameters: pd.DataFrame) -> dict:
     """The creep slope that the default rig assumes, and which of its sentences go with a low one."""
     slope = creep_slope(parameters)
-    inside = "within" if RUBBER[0] <= slope <= RUBBER[1] else "outside"
-    text = (
-        f"**What the default rig assumes**: its ring has a creep slope of {significant(slope, 2)} s/m, {inside} the "
-        f"{RUBBER[0]:g} to {RUBBER[1]:g} of rubber."
-    )
     reproduced = set(default.loc[default["verdict"] == REPRODUCED, "number"].astype(str))
     low = values[(values["value"] == CREEP) & (values["correlation"] < 0)]["name"].astype(str)
-    gained = [name for name in low if name in reproduced]
-    if not gained:
-        return f"{text} None of its sentences goes with a low creep slope beyond chance."
-    parts = ("{} ({}, else {})".format(name, *creep_counts(binned, name)) for name in gained)
-    return f"{text} More tracks below {RUBBER[0]:g} s/m reproduce its sentences {'; '.join(parts)}."
+    gained = ("{} ({}, else {})".format(name, *creep_counts(binned, name)) for name in low if name in reproduced)
+    about = {"slope": significant(slope, 2), "inside": RUBBER[0] <= slope <= RUBBER[1], "rubber": RUBBER}
+    return about | {"gained": "; ".join(gained)}
 
 
-def _wrap_text(parameters: pd.DataFrame) -> str:
+def _wrap(parameters: pd.DataFrame) -> float:
     """The bushings' moment in the wrap over that of the tension: a chain of stiff bushings stands off the sprocket."""
-    rig = load_rig("paper")
     of_rig = parameters.set_index("name")["value"]
-    stiffness, tension, radius = (
-        float(of_rig[name]) for name in ("bushing.stiffness", "tension.pre_tension", EQUAL_PITCH)
-    )
-    ratio = stiffness * rig.pitch / 2 / (tension * radius**2)
-    return f"Its bushings let the chain wrap: k (p/2)/(T R²) is {significant(ratio, 2)}; at 0.4 the chain stands off."
+    names = ("bushing.stiffness", "tension.pre_tension", EQUAL_PITCH)
+    stiffness, tension, radius = (float(of_rig[name]) for name in names)
+    return stiffness * load_rig("paper").pitch / 2 / (tension * radius**2)
 
 
-def _numbers_text(numbers: pd.DataFrame, grips: pd.DataFrame, grips_sentences: pd.DataFrame) -> str:
-    """Count of printed numbers that the default rig meets, the others, and what a ring that grips meets."""
-    rows = numbers[~numbers["met"]].astype(object).fillna("").itertuples()
-    missed = [f"{row.id}{row.part} ({row.measured} for {row.printed} {row.unit})" for row in rows]
-    worth = int(numbers["met"].sum() - grips["met"].sum())
-    return (
-        f"It meets {number_count(numbers)}{', not ' if missed else ''}{', '.join(missed)}. **With a ring that "
-        f"grips**, every value in its range, the same search ends at {verdict_line(grips_sentences, grips)}: what the "
-        f"default rig assumes about its ring gains {worth} numbers."
-    )
-
-
-def _radius_text(draws: pd.DataFrame) -> str:
-    ran = draws[draws["state"] == DONE]
-    distances, config = chosen_distances(ran), load_plausible("config/plausible.yaml")
-    if distances.empty:
-        return distance_sentence(ran)
-    radii = [radius for row in config.radii_m.values() if len(row) > 1 for radius in row]
-    ends = ran.loc[distances.index, "radius"].isin([min(radii), max(radii)]).mean()
+def _chosen(draws: pd.DataFrame) -> dict:
+    """The recommended radii of the tracks, how many have none, and how many are at an end of the grid."""
+    ran, config = draws[draws["state"] == DONE], load_plausible("config/plausible.yaml")
+    distances = chosen_distances(ran)
+    radii = sorted(radius for row in config.radii_m.values() if len(row) > 1 for radius in row)
+    ends = ran.loc[distances.index, "radius"].isin([radii[0], radii[-1]]).mean()
     without = 1 - len(distances) / len(ran)
-    return (
-        f"**Recommended radius**: {distance_sentence(ran)} For {100 * without:.0f} % there is none: no ring serves at "
-        f"every speed, or two starts differ. {100 * ends:.0f} % of the choices are at an end of the grid "
-        f"({min(radii):g} and {max(radii):g} m)."
-    )
+    shares = {"without_pct": 100 * without, "at_end_pct": 100 * ends}
+    return shares | {"distance": distance_sentence(ran), "radii": radii}
 
 
 @run_job

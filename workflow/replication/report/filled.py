@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 import pandas as pd
+from jinja2 import StrictUndefined, Template
 
 from replication.paper.claims import NO_TEST
 from replication.paper.scorecard import (
@@ -59,19 +60,29 @@ def _markdown(table: pd.DataFrame) -> str:
     return table.to_markdown(index=False, disable_numparse=True)
 
 
+def blocks(template: Path, **values) -> list[str]:
+    """Blocks of a page by a template, which parts them by ``----``; a paragraph is one line, but for a table."""
+    written = Template(template.read_text(encoding="utf-8"), undefined=StrictUndefined, trim_blocks=True)
+    parts = (filter(None, map(str.strip, part.split("\n\n"))) for part in written.render(values).split("\n----\n"))
+    return ["\n\n".join(text if text[0] == "|" else " ".join(text.split()) for text in part) for part in parts]
+
+
 def readme_text(*tables: pd.DataFrame) -> list[str]:
     """The verdict; what was learned; the table of statements with what an answer costs; tables as in `README`."""
     card, judged, numbers, grips_judged, grips, parameters, promises, *tracks = tables
-    marks = ", ".join(f"{mark} {name}" for name, mark in MARKS.items() if name != NO_TEST)
-    learned = " ".join(learned_sentences(dict(zip(TRACK_TABLES, tracks, strict=True))))
     rig = card["rig"].iloc[0]
-    creeps = "; its ring creeps more easily than rubber" if creep_slope(parameters) < RUBBER[0] else ""
-    verdict = (
-        f"**The default rig `{rig}` reproduces {verdict_line(judged, numbers)} of the paper**{creeps}. With a ring "
-        f"that grips: {verdict_line(grips_judged, grips)} ([both](docs/answer.md))."
+    return blocks(
+        Path(__file__).with_name("readme.md.j2"),
+        rig=rig,
+        verdict=verdict_line(judged, numbers),
+        creeps=creep_slope(parameters) < RUBBER[0],
+        grips=verdict_line(grips_judged, grips),
+        learned=" ".join(learned_sentences(dict(zip(TRACK_TABLES, tracks, strict=True)))),
+        statements=_markdown(statements(card)),
+        marks=", ".join(f"{mark} {name}" for name, mark in MARKS.items() if name != NO_TEST),
+        outside=outside_sentence(parameters, rig),
+        trade=trade_sentence(promises),
     )
-    table = f"{_markdown(statements(card))}\n\n{marks}. {outside_sentence(parameters, rig)} {trade_sentence(promises)}"
-    return [verdict, learned, table]
 
 
 def departures_text(rows: pd.DataFrame) -> str:
