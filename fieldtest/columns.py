@@ -97,8 +97,8 @@ def reading_of(source: Source, mapping: SensorMapping, wanted: Wanted, range_g: 
                 words += f" as stated, not in {column.unit} as the file says"
             axes[key] = Axis(column, words, zero, column.sign * in_g[unit])
         elif key == "ay" or key in mapping.axes:
-            said = f"has the unit {shown(column.unit)}" if column.unit else "does not say its unit"
-            questions.append(f"column {shown(column.name)} {said}; {UNIT_ASKED}")
+            words = f"has the unit {shown(column.unit)}" if column.unit else "does not say its unit"
+            questions.append(f"column {shown(column.name)} {words}; {UNIT_ASKED}")
     if "ay" not in columns and not any(unit_of(column, True) for column in source.columns):
         questions.append(UNIT_ASKED)
     if wanted.timed:
@@ -125,10 +125,10 @@ def _chosen(source: Source, wanted: Wanted) -> dict[str, Column]:
     columns: dict[str, Column] = {}
     for key, candidates in wanted.choose(source.columns).items():
         if len(candidates) > 1:
-            said = " and ".join(f"{column.position + 1} ({shown(column.name)})" for column in candidates)
+            words = " and ".join(f"{column.position + 1} ({shown(column.name)})" for column in candidates)
             number = f"'#{candidates[0].position + 1}'"
             field = f"time: {number}" if key == "time" else f"axes: {{{key}: {number}}}"
-            raise InputError(f"columns {said} may all be {key}; say which with `{field}`.")
+            raise InputError(f"columns {words} may all be {key}; say which with `{field}`.")
         if not candidates:
             raise InputError(f"no column {wanted.named[key]!r} for {key}; there are {listed(source.names)}.")
         columns[key] = candidates[0]

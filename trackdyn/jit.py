@@ -2,7 +2,7 @@
 
 numba's cache sees an edit in the file of a function but not in the files it calls, nor another processor's
 settings, so code from before an edit could run silently. The cache folder therefore carries a hash of everything
-that decides which code runs: any edit of what a kernel does starts a new folder, and nothing is kept once a file was
+that decides which code runs: any edit of what a kernel does starts a new folder, and nothing is stored once a file was
 edited after this process read it. Where that folder cannot be written there is no cache, never one elsewhere.
 ``NUMBA_DISABLE_JIT=1`` runs every kernel as plain Python.
 """
@@ -57,7 +57,7 @@ def _say(sentence):
 
 
 def _warn(folder, reason):
-    """Say that nothing is kept in a folder."""
+    """Say that a folder stores nothing."""
     _say(
         f"the cache folder {folder} cannot be used ({reason}), so every process compiles its kernels anew, about a "
         "minute; TRACKDYN_CACHE names another folder"

@@ -58,11 +58,11 @@ def ring(
     from trackdyn.sweeps.engine import DONE
     from trackdyn.sweeps.ring import ring_study
 
-    table, loaded, asked = out / "ring.csv", load_rig(rig), (rig, rpm, radii, step)
+    table, loaded, inputs = out / "ring.csv", load_rig(rig), (rig, rpm, radii, step)
     judge = RingRule(loaded.sprocket.teeth)
     speeds, steps = _numbers(rpm, "--rpm"), [] if step is None else _numbers(step, "--step")
     rings = study_radii(loaded) if radii is None else sorted(set(_numbers(radii, "--radii")))
-    options.check_output(table, overwrite, *asked)
+    options.check_output(table, overwrite, *inputs)
     for path in (*(out / f"{name}.{end}" for name in PICTURES for end in ("png", "svg")), out / "ring.html"):
         options.check_output(path, overwrite or table.exists(), rig)
     study = ring_study(loaded, speeds, rings, jobs, out / "rows", not quiet, steps, judge)
@@ -73,7 +73,7 @@ def ring(
     sentences = advice(study, judge)
     about = {"advice": sentences, "notes": notes, "compared": _comparison_rows(compared(study, judge))}
     _write_study(out, study, loaded, judge, title=Path(rig).stem, rig_name=rig, **about)
-    options.note_output(table, *asked)
+    options.note_output(table, *inputs)
     if not quiet:
         typer.echo("\n".join([*(f"note: {note}" for note in notes), *sentences, f"look at {out / 'ring.html'}"]))
 
