@@ -135,9 +135,9 @@ def judge_axes(recording: Recording, record: SensorRecord) -> Doubt | None:
 
         Its content from 20 Hz on, then in ``ay``, must be that of the simulation.
         """
-        alike = ay is None or 1 / SAME_CONTENT < high_frequency_rms(ay, record.rate) / content < SAME_CONTENT
+        same_content = ay is None or 1 / SAME_CONTENT < high_frequency_rms(ay, record.rate) / content < SAME_CONTENT
         nearer = as_read > CLEARLY * misfit and as_read - misfit > LEAST_G
-        return nearer and all(CLEARLY * misfit < other for other in others) and alike
+        return nearer and all(CLEARLY * misfit < other for other in others) and same_content
 
     scales = [record.scales.get(axis, (0.0, 1.0)) for _, axis in own]
     without_gravity = False

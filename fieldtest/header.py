@@ -101,8 +101,8 @@ def _below(head: Sequence[str], below: list[int], separator: str, count: int) ->
         fields = split_fields(head[i], separator, count)
         following = [row for j in below[k + 1 : k + 11] if len(row := split_fields(head[j], separator, count)) == count]
         values = list(map(is_value, fields))
-        alike = [len(following) > 1 and all(map(is_value, column)) for column in zip(*following, strict=True)]
-        unlike = not any(values) or any(below and not value for value, below in zip(values, alike, strict=False))
+        numeric = [len(following) > 1 and all(map(is_value, column)) for column in zip(*following, strict=True)]
+        unlike = not any(values) or any(column and not value for value, column in zip(values, numeric, strict=False))
         # a message, or a line of dashes, above the first row
         message = len(fields) != count and len(following) > 1 and is_words(head[i], separator)
         if not message and (len(fields) != count or i == below[-1] or not unlike or 2 * sum(values) > count):

@@ -36,10 +36,8 @@ def rig_report(report) -> None:
     line("equal pitch", f"a ring of {', '.join(readings)}")
     for name, wrap in report.wrap_deg.items():
         line(f"wrap of {name}", f"{wrap:.4g} deg")
-    travel, laid = (
-        f"{1e3 * rig.tension.travel:.3g} mm, {rig.tension.kept}",
-        "" if report.layout else " as the chain is laid",
-    )
+    travel = f"{1e3 * rig.tension.travel:.3g} mm, {rig.tension.kept}"
+    laid = "" if report.layout else " as the chain is laid"
     line("tensioner", f"{rig.tension.wheel} shifted by {1e3 * report.tensioner_shift_m:.3g} mm of {travel}{laid}")
     ignored = f"; no effect: {', '.join(rig.without_effect)}" if rig.without_effect else ""
     line("laws", f"drag is {rig.drag}, bushing.law {rig.bushing.law}, tension.kept {rig.tension.kept}{ignored}")

@@ -135,8 +135,8 @@ LARGEST_META = 10_000_000  # bytes; a recording's description takes 70,000
 def read_bytes(path: Path | str, label: str, limit: int) -> bytes:
     """Contents of a plain file of at most ``limit`` bytes, whatever the file system says of its size.
 
-    ``label`` is the file type in error messages, such as "YAML file". Raises `InputError`: there is no such file, it
-    is a folder or a device, cannot be read, or is larger.
+    ``label`` is the file type in error messages, such as "YAML file". Raises `InputError`: the file is missing,
+    a folder or a device, larger, or cannot be read.
     """
     path = plain_file(path, label)
     try:

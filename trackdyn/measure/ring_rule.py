@@ -155,7 +155,7 @@ def advice(study: pd.DataFrame, rule: RingRule) -> list[str]:
     """Sentences: the one radius to choose for all speeds, the window in which the rule holds, what its margin moves,
     and what decides; or that no radius serves.
 
-    Then what every bound is kept by. A choice at the end of the study is said first.
+    Then the radii that keep each bound. A choice at the end of the study comes first.
     """
     rings, chosen, window = study.dropna(subset="ring_radius_m"), rule.radius(study), rule.window(study)
     radii, sentences = sorted(rings["ring_radius_m"].unique()), ["no radius of these serves at every speed"]

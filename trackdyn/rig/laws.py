@@ -69,9 +69,9 @@ def loss_branches(loss_factor: float) -> tuple[np.ndarray, np.ndarray]:
     The loss factor is loss modulus over storage modulus: the energy lost in a cycle over 2 pi times the largest stored.
     With ``x = w T``, a branch of the share g adds ``g x / (1 + x^2)`` to the loss modulus and ``g x^2 / (1 + x^2)`` to
     the storage modulus 1 at rest. The loss modulus less the loss factor times the storage modulus is linear in the
-    shares; least squares over the band, which leave none negative up to 0.5. A constant loss factor means a stiffness
-    that grows with the
-    frequency (Kramers-Kronig): across the band by about ``w^(2 loss_factor / pi)``.
+    shares: they are fitted over the band by least squares, and none is negative for loss factors up to 0.5. A constant
+    loss factor means a stiffness that grows with the frequency (Kramers-Kronig): across the band by about
+    ``w^(2 loss_factor / pi)``.
     """
     time = 1.0 / (2 * pi * np.geomspace(*BAND, BRANCHES))
     x2 = (2 * pi * np.geomspace(*BAND, 40 * BRANCHES)[:, None] * time) ** 2

@@ -20,7 +20,7 @@ from trackdyn.simulation.recording import Recording
 FRAMES, BODIES_IN_FRAMES = 360, 60_000  # pictures of a stretch, fewer of a chain of many bodies: the page stays small
 STANDING = 3.0  # length of the stretch where no sprocket turns, s
 LONGEST_STRETCH = 60.0  # s
-# steps of bodies that a lead-in may take; time at speed (s) that stands for a longer one
+# steps times bodies above which a lead-in is not run again whole, and the time at speed (s) that is run instead
 LEAD_COST, SHORT_LEAD = 6e8, 5.0
 
 

@@ -61,10 +61,10 @@ def _markdown(table: pd.DataFrame) -> str:
 
 
 def blocks(template: Path, **values) -> list[str]:
-    """Blocks of a page by a template, which parts them by ``----``; a paragraph is one line, but for a table."""
+    """Blocks of a page from a template, in which ``----`` separates them; each paragraph but a table is one line."""
     written = Template(template.read_text(encoding="utf-8"), undefined=StrictUndefined, trim_blocks=True)
-    parts = (filter(None, map(str.strip, part.split("\n\n"))) for part in written.render(values).split("\n----\n"))
-    return ["\n\n".join(text if text[0] == "|" else " ".join(text.split()) for text in part) for part in parts]
+    texts = (filter(None, map(str.strip, text.split("\n\n"))) for text in written.render(values).split("\n----\n"))
+    return ["\n\n".join(line if line[0] == "|" else " ".join(line.split()) for line in block) for block in texts]
 
 
 def readme_text(*tables: pd.DataFrame) -> list[str]:
