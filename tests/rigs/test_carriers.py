@@ -49,7 +49,7 @@ def test_a_wheel_on_a_slider_stands_where_its_spring_bears_chain_and_wheel(prelo
     on_links = components(contacts[contacts["wheel"] == 1], "normal").sum(axis=0)[1]
     weight = slider["mass"] * loop.scene.rig.gravity
     spring = preload - slider["stiffness"] * loop.state.slide["q"][0]
-    assert on_links > 3000 and spring == pytest.approx(on_links + weight, rel=0.01)  # the loop rests to so much
+    assert on_links > weight and spring == pytest.approx(on_links + weight, rel=0.01)  # tension is set to so much
 
 
 def test_all_of_them_in_one_loop_keep_the_account():
