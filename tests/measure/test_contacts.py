@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from tests.conftest import contact_table, made_recording
 from trackdyn.inputs.errors import InputError
 from trackdyn.measure.contacts import SHORT, passages, sampled_shares
-from trackdyn.measure.events import like_peaks, mean_events, passage_events, smoothed_maxima
+from trackdyn.measure.events import like_peaks, mean_events, passage_events, peaks, smoothed_maxima
 from trackdyn.measure.metrics import needed_lengths, remarks, run_metrics
 from trackdyn.measure.taken import meshing_summary
 from trackdyn.model.arrays import CONTACT_INTERVAL
@@ -156,16 +156,34 @@ def test_nothing_to_measure_gives_nan(run):
     assert (mean_events(run)["passages"] == 0).all()
 
 
-def test_a_short_contact_begins_ends_and_peaks_nothing():
-    """A tap of 1.25 ms at 7 kN before and after the contact of an arc counts in the sums alone."""
+@pytest.mark.parametrize("length", [0.00065, 0.99 * SHORT * TURN, 1.01 * SHORT * TURN])
+def test_an_impact_that_rebounds_counts_in_the_largest_force_but_not_in_the_printed_times(length):
+    """Of 7 kN, before and after the contact of an arc: it has times of its own from `SHORT` on alone."""
     whole = with_ring(3.0)
-    taps = [interval(5, LEFT, at, at + 0.00125, force=7000.0, groove=groove) for at, groove in ((2.97, 4), (4.13, 5))]
+    taps = [
+        interval(5, LEFT, at, at + length, force=7000.0, groove=groove, peak_at=at + 1e-4)
+        for at, groove in ((2.97, 4), (4.13, 5))
+    ]
     plain, tapped = recording(whole), recording(whole + taps)
-    assert passage_events(tapped).equals(passage_events(plain))
-    names = ["start_s", "end_s", "phase_start", "phase_end", "peak_n", "peak_s"]
     before, after = (passages(run).set_index("side") for run in (plain, tapped))
-    assert after[names].equals(before[names])
-    assert after.loc["left", "touching_s"] == pytest.approx(before.loc["left", "touching_s"] + 0.0025)
+    names = ["start_s", "end_s", "phase_start", "phase_end", "peak_s"]
+    short = length < SHORT * TURN
+    assert passage_events(tapped).equals(passage_events(plain)) == short
+    assert after[names].equals(before[names]) == short
+    assert after.loc["left", "peak_n"] == 7000.0 and after.loc["left", "highest_s"] == pytest.approx(2.9701)
+    assert after.loc["ring"].equals(before.loc["ring"]) == short
+    assert after.loc["left", "touching_s"] == pytest.approx(before.loc["left", "touching_s"] + 2 * length)
+    summary = meshing_summary(tapped)
+    assert summary["left_peak_n"] == summary["left_peak_largest_n"] == 7000.0
+    assert peaks(tapped, "left")["peak_n"].tolist() == [7000.0]  # the planner's
+
+
+@pytest.mark.parametrize(("gap", "count"), [(0.99 * SHORT * TURN, 1), (1.01 * SHORT * TURN, 2)])
+def test_a_gap_parts_contacts_from_the_hundredth_second_of_the_paper_on(gap, count):
+    """0.01 s of the turn of 2.906 s at 115 rpm, that is 6.88 ms of the turn of 2 s here."""
+    assert SHORT * TURN == pytest.approx(0.00688, abs=1e-5)
+    run = recording([interval(5, LEFT, 3.0, 3.1), interval(5, LEFT, 3.1 + gap, 3.2 + gap)], ring_radius=None)
+    assert len(contact_table(run)) == count
 
 
 def test_a_maximum_after_the_touch_is_not_the_spike_of_the_touch():

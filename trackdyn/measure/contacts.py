@@ -22,7 +22,8 @@ if TYPE_CHECKING:
     import pandas as pd  # imported where tables are made: it takes longer than to load all kernels
 
 # Turns of the sprocket: 0.01 s, to which the paper prints times, of the 2.906 s that a turn takes at 115 rpm. A shorter
-# gap does not separate two contacts; a shorter contact begins, ends and peaks nothing.
+# gap does not separate two contacts; a shorter contact gives no printed time. Its force counts like any other: an
+# impact that rebounds after 0.65 ms may be the largest of a passage.
 SHORT = 0.01 / 2.906
 # Turns of the sprocket. No contact of a passage, and no pause in it, lasts longer than this: the chain
 # leaves the sprocket after about half a turn. Passages nearer to an end of the record may be incomplete.
@@ -126,16 +127,17 @@ def _number_passages(rows: dict[str, np.ndarray], recording: Recording) -> tuple
 TOUCHING = 0.5
 PASSAGE_COLUMNS = [
     "passage", "connector", "side", "areas", "count", "start_s", "end_s", "touching_s", "share_pct", "phase_start",
-    "phase_end", "peak_n", "peak_s", "peak_phase", *INTEGRALS,
+    "phase_end", "peak_n", "highest_s", "peak_s", *INTEGRALS,
 ]  # fmt: skip
 
 
 def passages(recording: Recording) -> "pd.DataFrame":
     """Complete passages: one row for each and side, with or without contact, in order of first contact.
 
-    Columns are ``PASSAGE_COLUMNS``: those of `contacts`, ``count`` of these, and ``peak_phase``. Start, end and peak
-    are of the contacts that are not short (`SHORT`), sums of all. Without contact sums and ``peak_n`` are 0, times and
-    phases NaN.
+    Columns are ``PASSAGE_COLUMNS``: those of `contacts` and ``count`` of these. Sums, the largest force ``peak_n`` and
+    its time ``highest_s`` are of all contacts; ``start_s``, ``end_s`` and ``peak_s``, the time of the largest force
+    among them, are of those that are not short (`SHORT`), as the paper prints times. Without contact sums and
+    ``peak_n`` are 0, times and phases NaN.
     """
     import pandas as pd
 
@@ -156,19 +158,24 @@ def passage_arrays(recording: Recording) -> dict[str, np.ndarray]:
     names = {bits: ",".join(str(area) for area in range(1, 11) if bits >> (area - 1) & 1) for bits in np.unique(areas)}
     table["areas"] = np.array([names[bits] for bits in areas.ravel()], dtype=object).reshape(shape)
 
+    table["peak_n"] = gathered(np.fmax, rows["peak_n"], entry, shape)
+    table["highest_s"] = _times_of_highest(rows, shape)
     rows = {name: column[lasting] for name, column in rows.items()}
     entry = rows["passage"], rows["side"]
     for reduce, ends in ((np.fmin, ("start_s", "phase_start")), (np.fmax, ("end_s", "phase_end"))):
         table |= {name: gathered(reduce, rows[name], entry, shape, NAN) for name in ends}
-    highest = first_of_highest(rows["peak_n"], np.ravel_multi_index(entry, shape))
-    for name, empty in (("peak_n", 0.0), ("peak_s", NAN)):
-        table[name] = np.full(shape, empty)
-        table[name][entry[0][highest], entry[1][highest]] = rows[name][highest]
-    first = gathered(np.fmin, rows["start_s"], entry[:1], shape[:1], NAN)
-    table["peak_phase"] = (table["peak_s"] - first[:, None]) / turn
+    table["peak_s"] = _times_of_highest(rows, shape)
     connector = np.zeros(shape[0], int)
     connector[number] = connectors
     return table | {"passage": passage, "side": np.array(SIDES)[side], "connector": connector[passage]}
+
+
+def _times_of_highest(rows: dict[str, np.ndarray], shape: tuple[int, ...]) -> np.ndarray:
+    """Times (m, 3) of the largest force of contacts by passage and side, s; NaN without one."""
+    times, entry = np.full(shape, NAN), (rows["passage"], rows["side"])
+    highest = first_of_highest(rows["peak_n"], np.ravel_multi_index(entry, shape))
+    times[entry[0][highest], entry[1][highest]] = rows["peak_s"][highest]
+    return times
 
 
 def sampled_shares(area: np.ndarray, rig: Rig) -> np.ndarray:

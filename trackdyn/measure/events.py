@@ -35,11 +35,11 @@ EVENTS_WITH_RING = {
 def peaks(recording: Recording, side: str) -> pd.DataFrame:
     """Largest force of every visit of an arc of one side to the sprocket, in order of release.
 
-    Visits that the beginning of the record may cut are left out. A table with ``end_s`` since the beginning of the
-    record and ``peak_n``.
+    All contacts count, however short. Visits that the beginning of the record may cut are left out. A table with
+    ``end_s`` since the beginning of the record and ``peak_n``.
     """
     rows = pd.DataFrame(contacts(recording))
-    rows = rows[rows["lasting"] & (rows["side"] == SIDES.index(side))].sort_values(["connector", "start_s"])
+    rows = rows[rows["side"] == SIDES.index(side)].sort_values(["connector", "start_s"])
     # an arc is on the sprocket for about half a turn, and off it for longer than that
     free = VISIT * recording.periods.turn
     visit = (rows["start_s"].diff().gt(free) | rows["connector"].diff().ne(0)).cumsum()

@@ -137,10 +137,10 @@ def passage_figure(recording: Recording) -> Figure:
             mark = {"linestyle": "none", "markersize": 6, "markeredgecolor": "white", "markeredgewidth": 0.6}
             peaks.append(Line2D([], [], **look | mark))
             if row["peak_n"] > BEYOND * highest:
-                _point_at(forces, NAMES[side], row["peak_s"] - shown.first, row["peak_n"], look, beyond)
+                _point_at(forces, NAMES[side], row["highest_s"] - shown.first, row["peak_n"], look, beyond)
                 beyond += 1
             else:
-                forces.plot(row["peak_s"] - shown.first, row["peak_n"], **look | mark, zorder=4)
+                forces.plot(row["highest_s"] - shown.first, row["peak_n"], **look | mark, zorder=4)
         if side != "ring" and row["count"]:
             area = shown.area[inside, i]
             areas.plot(time[area > 0], area[area > 0], **look | {"linestyle": "none", "markersize": 2.5})

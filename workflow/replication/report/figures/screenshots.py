@@ -79,7 +79,7 @@ def moments(recording: Recording, selected: Selected) -> list[Moment]:
         peak, frame = "", min(int(np.searchsorted(frames, time - 1e-9)), len(frames) - 1)
         if maximum:
             row, frame = selected.sides.loc[side], int(np.argmin(np.abs(frames - time)))
-            peak = f"largest {row['peak_n']:.0f} N at {row['peak_s'] - selected.first:.3f} s"
+            peak = f"largest {row['peak_n']:.0f} N at {row['highest_s'] - selected.first:.3f} s"
         sample = round(recording.frame_time[frame] * recording.rate) - 1
         chosen.append(Moment(title, time, printed[index], frame, sample, peak))
     return sorted(chosen, key=lambda moment: moment.time)

@@ -18,8 +18,6 @@ from trackdyn.measure.planner import plan
 from trackdyn.rig.rig import Rig, load_rig
 from trackdyn.scene.scene import Scene
 
-# with a ring, right arcs touch in few scenes or none: too little to promise their peaks by
-PLANNED = tuple(name for name in TOLERATED if name != "right_peak")
 LONGEST_RECORD = 60.0  # s of a record
 PROMISES = [
     "scene", "measure", "tolerance", "achieved_error", "limit_error", "met", "setting", "step_s", "expected_error",
@@ -38,7 +36,7 @@ def judge_promises(
     """
     base, rows = study_scene(rig, rpm, ring, turns, every_link=True), []
     limits = limits_of({step: run_answer(base.with_(step=step)).series for step in steps})
-    for measure in (m for m in PLANNED if m in limits and limits[m].value):
+    for measure in (m for m in TOLERATED if m in limits and limits[m].value):
         limit = limits[measure]
         for tolerance in tolerances:
             row = {"scene": scene_name(rpm, ring), "measure": measure, "tolerance": tolerance}
