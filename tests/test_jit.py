@@ -94,7 +94,7 @@ def hash_of(root):
 
 
 def kept(folder):
-    return sorted(path for path in folder.rglob("*") if path.suffix in (".nbi", ".nbc"))
+    return sorted(folder.rglob("*.code"))
 
 
 def test_a_second_process_and_another_copy_of_the_program_find_the_code_of_the_first(copy):
@@ -126,16 +126,16 @@ def test_without_a_folder_nothing_is_kept_and_edits_are_seen(copy, tmp_path):
 
 
 def test_a_damaged_file_is_compiled_again(copy):
-    """An index that was cut off, then code of which one byte is another; and it is kept anew."""
+    """Cut off, then one byte another; and it is kept anew. LLVM would abort the process."""
     folder = copy()[2]
-    for suffix, cut in ((".nbi", True), (".nbc", False)):
-        for path in folder.rglob(f"*{suffix}"):
+    for cut in (True, False):
+        for path in kept(folder):
             content = bytearray(path.read_bytes())
             middle = len(content) // 2
             content[middle] ^= 0xFF
             path.write_bytes(content[:middle] if cut else content)
         assert copy()[:2] == (3.0, 0)
-    assert copy()[:2] == (3.0, 1)
+        assert copy()[:2] == (3.0, 1)
 
 
 def test_the_hash_follows_sources_and_options(copy):
@@ -238,10 +238,74 @@ def test_code_of_a_kernel_comes_from_hashed_sources():
 
 
 def test_code_of_another_signature_is_not_taken(copy):
-    """Two processes that compile at once may both write file 1; the index of the later one holds."""
+    """A file that another was copied over, whole as it is."""
     folder = copy()[2]
-    (one,) = (folder / "called").rglob("outer.both-*.nbc")
+    (one,) = (folder / "called").rglob("both-*.code")
     copy("--float")
-    (other,) = (folder / "called").rglob("outer.outer-*.nbc")
+    (other,) = (folder / "called").rglob("outer-*.code")
     shutil.copy(other, one)
     assert copy()[:2] == (3.0, 0)
+
+
+# A name that the wrapper takes from within numba is hidden from it, as if a new version of numba had another one; numba
+# itself still has it.
+HIDDEN = """
+import sys
+from importlib import import_module
+from types import ModuleType
+
+module, *names = sys.argv[2].replace(":", ".").rsplit(".", sys.argv[2].partition(":")[2].count(".") + 1)
+holder = import_module(module)
+
+def refuse():
+    if sys._getframe(2).f_globals["__name__"] == "trackdyn.jit":
+        raise AttributeError(f"no {names[-1]}")
+
+class Hidden:
+    def __get__(self, instance, owner=None):
+        refuse()
+        if value is None:  # of an instance
+            return vars(instance)[names[-1]]
+        return value.__get__(instance, owner) if hasattr(value, "__get__") else value
+    def __set__(self, instance, value):
+        vars(instance)[names[-1]] = value
+
+if len(names) == 1:
+    def __getattr__(name):
+        if name == names[0]:
+            refuse()
+        return getattr(holder, name)
+    sys.modules[module] = ModuleType(module)
+    sys.modules[module].__getattr__ = __getattr__
+else:
+    kind = getattr(holder, names[0])
+    value = next((vars(base)[names[1]] for base in kind.__mro__ if names[1] in vars(base)), None)
+    setattr(kind, names[1], Hidden())
+sys.path.insert(0, sys.argv[1])
+from trackdyn.chain.outer import both
+print(both(1.0)[0])
+"""
+NAMES = {
+    "numba.core.serialize:dumps": "cannot keep compiled kernels",
+    "numba.core.compiler:CompileResult": "cannot keep compiled kernels",
+    "numba.core.compiler:CompileResult._reduce": "cannot keep compiled kernels",
+    "numba.core.compiler:CompileResult._rebuild": "cannot keep compiled kernels",
+    "numba.core.codegen:CodeLibrary.has_dynamic_globals": "cannot keep compiled kernels",
+    "numba.core.dispatcher:Dispatcher._cache": "cannot keep compiled kernels",
+    "numba.core.cpu:CPUTargetOptions._nrt": "has no option '_nrt'",
+    "numba.core.cpu:CPUTargetOptions.forceinline": "has no option 'forceinline'",
+    "numba.core.cpu:CPUTargetOptions.no_cfunc_wrapper": "has no option 'no_cfunc_wrapper'",
+    "numba.core.cpu:CPUTargetOptions.no_cpython_wrapper": "has no option 'no_cpython_wrapper'",
+}
+
+
+@pytest.mark.parametrize(("name", "sentence"), NAMES.items(), ids=NAMES)
+def test_a_numba_without_a_name_runs_kernels(copy, name, sentence):
+    said = subprocess.run(
+        [sys.executable, "-c", HIDDEN, str(copy.root.parent), name], capture_output=True, text=True,
+        env=os.environ | {"TRACKDYN_CACHE": str(copy.root.parents[1] / "cache")},
+    )  # fmt: skip
+    assert said.stdout == "3.0\n", said.stderr
+    assert (
+        said.stderr.count("\n") == 1 and sentence in said.stderr and name.split(".")[-1].split(":")[-1] in said.stderr
+    )

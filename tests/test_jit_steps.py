@@ -29,7 +29,7 @@ from pathlib import Path
 import numpy as np
 from trackdyn import jit
 
-if jit.numba.config.DISABLE_JIT:
+if jit.INTERPRETED:
     kernels, called = set(), set()
     def made(function, **options):
         kernels.add(function.__qualname__)
@@ -49,7 +49,7 @@ for path in Path(sys.argv[1]).glob("*.loop"):
     arrays = flat(loop.state, "state") | flat(loop.work, "work")
     arrays |= {name: getattr(recording, name) for name in recording.ARRAYS if getattr(recording, name) is not None}
     np.savez(path.with_suffix(sys.argv[2]), **arrays)
-if jit.numba.config.DISABLE_JIT:
+if jit.INTERPRETED:
     print(*sorted(kernels - called))
 """
 

@@ -1,43 +1,47 @@
 """The one jit wrapper of the package.
 
-numba's cache sees an edit in the file of a function but not in the files it calls, nor another processor's
-settings, so code from before an edit could run silently. The cache folder therefore carries a hash of everything
-that decides which code runs: any edit of what a kernel does starts a new folder, and nothing is stored once a file was
-edited after this process read it. Where that folder cannot be written there is no cache, never one elsewhere.
+Compiled kernels are kept in a folder that is named by a hash of everything that decides which code runs: any edit of
+what a kernel does starts a new folder, and nothing is kept once a file was edited after this process began. Where that
+folder cannot be written, or numba has no longer the names that this takes, every process compiles anew.
+numba is imported when the first kernel is called, not when it is defined: that takes longer than most commands.
 ``NUMBA_DISABLE_JIT=1`` runs every kernel as plain Python.
 """
 
 import functools
 import hashlib
+import os
 import pickle
 import sys
 import tempfile
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
-import numba
-from numba.core import event
-from numba.core.caching import IndexDataCacheFile
-from numba.core.registry import cpu_target
-
-from trackdyn.sources import KERNEL_SOURCES, cache_base, edited, kernel_digest, kernel_files
+from trackdyn.sources import KERNEL_SOURCES, cache_base, edited, kernel_digest, kernel_files, meaning
 
 # No fastmath: results must be the same bit for bit from run to run and NaN must stay visible.
 OPTIONS = {"error_model": "numpy", "boundscheck": False, "no_cfunc_wrapper": True}
 _HASHED = {f"trackdyn.{name.removesuffix('.py')}" for name in KERNEL_SOURCES}
-# what else of numba's settings changes the code it makes
-_SETTINGS = ("OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE", "BOUNDSCHECK", "DEBUGINFO_DEFAULT")
+# settings of numba that change the code it makes
+_SETTINGS = (
+    "CPU_NAME", "CPU_FEATURES", "ENABLE_AVX", "OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE", "BOUNDSCHECK",
+    "DEBUGINFO_DEFAULT",
+)  # fmt: skip
+INTERPRETED = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
+COMPILER = "-interpreted" if INTERPRETED else ""  # the last digits of kernels without a compiler differ
 
 
 def target_hash() -> str:
     """Hash of what numba compiles for: processor, its features, Python, settings (8 hexadecimal digits)."""
-    target = cpu_target.target_context.codegen().magic_tuple()  # heeds NUMBA_CPU_NAME and NUMBA_CPU_FEATURES
+    import numba
+    from llvmlite import binding
+
+    features = ""
+    with suppress(RuntimeError):  # a processor that LLVM does not know
+        features = binding.get_host_cpu_features().flatten()
+    target = binding.get_process_triple(), binding.get_host_cpu_name(), features
     settings = [getattr(numba.config, name, None) for name in _SETTINGS]
     return hashlib.sha256(repr((target, sys.implementation.cache_tag, settings)).encode()).hexdigest()[:8]
-
-
-# the last digits of kernels without a compiler differ
-COMPILER = "-interpreted" if numba.config.DISABLE_JIT else ""
 
 
 def source_hash() -> str:
@@ -50,118 +54,141 @@ def cache_folder() -> Path:
     return cache_base() / f"{source_hash()}-{target_hash()}"
 
 
-@functools.cache
-def _say(sentence):
-    """Say a sentence once."""
-    print(f"trackdyn: {sentence}", file=sys.stderr)
+_NOT_KEPT: list[str] = []  # reasons for which this process keeps nothing
 
 
-def _warn(folder, reason):
-    """Say that a folder stores nothing."""
-    _say(
+def _warn(sentence: str) -> None:
+    """Say why this process keeps nothing; its first reason stands for all."""
+    if not _NOT_KEPT:
+        print(f"trackdyn: {sentence}", file=sys.stderr)
+    _NOT_KEPT.append(sentence)
+
+
+def _warn_of_folder(folder: Path, reason: object) -> None:
+    _warn(
         f"the cache folder {folder} cannot be used ({reason}), so every process compiles its kernels anew, about a "
         "minute; TRACKDYN_CACHE names another folder"
     )
 
 
-def _writable(folder):
-    """The folder, made if need be, or None with a warning."""
+def _warn_of_numba(error: Exception) -> None:
+    """Say which name this version of numba does not have."""
+    import numba
+
+    _warn(
+        f"numba {numba.__version__} cannot keep compiled kernels for this program ({error}), so every process compiles "
+        "them anew, about a minute; requirements.lock names a version that can"
+    )
+
+
+def _current() -> bool:
+    """Whether the kernels in memory are those that `kept_folder` is named by."""
+    if file := edited(kernel_files()):
+        _warn(f"{file} was edited after this process began, which keeps no compiled kernels therefore; start it again")
+    return file is None
+
+
+@functools.cache
+def kept_folder() -> Path | None:
+    """Folder of what is kept from process to process, made if need be; None, and a warning: nothing is kept."""
+    folder = cache_folder()
+    if not _current():
+        return None
     try:
         folder.mkdir(parents=True, exist_ok=True)
         tempfile.TemporaryFile(dir=folder).close()
     except OSError as error:
-        _warn(folder, error.strerror or error)
+        _warn_of_folder(folder, error.strerror or error)
         return None
     return folder
 
 
-class _CheckedFile:
-    """numba's files of one kernel, by which a damaged one counts as missing: LLVM would abort the process.
-
-    The key stands in the file with the code, because two processes that compile at once may take the same file.
-    """
-
-    def __init__(self, file):
-        self._file = file
-
-    def save(self, key, data):
-        if not _current(kernel_files()):
-            return
-        content = self._file._dump((key, data))
-        checked = hashlib.sha256(content).digest(), content
-        try:
-            try:
-                self._file.save(key, checked)
-            except (EOFError, ValueError, pickle.UnpicklingError):  # a damaged index
-                self._file.flush()
-                self._file.save(key, checked)
-        except OSError as error:  # a full disk
-            _warn(FOLDER, error.strerror or error)
-
-    def load(self, key):
-        if not _CURRENT:
-            return None
-        try:
-            digest, content = self._file.load(key)
-            if hashlib.sha256(content).digest() != digest:
-                return None
-            stored, data = pickle.loads(content)
-            return data if stored == key else None
-        except Exception:  # whatever a damaged file makes of unpickling; no entry is a TypeError
-            return None
-
-    def flush(self):
-        self._file.flush()
-
-
-_CURRENT = True
-
-
-def _current(files):
-    """Whether all code in memory is of the sources that ``FOLDER`` is named by, these files among them."""
-    global _CURRENT
-    if _CURRENT and (file := edited(files)):
-        _CURRENT = False
-        _say(f"{file} was edited after this process began, which keeps no compiled kernels therefore; start it again")
-    return _CURRENT
-
-
-FOLDER = None if numba.config.DISABLE_JIT else _writable(cache_folder())
-
-
-def _file_of(dispatcher, folder):
-    """Files of a kernel, of which numba's own know a source by its path and time.
-
-    Sources in the hash of the folder are known by their module alone: another copy of the program has the same code.
-    """
-    module, cache = dispatcher.py_func.__module__, dispatcher._cache
-    if ".".join(module.split(".")[:2]) not in _HASHED:
-        return cache._cache_file
-    (folder / module).mkdir(parents=True, exist_ok=True)
-    return IndexDataCacheFile(str(folder / module), cache._impl.filename_base, source_stamp=None)
-
-
-def _compiled(function, package, **options):
-    """Dispatcher of a function, with its code kept in a folder in ``FOLDER`` or nowhere."""
-    compiled = functools.partial(numba.njit, **OPTIONS, **options)
-    if FOLDER is None:
-        return compiled()(function)
-    folder, reason = FOLDER / package, "numba chose another, where edits would not be seen"
-    # numba's own setting falls back to folders without a hash, and is read anew when the environment changes
-    before, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(folder)
+def keep(file: Path, content: bytes) -> None:
+    """Write a file in `kept_folder` with a checksum, whole or not at all, if the kernels in memory are its own."""
+    if not _current():
+        return
     try:
-        dispatcher = compiled(cache=True)(function)
-    except RuntimeError as error:  # no folder of numba's choice can be written
-        dispatcher, reason = None, error
-    finally:
-        numba.config.CACHE_DIR = before
-    if dispatcher is None or Path(dispatcher.stats.cache_path).parent != folder:
-        _warn(folder, reason)
-        return compiled()(function)
-    cache = dispatcher._cache
-    # numba would set up all that it compiles with before it reads a file, which takes longer than to read it
-    cache.load_overload = cache._load_overload
-    cache._cache_file = _CheckedFile(_file_of(dispatcher, folder))
+        file.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.NamedTemporaryFile(dir=file.parent, delete=False) as temporary:
+            temporary.write(hashlib.sha256(content).digest() + content)
+        os.replace(temporary.name, file)
+    except OSError as error:  # a full disk
+        _warn_of_folder(file.parent, error.strerror or error)
+
+
+def kept(file: Path) -> bytes | None:
+    """Content of a file that `keep` wrote; None if there is none, or it is damaged."""
+    try:
+        content = file.read_bytes()
+    except OSError:
+        return None
+    return content[32:] if hashlib.sha256(content[32:]).digest() == content[:32] else None
+
+
+class _Code:
+    """Machine code of one kernel, a file a signature, in the place of numba's cache.
+
+    That cache does not see an edit in the files that a kernel calls, knows a source by its path and time, sets up all
+    that it compiles with before it reads a file, and hands a damaged one to LLVM, which aborts the process.
+    """
+
+    def __init__(self, function: Callable, folder: Path | None):
+        from numba.core.compiler import CompileResult
+        from numba.core.serialize import dumps
+
+        self._dumps, self._reduce, self._rebuild = dumps, CompileResult._reduce, CompileResult._rebuild
+        module, code = function.__module__, function.__code__
+        cells = tuple(cell.cell_contents for cell in function.__closure__ or ())
+        # a file outside of the hash that names the folder
+        source = "" if ".".join(module.split(".")[:2]) in _HASHED else meaning(Path(code.co_filename))
+        self._identity = f"{source} {code.co_code!r} {dumps(cells)!r}"
+        self.cache_path = folder and folder / module
+        self._name = function.__qualname__.replace("<", "").replace(">", "")
+
+    def _file(self, signature) -> Path:
+        digest = hashlib.sha256(f"{self._identity} {signature}".encode()).hexdigest()[:24]
+        return self.cache_path / f"{self._name}-{digest}.code"
+
+    def load_overload(self, signature, target_context):
+        """Return the code of a signature; None if it is to be compiled."""
+        if self.cache_path:
+            file = self._file(signature)
+            with suppress(Exception):  # whatever unpickling makes of it; no file is an EOFError
+                stored, data = pickle.loads(kept(file) or b"")
+                if stored == (file.name, signature):  # and not of a kernel whose file was copied over
+                    return self._rebuild(target_context, *data)
+        _say_compiling()
+        return None
+
+    def save_overload(self, signature, code) -> None:
+        """Keep the code of a signature."""
+        try:
+            if self.cache_path and not (code.lifted or code.library.has_dynamic_globals):  # addresses of this process
+                file = self._file(signature)
+                keep(file, self._dumps(((file.name, signature), self._reduce(code))))
+        except (AttributeError, TypeError) as error:
+            _warn_of_numba(error)
+
+
+def _dispatcher(function: Callable, face: str, **options):
+    """Numba's dispatcher of a function, whose code is kept in a folder ``face`` of `kept_folder`, if anywhere."""
+    import numba
+
+    dispatcher = numba.njit(**options)(function)
+    if numba.config.DISABLE_JIT:
+        return dispatcher
+    known = dispatcher.targetdescr.options
+    if unknown := [name for name in options if not hasattr(known, name)]:
+        _warn(f"numba {numba.__version__} has no option {unknown[0]!r}; kernels may be slower")
+        return _dispatcher(function, face, **{name: options[name] for name in options if name not in unknown})
+    folder = kept_folder()
+    try:
+        if not hasattr(dispatcher, "_cache"):
+            raise AttributeError("no Dispatcher._cache")
+        dispatcher._cache = _Code(function, folder and folder / face)
+    except (AttributeError, ImportError) as error:
+        _warn_of_numba(error)
+        _say_compiling()
     return dispatcher
 
 
@@ -175,13 +202,13 @@ class _Kernel:
 
     def __init__(self, function, **options):
         self.py_func = function
-        self._options = options
+        self.targetoptions = OPTIONS | options  # where numba looks whether to put in the text (`inlined`)
         functools.update_wrapper(self, function)
 
     @functools.cached_property
     def _within(self):
         """The dispatcher that other kernels call."""
-        return _compiled(self.py_func, "within", **self._options, no_cpython_wrapper=True)
+        return _dispatcher(self.py_func, "within", **self.targetoptions, no_cpython_wrapper=True)
 
     @property
     def _numba_type_(self):
@@ -191,7 +218,7 @@ class _Kernel:
     @functools.cached_property
     def dispatcher(self):
         """The dispatcher that Python calls."""
-        return _compiled(self.py_func, "called", **self._options)
+        return _dispatcher(self.py_func, "called", **self.targetoptions)
 
     def __call__(self, *arguments):
         return self.dispatcher(*arguments)
@@ -202,16 +229,15 @@ class _Kernel:
 
 def direct(kernel, *arguments) -> Callable:
     """What calls a kernel with arguments of these types without numba's asking for them, most of a short call."""
-    if numba.config.DISABLE_JIT:
+    if INTERPRETED:
         return kernel
+    import numba
+
     return kernel.dispatcher.compile(tuple(numba.typeof(argument) for argument in arguments))
 
 
 def _made(function, **options):
-    file = Path(function.__code__.co_filename)
-    if file in kernel_files():  # its code is as old as this moment
-        _current([file])
-    if not numba.config.DISABLE_JIT:
+    if not INTERPRETED:
         return _Kernel(function, **options)
     function.py_func = function
     return function
@@ -229,7 +255,7 @@ def kernel(function):
 
 def inlined(function):
     """Have the text of a small function stand in each kernel that calls it, rounded as that kernel is (`fused`)."""
-    return numba.njit(inline="always")(function)
+    return _made(function, inline="always")
 
 
 def fused(function):
@@ -246,20 +272,14 @@ def summed(function):
     return _made(function, forceinline=True, _nrt=False, fastmath={"contract", "reassoc", "nsz"})
 
 
-class _Once(event.Listener):
-    """Calls a function when the first kernel is compiled; one that is taken from the cache is not."""
-
-    def __init__(self, say: Callable[[str], object]):
-        self.say = say
-
-    def on_start(self, event):
-        self.say("compiling kernels, about a minute; the next run finds them")
-        self.say = lambda text: None
-
-    def on_end(self, event):
-        pass
+_announced: list[Callable[[str], object]] = []
 
 
 def announce(say: Callable[[str], object]) -> None:
     """Have ``say`` called with one sentence when the first kernel of this process is compiled, if any is."""
-    event.register("numba:compile", _Once(say))
+    _announced.append(say)
+
+
+def _say_compiling() -> None:
+    while _announced:
+        _announced.pop()("compiling kernels, about a minute; the next run finds them")
