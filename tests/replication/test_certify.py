@@ -84,13 +84,14 @@ def test_an_input_that_is_another_file_or_gone_is_no_equal_run(results, tmp_path
     os.utime(record, (date - 1e8, date - 1e8))
     code, said, _ = run_command("verify", results)
     assert code == 1 and "differs  115rpm.csv  is another input than the results were made from" in said
+    assert "`snakemake -j2 --forceall` if that has nothing to do, as after `--touch`" in said
     record.unlink()
     code, said, _ = run_command("verify", results)
     assert code == 1 and "missing  115rpm.csv" in said
 
 
 def test_a_recording_of_another_configuration_is_no_equal_run(results):
-    """What a profile with `rerun-triggers: mtime` leaves: a configuration was changed, and no run was made again."""
+    """What `--touch` or `rerun-triggers: mtime` leaves: a configuration was changed, and no run was made again."""
     scene, rig = {"duration": 90.0, "step": 1e-4, "pitches": []}, {"chain": {"pitches": 35}}
     stated = {f"runs/{name}rpm.npz": scene | {"rig": rig_hash(rig)} for name in (115, 150)}
     for name in stated:
@@ -103,6 +104,14 @@ def test_a_recording_of_another_configuration_is_no_equal_run(results):
         with pytest.raises(InputError, match=r"another configuration .*, and so are runs/150rpm.npz; run") as refusal:
             write_manifest(results, [], changed)
         assert said in str(refusal.value)
+        assert f"`snakemake -j2 -R {results}/runs/115rpm.npz {results}/runs/150rpm.npz`" in str(refusal.value)
+    many = {f"runs/{k}rpm.npz": changed["runs/115rpm.npz"] for k in range(30)}
+    for name in many:
+        shutil.copy(results / "runs/115rpm.npz", results / name)
+    with pytest.raises(InputError, match=r"and so are .*, \.\.\.; run `snakemake -j2 --forceall`"):
+        write_manifest(results, [], many)
+    for name in many.keys() - stated.keys():
+        (results / name).unlink()
     write_npz(results / "runs/115rpm.npz", {"scene": scene | {"duration": 80.0}, "rig": rig}, {"time": np.zeros(1)})
     done = run_command("verify", results)
     assert (

@@ -68,3 +68,17 @@ def test_a_killed_run_goes_on_and_ends_in_the_same_bytes(tmp_path):
         process.wait(300)
     results = complete(root)
     assert [name for name in expected.keys() | results.keys() if expected.get(name) != results.get(name)] == []
+    # killed once more while a recording is made anew whose table and figure lie there already
+    recording, tiny = root / "results/runs/ring/210rpm_0.308.npz", root / TINY
+    config = tiny.read_text(encoding="utf-8")
+    assert "without_ring: false, steps_s: [[0.308, 1.0e-4]]" in config
+    tiny.write_text(config.replace("[[0.308, 1.0e-4]]", "[[0.308, 5.0e-5]]"), encoding="utf-8")
+    process = start(root)
+    while recording.exists():
+        assert process.poll() is None, (root / "log.txt").read_text(encoding="utf-8")[-3000:]
+        time.sleep(0.02)
+    os.killpg(process.pid, signal.SIGKILL)
+    process.wait(300)
+    tiny.write_text(config, encoding="utf-8")
+    assert not recording.exists() and (root / TARGETS[1]).exists()
+    assert complete(root) == expected

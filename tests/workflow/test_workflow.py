@@ -6,6 +6,7 @@ import re
 import shutil
 import subprocess
 import sys
+import tempfile
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -150,7 +151,8 @@ def test_scripts_load_no_file_of_ours_that_their_rules_do_not_need():
 class Pretended:
     """A copy of the project with empty files for all results of a quick run, and Snakemake's records of them."""
 
-    targets = ("--configfile", "config/quick.yaml", "--", "all", "studies")
+    configured = ("--configfile", "config/quick.yaml", "--")
+    targets = (*configured, "all", "studies")
 
     def __init__(self, folder):
         self.folder, self.root = folder, folder / "copy"
@@ -175,9 +177,9 @@ class Pretended:
         code, said = snakemake(folder, "-j1", "--forceall", *self.targets, run="--touch", root=self.root)
         assert code == 0, said
 
-    def due(self):
-        """Rules that would run again, with how many jobs."""
-        planned = planned_jobs(self.folder, *self.targets, root=self.root)
+    def due(self, *options):
+        """Rules that would run again, with how many jobs; with ``options`` in place of the targets."""
+        planned = planned_jobs(self.folder, *(options or self.targets), root=self.root)
         return {rule: count for rule, count in planned.items() if rule not in ("all", "studies", "total")}
 
     @contextmanager
@@ -194,6 +196,19 @@ class Pretended:
             for file, (content, stat) in before.items():
                 file.write_bytes(content)
                 os.utime(file, ns=(stat.st_atime_ns, stat.st_mtime_ns))
+
+    @contextmanager
+    def without(self, *names):
+        """The copy without these results, a folder with all that is in it."""
+        aside = Path(tempfile.mkdtemp(dir=self.folder))
+        for name in names:
+            (aside / name).parent.mkdir(parents=True, exist_ok=True)
+            (self.root / "results/quick" / name).rename(aside / name)
+        try:
+            yield
+        finally:
+            for name in names:
+                (aside / name).rename(self.root / "results/quick" / name)
 
 
 @pytest.fixture(scope="module")
@@ -280,3 +295,45 @@ def test_one_more_radius_costs_runs_of_rings_alone(pretended):
     assert {"measure", "metrics", "ring_figures", "claims"} <= due.keys()
     assert not {"simulate", "meshing_figures", "closure", "sensor_figures", "warm_up"} & due.keys()
     assert (due["ring_runs"], due["measure"], due["metrics"]) == (2, 1, 1)
+
+
+# --- results that are missing -----------------------------------------------------------------------------
+
+MISSING = [
+    (["figures/fig24.png"], "", {"ring_figures", "page", "manifest"}),
+    (["figures/fig08.svg", "tables/table1.csv"], "", {"schematics", "parameters", "page", "manifest"}),
+    (["runs/meshing/ring.npz"], "", {"simulate", "meshing_figures", "metrics", "claims", "page", "manifest"}),
+    # a job of another target, whose recording was removed when it began and never written
+    (["runs/meshing/ring.npz"], "results/quick/figures/fig19.png", {"simulate", "meshing_figures"}),
+    (["trade"], "trade", {"trade_scene", "trade_promises", "trade"}),
+    (["kernels"], "", set()),
+]
+
+
+@pytest.mark.parametrize(("names", "target", "rules"), MISSING)
+def test_a_missing_result_is_made_again_with_what_follows_from_it(pretended, names, target, rules):
+    with pretended.without(*names):
+        due = pretended.due(*((*pretended.configured, target) if target else ()))
+    assert rules <= due.keys() and bool(rules) == bool(due), due
+    assert not {"peer_runs", "ring_runs", "warm_up"} & due.keys()
+    assert pretended.due() == {}
+
+
+def test_all_that_is_missing_is_made_at_once(pretended):
+    with pretended.without("figures", "tables", "runs", "measured", "extremes", "report.html"):
+        due = pretended.due()
+    assert {"simulate", "ring_runs", "measure", "closure", "schematics", "extremes_part", "statistics"} <= due.keys()
+    assert not {"warm_up", "peer_runs", "trade_scene"} & due.keys()
+
+
+def test_the_remedy_of_a_recording_of_another_configuration_makes_it_again(pretended):
+    """A configuration was changed and its results touched: none is due, and the manifest's sentence names a command."""
+    with pretended.edited({"config/quick.yaml": in_place_of("step_s: 1.0e-4", "step_s: 1.25e-4")}):
+        assert pretended.due()["simulate"] == 2
+        code, said = snakemake(pretended.folder, "-j1", *pretended.targets, run="--touch", root=pretended.root)
+        assert code == 0 and pretended.due() == {}, said
+        named = [f"results/quick/runs/meshing/{name}.npz" for name in ("no_ring", "ring")]
+        due = pretended.due("-R", *named, *pretended.targets)
+    assert due["simulate"] == 2 and {"metrics", "meshing_figures", "manifest"} <= due.keys()
+    code, said = snakemake(pretended.folder, "-j1", *pretended.targets, run="--touch", root=pretended.root)
+    assert code == 0 and pretended.due() == {}, said

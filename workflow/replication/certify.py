@@ -11,6 +11,7 @@ import io
 import json
 import platform
 import re
+import shlex
 from collections.abc import Iterable, Mapping
 from importlib.metadata import version
 from math import inf
@@ -32,6 +33,8 @@ FORMAT = 3
 NAME = "manifest.json"
 LARGEST = 50_000_000  # bytes of a manifest that is read; that of the full run has less than one million
 LONGEST_TEXT = 120_000  # bytes; a longer table is known by its hash only
+REMAKE_ALL = "--forceall"  # option of Snakemake to make all results, whatever it knows of them
+MOST_NAMED = 4  # recordings that a remedy names one by one
 PACKAGES = ("numpy", "scipy", "numba", "pandas", "matplotlib", "snakemake")
 ENDS = {  # kinds of files, and how whole ones end
     ".csv": rb"\n", ".json": rb"[}\]]\s*", ".svg": rb"</svg>\s*", ".png": rb"IEND\xaeB`\x82",
@@ -119,10 +122,11 @@ def write_manifest(
     """
     if others := compare_runs(results, runs or {}):
         names = ", ".join(finding.name for finding in others[1:4])
+        recordings = " ".join(shlex.quote(str(Path(results, finding.name))) for finding in others)
+        remedy = f"-R {recordings}" if len(others) <= MOST_NAMED else REMAKE_ALL
         raise InputError(
             f"{Path(results, others[0].name)} {others[0].text}{', and so are ' + names if names else ''}"
-            f"{', ...' if others[4:] else ''}; run `snakemake -j2 --rerun-triggers mtime params`, for a profile with "
-            "`rerun-triggers: mtime` sees no change in the configuration"
+            f"{', ...' if others[4:] else ''}; run `snakemake -j2 {remedy}`, with the configuration of this run"
         )
     about = {"trackdyn": __version__, "sources": source_hash(), "target": target_hash()}
     about |= {"python": platform.python_version(), "machine": platform.machine(), "system": platform.system()}
@@ -192,7 +196,10 @@ def compare_inputs(results: Path | str, inputs: Mapping[str, str]) -> list[Findi
     for name, expected in inputs.items():
         path = next((path for folder in folders if (path := folder / name).is_file()), None)
         status = MISSING if path is None else EQUAL if file_hash(path) == expected else DIFFERS
-        text = "is another input than the results were made from; run `snakemake -j2` again"
+        text = (
+            "is another input than the results were made from; run `snakemake -j2` again, "
+            f"or `snakemake -j2 {REMAKE_ALL}` if that has nothing to do, as after `--touch`"
+        )
         findings.append(Finding(name, status, text if status == DIFFERS else ""))
     return findings
 

@@ -42,12 +42,25 @@ def contents(wildcards, reader):
     return sha256(repr([(below_root(file), content_hash(file)) for file in sorted(stated)]).encode()).hexdigest()
 
 
-def follow_contents():
-    """Rerun what reads a file of other content, whatever its date: a record copied from a card is older than results.
+def make_missing(wildcards, reader):
+    """No input, but have a result of this job made if it is missing.
 
-    A rule without a message has its docstring for one.
+    Snakemake makes a missing file only if it is a target, or if a job that runs reads it. Deleted results, and those of a
+    job that was killed after its old ones were removed, would stay missing below newer ones. Compiled kernels are no result.
+    """
+    if workflow.is_main_process and not reader.name.startswith("warm_up"):
+        made = (file.apply_wildcards(wildcards) for file in reader.output)
+        workflow.dag.forcefiles.update(file for file in made if not Path(file).exists())
+    return []
+
+
+def follow_contents():
+    """Rerun what reads a file of other content, whatever its date, and make what is missing.
+
+    A record copied from a card is older than results. A rule without a message has its docstring for one.
     """
     for reader in workflow.rules:
         reader.message = reader.message or reader.docstring
         if reader.output and "contents" not in reader.params.keys():
             reader.set_params(contents=partial(contents, reader=reader))
+            reader.set_input(partial(make_missing, reader=reader))
