@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fieldtest.samples import WRAPS
 from fieldtest.sensor_csv import SensorRecord
 from trackdyn.inputs.errors import InputError
 from trackdyn.measure.sensor import OTHER_SPEED, measured_loop_hz, sense, whole_samples
@@ -115,7 +116,7 @@ def judge_axes(recording: Recording, record: SensorRecord) -> Doubt | None:
     loop that runs the other way round, as its mirror image does, is not doubted. Other causes that are tried are zeros
     of the sensor that are not 0, a high-pass filter, a wrong scale, and an angle about z.
     """
-    if not (recording.scene.rig.gravity and recording.periods.loop_hz):
+    if not (recording.scene.rig.gravity and recording.periods.loop_hz) or any(WRAPS in text for text in record.doubts):
         return None
     forms, shapes, hz = _shapes(recording, record)
     misfits = {axes: _misfit(shape, forms) for axes, shape in shapes.items()}

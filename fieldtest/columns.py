@@ -1,6 +1,9 @@
 """What of a source is read, and how; one question asks for all that the names of its columns do not tell."""
 
 import re
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import replace
 from itertools import combinations
 from typing import Any, NamedTuple
 
@@ -18,20 +21,22 @@ from fieldtest.sensor_mapping import (
     Column,
     SensorMapping,
     Wanted,
+    named,
     of_group_in,
     parts_of_time,
     time_like,
 )
-from fieldtest.stamps import Rate
+from fieldtest.stamps import Rate, is_index
 from trackdyn.inputs.errors import InputError, shown
 
 TIME_KEYS = ("time", "fraction")
 _HEAD = 500  # rows that tell most columns from stamps, and, with as many of the others, how many names a column holds
-_MOST = 100  # sensors of a table
+_MOST = 16  # sensors of a table
 # of two sensors, not of one: mean length of a run of rows, and how much shorter a step within a sensor's own rows is,
-# or how much other their scatter or mean (in standard deviations) is
-_SHORT_RUN, _SHORTER, _OTHER_SCATTER, _OTHER_MEAN = 3.0, 1.5, 1.5, 0.5
-_UNEVEN, _EVEN = 0.3, 0.1  # standard deviation of the steps between stamps over their mean
+# or how much other their scatter or mean (in standard deviations) is; of one: how much shorter the step between rows is
+_SHORT_RUN, _SHORTER, _OTHER_SCATTER, _OTHER_MEAN, _ONE = 3.0, 1.5, 1.5, 0.5, 1.25
+# stamps of one sensor: share of the steps near the median one, the distance from it, and their mean over it
+_MOST_STEPS, _NEAR, _LONGER = 0.8, 0.25, 1.3
 
 
 class Axis(NamedTuple):
@@ -56,6 +61,7 @@ class Reading(NamedTuple):
     gaps: str | None  # bridge or longest; None: there are none
     resample: bool
     day_first: bool | None  # of dates; None: as they are written
+    one_sensor: bool  # all rows are of it, whatever their columns hold
 
 
 def reading_of(source: Source, mapping: SensorMapping, wanted: Wanted, range_g: float, gravity: float) -> Reading:
@@ -117,21 +123,29 @@ def reading_of(source: Source, mapping: SensorMapping, wanted: Wanted, range_g: 
         gaps=mapping.gaps,
         resample=mapping.resample,
         day_first=None if mapping.dates is None else mapping.dates == "day-first",
+        one_sensor=mapping.group == "none",
     )
 
 
 def _chosen(source: Source, wanted: Wanted) -> dict[str, Column]:
     """Columns by axis and time. Raises `InputError`: one may be several, or none, or that of another key."""
     columns: dict[str, Column] = {}
+    several: dict[str, list[Column]] = {}
     for key, candidates in wanted.choose(source.columns).items():
-        if len(candidates) > 1:
-            words = " and ".join(f"{column.position + 1} ({shown(column.name)})" for column in candidates)
-            number = f"'#{candidates[0].position + 1}'"
-            field = f"time: {number}" if key == "time" else f"axes: {{{key}: {number}}}"
-            raise InputError(f"columns {words} may all be {key}; say which with `{field}`.")
         if not candidates:
             raise InputError(f"no column {wanted.named[key]!r} for {key}; there are {listed(source.names)}.")
         columns[key] = candidates[0]
+        several |= {key: candidates} if len(candidates) > 1 else {}
+    if several:
+        words = [
+            " and ".join(f"{column.position + 1} ({shown(column.name)})" for column in candidates)
+            + f" may all be {key}"
+            for key, candidates in several.items()
+        ]
+        numbers = {key: f"{key}: '#{candidates[0].position + 1}'" for key, candidates in several.items()}
+        fields = [numbers.pop("time")] if "time" in numbers else []
+        fields += [f"axes: {{{', '.join(numbers.values())}}}"] if numbers else []
+        raise InputError(f"columns {', '.join(words)}; say which with `{', '.join(fields)}`.")
     for (key, column), (second, same) in combinations(columns.items(), 2):
         if column.position == same.position:
             raise InputError(f"column {shown(column.name)} is named for {key} and {second}; name two columns.")
@@ -149,7 +163,7 @@ def _times(source: Source, columns: dict[str, Column], rated: bool, questions: l
     if not time and len(fine) == 1:
         time = whole[fine[0][1]]
     elif not time and free and not free[0].position and re.fullmatch(r"|.*[=:]", free[0].name) and _counts(source, 0):
-        time = free[0]
+        time = None if _is_index(source, free[0]) else free[0]
     if not time:
         _ask_time(source, free, rated, questions)
         return {}
@@ -175,6 +189,11 @@ def _counts(source: Source, column: int) -> bool:
     return step.size > 8 and bool((step > 0).all() and (step != 1).any())
 
 
+def _is_index(source: Source, column: Column) -> bool:
+    """Whether a column without a name and a unit may hold the numbers of the rows."""
+    return not (column.name or column.unit) and is_index(source.stamps(column.position))
+
+
 def _rises(source: Source, column: int) -> bool:
     """Whether a column may hold stamps: dates, words, or numbers that rise and never fall."""
     values = source.stamps(column)
@@ -188,7 +207,9 @@ def _ask_time(source: Source, free: list[Column], rated: bool, questions: list[s
     candidates = [column for column in named if _rises(source, column.position)] + [
         column
         for column in free
-        if column not in named and all(_counts(rows, column.position) for rows in (head, source))
+        if column not in named
+        and all(_counts(rows, column.position) for rows in (head, source))
+        and not (rated and _is_index(source, column))
     ]
     if candidates:
         questions.append(
@@ -203,19 +224,66 @@ def _ask_time(source: Source, free: list[Column], rated: bool, questions: list[s
         )
 
 
-def rows_of_group(source: Source, group: str) -> Source:
-    """The rows of one sensor; all of them where a group is of columns. Raises `InputError`: there is neither."""
-    if of_group_in(source.columns, group):
+def rows_of_group(source: Source, wanted: Wanted) -> Source:
+    """The rows of one sensor; all of them where a group is of columns, or none.
+
+    Raises `InputError`: no row is of that group, or several columns may name it.
+    """
+    group = wanted.group
+    if group in (None, "none") or of_group_in(source.columns, group):
         return source
-    for column in range(len(source.columns)):
-        chosen = np.array(source.texts(column)) == group
-        if chosen.any():
-            return source.only(chosen)
-    raise InputError(f"no column's name begins with the group {group!r}, and no row holds it.")
+    name, _, code = group.rpartition("=")
+    among = named(source.columns, name) if name else []
+    if not among:
+        of_time = {column.position for column in time_like(source.columns)} | source.dated
+        among, code = [column for column in source.columns if column.position not in of_time], group
+    holders = [column for column in among if code in source.texts(column.position)]
+    if len(holders) > 1:
+        chosen = wanted.choose(source.columns)
+        used = {key: columns[0] for key, columns in chosen.items() if len(columns) == 1}
+        with suppress(InputError):
+            values = {
+                key: source.numbers([used[key].position], used[key].position)[:, 0]
+                for key in used
+                if key in ("ay", "time")
+            }
+            apart = [column for column, _ in _sensor_columns(source, used, values)] if "ay" in values else []
+            holders = [column for column in holders if column in apart] or [
+                column for column in holders if column not in used.values()
+            ]
+    if not holders:
+        raise InputError(f"no column's name begins with the group {group!r}, and no row holds it.")
+    if len(holders) > 1:
+        words = " and ".join(f"{column.position + 1} ({shown(column.name)})" for column in holders)
+        fields = " or ".join(f"`group: {_group(column, code)}`" for column in holders[:4])
+        raise InputError(f"columns {words} hold {code!r}; say which is meant, {fields}.")
+    rows = np.array(source.texts(holders[0].position)) == code
+    return replace(source.only(rows), group=f"{holders[0].described} with {shown(code)}")
+
+
+def _group(column: Column, code: str) -> str:
+    """Rows of a code in a column as a mapping in YAML names them."""
+    text = f"{column.name or f'#{column.position + 1}'}={code}"
+    return text if re.fullmatch(r"\w[\w=.-]*", text) else "'" + text.replace("'", "''") + "'"
 
 
 def require_one_sensor(source: Source, used: dict[str, Column], values: dict[str, np.ndarray]) -> None:
     """Refuse (`InputError`) rows of several sensors, which would be read as those of one."""
+    for column, codes in _sensor_columns(source, used, values):
+        raise InputError(
+            f"column {column.position + 1} ({shown(column.name)}) says of which sensor a row is "
+            f"({', '.join(map(shown, codes))}); choose the rows of one, "
+            f"`group: {_group(column, next(filter(None, codes)))}`, or, if all are of one sensor, `group: none`."
+        )
+
+
+def _sensor_columns(
+    source: Source, used: dict[str, Column], values: dict[str, np.ndarray]
+) -> Iterator[tuple[Column, list[str]]]:
+    """Columns with few codes that tell the rows of several sensors apart, and these codes.
+
+    ``values`` are numbers of the columns that are ``used``, (N,), by axis and time.
+    """
     stamps = [values["time"]] if "time" in values else []
     positions = {column.position for column in used.values()}
     if not stamps:
@@ -225,48 +293,51 @@ def require_one_sensor(source: Source, used: dict[str, Column], values: dict[str
         stamps = [t for t in stamps if t.size == values["ay"].size]
     rows = np.arange(values["ay"].size)
     seen = source.only((rows < _HEAD) | (rows % (rows.size // _HEAD + 1) == 0))
-    for column in set(range(len(source.columns))) - positions - source.dated:
-        if not 2 <= len(set(seen.texts(column))) <= _MOST:
+    for column in source.columns:
+        if column.position in positions | source.dated or not 2 <= len(set(seen.texts(column.position))) <= _MOST:
             continue
-        texts = source.texts(column)
-        names = sorted(set(texts))
-        if not len(names) <= _MOST or len(texts) <= 2 * len(names):
+        texts = source.texts(column.position)
+        numbers = {text: number_in(text) for text in set(texts)}
+        names = sorted(numbers, key=lambda text: (np.nan_to_num(numbers[text], nan=np.inf), text))
+        if len(names) > _MOST or len(texts) <= 2 * len(names) or any(number % 1 > 0 for number in numbers.values()):
             continue
-        numbers = [number for name in names if np.isfinite(number := number_in(name))]
-        codes, measured = np.array(list(map(names.index, texts))), any(number % 1 for number in numbers)
-        if measured or not _tells(codes, values["ay"], stamps, len(numbers) < len(names)):
-            continue
-        first = next(filter(None, names))
-        raise InputError(
-            f"column {column + 1} ({shown(source.columns[column].name)}) says of which sensor a row is "
-            f"({', '.join(map(shown, names))}); choose the rows of one, `group: {first}`."
-        )
+        codes = np.array(list(map(names.index, texts)))
+        if _tells(codes, values["ay"], stamps, not all(map(np.isfinite, numbers.values()))):
+            yield column, names
 
 
 def _tells(codes: np.ndarray, ay: np.ndarray, stamps: list[np.ndarray], words: bool) -> bool:
-    """Whether rows with another code are those of another sensor."""
+    """Whether rows with another code are those of another sensor: by stamps of its own, or even ones and its signal."""
+    groups = [np.flatnonzero(codes == code) for code in set(codes)]
+    change = np.flatnonzero(codes[1:] != codes[:-1])
     for t in stamps:
         # taken sensor by sensor the stamps rise, which they do not, or stand, as the rows are written
-        step, own = np.diff(t), np.concatenate([np.diff(t[codes == code]) for code in set(codes)])
-        if ((step < 0).any() and not (own < 0).any()) or (words and (step <= 0).any() and not (own <= 0).any()):
+        step, own = np.diff(t), np.concatenate([np.diff(t[rows]) for rows in groups])
+        falls, stands = np.count_nonzero(step < 0), np.count_nonzero(step <= 0)
+        # numbers may count rows or follow a temperature: a defect of the stamps is no sensor, nor are coarse ones
+        as_often = words or np.median(own) < (1 + _NEAR) * np.median(np.abs(step[step != 0]))
+        if (falls >= (1 if words else change.size / 4) and not (own < 0).any()) or (
+            stands >= (1 if words else change.size / 4) and as_often and not (own <= 0).any()
+        ):
             return True
-    change = np.flatnonzero(codes[1:] != codes[:-1])
-    returns = change[codes[change + 1] == codes[0]]
-    period = int(returns[0]) + 1 if returns.size else codes.size
-    periodic = period < codes.size / 2 and (codes[period:] == codes[:-period]).all()
     own = pd.Series(ay).groupby(codes)
-    jumps = np.nanstd(np.diff(ay)[change]) > _SHORTER * np.nanstd(own.diff())
-    if codes.size > _SHORT_RUN * (1 + change.size):
-        return bool(periodic and jumps)
-    if (words and periodic) or jumps:
-        return True
-    whole = float(np.nanstd(ay))
+    across, within = np.nanstd(np.diff(ay)[change]), np.nanstd(own.diff())
+    alternate = codes.size <= _SHORT_RUN * (1 + change.size)
+    if not (alternate and any(all(_even(t[rows]) for rows in groups) for t in stamps or [np.arange(codes.size)])):
+        returns = change[codes[change + 1] == codes[0]]
+        period = int(returns[0]) + 1 if returns.size else codes.size
+        periodic = period < codes.size / 2 and (codes[period:] == codes[:-period]).all()
+        return bool(periodic and across > _SHORTER * within)
+    if words or across > _SHORTER * within or _ONE * across < within:
+        return bool(_ONE * across >= within)
+    scatter = 3 / min(map(len, groups)) ** 0.5  # of means and of spreads, in standard deviations
     spreads, means = own.std(), own.mean()
-    if np.ptp(means) > _OTHER_MEAN * whole or spreads.max() > _OTHER_SCATTER * spreads.min():
-        return True
-    return any(_scatter(t) > _UNEVEN and max(_scatter(t[codes == code]) for code in set(codes)) < _EVEN for t in stamps)
+    other_spread = spreads.max() > (_OTHER_SCATTER + scatter) * spreads.min()
+    return bool(np.ptp(means) > (_OTHER_MEAN + scatter) * np.nanstd(ay) or other_spread)
 
 
-def _scatter(t: np.ndarray) -> float:
+def _even(t: np.ndarray) -> bool:
     step = np.diff(t)
-    return float(np.std(step) / np.mean(step)) if step.size and np.mean(step) > 0 else 0.0
+    usual = np.median(step) if step.size else 0.0
+    near = np.abs(step - usual) <= _NEAR * usual
+    return bool(usual > 0 and near.mean() >= _MOST_STEPS and step.mean() <= _LONGER * usual)

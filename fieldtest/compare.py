@@ -157,11 +157,15 @@ def other_speed(recording: Recording, record: SensorRecord, table: pd.DataFrame)
     hz, rpm, lines = recording.periods.loop_hz, recording.scene.motor_rpm, table.set_index("measure")
     if "line_hz_binfree" not in lines.index:
         return None
+    source = record.done.get("rate", "")
     own_hz, error = lines.loc["line_hz_binfree", ["sensor", "sensor_error"]].astype(float).fillna(0.0)
     if abs(own_hz - hz) <= max(SPEED_TOLERANCE * hz, CLEAR_ERRORS * error):
         return None
+    turns = (
+        f"{own_hz:.4g} times per second{f' (+- {error:.2g})' if error else ''}{f' at {source}' * ('taken' in source)}"
+    )
     return (
-        f"{record.path}: its loop turns {own_hz:.4g} times per second{f' (+- {error:.2g})' if error else ''}, the "
+        f"{record.path}: its loop turns {turns}, the "
         f"simulated one {hz:.4g} times at {rpm:g} rpm, {abs(hz / own_hz - 1):.1%} "
         f"{'slower' if hz < own_hz else 'faster'}; compare with a run at {rpm * own_hz / hz:.4g} rpm"
     )

@@ -18,7 +18,7 @@ import numpy as np
 import pandas as pd
 
 from fieldtest.sensor_mapping import Column, columns_of, in_cell
-from fieldtest.stamps import DATE, seconds_of
+from fieldtest.stamps import DATE, is_index, seconds_of
 from trackdyn.inputs.errors import InputError, shown
 
 SEPARATORS = {"\t": "tabs", ";": "semicolons", ",": "commas", "|": "vertical bars", " ": "blanks"}
@@ -45,6 +45,7 @@ class Source:
     lines: Sequence[int]  # number of each row, in a text of its line, from 1
     separator: str = ""  # between the fields of a text
     dated: frozenset[int] = frozenset()  # columns of dates and times of day: their numbers are in s
+    group: str = ""  # column and code of the rows that were chosen, in words
     left_out: tuple[str, ...] = ()  # lines of words below the rows
     synthetic: bool = False  # whether a comment says that the file is synthetic
 
@@ -161,6 +162,11 @@ class Source:
         """Where a row stands, in words."""
         return f"{'line' if isinstance(self.body, str) else 'row'} {self.lines[row]}"
 
+    def repeats(self) -> np.ndarray:
+        """(N,) whether a row has the same cells as the one above it."""
+        rows: Sequence = self.body.split("\n") if isinstance(self.body, str) else self.cells
+        return np.array([False, *(row == above for above, row in pairwise(rows))])
+
     def misfits(self) -> np.ndarray:
         """(N,) whether a row has another number of fields than there are columns, so that it is no sample."""
         return np.array([len(row) != len(self.columns) for row in self.cells], bool)
@@ -196,10 +202,13 @@ def _typed(frame: pd.DataFrame, columns: Sequence[int]) -> dict[int, np.ndarray]
 def table_of(frame: pd.DataFrame) -> Source:
     """Columns of a DataFrame, and its index where that is named or of times; names of several levels are joined."""
     index = frame.index
-    numbered = index.name is None and index.dtype.kind not in "mMf"  # rows that are counted, perhaps sorted
-    if not (numbered or isinstance(index, pd.MultiIndex)):
+    kind = index.dtype.kind
+    # rows that are counted, perhaps sorted
+    numbered = index.name is None and (kind not in "mMf" or (kind == "f" and is_index(index.to_numpy())))
+    again = index.name in frame and np.array_equal(frame[index.name].to_numpy().ravel(), index.to_numpy())
+    if not (numbered or again or isinstance(index, pd.MultiIndex)):
         # an index of samples is no column by this name
-        frame = frame.reset_index(names=[index.name or "time"])
+        frame = frame.reset_index(names=[index.name or "time"], allow_duplicates=True)
     if frame.columns.empty:
         raise InputError("it has no columns; give one with time and ay.")
     names = ["/".join(map(str, name)) if isinstance(name, tuple) else str(name) for name in frame.columns]

@@ -18,8 +18,18 @@ _STANDING, _MORE_OFTEN = 5, 3.0
 # samples in a row, and share of a record, that are interpolated: with so many both ways, the RMS of 30 trials on the
 # default run at 1 kHz changed by at most 0.34 % (0.06 % with gaps of 3), as impacts are lost in a gap
 BRIDGED, BRIDGED_SHARE = 10, 0.01
-# rows in a row, and times the run that 99 of 100 do not pass, from which on a sensor is taken for standing still
-_STILL, _MUCH_LONGER = 20, 5.0
+# rows in a row, their seconds, and times the run that 99 of 100 do not pass, from which on a sensor is taken for
+# standing still: a fast one repeats values of few levels
+_STILL, _STILL_S, _MUCH_LONGER = 20, 0.1, 5.0
+# distance from all other values, in their extent, from which on an extreme that repeats is no sample; and values that
+# loggers write instead of one: 9s, and ends of 16 and 32 bits
+_APART, _FEWEST_LEVELS = 0.5, 8
+_MARKS = {sign * (10.0**n - 1) for n in range(3, 8) for sign in (1, -1)} | {
+    value for bits in (16, 32) for value in (-(2.0 ** (bits - 1)), 2.0 ** (bits - 1) - 1, 2.0**bits - 1)
+}
+# steps of so much of the extent of a signal, with both ends at one distance from 0, from which on it is taken to wrap
+_JUMPS, _WHOLE, _SYMMETRIC = 5, 0.75, 0.05
+WRAPS = "wraps at the end of its range"
 _WIDTHS = (8, 10, 12, 14, 16, 18, 20, 24, 32)  # bits of counts
 
 
@@ -113,6 +123,36 @@ def clipped(axes: pd.DataFrame, largest: float, range_g: float) -> tuple[int, st
     return count, f"{count} of {rows} rows {ends}", saturated
 
 
+def marks(values: np.ndarray) -> np.ndarray:
+    """(N,) whether a value is a mark of no sample: an extreme that repeats, or that loggers write, far from all others.
+
+    One of long rows, but three times, is that of a logger that had not begun.
+    """
+    levels, counts = np.unique(values[np.isfinite(values)], return_counts=True)
+    marked = np.zeros(values.size, bool)
+    for end, following in ((0, 1), (-1, -2)) if levels.size > _FEWEST_LEVELS else ():
+        here = values == levels[end]
+        runs = np.diff(np.flatnonzero(np.diff(here, prepend=False, append=False)))[::2]
+        far = abs(levels[end] - levels[following]) > _APART * (levels[-2] - levels[1])
+        known = counts[end] > 1 or levels[end] in _MARKS
+        if far and known and (runs.max() <= BRIDGED or runs.size > 2) and here.mean() < _CLIPPED:
+            marked |= here
+    return marked
+
+
+def wrapped(ay: np.ndarray) -> list[str]:
+    """A sentence on a signal that jumps by its whole extent, more often than by less; none on any other."""
+    step, extent = np.abs(np.diff(ay)), float(np.ptp(ay))
+    jumps = np.count_nonzero(step > _WHOLE * extent)
+    symmetric = abs(ay.max() + ay.min()) < _SYMMETRIC * extent
+    if not symmetric or jumps < _JUMPS or jumps < np.count_nonzero(step > 0.5 * extent) - jumps:
+        return []
+    return [
+        f"ay jumps {jumps} times from row to row by nearly all of its {extent:.4g} g: it {WRAPS}, RMS and peaks are "
+        "wrong; record with a wider range"
+    ]
+
+
 def signed(values: np.ndarray, bits: int | None) -> tuple[np.ndarray, str]:
     """Counts of which the negative ones are written without a sign, 65535 for -1, with it; and words, if they are.
 
@@ -139,7 +179,7 @@ def standing_still(ay: np.ndarray, t: np.ndarray, largest: float, where: Callabl
     moved = np.flatnonzero(np.append(True, np.diff(ay) != 0))
     runs = np.diff(moved, append=ay.size)
     first, count = int(moved[np.argmax(runs)]), int(runs.max())
-    at_end = abs(ay[first]) >= largest * (1.0 - 1e-6)
+    at_end = abs(ay[first]) >= largest * (1.0 - 1e-6) or t[first + count - 1] - t[first] < _STILL_S
     if at_end or count < max(_STILL, _MUCH_LONGER * np.quantile(runs, 0.99, method="lower")):
         return []
     last = first + count - 1

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import NoReturn
 
 import numpy as np
 import pandas as pd
@@ -17,12 +18,14 @@ from fieldtest import samples, stamps
 from fieldtest.columns import TIME_KEYS, Axis, Reading, reading_of, require_one_sensor, rows_of_group
 from fieldtest.header import find_rows
 from fieldtest.logger_text import Source, listed, table_of
-from fieldtest.sensor_mapping import AXES, TIME_UNITS, SensorMapping, wanted_columns
+from fieldtest.sensor_mapping import AXES, TIME_UNITS, SensorMapping, time_like, wanted_columns
 from fieldtest.text_file import read_logger_text
 from trackdyn.inputs.errors import InputError, naming, shown
 from trackdyn.inputs.files import write_text
 from trackdyn.inputs.validation import typed
 
+BEYOND = 1.0001  # of the range of a sensor: rounding
+NEAR_HALF = 0.02  # share by which the mean of a converter's counts may be off half of them
 MOST_MESSAGES = 0.5  # share of rows that are no samples, up to which the others are a record
 CSV_COLUMNS = ("t_s", "ax_g", "ay_g", "az_g")
 
@@ -114,8 +117,7 @@ def read_sensor(
     text = "" if table else read_logger_text(path)
     with naming(path):
         rows = table_of(source) if table else find_rows(text, wanted)
-        if wanted.group:
-            rows = rows_of_group(rows, wanted.group)
+        rows = rows_of_group(rows, wanted)
         reading = reading_of(rows, mapping, wanted, range_g, gravity)
         return _record(path, rows, reading)
 
@@ -150,20 +152,42 @@ def _samples(source: Source, reading: Reading) -> tuple[Source, dict[str, np.nda
     return source, dict(zip(keys, table.T, strict=True)), broken
 
 
+def _repeated(source: Source, values: dict[str, np.ndarray]) -> np.ndarray:
+    """(N,) whether a row repeats the one above it: with all cells the same, among them a stamp that is not coarse."""
+    rows = values["ay"].size
+    times = [values["time"]] if "time" in values else [source.stamps(c.position) for c in time_like(source.columns)]
+    for t in times:
+        step = np.diff(t)
+        stands = t.size == rows and (step == 0).any() and (step > 0).any()
+        if stands and 2 * stamps.rounding(t) < np.median(step[step > 0]):
+            return source.repeats()
+    return np.zeros(rows, bool)
+
+
 def _record(path: Path, rows: Source, reading: Reading) -> SensorRecord:
     """The record out of the rows: cropped, in s and g, checked, evenly timed."""
     source, values, broken = _samples(rows, reading)
     columns, axes, stated, range_g = reading.columns, reading.axes, reading.rate, reading.range_g
-    require_one_sensor(source, columns, values)
-    count, time = values["ay"].size, columns.get("time")
-    if count < 2:
+    if not reading.one_sensor:
+        require_one_sensor(source, columns, values)
+    if (count := values["ay"].size) < 2:
         raise InputError(f"the file holds {count} data rows; give at least 2.")
+    time = columns.get("time")
     if "fraction" in columns:
         values["time"] = values["time"] - values["time"][0] + values["fraction"] * TIME_UNITS[columns["fraction"].unit]
-    seen = stamps.in_seconds(time, values["time"]) if time else None
+    repeated = _repeated(source, values)
+    source, broken = source.only(~repeated) if repeated.any() else source, broken[~repeated]
+    values = {key: column[~repeated] for key, column in values.items()}
+    count -= int(np.count_nonzero(repeated))
+    seen = stamps.in_seconds(time, values["time"], bool(stated)) if time else None
     instants = seen.t if seen else np.arange(count) / stated.hz
     window = samples.window_of(instants, *reading.window)
     first = window.start
+    for key, axis in axes.items():
+        if (marks := samples.marks(values[key])).any():
+            if not reading.gaps:
+                _refuse_marks(source, axis, values[key], marks)
+            values[key] = np.where(marks, np.nan, values[key])
     counts = {key: samples.signed(values[key], reading.bits) for key in axes}
     signals = pd.DataFrame(
         {key: axis.factor * (counts[key][0][window] - axis.zero) for key, axis in axes.items()}, copy=False
@@ -171,7 +195,12 @@ def _record(path: Path, rows: Source, reading: Reading) -> SensorRecord:
     lines, seen, broken = np.asarray(source.lines)[window], seen and seen.within(window), broken[window]
     done = _described(source, reading, counts)
     done["dropped"] = f"{count - len(signals)} rows outside of from and to"
+    if repeated.any():
+        done["dropped"] += f", {np.count_nonzero(repeated)} that repeat the row above"
     if reading.gaps:
+        beyond = signals.abs() > range_g * BEYOND
+        if beyond.any(axis=1).mean() <= samples.BRIDGED_SHARE:
+            signals = signals.mask(beyond)
         lost = stamps.lost_rows(seen, len(signals), stated, reading.resample)
         if not seen or reading.gaps == "longest":  # without stamps the samples behind a message cannot be counted
             lost = np.where(broken[1:], np.inf, lost)
@@ -196,7 +225,7 @@ def _record(path: Path, rows: Source, reading: Reading) -> SensorRecord:
             "for ay, `axes: {ay: NAME}`, or record the moving track."
         )
     hz, since = rate.hz, instants[first] + np.arange(ay.size) / rate.hz
-    doubts = doubts or samples.standing_still(ay, since, reading.largest, where)
+    doubts = doubts or samples.wrapped(ay) or samples.standing_still(ay, since, reading.largest, where)
     if seen and not even:
         signals, done["resampled"] = samples.on_even_instants(seen.t, signals, hz)
     if hz > samples.HIGHEST_RATE_HZ:
@@ -213,6 +242,15 @@ def _record(path: Path, rows: Source, reading: Reading) -> SensorRecord:
     )  # fmt: skip
 
 
+def _refuse_marks(source: Source, axis: Axis, values: np.ndarray, marks: np.ndarray) -> NoReturn:
+    row, others = int(np.argmax(marks)), np.count_nonzero(marks) - 1
+    raise InputError(
+        f"field {axis.column.name} in {source.where(row)}{f' and {others} more' * bool(others)} is "
+        f"{values[row]:g}, far from all other values, as loggers mark what is no sample, or as a blow beyond the range "
+        "stands; leave these rows out, `gaps: bridge` or `gaps: longest`, or record with a wider range."
+    )
+
+
 def _described(source: Source, reading: Reading, counts) -> dict[str, str]:
     """Words on the rows and columns that are read."""
     said = [
@@ -224,22 +262,27 @@ def _described(source: Source, reading: Reading, counts) -> dict[str, str]:
     if unused := [name for k, name in enumerate(source.names) if k not in used and name]:
         said.append(f"not used: {listed(unused)}")
     below = f"; below them, left out: {listed(source.left_out)}" if source.left_out else ""
-    rows = f"{counts['ay'][0].size}, from {source.where(0)} on{below}"
+    group = f", of {source.group}" * bool(source.group)
+    rows = f"{counts['ay'][0].size}{group}, from {source.where(0)} on{below}"
     return {"rows": rows, "columns": "; ".join(said)}
 
 
 def _require_range(signals: pd.DataFrame, axes: dict[str, Axis], where, range_g: float) -> None:
     """Refuse (`InputError`) a value beyond the range of the sensor, perhaps as the zero of the file is not 0."""
     for key, signal in signals.items():
-        if not (beyond := signal.abs().to_numpy() > range_g * 1.0001).any():
+        if not (beyond := signal.abs().to_numpy() > range_g * BEYOND).any():
             continue
         k, axis, mean = int(np.argmax(beyond)), axes[str(key)], float(np.mean(signal.to_numpy()))
+        zero, unit = axis.zero + mean / axis.factor, "m/s2" if axis.unit == "g" else "g"
+        half = 2.0 ** round(np.log2(abs(zero))) if zero else 1.0  # of the counts of a converter
+        zero = half if abs(zero / half - 1) < NEAR_HALF else zero
         shifted = (signal - mean).abs().max() <= range_g
-        remedy = f"where 0 g is not 0, perhaps `zero: {axis.zero + mean / axis.factor:.4g}`, or " * bool(shifted)
+        remedy = f"where 0 g is not 0, perhaps `zero: {zero:.6g}`, or " * bool(shifted)
+        remedy += "if few rows are no samples, `gaps: bridge`, or " * bool(beyond.mean() <= samples.BRIDGED_SHARE)
         raise InputError(
             f"field {axis.column.name} in {where(k)} is {signal.iloc[k]:.6g} g if it is in {axis.unit}, beyond the "
-            f"sensor's range of +-{range_g:g} g; check the unit, `unit: g`, for raw counts `scale: N`, {remedy}give "
-            "the range of the sensor, `range: G`."
+            f"sensor's range of +-{range_g:g} g; check the unit, `unit: {unit}`, for raw counts `scale: N`, {remedy}"
+            "give the range of the sensor, `range: G`."
         )
 
 

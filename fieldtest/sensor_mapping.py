@@ -35,7 +35,7 @@ _UNIT = "|".join(map(re.escape, sorted(_ACCELERATION | TIMES, key=len, reverse=T
 # a number and its unit
 _IN_CELL = re.compile(rf"([+-]? ?[\d.,'\u2019\u2009 ]+(?:e[+-]?\d+)?) ?({_UNIT})", re.IGNORECASE)
 _TIME_PART = re.compile(rf"(.*?)({'|'.join(sorted(TIMES, key=len, reverse=True))})")  # of a time that two columns hold
-_IN_BRACKETS = re.compile(r"(.*?)\s*[\[(]((?:[^\[\]()]|\([^()]*\))*)[\])]")
+_IN_BRACKETS = re.compile(r"(.*?)\s*[\[(](?!\d+[\])])((?:[^\[\]()]|\([^()]*\))*)[\])]")
 _AT_THE_END = re.compile(rf"(.+?)(?<![\s_/,:])[\s_/,:]+({_UNIT})")
 _AXIS_NAME = re.compile(r"(?:a|acc|accel|acceleration|accelerometer)[\s_.-]*([xyz])")
 UNITS = _ACCELERATION | dict.fromkeys(("counts", "count", "raw", "lsb", "digits"), "counts")
@@ -88,7 +88,7 @@ class SensorMapping(Section):
         None,
         description=(
             "Prefix of the columns, such as front in front/ay; or, where a column names the sensor of each row, that "
-            "name, such as ACC."
+            "name, such as ACC or node=2; or none: all rows are of one sensor."
         ),
     )
     sensors: dict[str, "SensorMapping"] = Field(
@@ -204,14 +204,14 @@ def _position(name: str) -> int | None:
     return int(number[1]) - 1 if number else None
 
 
-def _named(columns: Sequence[Column], name: str) -> list[Column]:
+def named(columns: Sequence[Column], name: str) -> list[Column]:
     """Columns of a name, with its unit or else without it, or of a number; ``#3`` is the third, whatever the names."""
     position = _position(name)
     counted = [] if position is None else list(columns[position : position + 1])
     if name.startswith("#") and counted:
         return counted
-    named = [c for c in columns if _plain(c.name) == _plain(name)] or [c for c in columns if c.base == _plain(name)]
-    return counted + [column for column in named if column not in counted]
+    same = [c for c in columns if _plain(c.name) == _plain(name)] or [c for c in columns if c.base == _plain(name)]
+    return counted + [column for column in same if column not in counted]
 
 
 def is_unit(text: str) -> bool:
@@ -247,9 +247,9 @@ class Wanted(NamedTuple):
             ]
         chosen = {}
         for key, name in self.named.items():
-            turned = name.startswith("-") and not _named(columns, name)
-            named = _named(columns, name[1:] if turned else name)
-            chosen[key] = [column._replace(sign=-1 if turned else 1) for column in named]
+            turned = name.startswith("-") and not named(columns, name)
+            columns_named = named(columns, name[1:] if turned else name)
+            chosen[key] = [column._replace(sign=-1 if turned else 1) for column in columns_named]
         taken = {column.position for of_key in chosen.values() for column in of_key}
         for column in columns:
             letter = _AXIS_NAME.fullmatch(column.base)

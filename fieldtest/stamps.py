@@ -7,6 +7,7 @@ Rounding is told from lost rows by the straight line through all stamps: rounded
 import re
 import warnings
 from collections.abc import Callable
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +21,8 @@ TOLD_APART = (100.0, 20_000.0)  # Hz; narrow enough that they tell s, ms, us and
 _EVEN = 0.1  # intervals by which a step may differ beyond rounding
 _SAME_RATE = 1e-3
 _GAP = 2.5  # intervals; what lies between is no longer interpolated
+_BITS = (16, 24, 32)  # of counters that begin again at 0
+_SINCE_1970_MS = 1e11  # stamps beyond are ms of a calendar, no rows
 _REMEDY = (
     "cut the record with `from: S` and `to: S`, mend few with `gaps: bridge` or keep the longest part with "
     "`gaps: longest`, or read it without stamps, `time: none, rate: HZ`, if only these are at fault"
@@ -60,6 +63,7 @@ class Stamps(NamedTuple):
     t: np.ndarray
     unit: str
     rounding: float
+    guessed: str = ""  # unit that the file does not state but gives a likely rate
 
     def within(self, window: slice) -> "Stamps":
         """Stamps of some rows, from the first of them on."""
@@ -127,17 +131,24 @@ def _instants(texts: list[str], valid: list[bool], day_first: bool) -> pd.Dateti
     return pd.to_datetime(texts, format=form or "NaT", utc=True, errors="coerce")
 
 
-def in_seconds(time: Column, values: np.ndarray) -> Stamps:
+def in_seconds(time: Column, values: np.ndarray, stated: bool) -> Stamps:
     """Stamps of the ``values``, (N,), of a column, in s since the first, in its unit or the one that fits.
 
-    That one gives a rate in ``TOLD_APART``. Raises `InputError`: no unit fits, or not that of the column.
+    That one gives a rate in ``TOLD_APART``. Raises `InputError`: no unit fits, or not that of the column, or the values
+    may as well count the rows, unless the rate is ``stated``.
     """
-    unit = TIMES.get(time.unit)
+    unit = TIMES.get(time.unit, TIMES.get(time.base))
     if time.unit and not unit:
         raise InputError(
             f"column {shown(time.name)} has the unit {shown(time.unit)}; {', '.join(TIME_UNITS)} are read, choose "
             "another column, `time: NAME`, or give `time: none, rate: HZ`."
         )
+    if not (unit or stated) and values.size > 2 and (np.diff(values) == 1).all() and values[0] < _SINCE_1970_MS:
+        raise InputError(
+            f"column {shown(time.name)} goes up by 1 from row to row and does not say its unit: it may count the rows; "
+            "give their rate, `time: none, rate: HZ`, or, if these are ms, `rate: 1000`."
+        )
+    values, words = _gone_on(values)
     step = np.median(np.abs(np.diff(values))) or np.mean(np.diff(values))
     rates = {u: 1.0 / (step * s) if step > 0 else np.inf for u, s in TIME_UNITS.items()}
     low, high = RATES if unit else TOLD_APART
@@ -148,14 +159,35 @@ def in_seconds(time: Column, values: np.ndarray) -> Stamps:
             f"field {time.name} gives {rates[unit or 's']:.6g} rows per second if it is in {unit or 's'}, {low:,.0f} "
             f"to {high:,.0f} are accepted; name another column with `time: NAME`, or give `time: none, rate: HZ`."
         )
-    return Stamps((values - values[0]) * TIME_UNITS[fits[0]], fits[0], _rounding(values) * TIME_UNITS[fits[0]])
+    size = TIME_UNITS[fits[0]]
+    guessed = "" if unit else fits[0]
+    return Stamps((values - values[0]) * size, fits[0] + words, rounding(values) * size, guessed)
 
 
-def _rounding(values: np.ndarray) -> float:
+def is_index(values: np.ndarray) -> bool:
+    """Whether numbers rise by one whole number from row to row, as those of rows do, all or every fifth."""
+    step = np.diff(values)
+    return step.size > 0 and bool(step[0] >= 1 and step[0] % 1 == 0 and (step == step[0]).all())
+
+
+def _gone_on(values: np.ndarray) -> tuple[np.ndarray, str]:
+    """Stamps of a counter that begins again at 0, going on there as a clock over midnight; and words, if they do."""
+    step = np.diff(values)
+    over, near = step < 0, 3 * np.median(np.abs(step))
+    if not over.any() or values.min() < 0:
+        return values, ""
+    for bits, unit in product(_BITS, TIME_UNITS.values()):
+        size = 2**bits * unit
+        if values.max() < size and values[:-1][over].min() > size - near and values[1:][over].max() < near:
+            return values + size * np.append(0, np.cumsum(over)), f" of a counter of {bits} bits that began again"
+    return values, ""
+
+
+def rounding(values: np.ndarray) -> float:
     """The unit to which stamps are rounded: a power of ten, or the spacing of single precision."""
     noise = 4 * np.spacing(np.abs(values).max())
     decimals = next((d for d in range(10) if np.abs(values - np.round(values, d)).max() <= noise), None)
-    rounding = noise if decimals is None else 10.0**-decimals
+    unit = noise if decimals is None else 10.0**-decimals
     seen = values[:: max(values.size // 2000, 1)]
     with np.errstate(over="ignore"):
         some = seen.astype(np.float32)
@@ -166,8 +198,8 @@ def _rounding(values: np.ndarray) -> float:
         np.round(some.astype(float), 9 if decimals is None else decimals),
     )
     if any(np.abs(copy - seen).max() <= noise for copy in copies):
-        rounding = max(rounding, float(np.spacing(np.abs(some).max())))
-    return float(rounding)
+        unit = max(unit, float(np.spacing(np.abs(some).max())))
+    return float(unit)
 
 
 def lost_rows(stamps: Stamps | None, count: int, rate: Rate | None, resample: bool) -> np.ndarray:
@@ -196,9 +228,12 @@ def judge_stamps(
     step = np.diff(t)
     if step.min() < 0.0:
         k = int(np.argmax(step < 0.0))
+        back = f"the time in {where(k + 1)} is {-step[k]:.6g} s before that of the row above"
+        if step.max() <= 0.0:
+            raise InputError(f"{back}, as in every row: the newest stands first; sort the rows by time.")
         raise InputError(
-            f"the time in {where(k + 1)} is {-step[k]:.6g} s before that of the row above; sort the rows or "
-            "cut the record with `from: S` and `to: S`."
+            f"{back}; if the rows stand in order and only stamps are at fault, such as 0.8 for 0.008, read them "
+            "without, `time: none, rate: HZ`; else sort the rows, or cut the record with `from: S` and `to: S`."
         )
     if t[-1] == 0.0:
         raise InputError(f"the stamps of all {n} rows are equal; read them without, `time: none, rate: HZ`.")
@@ -238,7 +273,8 @@ def judge_stamps(
         drift = t[half] / (t[2 * half] - t[half]) - 1.0 if half else 0.0
         even = odd.max() <= _EVEN + q * hz and abs(drift) <= _SAME_RATE + 4 * q / t[-1] + 4 * _EVEN / n
     if even or (resample and step.min() > 0.0):
-        return rate or Rate(hz, "from the stamps"), bool(even), line
+        words = f", taken for {stamps.guessed}" * bool(stamps.guessed)
+        return rate or Rate(hz, f"from the stamps{words}"), bool(even), line
     k = int(np.argmin(step) if step.min() == 0.0 else np.argmax(odd))
     raise InputError(
         f"the stamps before {where(k + 1)} are {step[k]:.6g} s apart, "

@@ -35,6 +35,8 @@ PACKETS = "t_s,ay_g,box\n" + "".join(
     for box, ay in (("a", AY), ("b", np.roll(AY, 177)))
     for k in range(10)
 )
+NODES = table("t_ms,range_g,node,ay_g", lambda k, t, a: f"{8 * k},2,1,{-a}\n{8 * k},4,2,{a}")
+NOISE = np.random.default_rng(5).integers(-12, 13, T.size)
 FORMS = {
     "plain": (table("t_s,ay_g", lambda k, t, a: f"{t:.3f},{a}"), {}),
     "afternoon": (
@@ -64,6 +66,32 @@ FORMS = {
     "one of two sensors": (
         table("t_s,kind,ay_g", lambda k, t, a: f"{t:.3f},ACC,{a}\n{t:.3f},GYR,{9 * a:.4f}"),
         {"group": "ACC"},
+    ),
+    # two nodes, of which the range of one is the number of the other
+    "the range of a node": (NODES, {"group": "node=2"}),
+    "a node beside its stamps": (NODES.replace(",4,2,", ",4,8,"), {"group": "8"}),
+    # whole numbers and words that are of no other sensor
+    "counts of other axes": (
+        table("t_ms,X,Y,Z", lambda k, t, a: f"{8 * k},{NOISE[k]},{a},{NOISE[-k] // 4}"),
+        {"axes": {"ay": "Y"}, "unit": "g"},
+    ),
+    "a rate of turn": (table("t_ms,gz_dps,ay_g", lambda k, t, a: f"{8 * k},{round(5 * a) + NOISE[k] // 8},{a}"), {}),
+    "a counter that begins again": (table("t_s,n,ay_g", lambda k, t, a: f"{t:.3f},{k % 16},{a}"), {}),
+    "buffers in turn": (table("t_s,buffer,ay_g", lambda k, t, a: f"{t:.3f},{'AB'[k % 2]},{a}"), {}),
+    "laps": (table("t_s,lap,ay_g", lambda k, t, a: f"{t:.3f},{1 + k // 150},{a}"), {}),
+    "two states by chance": (table("t_s,state,ay_g", lambda k, t, a: f"{t:.3f},{NOISE[k] > 0:d},{a}"), {}),
+    "buffers that jump": (table("t_s,buffer,ay_g", lambda k, t, a: f"{t:.3f},{'AB'[k % 2]},{a}"), {"group": "none"}),
+    # stamps
+    "a counter of 32 bits": (table("t_us,ay_g", lambda k, t, a: f"{(4293967295 + 8000 * k) % 2**32},{a}"), {}),
+    "a counter of 16 bits": (
+        table("Millis,ay_g", lambda k, t, a: f"{(65000 + 8 * k) % 2**16},{a}"),
+        {"time": "Millis"},
+    ),
+    "micros in s": (table("t_s,ay_g", lambda k, t, a: f"{(4294.9 + t) % 4294.967296:.6f},{a}"), {}),
+    "every row twice": (table("t_s,ay_g", lambda k, t, a: f"{t:.3f},{a}\n{t:.3f},{a}"), {}),
+    "twice, without stamps": (
+        table("t_s,ay_g", lambda k, t, a: f"{t:.3f},{a}\n{t:.3f},{a}"),
+        {"time": "none", "rate": 125},
     ),
     "counts without a sign": (table("t_s,ay", lambda k, t, a: f"{t:.3f},{round(8192 * a) % 65536}"), {"scale": 8192}),
 }
@@ -100,9 +128,19 @@ def test_a_message_among_the_rows_is_a_gap(tmp_path):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        (table("t_s,kind,ay_g", lambda k, t, a: f"{t:.3f},ACC,{a}\n{t:.3f},GYR,{a}"), "`group: ACC`"),
-        (table("t_s,id,ay_g", lambda k, t, a: f"{t:.3f},1.0,{a}\n{t + 0.004:.3f},2.0,{-a}"), "`group: 1.0`"),
-        (PACKETS, "`group: a`"),
+        (
+            table("t_s,kind,ay_g", lambda k, t, a: f"{t:.3f},ACC,{a}\n{t:.3f},GYR,{a}"),
+            "`group: kind=ACC`, or, .*`group: none`",
+        ),
+        (table("t_s,id,ay_g", lambda k, t, a: f"{t:.3f},1.0,{a}\n{t + 0.004:.3f},2.0,{-a}"), "`group: id=1.0`"),
+        (PACKETS, "`group: box=a`"),
+        (NODES, "`group: range_g=2`"),
+        (table("Time,ay_g", lambda k, t, a: f"{k},{a}"), "may count the rows; .*`time: none, rate: HZ`.*`rate: 1000`"),
+        (table(",ay_g", lambda k, t, a: f"{5 * k},{a}"), "the time may be in column 1 '.*`time: none, rate: HZ`"),
+        (
+            table("t_s,ay_g", lambda k, t, a: f"{int(t)}.{round(t % 1 * 1000)},{a}"),
+            "stamps are at fault, such as 0.8 for 0.008, read them without, `time: none, rate: HZ`; else sort the rows",
+        ),
         (table("t_ms,ay_g", lambda k, t, a: f"{8 * k},{a - 0.7:.4f}".replace(".", ",")), "decimal commas among commas"),
         (table("t_ms,ay_mg", lambda k, t, a: f"{8 * k},{1000 * a:.1f}".replace(".", ",")), "decimal commas among"),
         (
@@ -111,7 +149,7 @@ def test_a_message_among_the_rows_is_a_gap(tmp_path):
         ),
         (table("t_s,ay_mg", lambda k, t, a: f"{t:.3f},{a} g"), "the unit 'mg and g'"),
         (table("", lambda k, t, a: f"t:{t:.3f},ay:{a}")[1:], "no column for ay among 't:0.000'"),
-        (table("t_s,ay_g", lambda k, t, a: f"{T[-1] - t:.3f},{a}"), "sort the rows"),
+        (table("t_s,ay_g", lambda k, t, a: f"{T[-1] - t:.3f},{a}"), "newest stands first; sort the rows"),
         (table("t_s,ay_g", lambda k, t, a: f"{T[k ^ 1]:.3f},{AY[k ^ 1]}"), "sort the rows"),
         (
             table("t;ay_g", lambda k, t, a: f"{8 * k:,};{a}".replace(",", "*").replace(".", ",").replace("*", ".")),
@@ -124,6 +162,75 @@ def test_what_has_two_meanings_is_refused(text, words, tmp_path):
     (tmp_path / "record.csv").write_text(text)
     with pytest.raises(InputError, match=words):
         read_sensor(tmp_path / "record.csv")
+
+
+def test_a_code_of_two_columns_is_asked_for(tmp_path):
+    (tmp_path / "record.csv").write_text(NODES)
+    with pytest.raises(
+        InputError, match=r"2 \('range_g'\) and 3 \('node'\) hold '2'.*`group: range_g=2` or `group: node=2`"
+    ):
+        read_sensor(tmp_path / "record.csv", load_mapping(group="2"))
+    np.testing.assert_allclose(read_sensor(tmp_path / "record.csv", load_mapping(group="1")).ay, -AY)
+    with pytest.raises(InputError, match="no row holds it"):
+        read_sensor(tmp_path / "record.csv", load_mapping(group="node=3"))
+
+
+def test_an_index_of_rows_is_no_time():
+    """A table of every fifth row keeps their numbers; one whose index is also a column has it once."""
+    frame = pd.DataFrame({"t_s": T, "ay_g": AY})
+    assert read_sensor(frame.set_index("t_s", drop=False)).rate == pytest.approx(125)
+    frame.index = 5.0 * np.arange(T.size)
+    np.testing.assert_array_equal(read_sensor(frame).ay, AY)
+    with pytest.raises(InputError, match="no column of time"):
+        read_sensor(frame[["ay_g"]])
+    assert read_sensor(frame[["ay_g"]], load_mapping(rate=400)).rate == 400
+
+
+@pytest.mark.parametrize("rows", [[30], [60, 61, 200], [30, 90, 150, 151]])
+@pytest.mark.parametrize(
+    ("mark", "unit", "options"),
+    [
+        (-32768, 1 / 2048, {"range": 16, "bits": 16}), (32767, 1 / 2048, {"scale": 2048}),
+        (-9999, 1e-3, {"unit": "mg"}), (65535, 1 / 512, {"scale": 512, "zero": 2048}), (-9999, 1.0, {"unit": "g"}),
+    ],
+)  # fmt: skip
+def test_values_that_stand_alone_are_no_samples(mark, unit, options, rows, tmp_path):
+    values = np.round(AY / unit + options.get("zero", 0), 4 if unit == 1 else 0)
+    values[rows] = mark
+    path = tmp_path / "record.csv"
+    path.write_text(table("t_s,ay", lambda k, t, a: f"{t:.3f},{values[k]:g}"))
+    with pytest.raises(InputError, match=f"line {rows[0] + 2} .*is {mark}, far from all .*`gaps: bridge`"):
+        read_sensor(path, load_mapping(**options))
+    record = read_sensor(path, load_mapping(**options, gaps="bridge"))
+    np.testing.assert_allclose(record.ay, AY, atol=0.4)  # between samples of a wave of 0.2 g and 24 Hz
+    assert record.done["gaps"].startswith(f"{len(rows)} samples")
+    np.testing.assert_allclose(np.delete(record.ay, rows), np.delete(AY, rows), atol=unit)
+
+
+@pytest.mark.parametrize("wild", [{}, {9: -45.0, 200: 1e6}])
+def test_few_values_beyond_the_range_may_be_left_out(wild, tmp_path):
+    values = AY.copy()
+    values[list(wild)] = list(wild.values())
+    path = tmp_path / "record.csv"
+    path.write_text(table("t_s,ay_g", lambda k, t, a: f"{t:.3f},{values[k]:g}"))
+    record = read_sensor(path, load_mapping(gaps="bridge"))
+    assert record.done["gaps"].startswith(f"{len(wild)} samples") and np.abs(record.ay - AY).max() < 0.4
+    path.write_text(table("t_s,ay_g", lambda k, t, a: f"{t:.3f},{981 * a:g}"))
+    with pytest.raises(InputError, match=r"beyond the sensor's range .* check the unit, `unit: m/s2`"):
+        read_sensor(path, load_mapping(gaps="bridge"))
+
+
+def test_a_signal_that_wraps_says_so(tmp_path):
+    (tmp_path / "record.csv").write_text(table("t_s,ay_g", lambda k, t, a: f"{t:.3f},{(a + 0.6) % 1.2 - 0.6:.4f}"))
+    (doubt,) = read_sensor(tmp_path / "record.csv").doubts
+    assert "wraps at the end of its range" in doubt
+
+
+def test_equal_values_of_a_fast_record_are_not_a_sensor_that_hangs():
+    """In steps of 4 mg a slow wave stands for tens of rows of 25.6 kHz, which last 3 ms."""
+    t = np.arange(60_000) / 25_600
+    ay = np.round(np.sin(7 * t) / 0.004) * 0.004 + 0.004 * (np.arange(t.size) % 2) * (np.abs(np.cos(7 * t)) > 0.05)
+    assert not read_sensor(pd.DataFrame({"t_s": t, "ay_g": ay})).doubts
 
 
 @pytest.mark.parametrize(

@@ -295,7 +295,7 @@ FORMS = {
     **{f"stated {unit}": (f"t_ms,ay\n{text}", {"unit": UNITS[unit][0]}, ()) for unit, text in BY_UNIT.items()},
     # columns by number, whichever rows hold the number itself
     "a row that holds the numbers": (BARE.replace("0.1000", "3", 4), by("1", "3"), ["column 3 in g, first value 1"]),
-    "sequence numbers": ("".join(f"{k},{3 - k},{1 + 0.01 * k:.2f}\n" for k in range(6)), by("1", "3"), ()),
+    "sequence numbers": ("".join(f"{k},{3 - k},{1 + 0.01 * k:.2f}\n" for k in range(6)), by("1", "3", rate=1e3), ()),
     "exponents": ("".join(f"{k / 1000:.3E} -1E-1 {1 + 0.01 * k:.3E}\n" for k in range(6)), by("1", "3"), ()),
     "blanks and decimal commas": (CLEAR.replace(";", " "), by("1", "3"), ()),
     "dates": (DATED, by("1", "3"), ()),
