@@ -229,11 +229,12 @@ class _Kernel:
 
 def direct(kernel, *arguments) -> Callable:
     """What calls a kernel with arguments of these types without numba's asking for them, most of a short call."""
-    if INTERPRETED:
-        return kernel
+    dispatcher = getattr(kernel, "dispatcher", kernel)
+    if not hasattr(dispatcher, "compile"):  # plain Python
+        return dispatcher
     import numba
 
-    return kernel.dispatcher.compile(tuple(numba.typeof(argument) for argument in arguments))
+    return dispatcher.compile(tuple(numba.typeof(argument) for argument in arguments))
 
 
 def _made(function, **options):

@@ -47,6 +47,33 @@ def test_what_only_prints_loads_no_library_that_computes(words):
     assert not modules & {*HEAVY, "numpy"} and said.strip()
 
 
+BELT = "--choose chain=belt --ring-radius none --duration 12 --quiet"
+
+
+@pytest.mark.parametrize(
+    ("line", "code"),
+    [
+        ("new {0}/rig.yaml", 0),
+        (f"simulate {{0}}/run.npz {BELT}", 0),
+        ("simulate {0}/run.npz --rpm 1e9", 1),
+        ("simulate {0}/run.npz --step 1e-2", 1),
+        ("simulate {0}/run.txt", 1),
+        ("simulate {0}/run.npz --rig nothing", 1),
+        ("check nothing", 1),
+        ("show {0}/nothing.npz", 1),
+        ("sweep {0}/nothing.csv --out {0}/out.csv", 1),
+        ("ring {0} --rpm x", 1),
+        ("compare {0}/nothing.npz {0}/nothing.csv", 1),
+    ],
+)
+def test_what_calls_no_kernel_loads_no_compiler(tmp_path, line, code):
+    words = line.format(tmp_path).split()
+    ended = f"try: exec({ENTRY!r})\nexcept SystemExit as end: code = end.code or 0\nelse: code = 0"
+    modules, _ = loaded(f"exec({ended!r}); assert code == {code}", *words)
+    assert "numpy" in modules or code
+    assert not modules & {"numba", "llvmlite"}
+
+
 def test_the_package_is_imported_without_its_libraries():
     modules, _ = loaded("import trackdyn; assert {'Scene', 'ring_study'} < {*dir(trackdyn)} == {*trackdyn.__all__}")
     assert not modules & {*HEAVY, "numpy", "pydantic", "yaml"}
