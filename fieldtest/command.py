@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from trackdyn.commands import options, printed
+from trackdyn.commands.own_files import noting
 from trackdyn.inputs.errors import InputError
 
 Mapping = Annotated[
@@ -135,17 +136,16 @@ def compare(
         if len(rig.sensors) > 1:
             typer.echo(f"sensor {name}")
         tables[name] = _compare(loaded.with_sensor(name), record, str(recording))
-    if out is not None:
-        table = pd.concat(tables, names=["name"]).reset_index(level=0) if len(tables) > 1 else tables[name]
-        write_csv(out, table)
-    if figure is not None:
-        from fieldtest.figures import comparison_figure
-        from trackdyn.plots.style import save
+    with noting([recording, sensor, mapping], *filter(None, (figure, out))):
+        if out is not None:
+            table = pd.concat(tables, names=["name"]).reset_index(level=0) if len(tables) > 1 else tables[name]
+            write_csv(out, table)
+        if figure is not None:
+            from fieldtest.figures import comparison_figure
+            from trackdyn.plots.style import save
 
-        label = "synthetic sensor" if record.synthetic else "sensor"
-        save(comparison_figure(loaded.with_sensor(name), record, label), figure, figure.suffix[1:])
-    for path in filter(None, (figure, out)):
-        options.note_output(path, recording, sensor, mapping)
+            label = "synthetic sensor" if record.synthetic else "sensor"
+            save(comparison_figure(loaded.with_sensor(name), record, label), figure, figure.suffix[1:])
 
 
 def _compare(recording, record, path: str):

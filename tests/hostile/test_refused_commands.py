@@ -75,8 +75,8 @@ def test_a_command_ends_with_one_line_and_code_1(folder, row):
 def test_check_replaces_its_own_picture_and_no_other_rigs(folder, words, picture):
     """Editing and checking in turn was refused from the second time on."""
     (folder / "rigs").mkdir()
-    for name in ("mine.yaml", "rigs/mine.yaml"):
-        assert run_command("new", name).code == 0
+    for name, like in (("mine.yaml", "bench"), ("rigs/mine.yaml", "paper")):
+        assert run_command("new", name, "--like", like).code == 0
     for _ in range(2):
         done = run_command("check", "mine.yaml", "--no-settle", *words)
         assert done.code == 0, done.err

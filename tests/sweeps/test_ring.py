@@ -223,18 +223,3 @@ def test_the_command_writes_its_files_and_goes_on_with_the_same_numbers(tmp_path
     done = run_command(*line)
     assert done.code == 0 and "recommended: a ring of radius 0.307 m" in done.out
     assert stamps == {path: path.stat().st_mtime_ns for path in (tmp_path / "mine/rows").iterdir()}
-
-
-def test_a_folder_belongs_to_its_study(tmp_path, monkeypatch):
-    """A study of another rig, and one with fewer radii, took the place of a study without a word."""
-    made = study().assign(state="done", reason="", contacts_converged=True, resolved="yes", step_s=1e-4)
-    monkeypatch.setattr("trackdyn.sweeps.ring.ring_study", lambda *_: made)
-    monkeypatch.setattr("trackdyn.commands.studies._write_study", lambda out, *_, **__: made.to_csv(out / "ring.csv"))
-    line = ["ring", "bench", "--rpm", "115,210", "--radii", "0.305,0.307", "--out", str(tmp_path)]
-    for words in (line, line):
-        assert run_command(*words).code == 0
-    before = (tmp_path / "ring.csv").read_bytes()
-    for old, new in (("bench", "paper"), ("115,210", "115"), ("0.305,0.307", "0.305")):
-        done = run_command(*[new if word == old else word for word in line])
-        assert done.code == 1 and "ring.csv exists; give another name, or --overwrite" in done.err
-        assert (tmp_path / "ring.csv").read_bytes() == before

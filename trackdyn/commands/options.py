@@ -1,6 +1,5 @@
 """Options that several commands have: each is read, and what it cannot be is refused, before a command begins."""
 
-import hashlib
 import os
 import re
 import shlex
@@ -13,8 +12,9 @@ from typing import Annotated, Any
 
 import typer
 
+from trackdyn.commands.own_files import Input, is_own
 from trackdyn.inputs.errors import InputError, shown
-from trackdyn.inputs.files import check_writable, write_text
+from trackdyn.inputs.files import check_writable
 from trackdyn.measure.catalogue import TOLERATED
 
 DEFAULT_RIG = "paper"
@@ -76,37 +76,17 @@ def file_option(name: str, help: str, *endings: str) -> Any:
     return typer.Option(name, parser=_parse_file(name, endings), metavar="FILE", help=f"{help} ({', '.join(endings)}).")
 
 
-def check_output(path: Path, overwrite: bool, *inputs: Path | str | None, size: float = 0.0) -> None:
+def check_output(path: Path, overwrite: bool, *inputs: Input, size: float = 0.0) -> None:
     """Refuse (`InputError`) what a command must not write: its input, no plain file, a file that would be lost.
 
-    That is one that exists, unless `note_output` says that it was made of these inputs and is as it was written, or
-    ``overwrite`` asks for it. ``size`` (bytes) must be free.
+    That is one that exists, unless it `is_own`, or ``overwrite`` asks for it. ``size`` (bytes) must be free.
     """
     for file in inputs:
-        if file is not None and os.path.realpath(file) == os.path.realpath(path):
+        if isinstance(file, Path | str) and os.path.realpath(file) == os.path.realpath(path):
             raise InputError(f"{path} is an input of this command; give the output another name")
     check_writable(path, size)
-    if path.exists() and not overwrite:
-        note = _note_of(path, inputs)
-        if not note.is_file() or note.read_text(encoding="ascii") != _hash(path.read_bytes()):
-            raise InputError(f"{path} exists; give another name, or --overwrite to replace it")
-
-
-def note_output(path: Path, *inputs: Path | str | None) -> None:
-    """Note what was written and of which inputs, those of `check_output`: the same command may replace it."""
-    with suppress(InputError):  # without a cache it is asked for
-        write_text(_note_of(path, inputs), _hash(path.read_bytes()))
-
-
-def _note_of(path: Path, inputs: tuple[Path | str | None, ...]) -> Path:
-    from trackdyn.sources import cache_base
-
-    names = "\n".join(map(str, (path.absolute(), *inputs)))
-    return cache_base() / "written" / _hash(names.encode(errors="surrogateescape"))
-
-
-def _hash(content: bytes) -> str:
-    return hashlib.sha256(content).hexdigest()
+    if path.exists() and not overwrite and not is_own(path, inputs):
+        raise InputError(f"{path} exists; give another name, or --overwrite to replace it")
 
 
 _RIG = "Rig: a file, or the name of an included one (trackdyn rigs)."

@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from trackdyn.commands import options
+from trackdyn.commands.own_files import noting
 
 
 def show(
@@ -32,7 +33,7 @@ def show(
     loaded = load_recording(recording)
     out = recording.with_suffix(".html") if out is None else out
     options.check_output(out, overwrite, recording)
-    page = make(loaded, out, seconds, recording.stem, progress=not quiet)
-    options.note_output(out, recording)
+    with noting([recording], out):
+        page = make(loaded, out, seconds, recording.stem, progress=not quiet)
     if not quiet:
         typer.echo(f"{out}: {len(page.text.encode()) / 1e6:.1f} MB")

@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from trackdyn.commands import options, printed
+from trackdyn.commands.own_files import noting
 from trackdyn.inputs.errors import InputError, TrackdynError, shown
 
 
@@ -45,8 +46,8 @@ def new(
 
     text = rig_text(like)
     options.check_output(out, overwrite)
-    write_text(out, text)
-    options.note_output(out)
+    with noting([], out):
+        write_text(out, text)
     typer.echo(f"{out}: edit it, then  trackdyn check {out}  and  trackdyn simulate run.npz --rig {out}")
 
 
@@ -71,11 +72,12 @@ def check(
     from trackdyn.plots.drawing import draw_rig
     from trackdyn.plots.style import SCREEN_DPI, save
     from trackdyn.rig.rig import foreign_groove, load_rig, outside_ranges
+    from trackdyn.rig.rig_file import rig_path
     from trackdyn.simulation.rig_check import check as report_of
 
     loaded = load_rig(rig)
     out = out or Path(f"{Path(rig).stem}.png")
-    options.check_output(out, overwrite, rig)
+    options.check_output(out, overwrite, rig_path(rig))
     if settle:
         typer.echo("settling; kernels that are not compiled yet take a minute or two more", err=True)
     try:
@@ -84,8 +86,8 @@ def check(
         raise type(error)(f"{rig}: {error}") from None
     unusual = [*outside_ranges(rig), *filter(None, [foreign_groove(loaded, rig)]), *checks.unusual]
     figure = draw_rig(loaded, checks.frame, checks.wheels)
-    save(figure, out, out.suffix.removeprefix("."), dpi=SCREEN_DPI)
-    options.note_output(out, rig)
+    with noting([rig_path(rig)], out):
+        save(figure, out, out.suffix.removeprefix("."), dpi=SCREEN_DPI)
     printed.rig_report(checks)
     for text in unusual or ["nothing"]:
         printed.line("unusual", options.as_options(text))

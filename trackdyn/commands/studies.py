@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from trackdyn.commands import options
+from trackdyn.commands.own_files import noting
 from trackdyn.inputs.errors import InputError, shown
 
 if TYPE_CHECKING:
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
 
 
 PICTURES = ("fig23_a", "fig23_b", "fig24", "sliding")
+PICTURE_FILES = [f"{name}.{ending}" for name in PICTURES for ending in ("png", "svg")]
 CAPTIONS = {  # of the pictures on the page
     "fig24": "How long the arcs of a connector touch a tooth, and a link the ring",
     "fig23_a": "Normal forces on a connector and a link, root mean square over the run",
@@ -54,17 +56,20 @@ def ring(
     """
     from trackdyn.measure.ring_rule import RingRule, advice, compared
     from trackdyn.rig.rig import foreign_groove, load_rig
+    from trackdyn.rig.rig_file import rig_path
     from trackdyn.scene.rings import study_radii
     from trackdyn.sweeps.engine import DONE
     from trackdyn.sweeps.ring import ring_study
 
-    table, loaded, inputs = out / "ring.csv", load_rig(rig), (rig, rpm, radii, step)
+    loaded = load_rig(rig)
     judge = RingRule(loaded.sprocket.teeth)
     speeds, steps = _numbers(rpm, "--rpm"), [] if step is None else _numbers(step, "--step")
     rings = study_radii(loaded) if radii is None else sorted(set(_numbers(radii, "--radii")))
-    options.check_output(table, overwrite, *inputs)
-    for path in (*(out / f"{name}.{end}" for name in PICTURES for end in ("png", "svg")), out / "ring.html"):
-        options.check_output(path, overwrite or table.exists(), rig)
+    # the radii of a rig are another word for those that they are now, and follow it when it is edited
+    inputs = rig_path(rig), (sorted(set(speeds)),), (rings, *(["default"] if radii is None else [])), (steps,)
+    outputs = [out / name for name in ("ring.csv", "ring.html", *PICTURE_FILES)]
+    for path in outputs:
+        options.check_output(path, overwrite, *inputs)
     study = ring_study(loaded, speeds, rings, jobs, out / "rows", not quiet, steps, judge)
     lost = study[study["state"] != DONE]
     if len(lost) == len(study):
@@ -72,8 +77,8 @@ def ring(
     notes = [*filter(None, [foreign_groove(loaded, rig)]), *_notes(study, loaded, lost)]
     sentences = advice(study, judge)
     about = {"advice": sentences, "notes": notes, "compared": _comparison_rows(compared(study, judge))}
-    _write_study(out, study, loaded, judge, title=Path(rig).stem, rig_name=rig, **about)
-    options.note_output(table, *inputs)
+    with noting(inputs, *outputs):
+        _write_study(out, study, loaded, judge, title=Path(rig).stem, rig_name=rig, **about)
     if not quiet:
         typer.echo("\n".join([*(f"note: {note}" for note in notes), *sentences, f"look at {out / 'ring.html'}"]))
 
@@ -169,13 +174,15 @@ def sweep(
 
     Example: `trackdyn sweep design.csv --out results.csv` runs each row of a table; columns are fields of a scene.
     """
+    from trackdyn.rig.rig_file import rig_path
     from trackdyn.sweeps.engine import DONE, FAILED
     from trackdyn.sweeps.sweep import states_summary
     from trackdyn.sweeps.sweep import sweep as run
 
-    options.check_output(out, overwrite, design)
-    results = run(design, out, rig, jobs, store, progress=not quiet)
-    options.note_output(out, design)
+    inputs = design, rig_path(rig)
+    options.check_output(out, overwrite, *inputs)
+    with noting(inputs, out):
+        results = run(design, out, rig, jobs, store, progress=not quiet)
     rest = results.loc[results["state"] != DONE, "reason"]
     if not quiet:
         typer.echo(f"{states_summary(results)}; written to {out}")

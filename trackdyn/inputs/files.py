@@ -7,8 +7,9 @@ import platform
 import re
 import stat
 import zipfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 from errno import EISDIR
 from pathlib import Path
 from shutil import disk_usage
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
     import numpy as np
 
 _OPEN: set[Path] = set()  # files being written, which a process that is stopped removes
+# called with a file that is complete and the one that it will replace
+_BEFORE_REPLACING: ContextVar[Callable[[Path, Path], None] | None] = ContextVar("before_replacing", default=None)
 
 
 def _target(path: Path | str) -> tuple[Path, int | None]:
@@ -81,6 +84,8 @@ def replacing(path: Path | str) -> Iterator[Path]:
             os.fsync(file.fileno())  # or a power cut could leave the name without what it names
         if mode is not None:
             temporary.chmod(mode)
+        if note := _BEFORE_REPLACING.get():
+            note(temporary, target)
         os.replace(temporary, target)
     except OSError as error:
         reason = error.strerror or error
@@ -90,6 +95,16 @@ def replacing(path: Path | str) -> Iterator[Path]:
             with suppress(OSError):  # where nothing could be made, there is nothing to remove
                 temporary.unlink(missing_ok=True)
             _OPEN.discard(temporary)
+
+
+@contextmanager
+def before_replacing(note: Callable[[Path, Path], None]) -> Iterator[None]:
+    """Have ``note`` called with the complete file and the one that it replaces, for each that is written inside."""
+    token = _BEFORE_REPLACING.set(note)
+    try:
+        yield
+    finally:
+        _BEFORE_REPLACING.reset(token)
 
 
 def write_text(path: Path | str, text: str) -> None:

@@ -1,0 +1,160 @@
+"""A command replaces the files that it wrote from the same inputs, each by itself, and no other."""
+
+import os
+import shutil
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from tests.conftest import run_command
+from trackdyn.commands.own_files import is_own, noting
+from trackdyn.commands.studies import PICTURE_FILES
+from trackdyn.inputs.errors import InputError
+from trackdyn.inputs.files import write_text
+from trackdyn.rig.rig_file import shipped_rigs
+
+RING = ["ring", "a.yaml", "--rpm", "115,210", "--radii", "0.302,0.304", "--out", "f", "-q"]
+FILES = ["ring.csv", *PICTURE_FILES, "ring.html"]
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """A folder with two rigs and a design, a cache of its own, and studies that write their settings at once."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("TRACKDYN_CACHE", str(tmp_path / "cache"))
+    rig = shipped_rigs()["bench"].read_text(encoding="utf-8")
+    for name in ("a.yaml", "b.yaml"):
+        Path(name).write_text(f"{rig}# {name}\n", encoding="utf-8")
+    Path("d.csv").write_text("motor_rpm\n115\n", encoding="utf-8")
+    done = pd.DataFrame({"rpm": [115.0], "ring_radius_m": [0.302], "state": ["done"], "reason": [""]})
+
+    def write_study(out, *_, rig_name, **__):
+        for name in FILES:
+            write_text(out / name, f"{name} of {rig_name}")
+
+    def sweep(design, out, rig, *_, **__):
+        write_text(out, f"{Path(design).read_text(encoding='utf-8')}{Path(rig).resolve()}")
+        return done
+
+    for name, value in {
+        "trackdyn.sweeps.ring.ring_study": lambda *_: done,
+        "trackdyn.measure.ring_rule.advice": lambda *_: [],
+        "trackdyn.measure.ring_rule.compared": lambda *_: None,
+        "trackdyn.commands.studies._comparison_rows": lambda *_: [],
+        "trackdyn.commands.studies._notes": lambda *_: [],
+        "trackdyn.commands.studies._write_study": write_study,
+        "trackdyn.sweeps.sweep.sweep": sweep,
+    }.items():
+        monkeypatch.setattr(name, value)
+    return tmp_path
+
+
+def replaced(old, new, words):
+    return [new if word == old else word for word in words]
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_no_file_of_a_ring_study_that_was_edited_is_replaced(folder, name):
+    for _ in range(2):
+        assert run_command(*RING).code == 0
+    (edited := Path("f", name)).write_text("notes of mine", encoding="utf-8")
+    before = {path: path.read_bytes() for path in Path("f").iterdir()}
+    done = run_command(*RING)
+    assert done.code == 1 and f"f/{name} exists; give another name, or --overwrite" in done.err
+    assert before == {path: path.read_bytes() for path in Path("f").iterdir()}
+    assert run_command(*RING, "--overwrite").code == 0 and edited.read_text(encoding="utf-8") != "notes of mine"
+
+
+@pytest.mark.parametrize("written", range(len(FILES)))
+def test_a_study_that_was_stopped_while_it_wrote_is_resumed(folder, monkeypatch, written):
+    """After any of its files, as on a full disk."""
+
+    def stopped(out, *_, **__):
+        for name in FILES[:written]:
+            write_text(out / name, name)
+        raise InputError("no space left")
+
+    with monkeypatch.context() as patch:
+        patch.setattr("trackdyn.commands.studies._write_study", stopped)
+        assert "no space left" in run_command(*RING).err
+    assert run_command(*RING).code == 0 and Path("f/ring.html").exists()
+
+
+def test_a_file_belongs_to_its_command_also_where_it_is_killed_while_it_takes_its_name(folder, monkeypatch):
+    write_text("f.csv", "first")
+    with noting(["d.csv"], Path("f.csv")):
+        write_text("f.csv", "second")
+        assert is_own(Path("f.csv"), ["d.csv"])
+        monkeypatch.setattr(os, "replace", lambda *_: pytest.fail("killed"))
+        with pytest.raises(pytest.fail.Exception):
+            write_text("f.csv", "third")
+    assert Path("f.csv").read_text(encoding="utf-8") == "second"
+
+
+# words of the command and others in their place, and whether its files may be replaced by those
+OTHER_WORDS = [
+    ("a.yaml", "b.yaml", False), ("115,210", "115", False), ("115,210", "115,211", False),
+    ("0.302,0.304", "0.302", False), ("0.302,0.304", "0.302,0.305", False), ("-q", "--step=1e-4", False),
+    ("115,210", "210,115.0", True), ("115,210", "115:210:2", True), ("115,210", "1.15e2,210,210", True),
+    ("0.302,0.304", "0.304,0.3020", True), ("f", "./f/../f/", True), ("f", "{folder}/f", True), ("f", "link", True),
+    ("a.yaml", "./a.yaml", True), ("a.yaml", "{folder}/a.yaml", True), ("a.yaml", "copy.yaml", True),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("old", "new", "same"), OTHER_WORDS)
+def test_a_folder_belongs_to_its_study_however_it_is_spelled(folder, old, new, same):
+    """A study of another rig, or with fewer radii, took the place of a study without a word."""
+    assert run_command(*RING).code == 0
+    Path("link").symlink_to("f")
+    shutil.copy("a.yaml", "copy.yaml")
+    before = Path("f/ring.csv").read_bytes()
+    done = run_command(*replaced(old, new.format(folder=folder), RING))
+    assert (done.code == 0) == same, done.err
+    if not same:
+        assert "ring.csv exists; give another name, or --overwrite" in done.err
+        assert Path("f/ring.csv").read_bytes() == before
+
+
+def test_default_radii_are_the_study_of_the_same_radii_and_of_the_rig_once_it_is_edited(folder):
+    assert run_command(*RING[:4], *RING[6:]).code == 0
+    with Path("a.yaml").open("a", encoding="utf-8") as rig:
+        rig.write("# edited\n")
+    assert run_command(*RING[:4], *RING[6:]).code == 0
+    assert run_command(*RING).code == 1
+
+
+SWEEP = ["sweep", "d.csv", "--out", "r.csv", "--rig", "a.yaml", "-q"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "same"),
+    [
+        ("a.yaml", "b.yaml", False), ("d.csv", "e.csv", False), ("a.yaml", "{folder}/a.yaml", True),
+        ("d.csv", "{folder}/d.csv", True), ("r.csv", "../{folder.name}/r.csv", True), ("d.csv", "moved.csv", True),
+    ],
+)  # fmt: skip
+def test_results_of_a_sweep_are_replaced_by_those_of_the_same_design_and_rig(folder, old, new, same):
+    assert run_command(*SWEEP).code == 0
+    Path("e.csv").write_text("motor_rpm\n210\n", encoding="utf-8")
+    shutil.copy("d.csv", "moved.csv")
+    before = Path("r.csv").read_bytes()
+    done = run_command(*replaced(old, new.format(folder=folder), SWEEP))
+    assert (done.code == 0) == same, done.err
+    assert same or ("r.csv exists; give another name" in done.err and Path("r.csv").read_bytes() == before)
+
+
+def test_a_design_that_is_edited_replaces_its_own_results(folder):
+    assert run_command(*SWEEP).code == 0
+    Path("d.csv").write_text("motor_rpm\n210\n", encoding="utf-8")
+    assert run_command(*SWEEP).code == 0 and "210" in Path("r.csv").read_text(encoding="utf-8")
+
+
+def test_without_a_note_nothing_is_replaced(folder):
+    assert run_command(*SWEEP).code == 0
+    for damage in ("", "[]", '{"contents": 1}', '{"contents": [], "inputs": null}', "\udcff"):
+        for note in Path("cache/written").iterdir():
+            note.write_bytes(damage.encode("utf-8", "surrogateescape"))
+        assert "r.csv exists" in run_command(*SWEEP).err, damage
+    shutil.rmtree("cache")
+    assert "r.csv exists" in run_command(*SWEEP).err
