@@ -1,12 +1,15 @@
 """What a file means is its hash, and what was edited after it was imported is known."""
 
 import os
+import shutil
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
 
+from trackdyn import sources
 from trackdyn.sources import edited, meaning, module_files
 
 TEXT = """
@@ -67,41 +70,64 @@ def test_all_else_does(hash_of, old, new):
 
 
 EDITED = """
-import os, sys
+import os, sys, time
 from pathlib import Path
+folder, inside, *steps = sys.argv[1:]
+sys.path.insert(0, folder)
 from trackdyn import sources
-sys.path.insert(0, sys.argv[1])
-import ours
-file = Path(sys.argv[1], "ours.py")
-def write(text):
-    file.write_text(text)
-    os.utime(file, ns=(sources.BEGAN + 10**9,) * 2)
-if sys.argv[2] == "before":
-    write("A = 2")
-sources.meaning(file)
-for text in sys.argv[3:]:
-    write(text)
+if inside == "inside":
+    from trackdyn import ours
+else:
+    import ours
+file = Path(ours.__file__)
+for step in steps:
+    text, _, age = step.partition(" @ ")
+    if text == "read":
+        sources.meaning(file)
+    else:
+        file.with_name("new").write_text(text)
+        os.utime(file.with_name("new"), ns=(time.time_ns() - 10**9 * int(age or 0),) * 2)
+        file.with_name("new").replace(file)
 print(sources.edited([file]) == file)
 """
 
 
+@pytest.mark.parametrize("inside", ["inside", "outside"])
+@pytest.mark.parametrize("age", [10**8, -10000])
 @pytest.mark.parametrize(
-    ("texts", "expected"),
+    ("steps", "expected"),
     [
-        (["before"], True),
-        (["after", "A = 2"], True),
-        (["after", "A = 1 # comment"], False),
-        (["after", "A = 2", "A = 1"], False),
-        (["after", "A ="], True),
-        (["after"], False),
+        (["read"], False),
+        ([], False),
+        (["A = 2", "read"], True),
+        (["read", "A = 2"], True),
+        (["read", "A = 2 @ 1000000"], True),
+        (["read", "A = 2 @ -10000"], True),
+        (["read", "A = 1 # comment"], False),
+        (["read", "A = 2", "A = 1"], False),
+        (["read", "A ="], True),
     ],
 )
-def test_an_edit_after_the_import_is_known(tmp_path, texts, expected):
-    """Before the hash is taken, whatever it is; after that, if the meaning is another."""
-    (tmp_path / "ours.py").write_text("A = 1")
-    os.utime(tmp_path / "ours.py", (0, 0))
-    run = [sys.executable, "-c", EDITED, str(tmp_path), *texts]
-    assert subprocess.run(run, capture_output=True, text=True, check=True).stdout == f"{expected}\n"
+def test_an_edit_after_the_import_is_known(tmp_path, inside, age, steps, expected):
+    """Before it is read, whatever it is; after that, if its meaning is another. A date in the future is no edit."""
+    assert edited_after(tmp_path, inside, age, steps) is expected
+
+
+def test_a_file_of_the_package_that_is_swapped_for_an_older_one_is_edited(tmp_path):
+    assert edited_after(tmp_path, "inside", 10**6, ["A = 2 @ 2000000", "read"])
+    assert edited_after(tmp_path, "inside", 10**6, ["A = 2 @ -10000", "read"])
+
+
+def edited_after(folder, inside, age, steps):
+    """Whether a module is edited after these steps: it is read, or replaced by a text of some age, s."""
+    (folder / "trackdyn").mkdir(exist_ok=True)
+    (folder / "trackdyn/__init__.py").touch()
+    shutil.copy(sources.__file__, folder / "trackdyn")
+    ours = folder / ("trackdyn/ours.py" if inside == "inside" else "ours.py")
+    ours.write_text("A = 1")
+    os.utime(ours, ns=(time.time_ns() - 10**9 * age,) * 2)
+    run = [sys.executable, "-c", EDITED, str(folder), inside, *steps]
+    return subprocess.run(run, capture_output=True, text=True, check=True).stdout == "True\n"
 
 
 def test_the_files_of_a_row_are_these():

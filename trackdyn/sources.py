@@ -6,7 +6,8 @@ recordings carry the hash of the kernels' folders.
 
 What counts of a file is what it means, its syntax tree without docstrings: comments and layout change no hash. A
 process reads every file once, so that a hash is that of one state of the sources, and `edited` tells whether it is
-still that of the code in memory.
+still that of the code in memory. Times of files are compared with one another, since the clock of a file system may
+differ from that of the process.
 """
 
 import ast
@@ -18,30 +19,63 @@ from functools import cache
 from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
+from typing import NamedTuple
 
 from platformdirs import user_cache_dir
 
 Module = tuple[str, ...]
 KERNEL_SOURCES = ("jit.py", "model", "contact", "chain", "integrate")
 BEGAN = time.time_ns()
+AHEAD = 2 * 10**9  # ns by which the clock of a file system may be ahead of that of the process
+
+
+def _dates(folder: str) -> Iterator[tuple[str, tuple[int, int]]]:
+    """Yield every file below a folder with the time of its last change, ns, and its size."""
+    with os.scandir(folder) as entries:
+        for entry in entries:
+            if not entry.is_dir():
+                yield entry.path, (entry.stat().st_mtime_ns, entry.stat().st_size)
+            elif entry.name != "__pycache__":
+                yield from _dates(entry.path)
+
+
+# files of the package as this process began, before it imported most of them
+_AT_BEGIN = dict(_dates(os.path.dirname(os.path.realpath(__file__))))
+
+
+class _Source(NamedTuple):
+    """A file as this process first read it."""
+
+    content: bytes
+    state: tuple[int, ...]  # changes with every edit, and without
+    late: bool  # whether it changed since the process began, so that the code in memory may be that of another content
+
+
+def _state(file: Path) -> tuple[int, ...]:
+    stat = file.stat()
+    return stat.st_mtime_ns, stat.st_size, stat.st_ino, stat.st_ctime_ns
 
 
 @cache
-def _read(file: Path) -> tuple[int, bytes]:
-    """Time of the last change of a file (ns) and its content, as this process first read it."""
-    return file.stat().st_mtime_ns, file.read_bytes()
+def _read(file: Path) -> _Source:
+    """Read a file, once in a process."""
+    state = _state(file)
+    if before := _AT_BEGIN.get(os.path.realpath(file)):
+        late = before != state[:2]
+    else:  # a time in the future was set by another clock, or by hand
+        late = BEGAN < state[0] <= time.time_ns() + AHEAD
+    return _Source(file.read_bytes(), state, late)
 
 
 def edited(files: Iterable[Path]) -> Path | None:
-    """The first of these files that may mean something else than when this process imported it, if any does."""
+    """Return the first of these files that may mean something else than when this process imported it, or None."""
     for file in files:
-        changed, content = _read(file)
+        source = _read(file)
         try:
-            if changed > BEGAN or (
-                file.stat().st_mtime_ns != changed and _meaning(file, file.read_bytes()) != _meaning(file, content)
-            ):
-                return file
+            changed = _state(file) != source.state and _meaning(file, file.read_bytes()) != meaning(file)
         except (OSError, SyntaxError):  # gone, or half written
+            return file
+        if source.late or changed:
             return file
     return None
 
@@ -61,7 +95,7 @@ def _meaning(file: Path, content: bytes) -> str:
 
 def meaning(file: Path) -> str:
     """Hash of what a file means, as it was when this process first read it."""
-    return _meaning(file, _read(file)[1])
+    return _meaning(file, _read(file).content)
 
 
 @cache
@@ -87,7 +121,7 @@ def _statements(node: ast.AST) -> Iterator[ast.AST]:
 def _imports(file: Path, package: Module) -> list[tuple[Module, str | None, str]]:
     """Module, name (None: all of it) and what it is called here, of every import in a file, also in its functions."""
     imports = []
-    for node in _statements(ast.parse(_read(file)[1])):
+    for node in _statements(ast.parse(_read(file).content)):
         if isinstance(node, ast.Import):
             for alias in node.names:
                 parts = tuple(alias.name.split("."))
