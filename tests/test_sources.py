@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.conftest import ROOT
 from trackdyn import sources
 from trackdyn.sources import edited, meaning, module_files
 
@@ -134,3 +135,27 @@ def test_the_files_of_a_row_are_these():
     files = module_files("trackdyn.sweeps.sweep_row")
     assert Path(sys.modules["trackdyn.sources"].__file__) in files and len(files) > 50
     assert edited(files) is None
+
+
+HASHES = """
+import sys
+from trackdyn import sources
+parsed = []
+sources._meaning_of_python = lambda content, of=sources._meaning_of_python: parsed.append(1) or of(content)
+print(sources.module_hash("trackdyn.rig.rig"), len(parsed))
+"""
+
+
+def test_hashes_are_those_of_the_files_whatever_an_earlier_process_kept(tmp_path):
+    """Nothing kept, all kept, kept and then damaged."""
+
+    def hashed():
+        command, place = [sys.executable, "-c", HASHES], {"TRACKDYN_CACHE": str(tmp_path), "PYTHONPATH": str(ROOT)}
+        output = subprocess.run(command, env=os.environ | place, capture_output=True, text=True, check=True).stdout
+        return output.split()
+
+    (right, parsed), (again, none) = hashed(), hashed()
+    (file,) = tmp_path.glob("sources-*.json")
+    file.write_bytes(file.read_bytes().replace(b"a", b"b"))
+    assert again == right and int(parsed) > 10 and int(none) == 0
+    assert hashed() == [right, parsed]

@@ -17,7 +17,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
-from trackdyn.sources import KERNEL_SOURCES, cache_base, edited, kernel_digest, kernel_files, meaning
+from trackdyn.sources import KERNEL_SOURCES, cache_base, edited, keep, kept, kernel_digest, kernel_files, meaning
 
 # No fastmath: results must be the same bit for bit from run to run and NaN must stay visible.
 OPTIONS = {"error_model": "numpy", "boundscheck": False, "no_cfunc_wrapper": True}
@@ -103,26 +103,13 @@ def kept_folder() -> Path | None:
     return folder
 
 
-def keep(file: Path, content: bytes) -> None:
-    """Write a file in `kept_folder` with a checksum, whole or not at all, if the kernels in memory are its own."""
-    if not _current():
-        return
-    try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile(dir=file.parent, delete=False) as temporary:
-            temporary.write(hashlib.sha256(content).digest() + content)
-        os.replace(temporary.name, file)
-    except OSError as error:  # a full disk
-        _warn_of_folder(file.parent, error.strerror or error)
-
-
-def kept(file: Path) -> bytes | None:
-    """Content of a file that `keep` wrote; None if there is none, or it is damaged."""
-    try:
-        content = file.read_bytes()
-    except OSError:
-        return None
-    return content[32:] if hashlib.sha256(content[32:]).digest() == content[:32] else None
+def keep_current(file: Path, content: bytes) -> None:
+    """`keep` a file in `kept_folder` if the kernels in memory are those that it is named by."""
+    if _current():
+        try:
+            keep(file, content)
+        except OSError as error:  # a full disk
+            _warn_of_folder(file.parent, error.strerror or error)
 
 
 class _Code:
@@ -165,7 +152,7 @@ class _Code:
         try:
             if self.cache_path and not (code.lifted or code.library.has_dynamic_globals):  # addresses of this process
                 file = self._file(signature)
-                keep(file, self._dumps(((file.name, signature), self._reduce(code))))
+                keep_current(file, self._dumps(((file.name, signature), self._reduce(code))))
         except (AttributeError, TypeError) as error:
             _warn_of_numba(error)
 

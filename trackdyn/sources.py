@@ -7,25 +7,32 @@ recordings carry the hash of the kernels' folders.
 What counts of a file is what it means, its syntax tree without docstrings: comments and layout change no hash. A
 process reads every file once, so that a hash is that of one state of the sources, and `edited` tells whether it is
 still that of the code in memory. Times of files are compared with one another, since the clock of a file system may
-differ from that of the process.
+differ from that of the process. What parsing a content gave is kept by the content, for parsing takes longer than a
+short run.
 """
 
 import ast
+import atexit
 import hashlib
+import json
 import os
+import sys
+import tempfile
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
 from functools import cache
 from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from platformdirs import user_cache_dir
 
 Module = tuple[str, ...]
 KERNEL_SOURCES = ("jit.py", "model", "contact", "chain", "integrate")
 BEGAN = time.time_ns()
+MOST_PARSED = 2000  # results of parsing that are kept, the last ones: the program has some 400
 AHEAD = 2 * 10**9  # ns by which the clock of a file system may be ahead of that of the process
 
 
@@ -80,17 +87,63 @@ def edited(files: Iterable[Path]) -> Path | None:
     return None
 
 
+def keep(file: Path, content: bytes) -> None:
+    """Write a file of a cache with a checksum, whole or not at all. Raises `OSError`."""
+    file.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.NamedTemporaryFile(dir=file.parent, delete=False) as temporary:
+        temporary.write(hashlib.sha256(content).digest() + content)
+    os.replace(temporary.name, file)
+
+
+def kept(file: Path) -> bytes | None:
+    """Content of a file that `keep` wrote; None if there is none, or it is damaged."""
+    try:
+        content = file.read_bytes()
+    except OSError:
+        return None
+    return content[32:] if hashlib.sha256(content[32:]).digest() == content[:32] else None
+
+
+@cache
+def _parsed() -> dict[str, Any]:
+    """Results of parsing by what was parsed, as earlier processes kept them in `cache_base`; kept again at the end."""
+    # another Python has another tree, and an edit of this file may make another thing of it
+    program = hashlib.sha256(sys.version.encode() + Path(__file__).read_bytes()).hexdigest()[:16]
+    file = cache_base() / f"sources-{program}.json"
+    results: dict[str, Any] = json.loads(kept(file) or b"{}")
+    atexit.register(_keep_parsed, file, results, len(results))
+    return results
+
+
+def _keep_parsed(file: Path, results: dict[str, Any], before: int) -> None:
+    if len(results) > before:
+        with suppress(OSError):  # it is parsed again
+            keep(file, json.dumps(dict([*results.items()][-MOST_PARSED:])).encode())
+
+
+def _once(work: str, content: bytes, parse: Callable[[bytes], Any]) -> Any:
+    """What ``parse`` makes of a content, as JSON gives it back; ``work`` is its name."""
+    key = f"{work} {hashlib.sha256(content).hexdigest()}"
+    if key not in _parsed():
+        _parsed()[key] = parse(content)
+    return _parsed()[key]
+
+
 @cache
 def _meaning(file: Path, content: bytes) -> str:
     """Hash of the syntax tree of a file without docstrings; of another than Python's, of its bytes."""
     if file.suffix == ".py":
-        tree = ast.parse(content)
-        for node in (tree, *_statements(tree)):
-            documented = isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef)
-            if documented and ast.get_docstring(node, clean=False) is not None:
-                del node.body[0]
-        content = ast.dump(tree).encode("utf-8", "surrogatepass")
+        return _once("meaning", content, _meaning_of_python)
     return hashlib.sha256(content).hexdigest()
+
+
+def _meaning_of_python(content: bytes) -> str:
+    tree = ast.parse(content)
+    for node in (tree, *_statements(tree)):
+        documented = isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef)
+        if documented and ast.get_docstring(node, clean=False) is not None:
+            del node.body[0]
+    return hashlib.sha256(ast.dump(tree).encode("utf-8", "surrogatepass")).hexdigest()
 
 
 def meaning(file: Path) -> str:
@@ -121,16 +174,26 @@ def _statements(node: ast.AST) -> Iterator[ast.AST]:
 def _imports(file: Path, package: Module) -> list[tuple[Module, str | None, str]]:
     """Module, name (None: all of it) and what it is called here, of every import in a file, also in its functions."""
     imports = []
-    for node in _statements(ast.parse(_read(file).content)):
+    for level, parts, name, called in _once("imports", _read(file).content, _import_statements):
+        above = package[: len(package) - level + 1] if level else ()
+        imports.append(((*above, *parts), name, called))
+    return imports
+
+
+def _import_statements(content: bytes) -> list[tuple[int, list[str], str | None, str]]:
+    """Level (0: absolute), module, name and what it is called, as `_imports`."""
+    imports: list[tuple[int, list[str], str | None, str]] = []
+    for node in _statements(ast.parse(content)):
         if isinstance(node, ast.Import):
             for alias in node.names:
-                parts = tuple(alias.name.split("."))
+                parts = alias.name.split(".")
                 # the packages on the way are bound as well: whatever they offer may be used
-                imports += [(parts[:n], None, alias.asname or parts[0]) for n in range(1, len(parts) + 1)]
+                imports += [(0, parts[:n], None, alias.asname or parts[0]) for n in range(1, len(parts) + 1)]
         elif isinstance(node, ast.ImportFrom):
-            above = package[: len(package) - node.level + 1] if node.level else ()
-            module = (*above, *(node.module.split(".") if node.module else ()))
-            imports += [(module, None if a.name == "*" else a.name, a.asname or a.name) for a in node.names]
+            parts = node.module.split(".") if node.module else []
+            for alias in node.names:
+                name = None if alias.name == "*" else alias.name
+                imports.append((node.level, parts, name, alias.asname or alias.name))
     return imports
 
 
