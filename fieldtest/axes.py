@@ -9,7 +9,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fieldtest.samples import WRAPS
 from fieldtest.sensor_csv import SensorRecord
 from trackdyn.inputs.errors import InputError
 from trackdyn.measure.sensor import OTHER_SPEED, measured_loop_hz, sense, whole_samples
@@ -116,9 +115,10 @@ def judge_axes(recording: Recording, record: SensorRecord) -> Doubt | None:
     loop that runs the other way round, as its mirror image does, is not doubted. Other causes that are tried are zeros
     of the sensor that are not 0, a high-pass filter, a wrong scale, and an angle about z.
     """
-    if not (recording.scene.rig.gravity and recording.periods.loop_hz) or any(WRAPS in text for text in record.doubts):
+    if not (recording.scene.rig.gravity and recording.periods.loop_hz) or record.wraps:
         return None
     forms, shapes, hz = _shapes(recording, record)
+    signal = sense(recording)
     misfits = {axes: _misfit(shape, forms) for axes, shape in shapes.items()}
     (own, shape), best = next(iter(shapes.items())), min(misfits, key=misfits.__getitem__)
     as_read, exchanged = misfits[own], misfits[best]
@@ -129,7 +129,7 @@ def judge_axes(recording: Recording, record: SensorRecord) -> Doubt | None:
     )
     fitted, angle, factor = _turned_and_scaled(shape, forms)
     (c, s), ax = (np.cos(np.radians(angle)), np.sin(np.radians(angle))), 0.0 if record.ax is None else record.ax
-    content = high_frequency_rms(sense(recording).ay, recording.rate)
+    content = high_frequency_rms(signal.ay, recording.rate)
 
     def explains(misfit: float, *others: float, ay: np.ndarray | None = None) -> bool:
         """Whether the record is clearly nearer with one cause taken away than as it is read, and than with others.
@@ -140,9 +140,15 @@ def judge_axes(recording: Recording, record: SensorRecord) -> Doubt | None:
         nearer = as_read > CLEARLY * misfit and as_read - misfit > LEAST_G
         return nearer and all(CLEARLY * misfit < other for other in others) and same_content
 
+    undirected = turn_shape(np.hypot(signal.ax, signal.ay)[None], recording.rate, recording.periods.loop_hz)
     scales = [record.scales.get(axis, (0.0, 1.0)) for _, axis in own]
     without_gravity = False
-    if explains(shifted, exchanged, filtered):
+    if record.ay.min() >= 0 > signal.ay.min() and explains(_misfit(shape[:1], [undirected])):
+        sentence = (
+            "ay is never below 0, as the size of the acceleration, which has no direction; name the column of the "
+            "axis, `axes: {ay: NAME}`"
+        )
+    elif explains(shifted, exchanged, filtered):
         shifts = (shape[:, 0] - forms[0][:, 0]).real
         zeros = [
             f"{axis}: {zero + shift / of_unit:.5g}"

@@ -32,11 +32,15 @@ from trackdyn.inputs.errors import InputError, shown
 TIME_KEYS = ("time", "fraction")
 _HEAD = 500  # rows that tell most columns from stamps, and, with as many of the others, how many names a column holds
 _MOST = 16  # sensors of a table
+_FEWEST = 20  # rows that tell several samples a row
 # of two sensors, not of one: mean length of a run of rows, and how much shorter a step within a sensor's own rows is,
 # or how much other their scatter or mean (in standard deviations) is; of one: how much shorter the step between rows is
 _SHORT_RUN, _SHORTER, _OTHER_SCATTER, _OTHER_MEAN, _ONE = 3.0, 1.5, 1.5, 0.5, 1.25
 # stamps of one sensor: share of the steps near the median one, the distance from it, and their mean over it
 _MOST_STEPS, _NEAR, _LONGER = 0.8, 0.25, 1.3
+# of samples side by side: how far means (in standard deviations) and spreads of columns lie apart at most, how much
+# shorter than across several the steps from one to the next are, and how equal these and that to the next row
+_SAME, _CLOSER, _ALIKE = 0.25, 1.2, 1.3
 
 
 class Axis(NamedTuple):
@@ -74,7 +78,8 @@ def reading_of(source: Source, mapping: SensorMapping, wanted: Wanted, range_g: 
         if not value > 0:
             raise InputError(f"{name} is {value!r}; give a number above zero.")
     questions: list[str] = []
-    columns = _chosen(source, wanted)
+    columns = _chosen(source, wanted, questions)
+    _require_a_sample_a_row(source, columns)
     if "ay" not in columns:
         questions.append(
             f"no column for ay among {listed(source.names)}; name it, `axes: {{ay: NAME}}`, or by its number, "
@@ -127,8 +132,11 @@ def reading_of(source: Source, mapping: SensorMapping, wanted: Wanted, range_g: 
     )
 
 
-def _chosen(source: Source, wanted: Wanted) -> dict[str, Column]:
-    """Columns by axis and time. Raises `InputError`: one may be several, or none, or that of another key."""
+def _chosen(source: Source, wanted: Wanted, questions: list[str]) -> dict[str, Column]:
+    """Columns by axis and time; that one may be several joins ``questions``.
+
+    Raises `InputError`: one is none, or that of another key.
+    """
     columns: dict[str, Column] = {}
     several: dict[str, list[Column]] = {}
     for key, candidates in wanted.choose(source.columns).items():
@@ -145,11 +153,44 @@ def _chosen(source: Source, wanted: Wanted) -> dict[str, Column]:
         numbers = {key: f"{key}: '#{candidates[0].position + 1}'" for key, candidates in several.items()}
         fields = [numbers.pop("time")] if "time" in numbers else []
         fields += [f"axes: {{{', '.join(numbers.values())}}}"] if numbers else []
-        raise InputError(f"columns {', '.join(words)}; say which with `{', '.join(fields)}`.")
+        questions.append(f"columns {', '.join(words)}; say which with `{', '.join(fields)}`")
     for (key, column), (second, same) in combinations(columns.items(), 2):
         if column.position == same.position:
             raise InputError(f"column {shown(column.name)} is named for {key} and {second}; name two columns.")
     return columns
+
+
+def _require_a_sample_a_row(source: Source, columns: dict[str, Column]) -> None:
+    """Refuse (`InputError`) rows of several samples, of which one column would be read."""
+    count = len(source.lines)
+    head = source.only(np.arange(count) < min(4 * _HEAD, count - 1))  # the last row may be shorter
+    others = {column.position for key, column in columns.items() if key != "ay"} | source.dated
+    alike = [re.sub(r"\d+", "1", column.name) for column in source.columns]
+    for start in [columns["ay"].position] if "ay" in columns else range(min(len(alike), 3)):
+        same = [k in others or alike[k] != alike[start] for k in range(len(alike))]
+        first = max((k + 1 for k in range(start) if same[k]), default=0)
+        last = next((k for k in range(start, len(alike)) if same[k]), len(alike)) - 1
+        row = [head.stamps(k) for k in range(first, last + 1)]
+        if len(row) < 2 or len({values.size for values in row}) > 1 or row[0].size < _FEWEST:
+            continue
+        spread, mean = [values.std() for values in row], [values.mean() for values in row]
+        within, on = _rms(np.diff(row, axis=0)), _rms(row[0][1:] - row[-1][:-1])
+        far = max(_rms(np.diff(row[0])), *(_rms(values - row[0]) for values in row[1:]))
+        one_signal = max(spread) < (1 + _SAME) * min(spread) and np.ptp(mean) < _SAME * min(spread)
+        if (
+            one_signal
+            and within < min(spread)
+            and _CLOSER * max(within, on) < min(far, _ALIKE * _CLOSER * min(within, on))
+        ):
+            ends = (source.columns[k].described for k in (first, last))
+            raise InputError(
+                f"{' to '.join(ends)} join on to one another and to the next row: each row holds {len(row)} samples, "
+                "written row by row; write one a row, as docs/your-loggers-file.md shows."
+            )
+
+
+def _rms(values: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))
 
 
 def _times(source: Source, columns: dict[str, Column], rated: bool, questions: list[str]) -> dict[str, Column]:
@@ -162,8 +203,10 @@ def _times(source: Source, columns: dict[str, Column], rated: bool, questions: l
     fine = [(column, prefix, unit) for column, prefix, unit in parts if unit != "s" and prefix in prefixes]
     if not time and len(fine) == 1:
         time = whole[fine[0][1]]
-    elif not time and free and not free[0].position and re.fullmatch(r"|.*[=:]", free[0].name) and _counts(source, 0):
-        time = None if _is_index(source, free[0]) else free[0]
+    elif not time and free and not free[0].position:
+        # of an index, or of cells that say what they hold; LabVIEW has a name for it
+        unnamed = re.fullmatch(r"|.*[=:]", free[0].name) and _counts(source, 0) and not _is_index(source, free[0])
+        time = free[0] if unnamed or free[0].name == "X_Value" else None
     if not time:
         _ask_time(source, free, rated, questions)
         return {}

@@ -60,9 +60,13 @@ def compare(
 
 
 def doubts_of(recording: Recording, record: SensorRecord, table: pd.DataFrame) -> list[str]:
-    """Sentences on what seems wrong with a sensor's record; arguments are those of `other_speed`."""
+    """Sentences on what seems wrong with a sensor's record; arguments are those of `other_speed`.
+
+    Where its axes are doubted, the line that is taken for its speed may be one of noise.
+    """
     doubt = judge_axes(recording, record)
-    return [*filter(None, (*record.doubts, doubt and doubt.sentence, other_speed(recording, record, table)))]
+    doubted = doubt.sentence if doubt else other_speed(recording, record, table)
+    return [*record.doubts, *filter(None, [doubted])]
 
 
 @typed
@@ -155,17 +159,16 @@ def other_speed(recording: Recording, record: SensorRecord, table: pd.DataFrame)
     by more than 1 %: over 2.5 turns the line of a noisy record is that of the whole record to 0.9 %.
     """
     hz, rpm, lines = recording.periods.loop_hz, recording.scene.motor_rpm, table.set_index("measure")
-    if "line_hz_binfree" not in lines.index:
+    if record.wraps or "line_hz_binfree" not in lines.index:
         return None
     source = record.done.get("rate", "")
     own_hz, error = lines.loc["line_hz_binfree", ["sensor", "sensor_error"]].astype(float).fillna(0.0)
     if abs(own_hz - hz) <= max(SPEED_TOLERANCE * hz, CLEAR_ERRORS * error):
         return None
-    turns = (
-        f"{own_hz:.4g} times per second{f' (+- {error:.2g})' if error else ''}{f' at {source}' * ('taken' in source)}"
-    )
+    guessed, other = "taken for" in source, ", or give the rate if it is another, `time: none, rate: HZ`"
+    turns = f"{own_hz:.4g} times per second{f' (+- {error:.2g})' if error else ''}{f' at {source}' * guessed}"
     return (
-        f"{record.path}: its loop turns {turns}, the "
-        f"simulated one {hz:.4g} times at {rpm:g} rpm, {abs(hz / own_hz - 1):.1%} "
-        f"{'slower' if hz < own_hz else 'faster'}; compare with a run at {rpm * own_hz / hz:.4g} rpm"
+        f"{record.path}: its loop turns {turns}, the simulated one {hz:.4g} times at {rpm:g} rpm, "
+        f"{abs(hz / own_hz - 1):.1%} {'slower' if hz < own_hz else 'faster'}; compare with a run at "
+        f"{rpm * own_hz / hz:.4g} rpm{other * guessed}"
     )

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Sequence
+from functools import partial
 from itertools import takewhile
 
 from fieldtest.logger_text import (
@@ -59,6 +60,7 @@ def find_rows(text: str, wanted: Wanted) -> Source:
     if not rows:
         what = "holds comments only" if text.strip() else "is empty"
         raise InputError(f"the file {what}; it must hold a header such as 't_s,ax_g,ay_g,az_g', and rows.")
+    text, head = _with_comments(text, head)
     numbers = list(wanted.numbers.values()) if "ay" in wanted.numbers.keys() == wanted.named.keys() else []
     if numbers:
         return rows_of(text, *_layout_by_position(head, rows, numbers))
@@ -90,6 +92,23 @@ def find_rows(text: str, wanted: Wanted) -> Source:
     return rows_of(text, *_likely_layout(head, rows))
 
 
+def _with_comments(text: str, head: list[str]) -> tuple[str, list[str]]:
+    """A text and its head with an empty field in rows without a comment, where LabVIEW's last column holds those."""
+    for i, line in enumerate(head):
+        separator = _separators(line)[0]
+        count = len(names := split_fields(line, separator))
+        if count < 3 or names[-1].casefold() not in ("comment", "comments") or separator == " ":
+            continue
+        short = [j for j in range(i + 1, len(head)) if len(split_fields(head[j], separator)) == count - 1]
+        if short:
+            lines = text.split("\n")
+            lines[i + 1 :] = [
+                row + separator if len(split_fields(row, separator)) == count - 1 else row for row in lines[i + 1 :]
+            ]
+            return "\n".join(lines), lines[: len(head)]
+    return text, head
+
+
 def _below(head: Sequence[str], below: list[int], separator: str, count: int) -> tuple[list[str], int]:
     """Units of the columns, and the first row of the lines ``below`` a header; the end of ``head`` if there is none.
 
@@ -114,7 +133,8 @@ def _below(head: Sequence[str], below: list[int], separator: str, count: int) ->
 
 def _likely_layout(head: Sequence[str], rows: list[int]) -> _Layout:
     """Layout below the line that looks most like a header: the one above the first row of numbers, and its units."""
-    first = next((k for k, j in enumerate(rows) if _of_values(head[j])), 1)
+    first = next((k for k, j in enumerate(rows) if _of_values(head[j])), None)
+    first = first if first is not None else next(filter(partial(_begins, head, rows), range(len(rows))), 1)
     if first == 0:
         raise InputError(
             f"line {rows[0] + 1} holds numbers ({shown(head[rows[0]])}) where the names of the columns must be; write "
@@ -123,7 +143,25 @@ def _likely_layout(head: Sequence[str], rows: list[int]) -> _Layout:
     separator = (_of_values(head[rows[first]]) if first < len(rows) else None) or _separators(head[rows[first - 1]])[0]
     widths = [len(split_fields(head[j], separator)) for j in rows[:first]]
     at = first - sum(1 for _ in takewhile(lambda width: width == widths[-1], widths[::-1]))  # of several rows of names
-    return split_fields(head[rows[at]], separator), *_below(head, rows[at + 1 :], separator, widths[-1]), separator
+    names = split_fields(head[rows[at]], separator)
+    if (
+        any(names)
+        and first < len(rows)
+        and len(fields := split_fields(head[rows[first]], separator, len(names))) != len(names)
+    ):
+        return [str(k + 1) for k in range(len(fields))], [""] * len(fields), rows[first], separator
+    return names, *_below(head, rows[at + 1 :], separator, widths[-1]), separator
+
+
+def _begins(head: Sequence[str], rows: list[int], at: int) -> bool:
+    """Whether mostly values stand in this row and the two below it, in as many fields."""
+    separator = _separators(head[rows[at]])[0]
+    some = [split_fields(head[i], separator) for i in rows[at : at + 3]]
+    return (
+        len(some) == 3
+        and len({len(fields) for fields in some} | {1}) == 2
+        and all(2 * sum(map(is_value, fields)) > sum(map(bool, fields)) for fields in some)
+    )
 
 
 def _layout_by_position(head: Sequence[str], rows: list[int], numbers: Sequence[int]) -> _Layout:
@@ -137,8 +175,11 @@ def _layout_by_position(head: Sequence[str], rows: list[int], numbers: Sequence[
         if of_values and (width := len(split_fields(head[i], of_values))) <= max(numbers):
             raise InputError(f"no column {max(numbers) + 1}; line {i + 1} ({shown(head[i])}) has {width} fields.")
     wanted = " and ".join(str(k + 1) for k in sorted(numbers))
+    fields = split_fields(head[rows[-1]], _separators(head[rows[-1]])[0])
+    cells = [shown(fields[k]) for k in sorted(numbers) if k < len(fields) and not is_value(fields[k])]
+    held = f" (line {rows[-1] + 1} holds {' and '.join(cells)})" * bool(cells)
     raise InputError(
-        f"no rows with numbers in column {wanted} within {len(head)} lines; give another column, or, if only the "
+        f"no rows with numbers in column {wanted} within {len(head)} lines{held}; give another column, or, if only the "
         "stamps are neither numbers nor dates such as 2024-05-01T12:00:00.001, `time: none, rate: HZ`."
     )
 

@@ -332,4 +332,4 @@ def are_split(fields: Sequence[str]) -> bool:
 
 def listed(names: Sequence[str]) -> str:
     """Names of columns as they may stand in a sentence."""
-    return (", ".join(map(shown, names[:8])) + ", ..." * (len(names) > 8)) or "columns without names"
+    return (", ".join(map(shown, names[:12])) + ", ..." * (len(names) > 12)) or "columns without names"

@@ -30,6 +30,9 @@ _MARKS = {sign * (10.0**n - 1) for n in range(3, 8) for sign in (1, -1)} | {
 # steps of so much of the extent of a signal, with both ends at one distance from 0, from which on it is taken to wrap
 _JUMPS, _WHOLE, _SYMMETRIC = 5, 0.75, 0.05
 WRAPS = "wraps at the end of its range"
+# a record begins or ends at rest for so many windows (s), and times the longest stretch within the motion, of which
+# content is below a multiple of that of the first ones and the mean is theirs (g), as few windows of the motion are
+_WINDOW_S, _REST, _LONGER_REST, _QUIET, _TURNED_G, _SELDOM, _MOVED = 0.25, 6, 3, 1.5, 0.1, 0.1, 2.5
 _WIDTHS = (8, 10, 12, 14, 16, 18, 20, 24, 32)  # bits of counts
 
 
@@ -188,6 +191,47 @@ def standing_still(ay: np.ndarray, t: np.ndarray, largest: float, where: Callabl
         f"the {count} rows from {where(first)} to {where(last)} have one ay, {ay[first]:.6g} g, as of a logger "
         f"that had not begun or a sensor that hung: cut them off, {' or '.join(cuts)}"
     ]
+
+
+def at_rest(ay: np.ndarray, rate: float, since: np.ndarray) -> list[str]:
+    """Sentences on a record, (N,) g, that begins or ends at rest: with far less content than any stretch of motion.
+
+    The content is that from 2 Hz on, in windows of 0.25 s. ``since``, (N,), is the time since the first row, s.
+    """
+    count = round(_WINDOW_S * rate)
+    if ay.size < 2 * _REST * count:
+        return []
+    slow = pd.Series(ay).rolling(2 * count + 1, center=True, min_periods=1).mean().to_numpy()
+    whole = ay.size // count * count
+    content = np.sqrt(np.mean((ay - slow)[:whole].reshape(-1, count) ** 2, axis=1))
+    mean = ay[:whole].reshape(-1, count).mean(axis=1)
+    begin, end = _rest(content, mean), content.size - _rest(content[::-1], mean[::-1])
+    if begin >= end:
+        return []
+    usual = np.median(content[begin:end])
+    moving = begin + np.flatnonzero(content[begin:end] >= usual / 2)  # a start takes a while
+    return [
+        f"the record {side} at rest: for {level.size * _WINDOW_S:g} s its content from 2 Hz on is "
+        f"{np.median(level):.2g} g, otherwise {usual:.2g} g; leave that out, {cut}"
+        for side, level, cut in (
+            ("begins", content[:begin], f"`from: {since[moving[0] * count]:.6g}`"),
+            ("ends", content[end:], f"`to: {since[(moving[-1] + 1) * count - 1]:.6g}`"),
+        )
+        if level.size
+    ]
+
+
+def _rest(content: np.ndarray, mean: np.ndarray) -> int:
+    """Number of windows at rest with which a record begins, by their (W,) content and mean, g, which gravity turns."""
+    still, upright = np.median(content[:_REST]), np.median(mean[:_REST])
+    loud = np.flatnonzero((content >= _QUIET * still) | (np.abs(mean - upright) > _TURNED_G))
+    if loud.size == 0 or loud[0] < _REST:
+        return 0
+    motion = content[loud[0] : loud[-1] + 1]
+    longest = int(np.diff(loud).max(initial=1)) - 1
+    as_quiet = 1 - loud.size / motion.size
+    at_rest = loud[0] >= _LONGER_REST * longest and as_quiet < _SELDOM
+    return int(loud[0]) if at_rest and np.median(motion) > _MOVED * np.median(content[: loud[0]]) else 0
 
 
 def _standing(values: np.ndarray) -> list[float]:

@@ -56,6 +56,11 @@ class SensorRecord:
         """Length of the record, s."""
         return self.ay.size / self.rate
 
+    @property
+    def wraps(self) -> bool:
+        """Whether the signal wraps at the end of its range, so that nothing else can be told of it."""
+        return any(samples.WRAPS in doubt for doubt in self.doubts)
+
     def averaged(self, count: int) -> "SensorRecord":
         """The record of a sensor that is slower by a whole factor: means of ``count`` samples each."""
         if count == 1:
@@ -194,9 +199,12 @@ def _record(path: Path, rows: Source, reading: Reading) -> SensorRecord:
     )
     lines, seen, broken = np.asarray(source.lines)[window], seen and seen.within(window), broken[window]
     done = _described(source, reading, counts)
-    done["dropped"] = f"{count - len(signals)} rows outside of from and to"
-    if repeated.any():
-        done["dropped"] += f", {np.count_nonzero(repeated)} that repeat the row above"
+    left_out = [
+        (count - len(signals), "outside of from and to"),
+        (np.count_nonzero(repeated), "that repeat the row above"),
+    ]
+    if dropped := [f"{number} rows {words}" for number, words in left_out if number]:
+        done["dropped"] = ", ".join(dropped)
     if reading.gaps:
         beyond = signals.abs() > range_g * BEYOND
         if beyond.any(axis=1).mean() <= samples.BRIDGED_SHARE:
@@ -226,6 +234,7 @@ def _record(path: Path, rows: Source, reading: Reading) -> SensorRecord:
         )
     hz, since = rate.hz, instants[first] + np.arange(ay.size) / rate.hz
     doubts = doubts or samples.wrapped(ay) or samples.standing_still(ay, since, reading.largest, where)
+    doubts = doubts or samples.at_rest(ay, hz, since)
     if seen and not even:
         signals, done["resampled"] = samples.on_even_instants(seen.t, signals, hz)
     if hz > samples.HIGHEST_RATE_HZ:

@@ -20,6 +20,7 @@ _PAGE = "docs/your-loggers-file.md has the lines that turn it into a table"
 _REMEDIES = {
     "JSON": "pandas.read_json makes a table of it", "a web page": "save the table itself as CSV",
     "the pointer of Git LFS to a file": "`git lfs pull` brings the file", "a recording": "give the sensor's file",
+    "messages in YAML": "`rostopic echo -p` writes a table",
     "an old spreadsheet": "save the sheet as CSV", "an archive or a spreadsheet": "unpack it, or save the sheet as CSV",
 }  # fmt: skip
 # how files begin that are not read
@@ -30,6 +31,7 @@ _OTHERS = {
     "a SQLite database": rb"SQLite format 3", "an old spreadsheet": rb"\xd0\xcf\x11\xe0",
     "a recording": rb"PK.{28}meta\.npy", "JSON": rb"\s*(\{|\[\s*[\[{])",
     "an archive or a spreadsheet": rb"PK\x03\x04|BZh|\xfd7zXZ|7z\xbc\xaf|Rar!|\x28\xb5\x2f\xfd|\x1f\x8b",
+    "messages in YAML": rb"header:\s*\n +\w+:",
     "a web page": rb"(?i)\s*<(!doctype|html)", "the pointer of Git LFS to a file": rb"version https://git-lfs",
 }  # fmt: skip
 _CONTROL = bytes(byte for byte in range(32) if byte not in b"\t\n\v\f\r\x1a")
@@ -37,6 +39,7 @@ _STAMPED = re.compile(
     rf"^[ \t]*(?:\[(?P<boxed>{DATE.pattern})\]|(?P<stamp>{DATE.pattern}) ->)[ \t]*(?P<rest>.*)$",
     re.ASCII | re.MULTILINE,
 )
+_CHECKSUM = re.compile(r"\$\w+,.*\*[0-9A-Fa-f]{2}\s*")  # sentence of NMEA 0183
 _FORTRAN = re.compile(r"(?<![\w.])([+-]?\d{1,20}\.\d{0,20})[dD]([+-]?\d{1,3})(?!\w)", re.ASCII)
 _SIGNS = str.maketrans({"\N{NO-BREAK SPACE}": " ", "\N{NARROW NO-BREAK SPACE}": " ", "\N{MINUS SIGN}": "-"})
 
@@ -98,6 +101,8 @@ def _in_one_form(text: str) -> str:
         text = whole.sub(lambda line: line[1].replace('""', '"'), text)
     if any(map(_FORTRAN.search, head)):
         text = _FORTRAN.sub(r"\1e\2", text)
+    if written and all(map(_CHECKSUM.fullmatch, written[:-1])):
+        text = re.sub(r"\*[0-9A-Fa-f]{2}[ \t]*$", "", text, flags=re.MULTILINE)
     stamped = [line["rest"] for line in map(_STAMPED.match, head) if line]
     if len(stamped) > len(head) / 2:
         sign = next((sign for sign in "\t;, " if sign in stamped[-1]), ",")

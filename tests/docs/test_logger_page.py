@@ -20,6 +20,7 @@ TABLE = pd.DataFrame({"t_s": T, "ay": COUNTS})
 WRITERS = {
     "record.mat": lambda: scipy.io.savemat("record.mat", {"t": T, "ay": COUNTS}),
     "record.wav": lambda: scipy.io.wavfile.write("record.wav", 1000, COUNTS),
+    "record.csv": lambda: pd.DataFrame(COUNTS.reshape(-1, 8)).add_prefix("y[").add_suffix("]").to_csv("record.csv"),
     "record.npy": lambda: np.save("record.npy", TABLE.to_numpy()),
 }
 

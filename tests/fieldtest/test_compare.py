@@ -10,7 +10,7 @@ from scipy.signal import butter, sosfilt
 from typer.testing import CliRunner
 
 from fieldtest.axes import judge_axes, require_axes
-from fieldtest.compare import compare_with_sensor, in_words, other_speed
+from fieldtest.compare import compare_with_sensor, doubts_of, in_words, other_speed
 from fieldtest.figures import comparison_figure
 from fieldtest.sensor_csv import SensorRecord, read_sensor
 from trackdyn.commands.cli import app
@@ -165,6 +165,26 @@ def test_a_wrong_scale_and_a_turned_sensor_are_named(recording, angle, size, wor
     sensor = SensorRecord("a.csv", signal.time, ax, ay, None, 1000.0, 0, scales={"ay": (0.0, 1 / 8192)})
     assert re.search(words, judge_axes(recording, sensor).sentence)
     assert re.search(words, judge_axes(recording, sensor.averaged(8)).sentence)  # 125 Hz
+
+
+def test_the_size_of_the_acceleration_is_no_axis(recording):
+    signal = sense(recording)
+    sensor = SensorRecord("a.csv", signal.time, signal.ax, np.hypot(signal.ax, signal.ay), None, 1000.0, 0)
+    assert "never below 0, as the size of the acceleration" in judge_axes(recording, sensor).sentence
+    offset = replace(sensor, ay=signal.ay + 20)
+    assert "never below 0" not in judge_axes(recording, offset).sentence
+
+
+@pytest.mark.parametrize("doubt", [None, "ay wraps at the end of its range"])
+def test_no_speed_is_advised_where_a_record_is_doubted(recording, doubt):
+    """The line of noise is no speed; that of a record which wraps tells nothing, nor do its axes."""
+    rng = np.random.default_rng(0)
+    noise = SensorRecord("a.csv", np.arange(30000) / 1000, None, rng.normal(size=30000), None, 1000.0, 0)
+    marked = replace(noise, doubts=(doubt,) if doubt else ())
+    table = compare_with_sensor(recording, marked)
+    (sentence,) = doubts_of(recording, marked, table)
+    assert "rpm" not in sentence and (doubt or "does not turn through gravity") in sentence
+    assert "rpm" in (other_speed(recording, noise, table) or "")
 
 
 @pytest.mark.parametrize(("seconds", "faster", "seen"), [(30.0, 0.9, True), (12.0, 1.03, True), (30.0, 1.005, False)])

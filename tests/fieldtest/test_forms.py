@@ -233,6 +233,48 @@ def test_equal_values_of_a_fast_record_are_not_a_sensor_that_hangs():
     assert not read_sensor(pd.DataFrame({"t_s": t, "ay_g": ay})).doubts
 
 
+FAST = np.sin(7 * np.arange(4000) / 1000) + 0.2 * np.cos(150 * np.arange(4000) / 1000)
+
+
+@pytest.mark.parametrize("names", [None, "y[{}]", "ay_{} (g)"])
+@pytest.mark.parametrize("count", [2, 5, 8])
+def test_several_samples_a_row_are_no_channels(names, count, tmp_path):
+    rows = FAST.reshape(-1, count)
+    frame = pd.DataFrame(rows, columns=[(names or "{}").format(k) for k in range(count)])
+    (path := tmp_path / "record.csv").write_text(frame.to_csv(index=False, header=bool(names)) + "0.5\n" * (not names))
+    ay = "#1" if names is None else frame.columns[count - 1]
+    for axes in ({"ay": ay}, {}) if names == "y[{}]" else ({"ay": ay},):
+        with pytest.raises(InputError, match=rf"column 1.* to column {count}.* each row holds {count} samples"):
+            read_sensor(path, load_mapping(time="none", rate=1000, axes=axes, unit="g"))
+    # two sensors of one place, and one of another, are channels
+    noise = np.random.default_rng(1).normal(0, 0.01, (2000, 3))
+    frame = pd.DataFrame(noise + FAST.reshape(2, -1)[[0, 0, 1]].T, columns=["ay_1", "ay_2", "ay_3"])
+    record = read_sensor(frame, load_mapping(time="none", rate=1000, axes={"ay": "ay_1"}, unit="g"))
+    np.testing.assert_array_equal(record.ay, frame["ay_1"])
+
+
+@pytest.mark.parametrize("before", [0, 2.5, 8])
+@pytest.mark.parametrize("after", [0, 4])
+@pytest.mark.parametrize("noise", [0.003, 0.03])
+def test_a_record_that_begins_or_ends_at_rest_says_what_leaves_it_out(before, after, noise, tmp_path):
+    rng, rate = np.random.default_rng(2), 250
+    t = np.arange(3000) / rate
+    moving = np.sin(1.6 * t) + 0.4 * np.sin(150 * t) * (1 + np.cos(1.6 * t)) + 0.1 * rng.normal(size=t.size)
+    ay = np.r_[np.full(round(before * rate), 0.97), moving, np.full(round(after * rate), -0.4)]
+    ay += noise * rng.normal(size=ay.size)
+    frame = pd.DataFrame({"t_s": np.arange(ay.size) / rate, "ay_g": ay})
+    doubts = read_sensor(frame).doubts
+    options = {}
+    for key, side, at in (("from", "begins", before), ("to", "ends", before + 12.0)):
+        cut = [doubt for doubt in doubts if f"{side} at rest" in doubt]
+        assert len(cut) == bool(before if key == "from" else after), doubts
+        if cut:
+            options[key] = float(cut[0].split(f"`{key}: ")[1].split("`")[0])
+            assert options[key] == pytest.approx(at, abs=0.8)
+    record = read_sensor(frame, load_mapping(**options))
+    assert not record.doubts and record.ay.std() == pytest.approx(moving.std(), rel=0.02)
+
+
 @pytest.mark.parametrize(
     ("still", "start", "words"),
     [

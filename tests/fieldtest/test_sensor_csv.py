@@ -154,6 +154,34 @@ DEFECTS = {
         ("21.48 g", "where 0 g is not 0, perhaps `zero: 2048`"),
         {"scale": 100},
     ),
+    "half of the counts": (
+        "t_ms,ay\n" + "".join(f"{k},{32768 + (2400 if k % 2 else -2000)}\n" for k in range(40)),
+        ("where 0 g is not 0, perhaps `zero: 32768`",),
+        {"scale": 1024},
+    ),
+    "all that is missing": (
+        ",Box 1,,Box 2,\nTime,Clock,y,ay,time,ay\n" + "".join(f"{k}0,{k},1,{k}.5,{k}0,{k}.7\n" for k in range(9)),
+        (
+            "columns 1 ('Time') and 5 ('time') may all be time, 4 ('ay') and 6 ('ay') may all be ay",
+            "`time: '#1', axes: {ay: '#4'}`",
+            "column 'ay' does not say its unit",
+        ),
+    ),
+    "names below a title": (
+        "Made by an app v9.1 ( http://app.example/ ).\nFormat,3\nDriver name,\n\nstamp,lap,speed,acc_1\nunix,,m/s,G\n"
+        + "".join(f"{k / 1000:.3f},,{k % 3},{k % 7}.5\n" for k in range(9)),
+        ("no column for ay among 'stamp', 'lap', 'speed', 'acc_1'", "`time: '#1'`"),
+    ),
+    "a row of a preamble": (
+        "POINTS 90  AT 1000 HZ\n" + "".join(f" {k % 7}.25 {k % 5}.5 {k % 3}.75\n" for k in range(30)),
+        ("no column for ay among '1', '2', '3'",),
+    ),
+    "a checksum": (
+        "".join(f"{k / 1000:.3f},{k % 7}.5*{k + 16:02X}\n" for k in range(9)),
+        ("no rows with numbers in column 1 and 2", "line 9 holds '1.5*18'"),
+        by("1", "2"),
+    ),
+    "messages": (b"header: \n  seq: 0\nlinear_acceleration: \n  y: -2.3927\n---\n", ("messages in YAML", "echo -p")),
 }
 
 
@@ -328,6 +356,17 @@ FORMS = {
     ),
     "a monitor with names": ("10:00:00.000 -> ay_g,t_ms\n" + MONITOR, {}, ()),
     "words below a blank line": (CLEAN + "\n\nSamples recorded: six; device off\n", {}, ["left out: 'Samples"]),
+    "a last column for comments": (
+        "X_Value,y,Comment\n" + "".join(f"{k / 1000:.3f},{1 + k / 100}{',begun' * (k == 0)}\n" for k in range(6)),
+        {"axes": {"ay": "y"}, "unit": "g"}, (),
+    ),
+    "comments by number": (
+        "X_Value;y;Comment\n" + "".join(f"{k};{1 + k / 100}{';begun' * (k == 0)}\n" for k in range(6)),
+        by("1", "2", rate=1000), (),
+    ),
+    "sentences with a checksum": (
+        "".join(f"$PIMU,{k / 1000:.3f},0.1,{1 + k / 100}*{k + 9:02X}\n" for k in range(6)), by("2", "4"), (),
+    ),
     "comments behind semicolons": (CLEAN.replace(HEADER, ";A logger\n;Headers, t_s,ax_g,ay_g,az_g"), {}, ()),
     "Japanese": (
         ("\u6642\u9593(s),X(g),\u52a0\u901f\u5ea6Y(g),Z(g)\n" + BARE).encode("cp932"),
