@@ -7,7 +7,7 @@ ROOT = Path(__file__).parents[1]
 FOLDERS = ("trackdyn", "fieldtest", "workflow/replication", "laboratory")
 PACKAGES = {Path(folder).name: ROOT / folder for folder in FOLDERS}
 # rooms beneath all, whose imports are no arrows
-GROUND = {"trackdyn." + name for name in ("errors", "extras", "files", "jit", "sources", "version")}
+GROUND = {"trackdyn." + name for name in ("by_reference", "errors", "extras", "files", "jit", "sources", "version")}
 BEGIN, END = "<!-- structure -->", "<!-- end of structure -->"
 
 

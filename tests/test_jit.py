@@ -60,7 +60,7 @@ def copy(tmp_path):
     root = tmp_path / "copy" / "trackdyn"
     (root / "chain").mkdir(parents=True)
     (root / "__init__.py").touch()
-    for name in ("jit.py", "sources.py"):
+    for name in ("jit.py", "by_reference.py", "sources.py"):
         shutil.copy(PACKAGE / name, root)
     (root / "chain" / "inner.py").write_text(INNER.format(factor=2.0))
     (root / "chain" / "outer.py").write_text(OUTER)

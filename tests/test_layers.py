@@ -27,7 +27,7 @@ BELOW = {
 }
 ROOMS = {
     "trackdyn": (
-        "inputs", "sources", "version", "jit", "model", "chain", "contact", "integrate", "rig",
+        "inputs", "sources", "version", "by_reference", "jit", "model", "chain", "contact", "integrate", "rig",
         "scene", "simulation", "measure", "sweeps", "plots", "commands",
         "__init__", "__main__",
     ),

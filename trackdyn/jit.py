@@ -157,11 +157,53 @@ class _Code:
             _warn_of_numba(error)
 
 
+_annotated: list[type] = []  # types of the arguments of kernels that numba does not know yet
+
+
+def _register_types() -> None:
+    """Have kernels take their named tuples by reference, if this version of numba has the names that this takes."""
+    try:
+        from trackdyn.by_reference import register
+    except ImportError:
+        return  # by value, which takes longer to compile
+    while _annotated:
+        register(_annotated.pop())
+
+
+# Passes for closures, array expressions, unrolled loops and the like, none of which is in a kernel. After each numba
+# looks through the whole function, which takes an eighth of the time to compile it.
+_UNUSED_PASSES = {
+    "WithLifting", "InlineClosureLikes", "RewriteDynamicRaises", "MakeFunctionToJitFunction", "FindLiterallyCalls",
+    "LiteralUnroll", "LiteralPropagationSubPipelinePass", "InlineOverloads", "NopythonRewrites",
+    "NoPythonSupportedFeatureValidation", "AnnotateTypes", "DumpParforDiagnostics",
+}  # fmt: skip
+
+
+@functools.cache
+def _kernel_compiler():
+    """Return numba's compiler without the passes that no kernel needs."""
+    from numba.core.compiler import Compiler
+
+    class KernelCompiler(Compiler):
+        def define_pipelines(self):
+            pipelines = super().define_pipelines()
+            for pipeline in pipelines:
+                if passes := getattr(pipeline, "passes", None):
+                    pipeline.passes = [entry for entry in passes if entry[0].__name__ not in _UNUSED_PASSES]
+            return pipelines
+
+    return KernelCompiler
+
+
 def _dispatcher(function: Callable, face: str, **options):
     """Numba's dispatcher of a function, whose code is kept in a folder ``face`` of `kept_folder`, if anywhere."""
     import numba
 
-    dispatcher = numba.njit(**options)(function)
+    _register_types()
+    compiler = {}
+    with suppress(ImportError, AttributeError):  # a version of numba without these names compiles with all passes
+        compiler = {"pipeline_class": _kernel_compiler()}
+    dispatcher = numba.njit(**options, **compiler)(function)
     if numba.config.DISABLE_JIT:
         return dispatcher
     known = dispatcher.targetdescr.options
@@ -190,6 +232,7 @@ class _Kernel:
     def __init__(self, function, **options):
         self.py_func = function
         self.targetoptions = OPTIONS | options  # where numba looks whether to put in the text (`inlined`)
+        _annotated.extend(function.__annotations__.values())
         functools.update_wrapper(self, function)
 
     @functools.cached_property

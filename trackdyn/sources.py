@@ -30,7 +30,7 @@ from typing import Any, NamedTuple
 from platformdirs import user_cache_dir
 
 Module = tuple[str, ...]
-KERNEL_SOURCES = ("jit.py", "model", "contact", "chain", "integrate")
+KERNEL_SOURCES = ("jit.py", "by_reference.py", "model", "contact", "chain", "integrate")
 BEGAN = time.time_ns()
 MOST_PARSED = 2000  # results of parsing that are kept, the last ones: the program has some 400
 AHEAD = 2 * 10**9  # ns by which the clock of a file system may be ahead of that of the process

@@ -49,9 +49,11 @@ def solve_chain(model: Model, state: State, work: Work, step, implicit):
             riccati.close(1.0 / stiff, force_x / stiff, force_y / stiff, work.torque[-1], damping, sweep)
         else:
             sweep.load[0], sweep.load[1], sweep.load[2], sweep.load[3] = force_x, force_y, work.torque[-1], 1.0
-    last = 0 if implicit is None else state.rate.shape[0] - 1  # whose pin a sensor or `finish_forces` asks for
+    last = model.sensors.body[0]  # whose pin a sensor or `finish_forces` asks for
     for body in model.sensors.body:
         last = max(last, body)
+    if implicit is not None:
+        last = state.rate.shape[0] - 1
     riccati.accelerate(chain, state, work, last)
 
 

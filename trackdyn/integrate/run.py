@@ -68,57 +68,73 @@ def refresh(model: Model, state: State, work: Work, optional: OptionalWork = Opt
 
 @kernel
 def _refresh(model: Model, state: State, work: Work, space, implicit):
+    _place(model, state, work)
+    evaluate_loads(model, state, work, space, implicit)
+
+
+@kernel
+def _place(model: Model, state: State, work: Work):
+    """Positions and velocities of the bodies; who may touch whom is looked up anew."""
     orient(state.angle, work.cos, work.sin)
     forward_kinematics(model.chain, state, work)
     work.candidates.count[0] = -1  # lists of another model would not hold
-    evaluate_loads(model, state, work, space, implicit)
 
 
 @kernel
 def _run(model: Model, state: State, work: Work, record: Record, rows, space, implicit):
     """Fill the rows from ``rows[0]`` to before ``rows[1]`` by steps of order 1.
 
-    A step solves the chain, advances velocities and positions, and computes the loads of the next one.
+    A step computes the loads, solves the chain, and advances velocities and positions; a sample ends with the loads of
+    the step after it.
     """
     weight = damping_weight(model.chain, model.step) if implicit is None else 1.0
-    _refresh(model, state, work, space, implicit)
-    for sample in range(rows[0], rows[1]):
-        _begin(model, state, work)
-        if space is not None:
-            space.axial[:] = 0.0
-        for _ in range(model.stride):
-            if space is not None:
-                for wheel in range(space.axial.shape[0]):
-                    space.axial[wheel] += space.wheel_load[wheel, 2] / model.stride
-                plane_dynamics(model, state, work, space)
-            solve_chain(model, state, work, model.step, implicit)
-            sense(model, state, work, space, work.sensed)
-            accumulate(model, work, work.sensed, 1.0)
-            if implicit is not None:
-                finish_forces(model, work, implicit)
-            bad = advance(model, state, work, implicit)
-            if bad >= 0:
-                return bad
-            _detect_chatter(model, state, work)
-            if space is not None:
-                turn_plane(model, state, space)
-                if not abs(state.plane.motion[P]) + abs(state.plane.motion[Q]) < RATE_LIMIT:
-                    return 0
-            advance_carriers(model, state, work, model.carriers)
-            forward_kinematics(model.chain, state, work)
-            account(model, state, work, weight, space)
-            relax(model, state, work, BUSHING_LOSS, model.branches)
-            if implicit is None:
-                for arc in range(work.tooth_force.shape[0]):
-                    work.tooth_before[arc] = work.tooth_force[arc]
-                for slot in range(work.friction.shape[1]):
-                    work.friction[1, slot] = work.friction[0, slot]
-            evaluate_loads(model, state, work, space, implicit)
+    _place(model, state, work)
+    sample, left, stepped = rows[0], 0, False
+    while True:
+        # called once, here: the loads are most of what has to be compiled
+        evaluate_loads(model, state, work, space, implicit)
+        if stepped:
             if record.contact_log.rows.size:
                 log_contacts(record.contact_log, state, work, state.steps[0] * model.step, model.step)
             _watch(work)
-        _write_sample(model, state, work, record, sample, space)
-    return -1
+            left -= 1
+            if left == 0:
+                _write_sample(model, state, work, record, sample, space)
+                sample += 1
+        if left == 0:
+            if sample >= rows[1]:
+                return -1
+            left = model.stride
+            _begin(model, state, work)
+            if space is not None:
+                space.axial[:] = 0.0
+        stepped = True
+        if space is not None:
+            for wheel in range(space.axial.shape[0]):
+                space.axial[wheel] += space.wheel_load[wheel, 2] / model.stride
+            plane_dynamics(model, state, work, space)
+        solve_chain(model, state, work, model.step, implicit)
+        sense(model, state, work, space, work.sensed)
+        accumulate(model, work, work.sensed, 1.0)
+        if implicit is not None:
+            finish_forces(model, work, implicit)
+        bad = advance(model, state, work, implicit)
+        if bad >= 0:
+            return bad
+        _detect_chatter(model, state, work)
+        if space is not None:
+            turn_plane(model, state, space)
+            if not abs(state.plane.motion[P]) + abs(state.plane.motion[Q]) < RATE_LIMIT:
+                return 0
+        advance_carriers(model, state, work, model.carriers)
+        forward_kinematics(model.chain, state, work)
+        account(model, state, work, weight, space)
+        relax(model, state, work, BUSHING_LOSS, model.branches)
+        if implicit is None:
+            for arc in range(work.tooth_force.shape[0]):
+                work.tooth_before[arc] = work.tooth_force[arc]
+            for slot in range(work.friction.shape[1]):
+                work.friction[1, slot] = work.friction[0, slot]
 
 
 @kernel
