@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 from trackdyn.chain.kinematics import mass_centre
 from trackdyn.contact.axial import friction_coefficients, normal_velocity, to_plane_frame, to_wheel_frame, wheel_centre
-from trackdyn.contact.laws import force_and_slopes
+from trackdyn.contact.laws import force_and_slopes, sheared
 from trackdyn.jit import inlined, kernel
-from trackdyn.model.arrays import OFFSET, P, Q, State, Work
+from trackdyn.model.arrays import GUIDE, OFFSET, P, Q, State, Work
 from trackdyn.model.constants import SPROCKET, Law, Model
 
 # Part of a linearly implicit step at which contact depths are taken: half way is stable for any
@@ -192,6 +192,36 @@ def list_contact(state: State, row, space, point: ContactPoint, guide, places, v
 
 
 @kernel
+def shear_after_step(model: Model, state: State, point: ContactPoint, law: Law, slip, normal):
+    """Elastic displacement of a link along a wheel under Dahl's law at this state, m.
+
+    Taken over the last step at the slip (m/s) of the velocity that moved the link in it, and once a step. A contact
+    that begins has none.
+    """
+    k = point.slot - state.tooth_impact.shape[0]
+    passed = state.steps[0] - state.shear[1, k]
+    if passed == 1.0:
+        state.shear[0, k] = sheared(law, state.shear[0, k], slip, normal, model.step)[0]
+    elif passed != 0.0:
+        state.shear[0, k] = 0.0
+    state.shear[1, k] = state.steps[0]
+    return state.shear[0, k]
+
+
+@kernel
+def shear_energy(model: Model, state: State, wheel):
+    """Energy of the elastic displacements of the links on a wheel under Dahl's law, J."""
+    stiffness, (links, count) = model.wheels.law[wheel]["shear_stiffness"], state.wheel_impact.shape
+    energy = 0.0
+    if stiffness > 0.0:
+        for link in range(links):
+            k = link * count + wheel
+            if state.wheel_impact[link, wheel] > 0.0:  # touches
+                energy += 0.5 * stiffness * state.shear[0, k] * state.shear[0, k]
+    return energy
+
+
+@kernel
 def apply(model: Model, state: State, work: Work, point: ContactPoint, penetration: Penetration, space, implicit):
     """Forces at ``point`` under ``penetration`` into the loads and onto the contact list.
 
@@ -218,19 +248,30 @@ def apply(model: Model, state: State, work: Work, point: ContactPoint, penetrati
     )
     normal = present = penetration.share * force
     mu, axial_mu = friction_coefficients(model.space, law, slip, axial_slip)
+    shear = 0.0
+    if law.shear_stiffness > 0.0:
+        passed = velocity_over_wheel(model, state, space, wheel, (vx, vy, vz), ox, oy)
+        shear = shear_after_step(model, state, point, law, nx * passed[1] - ny * passed[0], present)
     row = work.contact[work.count[0]]
     if implicit is not None:
         # terms proportional to the accelerations of the step go into the sweep
         normal, normal_slope = normal_ahead(present, stiffness, damping, speed, model.step)
-        friction_slope = friction_secant(model.step * normal, mu, slip)
+        if law.shear_stiffness > 0.0:
+            shear, shear_slope = sheared(law, shear, slip, normal, model.step)
+            friction_slope = model.step * law.shear_stiffness * shear_slope
+        else:
+            friction_slope = friction_secant(model.step * normal, mu, slip)
         add_inertia(work, implicit, point, x, y, ox, oy, normal_slope, friction_slope)
         row["normal_slope"] = normal_slope
         row["friction_slope"] = friction_slope
     friction = -normal * mu
-    if penetration.slip_compliance > 0.0:
+    if law.shear_stiffness > 0.0:
+        friction = -law.shear_stiffness * shear
+    elif penetration.slip_compliance > 0.0:
         # the predicted slip contains the friction of the step before; the change acts by the secant of Eq. 10
         resisted = friction_secant(penetration.slip_compliance * normal, mu, slip)
         friction = (friction + resisted * work.friction[1, point.slot]) / (1.0 + resisted)
+    if point.kind != GUIDE:
         work.friction[0, point.slot] = friction
     axial = -normal * axial_mu
 

@@ -2,7 +2,7 @@
 of the connector touches (Eqs. 12 to 34), and where a link is nearest to a wheel, in the plane.
 """
 
-from math import atan2, exp, floor, pi, sqrt
+from math import atan2, copysign, exp, floor, pi, sqrt
 
 from trackdyn.jit import kernel
 from trackdyn.model.constants import Law, Tooth, Wheels
@@ -60,7 +60,7 @@ def wheel_law(wheels: Wheels, wheel):
     return Law(
         form=row["form"], stiffness=row["stiffness"], loss=row["loss"], friction_static=row["friction_static"],
         friction_dynamic=row["friction_dynamic"], transition_velocity=row["transition_velocity"],
-        speed_floor=row["speed_floor"], factor_limit=row["factor_limit"],
+        shear_stiffness=row["shear_stiffness"], speed_floor=row["speed_floor"], factor_limit=row["factor_limit"],
     )  # fmt: skip
 
 
@@ -76,6 +76,24 @@ def tanh(x):
         below = ((s + 1.12811678491632931402e2) * s + 2.23548839060100448583e3) * s + 4.84406305325125486048e3
         return x + x * s * (above / below)
     return 1.0 - 2.0 / (exp(2.0 * x) + 1.0)
+
+
+@kernel
+def sheared(law: Law, shear, slip, normal, step):
+    """Elastic displacement (m) of Dahl's law after ``step`` seconds of a slip (m/s), and its slope with the slip (s).
+
+    The surface gives way by ``shear`` before it slides: the friction force is ``-k shear`` with the shear stiffness k,
+    and ``d shear / dt = slip - |slip| shear / limit`` with the ``limit`` mu_s N / k at which all of it slides
+    (P. R. Dahl, AIAA Journal 14 (1976) 1675, his exponent 1). Under a constant ``normal`` force (N) and slip this is
+    the exact solution. There is no velocity in it: how far the link went matters, not how fast.
+    """
+    limit = law.friction_static * normal / law.shear_stiffness
+    if limit <= 0.0:
+        return 0.0, 0.0
+    end = copysign(limit, slip)
+    start = min(max(shear, -limit), limit)  # what a smaller force lets go
+    rest = exp(-abs(slip) * step / limit)
+    return end + (start - end) * rest, step * (1.0 - start / end) * rest
 
 
 @kernel

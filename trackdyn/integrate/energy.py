@@ -3,7 +3,7 @@
 import numpy as np
 
 from trackdyn.chain.kinematics import bearing_drag, joint_angles, joint_differences, mass_centre, stored
-from trackdyn.contact.forces import wheel_velocity
+from trackdyn.contact.forces import shear_energy, wheel_velocity
 from trackdyn.integrate.carriers import carrier_energy
 from trackdyn.jit import kernel
 from trackdyn.model import arrays
@@ -128,6 +128,11 @@ def energies(model: Model, state: State, work: Work, space, out):
         elastic += 0.5 * chain.stiffness * (work.joint_difference[i] - chain.free_angle) ** 2
     for wheel in range(1, model.wheels.x.shape[0]):
         kinetic += 0.5 * model.wheels.inertia[wheel] * state.wheel_rate[wheel] ** 2
+    # friction that a wheel's surface stores as it gives way is not lost, until the link leaves or slides
+    for wheel in range(model.wheels.x.shape[0]):
+        stored_shear = shear_energy(model, state, wheel)
+        out[arrays.RING_FRICTION if wheel == SPROCKET else arrays.WHEEL_FRICTION] -= stored_shear
+        elastic += stored_shear
     sliding, spring, lifted = carrier_energy(model, state, model.carriers)
     out[arrays.KINETIC] = kinetic + sliding
     out[arrays.GRAVITY] = gravity + lifted

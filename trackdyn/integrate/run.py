@@ -216,6 +216,14 @@ def _write_sample(model: Model, state: State, work: Work, record: Record, sample
     for wheel in range(state.wheel_rate.shape[0]):
         rows.wheel_rate[sample, wheel] = state.wheel_rate[wheel]
     energies(model, state, work, space, rows.energy[sample])
+    links, wheels = work.wheel_force.shape
+    normal = tangential = 0.0
+    for link in range(links):
+        if work.wheel_force[link, SPROCKET] > 0.0:
+            normal += work.wheel_force[link, SPROCKET]
+            tangential += abs(work.friction[0, 2 * links + link * wheels + SPROCKET])
+    rows.ring_force[sample, 0] = normal
+    rows.ring_force[sample, 1] = tangential
     for i in range(record.pitches.shape[0]):
         pitch = record.pitches[i]
         for side in range(2):

@@ -44,6 +44,8 @@ class State(NamedTuple):
     # without contact, m/s
     tooth_impact: np.ndarray
     wheel_impact: np.ndarray  # (p, w) the same for link and wheel
+    # (2, p w) elastic displacement of a link along every wheel under Dahl's law (m), and ``steps`` when it was taken
+    shear: np.ndarray
     work_done: np.ndarray  # (8,) work by entry of the energy balance (`ENERGY_NAMES`), J
     slide: np.ndarray  # (k,) a `SLIDE` of every carrier of a wheel
     branch: np.ndarray  # (b, n) moment of every Maxwell branch of every bushing, N m
@@ -56,6 +58,7 @@ def make_state(n: int, pitches: int, wheels: int, carriers: int = 0, branches: i
         steps=np.zeros(1, np.int64),
         **zeros(pin=4, angle=n, rate=n, wheel_angle=wheels, wheel_rate=wheels, work_done=KINETIC),
         **zeros(tooth_impact=2 * pitches, wheel_impact=(pitches, wheels), branch=(branches, n)),
+        shear=np.zeros((2, pitches * wheels)),
         slide=np.zeros(carriers, SLIDE),
     )
 
@@ -130,6 +133,8 @@ class Samples:
     energy: Annotated[np.ndarray, Row((len(ENERGY_NAMES),))]
     #: (s, p, 3) normal force of left arc, right arc and ring of the recorded pitches, N.
     force: Annotated[np.ndarray, Row(("pitches", 3))]
+    #: (s, 2) sums of the normal and, by size, of the tangential forces of the ring on all links, N.
+    ring_force: Annotated[np.ndarray, Row((2,))]
     #: (s, p, 2) area of the left and the right arc, 0 without contact.
     area: Annotated[np.ndarray, Row(("pitches", 2), np.int8)]
     #: (s, p, 2) groove of the left and the right arc, 0 without contact.

@@ -59,6 +59,7 @@ class Law(NamedTuple):
     friction_static: float
     friction_dynamic: float
     transition_velocity: float  # v_t of Eq. 10, m/s
+    shear_stiffness: float  # of Dahl's law of friction, a link, N/m; 0: Eq. 10
     speed_floor: float  # least initial impact velocity, m/s
     factor_limit: float  # upper bound of the bracket of Eq. 8 (its lower bound is 0: contact never pulls)
 

@@ -90,6 +90,16 @@ class Rig(Section):
                     f"{name}.friction_dynamic = {dynamic} exceeds friction_static = {static}; the dynamic coefficient "
                     "may at most equal the static one"
                 )
+            if surface.friction_law == "dahl" and surface is self.tooth_contact:
+                yield (
+                    f"{name}.friction_law = dahl: Dahl's law is of a link on a wheel, whose surface gives way; "
+                    "a tooth has regularised"
+                )
+            elif surface.friction_law == "dahl" and surface.shear_stiffness is None:
+                yield (
+                    f"{name}.shear_stiffness is missing, which {name}.friction_law = dahl needs: the force per way "
+                    "(N/m) at which the surface gives way under a link; state it, or use regularised"
+                )
         if (self.groove is None) == (self.profile is None):
             yield "groove is missing; a tooth has groove or profile, and one of them only"
         ring, equal = self.ring_radius, self.sprocket.equal_pitch_radius
@@ -180,6 +190,10 @@ class Rig(Section):
         unread = [field for law, fields in DRAG_FIELDS.items() if law != self.drag for field in fields]
         ignored = {f"{name}.{field}" for name in self.wheels for field in unread}
         ignored.add("bushing.loss_factor" if self.bushing.law == "viscous" else "bushing.damping")
+        for name, surface in self.contact_surfaces.items():
+            dahl = surface.friction_law == "dahl"
+            unread = ("transition_velocity", "friction_dynamic") if dahl else ("shear_stiffness",)
+            ignored |= {f"{name}.{field}" for field in unread}
         if self.tension.kept != "sprung":
             ignored |= {"tension.mass", "tension.stiffness", "tension.damping"}
         return [name for name, field in self.fields.items() if name in ignored and field.value]

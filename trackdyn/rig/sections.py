@@ -75,6 +75,7 @@ class Wheel(Section):
         return self.arm or self.slider
 
 
+FrictionLaw = Literal["regularised", "dahl"]
 Kept = Literal["locked", "retensioned", "sprung"]
 Drag = Literal["viscous", "coulomb", "rolling"]
 
@@ -165,7 +166,11 @@ class Guide(Section):
 
 
 class Surface(Section):
-    """Contact surface: rubber or steel."""
+    """Contact surface: rubber or steel.
+
+    Friction is ``regularised``, Eq. 10 with its ``transition_velocity``, or follows Dahl's law (``dahl``): the surface
+    gives way by a ``shear_stiffness`` under a link and slides at ``friction_static``.
+    """
 
     contact_length: Length
     axial_overhang: Annotated[float, Quantity("m", ge=0)]
@@ -176,6 +181,8 @@ class Surface(Section):
     friction_static: Friction
     friction_dynamic: Friction
     transition_velocity: Annotated[float, Quantity("m/s", gt=0)]
+    friction_law: Annotated[FrictionLaw, Quantity("name")] = "regularised"
+    shear_stiffness: Annotated[float | None, Quantity("N/m", gt=0)] = None
 
 
 class ImpactParameters(Section):

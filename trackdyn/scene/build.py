@@ -73,9 +73,10 @@ FRICTION = {"none": TANGENTIAL, "tangential": TANGENTIAL, "independent": INDEPEN
 
 
 def make_law(
-    contact_length, composite_modulus, restitution, mu_s, mu_d, v_t, speed_floor, factor_limit, normal_law="printed"
-) -> Law:
-    """Constants of Eqs. 8 and 10 from material data (SI units).
+    contact_length, composite_modulus, restitution, mu_s, mu_d, v_t, speed_floor, factor_limit, normal_law="printed",
+    shear_stiffness=0.0,
+) -> Law:  # fmt: skip
+    """Constants of Eqs. 8 and 10, or of Dahl's law with a ``shear_stiffness``, from material data (SI units).
 
     ``normal_law`` is one of ``NORMAL_LAWS``: Eq. 8 as printed, the same with the factor that delivers ``restitution``
     (its bracket then reaches 1 + chi in the first instant, so it is not clipped below that), or without any loss.
@@ -87,7 +88,7 @@ def make_law(
         factor_limit = max(factor_limit, 1.0 + loss)
     return Law(
         form=FORMS[chosen.form], stiffness=stiffness, loss=loss, friction_static=mu_s, friction_dynamic=mu_d,
-        transition_velocity=v_t, speed_floor=speed_floor, factor_limit=factor_limit,
+        transition_velocity=v_t, shear_stiffness=shear_stiffness, speed_floor=speed_floor, factor_limit=factor_limit,
     )  # fmt: skip
 
 
@@ -159,9 +160,11 @@ def build_sensors(shoes: Shoes, sensors: Collection[SensorParameters]) -> Sensor
 def _law(rig: Rig, surface: Surface, scene) -> Law:
     sliding = scene.friction != "none"
     mu_s, mu_d = (surface.friction_static, surface.friction_dynamic) if sliding else (0.0, 0.0)
+    gives_way = sliding and surface.friction_law == "dahl"
     return make_law(
         surface.contact_length, rig.composite_modulus(surface), surface.restitution, mu_s, mu_d,
         surface.transition_velocity, rig.impact.speed_floor, rig.impact.factor_limit, scene.normal_law,
+        surface.shear_stiffness if gives_way else 0.0,
     )  # fmt: skip
 
 

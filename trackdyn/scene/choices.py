@@ -148,6 +148,8 @@ REFUSALS: tuple[Refusal, ...] = (
      "3D motion is solved with 'rigid' only; use it, or space='planar'"),
     ("integrator", lambda s: s.spatial and s.integrator != "semi_implicit",
      "3D motion is solved with 'semi_implicit' only; use it, or space='planar'"),
+    ("integrator", lambda s: s.friction != "none" and s.dahl and s.method.tableau is not None,
+     "{dahl}.friction_law is dahl, whose displacement that method does not carry; use 'semi_implicit'"),
     # tensioners and wheels that move
     ("tension", lambda s: s.tension == "sprung" and not s.stepped,
      "a {tension} tensioner moves in the plane by semi- or linearly implicit steps, not with {how}; use 'locked'"),
@@ -183,6 +185,7 @@ def check_choices(scene) -> None:
         **{name: getattr(scene, name) for name in type(scene).model_fields},
         bodies=scene.bodies, belt=scene.chain == "belt",
         method=METHODS[integrator], tilted=wheel_out_of_plane(rig), spatial=spatial,
+        dahl=", ".join(name for name, surface in rig.contact_surfaces.items() if surface.friction_law == "dahl"),
         stepped=integrator in ("semi_implicit", "linearly_implicit") and not spatial,
         how="3D motion" if spatial else f"integrator={integrator!r}",
         carried=carried[0] if on_wheels and carried else None, armless=armless[0] if on_wheels and armless else None,

@@ -139,7 +139,8 @@ def step_limits(model, pre_tension: float, method: Method = METHODS["semi_implic
     """Step limits (s) of a method for a model, by cause; empty if it has none. ``pre_tension`` is in N.
 
     A contact of stiffness k on a mass m oscillates stably for ``h < 2 sqrt(m / k)``; friction with
-    the slope c of Eq. 10 decays for ``h < 2 m / c`` (for RK4 2.82 and 2.78 instead of 2). Both are
+    the slope c of Eq. 10 decays for ``h < 2 m / c`` (for RK4 2.82 and 2.78 instead of 2); the shear stiffness of Dahl's
+    law oscillates as that of a contact does. Contact and friction are
     taken at the load of one pitch on a wheel, ``2 T sin(pi / m)`` with T the pre-tension plus the weight of a metre of
     chain, times ``DYNAMIC_FACTOR``, and more on a wheel around which a pitch turns by more than on the sprocket.
     Bushing damping and a compliant cut are implicit in the sweep of semi-implicit Euler and set no limit there; for
@@ -178,7 +179,10 @@ def step_limits(model, pre_tension: float, method: Method = METHODS["semi_implic
         # around a wheel that is smaller than the sprocket the chain bends more
         bears = max(DYNAMIC_FACTOR * pitch_load(model, tension, radius), load) if k else load
         limits[f"contact stiffness of the {name}"] = oscillation * sqrt(link / _stiffness_at(law, bears, radius))
-        limits[f"friction of the {name}"] = friction(law, link, bears)
+        if law.shear_stiffness:
+            limits[f"shear stiffness of the {name}"] = oscillation * sqrt(link / law.shear_stiffness)
+        else:
+            limits[f"friction of the {name}"] = friction(law, link, bears)
     return limits | _joint_limits(model, method)
 
 

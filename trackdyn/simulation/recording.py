@@ -23,7 +23,7 @@ from trackdyn.scene.scene import Periods, Scene
 from trackdyn.simulation.settling import Layout
 from trackdyn.simulation.step_check import Resolution
 
-FORMAT = 13
+FORMAT = 14
 # Share of the speed that is asked for within which the sprocket holds it: a ramp ends within half a step, at the end of
 # which its rate is not quite reached, and a thousandth of the speed changes no measure by more than that.
 SAME_RATE = 1e-3

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from trackdyn.inputs.errors import InputError
 from trackdyn.jit import kernel
 from trackdyn.rig.layout import wheel_circles
 from trackdyn.scene.scene import Scene
@@ -52,6 +53,10 @@ def make_contacts(scene: Scene, shift: float) -> Contacts:
     columns = (groove.centre, groove.radius, groove.direction, groove.half_angle)
     arc = np.column_stack([column[flank] for column in columns])
     surfaces = [rig.contact_surfaces[wheel.surface] for wheel in rig.wheels.values()]
+    if any(surface.friction_law == "dahl" for surface in (rig.ring_contact, *surfaces)):
+        raise InputError(
+            "friction_law = dahl: the comparison with another program has Eq. 10 alone; use regularised there"
+        )
     law = [
         (
             pi * surface.contact_length * rig.composite_modulus(surface) / sqrt(8),
