@@ -1,15 +1,25 @@
 """Settled loops that are shared give every scene the bytes that it would get alone."""
 
+import numpy as np
 import pytest
 
 from tests.conftest import assert_same_arrays
 from trackdyn.inputs.errors import InputError
+from trackdyn.rig.laws import NORMAL_LAWS
 from trackdyn.rig.rig import load_rig
 from trackdyn.scene.scene import Scene
-from trackdyn.simulation.settling import SettledLoops
+from trackdyn.simulation import settling
+from trackdyn.simulation.loop_arrays import flat
+from trackdyn.simulation.settling import SettledLoops, settle
 from trackdyn.simulation.simulate import simulate
 
 SHORT = {"duration": 0.05, "lead_in": 0.0, "ramp": 0.05, "integrator": "linearly_implicit", "step": 5e-4}
+
+
+@pytest.fixture(autouse=True)
+def _nothing_kept(monkeypatch):
+    """Loops of this process alone."""
+    monkeypatch.setattr(settling, "kept_folder", lambda: None)
 
 
 def assert_shared(scene, starts):
@@ -49,3 +59,63 @@ def test_a_step_is_refused_with_a_shared_loop_as_alone():
     assert len(starts._settled) == 1 and max(steps) < slow.time_step
     with pytest.raises(InputError, match=r"step = 0\.0001: too large .* at a tension of 5\.\d+e\+04 N"):
         simulate(slow.with_(step=1e-4), starts=starts)
+
+
+@pytest.fixture
+def kept(monkeypatch, tmp_path):
+    """Function that settles a scene as a new process does, and says whether it took a loop that was kept."""
+    monkeypatch.setattr(settling, "kept_folder", lambda: tmp_path)
+
+    def start(scene):
+        made = []
+        with monkeypatch.context() as patch:
+            patch.setattr(settling, "tensioned", lambda *a, of=settling.tensioned: made.append(1) or of(*a))
+            return settle(scene), not made
+
+    start.folder = tmp_path / "settled"
+    return start
+
+
+@pytest.mark.parametrize("fields", [{}, {"tension": "retensioned", "ring_radius": 0.311}], ids=str)
+def test_a_loop_that_another_process_kept_is_the_same_to_the_last_bit(make_scene, kept, fields):
+    scene = make_scene(115.0, **SHORT | fields)
+    (made, first), (taken, second) = kept(scene), kept(scene.with_(motor_rpm=130.0, lead_in=0.1))
+    assert (first, second) == (False, True) and made.layout == taken.layout
+    assert_same(made, taken)
+
+
+def assert_same(made, taken):
+    for name in ("state", "work"):
+        for array, right in flat(getattr(made.arrays, name)).items():
+            np.testing.assert_array_equal(flat(getattr(taken.arrays, name))[array], right, err_msg=array)
+
+
+def test_what_a_loop_depends_on_is_in_the_name_of_its_file(make_scene, kept, monkeypatch):
+    """Settings, the rig, the numbers behind a name, the sources; and a damaged file counts for none."""
+    scene = make_scene(115.0, **SHORT)
+    right, _ = kept(scene)
+    heavy = scene.rig.changed(chain__link_mass=1.01 * scene.rig.chain.link_mass)
+    for other in (scene.with_(ring_radius=0.310), make_scene(115.0, rig=heavy, **SHORT)):
+        assert not kept(other)[1] and kept(other)[1]
+    with monkeypatch.context() as patch:
+        patch.setitem(NORMAL_LAWS, scene.normal_law, NORMAL_LAWS["elastic"])
+        assert not kept(scene.with_())[1]
+    with monkeypatch.context() as patch:
+        patch.setattr(settling, "module_hash", lambda module: "another")
+        assert not kept(scene)[1]
+    assert kept(scene)[1]
+    for file in kept.folder.iterdir():
+        content = bytearray(file.read_bytes())
+        content[len(content) // 2] ^= 1
+        file.write_bytes(content)
+    again, taken = kept(scene)
+    assert not taken and kept(scene)[1]
+    assert_same(right, again)
+
+
+def test_the_last_loops_are_kept(make_scene, kept, monkeypatch):
+    monkeypatch.setattr(settling, "MOST_KEPT", 2)
+    scenes = [make_scene(115.0, ring_radius=ring, **SHORT) for ring in (0.308, 0.310, 0.306)]
+    for scene in scenes:
+        kept(scene)
+    assert len(list(kept.folder.iterdir())) == 2 and kept(scenes[2])[1]

@@ -63,8 +63,19 @@ class DampedLoop:
         self.state.pin[:2] = assembly.pins[0]
         self.state.angle[:] = assembly.angle
         self.state.wheel_angle[SPROCKET] = assembly.sprocket_angle
+        self._begin()
+
+    def _begin(self) -> None:
         self.record = make_record(1, self.state, len(self.model.sensors.body))
         self._samples = Integration(self.work, self._optional)
+
+    def __getstate__(self) -> dict:
+        """All but the scene, which whoever copies a loop sets anew, and what is made of the rest."""
+        return {name: value for name, value in vars(self).items() if name not in ("scene", "record", "_samples")}
+
+    def __setstate__(self, state: dict) -> None:
+        vars(self).update(state)
+        self._begin()
 
     def tension(self) -> float:
         """Tension of the chain at the cut joint, in the middle of the last strand, N."""

@@ -8,15 +8,22 @@
 """
 
 import copy
+import hashlib
 import json
+import pickle
+import zlib
 from collections.abc import Callable
+from contextlib import suppress
+from importlib.metadata import version
 from math import nan
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from trackdyn.inputs.errors import DivergenceError
 from trackdyn.integrate.methods import METHODS
+from trackdyn.jit import keep_current, kept_folder
 from trackdyn.model.arrays import Plane, State, make_optional
 from trackdyn.model.constants import SPROCKET
 from trackdyn.rig.layout import check_overlap, tensioner
@@ -24,11 +31,14 @@ from trackdyn.scene.build import check_stops, wheel_centres
 from trackdyn.scene.scene import RECORD_FIELDS, Scene
 from trackdyn.scene.step import LEAST_SETTLING_STEP, allowed_step, first_that_runs, settling_step
 from trackdyn.simulation.initial_tension import TensionedLoop, tensioned
-from trackdyn.simulation.loop_arrays import LoopArrays, copy_wheels, move_wheels
+from trackdyn.simulation.loop_arrays import LoopArrays, copy_wheels, flat, move_wheels
 from trackdyn.simulation.rest_state import Restless
+from trackdyn.sources import edited, kept, module_files, module_hash
 
 # A loop that does not come to rest is settled anew with half the step, so many times.
 HALVINGS = 2
+# Settled loops that are kept from process to process, the last ones, of 30 kB each.
+MOST_KEPT = 500
 # Fields of a scene on which a loop at rest does not depend.
 LATER = ("motor_rpm", *RECORD_FIELDS)
 
@@ -134,7 +144,10 @@ class SettledLoops:
             finer = [2.0**k for k in range(1, HALVINGS + 1) if step / 2**k >= LEAST_SETTLING_STEP]
             return first_that_runs([1.0, *finer], rested, (DivergenceError, Restless))
 
-        return self._copy(self._settled, f"{ring!r} {common}", first_rested)
+        key = f"{ring!r} {common}"
+        loop = self._copy(self._settled, key, lambda: _kept(scene, key, first_rested))
+        loop.scene = scene
+        return loop
 
     def _copy(self, stored: dict[str, TensionedLoop], key: str, make: Callable[[], TensionedLoop]) -> TensionedLoop:
         loop = stored.pop(key) if key in stored else make()
@@ -144,6 +157,32 @@ class SettledLoops:
         if len(stored) > self.capacity:
             del stored[next(iter(stored))]
         return copy.deepcopy(loop)
+
+
+def _kept(scene: Scene, key: str, make: Callable[[], TensionedLoop]) -> TensionedLoop:
+    """The settled loop of a key as an earlier process left it beside the compiled kernels, or made, and left there."""
+    folder = kept_folder()
+    if folder is None or edited(module_files(__name__)):
+        return make()
+    # beside the settings the numbers of the model: what a name of a registry stands for may come from outside
+    numbers = flat(scene.model).items()
+    content = [value.tobytes() for name, value in numbers if not name.startswith(("drive.", "sensors."))]
+    content += [repr(METHODS[scene.integrator]).encode(), module_hash(__name__).encode(), key.encode()]
+    content += [version(name).encode() for name in ("numpy", "scipy")]
+    file = folder / "settled" / f"{hashlib.sha256(b'|'.join(content)).hexdigest()[:24]}.loop"
+    with suppress(Exception):  # whatever unpickling makes of it; no file is an EOFError
+        return pickle.loads(zlib.decompress(kept(file) or b""))
+    loop = make()
+    keep_current(file, zlib.compress(pickle.dumps(loop), 1))
+    _remove_oldest(file.parent)
+    return loop
+
+
+def _remove_oldest(folder: Path) -> None:
+    """Leave the last `MOST_KEPT` files of a folder."""
+    with suppress(OSError):  # another process removes them, too
+        for file in sorted(folder.glob("*.loop"), key=lambda file: file.stat().st_mtime)[:-MOST_KEPT]:
+            file.unlink()
 
 
 def start_plane(centres: np.ndarray, state: State) -> Plane:
