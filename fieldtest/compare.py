@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 
 from fieldtest.axes import judge_axes
+from fieldtest.samples import means, whole_ratio
 from fieldtest.sensor_csv import SensorRecord, read_sensor
 from fieldtest.sensor_mapping import SensorMapping
 from trackdyn.inputs.errors import InputError, naming
@@ -14,30 +15,23 @@ from trackdyn.inputs.validation import typed
 from trackdyn.measure.catalogue import ACCELERATION
 from trackdyn.measure.cells import significant
 from trackdyn.measure.metrics import whole_errors
-from trackdyn.measure.sensor import measured_loop_hz, sense
+from trackdyn.measure.sensor import SensorSignal, measured_loop_hz, sense
 from trackdyn.measure.taken import Sensed
 from trackdyn.simulation.recording import Recording
 
 HIGH = "high_frequency_g"
 CLEAR_ERRORS = 2.0  # standard errors, from which on a difference is more than scatter
 SPEED_TOLERANCE = 0.01  # share of a speed, from which on a difference is said
-RATE_TOLERANCE = 0.01  # changes what the mean over a sample leaves of 300 Hz by 0.3 %
 
 
-def whole_ratio(record: SensorRecord, rate: float) -> tuple[int, int]:
-    """Numbers of the sensor's samples, and of those at ``rate`` (Hz), that take the same time: one of them is 1.
-
-    Raises `InputError`: neither rate is a multiple of the other, to ``RATE_TOLERANCE``.
-    """
-    ratio = record.rate / rate
-    counts = max(round(ratio), 1), max(round(1 / ratio), 1)
-    if abs(ratio * counts[1] / counts[0] - 1) > RATE_TOLERANCE:
-        raise InputError(
-            f"{record.path}: has {record.rate:.6g} samples per second, the simulation {rate:g}, and neither is a "
-            f"multiple of the other; simulate with `rate: {round(record.rate)}`, in the pipeline with that "
-            "sensor.rate in the rig"
-        )
-    return counts
+def sensed_at(recording: Recording, rate: float) -> SensorSignal:
+    """Return what a sensor of a ``rate`` (Hz) up to that of the recording shows: means over its samples."""
+    if count := whole_ratio(recording.rate, rate):
+        return sense(recording, count)
+    signal = sense(recording)
+    ax, ay = (means(values, signal.rate, rate) for values in (signal.ax, signal.ay))
+    time = signal.time[0] - 1 / signal.rate + np.arange(1, ay.size + 1) / rate
+    return SensorSignal(time, ax, ay, rate, signal.clipped)
 
 
 @typed
@@ -95,7 +89,7 @@ def compare_with_sensor(recording: Recording, record: SensorRecord, name: str = 
     Raises
     ------
     InputError
-        The rates do not fit, or a record is shorter than one turn of the loop.
+        A record is shorter than one turn of the loop.
     """
     loop_hz = recording.periods.loop_hz
     if loop_hz and recording.seconds * loop_hz < 1:
@@ -103,8 +97,7 @@ def compare_with_sensor(recording: Recording, record: SensorRecord, name: str = 
         raise InputError(f"{name}: {reason}; record at least {1 / loop_hz:.4g} s")
     if loop_hz:
         record.require_turns(1 / loop_hz)
-    faster, slower = whole_ratio(record, recording.rate)
-    signal, slow = sense(recording, slower), record.averaged(faster)
+    signal, slow = sensed_at(recording, min(record.rate, recording.rate)), record.averaged(recording.rate)
     with naming(record.path):
         own_hz = measured_loop_hz(slow.ay, slow.rate, loop_hz) if loop_hz else 0.0
     measures = [measure for measure in ACCELERATION if measure.compared]

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import numpy as np
 import pandas as pd
@@ -61,19 +61,17 @@ class SensorRecord:
         """Whether the signal wraps at the end of its range, so that nothing else can be told of it."""
         return any(samples.WRAPS in doubt for doubt in self.doubts)
 
-    def averaged(self, count: int) -> "SensorRecord":
-        """The record of a sensor that is slower by a whole factor: means of ``count`` samples each."""
-        if count == 1:
+    def averaged(self, rate: float) -> "SensorRecord":
+        """The record of a sensor of a lower ``rate`` (Hz): means over its samples; this one, if it is no faster."""
+        if (count := samples.whole_ratio(self.rate, rate)) == 1 or self.rate < rate:
             return self
-        complete = self.time.size // count * count
         axes = {axis: values for axis in AXES if (values := getattr(self, axis)) is not None}
+        slower: dict[str, Any] = {axis: samples.means(values, self.rate, rate) for axis, values in axes.items()}
+        rate = self.rate / count if count else rate
         return replace(
-            self,
-            time=self.time[:complete:count],
-            **{axis: values[:complete].reshape(-1, count).mean(axis=1) for axis, values in axes.items()},
-            rate=self.rate / count,
-            done={**self.done, "averaged": f"over {count} samples each, to {self.rate / count:g} Hz"},
-        )
+            self, **slower, time=np.arange(slower["ay"].size) / rate, rate=rate,
+            done={**self.done, "averaged": f"over {self.rate / rate:.6g} samples each, to {rate:g} Hz"},
+        )  # fmt: skip
 
     def require_turns(self, turn_s: float, turns: float = 1.0) -> None:
         """Refuse (`InputError`) a record of fewer turns of the loop, each of ``turn_s`` seconds."""
@@ -234,7 +232,7 @@ def _record(path: Path, rows: Source, reading: Reading) -> SensorRecord:
         )
     hz, since = rate.hz, instants[first] + np.arange(ay.size) / rate.hz
     doubts = doubts or samples.wrapped(ay) or samples.standing_still(ay, since, reading.largest, where)
-    doubts = doubts or samples.at_rest(ay, hz, since)
+    doubts = doubts or samples.at_rest(signals[signals.std().idxmax()].to_numpy(), hz, since)
     if seen and not even:
         signals, done["resampled"] = samples.on_even_instants(seen.t, signals, hz)
     if hz > samples.HIGHEST_RATE_HZ:

@@ -10,7 +10,7 @@ from scipy.signal import butter, sosfilt
 from typer.testing import CliRunner
 
 from fieldtest.axes import judge_axes, require_axes
-from fieldtest.compare import compare_with_sensor, doubts_of, in_words, other_speed
+from fieldtest.compare import compare_with_sensor, doubts_of, in_words, other_speed, sensed_at
 from fieldtest.figures import comparison_figure
 from fieldtest.sensor_csv import SensorRecord, read_sensor
 from trackdyn.commands.cli import app
@@ -35,12 +35,6 @@ def recording(make_scene):
     return simulate(make_scene(210.0, duration=10.0, lead_in=1.0))
 
 
-@pytest.mark.parametrize(("rate", "remedy"), [(2048.0, 2048), (418.2, 418)])
-def test_a_rate_that_does_not_fit_is_refused_with_the_rate_that_does(recording, rate, remedy):
-    with pytest.raises(InputError, match=rf"sensor\.csv: has .* simulate with `rate: {remedy}`"):
-        compare_with_sensor(recording, record(rate))
-
-
 def test_a_slower_sensor_is_what_the_simulation_would_have_recorded_at_its_rate(recording, make_scene):
     """Steps are averaged in the kernel over 10 ms or afterwards over ten samples of 1 ms."""
     scene = make_scene(210.0, duration=0.3, lead_in=0.1)
@@ -50,6 +44,37 @@ def test_a_slower_sensor_is_what_the_simulation_would_have_recorded_at_its_rate(
     # sums of the same numbers in another order, and cosines made anew in every sample
     np.testing.assert_allclose(fast.ay, slow.ay, atol=1e-6)
     assert np.abs(sense(simulate(scene)).ay[9::10] - slow.ay).max() > 0.01
+
+
+@pytest.mark.parametrize("rate", [400, 625, 800])
+def test_a_sensor_of_any_rate_is_what_the_simulation_would_have_recorded(recording, make_scene, rate):
+    """Rates of which 1000 Hz is no multiple, from the run at 1000 Hz and in runs of their own; signals of 0.5 g."""
+    scene = make_scene(210.0, duration=0.4, lead_in=0.1)
+    own = sense(simulate(scene.with_(rig=scene.rig.changed(sensor__rate=rate))))
+    taken = sensed_at(simulate(scene), rate)
+    np.testing.assert_allclose(taken.time, own.time, rtol=1e-12)
+    # content near half of the rate is between samples of 1 ms
+    assert rms(taken.ay - own.ay) < 0.03 * own.ay.std() and rms(taken.ay[1:] - own.ay[:-1]) > 0.3 * own.ay.std()
+
+
+@pytest.mark.parametrize("rate", [418.2, 833.0, 1344.0, 2048.0])
+def test_a_record_of_any_rate_does_not_differ_from_its_simulation(recording, rate):
+    """The sensor's record holds means over its own samples of a signal of lines below 100 Hz."""
+    hz = recording.periods.loop_hz
+    waves = [(0.8, hz, 0.3), (0.3, 27.0, 1.0), (0.05, 90.0, 2.0)]
+
+    def means_of(rate, count):
+        edges = np.arange(count + 1) / rate
+        return sum(a * np.diff(np.sin(2 * np.pi * f * edges + p)) * rate / (2 * np.pi * f) for a, f, p in waves)
+
+    mean = np.zeros_like(recording.mean)
+    mean[:, 0, 1], mean[:, 0, 2] = 9.81 * means_of(1000.0, len(mean)), np.pi / 2
+    count = int(len(mean) / 1000 * rate)
+    sensor = SensorRecord("a.csv", np.arange(count) / rate, None, means_of(rate, count), None, rate, 0)
+    table = compare_with_sensor(replace(recording, mean=mean), sensor).set_index("measure")
+    assert table.sensor.rate_hz == table.simulation.rate_hz == min(rate, 1000.0)
+    assert (table.difference_pct[["rms_g", "sd_g", "high_frequency_g"]].abs() < 0.1).all()
+    assert table.sensor.rms_g == pytest.approx(np.sqrt(0.5 * sum(a**2 for a, *_ in waves)), rel=0.01)
 
 
 def test_a_record_shorter_than_a_turn_is_refused_by_name(recording):
@@ -164,7 +189,7 @@ def test_a_wrong_scale_and_a_turned_sensor_are_named(recording, angle, size, wor
     ax, ay = size * (c * signal.ax - s * signal.ay), size * (c * signal.ay + s * signal.ax)
     sensor = SensorRecord("a.csv", signal.time, ax, ay, None, 1000.0, 0, scales={"ay": (0.0, 1 / 8192)})
     assert re.search(words, judge_axes(recording, sensor).sentence)
-    assert re.search(words, judge_axes(recording, sensor.averaged(8)).sentence)  # 125 Hz
+    assert re.search(words, judge_axes(recording, sensor.averaged(125.0)).sentence)  # 125 Hz
 
 
 def test_the_size_of_the_acceleration_is_no_axis(recording):

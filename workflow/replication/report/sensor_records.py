@@ -5,7 +5,7 @@ from trackdyn.sweeps.snakemake_job import run_job
 import pandas as pd
 
 from fieldtest.axes import require_axes
-from fieldtest.compare import whole_ratio
+from fieldtest.samples import whole_ratio
 from fieldtest.sensor_csv import read_sensor, write_sensor_csv
 from fieldtest.sensor_mapping import load_mapping
 from trackdyn.inputs.errors import InputError
@@ -26,13 +26,12 @@ def main(job) -> None:
         record = read_sensor(path, mapping, rig.first_sensor.range, rig.g)
         record.require_turns(Periods.at(rig, rpm).loop, LEAST_PERIODS)
         require_axes(record, rig, rpm)
-        faster, slower = whole_ratio(record, rig.rate)
-        if slower > 1:
+        if record.rate < rig.rate and whole_ratio(rig.rate, record.rate) != 1:
             raise InputError(
                 f"{path}: has {record.rate:.6g} samples per second, fewer than the simulation's {rig.rate:g}; "
                 f"set sensor.rate of the rig to {round(record.rate)}"
             )
-        record = record.averaged(faster)
+        record = record.averaged(rig.rate)
         rows.append({"speed_rpm": rpm, "file": path, **record.done})
         comments = [f"{path}: {origin}", *(f"{name}: {text}" for name, text in record.done.items())]
         write_sensor_csv(out, record.time, record.ax, record.ay, record.az, comments)
