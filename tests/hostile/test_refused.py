@@ -5,7 +5,6 @@ import os
 from fractions import Fraction
 from functools import reduce
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -273,7 +272,7 @@ def test_a_number_is_a_number_whichever_library_it_comes_from(rig, value):
 
 def test_a_recording_that_does_not_fit_into_the_memory_is_refused_before_it_starts(rig, monkeypatch):
     """Each of the ways to ask for one: by scene, as a belt, of a loop that runs."""
-    monkeypatch.setattr("trackdyn.simulation.recorder.virtual_memory", lambda: SimpleNamespace(available=1e6))
+    monkeypatch.setattr("trackdyn.simulation.recorder.free_memory", lambda: 1e6)
     words, scene = ("duration = 90 s:", "MB of memory and 1 MB are free", "use at most"), Scene(rig, 115.0)
     for call in (
         lambda: simulate(scene),

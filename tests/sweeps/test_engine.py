@@ -9,11 +9,12 @@ import time
 import pytest
 
 from trackdyn.inputs.errors import TrackdynError
+from trackdyn.inputs.files import MACHINE
 from trackdyn.sources import module_files, module_hash
 from trackdyn.sweeps import engine
 from trackdyn.sweeps.engine import check_completed, key_of, results
 
-# A row is refused, diverges, fails or kills its process at its first attempt, as it is told.
+# A row is refused, diverges, fails or kills its process, once or always, as it is told.
 MADE_UP = """
 import os, pathlib, signal, time
 from trackdyn.inputs.errors import DivergenceError, InputError
@@ -22,7 +23,7 @@ def compute(number, ends="", flag=""):
     if ends == "waits for the others":
         while len(os.listdir(flag)) < 3:
             time.sleep(0.01)
-    if ends == "killed" and not pathlib.Path(flag).exists():
+    if ends == "killed" or ends == "killed once" and not pathlib.Path(flag).exists():
         pathlib.Path(flag).touch()
         os.kill(os.getpid(), signal.SIGKILL)
     if ends == "refused":
@@ -114,17 +115,42 @@ def test_an_interrupt_is_not_for_the_processes_of_a_pool(compute):
     assert run.stdout.split("\n")[0] == str([["SIGINT"]] * 4), run.stderr
 
 
-def test_a_process_that_is_killed_ends_all_and_what_had_come_stays(compute, tmp_path, monkeypatch):
-    ends = {9: "killed"}
+@pytest.mark.parametrize(("jobs", "place"), [(1, 9), (2, 0)])
+def test_a_row_that_kills_its_process_once_is_computed_in_the_same_call(compute, tmp_path, monkeypatch, jobs, place):
+    """Its bytes are those of rows that nobody disturbed."""
+    ends = {place: "killed once"}
     due = tasks(*({"number": k, "ends": ends.get(k, ""), "flag": str(tmp_path / "f")} for k in range(24)))
-    with pytest.raises(TrackdynError, match=r"a process was ended \(SIGKILL\(-9\)\), perhaps out of memory"):
-        results(compute, due, 2, tmp_path / "store")
-    assert 0 < len(list((tmp_path / "store").iterdir())) < 24
-    first = results(compute, due, 2, tmp_path / "store")
-    alone = results(compute, due, 1)
-    assert json.dumps([first[key]["values"] for key in due]) == json.dumps([alone[key]["values"] for key in due])
-    monkeypatch.setattr(engine, "outcome", lambda *row: pytest.fail("was computed again"))
-    assert json.dumps(results(compute, due, 2, tmp_path / "store")) == json.dumps({key: first[key] for key in due})
+    rows = results(compute, due, jobs, tmp_path / "store")
+    undisturbed = results(compute, due, 1)
+    assert json.dumps([rows[key]["values"] for key in due]) == json.dumps([undisturbed[key]["values"] for key in due])
+    assert sorted(path.name for path in (tmp_path / "store").iterdir()) == sorted(f"{key}.json" for key in due)
+    monkeypatch.setattr(engine, "_computed", lambda _, due, *rest: iter([]) if not due else pytest.fail("again"))
+    assert json.dumps(results(compute, due, jobs, tmp_path / "store")) == json.dumps({key: rows[key] for key in due})
+
+
+@pytest.mark.parametrize(("jobs", "killing"), [(1, {0}), (2, {5, 20}), (4, {0})])
+def test_a_row_that_kills_its_process_always_fails_and_the_others_are_done(compute, tmp_path, jobs, killing):
+    flag, store = tmp_path / "f", tmp_path / "store"
+    due = tasks(*({"number": k, "ends": "killed" if k in killing else "", "flag": str(flag)} for k in range(24)))
+    rows = results(compute, due, jobs, store)
+    failed = [row["reason"] for row in rows.values() if row["state"] == "failed"]
+    assert {k for k, key in enumerate(due) if rows[key]["state"] == "failed"} == killing
+    assert all(reason.startswith("its process was ended 2 times (SIGKILL(-9)), perhaps out of") for reason in failed)
+    assert len(rows) == 24 and len(list(store.iterdir())) == 24 - len(killing)
+
+
+def test_rows_of_a_sweep_that_was_killed_with_its_processes_are_computed_last(compute, tmp_path):
+    """A mark of a process of this machine that is gone; one that runs, or is elsewhere, counts for nothing."""
+    due = tasks(*({"number": k} for k in range(4)))
+    first, second, third, _ = due
+    store = tmp_path / "store"
+    store.mkdir()
+    gone = subprocess.Popen([sys.executable, "-c", ""])
+    gone.wait()
+    for name in (f"{first}.{MACHINE}-{gone.pid}", f"{second}.{MACHINE}-{os.getpid()}", f"{third}.other-{gone.pid}"):
+        (store / f".{name}.trackdyn-row").touch()
+    assert [*results(compute, due, 1, store)] == [*due][1:] + [first]
+    assert not (store / f".{first}.{MACHINE}-{gone.pid}.trackdyn-row").exists()
 
 
 def test_a_long_row_holds_back_no_others(compute, tmp_path):

@@ -92,7 +92,7 @@ def test_the_profile_hands_jobs_to_slurm_and_a_job_that_failed_is_reported_and_r
     """Two rows that no kernel runs for, as one batch and its gathering."""
     pytest.importorskip("snakemake_executor_plugin_slurm")
     (tmp_path / "bin").mkdir()
-    for name in ("sbatch", "srun", "squeue", "scontrol", "sinfo", "sacctmgr", "sshare", "scancel"):
+    for name in ("sbatch", "srun", "squeue", "scontrol", "sinfo", "sacct", "sacctmgr", "sshare", "scancel"):
         (tmp_path / "bin" / name).write_text(SLURM.format(python=sys.executable), encoding="utf-8")
         (tmp_path / "bin" / name).chmod(0o755)
     (tmp_path / "d.csv").write_text("motor_rpm\n0\nno\n", encoding="utf-8")
@@ -129,12 +129,12 @@ def test_batches_hold_every_row_once_and_neighbours_alike():
 def test_a_batch_with_failed_rows_is_tried_again_but_for_the_last_time(tmp_path, monkeypatch, attempt, again):
     design = pd.DataFrame([{"motor_rpm": 115.0, **SCENE}])
     design.to_csv(tmp_path / "d.csv", index=False)
-    monkeypatch.setattr("trackdyn.simulation.recorder.virtual_memory", lambda: SimpleNamespace(available=1000))
+    failed = design.assign(state="failed", reason="out of memory")
+    monkeypatch.setattr(batch_jobs, "sweep", lambda *_: failed)
     job = SimpleNamespace(
         input=SimpleNamespace(design=tmp_path / "d.csv", rig=RIG), output=[tmp_path / "r.csv"], threads=1,
         resources=SimpleNamespace(attempt=attempt),
         params=Namedlist(fromdict={"batch": 0, "batches": 1, "retries": 2, "store": tmp_path / "rows"}),
     )  # fmt: skip
-    with pytest.raises(TrackdynError, match="1 rows are to be tried again") if again else nullcontext():
+    with pytest.raises(TrackdynError, match="1 rows are to be tried again: out of m") if again else nullcontext():
         batch_jobs.main(job)
-    assert pd.read_csv(tmp_path / "r.csv").state.tolist() == ["failed"]

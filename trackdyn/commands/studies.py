@@ -192,7 +192,11 @@ def sweep(
         typer.echo(f"trackdyn: warning: {out}: {states_summary(results)}; the first reason: {rest.iloc[0]}", err=True)
     if len(rest) == len(results):
         raise InputError(f"{out}: no row completed; the reason of the first one: {rest.iloc[0]}")
-    if failed := int((results["state"] == FAILED).sum()):
+    failed = [place for place, state in enumerate(results["state"], 1) if state == FAILED]
+    if failed:
+        first = results.iloc[failed[0] - 1]
+        named = f" ({first['name']})" if "name" in results else ""
         raise InputError(
-            f"{out}: {failed} rows failed for reasons that may pass and stand there; the same command tries them again"
+            f"{out}: {len(failed)} rows failed for reasons that may pass and stand there, the first in row {failed[0]}"
+            f"{named}: {first['reason']}; the same command tries them again"
         )

@@ -98,6 +98,20 @@ def replacing(path: Path | str) -> Iterator[Path]:
 
 
 @contextmanager
+def marked(path: Path) -> Iterator[None]:
+    """Have an empty file while this is open, which stays only if the process is killed."""
+    with suppress(OSError):  # a full disk
+        path.touch()
+    _OPEN.add(path)
+    try:
+        yield
+    finally:
+        with suppress(OSError):
+            path.unlink(missing_ok=True)
+        _OPEN.discard(path)
+
+
+@contextmanager
 def before_replacing(note: Callable[[Path, Path], None]) -> Iterator[None]:
     """Have ``note`` called with the complete file and the one that it replaces, for each that is written inside."""
     token = _BEFORE_REPLACING.set(note)

@@ -4,9 +4,9 @@ import time
 from typing import Any, NamedTuple
 
 import numpy as np
-from psutil import virtual_memory
 
 from trackdyn.inputs.errors import DivergenceError, InputError, OutOfMemoryError
+from trackdyn.inputs.memory import free_memory
 from trackdyn.model.arrays import CONTACT_INTERVAL, Plane, make_record, make_state
 from trackdyn.model.constants import SPROCKET
 from trackdyn.scene.build import build_sensors
@@ -47,7 +47,7 @@ def file_bytes(scene) -> float:
 def check_memory(scene, seconds: float | None = None) -> None:
     """Refuse (`OutOfMemoryError`) a scene whose recording, or ``seconds`` of it, does not fit into the free memory."""
     seconds = scene.duration if seconds is None else seconds
-    memory, free = COPIES * file_bytes(scene) * seconds / scene.duration, virtual_memory().available
+    memory, free = COPIES * file_bytes(scene) * seconds / scene.duration, free_memory()
     if scene.chain == "belt":
         memory += 8 * BELT_FLOATS * seconds * scene.rig.rate
     if memory > free:

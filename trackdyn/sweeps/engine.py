@@ -3,7 +3,8 @@
 Sweeps and studies hand their rows to it. Its pool is joblib's (loky).
 
 The store has a file a row, so that sweeps beside each other need no lock: the SHA-256 of the row in its first line and
-the row as JSON in its second. A file without such a checksum, or with another one, is not read.
+the row as JSON in its second. A file without such a checksum, or with another one, is not read. A row that is being
+computed has a mark there, so that one that kills its process, for instance by the memory it takes, is known.
 """
 
 import hashlib
@@ -14,7 +15,7 @@ import signal
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import nullcontext
+from contextlib import contextmanager, nullcontext
 from functools import partial
 from multiprocessing import resource_tracker
 from pathlib import Path
@@ -27,7 +28,7 @@ from joblib.externals.loky.process_executor import TerminatedWorkerError
 from tqdm import tqdm
 
 from trackdyn.inputs.errors import DivergenceError, InputError, OutOfMemoryError, TrackdynError
-from trackdyn.inputs.files import broken_off, read_bytes, remove_abandoned, replacing
+from trackdyn.inputs.files import MACHINE, broken_off, marked, read_bytes, remove_abandoned, replacing
 from trackdyn.inputs.validation import shown
 from trackdyn.jit import COMPILER
 from trackdyn.sources import edited, module_files, module_hash
@@ -38,6 +39,8 @@ DONE, REFUSED, DIVERGED, FAILED = "done", "refused", "diverged", "failed"
 MAX_ROW_BYTES = 100_000_000  # bytes; a row of a sweep takes 4,000
 # Rows that a process takes at once: some, to share what settling gives, and few, so that all processes end together.
 PIECES, LONGEST_PIECE = 8, 8
+DEATHS = 2  # of its process, after which a row has failed
+MARK = re.compile(rf"\.(.+)\.{MACHINE}-(\d{{1,9}})\.trackdyn-row")
 Compute = Callable[..., dict]  # computes the values of a row; other processes look it up by its name
 Tasks = Mapping[str, dict]  # arguments of rows by their keys, plain data
 
@@ -82,6 +85,24 @@ class Store:
             return None
         return row if row and row["key"] == key else None
 
+    @contextmanager
+    def under_way(self, key: str) -> Iterator[None]:
+        """Mark a row as being computed by this process; the mark stays if the process is killed."""
+        with marked(self.folder / f".{key}.{MACHINE}-{os.getpid()}.trackdyn-row"):
+            yield
+
+    def abandoned(self) -> set[str]:
+        """Remove the marks of rows that processes of this machine left when they were killed; return their keys."""
+        from psutil import pid_exists
+
+        keys = set()
+        for mark in self.folder.glob(".*.trackdyn-row"):
+            match = MARK.fullmatch(mark.name)
+            if match and not pid_exists(int(match[2])):
+                mark.unlink(missing_ok=True)
+                keys.add(match[1])
+        return keys
+
     def keep(self, row: dict) -> None:
         """Write a row, unless it failed for a reason that may pass. Raises `InputError`: the disk is full."""
         if row["state"] == FAILED:
@@ -105,10 +126,12 @@ def results(
 ) -> dict[str, dict]:
     """Rows by their keys (`key_of`), each with ``key, state, reason, values``; a stored row is not computed again.
 
-    ``compute`` makes the values of a row from its arguments in ``tasks``, neighbours alike, on ``jobs`` processes (1:
-    in this one). ``store`` is a folder in which rows are stored as they come. A bar called ``progress`` counts rows in
-    ``unit``, none if empty. Rows fail once the sources of ``compute`` are not those that this process began with: they
-    would be stored under a key of others. Raises `TrackdynError`: a process was killed.
+    ``compute`` makes the values of a row from its arguments in ``tasks``, neighbours alike, on ``jobs`` processes (1,
+    and no store: in this one). ``store`` is a folder in which rows are stored as they come. A bar called ``progress``
+    counts rows in ``unit``, none if empty. Rows fail once the sources of ``compute`` are not those that this process
+    began with: they would be stored under a key of others. Rows whose process is killed are computed again after all
+    others, with no process beside theirs, and fail if it is killed once more. Raises `TrackdynError`: a process was
+    killed that computed no row.
     """
     checked = partial(_values, compute, module_hash(compute.__module__))
     with TemporaryDirectory() if store is None else nullcontext(store) as folder:
@@ -116,7 +139,8 @@ def results(
         rows = rows_store.read(tasks)
         due = {key: task for key, task in tasks.items() if key not in rows}
         with tqdm(total=len(due), disable=not progress, unit=unit, desc=progress, smoothing=0.05) as bar:
-            for row in _computed(checked, due, jobs, rows_store):
+            computed = _computed if store is not None or jobs > 1 < len(due) else _computed_here
+            for row in computed(checked, due, jobs, rows_store):
                 rows[row["key"]] = row
                 bar.update()
     return rows
@@ -144,31 +168,59 @@ def check_completed(rows: Iterable[dict], advice: str) -> None:
             raise TrackdynError(f"a simulation failed for a reason that may pass ({row['reason']}); {advice}")
 
 
+def _computed_here(compute: Compute, due: Tasks, _: int, store: Store) -> Iterator[dict]:
+    """Rows as they come, computed by this process."""
+    return (outcome(compute, store, key, task) for key, task in due.items())
+
+
 def _computed(compute: Compute, due: Tasks, jobs: int, store: Store) -> Iterator[dict]:
-    """Rows as they come, in any order.
+    """Rows as they come, in any order, computed by other processes.
 
-    Raises `TrackdynError`: a process was killed, with which all end. What is stored stays.
+    Raises `TrackdynError`: a process was killed that computed no row. What is stored stays.
     """
-    if jobs == 1 or len(due) < 2:
-        yield from (outcome(compute, store, key, task) for key, task in due.items())
-        return
-    size = min(max(len(due) // (PIECES * jobs), 1), LONGEST_PIECE)
+    deaths = dict.fromkeys(store.abandoned() & due.keys(), 0)  # of rows that are computed alone, after all others
+    waiting = {key: task for key, task in due.items() if key not in deaths}
     try:
-        yield from _pooled(compute, due, min(jobs, len(due)), size, store)
-    except TerminatedWorkerError as error:
-        remove_abandoned(store.folder)
-        number = ", ".join(re.findall(r"(?:SIG|EXIT)\w*\(-?\d+\)", str(error))) or "without a word"
-        raise TrackdynError(
-            f"a process was ended ({number}), perhaps out of memory; rows that are stored stay, and the same command "
-            "goes on from them: use fewer jobs or more memory"
-        ) from None
+        while waiting or deaths:
+            tasks = waiting or {key: due[key] for key in deaths}
+            left = dict(tasks)
+            try:
+                for row in _pooled(compute, tasks, min(jobs, len(tasks)) if waiting else 1, store):
+                    del left[row["key"]]
+                    yield row
+            except TerminatedWorkerError as error:
+                how = ", ".join(re.findall(r"(?:SIG|EXIT)\w*\(-?\d+\)", str(error))) or "without a word"
+                remove_abandoned(store.folder)
+                for row in store.read(left).values():  # they were not handed over when the process was killed
+                    del left[row["key"]]
+                    yield row
+                killed = store.abandoned() & left.keys()
+                if not killed:
+                    raise TrackdynError(
+                        f"a process was ended ({how}), perhaps out of memory; rows that are stored stay, and the same "
+                        "command goes on from them: use fewer jobs or more memory"
+                    ) from None
+                for key in killed:
+                    deaths[key] = deaths.get(key, 0) + 1
+                    if deaths[key] == DEATHS:
+                        del left[key]
+                        reason = f"its process was ended {DEATHS} times ({how}), perhaps out of memory; use more memory"
+                        yield without_values(key, FAILED, reason)
+                jobs = max(jobs - 1, 1)  # perhaps their memory together was too much
+            if waiting:
+                waiting = {key: task for key, task in left.items() if key not in deaths}
+            else:
+                deaths = {key: count for key, count in deaths.items() if key in left}
+    finally:
+        store.abandoned()  # rows of processes that were ended with this sweep are not to blame
 
 
-def _pooled(compute: Compute, tasks: Tasks, jobs: int, size: int, store: Store) -> Iterator[dict]:
-    """Rows by a pool of processes that take ``size`` of them at once.
+def _pooled(compute: Compute, tasks: Tasks, jobs: int, store: Store) -> Iterator[dict]:
+    """Rows by a pool of processes.
 
     Raises `TerminatedWorkerError`: one of them was killed.
     """
+    size = 1 if jobs == 1 else min(max(len(tasks) // (PIECES * jobs), 1), LONGEST_PIECE)
     # trackers remove what a killed sweep leaves, each with a warning
     os.environ.setdefault("PYTHONWARNINGS", "ignore:resource_tracker:UserWarning")
     # A Ctrl-C is for the one who started them: processes and threads begin with the signals that their maker blocks.
@@ -211,7 +263,8 @@ def outcome(compute: Compute, store: Store, key: str, task: dict) -> dict:
     """Compute the row of ``key`` and store it: the values that ``compute`` makes of ``task``, or why there are none."""
     row = without_values(key, DONE, "")
     try:
-        row["values"] = compute(**task)
+        with store.under_way(key):
+            row["values"] = compute(**task)
     except (OutOfMemoryError, MemoryError) as error:
         row |= {"state": FAILED, "reason": str(error) or "the memory that is free does not suffice"}
     except InputError as error:
