@@ -45,6 +45,10 @@ try:
     # them, as YAML 1.1 in which 010 is 8, is not looked at.
     LAYERS = [workflow.configfiles[-1], *workflow.configfiles[:-1]]
     CONFIG, RIG, SCENES = check_layers(LAYERS, dict(workflow.config_settings.config), update_config)
+    if workflow.is_main_process: # a mistake in the claims is said before anything is simulated
+        from replication.paper.claims import load_claims
+
+        load_claims("config/claims.yaml")
 except TrackdynError as error:
     raise WorkflowError(str(error)) from None
 

@@ -9,6 +9,7 @@ import pytest
 
 from tests.conftest import refused
 from trackdyn.inputs.errors import DivergenceError
+from trackdyn.inputs.files import read_npz, write_npz
 from trackdyn.simulation.recording import Recording, load_recording
 
 
@@ -65,12 +66,26 @@ def test_a_recording_that_was_cut_off_is_refused(tmp_path, belt_file, share):
     refused(load_recording, path, words=[DAMAGED])
 
 
+@pytest.mark.parametrize("lacks", [True, False])
+def test_a_recording_with_other_arrays_than_this_version_records_is_refused(tmp_path, belt_file, lacks):
+    """Of an earlier version, or of a later one, of the same format."""
+    meta, arrays = read_npz(belt_file, "recording", np.inf)
+    arrays = (
+        {name: array for name, array in arrays.items() if name != "gap"} if lacks else arrays | {"more": arrays["gap"]}
+    )
+    write_npz(path := tmp_path / "run.npz", meta, arrays)
+    name = "gap" if lacks else "more"
+    refused(
+        load_recording, path, start=path, words=[f"has other arrays than this version records ('{name}'); run it again"]
+    )
+
+
 def test_a_small_file_that_unpacks_to_more_than_the_memory_is_refused(tmp_path, belt_file, monkeypatch):
     with np.load(belt_file) as data:
         arrays = dict(data)
     path = tmp_path / "run.npz"
     np.savez_compressed(path, **arrays | {"mean": np.zeros((1_000_000, 3))})
-    monkeypatch.setattr("trackdyn.simulation.recording.virtual_memory", lambda: type("Memory", (), {"available": 4e6}))
+    monkeypatch.setattr("trackdyn.simulation.recording.free_memory", lambda: 4e6)
     refused(load_recording, path, words=["takes 24 MB of memory, more than the 2 MB"])
     monkeypatch.undo()
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:

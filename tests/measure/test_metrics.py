@@ -1,6 +1,7 @@
 """The row of a run and its table: records that begin and end anywhere, whole errors, remarks, a picture."""
 
 import copy
+import inspect
 
 import numpy as np
 import pandas as pd
@@ -8,6 +9,7 @@ import pytest
 
 import trackdyn
 from trackdyn.inputs.errors import InputError
+from trackdyn.measure import catalogue
 from trackdyn.measure.catalogue import CATALOGUE
 from trackdyn.measure.columns import METRIC_COLUMNS, described, error_of
 from trackdyn.measure.metrics import remarks, run_metrics, shown_measures, whole_errors
@@ -25,6 +27,18 @@ BELT = {"chain": "belt", "ring_radius": None, "contact_log": False, "duration": 
 @pytest.fixture(scope="module")
 def run(rig):
     return trackdyn.simulate(trackdyn.Scene(rig, 115.0, duration=0.5))
+
+
+def test_a_tolerance_is_asked_of_measures_that_every_link_gives_alone():
+    """Not of one of a sensor's record with a name, but no series; those of today stay."""
+    added = (
+        'CATALOGUE = (Measure("crest", "crest_error", "1", "peak over RMS", name="crest", sensed=lambda s: s.of(max)), '
+    )
+    source = inspect.getsource(catalogue).replace("CATALOGUE = (", added)
+    exec(compile(source, "catalogue", "exec"), names := {"__name__": "catalogue"})
+    assert "crest" in names["NAMED"] and "crest" in names["RELATIVE"]
+    assert (names["TOLERATED"], names["SENSED"]) == (catalogue.TOLERATED, catalogue.SENSED)
+    assert catalogue.SENSED == ("rms", "sd", "line", "high_frequency")
 
 
 def test_the_table_has_the_values_errors_and_units_of_the_metrics(run):

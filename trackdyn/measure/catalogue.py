@@ -122,8 +122,9 @@ NAMED = {measure.name: measure for measure in CATALOGUE if measure.name}
 RELATIVE, SHARES, ABSOLUTE = (
     tuple(name for name, measure in NAMED.items() if measure.kind == kind) for kind in ("relative", "turns", "absolute")
 )
-TOLERATED = RELATIVE + SHARES  # measures that a tolerance can be asked of
-SENSED = tuple(name for name, measure in NAMED.items() if measure.sensed)  # those of the acceleration
+# measures that a tolerance can be asked of: those that every link gives
+TOLERATED = tuple(name for name in RELATIVE + SHARES if NAMED[name].series)
+SENSED = tuple(name for name in TOLERATED if NAMED[name].sensed)  # those of the acceleration
 
 
 def scale_of(name: str, value: float) -> float:

@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
-from psutil import virtual_memory
 
 from trackdyn.inputs.errors import DivergenceError, InputError
 from trackdyn.inputs.files import read_npz, write_npz
+from trackdyn.inputs.memory import free_memory
 from trackdyn.inputs.validation import shown, typed, within
 from trackdyn.jit import source_hash
 from trackdyn.model.arrays import Record, Samples
@@ -200,6 +200,11 @@ def load_recording(path: Path | str) -> Recording:
         raise InputError(
             f"{path}: has recording format {shown(meta.get('format'))}, this version reads {FORMAT}; run it again"
         )
-    meta, arrays = read_npz(path, "trackdyn recording", virtual_memory().available / 2)
+    meta, arrays = read_npz(path, "trackdyn recording", free_memory() / 2)
+    if other := sorted(arrays.keys() ^ {*Recording.ARRAYS}):
+        raise InputError(
+            f"{path}: has other arrays than this version records ({', '.join(map(shown, other[:4]))}"
+            f"{', ...' if other[4:] else ''}); run it again"
+        )
     content: dict[str, Any] = {**arrays}
     return Recording(meta=meta, **content)

@@ -14,6 +14,8 @@ import pytest
 from matplotlib.figure import Figure
 
 from replication.paper.claims import VERDICTS
+from replication.paper.contents import Item
+from replication.report.page import builder
 from replication.report.page.builder import build_page
 from tests.conftest import ROOT, made_recording
 from trackdyn.inputs.errors import InputError
@@ -98,6 +100,27 @@ def test_recordings_of_another_version_are_refused(results, tmp_path):
 
 def test_the_same_results_give_the_same_page(results, page_file):
     assert build_page(results) == page_file.read_text(encoding="utf-8")
+
+
+def test_every_figure_and_table_of_ours_is_shown_once(results, tmp_path, monkeypatch):
+    """Also one that nobody has placed on the page: of the replication, and of a study."""
+    added = {
+        "OWN": Item("mine", "A title of mine", "closure", "A caption."),
+        "OF_STUDIES": Item("b", "B of a study", "trade", "C."),
+    }
+    for group, item in added.items():
+        monkeypatch.setattr(builder, group, (*getattr(builder, group), item))
+    items = (*builder.OWN, *builder.OF_STUDIES)
+    shutil.copytree(results, tmp_path / "all")
+    for item in items:
+        kind = "tables/table1.csv" if item.table else "figures/fig15.png"
+        place = (tmp_path / "all" / kind).with_stem(item.key)
+        if not place.exists():
+            shutil.copy(results / kind, place)
+    page = build_page(tmp_path / "all")
+    assert [item.key for item in items if item.title not in page] == []
+    assert [item.key for item in items if page.count(f"{item.title}</h3>") != 1] == ["fidelity", "lines"]
+    assert "Further figures and tables" in page and "Further figures" not in build_page(results)
 
 
 def test_a_short_run_and_a_rig_of_ones_own_are_said_to_be(results):

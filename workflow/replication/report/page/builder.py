@@ -59,6 +59,12 @@ PARTS = {
 WITH = {"fig18": "lines"}  # a table of ours below a figure of the paper
 # the last one with its trial
 PROMISED = ("measure", "tolerance_pct", "achieved_error_pct", "met", "setting", "duration_s", "cpu_s")
+PLACED = {
+    *WITH.values(),
+    "creep",
+    "trade",
+    "fidelity",
+}  # ours that the template places by name; others follow the paper's
 OTHERS = [name for name in STUDIES if name not in ("trade", "fidelity")]  # studies with a section of their own
 # tables whose files the page hands out; the first folder that has one
 TABLES = (
@@ -132,6 +138,11 @@ def build_page(
         version=__version__,
         sources=source_hash(),
         parts=parts,
+        ours=[
+            by_key[item.key]
+            for item in (*OWN, *OF_STUDIES)
+            if item.key in by_key and item.key not in PLACED and item.rule not in OTHERS
+        ],
         beside=WITH,
         entries=by_key,
         of_ring=of_ring,
