@@ -4,10 +4,13 @@ Configurations are read here first: Snakemake's loader ends in tracebacks where 
 in them where they ask for it.
 """
 
+import os
 import sys
-from contextlib import redirect_stderr, redirect_stdout, suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppress
 from io import StringIO
 from pathlib import Path
+from tempfile import NamedTemporaryFile
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -20,6 +23,24 @@ def configurations(arguments: list[str]) -> list[Path]:
     with suppress(SystemExit), redirect_stdout(StringIO()), redirect_stderr(StringIO()):
         return list(parse_args(arguments)[1].configfile or [])
     return []
+
+
+@contextmanager
+def dearest_jobs(count: int = 5) -> Iterator[None]:
+    """Print at the end of a run which of its jobs took most CPU time."""
+    from trackdyn.sweeps.snakemake_job import COSTS
+
+    with NamedTemporaryFile("r", encoding="utf-8") as file:
+        os.environ[COSTS] = file.name
+        try:
+            yield
+        finally:
+            lines = [line.rstrip().split(maxsplit=1) for line in file]
+            jobs = sorted(((float(seconds), log) for seconds, log in lines), reverse=True)
+            if jobs:
+                total = sum(seconds for seconds, _ in jobs)
+                print(f"{len(jobs)} jobs took {total:.0f} CPU s; those that took most, by their logs:")
+                print(*(f"{seconds:10.1f}  {log}" for seconds, log in jobs[:count]), sep="\n", flush=True)
 
 
 def main(arguments: list[str]) -> None:
@@ -41,7 +62,8 @@ def main(arguments: list[str]) -> None:
         arguments = [f"--snakefile={ROOT / 'Snakefile'}", f"--directory={ROOT}", *arguments]
     for file in configurations(arguments):
         read_layer(file)
-    snakemake(arguments)
+    with dearest_jobs():
+        snakemake(arguments)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,7 @@
 """`workflow/run.py` and the locks of a folder: one Snakemake at a time, and one that was killed is gone on from."""
 
 import os
+import re
 import subprocess
 import sys
 import time
@@ -106,6 +107,21 @@ def test_a_second_run_is_refused_and_the_job_that_a_killed_one_left_is_waited_fo
     (folder / "go").touch()
     assert third.wait() == 0
     assert int((folder / "one.txt").read_text()) == jobs(folder, 2)[1]
+
+
+RUN = "import run, sys; run.ROOT = run.Path.cwd(); run.main(['-j1', *sys.argv[1:]])"
+FAILS = SCRIPT.replace("open(job", "from trackdyn import InputError; raise InputError('no')\n    open(job")
+
+
+@pytest.mark.parametrize(("script", "code"), [(SCRIPT, 0), (FAILS, 1)], ids=["done", "failed"])
+def test_a_log_ends_with_the_time_of_its_job_and_a_run_with_those_that_took_most(folder, script, code):
+    (folder / "one.py").write_text(script)
+    (folder / "go").touch()
+    done = subprocess.run([sys.executable, "-c", RUN], cwd=folder, env=ENVIRONMENT, capture_output=True, text=True)
+    assert done.returncode == code, done.stderr
+    seconds = re.fullmatch(r"(\d+\.\d) CPU s", (folder / "logs/one.log").read_text().splitlines()[-1])[1]
+    said = [line.split() for line in done.stdout.splitlines()]
+    assert said[-2][:2] == ["1", "jobs"] and said[-1] == [seconds, "logs/one.log"]
 
 
 def test_a_job_whose_run_was_killed_does_not_begin():

@@ -5,6 +5,7 @@ first in a script, and imports nothing that takes time.
 
 import fcntl
 import os
+import resource
 import shutil
 import signal
 import sys
@@ -16,7 +17,8 @@ from zlib import crc32
 def run_job(task):
     """Decorate the task of a rule, the last function of a script: where the script runs, its task runs with its job.
 
-    Standard output goes to the log; a mistake ends in one sentence there and on the screen.
+    Standard output goes to the log, which ends with the CPU time of the job; a mistake ends in one sentence there and
+    on the screen.
     """
     if task.__module__ != "__main__":
         return task
@@ -31,12 +33,19 @@ def run_job(task):
             print(error)
             print(f"{job.rule}: {error}", file=sys.stderr)
             sys.exit(1)
+        finally:
+            seconds = sum(sum(resource.getrusage(who)[:2]) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+            print(f"{seconds:.1f} CPU s")
+            if costs := os.environ.get(COSTS):
+                with suppress(OSError), open(costs, "a", encoding="utf-8") as file:
+                    file.write(f"{seconds:.1f} {job.log[0]}\n")  # one write: jobs end side by side
     return task
 
 
 # one file a folder, in which a process locks a byte; the system releases it, however the process ends
 PROCESSES = Path(".snakemake", "processes")
 DRIVER = "TRACKDYN_DRIVER"  # process of the run to which a job belongs
+COSTS = "TRACKDYN_COSTS"  # file to which its jobs add their CPU times, a line each
 
 
 def drive(workflow):
