@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fieldtest.sensor_csv import SensorRecord
+from fieldtest.sensor_csv import SensorRecord, turned
 from trackdyn.inputs.errors import InputError
 from trackdyn.measure.sensor import OTHER_SPEED, measured_loop_hz, sense, whole_samples
 from trackdyn.measure.spectra import high_frequency_rms, highest_line
@@ -94,12 +94,11 @@ def _turned_and_scaled(shape: np.ndarray, forms: list[np.ndarray]) -> tuple[floa
     """
     fits = [(inf, 0.0, 1.0)]
     for angle in range(-179, 181) if len(shape) > 1 else (0,):
-        c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
-        turned = _begun_at_crest(np.array([[c, -s], [s, c]]) @ shape if len(shape) > 1 else shape)
+        back = _begun_at_crest(np.array(turned(shape[1], shape[0], angle)[::-1]) if len(shape) > 1 else shape)
         for form in forms:
-            factor = np.vdot(turned, form).real / np.vdot(turned, turned).real
+            factor = np.vdot(back, form).real / np.vdot(back, back).real
             if factor > 0:
-                fits.append((float(np.linalg.norm(factor * turned - form)), float(angle), float(factor)))
+                fits.append((float(np.linalg.norm(factor * back - form)), float(angle), float(factor)))
     return min(fits)
 
 
@@ -128,7 +127,7 @@ def judge_axes(recording: Recording, record: SensorRecord) -> Doubt | None:
         for corner, order in product(hz * np.geomspace(0.2, 2000, 60), (1, 2))
     )
     fitted, angle, factor = _turned_and_scaled(shape, forms)
-    (c, s), ax = (np.cos(np.radians(angle)), np.sin(np.radians(angle))), 0.0 if record.ax is None else record.ax
+    back = turned(0.0 if record.ax is None else record.ax, record.ay, angle)[1]
     content = high_frequency_rms(signal.ay, recording.rate)
 
     def explains(misfit: float, *others: float, ay: np.ndarray | None = None) -> bool:
@@ -164,12 +163,11 @@ def judge_axes(recording: Recording, record: SensorRecord) -> Doubt | None:
             f"gravity is missing, as behind a high-pass filter of about {corner_hz:.2g} Hz: an AC-coupled (IEPE) "
             "sensor, or one whose gravity was filtered out; only high_frequency_g compares"
         )
-    elif explains(fitted, exchanged, shifted, ay=factor * (c * record.ay - s * ax)):
+    elif explains(fitted, exchanged, shifted, ay=factor * back):
         causes, remedies = [], []
         if abs(angle) >= LEAST_DEG:
             causes.append(f"its axes are turned by {abs(angle):g} deg about z")
-            turned = f"ay = {c:.4f} ay {-s:+.4f} ax and ax = {s:.4f} ay {c:+.4f} ax"
-            remedies.append(f"turn them back, {turned}, or the sensor")
+            remedies.append(f"turn them back, `turn: {(record.turn + angle + 180) % 360 - 180:g}deg`, or the sensor")
         if abs(np.log(factor)) > np.log(LEAST_FACTOR):
             likely = min(LIKELY_FACTORS, key=lambda other: abs(np.log(other / factor)))
             factor = likely if abs(np.log(likely / factor)) < SAME_FACTOR else factor

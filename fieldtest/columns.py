@@ -65,6 +65,7 @@ class Reading(NamedTuple):
     gaps: str | None  # bridge or longest; None: there are none
     resample: bool
     day_first: bool | None  # of dates; None: as they are written
+    turn: float  # of the axes about z, deg
     one_sensor: bool  # all rows are of it, whatever their columns hold
 
 
@@ -112,6 +113,8 @@ def reading_of(source: Source, mapping: SensorMapping, wanted: Wanted, range_g: 
             questions.append(f"column {shown(column.name)} {words}; {UNIT_ASKED}")
     if "ay" not in columns and not any(unit_of(column, True) for column in source.columns):
         questions.append(UNIT_ASKED)
+    if mapping.turn and "ax" not in axes:
+        questions.append("to turn ay, ax must be read, too; name its column, `axes: {ax: NAME}`")
     if wanted.timed:
         columns |= _times(source, columns, mapping.rate is not None, questions)
     if questions:
@@ -128,6 +131,7 @@ def reading_of(source: Source, mapping: SensorMapping, wanted: Wanted, range_g: 
         gaps=mapping.gaps,
         resample=mapping.resample,
         day_first=None if mapping.dates is None else mapping.dates == "day-first",
+        turn=float(mapping.turn),
         one_sensor=mapping.group == "none",
     )
 

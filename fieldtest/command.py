@@ -52,10 +52,10 @@ def of_mapping() -> dict[str, Parameter]:
         elif "object" in kinds:
             metavar = "[AXIS=]NUMBER" if "number" in kinds else "AXIS=COLUMN"
             option = Annotated[list[str] | None, typer.Option(name, metavar=metavar, help=f"{help} Repeatable.")]
-        elif "number" in kinds:
+        elif "number" in kinds and "string" not in kinds:
             option = Annotated[float | None, options.number(name, help)]
         else:
-            plain, metavar = (int, "COUNT") if "integer" in kinds else (str, "TEXT")
+            plain, metavar = (int, "COUNT") if "integer" in kinds else (str, "ANGLE" if "number" in kinds else "TEXT")
             option = Annotated[plain | None, typer.Option(name, metavar=metavar, help=help)]
         default = False if "boolean" in kinds else None
         mapped[field] = Parameter(

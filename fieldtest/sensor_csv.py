@@ -48,6 +48,7 @@ class SensorRecord:
     columns: Mapping[str, str] = field(default_factory=dict, compare=False)
     # by axis, value of the file that is 0 g, and g a unit of the file, with the sign of the axis
     scales: Mapping[str, tuple[float, float]] = field(default_factory=dict, compare=False)
+    turn: float = field(default=0.0, compare=False)  # of the axes about z, deg, beside those of the file
     doubts: tuple[str, ...] = field(default=(), compare=False)  # sentences on what seems wrong with the record
     synthetic: bool = field(default=False, compare=False)  # whether a comment of the file says that it is synthetic
 
@@ -239,13 +240,16 @@ def _record(path: Path, rows: Source, reading: Reading) -> SensorRecord:
         signals, hz, done["decimated"] = samples.decimated(signals, hz)
     if {"resampled", "decimated"} & done.keys():
         signals = signals.clip(-range_g, range_g)
+    if reading.turn:
+        signals["ax"], signals["ay"] = turned(signals["ax"], signals["ay"], reading.turn)
+        done["turned"] = f"ax and ay by {reading.turn:g} deg about z"
     read = {axis: signals[axis].to_numpy(copy=True) for axis in signals}
     return SensorRecord(
         path=path, time=np.arange(len(signals)) / hz, rate=float(hz), clipped=clipped, done=done,
         ax=read.get("ax"), ay=read["ay"], az=read.get("az"),
         columns={key: f"{'-' * (axis.column.sign < 0)}{axis.column.name}" for key, axis in axes.items()},
         scales={key: (axis.zero, axis.factor) for key, axis in axes.items()},
-        doubts=tuple(f"{path}: {doubt}" for doubt in doubts), synthetic=source.synthetic,
+        turn=reading.turn, doubts=tuple(f"{path}: {doubt}" for doubt in doubts), synthetic=source.synthetic,
     )  # fmt: skip
 
 
@@ -291,6 +295,12 @@ def _require_range(signals: pd.DataFrame, axes: dict[str, Axis], where, range_g:
             f"sensor's range of +-{range_g:g} g; check the unit, `unit: {unit}`, for raw counts `scale: N`, {remedy}"
             "give the range of the sensor, `range: G`."
         )
+
+
+def turned(ax: Any, ay: Any, angle: float) -> tuple[Any, Any]:
+    """Components along axes that are turned about z by an ``angle`` (deg), from x towards y."""
+    c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
+    return c * ax + s * ay, c * ay - s * ax
 
 
 def write_sensor_csv(path, t_s, ax, ay, az, comments: Iterable[str] = ()) -> None:

@@ -3,14 +3,16 @@
 import re
 import unicodedata
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from itertools import zip_longest
+from math import isfinite
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple, get_args
 
-from pydantic import BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, model_validator
 
 from trackdyn.inputs.errors import InputError, shown
-from trackdyn.inputs.validation import Finite, NotNegative, Positive, Section, typed, validated
+from trackdyn.inputs.validation import Finite, NotNegative, Positive, Section, parse_number, typed, validated
 from trackdyn.inputs.yaml_file import read_yaml
 
 RATES = (100.0, 1_000_000.0)  # Hz, of any record, whatever states its rate
@@ -40,6 +42,15 @@ _AT_THE_END = re.compile(rf"(.+?)(?<![\s_/,:])[\s_/,:]+({_UNIT})")
 _AXIS_NAME = re.compile(r"(?:a|acc|accel|acceleration|accelerometer)[\s_.-]*([xyz])")
 UNITS = _ACCELERATION | dict.fromkeys(("counts", "count", "raw", "lsb", "digits"), "counts")
 _TIME_NAME = re.compile(r"t|(?:date[\s_-]?)?time|time[\s_-]?stamps?|elapsed[\s_-]?time")
+
+
+def _degrees(value: float | str) -> float:
+    """An angle in deg, 44 or 44deg. Raises `InputError`: it is none."""
+    with suppress(ValueError):
+        if isfinite(angle := parse_number(re.sub(r"\s*(deg|\N{DEGREE SIGN})$", "", str(value)))):
+            return angle
+    raise InputError(f"turn = {shown(value)}: must be an angle in deg, such as 44deg")
+
 
 Name = Annotated[str, BeforeValidator(lambda value: str(value) if type(value) is int else value), Field(min_length=1)]
 
@@ -71,6 +82,10 @@ class SensorMapping(Section):
     )
     zero: dict[Axis, Finite] | Finite = Field(
         0.0, description="Value of the file that is 0 g, of ay and of columns of its unit, 512, or of an axis, ay=512."
+    )
+    turn: Annotated[float | str, AfterValidator(_degrees)] = Field(
+        0.0,
+        description="Angle about z by which ax and ay are turned, from x towards y, such as 44deg; none by default.",
     )
     bits: Annotated[int, Field(ge=8, le=32)] | None = Field(
         None, description="Bits of raw counts whose full scale is the range, instead of a scale."

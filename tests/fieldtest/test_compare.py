@@ -13,6 +13,7 @@ from fieldtest.axes import judge_axes, require_axes
 from fieldtest.compare import compare_with_sensor, doubts_of, in_words, other_speed, sensed_at
 from fieldtest.figures import comparison_figure
 from fieldtest.sensor_csv import SensorRecord, read_sensor
+from fieldtest.sensor_mapping import load_mapping
 from trackdyn.commands.cli import app
 from trackdyn.inputs.errors import InputError
 from trackdyn.measure.metrics import shown_measures
@@ -180,8 +181,8 @@ def test_a_zero_that_is_not_0_is_named(recording, shift):
     [
         (0, 0.5, "gravity turns with 0.5 of its size .* `scale: 4096`"),
         (0, 2, "gravity turns with 2 of its size .* `scale: 16384`"),
-        (45, 1, "turned by 45 deg about z .* ay = 0.7071 ay -0.7071 ax"),
-        (-30, 2, "turned by 30 deg about z and gravity turns with 2 .* ay = 0.8660 ay [+]0.5000 ax .* `scale: 16384`"),
+        (45, 1, "turned by 45 deg about z .* `turn: 45deg`"),
+        (-30, 2, "turned by 30 deg about z and gravity turns with 2 .* `turn: -30deg`.* `scale: 16384`"),
     ],
 )
 def test_a_wrong_scale_and_a_turned_sensor_are_named(recording, angle, size, words):
@@ -190,6 +191,16 @@ def test_a_wrong_scale_and_a_turned_sensor_are_named(recording, angle, size, wor
     sensor = SensorRecord("a.csv", signal.time, ax, ay, None, 1000.0, 0, scales={"ay": (0.0, 1 / 8192)})
     assert re.search(words, judge_axes(recording, sensor).sentence)
     assert re.search(words, judge_axes(recording, sensor.averaged(125.0)).sentence)  # 125 Hz
+    if angle:
+        table = pd.DataFrame({"t_s": signal.time, "ax_g": ax / size, "ay_g": ay / size})
+        for turn in (angle, f"{angle}deg", f"{angle} deg"):
+            record = read_sensor(table, load_mapping(turn=turn))
+            np.testing.assert_allclose([record.ax, record.ay], [signal.ax, signal.ay], atol=1e-12)
+        assert judge_axes(recording, record) is None
+        half = judge_axes(recording, read_sensor(table, load_mapping(turn=angle - 20)))
+        assert f"`turn: {angle}deg`" in half.sentence
+        with pytest.raises(InputError, match=r"ax must be read, too; name its column"):
+            read_sensor(table[["t_s", "ay_g"]], load_mapping(turn=angle))
 
 
 def test_the_size_of_the_acceleration_is_no_axis(recording):
@@ -311,6 +322,7 @@ def test_the_command_draws_and_writes_the_comparison(recording, tmp_path, monkey
         (["--figure", "both.pdf"], ".png or .svg"),
         (["--out", str(tmp_path / "a.csv")], "exists"),
         (["--zero", "az=x"], "--zero = 'x': must be a number, or one of an axis, such as 512 or ay=512"),
+        (["--turn", "x"], "turn = 'x': must be an angle in deg, such as 44deg"),
         (["--zero", "y=1"], "--zero y=1: must be a number"),
     ):
         run = CliRunner().invoke(app, [*line, *bad])
