@@ -43,7 +43,10 @@ def _start(rig: Rig, scenes: list[list], fields: dict, row: Mapping, settled: Se
             values[scene_name(rpm, ring)] = values[without]
             continue
         recording = _recorded(rig, rpm, touching, detailed, fields, row, settled)
-        values[scene_name(rpm, ring)] = summary(recording, detailed) | (_sensed(recording) if detailed else {})
+        measured = summary(recording, detailed) | (_sensed(recording) if detailed else {})
+        normal, tangential = recording.ring_force.sum(axis=0)
+        measured["mobilised_friction"] = float(tangential / normal) if normal > 0 else None
+        values[scene_name(rpm, ring)] = measured
     return values
 
 

@@ -1,7 +1,7 @@
 """Settings of the study of plausible tracks: ``config/plausible.yaml``, whose head explains the fields."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
@@ -71,6 +71,32 @@ class Start(Section):
     values: dict[str, float]
 
 
+class Friction(Section):
+    """Laws of friction of the ring that differ in one value: transition velocities (m/s) or shear stiffnesses (N/m).
+
+    ``friction`` is the static coefficient, ``dynamic`` the dynamic one over it; the law is run on each of so many
+    (``every``) tracks, by ``integrator`` in place of the row's.
+    """
+
+    law: Literal["none", "regularised", "dahl"]
+    values: Annotated[list[float], Field(min_length=1)]
+    friction: Annotated[float, Field(ge=0)]
+    dynamic: Annotated[float, Field(gt=0, le=1)] = 1.0
+    every: Count = 1
+    integrator: str | None = None
+
+
+class Grip(Section):
+    """The study of the ring's tangential force: most tracks, radii (m) by speed (rev/min), laws of friction, and each
+    how many tracks are run from a second start, too.
+    """
+
+    tracks: Count
+    radii_m: dict[float, Numbers]
+    laws: Annotated[list[Friction], Field(min_length=1)]
+    second_start_every: Count
+
+
 class Short(Section):
     """The short form: so many draws, at fewer radii and speeds; its numbers say nothing."""
 
@@ -94,6 +120,7 @@ class PlausibleConfig(Section):
     follows: Positive
     near: Near
     search: Search
+    grip: Grip
     unknowns: Annotated[list[Unknown], Field(min_length=2)]
     short: Short
 
@@ -110,7 +137,10 @@ class PlausibleConfig(Section):
     def shortened(self) -> "PlausibleConfig":
         """The short form."""
         near = self.near.model_copy(update={"rigs": 1})
-        return self.model_copy(update=self.short.model_dump() | {"tooth_detail": 1, "near": near})
+        radii = {rpm: rings[1:3] for rpm, rings in self.grip.radii_m.items()}
+        radii = {rpm: [*rings, self.ring_radius_m] for rpm, rings in radii.items()}
+        grip = self.grip.model_copy(update={"tracks": 1, "radii_m": radii})
+        return self.model_copy(update=self.short.model_dump() | {"tooth_detail": 1, "near": near, "grip": grip})
 
     def drawn_unknowns(self) -> Unknowns:
         """Unknowns of a draw, in the assumed ranges."""

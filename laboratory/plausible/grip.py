@@ -1,0 +1,135 @@
+"""The tangential force of the ring, changed alone: what it decides on tracks that mesh as the paper prints.
+
+Every track is run with several laws of friction between links and ring and all its other values, by Eq. 10 with a
+transition velocity or by Dahl's law with a shear stiffness.
+"""
+
+from trackdyn.sweeps.snakemake_job import run_job
+
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from laboratory.plausible.draws import drawn_rigs, run_rigs
+from laboratory.plausible.rows import scene_name
+from laboratory.plausible.settings import Friction, PlausibleConfig, load_plausible
+from trackdyn.inputs.files import write_csv
+from trackdyn.measure.contacts import TOUCHING
+from trackdyn.rig.rig import Rig
+from trackdyn.sweeps.engine import DONE
+
+# conclusion 3 and the plateau of sentence 21, as config/claims.yaml judges them (C23a, C25)
+FREE_FROM, PLATEAU_FROM, PLATEAU = 0.305, 0.307, (8.0, 12.0)  # m, m, % of a turn
+SETTING = ["law", "transition_velocity", "friction_static", "shear_stiffness"]
+
+
+def engaged_rigs(config: PlausibleConfig, draws: Path | str) -> dict[int, Rig]:
+    """Return the rigs by draw that a table of judged draws calls engaged, in the order of the draws."""
+    table = pd.read_csv(draws)
+    engaged = set(table.loc[table["engaged"] == 1, "draw"])
+    rigs = {track.draw: track.rig for track in drawn_rigs(config) if track.draw in engaged and track.rig is not None}
+    return dict(list(rigs.items())[: config.grip.tracks])
+
+
+def laws(friction: Friction) -> Iterator[tuple[dict[str, Any], dict[str, float | str]]]:
+    """Yield laws of friction that differ in one value: the `SETTING` of each, and what it changes in a rig."""
+    for value in friction.values:
+        yield _setting(friction, value)
+
+
+def _setting(friction: Friction, value: float) -> tuple[dict[str, Any], dict[str, float | str]]:
+    law, static = friction.law, friction.friction
+    own = {"none": None, "regularised": "transition_velocity", "dahl": "shear_stiffness"}[law]
+    changes = {"friction_static": static, "friction_dynamic": static * friction.dynamic}
+    changes |= {"friction_law": "regularised" if law == "none" else law} | ({own: value} if own else {})
+    setting = {"law": law, "friction_static": static} | ({own: value} if own else {})
+    return setting, {f"ring_contact.{name}": changed for name, changed in changes.items()}
+
+
+def run_laws(
+    config: PlausibleConfig, tracks: Mapping[int, Rig], start: int, rpm: float, jobs: int, store: Path | str
+) -> pd.DataFrame:
+    """Run tracks with every law at one speed (rev/min) from one start; return what decides (`decided`), a row each.
+
+    The second start is run on every fourth track of those.
+    """
+    scenes, table = [[rpm, radius, False] for radius in config.grip.radii_m[rpm]], list[dict]()
+    for friction in config.grip.laws:
+        own = {"starts": [config.row.starts[start]], "integrator": friction.integrator or config.row.integrator}
+        every = friction.every * (config.grip.second_start_every if start else 1)
+        cases = [
+            (draw, setting, rig.changed(**changes))
+            for setting, changes in laws(friction)
+            for draw, rig in list(tracks.items())[::every]
+        ]
+        of_law = config.model_copy(update={"row": config.row.model_copy(update=own)})
+        rows = run_rigs(of_law, [rig for *_, rig in cases], scenes, jobs, store)
+        table += [
+            {
+                "draw": draw,
+                "start": start + 1,
+                "rpm": rpm,
+                **setting,
+                "state": row["state"],
+                **decided(config, rpm, row),
+            }
+            for (draw, setting, _), row in zip(cases, rows, strict=True)
+        ]
+    return pd.DataFrame(table)
+
+
+def decided(config: PlausibleConfig, rpm: float, row: Mapping) -> dict[str, float]:
+    """Return what a row decides; nothing if it is not done.
+
+    ``right_free_from_m`` is the least radius at which the right arc touches no tooth, ``right_back_from_m`` the least
+    above it at which it does again, ``left_lost_from_m`` the least from which on the left arc touches none; NaN where
+    there is none of the radii. ``conclusion_3``: no right arc touches from 0.305 m on; ``plateau``: the left arc
+    touches for 8 to 12 % of a turn from 0.307 m on.
+    """
+    if row["state"] != DONE:
+        return {}
+    radii = np.array(config.grip.radii_m[rpm])
+    values = [row["values"]["starts"][0][scene_name(rpm, radius)] for radius in radii]
+    left, right = (np.array([value[f"{side}_share_pct"] for value in values]) for side in ("left", "right"))
+    free, lost = right < TOUCHING, left < TOUCHING
+    from_free = _least(radii, free)
+    upper = radii >= PLATEAU_FROM
+    at_ring = values[int(np.flatnonzero(radii == config.ring_radius_m)[0])]
+    return {
+        "mobilised_friction": at_ring["mobilised_friction"],
+        "right_free_from_m": from_free,
+        "right_back_from_m": _least(radii, ~free & (radii > from_free)),
+        "left_lost_from_m": _least(radii, np.logical_and.accumulate(lost[::-1])[::-1]),
+        "conclusion_3": float(free[radii >= FREE_FROM].all()),
+        "plateau": float(((left >= PLATEAU[0]) & (left <= PLATEAU[1]))[upper].all()),
+        **{f"left_share_pct {radius:g}": share for radius, share in zip(radii, left, strict=True)},
+        **{f"right_share_pct {radius:g}": share for radius, share in zip(radii, right, strict=True)},
+    }
+
+
+def _least(radii: np.ndarray, chosen: np.ndarray) -> float:
+    """Return the least of the chosen radii, NaN if none is."""
+    return float(radii[chosen].min()) if chosen.any() else np.nan
+
+
+def grip(config: PlausibleConfig, tracks: Mapping[int, Rig], jobs: int, store: Path | str) -> pd.DataFrame:
+    """Run the whole study: every speed from the first start, then every fourth track from the second one.
+
+    ``store`` has the rows that came, so that the same call goes on where one was ended; ``jobs`` processes compute.
+    """
+    starts: Sequence[int] = range(len(config.row.starts))
+    tables = [run_laws(config, tracks, start, rpm, jobs, store) for start in starts for rpm in config.grip.radii_m]
+    table = pd.concat(tables, ignore_index=True)
+    first = ["draw", "start", "rpm", *SETTING, "state"]
+    return table[[*first, *(name for name in table if name not in first)]]
+
+
+@run_job
+def main(job) -> None:
+    """Rule `grip_table`."""
+    config = load_plausible(job.input.config)
+    config = config.shortened() if job.params.short else config
+    write_csv(job.output[0], grip(config, engaged_rigs(config, job.input.draws), job.threads, job.params.store))
