@@ -192,8 +192,8 @@ class Rig(Section):
         ignored.add("bushing.loss_factor" if self.bushing.law == "viscous" else "bushing.damping")
         for name, surface in self.contact_surfaces.items():
             dahl = surface.friction_law == "dahl"
-            unread = ("transition_velocity", "friction_dynamic") if dahl else ("shear_stiffness",)
-            ignored |= {f"{name}.{field}" for field in unread}
+            of_other_law = ["transition_velocity", "friction_dynamic"] if dahl else ["shear_stiffness"]
+            ignored |= {f"{name}.{field}" for field in of_other_law}
         if self.tension.kept != "sprung":
             ignored |= {"tension.mass", "tension.stiffness", "tension.damping"}
         return [name for name, field in self.fields.items() if name in ignored and field.value]
