@@ -6,7 +6,8 @@ transition velocity or by Dahl's law with a shear stiffness.
 
 from trackdyn.sweeps.snakemake_job import run_job
 
-from collections.abc import Iterator, Mapping, Sequence
+import math
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ import pandas as pd
 
 from laboratory.plausible.draws import drawn_rigs, run_rigs
 from laboratory.plausible.rows import scene_name
-from laboratory.plausible.settings import Friction, PlausibleConfig, load_plausible
+from laboratory.plausible.settings import Friction, GripRun, PlausibleConfig, load_plausible
 from trackdyn.inputs.files import write_csv
 from trackdyn.measure.contacts import TOUCHING
 from trackdyn.rig.rig import Rig
@@ -50,35 +51,24 @@ def _setting(friction: Friction, value: float) -> tuple[dict[str, Any], dict[str
 
 
 def run_laws(
-    config: PlausibleConfig, tracks: Mapping[int, Rig], start: int, rpm: float, jobs: int, store: Path | str
+    config: PlausibleConfig, run: GripRun, tracks: Mapping[int, Rig], rpm: float, jobs: int, store: Path | str
 ) -> pd.DataFrame:
-    """Run tracks with every law at one speed (rev/min) from one start; return what decides (`decided`), a row each.
-
-    The second start is run on every fourth track of those.
-    """
-    scenes, table = [[rpm, radius, False] for radius in config.grip.radii_m[rpm]], list[dict]()
-    for friction in config.grip.laws:
-        own = {"starts": [config.row.starts[start]], "integrator": friction.integrator or config.row.integrator}
-        every = friction.every * (config.grip.second_start_every if start else 1)
-        cases = [
-            (draw, setting, rig.changed(**changes))
-            for setting, changes in laws(friction)
-            for draw, rig in list(tracks.items())[::every]
-        ]
-        of_law = config.model_copy(update={"row": config.row.model_copy(update=own)})
-        rows = run_rigs(of_law, [rig for *_, rig in cases], scenes, jobs, store)
-        table += [
-            {
-                "draw": draw,
-                "start": start + 1,
-                "rpm": rpm,
-                **setting,
-                "state": row["state"],
-                **decided(config, rpm, row),
-            }
-            for (draw, setting, _), row in zip(cases, rows, strict=True)
-        ]
-    return pd.DataFrame(table)
+    """Run tracks with every law at one speed (rev/min); return what each decides (`decided`), a row a track and law."""
+    of_run = {"starts": [config.row.starts[run.start - 1]], "integrator": run.integrator}
+    of_run = config.model_copy(update={"row": config.row.model_copy(update=of_run)})
+    cases = [
+        (draw, setting, rig.changed(**changes))
+        for friction in config.grip.laws
+        for setting, changes in laws(friction)
+        for draw, rig in list(tracks.items())[:: math.lcm(run.every, friction.every)]
+    ]
+    scenes = [[rpm, radius, False] for radius in config.grip.radii_m[rpm]]
+    rows = run_rigs(of_run, [rig for *_, rig in cases], scenes, jobs, store)
+    place = {"start": run.start, "integrator": run.integrator, "rpm": rpm}
+    return pd.DataFrame([
+        {"draw": draw, **place, **setting, "state": row["state"], **decided(config, rpm, row)}
+        for (draw, setting, _), row in zip(cases, rows, strict=True)
+    ])  # fmt: skip
 
 
 def decided(config: PlausibleConfig, rpm: float, row: Mapping) -> dict[str, float]:
@@ -116,14 +106,13 @@ def _least(radii: np.ndarray, chosen: np.ndarray) -> float:
 
 
 def grip(config: PlausibleConfig, tracks: Mapping[int, Rig], jobs: int, store: Path | str) -> pd.DataFrame:
-    """Run the whole study: every speed from the first start, then every fourth track from the second one.
+    """Run the whole study, run by run.
 
     ``store`` has the rows that came, so that the same call goes on where one was ended; ``jobs`` processes compute.
     """
-    starts: Sequence[int] = range(len(config.row.starts))
-    tables = [run_laws(config, tracks, start, rpm, jobs, store) for start in starts for rpm in config.grip.radii_m]
-    table = pd.concat(tables, ignore_index=True)
-    first = ["draw", "start", "rpm", *SETTING, "state"]
+    runs = [(run, rpm) for run in config.grip.runs for rpm in run.speeds_rpm]
+    table = pd.concat([run_laws(config, run, tracks, rpm, jobs, store) for run, rpm in runs], ignore_index=True)
+    first = ["draw", "start", "integrator", "rpm", *SETTING, "state"]
     return table[[*first, *(name for name in table if name not in first)]]
 
 

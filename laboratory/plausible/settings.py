@@ -75,7 +75,7 @@ class Friction(Section):
     """Laws of friction of the ring that differ in one value: transition velocities (m/s) or shear stiffnesses (N/m).
 
     ``friction`` is the static coefficient, ``dynamic`` the dynamic one over it; the law is run on each of so many
-    (``every``) tracks, by ``integrator`` in place of the row's.
+    (``every``) tracks.
     """
 
     law: Literal["none", "regularised", "dahl"]
@@ -83,18 +83,26 @@ class Friction(Section):
     friction: Annotated[float, Field(ge=0)]
     dynamic: Annotated[float, Field(gt=0, le=1)] = 1.0
     every: Count = 1
-    integrator: str | None = None
+
+
+class GripRun(Section):
+    """A run of the study of the ring's tangential force: start (1, 2, ... of `Row`), integrator, each how many tracks,
+    speeds (rev/min).
+    """
+
+    start: Count
+    integrator: str
+    every: Count
+    speeds_rpm: Numbers
 
 
 class Grip(Section):
-    """The study of the ring's tangential force: most tracks, radii (m) by speed (rev/min), laws of friction, and each
-    how many tracks are run from a second start, too.
-    """
+    """The study of the ring's tangential force: most tracks, radii (m) by speed (rev/min), runs, laws of friction."""
 
     tracks: Count
     radii_m: dict[float, Numbers]
+    runs: Annotated[list[GripRun], Field(min_length=1)]
     laws: Annotated[list[Friction], Field(min_length=1)]
-    second_start_every: Count
 
 
 class Short(Section):
@@ -139,7 +147,7 @@ class PlausibleConfig(Section):
         near = self.near.model_copy(update={"rigs": 1})
         radii = {rpm: rings[1:3] for rpm, rings in self.grip.radii_m.items()}
         radii = {rpm: [*rings, self.ring_radius_m] for rpm, rings in radii.items()}
-        grip = self.grip.model_copy(update={"tracks": 1, "radii_m": radii})
+        grip = self.grip.model_copy(update={"tracks": 1, "radii_m": radii, "runs": self.grip.runs[:1]})
         return self.model_copy(update=self.short.model_dump() | {"tooth_detail": 1, "near": near, "grip": grip})
 
     def drawn_unknowns(self) -> Unknowns:
