@@ -44,7 +44,8 @@ def arrays_of(rig):
         if scene.tension == "sprung":
             model = model._replace(carriers=make_carriers(rig, model, "sprung", 0.0))
         models.append(pickle.dumps(model))
-    return models
+    soft = rig.changed(ring_contact__friction_law="dahl")
+    return [*models, pickle.dumps(Scene(soft, 115.0, step=1e-6).model)]
 
 
 def test_every_parameter_of_a_rig_is_read_by_something():
