@@ -178,6 +178,20 @@ def test_an_impact_that_rebounds_counts_in_the_largest_force_but_not_in_the_prin
     assert peaks(tapped, "left")["peak_n"].tolist() == [7000.0]  # the planner's
 
 
+@pytest.mark.parametrize("flies", [False, True])
+def test_an_impact_whose_contact_lasts_at_the_end_of_the_record_is_no_peak(flies):
+    """What carries the load is not logged then; the impact of 20 N before it was."""
+    rows = [interval(5, LEFT, 3.0, 4.0, peak=600.0), interval(5, LEFT, 19.7, 19.7005, peak=20.0)]
+    if flies:
+        rows[1] = interval(5, LEFT, 19.9, 19.9005, peak=20.0)
+    run = recording(rows, ring_radius=None)
+    force = np.zeros_like(run.force)
+    force[-1, :, LEFT] = 0.0 if flies else 300.0
+    run = replace(run, force=force, pitches=np.array([5]))
+    assert peaks(run, "left")["peak_n"].tolist() == [600.0]
+    assert peaks(replace(run, force=0 * force), "left")["peak_n"].tolist() == ([600.0] if flies else [600.0, 20.0])
+
+
 @pytest.mark.parametrize(("gap", "count"), [(0.99 * SHORT * TURN, 1), (1.01 * SHORT * TURN, 2)])
 def test_a_gap_parts_contacts_from_the_hundredth_second_of_the_paper_on(gap, count):
     """0.01 s of the turn of 2.906 s at 115 rpm, that is 6.88 ms of the turn of 2 s here."""

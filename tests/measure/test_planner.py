@@ -10,15 +10,15 @@ from tests.conftest import recorded
 from trackdyn import Scene
 from trackdyn.inputs.errors import InputError
 from trackdyn.measure import planner
-from trackdyn.measure.planner import Trial, _cheapest, _judge, check_tolerances, plan, settings
-from trackdyn.measure.uncertainty import Estimate, Series, WholeError, drifts, judge_series
+from trackdyn.measure.planner import Trial, _cheapest, _judge, _undecided, check_tolerances, plan, settings, steady
+from trackdyn.measure.uncertainty import DRIFT, Estimate, Series, WholeError, drifts, judge_series
 from trackdyn.measure.whole_loop import whole_loop
 
 
 def tried(step, value, integrator="semi_implicit", scatter=0.0):
     """A setting whose measure has one value in all of twelve passages, or one that scatters."""
     trial = Trial("made up", {"integrator": integrator, "step": step})
-    turn = SimpleNamespace(loop=0.5)
+    turn = SimpleNamespace(loop=0.5, passage=1.0 / 12)
     scene = SimpleNamespace(integrator=integrator, rig=SimpleNamespace(rate=1000.0), periods=turn)
     trial.writer = SimpleNamespace(loop=SimpleNamespace(model=SimpleNamespace(step=step), scene=scene), done=1000)
     trial.measures["rms"] = Series(np.full(12, value) + scatter, np.arange(12))
@@ -82,6 +82,62 @@ def test_a_start_that_dies_away_is_not_known():
     assert not drifts({"rms": Series(values[:10], passages[:10], True)}, {"rms": 0.01})
 
 
+@pytest.mark.parametrize(("share", "settled"), [(0.98, True), (1.02, False)])
+def test_turns_are_compared_to_a_quarter_of_the_tolerance(share, settled):
+    """Both sides of 0.25 % of a tolerance of 1 %; shares of a turn refer to the turn, of 100 %."""
+    tolerance = 0.01
+    last = 1.5
+    turns = [{"rms": last * (1 - 0.0025 * share)}, {"rms": last}]
+    assert steady(turns, {"rms": tolerance}) == settled
+    assert steady([{"left_share": 8.0}, {"left_share": 8.0 + 0.25 * share}], {"left_share": tolerance}) == settled
+    both = [turn | {"left_share": 8.0} for turn in turns]
+    assert steady(both, {"left_share": tolerance, "rms": tolerance}) == settled
+
+
+def test_a_wait_ends_where_turns_agree_or_scatter():
+    """RMS of turns of `parts` at 225 rev/min with a ring of 0.308 m, whose start takes seven turns to die away."""
+    values = [1.494, 1.529, 1.557, 1.568, 1.563, 1.577]
+    turns = [{"rms": value} for value in values]
+    assert not any(steady(turns[:count], {"rms": 0.01}) for count in range(5))
+    assert steady(turns[:5], {"rms": 0.01})  # it turned round
+    assert steady([{"rms": 0.0}] * 2, {"rms": 0.01}) and not steady([{}], {"rms": 0.01})
+    assert steady([{}, {}], {"right_peak": 0.01}) and not steady([{}, {"rms": 1.0}], {"rms": 0.01})
+
+
+@pytest.mark.parametrize(("tolerance", "kept"), [(0.0101, 1), (0.0099, 0)])
+def test_halves_of_a_record_may_differ_by_a_quarter_of_the_tolerance(tolerance, kept):
+    """By 0.25 %, without scatter."""
+    values = np.repeat([1.0, 1.0025], 10)
+    assert drifts({"rms": Series(values, np.arange(20))}, {"rms": tolerance}) != kept
+    assert DRIFT == 0.25
+
+
+def test_the_record_of_a_finer_setting_may_still_show_that_a_coarser_one_is_good_enough():
+    """One that is long enough has been paid for, and a coarser one that errs is out."""
+    runs = [tried(1e-4, 1.001), tried(5e-5, 1.0)]
+    longest = {"duration": 20.0, "rig": SimpleNamespace(rate=1000.0)}
+    for run in runs:
+        for name, value in longest.items():
+            setattr(run.writer.loop.scene, name, value)
+        run.error["rms"] = WholeError(0.001, 0.02, 0.0, 0.0)
+    assert not _undecided(runs, runs[1], {"rms": 0.01})  # it has more than a turn of 0.5 s
+    runs[1].writer.done = 400
+    assert _undecided(runs, runs[1], {"rms": 0.01}) and not _undecided(runs, runs[0], {"rms": 0.01})
+    runs[0].error["rms"] = WholeError(0.0081, 0.0, 0.0, 0.0)
+    assert not _undecided(runs, runs[1], {"rms": 0.01})
+
+
+def test_a_setting_that_begins_later_is_compared_over_the_same_passages():
+    """Passage by passage they differ by 1 %; passages that one of them lacks would add 50 %."""
+    longer, shorter = tried(1e-4, 1.0), tried(5e-5, 1.0)
+    numbers = np.arange(12)
+    longer.measures["rms"] = Series(1.01 * (1.0 + numbers / 6), numbers)
+    shorter.skipped, shorter.writer.done = 2, 667  # eight passages
+    shorter.measures["rms"] = Series(1.0 + (numbers[:8] + 2) / 6, numbers[:8])
+    _judge([longer, shorter], {"rms": 0.1})
+    assert shorter.error["rms"].bias == pytest.approx(0.01, rel=0.02)
+
+
 def test_a_record_that_grew_beyond_its_forecast_gives_way_to_a_finer_setting_with_more_room():
     """An error of 0.9 % leaves the interval 0.1 % of a tolerance of 1 %: a finer setting with ten times the room."""
     runs = [tried(2e-4, 1.009), tried(1e-4, 1.0)]
@@ -121,6 +177,18 @@ def test_a_promise_is_kept(rig, limit, measure, tolerance):
     assert answer.transient >= 0.5 * scene.periods.loop
     answer.recording.checked()
     assert answer.recording.resolution.reason.startswith(f"the step was chosen for {measure};")
+
+
+def test_a_looser_tolerance_takes_no_more_steps(rig):
+    """Work in semi-implicit steps of all records, the wait included."""
+
+    def work(tolerance):
+        planned = plan(Scene(rig, 210, 0.308), {"rms": tolerance})
+        answer = planned.run()
+        records = sum(trial.work * trial.seconds for trial in planned.tried if not trial.refused)
+        return records + answer.transient / planned.chosen.writer.loop.model.step
+
+    assert work(0.05) <= work(0.01) * (1 + 1e-9)
 
 
 def test_scatter_is_not_fought_with_a_smaller_step_and_the_clock_chooses_nothing(rig, monkeypatch):

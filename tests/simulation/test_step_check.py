@@ -39,14 +39,15 @@ def running(make_scene):
     return Loop(make_scene(115.0, ring_radius=None))
 
 
-def statistics(rms, peaks, isolated=0.0):
-    return RunStatistics(np.array(rms), np.array(peaks), isolated)
+def statistics(rms, peaks, shares=(0.0, 0.0, 0.0)):
+    return RunStatistics(np.array(rms), np.array(peaks), np.array(shares))
 
 
 @pytest.mark.parametrize("share", [0.9 * NOTICED, 1.1 * NOTICED])
 @pytest.mark.parametrize("alone", [0.9 * ONE_STEP, 1.1 * ONE_STEP])
 def test_what_alternates_and_peaks_of_one_step_are_doubted(share, alone):
-    run = statistics([1.0], [1.0], alone)
+    run = statistics([1.0], [1.0, 0.3, 0.2], [alone, 1.0, 0.0])  # the second side carries little
+    assert run.doubtful("left") == (alone > ONE_STEP) and run.doubtful("right") and not run.doubtful("ring")
     assert bool(doubt(Alternation(share, 100, 1.1), run)) == (share > NOTICED or alone > ONE_STEP)
     assert not doubt(Alternation(share, 100, 0.9), run) and not doubt(Alternation(share, 9, 1.1), run)
 

@@ -14,6 +14,7 @@ from trackdyn.simulation.recording import Recording
 LIKE_HEIGHT = 0.85  # of the largest force: within 15 %, the share below which an effect counts as practically none
 RESOLUTION = 0.01  # to which the paper prints the times of events, s
 AFTER_TOUCH = "after the touch"
+FLIGHT = 0.1  # turns of the sprocket: longer than an arc flies after an impact that rebounds
 EVENTS_WITHOUT_RING = {
     "first left": ("left", "start_s"),
     "first right": ("right", "start_s"),
@@ -35,16 +36,20 @@ EVENTS_WITH_RING = {
 def peaks(recording: Recording, side: str) -> pd.DataFrame:
     """Largest force of every visit of an arc of one side to the sprocket, in order of release.
 
-    All contacts count, however short. Visits that the beginning of the record may cut are left out. A table with
-    ``end_s`` since the beginning of the record and ``peak_n``.
+    All contacts count, however short. Visits that an end of the record may cut are left out: contacts that last then
+    are not logged, and what is left of such a visit may be an impact that rebounded. A table with ``end_s`` since the
+    beginning of the record and ``peak_n``.
     """
-    rows = pd.DataFrame(contacts(recording))
+    rows, turn = pd.DataFrame(contacts(recording)), recording.periods.turn
     rows = rows[rows["side"] == SIDES.index(side)].sort_values(["connector", "start_s"])
     # an arc is on the sprocket for about half a turn, and off it for longer than that
-    free = VISIT * recording.periods.turn
+    free = VISIT * turn
     visit = (rows["start_s"].diff().gt(free) | rows["connector"].diff().ne(0)).cumsum()
-    visits = rows.groupby(visit).agg({"start_s": "min", "end_s": "max", "peak_n": "max"})
-    return visits[visits["start_s"] > free].sort_values("end_s")[["end_s", "peak_n"]]
+    visits = rows.groupby(visit).agg({"connector": "first", "start_s": "min", "end_s": "max", "peak_n": "max"})
+    touching = recording.pitches[recording.force[-1, :, SIDES.index(side)] > 0.0] - 1 if len(recording.force) else []
+    latest = visits["start_s"] > recording.seconds - free
+    cut = latest & (visits["connector"].isin(touching) | visits["end_s"].gt(recording.seconds - FLIGHT * turn))
+    return visits[(visits["start_s"] > free) & ~cut].sort_values("end_s")[["end_s", "peak_n"]]
 
 
 def passage_events(recording: Recording) -> pd.DataFrame:

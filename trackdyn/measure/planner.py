@@ -1,15 +1,17 @@
 """The planner: the cheapest method and step that keep a tolerance, found while the answer is recorded.
 
-1. Settings are tried from cheap to dear. All start from one state of the loop at speed and record the same passages, so
-   that two of them differ by their errors alone. Records grow while scatter hides that difference.
-2. The two finest ones give the limit that all are compared with. A linearly implicit step is judged by a semi-implicit
+1. The loop comes to speed in coarse steps. Turns in the first semi-implicit setting follow, for coarse steps hold down
+   what these let vibrate, until two of them agree. The last one begins the record of that setting.
+2. Other settings are tried from cheap to dear. All start where that record does and record the same passages, so that
+   two of them differ by their errors alone. Records grow while scatter hides that difference.
+3. The two finest ones give the limit that all are compared with. A linearly implicit step is judged by a semi-implicit
    one, since two of its own may agree and be wrong alike; a semi-implicit step is judged by half of it.
-3. Of the settings whose errors and intervals can fit within the tolerances the cheapest is recorded until they do. As a
+4. Of the settings whose errors and intervals can fit within the tolerances the cheapest is recorded until they do. As a
    rule the trial was long enough for it.
 """
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import inf
 from typing import Any, NamedTuple
@@ -22,6 +24,7 @@ from trackdyn.measure.catalogue import TOLERATED, scale_of
 from trackdyn.measure.sensor import whole_samples
 from trackdyn.measure.stopping import check_driven, record_until
 from trackdyn.measure.uncertainty import (
+    DRIFT,
     LEAST,
     Estimate,
     Series,
@@ -48,9 +51,10 @@ WORK = {"linearly_implicit": 2.0}
 WARM_UP = 2  # passages in which a setting follows its own way before it is recorded
 GROWTH = 1.5  # times as long a trial is judged again
 JUDGED = 1.3  # times as long the record of the answer is
-# Turns of the loop at constant speed before a record, in linearly implicit steps, which cost less, and in others. On
-# tight rings a start takes up to four turns to die away: halves of a record show what is left of it (`drifts`).
+# Turns of the loop at constant speed in linearly implicit steps, which cost less, and in others, before turns are
+# compared. Of those there are at most so many: on tight rings a start took seven to die away.
 WAIT, DEAR_WAIT = 2.0, 0.5
+MOST_TURNS = 10
 LEAST_TURNS = 1.0  # turns of the loop that a record has at least before it may be known
 GROWN = 2.0  # times its forecast that a record has before another setting is weighed
 LEAST_TOLERANCE = 1e-9  # share of a value: rounding
@@ -80,6 +84,7 @@ class Trial:
     fields: dict[str, Any]  # method and step as fields of a `Scene`
     refused: str = ""  # why it does not run, or nothing
     writer: Recorder = field(init=False)  # the record so far; unset where the setting was refused at once
+    skipped: int = 0  # passages between the common start and the record
     cpu_s: float = 0.0  # CPU seconds of the record so far
     measures: dict[str, Series] = field(default_factory=dict, repr=False)
     error: dict[str, WholeError] = field(default_factory=dict)  # by measure; empty until a finer setting ran
@@ -88,6 +93,15 @@ class Trial:
     def seconds(self) -> float:
         """Length of the record, s."""
         return self.writer.done / self.writer.loop.scene.rig.rate
+
+    @property
+    def passages(self) -> int:
+        """Whole passages from the common start to the end of the record."""
+        return self.skipped + int(self.seconds / self.writer.loop.scene.periods.passage + 1e-6)
+
+    def until(self, name: str, last: int) -> Series:
+        """A measure until so many passages after the common start."""
+        return self.measures[name].until(last - self.skipped)
 
     @property
     def work(self) -> float:
@@ -250,13 +264,14 @@ def plan(scene: Scene, tolerances: Mapping[str, float], longest: float = 60.0, m
     record = {"duration": whole_samples(rate, longest), "lead_in": whole_samples(rate, wait), "every_link": True}
     at_rest = Loop(scene.with_(**record, pitches=(), frame_interval=0.0, contact_log=True))
     choices = settings(at_rest.scene, at_rest.model.step, method)
-    base = _at_speed(at_rest, choices)
+    start, steady = _settled(_at_speed(at_rest, choices), choices, tolerances, longest)
+    # an implicit step, which damps contacts, tells nothing of peaks
+    peaks = any(name.endswith("_peak") for name in tolerances)
+    choices = [trial for trial in choices if not trial.refused and not (peaks and _implicit(trial))]
     passages, tried = float(LEAST + 1), list[Trial]()
     for trial in choices:
-        tried.append(_start(base, trial))
-        # beyond a turn, which an answer has anyway, a finer setting tells more than a longer record
-        last = longest if trial is choices[-1] else least_record(scene, longest)
-        passages = _compare(tried, tolerances, passages, scene.periods, last)
+        tried.append(trial if trial is steady else _start(start, trial))
+        passages = _compare(tried, tolerances, passages, scene.periods, longest)
         if chosen := _cheapest(tried, tolerances, longest):
             break
     else:
@@ -291,9 +306,21 @@ def _compare(
         else:
             _judge(running, tolerances)
             hides = all(running[-1].error[name].bias <= SETTING_SHARE * tolerances[name] for name in tolerances)
-            if not hides or passages * span >= longest or _cheapest(running, tolerances, longest):
+            chosen = _cheapest(running, tolerances, longest)
+            if not hides or passages * span >= longest or (chosen and not _undecided(running, chosen, tolerances)):
                 return passages
         passages *= GROWTH
+
+
+def _undecided(running: list[Trial], chosen: Trial, tolerances: Mapping[str, float]) -> bool:
+    """Whether the record that the chosen setting needs may still show that a coarser one is good enough."""
+    scene = chosen.writer.loop.scene
+    if chosen is not running[-1] or chosen.seconds >= least_record(scene, scene.duration):
+        return False
+    return any(
+        all(trial.error[name].bias <= SETTING_SHARE * tolerance for name, tolerance in tolerances.items())
+        for trial in running[:-1]
+    )
 
 
 def _cheapest(tried: list[Trial], tolerances: Mapping[str, float], longest: float) -> Trial | None:
@@ -303,13 +330,18 @@ def _cheapest(tried: list[Trial], tolerances: Mapping[str, float], longest: floa
     return min(fitting, key=lambda trial: trial.work * max(lengths[trial] - trial.seconds, 0.0), default=None)
 
 
-def _at_speed(settled: Loop, choices: list[Trial]) -> Loop:
-    """The loop at constant speed, a few passages before records begin, by the cheapest setting that comes there."""
-    scene = settled.scene
+def _implicit(trial: Trial) -> bool:
+    """Whether the setting is a linearly implicit one among others."""
+    return trial.fields.get("integrator") == "linearly_implicit"
+
+
+def _at_speed(at_rest: Loop, choices: list[Trial]) -> Loop:
+    """The loop at constant speed, by the cheapest setting that comes there."""
+    scene = at_rest.scene
 
     def run(trial: Trial) -> Loop:
-        loop = settled.changed(**trial.fields)
-        loop.advance(scene.ramp + max(scene.lead_in - WARM_UP * scene.periods.passage, 0.0))
+        loop = at_rest.changed(**trial.fields)
+        loop.advance(scene.ramp + scene.lead_in)
         return loop
 
     try:
@@ -318,12 +350,61 @@ def _at_speed(settled: Loop, choices: list[Trial]) -> Loop:
         raise InputError(f"tolerance: {error}") from None
 
 
-def _start(base: Loop, trial: Trial) -> Trial:
+def _settled(base: Loop, choices: list[Trial], tolerances: Mapping[str, float], longest: float) -> tuple[Loop, Trial]:
+    """The loop once turns agree, and the first setting that runs, the implicit one aside, with the turn from there on.
+
+    Raises `InputError`: no setting runs.
+    """
+    turn, pitches = least_record(base.scene, longest), base.scene.rig.chain.pitches
+    for trial in choices:
+        if _implicit(trial):
+            continue
+        try:
+            loop, turns = base.changed(**trial.fields), list[dict[str, float]]()
+        except TrackdynError as error:
+            trial.refused = str(error)
+        while not trial.refused:
+            start = loop.copy()
+            trial.writer, trial.cpu_s = _recorder(loop), 0.0
+            _record(trial, tolerances, turn)
+            turns.append({name: values.until(pitches).estimate().value for name, values in trial.measures.items()})
+            if not trial.refused and (steady(turns, tolerances) or len(turns) == MOST_TURNS):
+                return start, trial
+    raise InputError(_refusal(choices, tolerances, longest))
+
+
+def steady(turns: Sequence[Mapping[str, float]], tolerances: Mapping[str, float]) -> bool:
+    """Whether measures of successive turns have stopped to drift, each as far as its tolerance asks.
+
+    The last two differ by at most `DRIFT` of it, or the last change went the other way than the one before: turns
+    scatter by more, which is not for a wait to mend.
+    """
+    for name, tolerance in tolerances.items():
+        values = [turn[name] for turn in turns[-3:] if name in turn]
+        changes = np.diff(values)
+        if not len(changes):
+            if values or len(turns) < 2:
+                return False
+            continue  # what never touches does not drift
+        turned = len(changes) > 1 and changes[0] * changes[1] < 0
+        if abs(changes[-1]) > DRIFT * tolerance * (scale_of(name, values[-1]) or 0.0) and not turned:
+            return False
+    return True
+
+
+def _recorder(loop: Loop) -> Recorder:
+    """Recorder of a trial, which says how long the loop has been at speed."""
+    scene = loop.scene
+    lead_in = whole_samples(scene.rig.rate, max(loop.time - scene.ramp, 0.0))
+    return Recorder(loop, scene.with_(lead_in=lead_in), checked=False, room=PEAK_TURNS * scene.periods.turn)
+
+
+def _start(start: Loop, trial: Trial) -> Trial:
     """Begin the record of a setting."""
     try:
-        loop = base.changed(**trial.fields)
+        loop = start.changed(**trial.fields)
         loop.advance(WARM_UP * loop.scene.periods.passage)
-        trial.writer = Recorder(loop, checked=False, room=PEAK_TURNS * loop.scene.periods.turn)
+        trial.writer, trial.skipped = _recorder(loop), WARM_UP
     except TrackdynError as error:
         trial.refused = str(error)
     return trial
@@ -339,7 +420,8 @@ def _record(trial: Trial, tolerances: Mapping[str, float], seconds: float) -> No
         trial.refused = str(error)
         return
     trial.cpu_s += time.process_time() - begin
-    if any(name.endswith("_peak") for name in tolerances) and trial.writer.statistics().doubtful_peaks:
+    sides = [name.removesuffix("_peak") for name in tolerances if name.endswith("_peak")]
+    if sides and any(map(trial.writer.statistics().doubtful, sides)):
         trial.refused = "peaks stand for one step: the true ones may be twice as large"
     trial.measures = {name: measure for name, measure in measures.items() if len(measure.values) >= LEAST}
 
@@ -353,11 +435,15 @@ def _judge(running: list[Trial], tolerances: Mapping[str, float]) -> None:
     coarser, finest = running[-2:]
     same_method = coarser.fields.get("integrator") == finest.fields.get("integrator")
     weight = weight_of_finer(finest.writer.loop.model.step, coarser.writer.loop.model.step) if same_method else 1.0
+    last = min(trial.passages for trial in running)
     for name in tolerances:
-        measure = finest.measures[name]
-        limit = extrapolated(measure, coarser.measures[name], weight)
+        measure = finest.until(name, last)
+        limit, scale = (
+            extrapolated(measure, coarser.until(name, last), weight),
+            scale_of(name, measure.estimate().value),
+        )
         for trial in running:
-            trial.error[name] = whole_error(trial.measures[name], limit, scale_of(name, measure.estimate().value))
+            trial.error[name] = whole_error(trial.measures[name], trial.until(name, last), limit, scale)
 
 
 def _refusal(tried: list[Trial], tolerances: Mapping[str, float], longest: float) -> str:

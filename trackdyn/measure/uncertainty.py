@@ -139,7 +139,7 @@ def _demodulated(a: np.ndarray, rate_hz: float, edges: np.ndarray, hz: float) ->
 
 # Passages that a record needs at least: fewer batches than three say little about their own scatter.
 LEAST = 9
-DRIFT = 0.25  # share of a tolerance that halves of a record may differ by
+DRIFT = 0.25  # share of a tolerance that turns before a record, and its halves, may differ by
 SURE = 2.0  # standard errors: the 95 % of a normal distribution
 
 
@@ -162,6 +162,10 @@ class Series(NamedTuple):
     def since(self, first: int) -> "Series":
         """Without the passages before ``first``."""
         return self._replace(values=self.values[self.passage >= first], passage=self.passage[self.passage >= first])
+
+    def until(self, last: int) -> "Series":
+        """Without the passages from ``last`` on."""
+        return self._replace(values=self.values[self.passage < last], passage=self.passage[self.passage < last])
 
     def linear(self) -> np.ndarray:
         """(m,) values whose mean is the measure, and whose scatter is its own to first order."""
@@ -217,12 +221,12 @@ class WholeError(NamedTuple):
         return sqrt(rest**2 - self.doubt**2) if rest > self.doubt else 0.0
 
 
-def whole_error(run: Series, limit: np.ndarray, scale: float) -> WholeError:
+def whole_error(run: Series, alike: Series, limit: np.ndarray, scale: float) -> WholeError:
     """Whole error of a measure of a run, whose ``limit`` passage by passage (`extrapolated`) a finer run gives.
 
-    ``scale`` is as from `catalogue.scale_of`.
+    ``alike`` is the run as far as the limit goes, ``scale`` as from `catalogue.scale_of`.
     """
-    bias, doubt = difference(run, limit)
+    bias, doubt = difference(alike, limit)
     _, error, half_width = run.estimate()
     return WholeError(*(value / scale for value in (abs(bias), SURE * doubt, half_width, SURE * error)))
 

@@ -66,12 +66,21 @@ class RunStatistics(NamedTuple):
 
     rms: np.ndarray  # (k,) of every sensor of the rig, and one of all links where they are recorded, m/s2
     peaks: np.ndarray  # (3,) sums of the largest forces of all pitches: left arcs, right arcs, ring; N
-    isolated: float  # share of ``peaks`` in forces that stand for one step, the largest of the sides
+    shares: np.ndarray  # (3,) of ``peaks`` in forces that stand for one step
+
+    @property
+    def isolated(self) -> float:
+        """Largest of the ``shares`` of sides that carry."""
+        return float(self.shares[_carries(self.peaks)].max(initial=0.0))
 
     @property
     def doubtful_peaks(self) -> bool:
-        """Whether peaks of a single step make up more than `ONE_STEP` of the mean peak."""
+        """Whether peaks of a single step make up more than `ONE_STEP` of the mean peak of a side that carries."""
         return self.isolated > ONE_STEP
+
+    def doubtful(self, side: str) -> bool:
+        """Whether they do on one side."""
+        return bool(self.shares[SIDES.index(side)] > ONE_STEP)
 
     def difference(self, finer: "RunStatistics") -> Difference:
         """Difference from a finer run.
@@ -145,11 +154,10 @@ def run_statistics(record: Record, rows: slice, ended: list[np.ndarray], model: 
     lasting = record.contact_log.open[record.contact_log.open["end_s"] > 0]
     largest, isolated = largest_forces(np.concatenate(ended), lasting, len(model.shoes.link_body), model.step, begin)
     peaks = largest.sum(axis=0)
-    carries = _carries(peaks)
     return RunStatistics(
         np.sqrt([mean_square(motion, model.chain.gravity) for motion in sensors if motion.size]),
         peaks,
-        float((isolated.sum(axis=0)[carries] / peaks[carries]).max(initial=0.0)),
+        isolated.sum(axis=0) / np.maximum(peaks, 1e-300),
     )
 
 
