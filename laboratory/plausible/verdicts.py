@@ -9,7 +9,7 @@ import pandas as pd
 from laboratory.plausible.draws import DrawnRig, scenes
 from laboratory.plausible.rows import Values, scene_name
 from laboratory.plausible.settings import PlausibleConfig
-from replication.paper.claims import REPRODUCED, Claim, judge, judge_all
+from replication.paper.claims import MET, Claim, judge, judge_all
 from replication.paper.evidence import LEAST_RADII, Evidence
 from replication.paper.printed import EVENTS_WITH_RING, EVENTS_WITHOUT_RING
 from replication.paper.scorecard import RADIUS, sentence_verdicts
@@ -105,7 +105,7 @@ def _judged(
         *zip(whole["number"].astype(str), whole["verdict"], strict=True),
         *zip(card["id"] + card["part"], card["verdict"], strict=True),
     ]:
-        judged[name] = float(verdict == REPRODUCED)  # where no force acts a claim cannot be judged, and is not shown
+        judged[name] = float(verdict == MET)  # where no force acts a claim cannot be judged, and is not shown
     return judged
 
 

@@ -16,7 +16,7 @@ from laboratory.plausible.draws import EQUAL_PITCH
 from laboratory.plausible.settings import load_plausible
 from laboratory.plausible.shares import CREEP
 from laboratory.plausible.verdicts import JAMMED
-from replication.paper.claims import REPRODUCED
+from replication.paper.claims import MET
 from replication.paper.printed import RADIUS_CHOSEN
 from replication.paper.scorecard import (
     MARKS,
@@ -191,7 +191,7 @@ def _separating(values: pd.DataFrame) -> list[str]:
 def _creep(binned: pd.DataFrame, values: pd.DataFrame, default: pd.DataFrame, parameters: pd.DataFrame) -> dict:
     """The creep slope that the default rig assumes, and which of its sentences go with a low one."""
     slope = creep_slope(parameters)
-    reproduced = set(default.loc[default["verdict"] == REPRODUCED, "number"].astype(str))
+    reproduced = set(default.loc[default["verdict"] == MET, "number"].astype(str))
     low = values[(values["value"] == CREEP) & (values["correlation"] < 0)]["name"].astype(str)
     gained = ("{} ({}, else {})".format(name, *creep_counts(binned, name)) for name in low if name in reproduced)
     about = {"slope": significant(slope, 2), "inside": RUBBER[0] <= slope <= RUBBER[1], "rubber": RUBBER}

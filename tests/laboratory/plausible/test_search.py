@@ -24,20 +24,20 @@ def printed_values() -> dict[str, dict]:
     values = {}
     for rpm, radii in CONFIG.search.radii_m.items():
         for ring in radii:
-            growth = 1 + 0.1 * (rpm - 115) / 95
+            growth = 1 + 0.22 * (rpm - 115) / 95
             left = 45.1 if ring is None else 30.0 if ring < 0.307 else 8.9 if ring == 0.308 else 10.0
             scene = {
                 "left_share_pct": left, "right_share_pct": 44.4 if ring is None else 5.0 if ring < 0.305 else 0.0,
                 "ring_share_pct": 0.0 if ring is None else 49.2, "left_rms_n": 200 * growth, "left_sd_n": 150 * growth,
                 "left_rms_contact_n": 900.0 if ring is None else 500.0,
-                "ring_rms_n": 0.0 if ring is None else 3e5 * (ring - 0.3) * growth**0.5,
-                "ring_sd_n": 0.0 if ring is None else 2e5 * (ring - 0.3) * growth**0.5,
+                "ring_rms_n": 0.0 if ring is None else 3e5 * (ring - 0.3) * growth**0.85,
+                "ring_sd_n": 0.0 if ring is None else 2e5 * (ring - 0.3) * growth**0.85,
                 "rms_g": 0.9 + rpm / 1e3, "high_frequency_g": 0.1 + rpm / 1e3, "left_outside_pct": 0.0,
                 "right_outside_pct": 0.0, "left_early_pct": 0.0, "event first left": 0.0, "event first right": 0.0,
                 "event right gone": 1.29, "event out": 1.51 if ring else 1.31, "event left touches": 1.25,
                 "event ring left": 1.43, "event left maximum, mean over 0.01 s": 1.42 if ring else 0.17,
-                "event right maximum, mean over 0.01 s": 0.5, "event right maximum, peak 1 of like height": 1.07,
-                "event ring maximum, after the touch": 0.22,
+                "event right maximum, mean over 0.01 s": 1.07, "event right maximum, peak 1 of like height": 0.5,
+                "event ring maximum, mean over 0.01 s": 0.22,
             }  # fmt: skip
             values[scene_name(rpm, ring)] = scene
     values[scene_name(115, None)]["left_sd_n"] = 400.0

@@ -12,10 +12,10 @@ import yaml
 from replication.paper.claims import (
     COLUMNS,
     JUDGED,
+    MET,
     NO_TEST,
     NOT_COMPARABLE,
-    NOT_REPRODUCED,
-    REPRODUCED,
+    NOT_MET,
     judge,
     judge_all,
     load_claims,
@@ -76,7 +76,7 @@ def good() -> Evidence:
                      "velocity_gap_m_s": 1e-5})  # fmt: skip
         rows.append({"run": f"coarse/{rpm:g}rpm", "rpm": rpm, "rms_g": 0.99 * (0.9 + 0.1 * i)})
         for j, radius in enumerate(RADII):
-            left, ring = (199 if radius == 0.308 else 200) * (1 + 0.08 * i), 500 * 1.25**j * (1 + 0.02 * i)
+            left, ring = (199 if radius == 0.308 else 200) * (1 + 0.08 * i), 500 * 1.25**j * (1 + 0.06 * i)
             rows.append({"run": f"ring/{rpm:g}rpm_{radius}", "rpm": rpm, "ring_radius_m": radius,
                          "left_share_pct": 30.0 if radius < 0.307 else 11.9 if radius < 0.308 else 9.0,
                          "right_share_pct": 20.0 if radius < 0.305 else 0.0, "left_rms_n": left, "left_sd_n": left,
@@ -153,15 +153,15 @@ SPOILT = {
     "C12b": lambda e: changed(e, "high_frequency_g", 0.35, RECORDS, [115.0, 150.0, 180.0]),
     "C15": lambda e: changed(e, "right_areas", "7,9", NO_RING),
     "C16a": lambda e: later(e, "first left", 0.02),
-    "C16b": lambda e: later(later(e, "left maximum" + MEAN, 0.33), "left maximum" + AFTER, 0.33),
-    "C16c": lambda e: later(later(e, "right maximum" + MEAN, 0.9), "right maximum" + AFTER, 0.9),
+    "C16b": lambda e: later(e, "left maximum" + MEAN, 0.33),
+    "C16c": lambda e: later(e, "right maximum" + MEAN, 0.9),
     "C16d": lambda e: later(e, "out", 1.47),
-    "C16e": lambda e: elsewhere(e, "right maximum" + AFTER, 8),
+    "C16e": lambda e: elsewhere(e, "right maximum" + MEAN, 8),
     "C16f": lambda e: later(e, "right gone", 1.305),
     "C16g": lambda e: later(e, "first right", 0.07),
     "C17a": lambda e: later(e, "left touches", 1.41, RING),
-    "C17b": lambda e: later(later(e, "ring maximum" + AFTER, 0.29, RING), "ring maximum" + MEAN, 0.29, RING),
-    "C17c": lambda e: later(later(e, "left maximum" + AFTER, 1.35, RING), "left maximum" + MEAN, 1.35, RING),
+    "C17b": lambda e: later(e, "ring maximum" + MEAN, 0.29, RING),
+    "C17c": lambda e: later(e, "left maximum" + MEAN, 1.35, RING),
     "C17d": lambda e: later(e, "ring left", 1.5, RING),
     "C18": lambda e: changed(e, "right_areas", "7", RING),
     "C19a": lambda e: changed(e, "left_share_pct", 38.5, RING),
@@ -169,10 +169,12 @@ SPOILT = {
     "C19c": lambda e: changed(e, "left_rms_contact_n", 580.0, RING),
     "C20a": lambda e: changed(e, "left_rms_n", 2000.0, RING),
     "C20b": lambda e: changed(changed(e, ["ring_sd_n", "left_rms_n"], 410.0, RING), "left_sd_n", 405.0, RING),
-    "C21a": lambda e: changed(e, "left_sd_n", 197.0, "ring/.*", [210.0]),
-    "C21b": lambda e: changed(e, "ring_rms_n", 480.0, "ring/.*", [210.0]),
+    "C21a": lambda e: changed(e, "left_rms_n", 236.0, "ring/.*", [150.0]),  # falls by 1.7 % from there to 180 rpm
+    "C21b": lambda e: changed(e, "ring_rms_n", 900.0, "ring/.*", [210.0]),
     "C21c": lambda e: changed(e, "ring_sd_n", 4000.0, "ring/.*", [210.0]),
     "C21d": lambda e: changed(e, "left_rms_n", 265.0, "ring/.*", [210.0]),
+    "C21e": lambda e: changed(e, "left_sd_n", 228.0, "ring/.*", [150.0, 180.0, 210.0]),  # rises, by 14 % in all
+    "C21f": lambda e: changed(e, "ring_sd_n", 900.0, "ring/.*", [210.0]),
     "C22a": lambda e: changed(e, "ring_rms_n", 504.0, "ring/.*", [150.0], [0.304]),
     "C22b": lambda e: changed(e, "ring_sd_n", 710.0, "ring/.*", [150.0], [0.303]),
     "C22c": lambda e: changed(e, "ring_rms_n", 770.0, "ring/.*", [180.0], [0.313]),
@@ -246,8 +248,8 @@ def test_cells_that_cannot_be_are_refused_in_one_sentence(tmp_path, cells, words
 
 @pytest.mark.parametrize("name", TESTS)
 def test_every_claim_comes_out_by_good_evidence_and_fails_by_bad(name):
-    assert judge(CLAIMS[name], good()).verdict == REPRODUCED
-    assert judge(CLAIMS[name], SPOILT[name](good())).verdict == NOT_REPRODUCED
+    assert judge(CLAIMS[name], good()).verdict == MET
+    assert judge(CLAIMS[name], SPOILT[name](good())).verdict == NOT_MET
 
 
 @pytest.mark.parametrize("name", TESTS)
@@ -261,14 +263,14 @@ def test_a_nan_is_never_a_success(name):
         starts=e.starts.assign(line_hz=np.nan, line_g=np.nan),
         peer=e.peer.assign(difference_pct=np.nan),
     )
-    assert judge(CLAIMS[name], lost).verdict in (NOT_REPRODUCED, NOT_COMPARABLE)
+    assert judge(CLAIMS[name], lost).verdict in (NOT_MET, NOT_COMPARABLE)
 
 
 @pytest.mark.parametrize("name", [name for name in TESTS if name[:3] in ("C21", "C22", "C24", "C25") or name == "C23a"])
 def test_one_value_that_is_no_number_fails_what_needs_it(name):
     numbers = [f"{side}_{what}" for side in ("left", "right", "ring") for what in ("rms_n", "sd_n", "share_pct")]
     e = changed(good(), [n for n in numbers if n in good().metrics], np.nan, "ring/.*", None, [0.308, 0.313])
-    assert judge(CLAIMS[name], e).verdict == NOT_REPRODUCED
+    assert judge(CLAIMS[name], e).verdict == NOT_MET
 
 
 def test_what_was_not_run_or_not_recorded_is_not_comparable():
@@ -287,7 +289,7 @@ def test_a_study_that_lacks_speeds_or_radii_shows_nothing_rather_than_success():
     single = replace(e, metrics=e.metrics[~(e.metrics["ring_radius_m"] > 0.303) | e.metrics["ring_radius_m"].isna()])
     for name in ("C06a", "C12a"):
         assert judge(CLAIMS[name], slowest)[:2] == ("one speed alone", NOT_COMPARABLE)
-    for name in ("C08", "C21a", "C21b", "C21c", "C21d"):
+    for name in ("C08", "C21a", "C21b", "C21c", "C21d", "C21e", "C21f"):
         assert judge(CLAIMS[name], slowest).verdict == NOT_COMPARABLE
     three = replace(e, metrics=e.metrics[~e.metrics["ring_radius_m"].isin([0.304, 0.305, 0.307])])
     for name in ("C21a", "C21d", "C22a", "C22b", "C22c", "C23a", "C23b", "C24a", "C25", "C26a", "C26b"):
@@ -300,14 +302,13 @@ def test_times_that_scatter_beyond_the_tolerance_are_not_judged(name):
     """At the mean of two humps nothing happens; the median passage is judged."""
     run, *events = MEASURES[CLAIMS[name].measure].events
     tolerance = CLAIMS[name].tolerance
-    every = [events] if CLAIMS[name].any_reading else [[event] for event in events]  # of readings one is enough
-    for scattering in every:
-        here = (good().events["run"] == f"meshing/{run}") & good().events["event"].isin(scattering)
-        for factor, verdict in ((0.99, REPRODUCED), (1.01, NOT_COMPARABLE if tolerance else REPRODUCED)):
+    for scattering in events:
+        here = (good().events["run"] == f"meshing/{run}") & (good().events["event"] == scattering)
+        for factor, verdict in ((0.99, MET), (1.01, NOT_COMPARABLE if tolerance else MET)):
             sd = good().events["sd_s"].where(~here, factor * (tolerance or 1.0))
             judged = judge(CLAIMS[name], replace(good(), events=good().events.assign(sd_s=sd, mean_s=99.0)))
-            assert here.sum() == len(scattering) and judged.verdict == verdict
-            assert verdict == REPRODUCED or scattering[0] in judged.measured
+            assert here.sum() == 1 and judged.verdict == verdict
+            assert verdict == MET or scattering in judged.measured
 
 
 def test_a_ring_that_bears_nothing_shows_no_growth():
@@ -318,13 +319,13 @@ def test_a_ring_that_bears_nothing_shows_no_growth():
             assert judge(CLAIMS[name], nothing)[:2] == ("no force acts", NOT_COMPARABLE)
     # at one radius alone: the others are judged
     let_go = changed(e, ["left_rms_n", "left_sd_n"], 0.0, "ring/.*", None, [0.313])
-    assert [judge(CLAIMS[name], let_go).verdict for name in ("C21a", "C21c", "C21d")] == [REPRODUCED] * 3
-    assert judge(CLAIMS["C21a"], SPOILT["C21a"](let_go)).verdict == NOT_REPRODUCED
+    assert [judge(CLAIMS[name], let_go).verdict for name in ("C21a", "C21c", "C21d", "C21e")] == [MET] * 4
+    assert judge(CLAIMS["C21a"], SPOILT["C21a"](let_go)).verdict == NOT_MET
     free = changed(e, ["ring_rms_n", "ring_sd_n"], 0.0, "ring/.*", None, [0.303, 0.304])
-    assert judge(CLAIMS["C22a"], free).verdict == REPRODUCED
+    assert judge(CLAIMS["C22a"], free).verdict == MET
     # that a force ends with the speed is no growth
     ends = changed(e, ["left_rms_n", "left_sd_n"], 0.0, "ring/.*", [210.0])
-    assert judge(CLAIMS["C21a"], ends).verdict == NOT_REPRODUCED
+    assert judge(CLAIMS["C21a"], ends).verdict == NOT_MET
 
 
 def test_a_sentence_is_judged_whole_and_counted_once():
@@ -336,14 +337,14 @@ def test_a_sentence_is_judged_whole_and_counted_once():
         assert judged["number"].tolist() == list(SENTENCES) and count(judged) == (shown, 21)
     numbers = printed_numbers(list(CLAIMS.values()), evidence)
     assert headline(judged, numbers) == (
-        "The rig `mine` meets 24 of 25 printed numbers within their tolerance, and reproduces 19 of the 21 sentences "
+        "The rig `mine` meets 23 of 24 printed numbers within their tolerance, and reproduces 19 of the 21 sentences "
         "of Sects. 5.2 and 6 that can be judged. Of the paper's four conclusions on the ring it reproduces no. 1 "
         "(larger speed, larger forces, above all of the left arc; the influence of the speed is limited), no. 2 "
         "(the force of the ring grows significantly with its radius) and no. 4 (the radius has practically no effect "
         "on the force of the left arc)."
     )
     assert verdict_line(judged, numbers).endswith("19 of 21 sentences, 3 of 4 conclusions")
-    lost = judged[judged["verdict"] == NOT_REPRODUCED].set_index("number")
+    lost = judged[judged["verdict"] == NOT_MET].set_index("number")
     assert lost["sentence"].to_dict() == {number: SENTENCES[number] for number in (15, 19)}
     assert lost["statements"][19] == "C23a"
 
@@ -370,6 +371,8 @@ def test_the_summary_has_the_cells_of_the_scorecard_with_their_marks():
         ({"part": "b"}, ["C01b occurs twice"]),
         ({"numbers": 2}, ["C01a", "number_names has 0 names for 2 numbers"]),
         ({"number_names": ["one"]}, ["C01a", "number_names has 1 names for 0 numbers"]),
+        ({"numbers": 1}, ["C01a", "group = '' for 1 numbers", "independent, same time, wheels, ours"]),
+        ({"group": "ours"}, ["C01a", "group = 'ours' for 0 numbers"]),
     ],
 )
 def test_bad_claims_are_refused_in_one_sentence(tmp_path, change, sentence):
@@ -384,13 +387,13 @@ def test_bad_claims_are_refused_in_one_sentence(tmp_path, change, sentence):
 @pytest.mark.parametrize(
     ("name", "share", "verdict"),
     [
-        ("C28b", 10.9, REPRODUCED),  # equal within 2
-        ("C28b", 11.0, NOT_REPRODUCED),
-        ("C28b", float("nan"), NOT_REPRODUCED),
-        ("C23a", 0.5, REPRODUCED),  # at most 0.5
-        ("C23a", 0.51, NOT_REPRODUCED),
-        ("C23b", 0.5, REPRODUCED),  # at least 0.5
-        ("C23b", 0.49, NOT_REPRODUCED),
+        ("C28b", 10.9, MET),  # equal within 2
+        ("C28b", 11.0, NOT_MET),
+        ("C28b", float("nan"), NOT_MET),
+        ("C23a", 0.5, MET),  # at most 0.5
+        ("C23a", 0.51, NOT_MET),
+        ("C23b", 0.5, MET),  # at least 0.5
+        ("C23b", 0.49, NOT_MET),
     ],
 )
 def test_each_rule_ends_where_it_says(name, share, verdict):
@@ -423,7 +426,7 @@ def test_each_rule_ends_where_it_says(name, share, verdict):
 def test_one_radius_is_said_for_all_speeds(radius, radii, words):
     card = pd.DataFrame(
         [
-            ["one", "C26", "a", "0.308", radius, "115, 150", NOT_REPRODUCED],
+            ["one", "C26", "a", "0.308", radius, "115, 150", NOT_MET],
             ["one", "C26", "c", "0.308", radii, "115, 150", NO_TEST],
         ],
         columns=["rig", "id", "part", "printed", "measured", "speeds", "verdict"],
@@ -432,36 +435,56 @@ def test_one_radius_is_said_for_all_speeds(radius, radii, words):
     assert words in said and said.endswith("The paper chooses 0.308 m and states no rule.")
 
 
-def test_a_reading_that_is_met_suffices_and_a_peak_of_like_height_is_one():
-    other = later(later(good(), "left maximum" + MEAN, 0.4), "left maximum" + AFTER, 0.5)
-    assert judge(CLAIMS["C16b"], other).verdict == NOT_REPRODUCED
-    peak = other.events[other.events["event"] == "left maximum" + MEAN].iloc[:1]
-    peaks = [
-        peak.assign(event=f"left maximum, peak {k} of like height", median_s=at) for k, at in ((1, 0.15), (2, 0.4))
-    ]
-    judgement = judge(CLAIMS["C16b"], replace(other, events=pd.concat([other.events, *peaks])))
-    assert judgement.verdict == REPRODUCED and len(judgement.values) == 4
+def test_a_maximum_has_one_reading_and_others_decide_nothing():
+    """Met by a peak of like height or by the force after the touch, it is not met."""
+    other = later(good(), "left maximum" + MEAN, 0.4)
+    like = other.events[other.events["event"] == "left maximum" + MEAN].iloc[:1]
+    like = like.assign(event="left maximum, peak 1 of like height", median_s=0.17)
+    judgement = judge(CLAIMS["C16b"], replace(other, events=pd.concat([other.events, like])))
+    assert judgement.verdict == NOT_MET and judgement.measured == "0.4"
+    for event in ("left maximum", "left maximum" + AFTER):
+        assert judge(CLAIMS["C16b"], later(good(), event, 0.4)).verdict == MET
+
+
+def test_what_grows_does_so_from_value_to_value_and_by_more_than_nothing():
+    for rms, verdict in (
+        ([1.0, 1.1, 1.092, 1.2], MET),  # falls by 0.7 %
+        ([1.0, 1.1, 1.085, 1.2], NOT_MET),  # falls by 1.4 %
+        ([1.0, 1.05, 1.1, 1.14], NOT_MET),  # grows by 14 %
+        ([1.0, 1.05, 1.1, np.nan], NOT_MET),
+    ):
+        e = good()
+        e.metrics.loc[e.metrics["run"].str.fullmatch(RECORDS), "rms_g"] = rms
+        assert judge(CLAIMS["C06a"], e).verdict == verdict
+
+
+@pytest.mark.parametrize(("left", "right"), [(0.03, 0.0), (0.0, 0.03)])
+def test_the_arc_that_touches_later_is_the_number_whichever_it_is(left, right):
+    """The first contact of a passage is at 0 by definition: it is no number, since it cannot fail."""
+    e = later(later(good(), "first left", left), "first right", right)
+    number = printed_numbers([CLAIMS["C16g"]], e)
+    assert number["measured"].tolist() == ["0.03"] and number["met"].all()
 
 
 def test_a_printed_amplitude_within_the_range_over_the_starts_is_met():
     table = good().starts
-    for amplitudes, verdict in (([0.70, 0.72, 0.85, 0.90], REPRODUCED), (0.70, NOT_REPRODUCED)):
+    for amplitudes, verdict in (([0.70, 0.72, 0.85, 0.90], MET), (0.70, NOT_MET)):
         table.loc[table["rpm"] == 115.0, "line_g"] = amplitudes
         assert judge(CLAIMS["C08"], replace(good(), starts=table)).verdict == verdict
 
 
 def test_printed_numbers_are_counted_one_by_one():
     numbers = printed_numbers(list(CLAIMS.values()), good())
-    assert len(numbers) == sum(claim.numbers for claim in CLAIMS.values()) == 25 and numbers["met"].all()
+    assert len(numbers) == sum(claim.numbers for claim in CLAIMS.values()) == 24 and numbers["met"].all()
+    counted = {"independent": 14, "same time": 4, "wheels": 4, "ours": 2}
+    assert numbers["group"].value_counts().to_dict() == counted
     numbers = printed_numbers(list(CLAIMS.values()), later(good(), "out", 1.40))
     assert numbers.loc[~numbers["met"], ["id", "part", "printed", "measured"]].values.tolist() == [
         ["C16", "d", "1.31", "1.4"]
     ]
     assert numbers["claim"].is_unique
-    both = numbers[(numbers["id"] == "C16") & (numbers["part"] == "g")]["claim"].str.rpartition(": ")[2]
-    assert both.tolist() == ["first contact of the left arc", "first contact of the right arc"]
     lost = printed_numbers(list(CLAIMS.values()), replace(good(), starts=pd.DataFrame()))
-    assert len(lost) == 25 and list(lost.loc[~lost["met"], "id"]) == ["C08"] * 4
+    assert len(lost) == 24 and list(lost.loc[~lost["met"], "id"]) == ["C08"] * 4
     assert lost["claim"].tolist() == numbers["claim"].tolist()
 
 

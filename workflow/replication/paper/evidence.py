@@ -66,11 +66,6 @@ class Evidence:
         rows = self.events[self.events["run"] == f"meshing/{run}"].set_index("event")
         return [float(rows[column].get(name, np.nan)) for name in names]
 
-    def events_of(self, run: str, begin: str) -> list[float]:
-        """Median times of all events of a run whose name begins so, s."""
-        rows = self.events[(self.events["run"] == f"meshing/{run}") & self.events["event"].str.startswith(begin)]
-        return rows["median_s"].tolist()
-
     def speeds(self, table: str) -> list[float]:
         """Speeds at which something was run: ``records``, ``study``, ``meshing`` or ``peer``, rev/min."""
         if table in ("meshing", "peer"):

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import pandas as pd
 
-from replication.paper.claims import JUDGED, NO_VALUE, NOT_COMPARABLE, NOT_REPRODUCED, REPRODUCED, VERDICTS
+from replication.paper.claims import JUDGED, MET, NO_VALUE, NOT_COMPARABLE, NOT_MET, VERDICTS
 from trackdyn.measure.cells import significant
 
 RADIUS, RADIUS_BY_SPEED = "C26a", "C26c"  # of the ring to choose: one for all speeds, one for each
@@ -44,9 +44,9 @@ def sentence_verdicts(card: pd.DataFrame, sentences: Mapping[int, str]) -> pd.Da
     """
     rows = []
     for number, parts in card.dropna(subset="sentence").groupby("sentence"):
-        lost = parts[parts["verdict"] == NOT_REPRODUCED]
+        lost = parts[parts["verdict"] == NOT_MET]
         verdicts = set(parts["verdict"])
-        verdict = NOT_REPRODUCED if len(lost) else min(verdicts - {REPRODUCED}, default=REPRODUCED)
+        verdict = NOT_MET if len(lost) else min(verdicts - {MET}, default=MET)
         deciding = ", ".join(_names(lost if len(lost) else parts))
         rows.append([parts["rig"].iloc[0], int(number), sentences[int(number)], verdict, deciding])
     return pd.DataFrame(rows, columns=["rig", "number", "sentence", "verdict", "statements"])
@@ -64,7 +64,7 @@ def _records(card: pd.DataFrame) -> list[dict]:
 
 def count(judged: pd.DataFrame) -> tuple[int, int]:
     """Sentences that are shown, and how many are judged (`sentence_verdicts`)."""
-    return int((judged["verdict"] == REPRODUCED).sum()), int(judged["verdict"].isin(JUDGED).sum())
+    return int((judged["verdict"] == MET).sum()), int(judged["verdict"].isin(JUDGED).sum())
 
 
 def number_count(numbers: pd.DataFrame) -> str:
@@ -86,7 +86,7 @@ def number_rows(numbers: pd.DataFrame) -> list[dict]:
 def verdict_line(judged: pd.DataFrame, numbers: pd.DataFrame) -> str:
     """The counts of a rig, printed numbers first."""
     (sentences, total), by_number = count(judged), _conclusions(judged)
-    reproduced = sum(set(rows["verdict"]) == {REPRODUCED} for _, rows in by_number)
+    reproduced = sum(set(rows["verdict"]) == {MET} for _, rows in by_number)
     return f"{number_count(numbers)}, {sentences} of {total} sentences, {reproduced} of {len(by_number)} conclusions"
 
 
@@ -105,7 +105,7 @@ def conclusions(judged: pd.DataFrame) -> str:
     words = [
         f"no. {number} ({'; '.join(rows['sentence'].str.partition(': ')[2])})"
         for number, rows in _conclusions(judged)
-        if set(rows["verdict"]) == {REPRODUCED}
+        if set(rows["verdict"]) == {MET}
     ]
     return _listed(words) or "none"
 
