@@ -94,7 +94,7 @@ def thumbnails(folder: Path) -> str:
     return "\n".join([*lines, "</div>"])
 
 
-MARKS = {"reproduced": "●", "not reproduced": "○"}
+MARKS = {"met": "●", "not met": "○"}
 
 
 def results() -> str:

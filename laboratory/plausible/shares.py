@@ -31,8 +31,9 @@ def shares(config: PlausibleConfig, judged: pd.DataFrame, statements: Mapping[st
     """Share of tracks that show a sentence or a claim, with its 90 % interval (Clopper and Pearson), and its class.
 
     ``statements`` are columns of ``judged`` (`verdicts.judge_rows`) with their words; ``tracks`` are ``all``, or the
-    ``engaged`` ones alone. The class is ``follows`` from the configured share on, ``never`` where no track shows it,
-    else ``depends``.
+    ``engaged`` ones alone. Bounds of a share are ``least`` and ``most``: what is not decided counts as no, and as yes.
+    The class is ``follows`` from the configured share of the decided on, ``never`` where no track shows it, else
+    ``depends``.
     """
     rows = []
     ran = judged[judged["state"] == DONE]
@@ -45,9 +46,11 @@ def shares(config: PlausibleConfig, judged: pd.DataFrame, statements: Mapping[st
             if len(valid):
                 interval = binomtest(int(valid.sum()), len(valid)).proportion_ci(LEVEL)
                 row |= {"shown": int(valid.sum()), "share": valid.mean(), "low": interval.low, "high": interval.high}
+                row |= {"least": verdicts.fillna(0.0).mean(), "most": verdicts.fillna(1.0).mean()}
                 row["class"] = FOLLOWS if row["share"] >= config.follows else DEPENDS if row["shown"] else NEVER
             rows.append(row)
-    columns = ["name", "statement", "tracks", "decided", "undecided", "shown", "share", "low", "high", "class"]
+    counts, of_share = ["decided", "undecided", "shown"], ["share", "low", "high", "least", "most"]
+    columns = ["name", "statement", "tracks", *counts, *of_share, "class"]
     return pd.DataFrame(rows, columns=columns)
 
 

@@ -34,7 +34,7 @@ def tables(config: PlausibleConfig, judged: pd.DataFrame, path: Path | str) -> d
     known = with_creep(judged, unknowns.rig.ring_contact.friction_static)
     values = [CREEP if name == VELOCITY else name for name in unknowns.labels]
     return {
-        "draws": judged,
+        "draws": known,
         "sentences": shares(config, known, statements),
         "claims": shares(config, known, claims),
         "map": share_map(known, [name for name in statements if name in known]),

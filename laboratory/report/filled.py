@@ -3,7 +3,7 @@
 from laboratory.report.plausible import answer_text
 from replication.report.filled import main
 
-PLAUSIBLE = ("sentences", "map", "draws", "values", "near")
+PLAUSIBLE = ("sentences", "map", "draws", "mobilised", "values", "near")
 OF_THE_RIG = ("sentences.csv", "parameters.csv", "printed_numbers.csv", "grips_numbers.csv", "grips_sentences.csv")
 PAGES = (("docs/answer.md", (*(f"plausible_{name}.csv" for name in PLAUSIBLE), *OF_THE_RIG), answer_text),)
 

@@ -21,14 +21,17 @@ from replication.paper.printed import RADIUS_CHOSEN
 from replication.paper.scorecard import (
     MARKS,
     RUBBER,
+    SHARES_READ,
     TRACKS,
     chosen_distances,
     creep_counts,
     creep_slope,
     distance_sentence,
     follows_sentence,
+    mobilised,
     neighbours_sentence,
     number_count,
+    other_numbers,
     track_rows,
     verdict_line,
 )
@@ -42,6 +45,7 @@ UNITS = {"m": (1e3, "mm"), "N": (1e-3, "kN"), "Pa": (1e-6, "MPa"), "1": (1, "")}
 READING = "equal_pitch "  # begins the columns of readings
 COLUMNS, PANEL = 3, 1.42  # of the maps; height of one, inch
 PALE, DARK = 0.04, 0.75  # of the map of colours, so that black and white text can be read
+COLUMNS_OF_SHARES = ("share", "low", "high", "least", "most")
 LIGHT = 0.55  # share from which on text is white
 BLUES = colormaps["Blues"]  # from pale to dark, which a print in grey keeps apart
 
@@ -56,17 +60,18 @@ def readings(draws: pd.DataFrame) -> dict[str, float]:
 
 
 @styled
-def map_figure(sentences: pd.DataFrame, binned: pd.DataFrame, draws: pd.DataFrame) -> Figure:
-    """Share of tracks that reproduce each sentence over equal pitch and creep slope of the ring, a map per sentence.
+def map_figure(sentences: pd.DataFrame, binned: pd.DataFrame, draws: pd.DataFrame, of_ring: pd.DataFrame) -> Figure:
+    """Share of tracks that show each sentence over equal pitch and creep slope of the ring, a map per sentence.
 
-    Tables are `shares.shares` of the sentences, `shares.share_map`, and `verdicts.judge_rows`.
+    Tables are `shares.shares` of the sentences, `shares.share_map`, `verdicts.judge_rows`, and
+    `mobilised.mobilised_table`, whose mobilised friction stands beside the creep slopes.
     """
     words = sentences.drop_duplicates("name").set_index("name")["statement"]
     names = list(dict.fromkeys(binned["name"]))
     rows = -(-(len(names) + 1) // COLUMNS)  # with the legend
     figure = new_figure(PANEL * rows + 0.3, PAGE)
     axes = figure.subplots(rows, COLUMNS, squeeze=False).ravel()
-    marked = readings(draws)
+    marked, friction = readings(draws), of_ring.groupby("creep")["mobilised_friction"].mean()
     for ax, name in zip(axes, names, strict=False):
         _draw_map(ax, binned[binned["name"] == name], marked)
         ax.set_title("\n".join(textwrap.wrap(f"{name}. {words[name]}", 40)), fontsize=SMALL, pad=9)
@@ -76,6 +81,7 @@ def map_figure(sentences: pd.DataFrame, binned: pd.DataFrame, draws: pd.DataFram
         ax.set_xlabel("equal-pitch radius (mm)")
     for ax in axes[: len(names) : COLUMNS]:
         ax.set_ylabel("creep (s/m)")
+        ax.set_yticks(ax.get_yticks(), [f"{creep:g} ({friction[creep]:.2g})" for creep in ax.get_yticks()])
     _draw_legend(axes[len(names)], marked)
     return figure
 
@@ -113,33 +119,33 @@ def _draw_legend(ax: Axes, marked: dict[str, float]) -> None:
     """What marks and colours mean, in a panel of its own."""
     for marker, (name, radius) in zip(MARKERS, marked.items(), strict=False):
         ax.plot([], [], marker, color=VERMILION, label=f"0.308 m read as {name}: {radius:.4f} m")
-    ax.plot([], [], color=BLACK, linewidth=2.5, label=f"creep of rubber, {RUBBER[0]:g} to {RUBBER[1]:g} s/m")
+    ax.plot([], [], color=BLACK, linewidth=2.5, label=f"creep assumed for rubber, {RUBBER[0]:g} to {RUBBER[1]:g} s/m")
     for share in (0.0, 0.5, 1.0):
         colour = BLUES(PALE + (DARK - PALE) * share)
-        ax.plot(
-            [], [], "s", color=colour, markeredgecolor="0.6", markersize=7, label=f"{100 * share:.0f} % reproduce it"
-        )
-    ax.legend(loc="center", title="cells: tracks that reproduce it/decided", title_fontsize=SMALL, frameon=False)
+        ax.plot([], [], "s", color=colour, markeredgecolor="0.6", markersize=7, label=f"{100 * share:.0f} % show it")
+    ax.plot([], [], " ", label="brackets: mobilised friction on\nthe default track, mean of speeds")
+    ax.legend(loc="center", title="cells: tracks that show it/decided", title_fontsize=SMALL, frameon=False)
 
 
 def answer_text(*tables: pd.DataFrame) -> list[str]:
     """What holds for the tracks; then the default rig: its ring, its bushings, the numbers it does not meet."""
-    sentences, binned, draws, values, near, default, parameters, numbers, grips, grips_sentences = tables
+    sentences, binned, draws, of_ring, values, near, default, parameters, numbers, grips, grips_sentences = tables
     table, unjudged = _table(sentences, default)
     missed = numbers[~numbers["met"]].astype(object).fillna("").itertuples()
     texts = blocks(
         Path(__file__).with_name("answer.md.j2"),
-        **_outcomes(draws) | _chosen(draws) | _creep(binned, values, default, parameters),
+        **_outcomes(draws) | _chosen(draws) | _creep(binned, values, default, parameters, of_ring),
         follows=follows_sentence(sentences, draws),
         table=table,
         unjudged=", ".join(unjudged),
         separating="; ".join(_separating(values)),
         wrap=significant(_wrap(parameters), 2),
-        neighbours=neighbours_sentence(near),
+        neighbours=neighbours_sentence(near, default),
         numbers=number_count(numbers),
+        others=other_numbers(numbers),
+        shares_read=SHARES_READ,
         missed=", ".join(f"{row.id}{row.part} ({row.measured} for {row.printed} {row.unit})" for row in missed),
         grips=verdict_line(grips_sentences, grips),
-        gain=int(numbers["met"].sum() - grips["met"].sum()),
     )
     return [f"{text}\n" for text in texts]
 
@@ -157,7 +163,7 @@ def _outcomes(draws: pd.DataFrame) -> dict:
 
 
 def _table(sentences: pd.DataFrame, default: pd.DataFrame) -> tuple[str, list[str]]:
-    """Shares of all tracks and of the engaged ones with intervals, what is not decided, the default rig; by number."""
+    """Shares of the engaged tracks and of all, with intervals and bounds, and the default rig; by number."""
     rows = track_rows(sentences)
     verdicts = default.assign(number=default["number"].astype(str)).set_index("number")["verdict"]
     lines, unjudged = [], []
@@ -166,13 +172,13 @@ def _table(sentences: pd.DataFrame, default: pd.DataFrame) -> tuple[str, list[st
         if not pair[0]["decided"]:
             unjudged.append(name)
             continue
-        shares = [
-            f"{100 * row['share']:.0f} ({100 * row['low']:.0f}–{100 * row['high']:.0f})" if row["decided"] else "–"
-            for row in pair
-        ]
-        mark = MARKS[verdicts.get(name, "not comparable")]
-        lines.append([name, *shares, f"{pair[0]['undecided']:.0f}", mark])
-    heads = ["sentence", *(f"% of {tracks} (90 %)" for tracks in TRACKS), "undecided", default["rig"].iloc[0]]
+        shares = []
+        for row in pair:
+            share, low, high, least, most = (f"{100 * row[key]:.0f}" for key in COLUMNS_OF_SHARES)
+            shares += [f"{share} ({low}–{high})", f"{least}–{most}"] if row["decided"] else ["–", "–"]
+        lines.append([name, *shares, MARKS[verdicts.get(name, "not comparable")]])
+    heads = [head for tracks in TRACKS for head in (f"% of {tracks} (90 %)", "bounds")]
+    heads = ["sentence", *heads, default["rig"].iloc[0]]
     return pd.DataFrame(lines, columns=heads).to_markdown(index=False, disable_numparse=True), unjudged
 
 
@@ -183,18 +189,25 @@ def _separating(values: pd.DataFrame) -> list[str]:
         unit = "s/m" if row.value == CREEP else fields[row.value].unit
         factor, unit = UNITS.get(unit, (1, unit))
         digits = 4 if row.value == EQUAL_PITCH else 2
-        reproducing, others = (significant(factor * number, digits) for number in (row.median_shown, row.median_not))
-        parts.append(f"{row.name}: `{row.value}` ({reproducing} against {others} {unit}".rstrip() + ")")
+        showing, others = (significant(factor * number, digits) for number in (row.median_shown, row.median_not))
+        parts.append(f"{row.name}: `{row.value}` ({showing} against {others} {unit}".rstrip() + ")")
     return parts
 
 
-def _creep(binned: pd.DataFrame, values: pd.DataFrame, default: pd.DataFrame, parameters: pd.DataFrame) -> dict:
-    """The creep slope that the default rig assumes, and which of its sentences go with a low one."""
+def _creep(
+    binned: pd.DataFrame,
+    values: pd.DataFrame,
+    default: pd.DataFrame,
+    parameters: pd.DataFrame,
+    of_ring: pd.DataFrame,
+) -> dict:
+    """The creep slope that the default rig assumes, its mobilised friction, and which sentences go with a low one."""
     slope = creep_slope(parameters)
-    reproduced = set(default.loc[default["verdict"] == MET, "number"].astype(str))
+    met = set(default.loc[default["verdict"] == MET, "number"].astype(str))
     low = values[(values["value"] == CREEP) & (values["correlation"] < 0)]["name"].astype(str)
-    gained = ("{} ({}, else {})".format(name, *creep_counts(binned, name)) for name in low if name in reproduced)
-    about = {"slope": significant(slope, 2), "inside": RUBBER[0] <= slope <= RUBBER[1], "rubber": RUBBER}
+    gained = ("{} ({}, else {})".format(name, *creep_counts(binned, name)) for name in low if name in met)
+    about: dict = {"slope": significant(slope, 2), "inside": RUBBER[0] <= slope <= RUBBER[1], "rubber": RUBBER}
+    about |= {"mobilised": mobilised(of_ring, slope), "of_rubber": mobilised(of_ring, RUBBER[0])}
     return about | {"gained": "; ".join(gained)}
 
 
@@ -212,9 +225,7 @@ def _chosen(draws: pd.DataFrame) -> dict:
     distances = chosen_distances(ran)
     radii = sorted(radius for row in config.radii_m.values() if len(row) > 1 for radius in row)
     ends = ran.loc[distances.index, "radius"].isin([radii[0], radii[-1]]).mean()
-    without = 1 - len(distances) / len(ran)
-    shares = {"without_pct": 100 * without, "at_end_pct": 100 * ends}
-    return shares | {"distance": distance_sentence(ran), "radii": radii}
+    return {"at_end_pct": 100 * ends, "distance": distance_sentence(ran), "radii": radii}
 
 
 @run_job
@@ -222,4 +233,5 @@ def main(job) -> None:
     """Rule `plausible_figure`."""
     text = {"name": str}
     sentences, binned = (pd.read_csv(job.input[name], dtype=text) for name in ("sentences", "map"))
-    save(map_figure(sentences, binned, pd.read_csv(job.input.draws)), job.output[0])
+    draws, of_ring = (pd.read_csv(job.input[name]) for name in ("draws", "mobilised"))
+    save(map_figure(sentences, binned, draws, of_ring), job.output[0])

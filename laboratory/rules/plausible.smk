@@ -21,12 +21,24 @@ rule plausible_tables:
     script: "../plausible/study.py"
 
 
+rule mobilised:
+    """What friction of the ring a creep slope stands for: the default rig with other transition velocities (half a minute)."""
+    input:
+        config="config/plausible.yaml",
+        rigs=load_plausible("config/plausible.yaml").rigs,
+        kernels=KERNELS,
+    output: f"{L}/plausible_mobilised.csv"
+    log: f"{L}/logs/plausible_mobilised.log"
+    script: "../plausible/mobilised.py"
+
+
 rule plausible_figure:
     """Maps of the share of plausible tracks that show each sentence."""
     input:
         sentences=f"{L}/{{short}}plausible_sentences.csv",
         map=f"{L}/{{short}}plausible_map.csv",
         draws=f"{L}/{{short}}plausible_draws.csv",
+        mobilised=f"{L}/plausible_mobilised.csv",
     output: multiext(f"{L}/{{short}}figures/plausible", ".png", ".svg")
     log: f"{L}/logs/{{short}}plausible_figure.log"
     script: "../report/plausible.py"

@@ -2,7 +2,7 @@
 
 
 rule claims:
-    """Every statement of the paper: reproduced, not reproduced, not comparable."""
+    """Every statement of the paper: met, not met, not comparable."""
     input:
         claims="config/claims.yaml",
         metrics=f"{R}/metrics.csv",

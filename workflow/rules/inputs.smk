@@ -6,9 +6,9 @@ def below_root(path):
     return str(Path(path)).removeprefix(f"{ROOT}/")
 
 
-TABLES_OF_TRACKS = ("sentences", "claims", "map", "draws", "tooth", "near")
+TABLES_OF_TRACKS = ("sentences", "claims", "map", "draws", "mobilised", "tooth", "near")
 PLAUSIBLE = {name: f"docs/measured/plausible_{name}.csv" for name in TABLES_OF_TRACKS}
-TRACKS = {name: PLAUSIBLE[name] for name in TABLES_OF_TRACKS[:4]} | {"picture": "docs/pictures/plausible.png"}
+TRACKS = {name: PLAUSIBLE[name] for name in TABLES_OF_TRACKS[:5]} | {"picture": "docs/pictures/plausible.png"}
 # of the rig that `searched_rigs` finds with a ring that grips (config/grips.yaml)
 GRIPS = {"ring": "docs/measured/grips_ring.csv"}
 # all that the results are made from, but for the program

@@ -13,7 +13,7 @@ from trackdyn.inputs.errors import TrackdynError
 
 MEASURED = ROOT / "docs" / "measured"
 TEMPLATE = ROOT / "workflow" / "article" / "article.typ"
-OF_TRACKS = [f"plausible_{name}" for name in ("sentences", "map", "draws", "tooth", "near")]
+OF_TRACKS = [f"plausible_{name}" for name in ("sentences", "map", "draws", "mobilised", "tooth", "near")]
 BLANK = '<svg xmlns="http://www.w3.org/2000/svg" width="90" height="60"><rect width="90" height="60"/></svg>'
 
 
@@ -63,7 +63,7 @@ def test_a_value_stands_in_the_text_and_makes_the_bytes(values, article):
     for name, cells, word in (
         ("radius", "a sentence of a test", "a sentence of a test"),
         ("table3", [["98765", *values["table3"][0][1:]]], "98765"),
-        ("sentences", [["1", "the 24680th sentence", "reproduced", "12", "–"]], "24680th"),
+        ("sentences", [["1", "the 24680th sentence", "met", "12", "–"]], "24680th"),
     ):
         assert word not in text and not re.search(r"\bC\d\d", text)
         assert word in article(values | {name: cells})[1]

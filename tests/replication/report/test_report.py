@@ -13,12 +13,19 @@ from matplotlib.figure import Figure
 from fieldtest.figures import history_figure, spectrum_figure
 from fieldtest.sensor_csv import SensorRecord
 from replication.paper.contents import PAPER
+from replication.paper.evidence import Evidence
+from replication.paper.measures import MAXIMUM, MEASURES
 from replication.paper.printed import SENSORS
 from replication.report.figures.closure import closure_figure
+from replication.report.figures.engagement import seated_pins
+from replication.report.figures.meshing import passage_figure, printed_and_measured_times, select_passage
 from replication.report.figures.ring_study import MARKS, STEADY
+from replication.report.figures.screenshots import moments
 from replication.report.parameters import table1
 from replication.report.statistics import lines_table, table3
 from tests.conftest import made_recording
+from trackdyn.contact.laws import find_area
+from trackdyn.measure.events import mean_events
 from trackdyn.measure.spectra import rms
 from trackdyn.measure.taken import sensor_metrics
 from trackdyn.plots.drawing import chain_points
@@ -26,8 +33,10 @@ from trackdyn.plots.ring_study import figures, quiet_from
 from trackdyn.plots.style import new_figure, save
 from trackdyn.rig.layout import assemble
 from trackdyn.rig.rig import load_rig
+from trackdyn.scene.build import make_tooth
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.settling import Layout
+from trackdyn.simulation.simulate import simulate
 
 pytestmark = pytest.mark.slow
 
@@ -135,6 +144,41 @@ def test_table1_has_the_areas_of_the_groove():
     assert list(table.loc[table["type"] == "convex", "area"]) == [1, 4, 7, 10]
     assert table.loc[1, "r_mm"] == pytest.approx(1000 * RIG.groove.r2)
     assert 0 < table["theta_deg"].min() < table["theta_deg"].max() < 90
+    # what the caption says of the default rig: areas 3 and 8, and the twentieth of a millimetre that C15 rests on
+    assert table.loc[[2, 7], "length_mm"].tolist() == pytest.approx([0.184, 0.184], abs=0.005)
+    pins, tooth = seated_pins(RIG), make_tooth(RIG.groove_profile, RIG.chain.connector_radius, 0)
+    touched = [[find_area(tooth, float(x) - shift, float(y) - 1e-5)[0] for x, y in pins] for shift in (0.0, 5e-5)]
+    assert touched == [[2, 9], [2, 7]]
+
+
+@pytest.fixture(scope="module")
+def without_ring():
+    """A record of two passages without a ring, with what claims and figures read."""
+    scene = Scene(RIG, 115.0, None, duration=18.0, lead_in=1.0, frame_interval=0.01, pitches=(1, 2))
+    return simulate(scene)
+
+
+def test_claim_table_and_figures_have_one_reading_of_a_maximum(without_ring):
+    """The judged time of a maximum is that of the table of events, of Figure 19 and of the panel of Figure 20."""
+    events = mean_events(without_ring).assign(run="meshing/no_ring")
+    evidence = Evidence(pd.DataFrame(), events, RIG, 115.0)
+    selected = select_passage(without_ring)
+    drawn = {moment.title: moment.time for moment in moments(without_ring, selected)}
+    table = printed_and_measured_times(without_ring)
+    for side in ("left", "right"):
+        judged = MEASURES[f"{side}_maximum_without_ring"].evaluate(evidence, [115.0])
+        scatter = events.set_index("event").at[f"{side} {MAXIMUM}", "sd_s"]
+        assert judged == [table.at[f"{side} maximum", "here"]]
+        # one passage of those whose median is judged; samples are 1 ms apart
+        assert drawn[f"{side} maximum"] == pytest.approx(judged[0], abs=2 * np.nan_to_num(scatter) + 0.0015)
+    assert list(drawn)[2:4] == ["left maximum", "right maximum"]  # the order of the paper
+
+
+def test_figure_19_names_what_it_draws(without_ring):
+    figure = passage_figure(without_ring)
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
+    marks = [line for line in figure.axes[0].lines if line.get_marker() in ("o", "s", "^")]
+    assert ("largest of all time steps" in labels) == bool(marks)
 
 
 def metrics(**changes):

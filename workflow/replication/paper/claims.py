@@ -22,9 +22,9 @@ JUDGED = (MET, NOT_MET)
 INDEPENDENT = "independent"
 GROUPS = {
     INDEPENDENT: "independent printed numbers",
-    "same time": "of the same times in other units",
+    "same time": "that repeat a time in other units",
     "wheels": "that the wheels alone decide",
-    "ours": "of our own readings",
+    "ours": "that we infer",
 }
 VERDICTS = (*JUDGED, NO_TEST, NOT_COMPARABLE)
 ONE_SIDED = ("at_most", "at_least")

@@ -6,18 +6,20 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import pandas as pd
 
-from replication.paper.claims import JUDGED, MET, NO_VALUE, NOT_COMPARABLE, NOT_MET, VERDICTS
+from replication.paper.claims import GROUPS, INDEPENDENT, JUDGED, MET, NO_VALUE, NOT_COMPARABLE, NOT_MET, VERDICTS
 from trackdyn.measure.cells import significant
 
 RADIUS, RADIUS_BY_SPEED = "C26a", "C26c"  # of the ring to choose: one for all speeds, one for each
-TRACKS = ("all", "engaged")  # judged tracks, and those that are in mesh as long as printed
+ENGAGED, ALL = TRACKS = ("engaged", "all")  # tracks that are in mesh as long as printed, and all that are judged
 FOLLOWS = "follows"  # class of a sentence that nine of ten tracks show
 RUBBER = (2.0, 90.0)  # creep slope of a solid rubber wheel, s/m (ring_contact.transition_velocity of the rigs' files)
-FREE, BEARS = "19", "14"  # sentences that a summary of the tracks names
+FREE = "19"  # sentence that a summary of the tracks names: conclusion 3
+PITCH = "polygon"  # reading of equal pitch from which the recommended radius is counted
+OTHER_PITCHES = ("arc", "pins", "chord")
+CREEP_BOUNDS = (RUBBER[0], 10.0)  # s/m, that part tracks by their rings
 CONCLUSION = r"^Conclusion (\d)"  # numbered by the paper, in Sect. 6.2; two sentences may be one of them
 MARKS = dict(zip(VERDICTS, ("●", "○", "◇", "–"), strict=True))
 SHORT = {  # parts of claims in a few words, in the order of a summary
-    "C26a": "recommended radius by our rule, one ring for all speeds (m)",
     "C06a": "RMS of the acceleration, by speed (g)",
     "C08": "amplitude of the dominant peak, by speed (g)",
     "C15": "no ring: areas that the arcs touch",
@@ -28,6 +30,7 @@ SHORT = {  # parts of claims in a few words, in the order of a summary
     "C20a": "ring: its force over that of both arcs",
     "C23a": "ring from 0.305 m on: contact duration of the right arc, by speed (% of a turn)",
     "C24a": "force of the left arc: largest deviation from its mean over all radii, by speed (%)",
+    "C26a": "recommended radius by our rule, to which the rig was fitted (m)",
 }
 IN_WORDS = {  # words of the paper, which prints no number
     "C06a": "grows",
@@ -67,18 +70,30 @@ def count(judged: pd.DataFrame) -> tuple[int, int]:
     return int((judged["verdict"] == MET).sum()), int(judged["verdict"].isin(JUDGED).sum())
 
 
-def number_count(numbers: pd.DataFrame) -> str:
-    """Count of the printed numbers that a rig meets (`claims.printed_numbers`)."""
-    return f"{int(numbers['met'].astype(bool).sum())} of {len(numbers)} printed numbers within their tolerance"
+def number_count(numbers: pd.DataFrame, group: str = INDEPENDENT) -> str:
+    """Count of the printed numbers of a group that a rig meets within their tolerance (`claims.printed_numbers`)."""
+    rows = numbers[numbers["group"] == group]
+    return f"{int(rows['met'].astype(bool).sum())} of {len(rows)} {GROUPS[group]}"
+
+
+def other_numbers(numbers: pd.DataFrame) -> str:
+    """Counts of the printed numbers that depend on others, or are no number of the paper's."""
+    groups = set(numbers["group"]) - {INDEPENDENT}
+    return _listed([number_count(numbers, group) for group in GROUPS if group in groups])
 
 
 def number_rows(numbers: pd.DataFrame) -> list[dict]:
-    """Rows of a table of printed numbers: ``what, printed, here, tolerance, met``."""
+    """Rows of a table of printed numbers: ``what, group, printed, here, tolerance, met``."""
     rows = []
     for row in numbers.astype(object).where(numbers.notna(), "").to_dict("records"):
         unit = "" if row["unit"] == "1" else f" {row['unit']}"
         tolerance = f"± {row['tolerance']:g}{unit}" if row["tolerance"] != "" else "as it reads"
-        about = {"what": row["claim"], "printed": str(row["printed"]), "here": str(row["measured"])}
+        about = {
+            "what": row["claim"],
+            "group": row["group"],
+            "printed": str(row["printed"]),
+            "here": str(row["measured"]),
+        }
         rows.append(about | {"tolerance": tolerance, "met": "●" if row["met"] else "○"})
     return rows
 
@@ -86,22 +101,26 @@ def number_rows(numbers: pd.DataFrame) -> list[dict]:
 def verdict_line(judged: pd.DataFrame, numbers: pd.DataFrame) -> str:
     """The counts of a rig, printed numbers first."""
     (sentences, total), by_number = count(judged), _conclusions(judged)
-    reproduced = sum(set(rows["verdict"]) == {MET} for _, rows in by_number)
-    return f"{number_count(numbers)}, {sentences} of {total} sentences, {reproduced} of {len(by_number)} conclusions"
+    met = [number for number, rows in by_number if set(rows["verdict"]) == {MET}]
+    which = f" (no. {_listed(met)})" if met else ""
+    counts = f"{sentences} of {total} sentences and {len(met)} of {len(by_number)} conclusions{which}"
+    return f"{number_count(numbers)}, {counts}"
 
 
 def headline(judged: pd.DataFrame, numbers: pd.DataFrame) -> str:
-    """The counts of a rig in a sentence, and which of the numbered conclusions on the ring it shows."""
-    reproduced, total = count(judged)
+    """The counts of a rig in sentences, and which of the numbered conclusions on the ring it meets."""
+    met, total = count(judged)
+    rig = judged["rig"].iloc[0]
     return (
-        f"The rig `{judged['rig'].iloc[0]}` meets {number_count(numbers)}, and reproduces {reproduced} of the {total} "
-        "sentences of Sects. 5.2 and 6 that can be judged. Of the paper's four conclusions on the ring it reproduces "
+        f"The rig `{rig}` was fitted to meet the paper. It meets {number_count(numbers)} within their tolerance, and "
+        f"{met} of the {total} sentences of Sects. 5.2 and 6 that can be judged. Counted apart are numbers that are "
+        f"not independent: {other_numbers(numbers)}. Of the paper's four conclusions on the ring it meets "
         f"{conclusions(judged)}."
     )
 
 
 def conclusions(judged: pd.DataFrame) -> str:
-    """The numbered conclusions on the ring that a rig shows, in the words of the paper."""
+    """The numbered conclusions on the ring that a rig meets, in the words of the paper."""
     words = [
         f"no. {number} ({'; '.join(rows['sentence'].str.partition(': ')[2])})"
         for number, rows in _conclusions(judged)
@@ -129,36 +148,63 @@ def _percents(rows: pd.DataFrame | None, name: str) -> list[str]:
 
 
 def share_of_tracks(rows: pd.DataFrame, name: str, tracks: str) -> str:
-    """Share of the tracks that show a statement, % with its 90 % interval; ``rows`` of `track_rows`."""
+    """Share of the decided tracks that show a statement, %, with its 90 % interval and its bounds; of `track_rows`.
+
+    The bounds stand behind a semicolon: what is not decided counts as no, and as yes.
+    """
     row = rows.loc[(name, tracks)]
     if not row["decided"]:
         return "none that was decided"
-    return f"{100 * row['share']:.0f} % ({100 * row['low']:.0f} to {100 * row['high']:.0f})"
+    share, low, high, least, most = (f"{100 * row[key]:.0f}" for key in ("share", "low", "high", "least", "most"))
+    return f"{share} % ({low} to {high}; {least} to {most})" if row["undecided"] else f"{share} % ({low} to {high})"
+
+
+SHARES_READ = (
+    "Brackets have the 90 % interval of a share of the decided tracks and, where some are not decided, the share with "
+    "these as no and as yes."
+)
 
 
 def learned_sentences(tables: Mapping[str, pd.DataFrame]) -> list[str]:
-    """What plausible tracks say: tables ``sentences``, ``map``, ``draws`` of ``docs/measured/plausible_*.csv``."""
-    rows = track_rows(tables["sentences"])
-    free, bears = (share_of_tracks(rows, name, TRACKS[0]) for name in (FREE, BEARS))
-    free = free.replace("(", "(90 % interval ")
-    soft, rubber = creep_counts(tables["map"], FREE)
+    """What plausible tracks say: tables ``sentences``, ``map``, ``draws`` and ``mobilised`` of
+    ``docs/measured/plausible_*.csv``.
+    """
+    share = share_of_tracks(track_rows(tables["sentences"]), FREE, ENGAGED)
+    low, other = creep_counts(tables["map"], FREE)
+    friction = mobilised(tables["mobilised"], RUBBER[0])
     return [
         follows_sentence(tables["sentences"], tables["draws"]),
-        f"With rings from 0.305 m on, no right arc touches a tooth (conclusion 3) on {free} of them: on {soft} if the "
-        f"ring creeps more easily than rubber, else on {rubber}.",
-        f"The ring bears most of the force on {bears}.",
+        f"With rings from 0.305 m on, no right arc touches a tooth (conclusion 3) on {share} of them; of all tracks on "
+        f"{low} whose ring has a creep slope below {RUBBER[0]:g} s/m, that is, {friction} or less, and on {other} of "
+        "the others.",
+        SHARES_READ,
         distance_sentence(tables["draws"]),
     ]
 
 
 def follows_sentence(sentences: pd.DataFrame, draws: pd.DataFrame) -> str:
-    """How many sentences nine of ten tracks show."""
-    rows = track_rows(sentences).xs(TRACKS[0], level="tracks")
-    follow = [name for name, kind in rows["class"].items() if kind == FOLLOWS]
-    phrases = {0: "No sentence holds", 1: f"Sentence {_listed(follow)} alone holds"}
-    words = phrases.get(len(follow), f"Sentences {_listed(follow)} hold")
-    judged = int((draws["state"] == "done").sum())
-    return f"{words} on nine of ten tracks; {judged} are judged, sampled from assumed ranges."
+    """Name the sentences that nine of ten engaged tracks show."""
+    rows = track_rows(sentences)
+    engaged = rows.xs(ENGAGED, level="tracks")
+    follow = [
+        f"no. {name} ({statement}) on {share_of_tracks(rows, name, ENGAGED)}"
+        for name, statement in engaged.loc[engaged["class"] == FOLLOWS, "statement"].items()
+    ]
+    done = draws[draws["state"] == "done"]
+    count = int((done["engaged"] == 1).sum())
+    hold = f"{len(follow) or 'No'} sentence{'s hold' if len(follow) != 1 else ' holds'} on nine of ten of these"
+    listed = f": {_listed(follow)}" if follow else ""
+    return f"Of {len(done)} tracks sampled from assumed ranges {count} mesh as printed. {hold}{listed}."
+
+
+def mobilised(table: pd.DataFrame, slope: float) -> str:
+    """Mobilised friction of the default rig's ring at its radius, with the creep slope (s/m) nearest to this one.
+
+    ``table`` is ``docs/measured/plausible_mobilised.csv``; its range over the speeds is said.
+    """
+    nearest = table["creep"].iloc[(table["creep"] - slope).abs().argmin()]
+    values = table.loc[table["creep"] == nearest, "mobilised_friction"]
+    return f"a mobilised friction of {significant(values.min(), 2)} to {significant(values.max(), 2)}"
 
 
 def creep_slope(parameters: pd.DataFrame) -> float:
@@ -168,48 +214,62 @@ def creep_slope(parameters: pd.DataFrame) -> float:
 
 
 def creep_counts(binned: pd.DataFrame, name: str) -> tuple[str, str]:
-    """Tracks that show a sentence of those with a ring that creeps more easily than rubber, and of the others."""
+    """Tracks that show a sentence of those with a creep slope below that assumed for rubber, and of the others."""
     rows = binned[binned["name"].astype(str) == name]
-    soft = rows["creep_high"] <= RUBBER[0]
-    sums = (rows.loc[mask, ["shown", "decided"]].sum() for mask in (soft, ~soft))
+    low = rows["creep_high"] <= RUBBER[0]
+    sums = (rows.loc[mask, ["shown", "decided"]].sum() for mask in (low, ~low))
     first, second = (f"{row['shown']:.0f} of {row['decided']:.0f}" for row in sums)
     return first, second
 
 
-def chosen_distances(draws: pd.DataFrame) -> pd.Series:
-    """The ring to choose less the equal-pitch radius, mm, of every track that has a choice."""
+def chosen_distances(draws: pd.DataFrame, reading: str = PITCH) -> pd.Series:
+    """The ring to choose less the equal-pitch radius by a reading, mm, of every track that has a choice."""
     if "radius" not in draws:
         return pd.Series(dtype=float)
-    return (1e3 * (draws["radius"] - draws["sprocket.equal_pitch_radius"])).dropna()
+    return (1e3 * (draws["radius"] - draws[f"equal_pitch {reading}"])).dropna()
 
 
 def distance_sentence(draws: pd.DataFrame) -> str:
-    """The ring to choose as its distance from equal pitch."""
+    """The ring to choose as its distance from each reading of equal pitch, and how many tracks have none."""
     distances = chosen_distances(draws)
     if distances.empty:
         return "Our rule recommends no ring for any track."
-    low, middle, high = distances.quantile([0.1, 0.5, 0.9])
-    side = "above" if middle >= 0 else "below"
+    low, high = distances.quantile([0.1, 0.9])
+    middles = {name: chosen_distances(draws, name).median() for name in (PITCH, *OTHER_PITCHES)}
+    sides = [f"{abs(middle):.1f} mm {'above' if middle >= 0 else 'below'} `{name}`" for name, middle in middles.items()]
+    ran = draws[draws["state"] == "done"]
+    first, second = CREEP_BOUNDS
+    words = (f"below {first:g} s/m", f"from there to {second:g} s/m", f"above {second:g} s/m")
+    bins = pd.cut(ran["creep"], [0.0, first, second, np.inf], labels=words)
+    parts = [f"{rows.isna().sum()} of {len(rows)} {name}" for name, rows in ran["radius"].groupby(bins, observed=False)]
+    without = 100 * ran["radius"].isna().mean()
     return (
-        f"The ring that our rule recommends lies {abs(middle):.1f} mm {side} the equal-pitch radius "
-        f"(median; 80 % of the choices {low:+.1f} to {high:+.1f} mm)."
+        f"The ring that our rule recommends lies {sides[0]}, the radius at which links and teeth have one pitch "
+        f"(median; 80 % of the choices {low:+.1f} to {high:+.1f} mm). By other readings of that radius it lies "
+        f"{_listed(sides[1:])}. For {without:.0f} % of the tracks there is none: by the creep slope of the ring for "
+        f"{_listed(parts)}."
     )
 
 
-def neighbours_sentence(near: pd.DataFrame) -> str:
-    """What neighbours of the default rig show and lose (``docs/measured/plausible_near.csv``)."""
-    others, at_rig = near[near["rig"] > 0], near[near["rig"] == 0].iloc[0]
-    least = others["shown"].quantile(0.1, interpolation="lower")
+def neighbours_free(near: pd.DataFrame) -> str:
+    """Count the neighbours of the default rig that show conclusion 3 (``docs/measured/plausible_near.csv``)."""
+    others = near[near["rig"] > 0]
+    return f"{int((others[FREE] == 1).sum())} of {len(others)}"
+
+
+def neighbours_sentence(near: pd.DataFrame, judged: pd.DataFrame) -> str:
+    """What neighbours of the default rig lose of the sentences that it meets (``docs/measured/plausible_near.csv``)."""
+    others, met = near[near["rig"] > 0], judged.loc[judged["verdict"] == MET, "number"].astype(int).astype(str)
+    judged_names = others.columns[others.notna().any()]
     lost = [
         f"{name} ({missing} of {len(others)})"
-        for name in near.columns
-        if name.isdigit() and at_rig[name] == 1 and (missing := int((others[name] != 1).sum())) > 0.1 * len(others)
+        for name in met
+        if name in judged_names and (missing := int((others[name] != 1).sum())) > 0.1 * len(others)
     ]
     return (
-        f"Neighbours of the default rig have each fitted value moved by up to 1 %, equal pitch by up to 0.5 mm: "
-        f"nine of ten reproduce at least {least:g} sentences where it reproduces {at_rig['shown']:g}; lost or not "
-        f"decided are "
-        f"{_listed(lost) or 'none by more than one in ten'}."
+        "Neighbours of the default rig have each fitted value moved by up to 1 %, equal pitch by up to 0.5 mm. "
+        f"Conclusion 3 (sentence {FREE}) holds on {neighbours_free(near)} of them; lost or not decided are "
+        f"{_listed(lost) or 'no sentences by more than one in ten'}."
     )
 
 

@@ -10,12 +10,16 @@ from typing import Any
 import pandas as pd
 
 from replication.paper.scorecard import (
+    RUBBER,
+    SHARES_READ,
     TRACKS,
     creep_counts,
+    creep_slope,
     distance_sentence,
     headline,
     judged_sentences,
     learned_sentences,
+    mobilised,
     neighbours_sentence,
     number_rows,
     outside_values,
@@ -61,7 +65,7 @@ def article_values(tables: Mapping[str, pd.DataFrame], missing: str, accuracy_pc
     card, judged = tables["claims"], tables["sentences"]
     parameters, outcomes = tables["parameters"], tables["outcomes"].iloc[-1]
     steps, tracks = stable_steps(tables["extremes"]), track_rows(tables["plausible_sentences"])
-    learned = {name: tables[f"plausible_{name}"] for name in ("sentences", "map", "draws")}
+    learned = {name: tables[f"plausible_{name}"] for name in ("sentences", "map", "draws", "mobilised")}
     sampled, judged_tracks = learned["draws"], learned["draws"]["state"] == "done"
     return {
         "rig": card["rig"].iloc[0],
@@ -76,10 +80,13 @@ def article_values(tables: Mapping[str, pd.DataFrame], missing: str, accuracy_pc
         "share": {
             words: {group: share_of_tracks(tracks, name, group) for group in TRACKS} for words, name in SHARES.items()
         },
-        "creep": dict(zip(("soft", "rubber"), creep_counts(learned["map"], SHARES["free"]), strict=True)),
+        "shares_read": SHARES_READ,
+        "creep": dict(zip(("low", "other"), creep_counts(learned["map"], SHARES["free"]), strict=True))
+        | {"bound": f"{RUBBER[0]:g}", "there": mobilised(learned["mobilised"], RUBBER[0])}
+        | {"default": mobilised(learned["mobilised"], creep_slope(parameters))},
         "distance": distance_sentence(sampled),
         "tooth": _tooth(tables["plausible_tooth"]),
-        "near": neighbours_sentence(tables["plausible_near"]),
+        "near": neighbours_sentence(tables["plausible_near"], judged),
         "radius": radius_sentence(card),
         "outside": "; ".join(outside_values(parameters)) or "none",
         "numbers": [list(row.values()) for row in number_rows(tables["numbers"])],

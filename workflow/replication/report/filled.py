@@ -7,12 +7,15 @@ from pathlib import Path
 import pandas as pd
 from jinja2 import StrictUndefined, Template
 
-from replication.paper.claims import NO_TEST
+from replication.paper.claims import MET, NO_TEST
 from replication.paper.scorecard import (
+    FREE,
     MARKS,
-    RUBBER,
     creep_slope,
     learned_sentences,
+    mobilised,
+    neighbours_free,
+    other_numbers,
     outside_sentence,
     statements,
     verdict_line,
@@ -69,15 +72,18 @@ def blocks(template: Path, **values) -> list[str]:
 
 def readme_text(*tables: pd.DataFrame) -> list[str]:
     """The verdict; what was learned; the table of statements with what an answer costs; tables as in `README`."""
-    card, judged, numbers, grips_judged, grips, parameters, promises, *tracks = tables
-    rig = card["rig"].iloc[0]
+    card, judged, numbers, grips, parameters, promises, near, *tracks = tables
+    rig, learned = card["rig"].iloc[0], dict(zip(TRACK_TABLES, tracks, strict=True))
     return blocks(
         Path(__file__).with_name("readme.md.j2"),
         rig=rig,
         verdict=verdict_line(judged, numbers),
-        creeps=creep_slope(parameters) < RUBBER[0],
-        grips=verdict_line(grips_judged, grips),
-        learned=" ".join(learned_sentences(dict(zip(TRACK_TABLES, tracks, strict=True)))),
+        others=other_numbers(numbers),
+        fitted=int((parameters["kind"] == "fitted").sum()),
+        mobilised=mobilised(learned["mobilised"], creep_slope(parameters)),
+        near=neighbours_free(near),
+        free=(grips.loc[grips["number"] == int(FREE), "verdict"] == MET).all(),
+        learned=" ".join(learned_sentences(learned)),
         statements=_markdown(statements(card)),
         marks=", ".join(f"{mark} {name}" for name, mark in MARKS.items() if name != NO_TEST),
         outside=outside_sentence(parameters, rig),
@@ -158,10 +164,10 @@ def write_pages(files: Iterable[str], pages: Iterable[Page]) -> None:
         fill(Path(page), [Path("docs", "measured", source) for source in sources], write)
 
 
-TRACK_TABLES = ("sentences", "map", "draws")  # of `learned_sentences`
+TRACK_TABLES = ("sentences", "map", "draws", "mobilised")  # of `learned_sentences`
 README = (
-    *("claims", "sentences", "printed_numbers", "grips_sentences", "grips_numbers", "parameters", "planner"),
-    *(f"plausible_{name}" for name in TRACK_TABLES),
+    *("claims", "sentences", "printed_numbers", "grips_sentences", "parameters", "planner"),
+    *(f"plausible_{name}" for name in ("near", *TRACK_TABLES)),
 )
 PAGES = (
     ("docs/speed-and-accuracy.md", ("trade.csv", "default_step.csv", "extremes_short_runs.csv"), settings_text),

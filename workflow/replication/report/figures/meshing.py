@@ -10,6 +10,7 @@ from matplotlib.legend_handler import HandlerTuple
 from matplotlib.lines import Line2D
 
 from replication.paper import printed
+from replication.paper.measures import MAXIMUM
 from replication.report.marks import HALO
 from trackdyn.inputs.errors import InputError
 from trackdyn.measure.contacts import contacts, passages
@@ -26,7 +27,7 @@ LOOKS = {
 }
 NAMES = dict(zip(SIDES, SIDE_WORDS, strict=True)) | {"ring": "link ahead on the ring"}
 BEFORE, AFTER = 0.05, 0.05  # shown before the first and after the last contact, turns
-# printed event: the measured one, of which maxima have two readings
+# printed event: the measured one; maxima have the reading by which claims are judged
 MEASURED = {
     "first contact of the right arc": "first right", "first contact of the left arc": "first left",
     "right contact gone": "right gone", "out of engagement": "out", "ring first touched": "ring touched",
@@ -64,7 +65,8 @@ def select_passage(recording: Recording) -> Selected:
     columns = {int(pitch): i for i, pitch in enumerate(recording.pitches)}
     ahead = {pitch: recording.scene.rig.link_ahead(pitch) for pitch in columns}  # the link, of a connector
     ring = recording.scene.ring_radius is not None
-    connectors = [pitch for pitch in columns if not ring or ahead[pitch] in columns]
+    # one whose link ahead is recorded, too: the same connector with a ring and without one
+    connectors = [pitch for pitch in columns if ahead[pitch] in columns] or ([] if ring else list(columns))
     table = passages(recording)
     table = table[table["connector"].isin(connectors)]
     if table.empty:
@@ -104,9 +106,8 @@ def printed_and_measured_times(recording: Recording) -> pd.DataFrame:
     rows = {}
     for event, time in printed_times(ring, recording.periods.turn).items():
         name = "left touches" if ring and event == "first contact of the left arc" else MEASURED.get(event, event)
-        smooth = next((other for other in times.index if other.startswith(f"{name}, mean")), name)
-        step = times.get(name, np.nan) if smooth != name else np.nan
-        rows[event] = {"printed": time, "here": times.get(smooth, np.nan), "step": step}
+        step = times.get(name, np.nan) if name.endswith("maximum") else np.nan
+        rows[event] = {"printed": time, "here": times.get(name.replace("maximum", MAXIMUM), np.nan), "step": step}
     return pd.DataFrame(rows).T
 
 
@@ -135,11 +136,11 @@ def passage_figure(recording: Recording) -> Figure:
         forces.plot(time, shown.force[inside, i], **look | {"marker": ""}, label=label, zorder=3)
         if row["count"]:
             mark = {"linestyle": "none", "markersize": 6, "markeredgecolor": "white", "markeredgewidth": 0.6}
-            peaks.append(Line2D([], [], **look | mark))
             if row["peak_n"] > BEYOND * highest:
                 _point_at(forces, NAMES[side], row["highest_s"] - shown.first, row["peak_n"], look, beyond)
                 beyond += 1
             else:
+                peaks.append(Line2D([], [], **look | mark))
                 forces.plot(row["highest_s"] - shown.first, row["peak_n"], **look | mark, zorder=4)
         if side != "ring" and row["count"]:
             area = shown.area[inside, i]
@@ -154,8 +155,9 @@ def passage_figure(recording: Recording) -> Figure:
     areas.set(ylabel="area\n(1 to 10)", yticks=sorted({*map(int, np.unique(shown.area[inside]))} - {0}), ylim=(0, 11))
     times.set_xlabel("time since the first contact (s)")
     curves, labels = forces.get_legend_handles_labels()
-    handles = [*curves, tuple(peaks), *times.get_legend_handles_labels()[0]]
-    labels += ["largest of all time steps", *times.get_legend_handles_labels()[1]]
+    handles, names = times.get_legend_handles_labels()
+    handles = [*curves, *([tuple(peaks)] if peaks else []), *handles]
+    labels += [*(["largest of all time steps"] if peaks else []), *names]
     spread = {tuple: HandlerTuple(ndivide=None, pad=0.6)}
     figure.legend(handles, labels, handler_map=spread, loc="outside lower center", ncols=2)
     return figure

@@ -14,7 +14,7 @@ from scipy.ndimage import uniform_filter1d
 
 from replication.report import marks
 from replication.report.figures.meshing import LOOKS, NAMES, Selected, passage_figure, printed_times, select_passage
-from trackdyn.measure.events import passage_events
+from trackdyn.measure.events import RESOLUTION, passage_events
 from trackdyn.model.arrays import SIDES
 from trackdyn.plots import drawing
 from trackdyn.plots.style import BLACK, PAGE, new_figure, save, styled
@@ -24,8 +24,7 @@ from trackdyn.simulation.recording import Recording, load_recording
 HALF = 0.13  # half the side of a panel, m
 BAR = 0.085  # scale bar of the forces, m
 LABEL = np.array([0.025, 0.009])  # half of the width and of the height of a force in figures, m
-WINDOW = 0.01  # a maximum is of the force after a mean over it, as the paper prints its times, s
-# panels: title, event of the passage, printed event
+# panels in the order of the paper: title, event of the passage, printed event
 ENGAGE, BOTH = "about to engage", "both arcs in contact"
 WITHOUT_RING = (
     (ENGAGE, None, ENGAGE), (BOTH, None, "first contact of the left arc"), ("left maximum", None, "left maximum"),
@@ -51,7 +50,7 @@ class Moment(NamedTuple):
 
 
 def moments(recording: Recording, selected: Selected) -> list[Moment]:
-    """The events of a passage that happen, in order of time.
+    """The events of a passage that happen, in the order of the paper.
 
     A maximum is that of the force after a mean over 0.01 s, and its configuration the nearest one; of other
     events it is the first at or after it, so that a contact that begins is there and one that ends is gone.
@@ -70,7 +69,7 @@ def moments(recording: Recording, selected: Selected) -> list[Moment]:
         if maximum and not selected.sides.loc[side, "count"]:
             continue
         if maximum:
-            force = uniform_filter1d(selected.force[:, SIDES.index(side)], max(round(WINDOW * recording.rate), 1))
+            force = uniform_filter1d(selected.force[:, SIDES.index(side)], max(round(RESOLUTION * recording.rate), 1))
             time = float(selected.time[inside][np.argmax(force[inside])])
         else:
             time = special[title] if event is None else measured[event]
@@ -82,7 +81,7 @@ def moments(recording: Recording, selected: Selected) -> list[Moment]:
             peak = f"largest {row['peak_n']:.0f} N at {row['highest_s'] - selected.first:.3f} s"
         sample = round(recording.frame_time[frame] * recording.rate) - 1
         chosen.append(Moment(title, time, printed[index], frame, sample, peak))
-    return sorted(chosen, key=lambda moment: moment.time)
+    return chosen
 
 
 @styled
@@ -91,7 +90,7 @@ def screenshot_figure(rig: Rig, recording: Recording) -> Figure:
 
     Every panel follows the connector; the small picture shows where on the sprocket it is. Arrows are the
     normal forces on connector and link at the instant drawn, on the scale of the bars; the ten areas of the connector's
-    groove carry their numbers. Panels are in order of time (:func:`moments`).
+    groove carry their numbers. Panels are in the order of the paper (:func:`moments`).
     """
     selected = select_passage(recording)
     panels = moments(recording, selected)
@@ -107,7 +106,7 @@ def screenshot_figure(rig: Rig, recording: Recording) -> Figure:
     late = max(abs(recording.frame_time[m.frame] - selected.first - m.time) for m in panels)
     text = (
         f"Connector {selected.connector}, {drawing.ring_words(ring)}, {rpm:g} rpm; times since the first contact. "
-        f"Panels are {2 * HALF:.2f} m wide.\nMaxima: of the mean over {WINDOW:g} s. "
+        f"Panels are {2 * HALF:.2f} m wide.\nMaxima: of the mean over {RESOLUTION:g} s. "
         f"Arrows: forces at the instant drawn, at most {1000 * late:.1f} ms from the event.\n "
     )
     figure.suptitle(text, x=0.01, ha="left", fontsize=8)
