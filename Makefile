@@ -13,7 +13,7 @@ endif
 # A process that finds no bytecode compiles all that it imports, which is half of a short job; some shells forbid to keep it.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: replicate quick test check lint docs gallery benchmark synthetic lock clean
+.PHONY: replicate quick test check lint docs gallery benchmark synthetic lock cluster clean
 
 replicate: $(READY)
 	$(BIN)/python workflow/run.py -j$(JOBS)
@@ -42,6 +42,9 @@ gallery: $(READY)
 
 benchmark: $(READY)
 	$(BIN)/python benchmarks/cost.py --out results/benchmarks/cost.json
+
+cluster: $(READY)
+	$(BIN)/python tests/workflow/cluster.py
 
 synthetic: $(READY)
 	$(BIN)/python -m replication.synthetic
